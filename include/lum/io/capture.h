@@ -1,0 +1,101 @@
+/** @file
+ * Captures: pcap and pcapng files to datagrams and back (docs/protocol.md,
+ * section 9). libpcap reads the files; link layers, IPv4 and its fragments are
+ * taken apart here. */
+#ifndef LUM_IO_CAPTURE_H
+#define LUM_IO_CAPTURE_H
+
+#include "lum/io/error.h"
+#include "lum/result.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/** What a record of a capture turned out to be. */
+typedef enum lum_record_kind {
+    LUM_RECORD_DATAGRAM,  /**< a whole UDP datagram over IPv4 */
+    LUM_RECORD_CUT_SHORT, /**< a datagram that the capture holds in part */
+    LUM_RECORD_FRAGMENT,  /**< kept or used up; nothing to count now */
+    LUM_RECORD_OTHER      /**< anything else */
+} lum_record_kind;
+
+/** A record of a capture. */
+typedef struct lum_record {
+    int64_t time_ns;        /**< capture time, ns since 1970 UTC */
+    const uint8_t *payload; /**< datagrams: UDP payload; lives until the next
+                                 read */
+    size_t len;             /**< datagrams: bytes of payload */
+    uint32_t source;        /**< datagrams, also cut ones: host order */
+    uint32_t destination;   /**< likewise */
+    uint16_t source_port;   /**< likewise */
+    uint16_t destination_port; /**< likewise */
+    lum_record_kind kind;      /**< what it is */
+    uint32_t dropped_fragments; /**< fragments given up while this record was
+                                     read; each is one more *other* */
+} lum_record;
+
+/** An open capture. */
+typedef struct lum_capture lum_capture;
+
+/** Open a capture.
+ * @param path  a file, or "-" for standard input.
+ * @param out   gets a capture to be closed with lum_capture_close().
+ * @param error gets the message on failure: missing, unreadable, a directory,
+ *              not a capture, a link type that is not supported.
+ * @return 0, or -1. */
+LUM_MUST_CHECK int lum_capture_open(const char *path, lum_capture **out,
+                                    lum_error *error);
+
+/** Read the next record.
+ * @return 1 with a record; 0 at the end of the file; -1 when the file cannot be
+ *         read on, with the reason in error. After 0 or -1 the fragments still
+ *         waiting have been given up: *out then holds only their number, in
+ *         dropped_fragments. */
+LUM_MUST_CHECK int lum_capture_next(lum_capture *capture, lum_record *out,
+                                    lum_error *error);
+
+/** How far the reading has come.
+ * @param done  bytes read so far.
+ * @param total bytes of the file; 0 where that is not known. */
+void lum_capture_progress(const lum_capture *capture, uint64_t *done,
+                          uint64_t *total);
+
+/** Close. NULL is allowed. */
+void lum_capture_close(lum_capture *capture);
+
+/** A pcap file being written: Ethernet, nanoseconds. */
+typedef struct lum_capture_writer lum_capture_writer;
+
+/** A datagram to be written. */
+typedef struct lum_datagram {
+    int64_t time_ns;           /**< ns since 1970 UTC, 0 or above */
+    const uint8_t *payload;    /**< UDP payload */
+    size_t len;                /**< its bytes, at most 65,507 */
+    uint32_t source;           /**< host order */
+    uint32_t destination;      /**< host order */
+    uint16_t source_port;      /**< UDP port */
+    uint16_t destination_port; /**< UDP port */
+} lum_datagram;
+
+/** Begin a pcap file.
+ * @param path a file, made anew, under its own name from the start; or "-" for
+ *             standard output.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_capture_writer_open(const char *path,
+                                           lum_capture_writer **out,
+                                           lum_error *error);
+
+/** Append a datagram, with Ethernet, IPv4 and UDP headers of its own and right
+ * checksums; above 1500 bytes as one jumbo packet.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_capture_writer_add(lum_capture_writer *writer,
+                                          const lum_datagram *datagram,
+                                          lum_error *error);
+
+/** Write what is buffered and close. NULL is allowed.
+ * @return 0, or -1 with the reason in error; closed either way. */
+LUM_MUST_CHECK int lum_capture_writer_close(lum_capture_writer *writer,
+                                            lum_error *error);
+
+#endif

@@ -1,0 +1,84 @@
+/** @file
+ * Point clouds to files: CSV, PLY, PCD, LAS, XYZ, and a picture as PNG
+ * (docs/formats.md). */
+#ifndef LUM_IO_WRITER_H
+#define LUM_IO_WRITER_H
+
+#include "lum/io/error.h"
+#include "lum/points.h"
+#include "lum/result.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/** File formats. */
+typedef enum lum_format {
+    LUM_FORMAT_CSV, /**< text, a header line, all columns */
+    LUM_FORMAT_PLY, /**< binary little-endian or ascii */
+    LUM_FORMAT_PCD, /**< version 0.7, binary or ascii */
+    LUM_FORMAT_LAS, /**< version 1.4, point format 6, extra bytes */
+    LUM_FORMAT_XYZ, /**< text, x y z alone */
+    LUM_FORMAT_PNG, /**< a picture: range images and a bird's-eye view */
+    LUM_FORMATS     /**< how many there are */
+} lum_format;
+
+/** The format that a file name's ending tells, in any case of letters.
+ * @return 0, or -1 if it tells none. */
+LUM_MUST_CHECK int lum_format_from_name(const char *name, lum_format *out);
+
+/** Whether the format's header holds a count, so that the output must be
+ * seekable or the count be known beforehand. */
+bool lum_format_needs_count(lum_format format);
+
+/** What a writer has to know. */
+typedef struct lum_writer_options {
+    lum_format format;      /**< which */
+    bool ascii;             /**< PLY, PCD: text instead of binary */
+    bool utc;               /**< timestamps are microseconds since 1970 UTC and
+                                 not of the sensor clock */
+    bool has_count;         /**< whether count is known */
+    uint64_t count;         /**< points that will be written */
+    const lum_projector *projector; /**< PNG: scale of angles; may be NULL */
+} lum_writer_options;
+
+/** The samples of one line. */
+typedef struct lum_line_samples {
+    const lum_sample *samples; /**< in order */
+    size_t count;              /**< how many, may be 0 */
+    int64_t frame;             /**< frame number */
+    int64_t timestamp_us;      /**< of the line */
+    uint32_t line;             /**< line number */
+    uint8_t eye;               /**< an ::lum_eye */
+} lum_line_samples;
+
+/** A file being written. */
+typedef struct lum_writer lum_writer;
+
+/** Begin a file.
+ * @param path    its name, or "-" for standard output. A file is written as
+ *                PATH.part and renamed by lum_writer_close(), so that PATH is
+ *                only ever whole.
+ * @param options copied.
+ * @return 0, or -1 with the reason in error: the directory is missing, no
+ *         permission, a count is needed and can neither be known nor written
+ *         later. */
+LUM_MUST_CHECK int lum_writer_open(const char *path,
+                                   const lum_writer_options *options,
+                                   lum_writer **out, lum_error *error);
+
+/** Append a line's samples; they are copied.
+ * @return 0, or -1 with the reason in error (the disk is full, the reader of
+ *         the pipe has left: then errno is EPIPE). */
+LUM_MUST_CHECK int lum_writer_add(lum_writer *writer,
+                                  const lum_line_samples *line,
+                                  lum_error *error);
+
+/** Finish the file, give it its name, free the writer.
+ * @return 0, or -1 with the reason in error; then nothing is left behind. */
+LUM_MUST_CHECK int lum_writer_close(lum_writer *writer, lum_error *error);
+
+/** Remove what was written and free the writer. NULL is allowed. */
+void lum_writer_abort(lum_writer *writer);
+
+#endif

@@ -1,0 +1,36 @@
+/* Little-endian integers by shifts: any alignment, any host. */
+#ifndef LUM_CORE_BYTES_H
+#define LUM_CORE_BYTES_H
+
+#include <stdint.h>
+
+static inline uint16_t load_u16(const uint8_t *p)
+{
+    return (uint16_t)(p[0] | ((unsigned)p[1] << 8));
+}
+
+static inline uint32_t load_u32(const uint8_t *p)
+{
+    return (uint32_t)p[0] | ((uint32_t)p[1] << 8) | ((uint32_t)p[2] << 16) |
+           ((uint32_t)p[3] << 24);
+}
+
+static inline void store_u16(uint8_t *p, uint32_t v)
+{
+    p[0] = (uint8_t)(v & 0xffu);
+    p[1] = (uint8_t)((v >> 8) & 0xffu);
+}
+
+static inline void store_u32(uint8_t *p, uint32_t v)
+{
+    store_u16(p, v & 0xffffu);
+    store_u16(p + 2, v >> 16);
+}
+
+/* Two's complement without a conversion that C99 leaves to the compiler. */
+static inline int16_t signed16(uint16_t v)
+{
+    return (int16_t)((int32_t)(v ^ 0x8000u) - 0x8000);
+}
+
+#endif

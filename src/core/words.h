@@ -1,0 +1,20 @@
+/* Samples of a packet into an open line (docs/protocol.md, section 6,
+ * Reassembly, rule 4). */
+#ifndef LUM_CORE_WORDS_H
+#define LUM_CORE_WORDS_H
+
+#include "lum/assembler.h"
+
+/* LUM_OK, LUM_E_DUPLICATE or LUM_E_CONFLICT. */
+lum_result words_place_angles(lum_line_slot *slot, const lum_layout *layout,
+                              const lum_group *group);
+
+/* The line's words stay ordered by pixel, then as in their packet.
+ * placement: scratch. bad_words grows by those of an accepted packet.
+ * LUM_OK, LUM_E_DUPLICATE, LUM_E_CONFLICT or LUM_E_NO_ROOM. */
+lum_result words_place_ranges(lum_line_slot *slot, uint32_t capacity,
+                              const lum_group *group,
+                              uint16_t placement[LUM_LINE_PIXELS],
+                              uint64_t *bad_words);
+
+#endif
