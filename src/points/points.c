@@ -1,34 +1,107 @@
 #include "lum/points.h"
 
+#include <string.h>
+
 static inline bool has_angles(const uint32_t *marks, uint32_t pixel)
 {
     return ((marks[pixel / 32u] >> (pixel % 32u)) & 1u) != 0;
 }
 
-/* Every pixel has angles: a point is written for each word and stays if its
- * range is one. */
-static size_t project_whole(const lum_eye_projector *p, const lum_line *line,
-                            const lum_direction *restrict directions,
-                            lum_point *restrict out)
+/* Words whose ranges are computed before their points: two short loops, of
+ * which the compiler makes vector code. */
+#define BLOCK 256u
+
+/* Ranges of n words; how many are not above zero. */
+static uint32_t compute_ranges(const lum_eye_projector *p,
+                               const uint32_t *restrict words, uint32_t n,
+                               float *restrict ranges)
 {
     const float lsb = (float)p->range_lsb;
     const float offset = (float)p->range_offset;
-    const float mx = p->mount[0], my = p->mount[1], mz = p->mount[2];
     const int32_t min_tof = p->min_tof;
-    const uint32_t *restrict words = line->words;
-    lum_point *to = out;
-    for (uint32_t i = 0; i < line->word_count; i++) {
-        const uint32_t word = words[i];
-        const int32_t tof = lum_word_tof(word);
-        const lum_direction d = directions[lum_word_pixel(word)];
-        const float range = (float)tof * lsb + offset;
-        to->x = range * d.x + mx;
-        to->y = range * d.y + my;
-        to->z = range * d.z + mz;
-        to->word = word;
-        to += tof >= min_tof;
+    uint32_t without = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        const int32_t tof = lum_word_tof(words[i]);
+        ranges[i] = (float)tof * lsb + offset;
+        without += tof < min_tof ? 1u : 0u;
     }
-    return (size_t)(to - out);
+    return without;
+}
+
+#if defined(__GNUC__)
+typedef float lanes __attribute__((vector_size(16)));
+
+static inline lanes load_lanes(const lum_direction *d)
+{
+    lanes v;
+    memcpy(&v, d, sizeof v);
+    return v;
+}
+
+/* All four lanes at once; the word then takes the place of the fourth. */
+static inline void put_point(lum_point *to, float range, const lum_direction *d,
+                             const lum_direction *mount, uint32_t word)
+{
+    const lanes at = {range, range, range, range};
+    const lanes v = at * load_lanes(d) + load_lanes(mount);
+    memcpy(to, &v, sizeof *to);
+    to->word = word;
+}
+#else
+static inline void put_point(lum_point *to, float range, const lum_direction *d,
+                             const lum_direction *mount, uint32_t word)
+{
+    *to = (lum_point){range * d->x + mount->x, range * d->y + mount->y,
+                      range * d->z + mount->z, word};
+}
+#endif
+
+static size_t put_all(const uint32_t *words, uint32_t n, const float *ranges,
+                      const lum_direction *directions,
+                      const lum_direction *mount, lum_point *to)
+{
+    for (uint32_t i = 0; i < n; i++) {
+        put_point(&to[i], ranges[i], &directions[lum_word_pixel(words[i])],
+                  mount, words[i]);
+    }
+    return n;
+}
+
+static size_t put_those_with_range(const uint32_t *words, uint32_t n,
+                                   const float *ranges,
+                                   const lum_direction *directions,
+                                   const lum_direction *mount, int32_t min_tof,
+                                   lum_point *to)
+{
+    size_t count = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        if (lum_word_tof(words[i]) >= min_tof) {
+            put_point(&to[count++], ranges[i],
+                      &directions[lum_word_pixel(words[i])], mount, words[i]);
+        }
+    }
+    return count;
+}
+
+/* Every pixel has angles. */
+static size_t project_whole(const lum_eye_projector *p, const lum_line *line,
+                            const lum_direction *directions, lum_point *out)
+{
+    const lum_direction mount = {p->mount[0], p->mount[1], p->mount[2], 0.0f};
+    size_t count = 0;
+    for (uint32_t begin = 0; begin < line->word_count; begin += BLOCK) {
+        const uint32_t left = line->word_count - begin;
+        const uint32_t n = left < BLOCK ? left : BLOCK;
+        const uint32_t *words = line->words + begin;
+        float ranges[BLOCK];
+        const uint32_t without = compute_ranges(p, words, n, ranges);
+        count += without == 0
+                     ? put_all(words, n, ranges, directions, &mount,
+                               out + count)
+                     : put_those_with_range(words, n, ranges, directions,
+                                            &mount, p->min_tof, out + count);
+    }
+    return count;
 }
 
 static size_t project_marked(const lum_eye_projector *p, const lum_line *line,

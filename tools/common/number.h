@@ -1,0 +1,20 @@
+/* Numbers of a command line, strictly: all of the text, no sign or space that
+ * is not asked for, the point as decimal separator whatever the locale. */
+#ifndef LUM_TOOLS_NUMBER_H
+#define LUM_TOOLS_NUMBER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+bool number_parse_int(const char *text, int64_t min, int64_t max, int64_t *out);
+
+/* Finite, within [min, max]. */
+bool number_parse_real(const char *text, double min, double max, double *out);
+
+/* a.b.c.d to host order. */
+bool number_parse_address(const char *text, uint32_t *out);
+
+/* Host order to a.b.c.d; out holds 16 bytes. Returns out. */
+const char *number_format_address(uint32_t address, char out[16]);
+
+#endif

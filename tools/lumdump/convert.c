@@ -1,0 +1,280 @@
+#define _POSIX_C_SOURCE 200809L
+#include "convert.h"
+
+#include "../common/interrupt.h"
+
+#include <errno.h>
+#include <stdlib.h>
+
+/* Records between looks at signals and at the clock for the progress line. */
+#define RECORDS_A_LOOK 256u
+
+static enum pass_result output_failed(void)
+{
+    return errno == EPIPE ? PASS_READER_LEFT : PASS_FAILED;
+}
+
+static bool is_wanted(const struct options *o, const lum_line *line)
+{
+    const bool is_whole =
+        line->angle_count == LUM_LINE_PIXELS && line->lost_words == 0;
+    return ((o->eyes >> line->eye) & 1u) != 0 &&
+           line->frame >= o->frame_first && line->frame <= o->frame_last &&
+           (is_whole || !o->drop_incomplete);
+}
+
+/* Counting alone needs no projection where nothing depends on it. */
+static bool needs_samples(const struct pass *pass)
+{
+    const lum_selection *s = &pass->options->selection;
+    return pass->output != NULL || s->has_range || s->has_box ||
+           s->returns != LUM_RETURNS_ALL;
+}
+
+static void count_line(struct pass *pass, const lum_line *line, bool wanted,
+                       struct point_counts *counts)
+{
+    const unsigned edges = (unsigned)pass->options->selection.edges;
+    lum_point_losses losses = {0, 0};
+    uint64_t rising = 0;
+    uint64_t falling = 0;
+    lum_points_count(pass->projector, line, &rising, &falling, &losses);
+    counts->no_angle += losses.no_angle;
+    counts->no_range += losses.no_range;
+    if (wanted) {
+        counts->points += (edges & LUM_EDGES_RISING) != 0 ? rising : 0;
+        counts->points += (edges & LUM_EDGES_FALLING) != 0 ? falling : 0;
+    }
+}
+
+static int write_line(struct pass *pass, const lum_line *line,
+                      struct point_counts *counts, lum_error *error)
+{
+    lum_point_losses losses = {0, 0};
+    const size_t n =
+        lum_samples_compute(pass->projector, line, &pass->options->selection,
+                            &pass->workspace, pass->samples, &losses);
+    counts->points += n;
+    counts->no_angle += losses.no_angle;
+    counts->no_range += losses.no_range;
+    if (pass->output == NULL) {
+        return 0;
+    }
+    return output_add_line(
+        pass->output,
+        &(lum_line_samples){.samples = pass->samples,
+                            .count = n,
+                            .frame = line->frame,
+                            .timestamp_us = pass->options->utc
+                                                ? line->arrival / 1000
+                                                : line->clock_us,
+                            .line = line->number,
+                            .eye = line->eye},
+        error);
+}
+
+static int handle_line(struct pass *pass, lum_error *error)
+{
+    const lum_line *line = lum_assembler_line(lum_demux_current(pass->demux));
+    struct point_counts *counts =
+        &pass->summary.sensors[lum_demux_current_index(pass->demux)];
+    const bool wanted = is_wanted(pass->options, line);
+    counts->lines[line->eye]++;
+    if (wanted && needs_samples(pass)) {
+        return write_line(pass, line, counts, error);
+    }
+    count_line(pass, line, wanted, counts);
+    return 0;
+}
+
+static enum pass_result handle_event(struct pass *pass, lum_result event,
+                                     lum_error *error)
+{
+    if (pass->output != NULL && !pass->options->has_sensor &&
+        lum_demux_sensor_count(pass->demux) > 1) {
+        return PASS_SENSORS;
+    }
+    if (event == LUM_LINE_READY) {
+        return handle_line(pass, error) == 0 ? PASS_DONE : output_failed();
+    }
+    if (pass->output != NULL &&
+        output_end_frame(pass->output,
+                         lum_assembler_frame(lum_demux_current(pass->demux)),
+                         error) != 0) {
+        return output_failed();
+    }
+    return PASS_DONE;
+}
+
+static void note_time(struct summary *s, int64_t time_ns)
+{
+    if (!s->has_time) {
+        s->has_time = true;
+        s->first_ns = time_ns;
+        s->last_ns = time_ns;
+    }
+    if (time_ns > s->last_ns) {
+        s->last_ns = time_ns;
+    }
+}
+
+/* A record of port 5517 that was counted as `kind`. */
+static enum pass_result note_ours(struct pass *pass, const lum_record *record,
+                                  lum_packet_kind kind, lum_error *error)
+{
+    if (kind == LUM_PACKET_FOREIGN) {
+        return PASS_DONE;
+    }
+    note_time(&pass->summary, record->time_ns);
+    if (kind != LUM_PACKET_DATA) {
+        diagnosis_note(&pass->diagnosis, record->payload, record->len, kind);
+    }
+    if (pass->output != NULL &&
+        output_add_datagram(pass->output, record, error) != 0) {
+        return output_failed();
+    }
+    return PASS_DONE;
+}
+
+static bool is_of_asked_sensor(const struct options *o,
+                               const lum_record *record)
+{
+    return !o->has_sensor || record->source == o->sensor ||
+           record->destination == o->sensor;
+}
+
+static enum pass_result take_record(struct pass *pass,
+                                    const lum_record *record, lum_error *error)
+{
+    lum_packet_kind kind = LUM_PACKET_KINDS;
+    lum_result r = LUM_OK;
+    enum pass_result result = PASS_DONE;
+    while ((r = lum_demux_push(pass->demux, record, &kind)) > 0) {
+        result = handle_event(pass, r, error);
+        if (result != PASS_DONE) {
+            return result;
+        }
+    }
+    if (r != LUM_OK) {
+        (void)lum_error_set(error, "out of memory");
+        return PASS_FAILED;
+    }
+    if (kind != LUM_PACKET_KINDS &&
+        is_of_asked_sensor(pass->options, record)) {
+        return note_ours(pass, record, kind, error);
+    }
+    return PASS_DONE;
+}
+
+static enum pass_result flush(struct pass *pass, lum_error *error)
+{
+    lum_result r = LUM_OK;
+    while ((r = lum_demux_flush(pass->demux)) > 0) {
+        const enum pass_result result = handle_event(pass, r, error);
+        if (result != PASS_DONE) {
+            return result;
+        }
+    }
+    return PASS_DONE;
+}
+
+static enum pass_result look_around(struct pass *pass,
+                                    const lum_capture *capture)
+{
+    uint64_t done = 0;
+    uint64_t total = 0;
+    uint64_t points = 0;
+    if (interrupt_signal() != 0) {
+        return PASS_INTERRUPTED;
+    }
+    lum_capture_progress(capture, &done, &total);
+    for (size_t i = 0; i < lum_demux_sensor_count(pass->demux); i++) {
+        points += pass->summary.sensors[i].points;
+    }
+    progress_update(pass->progress, done, total, points);
+    return PASS_DONE;
+}
+
+static bool is_past_duration(const struct pass *pass, int64_t first_ns,
+                             int64_t time_ns)
+{
+    return pass->options->duration_ns != 0 &&
+           time_ns - first_ns > pass->options->duration_ns;
+}
+
+static enum pass_result read_all(struct pass *pass, lum_capture *capture,
+                                 lum_error *error)
+{
+    struct summary *s = &pass->summary;
+    lum_record record;
+    int64_t first_ns = 0;
+    int status = 0;
+    while ((status = lum_capture_next(capture, &record, &pass->warning)) > 0) {
+        first_ns = s->records == 0 ? record.time_ns : first_ns;
+        if (is_past_duration(pass, first_ns, record.time_ns)) {
+            return PASS_DONE;
+        }
+        enum pass_result result = take_record(pass, &record, error);
+        if (result == PASS_DONE && s->records % RECORDS_A_LOOK == 0) {
+            result = look_around(pass, capture);
+        }
+        if (result != PASS_DONE) {
+            return result;
+        }
+        s->records++;
+    }
+    if (interrupt_signal() != 0) {
+        return PASS_INTERRUPTED;
+    }
+    s->truncated = status < 0;
+    record.kind = LUM_RECORD_FRAGMENT;
+    return take_record(pass, &record, error);
+}
+
+static enum pass_result prepare(struct pass *pass, lum_error *error)
+{
+    lum_demux_options options = {.layout = *pass->layout,
+                                 .has_sensor = pass->options->has_sensor,
+                                 .sensor = pass->options->sensor};
+    lum_assembler_config_default(&options.config);
+    const size_t words = options.config.words_per_line;
+    pass->demux = lum_demux_new(&options);
+    pass->samples = malloc(words * sizeof *pass->samples);
+    pass->workspace.returns = malloc(words * sizeof *pass->workspace.returns);
+    if (pass->demux == NULL || pass->samples == NULL ||
+        pass->workspace.returns == NULL) {
+        (void)lum_error_set(error, "out of memory");
+        return PASS_FAILED;
+    }
+    pass->summary.source = pass->options->source;
+    pass->summary.demux = pass->demux;
+    pass->summary.has_sensor = pass->options->has_sensor;
+    pass->summary.sensor = pass->options->sensor;
+    return PASS_DONE;
+}
+
+enum pass_result pass_run(struct pass *pass, lum_error *error)
+{
+    lum_capture *capture = NULL;
+    enum pass_result result = prepare(pass, error);
+    if (result != PASS_DONE) {
+        return result;
+    }
+    if (lum_capture_open(pass->options->source, &capture, error) != 0) {
+        return interrupt_signal() != 0 ? PASS_INTERRUPTED : PASS_FAILED;
+    }
+    result = read_all(pass, capture, error);
+    if (result == PASS_DONE) {
+        result = flush(pass, error);
+    }
+    lum_capture_close(capture);
+    progress_clear(pass->progress);
+    return result;
+}
+
+void pass_free(struct pass *pass)
+{
+    lum_demux_free(pass->demux);
+    free(pass->samples);
+    free(pass->workspace.returns);
+}

@@ -1,0 +1,126 @@
+#include "diagnosis.h"
+
+#include <inttypes.h>
+#include <stdbool.h>
+#include <string.h>
+
+static const char *const kind_names[LUM_PACKET_KINDS] = {
+    [LUM_PACKET_DATA] = "data",
+    [LUM_PACKET_HEARTBEAT] = "heartbeat",
+    [LUM_PACKET_SET_IP] = "set IP",
+    [LUM_PACKET_TIMESTAMP] = "timestamp",
+    [LUM_PACKET_TLV] = "TLV",
+    [LUM_PACKET_FOREIGN] = "foreign",
+    [LUM_PACKET_UNKNOWN_TYPE] = "a type that is not known",
+    [LUM_PACKET_MALFORMED] = "a length or field that cannot be",
+    [LUM_PACKET_UNKNOWN_TAG] = "neither angles nor ranges",
+};
+
+static bool may_be_data(lum_packet_kind kind)
+{
+    return kind == LUM_PACKET_UNKNOWN_TYPE || kind == LUM_PACKET_MALFORMED ||
+           kind == LUM_PACKET_UNKNOWN_TAG;
+}
+
+static uint32_t type_of(const uint8_t *bytes)
+{
+    return (uint32_t)bytes[8] | ((uint32_t)bytes[9] << 8) |
+           ((uint32_t)bytes[10] << 16) | ((uint32_t)bytes[11] << 24);
+}
+
+static void note_shape(struct diagnosis *d, uint32_t type, size_t len,
+                       lum_packet_kind kind)
+{
+    size_t i = 0;
+    while (i < d->shape_count &&
+           !(d->shapes[i].type == type && d->shapes[i].len == len &&
+             d->shapes[i].kind == kind)) {
+        i++;
+    }
+    if (i == DIAGNOSIS_SHAPES_MAX) {
+        d->more++;
+        return;
+    }
+    if (i == d->shape_count) {
+        d->shapes[i] = (struct packet_shape){type, len, 0, kind};
+        d->shape_count++;
+    }
+    d->shapes[i].count++;
+}
+
+void diagnosis_note(struct diagnosis *d, const uint8_t *bytes, size_t len,
+                    lum_packet_kind kind)
+{
+    note_shape(d, type_of(bytes), len, kind);
+    /* the longest that might be data tells most */
+    if ((may_be_data(kind) || d->sample_len == 0) && len > d->sample_len) {
+        d->sample_len = len;
+        memcpy(d->sample, bytes,
+               len < DIAGNOSIS_BYTES ? len : DIAGNOSIS_BYTES);
+    }
+}
+
+static void print_hex(const struct diagnosis *d, FILE *out)
+{
+    const size_t n =
+        d->sample_len < DIAGNOSIS_BYTES ? d->sample_len : DIAGNOSIS_BYTES;
+    (void)fprintf(out, "One of them, %zu bytes%s:\n", d->sample_len,
+                  n < d->sample_len ? ", the first of which are" : "");
+    for (size_t i = 0; i < n; i++) {
+        if (i % 16 == 0) {
+            (void)fprintf(out, "  %4zu ", i);
+        }
+        (void)fprintf(out, " %02x", d->sample[i]);
+        if (i % 16 == 15 || i + 1 == n) {
+            (void)fputc('\n', out);
+        }
+    }
+}
+
+static void print_profile_help(FILE *out)
+{
+    (void)fputs(
+        "The layout of data packets is partly an assumption, which a wire "
+        "profile corrects.\n"
+        "Copy profile-default.yaml (installed in share/lumsdk/calib), then:\n"
+        "  data_packet_type   the type that most packets bear, if not 8\n"
+        "  group              the offsets of tag (2 or 3), eye, line,\n"
+        "                     num_samples (4 bytes each fill the packet),\n"
+        "                     first_sample_index, timestamp, and samples\n"
+        "  eye_values         the two values that stand where the eye is\n"
+        "and run lumdump again with --profile FILE. docs/protocol.md, section "
+        "8, has all keys.\n",
+        out);
+}
+
+void diagnosis_print(const struct diagnosis *d, const char *source, FILE *out)
+{
+    bool has_candidates = false;
+    (void)fprintf(out,
+                  "lumdump: %s: packets of a G2 came, and not one of them is "
+                  "a data packet:\n",
+                  source);
+    for (size_t i = 0; i < d->shape_count; i++) {
+        const struct packet_shape *s = &d->shapes[i];
+        (void)fprintf(out,
+                      "  %8" PRIu64 " of type %" PRIu32
+                      ", %zu bytes (%s)\n",
+                      s->count, s->type, s->len, kind_names[s->kind]);
+        has_candidates |= may_be_data(s->kind);
+    }
+    if (d->more > 0) {
+        (void)fprintf(out, "  %8" PRIu64 " of further types and lengths\n",
+                      d->more);
+    }
+    print_hex(d, out);
+    if (has_candidates) {
+        print_profile_help(out);
+    } else {
+        (void)fputs(
+            "All of these are of kinds that are known, so the layout is not "
+            "the trouble: the sensor sent no\ndata while this was captured, "
+            "or not past this interface. Data goes to whoever sent the last\n"
+            "heartbeat, and stops 3 s after it.\n",
+            out);
+    }
+}

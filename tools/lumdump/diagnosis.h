@@ -1,0 +1,37 @@
+/* What to say when packets with our magic came and none of them was data. */
+#ifndef LUMDUMP_DIAGNOSIS_H
+#define LUMDUMP_DIAGNOSIS_H
+
+#include "lum/packet.h"
+
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#define DIAGNOSIS_SHAPES_MAX 12u
+#define DIAGNOSIS_BYTES      96u
+
+/* Packets of one type and length. */
+struct packet_shape {
+    uint32_t type; /* bytes 8..11 */
+    size_t len;
+    uint64_t count;
+    lum_packet_kind kind;
+};
+
+struct diagnosis {
+    struct packet_shape shapes[DIAGNOSIS_SHAPES_MAX];
+    size_t shape_count;
+    uint64_t more; /* packets of further shapes */
+    uint8_t sample[DIAGNOSIS_BYTES];
+    size_t sample_len; /* of the packet; at most DIAGNOSIS_BYTES are kept */
+};
+
+/* Note a packet with our magic that is not data. */
+void diagnosis_note(struct diagnosis *diagnosis, const uint8_t *bytes,
+                    size_t len, lum_packet_kind kind);
+
+void diagnosis_print(const struct diagnosis *diagnosis, const char *source,
+                     FILE *out);
+
+#endif

@@ -1,0 +1,300 @@
+/* lumdump: captures to clouds. */
+#define _POSIX_C_SOURCE 200809L
+#include "../common/interrupt.h"
+#include "../common/number.h"
+#include "convert.h"
+#include "options.h"
+#include "output.h"
+#include "progress.h"
+#include "summary.h"
+
+#include "lum/io/config.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum exit_status { EXIT_DONE = 0, EXIT_FAILED = 1, EXIT_BAD = 2 };
+
+static enum exit_status complain(const lum_error *error,
+                                 enum exit_status status)
+{
+    (void)fprintf(stderr, "lumdump: %s\n", error->text);
+    return status;
+}
+
+static void warn(const struct options *o, const char *text)
+{
+    if (!o->quiet) {
+        (void)fprintf(stderr, "lumdump: %s: warning: %s\n", o->source, text);
+    }
+}
+
+static int load(const struct options *o, lum_layout *layout,
+                lum_projector *projector, lum_error *error)
+{
+    lum_calibration calibration;
+    lum_profile profile;
+    lum_calibration_default(&calibration);
+    lum_profile_default(&profile);
+    if (o->calibration != NULL &&
+        lum_calibration_load(o->calibration, &calibration, error) != 0) {
+        return -1;
+    }
+    if (o->profile != NULL &&
+        lum_profile_load(o->profile, &profile, error) != 0) {
+        return -1;
+    }
+    if (lum_layout_init(layout, &profile, NULL, NULL) != LUM_OK ||
+        lum_projector_init(projector, &calibration, layout) != LUM_OK) {
+        return lum_error_set(error, "calibration and profile do not agree");
+    }
+    return 0;
+}
+
+static bool is_same_file(const char *a, const char *b)
+{
+    struct stat sa;
+    struct stat sb;
+    return stat(a, &sa) == 0 && stat(b, &sb) == 0 && S_ISREG(sa.st_mode) &&
+           sa.st_dev == sb.st_dev && sa.st_ino == sb.st_ino;
+}
+
+static bool is_regular(const char *path)
+{
+    struct stat s;
+    return stat(path, &s) == 0 && S_ISREG(s.st_mode);
+}
+
+static int check_output(const struct options *o, lum_error *error)
+{
+    const int pattern = output_name_pattern(o->output);
+    if (pattern < 0) {
+        return lum_error_set(error,
+                             "%s: a %% in the name stands for the frame "
+                             "number and has to read %%d or %%04d, once",
+                             o->output);
+    }
+    if (pattern == 1 && o->format == FORMAT_PCAP) {
+        return lum_error_set(error, "%s: a capture holds packets, not frames: "
+                                    "name one file",
+                             o->output);
+    }
+    if (is_same_file(o->source, o->output)) {
+        return lum_error_set(error,
+                             "%s is the source itself: name another output",
+                             o->output);
+    }
+    return 0;
+}
+
+/* Whether points must be counted before the output can begin. */
+static bool needs_count_first(const struct options *o)
+{
+    return o->format != FORMAT_PCAP && strcmp(o->output, "-") == 0 &&
+           lum_format_needs_count((lum_format)o->format) &&
+           lseek(STDOUT_FILENO, 0, SEEK_CUR) < 0;
+}
+
+static enum exit_status name_sensors(const struct pass *pass)
+{
+    (void)fprintf(stderr,
+                  "lumdump: %s: packets of several sensors; choose one by "
+                  "--sensor:",
+                  pass->options->source);
+    for (size_t i = 0; i < lum_demux_sensor_count(pass->demux); i++) {
+        lum_demux_sensor sensor;
+        char address[16];
+        lum_demux_get_sensor(pass->demux, i, &sensor);
+        (void)fprintf(stderr, " %s",
+                      number_format_address(sensor.address, address));
+    }
+    (void)fputc('\n', stderr);
+    return EXIT_BAD;
+}
+
+static bool lacks_asked_sensor(const struct pass *pass)
+{
+    for (size_t i = 0; i < lum_demux_sensor_count(pass->demux); i++) {
+        lum_demux_sensor sensor;
+        lum_demux_get_sensor(pass->demux, i, &sensor);
+        if (sensor.address == pass->options->sensor) {
+            return false;
+        }
+    }
+    return pass->options->has_sensor && lum_demux_sensor_count(pass->demux) > 0;
+}
+
+static enum exit_status refuse_sensor(const struct pass *pass)
+{
+    char wanted[16];
+    (void)fprintf(stderr, "lumdump: %s: no data of %s in it\n",
+                  pass->options->source,
+                  number_format_address(pass->options->sensor, wanted));
+    (void)name_sensors(pass);
+    return EXIT_FAILED;
+}
+
+/* Packets of ours, and no data among them. */
+static bool lacks_data(const struct pass *pass)
+{
+    lum_demux_counters total;
+    lum_demux_total(pass->demux, &total);
+    return total.packets[LUM_PACKET_DATA] == 0 &&
+           pass->diagnosis.shape_count > 0;
+}
+
+static void warn_of_losses(const struct pass *pass)
+{
+    const struct options *o = pass->options;
+    char text[160];
+    if (pass->summary.truncated) {
+        warn(o, pass->warning.text);
+    }
+    if (!pass->summary.has_time) {
+        warn(o, "no packet of a G2 in it: nothing to or from UDP port 5517 "
+                "bears its magic");
+    }
+    if (pass->output != NULL && output_left_out(pass->output) > 0) {
+        (void)snprintf(text, sizeof text,
+                       "%" PRIu64 " points came after the file of their frame "
+                       "was finished and were left out",
+                       output_left_out(pass->output));
+        warn(o, text);
+    }
+}
+
+static enum exit_status finish(struct pass *pass, lum_error *error)
+{
+    const struct options *o = pass->options;
+    const bool has_output = pass->output != NULL;
+    warn_of_losses(pass);
+    if (has_output) {
+        struct output *output = pass->output;
+        pass->output = NULL;
+        if (output_close(output, error) != 0) {
+            return complain(error, EXIT_FAILED);
+        }
+    }
+    if (o->json) {
+        summary_print_json(&pass->summary, stdout);
+    } else if (!o->quiet) {
+        summary_print_text(&pass->summary, has_output ? stderr : stdout);
+    }
+    if (fflush(stdout) != 0) {
+        (void)lum_error_set(error, "standard output: cannot write");
+        return complain(error, EXIT_FAILED);
+    }
+    return EXIT_DONE;
+}
+
+static enum exit_status conclude(struct pass *pass, enum pass_result result,
+                                 lum_error *error)
+{
+    switch (result) {
+    case PASS_SENSORS:
+        return name_sensors(pass);
+    case PASS_FAILED:
+        return complain(error, EXIT_FAILED);
+    case PASS_INTERRUPTED:
+    case PASS_READER_LEFT:
+        return EXIT_DONE;
+    case PASS_DONE:
+    default:
+        break;
+    }
+    if (lacks_asked_sensor(pass)) {
+        return refuse_sensor(pass);
+    }
+    if (lacks_data(pass)) {
+        diagnosis_print(&pass->diagnosis, pass->options->source, stderr);
+        return EXIT_FAILED;
+    }
+    return finish(pass, error);
+}
+
+static uint64_t points_of(const struct pass *pass)
+{
+    uint64_t points = 0;
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        points += pass->summary.sensors[i].points;
+    }
+    return points;
+}
+
+/* The first of two passes, for a header that holds the count. */
+static enum pass_result count_points(const struct pass *like, uint64_t *count,
+                                     lum_error *error)
+{
+    struct pass pass = *like;
+    const enum pass_result result = pass_run(&pass, error);
+    *count = points_of(&pass);
+    pass_free(&pass);
+    return result;
+}
+
+static enum exit_status run(const struct options *o)
+{
+    lum_error error = {""};
+    lum_layout layout;
+    lum_projector projector;
+    struct progress progress;
+    uint64_t count = 0;
+    bool has_count = false;
+    enum pass_result result = PASS_DONE;
+    progress_init(&progress, o->quiet);
+    if (load(o, &layout, &projector, &error) != 0 ||
+        (o->output != NULL && check_output(o, &error) != 0)) {
+        return complain(&error, EXIT_BAD);
+    }
+    struct pass pass = {.options = o,
+                        .layout = &layout,
+                        .projector = &projector,
+                        .progress = &progress};
+    if (o->output != NULL && needs_count_first(o)) {
+        if (!is_regular(o->source)) {
+            (void)lum_error_set(&error,
+                                "the format needs a count in its header: a "
+                                "source that can be read once cannot go to an "
+                                "output that cannot seek; use -o FILE, or csv");
+            return complain(&error, EXIT_BAD);
+        }
+        result = count_points(&pass, &count, &error);
+        has_count = true;
+    }
+    if (result == PASS_DONE && o->output != NULL &&
+        output_open(o, &projector, has_count, count, &pass.output, &error) !=
+            0) {
+        return complain(&error, EXIT_FAILED);
+    }
+    if (result == PASS_DONE) {
+        result = pass_run(&pass, &error);
+    }
+    const enum exit_status status = conclude(&pass, result, &error);
+    output_abort(pass.output);
+    pass_free(&pass);
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    struct options options;
+    switch (options_parse(argc, argv, &options)) {
+    case PARSED_DONE:
+        return fflush(stdout) == 0 ? EXIT_DONE : EXIT_FAILED;
+    case PARSED_BAD:
+        return EXIT_BAD;
+    case PARSED_RUN:
+    default:
+        break;
+    }
+    interrupt_catch();
+    const enum exit_status status = run(&options);
+    if (interrupt_signal() != 0) {
+        interrupt_die();
+    }
+    return status;
+}

@@ -1,0 +1,286 @@
+#define _POSIX_C_SOURCE 200809L
+#include "output.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define NAME_BYTES 4096u
+
+/* Frames whose files are open at once; the eyes are seldom two apart. */
+#define OPEN_FRAMES_MAX 16u
+
+struct frame_file {
+    int64_t frame;
+    lum_writer *writer;
+};
+
+struct output {
+    const struct options *options;
+    lum_writer_options writer_options;
+    bool is_pattern;
+    struct frame_file files[OPEN_FRAMES_MAX]; /* the first serves a lone file */
+    size_t file_count;
+    bool has_ended;
+    int64_t ended; /* frames up to this one are finished */
+    uint64_t left_out;
+    lum_capture_writer *capture;
+    char capture_part[NAME_BYTES];
+};
+
+int output_name_pattern(const char *name)
+{
+    const char *p = strchr(name, '%');
+    if (p == NULL) {
+        return 0;
+    }
+    p++;
+    p += strspn(p, "0123456789");
+    return *p == 'd' && strchr(p, '%') == NULL ? 1 : -1;
+}
+
+/* The pattern's one conversion was checked; a width past two digits would only
+ * pad. */
+static int frame_name(const char *pattern, int64_t frame,
+                      char out[NAME_BYTES], lum_error *error)
+{
+    const char *percent = strchr(pattern, '%');
+    const char *digits = percent + 1;
+    const char *rest = strchr(digits, 'd') + 1;
+    const long width = strtol(digits, NULL, 10);
+    if (width > 64) {
+        return lum_error_set(error,
+                             "%s: a frame number of %ld digits; use %%04d",
+                             pattern, width);
+    }
+    const int n = snprintf(out, NAME_BYTES,
+                           *digits == '0' ? "%.*s%0*lld%s" : "%.*s%*lld%s",
+                           (int)(percent - pattern), pattern, (int)width,
+                           (long long)frame, rest);
+    if (n < 0 || (size_t)n >= NAME_BYTES) {
+        return lum_error_set(error, "%s: the name is too long", pattern);
+    }
+    return 0;
+}
+
+static int open_capture(struct output *o, lum_error *error)
+{
+    const char *name = o->options->output;
+    if (strcmp(name, "-") == 0) {
+        return lum_capture_writer_open(name, &o->capture, error);
+    }
+    const int n =
+        snprintf(o->capture_part, sizeof o->capture_part, "%s.part", name);
+    if (n < 0 || (size_t)n >= sizeof o->capture_part) {
+        return lum_error_set(error, "%s: the name is too long", name);
+    }
+    if (lum_capture_writer_open(o->capture_part, &o->capture, error) != 0) {
+        o->capture_part[0] = '\0';
+        return -1;
+    }
+    return 0;
+}
+
+static int open_first(struct output *o, lum_error *error)
+{
+    if (o->options->format == FORMAT_PCAP) {
+        return open_capture(o, error);
+    }
+    if (o->is_pattern) {
+        return 0;
+    }
+    if (lum_writer_open(o->options->output, &o->writer_options,
+                        &o->files[0].writer, error) != 0) {
+        return -1;
+    }
+    o->file_count = 1;
+    return 0;
+}
+
+int output_open(const struct options *options, const lum_projector *projector,
+                bool has_count, uint64_t count, struct output **out,
+                lum_error *error)
+{
+    struct output *o = calloc(1, sizeof *o);
+    if (o == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    o->options = options;
+    o->is_pattern = output_name_pattern(options->output) == 1;
+    o->writer_options = (lum_writer_options){.format =
+                                                 (lum_format)options->format,
+                                             .ascii = options->ascii,
+                                             .utc = options->utc,
+                                             .has_count = has_count,
+                                             .count = count,
+                                             .projector = projector};
+    if (open_first(o, error) != 0) {
+        free(o);
+        return -1;
+    }
+    *out = o;
+    return 0;
+}
+
+static int close_file(struct output *o, size_t i, lum_error *error)
+{
+    lum_writer *writer = o->files[i].writer;
+    if (!o->has_ended || o->files[i].frame > o->ended) {
+        o->has_ended = true;
+        o->ended = o->files[i].frame;
+    }
+    o->file_count--;
+    o->files[i] = o->files[o->file_count];
+    return lum_writer_close(writer, error);
+}
+
+static size_t lowest_file(const struct output *o)
+{
+    size_t lowest = 0;
+    for (size_t i = 1; i < o->file_count; i++) {
+        if (o->files[i].frame < o->files[lowest].frame) {
+            lowest = i;
+        }
+    }
+    return lowest;
+}
+
+/* The file of a frame, opened where there is none. NULL without *failed: that
+ * file is finished already. */
+static lum_writer *file_of_frame(struct output *o, int64_t frame, bool *failed,
+                                 lum_error *error)
+{
+    char name[NAME_BYTES];
+    lum_writer *writer = NULL;
+    for (size_t i = 0; i < o->file_count; i++) {
+        if (o->files[i].frame == frame) {
+            return o->files[i].writer;
+        }
+    }
+    if (o->has_ended && frame <= o->ended) {
+        return NULL;
+    }
+    if ((o->file_count == OPEN_FRAMES_MAX &&
+         close_file(o, lowest_file(o), error) != 0) ||
+        frame_name(o->options->output, frame, name, error) != 0 ||
+        lum_writer_open(name, &o->writer_options, &writer, error) != 0) {
+        *failed = true;
+        return NULL;
+    }
+    o->files[o->file_count++] = (struct frame_file){frame, writer};
+    return writer;
+}
+
+int output_add_line(struct output *o, const lum_line_samples *line,
+                    lum_error *error)
+{
+    bool failed = false;
+    if (o->options->format == FORMAT_PCAP || line->count == 0) {
+        return 0;
+    }
+    lum_writer *writer =
+        o->is_pattern ? file_of_frame(o, line->frame, &failed, error)
+                      : o->files[0].writer;
+    if (failed) {
+        return -1;
+    }
+    if (writer == NULL) {
+        o->left_out += line->count;
+        return 0;
+    }
+    return lum_writer_add(writer, line, error);
+}
+
+int output_add_datagram(struct output *o, const lum_record *record,
+                        lum_error *error)
+{
+    if (o->options->format != FORMAT_PCAP) {
+        return 0;
+    }
+    return lum_capture_writer_add(
+        o->capture,
+        &(lum_datagram){.time_ns = record->time_ns,
+                        .payload = record->payload,
+                        .len = record->len,
+                        .source = record->source,
+                        .destination = record->destination,
+                        .source_port = record->source_port,
+                        .destination_port = record->destination_port},
+        error);
+}
+
+int output_end_frame(struct output *o, int64_t frame, lum_error *error)
+{
+    size_t i = 0;
+    if (!o->is_pattern) {
+        return 0;
+    }
+    while (i < o->file_count) {
+        if (o->files[i].frame > frame) {
+            i++;
+        } else if (close_file(o, i, error) != 0) {
+            return -1;
+        }
+    }
+    if (!o->has_ended || frame > o->ended) {
+        o->has_ended = true;
+        o->ended = frame;
+    }
+    return 0;
+}
+
+static int close_capture(struct output *o, lum_error *error)
+{
+    lum_capture_writer *capture = o->capture;
+    o->capture = NULL;
+    if (lum_capture_writer_close(capture, error) != 0) {
+        return -1;
+    }
+    if (o->capture_part[0] != '\0' &&
+        rename(o->capture_part, o->options->output) != 0) {
+        return lum_error_set(error, "%s: cannot rename %s: %s",
+                             o->options->output, o->capture_part,
+                             strerror(errno));
+    }
+    o->capture_part[0] = '\0';
+    return 0;
+}
+
+int output_close(struct output *o, lum_error *error)
+{
+    int result = 0;
+    if (o->capture != NULL) {
+        result = close_capture(o, error);
+    }
+    while (result == 0 && o->file_count > 0) {
+        result = close_file(o, lowest_file(o), error);
+    }
+    output_abort(o);
+    return result;
+}
+
+void output_abort(struct output *o)
+{
+    if (o == NULL) {
+        return;
+    }
+    for (size_t i = 0; i < o->file_count; i++) {
+        lum_writer_abort(o->files[i].writer);
+    }
+    if (o->capture != NULL) {
+        /* its file goes: whether its last block could be written is nothing */
+        const int ignored = lum_capture_writer_close(o->capture, NULL);
+        (void)ignored;
+    }
+    if (o->capture_part[0] != '\0') {
+        (void)unlink(o->capture_part);
+    }
+    free(o);
+}
+
+uint64_t output_left_out(const struct output *o)
+{
+    return o->left_out;
+}

@@ -1,0 +1,50 @@
+#define _POSIX_C_SOURCE 200809L
+#include "progress.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <time.h>
+#include <unistd.h>
+
+#define INTERVAL_NS INT64_C(200000000)
+
+void progress_init(struct progress *progress, bool quiet)
+{
+    *progress = (struct progress){.is_on = !quiet && isatty(STDERR_FILENO)};
+}
+
+static int64_t now_ns(void)
+{
+    struct timespec now = {0};
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+}
+
+void progress_update(struct progress *progress, uint64_t done, uint64_t total,
+                     uint64_t points)
+{
+    if (!progress->is_on) {
+        return;
+    }
+    const int64_t now = now_ns();
+    if (now < progress->next_ns) {
+        return;
+    }
+    progress->next_ns = now + INTERVAL_NS;
+    progress->is_shown = true;
+    if (total > 0) {
+        (void)fprintf(stderr, "\r\033[K%3" PRIu64 " %%  ", done * 100 / total);
+    } else {
+        (void)fputs("\r\033[K", stderr);
+    }
+    (void)fprintf(stderr, "%" PRIu64 " MB read, %" PRIu64 " points",
+                  done / 1000000, points);
+}
+
+void progress_clear(struct progress *progress)
+{
+    if (progress->is_shown) {
+        (void)fputs("\r\033[K", stderr);
+        progress->is_shown = false;
+    }
+}

@@ -1,0 +1,266 @@
+#define _POSIX_C_SOURCE 200809L
+#include "summary.h"
+
+#include "../common/number.h"
+
+#include <inttypes.h>
+
+/* A counter by its name in the protocol, as JSON shows it, and in words. */
+struct named {
+    const char *key;
+    const char *meaning;
+    uint64_t value;
+};
+
+enum { NAMED_MAX = 40 };
+
+static struct point_counts total_points(const struct summary *s)
+{
+    struct point_counts total = {0};
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        total.points += s->sensors[i].points;
+        total.no_angle += s->sensors[i].no_angle;
+        total.no_range += s->sensors[i].no_range;
+        for (unsigned e = 0; e < LUM_EYES; e++) {
+            total.lines[e] += s->sensors[i].lines[e];
+        }
+    }
+    return total;
+}
+
+static size_t list_kinds(const lum_demux_counters *c, struct named *out)
+{
+    const uint64_t *k = c->packets;
+    const struct named rows[] = {
+        {"data", "data", k[LUM_PACKET_DATA]},
+        {"angle_packets", "angle packets", c->angle_packets},
+        {"range_packets", "range packets", c->range_packets},
+        {"heartbeat", "heartbeat", k[LUM_PACKET_HEARTBEAT]},
+        {"set_ip", "set IP", k[LUM_PACKET_SET_IP]},
+        {"timestamp", "timestamp", k[LUM_PACKET_TIMESTAMP]},
+        {"tlv", "TLV", k[LUM_PACKET_TLV]},
+    };
+    const size_t n = sizeof rows / sizeof rows[0];
+    for (size_t i = 0; i < n; i++) {
+        out[i] = rows[i];
+    }
+    return n;
+}
+
+static size_t list_content(const lum_demux_counters *c,
+                           const struct point_counts *p, struct named *out)
+{
+    const struct named rows[] = {
+        {"frames", "frames", c->assembly.frames},
+        {"lines", "lines", c->assembly.lines},
+        {"lines_blue", "lines of the blue eye", p->lines[LUM_EYE_BLUE]},
+        {"lines_green", "lines of the green eye", p->lines[LUM_EYE_GREEN]},
+        {"words", "range words", c->assembly.words},
+        {"points", "points", p->points},
+    };
+    const size_t n = sizeof rows / sizeof rows[0];
+    for (size_t i = 0; i < n; i++) {
+        out[i] = rows[i];
+    }
+    return n;
+}
+
+static size_t list_losses(const lum_demux_counters *c,
+                          const struct point_counts *p, struct named *out)
+{
+    const lum_assembly_counters *a = &c->assembly;
+    const uint64_t *k = c->packets;
+    const struct named rows[] = {
+        {"lost_words", "range words lost on the way, at least",
+         a->lost_words},
+        {"lines_missing_angles", "lines that lack angles",
+         a->lines_missing_angles},
+        {"lines_skipped", "line numbers that never came", a->lines_skipped},
+        {"no_angle", "words whose pixel has no angles", p->no_angle},
+        {"no_range", "words without a range above zero", p->no_range},
+        {"bad_words", "words with a bit or pixel that cannot be",
+         a->bad_words},
+        {"late", "packets of lines already closed", a->late},
+        {"duplicate", "packets that came again", a->duplicate},
+        {"conflict", "packets that contradict others", a->conflict},
+        {"no_room", "packets with more words than a line holds", a->no_room},
+        {"stray", "packets far from the stream's clock", a->stray},
+        {"malformed", "packets with lengths or fields that cannot be",
+         k[LUM_PACKET_MALFORMED]},
+        {"unknown_tag", "data packets, neither angles nor ranges",
+         k[LUM_PACKET_UNKNOWN_TAG]},
+        {"unknown_type", "packets of a type that is not known",
+         k[LUM_PACKET_UNKNOWN_TYPE]},
+        {"cut_short", "datagrams the capture holds in part", c->cut_short},
+        {"foreign", "datagrams on port 5517 without our magic",
+         k[LUM_PACKET_FOREIGN]},
+        {"other", "records that are not ours", c->other},
+    };
+    const size_t n = sizeof rows / sizeof rows[0];
+    for (size_t i = 0; i < n; i++) {
+        out[i] = rows[i];
+    }
+    return n;
+}
+
+static double duration_s(const struct summary *s)
+{
+    return s->has_time ? (double)(s->last_ns - s->first_ns) * 1e-9 : 0.0;
+}
+
+static size_t list_all(const lum_demux_counters *c,
+                       const struct point_counts *p, struct named *out)
+{
+    size_t n = list_kinds(c, out);
+    n += list_content(c, p, out + n);
+    n += list_losses(c, p, out + n);
+    return n;
+}
+
+static void print_members(const lum_demux_counters *c,
+                          const struct point_counts *p, const char *indent,
+                          FILE *out)
+{
+    struct named rows[NAMED_MAX];
+    const size_t n = list_all(c, p, rows);
+    for (size_t i = 0; i < n; i++) {
+        (void)fprintf(out, "%s\"%s\": %" PRIu64 "%s\n", indent, rows[i].key,
+                      rows[i].value, i + 1 < n ? "," : "");
+    }
+}
+
+static void print_json_text(const char *text, FILE *out)
+{
+    (void)fputc('"', out);
+    for (const unsigned char *p = (const unsigned char *)text; *p != '\0';
+         p++) {
+        if (*p == '"' || *p == '\\') {
+            (void)fprintf(out, "\\%c", *p);
+        } else if (*p < 0x20 || *p > 0x7e) {
+            (void)fprintf(out, "\\u%04x", *p);
+        } else {
+            (void)fputc(*p, out);
+        }
+    }
+    (void)fputc('"', out);
+}
+
+static bool is_shown(const struct summary *s, const lum_demux_sensor *sensor)
+{
+    return !s->has_sensor || sensor->address == s->sensor;
+}
+
+static void print_json_sensors(const struct summary *s, FILE *out)
+{
+    const size_t n = lum_demux_sensor_count(s->demux);
+    bool is_first = true;
+    (void)fputs("  \"sensors\": [", out);
+    for (size_t i = 0; i < n; i++) {
+        lum_demux_sensor sensor;
+        char address[16];
+        lum_demux_get_sensor(s->demux, i, &sensor);
+        if (!is_shown(s, &sensor)) {
+            continue;
+        }
+        (void)fprintf(out, "%s\n    {\n      \"address\": \"%s\",\n",
+                      is_first ? "" : ",",
+                      number_format_address(sensor.address, address));
+        print_members(&sensor.counters, &s->sensors[i], "      ", out);
+        (void)fputs("    }", out);
+        is_first = false;
+    }
+    (void)fputs(is_first ? "],\n" : "\n  ],\n", out);
+}
+
+void summary_print_json(const struct summary *s, FILE *out)
+{
+    const struct point_counts points = total_points(s);
+    const double seconds = duration_s(s);
+    lum_demux_counters total;
+    lum_demux_total(s->demux, &total);
+    (void)fputs("{\n  \"source\": ", out);
+    print_json_text(s->source, out);
+    (void)fprintf(out,
+                  ",\n  \"truncated\": %s,\n  \"records\": %" PRIu64
+                  ",\n  \"duration_s\": %.6f,\n",
+                  s->truncated ? "true" : "false", s->records, seconds);
+    if (seconds > 0.0) {
+        (void)fprintf(out,
+                      "  \"points_per_second\": %.1f,\n"
+                      "  \"frames_per_second\": %.3f,\n",
+                      (double)points.points / seconds,
+                      (double)total.assembly.frames / seconds);
+    }
+    print_json_sensors(s, out);
+    print_members(&total, &points, "  ", out);
+    (void)fputs("}\n", out);
+}
+
+static void print_nonzero(const char *title, const struct named *rows,
+                          size_t n, FILE *out)
+{
+    for (size_t i = 0; i < n; i++) {
+        if (rows[i].value != 0) {
+            (void)fprintf(out, "%-10s %14" PRIu64 "  %-21s %s\n", title,
+                          rows[i].value, rows[i].key, rows[i].meaning);
+            title = "";
+        }
+    }
+}
+
+static void print_sensors(const struct summary *s, FILE *out)
+{
+    const size_t n = lum_demux_sensor_count(s->demux);
+    const char *title = "sensor";
+    for (size_t i = 0; i < n; i++) {
+        lum_demux_sensor sensor;
+        char address[16];
+        lum_demux_get_sensor(s->demux, i, &sensor);
+        (void)fprintf(
+            out, "%-10s %14s  %s\n", title,
+            number_format_address(sensor.address, address),
+            is_shown(s, &sensor) ? "" : "left out: another was asked for");
+        title = "";
+        if (n > 1 && is_shown(s, &sensor)) {
+            (void)fprintf(out,
+                          "%-26s %" PRIu64 " lines, %" PRIu64
+                          " frames, %" PRIu64 " points\n",
+                          "", sensor.counters.assembly.lines,
+                          sensor.counters.assembly.frames,
+                          s->sensors[i].points);
+        }
+    }
+    if (n == 0) {
+        (void)fprintf(out, "%-10s %14s\n", title, "none");
+    }
+}
+
+void summary_print_text(const struct summary *s, FILE *out)
+{
+    const struct point_counts points = total_points(s);
+    const double seconds = duration_s(s);
+    struct named rows[NAMED_MAX];
+    lum_demux_counters total;
+    lum_demux_total(s->demux, &total);
+    (void)fprintf(out, "%s%s\n", s->source,
+                  s->truncated ? " (broken off: see the warning)" : "");
+    print_sensors(s, out);
+    print_nonzero("packets", rows, list_kinds(&total, rows), out);
+    print_nonzero("content", rows, list_content(&total, &points, rows), out);
+    if (seconds > 0.0) {
+        (void)fprintf(out, "%-10s %14.3f  seconds of capture\n", "rates",
+                      seconds);
+        (void)fprintf(out, "%-10s %14.2f  frames a second\n", "",
+                      (double)total.assembly.frames / seconds);
+        (void)fprintf(out, "%-10s %14.0f  points a second\n", "",
+                      (double)points.points / seconds);
+    }
+    const size_t n = list_losses(&total, &points, rows);
+    print_nonzero("losses", rows, n, out);
+    for (size_t i = 0; i < n; i++) {
+        if (rows[i].value != 0) {
+            return;
+        }
+    }
+    (void)fprintf(out, "%-10s %14s\n", "losses", "none");
+}

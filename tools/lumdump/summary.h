@@ -1,0 +1,35 @@
+/* What a source holds, for people and for programs. */
+#ifndef LUMDUMP_SUMMARY_H
+#define LUMDUMP_SUMMARY_H
+
+#include "lum/io/demux.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+/* Points and the words that gave none, of one sensor. */
+struct point_counts {
+    uint64_t points;
+    uint64_t no_angle;
+    uint64_t no_range;
+    uint64_t lines[LUM_EYES];
+};
+
+struct summary {
+    const char *source;
+    const lum_demux *demux;
+    struct point_counts sensors[LUM_DEMUX_SENSORS_MAX];
+    bool has_sensor; /* one was asked for */
+    uint32_t sensor;
+    int64_t first_ns; /* capture times of the first and last of our packets */
+    int64_t last_ns;
+    uint64_t records; /* of the capture */
+    bool has_time;
+    bool truncated;
+};
+
+void summary_print_text(const struct summary *summary, FILE *out);
+void summary_print_json(const struct summary *summary, FILE *out);
+
+#endif

@@ -1,0 +1,97 @@
+#include "truth.h"
+
+#include "lum/assembler.h"
+#include "lum/io/writer.h"
+#include "sim/packets.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define SAMPLES_MAX (LUM_RENDER_RETURNS_MAX * LUM_LINE_PIXELS)
+
+/* A line that a decoder still holds open. */
+struct held {
+    lum_line_samples line;
+    lum_sample samples[SAMPLES_MAX];
+};
+
+struct truth {
+    lum_writer *writer;
+    lum_layout layout;
+    unsigned open_lines; /* of each eye: one more closes the oldest */
+    unsigned first[LUM_EYES];
+    unsigned count[LUM_EYES];
+    struct held held[LUM_EYES][LUM_OPEN_LINES_MAX];
+};
+
+int truth_open(const char *path, const lum_layout *layout, struct truth **out,
+               lum_error *error)
+{
+    const lum_writer_options options = {.format = LUM_FORMAT_CSV};
+    lum_assembler_config config;
+    struct truth *t = calloc(1, sizeof *t);
+    if (t == NULL) {
+        return lum_error_set(error, "%s: not enough memory", path);
+    }
+    if (lum_writer_open(path, &options, &t->writer, error) != 0) {
+        free(t);
+        return -1;
+    }
+    lum_assembler_config_default(&config);
+    t->open_lines = config.open_lines;
+    t->layout = *layout;
+    *out = t;
+    return 0;
+}
+
+static int write_oldest(struct truth *t, unsigned eye, lum_error *error)
+{
+    struct held *h = &t->held[eye][t->first[eye]];
+    t->first[eye] = (t->first[eye] + 1) % t->open_lines;
+    t->count[eye]--;
+    return lum_writer_add(t->writer, &h->line, error);
+}
+
+int truth_add(struct truth *truth, const lum_sim_line *line, lum_error *error)
+{
+    const unsigned eye = line->eye;
+    if (truth->count[eye] == truth->open_lines &&
+        write_oldest(truth, eye, error) != 0) {
+        return -1;
+    }
+    struct held *h = &truth->held[eye][(truth->first[eye] + truth->count[eye]) %
+                                       truth->open_lines];
+    truth->count[eye]++;
+    h->line = (lum_line_samples){.samples = h->samples,
+                                 .count = line->truth_count,
+                                 .frame = line->frame,
+                                 .timestamp_us =
+                                     lum_packets_clock_us(&truth->layout, line),
+                                 .line = line->number,
+                                 .eye = line->eye};
+    memcpy(h->samples, line->truth, line->truth_count * sizeof h->samples[0]);
+    return 0;
+}
+
+int truth_close(struct truth *truth, lum_error *error)
+{
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        while (truth->count[eye] > 0) {
+            if (write_oldest(truth, eye, error) != 0) {
+                truth_abort(truth);
+                return -1;
+            }
+        }
+    }
+    const int result = lum_writer_close(truth->writer, error);
+    free(truth);
+    return result;
+}
+
+void truth_abort(struct truth *truth)
+{
+    if (truth != NULL) {
+        lum_writer_abort(truth->writer);
+        free(truth);
+    }
+}

@@ -1,0 +1,25 @@
+/* The exact points as CSV, in the order in which a decoder of the whole capture
+ * hands out lines. */
+#ifndef LUMSIM_TRUTH_H
+#define LUMSIM_TRUTH_H
+
+#include "lum/io/error.h"
+#include "lum/profile.h"
+#include "sim/render.h"
+
+struct truth;
+
+/* 0, or -1 with the reason in error. layout is copied. */
+int truth_open(const char *path, const lum_layout *layout, struct truth **out,
+               lum_error *error);
+
+/* The next line of an eye; copied. 0, or -1 with the reason in error. */
+int truth_add(struct truth *truth, const lum_sim_line *line, lum_error *error);
+
+/* 0, or -1 with the reason in error; then nothing is left behind. */
+int truth_close(struct truth *truth, lum_error *error);
+
+/* Remove what was written. NULL is allowed. */
+void truth_abort(struct truth *truth);
+
+#endif
