@@ -64,16 +64,16 @@ typedef struct lum_line {
     int64_t frame;            /**< frame number; a label, can be 0 or less */
     int64_t clock_us;         /**< extended sensor clock of its first packet */
     int64_t arrival;          /**< what came with its first packet */
-    const int16_t *azimuth;   /**< raw, LUM_LINE_PIXELS of them; 0 if unmarked */
-    const int16_t *elevation; /**< raw, LUM_LINE_PIXELS of them; 0 if unmarked */
+    const int16_t *azimuth;   /**< raw, of each pixel; 0 if unmarked */
+    const int16_t *elevation; /**< raw, of each pixel; 0 if unmarked */
     const uint32_t *angle_marks; /**< bit p % 32 of word p / 32: pixel p has
                                       angles */
-    const uint32_t *words;    /**< by pixel, then as in their packet */
-    uint32_t word_count;      /**< how many */
-    uint32_t lost_words;      /**< of this line, from below */
-    uint32_t number;          /**< line number within the frame */
-    uint16_t angle_count;     /**< pixels that have angles, 0..1000 */
-    uint8_t eye;              /**< an ::lum_eye */
+    const uint32_t *words;       /**< by pixel, then as in their packet */
+    uint32_t word_count;         /**< how many */
+    uint32_t lost_words;         /**< of this line, from below */
+    uint32_t number;             /**< line number within the frame */
+    uint16_t angle_count;        /**< pixels that have angles, 0..1000 */
+    uint8_t eye;                 /**< an ::lum_eye */
 } lum_line;
 
 /** Whether a pixel of a line has angles; pixel < LUM_LINE_PIXELS. */
@@ -139,29 +139,29 @@ typedef struct lum_eye_state {
 
 /** One sensor's assembler. Public in size, private in content. */
 typedef struct lum_assembler {
-    lum_assembler_config config;               /**< private */
-    lum_layout layout;                         /**< private */
-    lum_assembly_counters counters;            /**< private */
-    lum_eye_state eye[LUM_EYES];               /**< private */
-    lum_line_slot *slots;                      /**< private */
-    lum_line line;                             /**< private */
-    int64_t clock_us;                          /**< private */
-    int64_t first_clock_us;                    /**< private */
-    int64_t packet_clock_us;                   /**< private */
-    int64_t next_frame;                        /**< private */
-    int64_t due_frame;                         /**< private */
-    int64_t lowest_frame;                      /**< private */
-    int64_t highest_frame;                     /**< private */
-    int64_t handed_low;                        /**< private */
-    int64_t handed_high;                       /**< private */
-    uint16_t placement[LUM_LINE_PIXELS];       /**< private */
-    uint8_t stage;                             /**< private */
-    uint8_t to_close;                          /**< private */
-    uint8_t handed_out;                        /**< private */
-    bool clock_begun;                          /**< private */
-    bool frame_begun;                          /**< private */
-    bool opening;                              /**< private */
-    bool flushed;                              /**< private */
+    lum_assembler_config config;         /**< private */
+    lum_layout layout;                   /**< private */
+    lum_assembly_counters counters;      /**< private */
+    lum_eye_state eye[LUM_EYES];         /**< private */
+    lum_line_slot *slots;                /**< private */
+    lum_line line;                       /**< private */
+    int64_t clock_us;                    /**< private */
+    int64_t first_clock_us;              /**< private */
+    int64_t packet_clock_us;             /**< private */
+    int64_t next_frame;                  /**< private */
+    int64_t due_frame;                   /**< private */
+    int64_t lowest_frame;                /**< private */
+    int64_t highest_frame;               /**< private */
+    int64_t handed_low;                  /**< private */
+    int64_t handed_high;                 /**< private */
+    uint16_t placement[LUM_LINE_PIXELS]; /**< private */
+    uint8_t stage;                       /**< private */
+    uint8_t to_close;                    /**< private */
+    uint8_t handed_out;                  /**< private */
+    bool clock_begun;                    /**< private */
+    bool frame_begun;                    /**< private */
+    bool opening;                        /**< private */
+    bool flushed;                        /**< private */
 } lum_assembler;
 
 /** The constants as the protocol gives them. Cannot fail. */

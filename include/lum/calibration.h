@@ -12,16 +12,16 @@
 /** Calibration of one eye. Angles in microdegrees, lengths in micrometres,
  * times in femtoseconds. */
 typedef struct lum_eye_calibration {
-    int64_t tof_offset_fs;        /**< added to each time of flight; within
-                                       +-10^10 (10 us) */
-    int32_t azimuth_center_udeg;  /**< -180..180 degrees */
-    int32_t azimuth_width_udeg;   /**< above 0, at most 360 degrees */
-    int32_t elevation_min_udeg;   /**< -90..90 degrees */
-    int32_t elevation_max_udeg;   /**< above min, at most 90 degrees */
-    int32_t mount_um[3];          /**< x, y, z; within +-1 km */
-    int32_t mount_roll_udeg;      /**< about x; -360..360 degrees */
-    int32_t mount_pitch_udeg;     /**< about y; -360..360 degrees */
-    int32_t mount_yaw_udeg;       /**< about z; -360..360 degrees */
+    int64_t tof_offset_fs;       /**< added to each time of flight; within
+                                      +-10^10 (10 us) */
+    int32_t azimuth_center_udeg; /**< -180..180 degrees */
+    int32_t azimuth_width_udeg;  /**< above 0, at most 360 degrees */
+    int32_t elevation_min_udeg;  /**< -90..90 degrees */
+    int32_t elevation_max_udeg;  /**< above min, at most 90 degrees */
+    int32_t mount_um[3];         /**< x, y, z; within +-1 km */
+    int32_t mount_roll_udeg;     /**< about x; -360..360 degrees */
+    int32_t mount_pitch_udeg;    /**< about y; -360..360 degrees */
+    int32_t mount_yaw_udeg;      /**< about z; -360..360 degrees */
 } lum_eye_calibration;
 
 /** Calibration of a sensor. */

@@ -51,8 +51,9 @@ typedef struct lum_command {
  * @param len gets how many.
  * @return LUM_OK; LUM_E_VALUE if the id is unknown or the value is not one
  *         that the table allows. */
-LUM_MUST_CHECK lum_result lum_command_format(
-    const lum_command *command, char out[LUM_COMMAND_TEXT_BYTES], size_t *len);
+LUM_MUST_CHECK lum_result lum_command_format(const lum_command *command,
+                                             char out[LUM_COMMAND_TEXT_BYTES],
+                                             size_t *len);
 
 /** Read the first command of a text and step over it and the one space that
  * parts it from the next.

@@ -20,20 +20,20 @@
 /** How one eye's samples become geometry. Private: made by
  * lum_projector_init(). */
 typedef struct lum_eye_projector {
-    double azimuth_rad;     /**< private: radians of a bit */
-    double elevation_rad;   /**< private */
-    double azimuth_deg;     /**< private: degrees of a bit */
-    double elevation_deg;   /**< private */
-    double azimuth_center;  /**< private: degrees */
+    double azimuth_rad;      /**< private: radians of a bit */
+    double elevation_rad;    /**< private */
+    double azimuth_deg;      /**< private: degrees of a bit */
+    double elevation_deg;    /**< private */
+    double azimuth_center;   /**< private: degrees */
     double elevation_center; /**< private: degrees */
-    double range_lsb;       /**< private: metres of a bit */
-    double range_offset;    /**< private: metres */
-    float center_sin;       /**< private: of the elevation's centre */
-    float center_cos;       /**< private */
-    float rotation[9];      /**< private: eye to sensor, row by row */
-    float mount[3];         /**< private: metres */
-    int32_t min_tof;        /**< private */
-    bool narrow;            /**< private: a polynomial reaches all angles */
+    double range_lsb;        /**< private: metres of a bit */
+    double range_offset;     /**< private: metres */
+    float center_sin;        /**< private: of the elevation's centre */
+    float center_cos;        /**< private */
+    float rotation[9];       /**< private: eye to sensor, row by row */
+    float mount[3];          /**< private: metres */
+    int32_t min_tof;         /**< private */
+    bool narrow;             /**< private: a polynomial reaches all angles */
 } lum_eye_projector;
 
 /** How a sensor's samples become points. */
@@ -47,9 +47,9 @@ typedef struct lum_projector {
  * @param calibration checked here; not kept.
  * @param layout      tells the scale of angles; not kept.
  * @return LUM_OK; LUM_E_VALUE as lum_calibration_check(). */
-LUM_MUST_CHECK lum_result
-lum_projector_init(lum_projector *out, const lum_calibration *calibration,
-                   const lum_layout *layout);
+LUM_MUST_CHECK lum_result lum_projector_init(lum_projector *out,
+                                             const lum_calibration *calibration,
+                                             const lum_layout *layout);
 
 /** A unit vector in the frame of the sensor, padded to 16 bytes. */
 typedef struct lum_direction {
@@ -134,15 +134,15 @@ typedef enum lum_return_choice {
 
 /** What is asked for of a line. */
 typedef struct lum_selection {
-    lum_edges edges;            /**< edges */
-    lum_return_choice returns;  /**< returns */
-    uint16_t return_number;     /**< with LUM_RETURNS_NUMBER, from 1 */
-    bool has_range;             /**< whether range limits apply */
-    bool has_box;               /**< whether the box applies */
-    float range_min;            /**< metres, included */
-    float range_max;            /**< metres, included */
-    float box_min[3];           /**< metres: x, y, z, included */
-    float box_max[3];           /**< metres: x, y, z, included */
+    lum_edges edges;           /**< edges */
+    lum_return_choice returns; /**< returns */
+    uint16_t return_number;    /**< with LUM_RETURNS_NUMBER, from 1 */
+    bool has_range;            /**< whether range limits apply */
+    bool has_box;              /**< whether the box applies */
+    float range_min;           /**< metres, included */
+    float range_max;           /**< metres, included */
+    float box_min[3];          /**< metres: x, y, z, included */
+    float box_max[3];          /**< metres: x, y, z, included */
 } lum_selection;
 
 /** Working memory of lum_samples_compute(); content is private. */

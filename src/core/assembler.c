@@ -76,7 +76,6 @@ static int64_t distance(int64_t a, int64_t b)
     return a > b ? a - b : b - a;
 }
 
-
 static void note_frame(lum_assembler *a, int64_t frame)
 {
     const bool none_announced = a->next_frame == a->lowest_frame;
@@ -120,7 +119,6 @@ static bool is_frame_due(lum_assembler *a)
     }
     return due;
 }
-
 
 static lum_line_slot *open_slot(lum_assembler *a, const lum_eye_state *eye,
                                 unsigned position)
@@ -266,7 +264,6 @@ static unsigned find_open(lum_assembler *a, const lum_eye_state *eye,
     return i;
 }
 
-
 static lum_result judge_clock(lum_assembler *a, lum_eye_state *eye)
 {
     const int64_t gap = a->config.gap_us;
@@ -293,8 +290,7 @@ static lum_result judge_clock(lum_assembler *a, lum_eye_state *eye)
 
 static lum_result place_in_time(lum_assembler *a, const lum_group *group)
 {
-    const unsigned bytes =
-        a->layout.profile.group[LUM_FIELD_TIMESTAMP].bytes;
+    const unsigned bytes = a->layout.profile.group[LUM_FIELD_TIMESTAMP].bytes;
     a->packet_clock_us =
         a->clock_begun || bytes == 0
             ? lum_clock_extend(a->clock_us, group->clock_raw, bytes)
@@ -320,7 +316,6 @@ static void end_break(lum_assembler *a, lum_eye_state *eye)
     frames_break(&eye->frames);
     a->stage = STAGE_FIND;
 }
-
 
 static bool was_closed(const lum_assembler *a, const lum_eye_state *eye,
                        uint32_t number)
@@ -360,7 +355,6 @@ static lum_result find_line(lum_assembler *a, const lum_eye_state *eye,
     }
     return LUM_OK;
 }
-
 
 static lum_result place_samples(lum_assembler *a, lum_line_slot *slot,
                                 const lum_group *group)

@@ -41,8 +41,7 @@ static lum_calibration_fault check_eye(const lum_eye_calibration *e)
         int64_t min;
         int64_t max;
     } rows[] = {
-        {LUM_CALIBRATION_TOF_OFFSET, e->tof_offset_fs, -ten_us_fs,
-         ten_us_fs},
+        {LUM_CALIBRATION_TOF_OFFSET, e->tof_offset_fs, -ten_us_fs, ten_us_fs},
         {LUM_CALIBRATION_AZIMUTH_CENTER, e->azimuth_center_udeg, -turn / 2,
          turn / 2},
         {LUM_CALIBRATION_AZIMUTH_WIDTH, e->azimuth_width_udeg, 1, turn},

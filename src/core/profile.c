@@ -116,9 +116,8 @@ static lum_profile_fault check_tlv(const lum_profile *p, unsigned *index)
 static lum_profile_fault check_scalars(const lum_profile *p, unsigned *index)
 {
     *index = 0;
-    if (p->data_packet_type > 255u ||
-        (p->data_packet_type >= LUM_TYPE_SET_IP &&
-         p->data_packet_type <= LUM_TYPE_TLV)) {
+    if (p->data_packet_type > 255u || (p->data_packet_type >= LUM_TYPE_SET_IP &&
+                                       p->data_packet_type <= LUM_TYPE_TLV)) {
         return LUM_PROFILE_DATA_PACKET_TYPE;
     }
     if (p->set_ip_order > LUM_SET_IP_LITTLE) {
@@ -133,9 +132,9 @@ static lum_profile_fault check_scalars(const lum_profile *p, unsigned *index)
 
 static lum_profile_fault find_fault(const lum_profile *p, unsigned *index)
 {
-    static lum_profile_fault (*const checks[])(const lum_profile *,
-                                               unsigned *) = {
-        check_scalars, check_group, check_eyes, check_tlv};
+    static lum_profile_fault (*const checks[])(
+        const lum_profile *, unsigned *) = {check_scalars, check_group,
+                                            check_eyes, check_tlv};
     for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++) {
         const lum_profile_fault fault = checks[i](p, index);
         if (fault != LUM_PROFILE_FINE) {

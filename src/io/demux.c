@@ -17,6 +17,7 @@ struct assembly {
 struct address {
     uint32_t address;
     bool is_sensor;
+    size_t sensor_index; /* valid if it is one */
     lum_demux_counters counters;
     struct assembly *assembly;
 };
@@ -87,8 +88,7 @@ void lum_demux_free(lum_demux *demux)
 static struct address *find_address(lum_demux *demux, uint32_t address)
 {
     size_t i = 0;
-    while (i < demux->address_count &&
-           demux->addresses[i].address != address) {
+    while (i < demux->address_count && demux->addresses[i].address != address) {
         i++;
     }
     if (i == demux->address_count && i < ADDRESSES_MAX) {
@@ -116,6 +116,7 @@ static bool admit_sensor(lum_demux *demux, struct address *entry)
         return false;
     }
     entry->is_sensor = true;
+    entry->sensor_index = demux->sensor_count;
     demux->sensors[demux->sensor_count++] = index;
     return true;
 }
@@ -222,9 +223,8 @@ lum_result lum_demux_push(lum_demux *demux, const lum_record *record,
             return counted;
         }
     }
-    const lum_result r =
-        lum_assembler_push(&demux->current->assembly->assembler, &demux->group,
-                           record->time_ns);
+    const lum_result r = lum_assembler_push(
+        &demux->current->assembly->assembler, &demux->group, record->time_ns);
     demux->is_pending = r > 0;
     return r > 0 ? r : LUM_OK;
 }
@@ -247,6 +247,11 @@ lum_result lum_demux_flush(lum_demux *demux)
 const lum_assembler *lum_demux_current(const lum_demux *demux)
 {
     return &demux->current->assembly->assembler;
+}
+
+size_t lum_demux_current_index(const lum_demux *demux)
+{
+    return demux->current->sensor_index;
 }
 
 size_t lum_demux_sensor_count(const lum_demux *demux)

@@ -7,19 +7,17 @@
 static inline float sine(float x)
 {
     const float q = x * x;
-    return x * (1.0f +
-                q * (-1.0f / 6.0f +
-                     q * (1.0f / 120.0f +
-                          q * (-1.0f / 5040.0f + q * (1.0f / 362880.0f)))));
+    return x * (1.0f + q * (-1.0f / 6.0f + q * (1.0f / 120.0f +
+                                                q * (-1.0f / 5040.0f +
+                                                     q * (1.0f / 362880.0f)))));
 }
 
 static inline float cosine(float x)
 {
     const float q = x * x;
-    return 1.0f +
-           q * (-1.0f / 2.0f +
-                q * (1.0f / 24.0f +
-                     q * (-1.0f / 720.0f + q * (1.0f / 40320.0f))));
+    return 1.0f + q * (-1.0f / 2.0f +
+                       q * (1.0f / 24.0f +
+                            q * (-1.0f / 720.0f + q * (1.0f / 40320.0f))));
 }
 
 /* The sines and cosines of both angles, about their centres, to a vector. */

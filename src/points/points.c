@@ -95,11 +95,11 @@ static size_t project_whole(const lum_eye_projector *p, const lum_line *line,
         const uint32_t *words = line->words + begin;
         float ranges[BLOCK];
         const uint32_t without = compute_ranges(p, words, n, ranges);
-        count += without == 0
-                     ? put_all(words, n, ranges, directions, &mount,
-                               out + count)
-                     : put_those_with_range(words, n, ranges, directions,
-                                            &mount, p->min_tof, out + count);
+        count +=
+            without == 0
+                ? put_all(words, n, ranges, directions, &mount, out + count)
+                : put_those_with_range(words, n, ranges, directions, &mount,
+                                       p->min_tof, out + count);
     }
     return count;
 }
@@ -150,8 +150,7 @@ static void count_whole(const lum_line *line, int32_t min_tof,
     uint32_t r = 0;
     uint32_t n = 0;
     for (uint32_t i = 0; i < line->word_count; i++) {
-        const uint32_t has_range =
-            lum_word_tof(words[i]) >= min_tof ? 1u : 0u;
+        const uint32_t has_range = lum_word_tof(words[i]) >= min_tof ? 1u : 0u;
         n += has_range;
         r += has_range & (words[i] / LUM_WORD_RISING);
     }

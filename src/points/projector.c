@@ -47,9 +47,15 @@ static void set_rotation(lum_eye_projector *out, const lum_eye_calibration *eye)
     const double cp = cos(pitch), sp = sin(pitch);
     const double cy = cos(yaw), sy = sin(yaw);
     const double mount[9] = {
-        cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
-        sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr,
-        -sp,     cp * sr,                cp * cr,
+        cy * cp,
+        cy * sp * sr - sy * cr,
+        cy * sp * cr + sy * sr,
+        sy * cp,
+        sy * sp * sr + cy * cr,
+        sy * sp * cr - cy * sr,
+        -sp,
+        cp * sr,
+        cp * cr,
     };
     const double ca = cos(RAD(out->azimuth_center));
     const double sa = sin(RAD(out->azimuth_center));

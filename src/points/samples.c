@@ -2,8 +2,8 @@
 
 void lum_selection_default(lum_selection *out)
 {
-    *out = (lum_selection){.edges = LUM_EDGES_RISING,
-                           .returns = LUM_RETURNS_ALL};
+    *out =
+        (lum_selection){.edges = LUM_EDGES_RISING, .returns = LUM_RETURNS_ALL};
 }
 
 /* By edge: the word of the widest pulse, the first among equals, of the pixel
@@ -52,10 +52,9 @@ static bool is_inside(const lum_selection *s, const lum_sample *p)
         !(p->range >= s->range_min && p->range <= s->range_max)) {
         return false;
     }
-    return !s->has_box ||
-           (p->x >= s->box_min[0] && p->x <= s->box_max[0] &&
-            p->y >= s->box_min[1] && p->y <= s->box_max[1] &&
-            p->z >= s->box_min[2] && p->z <= s->box_max[2]);
+    return !s->has_box || (p->x >= s->box_min[0] && p->x <= s->box_max[0] &&
+                           p->y >= s->box_min[1] && p->y <= s->box_max[1] &&
+                           p->z >= s->box_min[2] && p->z <= s->box_max[2]);
 }
 
 static void fill_sample(const lum_projector *projector, const lum_line *line,
@@ -73,8 +72,8 @@ static void fill_sample(const lum_projector *projector, const lum_line *line,
         .y = range * d.y + p->mount[1],
         .z = range * d.z + p->mount[2],
         .range = range,
-        .azimuth = (float)(p->azimuth_center +
-                           line->azimuth[pixel] * p->azimuth_deg),
+        .azimuth =
+            (float)(p->azimuth_center + line->azimuth[pixel] * p->azimuth_deg),
         .elevation = (float)(p->elevation_center +
                              line->elevation[pixel] * p->elevation_deg),
         .pulse_width = (float)(r->width_tof * projector->tof_lsb_ns),

@@ -155,8 +155,7 @@ static void run(struct consumer *c, const lum_layout *layout,
     c->count = 0;
     for (size_t i = 0; i < s->count; i++) {
         if (lum_packet_decode(layout, s->bytes + s->datagrams[i].at,
-                              s->datagrams[i].len,
-                              &group) != LUM_PACKET_DATA) {
+                              s->datagrams[i].len, &group) != LUM_PACKET_DATA) {
             exit(1);
         }
         while ((r = lum_assembler_push(&c->assembler, &group, 0)) > 0) {
@@ -222,8 +221,8 @@ static void measure(uint32_t words_a_pixel)
         }
         double begin = now_s();
         run(&consumer, &layout, &stream);
-        ours[round] = (double)consumer.count * sizeof(lum_point) /
-                      (now_s() - begin);
+        ours[round] =
+            (double)consumer.count * sizeof(lum_point) / (now_s() - begin);
         begin = now_s();
         memcpy(to, from, bytes);
         escape(to);

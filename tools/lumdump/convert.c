@@ -143,8 +143,8 @@ static bool is_of_asked_sensor(const struct options *o,
            record->destination == o->sensor;
 }
 
-static enum pass_result take_record(struct pass *pass,
-                                    const lum_record *record, lum_error *error)
+static enum pass_result take_record(struct pass *pass, const lum_record *record,
+                                    lum_error *error)
 {
     lum_packet_kind kind = LUM_PACKET_KINDS;
     lum_result r = LUM_OK;
@@ -159,8 +159,7 @@ static enum pass_result take_record(struct pass *pass,
         (void)lum_error_set(error, "out of memory");
         return PASS_FAILED;
     }
-    if (kind != LUM_PACKET_KINDS &&
-        is_of_asked_sensor(pass->options, record)) {
+    if (kind != LUM_PACKET_KINDS && is_of_asked_sensor(pass->options, record)) {
         return note_ours(pass, record, kind, error);
     }
     return PASS_DONE;

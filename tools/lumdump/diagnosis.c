@@ -55,8 +55,7 @@ void diagnosis_note(struct diagnosis *d, const uint8_t *bytes, size_t len,
     /* the longest that might be data tells most */
     if ((may_be_data(kind) || d->sample_len == 0) && len > d->sample_len) {
         d->sample_len = len;
-        memcpy(d->sample, bytes,
-               len < DIAGNOSIS_BYTES ? len : DIAGNOSIS_BYTES);
+        memcpy(d->sample, bytes, len < DIAGNOSIS_BYTES ? len : DIAGNOSIS_BYTES);
     }
 }
 
@@ -103,8 +102,7 @@ void diagnosis_print(const struct diagnosis *d, const char *source, FILE *out)
     for (size_t i = 0; i < d->shape_count; i++) {
         const struct packet_shape *s = &d->shapes[i];
         (void)fprintf(out,
-                      "  %8" PRIu64 " of type %" PRIu32
-                      ", %zu bytes (%s)\n",
+                      "  %8" PRIu64 " of type %" PRIu32 ", %zu bytes (%s)\n",
                       s->count, s->type, s->len, kind_names[s->kind]);
         has_candidates |= may_be_data(s->kind);
     }

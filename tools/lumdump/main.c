@@ -17,7 +17,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum exit_status { EXIT_DONE = 0, EXIT_FAILED = 1, EXIT_BAD = 2 };
+enum exit_status {
+    EXIT_DONE = 0,
+    EXIT_FAILED = 1,
+    EXIT_BAD = 2
+};
 
 static enum exit_status complain(const lum_error *error,
                                  enum exit_status status)
@@ -79,14 +83,14 @@ static int check_output(const struct options *o, lum_error *error)
                              o->output);
     }
     if (pattern == 1 && o->format == FORMAT_PCAP) {
-        return lum_error_set(error, "%s: a capture holds packets, not frames: "
-                                    "name one file",
+        return lum_error_set(error,
+                             "%s: a capture holds packets, not frames: "
+                             "name one file",
                              o->output);
     }
     if (is_same_file(o->source, o->output)) {
-        return lum_error_set(error,
-                             "%s is the source itself: name another output",
-                             o->output);
+        return lum_error_set(
+            error, "%s is the source itself: name another output", o->output);
     }
     return 0;
 }

@@ -15,12 +15,14 @@ static const char help[] =
     "Turn a capture of a Luminar Model G2 into a point cloud, or sum it up.\n"
     "\n"
     "SOURCE is a pcap or pcapng file, or - for a capture on standard input.\n"
-    "Without -o a summary is printed: sensors, packets, lines, frames, points,\n"
+    "Without -o a summary is printed: sensors, packets, lines, frames, "
+    "points,\n"
     "and what was lost, by cause.\n"
     "\n"
     "Output:\n"
     "  -o, --output FILE       .csv .ply .pcd .las .xyz .png .pcap, or - for\n"
-    "                          standard output; %04d in the name stands for the\n"
+    "                          standard output; %04d in the name stands for "
+    "the\n"
     "                          frame number: one file a frame\n"
     "      --format FORMAT     csv, ply, pcd, las, xyz, png or pcap, whatever\n"
     "                          the name's ending\n"
@@ -107,8 +109,9 @@ struct word {
 };
 
 static const struct word formats[] = {
-    {"csv", LUM_FORMAT_CSV}, {"ply", LUM_FORMAT_PLY}, {"pcd", LUM_FORMAT_PCD},
-    {"las", LUM_FORMAT_LAS}, {"xyz", LUM_FORMAT_XYZ}, {"png", LUM_FORMAT_PNG},
+    {"csv", LUM_FORMAT_CSV}, {"ply", LUM_FORMAT_PLY},
+    {"pcd", LUM_FORMAT_PCD}, {"las", LUM_FORMAT_LAS},
+    {"xyz", LUM_FORMAT_XYZ}, {"png", LUM_FORMAT_PNG},
     {"pcap", FORMAT_PCAP},   {NULL, 0},
 };
 static const struct word times[] = {{"sensor", 0}, {"utc", 1}, {NULL, 0}};
@@ -241,10 +244,10 @@ static bool parse_frames(const char *text, struct options *out)
     }
     (void)memcpy(copy, text, strlen(text) + 1);
     return split(copy, &first, &last) &&
-           (*first == '\0' || number_parse_int(first, INT64_MIN, INT64_MAX,
-                                               &out->frame_first)) &&
-           (*last == '\0' || number_parse_int(last, INT64_MIN, INT64_MAX,
-                                              &out->frame_last)) &&
+           (*first == '\0' ||
+            number_parse_int(first, INT64_MIN, INT64_MAX, &out->frame_first)) &&
+           (*last == '\0' ||
+            number_parse_int(last, INT64_MIN, INT64_MAX, &out->frame_last)) &&
            out->frame_first <= out->frame_last;
 }
 
@@ -347,9 +350,9 @@ static bool find_format(struct options *out)
         return true;
     }
     if (strcmp(out->output, "-") == 0) {
-        (void)fprintf(stderr,
-                      "lumdump: standard output has no ending to tell a format "
-                      "by: say --format csv, ply, pcd, las, xyz, png or pcap\n");
+        (void)fprintf(
+            stderr, "lumdump: standard output has no ending to tell a format "
+                    "by: say --format csv, ply, pcd, las, xyz, png or pcap\n");
         return false;
     }
     if (has_ending(out->output, ".pcap")) {
@@ -404,9 +407,8 @@ static bool is_consistent(const struct options *o)
 enum parsed options_parse(int argc, char **argv, struct options *out)
 {
     int option = 0;
-    *out = (struct options){.eyes = 3,
-                            .frame_first = INT64_MIN,
-                            .frame_last = INT64_MAX};
+    *out = (struct options){
+        .eyes = 3, .frame_first = INT64_MIN, .frame_last = INT64_MAX};
     lum_selection_default(&out->selection);
     while ((option = getopt_long(argc, argv, "o:q", long_options, NULL)) !=
            -1) {

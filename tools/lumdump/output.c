@@ -43,8 +43,8 @@ int output_name_pattern(const char *name)
 
 /* The pattern's one conversion was checked; a width past two digits would only
  * pad. */
-static int frame_name(const char *pattern, int64_t frame,
-                      char out[NAME_BYTES], lum_error *error)
+static int frame_name(const char *pattern, int64_t frame, char out[NAME_BYTES],
+                      lum_error *error)
 {
     const char *percent = strchr(pattern, '%');
     const char *digits = percent + 1;
@@ -55,10 +55,9 @@ static int frame_name(const char *pattern, int64_t frame,
                              "%s: a frame number of %ld digits; use %%04d",
                              pattern, width);
     }
-    const int n = snprintf(out, NAME_BYTES,
-                           *digits == '0' ? "%.*s%0*lld%s" : "%.*s%*lld%s",
-                           (int)(percent - pattern), pattern, (int)width,
-                           (long long)frame, rest);
+    const int n = snprintf(
+        out, NAME_BYTES, *digits == '0' ? "%.*s%0*lld%s" : "%.*s%*lld%s",
+        (int)(percent - pattern), pattern, (int)width, (long long)frame, rest);
     if (n < 0 || (size_t)n >= NAME_BYTES) {
         return lum_error_set(error, "%s: the name is too long", pattern);
     }
@@ -109,13 +108,13 @@ int output_open(const struct options *options, const lum_projector *projector,
     }
     o->options = options;
     o->is_pattern = output_name_pattern(options->output) == 1;
-    o->writer_options = (lum_writer_options){.format =
-                                                 (lum_format)options->format,
-                                             .ascii = options->ascii,
-                                             .utc = options->utc,
-                                             .has_count = has_count,
-                                             .count = count,
-                                             .projector = projector};
+    o->writer_options =
+        (lum_writer_options){.format = (lum_format)options->format,
+                             .ascii = options->ascii,
+                             .utc = options->utc,
+                             .has_count = has_count,
+                             .count = count,
+                             .projector = projector};
     if (open_first(o, error) != 0) {
         free(o);
         return -1;
@@ -180,9 +179,9 @@ int output_add_line(struct output *o, const lum_line_samples *line,
     if (o->options->format == FORMAT_PCAP || line->count == 0) {
         return 0;
     }
-    lum_writer *writer =
-        o->is_pattern ? file_of_frame(o, line->frame, &failed, error)
-                      : o->files[0].writer;
+    lum_writer *writer = o->is_pattern
+                             ? file_of_frame(o, line->frame, &failed, error)
+                             : o->files[0].writer;
     if (failed) {
         return -1;
     }

@@ -12,7 +12,9 @@ struct named {
     uint64_t value;
 };
 
-enum { NAMED_MAX = 40 };
+enum {
+    NAMED_MAX = 40
+};
 
 static struct point_counts total_points(const struct summary *s)
 {
@@ -71,15 +73,13 @@ static size_t list_losses(const lum_demux_counters *c,
     const lum_assembly_counters *a = &c->assembly;
     const uint64_t *k = c->packets;
     const struct named rows[] = {
-        {"lost_words", "range words lost on the way, at least",
-         a->lost_words},
+        {"lost_words", "range words lost on the way, at least", a->lost_words},
         {"lines_missing_angles", "lines that lack angles",
          a->lines_missing_angles},
         {"lines_skipped", "line numbers that never came", a->lines_skipped},
         {"no_angle", "words whose pixel has no angles", p->no_angle},
         {"no_range", "words without a range above zero", p->no_range},
-        {"bad_words", "words with a bit or pixel that cannot be",
-         a->bad_words},
+        {"bad_words", "words with a bit or pixel that cannot be", a->bad_words},
         {"late", "packets of lines already closed", a->late},
         {"duplicate", "packets that came again", a->duplicate},
         {"conflict", "packets that contradict others", a->conflict},
@@ -196,8 +196,8 @@ void summary_print_json(const struct summary *s, FILE *out)
     (void)fputs("}\n", out);
 }
 
-static void print_nonzero(const char *title, const struct named *rows,
-                          size_t n, FILE *out)
+static void print_nonzero(const char *title, const struct named *rows, size_t n,
+                          FILE *out)
 {
     for (size_t i = 0; i < n; i++) {
         if (rows[i].value != 0) {
@@ -216,10 +216,10 @@ static void print_sensors(const struct summary *s, FILE *out)
         lum_demux_sensor sensor;
         char address[16];
         lum_demux_get_sensor(s->demux, i, &sensor);
-        (void)fprintf(
-            out, "%-10s %14s  %s\n", title,
-            number_format_address(sensor.address, address),
-            is_shown(s, &sensor) ? "" : "left out: another was asked for");
+        (void)fprintf(out, "%-10s %14s  %s\n", title,
+                      number_format_address(sensor.address, address),
+                      is_shown(s, &sensor) ? ""
+                                           : "left out: another was asked for");
         title = "";
         if (n > 1 && is_shown(s, &sensor)) {
             (void)fprintf(out,

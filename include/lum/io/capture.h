@@ -22,13 +22,13 @@ typedef enum lum_record_kind {
 
 /** A record of a capture. */
 typedef struct lum_record {
-    int64_t time_ns;        /**< capture time, ns since 1970 UTC */
-    const uint8_t *payload; /**< datagrams: UDP payload; lives until the next
-                                 read */
-    size_t len;             /**< datagrams: bytes of payload */
-    uint32_t source;        /**< datagrams, also cut ones: host order */
-    uint32_t destination;   /**< likewise */
-    uint16_t source_port;   /**< likewise */
+    int64_t time_ns;           /**< capture time, ns since 1970 UTC */
+    const uint8_t *payload;    /**< datagrams: UDP payload; lives until the next
+                                    read */
+    size_t len;                /**< datagrams: bytes of payload */
+    uint32_t source;           /**< datagrams, also cut ones: host order */
+    uint32_t destination;      /**< likewise */
+    uint16_t source_port;      /**< likewise */
     uint16_t destination_port; /**< likewise */
     lum_record_kind kind;      /**< what it is */
     uint32_t dropped_fragments; /**< fragments given up while this record was

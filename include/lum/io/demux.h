@@ -75,6 +75,9 @@ LUM_MUST_CHECK lum_result lum_demux_flush(lum_demux *demux);
  * lum_assembler_frame(). */
 const lum_assembler *lum_demux_current(const lum_demux *demux);
 
+/** Which sensor that is: an index for lum_demux_get_sensor(). */
+size_t lum_demux_current_index(const lum_demux *demux);
+
 /** How many sensors sent data so far; with a sensor asked for, others too, for
  * they are known, though not decoded. */
 size_t lum_demux_sensor_count(const lum_demux *demux);

@@ -33,12 +33,12 @@ bool lum_format_needs_count(lum_format format);
 
 /** What a writer has to know. */
 typedef struct lum_writer_options {
-    lum_format format;      /**< which */
-    bool ascii;             /**< PLY, PCD: text instead of binary */
-    bool utc;               /**< timestamps are microseconds since 1970 UTC and
-                                 not of the sensor clock */
-    bool has_count;         /**< whether count is known */
-    uint64_t count;         /**< points that will be written */
+    lum_format format; /**< which */
+    bool ascii;        /**< PLY, PCD: text instead of binary */
+    bool utc;          /**< timestamps are microseconds since 1970 UTC and
+                            not of the sensor clock */
+    bool has_count;    /**< whether count is known */
+    uint64_t count;    /**< points that will be written */
     const lum_projector *projector; /**< PNG: scale of angles; may be NULL */
 } lum_writer_options;
 

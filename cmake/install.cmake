@@ -1,0 +1,52 @@
+# Headers, libraries, tools, man pages, calibrations; find_package and pkg-config.
+include(CMakePackageConfigHelpers)
+
+set(lum_installed lum_core lum_points)
+if(LUM_WITH_IO)
+  list(APPEND lum_installed lum_io)
+endif()
+set(lum_config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lumsdk)
+
+install(TARGETS ${lum_installed} EXPORT lumsdk ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(EXPORT lumsdk NAMESPACE lumsdk:: FILE lumsdkTargets.cmake DESTINATION ${lum_config_dir})
+configure_package_config_file(cmake/lumsdkConfig.cmake.in lumsdkConfig.cmake
+                              INSTALL_DESTINATION ${lum_config_dir})
+write_basic_package_version_file(lumsdkConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/lumsdkConfig.cmake ${PROJECT_BINARY_DIR}/lumsdkConfigVersion.cmake
+        DESTINATION ${lum_config_dir})
+
+set(lum_headers_left_out "")
+if(NOT LUM_WITH_IO)
+  set(lum_headers_left_out PATTERN io EXCLUDE)
+endif()
+install(DIRECTORY include/lum DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+        FILES_MATCHING PATTERN "*.h" PATTERN net EXCLUDE ${lum_headers_left_out})
+
+# Relocatable, unless a directory was given as an absolute path.
+set(lum_pc_prefix "${CMAKE_INSTALL_PREFIX}")
+if(NOT IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}")
+  file(RELATIVE_PATH lum_pc_prefix "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+  string(REGEX REPLACE "/$" "" lum_pc_prefix ${lum_pc_prefix})
+  set(lum_pc_prefix "\${pcfiledir}/${lum_pc_prefix}")
+endif()
+foreach(dir IN ITEMS LIBDIR INCLUDEDIR)
+  set(lum_pc_${dir} "${CMAKE_INSTALL_${dir}}")
+  if(NOT IS_ABSOLUTE "${lum_pc_${dir}}")
+    set(lum_pc_${dir} "\${prefix}/${lum_pc_${dir}}")
+  endif()
+endforeach()
+foreach(target IN LISTS lum_installed)
+  string(REPLACE "lum_" "lumsdk-" lum_pc ${target})
+  configure_file(cmake/${lum_pc}.pc.in ${lum_pc}.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/${lum_pc}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+endforeach()
+
+install(DIRECTORY calib/ DESTINATION ${CMAKE_INSTALL_DATADIR}/lumsdk FILES_MATCHING PATTERN "*.yaml")
+foreach(tool IN ITEMS lumdump lumsim)
+  if(TARGET ${tool})
+    install(TARGETS ${tool} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+    if(EXISTS ${PROJECT_SOURCE_DIR}/docs/man/${tool}.1)
+      install(FILES docs/man/${tool}.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+    endif()
+  endif()
+endforeach()

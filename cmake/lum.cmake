@@ -1,0 +1,77 @@
+# What all targets have in common.
+
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Debug, Release, RelWithDebInfo, MinSizeRel" FORCE)
+endif()
+
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+
+set(lum_compile_options
+    -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wvla -Wstrict-prototypes -Wmissing-prototypes)
+set(lum_link_options "")
+
+if(LUM_WERROR)
+  list(APPEND lum_compile_options -Werror)
+endif()
+if(LUM_COVERAGE)
+  list(APPEND lum_compile_options --coverage -O0 -fprofile-abs-path)
+  list(APPEND lum_link_options --coverage)
+endif()
+if(LUM_SANITIZE)
+  list(APPEND lum_compile_options
+       -fsanitize=${LUM_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g)
+  list(APPEND lum_link_options -fsanitize=${LUM_SANITIZE})
+endif()
+if(LUM_FUZZ)
+  if(NOT CMAKE_C_COMPILER_ID MATCHES "Clang")
+    message(FATAL_ERROR "LUM_FUZZ needs clang, not ${CMAKE_C_COMPILER_ID}: configure with -DCMAKE_C_COMPILER=clang")
+  endif()
+  list(APPEND lum_compile_options -fsanitize=fuzzer-no-link)
+endif()
+
+# lum_target(NAME): language level, warnings, sanitizers.
+function(lum_target name)
+  set_target_properties(${name} PROPERTIES C_STANDARD 99 C_STANDARD_REQUIRED ON C_EXTENSIONS OFF)
+  target_compile_options(${name} PRIVATE ${lum_compile_options})
+  target_link_options(${name} PRIVATE ${lum_link_options})
+endfunction()
+
+# lum_library(NAME EXPORTED_NAME SOURCE...): a static library that is installed.
+function(lum_library name exported)
+  lum_present(sources ${ARGN})
+  add_library(${name} STATIC ${sources})
+  add_library(lumsdk::${exported} ALIAS ${name})
+  set_target_properties(${name} PROPERTIES EXPORT_NAME ${exported} POSITION_INDEPENDENT_CODE ON LINKER_LANGUAGE C)
+  target_include_directories(${name} PUBLIC
+                             $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
+                             $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  lum_target(${name})
+endfunction()
+
+# lum_program(NAME SOURCE...): an executable.
+function(lum_program name)
+  add_executable(${name} ${ARGN})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/src)
+  lum_target(${name})
+endfunction()
+
+# lum_tool(NAME SOURCE...): a program for users, in BUILD/bin.
+function(lum_tool name)
+  lum_program(${name} ${ARGN})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+endfunction()
+
+# For the time being: those of the files that are there.
+function(lum_present result)
+  set(present "")
+  foreach(file IN LISTS ARGN)
+    if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${file})
+      list(APPEND present ${file})
+    endif()
+  endforeach()
+  if(NOT present)
+    file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/empty.c "extern int lum_empty;\n")
+    set(present ${CMAKE_CURRENT_BINARY_DIR}/empty.c)
+  endif()
+  set(${result} ${present} PARENT_SCOPE)
+endfunction()

@@ -1,0 +1,28 @@
+# What will be built, and what not and why.
+function(lum_say what wanted present why)
+  if(present)
+    message(STATUS "  ${what}: yes")
+  elseif(wanted)
+    message(STATUS "  ${what}: NO, ${why}")
+  else()
+    message(STATUS "  ${what}: no, switched off")
+  endif()
+endfunction()
+
+list(JOIN lum_missing ", " lum_missing_text)
+set(lum_why "missing: ${lum_missing_text}")
+if(NOT LUM_BUILD_IO)
+  set(lum_why "LUM_BUILD_IO is off")
+endif()
+if(LUM_SANITIZE)
+  set(lum_sanitizers ", sanitizers ${LUM_SANITIZE}")
+endif()
+
+message(STATUS "lumsdk ${PROJECT_VERSION}, ${CMAKE_C_COMPILER_ID} ${CMAKE_C_COMPILER_VERSION}, "
+               "${CMAKE_BUILD_TYPE}${lum_sanitizers}")
+message(STATUS "  core, points: yes")
+lum_say("io (captures, YAML, file formats)" "${LUM_BUILD_IO}" "${LUM_WITH_IO}" "${lum_why}")
+lum_say("tools (lumdump, lumsim)" "${LUM_BUILD_TOOLS}" "${LUM_WITH_TOOLS}" "${lum_why}")
+lum_say("unit tests" "${LUM_BUILD_TESTS}" "${LUM_WITH_UNIT_TESTS}" "${lum_why}")
+lum_say("examples" "${LUM_BUILD_EXAMPLES}" "${LUM_BUILD_EXAMPLES}" "")
+lum_say("fuzzers" "${LUM_FUZZ}" "${LUM_FUZZ}" "")

@@ -1,0 +1,149 @@
+#include "cloud.h"
+
+#include "le.h"
+#include "text_row.h"
+
+#include <stdarg.h>
+
+#define LINE_BYTES 17u /* timestamp, frame, eye, line */
+#define ROW_BYTES  52u
+
+const lum_cloud_column lum_cloud_columns[LUM_CLOUD_COLUMNS] = {
+    {"x", "float", 'F', 4},
+    {"y", "float", 'F', 4},
+    {"z", "float", 'F', 4},
+    {"intensity", "float", 'F', 4},
+    {"range", "float", 'F', 4},
+    {"azimuth", "float", 'F', 4},
+    {"elevation", "float", 'F', 4},
+    {"timestamp", "double", 'F', 8},
+    {"frame", "int", 'I', 4},
+    {"eye", "uchar", 'U', 1},
+    {"line", "uint", 'U', 4},
+    {"pixel", "ushort", 'U', 2},
+    {"return_number", "ushort", 'U', 2},
+    {"number_of_returns", "ushort", 'U', 2},
+    {"edge", "uchar", 'U', 1},
+};
+
+size_t lum_cloud_print(char out[LUM_CLOUD_HEADER_BYTES], size_t used,
+                       const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    const int n =
+        vsnprintf(out + used, LUM_CLOUD_HEADER_BYTES - used, format, arguments);
+    va_end(arguments);
+    return used + (n > 0 ? (size_t)n : 0u);
+}
+
+const char *lum_cloud_time_base(const lum_writer_options *options)
+{
+    return options->utc ? "since 1970-01-01 UTC" : "of the sensor's clock";
+}
+
+static int count_digits(uint64_t count)
+{
+    int digits = 1;
+    for (; count >= 10u; count /= 10u) {
+        digits++;
+    }
+    return digits;
+}
+
+/* Leading zeros or blanks around a number trouble some readers, so a comment
+ * takes up what the number leaves of 20 digits. */
+static size_t make_header(char out[LUM_CLOUD_HEADER_BYTES],
+                          const lum_writer *writer, lum_cloud_header *header,
+                          unsigned mentions)
+{
+    const lum_writer_options *options = &writer->options;
+    const uint64_t count = options->has_count ? options->count : writer->points;
+    return header(out, options, count,
+                  (int)mentions * (20 - count_digits(count)));
+}
+
+int lum_cloud_begin(lum_writer *writer, lum_cloud_header *header,
+                    unsigned mentions, lum_error *error)
+{
+    char text[LUM_CLOUD_HEADER_BYTES];
+    const size_t n = make_header(text, writer, header, mentions);
+    return lum_sink_write(writer->sink, text, n, error);
+}
+
+int lum_cloud_finish(lum_writer *writer, lum_cloud_header *header,
+                     unsigned mentions, lum_error *error)
+{
+    char text[LUM_CLOUD_HEADER_BYTES];
+    if (writer->options.has_count) {
+        return 0;
+    }
+    const size_t n = make_header(text, writer, header, mentions);
+    return lum_sink_patch(writer->sink, 0, text, n, error);
+}
+
+static char *put_ascii_rows(char *p, void *context, const lum_sample *samples,
+                            size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        p = lum_put_text_row(p, context, &samples[i], ' ', true);
+    }
+    return p;
+}
+
+static int add_ascii(lum_writer *writer, const lum_line_samples *line,
+                     lum_error *error)
+{
+    lum_text_line text;
+    lum_text_line_begin(&text, line, ' ');
+    return lum_writer_put(writer, line, LUM_TEXT_ROW_ROOM, put_ascii_rows,
+                          &text, error);
+}
+
+static unsigned char *put_binary_row(unsigned char *p,
+                                     const unsigned char line[LINE_BYTES],
+                                     const lum_sample *s)
+{
+    p = lum_put_f32(p, s->x);
+    p = lum_put_f32(p, s->y);
+    p = lum_put_f32(p, s->z);
+    p = lum_put_f32(p, s->pulse_width);
+    p = lum_put_f32(p, s->range);
+    p = lum_put_f32(p, s->azimuth);
+    p = lum_put_f32(p, s->elevation);
+    memcpy(p, line, LINE_BYTES);
+    p += LINE_BYTES;
+    p = lum_put_le16(p, s->pixel);
+    p = lum_put_le16(p, s->return_number);
+    p = lum_put_le16(p, s->number_of_returns);
+    return lum_put_u8(p, s->edge);
+}
+
+static char *put_binary_rows(char *p, void *context, const lum_sample *samples,
+                             size_t n)
+{
+    unsigned char *to = (unsigned char *)p;
+    for (size_t i = 0; i < n; i++) {
+        to = put_binary_row(to, context, &samples[i]);
+    }
+    return (char *)to;
+}
+
+static int add_binary(lum_writer *writer, const lum_line_samples *line,
+                      lum_error *error)
+{
+    unsigned char shared[LINE_BYTES];
+    unsigned char *p = lum_put_f64(shared, (double)line->timestamp_us);
+    p = lum_put_le32(p, (uint32_t)lum_frame_i32(line->frame));
+    p = lum_put_u8(p, line->eye);
+    (void)lum_put_le32(p, line->line);
+    return lum_writer_put(writer, line, ROW_BYTES, put_binary_rows, shared,
+                          error);
+}
+
+int lum_cloud_add(lum_writer *writer, const lum_line_samples *line,
+                  lum_error *error)
+{
+    return writer->options.ascii ? add_ascii(writer, line, error)
+                                 : add_binary(writer, line, error);
+}

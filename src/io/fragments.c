@@ -1,0 +1,180 @@
+#include "fragments.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    UNIT = 8, /* offsets count units of so many bytes */
+    UNITS = 65536 / UNIT,
+    DATAGRAMS = LUM_FRAGMENTS_DATAGRAMS,
+    NOWHERE = DATAGRAMS
+};
+
+typedef struct datagram {
+    int64_t first_ns;
+    uint32_t source;
+    uint32_t destination;
+    uint32_t fragments;
+    uint32_t held;  /* bytes */
+    uint32_t reach; /* end of the fragment that reaches farthest */
+    uint32_t total; /* 0: the last fragment has not come */
+    uint16_t id;
+    uint8_t has[UNITS / 8]; /* a bit for each unit */
+    uint8_t bytes[UNITS * UNIT];
+} datagram;
+
+struct lum_fragments {
+    size_t waiting;
+    uint8_t order[DATAGRAMS]; /* the waiting ones as they came, then the free */
+    datagram *datagrams[DATAGRAMS]; /* made at their first use, then kept */
+};
+
+lum_fragments *lum_fragments_new(void)
+{
+    lum_fragments *f = calloc(1, sizeof *f);
+    for (size_t i = 0; f != NULL && i < DATAGRAMS; i++) {
+        f->order[i] = (uint8_t)i;
+    }
+    return f;
+}
+
+void lum_fragments_free(lum_fragments *fragments)
+{
+    for (size_t i = 0; fragments != NULL && i < DATAGRAMS; i++) {
+        free(fragments->datagrams[i]);
+    }
+    free(fragments);
+}
+
+static datagram *waiting_at(lum_fragments *f, size_t place)
+{
+    return f->datagrams[f->order[place]];
+}
+
+/* Its bytes stay until another datagram begins. */
+static uint32_t release(lum_fragments *f, size_t place)
+{
+    const uint8_t freed = f->order[place];
+    f->waiting--;
+    memmove(&f->order[place], &f->order[place + 1], f->waiting - place);
+    f->order[f->waiting] = freed;
+    return f->datagrams[freed]->fragments;
+}
+
+static size_t find(lum_fragments *f, const lum_record *record, uint16_t id)
+{
+    size_t place = 0;
+    for (; place < f->waiting; place++) {
+        const datagram *d = waiting_at(f, place);
+        if (d->id == id && d->source == record->source &&
+            d->destination == record->destination) {
+            break;
+        }
+    }
+    return place;
+}
+
+static datagram *vacant(lum_fragments *f)
+{
+    datagram **d = &f->datagrams[f->order[f->waiting]];
+    if (*d == NULL) {
+        *d = malloc(sizeof **d);
+    }
+    return *d;
+}
+
+static size_t begin(lum_fragments *f, lum_record *record, uint16_t id)
+{
+    if (f->waiting == DATAGRAMS) {
+        record->dropped_fragments += release(f, 0);
+    }
+    datagram *d = vacant(f);
+    if (d == NULL) {
+        return NOWHERE;
+    }
+    memset(d, 0, offsetof(datagram, bytes));
+    d->first_ns = record->time_ns;
+    d->source = record->source;
+    d->destination = record->destination;
+    d->id = id;
+    return f->waiting++;
+}
+
+static bool mark_units(datagram *d, uint32_t begin_unit, uint32_t end_unit)
+{
+    bool fresh = true;
+    for (uint32_t u = begin_unit; u < end_unit; u++) {
+        const uint8_t bit = (uint8_t)(1u << (u % 8u));
+        fresh = fresh && (d->has[u / 8u] & bit) == 0;
+        d->has[u / 8u] |= bit;
+    }
+    return fresh;
+}
+
+/* Whether the fragment fits to those that wait. */
+static bool insert(datagram *d, const lum_fragment *fragment)
+{
+    const uint32_t len = (uint32_t)fragment->data.len;
+    const uint32_t end = fragment->offset + len;
+    if (!mark_units(d, fragment->offset / UNIT, (end + UNIT - 1u) / UNIT)) {
+        return false;
+    }
+    d->reach = end > d->reach ? end : d->reach;
+    if (!fragment->more) {
+        if (d->total != 0) {
+            return false;
+        }
+        d->total = end;
+    }
+    if (d->total != 0 && d->reach > d->total) {
+        return false;
+    }
+    memcpy(d->bytes + fragment->offset, fragment->data.at, len);
+    d->held += len;
+    d->fragments++;
+    return true;
+}
+
+void lum_fragments_add(lum_fragments *fragments, const lum_fragment *fragment,
+                       lum_record *record)
+{
+    size_t place = find(fragments, record, fragment->id);
+    if (place == fragments->waiting) {
+        place = begin(fragments, record, fragment->id);
+    }
+    if (place == NOWHERE) {
+        record->kind = LUM_RECORD_OTHER;
+        return;
+    }
+    datagram *d = waiting_at(fragments, place);
+    if (!insert(d, fragment)) {
+        record->dropped_fragments += release(fragments, place);
+        record->kind = LUM_RECORD_OTHER;
+    } else if (d->held == d->total) {
+        (void)release(fragments, place);
+        lum_udp_read((lum_span){d->bytes, d->total}, d->total, record);
+    } else {
+        record->kind = LUM_RECORD_FRAGMENT;
+    }
+}
+
+uint32_t lum_fragments_expire(lum_fragments *fragments, int64_t now_ns)
+{
+    uint32_t dropped = 0;
+    for (size_t place = fragments->waiting; place-- > 0;) {
+        if (now_ns - waiting_at(fragments, place)->first_ns >
+            LUM_FRAGMENTS_WAIT_NS) {
+            dropped += release(fragments, place);
+        }
+    }
+    return dropped;
+}
+
+uint32_t lum_fragments_drop_all(lum_fragments *fragments)
+{
+    uint32_t dropped = 0;
+    while (fragments->waiting > 0) {
+        dropped += release(fragments, fragments->waiting - 1u);
+    }
+    return dropped;
+}

@@ -1,0 +1,323 @@
+#define _POSIX_C_SOURCE 200809L
+
+#include "sink.h"
+
+#include "outfile.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define BLOCKS     3u
+#define BLOCK_PAGE 4096u
+
+typedef struct block {
+    char *bytes;
+    size_t used;
+} block;
+
+struct lum_sink {
+    lum_outfile file;
+    block blocks[BLOCKS];
+    unsigned filling; /* the caller's block */
+    pthread_t thread;
+    bool threaded;
+    pthread_mutex_t lock; /* guards what follows */
+    pthread_cond_t changed;
+    unsigned writing; /* the oldest block that is queued */
+    unsigned queued;  /* blocks not written yet */
+    bool stop;        /* the thread shall end once the queue is empty */
+    int failure;      /* errno of the first write that failed; sticky */
+};
+
+static int fail(const lum_sink *sink, int code, const char *doing,
+                lum_error *error)
+{
+    return lum_outfile_fail(&sink->file, code, doing, error);
+}
+
+/* A non-blocking pipe asks us to wait for its reader. */
+static int wait_writable(int fd)
+{
+    struct pollfd ready = {.fd = fd, .events = POLLOUT, .revents = 0};
+    return poll(&ready, 1, -1) < 0 && errno != EINTR ? errno : 0;
+}
+
+/* What one answer of write() means: 0 to go on, or an errno. */
+static int judge_write(int fd, ssize_t written)
+{
+    if (written > 0) {
+        return 0;
+    }
+    if (written == 0) {
+        return EIO;
+    }
+    if (errno == EAGAIN || errno == EWOULDBLOCK) {
+        return wait_writable(fd);
+    }
+    return errno == EINTR ? 0 : errno;
+}
+
+/* The only place where the thread can be cancelled. */
+static int write_all(int fd, const char *bytes, size_t n)
+{
+    int was;
+    int failure = 0;
+    (void)pthread_setcancelstate(PTHREAD_CANCEL_ENABLE, &was);
+    while (n > 0 && failure == 0) {
+        const ssize_t written = write(fd, bytes, n);
+        failure = judge_write(fd, written);
+        if (written > 0) {
+            bytes += written;
+            n -= (size_t)written;
+        }
+    }
+    (void)pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &was);
+    return failure;
+}
+
+/* Write the oldest block; lock is held before and after. */
+static void write_oldest(lum_sink *sink)
+{
+    const block *oldest = &sink->blocks[sink->writing];
+    int failure = sink->failure;
+    (void)pthread_mutex_unlock(&sink->lock);
+    if (failure == 0) {
+        failure = write_all(sink->file.fd, oldest->bytes, oldest->used);
+    }
+    (void)pthread_mutex_lock(&sink->lock);
+    sink->failure = failure;
+    sink->writing = (sink->writing + 1u) % BLOCKS;
+    sink->queued--;
+    (void)pthread_cond_broadcast(&sink->changed);
+}
+
+static void *run(void *argument)
+{
+    lum_sink *sink = argument;
+    int was;
+    (void)pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &was);
+    (void)pthread_mutex_lock(&sink->lock);
+    while (sink->queued > 0 || !sink->stop) {
+        if (sink->queued > 0) {
+            write_oldest(sink);
+        } else {
+            (void)pthread_cond_wait(&sink->changed, &sink->lock);
+        }
+    }
+    (void)pthread_mutex_unlock(&sink->lock);
+    return NULL;
+}
+
+/* Files smaller than a block are common, so the thread comes with the first
+ * block that is full. It inherits a mask that blocks all signals. */
+static int start_thread(lum_sink *sink, lum_error *error)
+{
+    sigset_t all;
+    sigset_t mine;
+    if (sink->threaded) {
+        return 0;
+    }
+    (void)sigfillset(&all);
+    (void)pthread_sigmask(SIG_SETMASK, &all, &mine);
+    const int code = pthread_create(&sink->thread, NULL, run, sink);
+    (void)pthread_sigmask(SIG_SETMASK, &mine, NULL);
+    if (code != 0) {
+        return fail(sink, code, "cannot start the writing thread", error);
+    }
+    sink->threaded = true;
+    return 0;
+}
+
+static void stop_thread(lum_sink *sink, bool cancel)
+{
+    if (!sink->threaded) {
+        return;
+    }
+    (void)pthread_mutex_lock(&sink->lock);
+    sink->stop = true;
+    if (cancel && sink->failure == 0) {
+        sink->failure = ECANCELED;
+    }
+    (void)pthread_cond_broadcast(&sink->changed);
+    (void)pthread_mutex_unlock(&sink->lock);
+    if (cancel) {
+        (void)pthread_cancel(sink->thread);
+    }
+    (void)pthread_join(sink->thread, NULL);
+    sink->threaded = false;
+}
+
+/* Wait until at most n blocks are queued. */
+static int wait_queued(lum_sink *sink, unsigned n, lum_error *error)
+{
+    (void)pthread_mutex_lock(&sink->lock);
+    while (sink->queued > n) {
+        (void)pthread_cond_wait(&sink->changed, &sink->lock);
+    }
+    const int failure = sink->failure;
+    (void)pthread_mutex_unlock(&sink->lock);
+    return failure == 0 ? 0 : fail(sink, failure, "cannot write", error);
+}
+
+/* Hand the block being filled to the thread and take the next. */
+static int submit(lum_sink *sink, lum_error *error)
+{
+    if (start_thread(sink, error) != 0) {
+        return -1;
+    }
+    (void)pthread_mutex_lock(&sink->lock);
+    sink->queued++;
+    (void)pthread_cond_broadcast(&sink->changed);
+    (void)pthread_mutex_unlock(&sink->lock);
+    sink->filling = (sink->filling + 1u) % BLOCKS;
+    const int result = wait_queued(sink, BLOCKS - 1u, error);
+    sink->blocks[sink->filling].used = 0;
+    return result;
+}
+
+static int drain(lum_sink *sink, lum_error *error)
+{
+    if (sink->blocks[sink->filling].used > 0 && submit(sink, error) != 0) {
+        return -1;
+    }
+    return wait_queued(sink, 0, error);
+}
+
+static int allocate(lum_sink *sink, block *filled, lum_error *error)
+{
+    void *bytes = NULL;
+    const int code = posix_memalign(&bytes, BLOCK_PAGE, LUM_SINK_BLOCK_BYTES);
+    if (code != 0) {
+        return fail(sink, code, "no memory for a block of 1 MiB", error);
+    }
+    filled->bytes = bytes;
+    return 0;
+}
+
+char *lum_sink_reserve(lum_sink *sink, size_t n, lum_error *error)
+{
+    if (LUM_SINK_BLOCK_BYTES - sink->blocks[sink->filling].used < n &&
+        submit(sink, error) != 0) {
+        return NULL;
+    }
+    block *filled = &sink->blocks[sink->filling];
+    if (filled->bytes == NULL && allocate(sink, filled, error) != 0) {
+        return NULL;
+    }
+    return filled->bytes + filled->used;
+}
+
+void lum_sink_commit(lum_sink *sink, size_t n)
+{
+    sink->blocks[sink->filling].used += n;
+}
+
+int lum_sink_write(lum_sink *sink, const void *bytes, size_t n,
+                   lum_error *error)
+{
+    const char *from = bytes;
+    while (n > 0) {
+        const size_t now = n < BLOCK_PAGE ? n : BLOCK_PAGE;
+        char *to = lum_sink_reserve(sink, now, error);
+        if (to == NULL) {
+            return -1;
+        }
+        memcpy(to, from, now);
+        lum_sink_commit(sink, now);
+        from += now;
+        n -= now;
+    }
+    return 0;
+}
+
+int lum_sink_patch(lum_sink *sink, uint64_t offset, const void *bytes, size_t n,
+                   lum_error *error)
+{
+    const char *from = bytes;
+    off_t at = (off_t)sink->file.base + (off_t)offset;
+    if (drain(sink, error) != 0) {
+        return -1;
+    }
+    while (n > 0) {
+        const ssize_t written = pwrite(sink->file.fd, from, n, at);
+        const int code = judge_write(sink->file.fd, written);
+        if (code != 0) {
+            return fail(sink, code, "cannot write the header", error);
+        }
+        if (written > 0) {
+            from += written;
+            at += written;
+            n -= (size_t)written;
+        }
+    }
+    return 0;
+}
+
+bool lum_sink_seekable(const lum_sink *sink)
+{
+    return sink->file.seekable;
+}
+
+const char *lum_sink_name(const lum_sink *sink)
+{
+    return sink->file.name;
+}
+
+static void destroy(lum_sink *sink)
+{
+    for (unsigned i = 0; i < BLOCKS; i++) {
+        free(sink->blocks[i].bytes);
+    }
+    (void)pthread_cond_destroy(&sink->changed);
+    (void)pthread_mutex_destroy(&sink->lock);
+    lum_outfile_discard(&sink->file);
+    free(sink);
+}
+
+int lum_sink_open(const char *path, lum_sink **out, lum_error *error)
+{
+    lum_sink *sink = calloc(1, sizeof *sink);
+    if (sink == NULL) {
+        lum_error_set(error, "%s: no memory to open it", path);
+        errno = ENOMEM;
+        return -1;
+    }
+    if (lum_outfile_open(path, &sink->file, error) != 0) {
+        const int code = errno;
+        free(sink);
+        errno = code;
+        return -1;
+    }
+    (void)pthread_mutex_init(&sink->lock, NULL);
+    (void)pthread_cond_init(&sink->changed, NULL);
+    *out = sink;
+    return 0;
+}
+
+int lum_sink_close(lum_sink *sink, lum_error *error)
+{
+    if (drain(sink, error) != 0 ||
+        lum_outfile_finish(&sink->file, error) != 0) {
+        const int code = errno;
+        lum_sink_abort(sink);
+        errno = code;
+        return -1;
+    }
+    stop_thread(sink, false);
+    destroy(sink);
+    return 0;
+}
+
+void lum_sink_abort(lum_sink *sink)
+{
+    if (sink == NULL) {
+        return;
+    }
+    stop_thread(sink, true);
+    destroy(sink);
+}

@@ -1,0 +1,148 @@
+#include "packets.h"
+
+#include <stdbool.h>
+
+/* As a sensor cuts the angles of a line. */
+static const uint32_t angle_cuts[] = {334, 334, 332};
+
+lum_result lum_packets_check(const lum_layout *layout, uint32_t lines)
+{
+    const lum_group angles = {.line = lines - 1,
+                              .num_samples = 334,
+                              .first_sample_index = 334,
+                              .tag = LUM_TAG_ANGLES};
+    const lum_group ranges = {
+        .line = lines - 1,
+        .num_samples = LUM_PACKET_BYTES_MAX / LUM_SAMPLE_BYTES,
+        .first_sample_index = 2 * LUM_RENDER_RETURNS_MAX * LUM_LINE_PIXELS,
+        .tag = LUM_TAG_RANGES};
+    uint8_t head[LUM_GROUP_HEAD_MAX];
+    size_t len = 0;
+    const lum_result result =
+        lum_group_encode(layout, &angles, head, sizeof head, &len);
+    return result != LUM_OK
+               ? result
+               : lum_group_encode(layout, &ranges, head, sizeof head, &len);
+}
+
+int64_t lum_packets_clock_us(const lum_layout *layout, const lum_sim_line *line)
+{
+    const unsigned bytes = layout->profile.group[LUM_FIELD_TIMESTAMP].bytes;
+    const int64_t span = INT64_C(1) << (8u * bytes);
+    if (bytes == 0) {
+        return 0;
+    }
+    return LUM_RENDER_CLOCK_US % span + line->clock_us - LUM_RENDER_CLOCK_US;
+}
+
+static lum_sim_packet *begin(const lum_layout *layout, const lum_sim_line *line,
+                             const lum_group *group, lum_packet_batch *out)
+{
+    if (out->count == LUM_PACKETS_LINE_MAX) {
+        return NULL;
+    }
+    lum_sim_packet *p = &out->packets[out->count];
+    if (lum_group_encode(layout, group, p->bytes, sizeof p->bytes, &p->len) !=
+        LUM_OK) {
+        return NULL;
+    }
+    p->time_ns = line->clock_us * 1000;
+    out->count++;
+    return p;
+}
+
+static lum_group group_of(const lum_sim_line *line, uint8_t tag, uint32_t first,
+                          uint32_t n)
+{
+    const lum_group group = {.line = line->number,
+                             .num_samples = n,
+                             .first_sample_index = first,
+                             .clock_raw = (uint32_t)line->clock_us,
+                             .eye = line->eye,
+                             .tag = tag};
+    return group;
+}
+
+static lum_result add_angles(const lum_layout *layout, const lum_sim_line *line,
+                             lum_packet_batch *out)
+{
+    uint32_t first = 0;
+    for (size_t i = 0; i < sizeof angle_cuts / sizeof angle_cuts[0]; i++) {
+        const uint32_t n = angle_cuts[i];
+        const lum_group group = group_of(line, LUM_TAG_ANGLES, first, n);
+        lum_sim_packet *p = begin(layout, line, &group, out);
+        if (p == NULL) {
+            return LUM_E_VALUE;
+        }
+        for (uint32_t k = 0; k < n; k++) {
+            lum_angle_encode(layout, line->angles[first + k],
+                             p->bytes + p->len);
+            p->len += LUM_SAMPLE_BYTES;
+        }
+        first += n;
+    }
+    return LUM_OK;
+}
+
+/* Where a packet that begins with a word ends: before the first pixel of which
+ * not all words fit. */
+static size_t end_of_packet(const lum_sim_line *line, size_t first, size_t room)
+{
+    if (line->word_count - first <= room) {
+        return line->word_count;
+    }
+    size_t end = first + room;
+    while (end > first && lum_word_pixel(line->words[end]) ==
+                              lum_word_pixel(line->words[end - 1])) {
+        end--;
+    }
+    return end;
+}
+
+static lum_result add_ranges(const lum_layout *layout, const lum_sim_line *line,
+                             lum_packet_batch *out)
+{
+    const size_t room =
+        (LUM_PACKET_BYTES_MAX - layout->profile.samples_at) / LUM_SAMPLE_BYTES;
+    for (size_t first = 0; first < line->word_count;) {
+        const size_t end = end_of_packet(line, first, room);
+        const lum_group group = group_of(line, LUM_TAG_RANGES, (uint32_t)first,
+                                         (uint32_t)(end - first));
+        lum_sim_packet *p = begin(layout, line, &group, out);
+        if (p == NULL) {
+            return LUM_E_VALUE;
+        }
+        for (; first < end; first++) {
+            lum_word_encode(line->words[first], p->bytes + p->len);
+            p->len += LUM_SAMPLE_BYTES;
+        }
+    }
+    return LUM_OK;
+}
+
+lum_result lum_packets_build(const lum_layout *layout, const lum_sim_line *line,
+                             lum_packet_batch *out)
+{
+    out->count = 0;
+    const lum_result result = add_angles(layout, line, out);
+    return result != LUM_OK ? result : add_ranges(layout, line, out);
+}
+
+size_t lum_packets_spread(lum_packet_batch batches[LUM_EYES], double line_ns,
+                          lum_sim_packet **order)
+{
+    const size_t total = batches[0].count + batches[1].count;
+    size_t n = 0;
+    for (size_t i = 0; n < total; i++) {
+        for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+            if (i < batches[eye].count) {
+                order[n++] = &batches[eye].packets[i];
+            }
+        }
+    }
+    for (size_t i = 0; i < total; i++) {
+        order[i]->time_ns +=
+            (int64_t)(line_ns * (double)(i + 1) / (double)total);
+    }
+    return total;
+}

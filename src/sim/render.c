@@ -1,0 +1,246 @@
+#include "render.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Metres of range for a nanosecond of light's way there and back. */
+#define M_PER_NS 0.15f
+
+/* Two pulses closer than this melt into one: the detector has to recover. More
+ * than twice the largest noise, so that edges keep their order. */
+#define RECOVERY_M 0.15f
+
+/* A white wall at 1 m, head on, returns this much at full power. */
+#define STRENGTH 1000.0f
+
+/* The weakest return that is seen at the usual threshold. */
+#define WEAKEST 0.0015f
+
+/* Pulse widths: of the faintest and, never reached, of the brightest return. */
+#define WIDTH_MIN_NS  2.0f
+#define WIDTH_SPAN_NS 10.0f
+
+typedef struct pulse {
+    float range;
+    float width_ns;
+} pulse;
+
+void lum_render_options_default(lum_render_options *out)
+{
+    memset(out, 0, sizeof *out);
+    lum_calibration_default(&out->calibration);
+    lum_layout_default(&out->layout);
+    out->lines = 64;
+    out->rate_hz = 10.0;
+    out->returns_max = 4;
+    out->gain = 1.0f;
+    out->threshold = 1.0f;
+}
+
+/* Eyes that stand in one place share a scene. */
+static void share_scenes(lum_render *r)
+{
+    const float *blue = lum_scan_mount(&r->scan, LUM_EYE_BLUE);
+    const float *green = lum_scan_mount(&r->scan, LUM_EYE_GREEN);
+    const bool same =
+        blue[0] == green[0] && blue[1] == green[1] && blue[2] == green[2];
+    r->scene_of[LUM_EYE_BLUE] = LUM_EYE_BLUE;
+    r->scene_of[LUM_EYE_GREEN] = same ? LUM_EYE_BLUE : LUM_EYE_GREEN;
+}
+
+lum_result lum_render_init(lum_render *out, const lum_render_options *options)
+{
+    const lum_calibration *c = &options->calibration;
+    const double lsb_s = (double)c->tof_lsb_fs * 1e-15;
+    memset(out, 0, sizeof *out);
+    out->options = *options;
+    if (lum_scan_init(&out->scan, c, &options->layout, options->lines) !=
+        LUM_OK) {
+        return LUM_E_VALUE;
+    }
+    for (unsigned i = 0; i < LUM_EYES; i++) {
+        out->tof_offset[i] =
+            (double)c->eye[i].tof_offset_fs / (double)c->tof_lsb_fs;
+    }
+    out->tof_per_m = 2.0 / (double)c->speed_of_light / lsb_s;
+    out->tof_per_ns = 1e-9 / lsb_s;
+    share_scenes(out);
+    return LUM_OK;
+}
+
+void lum_render_free(lum_render *render)
+{
+    for (unsigned i = 0; i < LUM_EYES; i++) {
+        lum_scene_free(&render->scenes[i]);
+    }
+}
+
+int64_t lum_render_clock_us(const lum_render *render, int64_t frame,
+                            uint32_t line)
+{
+    const double lines =
+        (double)(frame - 1) * (double)render->options.lines + (double)line;
+    const double period_us =
+        1e6 / render->options.rate_hz / (double)render->options.lines;
+    return LUM_RENDER_CLOCK_US + (int64_t)(lines * period_us);
+}
+
+static lum_result set_scenes(lum_render *r, int64_t frame)
+{
+    if (r->frame == frame) {
+        return LUM_OK;
+    }
+    const double time_s = (double)(frame - 1) / r->options.rate_hz;
+    r->frame = 0;
+    for (unsigned i = 0; i < LUM_EYES; i++) {
+        if (r->scene_of[i] == i &&
+            lum_scene_set(&r->scenes[i], r->options.seed, time_s,
+                          lum_scan_mount(&r->scan, i)) != 0) {
+            return LUM_E_SPACE;
+        }
+    }
+    r->frame = frame;
+    return LUM_OK;
+}
+
+static float width_of(float strength)
+{
+    const float root = sqrtf(strength);
+    return WIDTH_MIN_NS + WIDTH_SPAN_NS * root / (root + 0.6f);
+}
+
+/* One more return: into the pulse before it when both touch, else a pulse of
+ * its own if there is room. */
+static size_t add_pulse(pulse *pulses, size_t count, size_t room, pulse next)
+{
+    if (count > 0) {
+        pulse *last = &pulses[count - 1];
+        const float end = last->range + last->width_ns * M_PER_NS;
+        if (next.range < end + RECOVERY_M) {
+            const float joint =
+                (next.range - last->range) / M_PER_NS + next.width_ns;
+            last->width_ns = joint > last->width_ns ? joint : last->width_ns;
+            return count;
+        }
+    }
+    if (count < room) {
+        pulses[count++] = next;
+    }
+    return count;
+}
+
+/* What the detector makes of the surfaces along a beam. */
+static size_t detect(const lum_render *r, const lum_hit *hits, size_t n,
+                     lum_random *random, pulse *pulses)
+{
+    const float weakest = WEAKEST * r->options.threshold;
+    float left = r->options.gain * STRENGTH;
+    size_t count = 0;
+    for (size_t i = 0; i < n; i++) {
+        const lum_hit *hit = &hits[i];
+        const float speckle = 0.7f + 0.6f * lum_random_unit(random);
+        const float strength = left * hit->cover * hit->reflectivity *
+                               hit->cosine * speckle /
+                               (hit->range * hit->range);
+        left *= 1.0f - hit->cover;
+        if (strength >= weakest) {
+            const pulse next = {hit->range, width_of(strength)};
+            count = add_pulse(pulses, count, r->options.returns_max, next);
+        }
+    }
+    return count;
+}
+
+/* To the nearest integer; x above -2^20, as a cast rounds down above 0. */
+static int32_t round_tof(double x)
+{
+    return (int32_t)(x + 1048576.5) - 1048576;
+}
+
+/* Both edges of a return; false when a word cannot hold them. */
+static bool add_words(const lum_render *r, const pulse *p, uint32_t pixel,
+                      lum_random *random, lum_sim_line *out)
+{
+    const double noise =
+        (double)(LUM_RENDER_NOISE_M * lum_random_normal(random));
+    const double rise =
+        ((double)p->range + noise) * r->tof_per_m - r->tof_offset[out->eye];
+    const double width = (double)p->width_ns * r->tof_per_ns;
+    if (rise < LUM_TOF_MIN || rise + width > LUM_TOF_MAX - 1) {
+        return false;
+    }
+    const int32_t rising = round_tof(rise);
+    const int32_t falling = rising + round_tof(width);
+    out->words[out->word_count++] = lum_word_make(rising, true, pixel);
+    out->words[out->word_count++] =
+        lum_word_make(falling > rising ? falling : rising + 1, false, pixel);
+    return true;
+}
+
+static void add_truth(const lum_render *r, const pulse *p, uint32_t pixel,
+                      lum_sim_line *out)
+{
+    const float *d = r->line.direction[pixel];
+    const float *mount = lum_scan_mount(&r->scan, out->eye);
+    lum_sample *s = &out->truth[out->truth_count++];
+    memset(s, 0, sizeof *s);
+    s->x = d[0] * p->range + mount[0];
+    s->y = d[1] * p->range + mount[1];
+    s->z = d[2] * p->range + mount[2];
+    s->range = p->range;
+    s->azimuth = r->line.azimuth[pixel];
+    s->elevation = r->line.elevation[pixel];
+    s->pulse_width = p->width_ns;
+    s->pixel = (uint16_t)pixel;
+    s->edge = 1;
+}
+
+static void number_returns(lum_sample *samples, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        samples[i].return_number = (uint16_t)(i + 1);
+        samples[i].number_of_returns = (uint16_t)n;
+    }
+}
+
+static void render_pixel(const lum_render *r, const lum_scene *scene,
+                         uint32_t pixel, lum_random *random, lum_sim_line *out)
+{
+    lum_hit hits[LUM_SCENE_HITS_MAX];
+    pulse pulses[LUM_RENDER_RETURNS_MAX];
+    const lum_ray ray = lum_ray_make(r->line.direction[pixel]);
+    const size_t n = lum_scene_cast(scene, &ray, hits);
+    const size_t count = detect(r, hits, n, random, pulses);
+    const size_t first = out->truth_count;
+    for (size_t i = 0; i < count; i++) {
+        if (add_words(r, &pulses[i], pixel, random, out)) {
+            add_truth(r, &pulses[i], pixel, out);
+        }
+    }
+    number_returns(&out->truth[first], out->truth_count - first);
+}
+
+lum_result lum_render_line(lum_render *render, int64_t frame, uint32_t line,
+                           unsigned eye, lum_sim_line *out)
+{
+    lum_random random;
+    if (set_scenes(render, frame) != LUM_OK) {
+        return LUM_E_SPACE;
+    }
+    lum_random_init(&random, render->options.seed,
+                    ((uint64_t)frame << 24) | ((uint64_t)line << 8) |
+                        (eye << 4) | 2u);
+    lum_scan_compute(&render->scan, eye, line, &random, &render->line);
+    out->frame = frame;
+    out->clock_us = lum_render_clock_us(render, frame, line);
+    out->number = line;
+    out->eye = (uint8_t)eye;
+    out->word_count = 0;
+    out->truth_count = 0;
+    memcpy(out->angles, render->line.reading, sizeof out->angles);
+    for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
+        render_pixel(render, &render->scenes[render->scene_of[eye]], p, &random,
+                     out);
+    }
+    return LUM_OK;
+}

@@ -1,0 +1,72 @@
+/** @file
+ * Where the beams of a line look: the mirror's motion, the true angles of each
+ * pixel, and what the encoders read.
+ *
+ * Line 0 is the uppermost. Azimuth swings to and fro, lines of even number from
+ * left to right, and slows down towards both ends of its swing. Both eyes move
+ * alike. */
+#ifndef LUM_SIM_SCAN_H
+#define LUM_SIM_SCAN_H
+
+#include "lum/calibration.h"
+#include "lum/group.h"
+#include "lum/profile.h"
+#include "lum/result.h"
+#include "random.h"
+
+#include <stdint.h>
+
+/** Standard deviation of an encoder's reading, degrees. */
+#define LUM_SCAN_NOISE_DEG 0.005
+
+/** How one eye scans. Private: made by lum_scan_init(). */
+typedef struct lum_scan_eye {
+    float azimuth_deg[LUM_LINE_PIXELS]; /**< private: of an even line */
+    float azimuth_sin[LUM_LINE_PIXELS]; /**< private */
+    float azimuth_cos[LUM_LINE_PIXELS]; /**< private */
+    float bend_deg[LUM_LINE_PIXELS];    /**< private: of every line */
+    float bend_sin[LUM_LINE_PIXELS];    /**< private */
+    float bend_cos[LUM_LINE_PIXELS];    /**< private */
+    double azimuth_center;              /**< private: degrees */
+    double elevation_center;            /**< private: degrees */
+    double elevation_span;              /**< private: degrees */
+    double azimuth_bits;                /**< private: of a degree */
+    double elevation_bits;              /**< private: of a degree */
+    float rotation[9];                  /**< private: eye to sensor */
+    float mount[3];                     /**< private: metres */
+} lum_scan_eye;
+
+/** How a sensor scans. */
+typedef struct lum_scan {
+    lum_scan_eye eye[LUM_EYES]; /**< private */
+    uint32_t lines;             /**< of a frame */
+} lum_scan;
+
+/** A scanned line. */
+typedef struct lum_scan_line {
+    float azimuth[LUM_LINE_PIXELS];      /**< true, degrees, of the eye */
+    float elevation[LUM_LINE_PIXELS];    /**< true, degrees, of the eye */
+    float direction[LUM_LINE_PIXELS][3]; /**< unit, in the sensor's frame */
+    lum_angle reading[LUM_LINE_PIXELS];  /**< what goes on the wire */
+} lum_scan_line;
+
+/** Prepare a scan.
+ * @param calibration checked.
+ * @param lines       of a frame, at least 1.
+ * @return LUM_OK; LUM_E_VALUE if the layout's angle_lsb cannot express the
+ *         calibrated span in 16 bits. */
+LUM_MUST_CHECK lum_result lum_scan_init(lum_scan *out,
+                                        const lum_calibration *calibration,
+                                        const lum_layout *layout,
+                                        uint32_t lines);
+
+/** Where an eye stands in the frame of the sensor; metres. */
+const float *lum_scan_mount(const lum_scan *scan, unsigned eye);
+
+/** Scan a line.
+ * @param line   below scan->lines.
+ * @param random gives the encoders' noise. */
+void lum_scan_compute(const lum_scan *scan, unsigned eye, uint32_t line,
+                      lum_random *random, lum_scan_line *out);
+
+#endif

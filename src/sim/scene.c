@@ -1,0 +1,274 @@
+#include "scene.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Cells over the whole sphere: columns of azimuth, rows of the sine of the
+ * elevation. */
+#define COLUMNS 1024
+#define ROWS    512
+#define CELLS   ((size_t)COLUMNS * ROWS)
+
+typedef struct cells {
+    int row[2];    /* first and last */
+    int column[2]; /* first and last */
+} cells;
+
+/* Rises with azimuth from -2 behind by 0 ahead to 2 behind, as atan2 does, and
+ * costs a division. */
+static float diamond(float x, float y)
+{
+    const float sum = fabsf(x) + fabsf(y);
+    if (sum <= 0.0f) {
+        return 0.0f;
+    }
+    if (x >= 0.0f) {
+        return y / sum;
+    }
+    return y >= 0.0f ? 2.0f - y / sum : -2.0f - y / sum;
+}
+
+static int clamp(int value, int high)
+{
+    return value < 0 ? 0 : value > high ? high : value;
+}
+
+static int column_of(float x, float y)
+{
+    return clamp((int)((diamond(x, y) + 2.0f) * (COLUMNS / 4.0f)), COLUMNS - 1);
+}
+
+static int row_of(float sine)
+{
+    return clamp((int)((sine + 1.0f) * (ROWS / 2.0f)), ROWS - 1);
+}
+
+static float nearest(float low, float high)
+{
+    return low > 0.0f ? low : high < 0.0f ? -high : 0.0f;
+}
+
+static float farthest(float low, float high)
+{
+    return -low > high ? -low : high;
+}
+
+static float sine(float z, float away_square)
+{
+    const float length = sqrtf(z * z + away_square);
+    return length > 0.0f ? z / length : 0.0f;
+}
+
+static float sum_of_squares(float a, float b)
+{
+    return a * a + b * b;
+}
+
+static void find_rows(const float low[3], const float high[3], cells *out)
+{
+    const float close =
+        sum_of_squares(nearest(low[0], high[0]), nearest(low[1], high[1]));
+    const float far =
+        sum_of_squares(farthest(low[0], high[0]), farthest(low[1], high[1]));
+    out->row[0] = row_of(sine(low[2], low[2] < 0.0f ? close : far));
+    out->row[1] = row_of(sine(high[2], high[2] > 0.0f ? close : far));
+}
+
+static void find_columns(const float low[3], const float high[3], cells *out)
+{
+    if (low[0] <= 0.0f && low[1] <= 0.0f && high[1] >= 0.0f) {
+        out->column[0] = 0;
+        out->column[1] = COLUMNS - 1;
+        return;
+    }
+    out->column[0] = COLUMNS;
+    out->column[1] = -1;
+    for (int i = 0; i < 4; i++) {
+        const int at =
+            column_of((i & 1) ? high[0] : low[0], (i & 2) ? high[1] : low[1]);
+        out->column[0] = at < out->column[0] ? at : out->column[0];
+        out->column[1] = at > out->column[1] ? at : out->column[1];
+    }
+}
+
+/* The cells whose rays may meet a shape or, at its rim, half a beam of it. */
+static cells cells_of(const lum_shape *s)
+{
+    float low[3];
+    float high[3];
+    cells found;
+    const float away = s->near_m + (s->max[0] - s->min[0]);
+    const float rim = 0.001f + 2.0f * LUM_BEAM_HALF_WIDTH * away;
+    for (int i = 0; i < 3; i++) {
+        low[i] = s->min[i] - rim;
+        high[i] = s->max[i] + rim;
+    }
+    find_rows(low, high, &found);
+    find_columns(low, high, &found);
+    return found;
+}
+
+static void find_distances(lum_shape_list *list)
+{
+    for (size_t i = 0; i < list->count; i++) {
+        lum_shape *s = &list->items[i];
+        float square = 0.0f;
+        for (int k = 0; k < 3; k++) {
+            const float d = nearest(s->min[k], s->max[k]);
+            square += d * d;
+        }
+        s->near_m = sqrtf(square);
+    }
+}
+
+static int compare_distance(const void *a, const void *b)
+{
+    const lum_shape *left = a;
+    const lum_shape *right = b;
+    if (left->near_m != right->near_m) {
+        return left->near_m < right->near_m ? -1 : 1;
+    }
+    /* Any order will do among equals, if it is always the same. */
+    for (int i = 0; i < 3; i++) {
+        if (left->min[i] != right->min[i]) {
+            return left->min[i] < right->min[i] ? -1 : 1;
+        }
+    }
+    return (left->max[2] > right->max[2]) - (left->max[2] < right->max[2]);
+}
+
+static size_t count_entries(lum_scene *scene)
+{
+    for (size_t i = 0; i <= CELLS; i++) {
+        scene->cells[i] = 0;
+    }
+    for (size_t i = 0; i < scene->shapes.count; i++) {
+        const cells c = cells_of(&scene->shapes.items[i]);
+        for (int row = c.row[0]; row <= c.row[1]; row++) {
+            for (int column = c.column[0]; column <= c.column[1]; column++) {
+                scene->cells[row * COLUMNS + column]++;
+            }
+        }
+    }
+    uint32_t sum = 0;
+    for (size_t i = 0; i <= CELLS; i++) {
+        sum += scene->cells[i];
+        scene->cells[i] = sum;
+    }
+    return sum;
+}
+
+/* Filled from the far end, so that each cell's start ends up in cells[] and its
+ * shapes stand from near to far. */
+static void fill_entries(lum_scene *scene)
+{
+    for (size_t i = scene->shapes.count; i-- > 0;) {
+        const cells c = cells_of(&scene->shapes.items[i]);
+        for (int row = c.row[0]; row <= c.row[1]; row++) {
+            for (int column = c.column[0]; column <= c.column[1]; column++) {
+                scene->entries[--scene->cells[row * COLUMNS + column]] =
+                    (uint32_t)i;
+            }
+        }
+    }
+}
+
+static int make_room(lum_scene *scene, size_t count)
+{
+    if (count <= scene->room) {
+        return 0;
+    }
+    const size_t room = count + count / 2;
+    uint32_t *entries = realloc(scene->entries, room * sizeof *entries);
+    if (entries == NULL) {
+        return -1;
+    }
+    scene->entries = entries;
+    scene->room = room;
+    return 0;
+}
+
+int lum_scene_set(lum_scene *scene, uint64_t seed, double time_s,
+                  const float eye[3])
+{
+    if (scene->cells == NULL) {
+        scene->cells = malloc((CELLS + 1) * sizeof *scene->cells);
+    }
+    if (scene->cells == NULL) {
+        return -1;
+    }
+    lum_street_lay_out(seed, time_s, eye, &scene->shapes, &scene->ground);
+    if (scene->shapes.failed) {
+        return -1;
+    }
+    find_distances(&scene->shapes);
+    qsort(scene->shapes.items, scene->shapes.count, sizeof *scene->shapes.items,
+          compare_distance);
+    if (make_room(scene, count_entries(scene)) != 0) {
+        return -1;
+    }
+    fill_entries(scene);
+    return 0;
+}
+
+void lum_scene_free(lum_scene *scene)
+{
+    lum_shape_list_free(&scene->shapes);
+    free(scene->cells);
+    free(scene->entries);
+    scene->cells = NULL;
+    scene->entries = NULL;
+    scene->room = 0;
+}
+
+/* Hits from near to far; those beyond the last place are forgotten. */
+static size_t insert(lum_hit *hits, size_t count, const lum_hit *hit)
+{
+    size_t at = count;
+    if (count == LUM_SCENE_HITS_MAX - 1) {
+        if (hits[count - 1].range <= hit->range) {
+            return count;
+        }
+        at = count - 1;
+        count--;
+    }
+    for (; at > 0 && hits[at - 1].range > hit->range; at--) {
+        hits[at] = hits[at - 1];
+    }
+    hits[at] = *hit;
+    return count + 1;
+}
+
+size_t lum_scene_cast(const lum_scene *scene, const lum_ray *ray, lum_hit *hits)
+{
+    const size_t cell = (size_t)row_of(ray->d[2]) * COLUMNS +
+                        (size_t)column_of(ray->d[0], ray->d[1]);
+    const uint32_t end = scene->cells[cell + 1];
+    size_t count = 0;
+    lum_hit last = {LUM_STREET_REACH, 0.0f, 0.0f, 0.0f};
+    lum_hit hit;
+    if (lum_ground_cast(&scene->ground, ray, &hit)) {
+        last = hit;
+    }
+    for (uint32_t i = scene->cells[cell]; i < end; i++) {
+        const lum_shape *s = &scene->shapes.items[scene->entries[i]];
+        if (s->near_m > last.range) {
+            break;
+        }
+        if (!lum_shape_cast(s, ray, &hit) || hit.range >= last.range) {
+            continue;
+        }
+        if (hit.cover >= 1.0f) {
+            last = hit;
+        } else {
+            count = insert(hits, count, &hit);
+        }
+    }
+    while (count > 0 && hits[count - 1].range >= last.range) {
+        count--;
+    }
+    if (last.cover > 0.0f) {
+        hits[count++] = last;
+    }
+    return count;
+}

@@ -1,0 +1,95 @@
+/** @file
+ * Solid things of a scene, and where a beam from the origin meets them.
+ *
+ * Metres; x forward, y left, z up. All beams start at the origin, so a scene is
+ * laid out around the eye that looks at it. */
+#ifndef LUM_SIM_SHAPE_H
+#define LUM_SIM_SHAPE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/** What fills the box that bounds a shape. */
+typedef enum lum_shape_kind {
+    LUM_SHAPE_BOX,    /**< the box itself */
+    LUM_SHAPE_CABIN,  /**< a box whose sides lean inwards towards its top */
+    LUM_SHAPE_FACADE, /**< a box with rows of windows and doors in its sides
+                           along x */
+    LUM_SHAPE_PILLAR, /**< a cylinder that stands */
+    LUM_SHAPE_WHEEL,  /**< a cylinder whose axis lies along y */
+    LUM_SHAPE_BALL,   /**< a sphere */
+    LUM_SHAPE_LEAVES, /**< a sphere of leaves that lets part of a beam pass */
+    LUM_SHAPES        /**< how many there are */
+} lum_shape_kind;
+
+/** How far the sides of a cabin's top stand back from its bottom's; metres. */
+typedef struct lum_shape_lean {
+    float front; /**< towards +x */
+    float back;  /**< towards -x */
+    float side;  /**< on either side */
+} lum_shape_lean;
+
+/** Openings of a facade; metres. */
+typedef struct lum_shape_openings {
+    float bay;    /**< from one column of windows to the next */
+    float storey; /**< from one floor to the next */
+    float recess; /**< how deep panes and doors stand behind the wall */
+    float door;   /**< the bay that has a door at the ground, counted along x */
+} lum_shape_openings;
+
+/** One shape. */
+typedef struct lum_shape {
+    float min[3];               /**< lowest corner of the bounding box */
+    float max[3];               /**< highest corner */
+    float near_m;               /**< distance of the box, for who sorts */
+    float reflectivity;         /**< 0..1 */
+    float cover;                /**< leaves: share of a beam they stop */
+    lum_shape_lean lean;        /**< cabins only */
+    lum_shape_openings opening; /**< facades only */
+    lum_shape_kind kind;        /**< which */
+} lum_shape;
+
+/** A beam from the origin. */
+typedef struct lum_ray {
+    float d[3];       /**< unit vector */
+    float inverse[3]; /**< 1 / d, finite */
+} lum_ray;
+
+/** Where a beam meets something. */
+typedef struct lum_hit {
+    float range;        /**< metres */
+    float cover;        /**< share of the beam that is stopped, above 0 to 1 */
+    float reflectivity; /**< 0..1 */
+    float cosine;       /**< of the angle of incidence, 0..1 */
+} lum_hit;
+
+/** Nothing nearer than this is hit; metres. */
+#define LUM_SHAPE_NEAREST 0.5f
+
+/** Half the width of a beam for each metre of range. */
+#define LUM_BEAM_HALF_WIDTH 0.0005f
+
+/** Make a ray.
+ * @param d unit vector. */
+lum_ray lum_ray_make(const float d[3]);
+
+/** Where a ray meets a shape.
+ * A beam that passes the rim of something round is stopped in part.
+ * @param hit written only when the answer is true. */
+bool lum_shape_cast(const lum_shape *shape, const lum_ray *ray, lum_hit *hit);
+
+/** Shapes, in an array that grows. */
+typedef struct lum_shape_list {
+    lum_shape *items; /**< heap */
+    size_t count;     /**< how many there are */
+    size_t room;      /**< how many fit */
+    bool failed;      /**< there was no memory for one */
+} lum_shape_list;
+
+/** Append a copy; sets failed when there is no memory. */
+void lum_shape_list_add(lum_shape_list *list, const lum_shape *shape);
+
+/** Free what a list holds; it is empty then. */
+void lum_shape_list_free(lum_shape_list *list);
+
+#endif

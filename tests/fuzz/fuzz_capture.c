@@ -1,0 +1,64 @@
+/* Any bytes as a capture file. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "io/capture_internal.h"
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#define SMALLEST_RECORD 16u
+#define LARGEST_PAYLOAD 65507u
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+static void require(int fact)
+{
+    if (!fact) {
+        abort();
+    }
+}
+
+static void check_record(const lum_record *r)
+{
+    static volatile uint8_t last;
+    const int64_t limit_ns = INT64_C(1) << 62;
+    require(r->kind >= LUM_RECORD_DATAGRAM && r->kind <= LUM_RECORD_OTHER);
+    require(r->time_ns > -limit_ns && r->time_ns < limit_ns);
+    require(r->len <= LARGEST_PAYLOAD);
+    require(r->kind == LUM_RECORD_DATAGRAM || r->len == 0);
+    for (size_t i = 0; i < r->len; i++) {
+        last = r->payload[i];
+    }
+    (void)last;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    lum_capture *capture = NULL;
+    lum_record record;
+    lum_error error;
+    uint64_t records = 0;
+    uint64_t dropped = 0;
+    uint64_t kept = 0;
+    int result = 0;
+    FILE *file =
+        size != 0 ? fmemopen((void *)(uintptr_t)data, size, "rb") : NULL;
+    if (file == NULL ||
+        lum_capture_open_stream(file, "fuzz", &capture, &error) != 0) {
+        return 0;
+    }
+    while ((result = lum_capture_next(capture, &record, &error)) == 1) {
+        check_record(&record);
+        records++;
+        dropped += record.dropped_fragments;
+        kept += record.kind == LUM_RECORD_FRAGMENT;
+        require(records <= size / SMALLEST_RECORD);
+    }
+    dropped += record.dropped_fragments;
+    require(dropped <= kept);
+    require(lum_capture_next(capture, &record, &error) == 0);
+    require(record.dropped_fragments == 0);
+    lum_capture_close(capture);
+    return 0;
+}

@@ -1,0 +1,116 @@
+"""What the tool tests share: running the tools, and captures made by hand."""
+import csv
+import json
+import os
+import pathlib
+import struct
+import subprocess
+import tempfile
+
+BIN = pathlib.Path(os.environ.get("LUM_BIN", "build/bin")).resolve()
+MAGIC = bytes.fromhex("edfef3a1efbe3412")
+SENSOR = "10.42.0.37"
+CLIENT = "10.42.0.1"
+
+
+def run(tool, *arguments, stdin=b"", timeout=120, **options):
+    """Run a tool to its end; its output as text."""
+    r = subprocess.run([str(BIN / tool), *map(str, arguments)], input=stdin,
+                       capture_output=True, timeout=timeout, **options)
+    r.stdout_bytes = r.stdout
+    r.stdout = r.stdout.decode(errors="replace")
+    r.stderr = r.stderr.decode(errors="replace")
+    return r
+
+
+def ip(address):
+    return bytes(int(part) for part in address.split("."))
+
+
+def udp(payload, source=SENSOR, destination=CLIENT, sport=5517, dport=50000):
+    """An Ethernet frame with a UDP datagram."""
+    segment = struct.pack(">HHHH", sport, dport, 8 + len(payload), 0) + payload
+    header = struct.pack(">BBHHHBBH", 0x45, 0, 20 + len(segment), 1, 0, 64, 17, 0)
+    return bytes(12) + b"\x08\x00" + header + ip(source) + ip(destination) + segment
+
+
+def pcap(frames, link=1, snap=None, start=1_700_000_000.0, step=0.001):
+    """A pcap file of frames, a millisecond apart."""
+    out = [struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, link)]
+    for i, frame in enumerate(frames):
+        kept = frame if snap is None else frame[:snap]
+        t = start + i * step
+        out.append(struct.pack("<IIII", int(t), int(round(t % 1 * 1e6)), len(kept), len(frame)) + kept)
+    return b"".join(out)
+
+
+def frames_of(data):
+    """The frames of a little-endian pcap file."""
+    at = 24
+    while at < len(data):
+        length = struct.unpack_from("<I", data, at + 8)[0]
+        yield data[at + 16:at + 16 + length]
+        at += 16 + length
+
+
+def group(tag, eye, line, samples, first=0, clock=1000, packet_type=8):
+    """A data packet of the default layout; samples are 4 bytes each."""
+    return (MAGIC + struct.pack("<IBBHHHI", packet_type, tag, eye, line, len(samples), first, clock)
+            + b"".join(samples))
+
+
+def angles(eye=0, line=0, clock=1000):
+    """The three angle packets of a line that looks straight ahead."""
+    for first, count in ((0, 334), (334, 334), (668, 332)):
+        samples = [struct.pack("<hh", 0, 0)] * count
+        yield group(2, eye, line, samples, first, clock)
+
+
+def word(tof, pixel, rising=True):
+    return struct.pack("<I", (tof & 0xFFFFF) << 12 | (1024 if rising else 0) | pixel)
+
+
+def line(words, eye=0, number=0, clock=1000):
+    """All packets of a line."""
+    yield from angles(eye, number, clock)
+    yield group(3, eye, number, words, 0, clock)
+
+
+def read_csv(path):
+    with open(path, newline="") as f:
+        return list(csv.DictReader(f))
+
+
+def summary(*arguments):
+    """lumdump's JSON summary."""
+    r = run("lumdump", *arguments, "--json")
+    if r.returncode != 0:
+        raise AssertionError(f"lumdump {arguments}: {r.returncode} {r.stderr}")
+    return json.loads(r.stdout)
+
+
+def simulate(path, *arguments):
+    r = run("lumsim", "-o", path, "--quiet", *arguments)
+    if r.returncode != 0:
+        raise AssertionError(f"lumsim {arguments}: {r.returncode} {r.stderr}")
+    return path
+
+
+class Folder:
+    """A folder that goes when the test is done."""
+
+    def __init__(self, test):
+        folder = tempfile.TemporaryDirectory()
+        test.addCleanup(folder.cleanup)
+        self.path = pathlib.Path(folder.name)
+
+    def __truediv__(self, name):
+        return self.path / name
+
+    def write(self, name, data):
+        path = self.path / name
+        path.write_bytes(data if isinstance(data, bytes) else data.encode())
+        return path
+
+    def names(self):
+        return sorted(p.name for p in self.path.iterdir())

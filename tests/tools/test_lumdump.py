@@ -1,0 +1,408 @@
+"""lumdump as its users meet it: options, outputs, faults."""
+import json
+import os
+import pathlib
+import pty
+import select
+import signal
+import struct
+import subprocess
+import tempfile
+import time
+import unittest
+
+from support import (BIN, MAGIC, Folder, frames_of, group, line, pcap, read_csv, run, simulate,
+                     summary, udp, word)
+
+COLUMNS = ("x,y,z,range,azimuth,elevation,pulse_width,timestamp,frame,eye,line,pixel,"
+           "return_number,number_of_returns,edge")
+KEYS = """lines lines_missing_angles lines_skipped words lost_words points late duplicate conflict no_room stray
+malformed unknown_tag unknown_type foreign other cut_short bad_words no_angle no_range heartbeat set_ip timestamp tlv
+frames truncated sensors""".split()
+
+
+def two_lines():
+    """Two lines of blue, one of green; several returns; a pulse 2 units wide."""
+    frames = []
+    for number, eye, clock in ((0, 0, 1000), (0, 1, 1000), (1, 0, 2500)):
+        words = [word(1000, 0), word(1002, 0, False), word(3000, 0), word(3010, 0, False),
+                 word(2000, 500), word(4000, 999)]
+        frames += [udp(p) for p in line(words, eye, number, clock)]
+    return pcap(frames)
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder(self)
+
+    def capture(self, data=None, name="in.pcap"):
+        return self.folder.write(name, two_lines() if data is None else data)
+
+    def rows(self, *arguments, data=None):
+        source = self.capture(data)
+        out = self.folder / "out.csv"
+        r = run("lumdump", source, "-o", out, *arguments)
+        self.assertEqual(r.returncode, 0, r.stderr)
+        return read_csv(out)
+
+    def refused(self, status, *arguments, message):
+        r = run("lumdump", *arguments)
+        self.assertEqual(r.returncode, status, r.stderr)
+        self.assertIn(message, r.stderr)
+        self.assertEqual(r.stdout, "")
+        return r
+
+
+class Points(Case):
+    def test_header_and_one_row_are_as_documented(self):
+        self.rows()
+        first, row = (self.folder / "out.csv").read_text().splitlines()[:2]
+        self.assertEqual(first, COLUMNS)
+        # blue looks 30 degrees to the right, 7 degrees down, 1.95 m away
+        self.assertEqual(row, "1.6762,-0.9677,-0.2376,1.9500,0.00000,-7.00000,0.026,1000,1,0,0,0,1,2,1")
+
+    def test_edges(self):
+        self.assertEqual(len(self.rows()), 12)
+        self.assertEqual(len(self.rows("--edge", "falling")), 6)
+        self.assertEqual([r["edge"] for r in self.rows("--edge", "both")[:4]], ["1", "0", "1", "0"])
+
+    def test_returns(self):
+        for choice, want in (("all", 12), ("first", 9), ("last", 9), ("strongest", 9), ("1", 9), ("2", 3), ("3", 0)):
+            with self.subTest(choice):
+                self.assertEqual(len(self.rows("--return", choice)), want)
+                self.assertEqual(summary(self.folder / "in.pcap", "--return", choice)["points"], want)
+        self.assertEqual(self.rows("--return", "strongest")[0]["return_number"], "2")
+
+    def test_eye_frames_range_and_box(self):
+        for arguments, want in ((("--eye", "green"), 4), (("--eye", "both"), 12), (("--frames", "1:1"), 12),
+                                (("--frames", "2:"), 0), (("--frames", ":1"), 12), (("--range", "3:6"), 6),
+                                (("--range", ":2"), 3), (("--box", ":,0:,:"), 4), (("--box", "0:2,:,:"), 3)):
+            with self.subTest(arguments):
+                self.assertEqual(len(self.rows(*arguments)), want)
+                self.assertEqual(summary(self.folder / "in.pcap", *arguments)["points"], want)
+
+    def test_incomplete_lines_can_be_dropped(self):
+        frames = list(frames_of(two_lines()))
+        del frames[0]
+        self.assertEqual(len(self.rows(data=pcap(frames))), 9)
+        self.assertEqual(len(self.rows("--incomplete", "drop", data=pcap(frames))), 8)
+        self.assertEqual(summary(self.folder / "in.pcap", "--incomplete", "drop")["no_angle"], 2 + 2)
+
+    def test_utc_is_the_capture_time_of_the_lines_first_packet(self):
+        rows = self.rows("--time", "utc")
+        self.assertEqual(rows[0]["timestamp"], "1700000000000000")
+        self.assertEqual({r["timestamp"] for r in rows if r["eye"] == "1"}, {"1700000000004000"})
+
+    def test_duration_ends_the_reading(self):
+        self.assertEqual(summary(self.capture(), "--duration", "0.0035")["lines"], 1)
+
+    def test_calibration_moves_points(self):
+        calibration = self.folder.write("c.yaml", "eyes: {blue: {mount: {x_m: 10.0, yaw_deg: 0}}}\n")
+        self.assertEqual(self.rows("--calibration", calibration)[0]["x"], "11.9355")
+
+    def test_profile_changes_the_layout(self):
+        profile = self.folder.write("p.yaml", "version: 1\neye_values: {blue: 1, green: 0}\n")
+        self.assertEqual(sum(r["eye"] == "1" for r in self.rows("--profile", profile)), 8)
+
+
+class Outputs(Case):
+    def test_all_formats_and_nothing_else_appear(self):
+        source = self.capture()
+        for ending in "csv ply pcd las xyz png pcap".split():
+            with self.subTest(ending):
+                out = self.folder / f"out.{ending}"
+                self.assertEqual(run("lumdump", source, "-o", out).returncode, 0)
+                self.assertGreater(out.stat().st_size, 100)
+        self.assertEqual([n for n in self.folder.names() if n.endswith(".part")], [])
+
+    def test_pcap_output_holds_the_same_points(self):
+        want = self.rows()
+        copy = self.folder / "copy.pcap"
+        self.assertEqual(run("lumdump", self.folder / "in.pcap", "-o", copy).returncode, 0)
+        self.assertEqual(run("lumdump", copy, "-o", self.folder / "out.csv").returncode, 0)
+        self.assertEqual(read_csv(self.folder / "out.csv"), want)
+
+    def test_stdin_and_stdout(self):
+        want = len(self.rows())
+        r = run("lumdump", "-", "-o", "-", "--format", "csv", stdin=two_lines())
+        self.assertEqual((r.returncode, len(r.stdout.splitlines())), (0, want + 1))
+
+    def test_headers_with_counts_reach_a_pipe_from_a_file_only(self):
+        source = self.capture()
+        for kind in "ply", "pcd":
+            file = self.folder / f"out.{kind}"
+            self.assertEqual(run("lumdump", source, "-o", file).returncode, 0)
+            r = run("lumdump", source, "-o", "-", "--format", kind)
+            self.assertEqual(r.returncode, 0, r.stderr)
+            self.assertTrue(r.stdout_bytes)
+            r = run("lumdump", "-", "-o", "-", "--format", kind, stdin=two_lines())
+            self.assertEqual((r.returncode, r.stdout), (2, ""))
+            self.assertIn("-o FILE", r.stderr)
+
+    def test_one_file_a_frame(self):
+        frames = []
+        for frame in range(3):
+            for number in range(20):
+                for eye in 0, 1:
+                    clock = 1000 + (frame * 20 + number) * 1500
+                    frames += [udp(p) for p in line([word(1000 + number, 5)], eye, number, clock)]
+        source = self.capture(pcap(frames))
+        r = run("lumdump", source, "-o", self.folder / "f-%04d.csv")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertEqual(self.folder.names(), ["f-0001.csv", "f-0002.csv", "f-0003.csv", "in.pcap"])
+        for n in 1, 2, 3:
+            self.assertEqual({r["frame"] for r in read_csv(self.folder / f"f-000{n}.csv")}, {str(n)})
+            self.assertEqual(len(read_csv(self.folder / f"f-000{n}.csv")), 40)
+
+    def test_patterns_that_are_none_are_refused(self):
+        source = self.capture()
+        for name in "f-%s.csv", "f-%d-%d.csv", "f-%.csv":
+            self.refused(2, source, "-o", self.folder / name, message="%04d")
+        self.refused(2, source, "-o", self.folder / "f-%d.pcap", message="name one file")
+
+    def test_format_overrides_the_ending(self):
+        out = self.folder / "out.txt"
+        self.assertEqual(run("lumdump", self.capture(), "-o", out, "--format", "xyz").returncode, 0)
+        self.assertEqual(len(out.read_text().split("\n")[0].split(" ")), 3)
+
+
+class Summaries(Case):
+    def test_json_has_every_key(self):
+        got = summary(self.capture())
+        self.assertEqual([k for k in KEYS if k not in got], [])
+        self.assertEqual((got["lines"], got["words"], got["points"], got["truncated"]), (3, 18, 12, False))
+        self.assertEqual(got["sensors"][0]["address"], "10.42.0.37")
+
+    def test_text_names_what_was_lost(self):
+        frames = list(frames_of(two_lines()))
+        r = run("lumdump", self.capture(pcap(frames + frames[:1])))
+        self.assertIn("duplicate", r.stdout)
+        self.assertNotIn("conflict", r.stdout)
+        self.assertIn("none", run("lumdump", self.capture()).stdout)
+
+    def test_with_an_output_the_summary_goes_to_standard_error(self):
+        r = run("lumdump", self.capture(), "-o", self.folder / "out.csv")
+        self.assertEqual(r.stdout, "")
+        self.assertIn("points", r.stderr)
+        r = run("lumdump", self.capture(), "-o", self.folder / "out.csv", "--quiet")
+        self.assertEqual(r.stderr, "")
+
+    def test_progress_is_shown_on_a_terminal_alone(self):
+        source = simulate(self.folder / "s.pcap", "--frames", "3", "--lines", "64", "--seed", "1")
+        main, terminal = pty.openpty()
+        with subprocess.Popen([BIN / "lumdump", "-", "-o", self.folder / "o.csv"], stdin=subprocess.PIPE,
+                              stderr=terminal) as p:
+            data = source.read_bytes()
+            p.stdin.write(data[:len(data) // 2])
+            p.stdin.flush()
+            self.assertTrue(select.select([main], [], [], 10)[0])
+            p.stdin.write(data[len(data) // 2:])
+            p.stdin.close()
+            self.assertEqual(p.wait(60), 0)
+        self.assertIn(b"points", os.read(main, 65536))
+        os.close(terminal)
+        os.close(main)
+
+
+class Sensors(Case):
+    def both(self):
+        frames = [udp(p) for p in line([word(1000, 1)])]
+        frames += [udp(p, source="10.42.0.38") for p in line([word(1000, 1), word(1000, 2)])]
+        return self.capture(pcap(frames))
+
+    def test_a_summary_names_them_and_adds(self):
+        got = summary(self.both())
+        self.assertEqual([(s["address"], s["points"]) for s in got["sensors"]], [("10.42.0.37", 1), ("10.42.0.38", 2)])
+        self.assertEqual(got["points"], 3)
+
+    def test_an_output_needs_one(self):
+        r = self.refused(2, self.both(), "-o", self.folder / "out.csv", message="--sensor")
+        self.assertIn("10.42.0.37 10.42.0.38", r.stderr)
+        self.assertEqual(self.folder.names(), ["in.pcap"])
+
+    def test_one_is_taken_and_the_other_not_counted(self):
+        got = summary(self.both(), "--sensor", "10.42.0.38")
+        self.assertEqual((got["points"], got["data"], len(got["sensors"])), (2, 4, 1))
+
+    def test_one_that_is_not_there(self):
+        self.refused(1, self.both(), "--sensor", "10.42.0.9", message="no data of 10.42.0.9")
+
+
+class Diagnosis(Case):
+    def test_another_layout_is_told_with_types_lengths_and_hex(self):
+        frames = [udp(group(2, 0, 0, [bytes(4)] * 334, packet_type=9)) for _ in range(5)]
+        r = run("lumdump", self.capture(pcap(frames)), "-o", self.folder / "out.csv")
+        self.assertEqual(r.returncode, 1)
+        for text in "5 of type 9, 1360 bytes", "ed fe f3 a1", "--profile", "data_packet_type":
+            self.assertIn(text, r.stderr)
+        self.assertEqual(self.folder.names(), ["in.pcap"])
+
+    def test_heartbeats_alone_are_no_matter_of_layout(self):
+        r = run("lumdump", self.capture(pcap([udp(MAGIC + b"\x08\0\0\0", sport=50000, dport=5517)] * 3)))
+        self.assertEqual(r.returncode, 1)
+        self.assertIn("heartbeat", r.stderr)
+        self.assertNotIn("--profile", r.stderr)
+
+    def test_nothing_for_us_is_a_warning(self):
+        for frames in [], [udp(b"hello", sport=1, dport=2)]:
+            r = run("lumdump", self.capture(pcap(frames)), "--json")
+            self.assertEqual(r.returncode, 0)
+            self.assertIn("no packet of a G2", r.stderr)
+            self.assertEqual(json.loads(r.stdout)["points"], 0)
+
+
+class BadSources(Case):
+    def test_what_is_not_a_capture_is_refused(self):
+        for name, data in (("empty", b""), ("text", b"x,y,z\n1,2,3\n" * 99), ("zeros", bytes(4096)),
+                           ("short", two_lines()[:23])):
+            with self.subTest(name):
+                source = self.folder.write(name, data)
+                for extra in [], ["-o", self.folder / "out.csv"]:
+                    self.refused(1, source, *extra, message=name)
+                self.assertEqual(self.folder.names().count("out.csv"), 0)
+                source.unlink()
+
+    def test_directory_missing_unreadable(self):
+        self.refused(1, self.folder.path, message="directory")
+        self.refused(1, self.folder / "nowhere.pcap", message="No such file")
+        if os.geteuid() != 0:
+            source = self.capture()
+            source.chmod(0)
+            self.refused(1, source, message="ermission")
+
+    def test_unknown_link_type(self):
+        self.refused(1, self.capture(pcap([], link=147)), message="link")
+
+    def test_cut_anywhere_gives_what_was_before(self):
+        data = two_lines()
+        whole = summary(self.capture(data))
+        last = 0
+        for n in [*range(24, 24 + 16 + 200), *range(300, len(data), 211), len(data) - 1]:
+            r = run("lumdump", self.capture(data[:n]), "--json")
+            if r.returncode == 1:
+                self.assertIn("not one of them", r.stderr)
+                continue
+            self.assertEqual(r.returncode, 0, r.stderr)
+            got = json.loads(r.stdout)
+            self.assertGreaterEqual(got["data"], last)
+            last = got["data"]
+            if got["truncated"]:
+                self.assertIn("warning", r.stderr)
+        self.assertEqual(last, whole["data"] - 1)
+
+    def test_snap_length_is_counted(self):
+        got = summary(self.capture(pcap([*frames_of(two_lines())] , snap=1300)))
+        self.assertGreater(got["cut_short"], 0)
+
+    def test_a_sparse_ten_gigabyte_file_is_refused_at_once(self):
+        source = self.folder / "sparse.pcap"
+        with open(source, "wb") as f:
+            f.truncate(10 << 30)
+        self.refused(1, source, message="sparse.pcap")
+
+    def test_a_sparse_tail_ends_in_a_warning(self):
+        source = self.capture()
+        with open(source, "r+b") as f:
+            f.truncate(10 << 30)
+        began = time.monotonic()
+        r = run("lumdump", source, "--json", "--duration", "5")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertEqual(json.loads(r.stdout)["points"], 12)
+        self.assertLess(time.monotonic() - began, 60)
+
+
+class BadOutputs(Case):
+    def test_full_disk(self):
+        for kind in "csv", "xyz", "pcap", "png", "ply", "pcd", "las":
+            with self.subTest(kind):
+                with open("/dev/full", "wb") as full:
+                    r = subprocess.run([BIN / "lumdump", self.capture(), "-o", "-", "--format", kind], stdout=full,
+                                       stderr=subprocess.PIPE, timeout=60)
+                self.assertEqual(r.returncode, 1, r.stderr)
+                self.assertIn(b"No space left", r.stderr)
+
+    def test_missing_directory_and_name_of_a_directory(self):
+        source = self.capture()
+        for kind in "csv", "ply", "pcap", "png":
+            self.refused(1, source, "-o", self.folder / "no" / f"out.{kind}", message="No such file")
+        (self.folder / "dir.csv").mkdir()
+        self.refused(1, source, "-o", self.folder / "dir.csv", message="dir.csv")
+        self.assertEqual(self.folder.names(), ["dir.csv", "in.pcap"])
+
+    def test_the_source_itself(self):
+        source = self.capture()
+        self.refused(2, source, "-o", source, message="source itself")
+        os.link(source, self.folder / "link.csv")
+        self.refused(2, source, "-o", self.folder / "link.csv", message="source itself")
+        self.assertEqual(source.read_bytes(), two_lines())
+
+    def test_a_reader_that_leaves_ends_it_quietly(self):
+        source = simulate(self.folder / "s.pcap", "--frames", "2", "--lines", "64", "--seed", "1")
+        for kind in "csv", "xyz", "ply", "pcap":
+            with self.subTest(kind):
+                r = subprocess.run(f"'{BIN}/lumdump' '{source}' -o - --format {kind} | head -c 100 | wc -c; "
+                                   "echo ${PIPESTATUS[0]}", shell=True, executable="/bin/bash", capture_output=True,
+                                   text=True, timeout=60)
+                self.assertEqual(r.stdout.split(), ["100", "0"])
+                self.assertEqual(r.stderr, "")
+
+    def test_an_interrupt_leaves_nothing_and_is_died_of(self):
+        data = two_lines()
+        for number in signal.SIGINT, signal.SIGTERM:
+            for name in "out.csv", "out.ply", "out.pcap", "out.png", "f-%d.csv":
+                with self.subTest(name=name, number=number):
+                    with subprocess.Popen([BIN / "lumdump", "-", "-o", self.folder / name], stdin=subprocess.PIPE,
+                                          stderr=subprocess.PIPE) as p:
+                        p.stdin.write(data)
+                        p.stdin.flush()
+                        self.wait_for_part()
+                        p.send_signal(number)
+                        self.assertEqual(p.wait(20), -number)
+                    self.assertEqual(self.folder.names(), [])
+
+    def wait_for_part(self):
+        deadline = time.monotonic() + 20
+        while not any(n.endswith(".part") for n in self.folder.names()):
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.01)
+
+    def test_an_output_that_was_there_stays_until_the_new_one_is_whole(self):
+        old = self.folder.write("out.csv", "old")
+        self.refused(1, self.folder / "missing.pcap", "-o", old, message="missing.pcap")
+        self.assertEqual(old.read_text(), "old")
+        self.assertEqual(run("lumdump", self.capture(), "-o", old).returncode, 0)
+        self.assertTrue(old.read_text().startswith(COLUMNS))
+
+
+class Arguments(Case):
+    def test_each_wrong_value_is_named_with_what_is_right(self):
+        source = self.capture()
+        for arguments, message in (
+                (["--edge", "left"], "rising"), (["--return", "0"], "strongest"), (["--eye", "red"], "green"),
+                (["--frames", "5"], "10:20"), (["--frames", "3:1"], "10:20"), (["--range", "a:b"], "metres"),
+                (["--range", "5:1"], "metres"), (["--range", "nan:1"], "metres"), (["--box", "1:2"], "XMIN"),
+                (["--box", "1:2,3:4,5:6,7:8"], "XMIN"), (["--sensor", "10.0.0"], "10.42.0.37"),
+                (["--time", "now"], "utc"), (["--incomplete", "x"], "drop"), (["--duration", "0"], "above 0"),
+                (["--format", "doc"], "csv"), (["-o", "out.doc"], ".csv"), (["-o", "out"], "--format"),
+                (["-o", "-"], "--format"), (["--ascii"], "--ascii"), (["--unknown"], "--help"),
+                (["more.pcap"], "one too many"), (["--json", "-o", "-", "--format", "csv"], "--json"),
+                (["--calibration", "none.yaml"], "none.yaml"), (["--profile", "none.yaml"], "none.yaml")):
+            with self.subTest(arguments):
+                self.refused(2, source, *arguments, message=message)
+        self.refused(2, message="SOURCE")
+
+    def test_bad_configuration_names_file_line_and_key(self):
+        bad = self.folder.write("bad.yaml", "version: 1\neyes:\n  blue: {tof: 3}\n")
+        r = self.refused(2, self.capture(), "--calibration", bad, message="bad.yaml")
+        self.assertIn("tof", r.stderr)
+        self.assertRegex(r.stderr, r"bad\.yaml:3")
+
+    def test_help_and_version(self):
+        r = run("lumdump", "--help")
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        self.assertIn("Examples:", r.stdout)
+        self.assertRegex(run("lumdump", "--version").stdout, r"^lumdump \d+\.\d+\.\d+\n$")
+
+
+if __name__ == "__main__":
+    unittest.main()

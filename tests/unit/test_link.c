@@ -1,0 +1,150 @@
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "io/link.h"
+
+#include <pcap/dlt.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MARK 0x45 /* the packet's first byte in every golden frame */
+
+#define MACS 2, 0, 0, 0, 0, 1, 2, 0, 0, 0, 0, 2
+
+static const uint8_t ethernet[] = {MACS, 8, 0, MARK, 7};
+static const uint8_t tag_8021q[] = {MACS, 0x81, 0, 0x20, 5, 8, 0, MARK, 7};
+static const uint8_t tag_8021ad[] = {MACS, 0x88, 0xa8, 0, 5, 8, 0, MARK, 7};
+static const uint8_t tag_9100[] = {MACS, 0x91, 0, 0, 5, 8, 0, MARK, 7};
+static const uint8_t tag_stack[] = {MACS, 0x91, 0,    0, 1, 0x88, 0xa8,
+                                    0,    2,    0x81, 0, 0, 3,    0x81,
+                                    0,    0,    4,    8, 0, MARK, 7};
+static const uint8_t cooked[] = {0, 0, 0, 1, 0, 6, 2, 0,    0,
+                                 0, 0, 1, 0, 0, 8, 0, MARK, 7};
+static const uint8_t cooked_tag[] = {0, 0, 0, 1,    0, 6, 2, 0, 0, 0,    0,
+                                     1, 0, 0, 0x81, 0, 0, 9, 8, 0, MARK, 7};
+static const uint8_t cooked_v2[] = {8, 0, 0, 0, 0, 0, 0, 3, 0, 1,    0,
+                                    6, 2, 0, 0, 0, 0, 1, 0, 0, MARK, 7};
+static const uint8_t raw[] = {MARK, 7};
+static const uint8_t loop_little[] = {2, 0, 0, 0, MARK, 7};
+static const uint8_t loop_big[] = {0, 0, 0, 2, MARK, 7};
+
+static const struct golden {
+    int link_type;
+    const uint8_t *frame;
+    size_t len;
+    size_t header;
+} goldens[] = {
+    {DLT_EN10MB, ethernet, sizeof ethernet, 14},
+    {DLT_EN10MB, tag_8021q, sizeof tag_8021q, 18},
+    {DLT_EN10MB, tag_8021ad, sizeof tag_8021ad, 18},
+    {DLT_EN10MB, tag_9100, sizeof tag_9100, 18},
+    {DLT_EN10MB, tag_stack, sizeof tag_stack, 30},
+    {DLT_LINUX_SLL, cooked, sizeof cooked, 16},
+    {DLT_LINUX_SLL, cooked_tag, sizeof cooked_tag, 20},
+    {DLT_LINUX_SLL2, cooked_v2, sizeof cooked_v2, 20},
+    {DLT_RAW, raw, sizeof raw, 0},
+    {DLT_IPV4, raw, sizeof raw, 0},
+    {DLT_NULL, loop_little, sizeof loop_little, 4},
+    {DLT_NULL, loop_big, sizeof loop_big, 4},
+    {DLT_LOOP, loop_big, sizeof loop_big, 4},
+};
+
+#define GOLDENS (sizeof goldens / sizeof goldens[0])
+
+static bool find_packet(int link_type, const uint8_t *frame, size_t len,
+                        lum_span *packet)
+{
+    lum_link_reader *reader = lum_link_find(link_type);
+    assert_non_null(reader);
+    return reader((lum_span){frame, len}, packet);
+}
+
+static void the_packet_of_each_link_layer_is_found(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < GOLDENS; i++) {
+        const struct golden *g = &goldens[i];
+        lum_span packet = {NULL, 0};
+        assert_true(find_packet(g->link_type, g->frame, g->len, &packet));
+        assert_ptr_equal(packet.at, g->frame + g->header);
+        assert_int_equal(packet.len, 2);
+        assert_int_equal(packet.at[0], MARK);
+    }
+}
+
+static void a_cut_header_holds_no_packet_and_nothing_is_written(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < GOLDENS; i++) {
+        const struct golden *g = &goldens[i];
+        for (size_t n = 0; n < g->len; n++) {
+            uint8_t *exact = malloc(n != 0 ? n : 1u);
+            lum_span packet = {NULL, 77};
+            assert_non_null(exact);
+            memcpy(exact, g->frame, n);
+            assert_int_equal(find_packet(g->link_type, exact, n, &packet),
+                             n >= g->header);
+            assert_int_equal(packet.len, n >= g->header ? n - g->header : 77);
+            free(exact);
+        }
+    }
+}
+
+static void other_protocols_are_not_ipv4(void **state)
+{
+    const struct golden others[] = {
+        {DLT_EN10MB, (const uint8_t[]){MACS, 8, 6, MARK, 7}, 16, 0},
+        {DLT_EN10MB, (const uint8_t[]){MACS, 0x86, 0xdd, MARK, 7}, 16, 0},
+        {DLT_EN10MB, (const uint8_t[]){MACS, 0x81, 0, 0, 1, 8, 6, MARK, 7}, 20,
+         0},
+        {DLT_EN10MB, (const uint8_t[]){MACS, 0, 2, MARK, 7}, 16, 0},
+        {DLT_NULL, (const uint8_t[]){30, 0, 0, 0, MARK, 7}, 6, 0},
+        {DLT_NULL, (const uint8_t[]){0, 2, 0, 0, MARK, 7}, 6, 0},
+        {DLT_LOOP, (const uint8_t[]){0, 0, 0, 24, MARK, 7}, 6, 0},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
+        lum_span packet = {NULL, 77};
+        assert_false(find_packet(others[i].link_type, others[i].frame,
+                                 others[i].len, &packet));
+        assert_int_equal(packet.len, 77);
+    }
+}
+
+static void a_frame_of_nothing_but_tags_ends(void **state)
+{
+    uint8_t frame[1500];
+    lum_span packet = {NULL, 77};
+    (void)state;
+    for (size_t i = 0; i < sizeof frame; i += 2) {
+        frame[i] = 0x81;
+        frame[i + 1] = 0;
+    }
+    assert_false(find_packet(DLT_EN10MB, frame, sizeof frame, &packet));
+    assert_int_equal(packet.len, 77);
+}
+
+static void other_link_types_have_no_reader(void **state)
+{
+    (void)state;
+    assert_null(lum_link_find(DLT_IEEE802_11));
+    assert_null(lum_link_find(DLT_PPP));
+    assert_null(lum_link_find(-1));
+    assert_non_null(lum_link_supported());
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_packet_of_each_link_layer_is_found),
+        cmocka_unit_test(a_cut_header_holds_no_packet_and_nothing_is_written),
+        cmocka_unit_test(other_protocols_are_not_ipv4),
+        cmocka_unit_test(a_frame_of_nothing_but_tags_ends),
+        cmocka_unit_test(other_link_types_have_no_reader),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
