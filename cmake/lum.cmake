@@ -38,10 +38,9 @@ endfunction()
 
 # lum_library(NAME EXPORTED_NAME SOURCE...): a static library that is installed.
 function(lum_library name exported)
-  lum_present(sources ${ARGN})
-  add_library(${name} STATIC ${sources})
+  add_library(${name} STATIC ${ARGN})
   add_library(lumsdk::${exported} ALIAS ${name})
-  set_target_properties(${name} PROPERTIES EXPORT_NAME ${exported} POSITION_INDEPENDENT_CODE ON LINKER_LANGUAGE C)
+  set_target_properties(${name} PROPERTIES EXPORT_NAME ${exported} POSITION_INDEPENDENT_CODE ON)
   target_include_directories(${name} PUBLIC
                              $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
@@ -59,19 +58,4 @@ endfunction()
 function(lum_tool name)
   lum_program(${name} ${ARGN})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
-endfunction()
-
-# For the time being: those of the files that are there.
-function(lum_present result)
-  set(present "")
-  foreach(file IN LISTS ARGN)
-    if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${file})
-      list(APPEND present ${file})
-    endif()
-  endforeach()
-  if(NOT present)
-    file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/empty.c "extern int lum_empty;\n")
-    set(present ${CMAKE_CURRENT_BINARY_DIR}/empty.c)
-  endif()
-  set(${result} ${present} PARENT_SCOPE)
 endfunction()

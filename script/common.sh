@@ -24,7 +24,7 @@ configure() {
 
 # build PRESET [ARGUMENT...]: configure, then build quietly.
 build() {
-    configure "$@" && quietly cmake --build "build/$1" -j "$jobs"
+    configure "$@" && quietly cmake --build "build/$1" -j "$jobs" -- --quiet
 }
 
 # quietly COMMAND...: its output only if it fails.
@@ -32,6 +32,30 @@ quietly() {
     local output
     if ! output=$("$@" 2>&1 </dev/null); then
         printf '%s\n' "$output" >&2
+        return 1
+    fi
+}
+
+# each SELF ARGUMENT... <ITEMS: runs SELF ARGUMENT... ITEM for every line, as many
+# at a time as there are processors. SELF says ok or FAIL first; the last line
+# counts.
+each() {
+    local output good bad
+    output=$(xargs -r -P "$jobs" -n 1 "$@" 2>&1 </dev/stdin) || true
+    good=$(grep -c '^ok ' <<<"$output" || true)
+    bad=$(grep -c '^FAIL ' <<<"$output" || true)
+    printf '%s\n%d passed, %d failed\n' "$output" "$good" "$bad"
+    [ "$bad" -eq 0 ] && [ "$good" -gt 0 ]
+}
+
+# report NAME COMMAND...: what each expects of one item.
+report() {
+    local name=$1 output
+    shift
+    if output=$("$@" 2>&1 </dev/null); then
+        printf 'ok    %s\n' "$name"
+    else
+        printf 'FAIL  %s\n%s\n' "$name" "$output"
         return 1
     fi
 }

@@ -65,7 +65,8 @@ static lum_profile_fault check_samples(const lum_profile *p, unsigned *index)
         return LUM_PROFILE_FIELD_OFFSET;
     }
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
-        if (p->samples_at < p->group[f].at + p->group[f].bytes) {
+        const lum_field field = p->group[f];
+        if (field.bytes > 0 && p->samples_at < field.at + field.bytes) {
             *index = f;
             return LUM_PROFILE_SAMPLES_IN_HEADER;
         }

@@ -159,8 +159,8 @@ static int refuse_elevation(const lum_yaml_value *v, const char *eye,
     char key[64];
     lum_yaml_number_format(min, low->number, 6);
     lum_yaml_number_format(max, high->number, 6);
-    snprintf(key, sizeof key, "eyes.%s.elevation.%s", eye,
-             low->line != 0 ? "min_deg" : "max_deg");
+    (void)snprintf(key, sizeof key, "eyes.%s.elevation.%s", eye,
+                   low->line != 0 ? "min_deg" : "max_deg");
     return lum_yaml_fail(error, name, low->line != 0 ? low->line : high->line,
                          key,
                          "min_deg must be below max_deg; they are %s%s and "

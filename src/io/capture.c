@@ -4,6 +4,7 @@
 
 #include "capture_internal.h"
 #include "fragments.h"
+#include "readahead.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -16,12 +17,22 @@
 /* Fits the second-level caches, so that libpcap's copy out of it is cheap. */
 #define BUFFER_BYTES (256u * 1024u)
 
+/* The kernel copies to a page's start several times as fast as to 16 bytes
+ * behind it, where malloc() begins. */
+#define BUFFER_ALIGN 4096u
+
+/* Below this a thread does not pay. */
+#define READAHEAD_BYTES (1024 * 1024)
+
+#define FILE_HEADER_BYTES   24u
 #define RECORD_HEADER_BYTES 16u
 
 struct lum_capture {
     pcap_t *pcap;
     FILE *file;
-    char *buffer; /* of file, which pcap closes */
+    char *buffer;   /* of file, which pcap closes; NULL: read ahead */
+    int fd;         /* of file; -1 if it has none */
+    uint64_t total; /* bytes of a regular file, else 0 */
     char *name;
     lum_link_reader *link;
     lum_fragments *fragments;
@@ -30,13 +41,15 @@ struct lum_capture {
     bool ended;
 };
 
-static bool stat_regular(FILE *file, struct stat *out)
+static uint64_t regular_bytes(int fd)
 {
-    return fstat(fileno(file), out) == 0 && S_ISREG(out->st_mode);
+    struct stat st;
+    return fstat(fd, &st) == 0 && S_ISREG(st.st_mode) ? (uint64_t)st.st_size
+                                                      : 0;
 }
 
 /* Names what is no capture but often taken for one. */
-static const char *hint(FILE *file)
+static const char *hint(int fd)
 {
     static const struct {
         uint8_t magic[4];
@@ -50,7 +63,7 @@ static const char *hint(FILE *file)
         {{'P', 'K', 3, 4}, 4, "; it is a zip archive: use unzip"},
     };
     uint8_t start[4];
-    if (pread(fileno(file), start, sizeof start, 0) != sizeof start) {
+    if (pread(fd, start, sizeof start, 0) != sizeof start) {
         return "";
     }
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
@@ -90,7 +103,7 @@ static int open_pcap(lum_capture *c, lum_error *error)
         return lum_error_set(
             error,
             "%s: not a capture (%s); a pcap or pcapng file is expected%s",
-            c->name, reason, hint(c->file));
+            c->name, reason, hint(c->fd));
     }
     const int link_type = pcap_datalink(c->pcap);
     c->link = lum_link_find(link_type);
@@ -104,20 +117,30 @@ static int open_pcap(lum_capture *c, lum_error *error)
     return 0;
 }
 
-/* All that needs memory. */
-static int prepare(lum_capture *c, const char *name)
+static int set_buffer(lum_capture *c)
 {
-    c->name = strdup(name);
-    c->buffer = malloc(BUFFER_BYTES);
-    c->fragments = lum_fragments_new();
-    if (c->name == NULL || c->buffer == NULL || c->fragments == NULL) {
+    void *buffer = NULL;
+    if (posix_memalign(&buffer, BUFFER_ALIGN, BUFFER_BYTES) != 0) {
         return -1;
     }
+    c->buffer = buffer;
     return setvbuf(c->file, c->buffer, _IOFBF, BUFFER_BYTES) == 0 ? 0 : -1;
 }
 
-int lum_capture_open_stream(FILE *file, const char *name, lum_capture **out,
-                            lum_error *error)
+/* All that needs memory. */
+static int prepare(lum_capture *c, const char *name, bool is_ahead)
+{
+    c->name = strdup(name);
+    c->fragments = lum_fragments_new();
+    if (c->name == NULL || c->fragments == NULL) {
+        return -1;
+    }
+    return is_ahead ? 0 : set_buffer(c);
+}
+
+/* file is taken over; fd is the one behind it. */
+static int open_stream(FILE *file, int fd, bool is_ahead, const char *name,
+                       lum_capture **out, lum_error *error)
 {
     lum_capture *c = calloc(1, sizeof *c);
     if (c == NULL) {
@@ -125,7 +148,10 @@ int lum_capture_open_stream(FILE *file, const char *name, lum_capture **out,
         return lum_error_set(error, "%s: not enough memory to read it", name);
     }
     c->file = file;
-    int result = prepare(c, name);
+    c->fd = fd;
+    c->total = regular_bytes(fd);
+    c->bytes = FILE_HEADER_BYTES;
+    int result = prepare(c, name, is_ahead);
     if (result != 0) {
         (void)lum_error_set(error, "%s: not enough memory to read it", name);
     } else {
@@ -139,34 +165,44 @@ int lum_capture_open_stream(FILE *file, const char *name, lum_capture **out,
     return 0;
 }
 
-/* Standard input is read through a stream of its own, so that closing it and
- * its buffer harms nobody. */
-static FILE *open_file(const char *path)
+int lum_capture_open_stream(FILE *file, const char *name, lum_capture **out,
+                            lum_error *error)
 {
-    const bool standard = strcmp(path, "-") == 0;
-    const int fd = standard ? fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0)
-                            : open(path, O_RDONLY | O_CLOEXEC);
-    if (fd < 0) {
-        return NULL;
-    }
-    FILE *file = fdopen(fd, "rb");
-    if (file == NULL) {
-        (void)close(fd);
-    }
-    return file;
+    return open_stream(file, fileno(file), false, name, out, error);
+}
+
+/* Standard input is read through a descriptor of its own, so that closing it
+ * harms nobody. */
+static int open_descriptor(const char *path)
+{
+    return strcmp(path, "-") == 0 ? fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0)
+                                  : open(path, O_RDONLY | O_CLOEXEC);
 }
 
 int lum_capture_open(const char *path, lum_capture **out, lum_error *error)
 {
     const char *name = strcmp(path, "-") == 0 ? "standard input" : path;
-    FILE *file = open_file(path);
+    const int fd = open_descriptor(path);
+    FILE *file = NULL;
+    bool is_ahead = false;
+    if (fd >= 0 && regular_bytes(fd) >= READAHEAD_BYTES) {
+        file = lum_readahead_open(fd);
+        is_ahead = file != NULL;
+    }
+    if (fd >= 0 && file == NULL) {
+        file = fdopen(fd, "rb");
+    }
     if (file == NULL) {
-        return lum_error_set(
+        (void)lum_error_set(
             error,
             "%s: cannot be opened: %s; a pcap or pcapng file is expected", name,
             strerror(errno));
+        if (fd >= 0) {
+            (void)close(fd);
+        }
+        return -1;
     }
-    return lum_capture_open_stream(file, name, out, error);
+    return open_stream(file, fd, is_ahead, name, out, error);
 }
 
 /* libpcap may take a file's unsigned seconds for signed ones. A time that no
@@ -246,11 +282,8 @@ int lum_capture_next(lum_capture *capture, lum_record *out, lum_error *error)
 void lum_capture_progress(const lum_capture *capture, uint64_t *done,
                           uint64_t *total)
 {
-    struct stat st;
-    const bool regular = stat_regular(capture->file, &st);
-    const off_t at = regular ? ftello(capture->file) : -1;
-    *total = regular ? (uint64_t)st.st_size : 0;
-    *done = at >= 0 ? (uint64_t)at : capture->bytes;
+    *done = capture->bytes;
+    *total = capture->total;
 }
 
 void lum_capture_close(lum_capture *capture)

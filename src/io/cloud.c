@@ -8,6 +8,8 @@
 #define LINE_BYTES 17u /* timestamp, frame, eye, line */
 #define ROW_BYTES  52u
 
+/* PLY types by the names that Open3D knows: it has no uint and no ushort, but
+ * uint16. */
 const lum_cloud_column lum_cloud_columns[LUM_CLOUD_COLUMNS] = {
     {"x", "float", 'F', 4},
     {"y", "float", 'F', 4},
@@ -19,10 +21,10 @@ const lum_cloud_column lum_cloud_columns[LUM_CLOUD_COLUMNS] = {
     {"timestamp", "double", 'F', 8},
     {"frame", "int", 'I', 4},
     {"eye", "uchar", 'U', 1},
-    {"line", "uint", 'U', 4},
-    {"pixel", "ushort", 'U', 2},
-    {"return_number", "ushort", 'U', 2},
-    {"number_of_returns", "ushort", 'U', 2},
+    {"line", "int", 'U', 4},
+    {"pixel", "uint16", 'U', 2},
+    {"return_number", "uint16", 'U', 2},
+    {"number_of_returns", "uint16", 'U', 2},
     {"edge", "uchar", 'U', 1},
 };
 
@@ -134,16 +136,22 @@ static int add_binary(lum_writer *writer, const lum_line_samples *line,
 {
     unsigned char shared[LINE_BYTES];
     unsigned char *p = lum_put_f64(shared, (double)line->timestamp_us);
-    p = lum_put_le32(p, (uint32_t)lum_frame_i32(line->frame));
+    p = lum_put_le32(p, (uint32_t)line->frame);
     p = lum_put_u8(p, line->eye);
     (void)lum_put_le32(p, line->line);
     return lum_writer_put(writer, line, ROW_BYTES, put_binary_rows, shared,
                           error);
 }
 
+/* Numbers that 32 bits do not hold become the nearest. */
 int lum_cloud_add(lum_writer *writer, const lum_line_samples *line,
                   lum_error *error)
 {
-    return writer->options.ascii ? add_ascii(writer, line, error)
-                                 : add_binary(writer, line, error);
+    lum_line_samples clipped = *line;
+    clipped.frame = lum_frame_i32(line->frame);
+    if (line->line > INT32_MAX) {
+        clipped.line = INT32_MAX;
+    }
+    return writer->options.ascii ? add_ascii(writer, &clipped, error)
+                                 : add_binary(writer, &clipped, error);
 }

@@ -54,6 +54,7 @@ static config_text *load(const char *path, const char **name, lum_error *error)
         (void)lum_yaml_fail(error, *name, 0, NULL, "out of memory");
         return NULL;
     }
+    text->len = 0;
     if ((is_stdin ? read_file(stdin, *name, text, error)
                   : read_path(path, text, error)) != 0) {
         free(text);

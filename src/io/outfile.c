@@ -118,19 +118,20 @@ static int open_path(lum_outfile *file, const char *path, lum_error *error)
 }
 
 /* pwrite() on a file opened to append ignores the offset. */
-static void learn_seekable(lum_outfile *file)
+static void learn_kind(lum_outfile *file)
 {
     struct stat status;
     const int flags = fcntl(file->fd, F_GETFL);
     const off_t here = lseek(file->fd, 0, SEEK_CUR);
-    file->seekable = here >= 0 && flags >= 0 && (flags & O_APPEND) == 0 &&
-                     fstat(file->fd, &status) == 0 && S_ISREG(status.st_mode);
+    file->may_block = fstat(file->fd, &status) != 0 || !S_ISREG(status.st_mode);
+    file->seekable =
+        !file->may_block && here >= 0 && flags >= 0 && (flags & O_APPEND) == 0;
     file->base = file->seekable ? (int64_t)here : 0;
 }
 
 int lum_outfile_open(const char *path, lum_outfile *out, lum_error *error)
 {
-    lum_outfile file = {NULL, NULL, NULL, -1, false, 0};
+    lum_outfile file = {NULL, NULL, NULL, -1, false, false, 0};
     file.name = join(strcmp(path, "-") == 0 ? "standard output" : path, "");
     if (file.name == NULL) {
         lum_error_set(error, "%s: no memory to open it", path);
@@ -143,7 +144,7 @@ int lum_outfile_open(const char *path, lum_outfile *out, lum_error *error)
         errno = code;
         return -1;
     }
-    learn_seekable(&file);
+    learn_kind(&file);
     *out = file;
     return 0;
 }

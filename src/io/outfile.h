@@ -12,12 +12,13 @@
 
 /** An output that is open. */
 typedef struct lum_outfile {
-    char *name;    /**< as the caller gave it, for messages */
-    char *path;    /**< its final name; NULL: written in place */
-    char *part;    /**< its present name; NULL: written in place */
-    int fd;        /**< to write to */
-    bool seekable; /**< a regular file, not opened to append */
-    int64_t base;  /**< where our first byte stands; 0 if not seekable */
+    char *name;     /**< as the caller gave it, for messages */
+    char *path;     /**< its final name; NULL: written in place */
+    char *part;     /**< its present name; NULL: written in place */
+    int fd;         /**< to write to */
+    bool seekable;  /**< a regular file, not opened to append */
+    bool may_block; /**< no regular file: its reader may take his time */
+    int64_t base;   /**< where our first byte stands; 0 if not seekable */
 } lum_outfile;
 
 /** Open an output. A file that is there stays as it is until

@@ -189,7 +189,7 @@ static culprit culprit_of(const refusal *r, const char *parent,
 {
     const lum_yaml_value *v = &r->values[key->index];
     culprit c;
-    snprintf(c.key, sizeof c.key, "%s.%s", parent, key->name);
+    (void)snprintf(c.key, sizeof c.key, "%s.%s", parent, key->name);
     c.line = v->line;
     if (key->table != NULL && v[BYTES].line > c.line) {
         c.line = v[BYTES].line;
@@ -223,7 +223,8 @@ static int refuse_width(const refusal *r)
 {
     const lum_yaml_value *v = &r->values[FIELD(r->index) + BYTES];
     char key[KEY_BYTES];
-    snprintf(key, sizeof key, "group.%s.bytes", group_keys[r->index].name);
+    (void)snprintf(key, sizeof key, "group.%s.bytes",
+                   group_keys[r->index].name);
     return lum_yaml_fail(r->error, r->source->name, v->line, key,
                          "no field has %u bytes; allowed: %s",
                          (unsigned)v->number, bytes.allowed);

@@ -5,6 +5,7 @@
 #include "outfile.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <poll.h>
 #include <pthread.h>
 #include <signal.h>
@@ -12,8 +13,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#define BLOCKS     3u
-#define BLOCK_PAGE 4096u
+#define BLOCKS      3u
+#define BLOCK_PAGE  4096u
+#define PATIENCE_MS 50 /* how often a waiting thread looks around */
 
 typedef struct block {
     char *bytes;
@@ -31,6 +33,7 @@ struct lum_sink {
     unsigned writing; /* the oldest block that is queued */
     unsigned queued;  /* blocks not written yet */
     bool stop;        /* the thread shall end once the queue is empty */
+    bool cancelled;   /* and what is queued need not be written */
     int failure;      /* errno of the first write that failed; sticky */
 };
 
@@ -40,15 +43,8 @@ static int fail(const lum_sink *sink, int code, const char *doing,
     return lum_outfile_fail(&sink->file, code, doing, error);
 }
 
-/* A non-blocking pipe asks us to wait for its reader. */
-static int wait_writable(int fd)
-{
-    struct pollfd ready = {.fd = fd, .events = POLLOUT, .revents = 0};
-    return poll(&ready, 1, -1) < 0 && errno != EINTR ? errno : 0;
-}
-
 /* What one answer of write() means: 0 to go on, or an errno. */
-static int judge_write(int fd, ssize_t written)
+static int judge_write(ssize_t written)
 {
     if (written > 0) {
         return 0;
@@ -56,27 +52,53 @@ static int judge_write(int fd, ssize_t written)
     if (written == 0) {
         return EIO;
     }
-    if (errno == EAGAIN || errno == EWOULDBLOCK) {
-        return wait_writable(fd);
-    }
-    return errno == EINTR ? 0 : errno;
+    return errno == EINTR || errno == EAGAIN || errno == EWOULDBLOCK ? 0
+                                                                     : errno;
 }
 
-/* The only place where the thread can be cancelled. */
-static int write_all(int fd, const char *bytes, size_t n)
+static bool is_cancelled(lum_sink *sink)
 {
-    int was;
+    (void)pthread_mutex_lock(&sink->lock);
+    const bool cancelled = sink->cancelled;
+    (void)pthread_mutex_unlock(&sink->lock);
+    return cancelled;
+}
+
+/* Wait for a reader who takes his time, but not after lum_sink_abort(). */
+static int wait_writable(lum_sink *sink)
+{
+    struct pollfd ready = {
+        .fd = sink->file.fd, .events = POLLOUT, .revents = 0};
+    int answer = 0;
+    while (answer == 0) {
+        if (is_cancelled(sink)) {
+            return ECANCELED;
+        }
+        answer = poll(&ready, 1, PATIENCE_MS);
+    }
+    return answer > 0 || errno == EINTR ? 0 : errno;
+}
+
+/* A pipe that is writable takes PIPE_BUF bytes without blocking, and no more
+ * for certain. */
+static int write_all(lum_sink *sink, const char *bytes, size_t n)
+{
+    const bool waits = sink->file.may_block;
+    const size_t most = waits && n > PIPE_BUF ? PIPE_BUF : n;
     int failure = 0;
-    (void)pthread_setcancelstate(PTHREAD_CANCEL_ENABLE, &was);
     while (n > 0 && failure == 0) {
-        const ssize_t written = write(fd, bytes, n);
-        failure = judge_write(fd, written);
+        failure = waits ? wait_writable(sink) : 0;
+        if (failure != 0) {
+            break;
+        }
+        const ssize_t written =
+            write(sink->file.fd, bytes, n < most ? n : most);
+        failure = judge_write(written);
         if (written > 0) {
             bytes += written;
             n -= (size_t)written;
         }
     }
-    (void)pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &was);
     return failure;
 }
 
@@ -84,10 +106,10 @@ static int write_all(int fd, const char *bytes, size_t n)
 static void write_oldest(lum_sink *sink)
 {
     const block *oldest = &sink->blocks[sink->writing];
-    int failure = sink->failure;
+    int failure = sink->cancelled ? ECANCELED : sink->failure;
     (void)pthread_mutex_unlock(&sink->lock);
     if (failure == 0) {
-        failure = write_all(sink->file.fd, oldest->bytes, oldest->used);
+        failure = write_all(sink, oldest->bytes, oldest->used);
     }
     (void)pthread_mutex_lock(&sink->lock);
     sink->failure = failure;
@@ -99,8 +121,6 @@ static void write_oldest(lum_sink *sink)
 static void *run(void *argument)
 {
     lum_sink *sink = argument;
-    int was;
-    (void)pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &was);
     (void)pthread_mutex_lock(&sink->lock);
     while (sink->queued > 0 || !sink->stop) {
         if (sink->queued > 0) {
@@ -140,14 +160,9 @@ static void stop_thread(lum_sink *sink, bool cancel)
     }
     (void)pthread_mutex_lock(&sink->lock);
     sink->stop = true;
-    if (cancel && sink->failure == 0) {
-        sink->failure = ECANCELED;
-    }
+    sink->cancelled = cancel;
     (void)pthread_cond_broadcast(&sink->changed);
     (void)pthread_mutex_unlock(&sink->lock);
-    if (cancel) {
-        (void)pthread_cancel(sink->thread);
-    }
     (void)pthread_join(sink->thread, NULL);
     sink->threaded = false;
 }
@@ -245,7 +260,7 @@ int lum_sink_patch(lum_sink *sink, uint64_t offset, const void *bytes, size_t n,
     }
     while (n > 0) {
         const ssize_t written = pwrite(sink->file.fd, from, n, at);
-        const int code = judge_write(sink->file.fd, written);
+        const int code = judge_write(written);
         if (code != 0) {
             return fail(sink, code, "cannot write the header", error);
         }

@@ -65,7 +65,7 @@ int lum_yaml_fail(lum_error *error, const char *name, unsigned line,
     va_list arguments;
     clean_name(name, where);
     if (line > 0) {
-        snprintf(number, sizeof number, ":%u", line);
+        (void)snprintf(number, sizeof number, ":%u", line);
     }
     va_start(arguments, format);
     (void)vsnprintf(message, sizeof message, format, arguments);
@@ -211,7 +211,7 @@ static int refuse_key(reader *r, const lum_yaml_table *table, const char *text,
     quote(key, text, len);
     append_keys(names, sizeof names, table);
     if (near != NULL) {
-        snprintf(hint, sizeof hint, "; did you mean '%s'?", near);
+        (void)snprintf(hint, sizeof hint, "; did you mean '%s'?", near);
     }
     return FAIL(r, "unknown key '%s'%s allowed here: %s", key, hint, names);
 }
@@ -384,7 +384,7 @@ static int read_scalar(reader *r, const lum_yaml_key *key, lum_yaml_value *out)
         char text[QUOTED_BYTES];
         char what[2 * QUOTED_BYTES];
         quote(text, scalar_text(r), scalar_len(r));
-        snprintf(what, sizeof what, "'%s' %s", text, why);
+        (void)snprintf(what, sizeof what, "'%s' %s", text, why);
         return refuse_value(r, key, what);
     }
     out->number = number;
@@ -500,15 +500,21 @@ static int read_root(reader *r, const lum_yaml_table *root)
                                                      : refuse_root(r, root);
 }
 
+/* To the event behind the next one. */
+static int next_but_one(reader *r)
+{
+    return next(r) != 0 ? -1 : next(r);
+}
+
 static int read_stream(reader *r, const lum_yaml_table *root)
 {
-    if (next(r) != 0 || next(r) != 0) {
+    if (next_but_one(r) != 0) {
         return -1;
     }
     if (r->event.type == YAML_STREAM_END_EVENT) {
         return refuse_root(r, root);
     }
-    if (read_root(r, root) != 0 || next(r) != 0 || next(r) != 0) {
+    if (read_root(r, root) != 0 || next_but_one(r) != 0) {
         return -1;
     }
     if (r->event.type != YAML_STREAM_END_EVENT) {

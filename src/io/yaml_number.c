@@ -55,6 +55,7 @@ static bool scan_decimal(const char *p, const char *end, decimal *d)
 {
     d->negative = scan_sign(&p, end);
     d->integer = scan_digits(&p, end);
+    d->fraction = (digits){p, 0};
     d->whole = true;
     if (p < end && *p == '.') {
         d->whole = false;
@@ -137,6 +138,6 @@ void lum_yaml_number_format(char out[LUM_YAML_NUMBER_BYTES], int64_t number,
         fraction[i] = shown ? (char)('0' + digit) : '\0';
     }
     fraction[0] = shown ? '.' : '\0';
-    snprintf(out, LUM_YAML_NUMBER_BYTES, "%s%" PRIu64 "%s",
-             number < 0 ? "-" : "", rest, fraction);
+    (void)snprintf(out, LUM_YAML_NUMBER_BYTES, "%s%" PRIu64 "%s",
+                   number < 0 ? "-" : "", rest, fraction);
 }

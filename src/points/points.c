@@ -143,19 +143,37 @@ size_t lum_points_compute(const lum_projector *projector, const lum_line *line,
     return n;
 }
 
-static void count_whole(const lum_line *line, int32_t min_tof,
-                        uint32_t *restrict rising, uint32_t *restrict all)
+static void count_each(const lum_line *line, int32_t min_tof, uint32_t *rising,
+                       uint32_t *all)
 {
-    const uint32_t *restrict words = line->words;
-    uint32_t r = 0;
-    uint32_t n = 0;
+    *rising = 0;
+    *all = 0;
     for (uint32_t i = 0; i < line->word_count; i++) {
-        const uint32_t has_range = lum_word_tof(words[i]) >= min_tof ? 1u : 0u;
-        n += has_range;
-        r += has_range & (words[i] / LUM_WORD_RISING);
+        const uint32_t word = line->words[i];
+        if (lum_word_tof(word) >= min_tof) {
+            (*all)++;
+            *rising += lum_word_is_rising(word) ? 1u : 0u;
+        }
     }
-    *rising = r;
-    *all = n;
+}
+
+/* Sums of bit 10 stay below 2^32. */
+static void count_whole(const lum_line *line, int32_t min_tof, uint32_t *rising,
+                        uint32_t *all)
+{
+    const uint32_t *words = line->words;
+    uint32_t edges = 0;
+    uint32_t borrow = 0;
+    for (uint32_t i = 0; i < line->word_count; i++) {
+        const uint32_t tof = (words[i] ^ 0x80000000u) >> 12;
+        borrow |= tof - (uint32_t)(min_tof + 0x80000);
+        edges += words[i] & LUM_WORD_RISING;
+    }
+    *rising = edges / LUM_WORD_RISING;
+    *all = line->word_count;
+    if (borrow >> 31 != 0) {
+        count_each(line, min_tof, rising, all);
+    }
 }
 
 static void count_marked(const lum_line *line, int32_t min_tof,

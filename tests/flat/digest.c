@@ -136,7 +136,7 @@ static int digest_file(state *s, FILE *in)
 
 static void print(const char *name, uint64_t value)
 {
-    (void)printf("%-20s %016llx\n", name, (unsigned long long)value);
+    (void)printf("%-20s %llu\n", name, (unsigned long long)value);
 }
 
 static void report(const state *s)
@@ -159,7 +159,7 @@ static void report(const state *s)
     print("words", c->words);
     print("lost_words", c->lost_words);
     print("frames", c->frames);
-    print("digest", s->digest);
+    (void)printf("%-20s %016llx\n", "digest", (unsigned long long)s->digest);
 }
 
 static bool begin(state *s)

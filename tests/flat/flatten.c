@@ -32,18 +32,22 @@ static bool is_wanted(const lum_record *record)
             record->destination_port == SENSOR_PORT);
 }
 
-static bool flatten(lum_capture *capture, FILE *out, lum_error *error)
+/* What a damaged capture holds before the damage counts, as for lumdump. */
+static bool flatten(lum_capture *capture, FILE *out)
 {
+    lum_error error = {{0}};
     lum_record record;
     int more;
 
-    while ((more = lum_capture_next(capture, &record, error)) > 0) {
+    while ((more = lum_capture_next(capture, &record, &error)) > 0) {
         if (is_wanted(&record) && !write_datagram(out, &record)) {
-            (void)lum_error_set(error, "the output cannot be written");
             return false;
         }
     }
-    return more == 0;
+    if (more < 0) {
+        (void)fprintf(stderr, "flatten: %s\n", error.text);
+    }
+    return true;
 }
 
 int main(int argc, char **argv)
@@ -62,14 +66,13 @@ int main(int argc, char **argv)
         return EXIT_FAILURE;
     }
     out = fopen(argv[2], "wb");
-    ok = out != NULL && flatten(capture, out, &error);
+    ok = out != NULL && flatten(capture, out);
     if (out != NULL && fclose(out) != 0) {
         ok = false;
     }
     lum_capture_close(capture);
     if (!ok) {
-        (void)fprintf(stderr, "flatten: %s: %s\n", argv[2],
-                      error.text[0] != '\0' ? error.text : "cannot be written");
+        (void)fprintf(stderr, "flatten: %s cannot be written\n", argv[2]);
     }
     return ok ? EXIT_SUCCESS : EXIT_FAILURE;
 }

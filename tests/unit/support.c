@@ -49,6 +49,7 @@ struct stream *stream_new(void)
     lum_layout_default(&s->layout);
     lum_assembler_config_default(&s->config);
     s->clock = 1000000;
+    s->step = 5000;
     return s;
 }
 
@@ -188,7 +189,7 @@ void send_line(struct stream *s, unsigned eye, uint32_t line)
 {
     assert_int_equal(send_angles(s, eye, line, s->clock, 0, 1), LUM_OK);
     assert_int_equal(send_angles(s, eye, line, s->clock, 1, 1), LUM_OK);
-    s->clock += 5000u;
+    s->clock += s->step;
 }
 
 void send_lines(struct stream *s, unsigned eye, uint32_t line, uint32_t last)

@@ -40,6 +40,7 @@ struct stream {
     size_t event_count;
     int64_t arrival; /* of the next packet; each gets one more */
     uint32_t clock;  /* of send_line() */
+    uint32_t step;   /* from one send_line() to the next */
 };
 
 /* The defaults; tests may change config and layout before stream_begin(). */
@@ -62,7 +63,7 @@ lum_result send_words(struct stream *s, unsigned eye, uint32_t line,
 lum_result send_pixels(struct stream *s, unsigned eye, uint32_t line,
                        uint32_t clock, uint32_t pixel, uint32_t n);
 /* Two packets, so that the line's frame is decided; the stream's clock then
- * goes on by 5000 us. */
+ * goes on by a step, 5000 us at first. */
 void send_line(struct stream *s, unsigned eye, uint32_t line);
 /* send_line() of line, line + 1 ... last. */
 void send_lines(struct stream *s, unsigned eye, uint32_t line, uint32_t last);

@@ -107,7 +107,7 @@ static void every_number_is_read_or_refused(void **state)
 static void what_is_not_a_command_is_refused(void **state)
 {
     static const char *const texts[] = {
-        "p",    "U",   "D",   "x",   "5",    "55",   " u",  "u ",  "u  d",
+        "p",    "U",   "D",   "x",   "5",    "55",   " u",  "u ",
         "+5p",  "-5p", "05p", "00p", "5 p",  "5.0p", "Of",  "of",  "0u",
         "1d",   "00f", "5P",  "u,d", "5pp",  "u\n",  "p5",  "ud",  "5p6g",
         "\xff", "5p ", " ",   "0",   "150H", "0x5p", "5pu", "f0f",

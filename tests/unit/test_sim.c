@@ -171,6 +171,31 @@ static void the_rim_of_a_pole_stops_part_of_a_beam(void **state)
 
 /* --- the scene --- */
 
+static void the_ground_is_road_kerb_and_pavement(void **state)
+{
+    static const lum_ground ground = {.road_z = -1.8f,
+                                      .pavement_z = -1.6f,
+                                      .kerb_right_y = -4.0f,
+                                      .kerb_left_y = 8.0f,
+                                      .marks_x = 0.0f,
+                                      .crossing_x = 50.0f};
+    static const float aims[4][3] = {{10.0f, 2.0f, -1.8f},
+                                     {1.0f, 8.0f, -1.7f},
+                                     {1.0f, -4.0f, -1.7f},
+                                     {10.0f, 9.0f, -1.6f}};
+    lum_hit hit;
+    (void)state;
+    for (int i = 0; i < 4; i++) {
+        const lum_ray ray = ray_to(aims[i][0], aims[i][1], aims[i][2]);
+        assert_true(lum_ground_cast(&ground, &ray, &hit));
+        for (int k = 0; k < 3; k++) {
+            assert_float_equal(hit.range * ray.d[k], aims[i][k], 1e-4);
+        }
+    }
+    const lum_ray level = ray_to(1.0f, 0.0f, 0.0f);
+    assert_false(lum_ground_cast(&ground, &level, &hit));
+}
+
 /* The same answer as asking every shape, cells or not. */
 static size_t cast_at_all(const lum_scene *scene, const lum_ray *ray,
                           float *nearest)
@@ -452,6 +477,40 @@ static void returns_max_limits_a_pixel(void **state)
     }
     lum_render_free(one);
     free(one);
+}
+
+static size_t count_points(const lum_render_options *options,
+                           lum_sim_line *line, float *width)
+{
+    lum_render *r = malloc(sizeof *r);
+    size_t count = 0;
+    assert_non_null(r);
+    assert_int_equal(lum_render_init(r, options), LUM_OK);
+    for (uint32_t i = 0; i < 64; i += 8) {
+        assert_int_equal(lum_render_line(r, 1, i, 0, line), LUM_OK);
+        count += line->truth_count;
+        *width = line->truth[0].pulse_width;
+    }
+    lum_render_free(r);
+    free(r);
+    return count;
+}
+
+static void less_power_or_more_threshold_sees_less(void **state)
+{
+    struct fixture *f = *state;
+    lum_render_options weak = f->options;
+    lum_render_options strict = f->options;
+    float width[3];
+    weak.gain = 0.02f;
+    strict.threshold = 50.0f;
+    const size_t full = count_points(&f->options, &f->line, &width[0]);
+    const size_t less = count_points(&weak, &f->line, &width[1]);
+    const size_t fewer = count_points(&strict, &f->line, &width[2]);
+    assert_true(full > 6000);
+    assert_true(less < full - 200 && fewer < full - 200);
+    assert_true(width[1] < width[0]);
+    assert_true(width[2] >= width[0]);
 }
 
 static void a_tof_offset_shifts_words_and_not_ranges(void **state)
@@ -824,12 +883,16 @@ static void a_packet_that_waits_leaves_behind_later_ones(void **state)
 {
     struct arrivals a;
     unsigned behind = 0;
+    uint32_t furthest = 0;
     (void)state;
     run_faults(0, 0, 0.05, 0, 9, &a);
     for (uint32_t i = 1; i < PACKETS; i++) {
+        const uint32_t by = i > a.number[i] ? i - a.number[i] : 0;
         behind += a.number[i] < a.number[i - 1];
+        furthest = by > furthest ? by : furthest;
     }
     assert_true(behind > 5 && behind < 50);
+    assert_int_equal(furthest, LUM_FAULT_REACH);
 }
 
 static void everything_at_once_stays_in_bounds(void **state)
@@ -879,6 +942,7 @@ int main(void)
         cmocka_unit_test(a_ray_meets_each_shape_where_it_stands),
         cmocka_unit_test(a_window_lies_behind_its_facade),
         cmocka_unit_test(the_rim_of_a_pole_stops_part_of_a_beam),
+        cmocka_unit_test(the_ground_is_road_kerb_and_pavement),
         cmocka_unit_test(cells_lose_no_shape),
         cmocka_unit_test(a_scene_is_the_same_again),
         cmocka_unit_test(a_layout_with_narrow_fields_is_refused),
@@ -902,6 +966,7 @@ int main(void)
         WITH_LINES(low_lines_see_the_road),
         WITH_LINES(a_mount_moves_the_eye_and_not_the_street),
         WITH_LINES(returns_max_limits_a_pixel),
+        WITH_LINES(less_power_or_more_threshold_sees_less),
         WITH_LINES(a_tof_offset_shifts_words_and_not_ranges),
         WITH_LINES(an_angle_scale_that_cannot_reach_the_span_is_refused),
         WITH_LINES(lines_last_as_the_rate_says),

@@ -10,6 +10,7 @@
 
 #include <errno.h>
 #include <inttypes.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -221,6 +222,17 @@ static int execute(struct run *run)
     return simulate(run) == 0 ? finish(run) : give_up(run);
 }
 
+/* With nothing to tidy up a signal may end the run at once, even while it waits
+ * for the reader of a pipe. */
+static void prepare_for_signals(const struct options *o)
+{
+    if (o->truth == NULL && output_is_in_place(o->output)) {
+        (void)signal(SIGPIPE, SIG_IGN);
+    } else {
+        interrupt_catch();
+    }
+}
+
 int main(int argc, char **argv)
 {
     struct run *run = calloc(1, sizeof *run);
@@ -230,7 +242,7 @@ int main(int argc, char **argv)
     }
     int status = options_parse(argc, argv, &run->options);
     if (status < 0) {
-        interrupt_catch();
+        prepare_for_signals(&run->options);
         status = execute(run);
         lum_render_free(&run->render);
     }

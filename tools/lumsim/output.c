@@ -9,7 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static bool is_in_place(const char *path)
+bool output_is_in_place(const char *path)
 {
     struct stat st;
     return strcmp(path, "-") == 0 ||
@@ -26,10 +26,33 @@ static char *name_part(const char *path)
     return part;
 }
 
+static bool is_directory_missing(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    struct stat st;
+    if (slash == NULL || slash == path) {
+        return false;
+    }
+    char *directory = strdup(path);
+    if (directory == NULL) {
+        return false;
+    }
+    directory[slash - path] = '\0';
+    const bool missing = stat(directory, &st) != 0 && errno == ENOENT;
+    free(directory);
+    return missing;
+}
+
 int output_open(const char *path, struct output *out, lum_error *error)
 {
     *out = (struct output){.path = path};
-    if (!is_in_place(path)) {
+    if (is_directory_missing(path)) {
+        return lum_error_set(error,
+                             "%s: cannot create it: the directory does not "
+                             "exist; create it or write elsewhere",
+                             path);
+    }
+    if (!output_is_in_place(path)) {
         out->part = name_part(path);
         if (out->part == NULL) {
             return lum_error_set(error, "%s: not enough memory", path);

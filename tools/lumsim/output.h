@@ -6,11 +6,16 @@
 #include "lum/io/capture.h"
 #include "lum/io/error.h"
 
+#include <stdbool.h>
+
 struct output {
     lum_capture_writer *writer;
     const char *path;
     char *part; /* NULL: written in place */
 };
+
+/* Whether a path is written as it is: standard output, a pipe, a device. */
+bool output_is_in_place(const char *path);
 
 /* 0, or -1 with the reason in error. path is kept. */
 int output_open(const char *path, struct output *out, lum_error *error);

@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""make_corpus.py: writes the seeds of fuzz_packet, fuzz_assembler and
+fuzz_points to corpus/ beside this script; the same bytes each time."""
+import pathlib
+import random
+import struct
+
+MAGIC = bytes.fromhex("edfef3a1efbe3412")
+
+
+def packet(kind, body=b""):
+    return MAGIC + bytes((kind, 0, 0, 0)) + body
+
+
+def data(tag, eye, line, first, samples):
+    head = struct.pack("<BBHHHI", tag, eye, line, len(samples), first, 7)
+    return packet(8, head + b"".join(samples))
+
+
+def tlv(kind, value):
+    return struct.pack("<HH", kind, len(value)) + value
+
+
+def packet_seeds():
+    angles = [struct.pack("<hh", 100 * i, -i) for i in range(4)]
+    words = [struct.pack("<I", 5000 << 12 | 0x400 | i) for i in range(4)]
+    yscan = struct.pack("<4h", -17, 0, 3, 32767)
+    tlvs = (packet(7, struct.pack("<I", 9) + tlv(1, b"u 55p 150h")
+                   + tlv(2, b"\x00\x08") + tlv(3, b"ok") + tlv(4, yscan)))
+    profile = bytes((4, 0, 5, 0, 6, 1, 8, 1, 10, 1, 12, 2, 16, 8, 0, 0, 0, 1,
+                     0, 1, 20, 0))
+    return {
+        "heartbeat": b"\0" + packet(8),
+        "set-ip": b"\0" + packet(5, bytes((10, 42, 0, 99))),
+        "set-ip-little": b"\3" + packet(5, bytes((99, 0, 42, 10))),
+        "timestamp": b"\0" + packet(6, struct.pack("<II", 7, 1 << 31)),
+        "tlv": b"\0" + tlvs,
+        "angles": b"\0" + data(2, 1, 5, 996, angles),
+        "ranges": b"\0" + data(3, 0, 65535, 12, words),
+        "tag-on-type": b"\1" + packet(3, data(3, 0, 5, 0, words)[12:]),
+        "no-clock": b"\2" + data(2, 0, 5, 0, angles),
+        "data-type-3": b"\3" + packet(3, data(3, 0, 5, 0, words)[12:]),
+        "profile": b"\4" + profile + data(3, 0, 5, 0, words),
+        "commands": b"\0u 55p 0f 15y 150h 30G 0B d",
+    }
+
+
+def step(eye, tag, n, line, clock, first, rest=(90, 0xFF, 30)):
+    return bytes((eye | (2 if tag == 2 else 0) | (n - 1) << 2, line, clock,
+                  first & 255, first >> 8, *rest))
+
+
+def lines(count, clock=4):
+    for line in range(count):
+        for eye in (0, 1):
+            yield step(eye, 2, 20, line, 0, 0)
+            yield step(eye, 3, 16, line, 0, 0)
+            yield step(eye, 3, 16, line, clock if eye else 0, 40)
+
+
+def assembler_seeds():
+    rng = random.Random(1)
+    usual = bytes((0, 0, 3, 7, 99, 0))
+    frames = [*lines(24), *lines(24), *lines(24)]
+    mixed = frames[:]
+    for i in range(0, len(mixed) - 20, 5):
+        j = i + rng.randrange(20)
+        mixed[i], mixed[j] = mixed[j], mixed[i]
+    return {
+        "frames": usual + b"".join(frames),
+        "reordered": usual + b"".join(mixed),
+        "repeated": usual + b"".join(p + p for p in frames[:120]),
+        "jumps": usual + b"".join(
+            p[:2] + bytes((11 if i % 13 == 0 else p[2],)) + p[3:]
+            for i, p in enumerate(frames[:200])),
+        "no-clock": bytes((4, 0, 3, 7, 99, 0)) + b"".join(mixed[:200]),
+        "one-byte-clock": bytes((3, 200, 0, 0, 9, 2)) + b"".join(mixed[:200]),
+        "one-line": bytes((0, 0, 0, 0, 0, 0)) + b"".join(frames[:60]),
+        "chance": usual + rng.randbytes(1600),
+    }
+
+
+def points_seeds():
+    rng = random.Random(2)
+    word = struct.Struct("<I").pack
+    ordered = b"".join(word(rng.getrandbits(32) | 0x700) for _ in range(300))
+    typical = bytes(64)
+    return {
+        "typical": typical + ordered,
+        "whole": b"\0\4" + typical[2:] + ordered,
+        "green": b"\1\0\6" + typical[3:] + ordered,
+        "chance": rng.randbytes(1264),
+    }
+
+
+def main():
+    corpus = pathlib.Path(__file__).resolve().parent / "corpus"
+    for name, seeds in (("packet", packet_seeds()),
+                        ("assembler", assembler_seeds()),
+                        ("points", points_seeds())):
+        (corpus / name).mkdir(parents=True, exist_ok=True)
+        for seed, content in seeds.items():
+            (corpus / name / seed).write_bytes(content)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,331 @@
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include "support.h"
+
+#include "lum/points.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define WORDS_MAX 4096u
+
+/* A line made by hand, its points and its losses. */
+struct scene {
+    lum_calibration calibration;
+    lum_projector projector;
+    lum_line line;
+    int16_t azimuth[LUM_LINE_PIXELS];
+    int16_t elevation[LUM_LINE_PIXELS];
+    uint32_t marks[LUM_PIXEL_MARK_WORDS];
+    uint32_t words[WORDS_MAX];
+    lum_direction directions[LUM_LINE_PIXELS];
+    lum_point *points;
+    size_t count;
+    lum_point_losses losses;
+};
+
+static struct scene *scene_new(void)
+{
+    struct scene *s = calloc(1, sizeof *s);
+    assert_non_null(s);
+    lum_calibration_default(&s->calibration);
+    memset(s->marks, 0xff, sizeof s->marks);
+    s->line = (lum_line){.azimuth = s->azimuth,
+                         .elevation = s->elevation,
+                         .angle_marks = s->marks,
+                         .words = s->words,
+                         .angle_count = LUM_LINE_PIXELS};
+    return s;
+}
+
+static void scene_free(struct scene *s)
+{
+    free(s->points);
+    free(s);
+}
+
+static void put(struct scene *s, int32_t tof, bool rising, uint32_t pixel)
+{
+    assert_true(s->line.word_count < WORDS_MAX);
+    s->words[s->line.word_count++] = lum_word_make(tof, rising, pixel);
+}
+
+static void unmark(struct scene *s, uint32_t pixel)
+{
+    s->marks[pixel / 32u] &= ~(UINT32_C(1) << (pixel % 32u));
+    s->line.angle_count--;
+}
+
+/* Room for exactly as many points as there are words. */
+static void project(struct scene *s)
+{
+    lum_layout layout;
+    lum_layout_default(&layout);
+    assert_int_equal(
+        lum_projector_init(&s->projector, &s->calibration, &layout), LUM_OK);
+    free(s->points);
+    s->points = malloc(s->line.word_count * sizeof *s->points + 1u);
+    assert_non_null(s->points);
+    lum_directions_compute(&s->projector, &s->line, s->directions);
+    s->count = lum_points_compute(&s->projector, &s->line, s->directions,
+                                  s->points, &s->losses);
+}
+
+static void assert_point(const lum_point *p, double x, double y, double z,
+                         uint32_t word)
+{
+    assert_true(fabs(p->x - x) < 5e-4);
+    assert_true(fabs(p->y - y) < 5e-4);
+    assert_true(fabs(p->z - z) < 5e-4);
+    assert_int_equal(p->word, word);
+}
+
+/* Raw angles of 0 look straight ahead. */
+static void level(struct scene *s, unsigned eye)
+{
+    s->calibration.eye[eye].elevation_min_udeg = -10000000;
+    s->calibration.eye[eye].elevation_max_udeg = 10000000;
+    s->calibration.eye[eye].mount_yaw_udeg = 0;
+}
+
+static void a_bit_of_tof_is_the_manuals_length(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    level(s, 0);
+    put(s, 1, true, 0);
+    put(s, 1000, false, 999);
+    put(s, LUM_TOF_MAX, true, 5);
+    project(s);
+    assert_int_equal(s->count, 3);
+    assert_true(fabs(s->points[0].x - 0.00195) < 1e-8);
+    assert_point(&s->points[1], 1.95, 0, 0, s->words[1]);
+    assert_point(&s->points[2], 524287 * 0.00195, 0, 0, s->words[2]);
+    scene_free(s);
+}
+
+static void the_speed_of_light_and_the_lsb_may_be_chosen(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    level(s, 0);
+    s->calibration.speed_of_light = 299792458;
+    s->calibration.tof_lsb_fs = 26000;
+    put(s, 100000, true, 0);
+    project(s);
+    assert_point(&s->points[0], 100000 * 26e-12 * 299792458.0 / 2, 0, 0,
+                 s->words[0]);
+    scene_free(s);
+}
+
+static void an_offset_is_added_to_each_time(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    level(s, 0);
+    s->calibration.eye[0].tof_offset_fs = -1300000; /* 100 bits */
+    put(s, 100, true, 0);
+    put(s, 101, true, 1);
+    put(s, 1100, true, 2);
+    project(s);
+    assert_int_equal(s->count, 2);
+    assert_int_equal(s->losses.no_range, 1);
+    assert_point(&s->points[0], 0.00195, 0, 0, s->words[1]);
+    assert_point(&s->points[1], 1.95, 0, 0, s->words[2]);
+    scene_free(s);
+}
+
+static void an_offset_may_reach_times_below_zero(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    level(s, 0);
+    s->calibration.eye[0].tof_offset_fs = 1300000;
+    put(s, -100, true, 0);
+    put(s, -99, true, 1);
+    project(s);
+    assert_int_equal(s->count, 1);
+    assert_point(&s->points[0], 0.00195, 0, 0, s->words[1]);
+    scene_free(s);
+}
+
+static void the_mount_is_added_last(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    level(s, 1);
+    s->line.eye = 1;
+    s->calibration.eye[1].mount_yaw_udeg = 90000000;
+    s->calibration.eye[1].mount_um[0] = 1000000;
+    s->calibration.eye[1].mount_um[1] = -2500000;
+    s->calibration.eye[1].mount_um[2] = 125000;
+    put(s, 1000, true, 0);
+    project(s);
+    assert_point(&s->points[0], 1.0, 1.95 - 2.5, 0.125, s->words[0]);
+    scene_free(s);
+}
+
+static void words_without_a_range_give_no_point(void **state)
+{
+    static const int32_t tofs[] = {LUM_TOF_MIN, -1, 0, 1, LUM_TOF_MAX};
+    struct scene *s = scene_new();
+    (void)state;
+    for (uint32_t i = 0; i < 5; i++) {
+        put(s, tofs[i], i % 2 == 0, i);
+    }
+    project(s);
+    assert_int_equal(s->count, 2);
+    assert_int_equal(s->losses.no_range, 3);
+    assert_int_equal(s->losses.no_angle, 0);
+    assert_int_equal(s->points[0].word, s->words[3]);
+    assert_int_equal(s->points[1].word, s->words[4]);
+    scene_free(s);
+}
+
+static void words_without_angles_give_no_point(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    unmark(s, 31);
+    unmark(s, 32);
+    unmark(s, 999);
+    for (uint32_t pixel = 30; pixel < 34; pixel++) {
+        put(s, 1000, pixel % 2 == 0, pixel);
+    }
+    put(s, 1000, true, 999);
+    project(s);
+    assert_int_equal(s->count, 2);
+    assert_int_equal(s->losses.no_angle, 3);
+    assert_int_equal(s->points[0].word, s->words[0]);
+    assert_int_equal(s->points[1].word, s->words[3]);
+    scene_free(s);
+}
+
+static void a_word_without_either_lacks_its_angles(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    unmark(s, 5);
+    put(s, 0, true, 5);
+    put(s, 0, true, 6);
+    project(s);
+    assert_int_equal(s->count, 0);
+    assert_int_equal(s->losses.no_angle, 1);
+    assert_int_equal(s->losses.no_range, 1);
+    scene_free(s);
+}
+
+static void losses_are_added_to(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    s->losses = (lum_point_losses){100, 1000};
+    unmark(s, 5);
+    put(s, 1, true, 5);
+    put(s, 0, true, 6);
+    project(s);
+    assert_int_equal(s->losses.no_angle, 101);
+    assert_int_equal(s->losses.no_range, 1001);
+    scene_free(s);
+}
+
+static void a_line_without_words_has_no_points(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    project(s);
+    assert_int_equal(s->count, 0);
+    unmark(s, 0);
+    project(s);
+    assert_int_equal(s->count, 0);
+    scene_free(s);
+}
+
+/* Lines of chance: marked and whole, whose points and counts must agree. */
+static void fill(struct scene *s, uint64_t *seed, bool whole)
+{
+    for (uint32_t pixel = 0; pixel < LUM_LINE_PIXELS; pixel++) {
+        s->azimuth[pixel] = (int16_t)(next_random(seed) % 60000u);
+        s->elevation[pixel] = (int16_t)(next_random(seed) % 60000u);
+        if (!whole && next_random(seed) % 4 == 0) {
+            unmark(s, pixel);
+        }
+        for (uint32_t k = next_random(seed) % 4; k > 0; k--) {
+            put(s, (int32_t)(next_random(seed) % 3000u) - 1000,
+                next_random(seed) % 2 == 0, pixel);
+        }
+    }
+}
+
+static void assert_as_projected(const struct scene *s)
+{
+    const double lsb = 0.00195;
+    size_t n = 0;
+    for (uint32_t i = 0; i < s->line.word_count; i++) {
+        const uint32_t word = s->words[i];
+        const uint32_t pixel = lum_word_pixel(word);
+        if (!lum_line_has_angles(&s->line, pixel) || lum_word_tof(word) <= 0) {
+            continue;
+        }
+        const lum_direction d = s->directions[pixel];
+        const double range = lum_word_tof(word) * lsb;
+        assert_true(n < s->count);
+        assert_point(&s->points[n++], range * (double)d.x,
+                     range * (double)d.y, range * (double)d.z, word);
+    }
+    assert_int_equal(n, s->count);
+}
+
+static void assert_counted(const struct scene *s)
+{
+    lum_point_losses losses = {0, 0};
+    uint64_t rising = 77;
+    uint64_t falling = 77;
+    uint64_t up = 0;
+    lum_points_count(&s->projector, &s->line, &rising, &falling, &losses);
+    for (size_t i = 0; i < s->count; i++) {
+        up += lum_word_is_rising(s->points[i].word) ? 1u : 0u;
+    }
+    assert_int_equal(rising, up);
+    assert_int_equal(falling, s->count - up);
+    assert_int_equal(losses.no_angle, s->losses.no_angle);
+    assert_int_equal(losses.no_range, s->losses.no_range);
+}
+
+static void points_and_counts_agree_on_lines_of_chance(void **state)
+{
+    uint64_t seed = 3;
+    (void)state;
+    for (unsigned round = 0; round < 40; round++) {
+        struct scene *s = scene_new();
+        fill(s, &seed, round % 2 == 0);
+        project(s);
+        assert_as_projected(s);
+        assert_counted(s);
+        scene_free(s);
+    }
+}
+
+static const struct CMUnitTest tests[] = {
+    cmocka_unit_test(a_bit_of_tof_is_the_manuals_length),
+    cmocka_unit_test(the_speed_of_light_and_the_lsb_may_be_chosen),
+    cmocka_unit_test(an_offset_is_added_to_each_time),
+    cmocka_unit_test(an_offset_may_reach_times_below_zero),
+    cmocka_unit_test(the_mount_is_added_last),
+    cmocka_unit_test(words_without_a_range_give_no_point),
+    cmocka_unit_test(words_without_angles_give_no_point),
+    cmocka_unit_test(a_word_without_either_lacks_its_angles),
+    cmocka_unit_test(losses_are_added_to),
+    cmocka_unit_test(a_line_without_words_has_no_points),
+    cmocka_unit_test(points_and_counts_agree_on_lines_of_chance),
+};
+
+int main(void)
+{
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

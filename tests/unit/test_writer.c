@@ -1,0 +1,670 @@
+#define _POSIX_C_SOURCE 200809L
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "lum/io/writer.h"
+#include "lum/version.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static char directory[] = "/tmp/lum-writer-XXXXXX";
+static char path[64];
+
+static int make_directory(void **state)
+{
+    (void)state;
+    if (mkdtemp(directory) == NULL) {
+        return -1;
+    }
+    snprintf(path, sizeof path, "%s/out", directory);
+    return 0;
+}
+
+static int remove_directory(void **state)
+{
+    (void)state;
+    return rmdir(directory);
+}
+
+static bool exists(const char *ending)
+{
+    struct stat status;
+    char name[96];
+    snprintf(name, sizeof name, "%s%s", path, ending);
+    return lstat(name, &status) == 0;
+}
+
+/* The whole output, a NUL behind it; removes the file. */
+static char *take_file(size_t *size)
+{
+    struct stat status;
+    assert_int_equal(stat(path, &status), 0);
+    *size = (size_t)status.st_size;
+    char *bytes = malloc(*size + 1u);
+    FILE *file = fopen(path, "r");
+    assert_non_null(bytes);
+    assert_non_null(file);
+    assert_int_equal(fread(bytes, 1, *size, file), *size);
+    bytes[*size] = '\0';
+    fclose(file);
+    assert_int_equal(unlink(path), 0);
+    return bytes;
+}
+
+static const lum_sample two[] = {
+    {.x = 1.5f,
+     .y = -2.25f,
+     .z = -0.00001f,
+     .range = 12.34567f,
+     .azimuth = -29.99268f,
+     .elevation = 2.5f,
+     .pulse_width = 4.797f,
+     .pixel = 7,
+     .return_number = 1,
+     .number_of_returns = 2,
+     .edge = 1},
+    {.x = -100.0f,
+     .y = 1000.0f,
+     .z = 3.0f,
+     .range = 1004.0f,
+     .azimuth = -29.99268f,
+     .elevation = 2.5f,
+     .pulse_width = 700.0f,
+     .pixel = 7,
+     .return_number = 20,
+     .number_of_returns = 21,
+     .edge = 0},
+};
+
+static const lum_line_samples line = {.samples = two,
+                                      .count = 2,
+                                      .frame = -3,
+                                      .timestamp_us = 1234567,
+                                      .line = 639,
+                                      .eye = LUM_EYE_GREEN};
+
+static lum_writer *open_writer(lum_format format, bool ascii, bool utc)
+{
+    const lum_writer_options options = {
+        .format = format, .ascii = ascii, .utc = utc};
+    lum_writer *writer = NULL;
+    lum_error error = {""};
+    assert_int_equal(lum_writer_open(path, &options, &writer, &error), 0);
+    assert_string_equal(error.text, "");
+    return writer;
+}
+
+static char *write_lines(lum_format format, bool ascii, size_t lines,
+                         size_t *size)
+{
+    lum_writer *writer = open_writer(format, ascii, false);
+    for (size_t i = 0; i < lines; i++) {
+        assert_int_equal(lum_writer_add(writer, &line, NULL), 0);
+    }
+    assert_int_equal(lum_writer_close(writer, NULL), 0);
+    return take_file(size);
+}
+
+static void expect_text(lum_format format, bool ascii, const char *want)
+{
+    size_t size;
+    char *got = write_lines(format, ascii, 1, &size);
+    assert_string_equal(got, want);
+    free(got);
+}
+
+#define CSV_HEADER                                                             \
+    "x,y,z,range,azimuth,elevation,pulse_width,timestamp,frame,eye,line,"      \
+    "pixel,return_number,number_of_returns,edge\n"
+
+static void csv_rows_have_all_columns(void **state)
+{
+    (void)state;
+    expect_text(LUM_FORMAT_CSV, false,
+                CSV_HEADER "1.5000,-2.2500,0.0000,12.3457,-29.99268,2.50000,"
+                           "4.797,1234567,-3,1,639,7,1,2,1\n"
+                           "-100.0000,1000.0000,3.0000,1004.0000,-29.99268,"
+                           "2.50000,700.000,1234567,-3,1,639,7,20,21,0\n");
+}
+
+static void xyz_rows_are_bare(void **state)
+{
+    (void)state;
+    expect_text(LUM_FORMAT_XYZ, false,
+                "1.5000 -2.2500 0.0000\n-100.0000 1000.0000 3.0000\n");
+}
+
+#define PLY_PROPERTIES                                                         \
+    "property float x\nproperty float y\nproperty float z\n"                   \
+    "property float intensity\nproperty float scalar_range\n"                  \
+    "property float scalar_azimuth\nproperty float scalar_elevation\n"         \
+    "property double scalar_timestamp\nproperty int scalar_frame\n"            \
+    "property uchar scalar_eye\nproperty int scalar_line\n"                    \
+    "property uint16 scalar_pixel\nproperty uint16 scalar_return_number\n"     \
+    "property uint16 scalar_number_of_returns\n"                               \
+    "property uchar scalar_edge\nend_header\n"
+
+#define ASCII_ROWS                                                             \
+    "1.5000 -2.2500 0.0000 4.797 12.3457 -29.99268 2.50000 1234567 -3 1 639 "  \
+    "7 1 2 1\n"                                                                \
+    "-100.0000 1000.0000 3.0000 700.000 1004.0000 -29.99268 2.50000 1234567 "  \
+    "-3 1 639 7 20 21 0\n"
+
+static void ply_in_ascii_is_as_written_here(void **state)
+{
+    (void)state;
+    expect_text(LUM_FORMAT_PLY, true,
+                "ply\nformat ascii 1.0\ncomment lumsdk " LUM_VERSION "\n"
+                "comment metres, degrees; intensity is the pulse width in ns; "
+                "timestamp in us of the sensor's clock\n"
+                "comment ...................\n"
+                "element vertex 2\n" PLY_PROPERTIES ASCII_ROWS);
+}
+
+#define PCD_NAMES                                                              \
+    "x y z intensity range azimuth elevation timestamp frame eye line pixel "  \
+    "return_number number_of_returns edge\n"
+
+static void pcd_in_ascii_is_as_written_here(void **state)
+{
+    (void)state;
+    expect_text(LUM_FORMAT_PCD, true,
+                "# .PCD v0.7 - Point Cloud Data file format\n"
+                "# lumsdk " LUM_VERSION "; metres, degrees; intensity is the "
+                "pulse width in ns; timestamp in us of the sensor's clock\n"
+                "# ......................................\n"
+                "VERSION 0.7\nFIELDS " PCD_NAMES
+                "SIZE 4 4 4 4 4 4 4 8 4 1 4 2 2 2 1\n"
+                "TYPE F F F F F F F F I U U U U U U\n"
+                "COUNT 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1\n"
+                "WIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\n"
+                "POINTS 2\nDATA ascii\n" ASCII_ROWS);
+}
+
+static uint64_t get(const char *bytes, size_t at, size_t n)
+{
+    uint64_t v = 0;
+    for (size_t i = n; i-- > 0;) {
+        v = v << 8 | (uint8_t)bytes[at + i];
+    }
+    return v;
+}
+
+static double get_float(const char *bytes, size_t at)
+{
+    const uint32_t bits = (uint32_t)get(bytes, at, 4);
+    float v;
+    memcpy(&v, &bits, sizeof v);
+    return (double)v;
+}
+
+static double get_double(const char *bytes, size_t at)
+{
+    const uint64_t bits = get(bytes, at, 8);
+    double v;
+    memcpy(&v, &bits, sizeof v);
+    return v;
+}
+
+/* A row of PLY and PCD, all columns. */
+static void expect_row(const char *row, const lum_sample *s)
+{
+    const float floats[] = {s->x,     s->y,       s->z,        s->pulse_width,
+                            s->range, s->azimuth, s->elevation};
+    for (size_t i = 0; i < 7; i++) {
+        assert_true(get_float(row, 4u * i) == (double)floats[i]);
+    }
+    assert_true(get_double(row, 28) == 1234567.0);
+    assert_int_equal(get(row, 36, 4), UINT32_MAX - 2u);
+    assert_int_equal(get(row, 40, 1), 1);
+    assert_int_equal(get(row, 41, 4), 639);
+    assert_int_equal(get(row, 45, 2), s->pixel);
+    assert_int_equal(get(row, 47, 2), s->return_number);
+    assert_int_equal(get(row, 49, 2), s->number_of_returns);
+    assert_int_equal(get(row, 51, 1), s->edge);
+}
+
+static void expect_binary(lum_format format, const char *header_end,
+                          const char *count)
+{
+    size_t size;
+    char *bytes = write_lines(format, false, 1, &size);
+    const char *rows = strstr(bytes, header_end);
+    assert_non_null(rows);
+    assert_non_null(strstr(bytes, count));
+    rows += strlen(header_end);
+    assert_int_equal(size - (size_t)(rows - bytes), 2 * 52);
+    expect_row(rows, &two[0]);
+    expect_row(rows + 52, &two[1]);
+    free(bytes);
+}
+
+static void ply_in_binary_holds_every_value(void **state)
+{
+    (void)state;
+    expect_binary(LUM_FORMAT_PLY, "end_header\n", "element vertex 2\n");
+}
+
+static void pcd_in_binary_holds_every_value(void **state)
+{
+    (void)state;
+    expect_binary(LUM_FORMAT_PCD, "DATA binary\n", "POINTS 2\n");
+}
+
+static void a_longer_count_leaves_the_header_as_long(void **state)
+{
+    size_t few;
+    size_t many;
+    (void)state;
+    free(write_lines(LUM_FORMAT_PLY, false, 1, &few));
+    char *bytes = write_lines(LUM_FORMAT_PLY, false, 5000, &many);
+    assert_int_equal(many - few, 4999 * 2 * 52);
+    assert_non_null(strstr(bytes, "comment ...............\n"
+                                  "element vertex 10000\n"));
+    free(bytes);
+}
+
+#define LAS_POINT 62u
+
+static void las_header_tells_bounds_and_counts(void **state)
+{
+    size_t size;
+    (void)state;
+    char *b = write_lines(LUM_FORMAT_LAS, false, 1, &size);
+    const size_t points = (size_t)get(b, 96, 4);
+    assert_memory_equal(b, "LASF", 4);
+    assert_int_equal(get(b, 6, 2), 0x10);
+    assert_int_equal(get(b, 24, 2), 0x0401);
+    assert_int_equal(get(b, 94, 2), 375);
+    assert_int_equal(get(b, 104, 1), 6);
+    assert_int_equal(get(b, 105, 2), LAS_POINT);
+    assert_int_equal(size, points + 2 * LAS_POINT);
+    assert_true(get_double(b, 131) == 0.0001);
+    assert_true(fabs(get_double(b, 179) - 1.5) < 1e-9);    /* max x */
+    assert_true(fabs(get_double(b, 187) + 100.0) < 1e-9);  /* min x */
+    assert_true(fabs(get_double(b, 195) - 1000.0) < 1e-9); /* max y */
+    assert_true(fabs(get_double(b, 203) + 2.25) < 1e-9);   /* min y */
+    assert_true(fabs(get_double(b, 211) - 3.0) < 1e-9);    /* max z */
+    assert_true(fabs(get_double(b, 219)) < 1e-9);          /* min z */
+    assert_int_equal(get(b, 247, 8), 2);
+    assert_int_equal(get(b, 255, 8), 1);       /* first returns */
+    assert_int_equal(get(b, 255 + 112, 8), 1); /* fifteenth and later */
+    free(b);
+}
+
+static void las_points_hold_every_value(void **state)
+{
+    size_t size;
+    (void)state;
+    char *b = write_lines(LUM_FORMAT_LAS, false, 1, &size);
+    const char *p = b + get(b, 96, 4);
+    assert_int_equal(get(p, 0, 4), 15000);
+    assert_int_equal((int32_t)get(p, 4, 4), -22500);
+    assert_int_equal(get(p, 8, 4), 0);
+    assert_int_equal(get(p, 12, 2), 480); /* 4.797 ns */
+    assert_int_equal(get(p, 14, 1), 0x21);
+    assert_int_equal(get(p, 15, 1), 0x10); /* green */
+    assert_int_equal((int16_t)get(p, 18, 2), -4999);
+    assert_true(fabs(get_double(p, 22) - 1.234567) < 1e-12);
+    assert_true(get_float(p, 30) == (double)two[0].range);
+    assert_true(get_float(p, 42) == (double)two[0].pulse_width);
+    assert_int_equal((int32_t)get(p, 46, 4), -3);
+    assert_int_equal(get(p, 50, 4), 639);
+    assert_int_equal(get(p, 54, 2), 7);
+    assert_int_equal(get(p, 60, 2), 0x0101);
+    p += LAS_POINT;
+    assert_int_equal(get(p, 12, 2), 65535); /* 700 ns is too wide */
+    assert_int_equal(get(p, 14, 1), 0xff);  /* 20 of 21, clipped */
+    assert_int_equal(get(p, 56, 2), 20);
+    assert_int_equal(get(p, 58, 2), 21);
+    assert_int_equal(get(p, 60, 2), 0x0001);
+    free(b);
+}
+
+static void las_in_utc_has_adjusted_gps_time(void **state)
+{
+    size_t size;
+    (void)state;
+    lum_line_samples at = line;
+    at.timestamp_us = INT64_C(1700000000250000); /* 2023-11-14 22:13:20.25 */
+    lum_writer *writer = open_writer(LUM_FORMAT_LAS, false, true);
+    assert_int_equal(lum_writer_add(writer, &at, NULL), 0);
+    assert_int_equal(lum_writer_close(writer, NULL), 0);
+    char *b = take_file(&size);
+    assert_int_equal(get(b, 6, 2), 0x11);
+    /* 1384035218 s since the GPS epoch, leap seconds included, less 1e9. */
+    assert_true(fabs(get_double(b, (size_t)get(b, 96, 4) + 22) - 384035218.25) <
+                1e-6);
+    free(b);
+}
+
+static void las_refuses_points_that_it_cannot_hold(void **state)
+{
+    static const float wrong[] = {214749.0f, -3e9f, INFINITY, NAN};
+    (void)state;
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        lum_error error = {""};
+        lum_sample far[2] = {two[0], two[0]};
+        lum_line_samples lines = line;
+        far[1].y = wrong[i];
+        lines.samples = far;
+        lum_writer *writer = open_writer(LUM_FORMAT_LAS, false, false);
+        assert_int_equal(lum_writer_add(writer, &lines, &error), -1);
+        assert_int_equal(errno, ERANGE);
+        assert_non_null(strstr(error.text, "line 639, frame -3"));
+        assert_int_equal(lum_writer_close(writer, &error), -1);
+        assert_non_null(strstr(error.text, "line 639, frame -3"));
+        assert_false(exists("") || exists(".part"));
+    }
+}
+
+static void every_format_writes_an_empty_cloud(void **state)
+{
+    (void)state;
+    for (int i = 0; i < LUM_FORMATS * 2; i++) {
+        size_t size;
+        free(write_lines((lum_format)(i / 2), i % 2 != 0, 0, &size));
+        assert_true(size > 0 || i / 2 == LUM_FORMAT_XYZ);
+    }
+}
+
+static void a_line_without_samples_adds_nothing(void **state)
+{
+    const lum_line_samples none = {.samples = NULL, .count = 0};
+    size_t size;
+    (void)state;
+    lum_writer *writer = open_writer(LUM_FORMAT_CSV, false, false);
+    assert_int_equal(lum_writer_add(writer, &none, NULL), 0);
+    assert_int_equal(lum_writer_close(writer, NULL), 0);
+    char *got = take_file(&size);
+    assert_string_equal(got, CSV_HEADER);
+    free(got);
+}
+
+static void every_format_takes_the_longest_line(void **state)
+{
+    enum {
+        WORDS = 16384
+    };
+    lum_sample *samples = calloc(WORDS, sizeof *samples);
+    lum_line_samples full = line;
+    (void)state;
+    assert_non_null(samples);
+    for (size_t i = 0; i < WORDS; i++) {
+        samples[i] = two[i % 2u];
+        samples[i].pixel = (uint16_t)(i / 17u);
+    }
+    full.samples = samples;
+    full.count = WORDS;
+    for (int i = 0; i < LUM_FORMATS * 2; i++) {
+        size_t size;
+        lum_writer *writer =
+            open_writer((lum_format)(i / 2), i % 2 != 0, false);
+        for (int j = 0; j < 3; j++) {
+            assert_int_equal(lum_writer_add(writer, &full, NULL), 0);
+        }
+        assert_int_equal(lum_writer_close(writer, NULL), 0);
+        free(take_file(&size));
+        assert_true(size > WORDS);
+    }
+    free(samples);
+}
+
+static void extreme_values_fit_every_format(void **state)
+{
+    (void)state;
+    for (int i = 0; i < LUM_FORMATS * 2; i++) {
+        size_t size;
+        lum_sample s[200];
+        lum_line_samples l = {.samples = s,
+                              .count = 200,
+                              .frame = i % 2 != 0 ? INT64_MIN : INT64_MAX,
+                              .timestamp_us = INT64_MIN,
+                              .line = UINT32_MAX,
+                              .eye = UINT8_MAX};
+        for (size_t j = 0; j < 200; j++) {
+            const float big = j % 2u != 0 ? -3.4e38f : NAN;
+            const float far = i / 2 == LUM_FORMAT_LAS ? -214747.0f : -3.4e38f;
+            s[j] = (lum_sample){far,        far,        far,       big,
+                                big,        big,        big,       UINT16_MAX,
+                                UINT16_MAX, UINT16_MAX, UINT8_MAX, 0};
+        }
+        lum_writer *writer =
+            open_writer((lum_format)(i / 2), i % 2 != 0, i % 2 != 0);
+        assert_int_equal(lum_writer_add(writer, &l, NULL), 0);
+        assert_int_equal(lum_writer_close(writer, NULL), 0);
+        free(take_file(&size));
+    }
+}
+
+static void frames_beyond_32_bits_become_the_nearest(void **state)
+{
+    size_t size;
+    lum_line_samples late = line;
+    (void)state;
+    late.frame = INT64_C(1) << 40;
+    late.line = UINT32_MAX;
+    lum_writer *writer = open_writer(LUM_FORMAT_PLY, false, false);
+    assert_int_equal(lum_writer_add(writer, &late, NULL), 0);
+    assert_int_equal(lum_writer_close(writer, NULL), 0);
+    char *bytes = take_file(&size);
+    const char *row = bytes + size - 52;
+    assert_int_equal(get(row, 36, 4), INT32_MAX);
+    assert_int_equal(get(row, 41, 4), INT32_MAX);
+    free(bytes);
+}
+
+static void a_wrong_count_is_an_error_and_leaves_nothing(void **state)
+{
+    (void)state;
+    for (uint64_t count = 1; count <= 3; count++) {
+        const lum_writer_options options = {
+            .format = LUM_FORMAT_PLY, .has_count = true, .count = count};
+        lum_writer *writer = NULL;
+        lum_error error = {""};
+        assert_int_equal(lum_writer_open(path, &options, &writer, NULL), 0);
+        assert_int_equal(lum_writer_add(writer, &line, NULL), 0);
+        const int result = lum_writer_close(writer, &error);
+        assert_int_equal(result, count == 2 ? 0 : -1);
+        assert_int_equal(exists(""), count == 2);
+        assert_false(exists(".part"));
+        if (count == 2) {
+            assert_int_equal(unlink(path), 0);
+        } else {
+            assert_non_null(strstr(error.text, "2 came"));
+        }
+    }
+}
+
+/* Any device that cannot seek will do. */
+static void open_null(lum_format format, bool has_count, bool opens,
+                      const char *says)
+{
+    const lum_writer_options options = {
+        .format = format, .has_count = has_count, .count = 2};
+    lum_writer *writer = NULL;
+    lum_error error = {""};
+    assert_int_equal(lum_writer_open("/dev/null", &options, &writer, &error),
+                     opens ? 0 : -1);
+    assert_non_null(strstr(error.text, says));
+    if (opens) {
+        assert_int_equal(lum_writer_add(writer, &line, NULL), 0);
+        assert_int_equal(lum_writer_close(writer, NULL), 0);
+    }
+}
+
+static void what_cannot_seek_needs_a_count(void **state)
+{
+    (void)state;
+    open_null(LUM_FORMAT_CSV, false, true, "");
+    open_null(LUM_FORMAT_XYZ, false, true, "");
+    open_null(LUM_FORMAT_PNG, false, true, "");
+    open_null(LUM_FORMAT_PLY, false, false, "number of points");
+    open_null(LUM_FORMAT_PLY, true, true, "");
+    open_null(LUM_FORMAT_PCD, false, false, "number of points");
+    open_null(LUM_FORMAT_PCD, true, true, "");
+    open_null(LUM_FORMAT_LAS, false, false, "cannot seek; write to a file");
+    open_null(LUM_FORMAT_LAS, true, false, "cannot seek; write to a file");
+}
+
+static void an_announced_count_and_a_patched_one_give_equal_files(void **state)
+{
+    static const lum_format formats[] = {LUM_FORMAT_PLY, LUM_FORMAT_PCD};
+    (void)state;
+    for (size_t i = 0; i < 2; i++) {
+        const lum_writer_options options = {
+            .format = formats[i], .has_count = true, .count = 2};
+        lum_writer *writer = NULL;
+        size_t patched_size;
+        size_t size;
+        char *patched = write_lines(formats[i], false, 1, &patched_size);
+        assert_int_equal(lum_writer_open(path, &options, &writer, NULL), 0);
+        assert_int_equal(lum_writer_add(writer, &line, NULL), 0);
+        assert_int_equal(lum_writer_close(writer, NULL), 0);
+        char *announced = take_file(&size);
+        assert_int_equal(size, patched_size);
+        assert_memory_equal(announced, patched, size);
+        free(announced);
+        free(patched);
+    }
+}
+
+static void a_full_disk_fails_every_format(void **state)
+{
+    (void)state;
+    for (int i = 0; i < LUM_FORMATS; i++) {
+        const lum_writer_options options = {
+            .format = (lum_format)i, .has_count = true, .count = 2};
+        lum_writer *writer = NULL;
+        lum_error error = {""};
+        if (i == LUM_FORMAT_LAS) {
+            continue;
+        }
+        assert_int_equal(
+            lum_writer_open("/dev/full", &options, &writer, &error), 0);
+        assert_int_equal(lum_writer_add(writer, &line, NULL), 0);
+        assert_int_equal(lum_writer_close(writer, &error), -1);
+        assert_int_equal(errno, ENOSPC);
+        assert_non_null(strstr(error.text, "No space left"));
+    }
+}
+
+static void a_failure_is_repeated_by_what_follows(void **state)
+{
+    const lum_writer_options options = {.format = LUM_FORMAT_CSV};
+    lum_writer *writer = NULL;
+    lum_error error = {""};
+    int result = 0;
+    (void)state;
+    assert_int_equal(lum_writer_open("/dev/full", &options, &writer, NULL), 0);
+    for (int i = 0; i < 200000 && result == 0; i++) {
+        result = lum_writer_add(writer, &line, NULL);
+    }
+    assert_int_equal(result, -1);
+    errno = 0;
+    assert_int_equal(lum_writer_add(writer, &line, &error), -1);
+    assert_int_equal(errno, ENOSPC);
+    assert_non_null(strstr(error.text, "No space left"));
+    assert_int_equal(lum_writer_close(writer, NULL), -1);
+    assert_int_equal(errno, ENOSPC);
+}
+
+static void an_abort_leaves_nothing(void **state)
+{
+    (void)state;
+    for (int i = 0; i < LUM_FORMATS; i++) {
+        lum_writer *writer = open_writer((lum_format)i, false, false);
+        assert_int_equal(lum_writer_add(writer, &line, NULL), 0);
+        assert_true(exists(".part"));
+        lum_writer_abort(writer);
+        assert_false(exists("") || exists(".part"));
+    }
+    lum_writer_abort(NULL);
+}
+
+static void a_format_that_is_none_is_refused(void **state)
+{
+    const lum_writer_options options = {.format = LUM_FORMATS};
+    lum_writer *writer = NULL;
+    (void)state;
+    assert_int_equal(lum_writer_open(path, &options, &writer, NULL), -1);
+    assert_false(lum_format_needs_count(LUM_FORMATS));
+    assert_false(exists(".part"));
+}
+
+static void endings_tell_formats(void **state)
+{
+    static const struct {
+        const char *name;
+        int result;
+        lum_format format;
+    } cases[] = {
+        {"a.csv", 0, LUM_FORMAT_CSV},    {"b/a.PLY", 0, LUM_FORMAT_PLY},
+        {"a.b.pcd", 0, LUM_FORMAT_PCD},  {".las", 0, LUM_FORMAT_LAS},
+        {"%04d.xyz", 0, LUM_FORMAT_XYZ}, {"a.pNg", 0, LUM_FORMAT_PNG},
+        {"a.pcap", -1, LUM_FORMATS},     {"csv", -1, LUM_FORMATS},
+        {"", -1, LUM_FORMATS},           {"a.csv/b", -1, LUM_FORMATS},
+        {"a.csv.", -1, LUM_FORMATS},     {"-", -1, LUM_FORMATS},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        lum_format format = LUM_FORMATS;
+        assert_int_equal(lum_format_from_name(cases[i].name, &format),
+                         cases[i].result);
+        assert_int_equal(format, cases[i].format);
+    }
+}
+
+static void headers_with_counts_are_known(void **state)
+{
+    (void)state;
+    assert_false(lum_format_needs_count(LUM_FORMAT_CSV));
+    assert_true(lum_format_needs_count(LUM_FORMAT_PLY));
+    assert_true(lum_format_needs_count(LUM_FORMAT_PCD));
+    assert_true(lum_format_needs_count(LUM_FORMAT_LAS));
+    assert_false(lum_format_needs_count(LUM_FORMAT_XYZ));
+    assert_false(lum_format_needs_count(LUM_FORMAT_PNG));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(csv_rows_have_all_columns),
+        cmocka_unit_test(xyz_rows_are_bare),
+        cmocka_unit_test(ply_in_ascii_is_as_written_here),
+        cmocka_unit_test(pcd_in_ascii_is_as_written_here),
+        cmocka_unit_test(ply_in_binary_holds_every_value),
+        cmocka_unit_test(pcd_in_binary_holds_every_value),
+        cmocka_unit_test(a_longer_count_leaves_the_header_as_long),
+        cmocka_unit_test(las_header_tells_bounds_and_counts),
+        cmocka_unit_test(las_points_hold_every_value),
+        cmocka_unit_test(las_in_utc_has_adjusted_gps_time),
+        cmocka_unit_test(las_refuses_points_that_it_cannot_hold),
+        cmocka_unit_test(every_format_writes_an_empty_cloud),
+        cmocka_unit_test(a_line_without_samples_adds_nothing),
+        cmocka_unit_test(every_format_takes_the_longest_line),
+        cmocka_unit_test(extreme_values_fit_every_format),
+        cmocka_unit_test(frames_beyond_32_bits_become_the_nearest),
+        cmocka_unit_test(a_wrong_count_is_an_error_and_leaves_nothing),
+        cmocka_unit_test(what_cannot_seek_needs_a_count),
+        cmocka_unit_test(an_announced_count_and_a_patched_one_give_equal_files),
+        cmocka_unit_test(a_full_disk_fails_every_format),
+        cmocka_unit_test(a_failure_is_repeated_by_what_follows),
+        cmocka_unit_test(an_abort_leaves_nothing),
+        cmocka_unit_test(a_format_that_is_none_is_refused),
+        cmocka_unit_test(endings_tell_formats),
+        cmocka_unit_test(headers_with_counts_are_known),
+    };
+    return cmocka_run_group_tests(tests, make_directory, remove_directory);
+}
