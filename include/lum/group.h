@@ -16,7 +16,7 @@
 #define LUM_SAMPLE_BYTES   4u  /**< an angle pair, or a range word */
 #define LUM_TAG_ANGLES     2u  /**< samples are angle pairs */
 #define LUM_TAG_RANGES     3u  /**< samples are range words */
-#define LUM_GROUP_HEAD_MAX 68u /**< most bytes before the first sample */
+#define LUM_GROUP_HEAD_MAX 64u /**< most bytes before the first sample */
 
 /** A data packet, as a view of its datagram. */
 typedef struct lum_group {

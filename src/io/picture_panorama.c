@@ -8,7 +8,7 @@
 #define CELLS    LUM_PANORAMA_CELLS
 #define SMALLEST 32 /* cells that a crop has at least, each way */
 #define DARKEST  0.35f
-#define EDGES    1.6f /* how much a step in depth darkens */
+#define EDGES    1.0f /* how much a step in depth darkens */
 
 /* Ranges as they will be drawn; 0: nothing. */
 typedef struct view {

@@ -45,7 +45,7 @@ static inline void lum_text_line_begin(lum_text_line *text,
     *p++ = separator;
     p = lum_put_i64(p, line->frame);
     *p++ = separator;
-    p = lum_put_small(p, line->eye);
+    p = lum_put_three(p, line->eye);
     *p++ = separator;
     p = lum_put_u64(p, line->line);
     *p++ = separator;
@@ -82,7 +82,7 @@ LUM_ALWAYS_INLINE char *lum_put_angle(char *p, lum_text_memory *memory,
 /** A column of a small integer. */
 LUM_ALWAYS_INLINE char *lum_put_count(char *p, uint16_t v, char separator)
 {
-    p = v < 10000u ? lum_put_small(p, v) : lum_put_u64(p, v);
+    p = v < 1000u ? lum_put_three(p, v) : lum_put_u64(p, v);
     *p = separator;
     return p + 1;
 }

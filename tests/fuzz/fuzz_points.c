@@ -52,8 +52,8 @@ static void calibrate(struct run *run, const uint8_t *b)
     lum_eye_calibration *e = &run->calibration.eye[b[0] & 1u];
     lum_calibration_default(&run->calibration);
     run->calibration.tof_lsb_fs = (uint32_t)between(b + 4, 1, 1000000);
-    e->tof_offset_fs = (int64_t)(read_u32(b + 8) % 2000000001u) * 10 -
-                       INT64_C(10000000000);
+    e->tof_offset_fs =
+        (int64_t)(read_u32(b + 8) % 2000000001u) * 10 - INT64_C(10000000000);
     e->azimuth_center_udeg = between(b + 12, -180000000, 180000000);
     e->azimuth_width_udeg = between(b + 16, 1, 360000000);
     e->elevation_min_udeg = between(b + 20, -90000000, 89999999);

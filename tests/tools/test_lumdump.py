@@ -84,7 +84,7 @@ class Points(Case):
     def test_incomplete_lines_can_be_dropped(self):
         frames = list(frames_of(two_lines()))
         del frames[0]
-        self.assertEqual(len(self.rows(data=pcap(frames))), 9)
+        self.assertEqual(len(self.rows(data=pcap(frames))), 10)
         self.assertEqual(len(self.rows("--incomplete", "drop", data=pcap(frames))), 8)
         self.assertEqual(summary(self.folder / "in.pcap", "--incomplete", "drop")["no_angle"], 2 + 2)
 
@@ -324,7 +324,7 @@ class BadOutputs(Case):
     def test_missing_directory_and_name_of_a_directory(self):
         source = self.capture()
         for kind in "csv", "ply", "pcap", "png":
-            self.refused(1, source, "-o", self.folder / "no" / f"out.{kind}", message="No such file")
+            self.refused(1, source, "-o", self.folder / "no" / f"out.{kind}", message="irectory")
         (self.folder / "dir.csv").mkdir()
         self.refused(1, source, "-o", self.folder / "dir.csv", message="dir.csv")
         self.assertEqual(self.folder.names(), ["dir.csv", "in.pcap"])
@@ -347,7 +347,8 @@ class BadOutputs(Case):
                 self.assertEqual(r.stderr, "")
 
     def test_an_interrupt_leaves_nothing_and_is_died_of(self):
-        data = two_lines()
+        data = simulate(self.folder / "s.pcap", "--frames", "1", "--lines", "64", "--seed", "1").read_bytes()
+        (self.folder / "s.pcap").unlink()
         for number in signal.SIGINT, signal.SIGTERM:
             for name in "out.csv", "out.ply", "out.pcap", "out.png", "f-%d.csv":
                 with self.subTest(name=name, number=number):
@@ -359,6 +360,17 @@ class BadOutputs(Case):
                         p.send_signal(number)
                         self.assertEqual(p.wait(20), -number)
                     self.assertEqual(self.folder.names(), [])
+
+    def test_an_interrupt_ends_a_wait_for_a_reader_that_stalls(self):
+        source = simulate(self.folder / "s.pcap", "--frames", "4", "--lines", "64", "--seed", "1")
+        for kind in "csv", "pcap":
+            with self.subTest(kind):
+                with subprocess.Popen([BIN / "lumdump", source, "-o", "-", "--format", kind], stdout=subprocess.PIPE,
+                                      stderr=subprocess.PIPE) as p:
+                    p.stdout.read(100)
+                    time.sleep(0.3)
+                    p.send_signal(signal.SIGINT)
+                    self.assertEqual(p.wait(20), -signal.SIGINT)
 
     def wait_for_part(self):
         deadline = time.monotonic() + 20

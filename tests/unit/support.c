@@ -1,7 +1,8 @@
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <setjmp.h>
 #include <stdint.h>
+
 #include <cmocka.h>
 
 #include "support.h"
@@ -235,8 +236,8 @@ const lum_line *nth_line(const struct stream *s, size_t n)
     return NULL;
 }
 
-const lum_line *find_line(const struct stream *s, unsigned eye,
-                          uint32_t number, size_t n)
+const lum_line *find_line(const struct stream *s, unsigned eye, uint32_t number,
+                          size_t n)
 {
     for (size_t i = 0; i < s->event_count; i++) {
         const lum_line *line = &s->events[i]->line;
@@ -276,7 +277,7 @@ void assert_lines(const struct stream *s, const uint32_t *numbers, size_t n)
 
 uint32_t next_random(uint64_t *state)
 {
-    *state = *state * UINT64_C(6364136223846793005) +
-             UINT64_C(1442695040888963407);
+    *state =
+        *state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
     return (uint32_t)(*state >> 33);
 }

@@ -20,9 +20,9 @@ uint8_t *encode_packet(const lum_layout *layout, const lum_group *group,
 
 /* A line, or a complete frame, as it came out of an assembler. */
 struct event {
-    lum_result what;    /* LUM_LINE_READY or LUM_FRAME_READY */
-    int64_t frame;      /* of the line, or the one that is complete */
-    lum_line line;      /* points into the copies below */
+    lum_result what; /* LUM_LINE_READY or LUM_FRAME_READY */
+    int64_t frame;   /* of the line, or the one that is complete */
+    lum_line line;   /* points into the copies below */
     uint32_t *words;
     int16_t azimuth[LUM_LINE_PIXELS];
     int16_t elevation[LUM_LINE_PIXELS];
@@ -75,8 +75,8 @@ size_t count_events(const struct stream *s, lum_result what);
 /* The nth line handed out, from 0; fails the test when there are fewer. */
 const lum_line *nth_line(const struct stream *s, size_t n);
 /* The nth line of an eye and number, from 0. */
-const lum_line *find_line(const struct stream *s, unsigned eye,
-                          uint32_t number, size_t n);
+const lum_line *find_line(const struct stream *s, unsigned eye, uint32_t number,
+                          size_t n);
 int64_t frame_of(const struct stream *s, unsigned eye, uint32_t number,
                  size_t n);
 /* Where frame's completion stands among the events; -1 when it does not. */

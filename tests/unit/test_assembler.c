@@ -1,7 +1,8 @@
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <setjmp.h>
 #include <stdint.h>
+
 #include <cmocka.h>
 
 #include "support.h"
@@ -18,7 +19,11 @@
 #define DOWN(tof, pixel) lum_word_make(tof, false, pixel)
 #define BAD              (LUM_WORD_ZERO | 5u)
 
-#define WORDS(...) (const uint32_t[]){__VA_ARGS__}
+#define WORDS(...)                                                             \
+    (const uint32_t[])                                                         \
+    {                                                                          \
+        __VA_ARGS__                                                            \
+    }
 
 /* Clocks of 1 or 2 bytes, or none at all. */
 static struct stream *open_with_clock(uint8_t bytes, uint32_t gap_us)
@@ -358,9 +363,10 @@ static void the_candidate_is_spent_by_the_break(void **state)
     struct stream *s = stream_open();
     (void)state;
     one(s, BLUE, 1, 500000);
-    jump(s, 2, 900000);
-    /* 1,000,001 is within gap of no candidate any more */
-    assert_int_equal(one(s, BLUE, 3, 900000 + GAP + 1), LUM_E_STRAY);
+    assert_int_equal(one(s, BLUE, 2, 900000), LUM_E_STRAY);
+    assert_int_equal(one(s, BLUE, 2, 950000), LUM_OK);
+    /* past gap_us from the newest, and within it of what was the candidate */
+    assert_int_equal(one(s, BLUE, 3, 950000 - GAP - 1), LUM_E_STRAY);
     stream_free(s);
 }
 
@@ -586,12 +592,12 @@ static void the_low_clock_is_the_lines_smallest(void **state)
     stream_free(s);
 }
 
-static void the_largest_low_clock_counts(void **state)
+/* Closes two lines of these low clocks. */
+static void assert_largest_low_clock(uint32_t first, uint32_t second)
 {
     struct stream *s = stream_open();
-    (void)state;
-    two(s, BLUE, 0, 500000);
-    two(s, BLUE, 1, 450000);
+    two(s, BLUE, 0, first);
+    two(s, BLUE, 1, second);
     for (uint32_t line = 2; line < 6; line++) {
         one(s, BLUE, line, 510000);
     }
@@ -601,14 +607,35 @@ static void the_largest_low_clock_counts(void **state)
     stream_free(s);
 }
 
+static void the_largest_low_clock_counts(void **state)
+{
+    (void)state;
+    assert_largest_low_clock(500000, 450000);
+    assert_largest_low_clock(450000, 500000);
+}
+
+static void a_low_clock_may_be_below_zero(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    one(s, GREEN, 0, 0);
+    two(s, BLUE, 0, 0u - 5000u);
+    for (uint32_t line = 1; line < 5; line++) {
+        one(s, BLUE, line, 0);
+    }
+    ASSERT_LINES(s, 0);
+    assert_int_equal(one(s, BLUE, 77, 0u - 5001u), LUM_E_LATE);
+    assert_int_equal(one(s, BLUE, 77, 0u - 5000u), LUM_OK);
+    stream_free(s);
+}
+
 static void a_dropped_packet_has_no_say_in_the_low_clock(void **state)
 {
     struct stream *s = stream_open();
     (void)state;
     two(s, BLUE, 0, 500000);
     send_angles(s, BLUE, 0, 500000, 900, 10);
-    assert_int_equal(send_angles(s, BLUE, 0, 498500, 900, 10),
-                     LUM_E_DUPLICATE);
+    assert_int_equal(send_angles(s, BLUE, 0, 498500, 900, 10), LUM_E_DUPLICATE);
     for (uint32_t line = 1; line < 5; line++) {
         one(s, BLUE, line, 510000);
     }
@@ -738,8 +765,8 @@ static void only_good_words_tell_a_duplicate(void **state)
     (void)state;
     send_pixels(s, BLUE, 1, 0, 5, 1);
     /* the bad word's pixel 5 is no word of pixel 5 */
-    assert_int_equal(
-        send_words(s, BLUE, 1, 0, 0, WORDS(BAD, UP(1, 6)), 2), LUM_OK);
+    assert_int_equal(send_words(s, BLUE, 1, 0, 0, WORDS(BAD, UP(1, 6)), 2),
+                     LUM_OK);
     assert_int_equal(
         send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 6), LUM_WORD_ZERO | 7u), 2),
         LUM_E_DUPLICATE);
@@ -753,9 +780,8 @@ static void bad_words_of_a_dropped_packet_are_not_counted(void **state)
     struct stream *s = open_with_words(4);
     (void)state;
     send_pixels(s, BLUE, 1, 0, 5, 2);
-    assert_int_equal(
-        send_words(s, BLUE, 1, 0, 0, WORDS(BAD, UP(1, 5)), 2),
-        LUM_E_DUPLICATE);
+    assert_int_equal(send_words(s, BLUE, 1, 0, 0, WORDS(BAD, UP(1, 5)), 2),
+                     LUM_E_DUPLICATE);
     assert_int_equal(
         send_words(s, BLUE, 1, 0, 0, WORDS(BAD, UP(1, 5), UP(1, 9)), 3),
         LUM_E_CONFLICT);
@@ -935,7 +961,7 @@ static void assert_words(const lum_line *line, const uint32_t *words, size_t n)
 static void words_stand_by_pixel_then_as_in_their_packet(void **state)
 {
     struct stream *s = stream_open();
-    const uint32_t sent[] = {UP(9, 7),  UP(1, 3), DOWN(8, 7), UP(7, 7),
+    const uint32_t sent[] = {UP(9, 7),   UP(1, 3), DOWN(8, 7), UP(7, 7),
                              UP(5, 999), UP(2, 0), DOWN(1, 3)};
     const uint32_t kept[] = {UP(2, 0),   UP(1, 3), DOWN(1, 3), UP(9, 7),
                              DOWN(8, 7), UP(7, 7), UP(5, 999)};
@@ -949,8 +975,8 @@ static void words_stand_by_pixel_then_as_in_their_packet(void **state)
 static void packets_interleave_by_pixel(void **state)
 {
     struct stream *s = stream_open();
-    const uint32_t kept[] = {UP(1, 2),  UP(2, 4), UP(3, 4), UP(4, 6),
-                             UP(5, 8),  UP(6, 8), UP(7, 10)};
+    const uint32_t kept[] = {UP(1, 2), UP(2, 4), UP(3, 4), UP(4, 6),
+                             UP(5, 8), UP(6, 8), UP(7, 10)};
     (void)state;
     send_words(s, BLUE, 1, 0, 0, WORDS(UP(2, 4), UP(3, 4), UP(5, 8), UP(6, 8)),
                4);
@@ -1054,9 +1080,12 @@ static void lost_words_are_what_the_index_says_is_missing(void **state)
     (void)state;
     send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 0), UP(1, 1)), 2);
     send_words(s, BLUE, 1, 0, 7, WORDS(UP(1, 7), UP(1, 8)), 2);
+    send_words(s, BLUE, 2, 0, 3, WORDS(UP(1, 7)), 1);
     stream_end(s);
     assert_int_equal(nth_line(s, 0)->lost_words, 5);
-    assert_int_equal(lost_by(s), 5);
+    assert_int_equal(nth_line(s, 1)->lost_words, 3);
+    assert_int_equal(lost_by(s), 5 + 3);
+    assert_int_equal(counters(s)->words, 4 + 1);
     stream_free(s);
 }
 
@@ -1244,10 +1273,9 @@ static void every_packet_is_counted_once(void **state)
     (void)state;
     for (uint32_t step = 0; step < sent; step++) {
         const struct packet p = random_packet(&seed, step);
-        accepted += send_pixels(s, p.eye, p.line, p.clock, p.first, p.n) ==
-                            LUM_OK
-                        ? 1u
-                        : 0u;
+        accepted +=
+            send_pixels(s, p.eye, p.line, p.clock, p.first, p.n) == LUM_OK ? 1u
+                                                                           : 0u;
     }
     const lum_assembly_counters *c = counters(s);
     assert_int_equal(accepted + c->stray + c->late + c->duplicate +
@@ -1297,6 +1325,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(older_than_the_low_clock_is_late),
     cmocka_unit_test(the_low_clock_is_the_lines_smallest),
     cmocka_unit_test(the_largest_low_clock_counts),
+    cmocka_unit_test(a_low_clock_may_be_below_zero),
     cmocka_unit_test(a_dropped_packet_has_no_say_in_the_low_clock),
     cmocka_unit_test(one_packet_ahead_of_its_time_deafens_nobody),
     cmocka_unit_test(a_repeat_of_that_packet_deafens_nobody_either),

@@ -1,7 +1,8 @@
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <setjmp.h>
 #include <stdint.h>
+
 #include <cmocka.h>
 
 #include "support.h"
@@ -68,11 +69,10 @@ static void every_value_is_written_and_read_or_refused(void **state)
             }
             char golden[16] = "";
             const int has_value = table[row].min >= 0;
-            const int n =
-                has_value ? snprintf(golden, sizeof golden, "%d%c", value,
-                                     table[row].letter)
-                          : snprintf(golden, sizeof golden, "%c",
-                                     table[row].letter);
+            const int n = has_value ? snprintf(golden, sizeof golden, "%d%c",
+                                               value, table[row].letter)
+                                    : snprintf(golden, sizeof golden, "%c",
+                                               table[row].letter);
             assert_int_equal(r, LUM_OK);
             assert_int_equal(len, n);
             assert_memory_equal(out, golden, len);
@@ -107,10 +107,10 @@ static void every_number_is_read_or_refused(void **state)
 static void what_is_not_a_command_is_refused(void **state)
 {
     static const char *const texts[] = {
-        "p",    "U",   "D",   "x",   "5",    "55",   " u",  "u ",
-        "+5p",  "-5p", "05p", "00p", "5 p",  "5.0p", "Of",  "of",  "0u",
-        "1d",   "00f", "5P",  "u,d", "5pp",  "u\n",  "p5",  "ud",  "5p6g",
-        "\xff", "5p ", " ",   "0",   "150H", "0x5p", "5pu", "f0f",
+        "p",   "U",   "D",   "x",    "5",    "55",  " u",  "u ",   "+5p",
+        "-5p", "05p", "00p", "5 p",  "5.0p", "Of",  "of",  "0u",   "1d",
+        "00f", "5P",  "u,d", "5pp",  "u\n",  "p5",  "ud",  "5p6g", "\xff",
+        "5p ", " ",   "0",   "150H", "0x5p", "5pu", "f0f",
     };
     (void)state;
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
@@ -125,8 +125,12 @@ static void what_is_not_a_command_is_refused(void **state)
 static void a_number_past_every_width_is_out_of_range(void **state)
 {
     static const char *const texts[] = {
-        "65536p",      "65546p",      "131072f",
-        "4294967296p", "4294967297f", "18446744073709551616p",
+        "65536p",
+        "65546p",
+        "131072f",
+        "4294967296p",
+        "4294967297f",
+        "18446744073709551616p",
         "99999999999999999999999999999999h",
     };
     (void)state;

@@ -1,7 +1,8 @@
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <setjmp.h>
 #include <stdint.h>
+
 #include <cmocka.h>
 
 #include "support.h"
@@ -369,8 +370,7 @@ static void a_break_catches_up_too(void **state)
 /* Straggler */
 
 /* Wraps at top, sends n lines of the new frame, then the straggler. */
-static int64_t straggler(uint32_t top, uint32_t wrap, uint32_t n,
-                         uint32_t line)
+static int64_t straggler(uint32_t top, uint32_t wrap, uint32_t n, uint32_t line)
 {
     struct stream *s = stream_open();
     send_line(s, BLUE, top);
@@ -594,7 +594,7 @@ static size_t completions(const struct stream *s)
 /* The event comes with the push after the line that makes it due. */
 static void tick(struct stream *s)
 {
-    assert_true(send_angles(s, BLUE, 500, s->clock, 0, 1) <= 0);
+    assert_true(send_angles(s, BLUE, 500, s->clock, 0, 1) <= LUM_OK);
 }
 
 static void a_frame_is_complete_after_r_lines_of_the_next(void **state)
@@ -610,6 +610,50 @@ static void a_frame_is_complete_after_r_lines_of_the_next(void **state)
     tick(s);
     assert_int_equal(completions(s), 1);
     assert_true(frame_event(s, 1) >= 0);
+    stream_free(s);
+}
+
+/* Both eyes send line; tells whether that completed a frame. */
+static bool completes(struct stream *s, uint32_t line)
+{
+    const size_t before = completions(s);
+    both(s, line, line);
+    tick(s);
+    assert_true(completions(s) <= before + 1u);
+    return completions(s) > before;
+}
+
+static void every_frame_is_complete_after_r_lines_of_the_next(void **state)
+{
+    (void)state;
+    for (uint8_t r = 1; r <= LUM_REORDER_MAX; r++) {
+        struct stream *s = stream_new();
+        s->config.reorder_lines = r;
+        s->config.open_lines = 1;
+        stream_begin(s);
+        s->step = 500;
+        for (unsigned frame = 0; frame < 5; frame++) {
+            for (uint32_t line = 0; line <= 2u * r; line++) {
+                const bool is_due = frame > 0 && line + 1u == r;
+                assert_int_equal(completes(s, line), is_due);
+            }
+        }
+        stream_free(s);
+    }
+}
+
+static void stragglers_are_no_lines_of_a_later_frame(void **state)
+{
+    static const uint32_t lines[] = {0, 31, 1, 32, 2, 3, 4, 5, 6, 7};
+    struct stream *s = stream_new();
+    s->config.open_lines = 1;
+    stream_begin(s);
+    s->step = 500;
+    (void)state;
+    both(s, 0, 30);
+    for (unsigned i = 0; i < 10; i++) {
+        assert_int_equal(completes(s, lines[i]), lines[i] == R - 1);
+    }
     stream_free(s);
 }
 
@@ -832,6 +876,8 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(r_is_the_callers),
     cmocka_unit_test(frames_counts_distinct_numbers),
     cmocka_unit_test(a_frame_is_complete_after_r_lines_of_the_next),
+    cmocka_unit_test(every_frame_is_complete_after_r_lines_of_the_next),
+    cmocka_unit_test(stragglers_are_no_lines_of_a_later_frame),
     cmocka_unit_test(a_frame_is_not_complete_while_a_line_of_it_is_open),
     cmocka_unit_test(all_lines_of_a_frame_come_before_it),
     cmocka_unit_test(frames_are_complete_in_order_each_once),

@@ -1,7 +1,8 @@
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <setjmp.h>
 #include <stdint.h>
+
 #include <cmocka.h>
 
 #include "support.h"
@@ -13,12 +14,11 @@
 
 /* Two angles of green's line 0x0203 from pixel 0x0104 on. */
 static const uint8_t angles[] = {
-    MAGIC, 8, 0,    0,    0,    2,    1,    3,    2,    2, 0, 4,    1,
+    MAGIC, 8,    0,    0,    0,    2,    1, 3,    2, 2, 0,    4,   1,
     0x78,  0x56, 0x34, 0x92, 0xff, 0x7f, 0, 0x80, 1, 0, 0xff, 0xff};
 /* One word of blue's line 7: index 5, tof -1, rising, pixel 999. */
-static const uint8_t ranges[] = {MAGIC, 8, 0, 0, 0,    3,    0,    7,   0, 1, 0,
-                                 5,     0, 1, 0, 0,    0,    0xe7, 0xf7, 0xff,
-                                 0xff};
+static const uint8_t ranges[] = {MAGIC, 8, 0, 0, 0, 3, 0,    7,    0,    1,   0,
+                                 5,     0, 1, 0, 0, 0, 0xe7, 0xf7, 0xff, 0xff};
 
 static lum_layout standard(void)
 {
@@ -423,8 +423,7 @@ static void any_alignment_will_do(void **state)
     for (size_t shift = 0; shift < 8; shift++) {
         memcpy(room + shift, angles, sizeof angles);
         assert_int_equal(
-            lum_group_decode(&layout, room + shift, sizeof angles, &g),
-            LUM_OK);
+            lum_group_decode(&layout, room + shift, sizeof angles, &g), LUM_OK);
         assert_int_equal(g.clock_raw, 0x92345678u);
         assert_int_equal(lum_group_angle(&layout, &g, 1).elevation, -1);
         assert_int_equal(lum_group_word(&g, 0), 0x80007fffu);

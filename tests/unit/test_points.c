@@ -1,7 +1,8 @@
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <setjmp.h>
 #include <stdint.h>
+
 #include <cmocka.h>
 
 #include "support.h"
@@ -275,8 +276,8 @@ static void assert_as_projected(const struct scene *s)
         const lum_direction d = s->directions[pixel];
         const double range = lum_word_tof(word) * lsb;
         assert_true(n < s->count);
-        assert_point(&s->points[n++], range * (double)d.x,
-                     range * (double)d.y, range * (double)d.z, word);
+        assert_point(&s->points[n++], range * (double)d.x, range * (double)d.y,
+                     range * (double)d.z, word);
     }
     assert_int_equal(n, s->count);
 }

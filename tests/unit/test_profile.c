@@ -1,7 +1,8 @@
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <setjmp.h>
 #include <stdint.h>
+
 #include <cmocka.h>
 
 #include "lum/profile.h"
@@ -22,8 +23,7 @@ static void assert_fault(const lum_profile *p, lum_profile_fault fault,
     assert_int_equal(where, index);
     assert_int_equal(r, fault == LUM_PROFILE_FINE ? LUM_OK : LUM_E_VALUE);
     if (r == LUM_OK) {
-        assert_memory_equal(&layout.profile.group, &p->group,
-                            sizeof p->group);
+        assert_memory_equal(&layout.profile.group, &p->group, sizeof p->group);
     } else {
         assert_memory_equal(&layout, &before, sizeof layout);
     }
@@ -80,9 +80,8 @@ static void the_data_packet_type_is_no_other_packets(void **state)
         lum_profile p = defaults();
         p.data_packet_type = type;
         const int is_fine = type < 256 && (type < 5 || type > 7);
-        assert_fault(&p,
-                     is_fine ? LUM_PROFILE_FINE : LUM_PROFILE_DATA_PACKET_TYPE,
-                     0);
+        assert_fault(
+            &p, is_fine ? LUM_PROFILE_FINE : LUM_PROFILE_DATA_PACKET_TYPE, 0);
     }
 }
 
@@ -120,8 +119,7 @@ static void only_the_tag_may_stand_on_the_type(void **state)
             p.group[f] = (lum_field){at, 1};
             const int is_fine = f == LUM_FIELD_TAG && at == 8;
             assert_fault(&p,
-                         is_fine ? LUM_PROFILE_FINE
-                                 : LUM_PROFILE_FIELD_ON_TYPE,
+                         is_fine ? LUM_PROFILE_FINE : LUM_PROFILE_FIELD_ON_TYPE,
                          is_fine ? 0 : f);
         }
     }
@@ -135,9 +133,8 @@ static void a_width_is_1_2_or_4(void **state)
             lum_profile p = defaults();
             p.samples_at = 60;
             p.group[f] = (lum_field){40, (uint8_t)bytes};
-            const int is_fine =
-                bytes == 1 || bytes == 2 || bytes == 4 ||
-                (bytes == 0 && f == LUM_FIELD_TIMESTAMP);
+            const int is_fine = bytes == 1 || bytes == 2 || bytes == 4 ||
+                                (bytes == 0 && f == LUM_FIELD_TIMESTAMP);
             assert_fault(&p,
                          is_fine ? LUM_PROFILE_FINE : LUM_PROFILE_FIELD_WIDTH,
                          is_fine ? 0 : f);
@@ -156,10 +153,9 @@ static void no_two_fields_share_a_byte(void **state)
                 p.group[f] = (lum_field){40, 4};
                 p.group[g] = (lum_field){(uint8_t)(40 + apart), 4};
                 const int is_fine = apart <= -4 || apart >= 4;
-                assert_fault(&p,
-                             is_fine ? LUM_PROFILE_FINE
-                                     : LUM_PROFILE_FIELDS_OVERLAP,
-                             is_fine ? 0 : g);
+                assert_fault(
+                    &p, is_fine ? LUM_PROFILE_FINE : LUM_PROFILE_FIELDS_OVERLAP,
+                    is_fine ? 0 : g);
             }
         }
     }
@@ -174,10 +170,9 @@ static void samples_follow_every_field(void **state)
             p.samples_at = samples;
             p.group[f] = (lum_field){50, 2};
             const int is_fine = samples >= 52;
-            assert_fault(&p,
-                         is_fine ? LUM_PROFILE_FINE
-                                 : LUM_PROFILE_SAMPLES_IN_HEADER,
-                         is_fine ? 0 : f);
+            assert_fault(
+                &p, is_fine ? LUM_PROFILE_FINE : LUM_PROFILE_SAMPLES_IN_HEADER,
+                is_fine ? 0 : f);
         }
     }
 }

@@ -1,7 +1,8 @@
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <setjmp.h>
 #include <stdint.h>
+
 #include <cmocka.h>
 
 #include "support.h"
@@ -323,8 +324,8 @@ static void directions_are_unit_vectors(void **state)
     (void)state;
     for (size_t i = 0; i < VIEWS; i++) {
         const lum_direction d = look(&views[i], 0, -32768, 32767);
-        const double length = sqrt((double)d.x * d.x + (double)d.y * d.y +
-                                   (double)d.z * d.z);
+        const double length =
+            sqrt((double)d.x * d.x + (double)d.y * d.y + (double)d.z * d.z);
         assert_true(fabs(length - 1.0) < 1e-6);
     }
 }

@@ -1,7 +1,8 @@
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <setjmp.h>
 #include <stdint.h>
+
 #include <cmocka.h>
 
 #include "support.h"
@@ -136,10 +137,8 @@ static lum_return look(const uint32_t *words, size_t n, size_t at)
     for (size_t i = 0; i < n; i++) {
         if (lum_word_pixel(words[i]) == lum_word_pixel(w) &&
             !lum_word_is_rising(words[i]) && ++falls == r.number &&
-            lum_word_is_rising(w) &&
-            lum_word_tof(words[i]) > lum_word_tof(w)) {
-            r.width_tof =
-                (uint32_t)(lum_word_tof(words[i]) - lum_word_tof(w));
+            lum_word_is_rising(w) && lum_word_tof(words[i]) > lum_word_tof(w)) {
+            r.width_tof = (uint32_t)(lum_word_tof(words[i]) - lum_word_tof(w));
         }
     }
     return r;

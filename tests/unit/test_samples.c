@@ -1,7 +1,8 @@
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <setjmp.h>
 #include <stdint.h>
+
 #include <cmocka.h>
 
 #include "support.h"
@@ -76,9 +77,8 @@ static void compute(struct scene *s)
     s->out = malloc(n * sizeof *s->out + 1u);
     assert_true(s->workspace.returns != NULL && s->out != NULL);
     s->losses = (lum_point_losses){0, 0};
-    s->count =
-        lum_samples_compute(&s->projector, &s->line, &s->selection,
-                            &s->workspace, s->out, &s->losses);
+    s->count = lum_samples_compute(&s->projector, &s->line, &s->selection,
+                                   &s->workspace, s->out, &s->losses);
 }
 
 /* What came out, by tof: every test gives each word its own. */
@@ -118,8 +118,8 @@ static void a_sample_has_all_that_is_known(void **state)
     struct scene *s = scene_new();
     (void)state;
     s->line.eye = 1;
-    s->azimuth[30] = 16384;     /* 15 degrees of 60 */
-    s->elevation[30] = -16384;  /* 5 below the middle of -17 and 3 */
+    s->azimuth[30] = 16384;    /* 15 degrees of 60 */
+    s->elevation[30] = -16384; /* 5 below the middle of -17 and 3 */
     s->calibration.eye[1].mount_um[2] = 2000000;
     s->calibration.eye[1].mount_yaw_udeg = 0;
     put(s, 5000, true, 30);
@@ -167,9 +167,8 @@ static void angles_of_samples_follow_an_lsb(void **state)
     assert_int_equal(
         lum_projector_init(&s->projector, &s->calibration, &layout), LUM_OK);
     s->workspace.returns = returns;
-    assert_int_equal(lum_samples_compute(&s->projector, &s->line,
-                                         &s->selection, &s->workspace, out,
-                                         &s->losses),
+    assert_int_equal(lum_samples_compute(&s->projector, &s->line, &s->selection,
+                                         &s->workspace, out, &s->losses),
                      1);
     s->workspace.returns = NULL;
     assert_near(out[0].azimuth, -0.5, 1e-6);

@@ -1,7 +1,8 @@
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <setjmp.h>
 #include <stdint.h>
+
 #include <cmocka.h>
 
 #include "support.h"
@@ -230,9 +231,8 @@ static void each_decoder_refuses_the_others_packets(void **state)
         LUM_E_TYPE);
     assert_int_equal(lum_timestamp_decode(tlvs, sizeof tlvs, &stamp),
                      LUM_E_TYPE);
-    assert_int_equal(
-        lum_tlv_open(timestamp, sizeof timestamp, &value, &reader),
-        LUM_E_TYPE);
+    assert_int_equal(lum_tlv_open(timestamp, sizeof timestamp, &value, &reader),
+                     LUM_E_TYPE);
     assert_true(value == 7 && stamp.sequence == 7 && reader.left == 7);
 }
 
@@ -282,8 +282,7 @@ static void a_packet_without_items_asks_for_the_status(void **state)
     assert_int_equal(lum_tlv_begin(&writer, out, sizeof out, 7), LUM_OK);
     assert_int_equal(writer.len, sizeof golden);
     assert_memory_equal(out, golden, sizeof golden);
-    assert_int_equal(lum_tlv_open(out, writer.len, &sequence, &reader),
-                     LUM_OK);
+    assert_int_equal(lum_tlv_open(out, writer.len, &sequence, &reader), LUM_OK);
     assert_int_equal(lum_tlv_next(&reader, &tlv), LUM_END);
 }
 

@@ -1,7 +1,8 @@
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <setjmp.h>
 #include <stdint.h>
+
 #include <cmocka.h>
 
 #include "support.h"
@@ -12,7 +13,7 @@
 #include <string.h>
 
 static const int16_t elevations[] = {0, 1, -1, 32767, -32768, 258};
-static const uint8_t golden[] = {4,    0,    12,   0, 0,    0, 1, 0,
+static const uint8_t golden[] = {4,    0,    12,   0,    0, 0,    1, 0,
                                  0xff, 0xff, 0xff, 0x7f, 0, 0x80, 2, 1};
 
 static void a_table_is_little_endian_elevations(void **state)
@@ -71,8 +72,7 @@ static void a_table_that_does_not_fit_is_not_written(void **state)
         uint8_t *out = exact_copy((uint8_t[64]){0}, size);
         lum_tlv_writer writer;
         assert_int_equal(lum_tlv_begin(&writer, out, size, 1), LUM_OK);
-        assert_int_equal(lum_yscan_add(&writer, 4, elevations, 6),
-                         LUM_E_SPACE);
+        assert_int_equal(lum_yscan_add(&writer, 4, elevations, 6), LUM_E_SPACE);
         assert_int_equal(writer.len, LUM_TLV_PACKET_BYTES);
         free(out);
     }
@@ -96,8 +96,7 @@ static void the_longest_table_fills_a_tlv(void **state)
     assert_int_equal(lum_tlv_begin(&writer, out, size + 2, 1), LUM_OK);
     assert_int_equal(lum_yscan_add(&writer, 4, in, most + 1), LUM_E_VALUE);
     assert_int_equal(lum_yscan_add(&writer, 4, in, most), LUM_OK);
-    assert_int_equal(lum_tlv_open(out, writer.len, &sequence, &reader),
-                     LUM_OK);
+    assert_int_equal(lum_tlv_open(out, writer.len, &sequence, &reader), LUM_OK);
     assert_int_equal(lum_tlv_next(&reader, &tlv), LUM_OK);
     assert_int_equal(tlv.length, 65534);
     assert_int_equal(lum_yscan_decode(&tlv, back, most, &n), LUM_OK);

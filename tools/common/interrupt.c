@@ -1,23 +1,46 @@
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700 /* setitimer */
 #include "interrupt.h"
 
 #include <signal.h>
 #include <stddef.h>
+#include <sys/time.h>
+
+/* A signal may come just before a read or a write begins to wait, which then
+ * would not notice. So it is followed by ticks that end such waits, and at last
+ * by the end of a process that cannot tidy up in time. */
+#define TICK_US   50000
+#define TICKS_MAX 60
 
 static volatile sig_atomic_t caught;
+static volatile sig_atomic_t ticks;
 
 static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
-
-static void note(int signal_number)
-{
-    caught = signal_number;
-}
 
 static void set_handler(int signal_number, void (*handler)(int))
 {
     struct sigaction action = {.sa_handler = handler};
     (void)sigemptyset(&action.sa_mask);
     (void)sigaction(signal_number, &action, NULL);
+}
+
+static void tick(int signal_number)
+{
+    (void)signal_number;
+    ticks = ticks + 1;
+    if (ticks > TICKS_MAX) {
+        interrupt_die();
+    }
+}
+
+static void note(int signal_number)
+{
+    const struct itimerval timer = {.it_interval = {.tv_usec = TICK_US},
+                                    .it_value = {.tv_usec = TICK_US}};
+    if (caught != 0) {
+        interrupt_die();
+    }
+    caught = signal_number;
+    (void)setitimer(ITIMER_REAL, &timer, NULL);
 }
 
 /* A signal that the parent has ignored, as nohup does, stays ignored. */
@@ -32,10 +55,11 @@ static void catch_unless_ignored(int signal_number)
 
 void interrupt_catch(void)
 {
+    set_handler(SIGALRM, tick);
+    set_handler(SIGPIPE, SIG_IGN);
     for (size_t i = 0; i < sizeof signals / sizeof signals[0]; i++) {
         catch_unless_ignored(signals[i]);
     }
-    set_handler(SIGPIPE, SIG_IGN);
 }
 
 int interrupt_signal(void)
@@ -46,6 +70,10 @@ int interrupt_signal(void)
 void interrupt_die(void)
 {
     const int signal_number = caught;
+    sigset_t one;
     set_handler(signal_number, SIG_DFL);
+    (void)sigemptyset(&one);
+    (void)sigaddset(&one, signal_number);
+    (void)sigprocmask(SIG_UNBLOCK, &one, NULL);
     (void)raise(signal_number);
 }

@@ -81,7 +81,7 @@ static void print_profile_help(FILE *out)
     (void)fputs(
         "The layout of data packets is partly an assumption, which a wire "
         "profile corrects.\n"
-        "Copy profile-default.yaml (installed in share/lumsdk/calib), then:\n"
+        "Copy profile-default.yaml (installed in share/lumsdk), then:\n"
         "  data_packet_type   the type that most packets bear, if not 8\n"
         "  group              the offsets of tag (2 or 3), eye, line,\n"
         "                     num_samples (4 bytes each fill the packet),\n"

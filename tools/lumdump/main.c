@@ -33,7 +33,7 @@ static enum exit_status complain(const lum_error *error,
 static void warn(const struct options *o, const char *text)
 {
     if (!o->quiet) {
-        (void)fprintf(stderr, "lumdump: %s: warning: %s\n", o->source, text);
+        (void)fprintf(stderr, "lumdump: warning: %s: %s\n", o->source, text);
     }
 }
 
@@ -73,6 +73,16 @@ static bool is_regular(const char *path)
     return stat(path, &s) == 0 && S_ISREG(s.st_mode);
 }
 
+/* A name that stands for no file yet will be one that can. */
+static bool can_seek(const char *output)
+{
+    struct stat s;
+    if (strcmp(output, "-") == 0) {
+        return fstat(STDOUT_FILENO, &s) == 0 && S_ISREG(s.st_mode);
+    }
+    return stat(output, &s) != 0 || S_ISREG(s.st_mode);
+}
+
 static int check_output(const struct options *o, lum_error *error)
 {
     const int pattern = output_name_pattern(o->output);
@@ -98,9 +108,9 @@ static int check_output(const struct options *o, lum_error *error)
 /* Whether points must be counted before the output can begin. */
 static bool needs_count_first(const struct options *o)
 {
-    return o->format != FORMAT_PCAP && strcmp(o->output, "-") == 0 &&
+    return o->format != FORMAT_PCAP &&
            lum_format_needs_count((lum_format)o->format) &&
-           lseek(STDOUT_FILENO, 0, SEEK_CUR) < 0;
+           !can_seek(o->output);
 }
 
 static enum exit_status name_sensors(const struct pass *pass)
@@ -155,8 +165,9 @@ static void warn_of_losses(const struct pass *pass)
 {
     const struct options *o = pass->options;
     char text[160];
-    if (pass->summary.truncated) {
-        warn(o, pass->warning.text);
+    if (pass->summary.truncated && !o->quiet) {
+        /* it names the source itself */
+        (void)fprintf(stderr, "lumdump: warning: %s\n", pass->warning.text);
     }
     if (!pass->summary.has_time) {
         warn(o, "no packet of a G2 in it: nothing to or from UDP port 5517 "

@@ -23,9 +23,9 @@
 typedef struct lum_demux_options {
     lum_layout layout;           /**< of data packets */
     lum_assembler_config config; /**< for each sensor's assembler */
-    bool has_sensor;             /**< one sensor is asked for: packets of others
-                                      are neither decoded nor counted */
-    uint32_t sensor;             /**< its address, host order */
+    bool has_sensor; /**< one sensor is asked for: data of others is not
+                        assembled, nor anything of theirs counted */
+    uint32_t sensor; /**< its address, host order */
 } lum_demux_options;
 
 /** What was counted, of one address or of all. */
