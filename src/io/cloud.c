@@ -60,7 +60,8 @@ static size_t make_header(char out[LUM_CLOUD_HEADER_BYTES],
                           unsigned mentions)
 {
     const lum_writer_options *options = &writer->options;
-    const uint64_t count = options->has_count ? options->count : writer->points;
+    const uint64_t count =
+        writer->was_rehearsed ? writer->rehearsed : writer->points;
     return header(out, options, count,
                   (int)mentions * (20 - count_digits(count)));
 }
@@ -77,7 +78,7 @@ int lum_cloud_finish(lum_writer *writer, lum_cloud_header *header,
                      unsigned mentions, lum_error *error)
 {
     char text[LUM_CLOUD_HEADER_BYTES];
-    if (writer->options.has_count) {
+    if (writer->was_rehearsed) {
         return 0;
     }
     const size_t n = make_header(text, writer, header, mentions);

@@ -100,10 +100,11 @@ static unsigned char *put_bounds(unsigned char *p, const las *state)
     return p;
 }
 
+/* totals: the writer that knows bounds and counts. */
 static void make_header(unsigned char out[HEADER_BYTES],
-                        const lum_writer *writer)
+                        const lum_writer *writer, const lum_writer *totals)
 {
-    const las *state = writer->state;
+    const las *state = totals->state;
     unsigned char *p = put_text(out, "LASF", 4);
     p = put_zeros(p, 2); /* source id */
     p = lum_put_le16(p,
@@ -126,7 +127,7 @@ static void make_header(unsigned char out[HEADER_BYTES],
     p = put_zeros(p, 24); /* offsets */
     p = put_bounds(p, state);
     p = put_zeros(p, 20); /* no waveforms, no extended records */
-    p = lum_put_le64(p, writer->points);
+    p = lum_put_le64(p, totals->points);
     for (unsigned i = 0; i < RETURNS; i++) {
         p = lum_put_le64(p, state->by_return[i]);
     }
@@ -175,7 +176,8 @@ static int begin(lum_writer *writer, lum_error *error)
     if (lum_writer_new_state(writer, sizeof(las), error) == NULL) {
         return -1;
     }
-    make_header(bytes, writer);
+    make_header(bytes, writer,
+                writer->was_rehearsed ? writer->options.rehearsal : writer);
     return lum_sink_write(writer->sink, bytes, sizeof bytes, error) != 0 ||
                    write_about(writer, error) != 0 ||
                    write_extras(writer, error) != 0
@@ -305,14 +307,16 @@ static int add(lum_writer *writer, const lum_line_samples *line,
 static int finish(lum_writer *writer, lum_error *error)
 {
     unsigned char bytes[HEADER_BYTES];
-    make_header(bytes, writer);
+    if (writer->was_rehearsed) {
+        return 0;
+    }
+    make_header(bytes, writer, writer);
     return lum_sink_patch(writer->sink, 0, bytes, sizeof bytes, error);
 }
 
 const lum_format_ops lum_las_ops = {.name = "LAS",
                                     .ending = ".las",
                                     .count_in_header = true,
-                                    .must_seek = true,
                                     .begin = begin,
                                     .add = add,
                                     .finish = finish};

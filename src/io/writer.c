@@ -84,27 +84,16 @@ static int remember(lum_writer *writer, lum_error *error)
 
 static int check_output(const lum_writer *writer, lum_error *error)
 {
-    const lum_format_ops *ops = writer->ops;
-    if (lum_sink_seekable(writer->sink)) {
+    if (!writer->ops->count_in_header || writer->rehearses ||
+        writer->was_rehearsed || lum_sink_seekable(writer->sink)) {
         return 0;
     }
     errno = ESPIPE;
-    if (ops->must_seek) {
-        return lum_error_set(
-            error,
-            "%s: the header of %s is written last, and this output cannot "
-            "seek; write to a file",
-            lum_sink_name(writer->sink), ops->name);
-    }
-    if (ops->count_in_header && !writer->options.has_count) {
-        return lum_error_set(
-            error,
-            "%s: %s begins with the number of points, which is not known yet, "
-            "and this output cannot seek; write to a file, or choose csv or "
-            "xyz",
-            lum_sink_name(writer->sink), ops->name);
-    }
-    return 0;
+    return lum_error_set(
+        error,
+        "%s: %s begins with the number of points, which is not known yet, and "
+        "this output cannot seek; write to a file, or choose csv or xyz",
+        lum_sink_name(writer->sink), writer->ops->name);
 }
 
 static int open_format(const char *path, lum_writer *writer, lum_error *error)
@@ -115,11 +104,12 @@ static int open_format(const char *path, lum_writer *writer, lum_error *error)
     }
     const int result = writer->ops->begin(writer, error);
     writer->options.projector = NULL;
+    writer->options.rehearsal = NULL;
     return result;
 }
 
-int lum_writer_open(const char *path, const lum_writer_options *options,
-                    lum_writer **out, lum_error *error)
+static int open_writer(const char *path, const lum_writer_options *options,
+                       bool rehearses, lum_writer **out, lum_error *error)
 {
     if ((unsigned)options->format >= LUM_FORMATS) {
         errno = EINVAL;
@@ -134,6 +124,11 @@ int lum_writer_open(const char *path, const lum_writer_options *options,
     }
     writer->ops = formats[options->format];
     writer->options = *options;
+    writer->rehearses = rehearses;
+    if (options->rehearsal != NULL) {
+        writer->was_rehearsed = true;
+        writer->rehearsed = options->rehearsal->points;
+    }
     if (open_format(path, writer, error) != 0) {
         const int code = errno;
         lum_writer_abort(writer);
@@ -142,6 +137,18 @@ int lum_writer_open(const char *path, const lum_writer_options *options,
     }
     *out = writer;
     return 0;
+}
+
+int lum_writer_open(const char *path, const lum_writer_options *options,
+                    lum_writer **out, lum_error *error)
+{
+    return open_writer(path, options, false, out, error);
+}
+
+int lum_writer_rehearse(const lum_writer_options *options, lum_writer **out,
+                        lum_error *error)
+{
+    return open_writer("/dev/null", options, true, out, error);
 }
 
 int lum_writer_add(lum_writer *writer, const lum_line_samples *line,
@@ -158,15 +165,14 @@ int lum_writer_add(lum_writer *writer, const lum_line_samples *line,
 
 static int check_count(const lum_writer *writer, lum_error *error)
 {
-    const lum_writer_options *options = &writer->options;
-    if (!options->has_count || options->count == writer->points) {
+    if (!writer->was_rehearsed || writer->rehearsed == writer->points) {
         return 0;
     }
     errno = EINVAL;
     return lum_error_set(error,
-                         "%s: %" PRIu64 " points were announced and %" PRIu64
+                         "%s: %" PRIu64 " points were rehearsed and %" PRIu64
                          " came; the source has changed meanwhile",
-                         lum_sink_name(writer->sink), options->count,
+                         lum_sink_name(writer->sink), writer->rehearsed,
                          writer->points);
 }
 

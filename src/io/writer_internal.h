@@ -12,7 +12,6 @@ typedef struct lum_format_ops {
     const char *name;     /**< for messages */
     const char *ending;   /**< of file names, with its dot, in lower case */
     bool count_in_header; /**< known beforehand, or patched at the end */
-    bool must_seek;       /**< its header holds more than a count */
     /** Write the header. May set lum_writer.state. */
     int (*begin)(lum_writer *writer, lum_error *error);
     /** Write a line's rows; never called for none. */
@@ -34,9 +33,12 @@ extern const lum_format_ops lum_png_ops; /**< picture.c */
 /** A writer; the formats read it and set state alone. */
 struct lum_writer {
     const lum_format_ops *ops;  /**< the format */
-    lum_writer_options options; /**< projector is valid only in begin() */
+    lum_writer_options options; /**< its pointers are valid only in begin() */
     lum_sink *sink;             /**< where bytes go */
     uint64_t points;            /**< added so far */
+    uint64_t rehearsed;         /**< points that the rehearsal took */
+    bool was_rehearsed;         /**< whether there was one */
+    bool rehearses;             /**< whether this is one */
     void *state;                /**< the format's, from malloc(), or NULL */
     bool failed;                /**< a call has failed; nothing may follow */
     int failure_code;           /**< errno of that */

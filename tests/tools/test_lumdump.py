@@ -129,12 +129,12 @@ class Outputs(Case):
 
     def test_headers_with_counts_reach_a_pipe_from_a_file_only(self):
         source = self.capture()
-        for kind in "ply", "pcd":
+        for kind in "ply", "pcd", "las":
             file = self.folder / f"out.{kind}"
             self.assertEqual(run("lumdump", source, "-o", file).returncode, 0)
             r = run("lumdump", source, "-o", "-", "--format", kind)
             self.assertEqual(r.returncode, 0, r.stderr)
-            self.assertTrue(r.stdout_bytes)
+            self.assertEqual(r.stdout_bytes, file.read_bytes())
             r = run("lumdump", "-", "-o", "-", "--format", kind, stdin=two_lines())
             self.assertEqual((r.returncode, r.stdout), (2, ""))
             self.assertIn("-o FILE", r.stderr)

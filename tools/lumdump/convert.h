@@ -15,6 +15,7 @@ enum pass_result {
     PASS_INTERRUPTED, /* a signal came */
     PASS_READER_LEFT, /* nobody reads the output any more */
     PASS_SENSORS,     /* an output, and several sensors: one must be named */
+    PASS_REFUSED,     /* the options ask for what cannot be; see the error */
     PASS_FAILED       /* see the error */
 };
 

@@ -105,8 +105,8 @@ static int check_output(const struct options *o, lum_error *error)
     return 0;
 }
 
-/* Whether points must be counted before the output can begin. */
-static bool needs_count_first(const struct options *o)
+/* Whether the output's header has to be known before it can begin. */
+static bool needs_rehearsal(const struct options *o)
 {
     return o->format != FORMAT_PCAP &&
            lum_format_needs_count((lum_format)o->format) &&
@@ -214,6 +214,8 @@ static enum exit_status conclude(struct pass *pass, enum pass_result result,
         return name_sensors(pass);
     case PASS_FAILED:
         return complain(error, EXIT_FAILED);
+    case PASS_REFUSED:
+        return complain(error, EXIT_BAD);
     case PASS_INTERRUPTED:
     case PASS_READER_LEFT:
         return EXIT_DONE;
@@ -231,24 +233,47 @@ static enum exit_status conclude(struct pass *pass, enum pass_result result,
     return finish(pass, error);
 }
 
-static uint64_t points_of(const struct pass *pass)
+/* The first of two passes; what it found out stays in pass where it did not
+ * come to its end. */
+static enum pass_result rehearse(struct pass *pass, struct output **rehearsal,
+                                 lum_error *error)
 {
-    uint64_t points = 0;
-    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
-        points += pass->summary.sensors[i].points;
+    const struct pass fresh = *pass;
+    if (!is_regular(pass->options->source)) {
+        (void)lum_error_set(error,
+                            "the format's header holds the number of points: "
+                            "a source that can be read once cannot go to an "
+                            "output that cannot seek; use -o FILE, or csv");
+        return PASS_REFUSED;
     }
-    return points;
+    if (output_rehearse(pass->options, pass->projector, &pass->output, error) !=
+        0) {
+        return PASS_FAILED;
+    }
+    const enum pass_result result = pass_run(pass, error);
+    *rehearsal = pass->output;
+    pass->output = NULL;
+    if (result == PASS_DONE) {
+        pass_free(pass);
+        *pass = fresh;
+    }
+    return result;
 }
 
-/* The first of two passes, for a header that holds the count. */
-static enum pass_result count_points(const struct pass *like, uint64_t *count,
-                                     lum_error *error)
+static enum pass_result write_all(struct pass *pass, lum_error *error)
 {
-    struct pass pass = *like;
-    const enum pass_result result = pass_run(&pass, error);
-    *count = points_of(&pass);
-    pass_free(&pass);
-    return result;
+    const struct options *o = pass->options;
+    struct output *rehearsal = NULL;
+    enum pass_result result = PASS_DONE;
+    if (o->output != NULL && needs_rehearsal(o)) {
+        result = rehearse(pass, &rehearsal, error);
+    }
+    if (result == PASS_DONE && o->output != NULL &&
+        output_open(o, pass->projector, rehearsal, &pass->output, error) != 0) {
+        result = PASS_FAILED;
+    }
+    output_abort(rehearsal);
+    return result == PASS_DONE ? pass_run(pass, error) : result;
 }
 
 static enum exit_status run(const struct options *o)
@@ -257,9 +282,6 @@ static enum exit_status run(const struct options *o)
     lum_layout layout;
     lum_projector projector;
     struct progress progress;
-    uint64_t count = 0;
-    bool has_count = false;
-    enum pass_result result = PASS_DONE;
     progress_init(&progress, o->quiet);
     if (load(o, &layout, &projector, &error) != 0 ||
         (o->output != NULL && check_output(o, &error) != 0)) {
@@ -269,25 +291,7 @@ static enum exit_status run(const struct options *o)
                         .layout = &layout,
                         .projector = &projector,
                         .progress = &progress};
-    if (o->output != NULL && needs_count_first(o)) {
-        if (!is_regular(o->source)) {
-            (void)lum_error_set(&error,
-                                "the format needs a count in its header: a "
-                                "source that can be read once cannot go to an "
-                                "output that cannot seek; use -o FILE, or csv");
-            return complain(&error, EXIT_BAD);
-        }
-        result = count_points(&pass, &count, &error);
-        has_count = true;
-    }
-    if (result == PASS_DONE && o->output != NULL &&
-        output_open(o, &projector, has_count, count, &pass.output, &error) !=
-            0) {
-        return complain(&error, EXIT_FAILED);
-    }
-    if (result == PASS_DONE) {
-        result = pass_run(&pass, &error);
-    }
+    const enum pass_result result = write_all(&pass, &error);
     const enum exit_status status = conclude(&pass, result, &error);
     output_abort(pass.output);
     pass_free(&pass);

@@ -98,27 +98,55 @@ static int open_first(struct output *o, lum_error *error)
     return 0;
 }
 
-int output_open(const struct options *options, const lum_projector *projector,
-                bool has_count, uint64_t count, struct output **out,
-                lum_error *error)
+static struct output *new_output(const struct options *options,
+                                 const lum_projector *projector)
 {
     struct output *o = calloc(1, sizeof *o);
+    if (o != NULL) {
+        o->options = options;
+        o->is_pattern = output_name_pattern(options->output) == 1;
+        o->writer_options =
+            (lum_writer_options){.format = (lum_format)options->format,
+                                 .ascii = options->ascii,
+                                 .utc = options->utc,
+                                 .projector = projector};
+    }
+    return o;
+}
+
+int output_open(const struct options *options, const lum_projector *projector,
+                const struct output *rehearsal, struct output **out,
+                lum_error *error)
+{
+    struct output *o = new_output(options, projector);
     if (o == NULL) {
         return lum_error_set(error, "out of memory");
     }
-    o->options = options;
-    o->is_pattern = output_name_pattern(options->output) == 1;
-    o->writer_options =
-        (lum_writer_options){.format = (lum_format)options->format,
-                             .ascii = options->ascii,
-                             .utc = options->utc,
-                             .has_count = has_count,
-                             .count = count,
-                             .projector = projector};
+    if (rehearsal != NULL) {
+        o->writer_options.rehearsal = rehearsal->files[0].writer;
+    }
     if (open_first(o, error) != 0) {
         free(o);
         return -1;
     }
+    *out = o;
+    return 0;
+}
+
+int output_rehearse(const struct options *options,
+                    const lum_projector *projector, struct output **out,
+                    lum_error *error)
+{
+    struct output *o = new_output(options, projector);
+    if (o == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    if (lum_writer_rehearse(&o->writer_options, &o->files[0].writer, error) !=
+        0) {
+        free(o);
+        return -1;
+    }
+    o->file_count = 1;
     *out = o;
     return 0;
 }

@@ -13,10 +13,16 @@ struct output;
  * cannot be a frame number. */
 int output_name_pattern(const char *name);
 
-/* count: points that will be written, where has_count. */
+/* rehearsal: NULL, or an output that took the lines to come. */
 int output_open(const struct options *options, const lum_projector *projector,
-                bool has_count, uint64_t count, struct output **out,
+                const struct output *rehearsal, struct output **out,
                 lum_error *error);
+
+/* An output that takes lines and writes nothing: the first of two passes, for a
+ * header that an output which cannot seek has to begin with. */
+int output_rehearse(const struct options *options,
+                    const lum_projector *projector, struct output **out,
+                    lum_error *error);
 
 int output_add_line(struct output *output, const lum_line_samples *line,
                     lum_error *error);

@@ -28,7 +28,7 @@ typedef enum lum_format {
 LUM_MUST_CHECK int lum_format_from_name(const char *name, lum_format *out);
 
 /** Whether the format's header holds a count, so that the output must be
- * seekable or the count be known beforehand. */
+ * seekable or the writing be rehearsed. */
 bool lum_format_needs_count(lum_format format);
 
 /** What a writer has to know. */
@@ -37,8 +37,9 @@ typedef struct lum_writer_options {
     bool ascii;        /**< PLY, PCD: text instead of binary */
     bool utc;          /**< timestamps are microseconds since 1970 UTC and
                             not of the sensor clock */
-    bool has_count;    /**< whether count is known */
-    uint64_t count;    /**< points that will be written */
+    const struct lum_writer *rehearsal; /**< NULL, or what lum_writer_rehearse()
+                                 gave and has taken the lines to come; read by
+                                 lum_writer_open() alone */
     const lum_projector *projector; /**< PNG: scale of angles; may be NULL */
 } lum_writer_options;
 
@@ -55,14 +56,22 @@ typedef struct lum_line_samples {
 /** A file being written. */
 typedef struct lum_writer lum_writer;
 
+/** Begin a rehearsal: a writer that takes lines and writes nothing, so that a
+ * second pass over them knows beforehand what its header has to hold. To be
+ * ended with lum_writer_abort().
+ * @param options copied; the same that the file will be written with.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_writer_rehearse(const lum_writer_options *options,
+                                       lum_writer **out, lum_error *error);
+
 /** Begin a file.
  * @param path    its name, or "-" for standard output. A file is written as
  *                PATH.part and renamed by lum_writer_close(), so that PATH is
  *                only ever whole.
  * @param options copied.
  * @return 0, or -1 with the reason in error: the directory is missing, no
- *         permission, a count is needed and can neither be known nor written
- *         later. */
+ *         permission, the header needs a count and there is neither a
+ *         rehearsal nor an output that can seek. */
 LUM_MUST_CHECK int lum_writer_open(const char *path,
                                    const lum_writer_options *options,
                                    lum_writer **out, lum_error *error);
@@ -75,7 +84,8 @@ LUM_MUST_CHECK int lum_writer_add(lum_writer *writer,
                                   lum_error *error);
 
 /** Finish the file, give it its name, free the writer.
- * @return 0, or -1 with the reason in error; then nothing is left behind. */
+ * @return 0, or -1 with the reason in error, such as other lines than were
+ *         rehearsed; then nothing is left behind. */
 LUM_MUST_CHECK int lum_writer_close(lum_writer *writer, lum_error *error);
 
 /** Remove what was written and free the writer. NULL is allowed. */
