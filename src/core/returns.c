@@ -2,6 +2,8 @@
 
 #include "lum/group.h"
 
+#include <stdbool.h>
+
 /* Numbers those of the words [begin, end) of one pixel that bear an edge. */
 static void number_edge(const uint32_t *words, size_t begin, size_t end,
                         bool rising, lum_return *out)
@@ -45,6 +47,35 @@ static void measure_pulses(const uint32_t *words, size_t begin, size_t end,
     }
 }
 
+static void number_run(const uint32_t *words, size_t begin, size_t end,
+                       lum_return *out)
+{
+    number_edge(words, begin, end, true, out);
+    number_edge(words, begin, end, false, out);
+    measure_pulses(words, begin, end, out);
+}
+
+/* Most pixels have one return: a rising word, and a falling one or none. */
+static bool number_lone(const uint32_t *words, size_t begin, size_t end,
+                        lum_return *out)
+{
+    static const lum_return lone = {.number = 1, .count = 1};
+    if (end - begin == 1) {
+        out[begin] = lone;
+        return true;
+    }
+    if (end - begin > 2 || !lum_word_is_rising(words[begin]) ||
+        lum_word_is_rising(words[begin + 1])) {
+        return false;
+    }
+    const int32_t width =
+        lum_word_tof(words[begin + 1]) - lum_word_tof(words[begin]);
+    out[begin] = lone;
+    out[begin].width_tof = width > 0 ? (uint32_t)width : 0;
+    out[begin + 1] = lone;
+    return true;
+}
+
 void lum_returns_compute(const uint32_t *words, size_t n, lum_return *out)
 {
     size_t begin = 0;
@@ -54,9 +85,9 @@ void lum_returns_compute(const uint32_t *words, size_t n, lum_return *out)
         while (end < n && lum_word_pixel(words[end]) == pixel) {
             end++;
         }
-        number_edge(words, begin, end, true, out);
-        number_edge(words, begin, end, false, out);
-        measure_pulses(words, begin, end, out);
+        if (!number_lone(words, begin, end, out)) {
+            number_run(words, begin, end, out);
+        }
         begin = end;
     }
 }

@@ -6,10 +6,15 @@ void lum_selection_default(lum_selection *out)
         (lum_selection){.edges = LUM_EDGES_RISING, .returns = LUM_RETURNS_ALL};
 }
 
-/* By edge: the word of the widest pulse, the first among equals, of the pixel
- * whose words begin at i. */
+/* The word of the widest pulse of a pixel and edge, the first among equals, as
+ * far as the words of the line were looked at. */
+struct strongest {
+    uint32_t end;     /* of the pixel's words */
+    uint32_t word[2]; /* by edge: falling, rising */
+};
+
 static void find_strongest(const lum_line *line, const lum_return *returns,
-                           uint32_t i, uint32_t strongest[2])
+                           uint32_t i, struct strongest *out)
 {
     const uint32_t pixel = lum_word_pixel(line->words[i]);
     bool found[2] = {false, false};
@@ -17,20 +22,36 @@ static void find_strongest(const lum_line *line, const lum_return *returns,
          i++) {
         const unsigned edge = lum_word_is_rising(line->words[i]) ? 1 : 0;
         if (!found[edge] ||
-            returns[i].width_tof > returns[strongest[edge]].width_tof) {
+            returns[i].width_tof > returns[out->word[edge]].width_tof) {
             found[edge] = true;
-            strongest[edge] = i;
+            out->word[edge] = i;
         }
     }
+    out->end = i;
 }
 
-static bool is_wanted(const lum_selection *s, const lum_return *r,
-                      bool is_rising, bool is_strongest)
+static bool is_strongest(const lum_line *line, const lum_return *returns,
+                         uint32_t i, struct strongest *strongest)
 {
-    const unsigned edge = is_rising ? LUM_EDGES_RISING : LUM_EDGES_FALLING;
-    if (((unsigned)s->edges & edge) == 0) {
-        return false;
+    /* words that are not asked for are passed over: the first of this pixel
+     * that is may not be its first */
+    uint32_t first = i;
+    if (i >= strongest->end) {
+        const uint32_t pixel = lum_word_pixel(line->words[i]);
+        while (first > strongest->end &&
+               lum_word_pixel(line->words[first - 1u]) == pixel) {
+            first--;
+        }
+        find_strongest(line, returns, first, strongest);
     }
+    return strongest->word[lum_word_is_rising(line->words[i]) ? 1 : 0] == i;
+}
+
+static bool is_chosen(const lum_selection *s, const lum_line *line,
+                      const lum_return *returns, uint32_t i,
+                      struct strongest *strongest)
+{
+    const lum_return *r = &returns[i];
     switch (s->returns) {
     case LUM_RETURNS_FIRST:
         return r->number == 1;
@@ -39,7 +60,7 @@ static bool is_wanted(const lum_selection *s, const lum_return *r,
     case LUM_RETURNS_NUMBER:
         return r->number == s->return_number;
     case LUM_RETURNS_STRONGEST:
-        return is_strongest;
+        return is_strongest(line, returns, i, strongest);
     case LUM_RETURNS_ALL:
     default:
         return true;
@@ -57,31 +78,55 @@ static bool is_inside(const lum_selection *s, const lum_sample *p)
                            p->z >= s->box_min[2] && p->z <= s->box_max[2]);
 }
 
-static void fill_sample(const lum_projector *projector, const lum_line *line,
-                        const lum_direction *directions, uint32_t i,
-                        const lum_return *r, lum_sample *out)
+/* What all samples of a line are made with. */
+struct maker {
+    const lum_direction *directions;
+    const int16_t *azimuth;
+    const int16_t *elevation;
+    lum_eye_projector eye;
+    double tof_lsb_ns;
+};
+
+static inline void fill_sample(const struct maker *m, uint32_t word,
+                               lum_return r, lum_sample *restrict out)
 {
-    const lum_eye_projector *p = &projector->eye[line->eye];
-    const uint32_t word = line->words[i];
     const uint32_t pixel = lum_word_pixel(word);
-    const lum_direction d = directions[pixel];
+    const lum_direction d = m->directions[pixel];
     const float range =
-        (float)(lum_word_tof(word) * p->range_lsb + p->range_offset);
-    *out = (lum_sample){
-        .x = range * d.x + p->mount[0],
-        .y = range * d.y + p->mount[1],
-        .z = range * d.z + p->mount[2],
-        .range = range,
-        .azimuth =
-            (float)(p->azimuth_center + line->azimuth[pixel] * p->azimuth_deg),
-        .elevation = (float)(p->elevation_center +
-                             line->elevation[pixel] * p->elevation_deg),
-        .pulse_width = (float)(r->width_tof * projector->tof_lsb_ns),
-        .pixel = (uint16_t)pixel,
-        .return_number = r->number,
-        .number_of_returns = r->count,
-        .edge = lum_word_is_rising(word) ? 1 : 0,
-    };
+        (float)(lum_word_tof(word) * m->eye.range_lsb + m->eye.range_offset);
+    out->x = range * d.x + m->eye.mount[0];
+    out->y = range * d.y + m->eye.mount[1];
+    out->z = range * d.z + m->eye.mount[2];
+    out->range = range;
+    out->azimuth =
+        (float)(m->eye.azimuth_center + m->azimuth[pixel] * m->eye.azimuth_deg);
+    out->elevation = (float)(m->eye.elevation_center +
+                             m->elevation[pixel] * m->eye.elevation_deg);
+    out->pulse_width = (float)(r.width_tof * m->tof_lsb_ns);
+    out->pixel = (uint16_t)pixel;
+    out->return_number = r.number;
+    out->number_of_returns = r.count;
+    out->edge = lum_word_is_rising(word) ? 1 : 0;
+    out->pad = 0;
+}
+
+/* Whether a word is of an edge that is asked for and gives a point. */
+static bool gives_point(const lum_line *line, uint32_t word, unsigned edges,
+                        int32_t min_tof)
+{
+    const unsigned edge =
+        lum_word_is_rising(word) ? LUM_EDGES_RISING : LUM_EDGES_FALLING;
+    return (edges & edge) != 0 && lum_word_tof(word) >= min_tof &&
+           (line->angle_count == LUM_LINE_PIXELS ||
+            lum_line_has_angles(line, lum_word_pixel(word)));
+}
+
+static void count_losses(const lum_projector *projector, const lum_line *line,
+                         lum_point_losses *losses)
+{
+    uint64_t rising = 0;
+    uint64_t falling = 0;
+    lum_points_count(projector, line, &rising, &falling, losses);
 }
 
 size_t lum_samples_compute(const lum_projector *projector, const lum_line *line,
@@ -89,28 +134,23 @@ size_t lum_samples_compute(const lum_projector *projector, const lum_line *line,
                            lum_sample_workspace *workspace, lum_sample *out,
                            lum_point_losses *losses)
 {
-    const int32_t min_tof = projector->eye[line->eye].min_tof;
+    const struct maker maker = {.directions = workspace->directions,
+                                .azimuth = line->azimuth,
+                                .elevation = line->elevation,
+                                .eye = projector->eye[line->eye],
+                                .tof_lsb_ns = projector->tof_lsb_ns};
+    const unsigned edges = (unsigned)selection->edges;
     const lum_return *returns = workspace->returns;
-    uint32_t strongest[2] = {0, 0};
-    uint32_t pixel = LUM_LINE_PIXELS;
+    struct strongest strongest = {.end = 0};
     size_t n = 0;
+    count_losses(projector, line, losses);
     lum_directions_compute(projector, line, workspace->directions);
     lum_returns_compute(line->words, line->word_count, workspace->returns);
     for (uint32_t i = 0; i < line->word_count; i++) {
         const uint32_t word = line->words[i];
-        const bool is_rising = lum_word_is_rising(word);
-        if (lum_word_pixel(word) != pixel) {
-            pixel = lum_word_pixel(word);
-            find_strongest(line, returns, i, strongest);
-        }
-        if (!lum_line_has_angles(line, pixel)) {
-            losses->no_angle++;
-        } else if (lum_word_tof(word) < min_tof) {
-            losses->no_range++;
-        } else if (is_wanted(selection, &returns[i], is_rising,
-                             strongest[is_rising ? 1 : 0] == i)) {
-            fill_sample(projector, line, workspace->directions, i, &returns[i],
-                        &out[n]);
+        if (gives_point(line, word, edges, maker.eye.min_tof) &&
+            is_chosen(selection, line, returns, i, &strongest)) {
+            fill_sample(&maker, word, returns[i], &out[n]);
             n += is_inside(selection, &out[n]) ? 1u : 0u;
         }
     }

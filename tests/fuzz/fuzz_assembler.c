@@ -7,7 +7,7 @@
 
 #define CONFIG_BYTES  6u
 #define PACKET_BYTES  8u
-#define PACKETS_MAX   3000u
+#define PACKETS_MAX   300u
 #define SAMPLES_MAX   32u
 #define FRAME_OFFSET  4096
 #define FRAME_NUMBERS 8192u

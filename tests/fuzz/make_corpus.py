@@ -61,7 +61,7 @@ def lines(count, clock=4):
 def assembler_seeds():
     rng = random.Random(1)
     usual = bytes((0, 0, 3, 7, 99, 0))
-    frames = [*lines(24), *lines(24), *lines(24)]
+    frames = [*lines(12), *lines(12), *lines(12)]
     mixed = frames[:]
     for i in range(0, len(mixed) - 20, 5):
         j = i + rng.randrange(20)

@@ -591,6 +591,15 @@ static size_t completions(const struct stream *s)
     return count_events(s, LUM_FRAME_READY);
 }
 
+static void assert_lines_before_frames(const struct stream *s)
+{
+    for (size_t i = 0; i < s->event_count; i++) {
+        if (s->events[i]->what == LUM_LINE_READY) {
+            assert_true(frame_event(s, s->events[i]->frame) > (long)i);
+        }
+    }
+}
+
 /* The event comes with the push after the line that makes it due. */
 static void tick(struct stream *s)
 {
@@ -685,11 +694,7 @@ static void all_lines_of_a_frame_come_before_it(void **state)
     }
     stream_end(s);
     assert_int_equal(completions(s), 5);
-    for (size_t i = 0; i < s->event_count; i++) {
-        if (s->events[i]->what == LUM_LINE_READY) {
-            assert_true(frame_event(s, s->events[i]->frame) > (long)i);
-        }
-    }
+    assert_lines_before_frames(s);
     stream_free(s);
 }
 
@@ -735,7 +740,7 @@ static void an_eye_alone_waits_for_the_other_for_gap_us(void **state)
     }
     tick(s);
     assert_int_equal(completions(s), 0);
-    send_lines(s, BLUE, 10, 11);
+    send_lines(s, BLUE, 10, 16);
     tick(s);
     assert_int_equal(completions(s), 1);
     stream_free(s);
@@ -750,7 +755,7 @@ static void an_eye_that_falls_silent_is_waited_for_gap_us(void **state)
     send_lines(s, BLUE, 0, 18);
     tick(s);
     assert_int_equal(completions(s), 0);
-    send_lines(s, BLUE, 19, 20);
+    send_lines(s, BLUE, 19, 26);
     tick(s);
     assert_int_equal(completions(s), 1);
     stream_free(s);
@@ -766,6 +771,48 @@ static void a_break_completes_the_frames_before_it(void **state)
     tick(s);
     assert_int_equal(completions(s), 1);
     assert_int_equal(counters(s)->lines, 22);
+    stream_free(s);
+}
+
+/* The sensor boots, or its clock is set: blue's packets tell first. */
+static void after_a_jump_of(uint32_t offset)
+{
+    struct stream *s = stream_open();
+    both(s, 0, 10);
+    s->clock += offset;
+    jump(s, BLUE, 11);
+    send_lines(s, BLUE, 12, 13);
+    tick(s);
+    assert_int_equal(completions(s), 0); /* green has lines of frame 1 open */
+    s->clock -= 1000000u;
+    jump(s, GREEN, 11);
+    send_lines(s, GREEN, 12, 13);
+    tick(s);
+    assert_int_equal(completions(s), 1);
+    stream_end(s);
+    assert_lines_before_frames(s);
+    stream_free(s);
+}
+
+static void a_jump_of_one_eyes_clock_makes_the_other_not_silent(void **state)
+{
+    (void)state;
+    after_a_jump_of(0);
+    after_a_jump_of(0u - 2000000u);
+}
+
+static void one_packet_ahead_of_its_time_makes_nobody_silent(void **state)
+{
+    struct stream *s = open_fast();
+    (void)state;
+    both(s, 0, 30);
+    both(s, 0, R - 2);
+    send_line(s, BLUE, R - 1);
+    assert_int_equal(send_angles(s, BLUE, 50, s->clock + 99500u, 0, 1), LUM_OK);
+    assert_int_equal(send_angles(s, GREEN, R - 1, s->clock - 2000u, 0, 1),
+                     LUM_OK);
+    tick(s);
+    assert_int_equal(completions(s), 0);
     stream_free(s);
 }
 
@@ -795,11 +842,7 @@ static void a_straggler_comes_before_its_frame_is_complete(void **state)
     stream_end(s);
     assert_int_equal(frame_of(s, BLUE, 31, 0), 1);
     assert_int_equal(frame_of(s, GREEN, 31, 0), 1);
-    for (size_t i = 0; i < s->event_count; i++) {
-        if (s->events[i]->what == LUM_LINE_READY) {
-            assert_true(frame_event(s, s->events[i]->frame) > (long)i);
-        }
-    }
+    assert_lines_before_frames(s);
     stream_free(s);
 }
 
@@ -885,6 +928,8 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(an_eye_alone_waits_for_the_other_for_gap_us),
     cmocka_unit_test(an_eye_that_falls_silent_is_waited_for_gap_us),
     cmocka_unit_test(a_break_completes_the_frames_before_it),
+    cmocka_unit_test(a_jump_of_one_eyes_clock_makes_the_other_not_silent),
+    cmocka_unit_test(one_packet_ahead_of_its_time_makes_nobody_silent),
     cmocka_unit_test(a_frame_that_the_other_eye_skips_is_complete_as_well),
     cmocka_unit_test(a_straggler_comes_before_its_frame_is_complete),
     cmocka_unit_test(a_frame_before_the_first_is_complete_before_it),

@@ -235,6 +235,26 @@ static void losses_are_added_to(void **state)
     scene_free(s);
 }
 
+static void losses_of_a_whole_line_are_added_to(void **state)
+{
+    struct scene *s = scene_new();
+    lum_point_losses counted = {100, 1000};
+    uint64_t rising = 0;
+    uint64_t falling = 0;
+    (void)state;
+    s->losses = counted;
+    put(s, 0, true, 6);
+    put(s, 1, true, 6);
+    project(s);
+    lum_points_count(&s->projector, &s->line, &rising, &falling, &counted);
+    assert_true(s->losses.no_angle == 100 && s->losses.no_range == 1001);
+    assert_true(counted.no_angle == 100 && counted.no_range == 1001);
+    unmark(s, 6);
+    lum_points_count(&s->projector, &s->line, &rising, &falling, &counted);
+    assert_true(counted.no_angle == 102 && counted.no_range == 1001);
+    scene_free(s);
+}
+
 static void a_line_without_words_has_no_points(void **state)
 {
     struct scene *s = scene_new();
@@ -312,6 +332,31 @@ static void points_and_counts_agree_on_lines_of_chance(void **state)
     }
 }
 
+/* n words with a range, but for the one at hole where there is such. */
+static void assert_projected(uint32_t n, uint32_t hole)
+{
+    struct scene *s = scene_new();
+    for (uint32_t i = 0; i < n; i++) {
+        put(s, i == hole ? 0 : 1 + (int32_t)i, i % 3 == 0, i / 4);
+    }
+    project(s);
+    assert_int_equal(s->count, n - (hole < n ? 1u : 0u));
+    assert_as_projected(s);
+    assert_counted(s);
+    scene_free(s);
+}
+
+static void lines_of_every_length_are_projected(void **state)
+{
+    (void)state;
+    for (uint32_t n = 1; n<1100; n += n % 256> 3 && n % 256 < 250 ? 41 : 1) {
+        assert_projected(n, n);
+        assert_projected(n, 0);
+        assert_projected(n, n - 1);
+        assert_projected(n, n / 2);
+    }
+}
+
 static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_bit_of_tof_is_the_manuals_length),
     cmocka_unit_test(the_speed_of_light_and_the_lsb_may_be_chosen),
@@ -322,8 +367,10 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(words_without_angles_give_no_point),
     cmocka_unit_test(a_word_without_either_lacks_its_angles),
     cmocka_unit_test(losses_are_added_to),
+    cmocka_unit_test(losses_of_a_whole_line_are_added_to),
     cmocka_unit_test(a_line_without_words_has_no_points),
     cmocka_unit_test(points_and_counts_agree_on_lines_of_chance),
+    cmocka_unit_test(lines_of_every_length_are_projected),
 };
 
 int main(void)

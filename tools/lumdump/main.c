@@ -67,6 +67,14 @@ static bool is_same_file(const char *a, const char *b)
            sa.st_dev == sb.st_dev && sa.st_ino == sb.st_ino;
 }
 
+/* An output grows as OUTPUT.part. */
+static bool is_its_part(const struct options *o)
+{
+    char part[4096];
+    const int n = snprintf(part, sizeof part, "%s.part", o->output);
+    return n > 0 && (size_t)n < sizeof part && is_same_file(o->source, part);
+}
+
 static bool is_regular(const char *path)
 {
     struct stat s;
