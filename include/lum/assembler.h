@@ -55,7 +55,8 @@ typedef struct lum_assembly_counters {
     uint64_t lines_skipped;        /**< line numbers nobody heard of */
     uint64_t words;                /**< good words of lines handed out */
     uint64_t lost_words;           /**< words known to be lost, from below */
-    uint64_t frames;               /**< distinct frames of lines handed out */
+    uint64_t frames; /**< distinct frames of lines handed out; before
+                          the end, those between them too */
 } lum_assembly_counters;
 
 /** A line, as handed out. Everything it points to belongs to the assembler and
@@ -91,10 +92,10 @@ typedef struct lum_line_slot {
     uint32_t *words;                            /**< private */
     uint32_t number;                            /**< private */
     uint32_t word_count;                        /**< private */
-    uint32_t words_seen;                        /**< private */
+    uint64_t words_seen;                        /**< private */
     uint32_t words_end;                         /**< private */
-    uint32_t accepted;                          /**< private */
     uint16_t angle_count;                       /**< private */
+    uint8_t accepted;                           /**< private */
     bool used;                                  /**< private */
     uint32_t angle_marks[LUM_PIXEL_MARK_WORDS]; /**< private */
     int16_t azimuth[LUM_LINE_PIXELS];           /**< private */
@@ -125,6 +126,7 @@ typedef struct lum_frame_state {
 typedef struct lum_eye_state {
     lum_frame_state frames;                  /**< private */
     int64_t newest_us;                       /**< private */
+    int64_t heard_us;                        /**< private */
     int64_t candidate_us;                    /**< private */
     int64_t low_clock_us;                    /**< private */
     lum_closed_line closed[LUM_REORDER_MAX]; /**< private */
@@ -146,7 +148,6 @@ typedef struct lum_assembler {
     lum_line_slot *slots;                /**< private */
     lum_line line;                       /**< private */
     int64_t clock_us;                    /**< private */
-    int64_t first_clock_us;              /**< private */
     int64_t packet_clock_us;             /**< private */
     int64_t next_frame;                  /**< private */
     int64_t due_frame;                   /**< private */

@@ -45,7 +45,8 @@ LUM_MUST_CHECK lum_result lum_group_decode(const lum_layout *layout,
  * @param size  room at out.
  * @param group samples is not read.
  * @param len   gets the bytes written: the samples belong there.
- * @return LUM_OK; LUM_E_SPACE; LUM_E_VALUE if a value does not fit its field,
+ * clock_raw is cut to the width of its field, as the clock itself wraps.
+ * @return LUM_OK; LUM_E_SPACE; LUM_E_VALUE if another value does not fit,
  *         the eye or the tag is unknown, num_samples is 0 or angles would pass
  *         the line's last pixel. */
 LUM_MUST_CHECK lum_result lum_group_encode(const lum_layout *layout,

@@ -95,11 +95,13 @@ static void note_frame(lum_assembler *a, int64_t frame)
     }
 }
 
+/* The other eye tells the time by lines of more than one packet: one packet
+ * ahead of its time makes nobody silent. */
 static bool is_silent(const lum_assembler *a, const lum_eye_state *eye,
-                      int64_t now_us)
+                      const lum_eye_state *other)
 {
-    const int64_t last = eye->seen ? eye->newest_us : a->first_clock_us;
-    return distance(now_us, last) > (int64_t)a->config.gap_us;
+    return other->has_low_clock &&
+           other->low_clock_us - eye->heard_us > (int64_t)a->config.gap_us;
 }
 
 static bool is_frame_due(lum_assembler *a)
@@ -112,8 +114,8 @@ static bool is_frame_due(lum_assembler *a)
     const bool blue_past = blue->frames.past >= a->next_frame;
     const bool green_past = green->frames.past >= a->next_frame;
     const bool due = (blue_past && green_past) ||
-                     (blue_past && is_silent(a, green, blue->newest_us)) ||
-                     (green_past && is_silent(a, blue, green->newest_us));
+                     (blue_past && is_silent(a, green, blue)) ||
+                     (green_past && is_silent(a, blue, green));
     if (due) {
         a->due_frame = a->next_frame++;
     }
@@ -190,7 +192,7 @@ static void fill_line(lum_line *line, const lum_line_slot *slot, uint8_t eye)
         .words = slot->words,
         .word_count = slot->word_count,
         .lost_words = slot->words_end > slot->words_seen
-                          ? slot->words_end - slot->words_seen
+                          ? slot->words_end - (uint32_t)slot->words_seen
                           : 0,
         .number = slot->number,
         .angle_count = slot->angle_count,
@@ -272,6 +274,7 @@ static lum_result judge_clock(lum_assembler *a, lum_eye_state *eye)
         if (!eye->seen || clock > eye->newest_us) {
             eye->newest_us = clock;
         }
+        eye->heard_us = eye->newest_us;
         eye->seen = true;
         eye->has_candidate = false;
         a->stage = STAGE_FIND;
@@ -288,6 +291,13 @@ static lum_result judge_clock(lum_assembler *a, lum_eye_state *eye)
     return LUM_E_STRAY;
 }
 
+/* Silence is counted from here on, for a clock that has begun or jumped. */
+static void hear_both(lum_assembler *a)
+{
+    a->eye[LUM_EYE_BLUE].heard_us = a->packet_clock_us;
+    a->eye[LUM_EYE_GREEN].heard_us = a->packet_clock_us;
+}
+
 static lum_result place_in_time(lum_assembler *a, const lum_group *group)
 {
     const unsigned bytes = a->layout.profile.group[LUM_FIELD_TIMESTAMP].bytes;
@@ -301,7 +311,7 @@ static lum_result place_in_time(lum_assembler *a, const lum_group *group)
     }
     if (!a->clock_begun) {
         a->clock_begun = true;
-        a->first_clock_us = a->packet_clock_us;
+        hear_both(a);
     }
     a->clock_us = a->packet_clock_us;
     return LUM_OK;
@@ -313,6 +323,7 @@ static void end_break(lum_assembler *a, lum_eye_state *eye)
     eye->closed_next = 0;
     eye->has_low_clock = false;
     eye->newest_us = a->packet_clock_us;
+    hear_both(a);
     frames_break(&eye->frames);
     a->stage = STAGE_FIND;
 }
@@ -392,7 +403,7 @@ static lum_result accept(lum_assembler *a, const lum_group *group,
     if (slot->accepted == 0 || a->packet_clock_us < slot->low_clock_us) {
         slot->low_clock_us = a->packet_clock_us;
     }
-    slot->accepted++;
+    slot->accepted = (uint8_t)(slot->accepted < 2 ? slot->accepted + 1 : 3);
     if (slot->accepted == 2) {
         slot->frame = frames_decide(
             &eye->frames, &a->eye[LUM_EYES - 1u - group->eye].frames,

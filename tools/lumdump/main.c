@@ -106,9 +106,11 @@ static int check_output(const struct options *o, lum_error *error)
                              "name one file",
                              o->output);
     }
-    if (is_same_file(o->source, o->output)) {
-        return lum_error_set(
-            error, "%s is the source itself: name another output", o->output);
+    if (is_same_file(o->source, o->output) || is_its_part(o)) {
+        return lum_error_set(error,
+                             "%s is the source itself, or would be written "
+                             "over it: name another output",
+                             o->output);
     }
     return 0;
 }
