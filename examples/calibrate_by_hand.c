@@ -29,7 +29,7 @@ static int64_t find_offset_fs(const lum_calibration *c)
 /* A line as an assembler hands it out, here made by hand. */
 static void print_ranges(const lum_projector *projector)
 {
-    static const int16_t ahead[LUM_LINE_PIXELS];
+    static const lum_angle ahead[LUM_LINE_PIXELS];
     static lum_sample_workspace workspace;
     uint32_t marks[LUM_PIXEL_MARK_WORDS];
     uint32_t words[READINGS];
@@ -41,8 +41,7 @@ static void print_ranges(const lum_projector *projector)
         words[i] = lum_word_make(readings[i], true, FIRST + i);
     }
     memset(marks, 0xff, sizeof marks);
-    const lum_line line = {.azimuth = ahead,
-                           .elevation = ahead,
+    const lum_line line = {.angles = ahead,
                            .angle_marks = marks,
                            .angle_count = LUM_LINE_PIXELS,
                            .words = words,

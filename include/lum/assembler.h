@@ -62,11 +62,10 @@ typedef struct lum_assembly_counters {
 /** A line, as handed out. Everything it points to belongs to the assembler and
  * lives until the next push or flush. */
 typedef struct lum_line {
-    int64_t frame;            /**< frame number; a label, can be 0 or less */
-    int64_t clock_us;         /**< extended sensor clock of its first packet */
-    int64_t arrival;          /**< what came with its first packet */
-    const int16_t *azimuth;   /**< raw, of each pixel; 0 if unmarked */
-    const int16_t *elevation; /**< raw, of each pixel; 0 if unmarked */
+    int64_t frame;           /**< frame number; a label, can be 0 or less */
+    int64_t clock_us;        /**< extended sensor clock of its first packet */
+    int64_t arrival;         /**< what came with its first packet */
+    const lum_angle *angles; /**< raw, of each pixel; 0 if unmarked */
     const uint32_t *angle_marks; /**< bit p % 32 of word p / 32: pixel p has
                                       angles */
     const uint32_t *words;       /**< by pixel, then as in their packet */
@@ -98,8 +97,7 @@ typedef struct lum_line_slot {
     uint8_t accepted;                           /**< private */
     bool used;                                  /**< private */
     uint32_t angle_marks[LUM_PIXEL_MARK_WORDS]; /**< private */
-    int16_t azimuth[LUM_LINE_PIXELS];           /**< private */
-    int16_t elevation[LUM_LINE_PIXELS];         /**< private */
+    lum_angle angles[LUM_LINE_PIXELS];          /**< private */
 } lum_line_slot;
 
 /** Number and clock of a line that was handed out. Private. */

@@ -180,14 +180,23 @@ static void count_line(lum_assembler *a, const lum_line *line)
     c->frames = (uint64_t)(a->handed_high - a->handed_low) + 1u;
 }
 
+/* Storage is used again; what an earlier line left there must not show. */
+static void clear_unmarked(lum_line_slot *slot)
+{
+    for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
+        if (((slot->angle_marks[p / 32u] >> (p % 32u)) & 1u) == 0) {
+            slot->angles[p] = (lum_angle){0, 0};
+        }
+    }
+}
+
 static void fill_line(lum_line *line, const lum_line_slot *slot, uint8_t eye)
 {
     *line = (lum_line){
         .frame = slot->frame,
         .clock_us = slot->clock_us,
         .arrival = slot->arrival,
-        .azimuth = slot->azimuth,
-        .elevation = slot->elevation,
+        .angles = slot->angles,
         .angle_marks = slot->angle_marks,
         .words = slot->words,
         .word_count = slot->word_count,
@@ -217,6 +226,9 @@ static lum_result close_oldest(lum_assembler *a, uint8_t eye_index)
     }
     remember_closed(a, eye, slot);
     update_past(a, eye);
+    if (slot->angle_count < LUM_LINE_PIXELS) {
+        clear_unmarked(slot);
+    }
     fill_line(&a->line, slot, eye_index);
     count_line(a, &a->line);
     a->handed_out = index;
@@ -245,10 +257,13 @@ static lum_line_slot *open_line(lum_assembler *a, lum_eye_state *eye,
 {
     const uint8_t index = free_slot(a);
     lum_line_slot *slot = &a->slots[index];
-    uint32_t *words = slot->words;
-    memset(slot, 0, sizeof *slot);
-    slot->words = words;
     slot->used = true;
+    slot->word_count = 0;
+    slot->words_seen = 0;
+    slot->words_end = 0;
+    slot->accepted = 0;
+    slot->angle_count = 0;
+    memset(slot->angle_marks, 0, sizeof slot->angle_marks);
     slot->number = number;
     slot->clock_us = a->packet_clock_us;
     slot->arrival = arrival;

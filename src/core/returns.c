@@ -55,39 +55,48 @@ static void number_run(const uint32_t *words, size_t begin, size_t end,
     measure_pulses(words, begin, end, out);
 }
 
-/* Most pixels have one return: a rising word, and a falling one or none. */
-static bool number_lone(const uint32_t *words, size_t begin, size_t end,
-                        lum_return *out)
+static size_t end_of_pixel(const uint32_t *words, size_t i, size_t n)
 {
-    static const lum_return lone = {.number = 1, .count = 1};
-    if (end - begin == 1) {
-        out[begin] = lone;
-        return true;
+    const uint32_t pixel = lum_word_pixel(words[i]);
+    while (i < n && lum_word_pixel(words[i]) == pixel) {
+        i++;
     }
-    if (end - begin > 2 || !lum_word_is_rising(words[begin]) ||
-        lum_word_is_rising(words[begin + 1])) {
-        return false;
-    }
-    const int32_t width =
-        lum_word_tof(words[begin + 1]) - lum_word_tof(words[begin]);
-    out[begin] = lone;
-    out[begin].width_tof = width > 0 ? (uint32_t)width : 0;
-    out[begin + 1] = lone;
-    return true;
+    return i;
 }
 
+/* Whether words[i] and the next are of one pixel. */
+static inline bool is_joined(const uint32_t *words, size_t i, size_t n)
+{
+    return i + 1u < n &&
+           ((words[i] ^ words[i + 1u]) & (uint32_t)LUM_WORD_PIXEL) == 0;
+}
+
+static inline bool is_pulse(uint32_t first, uint32_t second)
+{
+    return lum_word_is_rising(first) && !lum_word_is_rising(second);
+}
+
+/* Most pixels have one return, a rising word and a falling one or none: these
+ * are numbered at once. */
 void lum_returns_compute(const uint32_t *words, size_t n, lum_return *out)
 {
-    size_t begin = 0;
-    while (begin < n) {
-        const uint32_t pixel = lum_word_pixel(words[begin]);
-        size_t end = begin + 1;
-        while (end < n && lum_word_pixel(words[end]) == pixel) {
-            end++;
+    static const lum_return lone = {.number = 1, .count = 1};
+    size_t i = 0;
+    while (i < n) {
+        if (!is_joined(words, i, n)) {
+            out[i++] = lone;
+        } else if (!is_joined(words, i + 1u, n) &&
+                   is_pulse(words[i], words[i + 1u])) {
+            const int32_t width =
+                lum_word_tof(words[i + 1u]) - lum_word_tof(words[i]);
+            out[i] = lone;
+            out[i].width_tof = width > 0 ? (uint32_t)width : 0;
+            out[i + 1u] = lone;
+            i += 2u;
+        } else {
+            const size_t end = end_of_pixel(words, i, n);
+            number_run(words, i, end, out);
+            i = end;
         }
-        if (!number_lone(words, begin, end, out)) {
-            number_run(words, begin, end, out);
-        }
-        begin = end;
     }
 }

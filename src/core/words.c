@@ -18,22 +18,23 @@ static uint32_t range_mask(uint32_t w, uint32_t first, uint32_t end)
     return mask;
 }
 
-/* An int16_t may be written as its unsigned type, bit by bit as it came. */
+/* An int16_t may be written as its unsigned type, bit by bit as it came; where
+ * the order is that of lum_angle this is a plain copy. */
 static void copy_angles(lum_line_slot *slot, const lum_layout *layout,
                         const lum_group *group)
 {
-    const bool swapped = layout->profile.angle_order == LUM_ELEVATION_AZIMUTH;
-    uint16_t *azimuth = (uint16_t *)slot->azimuth;
-    uint16_t *elevation = (uint16_t *)slot->elevation;
-    uint16_t *restrict first = swapped ? elevation : azimuth;
-    uint16_t *restrict second = swapped ? azimuth : elevation;
-    const uint8_t *restrict p = group->samples;
-    first += group->first_sample_index;
-    second += group->first_sample_index;
-    for (uint32_t i = 0; i < group->num_samples; i++) {
-        const uint32_t pair = load_u32(p + (size_t)LUM_SAMPLE_BYTES * i);
-        first[i] = (uint16_t)(pair & 0xffffu);
-        second[i] = (uint16_t)(pair >> 16);
+    uint16_t *restrict to =
+        (uint16_t *)&slot->angles[group->first_sample_index];
+    const uint8_t *restrict from = group->samples;
+    const uint32_t values = 2u * group->num_samples;
+    if (layout->profile.angle_order == LUM_AZIMUTH_ELEVATION) {
+        for (uint32_t i = 0; i < values; i++) {
+            to[i] = load_u16(from + (size_t)2 * i);
+        }
+    } else {
+        for (uint32_t i = 0; i < values; i++) {
+            to[i ^ 1u] = load_u16(from + (size_t)2 * i);
+        }
     }
 }
 

@@ -4,7 +4,6 @@
 
 #include "capture_internal.h"
 #include "fragments.h"
-#include "readahead.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -21,16 +20,13 @@
  * behind it, where malloc() begins. */
 #define BUFFER_ALIGN 4096u
 
-/* Below this a thread does not pay. */
-#define READAHEAD_BYTES (1024 * 1024)
-
 #define FILE_HEADER_BYTES   24u
 #define RECORD_HEADER_BYTES 16u
 
 struct lum_capture {
     pcap_t *pcap;
     FILE *file;
-    char *buffer;   /* of file, which pcap closes; NULL: read ahead */
+    char *buffer;   /* of file, which pcap closes */
     int fd;         /* of file; -1 if it has none */
     uint64_t total; /* bytes of a regular file, else 0 */
     char *name;
@@ -128,19 +124,18 @@ static int set_buffer(lum_capture *c)
 }
 
 /* All that needs memory. */
-static int prepare(lum_capture *c, const char *name, bool is_ahead)
+static int prepare(lum_capture *c, const char *name)
 {
     c->name = strdup(name);
     c->fragments = lum_fragments_new();
     if (c->name == NULL || c->fragments == NULL) {
         return -1;
     }
-    return is_ahead ? 0 : set_buffer(c);
+    return set_buffer(c);
 }
 
-/* file is taken over; fd is the one behind it. */
-static int open_stream(FILE *file, int fd, bool is_ahead, const char *name,
-                       lum_capture **out, lum_error *error)
+int lum_capture_open_stream(FILE *file, const char *name, lum_capture **out,
+                            lum_error *error)
 {
     lum_capture *c = calloc(1, sizeof *c);
     if (c == NULL) {
@@ -148,10 +143,10 @@ static int open_stream(FILE *file, int fd, bool is_ahead, const char *name,
         return lum_error_set(error, "%s: not enough memory to read it", name);
     }
     c->file = file;
-    c->fd = fd;
-    c->total = regular_bytes(fd);
+    c->fd = fileno(file);
+    c->total = regular_bytes(c->fd);
     c->bytes = FILE_HEADER_BYTES;
-    int result = prepare(c, name, is_ahead);
+    int result = prepare(c, name);
     if (result != 0) {
         (void)lum_error_set(error, "%s: not enough memory to read it", name);
     } else {
@@ -163,12 +158,6 @@ static int open_stream(FILE *file, int fd, bool is_ahead, const char *name,
     }
     *out = c;
     return 0;
-}
-
-int lum_capture_open_stream(FILE *file, const char *name, lum_capture **out,
-                            lum_error *error)
-{
-    return open_stream(file, fileno(file), false, name, out, error);
 }
 
 /* Standard input is read through a descriptor of its own, so that closing it
@@ -183,15 +172,7 @@ int lum_capture_open(const char *path, lum_capture **out, lum_error *error)
 {
     const char *name = strcmp(path, "-") == 0 ? "standard input" : path;
     const int fd = open_descriptor(path);
-    FILE *file = NULL;
-    bool is_ahead = false;
-    if (fd >= 0 && regular_bytes(fd) >= READAHEAD_BYTES) {
-        file = lum_readahead_open(fd);
-        is_ahead = file != NULL;
-    }
-    if (fd >= 0 && file == NULL) {
-        file = fdopen(fd, "rb");
-    }
+    FILE *file = fd >= 0 ? fdopen(fd, "rb") : NULL;
     if (file == NULL) {
         (void)lum_error_set(
             error,
@@ -202,7 +183,7 @@ int lum_capture_open(const char *path, lum_capture **out, lum_error *error)
         }
         return -1;
     }
-    return open_stream(file, fd, is_ahead, name, out, error);
+    return lum_capture_open_stream(file, name, out, error);
 }
 
 /* libpcap may take a file's unsigned seconds for signed ones. A time that no

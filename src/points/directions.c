@@ -41,8 +41,8 @@ static void compute_narrow(const lum_eye_projector *p, const lum_line *line,
     const float azimuth_rad = (float)eye.azimuth_rad;
     const float elevation_rad = (float)eye.elevation_rad;
     for (unsigned i = 0; i < LUM_LINE_PIXELS; i++) {
-        const float az = (float)line->azimuth[i] * azimuth_rad;
-        const float el = (float)line->elevation[i] * elevation_rad;
+        const float az = (float)line->angles[i].azimuth * azimuth_rad;
+        const float el = (float)line->angles[i].elevation * elevation_rad;
         out[i] = rotate(&eye, sine(az), cosine(az), sine(el), cosine(el));
     }
 }
@@ -51,8 +51,8 @@ static void compute_wide(const lum_eye_projector *p, const lum_line *line,
                          lum_direction *out)
 {
     for (unsigned i = 0; i < LUM_LINE_PIXELS; i++) {
-        const double az = line->azimuth[i] * p->azimuth_rad;
-        const double el = line->elevation[i] * p->elevation_rad;
+        const double az = line->angles[i].azimuth * p->azimuth_rad;
+        const double el = line->angles[i].elevation * p->elevation_rad;
         out[i] = rotate(p, (float)sin(az), (float)cos(az), (float)sin(el),
                         (float)cos(el));
     }

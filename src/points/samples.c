@@ -81,8 +81,7 @@ static bool is_inside(const lum_selection *s, const lum_sample *p)
 /* What all samples of a line are made with. */
 struct maker {
     const lum_direction *directions;
-    const int16_t *azimuth;
-    const int16_t *elevation;
+    const lum_angle *angles;
     lum_eye_projector eye;
     double tof_lsb_ns;
 };
@@ -98,10 +97,10 @@ static inline void fill_sample(const struct maker *m, uint32_t word,
     out->y = range * d.y + m->eye.mount[1];
     out->z = range * d.z + m->eye.mount[2];
     out->range = range;
-    out->azimuth =
-        (float)(m->eye.azimuth_center + m->azimuth[pixel] * m->eye.azimuth_deg);
+    out->azimuth = (float)(m->eye.azimuth_center +
+                           m->angles[pixel].azimuth * m->eye.azimuth_deg);
     out->elevation = (float)(m->eye.elevation_center +
-                             m->elevation[pixel] * m->eye.elevation_deg);
+                             m->angles[pixel].elevation * m->eye.elevation_deg);
     out->pulse_width = (float)(r.width_tof * m->tof_lsb_ns);
     out->pixel = (uint16_t)pixel;
     out->return_number = r.number;
@@ -135,8 +134,7 @@ size_t lum_samples_compute(const lum_projector *projector, const lum_line *line,
                            lum_point_losses *losses)
 {
     const struct maker maker = {.directions = workspace->directions,
-                                .azimuth = line->azimuth,
-                                .elevation = line->elevation,
+                                .angles = line->angles,
                                 .eye = projector->eye[line->eye],
                                 .tof_lsb_ns = projector->tof_lsb_ns};
     const unsigned edges = (unsigned)selection->edges;

@@ -35,8 +35,8 @@ static void mix_angles(state *s, const lum_line *line)
 {
     for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
         mix(s, lum_line_has_angles(line, p) ? 1u : 0u, 1);
-        mix(s, (uint16_t)line->azimuth[p], 2);
-        mix(s, (uint16_t)line->elevation[p], 2);
+        mix(s, (uint16_t)line->angles[p].azimuth, 2);
+        mix(s, (uint16_t)line->angles[p].elevation, 2);
     }
 }
 

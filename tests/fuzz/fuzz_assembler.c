@@ -77,7 +77,8 @@ static void check_angles(const lum_line *line)
         if (lum_line_has_angles(line, pixel)) {
             marked++;
         } else {
-            require(line->azimuth[pixel] == 0 && line->elevation[pixel] == 0);
+            require(line->angles[pixel].azimuth == 0 &&
+                    line->angles[pixel].elevation == 0);
         }
     }
     require(marked == line->angle_count);

@@ -18,8 +18,7 @@ struct run {
     lum_projector projector;
     lum_selection selection;
     lum_line line;
-    int16_t azimuth[LUM_LINE_PIXELS];
-    int16_t elevation[LUM_LINE_PIXELS];
+    lum_angle angles[LUM_LINE_PIXELS];
     uint32_t marks[LUM_PIXEL_MARK_WORDS];
     uint32_t words[WORDS_MAX];
     lum_direction directions[LUM_LINE_PIXELS];
@@ -94,8 +93,9 @@ static void make_line(struct run *run, const uint8_t *b, size_t size)
             break;
         }
         run->words[n] = (raw & 0xfffff400u) | pixel;
-        run->azimuth[pixel] = (int16_t)((int32_t)(raw >> 16) - 32768);
-        run->elevation[pixel] = (int16_t)((int32_t)(raw & 0xffffu) - 32768);
+        run->angles[pixel].azimuth = (int16_t)((int32_t)(raw >> 16) - 32768);
+        run->angles[pixel].elevation =
+            (int16_t)((int32_t)(raw & 0xffffu) - 32768);
         if ((raw & 0x700u) != 0) {
             run->marks[pixel / 32u] |= UINT32_C(1) << (pixel % 32u);
         }
@@ -113,8 +113,7 @@ static void finish_line(struct run *run, const uint8_t *b)
             (uint16_t)(run->line.angle_count +
                        ((run->marks[pixel / 32u] >> (pixel % 32u)) & 1u));
     }
-    run->line.azimuth = run->azimuth;
-    run->line.elevation = run->elevation;
+    run->line.angles = run->angles;
     run->line.angle_marks = run->marks;
     run->line.words = run->words;
     run->line.eye = b[0] & 1u;

@@ -90,12 +90,10 @@ static void keep_line(struct event *e, const lum_line *line)
     e->frame = line->frame;
     e->words = (uint32_t *)(void *)exact_copy(
         line->words, line->word_count * sizeof *line->words);
-    memcpy(e->azimuth, line->azimuth, sizeof e->azimuth);
-    memcpy(e->elevation, line->elevation, sizeof e->elevation);
+    memcpy(e->angles, line->angles, sizeof e->angles);
     memcpy(e->marks, line->angle_marks, sizeof e->marks);
     e->line.words = e->words;
-    e->line.azimuth = e->azimuth;
-    e->line.elevation = e->elevation;
+    e->line.angles = e->angles;
     e->line.angle_marks = e->marks;
 }
 

@@ -24,8 +24,7 @@ struct event {
     int64_t frame;   /* of the line, or the one that is complete */
     lum_line line;   /* points into the copies below */
     uint32_t *words;
-    int16_t azimuth[LUM_LINE_PIXELS];
-    int16_t elevation[LUM_LINE_PIXELS];
+    lum_angle angles[LUM_LINE_PIXELS];
     uint32_t marks[LUM_PIXEL_MARK_WORDS];
 };
 

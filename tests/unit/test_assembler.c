@@ -912,9 +912,10 @@ static void a_line_bears_what_its_packets_brought(void **state)
     for (uint32_t pixel = 0; pixel < LUM_LINE_PIXELS; pixel++) {
         const int marked = pixel < 334 || pixel >= 668;
         assert_int_equal(lum_line_has_angles(line, pixel), marked);
-        assert_int_equal(line->azimuth[pixel],
+        assert_int_equal(line->angles[pixel].azimuth,
                          marked ? 3 * (int)pixel + 40 : 0);
-        assert_int_equal(line->elevation[pixel], marked ? -(int)pixel : 0);
+        assert_int_equal(line->angles[pixel].elevation,
+                         marked ? -(int)pixel : 0);
     }
     assert_int_equal(line->angle_marks[31] >> 8, 0);
     stream_free(s);
@@ -928,8 +929,8 @@ static void angles_may_come_elevation_first(void **state)
     (void)state;
     send_angles(s, BLUE, 40, 500000, 7, 2);
     stream_end(s);
-    assert_int_equal(nth_line(s, 0)->azimuth[8], 64);
-    assert_int_equal(nth_line(s, 0)->elevation[8], -8);
+    assert_int_equal(nth_line(s, 0)->angles[8].azimuth, 64);
+    assert_int_equal(nth_line(s, 0)->angles[8].elevation, -8);
     stream_free(s);
 }
 
@@ -946,7 +947,7 @@ static void a_slot_used_again_is_empty(void **state)
     const lum_line *line = nth_line(s, 1);
     assert_int_equal(line->angle_count, 1);
     assert_int_equal(line->word_count, 0);
-    assert_int_equal(line->azimuth[499], 0);
+    assert_int_equal(line->angles[499].azimuth, 0);
     assert_false(lum_line_has_angles(line, 499));
     assert_int_equal(line->lost_words, 0);
     stream_free(s);

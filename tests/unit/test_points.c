@@ -20,8 +20,7 @@ struct scene {
     lum_calibration calibration;
     lum_projector projector;
     lum_line line;
-    int16_t azimuth[LUM_LINE_PIXELS];
-    int16_t elevation[LUM_LINE_PIXELS];
+    lum_angle angles[LUM_LINE_PIXELS];
     uint32_t marks[LUM_PIXEL_MARK_WORDS];
     uint32_t words[WORDS_MAX];
     lum_direction directions[LUM_LINE_PIXELS];
@@ -36,8 +35,7 @@ static struct scene *scene_new(void)
     assert_non_null(s);
     lum_calibration_default(&s->calibration);
     memset(s->marks, 0xff, sizeof s->marks);
-    s->line = (lum_line){.azimuth = s->azimuth,
-                         .elevation = s->elevation,
+    s->line = (lum_line){.angles = s->angles,
                          .angle_marks = s->marks,
                          .words = s->words,
                          .angle_count = LUM_LINE_PIXELS};
@@ -271,8 +269,8 @@ static void a_line_without_words_has_no_points(void **state)
 static void fill(struct scene *s, uint64_t *seed, bool whole)
 {
     for (uint32_t pixel = 0; pixel < LUM_LINE_PIXELS; pixel++) {
-        s->azimuth[pixel] = (int16_t)(next_random(seed) % 60000u);
-        s->elevation[pixel] = (int16_t)(next_random(seed) % 60000u);
+        s->angles[pixel].azimuth = (int16_t)(next_random(seed) % 60000u);
+        s->angles[pixel].elevation = (int16_t)(next_random(seed) % 60000u);
         if (!whole && next_random(seed) % 4 == 0) {
             unmark(s, pixel);
         }

@@ -109,16 +109,14 @@ static struct vector expected(const struct view *v, int raw_az, int raw_el)
 
 /* A line of raw angles, as many as fit. */
 struct angles {
-    int16_t azimuth[LUM_LINE_PIXELS];
-    int16_t elevation[LUM_LINE_PIXELS];
+    lum_angle angles[LUM_LINE_PIXELS];
     lum_line line;
 };
 
 static void point_line(struct angles *a, uint8_t eye)
 {
     memset(a, 0, sizeof *a);
-    a->line.azimuth = a->azimuth;
-    a->line.elevation = a->elevation;
+    a->line.angles = a->angles;
     a->line.eye = eye;
 }
 
@@ -136,8 +134,8 @@ static double worst_of(const lum_projector *p, const struct view *v,
     double worst = 0;
     lum_directions_compute(p, &a->line, out);
     for (unsigned i = 0; i < LUM_LINE_PIXELS; i++) {
-        const double error =
-            distance(&out[i], expected(v, a->azimuth[i], a->elevation[i]));
+        const double error = distance(
+            &out[i], expected(v, a->angles[i].azimuth, a->angles[i].elevation));
         assert_true(error <= 10.0);
         assert_true(out[i].pad >= 0.0f && out[i].pad <= 0.0f);
         worst = error > worst ? error : worst;
@@ -157,8 +155,8 @@ static double worst_over_axis(const struct view *v, int elevations, int other)
     while (raw <= 32767) {
         for (unsigned i = 0; i < LUM_LINE_PIXELS; i++) {
             const int here = raw <= 32767 ? raw : 32767;
-            a.azimuth[i] = (int16_t)(elevations ? other : here);
-            a.elevation[i] = (int16_t)(elevations ? here : other);
+            a.angles[i].azimuth = (int16_t)(elevations ? other : here);
+            a.angles[i].elevation = (int16_t)(elevations ? here : other);
             raw++;
         }
         const double error = worst_of(&p, v, &a);
@@ -206,9 +204,9 @@ static void random_pairs_are_within_the_bound(void **state)
         point_line(&a, 1);
         for (unsigned round = 0; round < 20; round++) {
             for (unsigned k = 0; k < LUM_LINE_PIXELS; k++) {
-                a.azimuth[k] =
+                a.angles[k].azimuth =
                     (int16_t)((int)(next_random(&seed) % 65536u) - 32768);
-                a.elevation[k] =
+                a.angles[k].elevation =
                     (int16_t)((int)(next_random(&seed) % 65536u) - 32768);
             }
             const double worst = worst_of(&p, &views[i], &a);
@@ -238,9 +236,9 @@ static void calibrations_of_chance_are_within_the_bound(void **state)
         make_projector(&p, &v);
         point_line(&a, 0);
         for (unsigned k = 0; k < LUM_LINE_PIXELS; k++) {
-            a.azimuth[k] =
+            a.angles[k].azimuth =
                 (int16_t)((int)(next_random(&seed) % 65536u) - 32768);
-            a.elevation[k] =
+            a.angles[k].elevation =
                 (int16_t)((int)(next_random(&seed) % 65536u) - 32768);
         }
         if (worst_of(&p, &v, &a) > BOUND) {
@@ -256,8 +254,8 @@ static lum_direction look(const struct view *v, unsigned eye, int az, int el)
     lum_projector p;
     make_projector(&p, v);
     point_line(&a, (uint8_t)eye);
-    a.azimuth[7] = (int16_t)az;
-    a.elevation[7] = (int16_t)el;
+    a.angles[7].azimuth = (int16_t)az;
+    a.angles[7].elevation = (int16_t)el;
     lum_directions_compute(&p, &a.line, out);
     return out[7];
 }

@@ -20,8 +20,7 @@ struct scene {
     lum_calibration calibration;
     lum_projector projector;
     lum_line line;
-    int16_t azimuth[LUM_LINE_PIXELS];
-    int16_t elevation[LUM_LINE_PIXELS];
+    lum_angle angles[LUM_LINE_PIXELS];
     uint32_t marks[LUM_PIXEL_MARK_WORDS];
     uint32_t words[WORDS_MAX];
     lum_selection selection;
@@ -42,8 +41,7 @@ static struct scene *scene_new(void)
     lum_selection_default(&s->selection);
     s->selection.edges = LUM_EDGES_BOTH;
     memset(s->marks, 0xff, sizeof s->marks);
-    s->line = (lum_line){.azimuth = s->azimuth,
-                         .elevation = s->elevation,
+    s->line = (lum_line){.angles = s->angles,
                          .angle_marks = s->marks,
                          .words = s->words,
                          .angle_count = LUM_LINE_PIXELS};
@@ -118,8 +116,8 @@ static void a_sample_has_all_that_is_known(void **state)
     struct scene *s = scene_new();
     (void)state;
     s->line.eye = 1;
-    s->azimuth[30] = 16384;    /* 15 degrees of 60 */
-    s->elevation[30] = -16384; /* 5 below the middle of -17 and 3 */
+    s->angles[30].azimuth = 16384;    /* 15 degrees of 60 */
+    s->angles[30].elevation = -16384; /* 5 below the middle of -17 and 3 */
     s->calibration.eye[1].mount_um[2] = 2000000;
     s->calibration.eye[1].mount_yaw_udeg = 0;
     put(s, 5000, true, 30);
@@ -161,8 +159,8 @@ static void angles_of_samples_follow_an_lsb(void **state)
     lum_layout_default(&layout);
     layout.profile.angle_lsb_pdeg = UINT64_C(1000000000); /* 0.001 degree */
     s->calibration.eye[0].azimuth_center_udeg = 1500000;
-    s->azimuth[0] = -2000;
-    s->elevation[0] = 4000;
+    s->angles[0].azimuth = -2000;
+    s->angles[0].elevation = 4000;
     put(s, 1000, true, 0);
     assert_int_equal(
         lum_projector_init(&s->projector, &s->calibration, &layout), LUM_OK);
@@ -336,8 +334,8 @@ static void a_box_includes_its_faces(void **state)
         for (int side = -1; side <= 1; side += 2) {
             struct scene *s = scene_new();
             put(s, 1000, true, 0);
-            s->azimuth[0] = 8000;
-            s->elevation[0] = 8000;
+            s->angles[0].azimuth = 8000;
+            s->angles[0].elevation = 8000;
             compute(s);
             const float at[3] = {s->out[0].x, s->out[0].y, s->out[0].z};
             s->selection.has_box = true;
