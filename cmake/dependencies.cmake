@@ -1,15 +1,16 @@
 # Libraries of other people. Only io and the tests need any.
 
 find_package(PkgConfig)
-set(lum_missing "")
+set(lum_missing "")       # for io
+set(lum_missing_tests "")
 
-# lum_require(PREFIX MODULE PACKAGE): PkgConfig::PREFIX, or an entry in lum_missing.
-macro(lum_require prefix module package)
+# lum_require(LIST PREFIX MODULE PACKAGE): PkgConfig::PREFIX, or an entry in LIST.
+macro(lum_require list prefix module package)
   if(PkgConfig_FOUND)
     pkg_check_modules(${prefix} IMPORTED_TARGET ${module})
   endif()
   if(NOT ${prefix}_FOUND)
-    list(APPEND lum_missing "${module} (Debian: ${package})")
+    list(APPEND ${list} "${module} (Debian: ${package})")
   endif()
 endmacro()
 
@@ -17,9 +18,9 @@ if(LUM_BUILD_IO)
   if(NOT PkgConfig_FOUND)
     list(APPEND lum_missing "pkg-config (Debian: pkg-config)")
   endif()
-  lum_require(LUM_YAML yaml-0.1 libyaml-dev)
-  lum_require(LUM_PCAP libpcap libpcap-dev)
-  lum_require(LUM_PNG libpng libpng-dev)
+  lum_require(lum_missing LUM_YAML yaml-0.1 libyaml-dev)
+  lum_require(lum_missing LUM_PCAP libpcap libpcap-dev)
+  lum_require(lum_missing LUM_PNG libpng libpng-dev)
   find_package(Threads)
   if(NOT Threads_FOUND)
     list(APPEND lum_missing "POSIX threads")
@@ -40,7 +41,21 @@ if(LUM_BUILD_TESTS)
   if(LUM_CMOCKA_SOURCE)
     set(LUM_WITH_UNIT_TESTS ON)
   else()
-    lum_require(LUM_CMOCKA cmocka libcmocka-dev)
+    lum_require(lum_missing_tests LUM_CMOCKA cmocka libcmocka-dev)
     set(LUM_WITH_UNIT_TESTS ${LUM_CMOCKA_FOUND})
   endif()
+endif()
+
+# The tools are tested from outside, in Python.
+set(LUM_WITH_TOOL_TESTS OFF)
+if(LUM_BUILD_TESTS AND LUM_WITH_TOOLS)
+  find_program(LUM_PYTHON python3 DOC "Python 3 for the tests of the tools")
+  if(LUM_PYTHON)
+    set(LUM_WITH_TOOL_TESTS ON)
+  endif()
+endif()
+
+set(LUM_WITH_FUZZERS OFF)
+if(LUM_FUZZ AND LUM_WITH_IO)
+  set(LUM_WITH_FUZZERS ON)
 endif()

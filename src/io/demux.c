@@ -28,6 +28,7 @@ struct lum_demux {
     size_t address_count;
     size_t sensors[LUM_DEMUX_SENSORS_MAX]; /* indices of addresses */
     size_t sensor_count;
+    bool asked_is_there; /* the sensor that was asked for is one of them */
     uint64_t other;
     bool is_pending; /* the record at hand was counted; its group is */
     lum_group group;
@@ -98,27 +99,83 @@ static struct address *find_address(lum_demux *demux, uint32_t address)
     return &demux->addresses[i];
 }
 
+static void add_assembly(lum_assembly_counters *to,
+                         const lum_assembly_counters *from)
+{
+    to->late += from->late;
+    to->duplicate += from->duplicate;
+    to->conflict += from->conflict;
+    to->no_room += from->no_room;
+    to->stray += from->stray;
+    to->bad_words += from->bad_words;
+    to->lines += from->lines;
+    to->lines_missing_angles += from->lines_missing_angles;
+    to->lines_skipped += from->lines_skipped;
+    to->words += from->words;
+    to->lost_words += from->lost_words;
+    to->frames += from->frames;
+}
+
+static void add_address(lum_demux_counters *to, const struct address *entry)
+{
+    const lum_demux_counters *from = &entry->counters;
+    for (unsigned i = 0; i < LUM_PACKET_KINDS; i++) {
+        to->packets[i] += from->packets[i];
+    }
+    to->angle_packets += from->angle_packets;
+    to->range_packets += from->range_packets;
+    to->cut_short += from->cut_short;
+    if (entry->assembly != NULL) {
+        add_assembly(&to->assembly,
+                     lum_assembler_counters(&entry->assembly->assembler));
+    }
+}
+
 static bool is_asked_for(const lum_demux *demux, const struct address *entry)
 {
     return !demux->options.has_sensor ||
            entry->address == demux->options.sensor;
 }
 
+/* How many more sensors fit; the one that was asked for keeps its place. */
+static bool has_room(const lum_demux *demux, const struct address *entry)
+{
+    const bool reserves = demux->options.has_sensor && !demux->asked_is_there &&
+                          entry->address != demux->options.sensor;
+    return demux->sensor_count + (reserves ? 1u : 0u) < LUM_DEMUX_SENSORS_MAX;
+}
+
 /* Whether the entry is, or can become, a sensor. */
 static bool admit_sensor(lum_demux *demux, struct address *entry)
 {
-    const size_t index = (size_t)(entry - demux->addresses);
     if (entry->is_sensor) {
         return true;
     }
-    if (index == ADDRESSES_MAX ||
-        demux->sensor_count == LUM_DEMUX_SENSORS_MAX) {
+    if (!has_room(demux, entry)) {
         return false;
     }
     entry->is_sensor = true;
     entry->sensor_index = demux->sensor_count;
-    demux->sensors[demux->sensor_count++] = index;
+    demux->sensors[demux->sensor_count++] = (size_t)(entry - demux->addresses);
+    demux->asked_is_there |=
+        demux->options.has_sensor && entry->address == demux->options.sensor;
     return true;
+}
+
+/* Data is worth an entry of its own: an address that has sent none gives way,
+ * and what was counted of it is counted with the rest. */
+static struct address *claim_entry(lum_demux *demux, uint32_t address)
+{
+    struct address *rest = &demux->addresses[ADDRESSES_MAX];
+    struct address *entry = demux->addresses;
+    while (entry < rest && entry->is_sensor) {
+        entry++;
+    }
+    if (entry < rest) {
+        add_address(&rest->counters, entry);
+        *entry = (struct address){.address = address};
+    }
+    return entry;
 }
 
 static bool is_ours(const lum_record *record)
@@ -127,11 +184,11 @@ static bool is_ours(const lum_record *record)
            record->destination_port == LUM_PORT;
 }
 
-static struct address *sensor_side(lum_demux *demux, const lum_record *record)
+/* The address on the side of port 5517; the sender's when both are. */
+static uint32_t sensor_side(const lum_record *record)
 {
-    return find_address(demux, record->source_port == LUM_PORT
-                                   ? record->source
-                                   : record->destination);
+    return record->source_port == LUM_PORT ? record->source
+                                           : record->destination;
 }
 
 /* A datagram that was cut before its ports may be ours. */
@@ -140,7 +197,7 @@ static void count_cut_short(lum_demux *demux, const lum_record *record)
     const bool has_ports =
         record->source_port != 0 || record->destination_port != 0;
     if (is_ours(record)) {
-        sensor_side(demux, record)->counters.cut_short++;
+        find_address(demux, sensor_side(record))->counters.cut_short++;
     } else if (has_ports) {
         demux->other++;
     } else {
@@ -158,16 +215,9 @@ static void count_data(lum_demux_counters *c, const lum_group *group)
     }
 }
 
-/* Counts a datagram; LUM_LINE_READY: it is data for the entry's assembler. */
-static lum_result count_datagram(lum_demux *demux, const lum_record *record,
-                                 struct address *entry)
+/* Counts data; LUM_LINE_READY: the current sensor's assembler is to take it. */
+static lum_result take_data(lum_demux *demux, struct address *entry)
 {
-    demux->kind = lum_packet_decode(&demux->options.layout, record->payload,
-                                    record->len, &demux->group);
-    if (demux->kind != LUM_PACKET_DATA) {
-        entry->counters.packets[demux->kind]++;
-        return LUM_OK;
-    }
     if (!admit_sensor(demux, entry)) {
         demux->other++;
         demux->kind = LUM_PACKET_KINDS;
@@ -182,8 +232,25 @@ static lum_result count_datagram(lum_demux *demux, const lum_record *record,
     if (entry->assembly == NULL) {
         return LUM_E_SPACE;
     }
+    demux->current = entry;
     count_data(&entry->counters, &demux->group);
     return LUM_LINE_READY;
+}
+
+static lum_result count_datagram(lum_demux *demux, const lum_record *record)
+{
+    const uint32_t address = sensor_side(record);
+    struct address *entry = find_address(demux, address);
+    demux->kind = lum_packet_decode(&demux->options.layout, record->payload,
+                                    record->len, &demux->group);
+    if (demux->kind != LUM_PACKET_DATA) {
+        entry->counters.packets[demux->kind]++;
+        return LUM_OK;
+    }
+    if (entry == &demux->addresses[ADDRESSES_MAX]) {
+        entry = claim_entry(demux, address);
+    }
+    return take_data(demux, entry);
 }
 
 /* Counts a record; LUM_LINE_READY: the current sensor has data to take. */
@@ -199,8 +266,7 @@ static lum_result count_record(lum_demux *demux, const lum_record *record)
         return LUM_OK;
     case LUM_RECORD_DATAGRAM:
         if (is_ours(record)) {
-            demux->current = sensor_side(demux, record);
-            return count_datagram(demux, record, demux->current);
+            return count_datagram(demux, record);
         }
         break;
     case LUM_RECORD_OTHER:
@@ -257,38 +323,6 @@ size_t lum_demux_current_index(const lum_demux *demux)
 size_t lum_demux_sensor_count(const lum_demux *demux)
 {
     return demux->sensor_count;
-}
-
-static void add_assembly(lum_assembly_counters *to,
-                         const lum_assembly_counters *from)
-{
-    to->late += from->late;
-    to->duplicate += from->duplicate;
-    to->conflict += from->conflict;
-    to->no_room += from->no_room;
-    to->stray += from->stray;
-    to->bad_words += from->bad_words;
-    to->lines += from->lines;
-    to->lines_missing_angles += from->lines_missing_angles;
-    to->lines_skipped += from->lines_skipped;
-    to->words += from->words;
-    to->lost_words += from->lost_words;
-    to->frames += from->frames;
-}
-
-static void add_address(lum_demux_counters *to, const struct address *entry)
-{
-    const lum_demux_counters *from = &entry->counters;
-    for (unsigned i = 0; i < LUM_PACKET_KINDS; i++) {
-        to->packets[i] += from->packets[i];
-    }
-    to->angle_packets += from->angle_packets;
-    to->range_packets += from->range_packets;
-    to->cut_short += from->cut_short;
-    if (entry->assembly != NULL) {
-        add_assembly(&to->assembly,
-                     lum_assembler_counters(&entry->assembly->assembler));
-    }
 }
 
 void lum_demux_get_sensor(const lum_demux *demux, size_t i,

@@ -103,7 +103,10 @@ static int open_path(lum_outfile *file, const char *path, lum_error *error)
                      "cannot be used as output", error);
     }
     if (stat(path, &status) != 0) {
-        return open_new(file, path, error);
+        return lstat(path, &status) != 0
+                   ? open_new(file, path, error)
+                   : lum_outfile_fail(file, ENOENT,
+                                      "is a link that leads nowhere", error);
     }
     if (S_ISDIR(status.st_mode)) {
         lum_error_set(error, "%s: is a directory; name a file in it", path);

@@ -10,6 +10,7 @@
 
 #include "lum/io/config.h"
 
+#include <errno.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -54,17 +55,27 @@ static int load(const struct options *o, lum_layout *layout,
     }
     if (lum_layout_init(layout, &profile, NULL, NULL) != LUM_OK ||
         lum_projector_init(projector, &calibration, layout) != LUM_OK) {
-        return lum_error_set(error, "calibration and profile do not agree");
+        return lum_error_set(error, "the calibration or the profile is out of "
+                                    "range; see docs/formats.md");
     }
     return 0;
 }
 
-static bool is_same_file(const char *a, const char *b)
+/* A path, or - for one of the standard streams. */
+static bool find_file(const char *path, int standard, struct stat *out)
 {
-    struct stat sa;
-    struct stat sb;
-    return stat(a, &sa) == 0 && stat(b, &sb) == 0 && S_ISREG(sa.st_mode) &&
-           sa.st_dev == sb.st_dev && sa.st_ino == sb.st_ino;
+    return (strcmp(path, "-") == 0 ? fstat(standard, out) : stat(path, out)) ==
+               0 &&
+           S_ISREG(out->st_mode);
+}
+
+static bool is_same_file(const char *source, const char *output)
+{
+    struct stat s;
+    struct stat o;
+    return find_file(source, STDIN_FILENO, &s) &&
+           find_file(output, STDOUT_FILENO, &o) && s.st_dev == o.st_dev &&
+           s.st_ino == o.st_ino;
 }
 
 /* An output grows as OUTPUT.part. */
@@ -123,12 +134,8 @@ static bool needs_rehearsal(const struct options *o)
            !can_seek(o->output);
 }
 
-static enum exit_status name_sensors(const struct pass *pass)
+static void print_sensors(const struct pass *pass)
 {
-    (void)fprintf(stderr,
-                  "lumdump: %s: packets of several sensors; choose one by "
-                  "--sensor:",
-                  pass->options->source);
     for (size_t i = 0; i < lum_demux_sensor_count(pass->demux); i++) {
         lum_demux_sensor sensor;
         char address[16];
@@ -137,6 +144,15 @@ static enum exit_status name_sensors(const struct pass *pass)
                       number_format_address(sensor.address, address));
     }
     (void)fputc('\n', stderr);
+}
+
+static enum exit_status name_sensors(const struct pass *pass)
+{
+    (void)fprintf(stderr,
+                  "lumdump: %s: packets of several sensors; choose one by "
+                  "--sensor:",
+                  pass->options->source);
+    print_sensors(pass);
     return EXIT_BAD;
 }
 
@@ -155,10 +171,10 @@ static bool lacks_asked_sensor(const struct pass *pass)
 static enum exit_status refuse_sensor(const struct pass *pass)
 {
     char wanted[16];
-    (void)fprintf(stderr, "lumdump: %s: no data of %s in it\n",
+    (void)fprintf(stderr, "lumdump: %s: no data of %s in it, but of",
                   pass->options->source,
                   number_format_address(pass->options->sensor, wanted));
-    (void)name_sensors(pass);
+    print_sensors(pass);
     return EXIT_FAILED;
 }
 
@@ -180,8 +196,8 @@ static void warn_of_losses(const struct pass *pass)
         (void)fprintf(stderr, "lumdump: warning: %s\n", pass->warning.text);
     }
     if (!pass->summary.has_time) {
-        warn(o, "no packet of a G2 in it: nothing to or from UDP port 5517 "
-                "bears its magic");
+        warn(o, "no packet of a G2 was found: nothing whole to or from UDP "
+                "port 5517 bears its magic");
     }
     if (pass->output != NULL && output_left_out(pass->output) > 0) {
         (void)snprintf(text, sizeof text,
@@ -190,6 +206,20 @@ static void warn_of_losses(const struct pass *pass)
                        output_left_out(pass->output));
         warn(o, text);
     }
+}
+
+/* A reader that has left is no failure. */
+static enum exit_status flush_stdout(void)
+{
+    if (fflush(stdout) == 0 && !ferror(stdout)) {
+        return EXIT_DONE;
+    }
+    if (errno == EPIPE) {
+        return EXIT_DONE;
+    }
+    (void)fprintf(stderr, "lumdump: standard output: cannot be written: %s\n",
+                  strerror(errno));
+    return EXIT_FAILED;
 }
 
 static enum exit_status finish(struct pass *pass, lum_error *error)
@@ -201,7 +231,7 @@ static enum exit_status finish(struct pass *pass, lum_error *error)
         struct output *output = pass->output;
         pass->output = NULL;
         if (output_close(output, error) != 0) {
-            return complain(error, EXIT_FAILED);
+            return errno == EPIPE ? EXIT_DONE : complain(error, EXIT_FAILED);
         }
     }
     if (o->json) {
@@ -209,11 +239,7 @@ static enum exit_status finish(struct pass *pass, lum_error *error)
     } else if (!o->quiet) {
         summary_print_text(&pass->summary, has_output ? stderr : stdout);
     }
-    if (fflush(stdout) != 0) {
-        (void)lum_error_set(error, "standard output: cannot write");
-        return complain(error, EXIT_FAILED);
-    }
-    return EXIT_DONE;
+    return flush_stdout();
 }
 
 static enum exit_status conclude(struct pass *pass, enum pass_result result,
@@ -311,16 +337,16 @@ static enum exit_status run(const struct options *o)
 int main(int argc, char **argv)
 {
     struct options options;
+    interrupt_catch();
     switch (options_parse(argc, argv, &options)) {
     case PARSED_DONE:
-        return fflush(stdout) == 0 ? EXIT_DONE : EXIT_FAILED;
+        return flush_stdout();
     case PARSED_BAD:
         return EXIT_BAD;
     case PARSED_RUN:
     default:
         break;
     }
-    interrupt_catch();
     const enum exit_status status = run(&options);
     if (interrupt_signal() != 0) {
         interrupt_die();

@@ -1,7 +1,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "output.h"
 
-#include <errno.h>
+#include "../common/capture_file.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,8 +27,7 @@ struct output {
     bool has_ended;
     int64_t ended; /* frames up to this one are finished */
     uint64_t left_out;
-    lum_capture_writer *capture;
-    char capture_part[NAME_BYTES];
+    struct capture_file capture; /* no writer: no capture */
 };
 
 int output_name_pattern(const char *name)
@@ -64,28 +64,10 @@ static int frame_name(const char *pattern, int64_t frame, char out[NAME_BYTES],
     return 0;
 }
 
-static int open_capture(struct output *o, lum_error *error)
-{
-    const char *name = o->options->output;
-    if (strcmp(name, "-") == 0) {
-        return lum_capture_writer_open(name, &o->capture, error);
-    }
-    const int n =
-        snprintf(o->capture_part, sizeof o->capture_part, "%s.part", name);
-    if (n < 0 || (size_t)n >= sizeof o->capture_part) {
-        return lum_error_set(error, "%s: the name is too long", name);
-    }
-    if (lum_capture_writer_open(o->capture_part, &o->capture, error) != 0) {
-        o->capture_part[0] = '\0';
-        return -1;
-    }
-    return 0;
-}
-
 static int open_first(struct output *o, lum_error *error)
 {
     if (o->options->format == FORMAT_PCAP) {
-        return open_capture(o, error);
+        return capture_file_open(o->options->output, &o->capture, error);
     }
     if (o->is_pattern) {
         return 0;
@@ -226,8 +208,8 @@ int output_add_datagram(struct output *o, const lum_record *record,
     if (o->options->format != FORMAT_PCAP) {
         return 0;
     }
-    return lum_capture_writer_add(
-        o->capture,
+    return capture_file_add(
+        &o->capture,
         &(lum_datagram){.time_ns = record->time_ns,
                         .payload = record->payload,
                         .len = record->len,
@@ -258,28 +240,12 @@ int output_end_frame(struct output *o, int64_t frame, lum_error *error)
     return 0;
 }
 
-static int close_capture(struct output *o, lum_error *error)
-{
-    lum_capture_writer *capture = o->capture;
-    o->capture = NULL;
-    if (lum_capture_writer_close(capture, error) != 0) {
-        return -1;
-    }
-    if (o->capture_part[0] != '\0' &&
-        rename(o->capture_part, o->options->output) != 0) {
-        return lum_error_set(error, "%s: cannot rename %s: %s",
-                             o->options->output, o->capture_part,
-                             strerror(errno));
-    }
-    o->capture_part[0] = '\0';
-    return 0;
-}
-
 int output_close(struct output *o, lum_error *error)
 {
     int result = 0;
-    if (o->capture != NULL) {
-        result = close_capture(o, error);
+    if (o->capture.writer != NULL) {
+        result = capture_file_close(&o->capture, error);
+        o->capture.writer = NULL;
     }
     while (result == 0 && o->file_count > 0) {
         result = close_file(o, lowest_file(o), error);
@@ -296,13 +262,8 @@ void output_abort(struct output *o)
     for (size_t i = 0; i < o->file_count; i++) {
         lum_writer_abort(o->files[i].writer);
     }
-    if (o->capture != NULL) {
-        /* its file goes: whether its last block could be written is nothing */
-        const int ignored = lum_capture_writer_close(o->capture, NULL);
-        (void)ignored;
-    }
-    if (o->capture_part[0] != '\0') {
-        (void)unlink(o->capture_part);
+    if (o->capture.writer != NULL) {
+        capture_file_abort(&o->capture);
     }
     free(o);
 }

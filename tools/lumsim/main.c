@@ -1,8 +1,9 @@
 #define _POSIX_C_SOURCE 200809L
+#include "../common/capture_file.h"
 #include "../common/interrupt.h"
 #include "lum/wire.h"
 #include "options.h"
-#include "output.h"
+
 #include "sim/fault.h"
 #include "sim/packets.h"
 #include "sim/render.h"
@@ -26,7 +27,7 @@ struct run {
     lum_sim_line line;
     lum_packet_batch batches[LUM_EYES];
     lum_fault fault;
-    struct output output;
+    struct capture_file output;
     struct truth *truth; /* NULL: not asked for */
     lum_error error;
     uint64_t packets;
@@ -45,7 +46,7 @@ static int write_packet(struct run *run, const lum_sim_packet *packet)
                                    .source_port = LUM_PORT,
                                    .destination_port = o->client_port};
     run->packets++;
-    return output_add(&run->output, &datagram, &run->error);
+    return capture_file_add(&run->output, &datagram, &run->error);
 }
 
 static int write_what_leaves(struct run *run)
@@ -146,10 +147,10 @@ static int give_up(struct run *run)
     clear_progress(run);
     truth_abort(run->truth);
     if (interrupt_signal() != 0) {
-        output_abandon(&run->output);
+        capture_file_abandon(&run->output);
         interrupt_die();
     }
-    output_abort(&run->output);
+    capture_file_abort(&run->output);
     return fail(run, reason);
 }
 
@@ -180,10 +181,10 @@ static int finish(struct run *run)
     clear_progress(run);
     if (run->truth != NULL && truth_close(run->truth, &run->error) != 0) {
         const int reason = errno;
-        output_abort(&run->output);
+        capture_file_abort(&run->output);
         return fail(run, reason);
     }
-    if (output_close(&run->output, &run->error) != 0) {
+    if (capture_file_close(&run->output, &run->error) != 0) {
         return fail(run, errno);
     }
     sum_up(run);
@@ -193,12 +194,12 @@ static int finish(struct run *run)
 static int open_outputs(struct run *run)
 {
     const struct options *o = &run->options;
-    if (output_open(o->output, &run->output, &run->error) != 0) {
+    if (capture_file_open(o->output, &run->output, &run->error) != 0) {
         return fail(run, 0);
     }
     if (o->truth != NULL && truth_open(o->truth, &o->render.layout, &run->truth,
                                        &run->error) != 0) {
-        output_abort(&run->output);
+        capture_file_abort(&run->output);
         return fail(run, 0);
     }
     return 0;
@@ -226,7 +227,7 @@ static int execute(struct run *run)
  * for the reader of a pipe. */
 static void prepare_for_signals(const struct options *o)
 {
-    if (o->truth == NULL && output_is_in_place(o->output)) {
+    if (o->truth == NULL && capture_file_is_in_place(o->output)) {
         (void)signal(SIGPIPE, SIG_IGN);
     } else {
         interrupt_catch();

@@ -1,0 +1,141 @@
+#define _XOPEN_SOURCE 700 /* realpath */
+#include "capture_file.h"
+
+#include <errno.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+bool capture_file_is_in_place(const char *path)
+{
+    struct stat st;
+    return strcmp(path, "-") == 0 ||
+           (stat(path, &st) == 0 && !S_ISREG(st.st_mode));
+}
+
+static char *name_part(const char *path)
+{
+    const size_t size = strlen(path) + sizeof ".part";
+    char *part = malloc(size);
+    if (part != NULL) {
+        (void)snprintf(part, size, "%s.part", path);
+    }
+    return part;
+}
+
+static bool is_directory_missing(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    struct stat st;
+    if (slash == NULL || slash == path) {
+        return false;
+    }
+    char *directory = strdup(path);
+    if (directory == NULL) {
+        return false;
+    }
+    directory[slash - path] = '\0';
+    const bool missing = stat(directory, &st) != 0 && errno == ENOENT;
+    free(directory);
+    return missing;
+}
+
+/* What a link leads to is replaced, not the link. A link that leads nowhere
+ * cannot be followed, and is not replaced either. */
+static char *resolve(const char *path, lum_error *error)
+{
+    struct stat st;
+    const bool is_there = lstat(path, &st) == 0;
+    char *resolved = is_there ? realpath(path, NULL) : strdup(path);
+    if (resolved == NULL) {
+        (void)lum_error_set(error, "%s: cannot be written: %s", path,
+                            strerror(errno));
+    }
+    return resolved;
+}
+
+int capture_file_open(const char *path, struct capture_file *out,
+                      lum_error *error)
+{
+    *out = (struct capture_file){0};
+    if (is_directory_missing(path)) {
+        return lum_error_set(error,
+                             "%s: cannot create it: the directory does not "
+                             "exist; create it or write elsewhere",
+                             path);
+    }
+    if (!capture_file_is_in_place(path)) {
+        out->path = resolve(path, error);
+        if (out->path == NULL) {
+            return -1;
+        }
+        out->part = name_part(out->path);
+        if (out->part == NULL) {
+            free(out->path);
+            return lum_error_set(error, "%s: not enough memory", path);
+        }
+    }
+    if (lum_capture_writer_open(out->part != NULL ? out->part : path,
+                                &out->writer, error) != 0) {
+        free(out->path);
+        free(out->part);
+        return -1;
+    }
+    return 0;
+}
+
+int capture_file_add(struct capture_file *file, const lum_datagram *datagram,
+                     lum_error *error)
+{
+    return lum_capture_writer_add(file->writer, datagram, error);
+}
+
+static int give_name(struct capture_file *file, lum_error *error)
+{
+    if (file->part == NULL || rename(file->part, file->path) == 0) {
+        return 0;
+    }
+    return lum_error_set(error, "%s: cannot be renamed to %s: %s", file->part,
+                         file->path, strerror(errno));
+}
+
+static void remove_part(struct capture_file *file)
+{
+    const int reason = errno;
+    if (file->part != NULL) {
+        (void)unlink(file->part);
+    }
+    errno = reason;
+}
+
+int capture_file_close(struct capture_file *file, lum_error *error)
+{
+    int result = lum_capture_writer_close(file->writer, error);
+    if (result == 0) {
+        result = give_name(file, error);
+    }
+    if (result != 0) {
+        remove_part(file);
+    }
+    free(file->path);
+    free(file->part);
+    return result;
+}
+
+void capture_file_abort(struct capture_file *file)
+{
+    /* What could not be written is removed anyway. */
+    const int ignored = lum_capture_writer_close(file->writer, NULL);
+    (void)ignored;
+    remove_part(file);
+    free(file->path);
+    free(file->part);
+}
+
+void capture_file_abandon(struct capture_file *file)
+{
+    remove_part(file);
+}
