@@ -225,7 +225,24 @@ class Sensors(Case):
         self.assertEqual((got["points"], got["data"], len(got["sensors"])), (2, 4, 1))
 
     def test_one_that_is_not_there(self):
-        self.refused(1, self.both(), "--sensor", "10.42.0.9", message="no data of 10.42.0.9")
+        r = self.refused(1, self.both(), "--sensor", "10.42.0.9", message="no data of 10.42.0.9")
+        self.assertIn("but of 10.42.0.37 10.42.0.38", r.stderr)
+
+    def test_a_scan_of_many_addresses_hides_no_sensor(self):
+        heartbeat = MAGIC + b"\x08\0\0\0"
+        frames = [udp(heartbeat, source="10.42.0.1", destination=f"10.42.1.{i}", sport=50000, dport=5517)
+                  for i in range(100)]
+        data = pcap(frames + [udp(p) for p in line([word(1000, 1)])])
+        got = summary(self.capture(data))
+        self.assertEqual((got["points"], got["heartbeat"], got["other"]), (1, 100, 0))
+        self.assertEqual(summary(self.capture(data), "--sensor", "10.42.0.37")["points"], 1)
+
+    def test_data_of_more_than_sixteen_is_other(self):
+        frames = [udp(p, source=f"10.42.0.{i}") for i in range(1, 19) for p in line([word(1000, 1)])]
+        source = self.capture(pcap(frames))
+        got = summary(source)
+        self.assertEqual((len(got["sensors"]), got["points"], got["other"]), (16, 16, 8))
+        self.assertEqual(summary(source, "--sensor", "10.42.0.18")["points"], 1)
 
 
 class Diagnosis(Case):
@@ -236,6 +253,15 @@ class Diagnosis(Case):
         for text in "5 of type 9, 1360 bytes", "ed fe f3 a1", "--profile", "data_packet_type":
             self.assertIn(text, r.stderr)
         self.assertEqual(self.folder.names(), ["in.pcap"])
+
+    def test_types_are_counted_whole_and_the_hex_is_of_one_that_may_be_data(self):
+        frames = [udp(MAGIC + b"\x07\0\0\0" + bytes(904))]
+        frames += [udp(group(2, 0, 0, [bytes(4)] * n, packet_type=9)) for n in range(20, 60)]
+        frames += [udp(group(2, 0, 0, [bytes(4)] * 9, packet_type=3))] * 50
+        r = run("lumdump", self.capture(pcap(frames)))
+        self.assertEqual(r.returncode, 1)
+        for text in "50 of type 3, 60 bytes", "40 of type 9, 104 to 260 bytes", "One of them, 260 bytes", "tag: 8":
+            self.assertIn(text, r.stderr)
 
     def test_heartbeats_alone_are_no_matter_of_layout(self):
         r = run("lumdump", self.capture(pcap([udp(MAGIC + b"\x08\0\0\0", sport=50000, dport=5517)] * 3)))
@@ -332,6 +358,13 @@ class BadOutputs(Case):
     def test_the_source_itself(self):
         source = self.capture()
         self.refused(2, source, "-o", source, message="source itself")
+        with open(source, "rb") as f:
+            r = subprocess.run([BIN / "lumdump", "-", "-o", source], stdin=f, capture_output=True, timeout=60)
+        self.assertEqual(r.returncode, 2, r.stderr)
+        with open(source, "ab") as f:
+            r = subprocess.run([BIN / "lumdump", source, "-o", "-", "--format", "pcap"], stdout=f,
+                               stderr=subprocess.PIPE, timeout=60)
+        self.assertEqual(r.returncode, 2, r.stderr)
         os.link(source, self.folder / "link.csv")
         self.refused(2, source, "-o", self.folder / "link.csv", message="source itself")
         part = self.capture(name="x.csv.part")
@@ -348,6 +381,38 @@ class BadOutputs(Case):
                                    text=True, timeout=60)
                 self.assertEqual(r.stdout.split(), ["100", "0"])
                 self.assertEqual(r.stderr, "")
+
+    def test_a_reader_that_has_left_before_the_end_is_no_failure(self):
+        source = self.capture()
+        for arguments in (["-o", "-", "--format", "csv"], ["-o", "-", "--format", "png"], ["--json"], ["--help"]):
+            with self.subTest(arguments):
+                end, other = os.pipe()
+                os.close(end)
+                r = subprocess.run([BIN / "lumdump", source, "--quiet", *arguments], stdout=other,
+                                   stderr=subprocess.PIPE, timeout=60)
+                os.close(other)
+                self.assertEqual((r.returncode, r.stderr), (0, b""))
+
+    def test_links_are_followed_and_devices_written_in_place(self):
+        source = self.capture()
+        for kind in "csv", "pcap":
+            with self.subTest(kind):
+                target, link = self.folder / f"target-{kind}", self.folder / f"link-{kind}"
+                target.write_text("old")
+                link.symlink_to(target)
+                self.assertEqual(run("lumdump", source, "-o", link, "--format", kind).returncode, 0)
+                self.assertTrue(link.is_symlink())
+                self.assertNotEqual(target.read_bytes(), b"old")
+                target.unlink()
+                r = run("lumdump", source, "-o", link, "--format", kind)
+                self.assertEqual(r.returncode, 1)
+                self.assertTrue(link.is_symlink())
+                fifo = self.folder / f"fifo-{kind}"
+                os.mkfifo(fifo)
+                with subprocess.Popen(["cat", fifo], stdout=subprocess.PIPE) as p:
+                    self.assertEqual(run("lumdump", source, "-o", fifo, "--format", kind).returncode, 0)
+                    self.assertTrue(p.stdout.read())
+                self.assertTrue(fifo.is_fifo())
 
     def test_an_interrupt_leaves_nothing_and_is_died_of(self):
         data = simulate(self.folder / "s.pcap", "--frames", "1", "--lines", "64", "--seed", "1").read_bytes()
@@ -399,7 +464,7 @@ class Arguments(Case):
                 (["--box", "1:2,3:4,5:6,7:8"], "XMIN"), (["--sensor", "10.0.0"], "10.42.0.37"),
                 (["--time", "now"], "utc"), (["--incomplete", "x"], "drop"), (["--duration", "0"], "above 0"),
                 (["--format", "doc"], "csv"), (["-o", "out.doc"], ".csv"), (["-o", "out"], "--format"),
-                (["-o", "-"], "--format"), (["--ascii"], "--ascii"), (["--unknown"], "--help"),
+                (["-o", "-"], "--format"), (["--ascii", "-o", "x.csv"], "--ascii"), (["--unknown"], "--help"),
                 (["more.pcap"], "one too many"), (["--json", "-o", "-", "--format", "csv"], "--json"),
                 (["--calibration", "none.yaml"], "none.yaml"), (["--profile", "none.yaml"], "none.yaml")):
             with self.subTest(arguments):

@@ -28,32 +28,43 @@ static uint32_t type_of(const uint8_t *bytes)
            ((uint32_t)bytes[10] << 16) | ((uint32_t)bytes[11] << 24);
 }
 
-static void note_shape(struct diagnosis *d, uint32_t type, size_t len,
-                       lum_packet_kind kind)
+static struct packet_shape *find_shape(struct diagnosis *d, uint32_t type,
+                                       size_t len, lum_packet_kind kind)
 {
     size_t i = 0;
     while (i < d->shape_count &&
-           !(d->shapes[i].type == type && d->shapes[i].len == len &&
-             d->shapes[i].kind == kind)) {
+           !(d->shapes[i].type == type && d->shapes[i].kind == kind)) {
         i++;
     }
-    if (i == DIAGNOSIS_SHAPES_MAX) {
+    if (i == d->shape_count && i < DIAGNOSIS_SHAPES_MAX) {
+        d->shapes[i] = (struct packet_shape){type, len, len, 0, kind};
+        d->shape_count++;
+    }
+    return i < DIAGNOSIS_SHAPES_MAX ? &d->shapes[i] : NULL;
+}
+
+static void note_shape(struct diagnosis *d, uint32_t type, size_t len,
+                       lum_packet_kind kind)
+{
+    struct packet_shape *s = find_shape(d, type, len, kind);
+    if (s == NULL) {
         d->more++;
         return;
     }
-    if (i == d->shape_count) {
-        d->shapes[i] = (struct packet_shape){type, len, 0, kind};
-        d->shape_count++;
-    }
-    d->shapes[i].count++;
+    s->count++;
+    s->shortest = len < s->shortest ? len : s->shortest;
+    s->longest = len > s->longest ? len : s->longest;
 }
 
 void diagnosis_note(struct diagnosis *d, const uint8_t *bytes, size_t len,
                     lum_packet_kind kind)
 {
+    const bool may_be = may_be_data(kind);
     note_shape(d, type_of(bytes), len, kind);
     /* the longest that might be data tells most */
-    if ((may_be_data(kind) || d->sample_len == 0) && len > d->sample_len) {
+    if ((may_be && !d->sample_may_be_data) ||
+        (may_be == d->sample_may_be_data && len > d->sample_len)) {
+        d->sample_may_be_data = may_be;
         d->sample_len = len;
         memcpy(d->sample, bytes, len < DIAGNOSIS_BYTES ? len : DIAGNOSIS_BYTES);
     }
@@ -76,8 +87,23 @@ static void print_hex(const struct diagnosis *d, FILE *out)
     }
 }
 
-static void print_profile_help(FILE *out)
+static bool has_type(const struct diagnosis *d, uint32_t type)
 {
+    for (size_t i = 0; i < d->shape_count; i++) {
+        if (d->shapes[i].type == type) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static void print_profile_help(const struct diagnosis *d, FILE *out)
+{
+    if (has_type(d, 2) || has_type(d, 3)) {
+        (void)fputs("Types 2 and 3 may be the tags of angles and ranges "
+                    "themselves: try group: {tag: 8} first.\n",
+                    out);
+    }
     (void)fputs(
         "The layout of data packets is partly an assumption, which a wire "
         "profile corrects.\n"
@@ -92,27 +118,47 @@ static void print_profile_help(FILE *out)
         out);
 }
 
-void diagnosis_print(const struct diagnosis *d, const char *source, FILE *out)
+static void print_shape(const struct packet_shape *s, FILE *out)
 {
-    bool has_candidates = false;
+    (void)fprintf(out, "  %8" PRIu64 " of type %" PRIu32 ", %zu", s->count,
+                  s->type, s->shortest);
+    if (s->longest > s->shortest) {
+        (void)fprintf(out, " to %zu", s->longest);
+    }
+    (void)fprintf(out, " bytes (%s)\n", kind_names[s->kind]);
+}
+
+/* The most frequent first. */
+static void sort_shapes(struct packet_shape *shapes, size_t n)
+{
+    for (size_t i = 1; i < n; i++) {
+        const struct packet_shape s = shapes[i];
+        size_t k = i;
+        for (; k > 0 && shapes[k - 1u].count < s.count; k--) {
+            shapes[k] = shapes[k - 1u];
+        }
+        shapes[k] = s;
+    }
+}
+
+void diagnosis_print(const struct diagnosis *diagnosis, const char *source,
+                     FILE *out)
+{
+    struct diagnosis d = *diagnosis;
+    sort_shapes(d.shapes, d.shape_count);
     (void)fprintf(out,
                   "lumdump: %s: packets of a G2 came, and not one of them is "
                   "a data packet:\n",
                   source);
-    for (size_t i = 0; i < d->shape_count; i++) {
-        const struct packet_shape *s = &d->shapes[i];
-        (void)fprintf(out,
-                      "  %8" PRIu64 " of type %" PRIu32 ", %zu bytes (%s)\n",
-                      s->count, s->type, s->len, kind_names[s->kind]);
-        has_candidates |= may_be_data(s->kind);
+    for (size_t i = 0; i < d.shape_count; i++) {
+        print_shape(&d.shapes[i], out);
     }
-    if (d->more > 0) {
-        (void)fprintf(out, "  %8" PRIu64 " of further types and lengths\n",
-                      d->more);
+    if (d.more > 0) {
+        (void)fprintf(out, "  %8" PRIu64 " of further types\n", d.more);
     }
-    print_hex(d, out);
-    if (has_candidates) {
-        print_profile_help(out);
+    print_hex(&d, out);
+    if (d.sample_may_be_data) {
+        print_profile_help(&d, out);
     } else {
         (void)fputs(
             "All of these are of kinds that are known, so the layout is not "

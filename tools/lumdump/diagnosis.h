@@ -4,6 +4,7 @@
 
 #include "lum/packet.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -11,10 +12,11 @@
 #define DIAGNOSIS_SHAPES_MAX 12u
 #define DIAGNOSIS_BYTES      96u
 
-/* Packets of one type and length. */
+/* Packets of one type and kind. */
 struct packet_shape {
     uint32_t type; /* bytes 8..11 */
-    size_t len;
+    size_t shortest;
+    size_t longest;
     uint64_t count;
     lum_packet_kind kind;
 };
@@ -24,6 +26,7 @@ struct diagnosis {
     size_t shape_count;
     uint64_t more; /* packets of further shapes */
     uint8_t sample[DIAGNOSIS_BYTES];
+    bool sample_may_be_data;
     size_t sample_len; /* of the packet; at most DIAGNOSIS_BYTES are kept */
 };
 

@@ -384,6 +384,14 @@ static bool take_source(int argc, char **argv, struct options *out)
         return false;
     }
     out->source = argv[optind];
+    if (strncmp(out->source, "udp://", 6) == 0) {
+        (void)fprintf(stderr,
+                      "lumdump: %s: a live sensor cannot be read by this "
+                      "version; capture it (tcpdump -w FILE udp port 5517) and "
+                      "name the file\n",
+                      out->source);
+        return false;
+    }
     return true;
 }
 
@@ -391,7 +399,7 @@ static bool is_consistent(const struct options *o)
 {
     const bool has_ascii =
         o->format == LUM_FORMAT_PLY || o->format == LUM_FORMAT_PCD;
-    if (o->ascii && (o->output == NULL || !has_ascii)) {
+    if (o->ascii && o->output != NULL && !has_ascii) {
         (void)fprintf(stderr,
                       "lumdump: --ascii goes with ply and pcd output only\n");
         return false;

@@ -129,18 +129,39 @@ static void print_members(const lum_demux_counters *c,
     }
 }
 
+/* Bytes of the UTF-8 character at p; 0 if there is none. Surrogates and
+ * overlong forms pass: readers of JSON cope with them. */
+static size_t utf8_length(const unsigned char *p)
+{
+    const size_t n = *p < 0x80   ? 1
+                     : *p < 0xc2 ? 0
+                     : *p < 0xe0 ? 2
+                     : *p < 0xf0 ? 3
+                     : *p < 0xf5 ? 4
+                                 : 0;
+    for (size_t i = 1; i < n; i++) {
+        if ((p[i] & 0xc0) != 0x80) {
+            return 0;
+        }
+    }
+    return n;
+}
+
+/* A byte that is no UTF-8 stands as the character of its number. */
 static void print_json_text(const char *text, FILE *out)
 {
+    const unsigned char *p = (const unsigned char *)text;
     (void)fputc('"', out);
-    for (const unsigned char *p = (const unsigned char *)text; *p != '\0';
-         p++) {
+    while (*p != '\0') {
+        const size_t n = utf8_length(p);
         if (*p == '"' || *p == '\\') {
             (void)fprintf(out, "\\%c", *p);
-        } else if (*p < 0x20 || *p > 0x7e) {
+        } else if (n == 0 || *p < 0x20 || *p == 0x7f) {
             (void)fprintf(out, "\\u%04x", *p);
         } else {
-            (void)fputc(*p, out);
+            (void)fwrite(p, 1, n, out);
         }
+        p += n > 0 ? n : 1;
     }
     (void)fputc('"', out);
 }
