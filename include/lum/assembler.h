@@ -181,7 +181,9 @@ LUM_MUST_CHECK lum_result lum_assembler_init(lum_assembler *a,
                                              uint32_t *words);
 
 /** Take one data packet.
- * @param group   decoded with the same layout; not kept.
+ * @param group   decoded with the same layout, so that its eye is one; not
+ *                kept. After an event only the same packet may follow, or
+ *                lum_assembler_flush().
  * @param arrival anything, such as a time of reception; the line that this
  *                packet opens is handed out with it.
  * @return LUM_OK: accepted. LUM_LINE_READY, LUM_FRAME_READY: an event, see

@@ -45,7 +45,8 @@ typedef struct lum_projector {
 /** Make a projector.
  * @param out         caller-owned; written only on LUM_OK.
  * @param calibration checked here; not kept.
- * @param layout      tells the scale of angles; not kept.
+ * @param layout      tells the scale of angles: that of the assembler whose
+ *                    lines will be projected; not kept.
  * @return LUM_OK; LUM_E_VALUE as lum_calibration_check(). */
 LUM_MUST_CHECK lum_result lum_projector_init(lum_projector *out,
                                              const lum_calibration *calibration,

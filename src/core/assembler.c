@@ -464,9 +464,9 @@ lum_result lum_assembler_push(lum_assembler *a, const lum_group *group,
 lum_result lum_assembler_flush(lum_assembler *a)
 {
     release_handed_out(a);
-    for (uint8_t e = 0; e < LUM_EYES; e++) {
+    for (unsigned e = 0; e < LUM_EYES; e++) {
         if (a->eye[e].open_count > 0) {
-            return close_oldest(a, e);
+            return close_oldest(a, (uint8_t)e);
         }
     }
     if (!a->flushed) {

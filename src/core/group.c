@@ -29,9 +29,9 @@ static void store_field(uint8_t *packet, lum_field field, uint32_t value)
 
 static bool find_eye(const lum_profile *p, uint32_t value, uint8_t *eye)
 {
-    for (uint8_t e = 0; e < LUM_EYES; e++) {
+    for (unsigned e = 0; e < LUM_EYES; e++) {
         if (p->eye_values[e] == value) {
-            *eye = e;
+            *eye = (uint8_t)e;
             return true;
         }
     }

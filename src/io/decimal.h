@@ -106,7 +106,7 @@ LUM_ALWAYS_INLINE uint64_t lum_fraction_digits(uint32_t fraction,
         return lum_full_digits[fraction];
     }
     if (decimals == 4u) {
-        const uint64_t last = (uint64_t)('0' + fraction % 10u);
+        const uint64_t last = '0' + (uint64_t)(fraction % 10u);
         return lum_full_digits[fraction / 10u] | last << 24;
     }
     const uint64_t last = lum_full_digits[fraction % 100u] >> 8;

@@ -274,7 +274,8 @@ static void begin_bounds(las *state, const lum_sample *first)
 static double gps_seconds(const lum_writer *writer, int64_t us)
 {
     const int64_t shift = writer->options.utc ? UNIX_TO_ADJUSTED_S : 0;
-    return (double)(us / 1000000 - shift) + (double)(us % 1000000) / 1e6;
+    const int64_t seconds = us / 1000000 - shift;
+    return (double)seconds + (double)(us % 1000000) / 1e6;
 }
 
 static int add(lum_writer *writer, const lum_line_samples *line,

@@ -148,7 +148,8 @@ static void paint(lum_canvas *canvas, lum_box box, const map *m,
 static void label_rings(lum_canvas *canvas, lum_box box, const map *m,
                         float ring)
 {
-    for (float at = ring; at < 2.0f * m->radius; at += ring) {
+    for (int i = 1; (float)i * ring < 2.0f * m->radius; i++) {
+        const float at = (float)i * ring;
         char text[32];
         const int x = column_of(m, box, 0.0f) + 6;
         const int y = row_of(m, box, at) + 4;

@@ -58,15 +58,17 @@ static void add_to_panorama(lum_panorama *p, const lum_sample *s)
 
 static void add_to_ground(lum_raster *raster, const lum_sample *s)
 {
+    const int half = LUM_GROUND_CELLS / 2;
     float reach = LUM_GROUND_REACH;
-    for (int level = 0; level < LUM_GROUND_LEVELS; level++, reach *= 2.0f) {
-        const float scale = (float)(LUM_GROUND_CELLS / 2) / reach;
+    for (int level = 0; level < LUM_GROUND_LEVELS; level++) {
+        const float scale = (float)half / reach;
         const int row = cell((s->x + reach) * scale, LUM_GROUND_CELLS);
         const int column = cell((s->y + reach) * scale, LUM_GROUND_CELLS);
         if (row >= 0 && column >= 0) {
             uint8_t *count = &raster->ground[level][row][column];
             *count = (uint8_t)(*count + (*count < UINT8_MAX));
         }
+        reach *= 2.0f;
     }
 }
 

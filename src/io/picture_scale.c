@@ -53,9 +53,11 @@ void lum_draw_scale(lum_canvas *canvas, lum_box box, lum_depth depth)
         const float part = 1.0f - (float)y / (float)(box.height - 1);
         lum_canvas_fill(canvas, row, lum_colour(part));
     }
-    for (float ten = 0.1f; ten < 1e6f; ten *= 10.0f) {
+    float ten = 0.1f;
+    while (ten < 1e6f) {
         for (int i = 0; i < 3; i++) {
             draw_number(canvas, box, depth, ten * times[i]);
         }
+        ten *= 10.0f;
     }
 }

@@ -351,5 +351,5 @@ int main(int argc, char **argv)
     if (interrupt_signal() != 0) {
         interrupt_die();
     }
-    return status;
+    return (int)status;
 }

@@ -1,7 +1,11 @@
 /** @file
  * Captures: pcap and pcapng files to datagrams and back (docs/protocol.md,
  * section 9). libpcap reads the files; link layers, IPv4 and its fragments are
- * taken apart here. */
+ * taken apart here.
+ *
+ * A capture, and a writer, is one thread's at a time; two share nothing.
+ * Nothing is allocated for a record, but 66 KB for each of at most 64 datagrams
+ * whose fragments wait. */
 #ifndef LUM_IO_CAPTURE_H
 #define LUM_IO_CAPTURE_H
 

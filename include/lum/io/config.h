@@ -4,7 +4,8 @@
  * Files may be partial: what they do not name keeps its default. Refused, with
  * file, line, key and what is allowed: keys unknown or repeated, values of a
  * wrong kind, out of range, NaN or infinite, aliases and anchors, more than one
- * document, files over LUM_CONFIG_BYTES_MAX. */
+ * document, files over LUM_CONFIG_BYTES_MAX. Reentrant; a file is held in
+ * memory while it is read. */
 #ifndef LUM_IO_CONFIG_H
 #define LUM_IO_CONFIG_H
 

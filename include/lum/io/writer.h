@@ -1,6 +1,9 @@
 /** @file
  * Point clouds to files: CSV, PLY, PCD, LAS, XYZ, and a picture as PNG
- * (docs/formats.md). */
+ * (docs/formats.md).
+ *
+ * A writer is one thread's at a time, and has a thread of its own that writes
+ * its 3 blocks of 1 MiB. */
 #ifndef LUM_IO_WRITER_H
 #define LUM_IO_WRITER_H
 
