@@ -340,7 +340,7 @@ int main(int argc, char **argv)
     interrupt_catch();
     switch (options_parse(argc, argv, &options)) {
     case PARSED_DONE:
-        return flush_stdout();
+        return (int)flush_stdout();
     case PARSED_BAD:
         return EXIT_BAD;
     case PARSED_RUN:
