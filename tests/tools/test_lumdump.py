@@ -81,6 +81,11 @@ class Points(Case):
                 self.assertEqual(len(self.rows(*arguments)), want)
                 self.assertEqual(summary(self.folder / "in.pcap", *arguments)["points"], want)
 
+    def test_a_selection_that_leaves_nothing_is_told(self):
+        r = run("lumdump", self.capture(), "--frames", "7:9", "-o", self.folder / "out.csv")
+        self.assertEqual(r.returncode, 0)
+        self.assertIn("no point is left", r.stderr)
+
     def test_incomplete_lines_can_be_dropped(self):
         frames = list(frames_of(two_lines()))
         del frames[0]
@@ -258,9 +263,10 @@ class Diagnosis(Case):
         frames = [udp(MAGIC + b"\x07\0\0\0" + bytes(904))]
         frames += [udp(group(2, 0, 0, [bytes(4)] * n, packet_type=9)) for n in range(20, 60)]
         frames += [udp(group(2, 0, 0, [bytes(4)] * 9, packet_type=3))] * 50
+        frames += [udp(group(2, 0, 0, [bytes(4)] * 9, packet_type=2))]
         r = run("lumdump", self.capture(pcap(frames)))
         self.assertEqual(r.returncode, 1)
-        for text in "50 of type 3, 60 bytes", "40 of type 9, 104 to 260 bytes", "One of them, 260 bytes", "tag: 8":
+        for text in "50 of type 3, 60 bytes", "40 of type 9, 104 to 260 bytes", "most often 104 bytes (1), 108 bytes (1)", "One of them, 260 bytes", "tag: 8":
             self.assertIn(text, r.stderr)
 
     def test_heartbeats_alone_are_no_matter_of_layout(self):

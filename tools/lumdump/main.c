@@ -187,6 +187,18 @@ static bool lacks_data(const struct pass *pass)
            pass->diagnosis.shape_count > 0;
 }
 
+static bool lacks_points(const struct pass *pass)
+{
+    uint64_t points = 0;
+    uint64_t lines = 0;
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        const struct point_counts *p = &pass->summary.sensors[i];
+        points += p->points;
+        lines += p->lines[LUM_EYE_BLUE] + p->lines[LUM_EYE_GREEN];
+    }
+    return points == 0 && lines > 0;
+}
+
 static void warn_of_losses(const struct pass *pass)
 {
     const struct options *o = pass->options;
@@ -198,6 +210,10 @@ static void warn_of_losses(const struct pass *pass)
     if (!pass->summary.has_time) {
         warn(o, "no packet of a G2 was found: nothing whole to or from UDP "
                 "port 5517 bears its magic");
+    }
+    if (lacks_points(pass)) {
+        warn(o, "lines came, but no point is left of them: see no_angle and "
+                "no_range in the summary, and the selection");
     }
     if (pass->output != NULL && output_left_out(pass->output) > 0) {
         (void)snprintf(text, sizeof text,

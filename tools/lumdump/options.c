@@ -56,6 +56,7 @@ static const char help[] =
     "  lumdump drive.pcap                      what is in it?\n"
     "  lumdump drive.pcap -o drive.ply         open it in CloudCompare\n"
     "  lumdump drive.pcap -o frame-%04d.pcd    one file a frame\n"
+    "  lumdump drive.pcap --frames 1:1 -o look.png   a picture of one frame\n"
     "  lumdump drive.pcap -o - --format csv --return last --range 2:80\n"
     "  tcpdump -w - udp port 5517 | lumdump - -o drive.csv\n";
 

@@ -4,6 +4,7 @@
 #include "../common/number.h"
 
 #include <inttypes.h>
+#include <string.h>
 
 /* A counter by its name in the protocol, as JSON shows it, and in words. */
 struct named {
@@ -57,7 +58,8 @@ static size_t list_content(const lum_demux_counters *c,
         {"lines", "lines", c->assembly.lines},
         {"lines_blue", "lines of the blue eye", p->lines[LUM_EYE_BLUE]},
         {"lines_green", "lines of the green eye", p->lines[LUM_EYE_GREEN]},
-        {"words", "range words", c->assembly.words},
+        {"words", "range words, of rising and falling edges",
+         c->assembly.words},
         {"points", "points", p->points},
     };
     const size_t n = sizeof rows / sizeof rows[0];
@@ -222,8 +224,10 @@ static void print_nonzero(const char *title, const struct named *rows, size_t n,
 {
     for (size_t i = 0; i < n; i++) {
         if (rows[i].value != 0) {
-            (void)fprintf(out, "%-10s %14" PRIu64 "  %-21s %s\n", title,
-                          rows[i].value, rows[i].key, rows[i].meaning);
+            const bool says_more = strcmp(rows[i].key, rows[i].meaning) != 0;
+            (void)fprintf(out, "%-10s %14" PRIu64 "  ", title, rows[i].value);
+            (void)fprintf(out, says_more ? "%-21s %s\n" : "%s%s\n", rows[i].key,
+                          says_more ? rows[i].meaning : "");
             title = "";
         }
     }
@@ -237,10 +241,10 @@ static void print_sensors(const struct summary *s, FILE *out)
         lum_demux_sensor sensor;
         char address[16];
         lum_demux_get_sensor(s->demux, i, &sensor);
-        (void)fprintf(out, "%-10s %14s  %s\n", title,
-                      number_format_address(sensor.address, address),
-                      is_shown(s, &sensor) ? ""
-                                           : "left out: another was asked for");
+        (void)fprintf(
+            out, "%-10s %14s%s\n", title,
+            number_format_address(sensor.address, address),
+            is_shown(s, &sensor) ? "" : "  left out: another was asked for");
         title = "";
         if (n > 1 && is_shown(s, &sensor)) {
             (void)fprintf(out,
