@@ -268,7 +268,7 @@ void lum_draw_panorama(lum_canvas *canvas, lum_box box,
     const int room = box.width > box.height ? box.width : box.height;
     unsigned *gaps = malloc((size_t)room * sizeof *gaps);
     view v = {box.width, box.height, NULL};
-    v.range = malloc((size_t)box.width * (size_t)box.height * sizeof *v.range);
+    v.range = calloc((size_t)box.width * (size_t)box.height, sizeof *v.range);
     lum_canvas_fill(canvas, box, lum_panel);
     if (v.range != NULL && gaps != NULL) {
         sample_view(&v, panorama, c);

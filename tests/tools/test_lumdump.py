@@ -178,6 +178,14 @@ class Summaries(Case):
         self.assertEqual((got["lines"], got["words"], got["points"], got["truncated"]), (3, 18, 12, False))
         self.assertEqual(got["sensors"][0]["address"], "10.42.0.37")
 
+    def test_json_holds_any_name(self):
+        for name, want in (("\u00e9\u4e2d\U0001f600.pcap", None), ('a"b\\c\n.pcap', None), (b"\xff\xc3(.pcap", "\u00ff\u00c3(.pcap")):
+            source = pathlib.Path(os.fsdecode(name)) if isinstance(name, bytes) else pathlib.Path(name)
+            path = self.folder.path / source
+            path.write_bytes(two_lines())
+            got = json.loads(subprocess.run([BIN / "lumdump", os.fsencode(path), "--json"], capture_output=True).stdout)
+            self.assertTrue(got["source"].endswith(want or name), got["source"])
+
     def test_text_names_what_was_lost(self):
         frames = list(frames_of(two_lines()))
         r = run("lumdump", self.capture(pcap(frames + frames[:1])))

@@ -135,12 +135,18 @@ static void print_members(const lum_demux_counters *c,
  * overlong forms pass: readers of JSON cope with them. */
 static size_t utf8_length(const unsigned char *p)
 {
-    const size_t n = *p < 0x80   ? 1
-                     : *p < 0xc2 ? 0
-                     : *p < 0xe0 ? 2
-                     : *p < 0xf0 ? 3
-                     : *p < 0xf5 ? 4
-                                 : 0;
+    static const struct {
+        unsigned char first;
+        unsigned char last;
+        size_t length;
+    } leads[] = {
+        {0x01, 0x7f, 1}, {0xc2, 0xdf, 2}, {0xe0, 0xef, 3}, {0xf0, 0xf4, 4}};
+    size_t n = 0;
+    for (size_t i = 0; i < sizeof leads / sizeof leads[0]; i++) {
+        if (*p >= leads[i].first && *p <= leads[i].last) {
+            n = leads[i].length;
+        }
+    }
     for (size_t i = 1; i < n; i++) {
         if ((p[i] & 0xc0) != 0x80) {
             return 0;
