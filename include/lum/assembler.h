@@ -205,9 +205,9 @@ LUM_MUST_CHECK lum_result lum_assembler_flush(lum_assembler *a);
 const lum_line *lum_assembler_line(const lum_assembler *a);
 
 /** The frame that LUM_FRAME_READY announced: no line of it, nor of one before
- * it, is open, and none is expected. Frames are announced in rising order, each
- * once; a line of an eye that was silent for long can still bear an older
- * number. */
+ * it, is open or expected, but for those of an eye that has been silent for
+ * gap_us; what such an eye left open comes when it speaks again or at the
+ * flush. Frames are announced in rising order, each once. */
 int64_t lum_assembler_frame(const lum_assembler *a);
 
 /** What was seen and lost so far. */
