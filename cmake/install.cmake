@@ -1,7 +1,7 @@
 # Headers, libraries, tools, man pages, calibrations; find_package and pkg-config.
 include(CMakePackageConfigHelpers)
 
-set(lum_installed lum_core lum_points)
+set(lum_installed lum_base lum_core lum_net lum_points)
 if(LUM_WITH_IO)
   list(APPEND lum_installed lum_io)
 endif()
@@ -20,7 +20,7 @@ if(NOT LUM_WITH_IO)
   set(lum_headers_left_out PATTERN io EXCLUDE)
 endif()
 install(DIRECTORY include/lum DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-        FILES_MATCHING PATTERN "*.h" PATTERN net EXCLUDE ${lum_headers_left_out})
+        FILES_MATCHING PATTERN "*.h" ${lum_headers_left_out})
 
 # Relocatable, unless a directory was given as an absolute path.
 set(lum_pc_prefix "${CMAKE_INSTALL_PREFIX}")
@@ -42,7 +42,7 @@ foreach(target IN LISTS lum_installed)
 endforeach()
 
 install(DIRECTORY calib/ DESTINATION ${CMAKE_INSTALL_DATADIR}/lumsdk FILES_MATCHING PATTERN "*.yaml")
-foreach(tool IN ITEMS lumdump lumsim)
+foreach(tool IN ITEMS lumctl lumdump lumsim)
   if(TARGET ${tool})
     install(TARGETS ${tool} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
     if(EXISTS ${PROJECT_SOURCE_DIR}/docs/man/${tool}.1)
@@ -50,3 +50,13 @@ foreach(tool IN ITEMS lumdump lumsim)
     endif()
   endif()
 endforeach()
+if(LUM_BUILD_TOOLS AND NOT WIN32)
+  install(FILES tools/completion/lumsdk.bash
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME lumctl)
+  foreach(tool IN ITEMS lumdump lumsim)
+    install(CODE "file(CREATE_LINK lumctl
+                       \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/bash-completion/completions/${tool}\"
+                       SYMBOLIC)")
+  endforeach()
+  install(FILES tools/completion/_lumsdk DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions)
+endif()

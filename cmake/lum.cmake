@@ -9,6 +9,10 @@ set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 set(lum_compile_options
     -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wvla -Wstrict-prototypes -Wmissing-prototypes)
 set(lum_link_options "")
+if(WIN32)
+  # Vista's Winsock; formats of C99 in printf.
+  add_compile_definitions(_WIN32_WINNT=0x0600 __USE_MINGW_ANSI_STDIO=1)
+endif()
 
 if(LUM_WERROR)
   list(APPEND lum_compile_options -Werror)

@@ -22,6 +22,8 @@ enum {
     PAYLOAD_BYTES_MAX = 65535 - IPV4_BYTES - UDP_BYTES,
     SNAP_BYTES = 262144, /* what tcpdump writes */
     PROTOCOL_UDP = 17,
+    FILE_HEADER_BYTES = 24,
+    RECORD_HEADER_BYTES = 16,
     BUFFER_BYTES = 1024 * 1024
 };
 
@@ -32,6 +34,7 @@ struct lum_capture_writer {
     int second_fd; /* of the same file */
     char *name;
     char *buffer; /* of file */
+    uint64_t bytes;
     uint8_t frame[HEADER_BYTES + PAYLOAD_BYTES_MAX];
 };
 
@@ -178,6 +181,7 @@ static int begin(lum_capture_writer *w, const char *path, lum_error *error)
         return lum_error_set(error, "%s: cannot be written: %s", w->name,
                              pcap_geterr(w->pcap));
     }
+    w->bytes = FILE_HEADER_BYTES;
     return 0;
 }
 
@@ -239,7 +243,18 @@ int lum_capture_writer_add(lum_capture_writer *writer,
     h.caplen = (bpf_u_int32)(HEADER_BYTES + datagram->len);
     h.len = h.caplen;
     pcap_dump((u_char *)writer->dumper, &h, writer->frame);
+    writer->bytes += RECORD_HEADER_BYTES + h.caplen;
     return ferror(writer->file) ? failed(writer, error) : 0;
+}
+
+uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer)
+{
+    return writer->bytes;
+}
+
+int lum_capture_writer_flush(lum_capture_writer *writer, lum_error *error)
+{
+    return pcap_dump_flush(writer->dumper) == 0 ? 0 : failed(writer, error);
 }
 
 /* Closing the second descriptor tells what a file system reports only then;

@@ -1,5 +1,6 @@
 #include "lum/io/config.h"
 
+#include "lum/io/settings.h"
 #include "yaml.h"
 
 #include <errno.h>
@@ -86,6 +87,19 @@ int lum_profile_load(const char *path, lum_profile *out, lum_error *error)
     }
     const int result =
         lum_profile_parse(text->bytes, text->len, name, out, error);
+    free(text);
+    return result;
+}
+
+int lum_settings_load(const char *path, lum_settings *out, lum_error *error)
+{
+    const char *name = NULL;
+    config_text *text = load(path, &name, error);
+    if (text == NULL) {
+        return -1;
+    }
+    const int result =
+        lum_settings_parse(text->bytes, text->len, name, out, error);
     free(text);
     return result;
 }

@@ -4,7 +4,7 @@
 #ifndef LUM_IO_OUTFILE_H
 #define LUM_IO_OUTFILE_H
 
-#include "lum/io/error.h"
+#include "lum/base/error.h"
 #include "lum/result.h"
 
 #include <stdbool.h>

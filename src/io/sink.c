@@ -26,6 +26,7 @@ struct lum_sink {
     lum_outfile file;
     block blocks[BLOCKS];
     unsigned filling; /* the caller's block */
+    uint64_t bytes;   /* appended so far */
     pthread_t thread;
     bool threaded;
     pthread_mutex_t lock; /* guards what follows */
@@ -230,6 +231,26 @@ char *lum_sink_reserve(lum_sink *sink, size_t n, lum_error *error)
 void lum_sink_commit(lum_sink *sink, size_t n)
 {
     sink->blocks[sink->filling].used += n;
+    sink->bytes += n;
+}
+
+uint64_t lum_sink_bytes(const lum_sink *sink)
+{
+    return sink->bytes;
+}
+
+int lum_sink_flush(lum_sink *sink, lum_error *error)
+{
+    (void)pthread_mutex_lock(&sink->lock);
+    const bool is_busy = sink->queued > 0;
+    const int failure = sink->failure;
+    (void)pthread_mutex_unlock(&sink->lock);
+    if (failure != 0) {
+        return fail(sink, failure, "cannot write", error);
+    }
+    return is_busy || sink->blocks[sink->filling].used == 0
+               ? 0
+               : submit(sink, error);
 }
 
 int lum_sink_write(lum_sink *sink, const void *bytes, size_t n,

@@ -10,7 +10,7 @@
 #ifndef LUM_IO_SINK_H
 #define LUM_IO_SINK_H
 
-#include "lum/io/error.h"
+#include "lum/base/error.h"
 #include "lum/result.h"
 
 #include <stdbool.h>
@@ -48,6 +48,15 @@ void lum_sink_commit(lum_sink *sink, size_t n);
  * @return 0, or -1 with the reason in error and in errno. */
 LUM_MUST_CHECK int lum_sink_write(lum_sink *sink, const void *bytes, size_t n,
                                   lum_error *error);
+
+/** Bytes appended so far. */
+uint64_t lum_sink_bytes(const lum_sink *sink);
+
+/** Begin to write what was appended, so that a reader sees it; does not wait.
+ * While the thread is still at what came before, nothing happens: call again
+ * later.
+ * @return 0, or -1 with the reason in error and in errno. */
+LUM_MUST_CHECK int lum_sink_flush(lum_sink *sink, lum_error *error);
 
 /** Overwrite n bytes at an offset from this output's first byte, after all that
  * was appended has been written. Only if lum_sink_seekable().

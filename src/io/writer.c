@@ -163,6 +163,19 @@ int lum_writer_add(lum_writer *writer, const lum_line_samples *line,
     return 0;
 }
 
+uint64_t lum_writer_bytes(const lum_writer *writer)
+{
+    return lum_sink_bytes(writer->sink);
+}
+
+int lum_writer_flush(lum_writer *writer, lum_error *error)
+{
+    if (writer->failed || lum_sink_flush(writer->sink, &writer->failure) != 0) {
+        return remember(writer, error);
+    }
+    return 0;
+}
+
 static int check_count(const lum_writer *writer, lum_error *error)
 {
     if (!writer->was_rehearsed || writer->rehearsed == writer->points) {

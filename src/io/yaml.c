@@ -98,10 +98,20 @@ static void quote(char out[QUOTED_BYTES], const char *text, size_t len)
     }
 }
 
+/* Why a file may not have a known key, or NULL. */
+static const char *refusal_of(const lum_yaml_key *key)
+{
+    return key->rule != NULL ? key->rule->refusal : NULL;
+}
+
 static void append_keys(char *out, size_t size, const lum_yaml_table *table)
 {
+    const char *between = "";
     for (size_t i = 0; i < table->count; i++) {
-        append(out, size, "%s%s", i > 0 ? ", " : "", table->keys[i].name);
+        if (refusal_of(&table->keys[i]) == NULL) {
+            append(out, size, "%s%s", between, table->keys[i].name);
+            between = ", ";
+        }
     }
 }
 
@@ -193,7 +203,8 @@ static const char *nearest(const lum_yaml_table *table, const char *text,
         const char *name = table->keys[i].name;
         const size_t d =
             distance(text, len, name, min_of(strlen(name), WORD_MAX));
-        if (d < least && 3 * d <= min_of(len, strlen(name))) {
+        if (d < least && 3 * d <= min_of(len, strlen(name)) &&
+            refusal_of(&table->keys[i]) == NULL) {
             least = d;
             best = name;
         }
@@ -407,6 +418,22 @@ static int refuse_kind(reader *r, const lum_yaml_key *key)
     }
 }
 
+/* Notes where a known key stands; NULL: refused. */
+static const lum_yaml_key *admit_key(reader *r, const lum_yaml_key *key,
+                                     unsigned *seen)
+{
+    if (refusal_of(key) != NULL) {
+        (void)FAIL(r, "%s", refusal_of(key));
+        return NULL;
+    }
+    if (*seen != 0) {
+        (void)FAIL(r, "repeated; it stands on line %u already", *seen);
+        return NULL;
+    }
+    *seen = r->line;
+    return key;
+}
+
 /* Reads a key and notes where it stands; NULL: refused. */
 static const lum_yaml_key *read_key(reader *r, const lum_yaml_table *table,
                                     unsigned seen[LUM_YAML_KEYS_MAX])
@@ -427,12 +454,7 @@ static const lum_yaml_key *read_key(reader *r, const lum_yaml_table *table,
         }
         append(r->path, sizeof r->path, "%s%s", r->path[0] != '\0' ? "." : "",
                key->name);
-        if (seen[i] != 0) {
-            (void)FAIL(r, "repeated; it stands on line %u already", seen[i]);
-            return NULL;
-        }
-        seen[i] = r->line;
-        return key;
+        return admit_key(r, key, &seen[i]);
     }
     (void)refuse_key(r, table, scalar_text(r), scalar_len(r));
     return NULL;

@@ -11,7 +11,7 @@
 #ifndef LUM_IO_YAML_H
 #define LUM_IO_YAML_H
 
-#include "lum/io/error.h"
+#include "lum/base/error.h"
 #include "lum/result.h"
 
 #include <stdbool.h>
@@ -43,6 +43,8 @@ typedef struct lum_yaml_rule {
     const char *unit;           /**< the file's unit, such as " deg" */
     const char *allowed;        /**< the numbers in words, if min and max do
                                      not say it all; or NULL */
+    const char *refusal;        /**< why no file may have the key, which then is
+                                     not among those allowed; or NULL */
 } lum_yaml_rule;
 
 /** A key of a mapping. */

@@ -63,8 +63,9 @@ static lum_group group_of(const lum_sim_line *line, uint8_t tag, uint32_t first,
     return group;
 }
 
-static lum_result add_angles(const lum_layout *layout, const lum_sim_line *line,
-                             lum_packet_batch *out)
+lum_result lum_packets_add_angles(const lum_layout *layout,
+                                  const lum_sim_line *line,
+                                  lum_packet_batch *out)
 {
     uint32_t first = 0;
     for (size_t i = 0; i < sizeof angle_cuts / sizeof angle_cuts[0]; i++) {
@@ -99,8 +100,9 @@ static size_t end_of_packet(const lum_sim_line *line, size_t first, size_t room)
     return end;
 }
 
-static lum_result add_ranges(const lum_layout *layout, const lum_sim_line *line,
-                             lum_packet_batch *out)
+lum_result lum_packets_add_ranges(const lum_layout *layout,
+                                  const lum_sim_line *line,
+                                  lum_packet_batch *out)
 {
     const size_t room =
         (LUM_PACKET_BYTES_MAX - layout->profile.samples_at) / LUM_SAMPLE_BYTES;
@@ -124,8 +126,18 @@ lum_result lum_packets_build(const lum_layout *layout, const lum_sim_line *line,
                              lum_packet_batch *out)
 {
     out->count = 0;
-    const lum_result result = add_angles(layout, line, out);
-    return result != LUM_OK ? result : add_ranges(layout, line, out);
+    const lum_result result = lum_packets_add_angles(layout, line, out);
+    return result != LUM_OK ? result
+                            : lum_packets_add_ranges(layout, line, out);
+}
+
+void lum_packets_set_clock(const lum_layout *layout, uint32_t clock_us,
+                           uint8_t *packet)
+{
+    const lum_field field = layout->profile.group[LUM_FIELD_TIMESTAMP];
+    for (unsigned i = 0; i < field.bytes; i++) {
+        packet[field.at + i] = (uint8_t)(clock_us >> (8u * i) & 0xffu);
+    }
 }
 
 size_t lum_packets_spread(lum_packet_batch batches[LUM_EYES], double line_ns,

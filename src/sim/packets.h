@@ -49,6 +49,21 @@ LUM_MUST_CHECK lum_result lum_packets_build(const lum_layout *layout,
                                             const lum_sim_line *line,
                                             lum_packet_batch *out);
 
+/** Append the angle packets of a line, the first part of lum_packets_build().
+ * @return as lum_packets_build(). */
+LUM_MUST_CHECK lum_result lum_packets_add_angles(const lum_layout *layout,
+                                                 const lum_sim_line *line,
+                                                 lum_packet_batch *out);
+
+/** Append the range packets of a line, the second part. */
+LUM_MUST_CHECK lum_result lum_packets_add_ranges(const lum_layout *layout,
+                                                 const lum_sim_line *line,
+                                                 lum_packet_batch *out);
+
+/** Set the clock of a data packet; nothing where the layout has none. */
+void lum_packets_set_clock(const lum_layout *layout, uint32_t clock_us,
+                           uint8_t *packet);
+
 /** Spread the packets of both eyes over the time of a line: the eyes take
  * turns, at even distances.
  * @param batches one of each ::lum_eye; their time_ns change.

@@ -20,9 +20,17 @@
 #define WIDTH_MIN_NS  2.0f
 #define WIDTH_SPAN_NS 10.0f
 
+/* Numbers of a line's random streams. */
+#define LINE_STREAM 2u
+
+/* Sets the noise of echoes that are not seen at usual power and threshold apart
+ * from all else of the line. */
+#define FAINT_STREAM 3u
+
 typedef struct pulse {
     float range;
     float width_ns;
+    size_t echo; /* that it begins with */
 } pulse;
 
 void lum_render_options_default(lum_render_options *out)
@@ -61,6 +69,9 @@ lum_result lum_render_init(lum_render *out, const lum_render_options *options)
     for (unsigned i = 0; i < LUM_EYES; i++) {
         out->tof_offset[i] =
             (double)c->eye[i].tof_offset_fs / (double)c->tof_lsb_fs;
+    }
+    for (unsigned i = 0; i < LUM_EYES; i++) {
+        lum_scan_aim(&out->scan, i, options->elevations_udeg[i]);
     }
     out->tof_per_m = 2.0 / (double)c->speed_of_light / lsb_s;
     out->tof_per_ns = 1e-9 / lsb_s;
@@ -129,13 +140,11 @@ static size_t add_pulse(pulse *pulses, size_t count, size_t room, pulse next)
     return count;
 }
 
-/* What the detector makes of the surfaces along a beam. */
-static size_t detect(const lum_render *r, const lum_hit *hits, size_t n,
-                     lum_random *random, pulse *pulses)
+/* What the surfaces along a beam send back at full power, without noise. */
+static void weigh(const lum_hit *hits, size_t n, lum_random *random,
+                  lum_echo *out)
 {
-    const float weakest = WEAKEST * r->options.threshold;
-    float left = r->options.gain * STRENGTH;
-    size_t count = 0;
+    float left = STRENGTH;
     for (size_t i = 0; i < n; i++) {
         const lum_hit *hit = &hits[i];
         const float speckle = 0.7f + 0.6f * lum_random_unit(random);
@@ -143,12 +152,29 @@ static size_t detect(const lum_render *r, const lum_hit *hits, size_t n,
                                hit->cosine * speckle /
                                (hit->range * hit->range);
         left *= 1.0f - hit->cover;
+        out[i] = (lum_echo){.range = hit->range, .strength = strength};
+    }
+}
+
+/* What the detector makes of the echoes of a pixel. */
+static size_t detect(const lum_echo *echoes, size_t n, float gain,
+                     float threshold, unsigned returns_max, pulse *pulses)
+{
+    const float weakest = WEAKEST * threshold;
+    size_t count = 0;
+    for (size_t i = 0; i < n; i++) {
+        const float strength = gain * echoes[i].strength;
         if (strength >= weakest) {
-            const pulse next = {hit->range, width_of(strength)};
-            count = add_pulse(pulses, count, r->options.returns_max, next);
+            const pulse next = {echoes[i].range, width_of(strength), i};
+            count = add_pulse(pulses, count, returns_max, next);
         }
     }
     return count;
+}
+
+static float draw_noise(lum_random *random)
+{
+    return LUM_RENDER_NOISE_M * lum_random_normal(random);
 }
 
 /* To the nearest integer; x above -2^20, as a cast rounds down above 0. */
@@ -158,21 +184,19 @@ static int32_t round_tof(double x)
 }
 
 /* Both edges of a return; false when a word cannot hold them. */
-static bool add_words(const lum_render *r, const pulse *p, uint32_t pixel,
-                      lum_random *random, lum_sim_line *out)
+static bool make_words(const lum_render *r, unsigned eye, const pulse *p,
+                       float noise, uint32_t pixel, uint32_t out[2])
 {
-    const double noise =
-        (double)(LUM_RENDER_NOISE_M * lum_random_normal(random));
     const double rise =
-        ((double)p->range + noise) * r->tof_per_m - r->tof_offset[out->eye];
+        ((double)p->range + (double)noise) * r->tof_per_m - r->tof_offset[eye];
     const double width = (double)p->width_ns * r->tof_per_ns;
     if (rise < LUM_TOF_MIN || rise + width > LUM_TOF_MAX - 1) {
         return false;
     }
     const int32_t rising = round_tof(rise);
     const int32_t falling = rising + round_tof(width);
-    out->words[out->word_count++] = lum_word_make(rising, true, pixel);
-    out->words[out->word_count++] =
+    out[0] = lum_word_make(rising, true, pixel);
+    out[1] =
         lum_word_make(falling > rising ? falling : rising + 1, false, pixel);
     return true;
 }
@@ -203,21 +227,44 @@ static void number_returns(lum_sample *samples, size_t n)
     }
 }
 
-static void render_pixel(const lum_render *r, const lum_scene *scene,
-                         uint32_t pixel, lum_random *random, lum_sim_line *out)
+/* The echoes of a pixel, without noise. */
+static size_t find_echoes(const lum_render *r, unsigned eye, uint32_t pixel,
+                          lum_random *random, lum_echo *out)
 {
     lum_hit hits[LUM_SCENE_HITS_MAX];
-    pulse pulses[LUM_RENDER_RETURNS_MAX];
     const lum_ray ray = lum_ray_make(r->line.direction[pixel]);
-    const size_t n = lum_scene_cast(scene, &ray, hits);
-    const size_t count = detect(r, hits, n, random, pulses);
+    const size_t n = lum_scene_cast(&r->scenes[r->scene_of[eye]], &ray, hits);
+    weigh(hits, n, random, out);
+    return n;
+}
+
+static void render_pixel(const lum_render *r, uint32_t pixel,
+                         lum_random *random, lum_sim_line *out)
+{
+    lum_echo echoes[LUM_SCENE_HITS_MAX];
+    pulse pulses[LUM_RENDER_RETURNS_MAX];
+    const size_t n = find_echoes(r, out->eye, pixel, random, echoes);
+    const size_t count =
+        detect(echoes, n, r->options.gain, r->options.threshold,
+               r->options.returns_max, pulses);
     const size_t first = out->truth_count;
     for (size_t i = 0; i < count; i++) {
-        if (add_words(r, &pulses[i], pixel, random, out)) {
+        const float noise = draw_noise(random);
+        if (make_words(r, out->eye, &pulses[i], noise, pixel,
+                       &out->words[out->word_count])) {
+            out->word_count += 2;
             add_truth(r, &pulses[i], pixel, out);
         }
     }
     number_returns(&out->truth[first], out->truth_count - first);
+}
+
+static void init_random(const lum_render *r, int64_t frame, uint32_t line,
+                        unsigned eye, unsigned stream, lum_random *out)
+{
+    lum_random_init(out, r->options.seed,
+                    ((uint64_t)frame << 24) | ((uint64_t)line << 8) |
+                        (eye << 4) | stream);
 }
 
 lum_result lum_render_line(lum_render *render, int64_t frame, uint32_t line,
@@ -227,9 +274,7 @@ lum_result lum_render_line(lum_render *render, int64_t frame, uint32_t line,
     if (set_scenes(render, frame) != LUM_OK) {
         return LUM_E_SPACE;
     }
-    lum_random_init(&random, render->options.seed,
-                    ((uint64_t)frame << 24) | ((uint64_t)line << 8) |
-                        (eye << 4) | 2u);
+    init_random(render, frame, line, eye, LINE_STREAM, &random);
     lum_scan_compute(&render->scan, eye, line, &random, &render->line);
     out->frame = frame;
     out->clock_us = lum_render_clock_us(render, frame, line);
@@ -239,8 +284,80 @@ lum_result lum_render_line(lum_render *render, int64_t frame, uint32_t line,
     out->truth_count = 0;
     memcpy(out->angles, render->line.reading, sizeof out->angles);
     for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
-        render_pixel(render, &render->scenes[render->scene_of[eye]], p, &random,
-                     out);
+        render_pixel(render, p, &random, out);
     }
     return LUM_OK;
+}
+
+/* The noise of pulses that are seen at usual power and threshold is drawn as
+ * for a rendered line; the other echoes have theirs from elsewhere. */
+static void add_noise(const lum_render *r, lum_random *random,
+                      lum_random *faint, lum_echo *echoes, size_t n)
+{
+    pulse pulses[LUM_RENDER_RETURNS_MAX];
+    const size_t count =
+        detect(echoes, n, 1.0f, 1.0f, r->options.returns_max, pulses);
+    size_t next = 0;
+    for (size_t i = 0; i < n; i++) {
+        const bool is_seen = next < count && pulses[next].echo == i;
+        echoes[i].noise = draw_noise(is_seen ? random : faint);
+        next += is_seen;
+    }
+}
+
+static void keep_echoes(const lum_echo *echoes, size_t n, uint32_t pixel,
+                        lum_echo_line *out)
+{
+    const size_t first = out->count;
+    for (size_t i = 0; i < n; i++) {
+        if (echoes[i].strength >= LUM_RENDER_FAINTEST * WEAKEST) {
+            out->echoes[out->count++] = echoes[i];
+        }
+    }
+    out->counts[pixel] = (uint8_t)(out->count - first);
+}
+
+lum_result lum_render_echoes(lum_render *render, int64_t frame, uint32_t line,
+                             unsigned eye, lum_echo_line *out)
+{
+    lum_random random;
+    lum_random faint;
+    if (set_scenes(render, frame) != LUM_OK) {
+        return LUM_E_SPACE;
+    }
+    init_random(render, frame, line, eye, LINE_STREAM, &random);
+    init_random(render, frame, line, eye, FAINT_STREAM, &faint);
+    lum_scan_compute(&render->scan, eye, line, &random, &render->line);
+    out->clock_us = lum_render_clock_us(render, frame, line);
+    out->count = 0;
+    memcpy(out->angles, render->line.reading, sizeof out->angles);
+    for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
+        lum_echo echoes[LUM_SCENE_HITS_MAX];
+        const size_t n = find_echoes(render, eye, p, &random, echoes);
+        add_noise(render, &random, &faint, echoes, n);
+        keep_echoes(echoes, n, p, out);
+    }
+    return LUM_OK;
+}
+
+size_t lum_render_words(const lum_render *render, unsigned eye,
+                        const uint8_t *counts, const lum_echo *echoes,
+                        float gain, float threshold, uint32_t *words)
+{
+    size_t n = 0;
+    if (!(gain > 0.0f)) {
+        return 0;
+    }
+    for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
+        pulse pulses[LUM_RENDER_RETURNS_MAX];
+        const size_t count = detect(echoes, counts[p], gain, threshold,
+                                    render->options.returns_max, pulses);
+        for (size_t i = 0; i < count; i++) {
+            const float noise = echoes[pulses[i].echo].noise;
+            n += make_words(render, eye, &pulses[i], noise, p, &words[n]) ? 2u
+                                                                          : 0u;
+        }
+        echoes += counts[p];
+    }
+    return n;
 }

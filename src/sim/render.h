@@ -37,24 +37,52 @@ typedef struct lum_render_options {
     unsigned returns_max;        /**< of a pixel, 1..LUM_RENDER_RETURNS_MAX */
     float gain;      /**< strength of all returns; 1 at full power */
     float threshold; /**< weakest return that is seen; 1 is usual */
+    const int32_t *elevations_udeg[LUM_EYES]; /**< of each line, by ::lum_eye,
+                                                   as lum_scan_aim(): kept, not
+                                                   copied; NULL: the whole span
+                                               */
 } lum_render_options;
+
+/** Most range words of a line. */
+#define LUM_RENDER_WORDS_MAX (2u * LUM_RENDER_RETURNS_MAX * LUM_LINE_PIXELS)
 
 /** A rendered line. */
 typedef struct lum_sim_line {
-    int64_t frame;                     /**< from 1 */
-    int64_t clock_us;                  /**< sensor clock at its beginning */
-    uint32_t number;                   /**< within the frame */
-    uint8_t eye;                       /**< an ::lum_eye */
-    size_t word_count;                 /**< of words */
-    size_t truth_count;                /**< of truth */
-    lum_angle angles[LUM_LINE_PIXELS]; /**< readings */
-    uint32_t words[2 * LUM_RENDER_RETURNS_MAX *
-                   LUM_LINE_PIXELS]; /**< by pixel; for each return a rising
-                                          word, then a falling one */
+    int64_t frame;                        /**< from 1 */
+    int64_t clock_us;                     /**< sensor clock at its beginning */
+    uint32_t number;                      /**< within the frame */
+    uint8_t eye;                          /**< an ::lum_eye */
+    size_t word_count;                    /**< of words */
+    size_t truth_count;                   /**< of truth */
+    lum_angle angles[LUM_LINE_PIXELS];    /**< readings */
+    uint32_t words[LUM_RENDER_WORDS_MAX]; /**< by pixel; for each return a
+                                          rising word, then a falling one */
     lum_sample truth[LUM_RENDER_RETURNS_MAX *
                      LUM_LINE_PIXELS]; /**< the exact points of the rising
                                             words, in their order */
 } lum_sim_line;
+
+/** Strength below which lum_render_echoes() keeps nothing: of the weakest
+ * return that is seen at usual threshold. */
+#define LUM_RENDER_FAINTEST 0.25f
+
+/** A surface that a beam met, and what it sends back at full power. */
+typedef struct lum_echo {
+    float range;    /**< metres */
+    float strength; /**< 1: the weakest that is seen at usual threshold */
+    float noise;    /**< of the range, metres */
+} lum_echo;
+
+/** What the detector of one eye could see of a line, before power and threshold
+ * decide what it sees. */
+typedef struct lum_echo_line {
+    int64_t clock_us;                  /**< sensor clock at its beginning */
+    size_t count;                      /**< of echoes */
+    lum_angle angles[LUM_LINE_PIXELS]; /**< readings */
+    uint8_t counts[LUM_LINE_PIXELS];   /**< echoes of each pixel */
+    lum_echo echoes[LUM_SCENE_HITS_MAX * LUM_LINE_PIXELS]; /**< by pixel, near
+                                                                to far */
+} lum_echo_line;
 
 /** A renderer. Private but in size. */
 typedef struct lum_render {
@@ -96,5 +124,26 @@ int64_t lum_render_clock_us(const lum_render *render, int64_t frame,
 LUM_MUST_CHECK lum_result lum_render_line(lum_render *render, int64_t frame,
                                           uint32_t line, unsigned eye,
                                           lum_sim_line *out);
+
+/** Render a line as far as power and threshold do not matter; options.gain and
+ * options.threshold are not looked at.
+ * Parameters and results as lum_render_line(). */
+LUM_MUST_CHECK lum_result lum_render_echoes(lum_render *render, int64_t frame,
+                                            uint32_t line, unsigned eye,
+                                            lum_echo_line *out);
+
+/** The range words that a detector makes of echoes. With gain 1 and threshold 1
+ * they are those of lum_render_line() at the same.
+ * @param counts    echoes of each of the LUM_LINE_PIXELS pixels.
+ * @param echoes    all of them, by pixel.
+ * @param gain      strength of all returns; with 0 there are none.
+ * @param threshold weakest return that is seen; 1 is usual. Echoes below
+ *                  LUM_RENDER_FAINTEST are missing, whatever it is.
+ * @param words     room for two of each echo, and for LUM_RENDER_WORDS_MAX at
+ *                  most.
+ * @return how many words. */
+size_t lum_render_words(const lum_render *render, unsigned eye,
+                        const uint8_t *counts, const lum_echo *echoes,
+                        float gain, float threshold, uint32_t *words);
 
 #endif

@@ -1,6 +1,7 @@
 #include "scan.h"
 
 #include <math.h>
+#include <stddef.h>
 
 /* The mirror swings a little less than the span, so that no reading's noise
  * leaves it. */
@@ -81,6 +82,7 @@ static lum_result eye_init(lum_scan_eye *e, const lum_eye_calibration *c,
     const double high = degrees_of(c->elevation_max_udeg);
     const double half_el = (high - low) / 2.0;
     const double lsb = (double)layout->profile.angle_lsb_pdeg * 1e-12;
+    e->elevations_udeg = NULL;
     e->azimuth_center = degrees_of(c->azimuth_center_udeg);
     e->elevation_center = (low + high) / 2.0;
     e->elevation_span = high - low;
@@ -112,9 +114,28 @@ lum_result lum_scan_init(lum_scan *out, const lum_calibration *calibration,
     return LUM_OK;
 }
 
+void lum_scan_aim(lum_scan *scan, unsigned eye, const int32_t *elevations_udeg)
+{
+    scan->eye[eye].elevations_udeg = elevations_udeg;
+}
+
 const float *lum_scan_mount(const lum_scan *scan, unsigned eye)
 {
     return scan->eye[eye].mount;
+}
+
+/* Where a line lies, in the middle between its bends. */
+static double elevation_of(const lum_scan_eye *e, uint32_t line, uint32_t lines)
+{
+    if (e->elevations_udeg == NULL) {
+        const double pitch = e->elevation_span / lines;
+        return e->elevation_center + e->elevation_span / 2.0 -
+               pitch * ((double)line + 0.5);
+    }
+    const double swing = SWING * e->elevation_span / 2.0;
+    const double up =
+        degrees_of(e->elevations_udeg[line]) - e->elevation_center;
+    return e->elevation_center + fmax(-swing, fmin(swing, up));
 }
 
 static int16_t read_encoder(double degrees, double bits, lum_random *random)
@@ -140,9 +161,7 @@ void lum_scan_compute(const lum_scan *scan, unsigned eye, uint32_t line,
                       lum_random *random, lum_scan_line *out)
 {
     const lum_scan_eye *e = &scan->eye[eye];
-    const double pitch = e->elevation_span / scan->lines;
-    const double line_el = e->elevation_center + e->elevation_span / 2.0 -
-                           pitch * ((double)line + 0.5);
+    const double line_el = elevation_of(e, line, scan->lines);
     const float sine = (float)sin(radians(line_el));
     const float cosine = (float)cos(radians(line_el));
     for (unsigned p = 0; p < LUM_LINE_PIXELS; p++) {

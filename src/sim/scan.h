@@ -34,6 +34,7 @@ typedef struct lum_scan_eye {
     double elevation_bits;              /**< private: of a degree */
     float rotation[9];                  /**< private: eye to sensor */
     float mount[3];                     /**< private: metres */
+    const int32_t *elevations_udeg;     /**< private: NULL: the whole span */
 } lum_scan_eye;
 
 /** How a sensor scans. */
@@ -59,6 +60,13 @@ LUM_MUST_CHECK lum_result lum_scan_init(lum_scan *out,
                                         const lum_calibration *calibration,
                                         const lum_layout *layout,
                                         uint32_t lines);
+
+/** Say where the lines of an eye lie; after lum_scan_init() they cover the
+ * whole span evenly.
+ * @param elevations_udeg one for each line, the eye's own; those outside the
+ *                        span are taken to its end. Kept, not copied. NULL: the
+ *                        whole span. */
+void lum_scan_aim(lum_scan *scan, unsigned eye, const int32_t *elevations_udeg);
 
 /** Where an eye stands in the frame of the sensor; metres. */
 const float *lum_scan_mount(const lum_scan *scan, unsigned eye);

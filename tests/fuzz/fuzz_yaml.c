@@ -1,5 +1,7 @@
-/* Any bytes as a calibration (first byte even) or a wire profile (odd). */
+/* Any bytes as a calibration, a wire profile or settings, by the first byte
+ * modulo 3. */
 #include "lum/io/config.h"
+#include "lum/io/settings.h"
 
 #include <stdint.h>
 #include <stdlib.h>
@@ -61,15 +63,56 @@ static void try_profile(const char *text, size_t len)
     }
 }
 
+static void require_commands(const lum_settings *s)
+{
+    for (unsigned id = 0; id < LUM_COMMANDS; id++) {
+        const lum_command command = {(lum_command_id)id, s->value[id]};
+        char text[LUM_COMMAND_TEXT_BYTES];
+        size_t len = 0;
+        require(!s->has[id] ||
+                lum_command_format(&command, text, &len) == LUM_OK);
+    }
+    require(!s->has[LUM_COMMAND_LASER_ON] && !s->has[LUM_COMMAND_LASER_OFF]);
+    require(!s->has_shape || !s->has[LUM_COMMAND_YSCAN]);
+}
+
+static void require_shape(const lum_yscan_shape *shape)
+{
+    enum {
+        LINES = 64,
+        MARGIN = 90000001
+    };
+    int32_t udeg[LINES];
+    require(lum_yscan_make(shape, -MARGIN, MARGIN, udeg, LINES) == LUM_OK);
+    for (unsigned i = 1; i < LINES; i++) {
+        require(udeg[i] <= udeg[i - 1]);
+    }
+}
+
+static void try_settings(const char *text, size_t len)
+{
+    lum_settings s;
+    lum_error error = {""};
+    memset(&s, 0xa5, sizeof s);
+    if (lum_settings_parse(text, len, "fuzz", &s, &error) == 0) {
+        require_commands(&s);
+        require(error.text[0] == '\0');
+        if (s.has_shape) {
+            require_shape(&s.shape);
+        }
+    } else {
+        require_message(&error);
+        require_untouched(&s, sizeof s);
+    }
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     if (size == 0) {
         return 0;
     }
-    if (data[0] % 2u == 0) {
-        try_calibration((const char *)data + 1, size - 1);
-    } else {
-        try_profile((const char *)data + 1, size - 1);
-    }
+    static void (*const tries[])(const char *text, size_t len) = {
+        try_calibration, try_profile, try_settings};
+    tries[data[0] % 3u]((const char *)data + 1, size - 1);
     return 0;
 }

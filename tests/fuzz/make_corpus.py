@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""make_corpus.py: writes the seeds of fuzz_packet, fuzz_assembler and
-fuzz_points to corpus/ beside this script; the same bytes each time."""
+"""make_corpus.py: writes the seeds of fuzz_packet, fuzz_assembler, fuzz_points
+and fuzz_device to corpus/ beside this script; the same bytes each time."""
 import pathlib
 import random
 import struct
@@ -93,11 +93,48 @@ def points_seeds():
     }
 
 
+def device_seeds():
+    beat = b"\0"
+    on = tlv(1, b"u")
+
+    def tlvs(*items):
+        body = b"".join(items)
+        return b"\2" + struct.pack("<H", len(body)) + body
+
+    def wait(ms):
+        return b"\1" + struct.pack("<H", ms)
+
+    def hazards(up, down):
+        return b"\5" + struct.pack("<HH", up, down)
+
+    table = struct.pack("<64h", *(32000 - 900 * i for i in range(64)))
+    whole = packet(7, struct.pack("<I", 9) + tlv(1, b"d 55p"))
+    return {
+        "boot": b"\0" + tlvs() + tlvs(on) + beat + tlvs(on) + wait(2999) + beat
+                + wait(2999) + tlvs(on) + wait(1) + beat + tlvs(on),
+        "commands": b"\0" + beat + tlvs(tlv(
+            1, b"d u 55p 20g 30b 0f 15y 150h 30G 1B 101p 165h what 050p")),
+        "uncut": b"\0" + tlvs(tlv(1, b"5p  6p"), tlv(1, b" "), tlv(1, b"u ")),
+        "table": b"\1" + tlvs(tlv(4, table), tlv(1, b"1f"), tlv(4, table),
+                              tlv(4, table[:126]), tlv(4, b"abc")),
+        "order": b"\10" + tlvs(tlv(4, table), tlv(1, b"20y 1f")),
+        "hazards": b"\0" + beat + tlvs(on) + hazards(0x40, 0)
+                   + tlvs(on) + hazards(0, 0x40) + hazards(0xFFFF, 0xFFFF),
+        "times": b"\4" + b"\4\6\10" + bytes(8) + wait(60000) + b"\4\6\10"
+                 + bytes(range(8)),
+        "set-ip": b"\2" + b"\4\5\4" + bytes((10, 42, 0, 99)) + b"\4\5\4"
+                  + bytes(4),
+        "whole": b"\0" + b"\3" + struct.pack("<H", len(whole)) + whole,
+        "broken": b"\0" + tlvs(tlv(1, b"7p"), b"\1\0\7"),
+    }
+
+
 def main():
     corpus = pathlib.Path(__file__).resolve().parent / "corpus"
     for name, seeds in (("packet", packet_seeds()),
                         ("assembler", assembler_seeds()),
-                        ("points", points_seeds())):
+                        ("points", points_seeds()),
+                        ("device", device_seeds())):
         (corpus / name).mkdir(parents=True, exist_ok=True)
         for seed, content in seeds.items():
             (corpus / name / seed).write_bytes(content)

@@ -57,15 +57,35 @@ static char *resolve(const char *path, lum_error *error)
     return resolved;
 }
 
+static int check_directory(const char *path, lum_error *error)
+{
+    return !is_directory_missing(path)
+               ? 0
+               : lum_error_set(error,
+                               "%s: cannot create it: the directory does not "
+                               "exist; create it or write elsewhere",
+                               path);
+}
+
+/* What is left out stays NULL, and free() allows that. */
+static int open_writer(struct capture_file *file, const char *path,
+                       lum_error *error)
+{
+    if (lum_capture_writer_open(path, &file->writer, error) == 0) {
+        return 0;
+    }
+    free(file->path);
+    free(file->part);
+    *file = (struct capture_file){0};
+    return -1;
+}
+
 int capture_file_open(const char *path, struct capture_file *out,
                       lum_error *error)
 {
     *out = (struct capture_file){0};
-    if (is_directory_missing(path)) {
-        return lum_error_set(error,
-                             "%s: cannot create it: the directory does not "
-                             "exist; create it or write elsewhere",
-                             path);
+    if (check_directory(path, error) != 0) {
+        return -1;
     }
     if (!capture_file_is_in_place(path)) {
         out->path = resolve(path, error);
@@ -78,10 +98,28 @@ int capture_file_open(const char *path, struct capture_file *out,
             return lum_error_set(error, "%s: not enough memory", path);
         }
     }
-    if (lum_capture_writer_open(out->part != NULL ? out->part : path,
-                                &out->writer, error) != 0) {
-        free(out->path);
-        free(out->part);
+    return open_writer(out, out->part != NULL ? out->part : path, error);
+}
+
+/* The writer makes a file anew, which would replace a link. */
+int capture_file_record(const char *path, struct capture_file *out,
+                        lum_error *error)
+{
+    *out = (struct capture_file){0};
+    if (check_directory(path, error) != 0) {
+        return -1;
+    }
+    if (!capture_file_is_in_place(path)) {
+        out->path = resolve(path, error);
+        if (out->path == NULL) {
+            return -1;
+        }
+    }
+    if (open_writer(out, out->path != NULL ? out->path : path, error) != 0) {
+        return -1;
+    }
+    if (capture_file_flush(out, error) != 0) {
+        capture_file_abort(out);
         return -1;
     }
     return 0;
@@ -91,6 +129,16 @@ int capture_file_add(struct capture_file *file, const lum_datagram *datagram,
                      lum_error *error)
 {
     return lum_capture_writer_add(file->writer, datagram, error);
+}
+
+int capture_file_flush(struct capture_file *file, lum_error *error)
+{
+    return lum_capture_writer_flush(file->writer, error);
+}
+
+uint64_t capture_file_bytes(const struct capture_file *file)
+{
+    return lum_capture_writer_bytes(file->writer);
 }
 
 static int give_name(struct capture_file *file, lum_error *error)

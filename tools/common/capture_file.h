@@ -1,12 +1,14 @@
-/* The capture being written: a regular file stands under its name only when it
- * is whole. */
+/* The capture being written. One that is made from what is there already stands
+ * under its name only when it is whole; one that records what will not come
+ * again, from the start. */
 #ifndef LUM_TOOLS_CAPTURE_FILE_H
 #define LUM_TOOLS_CAPTURE_FILE_H
 
+#include "lum/base/error.h"
 #include "lum/io/capture.h"
-#include "lum/io/error.h"
 
 #include <stdbool.h>
+#include <stdint.h>
 
 struct capture_file {
     lum_capture_writer *writer;
@@ -21,15 +23,27 @@ bool capture_file_is_in_place(const char *path);
 int capture_file_open(const char *path, struct capture_file *out,
                       lum_error *error);
 
+/* As capture_file_open(), under its own name from the start; what was recorded
+ * stays, whatever becomes of the rest. */
+int capture_file_record(const char *path, struct capture_file *out,
+                        lum_error *error);
+
 /* 0, or -1 with the reason in error and errno. */
 int capture_file_add(struct capture_file *file, const lum_datagram *datagram,
                      lum_error *error);
+
+/* Make what was added readable to others. 0, or -1 with the reason in error and
+ * errno. */
+int capture_file_flush(struct capture_file *file, lum_error *error);
+
+/* Bytes of the file so far. */
+uint64_t capture_file_bytes(const struct capture_file *file);
 
 /* Give the file its name. 0, or -1 with the reason in error and errno; then
  * nothing is left behind. */
 int capture_file_close(struct capture_file *file, lum_error *error);
 
-/* Remove what was written. */
+/* Remove what was written; of a recording it stays. */
 void capture_file_abort(struct capture_file *file);
 
 /* As capture_file_abort(), for a process about to die: does not wait for

@@ -2,14 +2,32 @@
 #ifndef LUM_TOOLS_INTERRUPT_H
 #define LUM_TOOLS_INTERRUPT_H
 
+#include "lum/net/cancel.h"
+
 /* Note SIGINT, SIGTERM and SIGHUP from now on; a write to a pipe without a
  * reader fails with EPIPE instead of killing the process. After a signal, waits
  * for input and output end with EINTR again and again; a second signal, or
  * three seconds, end the process at once. */
 void interrupt_catch(void);
 
+/* A cancel that a signal raises from now on; NULL: none. Only one at a time. */
+void interrupt_attach(lum_cancel *cancel);
+
 /* The signal that came, or 0. */
 int interrupt_signal(void);
+
+/* As if no signal had come: for a prompt that goes on after Ctrl-C. The cancel
+ * that is attached is reset. */
+void interrupt_forget(void);
+
+/* What begins now needs its own time to end in good order, such as a laser that
+ * has to be switched off: until interrupt_release() a signal is noted and
+ * raises the cancel, and neither a second one nor three seconds end the
+ * process. */
+void interrupt_hold(void);
+
+/* As before again; the three seconds of a signal that came meanwhile begin. */
+void interrupt_release(void);
 
 /* Die of the signal that came, as if it had never been caught. Safe in a signal
  * handler. */

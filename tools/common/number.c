@@ -1,9 +1,7 @@
-#define _POSIX_C_SOURCE 200809L
 #include "number.h"
 
-#include <arpa/inet.h>
 #include <errno.h>
-#include <math.h>
+#include <float.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,20 +30,42 @@ bool number_parse_real(const char *text, double min, double max, double *out)
     }
     errno = 0;
     const double value = strtod(text, &end);
-    if (*end != '\0' || !isfinite(value) || value < min || value > max) {
+    const bool is_finite = value >= -DBL_MAX && value <= DBL_MAX;
+    if (*end != '\0' || !is_finite || value < min || value > max) {
         return false;
     }
     *out = value;
     return true;
 }
 
+/* 0..255 in decimal without leading zeros. Returns its digits, 0: none. */
+static size_t read_part(const char *text, uint32_t *out)
+{
+    const size_t n = strspn(text, "0123456789");
+    uint32_t value = 0;
+    if (n == 0 || n > 3 || (n > 1 && text[0] == '0')) {
+        return 0;
+    }
+    for (size_t i = 0; i < n; i++) {
+        value = 10u * value + (uint32_t)(text[i] - '0');
+    }
+    *out = value;
+    return value <= 255u ? n : 0;
+}
+
 bool number_parse_address(const char *text, uint32_t *out)
 {
-    struct in_addr address;
-    if (inet_pton(AF_INET, text, &address) != 1) {
-        return false;
+    uint32_t address = 0;
+    for (unsigned i = 0; i < 4; i++) {
+        uint32_t part = 0;
+        const size_t n = read_part(text, &part);
+        if (n == 0 || text[n] != (i < 3 ? '.' : '\0')) {
+            return false;
+        }
+        address = address << 8 | part;
+        text += n + 1;
     }
-    *out = ntohl(address.s_addr);
+    *out = address;
     return true;
 }
 

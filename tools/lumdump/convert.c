@@ -1,13 +1,7 @@
-#define _POSIX_C_SOURCE 200809L
 #include "convert.h"
-
-#include "../common/interrupt.h"
 
 #include <errno.h>
 #include <stdlib.h>
-
-/* Records between looks at signals and at the clock for the progress line. */
-#define RECORDS_A_LOOK 256u
 
 static enum pass_result output_failed(void)
 {
@@ -27,7 +21,9 @@ static bool is_wanted(const struct options *o, const lum_line *line)
 static bool needs_samples(const struct pass *pass)
 {
     const lum_selection *s = &pass->options->selection;
-    return pass->output != NULL || s->has_range || s->has_box ||
+    const bool writes =
+        pass->outputs != NULL && outputs_want_lines(pass->outputs);
+    return writes || s->has_range || s->has_box ||
            s->returns != LUM_RETURNS_ALL;
 }
 
@@ -57,11 +53,11 @@ static int write_line(struct pass *pass, const lum_line *line,
     counts->points += n;
     counts->no_angle += losses.no_angle;
     counts->no_range += losses.no_range;
-    if (pass->output == NULL) {
+    if (pass->outputs == NULL) {
         return 0;
     }
-    return output_add_line(
-        pass->output,
+    return outputs_add_line(
+        pass->outputs,
         &(lum_line_samples){.samples = pass->samples,
                             .count = n,
                             .frame = line->frame,
@@ -90,17 +86,17 @@ static int handle_line(struct pass *pass, lum_error *error)
 static enum pass_result handle_event(struct pass *pass, lum_result event,
                                      lum_error *error)
 {
-    if (pass->output != NULL && !pass->options->has_sensor &&
+    if (pass->outputs != NULL && !pass->has_sensor &&
         lum_demux_sensor_count(pass->demux) > 1) {
         return PASS_SENSORS;
     }
     if (event == LUM_LINE_READY) {
         return handle_line(pass, error) == 0 ? PASS_DONE : output_failed();
     }
-    if (pass->output != NULL &&
-        output_end_frame(pass->output,
-                         lum_assembler_frame(lum_demux_current(pass->demux)),
-                         error) != 0) {
+    if (pass->outputs != NULL &&
+        outputs_end_frame(pass->outputs,
+                          lum_assembler_frame(lum_demux_current(pass->demux)),
+                          error) != 0) {
         return output_failed();
     }
     return PASS_DONE;
@@ -118,37 +114,42 @@ static void note_time(struct summary *s, int64_t time_ns)
     }
 }
 
-/* A record of port 5517 that was counted as `kind`. */
+/* A record of port 5517 that was counted as `kind`. A recording holds all that
+ * came from the sensor, so that it tells what the run itself told. */
 static enum pass_result note_ours(struct pass *pass, const lum_record *record,
                                   lum_packet_kind kind, lum_error *error)
 {
-    if (kind == LUM_PACKET_FOREIGN) {
-        return PASS_DONE;
+    const bool is_foreign = kind == LUM_PACKET_FOREIGN;
+    if (!is_foreign) {
+        note_time(&pass->summary, record->time_ns);
     }
-    note_time(&pass->summary, record->time_ns);
-    if (kind != LUM_PACKET_DATA) {
+    if (!is_foreign && kind != LUM_PACKET_DATA) {
         diagnosis_note(&pass->diagnosis, record->payload, record->len, kind);
     }
-    if (pass->output != NULL &&
-        output_add_datagram(pass->output, record, error) != 0) {
+    if (pass->outputs != NULL && (!is_foreign || pass->options->is_live) &&
+        outputs_add_datagram(pass->outputs, record, error) != 0) {
         return output_failed();
     }
     return PASS_DONE;
 }
 
-static bool is_of_asked_sensor(const struct options *o,
+static bool is_of_asked_sensor(const struct pass *pass,
                                const lum_record *record)
 {
-    return !o->has_sensor || record->source == o->sensor ||
-           record->destination == o->sensor;
+    return !pass->has_sensor || record->source == pass->sensor ||
+           record->destination == pass->sensor;
 }
 
-static enum pass_result take_record(struct pass *pass, const lum_record *record,
-                                    lum_error *error)
+enum pass_result pass_take(struct pass *pass, const lum_record *record,
+                           lum_error *error)
 {
     lum_packet_kind kind = LUM_PACKET_KINDS;
     lum_result r = LUM_OK;
     enum pass_result result = PASS_DONE;
+    if (pass->outputs != NULL &&
+        outputs_set_time(pass->outputs, record->time_ns, error) != 0) {
+        return output_failed();
+    }
     while ((r = lum_demux_push(pass->demux, record, &kind)) > 0) {
         result = handle_event(pass, r, error);
         if (result != PASS_DONE) {
@@ -159,13 +160,13 @@ static enum pass_result take_record(struct pass *pass, const lum_record *record,
         (void)lum_error_set(error, "out of memory");
         return PASS_FAILED;
     }
-    if (kind != LUM_PACKET_KINDS && is_of_asked_sensor(pass->options, record)) {
+    if (kind != LUM_PACKET_KINDS && is_of_asked_sensor(pass, record)) {
         return note_ours(pass, record, kind, error);
     }
     return PASS_DONE;
 }
 
-static enum pass_result flush(struct pass *pass, lum_error *error)
+enum pass_result pass_flush(struct pass *pass, lum_error *error)
 {
     lum_result r = LUM_OK;
     while ((r = lum_demux_flush(pass->demux)) > 0) {
@@ -177,64 +178,14 @@ static enum pass_result flush(struct pass *pass, lum_error *error)
     return PASS_DONE;
 }
 
-static enum pass_result look_around(struct pass *pass,
-                                    const lum_capture *capture)
+enum pass_result pass_prepare(struct pass *pass, lum_error *error)
 {
-    uint64_t done = 0;
-    uint64_t total = 0;
-    uint64_t points = 0;
-    if (interrupt_signal() != 0) {
-        return PASS_INTERRUPTED;
-    }
-    lum_capture_progress(capture, &done, &total);
-    for (size_t i = 0; i < lum_demux_sensor_count(pass->demux); i++) {
-        points += pass->summary.sensors[i].points;
-    }
-    progress_update(pass->progress, done, total, points);
-    return PASS_DONE;
-}
-
-static bool is_past_duration(const struct pass *pass, int64_t first_ns,
-                             int64_t time_ns)
-{
-    return pass->options->duration_ns != 0 &&
-           time_ns - first_ns > pass->options->duration_ns;
-}
-
-static enum pass_result read_all(struct pass *pass, lum_capture *capture,
-                                 lum_error *error)
-{
-    struct summary *s = &pass->summary;
-    lum_record record;
-    int64_t first_ns = 0;
-    int status = 0;
-    while ((status = lum_capture_next(capture, &record, &pass->warning)) > 0) {
-        first_ns = s->records == 0 ? record.time_ns : first_ns;
-        if (is_past_duration(pass, first_ns, record.time_ns)) {
-            return PASS_DONE;
-        }
-        enum pass_result result = take_record(pass, &record, error);
-        if (result == PASS_DONE && s->records % RECORDS_A_LOOK == 0) {
-            result = look_around(pass, capture);
-        }
-        if (result != PASS_DONE) {
-            return result;
-        }
-        s->records++;
-    }
-    if (interrupt_signal() != 0) {
-        return PASS_INTERRUPTED;
-    }
-    s->truncated = status < 0;
-    record.kind = LUM_RECORD_FRAGMENT;
-    return take_record(pass, &record, error);
-}
-
-static enum pass_result prepare(struct pass *pass, lum_error *error)
-{
+    const struct options *o = pass->options;
+    pass->has_sensor = o->is_live || o->has_sensor;
+    pass->sensor = o->is_live ? o->address.address : o->sensor;
     lum_demux_options options = {.layout = *pass->layout,
-                                 .has_sensor = pass->options->has_sensor,
-                                 .sensor = pass->options->sensor};
+                                 .has_sensor = pass->has_sensor,
+                                 .sensor = pass->sensor};
     lum_assembler_config_default(&options.config);
     const size_t words = options.config.words_per_line;
     pass->demux = lum_demux_new(&options);
@@ -245,30 +196,11 @@ static enum pass_result prepare(struct pass *pass, lum_error *error)
         (void)lum_error_set(error, "out of memory");
         return PASS_FAILED;
     }
-    pass->summary.source = pass->options->source;
+    pass->summary.source = o->source;
     pass->summary.demux = pass->demux;
-    pass->summary.has_sensor = pass->options->has_sensor;
-    pass->summary.sensor = pass->options->sensor;
+    pass->summary.has_sensor = pass->has_sensor;
+    pass->summary.sensor = pass->sensor;
     return PASS_DONE;
-}
-
-enum pass_result pass_run(struct pass *pass, lum_error *error)
-{
-    lum_capture *capture = NULL;
-    enum pass_result result = prepare(pass, error);
-    if (result != PASS_DONE) {
-        return result;
-    }
-    if (lum_capture_open(pass->options->source, &capture, error) != 0) {
-        return interrupt_signal() != 0 ? PASS_INTERRUPTED : PASS_FAILED;
-    }
-    result = read_all(pass, capture, error);
-    if (result == PASS_DONE) {
-        result = flush(pass, error);
-    }
-    lum_capture_close(capture);
-    progress_clear(pass->progress);
-    return result;
 }
 
 void pass_free(struct pass *pass)

@@ -1,19 +1,19 @@
-/* One pass over a source: records to lines to points to an output. */
+/* One pass over a source: records to lines to points to outputs. Where records
+ * come from is the caller's matter. */
 #ifndef LUMDUMP_CONVERT_H
 #define LUMDUMP_CONVERT_H
 
 #include "diagnosis.h"
 #include "options.h"
-#include "output.h"
-#include "progress.h"
+#include "outputs.h"
 #include "summary.h"
 
-#include "lum/io/error.h"
+#include "lum/base/error.h"
 
 enum pass_result {
     PASS_DONE,        /* the source was read to its end */
     PASS_INTERRUPTED, /* a signal came */
-    PASS_READER_LEFT, /* nobody reads the output any more */
+    PASS_READER_LEFT, /* nobody reads an output any more */
     PASS_SENSORS,     /* an output, and several sensors: one must be named */
     PASS_REFUSED,     /* the options ask for what cannot be; see the error */
     PASS_FAILED       /* see the error */
@@ -23,19 +23,28 @@ struct pass {
     const struct options *options;
     const lum_layout *layout;
     const lum_projector *projector;
-    struct output *output; /* NULL: count alone */
-    struct progress *progress;
+    struct outputs *outputs; /* NULL: count alone */
 
     struct summary summary;
     struct diagnosis diagnosis;
+    bool has_sensor; /* packets of one sensor alone matter */
+    uint32_t sensor;
     lum_demux *demux;
     lum_sample *samples;
     lum_sample_workspace workspace;
     lum_error warning; /* set where the source broke off */
 };
 
-/* The pass's results live until pass_free(). */
-enum pass_result pass_run(struct pass *pass, lum_error *error);
+/* Get ready. The pass's results live until pass_free(). */
+enum pass_result pass_prepare(struct pass *pass, lum_error *error);
+
+/* Take a record. */
+enum pass_result pass_take(struct pass *pass, const lum_record *record,
+                           lum_error *error);
+
+/* The end of the source: what is still open comes out. */
+enum pass_result pass_flush(struct pass *pass, lum_error *error);
+
 void pass_free(struct pass *pass);
 
 #endif

@@ -3,20 +3,43 @@
 #define LUMDUMP_OPTIONS_H
 
 #include "lum/io/writer.h"
+#include "lum/net/socket.h"
 #include "lum/points.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 /* A cloud in one of the library's formats, or the datagrams themselves. */
 #define FORMAT_PCAP LUM_FORMATS
 
+#define OUTPUTS_MAX 16u
+
+struct output_options {
+    const char *name;
+    unsigned format; /* a lum_format, or FORMAT_PCAP */
+};
+
+/* When an output goes on in a new file; at most one is not 0. */
+struct rotation {
+    uint64_t bytes;
+    int64_t ns;
+};
+
 struct options {
     const char *source;
-    const char *output; /* NULL: a summary alone */
+    bool is_live;
+    lum_endpoint address;  /* live: the sensor's */
+    const char *interface; /* live; may be NULL */
+    bool laser;            /* live: switch it on, and off at the end */
+    uint64_t buffer;       /* live: bytes between network and outputs; 0: as
+                              many as are usual */
+    struct output_options outputs[OUTPUTS_MAX];
+    size_t output_count; /* 0: a summary alone */
+    struct rotation rotation;
     const char *calibration;
     const char *profile;
-    unsigned format; /* a lum_format, or FORMAT_PCAP */
+    unsigned format; /* what --format says */
     bool has_format;
     bool has_sensor;
     uint32_t sensor;

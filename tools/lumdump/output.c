@@ -2,11 +2,11 @@
 #include "output.h"
 
 #include "../common/capture_file.h"
+#include "targets.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #define NAME_BYTES 4096u
 
@@ -20,26 +20,22 @@ struct frame_file {
 
 struct output {
     const struct options *options;
-    lum_writer_options writer_options;
+    const char *name;
+    bool is_capture;
     bool is_pattern;
+    bool is_in_place; /* read as it comes */
+    bool rotates;
+    lum_writer_options writer_options;
     struct frame_file files[OPEN_FRAMES_MAX]; /* the first serves a lone file */
     size_t file_count;
     bool has_ended;
     int64_t ended; /* frames up to this one are finished */
     uint64_t left_out;
     struct capture_file capture; /* no writer: no capture */
+    bool has_time;
+    int64_t began_ns; /* when the present file was to begin */
+    unsigned number;  /* of the present file */
 };
-
-int output_name_pattern(const char *name)
-{
-    const char *p = strchr(name, '%');
-    if (p == NULL) {
-        return 0;
-    }
-    p++;
-    p += strspn(p, "0123456789");
-    return *p == 'd' && strchr(p, '%') == NULL ? 1 : -1;
-}
 
 /* The pattern's one conversion was checked; a width past two digits would only
  * pad. */
@@ -64,43 +60,88 @@ static int frame_name(const char *pattern, int64_t frame, char out[NAME_BYTES],
     return 0;
 }
 
-static int open_first(struct output *o, lum_error *error)
+/* NAME-0001.EXT */
+static int numbered_name(const char *name, unsigned number,
+                         char out[NAME_BYTES], lum_error *error)
 {
-    if (o->options->format == FORMAT_PCAP) {
-        return capture_file_open(o->options->output, &o->capture, error);
+    const char *slash = strrchr(name, '/');
+    const char *base = slash != NULL ? slash + 1 : name;
+    const char *dot = strrchr(base, '.');
+    const size_t stem =
+        dot != NULL && dot != base ? (size_t)(dot - name) : strlen(name);
+    const int n = snprintf(out, NAME_BYTES, "%.*s-%04u%s", (int)stem, name,
+                           number, name + stem);
+    if (n < 0 || (size_t)n >= NAME_BYTES) {
+        return lum_error_set(error, "%s: the name is too long", name);
     }
-    if (o->is_pattern) {
-        return 0;
+    return 0;
+}
+
+static int open_named(struct output *o, const char *name, lum_error *error)
+{
+    if (o->is_capture) {
+        return o->options->is_live
+                   ? capture_file_record(name, &o->capture, error)
+                   : capture_file_open(name, &o->capture, error);
     }
-    if (lum_writer_open(o->options->output, &o->writer_options,
-                        &o->files[0].writer, error) != 0) {
+    if (lum_writer_open(name, &o->writer_options, &o->files[0].writer, error) !=
+        0) {
         return -1;
     }
     o->file_count = 1;
     return 0;
 }
 
-static struct output *new_output(const struct options *options,
+static int open_numbered(struct output *o, lum_error *error)
+{
+    char name[NAME_BYTES];
+    o->number++;
+    if (numbered_name(o->name, o->number, name, error) != 0) {
+        return -1;
+    }
+    if (targets_is_source(o->options, name)) {
+        return lum_error_set(error,
+                             "%s is the source itself, or would be written "
+                             "over it: name another output",
+                             name);
+    }
+    return open_named(o, name, error);
+}
+
+static int open_first(struct output *o, lum_error *error)
+{
+    if (o->is_pattern) {
+        return 0;
+    }
+    return o->rotates ? open_numbered(o, error) : open_named(o, o->name, error);
+}
+
+static struct output *new_output(const struct options *options, size_t i,
                                  const lum_projector *projector)
 {
     struct output *o = calloc(1, sizeof *o);
-    if (o != NULL) {
-        o->options = options;
-        o->is_pattern = output_name_pattern(options->output) == 1;
-        o->writer_options =
-            (lum_writer_options){.format = (lum_format)options->format,
-                                 .ascii = options->ascii,
-                                 .utc = options->utc,
-                                 .projector = projector};
+    if (o == NULL) {
+        return NULL;
     }
+    o->options = options;
+    o->name = options->outputs[i].name;
+    o->is_capture = options->outputs[i].format == FORMAT_PCAP;
+    o->is_pattern = targets_pattern(o->name) == 1;
+    o->is_in_place = !o->is_pattern && capture_file_is_in_place(o->name);
+    o->rotates = targets_rotates(options, i);
+    o->writer_options =
+        (lum_writer_options){.format = (lum_format)options->outputs[i].format,
+                             .ascii = options->ascii,
+                             .utc = options->utc,
+                             .projector = projector};
     return o;
 }
 
-int output_open(const struct options *options, const lum_projector *projector,
-                const struct output *rehearsal, struct output **out,
-                lum_error *error)
+int output_open(const struct options *options, size_t i,
+                const lum_projector *projector, const struct output *rehearsal,
+                struct output **out, lum_error *error)
 {
-    struct output *o = new_output(options, projector);
+    struct output *o = new_output(options, i, projector);
     if (o == NULL) {
         return lum_error_set(error, "out of memory");
     }
@@ -115,14 +156,15 @@ int output_open(const struct options *options, const lum_projector *projector,
     return 0;
 }
 
-int output_rehearse(const struct options *options,
+int output_rehearse(const struct options *options, size_t i,
                     const lum_projector *projector, struct output **out,
                     lum_error *error)
 {
-    struct output *o = new_output(options, projector);
+    struct output *o = new_output(options, i, projector);
     if (o == NULL) {
         return lum_error_set(error, "out of memory");
     }
+    o->rotates = false;
     if (lum_writer_rehearse(&o->writer_options, &o->files[0].writer, error) !=
         0) {
         free(o);
@@ -131,6 +173,11 @@ int output_rehearse(const struct options *options,
     o->file_count = 1;
     *out = o;
     return 0;
+}
+
+bool output_wants_lines(const struct output *output)
+{
+    return !output->is_capture;
 }
 
 static int close_file(struct output *o, size_t i, lum_error *error)
@@ -143,6 +190,47 @@ static int close_file(struct output *o, size_t i, lum_error *error)
     o->file_count--;
     o->files[i] = o->files[o->file_count];
     return lum_writer_close(writer, error);
+}
+
+static int close_capture(struct output *o, lum_error *error)
+{
+    const int result = capture_file_close(&o->capture, error);
+    o->capture.writer = NULL;
+    return result;
+}
+
+static int rotate(struct output *o, lum_error *error)
+{
+    const int result =
+        o->is_capture ? close_capture(o, error) : close_file(o, 0, error);
+    return result == 0 ? open_numbered(o, error) : result;
+}
+
+static uint64_t present_bytes(const struct output *o)
+{
+    return o->is_capture ? capture_file_bytes(&o->capture)
+                         : lum_writer_bytes(o->files[0].writer);
+}
+
+int output_set_time(struct output *o, int64_t time_ns, lum_error *error)
+{
+    const struct rotation *r = &o->options->rotation;
+    if (!o->rotates) {
+        return 0;
+    }
+    if (r->bytes != 0) {
+        return present_bytes(o) >= r->bytes ? rotate(o, error) : 0;
+    }
+    if (!o->has_time) {
+        o->has_time = true;
+        o->began_ns = time_ns;
+    }
+    const int64_t since_ns = time_ns - o->began_ns;
+    if (since_ns < r->ns) {
+        return 0;
+    }
+    o->began_ns += since_ns - since_ns % r->ns;
+    return rotate(o, error);
 }
 
 static size_t lowest_file(const struct output *o)
@@ -173,7 +261,7 @@ static lum_writer *file_of_frame(struct output *o, int64_t frame, bool *failed,
     }
     if ((o->file_count == OPEN_FRAMES_MAX &&
          close_file(o, lowest_file(o), error) != 0) ||
-        frame_name(o->options->output, frame, name, error) != 0 ||
+        frame_name(o->name, frame, name, error) != 0 ||
         lum_writer_open(name, &o->writer_options, &writer, error) != 0) {
         *failed = true;
         return NULL;
@@ -186,7 +274,7 @@ int output_add_line(struct output *o, const lum_line_samples *line,
                     lum_error *error)
 {
     bool failed = false;
-    if (o->options->format == FORMAT_PCAP || line->count == 0) {
+    if (o->is_capture || line->count == 0) {
         return 0;
     }
     lum_writer *writer = o->is_pattern
@@ -205,7 +293,7 @@ int output_add_line(struct output *o, const lum_line_samples *line,
 int output_add_datagram(struct output *o, const lum_record *record,
                         lum_error *error)
 {
-    if (o->options->format != FORMAT_PCAP) {
+    if (!o->is_capture) {
         return 0;
     }
     return capture_file_add(
@@ -240,12 +328,20 @@ int output_end_frame(struct output *o, int64_t frame, lum_error *error)
     return 0;
 }
 
+int output_flush(struct output *o, bool files, lum_error *error)
+{
+    if (o->is_capture) {
+        return o->is_in_place || files ? capture_file_flush(&o->capture, error)
+                                       : 0;
+    }
+    return o->is_in_place ? lum_writer_flush(o->files[0].writer, error) : 0;
+}
+
 int output_close(struct output *o, lum_error *error)
 {
     int result = 0;
     if (o->capture.writer != NULL) {
-        result = capture_file_close(&o->capture, error);
-        o->capture.writer = NULL;
+        result = close_capture(o, error);
     }
     while (result == 0 && o->file_count > 0) {
         result = close_file(o, lowest_file(o), error);

@@ -201,6 +201,23 @@ static void print_json_sensors(const struct summary *s, FILE *out)
     (void)fputs(is_first ? "],\n" : "\n  ],\n", out);
 }
 
+static void print_json_live(const struct live_counts *c, FILE *out)
+{
+    const struct named rows[] = {
+        {"received", "", c->received},
+        {"kernel_drops", "", c->kernel_drops},
+        {"ring_drops", "", c->ring_drops},
+        {"foreign_source", "", c->foreign_source},
+        {"heartbeats_sent", "", c->heartbeats_sent},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        (void)fprintf(out, "  \"%s\": %" PRIu64 ",\n", rows[i].key,
+                      rows[i].value);
+    }
+    (void)fprintf(out, "  \"seconds\": %.6f,\n  \"laser\": \"%s\",\n",
+                  c->seconds, c->laser);
+}
+
 void summary_print_json(const struct summary *s, FILE *out)
 {
     const struct point_counts points = total_points(s);
@@ -219,6 +236,9 @@ void summary_print_json(const struct summary *s, FILE *out)
                       "  \"frames_per_second\": %.3f,\n",
                       (double)points.points / seconds,
                       (double)total.assembly.frames / seconds);
+    }
+    if (s->live != NULL) {
+        print_json_live(s->live, out);
     }
     print_json_sensors(s, out);
     print_members(&total, &points, "  ", out);
@@ -266,6 +286,30 @@ static void print_sensors(const struct summary *s, FILE *out)
     }
 }
 
+static size_t list_live_losses(const struct live_counts *c, struct named *out)
+{
+    const struct named rows[] = {
+        {"kernel_drops", "datagrams: this program was too slow",
+         c->kernel_drops},
+        {"ring_drops", "datagrams: an output was too slow", c->ring_drops},
+        {"foreign_source", "datagrams of others, not taken", c->foreign_source},
+    };
+    const size_t n = sizeof rows / sizeof rows[0];
+    for (size_t i = 0; i < n; i++) {
+        out[i] = rows[i];
+    }
+    return n;
+}
+
+static void print_live(const struct live_counts *c, FILE *out)
+{
+    (void)fprintf(out,
+                  "%-10s %14.3f  seconds, %" PRIu64 " datagrams, %" PRIu64
+                  " heartbeats sent\n",
+                  "session", c->seconds, c->received, c->heartbeats_sent);
+    (void)fprintf(out, "%-10s %14s\n", "laser", c->laser);
+}
+
 void summary_print_text(const struct summary *s, FILE *out)
 {
     const struct point_counts points = total_points(s);
@@ -276,6 +320,9 @@ void summary_print_text(const struct summary *s, FILE *out)
     (void)fprintf(out, "%s%s\n", s->source,
                   s->truncated ? " (broken off: see the warning)" : "");
     print_sensors(s, out);
+    if (s->live != NULL) {
+        print_live(s->live, out);
+    }
     print_nonzero("packets", rows, list_kinds(&total, rows), out);
     print_nonzero("content", rows, list_content(&total, &points, rows), out);
     if (seconds > 0.0) {
@@ -286,7 +333,8 @@ void summary_print_text(const struct summary *s, FILE *out)
         (void)fprintf(out, "%-10s %14.0f  points a second\n", "",
                       (double)points.points / seconds);
     }
-    const size_t n = list_losses(&total, &points, rows);
+    size_t n = list_losses(&total, &points, rows);
+    n += s->live != NULL ? list_live_losses(s->live, rows + n) : 0;
     print_nonzero("losses", rows, n, out);
     for (size_t i = 0; i < n; i++) {
         if (rows[i].value != 0) {

@@ -16,8 +16,20 @@ struct point_counts {
     uint64_t lines[LUM_EYES];
 };
 
+/* What a live run counts besides. */
+struct live_counts {
+    uint64_t received;     /* datagrams of the sensor, while it was recorded */
+    uint64_t kernel_drops; /* lost because this program was too slow */
+    uint64_t ring_drops;   /* received, and lost because an output was */
+    uint64_t foreign_source;
+    uint64_t heartbeats_sent;
+    double seconds;    /* from the first data to the end */
+    const char *laser; /* off, on, unknown, untouched */
+};
+
 struct summary {
     const char *source;
+    const struct live_counts *live; /* NULL: a capture */
     const lum_demux *demux;
     struct point_counts sensors[LUM_DEMUX_SENSORS_MAX];
     bool has_sensor; /* one was asked for */

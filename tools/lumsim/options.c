@@ -2,113 +2,30 @@
 #include "options.h"
 
 #include "../common/number.h"
-#include "lum/io/config.h"
+#include "files.h"
 #include "lum/version.h"
 #include "lum/wire.h"
-#include "sim/packets.h"
 
 #include <getopt.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#define FRAMES_MAX  10000000
-#define CLIENT      0x0a2a0001u /* 10.42.0.1 */
-#define CLIENT_PORT 50000
-#define EXIT_USAGE  2
-#define RATE_MIN_HZ 0.2
-#define RATE_MAX_HZ 100.0
-
-static const char help[] =
-    "Usage: lumsim -o OUTPUT [OPTION]...\n"
-    "Simulate a Luminar Model G2 that drives along a street, and write what "
-    "it\n"
-    "sends to a capture.\n"
-    "\n"
-    "Output:\n"
-    "  -o, --output FILE       the capture, pcap; - for standard output\n"
-    "      --truth FILE        CSV of the exact points: true angles, ranges\n"
-    "                          without noise; the columns and the order of "
-    "rows\n"
-    "                          are lumdump's\n"
-    "  -q, --quiet             no progress, no summary\n"
-    "\n"
-    "Drive:\n"
-    "  -n, --frames N          how many frames (default 10)\n"
-    "      --lines 64|640      lines of a frame (default 64)\n"
-    "      --rate HZ           frames a second, 0.2 to 100 (default 10)\n"
-    "      --seed S            of street, noise and faults (default 1); the "
-    "same\n"
-    "                          arguments give the same bytes\n"
-    "      --returns-max N     returns of a pixel, 1 to 8 (default 4)\n"
-    "\n"
-    "Faults, each the probability 0..1 that it befalls a packet (default 0):\n"
-    "      --loss P            it never comes\n"
-    "      --duplicate P       it comes twice\n"
-    "      --reorder P         it comes behind 1 to 4 later ones\n"
-    "      --corrupt P         1 to 3 bits of its payload are flipped\n"
-    "\n"
-    "Sensor:\n"
-    "      --calibration FILE  YAML; default: the manual's typical values\n"
-    "      --profile FILE      YAML; layout of data packets, where it differs\n"
-    "      --address ADDRESS   of the sensor (default 10.42.0.37)\n"
-    "      --client ADDRESS[:PORT]\n"
-    "                          who gets the data (default 10.42.0.1:50000)\n"
-    "\n"
-    "      --help, --version\n"
-    "\n"
-    "Exit status: 0 done, 1 it failed, 2 bad arguments or configuration.\n"
-    "\n"
-    "Examples:\n"
-    "  lumsim -o street.pcap                    one second of a street\n"
-    "  lumsim -o street.pcap --frames 100 --seed 7 --truth truth.csv\n"
-    "  lumsim -o bad.pcap --loss 0.01 --reorder 0.05 --corrupt 0.001\n"
-    "  lumsim -o - --lines 640 --frames 1 | lumdump - -o street.png\n";
-
-enum {
-    OPT_TRUTH = 256,
-    OPT_LINES,
-    OPT_RATE,
-    OPT_SEED,
-    OPT_RETURNS_MAX,
-    OPT_LOSS,
-    OPT_DUPLICATE,
-    OPT_REORDER,
-    OPT_CORRUPT,
-    OPT_CALIBRATION,
-    OPT_PROFILE,
-    OPT_ADDRESS,
-    OPT_CLIENT,
-    OPT_HELP,
-    OPT_VERSION
-};
-
-static const struct option long_options[] = {
-    {"output", required_argument, NULL, 'o'},
-    {"truth", required_argument, NULL, OPT_TRUTH},
-    {"quiet", no_argument, NULL, 'q'},
-    {"frames", required_argument, NULL, 'n'},
-    {"lines", required_argument, NULL, OPT_LINES},
-    {"rate", required_argument, NULL, OPT_RATE},
-    {"seed", required_argument, NULL, OPT_SEED},
-    {"returns-max", required_argument, NULL, OPT_RETURNS_MAX},
-    {"loss", required_argument, NULL, OPT_LOSS},
-    {"duplicate", required_argument, NULL, OPT_DUPLICATE},
-    {"reorder", required_argument, NULL, OPT_REORDER},
-    {"corrupt", required_argument, NULL, OPT_CORRUPT},
-    {"calibration", required_argument, NULL, OPT_CALIBRATION},
-    {"profile", required_argument, NULL, OPT_PROFILE},
-    {"address", required_argument, NULL, OPT_ADDRESS},
-    {"client", required_argument, NULL, OPT_CLIENT},
-    {"help", no_argument, NULL, OPT_HELP},
-    {"version", no_argument, NULL, OPT_VERSION},
-    {NULL, 0, NULL, 0},
-};
+#define FRAMES_MAX   10000000
+#define LOOP_MAX     1000        /* frames that are held in memory */
+#define CLIENT       0x0a2a0001u /* 10.42.0.1 */
+#define LOOPBACK     0x7f000001u /* 127.0.0.1 */
+#define CLIENT_PORT  50000
+#define EXIT_USAGE   2
+#define RATE_MIN_HZ  0.2
+#define RATE_MAX_HZ  100.0
+#define DELAY_MAX_MS 10000.0
+#define SPEED_MIN    0.001
+#define SPEED_MAX    1000.0
+#define DURATION_MAX 1e9
 
 static bool complain(const char *option, const char *text, const char *allowed)
 {
-    (void)fprintf(stderr, "lumsim: %s: '%s' is not %s\n", option, text,
+    (void)fprintf(stderr, "lumsim: --%s: '%s' is not %s\n", option, text,
                   allowed);
     return false;
 }
@@ -125,35 +42,68 @@ static bool parse_whole(const char *option, const char *text, int64_t min,
     return complain(option, text, allowed);
 }
 
-static bool parse_lines(const char *text, struct options *out)
+static bool parse_real(const char *option, const char *text, double min,
+                       double max, double *out)
+{
+    char allowed[80];
+    if (number_parse_real(text, min, max, out)) {
+        return true;
+    }
+    (void)snprintf(allowed, sizeof allowed, "a number from %g to %g", min, max);
+    return complain(option, text, allowed);
+}
+
+static bool parse_frames(const char *name, const char *text,
+                         struct options *out)
+{
+    return parse_whole(name, text, 1, FRAMES_MAX, &out->frames);
+}
+
+static bool parse_lines(const char *name, const char *text, struct options *out)
 {
     const bool is_64 = strcmp(text, "64") == 0;
     out->render.lines = is_64 ? 64 : 640;
     return is_64 || strcmp(text, "640") == 0 ||
-           complain("--lines", text, "64 or 640");
+           complain(name, text, "64 or 640");
 }
 
-static bool parse_rate(const char *text, struct options *out)
+static bool parse_rate(const char *name, const char *text, struct options *out)
 {
-    return number_parse_real(text, RATE_MIN_HZ, RATE_MAX_HZ,
-                             &out->render.rate_hz) ||
-           complain("--rate", text, "a number from 0.2 to 100");
+    return parse_real(name, text, RATE_MIN_HZ, RATE_MAX_HZ,
+                      &out->render.rate_hz);
 }
 
-static bool parse_seed(const char *text, struct options *out)
+static bool parse_seed(const char *name, const char *text, struct options *out)
 {
     int64_t value = 0;
-    const bool good = parse_whole("--seed", text, 0, INT64_MAX, &value);
+    const bool good = parse_whole(name, text, 0, INT64_MAX, &value);
     out->render.seed = (uint64_t)value;
     return good;
 }
 
-static bool parse_returns(const char *text, struct options *out)
+static bool parse_returns(const char *name, const char *text,
+                          struct options *out)
 {
     int64_t value = 0;
     const bool good =
-        parse_whole("--returns-max", text, 1, LUM_RENDER_RETURNS_MAX, &value);
+        parse_whole(name, text, 1, LUM_RENDER_RETURNS_MAX, &value);
     out->render.returns_max = (unsigned)value;
+    return good;
+}
+
+static bool parse_clock(const char *name, const char *text, struct options *out)
+{
+    int64_t value = 0;
+    const bool good = parse_whole(name, text, 0, UINT32_MAX, &value);
+    out->clock_us = (uint32_t)value;
+    return good;
+}
+
+static bool parse_port(const char *name, const char *text, struct options *out)
+{
+    int64_t value = 0;
+    const bool good = parse_whole(name, text, 1, UINT16_MAX, &value);
+    out->port = (uint16_t)value;
     return good;
 }
 
@@ -165,91 +115,179 @@ static bool parse_host(const char *option, const char *text, uint32_t *out)
            complain(option, text, "an address of a host, such as 10.42.0.37");
 }
 
-static bool parse_client(const char *text, struct options *out)
+static bool parse_address(const char *name, const char *text,
+                          struct options *out)
+{
+    return parse_host(name, text, &out->sensor);
+}
+
+static bool parse_sensor(const char *name, const char *text,
+                         struct options *out)
+{
+    return parse_host(name, text, &out->replayed);
+}
+
+static bool parse_client(const char *name, const char *text,
+                         struct options *out)
 {
     char address[64];
     const size_t len = strcspn(text, ":");
     int64_t port = CLIENT_PORT;
     if (len >= sizeof address) {
-        return complain("--client", text, "ADDRESS or ADDRESS:PORT");
+        return complain(name, text, "ADDRESS or ADDRESS:PORT");
     }
     (void)memcpy(address, text, len);
     address[len] = '\0';
     if (text[len] == ':' &&
         !number_parse_int(text + len + 1, 1, UINT16_MAX, &port)) {
-        return complain("--client", text,
+        return complain(name, text,
                         "ADDRESS or ADDRESS:PORT with a port from 1 to 65535");
     }
     out->client_port = (uint16_t)port;
-    return parse_host("--client", address, &out->client);
+    return parse_host(name, address, &out->client);
 }
 
-static bool parse_probability(int option, const char *text, struct options *out)
+static bool parse_probability(const char *name, const char *text, double *out)
 {
-    static const struct {
-        int option;
-        enum lum_fault_kind kind;
-        const char *name;
-    } faults[] = {
-        {OPT_LOSS, LUM_FAULT_LOSS, "--loss"},
-        {OPT_DUPLICATE, LUM_FAULT_DUPLICATE, "--duplicate"},
-        {OPT_REORDER, LUM_FAULT_REORDER, "--reorder"},
-        {OPT_CORRUPT, LUM_FAULT_CORRUPT, "--corrupt"},
-    };
-    size_t i = 0;
-    while (faults[i].option != option) {
-        i++;
-    }
-    return number_parse_real(text, 0.0, 1.0, &out->faults[faults[i].kind]) ||
-           complain(faults[i].name, text, "a probability from 0 to 1");
+    return number_parse_real(text, 0.0, 1.0, out) ||
+           complain(name, text, "a probability from 0 to 1");
 }
 
-static bool parse_output(int option, const char *text, struct options *out)
+static bool parse_loss(const char *name, const char *text, struct options *out)
 {
-    switch (option) {
-    case 'o':
-        out->output = text;
-        return true;
-    case OPT_TRUTH:
-        out->truth = text;
-        return true;
-    case OPT_CALIBRATION:
-        out->calibration = text;
-        return true;
-    case OPT_PROFILE:
-        out->profile = text;
-        return true;
-    case 'q':
-        out->quiet = true;
-        return true;
-    default:
-        return parse_probability(option, text, out);
-    }
+    return parse_probability(name, text, &out->faults[LUM_FAULT_LOSS]);
 }
 
-static bool parse_option(int option, const char *text, struct options *out)
+static bool parse_duplicate(const char *name, const char *text,
+                            struct options *out)
 {
-    switch (option) {
-    case '?':
-        return false;
-    case 'n':
-        return parse_whole("--frames", text, 1, FRAMES_MAX, &out->frames);
-    case OPT_LINES:
-        return parse_lines(text, out);
-    case OPT_RATE:
-        return parse_rate(text, out);
-    case OPT_SEED:
-        return parse_seed(text, out);
-    case OPT_RETURNS_MAX:
-        return parse_returns(text, out);
-    case OPT_ADDRESS:
-        return parse_host("--address", text, &out->sensor);
-    case OPT_CLIENT:
-        return parse_client(text, out);
-    default:
-        return parse_output(option, text, out);
-    }
+    return parse_probability(name, text, &out->faults[LUM_FAULT_DUPLICATE]);
 }
+
+static bool parse_reorder(const char *name, const char *text,
+                          struct options *out)
+{
+    return parse_probability(name, text, &out->faults[LUM_FAULT_REORDER]);
+}
+
+static bool parse_corrupt(const char *name, const char *text,
+                          struct options *out)
+{
+    return parse_probability(name, text, &out->faults[LUM_FAULT_CORRUPT]);
+}
+
+static bool parse_answer_loss(const char *name, const char *text,
+                              struct options *out)
+{
+    return parse_probability(name, text, &out->answer_loss);
+}
+
+static bool parse_jitter(const char *name, const char *text,
+                         struct options *out)
+{
+    return parse_real(name, text, 0.0, DELAY_MAX_MS, &out->jitter_ms);
+}
+
+static bool parse_answer_delay(const char *name, const char *text,
+                               struct options *out)
+{
+    return parse_real(name, text, 0.0, DELAY_MAX_MS, &out->answer_delay_ms);
+}
+
+static bool parse_duration(const char *name, const char *text,
+                           struct options *out)
+{
+    return parse_real(name, text, 0.001, DURATION_MAX, &out->duration_s);
+}
+
+static bool parse_speed(const char *name, const char *text, struct options *out)
+{
+    return parse_real(name, text, SPEED_MIN, SPEED_MAX, &out->speed);
+}
+
+static bool parse_fault(const char *name, const char *text, struct options *out)
+{
+    const char *right;
+    return timeline_add(&out->timeline, text, &right) ||
+           complain(name, text, right);
+}
+
+#define KEEP(function, field)                                                  \
+    static bool function(const char *name, const char *text,                   \
+                         struct options *out)                                  \
+    {                                                                          \
+        (void)name;                                                            \
+        out->field = text;                                                     \
+        return true;                                                           \
+    }
+KEEP(keep_output, output)
+KEEP(keep_truth, truth)
+KEEP(keep_calibration, calibration)
+KEEP(keep_profile, profile)
+KEEP(keep_interface, interface)
+KEEP(keep_log, log)
+KEEP(keep_replay, replay)
+
+#define SET(function, field)                                                   \
+    static bool function(const char *name, const char *text,                   \
+                         struct options *out)                                  \
+    {                                                                          \
+        (void)name;                                                            \
+        (void)text;                                                            \
+        out->field = true;                                                     \
+        return true;                                                           \
+    }
+SET(set_loop, loop)
+SET(set_quiet, quiet)
+
+#define ALL     (MODE_FILE | MODE_SCENE | MODE_REPLAY)
+#define LIVE    (MODE_SCENE | MODE_REPLAY)
+#define DRIVE   (MODE_FILE | MODE_SCENE)
+#define PLAIN   no_argument
+#define VALUE   required_argument
+#define HELP    0x100
+#define VERSION 0x101
+#define FIRST   0x102 /* of the table */
+
+static const struct spec {
+    const char *name;
+    int argument;
+    int letter; /* 0: none */
+    int modes;  /* that it goes with */
+    bool (*parse)(const char *name, const char *text, struct options *out);
+} specs[] = {
+    {"output", VALUE, 'o', ALL, keep_output},
+    {"frames", VALUE, 'n', DRIVE, parse_frames},
+    {"quiet", PLAIN, 'q', ALL, set_quiet},
+    {"truth", VALUE, 0, MODE_FILE, keep_truth},
+    {"lines", VALUE, 0, DRIVE, parse_lines},
+    {"rate", VALUE, 0, DRIVE, parse_rate},
+    {"seed", VALUE, 0, ALL, parse_seed},
+    {"returns-max", VALUE, 0, DRIVE, parse_returns},
+    {"loss", VALUE, 0, ALL, parse_loss},
+    {"duplicate", VALUE, 0, ALL, parse_duplicate},
+    {"reorder", VALUE, 0, ALL, parse_reorder},
+    {"corrupt", VALUE, 0, ALL, parse_corrupt},
+    {"jitter", VALUE, 0, LIVE, parse_jitter},
+    {"answer-delay", VALUE, 0, LIVE, parse_answer_delay},
+    {"answer-loss", VALUE, 0, LIVE, parse_answer_loss},
+    {"fault", VALUE, 0, LIVE, parse_fault},
+    {"calibration", VALUE, 0, DRIVE, keep_calibration},
+    {"profile", VALUE, 0, ALL, keep_profile},
+    {"address", VALUE, 0, ALL, parse_address},
+    {"port", VALUE, 0, LIVE, parse_port},
+    {"interface", VALUE, 0, LIVE, keep_interface},
+    {"clock", VALUE, 0, LIVE, parse_clock},
+    {"duration", VALUE, 0, LIVE, parse_duration},
+    {"log", VALUE, 0, LIVE, keep_log},
+    {"client", VALUE, 0, MODE_FILE, parse_client},
+    {"replay", VALUE, 0, ALL, keep_replay},
+    {"speed", VALUE, 0, MODE_REPLAY, parse_speed},
+    {"loop", PLAIN, 0, MODE_REPLAY, set_loop},
+    {"sensor", VALUE, 0, MODE_REPLAY, parse_sensor},
+};
+
+#define SPECS (sizeof specs / sizeof specs[0])
 
 static int see_help(void)
 {
@@ -266,111 +304,146 @@ static int print(const char *text)
     return 0;
 }
 
-static bool is_same_file(const char *a, const char *b)
+/* Why an option does not go with the mode. */
+static const char *reason(int modes)
 {
-    struct stat first;
-    struct stat second;
-    if (strcmp(a, b) == 0) {
-        return true;
+    switch (modes) {
+    case MODE_FILE:
+        return "goes with -o FILE alone, not with a sensor on the network";
+    case MODE_REPLAY:
+        return "goes with --replay FILE alone";
+    case DRIVE:
+        return "does not go with --replay: the capture decides that";
+    default:
+        return "is for a sensor on the network; it does not go with -o";
     }
-    return stat(a, &first) == 0 && stat(b, &second) == 0 &&
-           S_ISREG(first.st_mode) && first.st_dev == second.st_dev &&
-           first.st_ino == second.st_ino;
 }
 
-static bool check_outputs(const struct options *o)
+static bool check_modes(const struct options *o, const bool given[SPECS])
 {
-    if (o->output == NULL) {
-        (void)fputs("lumsim: no output: -o FILE names the capture to write, "
-                    "-o - is standard output\n",
-                    stderr);
-        return false;
+    for (size_t i = 0; i < SPECS; i++) {
+        if (given[i] && (specs[i].modes & (int)o->mode) == 0) {
+            (void)fprintf(stderr, "lumsim: --%s %s\n", specs[i].name,
+                          reason(specs[i].modes));
+            return false;
+        }
     }
-    if (o->truth != NULL && is_same_file(o->output, o->truth)) {
+    return true;
+}
+
+/* Whether what was asked for can be done in one run. */
+static bool check_choice(const struct options *o)
+{
+    if (o->mode == MODE_SCENE && o->frames > LOOP_MAX) {
         (void)fprintf(stderr,
-                      "lumsim: --truth: '%s' is the capture's output too; "
-                      "give them different names\n",
-                      o->truth);
+                      "lumsim: --frames: on the network frames are held in "
+                      "memory and played in a loop; at most %d\n",
+                      LOOP_MAX);
         return false;
     }
-    if (strcmp(o->output, "-") == 0 && isatty(STDOUT_FILENO)) {
-        (void)fputs("lumsim: -o -: a capture is binary and standard output is "
-                    "a terminal; redirect it, or give a file's name\n",
+    if (o->output != NULL && o->replay != NULL) {
+        (void)fputs("lumsim: -o and --replay: one writes a capture, the other "
+                    "sends one over the network; choose\n",
                     stderr);
         return false;
     }
     return true;
 }
 
-static bool complain_of_profile(const struct options *o, const char *why)
+static void choose_mode(struct options *o)
 {
-    (void)fprintf(stderr, "lumsim: %s: %s\n", o->profile, why);
-    return false;
-}
-
-static bool load(struct options *o)
-{
-    lum_render_options *r = &o->render;
-    lum_error error = {""};
-    lum_profile profile = r->layout.profile;
-    if ((o->calibration != NULL &&
-         lum_calibration_load(o->calibration, &r->calibration, &error) != 0) ||
-        (o->profile != NULL &&
-         lum_profile_load(o->profile, &profile, &error) != 0)) {
-        (void)fprintf(stderr, "lumsim: %s\n", error.text);
-        return false;
+    o->mode = o->output != NULL   ? MODE_FILE
+              : o->replay != NULL ? MODE_REPLAY
+                                  : MODE_SCENE;
+    if (o->sensor == 0) {
+        o->sensor = o->mode == MODE_FILE ? LUM_BOOT_ADDRESS : LOOPBACK;
     }
-    if (lum_layout_init(&r->layout, &profile, NULL, NULL) != LUM_OK) {
-        return complain_of_profile(o, "this layout cannot be");
-    }
-    if (lum_packets_check(&r->layout, r->lines) != LUM_OK) {
-        return complain_of_profile(
-            o, "a field of group is too narrow for what it has to hold; line, "
-               "num_samples and first_sample_index need 2 bytes");
-    }
-    return true;
 }
 
 static void set_defaults(struct options *out)
 {
-    *out = (struct options){.frames = 10,
-                            .sensor = LUM_BOOT_ADDRESS,
-                            .client = CLIENT,
-                            .client_port = CLIENT_PORT};
+    *out = (struct options){.client = CLIENT,
+                            .client_port = CLIENT_PORT,
+                            .port = LUM_PORT,
+                            .speed = 1.0};
     lum_render_options_default(&out->render);
     out->render.seed = 1;
 }
 
-static int finish(int argc, char **argv, struct options *out)
+static void describe(struct option out[SPECS + 3], char letters[2 * SPECS + 1])
 {
-    if (optind < argc) {
-        (void)fprintf(stderr,
-                      "lumsim: '%s': no argument is expected beside the "
-                      "options; -o FILE names the output\n",
-                      argv[optind]);
-        return see_help();
+    char *letter = letters;
+    for (size_t i = 0; i < SPECS; i++) {
+        const struct spec *s = &specs[i];
+        out[i] = (struct option){s->name, s->argument, NULL, FIRST + (int)i};
+        if (s->letter != 0) {
+            *letter++ = (char)s->letter;
+            if (s->argument == VALUE) {
+                *letter++ = ':';
+            }
+        }
     }
-    if (!check_outputs(out)) {
-        return see_help();
+    *letter = '\0';
+    out[SPECS] = (struct option){"help", PLAIN, NULL, HELP};
+    out[SPECS + 1] = (struct option){"version", PLAIN, NULL, VERSION};
+    out[SPECS + 2] = (struct option){NULL, 0, NULL, 0};
+}
+
+/* SPECS if getopt_long() did not know it. */
+static size_t find(int option)
+{
+    size_t i = 0;
+    if (option >= FIRST) {
+        return (size_t)(option - FIRST);
     }
-    return load(out) ? -1 : EXIT_USAGE;
+    while (i < SPECS && specs[i].letter != option) {
+        i++;
+    }
+    return i;
+}
+
+/* -1 when all were read, else the exit status. */
+static int read_options(int argc, char **argv, bool given[SPECS],
+                        struct options *out)
+{
+    struct option table[SPECS + 3];
+    char letters[2 * SPECS + 1];
+    int option;
+    describe(table, letters);
+    while ((option = getopt_long(argc, argv, letters, table, NULL)) != -1) {
+        if (option == HELP) {
+            return print(options_help);
+        }
+        if (option == VERSION) {
+            return print("lumsim " LUM_VERSION "\n");
+        }
+        const size_t i = find(option);
+        if (i == SPECS || !specs[i].parse(specs[i].name, optarg, out)) {
+            return see_help();
+        }
+        given[i] = true;
+    }
+    return -1;
 }
 
 int options_parse(int argc, char **argv, struct options *out)
 {
-    int option;
+    bool given[SPECS] = {false};
     set_defaults(out);
-    while ((option = getopt_long(argc, argv, "o:n:q", long_options, NULL)) !=
-           -1) {
-        if (option == OPT_HELP) {
-            return print(help);
-        }
-        if (option == OPT_VERSION) {
-            return print("lumsim " LUM_VERSION "\n");
-        }
-        if (!parse_option(option, optarg, out)) {
-            return see_help();
-        }
+    const int status = read_options(argc, argv, given, out);
+    if (status >= 0) {
+        return status;
     }
-    return finish(argc, argv, out);
+    if (optind < argc) {
+        (void)fprintf(stderr,
+                      "lumsim: '%s': no argument is expected beside the "
+                      "options; -o FILE names an output\n",
+                      argv[optind]);
+        return see_help();
+    }
+    choose_mode(out);
+    if (!check_choice(out) || !check_modes(out, given) || !files_check(out)) {
+        return see_help();
+    }
+    return files_load(out) ? -1 : EXIT_USAGE;
 }

@@ -4,26 +4,52 @@
 
 #include "sim/fault.h"
 #include "sim/render.h"
+#include "timeline.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
+/* What a run is; options say with which of them they go. */
+enum mode {
+    MODE_FILE = 1,  /* writes a capture */
+    MODE_SCENE = 2, /* a sensor on the network that looks at a street */
+    MODE_REPLAY = 4 /* one that sends what a capture holds */
+};
+
+/* Texts are NULL where the option was not given. */
 struct options {
+    enum mode mode;
     lum_render_options render;
     double faults[LUM_FAULT_KINDS]; /* probabilities */
+    double answer_loss;             /* a probability */
     const char *output;             /* "-": standard output */
-    const char *truth;              /* NULL: none */
-    const char *calibration;        /* NULL: the default */
-    const char *profile;            /* NULL: the default */
-    int64_t frames;
-    uint32_t sensor; /* addresses in host order */
+    const char *truth;
+    const char *calibration;
+    const char *profile;
+    const char *interface;
+    const char *log; /* "-": standard output */
+    const char *replay;
+    int64_t frames;  /* 0: as many as suit the number of lines */
+    uint32_t sensor; /* addresses in host order; 0: as suits the mode */
     uint32_t client;
+    uint32_t replayed; /* the sensor of the capture; 0: the only one */
+    uint32_t clock_us; /* at boot */
     uint16_t client_port;
+    uint16_t port;
+    double duration_s; /* 0: until a signal comes */
+    double jitter_ms;
+    double answer_delay_ms;
+    double speed; /* of a replay */
+    struct timeline timeline;
+    bool loop;
     bool quiet;
 };
 
 /* Reads the command line and the files it names; complains on standard error.
  * Returns -1 when the run may begin, else the exit status. */
 int options_parse(int argc, char **argv, struct options *out);
+
+/* What --help prints. */
+extern const char options_help[];
 
 #endif

@@ -3,7 +3,7 @@
 #ifndef LUMSIM_TRUTH_H
 #define LUMSIM_TRUTH_H
 
-#include "lum/io/error.h"
+#include "lum/base/error.h"
 #include "lum/profile.h"
 #include "sim/render.h"
 

@@ -9,7 +9,7 @@
 #ifndef LUM_IO_CAPTURE_H
 #define LUM_IO_CAPTURE_H
 
-#include "lum/io/error.h"
+#include "lum/base/error.h"
 #include "lum/result.h"
 
 #include <stdbool.h>
@@ -96,6 +96,15 @@ LUM_MUST_CHECK int lum_capture_writer_open(const char *path,
 LUM_MUST_CHECK int lum_capture_writer_add(lum_capture_writer *writer,
                                           const lum_datagram *datagram,
                                           lum_error *error);
+
+/** Bytes of the file so far, those that are still buffered included. */
+uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer);
+
+/** Write what is buffered, so that others can read it, also when this process
+ * dies.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_capture_writer_flush(lum_capture_writer *writer,
+                                            lum_error *error);
 
 /** Write what is buffered and close. NULL is allowed.
  * @return 0, or -1 with the reason in error; closed either way. */

@@ -10,7 +10,7 @@
 #define LUM_IO_CONFIG_H
 
 #include "lum/calibration.h"
-#include "lum/io/error.h"
+#include "lum/base/error.h"
 #include "lum/profile.h"
 #include "lum/result.h"
 

@@ -7,7 +7,7 @@
 #ifndef LUM_IO_WRITER_H
 #define LUM_IO_WRITER_H
 
-#include "lum/io/error.h"
+#include "lum/base/error.h"
 #include "lum/points.h"
 #include "lum/result.h"
 
@@ -85,6 +85,16 @@ LUM_MUST_CHECK int lum_writer_open(const char *path,
 LUM_MUST_CHECK int lum_writer_add(lum_writer *writer,
                                   const lum_line_samples *line,
                                   lum_error *error);
+
+/** Bytes that the output has been given so far. What a format keeps until its
+ * end is not among them. */
+uint64_t lum_writer_bytes(const lum_writer *writer);
+
+/** Begin to write what was added, for an output that is read while it is
+ * written; does not wait. While a slow reader has not taken what came before,
+ * the rest stays: call again later.
+ * @return as lum_writer_add(). */
+LUM_MUST_CHECK int lum_writer_flush(lum_writer *writer, lum_error *error);
 
 /** Finish the file, give it its name, free the writer.
  * @return 0, or -1 with the reason in error, such as other lines than were

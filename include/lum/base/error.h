@@ -1,7 +1,7 @@
 /** @file
- * How functions of the io layer say what went wrong. */
-#ifndef LUM_IO_ERROR_H
-#define LUM_IO_ERROR_H
+ * How functions of the hosted layers say what went wrong. */
+#ifndef LUM_BASE_ERROR_H
+#define LUM_BASE_ERROR_H
 
 #include <stddef.h>
 

@@ -13,6 +13,8 @@
 
 static volatile sig_atomic_t caught;
 static volatile sig_atomic_t ticks;
+static volatile sig_atomic_t is_held;
+static lum_cancel *volatile attached;
 
 static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
 
@@ -32,15 +34,23 @@ static void tick(int signal_number)
     }
 }
 
-static void note(int signal_number)
+static void start_ticks(void)
 {
     const struct itimerval timer = {.it_interval = {.tv_usec = TICK_US},
                                     .it_value = {.tv_usec = TICK_US}};
-    if (caught != 0) {
+    (void)setitimer(ITIMER_REAL, &timer, NULL);
+}
+
+static void note(int signal_number)
+{
+    if (caught != 0 && is_held == 0) {
         interrupt_die();
     }
     caught = signal_number;
-    (void)setitimer(ITIMER_REAL, &timer, NULL);
+    lum_cancel_raise(attached);
+    if (is_held == 0) {
+        start_ticks();
+    }
 }
 
 /* A signal that the parent has ignored, as nohup does, stays ignored. */
@@ -62,9 +72,41 @@ void interrupt_catch(void)
     }
 }
 
+void interrupt_attach(lum_cancel *cancel)
+{
+    attached = cancel;
+    if (caught != 0) {
+        lum_cancel_raise(cancel);
+    }
+}
+
 int interrupt_signal(void)
 {
     return caught;
+}
+
+void interrupt_forget(void)
+{
+    const struct itimerval stopped = {.it_value = {0}};
+    (void)setitimer(ITIMER_REAL, &stopped, NULL);
+    ticks = 0;
+    caught = 0;
+    if (attached != NULL) {
+        lum_cancel_reset(attached);
+    }
+}
+
+void interrupt_hold(void)
+{
+    is_held = 1;
+}
+
+void interrupt_release(void)
+{
+    is_held = 0;
+    if (caught != 0) {
+        start_ticks();
+    }
 }
 
 void interrupt_die(void)

@@ -1,4 +1,4 @@
-#include "lum/io/error.h"
+#include "lum/base/error.h"
 
 #include <stdarg.h>
 #include <stdio.h>

@@ -1,0 +1,205 @@
+/** @file
+ * A session with one sensor: requests and their answers, heartbeats, data
+ * (docs/protocol.md, sections 1 to 6).
+ *
+ * There is no thread and no callback. Everything happens inside
+ * lum_sensor_receive(), which the application calls again and again: it sends
+ * the heartbeats that are due, sends unanswered requests again, receives, and
+ * returns one event. When the application stops calling it, heartbeats stop,
+ * and 3 s later the sensor switches its laser off. That is meant: nothing keeps
+ * a laser on but a program that still listens.
+ *
+ * A session that *owns* the sensor sends heartbeats and gets its data, because
+ * the sensor sends data to whoever sent the last heartbeat. One program of a
+ * host can own a sensor at a time; the others can still request.
+ *
+ * A session is one thread's at a time. Any number of sessions can live in one
+ * process, in one thread by lum_sensor_wait_any(). */
+#ifndef LUM_NET_SENSOR_H
+#define LUM_NET_SENSOR_H
+
+#include "lum/net/socket.h"
+#include "lum/profile.h"
+#include "lum/wire.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define LUM_SENSOR_HEARTBEAT_MS     200u  /**< five heartbeats a second */
+#define LUM_SENSOR_HEARTBEAT_MAX_MS 1000u /**< never further apart */
+#define LUM_SENSOR_TIMEOUT_MS       400u /**< wait for an answer before a resend */
+#define LUM_SENSOR_RETRIES          4u    /**< resends before giving up */
+#define LUM_SENSOR_REQUEST_BYTES    1472u /**< longest request */
+
+/** What a session has to know. */
+typedef struct lum_sensor_options {
+    lum_endpoint sensor;   /**< who it is */
+    const char *interface; /**< reach it there; NULL: as the routes say */
+    lum_layout layout;     /**< numbers of TLVs, order of addresses */
+    bool owns;             /**< send heartbeats, get data */
+    uint32_t heartbeat_ms; /**< between heartbeats, 10..1000 */
+    uint32_t timeout_ms;   /**< of one try of a request, at least 1 */
+    uint32_t retries;      /**< further tries */
+    size_t receive_buffer; /**< as lum_socket_options */
+    bool has_sequence;     /**< else requests begin at a random number */
+    uint32_t sequence;     /**< of the first request */
+    lum_cancel *cancel;    /**< ends waits; may be NULL; kept */
+} lum_sensor_options;
+
+/** What lum_sensor_receive() found. */
+typedef enum lum_sensor_event_kind {
+    LUM_SENSOR_IDLE,      /**< the deadline passed */
+    LUM_SENSOR_CANCELLED, /**< the cancel was raised */
+    LUM_SENSOR_DATAGRAMS, /**< owner: what came from the sensor, of any kind,
+                               answers among it: to be recorded or decoded */
+    LUM_SENSOR_ANSWER,    /**< the TLV answer to the request under way */
+    LUM_SENSOR_TIME,      /**< the answer to a time request */
+    LUM_SENSOR_NO_ANSWER, /**< the request was given up after its last try */
+    LUM_SENSOR_ALERT,     /**< a TLV packet that nobody asked for */
+    LUM_SENSOR_LINK,      /**< sending began to fail, or works again */
+    LUM_SENSOR_FAILED     /**< the socket broke; see the error */
+} lum_sensor_event_kind;
+
+/** An event. Pointers in it live until the session's next receive. */
+typedef struct lum_sensor_event {
+    lum_sensor_event_kind kind;    /**< what follows depends on it */
+    const lum_received *datagrams; /**< DATAGRAMS: in order of arrival */
+    size_t datagram_count;         /**< DATAGRAMS: at least 1 */
+    lum_tlv_reader tlvs;           /**< ANSWER, ALERT: for lum_tlv_next() */
+    bool has_status;         /**< ANSWER, ALERT: a status was among them */
+    uint16_t status;         /**< the last one, see lum/laser.h */
+    uint32_t sequence;       /**< ANSWER, ALERT, TIME, NO_ANSWER */
+    uint32_t clock_us;       /**< TIME: sensor clock, 32 bits */
+    unsigned tries;          /**< ANSWER, TIME, NO_ANSWER: times it was sent */
+    int64_t sent_ns;         /**< ANSWER, TIME: monotonic, the earliest try that
+                                  the answer can belong to */
+    int64_t received_ns;     /**< monotonic */
+    int64_t received_utc_ns; /**< ns since 1970 UTC */
+    bool is_up;              /**< LINK: sending works again */
+    lum_error error;         /**< LINK down, FAILED */
+} lum_sensor_event;
+
+/** What was counted since the session began. */
+typedef struct lum_sensor_counters {
+    uint64_t datagrams;       /**< from the sensor */
+    uint64_t bytes;           /**< of payload in them */
+    uint64_t foreign_source;  /**< from others, dropped */
+    uint64_t other_port;      /**< of these: from the sensor's address, but
+                                   another port */
+    uint64_t cut_short;       /**< longer than LUM_SOCKET_BYTES */
+    uint64_t kernel_drops;    /**< lum_socket_drops() */
+    uint64_t heartbeats;      /**< sent */
+    uint64_t requests;        /**< sent for the first time */
+    uint64_t resends;         /**< sent again */
+    uint64_t answers;         /**< that fitted the request under way */
+    uint64_t answers_dropped; /**< late or repeated */
+    uint64_t alerts;          /**< TLV packets that nobody asked for */
+    uint64_t malformed;       /**< answers that contradict themselves */
+    uint64_t send_failures;   /**< datagrams that did not leave */
+} lum_sensor_counters;
+
+/** A session. */
+typedef struct lum_sensor lum_sensor;
+
+/** Usual options: 10.42.0.37:5517, the default layout, not the owner, 200 ms
+ * heartbeats, 400 ms timeout, 4 retries. Cannot fail. */
+void lum_sensor_options_default(lum_sensor_options *out);
+
+/** Begin a session. Nothing is sent yet.
+ * @param options copied, interface too; cancel is kept.
+ * @param out     gets it on LUM_NET_OK; to be ended with lum_sensor_close().
+ * @param error   gets the message otherwise.
+ * @return LUM_NET_OK; LUM_NET_BUSY when another program of this host owns the
+ *         sensor, named in error with its process number; LUM_NET_DENIED;
+ *         LUM_NET_FAILED. */
+LUM_MUST_CHECK lum_net_result lum_sensor_open(const lum_sensor_options *options,
+                                              lum_sensor **out,
+                                              lum_error *error);
+
+/** End a session. The laser is not touched: lum_sensor_laser_off() first. NULL
+ * is allowed. */
+void lum_sensor_close(lum_sensor *sensor);
+
+/** Do all that is due and wait for one event.
+ * @param deadline_ns monotonic (lum/base/time.h); a time that has passed takes
+ *                    what is there without a wait.
+ * @param out         overwritten.
+ * Constant memory. After LUM_SENSOR_FAILED only lum_sensor_close() is left. */
+void lum_sensor_receive(lum_sensor *sensor, int64_t deadline_ns,
+                        lum_sensor_event *out);
+
+/** Wait until lum_sensor_receive() of one of several sessions has something to
+ * do: a datagram, a heartbeat, a resend. Call it for all of them then, with a
+ * deadline of 0.
+ * @param count    at most LUM_SOCKET_WAIT_MAX.
+ * @param extra_fd as lum_socket_wait(); -1 for none.
+ * @param cancel   may be NULL.
+ * @return as lum_socket_wait(); LUM_NET_OK when something is to be done. */
+LUM_MUST_CHECK lum_net_result lum_sensor_wait_any(lum_sensor *const *sensors,
+                                                  size_t count, int extra_fd,
+                                                  const lum_cancel *cancel,
+                                                  int64_t deadline_ns);
+
+/** Begin a TLV request; its TLVs are sent with the session's next sequence
+ * number, again on every timeout, until lum_sensor_receive() returns ANSWER or
+ * NO_ANSWER. Every command of the protocol sets an absolute state, so a repeat
+ * is harmless.
+ * @param tlvs len bytes of encoded TLVs, copied; 0: a status poll.
+ * @return LUM_OK; LUM_E_SPACE if it would exceed LUM_SENSOR_REQUEST_BYTES;
+ *         LUM_E_VALUE while another request is under way. */
+LUM_MUST_CHECK lum_result lum_sensor_request(lum_sensor *sensor,
+                                             const void *tlvs, size_t len);
+
+/** Begin a request with one command TLV that holds a text, such as "50p u". As
+ * lum_sensor_request(). */
+LUM_MUST_CHECK lum_result lum_sensor_command(lum_sensor *sensor,
+                                             const char *text);
+
+/** Begin a time request; ends with TIME or NO_ANSWER. A resend has a sequence
+ * number of its own, so that the answer tells which try it belongs to. As
+ * lum_sensor_request(). */
+LUM_MUST_CHECK lum_result lum_sensor_request_time(lum_sensor *sensor);
+
+/** Whether a request is under way. */
+bool lum_sensor_is_waiting(const lum_sensor *sensor);
+
+/** Forget the request under way; its answer will count as late. */
+void lum_sensor_give_up(lum_sensor *sensor);
+
+/** Send a set IP packet (section 2); there is no answer.
+ * @return LUM_NET_OK: it left; LUM_NET_FAILED, also for an address that cannot
+ *         be a sensor's. */
+LUM_MUST_CHECK lum_net_result lum_sensor_set_ip(lum_sensor *sensor,
+                                                uint32_t address,
+                                                lum_error *error);
+
+/** How an attempt to switch the laser off ended. */
+typedef enum lum_laser_off {
+    LUM_LASER_OFF_SEEN,    /**< a status shows it down, and stayed so */
+    LUM_LASER_OFF_UNKNOWN, /**< no answer: it may be on */
+    LUM_LASER_OFF_REFUSED  /**< answers came, and it is up */
+} lum_laser_off;
+
+/** Time between the two looks of lum_sensor_laser_off(). */
+#define LUM_SENSOR_SETTLE_MS 300u
+
+/** Switch the laser off and see that it is down: the command's own answer must
+ * show it, and a poll `LUM_SENSOR_SETTLE_MS` later must show it still, since an
+ * old `laser on` may have been delayed on its way; if it does not, all begins
+ * anew, at most retries + 1 times. Not ended by the cancel, which is the most
+ * usual reason to call it; bounded by the timeouts. Heartbeats of an owner go
+ * on meanwhile; data is dropped.
+ * @param status gets the last status; may be NULL. */
+lum_laser_off lum_sensor_laser_off(lum_sensor *sensor, uint16_t *status);
+
+/** Counters up to now. */
+void lum_sensor_count(lum_sensor *sensor, lum_sensor_counters *out);
+
+/** The session's socket, for its buffer and its local endpoint. */
+lum_socket *lum_sensor_socket(lum_sensor *sensor);
+
+/** Who the sensor is. */
+lum_endpoint lum_sensor_endpoint(const lum_sensor *sensor);
+
+#endif

@@ -1,0 +1,96 @@
+#define _DEFAULT_SOURCE
+#include "net/owner_system.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* A locked file: the lock is gone with the last descriptor. The file stays,
+ * since two processes could lock a name that comes and goes. */
+typedef struct lock_path {
+    char text[LUM_OWNER_NAME_BYTES + 32];
+} lock_path;
+
+static lock_path path_of(const char *name)
+{
+    static const char before[] = "/tmp/lumsdk-session-";
+    lock_path out;
+    (void)snprintf(out.text, sizeof out.text, "%s%s", before, name);
+    for (char *c = out.text + sizeof before - 1u; *c != '\0'; c++) {
+        *c = (char)(*c == '/' ? '_' : *c);
+    }
+    return out;
+}
+
+/* Not as the umask has it: other users lock the file too. Only its own user
+ * may do this. */
+static int open_for_all(const char *path)
+{
+    const mode_t everyone = 0666;
+    const int fd =
+        open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, everyone);
+    if (fd >= 0) {
+        (void)fchmod(fd, everyone);
+    }
+    return fd;
+}
+
+/* For whoever comes second; without it, that one knows only less. */
+static void leave_process(int fd)
+{
+    char text[32];
+    const int n = snprintf(text, sizeof text, "%ld\n", (long)getpid());
+    if (ftruncate(fd, 0) == 0) {
+        const ssize_t written = pwrite(fd, text, (size_t)n, 0);
+        (void)written;
+    }
+}
+
+static long read_process(int fd)
+{
+    char text[32];
+    const ssize_t n = pread(fd, text, sizeof text - 1u, 0);
+    text[n > 0 ? n : 0] = '\0';
+    return strtol(text, NULL, 10);
+}
+
+lum_net_result lum_owner_system_hold(const char *name, intptr_t *held,
+                                     long *process, lum_error *error)
+{
+    const lock_path path = path_of(name);
+    lum_net_result result = LUM_NET_FAILED;
+    const int fd = open_for_all(path.text);
+    if (fd >= 0 && flock(fd, LOCK_EX | LOCK_NB) == 0) {
+        leave_process(fd);
+        *held = fd;
+        return LUM_NET_OK;
+    }
+    if (fd >= 0 && errno == EWOULDBLOCK) {
+        *process = read_process(fd);
+        result = LUM_NET_BUSY;
+    } else {
+        (void)lum_error_set(error,
+                            "cannot mark the session as taken by a lock on "
+                            "%s: %s",
+                            path.text, strerror(errno));
+    }
+    if (fd >= 0) {
+        (void)close(fd);
+    }
+    return result;
+}
+
+void lum_owner_system_drop(intptr_t held)
+{
+    (void)close((int)held);
+}
+
+long lum_owner_system_self(void)
+{
+    return getpid();
+}

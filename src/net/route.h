@@ -1,0 +1,12 @@
+/* Where datagrams for an address leave this host. */
+#ifndef LUM_NET_ROUTE_H
+#define LUM_NET_ROUTE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* The name of the interface, if the routes name one without doubt. */
+bool lum_route_interface(uint32_t address, char *out, size_t room);
+
+#endif

@@ -1,0 +1,236 @@
+#include "lum/net/sensor.h"
+
+#include "lum/base/time.h"
+#include "net/endpoint.h"
+#include "net/session.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+void lum_sensor_options_default(lum_sensor_options *out)
+{
+    memset(out, 0, sizeof *out);
+    out->sensor = (lum_endpoint){LUM_BOOT_ADDRESS, LUM_PORT};
+    lum_layout_default(&out->layout);
+    out->heartbeat_ms = LUM_SENSOR_HEARTBEAT_MS;
+    out->timeout_ms = LUM_SENSOR_TIMEOUT_MS;
+    out->retries = LUM_SENSOR_RETRIES;
+    out->receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
+}
+
+static bool can_be_a_sensor(uint32_t address)
+{
+    lum_layout layout;
+    uint8_t packet[LUM_SET_IP_BYTES];
+    lum_layout_default(&layout);
+    return lum_set_ip_encode(packet, &layout, address) == LUM_OK;
+}
+
+static int check_options(const lum_sensor_options *options, lum_error *error)
+{
+    if (!can_be_a_sensor(options->sensor.address) ||
+        options->sensor.port == 0) {
+        return lum_error_set(
+            error,
+            "%s: no sensor can be there; give the address of one host, such "
+            "as 10.42.0.37, and a port that is not 0",
+            lum_endpoint_show(options->sensor).text);
+    }
+    if (options->heartbeat_ms < 10 ||
+        options->heartbeat_ms > LUM_SENSOR_HEARTBEAT_MAX_MS) {
+        return lum_error_set(
+            error, "heartbeats every %lu ms: 10 to %u ms are allowed",
+            (unsigned long)options->heartbeat_ms, LUM_SENSOR_HEARTBEAT_MAX_MS);
+    }
+    if (options->timeout_ms == 0) {
+        return lum_error_set(error, "a timeout of 0 ms: at least 1 ms is "
+                                    "needed for an answer to come");
+    }
+    return 0;
+}
+
+/* Not a secret, only unlikely to be that of the session before. */
+static uint32_t random_sequence(const lum_sensor *s)
+{
+    lum_endpoint local;
+    lum_socket_local(s->socket, &local);
+    uint64_t x = (uint64_t)lum_time_utc_ns() ^
+                 ((uint64_t)lum_time_monotonic_ns() << 20) ^
+                 ((uint64_t)local.port << 48) ^ (uint64_t)(uintptr_t)s;
+    x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+    x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
+    const uint32_t sequence = (uint32_t)(x >> 32);
+    return sequence != 0 ? sequence : 1u;
+}
+
+static void begin_exchange(lum_sensor *s, const lum_sensor_options *options)
+{
+    const lum_exchange_config config = {
+        .status_tlv = options->layout.profile.tlv[LUM_TLV_STATUS],
+        .owns = options->owns,
+        .first = options->has_sequence ? options->sequence : random_sequence(s),
+        .heartbeat_ns = NS_PER_MS * options->heartbeat_ms,
+        .timeout_ns = NS_PER_MS * options->timeout_ms,
+        .retries = options->retries};
+    lum_exchange_init(&s->exchange, &config);
+}
+
+static lum_net_result open_parts(lum_sensor *s,
+                                 const lum_sensor_options *options,
+                                 lum_error *error)
+{
+    const lum_socket_options wanted = {.interface = options->interface,
+                                       .receive_buffer =
+                                           options->receive_buffer};
+    if (options->owns) {
+        const lum_net_result r = lum_owner_take(
+            options->sensor, options->interface, &s->owner, error);
+        if (r != LUM_NET_OK) {
+            return r;
+        }
+    }
+    return lum_socket_open(&wanted, &s->socket, error);
+}
+
+lum_net_result lum_sensor_open(const lum_sensor_options *options,
+                               lum_sensor **out, lum_error *error)
+{
+    if (check_options(options, error) != 0) {
+        return LUM_NET_FAILED;
+    }
+    lum_sensor *s = calloc(1, sizeof *s);
+    if (s == NULL) {
+        (void)lum_error_set(error, "no memory for a session");
+        return LUM_NET_FAILED;
+    }
+    s->endpoint = options->sensor;
+    s->layout = options->layout;
+    s->owns = options->owns;
+    s->retries = options->retries;
+    s->cancel = options->cancel;
+    s->link_is_up = true;
+    s->link_told = true;
+    const lum_net_result r = open_parts(s, options, error);
+    if (r != LUM_NET_OK) {
+        lum_sensor_close(s);
+        return r;
+    }
+    begin_exchange(s, options);
+    *out = s;
+    return LUM_NET_OK;
+}
+
+void lum_sensor_close(lum_sensor *sensor)
+{
+    if (sensor != NULL) {
+        lum_socket_close(sensor->socket);
+        lum_owner_release(sensor->owner);
+        free(sensor);
+    }
+}
+
+void lum_sensor_receive(lum_sensor *sensor, int64_t deadline_ns,
+                        lum_sensor_event *out)
+{
+    lum_session_receive(sensor, sensor->cancel, deadline_ns, out);
+}
+
+/* When a session has something to do without a datagram. */
+static int64_t due_ns(const lum_sensor *s)
+{
+    const bool has_event = s->has_failed || s->batch_next < s->batch_count ||
+                           s->link_told != s->link_is_up;
+    return has_event ? INT64_MIN : lum_exchange_next_ns(&s->exchange);
+}
+
+lum_net_result lum_sensor_wait_any(lum_sensor *const *sensors, size_t count,
+                                   int extra_fd, const lum_cancel *cancel,
+                                   int64_t deadline_ns)
+{
+    lum_socket *sockets[LUM_SOCKET_WAIT_MAX];
+    int64_t first_ns = INT64_MAX;
+    if (count > LUM_SOCKET_WAIT_MAX) {
+        return LUM_NET_FAILED;
+    }
+    if (lum_cancel_is_raised(cancel)) {
+        return LUM_NET_CANCELLED;
+    }
+    for (size_t i = 0; i < count; i++) {
+        const int64_t due = due_ns(sensors[i]);
+        sockets[i] = sensors[i]->socket;
+        first_ns = due < first_ns ? due : first_ns;
+    }
+    if (first_ns <= lum_time_monotonic_ns()) {
+        return LUM_NET_OK;
+    }
+    const lum_net_result r =
+        lum_socket_wait(sockets, count, extra_fd, cancel,
+                        first_ns < deadline_ns ? first_ns : deadline_ns);
+    return r == LUM_NET_TIMEOUT && first_ns <= deadline_ns ? LUM_NET_OK : r;
+}
+
+lum_result lum_sensor_request(lum_sensor *sensor, const void *tlvs, size_t len)
+{
+    return lum_exchange_request(&sensor->exchange, tlvs, len);
+}
+
+lum_result lum_sensor_command(lum_sensor *sensor, const char *text)
+{
+    uint8_t packet[LUM_SENSOR_REQUEST_BYTES];
+    lum_tlv_writer writer;
+    const size_t len = strlen(text);
+    if (lum_tlv_begin(&writer, packet, sizeof packet, 0) != LUM_OK ||
+        len > sizeof packet ||
+        lum_tlv_add(&writer, sensor->layout.profile.tlv[LUM_TLV_COMMAND], text,
+                    (uint16_t)len) != LUM_OK) {
+        return LUM_E_SPACE;
+    }
+    return lum_sensor_request(sensor, packet + LUM_TLV_PACKET_BYTES,
+                              writer.len - LUM_TLV_PACKET_BYTES);
+}
+
+lum_result lum_sensor_request_time(lum_sensor *sensor)
+{
+    return lum_exchange_request_time(&sensor->exchange);
+}
+
+bool lum_sensor_is_waiting(const lum_sensor *sensor)
+{
+    return sensor->exchange.ask != LUM_ASK_NOTHING;
+}
+
+void lum_sensor_give_up(lum_sensor *sensor)
+{
+    lum_exchange_give_up(&sensor->exchange);
+}
+
+lum_net_result lum_sensor_set_ip(lum_sensor *sensor, uint32_t address,
+                                 lum_error *error)
+{
+    uint8_t packet[LUM_SET_IP_BYTES];
+    uint64_t sent = 0;
+    if (lum_set_ip_encode(packet, &sensor->layout, address) != LUM_OK) {
+        (void)lum_error_set(error,
+                            "%s cannot be a sensor's address; give that of "
+                            "one host, such as 10.42.0.99",
+                            lum_endpoint_show_address(address).text);
+        return LUM_NET_FAILED;
+    }
+    return lum_session_send(sensor, packet, sizeof packet, &sent, error);
+}
+
+void lum_sensor_count(lum_sensor *sensor, lum_sensor_counters *out)
+{
+    *out = sensor->counters;
+    out->kernel_drops = lum_socket_drops(sensor->socket);
+}
+
+lum_socket *lum_sensor_socket(lum_sensor *sensor)
+{
+    return sensor->socket;
+}
+
+lum_endpoint lum_sensor_endpoint(const lum_sensor *sensor)
+{
+    return sensor->endpoint;
+}

@@ -1,0 +1,45 @@
+/* What a session is made of, and its heart: what lum_sensor_receive() does. */
+#ifndef LUM_NET_SESSION_H
+#define LUM_NET_SESSION_H
+
+#include "lum/net/sensor.h"
+#include "net/exchange.h"
+#include "net/owner.h"
+
+#define NS_PER_MS INT64_C(1000000)
+
+struct lum_sensor {
+    lum_endpoint endpoint;
+    lum_layout layout;
+    bool owns;
+    uint32_t retries;
+    lum_cancel *cancel;
+    lum_owner *owner;
+    lum_socket *socket;
+    lum_exchange exchange;
+    lum_sensor_counters counters;
+
+    lum_received *batch; /* of the socket's last receive, filtered */
+    size_t batch_count;
+    size_t batch_next;    /* first that the exchange has not seen */
+    int64_t batch_ns;     /* when it was received */
+    int64_t heard_ns;     /* the socket was empty then */
+    bool socket_is_empty; /* as far as the last receive showed */
+
+    bool link_is_up;
+    bool link_told;
+    lum_error link_error;
+    bool has_failed;
+    lum_error failure;
+};
+
+/* Sends to the sensor. Counts in *counter or as a failure, and keeps what a
+ * LINK event will tell. error may be NULL. */
+lum_net_result lum_session_send(lum_sensor *s, const void *bytes, size_t len,
+                                uint64_t *counter, lum_error *error);
+
+/* lum_sensor_receive() with any cancel, or none. */
+void lum_session_receive(lum_sensor *s, const lum_cancel *cancel,
+                         int64_t deadline_ns, lum_sensor_event *out);
+
+#endif

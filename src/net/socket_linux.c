@@ -1,0 +1,199 @@
+#define _GNU_SOURCE
+#include "net/socket_system.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <linux/sock_diag.h>
+#include <net/if.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <time.h>
+
+#define NS_PER_S INT64_C(1000000000)
+
+/* Since Linux 4.12; older headers lack the name. */
+#ifndef SO_MEMINFO
+#define SO_MEMINFO 55
+#endif
+
+/* Room for a time stamp, a drop count and where it came in. */
+typedef union control_room {
+    size_t align; /* as struct cmsghdr has it */
+    char bytes[CMSG_SPACE(sizeof(struct timespec)) +
+               CMSG_SPACE(sizeof(uint32_t)) +
+               CMSG_SPACE(sizeof(struct in_pktinfo))];
+} control_room;
+
+int lum_system_socket(void)
+{
+    return socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+}
+
+/* Without the right to bind to a device: send there, and look where arrivals
+ * came in. */
+static int use_index(int fd, unsigned index)
+{
+    const uint32_t wire = htonl(index);
+    const int on = 1;
+    if (setsockopt(fd, IPPROTO_IP, IP_UNICAST_IF, &wire, sizeof wire) != 0) {
+        return -1;
+    }
+    return setsockopt(fd, IPPROTO_IP, IP_PKTINFO, &on, sizeof on);
+}
+
+lum_net_result lum_system_use_interface(int fd, const char *name,
+                                        lum_endpoint *local, unsigned *only,
+                                        lum_error *error)
+{
+    const unsigned index = if_nametoindex(name);
+    (void)local;
+    *only = 0;
+    if (setsockopt(fd, SOL_SOCKET, SO_BINDTODEVICE, name,
+                   (socklen_t)strlen(name)) == 0) {
+        return LUM_NET_OK;
+    }
+    if (errno == EPERM && use_index(fd, index) == 0) {
+        *only = index;
+        return LUM_NET_OK;
+    }
+    const int code = errno;
+    (void)lum_error_set(error, "cannot use interface %s alone: %s", name,
+                        strerror(code));
+    return code == EPERM ? LUM_NET_DENIED : LUM_NET_FAILED;
+}
+
+static size_t granted(int fd)
+{
+    int bytes = 0;
+    socklen_t len = sizeof bytes;
+    if (getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, &len) != 0 || bytes < 0) {
+        return 0;
+    }
+    return (size_t)bytes;
+}
+
+/* The kernel doubles what is asked for, and counts about two bytes for each of
+ * payload: what is asked for is what it holds. */
+size_t lum_system_grow(int fd, size_t bytes, bool *enough)
+{
+    const size_t most = INT_MAX / 2;
+    const int ask = (int)(bytes < most ? bytes : most);
+    if (bytes != 0) {
+        (void)setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &ask, sizeof ask);
+    }
+    if (granted(fd) / 2u < bytes) {
+        (void)setsockopt(fd, SOL_SOCKET, SO_RCVBUFFORCE, &ask, sizeof ask);
+    }
+    *enough = granted(fd) / 2u >= bytes;
+    return granted(fd);
+}
+
+/* A kernel that refuses has neither; the calls work without. */
+void lum_system_tell(int fd)
+{
+    const int on = 1;
+    (void)setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
+    (void)setsockopt(fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
+}
+
+/* SO_RXQ_OVFL tells with the next datagram; this tells at once. */
+bool lum_system_drops(int fd, uint32_t *out)
+{
+    uint32_t values[SK_MEMINFO_VARS] = {0};
+    socklen_t len = sizeof values;
+    if (getsockopt(fd, SOL_SOCKET, SO_MEMINFO, values, &len) != 0 ||
+        len <= SK_MEMINFO_DROPS * sizeof values[0]) {
+        return false;
+    }
+    *out = values[SK_MEMINFO_DROPS];
+    return true;
+}
+
+int lum_system_poll(struct pollfd *set, nfds_t count, int64_t wait_ns)
+{
+    const struct timespec wait = {.tv_sec = (time_t)(wait_ns / NS_PER_S),
+                                  .tv_nsec = (long)(wait_ns % NS_PER_S)};
+    return ppoll(set, count, &wait, NULL);
+}
+
+static void read_time(const struct cmsghdr *control, lum_received *out)
+{
+    struct timespec at;
+    memcpy(&at, CMSG_DATA(control), sizeof at);
+    out->utc_ns = (int64_t)at.tv_sec * NS_PER_S + at.tv_nsec;
+}
+
+static void read_control(const struct cmsghdr *control, lum_received *out,
+                         lum_arrival *arrival)
+{
+    if (control->cmsg_level == IPPROTO_IP && control->cmsg_type == IP_PKTINFO) {
+        struct in_pktinfo info;
+        memcpy(&info, CMSG_DATA(control), sizeof info);
+        arrival->interface = (unsigned)info.ipi_ifindex;
+    } else if (control->cmsg_level == SOL_SOCKET &&
+               control->cmsg_type == SCM_TIMESTAMPNS) {
+        read_time(control, out);
+    } else if (control->cmsg_level == SOL_SOCKET &&
+               control->cmsg_type == SO_RXQ_OVFL) {
+        memcpy(&arrival->drops, CMSG_DATA(control), sizeof arrival->drops);
+        arrival->has_drops = true;
+    }
+}
+
+static void read_arrival(struct mmsghdr *message, const uint8_t *bytes,
+                         lum_received *out, lum_arrival *arrival)
+{
+    struct msghdr *header = &message->msg_hdr;
+    *arrival = (lum_arrival){0};
+    *out = (lum_received){.bytes = bytes,
+                          .len = message->msg_len,
+                          .from = lum_system_endpoint(header->msg_name),
+                          .cut_short = (header->msg_flags & MSG_TRUNC) != 0};
+    for (struct cmsghdr *c = CMSG_FIRSTHDR(header); c != NULL;
+         c = CMSG_NXTHDR(header, c)) {
+        read_control(c, out, arrival);
+    }
+}
+
+int lum_system_receive(int fd, uint8_t *buffers, lum_received *out,
+                       lum_arrival *arrivals)
+{
+    struct mmsghdr messages[LUM_SOCKET_BATCH];
+    struct iovec vectors[LUM_SOCKET_BATCH];
+    struct sockaddr_in peers[LUM_SOCKET_BATCH];
+    control_room controls[LUM_SOCKET_BATCH];
+    for (size_t i = 0; i < LUM_SOCKET_BATCH; i++) {
+        vectors[i] = (struct iovec){.iov_base = buffers + i * LUM_SOCKET_BYTES,
+                                    .iov_len = LUM_SOCKET_BYTES};
+        messages[i].msg_hdr =
+            (struct msghdr){.msg_name = &peers[i],
+                            .msg_namelen = sizeof peers[i],
+                            .msg_iov = &vectors[i],
+                            .msg_iovlen = 1,
+                            .msg_control = &controls[i],
+                            .msg_controllen = sizeof controls[i].bytes};
+    }
+    const int n = recvmmsg(fd, messages, LUM_SOCKET_BATCH, MSG_DONTWAIT, NULL);
+    for (int i = 0; i < n; i++) {
+        read_arrival(&messages[i], vectors[i].iov_base, &out[i], &arrivals[i]);
+    }
+    return n;
+}
+
+int lum_system_send(int fd, const lum_outgoing *datagrams, size_t count)
+{
+    struct mmsghdr messages[LUM_SOCKET_BATCH];
+    struct iovec vectors[LUM_SOCKET_BATCH];
+    struct sockaddr_in peers[LUM_SOCKET_BATCH];
+    for (size_t i = 0; i < count; i++) {
+        peers[i] = lum_system_address(datagrams[i].to);
+        /* sendmsg() reads it only, but has no type that says so. */
+        memcpy(&vectors[i].iov_base, &datagrams[i].bytes, sizeof(void *));
+        vectors[i].iov_len = datagrams[i].len;
+        messages[i].msg_hdr = (struct msghdr){.msg_name = &peers[i],
+                                              .msg_namelen = sizeof peers[i],
+                                              .msg_iov = &vectors[i],
+                                              .msg_iovlen = 1};
+    }
+    return sendmmsg(fd, messages, (unsigned)count, MSG_DONTWAIT);
+}

@@ -1,0 +1,205 @@
+#define _DEFAULT_SOURCE
+#include "net/endpoint.h"
+#include "net/socket_system.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <ifaddrs.h>
+#include <limits.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <unistd.h>
+
+#define NS_PER_MS INT64_C(1000000)
+
+/* Systems refuse a receive buffer that is too large, instead of granting less;
+ * below this they do not. */
+#define LEAST_BUFFER (64 * 1024)
+
+int lum_system_socket(void)
+{
+    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+    if (fd >= 0 && (fcntl(fd, F_SETFL, O_NONBLOCK) < 0 ||
+                    fcntl(fd, F_SETFD, FD_CLOEXEC) < 0)) {
+        const int code = errno;
+        (void)close(fd);
+        errno = code;
+        return -1;
+    }
+    return fd;
+}
+
+/* The interface's first address, or the one wanted; 0: it has none. */
+static uint32_t address_of(const char *name, uint32_t wanted)
+{
+    struct ifaddrs *all = NULL;
+    uint32_t found = 0;
+    if (getifaddrs(&all) != 0) {
+        return 0;
+    }
+    for (const struct ifaddrs *i = all; i != NULL; i = i->ifa_next) {
+        struct sockaddr_in address;
+        if (i->ifa_addr == NULL || i->ifa_addr->sa_family != AF_INET ||
+            strcmp(i->ifa_name, name) != 0) {
+            continue;
+        }
+        memcpy(&address, i->ifa_addr, sizeof address);
+        const uint32_t theirs = ntohl(address.sin_addr.s_addr);
+        if (found == 0 || theirs == wanted) {
+            found = theirs;
+        }
+    }
+    freeifaddrs(all);
+    return found;
+}
+
+/* Bound to its address; the loopback has all that begin with 127. */
+lum_net_result lum_system_use_interface(int fd, const char *name,
+                                        lum_endpoint *local, unsigned *only,
+                                        lum_error *error)
+{
+    const uint32_t address = address_of(name, local->address);
+    (void)fd;
+    *only = 0;
+    if (address == 0) {
+        (void)lum_error_set(error,
+                            "cannot use interface %s: it has no IPv4 address; "
+                            "give it one in the sensor's network",
+                            name);
+        return LUM_NET_FAILED;
+    }
+    if (local->address != 0 && local->address != address &&
+        (local->address >> 24 != 127u || address >> 24 != 127u)) {
+        (void)lum_error_set(error, "interface %s does not have the address %s",
+                            name,
+                            lum_endpoint_show_address(local->address).text);
+        return LUM_NET_FAILED;
+    }
+    local->address = local->address != 0 ? local->address : address;
+    return LUM_NET_OK;
+}
+
+size_t lum_system_grow(int fd, size_t bytes, bool *enough)
+{
+    int granted = 0;
+    socklen_t len = sizeof granted;
+    int ask = (int)(bytes < INT_MAX ? bytes : INT_MAX);
+    while (ask != 0 &&
+           setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &ask, sizeof ask) != 0 &&
+           ask > LEAST_BUFFER) {
+        ask /= 2;
+    }
+    if (getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &granted, &len) != 0 ||
+        granted < 0) {
+        granted = 0;
+    }
+    *enough = (size_t)granted >= bytes;
+    return (size_t)granted;
+}
+
+bool lum_system_drops(int fd, uint32_t *out)
+{
+    (void)fd;
+    (void)out;
+    return false;
+}
+
+int lum_system_poll(struct pollfd *set, nfds_t count, int64_t wait_ns)
+{
+    const int64_t most = INT_MAX;
+    const int64_t wait_ms =
+        wait_ns / NS_PER_MS + (wait_ns % NS_PER_MS != 0 ? 1 : 0);
+    return poll(set, count, (int)(wait_ms < most ? wait_ms : most));
+}
+
+#if defined(SO_TIMESTAMP) && defined(SCM_TIMESTAMP)
+
+void lum_system_tell(int fd)
+{
+    const int on = 1;
+    (void)setsockopt(fd, SOL_SOCKET, SO_TIMESTAMP, &on, sizeof on);
+}
+
+static void read_control(const struct cmsghdr *control, lum_received *out)
+{
+    struct timeval at;
+    if (control->cmsg_level == SOL_SOCKET &&
+        control->cmsg_type == SCM_TIMESTAMP) {
+        memcpy(&at, CMSG_DATA(control), sizeof at);
+        out->utc_ns = (int64_t)at.tv_sec * INT64_C(1000000000) +
+                      (int64_t)at.tv_usec * 1000;
+    }
+}
+
+#else
+
+void lum_system_tell(int fd)
+{
+    (void)fd;
+}
+
+static void read_control(const struct cmsghdr *control, lum_received *out)
+{
+    (void)control;
+    (void)out;
+}
+
+#endif
+
+static int receive_one(int fd, uint8_t *buffer, lum_received *out)
+{
+    union {
+        size_t align;
+        char bytes[CMSG_SPACE(sizeof(struct timeval))];
+    } control;
+    struct sockaddr_in peer;
+    struct iovec vector = {.iov_base = buffer, .iov_len = LUM_SOCKET_BYTES};
+    struct msghdr header = {.msg_name = &peer,
+                            .msg_namelen = sizeof peer,
+                            .msg_iov = &vector,
+                            .msg_iovlen = 1,
+                            .msg_control = &control,
+                            .msg_controllen = sizeof control.bytes};
+    memset(&peer, 0, sizeof peer);
+    const ssize_t len = recvmsg(fd, &header, 0);
+    if (len < 0) {
+        return -1;
+    }
+    *out = (lum_received){.bytes = buffer,
+                          .len = (size_t)len,
+                          .from = lum_system_endpoint(&peer),
+                          .cut_short = (header.msg_flags & MSG_TRUNC) != 0};
+    for (struct cmsghdr *c = CMSG_FIRSTHDR(&header); c != NULL;
+         c = CMSG_NXTHDR(&header, c)) {
+        read_control(c, out);
+    }
+    return 0;
+}
+
+int lum_system_receive(int fd, uint8_t *buffers, lum_received *out,
+                       lum_arrival *arrivals)
+{
+    int n = 0;
+    while (n < (int)LUM_SOCKET_BATCH &&
+           receive_one(fd, buffers + (size_t)n * LUM_SOCKET_BYTES, &out[n]) ==
+               0) {
+        arrivals[n] = (lum_arrival){0};
+        n++;
+    }
+    return n > 0 ? n : -1;
+}
+
+int lum_system_send(int fd, const lum_outgoing *datagrams, size_t count)
+{
+    int n = 0;
+    while ((size_t)n < count) {
+        const struct sockaddr_in to = lum_system_address(datagrams[n].to);
+        if (sendto(fd, datagrams[n].bytes, datagrams[n].len, 0,
+                   (const struct sockaddr *)&to, sizeof to) < 0) {
+            break;
+        }
+        n++;
+    }
+    return n > 0 ? n : -1;
+}

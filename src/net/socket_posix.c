@@ -1,0 +1,334 @@
+#define _POSIX_C_SOURCE 200809L
+#include "lum/base/time.h"
+#include "net/cancel_handle.h"
+#include "net/socket_messages.h"
+#include "net/socket_system.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <net/if.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+/* Holds a few full batches, where the system's default may not hold one. */
+#define SEND_BUFFER (4 * 1024 * 1024)
+
+/* Errors of datagrams sent earlier that one receive passes over. */
+#define PENDING_ERRORS 16
+
+struct lum_socket {
+    int fd;
+    lum_endpoint local;
+    unsigned only; /* interface that arrivals must be from; 0: any */
+    size_t receive_buffer;
+    bool has_room;
+    bool counts_drops;
+    uint32_t drops_seen; /* the kernel's number, which wraps */
+    uint64_t drops;
+    lum_received received[LUM_SOCKET_BATCH];
+    lum_arrival arrivals[LUM_SOCKET_BATCH];
+    uint8_t bytes[LUM_SOCKET_BATCH * LUM_SOCKET_BYTES];
+};
+
+struct sockaddr_in lum_system_address(lum_endpoint endpoint)
+{
+    struct sockaddr_in out;
+    memset(&out, 0, sizeof out);
+    out.sin_family = AF_INET;
+    out.sin_port = htons(endpoint.port);
+    out.sin_addr.s_addr = htonl(endpoint.address);
+    return out;
+}
+
+lum_endpoint lum_system_endpoint(const struct sockaddr_in *address)
+{
+    return (lum_endpoint){.address = ntohl(address->sin_addr.s_addr),
+                          .port = ntohs(address->sin_port)};
+}
+
+/* "lo, eth0" */
+static void list_interfaces(char *out, size_t room)
+{
+    struct if_nameindex *all = if_nameindex();
+    size_t used = 0;
+    (void)snprintf(out, room, "none");
+    for (size_t i = 0; all != NULL && all[i].if_index != 0 && used < room;
+         i++) {
+        const int n = snprintf(out + used, room - used, "%s%s",
+                               i != 0 ? ", " : "", all[i].if_name);
+        used += n > 0 ? (size_t)n : 0;
+    }
+    if (all != NULL) {
+        if_freenameindex(all);
+    }
+}
+
+static lum_net_result use_interface(lum_socket *socket, const char *name,
+                                    lum_endpoint *local, lum_error *error)
+{
+    char list[256];
+    if (if_nametoindex(name) != 0) {
+        return lum_system_use_interface(socket->fd, name, local, &socket->only,
+                                        error);
+    }
+    list_interfaces(list, sizeof list);
+    return lum_socket_say_no_interface(name, list, error);
+}
+
+static lum_net_result bind_local(lum_socket *socket, lum_endpoint local,
+                                 lum_error *error)
+{
+    struct sockaddr_in address = lum_system_address(local);
+    socklen_t len = sizeof address;
+    if (bind(socket->fd, (const struct sockaddr *)&address, len) != 0 ||
+        getsockname(socket->fd, (struct sockaddr *)&address, &len) != 0) {
+        return lum_socket_say_unbound(local, errno, error);
+    }
+    socket->local = lum_system_endpoint(&address);
+    return LUM_NET_OK;
+}
+
+static lum_net_result set_up(lum_socket *socket,
+                             const lum_socket_options *options,
+                             lum_error *error)
+{
+    const int send_buffer = SEND_BUFFER;
+    lum_endpoint local = options->local;
+    uint32_t drops = 0;
+    (void)setsockopt(socket->fd, SOL_SOCKET, SO_SNDBUF, &send_buffer,
+                     sizeof send_buffer);
+    socket->receive_buffer =
+        lum_system_grow(socket->fd, options->receive_buffer, &socket->has_room);
+    lum_system_tell(socket->fd);
+    socket->counts_drops = lum_system_drops(socket->fd, &drops);
+    if (options->interface != NULL) {
+        const lum_net_result result =
+            use_interface(socket, options->interface, &local, error);
+        if (result != LUM_NET_OK) {
+            return result;
+        }
+    }
+    return bind_local(socket, local, error);
+}
+
+lum_net_result lum_socket_open(const lum_socket_options *options,
+                               lum_socket **out, lum_error *error)
+{
+    lum_socket *socket = malloc(sizeof *socket);
+    if (socket == NULL) {
+        (void)lum_error_set(error, "no memory left for a socket");
+        return LUM_NET_FAILED;
+    }
+    /* Not the buffers: their pages stay untouched until data comes. */
+    memset(socket, 0, offsetof(lum_socket, received));
+    socket->fd = lum_system_socket();
+    if (socket->fd < 0) {
+        (void)lum_error_set(error, "cannot make a UDP socket: %s",
+                            strerror(errno));
+        lum_socket_close(socket);
+        return LUM_NET_FAILED;
+    }
+    const lum_net_result result = set_up(socket, options, error);
+    if (result != LUM_NET_OK) {
+        lum_socket_close(socket);
+        return result;
+    }
+    *out = socket;
+    return LUM_NET_OK;
+}
+
+void lum_socket_close(lum_socket *socket)
+{
+    if (socket != NULL) {
+        if (socket->fd >= 0) {
+            (void)close(socket->fd);
+        }
+        free(socket);
+    }
+}
+
+void lum_socket_local(const lum_socket *socket, lum_endpoint *out)
+{
+    *out = socket->local;
+}
+
+size_t lum_socket_receive_buffer(const lum_socket *socket)
+{
+    return socket->receive_buffer;
+}
+
+bool lum_socket_has_room(const lum_socket *socket)
+{
+    return socket->has_room;
+}
+
+bool lum_socket_counts_drops(const lum_socket *socket)
+{
+    return socket->counts_drops;
+}
+
+/* The cancel comes first: who raised it wants to be heard under load too. */
+static lum_net_result judge(const struct pollfd *set, nfds_t count)
+{
+    if (set[0].revents != 0) {
+        return LUM_NET_CANCELLED;
+    }
+    for (nfds_t i = 1; i < count; i++) {
+        if ((set[i].revents & POLLNVAL) != 0) {
+            return LUM_NET_FAILED;
+        }
+    }
+    return LUM_NET_OK;
+}
+
+static lum_net_result poll_until(struct pollfd *set, nfds_t count,
+                                 int64_t deadline_ns)
+{
+    for (;;) {
+        const int64_t now = lum_time_monotonic_ns();
+        const int64_t wait = deadline_ns > now ? deadline_ns - now : 0;
+        const int ready = lum_system_poll(set, count, wait);
+        if (ready > 0) {
+            return judge(set, count);
+        }
+        if (ready == 0 && deadline_ns <= lum_time_monotonic_ns()) {
+            return LUM_NET_TIMEOUT;
+        }
+        if (ready < 0 && errno != EINTR && errno != EAGAIN) {
+            return LUM_NET_FAILED;
+        }
+    }
+}
+
+lum_net_result lum_socket_wait(lum_socket *const *sockets, size_t count,
+                               int extra_fd, const lum_cancel *cancel,
+                               int64_t deadline_ns)
+{
+    struct pollfd set[LUM_SOCKET_WAIT_MAX + 2u];
+    if (count > LUM_SOCKET_WAIT_MAX) {
+        return LUM_NET_FAILED;
+    }
+    /* Negative descriptors are passed over. */
+    set[0] = (struct pollfd){
+        .fd = cancel != NULL ? (int)lum_cancel_handle(cancel) : -1,
+        .events = POLLIN};
+    set[1] = (struct pollfd){.fd = extra_fd, .events = POLLIN};
+    for (size_t i = 0; i < count; i++) {
+        set[i + 2u] = (struct pollfd){.fd = sockets[i]->fd, .events = POLLIN};
+    }
+    return poll_until(set, (nfds_t)(count + 2u), deadline_ns);
+}
+
+/* Numbers that datagrams carry may be older than one read already. */
+static void note_drops(lum_socket *socket, uint32_t seen)
+{
+    const uint32_t step = seen - socket->drops_seen;
+    if (step < UINT32_C(0x80000000)) {
+        socket->drops += step;
+        socket->drops_seen = seen;
+    }
+}
+
+uint64_t lum_socket_drops(lum_socket *socket)
+{
+    uint32_t seen = 0;
+    if (lum_system_drops(socket->fd, &seen)) {
+        note_drops(socket, seen);
+    }
+    return socket->drops;
+}
+
+/* Note what came with the datagrams; remove those of other interfaces. */
+static size_t sort_out(lum_socket *socket, size_t count)
+{
+    size_t kept = 0;
+    int64_t now = 0;
+    for (size_t i = 0; i < count; i++) {
+        const lum_arrival *arrival = &socket->arrivals[i];
+        lum_received *received = &socket->received[i];
+        if (arrival->has_drops) {
+            socket->counts_drops = true;
+            note_drops(socket, arrival->drops);
+        }
+        if (socket->only != 0 && socket->only != arrival->interface) {
+            continue;
+        }
+        if (received->utc_ns == 0) {
+            now = now != 0 ? now : lum_time_utc_ns();
+            received->utc_ns = now;
+        }
+        socket->received[kept++] = *received;
+    }
+    return kept;
+}
+
+/* All else is of a datagram sent earlier, or passes. */
+static bool is_broken(int code)
+{
+    return code == EBADF || code == ENOTSOCK || code == EINVAL ||
+           code == EFAULT || code == ENOTCONN || code == EOPNOTSUPP;
+}
+
+lum_net_result lum_socket_receive(lum_socket *socket, lum_received **out,
+                                  size_t *count, lum_error *error)
+{
+    *out = socket->received;
+    *count = 0;
+    for (int errors = 0; errors < PENDING_ERRORS; errors++) {
+        const int n = lum_system_receive(socket->fd, socket->bytes,
+                                         socket->received, socket->arrivals);
+        if (n >= 0) {
+            *count = sort_out(socket, (size_t)n);
+            return LUM_NET_OK;
+        }
+        if (errno == EAGAIN || errno == EWOULDBLOCK) {
+            return LUM_NET_OK;
+        }
+        if (is_broken(errno)) {
+            return lum_socket_say_broken(socket->local, errno, error);
+        }
+    }
+    return LUM_NET_OK;
+}
+
+/* A send may be told of the fate of one before; it is tried again then. */
+static int send_some(int fd, const lum_outgoing *datagrams, size_t count)
+{
+    int n = -1;
+    for (int tries = 0; tries < PENDING_ERRORS; tries++) {
+        n = lum_system_send(fd, datagrams, count);
+        if (n >= 0 || (errno != EINTR && errno != ECONNREFUSED)) {
+            break;
+        }
+    }
+    return n;
+}
+
+lum_net_result lum_socket_send_batch(lum_socket *socket,
+                                     const lum_outgoing *datagrams,
+                                     size_t count, size_t *sent,
+                                     lum_error *error)
+{
+    *sent = 0;
+    if (count > LUM_SOCKET_BATCH) {
+        return lum_socket_say_too_many(count, error);
+    }
+    while (*sent < count) {
+        const int n = send_some(socket->fd, datagrams + *sent, count - *sent);
+        if (n <= 0) {
+            return lum_socket_say_unsent(&datagrams[*sent], errno, error);
+        }
+        *sent += (size_t)n;
+    }
+    return LUM_NET_OK;
+}
+
+lum_net_result lum_socket_send(lum_socket *socket, const lum_outgoing *datagram,
+                               lum_error *error)
+{
+    size_t sent = 0;
+    return lum_socket_send_batch(socket, datagram, 1, &sent, error);
+}

@@ -1,0 +1,53 @@
+/* Where POSIX systems differ: socket_linux.c, or socket_plain.c anywhere. */
+#ifndef LUM_NET_SOCKET_SYSTEM_H
+#define LUM_NET_SOCKET_SYSTEM_H
+
+#include "lum/net/socket.h"
+
+#include <netinet/in.h>
+#include <poll.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Of a datagram, beside itself. */
+typedef struct lum_arrival {
+    unsigned interface; /* index of where it came in; 0: not told */
+    uint32_t drops;     /* by the kernel, when it came */
+    bool has_drops;
+} lum_arrival;
+
+/* A UDP socket, non-blocking and closed on exec; -1 and errno. */
+int lum_system_socket(void);
+
+/* Restrict to an interface, before the bind. May change local; *only gets the
+ * interface that arrivals must be from, 0 when the system sees to it. */
+lum_net_result lum_system_use_interface(int fd, const char *name,
+                                        lum_endpoint *local, unsigned *only,
+                                        lum_error *error);
+
+/* Ask for the receive buffer. Returns the bytes granted, as the kernel counts;
+ * *enough: they hold `bytes` of payload. */
+size_t lum_system_grow(int fd, size_t bytes, bool *enough);
+
+/* Switch on what tells times and drops of arrivals. */
+void lum_system_tell(int fd);
+
+/* Drops up to now; false if the system does not tell. */
+bool lum_system_drops(int fd, uint32_t *out);
+
+/* poll() for some nanoseconds. */
+int lum_system_poll(struct pollfd *set, nfds_t count, int64_t wait_ns);
+
+/* Receive up to LUM_SOCKET_BATCH datagrams into buffers of LUM_SOCKET_BYTES
+ * each; utc_ns stays 0 where it is not told. How many, or -1 and errno. */
+int lum_system_receive(int fd, uint8_t *buffers, lum_received *out,
+                       lum_arrival *arrivals);
+
+/* Send some. How many left; -1 and errno if not even the first. */
+int lum_system_send(int fd, const lum_outgoing *datagrams, size_t count);
+
+struct sockaddr_in lum_system_address(lum_endpoint endpoint);
+lum_endpoint lum_system_endpoint(const struct sockaddr_in *address);
+
+#endif

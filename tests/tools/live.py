@@ -1,0 +1,169 @@
+"""What tests of live tools share: a sensor to talk to, its log, processes that end with their test, and hosts of their
+own in network namespaces."""
+import json
+import os
+import pathlib
+import select
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+import support
+
+HERE = pathlib.Path(__file__).resolve().parent
+
+
+def can_make_namespaces():
+    if os.geteuid() != 0 or shutil.which("ip") is None:
+        return False
+    name = f"lum-try-{os.getpid()}"
+    if subprocess.run(["ip", "netns", "add", name], capture_output=True).returncode != 0:
+        return False
+    return subprocess.run(["ip", "netns", "del", name], capture_output=True).returncode == 0
+
+
+needs_namespaces = unittest.skipUnless(can_make_namespaces(), "network namespaces need root and iproute2")
+
+
+def wait_until(condition, seconds=10.0, what="it"):
+    """Poll for something that has to come; how long it takes is not what is tested."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.02)
+    raise AssertionError(f"{what} did not come in {seconds} s")
+
+
+class Process:
+    """A program that runs beside the test, in a namespace or not; its output goes to files."""
+
+    def __init__(self, test, folder, *command, namespace=None, name=None, stdin=subprocess.DEVNULL, stdout=None):
+        self.name = name or pathlib.Path(str(command[0])).name
+        self.out = folder / f"{self.name}-{id(self)}.out"
+        self.err = folder / f"{self.name}-{id(self)}.err"
+        prefix = ["ip", "netns", "exec", namespace] if namespace else []
+        with open(self.out, "wb") as out, open(self.err, "wb") as err:
+            self.p = subprocess.Popen(prefix + [str(c) for c in command], stdin=stdin, stdout=stdout or out, stderr=err)
+        test.addCleanup(self.kill)
+
+    def stdout(self):
+        return self.out.read_text(errors="replace")
+
+    def stderr(self):
+        return self.err.read_text(errors="replace")
+
+    def send(self, number):
+        self.p.send_signal(number)
+
+    def wait(self, timeout=30):
+        try:
+            return self.p.wait(timeout)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f"{self.name} does not end: {self.stderr()[-500:]}") from None
+
+    def end(self, number=signal.SIGTERM, timeout=30):
+        """Ask to end; its exit status."""
+        if self.p.poll() is None:
+            self.p.send_signal(number)
+        return self.wait(timeout)
+
+    def kill(self):
+        if self.p.poll() is None:
+            self.p.send_signal(signal.SIGCONT)
+            self.p.kill()
+            self.p.wait()
+        if self.p.stdin:
+            self.p.stdin.close()
+
+
+def tool(test, folder, name, *arguments, **options):
+    return Process(test, folder, support.BIN / name, *arguments, **options)
+
+
+class Sensor(Process):
+    """lumsim on the network, and what its log says."""
+
+    def __init__(self, test, folder, *arguments, address="127.0.0.1", namespace=None):
+        self.log_path = folder / f"sensor-{id(self)}.log"
+        self.address = address
+        super().__init__(test, folder, support.BIN / "lumsim", "--address", address, "--log", self.log_path, *arguments,
+                         namespace=namespace)
+        wait_until(lambda: self.p.poll() is not None or self.events("start"), 20, "lumsim")
+        if self.p.poll() is not None:
+            raise AssertionError(f"lumsim ended: {self.stderr()}")
+
+    def log(self):
+        text = self.log_path.read_text() if self.log_path.exists() else ""
+        return [json.loads(line) for line in text.splitlines(True) if line.endswith("\n")]
+
+    def events(self, kind, after=0.0):
+        return [e for e in self.log() if e["event"] == kind and e["t"] > after]
+
+    def laser_is_up(self):
+        changes = self.events("laser")
+        return bool(changes) and changes[-1]["up"]
+
+
+class Hosts:
+    """Two hosts and the wire between them: a client at 10.42.0.1 and a sensor at 10.42.0.37, each in a namespace of its
+    own, joined directly or through the relay in a third."""
+
+    def __init__(self, test, folder, relay=None):
+        self.test, self.folder = test, folder
+        tag = f"lum{os.getpid()}x{id(self) % 100000}"
+        self.client, self.sensor, self.wire = tag + "c", tag + "s", tag + "w"
+        test.addCleanup(self.remove)
+        names = [self.client, self.sensor] + ([self.wire] if relay is not None else [])
+        for name in names:
+            self.ip("netns", "add", name)
+        if relay is None:
+            self.ip("link", "add", "eth0", "netns", self.client, "type", "veth", "peer", "name", "eth0", "netns",
+                    self.sensor)
+        else:
+            for side, name in (("c", self.client), ("s", self.sensor)):
+                self.ip("link", "add", "eth0", "netns", name, "type", "veth", "peer", "name", "wire" + side, "netns",
+                        self.wire)
+                self.ip("-n", self.wire, "link", "set", "wire" + side, "up")
+        for name, address in ((self.client, "10.42.0.1/24"), (self.sensor, "10.42.0.37/24")):
+            self.ip("-n", name, "addr", "add", address, "dev", "eth0")
+            self.ip("-n", name, "link", "set", "lo", "up")
+            self.ip("-n", name, "link", "set", "eth0", "up")
+        self.relay = None
+        if relay is not None:
+            self.relay = Process(test, folder, sys.executable, HERE / "relay.py", "wirec", "wires", *relay,
+                                 namespace=self.wire, name="relay")
+            wait_until(lambda: "ready" in self.relay.stdout(), 10, "the relay")
+
+    @staticmethod
+    def ip(*arguments):
+        r = subprocess.run(["ip", *arguments], capture_output=True, text=True)
+        if r.returncode != 0:
+            raise AssertionError(f"ip {' '.join(arguments)}: {r.stderr.strip()}")
+
+    def remove(self):
+        for name in (self.client, self.sensor, self.wire):
+            subprocess.run(["ip", "netns", "del", name], capture_output=True)
+
+    def run(self, name, *arguments, timeout=60):
+        """A tool on the client's host, to its end."""
+        r = subprocess.run(["ip", "netns", "exec", self.client, str(support.BIN / name), *map(str, arguments)],
+                           capture_output=True, text=True, timeout=timeout, stdin=subprocess.DEVNULL)
+        return r
+
+    def start(self, name, *arguments, **options):
+        """A tool on the client's host, beside the test."""
+        return Process(self.test, self.folder, support.BIN / name, *arguments, namespace=self.client, **options)
+
+    def end_relay(self):
+        """Stop the relay; its counts."""
+        self.relay.end()
+        return json.loads(self.relay.stdout().splitlines()[-1])
+
+
+def readable(stream, seconds):
+    return bool(select.select([stream], [], [], seconds)[0])

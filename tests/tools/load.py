@@ -1,0 +1,67 @@
+"""A sensor at full load into a recording: what was sent, what came, what each process took."""
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import time
+
+TICKS = os.sysconf("SC_CLK_TCK")
+
+
+def cpu_seconds(pid):
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / TICKS
+
+
+def wait_for(path, event, process, seconds=60):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end and process.poll() is None:
+        text = path.read_text() if path.exists() else ""
+        found = [json.loads(line) for line in text.splitlines(True) if line.endswith("\n")]
+        found = [e for e in found if e["event"] == event]
+        if found:
+            return found[-1]
+        time.sleep(0.05)
+    raise RuntimeError(f"no {event} from the sensor: {process.poll()}")
+
+
+def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs=("load.pcap",), buffer=None):
+    """Stream for so long; a dict of counts and shares of CPU. The sensor ends first, so that all it sent has come."""
+    folder = pathlib.Path(folder)
+    log = folder / "load.log"
+    log.unlink(missing_ok=True)
+    sensor = subprocess.Popen([bin_dir / "lumsim", "--address", address, "--lines", str(lines), "--rate", str(rate),
+                               "--frames", "3", "--log", log, "-q"], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    dump = None
+    try:
+        wait_for(log, "start", sensor)
+        arguments = [bin_dir / "lumdump", f"udp://{address}", "--laser", "--json"]
+        arguments += ["--buffer", buffer] if buffer else []
+        for output in outputs:
+            arguments += ["-o", folder / output]
+        dump = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        wait_for(log, "stream", sensor)
+        time.sleep(4)  # until the laser is warm and its returns have come to full strength
+        before = [cpu_seconds(p.pid) for p in (sensor, dump)]
+        began = time.monotonic()
+        time.sleep(seconds)
+        after = [cpu_seconds(p.pid) for p in (sensor, dump)]
+        wall = time.monotonic() - began
+        sensor.send_signal(signal.SIGTERM)
+        sensor.wait(30)
+        stop = wait_for(log, "stop", subprocess.Popen(["sleep", "5"]))
+        time.sleep(0.5)
+        dump.send_signal(signal.SIGINT)
+        out, err = dump.communicate(timeout=60)
+    finally:
+        for p in (sensor, dump):
+            if p is not None and p.poll() is None:
+                p.kill()
+                p.wait()
+        sensor.stderr.close()
+    live = json.loads(out)
+    return {"sent": stop["datagrams"], "skipped": stop.get("skipped_lines", 0), "received": live["received"],
+            "kernel_drops": live["kernel_drops"], "ring_drops": live["ring_drops"], "stderr": err,
+            "sensor_cpu": (after[0] - before[0]) / wall, "dump_cpu": (after[1] - before[1]) / wall, "live": live,
+            "streamed_s": stop["t"] - wait_for(log, "stream", subprocess.Popen(["sleep", "5"]))["t"]}

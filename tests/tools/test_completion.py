@@ -1,0 +1,78 @@
+#!/usr/bin/env python3
+"""Completion in bash and, where it is installed, zsh: asked as the shells ask."""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import unittest
+
+from support import BIN, run
+
+FOLDER = pathlib.Path(__file__).resolve().parents[2] / "tools" / "completion"
+
+
+def complete(*words):
+    """What bash offers for the last word."""
+    script = """
+        source "$0"
+        COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1))
+        _lumsdk "$1" "${COMP_WORDS[COMP_CWORD]}" "${COMP_WORDS[COMP_CWORD-1]}"
+        printf '%s\\n' "${COMPREPLY[@]}"
+    """
+    r = subprocess.run(["bash", "-c", script, str(FOLDER / "lumsdk.bash"), *words], capture_output=True, text=True,
+                       env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"}, timeout=30)
+    return r.stdout.split()
+
+
+class Bash(unittest.TestCase):
+    def test_commands_are_those_of_lumctl(self):
+        text = run("lumctl", "--help").stdout
+        named = set(re.findall(r"^  ([a-z][a-z-]+) ", text, re.M))
+        offered = set(complete("lumctl", ""))
+        self.assertTrue(offered)
+        self.assertLessEqual(offered, named)
+        for command in ("status", "set-ip", "doctor", "shell"):
+            self.assertIn(command, offered)
+        for command in sorted(named):
+            if run("lumctl", command, "--help").returncode == 0 and command != "lumctl":
+                self.assertIn(command, offered)
+
+    def test_words_of_commands(self):
+        self.assertEqual(complete("lumctl", "laser", "o"), ["on", "off"])
+        self.assertEqual(complete("lumctl", "--json", "threshold", ""), ["green", "blue"])
+        self.assertEqual(complete("lumctl", "sta"), ["status"])
+
+    def test_options_are_those_of_the_help(self):
+        for tool in ("lumctl", "lumdump", "lumsim"):
+            offered = complete(tool, "--")
+            text = run(tool, "--help").stdout
+            self.assertGreater(len(offered), 8)
+            for option in offered:
+                self.assertIn(option, text)
+        self.assertIn("--laser", complete("lumdump", "--la"))
+
+    def test_words_of_options(self):
+        self.assertEqual(complete("lumdump", "--edge", ""), ["rising", "falling", "both"])
+        self.assertEqual(complete("lumsim", "--lines", ""), ["64", "640"])
+
+    def test_a_live_source(self):
+        self.assertEqual(complete("lumdump", "ud"), ["udp://"])
+
+
+@unittest.skipUnless(shutil.which("zsh"), "zsh is not installed")
+class Zsh(unittest.TestCase):
+    def test_the_file_is_sound(self):
+        r = subprocess.run(["zsh", "-n", str(FOLDER / "_lumsdk")], capture_output=True, text=True, timeout=30)
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+
+    def test_options_come_from_the_help(self):
+        script = "fpath=($1 $fpath); autoload -U compinit; compinit -D -u; autoload +X _lumsdk; _lumsdk_options=; " \
+                 "source $1/_lumsdk 2>/dev/null; _lumsdk_options lumdump"
+        r = subprocess.run(["zsh", "-fc", script, "zsh", str(FOLDER)], capture_output=True, text=True, timeout=30,
+                           env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"})
+        self.assertIn("--laser", r.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,532 @@
+#!/usr/bin/env python3
+"""lumctl doctor: what it finds, what it says of it, and that its mends mend."""
+import json
+import os
+import pty
+import shutil
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import threading
+import time
+import unittest
+
+from live import Hosts, Process, Sensor, needs_namespaces, wait_until
+from support import BIN, MAGIC, Folder, run
+
+NAMES = ["interface", "route", "arp", "port", "session", "firewall", "buffer", "mtu", "answer", "data", "layout", "loss",
+         "strangers", "clock", "status"]
+WIRE = ["data", "layout", "loss", "strangers", "clock", "status"]
+HEARTBEAT = MAGIC + struct.pack("<I", 8)
+
+is_root = os.geteuid() == 0
+needs_root = unittest.skipUnless(is_root, "only root may become another user")
+needs_nft = unittest.skipUnless(is_root and shutil.which("nft", path="/usr/sbin:/sbin:/usr/bin"), "nft is not installed")
+
+
+class Findings:
+    """What the doctor said, by check."""
+
+    def __init__(self, r):
+        self.status, self.error = r.returncode, r.stderr
+        said = json.loads(r.stdout)
+        self.overall = said["overall"]
+        self.names = [c["name"] for c in said["checks"]]
+        self.of = {c["name"]: c for c in said["checks"]}
+
+    def __getitem__(self, name):
+        return self.of[name]["result"]
+
+    def text(self, name):
+        return self.of[name]["text"]
+
+    def mend(self, name):
+        return self.of[name]["mend"]
+
+    def __str__(self):
+        return "\n".join(f"{c['result']} {n}: {c['text']} [{c['mend']}]" for n, c in self.of.items())
+
+
+class Fake(threading.Thread):
+    """A sensor that answers as it is told to, on a loopback address."""
+
+    def __init__(self, test, address, speed=1.0, status=0x0200, data=None):
+        super().__init__(daemon=True)
+        self.speed, self.status, self.data = speed, status, data
+        self.heard = []
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind((address, 5517))
+        self.socket.settimeout(0.1)
+        self.begin = time.monotonic()
+        self.ends = False
+        test.addCleanup(self.end)
+        self.start()
+
+    def end(self):
+        self.ends = True
+        self.join()
+        self.socket.close()
+
+    def clock(self):
+        return int((time.monotonic() - self.begin) * 1e6 * self.speed) & 0xFFFFFFFF
+
+    def answer(self, packet):
+        kind = packet[8]
+        if kind == 6:
+            return MAGIC + struct.pack("<I", 6) + packet[12:16] + struct.pack("<I", self.clock())
+        if kind == 7:
+            return MAGIC + struct.pack("<I", 7) + packet[12:16] + struct.pack("<HHH", 2, 2, self.status)
+        return self.data
+
+    def run(self):
+        while not self.ends:
+            try:
+                packet, client = self.socket.recvfrom(2048)
+            except socket.timeout:
+                continue
+            self.heard.append(packet[8])
+            reply = self.answer(packet)
+            if reply is not None:
+                self.socket.sendto(reply, client)
+
+
+class Doctor(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder(self)
+
+    def examine(self, address, *options):
+        return Findings(run("lumctl", "--host", address, *options, "doctor", "--json", timeout=30))
+
+    def assert_fine(self, found, but=()):
+        self.assertEqual((found.status, found.overall), (0, "fine"), str(found))
+        self.assertEqual(found.names, NAMES)
+        for name in NAMES:
+            if name not in but:
+                self.assertEqual(found[name], "fine", str(found))
+
+
+class Loopback(Doctor):
+    def sensor(self, *arguments, address="127.35.0.1"):
+        return Sensor(self, self.folder, *arguments, address=address)
+
+    def test_a_simulator_is_all_fine(self):
+        self.sensor()
+        found = self.examine("127.35.0.1")
+        # what only root or a tuned host may see is no fault
+        self.assert_fine(found, but=("firewall", "buffer", "loss"))
+        self.assertIn("lumsim", found.text("port"))
+        self.assertIn("127.35.0.1", found.text("route"))
+        self.assertIn("host's rate", found.text("clock"))
+        self.assertIn("laser down", found.text("status"))
+
+    def test_it_only_looks(self):
+        sensor = self.sensor()
+        self.examine("127.35.0.1")
+        kinds = {e["event"] for e in sensor.log()}
+        self.assertLessEqual(kinds, {"start", "frames", "heartbeat", "reply", "status", "stream", "timestamp", "tlv"})
+        notes = {e.get("note") for e in sensor.events("tlv")}
+        self.assertEqual(len(notes), 1, notes)
+        self.assertFalse(sensor.laser_is_up())
+        beats = [e["t"] for e in sensor.events("heartbeat")]
+        self.assertLess(beats[-1] - beats[0], 3.0)
+
+    def test_people_get_a_line_for_each_check_and_a_verdict(self):
+        self.sensor()
+        r = run("lumctl", "--host", "127.35.0.1", "doctor")
+        lines = r.stdout.splitlines()
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        self.assertEqual([line.split()[1] for line in lines if line[2:7].strip()][:len(NAMES)], NAMES)
+        self.assertEqual(lines[-1], "127.35.0.1: nothing is wrong")
+        self.assertNotIn("\033", r.stdout)
+
+    def test_colours_are_for_terminals_that_want_them(self):
+        for variables, coloured in (({}, True), ({"NO_COLOR": "1"}, False)):
+            ours, theirs = pty.openpty()
+            environment = {k: v for k, v in os.environ.items() if k != "NO_COLOR"} | {"TERM": "xterm"} | variables
+            p = subprocess.Popen([str(BIN / "lumctl"), "--host", "127.35.0.2", "doctor"], stdout=theirs,
+                                 stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL, env=environment)
+            os.close(theirs)
+            out = b""
+            try:
+                while chunk := os.read(ours, 4096):
+                    out += chunk
+            except OSError:
+                pass
+            os.close(ours)
+            self.assertEqual(p.wait(30), 3)
+            self.assertEqual(b"\033[" in out, coloured, out)
+
+    def test_nothing_that_listens_is_said_with_the_command_that_starts_a_simulator(self):
+        found = self.examine("127.35.0.3")
+        self.assertEqual((found.status, found.overall), (3, "no answer"), str(found))
+        self.assertEqual(found["port"], "wrong")
+        for name in WIRE:
+            self.assertEqual(found[name], "not looked at")
+            self.assertIn("nothing listens", found.text(name))
+
+    def test_a_simulator_at_another_address_is_pointed_at(self):
+        self.sensor(address="127.35.0.4")
+        found = self.examine("127.35.0.5")
+        self.assertEqual(found.status, 3)
+        self.assertIn("lumsim", found.text("port"))
+        self.assertRegex(found.mend("port"), r"^lumctl --host 127\.\d+\.\d+\.\d+ doctor$")
+
+    def test_a_session_of_this_host_keeps_its_data(self):
+        sensor = self.sensor(address="127.35.0.6")
+        Process(self, self.folder, BIN / "lumctl", "--host", "127.35.0.6", "heartbeat")
+        wait_until(lambda: sensor.events("heartbeat"), 10, "a heartbeat")
+        found = self.examine("127.35.0.6")
+        self.assertEqual((found.status, found["session"]), (0, "note"), str(found))
+        self.assertIn("lumctl (process", found.text("session"))
+        for name in ("data", "layout", "loss", "strangers"):
+            self.assertEqual(found[name], "not looked at")
+            self.assertIn("another session", found.text(name))
+        for name in ("answer", "clock", "status"):
+            self.assertEqual(found[name], "fine")
+        self.assertEqual(len({e["from"] for e in sensor.events("heartbeat")}), 1)
+
+    def test_a_laser_that_another_host_drives_is_left_alone(self):
+        sensor = self.sensor(address="127.35.0.7")
+        other = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.addCleanup(other.close)
+        ends = threading.Event()
+
+        def drive():
+            other.sendto(MAGIC + struct.pack("<IIHH", 7, 1, 1, 1) + b"u", ("127.35.0.7", 5517))
+            while not ends.wait(0.2):
+                other.sendto(HEARTBEAT, ("127.35.0.7", 5517))
+
+        other.sendto(HEARTBEAT, ("127.35.0.7", 5517))
+        driver = threading.Thread(target=drive)
+        driver.start()
+        self.addCleanup(driver.join)
+        self.addCleanup(ends.set)
+        wait_until(sensor.laser_is_up, 10, "the laser")
+        found = self.examine("127.35.0.7")
+        self.assertEqual((found.status, found["answer"], found["data"]), (0, "note", "not looked at"), str(found))
+        self.assertIn("another host", found.text("data"))
+        self.assertEqual(len({e["from"] for e in sensor.events("heartbeat")}), 1)
+        self.assertTrue(sensor.laser_is_up())
+
+    def test_a_hazard_has_its_exit_status_its_name_and_its_mend(self):
+        sensor = self.sensor("--fault", "fan@0", address="127.35.0.8")
+        wait_until(lambda: sensor.events("status"), 10, "the fault")
+        found = self.examine("127.35.0.8")
+        self.assertEqual((found.status, found.overall, found["status"]), (4, "hazard", "wrong"), str(found))
+        self.assertIn("FAN_PWM_BAD", found.text("status"))
+        self.assertIn("fan", found.mend("status"))
+
+    def test_another_layout_is_told_from_a_sensor_without_data(self):
+        profile = self.folder.write("other.yaml", "version: 1\ndata_packet_type: 9\n")
+        self.sensor("--profile", profile, address="127.35.0.9")
+        found = self.examine("127.35.0.9")
+        self.assertEqual((found.status, found["data"], found["layout"]), (1, "fine", "wrong"), str(found))
+        self.assertIn("type 9", found.text("layout"))
+        self.assertIn("--profile", found.mend("layout"))
+        self.assertEqual(found["loss"], "not looked at")
+        self.assert_fine(self.examine("127.35.0.9", "--profile", profile), but=("firewall", "buffer", "loss"))
+
+    def test_a_clock_at_another_place_of_the_packet_shows(self):
+        profile = self.folder.write("other.yaml", "version: 1\ngroup: {timestamp: 24, samples: 28, line: 20, "
+                                                  "num_samples: 16, first_sample_index: 18}\n")
+        mine = self.folder.write("mine.yaml", "version: 1\ngroup: {timestamp: 20, samples: 28, line: 14}\n")
+        self.sensor("--profile", profile, address="127.35.0.10")
+        found = self.examine("127.35.0.10", "--profile", mine)
+        self.assertEqual(found.status, 1, str(found))
+        self.assertTrue("wrong" in (found["clock"], found["layout"]), str(found))
+
+    def test_loss_on_the_wire_is_told_from_loss_in_the_kernel(self):
+        self.sensor("--loss", "0.05", address="127.35.0.11")
+        found = self.examine("127.35.0.11")
+        self.assertEqual((found.status, found["loss"]), (1, "wrong"), str(found))
+        self.assertIn("on the wire", found.text("loss"))
+        self.assertIn("the kernel dropped none", found.text("loss"))
+
+    def test_corruption_is_no_other_layout(self):
+        self.sensor("--corrupt", "0.003", address="127.35.0.12")
+        found = self.examine("127.35.0.12")
+        self.assertIn(found["layout"], ("note", "fine"), str(found))
+
+    def test_a_silent_sensor_is_told_in_time(self):
+        self.sensor("--fault", "silence@0", address="127.35.0.13")
+        begin = time.monotonic()
+        found = self.examine("127.35.0.13")
+        self.assertEqual((found.status, found["answer"]), (3, "wrong"), str(found))
+        self.assertIn("tcpdump", found.mend("answer"))
+        self.assertLess(time.monotonic() - begin, 8)
+
+    def test_a_sensor_without_data_is_told(self):
+        fake = Fake(self, "127.35.0.14")
+        found = self.examine("127.35.0.14")
+        self.assertEqual((found.status, found["answer"], found["data"]), (1, "fine", "wrong"), str(found))
+        self.assertIn("no data came", found.text("data"))
+        self.assertEqual(found["layout"], "not looked at")
+        self.assertEqual(found["status"], "fine")
+        self.assertLessEqual(set(fake.heard), {6, 7, 8})
+
+    def test_a_clock_that_runs_at_another_rate_is_told(self):
+        Fake(self, "127.35.0.15", speed=1.01)
+        found = self.examine("127.35.0.15")
+        self.assertEqual((found.status, found["clock"]), (1, "wrong"), str(found))
+        self.assertRegex(found.text("clock"), r"(9|10)\d\d\d ppm faster")
+
+    def test_datagrams_of_others_are_noted(self):
+        sensor = self.sensor(address="127.35.0.16")
+        stranger = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.addCleanup(stranger.close)
+        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.35.0.16", "doctor", "--json")
+        beat = wait_until(lambda: sensor.events("heartbeat"), 10, "a heartbeat")[0]
+        host, port = beat["from"].split(":")
+        for _ in range(20):
+            stranger.sendto(b"hello", (host, int(port)))
+        self.assertEqual(p.wait(), 0)
+        found = {c["name"]: c for c in json.loads(p.stdout())["checks"]}
+        self.assertEqual(found["strangers"]["result"], "note")
+        self.assertIn("20 datagrams", found["strangers"]["text"])
+
+    def test_a_signal_ends_it_and_the_session_is_free(self):
+        sensor = self.sensor(address="127.35.0.17")
+        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.35.0.17", "doctor")
+        wait_until(lambda: sensor.events("heartbeat"), 10, "a heartbeat")
+        self.assertEqual(p.end(signal.SIGINT, timeout=5), -signal.SIGINT)
+        self.assertNotIn("nothing is wrong", p.stdout())
+        self.assertEqual(self.examine("127.35.0.17")["session"], "fine")
+
+    def test_words_and_options_that_it_cannot_have_are_refused(self):
+        for arguments, says in ((("doctor", "now"), "now"), (("--dry-run", "doctor"), "--dry-run")):
+            r = run("lumctl", "--host", "127.35.0.18", *arguments)
+            self.assertEqual((r.returncode, r.stdout), (2, ""), r.stderr)
+            self.assertIn(says, r.stderr)
+
+    def test_an_interface_that_is_not_there_is_named(self):
+        found = self.examine("127.35.0.18", "--interface", "nowhere0")
+        self.assertEqual((found.status, found["interface"]), (1, "wrong"), str(found))
+        self.assertIn("nowhere0", found.text("interface"))
+        self.assertIn("lo", found.text("interface"))
+        self.assertEqual(found["route"], "not looked at")
+
+    def test_a_full_disk_is_no_success(self):
+        with open("/dev/full", "wb") as full:
+            r = subprocess.run([str(BIN / "lumctl"), "--host", "127.35.0.19", "doctor"], stdout=full,
+                               stderr=subprocess.PIPE, timeout=30)
+        self.assertEqual(r.returncode, 1)
+        self.assertIn(b"standard output", r.stderr)
+
+    @needs_root
+    def test_without_rights_it_says_what_it_could_not_look_at(self):
+        self.sensor(address="127.35.0.20")
+        os.chmod(self.folder.path, 0o755)
+        copy = shutil.copy(BIN / "lumctl", self.folder / "lumctl")
+        r = subprocess.run([copy, "--host", "127.35.0.20", "doctor", "--json"], capture_output=True, text=True, timeout=30,
+                           user=65534, group=65534, extra_groups=[])
+        found = Findings(r)
+        self.assertEqual(found.status, 0, str(found))
+        self.assertEqual(found["firewall"], "not looked at")
+        self.assertIn("root", found.text("port"))
+        self.assertIn(found["buffer"], ("note", "fine"))
+        for name in ("interface", "route", "mtu", "answer", "data", "layout", "clock", "status"):
+            self.assertEqual(found[name], "fine", str(found))
+
+
+@needs_namespaces
+class TwoHosts(Doctor):
+    """The client's host is broken in one way, and mended by the very command that the doctor gives."""
+
+    def setUp(self):
+        super().setUp()
+        self.hosts = Hosts(self, self.folder)
+
+    def sensor(self, *arguments):
+        return Sensor(self, self.folder, *arguments, address="10.42.0.37", namespace=self.hosts.sensor)
+
+    def client(self, command):
+        r = subprocess.run(["ip", "netns", "exec", self.hosts.client, "sh", "-ec", command], capture_output=True, text=True)
+        self.assertEqual(r.returncode, 0, f"{command}: {r.stderr}")
+
+    def look(self, *options):
+        return Findings(self.hosts.run("lumctl", *options, "doctor", "--json", timeout=30))
+
+    def broken(self, check, status=1, says="", *options):
+        found = self.look(*options)
+        self.assertEqual((found.status, found[check]), (status, "wrong"), str(found))
+        self.assertIn(says, found.text(check))
+        return found
+
+    def link_shows(self, flag):
+        """The kernel notices a cable a moment later."""
+        def shows():
+            r = subprocess.run(["ip", "-n", self.hosts.client, "link", "show", "eth0"], capture_output=True, text=True)
+            return flag in r.stdout
+        wait_until(shows, 10, flag)
+
+    def other_interface(self, address):
+        self.client("ip link add other0 type veth peer name other1; ip link set other1 up; ip link set other0 up;"
+                    f"ip addr add {address} dev other0")
+
+    def mended(self, found, check):
+        self.client(found.mend(check).replace("sudo ", ""))
+        self.link_shows("state UP")
+        self.assert_fine(self.look(), but=("firewall",))
+
+    def test_all_fine(self):
+        self.sensor()
+        found = self.look()
+        self.assert_fine(found, but=() if needs_nft_is_there() else ("firewall",))
+        self.assertEqual(found.text("interface"), "eth0 is up and has 10.42.0.1/24")
+        self.assertRegex(found.text("arp"), r"10\.42\.0\.37 is at (..:){5}..")
+
+    def test_no_address(self):
+        self.sensor()
+        self.client("ip addr flush dev eth0")
+        found = self.broken("interface", 1, "subnet")
+        self.assertEqual(found.mend("interface"), "sudo ip addr add 10.42.0.1/24 dev eth0")
+        for name in ("route", "arp", "mtu", "answer", *WIRE):
+            self.assertEqual(found.text(name), "not looked at: no interface in the sensor's subnet")
+        self.mended(found, "interface")
+
+    def test_an_address_of_another_subnet(self):
+        self.sensor()
+        self.client("ip addr flush dev eth0; ip addr add 192.168.7.1/24 dev eth0; ip route add default via 192.168.7.2")
+        self.mended(self.broken("interface"), "interface")
+
+    def test_interface_down(self):
+        self.sensor()
+        self.client("ip link set eth0 down")
+        found = self.broken("interface", 1, "down")
+        self.assertEqual(found.mend("interface"), "sudo ip link set eth0 up")
+        self.mended(found, "interface")
+
+    def test_interface_down_and_without_address(self):
+        self.sensor()
+        self.client("ip addr flush dev eth0; ip link set eth0 down")
+        self.mended(self.broken("interface"), "interface")
+
+    def test_no_cable(self):
+        Hosts.ip("-n", self.hosts.sensor, "link", "set", "eth0", "down")
+        self.link_shows("NO-CARRIER")
+        self.broken("interface", 1, "no link")
+
+    def test_the_route_leads_elsewhere(self):
+        self.sensor()
+        self.other_interface("172.16.5.1/24")
+        self.client("ip route add 10.42.0.37/32 dev other0")
+        found = self.broken("route", 1, "goes out by other0")
+        self.assertEqual(found.text("answer"), "not looked at: the route leads elsewhere")
+        self.mended(found, "route")
+
+    def test_the_route_leads_to_a_gateway(self):
+        self.sensor()
+        self.client("ip route add 10.42.0.32/29 via 10.42.0.9")
+        self.mended(self.broken("route", 1, "to the gateway 10.42.0.9"), "route")
+
+    def test_a_route_that_forbids(self):
+        self.client("ip route add unreachable 10.42.0.37/32")
+        self.assertEqual(self.broken("route", 1, "no route").text("arp"), "not looked at: no route")
+
+    def test_nobody_has_the_address(self):
+        found = self.broken("arp", 3, "nobody on eth0", "--host", "10.42.0.99")
+        self.assertIn("--host 10.42.0.37", found.mend("arp"))
+        self.assertIn("tcpdump", self.broken_boot_address())
+
+    def broken_boot_address(self):
+        Hosts.ip("-n", self.hosts.sensor, "addr", "flush", "dev", "eth0")
+        return self.broken("arp", 3, "10.42.0.37").mend("arp")
+
+    def test_a_host_without_a_sensor(self):
+        self.broken("answer", 3, "nothing listens on its port")
+
+    def test_a_silent_sensor(self):
+        self.sensor("--fault", "silence@0")
+        found = self.broken("answer", 3, "no answer")
+        self.assertEqual(found["arp"], "fine")
+
+    def test_mtu(self):
+        self.sensor()
+        self.client("ip link set eth0 mtu 1400")
+        found = self.broken("mtu", 1, "1400")
+        self.assertEqual(found["answer"], "fine")
+        self.mended(found, "mtu")
+
+    def test_an_interface_of_two(self):
+        self.sensor()
+        self.other_interface("10.42.0.2/24")
+        self.assertEqual(self.look("--interface", "eth0").status, 0)
+        found = self.look("--interface", "other0")
+        self.assertIn("other0", found.text("interface"))
+        self.assertEqual((found.status, found["arp"]), (3, "wrong"), str(found))
+
+    def rules(self, text):
+        self.client(f"nft -f - <<'END'\n{text}\nEND")
+
+    @needs_nft
+    def test_a_policy_that_drops(self):
+        self.sensor()
+        self.rules("table inet filter { chain input { type filter hook input priority 0; policy drop; "
+                   "iif lo accept; tcp dport 22 accept\n} }")
+        found = self.broken("firewall", 1, "policy of chain input")
+        self.assertEqual(found.mend("firewall"),
+                         "sudo nft insert rule inet filter input ip saddr 10.42.0.37 udp sport 5517 accept")
+        self.assertEqual(found["answer"], "wrong")
+        self.mended(found, "firewall")
+
+    @needs_nft
+    def test_a_policy_that_drops_all_but_answers_is_fine(self):
+        self.sensor()
+        self.rules("table inet filter { chain input { type filter hook input priority 0; policy drop; "
+                   "iif lo accept; ct state vmap { invalid : drop, established : accept, related : accept }\n} }")
+        self.assert_fine(self.look())
+
+    @needs_nft
+    def test_a_rule_in_a_chain_behind_a_jump(self):
+        self.sensor()
+        self.rules("table ip guard { chain no_udp { udp sport { 53, 5000-6000 } counter drop; }\n"
+                   "chain in { type filter hook prerouting priority 0; policy accept; tcp dport 22 drop; "
+                   "ip saddr 10.42.0.0/16 jump no_udp\n} }")
+        found = self.broken("firewall", 1, "chain no_udp")
+        self.assertIn("5000-6000", found.text("firewall"))
+        self.mended(found, "firewall")
+
+    @needs_nft
+    def test_a_rule_against_what_leaves(self):
+        self.sensor()
+        self.rules("table inet filter { chain out { type filter hook output priority 0; policy accept; "
+                   "udp dport 5517 reject\n} }")
+        found = self.broken("firewall", 1, "packets to 10.42.0.37")
+        self.mended(found, "firewall")
+
+    @needs_nft
+    def test_rules_of_the_old_kind(self):
+        if not shutil.which("iptables-legacy", path="/usr/sbin:/sbin"):
+            self.skipTest("iptables-legacy is not installed")
+        self.sensor()
+        self.client("iptables-legacy -P INPUT DROP; iptables-legacy -A INPUT -p tcp --dport 22 -j ACCEPT")
+        found = self.broken("firewall", 1, "policy of chain INPUT")
+        self.assertTrue(found.mend("firewall").startswith("sudo iptables -t filter -I INPUT"))
+        self.client(found.mend("firewall").replace("sudo iptables", "iptables-legacy"))
+        self.assert_fine(self.look())
+
+    def test_unprivileged(self):
+        self.sensor()
+        os.chmod(self.folder.path, 0o755)
+        copy = shutil.copy(BIN / "lumctl", self.folder / "lumctl")
+        r = subprocess.run(["ip", "netns", "exec", self.hosts.client, sys.executable, "-c",
+                            "import os, sys; os.setgroups([]); os.setgid(65534); os.setuid(65534);"
+                            "os.execv(sys.argv[1], sys.argv[1:])", copy, "doctor", "--json"],
+                           capture_output=True, text=True, timeout=30)
+        found = Findings(r)
+        for name in ("interface", "route", "arp", "mtu", "answer", "data", "layout", "clock", "status"):
+            self.assertEqual(found[name], "fine", str(found))
+        self.assertEqual(found["firewall"], "not looked at")
+        limit = int(open("/proc/sys/net/core/rmem_max").read())
+        self.assertEqual(found["buffer"], "fine" if limit >= 33554432 else "wrong", str(found))
+        self.assertEqual(found.status, 0 if found["buffer"] == "fine" else 1)
+
+
+def needs_nft_is_there():
+    return shutil.which("nft", path="/usr/sbin:/sbin:/usr/bin") is not None
+
+
+if __name__ == "__main__":
+    unittest.main()

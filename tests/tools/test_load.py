@@ -1,0 +1,22 @@
+#!/usr/bin/env python3
+"""Three seconds of full load: whatever the machine can take, every datagram is received or counted as dropped."""
+import unittest
+
+import load
+from support import BIN, Folder
+
+
+class Load(unittest.TestCase):
+    def test_every_datagram_is_received_or_counted(self):
+        folder = Folder(self)
+        r = load.run(BIN, folder.path, 3, 7.0, address="127.41.0.1")
+        self.assertGreater(r["sent"], 1000)
+        self.assertEqual(r["sent"], r["received"] + r["kernel_drops"], r["stderr"])
+        live = r["live"]
+        # What came, less what the ring had no room for, was decoded.
+        decoded = sum(live[k] for k in ("angle_packets", "range_packets", "tlv", "timestamp") if k in live)
+        self.assertEqual(decoded, r["received"] - r["ring_drops"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,615 @@
+#!/usr/bin/env python3
+"""lumctl: its words and packets, against lumsim, and against a sensor that misbehaves."""
+import json
+import os
+import pty
+import re
+import signal
+import socket
+import struct
+import subprocess
+import threading
+import time
+import unittest
+
+from live import Process, Sensor, readable, wait_until
+from support import BIN, MAGIC, Folder, ip, run
+
+DONE, FAILED, BAD, NO_ANSWER, HAZARD = range(5)
+HEARTBEAT_TIMEOUT, FAN, CMD_OFF, CMD_ON = 0x0010, 0x0040, 0x0200, 0x0800
+
+
+def status_tlv(value):
+    return struct.pack("<HHH", 2, 2, value)
+
+
+def debug_tlv(text):
+    return struct.pack("<HH", 3, len(text)) + text.encode()
+
+
+def tlv_packet(sequence, *tlvs):
+    return MAGIC + struct.pack("<II", 7, sequence) + b"".join(tlvs)
+
+
+class FakeSensor:
+    """Answers as a test says: answer(kind, sequence, body, count) gives the packets to send back. body is what follows
+    the sequence, count how many of this kind came before. Takes set IP packets in either byte order."""
+
+    def __init__(self, test, address, answer=None, set_ip="network"):
+        self.socket = self.bind(address)
+        self.answer = answer or (lambda kind, sequence, body, count: self.plain(kind, sequence))
+        self.set_ip = set_ip
+        self.packets = []
+        self.ends = False
+        self.thread = threading.Thread(target=self.serve)
+        self.thread.start()
+        test.addCleanup(self.stop)
+
+    @staticmethod
+    def bind(address):
+        s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        s.bind((address, 5517))
+        s.settimeout(0.05)
+        return s
+
+    @staticmethod
+    def plain(kind, sequence, status=CMD_OFF, clock=5_000_000):
+        if kind == 6:
+            return [MAGIC + struct.pack("<III", 6, sequence, clock)]
+        return [tlv_packet(sequence, status_tlv(status))] if kind == 7 else []
+
+    def of(self, kind):
+        return [p for p in self.packets if p[8] == kind]
+
+    def texts(self):
+        """The command texts that came, in order."""
+        return [p[20:].decode() for p in self.of(7) if len(p) > 20]
+
+    def move(self, order):
+        address = self.packets[-1][12:16]
+        if self.set_ip == "ignored":
+            return
+        self.socket.close()
+        self.socket = self.bind(".".join(str(b) for b in (address if order == "network" else address[::-1])))
+
+    def serve(self):
+        while not self.ends:
+            try:
+                packet, sender = self.socket.recvfrom(2048)
+            except socket.timeout:
+                continue
+            if not packet.startswith(MAGIC):
+                continue
+            self.packets.append(packet)
+            kind = packet[8]
+            if kind == 5:
+                self.move(self.set_ip)
+            if kind in (6, 7):
+                sequence = struct.unpack_from("<I", packet, 12)[0]
+                for out in self.answer(kind, sequence, packet[16:], len(self.of(kind)) - 1):
+                    if isinstance(out, tuple):
+                        pause, out = out
+                        time.sleep(pause)
+                    self.socket.sendto(out, sender)
+
+    def stop(self):
+        self.ends = True
+        self.thread.join()
+        self.socket.close()
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder(self)
+
+    def ctl(self, address, *words, **options):
+        return run("lumctl", "--host", address, *words, **options)
+
+    def check(self, status, address, *words, **options):
+        r = self.ctl(address, *words, **options)
+        self.assertEqual(r.returncode, status, (words, r.stdout, r.stderr))
+        return r
+
+    def json(self, status, address, *words):
+        """The one object that a command prints."""
+        return json.loads(self.check(status, address, *words, "--json").stdout)
+
+    def one_line(self, r, *texts):
+        self.assertEqual(r.returncode, BAD, r.stderr)
+        self.assertEqual(r.stdout, "")
+        self.assertEqual(r.stderr.count("\n"), 1, r.stderr)
+        self.assertTrue(r.stderr.startswith("lumctl: "), r.stderr)
+        for text in texts:
+            self.assertIn(text, r.stderr)
+
+
+def dry(*words):
+    return run("lumctl", "--dry-run", "--sequence", 7, *words)
+
+
+HEAD = MAGIC.hex() + "0700000007000000"
+
+
+def command(text):
+    return HEAD + struct.pack("<HH", 1, len(text)).hex() + text.encode().hex()
+
+
+class Packets(Case):
+    def test_every_packet_of_the_table_is_the_protocols_byte_by_byte(self):
+        for words, packet in (
+                (["heartbeat"], MAGIC.hex() + "08000000"),
+                (["status"], HEAD),
+                (["time"], MAGIC.hex() + "060000000700000000000000"),
+                (["set-ip", "10.42.0.99"], MAGIC.hex() + "050000000a2a0063"),
+                (["laser", "on"], command("u")),
+                (["laser", "off"], command("d")),
+                (["power", "0"], command("0p")),
+                (["power", "100"], command("100p")),
+                (["threshold", "green", "40"], command("40g")),
+                (["threshold", "blue", "100"], command("100b")),
+                (["lines", "640"], command("0f")),
+                (["lines", "64"], command("1f")),
+                (["holdoff", "250"], command("250h")),
+                (["offset", "green", "30"], command("30G")),
+                (["offset", "blue", "0"], command("0B")),
+                (["send", "50p 15y u"], command("50p 15y u")),
+                (["tlv", "9:deadBEEF", "2:"], HEAD + "09000400deadbeef02000000")):
+            r = dry(*words)
+            self.assertEqual((r.returncode, r.stdout, r.stderr), (DONE, packet + "\n", ""), words)
+
+    def test_a_set_ip_packet_follows_the_profile(self):
+        profile = self.folder.write("p.yaml", "version: 1\nset_ip_order: little\ntlv: {command: 77}\n")
+        self.assertTrue(dry("--profile", profile, "set-ip", "10.42.0.99").stdout.endswith("63002a0a\n"))
+        self.assertIn("4d000100", dry("--profile", profile, "laser", "on").stdout)
+
+    def test_a_packet_holds_as_much_as_it_can_and_no_more(self):
+        room = 1472 - 16 - 4
+        self.assertEqual(len(dry("tlv", "9:" + "00" * room).stdout), 2 * 1472 + 1)
+        self.one_line(dry("tlv", "9:" + "00" * (room + 1)), "1472")
+        self.one_line(dry("tlv", "9:" + "00" * room, "9:"), "1472")
+
+    def test_options_stand_anywhere_and_in_both_forms(self):
+        for words in (["power", "50", "--dry-run", "--sequence", "7"], ["--dry-run", "power", "--sequence=7", "50"],
+                      ["power", "--sequence=7", "50", "--dry-run", "-q"], ["--dry-run", "--sequence=7", "--", "power", "50"]):
+            self.assertEqual(run("lumctl", *words).stdout, command("50p") + "\n", words)
+
+
+class Refused(Case):
+    def test_values_outside_the_manuals_limits_are_named_with_what_is_allowed(self):
+        for words, texts in (
+                (["power", "101"], ["'101'", "0 to 100"]),
+                (["power", "-1"], ["'-1'", "0 to 100"]),
+                (["power", "-.5"], ["'-.5'", "0 to 100"]),
+                (["power", "5.5"], ["'5.5'", "0 to 100"]),
+                (["power", ""], ["''", "0 to 100"]),
+                (["power", "+5"], ["'+5'"]),
+                (["power", "05"], ["'05'"]),
+                (["power", " 5"], ["' 5'"]),
+                (["power", "0x10"], ["'0x10'"]),
+                (["power", "5p 6"], ["'5p 6'"]),
+                (["power", "9" * 400], ["0 to 100"]),
+                (["power", "99999999999999999999"], ["0 to 100"]),
+                (["power"], ["missing", "0 to 100"]),
+                (["power", "5", "6"], ["'6'"]),
+                (["threshold", "red", "5"], ["'red'", "green or blue"]),
+                (["threshold"], ["green", "blue"]),
+                (["threshold", "green", "101"], ["'101'", "0 to 100"]),
+                (["lines", "320"], ["'320'", "640 or 64"]),
+                (["lines", "0"], ["'0'", "640 or 64"]),
+                (["holdoff", "155"], ["'155'", "steps of 10"]),
+                (["offset", "green", "31"], ["'31'", "0 to 30"]),
+                (["laser", "up"], ["'up'", "on or off"]),
+                (["laser"], ["on or off"]),
+                (["laser", "on", "off"], ["'off'"]),
+                (["set-ip", "256.1.1.1"], ["'256.1.1.1'"]),
+                (["set-ip", "0.0.0.0"], ["'0.0.0.0'"]),
+                (["set-ip", "224.0.0.1"], ["'224.0.0.1'"]),
+                (["set-ip", "255.255.255.255"], ["'255.255.255.255'"]),
+                (["set-ip", "10.42.0"], ["'10.42.0'"]),
+                (["set-ip", "10.42.0.01"], ["'10.42.0.01'"]),
+                (["set-ip", "10.42.0.1 "], ["'10.42.0.1 '"]),
+                (["set-ip"], ["one address"]),
+                (["send", "50q"], ["'50q'"]),
+                (["send", "u 101p"], ["'101p'", "0 to 100"]),
+                (["send", "u 155h"], ["'155h'", "steps of 10"]),
+                (["send", ""], ["''"]),
+                (["send", "50p  15y"], ["one space"]),
+                (["send", "50p", "15y"], ["quote"]),
+                (["tlv", "70000:00"], ["'70000:00'", "65535"]),
+                (["tlv", "1"], ["'1'"]),
+                (["tlv", ":00"], ["':00'"]),
+                (["tlv", "1:0"], ["'1:0'", "even"]),
+                (["tlv", "1:zz"], ["'1:zz'", "hex"]),
+                (["tlv"], ["TYPE:HEX"]),
+                (["status", "now"], ["'now'"]),
+                (["time", "now"], ["'now'"]),
+                (["heartbeat", "5"], ["'5'"])):
+            self.one_line(dry(*words), *texts)
+
+    def test_an_unknown_name_is_answered_with_the_nearest(self):
+        for words, near in ((["statsu"], "status"), (["pwer", "5"], "power"), (["set-up", "1.2.3.4"], "set-ip"),
+                            (["status", "--jsn"], "--json"), (["status", "--wach"], "--watch")):
+            self.one_line(dry(*words), "did you mean " + near)
+        self.one_line(dry("nonsense"), "'nonsense'", "--help")
+        self.one_line(dry("status", "--zzzzzz"), "--zzzzzz", "--help")
+        self.one_line(dry("status", "-x"), "-x")
+        self.one_line(run("lumctl"), "--help")
+
+    def test_options_are_checked_as_strictly_as_words(self):
+        for words, texts in (
+                (["status", "--host", "300.1.1.1"], ["--host", "'300.1.1.1'", "10.42.0.37"]),
+                (["status", "--host", "0.0.0.0"], ["'0.0.0.0'"]),
+                (["status", "--host", "10.42.0.37:"], ["'10.42.0.37:'"]),
+                (["status", "--host", "10.42.0.37:65536"], ["'10.42.0.37:65536'"]),
+                (["status", "--host"], ["missing"]),
+                (["status", "--port", "0"], ["'0'", "1 to 65535"]),
+                (["status", "--timeout", "0.4"], ["'0.4'", "milliseconds"]),
+                (["status", "--retries", "-1"], ["'-1'", "0 to 100"]),
+                (["status", "--sequence", "4294967296"], ["'4294967296'", "4294967295"]),
+                (["heartbeat", "--rate", "0"], ["'0'", "1 to 100"]),
+                (["heartbeat", "--rate", "101"], ["'101'", "1 to 100"]),
+                (["heartbeat", "--duration", "nan"], ["'nan'"]),
+                (["status", "--json=yes"], ["--json", "no value", "'yes'"]),
+                (["power", "5", "--watch"], ["--watch", "power", "status"]),
+                (["status", "--rate", "5"], ["--rate", "heartbeat"])):
+            self.one_line(dry(*words), *texts)
+
+    def test_a_profile_that_cannot_be_is_told_with_its_line(self):
+        bad = self.folder.write("bad.yaml", "version: 1\nset_ip_order: sideways\n")
+        self.one_line(dry("--profile", bad, "status"), "bad.yaml:2", "set_ip_order")
+        self.one_line(dry("--profile", self.folder / "none.yaml", "status"), "none.yaml")
+
+    def test_a_host_in_the_environment_is_checked_and_an_option_is_stronger(self):
+        r = run("lumctl", "status", "--retries", 0, "--timeout", 50, env={**os.environ, "LUM_HOST": "127.33.9.1"})
+        self.assertEqual(r.returncode, NO_ANSWER)
+        self.assertIn("127.33.9.1", r.stderr)
+        r = run("lumctl", "--host", "127.33.9.2", "status", "--retries", 0, "--timeout", 50,
+                env={**os.environ, "LUM_HOST": "127.33.9.1"})
+        self.assertIn("127.33.9.2", r.stderr)
+        self.one_line(run("lumctl", "status", env={**os.environ, "LUM_HOST": "here"}), "LUM_HOST", "'here'")
+
+
+class Help(Case):
+    def test_help_names_every_command_and_each_has_its_own(self):
+        r = run("lumctl", "--help")
+        self.assertEqual((r.returncode, r.stderr), (DONE, ""))
+        self.assertIn("Examples:", r.stdout)
+        commands = re.findall(r"^  ([a-z][a-z-]*) ", r.stdout.split("Options")[0], re.M)
+        self.assertEqual(len(commands), 16)
+        for name in commands:
+            one = run("lumctl", name, "-h")
+            self.assertEqual((one.returncode, one.stderr), (DONE, ""))
+            self.assertIn(f"lumctl [OPTION]... {name}", one.stdout)
+
+    def test_the_version_is_told(self):
+        self.assertRegex(run("lumctl", "--version").stdout, r"^lumctl \d+\.\d+\.\d+\n$")
+
+    def test_no_line_is_wider_than_a_terminal(self):
+        for words in ([], ["status"], ["send"], ["yscan"], ["heartbeat"]):
+            for text in run("lumctl", *words, "--help").stdout.splitlines():
+                self.assertLessEqual(len(text), 80, text)
+
+    def test_output_that_cannot_be_written_is_a_failure(self):
+        with open("/dev/full", "wb") as full:
+            p = subprocess.run([BIN / "lumctl", "--help"], stdout=full, stderr=subprocess.PIPE)
+        self.assertEqual(p.returncode, FAILED)
+        self.assertIn(b"standard output", p.stderr)
+
+
+class Live(Case):
+    """Against lumsim."""
+
+    def sensor(self, address, *arguments):
+        return Sensor(self, self.folder, "--rate", 2, "-q", *arguments, address=address)
+
+    def heartbeats(self, address, *arguments):
+        """A session of another process, until the test ends."""
+        p = Process(self, self.folder, BIN / "lumctl", "--host", address, "heartbeat", *arguments)
+        wait_until(lambda: p.stdout() or p.p.poll() is not None, 20, "the session")
+        return p
+
+    def notes(self, sensor):
+        return [word for e in sensor.events("tlv") for word in e.get("note", "").split()]
+
+    def test_status_of_a_sensor_that_nobody_uses_is_idle_and_well(self):
+        self.sensor("127.33.1.1")
+        time.sleep(0)
+        found = wait_until(lambda: (s := self.json(DONE, "127.33.1.1", "status"))["idle"] and s, 10, "idleness")
+        self.assertEqual(found["laser"], "down")
+        self.assertEqual(found["hazards"], ["HEARTBEAT_TIMEOUT"])
+        self.assertIn("HEARTBEAT_TIMEOUT", found["bits"])
+        self.assertEqual(int(found["status_hex"], 16), found["status"])
+        self.assertEqual(found["sensor"], "127.33.1.1")
+        self.assertGreater(found["round_trip_ms"], 0)
+        r = self.check(DONE, "127.33.1.1", "status")
+        self.assertIn("idle", r.stdout)
+        self.assertNotIn("HAZARD", r.stdout)
+        self.assertNotIn("\033", r.stdout)
+
+    def test_a_hazard_comes_first_and_is_exit_status_4(self):
+        self.sensor("127.33.1.2", "--fault", "fan@0")
+        r = wait_until(lambda: "FAN" in (r := self.ctl("127.33.1.2", "status")).stdout and r, 10, "the hazard")
+        self.assertEqual(r.returncode, HAZARD)
+        kinds = [text.split()[0] for text in r.stdout.splitlines()[1:]]
+        self.assertEqual(kinds, sorted(kinds, key=lambda k: k != "HAZARD"))
+        self.assertIn("FAN_PWM_BAD", self.json(HAZARD, "127.33.1.2", "status")["hazards"])
+        r = self.check(HAZARD, "127.33.1.2", "laser", "on")
+        self.assertIn("FAN_PWM_BAD", r.stderr)
+        self.assertEqual(self.check(DONE, "127.33.1.2", "power", 40).stderr, "")
+
+    def test_every_setting_is_carried_out_before_it_is_called_done(self):
+        sensor = self.sensor("127.33.1.3")
+        for words, text in ((["power", 40], "40p"), (["threshold", "green", 41], "41g"), (["threshold", "blue", 42], "42b"),
+                            (["lines", 64], "1f"), (["holdoff", 170], "170h"), (["offset", "green", 3], "3G"),
+                            (["offset", "blue", 4], "4B")):
+            self.assertIn(f"{text} done", self.check(DONE, "127.33.1.3", *words).stdout)
+            self.assertIn(text, self.notes(sensor))
+            found = self.json(DONE, "127.33.1.3", *words)
+            self.assertEqual((found["command"], found["done"], found["refused"]), (text, True, ""))
+        self.check(DONE, "127.33.1.3", "send", "51p 52g")
+        self.assertIn("52g", self.notes(sensor))
+
+    def test_a_raw_tlv_shows_what_came_back(self):
+        self.sensor("127.33.1.4")
+        found = self.json(DONE, "127.33.1.4", "tlv", "1:3530", "9:dead")
+        self.assertTrue(any("50" in text for text in found["debug"]), found)
+        self.assertIn("it says: ", self.check(DONE, "127.33.1.4", "tlv", "1:3530").stdout)
+
+    def test_time_is_the_sensors_with_its_error_bound(self):
+        self.sensor("127.33.1.5", "--clock", "4200000000")
+        found = self.json(DONE, "127.33.1.5", "time")
+        self.assertEqual(found["exchanges"], 8)
+        self.assertGreaterEqual(found["error_ns"], int(found["round_trip_min_ms"] * 5e5) - 1000)
+        self.assertGreater(found["clock_us"], 4199999999)
+        r = self.check(DONE, "127.33.1.5", "time", "--watch", "--duration", "2.5")
+        self.assertRegex(r.stdout.splitlines()[-1], r"Z  clock 1:10:0\d\.\d{6}  offset \d+\.\d{6} s \+-[\d.]+ [um]s  round trip")
+        lines = self.check(DONE, "127.33.1.5", "time", "--watch", "--duration", "1.5", "--json").stdout.splitlines()
+        self.assertEqual(json.loads(lines[-1])["resets"], 0)
+        self.assertIn("+-", self.check(DONE, "127.33.1.5", "time").stdout)
+
+    def test_the_laser_goes_on_and_off_and_each_is_seen(self):
+        sensor = self.sensor("127.33.1.6")
+        r = self.check(FAILED, "127.33.1.6", "laser", "on")
+        self.assertIn("heartbeat", r.stderr)
+        self.assertFalse(sensor.laser_is_up())
+        beats = self.heartbeats("127.33.1.6")
+        r = self.check(DONE, "127.33.1.6", "laser", "on")
+        self.assertIn("laser up", r.stdout)
+        self.assertIn("3 s after the last heartbeat", r.stderr)
+        self.assertTrue(sensor.laser_is_up())
+        self.assertEqual(self.json(DONE, "127.33.1.6", "laser", "on")["laser"], "up")
+        self.assertEqual(self.json(DONE, "127.33.1.6", "status")["laser"], "up")
+        wait_until(lambda: "laser up: TLV_CMD_ON" in beats.stdout(), 10, "the laser in the session's log")
+        self.assertEqual(self.json(DONE, "127.33.1.6", "laser", "off")["done"], True)
+        self.assertFalse(sensor.laser_is_up())
+        self.check(DONE, "127.33.1.6", "laser", "off")
+        self.assertEqual(beats.end(signal.SIGINT), DONE, beats.stderr())
+
+    def test_one_program_is_the_session_and_a_second_is_told_so(self):
+        self.sensor("127.33.1.7")
+        first = self.heartbeats("127.33.1.7")
+        self.assertIn("this is now the session", first.stderr())
+        second = self.ctl("127.33.1.7", "heartbeat", "--duration", 1)
+        self.assertEqual(second.returncode, FAILED)
+        self.assertIn("lumctl", second.stderr)
+        self.assertIn(str(first.p.pid), second.stderr)
+        self.check(DONE, "127.33.1.7", "power", 40)
+        self.assertEqual(first.end(signal.SIGINT), DONE)
+
+    def test_heartbeats_come_at_the_rate_for_the_duration(self):
+        sensor = self.sensor("127.33.1.8")
+        found = json.loads(self.check(DONE, "127.33.1.8", "heartbeat", "--rate", 10, "--duration", 2, "--json")
+                           .stdout.splitlines()[-1])
+        self.assertEqual(found["heartbeats"], len(sensor.events("heartbeat")))
+        self.assertIn(found["heartbeats"], range(18, 23))
+        self.assertGreater(found["packets"], 0)
+
+    def test_set_ip_proves_the_new_address(self):
+        sensor = self.sensor("127.33.1.9")
+        r = self.check(DONE, "127.33.1.9", "set-ip", "127.33.1.10")
+        self.assertIn("127.33.1.10", r.stdout)
+        self.assertIn("10.42.0.37", r.stderr)
+        self.assertEqual([e["address"] for e in sensor.events("set_ip")], ["127.33.1.10"])
+        self.check(DONE, "127.33.1.10", "status")
+        self.assertEqual(self.json(DONE, "127.33.1.10", "set-ip", "127.33.1.9")["answers_at"], "new")
+        self.check(DONE, "127.33.1.9", "set-ip", "127.33.1.9")
+
+    def test_a_watch_logs_changes_with_their_time(self):
+        self.sensor("127.33.1.11")
+        watch = Process(self, self.folder, BIN / "lumctl", "--host", "127.33.1.11", "status", "--watch")
+        wait_until(watch.stdout, 10, "the first status")
+        self.heartbeats("127.33.1.11")
+        self.check(DONE, "127.33.1.11", "laser", "on")
+        wait_until(lambda: "laser up" in watch.stdout(), 10, "the laser in the watch")
+        self.assertEqual(watch.end(signal.SIGINT), DONE)
+        lines = watch.stdout().splitlines()
+        for before, after in zip(lines, lines[1:]):
+            self.assertNotEqual(before.split(" ", 1)[1], after.split(" ", 1)[1])
+        self.assertRegex(lines[0], r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z 127\.33\.1\.11: laser down")
+
+    def test_a_watch_ends_with_4_on_a_hazard_and_with_0_by_a_signal_without(self):
+        self.sensor("127.33.1.12", "--fault", "fan@0")
+        wait_until(lambda: "FAN" in self.ctl("127.33.1.12", "status").stdout, 10, "the hazard")
+        r = self.check(HAZARD, "127.33.1.12", "status", "--watch", "--duration", "0.8", "--json")
+        self.assertIn("FAN_PWM_BAD", json.loads(r.stdout.splitlines()[0])["hazards"])
+
+    def test_a_reader_that_leaves_ends_a_watch_quietly(self):
+        self.sensor("127.33.1.13", "--fault", "fan@3")
+        p = subprocess.Popen([BIN / "lumctl", "--host", "127.33.1.13", "time", "--watch"], stdout=subprocess.PIPE,
+                             stderr=subprocess.PIPE)
+        p.stdout.readline()
+        p.stdout.close()
+        self.assertEqual(p.wait(20), DONE)
+        self.assertEqual(p.stderr.read(), b"")
+        p.stderr.close()
+
+    def test_a_terminal_gets_colour_and_a_picture_that_is_redrawn(self):
+        self.sensor("127.33.1.14", "--fault", "fan@0")
+        wait_until(lambda: "FAN" in self.ctl("127.33.1.14", "status").stdout, 10, "the hazard")
+        self.assertIn("\033[1;31m", self.at_a_terminal("127.33.1.14", "status"))
+        self.assertNotIn("\033[1;31m", self.at_a_terminal("127.33.1.14", "status", NO_COLOR="1"))
+        self.assertGreaterEqual(self.at_a_terminal("127.33.1.14", "status", "--watch", "--duration", "1.2")
+                                .count("\033[H\033[J"), 2)
+
+    def at_a_terminal(self, address, *words, **environment):
+        ours, theirs = pty.openpty()
+        environment = {**{k: v for k, v in os.environ.items() if k != "NO_COLOR"}, "TERM": "xterm", **environment}
+        p = subprocess.Popen([BIN / "lumctl", "--host", address, *words], stdin=theirs, stdout=theirs, stderr=theirs,
+                             env=environment)
+        os.close(theirs)
+        out = b""
+        while readable(ours, 20):
+            try:
+                data = os.read(ours, 4096)
+            except OSError:
+                break
+            out += data
+        os.close(ours)
+        self.assertEqual(p.wait(20), HAZARD)
+        return out.decode()
+
+
+class Misbehaviour(Case):
+    """Against a sensor whose answers are lost, late, repeated, foreign or wrong."""
+
+    def test_no_answer_is_exit_status_3_after_the_tries_that_were_asked_for(self):
+        fake = FakeSensor(self, "127.33.2.1", lambda *_: [])
+        r = self.check(NO_ANSWER, "127.33.2.1", "power", 50, "--timeout", 60, "--retries", 2)
+        self.assertIn("doctor --host 127.33.2.1", r.stderr)
+        self.assertEqual(r.stdout, "")
+        self.assertEqual(fake.texts(), ["50p"] * 3)
+        self.assertEqual(len({p[12:16] for p in fake.of(7)}), 1)
+        self.check(NO_ANSWER, "127.33.2.1", "time", "--timeout", 60, "--retries", 2)
+        self.assertEqual(len({p[12:16] for p in fake.of(6)}), 3)
+
+    def test_a_lost_answer_is_asked_for_again(self):
+        FakeSensor(self, "127.33.2.2", lambda kind, sequence, body, count:
+                   FakeSensor.plain(kind, sequence) if count == 2 else [])
+        self.assertEqual(self.json(DONE, "127.33.2.2", "power", 50, "--timeout", 80)["tries"], 3)
+
+    def test_answers_to_others_sequences_do_not_count(self):
+        FakeSensor(self, "127.33.2.3", lambda kind, sequence, body, count:
+                   [tlv_packet((sequence + d) & 0xffffffff, status_tlv(0x0900)) for d in (1, -1, 0x80000000)])
+        self.check(NO_ANSWER, "127.33.2.3", "power", 50, "--timeout", 60, "--retries", 1)
+
+    def test_an_answer_before_the_question_is_not_believed(self):
+        """A late answer of an earlier request follows, and the next request gets its own."""
+        FakeSensor(self, "127.33.2.4", lambda kind, sequence, body, count:
+                   FakeSensor.plain(kind, sequence, clock=1000 * count) * 2)
+        self.assertEqual(self.json(DONE, "127.33.2.4", "time")["exchanges"], 8)
+
+    def test_a_command_that_the_answer_names_is_refused(self):
+        FakeSensor(self, "127.33.2.5", lambda kind, sequence, body, count:
+                   [tlv_packet(sequence, status_tlv(CMD_OFF), debug_tlv("cannot: 15y"))])
+        r = self.check(FAILED, "127.33.2.5", "send", "50p 15y")
+        self.assertIn("'15y'", r.stderr)
+        self.assertIn("cannot: 15y", r.stdout)
+        found = self.json(FAILED, "127.33.2.5", "send", "50p 15y")
+        self.assertEqual((found["done"], found["refused"]), (False, "15y"))
+        self.check(DONE, "127.33.2.5", "send", "50p 5g")
+
+    def test_what_comes_unasked_is_told_and_is_no_answer(self):
+        FakeSensor(self, "127.33.2.6", lambda kind, sequence, body, count:
+                   [tlv_packet(0, status_tlv(0x0840), debug_tlv("fan \033[2J slow")), (0.05, tlv_packet(sequence, status_tlv(0x0840)))])
+        r = self.check(DONE, "127.33.2.6", "power", 50)
+        self.assertIn("says: fan ?[2J slow", r.stderr)
+        self.assertIn("FAN_PWM_BAD", r.stderr)
+
+    def test_malformed_answers_are_no_answers(self):
+        FakeSensor(self, "127.33.2.7", lambda kind, sequence, body, count:
+                   [tlv_packet(sequence, b"\x02\x00\xff\xff\x00"), MAGIC[:5], b"", MAGIC + b"\x07\x00\x00"])
+        self.check(NO_ANSWER, "127.33.2.7", "power", 50, "--timeout", 60, "--retries", 1)
+
+    def test_an_answer_without_status_is_no_status(self):
+        FakeSensor(self, "127.33.2.8", lambda kind, sequence, body, count: [tlv_packet(sequence)])
+        self.assertIn("no status", self.check(FAILED, "127.33.2.8", "status").stderr)
+        self.assertIn("no status", self.check(DONE, "127.33.2.8", "power", 50).stdout)
+        self.check(FAILED, "127.33.2.8", "laser", "on")
+        self.check(NO_ANSWER, "127.33.2.8", "laser", "off", "--timeout", 60, "--retries", 0)
+
+    def test_bits_without_a_name_are_shown(self):
+        FakeSensor(self, "127.33.2.9", lambda kind, sequence, body, count:
+                   [tlv_packet(sequence, status_tlv(0xffff))])
+        bits = self.json(HAZARD, "127.33.2.9", "status")["bits"]
+        self.assertEqual(len(bits), 16)
+        self.assertIn("BIT_10", bits)
+        self.assertIn("BIT_15", self.check(HAZARD, "127.33.2.9", "status").stdout)
+
+    def test_laser_on_needs_a_status_that_shows_it(self):
+        statuses = iter([CMD_OFF, 0, HEARTBEAT_TIMEOUT | CMD_ON, CMD_ON | 0x0400, CMD_ON])
+        FakeSensor(self, "127.33.2.10", lambda kind, sequence, body, count:
+                   FakeSensor.plain(kind, sequence, next(statuses)))
+        for _ in range(2):
+            self.check(FAILED, "127.33.2.10", "laser", "on")
+        self.assertIn("nobody sends heartbeats", self.check(FAILED, "127.33.2.10", "laser", "on").stderr)
+        self.assertIn("BIT_10", self.check(FAILED, "127.33.2.10", "laser", "on").stderr)
+        self.check(DONE, "127.33.2.10", "laser", "on")
+
+    def test_laser_off_ends_in_one_of_three_ways(self):
+        FakeSensor(self, "127.33.2.11", lambda kind, sequence, body, count: FakeSensor.plain(kind, sequence, CMD_ON))
+        r = self.check(FAILED, "127.33.2.11", "laser", "off", "--timeout", 60, "--retries", 1)
+        self.assertIn("laser is ON", r.stderr)
+        FakeSensor(self, "127.33.2.12", lambda *_: [])
+        r = self.check(NO_ANSWER, "127.33.2.12", "laser", "off", "--timeout", 60, "--retries", 1)
+        self.assertIn("MAY BE ON", r.stderr)
+        self.assertIs(self.json(NO_ANSWER, "127.33.2.12", "laser", "off", "--timeout", 60, "--retries", 1)["done"], False)
+        fake = FakeSensor(self, "127.33.2.13")
+        self.check(DONE, "127.33.2.13", "laser", "off")
+        self.assertEqual(fake.texts(), ["d"])
+
+    def test_set_ip_finds_a_sensor_that_took_the_bytes_the_other_way_round(self):
+        FakeSensor(self, "127.33.2.14", set_ip="little")
+        r = self.check(FAILED, "127.33.2.14", "set-ip", "127.33.2.127")
+        self.assertIn("127.2.33.127", r.stderr)
+        self.assertIn("set_ip_order: little", r.stderr)
+
+    def test_set_ip_finds_a_sensor_that_has_not_moved(self):
+        fake = FakeSensor(self, "127.33.2.15", set_ip="ignored")
+        r = self.check(FAILED, "127.33.2.15", "set-ip", "127.33.2.16")
+        self.assertIn("still answers at 127.33.2.15", r.stderr)
+        self.assertGreater(len(fake.of(5)), 1)
+        self.assertEqual(fake.of(5)[0][12:], ip("127.33.2.16"))
+
+    def test_set_ip_does_not_give_two_sensors_one_address(self):
+        fake = FakeSensor(self, "127.33.2.23")
+        FakeSensor(self, "127.33.2.24")
+        r = self.check(FAILED, "127.33.2.23", "set-ip", "127.33.2.24")
+        self.assertIn("another sensor has 127.33.2.24", r.stderr)
+        self.assertEqual(fake.of(5), [])
+
+    def test_set_ip_says_when_nobody_answers_anywhere(self):
+        r = self.check(NO_ANSWER, "127.33.2.17", "set-ip", "127.33.2.18")
+        for text in ("127.33.2.17", "127.33.2.18", "doctor", "10.42.0.37"):
+            self.assertIn(text, r.stderr)
+        self.assertEqual(self.json(NO_ANSWER, "127.33.2.17", "set-ip", "127.33.2.18")["answers_at"], "nowhere")
+
+    def test_heartbeats_that_bring_no_data_are_told(self):
+        FakeSensor(self, "127.33.2.19")
+        r = self.check(DONE, "127.33.2.19", "heartbeat", "--duration", "2.6")
+        self.assertIn("no data has come for 2 s", r.stderr)
+        r = self.check(NO_ANSWER, "127.33.2.20", "heartbeat", "--duration", "0.5")
+        self.assertIn("does not answer", r.stderr)
+
+    def test_a_watch_tells_silence_and_goes_on(self):
+        state = {"silent": False}
+        FakeSensor(self, "127.33.2.21", lambda kind, sequence, body, count:
+                   [] if state["silent"] else FakeSensor.plain(kind, sequence))
+        watch = Process(self, self.folder, BIN / "lumctl", "--host", "127.33.2.21", "status", "--watch", "--timeout", 50,
+                        "--retries", 1)
+        wait_until(lambda: "laser down" in watch.stdout(), 10, "a status")
+        state["silent"] = True
+        wait_until(lambda: "does not answer" in watch.stdout(), 10, "silence")
+        state["silent"] = False
+        wait_until(lambda: watch.stdout().count("laser down") == 2, 10, "a status again")
+        self.assertEqual(watch.end(signal.SIGINT), DONE)
+
+    def test_a_signal_ends_a_request_by_that_signal(self):
+        FakeSensor(self, "127.33.2.22", lambda *_: [])
+        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.33.2.22", "status", "--timeout", 20000)
+        time.sleep(0.3)
+        self.assertEqual(p.end(signal.SIGINT), -signal.SIGINT)
+        self.assertIn("interrupted", p.stderr())
+
+
+if __name__ == "__main__":
+    unittest.main()

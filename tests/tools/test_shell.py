@@ -1,0 +1,160 @@
+#!/usr/bin/env python3
+"""lumctl shell, from a pipe and at a terminal."""
+import os
+import pty
+import re
+import signal
+import subprocess
+import time
+import unittest
+
+from live import Sensor, readable, wait_until
+from support import BIN, Folder, run
+
+
+class Pipe(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder(self)
+
+    def sensor(self, last, *arguments):
+        return Sensor(self, self.folder, "--rate", "2", *arguments, address=f"127.32.0.{last}")
+
+    def shell(self, last, text, *arguments):
+        return run("lumctl", "--host", f"127.32.0.{last}", "shell", *arguments, stdin=text.encode(), timeout=60)
+
+    def notes(self, sensor):
+        return [word for e in sensor.events("tlv") for word in e.get("note", "").replace(";", " ").split()]
+
+    def test_words_and_the_manuals_raw_text_are_carried_out(self):
+        sensor = self.sensor(1)
+        r = self.shell(1, "power 60\n# a remark\n\n50p\nsend '30g 40b'\n55p 20g")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        for text in ("60p", "50p", "30g", "40b", "55p", "20g"):
+            self.assertIn(text, self.notes(sensor))
+
+    def test_quit_ends_it_and_what_follows_is_not_read(self):
+        sensor = self.sensor(2)
+        self.assertEqual(self.shell(2, "power 61\nquit\npower 62\n").returncode, 0)
+        self.assertNotIn("62p", self.notes(sensor))
+
+    def test_it_goes_on_after_a_wrong_line_and_ends_with_its_status(self):
+        sensor = self.sensor(3)
+        r = self.shell(3, "power 101\n101p\nnonsense\npower 63\n")
+        self.assertEqual(r.returncode, 2)
+        self.assertIn("101", r.stderr)
+        self.assertIn("63p", self.notes(sensor))
+
+    def test_options_of_a_line_hold_for_that_line_alone(self):
+        sensor = self.sensor(4)
+        r = self.shell(4, "power 64 --dry-run\npower 65\n")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertIn("65p", self.notes(sensor))
+        self.assertNotIn("64p", self.notes(sensor))
+
+    def test_with_heartbeat_it_owns_the_sensor_and_leaves_the_laser_off(self):
+        sensor = self.sensor(5)
+        r = self.shell(5, "laser on\n", "--heartbeat")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        changes = sensor.events("laser")
+        self.assertTrue([e for e in changes if e["up"]])
+        self.assertFalse(sensor.laser_is_up())
+
+    def test_without_heartbeat_it_sends_none(self):
+        sensor = self.sensor(6)
+        self.assertEqual(self.shell(6, "status\n").returncode, 0)
+        self.assertEqual(sensor.events("heartbeat"), [])
+
+    def test_an_endless_line_and_binary_input_do_no_harm(self):
+        self.sensor(7)
+        r = self.shell(7, "x" * 100000 + "\n\x00\x01\xff\nstatus\n")
+        self.assertEqual(r.returncode, 2)
+        self.assertIn("2047", r.stderr)
+
+
+class Terminal(unittest.TestCase):
+    """At a pseudo-terminal, with whatever line editing was built in."""
+
+    def setUp(self):
+        self.folder = Folder(self)
+
+    def start(self, last, *arguments, sensor=()):
+        address = f"127.32.1.{last}"
+        self.sensor = Sensor(self, self.folder, "--rate", "2", *sensor, address=address)
+        master, slave = pty.openpty()
+        self.addCleanup(os.close, master)
+        environment = {**os.environ, "TERM": "vt100", "XDG_STATE_HOME": str(self.folder.path)}
+        self.p = subprocess.Popen([str(BIN / "lumctl"), "--host", address, "shell", *arguments], stdin=slave, stdout=slave,
+                                  stderr=slave, start_new_session=True, env=environment)
+        os.close(slave)
+        self.addCleanup(self.kill)
+        self.master, self.seen = master, ""
+        self.expect("lumctl>")
+
+    def kill(self):
+        if self.p.poll() is None:
+            self.p.kill()
+        self.p.wait()
+
+    def read(self):
+        while readable(self.master, 0.05):
+            try:
+                data = os.read(self.master, 4096)
+            except OSError:
+                return self.seen
+            if not data:
+                break
+            self.seen += re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", data.decode(errors="replace"))
+        return self.seen
+
+    def expect(self, text):
+        wait_until(lambda: text in self.read(), 15, f"{text!r} in {self.seen[-300:]!r}")
+
+    def type(self, text):
+        self.seen = ""
+        os.write(self.master, text.encode())
+
+    def test_a_command_shows_its_outcome_and_a_prompt_again(self):
+        self.start(1)
+        self.type("power 50\r")
+        self.expect("lumctl>")
+        wait_until(lambda: [e for e in self.sensor.events("tlv") if "50p" in e.get("note", "")], 5, "the command")
+        self.type("quit\r")
+        self.assertEqual(self.p.wait(15), 0)
+
+    def test_a_status_that_changes_appears_above_the_prompt(self):
+        self.start(2, sensor=["--fault", "fan@2s"])
+        self.expect("FAN_PWM_BAD")
+        self.type("\x04")
+        self.assertEqual(self.p.wait(15), 0)
+
+    def test_ctrl_c_takes_back_the_line_and_not_the_shell(self):
+        self.start(3)
+        self.type("power 5")
+        self.expect("power 5")
+        self.p.send_signal(signal.SIGINT)
+        self.type("6p\r")
+        time.sleep(0.5)
+        self.assertIsNone(self.p.poll())
+        self.type("exit\r")
+        self.assertEqual(self.p.wait(15), 0)
+
+    def test_ctrl_c_ends_a_command_and_not_the_shell(self):
+        self.start(4)
+        self.type("status --watch\r")
+        time.sleep(1)
+        self.p.send_signal(signal.SIGINT)
+        self.expect("lumctl>")
+        self.type("exit\r")
+        self.assertEqual(self.p.wait(15), 0)
+
+    def test_sigterm_ends_it_and_the_laser(self):
+        self.start(5, "--heartbeat")
+        self.type("laser on\r")
+        wait_until(self.sensor.laser_is_up, 15, "the laser")
+        self.p.send_signal(signal.SIGTERM)
+        self.p.wait(15)
+        self.assertFalse(self.sensor.laser_is_up())
+
+
+if __name__ == "__main__":
+    unittest.main()

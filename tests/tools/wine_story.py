@@ -1,0 +1,122 @@
+#!/usr/bin/env python3
+"""wine_story.py BIN: lumctl.exe and lumsim.exe on loopback, under wine64. The last line counts: N passed, N failed."""
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+BIN = pathlib.Path(sys.argv.pop()).resolve()
+ADDRESS = "127.0.0.1"
+ENVIRONMENT = {**os.environ, "WINEDEBUG": "-all", "WINEPREFIX": os.environ.get("WINEPREFIX", str(BIN / "wine"))}
+
+
+def wine(tool, *arguments):
+    return ["wine64", str(BIN / f"{tool}.exe"), *map(str, arguments)]
+
+
+def run(tool, *arguments, stdin=None):
+    return subprocess.run(wine(tool, *arguments), capture_output=True, text=True, timeout=90, env=ENVIRONMENT, input=stdin,
+                          stdin=subprocess.DEVNULL if stdin is None else None)
+
+
+class Windows(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.log_path = pathlib.Path(cls.folder.name) / "sensor.log"
+        cls.sensor = subprocess.Popen(wine("lumsim", "--lines", "64", "--rate", "2", "--duration", "150", "--log", cls.log_path),
+                                      stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                      env=ENVIRONMENT)
+        end = time.monotonic() + 60
+        while not cls.events("start"):
+            if cls.sensor.poll() is not None or time.monotonic() > end:
+                raise AssertionError(f"lumsim.exe does not start: {cls.sensor.stderr.read()}")
+            time.sleep(0.1)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.sensor.kill()
+        cls.sensor.wait()
+        cls.sensor.stderr.close()
+        subprocess.run(["wineserver", "-k"], env=ENVIRONMENT, capture_output=True)
+        cls.folder.cleanup()
+
+    @classmethod
+    def events(cls, kind):
+        text = cls.log_path.read_text() if cls.log_path.exists() else ""
+        lines = [json.loads(line) for line in text.splitlines(True) if line.endswith("\n")]
+        return [e for e in lines if e["event"] == kind]
+
+    def ok(self, *arguments, **options):
+        r = run("lumctl", "--host", ADDRESS, *arguments, **options)
+        self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
+        return r
+
+    def did(self, text):
+        return any(text in e.get("note", "").replace(";", " ").split() for e in self.events("tlv"))
+
+    def test_status_of_a_sensor_that_nobody_owns_is_idle(self):
+        self.assertTrue(json.loads(self.ok("status", "--json").stdout)["idle"])
+
+    def test_time_tells_an_offset(self):
+        self.assertIn("offset_ns", json.loads(self.ok("time", "--json").stdout))
+
+    def test_commands_are_carried_out(self):
+        self.ok("power", "70")
+        self.assertTrue(self.did("70p"))
+        self.ok("send", "30g 40b")
+        self.assertTrue(self.did("30g"))
+
+    def test_a_wrong_value_is_refused_with_status_2(self):
+        r = run("lumctl", "power", "101")
+        self.assertEqual(r.returncode, 2)
+        self.assertIn("101", r.stderr)
+
+    def test_silence_is_status_3(self):
+        r = run("lumctl", "--host", "127.0.0.77", "--timeout", "100ms", "--retries", "1", "status")
+        self.assertEqual(r.returncode, 3, r.stderr)
+
+    def test_the_laser_goes_on_with_heartbeats_and_off_by_command(self):
+        beat = subprocess.Popen(wine("lumctl", "--host", ADDRESS, "heartbeat", "--duration", "20"), env=ENVIRONMENT,
+                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        try:
+            end = time.monotonic() + 30
+            while not self.events("stream") and time.monotonic() < end:
+                time.sleep(0.1)
+            self.ok("laser", "on")
+            self.assertTrue(self.events("laser")[-1]["up"])
+            self.ok("laser", "off")
+            self.assertFalse(self.events("laser")[-1]["up"])
+            second = run("lumctl", "--host", ADDRESS, "heartbeat", "--duration", "1")
+            self.assertEqual(second.returncode, 1, second.stderr)
+        finally:
+            beat.wait(60)
+            beat.stdout.close()
+            beat.stderr.close()
+        self.assertEqual(beat.returncode, 0)
+
+    def test_the_shell_takes_commands_from_a_pipe(self):
+        self.ok("shell", stdin="status\n55p\nquit\n")
+        self.assertTrue(self.did("55p"))
+
+    def test_doctor_says_what_it_cannot_look_at(self):
+        r = run("lumctl", "--host", ADDRESS, "doctor", "--json")
+        self.assertIn(r.returncode, (0, 4), r.stdout + r.stderr)
+        self.assertTrue(json.loads(r.stdout)["checks"])
+
+    def test_files_are_refused_with_a_reason(self):
+        r = run("lumsim", "-o", "x.pcap")
+        self.assertEqual(r.returncode, 2)
+        self.assertIn("build", r.stderr)
+
+
+if __name__ == "__main__":
+    result = unittest.main(exit=False).result
+    bad = len(result.failures) + len(result.errors)
+    print(f"{result.testsRun - bad} passed, {bad} failed")
+    sys.exit(bad > 0)

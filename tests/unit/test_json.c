@@ -1,0 +1,88 @@
+#define _POSIX_C_SOURCE 200809L
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "../tools/common/json.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+struct text {
+    char *bytes;
+    size_t len;
+    struct json json;
+};
+
+static void begin(struct text *text)
+{
+    FILE *out = open_memstream(&text->bytes, &text->len);
+    assert_non_null(out);
+    json_init(&text->json, out);
+}
+
+static void expect(struct text *text, const char *expected)
+{
+    assert_int_equal(fclose(text->json.out), 0);
+    assert_string_equal(text->bytes, expected);
+    free(text->bytes);
+}
+
+static void values_are_parted_by_commas_at_every_depth(void **state)
+{
+    struct text t;
+    (void)state;
+    begin(&t);
+    json_open_object(&t.json, NULL);
+    json_int(&t.json, "a", INT64_MIN);
+    json_open_array(&t.json, "b");
+    json_uint(&t.json, NULL, UINT64_MAX);
+    json_open_object(&t.json, NULL);
+    json_close_object(&t.json);
+    json_bool(&t.json, NULL, true);
+    json_close_array(&t.json);
+    json_null(&t.json, "c");
+    json_close_object(&t.json);
+    json_end(&t.json);
+    expect(&t, "{\"a\": -9223372036854775808, \"b\": "
+               "[18446744073709551615, {}, true], \"c\": null}\n");
+}
+
+static void text_is_escaped_and_always_utf8(void **state)
+{
+    struct text t;
+    (void)state;
+    begin(&t);
+    json_text(&t.json, NULL, "\"\\\n\x01 \xc3\xa4 \xff \xe2\x82");
+    expect(&t, "\"\\\"\\\\\\u000a\\u0001 \xc3\xa4 \\ufffd \\ufffd\\ufffd\"");
+}
+
+static void reals_have_their_decimals_and_what_is_no_number_is_null(
+    void **state)
+{
+    struct text t;
+    (void)state;
+    begin(&t);
+    json_open_array(&t.json, NULL);
+    json_real(&t.json, NULL, 1.25, 1);
+    json_real(&t.json, NULL, -0.5, 3);
+    json_real(&t.json, NULL, (double)NAN, 3);
+    json_real(&t.json, NULL, (double)INFINITY, 0);
+    json_close_array(&t.json);
+    expect(&t, "[1.2, -0.500, null, null]");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(values_are_parted_by_commas_at_every_depth),
+        cmocka_unit_test(text_is_escaped_and_always_utf8),
+        cmocka_unit_test(
+            reals_have_their_decimals_and_what_is_no_number_is_null),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

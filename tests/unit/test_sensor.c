@@ -1,0 +1,5 @@
+#include "lum/net/sensor.h"
+int main(void)
+{
+    return 0;
+}

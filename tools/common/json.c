@@ -1,0 +1,143 @@
+#include "json.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+void json_init(struct json *json, FILE *out)
+{
+    *json = (struct json){.out = out};
+}
+
+/* Length of the UTF-8 sequence that begins here, 0 where none does. */
+static size_t utf8_length(const unsigned char *p)
+{
+    const size_t n = p[0] < 0x80u              ? 1
+                     : (p[0] & 0xe0u) == 0xc0u ? 2
+                     : (p[0] & 0xf0u) == 0xe0u ? 3
+                     : (p[0] & 0xf8u) == 0xf0u ? 4
+                                               : 0;
+    for (size_t i = 1; i < n; i++) {
+        if ((p[i] & 0xc0u) != 0x80u) {
+            return 0;
+        }
+    }
+    return n;
+}
+
+static void put_text(FILE *out, const char *text)
+{
+    const unsigned char *p = (const unsigned char *)text;
+    (void)fputc('"', out);
+    while (*p != '\0') {
+        const size_t n = utf8_length(p);
+        if (n == 0) {
+            (void)fputs("\\ufffd", out);
+        } else if (*p < 0x20u) {
+            (void)fprintf(out, "\\u%04x", (unsigned)*p);
+        } else {
+            (void)fputs(*p == '"' || *p == '\\' ? "\\" : "", out);
+            (void)fwrite(p, 1, n, out);
+        }
+        p += n == 0 ? 1 : n;
+    }
+    (void)fputc('"', out);
+}
+
+static void begin(struct json *json, const char *key)
+{
+    if (json->has_before) {
+        (void)fputs(", ", json->out);
+    }
+    json->has_before = true;
+    if (key != NULL) {
+        put_text(json->out, key);
+        (void)fputs(": ", json->out);
+    }
+}
+
+static void open_bracket(struct json *json, const char *key, char bracket)
+{
+    begin(json, key);
+    (void)fputc(bracket, json->out);
+    json->has_before = false;
+}
+
+static void close_bracket(struct json *json, char bracket)
+{
+    (void)fputc(bracket, json->out);
+    json->has_before = true;
+}
+
+void json_open_object(struct json *json, const char *key)
+{
+    open_bracket(json, key, '{');
+}
+
+void json_close_object(struct json *json)
+{
+    close_bracket(json, '}');
+}
+
+void json_open_array(struct json *json, const char *key)
+{
+    open_bracket(json, key, '[');
+}
+
+void json_close_array(struct json *json)
+{
+    close_bracket(json, ']');
+}
+
+void json_int(struct json *json, const char *key, int64_t value)
+{
+    begin(json, key);
+    (void)fprintf(json->out, "%" PRId64, value);
+}
+
+void json_uint(struct json *json, const char *key, uint64_t value)
+{
+    begin(json, key);
+    (void)fprintf(json->out, "%" PRIu64, value);
+}
+
+void json_real(struct json *json, const char *key, double value,
+               unsigned decimals)
+{
+    char text[400];
+    if (!isfinite(value)) {
+        json_null(json, key);
+        return;
+    }
+    begin(json, key);
+    (void)snprintf(text, sizeof text, "%.*f", (int)decimals, value);
+    char *comma = strchr(text, ',');
+    if (comma != NULL) {
+        *comma = '.';
+    }
+    (void)fputs(text, json->out);
+}
+
+void json_bool(struct json *json, const char *key, bool value)
+{
+    begin(json, key);
+    (void)fputs(value ? "true" : "false", json->out);
+}
+
+void json_text(struct json *json, const char *key, const char *text)
+{
+    begin(json, key);
+    put_text(json->out, text);
+}
+
+void json_null(struct json *json, const char *key)
+{
+    begin(json, key);
+    (void)fputs("null", json->out);
+}
+
+void json_end(struct json *json)
+{
+    (void)fputc('\n', json->out);
+    json->has_before = false;
+}

@@ -1,0 +1,33 @@
+/* JSON, written as it comes. Keys are NULL inside arrays. Numbers do not depend
+ * on the locale; text is escaped, bytes that are no UTF-8 become U+FFFD. */
+#ifndef LUM_TOOLS_JSON_H
+#define LUM_TOOLS_JSON_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+struct json {
+    FILE *out;
+    bool has_before; /* a comma is due */
+};
+
+void json_init(struct json *json, FILE *out);
+void json_open_object(struct json *json, const char *key);
+void json_close_object(struct json *json);
+void json_open_array(struct json *json, const char *key);
+void json_close_array(struct json *json);
+void json_int(struct json *json, const char *key, int64_t value);
+void json_uint(struct json *json, const char *key, uint64_t value);
+
+/* value has so many decimals, 0..9; NaN and infinities become null. */
+void json_real(struct json *json, const char *key, double value,
+               unsigned decimals);
+void json_bool(struct json *json, const char *key, bool value);
+void json_text(struct json *json, const char *key, const char *text);
+void json_null(struct json *json, const char *key);
+
+/* The line's end, behind the outermost value. */
+void json_end(struct json *json);
+
+#endif

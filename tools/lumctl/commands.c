@@ -1,0 +1,277 @@
+#include "ctl.h"
+
+#include "files.h"
+#include "help.h"
+#include "nearest.h"
+#include "options.h"
+#include "session.h"
+
+#include "lum/version.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+
+struct command {
+    const char *name;
+    const char *arguments; /* as --help shows them; NULL: none */
+    const char *summary;
+    unsigned own;         /* own_options it has */
+    const char *words[2]; /* that may stand behind it */
+    ctl_command run;
+};
+
+static const struct command table[] = {
+    {.name = "status",
+     .summary = "the laser's status, hazards first",
+     .own = OWN_WATCH | OWN_DURATION,
+     .run = command_status},
+    {.name = "time",
+     .summary = "the sensor's clock: reading, offset, drift",
+     .own = OWN_WATCH | OWN_DURATION,
+     .run = command_time},
+    {.name = "set-ip",
+     .arguments = "ADDRESS",
+     .summary = "give it another address, and prove it",
+     .run = command_set_ip},
+    {.name = "laser",
+     .arguments = "on|off",
+     .summary = "switch the laser, and see that it did",
+     .words = {"on", "off"},
+     .run = command_laser},
+    {.name = "power",
+     .arguments = "N",
+     .summary = "laser power, 0 to 100 percent",
+     .run = command_parameter},
+    {.name = "threshold",
+     .arguments = "green|blue N",
+     .summary = "detection threshold, 0 to 100 percent",
+     .words = {"green", "blue"},
+     .run = command_parameter},
+    {.name = "lines",
+     .arguments = "640|64",
+     .summary = "lines of a frame",
+     .words = {"640", "64"},
+     .run = command_parameter},
+    {.name = "yscan",
+     .arguments = "FOV|--shape SHAPE",
+     .summary = "spread the lines over elevations",
+     .own = OWN_SHAPE | OWN_LINES,
+     .run = command_yscan},
+    {.name = "holdoff",
+     .arguments = "N",
+     .summary = "holdoff delay, 150 to 250 in steps of 10",
+     .run = command_parameter},
+    {.name = "offset",
+     .arguments = "green|blue N",
+     .summary = "offset of galvo and ADC, 0 to 30",
+     .words = {"green", "blue"},
+     .run = command_parameter},
+    {.name = "send",
+     .arguments = "TEXT",
+     .summary = "the manual's raw text: '50p 15y u'",
+     .run = command_send},
+    {.name = "tlv",
+     .arguments = "TYPE:HEX...",
+     .summary = "any TLVs in one packet",
+     .run = command_tlv},
+    {.name = "apply",
+     .arguments = "FILE",
+     .summary = "settings from a YAML file",
+     .run = command_apply},
+    {.name = "heartbeat",
+     .summary = "be the session: keep laser and data alive",
+     .own = OWN_RATE | OWN_DURATION,
+     .run = command_heartbeat},
+    {.name = "doctor",
+     .summary = "find what is wrong, and what mends it",
+     .run = command_doctor},
+    {.name = "shell",
+     .summary = "a prompt that takes all of these",
+     .own = OWN_HEARTBEAT,
+     .run = command_shell},
+};
+
+#define COMMANDS (sizeof table / sizeof table[0])
+
+const char *ctl_command_name(size_t i)
+{
+    return i < COMMANDS ? table[i].name : NULL;
+}
+
+static const struct command *find(const char *name)
+{
+    for (size_t i = 0; i < COMMANDS; i++) {
+        if (strcmp(table[i].name, name) == 0) {
+            return &table[i];
+        }
+    }
+    return NULL;
+}
+
+const char *ctl_command_word(int count, char **words, size_t i)
+{
+    const struct command *command = count == 1 ? find(words[0]) : NULL;
+    if (count == 0) {
+        return ctl_command_name(i);
+    }
+    return command != NULL && i < 2 ? command->words[i] : NULL;
+}
+
+/* A reader that has left is no failure. */
+static enum exit_status finish_output(void)
+{
+    errno = 0;
+    if (fflush(stdout) == 0 && ferror(stdout) == 0) {
+        return EXIT_DONE;
+    }
+    return errno == EPIPE ? EXIT_DONE
+                          : ctl_complain(EXIT_FAILED, "standard output: %s",
+                                         errno != 0 ? strerror(errno)
+                                                    : "it cannot be written");
+}
+
+static enum exit_status help_all(void)
+{
+    help_begin();
+    for (size_t i = 0; i < COMMANDS; i++) {
+        help_row(table[i].name, table[i].arguments, table[i].summary);
+    }
+    (void)puts("\nOptions, before or behind the command:");
+    options_help(true, 0);
+    (void)puts("\nOptions of single commands:");
+    options_help(false, ~0u);
+    help_end();
+    return finish_output();
+}
+
+static enum exit_status help_one(const struct command *command)
+{
+    help_command(command->name, command->arguments, command->summary);
+    options_help(true, command->own);
+    return finish_output();
+}
+
+static enum exit_status version(void)
+{
+    (void)puts("lumctl " LUM_VERSION);
+    return finish_output();
+}
+
+static enum exit_status complain_unknown(const char *name)
+{
+    const char *names[COMMANDS];
+    for (size_t i = 0; i < COMMANDS; i++) {
+        names[i] = table[i].name;
+    }
+    const char *near = nearest(name, names, COMMANDS);
+    if (near != NULL) {
+        return ctl_complain(EXIT_BAD, "'%s': no such command; did you mean %s?",
+                            name, near);
+    }
+    return ctl_complain(
+        EXIT_BAD, "'%s': no such command; lumctl --help lists them", name);
+}
+
+/* An option that belongs to other commands. */
+static enum exit_status check_own(const struct command *command, unsigned given)
+{
+    const unsigned wrong = given & ~(command->own | OWN_SESSION);
+    char names[128] = "";
+    size_t n = 0;
+    if (wrong == 0) {
+        return EXIT_DONE;
+    }
+    const unsigned first = wrong & (~wrong + 1u);
+    for (size_t i = 0; i < COMMANDS; i++) {
+        if ((table[i].own & first) != 0) {
+            n += (size_t)snprintf(names + n, sizeof names - n, "%s%s",
+                                  n != 0 ? ", " : "", table[i].name);
+        }
+    }
+    return ctl_complain(EXIT_BAD, "--%s does not go with %s; it goes with %s",
+                        options_name(first), command->name, names);
+}
+
+/* What holds for one command alone. */
+static void forget_own(struct ctl_options *options)
+{
+    options->watch = false;
+    options->heartbeat = false;
+    options->rate_hz = 0.0;
+    options->duration_s = 0.0;
+    options->shape = NULL;
+    options->lines = 0;
+}
+
+static enum exit_status load_layout(struct ctl *ctl)
+{
+    lum_error error = {""};
+    if (ctl->in_shell || ctl->options.profile == NULL) {
+        return EXIT_DONE;
+    }
+    if (files_load_layout(ctl->options.profile, &ctl->layout, &error) != 0) {
+        return ctl_complain(EXIT_BAD, "%s", error.text);
+    }
+    return EXIT_DONE;
+}
+
+static enum exit_status run(struct ctl *ctl, const struct command *command,
+                            const struct options_found *found, char **words)
+{
+    const bool owned = ctl->owns;
+    lum_sensor *sensor = NULL;
+    enum exit_status status = check_own(command, found->own);
+    if (status == EXIT_DONE && ctl->in_shell &&
+        (found->own & OWN_SESSION) != 0 && !ctl->options.dry_run) {
+        status = ctl_complain(
+            EXIT_BAD, "--host, --port, --interface, --timeout, --retries and "
+                      "--profile hold for a whole shell: leave it, and give "
+                      "them to lumctl shell");
+    }
+    if (status == EXIT_DONE) {
+        status = load_layout(ctl);
+    }
+    if (status == EXIT_DONE) {
+        status = command->run(ctl, found->count, words);
+    }
+    if (ctl->in_shell && ctl->owns && !owned &&
+        session_open_at(ctl, session_host(ctl), false, &sensor) == EXIT_DONE) {
+        session_replace(ctl, sensor, false);
+    }
+    const enum exit_status written = finish_output();
+    return status == EXIT_DONE ? written : status;
+}
+
+static enum exit_status choose(struct ctl *ctl,
+                               const struct options_found *found, char **words)
+{
+    const struct command *command = found->count > 0 ? find(words[0]) : NULL;
+    if (found->wants_version) {
+        return version();
+    }
+    if (found->count > 0 && command == NULL) {
+        return complain_unknown(words[0]);
+    }
+    if (found->wants_help) {
+        return command != NULL ? help_one(command) : help_all();
+    }
+    if (command == NULL) {
+        return ctl_complain(EXIT_BAD, "no command; lumctl --help lists them");
+    }
+    return run(ctl, command, found, words);
+}
+
+enum exit_status ctl_run(struct ctl *ctl, int count, char **words)
+{
+    const struct ctl_options before = ctl->options;
+    struct options_found found;
+    forget_own(&ctl->options);
+    enum exit_status status =
+        options_parse(&ctl->options, count, words, &found);
+    if (status == EXIT_DONE) {
+        status = choose(ctl, &found, words);
+    }
+    ctl->options = before;
+    return status;
+}

@@ -1,0 +1,96 @@
+#include "ctl.h"
+
+#include "report.h"
+#include "session.h"
+
+#include "lum/laser.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+enum exit_status ctl_complain(enum exit_status status, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    (void)fputs("lumctl: ", stderr);
+    (void)vfprintf(stderr, format, arguments);
+    (void)fputc('\n', stderr);
+    va_end(arguments);
+    return status;
+}
+
+void ctl_note(const struct ctl *ctl, const char *format, ...)
+{
+    va_list arguments;
+    if (ctl->options.quiet) {
+        return;
+    }
+    va_start(arguments, format);
+    (void)fputs("lumctl: ", stderr);
+    (void)vfprintf(stderr, format, arguments);
+    (void)fputc('\n', stderr);
+    va_end(arguments);
+}
+
+enum exit_status ctl_print_packet(const void *bytes, size_t len)
+{
+    const unsigned char *p = bytes;
+    for (size_t i = 0; i < len; i++) {
+        (void)printf("%02x", p[i]);
+    }
+    (void)putchar('\n');
+    return EXIT_DONE;
+}
+
+enum exit_status ctl_status_exit(uint16_t status)
+{
+    return report_has_hazard(status) ? EXIT_HAZARD : EXIT_DONE;
+}
+
+static enum exit_status complain_length(size_t len)
+{
+    return ctl_complain(
+        EXIT_BAD, "%u bytes do not fit one packet, which holds %u",
+        (unsigned)len,
+        (unsigned)(LUM_SENSOR_REQUEST_BYTES - LUM_TLV_PACKET_BYTES));
+}
+
+static enum exit_status print_request(const struct ctl *ctl, const void *tlvs,
+                                      size_t len)
+{
+    uint8_t packet[LUM_SENSOR_REQUEST_BYTES];
+    lum_tlv_writer writer;
+    if (len > sizeof packet - LUM_TLV_PACKET_BYTES ||
+        lum_tlv_begin(&writer, packet, sizeof packet, ctl->options.sequence) !=
+            LUM_OK) {
+        return complain_length(len);
+    }
+    if (len > 0) {
+        (void)memcpy(packet + writer.len, tlvs, len);
+    }
+    return ctl_print_packet(packet, writer.len + len);
+}
+
+enum exit_status ctl_request(struct ctl *ctl, const void *tlvs, size_t len,
+                             struct ctl_answer *out, bool *was_sent)
+{
+    lum_sensor_event event;
+    *was_sent = !ctl->options.dry_run;
+    if (ctl->options.dry_run) {
+        return print_request(ctl, tlvs, len);
+    }
+    enum exit_status status = ctl_open(ctl, false);
+    if (status != EXIT_DONE) {
+        return status;
+    }
+    lum_sensor_give_up(ctl->sensor);
+    if (lum_sensor_request(ctl->sensor, tlvs, len) != LUM_OK) {
+        return complain_length(len);
+    }
+    status = session_finish(ctl, &event);
+    if (status == EXIT_DONE) {
+        session_read_answer(ctl, &event, out);
+    }
+    return status;
+}

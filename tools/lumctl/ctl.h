@@ -1,0 +1,130 @@
+/* What all commands of lumctl share: the options, the session, requests, and
+ * how a command ends. */
+#ifndef LUMCTL_CTL_H
+#define LUMCTL_CTL_H
+
+#include "lum/net/sensor.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum exit_status {
+    EXIT_DONE = 0,
+    EXIT_FAILED = 1,    /* I/O, network, the sensor did not do it */
+    EXIT_BAD = 2,       /* arguments or configuration */
+    EXIT_NO_ANSWER = 3, /* the sensor is silent */
+    EXIT_HAZARD = 4     /* the sensor reports a hazard */
+};
+
+/* Options, as they stand for one command. */
+struct ctl_options {
+    lum_endpoint host;
+    const char *interface;   /* NULL: as the routes say */
+    const char *profile;     /* NULL: the default */
+    const char *calibration; /* NULL: the default */
+    uint32_t timeout_ms;     /* of one try */
+    uint32_t retries;
+    bool has_sequence;
+    uint32_t sequence;
+    bool dry_run; /* print the packet, send nothing */
+    bool json;
+    bool quiet;
+    /* Of single commands; the table in commands.c says which may have which. */
+    bool watch;        /* status, time */
+    bool heartbeat;    /* shell */
+    double rate_hz;    /* heartbeat; 0: not given */
+    double duration_s; /* heartbeat, watch; 0: without end */
+    const char *shape; /* yscan; NULL: not given */
+    uint32_t lines;    /* yscan; 0: not given */
+};
+
+struct ctl {
+    struct ctl_options options;
+    lum_layout layout;
+    lum_cancel *cancel; /* raised by signals; never NULL */
+    lum_sensor *sensor; /* NULL until ctl_open() */
+    bool owns;          /* the session sends heartbeats and gets the data */
+    bool in_shell;      /* a prompt follows; the session stays open */
+    bool has_status;    /* a status has been seen */
+    uint16_t status;    /* the last one */
+};
+
+/* A command: words[0] is its name. Complains on standard error. */
+typedef enum exit_status (*ctl_command)(struct ctl *ctl, int count,
+                                        char **words);
+
+/* Runs a command line without the program's name: options and words in any
+ * order, as typed in a shell too. Options that it gives hold for this command
+ * alone. */
+enum exit_status ctl_run(struct ctl *ctl, int count, char **words);
+
+/* Opens the session where there is none. Complains. A command that needs to own
+ * the sensor (heartbeats, data) says so. */
+enum exit_status ctl_open(struct ctl *ctl, bool owns);
+
+/* The answer to a request. */
+struct ctl_answer {
+    bool has_status;
+    uint16_t status;
+    char debug[2048];  /* debug texts, a line each; NUL-terminated */
+    char others[2048]; /* TLVs of other types, TYPE:HEX, a line each */
+    unsigned tries;
+    int64_t round_trip_ns; /* of the last try */
+};
+
+/* Sends TLVs (len 0: a status poll) and waits for the answer; prints status
+ * changes and debug texts that come unasked. With --dry-run prints the packet
+ * and returns EXIT_DONE with *was_sent false. EXIT_NO_ANSWER when none came
+ * (complains, and says what to do), EXIT_FAILED on a network failure or a
+ * signal. */
+enum exit_status ctl_request(struct ctl *ctl, const void *tlvs, size_t len,
+                             struct ctl_answer *out, bool *was_sent);
+
+/* A command TLV with a text such as "50p u", checked before; then as
+ * ctl_request(), and EXIT_FAILED when the answer's debug text names a command
+ * of the text as refused. Prints the outcome for people or as JSON. */
+enum exit_status ctl_command_text(struct ctl *ctl, const char *text);
+
+/* Prints a packet as one line of hex. */
+enum exit_status ctl_print_packet(const void *bytes, size_t len);
+
+/* Complaints: "lumctl: ..." and a newline on standard error. Returns status. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+enum exit_status
+ctl_complain(enum exit_status status, const char *format, ...);
+
+/* Notes on standard error, unless --quiet. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+void ctl_note(const struct ctl *ctl, const char *format, ...);
+
+/* EXIT_HAZARD where the status bears a hazard, HEARTBEAT_TIMEOUT alone not
+ * counted when nobody is known to own the session; else EXIT_DONE. */
+enum exit_status ctl_status_exit(uint16_t status);
+
+/* One for each command; each in a file of its own or with its like. */
+enum exit_status command_heartbeat(struct ctl *ctl, int count, char **words);
+enum exit_status command_status(struct ctl *ctl, int count, char **words);
+enum exit_status command_time(struct ctl *ctl, int count, char **words);
+enum exit_status command_set_ip(struct ctl *ctl, int count, char **words);
+enum exit_status command_laser(struct ctl *ctl, int count, char **words);
+enum exit_status command_parameter(struct ctl *ctl, int count, char **words);
+enum exit_status command_yscan(struct ctl *ctl, int count, char **words);
+enum exit_status command_send(struct ctl *ctl, int count, char **words);
+enum exit_status command_tlv(struct ctl *ctl, int count, char **words);
+enum exit_status command_apply(struct ctl *ctl, int count, char **words);
+enum exit_status command_shell(struct ctl *ctl, int count, char **words);
+enum exit_status command_doctor(struct ctl *ctl, int count, char **words);
+
+/* The commands' names, for completion: the i-th, NULL behind the last. */
+const char *ctl_command_name(size_t i);
+
+/* Words that may stand behind a command's words so far ("laser" -> "on",
+ * "off"): the i-th, NULL behind the last. */
+const char *ctl_command_word(int count, char **words, size_t i);
+
+#endif

@@ -1,0 +1,36 @@
+/* What Linux tells in its files, read line by line. */
+#ifndef LUMCTL_DOCTOR_FACTS_H
+#define LUMCTL_DOCTOR_FACTS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+enum arp_state {
+    ARP_UNKNOWN,    /* nobody asked */
+    ARP_INCOMPLETE, /* asked, no answer */
+    ARP_COMPLETE
+};
+
+#define MAC_BYTES 18u
+
+/* /proc/net/arp: an address, in host order, on a device; mac is written when
+ * complete. */
+enum arp_state facts_arp(FILE *in, uint32_t address, const char *device,
+                         char mac[MAC_BYTES]);
+
+struct udp_user {
+    uint32_t address; /* bound to, host order; 0: any */
+    uint32_t uid;
+    uint64_t inode;
+};
+
+/* /proc/net/udp or udp6: sockets bound to a port; those of IPv6 that cannot
+ * take IPv4 are left out. Returns how many, at most room. */
+size_t facts_udp(FILE *in, uint16_t port, struct udp_user *out, size_t room);
+
+/* A file that holds one number. */
+bool facts_number(FILE *in, uint64_t *out);
+
+#endif

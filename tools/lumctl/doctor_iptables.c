@@ -1,0 +1,228 @@
+/* Rules as iptables-save prints them. */
+#include "doctor_rules.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define LINE_BYTES 1024u
+#define WORDS_MAX  96u
+
+/* Splits at blanks, in place; what stands in quotes is one word. */
+static size_t split(char *line, char *out[WORDS_MAX])
+{
+    size_t n = 0;
+    char *p = line;
+    while (n < WORDS_MAX) {
+        p += strspn(p, " \t\r\n");
+        if (*p == '\0') {
+            break;
+        }
+        const bool is_quoted = *p == '"';
+        p += is_quoted ? 1 : 0;
+        out[n] = p;
+        n++;
+        while (*p != '\0' && strchr(is_quoted ? "\"" : " \t\r\n", *p) == NULL) {
+            p += is_quoted && p[0] == '\\' && p[1] != '\0' ? 2 : 1;
+        }
+        if (*p != '\0') {
+            *p = '\0';
+            p++;
+        }
+    }
+    return n;
+}
+
+static enum rule_match match_source(const struct rule_packet *p, const char *v)
+{
+    return rules_match_address(v, p->source);
+}
+
+static enum rule_match match_destination(const struct rule_packet *p,
+                                         const char *v)
+{
+    return rules_match_address(v, p->destination);
+}
+
+static enum rule_match match_protocol(const struct rule_packet *p,
+                                      const char *v)
+{
+    (void)p;
+    return rules_match_protocol(v);
+}
+
+static enum rule_match match_in(const struct rule_packet *p, const char *v)
+{
+    return p->is_out ? RULE_NO : rules_match_device(v, p->device, '+');
+}
+
+static enum rule_match match_out(const struct rule_packet *p, const char *v)
+{
+    return p->is_out ? rules_match_device(v, p->device, '+') : RULE_NO;
+}
+
+static enum rule_match match_sport(const struct rule_packet *p, const char *v)
+{
+    return rules_match_port(v, p->source_port);
+}
+
+static enum rule_match match_dport(const struct rule_packet *p, const char *v)
+{
+    return rules_match_port(v, p->destination_port);
+}
+
+static enum rule_match match_state(const struct rule_packet *p, const char *v)
+{
+    return rules_match_state(v, p->is_out);
+}
+
+static enum rule_match match_always(const struct rule_packet *p, const char *v)
+{
+    (void)p;
+    (void)v;
+    return RULE_YES;
+}
+
+/* Options with one value. Others may match or not. */
+static const struct {
+    const char *name;
+    enum rule_match (*match)(const struct rule_packet *p, const char *value);
+} options[] = {
+    {"-s", match_source},
+    {"-d", match_destination},
+    {"-p", match_protocol},
+    {"-i", match_in},
+    {"-o", match_out},
+    {"--sport", match_sport},
+    {"--sports", match_sport},
+    {"--dport", match_dport},
+    {"--dports", match_dport},
+    {"--ctstate", match_state},
+    {"--state", match_state},
+    {"-m", match_always},
+    {"--comment", match_always},
+    {"--reject-with", match_always},
+    {"--log-prefix", match_always},
+    {"--log-level", match_always},
+};
+
+#define OPTIONS (sizeof options / sizeof options[0])
+
+static void take_target(struct rule *r, const char *target, bool is_goto)
+{
+    static const struct {
+        const char *name;
+        enum rule_verdict verdict;
+    } known[] = {
+        {"ACCEPT", RULE_ACCEPT}, {"DROP", RULE_DROP}, {"REJECT", RULE_DROP},
+        {"RETURN", RULE_RETURN}, {"LOG", RULE_NONE},  {"NFLOG", RULE_NONE},
+        {"MARK", RULE_NONE},     {"CT", RULE_NONE},   {"NOTRACK", RULE_NONE},
+        {"CONNMARK", RULE_NONE}, {"TRACE", RULE_NONE}};
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
+        if (strcmp(target, known[i].name) == 0) {
+            r->verdict = (uint8_t)known[i].verdict;
+            return;
+        }
+    }
+    r->verdict = is_goto ? RULE_GOTO : RULE_JUMP;
+    (void)snprintf(r->target, sizeof r->target, "%s", target);
+}
+
+static enum rule_match match_option(const struct rule_packet *p,
+                                    const char *name, const char *value)
+{
+    for (size_t i = 0; i < OPTIONS; i++) {
+        if (strcmp(name, options[i].name) == 0) {
+            return options[i].match(p, value);
+        }
+    }
+    return RULE_MAYBE;
+}
+
+static void take_words(const struct ruleset *set, struct rule *r, char **words,
+                       size_t n)
+{
+    bool negate = false;
+    for (size_t i = 0; i < n; i++) {
+        const char *value = i + 1u < n ? words[i + 1u] : "";
+        if (strcmp(words[i], "!") == 0) {
+            negate = true;
+            continue;
+        }
+        if (strcmp(words[i], "-j") == 0 || strcmp(words[i], "-g") == 0) {
+            take_target(r, value, words[i][1] == 'g');
+            i++;
+            continue;
+        }
+        if (words[i][0] == '-') {
+            const enum rule_match m =
+                match_option(&set->packet, words[i], value);
+            r->match = (uint8_t)rules_and((enum rule_match)r->match,
+                                          negate ? rules_not(m) : m);
+            i += *value == '-' || *value == '!' ? 0u : 1u;
+        }
+        negate = false;
+    }
+}
+
+static enum rule_hook hook_of(const char *chain)
+{
+    static const struct {
+        const char *name;
+        enum rule_hook hook;
+    } known[] = {{"INPUT", RULE_IN},
+                 {"PREROUTING", RULE_IN},
+                 {"OUTPUT", RULE_OUT},
+                 {"POSTROUTING", RULE_OUT}};
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
+        if (strcmp(chain, known[i].name) == 0) {
+            return known[i].hook;
+        }
+    }
+    return RULE_NO_HOOK;
+}
+
+/* ":INPUT DROP [0:0]" */
+static void take_chain(struct ruleset *set, const char *table, char **words,
+                       size_t n)
+{
+    struct rule_chain *c = rules_chain(set, "ip", table, words[0] + 1);
+    if (c != NULL && n > 1u) {
+        c->hook = (uint8_t)hook_of(c->name);
+        c->drops = strcmp(words[1], "DROP") == 0;
+    }
+}
+
+static void take_rule(struct ruleset *set, const char *table, const char *text,
+                      char **words, size_t n)
+{
+    const struct rule_chain *c = rules_chain(set, "ip", table, words[1]);
+    struct rule *r = c == NULL ? NULL : rules_add(set, c, text);
+    if (r != NULL) {
+        take_words(set, r, words + 2, n - 2u);
+    }
+}
+
+void rules_read_iptables(struct ruleset *set, FILE *in)
+{
+    char line[LINE_BYTES];
+    char text[LINE_BYTES];
+    char table[RULE_NAME_BYTES] = "";
+    char *words[WORDS_MAX];
+    while (fgets(line, sizeof line, in) != NULL) {
+        line[strcspn(line, "\r\n")] = '\0';
+        (void)snprintf(text, sizeof text, "%s", line);
+        const size_t n = split(line, words);
+        if (n == 0 || words[0][0] == '#') {
+            continue;
+        }
+        if (words[0][0] == '*') {
+            (void)snprintf(table, sizeof table, "%.63s", words[0] + 1);
+        } else if (strcmp(table, "nat") == 0) {
+            continue; /* rewrites, does not drop */
+        } else if (words[0][0] == ':') {
+            take_chain(set, table, words, n);
+        } else if (n > 2u && strcmp(words[0], "-A") == 0) {
+            take_rule(set, table, text, words, n);
+        }
+    }
+}

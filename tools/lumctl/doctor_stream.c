@@ -1,0 +1,223 @@
+/* The data that comes while the doctor is the session, judged. */
+#include "doctor.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct doctor_storage {
+    lum_assembler assembler;
+    lum_line_slot *slots;
+    uint32_t *words;
+};
+
+bool doctor_stream_open(struct doctor *d)
+{
+    lum_assembler_config config;
+    lum_assembler_config_default(&config);
+    const size_t slots = 2u * (size_t)config.open_lines;
+    struct doctor_storage *s = calloc(1, sizeof *s);
+    if (s == NULL) {
+        return false;
+    }
+    d->storage = s;
+    s->slots = calloc(slots, sizeof *s->slots);
+    s->words = calloc(slots * config.words_per_line, sizeof *s->words);
+    return s->slots != NULL && s->words != NULL &&
+           lum_assembler_init(&s->assembler, &config, &d->ctl->layout, s->slots,
+                              s->words) == LUM_OK;
+}
+
+void doctor_stream_free(struct doctor_storage *storage)
+{
+    if (storage != NULL) {
+        free(storage->slots);
+        free(storage->words);
+        free(storage);
+    }
+}
+
+/* Of the first line of each eye only the rest may have come. */
+static void take_line(struct doctor_stream *s, const lum_line *line)
+{
+    if (!s->eye_began[line->eye]) {
+        s->eye_began[line->eye] = true;
+        return;
+    }
+    s->lines++;
+    s->lines_missing_angles += line->angle_count < LUM_LINE_PIXELS ? 1u : 0u;
+    s->lost_words += line->lost_words;
+}
+
+static void take_group(struct doctor *d, const lum_group *group)
+{
+    lum_assembler *a = &d->storage->assembler;
+    lum_result r = LUM_OK;
+    while ((r = lum_assembler_push(a, group, 0)) > 0) {
+        if (r == LUM_LINE_READY) {
+            take_line(&d->stream, lum_assembler_line(a));
+        }
+    }
+    d->stream.assembly = *lum_assembler_counters(a);
+}
+
+static uint32_t type_of(const uint8_t *bytes)
+{
+    return (uint32_t)bytes[8] | ((uint32_t)bytes[9] << 8) |
+           ((uint32_t)bytes[10] << 16) | ((uint32_t)bytes[11] << 24);
+}
+
+void doctor_stream_take(struct doctor *d, const lum_received *datagram,
+                        int64_t now_ns)
+{
+    struct doctor_stream *s = &d->stream;
+    const lum_layout *layout = &d->ctl->layout;
+    lum_group group;
+    const lum_packet_kind kind =
+        lum_packet_decode(layout, datagram->bytes, datagram->len, &group);
+    s->kinds[kind]++;
+    if (kind == LUM_PACKET_DATA) {
+        s->has_clock = layout->profile.group[LUM_FIELD_TIMESTAMP].bytes == 4;
+        s->clock_us = group.clock_raw;
+        s->clock_ns = now_ns;
+        take_group(d, &group);
+    } else if (kind >= LUM_PACKET_UNKNOWN_TYPE) {
+        s->odd_type = type_of(datagram->bytes);
+        s->odd_len = datagram->len;
+    }
+}
+
+static uint64_t odd_datagrams(const struct doctor_stream *s)
+{
+    return s->kinds[LUM_PACKET_UNKNOWN_TYPE] + s->kinds[LUM_PACKET_MALFORMED] +
+           s->kinds[LUM_PACKET_UNKNOWN_TAG];
+}
+
+static void mend_layout(const struct doctor *d, struct doctor_finding *out)
+{
+    doctor_mend(out,
+                "lumdump udp://%s --duration 2    # shows a packet, and "
+                "how to write a --profile FILE",
+                d->address);
+}
+
+static void say_odd(const struct doctor *d, uint64_t odd, uint64_t good,
+                    struct doctor_finding *out)
+{
+    const struct doctor_stream *s = &d->stream;
+    doctor_wrong(out,
+                 "%" PRIu64 " of %" PRIu64 " datagrams do not fit the wire "
+                 "profile (%" PRIu64 " of unknown type, %" PRIu64
+                 " malformed, %" PRIu64 " neither angles nor ranges; the last "
+                 "is of type %" PRIu32 ", %zu bytes)",
+                 odd, odd + good, s->kinds[LUM_PACKET_UNKNOWN_TYPE],
+                 s->kinds[LUM_PACKET_MALFORMED],
+                 s->kinds[LUM_PACKET_UNKNOWN_TAG], s->odd_type, s->odd_len);
+    mend_layout(d, out);
+}
+
+void doctor_check_layout(struct doctor *d, struct doctor_finding *out)
+{
+    const struct doctor_stream *s = &d->stream;
+    const uint64_t good = s->kinds[LUM_PACKET_DATA];
+    const uint64_t odd = odd_datagrams(s);
+    if (odd * 100u > good) {
+        say_odd(d, odd, good, out);
+    } else if (s->assembly.bad_words > s->assembly.words / 10u) {
+        doctor_wrong(out,
+                     "%" PRIu64 " range words cannot be, against %" PRIu64
+                     " good ones: group.samples of the wire profile may be "
+                     "another offset",
+                     s->assembly.bad_words, s->assembly.words);
+        mend_layout(d, out);
+    } else if (s->assembly.stray > good / 2u) {
+        doctor_wrong(out,
+                     "the clocks of %" PRIu64 " of %" PRIu64
+                     " packets jump: group.timestamp of the wire profile may "
+                     "be another offset",
+                     s->assembly.stray, good);
+        mend_layout(d, out);
+    } else if (odd > 0 || s->assembly.bad_words > 0) {
+        doctor_note(out,
+                    "the packets fit the wire profile, but for %" PRIu64
+                    " packets and %" PRIu64 " words: corrupted on their way",
+                    odd, s->assembly.bad_words);
+    } else {
+        doctor_fine(out, "all %" PRIu64 " data packets fit the wire profile",
+                    good);
+    }
+    if (good == 0) {
+        doctor_lack(d, DOCTOR_NEEDS_DATA, "no packet could be decoded");
+    }
+}
+
+static void say_kernel_loss(const struct doctor_stream *s,
+                            struct doctor_finding *out)
+{
+    doctor_wrong(out,
+                 "this host's kernel dropped %" PRIu64
+                 " datagrams for want of receive buffer or time",
+                 s->session.kernel_drops);
+    doctor_mend_buffer(out);
+}
+
+static void say_wire_loss(const struct doctor *d, struct doctor_finding *out)
+{
+    const struct doctor_stream *s = &d->stream;
+    doctor_wrong(out,
+                 "lost on the wire in %" PRIu64 " lines: angles of %" PRIu64
+                 " lines, %" PRIu64 " range words at least, %" PRIu64
+                 " lines whole; %s: cable, switch, or the network card",
+                 s->lines, s->lines_missing_angles, s->lost_words,
+                 s->assembly.lines_skipped,
+                 s->counts_drops ? "the kernel dropped none"
+                                 : "what the kernel drops is not told here");
+    if (d->interface[0] != '\0') {
+        doctor_mend(out,
+                    "ethtool -S %s | grep -iE 'err|drop|miss|fifo'    # "
+                    "rising: sudo ethtool -G %s rx 4096, or another cable",
+                    d->interface, d->interface);
+    }
+}
+
+void doctor_check_loss(struct doctor *d, struct doctor_finding *out)
+{
+    const struct doctor_stream *s = &d->stream;
+    const uint64_t wire =
+        s->lines_missing_angles + s->lost_words + s->assembly.lines_skipped;
+    if (s->session.kernel_drops > 0) {
+        say_kernel_loss(s, out);
+    } else if (s->lines == 0) {
+        doctor_note(out, "not one whole line came: too little to judge");
+    } else if (wire > 0) {
+        say_wire_loss(d, out);
+    } else {
+        doctor_fine(out, "%" PRIu64 " lines without a gap; the kernel %s",
+                    s->lines,
+                    s->counts_drops ? "dropped nothing"
+                                    : "does not tell what it drops");
+    }
+}
+
+void doctor_check_strangers(struct doctor *d, struct doctor_finding *out)
+{
+    const lum_sensor_counters *c = &d->stream.session;
+    const uint64_t others = c->foreign_source - c->other_port;
+    if (c->other_port > 0) {
+        doctor_note(out,
+                    "%" PRIu64 " datagrams came from %s, but from another port "
+                    "than %u: they are dropped",
+                    c->other_port, d->address, (unsigned)d->sensor.port);
+    } else if (others > 0) {
+        doctor_note(out,
+                    "%" PRIu64 " datagrams of other senders came to this "
+                    "session's port: they are dropped",
+                    others);
+        doctor_mend(out,
+                    "sudo tcpdump -ni %s udp and not host %s    # who "
+                    "sends them?",
+                    d->interface[0] != '\0' ? d->interface : "any", d->address);
+    } else {
+        doctor_fine(out, "nobody but the sensor sent to this session");
+    }
+}

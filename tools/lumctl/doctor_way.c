@@ -1,0 +1,281 @@
+#define _GNU_SOURCE
+
+#include "doctor_way.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <ifaddrs.h>
+#include <linux/netlink.h>
+#include <linux/rtnetlink.h>
+#include <net/if.h>
+#include <net/if_arp.h>
+#include <netpacket/packet.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <unistd.h>
+
+unsigned way_mask_bits(uint32_t mask)
+{
+    unsigned n = 0;
+    while (n < 32u && (mask >> (31u - n) & 1u) != 0) {
+        n++;
+    }
+    return n;
+}
+
+static uint32_t address_of(const struct sockaddr *sa)
+{
+    struct sockaddr_in in;
+    if (sa == NULL || sa->sa_family != AF_INET) {
+        return 0;
+    }
+    memcpy(&in, sa, sizeof in);
+    return ntohl(in.sin_addr.s_addr);
+}
+
+/* By the names that every distribution gives. */
+static bool is_wireless(const char *name)
+{
+    return strncmp(name, "wl", 2) == 0;
+}
+
+static bool is_ethernet(const struct ifaddrs *a)
+{
+    struct sockaddr_ll link;
+    if (a->ifa_addr == NULL || a->ifa_addr->sa_family != AF_PACKET) {
+        return false;
+    }
+    memcpy(&link, a->ifa_addr, sizeof link);
+    return link.sll_hatype == ARPHRD_ETHER && !is_wireless(a->ifa_name);
+}
+
+static struct way_interface describe(const struct ifaddrs *a)
+{
+    struct way_interface out = {
+        .is_up = (a->ifa_flags & IFF_UP) != 0,
+        .has_link = (a->ifa_flags & IFF_RUNNING) != 0,
+        .is_loopback = (a->ifa_flags & IFF_LOOPBACK) != 0,
+        .is_ethernet = is_ethernet(a),
+    };
+    (void)snprintf(out.name, sizeof out.name, "%s", a->ifa_name);
+    return out;
+}
+
+/* Every interface comes once as a link; its addresses follow with labels that
+ * may bear ":1" behind its name. */
+static struct way_interface *find_link(struct way_interface *all, size_t n,
+                                       const char *label)
+{
+    const size_t len = strcspn(label, ":");
+    for (size_t i = 0; i < n; i++) {
+        if (strlen(all[i].name) == len &&
+            strncmp(all[i].name, label, len) == 0) {
+            return &all[i];
+        }
+    }
+    return NULL;
+}
+
+static size_t add_links(const struct ifaddrs *list, struct way_interface *out,
+                        size_t room)
+{
+    size_t n = 0;
+    for (const struct ifaddrs *a = list; a != NULL && n < room;
+         a = a->ifa_next) {
+        if (a->ifa_addr != NULL && a->ifa_addr->sa_family == AF_PACKET) {
+            out[n] = describe(a);
+            n++;
+        }
+    }
+    return n;
+}
+
+static size_t add_addresses(const struct ifaddrs *list,
+                            struct way_interface *out, size_t n, size_t room)
+{
+    for (const struct ifaddrs *a = list; a != NULL; a = a->ifa_next) {
+        if (a->ifa_addr == NULL || a->ifa_addr->sa_family != AF_INET) {
+            continue;
+        }
+        struct way_interface *link = find_link(out, n, a->ifa_name);
+        if (link == NULL || (link->has_address && n == room)) {
+            continue;
+        }
+        if (link->has_address) {
+            out[n] = *link;
+            link = &out[n];
+            n++;
+        }
+        link->has_address = true;
+        link->address = address_of(a->ifa_addr);
+        link->mask = address_of(a->ifa_netmask);
+    }
+    return n;
+}
+
+size_t way_interfaces(struct way_interface *out, size_t room)
+{
+    struct ifaddrs *list = NULL;
+    if (getifaddrs(&list) != 0) {
+        return 0;
+    }
+    const size_t links = add_links(list, out, room);
+    const size_t n = add_addresses(list, out, links, room);
+    freeifaddrs(list);
+    return n;
+}
+
+unsigned way_mtu(const char *interface)
+{
+    struct ifreq request;
+    const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    memset(&request, 0, sizeof request);
+    (void)snprintf(request.ifr_name, sizeof request.ifr_name, "%s", interface);
+    const bool is_known = fd >= 0 && ioctl(fd, SIOCGIFMTU, &request) == 0;
+    if (fd >= 0) {
+        (void)close(fd);
+    }
+    return is_known && request.ifr_mtu > 0 ? (unsigned)request.ifr_mtu : 0;
+}
+
+/* A request for a route, as rtnetlink(7) has it. */
+struct route_request {
+    struct nlmsghdr header;
+    struct rtmsg route;
+    char attributes[64];
+};
+
+static void add_attribute(struct route_request *r, unsigned short type,
+                          const void *value, size_t len)
+{
+    const struct rtattr a = {(unsigned short)(sizeof a + len), type};
+    char *to = (char *)r + NLMSG_ALIGN(r->header.nlmsg_len);
+    memcpy(to, &a, sizeof a);
+    memcpy(to + sizeof a, value, len);
+    r->header.nlmsg_len += (uint32_t)(sizeof a + len);
+}
+
+static bool send_request(int fd, uint32_t address, unsigned index,
+                         unsigned flags)
+{
+    struct route_request r;
+    const uint32_t destination = htonl(address);
+    memset(&r, 0, sizeof r);
+    r.header.nlmsg_len = NLMSG_LENGTH(sizeof r.route);
+    r.header.nlmsg_type = RTM_GETROUTE;
+    r.header.nlmsg_flags = NLM_F_REQUEST;
+    r.route.rtm_family = AF_INET;
+    r.route.rtm_dst_len = 32;
+    r.route.rtm_flags = flags;
+    add_attribute(&r, RTA_DST, &destination, sizeof destination);
+    if (index != 0) {
+        const uint32_t oif = index;
+        add_attribute(&r, RTA_OIF, &oif, sizeof oif);
+    }
+    return send(fd, &r, r.header.nlmsg_len, 0) == (ssize_t)r.header.nlmsg_len;
+}
+
+static void take_attribute(const struct rtattr *a, const void *value,
+                           struct way *out)
+{
+    uint32_t word = 0;
+    if (a->rta_len < sizeof *a + sizeof word) {
+        return;
+    }
+    memcpy(&word, value, sizeof word);
+    if (a->rta_type == RTA_OIF) {
+        char name[IF_NAMESIZE] = "";
+        (void)if_indextoname(word, name);
+        (void)snprintf(out->interface, sizeof out->interface, "%s", name);
+    } else if (a->rta_type == RTA_GATEWAY) {
+        out->has_gateway = true;
+        out->gateway = ntohl(word);
+    } else if (a->rta_type == RTA_PREFSRC) {
+        out->source = ntohl(word);
+    }
+}
+
+static void take_attributes(const char *p, size_t len, struct way *out)
+{
+    struct rtattr a;
+    while (len >= sizeof a) {
+        memcpy(&a, p, sizeof a);
+        if (a.rta_len < sizeof a || a.rta_len > len) {
+            return;
+        }
+        take_attribute(&a, p + sizeof a, out);
+        const size_t step = RTA_ALIGN(a.rta_len);
+        if (step > len) {
+            return;
+        }
+        p += step;
+        len -= step;
+    }
+}
+
+/* One message answers. */
+static bool take_reply(const char *bytes, size_t len, struct way *out,
+                       struct rtmsg *route)
+{
+    struct nlmsghdr header;
+    struct nlmsgerr refusal;
+    if (len < sizeof header) {
+        return false;
+    }
+    memcpy(&header, bytes, sizeof header);
+    if (header.nlmsg_type == NLMSG_ERROR &&
+        len >= NLMSG_LENGTH(sizeof refusal)) {
+        memcpy(&refusal, bytes + NLMSG_HDRLEN, sizeof refusal);
+        out->error = -refusal.error;
+        return true;
+    }
+    if (header.nlmsg_type != RTM_NEWROUTE ||
+        header.nlmsg_len < NLMSG_SPACE(sizeof *route) ||
+        header.nlmsg_len > len) {
+        return false;
+    }
+    memcpy(route, bytes + NLMSG_HDRLEN, sizeof *route);
+    out->exists = true;
+    take_attributes(bytes + NLMSG_SPACE(sizeof *route),
+                    header.nlmsg_len - NLMSG_SPACE(sizeof *route), out);
+    return true;
+}
+
+static bool ask(int fd, uint32_t address, unsigned index, unsigned flags,
+                struct way *out, struct rtmsg *route)
+{
+    char reply[4096];
+    if (!send_request(fd, address, index, flags)) {
+        return false;
+    }
+    const ssize_t n = recv(fd, reply, sizeof reply, 0);
+    return n > 0 && take_reply(reply, (size_t)n, out, route);
+}
+
+/* Asked twice: for the way, and for the entry of the table that gave it. */
+bool way_find(uint32_t address, const char *interface, struct way *out)
+{
+    const struct timeval limit = {0, 500000};
+    const unsigned index = interface == NULL ? 0 : if_nametoindex(interface);
+    struct way entry = {.exists = false};
+    struct rtmsg route;
+    memset(&route, 0, sizeof route);
+    *out = (struct way){.exists = false};
+    const int fd = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
+    if (fd < 0) {
+        return false;
+    }
+    const bool is_told =
+        setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit) == 0 &&
+        ask(fd, address, index, 0, out, &route);
+    out->is_local = route.rtm_type == RTN_LOCAL;
+    out->is_default =
+        is_told && out->exists &&
+        ask(fd, address, index, RTM_F_FIB_MATCH, &entry, &route) &&
+        entry.exists && route.rtm_dst_len == 0;
+    (void)close(fd);
+    return is_told;
+}

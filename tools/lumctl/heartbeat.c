@@ -1,0 +1,201 @@
+#include "ctl.h"
+
+#include "report.h"
+#include "session.h"
+#include "status.h"
+#include "watch.h"
+
+#include "lum/base/time.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+
+#define POLL_NS  INT64_C(1000000000)
+#define QUIET_NS INT64_C(2000000000)
+#define SHOW_NS  INT64_C(500000000)
+
+struct beating {
+    struct ctl *ctl;
+    bool shows_line; /* a line of progress on a terminal */
+    bool is_quiet;   /* no data comes, and that was said */
+    bool has_any;    /* something came from the sensor */
+    int64_t begun_ns;
+    int64_t data_ns; /* when data came last */
+    int64_t shown_ns;
+    lum_sensor_counters shown; /* as they stood then */
+};
+
+static void clear_line(const struct beating *b)
+{
+    if (b->shows_line) {
+        (void)fputs("\r\033[K", stderr);
+    }
+}
+
+static void show_line(struct beating *b, int64_t now)
+{
+    lum_sensor_counters c;
+    char name[SESSION_NAME_BYTES];
+    if (!b->shows_line || now < b->shown_ns + SHOW_NS) {
+        return;
+    }
+    const double s = (double)(now - b->shown_ns) / 1e9;
+    lum_sensor_count(b->ctl->sensor, &c);
+    (void)fprintf(stderr,
+                  "\r\033[K%s: %" PRIu64 " heartbeats, %.0f packets/s, "
+                  "%.1f MB/s",
+                  session_name(session_host(b->ctl), name), c.heartbeats,
+                  (double)(c.datagrams - b->shown.datagrams) / s,
+                  (double)(c.bytes - b->shown.bytes) / s / 1e6);
+    b->shown = c;
+    b->shown_ns = now;
+}
+
+static void look_at_data(struct beating *b, int64_t now, bool has_data)
+{
+    char name[SESSION_NAME_BYTES];
+    if (has_data) {
+        b->data_ns = now;
+    }
+    const bool is_quiet = now > b->data_ns + QUIET_NS;
+    if (is_quiet == b->is_quiet) {
+        return;
+    }
+    b->is_quiet = is_quiet;
+    (void)session_name(session_host(b->ctl), name);
+    clear_line(b);
+    if (is_quiet) {
+        (void)ctl_complain(EXIT_FAILED,
+                           "no data has come for 2 s; to find out why: lumctl "
+                           "doctor --host %s",
+                           name);
+    } else {
+        ctl_note(b->ctl, "data comes again");
+    }
+}
+
+static bool show_status(struct beating *b, const lum_sensor_event *event)
+{
+    struct ctl *ctl = b->ctl;
+    const bool is_news = !ctl->has_status || ctl->status != event->status;
+    ctl->has_status = true;
+    ctl->status = event->status;
+    if (!is_news) {
+        return true;
+    }
+    clear_line(b);
+    return status_log(ctl, true, event->status);
+}
+
+static bool holds_data(const struct ctl *ctl, const lum_sensor_event *event)
+{
+    for (size_t i = 0; i < event->datagram_count; i++) {
+        if (session_is_data(ctl, &event->datagrams[i])) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool take(void *context, const lum_sensor_event *event)
+{
+    struct beating *b = context;
+    const int64_t now = lum_time_monotonic_ns();
+    bool has_data = false;
+    bool goes_on = true;
+    if (event->kind == LUM_SENSOR_DATAGRAMS) {
+        has_data = holds_data(b->ctl, event);
+        b->has_any = true;
+    } else if (event->kind == LUM_SENSOR_ANSWER ||
+               event->kind == LUM_SENSOR_ALERT) {
+        b->has_any = true;
+        goes_on = !event->has_status || show_status(b, event);
+    }
+    look_at_data(b, now, has_data);
+    show_line(b, now);
+    return goes_on;
+}
+
+static void sum_up(const struct beating *b)
+{
+    const struct ctl *ctl = b->ctl;
+    const double s = (double)(lum_time_monotonic_ns() - b->begun_ns) / 1e9;
+    char name[SESSION_NAME_BYTES];
+    struct json json;
+    lum_sensor_counters c;
+    lum_sensor_count(ctl->sensor, &c);
+    if (!ctl->options.json) {
+        ctl_note(ctl,
+                 "%" PRIu64 " heartbeats in %.1f s, %" PRIu64
+                 " packets came, %" PRIu64 " dropped by the kernel",
+                 c.heartbeats, s, c.datagrams, c.kernel_drops);
+        return;
+    }
+    json_init(&json, stdout);
+    json_open_object(&json, NULL);
+    json_text(&json, "sensor", session_name(session_host(ctl), name));
+    json_real(&json, "duration_s", s, 3);
+    json_uint(&json, "heartbeats", c.heartbeats);
+    json_uint(&json, "packets", c.datagrams);
+    json_uint(&json, "bytes", c.bytes);
+    json_uint(&json, "kernel_drops", c.kernel_drops);
+    if (ctl->has_status) {
+        report_json(&json, ctl->status);
+    }
+    json_close_object(&json);
+    json_end(&json);
+}
+
+static void announce(const struct ctl *ctl)
+{
+    char name[SESSION_NAME_BYTES];
+    ctl_note(ctl,
+             "this is now the session of %s: heartbeats go there, %.3g a "
+             "second, its data comes here; %s",
+             session_name(session_host(ctl), name),
+             ctl->options.rate_hz > 0.0 ? ctl->options.rate_hz : 5.0,
+             ctl->options.duration_s > 0.0 ? "Ctrl-C ends it sooner"
+                                           : "Ctrl-C ends it");
+}
+
+static enum exit_status beat(struct ctl *ctl)
+{
+    const int64_t now = lum_time_monotonic_ns();
+    struct beating b = {.ctl = ctl,
+                        .shows_line =
+                            !ctl->options.quiet && report_is_terminal(stderr),
+                        .begun_ns = now,
+                        .data_ns = now,
+                        .shown_ns = now};
+    const struct watch watch = {POLL_NS, status_ask, take, &b};
+    announce(ctl);
+    ctl->has_status = false;
+    const enum exit_status status = watch_run(ctl, &watch);
+    clear_line(&b);
+    sum_up(&b);
+    if (ctl->has_status && report_laser_is_up(ctl->status)) {
+        ctl_note(ctl, "the laser is up; without heartbeats the sensor switches "
+                      "it off in 3 s");
+    }
+    if (status == EXIT_DONE && !b.has_any &&
+        !lum_cancel_is_raised(ctl->cancel)) {
+        return session_complain_silence(ctl, ctl->options.retries + 1);
+    }
+    return status;
+}
+
+enum exit_status command_heartbeat(struct ctl *ctl, int count, char **words)
+{
+    if (count > 1) {
+        return ctl_complain(
+            EXIT_BAD, "heartbeat: '%s': no word is expected behind heartbeat",
+            words[1]);
+    }
+    if (ctl->options.dry_run) {
+        uint8_t packet[LUM_HEARTBEAT_BYTES];
+        lum_heartbeat_encode(packet);
+        return ctl_print_packet(packet, sizeof packet);
+    }
+    const enum exit_status opened = ctl_open(ctl, true);
+    return opened == EXIT_DONE ? beat(ctl) : opened;
+}

@@ -1,0 +1,145 @@
+#include "ctl.h"
+
+#include "report.h"
+#include "session.h"
+#include "text.h"
+
+#include "lum/laser.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* What keeps the laser down, and what to do. */
+static enum exit_status complain_down(const struct ctl *ctl,
+                                      const struct ctl_answer *answer,
+                                      bool was_refused)
+{
+    const uint16_t status = answer->status;
+    char name[SESSION_NAME_BYTES];
+    char line[REPORT_LINE_BYTES];
+    (void)session_name(session_host(ctl), name);
+    if (!answer->has_status) {
+        return ctl_complain(EXIT_FAILED, "no status came that shows it on");
+    }
+    if (report_has_hazard(status)) {
+        (void)ctl_complain(EXIT_HAZARD,
+                           "the laser stays down while a hazard stands:");
+        report_status(stderr, status, report_may_colour(stderr));
+        return EXIT_HAZARD;
+    }
+    if (report_is_idle(status)) {
+        return ctl_complain(
+            EXIT_FAILED,
+            "the laser stays down: nobody sends heartbeats. Start lumdump "
+            "udp://%s --laser, or lumctl --host %s heartbeat, then say laser "
+            "on again",
+            name, name);
+    }
+    return ctl_complain(EXIT_FAILED, "the laser did not come up: %s",
+                        was_refused ? "the sensor refused the command"
+                                    : report_line(status, line));
+}
+
+static enum exit_status switch_on(struct ctl *ctl)
+{
+    struct ctl_answer answer;
+    char refused[8];
+    bool was_sent = false;
+    const enum exit_status status = text_send(ctl, "u", &answer, &was_sent);
+    if (status != EXIT_DONE || !was_sent) {
+        return status;
+    }
+    const bool has_refused =
+        text_find_refused("u", answer.debug, refused, sizeof refused);
+    const bool is_up =
+        answer.has_status && report_laser_is_up(answer.status) && !has_refused;
+    if (ctl->options.json) {
+        text_print_json(ctl, "u", is_up ? "" : "u", &answer);
+    } else {
+        text_print_answer(ctl, is_up ? "laser on" : "laser not on", &answer);
+    }
+    if (is_up) {
+        ctl_note(ctl, "it goes off 3 s after the last heartbeat; full strength "
+                      "takes several seconds");
+        return EXIT_DONE;
+    }
+    return complain_down(ctl, &answer, has_refused);
+}
+
+static void print_off(const struct ctl *ctl, lum_laser_off result,
+                      uint16_t status)
+{
+    char name[SESSION_NAME_BYTES];
+    char line[REPORT_LINE_BYTES];
+    struct json json;
+    (void)session_name(session_host(ctl), name);
+    if (!ctl->options.json) {
+        if (result == LUM_LASER_OFF_SEEN) {
+            (void)printf("%s: laser off; %s\n", name,
+                         report_line(status, line));
+        }
+        return;
+    }
+    json_init(&json, stdout);
+    json_open_object(&json, NULL);
+    json_text(&json, "sensor", name);
+    json_text(&json, "command", "d");
+    json_bool(&json, "done", result == LUM_LASER_OFF_SEEN);
+    if (result != LUM_LASER_OFF_UNKNOWN) {
+        report_json(&json, status);
+    }
+    json_close_object(&json);
+    json_end(&json);
+}
+
+static enum exit_status switch_off(struct ctl *ctl)
+{
+    char name[SESSION_NAME_BYTES];
+    char line[REPORT_LINE_BYTES];
+    uint16_t status = 0;
+    const enum exit_status opened = ctl_open(ctl, false);
+    if (opened != EXIT_DONE) {
+        return opened;
+    }
+    lum_sensor_give_up(ctl->sensor);
+    const lum_laser_off result = lum_sensor_laser_off(ctl->sensor, &status);
+    print_off(ctl, result, status);
+    if (result == LUM_LASER_OFF_UNKNOWN) {
+        return ctl_complain(
+            EXIT_NO_ANSWER,
+            "%s does not answer: the laser MAY BE ON. It goes off 3 s after "
+            "the last heartbeat: end lumdump, lumctl heartbeat and shells that "
+            "talk to it, or cut its power",
+            session_name(session_host(ctl), name));
+    }
+    ctl->has_status = true;
+    ctl->status = status;
+    if (result == LUM_LASER_OFF_REFUSED) {
+        return ctl_complain(
+            EXIT_FAILED,
+            "the laser is ON: it answers the command, and stays up (%s). End "
+            "whatever sends heartbeats, or cut its power",
+            report_line(status, line));
+    }
+    return EXIT_DONE;
+}
+
+enum exit_status command_laser(struct ctl *ctl, int count, char **words)
+{
+    if (count < 2) {
+        return ctl_complain(EXIT_BAD, "laser: a word is missing: on or off");
+    }
+    if (count > 2) {
+        return ctl_complain(EXIT_BAD,
+                            "laser: '%s' is one word too many: on or "
+                            "off alone",
+                            words[2]);
+    }
+    if (strcmp(words[1], "on") == 0) {
+        return switch_on(ctl);
+    }
+    if (strcmp(words[1], "off") != 0) {
+        return ctl_complain(EXIT_BAD, "laser: '%s' is not on or off", words[1]);
+    }
+    return ctl->options.dry_run ? ctl_command_text(ctl, "d") : switch_off(ctl);
+}

@@ -1,0 +1,40 @@
+#include "line_input.h"
+
+#include <io.h>
+#include <windows.h>
+
+bool line_input_is_terminal(void)
+{
+    return GetFileType(GetStdHandle(STD_INPUT_HANDLE)) == FILE_TYPE_CHAR;
+}
+
+/* A console hands a line over when it is whole: from the first key on the read
+ * waits for its end. */
+bool line_input_is_ready(void)
+{
+    const HANDLE input = GetStdHandle(STD_INPUT_HANDLE);
+    DWORD bytes = 0;
+    switch (GetFileType(input)) {
+    case FILE_TYPE_PIPE:
+        return !PeekNamedPipe(input, NULL, 0, NULL, &bytes, NULL) || bytes > 0;
+    case FILE_TYPE_CHAR:
+        return WaitForSingleObject(input, 0) == WAIT_OBJECT_0;
+    default:
+        return true;
+    }
+}
+
+int line_input_read(char *out, size_t room)
+{
+    const HANDLE input = GetStdHandle(STD_INPUT_HANDLE);
+    DWORD n = 0;
+    if (!line_input_is_ready()) {
+        return 0;
+    }
+    return ReadFile(input, out, (DWORD)room, &n, NULL) && n > 0 ? (int)n : -1;
+}
+
+int line_input_descriptor(void)
+{
+    return -1;
+}

@@ -1,0 +1,51 @@
+#include "../common/interrupt.h"
+#include "ctl.h"
+#include "options.h"
+
+#include <stdlib.h>
+
+static enum exit_status take_environment(struct ctl *ctl)
+{
+    const char *host = getenv("LUM_HOST");
+    if (host != NULL && *host != '\0' &&
+        !options_parse_host(host, &ctl->options.host)) {
+        return ctl_complain(EXIT_BAD,
+                            "LUM_HOST in the environment: '%s' is not an "
+                            "address of a sensor, such as 10.42.0.37",
+                            host);
+    }
+    return EXIT_DONE;
+}
+
+static void set_defaults(struct ctl *ctl)
+{
+    lum_sensor_options usual;
+    lum_sensor_options_default(&usual);
+    *ctl = (struct ctl){.options = {.host = usual.sensor,
+                                    .timeout_ms = usual.timeout_ms,
+                                    .retries = usual.retries}};
+    lum_layout_default(&ctl->layout);
+}
+
+int main(int argc, char **argv)
+{
+    struct ctl ctl;
+    lum_error error = {""};
+    set_defaults(&ctl);
+    if (lum_cancel_new(&ctl.cancel, &error) != 0) {
+        return (int)ctl_complain(EXIT_FAILED, "%s", error.text);
+    }
+    interrupt_catch();
+    interrupt_attach(ctl.cancel);
+    enum exit_status status = take_environment(&ctl);
+    if (status == EXIT_DONE) {
+        status = ctl_run(&ctl, argc - 1, argv + 1);
+    }
+    lum_sensor_close(ctl.sensor);
+    interrupt_attach(NULL);
+    lum_cancel_free(ctl.cancel);
+    if (status == EXIT_FAILED && interrupt_signal() != 0) {
+        interrupt_die();
+    }
+    return (int)status;
+}

@@ -1,0 +1,11 @@
+/* What a mistyped name may have meant. */
+#ifndef LUMCTL_NEAREST_H
+#define LUMCTL_NEAREST_H
+
+#include <stddef.h>
+
+/* The name that differs by the fewest letters, if by no more than two and less
+ * than half of its own; NULL where none is near. */
+const char *nearest(const char *text, const char *const *names, size_t count);
+
+#endif

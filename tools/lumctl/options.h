@@ -1,0 +1,40 @@
+/* The options of lumctl, wherever they stand in a line. */
+#ifndef LUMCTL_OPTIONS_H
+#define LUMCTL_OPTIONS_H
+
+#include "ctl.h"
+
+/* Options that only some commands have. */
+enum own_option {
+    OWN_WATCH = 1,
+    OWN_HEARTBEAT = 2,
+    OWN_RATE = 4,
+    OWN_DURATION = 8,
+    OWN_SHAPE = 16,
+    OWN_LINES = 32,
+    OWN_SESSION = 64 /* what a session is opened with: none inside a shell */
+};
+
+/* What a line held beside what went to the options. */
+struct options_found {
+    int count;    /* words that are left, now the first of the array */
+    unsigned own; /* the own_options given */
+    bool wants_help;
+    bool wants_version;
+};
+
+/* Takes the options out of a line; the words that stay move to its front.
+ * A word such as -1 or -.5 is a value. Complains. */
+enum exit_status options_parse(struct ctl_options *options, int count,
+                               char **words, struct options_found *out);
+
+/* An option's name for a person ("--watch"), of one of the own_options. */
+const char *options_name(unsigned own);
+
+/* What stands in --help about options: those of every command, and these. */
+void options_help(bool general, unsigned own);
+
+/* Host and port, as --host has them. */
+bool options_parse_host(const char *text, lum_endpoint *out);
+
+#endif

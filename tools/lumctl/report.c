@@ -1,0 +1,200 @@
+#define _POSIX_C_SOURCE 200809L
+#include "report.h"
+
+#include "lum/laser.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define RED    "\033[1;31m"
+#define NORMAL "\033[0m"
+
+/* What a bit tells, and what to do. */
+static const char *const meanings[LUM_LASER_BITS] = {
+    "blue azimuth mirror: its drive is faulty; power the sensor off and on, "
+    "then have it serviced",
+    "blue elevation mirror: its drive is faulty; power the sensor off and on, "
+    "then have it serviced",
+    "green azimuth mirror: its drive is faulty; power the sensor off and on, "
+    "then have it serviced",
+    "green elevation mirror: its drive is faulty; power the sensor off and "
+    "on, then have it serviced",
+    "no heartbeat for 3 s; lumdump udp://... or lumctl heartbeat sends them",
+    "a board is above 105 degrees; let the sensor cool",
+    "the fan does not turn as it should; look whether it is blocked",
+    "the hardware interlock is open; look at the interlock's wiring",
+    "the SYS_ON switch is off; switch it on",
+    "switched off by a command",
+    "",
+    "switched on by a command",
+    "",
+    "",
+    "",
+    "",
+};
+
+bool report_laser_is_up(uint16_t status)
+{
+    return (status & LUM_LASER_TLV_CMD_ON) != 0 && !lum_laser_is_down(status);
+}
+
+bool report_is_idle(uint16_t status)
+{
+    return (status & LUM_LASER_HAZARDS) == LUM_LASER_HEARTBEAT_TIMEOUT;
+}
+
+bool report_has_hazard(uint16_t status)
+{
+    return lum_laser_has_hazard(status) && !report_is_idle(status);
+}
+
+static bool has_bit(uint16_t status, unsigned bit)
+{
+    return (status >> bit & 1u) != 0;
+}
+
+static bool is_hazard(unsigned bit)
+{
+    return (LUM_LASER_HAZARDS >> bit & 1u) != 0;
+}
+
+const char *report_line(uint16_t status, char out[REPORT_LINE_BYTES])
+{
+    size_t n = (size_t)snprintf(out, REPORT_LINE_BYTES, "laser %s%s",
+                                report_laser_is_up(status) ? "up" : "down",
+                                report_is_idle(status) ? ", idle" : "");
+    const char *before = ": ";
+    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
+        if (has_bit(status, bit)) {
+            n += (size_t)snprintf(out + n, REPORT_LINE_BYTES - n, "%s%s",
+                                  before, lum_laser_bit_name(bit));
+            before = ", ";
+        }
+    }
+    return out;
+}
+
+static const char *kind_of(uint16_t status, unsigned bit)
+{
+    if (!is_hazard(bit)) {
+        return "info";
+    }
+    return report_is_idle(status) ? "idle" : "HAZARD";
+}
+
+void report_status(FILE *out, uint16_t status, bool in_colour)
+{
+    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
+        if (!has_bit(status, bit)) {
+            continue;
+        }
+        const bool is_red =
+            in_colour && is_hazard(bit) && !report_is_idle(status);
+        (void)fprintf(out, "  %s%-6s  %-17s%s%s%s\n", is_red ? RED : "",
+                      kind_of(status, bit), lum_laser_bit_name(bit),
+                      is_red ? NORMAL : "", *meanings[bit] != '\0' ? "  " : "",
+                      meanings[bit]);
+    }
+}
+
+static void put_bits(struct json *json, const char *key, uint16_t bits)
+{
+    json_open_array(json, key);
+    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
+        if (has_bit(bits, bit)) {
+            json_text(json, NULL, lum_laser_bit_name(bit));
+        }
+    }
+    json_close_array(json);
+}
+
+void report_json(struct json *json, uint16_t status)
+{
+    char hex[8];
+    (void)snprintf(hex, sizeof hex, "0x%04x", (unsigned)status);
+    json_uint(json, "status", status);
+    json_text(json, "status_hex", hex);
+    put_bits(json, "bits", status);
+    put_bits(json, "hazards", status & LUM_LASER_HAZARDS);
+    json_text(json, "laser", report_laser_is_up(status) ? "up" : "down");
+    json_bool(json, "idle", report_is_idle(status));
+}
+
+void report_debug(FILE *out, const char *text)
+{
+    while (*text != '\0') {
+        const size_t len = strcspn(text, "\n");
+        (void)fprintf(out, "  it says: %.*s\n", (int)len, text);
+        text += len + (text[len] == '\n' ? 1u : 0u);
+    }
+}
+
+void report_json_lines(struct json *json, const char *key, const char *text)
+{
+    json_open_array(json, key);
+    while (*text != '\0') {
+        char line[2048];
+        const size_t len = strcspn(text, "\n");
+        (void)snprintf(line, sizeof line, "%.*s", (int)len, text);
+        json_text(json, NULL, line);
+        text += len + (text[len] == '\n' ? 1u : 0u);
+    }
+    json_close_array(json);
+}
+
+/* Days since 1970 to year, month, day, by eras of 400 years that begin in
+ * March. */
+static void civil(int64_t days, int *year, int *month, int *day)
+{
+    const int64_t z = days + 719468;
+    const int64_t era = z / 146097;
+    const int64_t of_era = z % 146097;
+    const int64_t y =
+        (of_era - of_era / 1460 + of_era / 36524 - of_era / 146096) / 365;
+    const int64_t of_year = of_era - (365 * y + y / 4 - y / 100);
+    const int64_t m = (5 * of_year + 2) / 153;
+    *day = (int)(of_year - (153 * m + 2) / 5 + 1);
+    *month = (int)(m < 10 ? m + 3 : m - 9);
+    *year = (int)(y + era * 400 + (m < 10 ? 0 : 1));
+}
+
+const char *report_utc(int64_t utc_ns, char out[REPORT_UTC_BYTES])
+{
+    const int64_t ms = utc_ns / 1000000;
+    const int of_day = (int)(ms % 86400000);
+    int year = 0;
+    int month = 0;
+    int day = 0;
+    civil(ms / 86400000, &year, &month, &day);
+    (void)snprintf(out, REPORT_UTC_BYTES, "%04d-%02d-%02dT%02d:%02d:%02d.%03dZ",
+                   year, month, day, of_day / 3600000, of_day / 60000 % 60,
+                   of_day / 1000 % 60, of_day % 1000);
+    return out;
+}
+
+bool report_flush(void)
+{
+    if (fflush(stdout) == 0) {
+        return true;
+    }
+    if (errno == EPIPE) {
+        clearerr(stdout);
+    }
+    return false;
+}
+
+bool report_is_terminal(FILE *stream)
+{
+    return isatty(stream == stdout ? STDOUT_FILENO : STDERR_FILENO) != 0;
+}
+
+bool report_may_colour(FILE *stream)
+{
+    const char *no_colour = getenv("NO_COLOR");
+    const char *terminal = getenv("TERM");
+    return report_is_terminal(stream) &&
+           (no_colour == NULL || *no_colour == '\0') &&
+           (terminal == NULL || strcmp(terminal, "dumb") != 0);
+}

@@ -1,0 +1,48 @@
+/* The sensor's status in words, and other things for people's eyes. */
+#ifndef LUMCTL_REPORT_H
+#define LUMCTL_REPORT_H
+
+#include "../common/json.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+/* Switched on by a command, and nothing keeps it down. */
+bool report_laser_is_up(uint16_t status);
+
+/* HEARTBEAT_TIMEOUT is the only hazard: nobody owns the session. */
+bool report_is_idle(uint16_t status);
+
+/* A hazard other than idleness. */
+bool report_has_hazard(uint16_t status);
+
+/* "laser down: FAN_PWM_BAD, TLV_CMD_ON", hazards first. Returns out. */
+#define REPORT_LINE_BYTES 400
+const char *report_line(uint16_t status, char out[REPORT_LINE_BYTES]);
+
+/* A line for each bit, hazards first, with what it means and what to do. */
+void report_status(FILE *out, uint16_t status, bool in_colour);
+
+/* The keys status, status_hex, bits, hazards, laser, idle. */
+void report_json(struct json *json, uint16_t status);
+
+/* Each line of what the sensor says. */
+void report_debug(FILE *out, const char *text);
+
+/* Lines of a text as an array. */
+void report_json_lines(struct json *json, const char *key, const char *text);
+
+/* 2026-11-21T12:34:56.789Z. Returns out. */
+#define REPORT_UTC_BYTES 64
+const char *report_utc(int64_t utc_ns, char out[REPORT_UTC_BYTES]);
+
+/* Hands on what was printed. False when nobody reads it any more, which is no
+ * failure, or when it cannot be written. */
+bool report_flush(void);
+
+/* Whether a stream is a terminal, and whether it may be coloured. */
+bool report_is_terminal(FILE *stream);
+bool report_may_colour(FILE *stream);
+
+#endif

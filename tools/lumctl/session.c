@@ -1,0 +1,260 @@
+#include "session.h"
+
+#include "../common/number.h"
+#include "report.h"
+
+#include "lum/base/time.h"
+#include "lum/packet.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define NS_PER_MS INT64_C(1000000)
+#define LOOK_NS   (1000 * NS_PER_MS)
+
+const char *session_name(lum_endpoint host, char out[SESSION_NAME_BYTES])
+{
+    char address[16];
+    (void)number_format_address(host.address, address);
+    if (host.port == LUM_PORT) {
+        (void)snprintf(out, SESSION_NAME_BYTES, "%s", address);
+    } else {
+        (void)snprintf(out, SESSION_NAME_BYTES, "%s:%u", address,
+                       (unsigned)host.port);
+    }
+    return out;
+}
+
+lum_endpoint session_host(const struct ctl *ctl)
+{
+    return ctl->sensor != NULL ? lum_sensor_endpoint(ctl->sensor)
+                               : ctl->options.host;
+}
+
+bool session_is_host(uint32_t address)
+{
+    uint8_t packet[LUM_SET_IP_BYTES];
+    lum_layout layout;
+    lum_layout_default(&layout);
+    return lum_set_ip_encode(packet, &layout, address) == LUM_OK;
+}
+
+lum_net_result session_try(const struct ctl *ctl, lum_endpoint host, bool owns,
+                           lum_sensor **out, lum_error *error)
+{
+    const struct ctl_options *from = &ctl->options;
+    lum_sensor_options options;
+    lum_sensor_options_default(&options);
+    options.sensor = host;
+    options.interface = from->interface;
+    options.layout = ctl->layout;
+    options.owns = owns;
+    options.timeout_ms = from->timeout_ms;
+    options.retries = from->retries;
+    options.has_sequence = from->has_sequence;
+    options.sequence = from->sequence;
+    options.cancel = ctl->cancel;
+    if (from->rate_hz > 0.0) {
+        options.heartbeat_ms = (uint32_t)(1000.0 / from->rate_hz);
+    }
+    return lum_sensor_open(&options, out, error);
+}
+
+enum exit_status session_open_at(const struct ctl *ctl, lum_endpoint host,
+                                 bool owns, lum_sensor **out)
+{
+    lum_error error = {""};
+    if (session_try(ctl, host, owns, out, &error) != LUM_NET_OK) {
+        return ctl_complain(EXIT_FAILED, "%s", error.text);
+    }
+    return EXIT_DONE;
+}
+
+void session_replace(struct ctl *ctl, lum_sensor *sensor, bool owns)
+{
+    lum_sensor_close(ctl->sensor);
+    ctl->sensor = sensor;
+    ctl->owns = owns;
+}
+
+enum exit_status ctl_open(struct ctl *ctl, bool owns)
+{
+    lum_sensor *sensor = NULL;
+    if (ctl->sensor != NULL && (ctl->owns || !owns)) {
+        return EXIT_DONE;
+    }
+    const enum exit_status status =
+        session_open_at(ctl, session_host(ctl), owns, &sensor);
+    if (status == EXIT_DONE) {
+        session_replace(ctl, sensor, owns);
+    }
+    return status;
+}
+
+/* Text of others: what a terminal might take for an order becomes '?'. */
+static size_t put_printable(char *out, size_t size, const uint8_t *text,
+                            size_t len)
+{
+    size_t n = 0;
+    for (; n < len && n + 1 < size; n++) {
+        const bool is_plain = text[n] >= 0x20u && text[n] < 0x7fu;
+        out[n] = (char)(is_plain ? text[n] : '?');
+    }
+    out[n] = '\0';
+    return n;
+}
+
+static void add_debug(char *out, size_t size, const lum_tlv *tlv)
+{
+    size_t n = strlen(out);
+    if (n != 0 && n + 1 < size) {
+        out[n++] = '\n';
+        out[n] = '\0';
+    }
+    (void)put_printable(out + n, size - n, tlv->value, tlv->length);
+}
+
+static void add_other(char *out, size_t size, const lum_tlv *tlv)
+{
+    size_t n = strlen(out);
+    const size_t need = 2u * tlv->length + sizeof "\n65535:";
+    if (size - n < need) {
+        return;
+    }
+    n += (size_t)snprintf(out + n, size - n, "%s%u:", n != 0 ? "\n" : "",
+                          (unsigned)tlv->type);
+    for (size_t i = 0; i < tlv->length; i++) {
+        n += (size_t)snprintf(out + n, size - n, "%02x",
+                              (unsigned)tlv->value[i]);
+    }
+}
+
+void session_read_answer(struct ctl *ctl, const lum_sensor_event *event,
+                         struct ctl_answer *out)
+{
+    const uint16_t *numbers = ctl->layout.profile.tlv;
+    lum_tlv_reader reader = event->tlvs;
+    lum_tlv tlv;
+    *out = (struct ctl_answer){.has_status = event->has_status,
+                               .status = event->status,
+                               .tries = event->tries,
+                               .round_trip_ns =
+                                   event->received_ns - event->sent_ns};
+    if (event->has_status) {
+        ctl->has_status = true;
+        ctl->status = event->status;
+    }
+    while (lum_tlv_next(&reader, &tlv) == LUM_OK) {
+        if (tlv.type == numbers[LUM_TLV_DEBUG]) {
+            add_debug(out->debug, sizeof out->debug, &tlv);
+        } else if (tlv.type != numbers[LUM_TLV_STATUS]) {
+            add_other(out->others, sizeof out->others, &tlv);
+        }
+    }
+}
+
+/* Told whatever --quiet says: it is the sensor that speaks. */
+static void tell_debug(struct ctl *ctl, const lum_tlv *tlv)
+{
+    char name[SESSION_NAME_BYTES];
+    char text[512];
+    (void)put_printable(text, sizeof text, tlv->value, tlv->length);
+    (void)fprintf(stderr, "lumctl: %s says: %s\n",
+                  session_name(session_host(ctl), name), text);
+}
+
+void session_note_status(struct ctl *ctl, uint16_t status)
+{
+    char name[SESSION_NAME_BYTES];
+    char text[REPORT_LINE_BYTES];
+    if (!ctl->has_status || ctl->status != status) {
+        (void)fprintf(stderr, "lumctl: %s: %s\n",
+                      session_name(session_host(ctl), name),
+                      report_line(status, text));
+    }
+    ctl->has_status = true;
+    ctl->status = status;
+}
+
+static void tell_texts(struct ctl *ctl, const lum_sensor_event *event)
+{
+    lum_tlv_reader reader = event->tlvs;
+    lum_tlv tlv;
+    while (lum_tlv_next(&reader, &tlv) == LUM_OK) {
+        if (tlv.type == ctl->layout.profile.tlv[LUM_TLV_DEBUG]) {
+            tell_debug(ctl, &tlv);
+        }
+    }
+}
+
+void session_tell(struct ctl *ctl, const lum_sensor_event *event)
+{
+    if (event->kind == LUM_SENSOR_ALERT) {
+        tell_texts(ctl, event);
+    } else if (event->kind == LUM_SENSOR_LINK && event->is_up) {
+        ctl_note(ctl, "sending works again");
+    } else if (event->kind == LUM_SENSOR_LINK) {
+        (void)ctl_complain(EXIT_FAILED, "%s", event->error.text);
+    }
+}
+
+lum_sensor_event_kind session_wait(struct ctl *ctl, int64_t deadline_ns,
+                                   lum_sensor_event *out)
+{
+    lum_sensor_receive(ctl->sensor, deadline_ns, out);
+    session_tell(ctl, out);
+    if (out->kind == LUM_SENSOR_ALERT && out->has_status) {
+        session_note_status(ctl, out->status);
+    }
+    return out->kind;
+}
+
+void session_rest(struct ctl *ctl, int64_t ns)
+{
+    const int64_t end = lum_time_monotonic_ns() + ns;
+    while (lum_time_monotonic_ns() < end) {
+        lum_sensor_event event;
+        const lum_sensor_event_kind kind = session_wait(ctl, end, &event);
+        if (kind == LUM_SENSOR_CANCELLED || kind == LUM_SENSOR_FAILED) {
+            return;
+        }
+    }
+}
+
+bool session_is_data(const struct ctl *ctl, const lum_received *datagram)
+{
+    lum_group group;
+    return lum_packet_decode(&ctl->layout, datagram->bytes, datagram->len,
+                             &group) == LUM_PACKET_DATA;
+}
+
+enum exit_status session_complain_silence(const struct ctl *ctl, unsigned tries)
+{
+    char name[SESSION_NAME_BYTES];
+    (void)session_name(session_host(ctl), name);
+    return ctl_complain(EXIT_NO_ANSWER,
+                        "%s does not answer (tried %u times, %u ms each); to "
+                        "find out why: lumctl doctor --host %s",
+                        name, tries, (unsigned)ctl->options.timeout_ms, name);
+}
+
+enum exit_status session_finish(struct ctl *ctl, lum_sensor_event *out)
+{
+    for (;;) {
+        switch (session_wait(ctl, lum_time_monotonic_ns() + LOOK_NS, out)) {
+        case LUM_SENSOR_ANSWER:
+        case LUM_SENSOR_TIME:
+            return EXIT_DONE;
+        case LUM_SENSOR_NO_ANSWER:
+            return session_complain_silence(ctl, out->tries);
+        case LUM_SENSOR_CANCELLED:
+            lum_sensor_give_up(ctl->sensor);
+            return ctl_complain(EXIT_FAILED, "interrupted: whether the sensor "
+                                             "got the request is not known");
+        case LUM_SENSOR_FAILED:
+            return ctl_complain(EXIT_FAILED, "%s", out->error.text);
+        default:
+            break;
+        }
+    }
+}

@@ -1,0 +1,60 @@
+/* The session's events, as all commands take them. */
+#ifndef LUMCTL_SESSION_H
+#define LUMCTL_SESSION_H
+
+#include "ctl.h"
+
+/* As session_open_at(), without a complaint. */
+lum_net_result session_try(const struct ctl *ctl, lum_endpoint host, bool owns,
+                           lum_sensor **out, lum_error *error);
+
+/* Begins a session with a host that may be another than the options' own.
+ * Complains. */
+enum exit_status session_open_at(const struct ctl *ctl, lum_endpoint host,
+                                 bool owns, lum_sensor **out);
+
+/* Goes on with this session instead of the one before. */
+void session_replace(struct ctl *ctl, lum_sensor *sensor, bool owns);
+
+/* Texts of the sensor that came unasked, and the state of the link, on standard
+ * error. */
+void session_tell(struct ctl *ctl, const lum_sensor_event *event);
+
+/* Waits for an event. What comes unasked is told on standard error, data is
+ * left to the caller. */
+lum_sensor_event_kind session_wait(struct ctl *ctl, int64_t deadline_ns,
+                                   lum_sensor_event *out);
+
+/* Waits until the request under way ends: EXIT_DONE with its answer in *out.
+ * Complains otherwise. */
+enum exit_status session_finish(struct ctl *ctl, lum_sensor_event *out);
+
+/* Lets time pass, and takes what comes meanwhile. */
+void session_rest(struct ctl *ctl, int64_t ns);
+
+/* What an answer holds. */
+void session_read_answer(struct ctl *ctl, const lum_sensor_event *event,
+                         struct ctl_answer *out);
+
+/* A status that came, told on standard error when it differs from the last. */
+void session_note_status(struct ctl *ctl, uint16_t status);
+
+/* The sensor's name for people: its address, with the port where that is not
+ * the usual one. */
+#define SESSION_NAME_BYTES 24
+const char *session_name(lum_endpoint host, char out[SESSION_NAME_BYTES]);
+
+/* Who the commands talk to now. */
+lum_endpoint session_host(const struct ctl *ctl);
+
+/* Nobody answered: says so and what to do. */
+enum exit_status session_complain_silence(const struct ctl *ctl,
+                                          unsigned tries);
+
+/* Whether a datagram is a data packet of the sensor. */
+bool session_is_data(const struct ctl *ctl, const lum_received *datagram);
+
+/* Whether a sensor can have this address. */
+bool session_is_host(uint32_t address);
+
+#endif

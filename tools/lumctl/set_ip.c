@@ -1,0 +1,262 @@
+#include "ctl.h"
+
+#include "../common/json.h"
+#include "../common/number.h"
+#include "session.h"
+
+#include "lum/base/time.h"
+
+#include <stdio.h>
+
+#define ROUNDS     5u /* of sending and looking */
+#define LOOKS_NEW  3u /* tries at the new address in each round */
+#define LOOKS_ELSE 2u
+#define LOOK_MS    200u
+
+/* Where a sensor has been seen to answer. */
+enum found {
+    FOUND_NOWHERE,
+    FOUND_NEW,
+    FOUND_OLD,
+    FOUND_REVERSED
+};
+
+static const char *const found_names[] = {"nowhere", "new", "old", "reversed"};
+
+struct move {
+    struct ctl *ctl;
+    lum_endpoint old;
+    lum_endpoint new;
+    lum_endpoint reversed;
+    lum_error error; /* why an address could not be looked at; may be empty */
+};
+
+static lum_endpoint reverse(lum_endpoint host)
+{
+    const uint32_t a = host.address;
+    const lum_endpoint out = {a << 24 | (a << 8 & 0xff0000u) |
+                                  (a >> 8 & 0xff00u) | a >> 24,
+                              host.port};
+    return out;
+}
+
+static bool await_time(lum_sensor *sensor, lum_error *error)
+{
+    lum_sensor_event event;
+    if (lum_sensor_request_time(sensor) != LUM_OK) {
+        return false;
+    }
+    for (;;) {
+        lum_sensor_receive(sensor, INT64_MAX, &event);
+        if (event.kind == LUM_SENSOR_LINK && !event.is_up) {
+            *error = event.error;
+        } else if (event.kind == LUM_SENSOR_TIME) {
+            return true;
+        } else if (event.kind == LUM_SENSOR_NO_ANSWER ||
+                   event.kind == LUM_SENSOR_CANCELLED ||
+                   event.kind == LUM_SENSOR_FAILED) {
+            return false;
+        }
+    }
+}
+
+/* Whether somebody answers a timestamp there. */
+static bool is_alive(struct move *m, lum_endpoint host, unsigned tries)
+{
+    struct ctl looking = *m->ctl;
+    lum_sensor *sensor = NULL;
+    looking.options.timeout_ms = LOOK_MS;
+    looking.options.retries = tries - 1;
+    if (lum_cancel_is_raised(m->ctl->cancel) ||
+        session_try(&looking, host, false, &sensor, &m->error) != LUM_NET_OK) {
+        return false;
+    }
+    const bool answers = await_time(sensor, &m->error);
+    lum_sensor_close(sensor);
+    return answers;
+}
+
+static enum exit_status send_once(const struct move *m)
+{
+    lum_error error = {""};
+    if (lum_sensor_set_ip(m->ctl->sensor, m->new.address, &error) !=
+        LUM_NET_OK) {
+        return ctl_complain(EXIT_FAILED, "%s", error.text);
+    }
+    return EXIT_DONE;
+}
+
+/* Another sensor has the new address: two with one address could not be told
+ * apart any more. */
+static bool is_taken(struct move *m)
+{
+    return m->new.address != m->old.address &&is_alive(m, m->new, 1) &&
+           is_alive(m, m->old, LOOKS_ELSE);
+}
+
+static enum exit_status complain_taken(const struct move *m)
+{
+    char new[SESSION_NAME_BYTES];
+    char old[SESSION_NAME_BYTES];
+    return ctl_complain(EXIT_FAILED,
+                        "another sensor has %s already, beside the one at %s: "
+                        "nothing was sent; choose another address",
+                        session_name(m->new, new), session_name(m->old, old));
+}
+
+/* Sends, and looks where the sensor is. It is sent again only while the sensor
+ * still answers at the old address: then the packet was lost. */
+static enum exit_status carry_out(struct move *m, enum found *found)
+{
+    bool is_old = true;
+    *found = FOUND_NOWHERE;
+    for (unsigned round = 0; round < ROUNDS; round++) {
+        const enum exit_status sent = is_old ? send_once(m) : EXIT_DONE;
+        if (sent != EXIT_DONE) {
+            return sent;
+        }
+        if (is_alive(m, m->new, LOOKS_NEW)) {
+            *found = FOUND_NEW;
+            return EXIT_DONE;
+        }
+        is_old = is_alive(m, m->old, 1);
+    }
+    if (is_old || is_alive(m, m->old, LOOKS_ELSE)) {
+        *found = FOUND_OLD;
+    } else if (session_is_host(m->reversed.address) &&
+               is_alive(m, m->reversed, LOOKS_ELSE)) {
+        *found = FOUND_REVERSED;
+    }
+    return EXIT_DONE;
+}
+
+/* A shell goes on at the new address. */
+static enum exit_status follow(struct move *m)
+{
+    lum_sensor *sensor = NULL;
+    const bool owns = m->ctl->owns;
+    if (!m->ctl->in_shell) {
+        return EXIT_DONE;
+    }
+    const enum exit_status status =
+        session_open_at(m->ctl, m->new, owns, &sensor);
+    if (status == EXIT_DONE) {
+        session_replace(m->ctl, sensor, owns);
+    }
+    return status;
+}
+
+static void print(const struct move *m, enum found found)
+{
+    char name[SESSION_NAME_BYTES];
+    char old[SESSION_NAME_BYTES];
+    struct json json;
+    (void)session_name(m->new, name);
+    (void)session_name(m->old, old);
+    if (m->ctl->options.json) {
+        json_init(&json, stdout);
+        json_open_object(&json, NULL);
+        json_text(&json, "sensor", old);
+        json_text(&json, "address", name);
+        json_bool(&json, "done", found == FOUND_NEW);
+        json_text(&json, "answers_at", found_names[found]);
+        json_close_object(&json);
+        json_end(&json);
+    } else if (found == FOUND_NEW) {
+        (void)printf("%s: the sensor answers there now; say --host %s from now "
+                     "on\n",
+                     name, name);
+    }
+}
+
+static enum exit_status complain_reversed(const struct move *m)
+{
+    char where[SESSION_NAME_BYTES];
+    char wanted[SESSION_NAME_BYTES];
+    return ctl_complain(
+        EXIT_FAILED,
+        "the sensor took the bytes in the other order and is at %s now: write "
+        "'version: 1' and 'set_ip_order: %s' to a file, and say lumctl "
+        "--profile FILE --host %s set-ip %s",
+        session_name(m->reversed, where),
+        m->ctl->layout.profile.set_ip_order == LUM_SET_IP_NETWORK ? "little"
+                                                                  : "network",
+        where, session_name(m->new, wanted));
+}
+
+static enum exit_status complain_nowhere(const struct move *m)
+{
+    char new[SESSION_NAME_BYTES];
+    char old[SESSION_NAME_BYTES];
+    char reversed[SESSION_NAME_BYTES];
+    return ctl_complain(
+        EXIT_NO_ANSWER,
+        "nobody answers at %s, nor at %s or %s%s%s. This host may have no way "
+        "to the new address: lumctl doctor --host %s. The sensor boots at "
+        "10.42.0.37 when its power was off",
+        session_name(m->new, new), session_name(m->old, old),
+        session_name(m->reversed, reversed),
+        m->error.text[0] != '\0' ? ": " : "", m->error.text, new);
+}
+
+static enum exit_status tell(struct move *m, enum found found)
+{
+    char old[SESSION_NAME_BYTES];
+    print(m, found);
+    if (found == FOUND_NEW) {
+        ctl_note(m->ctl, "when its power goes, it boots at 10.42.0.37 again");
+        return follow(m);
+    }
+    if (lum_cancel_is_raised(m->ctl->cancel)) {
+        return ctl_complain(EXIT_FAILED,
+                            "interrupted: where the sensor is is not known");
+    }
+    if (found == FOUND_OLD) {
+        return ctl_complain(
+            EXIT_FAILED,
+            "the sensor still answers at %s: it did not take the packet, or "
+            "another sensor booted there; power others off and try again",
+            session_name(m->old, old));
+    }
+    return found == FOUND_REVERSED ? complain_reversed(m) : complain_nowhere(m);
+}
+
+static enum exit_status move(struct ctl *ctl, uint32_t address)
+{
+    struct move m = {.ctl = ctl, .error = {""}};
+    enum found found = FOUND_NOWHERE;
+    enum exit_status status = ctl_open(ctl, false);
+    if (status != EXIT_DONE) {
+        return status;
+    }
+    m.old = session_host(ctl);
+    m.new = (lum_endpoint){address, m.old.port};
+    m.reversed = reverse(m.new);
+    if (is_taken(&m)) {
+        return complain_taken(&m);
+    }
+    m.error.text[0] = '\0';
+    status = carry_out(&m, &found);
+    return status == EXIT_DONE ? tell(&m, found) : status;
+}
+
+enum exit_status command_set_ip(struct ctl *ctl, int count, char **words)
+{
+    uint8_t packet[LUM_SET_IP_BYTES];
+    uint32_t address = 0;
+    if (count != 2) {
+        return ctl_complain(EXIT_BAD, "set-ip takes one address, such as "
+                                      "10.42.0.38");
+    }
+    if (!number_parse_address(words[1], &address) ||
+        lum_set_ip_encode(packet, &ctl->layout, address) != LUM_OK) {
+        return ctl_complain(
+            EXIT_BAD,
+            "set-ip: '%s' is not an address that a sensor can have: four "
+            "numbers from 0 to 255, such as 10.42.0.38, neither 0.0.0.0, "
+            "multicast nor broadcast",
+            words[1]);
+    }
+    return ctl->options.dry_run ? ctl_print_packet(packet, sizeof packet)
+                                : move(ctl, address);
+}

@@ -1,0 +1,331 @@
+#include "../common/interrupt.h"
+#include "../common/number.h"
+#include "ctl.h"
+#include "line.h"
+#include "line_plain.h"
+#include "words.h"
+
+#include "lum/base/time.h"
+#include "lum/command.h"
+#include "lum/laser.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define WORDS_MAX  64
+#define POLL_NS    INT64_C(1000000000)
+#define LOOK_NS    (INT64_C(1000000) * LINE_LOOK_MS)
+#define PATH_BYTES 1024
+
+struct shell {
+    struct ctl *ctl;
+    int64_t poll_ns; /* when to ask for the status next */
+    bool is_silent;  /* the sensor does not answer, and that was said */
+    bool knows;      /* status was shown */
+    uint16_t status;
+    enum exit_status first; /* of the first command that failed */
+};
+
+/* Where state of programs belongs; NULL where there is no home. */
+static const char *history_path(char out[PATH_BYTES])
+{
+    const char *state = getenv("XDG_STATE_HOME");
+    const char *home = getenv("HOME");
+    int n = 0;
+    if (state != NULL && *state == '/') {
+        n = snprintf(out, PATH_BYTES, "%s/lumctl_history", state);
+    } else if (home != NULL && *home != '\0') {
+        n = snprintf(out, PATH_BYTES, "%s/.lumctl_history", home);
+    }
+    return n > 0 && n < PATH_BYTES ? out : NULL;
+}
+
+static const char *sensor_name(const struct shell *s, char out[16])
+{
+    return number_format_address(s->ctl->options.host.address, out);
+}
+
+static void show_status(struct shell *s, uint16_t status)
+{
+    char text[512];
+    size_t len = 0;
+    if (s->knows && s->status == status) {
+        return;
+    }
+    s->knows = true;
+    s->status = status;
+    s->ctl->has_status = true;
+    s->ctl->status = status;
+    len += (size_t)snprintf(text, sizeof text, "laser %s:",
+                            lum_laser_is_down(status) ? "down" : "up");
+    for (unsigned bit = 0; bit < LUM_LASER_BITS && len < sizeof text; bit++) {
+        if (((status >> bit) & 1u) != 0) {
+            len += (size_t)snprintf(text + len, sizeof text - len, " %s",
+                                    lum_laser_bit_name(bit));
+        }
+    }
+    line_above(text);
+}
+
+static void show_texts(const struct shell *s, const lum_sensor_event *event)
+{
+    lum_tlv_reader tlvs = event->tlvs;
+    const uint16_t debug = s->ctl->layout.profile.tlv[LUM_TLV_DEBUG];
+    lum_tlv tlv;
+    while (lum_tlv_next(&tlvs, &tlv) == LUM_OK) {
+        if (tlv.type == debug) {
+            char text[512];
+            words_printable(tlv.value, tlv.length, text, sizeof text);
+            line_above(text);
+        }
+    }
+}
+
+static void show_silence(struct shell *s, bool is_silent)
+{
+    char text[128];
+    char address[16];
+    if (s->is_silent == is_silent) {
+        return;
+    }
+    s->is_silent = is_silent;
+    (void)snprintf(text, sizeof text, "%s %s", sensor_name(s, address),
+                   is_silent ? "does not answer; try: doctor"
+                             : "answers again");
+    line_above(text);
+}
+
+static void show_link(const lum_sensor_event *event)
+{
+    char text[LUM_ERROR_BYTES + 32];
+    (void)snprintf(text, sizeof text, "%s",
+                   event->is_up ? "the network is back" : event->error.text);
+    line_above(text);
+}
+
+/* False when the session is over. */
+static bool take_event(struct shell *s, const lum_sensor_event *event)
+{
+    switch (event->kind) {
+    case LUM_SENSOR_ANSWER:
+    case LUM_SENSOR_ALERT:
+        show_silence(s, false);
+        show_texts(s, event);
+        if (event->has_status) {
+            show_status(s, event->status);
+        }
+        return true;
+    case LUM_SENSOR_NO_ANSWER:
+        show_silence(s, true);
+        return true;
+    case LUM_SENSOR_LINK:
+        show_link(event);
+        return true;
+    case LUM_SENSOR_FAILED:
+        s->first = ctl_complain(EXIT_FAILED, "%s", event->error.text);
+        return false;
+    default:
+        return true;
+    }
+}
+
+static void poll_status(struct shell *s)
+{
+    const int64_t now = lum_time_monotonic_ns();
+    if (now >= s->poll_ns &&
+        lum_sensor_request(s->ctl->sensor, NULL, 0) == LUM_OK) {
+        s->poll_ns = now + POLL_NS;
+    }
+}
+
+/* All that the sensor has to say now. False when the session is over. */
+static bool serve_sensor(struct shell *s)
+{
+    lum_sensor_event event;
+    poll_status(s);
+    do {
+        lum_sensor_receive(s->ctl->sensor, 0, &event);
+        if (!take_event(s, &event)) {
+            return false;
+        }
+    } while (event.kind != LUM_SENSOR_IDLE &&
+             event.kind != LUM_SENSOR_CANCELLED);
+    return true;
+}
+
+static void help(void)
+{
+    (void)fputs("Commands are those of the command line, without its name:",
+                stdout);
+    for (size_t i = 0; ctl_command_name(i) != NULL; i++) {
+        (void)printf(" %s", ctl_command_name(i));
+    }
+    (void)puts("\nThe manual's raw text works too, such as 50p or u. "
+               "quit, or the end of the input, ends the shell.");
+}
+
+/* The manual's raw text is a command of its own. */
+static bool is_raw_text(const char *text)
+{
+    lum_command command;
+    size_t len = strlen(text);
+    lum_result result = LUM_OK;
+    while ((result = lum_command_parse(&text, &len, &command)) == LUM_OK) {
+    }
+    return result == LUM_END || result == LUM_E_VALUE;
+}
+
+static enum exit_status run_words(struct shell *s, int count, char **words)
+{
+    const struct ctl_options before = s->ctl->options;
+    lum_sensor_give_up(s->ctl->sensor);
+    const enum exit_status status = ctl_run(s->ctl, count, words);
+    s->ctl->options = before;
+    if (s->ctl->has_status) {
+        s->knows = true;
+        s->status = s->ctl->status;
+    }
+    return status;
+}
+
+static void note_failure(struct shell *s, enum exit_status status)
+{
+    if (s->first == EXIT_DONE) {
+        s->first = status;
+    }
+}
+
+static void run_line(struct shell *s, char *text)
+{
+    char send[] = "send";
+    char *words[WORDS_MAX] = {send, text};
+    int count = 2;
+    enum exit_status status = EXIT_DONE;
+    words_trim(text);
+    if (!is_raw_text(text)) {
+        count = words_cut(text, words, WORDS_MAX);
+    }
+    if (count < 0) {
+        status = ctl_complain(EXIT_BAD, "a quote is not closed, or there are "
+                                        "more than 64 words");
+    } else if (count == 1 && strcmp(words[0], "help") == 0) {
+        help();
+    } else if (count > 0) {
+        status = run_words(s, count, words);
+    }
+    note_failure(s, status);
+}
+
+static bool is_end(const char *text)
+{
+    char copy[LINE_BYTES];
+    (void)snprintf(copy, sizeof copy, "%s", text);
+    words_trim(copy);
+    return strcmp(copy, "quit") == 0 || strcmp(copy, "exit") == 0;
+}
+
+/* False when the shell is to end. */
+static bool serve_input(struct shell *s)
+{
+    char copy[LINE_BYTES];
+    const char *text = NULL;
+    const enum line_event event = line_take(&text);
+    if (event == LINE_END || (event == LINE_READY && is_end(text))) {
+        return false;
+    }
+    if (event == LINE_TOO_LONG) {
+        note_failure(s, ctl_complain(EXIT_BAD,
+                                     "a line of more than %u bytes "
+                                     "was left out",
+                                     LINE_BYTES - 1));
+    }
+    if (event == LINE_READY) {
+        (void)snprintf(copy, sizeof copy, "%s", text);
+        if (copy[strspn(copy, " \t")] != '\0' && copy[0] != '#') {
+            run_line(s, copy);
+        }
+        if (interrupt_signal() == SIGINT) {
+            interrupt_forget();
+        }
+        line_prompt();
+    }
+    return true;
+}
+
+/* Ctrl-C takes back what was typed; other signals end the shell. */
+static bool serve_signal(void)
+{
+    if (interrupt_signal() == SIGINT) {
+        interrupt_forget();
+        line_forget();
+        return true;
+    }
+    return false;
+}
+
+static void loop(struct shell *s)
+{
+    const bool can_wait = line_descriptor() >= 0;
+    while (serve_sensor(s)) {
+        const int64_t now = lum_time_monotonic_ns();
+        const lum_net_result result = lum_sensor_wait_any(
+            &s->ctl->sensor, 1, line_descriptor(), s->ctl->cancel,
+            now + (can_wait ? POLL_NS : LOOK_NS));
+        if (result == LUM_NET_FAILED ||
+            (result == LUM_NET_CANCELLED && !serve_signal()) ||
+            !serve_input(s)) {
+            return;
+        }
+    }
+}
+
+/* Heartbeats end with the shell; a laser that is on is not left to the
+ * sensor's timeout. */
+static enum exit_status put_laser_down(struct shell *s)
+{
+    uint16_t status = 0;
+    if (s->knows && lum_laser_is_down(s->status)) {
+        return EXIT_DONE;
+    }
+    if (lum_sensor_laser_off(s->ctl->sensor, &status) == LUM_LASER_OFF_SEEN) {
+        ctl_note(s->ctl, "the laser is off");
+        return EXIT_DONE;
+    }
+    return ctl_complain(EXIT_FAILED,
+                        "the laser was not seen to go off; heartbeats have "
+                        "ended, so it goes off within 3 s");
+}
+
+enum exit_status command_shell(struct ctl *ctl, int count, char **words)
+{
+    struct shell s = {.ctl = ctl, .first = EXIT_DONE};
+    char path[PATH_BYTES];
+    if (count > 1) {
+        return ctl_complain(EXIT_BAD,
+                            "shell: '%s': no word is expected behind shell",
+                            words[1]);
+    }
+    if (ctl->in_shell) {
+        return ctl_complain(EXIT_BAD, "this is the shell already");
+    }
+    if (ctl->options.dry_run) {
+        return ctl_complain(EXIT_BAD, "--dry-run does not go with shell: give "
+                                      "it to the commands typed there");
+    }
+    const enum exit_status opened = ctl_open(ctl, ctl->options.heartbeat);
+    if (opened != EXIT_DONE) {
+        return opened;
+    }
+    ctl->in_shell = true;
+    line_open("lumctl> ", history_path(path));
+    loop(&s);
+    line_close();
+    ctl->in_shell = false;
+    if (ctl->options.heartbeat) {
+        const enum exit_status down = put_laser_down(&s);
+        return s.first != EXIT_DONE ? s.first : down;
+    }
+    return s.first;
+}

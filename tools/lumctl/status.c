@@ -1,0 +1,201 @@
+#include "status.h"
+
+#include "report.h"
+#include "session.h"
+#include "watch.h"
+
+#include "lum/base/time.h"
+
+#include <stdio.h>
+
+#define POLL_NS INT64_C(500000000)
+
+lum_result status_ask(lum_sensor *sensor)
+{
+    return lum_sensor_request(sensor, NULL, 0);
+}
+
+static void log_json(const char *when, const char *name, bool has_status,
+                     uint16_t status)
+{
+    struct json json;
+    json_init(&json, stdout);
+    json_open_object(&json, NULL);
+    json_text(&json, "time", when);
+    json_text(&json, "sensor", name);
+    json_bool(&json, "answers", has_status);
+    if (has_status) {
+        report_json(&json, status);
+    }
+    json_close_object(&json);
+    json_end(&json);
+}
+
+bool status_log(const struct ctl *ctl, bool has_status, uint16_t status)
+{
+    char name[SESSION_NAME_BYTES];
+    char line[REPORT_LINE_BYTES];
+    char when[REPORT_UTC_BYTES];
+    (void)report_utc(lum_time_utc_ns(), when);
+    (void)session_name(session_host(ctl), name);
+    if (ctl->options.json) {
+        log_json(when, name, has_status, status);
+    } else {
+        (void)printf("%s %s: %s\n", when, name,
+                     has_status ? report_line(status, line)
+                                : "does not answer");
+    }
+    return report_flush();
+}
+
+struct watching {
+    struct ctl *ctl;
+    bool redraws;
+    bool has_shown;
+    bool is_silent;
+    uint16_t status;
+    int64_t round_trip_ns; /* of the last poll; 0: an alert came instead */
+};
+
+static void print_head(const struct ctl *ctl, uint16_t status,
+                       int64_t round_trip_ns)
+{
+    char name[SESSION_NAME_BYTES];
+    (void)printf("%s: laser %s%s, status 0x%04x",
+                 session_name(session_host(ctl), name),
+                 report_laser_is_up(status) ? "up" : "down",
+                 report_is_idle(status) ? ", idle" : "", (unsigned)status);
+    if (round_trip_ns > 0) {
+        (void)printf(", round trip %.2f ms", (double)round_trip_ns / 1e6);
+    }
+    (void)putchar('\n');
+    if (status == 0) {
+        (void)puts("  no bit is set: not switched on since it booted");
+    }
+}
+
+static bool redraw(const struct watching *w)
+{
+    char when[REPORT_UTC_BYTES];
+    (void)printf("\033[H\033[J%s  Ctrl-C ends\n",
+                 report_utc(lum_time_utc_ns(), when));
+    if (w->is_silent) {
+        char name[SESSION_NAME_BYTES];
+        (void)printf("%s: does not answer\n",
+                     session_name(session_host(w->ctl), name));
+    } else {
+        print_head(w->ctl, w->status, w->round_trip_ns);
+        report_status(stdout, w->status, report_may_colour(stdout));
+    }
+    return report_flush();
+}
+
+static bool show(struct watching *w, bool is_silent, uint16_t status)
+{
+    const bool is_news =
+        !w->has_shown || w->is_silent != is_silent || w->status != status;
+    w->has_shown = true;
+    w->is_silent = is_silent;
+    w->status = status;
+    if (w->redraws) {
+        return redraw(w);
+    }
+    return !is_news || status_log(w->ctl, !is_silent, status);
+}
+
+static bool take(void *context, const lum_sensor_event *event)
+{
+    struct watching *w = context;
+    switch (event->kind) {
+    case LUM_SENSOR_ANSWER:
+    case LUM_SENSOR_ALERT:
+        w->round_trip_ns = event->kind == LUM_SENSOR_ANSWER
+                               ? event->received_ns - event->sent_ns
+                               : 0;
+        if (!event->has_status) {
+            return true;
+        }
+        w->ctl->has_status = true;
+        w->ctl->status = event->status;
+        return show(w, false, event->status);
+    case LUM_SENSOR_NO_ANSWER:
+        return show(w, true, w->status);
+    default:
+        return true;
+    }
+}
+
+static enum exit_status watch(struct ctl *ctl)
+{
+    struct watching w = {.ctl = ctl,
+                         .redraws =
+                             !ctl->options.json && report_is_terminal(stdout)};
+    const struct watch watch = {POLL_NS, status_ask, take, &w};
+    const enum exit_status opened = ctl_open(ctl, false);
+    if (opened != EXIT_DONE) {
+        return opened;
+    }
+    const enum exit_status status = watch_run(ctl, &watch);
+    if (status != EXIT_DONE) {
+        return status;
+    }
+    if (w.is_silent || !w.has_shown) {
+        return lum_cancel_is_raised(ctl->cancel)
+                   ? EXIT_DONE
+                   : session_complain_silence(ctl, ctl->options.retries + 1);
+    }
+    return ctl_status_exit(w.status);
+}
+
+static void print_json(const struct ctl *ctl, const struct ctl_answer *answer)
+{
+    char name[SESSION_NAME_BYTES];
+    struct json json;
+    json_init(&json, stdout);
+    json_open_object(&json, NULL);
+    json_text(&json, "sensor", session_name(session_host(ctl), name));
+    report_json(&json, answer->status);
+    report_json_lines(&json, "debug", answer->debug);
+    json_uint(&json, "tries", answer->tries);
+    json_real(&json, "round_trip_ms", (double)answer->round_trip_ns / 1e6, 3);
+    json_close_object(&json);
+    json_end(&json);
+}
+
+static void print(const struct ctl *ctl, const struct ctl_answer *answer)
+{
+    print_head(ctl, answer->status, answer->round_trip_ns);
+    report_status(stdout, answer->status, report_may_colour(stdout));
+    report_debug(stdout, answer->debug);
+}
+
+enum exit_status command_status(struct ctl *ctl, int count, char **words)
+{
+    struct ctl_answer answer;
+    bool was_sent = false;
+    if (count > 1) {
+        return ctl_complain(EXIT_BAD,
+                            "status: '%s': no word is expected behind status",
+                            words[1]);
+    }
+    if (ctl->options.watch && !ctl->options.dry_run) {
+        return watch(ctl);
+    }
+    const enum exit_status status =
+        ctl_request(ctl, NULL, 0, &answer, &was_sent);
+    if (status != EXIT_DONE || !was_sent) {
+        return status;
+    }
+    if (!answer.has_status) {
+        return ctl_complain(EXIT_FAILED,
+                            "the answer bore no status; where the sensor's "
+                            "number of it differs, a profile says so (tlv: "
+                            "{status: N}); lumctl tlv shows what it sends");
+    }
+    if (ctl->options.json) {
+        print_json(ctl, &answer);
+    } else {
+        print(ctl, &answer);
+    }
+    return ctl_status_exit(answer.status);
+}

@@ -1,0 +1,14 @@
+/* The status as commands that watch it show it. */
+#ifndef LUMCTL_STATUS_H
+#define LUMCTL_STATUS_H
+
+#include "ctl.h"
+
+/* Prints a line, or a JSON object, with the time: has_status false tells that
+ * the sensor does not answer. False when nobody reads. */
+bool status_log(const struct ctl *ctl, bool has_status, uint16_t status);
+
+/* Begins a poll. */
+lum_result status_ask(lum_sensor *sensor);
+
+#endif

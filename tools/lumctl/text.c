@@ -1,0 +1,310 @@
+#include "text.h"
+
+#include "../common/number.h"
+#include "report.h"
+#include "session.h"
+
+#include "lum/command.h"
+
+#include <ctype.h>
+#include <stdio.h>
+#include <string.h>
+
+#define TEXT_BYTES 1024
+
+/* What each command is called where it is refused. */
+static const char *const names[LUM_COMMANDS] = {
+    "laser on",
+    "laser off",
+    "power",
+    "green threshold",
+    "blue threshold",
+    "line mode (0f: 640 lines, 1f: 64 lines)",
+    "Y scan in degrees",
+    "holdoff",
+    "green offset",
+    "blue offset",
+};
+
+static const lum_command_spec *find_spec(char letter, size_t *index)
+{
+    for (size_t i = 0; i < LUM_COMMANDS; i++) {
+        if (lum_command_specs[i].letter == letter) {
+            *index = i;
+            return &lum_command_specs[i];
+        }
+    }
+    return NULL;
+}
+
+static enum exit_status refuse_value(const char *word, int len)
+{
+    size_t index = 0;
+    char steps[24] = "";
+    const lum_command_spec *spec = find_spec(word[len - 1], &index);
+    if (spec == NULL) {
+        return EXIT_BAD;
+    }
+    if (spec->step > 1) {
+        (void)snprintf(steps, sizeof steps, " in steps of %u",
+                       (unsigned)spec->step);
+    }
+    return ctl_complain(EXIT_BAD, "'%.*s': %s is %u to %u%s", len, word,
+                        names[index], (unsigned)spec->min, (unsigned)spec->max,
+                        steps);
+}
+
+/* EXIT_DONE if every word is a command of the manual. */
+static enum exit_status check_text(const char *text)
+{
+    const char *at = text;
+    size_t left = strlen(text);
+    lum_command command;
+    if (left == 0 || left > TEXT_BYTES) {
+        return ctl_complain(EXIT_BAD,
+                            "'%.20s': give commands of the manual, 1 to %u "
+                            "characters, such as '50p 15y u'",
+                            text, TEXT_BYTES);
+    }
+    for (;;) {
+        const lum_result result = lum_command_parse(&at, &left, &command);
+        const int len = (int)strcspn(at, " ");
+        if (result == LUM_END) {
+            return EXIT_DONE;
+        }
+        if (result == LUM_E_VALUE) {
+            return refuse_value(at, len);
+        }
+        if (result != LUM_OK) {
+            return ctl_complain(
+                EXIT_BAD,
+                "'%s': '%.*s' is no command: u, d, or a whole number and one "
+                "of p g b f y h G B, parted by one space",
+                text, len, at);
+        }
+    }
+}
+
+static bool is_part_of_word(char c)
+{
+    return isalnum((unsigned char)c) != 0;
+}
+
+/* Whether a text has a word, not as a part of another. */
+static bool names_word(const char *text, const char *word, size_t len)
+{
+    for (const char *at = text; *at != '\0'; at++) {
+        if (strncmp(at, word, len) == 0 &&
+            (at == text || !is_part_of_word(at[-1])) &&
+            !is_part_of_word(at[len])) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* The commands that the answer's debug text names, parted by spaces. */
+bool text_find_refused(const char *text, const char *debug, char *out,
+                       size_t size)
+{
+    size_t n = 0;
+    out[0] = '\0';
+    while (*text != '\0') {
+        const size_t len = strcspn(text, " ");
+        if (names_word(debug, text, len)) {
+            n += (size_t)snprintf(out + n, size - n, "%s%.*s",
+                                  n != 0 ? " " : "", (int)len, text);
+        }
+        text += len + (text[len] == ' ' ? 1u : 0u);
+    }
+    return n != 0;
+}
+
+void text_print_json(const struct ctl *ctl, const char *text,
+                     const char *refused, const struct ctl_answer *answer)
+{
+    struct json json;
+    char name[SESSION_NAME_BYTES];
+    json_init(&json, stdout);
+    json_open_object(&json, NULL);
+    json_text(&json, "sensor", session_name(session_host(ctl), name));
+    if (text != NULL) {
+        json_text(&json, "command", text);
+        json_bool(&json, "done", *refused == '\0');
+        json_text(&json, "refused", refused);
+    }
+    if (answer->has_status) {
+        report_json(&json, answer->status);
+    }
+    report_json_lines(&json, "debug", answer->debug);
+    report_json_lines(&json, "tlvs", answer->others);
+    json_uint(&json, "tries", answer->tries);
+    json_real(&json, "round_trip_ms", (double)answer->round_trip_ns / 1e6, 3);
+    json_close_object(&json);
+    json_end(&json);
+}
+
+void text_print_answer(const struct ctl *ctl, const char *what,
+                       const struct ctl_answer *answer)
+{
+    char name[SESSION_NAME_BYTES];
+    char line[REPORT_LINE_BYTES];
+    (void)printf("%s: %s; %s\n", session_name(session_host(ctl), name), what,
+                 answer->has_status ? report_line(answer->status, line)
+                                    : "the answer bore no status");
+    report_debug(stdout, answer->debug);
+    if (*answer->others != '\0') {
+        (void)puts(answer->others);
+    }
+}
+
+static enum exit_status encode(const struct ctl *ctl, const char *text,
+                               uint8_t *out, size_t size, size_t *len)
+{
+    uint8_t packet[LUM_SENSOR_REQUEST_BYTES];
+    lum_tlv_writer writer;
+    if (lum_tlv_begin(&writer, packet, sizeof packet, 0) != LUM_OK ||
+        lum_tlv_add(&writer, ctl->layout.profile.tlv[LUM_TLV_COMMAND], text,
+                    (uint16_t)strlen(text)) != LUM_OK ||
+        writer.len - LUM_TLV_PACKET_BYTES > size) {
+        return ctl_complain(EXIT_BAD, "'%.20s...' does not fit one packet",
+                            text);
+    }
+    *len = writer.len - LUM_TLV_PACKET_BYTES;
+    (void)memcpy(out, packet + LUM_TLV_PACKET_BYTES, *len);
+    return EXIT_DONE;
+}
+
+enum exit_status text_send(struct ctl *ctl, const char *text,
+                           struct ctl_answer *answer, bool *was_sent)
+{
+    uint8_t tlvs[LUM_SENSOR_REQUEST_BYTES];
+    size_t len = 0;
+    enum exit_status status = check_text(text);
+    *was_sent = false;
+    if (status == EXIT_DONE) {
+        status = encode(ctl, text, tlvs, sizeof tlvs, &len);
+    }
+    return status == EXIT_DONE ? ctl_request(ctl, tlvs, len, answer, was_sent)
+                               : status;
+}
+
+enum exit_status ctl_command_text(struct ctl *ctl, const char *text)
+{
+    struct ctl_answer answer;
+    char refused[TEXT_BYTES + 1];
+    char what[TEXT_BYTES + 16];
+    bool was_sent = false;
+    const enum exit_status status = text_send(ctl, text, &answer, &was_sent);
+    if (status != EXIT_DONE || !was_sent) {
+        return status;
+    }
+    const bool has_refused =
+        text_find_refused(text, answer.debug, refused, sizeof refused);
+    if (ctl->options.json) {
+        text_print_json(ctl, text, refused, &answer);
+    } else {
+        (void)snprintf(what, sizeof what, "%s %s", text,
+                       has_refused ? "sent" : "done");
+        text_print_answer(ctl, what, &answer);
+    }
+    if (has_refused) {
+        return ctl_complain(EXIT_FAILED, "the sensor refused '%s'%s", refused,
+                            strcmp(refused, text) != 0 ? "; the others are done"
+                                                       : "");
+    }
+    return EXIT_DONE;
+}
+
+enum exit_status command_send(struct ctl *ctl, int count, char **words)
+{
+    if (count != 2) {
+        return ctl_complain(EXIT_BAD, "send takes one text; quote it where it "
+                                      "has spaces: lumctl send '50p 15y u'");
+    }
+    return ctl_command_text(ctl, words[1]);
+}
+
+static int hex_digit(char c)
+{
+    static const char digits[] = "0123456789abcdef";
+    const char *at =
+        c != '\0' ? strchr(digits, tolower((unsigned char)c)) : NULL;
+    return at != NULL ? (int)(at - digits) : -1;
+}
+
+/* The bytes of an even number of hex digits; false: they are none, or more
+ * than size. */
+static bool read_hex(const char *text, uint8_t *out, size_t size, size_t *len)
+{
+    size_t n = 0;
+    for (; text[0] != '\0'; text += 2) {
+        const int high = hex_digit(text[0]);
+        const int low = hex_digit(text[1]);
+        if (high < 0 || low < 0 || n == size) {
+            return false;
+        }
+        out[n++] = (uint8_t)(high * 16 + low);
+    }
+    *len = n;
+    return true;
+}
+
+/* Appends one TYPE:HEX. */
+static enum exit_status add_word(lum_tlv_writer *writer, const char *word)
+{
+    uint8_t value[LUM_SENSOR_REQUEST_BYTES];
+    char type_text[8];
+    int64_t type = 0;
+    size_t len = 0;
+    const size_t colon = strcspn(word, ":");
+    (void)snprintf(type_text, sizeof type_text, "%.*s", (int)colon, word);
+    if (word[colon] != ':' || colon >= sizeof type_text ||
+        !number_parse_int(type_text, 0, UINT16_MAX, &type)) {
+        return ctl_complain(EXIT_BAD,
+                            "tlv: '%.40s' is not TYPE:HEX with a type from 0 "
+                            "to 65535, such as 1:75",
+                            word);
+    }
+    if (!read_hex(word + colon + 1, value, sizeof value, &len)) {
+        return ctl_complain(EXIT_BAD,
+                            "tlv: '%.40s': the value is an even number of hex "
+                            "digits, at most %u bytes",
+                            word, (unsigned)sizeof value);
+    }
+    if (lum_tlv_add(writer, (uint16_t)type, value, (uint16_t)len) != LUM_OK) {
+        return ctl_complain(EXIT_BAD,
+                            "tlv: '%.40s' does not fit the packet any more, "
+                            "which holds %u bytes in all",
+                            word, (unsigned)LUM_SENSOR_REQUEST_BYTES);
+    }
+    return EXIT_DONE;
+}
+
+enum exit_status command_tlv(struct ctl *ctl, int count, char **words)
+{
+    uint8_t packet[LUM_SENSOR_REQUEST_BYTES];
+    lum_tlv_writer writer;
+    struct ctl_answer answer;
+    bool was_sent = false;
+    if (count < 2 ||
+        lum_tlv_begin(&writer, packet, sizeof packet, 0) != LUM_OK) {
+        return ctl_complain(EXIT_BAD,
+                            "tlv: give TYPE:HEX, such as 1:75, or several");
+    }
+    for (int i = 1; i < count; i++) {
+        const enum exit_status status = add_word(&writer, words[i]);
+        if (status != EXIT_DONE) {
+            return status;
+        }
+    }
+    const enum exit_status status =
+        ctl_request(ctl, packet + LUM_TLV_PACKET_BYTES,
+                    writer.len - LUM_TLV_PACKET_BYTES, &answer, &was_sent);
+    if (status == EXIT_DONE && was_sent && ctl->options.json) {
+        text_print_json(ctl, NULL, "", &answer);
+    } else if (status == EXIT_DONE && was_sent) {
+        text_print_answer(ctl, "answered", &answer);
+    }
+    return status;
+}

@@ -1,0 +1,250 @@
+#include "ctl.h"
+
+#include "report.h"
+#include "session.h"
+#include "watch.h"
+
+#include "lum/base/time.h"
+#include "lum/clock.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#define EXCHANGES 8
+#define APART_NS  INT64_C(10000000)
+#define PERIOD_NS INT64_C(1000000000)
+#define NS_PER_S  INT64_C(1000000000)
+
+struct timing {
+    struct ctl *ctl;
+    lum_clock_sync sync;
+    int64_t round_trip_ns; /* of the last exchange */
+    int64_t least_ns;      /* round trip */
+    int64_t most_ns;
+    bool has_any;
+    bool is_silent;
+    uint32_t resets; /* told so far */
+};
+
+static lum_result ask(lum_sensor *sensor)
+{
+    return lum_sensor_request_time(sensor);
+}
+
+static void add(struct timing *t, const lum_sensor_event *event)
+{
+    const int64_t trip = event->received_ns - event->sent_ns;
+    if (lum_clock_sync_add(&t->sync, event->sent_ns, event->received_ns,
+                           event->clock_us) != LUM_OK) {
+        return;
+    }
+    t->round_trip_ns = trip;
+    t->least_ns = !t->has_any || trip < t->least_ns ? trip : t->least_ns;
+    t->most_ns = !t->has_any || trip > t->most_ns ? trip : t->most_ns;
+    t->has_any = true;
+}
+
+/* Host less sensor by the calendar's clock. */
+static int64_t utc_offset(const lum_clock_estimate *e)
+{
+    return e->offset_ns + (lum_time_utc_ns() - lum_time_monotonic_ns());
+}
+
+#define SPAN_BYTES 40
+
+/* 0:12:34.567890 */
+static const char *clock_text(int64_t us, char out[SPAN_BYTES])
+{
+    const int64_t s = us / 1000000;
+    (void)snprintf(out, SPAN_BYTES, "%" PRId64 ":%02d:%02d.%06d", s / 3600,
+                   (int)(s / 60 % 60), (int)(s % 60), (int)(us % 1000000));
+    return out;
+}
+
+/* 182 us, or 12.3 ms */
+static const char *span_text(int64_t ns, char out[SPAN_BYTES])
+{
+    if (ns < 1000000) {
+        (void)snprintf(out, SPAN_BYTES, "%.0f us", (double)ns / 1e3);
+    } else {
+        (void)snprintf(out, SPAN_BYTES, "%.2f ms", (double)ns / 1e6);
+    }
+    return out;
+}
+
+static const char *drift_text(const lum_clock_estimate *e, char out[SPAN_BYTES])
+{
+    if (e->has_drift) {
+        (void)snprintf(out, SPAN_BYTES, "%+.3f +-%.3f ppm",
+                       (double)e->drift_ppb / 1e3,
+                       (double)e->drift_error_ppb / 1e3);
+    } else {
+        (void)snprintf(out, SPAN_BYTES, "not known yet");
+    }
+    return out;
+}
+
+static void put_json(const struct timing *t, const lum_clock_estimate *e)
+{
+    char name[SESSION_NAME_BYTES];
+    char when[REPORT_UTC_BYTES];
+    struct json json;
+    json_init(&json, stdout);
+    json_open_object(&json, NULL);
+    json_text(&json, "time", report_utc(lum_time_utc_ns(), when));
+    json_text(&json, "sensor", session_name(session_host(t->ctl), name));
+    json_int(&json, "clock_us", e->clock_us);
+    json_int(&json, "offset_ns", utc_offset(e));
+    json_int(&json, "error_ns", e->error_ns);
+    json_real(&json, "round_trip_ms", (double)t->round_trip_ns / 1e6, 3);
+    json_real(&json, "round_trip_min_ms", (double)t->least_ns / 1e6, 3);
+    json_real(&json, "round_trip_max_ms", (double)t->most_ns / 1e6, 3);
+    if (e->has_drift) {
+        json_int(&json, "drift_ppb", e->drift_ppb);
+        json_int(&json, "drift_error_ppb", e->drift_error_ppb);
+    } else {
+        json_null(&json, "drift_ppb");
+        json_null(&json, "drift_error_ppb");
+    }
+    json_uint(&json, "exchanges", e->exchanges);
+    json_uint(&json, "resets", e->resets);
+    json_close_object(&json);
+    json_end(&json);
+}
+
+static void put_all(const struct timing *t, const lum_clock_estimate *e)
+{
+    char name[SESSION_NAME_BYTES];
+    char when[REPORT_UTC_BYTES];
+    char text[SPAN_BYTES];
+    char other[SPAN_BYTES];
+    (void)printf("%s: clock %s\n", session_name(session_host(t->ctl), name),
+                 clock_text(e->clock_us, text));
+    (void)printf("  was 0 at    %s by this host's clock, +-%s\n",
+                 report_utc(utc_offset(e), when), span_text(e->error_ns, text));
+    (void)printf("  round trip  %s to %s, %u exchanges\n",
+                 span_text(t->least_ns, text), span_text(t->most_ns, other),
+                 (unsigned)e->exchanges);
+    (void)printf("  drift       %s%s\n", drift_text(e, text),
+                 e->has_drift ? "" : ": lumctl time --watch measures it");
+    (void)puts("  It counts from boot and begins anew every 71.6 minutes.");
+}
+
+static void put_line(const struct timing *t, const lum_clock_estimate *e)
+{
+    char when[REPORT_UTC_BYTES];
+    char clock[SPAN_BYTES];
+    char error[SPAN_BYTES];
+    char trip[SPAN_BYTES];
+    char drift[SPAN_BYTES];
+    const int64_t offset = utc_offset(e);
+    (void)printf("%s  clock %s  offset %" PRId64 ".%06d s +-%s  round trip %s  "
+                 "drift %s\n",
+                 report_utc(lum_time_utc_ns(), when),
+                 clock_text(e->clock_us, clock), offset / NS_PER_S,
+                 (int)(offset % NS_PER_S / 1000), span_text(e->error_ns, error),
+                 span_text(t->round_trip_ns, trip), drift_text(e, drift));
+}
+
+static bool show_line(struct timing *t)
+{
+    lum_clock_estimate e;
+    if (lum_clock_sync_estimate(&t->sync, &e) != LUM_OK) {
+        return true;
+    }
+    if (e.resets != t->resets) {
+        ctl_note(t->ctl, "the sensor's clock began anew: it has restarted");
+        t->resets = e.resets;
+    }
+    if (t->ctl->options.json) {
+        put_json(t, &e);
+    } else {
+        put_line(t, &e);
+    }
+    return report_flush();
+}
+
+static bool take(void *context, const lum_sensor_event *event)
+{
+    struct timing *t = context;
+    if (event->kind == LUM_SENSOR_TIME) {
+        t->is_silent = false;
+        add(t, event);
+        return show_line(t);
+    }
+    if (event->kind == LUM_SENSOR_NO_ANSWER && !t->is_silent) {
+        char name[SESSION_NAME_BYTES];
+        t->is_silent = true;
+        ctl_note(t->ctl, "%s does not answer",
+                 session_name(session_host(t->ctl), name));
+    }
+    return true;
+}
+
+static enum exit_status watch(struct timing *t)
+{
+    const struct watch watch = {PERIOD_NS, ask, take, t};
+    const enum exit_status status = watch_run(t->ctl, &watch);
+    if (status == EXIT_DONE && (t->is_silent || !t->has_any) &&
+        !lum_cancel_is_raised(t->ctl->cancel)) {
+        return session_complain_silence(t->ctl, t->ctl->options.retries + 1);
+    }
+    return status;
+}
+
+static enum exit_status exchange(struct timing *t)
+{
+    lum_sensor_event event;
+    lum_sensor_give_up(t->ctl->sensor);
+    if (lum_sensor_request_time(t->ctl->sensor) != LUM_OK) {
+        return ctl_complain(EXIT_FAILED, "the request cannot be made");
+    }
+    const enum exit_status status = session_finish(t->ctl, &event);
+    if (status == EXIT_DONE) {
+        add(t, &event);
+    }
+    return status;
+}
+
+static enum exit_status measure(struct timing *t)
+{
+    lum_clock_estimate e;
+    for (int i = 0; i < EXCHANGES; i++) {
+        const enum exit_status status = exchange(t);
+        if (status != EXIT_DONE) {
+            return status;
+        }
+        session_rest(t->ctl, APART_NS);
+    }
+    if (lum_clock_sync_estimate(&t->sync, &e) != LUM_OK) {
+        return ctl_complain(EXIT_FAILED, "the answers' times make no sense");
+    }
+    if (t->ctl->options.json) {
+        put_json(t, &e);
+    } else {
+        put_all(t, &e);
+    }
+    return EXIT_DONE;
+}
+
+enum exit_status command_time(struct ctl *ctl, int count, char **words)
+{
+    struct timing t = {.ctl = ctl};
+    if (count > 1) {
+        return ctl_complain(
+            EXIT_BAD, "time: '%s': no word is expected behind time", words[1]);
+    }
+    if (ctl->options.dry_run) {
+        const lum_timestamp request = {ctl->options.sequence, 0};
+        uint8_t packet[LUM_TIMESTAMP_BYTES];
+        lum_timestamp_encode(packet, &request);
+        return ctl_print_packet(packet, sizeof packet);
+    }
+    const enum exit_status opened = ctl_open(ctl, false);
+    if (opened != EXIT_DONE) {
+        return opened;
+    }
+    lum_clock_sync_init(&t.sync);
+    return ctl->options.watch ? watch(&t) : measure(&t);
+}

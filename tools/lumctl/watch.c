@@ -1,0 +1,59 @@
+#include "watch.h"
+
+#include "session.h"
+
+#include "lum/base/time.h"
+
+#define LOOK_NS INT64_C(500000000)
+
+static int64_t earlier(int64_t a, int64_t b)
+{
+    return a < b ? a : b;
+}
+
+static int64_t end_of(const struct ctl *ctl, int64_t now)
+{
+    const double s = ctl->options.duration_s;
+    return s > 0.0 ? now + (int64_t)(s * 1e9) : INT64_MAX;
+}
+
+/* The next request is due; one that has fallen behind is not made up for. */
+static void ask_when_due(struct ctl *ctl, const struct watch *watch,
+                         int64_t now, int64_t *due)
+{
+    if (now < *due || lum_sensor_is_waiting(ctl->sensor)) {
+        return;
+    }
+    (void)!watch->ask(ctl->sensor);
+    *due += watch->period_ns;
+    if (*due <= now) {
+        *due = now + watch->period_ns;
+    }
+}
+
+enum exit_status watch_run(struct ctl *ctl, const struct watch *watch)
+{
+    int64_t now = lum_time_monotonic_ns();
+    int64_t due = now;
+    const int64_t end = end_of(ctl, now);
+    lum_sensor_give_up(ctl->sensor);
+    for (; now < end; now = lum_time_monotonic_ns()) {
+        lum_sensor_event event;
+        ask_when_due(ctl, watch, now, &due);
+        const int64_t look =
+            due > now ? earlier(due, now + LOOK_NS) : now + LOOK_NS;
+        lum_sensor_receive(ctl->sensor, earlier(end, look), &event);
+        if (event.kind == LUM_SENSOR_CANCELLED) {
+            break;
+        }
+        if (event.kind == LUM_SENSOR_FAILED) {
+            return ctl_complain(EXIT_FAILED, "%s", event.error.text);
+        }
+        session_tell(ctl, &event);
+        if (!watch->take(watch->context, &event)) {
+            break;
+        }
+    }
+    lum_sensor_give_up(ctl->sensor);
+    return EXIT_DONE;
+}

@@ -1,0 +1,179 @@
+#include "conclude.h"
+
+#include "../common/number.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+enum exit_status conclude_error(const lum_error *error, enum exit_status status)
+{
+    (void)fprintf(stderr, "lumdump: %s\n", error->text);
+    return status;
+}
+
+static void warn(const struct options *o, const char *text)
+{
+    if (!o->quiet) {
+        (void)fprintf(stderr, "lumdump: warning: %s: %s\n", o->source, text);
+    }
+}
+
+static void print_sensors(const struct pass *pass)
+{
+    for (size_t i = 0; i < lum_demux_sensor_count(pass->demux); i++) {
+        lum_demux_sensor sensor;
+        char address[16];
+        lum_demux_get_sensor(pass->demux, i, &sensor);
+        (void)fprintf(stderr, " %s",
+                      number_format_address(sensor.address, address));
+    }
+    (void)fputc('\n', stderr);
+}
+
+static enum exit_status name_sensors(const struct pass *pass)
+{
+    (void)fprintf(stderr,
+                  "lumdump: %s: packets of several sensors; choose one by "
+                  "--sensor:",
+                  pass->options->source);
+    print_sensors(pass);
+    return EXIT_BAD;
+}
+
+static bool lacks_asked_sensor(const struct pass *pass)
+{
+    for (size_t i = 0; i < lum_demux_sensor_count(pass->demux); i++) {
+        lum_demux_sensor sensor;
+        lum_demux_get_sensor(pass->demux, i, &sensor);
+        if (sensor.address == pass->options->sensor) {
+            return false;
+        }
+    }
+    return pass->options->has_sensor && lum_demux_sensor_count(pass->demux) > 0;
+}
+
+static enum exit_status refuse_sensor(const struct pass *pass)
+{
+    char wanted[16];
+    (void)fprintf(stderr, "lumdump: %s: no data of %s in it, but of",
+                  pass->options->source,
+                  number_format_address(pass->options->sensor, wanted));
+    print_sensors(pass);
+    return EXIT_FAILED;
+}
+
+bool conclude_lacks_data(const struct pass *pass)
+{
+    lum_demux_counters total;
+    lum_demux_total(pass->demux, &total);
+    return total.packets[LUM_PACKET_DATA] == 0 &&
+           pass->diagnosis.shape_count > 0;
+}
+
+static bool lacks_points(const struct pass *pass)
+{
+    uint64_t points = 0;
+    uint64_t lines = 0;
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        const struct point_counts *p = &pass->summary.sensors[i];
+        points += p->points;
+        lines += p->lines[LUM_EYE_BLUE] + p->lines[LUM_EYE_GREEN];
+    }
+    return points == 0 && lines > 0;
+}
+
+static void warn_of_losses(const struct pass *pass, uint64_t left_out)
+{
+    const struct options *o = pass->options;
+    char text[160];
+    if (pass->summary.truncated && !o->quiet) {
+        /* it names the source itself */
+        (void)fprintf(stderr, "lumdump: warning: %s\n", pass->warning.text);
+    }
+    if (!pass->summary.has_time) {
+        warn(o, "no packet of a G2 was found: nothing whole to or from UDP "
+                "port 5517 bears its magic");
+    }
+    if (lacks_points(pass)) {
+        warn(o, "lines came, but no point is left of them: see no_angle and "
+                "no_range in the summary, and the selection");
+    }
+    if (left_out > 0) {
+        (void)snprintf(text, sizeof text,
+                       "%" PRIu64 " points came after the file of their frame "
+                       "was finished and were left out",
+                       left_out);
+        warn(o, text);
+    }
+}
+
+/* A reader that has left is no failure. */
+enum exit_status conclude_stdout(void)
+{
+    if (fflush(stdout) == 0 && !ferror(stdout)) {
+        return EXIT_DONE;
+    }
+    if (errno == EPIPE) {
+        return EXIT_DONE;
+    }
+    (void)fprintf(stderr, "lumdump: standard output: cannot be written: %s\n",
+                  strerror(errno));
+    return EXIT_FAILED;
+}
+
+enum exit_status conclude_summary(const struct pass *pass, uint64_t left_out)
+{
+    const struct options *o = pass->options;
+    warn_of_losses(pass, left_out);
+    if (o->json) {
+        summary_print_json(&pass->summary, stdout);
+    } else if (!o->quiet) {
+        summary_print_text(&pass->summary,
+                           o->output_count > 0 ? stderr : stdout);
+    }
+    return conclude_stdout();
+}
+
+static enum exit_status finish(struct pass *pass, lum_error *error)
+{
+    uint64_t left_out = 0;
+    if (pass->outputs != NULL) {
+        struct outputs *outputs = pass->outputs;
+        pass->outputs = NULL;
+        left_out = outputs_left_out(outputs);
+        if (outputs_close(outputs, error) != 0) {
+            return errno == EPIPE ? EXIT_DONE
+                                  : conclude_error(error, EXIT_FAILED);
+        }
+    }
+    return conclude_summary(pass, left_out);
+}
+
+enum exit_status conclude(struct pass *pass, enum pass_result result,
+                          lum_error *error)
+{
+    switch (result) {
+    case PASS_SENSORS:
+        return name_sensors(pass);
+    case PASS_FAILED:
+        return conclude_error(error, EXIT_FAILED);
+    case PASS_REFUSED:
+        return conclude_error(error, EXIT_BAD);
+    case PASS_INTERRUPTED:
+    case PASS_READER_LEFT:
+        return EXIT_DONE;
+    case PASS_DONE:
+    default:
+        break;
+    }
+    if (lacks_asked_sensor(pass)) {
+        return refuse_sensor(pass);
+    }
+    if (conclude_lacks_data(pass)) {
+        diagnosis_print(&pass->diagnosis, pass->options->source, stderr);
+        return EXIT_FAILED;
+    }
+    return finish(pass, error);
+}

@@ -1,0 +1,33 @@
+/* How a run ends: what is said, and its exit status. */
+#ifndef LUMDUMP_CONCLUDE_H
+#define LUMDUMP_CONCLUDE_H
+
+#include "convert.h"
+
+enum exit_status {
+    EXIT_DONE = 0,
+    EXIT_FAILED = 1,
+    EXIT_BAD = 2,
+    EXIT_NO_ANSWER = 3
+};
+
+/* Print the error; returns status. */
+enum exit_status conclude_error(const lum_error *error,
+                                enum exit_status status);
+
+/* Whether packets of ours came, and no data among them. */
+bool conclude_lacks_data(const struct pass *pass);
+
+/* Say how a pass ended, finish its outputs if it came to its end, print the
+ * summary. left_out: points that came too late for files that are closed
+ * already. */
+enum exit_status conclude(struct pass *pass, enum pass_result result,
+                          lum_error *error);
+
+/* The same of a pass whose outputs are closed: warnings and summary alone. */
+enum exit_status conclude_summary(const struct pass *pass, uint64_t left_out);
+
+/* What was printed on standard output reaches it. */
+enum exit_status conclude_stdout(void);
+
+#endif

@@ -1,0 +1,203 @@
+#include "outputs.h"
+
+#include "targets.h"
+
+#include <errno.h>
+#include <stdlib.h>
+
+struct outputs {
+    struct output *list[OUTPUTS_MAX]; /* NULL: left out */
+    size_t count;
+    bool want_lines;
+    size_t failed; /* which has failed; count: none */
+};
+
+typedef int open_one(const struct options *options, size_t i,
+                     const lum_projector *projector,
+                     const struct outputs *rehearsal, struct output **out,
+                     lum_error *error);
+
+static int open_written(const struct options *options, size_t i,
+                        const lum_projector *projector,
+                        const struct outputs *rehearsal, struct output **out,
+                        lum_error *error)
+{
+    return output_open(options, i, projector,
+                       rehearsal != NULL ? rehearsal->list[i] : NULL, out,
+                       error);
+}
+
+static int open_rehearsed(const struct options *options, size_t i,
+                          const lum_projector *projector,
+                          const struct outputs *rehearsal, struct output **out,
+                          lum_error *error)
+{
+    (void)rehearsal;
+    return targets_needs_rehearsal(options, i)
+               ? output_rehearse(options, i, projector, out, error)
+               : 0;
+}
+
+static int open_all(const struct options *options,
+                    const lum_projector *projector,
+                    const struct outputs *rehearsal, open_one *open,
+                    struct outputs **out, lum_error *error)
+{
+    struct outputs *all = calloc(1, sizeof *all);
+    if (all == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    all->count = options->output_count;
+    all->failed = all->count;
+    for (size_t i = 0; i < all->count; i++) {
+        if (open(options, i, projector, rehearsal, &all->list[i], error) != 0) {
+            const int code = errno;
+            outputs_abort(all);
+            errno = code;
+            return -1;
+        }
+        all->want_lines |=
+            all->list[i] != NULL && output_wants_lines(all->list[i]);
+    }
+    *out = all;
+    return 0;
+}
+
+int outputs_open(const struct options *options, const lum_projector *projector,
+                 const struct outputs *rehearsal, struct outputs **out,
+                 lum_error *error)
+{
+    return open_all(options, projector, rehearsal, open_written, out, error);
+}
+
+int outputs_rehearse(const struct options *options,
+                     const lum_projector *projector, struct outputs **out,
+                     lum_error *error)
+{
+    return open_all(options, projector, NULL, open_rehearsed, out, error);
+}
+
+bool outputs_want_lines(const struct outputs *outputs)
+{
+    return outputs->want_lines;
+}
+
+/* What is done to one of them. */
+struct action {
+    enum {
+        SET_TIME,
+        ADD_LINE,
+        ADD_DATAGRAM,
+        END_FRAME,
+        FLUSH
+    } kind;
+    int64_t number; /* SET_TIME, END_FRAME, FLUSH */
+    const lum_line_samples *line;
+    const lum_record *record;
+};
+
+static int act(struct output *output, const struct action *action,
+               lum_error *error)
+{
+    switch (action->kind) {
+    case SET_TIME:
+        return output_set_time(output, action->number, error);
+    case ADD_LINE:
+        return output_add_line(output, action->line, error);
+    case ADD_DATAGRAM:
+        return output_add_datagram(output, action->record, error);
+    case END_FRAME:
+        return output_end_frame(output, action->number, error);
+    case FLUSH:
+    default:
+        return output_flush(output, action->number != 0, error);
+    }
+}
+
+static int for_each(struct outputs *outputs, const struct action *action,
+                    lum_error *error)
+{
+    for (size_t i = 0; i < outputs->count; i++) {
+        if (outputs->list[i] != NULL &&
+            act(outputs->list[i], action, error) != 0) {
+            outputs->failed = i;
+            return -1;
+        }
+    }
+    return 0;
+}
+
+int outputs_set_time(struct outputs *outputs, int64_t time_ns, lum_error *error)
+{
+    return for_each(
+        outputs, &(struct action){.kind = SET_TIME, .number = time_ns}, error);
+}
+
+int outputs_add_line(struct outputs *outputs, const lum_line_samples *line,
+                     lum_error *error)
+{
+    return for_each(outputs, &(struct action){.kind = ADD_LINE, .line = line},
+                    error);
+}
+
+int outputs_add_datagram(struct outputs *outputs, const lum_record *record,
+                         lum_error *error)
+{
+    return for_each(outputs,
+                    &(struct action){.kind = ADD_DATAGRAM, .record = record},
+                    error);
+}
+
+int outputs_end_frame(struct outputs *outputs, int64_t frame, lum_error *error)
+{
+    return for_each(
+        outputs, &(struct action){.kind = END_FRAME, .number = frame}, error);
+}
+
+int outputs_flush(struct outputs *outputs, bool files, lum_error *error)
+{
+    return for_each(outputs,
+                    &(struct action){.kind = FLUSH, .number = files ? 1 : 0},
+                    error);
+}
+
+/* The first failure is the one that is told. */
+int outputs_close(struct outputs *outputs, lum_error *error)
+{
+    lum_error others = {""};
+    int code = 0;
+    int result = 0;
+    for (size_t i = 0; i < outputs->count; i++) {
+        if (i == outputs->failed) {
+            output_abort(outputs->list[i]);
+        } else if (outputs->list[i] != NULL &&
+                   output_close(outputs->list[i],
+                                result == 0 ? error : &others) != 0) {
+            code = result == 0 ? errno : code;
+            result = -1;
+        }
+    }
+    free(outputs);
+    errno = code;
+    return result;
+}
+
+void outputs_abort(struct outputs *outputs)
+{
+    if (outputs == NULL) {
+        return;
+    }
+    for (size_t i = 0; i < outputs->count; i++) {
+        output_abort(outputs->list[i]);
+    }
+    free(outputs);
+}
+
+uint64_t outputs_left_out(const struct outputs *outputs)
+{
+    uint64_t n = 0;
+    for (size_t i = 0; i < outputs->count; i++) {
+        n += outputs->list[i] != NULL ? output_left_out(outputs->list[i]) : 0;
+    }
+    return n;
+}

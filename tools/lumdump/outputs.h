@@ -1,0 +1,43 @@
+/* All outputs of a run, filled by one pass. What fails in one of them fails as
+ * a whole; errno tells EPIPE where its reader has left. */
+#ifndef LUMDUMP_OUTPUTS_H
+#define LUMDUMP_OUTPUTS_H
+
+#include "output.h"
+
+struct outputs;
+
+/* Open all outputs of the options.
+ * rehearsal: NULL, or what outputs_rehearse() gave. */
+int outputs_open(const struct options *options, const lum_projector *projector,
+                 const struct outputs *rehearsal, struct outputs **out,
+                 lum_error *error);
+
+/* As outputs_open(), of those alone that need a rehearsal. */
+int outputs_rehearse(const struct options *options,
+                     const lum_projector *projector, struct outputs **out,
+                     lum_error *error);
+
+/* Whether any takes lines. */
+bool outputs_want_lines(const struct outputs *outputs);
+
+/* As those of output.h, for all. */
+int outputs_set_time(struct outputs *outputs, int64_t time_ns,
+                     lum_error *error);
+int outputs_add_line(struct outputs *outputs, const lum_line_samples *line,
+                     lum_error *error);
+int outputs_add_datagram(struct outputs *outputs, const lum_record *record,
+                         lum_error *error);
+int outputs_end_frame(struct outputs *outputs, int64_t frame, lum_error *error);
+int outputs_flush(struct outputs *outputs, bool files, lum_error *error);
+
+/* Finish all, free them. When one has failed, now or before, it is aborted and
+ * the others are finished all the same. */
+int outputs_close(struct outputs *outputs, lum_error *error);
+
+/* Abort all, free them. NULL is allowed. */
+void outputs_abort(struct outputs *outputs);
+
+uint64_t outputs_left_out(const struct outputs *outputs);
+
+#endif

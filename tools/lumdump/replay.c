@@ -1,0 +1,146 @@
+#define _POSIX_C_SOURCE 200809L
+#include "replay.h"
+
+#include "../common/interrupt.h"
+#include "progress.h"
+#include "targets.h"
+
+#include <sys/stat.h>
+
+/* Records between looks at signals and at the clock for the progress line. */
+#define RECORDS_A_LOOK 256u
+
+static enum pass_result look_around(const struct pass *pass,
+                                    const lum_capture *capture,
+                                    struct progress *progress)
+{
+    uint64_t done = 0;
+    uint64_t total = 0;
+    uint64_t points = 0;
+    if (interrupt_signal() != 0) {
+        return PASS_INTERRUPTED;
+    }
+    lum_capture_progress(capture, &done, &total);
+    for (size_t i = 0; i < lum_demux_sensor_count(pass->demux); i++) {
+        points += pass->summary.sensors[i].points;
+    }
+    progress_update(progress, done, total, points);
+    return PASS_DONE;
+}
+
+static bool is_past_duration(const struct pass *pass, int64_t first_ns,
+                             int64_t time_ns)
+{
+    return pass->options->duration_ns != 0 &&
+           time_ns - first_ns > pass->options->duration_ns;
+}
+
+static enum pass_result read_all(struct pass *pass, lum_capture *capture,
+                                 struct progress *progress, lum_error *error)
+{
+    struct summary *s = &pass->summary;
+    lum_record record;
+    int64_t first_ns = 0;
+    int status = 0;
+    while ((status = lum_capture_next(capture, &record, &pass->warning)) > 0) {
+        first_ns = s->records == 0 ? record.time_ns : first_ns;
+        if (is_past_duration(pass, first_ns, record.time_ns)) {
+            return PASS_DONE;
+        }
+        enum pass_result result = pass_take(pass, &record, error);
+        if (result == PASS_DONE && s->records % RECORDS_A_LOOK == 0) {
+            result = look_around(pass, capture, progress);
+        }
+        if (result != PASS_DONE) {
+            return result;
+        }
+        s->records++;
+    }
+    if (interrupt_signal() != 0) {
+        return PASS_INTERRUPTED;
+    }
+    s->truncated = status < 0;
+    record.kind = LUM_RECORD_FRAGMENT;
+    return pass_take(pass, &record, error);
+}
+
+static enum pass_result run(struct pass *pass, lum_error *error)
+{
+    struct progress progress;
+    lum_capture *capture = NULL;
+    enum pass_result result = pass_prepare(pass, error);
+    if (result != PASS_DONE) {
+        return result;
+    }
+    if (lum_capture_open(pass->options->source, &capture, error) != 0) {
+        return interrupt_signal() != 0 ? PASS_INTERRUPTED : PASS_FAILED;
+    }
+    progress_init(&progress, pass->options->quiet);
+    result = read_all(pass, capture, &progress, error);
+    if (result == PASS_DONE) {
+        result = pass_flush(pass, error);
+    }
+    lum_capture_close(capture);
+    progress_clear(&progress);
+    return result;
+}
+
+static bool needs_rehearsal(const struct options *o)
+{
+    for (size_t i = 0; i < o->output_count; i++) {
+        if (targets_needs_rehearsal(o, i)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool is_regular(const char *path)
+{
+    struct stat s;
+    return stat(path, &s) == 0 && S_ISREG(s.st_mode);
+}
+
+/* The first of two passes; what it found out stays in pass where it did not
+ * come to its end. */
+static enum pass_result rehearse(struct pass *pass, struct outputs **rehearsal,
+                                 lum_error *error)
+{
+    const struct pass fresh = *pass;
+    if (!is_regular(pass->options->source)) {
+        (void)lum_error_set(error,
+                            "the format's header holds the number of points: "
+                            "a source that can be read once cannot go to an "
+                            "output that cannot seek; use -o FILE, or csv");
+        return PASS_REFUSED;
+    }
+    if (outputs_rehearse(pass->options, pass->projector, &pass->outputs,
+                         error) != 0) {
+        return PASS_FAILED;
+    }
+    const enum pass_result result = run(pass, error);
+    *rehearsal = pass->outputs;
+    pass->outputs = NULL;
+    if (result == PASS_DONE) {
+        pass_free(pass);
+        *pass = fresh;
+    }
+    return result;
+}
+
+enum pass_result replay(struct pass *pass, lum_error *error)
+{
+    const struct options *o = pass->options;
+    struct outputs *rehearsal = NULL;
+    enum pass_result result = PASS_DONE;
+    if (needs_rehearsal(o)) {
+        result = rehearse(pass, &rehearsal, error);
+    }
+    if (result == PASS_DONE && o->output_count > 0 &&
+        outputs_open(o, pass->projector, rehearsal, &pass->outputs, error) !=
+            0) {
+        result = PASS_FAILED;
+    }
+    outputs_abort(rehearsal);
+    return result == PASS_DONE ? run(pass, error) : result;
+}

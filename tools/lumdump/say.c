@@ -1,0 +1,139 @@
+#define _DEFAULT_SOURCE /* TIOCGWINSZ */
+#include "say.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <time.h>
+#include <unistd.h>
+
+#define COLUMNS_DEFAULT 80u
+
+/* What a pipe that is writable takes without a wait. */
+#define PIECE_BYTES 512u
+
+static const char clear_line[] = "\r\033[K";
+
+void say_init(struct say *say, bool quiet)
+{
+    *say = (struct say){.is_quiet = quiet,
+                        .is_terminal = isatty(STDERR_FILENO) == 1};
+}
+
+/* Writes a piece if that needs no wait. False: nothing was written. */
+static bool write_piece(struct say *say, int patience_ms)
+{
+    struct pollfd ready = {.fd = STDERR_FILENO, .events = POLLOUT};
+    const size_t n =
+        say->pending_bytes < PIECE_BYTES ? say->pending_bytes : PIECE_BYTES;
+    if (poll(&ready, 1, patience_ms) <= 0) {
+        return false;
+    }
+    const ssize_t written = write(STDERR_FILENO, say->pending, n);
+    if (written < 0 && (errno == EINTR || errno == EAGAIN)) {
+        return false;
+    }
+    /* who does not listen at all is not told again */
+    const size_t gone = written < 0 ? n : (size_t)written;
+    say->pending_bytes -= gone;
+    memmove(say->pending, say->pending + gone, say->pending_bytes);
+    return true;
+}
+
+void say_flush(struct say *say)
+{
+    while (say->pending_bytes > 0 && write_piece(say, 0)) {
+    }
+}
+
+static void append(struct say *say, const char *text)
+{
+    const size_t n = strlen(text);
+    if (sizeof say->pending - say->pending_bytes < n) {
+        say->left_out = true;
+        return;
+    }
+    memcpy(say->pending + say->pending_bytes, text, n);
+    say->pending_bytes += n;
+}
+
+static void clear_status(struct say *say)
+{
+    if (say->shows_status) {
+        append(say, clear_line);
+        say->shows_status = false;
+    }
+}
+
+static void append_left_out(struct say *say)
+{
+    if (say->left_out && say->pending_bytes == 0) {
+        say->left_out = false;
+        append(say, "lumdump: warning: further warnings could not be "
+                    "written in time\n");
+    }
+}
+
+void say_warn(struct say *say, const char *format, ...)
+{
+    char text[768];
+    char line[sizeof text + 64];
+    char clock[16] = "";
+    const time_t now = time(NULL);
+    struct tm local;
+    va_list arguments;
+    if (say->is_quiet) {
+        return;
+    }
+    va_start(arguments, format);
+    (void)vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    if (localtime_r(&now, &local) != NULL) {
+        (void)strftime(clock, sizeof clock, "%H:%M:%S", &local);
+    }
+    (void)snprintf(line, sizeof line, "lumdump: warning: %s: %s\n", clock,
+                   text);
+    append_left_out(say);
+    clear_status(say);
+    append(say, line);
+    say_flush(say);
+}
+
+bool say_has_status(const struct say *say)
+{
+    return say->is_terminal && !say->is_quiet;
+}
+
+static size_t columns(void)
+{
+    struct winsize size = {0};
+    return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1
+               ? size.ws_col
+               : COLUMNS_DEFAULT;
+}
+
+/* A line that the terminal would break could not be taken back. */
+void say_status(struct say *say, const char *text)
+{
+    char line[512];
+    const size_t width = columns() - 1u;
+    say_flush(say);
+    if (!say_has_status(say) || say->pending_bytes > 0) {
+        return;
+    }
+    (void)snprintf(line, sizeof line, "%s%.*s", clear_line, (int)width, text);
+    append(say, line);
+    say->shows_status = true;
+    say_flush(say);
+}
+
+void say_end(struct say *say)
+{
+    clear_status(say);
+    append_left_out(say);
+    while (say->pending_bytes > 0 && write_piece(say, 1000)) {
+    }
+}

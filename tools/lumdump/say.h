@@ -1,0 +1,41 @@
+/* Standard error of a live run: warnings with their time, and a status line on
+ * a terminal. Whoever reads it may stop reading without holding the run up,
+ * since nothing is written that would have to wait. */
+#ifndef LUMDUMP_SAY_H
+#define LUMDUMP_SAY_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#define SAY_PENDING_BYTES 8192u
+
+struct say {
+    bool is_quiet;
+    bool is_terminal;
+    bool shows_status;
+    bool left_out; /* a warning did not fit */
+    size_t pending_bytes;
+    char pending[SAY_PENDING_BYTES]; /* what could not be written yet */
+};
+
+void say_init(struct say *say, bool quiet);
+
+/* Warn, unless the run is quiet; the text ends without a newline. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+void say_warn(struct say *say, const char *format, ...);
+
+/* Whether there is to be a status line. */
+bool say_has_status(const struct say *say);
+
+/* Show a status line, in place of the one before. */
+void say_status(struct say *say, const char *text);
+
+/* Write what could not be written before; to be called now and then. */
+void say_flush(struct say *say);
+
+/* Remove the status line, write what is left, waiting if need be. */
+void say_end(struct say *say);
+
+#endif

@@ -1,0 +1,222 @@
+#include "session.h"
+
+#include "../common/interrupt.h"
+#include "lum/base/time.h"
+#include "lum/packet.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+
+#define SECOND_NS INT64_C(1000000000)
+
+#define TICK_NS       (SECOND_NS / 20)
+#define STATUS_NS     (SECOND_NS / 2)
+#define FIRST_DATA_NS (5 * SECOND_NS) /* longest wait for the first data */
+
+/* After a batch that was not full: more come together then, in fewer calls. */
+#define REST_NS (SECOND_NS / 1000)
+
+/* How often drops are told of. */
+#define DROPS_NS (10 * SECOND_NS)
+
+static void note_first_data(struct session *s, int64_t now_ns)
+{
+    s->first_data_ns = now_ns;
+    if (s->options->duration_ns != 0) {
+        s->end_ns = now_ns + s->options->duration_ns;
+    }
+}
+
+/* The first packet tells most often: nearly all that comes is data. */
+static void look_for_data(struct session *s, const lum_sensor_event *event,
+                          int64_t now_ns)
+{
+    for (size_t i = 0; i < event->datagram_count; i++) {
+        const lum_received *d = &event->datagrams[i];
+        lum_group group;
+        const lum_packet_kind kind =
+            lum_packet_decode(s->layout, d->bytes, d->len, &group);
+        if (kind == LUM_PACKET_DATA) {
+            if (!s->watch.has_data) {
+                note_first_data(s, now_ns);
+            }
+            watch_note_data(&s->watch, now_ns);
+            return;
+        }
+        s->has_unknown |= kind == LUM_PACKET_MALFORMED ||
+                          kind == LUM_PACKET_UNKNOWN_TYPE ||
+                          kind == LUM_PACKET_UNKNOWN_TAG;
+    }
+}
+
+static void take_datagrams(struct session *s, const lum_sensor_event *event,
+                           int64_t now_ns)
+{
+    for (size_t i = 0; i < event->datagram_count; i++) {
+        const lum_received *d = &event->datagrams[i];
+        const struct ring_item item = {.bytes = d->bytes,
+                                       .len = d->len,
+                                       .time_ns = d->utc_ns,
+                                       .is_cut_short = d->cut_short};
+        s->bytes += d->len;
+        s->ring_drops += ring_put(s->ring, &item) ? 0u : 1u;
+    }
+    ring_publish(s->ring);
+    s->received += event->datagram_count;
+    look_for_data(s, event, now_ns);
+}
+
+static enum session_end judge_cancel(struct session *s)
+{
+    struct worker_view view;
+    worker_look(s->worker, &view);
+    if (interrupt_signal() != 0) {
+        return SESSION_SIGNAL;
+    }
+    return view.has_ended ? SESSION_OUTPUT : SESSION_GOES_ON;
+}
+
+static void take_event(struct session *s, const lum_sensor_event *event,
+                       int64_t now_ns)
+{
+    switch (event->kind) {
+    case LUM_SENSOR_DATAGRAMS:
+        take_datagrams(s, event, now_ns);
+        break;
+    case LUM_SENSOR_CANCELLED:
+        s->end = judge_cancel(s);
+        break;
+    case LUM_SENSOR_FAILED:
+        s->error = event->error;
+        s->end = SESSION_BROKEN;
+        break;
+    case LUM_SENSOR_IDLE:
+    case LUM_SENSOR_ANSWER:
+    case LUM_SENSOR_TIME:
+    case LUM_SENSOR_NO_ANSWER:
+    case LUM_SENSOR_ALERT:
+    case LUM_SENSOR_LINK:
+    default:
+        watch_take(&s->watch, event, now_ns);
+        break;
+    }
+}
+
+/* Whether drops are to be told of now. */
+static bool is_news(struct session_drops *drops, uint64_t count, int64_t now_ns)
+{
+    if (count == drops->told ||
+        (drops->is_told && now_ns - drops->told_ns < DROPS_NS)) {
+        return false;
+    }
+    *drops = (struct session_drops){
+        .told = count, .told_ns = now_ns, .is_told = true};
+    return true;
+}
+
+static void tell_drops(struct session *s, const lum_sensor_counters *c,
+                       int64_t now_ns)
+{
+    lum_socket *socket = lum_sensor_socket(s->sensor);
+    if (is_news(&s->told_ring, s->ring_drops, now_ns)) {
+        say_warn(&s->say,
+                 "the outputs are too slow for what comes: %" PRIu64
+                 " datagrams were dropped so far; write less (--eye, --frames, "
+                 "a pcap alone), to a faster disk, or try --buffer",
+                 s->ring_drops);
+    }
+    if (is_news(&s->told_kernel, c->kernel_drops, now_ns)) {
+        say_warn(&s->say,
+                 "the system dropped %" PRIu64
+                 " datagrams so far: its receive buffer was full%s",
+                 c->kernel_drops,
+                 lum_socket_has_room(socket)
+                     ? "; this machine is too busy"
+                     : ", and is smaller than was asked for: sysctl -w "
+                       "net.core.rmem_max=67108864");
+    }
+}
+
+static void show_status(struct session *s, const lum_sensor_counters *c,
+                        int64_t now_ns)
+{
+    char line[400];
+    struct worker_view view;
+    worker_look(s->worker, &view);
+    const struct status_totals now = {
+        .time_ns = now_ns,
+        .datagrams = s->received,
+        .bytes = s->bytes,
+        .points = view.points,
+        .lost_words = view.lost_words,
+        .lost_lines = view.lost_lines,
+        .kernel_drops = c->kernel_drops,
+        .ring_drops = s->ring_drops,
+        .refused = view.refused,
+        .buffer_used =
+            (unsigned)(ring_level(s->ring) * 100u / ring_size(s->ring))};
+    if (s->watch.has_data) {
+        status_format(&s->before, &now, s->first_data_ns,
+                      watch_laser_text(&s->watch), line, sizeof line);
+    } else {
+        (void)snprintf(line, sizeof line, "waiting for data from %s",
+                       s->watch.address);
+    }
+    s->before = now;
+    say_status(&s->say, line);
+}
+
+static void tick(struct session *s, int64_t now_ns)
+{
+    lum_sensor_counters counters;
+    s->tick_ns = now_ns + TICK_NS;
+    ring_wake(s->ring);
+    say_flush(&s->say);
+    watch_tick(&s->watch, now_ns);
+    lum_sensor_count(s->sensor, &counters);
+    tell_drops(s, &counters, now_ns);
+    if (now_ns >= s->status_ns && say_has_status(&s->say)) {
+        s->status_ns = now_ns + STATUS_NS;
+        show_status(s, &counters, now_ns);
+    }
+    if (!s->watch.has_data && now_ns - s->began_ns >= FIRST_DATA_NS) {
+        s->end = SESSION_NO_DATA;
+    }
+}
+
+static void step(struct session *s)
+{
+    lum_sensor_event event;
+    const int64_t deadline_ns = s->tick_ns < s->end_ns ? s->tick_ns : s->end_ns;
+    lum_sensor_receive(s->sensor, deadline_ns, &event);
+    const int64_t now_ns = lum_time_monotonic_ns();
+    take_event(s, &event, now_ns);
+    if (s->end != SESSION_GOES_ON) {
+        return;
+    }
+    if (now_ns >= s->tick_ns) {
+        tick(s, now_ns);
+    }
+    if (now_ns >= s->end_ns) {
+        s->end = SESSION_DURATION;
+    } else if (event.kind == LUM_SENSOR_DATAGRAMS &&
+               event.datagram_count < LUM_SOCKET_BATCH) {
+        lum_time_sleep_until(now_ns + REST_NS);
+    }
+}
+
+void session_run(struct session *session)
+{
+    const int64_t now_ns = lum_time_monotonic_ns();
+    session->began_ns = now_ns;
+    session->tick_ns = now_ns;
+    session->status_ns = now_ns;
+    session->end_ns = INT64_MAX;
+    session->before = (struct status_totals){.time_ns = now_ns};
+    say_init(&session->say, session->options->quiet);
+    watch_begin(&session->watch, &session->say, session->sensor,
+                session->layout, session->options->laser, now_ns);
+    while (session->end == SESSION_GOES_ON) {
+        step(session);
+    }
+}

@@ -1,0 +1,64 @@
+/* The thread that keeps the session with a sensor. It never waits for an
+ * output: the laser is on only while it receives, and a slow disk is no reason
+ * to lose it. */
+#ifndef LUMDUMP_SESSION_H
+#define LUMDUMP_SESSION_H
+
+#include "options.h"
+#include "status.h"
+#include "watch.h"
+#include "worker.h"
+
+#include "../common/ring.h"
+#include "lum/net/sensor.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Why a session ends. */
+enum session_end {
+    SESSION_GOES_ON,
+    SESSION_DURATION, /* it is over */
+    SESSION_SIGNAL,   /* one came */
+    SESSION_OUTPUT,   /* one has failed, or its reader has left */
+    SESSION_NO_DATA,  /* from the start */
+    SESSION_BROKEN    /* the socket; see the error */
+};
+
+/* Datagrams lost in one place, as far as they were told of. */
+struct session_drops {
+    uint64_t told;
+    int64_t told_ns;
+    bool is_told;
+};
+
+struct session {
+    const struct options *options;
+    const lum_layout *layout;
+    lum_sensor *sensor;
+    struct ring *ring;
+    struct worker *worker;
+
+    struct say say;
+    struct watch watch;
+    enum session_end end;
+    lum_error error;
+    int64_t began_ns; /* all times are monotonic */
+    int64_t first_data_ns;
+    int64_t end_ns; /* of the duration; far away: none */
+    int64_t tick_ns;
+    int64_t status_ns;
+    uint64_t received; /* datagrams, and bytes in them */
+    uint64_t bytes;
+    uint64_t ring_drops;
+    bool has_unknown; /* packets that may be data of another layout */
+    struct session_drops told_kernel;
+    struct session_drops told_ring;
+    struct status_totals before;
+};
+
+/* Receive until there is a reason to end. The first five members are set; the
+ * rest is zero. */
+void session_run(struct session *session);
+
+#endif

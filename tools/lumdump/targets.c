@@ -1,0 +1,144 @@
+#define _POSIX_C_SOURCE 200809L
+#include "targets.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+int targets_pattern(const char *name)
+{
+    const char *p = strchr(name, '%');
+    if (p == NULL) {
+        return 0;
+    }
+    p++;
+    p += strspn(p, "0123456789");
+    return *p == 'd' && strchr(p, '%') == NULL ? 1 : -1;
+}
+
+bool targets_rotates(const struct options *options, size_t i)
+{
+    const char *name = options->outputs[i].name;
+    return (options->rotation.bytes != 0 || options->rotation.ns != 0) &&
+           strcmp(name, "-") != 0 && targets_pattern(name) == 0;
+}
+
+/* A path, or - for one of the standard streams. */
+static bool find_file(const char *path, int standard, struct stat *out)
+{
+    return (strcmp(path, "-") == 0 ? fstat(standard, out) : stat(path, out)) ==
+               0 &&
+           S_ISREG(out->st_mode);
+}
+
+static bool is_same_file(const char *source, const char *output)
+{
+    struct stat s;
+    struct stat o;
+    return find_file(source, STDIN_FILENO, &s) &&
+           find_file(output, STDOUT_FILENO, &o) && s.st_dev == o.st_dev &&
+           s.st_ino == o.st_ino;
+}
+
+/* An output grows as NAME.part. */
+static bool is_its_part(const char *source, const char *output)
+{
+    char part[4096];
+    const int n = snprintf(part, sizeof part, "%s.part", output);
+    return n > 0 && (size_t)n < sizeof part && is_same_file(source, part);
+}
+
+bool targets_is_source(const struct options *options, const char *name)
+{
+    return !options->is_live && (is_same_file(options->source, name) ||
+                                 is_its_part(options->source, name));
+}
+
+/* A name that stands for no file yet will be one that can. */
+static bool can_seek(const char *output)
+{
+    struct stat s;
+    if (strcmp(output, "-") == 0) {
+        return fstat(STDOUT_FILENO, &s) == 0 && S_ISREG(s.st_mode);
+    }
+    return stat(output, &s) != 0 || S_ISREG(s.st_mode);
+}
+
+bool targets_needs_rehearsal(const struct options *options, size_t i)
+{
+    const struct output_options *o = &options->outputs[i];
+    return o->format != FORMAT_PCAP &&
+           lum_format_needs_count((lum_format)o->format) && !can_seek(o->name);
+}
+
+static int check_pattern(const struct output_options *o, lum_error *error)
+{
+    const int pattern = targets_pattern(o->name);
+    if (pattern < 0) {
+        return lum_error_set(error,
+                             "%s: a %% in the name stands for the frame "
+                             "number and has to read %%d or %%04d, once",
+                             o->name);
+    }
+    if (pattern == 1 && o->format == FORMAT_PCAP) {
+        return lum_error_set(error,
+                             "%s: a capture holds packets, not frames: "
+                             "name one file",
+                             o->name);
+    }
+    return 0;
+}
+
+static int check_others(const struct options *options, size_t i,
+                        lum_error *error)
+{
+    const char *name = options->outputs[i].name;
+    for (size_t k = 0; k < i; k++) {
+        if (strcmp(options->outputs[k].name, name) == 0) {
+            return lum_error_set(error,
+                                 "%s: named twice as output: each needs a "
+                                 "name of its own",
+                                 name);
+        }
+    }
+    return 0;
+}
+
+static int check_rotation(const struct options *options, lum_error *error)
+{
+    bool is_used = options->rotation.bytes == 0 && options->rotation.ns == 0;
+    for (size_t i = 0; i < options->output_count; i++) {
+        is_used = is_used || targets_rotates(options, i);
+    }
+    return is_used ? 0
+                   : lum_error_set(error,
+                                   "--rotate: there is no output that could "
+                                   "go on in a new file: standard output and "
+                                   "files of a frame each do not");
+}
+
+int targets_check(const struct options *options, lum_error *error)
+{
+    for (size_t i = 0; i < options->output_count; i++) {
+        const struct output_options *o = &options->outputs[i];
+        if (check_pattern(o, error) != 0 ||
+            check_others(options, i, error) != 0) {
+            return -1;
+        }
+        if (targets_is_source(options, o->name)) {
+            return lum_error_set(error,
+                                 "%s is the source itself, or would be "
+                                 "written over it: name another output",
+                                 o->name);
+        }
+        if (options->is_live && targets_needs_rehearsal(options, i)) {
+            return lum_error_set(error,
+                                 "%s: the format's header holds the number of "
+                                 "points, and this output cannot seek: use -o "
+                                 "FILE, or csv",
+                                 o->name);
+        }
+    }
+    return check_rotation(options, error);
+}

@@ -1,0 +1,27 @@
+/* What can be said of outputs by their names, before they are opened. */
+#ifndef LUMDUMP_TARGETS_H
+#define LUMDUMP_TARGETS_H
+
+#include "options.h"
+
+#include "lum/base/error.h"
+
+#include <stdbool.h>
+
+/* Whether a name asks for one file a frame. 0 no, 1 yes, -1: it has a % that
+ * cannot be a frame number. */
+int targets_pattern(const char *name);
+
+/* Whether the i-th output goes on in new files. */
+bool targets_rotates(const struct options *options, size_t i);
+
+/* Whether writing to the name would harm the capture that is read. */
+bool targets_is_source(const struct options *options, const char *name);
+
+/* Whether the i-th output's header has to be known before it can begin. */
+bool targets_needs_rehearsal(const struct options *options, size_t i);
+
+/* 0, or -1 with what is wrong with the outputs asked for in error. */
+int targets_check(const struct options *options, lum_error *error);
+
+#endif

@@ -1,0 +1,315 @@
+#include "live_internal.h"
+
+#include "../common/number.h"
+#include "lum/base/time.h"
+#include "lum/laser.h"
+#include "lum/wire.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#define QUIET_NS INT64_C(100000000) /* between two lines about a flood */
+
+static const char *const kinds[LUM_PACKET_KINDS] = {
+    [LUM_PACKET_DATA] = "data",
+    [LUM_PACKET_HEARTBEAT] = "heartbeat",
+    [LUM_PACKET_SET_IP] = "set_ip",
+    [LUM_PACKET_TIMESTAMP] = "timestamp",
+    [LUM_PACKET_TLV] = "tlv",
+    [LUM_PACKET_FOREIGN] = "foreign",
+    [LUM_PACKET_UNKNOWN_TYPE] = "unknown_type",
+    [LUM_PACKET_MALFORMED] = "malformed",
+    [LUM_PACKET_UNKNOWN_TAG] = "unknown_tag"};
+
+const char *live_name(uint32_t address, uint16_t port, char out[24])
+{
+    char host[16];
+    (void)snprintf(out, 24, "%s:%u", number_format_address(address, host),
+                   (unsigned)port);
+    return out;
+}
+
+static void add_address(struct json *json, const char *key, uint32_t address)
+{
+    char name[16];
+    json_text(json, key, number_format_address(address, name));
+}
+
+static void add_peer(struct json *json, const char *key, uint32_t address,
+                     uint16_t port)
+{
+    char name[24];
+    json_text(json, key, live_name(address, port, name));
+}
+
+void live_log_text(struct live *live, int64_t t_ns, const char *event,
+                   const char *key, const char *text)
+{
+    struct json *json = journal_begin(&live->journal, t_ns, event);
+    if (json != NULL) {
+        json_text(json, key, text);
+        journal_end(&live->journal);
+    }
+}
+
+void live_log_start(struct live *live)
+{
+    struct json *json = journal_begin(&live->journal, live->start_ns, "start");
+    if (json == NULL) {
+        return;
+    }
+    add_peer(json, "address", live->self.address, live->self.port);
+    json_uint(json, "clock_us",
+              lum_device_clock_us(&live->device, live->start_ns));
+    if (live->options->mode == MODE_REPLAY) {
+        json_text(json, "replay", live->options->replay);
+        json_uint(json, "packets", live->playback.facts.packets);
+    } else {
+        json_uint(json, "lines", live->options->render.lines);
+        json_real(json, "rate_hz", live->options->render.rate_hz, 3);
+    }
+    journal_end(&live->journal);
+}
+
+static bool is_ignored(lum_packet_kind kind)
+{
+    return kind == LUM_PACKET_DATA || kind >= LUM_PACKET_FOREIGN;
+}
+
+/* Of a flood only so many lines a second, which tell how many came since. */
+static void log_ignored(struct live *live, int64_t t_ns, lum_packet_kind kind,
+                        const lum_received *datagram)
+{
+    live->ignored++;
+    if (t_ns - live->ignored_ns < QUIET_NS) {
+        return;
+    }
+    struct json *json = journal_begin(&live->journal, t_ns, "ignored");
+    if (json != NULL) {
+        add_peer(json, "from", datagram->from.address, datagram->from.port);
+        json_text(json, "kind", kinds[kind]);
+        json_uint(json, "len", datagram->len);
+        json_uint(json, "count", live->ignored);
+        journal_end(&live->journal);
+    }
+    live->ignored_ns = t_ns;
+    live->ignored = 0;
+}
+
+void live_flush_ignored(struct live *live, int64_t now_ns)
+{
+    struct json *json;
+    if (live->ignored == 0 || now_ns - live->ignored_ns < QUIET_NS) {
+        return;
+    }
+    json = journal_begin(&live->journal, now_ns, "ignored");
+    if (json != NULL) {
+        json_uint(json, "count", live->ignored);
+        journal_end(&live->journal);
+    }
+    live->ignored_ns = now_ns;
+    live->ignored = 0;
+}
+
+static void add_sequence(struct json *json, const void *bytes, size_t len)
+{
+    lum_tlv_reader reader;
+    lum_timestamp stamp;
+    uint32_t sequence = 0;
+    if (lum_timestamp_decode(bytes, len, &stamp) == LUM_OK) {
+        json_uint(json, "sequence", stamp.sequence);
+        json_uint(json, "clock_us", stamp.clock_us);
+    } else if (lum_tlv_open(bytes, len, &sequence, &reader) == LUM_OK) {
+        json_uint(json, "sequence", sequence);
+    }
+}
+
+void live_log_received(struct live *live, int64_t t_ns, lum_packet_kind kind,
+                       const lum_received *datagram, const char *note)
+{
+    uint32_t address = 0;
+    if (is_ignored(kind)) {
+        log_ignored(live, t_ns, kind, datagram);
+        return;
+    }
+    struct json *json = journal_begin(&live->journal, t_ns, kinds[kind]);
+    if (json == NULL) {
+        return;
+    }
+    add_peer(json, "from", datagram->from.address, datagram->from.port);
+    add_sequence(json, datagram->bytes, datagram->len);
+    if (lum_set_ip_decode(&live->device.layout, datagram->bytes, datagram->len,
+                          &address) == LUM_OK) {
+        add_address(json, "address", address);
+    }
+    if (note[0] != '\0' && strcmp(note, kinds[kind]) != 0) {
+        json_text(json, "note", note);
+    }
+    journal_end(&live->journal);
+}
+
+void live_log_reply(struct live *live, int64_t t_ns, lum_device_peer to,
+                    const void *bytes, size_t len, bool is_lost)
+{
+    struct json *json = journal_begin(&live->journal, t_ns, "reply");
+    lum_group group;
+    if (json == NULL) {
+        return;
+    }
+    add_peer(json, "to", to.address, to.port);
+    json_text(
+        json, "kind",
+        kinds[lum_packet_decode(&live->device.layout, bytes, len, &group)]);
+    add_sequence(json, bytes, len);
+    json_bool(json, "lost", is_lost);
+    journal_end(&live->journal);
+}
+
+/* The bits, and their names. */
+static void log_status(struct live *live, int64_t now_ns)
+{
+    struct json *json = journal_begin(&live->journal, now_ns, "status");
+    const uint16_t status = live->device.status;
+    if (json == NULL) {
+        return;
+    }
+    json_uint(json, "status", status);
+    json_open_array(json, "bits");
+    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
+        if ((status >> bit & 1u) != 0) {
+            json_text(json, NULL, lum_laser_bit_name(bit));
+        }
+    }
+    json_close_array(json);
+    journal_end(&live->journal);
+}
+
+static void log_laser(struct live *live, int64_t now_ns)
+{
+    struct json *json = journal_begin(&live->journal, now_ns, "laser");
+    if (json != NULL) {
+        json_bool(json, "up", lum_device_laser_is_up(&live->device));
+        journal_end(&live->journal);
+    }
+}
+
+static void log_stream(struct live *live, int64_t now_ns)
+{
+    const lum_device *d = &live->device;
+    struct json *json = journal_begin(&live->journal, now_ns, "stream");
+    if (json == NULL) {
+        return;
+    }
+    if (d->is_streaming) {
+        add_peer(json, "to", d->client.address, d->client.port);
+    } else {
+        json_null(json, "to");
+    }
+    json_uint(json, "packets", live_packets(live));
+    journal_end(&live->journal);
+}
+
+void live_log_state(struct live *live, const lum_device_effects *effects,
+                    int64_t now_ns)
+{
+    if (effects->status_changed) {
+        log_status(live, now_ns);
+    }
+    if (effects->laser_changed) {
+        log_laser(live, now_ns);
+    }
+    if (effects->streaming_changed) {
+        log_stream(live, now_ns);
+    }
+}
+
+void live_log_move(struct live *live, int64_t now_ns, uint32_t address,
+                   const char *reason)
+{
+    struct json *json = journal_begin(&live->journal, now_ns, "move");
+    if (json == NULL) {
+        return;
+    }
+    add_address(json, "address", address);
+    json_bool(json, "done", reason == NULL);
+    if (reason != NULL) {
+        json_text(json, "reason", reason);
+    }
+    journal_end(&live->journal);
+}
+
+void live_log_frames(struct live *live, int64_t now_ns)
+{
+    struct json *json = journal_begin(&live->journal, now_ns, "frames");
+    if (json != NULL) {
+        json_uint(json, "frames", lum_reel_frames(live->scene.reel));
+        json_uint(json, "lines", lum_reel_lines(live->scene.reel));
+        journal_end(&live->journal);
+    }
+}
+
+/* The replay came to its end. */
+void live_log_round(struct live *live, int64_t now_ns)
+{
+    struct json *json = journal_begin(&live->journal, now_ns, "replayed");
+    if (json != NULL) {
+        json_uint(json, "rounds", live->rounds);
+        json_uint(json, "packets", live_packets(live));
+        journal_end(&live->journal);
+    }
+}
+
+void live_log_skipped(struct live *live, int64_t now_ns)
+{
+    const uint64_t skipped = live->scene.lines_skipped - live->skipped;
+    if (skipped == 0 || now_ns - live->skipped_ns < QUIET_NS) {
+        return;
+    }
+    struct json *json = journal_begin(&live->journal, now_ns, "skipped");
+    if (json != NULL) {
+        json_uint(json, "lines", skipped);
+        journal_end(&live->journal);
+    }
+    live->skipped_ns = now_ns;
+    live->skipped = live->scene.lines_skipped;
+}
+
+static void add_counts(struct json *json, const struct live *live)
+{
+    static const char *const faults[LUM_FAULT_KINDS] = {
+        "lost", "repeated", "reordered", "corrupted"};
+    json_open_object(json, "heard");
+    for (unsigned k = 0; k < LUM_PACKET_KINDS; k++) {
+        json_uint(json, kinds[k], live->heard[k]);
+    }
+    json_close_object(json);
+    json_uint(json, "unheard", live->unheard);
+    json_uint(json, "answers", live->answers);
+    json_uint(json, "answers_lost", live->answers_lost);
+    json_uint(json, "packets", live_packets(live));
+    json_uint(json, "bytes", live->outlet.bytes);
+    json_uint(json, "lines", live->scene.lines_sent);
+    json_uint(json, "lines_skipped", live->scene.lines_skipped);
+    json_uint(json, "unsent", live->unsent);
+    json_uint(json, "given_up", live->outlet.given_up);
+    json_uint(json, "no_room", live->outlet.no_room);
+    json_uint(json, "retries", live->outlet.retries);
+    for (unsigned k = 0; k < LUM_FAULT_KINDS; k++) {
+        json_uint(json, faults[k], live->outlet.fault.count[k]);
+    }
+}
+
+void live_log_stop(struct live *live, int64_t now_ns)
+{
+    struct json *json;
+    if (live->ignored > 0) {
+        live->ignored_ns = 0;
+        live_flush_ignored(live, now_ns);
+    }
+    json = journal_begin(&live->journal, now_ns, "stop");
+    if (json != NULL) {
+        add_counts(json, live);
+        journal_end(&live->journal);
+    }
+}

@@ -1,0 +1,78 @@
+#define _POSIX_C_SOURCE 200809L
+#include "files.h"
+
+#include "lum/io/config.h"
+#include "sim/packets.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static bool is_same_file(const char *a, const char *b)
+{
+    struct stat first;
+    struct stat second;
+    if (strcmp(a, b) == 0) {
+        return true;
+    }
+    return stat(a, &first) == 0 && stat(b, &second) == 0 &&
+           S_ISREG(first.st_mode) && first.st_dev == second.st_dev &&
+           first.st_ino == second.st_ino;
+}
+
+bool files_check(const struct options *o)
+{
+    if (o->truth != NULL && is_same_file(o->output, o->truth)) {
+        (void)fprintf(stderr,
+                      "lumsim: --truth: '%s' is the capture's output too; "
+                      "give them different names\n",
+                      o->truth);
+        return false;
+    }
+    if (o->log != NULL && o->replay != NULL &&
+        is_same_file(o->log, o->replay)) {
+        (void)fprintf(stderr,
+                      "lumsim: --log: '%s' is the capture to be replayed; "
+                      "give the log another name\n",
+                      o->log);
+        return false;
+    }
+    if (o->output != NULL && strcmp(o->output, "-") == 0 &&
+        isatty(STDOUT_FILENO)) {
+        (void)fputs("lumsim: -o -: a capture is binary and standard output is "
+                    "a terminal; redirect it, or give a file's name\n",
+                    stderr);
+        return false;
+    }
+    return true;
+}
+
+static bool complain_of_profile(const struct options *o, const char *why)
+{
+    (void)fprintf(stderr, "lumsim: %s: %s\n", o->profile, why);
+    return false;
+}
+
+bool files_load(struct options *o)
+{
+    lum_render_options *r = &o->render;
+    lum_error error = {""};
+    lum_profile profile = r->layout.profile;
+    if ((o->calibration != NULL &&
+         lum_calibration_load(o->calibration, &r->calibration, &error) != 0) ||
+        (o->profile != NULL &&
+         lum_profile_load(o->profile, &profile, &error) != 0)) {
+        (void)fprintf(stderr, "lumsim: %s\n", error.text);
+        return false;
+    }
+    if (lum_layout_init(&r->layout, &profile, NULL, NULL) != LUM_OK) {
+        return complain_of_profile(o, "this layout cannot be");
+    }
+    if (lum_packets_check(&r->layout, r->lines) != LUM_OK) {
+        return complain_of_profile(
+            o, "a field of group is too narrow for what it has to hold; line, "
+               "num_samples and first_sample_index need 2 bytes");
+    }
+    return true;
+}

@@ -1,0 +1,59 @@
+/* What needs files and the libraries that read and write them. A build without
+ * those libraries has files_none.c in the place of all that implements this. */
+#ifndef LUMSIM_FILES_H
+#define LUMSIM_FILES_H
+
+#include "lum/base/error.h"
+#include "options.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Whether the files named can be what they are to be; complains. */
+bool files_check(const struct options *o);
+
+/* Read calibration and profile into o->render; complains. */
+bool files_load(struct options *o);
+
+/* Write the capture that is asked for. Returns the exit status. */
+int offline_run(const struct options *o);
+
+/* The data packets of one sensor of a capture, as they were recorded. */
+struct recording;
+
+struct recorded {
+    int64_t time_ns;      /* of capture */
+    const uint8_t *bytes; /* live until the next one is read */
+    size_t len;
+};
+
+/* What a first look at it shows. */
+struct recording_facts {
+    uint32_t sensor; /* whose data it is, host order */
+    uint64_t packets;
+    size_t longest; /* bytes */
+    int64_t first_ns;
+    int64_t last_ns;
+    bool is_cut_off; /* it cannot be read to its end */
+};
+
+/* Look through a capture and open it.
+ * sensor: 0: the only one that there is; it is an error if there are several.
+ * Returns 0, or -1 with the reason in error. */
+int recording_open(const char *path, const lum_layout *layout, uint32_t sensor,
+                   struct recording **out, struct recording_facts *facts,
+                   lum_error *error);
+
+/* 1 with a packet; 0 at the end, or where it cannot be read on; -1 with the
+ * reason in error when it is not open. */
+int recording_next(struct recording *recording, struct recorded *out,
+                   lum_error *error);
+
+/* Begin anew. 0, or -1 with the reason in error. */
+int recording_rewind(struct recording *recording, lum_error *error);
+
+/* NULL is allowed. */
+void recording_close(struct recording *recording);
+
+#endif

@@ -1,0 +1,66 @@
+#include "files.h"
+
+#include <stdio.h>
+
+static bool refuse(const char *option, const char *library)
+{
+    (void)fprintf(stderr,
+                  "lumsim: %s: this build has no %s; use a build that has it\n",
+                  option, library);
+    return false;
+}
+
+bool files_check(const struct options *o)
+{
+    if (o->output != NULL) {
+        return refuse("--output", "libpcap");
+    }
+    if (o->replay != NULL) {
+        return refuse("--replay", "libpcap");
+    }
+    if (o->calibration != NULL) {
+        return refuse("--calibration", "libyaml");
+    }
+    return o->profile == NULL || refuse("--profile", "libyaml");
+}
+
+bool files_load(struct options *o)
+{
+    (void)o;
+    return true;
+}
+
+int offline_run(const struct options *o)
+{
+    return refuse(o->output, "libpcap") ? 0 : 1;
+}
+
+int recording_open(const char *path, const lum_layout *layout, uint32_t sensor,
+                   struct recording **out, struct recording_facts *facts,
+                   lum_error *error)
+{
+    (void)layout;
+    (void)sensor;
+    *out = NULL;
+    *facts = (struct recording_facts){0};
+    return lum_error_set(error, "%s: this build has no libpcap", path);
+}
+
+int recording_next(struct recording *recording, struct recorded *out,
+                   lum_error *error)
+{
+    (void)recording;
+    *out = (struct recorded){0};
+    return lum_error_set(error, "this build has no libpcap");
+}
+
+int recording_rewind(struct recording *recording, lum_error *error)
+{
+    (void)recording;
+    return lum_error_set(error, "this build has no libpcap");
+}
+
+void recording_close(struct recording *recording)
+{
+    (void)recording;
+}

@@ -1,0 +1,262 @@
+#include "live.h"
+
+#include "../common/interrupt.h"
+#include "live_internal.h"
+#include "lum/base/time.h"
+#include "lum/wire.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void warn_of_capture(const struct live *live)
+{
+    if (live->playback.facts.is_cut_off) {
+        (void)fprintf(stderr,
+                      "lumsim: %s cannot be read to its end; what can be is "
+                      "replayed\n",
+                      live->options->replay);
+    }
+}
+
+static void announce(const struct live *live)
+{
+    const struct options *o = live->options;
+    char name[24];
+    char port[8] = "";
+    char host[24];
+    if (o->quiet) {
+        return;
+    }
+    (void)live_name(live->self.address, live->self.port, name);
+    (void)snprintf(host, sizeof host, "%s", name);
+    *strchr(host, ':') = '\0';
+    if (live->self.port != LUM_PORT) {
+        (void)snprintf(port, sizeof port, ":%u", (unsigned)live->self.port);
+    }
+    if (o->mode == MODE_REPLAY) {
+        (void)fprintf(stderr, "lumsim: a G2 at %s, %" PRIu64 " packets of %s",
+                      name, live->playback.facts.packets, o->replay);
+    } else {
+        (void)fprintf(stderr, "lumsim: a G2 at %s, %" PRIu32 " lines at %g Hz",
+                      name, o->render.lines, o->render.rate_hz);
+    }
+    (void)fprintf(stderr,
+                  "; try: lumdump udp://%s%s --laser -o cloud.ply; Ctrl-C ends "
+                  "it\n",
+                  host, port);
+}
+
+static void count_other(const struct live *live, char *out, size_t size)
+{
+    uint64_t other = live->heard[LUM_PACKET_DATA];
+    for (unsigned k = LUM_PACKET_FOREIGN; k < LUM_PACKET_KINDS; k++) {
+        other += live->heard[k];
+    }
+    (void)snprintf(out, size, "%" PRIu64 " others", other);
+}
+
+static void sum_up(const struct live *live, int64_t now_ns)
+{
+    char other[40];
+    if (live->options->quiet) {
+        return;
+    }
+    count_other(live, other, sizeof other);
+    (void)fprintf(
+        stderr,
+        "lumsim: %.1f s: heard %" PRIu64 " heartbeats, %" PRIu64
+        " TLV packets, %" PRIu64 " time requests, %" PRIu64
+        " set IP, %s; sent %" PRIu64 " answers and %" PRIu64 " data packets",
+        (double)(now_ns - live->start_ns) / 1e9,
+        live->heard[LUM_PACKET_HEARTBEAT], live->heard[LUM_PACKET_TLV],
+        live->heard[LUM_PACKET_TIMESTAMP], live->heard[LUM_PACKET_SET_IP],
+        other, live->answers, live_packets(live));
+    if (live->scene.lines_skipped > 0) {
+        (void)fprintf(stderr, "; %" PRIu64 " lines skipped: too slow a host",
+                      live->scene.lines_skipped);
+    }
+    (void)fputc('\n', stderr);
+}
+
+static void befall(struct live *live, const struct timeline_event *event,
+                   int64_t now_ns)
+{
+    struct json *json = journal_begin(&live->journal, now_ns, "fault");
+    if (json != NULL) {
+        json_text(json, "name", event->name);
+        json_bool(json, "ends", event->ends);
+        journal_end(&live->journal);
+    }
+    switch (event->mishap) {
+    case MISHAP_HAZARD:
+        live_set_hazard(live, event->bits, event->ends, now_ns);
+        break;
+    case MISHAP_REBOOT:
+        live_reboot(live, now_ns);
+        break;
+    case MISHAP_SILENCE:
+        live->is_silent = !event->ends;
+        outlet_drop(&live->outlet);
+        break;
+    }
+}
+
+static void pass_time(struct live *live, int64_t now_ns)
+{
+    const struct timeline_event *event;
+    while ((event = timeline_take(&live->timeline, now_ns - live->start_ns)) !=
+           NULL) {
+        befall(live, event, now_ns);
+    }
+    live_tick(live, now_ns);
+    live_post(live, now_ns);
+    live_fetch(live, now_ns);
+    live_flush_ignored(live, now_ns);
+}
+
+static int64_t earlier(int64_t a, int64_t b)
+{
+    return a < b ? a : b;
+}
+
+static int64_t next_ns(const struct live *live, int64_t now_ns)
+{
+    const int64_t planned_ns = timeline_next_ns(&live->timeline);
+    int64_t next = live_stream_next_ns(live, now_ns);
+    next = earlier(next, live->end_ns);
+    next = earlier(next, lum_device_next_ns(&live->device));
+    next = earlier(next, mail_next_ns(&live->mail));
+    return planned_ns == INT64_MAX ? next
+                                   : earlier(next, live->start_ns + planned_ns);
+}
+
+static bool has_ended(const struct live *live, int64_t now_ns)
+{
+    return live->has_failed || live->journal.reason != 0 ||
+           now_ns >= live->end_ns || lum_cancel_is_raised(live->cancel);
+}
+
+static void run(struct live *live)
+{
+    int64_t now_ns = lum_time_monotonic_ns();
+    while (!has_ended(live, now_ns)) {
+        live_receive(live);
+        pass_time(live, now_ns);
+        live_stream(live, now_ns);
+        if (lum_socket_wait(&live->socket, 1, -1, live->cancel,
+                            next_ns(live, now_ns)) == LUM_NET_FAILED) {
+            (void)lum_error_set(&live->error, "waiting for datagrams failed");
+            live->has_failed = true;
+        }
+        now_ns = lum_time_monotonic_ns();
+    }
+}
+
+static int open_socket(struct live *live)
+{
+    const lum_socket_options options = {.local = live->self,
+                                        .interface = live->options->interface};
+    return lum_socket_open(&options, &live->socket, &live->error) == LUM_NET_OK
+               ? 0
+               : -1;
+}
+
+static int open_parts(struct live *live)
+{
+    const struct options *o = live->options;
+    mail_init(&live->mail, o->answer_delay_ms, o->answer_loss, o->render.seed);
+    scene_init(&live->scene, o->render.rate_hz);
+    if (outlet_open(&live->outlet, o->faults, o->jitter_ms, o->render.seed) !=
+        0) {
+        return lum_error_set(&live->error, "not enough memory");
+    }
+    if (o->mode == MODE_REPLAY &&
+        playback_open(&live->playback, o, &live->error) != 0) {
+        return -1;
+    }
+    if (lum_cancel_new(&live->cancel, &live->error) != 0 ||
+        open_socket(live) != 0 ||
+        journal_open(&live->journal, o->log, &live->error) != 0) {
+        return -1;
+    }
+    return o->mode == MODE_SCENE ? studio_open(&live->studio, &live->error) : 0;
+}
+
+static void start(struct live *live)
+{
+    const struct options *o = live->options;
+    live->start_ns = lum_time_monotonic_ns();
+    live->device_ns = live->start_ns;
+    live->end_ns = o->duration_s > 0.0
+                       ? live->start_ns + (int64_t)(o->duration_s * 1e9)
+                       : INT64_MAX;
+    lum_device_init(&live->device, &o->render.layout, (uint16_t)o->render.lines,
+                    o->clock_us, live->start_ns);
+    interrupt_attach(live->cancel);
+    warn_of_capture(live);
+    announce(live);
+    live_log_start(live);
+    live_order(live);
+}
+
+static void close_parts(struct live *live)
+{
+    interrupt_attach(NULL);
+    studio_close(live->studio);
+    scene_close(&live->scene);
+    playback_close(&live->playback);
+    outlet_close(&live->outlet);
+    lum_socket_close(live->socket);
+    lum_cancel_free(live->cancel);
+}
+
+static int fail(const char *text)
+{
+    (void)fprintf(stderr, "lumsim: %s\n", text);
+    return EXIT_FAILURE;
+}
+
+/* A reader that leaves the log's pipe ends the run quietly. */
+static int finish(struct live *live)
+{
+    const int64_t now_ns = lum_time_monotonic_ns();
+    live_log_stop(live, now_ns);
+    const int reason = journal_close(&live->journal);
+    if (live->has_failed) {
+        return fail(live->error.text);
+    }
+    if (reason != 0 && reason != EPIPE) {
+        (void)lum_error_set(&live->error, "--log: %s cannot be written: %s",
+                            live->options->log, strerror(reason));
+        return fail(live->error.text);
+    }
+    sum_up(live, now_ns);
+    return EXIT_SUCCESS;
+}
+
+int live_run(const struct options *o)
+{
+    struct live *live = calloc(1, sizeof *live);
+    int status = EXIT_FAILURE;
+    if (live == NULL) {
+        return fail("not enough memory");
+    }
+    live->options = o;
+    live->timeline = o->timeline;
+    live->has_link = true;
+    live->self = (lum_endpoint){.address = o->sensor, .port = o->port};
+    interrupt_catch();
+    if (open_parts(live) == 0) {
+        start(live);
+        run(live);
+        status = finish(live);
+    } else {
+        status = fail(live->error.text);
+    }
+    close_parts(live);
+    free(live);
+    return status;
+}

@@ -1,0 +1,95 @@
+/* What the parts of the live mode share. */
+#ifndef LUMSIM_LIVE_INTERNAL_H
+#define LUMSIM_LIVE_INTERNAL_H
+
+#include "files.h"
+#include "journal.h"
+#include "lum/net/cancel.h"
+#include "lum/net/socket.h"
+#include "lum/packet.h"
+#include "mail.h"
+#include "options.h"
+#include "outlet.h"
+#include "playback.h"
+#include "scene.h"
+#include "sim/device.h"
+#include "studio.h"
+#include "timeline.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct live {
+    const struct options *options;
+    lum_cancel *cancel;
+    lum_socket *socket;
+    struct studio *studio;
+    struct timeline timeline;
+    struct journal journal;
+    struct mail mail;
+    struct outlet outlet;
+    struct scene scene;
+    struct playback playback; /* in the place of scene when replaying */
+    lum_device device;
+    lum_endpoint self;  /* where it listens */
+    int64_t start_ns;   /* monotonic, as all times here */
+    int64_t end_ns;     /* INT64_MAX: a signal ends it */
+    int64_t device_ns;  /* the latest that the device was told */
+    int64_t ignored_ns; /* when ignored datagrams were last logged */
+    uint64_t ignored;   /* since then */
+    int64_t skipped_ns; /* when skipped lines were last logged */
+    uint64_t skipped;   /* lines, until then */
+    uint64_t rounds;    /* of the replay, until now */
+    bool is_sending;    /* the device streams, and the data was begun */
+    bool is_silent;     /* sends nothing, hears nothing */
+    bool has_link;      /* data leaves */
+    bool has_failed;    /* the run ends, and not well */
+    lum_error error;
+    uint64_t heard[LUM_PACKET_KINDS]; /* datagrams */
+    uint64_t unheard;                 /* in silence */
+    uint64_t unsent;                  /* data, in silence */
+    uint64_t answers;                 /* sent, alerts among them */
+    uint64_t answers_lost;
+};
+
+/* serve.c: take what has come, and do what the device says. */
+void live_receive(struct live *live);
+void live_apply(struct live *live, const lum_device_effects *effects,
+                lum_device_peer from, int64_t now_ns);
+void live_tick(struct live *live, int64_t now_ns);
+void live_post(struct live *live, int64_t now_ns); /* answers that are due */
+void live_reboot(struct live *live, int64_t now_ns);
+void live_set_hazard(struct live *live, uint16_t bits, bool ends,
+                     int64_t now_ns);
+
+/* stream.c: the data. */
+void live_order(struct live *live); /* a reel that suits the settings */
+void live_fetch(struct live *live, int64_t now_ns); /* it, once it is done */
+void live_stream(struct live *live, int64_t now_ns);
+void live_begin_data(struct live *live, int64_t now_ns);
+void live_end_data(struct live *live);
+int64_t live_stream_next_ns(const struct live *live, int64_t now_ns);
+
+/* events.c: lines of the log; "a.b.c.d:port" into 24 bytes. */
+const char *live_name(uint32_t address, uint16_t port, char out[24]);
+void live_log_text(struct live *live, int64_t t_ns, const char *event,
+                   const char *key, const char *text);
+void live_log_start(struct live *live);
+void live_log_received(struct live *live, int64_t t_ns, lum_packet_kind kind,
+                       const lum_received *datagram, const char *note);
+void live_log_reply(struct live *live, int64_t t_ns, lum_device_peer to,
+                    const void *bytes, size_t len, bool is_lost);
+void live_log_state(struct live *live, const lum_device_effects *effects,
+                    int64_t now_ns);
+void live_log_move(struct live *live, int64_t now_ns, uint32_t address,
+                   const char *reason);
+void live_log_frames(struct live *live, int64_t now_ns);
+void live_log_round(struct live *live, int64_t now_ns);
+void live_log_skipped(struct live *live, int64_t now_ns);
+void live_log_stop(struct live *live, int64_t now_ns);
+void live_flush_ignored(struct live *live, int64_t now_ns);
+
+/* The data that has been sent, in packets. */
+uint64_t live_packets(const struct live *live);
+
+#endif

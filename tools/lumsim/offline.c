@@ -1,0 +1,253 @@
+#define _POSIX_C_SOURCE 200809L
+#include "../common/capture_file.h"
+#include "../common/interrupt.h"
+#include "files.h"
+#include "lum/wire.h"
+#include "sim/fault.h"
+#include "sim/packets.h"
+#include "sim/render.h"
+#include "truth.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define FRAMES 10
+
+/* The drive begins on the first of January 2026, UTC. */
+#define EPOCH_NS (INT64_C(1767225600) * 1000000000)
+
+/* Too large for a stack. */
+struct run {
+    const struct options *options;
+    lum_render render;
+    lum_sim_line line;
+    lum_packet_batch batches[LUM_EYES];
+    lum_fault fault;
+    struct capture_file output;
+    struct truth *truth; /* NULL: not asked for */
+    lum_error error;
+    int64_t frames;
+    uint64_t packets;
+    uint64_t points;
+    bool progress; /* shown */
+};
+
+static int write_packet(struct run *run, const lum_sim_packet *packet)
+{
+    const struct options *o = run->options;
+    const lum_datagram datagram = {.time_ns = EPOCH_NS + packet->time_ns,
+                                   .payload = packet->bytes,
+                                   .len = packet->len,
+                                   .source = o->sensor,
+                                   .destination = o->client,
+                                   .source_port = LUM_PORT,
+                                   .destination_port = o->client_port};
+    run->packets++;
+    return capture_file_add(&run->output, &datagram, &run->error);
+}
+
+static int write_what_leaves(struct run *run)
+{
+    const lum_sim_packet *packet;
+    while ((packet = lum_fault_pull(&run->fault)) != NULL) {
+        if (write_packet(run, packet) != 0) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+static int send_line(struct run *run)
+{
+    const lum_render_options *r = &run->options->render;
+    lum_sim_packet *order[LUM_EYES * LUM_PACKETS_LINE_MAX];
+    const size_t n =
+        lum_packets_spread(run->batches, 1e9 / r->rate_hz / r->lines, order);
+    for (size_t i = 0; i < n; i++) {
+        lum_fault_push(&run->fault, order[i]);
+        if (write_what_leaves(run) != 0) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+static int simulate_eye(struct run *run, int64_t frame, uint32_t number,
+                        unsigned eye)
+{
+    lum_sim_line *line = &run->line;
+    if (lum_render_line(&run->render, frame, number, eye, line) != LUM_OK) {
+        return lum_error_set(&run->error, "not enough memory for the scene");
+    }
+    run->points += line->truth_count;
+    if (lum_packets_build(&run->options->render.layout, line,
+                          &run->batches[eye]) != LUM_OK) {
+        return lum_error_set(&run->error,
+                             "a line does not fit the profile's packets");
+    }
+    return run->truth != NULL ? truth_add(run->truth, line, &run->error) : 0;
+}
+
+static int simulate_line(struct run *run, int64_t frame, uint32_t number)
+{
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        if (simulate_eye(run, frame, number, eye) != 0) {
+            return -1;
+        }
+    }
+    return send_line(run);
+}
+
+static void show_progress(const struct run *run, int64_t frame)
+{
+    if (run->progress) {
+        (void)fprintf(stderr, "\r\033[Kframe %" PRId64 " of %" PRId64, frame,
+                      run->frames);
+    }
+}
+
+static void clear_progress(const struct run *run)
+{
+    if (run->progress) {
+        (void)fputs("\r\033[K", stderr);
+    }
+}
+
+/* 0, or -1 when it failed or a signal came. */
+static int simulate(struct run *run)
+{
+    for (int64_t frame = 1; frame <= run->frames; frame++) {
+        show_progress(run, frame);
+        for (uint32_t i = 0; i < run->options->render.lines; i++) {
+            if (simulate_line(run, frame, i) != 0 || interrupt_signal() != 0) {
+                return -1;
+            }
+        }
+    }
+    lum_fault_flush(&run->fault);
+    return write_what_leaves(run);
+}
+
+/* The reader of a pipe that has seen enough is no failure. */
+static int fail(const struct run *run, int reason)
+{
+    if (reason == EPIPE && run->options->truth == NULL) {
+        return EXIT_SUCCESS;
+    }
+    (void)fprintf(stderr, "lumsim: %s\n", run->error.text);
+    return EXIT_FAILURE;
+}
+
+static int give_up(struct run *run)
+{
+    const int reason = errno;
+    clear_progress(run);
+    truth_abort(run->truth);
+    if (interrupt_signal() != 0) {
+        capture_file_abandon(&run->output);
+        interrupt_die();
+    }
+    capture_file_abort(&run->output);
+    return fail(run, reason);
+}
+
+static void sum_up(const struct run *run)
+{
+    static const char *const names[LUM_FAULT_KINDS] = {
+        "lost", "repeated", "reordered", "corrupted"};
+    const struct options *o = run->options;
+    if (o->quiet) {
+        return;
+    }
+    (void)fprintf(stderr,
+                  "%s: %" PRId64 " frames of %" PRIu32 " lines, %" PRIu64
+                  " points in %" PRIu64 " packets",
+                  strcmp(o->output, "-") == 0 ? "standard output" : o->output,
+                  run->frames, o->render.lines, run->points, run->packets);
+    for (unsigned k = 0; k < LUM_FAULT_KINDS; k++) {
+        if (o->faults[k] > 0.0) {
+            (void)fprintf(stderr, "; %" PRIu64 " %s", run->fault.count[k],
+                          names[k]);
+        }
+    }
+    (void)fputc('\n', stderr);
+}
+
+static int finish(struct run *run)
+{
+    clear_progress(run);
+    if (run->truth != NULL && truth_close(run->truth, &run->error) != 0) {
+        const int reason = errno;
+        capture_file_abort(&run->output);
+        return fail(run, reason);
+    }
+    if (capture_file_close(&run->output, &run->error) != 0) {
+        return fail(run, errno);
+    }
+    sum_up(run);
+    return EXIT_SUCCESS;
+}
+
+static int open_outputs(struct run *run)
+{
+    const struct options *o = run->options;
+    if (capture_file_open(o->output, &run->output, &run->error) != 0) {
+        return fail(run, 0);
+    }
+    if (o->truth != NULL && truth_open(o->truth, &o->render.layout, &run->truth,
+                                       &run->error) != 0) {
+        capture_file_abort(&run->output);
+        return fail(run, 0);
+    }
+    return 0;
+}
+
+static int execute(struct run *run)
+{
+    const struct options *o = run->options;
+    if (lum_render_init(&run->render, &o->render) != LUM_OK) {
+        (void)fprintf(stderr,
+                      "lumsim: %s: angle_lsb_deg is too small: 16 bits do not "
+                      "reach the ends of the calibrated span\n",
+                      o->profile);
+        return 2;
+    }
+    lum_fault_init(&run->fault, o->faults, o->render.seed);
+    if (open_outputs(run) != 0) {
+        return EXIT_FAILURE;
+    }
+    run->progress = !o->quiet && isatty(STDERR_FILENO) != 0;
+    return simulate(run) == 0 ? finish(run) : give_up(run);
+}
+
+/* With nothing to tidy up a signal may end the run at once, even while it waits
+ * for the reader of a pipe. */
+static void prepare_for_signals(const struct options *o)
+{
+    if (o->truth == NULL && capture_file_is_in_place(o->output)) {
+        (void)signal(SIGPIPE, SIG_IGN);
+    } else {
+        interrupt_catch();
+    }
+}
+
+int offline_run(const struct options *o)
+{
+    struct run *run = calloc(1, sizeof *run);
+    if (run == NULL) {
+        (void)fputs("lumsim: not enough memory\n", stderr);
+        return EXIT_FAILURE;
+    }
+    run->options = o;
+    run->frames = o->frames > 0 ? o->frames : FRAMES;
+    prepare_for_signals(o);
+    const int status = execute(run);
+    lum_render_free(&run->render);
+    free(run);
+    return status;
+}

@@ -1,0 +1,280 @@
+#include "outlet.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define STREAM      102 /* of random numbers */
+#define SLOTS       16384u
+#define RETRY_NS    INT64_C(200000)
+#define PATIENCE_NS INT64_C(20000000)
+
+struct outlet_slot {
+    int64_t due_ns;
+    uint64_t order; /* among those of one time */
+    size_t len;
+    uint8_t bytes[LUM_PACKET_BYTES_MAX];
+};
+
+static bool has_faults(const double faults[LUM_FAULT_KINDS])
+{
+    for (unsigned k = 0; k < LUM_FAULT_KINDS; k++) {
+        if (faults[k] > 0.0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+int outlet_open(struct outlet *out, const double faults[LUM_FAULT_KINDS],
+                double jitter_ms, uint64_t seed)
+{
+    *out = (struct outlet){.is_direct = !has_faults(faults) && jitter_ms <= 0.0,
+                           .jitter_ns = (int64_t)(jitter_ms * 1e6)};
+    lum_fault_init(&out->fault, faults, seed);
+    lum_random_init(&out->random, seed, STREAM);
+    if (out->is_direct) {
+        return 0;
+    }
+    out->slots = malloc(SLOTS * sizeof *out->slots);
+    out->heap = malloc(SLOTS * sizeof *out->heap);
+    if (out->slots == NULL || out->heap == NULL) {
+        outlet_close(out);
+        return -1;
+    }
+    for (uint32_t i = 0; i < SLOTS; i++) {
+        out->heap[i] = i;
+    }
+    return 0;
+}
+
+void outlet_close(struct outlet *outlet)
+{
+    free(outlet->slots);
+    free(outlet->heap);
+    outlet->slots = NULL;
+    outlet->heap = NULL;
+}
+
+static bool is_before(const struct outlet *o, uint32_t a, uint32_t b)
+{
+    const struct outlet_slot *x = &o->slots[a];
+    const struct outlet_slot *y = &o->slots[b];
+    return x->due_ns < y->due_ns ||
+           (x->due_ns == y->due_ns && x->order < y->order);
+}
+
+static void swap(uint32_t *a, uint32_t *b)
+{
+    const uint32_t kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+static void sift_up(struct outlet *o, size_t i)
+{
+    while (i > 0 && is_before(o, o->heap[i], o->heap[(i - 1) / 2])) {
+        swap(&o->heap[i], &o->heap[(i - 1) / 2]);
+        i = (i - 1) / 2;
+    }
+}
+
+static void sift_down(struct outlet *o)
+{
+    size_t i = 0;
+    for (;;) {
+        size_t least = 2 * i + 1;
+        if (least >= o->waiting) {
+            return;
+        }
+        if (least + 1 < o->waiting &&
+            is_before(o, o->heap[least + 1], o->heap[least])) {
+            least++;
+        }
+        if (!is_before(o, o->heap[least], o->heap[i])) {
+            return;
+        }
+        swap(&o->heap[i], &o->heap[least]);
+        i = least;
+    }
+}
+
+static int64_t due_ns(struct outlet *o, int64_t now_ns)
+{
+    return o->jitter_ns > 0
+               ? now_ns + (int64_t)((double)lum_random_unit(&o->random) *
+                                    (double)o->jitter_ns)
+               : now_ns;
+}
+
+/* Slots that pending points into stand right behind those that wait. */
+static void hold(struct outlet *o, const lum_sim_packet *packet, int64_t now_ns)
+{
+    if (o->waiting + o->leaving == SLOTS) {
+        o->no_room++;
+        return;
+    }
+    swap(&o->heap[o->waiting], &o->heap[o->waiting + o->leaving]);
+    struct outlet_slot *slot = &o->slots[o->heap[o->waiting]];
+    slot->due_ns = due_ns(o, now_ns);
+    slot->order = o->order++;
+    slot->len = packet->len;
+    memcpy(slot->bytes, packet->bytes, packet->len);
+    sift_up(o, o->waiting++);
+}
+
+size_t outlet_room(const struct outlet *outlet)
+{
+    return outlet_is_stuck(outlet) ? 0 : LUM_SOCKET_BATCH;
+}
+
+static void put_direct(struct outlet *o, const struct parcel *parcels, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        o->pending[i] =
+            (lum_outgoing){.bytes = parcels[i].bytes, .len = parcels[i].len};
+    }
+    o->pending_next = 0;
+    o->pending_count = n;
+}
+
+static void bend(struct outlet *o, const struct parcel *parcel, int64_t now_ns)
+{
+    lum_sim_packet packet;
+    const lum_sim_packet *leaving;
+    if (parcel->len > sizeof packet.bytes) {
+        o->no_room++;
+        return;
+    }
+    packet.time_ns = now_ns;
+    packet.len = parcel->len;
+    memcpy(packet.bytes, parcel->bytes, parcel->len);
+    lum_fault_push(&o->fault, &packet);
+    while ((leaving = lum_fault_pull(&o->fault)) != NULL) {
+        hold(o, leaving, now_ns);
+    }
+}
+
+void outlet_put(struct outlet *outlet, const struct parcel *parcels, size_t n,
+                int64_t now_ns)
+{
+    if (outlet->is_direct) {
+        put_direct(outlet, parcels, n);
+        return;
+    }
+    for (size_t i = 0; i < n; i++) {
+        bend(outlet, &parcels[i], now_ns);
+    }
+}
+
+/* The first that waits is due: on to pending. */
+static void load_one(struct outlet *o)
+{
+    struct outlet_slot *slot = &o->slots[o->heap[0]];
+    o->pending[o->pending_count++] =
+        (lum_outgoing){.bytes = slot->bytes, .len = slot->len};
+    o->waiting--;
+    o->leaving++;
+    swap(&o->heap[0], &o->heap[o->waiting]);
+    sift_down(o);
+}
+
+static void load(struct outlet *o, int64_t now_ns)
+{
+    if (o->is_direct || outlet_is_stuck(o)) {
+        return;
+    }
+    o->pending_next = 0;
+    o->pending_count = 0;
+    o->leaving = 0;
+    while (o->waiting > 0 && o->pending_count < LUM_SOCKET_BATCH &&
+           o->slots[o->heap[0]].due_ns <= now_ns) {
+        load_one(o);
+    }
+}
+
+static void count_sent(struct outlet *o, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        o->bytes += o->pending[o->pending_next + i].len;
+    }
+    o->sent += n;
+    o->pending_next += n;
+}
+
+/* What would not leave for so long is given up: the line is gone. */
+static bool wait_or_give_up(struct outlet *o, int64_t now_ns)
+{
+    o->retries++;
+    if (o->stuck_ns == 0) {
+        o->stuck_ns = now_ns;
+    }
+    if (now_ns - o->stuck_ns < PATIENCE_NS) {
+        return true;
+    }
+    o->given_up += o->pending_count - o->pending_next;
+    o->pending_next = o->pending_count;
+    return false;
+}
+
+static bool send_pending(struct outlet *o, lum_socket *socket, lum_endpoint to,
+                         int64_t now_ns)
+{
+    size_t sent = 0;
+    for (size_t i = o->pending_next; i < o->pending_count; i++) {
+        o->pending[i].to = to;
+    }
+    const lum_net_result result = lum_socket_send_batch(
+        socket, o->pending + o->pending_next,
+        o->pending_count - o->pending_next, &sent, &o->error);
+    if (sent > 0) {
+        o->stuck_ns = 0;
+    }
+    count_sent(o, sent);
+    return result == LUM_NET_OK || o->pending_next == o->pending_count ||
+           wait_or_give_up(o, now_ns);
+}
+
+bool outlet_send(struct outlet *outlet, lum_socket *socket, lum_endpoint to,
+                 int64_t now_ns)
+{
+    bool flows = true;
+    for (;;) {
+        load(outlet, now_ns);
+        const size_t left = outlet->pending_count - outlet->pending_next;
+        if (left == 0) {
+            return flows;
+        }
+        flows = send_pending(outlet, socket, to, now_ns) && flows;
+        if (outlet_is_stuck(outlet)) {
+            return flows;
+        }
+    }
+}
+
+int64_t outlet_next_ns(const struct outlet *outlet, int64_t now_ns)
+{
+    if (outlet_is_stuck(outlet)) {
+        return now_ns + RETRY_NS;
+    }
+    return outlet->waiting > 0 ? outlet->slots[outlet->heap[0]].due_ns
+                               : INT64_MAX;
+}
+
+void outlet_drop(struct outlet *outlet)
+{
+    outlet->pending_next = outlet->pending_count;
+    outlet->leaving = 0;
+    outlet->waiting = 0;
+}
+
+void outlet_drop_borrowed(struct outlet *outlet)
+{
+    if (outlet->is_direct) {
+        outlet_drop(outlet);
+    }
+}
+
+bool outlet_is_stuck(const struct outlet *outlet)
+{
+    return outlet->pending_next < outlet->pending_count;
+}

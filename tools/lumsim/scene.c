@@ -1,0 +1,131 @@
+#include "scene.h"
+
+#define USUAL_THRESHOLD 50.0f /* percent: the strength that is called 1 */
+
+void scene_init(struct scene *out, double rate_hz)
+{
+    *out = (struct scene){.rate_hz = rate_hz};
+}
+
+void scene_close(struct scene *scene)
+{
+    lum_reel_free(scene->reel);
+    scene->reel = NULL;
+}
+
+void scene_load(struct scene *scene, lum_reel *reel, int64_t now_ns)
+{
+    lum_reel_free(scene->reel);
+    scene->reel = reel;
+    scene->line_ns = 1e9 / scene->rate_hz / (double)lum_reel_lines(reel);
+    scene_begin(scene, now_ns);
+}
+
+void scene_begin(struct scene *scene, int64_t now_ns)
+{
+    scene->begin_ns = now_ns;
+    scene->current_ns = now_ns;
+    scene->line = 0;
+    scene->count = 0;
+    scene->next = 0;
+}
+
+static int64_t line_begins_ns(const struct scene *scene, int64_t line)
+{
+    return scene->begin_ns + (int64_t)((double)line * scene->line_ns);
+}
+
+static lum_reel_settings settings_of(const lum_device *device, int64_t now_ns)
+{
+    lum_reel_settings settings = {0};
+    if (lum_device_laser_is_up(device)) {
+        settings.gain = lum_device_gain(device, now_ns);
+    }
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        settings.threshold[eye] =
+            (float)device->settings.threshold[eye] / USUAL_THRESHOLD;
+    }
+    return settings;
+}
+
+/* The datagrams of the line of that number, with that gain. */
+static void make_line(struct scene *scene, const lum_device *device,
+                      int64_t line)
+{
+    const int64_t lines = (int64_t)lum_reel_lines(scene->reel);
+    const int64_t frames = (int64_t)lum_reel_frames(scene->reel);
+    const lum_reel_settings settings = settings_of(device, scene->current_ns);
+    scene->count = lum_reel_line(scene->reel, (unsigned)(line / lines % frames),
+                                 (uint32_t)(line % lines), &settings,
+                                 lum_device_clock_us(device, scene->current_ns),
+                                 scene->packets);
+}
+
+/* When the next packet of the line under way leaves: evenly over its time. */
+static int64_t packet_leaves_ns(const struct scene *scene)
+{
+    return scene->current_ns +
+           (int64_t)(scene->line_ns * (double)(scene->next + 1) /
+                     (double)scene->count);
+}
+
+static void skip_what_is_too_late(struct scene *scene, int64_t now_ns)
+{
+    const int64_t behind_ns = now_ns - line_begins_ns(scene, scene->line);
+    if (behind_ns > FEED_LAG_MAX_NS) {
+        const int64_t lines = (int64_t)((double)behind_ns / scene->line_ns);
+        scene->line += lines;
+        scene->lines_skipped += (uint64_t)lines;
+    }
+}
+
+/* Whether there is a line under way with something left. */
+static bool open_line(struct scene *scene, const lum_device *device,
+                      int64_t now_ns)
+{
+    if (scene->next < scene->count) {
+        return true;
+    }
+    skip_what_is_too_late(scene, now_ns);
+    const int64_t begins_ns = line_begins_ns(scene, scene->line);
+    if (begins_ns > now_ns) {
+        return false;
+    }
+    scene->current_ns = begins_ns;
+    scene->next = 0;
+    make_line(scene, device, scene->line);
+    scene->line++;
+    scene->lines_sent++;
+    return scene->count > 0;
+}
+
+size_t scene_take(struct scene *scene, const lum_device *device, int64_t now_ns,
+                  struct parcel *out, size_t max)
+{
+    size_t n = 0;
+    if (scene->reel == NULL) {
+        return 0;
+    }
+    while (n < max && open_line(scene, device, now_ns) &&
+           packet_leaves_ns(scene) <= now_ns) {
+        const lum_reel_packet *p = &scene->packets[scene->next++];
+        out[n++] = (struct parcel){.bytes = p->bytes, .len = p->len};
+    }
+    return n;
+}
+
+int64_t scene_next_ns(const struct scene *scene)
+{
+    if (scene->reel == NULL) {
+        return INT64_MAX;
+    }
+    return scene->next < scene->count ? packet_leaves_ns(scene)
+                                      : line_begins_ns(scene, scene->line);
+}
+
+void scene_darken(struct scene *scene, const lum_device *device)
+{
+    if (scene->next < scene->count) {
+        make_line(scene, device, scene->line - 1);
+    }
+}

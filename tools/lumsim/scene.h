@@ -1,0 +1,50 @@
+/* The data of a sensor that looks at a street: a reel, played in a loop, at the
+ * pace and with the clock of the sensor. */
+#ifndef LUMSIM_SCENE_H
+#define LUMSIM_SCENE_H
+
+#include "feed.h"
+#include "sim/device.h"
+#include "sim/reel.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct scene {
+    lum_reel *reel;     /* NULL: nothing is rendered yet */
+    double line_ns;     /* how long a line lasts */
+    double rate_hz;     /* frames a second */
+    int64_t begin_ns;   /* of line 0 */
+    int64_t line;       /* the next one, counted from begin_ns */
+    int64_t current_ns; /* when the line under way began */
+    lum_reel_packet packets[LUM_REEL_LINE_PACKETS]; /* of that line */
+    size_t count;
+    size_t next; /* the first that has not been given */
+    uint64_t lines_sent;
+    uint64_t lines_skipped;
+};
+
+/* Begin without a reel. */
+void scene_init(struct scene *out, double rate_hz);
+
+/* Free the reel. */
+void scene_close(struct scene *scene);
+
+/* Play another reel, which becomes the scene's, from its start. */
+void scene_load(struct scene *scene, lum_reel *reel, int64_t now_ns);
+
+/* Play from the start. */
+void scene_begin(struct scene *scene, int64_t now_ns);
+
+/* Up to max datagrams that are due, in order. Returns how many. */
+size_t scene_take(struct scene *scene, const lum_device *device, int64_t now_ns,
+                  struct parcel *out, size_t max);
+
+/* When the next one is due; INT64_MAX without a reel. */
+int64_t scene_next_ns(const struct scene *scene);
+
+/* The laser went down: what is left of the line goes without ranges. */
+void scene_darken(struct scene *scene, const lum_device *device);
+
+#endif

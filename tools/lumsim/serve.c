@@ -1,0 +1,208 @@
+#include "live_internal.h"
+
+#include "lum/base/time.h"
+#include "lum/wire.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define BATCHES_MAX      16                   /* of one look */
+#define STAMP_AGE_MAX_NS INT64_C(10000000000) /* that is believed */
+
+/* The device's time does not go back. */
+static int64_t tell_time(struct live *live, int64_t t_ns)
+{
+    if (t_ns > live->device_ns) {
+        live->device_ns = t_ns;
+    }
+    return live->device_ns;
+}
+
+/* When the kernel had a datagram, on the monotonic clock; the calendar's may be
+ * set meanwhile, so what makes no sense counts as now. */
+static int64_t arrival_ns(int64_t utc_ns, int64_t now_ns, int64_t now_utc_ns)
+{
+    const int64_t age_ns = now_utc_ns - utc_ns;
+    return age_ns >= 0 && age_ns <= STAMP_AGE_MAX_NS ? now_ns - age_ns : now_ns;
+}
+
+static void send_letter(struct live *live, const struct letter *letter,
+                        int64_t now_ns)
+{
+    const lum_outgoing datagram = {.bytes = letter->bytes,
+                                   .len = letter->len,
+                                   .to = {letter->to.address, letter->to.port}};
+    lum_error error;
+    bool is_lost = live->is_silent;
+    if (!is_lost &&
+        lum_socket_send(live->socket, &datagram, &error) != LUM_NET_OK) {
+        live_log_text(live, now_ns, "unsent", "reason", error.text);
+        is_lost = true;
+    }
+    live->answers += is_lost ? 0 : 1;
+    live->answers_lost += is_lost ? 1 : 0;
+    live_log_reply(live, now_ns, letter->to, letter->bytes, letter->len,
+                   is_lost);
+}
+
+void live_post(struct live *live, int64_t now_ns)
+{
+    const struct letter *letter;
+    while ((letter = mail_take(&live->mail, now_ns)) != NULL) {
+        send_letter(live, letter, now_ns);
+    }
+}
+
+static void answer(struct live *live, const lum_device_effects *effects,
+                   lum_device_peer to, int64_t now_ns)
+{
+    if (!mail_post(&live->mail, now_ns, to, effects->reply,
+                   effects->reply_len)) {
+        live->answers_lost++;
+        live_log_reply(live, now_ns, to, effects->reply, effects->reply_len,
+                       true);
+    }
+    live_post(live, now_ns);
+}
+
+/* A sensor is where it was told to be at once; a machine may not have the
+ * address. */
+static void move(struct live *live, uint32_t address, int64_t now_ns)
+{
+    const lum_socket_options options = {
+        .local = {.address = address, .port = live->self.port},
+        .interface = live->options->interface};
+    lum_socket *there = NULL;
+    lum_error error;
+    char name[24];
+    if (address == live->self.address) {
+        return;
+    }
+    if (lum_socket_open(&options, &there, &error) != LUM_NET_OK) {
+        (void)fprintf(stderr, "lumsim: cannot move to %s: %s\n",
+                      live_name(address, live->self.port, name), error.text);
+        live_log_move(live, now_ns, address, error.text);
+        return;
+    }
+    lum_socket_close(live->socket);
+    live->socket = there;
+    live->self.address = address;
+    live_log_move(live, now_ns, address, NULL);
+}
+
+/* A client that takes over gets the data as it goes on. */
+static void start_or_stop_data(struct live *live, int64_t now_ns)
+{
+    if (live->device.is_streaming && !live->is_sending) {
+        live_begin_data(live, now_ns);
+    } else if (!live->device.is_streaming) {
+        live_end_data(live);
+    }
+    live->is_sending = live->device.is_streaming;
+}
+
+void live_apply(struct live *live, const lum_device_effects *effects,
+                lum_device_peer from, int64_t now_ns)
+{
+    live_log_state(live, effects, now_ns);
+    if (effects->laser_changed && !lum_device_laser_is_up(&live->device)) {
+        outlet_drop_borrowed(&live->outlet);
+        scene_darken(&live->scene, &live->device);
+    }
+    start_or_stop_data(live, now_ns);
+    if (effects->geometry_changed) {
+        live_order(live);
+    }
+    if (effects->has_reply) {
+        answer(live, effects, from, now_ns);
+    }
+    if (effects->has_address) {
+        move(live, effects->address, now_ns);
+    }
+}
+
+static void take(struct live *live, const lum_received *datagram, int64_t t_ns)
+{
+    const lum_device_peer from = {datagram->from.address, datagram->from.port};
+    lum_device_effects effects;
+    lum_group group;
+    const lum_packet_kind kind = lum_packet_decode(
+        &live->device.layout, datagram->bytes, datagram->len, &group);
+    live->heard[kind]++;
+    lum_device_receive(&live->device, t_ns, from, datagram->bytes,
+                       datagram->len, &effects);
+    live_log_received(live, t_ns, kind, datagram, effects.note);
+    live_apply(live, &effects, from, lum_time_monotonic_ns());
+}
+
+/* Time passes for the device before it hears. */
+void live_tick(struct live *live, int64_t now_ns)
+{
+    lum_device_effects effects;
+    const lum_device_peer client = live->device.client;
+    if (lum_device_next_ns(&live->device) > now_ns) {
+        return;
+    }
+    lum_device_tick(&live->device, tell_time(live, now_ns), &effects);
+    live_apply(live, &effects, client, now_ns);
+}
+
+static bool receive_batch(struct live *live)
+{
+    lum_received *datagrams;
+    size_t count = 0;
+    const lum_socket *socket = live->socket;
+    if (lum_socket_receive(live->socket, &datagrams, &count, &live->error) !=
+        LUM_NET_OK) {
+        live->has_failed = true;
+        return false;
+    }
+    const int64_t now_ns = lum_time_monotonic_ns();
+    const int64_t now_utc_ns = lum_time_utc_ns();
+    for (size_t i = 0; i < count && live->socket == socket; i++) {
+        if (live->is_silent) {
+            live->unheard++;
+            continue;
+        }
+        const int64_t t_ns =
+            arrival_ns(datagrams[i].utc_ns, now_ns, now_utc_ns);
+        live_tick(live, t_ns);
+        take(live, &datagrams[i], tell_time(live, t_ns));
+    }
+    return count == LUM_SOCKET_BATCH;
+}
+
+void live_receive(struct live *live)
+{
+    for (unsigned i = 0; i < BATCHES_MAX && receive_batch(live); i++) {
+    }
+}
+
+void live_set_hazard(struct live *live, uint16_t bits, bool ends,
+                     int64_t now_ns)
+{
+    const lum_device_peer client = live->device.client;
+    lum_device_effects effects;
+    lum_device_set_hazards(&live->device, ends ? 0 : bits, ends ? bits : 0,
+                           tell_time(live, now_ns), &effects);
+    live_apply(live, &effects, client, now_ns);
+}
+
+/* All as after power-up, and at the address it was started with. */
+void live_reboot(struct live *live, int64_t now_ns)
+{
+    const struct options *o = live->options;
+    const lum_layout layout = live->device.layout;
+    const lum_device_effects effects = {
+        .status_changed = true,
+        .geometry_changed = o->mode == MODE_SCENE,
+        .laser_changed = lum_device_laser_is_up(&live->device),
+        .streaming_changed = live->device.is_streaming,
+        .has_address = true,
+        .address = o->sensor};
+    const lum_device_peer nobody = {0, 0};
+    lum_device_init(&live->device, &layout, (uint16_t)o->render.lines, 0,
+                    tell_time(live, now_ns));
+    mail_clear(&live->mail);
+    live_apply(live, &effects, nobody, now_ns);
+}

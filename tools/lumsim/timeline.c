@@ -1,0 +1,128 @@
+#include "timeline.h"
+
+#include "../common/number.h"
+#include "lum/laser.h"
+
+#include <string.h>
+
+#define SECONDS_MAX 1e6
+#define TIME_BYTES  32
+
+static const char how[] =
+    "NAME@SECONDS or NAME@SECONDS-SECONDS, such as fan@10 or silence@5-8; NAME "
+    "is one of galvo-bx, galvo-by, galvo-gx, galvo-gy, board, fan, interlock, "
+    "switch, reboot, silence";
+
+static const struct {
+    const char *name;
+    enum mishap mishap;
+    uint16_t bits;
+} known[] = {
+    {"galvo-bx", MISHAP_HAZARD, LUM_LASER_GALVO_AMP_BX_BAD},
+    {"galvo-by", MISHAP_HAZARD, LUM_LASER_GALVO_AMP_BY_BAD},
+    {"galvo-gx", MISHAP_HAZARD, LUM_LASER_GALVO_AMP_GX_BAD},
+    {"galvo-gy", MISHAP_HAZARD, LUM_LASER_GALVO_AMP_GY_BAD},
+    {"board", MISHAP_HAZARD, LUM_LASER_BOARD_OVER_105},
+    {"fan", MISHAP_HAZARD, LUM_LASER_FAN_PWM_BAD},
+    {"interlock", MISHAP_HAZARD, LUM_LASER_HW_SAFETY_BAD},
+    {"switch", MISHAP_HAZARD, LUM_LASER_SYS_ON_SW_OFF},
+    {"reboot", MISHAP_REBOOT, 0},
+    {"silence", MISHAP_SILENCE, 0},
+};
+
+/* Before those that happen later; after those of the same time. */
+static void insert(struct timeline *timeline, struct timeline_event event)
+{
+    size_t i = timeline->count++;
+    while (i > 0 && timeline->events[i - 1].at_ns > event.at_ns) {
+        timeline->events[i] = timeline->events[i - 1];
+        i--;
+    }
+    timeline->events[i] = event;
+}
+
+/* Seconds, with or without their unit. */
+static bool parse_time(const char *text, size_t len, int64_t *out_ns)
+{
+    char digits[TIME_BYTES];
+    double seconds = 0.0;
+    if (len > 0 && text[len - 1] == 's') {
+        len--;
+    }
+    if (len >= sizeof digits) {
+        return false;
+    }
+    memcpy(digits, text, len);
+    digits[len] = '\0';
+    if (!number_parse_real(digits, 0.0, SECONDS_MAX, &seconds)) {
+        return false;
+    }
+    *out_ns = (int64_t)(seconds * 1e9);
+    return true;
+}
+
+static bool find(const char *name, size_t len, struct timeline_event *out)
+{
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
+        if (strlen(known[i].name) == len &&
+            strncmp(known[i].name, name, len) == 0) {
+            out->name = known[i].name;
+            out->mishap = known[i].mishap;
+            out->bits = known[i].bits;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* The second time, if there is one. */
+static bool parse_end(const char *text, struct timeline_event *end,
+                      int64_t begin_ns)
+{
+    end->ends = *text == '-';
+    return !end->ends || (parse_time(text + 1, strlen(text + 1), &end->at_ns) &&
+                          end->at_ns > begin_ns);
+}
+
+bool timeline_add(struct timeline *timeline, const char *text, const char **why)
+{
+    struct timeline_event begin = {0};
+    const size_t name_len = strcspn(text, "@");
+    const char *times = text + name_len + (text[name_len] == '@' ? 1 : 0);
+    const size_t first = strcspn(times, "-");
+    *why = how;
+    if (!find(text, name_len, &begin) ||
+        !parse_time(times, first, &begin.at_ns)) {
+        return false;
+    }
+    struct timeline_event end = begin;
+    if (!parse_end(times + first, &end, begin.at_ns) ||
+        (end.ends && begin.mishap == MISHAP_REBOOT)) {
+        *why = "two times of which the second is later; a reboot has only one";
+        return false;
+    }
+    if (timeline->count + 2 > TIMELINE_MAX) {
+        *why = "one of at most 32";
+        return false;
+    }
+    insert(timeline, begin);
+    if (end.ends) {
+        insert(timeline, end);
+    }
+    return true;
+}
+
+int64_t timeline_next_ns(const struct timeline *timeline)
+{
+    return timeline->next < timeline->count
+               ? timeline->events[timeline->next].at_ns
+               : INT64_MAX;
+}
+
+const struct timeline_event *timeline_take(struct timeline *timeline,
+                                           int64_t now_ns)
+{
+    return timeline_next_ns(timeline) <= now_ns
+               ? &timeline->events[timeline->next++]
+               : NULL;
+}

@@ -1,0 +1,44 @@
+/* What befalls the sensor at given times: hazards, a reboot, silence. */
+#ifndef LUMSIM_TIMELINE_H
+#define LUMSIM_TIMELINE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define TIMELINE_MAX 64
+
+enum mishap {
+    MISHAP_HAZARD,
+    MISHAP_REBOOT,
+    MISHAP_SILENCE
+};
+
+struct timeline_event {
+    int64_t at_ns; /* after the start */
+    const char *name;
+    enum mishap mishap;
+    uint16_t bits; /* of a hazard */
+    bool ends;     /* it goes away again */
+};
+
+/* In order of time. */
+struct timeline {
+    struct timeline_event events[TIMELINE_MAX];
+    size_t count;
+    size_t next; /* the first that has not happened */
+};
+
+/* Add what NAME@T[s][-T2[s]] says. False if it says nothing that is understood;
+ * *why then tells what would be right. */
+bool timeline_add(struct timeline *timeline, const char *text,
+                  const char **why);
+
+/* When the next one happens, after the start; INT64_MAX: never. */
+int64_t timeline_next_ns(const struct timeline *timeline);
+
+/* The next one that has happened by then, or NULL. */
+const struct timeline_event *timeline_take(struct timeline *timeline,
+                                           int64_t now_ns);
+
+#endif
