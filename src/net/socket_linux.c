@@ -89,11 +89,11 @@ size_t lum_system_grow(int fd, size_t bytes, bool *enough)
 }
 
 /* A kernel that refuses has neither; the calls work without. */
-void lum_system_tell(int fd)
+bool lum_system_tell(int fd)
 {
     const int on = 1;
     (void)setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
-    (void)setsockopt(fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
+    return setsockopt(fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) == 0;
 }
 
 /* SO_RXQ_OVFL tells with the next datagram; this tells at once. */

@@ -6,6 +6,7 @@
 #include <fcntl.h>
 #include <ifaddrs.h>
 #include <limits.h>
+#include <net/if.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <sys/time.h>
@@ -54,13 +55,30 @@ static uint32_t address_of(const char *name, uint32_t wanted)
     return found;
 }
 
+#if defined(IP_BOUND_IF)
+
+static void stay_on(int fd, const char *name)
+{
+    const unsigned index = if_nametoindex(name);
+    (void)setsockopt(fd, IPPROTO_IP, IP_BOUND_IF, &index, sizeof index);
+}
+
+#else
+
+static void stay_on(int fd, const char *name)
+{
+    (void)fd;
+    (void)name;
+}
+
+#endif
+
 /* Bound to its address; the loopback has all that begin with 127. */
 lum_net_result lum_system_use_interface(int fd, const char *name,
                                         lum_endpoint *local, unsigned *only,
                                         lum_error *error)
 {
     const uint32_t address = address_of(name, local->address);
-    (void)fd;
     *only = 0;
     if (address == 0) {
         (void)lum_error_set(error,
@@ -77,6 +95,7 @@ lum_net_result lum_system_use_interface(int fd, const char *name,
         return LUM_NET_FAILED;
     }
     local->address = local->address != 0 ? local->address : address;
+    stay_on(fd, name);
     return LUM_NET_OK;
 }
 
@@ -115,10 +134,11 @@ int lum_system_poll(struct pollfd *set, nfds_t count, int64_t wait_ns)
 
 #if defined(SO_TIMESTAMP) && defined(SCM_TIMESTAMP)
 
-void lum_system_tell(int fd)
+bool lum_system_tell(int fd)
 {
     const int on = 1;
     (void)setsockopt(fd, SOL_SOCKET, SO_TIMESTAMP, &on, sizeof on);
+    return false;
 }
 
 static void read_control(const struct cmsghdr *control, lum_received *out)
@@ -134,9 +154,10 @@ static void read_control(const struct cmsghdr *control, lum_received *out)
 
 #else
 
-void lum_system_tell(int fd)
+bool lum_system_tell(int fd)
 {
     (void)fd;
+    return false;
 }
 
 static void read_control(const struct cmsghdr *control, lum_received *out)

@@ -102,8 +102,8 @@ static lum_net_result set_up(lum_socket *socket,
                      sizeof send_buffer);
     socket->receive_buffer =
         lum_system_grow(socket->fd, options->receive_buffer, &socket->has_room);
-    lum_system_tell(socket->fd);
-    socket->counts_drops = lum_system_drops(socket->fd, &drops);
+    socket->counts_drops =
+        lum_system_tell(socket->fd) || lum_system_drops(socket->fd, &drops);
     if (options->interface != NULL) {
         const lum_net_result result =
             use_interface(socket, options->interface, &local, error);
@@ -250,7 +250,6 @@ static size_t sort_out(lum_socket *socket, size_t count)
         const lum_arrival *arrival = &socket->arrivals[i];
         lum_received *received = &socket->received[i];
         if (arrival->has_drops) {
-            socket->counts_drops = true;
             note_drops(socket, arrival->drops);
         }
         if (socket->only != 0 && socket->only != arrival->interface) {

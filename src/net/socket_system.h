@@ -30,10 +30,11 @@ lum_net_result lum_system_use_interface(int fd, const char *name,
  * *enough: they hold `bytes` of payload. */
 size_t lum_system_grow(int fd, size_t bytes, bool *enough);
 
-/* Switch on what tells times and drops of arrivals. */
-void lum_system_tell(int fd);
+/* Switch on what tells times and drops of arrivals. Whether drops are told. */
+bool lum_system_tell(int fd);
 
-/* Drops up to now; false if the system does not tell. */
+/* Drops up to now; false if the system tells them with arrivals only, or not
+ * at all. */
 bool lum_system_drops(int fd, uint32_t *out);
 
 /* poll() for some nanoseconds. */

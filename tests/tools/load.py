@@ -14,14 +14,19 @@ def cpu_seconds(pid):
     return (int(fields[11]) + int(fields[12])) / TICKS
 
 
+def last(path, event):
+    """The last event of a kind in the sensor's log, or None."""
+    text = path.read_text() if path.exists() else ""
+    events = [json.loads(line) for line in text.splitlines(True) if line.endswith("\n")]
+    return next((e for e in reversed(events) if e["event"] == event), None)
+
+
 def wait_for(path, event, process, seconds=60):
     end = time.monotonic() + seconds
     while time.monotonic() < end and process.poll() is None:
-        text = path.read_text() if path.exists() else ""
-        found = [json.loads(line) for line in text.splitlines(True) if line.endswith("\n")]
-        found = [e for e in found if e["event"] == event]
+        found = last(path, event)
         if found:
-            return found[-1]
+            return found
         time.sleep(0.05)
     raise RuntimeError(f"no {event} from the sensor: {process.poll()}")
 
@@ -35,7 +40,7 @@ def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs
                                "--frames", "3", "--log", log, "-q"], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE)
     dump = None
     try:
-        wait_for(log, "start", sensor)
+        wait_for(log, "frames", sensor)
         arguments = [bin_dir / "lumdump", f"udp://{address}", "--laser", "--json"]
         arguments += ["--buffer", buffer] if buffer else []
         for output in outputs:
@@ -50,7 +55,7 @@ def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs
         wall = time.monotonic() - began
         sensor.send_signal(signal.SIGTERM)
         sensor.wait(30)
-        stop = wait_for(log, "stop", subprocess.Popen(["sleep", "5"]))
+        stop, stream = last(log, "stop"), last(log, "stream")
         time.sleep(0.5)
         dump.send_signal(signal.SIGINT)
         out, err = dump.communicate(timeout=60)
@@ -61,7 +66,7 @@ def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs
                 p.wait()
         sensor.stderr.close()
     live = json.loads(out)
-    return {"sent": stop["datagrams"], "skipped": stop.get("skipped_lines", 0), "received": live["received"],
+    return {"sent": stop["packets"] + stop["answers"], "skipped": stop["lines_skipped"], "received": live["received"],
             "kernel_drops": live["kernel_drops"], "ring_drops": live["ring_drops"], "stderr": err,
             "sensor_cpu": (after[0] - before[0]) / wall, "dump_cpu": (after[1] - before[1]) / wall, "live": live,
-            "streamed_s": stop["t"] - wait_for(log, "stream", subprocess.Popen(["sleep", "5"]))["t"]}
+            "streamed_s": stop["t"] - stream["t"]}

@@ -464,7 +464,7 @@ class TwoHosts(Doctor):
     def test_a_policy_that_drops(self):
         self.sensor()
         self.rules("table inet filter { chain input { type filter hook input priority 0; policy drop; "
-                   "iif lo accept; tcp dport 22 accept\n} }")
+                   "iif lo accept; tcp dport 22 accept\n}\n}")
         found = self.broken("firewall", 1, "policy of chain input")
         self.assertEqual(found.mend("firewall"),
                          "sudo nft insert rule inet filter input ip saddr 10.42.0.37 udp sport 5517 accept")
@@ -475,7 +475,7 @@ class TwoHosts(Doctor):
     def test_a_policy_that_drops_all_but_answers_is_fine(self):
         self.sensor()
         self.rules("table inet filter { chain input { type filter hook input priority 0; policy drop; "
-                   "iif lo accept; ct state vmap { invalid : drop, established : accept, related : accept }\n} }")
+                   "iif lo accept; ct state vmap { invalid : drop, established : accept, related : accept }\n}\n}")
         self.assert_fine(self.look())
 
     @needs_nft
@@ -483,7 +483,7 @@ class TwoHosts(Doctor):
         self.sensor()
         self.rules("table ip guard { chain no_udp { udp sport { 53, 5000-6000 } counter drop; }\n"
                    "chain in { type filter hook prerouting priority 0; policy accept; tcp dport 22 drop; "
-                   "ip saddr 10.42.0.0/16 jump no_udp\n} }")
+                   "ip saddr 10.42.0.0/16 jump no_udp\n}\n}")
         found = self.broken("firewall", 1, "chain no_udp")
         self.assertIn("5000-6000", found.text("firewall"))
         self.mended(found, "firewall")
@@ -492,7 +492,7 @@ class TwoHosts(Doctor):
     def test_a_rule_against_what_leaves(self):
         self.sensor()
         self.rules("table inet filter { chain out { type filter hook output priority 0; policy accept; "
-                   "udp dport 5517 reject\n} }")
+                   "udp dport 5517 reject\n}\n}")
         found = self.broken("firewall", 1, "packets to 10.42.0.37")
         self.mended(found, "firewall")
 

@@ -2,6 +2,7 @@
 """What goes wrong on a bench while a sensor streams."""
 import json
 import os
+import pathlib
 import random
 import signal
 import socket
@@ -133,26 +134,31 @@ class Faults(unittest.TestCase):
         thread.start()
         self.addCleanup(thread.join)
         self.addCleanup(stop.set)
-        r = run("lumctl", "--host", "127.31.0.8", "--timeout", "100ms", "--retries", "2", "power", "50", timeout=30)
+        r = run("lumctl", "--host", "127.31.0.8", "--timeout", "100", "--retries", "2", "power", "50", timeout=30)
         self.assertEqual(r.returncode, 3, r.stderr)
 
     def test_a_flood_of_others_leaves_good_lines_unharmed(self):
         path = self.folder / "a.pcap"
-        self.sensor(9)
+        sensor = self.sensor(9)
         dump = self.dump(9, "-o", path, "--json")
         self.wait_for_packets(path, 1000)
+        self.assertEqual(run("lumctl", "--host", "127.31.0.9", "laser", "on").returncode, 0)
         port = self.local_port(dump)
         flood = subprocess.run([str(BIN / "../tests/tools/flood"), "127.0.0.1", str(port), "50000", "3"],
                                capture_output=True, text=True, timeout=60)
         self.assertEqual(flood.returncode, 0, flood.stderr)
         sent = int(flood.stdout)
+        sensor.end()
         time.sleep(0.3)
         self.assertEqual(dump.end(signal.SIGINT), 0, dump.stderr())
         live = json.loads(dump.stdout())
         self.assertEqual(live["foreign_source"] + live["kernel_drops"] + live["ring_drops"], sent)
         if live["kernel_drops"] == 0:
-            for what in ("lost_words", "lines_missing_angles", "lines_skipped", "malformed", "foreign"):
+            for what in ("lost_words", "lines_skipped", "malformed", "foreign", "late", "stray", "conflict"):
                 self.assertEqual(live[what], 0, what)
+            self.assertGreater(live["words"], 100_000)
+            # The sensor may have ended in the midst of a line of each eye.
+            self.assertLessEqual(live["lines_missing_angles"], 2)
 
     @staticmethod
     def local_port(process):
@@ -163,7 +169,7 @@ class Faults(unittest.TestCase):
                 sockets.add(os.readlink(f"/proc/{process.p.pid}/fd/{entry}"))
             except OSError:
                 continue
-        for line in open("/proc/net/udp").read().splitlines()[1:]:
+        for line in pathlib.Path("/proc/net/udp").read_text().splitlines()[1:]:
             fields = line.split()
             if f"socket:[{fields[9]}]" in sockets:
                 return int(fields[1].split(":")[1], 16)
@@ -193,9 +199,9 @@ class Network(unittest.TestCase):
     def test_a_host_without_a_route_says_so(self):
         hosts = Hosts(self, self.folder)
         hosts.ip("-n", hosts.client, "addr", "flush", "dev", "eth0")
-        r = hosts.run("lumctl", "--timeout", "100ms", "--retries", "1", "status")
+        r = hosts.run("lumctl", "--timeout", "100", "--retries", "1", "status")
         self.assertIn(r.returncode, (1, 3))
-        self.assertIn("unreachable", r.stderr.lower())
+        self.assertIn("no route", r.stderr)
 
 
 if __name__ == "__main__":

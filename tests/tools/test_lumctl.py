@@ -415,9 +415,9 @@ class Live(Case):
         self.check(DONE, "127.33.1.9", "set-ip", "127.33.1.9")
 
     def test_a_watch_logs_changes_with_their_time(self):
-        self.sensor("127.33.1.11")
+        sensor = self.sensor("127.33.1.11")
         watch = Process(self, self.folder, BIN / "lumctl", "--host", "127.33.1.11", "status", "--watch")
-        wait_until(watch.stdout, 10, "the first status")
+        wait_until(lambda: watch.stdout() and len(sensor.events("tlv")) >= 4, 10, "a few polls")
         self.heartbeats("127.33.1.11")
         self.check(DONE, "127.33.1.11", "laser", "on")
         wait_until(lambda: "laser up" in watch.stdout(), 10, "the laser in the watch")

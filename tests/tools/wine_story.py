@@ -78,7 +78,7 @@ class Windows(unittest.TestCase):
         self.assertIn("101", r.stderr)
 
     def test_silence_is_status_3(self):
-        r = run("lumctl", "--host", "127.0.0.77", "--timeout", "100ms", "--retries", "1", "status")
+        r = run("lumctl", "--host", "127.0.0.77", "--timeout", "100", "--retries", "1", "status")
         self.assertEqual(r.returncode, 3, r.stderr)
 
     def test_the_laser_goes_on_with_heartbeats_and_off_by_command(self):

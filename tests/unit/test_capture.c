@@ -684,6 +684,41 @@ static void what_a_capture_cannot_hold_is_refused(void **state)
     assert_int_equal(lum_capture_writer_close(w, &error), 0);
 }
 
+static void what_was_flushed_can_be_read_before_the_end(void **state)
+{
+    scratch *s = *state;
+    lum_capture_writer *w = NULL;
+    lum_capture *c = NULL;
+    lum_record r;
+    lum_error error;
+    const lum_datagram d = datagram_of(s, 100, 5);
+    assert_int_equal(lum_capture_writer_open(s->path, &w, &error), 0);
+    assert_int_equal(lum_capture_writer_bytes(w), FILE_HEADER);
+    assert_int_equal(lum_capture_writer_add(w, &d, &error), 0);
+    assert_int_equal(lum_capture_writer_flush(w, &error), 0);
+    assert_int_equal(lum_capture_writer_bytes(w),
+                     FILE_HEADER + RECORD_HEADER + 42 + 100);
+    assert_int_equal(lum_capture_open(s->path, &c, &error), 0);
+    assert_int_equal(lum_capture_next(c, &r, &error), 1);
+    assert_int_equal(r.len, 100);
+    expect_end(c);
+    assert_int_equal(lum_capture_writer_close(w, &error), 0);
+}
+
+static void a_full_disk_is_told_by_a_flush(void **state)
+{
+    scratch *s = *state;
+    lum_capture_writer *w = NULL;
+    lum_error error = {""};
+    const lum_datagram d = datagram_of(s, 100, 0);
+    assert_int_equal(lum_capture_writer_open("/dev/full", &w, &error), 0);
+    assert_int_equal(lum_capture_writer_add(w, &d, &error), 0);
+    assert_int_equal(lum_capture_writer_flush(w, &error), -1);
+    assert_int_equal(errno, ENOSPC);
+    expect_text(&error, "No space left");
+    assert_int_equal(lum_capture_writer_close(w, &error), -1);
+}
+
 static void a_writer_needs_its_directory(void **state)
 {
     lum_capture_writer *w = NULL;
@@ -777,6 +812,8 @@ int main(void)
         WRITER_FACT(checksums_are_right),
         WRITER_FACT(a_checksum_of_zero_is_sent_as_all_ones),
         WRITER_FACT(what_a_capture_cannot_hold_is_refused),
+        WRITER_FACT(what_was_flushed_can_be_read_before_the_end),
+        WRITER_FACT(a_full_disk_is_told_by_a_flush),
         cmocka_unit_test(a_writer_needs_its_directory),
         WRITER_FACT(a_full_disk_is_told_at_the_end),
         WRITER_FACT(a_full_disk_is_told_while_writing),

@@ -256,6 +256,18 @@ static void tries_too_long_ago_are_forgotten(void **state)
     assert_true(found.sent_ns == 3 * TIMEOUT);
 }
 
+static void the_first_try_of_tlvs_is_never_forgotten(void **state)
+{
+    (void)state;
+    x.config.retries = UINT32_MAX;
+    begin_request();
+    for (int64_t try = 0; try < 2 * (int64_t)LUM_EXCHANGE_TRIES; try++) {
+        assert_int_not_equal(advance(3 + try * TIMEOUT), LUM_EXCHANGE_NOTHING);
+    }
+    assert_int_equal(take_status(100), LUM_EXCHANGE_ANSWER);
+    assert_true(found.sent_ns == 3);
+}
+
 static void an_answer_that_contradicts_itself_is_none(void **state)
 {
     (void)state;
@@ -444,6 +456,10 @@ static void a_flood_does_not_keep_a_request_from_ending(void **state)
     assert_int_equal(
         lum_exchange_advance(&x, late + TIMEOUT, TIMEOUT - 1, &found),
         LUM_EXCHANGE_GIVEN_UP);
+    begin_request();
+    assert_int_equal(advance(late + TIMEOUT), LUM_EXCHANGE_REQUEST);
+    assert_int_equal(lum_exchange_advance(&x, 2 * late, 3, &found),
+                     LUM_EXCHANGE_NOTHING);
 }
 
 #define FRESH(test) cmocka_unit_test_setup(test, set_up)
@@ -464,6 +480,7 @@ int main(void)
         FRESH(each_try_of_a_time_request_has_its_number_and_time),
         FRESH(the_number_of_the_last_try_is_given_up),
         FRESH(tries_too_long_ago_are_forgotten),
+        FRESH(the_first_try_of_tlvs_is_never_forgotten),
         FRESH(an_answer_that_contradicts_itself_is_none),
         FRESH(an_alert_that_contradicts_itself_is_malformed),
         FRESH(a_packet_too_short_for_its_type_is_malformed),

@@ -647,6 +647,7 @@ static void alerts_and_old_answers_prove_nothing(void **state)
         answer_from(sensor_at, fake.now_ns + ms * MS, 7, OFF);
     }
     assert_int_equal(switch_off(&status), LUM_LASER_OFF_UNKNOWN);
+    assert_string_equal(script.asked, "uddddd");
     assert_int_equal(status, 0x5a5a);
 }
 

@@ -317,6 +317,73 @@ static void an_abort_does_not_wait_for_a_reader_that_sleeps(void **state)
     close(ends[1]);
 }
 
+static void a_flush_shows_what_was_appended(void **state)
+{
+    int ends[2];
+    char name[32];
+    char got[8] = "";
+    lum_error error = {""};
+    (void)state;
+    assert_int_equal(pipe(ends), 0);
+    snprintf(name, sizeof name, "/dev/fd/%d", ends[1]);
+    lum_sink *sink = open_sink(name);
+    assert_int_equal(lum_sink_flush(sink, &error), 0);
+    assert_int_equal(lum_sink_write(sink, "line\n", 5, &error), 0);
+    assert_int_equal(lum_sink_bytes(sink), 5);
+    assert_int_equal(lum_sink_flush(sink, &error), 0);
+    alarm(20);
+    assert_int_equal(read(ends[0], got, sizeof got), 5);
+    alarm(0);
+    assert_memory_equal(got, "line\n", 5);
+    assert_int_equal(lum_sink_close(sink, &error), 0);
+    close(ends[0]);
+    close(ends[1]);
+}
+
+/* Three blocks would be queued and the fourth flush wait, if a flush did not
+ * leave a busy thread alone. */
+static void a_flush_does_not_wait_for_a_reader_that_sleeps(void **state)
+{
+    int ends[2];
+    char name[32];
+    char bytes[65536] = "";
+    (void)state;
+    assert_int_equal(pipe(ends), 0);
+    snprintf(name, sizeof name, "/dev/fd/%d", ends[1]);
+    lum_sink *sink = open_sink(name);
+    alarm(20);
+    for (int i = 0; i < 10; i++) {
+        assert_int_equal(lum_sink_write(sink, bytes, sizeof bytes, NULL), 0);
+        assert_int_equal(lum_sink_flush(sink, NULL), 0);
+    }
+    alarm(0);
+    lum_sink_abort(sink);
+    close(ends[0]);
+    close(ends[1]);
+}
+
+static void a_flush_tells_that_the_reader_has_left(void **state)
+{
+    int ends[2];
+    char name[32];
+    lum_error error = {""};
+    int result = 0;
+    (void)state;
+    assert_int_equal(pipe(ends), 0);
+    snprintf(name, sizeof name, "/dev/fd/%d", ends[1]);
+    lum_sink *sink = open_sink(name);
+    close(ends[0]);
+    alarm(20);
+    while (result == 0) {
+        result = lum_sink_write(sink, "line\n", 5, &error);
+        result = result == 0 ? lum_sink_flush(sink, &error) : result;
+    }
+    alarm(0);
+    assert_int_equal(errno, EPIPE);
+    lum_sink_abort(sink);
+    close(ends[1]);
+}
+
 /* Run in a child whose standard output is fd. */
 static int run_on_stdout(int fd, uint64_t n)
 {
@@ -454,6 +521,9 @@ int main(void)
         cmocka_unit_test(a_full_disk_stops_a_large_output),
         cmocka_unit_test(a_reader_that_leaves_is_an_error_and_no_death),
         cmocka_unit_test(an_abort_does_not_wait_for_a_reader_that_sleeps),
+        cmocka_unit_test(a_flush_shows_what_was_appended),
+        cmocka_unit_test(a_flush_does_not_wait_for_a_reader_that_sleeps),
+        cmocka_unit_test(a_flush_tells_that_the_reader_has_left),
         cmocka_unit_test(a_slow_reader_gets_every_byte),
         cmocka_unit_test(a_patch_counts_from_where_standard_output_stood),
         cmocka_unit_test(an_output_opened_to_append_cannot_be_patched),

@@ -128,6 +128,7 @@ int capture_file_record(const char *path, struct capture_file *out,
 int capture_file_add(struct capture_file *file, const lum_datagram *datagram,
                      lum_error *error)
 {
+    file->has_any = true;
     return lum_capture_writer_add(file->writer, datagram, error);
 }
 
@@ -155,6 +156,8 @@ static void remove_part(struct capture_file *file)
     const int reason = errno;
     if (file->part != NULL) {
         (void)unlink(file->part);
+    } else if (file->path != NULL && !file->has_any) {
+        (void)unlink(file->path);
     }
     errno = reason;
 }

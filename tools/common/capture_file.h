@@ -13,7 +13,8 @@
 struct capture_file {
     lum_capture_writer *writer;
     char *path; /* NULL: written in place */
-    char *part; /* NULL: written in place */
+    char *part; /* NULL: written under its own name */
+    bool has_any;
 };
 
 /* Whether a path is written as it is: standard output, a pipe, a device. */
@@ -43,7 +44,7 @@ uint64_t capture_file_bytes(const struct capture_file *file);
  * nothing is left behind. */
 int capture_file_close(struct capture_file *file, lum_error *error);
 
-/* Remove what was written; of a recording it stays. */
+/* Remove what was written; of a recording it stays, if there is any. */
 void capture_file_abort(struct capture_file *file);
 
 /* As capture_file_abort(), for a process about to die: does not wait for

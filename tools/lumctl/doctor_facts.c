@@ -114,14 +114,3 @@ size_t facts_udp(FILE *in, uint16_t port, struct udp_user *out, size_t room)
     }
     return n;
 }
-
-bool facts_number(FILE *in, uint64_t *out)
-{
-    char line[64];
-    char *end = NULL;
-    if (fgets(line, sizeof line, in) == NULL || *line < '0' || *line > '9') {
-        return false;
-    }
-    *out = strtoull(line, &end, 10);
-    return *end == '\n' || *end == '\0';
-}

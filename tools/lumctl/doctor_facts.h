@@ -30,7 +30,4 @@ struct udp_user {
  * take IPv4 are left out. Returns how many, at most room. */
 size_t facts_udp(FILE *in, uint16_t port, struct udp_user *out, size_t room);
 
-/* A file that holds one number. */
-bool facts_number(FILE *in, uint64_t *out);
-
 #endif

@@ -18,12 +18,11 @@
 
 #define LIMIT_NS     INT64_C(1500000000)
 #define OUTPUT_BYTES (4u << 20)
-#define LISTER_WORDS 2u
+#define LISTER_WORDS 3u
 
-/* A program that prints rules, where administrators' programs are. */
+/* A program that prints rules, its name first. */
 struct lister {
-    const char *name;
-    const char *arguments[LISTER_WORDS];
+    char words[LISTER_WORDS][24];
     void (*read)(struct ruleset *set, FILE *in);
     bool is_nft;
 };
@@ -35,17 +34,12 @@ enum {
 };
 
 static const struct lister listers[] = {
-    [LIST_NFT] = {"nft", {"list", "ruleset"}, rules_read_nft, true},
-    [LIST_LEGACY] = {"iptables-legacy-save",
-                     {NULL, NULL},
-                     rules_read_iptables,
-                     false},
-    [LIST_IPTABLES] = {"iptables-save",
-                       {NULL, NULL},
-                       rules_read_iptables,
-                       false},
+    [LIST_NFT] = {{"nft", "list", "ruleset"}, rules_read_nft, true},
+    [LIST_LEGACY] = {{"iptables-legacy-save"}, rules_read_iptables, false},
+    [LIST_IPTABLES] = {{"iptables-save"}, rules_read_iptables, false},
 };
 
+/* Where administrators' programs are. */
 static const char *const folders[] = {"/usr/sbin", "/sbin", "/usr/bin", "/bin",
                                       "/usr/local/sbin"};
 
@@ -64,11 +58,11 @@ static bool find_program(const char *name, char *out, size_t room)
 static bool start(const char *path, const struct lister *lister, int to,
                   pid_t *child)
 {
-    /* the programs do not write to their arguments */
-    char *arguments[LISTER_WORDS + 2u] = {(char *)(uintptr_t)lister->name};
+    struct lister copy = *lister; /* arguments are not constant */
+    char *arguments[LISTER_WORDS + 1u] = {NULL};
     posix_spawn_file_actions_t actions;
-    for (size_t i = 0; i < LISTER_WORDS; i++) {
-        arguments[i + 1u] = (char *)(uintptr_t)lister->arguments[i];
+    for (size_t i = 0; i < LISTER_WORDS && copy.words[i][0] != '\0'; i++) {
+        arguments[i] = copy.words[i];
     }
     if (posix_spawn_file_actions_init(&actions) != 0) {
         return false;
@@ -140,7 +134,7 @@ static bool read_rules(const struct doctor *d, const struct lister *lister,
     char path[64];
     char *text = NULL;
     size_t len = 0;
-    if (!find_program(lister->name, path, sizeof path)) {
+    if (!find_program(lister->words[0], path, sizeof path)) {
         return false;
     }
     FILE *out = open_memstream(&text, &len);
@@ -277,7 +271,8 @@ static void say_unseen(struct doctor_finding *out)
     char path[64];
     bool is_there = false;
     for (size_t i = 0; i < sizeof listers / sizeof listers[0]; i++) {
-        is_there = is_there || find_program(listers[i].name, path, sizeof path);
+        is_there =
+            is_there || find_program(listers[i].words[0], path, sizeof path);
     }
     if (!is_there) {
         doctor_unseen(out, "not looked at: neither nft nor iptables-save is "

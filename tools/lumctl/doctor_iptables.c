@@ -7,27 +7,32 @@
 #define LINE_BYTES 1024u
 #define WORDS_MAX  96u
 
+/* Behind a word, which ends there. Quotes inside quotes are escaped. */
+static char *end_word(char *p, bool is_quoted)
+{
+    const char *ends = is_quoted ? "\"" : " \t\r\n";
+    while (*p != '\0' && strchr(ends, *p) == NULL) {
+        p += is_quoted && p[0] == '\\' && p[1] != '\0' ? 2 : 1;
+    }
+    if (*p != '\0') {
+        *p = '\0';
+        p++;
+    }
+    return p;
+}
+
 /* Splits at blanks, in place; what stands in quotes is one word. */
 static size_t split(char *line, char *out[WORDS_MAX])
 {
     size_t n = 0;
-    char *p = line;
-    while (n < WORDS_MAX) {
-        p += strspn(p, " \t\r\n");
-        if (*p == '\0') {
-            break;
-        }
+    char *p = line + strspn(line, " \t\r\n");
+    while (n < WORDS_MAX && *p != '\0') {
         const bool is_quoted = *p == '"';
         p += is_quoted ? 1 : 0;
         out[n] = p;
         n++;
-        while (*p != '\0' && strchr(is_quoted ? "\"" : " \t\r\n", *p) == NULL) {
-            p += is_quoted && p[0] == '\\' && p[1] != '\0' ? 2 : 1;
-        }
-        if (*p != '\0') {
-            *p = '\0';
-            p++;
-        }
+        p = end_word(p, is_quoted);
+        p += strspn(p, " \t\r\n");
     }
     return n;
 }
@@ -138,29 +143,34 @@ static enum rule_match match_option(const struct rule_packet *p,
     return RULE_MAYBE;
 }
 
+/* An option and its value, if it has one. Returns how many words. */
+static size_t take_option(const struct ruleset *set, struct rule *r,
+                          const char *name, const char *value, bool negate)
+{
+    if (strcmp(name, "-j") == 0 || strcmp(name, "-g") == 0) {
+        take_target(r, value, name[1] == 'g');
+        return 2;
+    }
+    const enum rule_match m = match_option(&set->packet, name, value);
+    r->match = (uint8_t)rules_and((enum rule_match)r->match,
+                                  negate ? rules_not(m) : m);
+    return *value == '-' || *value == '!' ? 1 : 2;
+}
+
 static void take_words(const struct ruleset *set, struct rule *r, char **words,
                        size_t n)
 {
+    size_t i = 0;
     bool negate = false;
-    for (size_t i = 0; i < n; i++) {
+    while (i < n) {
         const char *value = i + 1u < n ? words[i + 1u] : "";
-        if (strcmp(words[i], "!") == 0) {
-            negate = true;
-            continue;
-        }
-        if (strcmp(words[i], "-j") == 0 || strcmp(words[i], "-g") == 0) {
-            take_target(r, value, words[i][1] == 'g');
-            i++;
-            continue;
-        }
         if (words[i][0] == '-') {
-            const enum rule_match m =
-                match_option(&set->packet, words[i], value);
-            r->match = (uint8_t)rules_and((enum rule_match)r->match,
-                                          negate ? rules_not(m) : m);
-            i += *value == '-' || *value == '!' ? 0u : 1u;
+            i += take_option(set, r, words[i], value, negate);
+            negate = false;
+        } else {
+            negate = strcmp(words[i], "!") == 0;
+            i++;
         }
-        negate = false;
     }
 }
 

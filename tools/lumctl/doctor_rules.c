@@ -84,35 +84,45 @@ static bool next_value(const char **list, char out[VALUE_BYTES])
     return true;
 }
 
+static enum rule_match match_range(const char *first, const char *last,
+                                   uint32_t address)
+{
+    uint32_t low = 0;
+    uint32_t high = 0;
+    if (!number_parse_address(first, &low) ||
+        !number_parse_address(last, &high)) {
+        return RULE_MAYBE;
+    }
+    return address >= low && address <= high ? RULE_YES : RULE_NO;
+}
+
+/* BITS, or a mask written as an address. */
+static bool parse_mask(const char *text, uint32_t *out)
+{
+    int64_t bits = 0;
+    if (!number_parse_int(text, 0, 32, &bits)) {
+        return number_parse_address(text, out);
+    }
+    *out = bits == 0 ? 0 : UINT32_MAX << (32 - bits);
+    return true;
+}
+
 /* ADDRESS, ADDRESS/BITS or /MASK, ADDRESS-ADDRESS. */
 static enum rule_match match_one_address(char *value, uint32_t address)
 {
-    char *dash = strchr(value, '-');
-    char *slash = strchr(value, '/');
-    uint32_t low = 0;
-    uint32_t high = 0;
+    char *mark = value + strcspn(value, "-/");
+    const char kind = *mark;
+    uint32_t base = 0;
     uint32_t mask = UINT32_MAX;
-    int64_t bits = 32;
-    if (dash != NULL) {
-        *dash = '\0';
-        if (!number_parse_address(value, &low) ||
-            !number_parse_address(dash + 1, &high)) {
-            return RULE_MAYBE;
-        }
-        return address >= low && address <= high ? RULE_YES : RULE_NO;
+    *mark = '\0';
+    if (kind == '-') {
+        return match_range(value, mark + 1, address);
     }
-    if (slash != NULL) {
-        *slash = '\0';
-        if (number_parse_int(slash + 1, 0, 32, &bits)) {
-            mask = bits == 0 ? 0 : UINT32_MAX << (32 - bits);
-        } else if (!number_parse_address(slash + 1, &mask)) {
-            return RULE_MAYBE;
-        }
-    }
-    if (!number_parse_address(value, &low)) {
+    if ((kind == '/' && !parse_mask(mark + 1, &mask)) ||
+        !number_parse_address(value, &base)) {
         return RULE_MAYBE;
     }
-    return (address & mask) == (low & mask) ? RULE_YES : RULE_NO;
+    return (address & mask) == (base & mask) ? RULE_YES : RULE_NO;
 }
 
 enum rule_match rules_match_address(const char *value, uint32_t address)
@@ -206,12 +216,11 @@ enum rule_match rules_match_state(const char *value, bool is_out)
 {
     static const char *const out[] = {"new", "NEW", NULL};
     static const char *const in[] = {"established", "ESTABLISHED", NULL};
-    /* what leaves belongs to a connection from the first answer on */
-    const enum rule_match match = match_word(value, is_out ? out : in);
-    return match == RULE_NO && is_out && match_word(value, in) == RULE_YES
-               ? RULE_MAYBE
-               : match;
+    return match_word(value, is_out ? out : in);
 }
+
+/* The kernel takes no rules that jump in circles; a text might hold some. */
+#define JUMPS_MAX 5000u
 
 /* A walk of one packet along the chains. */
 struct walk {
@@ -219,6 +228,7 @@ struct walk {
     const struct rule *drops;    /* for certain */
     const struct rule *may_drop; /* the first of them */
     bool may_accept;             /* a rule before may have let it through */
+    unsigned jumps;              /* taken so far */
 };
 
 enum step {
@@ -250,7 +260,9 @@ static enum step walk_jump(struct walk *w, const struct rule *rule,
                            bool is_sure, unsigned depth)
 {
     size_t target = 0;
-    if (depth == RULE_DEPTH_MAX || !find_target(w->set, rule, &target)) {
+    w->jumps++;
+    if (depth == RULE_DEPTH_MAX || w->jumps > JUMPS_MAX ||
+        !find_target(w->set, rule, &target)) {
         w->may_accept = true;
         return STEP_ON;
     }
@@ -323,7 +335,7 @@ static enum step walk_chain(struct walk *w, size_t chain, bool is_sure,
 static void judge_base(const struct ruleset *set, size_t chain,
                        struct rule_finding *out)
 {
-    struct walk w = {set, NULL, NULL, false};
+    struct walk w = {set, NULL, NULL, false, 0};
     const struct rule_chain *base = &set->chains[chain];
     const enum step step = walk_chain(&w, chain, true, 0);
     const bool by_policy = step == STEP_ON && base->drops;

@@ -113,7 +113,8 @@ enum rule_match rules_match_port(const char *value, uint16_t port);
 enum rule_match rules_match_device(const char *value, const char *device,
                                    char wildcard);
 enum rule_match rules_match_protocol(const char *value);
-/* What leaves begins a connection, what comes belongs to one. */
+/* The first packet that leaves begins a connection, an answer belongs to one.
+ */
 enum rule_match rules_match_state(const char *value, bool is_out);
 
 enum rule_match rules_not(enum rule_match match);

@@ -52,7 +52,7 @@ bool report_has_hazard(uint16_t status)
 
 static bool has_bit(uint16_t status, unsigned bit)
 {
-    return (status >> bit & 1u) != 0;
+    return ((unsigned)status >> bit & 1u) != 0;
 }
 
 static bool is_hazard(unsigned bit)

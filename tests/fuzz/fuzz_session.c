@@ -1,0 +1,347 @@
+/* A session as its sensor, strangers, the network and the application might
+ * treat it: any datagrams, any times, any calls. */
+#include "fake_net.h"
+
+#include "lum/laser.h"
+#include "lum/net/sensor.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MS      INT64_C(1000000)
+#define TIMEOUT (40 * MS)
+#define SLACK   (30 * MS) /* what a flood of full batches costs */
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+static void require(int fact)
+{
+    if (!fact) {
+        abort();
+    }
+}
+
+static const lum_endpoint peers[] = {{LUM_BOOT_ADDRESS, LUM_PORT},
+                                     {LUM_BOOT_ADDRESS, 1234},
+                                     {0x0a2a0063, LUM_PORT},
+                                     {LUM_BOOT_ADDRESS, LUM_PORT}};
+
+/* What the input decides. */
+static struct run {
+    const uint8_t *next;
+    size_t left;
+    lum_sensor *sensor;
+    lum_sensor_options options;
+    uint32_t sequence; /* of the last request that was sent */
+    uint64_t begun;    /* requests */
+    int64_t start_ns;
+    uint8_t helpfulness; /* how often the sensor answers by itself */
+} run;
+
+static uint8_t take_byte(void)
+{
+    if (run.left == 0) {
+        return 0;
+    }
+    run.left--;
+    return *run.next++;
+}
+
+static size_t take_bytes(uint8_t *out, size_t most)
+{
+    const size_t n = run.left < most ? run.left : most;
+    memcpy(out, run.next, n);
+    run.next += n;
+    run.left -= n;
+    return n;
+}
+
+static void arrive_status(lum_endpoint from, int64_t ns, uint32_t sequence,
+                          uint16_t status)
+{
+    uint8_t packet[32];
+    lum_tlv_writer w;
+    require(lum_tlv_begin(&w, packet, sizeof packet, sequence) == LUM_OK);
+    require(lum_tlv_add_u16(&w, 2, status) == LUM_OK);
+    fake_arrive(ns, from, packet, w.len);
+}
+
+static void arrive_time(lum_endpoint from, int64_t ns, uint32_t sequence)
+{
+    uint8_t packet[LUM_TIMESTAMP_BYTES];
+    const lum_timestamp t = {sequence, (uint32_t)(ns / 1000)};
+    lum_timestamp_encode(packet, &t);
+    fake_arrive(ns, from, packet, sizeof packet);
+}
+
+/* Whatever leaves is a whole packet, and goes to the sensor. */
+static void on_send(const struct fake_sent *sent)
+{
+    uint8_t type = 0;
+    uint32_t address = 0;
+    lum_timestamp time;
+    lum_tlv_reader tlvs;
+    require(sent->to.address == peers[0].address);
+    require(sent->to.port == peers[0].port);
+    require(lum_header_decode(sent->bytes, sent->len, &type) == LUM_OK);
+    const bool answers = run.helpfulness > take_byte();
+    const int64_t at = sent->ns + (answers ? take_byte() * MS / 2 : 0);
+    if (lum_timestamp_decode(sent->bytes, sent->len, &time) == LUM_OK) {
+        require(sent->len == LUM_TIMESTAMP_BYTES);
+        run.sequence = time.sequence;
+        if (answers) {
+            arrive_time(peers[0], at, run.sequence);
+        }
+    } else if (lum_tlv_open(sent->bytes, sent->len, &run.sequence, &tlvs) ==
+               LUM_OK) {
+        if (answers) {
+            arrive_status(peers[0], at, run.sequence,
+                          (uint16_t)(take_byte() << 4));
+        }
+    } else if (type == LUM_TYPE_HEARTBEAT) {
+        require(run.options.owns && sent->len == LUM_HEARTBEAT_BYTES);
+    } else {
+        require(lum_set_ip_decode(&run.options.layout, sent->bytes, sent->len,
+                                  &address) == LUM_OK);
+    }
+}
+
+static void arrive_anything(unsigned kind)
+{
+    uint8_t bytes[256] = {0};
+    const lum_endpoint from = peers[take_byte() % 4u];
+    const int64_t at = fake.now_ns + take_byte() * MS;
+    const uint32_t sequence = run.sequence + 2u - take_byte() % 5u;
+    size_t len = 0;
+    switch (kind) {
+    case 0:
+        arrive_status(from, at, sequence, (uint16_t)(take_byte() << 4));
+        break;
+    case 1:
+        arrive_time(from, at, sequence);
+        break;
+    case 2:
+        lum_header_encode(bytes, take_byte() % 10u);
+        memcpy(bytes + LUM_HEADER_BYTES, &sequence, sizeof sequence);
+        len = take_byte() % 64u;
+        (void)take_bytes(bytes + 16, len);
+        fake_arrive(at, from, bytes, 8 + len);
+        break;
+    default:
+        len = take_bytes(bytes, take_byte());
+        fake_arrive(at, from, bytes, len);
+        break;
+    }
+}
+
+static void check_answer(const lum_sensor_event *e)
+{
+    require(e->tries >= 1 && e->tries <= run.options.retries + 1u);
+    require(e->sent_ns >= run.start_ns && e->sent_ns <= e->received_ns);
+    require(e->received_ns <= fake.now_ns);
+}
+
+static void check_tlvs(const lum_sensor_event *e)
+{
+    lum_tlv_reader reader = e->tlvs;
+    lum_tlv tlv;
+    bool has_status = false;
+    lum_result r = LUM_OK;
+    while ((r = lum_tlv_next(&reader, &tlv)) == LUM_OK) {
+        has_status = has_status || (tlv.type == 2 && tlv.length >= 2);
+    }
+    require(r == LUM_END);
+    require(has_status == e->has_status);
+}
+
+static void check_datagrams(const lum_sensor_event *e)
+{
+    unsigned sum = 0;
+    require(run.options.owns);
+    require(e->datagram_count >= 1 && e->datagram_count <= LUM_SOCKET_BATCH);
+    for (size_t i = 0; i < e->datagram_count; i++) {
+        const lum_received *r = &e->datagrams[i];
+        require(r->from.address == peers[0].address);
+        require(r->from.port == peers[0].port);
+        for (size_t at = 0; at < r->len; at++) {
+            sum += r->bytes[at];
+        }
+    }
+    require(sum < UINT32_MAX);
+}
+
+static void check_event(const lum_sensor_event *e, bool was_waiting,
+                        int64_t deadline_ns)
+{
+    const bool waits = lum_sensor_is_waiting(run.sensor);
+    switch (e->kind) {
+    case LUM_SENSOR_IDLE:
+        require(fake.now_ns >= deadline_ns && waits == was_waiting);
+        break;
+    case LUM_SENSOR_CANCELLED:
+        require(fake.is_raised && waits == was_waiting);
+        break;
+    case LUM_SENSOR_DATAGRAMS:
+        check_datagrams(e);
+        break;
+    case LUM_SENSOR_ANSWER:
+        check_tlvs(e);
+        check_answer(e);
+        require(was_waiting && !waits);
+        break;
+    case LUM_SENSOR_TIME:
+        check_answer(e);
+        require(was_waiting && !waits);
+        break;
+    case LUM_SENSOR_NO_ANSWER:
+        require(was_waiting && !waits);
+        require(e->tries == run.options.retries + 1u);
+        break;
+    case LUM_SENSOR_ALERT:
+        check_tlvs(e);
+        break;
+    default:
+        require(e->kind == LUM_SENSOR_LINK);
+        require(e->is_up || e->error.text[0] != '\0');
+        break;
+    }
+}
+
+static void receive(int64_t for_ns)
+{
+    lum_sensor_event e;
+    const int64_t before_ns = fake.now_ns;
+    const int64_t deadline_ns = before_ns + for_ns;
+    const bool was_waiting = lum_sensor_is_waiting(run.sensor);
+    lum_sensor_receive(run.sensor, deadline_ns, &e);
+    require(fake.now_ns <= deadline_ns + (fake.floods ? SLACK : 0));
+    check_event(&e, was_waiting, deadline_ns);
+}
+
+static void begin(lum_result r)
+{
+    require(r == LUM_OK || r == LUM_E_VALUE);
+    require(lum_sensor_is_waiting(run.sensor));
+    run.begun += r == LUM_OK;
+}
+
+static void laser_off(void)
+{
+    uint16_t status = 0;
+    const int64_t tries = (int64_t)run.options.retries + 1;
+    const int64_t before_ns = fake.now_ns;
+    const int64_t look = (tries + 1) * TIMEOUT + SLACK;
+    const lum_laser_off end = lum_sensor_laser_off(run.sensor, &status);
+    require(end != LUM_LASER_OFF_SEEN || lum_laser_is_down(status));
+    require(end != LUM_LASER_OFF_REFUSED || !lum_laser_is_down(status));
+    require(fake.now_ns - before_ns <=
+            tries * (2 * look + LUM_SENSOR_SETTLE_MS * MS + SLACK));
+    run.begun += 2u * (uint64_t)tries;
+}
+
+static void wait_any(void)
+{
+    const int64_t deadline_ns = fake.now_ns + take_byte() * MS;
+    const lum_net_result r = lum_sensor_wait_any(
+        &run.sensor, 1, -1, run.options.cancel, deadline_ns);
+    require(r == LUM_NET_OK || r == LUM_NET_TIMEOUT || r == LUM_NET_CANCELLED);
+    require(r != LUM_NET_TIMEOUT || fake.now_ns >= deadline_ns);
+}
+
+static void change_network(void)
+{
+    const uint8_t what = take_byte();
+    fake.send = (what & 1u) != 0 ? LUM_NET_FAILED : LUM_NET_OK;
+    fake.is_raised = (what & 2u) != 0;
+    fake.floods = (what & 4u) != 0;
+    fake.flooder = peers[(what >> 4) % 4u];
+    fake.receive_ns = fake.floods ? MS : 0;
+}
+
+static void step(void)
+{
+    const uint8_t op = take_byte();
+    switch (op % 16u) {
+    case 0:
+        begin(lum_sensor_request(run.sensor, NULL, 0));
+        break;
+    case 1:
+        begin(lum_sensor_command(run.sensor, "50p u"));
+        break;
+    case 2:
+        begin(lum_sensor_request_time(run.sensor));
+        break;
+    case 3:
+        lum_sensor_give_up(run.sensor);
+        break;
+    case 4:
+        fake.now_ns += (int64_t)take_byte() * take_byte() * MS / 10;
+        break;
+    case 5:
+        laser_off();
+        break;
+    case 6:
+        wait_any();
+        break;
+    case 7:
+        change_network();
+        break;
+    case 8:
+    case 9:
+    case 10:
+    case 11:
+        arrive_anything(op % 4u);
+        break;
+    case 12:
+        (void)!lum_sensor_set_ip(run.sensor, take_byte(), NULL);
+        break;
+    default:
+        receive(take_byte() * MS);
+        break;
+    }
+}
+
+static void check_counters(void)
+{
+    lum_sensor_counters c;
+    lum_sensor_count(run.sensor, &c);
+    const int64_t passed = fake.now_ns - run.start_ns;
+    const uint64_t beats =
+        (uint64_t)(passed / (MS * run.options.heartbeat_ms)) + 1u;
+    require(c.heartbeats <= (run.options.owns ? beats : 0u));
+    require(c.requests <= run.begun && c.answers <= run.begun);
+    require(c.resends <= run.begun * run.options.retries);
+    require(c.answers + c.answers_dropped + c.alerts + c.malformed <=
+            c.datagrams);
+    require(c.other_port <= c.foreign_source);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    static const uint32_t firsts[] = {100, 0, 0xfffffffdu, 1};
+    memset(&run, 0, sizeof run);
+    run.next = data;
+    run.left = size;
+    fake_reset();
+    fake.on_send = on_send;
+    run.start_ns = fake.now_ns;
+    lum_sensor_options_default(&run.options);
+    const uint8_t how = take_byte();
+    run.options.owns = (how & 1u) != 0;
+    run.options.retries = (how >> 1) % 4u;
+    run.options.has_sequence = true;
+    run.options.sequence = firsts[(how >> 3) % 4u];
+    run.options.heartbeat_ms = (how & 32u) != 0 ? 10 : 200;
+    run.options.timeout_ms = TIMEOUT / MS;
+    run.options.cancel = (lum_cancel *)(void *)&run;
+    run.helpfulness = take_byte();
+    require(lum_sensor_open(&run.options, &run.sensor, NULL) == LUM_NET_OK);
+    while (run.left > 0) {
+        step();
+        check_counters();
+        fake.sent_count = 0;
+    }
+    lum_sensor_close(run.sensor);
+    return 0;
+}

@@ -1,0 +1,645 @@
+"""lumdump udp://...: a session with a sensor, lumsim's or one made by hand, on loopback addresses of this file."""
+import itertools
+import json
+import os
+import pty
+import re
+import resource
+import select
+import signal
+import socket
+import struct
+import subprocess
+import threading
+import time
+import unittest
+
+from support import BIN, MAGIC, Folder, group, line, read_csv, run, simulate, summary, word
+
+ADDRESSES = (f"127.20.{i // 250}.{i % 250 + 1}" for i in itertools.count())
+
+LIVE_KEYS = "received kernel_drops ring_drops foreign_source heartbeats_sent seconds laser".split()
+LIVE_ONLY = {"source", "sensors", *LIVE_KEYS}
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder(self)
+        self.address = next(ADDRESSES)
+        self.url = f"udp://{self.address}"
+
+    def simulator(self, *arguments):
+        """A lumsim that listens; its log is in sim.log."""
+        log = self.folder / "sim.log"
+        p = subprocess.Popen([BIN / "lumsim", "--address", self.address, "--log", log, "--quiet", "--frames", "2",
+                              *map(str, arguments)], stderr=subprocess.DEVNULL)
+        self.addCleanup(p.wait)
+        self.addCleanup(p.kill)
+        self.wait_for(lambda: any(e["event"] == "frames" for e in self.log()), "lumsim's start")
+        return p
+
+    def log(self):
+        try:
+            lines = (self.folder / "sim.log").read_text().split("\n")[:-1]
+        except FileNotFoundError:
+            return []
+        return [json.loads(text) for text in lines]
+
+    def events(self, kind):
+        return [e for e in self.log() if e["event"] == kind]
+
+    def laser(self):
+        """Each time the laser went up or down."""
+        return [e["up"] for e in self.events("laser")]
+
+    def heard(self, note):
+        return [e for e in self.events("tlv") if e.get("note") == note]
+
+    def wait_for(self, condition, what, seconds=30):
+        deadline = time.monotonic() + seconds
+        while not condition():
+            self.assertLess(time.monotonic(), deadline, f"waited in vain for {what}")
+            time.sleep(0.02)
+
+    def dump(self, *arguments, **options):
+        return run("lumdump", self.url, *arguments, timeout=60, **options)
+
+    def start(self, *arguments, **options):
+        p = subprocess.Popen([BIN / "lumdump", self.url, *map(str, arguments)], stderr=subprocess.PIPE, **options)
+        self.addCleanup(p.stderr.close)
+        self.addCleanup(p.wait)
+        self.addCleanup(p.kill)
+        return p
+
+    def start_recording(self, *arguments, name="raw.pcap", **options):
+        """A lumdump that has recorded something."""
+        p = self.start(*arguments, "-o", self.folder / name, **options)
+        self.wait_for(lambda: self.size(name) > 100_000, "data")
+        return p
+
+    def size(self, name):
+        path = self.folder / name
+        return path.stat().st_size if path.exists() else 0
+
+    def end(self, p):
+        """Wait for its end; what it said."""
+        said = p.stderr.read().decode()
+        self.assertIsNotNone(p.wait(30))
+        return said
+
+    def assert_laser_went_on_and_off(self):
+        self.assertEqual(self.laser(), [True, False])
+        self.assertTrue(self.heard("d"))
+
+    def assert_no_parts(self):
+        self.assertEqual([n for n in self.folder.names() if n.endswith(".part")], [])
+
+    def assert_same_summary(self, live, recorded):
+        for key in recorded:
+            if key not in LIVE_ONLY:
+                self.assertEqual(live[key], recorded[key], key)
+
+
+class Recording(Case):
+    def test_the_line_of_the_readme_gives_points(self):
+        self.simulator()
+        r = self.dump("--laser", "--duration", "2", "-o", self.folder / "cloud.ply")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        header = (self.folder / "cloud.ply").read_bytes()[:4096]
+        self.assertGreater(int(re.search(rb"element vertex +(\d+)", header)[1]), 10_000)
+        self.assertIn("points", r.stderr)
+        self.assertNotIn("warning", r.stderr)
+        self.assert_laser_went_on_and_off()
+        self.assert_no_parts()
+
+    def test_the_summary_is_that_of_the_recorded_capture(self):
+        self.simulator("--loss", "0.01", "--duplicate", "0.01", "--reorder", "0.01", "--corrupt", "0.01")
+        raw = self.folder / "raw.pcap"
+        r = self.dump("--laser", "--duration", "2", "-o", raw, "--json")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        live = json.loads(r.stdout)
+        self.assertEqual([k for k in LIVE_KEYS if k not in live], [])
+        self.assert_same_summary(live, summary(raw))
+        self.assertEqual(live["records"] + live["ring_drops"], live["received"])
+        self.assertEqual(live["laser"], "off")
+        self.assertGreater(live["lost_words"], 0)
+        self.assertGreater(live["points"], 10_000)
+        self.assertGreaterEqual(live["heartbeats_sent"], 9)
+        self.assertGreater(live["tlv"], 0)
+        self.assertAlmostEqual(live["seconds"], 2, delta=0.5)
+
+    def test_without_an_output_it_sums_up(self):
+        self.simulator()
+        r = self.dump("--duration", "0.5")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        for text in "heartbeats sent", "untouched", "lines":
+            self.assertIn(text, r.stdout)
+        self.assertEqual(self.heard("u"), [])
+        self.assertEqual(self.heard("d"), [])
+
+    def test_several_outputs_are_filled_by_one_run(self):
+        self.simulator()
+        names = [self.folder / f"out.{e}" for e in "csv ply pcd las xyz png pcap".split()]
+        outputs = [a for n in names for a in ("-o", n)]
+        r = self.dump("--laser", "--duration", "0.5", *outputs, "-o", "-", "--format", "xyz")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        got = summary(self.folder / "out.pcap")
+        self.assertEqual(len(read_csv(self.folder / "out.csv")), got["points"])
+        self.assertEqual((self.folder / "out.xyz").read_bytes(), r.stdout_bytes)
+        self.assertGreater(got["points"], 1000)
+        self.assertEqual(self.folder.names(), sorted([n.name for n in names] + ["sim.log"]))
+
+    def test_one_file_a_frame(self):
+        self.simulator()
+        r = self.dump("--laser", "--duration", "1", "-o", self.folder / "f-%04d.csv")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertGreaterEqual(len([n for n in self.folder.names() if n.startswith("f-")]), 5)
+        self.assert_no_parts()
+
+    def test_utc_is_the_time_of_arrival(self):
+        self.simulator()
+        before = time.time()
+        self.dump("--laser", "--duration", "0.5", "--time", "utc", "-o", self.folder / "o.csv")
+        times = [int(row["timestamp"]) / 1e6 for row in read_csv(self.folder / "o.csv")]
+        self.assertGreaterEqual(min(times), before)
+        self.assertLessEqual(max(times), time.time())
+
+    def test_another_port_is_shown_as_the_sensors(self):
+        self.simulator("--port", "5600")
+        self.url += ":5600"
+        r = self.dump("--duration", "0.3", "-o", self.folder / "raw.pcap", "--json")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assert_same_summary(json.loads(r.stdout), summary(self.folder / "raw.pcap"))
+
+    def test_quiet_says_nothing(self):
+        self.simulator()
+        r = self.dump("--duration", "0.3", "-q", "-o", self.folder / "raw.pcap")
+        self.assertEqual((r.returncode, r.stdout, r.stderr), (0, "", ""))
+
+
+class Rotation(Case):
+    def files(self, stem, ending):
+        names = [n for n in self.folder.names() if n.startswith(stem + "-") and n.endswith(ending)]
+        self.assertEqual(names, [f"{stem}-{i:04d}{ending}" for i in range(1, len(names) + 1)])
+        return [self.folder / n for n in names]
+
+    def test_by_time(self):
+        self.simulator()
+        r = self.dump("--laser", "--duration", "2.5", "--rotate", "1s", "-o", self.folder / "r.pcap",
+                      "-o", self.folder / "c.csv", "--json")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        captures = self.files("r", ".pcap")
+        self.assertEqual(len(captures), 3)
+        parts = [summary(p) for p in captures]
+        got = json.loads(r.stdout)
+        self.assertEqual(sum(p["records"] for p in parts), got["records"])
+        for part in parts[:2]:
+            self.assertAlmostEqual(part["duration_s"], 1, delta=0.2)
+        clouds = self.files("c", ".csv")
+        self.assertEqual(len(clouds), 3)
+        self.assertEqual(sum(len(read_csv(p)) for p in clouds), got["points"])
+        self.assert_no_parts()
+
+    def test_by_size(self):
+        self.simulator()
+        r = self.dump("--duration", "1", "--rotate", "1MB", "-o", self.folder / "r.pcap", "--json")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        captures = self.files("r", ".pcap")
+        self.assertGreater(len(captures), 2)
+        for path in captures[:-1]:
+            self.assertAlmostEqual(path.stat().st_size, 1_000_000, delta=2000)
+        self.assertEqual(sum(summary(p)["records"] for p in captures), json.loads(r.stdout)["records"])
+
+    def test_of_a_capture(self):
+        source = simulate(self.folder / "s.pcap", "--frames", "5", "--lines", "64", "--seed", "1")
+        whole = summary(source)
+        for how, least in ("1MB", 3), ("100kB", 20):
+            with self.subTest(how):
+                r = run("lumdump", source, "--rotate", how, "-o", self.folder / "c.csv", "-o", self.folder / "r.pcap")
+                self.assertEqual(r.returncode, 0, r.stderr)
+                clouds = self.files("c", ".csv")
+                self.assertGreaterEqual(len(clouds), least)
+                self.assertEqual(sum(len(read_csv(p)) for p in clouds), whole["points"])
+                parts = [summary(p) for p in self.files("r", ".pcap")]
+                self.assertEqual(sum(p["data"] for p in parts), whole["data"])
+
+    def test_never_over_the_source(self):
+        source = simulate(self.folder / "s-0002.pcap", "--frames", "3", "--lines", "64", "--seed", "1")
+        before = source.read_bytes()
+        r = run("lumdump", source, "--rotate", "100kB", "-o", self.folder / "s.pcap")
+        self.assertEqual(r.returncode, 1)
+        self.assertIn("source itself", r.stderr)
+        self.assertEqual(source.read_bytes(), before)
+
+
+class Several(Case):
+    """Several outputs of a capture."""
+
+    def test_each_is_as_if_it_were_alone(self):
+        source = simulate(self.folder / "s.pcap", "--frames", "2", "--lines", "64", "--seed", "1")
+        kinds = "csv ply pcd las xyz png pcap".split()
+        r = run("lumdump", source, *[a for k in kinds for a in ("-o", self.folder / f"all.{k}")])
+        self.assertEqual(r.returncode, 0, r.stderr)
+        for kind in kinds:
+            self.assertEqual(run("lumdump", source, "-o", self.folder / f"one.{kind}").returncode, 0)
+            self.assertEqual((self.folder / f"all.{kind}").read_bytes(), (self.folder / f"one.{kind}").read_bytes())
+
+    def test_a_header_with_a_count_reaches_a_pipe_beside_a_file(self):
+        source = simulate(self.folder / "s.pcap", "--frames", "1", "--lines", "64", "--seed", "1")
+        r = run("lumdump", source, "-o", "-", "--format", "ply", "-o", self.folder / "o.csv", "-o", self.folder / "o.ply")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertEqual(r.stdout_bytes, (self.folder / "o.ply").read_bytes())
+
+    def test_names_that_collide_or_are_too_many_are_refused(self):
+        source = simulate(self.folder / "s.pcap", "--frames", "1", "--lines", "64", "--seed", "1")
+        r = run("lumdump", source, "-o", self.folder / "a.csv", "-o", self.folder / "a.csv")
+        self.assertEqual(r.returncode, 2)
+        self.assertIn("named twice", r.stderr)
+        r = run("lumdump", source, *[a for i in range(17) for a in ("-o", self.folder / f"{i}.csv")])
+        self.assertEqual(r.returncode, 2)
+        self.assertIn("16", r.stderr)
+
+
+class Ends(Case):
+    def test_a_signal_ends_it_in_good_order(self):
+        self.simulator()
+        for number in signal.SIGINT, signal.SIGTERM, signal.SIGHUP:
+            with self.subTest(number):
+                p = self.start_recording("--laser", "-o", self.folder / "c.las", "--json", stdout=subprocess.PIPE)
+                p.send_signal(number)
+                got = json.loads(p.stdout.read())
+                p.stdout.close()
+                said = self.end(p)
+                self.assertEqual(p.returncode, 0, said)
+                self.assertEqual(self.laser()[-1], False)
+                self.assert_same_summary(got, summary(self.folder / "raw.pcap"))
+                self.assertGreater(self.size("c.las"), 10_000)
+                self.assert_no_parts()
+                (self.folder / "raw.pcap").unlink()
+
+    def test_signals_that_come_again_do_not_leave_the_laser_on(self):
+        self.simulator("--answer-delay", "150")
+        p = self.start_recording("--laser")
+        self.wait_for(lambda: self.laser() == [True], "the laser")
+        for _ in range(5):
+            p.send_signal(signal.SIGTERM)
+            time.sleep(0.03)
+        self.end(p)
+        self.assert_laser_went_on_and_off()
+        self.assertEqual(p.returncode, 0)
+
+    def test_a_reader_that_leaves_ends_it(self):
+        self.simulator()
+        r = subprocess.run(f"'{BIN}/lumdump' {self.url} --laser -o - --format csv -o '{self.folder.path}/raw.pcap' "
+                           "| head -n 5 | wc -l; echo ${PIPESTATUS[0]}", shell=True, executable="/bin/bash",
+                           capture_output=True, text=True, timeout=60)
+        self.assertEqual(r.stdout.split(), ["5", "0"])
+        self.assertEqual(r.stderr, "")
+        self.assert_laser_went_on_and_off()
+        self.assertGreater(summary(self.folder / "raw.pcap")["data"], 0)
+
+    def test_points_come_while_they_are_measured(self):
+        self.simulator()
+        p = self.start("--laser", "-o", "-", "--format", "csv", stdout=subprocess.PIPE)
+        got = b""
+        while got.count(b"\n") < 1000:
+            self.assertTrue(select.select([p.stdout], [], [], 10)[0], got)
+            got += os.read(p.stdout.fileno(), 65536)
+        self.assertIsNone(p.poll())
+        p.stdout.close()
+        self.end(p)
+        self.assertEqual(p.returncode, 0)
+
+    def test_a_capture_on_standard_output_is_one(self):
+        self.simulator()
+        p = self.start("--duration", "0.5", "-o", "-", "--format", "pcap", stdout=subprocess.PIPE)
+        (self.folder / "raw.pcap").write_bytes(p.stdout.read())
+        p.stdout.close()
+        self.end(p)
+        self.assertEqual(p.returncode, 0)
+        self.assertGreater(summary(self.folder / "raw.pcap")["data"], 10)
+
+    def test_killed_it_leaves_what_was_recorded(self):
+        self.simulator()
+        p = self.start_recording("--laser")
+        time.sleep(1.2)
+        p.kill()
+        self.end(p)
+        got = summary(self.folder / "raw.pcap")
+        self.assertGreater(got["duration_s"], 0.5)
+        began = time.monotonic()
+        self.wait_for(lambda: self.laser() == [True, False], "the sensor's own switching off", 5)
+        self.assertLess(time.monotonic() - began, 3.3)
+
+    def test_stopped_it_sends_no_heartbeats(self):
+        self.simulator()
+        p = self.start_recording("--laser")
+        self.wait_for(lambda: self.laser() == [True], "the laser")
+        p.send_signal(signal.SIGSTOP)
+        before = len(self.events("heartbeat"))
+        self.wait_for(lambda: self.laser() == [True, False], "the sensor's own switching off", 5)
+        self.assertLessEqual(len(self.events("heartbeat")) - before, 1)
+        p.send_signal(signal.SIGCONT)
+        self.wait_for(lambda: len(self.events("heartbeat")) > before + 5, "heartbeats")
+        time.sleep(1.5)
+        self.assertEqual(len(self.heard("u")), 1)
+        p.send_signal(signal.SIGINT)
+        said = self.end(p)
+        self.assertEqual(p.returncode, 0, said)
+        self.assertIn("not switched on again", said)
+        self.assertIn("laser on", said)
+
+
+class Stalls(Case):
+    def test_a_reader_that_stalls_costs_data_and_not_the_laser(self):
+        self.simulator()
+        p = self.start("--laser", "--buffer", "1MB", "-o", "-", "--format", "xyz", "-o", self.folder / "raw.pcap",
+                       stdout=subprocess.PIPE)
+        self.wait_for(lambda: self.laser() == [True], "the laser")
+        before = len(self.events("heartbeat"))
+        time.sleep(4)
+        self.assertGreater(len(self.events("heartbeat")) - before, 15)
+        self.assertEqual(self.laser(), [True])
+        # the reader comes to its senses; all ends well
+        drain = threading.Thread(target=p.stdout.read)
+        drain.start()
+        time.sleep(0.3)
+        p.send_signal(signal.SIGINT)
+        said = self.end(p)
+        drain.join()
+        p.stdout.close()
+        self.assertEqual(p.returncode, 0, said)
+        self.assertIn("the outputs are too slow", said)
+        self.assertRegex(said, r"\d+  ring_drops")
+        self.assert_laser_went_on_and_off()
+
+    def test_a_reader_that_never_comes_back_is_not_waited_for(self):
+        self.simulator()
+        p = self.start("--laser", "-o", "-", "--format", "csv", stdout=subprocess.PIPE)
+        self.wait_for(lambda: self.laser() == [True], "the laser")
+        time.sleep(0.5)
+        p.send_signal(signal.SIGINT)
+        began = time.monotonic()
+        self.assertEqual(p.wait(30), -signal.SIGINT)
+        self.assertLess(time.monotonic() - began, 8)
+        self.assert_laser_went_on_and_off()
+        p.stdout.close()
+
+    def test_a_terminal_that_stalls_costs_nothing(self):
+        self.simulator()
+        ends = os.pipe()
+        os.set_blocking(ends[1], False)
+        try:
+            while True:
+                os.write(ends[1], bytes(4096))
+        except BlockingIOError:
+            os.set_blocking(ends[1], True)
+        p = subprocess.Popen([BIN / "lumdump", self.url, "--laser", "--buffer", "128KiB", "-o", "-", "--format", "csv"],
+                             stdout=subprocess.PIPE, stderr=ends[1])
+        self.addCleanup(p.wait)
+        self.addCleanup(p.kill)
+        self.wait_for(lambda: self.laser() == [True], "the laser")
+        time.sleep(4)
+        self.assertEqual(self.laser(), [True])
+        p.stdout.close()
+        for end in ends:
+            os.close(end)
+
+    def test_a_full_disk_switches_the_laser_off(self):
+        self.simulator()
+        for kind in "csv", "pcap", "ply":
+            with self.subTest(kind), open("/dev/full", "wb") as full:
+                if kind == "ply":
+                    r = self.limited("-o", self.folder / "o.ply", "-o", self.folder / "raw.pcap")
+                    self.assertIn("File too large", r.stderr)
+                else:
+                    r = subprocess.run([BIN / "lumdump", self.url, "--laser", "-o", "-", "--format", kind], stdout=full,
+                                       stderr=subprocess.PIPE, timeout=60, text=True)
+                    self.assertIn("No space left", r.stderr)
+                self.assertEqual(r.returncode, 1)
+                self.assertEqual(self.laser(), [True, False] * (len(self.laser()) // 2))
+                self.assertTrue(self.laser())
+                self.assert_no_parts()
+        self.assertGreater(summary(self.folder / "raw.pcap")["data"], 100)
+
+    def limited(self, *arguments):
+        """Files of at most 3 MB: of a PLY and a pcap the PLY meets it first."""
+        r = subprocess.run([BIN / "lumdump", self.url, "--laser", *arguments], capture_output=True, timeout=60,
+                           restore_signals=False, text=True,
+                           preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (3_000_000, 3_000_000)))
+        return r
+
+    def test_a_capture_on_a_full_disk_holds_what_was_before(self):
+        self.simulator()
+        r = self.limited("-o", self.folder / "raw.pcap", "-o", self.folder / "c.csv", "--range", "0:1")
+        self.assertEqual(r.returncode, 1, r.stderr)
+        self.assertIn("raw.pcap", r.stderr)
+        r = run("lumdump", self.folder / "raw.pcap", "--json")
+        self.assertEqual(r.returncode, 0)
+        self.assertGreater(json.loads(r.stdout)["data"], 1000)
+        self.assert_laser_went_on_and_off()
+        self.assert_no_parts()
+
+
+class Sensors(Case):
+    def test_one_that_is_not_there(self):
+        began = time.monotonic()
+        r = self.dump("--laser", "--duration", "1", "-o", self.folder / "c.csv", "-o", self.folder / "r.pcap")
+        self.assertEqual(r.returncode, 3, r.stderr)
+        self.assertIn(f"no data from {self.address}", r.stderr)
+        self.assertIn("doctor", r.stderr)
+        self.assertLess(time.monotonic() - began, 20)
+        self.assertEqual(self.folder.names(), [])
+
+    def test_a_second_session_is_refused_and_harms_nothing(self):
+        self.simulator()
+        p = self.start_recording()
+        self.folder.write("old.csv", "old")
+        r = self.dump("--laser", "-o", self.folder / "old.csv")
+        self.assertEqual(r.returncode, 1)
+        self.assertIn(str(p.pid), r.stderr)
+        self.assertEqual((self.folder / "old.csv").read_text(), "old")
+        self.assertEqual(self.laser(), [])
+        p.send_signal(signal.SIGINT)
+        self.end(p)
+        self.assertEqual(p.returncode, 0)
+
+    def test_a_hazard_at_the_start_is_told_and_recorded(self):
+        self.simulator("--fault", "fan@0")
+        r = self.dump("--laser", "--duration", "1.5", "-o", self.folder / "raw.pcap")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertIn("stays down", r.stderr)
+        self.assertEqual(r.stderr.count("hazard: FAN_PWM_BAD"), 1)
+        self.assertEqual(self.laser(), [])
+        self.assertTrue(self.heard("d"))
+        self.assertGreater(summary(self.folder / "raw.pcap")["lines"], 10)
+
+    def test_a_laser_that_is_lost_is_not_switched_on_again(self):
+        self.simulator("--fault", "fan@2.5-3")
+        r = self.dump("--laser", "--duration", "4")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertIn("went off", r.stderr)
+        self.assertIn(f"lumctl --host {self.address} laser on", r.stderr)
+        self.assertEqual(len(self.heard("u")), 1)
+
+    def test_a_reboot_is_told_and_the_recording_goes_on(self):
+        self.simulator("--fault", "reboot@2")
+        r = self.dump("--laser", "--duration", "4", "-o", self.folder / "raw.pcap", "--json")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertIn("went off", r.stderr)
+        self.assertEqual(len(self.heard("u")), 1)
+        self.assert_same_summary(json.loads(r.stdout), summary(self.folder / "raw.pcap"))
+
+    def test_silence_is_told_and_waited_for(self):
+        self.simulator("--fault", "silence@2-6")
+        r = self.dump("--duration", "7")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertRegex(r.stderr, rf"\d\d:\d\d:\d\d: no data from {self.address} for 3 s")
+        self.assertRegex(r.stderr, rf"data from {self.address} again, after [34]\.\d s")
+
+    def test_a_laser_whose_end_nobody_confirms_is_an_error(self):
+        self.simulator("--answer-loss", "1")
+        r = self.dump("--laser", "--duration", "0.5", "-o", self.folder / "raw.pcap")
+        self.assertEqual(r.returncode, 1, r.stderr)
+        self.assertIn("laser off was not answered", r.stderr)
+        self.assertGreater(summary(self.folder / "raw.pcap")["data"], 10)
+        self.assertEqual(self.laser()[-1], False)
+
+    def test_another_layout_is_diagnosed(self):
+        self.simulator()
+        profile = self.folder.write("p.yaml", "version: 1\ndata_packet_type: 9\n")
+        r = self.dump("--profile", profile, "-o", self.folder / "c.csv")
+        self.assertEqual(r.returncode, 1, r.stderr)
+        self.assertIn("not one of them is a data packet", r.stderr)
+        self.assertEqual(self.folder.names(), ["p.yaml", "sim.log"])
+
+    def test_what_others_send_is_not_taken(self):
+        self.simulator()
+        p = self.start_recording("--json", stdout=subprocess.PIPE)
+        port = int(self.events("heartbeat")[0]["from"].split(":")[1])
+        target = self.events("heartbeat")[0]["from"].split(":")[0]
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+            other.bind((next(ADDRESSES), 5517))
+            for packet in line([word(1000, 5)], 0, 3, 777):
+                other.sendto(packet, (target, port))
+            other.sendto(b"junk", (target, port))
+        time.sleep(0.2)
+        p.send_signal(signal.SIGINT)
+        got = json.loads(p.stdout.read())
+        p.stdout.close()
+        self.end(p)
+        self.assertEqual(got["foreign_source"], 5)
+        self.assertEqual((got["stray"], got["foreign"]), (0, 0))
+
+    def test_a_status_line_is_shown_on_a_terminal_alone(self):
+        self.simulator()
+        main, terminal = pty.openpty()
+        p = subprocess.Popen([BIN / "lumdump", self.url, "--laser", "--duration", "1.5", "-o", self.folder / "c.csv"],
+                             stderr=terminal)
+        shown = b""
+        while p.poll() is None:
+            if select.select([main], [], [], 0.1)[0]:
+                shown += os.read(main, 65536)
+        os.close(terminal)
+        os.close(main)
+        self.assertEqual(p.returncode, 0)
+        self.assertIn(b"packets/s", shown)
+        self.assertIn(b"laser on", shown)
+        for text in re.findall(rb"\r\x1b\[K([^\r\n]*)", shown):
+            self.assertLess(len(text), 80)
+
+
+class Handmade(threading.Thread):
+    """A sensor that answers every TLV packet by a status, refuses the first lasers for want of a heartbeat, and sends a
+    line of data for each heartbeat."""
+
+    def __init__(self, address, refusals):
+        super().__init__(daemon=True)
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind((address, 5517))
+        self.socket.settimeout(0.1)
+        self.refusals = refusals
+        self.commands = []
+        self.status = 0x0210
+        self.ends = False
+        self.clock = 0
+
+    def run(self):
+        while not self.ends:
+            try:
+                packet, sender = self.socket.recvfrom(2048)
+            except TimeoutError:
+                continue
+            for answer in self.answers(packet):
+                self.socket.sendto(answer, sender)
+        self.socket.close()
+
+    def answers(self, packet):
+        if packet[8] == 8:
+            self.clock += 2500
+            yield from line([word(1000, 5)], 0, self.clock // 2500 % 64, self.clock)
+        if packet[8] == 7:
+            if len(packet) > 16:
+                self.take(packet[20:])
+            yield packet[:16] + struct.pack("<HHH", 2, 2, self.status) + struct.pack("<HH", 3, 6) + b"a\x1bbc\n\xff"
+
+    def take(self, command):
+        self.commands.append(command)
+        if command == b"d":
+            self.status = 0x0200
+        elif self.refusals > 0:
+            self.refusals -= 1
+            self.status = 0x0810
+        else:
+            self.status = 0x0800
+
+
+class HandmadeSensors(Case):
+    def sensor(self, refusals=0):
+        sensor = Handmade(self.address, refusals)
+        sensor.start()
+        self.addCleanup(sensor.join)
+        self.addCleanup(setattr, sensor, "ends", True)
+        return sensor
+
+    def test_a_laser_refused_before_the_first_heartbeat_is_asked_for_again(self):
+        sensor = self.sensor(refusals=3)
+        r = self.dump("--laser", "--duration", "1.5")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertEqual(sensor.commands, [b"u"] * 4 + [b"d"])
+        self.assertNotIn("hazard", r.stderr)
+
+    def test_what_the_sensor_says_cannot_upset_a_terminal(self):
+        self.sensor()
+        r = self.dump("--duration", "0.3")
+        self.assertIn("says: a?bc??\n", r.stderr)
+
+
+class Arguments(Case):
+    def test_each_wrong_one_is_named_with_what_is_right(self):
+        for arguments, message in (
+                (["udp://"], "udp://10.42.0.37"), (["udp://sensor"], "not by a name"), (["udp://1.2.3"], "four numbers"),
+                (["udp://[::1]"], "IPv4"), (["udp://10.42.0.37:0"], "port"), (["udp://10.42.0.37:99999"], "port"),
+                (["udp://10.42.0.37/x"], "udp://ADDRESS"), (["udp://0.0.0.0"], "no sensor"),
+                (["udp://224.0.0.1"], "no sensor"), (["udp://255.255.255.255"], "no sensor"),
+                ([self.url, "--sensor", "10.42.0.37"], "names the one"), ([self.url, "--buffer", "1"], "256MB"),
+                ([self.url, "--rotate", "1s"], "--rotate"), ([self.url, "--rotate", "5x", "-o", "a.csv"], "10min"),
+                ([self.url, "--rotate", "0s", "-o", "a.csv"], "10min"),
+                ([self.url, "-o", "-", "--format", "ply"], "cannot seek"),
+                ([self.url, "-o", "a.csv", "-o", "b"], "--format"), (["x.pcap", "--laser"], "udp://"),
+                (["x.pcap", "--interface", "lo"], "udp://"), (["x.pcap", "--buffer", "1MB"], "udp://")):
+            with self.subTest(arguments):
+                r = run("lumdump", *arguments)
+                self.assertEqual(r.returncode, 2, r.stderr)
+                self.assertIn(message, r.stderr)
+
+    def test_an_output_that_cannot_be_is_told_before_the_laser_is_touched(self):
+        self.simulator()
+        r = self.dump("--laser", "-o", self.folder / "no" / "c.csv")
+        self.assertEqual(r.returncode, 1)
+        self.assertIn("directory does not exist", r.stderr)
+        self.assertEqual(self.events("heartbeat") + self.events("tlv"), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
