@@ -5,6 +5,7 @@
 #ifndef LUM_IO_CLOUD_H
 #define LUM_IO_CLOUD_H
 
+#include "lum/base/error.h"
 #include "writer_internal.h"
 
 /** One column. */
@@ -34,12 +35,9 @@ typedef size_t lum_cloud_header(char out[LUM_CLOUD_HEADER_BYTES],
 /** Append to a header's text as printf does.
  * @param used how long it is.
  * @return how long it has become. */
-#if defined(__GNUC__)
-__attribute__((format(printf, 3, 4)))
-#endif
-size_t
-lum_cloud_print(char out[LUM_CLOUD_HEADER_BYTES], size_t used,
-                const char *format, ...);
+LUM_PRINTF(3, 4)
+size_t lum_cloud_print(char out[LUM_CLOUD_HEADER_BYTES], size_t used,
+                       const char *format, ...);
 
 /** Words that say what timestamps count. */
 const char *lum_cloud_time_base(const lum_writer_options *options);

@@ -25,10 +25,7 @@ typedef struct reader {
 } reader;
 
 static void append(char *out, size_t size, const char *format, ...)
-#if defined(__GNUC__)
-    __attribute__((format(printf, 3, 4)))
-#endif
-    ;
+    LUM_PRINTF(3, 4);
 
 /* Adds to a terminated string of size bytes; cuts what does not fit. */
 static void append(char *out, size_t size, const char *format, ...)

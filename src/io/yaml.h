@@ -86,9 +86,7 @@ void lum_yaml_allowed(const lum_yaml_key *key, char *out, size_t size);
  * @param line 0: none.
  * @param key  full path, or NULL.
  * @return -1. */
-#if defined(__GNUC__)
-__attribute__((format(printf, 5, 6)))
-#endif
+LUM_PRINTF(5, 6)
 int lum_yaml_fail(lum_error *error, const char *name, unsigned line,
                   const char *key, const char *format, ...);
 

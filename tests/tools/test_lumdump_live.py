@@ -22,6 +22,11 @@ LIVE_KEYS = "received kernel_drops ring_drops foreign_source heartbeats_sent sec
 LIVE_ONLY = {"source", "sensors", *LIVE_KEYS}
 
 
+def count_rows(path):
+    """Rows of a CSV, however many."""
+    return path.read_bytes().count(b"\n") - 1
+
+
 class Case(unittest.TestCase):
     def setUp(self):
         self.folder = Folder(self)
@@ -144,7 +149,7 @@ class Recording(Case):
         r = self.dump("--laser", "--duration", "0.5", *outputs, "-o", "-", "--format", "xyz")
         self.assertEqual(r.returncode, 0, r.stderr)
         got = summary(self.folder / "out.pcap")
-        self.assertEqual(len(read_csv(self.folder / "out.csv")), got["points"])
+        self.assertEqual(count_rows(self.folder / "out.csv"), got["points"])
         self.assertEqual((self.folder / "out.xyz").read_bytes(), r.stdout_bytes)
         self.assertGreater(got["points"], 1000)
         self.assertEqual(self.folder.names(), sorted([n.name for n in names] + ["sim.log"]))
@@ -159,7 +164,7 @@ class Recording(Case):
     def test_utc_is_the_time_of_arrival(self):
         self.simulator()
         before = time.time()
-        self.dump("--laser", "--duration", "0.5", "--time", "utc", "-o", self.folder / "o.csv")
+        self.dump("--laser", "--duration", "0.5", "--time", "utc", "--frames", "1:1", "--eye", "blue", "-o", self.folder / "o.csv")
         times = [int(row["timestamp"]) / 1e6 for row in read_csv(self.folder / "o.csv")]
         self.assertGreaterEqual(min(times), before)
         self.assertLessEqual(max(times), time.time())
@@ -197,7 +202,7 @@ class Rotation(Case):
             self.assertAlmostEqual(part["duration_s"], 1, delta=0.2)
         clouds = self.files("c", ".csv")
         self.assertEqual(len(clouds), 3)
-        self.assertEqual(sum(len(read_csv(p)) for p in clouds), got["points"])
+        self.assertEqual(sum(count_rows(p) for p in clouds), got["points"])
         self.assert_no_parts()
 
     def test_by_size(self):
@@ -219,7 +224,7 @@ class Rotation(Case):
                 self.assertEqual(r.returncode, 0, r.stderr)
                 clouds = self.files("c", ".csv")
                 self.assertGreaterEqual(len(clouds), least)
-                self.assertEqual(sum(len(read_csv(p)) for p in clouds), whole["points"])
+                self.assertEqual(sum(count_rows(p) for p in clouds), whole["points"])
                 parts = [summary(p) for p in self.files("r", ".pcap")]
                 self.assertEqual(sum(p["data"] for p in parts), whole["data"])
 

@@ -3,7 +3,7 @@
 import json
 import os
 import pathlib
-import signal
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -15,8 +15,13 @@ ADDRESS = "127.0.0.1"
 ENVIRONMENT = {**os.environ, "WINEDEBUG": "-all", "WINEPREFIX": os.environ.get("WINEPREFIX", str(BIN / "wine"))}
 
 
+# Debian's package of wine64 alone puts nothing on the PATH.
+WINE = shutil.which("wine64") or "/usr/lib/wine/wine64"
+SERVER = shutil.which("wineserver") or "/usr/lib/wine/wineserver64"
+
+
 def wine(tool, *arguments):
-    return ["wine64", str(BIN / f"{tool}.exe"), *map(str, arguments)]
+    return [WINE, str(BIN / f"{tool}.exe"), *map(str, arguments)]
 
 
 def run(tool, *arguments, stdin=None):
@@ -43,7 +48,7 @@ class Windows(unittest.TestCase):
         cls.sensor.kill()
         cls.sensor.wait()
         cls.sensor.stderr.close()
-        subprocess.run(["wineserver", "-k"], env=ENVIRONMENT, capture_output=True)
+        subprocess.run([SERVER, "-k"], env=ENVIRONMENT, capture_output=True)
         cls.folder.cleanup()
 
     @classmethod

@@ -1,7 +1,7 @@
 #include "json.h"
 
+#include <float.h>
 #include <inttypes.h>
-#include <math.h>
 #include <string.h>
 
 void json_init(struct json *json, FILE *out)
@@ -105,7 +105,7 @@ void json_real(struct json *json, const char *key, double value,
                unsigned decimals)
 {
     char text[400];
-    if (!isfinite(value)) {
+    if (!(value >= -DBL_MAX && value <= DBL_MAX)) {
         json_null(json, key);
         return;
     }

@@ -3,6 +3,7 @@
 #ifndef LUMCTL_CTL_H
 #define LUMCTL_CTL_H
 
+#include "lum/base/error.h"
 #include "lum/net/sensor.h"
 
 #include <stdbool.h>
@@ -90,16 +91,11 @@ enum exit_status ctl_command_text(struct ctl *ctl, const char *text);
 enum exit_status ctl_print_packet(const void *bytes, size_t len);
 
 /* Complaints: "lumctl: ..." and a newline on standard error. Returns status. */
-#if defined(__GNUC__)
-__attribute__((format(printf, 2, 3)))
-#endif
-enum exit_status
-ctl_complain(enum exit_status status, const char *format, ...);
+LUM_PRINTF(2, 3)
+enum exit_status ctl_complain(enum exit_status status, const char *format, ...);
 
 /* Notes on standard error, unless --quiet. */
-#if defined(__GNUC__)
-__attribute__((format(printf, 2, 3)))
-#endif
+LUM_PRINTF(2, 3)
 void ctl_note(const struct ctl *ctl, const char *format, ...);
 
 /* EXIT_HAZARD where the status bears a hazard, HEARTBEAT_TIMEOUT alone not

@@ -60,6 +60,13 @@ struct doctor_stream {
     int64_t duration_ns;
 };
 
+/* A timestamp, and when it was asked for and came. */
+struct doctor_exchange {
+    int64_t sent_ns;
+    int64_t received_ns;
+    uint32_t clock_us;
+};
+
 struct doctor_storage;
 
 struct doctor {
@@ -79,6 +86,9 @@ struct doctor {
     /* The wire's side. */
     lum_sensor *session;
     lum_clock_sync clock;
+    bool has_time;
+    struct doctor_exchange first; /* of has_time */
+    struct doctor_exchange last;
     bool has_status;
     uint16_t status;
     struct doctor_stream stream;
@@ -86,24 +96,19 @@ struct doctor {
 };
 
 /* What a check says; the text is a sentence without its full stop. */
-#if defined(__GNUC__)
-#define DOCTOR_PRINTS __attribute__((format(printf, 2, 3)))
-#else
-#define DOCTOR_PRINTS
-#endif
-DOCTOR_PRINTS void doctor_fine(struct doctor_finding *out, const char *text,
-                               ...);
-DOCTOR_PRINTS void doctor_wrong(struct doctor_finding *out, const char *text,
-                                ...);
-DOCTOR_PRINTS void doctor_note(struct doctor_finding *out, const char *text,
-                               ...);
-DOCTOR_PRINTS void doctor_unseen(struct doctor_finding *out, const char *text,
-                                 ...);
-DOCTOR_PRINTS void doctor_mend(struct doctor_finding *out, const char *command,
-                               ...);
+LUM_PRINTF(2, 3)
+void doctor_fine(struct doctor_finding *out, const char *text, ...);
+LUM_PRINTF(2, 3)
+void doctor_wrong(struct doctor_finding *out, const char *text, ...);
+LUM_PRINTF(2, 3)
+void doctor_note(struct doctor_finding *out, const char *text, ...);
+LUM_PRINTF(2, 3)
+void doctor_unseen(struct doctor_finding *out, const char *text, ...);
+LUM_PRINTF(2, 3)
+void doctor_mend(struct doctor_finding *out, const char *command, ...);
 /* More of the sentence. */
-DOCTOR_PRINTS void doctor_add(struct doctor_finding *out, const char *text,
-                              ...);
+LUM_PRINTF(2, 3)
+void doctor_add(struct doctor_finding *out, const char *text, ...);
 
 /* Where else the sensor may be. */
 void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out);

@@ -46,7 +46,7 @@ static const char *const folders[] = {"/usr/sbin", "/sbin", "/usr/bin", "/bin",
 static bool find_program(const char *name, char *out, size_t room)
 {
     for (size_t i = 0; i < sizeof folders / sizeof folders[0]; i++) {
-        (void)snprintf(out, room, "%s/%s", folders[i], name);
+        (void)snprintf(out, room, "%s/%.23s", folders[i], name);
         if (access(out, X_OK) == 0) {
             return true;
         }

@@ -16,6 +16,7 @@
 #define EXCHANGES     5u
 #define TAKE_NS       (2000 * MS_NS)
 #define SLOT_NS       (100 * MS_NS)
+#define RATE_NS       (1000 * MS_NS)
 #define DATA_CLOCK_US INT64_C(250000)
 #define DRIFT_MAX_PPB INT64_C(1000000)
 #define MIB           1048576.0
@@ -55,11 +56,14 @@ static void note_status(struct doctor *d, const lum_sensor_event *event)
 
 static void note_time(struct doctor *d, const lum_sensor_event *event)
 {
-    /* an exchange that cannot be is no exchange */
-    if (event->kind == LUM_SENSOR_TIME) {
-        const lum_result r = lum_clock_sync_add(
-            &d->clock, event->sent_ns, event->received_ns, event->clock_us);
-        (void)r;
+    const struct doctor_exchange e = {event->sent_ns, event->received_ns,
+                                      event->clock_us};
+    if (event->kind == LUM_SENSOR_TIME &&
+        lum_clock_sync_add(&d->clock, e.sent_ns, e.received_ns, e.clock_us) ==
+            LUM_OK) {
+        d->first = d->has_time ? d->first : e;
+        d->last = e;
+        d->has_time = true;
     }
 }
 
@@ -367,34 +371,91 @@ static void look_at_data_clock(const struct doctor *d,
     }
 }
 
+/* Billionths by which this host's clock runs faster than the sensor's, and how
+ * sure that is. The estimate of the offset believes in good clocks; this does
+ * not. */
+struct rate {
+    int64_t ppb;
+    int64_t error_ppb;
+};
+
+static struct rate rate_of(const struct doctor *d)
+{
+    const int64_t host_ns = d->last.sent_ns - d->first.sent_ns;
+    const int64_t sensor_ns =
+        1000 * (int64_t)(d->last.clock_us - d->first.clock_us);
+    const int64_t error_ns = (d->first.received_ns - d->first.sent_ns) +
+                             (d->last.received_ns - d->last.sent_ns) + 1000;
+    const double scale = 1e9 / (double)(host_ns > 0 ? host_ns : 1);
+    return (struct rate){(int64_t)((double)(host_ns - sensor_ns) * scale),
+                         (int64_t)((double)error_ns * scale)};
+}
+
+/* Two timestamps far enough apart, where no data was taken in between. */
+static void wait_for_rate(struct doctor *d)
+{
+    const int64_t end = d->first.sent_ns + RATE_NS;
+    lum_sensor_event event = {.kind = LUM_SENSOR_IDLE};
+    int64_t now = lum_time_monotonic_ns();
+    if (d->last.sent_ns >= end) {
+        return;
+    }
+    while (now < end && event.kind != LUM_SENSOR_CANCELLED &&
+           event.kind != LUM_SENSOR_FAILED) {
+        doctor_keep_alive(d);
+        lum_sensor_receive(d->session,
+                           now + SLOT_NS < end ? now + SLOT_NS : end, &event);
+        note_status(d, &event);
+        now = lum_time_monotonic_ns();
+    }
+    if (event.kind == LUM_SENSOR_IDLE) {
+        (void)ask_time(d);
+    }
+}
+
+static void look_at_rate(const struct doctor *d, struct doctor_finding *out)
+{
+    const struct rate rate = rate_of(d);
+    const int64_t drift = rate.ppb < 0 ? -rate.ppb : rate.ppb;
+    if (d->last.sent_ns - d->first.sent_ns < RATE_NS / 2) {
+        return;
+    }
+    if (drift - rate.error_ppb > DRIFT_MAX_PPB) {
+        doctor_wrong(out,
+                     "the sensor's clock runs %.0f ppm %s than this host's; "
+                     "1000 are allowed: one of the two is not to be trusted",
+                     1e-3 * (double)drift, rate.ppb > 0 ? "slower" : "faster");
+        doctor_mend(out, "timedatectl timesync-status    # is this host's "
+                         "clock in order? Then the sensor's is not");
+    } else {
+        doctor_add(out, ", and runs at this host's rate within %.0f ppm",
+                   1e-3 * (double)(drift + rate.error_ppb));
+    }
+}
+
 void doctor_check_clock(struct doctor *d, struct doctor_finding *out)
 {
     lum_clock_estimate e;
+    wait_for_rate(d);
     if (lum_clock_sync_estimate(&d->clock, &e) != LUM_OK) {
         doctor_unseen(out, "not looked at: no timestamps");
         return;
     }
     if (e.resets > 0) {
         doctor_wrong(out, "the sensor's clock began anew while it was looked "
-                          "at: it restarts; look at its power supply");
-        return;
-    }
-    const int64_t drift = e.drift_ppb < 0 ? -(int64_t)e.drift_ppb : e.drift_ppb;
-    if (e.has_drift && drift - e.drift_error_ppb > DRIFT_MAX_PPB) {
-        doctor_wrong(out,
-                     "the sensor's clock runs %.0f ppm %s than this host's; "
-                     "1000 are allowed",
-                     1e-3 * (double)drift,
-                     e.drift_ppb > 0 ? "slower" : "faster");
+                          "at: it restarts");
+        doctor_mend(out,
+                    "lumctl --host %s time --watch    # look at its power "
+                    "supply until that stops",
+                    d->address);
         return;
     }
     doctor_fine(out, "the sensor's clock stands at %.6f s, known to %.3f ms",
                 1e-6 * (double)(uint32_t)e.clock_us, 1e-6 * (double)e.error_ns);
-    if (e.has_drift) {
-        doctor_add(out, ", and runs at this host's rate within %.0f ppm",
-                   1e-3 * (double)(drift + e.drift_error_ppb));
+    look_at_rate(d, out);
+    if (out->result == DOCTOR_FINE) {
+        look_at_data_clock(d, &e, out);
     }
-    look_at_data_clock(d, &e, out);
 }
 
 /* What to do about a hazard. */

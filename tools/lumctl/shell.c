@@ -3,11 +3,11 @@
 #include "ctl.h"
 #include "line.h"
 #include "line_plain.h"
+#include "report.h"
 #include "words.h"
 
 #include "lum/base/time.h"
 #include "lum/command.h"
-#include "lum/laser.h"
 
 #include <signal.h>
 #include <stdio.h>
@@ -49,8 +49,7 @@ static const char *sensor_name(const struct shell *s, char out[16])
 
 static void show_status(struct shell *s, uint16_t status)
 {
-    char text[512];
-    size_t len = 0;
+    char text[REPORT_LINE_BYTES];
     if (s->knows && s->status == status) {
         return;
     }
@@ -58,15 +57,7 @@ static void show_status(struct shell *s, uint16_t status)
     s->status = status;
     s->ctl->has_status = true;
     s->ctl->status = status;
-    len += (size_t)snprintf(text, sizeof text, "laser %s:",
-                            lum_laser_is_down(status) ? "down" : "up");
-    for (unsigned bit = 0; bit < LUM_LASER_BITS && len < sizeof text; bit++) {
-        if (((status >> bit) & 1u) != 0) {
-            len += (size_t)snprintf(text + len, sizeof text - len, " %s",
-                                    lum_laser_bit_name(bit));
-        }
-    }
-    line_above(text);
+    line_above(report_line(status, text));
 }
 
 static void show_texts(const struct shell *s, const lum_sensor_event *event)
@@ -286,7 +277,7 @@ static void loop(struct shell *s)
 static enum exit_status put_laser_down(struct shell *s)
 {
     uint16_t status = 0;
-    if (s->knows && lum_laser_is_down(s->status)) {
+    if (s->knows && !report_laser_is_up(s->status)) {
         return EXIT_DONE;
     }
     if (lum_sensor_laser_off(s->ctl->sensor, &status) == LUM_LASER_OFF_SEEN) {

@@ -4,6 +4,8 @@
 #ifndef LUMDUMP_SAY_H
 #define LUMDUMP_SAY_H
 
+#include "lum/base/error.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -21,9 +23,7 @@ struct say {
 void say_init(struct say *say, bool quiet);
 
 /* Warn, unless the run is quiet; the text ends without a newline. */
-#if defined(__GNUC__)
-__attribute__((format(printf, 2, 3)))
-#endif
+LUM_PRINTF(2, 3)
 void say_warn(struct say *say, const char *format, ...);
 
 /* Whether there is to be a status line. */

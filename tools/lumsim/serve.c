@@ -105,7 +105,8 @@ void live_apply(struct live *live, const lum_device_effects *effects,
                 lum_device_peer from, int64_t now_ns)
 {
     live_log_state(live, effects, now_ns);
-    if (effects->laser_changed && !lum_device_laser_is_up(&live->device)) {
+    if ((effects->laser_changed || effects->settings_changed) &&
+        lum_device_gain(&live->device, now_ns) <= 0.0f) {
         outlet_drop_borrowed(&live->outlet);
         scene_darken(&live->scene, &live->device);
     }

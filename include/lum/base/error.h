@@ -5,6 +5,19 @@
 
 #include <stddef.h>
 
+#if defined(__MINGW32__)
+/** The arguments from first_at on are those of a printf format at format_at. */
+#define LUM_PRINTF(format_at, first_at)                                        \
+    __attribute__((format(gnu_printf, format_at, first_at)))
+#elif defined(__GNUC__)
+/** The arguments from first_at on are those of a printf format at format_at. */
+#define LUM_PRINTF(format_at, first_at)                                        \
+    __attribute__((format(printf, format_at, first_at)))
+#else
+/** The arguments from first_at on are those of a printf format at format_at. */
+#define LUM_PRINTF(format_at, first_at)
+#endif
+
 /** Longest message, its NUL included. */
 #define LUM_ERROR_BYTES 512
 
@@ -17,9 +30,7 @@ typedef struct lum_error {
 /** Set an error's text as printf does; what is too long is cut.
  * @param error may be NULL.
  * @return -1, so that `return lum_error_set(...)` reads well. */
-#if defined(__GNUC__)
-__attribute__((format(printf, 2, 3)))
-#endif
+LUM_PRINTF(2, 3)
 int lum_error_set(lum_error *error, const char *format, ...);
 
 #endif
