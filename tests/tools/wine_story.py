@@ -66,6 +66,7 @@ class Windows(unittest.TestCase):
         return any(text in e.get("note", "").replace(";", " ").split() for e in self.events("tlv"))
 
     def test_status_of_a_sensor_that_nobody_owns_is_idle(self):
+        time.sleep(3.5)  # until heartbeats of other tests are forgotten
         self.assertTrue(json.loads(self.ok("status", "--json").stdout)["idle"])
 
     def test_time_tells_an_offset(self):

@@ -83,13 +83,15 @@ static lum_sensor_event_kind finish_request(struct doctor *d)
 
 static lum_sensor_event_kind ask_time(struct doctor *d)
 {
-    return lum_sensor_request_time(d->session) == LUM_OK ? finish_request(d)
-                                                         : LUM_SENSOR_FAILED;
+    return d->session != NULL && lum_sensor_request_time(d->session) == LUM_OK
+               ? finish_request(d)
+               : LUM_SENSOR_FAILED;
 }
 
 static lum_sensor_event_kind ask_status(struct doctor *d)
 {
-    return lum_sensor_request(d->session, NULL, 0) == LUM_OK
+    return d->session != NULL &&
+                   lum_sensor_request(d->session, NULL, 0) == LUM_OK
                ? finish_request(d)
                : LUM_SENSOR_FAILED;
 }
@@ -337,6 +339,8 @@ void doctor_check_data(struct doctor *d, struct doctor_finding *out)
     } else {
         doctor_wrong(out, "%s", error.text);
         doctor_lack(d, DOCTOR_NEEDS_DATA, "the session broke");
+        lum_sensor_close(d->session);
+        d->session = NULL;
     }
 }
 
@@ -397,7 +401,7 @@ static void wait_for_rate(struct doctor *d)
     const int64_t end = d->first.sent_ns + RATE_NS;
     lum_sensor_event event = {.kind = LUM_SENSOR_IDLE};
     int64_t now = lum_time_monotonic_ns();
-    if (d->last.sent_ns >= end) {
+    if (d->session == NULL || d->last.sent_ns >= end) {
         return;
     }
     while (now < end && event.kind != LUM_SENSOR_CANCELLED &&
