@@ -2,6 +2,7 @@
 """lumctl doctor: what it finds, what it says of it, and that its mends mend."""
 import json
 import os
+import pathlib
 import pty
 import shutil
 import signal
@@ -519,7 +520,7 @@ class TwoHosts(Doctor):
         for name in ("interface", "route", "arp", "mtu", "answer", "data", "layout", "clock", "status"):
             self.assertEqual(found[name], "fine", str(found))
         self.assertEqual(found["firewall"], "not looked at")
-        limit = int(open("/proc/sys/net/core/rmem_max").read())
+        limit = int(pathlib.Path("/proc/sys/net/core/rmem_max").read_text())
         self.assertEqual(found["buffer"], "fine" if limit >= 33554432 else "wrong", str(found))
         self.assertEqual(found.status, 0 if found["buffer"] == "fine" else 1)
 
