@@ -8,6 +8,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <pcap/pcap.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -252,8 +253,20 @@ uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer)
     return writer->bytes;
 }
 
+/* Whether nobody will read what is written; a pipe tells that without a write.
+ */
+static bool has_no_reader(const lum_capture_writer *writer)
+{
+    struct pollfd look = {.fd = writer->second_fd};
+    return poll(&look, 1, 0) > 0 && (look.revents & POLLERR) != 0;
+}
+
 int lum_capture_writer_flush(lum_capture_writer *writer, lum_error *error)
 {
+    if (has_no_reader(writer)) {
+        errno = EPIPE;
+        return failed(writer, error);
+    }
     return pcap_dump_flush(writer->dumper) == 0 ? 0 : failed(writer, error);
 }
 

@@ -239,6 +239,15 @@ uint64_t lum_sink_bytes(const lum_sink *sink)
     return sink->bytes;
 }
 
+/* Whether nobody will read what is written; a pipe tells that without a write.
+ */
+static bool has_no_reader(const lum_sink *sink)
+{
+    struct pollfd look = {.fd = sink->file.fd};
+    return sink->file.may_block && poll(&look, 1, 0) > 0 &&
+           (look.revents & POLLERR) != 0;
+}
+
 int lum_sink_flush(lum_sink *sink, lum_error *error)
 {
     (void)pthread_mutex_lock(&sink->lock);
@@ -247,6 +256,9 @@ int lum_sink_flush(lum_sink *sink, lum_error *error)
     (void)pthread_mutex_unlock(&sink->lock);
     if (failure != 0) {
         return fail(sink, failure, "cannot write", error);
+    }
+    if (has_no_reader(sink)) {
+        return fail(sink, EPIPE, "cannot write", error);
     }
     return is_busy || sink->blocks[sink->filling].used == 0
                ? 0

@@ -54,7 +54,7 @@ uint64_t lum_sink_bytes(const lum_sink *sink);
 
 /** Begin to write what was appended, so that a reader sees it; does not wait.
  * While the thread is still at what came before, nothing happens: call again
- * later.
+ * later. Tells, too, that the reader has left when there is nothing to write.
  * @return 0, or -1 with the reason in error and in errno. */
 LUM_MUST_CHECK int lum_sink_flush(lum_sink *sink, lum_error *error);
 

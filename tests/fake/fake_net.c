@@ -30,7 +30,7 @@ static size_t arrival_count;
 
 void fake_reset(void)
 {
-    memset(&fake, 0, sizeof fake);
+    memset(&fake, 0, offsetof(struct fake_net, sent));
     fake.now_ns = INT64_C(1000000000);
     arrival_count = 0;
     for (size_t i = 0; i < FAKE_ARRIVAL; i++) {

@@ -30,9 +30,9 @@ struct fake_net {
     bool floods;          /* behind what arrives stand strangers' datagrams */
     lum_endpoint flooder; /* who sends these */
     uint64_t drops;       /* lum_socket_drops() */
-    size_t sent_count;    /* all; the first FAKE_SENT are kept */
-    struct fake_sent sent[FAKE_SENT];
     void (*on_send)(const struct fake_sent *sent); /* may be NULL */
+    size_t sent_count;                /* all; the first FAKE_SENT are kept */
+    struct fake_sent sent[FAKE_SENT]; /* last; not reset */
 };
 
 extern struct fake_net fake;

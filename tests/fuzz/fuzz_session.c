@@ -36,6 +36,7 @@ static struct run {
     uint32_t sequence; /* of the last request that was sent */
     uint64_t begun;    /* requests */
     int64_t start_ns;
+    int64_t beat_ns;     /* last heartbeat, or when one could leave again */
     uint8_t helpfulness; /* how often the sensor answers by itself */
 } run;
 
@@ -101,6 +102,7 @@ static void on_send(const struct fake_sent *sent)
         }
     } else if (type == LUM_TYPE_HEARTBEAT) {
         require(run.options.owns && sent->len == LUM_HEARTBEAT_BYTES);
+        run.beat_ns = sent->ns;
     } else {
         require(lum_set_ip_decode(&run.options.layout, sent->bytes, sent->len,
                                   &address) == LUM_OK);
@@ -113,6 +115,7 @@ static void arrive_anything(unsigned kind)
     const lum_endpoint from = peers[take_byte() % 4u];
     const int64_t at = fake.now_ns + take_byte() * MS;
     const uint32_t sequence = run.sequence + 2u - take_byte() % 5u;
+    uint8_t how = 0;
     size_t len = 0;
     switch (kind) {
     case 0:
@@ -124,9 +127,10 @@ static void arrive_anything(unsigned kind)
     case 2:
         lum_header_encode(bytes, take_byte() % 10u);
         memcpy(bytes + LUM_HEADER_BYTES, &sequence, sizeof sequence);
-        len = take_byte() % 64u;
-        (void)take_bytes(bytes + 16, len);
-        fake_arrive(at, from, bytes, 8 + len);
+        how = take_byte();
+        len = LUM_TLV_PACKET_BYTES;
+        len += take_bytes(bytes + len, how % 64u);
+        fake_arrive(at, from, bytes, how < 128u ? len : how % 64u);
         break;
     default:
         len = take_bytes(bytes, take_byte());
@@ -217,6 +221,9 @@ static void receive(int64_t for_ns)
     lum_sensor_receive(run.sensor, deadline_ns, &e);
     require(fake.now_ns <= deadline_ns + (fake.floods ? SLACK : 0));
     check_event(&e, was_waiting, deadline_ns);
+    require(!run.options.owns || fake.send != LUM_NET_OK ||
+            fake.now_ns - run.beat_ns <=
+                run.options.heartbeat_ms * MS + (fake.floods ? SLACK : 0));
 }
 
 static void begin(lum_result r)
@@ -253,6 +260,7 @@ static void change_network(void)
 {
     const uint8_t what = take_byte();
     fake.send = (what & 1u) != 0 ? LUM_NET_FAILED : LUM_NET_OK;
+    run.beat_ns = fake.now_ns;
     fake.is_raised = (what & 2u) != 0;
     fake.floods = (what & 4u) != 0;
     fake.flooder = peers[(what >> 4) % 4u];

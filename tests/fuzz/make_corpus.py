@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""make_corpus.py: writes the seeds of fuzz_packet, fuzz_assembler, fuzz_points
-and fuzz_device to corpus/ beside this script; the same bytes each time."""
+"""make_corpus.py: writes the seeds of fuzz_packet, fuzz_assembler, fuzz_points,
+fuzz_device and fuzz_session to corpus/ beside this script; the same bytes each
+time."""
 import pathlib
 import random
 import struct
@@ -129,12 +130,52 @@ def device_seeds():
     }
 
 
+def session_seeds():
+    """How it is opened, how often the sensor answers; then calls, and what the
+    sensor does with each packet that it gets."""
+    alone, owner = b"\x02\x80", b"\x03\x80"
+    poll, command, time, give_up, stall, off = (bytes((i,)) for i in range(6))
+    wait, network = b"\6", b"\7"
+    receive = b"\x0d"
+    lost = b"\xff"
+    down, up = b"\0\4\x20", b"\0\4\x80"
+    broken = b"\0\1\2" + b"\7\5" + struct.pack("<HHB", 2, 9, 1)
+    return {
+        "answer": alone + poll + receive + b"\x32" + down + receive + b"\5",
+        "owner": owner + command + receive + b"\x32" + lost + up
+                 + (receive + b"\x32") * 2 + lost,
+        "time": alone + time + receive + b"\x32" + lost + b"\0\4"
+                + receive + b"\x32",
+        "silence": alone + poll + receive + b"\xfa" + lost * 3 + receive,
+        "off": owner + off + lost + down + lost * 2 + down + receive + b"\0",
+        "flips": alone + off + down + up + down + down,
+        "refused": alone + off + up * 3,
+        "late": alone + poll + receive + b"\0" + lost + give_up
+                + b"\x08\0\1\2\x20" + receive + b"\x32",
+        "alert": alone + b"\x08\0\1\0\x20" + b"\x08\3\1\1\x20"
+                 + receive + b"\x32",
+        "broken": alone + poll + receive + b"\0" + lost + b"\x0a" + broken
+                  + receive + b"\x32",
+        "foreign": owner + b"\x09\1\1\2" + b"\x08\2\1\2\x20" + wait
+                   + b"\x32" + receive + b"\x32" + lost,
+        "stall": owner + receive + b"\0" + lost + stall + b"\xff\xff"
+                 + receive + b"\xff" + lost * 3,
+        "network": owner + network + b"\1" + receive + b"\xff" + receive
+                   + b"\xff" + network + b"\0" + receive + b"\xff" + lost,
+        "cancel": owner + network + b"\2" + receive + b"\xff" + off + lost
+                  + down + lost * 2 + down,
+        "flood": owner + network + b"\4" + poll + receive + b"\xff" + lost * 2
+                 + down + network + b"\x24" + receive + b"\xff" + lost * 2,
+    }
+
+
 def main():
     corpus = pathlib.Path(__file__).resolve().parent / "corpus"
     for name, seeds in (("packet", packet_seeds()),
                         ("assembler", assembler_seeds()),
                         ("points", points_seeds()),
-                        ("device", device_seeds())):
+                        ("device", device_seeds()),
+                        ("session", session_seeds())):
         (corpus / name).mkdir(parents=True, exist_ok=True)
         for seed, content in seeds.items():
             (corpus / name / seed).write_bytes(content)

@@ -315,6 +315,15 @@ class Loopback(Doctor):
         self.assertEqual(r.returncode, 1)
         self.assertIn(b"standard output", r.stderr)
 
+    def test_a_reader_that_leaves_ends_it_quietly(self):
+        self.sensor(address="127.35.0.21")
+        p = subprocess.Popen([str(BIN / "lumctl"), "--host", "127.35.0.21", "doctor"], stdout=subprocess.PIPE,
+                             stderr=subprocess.PIPE)
+        p.stdout.readline()
+        p.stdout.close()
+        with p.stderr:
+            self.assertEqual((p.stderr.read(), p.wait(30)), (b"", 0))
+
     @needs_root
     def test_without_rights_it_says_what_it_could_not_look_at(self):
         self.sensor(address="127.35.0.20")

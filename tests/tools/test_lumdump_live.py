@@ -14,7 +14,7 @@ import threading
 import time
 import unittest
 
-from support import BIN, MAGIC, Folder, group, line, read_csv, run, simulate, summary, word
+from support import BIN, Folder, frames_of, ip, line, read_csv, run, simulate, summary, word
 
 ADDRESSES = (f"127.20.{i // 250}.{i % 250 + 1}" for i in itertools.count())
 
@@ -132,6 +132,14 @@ class Recording(Case):
         self.assertGreaterEqual(live["heartbeats_sent"], 9)
         self.assertGreater(live["tlv"], 0)
         self.assertAlmostEqual(live["seconds"], 2, delta=0.5)
+
+    def test_the_recording_tells_who_sent_and_who_received(self):
+        self.simulator()
+        for extra in [], ["--interface", "lo"]:
+            r = self.dump("--duration", "0.2", "-o", self.folder / "raw.pcap", *extra)
+            self.assertEqual(r.returncode, 0, r.stderr)
+            frame = next(frames_of((self.folder / "raw.pcap").read_bytes()))
+            self.assertEqual(frame[26:34], ip(self.address) + ip("127.0.0.1"))
 
     def test_without_an_output_it_sums_up(self):
         self.simulator()
@@ -302,6 +310,12 @@ class Ends(Case):
         self.assertEqual(r.stderr, "")
         self.assert_laser_went_on_and_off()
         self.assertGreater(summary(self.folder / "raw.pcap")["data"], 0)
+
+    def test_a_reader_that_leaves_is_noticed_though_there_are_no_points(self):
+        self.simulator()
+        r = subprocess.run(f"'{BIN}/lumdump' {self.url} -o - --format csv | head -n 1 | wc -l; echo ${{PIPESTATUS[0]}}",
+                           shell=True, executable="/bin/bash", capture_output=True, text=True, timeout=30)
+        self.assertEqual((r.stdout.split(), r.stderr), (["1", "0"], ""))
 
     def test_points_come_while_they_are_measured(self):
         self.simulator()

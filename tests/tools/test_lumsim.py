@@ -68,10 +68,6 @@ class Options(Lumsim):
         for option in re.findall(r"--([a-z-]+)", sim("--help").stdout):
             self.assertRegex(page, rf"Fl \\-{option}\b".replace("-", r"\\?-"))
 
-    def test_an_output_is_needed(self):
-        self.refused(says="-o FILE")
-        self.refused("--frames", 3, says="-o FILE")
-
     def test_values_out_of_range_are_refused_with_what_is_right(self):
         for arguments, says in [
                 (("--frames", 0), "'0' is not a whole number from 1"),

@@ -178,7 +178,7 @@ class Live(unittest.TestCase):
         return [e for e in found if not names or e["event"] in names]
 
     def wait_for(self, event, client=None, **values):
-        """The first event of that kind and with those values."""
+        """The first event of that kind and with those values. What a client gets meanwhile is gone."""
         end = time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
             for found in self.events(event):
@@ -186,6 +186,7 @@ class Live(unittest.TestCase):
                     return found
             if client is not None:
                 client.beat()
+                client.drain()
             time.sleep(0.02)
         self.fail(f"no {event} {values} in {self.events()}")
 
@@ -340,6 +341,14 @@ class Scene(Live):
     def density(self, client):
         return sum(self.words(client).values()) / 64
 
+    def wait_for_reels(self, client, count):
+        """Until frames have been rendered so many times; the data of before is gone then."""
+        end = time.monotonic() + PATIENCE_S
+        while len(self.events("frames")) < count:
+            self.assertLess(time.monotonic(), end)
+            client.data(50)
+        client.drain()
+
     def test_the_laser_brings_the_ranges_and_takes_them(self):
         client = self.start()
         self.assertEqual({d.tag for d in client.data(500)}, {2})
@@ -386,10 +395,7 @@ class Scene(Live):
         client.drain()
         self.assertEqual({d.line for d in client.data(640 * 6 + 600)}, set(range(640)))
         client.command("1f")
-        self.wait_for("frames", client, t=self.events("frames")[0]["t"])
-        while len(self.events("frames")) < 3:
-            client.data(50)
-        client.drain()
+        self.wait_for_reels(client, 3)
         self.assertLess(max(d.line for d in client.data(500)), 64)
 
     def test_a_y_scan_moves_the_lines(self):
@@ -399,9 +405,7 @@ class Scene(Live):
 
         def after(send, count):
             send()
-            while len(self.events("frames")) < count:
-                client.data(50)
-            client.drain()
+            self.wait_for_reels(client, count)
             return span()
 
         client = self.start("--frames", 1)
@@ -539,8 +543,8 @@ class Mishaps(Live):
         client.beats = False
         new = next(HOSTS)
         client.send(set_ip(new))
-        self.wait_for("move", address=new)
-        self.wait_for("move", address=self.host)
+        self.wait_for("move", client, address=new)
+        self.wait_for("move", client, address=self.host)
         self.assertLess(client.clock(), 2_000_000_000)
         self.assertEqual(status_of(client.ask(tlv(1))) & 0x0A00, 0x0200)
         self.assertEqual(self.events("laser")[-1]["up"], False)

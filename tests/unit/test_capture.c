@@ -705,6 +705,24 @@ static void what_was_flushed_can_be_read_before_the_end(void **state)
     assert_int_equal(lum_capture_writer_close(w, &error), 0);
 }
 
+static void a_flush_tells_that_the_reader_has_left(void **state)
+{
+    lum_capture_writer *w = NULL;
+    lum_error error = {""};
+    int ends[2];
+    char name[32];
+    (void)state;
+    assert_int_equal(pipe(ends), 0);
+    (void)snprintf(name, sizeof name, "/dev/fd/%d", ends[1]);
+    assert_int_equal(lum_capture_writer_open(name, &w, &error), 0);
+    assert_int_equal(lum_capture_writer_flush(w, &error), 0);
+    (void)close(ends[0]);
+    assert_int_equal(lum_capture_writer_flush(w, &error), -1);
+    assert_int_equal(errno, EPIPE);
+    assert_int_equal(lum_capture_writer_close(w, &error), 0);
+    (void)close(ends[1]);
+}
+
 static void a_full_disk_is_told_by_a_flush(void **state)
 {
     scratch *s = *state;
@@ -813,6 +831,7 @@ int main(void)
         WRITER_FACT(a_checksum_of_zero_is_sent_as_all_ones),
         WRITER_FACT(what_a_capture_cannot_hold_is_refused),
         WRITER_FACT(what_was_flushed_can_be_read_before_the_end),
+        WRITER_FACT(a_flush_tells_that_the_reader_has_left),
         WRITER_FACT(a_full_disk_is_told_by_a_flush),
         cmocka_unit_test(a_writer_needs_its_directory),
         WRITER_FACT(a_full_disk_is_told_at_the_end),

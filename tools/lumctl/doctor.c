@@ -4,9 +4,9 @@
 #include "../common/number.h"
 #include "report.h"
 
+#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 struct check {
@@ -116,7 +116,8 @@ void doctor_keep_alive(struct doctor *d)
     }
 }
 
-static void print_finding(const struct check *check,
+/* False when nobody reads it, or nobody can. */
+static bool print_finding(const struct check *check,
                           const struct doctor_finding *f)
 {
     const bool colour = report_may_colour(stdout);
@@ -126,7 +127,7 @@ static void print_finding(const struct check *check,
     if (f->mend[0] != '\0') {
         (void)printf("%20smend: %s\n", "", f->mend);
     }
-    (void)fflush(stdout);
+    return fflush(stdout) == 0;
 }
 
 static void put_finding(struct json *json, const struct check *check,
@@ -216,6 +217,16 @@ static void print_verdict(const struct doctor *d, enum exit_status status)
     }
 }
 
+/* A reader that has left is no failure; others are told of at the end. */
+static enum exit_status stop_printing(void)
+{
+    if (errno != EPIPE) {
+        return EXIT_FAILED;
+    }
+    clearerr(stdout);
+    return EXIT_DONE;
+}
+
 static enum exit_status examine(struct doctor *d)
 {
     struct doctor_finding findings[CHECKS];
@@ -224,8 +235,8 @@ static enum exit_status examine(struct doctor *d)
         if (doctor_is_cancelled(d)) {
             return EXIT_FAILED;
         }
-        if (!d->ctl->options.json) {
-            print_finding(&checks[i], &findings[i]);
+        if (!d->ctl->options.json && !print_finding(&checks[i], &findings[i])) {
+            return stop_printing();
         }
     }
     const enum exit_status status = verdict(d, findings);
@@ -233,9 +244,6 @@ static enum exit_status examine(struct doctor *d)
         print_json(d, status, findings);
     } else {
         print_verdict(d, status);
-    }
-    if (fflush(stdout) != 0 || ferror(stdout) != 0) {
-        return ctl_complain(EXIT_FAILED, "standard output: cannot write");
     }
     return status;
 }

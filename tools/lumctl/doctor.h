@@ -133,6 +133,10 @@ void doctor_check_arp(struct doctor *d, struct doctor_finding *out);
 void doctor_check_port(struct doctor *d, struct doctor_finding *out);
 void doctor_check_firewall(struct doctor *d, struct doctor_finding *out);
 void doctor_check_mtu(struct doctor *d, struct doctor_finding *out);
+/* The command that shows packets as they pass; filter as tcpdump has it, why: a
+ * comment. */
+void doctor_mend_watch(const struct doctor *d, struct doctor_finding *out,
+                       const char *filter, const char *why);
 /* Bytes of datagrams that a receive buffer holds. */
 size_t doctor_buffer_payload(size_t granted);
 /* The command that raises the kernel's limit for receive buffers. */

@@ -428,6 +428,13 @@ void doctor_check_mtu(struct doctor *d, struct doctor_finding *out)
     }
 }
 
+void doctor_mend_watch(const struct doctor *d, struct doctor_finding *out,
+                       const char *filter, const char *why)
+{
+    doctor_mend(out, "sudo tcpdump -ni %s '%s'    # %s",
+                d->interface[0] != '\0' ? d->interface : "any", filter, why);
+}
+
 /* The kernel doubles what is asked for, for its own overhead. */
 size_t doctor_buffer_payload(size_t granted)
 {

@@ -8,10 +8,19 @@
 
 #include <stddef.h>
 
+static bool is_loopback(const struct doctor *d)
+{
+    return d->sensor.address >> 24 == 127u;
+}
+
 void doctor_check_interface(struct doctor *d, struct doctor_finding *out)
 {
     const uint32_t subnet = d->sensor.address & 0xffffff00u;
     char address[16];
+    if (is_loopback(d)) {
+        doctor_fine(out, "%s is this host itself", d->address);
+        return;
+    }
     doctor_unseen(
         out,
         "not looked at on this system; one of the host's interfaces "
@@ -30,7 +39,7 @@ void doctor_check_route(struct doctor *d, struct doctor_finding *out)
     lum_socket *socket = NULL;
     lum_error error = {""};
     lum_timestamp_encode(packet, &request);
-    d->is_local = d->sensor.address >> 24 == 127u;
+    d->is_local = is_loopback(d);
     if (lum_socket_open(&options, &socket, &error) != LUM_NET_OK ||
         lum_socket_send(socket, &datagram, &error) != LUM_NET_OK) {
         doctor_wrong(out, "%s", error.text);
@@ -43,6 +52,10 @@ void doctor_check_route(struct doctor *d, struct doctor_finding *out)
 
 void doctor_check_arp(struct doctor *d, struct doctor_finding *out)
 {
+    if (d->is_local) {
+        doctor_fine(out, "not needed: %s is on this host", d->address);
+        return;
+    }
     doctor_unseen(out,
                   "not looked at on this system; arp -a shows whether "
                   "anybody has %s",
@@ -70,6 +83,14 @@ void doctor_check_mtu(struct doctor *d, struct doctor_finding *out)
     (void)d;
     doctor_unseen(out, "not looked at on this system; the interface has to "
                        "take packets of 1500 bytes");
+}
+
+void doctor_mend_watch(const struct doctor *d, struct doctor_finding *out,
+                       const char *filter, const char *why)
+{
+    (void)d;
+    doctor_mend(out, "dumpcap -f \"%s\" -P -w - | tshark -r -    # %s", filter,
+                why);
 }
 
 size_t doctor_buffer_payload(size_t granted)

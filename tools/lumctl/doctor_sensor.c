@@ -6,9 +6,7 @@
 #include "lum/base/time.h"
 #include "lum/laser.h"
 
-#include <inttypes.h>
-#include <stdlib.h>
-#include <string.h>
+#include <stdio.h>
 
 #define MS_NS         INT64_C(1000000)
 #define TRY_MS        300u
@@ -149,10 +147,9 @@ void doctor_check_buffer(struct doctor *d, struct doctor_finding *out)
 void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out)
 {
     if (d->sensor.address == BOOT_ADDRESS) {
-        doctor_mend(out,
-                    "sudo tcpdump -ni %s arp    # power the sensor off "
-                    "and on: which address does it speak of?",
-                    d->interface[0] != '\0' ? d->interface : "any");
+        doctor_mend_watch(d, out, "arp",
+                          "power the sensor off and on: which address does it "
+                          "speak of?");
     } else {
         doctor_mend(out, "lumctl --host 10.42.0.37 doctor    # where every "
                          "sensor boots");
@@ -161,16 +158,17 @@ void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out)
 
 static void say_silent(struct doctor *d, struct doctor_finding *out)
 {
+    char filter[32];
     d->is_silent = true;
     doctor_lack(d, DOCTOR_NEEDS_ANSWER, "the sensor does not answer");
     if (!d->was_refused) {
         doctor_wrong(out, "no answer to %u timestamp requests to %s:%u", TRIES,
                      d->address, (unsigned)d->sensor.port);
-        doctor_mend(out,
-                    "sudo tcpdump -ni %s udp port %u    # in another "
-                    "terminal: do packets leave, do answers come?",
-                    d->interface[0] != '\0' ? d->interface : "any",
-                    (unsigned)d->sensor.port);
+        (void)snprintf(filter, sizeof filter, "udp port %u",
+                       (unsigned)d->sensor.port);
+        doctor_mend_watch(d, out, filter,
+                          "while lumctl time --watch runs: do requests leave, "
+                          "do answers come?");
         return;
     }
     doctor_wrong(out,
@@ -282,6 +280,7 @@ static uint64_t data_datagrams(const struct doctor_stream *s)
 
 static void say_no_data(struct doctor *d, struct doctor_finding *out)
 {
+    char filter[48];
     doctor_lack(d, DOCTOR_NEEDS_DATA, "no data");
     if (d->stream.session.other_port > 0) {
         doctor_wrong(out,
@@ -295,10 +294,9 @@ static void say_no_data(struct doctor *d, struct doctor_finding *out)
                      "another host sends heartbeats too and gets the data",
                      1e-9 * (double)d->stream.duration_ns);
     }
-    doctor_mend(out,
-                "sudo tcpdump -ni %s udp and host %s    # while lumctl "
-                "heartbeat runs: who talks to it?",
-                d->interface[0] != '\0' ? d->interface : "any", d->address);
+    (void)snprintf(filter, sizeof filter, "udp and host %s", d->address);
+    doctor_mend_watch(d, out, filter,
+                      "while lumctl heartbeat runs: who talks to it?");
 }
 
 static void say_data(struct doctor *d, struct doctor_finding *out)

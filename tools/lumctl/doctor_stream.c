@@ -2,8 +2,8 @@
 #include "doctor.h"
 
 #include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 struct doctor_storage {
     lum_assembler assembler;
@@ -202,6 +202,7 @@ void doctor_check_loss(struct doctor *d, struct doctor_finding *out)
 void doctor_check_strangers(struct doctor *d, struct doctor_finding *out)
 {
     const lum_sensor_counters *c = &d->stream.session;
+    char filter[48];
     const uint64_t others = c->foreign_source - c->other_port;
     if (c->other_port > 0) {
         doctor_note(out,
@@ -213,10 +214,9 @@ void doctor_check_strangers(struct doctor *d, struct doctor_finding *out)
                     "%" PRIu64 " datagrams of other senders came to this "
                     "session's port: they are dropped",
                     others);
-        doctor_mend(out,
-                    "sudo tcpdump -ni %s udp and not host %s    # who "
-                    "sends them?",
-                    d->interface[0] != '\0' ? d->interface : "any", d->address);
+        (void)snprintf(filter, sizeof filter, "udp and not host %s",
+                       d->address);
+        doctor_mend_watch(d, out, filter, "who sends them?");
     } else {
         doctor_fine(out, "nobody but the sensor sent to this session");
     }

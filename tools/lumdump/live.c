@@ -3,6 +3,7 @@
 #include "../common/interrupt.h"
 #include "../common/number.h"
 #include "lum/base/time.h"
+#include "own_address.h"
 #include "session.h"
 
 #include "lum/wire.h"
@@ -65,6 +66,10 @@ static int start_worker(struct live *l)
     const uint32_t address = l->options->address.address;
     struct worker_ends ends = {.sensor = {address, LUM_PORT}};
     lum_socket_local(lum_sensor_socket(l->session.sensor), &ends.client);
+    if (ends.client.address == 0) {
+        ends.client.address =
+            own_address(l->options->address, l->options->interface);
+    }
     return worker_start(l->pass, l->session.ring, ends, l->cancel,
                         &l->session.worker, &l->error);
 }

@@ -101,7 +101,8 @@ LUM_MUST_CHECK int lum_capture_writer_add(lum_capture_writer *writer,
 uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer);
 
 /** Write what is buffered, so that others can read it, also when this process
- * dies.
+ * dies. Tells that the reader of a pipe has left even when there is nothing to
+ * write: then errno is EPIPE.
  * @return 0, or -1 with the reason in error. */
 LUM_MUST_CHECK int lum_capture_writer_flush(lum_capture_writer *writer,
                                             lum_error *error);

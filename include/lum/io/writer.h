@@ -92,7 +92,8 @@ uint64_t lum_writer_bytes(const lum_writer *writer);
 
 /** Begin to write what was added, for an output that is read while it is
  * written; does not wait. While a slow reader has not taken what came before,
- * the rest stays: call again later.
+ * the rest stays: call again later. Tells that the reader has left even when
+ * there is nothing to write.
  * @return as lum_writer_add(). */
 LUM_MUST_CHECK int lum_writer_flush(lum_writer *writer, lum_error *error);
 

@@ -190,7 +190,8 @@ typedef enum lum_laser_off {
  * anew, at most retries + 1 times. Not ended by the cancel, which is the most
  * usual reason to call it; bounded by the timeouts. Heartbeats of an owner go
  * on meanwhile; data is dropped.
- * @param status gets the last status; may be NULL. */
+ * @param status gets the last status that was answered, and stays as it is when
+ *               there was none; may be NULL. */
 lum_laser_off lum_sensor_laser_off(lum_sensor *sensor, uint16_t *status);
 
 /** Counters up to now. */
