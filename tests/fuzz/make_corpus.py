@@ -163,7 +163,8 @@ def session_seeds():
         "network": owner + network + b"\1" + receive + b"\xff" + receive
                    + b"\xff" + network + b"\0" + receive + b"\xff" + lost,
         "cancel": owner + network + b"\2" + receive + b"\xff" + off + lost
-                  + down + lost * 2 + down,
+                  + down + lost * 2 + down + stall + b"\xff\xff" + receive
+                  + b"\xff" + lost * 2,
         "flood": owner + network + b"\4" + poll + receive + b"\xff" + lost * 2
                  + down + network + b"\x24" + receive + b"\xff" + lost * 2,
     }

@@ -246,9 +246,10 @@ class Loopback(Doctor):
         self.assertIn("the kernel dropped none", found.text("loss"))
 
     def test_corruption_is_no_other_layout(self):
-        self.sensor("--corrupt", "0.003", address="127.35.0.12")
+        self.sensor("--corrupt", "0.1", address="127.35.0.12")
         found = self.examine("127.35.0.12")
-        self.assertIn(found["layout"], ("note", "fine"), str(found))
+        self.assertEqual(found["layout"], "note", str(found))
+        self.assertIn("corrupted", found.text("layout"))
 
     def test_a_silent_sensor_is_told_in_time(self):
         self.sensor("--fault", "silence@0", address="127.35.0.13")
@@ -323,6 +324,18 @@ class Loopback(Doctor):
         p.stdout.close()
         with p.stderr:
             self.assertEqual((p.stderr.read(), p.wait(30)), (b"", 0))
+
+    def test_a_shell_that_owns_the_sensor_keeps_it_meanwhile(self):
+        sensor = self.sensor(address="127.35.0.22")
+        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.35.0.22", "shell", "--heartbeat",
+                    stdin=subprocess.PIPE)
+        wait_until(lambda: sensor.events("heartbeat"), 10, "a heartbeat")
+        p.p.stdin.write(b"doctor\ndoctor\nquit\n")
+        p.p.stdin.flush()
+        p.wait()
+        self.assertEqual(p.stdout().count("another session of this host"), 8, p.stdout() + p.stderr())
+        beats = [e["t"] for e in sensor.events("heartbeat")]
+        self.assertLess(max(b - a for a, b in zip(beats, beats[1:])), 1.0)
 
     @needs_root
     def test_without_rights_it_says_what_it_could_not_look_at(self):
@@ -430,6 +443,13 @@ class TwoHosts(Doctor):
         self.sensor()
         self.client("ip route add 10.42.0.32/29 via 10.42.0.9")
         self.mended(self.broken("route", 1, "to the gateway 10.42.0.9"), "route")
+
+    def test_the_sensors_address_on_the_host_itself(self):
+        self.sensor()
+        self.client("ip addr add 10.42.0.37/24 dev eth0")
+        found = self.broken("port", 3, "on this host")
+        self.client(found.mend("port").split("sudo ")[1])
+        self.assert_fine(self.look(), but=("firewall",))
 
     def test_a_route_that_forbids(self):
         self.client("ip route add unreachable 10.42.0.37/32")

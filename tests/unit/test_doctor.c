@@ -280,6 +280,9 @@ static void what_is_not_understood_is_only_a_doubt(void **state)
                      RULE_MAY_BE_DROPPED);
     assert_int_equal(nft("drop", "fib daddr type local accept"),
                      RULE_MAY_BE_DROPPED);
+    assert_int_equal(nft("accept", "limit rate 5/second accept\n\t\tudp sport "
+                                   "5517 drop"),
+                     RULE_MAY_BE_DROPPED);
     assert_int_equal(nft("drop", "queue num 1"), RULE_MAY_BE_DROPPED);
     assert_int_equal(nft("drop", "mark vmap { 0x1 : accept }"),
                      RULE_MAY_BE_DROPPED);

@@ -82,6 +82,7 @@ struct doctor {
     uint32_t source;                   /* this host's address on that way */
     uint32_t next_hop;
     bool is_local;    /* the sensor's address is one of this host's */
+    char own[64];     /* where: "10.42.0.37/24 dev eth0"; empty: 127/8 */
     bool was_refused; /* the host there says that nobody listens */
     /* The wire's side. */
     lum_sensor *session;

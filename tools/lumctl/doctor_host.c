@@ -198,6 +198,10 @@ static void say_own(struct doctor *d, const struct way_interface *w,
                     struct doctor_finding *out)
 {
     d->is_local = true;
+    if (!w->is_loopback) {
+        (void)snprintf(d->own, sizeof d->own, "%s/%u dev %s", d->address,
+                       way_mask_bits(w->mask), w->name);
+    }
     if (w->is_up) {
         doctor_fine(out, "%s is this host's own address, on %s", d->address,
                     w->name);

@@ -91,7 +91,11 @@ static void look_at_own(struct doctor *d, const struct udp_user *users,
         doctor_wrong(out,
                      "%s is on this host, and nothing listens on its port %u",
                      d->address, port);
-        doctor_mend(out, "lumsim --address %s &", d->address);
+        doctor_mend(out, "lumsim --address %s &%s%s", d->address,
+                    d->own[0] != '\0' ? "    # or, if the address is to be a "
+                                        "sensor's: sudo ip addr del "
+                                      : "",
+                    d->own);
     }
 }
 

@@ -43,7 +43,7 @@ static uint32_t of_route(lum_endpoint to)
     struct sockaddr own;
     socklen_t len = sizeof own;
     uint32_t found = 0;
-    const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
     if (fd < 0) {
         return 0;
     }

@@ -104,13 +104,17 @@ static void befall(struct live *live, const struct timeline_event *event,
     }
 }
 
-static void pass_time(struct live *live, int64_t now_ns)
+static void let_befall(struct live *live, int64_t now_ns)
 {
     const struct timeline_event *event;
     while ((event = timeline_take(&live->timeline, now_ns - live->start_ns)) !=
            NULL) {
         befall(live, event, now_ns);
     }
+}
+
+static void pass_time(struct live *live, int64_t now_ns)
+{
     live_tick(live, now_ns);
     live_post(live, now_ns);
     live_fetch(live, now_ns);
@@ -143,6 +147,7 @@ static void run(struct live *live)
 {
     int64_t now_ns = lum_time_monotonic_ns();
     while (!has_ended(live, now_ns)) {
+        let_befall(live, now_ns);
         live_receive(live);
         pass_time(live, now_ns);
         live_stream(live, now_ns);
