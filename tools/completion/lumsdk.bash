@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # Completion of lumctl, lumdump, lumsim for bash. Options and the words they take
 # are read from the tools' own --help, so this file does not have to know them.
 

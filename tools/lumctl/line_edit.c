@@ -3,6 +3,7 @@
 #include "line.h"
 #include "line_input.h"
 #include "line_plain.h"
+#include "words.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -33,17 +34,6 @@ static void note_line(char *text)
     }
 }
 
-/* Cuts what stands before the word being completed into words, in place. */
-static int cut_words(char *text, char **words)
-{
-    int count = 0;
-    for (char *p = strtok(text, " \t"); p != NULL && count < WORDS_MAX;
-         p = strtok(NULL, " \t")) {
-        words[count++] = p;
-    }
-    return count;
-}
-
 /* The next candidate that begins with the text; malloc'ed, as libedit wants. */
 static char *next_candidate(const char *text, int state)
 {
@@ -56,7 +46,10 @@ static char *next_candidate(const char *text, int state)
         const size_t len = strlen(rl_line_buffer) - strlen(text);
         next = 0;
         (void)snprintf(before, sizeof before, "%.*s", (int)len, rl_line_buffer);
-        count = cut_words(before, words);
+        count = words_cut(before, words, WORDS_MAX);
+    }
+    if (count < 0) {
+        return NULL;
     }
     do {
         candidate = count == 0 ? ctl_command_name(next)

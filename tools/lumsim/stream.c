@@ -6,7 +6,7 @@
 #define FRAMES_640 3u
 #define SLICE_NS   INT64_C(500000)
 #define LOOK_NS    INT64_C(10000000) /* for a reel to be done */
-#define ROUNDS_MAX 4u                /* batches before the socket is served */
+#define ROUNDS_MAX 2u                /* batches before the socket is served */
 
 uint64_t live_packets(const struct live *live)
 {

@@ -1,9 +1,14 @@
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700 /* setpriority */
 #include "studio.h"
 
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef __linux__
+#include <sys/resource.h>
+#endif
+
+#define NICENESS 5
 
 struct studio {
     pthread_t thread;
@@ -54,9 +59,19 @@ static void render_order(struct studio *s)
     s->is_done = true;
 }
 
+/* Rendering waits for the data rather than the data for it. Elsewhere niceness
+ * is the process's. */
+static void step_back(void)
+{
+#ifdef __linux__
+    (void)setpriority(PRIO_PROCESS, 0, NICENESS);
+#endif
+}
+
 static void *work(void *argument)
 {
     struct studio *s = argument;
+    step_back();
     (void)pthread_mutex_lock(&s->mutex);
     while (!s->ends) {
         if (s->has_order) {
