@@ -223,6 +223,20 @@ class Answers(Live):
         self.assertGreater(before, after)
         self.assertAlmostEqual((after - before) % 2**32, (t[1] - t[0]) * 1e6, delta=2)
 
+    def test_a_clock_is_that_of_the_arrival(self):
+        client = self.start(beats=False)
+        first = client.clock()
+        self.process.send_signal(signal.SIGSTOP)
+        client.send(timestamp(7))
+        time.sleep(0.5)
+        self.process.send_signal(signal.SIGCONT)
+        answer = client.first(lambda p: p[:16] == timestamp(7)[:16])
+        heard = self.events("timestamp")
+        late = self.wait_for("reply", sequence=7)["t"] - heard[1]["t"]
+        self.assertGreater(late, 0.4)
+        elapsed = struct.unpack_from("<I", answer, 16)[0] - first
+        self.assertAlmostEqual(elapsed, (heard[1]["t"] - heard[0]["t"]) * 1e6, delta=2)
+
     def test_a_poll_shows_the_status_and_changes_nothing(self):
         client = self.start()
         client.data(1)
@@ -432,6 +446,19 @@ class Scene(Live):
                 self.assertEqual(stop["lines_skipped"], 0)
                 self.assertAlmostEqual(stop["packets"] / (seconds * rate * 64 * 6), 1, delta=0.02)
                 self.log.unlink()
+
+    def test_a_host_that_was_held_up_skips_lines_and_sends_no_burst(self):
+        client = self.start()
+        client.data(100)
+        self.process.send_signal(signal.SIGSTOP)
+        time.sleep(1.0)
+        self.process.send_signal(signal.SIGCONT)
+        skipped = self.wait_for("skipped", client)["lines"]
+        stop = self.stopped()
+        self.assertGreaterEqual(skipped, 600)
+        self.assertGreaterEqual(stop["lines_skipped"], skipped)
+        seconds = stop["t"] - self.events("stream")[0]["t"]
+        self.assertLessEqual(stop["lines"] + skipped, 640 * seconds + 10)
 
     def test_data_bears_the_sensor_s_clock(self):
         client = self.start("--clock", 2**32 - 3_000_000, "--frames", 1)

@@ -220,6 +220,11 @@ static enum exit_status run(struct live *l)
     uint64_t left_out = 0;
     interrupt_hold();
     session_run(&l->session);
+    if (l->session.end == SESSION_SIGNAL ||
+        l->session.end == SESSION_DURATION) {
+        lum_cancel_reset(l->cancel);
+        session_drain(&l->session);
+    }
     count(l);
     switch_off(l);
     interrupt_release();

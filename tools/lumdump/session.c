@@ -16,6 +16,9 @@
 /* After a batch that was not full: more come together then, in fewer calls. */
 #define REST_NS (SECOND_NS / 1000)
 
+/* Longest that is spent on what waits in the kernel at the end. */
+#define DRAIN_NS (SECOND_NS / 2)
+
 /* How often drops are told of. */
 #define DROPS_NS (10 * SECOND_NS)
 
@@ -219,4 +222,24 @@ void session_run(struct session *session)
     while (session->end == SESSION_GOES_ON) {
         step(session);
     }
+}
+
+void session_drain(struct session *session)
+{
+    const int64_t ended_utc_ns = lum_time_utc_ns();
+    const int64_t end_ns = lum_time_monotonic_ns() + DRAIN_NS;
+    int64_t now_ns = 0;
+    lum_sensor_event event;
+    do {
+        lum_sensor_receive(session->sensor, 0, &event);
+        now_ns = lum_time_monotonic_ns();
+        if (event.kind == LUM_SENSOR_DATAGRAMS) {
+            take_datagrams(session, &event, now_ns);
+            if (event.datagrams[event.datagram_count - 1].utc_ns >=
+                ended_utc_ns) {
+                return;
+            }
+        }
+    } while (event.kind != LUM_SENSOR_IDLE &&
+             event.kind != LUM_SENSOR_FAILED && now_ns < end_ns);
 }

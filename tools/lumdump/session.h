@@ -61,4 +61,9 @@ struct session {
  * rest is zero. */
 void session_run(struct session *session);
 
+/* Takes what had come before the run ended and still waits in the kernel, so
+ * that all of it is either received or counted as dropped. The cancel must not
+ * be raised. */
+void session_drain(struct session *session);
+
 #endif
