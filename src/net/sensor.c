@@ -79,12 +79,12 @@ static lum_net_result open_parts(lum_sensor *s,
                                  const lum_sensor_options *options,
                                  lum_error *error)
 {
-    const lum_socket_options wanted = {.interface = options->interface,
-                                       .receive_buffer =
-                                           options->receive_buffer};
+    const lum_socket_options wanted = {
+        .interface_name = options->interface_name,
+        .receive_buffer = options->receive_buffer};
     if (options->owns) {
         const lum_net_result r = lum_owner_take(
-            options->sensor, options->interface, &s->owner, error);
+            options->sensor, options->interface_name, &s->owner, error);
         if (r != LUM_NET_OK) {
             return r;
         }

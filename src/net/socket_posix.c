@@ -104,9 +104,9 @@ static lum_net_result set_up(lum_socket *socket,
         lum_system_grow(socket->fd, options->receive_buffer, &socket->has_room);
     socket->counts_drops =
         lum_system_tell(socket->fd) || lum_system_drops(socket->fd, &drops);
-    if (options->interface != NULL) {
+    if (options->interface_name != NULL) {
         const lum_net_result result =
-            use_interface(socket, options->interface, &local, error);
+            use_interface(socket, options->interface_name, &local, error);
         if (result != LUM_NET_OK) {
             return result;
         }

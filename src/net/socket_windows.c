@@ -99,9 +99,9 @@ static lum_net_result set_up(lum_socket *socket,
     set_number(socket->handle, SOL_SOCKET, SO_EXCLUSIVEADDRUSE, 1);
     set_number(socket->handle, SOL_SOCKET, SO_SNDBUF, SEND_BUFFER);
     grow(socket, options->receive_buffer);
-    if (options->interface != NULL) {
+    if (options->interface_name != NULL) {
         const lum_net_result result =
-            use_interface(socket, options->interface, &local, error);
+            use_interface(socket, options->interface_name, &local, error);
         if (result != LUM_NET_OK) {
             return result;
         }

@@ -420,7 +420,7 @@ static void a_port_that_is_taken_names_the_program(void **state)
 static void an_interface_that_is_not_there_is_refused(void **state)
 {
     lum_error error = {""};
-    const lum_socket_options options = {.interface = "nonesuch0"};
+    const lum_socket_options options = {.interface_name = "nonesuch0"};
     (void)state;
     assert_int_equal(refuse(&options, &error), LUM_NET_FAILED);
     expect_says(&error, "there is no interface nonesuch0; this host has: ");
@@ -634,7 +634,7 @@ static void programs_that_are_started_do_not_get_the_descriptor(void **state)
 static void the_loopback_can_be_named(void **state)
 {
     const lum_socket_options options = {.local = {.address = HERE},
-                                        .interface = "lo"};
+                                        .interface_name = "lo"};
     (void)state;
     lum_socket *to = open_with(&options);
     lum_socket *from = open_here(0);
@@ -666,7 +666,7 @@ static bool other_interface(char *name)
  * interface alone; negative: it cannot be opened. */
 static int count_on(const char *interface)
 {
-    const lum_socket_options to_options = {.interface = interface};
+    const lum_socket_options to_options = {.interface_name = interface};
     const lum_socket_options from_options = {.local = {.address = HERE}};
     lum_socket *to = NULL;
     lum_socket *from = NULL;

@@ -25,7 +25,7 @@ lum_net_result doctor_open(struct doctor *d, bool owns, lum_error *error)
     lum_sensor_options options;
     lum_sensor_options_default(&options);
     options.sensor = d->sensor;
-    options.interface = o->interface;
+    options.interface_name = o->interface;
     options.layout = d->ctl->layout;
     options.owns = owns;
     options.timeout_ms = TRY_MS;

@@ -46,7 +46,7 @@ lum_net_result session_try(const struct ctl *ctl, lum_endpoint host, bool owns,
     lum_sensor_options options;
     lum_sensor_options_default(&options);
     options.sensor = host;
-    options.interface = from->interface;
+    options.interface_name = from->interface;
     options.layout = ctl->layout;
     options.owns = owns;
     options.timeout_ms = from->timeout_ms;

@@ -29,7 +29,7 @@ static int open_session(struct live *l)
     lum_sensor_options options;
     lum_sensor_options_default(&options);
     options.sensor = l->options->address;
-    options.interface = l->options->interface;
+    options.interface_name = l->options->interface;
     options.layout = *l->pass->layout;
     options.owns = true;
     options.receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;

@@ -71,7 +71,7 @@ static void move(struct live *live, uint32_t address, int64_t now_ns)
 {
     const lum_socket_options options = {
         .local = {.address = address, .port = live->self.port},
-        .interface = live->options->interface};
+        .interface_name = live->options->interface};
     lum_socket *there = NULL;
     lum_error error;
     char name[24];

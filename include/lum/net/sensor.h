@@ -34,17 +34,17 @@
 
 /** What a session has to know. */
 typedef struct lum_sensor_options {
-    lum_endpoint sensor;   /**< who it is */
-    const char *interface; /**< reach it there; NULL: as the routes say */
-    lum_layout layout;     /**< numbers of TLVs, order of addresses */
-    bool owns;             /**< send heartbeats, get data */
-    uint32_t heartbeat_ms; /**< between heartbeats, 10..1000 */
-    uint32_t timeout_ms;   /**< of one try of a request, at least 1 */
-    uint32_t retries;      /**< further tries */
-    size_t receive_buffer; /**< as lum_socket_options */
-    bool has_sequence;     /**< else requests begin at a random number */
-    uint32_t sequence;     /**< of the first request */
-    lum_cancel *cancel;    /**< ends waits; may be NULL; kept */
+    lum_endpoint sensor;        /**< who it is */
+    const char *interface_name; /**< reach it there; NULL: as the routes say */
+    lum_layout layout;          /**< numbers of TLVs, order of addresses */
+    bool owns;                  /**< send heartbeats, get data */
+    uint32_t heartbeat_ms;      /**< between heartbeats, 10..1000 */
+    uint32_t timeout_ms;        /**< of one try of a request, at least 1 */
+    uint32_t retries;           /**< further tries */
+    size_t receive_buffer;      /**< as lum_socket_options */
+    bool has_sequence;          /**< else requests begin at a random number */
+    uint32_t sequence;          /**< of the first request */
+    lum_cancel *cancel;         /**< ends waits; may be NULL; kept */
 } lum_sensor_options;
 
 /** What lum_sensor_receive() found. */

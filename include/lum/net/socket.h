@@ -49,8 +49,8 @@ typedef struct lum_endpoint {
 
 /** What a socket is to be. */
 typedef struct lum_socket_options {
-    lum_endpoint local;    /**< 0.0.0.0: any address; port 0: any port */
-    const char *interface; /**< send and receive on it alone; NULL: as the
+    lum_endpoint local;         /**< 0.0.0.0: any address; port 0: any port */
+    const char *interface_name; /**< send and receive on it alone; NULL: as the
                                 routes say */
     size_t receive_buffer; /**< bytes of payload to buffer in the kernel; 0: the
                                 system's default */
