@@ -121,10 +121,10 @@ static lum_result render_strip(lum_reel *reel, unsigned frame, uint32_t line,
 }
 
 static lum_result render_frame(lum_reel *reel, unsigned frame,
-                               const volatile int *stop, lum_echo_line *work)
+                               lum_reel_stop stop, lum_echo_line *work)
 {
     for (uint32_t line = 0; line < reel->lines; line++) {
-        if (stop != NULL && *stop != 0) {
+        if (stop.ask != NULL && stop.ask(stop.context)) {
             return LUM_END;
         }
         for (unsigned eye = 0; eye < LUM_EYES; eye++) {
@@ -138,7 +138,7 @@ static lum_result render_frame(lum_reel *reel, unsigned frame,
     return LUM_OK;
 }
 
-static lum_result render_all(lum_reel *reel, const volatile int *stop)
+static lum_result render_all(lum_reel *reel, lum_reel_stop stop)
 {
     lum_result result = LUM_OK;
     lum_echo_line *work = malloc(sizeof *work);
@@ -175,7 +175,7 @@ static lum_result begin(lum_reel *reel, const lum_render_options *options,
 }
 
 lum_result lum_reel_new(const lum_render_options *options, unsigned frames,
-                        const volatile int *stop, lum_reel **out)
+                        lum_reel_stop stop, lum_reel **out)
 {
     if (frames == 0 ||
         lum_packets_check(&options->layout, options->lines) != LUM_OK) {

@@ -14,6 +14,7 @@
 #include "packets.h"
 #include "render.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -33,17 +34,22 @@ typedef struct lum_reel_packet {
     size_t len;           /**< of bytes */
 } lum_reel_packet;
 
+/** Whether a rendering is to end early, asked between lines, in the thread that
+ * renders. */
+typedef struct lum_reel_stop {
+    bool (*ask)(void *context); /**< NULL: never */
+    void *context;              /**< handed to ask */
+} lum_reel_stop;
+
 /** Render.
  * @param options what to render; gain and threshold are not looked at.
  * @param frames  how many, at least 1.
- * @param stop    may be NULL; looked at between lines: non-zero ends the
- *                rendering.
+ * @param stop    its ask may be NULL.
  * @param out     to be freed with lum_reel_free() after LUM_OK.
  * @return LUM_OK; LUM_E_VALUE as lum_render_init() or lum_packets_check();
  *         LUM_E_SPACE without memory; LUM_END when stopped. */
 LUM_MUST_CHECK lum_result lum_reel_new(const lum_render_options *options,
-                                       unsigned frames,
-                                       const volatile int *stop,
+                                       unsigned frames, lum_reel_stop stop,
                                        lum_reel **out);
 
 /** Free. NULL is allowed. */

@@ -69,8 +69,6 @@ static size_t take_bytes(struct run *run, size_t n, uint8_t *out)
     return most;
 }
 
-/* --- what holds after every step --- */
-
 static void check_value(lum_command_id id, uint16_t value)
 {
     const lum_command command = {id, value};
@@ -194,8 +192,6 @@ static void check(const struct run *run)
     check_laser(run);
     check_settings(run);
 }
-
-/* --- steps --- */
 
 static void check_timestamp(const struct run *run, uint32_t sequence)
 {

@@ -21,6 +21,8 @@
 
 static const lum_reel_settings usual = {1.0f, {1.0f, 1.0f}};
 
+static const lum_reel_stop never = {NULL, NULL};
+
 struct fixture {
     lum_render_options options;
     lum_render render;
@@ -35,7 +37,8 @@ static void make_reel(struct fixture *f)
 {
     lum_reel_free(f->reel);
     f->reel = NULL;
-    assert_int_equal(lum_reel_new(&f->options, FRAMES, NULL, &f->reel), LUM_OK);
+    assert_int_equal(lum_reel_new(&f->options, FRAMES, never, &f->reel),
+                     LUM_OK);
 }
 
 static int set_up(void **state)
@@ -49,7 +52,7 @@ static int set_up(void **state)
     f->options.lines = LINES;
     *state = f;
     return lum_render_init(&f->render, &f->options) == LUM_OK &&
-                   lum_reel_new(&f->options, FRAMES, NULL, &f->reel) == LUM_OK
+                   lum_reel_new(&f->options, FRAMES, never, &f->reel) == LUM_OK
                ? 0
                : -1;
 }
@@ -331,18 +334,24 @@ static void a_reel_tells_its_size(void **state)
     assert_int_equal(lum_reel_lines(f->reel), LINES);
 }
 
+static bool at_once(void *context)
+{
+    (void)context;
+    return true;
+}
+
 static void what_cannot_be_rendered_is_refused(void **state)
 {
     struct fixture *f = *state;
     lum_reel *none = NULL;
-    const int stop = 1;
-    assert_int_equal(lum_reel_new(&f->options, 0, NULL, &none), LUM_E_VALUE);
-    assert_int_equal(lum_reel_new(&f->options, 1, &stop, &none), LUM_END);
+    const lum_reel_stop stop = {at_once, NULL};
+    assert_int_equal(lum_reel_new(&f->options, 0, never, &none), LUM_E_VALUE);
+    assert_int_equal(lum_reel_new(&f->options, 1, stop, &none), LUM_END);
     f->options.layout.profile.angle_lsb_pdeg = 1;
-    assert_int_equal(lum_reel_new(&f->options, 1, NULL, &none), LUM_E_VALUE);
+    assert_int_equal(lum_reel_new(&f->options, 1, never, &none), LUM_E_VALUE);
     f->options.layout.profile.angle_lsb_pdeg = 0;
     f->options.layout.profile.group[LUM_FIELD_FIRST_SAMPLE_INDEX].bytes = 1;
-    assert_int_equal(lum_reel_new(&f->options, 1, NULL, &none), LUM_E_VALUE);
+    assert_int_equal(lum_reel_new(&f->options, 1, never, &none), LUM_E_VALUE);
     assert_null(none);
     lum_reel_free(NULL);
 }

@@ -12,7 +12,7 @@
 
 struct studio {
     pthread_t thread;
-    pthread_mutex_t mutex; /* of all below but stop */
+    pthread_mutex_t mutex; /* of all below */
     pthread_cond_t ordered;
     struct order next;
     bool has_order; /* next is not begun yet */
@@ -21,13 +21,17 @@ struct studio {
     bool ends;
     lum_result result;
     lum_reel *reel;
-    volatile int stop;    /* read by the rendering, without the mutex */
     struct order current; /* the thread's alone */
 };
 
-static void set_stop(struct studio *studio, int value)
+/* Whether nobody waits for what is being rendered. */
+static bool is_in_vain(void *context)
 {
-    __atomic_store_n(&studio->stop, value, __ATOMIC_RELAXED);
+    struct studio *s = context;
+    (void)pthread_mutex_lock(&s->mutex);
+    const bool in_vain = s->has_order || s->ends;
+    (void)pthread_mutex_unlock(&s->mutex);
+    return in_vain;
 }
 
 static lum_result render(struct studio *s, lum_reel **out)
@@ -37,7 +41,8 @@ static lum_result render(struct studio *s, lum_reel **out)
         order->options.elevations_udeg[eye] =
             order->is_aimed ? order->elevations_udeg[eye] : NULL;
     }
-    return lum_reel_new(&order->options, order->frames, &s->stop, out);
+    const lum_reel_stop stop = {is_in_vain, s};
+    return lum_reel_new(&order->options, order->frames, stop, out);
 }
 
 /* With the mutex held, but while rendering. */
@@ -46,7 +51,6 @@ static void render_order(struct studio *s)
     lum_reel *reel = NULL;
     s->current = s->next;
     s->has_order = false;
-    set_stop(s, 0);
     (void)pthread_mutex_unlock(&s->mutex);
     const lum_result result = render(s, &reel);
     (void)pthread_mutex_lock(&s->mutex);
@@ -119,7 +123,6 @@ void studio_close(struct studio *studio)
     }
     (void)pthread_mutex_lock(&studio->mutex);
     studio->ends = true;
-    set_stop(studio, 1);
     (void)pthread_cond_signal(&studio->ordered);
     (void)pthread_mutex_unlock(&studio->mutex);
     (void)pthread_join(studio->thread, NULL);
@@ -136,7 +139,6 @@ void studio_order(struct studio *studio, const struct order *order)
     studio->next = *order;
     studio->has_order = true;
     studio->is_busy = true;
-    set_stop(studio, 1);
     (void)pthread_cond_signal(&studio->ordered);
     (void)pthread_mutex_unlock(&studio->mutex);
 }
