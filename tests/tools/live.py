@@ -91,9 +91,10 @@ class Sensor(Process):
     def __init__(self, test, folder, *arguments, address="127.0.0.1", namespace=None):
         self.log_path = folder / f"sensor-{id(self)}.log"
         self.address = address
+        ready = "start" if "--replay" in arguments else "frames"
         super().__init__(test, folder, support.BIN / "lumsim", "--address", address, "--log", self.log_path, *arguments,
                          namespace=namespace)
-        wait_until(lambda: self.p.poll() is not None or self.events("start"), 20, "lumsim")
+        wait_until(lambda: self.p.poll() is not None or self.events(ready), 60, "lumsim")
         if self.p.poll() is not None:
             raise AssertionError(f"lumsim ended: {self.stderr()}")
 

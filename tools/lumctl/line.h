@@ -10,7 +10,7 @@ enum line_event {
     LINE_NONE, /* no whole line yet */
     LINE_READY,
     LINE_TOO_LONG, /* one that does not fit was thrown away */
-    LINE_END /* end of the input */
+    LINE_END       /* end of the input */
 };
 
 /* history: a file to keep lines in, NULL for none. Shows the first prompt where

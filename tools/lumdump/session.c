@@ -240,6 +240,6 @@ void session_drain(struct session *session)
                 return;
             }
         }
-    } while (event.kind != LUM_SENSOR_IDLE &&
-             event.kind != LUM_SENSOR_FAILED && now_ns < end_ns);
+    } while (event.kind != LUM_SENSOR_IDLE && event.kind != LUM_SENSOR_FAILED &&
+             now_ns < end_ns);
 }

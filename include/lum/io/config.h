@@ -9,8 +9,8 @@
 #ifndef LUM_IO_CONFIG_H
 #define LUM_IO_CONFIG_H
 
-#include "lum/calibration.h"
 #include "lum/base/error.h"
+#include "lum/calibration.h"
 #include "lum/profile.h"
 #include "lum/result.h"
 
