@@ -155,8 +155,6 @@ static void switch_on(struct fixture *f)
     assert_true(lum_device_laser_is_up(&f->device));
 }
 
-/* --- boot --- */
-
 static void a_fresh_sensor_is_dark_and_silent(void **state)
 {
     struct fixture *f = *state;
@@ -181,8 +179,6 @@ static void a_fresh_sensor_is_dark_and_silent(void **state)
     assert_false(f->fx.has_reply || f->fx.status_changed ||
                  f->fx.laser_changed || f->fx.streaming_changed);
 }
-
-/* --- timestamps --- */
 
 static void ask_time(struct fixture *f, uint32_t sequence)
 {
@@ -230,8 +226,6 @@ static void the_clock_wraps_at_32_bits(void **state)
     f->now += (INT64_C(3) << 32) * 1000 + 5000;
     expect_time(f, 4, 5);
 }
-
-/* --- heartbeats --- */
 
 static void a_heartbeat_starts_the_data_to_its_sender(void **state)
 {
@@ -347,8 +341,6 @@ static void no_u_without_heartbeat(void **state)
     }
 }
 
-/* --- laser --- */
-
 static void u_and_d_switch_the_laser(void **state)
 {
     struct fixture *f = *state;
@@ -444,8 +436,6 @@ static void nobody_is_alerted_before_a_client_came(void **state)
     assert_true(f->fx.status_changed);
     assert_false(f->fx.has_reply);
 }
-
-/* --- commands --- */
 
 static void every_command_sets_its_own_setting(void **state)
 {
@@ -594,8 +584,6 @@ static void what_an_answer_cannot_name_it_counts(void **state)
     assert_true(f->debugs > 30);
 }
 
-/* --- Y scan --- */
-
 static void fill(int16_t *out, size_t n, int16_t first, int16_t step)
 {
     for (size_t i = 0; i < n; i++) {
@@ -738,8 +726,6 @@ static void a_repeated_packet_changes_nothing(void **state)
     }
 }
 
-/* --- set IP --- */
-
 static void send_set_ip(struct fixture *f, uint32_t address)
 {
     const uint8_t tail[4] = {
@@ -782,8 +768,6 @@ static void addresses_that_no_host_has_are_refused(void **state)
         assert_int_equal(f->device.malformed, i + 1);
     }
 }
-
-/* --- what is none of its business --- */
 
 static void foreign_and_unknown_packets_are_counted_and_ignored(void **state)
 {
