@@ -6,6 +6,7 @@
 #include "lum/packet.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 
 #define NS_PER_S INT64_C(1000000000)
 #define OPEN     4     /* lines of an eye at a time */
@@ -58,16 +59,20 @@ static bool run(lum_sensor *sensor, lum_assembler *assembler,
     return true;
 }
 
+/* a.b.c.d */
 static bool parse(const char *text, uint32_t *address)
 {
-    unsigned a;
-    unsigned b;
-    unsigned c;
-    unsigned d;
-    if (sscanf(text, "%u.%u.%u.%u", &a, &b, &c, &d) != 4) {
-        return false;
+    uint32_t value = 0;
+    for (int i = 0; i < 4; i++) {
+        char *end = NULL;
+        const unsigned long part = strtoul(text, &end, 10);
+        if (end == text || part > 255 || *end != (i < 3 ? '.' : '\0')) {
+            return false;
+        }
+        value = value << 8 | (uint32_t)part;
+        text = end + 1;
     }
-    *address = a << 24 | b << 16 | c << 8 | d;
+    *address = value;
     return true;
 }
 

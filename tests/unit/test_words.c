@@ -7,7 +7,7 @@
 
 #include "../tools/lumctl/words.h"
 
-#include <string.h>
+#include <stdio.h>
 
 #define MAX 4
 
@@ -36,7 +36,7 @@ static void a_line_is_cut_at_white_space_outside_quotes(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char text[64];
         char *words[MAX] = {NULL};
-        strcpy(text, cases[i].text);
+        (void)snprintf(text, sizeof text, "%s", cases[i].text);
         assert_int_equal(words_cut(text, words, MAX), cases[i].count);
         for (int k = 0; k < cases[i].count; k++) {
             assert_string_equal(words[k], cases[i].words[k]);
@@ -51,7 +51,7 @@ static void trimming_takes_white_space_off_both_ends(void **state)
     (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char text[16];
-        strcpy(text, cases[i][0]);
+        (void)snprintf(text, sizeof text, "%s", cases[i][0]);
         words_trim(text);
         assert_string_equal(text, cases[i][1]);
     }
