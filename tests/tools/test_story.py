@@ -1,12 +1,16 @@
 #!/usr/bin/env python3
 """Two hosts, and between them a wire that loses, delays, reorders and repeats: the story of the bench guide."""
 import json
+import pathlib
 import signal
+import subprocess
 import time
 import unittest
 
 from live import Hosts, Sensor, needs_namespaces, wait_until
 from support import Folder, run
+
+SETTINGS = pathlib.Path(__file__).resolve().parents[2] / "calib" / "settings.yaml"
 
 BAD_WIRE = ["--loss", "0.03", "--duplicate", "0.03", "--reorder", "0.05", "--delays", "0.02", "--delay", "0.02"]
 WORSE_WIRE = ["--loss", "0.35", "--duplicate", "0.2", "--reorder", "0.2", "--delays", "0.3", "--delay", "0.15"]
@@ -70,6 +74,53 @@ class Story(unittest.TestCase):
             common = counts(recorded)
             self.assertEqual({k: live[k] for k in common}, common, other)
         self.assertEqual(len(cloud.read_bytes().splitlines()) - 1, live["points"])
+
+    def test_the_bench_guide_runs_from_the_first_look_to_the_end(self):
+        hosts = Hosts(self, self.folder, relay=["--seed", "7", *BAD_WIRE])
+        sensor = self.sensor(hosts, "--lines", "64", "--rate", "2")
+
+        def ok(name, *words, **options):
+            r = hosts.run(name, *words, **options)
+            self.assertEqual(r.returncode, 0, (words, r.stdout, r.stderr))
+            return r
+
+        # The wire loses packets, which doctor finds; all else is fine.
+        report = json.loads(hosts.run("lumctl", "doctor", "--json").stdout)
+        self.assertLessEqual({c["name"] for c in report["checks"] if c["result"] == "wrong"}, {"loss", "buffer"})
+        ok("lumctl", "status")
+        ok("lumctl", "time")
+        ok("lumdump", "udp://10.42.0.37", "--duration", "1")
+        ok("lumdump", "udp://10.42.0.37", "--laser", "--duration", "2", "-o", self.folder / "cloud.ply")
+        self.assertGreater((self.folder / "cloud.ply").stat().st_size, 100_000)
+        self.assertFalse(sensor.laser_is_up())
+
+        dump = hosts.start("lumdump", "udp://10.42.0.37", "-o", self.folder / "drive.pcap", "--rotate", "2s")
+        wait_until(lambda: sensor.events("stream")[-1]["to"] and dump.p.poll() is None, 20, "the stream")
+        ok("lumctl", "laser", "on")
+        ok("lumctl", "power", "60")
+        ok("lumctl", "threshold", "green", "40")
+        ok("lumctl", "lines", "64")
+        ok("lumctl", "yscan", "15")
+        ok("lumctl", "yscan", "--shape", "gaussian:-3:4", "--lines", "64")
+        ok("lumctl", "apply", SETTINGS)
+        ok("lumctl", "status", "--watch", "--duration", "1")
+        for text in ("60p", "40g", "15y"):
+            self.assertGreaterEqual(self.carried_out(sensor, text), 1, text)
+        time.sleep(2)
+        ok("lumctl", "laser", "off")
+        self.assertFalse(sensor.laser_is_up())
+        self.assertEqual(dump.end(signal.SIGINT), 0, dump.stderr())
+        parts = [n for n in self.folder.names() if n.startswith("drive-")]
+        self.assertGreater(len(parts), 1)
+        for part in parts:
+            self.assertEqual(run("lumdump", self.folder / part, "--json").returncode, 0, part)
+
+        shell = hosts.start("lumctl", "shell", "--heartbeat", stdin=subprocess.PIPE)
+        shell.p.stdin.write(b"status\nlaser on\n50p\n")
+        shell.p.stdin.close()
+        self.assertEqual(shell.wait(), 0, shell.stderr())
+        self.assertGreaterEqual(self.carried_out(sensor, "50p"), 1)
+        self.assertFalse(sensor.laser_is_up())
 
     def test_a_command_is_done_only_if_the_sensor_did_it(self):
         hosts = Hosts(self, self.folder, relay=["--seed", "11", *WORSE_WIRE])
