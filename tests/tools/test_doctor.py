@@ -14,6 +14,7 @@ import threading
 import time
 import unittest
 
+import shards
 from live import Hosts, Process, Sensor, needs_namespaces, wait_until
 from support import BIN, MAGIC, Folder, run
 
@@ -25,6 +26,8 @@ HEARTBEAT = MAGIC + struct.pack("<I", 8)
 is_root = os.geteuid() == 0
 needs_root = unittest.skipUnless(is_root, "only root may become another user")
 needs_nft = unittest.skipUnless(is_root and shutil.which("nft", path="/usr/sbin:/sbin:/usr/bin"), "nft is not installed")
+
+NET = f"127.35.{shards.index()}."  # tests that run side by side do not share addresses
 
 
 class Findings:
@@ -109,22 +112,22 @@ class Doctor(unittest.TestCase):
 
 
 class Loopback(Doctor):
-    def sensor(self, *arguments, address="127.35.0.1"):
+    def sensor(self, *arguments, address=NET + "1"):
         return Sensor(self, self.folder, *arguments, address=address)
 
     def test_a_simulator_is_all_fine(self):
         self.sensor()
-        found = self.examine("127.35.0.1")
+        found = self.examine(NET + "1")
         # what only root or a tuned host may see is no fault
         self.assert_fine(found, but=("firewall", "buffer", "loss"))
         self.assertIn("lumsim", found.text("port"))
-        self.assertIn("127.35.0.1", found.text("route"))
+        self.assertIn(NET + "1", found.text("route"))
         self.assertIn("host's rate", found.text("clock"))
         self.assertIn("laser down", found.text("status"))
 
     def test_it_only_looks(self):
         sensor = self.sensor()
-        self.examine("127.35.0.1")
+        self.examine(NET + "1")
         kinds = {e["event"] for e in sensor.log()}
         self.assertLessEqual(kinds, {"start", "frames", "heartbeat", "reply", "status", "stream", "timestamp", "tlv"})
         notes = {e.get("note") for e in sensor.events("tlv")}
@@ -135,18 +138,18 @@ class Loopback(Doctor):
 
     def test_people_get_a_line_for_each_check_and_a_verdict(self):
         self.sensor()
-        r = run("lumctl", "--host", "127.35.0.1", "doctor")
+        r = run("lumctl", "--host", NET + "1", "doctor")
         lines = r.stdout.splitlines()
         self.assertEqual((r.returncode, r.stderr), (0, ""))
         self.assertEqual([line.split()[1] for line in lines if line[2:7].strip()][:len(NAMES)], NAMES)
-        self.assertEqual(lines[-1], "127.35.0.1: nothing is wrong")
+        self.assertEqual(lines[-1], NET + "1: nothing is wrong")
         self.assertNotIn("\033", r.stdout)
 
     def test_colours_are_for_terminals_that_want_them(self):
         for variables, coloured in (({}, True), ({"NO_COLOR": "1"}, False)):
             ours, theirs = pty.openpty()
             environment = {k: v for k, v in os.environ.items() if k != "NO_COLOR"} | {"TERM": "xterm"} | variables
-            p = subprocess.Popen([str(BIN / "lumctl"), "--host", "127.35.0.2", "doctor"], stdout=theirs,
+            p = subprocess.Popen([str(BIN / "lumctl"), "--host", NET + "2", "doctor"], stdout=theirs,
                                  stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL, env=environment)
             os.close(theirs)
             out = b""
@@ -160,7 +163,7 @@ class Loopback(Doctor):
             self.assertEqual(b"\033[" in out, coloured, out)
 
     def test_nothing_that_listens_is_said_with_the_command_that_starts_a_simulator(self):
-        found = self.examine("127.35.0.3")
+        found = self.examine(NET + "3")
         self.assertEqual((found.status, found.overall), (3, "no answer"), str(found))
         self.assertEqual(found["port"], "wrong")
         for name in WIRE:
@@ -168,17 +171,17 @@ class Loopback(Doctor):
             self.assertIn("nothing listens", found.text(name))
 
     def test_a_simulator_at_another_address_is_pointed_at(self):
-        self.sensor(address="127.35.0.4")
-        found = self.examine("127.35.0.5")
+        self.sensor(address=NET + "4")
+        found = self.examine(NET + "5")
         self.assertEqual(found.status, 3)
         self.assertIn("lumsim", found.text("port"))
         self.assertRegex(found.mend("port"), r"^lumctl --host 127\.\d+\.\d+\.\d+ doctor$")
 
     def test_a_session_of_this_host_keeps_its_data(self):
-        sensor = self.sensor(address="127.35.0.6")
-        Process(self, self.folder, BIN / "lumctl", "--host", "127.35.0.6", "heartbeat")
+        sensor = self.sensor(address=NET + "6")
+        Process(self, self.folder, BIN / "lumctl", "--host", NET + "6", "heartbeat")
         wait_until(lambda: sensor.events("heartbeat"), 10, "a heartbeat")
-        found = self.examine("127.35.0.6")
+        found = self.examine(NET + "6")
         self.assertEqual((found.status, found["session"]), (0, "note"), str(found))
         self.assertIn("lumctl (process", found.text("session"))
         for name in ("data", "layout", "loss", "strangers"):
@@ -189,79 +192,79 @@ class Loopback(Doctor):
         self.assertEqual(len({e["from"] for e in sensor.events("heartbeat")}), 1)
 
     def test_a_laser_that_another_host_drives_is_left_alone(self):
-        sensor = self.sensor(address="127.35.0.7")
+        sensor = self.sensor(address=NET + "7")
         other = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.addCleanup(other.close)
         ends = threading.Event()
 
         def drive():
-            other.sendto(MAGIC + struct.pack("<IIHH", 7, 1, 1, 1) + b"u", ("127.35.0.7", 5517))
+            other.sendto(MAGIC + struct.pack("<IIHH", 7, 1, 1, 1) + b"u", (NET + "7", 5517))
             while not ends.wait(0.2):
-                other.sendto(HEARTBEAT, ("127.35.0.7", 5517))
+                other.sendto(HEARTBEAT, (NET + "7", 5517))
 
-        other.sendto(HEARTBEAT, ("127.35.0.7", 5517))
+        other.sendto(HEARTBEAT, (NET + "7", 5517))
         driver = threading.Thread(target=drive)
         driver.start()
         self.addCleanup(driver.join)
         self.addCleanup(ends.set)
         wait_until(sensor.laser_is_up, 10, "the laser")
-        found = self.examine("127.35.0.7")
+        found = self.examine(NET + "7")
         self.assertEqual((found.status, found["answer"], found["data"]), (0, "note", "not looked at"), str(found))
         self.assertIn("another host", found.text("data"))
         self.assertEqual(len({e["from"] for e in sensor.events("heartbeat")}), 1)
         self.assertTrue(sensor.laser_is_up())
 
     def test_a_hazard_has_its_exit_status_its_name_and_its_mend(self):
-        sensor = self.sensor("--fault", "fan@0", address="127.35.0.8")
+        sensor = self.sensor("--fault", "fan@0", address=NET + "8")
         wait_until(lambda: sensor.events("status"), 10, "the fault")
-        found = self.examine("127.35.0.8")
+        found = self.examine(NET + "8")
         self.assertEqual((found.status, found.overall, found["status"]), (4, "hazard", "wrong"), str(found))
         self.assertIn("FAN_PWM_BAD", found.text("status"))
         self.assertIn("fan", found.mend("status"))
 
     def test_another_layout_is_told_from_a_sensor_without_data(self):
         profile = self.folder.write("other.yaml", "version: 1\ndata_packet_type: 9\n")
-        self.sensor("--profile", profile, address="127.35.0.9")
-        found = self.examine("127.35.0.9")
+        self.sensor("--profile", profile, address=NET + "9")
+        found = self.examine(NET + "9")
         self.assertEqual((found.status, found["data"], found["layout"]), (1, "fine", "wrong"), str(found))
         self.assertIn("type 9", found.text("layout"))
         self.assertIn("--profile", found.mend("layout"))
         self.assertEqual(found["loss"], "not looked at")
-        self.assert_fine(self.examine("127.35.0.9", "--profile", profile), but=("firewall", "buffer", "loss"))
+        self.assert_fine(self.examine(NET + "9", "--profile", profile), but=("firewall", "buffer", "loss"))
 
     def test_a_clock_at_another_place_of_the_packet_shows(self):
         profile = self.folder.write("other.yaml", "version: 1\ngroup: {timestamp: 24, samples: 28, line: 20, "
                                                   "num_samples: 16, first_sample_index: 18}\n")
         mine = self.folder.write("mine.yaml", "version: 1\ngroup: {timestamp: 20, samples: 28, line: 14}\n")
-        self.sensor("--profile", profile, address="127.35.0.10")
-        found = self.examine("127.35.0.10", "--profile", mine)
+        self.sensor("--profile", profile, address=NET + "10")
+        found = self.examine(NET + "10", "--profile", mine)
         self.assertEqual(found.status, 1, str(found))
         self.assertTrue("wrong" in (found["clock"], found["layout"]), str(found))
 
     def test_loss_on_the_wire_is_told_from_loss_in_the_kernel(self):
-        self.sensor("--loss", "0.05", address="127.35.0.11")
-        found = self.examine("127.35.0.11")
+        self.sensor("--loss", "0.05", address=NET + "11")
+        found = self.examine(NET + "11")
         self.assertEqual((found.status, found["loss"]), (1, "wrong"), str(found))
         self.assertIn("on the wire", found.text("loss"))
         self.assertIn("the kernel dropped none", found.text("loss"))
 
     def test_corruption_is_no_other_layout(self):
-        self.sensor("--corrupt", "0.1", address="127.35.0.12")
-        found = self.examine("127.35.0.12")
+        self.sensor("--corrupt", "0.1", address=NET + "12")
+        found = self.examine(NET + "12")
         self.assertEqual(found["layout"], "note", str(found))
         self.assertIn("corrupted", found.text("layout"))
 
     def test_a_silent_sensor_is_told_in_time(self):
-        self.sensor("--fault", "silence@0", address="127.35.0.13")
+        self.sensor("--fault", "silence@0", address=NET + "13")
         begin = time.monotonic()
-        found = self.examine("127.35.0.13")
+        found = self.examine(NET + "13")
         self.assertEqual((found.status, found["answer"]), (3, "wrong"), str(found))
         self.assertIn("tcpdump", found.mend("answer"))
         self.assertLess(time.monotonic() - begin, 8)
 
     def test_a_sensor_without_data_is_told(self):
-        fake = Fake(self, "127.35.0.14")
-        found = self.examine("127.35.0.14")
+        fake = Fake(self, NET + "14")
+        found = self.examine(NET + "14")
         self.assertEqual((found.status, found["answer"], found["data"]), (1, "fine", "wrong"), str(found))
         self.assertIn("no data came", found.text("data"))
         self.assertEqual(found["layout"], "not looked at")
@@ -269,16 +272,16 @@ class Loopback(Doctor):
         self.assertLessEqual(set(fake.heard), {6, 7, 8})
 
     def test_a_clock_that_runs_at_another_rate_is_told(self):
-        Fake(self, "127.35.0.15", speed=1.01)
-        found = self.examine("127.35.0.15")
+        Fake(self, NET + "15", speed=1.01)
+        found = self.examine(NET + "15")
         self.assertEqual((found.status, found["clock"]), (1, "wrong"), str(found))
         self.assertRegex(found.text("clock"), r"(9|10)\d\d\d ppm faster")
 
     def test_datagrams_of_others_are_noted(self):
-        sensor = self.sensor(address="127.35.0.16")
+        sensor = self.sensor(address=NET + "16")
         stranger = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.addCleanup(stranger.close)
-        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.35.0.16", "doctor", "--json")
+        p = Process(self, self.folder, BIN / "lumctl", "--host", NET + "16", "doctor", "--json")
         beat = wait_until(lambda: sensor.events("heartbeat"), 10, "a heartbeat")[0]
         host, port = beat["from"].split(":")
         for _ in range(20):
@@ -289,21 +292,21 @@ class Loopback(Doctor):
         self.assertIn("20 datagrams", found["strangers"]["text"])
 
     def test_a_signal_ends_it_and_the_session_is_free(self):
-        sensor = self.sensor(address="127.35.0.17")
-        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.35.0.17", "doctor")
+        sensor = self.sensor(address=NET + "17")
+        p = Process(self, self.folder, BIN / "lumctl", "--host", NET + "17", "doctor")
         wait_until(lambda: sensor.events("heartbeat"), 10, "a heartbeat")
         self.assertEqual(p.end(signal.SIGINT, timeout=5), -signal.SIGINT)
         self.assertNotIn("nothing is wrong", p.stdout())
-        self.assertEqual(self.examine("127.35.0.17")["session"], "fine")
+        self.assertEqual(self.examine(NET + "17")["session"], "fine")
 
     def test_words_and_options_that_it_cannot_have_are_refused(self):
         for arguments, says in ((("doctor", "now"), "now"), (("--dry-run", "doctor"), "--dry-run")):
-            r = run("lumctl", "--host", "127.35.0.18", *arguments)
+            r = run("lumctl", "--host", NET + "18", *arguments)
             self.assertEqual((r.returncode, r.stdout), (2, ""), r.stderr)
             self.assertIn(says, r.stderr)
 
     def test_an_interface_that_is_not_there_is_named(self):
-        found = self.examine("127.35.0.18", "--interface", "nowhere0")
+        found = self.examine(NET + "18", "--interface", "nowhere0")
         self.assertEqual((found.status, found["interface"]), (1, "wrong"), str(found))
         self.assertIn("nowhere0", found.text("interface"))
         self.assertIn("lo", found.text("interface"))
@@ -311,14 +314,14 @@ class Loopback(Doctor):
 
     def test_a_full_disk_is_no_success(self):
         with open("/dev/full", "wb") as full:
-            r = subprocess.run([str(BIN / "lumctl"), "--host", "127.35.0.19", "doctor"], stdout=full,
+            r = subprocess.run([str(BIN / "lumctl"), "--host", NET + "19", "doctor"], stdout=full,
                                stderr=subprocess.PIPE, timeout=30)
         self.assertEqual(r.returncode, 1)
         self.assertIn(b"standard output", r.stderr)
 
     def test_a_reader_that_leaves_ends_it_quietly(self):
-        self.sensor(address="127.35.0.21")
-        p = subprocess.Popen([str(BIN / "lumctl"), "--host", "127.35.0.21", "doctor"], stdout=subprocess.PIPE,
+        self.sensor(address=NET + "21")
+        p = subprocess.Popen([str(BIN / "lumctl"), "--host", NET + "21", "doctor"], stdout=subprocess.PIPE,
                              stderr=subprocess.PIPE)
         p.stdout.readline()
         p.stdout.close()
@@ -326,8 +329,8 @@ class Loopback(Doctor):
             self.assertEqual((p.stderr.read(), p.wait(30)), (b"", 0))
 
     def test_a_shell_that_owns_the_sensor_keeps_it_meanwhile(self):
-        sensor = self.sensor(address="127.35.0.22")
-        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.35.0.22", "shell", "--heartbeat",
+        sensor = self.sensor(address=NET + "22")
+        p = Process(self, self.folder, BIN / "lumctl", "--host", NET + "22", "shell", "--heartbeat",
                     stdin=subprocess.PIPE)
         wait_until(lambda: sensor.events("heartbeat"), 10, "a heartbeat")
         p.p.stdin.write(b"doctor\ndoctor\nquit\n")
@@ -339,10 +342,10 @@ class Loopback(Doctor):
 
     @needs_root
     def test_without_rights_it_says_what_it_could_not_look_at(self):
-        self.sensor(address="127.35.0.20")
+        self.sensor(address=NET + "20")
         os.chmod(self.folder.path, 0o755)
         copy = shutil.copy(BIN / "lumctl", self.folder / "lumctl")
-        r = subprocess.run([copy, "--host", "127.35.0.20", "doctor", "--json"], capture_output=True, text=True, timeout=30,
+        r = subprocess.run([copy, "--host", NET + "20", "doctor", "--json"], capture_output=True, text=True, timeout=30,
                            user=65534, group=65534, extra_groups=[])
         found = Findings(r)
         self.assertEqual(found.status, 0, str(found))
@@ -559,4 +562,4 @@ def needs_nft_is_there():
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()

@@ -12,6 +12,7 @@ import threading
 import time
 import unittest
 
+import shards
 from live import Process, Sensor, readable, wait_until
 from support import BIN, MAGIC, Folder, ip, run
 
@@ -611,5 +612,75 @@ class Misbehaviour(Case):
         self.assertIn("interrupted", p.stderr())
 
 
+class SetIpAndHeartbeat(Case):
+    """What a session that owns the sensor does meanwhile, and when a move is one."""
+
+    def assert_steady(self, sensor, begin, end):
+        """No heartbeat between two times of the log comes a second after the one before."""
+        times = [e["t"] for e in sensor.events("heartbeat") if begin <= e["t"] <= end]
+        self.assertGreater(len(times), 5)
+        self.assertLess(max(b - a for a, b in zip(times, times[1:])), 1.0)
+
+    def shell(self, address, *arguments):
+        return Process(self, self.folder, BIN / "lumctl", "--host", address, "shell", *arguments,
+                       stdin=subprocess.PIPE)
+
+    def test_heartbeats_go_on_while_set_ip_looks_in_vain(self):
+        # takes no set IP packet: it expects one of another profile
+        profile = self.folder.write("p.yaml", "version: 1\nset_ip_order: little\n")
+        sensor = Sensor(self, self.folder, "--rate", 2, "-q", "--profile", profile, address="127.33.5.1")
+        shell = self.shell("127.33.5.1", "--heartbeat")
+        shell.p.stdin.write(b"set-ip 127.33.5.2\n")
+        shell.p.stdin.flush()
+        wait_until(lambda: "127.33.5.2" in shell.stderr(), 30, "the end of the looking")
+        times = [e["t"] for e in sensor.events("heartbeat")]
+        self.assert_steady(sensor, times[0], times[-1])
+        shell.p.stdin.close()
+        shell.wait()
+
+    def test_a_sensor_that_had_the_address_before_is_no_move(self):
+        other = FakeSensor(self, "127.33.5.4")
+        r = self.check(FAILED, "127.33.5.3", "set-ip", "127.33.5.4")
+        self.assertIn("127.33.5.4 answers already; nothing was sent", r.stderr)
+        self.assertEqual(r.stdout, "")
+        self.assertEqual(other.of(5), [])
+
+    def test_it_is_found_where_its_first_answers_were_lost(self):
+        fake = FakeSensor(self, "127.33.5.6", lambda kind, sequence, body, count:
+                          [] if count < 2 else FakeSensor.plain(kind, sequence))
+        r = self.check(FAILED, "127.33.5.5", "set-ip", "127.33.5.6")
+        self.assertIn("127.33.5.6 answers already", r.stderr)
+        self.assertEqual(fake.of(5), [])
+
+    def full_pipe(self):
+        """The end to write to of a pipe that is full and that nobody reads."""
+        ends = os.pipe()
+        for end in ends:
+            self.addCleanup(os.close, end)
+        os.set_blocking(ends[1], False)
+        try:
+            while True:
+                os.write(ends[1], bytes(4096))
+        except BlockingIOError:
+            os.set_blocking(ends[1], True)
+        return ends[1]
+
+    def test_heartbeats_go_on_though_nobody_reads_what_is_told(self):
+        sensor = Sensor(self, self.folder, "--rate", 2, "-q", address="127.33.5.7")
+        full = self.full_pipe()
+        p = subprocess.Popen([BIN / "lumctl", "--host", "127.33.5.7", "heartbeat"], stdin=subprocess.DEVNULL,
+                             stdout=full, stderr=full)
+        self.addCleanup(p.wait)
+        self.addCleanup(p.kill)
+        wait_until(lambda: len(sensor.events("heartbeat")) > 2, 20, "heartbeats")
+        self.check(DONE, "127.33.5.7", "laser", "on")
+        sensor.send(signal.SIGSTOP)  # no data for 2 s, which is worth a word
+        time.sleep(3)
+        sensor.send(signal.SIGCONT)
+        count = len(sensor.events("heartbeat"))
+        wait_until(lambda: len(sensor.events("heartbeat")) > count + 25, 20, "further heartbeats")
+        self.assertIsNone(p.poll())
+
+
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()

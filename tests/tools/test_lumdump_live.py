@@ -14,9 +14,10 @@ import threading
 import time
 import unittest
 
+import shards
 from support import BIN, Folder, frames_of, ip, line, read_csv, run, simulate, summary, word
 
-ADDRESSES = (f"127.20.{i // 250}.{i % 250 + 1}" for i in itertools.count())
+ADDRESSES = (f"127.20.{8 * shards.index() + i // 250}.{i % 250 + 1}" for i in itertools.count())
 
 LIVE_KEYS = "received kernel_drops ring_drops foreign_source heartbeats_sent seconds laser".split()
 LIVE_ONLY = {"source", "sensors", *LIVE_KEYS}
@@ -673,4 +674,4 @@ class Arguments(Case):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()

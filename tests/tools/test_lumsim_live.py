@@ -10,6 +10,7 @@ import subprocess
 import time
 import unittest
 
+import shards
 from support import BIN, MAGIC, Folder, frames_of, group, pcap, run, simulate, udp
 
 PORT = 5517
@@ -514,7 +515,6 @@ class Network(Live):
         self.assertNotEqual(clocks, sorted(clocks))
         spread = max(a - b for a, b in zip(clocks, clocks[1:]))
         self.assertGreater(spread, 5_000)
-        self.assertLess(spread, 25_000)
         stop = self.stopped()
         self.assertEqual((stop["no_room"], stop["given_up"], stop["lines_skipped"]), (0, 0, 0))
         self.assertGreater(stop["packets"], 6 * (stop["lines"] - 64))
@@ -762,4 +762,4 @@ class Options(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()

@@ -19,7 +19,10 @@
 #include <unistd.h>
 
 #if defined(__linux__)
+#include <net/if.h>
 #include <sched.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
 #endif
 
 /* What a child says that could not look. */
@@ -276,6 +279,52 @@ static void another_network_has_another_owner(void **state)
     assert_int_equal(WEXITSTATUS(status), 0);
 }
 
+static bool raise_loopback(void)
+{
+    struct ifreq request = {.ifr_name = "lo"};
+    const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    bool is_up = fd >= 0 && ioctl(fd, SIOCGIFFLAGS, &request) == 0;
+    request.ifr_flags |= IFF_UP;
+    is_up = is_up && ioctl(fd, SIOCSIFFLAGS, &request) == 0;
+    close(fd);
+    return is_up;
+}
+
+/* In a network without a route, which comes then. */
+static int take_across_a_route_change(lum_endpoint who)
+{
+    lum_owner *owner = NULL;
+    lum_owner *second = NULL;
+    if (unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) {
+        return SKIPPED;
+    }
+    if (lum_owner_take(who, NULL, &owner, NULL) != LUM_NET_OK ||
+        !raise_loopback()) {
+        return 1;
+    }
+    if (lum_owner_take(who, NULL, &second, NULL) != LUM_NET_BUSY) {
+        return 2;
+    }
+    return lum_owner_take(who, "lo", &second, NULL) == LUM_NET_BUSY ? 0 : 3;
+}
+
+static void a_new_route_does_not_make_it_another_sensor(void **state)
+{
+    int status = -1;
+    (void)state;
+    fflush(NULL);
+    const pid_t child = fork();
+    if (child == 0) {
+        _exit(take_across_a_route_change(sensor(11)));
+    }
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status));
+    if (WEXITSTATUS(status) == SKIPPED) {
+        skip();
+    }
+    assert_int_equal(WEXITSTATUS(status), 0);
+}
+
 #endif
 
 int main(void)
@@ -291,6 +340,7 @@ int main(void)
         cmocka_unit_test(programs_that_it_starts_do_not_keep_it),
 #if !defined(LUM_TEST_PLAIN)
         cmocka_unit_test(another_network_has_another_owner),
+        cmocka_unit_test(a_new_route_does_not_make_it_another_sensor),
 #endif
     };
     return cmocka_run_group_tests(tests, NULL, remove_locks);

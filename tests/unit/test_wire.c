@@ -144,6 +144,8 @@ static void addresses_no_sensor_can_have_are_refused(void **state)
     lum_layout_default(&layout);
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         uint8_t out[LUM_SET_IP_BYTES] = {1, 2, 3};
+        assert_int_equal(lum_address_is_host(rows[i].address),
+                         rows[i].result == LUM_OK);
         assert_int_equal(lum_set_ip_encode(out, &layout, rows[i].address),
                          rows[i].result);
         assert_int_equal(out[0], rows[i].result == LUM_OK ? 0xed : 1);
