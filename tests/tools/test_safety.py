@@ -7,6 +7,7 @@ import subprocess
 import time
 import unittest
 
+import shards
 from live import Sensor, tool, wait_until
 from support import Folder
 
@@ -120,4 +121,4 @@ class Safety(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()
