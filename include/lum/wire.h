@@ -11,6 +11,7 @@
 #include "lum/profile.h"
 #include "lum/result.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -44,9 +45,14 @@ void lum_header_encode(uint8_t out[LUM_HEADER_BYTES], uint8_t type);
 /** Write a heartbeat (section 6). Cannot fail. */
 void lum_heartbeat_encode(uint8_t out[LUM_HEARTBEAT_BYTES]);
 
+/** Whether an address can be that of one host, and so of a sensor: all but
+ * 0.0.0.0, multicast and 255.255.255.255.
+ * @param address host order, 10.42.0.37 is 0x0a2a0025. */
+bool lum_address_is_host(uint32_t address);
+
 /** Write a set IP packet (section 2).
- * @param address host order, 10.42.0.37 is 0x0a2a0025.
- * @return LUM_OK; LUM_E_VALUE for 0.0.0.0, multicast and 255.255.255.255. */
+ * @param address host order.
+ * @return LUM_OK; LUM_E_VALUE where lum_address_is_host() is false. */
 LUM_MUST_CHECK lum_result lum_set_ip_encode(uint8_t out[LUM_SET_IP_BYTES],
                                             const lum_layout *layout,
                                             uint32_t address);

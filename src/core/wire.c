@@ -2,7 +2,6 @@
 
 #include "bytes.h"
 
-#include <stdbool.h>
 #include <string.h>
 
 static const uint8_t magic[8] = {0xed, 0xfe, 0xf3, 0xa1,
@@ -47,11 +46,16 @@ static lum_result expect(const void *bytes, size_t len, uint8_t type,
     return len < least ? LUM_E_SHORT : LUM_OK;
 }
 
+bool lum_address_is_host(uint32_t address)
+{
+    const bool is_multicast = (address >> 28) == 0xeu;
+    return address != 0 && address != 0xffffffffu && !is_multicast;
+}
+
 lum_result lum_set_ip_encode(uint8_t out[LUM_SET_IP_BYTES],
                              const lum_layout *layout, uint32_t address)
 {
-    const bool is_multicast = (address >> 28) == 0xeu;
-    if (address == 0 || address == 0xffffffffu || is_multicast) {
+    if (!lum_address_is_host(address)) {
         return LUM_E_VALUE;
     }
     lum_header_encode(out, LUM_TYPE_SET_IP);

@@ -7,29 +7,42 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+
+#define MARKS 2u
 
 struct lum_owner {
-    intptr_t held;
+    intptr_t held[MARKS];
+    size_t count;
 };
 
-typedef struct owner_name {
-    char text[LUM_OWNER_NAME_BYTES];
-} owner_name;
+typedef struct owner_names {
+    char text[MARKS][LUM_OWNER_NAME_BYTES];
+    size_t count;
+} owner_names;
 
-/* Named with the interface also where only the routes tell it, so that both
- * ways to reach a sensor exclude each other. */
-static owner_name name_of(lum_endpoint sensor, const char *interface)
+static void add_name(owner_names *out, lum_endpoint sensor,
+                     const char *interface)
 {
-    owner_name out;
+    (void)snprintf(out->text[out->count++], LUM_OWNER_NAME_BYTES, "%s%s%s",
+                   lum_endpoint_show(sensor).text,
+                   interface[0] != '\0' ? "%" : "", interface);
+}
+
+static owner_names names_of(lum_endpoint sensor, const char *interface)
+{
+    owner_names out = {.count = 0};
     char routed[64] = "";
-    if (interface == NULL &&
-        !lum_route_interface(sensor.address, routed, sizeof routed)) {
+    if (!lum_route_interface(sensor.address, routed, sizeof routed)) {
         routed[0] = '\0';
     }
     const char *on = interface != NULL ? interface : routed;
-    (void)snprintf(out.text, sizeof out.text, "%s%s%s",
-                   lum_endpoint_show(sensor).text, on[0] != '\0' ? "%" : "",
-                   on);
+    if (strcmp(on, routed) == 0) {
+        add_name(&out, sensor, "");
+    }
+    if (on[0] != '\0') {
+        add_name(&out, sensor, on);
+    }
     return out;
 }
 
@@ -44,23 +57,37 @@ static void say_busy(lum_endpoint sensor, long process, lum_error *error)
         lum_endpoint_show(sensor).text);
 }
 
+/* All of the names or none. */
+static lum_net_result hold(lum_owner *owner, const owner_names *names,
+                           long *process, lum_error *error)
+{
+    for (; owner->count < names->count; owner->count++) {
+        const lum_net_result result =
+            lum_owner_system_hold(names->text[owner->count],
+                                  &owner->held[owner->count], process, error);
+        if (result != LUM_NET_OK) {
+            return result;
+        }
+    }
+    return LUM_NET_OK;
+}
+
 lum_net_result lum_owner_take(lum_endpoint sensor, const char *interface,
                               lum_owner **out, lum_error *error)
 {
-    const owner_name name = name_of(sensor, interface);
+    const owner_names names = names_of(sensor, interface);
     long process = 0;
-    lum_owner *owner = malloc(sizeof *owner);
+    lum_owner *owner = calloc(1, sizeof *owner);
     if (owner == NULL) {
         (void)lum_error_set(error, "no memory left for a session");
         return LUM_NET_FAILED;
     }
-    const lum_net_result result =
-        lum_owner_system_hold(name.text, &owner->held, &process, error);
+    const lum_net_result result = hold(owner, &names, &process, error);
     if (result != LUM_NET_OK) {
         if (result == LUM_NET_BUSY) {
             say_busy(sensor, process, error);
         }
-        free(owner);
+        lum_owner_release(owner);
         return result;
     }
     *out = owner;
@@ -69,8 +96,11 @@ lum_net_result lum_owner_take(lum_endpoint sensor, const char *interface,
 
 void lum_owner_release(lum_owner *owner)
 {
-    if (owner != NULL) {
-        lum_owner_system_drop(owner->held);
-        free(owner);
+    if (owner == NULL) {
+        return;
     }
+    while (owner->count > 0) {
+        lum_owner_system_drop(owner->held[--owner->count]);
+    }
+    free(owner);
 }

@@ -7,7 +7,12 @@
 #include "lum/base/error.h"
 #include "lum/net/socket.h"
 
-/* The right to a sensor. */
+/* The right to a sensor. Its marks are ADDRESS:PORT and, where the interface is
+ * known, ADDRESS:PORT%INTERFACE. A session that names no interface has the
+ * first, whatever becomes of the routes, and the second of the interface that
+ * they name now. One that names an interface has the second, and the first too
+ * where the routes name the same. So the two ways to one sensor exclude each
+ * other, and two sensors of one address on two interfaces do not. */
 typedef struct lum_owner lum_owner;
 
 /* Take a sensor. interface: where it is reached; NULL: as the routes say.

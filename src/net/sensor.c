@@ -18,17 +18,9 @@ void lum_sensor_options_default(lum_sensor_options *out)
     out->receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
 }
 
-static bool can_be_a_sensor(uint32_t address)
-{
-    lum_layout layout;
-    uint8_t packet[LUM_SET_IP_BYTES];
-    lum_layout_default(&layout);
-    return lum_set_ip_encode(packet, &layout, address) == LUM_OK;
-}
-
 static int check_options(const lum_sensor_options *options, lum_error *error)
 {
-    if (!can_be_a_sensor(options->sensor.address) ||
+    if (!lum_address_is_host(options->sensor.address) ||
         options->sensor.port == 0) {
         return lum_error_set(
             error,
@@ -118,6 +110,21 @@ lum_net_result lum_sensor_open(const lum_sensor_options *options,
     begin_exchange(s, options);
     *out = s;
     return LUM_NET_OK;
+}
+
+bool lum_sensor_is_owned(lum_endpoint sensor, const char *interface_name,
+                         lum_error *who)
+{
+    lum_owner *owner = NULL;
+    lum_error error = {""};
+    const lum_net_result r =
+        lum_owner_take(sensor, interface_name, &owner, &error);
+    if (r == LUM_NET_OK) {
+        lum_owner_release(owner);
+    } else if (r == LUM_NET_BUSY && who != NULL) {
+        *who = error;
+    }
+    return r == LUM_NET_BUSY;
 }
 
 void lum_sensor_close(lum_sensor *sensor)

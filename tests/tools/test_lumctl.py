@@ -507,7 +507,73 @@ class Misbehaviour(Case):
         self.assertIn("cannot: 15y", r.stdout)
         found = self.json(FAILED, "127.33.2.5", "send", "50p 15y")
         self.assertEqual((found["done"], found["refused"]), (False, "15y"))
-        self.check(DONE, "127.33.2.5", "send", "50p 5g")
+        self.assertIn("cannot: 15y", self.check(FAILED, "127.33.2.5", "send", "50p 5g").stderr)
+
+    def test_a_refusal_is_told_from_a_confirmation_and_need_not_name_anything(self):
+        said = {}
+        FakeSensor(self, "127.33.2.30", lambda kind, sequence, body, count:
+                   [tlv_packet(sequence, status_tlv(CMD_OFF), *(debug_tlv(t) for t in said["texts"]))])
+        for texts, status, refused, says in (
+                (["3 more refused"], FAILED, "", "3 more refused"),
+                (["Invalid command"], FAILED, "", "Invalid command"),
+                (["50p"], FAILED, "50p", "refused '50p'; the others are done"),
+                (["50p: limit is 40"], FAILED, "50p", "limit is 40"),
+                (["50p not set"], FAILED, "50p", "50p not set"),
+                (["refused 50p: hot", "2 more refused"], FAILED, "50p", "'50p' and more"),
+                (["50p set"], DONE, "", ""),
+                (["50p ok", "5g refused"], FAILED, "5g", "'5g'; the others"),
+                (["a cool day"], DONE, "", "")):
+            said["texts"] = texts
+            found = self.ctl("127.33.2.30", "send", "50p 5g", "--json")
+            out = json.loads(found.stdout)
+            self.assertEqual((found.returncode, out["done"], out["refused"]), (status, status == DONE, refused), texts)
+            self.assertIn(says, found.stderr)
+
+    def test_raw_text_for_the_laser_is_done_when_the_answer_shows_it(self):
+        state = {}
+        FakeSensor(self, "127.33.2.31", lambda kind, sequence, body, count:
+                   [tlv_packet(sequence, *([] if state["is"] is None else [status_tlv(state["is"])]))])
+        for text, status, expected in (("u", CMD_ON | FAN, HAZARD), ("u", CMD_OFF, FAILED), ("u", None, FAILED),
+                                       ("50p u", CMD_ON, DONE), ("d", CMD_ON, FAILED), ("d", None, FAILED),
+                                       ("u d", CMD_OFF, DONE), ("50p", CMD_ON | FAN, DONE)):
+            state["is"] = status
+            self.assertEqual(self.json(expected, "127.33.2.31", "send", text)["done"], expected == DONE, (text, status))
+
+    def test_a_round_trip_is_not_known_when_the_request_was_sent_twice(self):
+        FakeSensor(self, "127.33.2.32", lambda kind, sequence, body, count:
+                   FakeSensor.plain(kind, sequence) if count % 2 else [])
+        for words in (["status"], ["power", 50]):
+            found = self.json(DONE, "127.33.2.32", *words, "--timeout", 80)
+            self.assertEqual((found["tries"], found["round_trip_ms"]), (2, None))
+        self.assertNotIn("round trip", self.check(DONE, "127.33.2.32", "status", "--timeout", 80).stdout)
+
+    def test_a_second_signal_does_not_cut_laser_off_short(self):
+        fake = FakeSensor(self, "127.33.2.33", lambda kind, sequence, body, count:
+                          [(0.4, p) for p in FakeSensor.plain(kind, sequence)])
+        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.33.2.33", "laser", "off", "--timeout", 2000)
+        wait_until(fake.texts, 10, "the command")
+        p.send(signal.SIGINT)
+        time.sleep(0.05)
+        p.send(signal.SIGTERM)
+        self.assertEqual(p.wait(), DONE, p.stderr())
+
+    def test_silence_of_an_owner_is_a_hazard(self):
+        FakeSensor(self, "127.33.2.34", lambda kind, sequence, body, count:
+                   FakeSensor.plain(kind, sequence, HEARTBEAT_TIMEOUT | CMD_OFF))
+        self.assertIs(self.json(DONE, "127.33.2.34", "status")["idle"], True)
+        owner = Process(self, self.folder, BIN / "lumctl", "--host", "127.33.2.34", "heartbeat")
+        wait_until(lambda: "this is now the session" in owner.stderr(), 10, "the session")
+        owner.send(signal.SIGSTOP)
+        found = self.json(HAZARD, "127.33.2.34", "status")
+        self.assertEqual((found["idle"], found["laser"]), (False, "down"))
+        r = self.check(HAZARD, "127.33.2.34", "status")
+        self.assertIn("its owner's heartbeats do not come", r.stdout)
+        self.assertIn(str(owner.p.pid), r.stdout)
+        self.assertIn("HAZARD", r.stdout)
+        watched = self.check(HAZARD, "127.33.2.34", "status", "--watch", "--duration", "0.2").stdout
+        self.assertIn("its owner's heartbeats do not come", watched)
+        owner.kill()
+        self.check(DONE, "127.33.2.34", "status")
 
     def test_what_comes_unasked_is_told_and_is_no_answer(self):
         FakeSensor(self, "127.33.2.6", lambda kind, sequence, body, count:
@@ -540,8 +606,8 @@ class Misbehaviour(Case):
         statuses = iter([CMD_OFF, 0, HEARTBEAT_TIMEOUT | CMD_ON, CMD_ON | 0x0400, CMD_ON])
         FakeSensor(self, "127.33.2.10", lambda kind, sequence, body, count:
                    FakeSensor.plain(kind, sequence, next(statuses)))
-        for _ in range(2):
-            self.check(FAILED, "127.33.2.10", "laser", "on")
+        self.check(FAILED, "127.33.2.10", "laser", "on")
+        self.assertEqual(self.json(DONE, "127.33.2.10", "laser", "on")["laser"], "up")
         self.assertIn("nobody sends heartbeats", self.check(FAILED, "127.33.2.10", "laser", "on").stderr)
         self.assertIn("BIT_10", self.check(FAILED, "127.33.2.10", "laser", "on").stderr)
         self.check(DONE, "127.33.2.10", "laser", "on")
@@ -632,7 +698,7 @@ class SetIpAndHeartbeat(Case):
         shell = self.shell("127.33.5.1", "--heartbeat")
         shell.p.stdin.write(b"set-ip 127.33.5.2\n")
         shell.p.stdin.flush()
-        wait_until(lambda: "127.33.5.2" in shell.stderr(), 30, "the end of the looking")
+        wait_until(lambda: "still answers" in shell.stderr(), 30, "the end of the looking")
         times = [e["t"] for e in sensor.events("heartbeat")]
         self.assert_steady(sensor, times[0], times[-1])
         shell.p.stdin.close()

@@ -8,8 +8,9 @@ import subprocess
 import time
 import unittest
 
-from live import Sensor, readable, wait_until
+from live import Process, Sensor, readable, wait_until
 from support import BIN, Folder, run
+from test_lumctl import FakeSensor
 
 
 class Pipe(unittest.TestCase):
@@ -63,6 +64,27 @@ class Pipe(unittest.TestCase):
         sensor = self.sensor(6)
         self.assertEqual(self.shell(6, "status\n").returncode, 0)
         self.assertEqual(sensor.events("heartbeat"), [])
+
+    def test_after_set_ip_it_names_the_new_address(self):
+        self.sensor(8)
+        r = self.shell(8, "set-ip 127.32.0.9\ndoctor --json\n")
+        self.assertIn('"sensor":"127.32.0.9"', r.stdout.splitlines()[-1].replace(": ", ":"), r.stdout + r.stderr)
+
+    def test_its_own_session_without_heartbeats_is_a_hazard_and_its_end_switches_off_twice_signalled(self):
+        """The sensor says that the laser is down, and only then up."""
+        packets = []
+        fake = FakeSensor(self, "127.32.0.10", lambda kind, sequence, body, count: packets.append(body) or [
+            (0.3 if b"d" in body else 0, p) for p in FakeSensor.plain(kind, sequence, 0x0210)])
+        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.32.0.10", "shell", "--heartbeat", "--timeout", 2000,
+                    stdin=subprocess.PIPE)
+        p.p.stdin.write(b"status\n")
+        p.p.stdin.flush()
+        wait_until(lambda: "HAZARD" in p.stdout(), 10, "a hazard")
+        p.send(signal.SIGTERM)
+        wait_until(fake.texts, 10, "the command")
+        p.send(signal.SIGTERM)
+        self.assertNotEqual(p.wait(), 0)
+        self.assertIn("the laser is off", p.stderr())
 
     def test_an_endless_line_and_binary_input_do_no_harm(self):
         self.sensor(7)

@@ -41,6 +41,13 @@ static void start_ticks(void)
     (void)setitimer(ITIMER_REAL, &timer, NULL);
 }
 
+static void stop_ticks(void)
+{
+    const struct itimerval stopped = {.it_value = {0}};
+    (void)setitimer(ITIMER_REAL, &stopped, NULL);
+    ticks = 0;
+}
+
 static void note(int signal_number)
 {
     if (caught != 0 && is_held == 0) {
@@ -87,9 +94,7 @@ int interrupt_signal(void)
 
 void interrupt_forget(void)
 {
-    const struct itimerval stopped = {.it_value = {0}};
-    (void)setitimer(ITIMER_REAL, &stopped, NULL);
-    ticks = 0;
+    stop_ticks();
     caught = 0;
     if (attached != NULL) {
         lum_cancel_reset(attached);
@@ -99,6 +104,7 @@ void interrupt_forget(void)
 void interrupt_hold(void)
 {
     is_held = 1;
+    stop_ticks();
 }
 
 void interrupt_release(void)

@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define TEXT_BYTES 128 /* of all commands of a plan, parted by spaces */
+#define PLAN_BYTES 128 /* of all commands of a plan, parted by spaces */
 
 /* One setting on its way to the sensor. */
 struct item {
@@ -161,24 +161,19 @@ static void print_plan(FILE *out, const struct plan *plan)
     }
 }
 
-/* Whether a text holds "refus" in any case. */
-static bool speaks_of_refusal(const char *debug)
+static void gather(char text[PLAN_BYTES], const char *command)
 {
-    static const char stem[] = "refus";
-    size_t n = 0;
-    for (; *debug != '\0' && stem[n] != '\0'; debug++) {
-        const char lower = (char)(*debug | 0x20);
-        n = lower == stem[n] ? n + 1 : lower == stem[0] ? 1u : 0u;
-    }
-    return stem[n] == '\0';
+    const size_t used = strlen(text);
+    (void)snprintf(text + used, PLAN_BYTES - used, "%s%s", used != 0 ? " " : "",
+                   command);
 }
 
 /* Notes which of the items from first up to end the answer names. */
 static void read_answer(struct plan *plan, size_t first, size_t end)
 {
     const char *debug = plan->answer.debug;
-    bool is_named = false;
-    char names[TEXT_BYTES];
+    char all[PLAN_BYTES] = "";
+    struct text_refusal refusal;
     plan->has_answer = true;
     for (size_t i = first; i < end; i++) {
         struct item *item = &plan->items[i];
@@ -186,18 +181,19 @@ static void read_answer(struct plan *plan, size_t first, size_t end)
         item->is_refused =
             plan->has_table && i == plan->table_at
                 ? yscan_is_refused(debug)
-                : text_find_refused(item->command, debug, names, sizeof names);
-        is_named = is_named || item->is_refused;
+                : text_find_refusal(item->command, debug, &refusal) &&
+                      refusal.names[0] != '\0';
+        gather(all, item->command);
     }
-    plan->has_unnamed =
-        plan->has_unnamed || (!is_named && speaks_of_refusal(debug));
+    (void)text_find_refusal(all, debug, &refusal);
+    plan->has_unnamed = plan->has_unnamed || refusal.has_unnamed;
 }
 
 /* A packet of the plan being filled. */
 struct packet {
     uint8_t bytes[LUM_SENSOR_REQUEST_BYTES];
     lum_tlv_writer writer;
-    char text[TEXT_BYTES]; /* commands that follow, not yet in it */
+    char text[PLAN_BYTES]; /* commands that follow, not yet in it */
     size_t first;          /* item of the plan that it begins with */
 };
 
@@ -263,13 +259,6 @@ static enum exit_status add_tlv(struct ctl *ctl, struct plan *plan,
                         plan->file);
 }
 
-static void gather_command(struct packet *packet, const char *command)
-{
-    const size_t used = strlen(packet->text);
-    (void)snprintf(packet->text + used, sizeof packet->text - used, "%s%s",
-                   used != 0 ? " " : "", command);
-}
-
 /* Commands go as texts, as many in one as follow each other. */
 static enum exit_status send_plan(struct ctl *ctl, struct plan *plan)
 {
@@ -278,7 +267,7 @@ static enum exit_status send_plan(struct ctl *ctl, struct plan *plan)
     enum exit_status status = begin(&packet, 0);
     for (size_t i = 0; i < plan->count && status == EXIT_DONE; i++) {
         if (!plan->has_table || i != plan->table_at) {
-            gather_command(&packet, plan->items[i].command);
+            gather(packet.text, plan->items[i].command);
             continue;
         }
         if (packet.text[0] != '\0') {
@@ -335,7 +324,8 @@ static void print_json(const struct ctl *ctl, const struct plan *plan,
     }
     json_close_array(&json);
     if (plan->answer.has_status) {
-        report_json(&json, plan->answer.status);
+        report_json(&json, plan->answer.status,
+                    session_is_owned(ctl, plan->answer.status));
     }
     report_json_lines(&json, "debug", plan->answer.debug);
     json_uint(&json, "tries", plan->answer.tries);

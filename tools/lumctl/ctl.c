@@ -43,9 +43,9 @@ enum exit_status ctl_print_packet(const void *bytes, size_t len)
     return EXIT_DONE;
 }
 
-enum exit_status ctl_status_exit(uint16_t status)
+enum exit_status ctl_status_exit(uint16_t status, bool is_owned)
 {
-    return report_has_hazard(status) ? EXIT_HAZARD : EXIT_DONE;
+    return report_has_hazard(status, is_owned) ? EXIT_HAZARD : EXIT_DONE;
 }
 
 static enum exit_status complain_length(size_t len)

@@ -71,7 +71,7 @@ struct ctl_answer {
     char debug[2048];  /* debug texts, a line each; NUL-terminated */
     char others[2048]; /* TLVs of other types, TYPE:HEX, a line each */
     unsigned tries;
-    int64_t round_trip_ns; /* of the last try */
+    int64_t round_trip_ns; /* 0: not known, since it was sent more than once */
 };
 
 /* Sends TLVs (len 0: a status poll) and waits for the answer; prints status
@@ -83,8 +83,10 @@ enum exit_status ctl_request(struct ctl *ctl, const void *tlvs, size_t len,
                              struct ctl_answer *out, bool *was_sent);
 
 /* A command TLV with a text such as "50p u", checked before; then as
- * ctl_request(), and EXIT_FAILED when the answer's debug text names a command
- * of the text as refused. Prints the outcome for people or as JSON. */
+ * ctl_request(), and EXIT_FAILED when the answer's debug texts refuse
+ * something, or the answer does not show the laser as u or d in the text wants
+ * it (EXIT_HAZARD where a hazard keeps it down). Prints the outcome for people
+ * or as JSON. */
 enum exit_status ctl_command_text(struct ctl *ctl, const char *text);
 
 /* Prints a packet as one line of hex. */
@@ -99,8 +101,9 @@ LUM_PRINTF(2, 3)
 void ctl_note(const struct ctl *ctl, const char *format, ...);
 
 /* EXIT_HAZARD where the status bears a hazard, HEARTBEAT_TIMEOUT alone not
- * counted when nobody is known to own the session; else EXIT_DONE. */
-enum exit_status ctl_status_exit(uint16_t status);
+ * counted unless some session of this host owns the sensor (is_owned); else
+ * EXIT_DONE. */
+enum exit_status ctl_status_exit(uint16_t status, bool is_owned);
 
 /* One for each command; each in a file of its own or with its like. */
 enum exit_status command_heartbeat(struct ctl *ctl, int count, char **words);

@@ -3,6 +3,7 @@
 #include "../common/json.h"
 #include "../common/number.h"
 #include "report.h"
+#include "session.h"
 
 #include <errno.h>
 #include <stdarg.h>
@@ -110,10 +111,7 @@ bool doctor_is_cancelled(const struct doctor *d)
 
 void doctor_keep_alive(struct doctor *d)
 {
-    lum_sensor_event event;
-    if (d->ctl->sensor != NULL) {
-        lum_sensor_receive(d->ctl->sensor, 0, &event);
-    }
+    session_keep_alive(d->ctl);
 }
 
 /* False when nobody reads it, or nobody can. */
@@ -250,7 +248,7 @@ static enum exit_status examine(struct doctor *d)
 
 enum exit_status command_doctor(struct ctl *ctl, int count, char **words)
 {
-    struct doctor d = {.ctl = ctl, .sensor = ctl->options.host};
+    struct doctor d = {.ctl = ctl, .sensor = session_host(ctl)};
     if (count > 1) {
         return ctl_complain(EXIT_BAD,
                             "doctor: '%s' is one word too many; it takes none",

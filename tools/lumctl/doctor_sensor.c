@@ -2,6 +2,7 @@
 #include "doctor.h"
 
 #include "report.h"
+#include "session.h"
 
 #include "lum/base/time.h"
 #include "lum/laser.h"
@@ -475,12 +476,13 @@ static const struct {
      "broken"},
 };
 
-static void say_hazard(struct doctor *d, struct doctor_finding *out)
+static void say_hazard(struct doctor *d, bool is_owned,
+                       struct doctor_finding *out)
 {
     char line[REPORT_LINE_BYTES];
     d->has_hazard = true;
     doctor_wrong(out, "hazard, 0x%04x, %s", (unsigned)d->status,
-                 report_line(d->status, line));
+                 report_line(d->status, is_owned, line));
     for (size_t i = 0; i < sizeof remedies / sizeof remedies[0]; i++) {
         if ((d->status & remedies[i].bits) != 0) {
             doctor_mend(out, "%s", remedies[i].mend);
@@ -503,10 +505,13 @@ void doctor_check_status(struct doctor *d, struct doctor_finding *out)
                     (unsigned)d->ctl->layout.profile.tlv[LUM_TLV_STATUS]);
         return;
     }
-    if (ctl_status_exit(d->status) == EXIT_HAZARD) {
-        say_hazard(d, out);
+    /* A session of the doctor's own begins after the status was asked for. */
+    const bool is_owned =
+        d->session == NULL && session_is_owned(d->ctl, d->status);
+    if (ctl_status_exit(d->status, is_owned) == EXIT_HAZARD) {
+        say_hazard(d, is_owned, out);
         return;
     }
     doctor_fine(out, "no hazard, 0x%04x, %s", (unsigned)d->status,
-                report_line(d->status, line));
+                report_line(d->status, is_owned, line));
 }

@@ -1,5 +1,6 @@
 #include "ctl.h"
 
+#include "../common/writable.h"
 #include "report.h"
 #include "session.h"
 #include "status.h"
@@ -14,11 +15,15 @@
 #define QUIET_NS INT64_C(2000000000)
 #define SHOW_NS  INT64_C(500000000)
 
+/* Nothing is written that would have to wait for a reader: heartbeats would
+ * wait with it. What is left out is told when there is room again. */
 struct beating {
     struct ctl *ctl;
     bool shows_line; /* a line of progress on a terminal */
     bool is_quiet;   /* no data comes, and that was said */
     bool has_any;    /* something came from the sensor */
+    bool has_logged; /* a status was told */
+    uint16_t logged; /* the last one */
     int64_t begun_ns;
     int64_t data_ns; /* when data came last */
     int64_t shown_ns;
@@ -36,7 +41,7 @@ static void show_line(struct beating *b, int64_t now)
 {
     lum_sensor_counters c;
     char name[SESSION_NAME_BYTES];
-    if (!b->shows_line || now < b->shown_ns + SHOW_NS) {
+    if (!b->shows_line || now < b->shown_ns + SHOW_NS || !writable(stderr, 0)) {
         return;
     }
     const double s = (double)(now - b->shown_ns) / 1e9;
@@ -58,7 +63,7 @@ static void look_at_data(struct beating *b, int64_t now, bool has_data)
         b->data_ns = now;
     }
     const bool is_quiet = now > b->data_ns + QUIET_NS;
-    if (is_quiet == b->is_quiet) {
+    if (is_quiet == b->is_quiet || !writable(stderr, 0)) {
         return;
     }
     b->is_quiet = is_quiet;
@@ -77,13 +82,17 @@ static void look_at_data(struct beating *b, int64_t now, bool has_data)
 static bool show_status(struct beating *b, const lum_sensor_event *event)
 {
     struct ctl *ctl = b->ctl;
-    const bool is_news = !ctl->has_status || ctl->status != event->status;
+    const bool is_news = !b->has_logged || b->logged != event->status;
     ctl->has_status = true;
     ctl->status = event->status;
-    if (!is_news) {
+    if (!is_news || !writable(stdout, 0)) {
         return true;
     }
-    clear_line(b);
+    b->has_logged = true;
+    b->logged = event->status;
+    if (writable(stderr, 0)) {
+        clear_line(b);
+    }
     return status_log(ctl, true, event->status);
 }
 
@@ -140,7 +149,7 @@ static void sum_up(const struct beating *b)
     json_uint(&json, "bytes", c.bytes);
     json_uint(&json, "kernel_drops", c.kernel_drops);
     if (ctl->has_status) {
-        report_json(&json, ctl->status);
+        report_json(&json, ctl->status, true);
     }
     json_close_object(&json);
     json_end(&json);
@@ -168,7 +177,9 @@ static enum exit_status beat(struct ctl *ctl)
                         .data_ns = now,
                         .shown_ns = now};
     const struct watch watch = {POLL_NS, status_ask, take, &b};
-    announce(ctl);
+    if (writable(stderr, 0)) {
+        announce(ctl);
+    }
     ctl->has_status = false;
     const enum exit_status status = watch_run(ctl, &watch);
     clear_line(&b);

@@ -1,5 +1,6 @@
-#include "ctl.h"
+#include "laser.h"
 
+#include "../common/interrupt.h"
 #include "report.h"
 #include "session.h"
 #include "text.h"
@@ -11,23 +12,20 @@
 
 /* What keeps the laser down, and what to do. */
 static enum exit_status complain_down(const struct ctl *ctl,
-                                      const struct ctl_answer *answer,
-                                      bool was_refused)
+                                      const struct ctl_answer *answer)
 {
     const uint16_t status = answer->status;
+    const bool is_owned = session_is_owned(ctl, status);
     char name[SESSION_NAME_BYTES];
     char line[REPORT_LINE_BYTES];
     (void)session_name(session_host(ctl), name);
-    if (!answer->has_status) {
-        return ctl_complain(EXIT_FAILED, "no status came that shows it on");
-    }
-    if (report_has_hazard(status)) {
+    if (report_has_hazard(status, is_owned)) {
         (void)ctl_complain(EXIT_HAZARD,
                            "the laser stays down while a hazard stands:");
-        report_status(stderr, status, report_may_colour(stderr));
+        report_status(stderr, status, is_owned, report_may_colour(stderr));
         return EXIT_HAZARD;
     }
-    if (report_is_idle(status)) {
+    if (report_is_idle(status, is_owned)) {
         return ctl_complain(
             EXIT_FAILED,
             "the laser stays down: nobody sends heartbeats. Start lumdump "
@@ -36,25 +34,56 @@ static enum exit_status complain_down(const struct ctl *ctl,
             name, name);
     }
     return ctl_complain(EXIT_FAILED, "the laser did not come up: %s",
-                        was_refused ? "the sensor refused the command"
-                                    : report_line(status, line));
+                        report_line(status, is_owned, line));
+}
+
+enum laser_wish laser_wish_of(const char *text)
+{
+    enum laser_wish wish = LASER_ANY;
+    for (; *text != '\0'; text++) {
+        wish = *text == 'u' ? LASER_ON : *text == 'd' ? LASER_OFF : wish;
+    }
+    return wish;
+}
+
+bool laser_is_as(enum laser_wish wish, const struct ctl_answer *answer)
+{
+    return wish == LASER_ANY ||
+           (answer->has_status &&
+            report_laser_is_up(answer->status) == (wish == LASER_ON));
+}
+
+enum exit_status laser_complain(const struct ctl *ctl, enum laser_wish wish,
+                                const struct ctl_answer *answer)
+{
+    char line[REPORT_LINE_BYTES];
+    if (!answer->has_status) {
+        return ctl_complain(EXIT_FAILED, "no status came that shows it %s",
+                            wish == LASER_ON ? "on" : "off");
+    }
+    if (wish == LASER_ON) {
+        return complain_down(ctl, answer);
+    }
+    return ctl_complain(EXIT_FAILED,
+                        "the laser is ON: the command was answered, and it "
+                        "stays up (%s)",
+                        report_line(answer->status, false, line));
 }
 
 static enum exit_status switch_on(struct ctl *ctl)
 {
     struct ctl_answer answer;
-    char refused[8];
+    struct text_refusal refusal;
     bool was_sent = false;
     const enum exit_status status = text_send(ctl, "u", &answer, &was_sent);
     if (status != EXIT_DONE || !was_sent) {
         return status;
     }
-    const bool has_refused =
-        text_find_refused("u", answer.debug, refused, sizeof refused);
-    const bool is_up =
-        answer.has_status && report_laser_is_up(answer.status) && !has_refused;
+    const bool is_refused = text_find_refusal("u", answer.debug, &refusal);
+    const bool is_on = laser_is_as(LASER_ON, &answer);
+    const bool is_up = is_on && !is_refused;
     if (ctl->options.json) {
-        text_print_json(ctl, "u", is_up ? "" : "u", &answer);
+        text_print_json(ctl, "u", is_up, refusal.names, &answer);
     } else {
         text_print_answer(ctl, is_up ? "laser on" : "laser not on", &answer);
     }
@@ -63,7 +92,10 @@ static enum exit_status switch_on(struct ctl *ctl)
                       "takes several seconds");
         return EXIT_DONE;
     }
-    return complain_down(ctl, &answer, has_refused);
+    if (is_refused) {
+        (void)text_complain_refusal("u", &refusal, answer.debug);
+    }
+    return is_on ? EXIT_FAILED : laser_complain(ctl, LASER_ON, &answer);
 }
 
 static void print_off(const struct ctl *ctl, lum_laser_off result,
@@ -75,8 +107,9 @@ static void print_off(const struct ctl *ctl, lum_laser_off result,
     (void)session_name(session_host(ctl), name);
     if (!ctl->options.json) {
         if (result == LUM_LASER_OFF_SEEN) {
-            (void)printf("%s: laser off; %s\n", name,
-                         report_line(status, line));
+            (void)printf(
+                "%s: laser off; %s\n", name,
+                report_line(status, session_is_owned(ctl, status), line));
         }
         return;
     }
@@ -86,7 +119,7 @@ static void print_off(const struct ctl *ctl, lum_laser_off result,
     json_text(&json, "command", "d");
     json_bool(&json, "done", result == LUM_LASER_OFF_SEEN);
     if (result != LUM_LASER_OFF_UNKNOWN) {
-        report_json(&json, status);
+        report_json(&json, status, session_is_owned(ctl, status));
     }
     json_close_object(&json);
     json_end(&json);
@@ -102,7 +135,9 @@ static enum exit_status switch_off(struct ctl *ctl)
         return opened;
     }
     lum_sensor_give_up(ctl->sensor);
+    interrupt_hold();
     const lum_laser_off result = lum_sensor_laser_off(ctl->sensor, &status);
+    interrupt_release();
     print_off(ctl, result, status);
     if (result == LUM_LASER_OFF_UNKNOWN) {
         return ctl_complain(
@@ -119,7 +154,7 @@ static enum exit_status switch_off(struct ctl *ctl)
             EXIT_FAILED,
             "the laser is ON: it answers the command, and stays up (%s). End "
             "whatever sends heartbeats, or cut its power",
-            report_line(status, line));
+            report_line(status, false, line));
     }
     return EXIT_DONE;
 }

@@ -197,7 +197,7 @@ bool options_parse_host(const char *text, lum_endpoint *out)
     }
     found.port = (uint16_t)port;
     *out = found;
-    return session_is_host(found.address);
+    return lum_address_is_host(found.address);
 }
 
 const char *options_name(unsigned own)

@@ -37,17 +37,30 @@ static const char *const meanings[LUM_LASER_BITS] = {
 
 bool report_laser_is_up(uint16_t status)
 {
-    return (status & LUM_LASER_TLV_CMD_ON) != 0 && !lum_laser_is_down(status);
+    return !lum_laser_is_down(status);
 }
 
-bool report_is_idle(uint16_t status)
+bool report_lacks_heartbeats(uint16_t status)
 {
     return (status & LUM_LASER_HAZARDS) == LUM_LASER_HEARTBEAT_TIMEOUT;
 }
 
-bool report_has_hazard(uint16_t status)
+bool report_is_idle(uint16_t status, bool is_owned)
 {
-    return lum_laser_has_hazard(status) && !report_is_idle(status);
+    return report_lacks_heartbeats(status) && !is_owned;
+}
+
+bool report_has_hazard(uint16_t status, bool is_owned)
+{
+    return lum_laser_has_hazard(status) && !report_is_idle(status, is_owned);
+}
+
+const char *report_aside(uint16_t status, bool is_owned)
+{
+    if (!report_lacks_heartbeats(status)) {
+        return "";
+    }
+    return is_owned ? ", its owner's heartbeats do not come" : ", idle";
 }
 
 static bool has_bit(uint16_t status, unsigned bit)
@@ -60,11 +73,12 @@ static bool is_hazard(unsigned bit)
     return (LUM_LASER_HAZARDS >> bit & 1u) != 0;
 }
 
-const char *report_line(uint16_t status, char out[REPORT_LINE_BYTES])
+const char *report_line(uint16_t status, bool is_owned,
+                        char out[REPORT_LINE_BYTES])
 {
     size_t n = (size_t)snprintf(out, REPORT_LINE_BYTES, "laser %s%s",
                                 report_laser_is_up(status) ? "up" : "down",
-                                report_is_idle(status) ? ", idle" : "");
+                                report_aside(status, is_owned));
     const char *before = ": ";
     for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
         if (has_bit(status, bit)) {
@@ -76,24 +90,24 @@ const char *report_line(uint16_t status, char out[REPORT_LINE_BYTES])
     return out;
 }
 
-static const char *kind_of(uint16_t status, unsigned bit)
+static const char *kind_of(uint16_t status, bool is_owned, unsigned bit)
 {
     if (!is_hazard(bit)) {
         return "info";
     }
-    return report_is_idle(status) ? "idle" : "HAZARD";
+    return report_is_idle(status, is_owned) ? "idle" : "HAZARD";
 }
 
-void report_status(FILE *out, uint16_t status, bool in_colour)
+void report_status(FILE *out, uint16_t status, bool is_owned, bool in_colour)
 {
     for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
         if (!has_bit(status, bit)) {
             continue;
         }
         const bool is_red =
-            in_colour && is_hazard(bit) && !report_is_idle(status);
+            in_colour && is_hazard(bit) && !report_is_idle(status, is_owned);
         (void)fprintf(out, "  %s%-6s  %-17s%s%s%s\n", is_red ? RED : "",
-                      kind_of(status, bit), lum_laser_bit_name(bit),
+                      kind_of(status, is_owned, bit), lum_laser_bit_name(bit),
                       is_red ? NORMAL : "", *meanings[bit] != '\0' ? "  " : "",
                       meanings[bit]);
     }
@@ -110,7 +124,7 @@ static void put_bits(struct json *json, const char *key, uint16_t bits)
     json_close_array(json);
 }
 
-void report_json(struct json *json, uint16_t status)
+void report_json(struct json *json, uint16_t status, bool is_owned)
 {
     char hex[8];
     (void)snprintf(hex, sizeof hex, "0x%04x", (unsigned)status);
@@ -119,7 +133,16 @@ void report_json(struct json *json, uint16_t status)
     put_bits(json, "bits", status);
     put_bits(json, "hazards", status & LUM_LASER_HAZARDS);
     json_text(json, "laser", report_laser_is_up(status) ? "up" : "down");
-    json_bool(json, "idle", report_is_idle(status));
+    json_bool(json, "idle", report_is_idle(status, is_owned));
+}
+
+void report_json_trip(struct json *json, int64_t round_trip_ns)
+{
+    if (round_trip_ns > 0) {
+        json_real(json, "round_trip_ms", (double)round_trip_ns / 1e6, 3);
+    } else {
+        json_null(json, "round_trip_ms");
+    }
 }
 
 void report_debug(FILE *out, const char *text)

@@ -8,24 +8,36 @@
 #include <stdint.h>
 #include <stdio.h>
 
-/* Switched on by a command, and nothing keeps it down. */
+/* Nothing keeps it down. */
 bool report_laser_is_up(uint16_t status);
 
-/* HEARTBEAT_TIMEOUT is the only hazard: nobody owns the session. */
-bool report_is_idle(uint16_t status);
+/* HEARTBEAT_TIMEOUT is the only hazard. */
+bool report_lacks_heartbeats(uint16_t status);
+
+/* Nobody sends heartbeats, and nobody should. Here and below is_owned, which
+ * session_is_owned() tells, says that some session has to send them. */
+bool report_is_idle(uint16_t status, bool is_owned);
 
 /* A hazard other than idleness. */
-bool report_has_hazard(uint16_t status);
+bool report_has_hazard(uint16_t status, bool is_owned);
 
 /* "laser down: FAN_PWM_BAD, TLV_CMD_ON", hazards first. Returns out. */
 #define REPORT_LINE_BYTES 400
-const char *report_line(uint16_t status, char out[REPORT_LINE_BYTES]);
+const char *report_line(uint16_t status, bool is_owned,
+                        char out[REPORT_LINE_BYTES]);
+
+/* What stands behind "laser down" in it: ", idle", that the owner is silent, or
+ * nothing. */
+const char *report_aside(uint16_t status, bool is_owned);
 
 /* A line for each bit, hazards first, with what it means and what to do. */
-void report_status(FILE *out, uint16_t status, bool in_colour);
+void report_status(FILE *out, uint16_t status, bool is_owned, bool in_colour);
 
 /* The keys status, status_hex, bits, hazards, laser, idle. */
-void report_json(struct json *json, uint16_t status);
+void report_json(struct json *json, uint16_t status, bool is_owned);
+
+/* The key round_trip_ms; null where it is 0, which is not known. */
+void report_json_trip(struct json *json, int64_t round_trip_ns);
 
 /* Each line of what the sensor says. */
 void report_debug(FILE *out, const char *text);

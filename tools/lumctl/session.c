@@ -1,6 +1,7 @@
 #include "session.h"
 
 #include "../common/number.h"
+#include "../common/writable.h"
 #include "report.h"
 
 #include "lum/base/time.h"
@@ -31,12 +32,11 @@ lum_endpoint session_host(const struct ctl *ctl)
                                : ctl->options.host;
 }
 
-bool session_is_host(uint32_t address)
+bool session_is_owned(const struct ctl *ctl, uint16_t status)
 {
-    uint8_t packet[LUM_SET_IP_BYTES];
-    lum_layout layout;
-    lum_layout_default(&layout);
-    return lum_set_ip_encode(packet, &layout, address) == LUM_OK;
+    return report_lacks_heartbeats(status) &&
+           (ctl->owns || lum_sensor_is_owned(session_host(ctl),
+                                             ctl->options.interface, NULL));
 }
 
 lum_net_result session_try(const struct ctl *ctl, lum_endpoint host, bool owns,
@@ -135,11 +135,12 @@ void session_read_answer(struct ctl *ctl, const lum_sensor_event *event,
     const uint16_t *numbers = ctl->layout.profile.tlv;
     lum_tlv_reader reader = event->tlvs;
     lum_tlv tlv;
-    *out = (struct ctl_answer){.has_status = event->has_status,
-                               .status = event->status,
-                               .tries = event->tries,
-                               .round_trip_ns =
-                                   event->received_ns - event->sent_ns};
+    *out = (struct ctl_answer){
+        .has_status = event->has_status,
+        .status = event->status,
+        .tries = event->tries,
+        .round_trip_ns =
+            event->tries == 1 ? event->received_ns - event->sent_ns : 0};
     if (event->has_status) {
         ctl->has_status = true;
         ctl->status = event->status;
@@ -151,6 +152,12 @@ void session_read_answer(struct ctl *ctl, const lum_sensor_event *event,
             add_other(out->others, sizeof out->others, &tlv);
         }
     }
+}
+
+/* What owns the sensor waits for no reader: its heartbeats come first. */
+static bool may_tell(const struct ctl *ctl)
+{
+    return !ctl->owns || writable(stderr, 0);
 }
 
 /* Told whatever --quiet says: it is the sensor that speaks. */
@@ -167,10 +174,10 @@ void session_note_status(struct ctl *ctl, uint16_t status)
 {
     char name[SESSION_NAME_BYTES];
     char text[REPORT_LINE_BYTES];
-    if (!ctl->has_status || ctl->status != status) {
+    if ((!ctl->has_status || ctl->status != status) && may_tell(ctl)) {
         (void)fprintf(stderr, "lumctl: %s: %s\n",
                       session_name(session_host(ctl), name),
-                      report_line(status, text));
+                      report_line(status, session_is_owned(ctl, status), text));
     }
     ctl->has_status = true;
     ctl->status = status;
@@ -189,6 +196,9 @@ static void tell_texts(struct ctl *ctl, const lum_sensor_event *event)
 
 void session_tell(struct ctl *ctl, const lum_sensor_event *event)
 {
+    if (!may_tell(ctl)) {
+        return;
+    }
     if (event->kind == LUM_SENSOR_ALERT) {
         tell_texts(ctl, event);
     } else if (event->kind == LUM_SENSOR_LINK && event->is_up) {
@@ -218,6 +228,14 @@ void session_rest(struct ctl *ctl, int64_t ns)
         if (kind == LUM_SENSOR_CANCELLED || kind == LUM_SENSOR_FAILED) {
             return;
         }
+    }
+}
+
+void session_keep_alive(struct ctl *ctl)
+{
+    lum_sensor_event event;
+    if (ctl->sensor != NULL) {
+        lum_sensor_receive(ctl->sensor, 0, &event);
     }
 }
 

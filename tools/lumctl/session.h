@@ -17,7 +17,8 @@ enum exit_status session_open_at(const struct ctl *ctl, lum_endpoint host,
 void session_replace(struct ctl *ctl, lum_sensor *sensor, bool owns);
 
 /* Texts of the sensor that came unasked, and the state of the link, on standard
- * error. */
+ * error. A session that owns the sensor leaves out what would have to wait for
+ * a reader. */
 void session_tell(struct ctl *ctl, const lum_sensor_event *event);
 
 /* Waits for an event. What comes unasked is told on standard error, data is
@@ -31,6 +32,10 @@ enum exit_status session_finish(struct ctl *ctl, lum_sensor_event *out);
 
 /* Lets time pass, and takes what comes meanwhile. */
 void session_rest(struct ctl *ctl, int64_t ns);
+
+/* Lets the session that there may be send what is due, without a wait. What it
+ * receives is not told. */
+void session_keep_alive(struct ctl *ctl);
 
 /* What an answer holds. */
 void session_read_answer(struct ctl *ctl, const lum_sensor_event *event,
@@ -47,14 +52,15 @@ const char *session_name(lum_endpoint host, char out[SESSION_NAME_BYTES]);
 /* Who the commands talk to now. */
 lum_endpoint session_host(const struct ctl *ctl);
 
+/* Whether a session of this host has to send heartbeats: this one, or another
+ * program's. Not looked for, and false, where the status shows no need. */
+bool session_is_owned(const struct ctl *ctl, uint16_t status);
+
 /* Nobody answered: says so and what to do. */
 enum exit_status session_complain_silence(const struct ctl *ctl,
                                           unsigned tries);
 
 /* Whether a datagram is a data packet of the sensor. */
 bool session_is_data(const struct ctl *ctl, const lum_received *datagram);
-
-/* Whether a sensor can have this address. */
-bool session_is_host(uint32_t address);
 
 #endif

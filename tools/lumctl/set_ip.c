@@ -12,6 +12,9 @@
 #define LOOKS_NEW  3u /* tries at the new address in each round */
 #define LOOKS_ELSE 2u
 #define LOOK_MS    200u
+#define FIRST_MS   100u /* before anything is sent */
+#define FIRST      3u
+#define SLOT_NS    INT64_C(50000000) /* longest that a session is left alone */
 
 /* Where a sensor has been seen to answer. */
 enum found {
@@ -40,14 +43,16 @@ static lum_endpoint reverse(lum_endpoint host)
     return out;
 }
 
-static bool await_time(lum_sensor *sensor, lum_error *error)
+/* Meanwhile the session of a shell goes on: it may own the sensor. */
+static bool await_time(struct ctl *ctl, lum_sensor *sensor, lum_error *error)
 {
     lum_sensor_event event;
     if (lum_sensor_request_time(sensor) != LUM_OK) {
         return false;
     }
     for (;;) {
-        lum_sensor_receive(sensor, INT64_MAX, &event);
+        session_keep_alive(ctl);
+        lum_sensor_receive(sensor, lum_time_monotonic_ns() + SLOT_NS, &event);
         if (event.kind == LUM_SENSOR_LINK && !event.is_up) {
             *error = event.error;
         } else if (event.kind == LUM_SENSOR_TIME) {
@@ -61,19 +66,25 @@ static bool await_time(lum_sensor *sensor, lum_error *error)
 }
 
 /* Whether somebody answers a timestamp there. */
-static bool is_alive(struct move *m, lum_endpoint host, unsigned tries)
+static bool answers(struct move *m, lum_endpoint host, unsigned tries,
+                    uint32_t try_ms)
 {
     struct ctl looking = *m->ctl;
     lum_sensor *sensor = NULL;
-    looking.options.timeout_ms = LOOK_MS;
+    looking.options.timeout_ms = try_ms;
     looking.options.retries = tries - 1;
     if (lum_cancel_is_raised(m->ctl->cancel) ||
         session_try(&looking, host, false, &sensor, &m->error) != LUM_NET_OK) {
         return false;
     }
-    const bool answers = await_time(sensor, &m->error);
+    const bool has_answered = await_time(m->ctl, sensor, &m->error);
     lum_sensor_close(sensor);
-    return answers;
+    return has_answered;
+}
+
+static bool is_alive(struct move *m, lum_endpoint host, unsigned tries)
+{
+    return answers(m, host, tries, LOOK_MS);
 }
 
 static enum exit_status send_once(const struct move *m)
@@ -86,18 +97,25 @@ static enum exit_status send_once(const struct move *m)
     return EXIT_DONE;
 }
 
-/* Another sensor has the new address: two with one address could not be told
- * apart any more. */
+/* An answer at the new address proves a move only where nobody answered before;
+ * and two sensors with one address could not be told apart any more. */
 static bool is_taken(struct move *m)
 {
-    return m->new.address != m->old.address &&is_alive(m, m->new, 1) &&
-           is_alive(m, m->old, LOOKS_ELSE);
+    const bool is_other = m->new.address != m->old.address;
+    return is_other && answers(m, m->new, FIRST, FIRST_MS);
 }
 
-static enum exit_status complain_taken(const struct move *m)
+static enum exit_status complain_taken(struct move *m)
 {
     char new[SESSION_NAME_BYTES];
     char old[SESSION_NAME_BYTES];
+    if (!is_alive(m, m->old, LOOKS_ELSE)) {
+        return ctl_complain(EXIT_FAILED,
+                            "%s answers already; nothing was sent. If that is "
+                            "your sensor, say --host %s; if it is another, "
+                            "choose another address",
+                            session_name(m->new, new), new);
+    }
     return ctl_complain(EXIT_FAILED,
                         "another sensor has %s already, beside the one at %s: "
                         "nothing was sent; choose another address",
@@ -123,7 +141,7 @@ static enum exit_status carry_out(struct move *m, enum found *found)
     }
     if (is_old || is_alive(m, m->old, LOOKS_ELSE)) {
         *found = FOUND_OLD;
-    } else if (session_is_host(m->reversed.address) &&
+    } else if (lum_address_is_host(m->reversed.address) &&
                is_alive(m, m->reversed, LOOKS_ELSE)) {
         *found = FOUND_REVERSED;
     }
@@ -234,6 +252,9 @@ static enum exit_status move(struct ctl *ctl, uint32_t address)
     m.reversed = reverse(m.new);
     if (is_taken(&m)) {
         return complain_taken(&m);
+    }
+    if (lum_cancel_is_raised(ctl->cancel)) {
+        return ctl_complain(EXIT_FAILED, "interrupted: nothing was sent");
     }
     m.error.text[0] = '\0';
     status = carry_out(&m, &found);

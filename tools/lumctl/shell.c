@@ -1,9 +1,9 @@
 #include "../common/interrupt.h"
-#include "../common/number.h"
 #include "ctl.h"
 #include "line.h"
 #include "line_plain.h"
 #include "report.h"
+#include "session.h"
 #include "words.h"
 
 #include "lum/base/time.h"
@@ -42,11 +42,6 @@ static const char *history_path(char out[PATH_BYTES])
     return n > 0 && n < PATH_BYTES ? out : NULL;
 }
 
-static const char *sensor_name(const struct shell *s, char out[16])
-{
-    return number_format_address(s->ctl->options.host.address, out);
-}
-
 static void show_status(struct shell *s, uint16_t status)
 {
     char text[REPORT_LINE_BYTES];
@@ -57,7 +52,7 @@ static void show_status(struct shell *s, uint16_t status)
     s->status = status;
     s->ctl->has_status = true;
     s->ctl->status = status;
-    line_above(report_line(status, text));
+    line_above(report_line(status, session_is_owned(s->ctl, status), text));
 }
 
 static void show_texts(const struct shell *s, const lum_sensor_event *event)
@@ -77,14 +72,14 @@ static void show_texts(const struct shell *s, const lum_sensor_event *event)
 static void show_silence(struct shell *s, bool is_silent)
 {
     char text[128];
-    char address[16];
+    char name[SESSION_NAME_BYTES];
     if (s->is_silent == is_silent) {
         return;
     }
     s->is_silent = is_silent;
-    (void)snprintf(text, sizeof text, "%s %s", sensor_name(s, address),
-                   is_silent ? "does not answer; try: doctor"
-                             : "answers again");
+    (void)snprintf(
+        text, sizeof text, "%s %s", session_name(session_host(s->ctl), name),
+        is_silent ? "does not answer; try: doctor" : "answers again");
     line_above(text);
 }
 
@@ -272,15 +267,17 @@ static void loop(struct shell *s)
     }
 }
 
-/* Heartbeats end with the shell; a laser that is on is not left to the
- * sensor's timeout. */
+/* Heartbeats end with the shell; a laser that may be on is not left to the
+ * sensor's timeout, whatever the last status said: a `laser on` may be on its
+ * way. */
 static enum exit_status put_laser_down(struct shell *s)
 {
     uint16_t status = 0;
-    if (s->knows && !report_laser_is_up(s->status)) {
-        return EXIT_DONE;
-    }
-    if (lum_sensor_laser_off(s->ctl->sensor, &status) == LUM_LASER_OFF_SEEN) {
+    lum_sensor_give_up(s->ctl->sensor);
+    interrupt_hold();
+    const lum_laser_off end = lum_sensor_laser_off(s->ctl->sensor, &status);
+    interrupt_release();
+    if (end == LUM_LASER_OFF_SEEN) {
         ctl_note(s->ctl, "the laser is off");
         return EXIT_DONE;
     }
@@ -314,7 +311,7 @@ enum exit_status command_shell(struct ctl *ctl, int count, char **words)
     loop(&s);
     line_close();
     ctl->in_shell = false;
-    if (ctl->options.heartbeat) {
+    if (ctl->owns) {
         const enum exit_status down = put_laser_down(&s);
         return s.first != EXIT_DONE ? s.first : down;
     }

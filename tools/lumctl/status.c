@@ -16,7 +16,7 @@ lum_result status_ask(lum_sensor *sensor)
 }
 
 static void log_json(const char *when, const char *name, bool has_status,
-                     uint16_t status)
+                     uint16_t status, bool is_owned)
 {
     struct json json;
     json_init(&json, stdout);
@@ -25,7 +25,7 @@ static void log_json(const char *when, const char *name, bool has_status,
     json_text(&json, "sensor", name);
     json_bool(&json, "answers", has_status);
     if (has_status) {
-        report_json(&json, status);
+        report_json(&json, status, is_owned);
     }
     json_close_object(&json);
     json_end(&json);
@@ -36,13 +36,14 @@ bool status_log(const struct ctl *ctl, bool has_status, uint16_t status)
     char name[SESSION_NAME_BYTES];
     char line[REPORT_LINE_BYTES];
     char when[REPORT_UTC_BYTES];
+    const bool is_owned = has_status && session_is_owned(ctl, status);
     (void)report_utc(lum_time_utc_ns(), when);
     (void)session_name(session_host(ctl), name);
     if (ctl->options.json) {
-        log_json(when, name, has_status, status);
+        log_json(when, name, has_status, status, is_owned);
     } else {
         (void)printf("%s %s: %s\n", when, name,
-                     has_status ? report_line(status, line)
+                     has_status ? report_line(status, is_owned, line)
                                 : "does not answer");
     }
     return report_flush();
@@ -54,23 +55,37 @@ struct watching {
     bool has_shown;
     bool is_silent;
     uint16_t status;
-    int64_t round_trip_ns; /* of the last poll; 0: an alert came instead */
+    int64_t round_trip_ns; /* of the last poll; 0: not known */
 };
 
-static void print_head(const struct ctl *ctl, uint16_t status,
-                       int64_t round_trip_ns)
+/* Whose heartbeats do not come. */
+static void print_owner(const struct ctl *ctl)
+{
+    lum_error who = {""};
+    if (!ctl->owns &&
+        lum_sensor_is_owned(session_host(ctl), ctl->options.interface, &who)) {
+        (void)printf("  %s\n", who.text);
+    }
+}
+
+static void print_status(const struct ctl *ctl, uint16_t status, bool is_owned,
+                         int64_t round_trip_ns)
 {
     char name[SESSION_NAME_BYTES];
     (void)printf("%s: laser %s%s, status 0x%04x",
                  session_name(session_host(ctl), name),
                  report_laser_is_up(status) ? "up" : "down",
-                 report_is_idle(status) ? ", idle" : "", (unsigned)status);
+                 report_aside(status, is_owned), (unsigned)status);
     if (round_trip_ns > 0) {
         (void)printf(", round trip %.2f ms", (double)round_trip_ns / 1e6);
     }
     (void)putchar('\n');
     if (status == 0) {
-        (void)puts("  no bit is set: not switched on since it booted");
+        (void)puts("  no bit is set: nothing keeps the laser down");
+    }
+    report_status(stdout, status, is_owned, report_may_colour(stdout));
+    if (is_owned) {
+        print_owner(ctl);
     }
 }
 
@@ -84,8 +99,8 @@ static bool redraw(const struct watching *w)
         (void)printf("%s: does not answer\n",
                      session_name(session_host(w->ctl), name));
     } else {
-        print_head(w->ctl, w->status, w->round_trip_ns);
-        report_status(stdout, w->status, report_may_colour(stdout));
+        print_status(w->ctl, w->status, session_is_owned(w->ctl, w->status),
+                     w->round_trip_ns);
     }
     return report_flush();
 }
@@ -109,7 +124,7 @@ static bool take(void *context, const lum_sensor_event *event)
     switch (event->kind) {
     case LUM_SENSOR_ANSWER:
     case LUM_SENSOR_ALERT:
-        w->round_trip_ns = event->kind == LUM_SENSOR_ANSWER
+        w->round_trip_ns = event->kind == LUM_SENSOR_ANSWER && event->tries == 1
                                ? event->received_ns - event->sent_ns
                                : 0;
         if (!event->has_status) {
@@ -144,28 +159,29 @@ static enum exit_status watch(struct ctl *ctl)
                    ? EXIT_DONE
                    : session_complain_silence(ctl, ctl->options.retries + 1);
     }
-    return ctl_status_exit(w.status);
+    return ctl_status_exit(w.status, session_is_owned(ctl, w.status));
 }
 
-static void print_json(const struct ctl *ctl, const struct ctl_answer *answer)
+static void print_json(const struct ctl *ctl, const struct ctl_answer *answer,
+                       bool is_owned)
 {
     char name[SESSION_NAME_BYTES];
     struct json json;
     json_init(&json, stdout);
     json_open_object(&json, NULL);
     json_text(&json, "sensor", session_name(session_host(ctl), name));
-    report_json(&json, answer->status);
+    report_json(&json, answer->status, is_owned);
     report_json_lines(&json, "debug", answer->debug);
     json_uint(&json, "tries", answer->tries);
-    json_real(&json, "round_trip_ms", (double)answer->round_trip_ns / 1e6, 3);
+    report_json_trip(&json, answer->round_trip_ns);
     json_close_object(&json);
     json_end(&json);
 }
 
-static void print(const struct ctl *ctl, const struct ctl_answer *answer)
+static void print(const struct ctl *ctl, const struct ctl_answer *answer,
+                  bool is_owned)
 {
-    print_head(ctl, answer->status, answer->round_trip_ns);
-    report_status(stdout, answer->status, report_may_colour(stdout));
+    print_status(ctl, answer->status, is_owned, answer->round_trip_ns);
     report_debug(stdout, answer->debug);
 }
 
@@ -192,10 +208,11 @@ enum exit_status command_status(struct ctl *ctl, int count, char **words)
                             "number of it differs, a profile says so (tlv: "
                             "{status: N}); lumctl tlv shows what it sends");
     }
+    const bool is_owned = session_is_owned(ctl, answer.status);
     if (ctl->options.json) {
-        print_json(ctl, &answer);
+        print_json(ctl, &answer, is_owned);
     } else {
-        print(ctl, &answer);
+        print(ctl, &answer, is_owned);
     }
-    return ctl_status_exit(answer.status);
+    return ctl_status_exit(answer.status, is_owned);
 }

@@ -1,6 +1,7 @@
 #include "text.h"
 
 #include "../common/number.h"
+#include "laser.h"
 #include "report.h"
 #include "session.h"
 
@@ -10,10 +11,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#define TEXT_BYTES 1024
-
 /* What each command is called where it is refused. */
-static const char *const names[LUM_COMMANDS] = {
+static const char *const command_names[LUM_COMMANDS] = {
     "laser on",
     "laser off",
     "power",
@@ -50,7 +49,7 @@ static enum exit_status refuse_value(const char *word, int len)
                        (unsigned)spec->step);
     }
     return ctl_complain(EXIT_BAD, "'%.*s': %s is %u to %u%s", len, word,
-                        names[index], (unsigned)spec->min, (unsigned)spec->max,
+                        command_names[index], (unsigned)spec->min, (unsigned)spec->max,
                         steps);
 }
 
@@ -103,24 +102,123 @@ static bool names_word(const char *text, const char *word, size_t len)
     return false;
 }
 
-/* The commands that the answer's debug text names, parted by spaces. */
-bool text_find_refused(const char *text, const char *debug, char *out,
-                       size_t size)
+#define LINE_BYTES sizeof((struct ctl_answer *)0)->debug
+
+/* The next line of debug texts in lower case beside the line itself. False:
+ * there is none. */
+static bool next_line(const char **debug, char *line, char *lower)
 {
-    size_t n = 0;
-    out[0] = '\0';
+    const size_t len = strcspn(*debug, "\n");
+    const size_t n = len < LINE_BYTES ? len : LINE_BYTES - 1;
+    if (**debug == '\0') {
+        return false;
+    }
+    for (size_t i = 0; i < n; i++) {
+        line[i] = (*debug)[i];
+        lower[i] = (char)tolower((unsigned char)line[i]);
+    }
+    line[n] = '\0';
+    lower[n] = '\0';
+    *debug += len + ((*debug)[len] == '\n' ? 1u : 0u);
+    return true;
+}
+
+static bool refuses(const char *lower)
+{
+    static const char *const stems[] = {
+        "refus",     "reject",  "invalid",     "error",
+        "unknown",   "denied",  "cannot",      "out of range",
+        "malformed", "illegal", "not allowed", "unsupported"};
+    for (size_t i = 0; i < sizeof stems / sizeof stems[0]; i++) {
+        if (strstr(lower, stems[i]) != NULL) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Whether a line plainly says that what it names was done. */
+static bool confirms(const char *lower)
+{
+    static const char *const yes[] = {"set", "done", "ok", "accepted",
+                                      "applied"};
+    static const char *const no[] = {"not",    "no",  "range", "limit",
+                                     "failed", "max", "min",   "must"};
+    bool has_yes = false;
+    for (size_t i = 0; i < sizeof yes / sizeof yes[0]; i++) {
+        has_yes = has_yes || names_word(lower, yes[i], strlen(yes[i]));
+    }
+    for (size_t i = 0; i < sizeof no / sizeof no[0]; i++) {
+        has_yes = has_yes && !names_word(lower, no[i], strlen(no[i]));
+    }
+    return has_yes && !refuses(lower);
+}
+
+static void add_name(struct text_refusal *out, const char *word, size_t len)
+{
+    const size_t n = strlen(out->names);
+    if (!names_word(out->names, word, len)) {
+        (void)snprintf(out->names + n, sizeof out->names - n, "%s%.*s",
+                       n != 0 ? " " : "", (int)len, word);
+    }
+}
+
+/* Notes the commands that a line refuses. */
+static void read_line(const char *text, const char *line, const char *lower,
+                      struct text_refusal *out)
+{
+    const bool is_confirmation = confirms(lower);
+    bool is_named = false;
     while (*text != '\0') {
         const size_t len = strcspn(text, " ");
-        if (names_word(debug, text, len)) {
-            n += (size_t)snprintf(out + n, size - n, "%s%.*s",
-                                  n != 0 ? " " : "", (int)len, text);
+        const bool is_here = names_word(line, text, len);
+        is_named = is_named || is_here;
+        if (is_here && !is_confirmation) {
+            add_name(out, text, len);
         }
         text += len + (text[len] == ' ' ? 1u : 0u);
     }
-    return n != 0;
+    out->has_unnamed = out->has_unnamed || (!is_named && refuses(lower));
 }
 
-void text_print_json(const struct ctl *ctl, const char *text,
+bool text_find_refusal(const char *text, const char *debug,
+                       struct text_refusal *out)
+{
+    char line[LINE_BYTES];
+    char lower[LINE_BYTES];
+    out->names[0] = '\0';
+    out->has_unnamed = false;
+    while (next_line(&debug, line, lower)) {
+        read_line(text, line, lower, out);
+    }
+    return out->names[0] != '\0' || out->has_unnamed;
+}
+
+enum exit_status text_complain_refusal(const char *text,
+                                       const struct text_refusal *refusal,
+                                       const char *debug)
+{
+    char reason[LINE_BYTES];
+    const bool is_all = strcmp(refusal->names, text) == 0;
+    (void)snprintf(reason, sizeof reason, "%s", debug);
+    for (char *at = reason; *at != '\0'; at++) {
+        *at = *at == '\n' ? ';' : *at;
+    }
+    if (refusal->names[0] == '\0') {
+        return ctl_complain(EXIT_FAILED,
+                            "the answer to '%s' speaks of a refusal and does "
+                            "not name what was refused: %s",
+                            text, reason);
+    }
+    return ctl_complain(EXIT_FAILED, "the sensor refused '%s'%s: %s",
+                        refusal->names,
+                        is_all                 ? ""
+                        : refusal->has_unnamed ? " and more"
+                                               : "; the others are done",
+                        reason);
+}
+
+void text_print_json(const struct ctl *ctl, const char *text, bool is_done,
                      const char *refused, const struct ctl_answer *answer)
 {
     struct json json;
@@ -130,16 +228,17 @@ void text_print_json(const struct ctl *ctl, const char *text,
     json_text(&json, "sensor", session_name(session_host(ctl), name));
     if (text != NULL) {
         json_text(&json, "command", text);
-        json_bool(&json, "done", *refused == '\0');
+        json_bool(&json, "done", is_done);
         json_text(&json, "refused", refused);
     }
     if (answer->has_status) {
-        report_json(&json, answer->status);
+        report_json(&json, answer->status,
+                    session_is_owned(ctl, answer->status));
     }
     report_json_lines(&json, "debug", answer->debug);
     report_json_lines(&json, "tlvs", answer->others);
     json_uint(&json, "tries", answer->tries);
-    json_real(&json, "round_trip_ms", (double)answer->round_trip_ns / 1e6, 3);
+    report_json_trip(&json, answer->round_trip_ns);
     json_close_object(&json);
     json_end(&json);
 }
@@ -150,8 +249,10 @@ void text_print_answer(const struct ctl *ctl, const char *what,
     char name[SESSION_NAME_BYTES];
     char line[REPORT_LINE_BYTES];
     (void)printf("%s: %s; %s\n", session_name(session_host(ctl), name), what,
-                 answer->has_status ? report_line(answer->status, line)
-                                    : "the answer bore no status");
+                 answer->has_status
+                     ? report_line(answer->status,
+                                   session_is_owned(ctl, answer->status), line)
+                     : "the answer bore no status");
     report_debug(stdout, answer->debug);
     if (*answer->others != '\0') {
         (void)puts(answer->others);
@@ -192,28 +293,31 @@ enum exit_status text_send(struct ctl *ctl, const char *text,
 enum exit_status ctl_command_text(struct ctl *ctl, const char *text)
 {
     struct ctl_answer answer;
-    char refused[TEXT_BYTES + 1];
+    struct text_refusal refusal;
     char what[TEXT_BYTES + 16];
     bool was_sent = false;
     const enum exit_status status = text_send(ctl, text, &answer, &was_sent);
     if (status != EXIT_DONE || !was_sent) {
         return status;
     }
-    const bool has_refused =
-        text_find_refused(text, answer.debug, refused, sizeof refused);
+    const bool is_refused = text_find_refusal(text, answer.debug, &refusal);
+    const enum laser_wish wish = laser_wish_of(text);
+    const bool is_as_wished = laser_is_as(wish, &answer);
+    const bool is_done = !is_refused && is_as_wished;
     if (ctl->options.json) {
-        text_print_json(ctl, text, refused, &answer);
+        text_print_json(ctl, text, is_done, refusal.names, &answer);
     } else {
         (void)snprintf(what, sizeof what, "%s %s", text,
-                       has_refused ? "sent" : "done");
+                       is_done ? "done" : "sent");
         text_print_answer(ctl, what, &answer);
     }
-    if (has_refused) {
-        return ctl_complain(EXIT_FAILED, "the sensor refused '%s'%s", refused,
-                            strcmp(refused, text) != 0 ? "; the others are done"
-                                                       : "");
+    if (is_refused) {
+        (void)text_complain_refusal(text, &refusal, answer.debug);
     }
-    return EXIT_DONE;
+    if (!is_as_wished) {
+        return laser_complain(ctl, wish, &answer);
+    }
+    return is_done ? EXIT_DONE : EXIT_FAILED;
 }
 
 enum exit_status command_send(struct ctl *ctl, int count, char **words)
@@ -302,7 +406,7 @@ enum exit_status command_tlv(struct ctl *ctl, int count, char **words)
         ctl_request(ctl, packet + LUM_TLV_PACKET_BYTES,
                     writer.len - LUM_TLV_PACKET_BYTES, &answer, &was_sent);
     if (status == EXIT_DONE && was_sent && ctl->options.json) {
-        text_print_json(ctl, NULL, "", &answer);
+        text_print_json(ctl, NULL, true, "", &answer);
     } else if (status == EXIT_DONE && was_sent) {
         text_print_answer(ctl, "answered", &answer);
     }

@@ -8,17 +8,34 @@
 enum exit_status text_send(struct ctl *ctl, const char *text,
                            struct ctl_answer *answer, bool *was_sent);
 
-/* The commands of a text that the answer's debug text names, parted by spaces,
- * which means that the sensor refused them. False if there are none. */
-bool text_find_refused(const char *text, const char *debug, char *out,
-                       size_t size);
+#define TEXT_BYTES 1024 /* longest text of commands */
+
+/* What an answer's debug texts refuse. */
+struct text_refusal {
+    char names[TEXT_BYTES + 1]; /* commands, parted by spaces; may be empty */
+    bool has_unnamed;           /* something that is not named, too */
+};
+
+/* Reads debug texts, a line each, as an answer to a text of commands parted by
+ * spaces. A line that names a command refuses it, since the sensor names what
+ * it refuses in words that are not known, unless the line plainly confirms it
+ * ("50p set"). A line that speaks of a refusal and names no command refuses
+ * something unnamed. False: nothing was refused. */
+bool text_find_refusal(const char *text, const char *debug,
+                       struct text_refusal *out);
+
+/* Says what was refused, and the sensor's own words. Returns EXIT_FAILED. */
+enum exit_status text_complain_refusal(const char *text,
+                                       const struct text_refusal *refusal,
+                                       const char *debug);
 
 /* Prints a command's outcome for people: what has become of it. */
 void text_print_answer(const struct ctl *ctl, const char *what,
                        const struct ctl_answer *answer);
 
-/* As JSON. text NULL: it was no command text. refused "": nothing was. */
-void text_print_json(const struct ctl *ctl, const char *text,
+/* As JSON. text NULL: it was no command text, and the next two count for
+ * nothing. refused: the commands that the sensor named; may be empty. */
+void text_print_json(const struct ctl *ctl, const char *text, bool is_done,
                      const char *refused, const struct ctl_answer *answer);
 
 #endif

@@ -71,19 +71,22 @@ static enum exit_status make_table(const struct ctl *ctl,
 static enum exit_status finish(const struct ctl *ctl, const char *what,
                                const struct ctl_answer *answer)
 {
-    const bool is_refused = yscan_is_refused(answer->debug);
+    struct text_refusal refusal;
+    const bool is_refused = yscan_is_refused(answer->debug) ||
+                            text_find_refusal("table", answer->debug, &refusal);
     char outcome[YSCAN_TEXT_BYTES + 32];
     if (ctl->options.json) {
-        text_print_json(ctl, what, is_refused ? what : "", answer);
+        text_print_json(ctl, what, !is_refused, is_refused ? what : "", answer);
     } else {
         (void)snprintf(outcome, sizeof outcome, "Y scan %s %s", what,
                        is_refused ? "sent" : "done");
         text_print_answer(ctl, outcome, answer);
     }
-    return is_refused
-               ? ctl_complain(EXIT_FAILED, "the sensor names the Y-scan table "
-                                           "in its answer: refused")
-               : EXIT_DONE;
+    return is_refused ? ctl_complain(EXIT_FAILED,
+                                     "the sensor refused the Y-scan table: "
+                                     "%s",
+                                     answer->debug)
+                      : EXIT_DONE;
 }
 
 static enum exit_status send_table(struct ctl *ctl,

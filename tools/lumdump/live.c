@@ -24,20 +24,18 @@ struct live {
     lum_error error;
 };
 
-static int open_session(struct live *l)
+static int open_session(const struct live *l, bool owns, lum_sensor **out,
+                        lum_error *error)
 {
     lum_sensor_options options;
     lum_sensor_options_default(&options);
     options.sensor = l->options->address;
     options.interface_name = l->options->interface;
     options.layout = *l->pass->layout;
-    options.owns = true;
+    options.owns = owns;
     options.receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
     options.cancel = l->cancel;
-    return lum_sensor_open(&options, &l->session.sensor, &l->error) ==
-                   LUM_NET_OK
-               ? 0
-               : -1;
+    return lum_sensor_open(&options, out, error) == LUM_NET_OK ? 0 : -1;
 }
 
 static int open_ring(struct live *l)
@@ -82,7 +80,7 @@ static int begin(struct live *l)
         return -1;
     }
     interrupt_attach(l->cancel);
-    return open_session(l) == 0 &&
+    return open_session(l, true, &l->session.sensor, &l->error) == 0 &&
                    pass_prepare(l->pass, &l->error) == PASS_DONE &&
                    open_ring(l) == 0 && open_outputs(l) == 0 &&
                    start_worker(l) == 0
@@ -116,6 +114,19 @@ static void count(struct live *l)
     }
 }
 
+/* A socket that broke sends nothing more, another may. */
+static lum_laser_off switch_off_anew(struct live *l)
+{
+    lum_sensor *fresh = NULL;
+    lum_error error = {""};
+    if (open_session(l, false, &fresh, &error) != 0) {
+        return LUM_LASER_OFF_UNKNOWN;
+    }
+    const lum_laser_off off = lum_sensor_laser_off(fresh, &l->status);
+    lum_sensor_close(fresh);
+    return off;
+}
+
 static void switch_off(struct live *l)
 {
     static const char *const names[] = {[LUM_LASER_OFF_SEEN] = "off",
@@ -125,8 +136,9 @@ static void switch_off(struct live *l)
     if (!l->options->laser) {
         return;
     }
-    l->off = LUM_LASER_OFF_UNKNOWN;
-    if (l->session.end != SESSION_BROKEN) {
+    if (l->session.end == SESSION_BROKEN) {
+        l->off = switch_off_anew(l);
+    } else {
         lum_sensor_give_up(l->session.sensor);
         l->off = lum_sensor_laser_off(l->session.sensor, &l->status);
     }

@@ -1,8 +1,9 @@
 #define _DEFAULT_SOURCE /* TIOCGWINSZ */
 #include "say.h"
 
+#include "../common/writable.h"
+
 #include <errno.h>
-#include <poll.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -11,9 +12,6 @@
 #include <unistd.h>
 
 #define COLUMNS_DEFAULT 80u
-
-/* What a pipe that is writable takes without a wait. */
-#define PIECE_BYTES 512u
 
 static const char clear_line[] = "\r\033[K";
 
@@ -26,10 +24,9 @@ void say_init(struct say *say, bool quiet)
 /* Writes a piece if that needs no wait. False: nothing was written. */
 static bool write_piece(struct say *say, int patience_ms)
 {
-    struct pollfd ready = {.fd = STDERR_FILENO, .events = POLLOUT};
-    const size_t n =
-        say->pending_bytes < PIECE_BYTES ? say->pending_bytes : PIECE_BYTES;
-    if (poll(&ready, 1, patience_ms) <= 0) {
+    const size_t n = say->pending_bytes < WRITABLE_BYTES ? say->pending_bytes
+                                                         : WRITABLE_BYTES;
+    if (!writable(stderr, patience_ms)) {
         return false;
     }
     const ssize_t written = write(STDERR_FILENO, say->pending, n);

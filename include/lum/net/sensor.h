@@ -117,6 +117,19 @@ LUM_MUST_CHECK lum_net_result lum_sensor_open(const lum_sensor_options *options,
                                               lum_sensor **out,
                                               lum_error *error);
 
+/** Whether some session of this host, of this program or of another, owns a
+ * sensor, whether or not it sends heartbeats as it should. The answer is of
+ * this moment: an owner can come or go at any time. To find out, the right to
+ * own is taken and given back at once; a session that begins in that moment may
+ * find the sensor owned.
+ * @param sensor         who it is.
+ * @param interface_name as lum_sensor_options; NULL: as the routes say.
+ * @param who            gets a sentence that names the owner's program and
+ *                       process when the sensor is owned; may be NULL.
+ * @return false also when the system does not tell. */
+bool lum_sensor_is_owned(lum_endpoint sensor, const char *interface_name,
+                         lum_error *who);
+
 /** End a session. The laser is not touched: lum_sensor_laser_off() first. NULL
  * is allowed. */
 void lum_sensor_close(lum_sensor *sensor);
