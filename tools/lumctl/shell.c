@@ -248,7 +248,7 @@ static bool serve_signal(void)
         line_forget();
         return true;
     }
-    return false;
+    return interrupt_signal() == 0;
 }
 
 static void loop(struct shell *s)
@@ -259,9 +259,9 @@ static void loop(struct shell *s)
         const lum_net_result result = lum_sensor_wait_any(
             &s->ctl->sensor, 1, line_descriptor(), s->ctl->cancel,
             now + (can_wait ? POLL_NS : LOOK_NS));
-        if (result == LUM_NET_FAILED ||
-            (result == LUM_NET_CANCELLED && !serve_signal()) ||
-            !serve_input(s)) {
+        /* Asked for whatever the result is: input that comes with a signal may
+         * hide it. */
+        if (result == LUM_NET_FAILED || !serve_signal() || !serve_input(s)) {
             return;
         }
     }
