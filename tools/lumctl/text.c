@@ -49,8 +49,8 @@ static enum exit_status refuse_value(const char *word, int len)
                        (unsigned)spec->step);
     }
     return ctl_complain(EXIT_BAD, "'%.*s': %s is %u to %u%s", len, word,
-                        command_names[index], (unsigned)spec->min, (unsigned)spec->max,
-                        steps);
+                        command_names[index], (unsigned)spec->min,
+                        (unsigned)spec->max, steps);
 }
 
 /* EXIT_DONE if every word is a command of the manual. */
