@@ -5,6 +5,7 @@
 
 #include <cmocka.h>
 
+#include "../tools/common/printable.h"
 #include "../tools/lumctl/words.h"
 
 #include <stdio.h>
@@ -63,10 +64,9 @@ static void what_a_terminal_would_obey_is_not_printed(void **state)
     char text[16];
     char cut[4];
     (void)state;
-    words_printable(bytes, sizeof bytes, text, sizeof text);
-    assert_string_equal(text, "a?[??? ~");
-    words_printable(bytes, sizeof bytes, cut, sizeof cut);
-    assert_string_equal(cut, "a?[");
+    assert_string_equal(printable(bytes, sizeof bytes, text, sizeof text),
+                        "a?[??? ~");
+    assert_string_equal(printable(bytes, sizeof bytes, cut, sizeof cut), "a?[");
 }
 
 int main(void)

@@ -37,24 +37,6 @@ static size_t split(char *line, char *out[WORDS_MAX])
     return n;
 }
 
-static enum rule_match match_source(const struct rule_packet *p, const char *v)
-{
-    return rules_match_address(v, p->source);
-}
-
-static enum rule_match match_destination(const struct rule_packet *p,
-                                         const char *v)
-{
-    return rules_match_address(v, p->destination);
-}
-
-static enum rule_match match_protocol(const struct rule_packet *p,
-                                      const char *v)
-{
-    (void)p;
-    return rules_match_protocol(v);
-}
-
 static enum rule_match match_in(const struct rule_packet *p, const char *v)
 {
     return p->is_out ? RULE_NO : rules_match_device(v, p->device, '+');
@@ -63,21 +45,6 @@ static enum rule_match match_in(const struct rule_packet *p, const char *v)
 static enum rule_match match_out(const struct rule_packet *p, const char *v)
 {
     return p->is_out ? rules_match_device(v, p->device, '+') : RULE_NO;
-}
-
-static enum rule_match match_sport(const struct rule_packet *p, const char *v)
-{
-    return rules_match_port(v, p->source_port);
-}
-
-static enum rule_match match_dport(const struct rule_packet *p, const char *v)
-{
-    return rules_match_port(v, p->destination_port);
-}
-
-static enum rule_match match_state(const struct rule_packet *p, const char *v)
-{
-    return rules_match_state(v, p->is_out);
 }
 
 static enum rule_match match_always(const struct rule_packet *p, const char *v)
@@ -90,19 +57,19 @@ static enum rule_match match_always(const struct rule_packet *p, const char *v)
 /* Options with one value. Others may match or not. */
 static const struct {
     const char *name;
-    enum rule_match (*match)(const struct rule_packet *p, const char *value);
+    rule_matcher match;
 } options[] = {
-    {"-s", match_source},
-    {"-d", match_destination},
-    {"-p", match_protocol},
+    {"-s", rules_match_source},
+    {"-d", rules_match_destination},
+    {"-p", rules_match_protocol},
     {"-i", match_in},
     {"-o", match_out},
-    {"--sport", match_sport},
-    {"--sports", match_sport},
-    {"--dport", match_dport},
-    {"--dports", match_dport},
-    {"--ctstate", match_state},
-    {"--state", match_state},
+    {"--sport", rules_match_source_port},
+    {"--sports", rules_match_source_port},
+    {"--dport", rules_match_destination_port},
+    {"--dports", rules_match_destination_port},
+    {"--ctstate", rules_match_state},
+    {"--state", rules_match_state},
     {"-m", match_always},
     {"--comment", match_always},
     {"--reject-with", match_always},

@@ -54,24 +54,6 @@ static size_t split(char *line, char *out[WORDS_MAX])
     return n;
 }
 
-static enum rule_match match_source(const struct rule_packet *p, const char *v)
-{
-    return rules_match_address(v, p->source);
-}
-
-static enum rule_match match_destination(const struct rule_packet *p,
-                                         const char *v)
-{
-    return rules_match_address(v, p->destination);
-}
-
-static enum rule_match match_protocol(const struct rule_packet *p,
-                                      const char *v)
-{
-    (void)p;
-    return rules_match_protocol(v);
-}
-
 static enum rule_match match_family(const struct rule_packet *p, const char *v)
 {
     (void)p;
@@ -95,21 +77,6 @@ static enum rule_match match_out(const struct rule_packet *p, const char *v)
     return p->is_out ? rules_match_device(v, p->device, '*') : RULE_NO;
 }
 
-static enum rule_match match_sport(const struct rule_packet *p, const char *v)
-{
-    return rules_match_port(v, p->source_port);
-}
-
-static enum rule_match match_dport(const struct rule_packet *p, const char *v)
-{
-    return rules_match_port(v, p->destination_port);
-}
-
-static enum rule_match match_state(const struct rule_packet *p, const char *v)
-{
-    return rules_match_state(v, p->is_out);
-}
-
 static enum rule_match match_never(const struct rule_packet *p, const char *v)
 {
     (void)p;
@@ -117,28 +84,38 @@ static enum rule_match match_never(const struct rule_packet *p, const char *v)
     return RULE_NO;
 }
 
-typedef enum rule_match (*matcher)(const struct rule_packet *p,
-                                   const char *value);
-
 /* What is compared: one word, or two (second NULL: any, "": none follows). */
 static const struct selector {
     const char *first;
     const char *second;
-    matcher match;
+    rule_matcher match;
 } selectors[] = {
-    {"ip", "saddr", match_source},      {"ip", "daddr", match_destination},
-    {"ip", "protocol", match_protocol}, {"udp", "sport", match_sport},
-    {"udp", "dport", match_dport},      {"th", "sport", match_sport},
-    {"th", "dport", match_dport},       {"meta", "l4proto", match_protocol},
-    {"meta", "nfproto", match_family},  {"meta", "pkttype", match_kind},
-    {"meta", "iifname", match_in},      {"meta", "oifname", match_out},
-    {"pkttype", "", match_kind},        {"iif", "", match_in},
-    {"iifname", "", match_in},          {"oif", "", match_out},
-    {"oifname", "", match_out},         {"ct", "state", match_state},
-    {"tcp", NULL, match_never},         {"sctp", NULL, match_never},
-    {"icmp", NULL, match_never},        {"icmpv6", NULL, match_never},
-    {"igmp", NULL, match_never},        {"esp", NULL, match_never},
-    {"ah", NULL, match_never},          {"ip6", NULL, match_never},
+    {"ip", "saddr", rules_match_source},
+    {"ip", "daddr", rules_match_destination},
+    {"ip", "protocol", rules_match_protocol},
+    {"udp", "sport", rules_match_source_port},
+    {"udp", "dport", rules_match_destination_port},
+    {"th", "sport", rules_match_source_port},
+    {"th", "dport", rules_match_destination_port},
+    {"meta", "l4proto", rules_match_protocol},
+    {"meta", "nfproto", match_family},
+    {"meta", "pkttype", match_kind},
+    {"meta", "iifname", match_in},
+    {"meta", "oifname", match_out},
+    {"pkttype", "", match_kind},
+    {"iif", "", match_in},
+    {"iifname", "", match_in},
+    {"oif", "", match_out},
+    {"oifname", "", match_out},
+    {"ct", "state", rules_match_state},
+    {"tcp", NULL, match_never},
+    {"sctp", NULL, match_never},
+    {"icmp", NULL, match_never},
+    {"icmpv6", NULL, match_never},
+    {"igmp", NULL, match_never},
+    {"esp", NULL, match_never},
+    {"ah", NULL, match_never},
+    {"ip6", NULL, match_never},
     {"arp", NULL, match_never},
 };
 
@@ -209,7 +186,7 @@ static void set_mapped_verdict(struct rule *rule, const char *text)
 }
 
 /* KEY:VERDICT,KEY:VERDICT; the one whose key matches holds. */
-static void take_map(struct reader *r, matcher match, char *map)
+static void take_map(struct reader *r, rule_matcher match, char *map)
 {
     enum rule_match best = RULE_NO;
     char *p = map;

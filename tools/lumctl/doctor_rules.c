@@ -125,7 +125,7 @@ static enum rule_match match_one_address(char *value, uint32_t address)
     return (address & mask) == (base & mask) ? RULE_YES : RULE_NO;
 }
 
-enum rule_match rules_match_address(const char *value, uint32_t address)
+static enum rule_match match_address(const char *value, uint32_t address)
 {
     char one[VALUE_BYTES];
     enum rule_match match = RULE_NO;
@@ -158,7 +158,7 @@ static enum rule_match match_one_port(char *value, uint16_t port)
     return port >= low && port <= high ? RULE_YES : RULE_NO;
 }
 
-enum rule_match rules_match_port(const char *value, uint16_t port)
+static enum rule_match match_port(const char *value, uint16_t port)
 {
     char one[VALUE_BYTES];
     enum rule_match match = RULE_NO;
@@ -166,6 +166,30 @@ enum rule_match rules_match_port(const char *value, uint16_t port)
         match = either(match, match_one_port(one, port));
     }
     return match;
+}
+
+enum rule_match rules_match_source(const struct rule_packet *packet,
+                                   const char *value)
+{
+    return match_address(value, packet->source);
+}
+
+enum rule_match rules_match_destination(const struct rule_packet *packet,
+                                        const char *value)
+{
+    return match_address(value, packet->destination);
+}
+
+enum rule_match rules_match_source_port(const struct rule_packet *packet,
+                                        const char *value)
+{
+    return match_port(value, packet->source_port);
+}
+
+enum rule_match rules_match_destination_port(const struct rule_packet *packet,
+                                             const char *value)
+{
+    return match_port(value, packet->destination_port);
 }
 
 static enum rule_match match_one_device(const char *value, const char *device,
@@ -206,17 +230,20 @@ static enum rule_match match_word(const char *value, const char *const *words)
     return match;
 }
 
-enum rule_match rules_match_protocol(const char *value)
+enum rule_match rules_match_protocol(const struct rule_packet *packet,
+                                     const char *value)
 {
+    (void)packet;
     static const char *const words[] = {"udp", "17", "all", "0", NULL};
     return match_word(value, words);
 }
 
-enum rule_match rules_match_state(const char *value, bool is_out)
+enum rule_match rules_match_state(const struct rule_packet *packet,
+                                  const char *value)
 {
     static const char *const out[] = {"new", "NEW", NULL};
     static const char *const in[] = {"established", "ESTABLISHED", NULL};
-    return match_word(value, is_out ? out : in);
+    return match_word(value, packet->is_out ? out : in);
 }
 
 /* The kernel takes no rules that jump in circles; a text might hold some. */

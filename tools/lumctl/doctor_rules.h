@@ -106,16 +106,28 @@ void rules_read_iptables(struct ruleset *set, FILE *in);
 
 void rules_judge(const struct ruleset *set, struct rule_finding *out);
 
-/* Values that both write alike: several at commas, any of which may match. */
-enum rule_match rules_match_address(const char *value, uint32_t address);
-enum rule_match rules_match_port(const char *value, uint16_t port);
+/* Whether a part of the packet is what a value says. Both write values alike:
+ * several at commas, any of which may match. */
+typedef enum rule_match (*rule_matcher)(const struct rule_packet *packet,
+                                        const char *value);
+enum rule_match rules_match_source(const struct rule_packet *packet,
+                                   const char *value);
+enum rule_match rules_match_destination(const struct rule_packet *packet,
+                                        const char *value);
+enum rule_match rules_match_source_port(const struct rule_packet *packet,
+                                        const char *value);
+enum rule_match rules_match_destination_port(const struct rule_packet *packet,
+                                             const char *value);
+enum rule_match rules_match_protocol(const struct rule_packet *packet,
+                                     const char *value);
+/* The first packet that leaves begins a connection, an answer belongs to one.
+ */
+enum rule_match rules_match_state(const struct rule_packet *packet,
+                                  const char *value);
+
 /* wildcard: the character that stands for any ending. */
 enum rule_match rules_match_device(const char *value, const char *device,
                                    char wildcard);
-enum rule_match rules_match_protocol(const char *value);
-/* The first packet that leaves begins a connection, an answer belongs to one.
- */
-enum rule_match rules_match_state(const char *value, bool is_out);
 
 enum rule_match rules_not(enum rule_match match);
 enum rule_match rules_and(enum rule_match a, enum rule_match b);

@@ -1,6 +1,7 @@
 #include "session.h"
 
 #include "../common/number.h"
+#include "../common/printable.h"
 #include "../common/writable.h"
 #include "report.h"
 
@@ -91,19 +92,6 @@ enum exit_status ctl_open(struct ctl *ctl, bool owns)
     return status;
 }
 
-/* Text of others: what a terminal might take for an order becomes '?'. */
-static size_t put_printable(char *out, size_t size, const uint8_t *text,
-                            size_t len)
-{
-    size_t n = 0;
-    for (; n < len && n + 1 < size; n++) {
-        const bool is_plain = text[n] >= 0x20u && text[n] < 0x7fu;
-        out[n] = (char)(is_plain ? text[n] : '?');
-    }
-    out[n] = '\0';
-    return n;
-}
-
 static void add_debug(char *out, size_t size, const lum_tlv *tlv)
 {
     size_t n = strlen(out);
@@ -111,7 +99,7 @@ static void add_debug(char *out, size_t size, const lum_tlv *tlv)
         out[n++] = '\n';
         out[n] = '\0';
     }
-    (void)put_printable(out + n, size - n, tlv->value, tlv->length);
+    (void)printable(tlv->value, tlv->length, out + n, size - n);
 }
 
 static void add_other(char *out, size_t size, const lum_tlv *tlv)
@@ -165,9 +153,9 @@ static void tell_debug(struct ctl *ctl, const lum_tlv *tlv)
 {
     char name[SESSION_NAME_BYTES];
     char text[512];
-    (void)put_printable(text, sizeof text, tlv->value, tlv->length);
     (void)fprintf(stderr, "lumctl: %s says: %s\n",
-                  session_name(session_host(ctl), name), text);
+                  session_name(session_host(ctl), name),
+                  printable(tlv->value, tlv->length, text, sizeof text));
 }
 
 void session_note_status(struct ctl *ctl, uint16_t status)

@@ -1,4 +1,5 @@
 #include "../common/interrupt.h"
+#include "../common/printable.h"
 #include "ctl.h"
 #include "line.h"
 #include "line_plain.h"
@@ -63,8 +64,7 @@ static void show_texts(const struct shell *s, const lum_sensor_event *event)
     while (lum_tlv_next(&tlvs, &tlv) == LUM_OK) {
         if (tlv.type == debug) {
             char text[512];
-            words_printable(tlv.value, tlv.length, text, sizeof text);
-            line_above(text);
+            line_above(printable(tlv.value, tlv.length, text, sizeof text));
         }
     }
 }

@@ -1,9 +1,8 @@
-/* A typed line to words, and bytes of a sensor to printable text. */
+/* A typed line to words. */
 #ifndef LUMCTL_WORDS_H
 #define LUMCTL_WORDS_H
 
 #include <stddef.h>
-#include <stdint.h>
 
 /* Takes white space off both ends, in place. */
 void words_trim(char *text);
@@ -12,9 +11,5 @@ void words_trim(char *text);
  * "...". Returns how many, -1 if a quote is not closed or there are more than
  * max. */
 int words_cut(char *text, char **words, int max);
-
-/* Bytes of the wire as text for a terminal: what is not printable ASCII
- * becomes '?'. Cut to size - 1 characters. */
-void words_printable(const uint8_t *bytes, size_t len, char *out, size_t size);
 
 #endif

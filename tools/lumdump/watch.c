@@ -1,6 +1,7 @@
 #include "watch.h"
 
 #include "../common/number.h"
+#include "../common/printable.h"
 #include "lum/laser.h"
 
 #include <stdio.h>
@@ -114,21 +115,15 @@ static void judge_laser(struct watch *watch, uint16_t status, int64_t now_ns)
     }
 }
 
-/* What a sensor has to say, without what could upset a terminal. */
 static void show_text(struct watch *watch, const lum_tlv *tlv)
 {
     char text[256];
-    size_t len = 0;
     if (watch->texts >= TEXTS_MAX) {
         return;
     }
     watch->texts++;
-    for (; len < tlv->length && len < sizeof text - 1; len++) {
-        const uint8_t c = tlv->value[len];
-        text[len] = (char)(c >= 0x20 && c < 0x7f ? c : '?');
-    }
-    text[len] = '\0';
-    say_warn(watch->say, "%s says: %s%s", watch->address, text,
+    say_warn(watch->say, "%s says: %s%s", watch->address,
+             printable(tlv->value, tlv->length, text, sizeof text),
              watch->texts == TEXTS_MAX ? " (more of this is not shown)" : "");
 }
 
