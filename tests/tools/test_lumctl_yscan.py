@@ -7,6 +7,7 @@ import struct
 import threading
 import unittest
 
+import shards
 import support
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
@@ -418,4 +419,4 @@ class Apply(Case):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()

@@ -11,6 +11,7 @@ import tempfile
 import time
 import unittest
 
+import shards
 from support import (BIN, MAGIC, Folder, frames_of, group, line, pcap, read_csv, run, simulate,
                      summary, udp, word)
 
@@ -506,4 +507,4 @@ class Arguments(Case):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()

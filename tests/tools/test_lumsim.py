@@ -12,6 +12,7 @@ import tempfile
 import time
 import unittest
 
+import shards
 from support import BIN, frames_of, run, summary
 
 TICK_S = 0.02
@@ -337,4 +338,4 @@ class Failures(Lumsim):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()

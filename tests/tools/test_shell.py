@@ -8,6 +8,7 @@ import subprocess
 import time
 import unittest
 
+import shards
 from live import Process, Sensor, readable, wait_until
 from support import BIN, Folder, run
 from test_lumctl import FakeSensor
@@ -179,4 +180,4 @@ class Terminal(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()
