@@ -483,6 +483,14 @@ static void commands_may_come_in_several_tlvs(void **state)
                         "over TLV 2; passed over TLV 3; 20g");
 }
 
+/* The layout is never written; its padding may be anything. */
+static void assert_same(const lum_device *a, const lum_device *b)
+{
+    const size_t from = offsetof(lum_device, settings);
+    assert_memory_equal((const char *)a + from, (const char *)b + from,
+                        sizeof *a - from);
+}
+
 static void a_packet_without_tlvs_polls_the_status(void **state)
 {
     struct fixture *f = *state;
@@ -492,7 +500,7 @@ static void a_packet_without_tlvs_polls_the_status(void **state)
     assert_int_equal(f->fx.reply_len, 22);
     assert_int_equal(f->debugs, 0);
     assert_string_equal(f->fx.note, "status poll");
-    assert_memory_equal(&before, &f->device, sizeof before);
+    assert_same(&before, &f->device);
 }
 
 static void each_refused_command_is_named_and_changes_nothing(void **state)
@@ -533,7 +541,7 @@ static void each_refused_command_is_named_and_changes_nothing(void **state)
         command(f, cases[i].text);
         assert_string_equal(f->debug, cases[i].debug);
         assert_int_equal(strncmp(f->fx.note, "refused ", 8), 0);
-        assert_memory_equal(&before, &f->device, sizeof before);
+        assert_same(&before, &f->device);
     }
 }
 
@@ -746,7 +754,7 @@ static void set_ip_moves_the_sensor_and_nothing_else(void **state)
     assert_true(f->fx.has_address);
     assert_int_equal(f->fx.address, 0xc0a80107u);
     assert_string_equal(f->fx.note, "set IP 192.168.1.7");
-    assert_memory_equal(&before, &f->device, sizeof before);
+    assert_same(&before, &f->device);
 }
 
 static void set_ip_follows_the_profiles_order(void **state)
