@@ -42,7 +42,7 @@ foreach(target IN LISTS lum_installed)
 endforeach()
 
 install(DIRECTORY calib/ DESTINATION ${CMAKE_INSTALL_DATADIR}/lumsdk FILES_MATCHING PATTERN "*.yaml")
-foreach(tool IN ITEMS lumctl lumdump lumsim)
+foreach(tool IN ITEMS lumctl lumdump lumsim lumview)
   if(TARGET ${tool})
     install(TARGETS ${tool} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
     if(EXISTS ${PROJECT_SOURCE_DIR}/docs/man/${tool}.1)

@@ -108,8 +108,9 @@ static void put_udp(uint8_t *p, const lum_datagram *d)
 static int failed(const lum_capture_writer *w, lum_error *error)
 {
     const int reason = errno;
-    (void)lum_error_set(error, "%s: cannot be written: %s", w->name,
-                        strerror(reason));
+    (void)lum_error_set(
+        error, "%s: cannot be written: %s%s", w->name, strerror(reason),
+        reason == ENOSPC ? "; free some space or write elsewhere" : "");
     errno = reason;
     return -1;
 }

@@ -51,8 +51,8 @@ static int fail_create(const lum_outfile *file, int code, lum_error *error)
         errno = code;
         return -1;
     }
-    return lum_outfile_fail(file, code, "cannot create it (as NAME.part)",
-                            error);
+    return lum_outfile_fail(
+        file, code, "cannot create it (with .part behind its name)", error);
 }
 
 /* Truncating a file that is there is slow, so the old one goes first. */
@@ -163,7 +163,9 @@ int lum_outfile_finish(lum_outfile *file, lum_error *error)
         return 0;
     }
     if (rename(file->part, file->path) != 0) {
-        return lum_outfile_fail(file, errno, "cannot rename NAME.part to it",
+        return lum_outfile_fail(file, errno,
+                                "cannot rename it (.part stands behind its "
+                                "name while it grows)",
                                 error);
     }
     free(file->part);

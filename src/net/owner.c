@@ -51,8 +51,8 @@ static void say_busy(lum_endpoint sensor, long process, lum_error *error)
     const bool own = process == lum_owner_system_self();
     (void)lum_error_set(
         error,
-        "%s already owns the session with %s and gets its data: end that "
-        "first, or open a session that does not own the sensor",
+        "%s has the session with %s and gets its data: it must end before "
+        "another can begin",
         own ? "this program" : lum_program_show(process).text,
         lum_endpoint_show(sensor).text);
 }

@@ -15,4 +15,7 @@ lum_program_text lum_program_show(long process);
 /* The process that has a local UDP port; 0: not known. */
 long lum_program_of_port(lum_endpoint local);
 
+/* The process that listens at a local TCP port; 0: not known. */
+long lum_program_of_tcp_port(lum_endpoint local);
+
 #endif

@@ -50,7 +50,8 @@ static const char *word(const char *line, int n)
     return at;
 }
 
-/* A line of /proc/net/udp: "12: 2500007F:158D ...", the inode its tenth word.
+/* A line of /proc/net/udp or tcp: "12: 2500007F:158D ...", the inode its tenth
+ * word; 0 where no program has the socket any more.
  * The address is in network order, shown as a number of the host's. */
 static bool line_is_of(const char *line, lum_endpoint local,
                        unsigned long *inode)
@@ -62,14 +63,16 @@ static bool line_is_of(const char *line, lum_endpoint local,
         return false;
     }
     *inode = strtoul(word(line, 9), NULL, 10);
-    return theirs == local.address || theirs == 0 || local.address == 0;
+    return *inode != 0 &&
+           (theirs == local.address || theirs == 0 || local.address == 0);
 }
 
-static bool find_inode(lum_endpoint local, unsigned long *inode)
+static bool find_inode(const char *table, lum_endpoint local,
+                       unsigned long *inode)
 {
     char line[512];
     bool found = false;
-    FILE *file = fopen("/proc/net/udp", "r");
+    FILE *file = fopen(table, "r");
     if (file == NULL) {
         return false;
     }
@@ -127,13 +130,23 @@ static long find_holder(const char *target)
     return holder;
 }
 
-long lum_program_of_port(lum_endpoint local)
+static long find_program(const char *table, lum_endpoint local)
 {
     unsigned long inode = 0;
     char target[64];
-    if (!find_inode(local, &inode)) {
+    if (!find_inode(table, local, &inode)) {
         return 0;
     }
     (void)snprintf(target, sizeof target, "socket:[%lu]", inode);
     return find_holder(target);
+}
+
+long lum_program_of_port(lum_endpoint local)
+{
+    return find_program("/proc/net/udp", local);
+}
+
+long lum_program_of_tcp_port(lum_endpoint local)
+{
+    return find_program("/proc/net/tcp", local);
 }

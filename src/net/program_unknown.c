@@ -16,3 +16,9 @@ long lum_program_of_port(lum_endpoint local)
     (void)local;
     return 0;
 }
+
+long lum_program_of_tcp_port(lum_endpoint local)
+{
+    (void)local;
+    return 0;
+}

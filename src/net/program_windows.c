@@ -71,3 +71,9 @@ long lum_program_of_port(lum_endpoint local)
     free(table);
     return process;
 }
+
+long lum_program_of_tcp_port(lum_endpoint local)
+{
+    (void)local;
+    return 0;
+}

@@ -42,6 +42,8 @@ class Bash(unittest.TestCase):
         self.assertEqual(complete("lumctl", "laser", "o"), ["on", "off"])
         self.assertEqual(complete("lumctl", "--json", "threshold", ""), ["green", "blue"])
         self.assertEqual(complete("lumctl", "sta"), ["status"])
+        for words in (["threshold", "green"], ["laser", "on"], ["lines", "64"], ["offset", "blue"], ["apply", "a.yaml"]):
+            self.assertEqual(complete("lumctl", *words, ""), [], words)
 
     def test_options_are_those_of_the_help(self):
         for tool in ("lumctl", "lumdump", "lumsim"):
@@ -55,6 +57,21 @@ class Bash(unittest.TestCase):
     def test_words_of_options(self):
         self.assertEqual(complete("lumdump", "--edge", ""), ["rising", "falling", "both"])
         self.assertEqual(complete("lumsim", "--lines", ""), ["64", "640"])
+        self.assertEqual(complete("lumdump", "--format", ""), "csv ply pcd las xyz png pcap".split())
+        self.assertEqual(complete("lumdump", "--format", "pc"), ["pcd", "pcap"])
+
+    def test_shapes_are_those_of_the_help(self):
+        offered = complete("lumctl", "yscan", "--shape", "")
+        text = run("lumctl", "yscan", "--help").stdout
+        self.assertEqual(offered, ["uniform"] + [w for w in re.findall(r"^  ([a-z]+:)", text, re.M)])
+        self.assertEqual(complete("lumctl", "yscan", "--shape", "ga"), ["gaussian:"])
+        self.assertIn("tools", complete("lumctl", "yscan", "--shape", "csv", ":", str(FOLDER.parent)[:-1]).pop())
+
+    def test_faults_are_those_of_the_help(self):
+        text = re.search(r"--fault(.*?)--jitter", run("lumsim", "--help").stdout, re.S)[1]
+        named = re.search(r"until T2:(.*?)Can be", text, re.S)[1]
+        offered = complete("lumsim", "--fault", "")
+        self.assertEqual(offered, [w + "@" for w in re.sub(r"\(.*?\)|[,;.]", " ", named, flags=re.S).split()])
 
     def test_a_live_source(self):
         self.assertEqual(complete("lumdump", "ud"), ["udp://"])

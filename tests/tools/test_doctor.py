@@ -16,7 +16,7 @@ import unittest
 
 import shards
 from live import Hosts, Process, Sensor, needs_namespaces, wait_until
-from support import BIN, MAGIC, Folder, run
+from support import BIN, MAGIC, Folder, angles, run
 
 NAMES = ["interface", "route", "arp", "port", "session", "firewall", "buffer", "mtu", "answer", "data", "layout", "loss",
          "strangers", "clock", "status"]
@@ -54,11 +54,11 @@ class Findings:
 
 
 class Fake(threading.Thread):
-    """A sensor that answers as it is told to, on a loopback address."""
+    """A sensor that answers as it is told to, on a loopback address. The first heartbeat brings the stream."""
 
-    def __init__(self, test, address, speed=1.0, status=0x0200, data=None):
+    def __init__(self, test, address, speed=1.0, status=0x0200, stream=()):
         super().__init__(daemon=True)
-        self.speed, self.status, self.data = speed, status, data
+        self.speed, self.status, self.stream = speed, status, list(stream)
         self.heard = []
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind((address, 5517))
@@ -82,7 +82,7 @@ class Fake(threading.Thread):
             return MAGIC + struct.pack("<I", 6) + packet[12:16] + struct.pack("<I", self.clock())
         if kind == 7:
             return MAGIC + struct.pack("<I", 7) + packet[12:16] + struct.pack("<HHH", 2, 2, self.status)
-        return self.data
+        return None
 
     def run(self):
         while not self.ends:
@@ -94,6 +94,26 @@ class Fake(threading.Thread):
             reply = self.answer(packet)
             if reply is not None:
                 self.socket.sendto(reply, client)
+            elif packet[8] == 8:
+                self.send_stream(client)
+
+    def send_stream(self, client):
+        for count, packet in enumerate(self.stream):
+            self.socket.sendto(packet, client)
+            if count % 12 == 0:
+                time.sleep(0.001)
+        self.stream = []
+
+
+def lines(first, end, clock=1_000_000, without=()):
+    """Data of both eyes, taking turns, without laser: three packets of angles for each line. without: (line, eye,
+    packet) that are not there."""
+    for line in range(first, end):
+        of_eye = [list(angles(eye, line, clock + 500 * line)) for eye in (0, 1)]
+        for part in range(3):
+            for eye in (0, 1):
+                if (line, eye, part) not in without:
+                    yield of_eye[eye][part]
 
 
 class Doctor(unittest.TestCase):
@@ -159,12 +179,12 @@ class Loopback(Doctor):
             except OSError:
                 pass
             os.close(ours)
-            self.assertEqual(p.wait(30), 3)
+            self.assertEqual(p.wait(30), 1)
             self.assertEqual(b"\033[" in out, coloured, out)
 
     def test_nothing_that_listens_is_said_with_the_command_that_starts_a_simulator(self):
         found = self.examine(NET + "3")
-        self.assertEqual((found.status, found.overall), (3, "no answer"), str(found))
+        self.assertEqual((found.status, found.overall), (1, "wrong"), str(found))
         self.assertEqual(found["port"], "wrong")
         for name in WIRE:
             self.assertEqual(found[name], "not looked at")
@@ -173,9 +193,9 @@ class Loopback(Doctor):
     def test_a_simulator_at_another_address_is_pointed_at(self):
         self.sensor(address=NET + "4")
         found = self.examine(NET + "5")
-        self.assertEqual(found.status, 3)
+        self.assertEqual(found.status, 1)
         self.assertIn("lumsim", found.text("port"))
-        self.assertRegex(found.mend("port"), r"^lumctl --host 127\.\d+\.\d+\.\d+ doctor$")
+        self.assertRegex(found.mend("port"), r"^lumctl --host 127\.\d+\.\d+\.\d+( --port \d+)? doctor$")
 
     def test_a_session_of_this_host_keeps_its_data(self):
         sensor = self.sensor(address=NET + "6")
@@ -245,8 +265,30 @@ class Loopback(Doctor):
         self.sensor("--loss", "0.05", address=NET + "11")
         found = self.examine(NET + "11")
         self.assertEqual((found.status, found["loss"]), (1, "wrong"), str(found))
-        self.assertIn("on the wire", found.text("loss"))
+        self.assertIn("lost by the simulator", found.text("loss"))
         self.assertIn("the kernel dropped none", found.text("loss"))
+        self.assertNotIn("cable", found.text("loss"))
+        self.assertTrue(found.mend("loss").startswith(f"lumsim --address {NET}11 &"), found.mend("loss"))
+        self.assertIn("--loss", found.mend("loss"))
+
+    def test_what_was_under_way_at_the_beginning_is_no_loss(self):
+        begun = [p for line in (5, 6) for eye in (0, 1) for p in list(angles(eye, line, 1_002_000 + 500 * line))[2:]]
+        Fake(self, NET + "23", stream=begun + list(lines(7, 60, 1_002_000)))
+        found = self.examine(NET + "23")
+        self.assertEqual(found["loss"], "fine", str(found))
+        self.assertGreater(int(found.text("loss").split()[0]), 80)
+
+    def test_what_a_jump_of_the_clock_costs_is_no_loss(self):
+        Fake(self, NET + "24", stream=[*lines(0, 40), *lines(40, 80, 11_000_000)])
+        found = self.examine(NET + "24")
+        self.assertEqual(found["loss"], "fine", str(found))
+        self.assertGreater(int(found.text("loss").split()[0]), 100)
+
+    def test_one_packet_that_is_missing_in_between_is_a_loss(self):
+        Fake(self, NET + "25", stream=lines(0, 60, without=[(30, 1, 1)]))
+        found = self.examine(NET + "25")
+        self.assertEqual(found["loss"], "wrong", str(found))
+        self.assertIn("1 without all angles, 0 more whole", found.text("loss"))
 
     def test_corruption_is_no_other_layout(self):
         self.sensor("--corrupt", "0.1", address=NET + "12")
@@ -417,6 +459,30 @@ class TwoHosts(Doctor):
         self.client("ip addr flush dev eth0; ip addr add 192.168.7.1/24 dev eth0; ip route add default via 192.168.7.2")
         self.mended(self.broken("interface"), "interface")
 
+    def test_a_simulator_on_this_host_is_the_mend_and_is_not_to_be_killed(self):
+        self.client("ip addr flush dev eth0")
+        Sensor(self, self.folder, "--port", "5600", address="127.0.0.1", namespace=self.hosts.client)
+        found = self.broken("interface", 1, "subnet")
+        self.assertEqual(found.mend("interface"), "lumctl --host 127.0.0.1 --port 5600 doctor    # lumsim is there; for "
+                                                  "another sensor: sudo ip addr add 10.42.0.1/24 dev eth0")
+        self.assertEqual((found["port"], found.mend("port")), ("note", "lumctl --host 127.0.0.1 --port 5600 doctor"))
+        r = self.hosts.run("lumctl", *found.mend("port").split()[1:], "--json")
+        self.assertEqual(r.returncode, 0, r.stdout)
+
+    def test_mends_bear_the_port(self):
+        found = self.broken("port", 1, "nothing listens on its port 5518", "--host", "127.0.0.3", "--port", "5518")
+        self.assertEqual(found.mend("port"), "lumsim --address 127.0.0.3 --port 5518 &")
+        Sensor(self, self.folder, address="127.0.0.1", namespace=self.hosts.client)
+        found = self.broken("port", 1, "lumsim (process", "--host", "127.0.0.3", "--port", "5518")
+        self.assertEqual(found.mend("port"), "lumctl --host 127.0.0.1 doctor")
+        self.assertIn("at 127.0.0.1:5517", found.text("port"))
+
+    def test_loss_on_a_wire_is_the_cables(self):
+        self.sensor("--loss", "0.05")
+        found = self.broken("loss", 1, "lost on the wire")
+        self.assertIn("cable", found.text("loss"))
+        self.assertIn("ethtool -S eth0", found.mend("loss"))
+
     def test_interface_down(self):
         self.sensor()
         self.client("ip link set eth0 down")
@@ -450,7 +516,7 @@ class TwoHosts(Doctor):
     def test_the_sensors_address_on_the_host_itself(self):
         self.sensor()
         self.client("ip addr add 10.42.0.37/24 dev eth0")
-        found = self.broken("port", 3, "on this host")
+        found = self.broken("port", 1, "on this host")
         self.client(found.mend("port").split("sudo ")[1])
         self.assert_fine(self.look(), but=("firewall",))
 

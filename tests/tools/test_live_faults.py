@@ -153,12 +153,14 @@ class Faults(unittest.TestCase):
         self.assertEqual(dump.end(signal.SIGINT), 0, dump.stderr())
         live = json.loads(dump.stdout())
         self.assertEqual(live["foreign_source"] + live["kernel_drops"] + live["ring_drops"], sent)
-        if live["kernel_drops"] == 0:
-            for what in ("lost_words", "lines_skipped", "malformed", "foreign", "late", "stray", "conflict"):
-                self.assertEqual(live[what], 0, what)
-            self.assertGreater(live["words"], 100_000)
-            # The sensor may have ended in the midst of a line of each eye.
-            self.assertLessEqual(live["lines_missing_angles"], 2)
+        held_up = sensor.events("stop")[-1]["lines_skipped"]
+        if live["kernel_drops"] + held_up > 0:
+            self.skipTest(f"this machine was too busy: {live['kernel_drops']} kernel drops, {held_up} lines not sent")
+        for what in ("lost_words", "lines_skipped", "malformed", "foreign", "late", "stray", "conflict"):
+            self.assertEqual(live[what], 0, what)
+        self.assertGreater(live["words"], 100_000)
+        # The sensor may have ended in the midst of a line of each eye.
+        self.assertLessEqual(live["lines_missing_angles"], 2)
 
     @staticmethod
     def local_port(process):

@@ -13,7 +13,7 @@ import time
 import unittest
 
 import shards
-from live import Process, Sensor, readable, wait_until
+from live import Hosts, Process, Sensor, needs_namespaces, readable, wait_until
 from support import BIN, MAGIC, Folder, ip, run
 
 DONE, FAILED, BAD, NO_ANSWER, HAZARD = range(5)
@@ -158,6 +158,17 @@ class Packets(Case):
             r = dry(*words)
             self.assertEqual((r.returncode, r.stdout, r.stderr), (DONE, packet + "\n", ""), words)
 
+    def test_json_holds_every_packet_in_one_object(self):
+        for words, packets in ((["power", "5"], [command("5p")]), (["laser", "off"], [command("d")]),
+                               (["heartbeat"], [MAGIC.hex() + "08000000"]), (["status"], [HEAD])):
+            r = dry(*words, "--json")
+            self.assertEqual((r.returncode, json.loads(r.stdout)), (DONE, {"packets": packets}), words)
+            self.assertEqual(r.stdout.count("\n"), 1)
+        settings = self.folder.write("s.yaml", "version: 1\nlines: 640\npower: 50\nyscan: {shape: uniform}\n")
+        plain = dry("apply", settings)
+        self.assertEqual(plain.returncode, DONE, plain.stderr)
+        self.assertEqual(json.loads(dry("apply", settings, "--json").stdout)["packets"], plain.stdout.split())
+
     def test_a_set_ip_packet_follows_the_profile(self):
         profile = self.folder.write("p.yaml", "version: 1\nset_ip_order: little\ntlv: {command: 77}\n")
         self.assertTrue(dry("--profile", profile, "set-ip", "10.42.0.99").stdout.endswith("63002a0a\n"))
@@ -252,6 +263,8 @@ class Refused(Case):
                 (["heartbeat", "--duration", "nan"], ["'nan'"]),
                 (["status", "--json=yes"], ["--json", "no value", "'yes'"]),
                 (["power", "5", "--watch"], ["--watch", "power", "status"]),
+                (["status", "--duration", "2"], ["--duration", "--watch"]),
+                (["time", "--duration", "2"], ["--duration", "--watch"]),
                 (["status", "--rate", "5"], ["--rate", "heartbeat"])):
             self.one_line(dry(*words), *texts)
 
@@ -281,6 +294,13 @@ class Help(Case):
             one = run("lumctl", name, "-h")
             self.assertEqual((one.returncode, one.stderr), (DONE, ""))
             self.assertIn(f"lumctl [OPTION]... {name}", one.stdout)
+
+    def test_help_is_a_word_too(self):
+        self.assertEqual(run("lumctl", "help").stdout, run("lumctl", "--help").stdout)
+        r = run("lumctl", "help", "power")
+        self.assertEqual((r.returncode, r.stdout, r.stderr), (DONE, run("lumctl", "power", "--help").stdout, ""))
+        self.one_line(run("lumctl", "help", "pwer"), "did you mean power")
+        self.one_line(run("lumctl", "help", "power", "lines"), "'lines'")
 
     def test_the_version_is_told(self):
         self.assertRegex(run("lumctl", "--version").stdout, r"^lumctl \d+\.\d+\.\d+\n$")
@@ -317,7 +337,7 @@ class Live(Case):
         time.sleep(0)
         found = wait_until(lambda: (s := self.json(DONE, "127.33.1.1", "status"))["idle"] and s, 10, "idleness")
         self.assertEqual(found["laser"], "down")
-        self.assertEqual(found["hazards"], ["HEARTBEAT_TIMEOUT"])
+        self.assertEqual(found["hazards"], [])
         self.assertIn("HEARTBEAT_TIMEOUT", found["bits"])
         self.assertEqual(int(found["status_hex"], 16), found["status"])
         self.assertEqual(found["sensor"], "127.33.1.1")
@@ -337,6 +357,33 @@ class Live(Case):
         r = self.check(HAZARD, "127.33.1.2", "laser", "on")
         self.assertIn("FAN_PWM_BAD", r.stderr)
         self.assertEqual(self.check(DONE, "127.33.1.2", "power", 40).stderr, "")
+
+    def assert_no_laser_after_the_hazard(self, sensor):
+        """The heartbeats went on, the hazard ended, and time has passed: all by the sensor's log."""
+        end = wait_until(lambda: [e for e in sensor.events("fault") if e["ends"]], 20, "the end of the hazard")[0]["t"]
+        wait_until(lambda: len(sensor.events("heartbeat", after=end)) > 5, 10, "heartbeats without the hazard")
+        self.assertEqual(sensor.events("laser"), [])
+        self.assertEqual(sensor.events("status")[-1]["bits"], ["TLV_CMD_OFF"])
+
+    def test_a_laser_on_that_a_hazard_defeats_is_taken_back(self):
+        sensor = self.sensor("127.33.1.15", "--fault", "interlock@0-10")
+        self.heartbeats("127.33.1.15")
+        r = self.check(HAZARD, "127.33.1.15", "laser", "on")
+        self.assertIn("HW_SAFETY_BAD", r.stderr)
+        self.assertIn("taken back: it will not come up by itself", r.stderr)
+        self.assertIs(self.json(HAZARD, "127.33.1.15", "laser", "on")["taken_back"], True)
+        self.assertEqual(self.notes(sensor).count("u"), 2)
+        self.assert_no_laser_after_the_hazard(sensor)
+        self.assertNotIn("taken_back", self.json(DONE, "127.33.1.15", "laser", "on"))
+
+    def test_a_raw_u_that_a_hazard_defeats_is_taken_back(self):
+        sensor = self.sensor("127.33.1.16", "--fault", "fan@0-10")
+        self.heartbeats("127.33.1.16")
+        self.assertIn("taken back", self.check(HAZARD, "127.33.1.16", "send", "50p u").stderr)
+        r = run("lumctl", "--host", "127.33.1.16", "shell", stdin=b"u\n")
+        self.assertEqual(r.returncode, HAZARD)
+        self.assertIn("taken back", r.stderr)
+        self.assert_no_laser_after_the_hazard(sensor)
 
     def test_every_setting_is_carried_out_before_it_is_called_done(self):
         sensor = self.sensor("127.33.1.3")
@@ -539,6 +586,48 @@ class Misbehaviour(Case):
             state["is"] = status
             self.assertEqual(self.json(expected, "127.33.2.31", "send", text)["done"], expected == DONE, (text, status))
 
+    def test_a_laser_on_that_cannot_be_taken_back_is_told(self):
+        fake = FakeSensor(self, "127.33.2.35", lambda kind, sequence, body, count:
+                          [] if body.endswith(b"d") else FakeSensor.plain(kind, sequence, CMD_ON | FAN))
+        for words in (["laser", "on"], ["send", "u"]):
+            r = self.check(HAZARD, "127.33.2.35", *words, "--timeout", 60, "--retries", 1)
+            self.assertIn("NOT taken back", r.stderr)
+            self.assertIn("WILL COME UP by itself", r.stderr)
+            self.assertNotIn("it will not come up", r.stderr)
+        self.assertEqual(fake.texts(), ["u", "d", "d"] * 2)
+
+    def test_a_d_that_changes_nothing_takes_nothing_back(self):
+        FakeSensor(self, "127.33.2.36", lambda kind, sequence, body, count:
+                   FakeSensor.plain(kind, sequence, CMD_ON | FAN))
+        self.assertIn("WILL COME UP", self.check(HAZARD, "127.33.2.36", "laser", "on").stderr)
+        self.assertIs(self.json(HAZARD, "127.33.2.36", "send", "u")["taken_back"], False)
+
+    def test_a_laser_on_without_an_answer_is_taken_back(self):
+        """The sensor got it, and its answers were lost."""
+        state = {"now": CMD_OFF}
+
+        def answer(kind, sequence, body, count):
+            if body.endswith(b"u"):
+                state["now"] = CMD_ON
+                return []
+            state["now"] = CMD_OFF if body.endswith(b"d") else state["now"]
+            return FakeSensor.plain(kind, sequence, state["now"])
+
+        fake = FakeSensor(self, "127.33.2.37", answer)
+        r = self.check(NO_ANSWER, "127.33.2.37", "laser", "on", "--timeout", 60, "--retries", 1)
+        self.assertIn("taken back: it will not come up by itself", r.stderr)
+        self.assertEqual(fake.texts(), ["u", "u", "d"])
+        self.assertEqual(state["now"], CMD_OFF)
+
+    def test_a_signal_does_not_keep_laser_on_from_being_taken_back(self):
+        fake = FakeSensor(self, "127.33.2.38", lambda kind, sequence, body, count:
+                          [] if body.endswith(b"u") else FakeSensor.plain(kind, sequence))
+        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.33.2.38", "laser", "on", "--timeout", 5000)
+        wait_until(fake.texts, 10, "the command")
+        self.assertEqual(p.end(signal.SIGINT), -signal.SIGINT)
+        self.assertEqual(fake.texts(), ["u", "d"])
+        self.assertIn("taken back", p.stderr())
+
     def test_a_round_trip_is_not_known_when_the_request_was_sent_twice(self):
         FakeSensor(self, "127.33.2.32", lambda kind, sequence, body, count:
                    FakeSensor.plain(kind, sequence) if count % 2 else [])
@@ -604,13 +693,14 @@ class Misbehaviour(Case):
 
     def test_laser_on_needs_a_status_that_shows_it(self):
         statuses = iter([CMD_OFF, 0, HEARTBEAT_TIMEOUT | CMD_ON, CMD_ON | 0x0400, CMD_ON])
-        FakeSensor(self, "127.33.2.10", lambda kind, sequence, body, count:
-                   FakeSensor.plain(kind, sequence, next(statuses)))
+        fake = FakeSensor(self, "127.33.2.10", lambda kind, sequence, body, count:
+                          FakeSensor.plain(kind, sequence, next(statuses) if body.endswith(b"u") else CMD_OFF))
         self.check(FAILED, "127.33.2.10", "laser", "on")
         self.assertEqual(self.json(DONE, "127.33.2.10", "laser", "on")["laser"], "up")
         self.assertIn("nobody sends heartbeats", self.check(FAILED, "127.33.2.10", "laser", "on").stderr)
         self.assertIn("BIT_10", self.check(FAILED, "127.33.2.10", "laser", "on").stderr)
         self.check(DONE, "127.33.2.10", "laser", "on")
+        self.assertEqual(fake.texts(), ["u", "d", "u", "u", "d", "u", "d", "u"])
 
     def test_laser_off_ends_in_one_of_three_ways(self):
         FakeSensor(self, "127.33.2.11", lambda kind, sequence, body, count: FakeSensor.plain(kind, sequence, CMD_ON))
@@ -650,12 +740,32 @@ class Misbehaviour(Case):
             self.assertIn(text, r.stderr)
         self.assertEqual(self.json(NO_ANSWER, "127.33.2.17", "set-ip", "127.33.2.18")["answers_at"], "nowhere")
 
+    @needs_namespaces
+    def test_that_the_reversed_address_cannot_be_reached_is_no_news(self):
+        r = Hosts(self, self.folder).run("lumctl", "--host", "127.0.0.9", "set-ip", "127.0.0.6")
+        self.assertEqual(r.returncode, NO_ANSWER, r.stderr)
+        self.assertIn("nobody answers at 127.0.0.6, nor at 127.0.0.9 or 6.0.0.127. ", r.stderr)
+        self.assertNotIn("cannot send", r.stderr)
+        r = Hosts(self, self.folder).run("lumctl", "--host", "127.0.0.9", "set-ip", "192.168.9.6")
+        self.assertRegex(r.stderr.splitlines()[0], r"^lumctl: cannot send .* to 192\.168\.9\.6")
+        self.assertIn("nobody answers at 192.168.9.6", r.stderr.splitlines()[1])
+
     def test_heartbeats_that_bring_no_data_are_told(self):
         FakeSensor(self, "127.33.2.19")
         r = self.check(DONE, "127.33.2.19", "heartbeat", "--duration", "2.6")
         self.assertIn("no data has come for 2 s", r.stderr)
         r = self.check(NO_ANSWER, "127.33.2.20", "heartbeat", "--duration", "0.5")
-        self.assertIn("does not answer", r.stderr)
+        self.assertIn("does not answer (--duration ended after 0.5 s)", r.stderr)
+        self.assertIn("heartbeats go to 127.33.2.20", r.stderr)
+        self.assertNotIn("this is now the session", r.stderr)
+
+    def test_a_watch_that_hears_nothing_says_so(self):
+        for what in ("status", "time"):
+            r = self.check(NO_ANSWER, "127.33.2.20", what, "--watch", "--duration", "0.3")
+            self.assertIn("(--duration ended after 0.3 s)", r.stderr)
+            self.assertNotIn("tried", r.stderr)
+        r = self.check(NO_ANSWER, "127.33.2.20", "status", "--watch", "--duration", "0.3", "--json")
+        self.assertEqual([json.loads(line)["answers"] for line in r.stdout.splitlines()], [False])
 
     def test_a_watch_tells_silence_and_goes_on(self):
         state = {"silent": False}

@@ -3,6 +3,7 @@ import json
 import os
 import pathlib
 import pty
+import re
 import select
 import signal
 import struct
@@ -194,6 +195,11 @@ class Summaries(Case):
         self.assertNotIn("conflict", r.stdout)
         self.assertIn("none", run("lumdump", self.capture()).stdout)
 
+    def test_one_is_not_many(self):
+        r = run("lumdump", self.capture())
+        self.assertRegex(r.stdout, r" 1  frame\n")
+        self.assertRegex(r.stdout, r" 3  lines\n")
+
     def test_with_an_output_the_summary_goes_to_standard_error(self):
         r = run("lumdump", self.capture(), "-o", self.folder / "out.csv")
         self.assertEqual(r.stdout, "")
@@ -367,15 +373,16 @@ class BadOutputs(Case):
                     r = subprocess.run([BIN / "lumdump", self.capture(), "-o", "-", "--format", kind], stdout=full,
                                        stderr=subprocess.PIPE, timeout=60)
                 self.assertEqual(r.returncode, 1, r.stderr)
-                self.assertIn(b"No space left", r.stderr)
+                self.assertIn(b"No space left on device; free some space or write elsewhere\n", r.stderr)
 
     def test_missing_directory_and_name_of_a_directory(self):
         source = self.capture()
         for kind in "csv", "ply", "pcap", "png":
             self.refused(1, source, "-o", self.folder / "no" / f"out.{kind}", message="irectory")
-        (self.folder / "dir.csv").mkdir()
-        self.refused(1, source, "-o", self.folder / "dir.csv", message="dir.csv")
-        self.assertEqual(self.folder.names(), ["dir.csv", "in.pcap"])
+        for kind in "csv", "ply":
+            (self.folder / f"dir.{kind}").mkdir()
+            self.refused(1, source, "-o", self.folder / f"dir.{kind}", message=f"dir.{kind}: is a directory; name a file")
+        self.assertEqual(self.folder.names(), ["dir.csv", "dir.ply", "in.pcap"])
 
     def test_the_source_itself(self):
         source = self.capture()
@@ -403,6 +410,22 @@ class BadOutputs(Case):
                                    text=True, timeout=60)
                 self.assertEqual(r.stdout.split(), ["100", "0"])
                 self.assertEqual(r.stderr, "")
+
+    def test_a_reader_that_leaves_ends_its_output_alone(self):
+        source = simulate(self.folder / "s.pcap", "--frames", "2", "--lines", "64", "--seed", "1")
+        for kind in "csv", "pcap":
+            with self.subTest(kind):
+                copy = self.folder / "copy.pcap"
+                r = subprocess.run(f"'{BIN}/lumdump' '{source}' -q -o '{copy}' -o - --format {kind} | head -c 100 | wc -c; "
+                                   "echo ${PIPESTATUS[0]}", shell=True, executable="/bin/bash", capture_output=True,
+                                   text=True, timeout=60)
+                self.assertEqual((r.stdout.split(), r.stderr), (["100", "0"], ""))
+                self.assertEqual(summary(copy)["points"], summary(source)["points"])
+                copy.unlink()
+        r = subprocess.run(f"'{BIN}/lumdump' '{source}' -o '{copy}' -o - --format csv | head -n 1", shell=True,
+                           capture_output=True, text=True, timeout=60)
+        self.assertIn("warning: " + str(source) + ": the reader of standard output has left", r.stderr)
+        self.assertRegex(r.stderr, r"\d+  points")
 
     def test_a_reader_that_has_left_before_the_end_is_no_failure(self):
         source = self.capture()
@@ -485,6 +508,7 @@ class Arguments(Case):
                 (["--range", "5:1"], "metres"), (["--range", "nan:1"], "metres"), (["--box", "1:2"], "XMIN"),
                 (["--box", "1:2,3:4,5:6,7:8"], "XMIN"), (["--sensor", "10.0.0"], "10.42.0.37"),
                 (["--time", "now"], "utc"), (["--incomplete", "x"], "drop"), (["--duration", "0"], "above 0"),
+                (["--form", "csv"], "did you mean --format?"), (["--ver"], "did you mean --version?"),
                 (["--format", "doc"], "csv"), (["-o", "out.doc"], ".csv"), (["-o", "out"], "--format"),
                 (["-o", "-"], "--format"), (["--ascii", "-o", "x.csv"], "--ascii"), (["--unknown"], "--help"),
                 (["more.pcap"], "one too many"), (["--json", "-o", "-", "--format", "csv"], "--json"),
@@ -503,6 +527,8 @@ class Arguments(Case):
         r = run("lumdump", "--help")
         self.assertEqual((r.returncode, r.stderr), (0, ""))
         self.assertIn("Examples:", r.stdout)
+        told = re.findall(r"^ +(?:-., )?(--[a-z]+)", r.stdout, re.M)
+        self.assertEqual(sorted(told), sorted(set(told)))
         self.assertRegex(run("lumdump", "--version").stdout, r"^lumdump \d+\.\d+\.\d+\n$")
 
 

@@ -237,6 +237,25 @@ class Rotation(Case):
                 parts = [summary(p) for p in self.files("r", ".pcap")]
                 self.assertEqual(sum(p["data"] for p in parts), whole["data"])
 
+    def test_older_files_behind_the_last_one_are_told(self):
+        source = simulate(self.folder / "s.pcap", "--frames", "3", "--lines", "64", "--seed", "1")
+        old = [self.folder.write(f"r-{i:04d}.pcap", "old") for i in range(1, 100)]
+        r = run("lumdump", source, "--rotate", "1MB", "-o", self.folder / "r.pcap")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        written = [p for p in old if p.read_bytes() != b"old"]
+        self.assertEqual(written, old[:len(written)])
+        self.assertIn(f"{old[len(written)]} and what follows are of an earlier run", r.stderr)
+        self.assertIn(f"number {len(written)};", r.stderr)
+        for path in old:
+            path.unlink()
+        self.assertNotIn("earlier", run("lumdump", source, "--rotate", "1MB", "-o", self.folder / "r.pcap").stderr)
+        self.simulator()
+        for path in old[1:]:
+            path.write_text("old")
+        r = self.dump("--duration", "0.3", "--rotate", "1h", "-o", self.folder / "r.pcap")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertIn(f"{old[1]} and what follows are of an earlier run", r.stderr)
+
     def test_never_over_the_source(self):
         source = simulate(self.folder / "s-0002.pcap", "--frames", "3", "--lines", "64", "--seed", "1")
         before = source.read_bytes()
@@ -269,6 +288,22 @@ class Several(Case):
         r = run("lumdump", source, "-o", self.folder / "a.csv", "-o", self.folder / "a.csv")
         self.assertEqual(r.returncode, 2)
         self.assertIn("named twice", r.stderr)
+        for ending in "csv", "pcap":
+            name = self.folder / f"a.{ending}"
+            link = self.folder / f"link.{ending}"
+            for there in False, True:
+                if there:
+                    name.write_text("old")
+                other = f"{self.folder.path}/./a.{ending}"
+                for first, second in (name, other), (other, name), (name, link), (link, name):
+                    link.unlink(missing_ok=True)
+                    link.symlink_to(name)
+                    r = run("lumdump", source, "-o", first, "-o", second)
+                    self.assertEqual(r.returncode, 2, r.stderr)
+                    self.assertIn("named twice" if there or link not in (first, second) else "leads nowhere", r.stderr)
+        self.assertEqual((self.folder / "a.csv").read_text(), "old")
+        r = run("lumdump", source, "-o", self.folder / "b.csv", "-o", self.folder / "b.csv.part", "--format", "csv")
+        self.assertEqual(r.returncode, 2, r.stderr)
         r = run("lumdump", source, *[a for i in range(17) for a in ("-o", self.folder / f"{i}.csv")])
         self.assertEqual(r.returncode, 2)
         self.assertIn("16", r.stderr)
@@ -304,13 +339,42 @@ class Ends(Case):
 
     def test_a_reader_that_leaves_ends_it(self):
         self.simulator()
-        r = subprocess.run(f"'{BIN}/lumdump' {self.url} --laser -o - --format csv -o '{self.folder.path}/raw.pcap' "
-                           "| head -n 5 | wc -l; echo ${PIPESTATUS[0]}", shell=True, executable="/bin/bash",
-                           capture_output=True, text=True, timeout=60)
+        r = subprocess.run(f"'{BIN}/lumdump' {self.url} --laser -o - --format csv | head -n 5 | wc -l; "
+                           "echo ${PIPESTATUS[0]}", shell=True, executable="/bin/bash", capture_output=True, text=True,
+                           timeout=60)
         self.assertEqual(r.stdout.split(), ["5", "0"])
         self.assertEqual(r.stderr, "")
         self.assert_laser_went_on_and_off()
-        self.assertGreater(summary(self.folder / "raw.pcap")["data"], 0)
+
+    def test_a_reader_that_leaves_ends_its_output_alone(self):
+        self.simulator()
+        r = subprocess.run(f"'{BIN}/lumdump' {self.url} --laser --duration 2 -o - --format csv "
+                           f"-o '{self.folder.path}/raw.pcap' | head -n 5 | wc -l; echo ${{PIPESTATUS[0]}}", shell=True,
+                           executable="/bin/bash", capture_output=True, text=True, timeout=60)
+        self.assertEqual(r.stdout.split(), ["5", "0"])
+        self.assertEqual(r.stderr.count("warning"), 1, r.stderr)
+        self.assertIn("the reader of standard output has left", r.stderr)
+        self.assertGreater(summary(self.folder / "raw.pcap")["duration_s"], 1.5)
+        self.assert_laser_went_on_and_off()
+
+    def test_the_last_reader_that_leaves_ends_it(self):
+        self.simulator()
+        fifo = self.folder / "points.xyz"
+        os.mkfifo(fifo)
+        reader = subprocess.Popen(["head", "-c", "100", fifo], stdout=subprocess.DEVNULL)
+        self.addCleanup(reader.wait)
+        self.addCleanup(reader.kill)
+        p = self.start("--laser", "-o", "-", "--format", "csv", "-o", fifo, stdout=subprocess.PIPE)
+        self.addCleanup(p.stdout.close)
+        self.assertEqual(reader.wait(30), 0)
+        p.stdout.read(3_000_000)
+        self.assertIsNone(p.poll())
+        p.stdout.close()
+        said = self.end(p)
+        self.assertEqual(p.returncode, 0, said)
+        self.assertEqual(said.count("\n"), 1, said)
+        self.assertIn(f"the reader of {fifo} has left", said)
+        self.assert_laser_went_on_and_off()
 
     def test_a_reader_that_leaves_is_noticed_though_there_are_no_points(self):
         self.simulator()
@@ -437,10 +501,11 @@ class Stalls(Case):
                 if kind == "ply":
                     r = self.limited("-o", self.folder / "o.ply", "-o", self.folder / "raw.pcap")
                     self.assertIn("File too large", r.stderr)
+                    self.assertIn("the laser is off", r.stderr)
                 else:
                     r = subprocess.run([BIN / "lumdump", self.url, "--laser", "-o", "-", "--format", kind], stdout=full,
                                        stderr=subprocess.PIPE, timeout=60, text=True)
-                    self.assertIn("No space left", r.stderr)
+                    self.assertIn("No space left on device; free some space", r.stderr)
                 self.assertEqual(r.returncode, 1)
                 self.assertEqual(self.laser(), [True, False] * (len(self.laser()) // 2))
                 self.assertTrue(self.laser())
@@ -480,12 +545,25 @@ class Sensors(Case):
         self.folder.write("old.csv", "old")
         r = self.dump("--laser", "-o", self.folder / "old.csv")
         self.assertEqual(r.returncode, 1)
-        self.assertIn(str(p.pid), r.stderr)
+        self.assertIn(f"lumdump (process {p.pid}) has the session", r.stderr)
+        self.assertIn("must end", r.stderr)
+        self.assertNotIn("does not own", r.stderr)
         self.assertEqual((self.folder / "old.csv").read_text(), "old")
         self.assertEqual(self.laser(), [])
         p.send_signal(signal.SIGINT)
         self.end(p)
         self.assertEqual(p.returncode, 0)
+
+    def test_no_points_are_told_with_their_reason(self):
+        self.simulator("--fault", "interlock@4")
+        r = self.dump("--duration", "0.5")
+        self.assertIn("no point is left of them: the laser is off: use --laser", r.stderr)
+        self.wait_for(lambda: self.events("fault"), "the fault")
+        for arguments in [], ["--laser"]:
+            r = self.dump("--duration", "1", *arguments)
+            self.assertEqual(r.returncode, 0)
+            self.assertIn("no point is left of them: a hazard keeps the laser down: HW_SAFETY_BAD", r.stderr)
+        self.assertEqual(self.laser(), [])
 
     def test_a_hazard_at_the_start_is_told_and_recorded(self):
         self.simulator("--fault", "fan@0")
@@ -566,10 +644,12 @@ class Sensors(Case):
         os.close(terminal)
         os.close(main)
         self.assertEqual(p.returncode, 0)
-        self.assertIn(b"packets/s", shown)
-        self.assertIn(b"laser on", shown)
-        for text in re.findall(rb"\r\x1b\[K([^\r\n]*)", shown):
+        lines = re.findall(rb"\r\x1b\[K([^\r\n]*)", shown)
+        for text in lines:
             self.assertLess(len(text), 80)
+        # all that matters fits the 80 columns of a terminal that does not tell its width
+        self.assertTrue([t for t in lines if re.match(rb"\d+\.\d\d Mpt/s  lost: wire \d+w \d+l, kernel \d+, "
+                                                      rb"ring \d+, bad \d+  laser on  buf \d+%", t)], lines)
 
 
 class Handmade(threading.Thread):
@@ -584,6 +664,8 @@ class Handmade(threading.Thread):
         self.refusals = refusals
         self.has_data = has_data
         self.commands = []
+        self.mute = set()  # commands that get no answer
+        self.has_status = True  # in answers
         self.status = 0x0210
         self.ends = False
         self.clock = 0
@@ -605,7 +687,10 @@ class Handmade(threading.Thread):
         if packet[8] == 7:
             if len(packet) > 16:
                 self.take(packet[20:])
-            yield packet[:16] + struct.pack("<HHH", 2, 2, self.status) + struct.pack("<HH", 3, 6) + b"a\x1bbc\n\xff"
+            if packet[20:] in self.mute:
+                return
+            status = struct.pack("<HHH", 2, 2, self.status) if self.has_status else b""
+            yield packet[:16] + status + struct.pack("<HH", 3, 6) + b"a\x1bbc\n\xff"
 
     def take(self, command):
         self.commands.append(command)
@@ -633,6 +718,41 @@ class HandmadeSensors(Case):
         self.assertEqual(sensor.commands, [b"u"] * 4 + [b"d"])
         self.assertNotIn("hazard", r.stderr)
 
+    def test_a_laser_that_is_given_up_is_switched_off(self):
+        sensor = self.sensor()
+        sensor.mute = {b"u"}
+        r = self.dump("--laser", "--duration", "8")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertIn("did not answer to laser on (sent 5 times): it is switched off", r.stderr)
+        first = sensor.commands.index(b"d")
+        self.assertEqual(set(sensor.commands[:first]), {b"u"})
+        self.assertEqual(sensor.commands[first:], [b"d", b"d"])  # at once, and at the end
+
+    def test_a_laser_that_cannot_be_seen_is_switched_off(self):
+        sensor = self.sensor()
+        sensor.has_status = False
+        r = self.dump("--laser", "--duration", "1")
+        self.assertEqual(r.returncode, 1, r.stderr)
+        self.assertIn("without a status: whether it is on is not known, so it is switched off", r.stderr)
+        self.assertEqual(sensor.commands[:2], [b"u", b"d"])
+        self.assertEqual(sensor.commands.count(b"u"), 1)
+
+    def test_laser_off_that_a_hazard_calls_for_is_said_until_it_is_answered(self):
+        sensor = self.sensor()
+        sensor.mute = {b"d"}
+        p = self.start("--laser", stdout=subprocess.DEVNULL)
+        self.wait_for(lambda: sensor.commands == [b"u"], "laser on")
+        time.sleep(0.3)
+        sensor.take = sensor.commands.append
+        sensor.status = 0x0840
+        self.wait_for(lambda: len(sensor.commands) > 7, "more than one try of laser off")
+        sensor.mute = set()
+        p.send_signal(signal.SIGINT)
+        said = self.end(p)
+        self.assertEqual(p.returncode, 0, said)
+        self.assertEqual(set(sensor.commands[1:]), {b"d"})
+        self.assertEqual(said.count("does not answer to laser off"), 1, said)
+
     def test_one_that_answers_and_sends_no_data_is_told_from_one_that_is_not_there(self):
         sensor = self.sensor(has_data=False)
         r = self.dump("--laser", "-o", self.folder / "c.csv")
@@ -659,6 +779,10 @@ class Arguments(Case):
                 ([self.url, "--rotate", "0s", "-o", "a.csv"], "10min"),
                 ([self.url, "-o", "-", "--format", "ply"], "cannot seek"),
                 ([self.url, "-o", "a.csv", "-o", "b"], "--format"), (["x.pcap", "--laser"], "udp://"),
+                ([self.url, "--l"], "did you mean --laser?"), ([self.url, "--dur", "1"], "--duration"),
+                ([self.url, "--bu=1MB"], "did you mean --buffer?"), ([self.url, "--ver"], "did you mean --version?"),
+                (["127.0.0.1"], "no such file; a sensor is named as udp://127.0.0.1\n"),
+                (["udp:/127.0.0.1:55"], "udp://127.0.0.1:55\n"),
                 (["x.pcap", "--interface", "lo"], "udp://"), (["x.pcap", "--buffer", "1MB"], "udp://")):
             with self.subTest(arguments):
                 r = run("lumdump", *arguments)
@@ -671,6 +795,8 @@ class Arguments(Case):
         self.assertEqual(r.returncode, 1)
         self.assertIn("directory does not exist", r.stderr)
         self.assertEqual(self.events("heartbeat") + self.events("tlv"), [])
+        (self.folder / "d.ply").mkdir()
+        self.assertIn("is a directory; name a file in it", self.dump("-o", self.folder / "d.ply").stderr)
 
 
 if __name__ == "__main__":

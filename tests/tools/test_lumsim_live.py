@@ -11,6 +11,7 @@ import time
 import unittest
 
 import shards
+from live import wait_until
 from support import BIN, MAGIC, Folder, frames_of, group, pcap, run, simulate, udp
 
 PORT = 5517
@@ -434,6 +435,22 @@ class Scene(Live):
         low, high = after(lambda: client.ask(tlv(9, (4, table))), 3)
         self.assertGreater(low, -4.3)
         self.assertLess(high, -2.7)
+
+    def test_a_new_scan_cuts_no_line(self):
+        client = self.start("--frames", 1, beats=False)
+        self.wait_for("frames")
+        dump = subprocess.Popen([BIN / "lumdump", f"udp://{self.host}", "--json", "--quiet", "--duration", "4"],
+                                stdout=subprocess.PIPE)
+        self.addCleanup(dump.stdout.close)
+        for i, command in enumerate(("11y", "30y", "20y", "12y", "15y", "28y", "17y", "19y")):
+            self.wait_for("stream")
+            client.command(command)
+            wait_until(lambda: len(self.events("frames")) >= 2 + i, PATIENCE_S, "the frames")
+        found = json.loads(dump.stdout.read())
+        self.assertEqual(dump.wait(), 0)
+        self.assertGreater(found["lines"], 1000)
+        self.assertEqual(found["lost_words"], 0)
+        self.assertLessEqual(found["lines_missing_angles"], 2, "no more than the recording's end cuts")
 
     def test_the_pace_is_that_of_the_rate(self):
         for rate in (10, 25):

@@ -3,13 +3,15 @@
 clock."""
 import os
 import signal
+import socket
+import struct
 import subprocess
 import time
 import unittest
 
 import shards
 from live import Sensor, tool, wait_until
-from support import Folder
+from support import MAGIC, Folder
 
 HEARTBEATS_END_S = 2.5
 LASER_ENDS_S = 3.2
@@ -75,6 +77,59 @@ class Safety(unittest.TestCase):
         wait_until(lambda: len(self.sensor.events("heartbeat")) > before + 5, 10, "heartbeats")
         self.assertFalse(self.sensor.laser_is_up())
         self.dump.end(signal.SIGINT)
+
+    def record_through(self, last, *arguments):
+        """A recording through the faults of a sensor, to its end; the times at which the laser went up."""
+        self.sensor = Sensor(self, self.folder, "--lines", "64", "--rate", "2", *arguments, address=f"127.30.0.{last}")
+        dump = tool(self, self.folder, "lumdump", f"udp://127.30.0.{last}", "--laser", "--duration", "6.5", "-q", "-o",
+                    self.folder / "a.pcap")
+        self.assertEqual(dump.wait(30), 0, dump.stderr())
+        faults = self.sensor.events("fault")
+        self.assertEqual([e["ends"] for e in faults], [False, True])
+        # the end of the hazard is seen for longer than a laser takes to come up
+        self.assertGreater(self.sensor.events("heartbeat")[-1]["t"], faults[-1]["t"] + 1)
+        return [e["t"] for e in self.sensor.events("laser") if e["up"]], faults
+
+    def test_the_end_of_a_hazard_does_not_bring_the_laser_back(self):
+        for last, fault, end in ((12, "fan", 5), (13, "interlock", 3.1)):
+            with self.subTest(fault):
+                ups, faults = self.record_through(last, "--fault", f"{fault}@3-{end}")
+                self.assertEqual(len(ups), 1)
+                self.assertLess(ups[0], faults[0]["t"])
+                self.assertFalse(self.sensor.laser_is_up())
+
+    def test_a_laser_that_a_hazard_refused_does_not_come_up_at_its_end(self):
+        ups, _ = self.record_through(14, "--fault", "interlock@0-3")
+        self.assertEqual(ups, [])
+
+    def test_after_a_hazard_a_person_can_switch_on_again(self):
+        self.sensor = Sensor(self, self.folder, "--lines", "64", "--rate", "2", "--fault", "fan@0-3", address="127.30.0.15")
+        dump = tool(self, self.folder, "lumdump", "udp://127.30.0.15", "--laser", "-o", self.folder / "a.pcap")
+        wait_until(lambda: len(self.sensor.events("fault")) == 2, 10, "the end of the hazard")
+        on = tool(self, self.folder, "lumctl", "--host", "127.30.0.15", "laser", "on")
+        self.assertEqual(on.wait(), 0, on.stderr())
+        before = len(self.sensor.events("heartbeat"))
+        wait_until(lambda: len(self.sensor.events("heartbeat")) > before + 10, 10, "heartbeats")
+        self.assertEqual([e["up"] for e in self.sensor.events("laser")], [True])
+        self.assertEqual(dump.end(signal.SIGINT), 0, dump.stderr())
+        self.assertIn("is on", dump.stderr())
+        self.assertFalse(self.sensor.laser_is_up())
+
+    def test_what_a_hazard_refused_to_another_program_does_not_stand(self):
+        self.sensor = Sensor(self, self.folder, "--lines", "64", "--rate", "2", "--fault", "fan@0-5", address="127.30.0.16")
+        dump = tool(self, self.folder, "lumdump", "udp://127.30.0.16", "--laser", "-o", self.folder / "a.pcap")
+
+        def heard(command):
+            return [e for e in self.sensor.events("tlv") if e.get("note") == command]
+
+        wait_until(lambda: heard("d"), 10, "laser off")
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+            other.sendto(MAGIC + struct.pack("<IIHH", 7, 1, 1, 1) + b"u", ("127.30.0.16", 5517))
+        wait_until(lambda: len(heard("u")) == 2 and len(heard("d")) == 2, 10, "laser off again")
+        end = wait_until(lambda: [e for e in self.sensor.events("fault") if e["ends"]], 10, "the end of the hazard")
+        wait_until(lambda: len(self.sensor.events("heartbeat", after=end[0]["t"])) > 8, 10, "heartbeats")
+        self.assertEqual(self.sensor.events("laser"), [])
+        self.assertEqual(dump.end(signal.SIGINT), 0, dump.stderr())
 
     def test_a_stalled_reader_does_not_turn_the_laser_off(self):
         reader = subprocess.Popen(["sleep", "60"], stdin=subprocess.PIPE)

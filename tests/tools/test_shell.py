@@ -46,6 +46,21 @@ class Pipe(unittest.TestCase):
         self.assertIn("101", r.stderr)
         self.assertIn("63p", self.notes(sensor))
 
+    def test_help_of_one_command_is_that_of_the_command_line(self):
+        self.sensor(11)
+        r = self.shell(11, "help power\nhelp\n")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertIn(run("lumctl", "help", "power").stdout, r.stdout)
+        self.assertIn("Commands are those of the command line", r.stdout)
+
+    def test_words_behind_quit_are_told(self):
+        sensor = self.sensor(12)
+        r = self.shell(12, "exit 3\nquit now\npower 66\n")
+        self.assertEqual(r.returncode, 2)
+        self.assertIn("exit: '3' is one word too many", r.stderr)
+        self.assertIn("quit: 'now' is one word too many", r.stderr)
+        self.assertIn("66p", self.notes(sensor))
+
     def test_options_of_a_line_hold_for_that_line_alone(self):
         sensor = self.sensor(4)
         r = self.shell(4, "power 64 --dry-run\npower 65\n")
@@ -168,6 +183,19 @@ class Terminal(unittest.TestCase):
         self.p.send_signal(signal.SIGINT)
         self.expect("lumctl>")
         self.type("exit\r")
+        self.assertEqual(self.p.wait(15), 0)
+
+    def test_what_follows_an_echoed_key_begins_a_line(self):
+        self.start(6, "--heartbeat")
+        self.type("status --watch\r")
+        time.sleep(1)
+        self.type("\x03")  # echoed; no terminal of this session's turns it into a signal
+        self.p.send_signal(signal.SIGINT)
+        self.expect("lumctl>")
+        self.assertNotRegex(self.seen, r"[^\r\n]lumctl>")
+        self.type("\x04")
+        self.expect("the laser is off")
+        self.assertNotRegex(self.seen, r"[^\r\n]lumctl: the laser is off")
         self.assertEqual(self.p.wait(15), 0)
 
     def test_sigterm_ends_it_and_the_laser(self):

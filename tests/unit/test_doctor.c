@@ -103,7 +103,12 @@ static void udp_sockets_of_the_port_are_found_with_user_and_inode(void **state)
     assert_int_equal(u[0].inode, 4711);
     assert_int_equal(u[1].address, 0);
     assert_true(u[1].inode == UINT64_C(99999999999));
+    assert_int_equal(u[0].port, 5517);
     assert_int_equal(users(text, u, 1), 1);
+    FILE *f = open_text(text);
+    assert_int_equal(facts_udp(f, 0, u, 4), 3);
+    fclose(f);
+    assert_int_equal(u[2].port, 5518);
 }
 
 static void udp6_counts_where_it_can_take_ipv4(void **state)

@@ -61,6 +61,30 @@ static void text_is_escaped_and_always_utf8(void **state)
     expect(&t, "\"\\\"\\\\\\u000a\\u0001 \xc3\xa4 \\ufffd \\ufffd\\ufffd\"");
 }
 
+static void only_the_shortest_encoding_of_a_real_character_is_utf8(void **state)
+{
+    static const struct {
+        const char *text;
+        const char *expected;
+    } cases[] = {
+        {"\xc1\xbf", "\"\\ufffd\\ufffd\""},
+        {"\xe0\x9f\xbf", "\"\\ufffd\\ufffd\\ufffd\""},
+        {"\xed\xa0\x80", "\"\\ufffd\\ufffd\\ufffd\""},
+        {"\xf0\x8f\xbf\xbf", "\"\\ufffd\\ufffd\\ufffd\\ufffd\""},
+        {"\xf4\x90\x80\x80", "\"\\ufffd\\ufffd\\ufffd\\ufffd\""},
+        {"\xf5\x80\x80\x80", "\"\\ufffd\\ufffd\\ufffd\\ufffd\""},
+        {"\xc2\x80\xe0\xa0\x80\xed\x9f\xbf\xf4\x8f\xbf\xbf",
+         "\"\xc2\x80\xe0\xa0\x80\xed\x9f\xbf\xf4\x8f\xbf\xbf\""},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct text t;
+        begin(&t);
+        json_text(&t.json, NULL, cases[i].text);
+        expect(&t, cases[i].expected);
+    }
+}
+
 static void reals_have_their_decimals_and_what_is_no_number_is_null(
     void **state)
 {
@@ -81,6 +105,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(values_are_parted_by_commas_at_every_depth),
         cmocka_unit_test(text_is_escaped_and_always_utf8),
+        cmocka_unit_test(
+            only_the_shortest_encoding_of_a_real_character_is_utf8),
         cmocka_unit_test(
             reals_have_their_decimals_and_what_is_no_number_is_null),
     };

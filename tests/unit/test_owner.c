@@ -70,7 +70,7 @@ static void a_second_session_of_a_program_is_refused(void **state)
 {
     (void)state;
     lum_owner *owner = take(sensor(1), NULL);
-    expect_busy(sensor(1), NULL, "this program already owns the session");
+    expect_busy(sensor(1), NULL, "this program has the session with");
     lum_owner_release(owner);
     lum_owner_release(NULL);
 }
@@ -157,7 +157,7 @@ static void end(pid_t child)
 static const char *as_named(pid_t process)
 {
     static char text[64];
-    snprintf(text, sizeof text, "process %ld already", (long)process);
+    snprintf(text, sizeof text, "process %ld", (long)process);
     return text;
 }
 
@@ -173,8 +173,7 @@ static const char *as_named(pid_t process)
     assert_non_null(fgets(name, sizeof name, file));
     fclose(file);
     name[strcspn(name, "\n")] = '\0';
-    snprintf(text, sizeof text, "%s (process %ld) already", name,
-             (long)process);
+    snprintf(text, sizeof text, "%s (process %ld) has", name, (long)process);
     return text;
 }
 

@@ -20,23 +20,47 @@ _lumsdk_choose() {
     mapfile -t COMPREPLY < <(compgen -W "$1" -- "$2")
 }
 
-_lumctl_commands='apply doctor heartbeat holdoff laser lines offset power send set-ip shell status threshold time tlv yscan'
+# As _lumsdk_choose, for words that go on: no space behind those that end in :
+# or @.
+_lumsdk_choose_open() {
+    _lumsdk_choose "$1" "$2"
+    case ${COMPREPLY[*]} in
+    *[:@]) compopt -o nospace 2>/dev/null ;;
+    esac
+}
 
-# The first word that is a command, as far as the cursor.
-_lumctl_command() {
-    local word
+_lumctl_commands() {
+    "$1" --help 2>/dev/null | sed -nE 's/^  ([a-z][a-z-]*) .*/\1/p' | grep -vx 'lumctl' | sort -u
+}
+
+# What is open behind a command: its words are offered once.
+_lumctl_words() {
+    local tool=$1 current=$2 commands word command='' behind=0
+    commands=" $(_lumctl_commands "$tool" | tr '\n' ' ') "
     for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
-        case " $_lumctl_commands " in
-        *" $word "*)
-            printf '%s\n' "$word"
-            return
-            ;;
-        esac
+        if [ -n "$command" ]; then
+            behind=$((behind + 1))
+        elif [[ $commands == *" $word "* ]]; then
+            command=$word
+        fi
     done
+    case $command:$behind in
+    :*) _lumsdk_choose "$commands" "$current" ;;
+    help:0) _lumsdk_choose "$commands" "$current" ;;
+    laser:0) _lumsdk_choose 'on off' "$current" ;;
+    lines:0) _lumsdk_choose '640 64' "$current" ;;
+    threshold:0 | offset:0) _lumsdk_choose 'green blue' "$current" ;;
+    apply:0) _lumsdk_files "$current" ;;
+    esac
 }
 
 _lumsdk() {
     local tool=$1 current=$2 previous=$3 words
+    # bash splits words at colons
+    if [[ ${COMP_WORDS[*]} == *'--shape csv :'* && $previous == [:v]* ]]; then
+        _lumsdk_files "${current#:}"
+        return
+    fi
     case $previous in
     --output | -o | --calibration | --profile | --log | --truth | --replay)
         _lumsdk_files "$current"
@@ -45,6 +69,15 @@ _lumsdk() {
     --interface)
         words=$(ls /sys/class/net 2>/dev/null)
         _lumsdk_choose "$words" "$current"
+        return
+        ;;
+    --shape)
+        _lumsdk_choose_open 'uniform gaussian: regions: csv:' "$current"
+        return
+        ;;
+    --fault)
+        words='galvo-bx@ galvo-by@ galvo-gx@ galvo-gy@ board@ fan@ interlock@ switch@ silence@ reboot@'
+        _lumsdk_choose_open "$words" "$current"
         return
         ;;
     --*)
@@ -58,13 +91,7 @@ _lumsdk() {
     if [[ $current == -* ]]; then
         _lumsdk_choose "$(_lumsdk_options "$tool")" "$current"
     elif [[ ${tool##*/} == lumctl* ]]; then
-        case $(_lumctl_command) in
-        '') _lumsdk_choose "$_lumctl_commands" "$current" ;;
-        laser) _lumsdk_choose 'on off' "$current" ;;
-        lines) _lumsdk_choose '640 64' "$current" ;;
-        threshold | offset) _lumsdk_choose 'green blue' "$current" ;;
-        apply) _lumsdk_files "$current" ;;
-        esac
+        _lumctl_words "$tool" "$current"
     elif [[ ${tool##*/} == lumdump* ]]; then
         if [[ udp:// == "$current"* && -n $current ]]; then
             COMPREPLY=(udp://)

@@ -193,6 +193,19 @@ static enum exit_status check_own(const struct command *command, unsigned given)
                         options_name(first), command->name, names);
 }
 
+static enum exit_status check_watch(const struct ctl *ctl,
+                                    const struct command *command)
+{
+    const bool needs_watch = (command->own & OWN_WATCH) != 0;
+    if (needs_watch && ctl->options.duration_s > 0.0 && !ctl->options.watch) {
+        return ctl_complain(
+            EXIT_BAD,
+            "--duration goes with --watch: lumctl %s --watch --duration %.6g",
+            command->name, ctl->options.duration_s);
+    }
+    return EXIT_DONE;
+}
+
 /* What holds for one command alone. */
 static void forget_own(struct ctl_options *options)
 {
@@ -222,6 +235,9 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
     const bool owned = ctl->owns;
     lum_sensor *sensor = NULL;
     enum exit_status status = check_own(command, found->own);
+    if (status == EXIT_DONE) {
+        status = check_watch(ctl, command);
+    }
     if (status == EXIT_DONE && ctl->in_shell &&
         (found->own & OWN_SESSION) != 0 && !ctl->options.dry_run) {
         status = ctl_complain(
@@ -234,6 +250,7 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
     }
     if (status == EXIT_DONE) {
         status = command->run(ctl, found->count, words);
+        ctl_end_packets(ctl);
     }
     if (ctl->in_shell && ctl->owns && !owned &&
         session_open_at(ctl, session_host(ctl), false, &sensor) == EXIT_DONE) {
@@ -243,12 +260,28 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
     return status == EXIT_DONE ? written : status;
 }
 
+static enum exit_status help_word(int count, char **words)
+{
+    const struct command *command = count > 1 ? find(words[1]) : NULL;
+    if (count > 2) {
+        return ctl_complain(
+            EXIT_BAD, "help: '%s' is one word too many: one command", words[2]);
+    }
+    if (count > 1 && command == NULL) {
+        return complain_unknown(words[1]);
+    }
+    return command != NULL ? help_one(command) : help_all();
+}
+
 static enum exit_status choose(struct ctl *ctl,
                                const struct options_found *found, char **words)
 {
     const struct command *command = found->count > 0 ? find(words[0]) : NULL;
     if (found->wants_version) {
         return version();
+    }
+    if (found->count > 0 && strcmp(words[0], "help") == 0) {
+        return help_word(found->count, words);
     }
     if (found->count > 0 && command == NULL) {
         return complain_unknown(words[0]);

@@ -33,14 +33,42 @@ void ctl_note(const struct ctl *ctl, const char *format, ...)
     va_end(arguments);
 }
 
-enum exit_status ctl_print_packet(const void *bytes, size_t len)
+static void put_packet(struct ctl *ctl, const char *hex)
 {
-    const unsigned char *p = bytes;
-    for (size_t i = 0; i < len; i++) {
-        (void)printf("%02x", p[i]);
+    if (!ctl->has_packets) {
+        ctl->has_packets = true;
+        json_init(&ctl->packets, stdout);
+        json_open_object(&ctl->packets, NULL);
+        json_open_array(&ctl->packets, "packets");
     }
-    (void)putchar('\n');
+    json_text(&ctl->packets, NULL, hex);
+}
+
+enum exit_status ctl_print_packet(struct ctl *ctl, const void *bytes,
+                                  size_t len)
+{
+    char hex[2u * LUM_SENSOR_REQUEST_BYTES + 1u];
+    const unsigned char *p = bytes;
+    hex[0] = '\0';
+    for (size_t i = 0; i < len && i < LUM_SENSOR_REQUEST_BYTES; i++) {
+        (void)snprintf(hex + 2u * i, 3, "%02x", p[i]);
+    }
+    if (ctl->options.json) {
+        put_packet(ctl, hex);
+    } else {
+        (void)puts(hex);
+    }
     return EXIT_DONE;
+}
+
+void ctl_end_packets(struct ctl *ctl)
+{
+    if (ctl->has_packets) {
+        ctl->has_packets = false;
+        json_close_array(&ctl->packets);
+        json_close_object(&ctl->packets);
+        json_end(&ctl->packets);
+    }
 }
 
 enum exit_status ctl_status_exit(uint16_t status, bool is_owned)
@@ -56,7 +84,7 @@ static enum exit_status complain_length(size_t len)
         (unsigned)(LUM_SENSOR_REQUEST_BYTES - LUM_TLV_PACKET_BYTES));
 }
 
-static enum exit_status print_request(const struct ctl *ctl, const void *tlvs,
+static enum exit_status print_request(struct ctl *ctl, const void *tlvs,
                                       size_t len)
 {
     uint8_t packet[LUM_SENSOR_REQUEST_BYTES];
@@ -69,7 +97,7 @@ static enum exit_status print_request(const struct ctl *ctl, const void *tlvs,
     if (len > 0) {
         (void)memcpy(packet + writer.len, tlvs, len);
     }
-    return ctl_print_packet(packet, writer.len + len);
+    return ctl_print_packet(ctl, packet, writer.len + len);
 }
 
 enum exit_status ctl_request(struct ctl *ctl, const void *tlvs, size_t len,

@@ -3,6 +3,8 @@
 #ifndef LUMCTL_CTL_H
 #define LUMCTL_CTL_H
 
+#include "../common/json.h"
+
 #include "lum/base/error.h"
 #include "lum/net/sensor.h"
 
@@ -49,6 +51,8 @@ struct ctl {
     bool in_shell;      /* a prompt follows; the session stays open */
     bool has_status;    /* a status has been seen */
     uint16_t status;    /* the last one */
+    bool has_packets;   /* of a dry run, in JSON: the array is open */
+    struct json packets;
 };
 
 /* A command: words[0] is its name. Complains on standard error. */
@@ -89,8 +93,11 @@ enum exit_status ctl_request(struct ctl *ctl, const void *tlvs, size_t len,
  * or as JSON. */
 enum exit_status ctl_command_text(struct ctl *ctl, const char *text);
 
-/* Prints a packet as one line of hex. */
-enum exit_status ctl_print_packet(const void *bytes, size_t len);
+/* Prints a packet as one line of hex, or adds it to the JSON object of a dry
+ * run, which ctl_end_packets() closes. */
+enum exit_status ctl_print_packet(struct ctl *ctl, const void *bytes,
+                                  size_t len);
+void ctl_end_packets(struct ctl *ctl);
 
 /* Complaints: "lumctl: ..." and a newline on standard error. Returns status. */
 LUM_PRINTF(2, 3)

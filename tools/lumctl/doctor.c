@@ -10,6 +10,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#define LOOPBACK 0x7f000001u
+
 struct check {
     const char *name;
     enum doctor_need need;
@@ -22,7 +24,7 @@ static const struct check checks[] = {
     {"interface", DOCTOR_NEEDS_NOTHING, doctor_check_interface, true},
     {"route", DOCTOR_NEEDS_INTERFACE, doctor_check_route, true},
     {"arp", DOCTOR_NEEDS_ROUTE, doctor_check_arp, false},
-    {"port", DOCTOR_NEEDS_NOTHING, doctor_check_port, false},
+    {"port", DOCTOR_NEEDS_NOTHING, doctor_check_port, true},
     {"session", DOCTOR_NEEDS_NOTHING, doctor_check_session, true},
     {"firewall", DOCTOR_NEEDS_NOTHING, doctor_check_firewall, true},
     {"buffer", DOCTOR_NEEDS_NOTHING, doctor_check_buffer, false},
@@ -93,6 +95,20 @@ void doctor_add(struct doctor_finding *out, const char *text, ...)
     va_start(arguments, text);
     (void)vsnprintf(out->text + len, sizeof out->text - len, text, arguments);
     va_end(arguments);
+}
+
+const char *doctor_place(uint32_t address, uint16_t port,
+                         char out[DOCTOR_PLACE_BYTES])
+{
+    char text[16];
+    (void)number_format_address(address != 0 ? address : LOOPBACK, text);
+    if (port == LUM_PORT) {
+        (void)snprintf(out, DOCTOR_PLACE_BYTES, "%s", text);
+    } else {
+        (void)snprintf(out, DOCTOR_PLACE_BYTES, "%s --port %u", text,
+                       (unsigned)port);
+    }
+    return out;
 }
 
 void doctor_lack(struct doctor *d, enum doctor_need need, const char *why)

@@ -47,10 +47,10 @@ struct doctor_stream {
     uint64_t kinds[LUM_PACKET_KINDS];
     uint32_t odd_type; /* of the last data packet that did not decode */
     size_t odd_len;
-    uint64_t lines; /* whole ones: not the first of each eye */
+    uint64_t lines; /* judged: not those that were under way */
     uint64_t lines_missing_angles;
     uint64_t lost_words;
-    bool eye_began[LUM_EYES];
+    unsigned pass_over[LUM_EYES]; /* lines that are not judged, still to come */
     bool has_clock;
     uint32_t clock_us; /* the latest data packet's, as sent */
     int64_t clock_ns;  /* when it was taken */
@@ -110,6 +110,17 @@ void doctor_mend(struct doctor_finding *out, const char *command, ...);
 /* More of the sentence. */
 LUM_PRINTF(2, 3)
 void doctor_add(struct doctor_finding *out, const char *text, ...);
+
+/* Where somebody listens, as options have it: "127.0.0.1 --port 5518"; the port
+ * only where it is not the usual one. */
+#define DOCTOR_PLACE_BYTES 40u
+const char *doctor_place(uint32_t address, uint16_t port,
+                         char out[DOCTOR_PLACE_BYTES]);
+
+/* Where a simulator of this host is, when there is one that may be named; else
+ * false, and nothing is written. otherwise: a command for those who have
+ * another sensor, may be empty. */
+bool doctor_mend_simulator(struct doctor_finding *out, const char *otherwise);
 
 /* Where else the sensor may be. */
 void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out);

@@ -101,12 +101,13 @@ size_t facts_udp(FILE *in, uint16_t port, struct udp_user *out, size_t room)
     char *f[FIELDS_MAX];
     size_t n = 0;
     while (n < room && fgets(line, sizeof line, in) != NULL) {
-        struct udp_user u = {0, 0, 0};
+        struct udp_user u = {0, 0, 0, 0};
         uint32_t p = 0;
         if (split(line, f) < 10u || !parse_local(f[1], &u.address, &p) ||
-            p != port) {
+            (port != 0 && p != port)) {
             continue;
         }
+        u.port = (uint16_t)p;
         u.uid = (uint32_t)strtoul(f[7], NULL, 10);
         u.inode = strtoull(f[9], NULL, 10);
         out[n] = u;

@@ -22,12 +22,13 @@ enum arp_state facts_arp(FILE *in, uint32_t address, const char *device,
 
 struct udp_user {
     uint32_t address; /* bound to, host order; 0: any */
+    uint16_t port;
     uint32_t uid;
     uint64_t inode;
 };
 
-/* /proc/net/udp or udp6: sockets bound to a port; those of IPv6 that cannot
- * take IPv4 are left out. Returns how many, at most room. */
+/* /proc/net/udp or udp6: sockets bound to a port, 0: to whichever; those of
+ * IPv6 that cannot take IPv4 are left out. Returns how many, at most room. */
 size_t facts_udp(FILE *in, uint16_t port, struct udp_user *out, size_t room);
 
 #endif

@@ -136,6 +136,7 @@ static void say_no_subnet(const struct doctor *d, const struct view *view,
                           struct doctor_finding *out)
 {
     char address[16];
+    char add[128];
     char names[NAMES_SIZE];
     const struct way_interface *w = likeliest(d, view);
     list_names(view, names);
@@ -146,11 +147,15 @@ static void say_no_subnet(const struct doctor *d, const struct view *view,
         d->ctl->options.interface != NULL ? " " : "",
         d->ctl->options.interface != NULL ? d->ctl->options.interface : "",
         names);
-    doctor_mend(out, "%s%s%ssudo ip addr add %s/24 dev %s",
-                w != NULL && !w->is_up ? "sudo ip link set " : "",
-                w != NULL && !w->is_up ? w->name : "",
-                w != NULL && !w->is_up ? " up && " : "",
-                address_beside(d, address), w != NULL ? w->name : "INTERFACE");
+    (void)snprintf(add, sizeof add, "%s%s%ssudo ip addr add %s/24 dev %s",
+                   w != NULL && !w->is_up ? "sudo ip link set " : "",
+                   w != NULL && !w->is_up ? w->name : "",
+                   w != NULL && !w->is_up ? " up && " : "",
+                   address_beside(d, address),
+                   w != NULL ? w->name : "INTERFACE");
+    if (!doctor_mend_simulator(out, add)) {
+        doctor_mend(out, "%s", add);
+    }
 }
 
 static bool names_an_interface(const struct doctor *d, const struct view *view)

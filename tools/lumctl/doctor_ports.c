@@ -9,8 +9,10 @@
 
 #include <inttypes.h>
 #include <stdio.h>
+#include <string.h>
 
 #define USERS_MAX 16u
+#define ALL_MAX   64u
 #define WHO_BYTES 96u
 
 static size_t read_users(const char *path, uint16_t port, struct udp_user *out,
@@ -25,17 +27,16 @@ static size_t read_users(const char *path, uint16_t port, struct udp_user *out,
     return n;
 }
 
-static size_t find_users(uint16_t port, struct udp_user out[USERS_MAX])
+static size_t find_users(uint16_t port, struct udp_user *out, size_t room)
 {
-    const size_t n = read_users("/proc/net/udp", port, out, USERS_MAX);
-    return n + read_users("/proc/net/udp6", port, out + n, USERS_MAX - n);
+    const size_t n = read_users("/proc/net/udp", port, out, room);
+    return n + read_users("/proc/net/udp6", port, out + n, room - n);
 }
 
 /* "lumsim (process 12)", and its number; 0: only root could tell. */
-static long name_user(const struct udp_user *user, uint16_t port,
-                      char out[WHO_BYTES])
+static long name_user(const struct udp_user *user, char out[WHO_BYTES])
 {
-    const lum_endpoint local = {user->address, port};
+    const lum_endpoint local = {user->address, user->port};
     const long process = lum_program_of_port(local);
     if (process > 0) {
         (void)snprintf(out, WHO_BYTES, "%s", lum_program_show(process).text);
@@ -65,59 +66,132 @@ static const struct udp_user *find_sensor(const struct doctor *d,
     return NULL;
 }
 
+/* A simulator of this host, at whatever address and port. */
+static bool find_simulator(struct udp_user *out)
+{
+    struct udp_user all[ALL_MAX];
+    char who[WHO_BYTES];
+    const size_t n = find_users(0, all, ALL_MAX);
+    for (size_t i = 0; i < n; i++) {
+        (void)name_user(&all[i], who);
+        if (strncmp(who, "lumsim (", strlen("lumsim (")) == 0) {
+            *out = all[i];
+            return true;
+        }
+    }
+    return false;
+}
+
+bool doctor_mend_simulator(struct doctor_finding *out, const char *otherwise)
+{
+    struct udp_user user;
+    char place[DOCTOR_PLACE_BYTES];
+    if (!find_simulator(&user)) {
+        return false;
+    }
+    (void)doctor_place(user.address, user.port, place);
+    doctor_mend(out, "lumctl --host %s doctor    # lumsim is there%s%s", place,
+                otherwise[0] != '\0' ? "; for another sensor: " : "",
+                otherwise);
+    return true;
+}
+
+/* Somebody else listens, but not where the sensor is to be. */
+static void say_elsewhere(const struct doctor *d, const struct udp_user *user,
+                          struct doctor_finding *out)
+{
+    char who[WHO_BYTES];
+    char address[16];
+    char place[DOCTOR_PLACE_BYTES];
+    (void)name_user(user, who);
+    doctor_wrong(out, "nothing listens at %s:%u, but %s does at %s:%u",
+                 d->address, (unsigned)d->sensor.port, who,
+                 name_address(user, address), (unsigned)user->port);
+    doctor_mend(out, "lumctl --host %s doctor",
+                doctor_place(user->address, user->port, place));
+}
+
+static void say_nothing_listens(const struct doctor *d,
+                                struct doctor_finding *out)
+{
+    char place[DOCTOR_PLACE_BYTES];
+    doctor_wrong(out, "%s is on this host, and nothing listens on its port %u",
+                 d->address, (unsigned)d->sensor.port);
+    doctor_mend(out, "lumsim --address %s &%s%s",
+                doctor_place(d->sensor.address, d->sensor.port, place),
+                d->own[0] != '\0' ? "    # or, if the address is to be a "
+                                    "sensor's: sudo ip addr del "
+                                  : "",
+                d->own);
+}
+
 /* The sensor is to be a program of this host. */
 static void look_at_own(struct doctor *d, const struct udp_user *users,
                         size_t n, struct doctor_finding *out)
 {
-    const unsigned port = d->sensor.port;
     char who[WHO_BYTES];
     char address[16];
+    struct udp_user simulator;
     const struct udp_user *user = find_sensor(d, users, n);
     if (user != NULL) {
-        (void)name_user(user, d->sensor.port, who);
-        doctor_fine(out, "%s has port %u of %s", who, port,
+        (void)name_user(user, who);
+        doctor_fine(out, "%s has port %u of %s", who, (unsigned)d->sensor.port,
                     name_address(user, address));
         return;
     }
     d->is_silent = true;
     doctor_lack(d, DOCTOR_NEEDS_NEIGHBOUR, "nothing listens there");
-    if (n > 0) {
-        (void)name_user(&users[0], d->sensor.port, who);
-        doctor_wrong(out, "nothing listens at %s:%u, but %s does at %s",
-                     d->address, port, who, name_address(&users[0], address));
-        doctor_mend(out, "lumctl --host %s doctor",
-                    name_address(&users[0], address));
+    if (find_simulator(&simulator)) {
+        say_elsewhere(d, &simulator, out);
+    } else if (n > 0) {
+        say_elsewhere(d, &users[0], out);
     } else {
-        doctor_wrong(out,
-                     "%s is on this host, and nothing listens on its port %u",
-                     d->address, port);
-        doctor_mend(out, "lumsim --address %s &%s%s", d->address,
-                    d->own[0] != '\0' ? "    # or, if the address is to be a "
-                                        "sensor's: sudo ip addr del "
-                                      : "",
-                    d->own);
+        say_nothing_listens(d, out);
     }
+}
+
+static void note_user(const struct udp_user *user, struct doctor_finding *out)
+{
+    char who[WHO_BYTES];
+    char address[16];
+    const long process = name_user(user, who);
+    doctor_note(out,
+                "%s has port %u of %s on this host: a simulator? lumctl "
+                "and lumdump do not need that port, other programs may",
+                who, (unsigned)user->port, name_address(user, address));
+    if (process > 0) {
+        doctor_mend(out, "kill %ld    # if it is not needed", process);
+    }
+}
+
+static void note_simulator(const struct udp_user *user,
+                           struct doctor_finding *out)
+{
+    char who[WHO_BYTES];
+    char address[16];
+    char place[DOCTOR_PLACE_BYTES];
+    (void)name_user(user, who);
+    doctor_note(out,
+                "%s listens at %s:%u of this host: harmless, unless it is the "
+                "sensor that you mean",
+                who, name_address(user, address), (unsigned)user->port);
+    doctor_mend(out, "lumctl --host %s doctor",
+                doctor_place(user->address, user->port, place));
 }
 
 void doctor_check_port(struct doctor *d, struct doctor_finding *out)
 {
     struct udp_user users[USERS_MAX];
-    char who[WHO_BYTES];
-    char address[16];
-    const unsigned port = d->sensor.port;
-    const size_t n = find_users(d->sensor.port, users);
+    struct udp_user simulator;
+    const size_t n = find_users(d->sensor.port, users, USERS_MAX);
     if (d->is_local) {
         look_at_own(d, users, n, out);
-    } else if (n == 0) {
-        doctor_fine(out, "port %u of this host is free", port);
+    } else if (find_simulator(&simulator)) {
+        note_simulator(&simulator, out);
+    } else if (n > 0) {
+        note_user(&users[0], out);
     } else {
-        const long process = name_user(&users[0], d->sensor.port, who);
-        doctor_note(out,
-                    "%s has port %u of %s on this host: a simulator? lumctl "
-                    "and lumdump do not need that port, other programs may",
-                    who, port, name_address(&users[0], address));
-        if (process > 0) {
-            doctor_mend(out, "kill %ld    # if it is not needed", process);
-        }
+        doctor_fine(out, "port %u of this host is free",
+                    (unsigned)d->sensor.port);
     }
 }

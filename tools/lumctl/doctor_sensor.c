@@ -159,6 +159,7 @@ void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out)
 
 static void say_silent(struct doctor *d, struct doctor_finding *out)
 {
+    char place[DOCTOR_PLACE_BYTES];
     char filter[32];
     d->is_silent = true;
     doctor_lack(d, DOCTOR_NEEDS_ANSWER, "the sensor does not answer");
@@ -177,7 +178,8 @@ static void say_silent(struct doctor *d, struct doctor_finding *out)
                  "or one that has not started",
                  d->address, (unsigned)d->sensor.port);
     if (d->is_local) {
-        doctor_mend(out, "lumsim --address %s &", d->address);
+        doctor_mend(out, "lumsim --address %s &",
+                    doctor_place(d->sensor.address, d->sensor.port, place));
     } else {
         doctor_mend_elsewhere(d, out);
     }
@@ -438,6 +440,7 @@ static void look_at_rate(const struct doctor *d, struct doctor_finding *out)
 
 void doctor_check_clock(struct doctor *d, struct doctor_finding *out)
 {
+    char name[SESSION_NAME_BYTES];
     lum_clock_estimate e;
     wait_for_rate(d);
     if (lum_clock_sync_estimate(&d->clock, &e) != LUM_OK) {
@@ -450,7 +453,7 @@ void doctor_check_clock(struct doctor *d, struct doctor_finding *out)
         doctor_mend(out,
                     "lumctl --host %s time --watch    # look at its power "
                     "supply until that stops",
-                    d->address);
+                    session_name(d->sensor, name));
         return;
     }
     doctor_fine(out, "the sensor's clock stands at %.6f s, known to %.3f ms",

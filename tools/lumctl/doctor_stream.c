@@ -1,12 +1,15 @@
 /* The data that comes while the doctor is the session, judged. */
 #include "doctor.h"
 
+#include "session.h"
+
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 struct doctor_storage {
     lum_assembler assembler;
+    unsigned open_lines; /* of an eye: so many may be under way */
     lum_line_slot *slots;
     uint32_t *words;
 };
@@ -21,6 +24,10 @@ bool doctor_stream_open(struct doctor *d)
         return false;
     }
     d->storage = s;
+    s->open_lines = config.open_lines;
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        d->stream.pass_over[eye] = s->open_lines;
+    }
     s->slots = calloc(slots, sizeof *s->slots);
     s->words = calloc(slots * config.words_per_line, sizeof *s->words);
     return s->slots != NULL && s->words != NULL &&
@@ -37,11 +44,12 @@ void doctor_stream_free(struct doctor_storage *storage)
     }
 }
 
-/* Of the first line of each eye only the rest may have come. */
+/* What was under way when the doctor began to listen has come in part, and
+ * proves no loss. */
 static void take_line(struct doctor_stream *s, const lum_line *line)
 {
-    if (!s->eye_began[line->eye]) {
-        s->eye_began[line->eye] = true;
+    if (s->pass_over[line->eye] > 0) {
+        s->pass_over[line->eye]--;
         return;
     }
     s->lines++;
@@ -57,6 +65,11 @@ static void take_group(struct doctor *d, const lum_group *group)
         if (r == LUM_LINE_READY) {
             take_line(&d->stream, lum_assembler_line(a));
         }
+    }
+    if (r == LUM_E_STRAY) {
+        /* Where the clock jumps, the first packet is dropped here and not on
+         * the wire: behind the lines that are open its own follows. */
+        d->stream.pass_over[group->eye] = 2u * d->storage->open_lines;
     }
     d->stream.assembly = *lum_assembler_counters(a);
 }
@@ -95,10 +108,11 @@ static uint64_t odd_datagrams(const struct doctor_stream *s)
 
 static void mend_layout(const struct doctor *d, struct doctor_finding *out)
 {
+    char name[SESSION_NAME_BYTES];
     doctor_mend(out,
                 "lumdump udp://%s --duration 2    # shows a packet, and "
                 "how to write a --profile FILE",
-                d->address);
+                session_name(d->sensor, name));
 }
 
 static void say_odd(const struct doctor *d, uint64_t odd, uint64_t good,
@@ -161,23 +175,37 @@ static void say_kernel_loss(const struct doctor_stream *s,
     doctor_mend_buffer(out);
 }
 
-static void say_wire_loss(const struct doctor *d, struct doctor_finding *out)
+static void mend_wire(const struct doctor *d, struct doctor_finding *out)
 {
-    const struct doctor_stream *s = &d->stream;
-    doctor_wrong(out,
-                 "lost on the wire in %" PRIu64 " lines: angles of %" PRIu64
-                 " lines, %" PRIu64 " range words at least, %" PRIu64
-                 " lines whole; %s: cable, switch, or the network card",
-                 s->lines, s->lines_missing_angles, s->lost_words,
-                 s->assembly.lines_skipped,
-                 s->counts_drops ? "the kernel dropped none"
-                                 : "what the kernel drops is not told here");
-    if (d->interface[0] != '\0') {
+    char place[DOCTOR_PLACE_BYTES];
+    if (d->is_local) {
+        doctor_mend(out,
+                    "lumsim --address %s &    # anew, without --loss, "
+                    "--reorder, --corrupt and --jitter; where it cannot keep "
+                    "up, with a lower --rate",
+                    doctor_place(d->sensor.address, d->sensor.port, place));
+    } else if (d->interface[0] != '\0') {
         doctor_mend(out,
                     "ethtool -S %s | grep -iE 'err|drop|miss|fifo'    # "
                     "rising: sudo ethtool -G %s rx 4096, or another cable",
                     d->interface, d->interface);
     }
+}
+
+static void say_wire_loss(const struct doctor *d, struct doctor_finding *out)
+{
+    const struct doctor_stream *s = &d->stream;
+    doctor_wrong(
+        out,
+        "lost %s: of %" PRIu64 " lines %" PRIu64 " without all angles, %" PRIu64
+        " more whole, and %" PRIu64 " range words or more; %s: %s",
+        d->is_local ? "by the simulator" : "on the wire", s->lines,
+        s->lines_missing_angles, s->assembly.lines_skipped, s->lost_words,
+        s->counts_drops ? "the kernel dropped none"
+                        : "what the kernel drops is not told here",
+        d->is_local ? "it was told to, or cannot keep up"
+                    : "cable, switch, or the network card");
+    mend_wire(d, out);
 }
 
 void doctor_check_loss(struct doctor *d, struct doctor_finding *out)

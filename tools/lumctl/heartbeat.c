@@ -106,6 +106,18 @@ static bool holds_data(const struct ctl *ctl, const lum_sensor_event *event)
     return false;
 }
 
+/* Only what is there has a session. */
+static void welcome(struct beating *b)
+{
+    char name[SESSION_NAME_BYTES];
+    if (!b->has_any && writable(stderr, 0)) {
+        clear_line(b);
+        ctl_note(b->ctl, "this is now the session of %s: its data comes here",
+                 session_name(session_host(b->ctl), name));
+    }
+    b->has_any = true;
+}
+
 static bool take(void *context, const lum_sensor_event *event)
 {
     struct beating *b = context;
@@ -114,10 +126,10 @@ static bool take(void *context, const lum_sensor_event *event)
     bool goes_on = true;
     if (event->kind == LUM_SENSOR_DATAGRAMS) {
         has_data = holds_data(b->ctl, event);
-        b->has_any = true;
+        welcome(b);
     } else if (event->kind == LUM_SENSOR_ANSWER ||
                event->kind == LUM_SENSOR_ALERT) {
-        b->has_any = true;
+        welcome(b);
         goes_on = !event->has_status || show_status(b, event);
     }
     look_at_data(b, now, has_data);
@@ -158,9 +170,7 @@ static void sum_up(const struct beating *b)
 static void announce(const struct ctl *ctl)
 {
     char name[SESSION_NAME_BYTES];
-    ctl_note(ctl,
-             "this is now the session of %s: heartbeats go there, %.3g a "
-             "second, its data comes here; %s",
+    ctl_note(ctl, "heartbeats go to %s, %.3g a second; %s",
              session_name(session_host(ctl), name),
              ctl->options.rate_hz > 0.0 ? ctl->options.rate_hz : 5.0,
              ctl->options.duration_s > 0.0 ? "Ctrl-C ends it sooner"
@@ -190,7 +200,7 @@ static enum exit_status beat(struct ctl *ctl)
     }
     if (status == EXIT_DONE && !b.has_any &&
         !lum_cancel_is_raised(ctl->cancel)) {
-        return session_complain_silence(ctl, ctl->options.retries + 1);
+        return session_complain_silence(ctl, 0);
     }
     return status;
 }
@@ -205,7 +215,7 @@ enum exit_status command_heartbeat(struct ctl *ctl, int count, char **words)
     if (ctl->options.dry_run) {
         uint8_t packet[LUM_HEARTBEAT_BYTES];
         lum_heartbeat_encode(packet);
-        return ctl_print_packet(packet, sizeof packet);
+        return ctl_print_packet(ctl, packet, sizeof packet);
     }
     const enum exit_status opened = ctl_open(ctl, true);
     return opened == EXIT_DONE ? beat(ctl) : opened;

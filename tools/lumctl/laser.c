@@ -53,21 +53,94 @@ bool laser_is_as(enum laser_wish wish, const struct ctl_answer *answer)
             report_laser_is_up(answer->status) == (wish == LASER_ON));
 }
 
-enum exit_status laser_complain(const struct ctl *ctl, enum laser_wish wish,
+static lum_laser_off switch_down(struct ctl *ctl, uint16_t *status)
+{
+    lum_sensor_give_up(ctl->sensor);
+    interrupt_hold();
+    const lum_laser_off result = lum_sensor_laser_off(ctl->sensor, status);
+    interrupt_release();
+    if (result != LUM_LASER_OFF_UNKNOWN) {
+        ctl->has_status = true;
+        ctl->status = *status;
+    }
+    return result;
+}
+
+enum laser_undo laser_take_back(struct ctl *ctl, enum laser_wish wish,
                                 const struct ctl_answer *answer)
 {
+    uint16_t status = 0;
+    if (wish != LASER_ON || (answer != NULL && laser_is_as(wish, answer))) {
+        return LASER_STANDS;
+    }
+    const lum_laser_off result = switch_down(ctl, &status);
+    if (result == LUM_LASER_OFF_REFUSED) {
+        return LASER_IS_ON;
+    }
+    return result == LUM_LASER_OFF_SEEN && (status & LUM_LASER_TLV_CMD_ON) == 0
+               ? LASER_TAKEN_BACK
+               : LASER_MAY_COME_UP;
+}
+
+static void complain_undo(const struct ctl *ctl, enum laser_undo undo)
+{
+    char name[SESSION_NAME_BYTES];
+    (void)session_name(session_host(ctl), name);
+    switch (undo) {
+    case LASER_TAKEN_BACK:
+        (void)ctl_complain(EXIT_FAILED,
+                           "taken back: it will not come up by itself");
+        return;
+    case LASER_MAY_COME_UP:
+        (void)ctl_complain(
+            EXIT_FAILED,
+            "NOT taken back, since no answer shows it: the laser WILL COME UP "
+            "by itself when what keeps it down ends. Say lumctl --host %s "
+            "laser off, or end whatever sends heartbeats",
+            name);
+        return;
+    case LASER_IS_ON:
+        (void)ctl_complain(EXIT_FAILED,
+                           "taking it back failed: the laser is ON now, and "
+                           "stays up. End whatever sends heartbeats, or cut "
+                           "its power");
+        return;
+    default:
+        return;
+    }
+}
+
+enum exit_status laser_complain(const struct ctl *ctl, enum laser_wish wish,
+                                const struct ctl_answer *answer,
+                                enum laser_undo undo)
+{
     char line[REPORT_LINE_BYTES];
+    enum exit_status status = EXIT_FAILED;
     if (!answer->has_status) {
-        return ctl_complain(EXIT_FAILED, "no status came that shows it %s",
-                            wish == LASER_ON ? "on" : "off");
+        (void)ctl_complain(EXIT_FAILED, "no status came that shows it %s",
+                           wish == LASER_ON ? "on" : "off");
+    } else if (wish == LASER_ON) {
+        status = complain_down(ctl, answer);
+    } else {
+        (void)ctl_complain(EXIT_FAILED,
+                           "the laser is ON: the command was answered, and it "
+                           "stays up (%s)",
+                           report_line(answer->status, false, line));
     }
-    if (wish == LASER_ON) {
-        return complain_down(ctl, answer);
+    complain_undo(ctl, undo);
+    return status;
+}
+
+enum exit_status laser_give_up(struct ctl *ctl, enum laser_wish wish,
+                               enum exit_status status, bool was_sent)
+{
+    /* After any other failure the session is of no use any more. */
+    const bool is_usable =
+        status == EXIT_NO_ANSWER || lum_cancel_is_raised(ctl->cancel);
+    if (status != EXIT_DONE && was_sent && ctl->sensor != NULL && is_usable) {
+        complain_undo(ctl, laser_take_back(ctl, wish, NULL));
     }
-    return ctl_complain(EXIT_FAILED,
-                        "the laser is ON: the command was answered, and it "
-                        "stays up (%s)",
-                        report_line(answer->status, false, line));
+    return status;
 }
 
 static enum exit_status switch_on(struct ctl *ctl)
@@ -77,13 +150,15 @@ static enum exit_status switch_on(struct ctl *ctl)
     bool was_sent = false;
     const enum exit_status status = text_send(ctl, "u", &answer, &was_sent);
     if (status != EXIT_DONE || !was_sent) {
-        return status;
+        return laser_give_up(ctl, LASER_ON, status, was_sent);
     }
+    const enum laser_undo undo = laser_take_back(ctl, LASER_ON, &answer);
     const bool is_refused = text_find_refusal("u", answer.debug, &refusal);
     const bool is_on = laser_is_as(LASER_ON, &answer);
     const bool is_up = is_on && !is_refused;
     if (ctl->options.json) {
-        text_print_json(ctl, "u", is_up, refusal.names, &answer);
+        const struct text_outcome outcome = {"u", is_up, refusal.names, undo};
+        text_print_json(ctl, &outcome, &answer);
     } else {
         text_print_answer(ctl, is_up ? "laser on" : "laser not on", &answer);
     }
@@ -95,7 +170,7 @@ static enum exit_status switch_on(struct ctl *ctl)
     if (is_refused) {
         (void)text_complain_refusal("u", &refusal, answer.debug);
     }
-    return is_on ? EXIT_FAILED : laser_complain(ctl, LASER_ON, &answer);
+    return is_on ? EXIT_FAILED : laser_complain(ctl, LASER_ON, &answer, undo);
 }
 
 static void print_off(const struct ctl *ctl, lum_laser_off result,
@@ -134,10 +209,7 @@ static enum exit_status switch_off(struct ctl *ctl)
     if (opened != EXIT_DONE) {
         return opened;
     }
-    lum_sensor_give_up(ctl->sensor);
-    interrupt_hold();
-    const lum_laser_off result = lum_sensor_laser_off(ctl->sensor, &status);
-    interrupt_release();
+    const lum_laser_off result = switch_down(ctl, &status);
     print_off(ctl, result, status);
     if (result == LUM_LASER_OFF_UNKNOWN) {
         return ctl_complain(
@@ -147,8 +219,6 @@ static enum exit_status switch_off(struct ctl *ctl)
             "talk to it, or cut its power",
             session_name(session_host(ctl), name));
     }
-    ctl->has_status = true;
-    ctl->status = status;
     if (result == LUM_LASER_OFF_REFUSED) {
         return ctl_complain(
             EXIT_FAILED,

@@ -16,9 +16,30 @@ enum laser_wish laser_wish_of(const char *text);
 /* An answer without a status shows nothing. */
 bool laser_is_as(enum laser_wish wish, const struct ctl_answer *answer);
 
-/* It is not: complains, says why. EXIT_HAZARD where a hazard keeps it down,
- * else EXIT_FAILED. wish is not LASER_ANY. */
-enum exit_status laser_complain(const struct ctl *ctl, enum laser_wish wish,
+/* What has become of a command for the laser on that did not show it up. */
+enum laser_undo {
+    LASER_STANDS,      /* there was nothing to take back */
+    LASER_TAKEN_BACK,  /* the sensor will not come up by itself */
+    LASER_MAY_COME_UP, /* it has not answered the taking back */
+    LASER_IS_ON        /* it came up meanwhile, and stays up */
+};
+
+/* Where a text wanted the laser on and the answer (NULL: none came) does not
+ * show it up, switches it off: else the sensor would come up by itself when
+ * what keeps it down ends. */
+enum laser_undo laser_take_back(struct ctl *ctl, enum laser_wish wish,
                                 const struct ctl_answer *answer);
+
+/* The answer is not as wished: complains, says why, and what has become of it.
+ * EXIT_HAZARD where a hazard keeps it down, else EXIT_FAILED. wish is not
+ * LASER_ANY. */
+enum exit_status laser_complain(const struct ctl *ctl, enum laser_wish wish,
+                                const struct ctl_answer *answer,
+                                enum laser_undo undo);
+
+/* The request ended with a status other than EXIT_DONE: takes back what may
+ * have reached the sensor all the same, says so, and returns the status. */
+enum exit_status laser_give_up(struct ctl *ctl, enum laser_wish wish,
+                               enum exit_status status, bool was_sent);
 
 #endif

@@ -26,6 +26,9 @@ void line_prompt(void);
 /* Forgets what was typed so far: Ctrl-C at a prompt. */
 void line_forget(void);
 
+/* On a terminal, ends the line that a key such as ^C was echoed to. */
+void line_break(void);
+
 /* Prints a line above the prompt. */
 void line_above(const char *text);
 

@@ -27,17 +27,23 @@ void line_prompt(void)
     (void)fflush(stdout);
 }
 
+void line_break(void)
+{
+    if (*shown != '\0') {
+        (void)fputc('\n', stdout);
+        (void)fflush(stdout);
+    }
+}
+
 void line_forget(void)
 {
-    (void)fputc('\n', stdout);
+    line_break();
     line_prompt();
 }
 
 void line_above(const char *text)
 {
-    if (*shown != '\0') {
-        (void)fputc('\n', stdout);
-    }
+    line_break();
     (void)fprintf(stdout, "%s\n", text);
     line_prompt();
 }

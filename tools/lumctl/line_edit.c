@@ -109,11 +109,19 @@ void line_prompt(void)
     }
 }
 
+void line_break(void)
+{
+    if (is_edited) {
+        (void)fputc('\n', stdout);
+        (void)fflush(stdout);
+    }
+}
+
 void line_forget(void)
 {
     if (is_edited) {
         rl_replace_line("", 0);
-        (void)fputc('\n', stdout);
+        line_break();
         rl_callback_handler_remove();
         line_prompt();
     }

@@ -131,7 +131,10 @@ void report_json(struct json *json, uint16_t status, bool is_owned)
     json_uint(json, "status", status);
     json_text(json, "status_hex", hex);
     put_bits(json, "bits", status);
-    put_bits(json, "hazards", status & LUM_LASER_HAZARDS);
+    put_bits(json, "hazards",
+             report_is_idle(status, is_owned)
+                 ? 0
+                 : (uint16_t)(status & LUM_LASER_HAZARDS));
     json_text(json, "laser", report_laser_is_up(status) ? "up" : "down");
     json_bool(json, "idle", report_is_idle(status, is_owned));
 }

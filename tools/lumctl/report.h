@@ -33,7 +33,7 @@ const char *report_aside(uint16_t status, bool is_owned);
 /* A line for each bit, hazards first, with what it means and what to do. */
 void report_status(FILE *out, uint16_t status, bool is_owned, bool in_colour);
 
-/* The keys status, status_hex, bits, hazards, laser, idle. */
+/* The keys status, status_hex, bits, hazards (none while idle), laser, idle. */
 void report_json(struct json *json, uint16_t status, bool is_owned);
 
 /* The key round_trip_ms; null where it is 0, which is not known. */

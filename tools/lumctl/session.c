@@ -237,11 +237,21 @@ bool session_is_data(const struct ctl *ctl, const lum_received *datagram)
 enum exit_status session_complain_silence(const struct ctl *ctl, unsigned tries)
 {
     char name[SESSION_NAME_BYTES];
+    char how[64] = "";
     (void)session_name(session_host(ctl), name);
+    if (tries > 0) {
+        (void)snprintf(how, sizeof how, " (tried %u %s, %u ms%s)", tries,
+                       tries == 1 ? "time" : "times",
+                       (unsigned)ctl->options.timeout_ms,
+                       tries == 1 ? "" : " each");
+    } else if (ctl->options.duration_s > 0.0) {
+        (void)snprintf(how, sizeof how, " (--duration ended after %.6g s)",
+                       ctl->options.duration_s);
+    }
     return ctl_complain(EXIT_NO_ANSWER,
-                        "%s does not answer (tried %u times, %u ms each); to "
-                        "find out why: lumctl doctor --host %s",
-                        name, tries, (unsigned)ctl->options.timeout_ms, name);
+                        "%s does not answer%s; to find out why: lumctl doctor "
+                        "--host %s",
+                        name, how, name);
 }
 
 enum exit_status session_finish(struct ctl *ctl, lum_sensor_event *out)

@@ -56,7 +56,8 @@ lum_endpoint session_host(const struct ctl *ctl);
  * program's. Not looked for, and false, where the status shows no need. */
 bool session_is_owned(const struct ctl *ctl, uint16_t status);
 
-/* Nobody answered: says so and what to do. */
+/* Nobody answered: says so and what to do. tries: of the request that had no
+ * answer; 0: time ended before that was known. */
 enum exit_status session_complain_silence(const struct ctl *ctl,
                                           unsigned tries);
 

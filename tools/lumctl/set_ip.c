@@ -31,7 +31,8 @@ struct move {
     lum_endpoint old;
     lum_endpoint new;
     lum_endpoint reversed;
-    lum_error error; /* why an address could not be looked at; may be empty */
+    lum_error error; /* why the new address could not be looked at; may be
+                        empty */
 };
 
 static lum_endpoint reverse(lum_endpoint host)
@@ -71,13 +72,15 @@ static bool answers(struct move *m, lum_endpoint host, unsigned tries,
 {
     struct ctl looking = *m->ctl;
     lum_sensor *sensor = NULL;
+    lum_error other = {""};
+    lum_error *error = host.address == m->new.address ? &m->error : &other;
     looking.options.timeout_ms = try_ms;
     looking.options.retries = tries - 1;
     if (lum_cancel_is_raised(m->ctl->cancel) ||
-        session_try(&looking, host, false, &sensor, &m->error) != LUM_NET_OK) {
+        session_try(&looking, host, false, &sensor, error) != LUM_NET_OK) {
         return false;
     }
-    const bool has_answered = await_time(m->ctl, sensor, &m->error);
+    const bool has_answered = await_time(m->ctl, sensor, error);
     lum_sensor_close(sensor);
     return has_answered;
 }
@@ -207,14 +210,17 @@ static enum exit_status complain_nowhere(const struct move *m)
     char new[SESSION_NAME_BYTES];
     char old[SESSION_NAME_BYTES];
     char reversed[SESSION_NAME_BYTES];
+    const bool has_reversed = lum_address_is_host(m->reversed.address);
+    if (m->error.text[0] != '\0') {
+        (void)ctl_complain(EXIT_FAILED, "%s", m->error.text);
+    }
     return ctl_complain(
         EXIT_NO_ANSWER,
-        "nobody answers at %s, nor at %s or %s%s%s. This host may have no way "
-        "to the new address: lumctl doctor --host %s. The sensor boots at "
-        "10.42.0.37 when its power was off",
+        "nobody answers at %s, nor at %s%s%s. To find out why: lumctl doctor "
+        "--host %s. When its power was off, the sensor is at 10.42.0.37",
         session_name(m->new, new), session_name(m->old, old),
-        session_name(m->reversed, reversed),
-        m->error.text[0] != '\0' ? ": " : "", m->error.text, new);
+        has_reversed ? " or " : "",
+        has_reversed ? session_name(m->reversed, reversed) : "", new);
 }
 
 static enum exit_status tell(struct move *m, enum found found)
@@ -278,6 +284,6 @@ enum exit_status command_set_ip(struct ctl *ctl, int count, char **words)
             "multicast nor broadcast",
             words[1]);
     }
-    return ctl->options.dry_run ? ctl_print_packet(packet, sizeof packet)
+    return ctl->options.dry_run ? ctl_print_packet(ctl, packet, sizeof packet)
                                 : move(ctl, address);
 }

@@ -149,6 +149,7 @@ static void help(void)
         (void)printf(" %s", ctl_command_name(i));
     }
     (void)puts("\nThe manual's raw text works too, such as 50p or u. "
+               "help COMMAND says more of one. "
                "quit, or the end of the input, ends the shell.");
 }
 
@@ -183,6 +184,11 @@ static void note_failure(struct shell *s, enum exit_status status)
     }
 }
 
+static bool is_end_word(const char *word)
+{
+    return strcmp(word, "quit") == 0 || strcmp(word, "exit") == 0;
+}
+
 static void run_line(struct shell *s, char *text)
 {
     char send[] = "send";
@@ -198,6 +204,11 @@ static void run_line(struct shell *s, char *text)
                                         "more than 64 words");
     } else if (count == 1 && strcmp(words[0], "help") == 0) {
         help();
+    } else if (count > 1 && is_end_word(words[0])) {
+        status = ctl_complain(EXIT_BAD,
+                              "%s: '%s' is one word too many: %s alone ends "
+                              "the shell",
+                              words[0], words[1], words[0]);
     } else if (count > 0) {
         status = run_words(s, count, words);
     }
@@ -209,7 +220,7 @@ static bool is_end(const char *text)
     char copy[LINE_BYTES];
     (void)snprintf(copy, sizeof copy, "%s", text);
     words_trim(copy);
-    return strcmp(copy, "quit") == 0 || strcmp(copy, "exit") == 0;
+    return is_end_word(copy);
 }
 
 /* False when the shell is to end. */
@@ -218,7 +229,11 @@ static bool serve_input(struct shell *s)
     char copy[LINE_BYTES];
     const char *text = NULL;
     const enum line_event event = line_take(&text);
-    if (event == LINE_END || (event == LINE_READY && is_end(text))) {
+    if (event == LINE_END) {
+        line_break();
+        return false;
+    }
+    if (event == LINE_READY && is_end(text)) {
         return false;
     }
     if (event == LINE_TOO_LONG) {
@@ -234,6 +249,7 @@ static bool serve_input(struct shell *s)
         }
         if (interrupt_signal() == SIGINT) {
             interrupt_forget();
+            line_break();
         }
         line_prompt();
     }
@@ -248,7 +264,11 @@ static bool serve_signal(void)
         line_forget();
         return true;
     }
-    return interrupt_signal() == 0;
+    if (interrupt_signal() != 0) {
+        line_break();
+        return false;
+    }
+    return true;
 }
 
 static void loop(struct shell *s)

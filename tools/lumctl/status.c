@@ -154,12 +154,16 @@ static enum exit_status watch(struct ctl *ctl)
     if (status != EXIT_DONE) {
         return status;
     }
-    if (w.is_silent || !w.has_shown) {
-        return lum_cancel_is_raised(ctl->cancel)
-                   ? EXIT_DONE
-                   : session_complain_silence(ctl, ctl->options.retries + 1);
+    if (w.has_shown && !w.is_silent) {
+        return ctl_status_exit(w.status, session_is_owned(ctl, w.status));
     }
-    return ctl_status_exit(w.status, session_is_owned(ctl, w.status));
+    if (lum_cancel_is_raised(ctl->cancel)) {
+        return EXIT_DONE;
+    }
+    if (!w.has_shown) {
+        (void)show(&w, true, 0);
+    }
+    return session_complain_silence(ctl, 0);
 }
 
 static void print_json(const struct ctl *ctl, const struct ctl_answer *answer,

@@ -1,7 +1,6 @@
 #include "text.h"
 
 #include "../common/number.h"
-#include "laser.h"
 #include "report.h"
 #include "session.h"
 
@@ -218,18 +217,21 @@ enum exit_status text_complain_refusal(const char *text,
                         reason);
 }
 
-void text_print_json(const struct ctl *ctl, const char *text, bool is_done,
-                     const char *refused, const struct ctl_answer *answer)
+void text_print_json(const struct ctl *ctl, const struct text_outcome *outcome,
+                     const struct ctl_answer *answer)
 {
     struct json json;
     char name[SESSION_NAME_BYTES];
     json_init(&json, stdout);
     json_open_object(&json, NULL);
     json_text(&json, "sensor", session_name(session_host(ctl), name));
-    if (text != NULL) {
-        json_text(&json, "command", text);
-        json_bool(&json, "done", is_done);
-        json_text(&json, "refused", refused);
+    if (outcome != NULL) {
+        json_text(&json, "command", outcome->text);
+        json_bool(&json, "done", outcome->is_done);
+        json_text(&json, "refused", outcome->refused);
+    }
+    if (outcome != NULL && outcome->undo != LASER_STANDS) {
+        json_bool(&json, "taken_back", outcome->undo == LASER_TAKEN_BACK);
     }
     if (answer->has_status) {
         report_json(&json, answer->status,
@@ -297,15 +299,18 @@ enum exit_status ctl_command_text(struct ctl *ctl, const char *text)
     char what[TEXT_BYTES + 16];
     bool was_sent = false;
     const enum exit_status status = text_send(ctl, text, &answer, &was_sent);
-    if (status != EXIT_DONE || !was_sent) {
-        return status;
-    }
-    const bool is_refused = text_find_refusal(text, answer.debug, &refusal);
     const enum laser_wish wish = laser_wish_of(text);
+    if (status != EXIT_DONE || !was_sent) {
+        return laser_give_up(ctl, wish, status, was_sent);
+    }
+    const enum laser_undo undo = laser_take_back(ctl, wish, &answer);
+    const bool is_refused = text_find_refusal(text, answer.debug, &refusal);
     const bool is_as_wished = laser_is_as(wish, &answer);
     const bool is_done = !is_refused && is_as_wished;
     if (ctl->options.json) {
-        text_print_json(ctl, text, is_done, refusal.names, &answer);
+        const struct text_outcome outcome = {text, is_done, refusal.names,
+                                             undo};
+        text_print_json(ctl, &outcome, &answer);
     } else {
         (void)snprintf(what, sizeof what, "%s %s", text,
                        is_done ? "done" : "sent");
@@ -315,7 +320,7 @@ enum exit_status ctl_command_text(struct ctl *ctl, const char *text)
         (void)text_complain_refusal(text, &refusal, answer.debug);
     }
     if (!is_as_wished) {
-        return laser_complain(ctl, wish, &answer);
+        return laser_complain(ctl, wish, &answer, undo);
     }
     return is_done ? EXIT_DONE : EXIT_FAILED;
 }
@@ -406,7 +411,7 @@ enum exit_status command_tlv(struct ctl *ctl, int count, char **words)
         ctl_request(ctl, packet + LUM_TLV_PACKET_BYTES,
                     writer.len - LUM_TLV_PACKET_BYTES, &answer, &was_sent);
     if (status == EXIT_DONE && was_sent && ctl->options.json) {
-        text_print_json(ctl, NULL, true, "", &answer);
+        text_print_json(ctl, NULL, &answer);
     } else if (status == EXIT_DONE && was_sent) {
         text_print_answer(ctl, "answered", &answer);
     }

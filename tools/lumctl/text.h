@@ -3,6 +3,7 @@
 #define LUMCTL_TEXT_H
 
 #include "ctl.h"
+#include "laser.h"
 
 /* Checks a text word by word and sends it. As ctl_request(). */
 enum exit_status text_send(struct ctl *ctl, const char *text,
@@ -33,9 +34,16 @@ enum exit_status text_complain_refusal(const char *text,
 void text_print_answer(const struct ctl *ctl, const char *what,
                        const struct ctl_answer *answer);
 
-/* As JSON. text NULL: it was no command text, and the next two count for
- * nothing. refused: the commands that the sensor named; may be empty. */
-void text_print_json(const struct ctl *ctl, const char *text, bool is_done,
-                     const char *refused, const struct ctl_answer *answer);
+/* How a command text ended. */
+struct text_outcome {
+    const char *text;
+    bool is_done;
+    const char *refused; /* commands that the sensor named; may be empty */
+    enum laser_undo undo;
+};
+
+/* As JSON. outcome NULL: it was no command text. */
+void text_print_json(const struct ctl *ctl, const struct text_outcome *outcome,
+                     const struct ctl_answer *answer);
 
 #endif

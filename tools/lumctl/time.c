@@ -188,7 +188,7 @@ static enum exit_status watch(struct timing *t)
     const enum exit_status status = watch_run(t->ctl, &watch);
     if (status == EXIT_DONE && (t->is_silent || !t->has_any) &&
         !lum_cancel_is_raised(t->ctl->cancel)) {
-        return session_complain_silence(t->ctl, t->ctl->options.retries + 1);
+        return session_complain_silence(t->ctl, 0);
     }
     return status;
 }
@@ -239,7 +239,7 @@ enum exit_status command_time(struct ctl *ctl, int count, char **words)
         const lum_timestamp request = {ctl->options.sequence, 0};
         uint8_t packet[LUM_TIMESTAMP_BYTES];
         lum_timestamp_encode(packet, &request);
-        return ctl_print_packet(packet, sizeof packet);
+        return ctl_print_packet(ctl, packet, sizeof packet);
     }
     const enum exit_status opened = ctl_open(ctl, false);
     if (opened != EXIT_DONE) {

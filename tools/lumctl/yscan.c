@@ -74,13 +74,15 @@ static enum exit_status finish(const struct ctl *ctl, const char *what,
     struct text_refusal refusal;
     const bool is_refused = yscan_is_refused(answer->debug) ||
                             text_find_refusal("table", answer->debug, &refusal);
-    char outcome[YSCAN_TEXT_BYTES + 32];
+    char text[YSCAN_TEXT_BYTES + 32];
     if (ctl->options.json) {
-        text_print_json(ctl, what, !is_refused, is_refused ? what : "", answer);
+        const struct text_outcome outcome = {
+            what, !is_refused, is_refused ? what : "", LASER_STANDS};
+        text_print_json(ctl, &outcome, answer);
     } else {
-        (void)snprintf(outcome, sizeof outcome, "Y scan %s %s", what,
+        (void)snprintf(text, sizeof text, "Y scan %s %s", what,
                        is_refused ? "sent" : "done");
-        text_print_answer(ctl, outcome, answer);
+        text_print_answer(ctl, text, answer);
     }
     return is_refused ? ctl_complain(EXIT_FAILED,
                                      "the sensor refused the Y-scan table: "

@@ -20,6 +20,13 @@ static void warn(const struct options *o, const char *text)
     }
 }
 
+void conclude_notes(struct pass *pass)
+{
+    while (pass->notes_told < pass->notes.count) {
+        warn(pass->options, pass->notes.list[pass->notes_told++].text);
+    }
+}
+
 static void print_sensors(const struct pass *pass)
 {
     for (size_t i = 0; i < lum_demux_sensor_count(pass->demux); i++) {
@@ -72,16 +79,28 @@ bool conclude_lacks_data(const struct pass *pass)
            pass->diagnosis.shape_count > 0;
 }
 
-static bool lacks_points(const struct pass *pass)
+/* Where lines gave no point: why, as far as the counters tell. */
+static void warn_of_no_points(const struct pass *pass)
 {
-    uint64_t points = 0;
-    uint64_t lines = 0;
-    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
-        const struct point_counts *p = &pass->summary.sensors[i];
-        points += p->points;
-        lines += p->lines[LUM_EYE_BLUE] + p->lines[LUM_EYE_GREEN];
+    const struct point_counts p = summary_points(&pass->summary);
+    const struct live_counts *live = pass->summary.live;
+    const char *why = "the selection leaves none";
+    char text[400];
+    lum_demux_counters c;
+    lum_demux_total(pass->demux, &c);
+    if (p.points > 0 || p.lines[LUM_EYE_BLUE] + p.lines[LUM_EYE_GREEN] == 0) {
+        return;
     }
-    return points == 0 && lines > 0;
+    if (c.assembly.words == 0) {
+        why = live != NULL && live->darkness[0] != '\0'
+                  ? live->darkness
+                  : "there are no ranges, as when the laser is off";
+    } else if (p.no_angle + p.no_range > 0) {
+        why = "see no_angle and no_range in the summary, and the selection";
+    }
+    (void)snprintf(text, sizeof text,
+                   "lines came, but no point is left of them: %s", why);
+    warn(pass->options, text);
 }
 
 static void warn_of_losses(const struct pass *pass, uint64_t left_out)
@@ -96,15 +115,12 @@ static void warn_of_losses(const struct pass *pass, uint64_t left_out)
         warn(o, "no packet of a G2 was found: nothing whole to or from UDP "
                 "port 5517 bears its magic");
     }
-    if (lacks_points(pass)) {
-        warn(o, "lines came, but no point is left of them: see no_angle and "
-                "no_range in the summary, and the selection");
-    }
+    warn_of_no_points(pass);
     if (left_out > 0) {
         (void)snprintf(text, sizeof text,
-                       "%" PRIu64 " points came after the file of their frame "
-                       "was finished and were left out",
-                       left_out);
+                       "%" PRIu64 " point%s came after the file of the frame "
+                       "was finished and left out",
+                       left_out, left_out == 1 ? "" : "s");
         warn(o, text);
     }
 }
@@ -143,9 +159,12 @@ static enum exit_status finish(struct pass *pass, lum_error *error)
         struct outputs *outputs = pass->outputs;
         pass->outputs = NULL;
         left_out = outputs_left_out(outputs);
-        if (outputs_close(outputs, error) != 0) {
-            return errno == EPIPE ? EXIT_DONE
-                                  : conclude_error(error, EXIT_FAILED);
+        const int closed = outputs_close(outputs, error);
+        const int reason = errno;
+        conclude_notes(pass);
+        if (closed != 0) {
+            return reason == EPIPE ? EXIT_DONE
+                                   : conclude_error(error, EXIT_FAILED);
         }
     }
     return conclude_summary(pass, left_out);

@@ -15,6 +15,9 @@ enum exit_status {
 enum exit_status conclude_error(const lum_error *error,
                                 enum exit_status status);
 
+/* Tell what is to be told of the outputs and was not yet. */
+void conclude_notes(struct pass *pass);
+
 /* Whether packets of ours came, and no data among them. */
 bool conclude_lacks_data(const struct pass *pass);
 

@@ -43,13 +43,25 @@ static void count_line(struct pass *pass, const lum_line *line, bool wanted,
     }
 }
 
+static size_t compute_samples(struct pass *pass, const lum_line *line,
+                              lum_point_losses *losses)
+{
+    const struct options *o = pass->options;
+    lum_angle angles[LUM_LINE_PIXELS];
+    lum_line seen = *line;
+    if (o->smooths) {
+        lum_smooth_line(&o->smooth, line, angles);
+        seen.angles = angles;
+    }
+    return lum_samples_compute(pass->projector, &seen, &o->selection,
+                               &pass->workspace, pass->samples, losses);
+}
+
 static int write_line(struct pass *pass, const lum_line *line,
                       struct point_counts *counts, lum_error *error)
 {
     lum_point_losses losses = {0, 0};
-    const size_t n =
-        lum_samples_compute(pass->projector, line, &pass->options->selection,
-                            &pass->workspace, pass->samples, &losses);
+    const size_t n = compute_samples(pass, line, &losses);
     counts->points += n;
     counts->no_angle += losses.no_angle;
     counts->no_range += losses.no_range;

@@ -24,6 +24,8 @@ struct pass {
     const lum_layout *layout;
     const lum_projector *projector;
     struct outputs *outputs; /* NULL: count alone */
+    struct outputs_notes notes;
+    size_t notes_told; /* as many of them */
 
     struct summary summary;
     struct diagnosis diagnosis;

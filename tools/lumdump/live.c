@@ -1,6 +1,7 @@
 #include "live.h"
 
 #include "../common/interrupt.h"
+#include "../common/laser_bits.h"
 #include "../common/number.h"
 #include "lum/base/time.h"
 #include "own_address.h"
@@ -56,7 +57,7 @@ static int open_outputs(struct live *l)
     return l->options->output_count == 0
                ? 0
                : outputs_open(l->options, l->pass->projector, NULL,
-                              &l->pass->outputs, &l->error);
+                              &l->pass->notes, &l->pass->outputs, &l->error);
 }
 
 static int start_worker(struct live *l)
@@ -102,6 +103,8 @@ static void count(struct live *l)
 {
     const struct session *s = &l->session;
     lum_sensor_counters c;
+    (void)watch_darkness(&s->watch, l->counts.darkness,
+                         sizeof l->counts.darkness);
     lum_sensor_count(s->sensor, &c);
     l->counts.received = s->received;
     l->counts.kernel_drops = c.kernel_drops;
@@ -145,12 +148,22 @@ static void switch_off(struct live *l)
     l->counts.laser = names[l->off];
 }
 
-/* A laser that was not seen down is told of whatever else there is. */
-static enum exit_status tell_laser(const struct live *l)
+/* A laser that was not seen down is told of whatever else there is; where
+ * something has failed, one that was is too.
+ * status: how the run ended otherwise. */
+static enum exit_status tell_laser(const struct live *l,
+                                   enum exit_status status)
 {
     char address[16];
     char bits[256];
-    if (!l->options->laser || l->off == LUM_LASER_OFF_SEEN) {
+    if (!l->options->laser) {
+        return EXIT_DONE;
+    }
+    if (l->off == LUM_LASER_OFF_SEEN) {
+        if (status != EXIT_DONE) {
+            (void)fprintf(stderr, "lumdump: %s: the laser is off\n",
+                          l->options->source);
+        }
         return EXIT_DONE;
     }
     (void)number_format_address(l->options->address.address, address);
@@ -167,7 +180,7 @@ static enum exit_status tell_laser(const struct live *l)
                       "(status: %s): lumctl --host %s laser off, or cut its "
                       "power\n",
                       l->options->source,
-                      watch_name_bits(l->status, UINT16_MAX, bits, sizeof bits),
+                      laser_bits_name(l->status, UINT16_MAX, bits, sizeof bits),
                       address);
     }
     return EXIT_FAILED;
@@ -204,6 +217,8 @@ static enum exit_status tell_end(struct live *l, enum pass_result result,
                                  uint64_t left_out)
 {
     enum exit_status status = EXIT_DONE;
+    l->pass->notes_told = l->session.notes_told;
+    conclude_notes(l->pass);
     if (result == PASS_FAILED) {
         return conclude_error(&l->error, EXIT_FAILED);
     }
@@ -244,7 +259,7 @@ static enum exit_status run(struct live *l)
     const enum pass_result result = worker_end(
         l->session.worker, keeps_outputs(&l->session), &left_out, &l->error);
     const enum exit_status status = tell_end(l, result, left_out);
-    const enum exit_status laser = tell_laser(l);
+    const enum exit_status laser = tell_laser(l, status);
     return status != EXIT_DONE ? status : laser;
 }
 

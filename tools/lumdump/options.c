@@ -29,6 +29,7 @@ enum {
     OPT_DURATION,
     OPT_CALIBRATION,
     OPT_PROFILE,
+    OPT_SMOOTH,
     OPT_HELP,
     OPT_VERSION
 };
@@ -55,6 +56,7 @@ static const struct option long_options[] = {
     {"duration", required_argument, NULL, OPT_DURATION},
     {"calibration", required_argument, NULL, OPT_CALIBRATION},
     {"profile", required_argument, NULL, OPT_PROFILE},
+    {"smooth", required_argument, NULL, OPT_SMOOTH},
     {"help", no_argument, NULL, OPT_HELP},
     {"version", no_argument, NULL, OPT_VERSION},
     {NULL, 0, NULL, 0},
@@ -80,6 +82,27 @@ static const struct word edges[] = {{"rising", LUM_EDGES_RISING},
 static bool refuse(const char *why)
 {
     (void)fprintf(stderr, "lumdump: %s\n", why);
+    return false;
+}
+
+/* getopt_long() takes any beginning of a name; a laser is not to be switched on
+ * by a slip. The word that was taken stands before optind, or before its value.
+ */
+static bool is_spelt_out(char **argv, const struct option *option)
+{
+    const char *word = argv[optind - 1];
+    if (option->has_arg == required_argument && optarg == word) {
+        word = argv[optind - 2];
+    }
+    const char *name = word + strspn(word, "-");
+    const size_t len = strcspn(name, "=");
+    if (len == strlen(option->name)) {
+        return true;
+    }
+    (void)fprintf(stderr,
+                  "lumdump: --%.*s: no such option; did you mean --%s? See "
+                  "lumdump --help\n",
+                  (int)len, name, option->name);
     return false;
 }
 
@@ -133,6 +156,8 @@ static bool set_value(int option, const char *text, struct options *out)
         return values_parse_buffer(text, &out->buffer);
     case OPT_DURATION:
         return values_parse_duration(text, out);
+    case OPT_SMOOTH:
+        return values_parse_smooth(text, out);
     default:
         return set_choice(option, text, out);
     }
@@ -235,7 +260,8 @@ static bool take_source(int argc, char **argv, struct options *out)
     }
     out->source = argv[optind];
     out->is_live = strncmp(out->source, "udp://", 6) == 0;
-    return !out->is_live || values_parse_url(out->source, &out->address);
+    return out->is_live ? values_parse_url(out->source, &out->address)
+                        : values_is_no_url(out->source);
 }
 
 static bool has_text_formats(const struct options *o)
@@ -314,11 +340,17 @@ static enum parsed set_option(int option, struct options *out)
 enum parsed options_parse(int argc, char **argv, struct options *out)
 {
     int option = 0;
+    int which = -1;
     *out = (struct options){
         .eyes = 3, .frame_first = INT64_MIN, .frame_last = INT64_MAX};
     lum_selection_default(&out->selection);
-    while ((option = getopt_long(argc, argv, "o:q", long_options, NULL)) !=
+    while ((option = getopt_long(argc, argv, "o:q", long_options, &which)) !=
            -1) {
+        if (which >= 0 && option != '?' &&
+            !is_spelt_out(argv, &long_options[which])) {
+            return PARSED_BAD;
+        }
+        which = -1;
         const enum parsed parsed = set_option(option, out);
         if (parsed != PARSED_RUN) {
             return parsed;

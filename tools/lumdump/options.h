@@ -5,6 +5,7 @@
 #include "lum/io/writer.h"
 #include "lum/net/socket.h"
 #include "lum/points.h"
+#include "lum/smooth.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -49,6 +50,8 @@ struct options {
     int64_t frame_last;
     int64_t duration_ns; /* 0: all */
     bool drop_incomplete;
+    bool smooths; /* angles, by this filter: */
+    lum_smooth smooth;
     bool utc;
     bool ascii;
     bool json;

@@ -4,9 +4,11 @@
 #include "../common/capture_file.h"
 #include "targets.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #define NAME_BYTES 4096u
 
@@ -175,6 +177,34 @@ int output_rehearse(const struct options *options, size_t i,
     return 0;
 }
 
+const char *output_name(const struct output *output)
+{
+    return output->name;
+}
+
+static bool is_there(const struct output *o, unsigned number,
+                     char name[NAME_BYTES])
+{
+    return numbered_name(o->name, number, name, NULL) == 0 &&
+           access(name, F_OK) == 0;
+}
+
+bool output_find_stale(const struct output *o, lum_error *out)
+{
+    char first[NAME_BYTES];
+    char second[NAME_BYTES];
+    if (!o->rotates || !is_there(o, o->number + 1u, first)) {
+        return false;
+    }
+    const bool has_more = is_there(o, o->number + 2u, second);
+    (void)lum_error_set(out,
+                        "%s%s of an earlier run: this one ended with number "
+                        "%u; remove what you do not need",
+                        first, has_more ? " and what follows are" : " is",
+                        o->number);
+    return true;
+}
+
 bool output_wants_lines(const struct output *output)
 {
     return !output->is_capture;
@@ -296,16 +326,15 @@ int output_add_datagram(struct output *o, const lum_record *record,
     if (!o->is_capture) {
         return 0;
     }
-    return capture_file_add(
-        &o->capture,
-        &(lum_datagram){.time_ns = record->time_ns,
-                        .payload = record->payload,
-                        .len = record->len,
-                        .source = record->source,
-                        .destination = record->destination,
-                        .source_port = record->source_port,
-                        .destination_port = record->destination_port},
-        error);
+    const lum_datagram datagram = {.time_ns = record->time_ns,
+                                   .payload = record->payload,
+                                   .len = record->len,
+                                   .source = record->source,
+                                   .destination = record->destination,
+                                   .source_port = record->source_port,
+                                   .destination_port =
+                                       record->destination_port};
+    return capture_file_add(&o->capture, &datagram, error);
 }
 
 int output_end_frame(struct output *o, int64_t frame, lum_error *error)

@@ -23,6 +23,13 @@ int output_rehearse(const struct options *options, size_t i,
                     const lum_projector *projector, struct output **out,
                     lum_error *error);
 
+/* As it was asked for; "-" is standard output. */
+const char *output_name(const struct output *output);
+
+/* Whether files of an earlier, longer run follow the ones that were written;
+ * out says so. */
+bool output_find_stale(const struct output *output, lum_error *out);
+
 bool output_wants_lines(const struct output *output);
 
 /* Time goes on, in ns since 1970: what is added now may belong into a new

@@ -4,12 +4,14 @@
 
 #include <errno.h>
 #include <stdlib.h>
+#include <string.h>
 
 struct outputs {
     struct output *list[OUTPUTS_MAX]; /* NULL: left out */
     size_t count;
     bool want_lines;
     size_t failed; /* which has failed; count: none */
+    struct outputs_notes *notes;
 };
 
 typedef int open_one(const struct options *options, size_t i,
@@ -64,10 +66,15 @@ static int open_all(const struct options *options,
 }
 
 int outputs_open(const struct options *options, const lum_projector *projector,
-                 const struct outputs *rehearsal, struct outputs **out,
-                 lum_error *error)
+                 const struct outputs *rehearsal, struct outputs_notes *notes,
+                 struct outputs **out, lum_error *error)
 {
-    return open_all(options, projector, rehearsal, open_written, out, error);
+    if (open_all(options, projector, rehearsal, open_written, out, error) !=
+        0) {
+        return -1;
+    }
+    (*out)->notes = notes;
+    return 0;
 }
 
 int outputs_rehearse(const struct options *options,
@@ -114,13 +121,55 @@ static int act(struct output *output, const struct action *action,
     }
 }
 
+static size_t count_others(const struct outputs *outputs, size_t i)
+{
+    size_t n = 0;
+    for (size_t k = 0; k < outputs->count; k++) {
+        n += k != i && k != outputs->failed && outputs->list[k] != NULL ? 1 : 0;
+    }
+    return n;
+}
+
+static void add_left(struct outputs_notes *notes, const char *name)
+{
+    (void)lum_error_set(&notes->list[notes->count++],
+                        "the reader of %s has left: that output has ended, the "
+                        "others go on",
+                        strcmp(name, "-") == 0 ? "standard output" : name);
+}
+
+/* What has no reader any more is done with, where there are others. */
+static int leave_out(struct outputs *outputs, size_t i)
+{
+    if (outputs->notes == NULL || count_others(outputs, i) == 0) {
+        outputs->failed = i;
+        errno = EPIPE;
+        return -1;
+    }
+    add_left(outputs->notes, output_name(outputs->list[i]));
+    output_abort(outputs->list[i]);
+    outputs->list[i] = NULL;
+    outputs->want_lines = false;
+    for (size_t k = 0; k < outputs->count; k++) {
+        outputs->want_lines |=
+            outputs->list[k] != NULL && output_wants_lines(outputs->list[k]);
+    }
+    return 0;
+}
+
 static int for_each(struct outputs *outputs, const struct action *action,
                     lum_error *error)
 {
     for (size_t i = 0; i < outputs->count; i++) {
-        if (outputs->list[i] != NULL &&
-            act(outputs->list[i], action, error) != 0) {
+        if (outputs->list[i] == NULL ||
+            act(outputs->list[i], action, error) == 0) {
+            continue;
+        }
+        if (errno != EPIPE) {
             outputs->failed = i;
+            return -1;
+        }
+        if (leave_out(outputs, i) != 0) {
             return -1;
         }
     }
@@ -161,6 +210,26 @@ int outputs_flush(struct outputs *outputs, bool files, lum_error *error)
                     error);
 }
 
+/* Finishes one; a reader that has left before is no failure where there are
+ * others. */
+static int close_one(struct outputs *outputs, size_t i, bool has_others,
+                     lum_error *error)
+{
+    lum_error *stale = &outputs->notes->list[outputs->notes->count];
+    struct output *output = outputs->list[i];
+    const char *name = output_name(output);
+    outputs->notes->count += output_find_stale(output, stale) ? 1 : 0;
+    if (output_close(output, error) == 0) {
+        return 0;
+    }
+    if (errno != EPIPE || !has_others) {
+        return -1;
+    }
+    add_left(outputs->notes, name);
+    outputs->list[i] = NULL;
+    return 0;
+}
+
 /* The first failure is the one that is told. */
 int outputs_close(struct outputs *outputs, lum_error *error)
 {
@@ -171,8 +240,8 @@ int outputs_close(struct outputs *outputs, lum_error *error)
         if (i == outputs->failed) {
             output_abort(outputs->list[i]);
         } else if (outputs->list[i] != NULL &&
-                   output_close(outputs->list[i],
-                                result == 0 ? error : &others) != 0) {
+                   close_one(outputs, i, count_others(outputs, i) > 0,
+                             result == 0 ? error : &others) != 0) {
             code = result == 0 ? errno : code;
             result = -1;
         }

@@ -1,5 +1,6 @@
 /* All outputs of a run, filled by one pass. What fails in one of them fails as
- * a whole; errno tells EPIPE where its reader has left. */
+ * a whole. An output whose reader has left ends alone, which is noted; where it
+ * was the last one, all fails, and errno tells EPIPE. */
 #ifndef LUMDUMP_OUTPUTS_H
 #define LUMDUMP_OUTPUTS_H
 
@@ -7,11 +8,19 @@
 
 struct outputs;
 
+/* What is to be told of outputs that did not fail: a reader has left, older
+ * files are in the way. Each output gives one of either kind at most. */
+struct outputs_notes {
+    lum_error list[2u * OUTPUTS_MAX];
+    size_t count;
+};
+
 /* Open all outputs of the options.
- * rehearsal: NULL, or what outputs_rehearse() gave. */
+ * rehearsal: NULL, or what outputs_rehearse() gave.
+ * notes: added to, by this and what follows; kept. */
 int outputs_open(const struct options *options, const lum_projector *projector,
-                 const struct outputs *rehearsal, struct outputs **out,
-                 lum_error *error);
+                 const struct outputs *rehearsal, struct outputs_notes *notes,
+                 struct outputs **out, lum_error *error);
 
 /* As outputs_open(), of those alone that need a rehearsal. */
 int outputs_rehearse(const struct options *options,

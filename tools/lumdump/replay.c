@@ -2,6 +2,7 @@
 #include "replay.h"
 
 #include "../common/interrupt.h"
+#include "conclude.h"
 #include "progress.h"
 #include "targets.h"
 
@@ -28,6 +29,14 @@ static enum pass_result look_around(const struct pass *pass,
     return PASS_DONE;
 }
 
+static void tell_notes(struct pass *pass, struct progress *progress)
+{
+    if (pass->notes_told < pass->notes.count) {
+        progress_clear(progress);
+        conclude_notes(pass);
+    }
+}
+
 static bool is_past_duration(const struct pass *pass, int64_t first_ns,
                              int64_t time_ns)
 {
@@ -48,6 +57,7 @@ static enum pass_result read_all(struct pass *pass, lum_capture *capture,
             return PASS_DONE;
         }
         enum pass_result result = pass_take(pass, &record, error);
+        tell_notes(pass, progress);
         if (result == PASS_DONE && s->records % RECORDS_A_LOOK == 0) {
             result = look_around(pass, capture, progress);
         }
@@ -137,8 +147,8 @@ enum pass_result replay(struct pass *pass, lum_error *error)
         result = rehearse(pass, &rehearsal, error);
     }
     if (result == PASS_DONE && o->output_count > 0 &&
-        outputs_open(o, pass->projector, rehearsal, &pass->outputs, error) !=
-            0) {
+        outputs_open(o, pass->projector, rehearsal, &pass->notes,
+                     &pass->outputs, error) != 0) {
         result = PASS_FAILED;
     }
     outputs_abort(rehearsal);

@@ -140,22 +140,27 @@ static void tell_drops(struct session *s, const lum_sensor_counters *c,
     }
 }
 
+static void tell_notes(struct session *s, const struct worker_view *view)
+{
+    for (; s->notes_told < view->notes; s->notes_told++) {
+        say_warn(&s->say, "%s", worker_note(s->worker, s->notes_told));
+    }
+}
+
 static void show_status(struct session *s, const lum_sensor_counters *c,
-                        int64_t now_ns)
+                        const struct worker_view *view, int64_t now_ns)
 {
     char line[400];
-    struct worker_view view;
-    worker_look(s->worker, &view);
     const struct status_totals now = {
         .time_ns = now_ns,
         .datagrams = s->received,
         .bytes = s->bytes,
-        .points = view.points,
-        .lost_words = view.lost_words,
-        .lost_lines = view.lost_lines,
+        .points = view->points,
+        .lost_words = view->lost_words,
+        .lost_lines = view->lost_lines,
         .kernel_drops = c->kernel_drops,
         .ring_drops = s->ring_drops,
-        .refused = view.refused,
+        .refused = view->refused,
         .buffer_used =
             (unsigned)(ring_level(s->ring) * 100u / ring_size(s->ring))};
     if (s->watch.has_data) {
@@ -172,15 +177,18 @@ static void show_status(struct session *s, const lum_sensor_counters *c,
 static void tick(struct session *s, int64_t now_ns)
 {
     lum_sensor_counters counters;
+    struct worker_view view;
     s->tick_ns = now_ns + TICK_NS;
     ring_wake(s->ring);
     say_flush(&s->say);
     watch_tick(&s->watch, now_ns);
     lum_sensor_count(s->sensor, &counters);
+    worker_look(s->worker, &view);
+    tell_notes(s, &view);
     tell_drops(s, &counters, now_ns);
     if (now_ns >= s->status_ns && say_has_status(&s->say)) {
         s->status_ns = now_ns + STATUS_NS;
-        show_status(s, &counters, now_ns);
+        show_status(s, &counters, &view, now_ns);
     }
     if (!s->watch.has_data && now_ns - s->began_ns >= FIRST_DATA_NS) {
         s->end = SESSION_NO_DATA;

@@ -54,6 +54,7 @@ struct session {
     bool has_unknown; /* packets that may be data of another layout */
     struct session_drops told_kernel;
     struct session_drops told_ring;
+    size_t notes_told; /* of the outputs */
     struct status_totals before;
 };
 

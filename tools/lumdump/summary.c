@@ -17,7 +17,7 @@ enum {
     NAMED_MAX = 40
 };
 
-static struct point_counts total_points(const struct summary *s)
+struct point_counts summary_points(const struct summary *s)
 {
     struct point_counts total = {0};
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
@@ -220,7 +220,7 @@ static void print_json_live(const struct live_counts *c, FILE *out)
 
 void summary_print_json(const struct summary *s, FILE *out)
 {
-    const struct point_counts points = total_points(s);
+    const struct point_counts points = summary_points(s);
     const double seconds = duration_s(s);
     lum_demux_counters total;
     lum_demux_total(s->demux, &total);
@@ -245,15 +245,30 @@ void summary_print_json(const struct summary *s, FILE *out)
     (void)fputs("}\n", out);
 }
 
+static const char *plural(uint64_t n)
+{
+    return n == 1 ? "" : "s";
+}
+
+/* A name that says all is a noun: one frame, two frames. */
+static void print_counter(const char *title, const struct named *row, FILE *out)
+{
+    const size_t len = strlen(row->key);
+    const bool is_one = row->value == 1 && row->key[len - 1u] == 's';
+    (void)fprintf(out, "%-10s %14" PRIu64 "  ", title, row->value);
+    if (strcmp(row->key, row->meaning) != 0) {
+        (void)fprintf(out, "%-21s %s\n", row->key, row->meaning);
+    } else {
+        (void)fprintf(out, "%.*s\n", (int)(is_one ? len - 1u : len), row->key);
+    }
+}
+
 static void print_nonzero(const char *title, const struct named *rows, size_t n,
                           FILE *out)
 {
     for (size_t i = 0; i < n; i++) {
         if (rows[i].value != 0) {
-            const bool says_more = strcmp(rows[i].key, rows[i].meaning) != 0;
-            (void)fprintf(out, "%-10s %14" PRIu64 "  ", title, rows[i].value);
-            (void)fprintf(out, says_more ? "%-21s %s\n" : "%s%s\n", rows[i].key,
-                          says_more ? rows[i].meaning : "");
+            print_counter(title, &rows[i], out);
             title = "";
         }
     }
@@ -273,12 +288,13 @@ static void print_sensors(const struct summary *s, FILE *out)
             is_shown(s, &sensor) ? "" : "  left out: another was asked for");
         title = "";
         if (n > 1 && is_shown(s, &sensor)) {
+            const lum_assembly_counters *a = &sensor.counters.assembly;
             (void)fprintf(out,
-                          "%-26s %" PRIu64 " lines, %" PRIu64
-                          " frames, %" PRIu64 " points\n",
-                          "", sensor.counters.assembly.lines,
-                          sensor.counters.assembly.frames,
-                          s->sensors[i].points);
+                          "%-26s %" PRIu64 " line%s, %" PRIu64
+                          " frame%s, %" PRIu64 " point%s\n",
+                          "", a->lines, plural(a->lines), a->frames,
+                          plural(a->frames), s->sensors[i].points,
+                          plural(s->sensors[i].points));
         }
     }
     if (n == 0) {
@@ -304,15 +320,16 @@ static size_t list_live_losses(const struct live_counts *c, struct named *out)
 static void print_live(const struct live_counts *c, FILE *out)
 {
     (void)fprintf(out,
-                  "%-10s %14.3f  seconds, %" PRIu64 " datagrams, %" PRIu64
-                  " heartbeats sent\n",
-                  "session", c->seconds, c->received, c->heartbeats_sent);
+                  "%-10s %14.3f  seconds, %" PRIu64 " datagram%s, %" PRIu64
+                  " heartbeat%s sent\n",
+                  "session", c->seconds, c->received, plural(c->received),
+                  c->heartbeats_sent, plural(c->heartbeats_sent));
     (void)fprintf(out, "%-10s %14s\n", "laser", c->laser);
 }
 
 void summary_print_text(const struct summary *s, FILE *out)
 {
-    const struct point_counts points = total_points(s);
+    const struct point_counts points = summary_points(s);
     const double seconds = duration_s(s);
     struct named rows[NAMED_MAX];
     lum_demux_counters total;

@@ -23,8 +23,9 @@ struct live_counts {
     uint64_t ring_drops;   /* received, and lost because an output was */
     uint64_t foreign_source;
     uint64_t heartbeats_sent;
-    double seconds;    /* from the first data to the end */
-    const char *laser; /* off, on, unknown, untouched */
+    double seconds;     /* from the first data to the end */
+    const char *laser;  /* off, on, unknown, untouched */
+    char darkness[320]; /* why there are no ranges; empty: not known */
 };
 
 struct summary {
@@ -40,6 +41,9 @@ struct summary {
     bool has_time;
     bool truncated;
 };
+
+/* Of all sensors. */
+struct point_counts summary_points(const struct summary *summary);
 
 void summary_print_text(const struct summary *summary, FILE *out);
 void summary_print_json(const struct summary *summary, FILE *out);

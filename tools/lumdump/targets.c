@@ -55,14 +55,15 @@ bool targets_is_source(const struct options *options, const char *name)
                                  is_its_part(options->source, name));
 }
 
-/* A name that stands for no file yet will be one that can. */
+/* A name that stands for no file yet will be one that can; of a directory the
+ * opening says what is wrong. */
 static bool can_seek(const char *output)
 {
     struct stat s;
     if (strcmp(output, "-") == 0) {
         return fstat(STDOUT_FILENO, &s) == 0 && S_ISREG(s.st_mode);
     }
-    return stat(output, &s) != 0 || S_ISREG(s.st_mode);
+    return stat(output, &s) != 0 || S_ISREG(s.st_mode) || S_ISDIR(s.st_mode);
 }
 
 bool targets_needs_rehearsal(const struct options *options, size_t i)
@@ -90,16 +91,92 @@ static int check_pattern(const struct output_options *o, lum_error *error)
     return 0;
 }
 
+/* The directory that a file is in. */
+static bool find_directory(const char *path, struct stat *out)
+{
+    char directory[4096];
+    const char *slash = strrchr(path, '/');
+    const size_t len = slash != NULL ? (size_t)(slash - path) + 1u : 0;
+    if (len == 0) {
+        return stat(".", out) == 0;
+    }
+    if (len >= sizeof directory) {
+        return false;
+    }
+    (void)memcpy(directory, path, len);
+    directory[len] = '\0';
+    return stat(directory, out) == 0;
+}
+
+static const char *base_of(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash != NULL ? slash + 1 : path;
+}
+
+/* Of the standard streams it is what they are. */
+static bool find_any(const char *path, struct stat *out)
+{
+    return (strcmp(path, "-") == 0 ? fstat(STDOUT_FILENO, out)
+                                   : stat(path, out)) == 0;
+}
+
+/* Whether two outputs are one file, by whatever names. What swallows or shows
+ * all, a device, may be named by two. */
+static bool is_same_output(const char *a, const char *b)
+{
+    struct stat s;
+    struct stat t;
+    const bool has_a = find_any(a, &s);
+    const bool has_b = find_any(b, &t);
+    if (strcmp(a, b) == 0) {
+        return true;
+    }
+    if (has_a || has_b) {
+        return has_a && has_b && !S_ISCHR(s.st_mode) && s.st_dev == t.st_dev &&
+               s.st_ino == t.st_ino;
+    }
+    return strcmp(base_of(a), base_of(b)) == 0 && find_directory(a, &s) &&
+           find_directory(b, &t) && s.st_dev == t.st_dev &&
+           s.st_ino == t.st_ino;
+}
+
+/* What it leads to may be another output, once that is there. */
+static bool is_dangling(const char *path)
+{
+    struct stat s;
+    return strcmp(path, "-") != 0 && stat(path, &s) != 0 &&
+           lstat(path, &s) == 0;
+}
+
+static bool is_part_of(const char *part, const char *name)
+{
+    char grown[4096];
+    const int n = snprintf(grown, sizeof grown, "%s.part", name);
+    return n > 0 && (size_t)n < sizeof grown && is_same_output(part, grown);
+}
+
 static int check_others(const struct options *options, size_t i,
                         lum_error *error)
 {
     const char *name = options->outputs[i].name;
+    if (options->output_count > 1 && is_dangling(name)) {
+        return lum_error_set(
+            error, "%s is a link that leads nowhere: name a file", name);
+    }
     for (size_t k = 0; k < i; k++) {
-        if (strcmp(options->outputs[k].name, name) == 0) {
+        const char *other = options->outputs[k].name;
+        if (is_same_output(other, name)) {
             return lum_error_set(error,
-                                 "%s: named twice as output: each needs a "
-                                 "name of its own",
-                                 name);
+                                 "%s: named twice as output, before as %s: "
+                                 "each needs a file of its own",
+                                 name, other);
+        }
+        if (is_part_of(other, name) || is_part_of(name, other)) {
+            return lum_error_set(error,
+                                 "%s and %s: an output is written as "
+                                 "NAME.part first: choose another name",
+                                 other, name);
         }
     }
     return 0;

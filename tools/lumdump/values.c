@@ -8,6 +8,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 static const struct word returns[] = {{"all", LUM_RETURNS_ALL},
                                       {"first", LUM_RETURNS_FIRST},
@@ -237,6 +238,41 @@ bool values_parse_buffer(const char *text, uint64_t *out)
     return true;
 }
 
+/* WINDOW or WINDOW:ORDER; 0 is off. */
+static bool parse_smooth(const char *text, struct options *out)
+{
+    char window_text[8];
+    int64_t window = 0;
+    int64_t order = 0;
+    const size_t len = strcspn(text, ":");
+    if (len >= sizeof window_text) {
+        return false;
+    }
+    (void)memcpy(window_text, text, len);
+    window_text[len] = '\0';
+    if (!number_parse_int(window_text, 0, LUM_SMOOTH_WINDOW_MAX, &window)) {
+        return false;
+    }
+    order = LUM_SMOOTH_ORDER(window);
+    if (text[len] == ':' &&
+        !number_parse_int(text + len + 1, 0, LUM_SMOOTH_ORDER_MAX, &order)) {
+        return false;
+    }
+    out->smooths = window != 0;
+    return !out->smooths || lum_smooth_init(&out->smooth, (uint32_t)window,
+                                            (uint32_t)order) == LUM_OK;
+}
+
+bool values_parse_smooth(const char *text, struct options *out)
+{
+    return parse_smooth(text, out) ||
+           complain(
+               "--smooth", text,
+               "0 for off, an odd number of pixels up to 63, such as 31, or "
+               "WINDOW:ORDER, the order from 0 to 5 and below the "
+               "window, such as 31:2");
+}
+
 static bool refuse_url(const char *text, const char *what)
 {
     (void)fprintf(stderr,
@@ -278,4 +314,26 @@ bool values_parse_url(const char *text, lum_endpoint *out)
     }
     out->port = (uint16_t)port;
     return true;
+}
+
+bool values_is_no_url(const char *text)
+{
+    const bool is_udp = strncmp(text, "udp:", 4) == 0;
+    const char *host = is_udp ? text + 4 + strspn(text + 4, "/") : text;
+    const size_t len = strcspn(host, ":");
+    char address[16] = "";
+    uint32_t number = 0;
+    if (len < sizeof address) {
+        (void)memcpy(address, host, len);
+        address[len] = '\0';
+    }
+    if ((!is_udp && !number_parse_address(address, &number)) ||
+        access(text, F_OK) == 0) {
+        return true;
+    }
+    (void)fprintf(stderr,
+                  "lumdump: %s: there is no such file; a sensor is named as "
+                  "udp://%s\n",
+                  text, host[0] != '\0' ? host : "10.42.0.37");
+    return false;
 }

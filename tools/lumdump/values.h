@@ -23,9 +23,14 @@ bool values_parse_box(const char *text, lum_selection *out);
 bool values_parse_sensor(const char *text, struct options *out);
 bool values_parse_duration(const char *text, struct options *out);
 bool values_parse_rotation(const char *text, struct rotation *out);
+bool values_parse_smooth(const char *text, struct options *out);
 bool values_parse_buffer(const char *text, uint64_t *out);
 
 /* udp://ADDRESS[:PORT] */
 bool values_parse_url(const char *text, lum_endpoint *out);
+
+/* Whether the name of a capture is none: neither an address without udp:// nor
+ * udp: with other slashes, unless there is such a file. */
+bool values_is_no_url(const char *text);
 
 #endif

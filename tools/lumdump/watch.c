@@ -1,5 +1,6 @@
 #include "watch.h"
 
+#include "../common/laser_bits.h"
 #include "../common/number.h"
 #include "../common/printable.h"
 #include "lum/laser.h"
@@ -33,21 +34,6 @@ void watch_begin(struct watch *watch, struct say *say, lum_sensor *sensor,
                                 watch->address);
 }
 
-const char *watch_name_bits(uint16_t status, uint16_t mask, char *out,
-                            size_t room)
-{
-    size_t len = 0;
-    (void)snprintf(out, room, "none");
-    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
-        if (((unsigned)(status & mask) >> bit & 1u) != 0 && len < room) {
-            const int n = snprintf(out + len, room - len, "%s%s",
-                                   len > 0 ? " " : "", lum_laser_bit_name(bit));
-            len += n > 0 ? (size_t)n : 0;
-        }
-    }
-    return out;
-}
-
 static void warn_of_hazards(struct watch *watch, uint16_t status,
                             int64_t now_ns)
 {
@@ -62,28 +48,52 @@ static void warn_of_hazards(struct watch *watch, uint16_t status,
         watch->told |= hazards;
         say_warn(
             watch->say, "%s reports a hazard: %s", watch->address,
-            watch_name_bits(hazards, LUM_LASER_HAZARDS, names, sizeof names));
+            laser_bits_name(hazards, LUM_LASER_HAZARDS, names, sizeof names));
+    }
+}
+
+/* Hazards that heartbeats do not end. */
+static unsigned lasting_hazards(uint16_t status)
+{
+    return status & LUM_LASER_HAZARDS & ~(unsigned)LUM_LASER_HEARTBEAT_TIMEOUT;
+}
+
+/* The laser is down and has to stay so: where the command "on" still stands, it
+ * would come up with the hazard's end. */
+static void leave_down(struct watch *watch, uint16_t status, const char *what)
+{
+    char names[256];
+    watch->laser = WATCH_DOWN;
+    watch->off_due = (status & LUM_LASER_TLV_CMD_OFF) == 0;
+    watch->next_ns = watch->off_due ? 0 : watch->next_ns;
+    say_warn(watch->say,
+             "the laser of %s %s (%s); it is not switched on again by itself: "
+             "when that is safe, lumctl --host %s laser on; the recording goes "
+             "on",
+             watch->address, what,
+             laser_bits_name(status, LUM_LASER_ALL_DOWN, names, sizeof names),
+             watch->address);
+}
+
+/* What a laser does that was given up. Another program may switch it on; where
+ * a hazard refuses that, the command must not stand either. */
+static void follow_down(struct watch *watch, uint16_t status)
+{
+    if (lasting_hazards(status) != 0 && (status & LUM_LASER_TLV_CMD_OFF) == 0) {
+        watch->off_due = true;
+    } else if (!lum_laser_is_down(status) && !watch->off_due) {
+        watch->laser = WATCH_UP;
+        say_warn(watch->say, "the laser of %s is on", watch->address);
     }
 }
 
 /* The laser of a run that was asked for it goes and comes. */
 static void follow_laser(struct watch *watch, uint16_t status)
 {
-    char names[256];
-    const bool is_down = lum_laser_is_down(status);
-    if (watch->laser == WATCH_UP && is_down) {
-        watch->laser = WATCH_DOWN;
-        say_warn(
-            watch->say,
-            "the laser of %s went off (%s); it is not switched on again "
-            "by itself: when that is safe, lumctl --host %s laser on",
-            watch->address,
-            watch_name_bits(status, LUM_LASER_ALL_DOWN, names, sizeof names),
-            watch->address);
-    } else if ((watch->laser == WATCH_DOWN || watch->laser == WATCH_GIVEN_UP) &&
-               !is_down) {
-        watch->laser = WATCH_UP;
-        say_warn(watch->say, "the laser of %s is on", watch->address);
+    if (watch->laser == WATCH_UP && lum_laser_is_down(status)) {
+        leave_down(watch, status, "went off");
+    } else if (watch->laser == WATCH_DOWN || watch->laser == WATCH_GIVEN_UP) {
+        follow_down(watch, status);
     }
 }
 
@@ -98,20 +108,38 @@ static void note_status(struct watch *watch, uint16_t status, int64_t now_ns)
 /* The answer to `u`. */
 static void judge_laser(struct watch *watch, uint16_t status, int64_t now_ns)
 {
-    char names[256];
-    const unsigned hazards =
-        status & LUM_LASER_HAZARDS & ~(unsigned)LUM_LASER_HEARTBEAT_TIMEOUT;
     if (!lum_laser_is_down(status)) {
         watch->laser = WATCH_UP;
-    } else if (hazards == 0 && watch->attempts < ATTEMPTS_MAX) {
+    } else if (lasting_hazards(status) == 0 && watch->attempts < ATTEMPTS_MAX) {
         watch->next_ns = now_ns + AGAIN_NS;
     } else {
-        watch->laser = WATCH_DOWN;
-        say_warn(
-            watch->say,
-            "the laser of %s stays down (%s); the recording goes on",
-            watch->address,
-            watch_name_bits(status, LUM_LASER_ALL_DOWN, names, sizeof names));
+        leave_down(watch, status, "stays down");
+    }
+}
+
+/* It can be neither seen nor trusted. */
+static void give_up(struct watch *watch)
+{
+    watch->laser = WATCH_GIVEN_UP;
+    watch->off_due = true;
+    watch->next_ns = 0;
+}
+
+/* The answer to a request for the laser. */
+static void judge_answer(struct watch *watch, enum watch_request request,
+                         const lum_sensor_event *event, int64_t now_ns)
+{
+    if (request == WATCH_OFF) {
+        watch->off_due = event->has_status && !lum_laser_is_down(event->status);
+    } else if (request == WATCH_ON && event->has_status) {
+        judge_laser(watch, event->status, now_ns);
+    } else if (request == WATCH_ON) {
+        give_up(watch);
+        say_warn(watch->say,
+                 "%s answered to laser on without a status: whether it is on "
+                 "is not known, so it is switched off (see tlv: in the wire "
+                 "profile)",
+                 watch->address);
     }
 }
 
@@ -141,20 +169,37 @@ static void show_texts(struct watch *watch, lum_tlv_reader tlvs)
 static void take_answer(struct watch *watch, const lum_sensor_event *event,
                         int64_t now_ns)
 {
-    const bool was_laser = watch->asks_for_laser;
-    watch->asks_for_laser = false;
+    const enum watch_request request = watch->request;
+    watch->request = WATCH_LOOK;
     watch->is_unheard = false;
     show_texts(watch, event->tlvs);
     if (event->has_status) {
         note_status(watch, event->status, now_ns);
     }
-    if (was_laser && event->has_status) {
-        judge_laser(watch, event->status, now_ns);
-    } else if (was_laser) {
-        watch->laser = WATCH_GIVEN_UP;
+    judge_answer(watch, request, event, now_ns);
+}
+
+/* Laser on is asked for again, until it is given up. */
+static void take_no_laser(struct watch *watch, const lum_sensor_event *event,
+                          int64_t now_ns)
+{
+    if (now_ns - watch->began_ns >= GIVE_UP_NS) {
+        give_up(watch);
         say_warn(watch->say,
-                 "%s answered to laser on without a status: whether it is on "
-                 "is not known (see tlv: in the wire profile)",
+                 "%s did not answer to laser on (sent %u times): it is "
+                 "switched off; look with lumctl --host %s status",
+                 watch->address, event->tries, watch->address);
+    }
+}
+
+/* Laser off is asked for again and again. */
+static void take_no_off(struct watch *watch)
+{
+    if (!watch->told_off_due) {
+        watch->told_off_due = true;
+        say_warn(watch->say,
+                 "%s does not answer to laser off: until it does, its laser "
+                 "may come on by itself when the hazard ends",
                  watch->address);
     }
 }
@@ -164,20 +209,30 @@ static void take_no_answer(struct watch *watch, const lum_sensor_event *event,
 {
     const bool has_data =
         watch->has_data && now_ns - watch->data_ns < SECOND_NS;
-    if (watch->asks_for_laser) {
-        watch->asks_for_laser = false;
-        if (now_ns - watch->began_ns >= GIVE_UP_NS) {
-            watch->laser = WATCH_GIVEN_UP;
-            say_warn(watch->say,
-                     "%s did not answer to laser on (sent %u times); look with "
-                     "lumctl --host %s status",
-                     watch->address, event->tries, watch->address);
-        }
+    const enum watch_request request = watch->request;
+    watch->request = WATCH_LOOK;
+    if (request == WATCH_ON) {
+        take_no_laser(watch, event, now_ns);
+    } else if (request == WATCH_OFF) {
+        take_no_off(watch);
     } else if (has_data && !watch->is_unheard) {
         watch->is_unheard = true;
         say_warn(watch->say,
                  "%s sends data, but does not answer when asked for its status",
                  watch->address);
+    }
+}
+
+/* It may be older than what is known, so the sensor is asked. A hazard counts
+ * at once: it may be over before the answer. */
+static void take_alert(struct watch *watch, const lum_sensor_event *event,
+                       int64_t now_ns)
+{
+    watch->next_ns = now_ns;
+    show_texts(watch, event->tlvs);
+    if (event->has_status && watch->laser == WATCH_UP &&
+        lasting_hazards(event->status) != 0) {
+        leave_down(watch, event->status, "went off");
     }
 }
 
@@ -200,9 +255,7 @@ void watch_take(struct watch *watch, const lum_sensor_event *event,
         take_answer(watch, event, now_ns);
         break;
     case LUM_SENSOR_ALERT:
-        /* it may be older than what is known: ask */
-        watch->next_ns = now_ns;
-        show_texts(watch, event->tlvs);
+        take_alert(watch, event, now_ns);
         break;
     case LUM_SENSOR_NO_ANSWER:
         take_no_answer(watch, event, now_ns);
@@ -244,15 +297,25 @@ static void watch_silence(struct watch *watch, int64_t now_ns)
     }
 }
 
+static enum watch_request next_request(const struct watch *watch)
+{
+    if (watch->laser == WATCH_ASKED) {
+        return WATCH_ON;
+    }
+    return watch->off_due ? WATCH_OFF : WATCH_LOOK;
+}
+
 static void ask(struct watch *watch, int64_t now_ns)
 {
-    const bool wants_laser = watch->laser == WATCH_ASKED;
-    const lum_result r = wants_laser
-                             ? lum_sensor_command(watch->sensor, "u")
-                             : lum_sensor_request(watch->sensor, NULL, 0);
+    const enum watch_request request = next_request(watch);
+    const lum_result r =
+        request == WATCH_LOOK
+            ? lum_sensor_request(watch->sensor, NULL, 0)
+            : lum_sensor_command(watch->sensor,
+                                 request == WATCH_ON ? "u" : "d");
     if (r == LUM_OK) {
-        watch->asks_for_laser = wants_laser;
-        watch->attempts += wants_laser ? 1u : 0u;
+        watch->request = request;
+        watch->attempts += request == WATCH_ON ? 1u : 0u;
         watch->next_ns = now_ns + POLL_NS;
     }
 }
@@ -263,6 +326,29 @@ void watch_tick(struct watch *watch, int64_t now_ns)
     if (now_ns >= watch->next_ns && !lum_sensor_is_waiting(watch->sensor)) {
         ask(watch, now_ns);
     }
+}
+
+/* Data comes, so heartbeats arrive, whatever an early status says of them. */
+bool watch_darkness(const struct watch *watch, char *out, size_t room)
+{
+    char names[256];
+    const unsigned hazards = lasting_hazards(watch->status);
+    if (!watch->has_status || !lum_laser_is_down(watch->status)) {
+        return false;
+    }
+    if (hazards != 0) {
+        (void)snprintf(out, room, "a hazard keeps the laser down: %s",
+                       laser_bits_name(watch->status, (uint16_t)hazards, names,
+                                       sizeof names));
+    } else if (watch->laser == WATCH_UNTOUCHED) {
+        (void)snprintf(out, room,
+                       "the laser is off: use --laser, or switch it on by "
+                       "lumctl --host %s laser on",
+                       watch->address);
+    } else {
+        (void)snprintf(out, room, "the laser went off, or did not come on");
+    }
+    return true;
 }
 
 const char *watch_laser_text(const struct watch *watch)

@@ -15,8 +15,15 @@ enum watch_laser {
     WATCH_UNTOUCHED, /* nobody asked for it */
     WATCH_ASKED,     /* it is being switched on */
     WATCH_UP,        /* a status showed it up */
-    WATCH_DOWN,      /* it was down, or went down, and stays alone */
-    WATCH_GIVEN_UP   /* there was no answer */
+    WATCH_DOWN,      /* it was down, or went down, and is left so */
+    WATCH_GIVEN_UP   /* whether it is up was not to be learnt */
+};
+
+/* What is asked of the sensor. */
+enum watch_request {
+    WATCH_LOOK, /* its status */
+    WATCH_ON,
+    WATCH_OFF
 };
 
 struct watch {
@@ -25,10 +32,13 @@ struct watch {
     const lum_layout *layout;
     char address[16];
     enum watch_laser laser;
-    bool asks_for_laser; /* the request under way does */
-    unsigned attempts;   /* at the laser */
-    int64_t began_ns;    /* all times are monotonic */
-    int64_t next_ns;     /* of the next request */
+    enum watch_request request; /* the one under way */
+    bool off_due;      /* the command "on" stands: the laser would come up by
+                          itself when a hazard ends */
+    bool told_off_due; /* that this cannot be mended was warned of */
+    unsigned attempts; /* at the laser */
+    int64_t began_ns;  /* all times are monotonic */
+    int64_t next_ns;   /* of the next request */
     bool has_status;
     uint16_t status; /* the last one */
     uint16_t told;   /* hazards that were warned of */
@@ -39,7 +49,9 @@ struct watch {
     bool is_silent;  /* it stopped */
 };
 
-/* Begin; where laser is set, it will be switched on. */
+/* Begin; where laser is set, it will be switched on. Once it was seen down, or
+ * could not be seen up, it is switched off, so that only a person switches it
+ * on again. */
 void watch_begin(struct watch *watch, struct say *say, lum_sensor *sensor,
                  const lum_layout *layout, bool laser, int64_t now_ns);
 
@@ -53,11 +65,11 @@ void watch_note_data(struct watch *watch, int64_t now_ns);
 /* Time goes on; to be called several times a second. */
 void watch_tick(struct watch *watch, int64_t now_ns);
 
+/* Why lines have no ranges, as far as the last status tells. False: it tells
+ * nothing, and out stays as it is. */
+bool watch_darkness(const struct watch *watch, char *out, size_t room);
+
 /* The laser, for the status line. */
 const char *watch_laser_text(const struct watch *watch);
-
-/* Names of the bits of a status that are in a mask, or "none". Returns out. */
-const char *watch_name_bits(uint16_t status, uint16_t mask, char *out,
-                            size_t room);
 
 #endif

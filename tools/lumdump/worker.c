@@ -40,7 +40,8 @@ struct worker {
 static void make_view(struct worker *w, bool has_ended)
 {
     const struct summary *s = &w->pass->summary;
-    struct worker_view view = {.has_ended = has_ended};
+    struct worker_view view = {.has_ended = has_ended,
+                               .notes = w->pass->notes.count};
     lum_demux_counters c;
     lum_demux_total(w->pass->demux, &c);
     for (size_t i = 0; i < lum_demux_sensor_count(w->pass->demux); i++) {
@@ -211,6 +212,11 @@ void worker_look(struct worker *worker, struct worker_view *out)
     (void)pthread_mutex_lock(&worker->lock);
     *out = worker->view;
     (void)pthread_mutex_unlock(&worker->lock);
+}
+
+const char *worker_note(const struct worker *worker, size_t i)
+{
+    return worker->pass->notes.list[i].text;
 }
 
 enum pass_result worker_end(struct worker *worker, bool keep,

@@ -21,6 +21,7 @@ struct worker_view {
     uint64_t lost_words;
     uint64_t lost_lines; /* skipped, or without all angles */
     uint64_t refused;    /* datagrams that reassembly could not use */
+    size_t notes;        /* that outputs gave; see worker_note() */
     bool has_ended;
 };
 
@@ -38,6 +39,9 @@ int worker_start(struct pass *pass, struct ring *ring, struct worker_ends ends,
 
 /* As of the last tenth of a second. */
 void worker_look(struct worker *worker, struct worker_view *out);
+
+/* One of the notes that the last look counted. */
+const char *worker_note(const struct worker *worker, size_t i);
 
 /* No more will come: wait until all that is in the ring has been written, free
  * the worker. Its outputs are finished, where keep is set or one of them has

@@ -13,10 +13,23 @@ void scene_close(struct scene *scene)
     scene->reel = NULL;
 }
 
+static void forget_line(struct scene *scene)
+{
+    scene->count = 0;
+    scene->next = 0;
+    scene->is_held = false;
+}
+
 void scene_load(struct scene *scene, lum_reel *reel, int64_t now_ns)
 {
+    const bool goes_on = scene->reel != NULL &&
+                         lum_reel_lines(scene->reel) == lum_reel_lines(reel);
     lum_reel_free(scene->reel);
     scene->reel = reel;
+    if (goes_on) {
+        forget_line(scene);
+        return;
+    }
     scene->line_ns = 1e9 / scene->rate_hz / (double)lum_reel_lines(reel);
     scene_begin(scene, now_ns);
 }
@@ -26,8 +39,13 @@ void scene_begin(struct scene *scene, int64_t now_ns)
     scene->begin_ns = now_ns;
     scene->current_ns = now_ns;
     scene->line = 0;
-    scene->count = 0;
-    scene->next = 0;
+    forget_line(scene);
+}
+
+bool scene_hold(struct scene *scene, bool is_held)
+{
+    scene->is_held = is_held;
+    return scene->next == scene->count;
 }
 
 static int64_t line_begins_ns(const struct scene *scene, int64_t line)
@@ -86,6 +104,9 @@ static bool open_line(struct scene *scene, const lum_device *device,
     if (scene->next < scene->count) {
         return true;
     }
+    if (scene->is_held) {
+        return false;
+    }
     skip_what_is_too_late(scene, now_ns);
     const int64_t begins_ns = line_begins_ns(scene, scene->line);
     if (begins_ns > now_ns) {
@@ -119,8 +140,10 @@ int64_t scene_next_ns(const struct scene *scene)
     if (scene->reel == NULL) {
         return INT64_MAX;
     }
-    return scene->next < scene->count ? packet_leaves_ns(scene)
-                                      : line_begins_ns(scene, scene->line);
+    if (scene->next < scene->count) {
+        return packet_leaves_ns(scene);
+    }
+    return scene->is_held ? 0 : line_begins_ns(scene, scene->line);
 }
 
 void scene_darken(struct scene *scene, const lum_device *device)

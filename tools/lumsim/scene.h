@@ -20,7 +20,8 @@ struct scene {
     int64_t current_ns; /* when the line under way began */
     lum_reel_packet packets[LUM_REEL_LINE_PACKETS]; /* of that line */
     size_t count;
-    size_t next; /* the first that has not been given */
+    size_t next;  /* the first that has not been given */
+    bool is_held; /* no other line begins */
     uint64_t lines_sent;
     uint64_t lines_skipped;
 };
@@ -31,11 +32,16 @@ void scene_init(struct scene *out, double rate_hz);
 /* Free the reel. */
 void scene_close(struct scene *scene);
 
-/* Play another reel, which becomes the scene's, from its start. */
+/* Play another reel, which becomes the scene's: with the next line, or from its
+ * start if it has another number of lines. */
 void scene_load(struct scene *scene, lum_reel *reel, int64_t now_ns);
 
 /* Play from the start. */
 void scene_begin(struct scene *scene, int64_t now_ns);
+
+/* Whether lines wait for another reel, so that it cuts none. True: the one
+ * under way is over. */
+bool scene_hold(struct scene *scene, bool is_held);
 
 /* Up to max datagrams that are due, in order. Returns how many. */
 size_t scene_take(struct scene *scene, const lum_device *device, int64_t now_ns,

@@ -32,11 +32,19 @@ void live_order(struct live *live)
     studio_order(live->studio, &order);
 }
 
+/* A line under way is sent whole before another reel takes its place. */
+static bool may_fetch(struct live *live)
+{
+    const bool is_done = studio_is_done(live->studio);
+    const bool is_over = scene_hold(&live->scene, is_done);
+    return is_done && (is_over || !live->is_sending);
+}
+
 void live_fetch(struct live *live, int64_t now_ns)
 {
     lum_reel *reel = NULL;
     lum_result result = LUM_OK;
-    if (live->options->mode == MODE_REPLAY ||
+    if (live->options->mode == MODE_REPLAY || !may_fetch(live) ||
         !studio_fetch(live->studio, &reel, &result)) {
         return;
     }

@@ -151,6 +151,14 @@ bool studio_is_busy(struct studio *studio)
     return is_busy;
 }
 
+bool studio_is_done(struct studio *studio)
+{
+    (void)pthread_mutex_lock(&studio->mutex);
+    const bool is_done = studio->is_done;
+    (void)pthread_mutex_unlock(&studio->mutex);
+    return is_done;
+}
+
 bool studio_fetch(struct studio *studio, lum_reel **reel, lum_result *result)
 {
     (void)pthread_mutex_lock(&studio->mutex);

@@ -32,6 +32,9 @@ void studio_order(struct studio *studio, const struct order *order);
 /* Whether something that was ordered has not been fetched yet. */
 bool studio_is_busy(struct studio *studio);
 
+/* Whether there is something to fetch. */
+bool studio_is_done(struct studio *studio);
+
 /* What was ordered last, once it is done: true, with its result and, for
  * LUM_OK, the reel, which is the caller's then. */
 bool studio_fetch(struct studio *studio, lum_reel **reel, lum_result *result);

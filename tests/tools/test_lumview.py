@@ -1,0 +1,819 @@
+"""lumview's server: what it serves, whom it refuses, and that nothing sent to it brings it down. Most tests feed it
+frames out of nothing (tests/fake/fake_feed.c); the last ones a capture."""
+import base64
+import hashlib
+import itertools
+import json
+import os
+import re
+import resource
+import signal
+import socket
+import struct
+import subprocess
+import time
+import unittest
+
+import shards
+from live import Process, wait_until
+from support import BIN, Folder, read_csv, run, simulate, summary
+from websocket import (BINARY, PING, PONG, TEXT, Browser, Closed, Connection, frame, request, upgrade)
+
+FAKE = BIN / "../tests/fake/lumview_fake"
+ADDRESSES = (f"127.21.{shards.index()}.{i + 1}" for i in itertools.count())
+CONNECTIONS_MAX = 100
+
+
+class Case(unittest.TestCase):
+    """A server for each test."""
+
+    tool = FAKE
+    source = "none.pcap"
+
+    def setUp(self):
+        self.folder = Folder(self)
+
+    def serve(self, *arguments, points=1000, rate=20, source=None):
+        environment = {"FAKE_POINTS": str(points), "FAKE_HZ": str(rate)}
+        command = ["env", *(f"{k}={v}" for k, v in environment.items()), self.tool, "--no-open", "--json", *arguments,
+                   source or self.source]
+        self.server = Process(self, self.folder, *command, name="lumview")
+        place = json.loads(wait_until(lambda: self.server.stdout() if self.server.stdout().endswith("\n") else
+                                      self.fail(self.server.stderr()) if self.server.p.poll() is not None else "",
+                                      what="lumview's JSON"))
+        self.url, self.address, self.port = place["url"], place["address"], place["port"]
+        self.host = f"{self.address}:{self.port}"
+        self.token = self.url.partition("?token=")[2]
+        self.addCleanup(self.is_clean)
+        return place
+
+    def is_clean(self):
+        """It has said nothing but its address: no sanitizer's report, no complaint."""
+        self.assertEqual(self.server.end(), 0, self.server.stderr())
+        self.assertEqual(self.server.stderr(), f"lumview: {self.url} (Ctrl-C ends it)\n")
+
+    def connect(self, **options):
+        out = Connection(self.address, self.port, **options)
+        self.addCleanup(out.close)
+        return out
+
+    def browser(self, **options):
+        out = Browser(self.address, self.port, **options)
+        self.addCleanup(out.close)
+        return out
+
+    def ask(self, data, has_body=True):
+        """The answer to a request, or to what is none."""
+        c = self.connect()
+        c.send(data)
+        try:
+            return c.answer(has_body)
+        finally:
+            c.close()
+
+    def get(self, path="/", *headers, host=None, method="GET"):
+        return self.ask(request(method, path, host or self.host, *headers), has_body=method != "HEAD")
+
+    def lives(self):
+        self.assertIsNone(self.server.p.poll(), self.server.stderr())
+        headers = [f"Cookie: lumview-{self.port}={self.token}"] if self.token else []
+        self.assertEqual(self.get("/", *headers)[0], 200)
+
+
+class Page(Case):
+    def test_the_page_and_all_that_it_loads_are_served(self):
+        self.serve()
+        status, headers, page = self.get("/")
+        self.assertEqual((status, headers["content-type"]), (200, "text/html; charset=utf-8"))
+        text = page.decode()
+        self.assertIn("<title>lumview</title>", text)
+        self.assertNotRegex(text, r"https?://(?!www\.w3\.org)", "it needs no network")
+        seen, wanted = set(), set(re.findall(r'(?:src|href)="(/[^"]+)"', text))
+        import_map = re.search(r'<script type="importmap">(.*?)</script>', text, re.S)[1]
+        wanted |= set(json.loads(import_map)["imports"].values())
+        while wanted - seen:
+            path = sorted(wanted - seen)[0]
+            seen.add(path)
+            status, headers, body = self.get(path)
+            self.assertEqual(status, 200, path)
+            if headers["content-type"].startswith("text/javascript"):
+                names = re.findall(rb'^(?:import|export)\b[^;]*?from\s*["\'](\.{0,2}/[^"\']+)["\']', body, re.M)
+                wanted |= {os.path.normpath(os.path.join(os.path.dirname(path), n.decode())) for n in names}
+        self.assertTrue(any(p.startswith("/vendor/three/") for p in seen), seen)
+        self.assertIn("/app.js", seen)
+
+    def test_what_is_embedded_is_what_npm_brought(self):
+        self.serve()
+        modules = BIN / "../lumview/node_modules"
+        files = [p.relative_to(modules) for p in modules.glob("three/build/three.*.js")]
+        served = [f for f in files if self.get(f"/vendor/{f}")[0] == 200]
+        self.assertTrue(served)
+        for f in served:
+            self.assertEqual(self.get(f"/vendor/{f}")[2], (modules / f).read_bytes())
+
+    def test_every_answer_has_the_strict_headers(self):
+        self.serve()
+        _, _, page = self.get("/")
+        script = re.search(rb'<script type="importmap">(.*?)</script>', page, re.S)[1]
+        digest = base64.b64encode(hashlib.sha256(script).digest()).decode()
+        for path, host, expected in (("/", None, 200), ("/app.js", None, 200), ("/no", None, 404), ("/", "evil", 403)):
+            status, headers, _ = self.get(path, host=host)
+            self.assertEqual(status, expected)
+            policy = dict(part.strip().split(" ", 1) for part in headers["content-security-policy"].split(";"))
+            self.assertEqual(policy["default-src"], "'none'")
+            self.assertEqual(policy["script-src"], f"'self' 'sha256-{digest}'")
+            self.assertEqual(policy["style-src"], "'self'")
+            self.assertEqual(policy["img-src"], "'self' data: blob:")
+            self.assertEqual(policy["connect-src"], f"'self' ws://{self.host} ws://localhost:{self.port}")
+            for name in ("base-uri", "form-action", "frame-ancestors"):
+                self.assertEqual(policy[name], "'none'", name)
+            self.assertEqual(headers["x-content-type-options"], "nosniff")
+            self.assertEqual(headers["referrer-policy"], "no-referrer")
+            self.assertEqual(headers["cross-origin-opener-policy"], "same-origin")
+            self.assertEqual(headers["cross-origin-resource-policy"], "same-origin")
+            self.assertEqual(headers["cache-control"], "no-store")
+            self.assertNotIn("server", headers)
+            self.assertNotIn("set-cookie", headers)
+
+    def test_head_tells_the_length_and_sends_nothing(self):
+        self.serve()
+        _, _, body = self.get("/app.js")
+        c = self.connect()
+        c.send(request("HEAD", "/app.js", self.host, "Connection: close"))
+        status, headers, _ = c.answer(has_body=False)
+        self.assertEqual((status, int(headers["content-length"])), (200, len(body)))
+        self.assertEqual(c.rest(), b"")
+
+    def test_one_connection_serves_many_requests(self):
+        self.serve()
+        c = self.connect()
+        for path in ("/app.js", "/", "/style.css", "/app.js"):
+            c.send(request("GET", path, self.host))
+            self.assertEqual(c.answer()[0], 200)
+
+    def test_nothing_else_is_there(self):
+        self.serve()
+        for path in ("/nothing", "/app.js/", "//app.js/x", "/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/ws",
+                     "/vendor/three/package.json", "/vendor/", "/INDEX.HTML"):
+            self.assertEqual(self.get(path)[0], 404, path)
+        self.lives()
+
+    def test_it_is_only_looked_at(self):
+        self.serve()
+        for method in ("POST", "PUT", "DELETE", "OPTIONS", "PATCH"):
+            status, headers, _ = self.get("/", method=method)
+            self.assertEqual((status, headers.get("allow")), (405, "GET, HEAD"), method)
+        self.assertEqual(self.ask(request("POST", "/", self.host, "Content-Length: 5") + b"hello")[0], 405)
+        self.assertEqual(self.ask(request("GET", "/", self.host, "Content-Length: 5") + b"hello")[0], 413)
+        self.assertEqual(self.ask(request("GET", "/", self.host, "Transfer-Encoding: chunked") + b"0\r\n\r\n")[0], 413)
+        self.lives()
+
+
+class Strangers(Case):
+    def test_a_name_of_others_with_our_address_is_refused(self):
+        self.serve()
+        for host in ("evil.example", f"evil.example:{self.port}", "127.0.0.1", f"127.0.0.1:{self.port + 1}",
+                     f"127.0.0.1.evil.example:{self.port}", f"0.0.0.0:{self.port}", f"[::1]:{self.port}",
+                     f"{self.host}, evil.example", f"{self.host}@evil.example"):
+            self.assertEqual(self.get("/", host=host)[0], 403, host)
+            self.assertEqual(self.ask(upgrade(host))[0], 403, host)
+            self.assertEqual(self.ask(upgrade(host, f"http://{self.host}"))[0], 403, host)
+        self.assertEqual(self.get("/", f"Host: {self.host}")[0], 403, "two of them")
+        self.assertEqual(self.ask(b"GET / HTTP/1.1\r\n\r\n")[0], 403, "none")
+        self.assertEqual(self.get("/", host=f"localhost:{self.port}")[0], 200)
+        self.lives()
+
+    def test_a_page_of_others_is_refused(self):
+        self.serve()
+        for origin in ("http://evil.example", "null", "file://", f"https://{self.host}", "http://127.0.0.1",
+                       f"http://127.0.0.1:{self.port + 1}", f"http://{self.host}.evil.example", f"http://{self.host}/"):
+            self.assertEqual(self.ask(upgrade(self.host, origin))[0], 403, origin)
+            self.assertEqual(self.get("/app.js", f"Origin: {origin}")[0], 403, origin)
+        self.assertEqual(self.ask(upgrade(self.host, ""))[0], 403, "a browser always tells its origin")
+        status, _, text = self.ask(upgrade(self.host, "http://evil.example"))
+        self.assertEqual(text, b"This server answers its own page alone.\n")
+        self.assertEqual(self.get("/app.js", f"Origin: http://{self.host}")[0], 200)
+        self.browser(host=f"localhost:{self.port}").text("hello")
+
+    def test_only_one_protocol_at_one_place_is_spoken(self):
+        self.serve()
+        good = upgrade(self.host)
+        for wrong in (upgrade(self.host, path="/"), upgrade(self.host, path="/app.js"),
+                      upgrade(self.host, protocol=None), upgrade(self.host, protocol="http"),
+                      upgrade(self.host, protocol="lumview.2"), good.replace(b"Version: 13", b"Version: 12"),
+                      good.replace(b"Upgrade: websocket", b"Upgrade: h2c"),
+                      re.sub(rb"Sec-WebSocket-Key: [^\r]*\r\n", b"", good)):
+            self.assertIn(self.ask(wrong)[0], (404, None), wrong)
+        h2c = request("GET", "/", self.host, f"Origin: http://{self.host}", "Connection: Upgrade, HTTP2-Settings",
+                      "Upgrade: h2c", "HTTP2-Settings: AAMAAABkAARAAAAAAAIAAAAA")
+        self.assertEqual(self.ask(h2c)[0], 404)
+        self.lives()
+
+
+class Token(Case):
+    def setUp(self):
+        super().setUp()
+        self.place = next(ADDRESSES)
+
+    def test_another_address_demands_the_token_that_is_printed(self):
+        self.serve("--bind", self.place)
+        self.assertEqual(self.address, self.place)
+        self.assertRegex(self.url, rf"^http://{self.place}:\d+/\?token=[0-9a-f]{{32}}$")
+        cookie = f"Cookie: lumview-{self.port}={self.token}"
+        wrong = self.token[:-1] + ("0" if self.token[-1] != "0" else "1")
+        for path, headers, expected in (
+                ("/", [], 403), ("/?token=", [], 403), (f"/?token={wrong}", [], 403),
+                (f"/?token={self.token}0", [], 403), (f"/?token={self.token[:31]}", [], 403),
+                (f"/?tokens={self.token}", [], 403),
+                ("/app.js", [], 403), ("/nothing", [], 403), (f"/?token={self.token}", [], 200),
+                (f"/app.js?token={self.token}", [], 200), ("/", [cookie], 200), ("/app.js", [cookie], 200),
+                ("/app.js", [f"Cookie: a=b; lumview-{self.port}={self.token}; c=d"], 200),
+                (f"/?token={wrong}", [cookie], 403), ("/", [f"Cookie: lumview-{self.port}={wrong}"], 403),
+                ("/", [f"Cookie: lumview-{self.port + 1}={self.token}"], 403), ("/nothing", [cookie], 404)):
+            self.assertEqual(self.get(path, *headers)[0], expected, (path, headers))
+        self.assertEqual(self.get("/")[2].decode().split(":")[0], "The token is missing or wrong")
+
+    def test_the_page_sets_the_cookie_that_its_modules_send(self):
+        self.serve("--bind", self.place)
+        _, headers, _ = self.get(f"/?token={self.token}")
+        self.assertEqual(headers["set-cookie"],
+                         f"lumview-{self.port}={self.token}; Path=/; HttpOnly; SameSite=Strict")
+        for path in ("/", "/?token=x", "/nothing"):
+            self.assertNotIn("set-cookie", self.get(path)[1])
+
+    def test_the_socket_demands_it_too(self):
+        self.serve("--bind", self.place)
+        cookie = f"Cookie: lumview-{self.port}={self.token}"
+        self.assertEqual(self.ask(upgrade(self.host))[0], 403)
+        self.assertEqual(self.ask(upgrade(self.host, path="/ws?token=x"))[0], 403)
+        self.assertEqual(self.ask(upgrade(self.host, "http://evil.example", "/ws", "lumview.1", cookie))[0], 403)
+        self.browser(headers=[cookie]).text("hello")
+        self.assertEqual(self.ask(upgrade(self.host, path=f"/ws?token={self.token}"), has_body=False)[0], 101)
+
+    def test_its_host_is_the_address_it_listens_on(self):
+        self.serve("--bind", self.place)
+        for host in (f"localhost:{self.port}", f"127.0.0.1:{self.port}", self.place, "evil.example"):
+            self.assertEqual(self.get(f"/?token={self.token}", host=host)[0], 403, host)
+
+    def test_each_run_has_a_token_of_its_own(self):
+        tokens = set()
+        for _ in range(3):
+            self.serve("--bind", self.place)
+            self.assertEqual(self.server.end(), 0)
+            tokens.add(self.token)
+        self.assertEqual(len(tokens), 3)
+        self.assertTrue(all(len(set(t)) > 4 for t in tokens), tokens)
+
+    def test_the_loopback_address_demands_one_if_it_is_asked_for(self):
+        self.serve("--bind", "127.0.0.1")
+        self.assertEqual(len(self.token), 32)
+        self.assertEqual(self.get("/")[0], 403)
+        self.assertEqual(self.get(f"/?token={self.token}", host=f"localhost:{self.port}")[0], 200)
+
+
+class Malformed(Case):
+    def test_requests_that_are_none_are_refused_or_dropped(self):
+        self.serve()
+        h = f"Host: {self.host}\r\n".encode()
+        for data in (b"\x00\xff\x12garbage\r\n\r\n", b"\r\n\r\n", b" / HTTP/1.1\r\n\r\n", b"GET\r\n\r\n",
+                     b"GET  \r\n\r\n",
+                     b"BREW / HTTP/1.1\r\n" + h + b"\r\n", b"GET / HTTP/9.9\r\n" + h + b"\r\n\x00" * 9,
+                     b"GET http://127.0.0.1/ HTTP/1.1\r\n" + h + b"\r\n",
+                     b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + bytes(9),
+                     b"CONNECT a:1 HTTP/1.1\r\n" + h + b"\r\n", b"GET * HTTP/1.1\r\n" + h + b"\r\n",
+                     b"GET /%zz HTTP/1.1\r\n" + h + b"\r\n", b"GET /%00 HTTP/1.1\r\n" + h + b"\r\n",
+                     b"GET / HTTP/1.1\r\n: x\r\n" + h + b"\r\n", b"GET / HTTP/1.1\r\nHost\r\n\r\n",
+                     b"GET / HTTP/1.1\r\n" + h + b"Content-Length: -1\r\n\r\n",
+                     b"GET / HTTP/1.1\r\n" + h + b"Content-Length: 99999999999999999999\r\n\r\n",
+                     b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03" + os.urandom(300), os.urandom(4000)):
+            c = self.connect()
+            c.send(data)
+            c.socket.shutdown(socket.SHUT_WR)
+            c.rest()
+            self.lives()
+
+    def test_headers_beyond_all_measure_are_dropped(self):
+        self.serve()
+        h = f"Host: {self.host}\r\n".encode()
+        for data in (b"GET / HTTP/1.1\r\n" + h + b"X: " + b"a" * 200000 + b"\r\n\r\n",
+                     b"GET / HTTP/1.1\r\n" + h + b"Cookie: " + b"a" * 200000 + b"\r\n\r\n",
+                     b"GET / HTTP/1.1\r\n" + h + b"a" * 200000,
+                     b"GET /" + b"a" * 200000 + b" HTTP/1.1\r\n" + h + b"\r\n",
+                     b"GET /?" + b"a=b&" * 50000 + b" HTTP/1.1\r\n" + h + b"\r\n",
+                     b"GET / HTTP/1.1\r\n" + h + b"X: y\r\n" * 50000 + b"\r\n",
+                     b"GET / HTTP/1.1\r\n" + h + b"".join(b"X-%d: y\r\n" % i for i in range(20000)) + b"\r\n"):
+            c = self.connect()
+            c.send(data)
+            self.assertNotIn(b" 200 ", c.rest()[:20])
+            self.lives()
+
+    def test_requests_that_do_not_end_are_given_up(self):
+        self.serve()
+        for data in (b"", b"GET / HT", b"GET / HTTP/1.1\r\nHost: "):
+            c = self.connect()
+            c.send(data)
+            self.assertEqual(c.rest(), b"")
+        c = self.connect()
+        with self.assertRaises(OSError):
+            for _ in range(200):
+                c.socket.sendall(b"X")
+                time.sleep(0.1)
+        self.lives()
+
+    def test_a_connection_that_asks_no_more_is_closed(self):
+        self.serve()
+        c = self.connect()
+        c.send(request("GET", "/app.js", self.host))
+        self.assertEqual(c.answer()[0], 200)
+        self.assertEqual(c.rest(), b"")
+
+    def test_frames_that_are_none_close_the_connection(self):
+        self.serve()
+        for data, codes in (
+                (frame(0, b"play"), {1002}), (frame(TEXT, b"pl", final=False) + frame(TEXT, b"ay"), {1002}),
+                (frame(TEXT, b"play", reserved=0x40), {1002}), (frame(3, b"x"), {1002}), (frame(11, b"x"), {1002}),
+                (frame(PING, b"x", final=False), {1002}), (frame(PING, b"x" * 126), {1002}),
+                (bytes([0x81, 0xFF]) + b"\xff" * 8 + b"aaaa", {1002}),
+                (frame(TEXT, b"v" * 100000), {1008, None}), (frame(TEXT, b"v" * 65), {1008}),
+                (frame(TEXT, b"\xff\xfe"), {1008, 1007}), (frame(TEXT, b""), {1008}),
+                (frame(BINARY, b"play"), {1003}), (frame(BINARY, b""), {1003}),
+                (frame(BINARY, b"pl", final=False), {1003})):
+            b = self.browser()
+            b.send(data)
+            code = b.closing()
+            if code is None and 1002 in codes:
+                code = 1002  # libwebsockets tells it where nothing else is under way
+            self.assertIn(code, codes, data[:40])
+            self.lives()
+        for _ in range(20):
+            b = self.browser()
+            b.send(os.urandom(3000))
+            b.socket.shutdown(socket.SHUT_WR)
+            b.closing()
+        self.lives()
+
+    def test_a_frame_without_a_mask_does_no_more_than_one_with(self):
+        self.serve()
+        b = self.browser()
+        b.send(frame(TEXT, b"laser on", masked=False))
+        self.assertIn(b.closing(), (1002, 1008))
+        b = self.browser()
+        b.send(frame(BINARY, os.urandom(100000), masked=False))
+        self.assertIn(b.closing(), (1002, 1003, None))
+        self.lives()
+
+    def test_a_frame_of_a_monstrous_length_takes_no_memory(self):
+        self.serve()
+        before = self.memory()
+        many = [self.browser() for _ in range(20)]
+        for b in many:
+            b.send(frame(TEXT, b"abc", length=1 << 62))
+        self.lives()
+        self.assertLess(self.memory() - before, 64 << 20)
+
+    def memory(self):
+        with open(f"/proc/{self.server.p.pid}/statm") as f:
+            return int(f.read().split()[1]) * resource.getpagesize()
+
+
+class Socket(Case):
+    def test_the_greeting_and_then_the_status_come_first(self):
+        self.serve("--speed", "2", "--loop")
+        b = self.browser()
+        self.assertEqual(b.headers["sec-websocket-protocol"], "lumview.1")
+        kind, payload = b.message()
+        hello = json.loads(payload)
+        self.assertEqual(kind, TEXT)
+        self.assertEqual(hello["type"], "hello")
+        self.assertEqual(f"lumview {hello['version']}\n", run("lumview", "--version").stdout)
+        self.assertEqual((hello["source"], hello["live"], hello["smooth_max"]), (self.source, False, 63))
+        self.assertEqual([e["name"] for e in hello["eyes"]], ["blue", "green"])
+        for eye in hello["eyes"]:
+            self.assertEqual((len(eye["mount"]), len(eye["rotation"])), (3, 9))
+        kind, payload = b.message()
+        status = json.loads(payload)
+        self.assertEqual((status["type"], status["state"], status["live"]), ("status", "playing", False))
+        self.assertEqual((status["speed"], status["loop"], status["message"]), (2, True, ""))
+        self.assertEqual((status["first_frame"], status["last_frame"], status["laser"]), (0, 1000, None))
+        self.assertEqual(set(status["losses"]), {"wire_words", "wire_lines", "kernel", "ring", "refused"})
+        self.assertEqual((status["browsers"], status["skipped"]), (1, 0))
+        for key in ("frame packets bytes points frames points_per_second frames_per_second bytes_per_second").split():
+            self.assertIsInstance(status[key], (int, float), key)
+
+    def test_a_sensors_status_tells_its_bits_by_name(self):
+        self.serve(source="udp://127.0.0.1")
+        b = self.browser()
+        self.assertTrue(b.text("hello")["live"])
+        status = b.status()
+        self.assertEqual((status["live"], status["first_frame"], status["last_frame"]), (True, None, None))
+        self.assertEqual(status["laser"], {"status": 0x0820, "up": False, "bits": ["BOARD_OVER_105", "TLV_CMD_ON"],
+                                           "hazards": ["BOARD_OVER_105"]})
+
+    def test_a_source_of_any_name_is_told_as_text(self):
+        name = b'/tmp/"\\\n\xc3\xa4\xff\xed\xa0\x80<b>.pcap' + b"x" * 3000
+        self.serve(source=os.fsdecode(name))
+        self.assertEqual(self.browser().text("hello")["source"],
+                         '/tmp/"\\\n\xe4\ufffd\ufffd\ufffd\ufffd<b>.pcap' + "x" * 3000)
+
+    def test_frames_come_whole_and_each_once(self):
+        self.serve(points=12345)
+        b = self.browser()
+        clouds = [b.cloud() for _ in range(12)]
+        self.assertEqual({c.points for c in clouds}, {12345})
+        numbers = [c.frame for c in clouds]
+        self.assertEqual(numbers, sorted(set(numbers)))
+        self.assertEqual([c.pixels()[:3] for c in clouds], [(0, 4, 8)] * 12)
+
+    def test_rates_are_those_of_the_feed(self):
+        self.serve(points=500, rate=20)
+        b = self.browser()
+        b.status()
+        b.status()
+        status = [b.status() for _ in range(3)][-1]
+        self.assertAlmostEqual(status["points_per_second"] / status["frames_per_second"], 500, delta=1)
+        self.assertAlmostEqual(status["bytes_per_second"] / status["frames_per_second"], 2000, delta=4)
+
+    def test_each_browser_has_its_own_view(self):
+        self.serve()
+        a, b = self.browser(), self.browser()
+        a.say("view both 31")
+        b.say("view falling 0")
+        a.cloud(lambda c: (c.edges, c.smooth) == (3, 31))
+        b.cloud(lambda c: (c.edges, c.smooth) == (2, 0))
+        self.assertEqual({(a.cloud().edges, b.cloud().edges) for _ in range(10)}, {(3, 2)})
+        self.assertEqual(a.status()["browsers"], 2)
+        c = self.browser()
+        c.cloud(lambda cloud: (cloud.edges, cloud.smooth) == (1, 0))
+        b.close()
+        a.status(lambda s: s["browsers"] == 2)
+
+    def test_a_ninth_view_has_no_place(self):
+        self.serve()
+        many = [self.browser() for _ in range(8)]
+        for i, b in enumerate(many):
+            b.say(f"view both {2 * i + 3}")
+            b.cloud(lambda c, i=i: c.smooth == 2 * i + 3)
+        ninth = self.browser()
+        taken = ninth.cloud().smooth
+        ninth.say("view rising 0")
+        ninth.status()
+        ninth.status()
+        self.assertEqual(ninth.cloud().smooth, taken)
+        ninth.say("view both 5")
+        ninth.cloud(lambda c: c.smooth == 5)
+        many[1].close()
+        many[0].status(lambda s: s["browsers"] == 8)
+        ninth.say("view rising 0")
+        ninth.status()
+        self.assertIn(ninth.cloud().smooth, (0, 5))
+
+    def test_playing_is_shared_and_told_at_once(self):
+        self.serve()
+        a, b = self.browser(), self.browser()
+        a.say("pause")
+        b.status(lambda s: s["state"] == "paused")
+        b.say("step -3")
+        at = a.status(lambda s: s["state"] == "paused")["frame"]
+        a.say("seek 700")
+        self.assertEqual(b.cloud(lambda c: c.frame >= 700).frame, 700)
+        a.say("step 2")
+        self.assertEqual(b.cloud(lambda c: c.frame > 700).frame, 702)
+        a.say("speed 0.5")
+        a.say("loop on")
+        b.status(lambda s: s["speed"] == 0.5 and s["loop"])
+        a.say("play")
+        b.status(lambda s: s["state"] == "playing")
+        self.assertLess(at, 700)
+
+    def test_commands_may_come_in_pieces_and_pings_between(self):
+        self.serve()
+        b = self.browser()
+        b.send(frame(TEXT, b"pa", final=False) + frame(PING, b"here?") + frame(0, b"", final=False) + frame(0, b"use"))
+        seen = set()
+        while seen != {"pong", "paused"}:
+            kind, payload = b.message()
+            if kind == PONG:
+                self.assertEqual(payload, b"here?")
+                seen.add("pong")
+            elif kind == TEXT and json.loads(payload).get("state") == "paused":
+                seen.add("paused")
+
+    def test_anything_else_is_refused(self):
+        self.serve()
+        for text in ("laser on", "", "play ", "PLAY", "view rising", "view rising 2", "view rising 65", "view up 0",
+                     "step", "step x", "seek 1e9999", "speed nan", "speed 0", "loop", "play\0", "x" * 64):
+            b = self.browser()
+            b.say(text)
+            self.assertEqual(b.closing(), 1008, text)
+        self.lives()
+
+    def test_a_close_is_answered(self):
+        self.serve()
+        b = self.browser()
+        b.send(frame(8, struct.pack(">H", 1000)))
+        self.assertEqual(b.closing(), 1000)
+
+    def test_a_slow_browser_gets_the_newest_frame(self):
+        self.serve(points=100000, rate=20)
+        slow, fast = self.browser(receive_buffer=65536), self.browser()
+        first = slow.cloud()
+        for _ in range(40):
+            newest = fast.cloud()
+        under_way = slow.cloud()
+        late = slow.cloud()
+        self.assertLess(under_way.frame, newest.frame)
+        self.assertGreaterEqual(late.frame, newest.frame, "it was queued")
+        status = slow.status(lambda s: s["skipped"] > 0)
+        self.assertGreaterEqual(status["skipped"], newest.frame - first.frame - 3)
+        self.assertLess(fast.status()["skipped"], status["skipped"])
+
+    def test_a_browser_that_gives_no_sign_of_life_is_hung_up(self):
+        self.serve(points=100000)
+        dead, alive = self.browser(timeout=120, receive_buffer=65536), self.browser()
+        alive.status(lambda s: s["browsers"] == 2)
+        alive.status(lambda s: s["browsers"] == 1)
+        with self.assertRaises(Closed):
+            while True:
+                dead.message(answers_pings=False)
+
+
+class Crowd(Case):
+    def test_a_hundred_idle_connections_are_all_there_can_be(self):
+        self.serve()
+        first = self.browser()
+        idle = [self.connect() for _ in range(CONNECTIONS_MAX - 1)]
+        more = self.connect()
+        more.send(request("GET", "/", self.host))
+        self.assertEqual(more.rest(), b"")
+        self.assertEqual(first.status()["browsers"], 1)
+        for c in idle:
+            self.assertEqual(c.rest(), b"")
+        self.lives()
+
+    def test_a_hundred_browsers_are_served(self):
+        self.serve()
+        many = [self.browser() for _ in range(CONNECTIONS_MAX)]
+        many[-1].status(lambda s: s["browsers"] == CONNECTIONS_MAX)
+        c = self.connect()
+        c.send(request("GET", "/", self.host))
+        self.assertEqual(c.rest(), b"")
+        for b in many:
+            b.cloud()
+        for b in many[1:]:
+            b.close()
+        many[0].status(lambda s: s["browsers"] == 1)
+        self.lives()
+
+
+class Run(Case):
+    def test_the_place_is_told_in_one_line(self):
+        place = self.serve()
+        self.assertEqual(place, {"url": f"http://127.0.0.1:{self.port}/", "address": "127.0.0.1", "port": self.port})
+        self.assertEqual(self.server.stdout().count("\n"), 1)
+
+    def test_each_signal_ends_it_with_0(self):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            self.serve()
+            self.browser().text("hello")
+            self.assertEqual(self.server.end(number), 0)
+
+    def test_a_port_that_is_taken_is_told_by_whom(self):
+        self.serve()
+        r = subprocess.run([FAKE, "--no-open", "--port", str(self.port), "x"], capture_output=True, text=True,
+                           timeout=30)
+        self.assertEqual((r.returncode, r.stdout), (1, ""))
+        self.assertEqual(r.stderr, f"lumview: --port: port {self.port} of 127.0.0.1 is taken by lumview_fake (process "
+                                   f"{self.server.p.pid}): choose another, or none for any that is free\n")
+
+    def test_a_port_can_be_taken_again_at_once(self):
+        self.serve()
+        port, b = self.port, self.browser()
+        b.text("hello")
+        self.assertEqual(self.server.end(), 0)
+        self.serve("--port", str(port))
+        self.assertEqual(self.port, port)
+
+    def test_an_address_of_others_is_told(self):
+        r = subprocess.run([FAKE, "--no-open", "--bind", "192.0.2.1", "x"], capture_output=True, text=True, timeout=30)
+        self.assertEqual((r.returncode, r.stderr),
+                         (1, "lumview: --bind: 192.0.2.1 is no address of this host; see: ip addr\n"))
+
+    def test_the_browser_is_started_and_not_waited_for(self):
+        seen = self.folder / "seen"
+        script = self.folder / "look"
+        script.write_text(f'#!/bin/sh\n{{ echo "$1"; ls -l /proc/$$/fd; }} >{seen}.part\n'
+                          f'mv {seen}.part {seen}\nexec sleep 3\n')
+        script.chmod(0o755)
+        environment = {**os.environ, "BROWSER": f"/no/such/browser:{script}"}
+        with subprocess.Popen([FAKE, "--quiet", "x"], env=environment, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE) as p:
+            self.addCleanup(p.kill)
+            wait_until(seen.exists, what="the browser")
+            p.send_signal(signal.SIGINT)
+            self.assertEqual(p.wait(30), 0)
+            self.assertEqual((p.stdout.read(), p.stderr.read()), (b"", b""))
+        url, files = seen.read_text().split("\n", 1)
+        self.assertRegex(url, r"^http://127\.0\.0\.1:\d+/$")
+        self.assertNotIn("socket:", files, "the browser would keep the port")
+
+    def test_without_a_browser_the_address_is_told_all_the_same(self):
+        server = Process(self, self.folder, "env", "-i", FAKE, "x", name="bare")
+        wait_until(lambda: server.stderr().count("\n") == 2, what="the note")
+        self.assertEqual(server.end(), 0)
+        self.assertRegex(server.stderr(), r"^lumview: http://127\.0\.0\.1:\d+/ \(Ctrl-C ends it\)\n"
+                                          r"lumview: no browser could be started: open this URL in one\n$")
+
+
+class Arguments(unittest.TestCase):
+    def refused(self, *arguments):
+        r = run("lumview", *arguments)
+        self.assertEqual((r.returncode, r.stdout), (2, ""), arguments)
+        self.assertEqual(r.stderr.count("\n"), 1, r.stderr)
+        self.assertTrue(r.stderr.startswith("lumview: "), r.stderr)
+        return r.stderr[len("lumview: "):].strip()
+
+    def test_what_is_wrong_is_told_and_what_would_be_right(self):
+        one_address = "one address of this host, such as 192.168.1.5"
+        for arguments, message in (
+                ([], "no SOURCE: name a capture, - for standard input, or udp://ADDRESS; see lumview --help"),
+                (["a", "b"], "one SOURCE only: 'b' is one too many"),
+                (["--what", "a"], "--what: no such option; see lumview --help"),
+                (["--no", "a"], "--no: no such option; see lumview --help"),
+                (["--por", "1", "a"], "--por: no such option; see lumview --help"),
+                (["-x", "a"], "-x: no such option; see lumview --help"),
+                (["--port", "65536", "a"], "--port: '65536' is not a port from 0 to 65535, 0 any"),
+                (["--port=x", "a"], "--port: 'x' is not a port from 0 to 65535, 0 any"),
+                (["a", "--port"], "--port: a value is missing: a port from 0 to 65535, 0 any"),
+                (["--bind", "0.0.0.0", "a"], f"--bind: '0.0.0.0' is not {one_address}"),
+                (["--bind", "localhost", "a"], f"--bind: 'localhost' is not {one_address}"),
+                (["--bind", "224.0.0.1", "a"], f"--bind: '224.0.0.1' is not {one_address}"),
+                (["--json=yes", "a"], "--json takes no value: 'yes'"),
+                (["--speed", "0", "a"], "--speed: '0' is not a number from 0.01 to 100"),
+                (["--sensor", "x", "a"], "--sensor: 'x' is not an address such as 10.42.0.37"),
+                (["--laser", "a"], "--laser goes with a sensor, udp://ADDRESS"),
+                (["--interface", "lo", "a"], "--interface goes with a sensor, udp://ADDRESS"),
+                (["--loop", "udp://127.0.0.1"], "--loop goes with a capture, not with a sensor"),
+                (["--speed", "1", "udp://127.0.0.1"], "--speed goes with a capture, not with a sensor"),
+                (["--paused", "udp://127.0.0.1"], "--paused goes with a capture, not with a sensor"),
+                (["--sensor", "1.2.3.4", "udp://127.0.0.1"], "--sensor goes with a capture, not with a sensor"),
+                (["udp://255.255.255.255"], "udp://255.255.255.255: no sensor can have this address")):
+            self.assertEqual(self.refused(*arguments), message)
+        for url in ("udp://", "udp://host", "udp://1.2.3", "udp://1.2.3.4:0", "udp://1.2.3.4:65536", "udp://1.2.3.4/"):
+            self.assertIn("right is udp://ADDRESS or udp://ADDRESS:PORT", self.refused(url))
+
+    def test_a_configuration_that_is_wrong_is_told(self):
+        folder = Folder(self)
+        (folder / "bad.yaml").write_text("nonsense: 1\n")
+        for option in ("--calibration", "--profile"):
+            self.assertIn("bad.yaml", self.refused(option, folder / "bad.yaml", "--no-open", "x.pcap"))
+
+    def test_a_source_that_is_none_is_told(self):
+        folder = Folder(self)
+        (folder / "none.pcap").write_bytes(b"this is no capture")
+        for name in ("none.pcap", "missing.pcap"):
+            r = run("lumview", "--no-open", folder / name)
+            self.assertEqual((r.returncode, r.stdout), (1, ""))
+            self.assertIn(name, r.stderr)
+            self.assertEqual(r.stderr.count("\n"), 1, r.stderr)
+
+    def test_help_and_version(self):
+        r = run("lumview", "--help")
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        self.assertTrue(r.stdout.startswith("Usage: lumview [OPTION]... SOURCE\n"))
+        self.assertTrue(all(len(line) <= 80 for line in r.stdout.split("\n")))
+        self.assertEqual(run("lumview", "-h").stdout, r.stdout)
+        self.assertRegex(run("lumview", "--version").stdout, r"^lumview \d+\.\d+\.\d+\n$")
+
+
+class Capture(Case):
+    """Frames are those of the capture, as lumdump counts them."""
+
+    tool = BIN / "lumview"
+
+    def setUp(self):
+        super().setUp()
+        self.source = simulate(self.folder / "street.pcap", "--frames", "4", "--lines", "64")
+
+    def points(self, number, *options):
+        return summary(self.source, "--frames", f"{number}:{number}", *options)["sensors"][0]["points"]
+
+    def test_each_frame_has_the_points_that_lumdump_counts(self):
+        self.serve("--paused")
+        b = self.browser()
+        status = b.status(lambda s: s["first_frame"] is not None)
+        for number in range(status["first_frame"], status["last_frame"] + 1):
+            b.say(f"seek {number}")
+            cloud = b.cloud(lambda c, n=number: c.frame == n)
+            self.assertEqual(cloud.points, self.points(number))
+            for edge, code in (("both", 3), ("falling", 2), ("rising", 1)):
+                b.say(f"view {edge} 0")
+                cloud = b.cloud(lambda c, n=number, e=code: (c.frame, c.edges) == (n, e))
+                self.assertEqual(cloud.points, self.points(number, "--edge", edge))
+
+
+    def test_points_are_those_that_lumdump_writes(self):
+        self.serve("--paused")
+        b = self.browser()
+        status = b.status(lambda s: s["first_frame"] is not None)
+        number = status["first_frame"] + 1
+        b.say(f"seek {number}")
+        for window, options in ((0, []), (31, ["--smooth", "31"])):
+            b.say(f"view both {window}")
+            cloud = b.cloud(lambda c, w=window: (c.frame, c.edges, c.smooth) == (number, 3, w))
+            table = self.folder / f"{window}.csv"
+            r = run("lumdump", self.source, "-o", table, "--edge", "both", "--frames", f"{number}:{number}", *options)
+            self.assertEqual(r.returncode, 0, r.stderr)
+            rows = read_csv(table)
+            self.assertEqual(cloud.points, len(rows))
+            eyes = {"blue": 0, "0": 0, "green": 1, "1": 1}
+            expected = sorted((int(row["line"]), int(row["pixel"]), eyes[row["eye"]], float(row["x"]), float(row["y"]),
+                               float(row["z"])) for row in rows)
+            got = sorted((n, p, bits & 1, *xyz) for n, p, bits, xyz in
+                         zip(cloud.line_numbers(), cloud.pixels(), cloud.bits(), cloud.xyz()))
+            for a, e in zip(got, expected):
+                self.assertEqual(a[:3], e[:3])
+                for i in (3, 4, 5):
+                    self.assertAlmostEqual(a[i], e[i], delta=0.0011)
+
+    def test_a_capture_plays_to_its_end_and_begins_anew_if_asked(self):
+        self.serve("--speed", "10")
+        b = self.browser()
+        end = b.status(lambda s: s["state"] == "ended")
+        self.assertEqual(end["frame"], end["last_frame"])
+        b.say("loop on")
+        b.say("play")
+        b.cloud(lambda c: c.frame == end["first_frame"])
+        b.status(lambda s: s["state"] == "playing" and s["loop"])
+
+
+class Live(Case):
+    """A simulated sensor."""
+
+    tool = BIN / "lumview"
+
+    def setUp(self):
+        super().setUp()
+        self.sensor = next(ADDRESSES)
+        self.source = f"udp://{self.sensor}"
+        self.log = self.folder / "sim.log"
+        self.simulator = self.simulate()
+
+    def simulate(self):
+        out = Process(self, self.folder, BIN / "lumsim", "--address", self.sensor, "--log", self.log, "--quiet",
+                      "--frames", "2")
+        wait_until(lambda: self.events("frames"), seconds=60, what="lumsim's start")
+        return out
+
+    def events(self, kind):
+        try:
+            lines = self.log.read_text().split("\n")[:-1]
+        except FileNotFoundError:
+            return []
+        return [e for e in map(json.loads, lines) if e["event"] == kind]
+
+    def laser(self):
+        return [e["up"] for e in self.events("laser")]
+
+    def test_the_laser_is_on_while_it_is_looked_at(self):
+        self.serve("--laser")
+        b = self.browser()
+        status = b.status(lambda s: s["laser"] is not None and s["laser"]["up"] and s["points"] > 0)
+        self.assertTrue(status["live"])
+        self.assertGreater(b.cloud().points, 1000)
+        for command in ("pause", "step 1", "seek 1", "speed 2", "loop on"):
+            b.say(command)
+        self.assertEqual(b.status()["state"], "playing", "a sensor cannot be paused")
+        self.assertEqual(self.server.end(signal.SIGINT), 0, self.server.stderr())
+        self.assertEqual(self.laser()[-1], False)
+        self.assertIn(True, self.laser())
+
+    def test_without_the_option_the_laser_is_left_alone(self):
+        self.serve()
+        b = self.browser()
+        b.text("hello")
+        for _ in range(3):
+            b.status()
+        self.assertEqual(self.server.end(), 0)
+        self.assertEqual({e["note"] for e in self.events("tlv")}, {"status poll"})
+
+    def test_a_sensor_that_falls_silent_is_told_and_comes_back(self):
+        self.serve("--laser")
+        b = self.browser()
+        b.cloud()
+        self.simulator.end(signal.SIGKILL)
+        status = b.status(lambda s: s["state"] == "silent")
+        self.assertNotEqual(status["message"], "")
+        self.log.unlink()
+        self.simulator = self.simulate()
+        b.status(lambda s: s["state"] == "playing")
+        self.server.send(signal.SIGINT)
+        self.server.wait()
+
+    def is_clean(self):
+        """Warnings of a session may stand there."""
+        self.assertIn(self.server.end(), (0, 1))
+        self.assertIn(f"lumview: {self.url} (Ctrl-C ends it)\n", self.server.stderr())
+
+
+if __name__ == "__main__":
+    shards.main()

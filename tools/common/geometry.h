@@ -1,0 +1,14 @@
+/* Calibration and wire profile of a command line, made ready for use. */
+#ifndef LUM_TOOLS_GEOMETRY_H
+#define LUM_TOOLS_GEOMETRY_H
+
+#include "lum/base/error.h"
+#include "lum/points.h"
+#include "lum/profile.h"
+
+/* Files' names; NULL: the default. 0, or -1 with the reason in error. */
+int geometry_load(const char *calibration, const char *profile,
+                  lum_layout *layout, lum_projector *projector,
+                  lum_error *error);
+
+#endif

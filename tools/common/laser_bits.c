@@ -1,0 +1,20 @@
+#include "laser_bits.h"
+
+#include "lum/laser.h"
+
+#include <stdio.h>
+
+const char *laser_bits_name(uint16_t status, uint16_t mask, char *out,
+                            size_t room)
+{
+    size_t len = 0;
+    (void)snprintf(out, room, "none");
+    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
+        if (((unsigned)(status & mask) >> bit & 1u) != 0 && len < room) {
+            const int n = snprintf(out + len, room - len, "%s%s",
+                                   len > 0 ? " " : "", lum_laser_bit_name(bit));
+            len += n > 0 ? (size_t)n : 0;
+        }
+    }
+    return out;
+}
