@@ -1,0 +1,147 @@
+// The connection: lost and found, slow pages, several, a live sensor.
+import assert from "node:assert/strict";
+import { setTimeout as sleep } from "node:timers/promises";
+import { choose, counts, drawn, open, pixels, probe, shoot, until } from "./page.mjs";
+import { coloured } from "./png.mjs";
+import { sim, stop, view } from "./tools.mjs";
+
+const SENSOR = "127.0.5.17";
+const GONE = /no connection: lumview has ended or cannot be reached; trying again/;
+
+const bannerShows = (page) => until(page, () => !document.getElementById("banner").hidden);
+const bannerGone = (page) => until(page, () => document.getElementById("banner").hidden && window.lumview.connected);
+
+async function killed({ browser, capture }) {
+    const server = await view("--loop", capture);
+    const page = await open(browser, server.url);
+    await choose(page, "edges", "falling");
+    await until(page, () => window.lumview.counts().falling > 0);
+    await stop(server.child, "SIGKILL");
+    await bannerShows(page);
+    assert.match(await page.locator("#banner").textContent(), GONE);
+    assert.equal(await page.locator("#banner").getAttribute("role"), "alert");
+    assert.equal(await probe(page, "connected"), false);
+    assert.ok(coloured(await pixels(page)) > 0.03, "the last picture stays");
+    await shoot(page, "lumview-gone");
+    const shown = await probe(page, "shown");
+    await view("--loop", "--port", server.port, capture);
+    await bannerGone(page);
+    await until(page, (n) => window.lumview.shown > n + 2, shown);
+    await until(page, () => window.lumview.counts().rising === 0);
+}
+
+async function hung({ browser, capture }) {
+    const server = await view("--loop", capture);
+    const page = await open(browser, server.url);
+    server.child.kill("SIGSTOP");
+    await bannerShows(page);
+    assert.match(await page.locator("#banner").textContent(), GONE);
+    server.child.kill("SIGCONT");
+    await bannerGone(page);
+    const shown = await probe(page, "shown");
+    await until(page, (n) => window.lumview.shown > n, shown);
+}
+
+// Pauses, and how many frame messages came until the newest was shown.
+async function behind(page) {
+    const before = await probe(page, "received");
+    await page.keyboard.press(" ");
+    await until(page, () => window.lumview.status().state === "paused");
+    await until(page, () => window.lumview.frame === window.lumview.status().frame);
+    await drawn(page);
+    return (await probe(page, "received")) - before;
+}
+
+async function throttled({ browser, capture }) {
+    const server = await view("--loop", "--speed", "4", capture);
+    const page = await open(browser, server.url);
+    const control = await page.context().newCDPSession(page);
+    await control.send("Emulation.setCPUThrottlingRate", { rate: 20 });
+    const { frames } = await probe(page, "status");
+    await until(page, (n) => window.lumview.status().frames > n + 100, frames);
+    const waiting = await behind(page);
+    assert.ok(waiting < 20, `${waiting} frames waited`);
+    assert.ok((await probe(page, "status")).skipped > 0, "frames were left out");
+    assert.ok((await probe(page, "shown")) <= (await probe(page, "received")));
+}
+
+async function frozen({ browser, capture }) {
+    const server = await view("--loop", "--speed", "4", capture);
+    const page = await open(browser, server.url);
+    const control = await page.context().newCDPSession(page);
+    const before = await probe(page, "status");
+    await control.send("Page.setWebLifecycleState", { state: "frozen" });
+    await sleep(8000);
+    await control.send("Page.setWebLifecycleState", { state: "active" });
+    const waiting = await behind(page);
+    const { frames } = await probe(page, "status");
+    assert.ok(waiting < (frames - before.frames) / 2, `${waiting} of ${frames - before.frames} frames waited`);
+}
+
+async function several({ browser, capture }) {
+    const server = await view("--paused", capture);
+    const pages = [];
+    for (let i = 0; i < 3; i++) {
+        pages.push(await open(browser, server.url));
+    }
+    await choose(pages[1], "edges", "falling");
+    await until(pages[1], () => window.lumview.counts().falling > 0);
+    await choose(pages[2], "edges", "both");
+    await until(pages[2], () => window.lumview.counts().falling > 0);
+    const seen = [];
+    for (const page of pages) {
+        const { rising, falling } = await counts(page);
+        seen.push([rising > 0, falling > 0]);
+    }
+    assert.deepEqual(seen, [[true, false], [false, true], [true, true]]);
+    await until(pages[0], () => window.lumview.status().browsers === 3);
+    await pages[0].keyboard.press(".");
+    for (const page of pages) {
+        await until(page, () => window.lumview.frame === 2);
+    }
+}
+
+async function live({ browser }) {
+    const sensor = sim("--address", SENSOR);
+    const server = await view("--laser", `udp://${SENSOR}`);
+    const page = await open(browser, server.url);
+    await until(page, () => window.lumview.points > 100000 && window.lumview.status().points_per_second > 100000);
+    assert.ok(coloured(await pixels(page)) > 0.05);
+    await until(page, () => document.getElementById("laser-bits").textContent.includes("TLV_CMD_ON"));
+    assert.match(await page.locator("#laser-state").textContent(), /^on, status 0x0800/);
+    assert.equal(await page.locator("#scrub").isVisible(), false);
+    await shoot(page, "lumview-live");
+    await page.keyboard.press(" ");
+    await drawn(page);
+    const [held, received] = [await probe(page, "frame"), await probe(page, "received")];
+    await until(page, (n) => window.lumview.received > n + 3, received);
+    await drawn(page);
+    assert.equal(await probe(page, "frame"), held, "the picture is held");
+    await page.keyboard.press(" ");
+    await until(page, (n) => window.lumview.frame > n, held);
+    await stop(sensor);
+    await until(page, () => window.lumview.status().state === "silent");
+    assert.equal(await page.locator("#message").isVisible(), true);
+}
+
+async function hazard({ browser }) {
+    sim("--address", SENSOR, "--fault", "fan@8");
+    const server = await view("--laser", `udp://${SENSOR}`);
+    const page = await open(browser, server.url);
+    const item = page.locator("#laser-bits li.hazard");
+    await item.filter({ hasText: "FAN_PWM_BAD" }).waitFor();
+    assert.match(await page.locator("#laser-state").textContent(), /^off, status 0x.*hazard/);
+    assert.equal(await item.first().evaluate((e) => getComputedStyle(e).borderTopColor), "rgb(255, 154, 143)");
+    await until(page, () => document.getElementById("message").textContent.includes("FAN_PWM_BAD"));
+    await shoot(page, "lumview-hazard");
+}
+
+export const linkFacts = [
+    ["a killed server gives a message, and back the page recovers", killed],
+    ["so does one that hangs", hung],
+    ["a throttled page shows the newest frame", throttled],
+    ["a frozen page shows the newest frame when it wakes", frozen],
+    ["several pages have views of their own", several],
+    ["live: the street, the laser's status, a held picture, silence", live],
+    ["live: a hazard is named and coloured", hazard],
+];

@@ -1,0 +1,197 @@
+// The page itself: keyboard, help, names and contrast for everyone.
+import assert from "node:assert/strict";
+import { camera, counts, drawn, probe, settings, shoot, until } from "./page.mjs";
+
+const CONTROLS = "a, button, select, input, #canvas";
+
+// Elements that Tab reaches, by id, in turn.
+async function tabRound(page) {
+    const seen = [];
+    await page.evaluate(() => document.activeElement?.blur());
+    for (let i = 0; i < 100; i++) {
+        await page.keyboard.press("Tab");
+        const at = await page.evaluate(() => {
+            const element = document.activeElement;
+            const { outlineStyle, outlineWidth } = getComputedStyle(element);
+            return { id: element.id || element.tagName, ring: outlineStyle !== "none" && parseFloat(outlineWidth) >= 2 };
+        });
+        if (seen.some((one) => one.id === at.id)) {
+            break;
+        }
+        seen.push(at);
+    }
+    return seen;
+}
+
+async function tabReachesAll({ page }) {
+    await page.keyboard.press("k"); // the point's card has a button too
+    await drawn(page);
+    const wanted = await page.evaluate((controls) => [...document.querySelectorAll(controls)]
+        .filter((e) => e.checkVisibility() && !e.disabled && !e.closest("dialog"))
+        .map((e) => e.id || e.tagName), CONTROLS);
+    const seen = await tabRound(page);
+    const ids = new Set(seen.map((one) => one.id));
+    assert.deepEqual(wanted.filter((id) => !ids.has(id)), [], "not reached by Tab");
+    assert.deepEqual(seen.filter((one) => !one.ring && one.id !== "BODY").map((one) => one.id), [], "no focus ring");
+}
+
+// A key, and the setting that it changes.
+const KEYS = [
+    ["r", "return"], ["e", "edges"], ["s", "smooth"], ["b", "blue"], ["g", "green"], ["c", "colour"], ["m", "map"],
+    ["+", "size"], ["-", "size"], ["a", "accumulate"], ["A", "accumulate"], ["d", "grid"], ["o", "rings"], ["q", "flat"],
+];
+
+async function keysChangeSettings({ page }) {
+    for (const [key, setting] of KEYS) {
+        const before = await settings(page);
+        await page.keyboard.press(key);
+        const after = await settings(page);
+        const changed = Object.keys(after).filter((name) => after[name] !== before[name]);
+        assert.deepEqual(changed, [setting], `key ${key}`);
+    }
+    await page.keyboard.press("z");
+    assert.equal((await settings(page)).return, "all");
+}
+
+async function keysHideParts({ page }) {
+    for (const [key, id] of [["h", "panel"], ["i", "stats"]]) {
+        const was = await page.locator(`#${id}`).isVisible();
+        await page.keyboard.press(key);
+        assert.equal(await page.locator(`#${id}`).isVisible(), !was, key);
+        assert.equal(await page.locator(`#${id}-toggle`).getAttribute("aria-expanded"), String(!was));
+        await page.keyboard.press(key);
+        assert.equal(await page.locator(`#${id}`).isVisible(), was, key);
+    }
+}
+
+// A session without a mouse: clip, choose, look, pick, play.
+async function keyboardAlone({ page }) {
+    const tabTo = async (id) => {
+        for (let i = 0; i < 60 && (await page.evaluate(() => document.activeElement.id)) !== id; i++) {
+            await page.keyboard.press("Tab");
+        }
+    };
+    const { shown } = await counts(page);
+    await tabTo("range-max");
+    await page.keyboard.type("15");
+    assert.equal((await settings(page)).rangeMax, 15);
+    assert.ok((await counts(page)).shown < shown);
+    await tabTo("grid");
+    await page.keyboard.press(" ");
+    assert.equal((await settings(page)).grid, false);
+    await page.keyboard.press("v");
+    assert.equal(await page.evaluate(() => document.activeElement.id), "canvas");
+    const before = await camera(page);
+    await page.keyboard.press("PageUp");
+    assert.ok((await camera(page)).pitch > before.pitch);
+    await page.keyboard.press("k");
+    assert.ok((await probe(page, "picked")).range <= 15);
+    await page.keyboard.press("Escape");
+    assert.equal(await probe(page, "picked"), null);
+    await page.keyboard.press("End");
+    await until(page, () => window.lumview.frame === 10);
+}
+
+async function fieldsKeepTheirKeys({ page }) {
+    const before = await settings(page);
+    await page.locator("#height-min").focus();
+    for (const key of ["r", "b", "ArrowUp", "Home", "-", "1"]) {
+        await page.keyboard.press(key);
+    }
+    const after = await settings(page);
+    assert.deepEqual({ ...after, heightMin: null }, before);
+    await page.locator("#size").focus();
+    const at = await camera(page);
+    await page.keyboard.press("ArrowRight");
+    assert.equal((await settings(page)).size, before.size + 0.5);
+    assert.deepEqual(await camera(page), at);
+}
+
+async function help({ page }) {
+    await page.keyboard.press("?");
+    await until(page, () => document.getElementById("help").open);
+    const text = await page.locator("#help").innerText();
+    for (const word of ["Shift + arrows", "Ctrl + arrows", "left drag", "screenshot", "loop", "one frame back"]) {
+        assert.ok(text.includes(word), word);
+    }
+    const before = await settings(page);
+    await page.keyboard.press("r");
+    assert.deepEqual(await settings(page), before);
+    await shoot(page, "lumview-help");
+    await page.keyboard.press("Escape");
+    await until(page, () => !document.getElementById("help").open);
+    await page.locator("#help-open").click();
+    await page.locator("#help-close").click();
+    await until(page, () => !document.getElementById("help").open);
+}
+
+async function names({ page }) {
+    const without = await page.evaluate((controls) => [...document.querySelectorAll(controls)].filter((e) => {
+        const label = e.getAttribute("aria-label") || e.textContent.trim() || [...(e.labels ?? [])].map((l) => l.textContent.trim()).join("");
+        return !label;
+    }).map((e) => e.id), CONTROLS);
+    assert.deepEqual(without, []);
+}
+
+// WCAG AA: 4.5 to 1 for text. Colours under a card count as the darkest and as
+// white points.
+async function contrast({ page }) {
+    await page.keyboard.press("k");
+    const poor = await page.evaluate(() => {
+        const parse = (text) => text.match(/[\d.]+/g).map(Number);
+        const channel = (v) => (v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4);
+        const light = ([r, g, b]) => 0.2126 * channel(r) + 0.7152 * channel(g) + 0.0722 * channel(b);
+        const ratio = (a, b) => (Math.max(light(a), light(b)) + 0.05) / (Math.min(light(a), light(b)) + 0.05);
+        const over = ([r, g, b, a = 1], ground) => [r, g, b].map((v, i) => v * a + ground[i] * (1 - a));
+        const groundOf = (element, under) => {
+            const chain = [];
+            for (let e = element; e; e = e.parentElement) {
+                chain.unshift(parse(getComputedStyle(e).backgroundColor));
+            }
+            return chain.reduce((ground, colour) => over(colour, ground), under);
+        };
+        const hasText = (e) => [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim());
+        return [...document.querySelectorAll("body *")]
+            .filter((e) => hasText(e) && e.checkVisibility() && !e.closest(":disabled, noscript, .skip"))
+            .map((e) => [e, ratio(parse(getComputedStyle(e).color), groundOf(e, [14, 18, 24]))])
+            .filter(([, value]) => value < 4.5)
+            .map(([e, value]) => `${e.tagName} ${e.id} ${e.textContent.trim().slice(0, 20)} ${value.toFixed(2)}`);
+    });
+    assert.deepEqual(poor, []);
+}
+
+async function narrow({ page }) {
+    await page.setViewportSize({ width: 400, height: 800 });
+    await drawn(page);
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+    const height = await page.evaluate(() => document.getElementById("canvas").clientHeight);
+    await shoot(page, "lumview-narrow");
+    await page.setViewportSize({ width: 1280, height: 800 });
+    await drawn(page);
+    assert.ok(wide <= 400, `the page is ${wide} pixels wide`);
+    assert.ok(height > 200, `the picture is ${height} pixels high`);
+}
+
+async function policy({ page }) {
+    assert.deepEqual(page.complaints, []);
+    const ran = await page.evaluate(() => {
+        const script = document.createElement("script");
+        script.textContent = "window.intruder = true";
+        document.body.append(script);
+        return window.intruder === true;
+    });
+    assert.equal(ran, false);
+}
+
+export const pageFacts = [
+    ["Tab reaches every control, with a focus ring", tabReachesAll],
+    ["each key changes its setting and no other", keysChangeSettings],
+    ["keys hide and show controls and statistics", keysHideParts],
+    ["the keyboard alone suffices", keyboardAlone],
+    ["fields and sliders keep their keys", fieldsKeepTheirKeys],
+    ["? explains the keys", help],
+    ["all controls have names", names],
+    ["all text has enough contrast", contrast],
+    ["a narrow page is usable", narrow],
+    ["no complaint of the browser, no inline script", policy],
+];

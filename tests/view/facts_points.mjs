@@ -1,0 +1,276 @@
+// What is shown: each choice against lumdump's, and in pixels.
+import assert from "node:assert/strict";
+import { camera, choose, counts, drawn, pixels, probe, settings, shoot, type, until } from "./page.mjs";
+import { coloured, compare } from "./png.mjs";
+import { dump, run } from "./tools.mjs";
+
+const FRAME = ["--frames", "1:1"];
+const SEEN = 0.002; // share of pixels: more than noise
+
+function countOf(capture, ...args) {
+    return run("lumdump", capture, "-q", ...FRAME, "-o", "-", "--format", "xyz", ...args).split("\n").length - 1;
+}
+
+async function differ(page, before, least = SEEN) {
+    const after = await pixels(page);
+    const { share } = compare(before, after);
+    assert.ok(share > least, `only ${share} of the pixels differ`);
+    return after;
+}
+
+async function hideStats(page) {
+    if (await page.locator("#stats").isVisible()) {
+        await page.keyboard.press("i");
+        await drawn(page);
+    }
+}
+
+async function showsTheStreet({ page, capture }) {
+    await hideStats(page);
+    const full = await pixels(page);
+    assert.equal(await probe(page, "points"), countOf(capture));
+    await page.locator("#blue").uncheck();
+    await page.locator("#green").uncheck();
+    const empty = await pixels(page);
+    const { share, regions } = compare(full, empty);
+    assert.ok(share > 0.05, `the street covers ${share}`);
+    assert.ok(regions >= 24, `the street is in ${regions} of 64 regions`);
+    assert.ok(coloured(full) > 0.05 && coloured(empty) < 0.005);
+}
+
+async function selectsReturns({ page, capture }) {
+    await hideStats(page);
+    let before = await pixels(page);
+    for (const choice of ["1", "2", "3", "last"]) {
+        await choose(page, "return", choice);
+        const { shown, returns } = await counts(page);
+        assert.equal(shown, countOf(capture, "--return", choice), choice);
+        assert.ok(choice === "last" || Object.keys(returns).join() === choice);
+        before = await differ(page, before);
+    }
+}
+
+async function selectsEdges({ page, capture }) {
+    const before = await pixels(page);
+    await choose(page, "edges", "falling");
+    await until(page, () => window.lumview.counts().falling > 0);
+    const falling = await counts(page);
+    assert.equal(falling.rising, 0);
+    assert.equal(falling.falling, countOf(capture, "--edge", "falling"));
+    await differ(page, before);
+    await choose(page, "edges", "both");
+    await until(page, () => window.lumview.counts().rising > 0);
+    assert.equal((await counts(page)).shown, countOf(capture, "--edge", "both"));
+}
+
+async function selectsEyes({ page, capture }) {
+    await hideStats(page);
+    const both = await pixels(page);
+    await page.locator("#blue").uncheck();
+    assert.deepEqual([(await counts(page)).blue, (await counts(page)).green], [0, countOf(capture, "--eye", "green")]);
+    const green = await differ(page, both);
+    await page.locator("#green").uncheck();
+    await page.locator("#blue").check();
+    assert.equal((await counts(page)).shown, countOf(capture, "--eye", "blue"));
+    await differ(page, green);
+}
+
+// A range may lie as near to the limit as its last digit.
+function near(a, b) {
+    assert.ok(Math.abs(a - b) <= 3, `${a} points, lumdump has ${b}`);
+}
+
+async function clips({ page, capture }) {
+    await hideStats(page);
+    let before = await pixels(page);
+    await type(page, "range-min", "8");
+    await type(page, "range-max", "25");
+    near((await counts(page)).shown, countOf(capture, "--range", "8:25"));
+    before = await differ(page, before);
+    await type(page, "range-min", "");
+    await type(page, "range-max", "");
+    await type(page, "height-min", "-1.5");
+    await type(page, "height-max", "0.5");
+    near((await counts(page)).shown, countOf(capture, "--box", "-1000:1000,-1000:1000,-1.5:0.5"));
+    await differ(page, before);
+    assert.ok((await counts(page)).total > (await counts(page)).shown);
+}
+
+const COLOURS = {
+    range: ["Range", / m$/],
+    height: ["Height", / m$/],
+    pulse: ["Pulse width", / ns$/],
+    return: ["Return", /^(\d|4 and up)$/],
+    line: ["Line", /^\d+$/],
+    eye: ["Eye", /^(blue|green)$/],
+};
+
+async function colours({ page }) {
+    await hideStats(page);
+    await choose(page, "colour", "eye");
+    let before = await pixels(page);
+    for (const [choice, [title, tick]] of Object.entries(COLOURS)) {
+        await choose(page, "colour", choice);
+        assert.equal(await page.locator("#legend-title").textContent(), title);
+        const ticks = await page.locator("#legend-ticks li").allTextContents();
+        assert.ok(ticks.length >= 2 && ticks.every((text) => tick.test(text)), ticks.join());
+        before = await differ(page, before, 0.01);
+        await shoot(page, `lumview-colour-${choice}`);
+    }
+    assert.equal((await counts(page)).shown, await probe(page, "points"));
+}
+
+async function maps({ page }) {
+    await hideStats(page);
+    let before = await pixels(page);
+    for (const map of ["viridis", "cividis", "turbo"]) {
+        await choose(page, "map", map);
+        before = await differ(page, before, 0.01);
+    }
+    await type(page, "from", "10");
+    await type(page, "to", "40");
+    assert.deepEqual(await probe(page, "domain"), [10, 40]);
+    await differ(page, before, 0.01);
+    const texts = await page.locator("#legend-ticks li").allTextContents();
+    assert.deepEqual(texts, ["10 m", "20 m", "30 m", "40 m"]);
+}
+
+async function pointSize({ page }) {
+    await hideStats(page);
+    const small = coloured(await pixels(page));
+    await page.locator("#size").fill("5");
+    await drawn(page);
+    const large = coloured(await pixels(page));
+    assert.ok(large > 1.2 * small, `${small} of the pixels, then ${large}`);
+}
+
+async function accumulates({ page, capture }) {
+    await page.locator("#accumulate").fill("3");
+    for (const frame of [2, 3, 4]) {
+        await page.locator("#forth").click();
+        await until(page, (n) => window.lumview.frame === n, frame);
+    }
+    const three = run("lumdump", capture, "-q", "--frames", "2:4", "-o", "-", "--format", "xyz").split("\n").length - 1;
+    assert.equal(await probe(page, "points"), three);
+    assert.equal((await counts(page)).total, three);
+    await page.locator("#accumulate").fill("1");
+    await drawn(page);
+    assert.ok((await probe(page, "points")) < three / 2);
+}
+
+async function surroundings({ page }) {
+    await hideStats(page);
+    await page.locator("#blue").uncheck();
+    await page.locator("#green").uncheck();
+    const all = await pixels(page);
+    await page.locator("#rings").uncheck();
+    const noRings = await differ(page, all, 0.001);
+    await page.locator("#rings").check();
+    await type(page, "ground", "3");
+    await differ(page, all, 0.001);
+    await type(page, "ground", "");
+    await page.locator("#rings").uncheck();
+    await page.locator("#grid").uncheck();
+    const { share } = compare(noRings, await pixels(page));
+    assert.ok(share > 0, "the grid stays");
+}
+
+const rowKey = (r) => [r.eye, r.line, r.pixel, r.return_number, r.edge].join();
+const pickKey = (p) => [Number(p.eye === "green"), p.line, p.pixel, p.returnNumber, Number(p.edge === "rising")].join();
+
+function equal(picked, row) {
+    const pairs = [
+        [picked.position[0], row.x, 2e-4],
+        [picked.position[1], row.y, 2e-4],
+        [picked.position[2], row.z, 2e-4],
+        [picked.range, row.range, 2e-4],
+        [picked.azimuth, row.azimuth, 1e-4],
+        [picked.elevation, row.elevation, 1e-4],
+        [picked.pulse, row.pulse_width, 0.006],
+        [picked.returns, row.number_of_returns, 0],
+        [picked.frame, row.frame, 0],
+    ];
+    pairs.forEach(([a, b, most], i) => assert.ok(Math.abs(a - b) <= most, `value ${i}: ${a}, lumdump has ${b}`));
+}
+
+// A point of the frame that stands in the open part of the canvas.
+function openPoint(page, from) {
+    return page.evaluate((first) => {
+        const view = window.lumview;
+        const canvas = document.getElementById("canvas");
+        for (let i = first; ; i = (i + 977) % view.points) {
+            const at = view.place(i);
+            if (at.visible && at.x > 300 && at.x < canvas.clientWidth - 180 && at.y > 80 && at.y < canvas.clientHeight - 40) {
+                return at;
+            }
+        }
+    }, from);
+}
+
+async function picks(page, rows) {
+    const box = await page.locator("#canvas").boundingBox();
+    for (const from of [100, 20000, 40000, 60000, 80000, 120000]) {
+        const at = await openPoint(page, from);
+        await page.mouse.click(box.x + at.x, box.y + at.y);
+        await drawn(page);
+        const picked = await probe(page, "picked");
+        assert.ok(picked, "nothing was picked");
+        equal(picked, rows.get(pickKey(picked)));
+    }
+}
+
+const table = (rows) => new Map(rows.map((row) => [rowKey(row), row]));
+
+async function picksPoints({ page, capture }) {
+    await picks(page, table(dump(capture, ...FRAME)));
+    const shown = await page.locator("#pick-data").textContent();
+    for (const word of ["range", "azimuth", "elevation", "line", "pixel", "return", "edge", "pulse width"]) {
+        assert.ok(shown.includes(word), word);
+    }
+    await shoot(page, "lumview-pick");
+    await page.locator("#pick-close").click();
+    assert.equal(await probe(page, "picked"), null);
+    assert.ok(!(await page.locator("#pick").isVisible()));
+}
+
+async function smooths({ page, capture }) {
+    await hideStats(page);
+    await page.keyboard.press("3");
+    const before = await pixels(page);
+    const { shown } = await counts(page);
+    await choose(page, "smooth", "15");
+    await until(page, () => window.lumview.smooth === 15);
+    assert.equal((await counts(page)).shown, shown);
+    assert.ok(compare(before, await pixels(page)).share > 0);
+    assert.deepEqual((await camera(page)).yaw, 0);
+    await page.keyboard.press("0");
+    await drawn(page);
+    await picks(page, table(dump(capture, ...FRAME, "--smooth", "15")));
+}
+
+async function resets({ page }) {
+    const first = await settings(page);
+    await choose(page, "colour", "height");
+    await type(page, "range-max", "10");
+    await page.locator("#blue").uncheck();
+    await page.locator("#reset").click();
+    assert.deepEqual(await settings(page), first);
+    assert.equal(await page.locator("#range-max").inputValue(), "");
+    assert.ok(await page.locator("#blue").isChecked());
+}
+
+export const pointFacts = [
+    ["the canvas shows the street", showsTheStreet],
+    ["the return selector shows lumdump's points", selectsReturns],
+    ["rising, falling and both edges are lumdump's", selectsEdges],
+    ["eyes go on and off", selectsEyes],
+    ["range and height clip as lumdump does", clips],
+    ["each choice of colour colours, with its legend", colours],
+    ["maps and ends of the colours change them", maps],
+    ["point size changes what points cover", pointSize],
+    ["frames accumulate", accumulates],
+    ["grid and rings go on, off and up", surroundings],
+    ["a picked point is lumdump's", picksPoints],
+    ["smoothed angles are lumdump's", smooths],
+    ["reset resets", resets],
+];

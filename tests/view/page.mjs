@@ -1,0 +1,77 @@
+// A page of lumview in Chromium, and what the tests do with it.
+import { createRequire } from "node:module";
+import path from "node:path";
+import { decode } from "./png.mjs";
+
+// npm ci can have run here or in another folder, which LUM_VIEW_MODULES names.
+const modules = path.resolve(process.env.LUM_VIEW_MODULES ?? import.meta.dirname);
+const { chromium } = createRequire(path.join(modules, "package.json"))("playwright-core");
+
+const ARGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+const LEGEND = 130; // pixels at the right that the legend may cover
+const SIZE = { width: 1280, height: 800 };
+export const SLOW = 30000; // milliseconds; pictures are drawn in software
+
+export function launch() {
+    return chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ARGS });
+}
+
+// Opens the page; complaints: what it logged as error.
+export async function open(browser, url) {
+    const page = await browser.newPage({ viewport: SIZE });
+    page.complaints = [];
+    page.on("pageerror", (error) => page.complaints.push(error.message));
+    page.on("console", (message) => message.type() === "error" && page.complaints.push(message.text()));
+    page.setDefaultTimeout(SLOW);
+    await page.goto(url);
+    await page.waitForFunction(() => window.lumview?.shown > 0 && window.lumview.status());
+    await drawn(page);
+    return page;
+}
+
+// Until what was asked for is on the page.
+export function drawn(page) {
+    return page.evaluate(
+        () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 0)))),
+    );
+}
+
+export const probe = (page, what) => page.evaluate((name) => {
+    const value = window.lumview[name];
+    return typeof value === "function" ? value() : value;
+}, what);
+
+export const counts = (page) => probe(page, "counts");
+export const settings = (page) => probe(page, "settings");
+export const camera = (page) => probe(page, "camera");
+
+export function until(page, condition, argument) {
+    return page.waitForFunction(condition, argument, { timeout: SLOW });
+}
+
+// The pixels of the scene, without what lies over it.
+export async function pixels(page) {
+    await drawn(page);
+    const box = await page.locator("#canvas").boundingBox();
+    const clip = { x: box.x, y: box.y, width: Math.round(box.width - LEGEND), height: Math.round(box.height) };
+    return decode(await page.screenshot({ clip }));
+}
+
+export async function shoot(page, name) {
+    if (process.env.LUM_VIEW_SHOTS) {
+        await drawn(page);
+        await page.screenshot({ path: path.join(process.env.LUM_VIEW_SHOTS, `${name}.png`) });
+    }
+}
+
+// Types into a field as a user does, and leaves it.
+export async function type(page, id, text) {
+    await page.locator(`#${id}`).fill(text);
+    await page.locator(`#${id}`).blur();
+    await drawn(page);
+}
+
+export async function choose(page, id, value) {
+    await page.locator(`#${id}`).selectOption(value);
+    await drawn(page);
+}

@@ -1,0 +1,57 @@
+// lumview, lumsim and lumdump, as the tests use them.
+import { execFileSync, spawn } from "node:child_process";
+import { once } from "node:events";
+import path from "node:path";
+import { createInterface } from "node:readline";
+
+const BIN = path.resolve(process.env.LUM_BIN ?? "build/bin");
+const started = new Set();
+
+export function run(tool, ...args) {
+    return execFileSync(path.join(BIN, tool), args.map(String), { maxBuffer: 1 << 28, encoding: "utf8" });
+}
+
+// Points as lumdump tells them, one object a point.
+export function dump(source, ...args) {
+    const [head, ...rows] = run("lumdump", source, "-o", "-", "--format", "csv", "-q", ...args).trimEnd().split("\n");
+    const names = head.split(",");
+    return rows.map((row) => Object.fromEntries(row.split(",").map((v, i) => [names[i], Number(v)])));
+}
+
+function start(tool, args) {
+    const child = spawn(path.join(BIN, tool), args.map(String), { stdio: ["ignore", "pipe", "pipe"] });
+    child.errors = "";
+    child.stderr.on("data", (text) => (child.errors += text));
+    started.add(child);
+    child.once("exit", () => started.delete(child));
+    return child;
+}
+
+export async function stop(child, signal = "SIGTERM") {
+    if (child.exitCode === null && child.signalCode === null) {
+        child.kill(signal);
+        await once(child, "exit");
+    }
+    return child.exitCode;
+}
+
+// lumview, listening; { child, url, port }.
+export async function view(...args) {
+    const child = start("lumview", ["--no-open", "--json", ...args]);
+    const [line] = await Promise.race([
+        once(createInterface(child.stdout), "line"),
+        once(child, "exit").then(() => [null]),
+    ]);
+    if (line === null) {
+        throw new Error(`lumview ended: ${child.errors}`);
+    }
+    return { child, ...JSON.parse(line) };
+}
+
+export function sim(...args) {
+    return start("lumsim", ["-q", ...args]);
+}
+
+export async function stopAll() {
+    await Promise.all([...started].map((child) => stop(child, "SIGKILL")));
+}

@@ -1,0 +1,59 @@
+/* Records to pictures: reassembly, and the points of each view that is wanted
+ * while a frame comes in. One thread's at a time. */
+#ifndef LUMVIEW_DECODER_H
+#define LUMVIEW_DECODER_H
+
+#include "picture.h"
+#include "stage.h"
+
+#include "lum/io/demux.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct decoder;
+
+struct decoder_options {
+    const lum_layout *layout;
+    const lum_projector *projector;
+    bool has_sensor;
+    uint32_t sensor;
+    struct frame_pool *pool;
+    struct stage *stage; /* tells the views that are wanted */
+};
+
+enum decoded {
+    DECODED_ALL,   /* the record was taken */
+    DECODED_FRAME, /* a frame is complete: push the same record again */
+    DECODED_FAILED /* there was no memory */
+};
+
+/* To be freed by decoder_free(); NULL without memory. */
+struct decoder *decoder_new(const struct decoder_options *options);
+void decoder_free(struct decoder *decoder);
+
+/* Frames before this one are passed over: not made, told of or counted. */
+void decoder_skip_to(struct decoder *decoder, int64_t frame);
+
+enum decoded decoder_push(struct decoder *decoder, const lum_record *record);
+
+/* The end of the source: as decoder_push(), until it returns DECODED_ALL. */
+enum decoded decoder_flush(struct decoder *decoder);
+
+/* The frame that DECODED_FRAME told of; to be shown or dropped before the next
+ * push. */
+struct picture *decoder_picture(struct decoder *decoder);
+
+/* The first and the last frame so far, those that were passed over too. False:
+ * none yet. */
+bool decoder_range(const struct decoder *decoder, int64_t *first,
+                   int64_t *last);
+
+void decoder_count(const struct decoder *decoder, struct totals *out);
+
+/* Sensors that are not shown, as text: "" or "10.42.0.38, 10.42.0.39". Returns
+ * out. shown gets the one that is, 0 before it was heard. */
+const char *decoder_others(const struct decoder *decoder, uint32_t *shown,
+                           char *out, size_t room);
+
+#endif

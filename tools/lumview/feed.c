@@ -1,0 +1,182 @@
+#define _POSIX_C_SOURCE 200809L
+#include "feed.h"
+
+#include "../common/geometry.h"
+#include "link.h"
+#include "player.h"
+#include "stage.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define SPEED_MIN 0.01
+#define SPEED_MAX 100.0
+#define PI        3.14159265358979323846
+
+struct feed {
+    struct stage stage;
+    lum_layout layout;
+    lum_projector projector;
+    struct frame_pool *pool;
+    struct player *player; /* of a capture */
+    struct link *link;     /* of a sensor */
+};
+
+static double clamp_speed(double speed)
+{
+    return speed >= SPEED_MIN ? fmin(speed, SPEED_MAX) : SPEED_MIN;
+}
+
+static int start(struct feed *feed, const struct options *o, lum_error *error)
+{
+    struct decoder_options decoder = {.layout = &feed->layout,
+                                      .projector = &feed->projector,
+                                      .has_sensor = o->has_sensor,
+                                      .sensor = o->sensor,
+                                      .pool = feed->pool,
+                                      .stage = &feed->stage};
+    if (!o->is_live) {
+        const struct player_options options = {.source = o->source,
+                                               .decoder = decoder};
+        return player_start(&options, &feed->player, error);
+    }
+    decoder.has_sensor = true;
+    decoder.sensor = o->address.address;
+    const struct link_options options = {.address = o->address,
+                                         .interface = o->interface,
+                                         .laser = o->laser,
+                                         .decoder = decoder};
+    return link_start(&options, &feed->link, error);
+}
+
+static void release(struct feed *feed)
+{
+    stage_end(&feed->stage);
+    frame_pool_free(feed->pool);
+    free(feed);
+}
+
+int feed_open(const struct options *options, void (*wake)(void *context),
+              void *context, struct feed **out, lum_error *error)
+{
+    struct feed *feed = calloc(1, sizeof *feed);
+    if (feed == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    stage_init(&feed->stage, wake, context);
+    feed->stage.orders.plays = !options->paused;
+    feed->stage.orders.loops = options->loops;
+    feed->stage.orders.speed = clamp_speed(options->speed);
+    feed->stage.status.is_live = options->is_live;
+    feed->pool = frame_pool_new(FRAME_POINTS_MAX);
+    if (feed->pool == NULL ||
+        geometry_load(options->calibration, options->profile, &feed->layout,
+                      &feed->projector, error) != 0 ||
+        start(feed, options, error) != 0) {
+        release(feed);
+        return -1;
+    }
+    *out = feed;
+    return 0;
+}
+
+int feed_close(struct feed *feed, lum_error *error)
+{
+    stage_begin_order(&feed->stage)->closing = true;
+    stage_end_order(&feed->stage);
+    player_end(feed->player);
+    const int result = link_end(feed->link, error);
+    release(feed);
+    return result;
+}
+
+void feed_want(struct feed *feed, const struct feed_view *views, size_t count)
+{
+    struct orders *orders = stage_begin_order(&feed->stage);
+    orders->wanted = count < FEED_VIEWS_MAX ? count : FEED_VIEWS_MAX;
+    for (size_t i = 0; i < orders->wanted; i++) {
+        feed->stage.views[i] = views[i];
+    }
+    stage_end_order(&feed->stage);
+}
+
+struct frame *feed_newest(struct feed *feed, const struct feed_view *view)
+{
+    (void)stage_begin_look(&feed->stage);
+    struct frame *frame = picture_find(&feed->stage.shown, view);
+    if (frame != NULL) {
+        (void)frame_keep(frame);
+    }
+    stage_end_look(&feed->stage);
+    return frame;
+}
+
+void feed_look(struct feed *feed, struct feed_status *out)
+{
+    *out = *stage_begin_look(&feed->stage);
+    out->speed = feed->stage.orders.speed;
+    out->loops = feed->stage.orders.loops;
+    stage_end_look(&feed->stage);
+}
+
+/* The projector's rotation has the azimuth's centre in it, about which a scan
+ * is computed; it is taken out. */
+void feed_geometry(const struct feed *feed, unsigned eye, float mount[3],
+                   float rotation[9])
+{
+    const lum_eye_projector *e = &feed->projector.eye[eye];
+    const double center = e->azimuth_center * (PI / 180.0);
+    const double ca = cos(center);
+    const double sa = sin(center);
+    for (unsigned row = 0; row < 3; row++) {
+        const float *r = &e->rotation[3u * row];
+        mount[row] = e->mount[row];
+        rotation[3u * row] = (float)((double)r[0] * ca - (double)r[1] * sa);
+        rotation[3u * row + 1u] =
+            (float)((double)r[0] * sa + (double)r[1] * ca);
+        rotation[3u * row + 2u] = r[2];
+    }
+}
+
+/* At the end, to play is to begin anew. */
+void feed_play(struct feed *feed, bool plays)
+{
+    struct orders *orders = stage_begin_order(&feed->stage);
+    if (plays && feed->stage.status.state == FEED_ENDED) {
+        orders->has_seek = true;
+        orders->seek = INT64_MIN;
+        orders->steps = 0;
+    }
+    orders->plays = plays;
+    stage_end_order(&feed->stage);
+}
+
+void feed_step(struct feed *feed, int64_t frames)
+{
+    struct orders *orders = stage_begin_order(&feed->stage);
+    orders->plays = false;
+    orders->steps = add_clamped(orders->steps, frames);
+    stage_end_order(&feed->stage);
+}
+
+void feed_seek(struct feed *feed, int64_t frame)
+{
+    struct orders *orders = stage_begin_order(&feed->stage);
+    orders->has_seek = true;
+    orders->seek = frame;
+    orders->steps = 0;
+    stage_end_order(&feed->stage);
+}
+
+void feed_speed(struct feed *feed, double speed)
+{
+    stage_begin_order(&feed->stage)->speed = clamp_speed(speed);
+    stage_end_order(&feed->stage);
+}
+
+void feed_loop(struct feed *feed, bool loops)
+{
+    stage_begin_order(&feed->stage)->loops = loops;
+    stage_end_order(&feed->stage);
+}

@@ -1,0 +1,17 @@
+# From a source to frames.
+add_library(lum_view_feed OBJECT
+            decoder.c
+            feed.c
+            frame.c
+            link.c
+            picture.c
+            player.c
+            pump.c
+            scan.c
+            sentry.c
+            stage.c
+            thread.c)
+target_include_directories(lum_view_feed PUBLIC ${CMAKE_CURRENT_LIST_DIR})
+target_link_libraries(lum_view_feed PUBLIC
+                      lum_tool_common lum_tool_files lum_net lum_io m Threads::Threads)
+lum_target(lum_view_feed)

@@ -1,0 +1,91 @@
+/* Frames of a source, capture or sensor, made by threads of its own. The
+ * server, on its one thread, asks for the newest and tells what is wanted. */
+#ifndef LUMVIEW_FEED_H
+#define LUMVIEW_FEED_H
+
+#include "frame.h"
+#include "options.h"
+
+#include "lum/base/error.h"
+#include "lum/points.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* How a browser wants frames: edges and smoothing. Frames are made for those
+ * that somebody wants now. */
+struct feed_view {
+    lum_edges edges;
+    unsigned smooth; /* window; 0: none */
+};
+#define FEED_VIEWS_MAX 8u
+
+enum feed_state {
+    FEED_WAITING, /* no data yet */
+    FEED_PLAYING,
+    FEED_PAUSED,
+    FEED_ENDED,  /* a capture, its end reached, without loop */
+    FEED_SILENT, /* a sensor that stopped sending */
+    FEED_FAILED  /* see message */
+};
+
+/* As of now; all counters since the start. Of a capture they count what was
+ * played, not what was passed over on the way to a frame. */
+struct feed_status {
+    enum feed_state state;
+    bool is_live;
+    char message[512]; /* what a person should know: failure, laser off,
+                          silence; "" */
+    int64_t frame;     /* newest shown */
+    bool has_range;    /* capture: first and last frame are known; never of a
+                          source that can be read once */
+    int64_t first_frame;
+    int64_t last_frame;
+    double speed; /* capture */
+    bool loops;   /* capture */
+    uint64_t packets;
+    uint64_t bytes;
+    uint64_t points; /* of the default view: rising edges, as projected */
+    uint64_t frames;
+    uint64_t lost_wire; /* words and lines, see lumdump's status line */
+    uint64_t lost_lines;
+    uint64_t lost_kernel; /* datagrams */
+    uint64_t lost_ring;   /* datagrams */
+    uint64_t refused;     /* datagrams that reassembly could not use */
+    bool has_laser;       /* a status came from the sensor */
+    uint16_t laser;       /* the last one */
+};
+
+struct feed;
+
+/* Open the source and begin. A capture plays from when a view is wanted first,
+ * and stands while none is. wake(context) is called from the feed's threads
+ * when there is a new frame or the state has changed; it must not wait. 0, or
+ * -1 with the reason in error. */
+int feed_open(const struct options *options, void (*wake)(void *context),
+              void *context, struct feed **out, lum_error *error);
+/* Ends the threads; live with --laser: the laser is off, or error tells. */
+int feed_close(struct feed *feed, lum_error *error);
+
+/* The views that are wanted now replace those before. */
+void feed_want(struct feed *feed, const struct feed_view *views, size_t count);
+
+/* The newest frame of a view, kept for the caller; NULL: none yet. */
+struct frame *feed_newest(struct feed *feed, const struct feed_view *view);
+
+void feed_look(struct feed *feed, struct feed_status *out);
+
+/* Mount and rotation of an eye, for the page to compute range and angles. */
+void feed_geometry(const struct feed *feed, unsigned eye, float mount[3],
+                   float rotation[9]);
+
+/* Of a capture; ignored live. What goes back is ignored where the source can be
+ * read once. Jumps beyond the ends lead to the ends. */
+void feed_play(struct feed *feed, bool plays); /* at the end: from the start */
+void feed_step(struct feed *feed, int64_t frames); /* pauses; may be negative */
+void feed_seek(struct feed *feed,
+               int64_t frame); /* nearest there is; keeps playing or paused */
+void feed_speed(struct feed *feed, double speed); /* 0.01 .. 100 */
+void feed_loop(struct feed *feed, bool loops);
+
+#endif

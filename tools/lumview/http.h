@@ -1,0 +1,36 @@
+/* Answers to requests that are no WebSocket. */
+#ifndef LUMVIEW_HTTP_H
+#define LUMVIEW_HTTP_H
+
+#include "assets.h"
+#include "guard.h"
+
+#include <stddef.h>
+
+struct lws;
+
+#define HTTP_POLICY_BYTES 512u
+
+/* What is left to be sent of an answer. */
+struct http_answer {
+    const struct asset *asset;
+    size_t sent;
+};
+
+/* The content security policy for a server at this place. */
+void http_policy(const struct guard *guard, char out[HTTP_POLICY_BYTES]);
+
+/* A request has come: its head is looked at and answered. As a callback of
+ * libwebsockets returns. */
+int http_begin(struct lws *wsi, const struct guard *guard, const char *path,
+               struct http_answer *answer);
+
+/* The socket takes more of the answer. */
+int http_go_on(struct lws *wsi, struct http_answer *answer);
+
+/* A WebSocket is asked for. 0: it may be; 1: it was refused with an answer;
+ * -1: it was refused. */
+int http_check_upgrade(struct lws *wsi, const struct guard *guard,
+                       const char *kind);
+
+#endif

@@ -1,0 +1,157 @@
+/* lumview: captures and sensors in a browser. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "../common/interrupt.h"
+#include "../common/json.h"
+#include "../common/number.h"
+#include "feed.h"
+#include "open.h"
+#include "options.h"
+#include "server.h"
+
+#include "lum/io/config.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+
+enum exit_status {
+    EXIT_DONE = 0,
+    EXIT_FAILED = 1,
+    EXIT_BAD = 2
+};
+
+static enum exit_status complain(const lum_error *error,
+                                 enum exit_status status)
+{
+    (void)fprintf(stderr, "lumview: %s\n", error->text);
+    return status;
+}
+
+static enum exit_status finish_stdout(void)
+{
+    if (fflush(stdout) == 0 && !ferror(stdout)) {
+        return EXIT_DONE;
+    }
+    (void)fprintf(stderr, "lumview: standard output: cannot be written: %s\n",
+                  strerror(errno));
+    return EXIT_FAILED;
+}
+
+/* The feed loads them itself; here they tell a bad configuration from a bad
+ * source. */
+static int check_files(const struct options *o, lum_error *error)
+{
+    lum_calibration calibration;
+    lum_profile profile;
+    if (o->calibration != NULL &&
+        lum_calibration_load(o->calibration, &calibration, error) != 0) {
+        return -1;
+    }
+    return o->profile != NULL ? lum_profile_load(o->profile, &profile, error)
+                              : 0;
+}
+
+static enum exit_status print_json(const struct guard *guard, const char *url)
+{
+    struct json json;
+    char address[16];
+    json_init(&json, stdout);
+    json_open_object(&json, NULL);
+    json_text(&json, "url", url);
+    json_text(&json, "address", number_format_address(guard->address, address));
+    json_uint(&json, "port", guard->port);
+    json_close_object(&json);
+    json_end(&json);
+    return finish_stdout();
+}
+
+static enum exit_status announce(const struct options *o,
+                                 const struct guard *guard)
+{
+    char url[GUARD_TEXT_BYTES];
+    guard_url(guard, url);
+    if (o->json && print_json(guard, url) != EXIT_DONE) {
+        return EXIT_FAILED;
+    }
+    if (!o->quiet) {
+        (void)fprintf(stderr, "lumview: %s (Ctrl-C ends it)\n", url);
+    }
+    if (o->opens && !open_browser(url) && !o->quiet) {
+        (void)fputs("lumview: no browser could be started: open this URL in "
+                    "one\n",
+                    stderr);
+    }
+    return EXIT_DONE;
+}
+
+/* Signals are for the main thread, which waits: the feed's would not notice. */
+static int open_feed(const struct options *o, struct server *server,
+                     struct feed **feed, lum_error *error)
+{
+    sigset_t all;
+    sigset_t before;
+    (void)sigfillset(&all);
+    (void)pthread_sigmask(SIG_BLOCK, &all, &before);
+    const int failed = feed_open(o, server_wake, server, feed, error);
+    (void)pthread_sigmask(SIG_SETMASK, &before, NULL);
+    return failed;
+}
+
+static enum exit_status close_feed(const struct options *o, struct feed *feed)
+{
+    lum_error error = {""};
+    if (o->laser) {
+        interrupt_hold();
+    }
+    const int failed = feed_close(feed, &error);
+    if (o->laser) {
+        interrupt_release();
+    }
+    return failed == 0 ? EXIT_DONE : complain(&error, EXIT_FAILED);
+}
+
+static enum exit_status serve(const struct options *o, struct server *server)
+{
+    lum_error error = {""};
+    struct feed *feed = NULL;
+    if (open_feed(o, server, &feed, &error) != 0) {
+        return complain(&error, EXIT_FAILED);
+    }
+    enum exit_status status = announce(o, server_guard(server));
+    if (status == EXIT_DONE && server_run(server, feed, &error) != 0) {
+        status = complain(&error, EXIT_FAILED);
+    }
+    const enum exit_status closed = close_feed(o, feed);
+    return status == EXIT_DONE ? closed : status;
+}
+
+static enum exit_status run(const struct options *o)
+{
+    lum_error error = {""};
+    struct server *server = NULL;
+    if (check_files(o, &error) != 0) {
+        return complain(&error, EXIT_BAD);
+    }
+    const enum exit_status status = server_open(o, &server, &error) == 0
+                                        ? serve(o, server)
+                                        : complain(&error, EXIT_FAILED);
+    server_close(server);
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    struct options options;
+    interrupt_catch();
+    switch (options_parse(argc, argv, &options)) {
+    case PARSED_DONE:
+        return (int)finish_stdout();
+    case PARSED_BAD:
+        return EXIT_BAD;
+    case PARSED_RUN:
+    default:
+        return (int)run(&options);
+    }
+}

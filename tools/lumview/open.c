@@ -1,0 +1,119 @@
+#define _GNU_SOURCE /* POSIX_SPAWN_SETSID, environ */
+#include "open.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#if defined(__APPLE__)
+#define DESKTOP_OPENER "open"
+extern char **environ;
+#else
+#define DESKTOP_OPENER "xdg-open"
+#endif
+
+#define NAME_BYTES 4096u
+
+/* A session of its own, so that Ctrl-C here does not end it; signals as they
+ * are by default. */
+static int set_attributes(posix_spawnattr_t *attributes)
+{
+    sigset_t none;
+    sigset_t all;
+    (void)sigemptyset(&none);
+    (void)sigfillset(&all);
+    return posix_spawnattr_setsigmask(attributes, &none) == 0 &&
+                   posix_spawnattr_setsigdefault(attributes, &all) == 0 &&
+                   posix_spawnattr_setflags(
+                       attributes, POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGMASK |
+                                       POSIX_SPAWN_SETSIGDEF) == 0
+               ? 0
+               : -1;
+}
+
+static int set_files(posix_spawn_file_actions_t *files)
+{
+    int failed = 0;
+    for (int fd = 0; fd < 3; fd++) {
+        failed |= posix_spawn_file_actions_addopen(
+            files, fd, "/dev/null", fd == 0 ? O_RDONLY : O_WRONLY, 0);
+    }
+    return failed;
+}
+
+static bool start_with(char *program, char *url,
+                       const posix_spawn_file_actions_t *files)
+{
+    posix_spawnattr_t attributes;
+    pid_t child = 0;
+    char *const arguments[] = {program, url, NULL};
+    if (posix_spawnattr_init(&attributes) != 0) {
+        return false;
+    }
+    const bool is_started = set_attributes(&attributes) == 0 &&
+                            posix_spawnp(&child, program, files, &attributes,
+                                         arguments, environ) == 0;
+    (void)posix_spawnattr_destroy(&attributes);
+    return is_started;
+}
+
+static bool start(char *program, char *url)
+{
+    posix_spawn_file_actions_t files;
+    if (posix_spawn_file_actions_init(&files) != 0) {
+        return false;
+    }
+    const bool is_started =
+        set_files(&files) == 0 && start_with(program, url, &files);
+    (void)posix_spawn_file_actions_destroy(&files);
+    return is_started;
+}
+
+/* The first of a list, parted by colons, that can be started. */
+static bool start_any(const char *list, char *url)
+{
+    char name[NAME_BYTES];
+    while (*list != '\0') {
+        const size_t len = strcspn(list, ":");
+        if (len > 0 && len < sizeof name) {
+            (void)memcpy(name, list, len);
+            name[len] = '\0';
+            if (start(name, url)) {
+                return true;
+            }
+        }
+        list += len + (list[len] == ':' ? 1u : 0u);
+    }
+    return false;
+}
+
+static bool has_screen(void)
+{
+#if defined(__APPLE__)
+    return true;
+#else
+    return getenv("DISPLAY") != NULL || getenv("WAYLAND_DISPLAY") != NULL;
+#endif
+}
+
+/* Nobody asks how the browser ended. */
+static void forget_children(void)
+{
+    struct sigaction action = {.sa_handler = SIG_IGN};
+    (void)sigemptyset(&action.sa_mask);
+    (void)sigaction(SIGCHLD, &action, NULL);
+}
+
+bool open_browser(char *url)
+{
+    char opener[] = DESKTOP_OPENER;
+    const char *chosen = getenv("BROWSER");
+    forget_children();
+    if (chosen != NULL && start_any(chosen, url)) {
+        return true;
+    }
+    return has_screen() && start(opener, url);
+}

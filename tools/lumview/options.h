@@ -1,0 +1,39 @@
+/* What lumview was asked to do. */
+#ifndef LUMVIEW_OPTIONS_H
+#define LUMVIEW_OPTIONS_H
+
+#include "lum/net/socket.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct options {
+    const char *source; /* a capture, "-", or udp://ADDRESS */
+    bool is_live;
+    lum_endpoint address;    /* live: the sensor's */
+    const char *interface;   /* live; may be NULL */
+    bool laser;              /* live: switch it on, and off at the end */
+    const char *calibration; /* NULL: the default */
+    const char *profile;     /* NULL: the default */
+    bool has_sensor;         /* capture: of several sensors this one */
+    uint32_t sensor;
+    uint16_t port; /* 0: any that is free */
+    bool has_bind; /* listens elsewhere than on 127.0.0.1 */
+    uint32_t bind; /* host order */
+    bool opens;    /* a browser is started */
+    bool json;
+    bool quiet;
+    bool loops;   /* capture */
+    bool paused;  /* capture: stands on its first frame */
+    double speed; /* capture; 1: as it was */
+};
+
+enum parsed {
+    PARSED_RUN,  /* go on */
+    PARSED_DONE, /* help or version was printed */
+    PARSED_BAD   /* a message was printed */
+};
+
+enum parsed options_parse(int argc, char **argv, struct options *out);
+
+#endif

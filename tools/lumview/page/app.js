@@ -1,0 +1,303 @@
+// lumview's page: the parts and how they meet.
+import * as THREE from "three";
+import { attachPointer, makeCamera } from "./camera.js";
+import { makeCloud } from "./cloud.js";
+import { chosenDomain, domainOf } from "./colouring.js";
+import { count, makeFilter, rangeOf } from "./filter.js";
+import { parseFrame } from "./frame.js";
+import { attachKeys } from "./keys.js";
+import { makeLegend } from "./legend.js";
+import { makeLink } from "./link.js";
+import { makePalette } from "./palette.js";
+import { makePanel, makeToggle } from "./panel.js";
+import { makePick, makeProjection } from "./pick.js";
+import { makePlayer } from "./player.js";
+import { exposeProbe } from "./probe.js";
+import { groundOf, makeScene } from "./scene.js";
+import { makeSettings } from "./settings.js";
+import { takeShot } from "./shot.js";
+import { makeStats } from "./stats.js";
+
+const at = (id) => document.getElementById(id);
+const GONE = "no connection: lumview has ended or cannot be reached; trying again";
+const NO_EYES = ["blue", "green"].map((name) => ({ name, mount: [0, 0, 0], rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1] }));
+
+const settings = makeSettings();
+const { values } = settings;
+const canvas = at("canvas");
+const renderer = makeRenderer();
+const surroundings = makeScene();
+const palette = makePalette(values.map);
+const cloud = makeCloud(surroundings.scene, palette);
+const camera = makeCamera(invalidate);
+const drawLegend = makeLegend();
+const showStats = makeStats();
+const panel = makePanel(settings);
+
+let eyes = NO_EYES;
+let hello = null;
+let status = null;
+let waiting = null; // the newest message that is no picture yet
+let isAsked = false; // a picture is due
+let domain = [1, 100]; // of the colours, from the points
+let ground = null; // height of the ground, from the points
+const tally = { received: 0, shown: 0, pictures: 0 };
+
+function makeRenderer() {
+    try {
+        return new THREE.WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
+    } catch (error) {
+        showBanner("this browser offers no WebGL 2: lumview cannot draw");
+        throw error;
+    }
+}
+
+// What did not change is not set again: a screen reader would repeat it.
+function showText(id, text) {
+    if (at(id).textContent !== text) {
+        at(id).textContent = text;
+    }
+    at(id).hidden = text === "";
+}
+
+function showBanner(text) {
+    showText("banner", text);
+}
+
+function showMessage(text) {
+    showText("message", text);
+}
+
+// ---- pictures ----
+
+function invalidate() {
+    if (!isAsked) {
+        isAsked = true;
+        requestAnimationFrame(draw);
+    }
+}
+
+function recolour() {
+    domain = domainOf(values, cloud.newest, eyes, domain);
+    const chosen = chosenDomain(values, domain);
+    cloud.setDomain(chosen);
+    drawLegend(values, domain, palette.bytes);
+}
+
+function placeGround() {
+    surroundings.apply(values, values.ground ?? ground ?? 0);
+}
+
+function showFacts(frame) {
+    at("frame-number").textContent = `frame ${frame.number}`;
+    at("frame-points").textContent = `${cloud.slots.reduce((n, s) => n + s.size, 0).toLocaleString("en")} points`;
+}
+
+// Whatever came while the page could not draw, only the newest is looked at.
+function takeFrame() {
+    const buffer = waiting;
+    waiting = null;
+    try {
+        const frame = parseFrame(buffer);
+        cloud.add(frame);
+        tally.shown++;
+        if (ground === null && frame.count > 0) {
+            ground = groundOf(cloud.newest);
+            placeGround();
+        }
+        showFacts(frame);
+        recolour();
+    } catch (error) {
+        showMessage(error.message);
+    }
+}
+
+function render() {
+    surroundings.prepare(camera);
+    renderer.render(surroundings.scene, camera.active);
+    tally.pictures++;
+}
+
+function draw() {
+    isAsked = false;
+    if (waiting !== null && !player.held) {
+        takeFrame();
+    }
+    render();
+}
+
+function resize() {
+    const [width, height] = [at("view").clientWidth, at("view").clientHeight];
+    renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
+    renderer.setSize(width, height, false);
+    cloud.apply(values, renderer.getPixelRatio());
+    camera.resize(width, Math.max(1, height));
+}
+
+// How far a view should reach: most points of the frame.
+function reach() {
+    const slot = cloud.newest;
+    const ranges = [];
+    for (let i = 0; slot && i < slot.size; i += 50) {
+        ranges.push(rangeOf(slot.points, i, eyes));
+    }
+    ranges.sort((a, b) => a - b);
+    return Math.max(20, Math.min(150, ranges[Math.floor(0.9 * ranges.length)] ?? 40));
+}
+
+function view(name) {
+    settings.set({ flat: camera.show(name, reach()) });
+}
+
+// ---- the server ----
+
+function sendView() {
+    link.send(`view ${values.edges} ${values.smooth}`);
+}
+
+function greet(message) {
+    hello = message;
+    eyes = message.eyes;
+    ground = null;
+    cloud.refresh();
+    cloud.setEyes(eyes);
+    const name = message.live ? message.source : message.source.split("/").at(-1);
+    at("source").textContent = name;
+    at("source").title = message.source;
+    document.title = `${name} - lumview`;
+    panel.setSmoothings(message.smooth_max);
+    sendView();
+}
+
+function showState(text, state) {
+    showText("state", text);
+    at("state").dataset.state = state;
+}
+
+function showStatus(message) {
+    status = message;
+    showState(player.held ? "held" : message.state, player.held ? "held" : message.state);
+    showMessage(message.message);
+    showStats(message);
+    player.show(message);
+}
+
+const onText = { hello: greet, status: showStatus };
+
+const link = makeLink({
+    text: (message) => onText[message.type]?.(message),
+    binary(buffer) {
+        tally.received++;
+        waiting = buffer;
+        invalidate();
+    },
+    up: () => showBanner(""),
+    down(seconds) {
+        showBanner(`${GONE} in ${seconds.toFixed(1)} s`);
+        showState("no connection", "gone");
+    },
+});
+
+// ---- what the user does ----
+
+const player = makePlayer(link.send, () => {
+    showStatus(status);
+    invalidate();
+});
+
+const mark = (position) => {
+    surroundings.mark(position);
+    invalidate();
+};
+const pick = makePick({ canvas, camera, cloud, settings, eyes: () => eyes, mark });
+
+function shot() {
+    const frame = cloud.newest?.number ?? 0;
+    const source = at("source").textContent;
+    takeShot({
+        canvas,
+        render,
+        values,
+        domain,
+        bytes: palette.bytes,
+        caption: `${source}, frame ${frame}`,
+        name: `lumview-${frame}.png`,
+    });
+}
+
+settings.onChange((changed) => {
+    if (changed.has("map")) {
+        palette.use(values.map);
+    }
+    if (changed.has("edges") || changed.has("smooth")) {
+        sendView();
+    }
+    if (changed.has("colour")) {
+        domain = domainOf(values, cloud.newest, eyes, null);
+    }
+    cloud.apply(values, renderer.getPixelRatio());
+    camera.setFlat(values.flat);
+    placeGround();
+    recolour();
+    invalidate();
+});
+
+const panelToggle = makeToggle(at("panel-toggle"), at("panel"), resize);
+const statsToggle = makeToggle(at("stats-toggle"), at("stats"));
+for (const name of ["home", "top", "front", "sensor"]) {
+    at(`view-${name}`).addEventListener("click", () => view(name));
+}
+at("shot").addEventListener("click", shot);
+at("help-open").addEventListener("click", () => at("help").showModal());
+attachPointer(canvas, camera, pick.at);
+attachKeys({
+    camera,
+    settings,
+    panel,
+    player,
+    view,
+    shot,
+    pickMiddle: () => pick.at(canvas.clientWidth / 2, canvas.clientHeight / 2),
+    closePick: pick.clear,
+    focusCanvas: () => canvas.focus(),
+    togglePanel: panelToggle.toggle,
+    toggleStats: statsToggle.toggle,
+    help: () => at("help").showModal(),
+});
+canvas.addEventListener("webglcontextrestored", invalidate);
+new ResizeObserver(resize).observe(at("view"));
+
+exposeProbe({
+    connected: () => link.connected,
+    frame: () => cloud.newest?.number ?? null,
+    smooth: () => cloud.newest?.smooth ?? null,
+    shown: () => tally.shown,
+    received: () => tally.received,
+    pictures: () => tally.pictures,
+    points: () => cloud.slots.reduce((n, slot) => n + slot.size, 0),
+    counts: () => () => count(cloud.slots, values, eyes),
+    camera: () => camera.look,
+    settings: () => () => ({ ...values }),
+    status: () => () => structuredClone(status),
+    hello: () => () => structuredClone(hello),
+    domain: () => () => [...chosenDomain(values, domain)],
+    picked: () => () => structuredClone(pick.picked),
+    place: () => placeOf,
+    memory: () => () => ({ ...renderer.info.memory, programs: renderer.info.programs.length }),
+});
+
+function placeOf(i) {
+    const out = {};
+    const project = makeProjection(camera.active, canvas.clientWidth, canvas.clientHeight);
+    const isInside = project(cloud.newest.points.xyz, i, out);
+    const visible = isInside && makeFilter(values, eyes)(cloud.newest.points, i);
+    return { x: out.x, y: out.y, depth: out.depth, visible };
+}
+
+camera.show("home", 40);
+if (window.matchMedia("(max-width: 760px)").matches) {
+    panelToggle.show(false);
+    statsToggle.show(false);
+}
+placeGround();
+resize();

@@ -1,0 +1,210 @@
+// The points: one three.js object for each frame that is shown. Arrays and
+// buffers of the graphics card are kept and filled again.
+import * as THREE from "three";
+import { limits } from "./filter.js";
+import { COLOURINGS } from "./colouring.js";
+import { EYES, UNKNOWN } from "./palette.js";
+
+const GRAIN = 16384; // points; room grows in steps of this
+const RETURNS = { all: 0, 1: 1, 2: 2, 3: 3, last: -1 };
+
+const VERTEX = `
+attribute float pulse;
+attribute float line;
+attribute float turn;
+attribute float flags;
+uniform vec3 mounts[2];
+uniform vec2 eyes;
+uniform vec2 rangeClip;
+uniform vec2 heightClip;
+uniform float wantedReturn;
+uniform int mode;
+uniform bool logarithmic;
+uniform vec2 domain;
+uniform sampler2D palette;
+uniform vec3 eyeColours[2];
+uniform vec3 unknown;
+uniform float size;
+varying vec3 tint;
+
+bool passes(int eye, float range, float count)
+{
+    bool isReturn = wantedReturn == 0.0 || turn == (wantedReturn < 0.0 ? count : wantedReturn);
+    return isReturn && (eye == 0 ? eyes.x : eyes.y) > 0.5 && range >= rangeClip.x && range <= rangeClip.y &&
+           position.z >= heightClip.x && position.z <= heightClip.y;
+}
+
+vec3 colour(int eye, float range)
+{
+    if (mode == 5) { return eye == 0 ? eyeColours[0] : eyeColours[1]; }
+    if (mode == 2 && pulse == 0.0) { return unknown; }
+    float v = mode == 0 ? range : mode == 1 ? position.z : mode == 2 ? pulse * 0.01 : mode == 3 ? turn : line;
+    float t = logarithmic ? log(max(v, 1e-3) / domain.x) / log(domain.y / domain.x)
+                          : (v - domain.x) / (domain.y - domain.x);
+    return texture2D(palette, vec2((clamp(t, 0.0, 1.0) * 255.0 + 0.5) / 256.0, 0.5)).rgb;
+}
+
+void main()
+{
+    float count = floor(flags / 4.0);
+    int eye = int(mod(flags, 2.0));
+    float range = distance(position, eye == 0 ? mounts[0] : mounts[1]);
+    tint = colour(eye, range);
+    gl_PointSize = size;
+    gl_Position = passes(eye, range, count) ? projectionMatrix * modelViewMatrix * vec4(position, 1.0)
+                                            : vec4(2.0, 2.0, 2.0, 1.0);
+}`;
+
+const FRAGMENT = `
+uniform float size;
+varying vec3 tint;
+
+void main()
+{
+    vec2 c = gl_PointCoord - 0.5;
+    if (size > 3.0 && dot(c, c) > 0.25) { discard; }
+    gl_FragColor = vec4(tint, 1.0);
+}`;
+
+const ARRAYS = {
+    xyz: [Float32Array, 3, "position"],
+    pulse: [Uint16Array, 1, "pulse"],
+    line: [Uint16Array, 1, "line"],
+    pixel: [Uint16Array, 1, null], // for picking
+    turn: [Uint8Array, 1, "turn"],
+    flags: [Uint8Array, 1, "flags"],
+};
+
+function makeMaterial(palette) {
+    const vector = () => new THREE.Vector3();
+    const uniforms = {
+        mounts: { value: [vector(), vector()] },
+        eyes: { value: new THREE.Vector2(1, 1) },
+        rangeClip: { value: new THREE.Vector2() },
+        heightClip: { value: new THREE.Vector2() },
+        wantedReturn: { value: 0 },
+        mode: { value: 0 },
+        logarithmic: { value: true },
+        domain: { value: new THREE.Vector2(1, 100) },
+        palette: { value: palette.texture },
+        eyeColours: { value: [vector().fromArray(EYES.blue), vector().fromArray(EYES.green)] },
+        unknown: { value: vector().fromArray(UNKNOWN) },
+        size: { value: 2 },
+    };
+    return new THREE.ShaderMaterial({ uniforms, vertexShader: VERTEX, fragmentShader: FRAGMENT });
+}
+
+// Room for one frame.
+function makeSlot(material, room) {
+    const geometry = new THREE.BufferGeometry();
+    const points = {};
+    for (const [name, [Type, width, attribute]] of Object.entries(ARRAYS)) {
+        points[name] = new Type(room * width);
+        if (attribute) {
+            const made = new THREE.BufferAttribute(points[name], width);
+            made.setUsage(THREE.DynamicDrawUsage);
+            geometry.setAttribute(attribute, made);
+        }
+    }
+    const object = new THREE.Points(geometry, material);
+    object.frustumCulled = false;
+    return { points, object, room, size: 0, number: 0, smooth: 0 };
+}
+
+function fill(slot, frame) {
+    for (const [name, [, width, attribute]] of Object.entries(ARRAYS)) {
+        slot.points[name].set(frame[name]);
+        if (attribute) {
+            const target = slot.object.geometry.getAttribute(attribute);
+            target.clearUpdateRanges();
+            target.addUpdateRange(0, frame.count * width);
+            target.needsUpdate = true;
+        }
+    }
+    slot.size = frame.count;
+    slot.number = frame.number;
+    slot.smooth = frame.smooth;
+    slot.object.geometry.setDrawRange(0, frame.count);
+}
+
+const finite = (v) => Math.max(-1e9, Math.min(1e9, v));
+
+export function makeCloud(scene, palette) {
+    const material = makeMaterial(palette);
+    const u = material.uniforms;
+    const slots = []; // the newest last
+    let kept = 1;
+    let made = ""; // edges and smoothing of what is shown
+    let isFresh = true;
+
+    function drop(slot) {
+        scene.remove(slot.object);
+        slot.object.geometry.dispose();
+    }
+
+    function trim(most) {
+        slots.splice(0, Math.max(0, slots.length - most)).forEach(drop);
+    }
+
+    // One slot stays, to be filled with the frame.
+    function restart(frame) {
+        trim(1);
+        slots.forEach((slot) => {
+            slot.number = frame.number;
+        });
+    }
+
+    // The slot that the frame goes into: that of the same number, the oldest
+    // one, or a new one.
+    function slotFor(frame) {
+        const same = slots.length > 0 && slots.at(-1).number === frame.number;
+        let slot = same ? slots.pop() : slots.length >= kept ? slots.shift() : null;
+        if (slot && slot.room < frame.count) {
+            drop(slot);
+            slot = null;
+        }
+        if (!slot) {
+            slot = makeSlot(material, Math.ceil((frame.count + 1) / GRAIN) * GRAIN);
+            scene.add(slot.object);
+        }
+        slots.push(slot);
+        return slot;
+    }
+
+    return {
+        slots,
+        get newest() {
+            return slots.at(-1) ?? null;
+        },
+        add(frame) {
+            const view = `${frame.edges} ${frame.smooth}`;
+            const isEarlier = slots.length > 0 && frame.number < slots.at(-1).number;
+            if (isFresh || isEarlier || view !== made) {
+                restart(frame);
+            }
+            isFresh = false;
+            made = view;
+            fill(slotFor(frame), frame);
+        },
+        // The next frame is the first of its kind, and replaces all others.
+        refresh() {
+            isFresh = true;
+        },
+        setEyes(eyes) {
+            eyes.forEach((eye, i) => u.mounts.value[i].fromArray(eye.mount));
+        },
+        setDomain: (domain) => u.domain.value.fromArray(domain),
+        apply(values, pixelRatio) {
+            const { range, height } = limits(values);
+            u.eyes.value.set(values.blue ? 1 : 0, values.green ? 1 : 0);
+            u.rangeClip.value.set(finite(range[0]), finite(range[1]));
+            u.heightClip.value.set(finite(height[0]), finite(height[1]));
+            u.wantedReturn.value = RETURNS[values.return];
+            u.mode.value = COLOURINGS[values.colour].mode;
+            u.logarithmic.value = COLOURINGS[values.colour].logarithmic === true;
+            u.size.value = values.size * pixelRatio;
+            kept = values.accumulate;
+            trim(kept);
+        },
+    };
+}

@@ -1,0 +1,50 @@
+// A binary message of the server as a frame: views into the message, nothing
+// is copied. The layout is that of tools/lumview/frame.h.
+
+const MAGIC = 0x464d554c;
+const VERSION = 1;
+const HEAD_BYTES = 64;
+const POINT_BYTES = 20;
+
+export const EYE_BIT = 1;
+export const RISING_BIT = 2;
+
+function checkHead(head, bytes) {
+    if (bytes < HEAD_BYTES || head.getUint32(0, true) !== MAGIC) {
+        throw new Error("a message of lumview is no frame");
+    }
+    const version = head.getUint16(4, true);
+    if (version !== VERSION || head.getUint16(6, true) !== HEAD_BYTES) {
+        throw new Error(`frames of version ${version}; this page knows ${VERSION}: reload it`);
+    }
+    const count = head.getUint32(32, true);
+    if (bytes !== HEAD_BYTES + POINT_BYTES * count) {
+        throw new Error(`a frame of ${count} points has ${bytes} bytes`);
+    }
+    return count;
+}
+
+export function parseFrame(buffer) {
+    const head = new DataView(buffer);
+    const count = checkHead(head, buffer.byteLength);
+    const at = (bytes) => HEAD_BYTES + bytes * count;
+    return {
+        number: head.getFloat64(8, true),
+        clock: head.getFloat64(16, true),
+        utc: head.getFloat64(24, true),
+        count,
+        edges: head.getUint8(36),
+        smooth: head.getUint8(37),
+        lines: head.getUint32(40, true),
+        lost: head.getUint32(44, true),
+        sensor: head.getUint32(48, true),
+        shown: head.getUint32(52, true),
+        complete: head.getFloat64(56, true),
+        xyz: new Float32Array(buffer, at(0), 3 * count),
+        pulse: new Uint16Array(buffer, at(12), count),
+        line: new Uint16Array(buffer, at(14), count),
+        pixel: new Uint16Array(buffer, at(16), count),
+        turn: new Uint8Array(buffer, at(18), count), // return number
+        flags: new Uint8Array(buffer, at(19), count),
+    };
+}

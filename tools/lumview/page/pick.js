@@ -1,0 +1,126 @@
+// A click picks the point under it.
+import * as THREE from "three";
+import { EYE_BIT, RISING_BIT } from "./frame.js";
+import { makeFilter } from "./filter.js";
+
+const NEAR_PX = 4; // within it the point in front is meant
+const FAR_PX = 14; // beyond it none is
+const DEGREES = 180 / Math.PI;
+
+// Where points stand on the page: writes x, y in pixels and the depth to out.
+export function makeProjection(camera, width, height) {
+    const m = new THREE.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).elements;
+    return (xyz, i, out) => {
+        const [x, y, z] = [xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]];
+        const w = m[3] * x + m[7] * y + m[11] * z + m[15];
+        out.x = (0.5 + (0.5 * (m[0] * x + m[4] * y + m[8] * z + m[12])) / w) * width;
+        out.y = (0.5 - (0.5 * (m[1] * x + m[5] * y + m[9] * z + m[13])) / w) * height;
+        out.depth = (m[2] * x + m[6] * y + m[10] * z + m[14]) / w;
+        return w > 0 && out.depth >= -1 && out.depth <= 1;
+    };
+}
+
+function isBetter(near, distance, depth, best) {
+    if (near !== best.near) {
+        return near;
+    }
+    return near ? depth < best.depth : distance < best.distance;
+}
+
+// { slot, index } of the point meant by a click at x, y, or null.
+export function findPoint(slots, project, passes, x, y) {
+    const at = {};
+    let best = { near: false, distance: FAR_PX, depth: Infinity, slot: null };
+    for (const slot of slots) {
+        for (let i = 0; i < slot.size; i++) {
+            if (!project(slot.points.xyz, i, at)) {
+                continue;
+            }
+            const distance = Math.hypot(at.x - x, at.y - y);
+            const near = distance <= NEAR_PX;
+            if (distance < FAR_PX && isBetter(near, distance, at.depth, best) && passes(slot.points, i)) {
+                best = { near, distance, depth: at.depth, slot, index: i };
+            }
+        }
+    }
+    return best.slot && best;
+}
+
+// The direction in the eye's own axes: R transposed times (p - mount).
+function fromEye(position, { mount: m, rotation: r }) {
+    const d = position.map((v, k) => v - m[k]);
+    const [x, y, z] = [0, 1, 2].map((k) => r[k] * d[0] + r[3 + k] * d[1] + r[6 + k] * d[2]);
+    const range = Math.hypot(x, y, z);
+    return { range, azimuth: Math.atan2(y, x) * DEGREES, elevation: Math.asin(z / range) * DEGREES };
+}
+
+// All that is known of a point.
+export function describe({ slot, index: i }, eyes) {
+    const { points: p, number } = slot;
+    const flags = p.flags[i];
+    const position = [p.xyz[3 * i], p.xyz[3 * i + 1], p.xyz[3 * i + 2]];
+    const eye = eyes[flags & EYE_BIT];
+    return {
+        position,
+        ...fromEye(position, eye),
+        eye: eye.name,
+        line: p.line[i],
+        pixel: p.pixel[i],
+        returnNumber: p.turn[i],
+        returns: flags >> 2,
+        edge: flags & RISING_BIT ? "rising" : "falling",
+        pulse: p.pulse[i] * 0.01,
+        frame: number,
+    };
+}
+
+const ROWS = [
+    ["x", (p) => `${p.position[0].toFixed(3)} m`],
+    ["y", (p) => `${p.position[1].toFixed(3)} m`],
+    ["z", (p) => `${p.position[2].toFixed(3)} m`],
+    ["range", (p) => `${p.range.toFixed(3)} m`],
+    ["azimuth", (p) => `${p.azimuth.toFixed(3)}°`],
+    ["elevation", (p) => `${p.elevation.toFixed(3)}°`],
+    ["eye", (p) => p.eye],
+    ["line", (p) => p.line],
+    ["pixel", (p) => p.pixel],
+    ["return", (p) => `${p.returnNumber} of ${p.returns}`],
+    ["edge", (p) => p.edge],
+    ["pulse width", (p) => (p.pulse > 0 ? `${p.pulse.toFixed(2)} ns` : "unknown")],
+    ["frame", (p) => p.frame],
+];
+
+export function makePick({ canvas, camera, cloud, settings, eyes, mark }) {
+    const card = document.getElementById("pick");
+    const list = document.getElementById("pick-data");
+    let picked = null;
+
+    function show(point) {
+        picked = point;
+        card.hidden = point === null;
+        list.replaceChildren();
+        for (const [name, text] of point ? ROWS : []) {
+            const [dt, dd] = [document.createElement("dt"), document.createElement("dd")];
+            dt.textContent = name;
+            dd.textContent = text(point);
+            list.append(dt, dd);
+        }
+        mark(point && point.position);
+    }
+
+    document.getElementById("pick-close").addEventListener("click", () => {
+        show(null);
+        canvas.focus();
+    });
+    return {
+        get picked() {
+            return picked;
+        },
+        clear: () => show(null),
+        at(x, y) {
+            const project = makeProjection(camera.active, canvas.clientWidth, canvas.clientHeight);
+            const found = findPoint(cloud.slots, project, makeFilter(settings.values, eyes()), x, y);
+            show(found && describe(found, eyes()));
+        },
+    };
+}

@@ -1,0 +1,27 @@
+// window.lumview: what the page shows, for tests and the curious. All of it
+// is read only; nothing here changes the page or reaches the server.
+//
+// connected      whether there is a connection
+// frame          number of the newest frame shown, null before the first
+// smooth         window of its smoothing
+// shown          frame messages that became a picture
+// received       frame messages that came
+// pictures       pictures drawn
+// points         points in the frames shown, before any filter
+// counts()       { total, shown, blue, green, rising, falling, returns }: what
+//                passes the filters, counted now
+// camera()       { position, target, yaw, pitch, distance, flat }, degrees
+// settings()     a copy of all settings
+// status()       the server's last status, null before the first
+// hello()        the server's greeting
+// domain()       the values at both ends of the colours
+// picked()       the picked point, or null
+// place(i)       { x, y, visible } of point i of the newest frame on the page
+// memory()       { geometries, textures, programs } of the graphics card
+export function exposeProbe(parts) {
+    const getters = {};
+    for (const [name, value] of Object.entries(parts)) {
+        getters[name] = { enumerable: true, get: value };
+    }
+    Object.defineProperty(window, "lumview", { value: Object.freeze(Object.create(null, getters)) });
+}

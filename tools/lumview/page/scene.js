@@ -1,0 +1,162 @@
+// What stands around the points: grid, range rings with numbers, the axes of
+// the sensor, a mark at the picked point.
+import * as THREE from "three";
+
+export const GROUND = 0x0e1218;
+const GRID_METRES = 150;
+const GRID_CELL = 10;
+const RINGS = [5, 10, 20, 30, 40, 50, 75, 100, 150, 200, 250];
+const RING_PARTS = 180;
+
+function lines(positions, color) {
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.Float32BufferAttribute(positions, 3));
+    return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color }));
+}
+
+function makeGrid() {
+    const positions = [];
+    for (let v = -GRID_METRES; v <= GRID_METRES; v += GRID_CELL) {
+        positions.push(v, -GRID_METRES, 0, v, GRID_METRES, 0, -GRID_METRES, v, 0, GRID_METRES, v, 0);
+    }
+    return lines(positions, 0x232d3a);
+}
+
+function ringLines() {
+    const positions = [];
+    const point = (radius, part) => {
+        const angle = (2 * Math.PI * part) / RING_PARTS;
+        positions.push(radius * Math.cos(angle), radius * Math.sin(angle), 0);
+    };
+    for (const radius of RINGS) {
+        for (let i = 0; i < RING_PARTS; i++) {
+            point(radius, i);
+            point(radius, i + 1);
+        }
+    }
+    return lines(positions, 0x46566b);
+}
+
+// A text or a sign that keeps its size on the page.
+function sprite(width, height, draw) {
+    const canvas = document.createElement("canvas");
+    const scale = 2;
+    canvas.width = width * scale;
+    canvas.height = height * scale;
+    const pen = canvas.getContext("2d");
+    pen.scale(scale, scale);
+    draw(pen);
+    const map = new THREE.CanvasTexture(canvas);
+    map.colorSpace = THREE.SRGBColorSpace;
+    const made = new THREE.Sprite(new THREE.SpriteMaterial({ map, depthTest: false, transparent: true }));
+    made.userData = { width, height };
+    made.renderOrder = 2;
+    return made;
+}
+
+function numberSprite(text) {
+    return sprite(60, 18, (pen) => {
+        pen.font = "600 12px system-ui, 'DejaVu Sans', sans-serif";
+        pen.textAlign = "center";
+        pen.textBaseline = "middle";
+        pen.lineWidth = 3;
+        pen.strokeStyle = "#0e1218";
+        pen.strokeText(text, 30, 9);
+        pen.fillStyle = "#dbe4ef";
+        pen.fillText(text, 30, 9);
+    });
+}
+
+function makeRings() {
+    const group = new THREE.Group();
+    group.add(ringLines());
+    for (const radius of RINGS) {
+        const label = numberSprite(`${radius} m`);
+        label.position.set(radius, 0, 0);
+        group.add(label);
+    }
+    return group;
+}
+
+function makeAxes() {
+    const group = new THREE.Group();
+    group.add(lines([0, 0, 0, 1, 0, 0], 0xff7b6e), lines([0, 0, 0, 0, 1, 0], 0x7ed98a), lines([0, 0, 0, 0, 0, 1], 0x6fb1ff));
+    return group;
+}
+
+function makeMark() {
+    const mark = sprite(26, 26, (pen) => {
+        for (const [color, width] of [["#000", 5], ["#fff", 2]]) {
+            pen.strokeStyle = color;
+            pen.lineWidth = width;
+            pen.beginPath();
+            pen.arc(13, 13, 9, 0, 2 * Math.PI);
+            pen.stroke();
+        }
+    });
+    mark.visible = false;
+    mark.renderOrder = 3;
+    return mark;
+}
+
+export function makeScene() {
+    const scene = new THREE.Scene();
+    scene.background = new THREE.Color(GROUND);
+    const grid = makeGrid();
+    const rings = makeRings();
+    const mark = makeMark();
+    scene.add(grid, rings, makeAxes(), mark);
+    const place = new THREE.Vector3();
+
+    function keepSize(sign, camera) {
+        const metres = camera.metresOfPixel(sign.getWorldPosition(place));
+        sign.scale.set(sign.userData.width * metres, sign.userData.height * metres, 1);
+    }
+
+    // Numbers that would cover the one before are left out.
+    function spaceLabels(camera) {
+        let last = null;
+        for (const label of rings.children.filter((child) => child.isSprite)) {
+            keepSize(label, camera);
+            const at = camera.pageOf(place);
+            label.visible = last === null || Math.abs(at.x - last.x) > 50 || Math.abs(at.y - last.y) > 17;
+            last = label.visible ? at : last;
+        }
+    }
+
+    return {
+        scene,
+        apply(values, ground) {
+            grid.visible = values.grid;
+            rings.visible = values.rings;
+            grid.position.z = ground;
+            rings.position.z = ground + 0.01;
+        },
+        mark(position) {
+            mark.visible = position !== null;
+            if (position) {
+                mark.position.fromArray(position);
+            }
+        },
+        // Before each picture.
+        prepare(camera) {
+            spaceLabels(camera);
+            keepSize(mark, camera);
+        },
+    };
+}
+
+const BIN = 0.1; // metres
+
+// Where the ground lies: the height of most points below the sensor.
+export function groundOf({ points, size }) {
+    const bins = new Map();
+    for (let i = 0; i < size; i += 7) {
+        const bin = Math.round(points.xyz[3 * i + 2] / BIN);
+        if (bin < 0) {
+            bins.set(bin, (bins.get(bin) ?? 0) + 1);
+        }
+    }
+    const most = [...bins].reduce((best, bin) => (bin[1] > best[1] ? bin : best), [0, 0]);
+    return most[0] * BIN;
+}

@@ -1,0 +1,41 @@
+// The picture as a PNG file: points, legend, and what it shows.
+import { drawBar, legendOf } from "./legend.js";
+
+const FONT = "system-ui, 'DejaVu Sans', sans-serif";
+
+function drawLegend(pen, values, domain, bytes, right, bottom) {
+    const legend = legendOf(values, domain);
+    const [x, y, height] = [right - 95, bottom - 210, 180];
+    pen.fillStyle = "#171d26e0";
+    pen.fillRect(x - 12, y - 30, 102, height + 44);
+    pen.fillStyle = "#e6ebf2";
+    pen.font = `600 13px ${FONT}`;
+    pen.fillText(legend.title, x, y - 14);
+    drawBar(pen, x, y, 16, height, values, legend, bytes);
+    pen.fillStyle = "#e6ebf2";
+    pen.font = `13px ${FONT}`;
+    legend.ticks.forEach(({ at, text }) => pen.fillText(text, x + 24, y + (1 - at) * height));
+}
+
+// render: draws the scene now, so that its pixels can be read.
+export function takeShot({ canvas, render, values, domain, bytes, caption, name }) {
+    const picture = document.createElement("canvas");
+    picture.width = canvas.width;
+    picture.height = canvas.height;
+    const pen = picture.getContext("2d");
+    render();
+    pen.drawImage(canvas, 0, 0);
+    const ratio = canvas.width / canvas.clientWidth;
+    pen.scale(ratio, ratio);
+    pen.textBaseline = "middle";
+    drawLegend(pen, values, domain, bytes, canvas.clientWidth, canvas.clientHeight);
+    pen.font = `13px ${FONT}`;
+    pen.fillText(caption, 12, canvas.clientHeight - 16);
+    picture.toBlob((blob) => {
+        const link = document.createElement("a");
+        link.href = URL.createObjectURL(blob);
+        link.download = name;
+        link.click();
+        setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    }, "image/png");
+}

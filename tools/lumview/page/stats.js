@@ -1,0 +1,87 @@
+// Numbers of the server's status.
+
+const whole = (v) => Math.round(v).toLocaleString("en");
+
+const RATES = [
+    ["points a second", (s) => whole(s.points_per_second)],
+    ["frames a second", (s) => s.frames_per_second.toFixed(1)],
+    ["megabytes a second", (s) => (s.bytes_per_second / 1e6).toFixed(2)],
+    ["points", (s) => whole(s.points)],
+    ["frames", (s) => whole(s.frames)],
+    ["packets", (s) => whole(s.packets)],
+    ["frames left out", (s) => whole(s.skipped)],
+    ["browsers", (s) => whole(s.browsers)],
+];
+
+// What was lost where, and what that means.
+const LOSSES = [
+    ["wire_words", "ranges, on the wire", "at least so many range words never came"],
+    ["wire_lines", "lines, on the wire", "at least so many lines never came, or came without angles"],
+    ["kernel", "packets, in the system", "the receive buffer of the system was full"],
+    ["ring", "packets, in lumview", "lumview was too slow to decode them"],
+    ["refused", "packets, not usable", "late, malformed, foreign, or of an unknown kind"],
+];
+
+const BIT_HINT = "A hazard: the laser is shut down";
+
+function row(name, hint) {
+    const [dt, dd] = [document.createElement("dt"), document.createElement("dd")];
+    dt.textContent = name;
+    dt.title = hint;
+    return [dt, dd];
+}
+
+function makeRows(list, rows) {
+    return rows.map(([name, hint]) => {
+        const [dt, dd] = row(name, hint ?? "");
+        list.append(dt, dd);
+        return dd;
+    });
+}
+
+function bitItem(name, isHazard) {
+    const item = document.createElement("li");
+    item.textContent = name;
+    item.className = isHazard ? "hazard" : "";
+    item.title = isHazard ? BIT_HINT : "";
+    return item;
+}
+
+function makeLaser() {
+    const block = document.getElementById("laser-block");
+    const state = document.getElementById("laser-state");
+    const bits = document.getElementById("laser-bits");
+    let shown = null;
+    return (laser) => {
+        const key = JSON.stringify(laser);
+        if (key === shown) {
+            return;
+        }
+        shown = key;
+        block.hidden = laser === null;
+        if (laser === null) {
+            return;
+        }
+        const hazards = new Set(laser.hazards);
+        const status = `0x${laser.status.toString(16).padStart(4, "0")}`;
+        state.textContent = `${laser.up ? "on" : "off"}, status ${status}${hazards.size > 0 ? ", hazard" : ""}`;
+        state.className = hazards.size > 0 ? "bad" : laser.up ? "good" : "";
+        bits.replaceChildren(...laser.bits.map((name) => bitItem(name, hazards.has(name))));
+    };
+}
+
+export function makeStats() {
+    const rates = makeRows(document.getElementById("rates"), RATES.map(([name]) => [name]));
+    const losses = makeRows(document.getElementById("losses"), LOSSES.map(([, name, hint]) => [name, hint]));
+    const showLaser = makeLaser();
+    return (status) => {
+        RATES.forEach(([, text], i) => {
+            rates[i].textContent = text(status);
+        });
+        LOSSES.forEach(([key], i) => {
+            losses[i].textContent = whole(status.losses[key]);
+            losses[i].className = status.losses[key] > 0 ? "bad" : "";
+        });
+        showLaser(status.laser);
+    };
+}

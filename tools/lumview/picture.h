@@ -1,0 +1,39 @@
+/* A frame of the sensor as each of the views shows it. */
+#ifndef LUMVIEW_PICTURE_H
+#define LUMVIEW_PICTURE_H
+
+#include "feed.h"
+#include "frame_make.h"
+
+struct picture {
+    int64_t frame;
+    int64_t arrival_ns; /* of its earliest line; UTC, 0 or below: not known */
+    int64_t clock_us;   /* likewise */
+    uint32_t lines;
+    uint64_t lost_words;
+    uint32_t sensor;
+    size_t count;
+    struct feed_view views[FEED_VIEWS_MAX];
+    struct frame *frames[FEED_VIEWS_MAX]; /* NULL: there was no memory */
+};
+
+/* Release its frames; it is empty then. */
+void picture_drop(struct picture *picture);
+
+/* Points that were cut off, of the view that lost most. */
+uint64_t picture_cut(const struct picture *picture);
+
+/* Its frames can be shown.
+ * complete_ns: when it was complete, monotonic.
+ * shown: frames so far, this one included. */
+void picture_seal(struct picture *picture, int64_t complete_ns, uint64_t shown);
+
+/* The frame of a view; NULL: it has none. */
+struct frame *picture_find(const struct picture *picture,
+                           const struct feed_view *view);
+
+/* Whether it has all of the views. */
+bool picture_has(const struct picture *picture, const struct feed_view *views,
+                 size_t count);
+
+#endif

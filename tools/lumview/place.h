@@ -1,0 +1,16 @@
+/* Where the server is to listen. */
+#ifndef LUMVIEW_PLACE_H
+#define LUMVIEW_PLACE_H
+
+#include "options.h"
+
+#include "lum/base/error.h"
+
+#include <stdint.h>
+
+/* An address of this host and a port of it that is free now. 0, or -1 with who
+ * has it. */
+int place_find(const struct options *options, uint32_t *address, uint16_t *port,
+               lum_error *error);
+
+#endif

@@ -1,0 +1,26 @@
+/* The thread that plays a capture: at its pace, step by step, from wherever it
+ * is told to. */
+#ifndef LUMVIEW_PLAYER_H
+#define LUMVIEW_PLAYER_H
+
+#include "decoder.h"
+#include "stage.h"
+
+#include "lum/base/error.h"
+
+struct player;
+
+struct player_options {
+    const char *source;
+    struct decoder_options decoder;
+};
+
+/* Begin. A source that can be read once is played from its beginning to its
+ * end. 0, or -1 with the reason in error. */
+int player_start(const struct player_options *options, struct player **out,
+                 lum_error *error);
+
+/* End; the stage is closing. NULL is allowed. */
+void player_end(struct player *player);
+
+#endif

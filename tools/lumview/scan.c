@@ -1,0 +1,106 @@
+#define _POSIX_C_SOURCE 200809L
+#include "scan.h"
+
+#include "thread.h"
+
+#include <stdlib.h>
+
+/* Records between looks at whether to end. */
+#define RECORDS_A_LOOK 64u
+
+struct scan {
+    const char *source;
+    struct decoder_options options;
+    pthread_t thread;
+
+    pthread_mutex_t lock; /* guards what follows */
+    bool is_known;
+    int64_t first;
+    int64_t last;
+};
+
+/* False: it was broken off. What could not be read is told by who plays. */
+static bool read_all(const struct scan *scan, lum_capture *capture,
+                     struct decoder *decoder)
+{
+    lum_record record;
+    bool goes_on = true;
+    for (uint64_t i = 0;
+         goes_on && lum_capture_next(capture, &record, NULL) > 0; i++) {
+        goes_on = (i % RECORDS_A_LOOK != 0 ||
+                   !stage_is_closing(scan->options.stage)) &&
+                  decoder_push(decoder, &record) == DECODED_ALL;
+    }
+    return goes_on && decoder_flush(decoder) == DECODED_ALL;
+}
+
+static void note(struct scan *scan, const struct decoder *decoder)
+{
+    int64_t first = 0;
+    int64_t last = 0;
+    if (!decoder_range(decoder, &first, &last)) {
+        return;
+    }
+    (void)pthread_mutex_lock(&scan->lock);
+    scan->is_known = true;
+    scan->first = first;
+    scan->last = last;
+    (void)pthread_mutex_unlock(&scan->lock);
+    stage_set_range(scan->options.stage, first, last);
+}
+
+static void *run(void *argument)
+{
+    struct scan *scan = argument;
+    lum_capture *capture = NULL;
+    struct decoder *decoder = decoder_new(&scan->options);
+    if (decoder != NULL &&
+        lum_capture_open(scan->source, &capture, NULL) == 0) {
+        decoder_skip_to(decoder, INT64_MAX);
+        if (read_all(scan, capture, decoder)) {
+            note(scan, decoder);
+        }
+    }
+    lum_capture_close(capture);
+    decoder_free(decoder);
+    return NULL;
+}
+
+int scan_start(const char *source, const struct decoder_options *decoder,
+               struct scan **out, lum_error *error)
+{
+    struct scan *scan = calloc(1, sizeof *scan);
+    if (scan == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    scan->source = source;
+    scan->options = *decoder;
+    (void)pthread_mutex_init(&scan->lock, NULL);
+    if (thread_start(&scan->thread, run, scan, error) != 0) {
+        (void)pthread_mutex_destroy(&scan->lock);
+        free(scan);
+        return -1;
+    }
+    *out = scan;
+    return 0;
+}
+
+void scan_end(struct scan *scan)
+{
+    if (scan == NULL) {
+        return;
+    }
+    (void)pthread_join(scan->thread, NULL);
+    (void)pthread_mutex_destroy(&scan->lock);
+    free(scan);
+}
+
+bool scan_range(struct scan *scan, int64_t *first, int64_t *last)
+{
+    (void)pthread_mutex_lock(&scan->lock);
+    const bool is_known = scan->is_known;
+    *first = scan->first;
+    *last = scan->last;
+    (void)pthread_mutex_unlock(&scan->lock);
+    return is_known;
+}

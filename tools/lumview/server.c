@@ -1,0 +1,256 @@
+#include "server.h"
+
+#include "../common/interrupt.h"
+#include "../common/number.h"
+#include "client.h"
+#include "http.h"
+#include "place.h"
+#include "socket_name.h"
+
+#include <libwebsockets.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#define CONNECTIONS_MAX 100u
+#define HEADERS_BYTES   8192u
+#define IDLE_S          5 /* for a request to come, and for the next */
+#define PING_S          5 /* without a sign of life */
+#define HANGUP_S        20
+#define TICK_US         500000
+
+struct server {
+    struct lws_context *lws;
+    struct lws_vhost *host;
+    struct guard guard;
+    struct clients clients;
+    struct lws_protocol_vhost_options headers[6];
+    char policy[HTTP_POLICY_BYTES];
+    lws_sorted_usec_list_t tick;
+    unsigned connections;
+};
+
+static struct server *server_of(struct lws *wsi)
+{
+    return lws_context_user(lws_get_context(wsi));
+}
+
+/* Connections are those that were accepted, not the one that listens. */
+static void count_connection(struct lws *wsi, enum lws_callback_reasons reason)
+{
+    struct server *server = server_of(wsi);
+    if (reason == LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED) {
+        lws_set_opaque_user_data(wsi, server);
+        server->connections++;
+    } else if (lws_get_opaque_user_data(wsi) != NULL) {
+        server->connections--;
+    }
+}
+
+static int serve_http(struct lws *wsi, enum lws_callback_reasons reason,
+                      void *user, void *in, size_t len)
+{
+    struct server *server = server_of(wsi);
+    (void)len;
+    switch (reason) {
+    case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
+        return server->connections >= CONNECTIONS_MAX;
+    case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED:
+    case LWS_CALLBACK_WSI_DESTROY:
+        count_connection(wsi, reason);
+        return 0;
+    case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE:
+        return http_check_upgrade(wsi, &server->guard, in);
+    case LWS_CALLBACK_HTTP:
+        return http_begin(wsi, &server->guard, in, user);
+    case LWS_CALLBACK_HTTP_WRITEABLE:
+        return http_go_on(wsi, user);
+    case LWS_CALLBACK_HTTP_BODY:
+    case LWS_CALLBACK_HTTP_BODY_COMPLETION:
+        return -1;
+    case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
+        clients_wake(&server->clients);
+        return 0;
+    default:
+        return 0;
+    }
+}
+
+static int serve_socket(struct lws *wsi, enum lws_callback_reasons reason,
+                        void *user, void *in, size_t len)
+{
+    struct clients *clients = &server_of(wsi)->clients;
+    switch (reason) {
+    case LWS_CALLBACK_ESTABLISHED:
+        clients_add(clients, user, wsi);
+        return 0;
+    case LWS_CALLBACK_CLOSED:
+        clients_remove(clients, user);
+        return 0;
+    case LWS_CALLBACK_SERVER_WRITEABLE:
+        return clients_write(clients, user);
+    case LWS_CALLBACK_RECEIVE:
+        clients_read(clients, user, in, len);
+        return 0;
+    default:
+        return 0;
+    }
+}
+
+static const struct lws_protocols protocols[] = {
+    {.name = "http",
+     .callback = serve_http,
+     .per_session_data_size = sizeof(struct http_answer)},
+    {.name = SOCKET_PROTOCOL,
+     .callback = serve_socket,
+     .per_session_data_size = sizeof(struct client),
+     .rx_buffer_size = 4096},
+    {.name = NULL},
+};
+
+static const lws_retry_bo_t patience = {
+    .secs_since_valid_ping = PING_S,
+    .secs_since_valid_hangup = HANGUP_S,
+};
+
+static void on_tick(lws_sorted_usec_list_t *tick)
+{
+    struct server *server = lws_container_of(tick, struct server, tick);
+    clients_tick(&server->clients);
+    lws_sul_schedule(server->lws, 0, tick, on_tick, TICK_US);
+}
+
+/* Headers that every answer has, also those that libwebsockets makes. */
+static void set_headers(struct server *server)
+{
+    const struct lws_protocol_vhost_options headers[] = {
+        {.name = "content-security-policy:", .value = server->policy},
+        {.name = "x-content-type-options:", .value = "nosniff"},
+        {.name = "referrer-policy:", .value = "no-referrer"},
+        {.name = "cross-origin-opener-policy:", .value = "same-origin"},
+        {.name = "cross-origin-resource-policy:", .value = "same-origin"},
+        {.name = "cache-control:", .value = "no-store"},
+    };
+    const size_t count = sizeof headers / sizeof headers[0];
+    for (size_t i = 0; i < count; i++) {
+        server->headers[i] = headers[i];
+        server->headers[i].next =
+            i + 1u < count ? &server->headers[i + 1u] : NULL;
+    }
+}
+
+static int make_token(struct server *server)
+{
+    static const char digits[] = "0123456789abcdef";
+    unsigned char bytes[GUARD_TOKEN_DIGITS / 2u];
+    if (lws_get_random(server->lws, bytes, sizeof bytes) != sizeof bytes) {
+        return -1;
+    }
+    for (size_t i = 0; i < GUARD_TOKEN_DIGITS; i++) {
+        server->guard.token[i] = digits[bytes[i / 2u] >> 4u * (i % 2u) & 15u];
+    }
+    server->guard.token[GUARD_TOKEN_DIGITS] = '\0';
+    return 0;
+}
+
+static int listen_there(struct server *server,
+                        const struct lws_context_creation_info *info,
+                        lum_error *error)
+{
+    char address[16];
+    server->host = lws_create_vhost(server->lws, info);
+    if (server->host == NULL) {
+        return lum_error_set(
+            error, "%s:%u: cannot be listened on",
+            number_format_address(server->guard.address, address),
+            (unsigned)server->guard.port);
+    }
+    return 0;
+}
+
+static int start(struct server *server, lum_error *error)
+{
+    char address[16];
+    const struct lws_context_creation_info info = {
+        .iface = number_format_address(server->guard.address, address),
+        .port = server->guard.port,
+        .protocols = protocols,
+        .headers = server->headers,
+        .max_http_header_data2 = HEADERS_BYTES,
+        .timeout_secs = IDLE_S,
+        .timeout_secs_ah_idle = IDLE_S,
+        .keepalive_timeout = IDLE_S,
+        .retry_and_idle_policy = &patience,
+        .gid = -1,
+        .uid = -1,
+        .user = server,
+        .options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS |
+                   LWS_SERVER_OPTION_SKIP_SERVER_CANONICAL_NAME |
+                   LWS_SERVER_OPTION_DISABLE_IPV6 |
+                   LWS_SERVER_OPTION_FAIL_UPON_UNABLE_TO_BIND,
+    };
+    server->lws = lws_create_context(&info);
+    if (server->lws == NULL) {
+        return lum_error_set(error, "libwebsockets cannot start");
+    }
+    return listen_there(server, &info, error);
+}
+
+int server_open(const struct options *options, struct server **out,
+                lum_error *error)
+{
+    struct server *server = calloc(1, sizeof *server);
+    *out = server;
+    if (server == NULL || clients_init(&server->clients, options) != 0) {
+        return lum_error_set(error, "no memory for the server");
+    }
+    lws_set_log_level(0, NULL);
+    set_headers(server);
+    if (place_find(options, &server->guard.address, &server->guard.port,
+                   error) != 0 ||
+        start(server, error) != 0) {
+        return -1;
+    }
+    if (options->has_bind && make_token(server) != 0) {
+        return lum_error_set(error, "the system has no randomness for a token");
+    }
+    http_policy(&server->guard, server->policy);
+    return 0;
+}
+
+void server_close(struct server *server)
+{
+    if (server != NULL) {
+        if (server->lws != NULL) {
+            lws_context_destroy(server->lws);
+        }
+        clients_free(&server->clients);
+        free(server);
+    }
+}
+
+const struct guard *server_guard(const struct server *server)
+{
+    return &server->guard;
+}
+
+void server_wake(void *server)
+{
+    lws_cancel_service(((struct server *)server)->lws);
+}
+
+int server_run(struct server *server, struct feed *feed, lum_error *error)
+{
+    int failed = 0;
+    server->clients.feed = feed;
+    clients_tick(&server->clients);
+    lws_sul_schedule(server->lws, 0, &server->tick, on_tick, TICK_US);
+    while (failed == 0 && interrupt_signal() == 0) {
+        failed = lws_service(server->lws, 0) < 0 ? -1 : 0;
+    }
+    lws_sul_schedule(server->lws, 0, &server->tick, on_tick,
+                     LWS_SET_TIMER_USEC_CANCEL);
+    clients_end(&server->clients);
+    return failed == 0 ? 0
+                       : lum_error_set(error, "the server broke down: "
+                                              "libwebsockets cannot go on");
+}

@@ -1,0 +1,260 @@
+#define _POSIX_C_SOURCE 200809L
+#include "stage.h"
+
+#include "lum/base/time.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+
+#define SECOND_NS INT64_C(1000000000)
+
+int64_t add_clamped(int64_t a, int64_t b)
+{
+    if (b > 0) {
+        return a > INT64_MAX - b ? INT64_MAX : a + b;
+    }
+    return a < INT64_MIN - b ? INT64_MIN : a + b;
+}
+
+void totals_add(struct totals *to, const struct totals *more)
+{
+    to->packets += more->packets;
+    to->bytes += more->bytes;
+    to->points += more->points;
+    to->lost_words += more->lost_words;
+    to->lost_lines += more->lost_lines;
+    to->refused += more->refused;
+}
+
+void totals_subtract(struct totals *from, const struct totals *less)
+{
+    from->packets -= less->packets;
+    from->bytes -= less->bytes;
+    from->points -= less->points;
+    from->lost_words -= less->lost_words;
+    from->lost_lines -= less->lost_lines;
+    from->refused -= less->refused;
+}
+
+void stage_init(struct stage *stage, void (*wake)(void *context), void *context)
+{
+    *stage = (struct stage){.wake = wake, .context = context};
+    (void)pthread_mutex_init(&stage->lock, NULL);
+    (void)pthread_cond_init(&stage->changed, NULL);
+}
+
+void stage_end(struct stage *stage)
+{
+    picture_drop(&stage->shown);
+    (void)pthread_cond_destroy(&stage->changed);
+    (void)pthread_mutex_destroy(&stage->lock);
+}
+
+static void lock(struct stage *stage)
+{
+    (void)pthread_mutex_lock(&stage->lock);
+}
+
+static void unlock(struct stage *stage)
+{
+    (void)pthread_mutex_unlock(&stage->lock);
+}
+
+static void unlock_and_wake(struct stage *stage, bool has_news)
+{
+    unlock(stage);
+    if (has_news) {
+        stage->wake(stage->context);
+    }
+}
+
+void stage_take_orders(struct stage *stage, struct orders *out)
+{
+    lock(stage);
+    *out = stage->orders;
+    out->lacks_view =
+        !picture_has(&stage->shown, stage->views, stage->orders.wanted);
+    stage->orders.has_seek = false;
+    stage->orders.steps = 0;
+    unlock(stage);
+}
+
+/* Not every system can wait by the monotonic clock; the other may jump, so no
+ * wait is long. */
+void stage_wait(struct stage *stage, unsigned serial, int64_t until_ns)
+{
+    struct timespec until;
+    int64_t wait_ns = until_ns - lum_time_monotonic_ns();
+    if (wait_ns <= 0) {
+        return;
+    }
+    wait_ns = wait_ns < SECOND_NS / 4 ? wait_ns : SECOND_NS / 4;
+    (void)clock_gettime(CLOCK_REALTIME, &until);
+    wait_ns += until.tv_nsec;
+    until.tv_sec += (time_t)(wait_ns / SECOND_NS);
+    until.tv_nsec = (long)(wait_ns % SECOND_NS);
+    int code = 0;
+    lock(stage);
+    while (stage->orders.serial == serial && code == 0) {
+        code = pthread_cond_timedwait(&stage->changed, &stage->lock, &until);
+    }
+    unlock(stage);
+}
+
+bool stage_wait_wanted(struct stage *stage)
+{
+    lock(stage);
+    while (stage->orders.wanted == 0 && !stage->orders.closing) {
+        (void)pthread_cond_wait(&stage->changed, &stage->lock);
+    }
+    const bool closing = stage->orders.closing;
+    unlock(stage);
+    return !closing;
+}
+
+bool stage_is_closing(struct stage *stage)
+{
+    lock(stage);
+    const bool closing = stage->orders.closing;
+    unlock(stage);
+    return closing;
+}
+
+size_t stage_views(struct stage *stage, struct feed_view *views)
+{
+    lock(stage);
+    const size_t count = stage->orders.wanted;
+    memcpy(views, stage->views, count * sizeof *views);
+    unlock(stage);
+    return count;
+}
+
+void stage_show(struct stage *stage, struct picture *picture,
+                int64_t complete_ns)
+{
+    lock(stage);
+    const uint64_t shown = stage->status.frames + 1u;
+    unlock(stage);
+    picture_seal(picture, complete_ns, shown);
+    lock(stage);
+    struct picture before = stage->shown;
+    stage->shown = *picture;
+    stage->status.frame = picture->frame;
+    stage->status.frames = shown;
+    unlock_and_wake(stage, true);
+    picture_drop(&before);
+    *picture = (struct picture){0};
+}
+
+/* Called with the lock. Whether that was news. */
+static bool set_state(struct stage *stage, enum feed_state state)
+{
+    const bool is_news = !stage->has_failed && stage->status.state != state;
+    if (is_news) {
+        stage->status.state = state;
+    }
+    return is_news;
+}
+
+static bool set_message(struct stage *stage, const char *message)
+{
+    char *to = stage->status.message;
+    const size_t room = sizeof stage->status.message;
+    const bool is_news =
+        !stage->has_failed && strncmp(to, message, room - 1u) != 0;
+    if (is_news) {
+        (void)snprintf(to, room, "%s", message);
+    }
+    return is_news;
+}
+
+void stage_set_state(struct stage *stage, enum feed_state state)
+{
+    lock(stage);
+    unlock_and_wake(stage, set_state(stage, state));
+}
+
+void stage_set_message(struct stage *stage, const char *message)
+{
+    lock(stage);
+    unlock_and_wake(stage, set_message(stage, message));
+}
+
+void stage_fail(struct stage *stage, const char *message)
+{
+    lock(stage);
+    bool is_news = set_message(stage, message);
+    is_news |= set_state(stage, FEED_FAILED);
+    stage->has_failed = true;
+    unlock_and_wake(stage, is_news);
+}
+
+void stage_set_range(struct stage *stage, int64_t first, int64_t last)
+{
+    lock(stage);
+    stage->status.has_range = true;
+    stage->status.first_frame = first;
+    stage->status.last_frame = last;
+    unlock_and_wake(stage, true);
+}
+
+void stage_set_totals(struct stage *stage, const struct totals *totals)
+{
+    lock(stage);
+    struct feed_status *s = &stage->status;
+    if (!s->is_live) {
+        s->packets = totals->packets;
+        s->bytes = totals->bytes;
+    }
+    s->points = totals->points;
+    s->lost_wire = totals->lost_words;
+    s->lost_lines = totals->lost_lines;
+    s->refused = totals->refused;
+    unlock(stage);
+}
+
+void stage_set_received(struct stage *stage, uint64_t packets, uint64_t bytes,
+                        uint64_t kernel, uint64_t ring)
+{
+    lock(stage);
+    stage->status.packets = packets;
+    stage->status.bytes = bytes;
+    stage->status.lost_kernel = kernel;
+    stage->status.lost_ring = ring;
+    unlock(stage);
+}
+
+void stage_set_laser(struct stage *stage, uint16_t status)
+{
+    lock(stage);
+    const bool is_news =
+        !stage->status.has_laser || stage->status.laser != status;
+    stage->status.has_laser = true;
+    stage->status.laser = status;
+    unlock_and_wake(stage, is_news);
+}
+
+const struct feed_status *stage_begin_look(struct stage *stage)
+{
+    lock(stage);
+    return &stage->status;
+}
+
+void stage_end_look(struct stage *stage)
+{
+    unlock(stage);
+}
+
+struct orders *stage_begin_order(struct stage *stage)
+{
+    lock(stage);
+    return &stage->orders;
+}
+
+void stage_end_order(struct stage *stage)
+{
+    stage->orders.serial++;
+    (void)pthread_cond_broadcast(&stage->changed);
+    unlock(stage);
+}

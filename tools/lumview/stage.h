@@ -1,0 +1,103 @@
+/* What is shown, what is wanted and what is known, between the threads that
+ * make frames and the one that asks for them. The lock is held for a few
+ * assignments at a time. */
+#ifndef LUMVIEW_STAGE_H
+#define LUMVIEW_STAGE_H
+
+#include "feed.h"
+#include "picture.h"
+
+#include <pthread.h>
+
+/* To whoever plays a capture. */
+struct orders {
+    bool closing;
+    bool plays;
+    bool loops;
+    double speed;
+    bool has_seek;
+    int64_t seek;
+    int64_t steps;   /* from there, or from what is shown */
+    size_t wanted;   /* views */
+    bool lacks_view; /* what is shown is not there in all that are wanted */
+    unsigned serial; /* of the newest order */
+};
+
+/* Counters of feed_status. */
+struct totals {
+    uint64_t packets;
+    uint64_t bytes;
+    uint64_t points;
+    uint64_t lost_words;
+    uint64_t lost_lines;
+    uint64_t refused;
+};
+
+/* The sum, or the nearest number to it. */
+int64_t add_clamped(int64_t a, int64_t b);
+
+void totals_add(struct totals *to, const struct totals *more);
+void totals_subtract(struct totals *from, const struct totals *less);
+
+struct stage {
+    void (*wake)(void *context);
+    void *context;
+
+    pthread_mutex_t lock; /* guards what follows */
+    pthread_cond_t changed;
+    struct orders orders;
+    struct feed_view views[FEED_VIEWS_MAX];
+    struct picture shown;
+    bool has_failed;
+    struct feed_status status;
+};
+
+void stage_init(struct stage *stage, void (*wake)(void *context),
+                void *context);
+void stage_end(struct stage *stage);
+
+/* The side that makes frames. */
+
+/* Copies the orders; a jump among them is the caller's then. */
+void stage_take_orders(struct stage *stage, struct orders *out);
+
+/* Wait until there is a newer order, or a moment, at most a quarter of a
+ * second; monotonic. */
+void stage_wait(struct stage *stage, unsigned serial, int64_t until_ns);
+
+/* Wait until somebody looks. False: the stage is closing. */
+bool stage_wait_wanted(struct stage *stage);
+
+bool stage_is_closing(struct stage *stage);
+
+/* The views that are wanted now. */
+size_t stage_views(struct stage *stage, struct feed_view *views);
+
+/* Show a picture, in place of the one before; it is the stage's then. */
+void stage_show(struct stage *stage, struct picture *picture,
+                int64_t complete_ns);
+
+void stage_set_state(struct stage *stage, enum feed_state state);
+void stage_set_message(struct stage *stage, const char *message);
+/* All is over: state and message stay from here on. */
+void stage_fail(struct stage *stage, const char *message);
+
+void stage_set_range(struct stage *stage, int64_t first, int64_t last);
+void stage_set_totals(struct stage *stage, const struct totals *totals);
+
+/* Live: what was received and what was not. */
+void stage_set_received(struct stage *stage, uint64_t packets, uint64_t bytes,
+                        uint64_t kernel, uint64_t ring);
+void stage_set_laser(struct stage *stage, uint16_t status);
+
+/* The side that asks. */
+
+/* The status, and what is shown, hold still between these two. */
+const struct feed_status *stage_begin_look(struct stage *stage);
+void stage_end_look(struct stage *stage);
+
+/* An order is given between these two. */
+struct orders *stage_begin_order(struct stage *stage);
+void stage_end_order(struct stage *stage);
+
+#endif

@@ -1,0 +1,214 @@
+#define _POSIX_C_SOURCE 200809L
+#include "status.h"
+
+#include "../common/json.h"
+#include "lum/laser.h"
+#include "lum/smooth.h"
+#include "lum/version.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const states[] = {
+    [FEED_WAITING] = "waiting", [FEED_PLAYING] = "playing",
+    [FEED_PAUSED] = "paused",   [FEED_ENDED] = "ended",
+    [FEED_SILENT] = "silent",   [FEED_FAILED] = "failed",
+};
+
+void status_update(struct status *status, const struct feed_status *feed,
+                   int64_t now_ns, bool at_tick)
+{
+    status->feed = *feed;
+    if (!at_tick) {
+        return;
+    }
+    if (status->sample_count == STATUS_SAMPLES) {
+        (void)memmove(status->samples, status->samples + 1,
+                      (STATUS_SAMPLES - 1u) * sizeof status->samples[0]);
+        status->sample_count--;
+    }
+    status->samples[status->sample_count++] =
+        (struct status_sample){now_ns, feed->points, feed->frames, feed->bytes};
+}
+
+bool status_differs(const struct feed_status *a, const struct feed_status *b)
+{
+    return a->state != b->state || a->loops != b->loops ||
+           a->speed < b->speed || a->speed > b->speed ||
+           a->has_range != b->has_range || a->has_laser != b->has_laser ||
+           a->laser != b->laser || strcmp(a->message, b->message) != 0;
+}
+
+static int begin(size_t room_before, struct text *out, FILE **stream,
+                 struct json *json)
+{
+    *out = (struct text){NULL, NULL, 0};
+    *stream = open_memstream(&out->memory, &out->len);
+    if (*stream == NULL) {
+        return -1;
+    }
+    for (size_t i = 0; i < room_before; i++) {
+        (void)fputc(0, *stream);
+    }
+    json_init(json, *stream);
+    json_open_object(json, NULL);
+    return 0;
+}
+
+static int end(size_t room_before, struct text *out, FILE *stream,
+               struct json *json)
+{
+    json_close_object(json);
+    const bool is_bad = ferror(stream) != 0;
+    if (fclose(stream) != 0 || is_bad) {
+        free(out->memory);
+        out->memory = NULL;
+        return -1;
+    }
+    out->bytes = out->memory + room_before;
+    out->len -= room_before;
+    return 0;
+}
+
+static void write_numbers(struct json *json, const char *key,
+                          const float *numbers, size_t count)
+{
+    json_open_array(json, key);
+    for (size_t i = 0; i < count; i++) {
+        json_real(json, NULL, (double)numbers[i], 9);
+    }
+    json_close_array(json);
+}
+
+static void write_eyes(struct json *json, const struct feed *feed)
+{
+    static const char *const names[] = {"blue", "green"};
+    json_open_array(json, "eyes");
+    for (unsigned eye = 0; eye < 2; eye++) {
+        float mount[3];
+        float rotation[9];
+        feed_geometry(feed, eye, mount, rotation);
+        json_open_object(json, NULL);
+        json_text(json, "name", names[eye]);
+        write_numbers(json, "mount", mount, 3);
+        write_numbers(json, "rotation", rotation, 9);
+        json_close_object(json);
+    }
+    json_close_array(json);
+}
+
+int status_hello(const struct options *options, const struct feed *feed,
+                 size_t room_before, struct text *out)
+{
+    struct json json;
+    FILE *stream = NULL;
+    if (begin(room_before, out, &stream, &json) != 0) {
+        return -1;
+    }
+    json_text(&json, "type", "hello");
+    json_text(&json, "version", LUM_VERSION);
+    json_text(&json, "source", options->source);
+    json_bool(&json, "live", options->is_live);
+    write_eyes(&json, feed);
+    json_uint(&json, "smooth_max", LUM_SMOOTH_WINDOW_MAX);
+    return end(room_before, out, stream, &json);
+}
+
+/* A second and a half at most: what is shown is not to jump, nor to lag. */
+static void write_rates(struct json *json, const struct status *status)
+{
+    double points = 0;
+    double frames = 0;
+    double bytes = 0;
+    if (status->sample_count > 1) {
+        const struct status_sample *a = &status->samples[0];
+        const struct status_sample *b =
+            &status->samples[status->sample_count - 1u];
+        const double seconds = (double)(b->time_ns - a->time_ns) * 1e-9;
+        if (seconds > 0) {
+            points = (double)(b->points - a->points) / seconds;
+            frames = (double)(b->frames - a->frames) / seconds;
+            bytes = (double)(b->bytes - a->bytes) / seconds;
+        }
+    }
+    json_real(json, "points_per_second", points, 1);
+    json_real(json, "frames_per_second", frames, 3);
+    json_real(json, "bytes_per_second", bytes, 1);
+}
+
+static void write_bits(struct json *json, const char *key, uint16_t bits)
+{
+    json_open_array(json, key);
+    for (unsigned i = 0; i < LUM_LASER_BITS; i++) {
+        if ((bits >> i & 1u) != 0) {
+            json_text(json, NULL, lum_laser_bit_name(i));
+        }
+    }
+    json_close_array(json);
+}
+
+static void write_laser(struct json *json, const struct feed_status *f)
+{
+    if (!f->has_laser) {
+        json_null(json, "laser");
+        return;
+    }
+    json_open_object(json, "laser");
+    json_uint(json, "status", f->laser);
+    json_bool(json, "up", !lum_laser_is_down(f->laser));
+    write_bits(json, "bits", f->laser);
+    write_bits(json, "hazards", f->laser & LUM_LASER_HAZARDS);
+    json_close_object(json);
+}
+
+static void write_losses(struct json *json, const struct feed_status *f)
+{
+    json_open_object(json, "losses");
+    json_uint(json, "wire_words", f->lost_wire);
+    json_uint(json, "wire_lines", f->lost_lines);
+    json_uint(json, "kernel", f->lost_kernel);
+    json_uint(json, "ring", f->lost_ring);
+    json_uint(json, "refused", f->refused);
+    json_close_object(json);
+}
+
+static void write_place(struct json *json, const struct feed_status *f)
+{
+    json_int(json, "frame", f->frame);
+    if (f->has_range) {
+        json_int(json, "first_frame", f->first_frame);
+        json_int(json, "last_frame", f->last_frame);
+    } else {
+        json_null(json, "first_frame");
+        json_null(json, "last_frame");
+    }
+    json_real(json, "speed", f->speed, 6);
+    json_bool(json, "loop", f->loops);
+}
+
+int status_text(const struct status *status, uint64_t skipped,
+                size_t room_before, struct text *out)
+{
+    const struct feed_status *f = &status->feed;
+    struct json json;
+    FILE *stream = NULL;
+    if (begin(room_before, out, &stream, &json) != 0) {
+        return -1;
+    }
+    json_text(&json, "type", "status");
+    json_text(&json, "state", states[f->state]);
+    json_bool(&json, "live", f->is_live);
+    json_text(&json, "message", f->message);
+    write_place(&json, f);
+    json_uint(&json, "packets", f->packets);
+    json_uint(&json, "bytes", f->bytes);
+    json_uint(&json, "points", f->points);
+    json_uint(&json, "frames", f->frames);
+    write_rates(&json, status);
+    write_losses(&json, f);
+    write_laser(&json, f);
+    json_uint(&json, "browsers", status->browsers);
+    json_uint(&json, "skipped", skipped);
+    return end(room_before, out, stream, &json);
+}

@@ -1,0 +1,50 @@
+/* Texts to a browser, as JSON. */
+#ifndef LUMVIEW_STATUS_H
+#define LUMVIEW_STATUS_H
+
+#include "feed.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* What the counters were before, for rates. */
+struct status_sample {
+    int64_t time_ns;
+    uint64_t points;
+    uint64_t frames;
+    uint64_t bytes;
+};
+
+#define STATUS_SAMPLES 3u
+
+struct status {
+    struct feed_status feed;                      /* as last looked at */
+    struct status_sample samples[STATUS_SAMPLES]; /* oldest first */
+    unsigned sample_count;
+    unsigned browsers;
+};
+
+/* Take what the feed tells now. at_tick: half a second has passed since the
+ * last such call, for the rates. */
+void status_update(struct status *status, const struct feed_status *feed,
+                   int64_t now_ns, bool at_tick);
+
+/* Whether a person would want to know of the difference at once. */
+bool status_differs(const struct feed_status *a, const struct feed_status *b);
+
+/* A text with room before it; to be freed. NULL: no memory. */
+struct text {
+    char *memory;
+    char *bytes;
+    size_t len;
+};
+
+/* The first text of a connection. 0, or -1: no memory. */
+int status_hello(const struct options *options, const struct feed *feed,
+                 size_t room_before, struct text *out);
+
+/* How it stands. skipped: frames that this browser did not get. */
+int status_text(const struct status *status, uint64_t skipped,
+                size_t room_before, struct text *out);
+
+#endif
