@@ -458,7 +458,10 @@ class Socket(Case):
         ninth.say("view rising 0")
         ninth.status()
         ninth.status()
-        self.assertEqual(ninth.cloud().smooth, taken)
+        cloud = ninth.cloud()
+        self.assertEqual(cloud.smooth, taken)
+        for i, b in enumerate(many):
+            self.assertEqual(b.cloud(lambda c: c.shown > cloud.shown).smooth, 2 * i + 3, "nobody lost its own")
         ninth.say("view both 5")
         ninth.cloud(lambda c: c.smooth == 5)
         many[1].close()

@@ -1,0 +1,504 @@
+"""The ROS package at work. check.py BUILD PICTURE, called by run."""
+import collections
+import csv
+import json
+import math
+import os
+import pathlib
+import signal
+import statistics
+import subprocess
+import sys
+import time
+
+import diagnostic_msgs.msg
+import rosbag
+import rosgraph
+import rospy
+import sensor_msgs.msg
+import std_msgs.msg
+import tf2_msgs.msg
+
+from support import (Failure, Processes, check, check_form, free_port, ns, points_of, tail, text_of, units, wait_until)
+
+BUILD = pathlib.Path(sys.argv[1])
+PICTURE = pathlib.Path(sys.argv[2])
+WORK = BUILD / "work"
+BIN = BUILD / "prefix/bin"
+NODE = BUILD / "ros/lib/lumsdk_ros/lumsdk_node"
+RAW = ["/luminar_raw_blue_data", "/luminar_raw_green_data"]
+RATE = 10.0
+PROCESSES = Processes(WORK)
+PORT = free_port()
+HOST = f"127.62.{PORT % 200 + 1}"
+
+
+class Listener:
+    """A topic's messages."""
+
+    def __init__(self, topic, kind):
+        self.messages = []
+        self.subscriber = rospy.Subscriber(topic, kind, self.messages.append, buff_size=1 << 26, tcp_nodelay=True)
+
+    def wait(self, count, seconds=30):
+        wait_until(lambda: len(self.messages) >= count, seconds,
+                   f"{count} messages of {self.subscriber.resolved_name}")
+        return self.messages
+
+    def wait_for_silence(self, seconds=2.0):
+        """All that comes, once something came."""
+        self.wait(1)
+        while True:
+            before = len(self.messages)
+            time.sleep(seconds)
+            if len(self.messages) == before:
+                return self.messages
+
+    def stop(self):
+        self.subscriber.unregister()
+
+
+def clouds():
+    return Listener("/points", sensor_msgs.msg.PointCloud2)
+
+
+def run(*command, seconds=60):
+    r = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=seconds,
+                       stdin=subprocess.DEVNULL)
+    check(r.returncode == 0, f"{command[0]}: {r.returncode} {r.stderr[-300:]}")
+    return r.stdout
+
+
+def capture(name, *arguments):
+    path = WORK / name
+    run(BIN / "lumsim", "-o", path, "--quiet", *arguments)
+    return path
+
+
+def launch(name, *arguments):
+    return PROCESSES.start("roslaunch", "lumsdk_ros", name, *arguments, name=name)
+
+
+def node(*arguments):
+    return PROCESSES.start(NODE, "__name:=lumsdk_node", *arguments, name="node")
+
+
+def sensor(last, *arguments):
+    """lumsim on the network, and how to read its log."""
+    address = f"{HOST}.{last}"
+    path = WORK / f"sensor-{last}.log"
+    path.unlink(missing_ok=True)
+    p = PROCESSES.start(BIN / "lumsim", "--address", address, "--log", path, "--duration", 120, "--quiet", *arguments)
+
+    def events(kind):
+        lines = path.read_text().splitlines(True) if path.exists() else []
+        return [e for e in (json.loads(s) for s in lines if s.endswith("\n")) if e["event"] == kind]
+    wait_until(lambda: p.poll() is not None or events("frames"), 30, "lumsim")
+    return address, p, events
+
+
+def record(name, *topics):
+    path = WORK / name
+    path.unlink(missing_ok=True)
+    p = PROCESSES.start("rosbag", "record", "--buffsize=0", "-O", path, *topics)
+    wait_until(lambda: subscribers_of(topics[0]) > 0, 20, "the recorder")
+    return path, p
+
+
+def subscribers_of(topic):
+    _, subscribed, _ = rosgraph.Master("/check").getSystemState()
+    return sum(len(nodes) for name, nodes in subscribed if name == topic)
+
+
+def same(a, b):
+    """Two clouds, but for the count that ROS adds."""
+    return (ns(a.header.stamp), a.header.frame_id, a.fields, a.width, a.data) == (
+        ns(b.header.stamp), b.header.frame_id, b.fields, b.width, b.data)
+
+
+def rows_of(path, *options):
+    """lumdump's rows, by frame."""
+    table = WORK / "points.csv"
+    run(BIN / "lumdump", path, "-o", table, "--quiet", *options)
+    frames = {}
+    with open(table, newline="", encoding="ascii") as f:
+        rows = csv.reader(f)
+        Row = collections.namedtuple("Row", next(rows))
+        for r in map(Row._make, rows):
+            frames.setdefault(int(r.frame), []).append(r)
+    table.unlink()
+    return [frames[number] for number in sorted(frames)]
+
+
+def decimal(text, places):
+    sign = -1 if text.startswith("-") else 1
+    whole, _, part = text.lstrip("-").partition(".")
+    return sign * (int(whole) * 10 ** places + int(part.ljust(places, "0")))
+
+
+def line_period(rows):
+    """Microseconds: the median of what lies between neighbouring lines of an eye."""
+    lines = {}
+    for r in rows:
+        lines.setdefault(r.eye, {})[int(r.line)] = int(r.timestamp)
+    periods = []
+    for eye in lines.values():
+        known = sorted(eye.items())
+        periods += [(t2 - t1) / (n2 - n1) for (n1, t1), (n2, t2) in zip(known, known[1:])]
+    return statistics.median(periods)
+
+
+def check_cloud(cloud, rows):
+    """The same points with lumdump's numbers, and each at its line's and pixel's time."""
+    period = line_period(rows)
+    at = [int(r.timestamp) + int(r.pixel) * period / 1000 for r in rows]
+    first = min(at)
+    expected = sorted((int(r.line), int(r.return_number), decimal(r.pulse_width, 3), decimal(r.x, 4),
+                       decimal(r.y, 4), decimal(r.z, 4), t - first) for r, t in zip(rows, at))
+    found = sorted((p[5], p[6], units(p[3], 1000), units(p[0], 10000), units(p[1], 10000), units(p[2], 10000),
+                    p[4] * 1e6) for p in points_of(cloud))
+    check(len(found) == len(expected), f"{len(found)} points, lumdump has {len(expected)}")
+    for f, e in zip(found, expected):
+        check(f[:6] == e[:6], f"{f} is not lumdump's {e}")
+        check(abs(f[6] - e[6]) < 3.0, f"{f} is not at {e[6]} us")
+
+
+def compare_with_lumdump(path, parameters, options):
+    listener = clouds()
+    p = launch("capture.launch", f"capture:={path}", "wait_for:=[points]", *parameters)
+    found = listener.wait_for_silence()
+    PROCESSES.end(p)
+    listener.stop()
+    frames = rows_of(path, *options)
+    check(len(found) == len(frames), f"{len(found)} clouds, lumdump has {len(frames)} frames")
+    for cloud, rows in zip(found, frames):
+        check_form(cloud)
+        check_cloud(cloud, rows)
+    return found
+
+
+def capture_is_lumdumps():
+    path = capture("street.pcap", "--frames", 3, "--lines", 64)
+    found = compare_with_lumdump(path, [], [])
+    check(all(c.header.frame_id == "luminar" for c in found), "frame_id")
+    for cloud, rows in zip(found, rows_of(path, "--time", "utc", "--return", "first")):
+        late = ns(cloud.header.stamp) / 1000 - min(int(r.timestamp) for r in rows)
+        check(-5000 < late < 5000, f"the stamp is {late} us from when the first line came")
+
+
+def rough_capture_is_lumdumps():
+    path = capture("rough.pcap", "--frames", 3, "--lines", 64, "--loss", 0.02, "--reorder", 0.05, "--duplicate", 0.02,
+                   "--seed", 3)
+    compare_with_lumdump(path, ["edge:=both", "return:=last", "range_min:=3", "range_max:=60"],
+                         ["--edge", "both", "--return", "last", "--range", "3:60"])
+
+
+def calibration_is_used():
+    path = WORK / "calibration.yaml"
+    path.write_text("version: 1\neyes:\n  blue:\n    tof_offset_ps: 900.0\n    mount: {x_m: 0.25, y_m: 0.5, "
+                    "z_m: -0.125, roll_deg: 1.5, pitch_deg: -2.0, yaw_deg: -31.0}\n", encoding="ascii")
+    tf = Listener("/tf_static", tf2_msgs.msg.TFMessage)
+    shot = capture("one.pcap", "--frames", 1, "--lines", 64)
+    compare_with_lumdump(shot, [f"calibration:={path}"], ["--calibration", path])
+    tf.stop()
+    eyes = {t.child_frame_id: t.transform for m in tf.messages for t in m.transforms}
+    check(set(eyes) == {"luminar_blue", "luminar_green"}, f"transforms of {sorted(eyes)}")
+    where, q = eyes["luminar_blue"].translation, eyes["luminar_blue"].rotation
+    check((where.x, where.y, where.z) == (0.25, 0.5, -0.125), f"the blue eye is at {where}")
+    # where the eye's x and z axes point
+    x = (1 - 2 * (q.y ** 2 + q.z ** 2), 2 * (q.x * q.y + q.z * q.w), 2 * (q.x * q.z - q.y * q.w))
+    roll, pitch, yaw = (math.radians(a) for a in (1.5, -2.0, -31.0))
+    wanted = (math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), -math.sin(pitch))
+    check(all(abs(a - b) < 1e-6 for a, b in zip(x, wanted)), f"the blue eye looks to {x}, not {wanted}")
+    up = 2 * (q.y * q.z + q.x * q.w)
+    check(abs(up - math.cos(pitch) * math.sin(roll)) < 1e-6, f"the blue eye's roll: {up}")
+
+
+def parameters_hold_a_calibration():
+    """What rosparam load makes of the YAML file serves as well as its path."""
+    shot = capture("one.pcap", "--frames", 1, "--lines", 64)
+    path = WORK / "typical.yaml"
+    text = next(BUILD.glob("prefix/share/lumsdk/typical.yaml")).read_text()
+    path.write_text(text.replace("width_deg: 60", "width_deg: 58"), encoding="ascii")
+    run("rosparam", "load", path, "/lumsdk_node/calibration")
+    listener = clouds()
+    p = node(f"_source:={shot}", "_wait_for:=[points]")
+    found = listener.wait_for_silence()
+    check(PROCESSES.end(p, signal.SIGTERM) == 0, f"exit status: {tail(p)}")
+    listener.stop()
+    run("rosparam", "delete", "/lumsdk_node")
+    check(len(found) == 1, f"{len(found)} clouds")
+    check_cloud(found[0], rows_of(shot, "--calibration", path)[0])
+
+
+def bag_is_the_capture():
+    """Recorded, played and decoded again."""
+    path = capture("street.pcap", "--frames", 5, "--lines", 64, "--loss", 0.01, "--reorder", 0.02)
+    bag, recorder = record("capture.bag", *RAW)
+    listener = clouds()
+    p = launch("capture.launch", f"capture:={path}", f"wait_for:=[points, {RAW[0]}, {RAW[1]}]")
+    first = list(listener.wait_for_silence())
+    PROCESSES.end(p)
+    PROCESSES.end(recorder, group=True)
+    listener.stop()
+    check(len(first) == 5, f"{len(first)} clouds of 5 frames")
+    check_bag(bag, path)
+    again = play(bag, times=2)
+    check(len(again) == 2 * len(first), f"{len(again)} clouds of twice {len(first)}")
+    for i, (a, b) in enumerate(zip(first + first, again)):
+        check(same(a, b), f"cloud {i} is another one")
+    for i, (a, b) in enumerate(zip(first, play(bag, topics=RAW[:1]))):
+        check(0 < b.width < a.width, f"cloud {i} of the blue eye alone: {b.width} of {a.width} points")
+
+
+def check_bag(bag, path):
+    """It holds each datagram of the capture that the sensor sent, and when it came."""
+    packets = []
+    with rosbag.Bag(str(bag)) as b:
+        for _, m, _ in b.read_messages(topics=RAW):
+            at = 0
+            for place, stamp, length in zip(m.places, m.stamps, m.lengths):
+                packets.append((m.begin + place, ns(stamp), bytes(m.data[at:at + length])))
+                at += length
+    packets.sort()
+    check([p[0] for p in packets] == list(range(len(packets))), "numbers of packets have holes")
+    data = path.read_bytes()
+    at, i = 24, 0
+    while at < len(data):
+        seconds, part, length = (int.from_bytes(data[at + k:at + k + 4], "little") for k in (0, 4, 8))
+        payload = data[at + 16 + 42:at + 16 + length]
+        check(i < len(packets) and packets[i][1:] == (seconds * 10 ** 9 + part, payload), f"packet {i} differs")
+        at += 16 + length
+        i += 1
+    check(i == len(packets), f"{len(packets)} packets of {i}")
+
+
+def play(bag, topics=None, times=1):
+    """The clouds of a bag's raw topics."""
+    listener = clouds()
+    p = launch("bag.launch")
+    wait_until(lambda: all(subscribers_of(t) for t in RAW), 20, "the node")
+    for _ in range(times):
+        run("rosbag", "play", "--quiet", "--wait-for-subscribers", "--delay=1", bag, "--topics", *(topics or RAW))
+    found = list(listener.wait_for_silence())
+    PROCESSES.end(p)
+    listener.stop()
+    return found
+
+
+def value_of(status, key):
+    return next(v.value for v in status.values if v.key == key)
+
+
+def wait_for_status(listener, name, accept, what):
+    """The newest diagnosis of a name that is as wanted."""
+    def look():
+        newest = [s for m in listener.messages[-1:] for s in m.status if s.name == f"lumsdk_node: {name}"]
+        return newest[0] if newest and accept(newest[0]) else None
+    return wait_until(look, 20, what)
+
+
+def check_rates(listener):
+    found = listener.wait(len(listener.messages) + 40)[-40:]
+    for cloud in found[:3]:
+        check_form(cloud)
+    span = (ns(found[-1].header.stamp) - ns(found[0].header.stamp)) / 1e9
+    rate = (len(found) - 1) / span
+    check(abs(rate - RATE) < 0.05 * RATE, f"stamps: {rate:.2f} a second")
+    hz = PROCESSES.start("rostopic", "hz", "--window=40", "/points", environment={"PYTHONUNBUFFERED": "1"})
+    wait_until(lambda: text_of(hz).count("average rate") >= 5, 30, "rostopic hz")
+    PROCESSES.end(hz)
+    rate = float(text_of(hz).split("average rate: ")[-1].split()[0])
+    check(abs(rate - RATE) < 0.05 * RATE, f"rostopic hz: {rate}")
+
+
+def check_commands():
+    answers = Listener("/answer", std_msgs.msg.String)
+    commands = rospy.Publisher("/command", std_msgs.msg.String, queue_size=10)
+    wait_until(lambda: commands.get_num_connections() and answers.subscriber.get_num_connections(), 10, "the node")
+    for text, wanted in (("50p 0g", "answered"), ("5p u ", "refused, not sent"), ("101p", "does not allow"),
+                         ("", "no command"), ("5x", "no command")):
+        count = len(answers.messages)
+        commands.publish(text)
+        answer = answers.wait(count + 1, 10)[-1].data
+        check(wanted in answer, f"{text!r}: {answer!r}")
+    answers.stop()
+    commands.unregister()
+
+
+def live_sensor():
+    address, p, events = sensor(1, "--rate", RATE)
+    listener = clouds()
+    diagnostics = Listener("/diagnostics", diagnostic_msgs.msg.DiagnosticArray)
+    started = launch("live.launch", f"address:={address}", "laser:=true")
+    wait_until(lambda: any(c.width > 10000 for c in listener.messages), 30, "a cloud")
+    check_rates(listener)
+    data = wait_for_status(diagnostics, "data", lambda s: s.level == 0, "good data")
+    check(abs(float(value_of(data, "frames_per_second")) - RATE) < 2.0, f"{data.values}")
+    laser = wait_for_status(diagnostics, "laser", lambda s: value_of(s, "TLV_CMD_ON") == "true", "the laser's status")
+    check((laser.level, value_of(laser, "laser"), value_of(laser, "FAN_PWM_BAD")) == (0, "up", "false"), f"{laser}")
+    losses = wait_for_status(diagnostics, "losses", lambda s: True, "losses")
+    check(value_of(losses, "malformed") == "0", f"{losses.values}")
+    check_commands()
+    sent = [e["note"] for e in events("tlv")]
+    check(set(sent) == {"status poll", "50p; 0g", "u"}, f"the sensor heard {set(sent)}")
+    check(events("laser")[-1]["up"], "the laser is down")
+    check(PROCESSES.end(started) == 0, f"exit status: {tail(started)}")
+    check(not events("laser")[-1]["up"] and "the laser is off" in text_of(started), f"laser: {tail(started)}")
+    for each in (listener, diagnostics):
+        each.stop()
+    PROCESSES.end(p)
+
+
+def live_recording():
+    """What the node showed while its packets were recorded, and the same packets decoded again."""
+    address, p, _ = sensor(2, "--rate", RATE)
+    listener = clouds()
+    started = launch("live.launch", f"address:={address}", "laser:=true")
+    wait_until(lambda: any(c.width > 10000 for c in listener.messages), 30, "a cloud")
+    bag, recorder = record("live.bag", *RAW)
+    listener.wait(len(listener.messages) + 30)
+    PROCESSES.end(recorder, group=True)
+    PROCESSES.end(started)
+    listener.stop()
+    PROCESSES.end(p)
+    shown = {bytes(c.data) for c in listener.messages}
+    again = play(bag)
+    check(len(again) >= 15, f"{len(again)} clouds")
+    strange = [i for i, c in enumerate(again[1:-1]) if bytes(c.data) not in shown]
+    check(not strange, f"clouds {strange} of {len(again)} were never shown live")
+
+
+def laser_is_safe():
+    address, p, events = sensor(3, "--fault", "fan@6-7")
+    diagnostics = Listener("/diagnostics", diagnostic_msgs.msg.DiagnosticArray)
+    n = node(f"_source:=udp://{address}", "_laser:=true")
+    wait_until(lambda: any(e["up"] for e in events("laser")), 20, "the laser")
+    laser = wait_for_status(diagnostics, "laser", lambda s: s.level == 2, "the hazard")
+    check("FAN_PWM_BAD" in laser.message, laser.message)
+    off = wait_until(lambda: [e for e in events("tlv") if e["note"] == "d"], 10, "d")
+    check(off[0]["t"] - [e for e in events("laser") if not e["up"]][0]["t"] < 1.5, "d comes late")
+    wait_for_status(diagnostics, "laser", lambda s: s.level == 0, "the hazard's end")
+    time.sleep(1.0)
+    check(not events("laser")[-1]["up"], "the laser came back by itself")
+    run("rostopic", "pub", "-1", "/command", "std_msgs/String", "u")
+    wait_until(lambda: events("laser")[-1]["up"], 10, "the laser, after u")
+    n.send_signal(signal.SIGSTOP)
+    wait_until(lambda: not events("laser")[-1]["up"], 10, "the end of a stopped node's laser")
+    beat = [e["t"] for e in events("heartbeat")][-1]
+    check(events("laser")[-1]["t"] - beat < 3.3, "the laser outlives the heartbeats")
+    n.send_signal(signal.SIGCONT)
+    check(PROCESSES.end(n, signal.SIGTERM) == 0, f"exit status: {tail(n)}")
+    diagnostics.stop()
+    PROCESSES.end(p)
+
+
+def two_nodes_cannot_own_a_sensor():
+    address, p, _ = sensor(4)
+    first = node(f"_source:=udp://{address}")
+    wait_until(lambda: "source:" in text_of(first), 10, "the first")
+    second = PROCESSES.start(NODE, "__name:=second", f"_source:=udp://{address}", name="node")
+    check(second.wait(20) == 1 and str(first.pid) in text_of(second), f"the second: {tail(second)}")
+    check(PROCESSES.end(first) == 0, tail(first))
+    PROCESSES.end(p)
+
+
+def bad_parameters_are_told():
+    for parameter, wanted in (("_source:=/nonexistent.pcap", "/nonexistent.pcap"), ("_source:=udp://1.2.3", "udp://"),
+                              ("_edge:=up", "~edge"), ("_return:=0", "~return"), ("_laser:=true", "~laser"),
+                              ("_calibration:=/nonexistent.yaml", "/nonexistent.yaml"), ("_time:=then", "~time"),
+                              ("_speed:=-1", "speed must be"), ("_wait_for:=[nothing]", "~wait_for")):
+        arguments = ["_source:=bag", parameter] if "_source" not in parameter else [parameter]
+        p = node(*arguments)
+        check(p.wait(20) == 1 and wanted in text_of(p), f"{parameter}: {p.returncode} {tail(p)}")
+        run("rosparam", "delete", "/lumsdk_node")
+
+
+def screen(environment):
+    """The screen's pixels, as (width, bytes)."""
+    r = subprocess.run(["import", "-silent", "-window", "root", "-depth", "8", "ppm:-"], capture_output=True,
+                       env={**os.environ, **environment}, timeout=20)
+    if r.returncode != 0 or not r.stdout.startswith(b"P6"):
+        return 0, b""
+    _, size, _, pixels = r.stdout.split(b"\n", 3)
+    return int(size.split()[0]), pixels
+
+
+def count_colours(width, pixels):
+    """Pixels of strong colour in the view, and such of the red and orange of a status in the panel of displays."""
+    points = complaints = 0
+    for i in range(0, len(pixels) - 2, 3):
+        r, g, b = pixels[i:i + 3]
+        y, x = divmod(i // 3, width)
+        if x > 365:
+            points += max(r, g, b) - min(r, g, b) > 100
+        elif x < 342 and 85 <= y < 735:
+            complaints += r > 150 and g < 170 and b < 80 and r - g > 50
+    return points, complaints
+
+
+def rviz_shows_the_cloud():
+    xvfb = PROCESSES.start("Xvfb", "-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp")
+    display = wait_until(lambda: "\n" in text_of(xvfb) and text_of(xvfb).split()[-1], 20, "Xvfb")
+    environment = {"DISPLAY": f":{display}", "LIBGL_ALWAYS_SOFTWARE": "1", "QT_X11_NO_MITSHM": "1",
+                   "XDG_RUNTIME_DIR": str(WORK), "HOME": str(WORK)}
+    path = capture("street.pcap", "--frames", 10, "--lines", 64)
+    p = PROCESSES.start("roslaunch", "lumsdk_ros", "capture.launch", f"capture:={path}", "loop:=true", "time:=now",
+                        "rviz:=true", environment=environment, name="rviz")
+    counts = [(0, 0)]
+
+    def look():
+        counts.append(count_colours(*screen(environment)))
+        return counts[-1][0] > 20000
+    try:
+        wait_until(look, 60, "20000 coloured pixels")
+    finally:
+        print(f"# coloured pixels: {counts[-1][0]}, of a status in red or orange: {counts[-1][1]}")
+    time.sleep(1.0)
+    _, complaints = count_colours(*screen(environment))
+    subprocess.run(["import", "-silent", "-window", "root", "-colors", "256", f"png8:{PICTURE}"], check=True,
+                   env={**os.environ, **environment}, timeout=20)
+    PROCESSES.end(p)
+    PROCESSES.end(xvfb, signal.SIGTERM)
+    check(complaints < 50, f"{complaints} pixels of a status in red or orange")
+    logs = [text_of(p)] + [f.read_text(errors="replace") for f in (BUILD / "home/log").glob("**/rviz-*.log")]
+    bad = [line for log in logs for line in log.splitlines() if "[ERROR]" in line or "[FATAL]" in line
+           or "[ERROR/" in line or "has died" in line]
+    check(not bad, f"its log: {bad[:3]}")
+    check(PICTURE.stat().st_size <= 300_000, f"the picture has {PICTURE.stat().st_size} bytes")
+
+
+CHECKS = [capture_is_lumdumps, rough_capture_is_lumdumps, calibration_is_used, parameters_hold_a_calibration,
+          bag_is_the_capture, live_sensor, live_recording, laser_is_safe, two_nodes_cannot_own_a_sensor,
+          bad_parameters_are_told, rviz_shows_the_cloud]
+
+
+def main():
+    passed = failed = 0
+    chosen = [c for c in CHECKS if len(sys.argv) < 4 or c.__name__ in sys.argv[3:]]
+    uri = f"http://127.0.0.1:{PORT}"
+    os.environ["ROS_MASTER_URI"] = uri
+    core = PROCESSES.start("roscore", "-p", PORT)
+    try:
+        wait_until(lambda: rosgraph.is_master_online(uri), 30, "roscore")
+        rospy.init_node("check", disable_signals=True)
+        for each in chosen:
+            began = time.monotonic()
+            try:
+                each()
+                passed += 1
+                print(f"ok {each.__name__} ({time.monotonic() - began:.1f} s)", flush=True)
+            except (Failure, subprocess.SubprocessError, OSError, LookupError, ValueError) as e:
+                failed += 1
+                print(f"FAIL {each.__name__}: {type(e).__name__}: {e}", flush=True)
+            finally:
+                PROCESSES.end_all(but=[core])
+    finally:
+        rospy.signal_shutdown("done")
+        PROCESSES.end_all()
+    print(f"{passed} passed, {failed} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

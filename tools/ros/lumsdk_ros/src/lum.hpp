@@ -1,0 +1,23 @@
+// The C library's headers, as C.
+#ifndef LUMSDK_ROS_LUM_HPP
+#define LUMSDK_ROS_LUM_HPP
+
+extern "C" {
+#include "lum/assembler.h"
+#include "lum/base/error.h"
+#include "lum/base/time.h"
+#include "lum/calibration.h"
+#include "lum/command.h"
+#include "lum/io/capture.h"
+#include "lum/io/config.h"
+#include "lum/io/demux.h"
+#include "lum/laser.h"
+#include "lum/net/sensor.h"
+#include "lum/packet.h"
+#include "lum/points.h"
+#include "lum/profile.h"
+#include "lum/smooth.h"
+#include "lum/wire.h"
+}
+
+#endif

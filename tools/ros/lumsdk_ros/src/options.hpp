@@ -1,0 +1,50 @@
+// What the node's parameters say.
+#ifndef LUMSDK_ROS_OPTIONS_HPP
+#define LUMSDK_ROS_OPTIONS_HPP
+
+#include "lum.hpp"
+
+#include <ros/node_handle.h>
+
+#include <string>
+#include <vector>
+
+namespace lumsdk_ros
+{
+
+enum class SourceKind {
+    sensor,
+    capture,
+    bag
+};
+
+struct Options {
+    std::string source;
+    SourceKind kind = SourceKind::capture;
+    std::string interface_name;
+    lum_endpoint endpoint = {0, LUM_PORT}; // of a live sensor
+    bool has_sensor = false;               // one of several
+    uint32_t sensor = 0;                   // its address
+    lum_calibration calibration = {};
+    lum_layout layout = {};
+    lum_selection selection = {};
+    bool smooths = false;
+    lum_smooth smooth = {};
+    std::string frame_id;
+    bool laser = false;
+    bool commands = true;
+    bool shifts_to_now = false; // stamps of a capture or a bag
+    bool loops = false;
+    double speed = 1.0;                // 0: as fast as it can be read
+    std::vector<std::string> wait_for; // topics, until each has a subscriber
+};
+
+// Throws std::runtime_error with a sentence for a person.
+Options read_options(const ros::NodeHandle &node);
+
+// 10.42.0.37
+std::string address_text(uint32_t address);
+
+} // namespace lumsdk_ros
+
+#endif
