@@ -33,6 +33,14 @@ def free_port():
         return s.getsockname()[1]
 
 
+def is_alive(group):
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
 class Processes:
     """Each in a group of its own, so that its children end with it."""
 
@@ -61,6 +69,8 @@ class Processes:
             status = p.wait(seconds)
         except subprocess.TimeoutExpired:
             raise Failure(f"{p.name} does not end: {tail(p)}") from None
+        if group:
+            wait_until(lambda: not is_alive(p.pid), seconds, f"the end of {p.name}'s children")
         self.sweep(p)
         return status
 

@@ -40,7 +40,7 @@ class Case(unittest.TestCase):
         self.server = Process(self, self.folder, *command, name="lumview")
         place = json.loads(wait_until(lambda: self.server.stdout() if self.server.stdout().endswith("\n") else
                                       self.fail(self.server.stderr()) if self.server.p.poll() is not None else "",
-                                      what="lumview's JSON"))
+                                      seconds=60, what="lumview's JSON"))
         self.url, self.address, self.port = place["url"], place["address"], place["port"]
         self.host = f"{self.address}:{self.port}"
         self.token = self.url.partition("?token=")[2]
@@ -474,9 +474,9 @@ class Socket(Case):
         self.serve()
         a, b = self.browser(), self.browser()
         a.say("pause")
-        b.status(lambda s: s["state"] == "paused")
+        at = b.status(lambda s: s["state"] == "paused")["frame"]
         b.say("step -3")
-        at = a.status(lambda s: s["state"] == "paused")["frame"]
+        a.status(lambda s: s["frame"] == at - 3)
         a.say("seek 700")
         self.assertEqual(b.cloud(lambda c: c.frame >= 700).frame, 700)
         a.say("step 2")
@@ -493,13 +493,14 @@ class Socket(Case):
         b = self.browser()
         b.send(frame(TEXT, b"pa", final=False) + frame(PING, b"here?") + frame(0, b"", final=False) + frame(0, b"use"))
         seen = set()
-        while seen != {"pong", "paused"}:
-            kind, payload = b.message()
+        for kind, payload in b.messages():
             if kind == PONG:
                 self.assertEqual(payload, b"here?")
                 seen.add("pong")
             elif kind == TEXT and json.loads(payload).get("state") == "paused":
                 seen.add("paused")
+            if len(seen) == 2:
+                break
 
     def test_anything_else_is_refused(self):
         self.serve()
@@ -527,7 +528,7 @@ class Socket(Case):
         self.assertLess(under_way.frame, newest.frame)
         self.assertGreaterEqual(late.frame, newest.frame, "it was queued")
         status = slow.status(lambda s: s["skipped"] > 0)
-        self.assertGreaterEqual(status["skipped"], newest.frame - first.frame - 3)
+        self.assertGreaterEqual(status["skipped"], late.frame - first.frame - 2)
         self.assertLess(fast.status()["skipped"], status["skipped"])
 
     def test_a_browser_that_gives_no_sign_of_life_is_hung_up(self):
@@ -536,7 +537,7 @@ class Socket(Case):
         alive.status(lambda s: s["browsers"] == 2)
         alive.status(lambda s: s["browsers"] == 1)
         with self.assertRaises(Closed):
-            while True:
+            for _ in range(10000):
                 dead.message(answers_pings=False)
 
 

@@ -78,10 +78,10 @@ class Safety(unittest.TestCase):
         self.assertFalse(self.sensor.laser_is_up())
         self.dump.end(signal.SIGINT)
 
-    def record_through(self, last, *arguments):
+    def record_through(self, last, *arguments, seconds=6.5):
         """A recording through the faults of a sensor, to its end; the times at which the laser went up."""
         self.sensor = Sensor(self, self.folder, "--lines", "64", "--rate", "2", *arguments, address=f"127.30.0.{last}")
-        dump = tool(self, self.folder, "lumdump", f"udp://127.30.0.{last}", "--laser", "--duration", "6.5", "-q", "-o",
+        dump = tool(self, self.folder, "lumdump", f"udp://127.30.0.{last}", "--laser", "--duration", str(seconds), "-q", "-o",
                     self.folder / "a.pcap")
         self.assertEqual(dump.wait(30), 0, dump.stderr())
         faults = self.sensor.events("fault")
@@ -99,8 +99,8 @@ class Safety(unittest.TestCase):
                 self.assertFalse(self.sensor.laser_is_up())
 
     def test_a_laser_that_a_hazard_refused_does_not_come_up_at_its_end(self):
-        ups, _ = self.record_through(14, "--fault", "interlock@0-3")
-        self.assertEqual(ups, [])
+        ups, _ = self.record_through(14, "--fault", "interlock@0-5", seconds=9)
+        self.assertEqual(ups, [], self.sensor.events("tlv", "laser", "fault", "status"))
 
     def test_after_a_hazard_a_person_can_switch_on_again(self):
         self.sensor = Sensor(self, self.folder, "--lines", "64", "--rate", "2", "--fault", "fan@0-3", address="127.30.0.15")

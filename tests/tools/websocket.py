@@ -4,6 +4,7 @@ import json
 import os
 import socket
 import struct
+import time
 
 TEXT, BINARY, CLOSE, PING, PONG = 1, 2, 8, 9, 10
 MASK = b"\x12\x34\x56\x78"
@@ -150,10 +151,16 @@ class Browser(Connection):
                 if final:
                     return kind, b"".join(parts)
 
+    def messages(self, seconds=90):
+        """Messages as they come; what has not come by then will not."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            yield self.message()
+        raise AssertionError(f"it did not come in {seconds} s")
+
     def text(self, kind="status"):
         """The next JSON of a kind."""
-        while True:
-            opcode, payload = self.message()
+        for opcode, payload in self.messages():
             if opcode == TEXT:
                 value = json.loads(payload)
                 if value["type"] == kind:
@@ -161,15 +168,15 @@ class Browser(Connection):
 
     def status(self, condition=lambda status: True):
         """The next status that fulfils a condition."""
-        while True:
-            value = self.text()
-            if condition(value):
-                return value
+        for opcode, payload in self.messages():
+            if opcode == TEXT:
+                value = json.loads(payload)
+                if value["type"] == "status" and condition(value):
+                    return value
 
     def cloud(self, condition=lambda cloud: True):
         """The next frame of points that fulfils a condition."""
-        while True:
-            opcode, payload = self.message()
+        for opcode, payload in self.messages():
             if opcode == BINARY:
                 value = Cloud(payload)
                 if condition(value):
@@ -181,8 +188,8 @@ class Browser(Connection):
     def closing(self):
         """With which code the server closes."""
         try:
-            while True:
-                self.message()
+            for _ in self.messages():
+                pass
         except Closed as end:
             return end.code
 
