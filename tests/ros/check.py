@@ -490,6 +490,7 @@ CHECKS = [capture_is_lumdumps, rough_capture_is_lumdumps, calibration_is_used, p
 def main():
     passed = failed = 0
     chosen = [c for c in CHECKS if len(sys.argv) < 4 or c.__name__ in sys.argv[3:]]
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored by what a shell runs in the background
     uri = f"http://127.0.0.1:{PORT}"
     os.environ["ROS_MASTER_URI"] = uri
     core = PROCESSES.start("roscore", "-p", PORT)

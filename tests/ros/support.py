@@ -33,6 +33,21 @@ def free_port():
         return s.getsockname()[1]
 
 
+def children_of(root):
+    """All processes below one."""
+    parents = {}
+    for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        parents[int(stat.parent.name)] = int(fields[1])
+    found = [root]
+    for each in found:
+        found += [child for child, parent in parents.items() if parent == each]
+    return found[1:]
+
+
 def is_alive(group):
     try:
         os.killpg(group, 0)
@@ -75,19 +90,24 @@ class Processes:
         return status
 
     def sweep(self, p):
-        """Its group, whatever is left of it."""
-        for number in (signal.SIGCONT, signal.SIGKILL):
-            try:
-                os.killpg(p.pid, number)
-            except ProcessLookupError:
-                pass
+        """Whatever is left of it: its children, some of which have groups of their own, and its group."""
+        left = children_of(p.pid)
+        for call, ids in ((os.kill, left), (os.killpg, [p.pid])):
+            for each in ids:
+                for number in (signal.SIGCONT, signal.SIGKILL):
+                    try:
+                        call(each, number)
+                    except ProcessLookupError:
+                        pass
         p.wait()
         if p in self.running:
             self.running.remove(p)
 
     def end_all(self, but=()):
-        for p in reversed(list(self.running)):
-            if p not in but:
+        for p in reversed([p for p in self.running if p not in but]):
+            try:
+                self.end(p)
+            except Failure:
                 self.sweep(p)
 
 

@@ -179,7 +179,7 @@ class Terminal(unittest.TestCase):
     def test_ctrl_c_ends_a_command_and_not_the_shell(self):
         self.start(4)
         self.type("status --watch\r")
-        time.sleep(1)
+        self.expect("laser down")
         self.p.send_signal(signal.SIGINT)
         self.expect("lumctl>")
         self.type("exit\r")
@@ -188,7 +188,7 @@ class Terminal(unittest.TestCase):
     def test_what_follows_an_echoed_key_begins_a_line(self):
         self.start(6, "--heartbeat")
         self.type("status --watch\r")
-        time.sleep(1)
+        self.expect("laser down")
         self.type("\x03")  # echoed; no terminal of this session's turns it into a signal
         self.p.send_signal(signal.SIGINT)
         self.expect("lumctl>")

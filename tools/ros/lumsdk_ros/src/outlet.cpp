@@ -54,9 +54,9 @@ const char *const raw_topics[LUM_EYES] = {"/luminar_raw_blue_data",
                                           "/luminar_raw_green_data"};
 
 Outlet::Outlet(ros::NodeHandle node, const Options &options)
-    : options_(options), node_(node)
+    : options_(options), node_(node),
+      points_(node.advertise<sensor_msgs::PointCloud2>("points", clouds_queued))
 {
-    points_ = node.advertise<sensor_msgs::PointCloud2>("points", clouds_queued);
     if (options.kind != SourceKind::bag) {
         for (unsigned eye = 0; eye < LUM_EYES; eye++) {
             raw_[eye] =
