@@ -53,7 +53,7 @@ endforeach()
 if(LUM_BUILD_TOOLS AND NOT WIN32)
   install(FILES tools/completion/lumsdk.bash
           DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME lumctl)
-  foreach(tool IN ITEMS lumdump lumsim)
+  foreach(tool IN ITEMS lumdump lumsim lumview)
     install(CODE "file(CREATE_LINK lumctl
                        \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/bash-completion/completions/${tool}\"
                        SYMBOLIC)")

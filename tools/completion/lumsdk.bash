@@ -1,6 +1,6 @@
 # shellcheck shell=bash
-# Completion of lumctl, lumdump, lumsim for bash. Options and the words they take
-# are read from the tools' own --help, so this file does not have to know them.
+# Completion of lumctl, lumdump, lumsim, lumview for bash. Options and the words they
+# take are read from the tools' own --help, so this file does not have to know them.
 
 _lumsdk_options() {
     "$1" --help 2>/dev/null | grep -oE -- '(^|[ ,])--[a-z][a-z-]*' | grep -oE -- '--[a-z-]+' | sort -u
@@ -92,7 +92,7 @@ _lumsdk() {
         _lumsdk_choose "$(_lumsdk_options "$tool")" "$current"
     elif [[ ${tool##*/} == lumctl* ]]; then
         _lumctl_words "$tool" "$current"
-    elif [[ ${tool##*/} == lumdump* ]]; then
+    elif [[ ${tool##*/} == @(lumdump|lumview)* ]]; then
         if [[ udp:// == "$current"* && -n $current ]]; then
             COMPREPLY=(udp://)
             compopt -o nospace 2>/dev/null
@@ -102,4 +102,4 @@ _lumsdk() {
     fi
 }
 
-complete -F _lumsdk lumctl lumdump lumsim
+complete -F _lumsdk lumctl lumdump lumsim lumview

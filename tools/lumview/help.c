@@ -40,6 +40,6 @@ const char help_text[] =
     "Examples:\n"
     "  lumview drive.pcap\n"
     "  lumview --laser udp://10.42.0.37\n"
-    "  lumsim & lumview udp://127.0.0.1\n"
+    "  lumsim & lumview --laser udp://127.0.0.1\n"
     "  lumview --no-open --port 8080 drive.pcap    for ssh -L "
     "8080:127.0.0.1:8080\n";
