@@ -33,6 +33,7 @@ static void begin(lum_exchange *x, lum_exchange_ask ask)
     x->ask = ask;
     x->tries = 0;
     x->has_noticed = false;
+    x->is_stale = false;
     x->sequence = issue(x);
 }
 
@@ -121,6 +122,14 @@ static void try_again(lum_exchange *x, int64_t now_ns)
     x->due_ns = now_ns + x->config.timeout_ns;
 }
 
+/* An application that was held up does not know any more what it asks for. */
+static bool is_stale(lum_exchange *x, int64_t now_ns)
+{
+    x->is_stale = x->is_stale ||
+                  (x->tries > 0 && now_ns - x->due_ns >= LUM_EXCHANGE_STALE_NS);
+    return x->is_stale;
+}
+
 static bool may_end(lum_exchange *x, int64_t now_ns, int64_t heard_ns)
 {
     if (!x->has_noticed) {
@@ -138,7 +147,7 @@ lum_exchange_step lum_exchange_advance(lum_exchange *x, int64_t now_ns,
     if (x->ask == LUM_ASK_NOTHING || (x->tries > 0 && now_ns < x->due_ns)) {
         return LUM_EXCHANGE_NOTHING;
     }
-    if (x->tries <= x->config.retries) {
+    if (x->tries <= x->config.retries && !is_stale(x, now_ns)) {
         try_again(x, now_ns);
         return x->tries == 1 ? LUM_EXCHANGE_REQUEST : LUM_EXCHANGE_RESEND;
     }

@@ -40,6 +40,10 @@ typedef enum lum_exchange_ask {
     LUM_ASK_TIME
 } lum_exchange_ask;
 
+/* A request that has been due for so long is not sent again: whoever made it
+ * was held up, and its heartbeats with it. */
+#define LUM_EXCHANGE_STALE_NS INT64_C(2000000000)
+
 typedef struct lum_exchange_config {
     uint16_t status_tlv;  /* number of the status TLV */
     bool owns;            /* send heartbeats */
@@ -67,6 +71,7 @@ typedef struct lum_exchange {
     int64_t due_ns;     /* its next try, or the end */
     int64_t noticed_ns; /* when its end was first seen */
     bool has_noticed;   /* its end was seen, and answers may still wait */
+    bool is_stale;      /* the application was held up: it is not sent again */
     uint32_t sequence;  /* of its last try */
     lum_exchange_try log[LUM_EXCHANGE_TRIES]; /* a ring of its tries */
     uint8_t packet[LUM_SENSOR_REQUEST_BYTES]; /* the request, to be sent */

@@ -134,6 +134,8 @@ class Hosts:
             self.ip("-n", name, "addr", "add", address, "dev", "eth0")
             self.ip("-n", name, "link", "set", "lo", "up")
             self.ip("-n", name, "link", "set", "eth0", "up")
+        for name in (self.client, self.sensor):
+            wait_until(lambda name=name: "LOWER_UP" in self.ip("-n", name, "link", "show", "eth0"), 10, "the link")
         self.relay = None
         if relay is not None:
             self.relay = Process(test, folder, sys.executable, HERE / "relay.py", "wirec", "wires", *relay,
@@ -145,6 +147,7 @@ class Hosts:
         r = subprocess.run(["ip", *arguments], capture_output=True, text=True)
         if r.returncode != 0:
             raise AssertionError(f"ip {' '.join(arguments)}: {r.stderr.strip()}")
+        return r.stdout
 
     def remove(self):
         for name in (self.client, self.sensor, self.wire):

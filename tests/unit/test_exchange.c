@@ -75,6 +75,33 @@ static void begin_request(void)
     assert_int_equal(lum_exchange_request(&x, "\1\0\1\0u", 5), LUM_OK);
 }
 
+static void who_was_held_up_sends_nothing_again(void **state)
+{
+    (void)state;
+    begin_request();
+    assert_int_equal(advance(0), LUM_EXCHANGE_REQUEST);
+    assert_int_equal(advance(TIMEOUT + LUM_EXCHANGE_STALE_NS - 1),
+                     LUM_EXCHANGE_RESEND);
+    const int64_t due_ns = x.due_ns;
+    assert_int_equal(advance(due_ns + LUM_EXCHANGE_STALE_NS),
+                     LUM_EXCHANGE_GIVEN_UP);
+    assert_int_equal(found.tries, 2);
+    begin_request();
+    assert_int_equal(advance(due_ns + LUM_EXCHANGE_STALE_NS),
+                     LUM_EXCHANGE_REQUEST);
+}
+
+static void what_waited_for_who_was_held_up_is_still_its_answer(void **state)
+{
+    (void)state;
+    begin_request();
+    assert_int_equal(advance(0), LUM_EXCHANGE_REQUEST);
+    assert_int_equal(
+        lum_exchange_advance(&x, TIMEOUT + LUM_EXCHANGE_STALE_NS, 0, &found),
+        LUM_EXCHANGE_NOTHING);
+    assert_int_equal(take_status(sequence_of_packet()), LUM_EXCHANGE_ANSWER);
+}
+
 static void begin_time(void)
 {
     assert_int_equal(lum_exchange_request_time(&x), LUM_OK);
@@ -467,6 +494,8 @@ static void a_flood_does_not_keep_a_request_from_ending(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        FRESH(who_was_held_up_sends_nothing_again),
+        FRESH(what_waited_for_who_was_held_up_is_still_its_answer),
         FRESH(a_request_is_sent_at_once_and_again_on_each_timeout),
         FRESH(without_retries_a_request_is_sent_once),
         FRESH(a_resend_repeats_the_bytes),

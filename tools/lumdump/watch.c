@@ -21,6 +21,10 @@
 
 #define TEXTS_MAX 20u
 
+/* A run that was held up for so long sends no laser on: its heartbeats have
+ * ended, and nobody may expect it any more. */
+#define HELD_UP_NS (2 * SECOND_NS)
+
 void watch_begin(struct watch *watch, struct say *say, lum_sensor *sensor,
                  const lum_layout *layout, bool laser, int64_t now_ns)
 {
@@ -29,6 +33,7 @@ void watch_begin(struct watch *watch, struct say *say, lum_sensor *sensor,
                             .layout = layout,
                             .laser = laser ? WATCH_ASKED : WATCH_UNTOUCHED,
                             .began_ns = now_ns,
+                            .tick_ns = now_ns,
                             .next_ns = now_ns};
     (void)number_format_address(lum_sensor_endpoint(sensor).address,
                                 watch->address);
@@ -320,8 +325,22 @@ static void ask(struct watch *watch, int64_t now_ns)
     }
 }
 
+static void watch_pauses(struct watch *watch, int64_t now_ns)
+{
+    const int64_t since_ns = now_ns - watch->tick_ns;
+    watch->tick_ns = now_ns;
+    if (watch->laser == WATCH_ASKED && since_ns >= HELD_UP_NS) {
+        give_up(watch);
+        say_warn(watch->say,
+                 "this run was held up for %.1f s while it switched the laser "
+                 "of %s on: it is switched off",
+                 (double)since_ns * 1e-9, watch->address);
+    }
+}
+
 void watch_tick(struct watch *watch, int64_t now_ns)
 {
+    watch_pauses(watch, now_ns);
     watch_silence(watch, now_ns);
     if (now_ns >= watch->next_ns && !lum_sensor_is_waiting(watch->sensor)) {
         ask(watch, now_ns);

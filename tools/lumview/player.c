@@ -121,8 +121,10 @@ static void show(struct player *p, struct picture *picture, int64_t due_ns,
     }
     p->has_shown = true;
     p->shown = picture->frame;
-    p->shown_arrival_ns = picture->arrival_ns;
-    p->shown_clock_us = picture->clock_us;
+    if (picture->lines > 0) {
+        p->shown_arrival_ns = picture->arrival_ns;
+        p->shown_clock_us = picture->clock_us;
+    }
     p->is_due = false;
     p->is_remake = false;
     if (picture_cut(picture) > 0) {

@@ -21,12 +21,17 @@
 #define ATTEMPTS_MAX 20u
 #define GIVE_UP_NS   (5 * SECOND_NS)
 
+/* A session that was held up for so long sends no laser on: its heartbeats have
+ * ended, and nobody may expect it any more. */
+#define HELD_UP_NS (2 * SECOND_NS)
+
 void sentry_begin(struct sentry *sentry, lum_sensor *sensor,
                   enum sentry_laser laser, int64_t now_ns)
 {
     *sentry = (struct sentry){.sensor = sensor,
                               .laser = laser,
                               .began_ns = now_ns,
+                              .tick_ns = now_ns,
                               .next_ns = now_ns};
     (void)number_format_address(lum_sensor_endpoint(sensor).address,
                                 sentry->address);
@@ -138,8 +143,13 @@ void sentry_take(struct sentry *sentry, const lum_sensor_event *event,
         take_answer(sentry, event, now_ns);
         break;
     case LUM_SENSOR_ALERT:
-        /* it may be older than what is known: ask */
+        /* It may be older than what is known: ask. A hazard counts at once: it
+         * may be over before the answer. */
         sentry->next_ns = now_ns;
+        if (event->has_status && sentry->laser == SENTRY_UP &&
+            has_lasting_hazard(event->status)) {
+            fall(sentry, event->status, now_ns);
+        }
         break;
     case LUM_SENSOR_NO_ANSWER:
         take_no_answer(sentry, now_ns);
@@ -179,6 +189,11 @@ static void ask(struct sentry *s, int64_t now_ns)
 
 void sentry_tick(struct sentry *sentry, int64_t now_ns)
 {
+    if (sentry->laser == SENTRY_ASKED &&
+        now_ns - sentry->tick_ns >= HELD_UP_NS) {
+        fall(sentry, 0, now_ns);
+    }
+    sentry->tick_ns = now_ns;
     if (now_ns >= sentry->next_ns && !lum_sensor_is_waiting(sentry->sensor)) {
         ask(sentry, now_ns);
     }

@@ -27,6 +27,7 @@ struct sentry {
     char request;      /* under way: 'u', 'd', or '?' for a status */
     unsigned attempts; /* at the laser */
     int64_t began_ns;  /* all times are monotonic */
+    int64_t tick_ns;   /* when it was last called */
     int64_t next_ns;   /* of the next request */
     bool has_status;
     uint16_t status;  /* the last one */

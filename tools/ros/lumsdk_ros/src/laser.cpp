@@ -15,6 +15,11 @@ constexpr int64_t poll_ns = second_ns / 2;
 // for want of one.
 constexpr int64_t again_ns = second_ns / 5;
 constexpr unsigned attempts_max = 20;
+constexpr int64_t give_up_ns = 5 * second_ns;
+
+// A node that was held up for so long sends no u: its heartbeats have ended,
+// and nobody may expect it any more.
+constexpr int64_t held_up_ns = 2 * second_ns;
 
 constexpr size_t commands_max = 16;
 
@@ -61,6 +66,13 @@ std::string fault_of(const std::string &text, bool &switches_on,
     return text.size() > 1000 ? "too long" : "";
 }
 
+// Hazards that heartbeats do not end.
+bool has_lasting_hazard(uint16_t status)
+{
+    return (status & LUM_LASER_HAZARDS &
+            ~unsigned{LUM_LASER_HEARTBEAT_TIMEOUT}) != 0;
+}
+
 } // namespace
 
 std::string bit_names(unsigned bits)
@@ -79,7 +91,7 @@ Laser::Laser(lum_sensor *sensor, const lum_layout &layout, bool wanted,
              Notes &notes)
     : sensor_(sensor), layout_(layout), notes_(notes),
       state_(wanted ? State::asked : State::untouched), is_ours_(wanted),
-      began_ns_(lum_time_monotonic_ns())
+      began_ns_(lum_time_monotonic_ns()), tick_ns_(began_ns_)
 {
 }
 
@@ -149,6 +161,13 @@ void Laser::ask(int64_t now_ns)
 
 void Laser::tick(int64_t now_ns)
 {
+    if (state_ == State::asked && now_ns - tick_ns_ >= held_up_ns) {
+        state_ = State::down;
+        is_off_due_ = true;
+        notes_.add(Note::error, "this node was held up while it switched the "
+                                "laser on: it is switched off");
+    }
+    tick_ns_ = now_ns;
     if (!lum_sensor_is_waiting(sensor_)) {
         ask(now_ns);
     }
@@ -187,6 +206,21 @@ void Laser::follow(uint16_t status)
     }
 }
 
+// A hazard counts at once where it is told of: it may be over before the
+// answer. A u that it refuses must not stand either.
+void Laser::take_hazard(uint16_t status)
+{
+    if (!is_ours_ || !has_lasting_hazard(status)) {
+        return;
+    }
+    if (state_ == State::up) {
+        follow(status);
+    } else if (state_ != State::asked &&
+               (status & LUM_LASER_TLV_CMD_OFF) == 0) {
+        is_off_due_ = true;
+    }
+}
+
 void Laser::note_status(uint16_t status, int64_t now_ns)
 {
     const bool begins = now_ns - began_ns_ < second_ns;
@@ -202,6 +236,7 @@ void Laser::note_status(uint16_t status, int64_t now_ns)
                    "the sensor reports a hazard: " + bit_names(hazards));
     }
     follow(status);
+    take_hazard(status);
 }
 
 // The answer to u.
@@ -217,8 +252,11 @@ void Laser::judge_on(int64_t now_ns)
         return;
     }
     state_ = State::down;
+    is_off_due_ = true;
     notes_.add(Note::error, "the laser stays down (" +
-                                bit_names(status_ & LUM_LASER_ALL_DOWN) + ")");
+                                bit_names(status_ & LUM_LASER_ALL_DOWN) +
+                                "); it is switched off, so that it does not "
+                                "come up by itself");
 }
 
 void Laser::judge_command(const lum_sensor_event &event)
@@ -241,9 +279,8 @@ void Laser::take_answer(const lum_sensor_event &event, int64_t now_ns)
     request_ = Request::none;
     is_unheard_ = false;
     show_texts(event.tlvs);
-    if (request == Request::off && event.has_status &&
-        lum_laser_is_down(event.status)) {
-        is_off_due_ = false;
+    if (request == Request::off) {
+        is_off_due_ = event.has_status && !lum_laser_is_down(event.status);
     }
     if (event.has_status) {
         note_status(event.status, now_ns);
@@ -252,8 +289,10 @@ void Laser::take_answer(const lum_sensor_event &event, int64_t now_ns)
         judge_on(now_ns);
     } else if (request == Request::on) {
         state_ = State::down;
+        is_off_due_ = true;
         notes_.add(Note::error, "u was answered without a status: whether "
-                                "the laser is on is not known");
+                                "the laser is on is not known, so it is "
+                                "switched off");
     } else if (request == Request::command) {
         judge_command(event);
         next_ns_ = now_ns;
@@ -264,6 +303,12 @@ void Laser::take_no_answer(const lum_sensor_event &event, int64_t now_ns)
 {
     const Request request = request_;
     request_ = Request::none;
+    if (request == Request::on && now_ns - began_ns_ >= give_up_ns) {
+        state_ = State::down;
+        is_off_due_ = true;
+        notes_.add(Note::error, "the sensor did not answer to u: it is "
+                                "switched off");
+    }
     if (request == Request::command) {
         notes_.add(Note::answer, text_ + ": no answer, sent " +
                                      std::to_string(event.tries) + " times");
@@ -288,6 +333,9 @@ void Laser::take(const lum_sensor_event &event, int64_t now_ns)
     case LUM_SENSOR_ALERT:
         next_ns_ = now_ns; // it may be older than what is known
         show_texts(event.tlvs);
+        if (event.has_status) {
+            take_hazard(event.status);
+        }
         break;
     case LUM_SENSOR_LINK:
         notes_.add(Note::warning,

@@ -40,9 +40,10 @@ class Laser
         return is_ours_;
     }
 
+    // One that still holds: the sensor answers.
     bool has_status() const
     {
-        return has_status_;
+        return has_status_ && !is_unheard_;
     }
 
     uint16_t status() const
@@ -73,6 +74,7 @@ class Laser
     void show_texts(lum_tlv_reader tlvs);
     void note_status(uint16_t status, int64_t now_ns);
     void follow(uint16_t status);
+    void take_hazard(uint16_t status);
     void judge_on(int64_t now_ns);
     void judge_command(const lum_sensor_event &event);
 
@@ -91,6 +93,7 @@ class Laser
     uint16_t status_ = 0;
     uint16_t told_ = 0; // hazards that were warned of
     int64_t began_ns_;
+    int64_t tick_ns_;
     int64_t next_ns_ = 0;
 
     std::mutex lock_; // guards what follows
