@@ -198,6 +198,11 @@ static void a_laser_that_a_hazard_took_down_stays_off(void **state)
     stop_sensor(sensor);
 }
 
+static bool knows_laser(const struct feed_status *status, int64_t wanted)
+{
+    return status->has_laser == (wanted != 0);
+}
+
 static void a_sensor_that_falls_silent_is_waited_for(void **state)
 {
     struct viewer v;
@@ -207,7 +212,9 @@ static void a_sensor_that_falls_silent_is_waited_for(void **state)
     (void)viewer_wait(&v, is_in_state, FEED_PLAYING);
     const struct feed_status s = viewer_wait(&v, is_in_state, FEED_SILENT);
     assert_non_null(strstr(s.message, "no data from " ADDRESS));
+    (void)viewer_wait(&v, knows_laser, false);
     (void)viewer_wait(&v, is_in_state, FEED_PLAYING);
+    (void)viewer_wait(&v, knows_laser, true);
     (void)viewer_wait(&v, has_shown, (int64_t)s.frames + 2);
     close_well(&v);
     stop_sensor(sensor);

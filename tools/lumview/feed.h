@@ -52,7 +52,7 @@ struct feed_status {
     uint64_t lost_kernel; /* datagrams */
     uint64_t lost_ring;   /* datagrams */
     uint64_t refused;     /* datagrams that reassembly could not use */
-    bool has_laser;       /* a status came from the sensor */
+    bool has_laser;       /* a status came, and the sensor still answers */
     uint16_t laser;       /* the last one */
 };
 

@@ -141,9 +141,8 @@ static void tell(struct link *l, int64_t now_ns)
     lum_sensor_count(l->sensor, &c);
     stage_set_received(l->stage, l->received, l->bytes,
                        l->kernel_drops + c.kernel_drops, l->ring_drops);
-    if (l->sentry.has_status) {
-        stage_set_laser(l->stage, l->sentry.status);
-    }
+    stage_set_laser(l->stage, l->sentry.has_status && !l->sentry.is_unheard,
+                    l->sentry.status);
     stage_set_message(
         l->stage, sentry_message(&l->sentry, now_ns, message, sizeof message));
     stage_set_state(l->stage, state);

@@ -225,12 +225,12 @@ void stage_set_received(struct stage *stage, uint64_t packets, uint64_t bytes,
     unlock(stage);
 }
 
-void stage_set_laser(struct stage *stage, uint16_t status)
+void stage_set_laser(struct stage *stage, bool is_known, uint16_t status)
 {
     lock(stage);
-    const bool is_news =
-        !stage->status.has_laser || stage->status.laser != status;
-    stage->status.has_laser = true;
+    const bool is_news = stage->status.has_laser != is_known ||
+                         (is_known && stage->status.laser != status);
+    stage->status.has_laser = is_known;
     stage->status.laser = status;
     unlock_and_wake(stage, is_news);
 }

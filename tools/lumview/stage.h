@@ -88,7 +88,7 @@ void stage_set_totals(struct stage *stage, const struct totals *totals);
 /* Live: what was received and what was not. */
 void stage_set_received(struct stage *stage, uint64_t packets, uint64_t bytes,
                         uint64_t kernel, uint64_t ring);
-void stage_set_laser(struct stage *stage, uint16_t status);
+void stage_set_laser(struct stage *stage, bool is_known, uint16_t status);
 
 /* The side that asks. */
 
