@@ -40,9 +40,7 @@ typedef enum lum_exchange_ask {
     LUM_ASK_TIME
 } lum_exchange_ask;
 
-/* A request that has been due for so long is not sent again: whoever made it
- * was held up, and its heartbeats with it. */
-#define LUM_EXCHANGE_STALE_NS INT64_C(2000000000)
+#define LUM_EXCHANGE_STALE_NS (LUM_SENSOR_STALE_MS * INT64_C(1000000))
 
 typedef struct lum_exchange_config {
     uint16_t status_tlv;  /* number of the status TLV */

@@ -38,6 +38,8 @@ static struct run {
     int64_t start_ns;
     int64_t beat_ns;     /* last heartbeat, or when one could leave again */
     int64_t called_ns;   /* when the session was called */
+    int64_t held_up_ns;  /* since it was called */
+    bool was_held_up;    /* too long for a request to be sent again */
     uint8_t helpfulness; /* how often the sensor answers by itself */
 } run;
 
@@ -211,7 +213,9 @@ static void check_event(const lum_sensor_event *e, bool was_waiting,
         break;
     case LUM_SENSOR_NO_ANSWER:
         require(was_waiting && !waits);
-        require(e->tries == run.options.retries + 1u);
+        require(e->tries == run.options.retries + 1u ||
+                (run.was_held_up && e->tries >= 1 &&
+                 e->tries <= run.options.retries));
         break;
     case LUM_SENSOR_ALERT:
         check_tlvs(e);
@@ -230,6 +234,7 @@ static void receive(int64_t for_ns)
     const int64_t deadline_ns = before_ns + for_ns;
     const bool was_waiting = lum_sensor_is_waiting(run.sensor);
     run.called_ns = before_ns;
+    run.held_up_ns = 0;
     lum_sensor_receive(run.sensor, deadline_ns, &e);
     require(fake.now_ns <= deadline_ns + (fake.floods ? SLACK : 0));
     check_event(&e, was_waiting, deadline_ns);
@@ -244,6 +249,15 @@ static void begin(lum_result r)
     require(r == LUM_OK || r == LUM_E_VALUE);
     require(lum_sensor_is_waiting(run.sensor));
     run.begun += r == LUM_OK;
+    run.was_held_up = r == LUM_OK ? false : run.was_held_up;
+}
+
+static void hold_up(int64_t ns)
+{
+    fake.now_ns += ns;
+    run.held_up_ns += ns;
+    run.was_held_up =
+        run.was_held_up || run.held_up_ns >= LUM_SENSOR_STALE_MS * MS;
 }
 
 static void laser_off(void)
@@ -298,7 +312,7 @@ static void step(void)
         lum_sensor_give_up(run.sensor);
         break;
     case 4:
-        fake.now_ns += (int64_t)take_byte() * take_byte() * MS / 10;
+        hold_up((int64_t)take_byte() * take_byte() * MS / 10);
         break;
     case 5:
         laser_off();

@@ -29,8 +29,13 @@
 #define LUM_SENSOR_HEARTBEAT_MS     200u  /**< five heartbeats a second */
 #define LUM_SENSOR_HEARTBEAT_MAX_MS 1000u /**< never further apart */
 #define LUM_SENSOR_TIMEOUT_MS       400u /**< wait for an answer before a resend */
-#define LUM_SENSOR_RETRIES          4u    /**< resends before giving up */
-#define LUM_SENSOR_REQUEST_BYTES    1472u /**< longest request */
+#define LUM_SENSOR_RETRIES          4u /**< resends before giving up */
+
+/** A request that has been due for a resend for so long is not sent again, and
+ * ends with NO_ANSWER: the application was held up, and its heartbeats with it.
+ */
+#define LUM_SENSOR_STALE_MS      2000u
+#define LUM_SENSOR_REQUEST_BYTES 1472u /**< longest request */
 
 /** What a session has to know. */
 typedef struct lum_sensor_options {
