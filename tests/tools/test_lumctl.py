@@ -628,6 +628,13 @@ class Misbehaviour(Case):
         self.assertEqual(fake.texts(), ["u", "d"])
         self.assertIn("taken back", p.stderr())
 
+    def test_a_laser_that_is_on_is_called_on_whatever_was_refused(self):
+        FakeSensor(self, "127.33.2.46", lambda kind, sequence, body, count:
+                   [tlv_packet(sequence, status_tlv(CMD_ON), debug_tlv("refused u"))])
+        r = self.check(FAILED, "127.33.2.46", "laser", "on")
+        self.assertIn("laser ON, though the command was refused", r.stdout)
+        self.assertNotIn("not on", r.stdout)
+
     def test_a_round_trip_is_not_known_when_the_request_was_sent_twice(self):
         FakeSensor(self, "127.33.2.32", lambda kind, sequence, body, count:
                    FakeSensor.plain(kind, sequence) if count % 2 else [])

@@ -160,7 +160,11 @@ static enum exit_status switch_on(struct ctl *ctl)
         const struct text_outcome outcome = {"u", is_up, refusal.names, undo};
         text_print_json(ctl, &outcome, &answer);
     } else {
-        text_print_answer(ctl, is_up ? "laser on" : "laser not on", &answer);
+        text_print_answer(ctl,
+                          is_up   ? "laser on"
+                          : is_on ? "laser ON, though the command was refused"
+                                  : "laser not on",
+                          &answer);
     }
     if (is_up) {
         ctl_note(ctl, "it goes off 3 s after the last heartbeat; full strength "

@@ -39,6 +39,7 @@ struct decoder {
     lum_packet_kind kind; /* of the record that is being pushed */
     uint64_t bytes;
     uint64_t points;
+    uint64_t left_out;     /* lines that came too late for their picture */
     struct totals skipped; /* what was counted while passing over */
     struct totals mark;    /* as of the last begin of that */
     bool has_no_memory;
@@ -131,8 +132,8 @@ static void count_all(const struct decoder *d, struct totals *out)
         out->packets += c->packets[i];
     }
     out->lost_words = c->assembly.lost_words;
-    out->lost_lines =
-        c->assembly.lines_skipped + c->assembly.lines_missing_angles;
+    out->lost_lines = c->assembly.lines_skipped +
+                      c->assembly.lines_missing_angles + d->left_out;
     out->refused =
         c->assembly.late + c->assembly.conflict + c->assembly.no_room +
         c->assembly.stray + c->packets[LUM_PACKET_MALFORMED] +
@@ -337,9 +338,11 @@ static void take_line(struct decoder *d)
     end_skipping(d);
     count_points(d, line);
     struct picture *draft = find_draft(d, line);
-    if (draft != NULL) {
-        add_line(d, draft, line);
+    if (draft == NULL) {
+        d->left_out++;
+        return;
     }
+    add_line(d, draft, line);
 }
 
 /* Gives the frame that is complete its picture, an empty one where not a line
