@@ -105,6 +105,12 @@ class Sensor(Process):
     def events(self, kind, after=0.0):
         return [e for e in self.log() if e["event"] == kind and e["t"] > after]
 
+    def cue(self, number, seconds=20):
+        """A fault that waits for this signal happens: SIGUSR1 or SIGUSR2. Its event."""
+        before = len(self.events("fault"))
+        self.send(number)
+        return wait_until(lambda: self.events("fault")[before:], seconds, "the fault")[0]
+
     def laser_is_up(self):
         changes = self.events("laser")
         return bool(changes) and changes[-1]["up"]

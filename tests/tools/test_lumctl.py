@@ -360,13 +360,14 @@ class Live(Case):
 
     def assert_no_laser_after_the_hazard(self, sensor):
         """The heartbeats went on, the hazard ended, and time has passed: all by the sensor's log."""
-        end = wait_until(lambda: [e for e in sensor.events("fault") if e["ends"]], 20, "the end of the hazard")[0]["t"]
+        end = sensor.cue(signal.SIGUSR2)["t"]
         wait_until(lambda: len(sensor.events("heartbeat", after=end)) > 5, 10, "heartbeats without the hazard")
         self.assertEqual(sensor.events("laser"), [])
         self.assertEqual(sensor.events("status")[-1]["bits"], ["TLV_CMD_OFF"])
 
     def test_a_laser_on_that_a_hazard_defeats_is_taken_back(self):
-        sensor = self.sensor("127.33.1.15", "--fault", "interlock@0-10")
+        sensor = self.sensor("127.33.1.15", "--fault", "interlock@USR1-USR2")
+        sensor.cue(signal.SIGUSR1)
         self.heartbeats("127.33.1.15")
         r = self.check(HAZARD, "127.33.1.15", "laser", "on")
         self.assertIn("HW_SAFETY_BAD", r.stderr)
@@ -377,7 +378,8 @@ class Live(Case):
         self.assertNotIn("taken_back", self.json(DONE, "127.33.1.15", "laser", "on"))
 
     def test_a_raw_u_that_a_hazard_defeats_is_taken_back(self):
-        sensor = self.sensor("127.33.1.16", "--fault", "fan@0-10")
+        sensor = self.sensor("127.33.1.16", "--fault", "fan@USR1-USR2")
+        sensor.cue(signal.SIGUSR1)
         self.heartbeats("127.33.1.16")
         self.assertIn("taken back", self.check(HAZARD, "127.33.1.16", "send", "50p u").stderr)
         r = run("lumctl", "--host", "127.33.1.16", "shell", stdin=b"u\n")

@@ -71,8 +71,9 @@ class Case(unittest.TestCase):
         return run("lumdump", self.url, *arguments, timeout=60, **options)
 
     def start(self, *arguments, **options):
-        p = subprocess.Popen([BIN / "lumdump", self.url, *map(str, arguments)], stderr=subprocess.PIPE, **options)
-        self.addCleanup(p.stderr.close)
+        options.setdefault("stderr", subprocess.PIPE)
+        p = subprocess.Popen([BIN / "lumdump", self.url, *map(str, arguments)], **options)
+        self.addCleanup((p.stderr or options["stderr"]).close)
         self.addCleanup(p.wait)
         self.addCleanup(p.kill)
         return p
@@ -83,9 +84,18 @@ class Case(unittest.TestCase):
         self.wait_for(lambda: self.size(name) > 100_000, "data")
         return p
 
+    def wait_for_heartbeats(self, n=6):
+        """That many more: by then what the sensor said before has been heard."""
+        enough = len(self.events("heartbeat")) + n
+        self.wait_for(lambda: len(self.events("heartbeat")) >= enough, "heartbeats")
+
     def size(self, name):
         path = self.folder / name
         return path.stat().st_size if path.exists() else 0
+
+    def said(self):
+        """What a program whose errors go to a file has said so far."""
+        return (self.folder / "said").read_text()
 
     def end(self, p):
         """Wait for its end; what it said."""
@@ -555,9 +565,10 @@ class Sensors(Case):
         self.assertEqual(p.returncode, 0)
 
     def test_no_points_are_told_with_their_reason(self):
-        self.simulator("--fault", "interlock@4")
+        sensor = self.simulator("--fault", "interlock@USR1")
         r = self.dump("--duration", "0.5")
         self.assertIn("no point is left of them: the laser is off: use --laser", r.stderr)
+        sensor.send_signal(signal.SIGUSR1)
         self.wait_for(lambda: self.events("fault"), "the fault")
         for arguments in [], ["--laser"]:
             r = self.dump("--duration", "1", *arguments)
@@ -576,27 +587,48 @@ class Sensors(Case):
         self.assertGreater(summary(self.folder / "raw.pcap")["lines"], 10)
 
     def test_a_laser_that_is_lost_is_not_switched_on_again(self):
-        self.simulator("--fault", "fan@2.5-3")
-        r = self.dump("--laser", "--duration", "4")
-        self.assertEqual(r.returncode, 0, r.stderr)
-        self.assertIn("went off", r.stderr)
-        self.assertIn(f"lumctl --host {self.address} laser on", r.stderr)
+        sensor = self.simulator("--fault", "fan@USR1-USR2")
+        p = self.start_recording("--laser")
+        self.wait_for(lambda: self.laser() == [True], "the laser")
+        sensor.send_signal(signal.SIGUSR1)
+        self.wait_for(lambda: self.heard("d"), "laser off")
+        sensor.send_signal(signal.SIGUSR2)
+        self.wait_for(lambda: len(self.events("fault")) == 2, "the end of the hazard")
+        self.wait_for_heartbeats()
+        p.send_signal(signal.SIGINT)
+        said = self.end(p)
+        self.assertEqual(p.returncode, 0, said)
+        self.assertIn("went off", said)
+        self.assertIn(f"lumctl --host {self.address} laser on", said)
         self.assertEqual(len(self.heard("u")), 1)
+        self.assertEqual(self.laser(), [True, False])
 
     def test_a_reboot_is_told_and_the_recording_goes_on(self):
-        self.simulator("--fault", "reboot@2")
-        r = self.dump("--laser", "--duration", "4", "-o", self.folder / "raw.pcap", "--json")
-        self.assertEqual(r.returncode, 0, r.stderr)
-        self.assertIn("went off", r.stderr)
+        sensor = self.simulator("--fault", "reboot@USR1")
+        p = self.start_recording("--laser", "--json", stdout=subprocess.PIPE)
+        self.addCleanup(p.stdout.close)
+        self.wait_for(lambda: self.laser() == [True], "the laser")
+        sensor.send_signal(signal.SIGUSR1)
+        self.wait_for(lambda: self.events("fault"), "the reboot")
+        before = self.size("raw.pcap")
+        self.wait_for_heartbeats()
+        self.wait_for(lambda: self.size("raw.pcap") > before + 200_000, "more data")
+        p.send_signal(signal.SIGINT)
+        said = self.end(p)
+        self.assertEqual(p.returncode, 0, said)
+        self.assertIn("went off", said)
         self.assertEqual(len(self.heard("u")), 1)
-        self.assert_same_summary(json.loads(r.stdout), summary(self.folder / "raw.pcap"))
+        self.assert_same_summary(json.loads(p.stdout.read()), summary(self.folder / "raw.pcap"))
 
     def test_silence_is_told_and_waited_for(self):
-        self.simulator("--fault", "silence@2-6")
-        r = self.dump("--duration", "7")
-        self.assertEqual(r.returncode, 0, r.stderr)
-        self.assertRegex(r.stderr, rf"\d\d:\d\d:\d\d: no data from {self.address} for 3 s")
-        self.assertRegex(r.stderr, rf"data from {self.address} again, after \d+\.\d s")
+        sensor = self.simulator("--fault", "silence@USR1-USR2")
+        p = self.start_recording(stderr=open(self.folder / "said", "wb"))
+        sensor.send_signal(signal.SIGUSR1)
+        self.wait_for(lambda: re.search(rf"\d\d:\d\d:\d\d: no data from {self.address} for 3 s", self.said()), "the news")
+        sensor.send_signal(signal.SIGUSR2)
+        self.wait_for(lambda: re.search(rf"data from {self.address} again, after \d+\.\d s", self.said()), "data")
+        p.send_signal(signal.SIGINT)
+        self.assertEqual(p.wait(30), 0, self.said())
 
     def test_a_laser_whose_end_nobody_confirms_is_an_error(self):
         self.simulator("--answer-loss", "1")

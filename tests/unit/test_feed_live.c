@@ -183,11 +183,13 @@ static void a_laser_that_a_hazard_took_down_stays_off(void **state)
 {
     struct viewer v;
     (void)state;
-    const pid_t sensor = start_sensor("--fault", "fan@10-13");
+    const pid_t sensor = start_sensor("--fault", "fan@USR1-USR2");
     open_live(&v, true);
     (void)viewer_wait(&v, is_up, 0);
+    assert_int_equal(kill(sensor, SIGUSR1), 0);
     (void)viewer_wait(&v, has_bit, LUM_LASER_FAN_PWM_BAD);
     struct feed_status s = viewer_wait(&v, has_bit, LUM_LASER_TLV_CMD_OFF);
+    assert_int_equal(kill(sensor, SIGUSR2), 0);
     s = viewer_wait(&v, is_free_of_hazards, 0);
     assert_true(lum_laser_is_down(s.laser));
     s = viewer_wait(&v, has_message, 0);
@@ -207,12 +209,14 @@ static void a_sensor_that_falls_silent_is_waited_for(void **state)
 {
     struct viewer v;
     (void)state;
-    const pid_t sensor = start_sensor("--fault", "silence@3-8");
+    const pid_t sensor = start_sensor("--fault", "silence@USR1-USR2");
     open_live(&v, false);
     (void)viewer_wait(&v, is_in_state, FEED_PLAYING);
+    assert_int_equal(kill(sensor, SIGUSR1), 0);
     const struct feed_status s = viewer_wait(&v, is_in_state, FEED_SILENT);
     assert_non_null(strstr(s.message, "no data from " ADDRESS));
     (void)viewer_wait(&v, knows_laser, false);
+    assert_int_equal(kill(sensor, SIGUSR2), 0);
     (void)viewer_wait(&v, is_in_state, FEED_PLAYING);
     (void)viewer_wait(&v, knows_laser, true);
     (void)viewer_wait(&v, has_shown, (int64_t)s.frames + 2);

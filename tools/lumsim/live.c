@@ -104,9 +104,28 @@ static void befall(struct live *live, const struct timeline_event *event,
     }
 }
 
+/* A fault on a cue is no later than this. */
+#define CUE_NS INT64_C(20000000)
+
+static void take_cues(struct live *live, int64_t now_ns)
+{
+    for (enum cue c = CUE_USR1; c <= CUE_USR2; c++) {
+        if (cue_take(c)) {
+            timeline_cue(&live->timeline, c, now_ns - live->start_ns);
+        }
+    }
+}
+
+static bool awaits_cue(const struct live *live)
+{
+    return timeline_awaits(&live->timeline, CUE_USR1) ||
+           timeline_awaits(&live->timeline, CUE_USR2);
+}
+
 static void let_befall(struct live *live, int64_t now_ns)
 {
     const struct timeline_event *event;
+    take_cues(live, now_ns);
     while ((event = timeline_take(&live->timeline, now_ns - live->start_ns)) !=
            NULL) {
         befall(live, event, now_ns);
@@ -133,6 +152,9 @@ static int64_t next_ns(const struct live *live, int64_t now_ns)
     next = earlier(next, live->end_ns);
     next = earlier(next, lum_device_next_ns(&live->device));
     next = earlier(next, mail_next_ns(&live->mail));
+    if (awaits_cue(live)) {
+        next = earlier(next, now_ns + CUE_NS);
+    }
     return planned_ns == INT64_MAX ? next
                                    : earlier(next, live->start_ns + planned_ns);
 }
@@ -254,6 +276,11 @@ int live_run(const struct options *o)
     live->has_link = true;
     live->self = (lum_endpoint){.address = o->sensor, .port = o->port};
     interrupt_catch();
+    for (enum cue c = CUE_USR1; c <= CUE_USR2; c++) {
+        if (timeline_awaits(&live->timeline, c)) {
+            cue_catch(c);
+        }
+    }
     if (open_parts(live) == 0) {
         start(live);
         run(live);

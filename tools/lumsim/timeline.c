@@ -9,9 +9,10 @@
 #define TIME_BYTES  32
 
 static const char how[] =
-    "NAME@SECONDS or NAME@SECONDS-SECONDS, such as fan@10 or silence@5-8; NAME "
-    "is one of galvo-bx, galvo-by, galvo-gx, galvo-gy, board, fan, interlock, "
-    "switch, reboot, silence";
+    "NAME@SECONDS or NAME@SECONDS-SECONDS, such as fan@10 or silence@5-8, or "
+    "at "
+    "signals NAME@USR1 or NAME@USR1-USR2; NAME is one of galvo-bx, galvo-by, "
+    "galvo-gx, galvo-gy, board, fan, interlock, switch, reboot, silence";
 
 static const struct {
     const char *name;
@@ -41,8 +42,20 @@ static void insert(struct timeline *timeline, struct timeline_event event)
     timeline->events[i] = event;
 }
 
+static enum cue find_cue(const char *text, size_t len)
+{
+    static const char *const names[] = {
+        [CUE_USR1] = "USR1", [CUE_USR2] = "USR2"};
+    for (enum cue c = CUE_USR1; c <= CUE_USR2; c++) {
+        if (strlen(names[c]) == len && strncmp(names[c], text, len) == 0) {
+            return c;
+        }
+    }
+    return CUE_NONE;
+}
+
 /* Seconds, with or without their unit. */
-static bool parse_time(const char *text, size_t len, int64_t *out_ns)
+static bool parse_seconds(const char *text, size_t len, int64_t *out_ns)
 {
     char digits[TIME_BYTES];
     double seconds = 0.0;
@@ -61,6 +74,16 @@ static bool parse_time(const char *text, size_t len, int64_t *out_ns)
     return true;
 }
 
+static bool parse_time(const char *text, size_t len, struct timeline_event *out)
+{
+    out->cue = find_cue(text, len);
+    if (out->cue != CUE_NONE) {
+        out->at_ns = INT64_MAX;
+        return cue_is_possible();
+    }
+    return parse_seconds(text, len, &out->at_ns);
+}
+
 static bool find(const char *name, size_t len, struct timeline_event *out)
 {
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
@@ -77,11 +100,18 @@ static bool find(const char *name, size_t len, struct timeline_event *out)
 
 /* The second time, if there is one. */
 static bool parse_end(const char *text, struct timeline_event *end,
-                      int64_t begin_ns)
+                      const struct timeline_event *begin)
 {
     end->ends = *text == '-';
-    return !end->ends || (parse_time(text + 1, strlen(text + 1), &end->at_ns) &&
-                          end->at_ns > begin_ns);
+    if (!end->ends) {
+        return true;
+    }
+    if (!parse_time(text + 1, strlen(text + 1), end)) {
+        return false;
+    }
+    return begin->cue == CUE_NONE
+               ? end->cue == CUE_NONE && end->at_ns > begin->at_ns
+               : end->cue != CUE_NONE && end->cue != begin->cue;
 }
 
 bool timeline_add(struct timeline *timeline, const char *text, const char **why)
@@ -91,14 +121,14 @@ bool timeline_add(struct timeline *timeline, const char *text, const char **why)
     const char *times = text + name_len + (text[name_len] == '@' ? 1 : 0);
     const size_t first = strcspn(times, "-");
     *why = how;
-    if (!find(text, name_len, &begin) ||
-        !parse_time(times, first, &begin.at_ns)) {
+    if (!find(text, name_len, &begin) || !parse_time(times, first, &begin)) {
         return false;
     }
     struct timeline_event end = begin;
-    if (!parse_end(times + first, &end, begin.at_ns) ||
+    if (!parse_end(times + first, &end, &begin) ||
         (end.ends && begin.mishap == MISHAP_REBOOT)) {
-        *why = "two times of which the second is later; a reboot has only one";
+        *why = "two times of which the second is later, or two signals; a "
+               "reboot has only one";
         return false;
     }
     if (timeline->count + 2 > TIMELINE_MAX) {
@@ -117,6 +147,34 @@ int64_t timeline_next_ns(const struct timeline *timeline)
     return timeline->next < timeline->count
                ? timeline->events[timeline->next].at_ns
                : INT64_MAX;
+}
+
+static bool waits_for(const struct timeline_event *event, enum cue cue)
+{
+    return event->cue == cue && event->at_ns == INT64_MAX;
+}
+
+bool timeline_awaits(const struct timeline *timeline, enum cue cue)
+{
+    for (size_t i = timeline->next; i < timeline->count; i++) {
+        if (waits_for(&timeline->events[i], cue)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+void timeline_cue(struct timeline *timeline, enum cue cue, int64_t now_ns)
+{
+    const size_t count = timeline->count;
+    timeline->count = timeline->next;
+    for (size_t i = timeline->next; i < count; i++) {
+        struct timeline_event event = timeline->events[i];
+        if (waits_for(&event, cue)) {
+            event.at_ns = now_ns;
+        }
+        insert(timeline, event);
+    }
 }
 
 const struct timeline_event *timeline_take(struct timeline *timeline,

@@ -1,6 +1,9 @@
-/* What befalls the sensor at given times: hazards, a reboot, silence. */
+/* What befalls the sensor at given times or signals: hazards, a reboot,
+ * silence. */
 #ifndef LUMSIM_TIMELINE_H
 #define LUMSIM_TIMELINE_H
+
+#include "cue.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -15,7 +18,8 @@ enum mishap {
 };
 
 struct timeline_event {
-    int64_t at_ns; /* after the start */
+    int64_t at_ns; /* after the start; INT64_MAX: at a signal to come */
+    enum cue cue;  /* that signal */
     const char *name;
     enum mishap mishap;
     uint16_t bits; /* of a hazard */
@@ -29,13 +33,19 @@ struct timeline {
     size_t next; /* the first that has not happened */
 };
 
-/* Add what NAME@T[s][-T2[s]] says. False if it says nothing that is understood;
- * *why then tells what would be right. */
+/* Add what NAME@T[s][-T2[s]] or NAME@USR1[-USR2] says. False if it says nothing
+ * that is understood; *why then tells what would be right. */
 bool timeline_add(struct timeline *timeline, const char *text,
                   const char **why);
 
 /* When the next one happens, after the start; INT64_MAX: never. */
 int64_t timeline_next_ns(const struct timeline *timeline);
+
+/* Whether something waits for a signal. */
+bool timeline_awaits(const struct timeline *timeline, enum cue cue);
+
+/* The signal came: what waits for it happens now. */
+void timeline_cue(struct timeline *timeline, enum cue cue, int64_t now_ns);
 
 /* The next one that has happened by then, or NULL. */
 const struct timeline_event *timeline_take(struct timeline *timeline,
