@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
-"""make_corpus.py: writes the seeds of fuzz_packet, fuzz_assembler, fuzz_points,
-fuzz_device and fuzz_session to corpus/ beside this script; the same bytes each
-time."""
+"""make_corpus.py: writes the seeds of the fuzzers to corpus/ beside this script;
+the same bytes each time."""
 import pathlib
 import random
 import struct
@@ -170,13 +169,101 @@ def session_seeds():
     }
 
 
+def checksummed(kind, payload):
+    return struct.pack("<II", kind, len(payload) + 12) + payload + struct.pack("<I", len(payload) + 12)
+
+
+def ip_packet(payload, at=0, more=False, whole=None):
+    """An IPv4 packet; of a UDP datagram, or a fragment of one of a given length."""
+    udp = struct.pack(">HHHH", 5517, 50000, 8 + (whole or len(payload)), 0) if at == 0 else b""
+    body = udp + payload
+    head = struct.pack(">BBHHHBBH4B4B", 0x45, 0, 20 + len(body), 7, (0x2000 if more else 0) | at // 8, 64, 17, 0,
+                       10, 42, 0, 37, 10, 42, 0, 1)
+    return head + body
+
+
+def capture_seeds():
+    """Every kind of file and link, whole and broken."""
+    words = [struct.pack("<I", 5000 << 12 | 0x400 | i) for i in range(4)]
+    datagram = ip_packet(data(3, 0, 5, 0, words))
+    ethernet = bytes(12)
+    links = {
+        "ethernet": (1, ethernet + b"\x08\0" + datagram),
+        "vlan": (1, ethernet + b"\x81\0\0\x05\x08\0" + datagram),
+        "two-vlans": (1, ethernet + b"\x88\xa8\0\x05\x81\0\0\x06\x08\0" + datagram),
+        "cooked": (113, bytes(14) + b"\x08\0" + datagram),
+        "cooked-2": (276, b"\x08\0" + bytes(18) + datagram),
+        "raw": (101, datagram),
+        "ipv4": (228, datagram),
+        "null": (0, b"\2\0\0\0" + datagram),
+        "loop": (108, b"\0\0\0\2" + datagram),
+        "arp": (1, ethernet + b"\x08\6" + bytes(28)),
+        "unknown-link": (147, datagram),
+    }
+
+    def pcap(link, *frames, order="<", magic=0xA1B2C3D4, cut=0):
+        out = struct.pack(order + "IHHIIII", magic, 2, 4, 0, 0, 262144, link)
+        for i, f in enumerate(frames):
+            out += struct.pack(order + "IIII", 1700000000, i, len(f) - cut, len(f)) + f[:len(f) - cut]
+        return out
+
+    def pcapng(link, *frames):
+        out = checksummed(0x0A0D0D0A, struct.pack("<IHHq", 0x1A2B3C4D, 1, 0, -1))
+        out += checksummed(1, struct.pack("<HHI", link, 0, 262144) + struct.pack("<HHB3xHH", 9, 1, 9, 0, 0))
+        for i, f in enumerate(frames):
+            body = struct.pack("<IIIII", 0, 0x17000, i, len(f), len(f)) + f + bytes(-len(f) % 4)
+            out += checksummed(6, body)
+        return out
+
+    whole = data(3, 1, 6, 0, words * 10)
+    fragments = (ip_packet(whole[:40], more=True, whole=len(whole)), ip_packet(whole[40:], at=48))
+    seeds = {name: pcap(*link) for name, link in links.items()}
+    frame = links["ethernet"][1]
+    seeds.update({
+        "big-endian": pcap(1, frame, frame, order=">"),
+        "nanoseconds": pcap(1, frame, frame, magic=0xA1B23C4D),
+        "cut-short": pcap(1, frame, frame, cut=20),
+        "truncated": pcap(1, frame, frame)[:-9],
+        "fragments": pcap(101, *fragments, datagram),
+        "fragments-reversed": pcap(101, *reversed(fragments)),
+        "fragments-apart": pcap(101, fragments[0], datagram, fragments[0], datagram),
+        "pcapng": pcapng(1, frame, frame),
+        "pcapng-raw": pcapng(101, datagram, *fragments),
+        "header-alone": pcap(1),
+    })
+    return seeds
+
+
+def yaml_seeds():
+    """The samples without their remarks, and what the samples leave out."""
+    calib = pathlib.Path(__file__).resolve().parent.parent.parent / "calib"
+
+    def sample(name):
+        lines = (line.split(" #")[0].rstrip() for line in (calib / name).read_text().splitlines())
+        return "\n".join(line for line in lines if line and not line.lstrip().startswith("#")).encode() + b"\n"
+
+    return {
+        "calibration": b"\0" + sample("typical.yaml"),
+        "profile": b"\1" + sample("profile-default.yaml"),
+        "settings": b"\2" + sample("settings.yaml"),
+        "gaussian": b"\2version: 1\nyscan: {shape: gaussian, center_deg: -7, sigma_deg: 4}\n",
+        "regions": b"\2version: 1\nyscan:\n  shape: regions\n  regions:\n"
+                   b"    1: {min_deg: -10, max_deg: -5, weight: 3}\n    2: {min_deg: -2, max_deg: 1}\n",
+        "alias": b"\0version: 1\neyes: &a {blue: *a}\n",
+        "twice": b"\0version: 1\nversion: 1\n",
+        "deep": b"\0" + b"[" * 200,
+    }
+
+
 def main():
     corpus = pathlib.Path(__file__).resolve().parent / "corpus"
     for name, seeds in (("packet", packet_seeds()),
                         ("assembler", assembler_seeds()),
                         ("points", points_seeds()),
                         ("device", device_seeds()),
-                        ("session", session_seeds())):
+                        ("session", session_seeds()),
+                        ("capture", capture_seeds()),
+                        ("yaml", yaml_seeds())):
         (corpus / name).mkdir(parents=True, exist_ok=True)
         for seed, content in seeds.items():
             (corpus / name / seed).write_bytes(content)
