@@ -1,7 +1,7 @@
 # Headers, libraries, tools, man pages, calibrations; find_package and pkg-config.
 include(CMakePackageConfigHelpers)
 
-set(lum_installed lum_base lum_core lum_net lum_points)
+set(lum_installed lum_base lum_core lum_host lum_net lum_points)
 if(LUM_WITH_IO)
   list(APPEND lum_installed lum_io)
 endif()

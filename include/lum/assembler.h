@@ -27,6 +27,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 #define LUM_OPEN_LINES_MAX 16u    /**< most open lines of an eye */
 #define LUM_REORDER_MAX    32u    /**< largest reach of reordering, in lines */
 #define LUM_LINE_WORDS_MAX 32768u /**< most words of a line */
@@ -84,18 +88,13 @@ static inline bool lum_line_has_angles(const lum_line *line, uint32_t pixel)
 
 /** Storage of one open line. Private but in size. */
 typedef struct lum_line_slot {
-    int64_t clock_us;                           /**< private */
+    lum_line line;                              /**< private */
     int64_t low_clock_us;                       /**< private */
-    int64_t arrival;                            /**< private */
-    int64_t frame;                              /**< private */
+    struct lum_line_slot *next;                 /**< private */
     uint32_t *words;                            /**< private */
-    uint32_t number;                            /**< private */
-    uint32_t word_count;                        /**< private */
-    uint64_t words_seen;                        /**< private */
+    uint32_t accepted;                          /**< private */
+    uint32_t words_seen;                        /**< private */
     uint32_t words_end;                         /**< private */
-    uint16_t angle_count;                       /**< private */
-    uint8_t accepted;                           /**< private */
-    bool used;                                  /**< private */
     uint32_t angle_marks[LUM_PIXEL_MARK_WORDS]; /**< private */
     lum_angle angles[LUM_LINE_PIXELS];          /**< private */
 } lum_line_slot;
@@ -106,61 +105,49 @@ typedef struct lum_closed_line {
     uint32_t number;  /**< private */
 } lum_closed_line;
 
-/** Frame numbering of one eye. Private. */
-typedef struct lum_frame_state {
-    int64_t frame;                   /**< private */
-    int64_t top;                     /**< private */
-    int64_t previous_top;            /**< private */
-    int64_t gap;                     /**< private */
-    int64_t past;                    /**< private */
-    int64_t latest[LUM_REORDER_MAX]; /**< private */
-    uint8_t latest_count;            /**< private */
-    uint8_t since_wrap;              /**< private */
-    bool begun;                      /**< private */
-    bool after_break;                /**< private */
-} lum_frame_state;
-
-/** Reassembly of one eye. Private. */
+/** Reassembly and frame numbering of one eye. Private. */
 typedef struct lum_eye_state {
-    lum_frame_state frames;                  /**< private */
+    uint8_t open_count;                      /**< private */
+    uint8_t closed_next;                     /**< private */
+    uint8_t closed_count;                    /**< private */
+    uint8_t straggling;                      /**< private */
+    bool seen;                               /**< private */
+    bool begun;                              /**< private */
+    bool after_break;                        /**< private */
+    lum_line_slot *oldest;                   /**< private */
+    lum_line_slot *unused;                   /**< private */
+    uint32_t top;                            /**< private */
+    uint32_t previous_top;                   /**< private */
+    uint32_t gap;                            /**< private */
+    int64_t frame;                           /**< private */
     int64_t newest_us;                       /**< private */
     int64_t heard_us;                        /**< private */
     int64_t candidate_us;                    /**< private */
     int64_t low_clock_us;                    /**< private */
     lum_closed_line closed[LUM_REORDER_MAX]; /**< private */
-    uint8_t open[LUM_OPEN_LINES_MAX];        /**< private */
-    uint8_t open_count;                      /**< private */
-    uint8_t closed_count;                    /**< private */
-    uint8_t closed_next;                     /**< private */
-    bool seen;                               /**< private */
-    bool has_candidate;                      /**< private */
-    bool has_low_clock;                      /**< private */
+    int64_t highest[LUM_REORDER_MAX];        /**< private */
 } lum_eye_state;
 
 /** One sensor's assembler. Public in size, private in content. */
 typedef struct lum_assembler {
     lum_assembler_config config;         /**< private */
-    lum_layout layout;                   /**< private */
-    lum_assembly_counters counters;      /**< private */
-    lum_eye_state eye[LUM_EYES];         /**< private */
-    lum_line_slot *slots;                /**< private */
-    lum_line line;                       /**< private */
+    uint32_t line_span_us;               /**< private */
+    uint8_t stage;                       /**< private */
+    uint8_t to_close;                    /**< private */
+    uint8_t clock_bytes;                 /**< private */
+    uint8_t angle_order;                 /**< private */
+    bool clock_begun;                    /**< private */
+    bool announced;                      /**< private */
+    const lum_line *line;                /**< private */
     int64_t clock_us;                    /**< private */
     int64_t packet_clock_us;             /**< private */
     int64_t next_frame;                  /**< private */
-    int64_t due_frame;                   /**< private */
-    int64_t lowest_frame;                /**< private */
     int64_t highest_frame;               /**< private */
     int64_t handed_low;                  /**< private */
     int64_t handed_high;                 /**< private */
+    lum_assembly_counters counters;      /**< private */
+    lum_eye_state eye[LUM_EYES];         /**< private */
     uint16_t placement[LUM_LINE_PIXELS]; /**< private */
-    uint8_t stage;                       /**< private */
-    uint8_t to_close;                    /**< private */
-    uint8_t handed_out;                  /**< private */
-    bool clock_begun;                    /**< private */
-    bool frame_begun;                    /**< private */
-    bool opening;                        /**< private */
-    bool flushed;                        /**< private */
 } lum_assembler;
 
 /** The constants as the protocol gives them. Cannot fail. */
@@ -212,5 +199,9 @@ int64_t lum_assembler_frame(const lum_assembler *a);
 
 /** What was seen and lost so far. */
 const lum_assembly_counters *lum_assembler_counters(const lum_assembler *a);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

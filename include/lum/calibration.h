@@ -9,6 +9,10 @@
 
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Calibration of one eye. Angles in microdegrees, lengths in micrometres,
  * times in femtoseconds. */
 typedef struct lum_eye_calibration {
@@ -70,5 +74,9 @@ lum_calibration_check(const lum_calibration *calibration,
  * @return LUM_TOF_MIN..LUM_TOF_MAX + 1. */
 int32_t lum_calibration_min_tof(const lum_calibration *calibration,
                                 unsigned eye);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -1,14 +1,14 @@
 /** @file
- * The sensor's clock beyond its 32 bits, and against the host's
- * (docs/protocol.md, sections 3, 6). Integers alone, reentrant, constant time.
- */
+ * The sensor's clock beyond its 32 bits (docs/protocol.md, section 6).
+ * Integers alone, reentrant, constant time. */
 #ifndef LUM_CLOCK_H
 #define LUM_CLOCK_H
 
-#include "lum/result.h"
-
-#include <stdbool.h>
 #include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 /** Extend a wrapped clock by its signed difference from the reading before.
  * @param before the extended reading before this one.
@@ -18,70 +18,8 @@
  * @return the extended reading, within half the wrap of before. */
 int64_t lum_clock_extend(int64_t before, uint32_t raw, unsigned bytes);
 
-/** Exchanges that an estimate is made of. */
-#define LUM_CLOCK_EXCHANGES 16u
-
-/** A sensor clock further than this from where it was expected was reset. */
-#define LUM_CLOCK_RESET_NS INT64_C(1000000000)
-
-/** One exchange of timestamps. Private. */
-typedef struct lum_clock_exchange {
-    int64_t middle_ns; /**< private: host, half way between both times */
-    int64_t offset_ns; /**< private: host less sensor */
-    int64_t error_ns;  /**< private: half the round trip */
-} lum_clock_exchange;
-
-/** Estimate of a sensor's clock against a host's. Private but in size. */
-typedef struct lum_clock_sync {
-    lum_clock_exchange anchor;                      /**< private: the best of
-                                                         the early ones */
-    lum_clock_exchange recent[LUM_CLOCK_EXCHANGES]; /**< private: a ring */
-    int64_t clock_us;                               /**< private: extended */
-    int64_t middle_ns;                              /**< private: of the last */
-    uint32_t count;                                 /**< private */
-    uint32_t resets;                                /**< private */
-} lum_clock_sync;
-
-/** What is known of a sensor's clock. Host times are of whatever clock the
- * exchanges were timed with. */
-typedef struct lum_clock_estimate {
-    int64_t clock_us;        /**< the last reading, extended from the first
-                                  exchange's raw value on, over any number of
-                                  wraps */
-    int64_t offset_ns;       /**< host less sensor: the best recent exchange,
-                                  brought to the last one's time by the drift */
-    int64_t error_ns;        /**< bound of its error: half the round trip, the
-                                  sensor's microsecond, and what the drift may
-                                  have been since */
-    bool has_drift;          /**< two exchanges far enough apart */
-    int32_t drift_ppb;       /**< billionths by which the host's clock runs
-                                  faster than the sensor's */
-    int32_t drift_error_ppb; /**< bound of its error */
-    uint32_t exchanges;      /**< since the last reset, all counted */
-    uint32_t resets;         /**< times the sensor's clock began anew */
-} lum_clock_estimate;
-
-/** Begin; nothing is known. Cannot fail. */
-void lum_clock_sync_init(lum_clock_sync *out);
-
-/** Take an exchange (section 3). The number of wraps since the one before is
- * told by the host's clock, so any time may lie between two.
- * @param sent_ns     host time just before the request left.
- * @param received_ns host time just after the answer came; the sensor stamped
- *                    in between. Same clock in every call, which never goes
- *                    back.
- * @param clock_us    the sensor's 32-bit clock in the answer.
- * @return LUM_OK; LUM_E_VALUE if received_ns is before sent_ns or more than
- *         an hour after it. A clock that was reset begins the estimate anew,
- *         with this exchange as its first. */
-LUM_MUST_CHECK lum_result lum_clock_sync_add(lum_clock_sync *sync,
-                                             int64_t sent_ns,
-                                             int64_t received_ns,
-                                             uint32_t clock_us);
-
-/** What is known.
- * @return LUM_OK; LUM_END before the first exchange. */
-LUM_MUST_CHECK lum_result lum_clock_sync_estimate(const lum_clock_sync *sync,
-                                                  lum_clock_estimate *out);
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -10,6 +10,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** What can be commanded, in the order of lum_command_specs. */
 typedef enum lum_command_id {
     LUM_COMMAND_LASER_ON,        /**< u */
@@ -55,14 +59,8 @@ LUM_MUST_CHECK lum_result lum_command_format(const lum_command *command,
                                              char out[LUM_COMMAND_TEXT_BYTES],
                                              size_t *len);
 
-/** Read the first command of a text and step over it and the one space that
- * parts it from the next.
- * @param text  at *text begin *len characters; both move behind the command on
- *              LUM_OK, and stay otherwise.
- * @return LUM_OK; LUM_END if *len is 0; LUM_E_MALFORMED if no command stands
- *         there (a sign, a leading zero, a space too many, an unknown letter);
- *         LUM_E_VALUE if its value is outside the table. */
-LUM_MUST_CHECK lum_result lum_command_parse(const char **text, size_t *len,
-                                            lum_command *out);
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -13,6 +13,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 #define LUM_SAMPLE_BYTES   4u  /**< an angle pair, or a range word */
 #define LUM_TAG_ANGLES     2u  /**< samples are angle pairs */
 #define LUM_TAG_RANGES     3u  /**< samples are range words */
@@ -113,8 +117,12 @@ static inline bool lum_word_is_good(uint32_t word)
  * @param pixel  0..999. */
 static inline uint32_t lum_word_make(int32_t tof, bool rising, uint32_t pixel)
 {
-    return ((uint32_t)tof << 12) | (rising ? LUM_WORD_RISING : 0u) |
+    return ((uint32_t)tof << 12) | (rising ? (uint32_t)LUM_WORD_RISING : 0u) |
            (pixel & LUM_WORD_PIXEL);
 }
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

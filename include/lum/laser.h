@@ -6,6 +6,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Bits 0 to 8 are hazards, the rest is information. */
 enum lum_laser_bit {
     LUM_LASER_GALVO_AMP_BX_BAD = 0x0001,  /**< blue azimuth mirror */
@@ -32,9 +36,8 @@ bool lum_laser_is_down(uint16_t status);
 /** Whether any hazard bit is set. */
 bool lum_laser_has_hazard(uint16_t status);
 
-/** The manual's name of a bit, BIT_10 and so on where it has none.
- * @param bit 0..15.
- * @return a static string; NULL if bit is above 15. */
-const char *lum_laser_bit_name(unsigned bit);
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -9,6 +9,10 @@
 
 #include <stddef.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Kinds of packets, those that are rejected included; usable as an index for
  * counters. */
 typedef enum lum_packet_kind {
@@ -30,5 +34,9 @@ typedef enum lum_packet_kind {
  * Constant time, reentrant. */
 lum_packet_kind lum_packet_decode(const lum_layout *layout, const void *bytes,
                                   size_t len, lum_group *group);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

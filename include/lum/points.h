@@ -9,6 +9,7 @@
 
 #include "lum/assembler.h"
 #include "lum/calibration.h"
+#include "lum/losses.h"
 #include "lum/profile.h"
 #include "lum/result.h"
 #include "lum/returns.h"
@@ -16,6 +17,10 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 /** How one eye's samples become geometry. Private: made by
  * lum_projector_init(). */
@@ -74,12 +79,6 @@ typedef struct lum_point {
     float z;       /**< metres, up */
     uint32_t word; /**< the range word: time of flight, edge, pixel */
 } lum_point;
-
-/** Words that gave no point. */
-typedef struct lum_point_losses {
-    uint64_t no_angle; /**< their pixel has no angles */
-    uint64_t no_range; /**< their range is not above zero */
-} lum_point_losses;
 
 /** All words of a line to points, in their order.
  * @param directions of this line.
@@ -165,5 +164,9 @@ size_t lum_samples_compute(const lum_projector *projector, const lum_line *line,
                            const lum_selection *selection,
                            lum_sample_workspace *workspace, lum_sample *out,
                            lum_point_losses *losses);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -12,6 +12,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Number of pixels in a line of one eye. */
 #define LUM_LINE_PIXELS 1000u
 
@@ -124,5 +128,9 @@ LUM_MUST_CHECK lum_result lum_layout_init(lum_layout *out,
 /** The layout of the built-in profile. Cannot fail.
  * @param out caller-owned, overwritten. */
 void lum_layout_default(lum_layout *out);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -7,6 +7,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** What a word is among the words of its pixel. */
 typedef struct lum_return {
     uint16_t number;    /**< from 1, among words of the same edge */
@@ -21,5 +25,9 @@ typedef struct lum_return {
  * @param out   caller-owned, n entries, all written.
  * One pass, linear; reentrant. */
 void lum_returns_compute(const uint32_t *words, size_t n, lum_return *out);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

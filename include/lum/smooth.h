@@ -24,6 +24,10 @@
 
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 #define LUM_SMOOTH_WINDOW_MAX 63u /**< widest window, in pixels */
 #define LUM_SMOOTH_ORDER_MAX  5u  /**< highest order */
 #define LUM_SMOOTH_WINDOW     31u /**< the window to begin with */
@@ -65,5 +69,9 @@ LUM_MUST_CHECK lum_result lum_smooth_init(lum_smooth *out, uint32_t window,
  * 10 Hz, 1 % of a core. */
 void lum_smooth_line(const lum_smooth *smooth, const lum_line *line,
                      lum_angle out[LUM_LINE_PIXELS]);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -15,6 +15,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 #define LUM_PORT             5517u       /**< the sensor's UDP port */
 #define LUM_BOOT_ADDRESS     0x0a2a0025u /**< 10.42.0.37, after power-up */
 #define LUM_HEADER_BYTES     12u         /**< magic and packet type */
@@ -135,5 +139,9 @@ LUM_MUST_CHECK lum_result lum_tlv_add_u16(lum_tlv_writer *writer, uint16_t type,
 /** Read a TLV that holds one u16, such as a status.
  * @return LUM_OK; LUM_E_SHORT if its value is shorter than two bytes. */
 LUM_MUST_CHECK lum_result lum_tlv_u16(const lum_tlv *tlv, uint16_t *out);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

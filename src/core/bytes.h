@@ -33,4 +33,9 @@ static inline int16_t signed16(uint16_t v)
     return (int16_t)((int32_t)(v ^ 0x8000u) - 0x8000);
 }
 
+static inline int32_t signed32(uint32_t v)
+{
+    return v <= INT32_MAX ? (int32_t)v : -(int32_t)~v - 1;
+}
+
 #endif

@@ -4,82 +4,93 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <string.h>
 
-#define DEGREE 1000000
-
-static const lum_eye_calibration typical = {
-    .tof_offset_fs = 0,
-    .azimuth_center_udeg = 0,
-    .azimuth_width_udeg = 60 * DEGREE,
-    .elevation_min_udeg = -17 * DEGREE,
-    .elevation_max_udeg = 3 * DEGREE,
-};
+#define DEGREE    1000000
+#define STEP      10000000 /* microdegrees or micrometres */
+#define TEN_US_FS UINT64_C(10000000000)
 
 void lum_calibration_default(lum_calibration *out)
 {
+    memset(out, 0, sizeof *out);
     out->speed_of_light = 300000000u;
     out->tof_lsb_fs = 13000u;
-    out->eye[LUM_EYE_BLUE] = typical;
-    out->eye[LUM_EYE_GREEN] = typical;
-    out->eye[LUM_EYE_BLUE].mount_yaw_udeg = -30 * DEGREE;
-    out->eye[LUM_EYE_GREEN].mount_yaw_udeg = 30 * DEGREE;
+    for (unsigned i = 0; i < LUM_EYES; i++) {
+        lum_eye_calibration *e = &out->eye[i];
+        e->azimuth_width_udeg = 60 * DEGREE;
+        e->elevation_min_udeg = -17 * DEGREE;
+        e->elevation_max_udeg = 3 * DEGREE;
+        e->mount_yaw_udeg = i == LUM_EYE_BLUE ? -30 * DEGREE : 30 * DEGREE;
+    }
 }
 
-static bool is_within(int64_t value, int64_t min, int64_t max)
+/* A value's limit either way in steps of 10 degrees, or of 10 metres. */
+struct limit {
+    uint8_t at;
+    uint8_t steps;
+};
+
+#define FIRST LUM_CALIBRATION_AZIMUTH_CENTER
+#define LIMIT(fault, field, steps)                                             \
+    [LUM_CALIBRATION_##fault -                                                 \
+        FIRST] = {offsetof(lum_eye_calibration, field), steps}
+
+static const struct limit limits[] = {
+    LIMIT(AZIMUTH_CENTER, azimuth_center_udeg, 18),
+    LIMIT(AZIMUTH_WIDTH, azimuth_width_udeg, 36),
+    LIMIT(ELEVATION_MIN, elevation_min_udeg, 9),
+    LIMIT(ELEVATION_MAX, elevation_max_udeg, 9),
+    LIMIT(ELEVATION_ORDER, elevation_max_udeg, 9),
+    LIMIT(MOUNT_X, mount_um[0], 100),
+    LIMIT(MOUNT_Y, mount_um[1], 100),
+    LIMIT(MOUNT_Z, mount_um[2], 100),
+    LIMIT(MOUNT_ROLL, mount_roll_udeg, 36),
+    LIMIT(MOUNT_PITCH, mount_pitch_udeg, 36),
+    LIMIT(MOUNT_YAW, mount_yaw_udeg, 36),
+};
+
+static bool is_within(const lum_eye_calibration *e, unsigned fault)
 {
-    return value >= min && value <= max;
+    const struct limit *limit = &limits[fault - FIRST];
+    const void *field = (const uint8_t *)e + limit->at;
+    const int32_t value = *(const int32_t *)field;
+    const int32_t max = limit->steps * STEP;
+    if (fault == LUM_CALIBRATION_AZIMUTH_WIDTH && value < 1) {
+        return false;
+    }
+    if (fault == LUM_CALIBRATION_ELEVATION_ORDER &&
+        value <= e->elevation_min_udeg) {
+        return false;
+    }
+    return value >= -max && value <= max;
 }
 
-static lum_calibration_fault check_eye(const lum_eye_calibration *e)
+static unsigned check_eye(const lum_eye_calibration *e)
 {
-    const int64_t turn = 360 * (int64_t)DEGREE;
-    const int64_t km_um = 1000 * (int64_t)1000000;
-    const int64_t ten_us_fs = INT64_C(10000000000);
-    const struct {
-        lum_calibration_fault fault;
-        int64_t value;
-        int64_t min;
-        int64_t max;
-    } rows[] = {
-        {LUM_CALIBRATION_TOF_OFFSET, e->tof_offset_fs, -ten_us_fs, ten_us_fs},
-        {LUM_CALIBRATION_AZIMUTH_CENTER, e->azimuth_center_udeg, -turn / 2,
-         turn / 2},
-        {LUM_CALIBRATION_AZIMUTH_WIDTH, e->azimuth_width_udeg, 1, turn},
-        {LUM_CALIBRATION_ELEVATION_MIN, e->elevation_min_udeg, -turn / 4,
-         turn / 4},
-        {LUM_CALIBRATION_ELEVATION_MAX, e->elevation_max_udeg, -turn / 4,
-         turn / 4},
-        {LUM_CALIBRATION_ELEVATION_ORDER, e->elevation_max_udeg,
-         e->elevation_min_udeg + (int64_t)1, turn},
-        {LUM_CALIBRATION_MOUNT_X, e->mount_um[0], -km_um, km_um},
-        {LUM_CALIBRATION_MOUNT_Y, e->mount_um[1], -km_um, km_um},
-        {LUM_CALIBRATION_MOUNT_Z, e->mount_um[2], -km_um, km_um},
-        {LUM_CALIBRATION_MOUNT_ROLL, e->mount_roll_udeg, -turn, turn},
-        {LUM_CALIBRATION_MOUNT_PITCH, e->mount_pitch_udeg, -turn, turn},
-        {LUM_CALIBRATION_MOUNT_YAW, e->mount_yaw_udeg, -turn, turn},
-    };
-    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        if (!is_within(rows[i].value, rows[i].min, rows[i].max)) {
-            return rows[i].fault;
+    if ((uint64_t)e->tof_offset_fs + TEN_US_FS > 2 * TEN_US_FS) {
+        return LUM_CALIBRATION_TOF_OFFSET;
+    }
+    for (unsigned fault = FIRST; fault <= LUM_CALIBRATION_MOUNT_YAW; fault++) {
+        if (!is_within(e, fault)) {
+            return fault;
         }
     }
     return LUM_CALIBRATION_FINE;
 }
 
-static lum_calibration_fault find_fault(const lum_calibration *c, unsigned *eye)
+/* The fault, and above it the eye. */
+static unsigned find_fault(const lum_calibration *c)
 {
-    *eye = 0;
-    if (!is_within(c->speed_of_light, 200000000, 310000000)) {
+    if (c->speed_of_light - 200000000u > 110000000u) {
         return LUM_CALIBRATION_SPEED_OF_LIGHT;
     }
-    if (!is_within(c->tof_lsb_fs, 1, 1000000)) {
+    if (c->tof_lsb_fs - 1u >= 1000000u) {
         return LUM_CALIBRATION_TOF_LSB;
     }
-    for (unsigned i = 0; i < LUM_EYES; i++) {
-        const lum_calibration_fault fault = check_eye(&c->eye[i]);
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        const unsigned fault = check_eye(&c->eye[eye]);
         if (fault != LUM_CALIBRATION_FINE) {
-            *eye = i;
-            return fault;
+            return fault | eye << 8;
         }
     }
     return LUM_CALIBRATION_FINE;
@@ -88,30 +99,32 @@ static lum_calibration_fault find_fault(const lum_calibration *c, unsigned *eye)
 lum_result lum_calibration_check(const lum_calibration *calibration,
                                  lum_calibration_fault *fault, unsigned *eye)
 {
-    unsigned where = 0;
-    const lum_calibration_fault found = find_fault(calibration, &where);
+    const unsigned found = find_fault(calibration);
     if (fault != NULL) {
-        *fault = found;
+        *fault = (lum_calibration_fault)(found & 0xffu);
     }
     if (eye != NULL) {
-        *eye = where;
+        *eye = found >> 8;
     }
     return found == LUM_CALIBRATION_FINE ? LUM_OK : LUM_E_VALUE;
 }
 
+/* By halves: a division of 64 bits is a big routine on small targets. */
 int32_t lum_calibration_min_tof(const lum_calibration *calibration,
                                 unsigned eye)
 {
-    const int64_t lsb = calibration->tof_lsb_fs;
-    const int64_t offset = calibration->eye[eye].tof_offset_fs;
-    /* the smallest t with t x lsb > -offset: floor(-offset / lsb) + 1 */
-    int64_t t = -offset / lsb;
-    if (-offset % lsb < 0) {
-        t--;
+    const int64_t offset_fs = calibration->eye[eye].tof_offset_fs;
+    const int64_t lsb_fs = (int64_t)calibration->tof_lsb_fs;
+    uint32_t low = 0;
+    uint32_t high = LUM_TOF_MAX + 1 - LUM_TOF_MIN;
+    while (low < high) {
+        const uint32_t middle = (low + high) / 2;
+        const int32_t tof = (int32_t)middle + LUM_TOF_MIN;
+        if (tof * lsb_fs + offset_fs > 0) {
+            high = middle;
+        } else {
+            low = middle + 1;
+        }
     }
-    t++;
-    if (t < LUM_TOF_MIN) {
-        return LUM_TOF_MIN;
-    }
-    return t > LUM_TOF_MAX ? LUM_TOF_MAX + 1 : (int32_t)t;
+    return (int32_t)low + LUM_TOF_MIN;
 }

@@ -13,23 +13,30 @@ const lum_command_spec lum_command_specs[LUM_COMMANDS] = {
     [LUM_COMMAND_OFFSET_BLUE] = {'B', true, 0, 30, 1},
 };
 
-static bool is_allowed(const lum_command_spec *spec, uint32_t value)
+/* By sums: some small targets have no instruction that divides. */
+static bool is_allowed(const lum_command_spec *spec, unsigned value)
 {
-    return value >= spec->min && value <= spec->max &&
-           (value - spec->min) % spec->step == 0;
+    unsigned allowed = spec->min;
+    while (allowed < value && allowed < spec->max) {
+        allowed += spec->step;
+    }
+    return allowed == value;
 }
 
-static size_t put_decimal(char *out, uint16_t value)
+/* No value of the table has more than three digits. */
+static size_t put_decimal(char *out, unsigned value)
 {
-    char reversed[5];
+    static const uint8_t powers[3] = {100, 10, 1};
     size_t n = 0;
-    do {
-        reversed[n] = (char)('0' + value % 10u);
-        value = (uint16_t)(value / 10u);
-        n++;
-    } while (value != 0);
-    for (size_t i = 0; i < n; i++) {
-        out[i] = reversed[n - 1 - i];
+    for (size_t i = 0; i < sizeof powers; i++) {
+        char digit = '0';
+        while (value >= powers[i]) {
+            value -= powers[i];
+            digit++;
+        }
+        if (n > 0 || digit > '0' || powers[i] == 1) {
+            out[n++] = digit;
+        }
     }
     return n;
 }
@@ -47,71 +54,5 @@ lum_result lum_command_format(const lum_command *command,
     size_t n = spec->has_value ? put_decimal(out, command->value) : 0;
     out[n] = spec->letter;
     *len = n + 1;
-    return LUM_OK;
-}
-
-/* Digits at the beginning of a text; a value past 16 bits saturates, which no
- * command allows. */
-static size_t read_digits(const char *text, size_t len, uint32_t *value)
-{
-    size_t n = 0;
-    uint32_t v = 0;
-    while (n < len && text[n] >= '0' && text[n] <= '9') {
-        v = v * 10u + (uint32_t)(text[n] - '0');
-        v = v > 0xffffu ? 0xffffu : v;
-        n++;
-    }
-    *value = v;
-    return n;
-}
-
-static const lum_command_spec *find_spec(char letter, bool has_value)
-{
-    for (unsigned i = 0; i < LUM_COMMANDS; i++) {
-        const lum_command_spec *spec = &lum_command_specs[i];
-        if (spec->letter == letter && spec->has_value == has_value) {
-            return spec;
-        }
-    }
-    return NULL;
-}
-
-/* Steps over one space between commands; a space at the end or a second one
- * leaves *used short of a command, which the next parse refuses. */
-static bool is_separated(const char *text, size_t len, size_t *used)
-{
-    if (*used == len) {
-        return true;
-    }
-    if (text[*used] != ' ' || *used + 1 == len) {
-        return false;
-    }
-    (*used)++;
-    return true;
-}
-
-lum_result lum_command_parse(const char **text, size_t *len, lum_command *out)
-{
-    const char *t = *text;
-    uint32_t value = 0;
-    if (*len == 0) {
-        return LUM_END;
-    }
-    const size_t digits = read_digits(t, *len, &value);
-    if (digits == *len || (digits > 1 && t[0] == '0')) {
-        return LUM_E_MALFORMED;
-    }
-    const lum_command_spec *spec = find_spec(t[digits], digits > 0);
-    size_t used = digits + 1;
-    if (spec == NULL || !is_separated(t, *len, &used)) {
-        return LUM_E_MALFORMED;
-    }
-    if (!is_allowed(spec, value)) {
-        return LUM_E_VALUE;
-    }
-    out->id = (lum_command_id)(spec - lum_command_specs);
-    out->value = (uint16_t)value;
-    *text = t + used;
-    *len -= used;
     return LUM_OK;
 }

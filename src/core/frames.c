@@ -1,148 +1,121 @@
 #include "frames.h"
 
-#include <string.h>
+#include "counter.h"
 
-void frames_init(lum_frame_state *self)
+/* As if a reach of lines of the next frame had been decided: none of this one
+ * is expected. */
+void frames_break(lum_eye_state *eye)
 {
-    memset(self, 0, sizeof *self);
-    self->past = INT64_MIN;
-}
-
-int64_t frames_current(const lum_frame_state *self)
-{
-    return self->begun ? self->frame : 1;
-}
-
-void frames_break(lum_frame_state *self)
-{
-    if (!self->begun) {
+    if (!eye->begun) {
         return;
     }
-    self->after_break = true;
-    if (self->past < self->frame) {
-        self->past = self->frame;
+    eye->after_break = true;
+    for (unsigned i = 0; i < LUM_REORDER_MAX; i++) {
+        eye->highest[i] = eye->frame + 1;
     }
 }
 
-static bool is_near(int64_t a, int64_t b, unsigned reach)
+void frames_count_gap(lum_assembler *a, lum_eye_state *eye)
 {
-    return a - b <= (int64_t)reach && b - a <= (int64_t)reach;
+    counter_add(&a->counters.lines_skipped, eye->gap);
+    eye->gap = 0;
 }
 
-static int64_t first_frame(const lum_frame_state *other, int64_t l, unsigned r)
+static bool is_far_above(uint32_t a, uint32_t b, unsigned reach)
 {
-    if (!other->begun) {
-        return 1;
-    }
-    if (is_near(l, other->top, r)) {
-        return other->frame;
-    }
-    return l > other->top ? other->frame - 1 : other->frame + 1;
+    return a > b && a - b > reach;
 }
 
-static void begin_frame(lum_frame_state *self, const lum_frame_state *other,
-                        int64_t l, int64_t gap, unsigned r, uint64_t *skipped)
+static bool is_beside(const lum_eye_state *other, uint32_t l, unsigned r)
 {
-    *skipped += (uint64_t)self->gap;
-    self->frame++;
-    if (other->begun && is_near(l, other->top, r) &&
-        self->frame < other->frame) {
-        self->frame = other->frame;
-    }
-    self->top = l;
-    self->gap = gap;
+    return other->begun && !is_far_above(l, other->top, r) &&
+           !is_far_above(other->top, l, r);
 }
 
-static bool is_wrap(const lum_frame_state *self, const lum_frame_state *other,
-                    int64_t l, unsigned r)
+static void begin(lum_eye_state *eye, const lum_eye_state *other, uint32_t l,
+                  bool beside)
 {
-    return l < self->top - (int64_t)r ||
-           (other->begun && other->frame > self->frame &&
-            is_near(l, other->top, r));
-}
-
-static void advance(lum_frame_state *self, int64_t l)
-{
-    if (l > self->top) {
-        self->gap += l - self->top - 1;
-        self->top = l;
-    } else if (l < self->top && self->gap > 0) {
-        self->gap--;
+    eye->begun = true;
+    eye->top = l;
+    if (other->begun) {
+        eye->frame = other->frame;
+        if (!beside) {
+            eye->frame += l > other->top ? -1 : 1;
+        }
     }
 }
 
-/* Keeps the frame numbers of the latest r lines, the highest first. */
-static void note_latest(lum_frame_state *self, int64_t frame, unsigned r)
+/* Behind a break no line is missed, and none straggles. */
+static void begin_frame(lum_eye_state *eye, int64_t frame, uint32_t l,
+                        unsigned r)
 {
-    unsigned i = self->latest_count;
-    if (i < r) {
-        self->latest_count++;
-    } else if (frame > self->latest[r - 1u]) {
-        i = r - 1u;
+    eye->frame = frame;
+    eye->previous_top = eye->top;
+    eye->top = l;
+    eye->gap = eye->after_break ? 0 : l;
+    eye->straggling = (uint8_t)(eye->after_break ? 0 : r);
+    eye->after_break = false;
+}
+
+static bool is_straggler(lum_eye_state *eye, uint32_t l, unsigned r)
+{
+    if (eye->straggling > 0) {
+        eye->straggling--;
+    }
+    return eye->straggling > 0 && is_far_above(l, eye->top, r) &&
+           !is_far_above(eye->previous_top, l, r);
+}
+
+static void advance(lum_eye_state *eye, uint32_t l)
+{
+    if (l > eye->top) {
+        eye->gap += l - eye->top - 1u;
+        eye->top = l;
+    } else if (l < eye->top && eye->gap > 0) {
+        eye->gap--;
+    }
+}
+
+/* Keeps the r highest frame numbers of lines, the highest first. */
+static void note_highest(lum_eye_state *eye, int64_t frame, unsigned r)
+{
+    for (unsigned i = 0; i < r; i++) {
+        const int64_t there = eye->highest[i];
+        if (there < frame) {
+            eye->highest[i] = frame;
+            frame = there;
+        }
+    }
+}
+
+void frames_note(lum_assembler *a, int64_t frame)
+{
+    if (frame < a->next_frame && !a->announced) {
+        a->next_frame = frame;
+    }
+    if (frame > a->highest_frame) {
+        a->highest_frame = frame;
+    }
+}
+
+int64_t frames_decide(lum_assembler *a, lum_eye_state *eye,
+                      const lum_eye_state *other, uint32_t line)
+{
+    const unsigned r = a->config.reorder_lines;
+    const bool beside = is_beside(other, line, r);
+    const bool behind = beside && other->frame > eye->frame;
+    bool is_of_frame_before = false;
+    if (!eye->begun) {
+        begin(eye, other, line, beside);
+    } else if (eye->after_break || behind || is_far_above(eye->top, line, r)) {
+        frames_count_gap(a, eye);
+        begin_frame(eye, behind ? other->frame : eye->frame + 1, line, r);
+    } else if (is_straggler(eye, line, r)) {
+        is_of_frame_before = true;
     } else {
-        return;
+        advance(eye, line);
     }
-    while (i > 0 && self->latest[i - 1u] < frame) {
-        self->latest[i] = self->latest[i - 1u];
-        i--;
-    }
-    self->latest[i] = frame;
-}
-
-static int64_t decide(lum_frame_state *self, const lum_frame_state *other,
-                      int64_t l, unsigned r, uint64_t *skipped)
-{
-    if (!self->begun) {
-        self->begun = true;
-        self->since_wrap = (uint8_t)r;
-        self->frame = first_frame(other, l, r);
-        self->top = l;
-        return self->frame;
-    }
-    if (self->after_break) {
-        self->after_break = false;
-        self->since_wrap = (uint8_t)r;
-        begin_frame(self, other, l, 0, r, skipped);
-        return self->frame;
-    }
-    if (is_wrap(self, other, l, r)) {
-        self->previous_top = self->top;
-        self->since_wrap = 0;
-        begin_frame(self, other, l, l, r, skipped);
-        return self->frame;
-    }
-    if (self->since_wrap < r) {
-        self->since_wrap++;
-    }
-    if (l > self->top + (int64_t)r && self->since_wrap < r &&
-        l >= self->previous_top - (int64_t)r) {
-        return self->frame - 1;
-    }
-    advance(self, l);
-    return self->frame;
-}
-
-int64_t frames_decide(lum_frame_state *self, const lum_frame_state *other,
-                      uint32_t line, unsigned reorder_lines,
-                      uint64_t *lines_skipped)
-{
-    const int64_t frame =
-        decide(self, other, (int64_t)line, reorder_lines, lines_skipped);
-    note_latest(self, frame, reorder_lines);
+    const int64_t frame = eye->frame - is_of_frame_before;
+    note_highest(eye, frame, r);
     return frame;
-}
-
-void frames_update_past(lum_frame_state *self, unsigned reorder_lines,
-                        int64_t open_frame)
-{
-    if (self->latest_count < reorder_lines) {
-        return;
-    }
-    int64_t past = self->latest[reorder_lines - 1u] - 1;
-    if (past >= open_frame) {
-        past = open_frame - 1;
-    }
-    if (self->past < past) {
-        self->past = past;
-    }
 }

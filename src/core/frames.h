@@ -4,23 +4,21 @@
 
 #include "lum/assembler.h"
 
-void frames_init(lum_frame_state *self);
+/* Numbers are never below 0, which the eyes' state begins with: the eye that
+ * begins second is at most one behind the other, whose first frame is 1, and
+ * a line is one behind its eye's frame only after that has grown. */
 
-/* The frame of a line that has just got its second packet. lines_skipped
- * grows when a frame ends here. */
-int64_t frames_decide(lum_frame_state *self, const lum_frame_state *other,
-                      uint32_t line, unsigned reorder_lines,
-                      uint64_t *lines_skipped);
-
-/* The frame of a line that closes undecided. */
-int64_t frames_current(const lum_frame_state *self);
+/* The frame of a line that has just got its second packet. */
+int64_t frames_decide(lum_assembler *a, lum_eye_state *eye,
+                      const lum_eye_state *other, uint32_t line);
 
 /* The clock has jumped and no line is open: the next line begins a frame. */
-void frames_break(lum_frame_state *self);
+void frames_break(lum_eye_state *eye);
 
-/* Note how far this eye is past its frames.
- * open_frame: the lowest among its open, decided lines; INT64_MAX if none. */
-void frames_update_past(lum_frame_state *self, unsigned reorder_lines,
-                        int64_t open_frame);
+/* Counts the lines that the frame lacks, once. */
+void frames_count_gap(lum_assembler *a, lum_eye_state *eye);
+
+/* There is a line of this frame, so it will be announced. */
+void frames_note(lum_assembler *a, int64_t frame);
 
 #endif

@@ -5,42 +5,36 @@
 
 #include <string.h>
 
-static uint32_t load_field(const uint8_t *packet, lum_field field)
+/* Four bytes can be read at any field: a sample at least is behind them. */
+static uint32_t load_field(const uint8_t *packet, const lum_field *field)
 {
-    const uint8_t *p = packet + field.at;
-    switch (field.bytes) {
-    case 4:
-        return load_u32(p);
-    case 2:
-        return load_u16(p);
-    case 1:
-        return p[0];
-    default:
+    if (field->bytes == 0) {
         return 0;
     }
+    const unsigned spare = 32u - 8u * field->bytes;
+    return load_u32(packet + field->at) << spare >> spare;
 }
 
-static void store_field(uint8_t *packet, lum_field field, uint32_t value)
+static void store_field(uint8_t *packet, const lum_field *field, uint32_t value)
 {
-    for (unsigned i = 0; i < field.bytes; i++) {
-        packet[field.at + i] = (uint8_t)((value >> (8u * i)) & 0xffu);
+    for (unsigned i = 0; i < field->bytes; i++) {
+        packet[field->at + i] = (uint8_t)(value & 0xffu);
+        value >>= 8;
     }
 }
 
-static bool find_eye(const lum_profile *p, uint32_t value, uint8_t *eye)
+/* What is asked of a packet that is read or written. */
+static lum_result check(uint32_t tag, uint32_t n, uint32_t first)
 {
-    for (unsigned e = 0; e < LUM_EYES; e++) {
-        if (p->eye_values[e] == value) {
-            *eye = (uint8_t)e;
-            return true;
-        }
+    if (n == 0) {
+        return LUM_E_MALFORMED;
     }
-    return false;
-}
-
-static bool angles_end_in_line(uint32_t first, uint32_t n)
-{
-    return n <= LUM_LINE_PIXELS && first <= LUM_LINE_PIXELS - n;
+    if (tag == LUM_TAG_ANGLES) {
+        return n <= LUM_LINE_PIXELS && first <= LUM_LINE_PIXELS - n
+                   ? LUM_OK
+                   : LUM_E_MALFORMED;
+    }
+    return tag == LUM_TAG_RANGES ? LUM_OK : LUM_E_UNKNOWN_TAG;
 }
 
 lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
@@ -48,49 +42,40 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
 {
     const lum_profile *p = &layout->profile;
     const uint8_t *b = bytes;
-    lum_group g = {0};
-    if (len < p->samples_at) {
+    uint32_t v[LUM_GROUP_FIELDS];
+    if (len < p->samples_at + LUM_SAMPLE_BYTES) {
         return LUM_E_MALFORMED;
     }
-    g.num_samples = load_field(b, p->group[LUM_FIELD_NUM_SAMPLES]);
-    const size_t room = (len - p->samples_at) / LUM_SAMPLE_BYTES;
-    if (g.num_samples == 0 || g.num_samples > room ||
-        !find_eye(p, load_field(b, p->group[LUM_FIELD_EYE]), &g.eye)) {
+    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
+        v[f] = load_field(b, &p->group[f]);
+    }
+    const uint32_t n = v[LUM_FIELD_NUM_SAMPLES];
+    const uint8_t eye = v[LUM_FIELD_EYE] == p->eye_values[LUM_EYE_BLUE]
+                            ? LUM_EYE_BLUE
+                            : LUM_EYE_GREEN;
+    if (n > (len - p->samples_at) / LUM_SAMPLE_BYTES ||
+        v[LUM_FIELD_EYE] != p->eye_values[eye]) {
         return LUM_E_MALFORMED;
     }
-    const uint32_t tag = load_field(b, p->group[LUM_FIELD_TAG]);
-    if (tag != LUM_TAG_ANGLES && tag != LUM_TAG_RANGES) {
-        return LUM_E_UNKNOWN_TAG;
+    const lum_result r =
+        check(v[LUM_FIELD_TAG], n, v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
+    if (r != LUM_OK) {
+        return r;
     }
-    g.tag = (uint8_t)tag;
-    g.first_sample_index =
-        load_field(b, p->group[LUM_FIELD_FIRST_SAMPLE_INDEX]);
-    if (tag == LUM_TAG_ANGLES &&
-        !angles_end_in_line(g.first_sample_index, g.num_samples)) {
-        return LUM_E_MALFORMED;
-    }
-    g.line = load_field(b, p->group[LUM_FIELD_LINE]);
-    g.clock_raw = load_field(b, p->group[LUM_FIELD_TIMESTAMP]);
-    g.samples = b + p->samples_at;
-    *out = g;
+    out->samples = b + p->samples_at;
+    out->line = v[LUM_FIELD_LINE];
+    out->num_samples = n;
+    out->first_sample_index = v[LUM_FIELD_FIRST_SAMPLE_INDEX];
+    out->clock_raw = v[LUM_FIELD_TIMESTAMP];
+    out->eye = eye;
+    out->tag = (uint8_t)v[LUM_FIELD_TAG];
     return LUM_OK;
 }
 
-static bool fits(uint32_t value, lum_field field)
+static bool fits(uint32_t value, const lum_field *field)
 {
-    return field.bytes == 0 || field.bytes == 4 ||
-           value >> (8u * field.bytes) == 0;
-}
-
-static bool is_encodable(const lum_group *g)
-{
-    if (g->eye >= LUM_EYES || g->num_samples == 0) {
-        return false;
-    }
-    if (g->tag == LUM_TAG_ANGLES) {
-        return angles_end_in_line(g->first_sample_index, g->num_samples);
-    }
-    return g->tag == LUM_TAG_RANGES;
+    return field->bytes == 0 || field->bytes == 4 ||
+           value >> (8u * field->bytes) == 0;
 }
 
 /* With the tag on the packet type's byte the tag is the type. */
@@ -105,7 +90,8 @@ lum_result lum_group_encode(const lum_layout *layout, const lum_group *group,
                             void *out, size_t size, size_t *len)
 {
     const lum_profile *p = &layout->profile;
-    if (!is_encodable(group)) {
+    if (group->eye >= LUM_EYES || check(group->tag, group->num_samples,
+                                        group->first_sample_index) != LUM_OK) {
         return LUM_E_VALUE;
     }
     const uint32_t values[LUM_GROUP_FIELDS] = {
@@ -117,7 +103,7 @@ lum_result lum_group_encode(const lum_layout *layout, const lum_group *group,
         [LUM_FIELD_TIMESTAMP] = group->clock_raw,
     };
     for (unsigned f = 0; f < LUM_FIELD_TIMESTAMP; f++) {
-        if (!fits(values[f], p->group[f])) {
+        if (!fits(values[f], &p->group[f])) {
             return LUM_E_VALUE;
         }
     }
@@ -127,7 +113,7 @@ lum_result lum_group_encode(const lum_layout *layout, const lum_group *group,
     memset(out, 0, p->samples_at);
     lum_header_encode(out, header_type(p, group));
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
-        store_field(out, p->group[f], values[f]);
+        store_field(out, &p->group[f], values[f]);
     }
     *len = p->samples_at;
     return LUM_OK;

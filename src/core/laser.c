@@ -1,7 +1,5 @@
 #include "lum/laser.h"
 
-#include <stddef.h>
-
 bool lum_laser_is_down(uint16_t status)
 {
     return (status & LUM_LASER_ALL_DOWN) != 0;
@@ -10,27 +8,4 @@ bool lum_laser_is_down(uint16_t status)
 bool lum_laser_has_hazard(uint16_t status)
 {
     return (status & LUM_LASER_HAZARDS) != 0;
-}
-
-const char *lum_laser_bit_name(unsigned bit)
-{
-    static const char *const names[LUM_LASER_BITS] = {
-        "GALVO_AMP_BX_BAD",
-        "GALVO_AMP_BY_BAD",
-        "GALVO_AMP_GX_BAD",
-        "GALVO_AMP_GY_BAD",
-        "HEARTBEAT_TIMEOUT",
-        "BOARD_OVER_105",
-        "FAN_PWM_BAD",
-        "HW_SAFETY_BAD",
-        "SYS_ON_SW_OFF",
-        "TLV_CMD_OFF",
-        "BIT_10",
-        "TLV_CMD_ON",
-        "BIT_12",
-        "BIT_13",
-        "BIT_14",
-        "BIT_15",
-    };
-    return bit < LUM_LASER_BITS ? names[bit] : NULL;
 }

@@ -2,6 +2,8 @@
 
 #include "lum/wire.h"
 
+#include <stdbool.h>
+
 #define FIELD_AT_MIN 8u
 #define FIELD_AT_MAX 64u
 
@@ -33,6 +35,22 @@ void lum_layout_default(lum_layout *out)
     lum_profile_default(&out->profile);
 }
 
+/* A fault and the index it stands at, in one number. */
+static unsigned fault_at(lum_profile_fault fault, unsigned index)
+{
+    return (unsigned)fault | index << 8;
+}
+
+static bool is_offset(unsigned at)
+{
+    return at >= FIELD_AT_MIN && at <= FIELD_AT_MAX;
+}
+
+static unsigned end_of(lum_field field)
+{
+    return (unsigned)field.at + field.bytes;
+}
+
 static lum_profile_fault check_field(const lum_profile *p, unsigned f)
 {
     const lum_field field = p->group[f];
@@ -42,81 +60,68 @@ static lum_profile_fault check_field(const lum_profile *p, unsigned f)
     if (field.bytes != 1 && field.bytes != 2 && field.bytes != 4) {
         return LUM_PROFILE_FIELD_WIDTH;
     }
-    if (field.at < FIELD_AT_MIN || field.at > FIELD_AT_MAX) {
+    if (!is_offset(field.at)) {
         return LUM_PROFILE_FIELD_OFFSET;
     }
     if (field.at < LUM_HEADER_BYTES &&
-        !(f == LUM_FIELD_TAG && field.at == FIELD_AT_MIN)) {
+        (f != LUM_FIELD_TAG || field.at != FIELD_AT_MIN)) {
         return LUM_PROFILE_FIELD_ON_TYPE;
     }
     for (unsigned other = 0; other < f; other++) {
         const lum_field o = p->group[other];
-        if (field.at < o.at + o.bytes && o.at < field.at + field.bytes) {
+        if (field.at < end_of(o) && o.at < end_of(field)) {
             return LUM_PROFILE_FIELDS_OVERLAP;
         }
     }
     return LUM_PROFILE_FINE;
 }
 
-static lum_profile_fault check_samples(const lum_profile *p, unsigned *index)
+static unsigned check_group(const lum_profile *p)
 {
-    if (p->samples_at < FIELD_AT_MIN || p->samples_at > FIELD_AT_MAX) {
-        *index = LUM_GROUP_FIELDS;
-        return LUM_PROFILE_FIELD_OFFSET;
+    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
+        const lum_profile_fault fault = check_field(p, f);
+        if (fault != LUM_PROFILE_FINE) {
+            return fault_at(fault, f);
+        }
+    }
+    if (!is_offset(p->samples_at)) {
+        return fault_at(LUM_PROFILE_FIELD_OFFSET, LUM_GROUP_FIELDS);
     }
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
-        const lum_field field = p->group[f];
-        if (field.bytes > 0 && p->samples_at < field.at + field.bytes) {
-            *index = f;
-            return LUM_PROFILE_SAMPLES_IN_HEADER;
+        if (p->group[f].bytes > 0 && p->samples_at < end_of(p->group[f])) {
+            return fault_at(LUM_PROFILE_SAMPLES_IN_HEADER, f);
         }
     }
     return LUM_PROFILE_FINE;
 }
 
-static lum_profile_fault check_group(const lum_profile *p, unsigned *index)
+static unsigned check_eyes(const lum_profile *p)
 {
-    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
-        const lum_profile_fault fault = check_field(p, f);
-        if (fault != LUM_PROFILE_FINE) {
-            *index = f;
-            return fault;
-        }
-    }
-    return check_samples(p, index);
-}
-
-static lum_profile_fault check_eyes(const lum_profile *p, unsigned *index)
-{
-    const unsigned bits = 8u * p->group[LUM_FIELD_EYE].bytes;
+    const unsigned bytes = p->group[LUM_FIELD_EYE].bytes;
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
-        if (bits < 32u && p->eye_values[eye] >> bits != 0) {
-            *index = eye;
-            return LUM_PROFILE_EYE_VALUE_WIDTH;
+        if (bytes < 4 && p->eye_values[eye] >> (8u * bytes) != 0) {
+            return fault_at(LUM_PROFILE_EYE_VALUE_WIDTH, eye);
         }
     }
-    *index = LUM_EYE_GREEN;
     return p->eye_values[LUM_EYE_BLUE] == p->eye_values[LUM_EYE_GREEN]
-               ? LUM_PROFILE_EYE_VALUES_EQUAL
+               ? fault_at(LUM_PROFILE_EYE_VALUES_EQUAL, LUM_EYE_GREEN)
                : LUM_PROFILE_FINE;
 }
 
-static lum_profile_fault check_tlv(const lum_profile *p, unsigned *index)
+static unsigned check_tlv(const lum_profile *p)
 {
-    for (unsigned i = 0; i < LUM_TLV_USES; i++) {
+    for (unsigned i = 1; i < LUM_TLV_USES; i++) {
         for (unsigned j = 0; j < i; j++) {
             if (p->tlv[i] == p->tlv[j]) {
-                *index = i;
-                return LUM_PROFILE_TLV_EQUAL;
+                return fault_at(LUM_PROFILE_TLV_EQUAL, i);
             }
         }
     }
     return LUM_PROFILE_FINE;
 }
 
-static lum_profile_fault check_scalars(const lum_profile *p, unsigned *index)
+static unsigned check_scalars(const lum_profile *p)
 {
-    *index = 0;
     if (p->data_packet_type > 255u || (p->data_packet_type >= LUM_TYPE_SET_IP &&
                                        p->data_packet_type <= LUM_TYPE_TLV)) {
         return LUM_PROFILE_DATA_PACKET_TYPE;
@@ -131,35 +136,30 @@ static lum_profile_fault check_scalars(const lum_profile *p, unsigned *index)
                                                       : LUM_PROFILE_FINE;
 }
 
-static lum_profile_fault find_fault(const lum_profile *p, unsigned *index)
+static unsigned find_fault(const lum_profile *p)
 {
-    static lum_profile_fault (*const checks[])(
-        const lum_profile *, unsigned *) = {check_scalars, check_group,
-                                            check_eyes, check_tlv};
-    for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++) {
-        const lum_profile_fault fault = checks[i](p, index);
-        if (fault != LUM_PROFILE_FINE) {
-            return fault;
-        }
+    unsigned found = check_scalars(p);
+    if (found == LUM_PROFILE_FINE) {
+        found = check_group(p);
     }
-    *index = 0;
-    return LUM_PROFILE_FINE;
+    if (found == LUM_PROFILE_FINE) {
+        found = check_eyes(p);
+    }
+    return found == LUM_PROFILE_FINE ? check_tlv(p) : found;
 }
 
 lum_result lum_layout_init(lum_layout *out, const lum_profile *profile,
                            lum_profile_fault *fault, unsigned *index)
 {
-    unsigned where = 0;
-    const lum_profile_fault found = find_fault(profile, &where);
+    const unsigned found = find_fault(profile);
+    if (found == LUM_PROFILE_FINE) {
+        out->profile = *profile;
+    }
     if (fault != NULL) {
-        *fault = found;
+        *fault = (lum_profile_fault)(found & 0xffu);
     }
     if (index != NULL) {
-        *index = where;
+        *index = found >> 8;
     }
-    if (found != LUM_PROFILE_FINE) {
-        return LUM_E_VALUE;
-    }
-    out->profile = *profile;
-    return LUM_OK;
+    return found == LUM_PROFILE_FINE ? LUM_OK : LUM_E_VALUE;
 }

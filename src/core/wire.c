@@ -4,13 +4,16 @@
 
 #include <string.h>
 
-static const uint8_t magic[8] = {0xed, 0xfe, 0xf3, 0xa1,
-                                 0xef, 0xbe, 0x34, 0x12};
+#define MAGIC_BYTES 8u
+
+/* The magic, and where a packet's type goes. */
+static const uint8_t header[LUM_HEADER_BYTES] = {0xed, 0xfe, 0xf3, 0xa1,
+                                                 0xef, 0xbe, 0x34, 0x12};
 
 lum_result lum_header_decode(const void *bytes, size_t len, uint8_t *type)
 {
     const uint8_t *p = bytes;
-    if (len < LUM_HEADER_BYTES || memcmp(p, magic, sizeof magic) != 0) {
+    if (len < LUM_HEADER_BYTES || memcmp(p, header, MAGIC_BYTES) != 0) {
         return LUM_E_FOREIGN;
     }
     if ((p[9] | p[10] | p[11]) != 0) {
@@ -22,8 +25,8 @@ lum_result lum_header_decode(const void *bytes, size_t len, uint8_t *type)
 
 void lum_header_encode(uint8_t out[LUM_HEADER_BYTES], uint8_t type)
 {
-    memcpy(out, magic, sizeof magic);
-    store_u32(out + 8, type);
+    memcpy(out, header, sizeof header);
+    out[MAGIC_BYTES] = type;
 }
 
 void lum_heartbeat_encode(uint8_t out[LUM_HEARTBEAT_BYTES])
@@ -31,10 +34,18 @@ void lum_heartbeat_encode(uint8_t out[LUM_HEARTBEAT_BYTES])
     lum_header_encode(out, LUM_TYPE_HEARTBEAT);
 }
 
-/* The checks that every packet of a known type and least length shares. */
-static lum_result expect(const void *bytes, size_t len, uint8_t type,
-                         size_t least)
+/* All packets but heartbeats and data go on with a word. */
+static void encode_word(uint8_t *out, uint8_t type, uint32_t word)
 {
+    lum_header_encode(out, type);
+    store_u32(out + LUM_HEADER_BYTES, word);
+}
+
+/* The checks that they share; of a timestamp, two words. */
+static lum_result decode_word(const void *bytes, size_t len, uint8_t type,
+                              uint32_t *word)
+{
+    const uint8_t *p = bytes;
     uint8_t found = 0;
     const lum_result r = lum_header_decode(bytes, len, &found);
     if (r != LUM_OK) {
@@ -43,7 +54,12 @@ static lum_result expect(const void *bytes, size_t len, uint8_t type,
     if (found != type) {
         return LUM_E_TYPE;
     }
-    return len < least ? LUM_E_SHORT : LUM_OK;
+    if (len < (type == LUM_TYPE_TIMESTAMP ? LUM_TIMESTAMP_BYTES
+                                          : LUM_TLV_PACKET_BYTES)) {
+        return LUM_E_SHORT;
+    }
+    *word = load_u32(p + LUM_HEADER_BYTES);
+    return LUM_OK;
 }
 
 bool lum_address_is_host(uint32_t address)
@@ -52,43 +68,41 @@ bool lum_address_is_host(uint32_t address)
     return address != 0 && address != 0xffffffffu && !is_multicast;
 }
 
+/* An address as its little-endian word, and back. */
+static uint32_t in_order(const lum_layout *layout, uint32_t address)
+{
+    if (layout->profile.set_ip_order != LUM_SET_IP_NETWORK) {
+        return address;
+    }
+    return address >> 24 | (address >> 8 & 0xff00u) | (address & 0xff00u) << 8 |
+           address << 24;
+}
+
 lum_result lum_set_ip_encode(uint8_t out[LUM_SET_IP_BYTES],
                              const lum_layout *layout, uint32_t address)
 {
     if (!lum_address_is_host(address)) {
         return LUM_E_VALUE;
     }
-    lum_header_encode(out, LUM_TYPE_SET_IP);
-    for (unsigned i = 0; i < 4; i++) {
-        const unsigned shift =
-            8u *
-            (layout->profile.set_ip_order == LUM_SET_IP_NETWORK ? 3u - i : i);
-        out[12 + i] = (uint8_t)((address >> shift) & 0xffu);
-    }
+    encode_word(out, LUM_TYPE_SET_IP, in_order(layout, address));
     return LUM_OK;
 }
 
 lum_result lum_set_ip_decode(const lum_layout *layout, const void *bytes,
                              size_t len, uint32_t *address)
 {
-    const uint8_t *p = bytes;
-    const lum_result r = expect(bytes, len, LUM_TYPE_SET_IP, LUM_SET_IP_BYTES);
-    if (r != LUM_OK) {
-        return r;
+    uint32_t word = 0;
+    const lum_result r = decode_word(bytes, len, LUM_TYPE_SET_IP, &word);
+    if (r == LUM_OK) {
+        *address = in_order(layout, word);
     }
-    const uint32_t little = load_u32(p + 12);
-    const uint32_t network = ((uint32_t)p[12] << 24) | ((uint32_t)p[13] << 16) |
-                             ((uint32_t)p[14] << 8) | (uint32_t)p[15];
-    *address =
-        layout->profile.set_ip_order == LUM_SET_IP_NETWORK ? network : little;
-    return LUM_OK;
+    return r;
 }
 
 void lum_timestamp_encode(uint8_t out[LUM_TIMESTAMP_BYTES],
                           const lum_timestamp *in)
 {
-    lum_header_encode(out, LUM_TYPE_TIMESTAMP);
-    store_u32(out + 12, in->sequence);
+    encode_word(out, LUM_TYPE_TIMESTAMP, in->sequence);
     store_u32(out + 16, in->clock_us);
 }
 
@@ -97,27 +111,23 @@ lum_result lum_timestamp_decode(const void *bytes, size_t len,
 {
     const uint8_t *p = bytes;
     const lum_result r =
-        expect(bytes, len, LUM_TYPE_TIMESTAMP, LUM_TIMESTAMP_BYTES);
-    if (r != LUM_OK) {
-        return r;
+        decode_word(bytes, len, LUM_TYPE_TIMESTAMP, &out->sequence);
+    if (r == LUM_OK) {
+        out->clock_us = load_u32(p + 16);
     }
-    out->sequence = load_u32(p + 12);
-    out->clock_us = load_u32(p + 16);
-    return LUM_OK;
+    return r;
 }
 
 lum_result lum_tlv_open(const void *bytes, size_t len, uint32_t *sequence,
                         lum_tlv_reader *reader)
 {
     const uint8_t *p = bytes;
-    const lum_result r = expect(bytes, len, LUM_TYPE_TLV, LUM_TLV_PACKET_BYTES);
-    if (r != LUM_OK) {
-        return r;
+    const lum_result r = decode_word(bytes, len, LUM_TYPE_TLV, sequence);
+    if (r == LUM_OK) {
+        reader->next = p + LUM_TLV_PACKET_BYTES;
+        reader->left = len - LUM_TLV_PACKET_BYTES;
     }
-    *sequence = load_u32(p + 12);
-    reader->next = p + LUM_TLV_PACKET_BYTES;
-    reader->left = len - LUM_TLV_PACKET_BYTES;
-    return LUM_OK;
+    return r;
 }
 
 lum_result lum_tlv_next(lum_tlv_reader *reader, lum_tlv *out)
@@ -149,8 +159,7 @@ lum_result lum_tlv_begin(lum_tlv_writer *writer, void *out, size_t size,
     if (size < LUM_TLV_PACKET_BYTES) {
         return LUM_E_SPACE;
     }
-    lum_header_encode(p, LUM_TYPE_TLV);
-    store_u32(p + 12, sequence);
+    encode_word(p, LUM_TYPE_TLV, sequence);
     *writer = (lum_tlv_writer){p, size, LUM_TLV_PACKET_BYTES};
     return LUM_OK;
 }

@@ -61,21 +61,24 @@ static bool is_chosen(const lum_selection *s, const lum_line *line,
         return r->number == s->return_number;
     case LUM_RETURNS_STRONGEST:
         return is_strongest(line, returns, i, strongest);
-    case LUM_RETURNS_ALL:
-    default:
+    default: /* LUM_RETURNS_ALL */
         return true;
     }
 }
 
+static inline bool is_between(float value, float min, float max)
+{
+    return value >= min && value <= max;
+}
+
 static bool is_inside(const lum_selection *s, const lum_sample *p)
 {
-    if (s->has_range &&
-        !(p->range >= s->range_min && p->range <= s->range_max)) {
+    if (s->has_range && !is_between(p->range, s->range_min, s->range_max)) {
         return false;
     }
-    return !s->has_box || (p->x >= s->box_min[0] && p->x <= s->box_max[0] &&
-                           p->y >= s->box_min[1] && p->y <= s->box_max[1] &&
-                           p->z >= s->box_min[2] && p->z <= s->box_max[2]);
+    return !s->has_box || (is_between(p->x, s->box_min[0], s->box_max[0]) &&
+                           is_between(p->y, s->box_min[1], s->box_max[1]) &&
+                           is_between(p->z, s->box_min[2], s->box_max[2]));
 }
 
 /* What all samples of a line are made with. */

@@ -1,5 +1,6 @@
 #include "device_internal.h"
 
+#include "lum/host/laser_name.h"
 #include "lum/laser.h"
 #include "lum/wire.h"
 

@@ -10,8 +10,8 @@
 
 #include "lum/calibration.h"
 #include "lum/group.h"
+#include "lum/host/yscan.h"
 #include "lum/profile.h"
-#include "lum/yscan.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,8 +1,9 @@
 #include "device_internal.h"
 
 #include "lum/command.h"
+#include "lum/host/command_text.h"
+#include "lum/host/yscan.h"
 #include "lum/laser.h"
-#include "lum/yscan.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,9 +1,10 @@
 /* Any bytes as a datagram, under layouts of many kinds. */
 #include "lum/command.h"
+#include "lum/host/command_text.h"
+#include "lum/host/yscan.h"
 #include "lum/laser.h"
 #include "lum/packet.h"
 #include "lum/wire.h"
-#include "lum/yscan.h"
 
 #include <stdint.h>
 #include <stdlib.h>

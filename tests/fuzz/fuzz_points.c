@@ -1,5 +1,6 @@
 /* Any line under any calibration that passes its check. */
 #include "lum/points.h"
+#include "lum/points_fixed.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -9,6 +10,7 @@
 #define HEAD_BYTES 64u
 #define WORDS_MAX  2000u
 #define RANGE_MAX  5e4f /* 525,000 bits of 1 ns, and 10 us, in metres */
+#define BLOCK      37u  /* points that are projected at once */
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -25,6 +27,8 @@ struct run {
     lum_sample_workspace workspace;
     lum_return returns[WORDS_MAX];
     lum_point points[WORDS_MAX];
+    lum_fixed_projector fixed;
+    lum_fixed_point fixed_points[WORDS_MAX];
     lum_sample samples[WORDS_MAX];
 };
 
@@ -67,6 +71,8 @@ static void calibrate(struct run *run, const uint8_t *b)
         b[1] & 1u ? (uint64_t)read_u32(b + 44) * 100u : 0u;
     require(lum_projector_init(&run->projector, &run->calibration,
                                &run->layout) == LUM_OK);
+    require(lum_fixed_projector_init(&run->fixed, &run->calibration,
+                                     &run->layout) == LUM_OK);
 }
 
 static void select(struct run *run, const uint8_t *b)
@@ -140,6 +146,43 @@ static void check_points(struct run *run)
     }
 }
 
+/* Both are within their bounds of section 7: float within 1e-6 and a few 2^-24
+ * of the range, and 2^-24 of a mount of up to 1 km; integers within 0.3 mm. */
+static void require_near(const struct run *run, const lum_fixed_point *p,
+                         const lum_point *q)
+{
+    const float *m = run->projector.eye[run->line.eye].mount;
+    const double unit = 1e-3 / LUM_FIXED_PER_MM;
+    const double dx = p->x * unit - (double)q->x;
+    const double dy = p->y * unit - (double)q->y;
+    const double dz = p->z * unit - (double)q->z;
+    const double range =
+        hypot(hypot((double)q->x - (double)m[0], (double)q->y - (double)m[1]),
+              (double)q->z - (double)m[2]);
+    require(p->word == q->word);
+    require(range > 250.0 || dx * dx + dy * dy + dz * dz < 1e-6);
+}
+
+/* Block by block what float makes at once. */
+static void check_fixed(struct run *run)
+{
+    lum_point_losses losses = {0, 0};
+    lum_point_losses counted = {0, 0};
+    size_t n = 0;
+    const size_t count = lum_points_compute(
+        &run->projector, &run->line, run->directions, run->points, &counted);
+    for (uint32_t at = 0; at < run->line.word_count; at += BLOCK) {
+        n += lum_points_fixed_compute(&run->fixed, &run->line, at, BLOCK,
+                                      run->fixed_points + n, &losses);
+    }
+    require(n == count);
+    require(counted.no_angle == losses.no_angle);
+    require(counted.no_range == losses.no_range);
+    for (size_t i = 0; i < n; i++) {
+        require_near(run, &run->fixed_points[i], &run->points[i]);
+    }
+}
+
 static void check_samples(struct run *run)
 {
     lum_point_losses losses = {0, 0};
@@ -177,6 +220,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     make_line(run, data + HEAD_BYTES, size - HEAD_BYTES);
     finish_line(run, data);
     check_points(run);
+    check_fixed(run);
     check_samples(run);
     free(run);
     return 0;

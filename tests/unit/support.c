@@ -60,6 +60,9 @@ void stream_begin(struct stream *s)
     s->slots = allocate(lines * sizeof *s->slots);
     s->words = allocate(lines * s->config.words_per_line * sizeof *s->words);
     memset(s->slots, 0xa5, lines * sizeof *s->slots);
+    memset(&s->assembler, 0xa5, sizeof s->assembler);
+    /* good words of the last pixel: any could follow them */
+    memset(s->words, 0xe7, lines * s->config.words_per_line * sizeof *s->words);
     assert_int_equal(lum_assembler_init(&s->assembler, &s->config, &s->layout,
                                         s->slots, s->words),
                      LUM_OK);

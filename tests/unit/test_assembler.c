@@ -63,6 +63,12 @@ static int64_t clock_of(const struct stream *s, size_t n)
     return nth_line(s, n)->clock_us;
 }
 
+static void assert_words(const lum_line *line, const uint32_t *words, size_t n)
+{
+    assert_int_equal(line->word_count, n);
+    assert_memory_equal(line->words, words, n * sizeof *words);
+}
+
 /* Constants */
 
 static void constants_are_the_documents(void **state)
@@ -199,6 +205,19 @@ static void the_clock_does_not_follow_strays(void **state)
     stream_free(s);
 }
 
+static void the_clock_follows_a_break(void **state)
+{
+    struct stream *s = open_with_clock(1, 50);
+    (void)state;
+    one(s, BLUE, 1, 150);
+    assert_int_equal(one(s, BLUE, 2, 50), LUM_E_STRAY);
+    assert_int_equal(one(s, BLUE, 2, 50), LUM_OK);
+    one(s, GREEN, 3, 190); /* 116 before 50, not 40 after 150 */
+    stream_end(s);
+    assert_true(find_line(s, GREEN, 3, 0)->clock_us == 50 - 116);
+    stream_free(s);
+}
+
 static void a_clock_of_two_bytes_is_extended_at_its_width(void **state)
 {
     struct stream *s = open_with_clock(2, 1000);
@@ -264,6 +283,41 @@ static void newest_is_the_largest_clock_not_the_last(void **state)
     stream_free(s);
 }
 
+static void a_microsecond_is_enough_to_be_newest(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    one(s, BLUE, 1, 500000);
+    assert_int_equal(one(s, BLUE, 1, 499999), LUM_OK);
+    assert_int_equal(one(s, BLUE, 1, 500001), LUM_OK);
+    assert_int_equal(one(s, BLUE, 2, 500001 + GAP), LUM_OK);
+    stream_free(s);
+    s = stream_open();
+    one(s, BLUE, 1, 500000);
+    one(s, BLUE, 1, 499999);
+    assert_int_equal(one(s, BLUE, 2, 500000 + GAP), LUM_OK);
+    stream_free(s);
+}
+
+static void a_packet_half_a_wrap_away_is_a_stray(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    one(s, BLUE, 1, 500000);
+    assert_int_equal(one(s, BLUE, 2, 500000 + 0x80000000u), LUM_E_STRAY);
+    assert_int_equal(one(s, BLUE, 1, 500000), LUM_OK);
+    stream_free(s);
+}
+
+static void the_first_stray_has_no_candidate_wherever_it_is(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    one(s, BLUE, 1, 500000);
+    assert_int_equal(one(s, BLUE, 2, 0), LUM_E_STRAY);
+    stream_free(s);
+}
+
 static void a_late_packet_may_be_the_newest(void **state)
 {
     struct stream *s = open_with_clock(4, GAP);
@@ -305,6 +359,19 @@ static void a_second_packet_there_proves_the_jump(void **state)
     stream_end(s);
     ASSERT_LINES(s, 1, 2, 3); /* and the packet went on to its line */
     assert_true(clock_of(s, 2) == 900000);
+    stream_free(s);
+}
+
+static void a_jump_behind_a_line_of_two_packets_opens_its_own(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    two(s, BLUE, 1, 500000);
+    jump(s, 2, 900000);
+    stream_end(s);
+    ASSERT_LINES(s, 1, 2);
+    assert_int_equal(nth_line(s, 0)->angle_count, 2);
+    assert_int_equal(nth_line(s, 1)->angle_count, 1);
     stream_free(s);
 }
 
@@ -381,6 +448,58 @@ static void a_break_empties_the_list_of_closed_lines(void **state)
     stream_end(s);
     ASSERT_LINES(s, 7, 7);
     assert_int_equal(counters(s)->late, 0);
+    stream_free(s);
+}
+
+static void the_list_of_closed_lines_begins_again_after_a_break(void **state)
+{
+    struct stream *s = stream_new();
+    s->config.open_lines = 1;
+    stream_begin(s);
+    (void)state;
+    for (uint32_t line = 1; line < 4; line++) {
+        one(s, BLUE, line, 500000);
+    }
+    jump(s, 11, 900000);
+    one(s, BLUE, 12, 900000);
+    assert_int_equal(one(s, BLUE, 11, 900000), LUM_E_LATE);
+    stream_free(s);
+}
+
+static void assert_restart(uint8_t r)
+{
+    struct stream *s = stream_new();
+    s->config.reorder_lines = r;
+    stream_begin(s);
+    two(s, BLUE, 1, 500000);
+    jump(s, 7, 0);
+    assert_int_equal(one(s, BLUE, 7, 0), LUM_OK);
+    assert_int_equal(one(s, BLUE, 1, 3), LUM_OK);
+    assert_int_equal(counters(s)->late, 0);
+    stream_free(s);
+}
+
+/* Where the clock is as small as the numbers of frames. */
+static void no_line_is_known_after_a_restart(void **state)
+{
+    (void)state;
+    assert_restart(1);
+    assert_restart(8);
+    assert_restart(LUM_REORDER_MAX);
+}
+
+static void numbers_of_before_a_break_may_come_again(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    for (uint32_t line = 1; line < 5; line++) {
+        two(s, BLUE, line, 500000);
+    }
+    jump(s, 5, 900000);
+    assert_int_equal(one(s, BLUE, 2, 900000), LUM_OK);
+    ASSERT_LINES(s, 1, 2, 3, 4);
+    stream_end(s);
+    ASSERT_LINES(s, 1, 2, 3, 4, 5, 2);
     stream_free(s);
 }
 
@@ -467,6 +586,21 @@ static void the_span_is_the_profiles(void **state)
     stream_free(s);
 }
 
+static void the_span_may_be_0(void **state)
+{
+    struct stream *s = stream_new();
+    s->layout.profile.line_span_us = 0;
+    stream_begin(s);
+    (void)state;
+    one(s, BLUE, 1, 500000);
+    assert_int_equal(one(s, BLUE, 1, 500000), LUM_OK);
+    assert_int_equal(one(s, BLUE, 1, 499999), LUM_E_LATE);
+    assert_int_equal(one(s, BLUE, 1, 500001), LUM_OK);
+    stream_end(s);
+    ASSERT_LINES(s, 1, 1);
+    stream_free(s);
+}
+
 static void a_fifth_line_closes_the_one_opened_first(void **state)
 {
     struct stream *s = stream_open();
@@ -515,6 +649,31 @@ static void one_of_the_last_r_closed_is_late(void **state)
     assert_int_equal(one(s, BLUE, 0, 0), LUM_OK); /* closed R + 1 lines ago */
     assert_int_equal(counters(s)->late, 9);
     stream_free(s);
+}
+
+static void of_fewer_than_r_closed_each_is_late(void **state)
+{
+    struct stream *s = open_with_clock(0, GAP);
+    (void)state;
+    for (uint32_t line = 0; line < 4 + 3; line++) {
+        one(s, BLUE, line, 0);
+    }
+    for (uint32_t line = 0; line < 3; line++) {
+        assert_int_equal(one(s, BLUE, line, 0), LUM_E_LATE);
+    }
+    stream_free(s);
+}
+
+static void nothing_is_closed_before_the_first_line(void **state)
+{
+    (void)state;
+    for (uint8_t r = 1; r <= LUM_REORDER_MAX; r++) {
+        struct stream *s = stream_new();
+        s->config.reorder_lines = r;
+        stream_begin(s);
+        assert_int_equal(one(s, BLUE, 0, 0), LUM_OK);
+        stream_free(s);
+    }
 }
 
 static void r_may_be_chosen(void **state)
@@ -681,6 +840,33 @@ static void late_is_judged_for_each_eye(void **state)
     stream_free(s);
 }
 
+static void a_packet_is_judged_before_a_line_closes_for_it(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    for (uint32_t line = 1; line < 5; line++) {
+        two(s, BLUE, line, 510000);
+    }
+    assert_int_equal(one(s, BLUE, 5, 505000), LUM_OK); /* and closes line 1 */
+    ASSERT_LINES(s, 1);
+    assert_int_equal(one(s, BLUE, 6, 505000), LUM_E_LATE);
+    stream_free(s);
+}
+
+static void a_late_packet_closes_no_line(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    for (uint32_t line = 0; line < 5; line++) {
+        one(s, BLUE, line, 500000);
+    }
+    ASSERT_LINES(s, 0);
+    assert_int_equal(one(s, BLUE, 0, 500000), LUM_E_LATE);
+    assert_int_equal(one(s, BLUE, 3, 500000), LUM_OK);
+    ASSERT_LINES(s, 0);
+    stream_free(s);
+}
+
 /* 4. Duplicate, conflict, no room */
 
 static void angles_that_are_all_there_are_a_duplicate(void **state)
@@ -727,6 +913,10 @@ static void angles_of_every_cut_are_told_apart(void **state)
                 LUM_OK);
             stream_end(s);
             assert_int_equal(nth_line(s, 0)->angle_count, 1000);
+            for (uint32_t w = 0; w < LUM_PIXEL_MARK_WORDS; w++) {
+                assert_int_equal(nth_line(s, 0)->angle_marks[w],
+                                 w < 31 ? 0xffffffffu : 0xffu);
+            }
             stream_free(s);
         }
     }
@@ -743,6 +933,20 @@ static void ranges_that_are_all_there_are_a_duplicate(void **state)
     assert_int_equal(counters(s)->duplicate, 2);
     stream_end(s);
     assert_int_equal(counters(s)->words, 50);
+    stream_free(s);
+}
+
+static void a_duplicate_is_told_by_pixels_however_many_words_they_have(
+    void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 5), DOWN(2, 5), UP(1, 6)), 3);
+    assert_int_equal(send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 5)), 1),
+                     LUM_E_DUPLICATE);
+    assert_int_equal(
+        send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 6), DOWN(2, 6)), 2),
+        LUM_E_DUPLICATE);
     stream_free(s);
 }
 
@@ -772,6 +976,21 @@ static void only_good_words_tell_a_duplicate(void **state)
         LUM_E_DUPLICATE);
     stream_end(s);
     assert_int_equal(counters(s)->words, 2);
+    stream_free(s);
+}
+
+static void the_last_pixel_of_one_line_is_no_word_of_the_next(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    send_pixels(s, BLUE, 1, 0, 999, 1);
+    assert_int_equal(send_pixels(s, BLUE, 1, 0, 5, 1), LUM_OK);
+    send_pixels(s, GREEN, 1, 0, 6, 1);
+    assert_int_equal(
+        send_words(s, GREEN, 1, 0, 0, WORDS(UP(1, 999), UP(2, 5)), 2), LUM_OK);
+    stream_end(s);
+    assert_words(nth_line(s, 0), WORDS(UP(1000, 5), UP(1000, 999)), 2);
+    assert_words(nth_line(s, 1), WORDS(UP(2, 5), UP(1000, 6), UP(1, 999)), 3);
     stream_free(s);
 }
 
@@ -854,6 +1073,23 @@ static void words_that_do_not_all_fit_are_dropped_whole(void **state)
     stream_free(s);
 }
 
+/* One more than any line can hold, of one pixel. */
+static void a_packet_of_more_words_than_a_line_has_no_room(void **state)
+{
+    const uint32_t n = LUM_LINE_WORDS_MAX + 1u;
+    uint32_t *words = malloc(n * sizeof *words);
+    (void)state;
+    assert_non_null(words);
+    for (uint32_t i = 0; i < n; i++) {
+        words[i] = UP(1, 5);
+    }
+    struct stream *s = open_with_words(LUM_LINE_WORDS_MAX);
+    assert_int_equal(send_words(s, BLUE, 1, 0, 0, words, n), LUM_E_NO_ROOM);
+    assert_int_equal(send_words(s, BLUE, 1, 0, 0, words, n - 1u), LUM_OK);
+    stream_free(s);
+    free(words);
+}
+
 static void only_good_words_need_room(void **state)
 {
     struct stream *s = open_with_words(3);
@@ -875,6 +1111,29 @@ static void a_duplicate_is_told_before_the_room(void **state)
     assert_int_equal(send_pixels(s, BLUE, 1, 0, 5, 3), LUM_E_DUPLICATE);
     assert_int_equal(send_pixels(s, BLUE, 1, 0, 5, 4), LUM_E_CONFLICT);
     assert_int_equal(counters(s)->no_room, 0);
+    stream_free(s);
+}
+
+static void words_of_a_pixel_are_counted_beyond_16_bits(void **state)
+{
+    const uint32_t n = 65536;
+    struct stream *s = stream_new();
+    uint32_t *words = malloc((n + 1u) * sizeof *words);
+    (void)state;
+    assert_non_null(words);
+    s->layout.profile.group[LUM_FIELD_NUM_SAMPLES] = (lum_field){24, 4};
+    s->layout.profile.samples_at = 28;
+    stream_begin(s);
+    for (uint32_t i = 0; i < n; i++) {
+        words[i] = UP(1, 7);
+    }
+    words[n] = UP(1, 8);
+    assert_int_equal(send_words(s, BLUE, 1, 0, 0, words, n), LUM_E_NO_ROOM);
+    assert_int_equal(send_words(s, BLUE, 1, 0, 0, words + n - 1u, 1), LUM_OK);
+    assert_int_equal(send_words(s, BLUE, 1, 0, 0, words, n), LUM_E_DUPLICATE);
+    assert_int_equal(send_words(s, BLUE, 1, 0, 0, words, n + 1u),
+                     LUM_E_CONFLICT);
+    free(words);
     stream_free(s);
 }
 
@@ -929,8 +1188,11 @@ static void angles_may_come_elevation_first(void **state)
     (void)state;
     send_angles(s, BLUE, 40, 500000, 7, 2);
     stream_end(s);
-    assert_int_equal(nth_line(s, 0)->angles[8].azimuth, 64);
-    assert_int_equal(nth_line(s, 0)->angles[8].elevation, -8);
+    for (int pixel = 7; pixel < 9; pixel++) {
+        const lum_angle angle = nth_line(s, 0)->angles[pixel];
+        assert_int_equal(angle.azimuth, 3 * pixel + 40);
+        assert_int_equal(angle.elevation, -pixel);
+    }
     stream_free(s);
 }
 
@@ -947,16 +1209,78 @@ static void a_slot_used_again_is_empty(void **state)
     const lum_line *line = nth_line(s, 1);
     assert_int_equal(line->angle_count, 1);
     assert_int_equal(line->word_count, 0);
-    assert_int_equal(line->angles[499].azimuth, 0);
-    assert_false(lum_line_has_angles(line, 499));
     assert_int_equal(line->lost_words, 0);
+    for (uint32_t pixel = 0; pixel < LUM_LINE_PIXELS; pixel++) {
+        assert_int_equal(lum_line_has_angles(line, pixel), pixel == 500);
+        assert_true(pixel == 500 || (line->angles[pixel].azimuth == 0 &&
+                                     line->angles[pixel].elevation == 0));
+    }
     stream_free(s);
 }
 
-static void assert_words(const lum_line *line, const uint32_t *words, size_t n)
+static void the_one_pixel_that_is_missing_is_empty_too(void **state)
 {
-    assert_int_equal(line->word_count, n);
-    assert_memory_equal(line->words, words, n * sizeof *words);
+    struct stream *s = stream_new();
+    s->config.open_lines = 1;
+    stream_begin(s);
+    (void)state;
+    send_angles(s, BLUE, 1, 500000, 0, 1000);
+    send_angles(s, BLUE, 2, 500000, 0, 999);
+    stream_end(s);
+    const lum_angle last = nth_line(s, 1)->angles[999];
+    assert_true(last.azimuth == 0 && last.elevation == 0);
+    stream_free(s);
+}
+
+/* As many as can be open, of both eyes. */
+static void open_lines_share_no_storage(void **state)
+{
+    struct stream *s = open_with_words(4);
+    (void)state;
+    for (uint32_t line = 0; line < 4; line++) {
+        for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+            send_angles(s, eye, line, 500000, 10 * line + eye, 1);
+            send_words(s, eye, line, 500000, 0,
+                       WORDS(UP((int32_t)(10 * line + eye), 3), UP(0, 4),
+                             UP(0, 5), UP(0, 6)),
+                       4);
+        }
+    }
+    stream_end(s);
+    for (uint32_t line = 0; line < 4; line++) {
+        for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+            const lum_line *out = find_line(s, eye, line, 0);
+            assert_int_equal(out->words[0], UP((int32_t)(10 * line + eye), 3));
+            assert_int_equal(out->angle_count, 1);
+            assert_true(lum_line_has_angles(out, 10 * line + eye));
+        }
+    }
+    stream_free(s);
+}
+
+static void a_pixel_past_the_last_is_skipped_behind_those_in_order(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    assert_int_equal(
+        send_words(s, BLUE, 1, 0, 0,
+                   WORDS(UP(1, 998), UP(2, 999), UP(3, 1000), UP(4, 1023)), 4),
+        LUM_OK);
+    stream_end(s);
+    assert_int_equal(counters(s)->bad_words, 2);
+    assert_words(nth_line(s, 0), WORDS(UP(1, 998), UP(2, 999)), 2);
+    stream_free(s);
+}
+
+static void pixel_1000_is_past_the_last(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 999), UP(2, 1000)), 2);
+    stream_end(s);
+    assert_words(nth_line(s, 0), WORDS(UP(1, 999)), 1);
+    assert_int_equal(counters(s)->bad_words, 1);
+    stream_free(s);
 }
 
 static void words_stand_by_pixel_then_as_in_their_packet(void **state)
@@ -970,6 +1294,70 @@ static void words_stand_by_pixel_then_as_in_their_packet(void **state)
     send_words(s, BLUE, 1, 0, 0, sent, 7);
     stream_end(s);
     assert_words(nth_line(s, 0), kept, 7);
+    stream_free(s);
+}
+
+/* Three words in one packet, the last of which is in its place. */
+static void assert_sorted(uint32_t a, uint32_t b, uint32_t c)
+{
+    struct stream *s = stream_open();
+    send_words(s, BLUE, 1, 0, 0, WORDS(a, b, c), 3);
+    stream_end(s);
+    assert_words(nth_line(s, 0), WORDS(b, a, c), 3);
+    stream_free(s);
+}
+
+static void words_of_any_bits_above_are_sorted_by_pixel(void **state)
+{
+    (void)state;
+    assert_sorted(UP(1, 5), UP(1, 4), UP(1, 9));
+    assert_sorted(UP(1, 512), UP(1, 511), UP(1, 999));
+    assert_sorted(DOWN(1, 5), DOWN(1, 4), DOWN(1, 9));
+    assert_sorted(UP(-1, 5), UP(-1, 4), UP(-1, 9));
+    assert_sorted(UP(-1, 5), UP(1, 4), UP(-1, 9));
+    assert_sorted(UP(1, 5), UP(-1, 4), UP(1, 9));
+    assert_sorted(DOWN(LUM_TOF_MIN, 999), DOWN(LUM_TOF_MAX, 0), UP(0, 999));
+}
+
+/* One bad word between good ones, all in order. */
+static void assert_skipped(uint32_t a, uint32_t bad, uint32_t c)
+{
+    struct stream *s = stream_open();
+    send_words(s, BLUE, 1, 0, 0, WORDS(a, bad, c), 3);
+    stream_end(s);
+    assert_words(nth_line(s, 0), WORDS(a, c), 2);
+    assert_int_equal(counters(s)->bad_words, 1);
+    stream_free(s);
+}
+
+static void a_bad_word_is_skipped_between_words_in_order(void **state)
+{
+    (void)state;
+    assert_skipped(UP(1, 4), LUM_WORD_ZERO | 5u, UP(1, 6));
+    assert_skipped(DOWN(1, 0), LUM_WORD_ZERO, DOWN(2, 0));
+}
+
+static void a_bad_word_is_skipped_before_words_in_order(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    send_words(s, BLUE, 1, 0, 0, WORDS(BAD, UP(1, 6)), 2);
+    stream_end(s);
+    assert_words(nth_line(s, 0), WORDS(UP(1, 6)), 1);
+    assert_int_equal(counters(s)->bad_words, 1);
+    stream_free(s);
+}
+
+static void a_packet_behind_a_line_of_one_word_is_sorted_too(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 9)), 1);
+    assert_int_equal(send_words(s, BLUE, 1, 0, 1, WORDS(UP(2, 9)), 1),
+                     LUM_E_DUPLICATE);
+    send_words(s, BLUE, 1, 0, 1, WORDS(UP(2, 5)), 1);
+    stream_end(s);
+    assert_words(nth_line(s, 0), WORDS(UP(2, 5), UP(1, 9)), 2);
     stream_free(s);
 }
 
@@ -1128,6 +1516,17 @@ static void lost_words_are_never_below_0(void **state)
     (void)state;
     send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 0), UP(1, 1)), 2);
     send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 2), UP(1, 3)), 2);
+    stream_end(s);
+    assert_int_equal(lost_by(s), 0);
+    stream_free(s);
+}
+
+static void words_past_the_lines_are_not_lost(void **state)
+{
+    struct stream *s = open_with_words(4);
+    (void)state;
+    send_words(s, BLUE, 1, 0, 0, WORDS(BAD, BAD, BAD), 3);
+    send_words(s, BLUE, 1, 0, 2, WORDS(BAD, BAD), 2);
     stream_end(s);
     assert_int_equal(lost_by(s), 0);
     stream_free(s);
@@ -1297,29 +1696,40 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(the_clock_follows_late_packets),
     cmocka_unit_test(the_clock_follows_repeats),
     cmocka_unit_test(the_clock_does_not_follow_strays),
+    cmocka_unit_test(the_clock_follows_a_break),
     cmocka_unit_test(a_clock_of_two_bytes_is_extended_at_its_width),
     cmocka_unit_test(without_a_timestamp_every_clock_is_0),
     cmocka_unit_test(a_packet_at_gap_us_belongs_to_the_stream),
     cmocka_unit_test(a_packet_past_gap_us_is_a_stray),
     cmocka_unit_test(newest_is_the_largest_clock_not_the_last),
+    cmocka_unit_test(a_microsecond_is_enough_to_be_newest),
+    cmocka_unit_test(a_packet_half_a_wrap_away_is_a_stray),
+    cmocka_unit_test(the_first_stray_has_no_candidate_wherever_it_is),
     cmocka_unit_test(a_late_packet_may_be_the_newest),
     cmocka_unit_test(each_eye_has_its_own_newest),
     cmocka_unit_test(a_second_packet_there_proves_the_jump),
+    cmocka_unit_test(a_jump_behind_a_line_of_two_packets_opens_its_own),
     cmocka_unit_test(a_jump_back_makes_newest_lower),
     cmocka_unit_test(the_candidate_reaches_gap_us),
     cmocka_unit_test(a_packet_of_the_stream_between_forgets_the_candidate),
     cmocka_unit_test(the_other_eyes_packets_do_not_come_between),
     cmocka_unit_test(the_candidate_is_spent_by_the_break),
     cmocka_unit_test(a_break_empties_the_list_of_closed_lines),
+    cmocka_unit_test(the_list_of_closed_lines_begins_again_after_a_break),
+    cmocka_unit_test(no_line_is_known_after_a_restart),
+    cmocka_unit_test(numbers_of_before_a_break_may_come_again),
     cmocka_unit_test(a_break_forgets_the_low_clock),
     cmocka_unit_test(a_break_is_the_eyes_own),
     cmocka_unit_test(a_packet_within_the_span_is_of_the_line),
     cmocka_unit_test(a_newer_packet_closes_the_lines_through_its_number),
     cmocka_unit_test(an_older_packet_of_an_open_line_is_late),
     cmocka_unit_test(the_span_is_the_profiles),
+    cmocka_unit_test(the_span_may_be_0),
     cmocka_unit_test(a_fifth_line_closes_the_one_opened_first),
     cmocka_unit_test(a_caller_may_choose_one_open_line),
     cmocka_unit_test(one_of_the_last_r_closed_is_late),
+    cmocka_unit_test(of_fewer_than_r_closed_each_is_late),
+    cmocka_unit_test(nothing_is_closed_before_the_first_line),
     cmocka_unit_test(r_may_be_chosen),
     cmocka_unit_test(a_closed_line_is_known_within_the_span),
     cmocka_unit_test(a_closed_line_is_not_known_before_the_span),
@@ -1331,24 +1741,39 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(one_packet_ahead_of_its_time_deafens_nobody),
     cmocka_unit_test(a_repeat_of_that_packet_deafens_nobody_either),
     cmocka_unit_test(late_is_judged_for_each_eye),
+    cmocka_unit_test(a_packet_is_judged_before_a_line_closes_for_it),
+    cmocka_unit_test(a_late_packet_closes_no_line),
     cmocka_unit_test(angles_that_are_all_there_are_a_duplicate),
     cmocka_unit_test(angles_of_which_some_are_there_are_a_conflict),
     cmocka_unit_test(angles_of_every_cut_are_told_apart),
     cmocka_unit_test(ranges_that_are_all_there_are_a_duplicate),
+    cmocka_unit_test(
+        a_duplicate_is_told_by_pixels_however_many_words_they_have),
     cmocka_unit_test(ranges_of_which_some_are_there_are_a_conflict),
     cmocka_unit_test(only_good_words_tell_a_duplicate),
+    cmocka_unit_test(the_last_pixel_of_one_line_is_no_word_of_the_next),
     cmocka_unit_test(bad_words_of_a_dropped_packet_are_not_counted),
     cmocka_unit_test(bad_words_are_skipped_alone),
     cmocka_unit_test(a_packet_of_bad_words_alone_is_accepted),
     cmocka_unit_test(bad_words_alone_find_room_in_a_full_line),
     cmocka_unit_test(words_that_do_not_all_fit_are_dropped_whole),
+    cmocka_unit_test(a_packet_of_more_words_than_a_line_has_no_room),
     cmocka_unit_test(only_good_words_need_room),
     cmocka_unit_test(a_duplicate_is_told_before_the_room),
+    cmocka_unit_test(words_of_a_pixel_are_counted_beyond_16_bits),
     cmocka_unit_test(what_is_dropped_leaves_its_line_open),
     cmocka_unit_test(a_line_bears_what_its_packets_brought),
     cmocka_unit_test(angles_may_come_elevation_first),
     cmocka_unit_test(a_slot_used_again_is_empty),
+    cmocka_unit_test(the_one_pixel_that_is_missing_is_empty_too),
+    cmocka_unit_test(open_lines_share_no_storage),
+    cmocka_unit_test(a_pixel_past_the_last_is_skipped_behind_those_in_order),
+    cmocka_unit_test(pixel_1000_is_past_the_last),
     cmocka_unit_test(words_stand_by_pixel_then_as_in_their_packet),
+    cmocka_unit_test(words_of_any_bits_above_are_sorted_by_pixel),
+    cmocka_unit_test(a_bad_word_is_skipped_between_words_in_order),
+    cmocka_unit_test(a_bad_word_is_skipped_before_words_in_order),
+    cmocka_unit_test(a_packet_behind_a_line_of_one_word_is_sorted_too),
     cmocka_unit_test(packets_interleave_by_pixel),
     cmocka_unit_test(random_orders_end_sorted_and_stable),
     cmocka_unit_test(the_end_closes_blue_in_order_then_green),
@@ -1359,6 +1784,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(bad_words_are_not_lost),
     cmocka_unit_test(a_packet_of_bad_words_alone_shows_what_is_lost),
     cmocka_unit_test(lost_words_are_never_below_0),
+    cmocka_unit_test(words_past_the_lines_are_not_lost),
     cmocka_unit_test(sums_beyond_a_lines_words_are_not_believed),
     cmocka_unit_test(an_index_at_the_end_of_32_bits_is_not_believed),
     cmocka_unit_test(dropped_packets_show_nothing_lost),

@@ -5,9 +5,9 @@
 
 #include <cmocka.h>
 
+#include "lum/host/yscan.h"
 #include "lum/laser.h"
 #include "lum/wire.h"
-#include "lum/yscan.h"
 #include "sim/device.h"
 
 #include <stdbool.h>

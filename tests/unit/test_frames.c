@@ -194,6 +194,23 @@ static void the_line_after_a_break_begins_a_frame(void **state)
     stream_free(s);
 }
 
+static void breaks_without_a_line_between_are_one(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    send_lines(s, BLUE, 10, 12);
+    jump(s, BLUE, 13);
+    jump(s, BLUE, 14);
+    send_lines(s, BLUE, 15, 50); /* green is silent now */
+    send_lines(s, BLUE, 0, R - 1);
+    assert_int_equal(count_events(s, LUM_FRAME_READY), 1);
+    stream_end(s);
+    assert_int_equal(frame_of(s, BLUE, 15, 0), 2);
+    assert_int_equal(frame_of(s, BLUE, 0, 0), 3);
+    assert_int_equal(count_events(s, LUM_FRAME_READY), 3);
+    stream_free(s);
+}
+
 static void a_break_ends_the_gap_before_it(void **state)
 {
     struct stream *s = stream_open();
@@ -488,6 +505,16 @@ static void a_gap_shrinks_by_each_line_that_comes_after_all(void **state)
     assert_int_equal(skipped_at_end(s), 6 - 2);
 }
 
+static void the_one_line_that_lacks_may_come_after_all(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    send_line(s, BLUE, 10);
+    send_line(s, BLUE, 12);
+    send_line(s, BLUE, 11);
+    assert_int_equal(skipped_at_end(s), 0);
+}
+
 static void a_gap_is_never_below_0(void **state)
 {
     struct stream *s = stream_open();
@@ -572,6 +599,28 @@ static void frames_counts_distinct_numbers(void **state)
     (void)state;
     stream_end(s);
     assert_int_equal(counters(s)->frames, 6);
+    stream_free(s);
+}
+
+static void frames_counts_from_the_first_line_on(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    send_line(s, GREEN, 40);
+    send_line(s, GREEN, 1); /* frame 2 */
+    stream_end(s);
+    assert_int_equal(counters(s)->frames, 2);
+    stream_free(s);
+    s = stream_open();
+    send_line(s, GREEN, 40);
+    stream_end(s);
+    assert_int_equal(counters(s)->frames, 1);
+    stream_free(s);
+    s = stream_open();
+    send_line(s, BLUE, 1);
+    send_line(s, GREEN, 40); /* frame 0 */
+    stream_end(s);
+    assert_int_equal(counters(s)->frames, 2);
     stream_free(s);
 }
 
@@ -666,6 +715,40 @@ static void stragglers_are_no_lines_of_a_later_frame(void **state)
     stream_free(s);
 }
 
+static void a_line_counts_once_however_many_packets_it_has(void **state)
+{
+    struct stream *s = stream_new();
+    s->config.open_lines = 1;
+    stream_begin(s);
+    (void)state;
+    both(s, 0, 30);
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        for (uint32_t i = 0; i < 3 * R; i++) {
+            assert_int_equal(send_angles(s, eye, 0, s->clock, i, 1), LUM_OK);
+        }
+    }
+    tick(s);
+    assert_int_equal(completions(s), 0);
+    stream_free(s);
+}
+
+/* Frames of three lines; 11 is more than R below 20, and 20 no straggler. */
+static void lines_of_any_later_frames_count_together(void **state)
+{
+    static const uint32_t lines[] = {11, 15, 20};
+    struct stream *s = stream_new();
+    s->config.open_lines = 1;
+    stream_begin(s);
+    s->step = 500;
+    (void)state;
+    for (unsigned i = 0; i < 8 * 3; i++) {
+        /* frame f ends with line 3 f - 1, and is complete R lines later */
+        assert_int_equal(completes(s, lines[i % 3]),
+                         i + 1 >= 3 + R && (i + 1 - R) % 3 == 0);
+    }
+    stream_free(s);
+}
+
 static void a_frame_is_not_complete_while_a_line_of_it_is_open(void **state)
 {
     struct stream *s = stream_new();
@@ -680,6 +763,62 @@ static void a_frame_is_not_complete_while_a_line_of_it_is_open(void **state)
     tick(s);
     assert_int_equal(completions(s), 0);
     both(s, 15, 16);
+    tick(s);
+    assert_int_equal(completions(s), 1);
+    stream_free(s);
+}
+
+/* Line 31 of frame 1 opens behind line 6 of frame 2, and is decided before. */
+static void nor_while_the_line_opened_last_is_of_it(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    both(s, 0, 30);
+    both(s, 0, R - 3);
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        const uint32_t clock = s->clock + 2000;
+        send_line(s, eye, R - 2);
+        assert_int_equal(send_angles(s, eye, R - 1, clock, 0, 1), LUM_OK);
+        assert_int_equal(send_angles(s, eye, 31, clock, 0, 1), LUM_OK);
+        assert_int_equal(send_angles(s, eye, 31, clock, 1, 1), LUM_OK);
+        assert_int_equal(send_angles(s, eye, R - 1, clock, 1, 1), LUM_OK);
+    }
+    tick(s);
+    assert_int_equal(completions(s), 0);
+    stream_end(s);
+    assert_int_equal(frame_of(s, BLUE, 31, 0), 1);
+    assert_int_equal(frame_of(s, GREEN, R - 1, 1), 2);
+    assert_lines_before_frames(s);
+    stream_free(s);
+}
+
+static void a_frame_before_that_of_an_open_line_may_be_complete(void **state)
+{
+    struct stream *s = stream_new();
+    s->config.reorder_lines = 1;
+    stream_begin(s);
+    (void)state;
+    both(s, 30, 30); /* frames 1, 2 and 3: a line each */
+    both(s, 20, 20);
+    both(s, 10, 10);
+    tick(s);
+    assert_int_equal(completions(s), 0); /* all are open */
+    both(s, 11, 12);
+    tick(s);
+    assert_int_equal(completions(s), 1); /* and now 20 and more */
+    assert_true(frame_event(s, 1) >= 0);
+    stream_free(s);
+}
+
+static void a_line_of_one_packet_holds_no_frame_back(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    both(s, 0, 30);
+    both(s, 0, R - 4);
+    single(s, BLUE, R - 3);
+    single(s, GREEN, R - 3);
+    both(s, R - 2, R); /* the R-th decided: line 5 has one packet */
     tick(s);
     assert_int_equal(completions(s), 1);
     stream_free(s);
@@ -732,18 +871,41 @@ static void the_end_completes_the_last_frame_after_its_lines(void **state)
 
 static void an_eye_alone_waits_for_the_other_for_gap_us(void **state)
 {
-    struct stream *s = stream_open();
     (void)state;
-    /* 5 ms a line, from 1 s on: the other is silent from the 22nd line on */
-    for (unsigned i = 0; i < 2; i++) {
-        send_lines(s, BLUE, 0, 9);
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        struct stream *s = stream_open();
+        /* 5 ms a line, from 1 s on: the other is silent from the 22nd on */
+        for (unsigned i = 0; i < 2; i++) {
+            send_lines(s, eye, 0, 9);
+        }
+        assert_true(send_angles(s, eye, 500, s->clock, 0, 1) <= LUM_OK);
+        assert_int_equal(completions(s), 0);
+        send_lines(s, eye, 10, 16);
+        assert_true(send_angles(s, eye, 500, s->clock, 1, 1) <= LUM_OK);
+        assert_int_equal(completions(s), 1);
+        stream_free(s);
     }
-    tick(s);
-    assert_int_equal(completions(s), 0);
-    send_lines(s, BLUE, 10, 16);
-    tick(s);
-    assert_int_equal(completions(s), 1);
-    stream_free(s);
+}
+
+/* Blue's low clock is that of the line closed last; green was heard at 1 s. */
+static void an_eye_at_gap_us_is_not_silent_yet(void **state)
+{
+    (void)state;
+    for (uint32_t past = 0; past < 2; past++) {
+        struct stream *s = stream_open();
+        s->step = 0;
+        send_line(s, GREEN, 10);
+        send_lines(s, BLUE, 10, 12);
+        send_lines(s, BLUE, 0, R); /* 5 of which have closed */
+        s->clock += 50000u;
+        send_lines(s, BLUE, R + 1, R + 1);
+        s->clock += 50000u + past;
+        send_lines(s, BLUE, R + 2, R + 5); /* line R + 1 closes */
+        send_line(s, BLUE, R + 6);         /* and one of the last clock */
+        tick(s);
+        assert_int_equal(completions(s), past);
+        stream_free(s);
+    }
 }
 
 static void an_eye_that_falls_silent_is_waited_for_gap_us(void **state)
@@ -799,6 +961,35 @@ static void a_jump_of_one_eyes_clock_makes_the_other_not_silent(void **state)
     (void)state;
     after_a_jump_of(0);
     after_a_jump_of(0u - 2000000u);
+}
+
+static void an_eye_is_heard_when_the_others_clock_jumps(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    both(s, 0, 10);
+    jump(s, BLUE, 11);
+    send_lines(s, BLUE, 12, 20); /* 45 ms, and some of them have closed */
+    tick(s);
+    assert_int_equal(completions(s), 0);
+    stream_free(s);
+}
+
+static void a_break_completes_its_frame_whatever_r_is(void **state)
+{
+    (void)state;
+    for (uint8_t r = 1; r <= LUM_REORDER_MAX; r++) {
+        struct stream *s = stream_new();
+        s->config.reorder_lines = r;
+        stream_begin(s);
+        both(s, 0, 10);
+        jump(s, BLUE, 11);
+        assert_int_equal(completions(s), 0);
+        jump(s, GREEN, 11);
+        tick(s);
+        assert_int_equal(completions(s), 1);
+        stream_free(s);
+    }
 }
 
 static void one_packet_ahead_of_its_time_makes_nobody_silent(void **state)
@@ -862,6 +1053,25 @@ static void a_frame_before_the_first_is_complete_before_it(void **state)
     stream_free(s);
 }
 
+/* Green is silent with line 40 of frame 0 open. */
+static void a_frame_of_a_silent_eye_is_complete_once_and_in_order(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    send_line(s, BLUE, 1);
+    send_line(s, GREEN, 40);
+    send_lines(s, BLUE, 2, 40);
+    send_lines(s, BLUE, 0, 2 * R);
+    tick(s);
+    assert_int_equal(completions(s), 2);
+    assert_true(frame_event(s, 0) >= 0);
+    assert_true(frame_event(s, 1) > frame_event(s, 0));
+    stream_end(s);
+    assert_int_equal(frame_of(s, GREEN, 40, 0), 0);
+    assert_int_equal(completions(s), 3);
+    stream_free(s);
+}
+
 static void a_frame_of_undecided_lines_alone_is_complete_at_the_end(
     void **state)
 {
@@ -888,6 +1098,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_line_of_one_packet_changes_nothing),
     cmocka_unit_test(a_frame_is_decided_by_the_second_accepted_packet),
     cmocka_unit_test(the_line_after_a_break_begins_a_frame),
+    cmocka_unit_test(breaks_without_a_line_between_are_one),
     cmocka_unit_test(a_break_ends_the_gap_before_it),
     cmocka_unit_test(no_line_straggles_between_a_break_and_the_next_wrap),
     cmocka_unit_test(a_line_straggles_after_the_wrap_behind_a_break),
@@ -911,6 +1122,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(lines_in_order_skip_none),
     cmocka_unit_test(a_gap_grows_by_the_lines_between),
     cmocka_unit_test(a_gap_shrinks_by_each_line_that_comes_after_all),
+    cmocka_unit_test(the_one_line_that_lacks_may_come_after_all),
     cmocka_unit_test(a_gap_is_never_below_0),
     cmocka_unit_test(the_top_once_more_changes_no_gap),
     cmocka_unit_test(a_line_below_does_not_lower_the_top),
@@ -918,21 +1130,31 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(the_widest_gap_is_counted),
     cmocka_unit_test(r_is_the_callers),
     cmocka_unit_test(frames_counts_distinct_numbers),
+    cmocka_unit_test(frames_counts_from_the_first_line_on),
     cmocka_unit_test(a_frame_is_complete_after_r_lines_of_the_next),
     cmocka_unit_test(every_frame_is_complete_after_r_lines_of_the_next),
     cmocka_unit_test(stragglers_are_no_lines_of_a_later_frame),
+    cmocka_unit_test(a_line_counts_once_however_many_packets_it_has),
+    cmocka_unit_test(lines_of_any_later_frames_count_together),
     cmocka_unit_test(a_frame_is_not_complete_while_a_line_of_it_is_open),
+    cmocka_unit_test(nor_while_the_line_opened_last_is_of_it),
+    cmocka_unit_test(a_frame_before_that_of_an_open_line_may_be_complete),
+    cmocka_unit_test(a_line_of_one_packet_holds_no_frame_back),
     cmocka_unit_test(all_lines_of_a_frame_come_before_it),
     cmocka_unit_test(frames_are_complete_in_order_each_once),
     cmocka_unit_test(the_end_completes_the_last_frame_after_its_lines),
     cmocka_unit_test(an_eye_alone_waits_for_the_other_for_gap_us),
+    cmocka_unit_test(an_eye_at_gap_us_is_not_silent_yet),
     cmocka_unit_test(an_eye_that_falls_silent_is_waited_for_gap_us),
     cmocka_unit_test(a_break_completes_the_frames_before_it),
     cmocka_unit_test(a_jump_of_one_eyes_clock_makes_the_other_not_silent),
+    cmocka_unit_test(an_eye_is_heard_when_the_others_clock_jumps),
+    cmocka_unit_test(a_break_completes_its_frame_whatever_r_is),
     cmocka_unit_test(one_packet_ahead_of_its_time_makes_nobody_silent),
     cmocka_unit_test(a_frame_that_the_other_eye_skips_is_complete_as_well),
     cmocka_unit_test(a_straggler_comes_before_its_frame_is_complete),
     cmocka_unit_test(a_frame_before_the_first_is_complete_before_it),
+    cmocka_unit_test(a_frame_of_a_silent_eye_is_complete_once_and_in_order),
     cmocka_unit_test(a_frame_of_undecided_lines_alone_is_complete_at_the_end),
 };
 

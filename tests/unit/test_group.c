@@ -120,6 +120,52 @@ static void the_encoder_writes_the_same_bytes(void **state)
     assert_memory_equal(out, ranges + 24, 4);
 }
 
+static void bytes_between_the_fields_are_0(void **state)
+{
+    lum_profile p;
+    const lum_group g = {.line = 0xffff,
+                         .num_samples = 1,
+                         .first_sample_index = 0xffff,
+                         .clock_raw = 0xffffffffu,
+                         .eye = 1,
+                         .tag = LUM_TAG_RANGES};
+    uint8_t out[64];
+    size_t len = 0;
+    (void)state;
+    lum_profile_default(&p);
+    p.samples_at = 64;
+    p.group[LUM_FIELD_TIMESTAMP].at = 32;
+    const lum_layout layout = checked(&p);
+    memset(out, 0x55, sizeof out);
+    assert_int_equal(lum_group_encode(&layout, &g, out, sizeof out, &len),
+                     LUM_OK);
+    assert_int_equal(len, 64);
+    for (size_t i = 20; i < 64; i++) {
+        assert_int_equal(out[i], i >= 32 && i < 36 ? 0xff : 0);
+    }
+}
+
+static void the_clock_is_cut_to_its_field(void **state)
+{
+    lum_layout layout = standard();
+    const lum_group in = {
+        .num_samples = 1, .clock_raw = 0x12345678u, .tag = LUM_TAG_RANGES};
+    static const struct {
+        uint8_t bytes;
+        uint32_t clock;
+    } rows[] = {{1, 0x78}, {2, 0x5678}, {4, 0x12345678u}};
+    (void)state;
+    for (size_t i = 0; i < 3; i++) {
+        size_t len = 0;
+        lum_group out;
+        layout.profile.group[LUM_FIELD_TIMESTAMP].bytes = rows[i].bytes;
+        uint8_t *packet = encode_packet(&layout, &in, ranges, &len);
+        assert_int_equal(lum_group_decode(&layout, packet, len, &out), LUM_OK);
+        assert_int_equal(out.clock_raw, rows[i].clock);
+        free(packet);
+    }
+}
+
 static void every_truncation_is_malformed_and_writes_nothing(void **state)
 {
     const lum_layout layout = standard();
@@ -437,6 +483,8 @@ int main(void)
         cmocka_unit_test(angles_may_bear_the_elevation_first),
         cmocka_unit_test(ranges_are_read_as_the_layout_says),
         cmocka_unit_test(the_encoder_writes_the_same_bytes),
+        cmocka_unit_test(bytes_between_the_fields_are_0),
+        cmocka_unit_test(the_clock_is_cut_to_its_field),
         cmocka_unit_test(every_truncation_is_malformed_and_writes_nothing),
         cmocka_unit_test(bytes_behind_the_last_sample_are_ignored),
         cmocka_unit_test(no_samples_and_too_many_are_malformed),

@@ -393,6 +393,20 @@ static void losses_count_all_words_whatever_is_asked_for(void **state)
     scene_free(s);
 }
 
+static void a_pixel_without_angles_costs_no_other_its_samples(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    put(s, 100, true, 30);
+    put(s, 200, true, 31);
+    put(s, 300, true, 32);
+    s->marks[0] &= ~(UINT32_C(1) << 31);
+    s->line.angle_count--;
+    ASSERT_TOFS(s, 100, 300);
+    assert_int_equal(s->losses.no_angle, 1);
+    scene_free(s);
+}
+
 /* Numbers are those of all words of the pixel, also of those without range. */
 static void a_word_without_range_is_still_a_return(void **state)
 {
@@ -434,6 +448,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_box_includes_its_faces),
     cmocka_unit_test(a_box_is_about_the_sensor_and_a_range_about_the_eye),
     cmocka_unit_test(losses_count_all_words_whatever_is_asked_for),
+    cmocka_unit_test(a_pixel_without_angles_costs_no_other_its_samples),
     cmocka_unit_test(a_word_without_range_is_still_a_return),
     cmocka_unit_test(a_line_without_words_has_no_samples),
 };

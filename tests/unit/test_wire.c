@@ -128,6 +128,31 @@ static void set_ip_bears_it_backwards_where_the_profile_says_so(void **state)
     assert_int_equal(address, 0x0a2a0063u);
 }
 
+static void every_bit_of_an_address_has_its_place(void **state)
+{
+    lum_layout layout;
+    (void)state;
+    lum_layout_default(&layout);
+    for (unsigned order = LUM_SET_IP_NETWORK; order <= LUM_SET_IP_LITTLE;
+         order++) {
+        layout.profile.set_ip_order = (uint8_t)order;
+        for (unsigned bit = 0; bit < 32; bit++) {
+            const unsigned at =
+                order == LUM_SET_IP_NETWORK ? 3 - bit / 8u : bit / 8u;
+            uint8_t out[LUM_SET_IP_BYTES];
+            uint32_t address = 0;
+            assert_int_equal(
+                lum_set_ip_encode(out, &layout, UINT32_C(1) << bit), LUM_OK);
+            for (unsigned i = 0; i < 4; i++) {
+                assert_int_equal(out[12 + i], i == at ? 1u << bit % 8u : 0u);
+            }
+            assert_int_equal(
+                lum_set_ip_decode(&layout, out, sizeof out, &address), LUM_OK);
+            assert_int_equal(address, UINT32_C(1) << bit);
+        }
+    }
+}
+
 static void addresses_no_sensor_can_have_are_refused(void **state)
 {
     static const struct {
@@ -366,6 +391,18 @@ static void an_item_of_no_bytes_needs_no_value(void **state)
     assert_int_equal(writer.len, sizeof out);
 }
 
+static void an_item_of_one_byte_bears_it(void **state)
+{
+    uint8_t out[LUM_TLV_PACKET_BYTES + LUM_TLV_HEAD_BYTES + 1] = {0};
+    const uint8_t value = 0xab;
+    lum_tlv_writer writer;
+    (void)state;
+    assert_int_equal(lum_tlv_begin(&writer, out, sizeof out, 1), LUM_OK);
+    assert_int_equal(lum_tlv_add(&writer, 3, &value, 1), LUM_OK);
+    assert_int_equal(writer.len, sizeof out);
+    assert_int_equal(out[sizeof out - 1], 0xab);
+}
+
 static void what_does_not_fit_is_not_written(void **state)
 {
     (void)state;
@@ -418,6 +455,7 @@ int main(void)
         cmocka_unit_test(a_heartbeat_is_a_bare_header),
         cmocka_unit_test(set_ip_bears_the_address_in_network_order),
         cmocka_unit_test(set_ip_bears_it_backwards_where_the_profile_says_so),
+        cmocka_unit_test(every_bit_of_an_address_has_its_place),
         cmocka_unit_test(addresses_no_sensor_can_have_are_refused),
         cmocka_unit_test(every_truncation_of_set_ip_fails_and_writes_nothing),
         cmocka_unit_test(a_timestamp_is_two_little_endian_words),
@@ -432,6 +470,7 @@ int main(void)
         cmocka_unit_test(a_cut_item_leaves_the_output_alone),
         cmocka_unit_test(an_item_may_have_every_length_of_16_bits),
         cmocka_unit_test(an_item_of_no_bytes_needs_no_value),
+        cmocka_unit_test(an_item_of_one_byte_bears_it),
         cmocka_unit_test(what_does_not_fit_is_not_written),
         cmocka_unit_test(a_u16_needs_two_bytes),
     };

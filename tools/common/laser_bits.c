@@ -1,5 +1,6 @@
 #include "laser_bits.h"
 
+#include "lum/host/laser_name.h"
 #include "lum/laser.h"
 
 #include <stdio.h>

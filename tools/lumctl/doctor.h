@@ -6,7 +6,7 @@
 #include "ctl.h"
 
 #include "lum/assembler.h"
-#include "lum/clock.h"
+#include "lum/host/clock_sync.h"
 #include "lum/packet.h"
 
 #include <stdbool.h>

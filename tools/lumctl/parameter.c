@@ -1,6 +1,7 @@
 #include "ctl.h"
 
 #include "lum/command.h"
+#include "lum/host/command_text.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "report.h"
 
+#include "lum/host/laser_name.h"
 #include "lum/laser.h"
 
 #include <errno.h>

@@ -9,6 +9,7 @@
 
 #include "lum/base/time.h"
 #include "lum/command.h"
+#include "lum/host/command_text.h"
 
 #include <signal.h>
 #include <stdio.h>

@@ -5,6 +5,7 @@
 #include "session.h"
 
 #include "lum/command.h"
+#include "lum/host/command_text.h"
 
 #include <ctype.h>
 #include <stdio.h>

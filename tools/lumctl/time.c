@@ -5,7 +5,7 @@
 #include "watch.h"
 
 #include "lum/base/time.h"
-#include "lum/clock.h"
+#include "lum/host/clock_sync.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -4,6 +4,7 @@
 #include "yscan_shape.h"
 
 #include "lum/command.h"
+#include "lum/host/command_text.h"
 
 #include <stdio.h>
 #include <string.h>

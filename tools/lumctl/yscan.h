@@ -5,7 +5,7 @@
 #include "ctl.h"
 
 #include "lum/calibration.h"
-#include "lum/yscan.h"
+#include "lum/host/yscan_plan.h"
 
 /* Lines of the two line modes; the protocol cannot ask which is on. */
 #define YSCAN_LINES     640u

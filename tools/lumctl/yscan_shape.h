@@ -4,7 +4,7 @@
 
 #include "ctl.h"
 
-#include "lum/yscan.h"
+#include "lum/host/yscan_plan.h"
 
 /* Reads uniform[:MIN:MAX], gaussian:CENTER:SIGMA[:MIN:MAX] or
  * regions:MIN..MAX=WEIGHT,...; degrees. Regions come in any order. Complains.

@@ -2,6 +2,7 @@
 
 #include "../common/number.h"
 #include "lum/base/time.h"
+#include "lum/host/laser_name.h"
 #include "lum/laser.h"
 #include "lum/wire.h"
 

@@ -2,6 +2,7 @@
 #include "status.h"
 
 #include "../common/json.h"
+#include "lum/host/laser_name.h"
 #include "lum/laser.h"
 #include "lum/smooth.h"
 #include "lum/version.h"

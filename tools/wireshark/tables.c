@@ -2,6 +2,7 @@
 #include "lum/calibration.h"
 #include "lum/command.h"
 #include "lum/group.h"
+#include "lum/host/laser_name.h"
 #include "lum/laser.h"
 #include "lum/packet.h"
 #include "lum/profile.h"

@@ -5,6 +5,10 @@
 
 #include <stddef.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 #if defined(__MINGW32__)
 /** The arguments from first_at on are those of a printf format at format_at. */
 #define LUM_PRINTF(format_at, first_at)                                        \
@@ -32,5 +36,9 @@ typedef struct lum_error {
  * @return -1, so that `return lum_error_set(...)` reads well. */
 LUM_PRINTF(2, 3)
 int lum_error_set(lum_error *error, const char *format, ...);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -6,6 +6,10 @@
 
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Time since an arbitrary moment, ns; never goes back, the same for all
  * processes of a host where the system has such a clock. */
 int64_t lum_time_monotonic_ns(void);
@@ -16,5 +20,9 @@ int64_t lum_time_utc_ns(void);
 /** Sleep until the monotonic clock reaches a time. Returns at once when it has
  * passed, and early when a signal comes. */
 void lum_time_sleep_until(int64_t monotonic_ns);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

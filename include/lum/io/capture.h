@@ -16,6 +16,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** What a record of a capture turned out to be. */
 typedef enum lum_record_kind {
     LUM_RECORD_DATAGRAM,  /**< a whole UDP datagram over IPv4 */
@@ -111,5 +115,9 @@ LUM_MUST_CHECK int lum_capture_writer_flush(lum_capture_writer *writer,
  * @return 0, or -1 with the reason in error; closed either way. */
 LUM_MUST_CHECK int lum_capture_writer_close(lum_capture_writer *writer,
                                             lum_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

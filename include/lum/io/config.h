@@ -14,6 +14,10 @@
 #include "lum/profile.h"
 #include "lum/result.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Largest YAML file that is read: 64 KiB. */
 #define LUM_CONFIG_BYTES_MAX 65536u
 
@@ -41,5 +45,9 @@ LUM_MUST_CHECK int lum_calibration_parse(const char *text, size_t len,
 LUM_MUST_CHECK int lum_profile_parse(const char *text, size_t len,
                                      const char *name, lum_profile *out,
                                      lum_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

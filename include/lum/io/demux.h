@@ -19,6 +19,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Most sensors in one stream; data of more counts as *other*. */
 #define LUM_DEMUX_SENSORS_MAX 16u
 
@@ -94,5 +98,9 @@ void lum_demux_get_sensor(const lum_demux *demux, size_t i,
 /** Counters of the whole stream, without those of sensors that were not asked
  * for. */
 void lum_demux_total(const lum_demux *demux, lum_demux_counters *out);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

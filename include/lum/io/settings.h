@@ -11,12 +11,16 @@
 
 #include "lum/base/error.h"
 #include "lum/command.h"
+#include "lum/host/yscan_plan.h"
 #include "lum/result.h"
-#include "lum/yscan.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 /** What a file names. */
 typedef struct lum_settings {
@@ -40,5 +44,9 @@ LUM_MUST_CHECK int lum_settings_load(const char *path, lum_settings *out,
 LUM_MUST_CHECK int lum_settings_parse(const char *text, size_t len,
                                       const char *name, lum_settings *out,
                                       lum_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

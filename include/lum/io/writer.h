@@ -15,6 +15,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** File formats. */
 typedef enum lum_format {
     LUM_FORMAT_CSV, /**< text, a header line, all columns */
@@ -104,5 +108,9 @@ LUM_MUST_CHECK int lum_writer_close(lum_writer *writer, lum_error *error);
 
 /** Remove what was written and free the writer. NULL is allowed. */
 void lum_writer_abort(lum_writer *writer);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -10,6 +10,10 @@
 
 #include <stdbool.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** A cancel. */
 typedef struct lum_cancel lum_cancel;
 
@@ -32,5 +36,9 @@ bool lum_cancel_is_raised(const lum_cancel *cancel);
 
 /** Lower it again. */
 void lum_cancel_reset(lum_cancel *cancel);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -26,6 +26,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 #define LUM_SENSOR_HEARTBEAT_MS     200u  /**< five heartbeats a second */
 #define LUM_SENSOR_HEARTBEAT_MAX_MS 1000u /**< never further apart */
 #define LUM_SENSOR_TIMEOUT_MS       400u /**< wait for an answer before a resend */
@@ -220,5 +224,9 @@ lum_socket *lum_sensor_socket(lum_sensor *sensor);
 
 /** Who the sensor is. */
 lum_endpoint lum_sensor_endpoint(const lum_sensor *sensor);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -19,6 +19,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Most datagrams that one receive or one send handles. */
 #define LUM_SOCKET_BATCH 64u
 
@@ -142,5 +146,9 @@ uint64_t lum_socket_drops(lum_socket *socket);
 
 /** Whether the system tells such drops; where not, they count as 0. */
 bool lum_socket_counts_drops(const lum_socket *socket);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

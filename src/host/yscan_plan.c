@@ -1,47 +1,8 @@
-#include "lum/yscan.h"
+#include "lum/host/yscan_plan.h"
 
-#include "bytes.h"
 #include "normal.h"
 
 #include <stdbool.h>
-
-lum_result lum_yscan_add(lum_tlv_writer *writer, uint16_t type,
-                         const int16_t *elevations, size_t n)
-{
-    if (n > LUM_YSCAN_LINES_MAX) {
-        return LUM_E_VALUE;
-    }
-    const size_t room = writer->size - writer->len;
-    if (room < LUM_TLV_HEAD_BYTES || (room - LUM_TLV_HEAD_BYTES) / 2 < n) {
-        return LUM_E_SPACE;
-    }
-    uint8_t *p = writer->out + writer->len;
-    store_u16(p, type);
-    store_u16(p + 2, (uint32_t)(2 * n));
-    for (size_t i = 0; i < n; i++) {
-        store_u16(p + LUM_TLV_HEAD_BYTES + 2 * i,
-                  (uint32_t)elevations[i] & 0xffffu);
-    }
-    writer->len += LUM_TLV_HEAD_BYTES + 2 * n;
-    return LUM_OK;
-}
-
-lum_result lum_yscan_decode(const lum_tlv *tlv, int16_t *out, size_t size,
-                            size_t *n)
-{
-    const size_t lines = tlv->length / 2u;
-    if (tlv->length % 2u != 0) {
-        return LUM_E_MALFORMED;
-    }
-    if (lines > size) {
-        return LUM_E_SPACE;
-    }
-    for (size_t i = 0; i < lines; i++) {
-        out[i] = signed16(load_u16(tlv->value + 2 * i));
-    }
-    *n = lines;
-    return LUM_OK;
-}
 
 /* Half away from zero; by is above 0. */
 static int64_t divide_rounded(int64_t value, int64_t by)
@@ -62,12 +23,9 @@ static bool is_count(size_t n)
     return n >= 1 && n <= LUM_YSCAN_LINES_MAX;
 }
 
-lum_result lum_yscan_uniform(int32_t min_udeg, int32_t max_udeg,
-                             int32_t *out_udeg, size_t n)
+static void spread(int32_t min_udeg, int32_t max_udeg, int32_t *out_udeg,
+                   size_t n)
 {
-    if (min_udeg >= max_udeg || !is_count(n)) {
-        return LUM_E_VALUE;
-    }
     const int64_t lines = (int64_t)n;
     const int64_t sum = (int64_t)min_udeg + max_udeg;
     const int64_t span = (int64_t)max_udeg - min_udeg;
@@ -75,6 +33,15 @@ lum_result lum_yscan_uniform(int32_t min_udeg, int32_t max_udeg,
         out_udeg[i] = (int32_t)divide_rounded(
             sum * lines + (lines - 1 - 2 * i) * span, 2 * lines);
     }
+}
+
+lum_result lum_yscan_uniform(int32_t min_udeg, int32_t max_udeg,
+                             int32_t *out_udeg, size_t n)
+{
+    if (min_udeg >= max_udeg || !is_count(n)) {
+        return LUM_E_VALUE;
+    }
+    spread(min_udeg, max_udeg, out_udeg, n);
     return LUM_OK;
 }
 
@@ -175,12 +142,8 @@ lum_result lum_yscan_regions(const lum_yscan_region *regions, size_t count,
     }
     share_lines(regions, count, n, ends);
     for (size_t i = 0, from = 0; i < count; from = ends[i], i++) {
-        const lum_result result =
-            lum_yscan_uniform(regions[i].min_udeg, regions[i].max_udeg,
-                              out_udeg + from, ends[i] - from);
-        if (result != LUM_OK) {
-            return result;
-        }
+        spread(regions[i].min_udeg, regions[i].max_udeg, out_udeg + from,
+               ends[i] - from);
     }
     return LUM_OK;
 }

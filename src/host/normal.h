@@ -1,7 +1,7 @@
 /* The normal distribution in integers, from a table: its error is below 2e-7 in
  * probability, a hundredth of a line of the longest Y-scan table. */
-#ifndef LUM_CORE_NORMAL_H
-#define LUM_CORE_NORMAL_H
+#ifndef LUM_HOST_NORMAL_H
+#define LUM_HOST_NORMAL_H
 
 #include <stdint.h>
 

@@ -1,0 +1,30 @@
+/** @file
+ * Commands out of text, as a person types them and a sensor reads them
+ * (docs/protocol.md, section 4). */
+#ifndef LUM_HOST_COMMAND_TEXT_H
+#define LUM_HOST_COMMAND_TEXT_H
+
+#include "lum/command.h"
+#include "lum/result.h"
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Read the first command of a text and step over it and the one space that
+ * parts it from the next.
+ * @param text  at *text begin *len characters; both move behind the command on
+ *              LUM_OK, and stay otherwise.
+ * @return LUM_OK; LUM_END if *len is 0; LUM_E_MALFORMED if no command stands
+ *         there (a sign, a leading zero, a space too many, an unknown letter);
+ *         LUM_E_VALUE if its value is outside the table. */
+LUM_MUST_CHECK lum_result lum_command_parse(const char **text, size_t *len,
+                                            lum_command *out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

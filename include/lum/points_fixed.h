@@ -1,0 +1,102 @@
+/** @file
+ * Lines to points, in integers alone (docs/protocol.md, section 7).
+ *
+ * For controllers without a floating-point unit: no float, no library of
+ * mathematics, no division, no heap. x forward, y left, z up, in sixteenths of
+ * a millimetre, in the frame of the sensor. The same integers on every target.
+ *
+ * Error: at most 0.1 mm up to 250 m of range, and beyond that 0.086 mm plus
+ * 0.06 um for each metre, against section 7 in exact numbers; with angles of
+ * a profile's own lsb 0.35 um for each metre at 1 degree a bit, less in
+ * proportion to smaller ones (docs/fixed.md). */
+#ifndef LUM_POINTS_FIXED_H
+#define LUM_POINTS_FIXED_H
+
+#include "lum/assembler.h"
+#include "lum/calibration.h"
+#include "lum/losses.h"
+#include "lum/profile.h"
+#include "lum/result.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Units of a coordinate in a millimetre. */
+#define LUM_FIXED_PER_MM 16
+
+/** How raw angles of an axis become angles of 2^-32 turns. Private. */
+typedef struct lum_fixed_axis {
+    uint32_t center; /**< private: of raw 0 */
+    uint32_t whole;  /**< private: of a bit, whole units */
+    int32_t part;    /**< private: of a bit, 2^-15 units */
+} lum_fixed_axis;
+
+/** An angle's sine and cosine, 2^-30. Private. */
+typedef struct lum_fixed_turn {
+    int32_t sine;   /**< private */
+    int32_t cosine; /**< private */
+} lum_fixed_turn;
+
+/** How one eye's samples become geometry. Private: made by
+ * lum_fixed_projector_init(). */
+typedef struct lum_fixed_eye {
+    int64_t mount[3];    /**< private: 2^-30 units, plus a half */
+    uint64_t range_base; /**< private: 2^-32 units, plus a half, at first_tof */
+    uint32_t range_lsb;  /**< private: 2^-20 units a bit */
+    int32_t first_tof;   /**< private */
+    lum_fixed_axis azimuth;   /**< private */
+    lum_fixed_axis elevation; /**< private */
+    int32_t tilt;             /**< private: 0 without roll and pitch */
+    lum_fixed_turn roll;      /**< private */
+    lum_fixed_turn pitch;     /**< private */
+    lum_fixed_turn yaw;       /**< private */
+} lum_fixed_eye;
+
+/** How a sensor's samples become points. Read only once it is made; may be
+ * shared by threads and interrupts. */
+typedef struct lum_fixed_projector {
+    lum_fixed_eye eye[LUM_EYES]; /**< private */
+} lum_fixed_projector;
+
+/** Make a projector.
+ * @param out         caller-owned; written only on LUM_OK.
+ * @param calibration checked here; not kept.
+ * @param layout      tells the scale of angles: that of the assembler whose
+ *                    lines will be projected; not kept.
+ * @return LUM_OK; LUM_E_VALUE as lum_calibration_check(). */
+LUM_MUST_CHECK lum_result lum_fixed_projector_init(
+    lum_fixed_projector *out, const lum_calibration *calibration,
+    const lum_layout *layout);
+
+/** A point and the word it came from. Sixteenths of a millimetre; within
+ * +-1.4 x 10^9. */
+typedef struct lum_fixed_point {
+    int32_t x;     /**< forward */
+    int32_t y;     /**< left */
+    int32_t z;     /**< up */
+    uint32_t word; /**< the range word: time of flight, edge, pixel */
+} lum_fixed_point;
+
+/** Words of a line to points, in their order: all at once, or block by block
+ * into a small buffer.
+ * @param line   as the assembler handed it out.
+ * @param first  index of the first word; none are taken from behind the end.
+ * @param count  how many words; fewer are taken where the line ends.
+ * @param out    room for that many points.
+ * @param losses words without a point are added to it.
+ * @return how many points were written. Linear; reentrant. The direction of a
+ * pixel is computed once for its words that follow each other. */
+size_t lum_points_fixed_compute(const lum_fixed_projector *projector,
+                                const lum_line *line, uint32_t first,
+                                uint32_t count, lum_fixed_point *out,
+                                lum_point_losses *losses);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,9 @@
+/* Counters that never wrap, on targets where 64 bits are dear. */
+#ifndef LUM_CORE_COUNTER_H
+#define LUM_CORE_COUNTER_H
+
+#include <stdint.h>
+
+void counter_add(uint64_t *counter, uint32_t n);
+
+#endif

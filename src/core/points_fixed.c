@@ -1,0 +1,137 @@
+#include "lum/points_fixed.h"
+
+#include "turn.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+static LUM_ONE_COPY uint64_t multiply(uint32_t a, uint32_t b)
+{
+    return (uint64_t)a * b;
+}
+
+/* 2^-47 turns in a picodegree, times 2^32: 2^79 / 360e12. */
+#define TURNS_PER_PDEG UINT32_C(1679063638)
+
+static void set_axis(lum_fixed_axis *out, int32_t sum_udeg, int32_t width_udeg,
+                     const uint64_t *lsb_pdeg)
+{
+    /* 2^-47 turns a bit; half the width is 2^15 bits */
+    uint64_t lsb = lum_turn_from_udeg(width_udeg);
+    if (*lsb_pdeg != 0) {
+        lsb = multiply((uint32_t)(*lsb_pdeg >> 32), TURNS_PER_PDEG) +
+              (multiply((uint32_t)*lsb_pdeg, TURNS_PER_PDEG) >> 32);
+    }
+    out->center = lum_turn_from_udeg(sum_udeg);
+    out->whole = (uint32_t)(lsb >> 15);
+    out->part = (int32_t)(lsb & 0x7fffu);
+}
+
+/* A micrometre is 0.016 units, times 2^30. */
+#define MOUNT_PER_UM INT64_C(17179869)
+#define MOUNT_HALF   (1 << 29)
+
+/* Light goes out and back: a femtosecond at 1 m/s is 8e-12 units of range;
+ * times 2^68. */
+#define RANGE_PER_FS UINT32_C(2361183241)
+#define RANGE_HALF   (UINT32_C(1) << 31)
+
+static void set_range(lum_fixed_eye *out, const lum_calibration *c,
+                      unsigned eye)
+{
+    /* 2^-40 units a femtosecond */
+    const uint32_t scale =
+        (uint32_t)(multiply(c->speed_of_light, RANGE_PER_FS) >> 28);
+    const int64_t lsb_fs = c->tof_lsb_fs;
+    out->first_tof = lum_calibration_min_tof(c, eye);
+    /* in 8 femtoseconds: below 2^31 */
+    const uint32_t base =
+        (uint32_t)((c->eye[eye].tof_offset_fs + out->first_tof * lsb_fs) >> 3);
+    out->range_lsb = (uint32_t)(multiply((uint32_t)lsb_fs, scale) >> 20);
+    out->range_base = multiply(base, scale >> 5) + RANGE_HALF;
+}
+
+lum_result lum_fixed_projector_init(lum_fixed_projector *out,
+                                    const lum_calibration *calibration,
+                                    const lum_layout *layout)
+{
+    const lum_result r = lum_calibration_check(calibration, NULL, NULL);
+    if (r != LUM_OK) {
+        return r;
+    }
+    for (unsigned i = 0; i < LUM_EYES; i++) {
+        const lum_eye_calibration *e = &calibration->eye[i];
+        const uint64_t *lsb = &layout->profile.angle_lsb_pdeg;
+        lum_fixed_eye *eye = &out->eye[i];
+        set_axis(&eye->azimuth, 2 * e->azimuth_center_udeg,
+                 e->azimuth_width_udeg, lsb);
+        set_axis(&eye->elevation, e->elevation_min_udeg + e->elevation_max_udeg,
+                 e->elevation_max_udeg - e->elevation_min_udeg, lsb);
+        eye->tilt = e->mount_roll_udeg | e->mount_pitch_udeg;
+        lum_turn_compute(e->mount_roll_udeg, &eye->roll);
+        lum_turn_compute(e->mount_pitch_udeg, &eye->pitch);
+        lum_turn_compute(e->mount_yaw_udeg, &eye->yaw);
+        for (unsigned k = 0; k < 3; k++) {
+            eye->mount[k] = e->mount_um[k] * MOUNT_PER_UM + MOUNT_HALF;
+        }
+        set_range(eye, calibration, i);
+    }
+    return LUM_OK;
+}
+
+static LUM_ONE_COPY int32_t place(const int64_t *mount, int32_t range,
+                                  int32_t direction)
+{
+    return (int32_t)((*mount + (int64_t)range * direction) >> 30);
+}
+
+static LUM_ONE_COPY void put_point(const lum_fixed_eye *eye,
+                                   const int32_t direction[3], uint32_t bits,
+                                   lum_fixed_point *out)
+{
+    const int32_t range =
+        (int32_t)((eye->range_base + multiply(bits << 12, eye->range_lsb)) >>
+                  32);
+    out->x = place(&eye->mount[0], range, direction[0]);
+    out->y = place(&eye->mount[1], range, direction[1]);
+    out->z = place(&eye->mount[2], range, direction[2]);
+}
+
+size_t lum_points_fixed_compute(const lum_fixed_projector *projector,
+                                const lum_line *line, uint32_t first,
+                                uint32_t count, lum_fixed_point *out,
+                                lum_point_losses *losses)
+{
+    const lum_fixed_eye *eye = &projector->eye[line->eye];
+    if (first > line->word_count) {
+        first = line->word_count;
+    }
+    if (count > line->word_count - first) {
+        count = line->word_count - first;
+    }
+    const uint32_t *words = line->words + first;
+    const uint32_t *const end = words + count;
+    const lum_fixed_point *const begin = out;
+    int32_t direction[3];
+    uint32_t at = UINT32_MAX; /* no pixel */
+    for (; words != end; words++) {
+        const uint32_t word = *words;
+        const uint32_t pixel = lum_word_pixel(word);
+        if (pixel != at) {
+            if (!lum_turn_look(eye, line, pixel, direction)) {
+                losses->no_angle++;
+                continue;
+            }
+            at = pixel;
+        }
+        const int32_t bits = ((int32_t)word >> 12) - eye->first_tof;
+        if (bits < 0) {
+            losses->no_range++;
+            continue;
+        }
+        put_point(eye, direction, (uint32_t)bits, out);
+        out->word = word;
+        out++;
+    }
+    return (size_t)(out - begin);
+}

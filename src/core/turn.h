@@ -1,0 +1,33 @@
+/* Angles and directions in integers. An angle is a uint32_t of 2^-32 turns:
+ * adding angles wraps as a circle does. */
+#ifndef LUM_TURN_H
+#define LUM_TURN_H
+
+#include "lum/points_fixed.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#if ((-1) >> 1) != -1
+#error "the right shift of a negative number has to keep its sign"
+#endif
+
+/* Cortex-M0 calls a function for each long product: one copy of such a call is
+ * enough. Others have an instruction for it. */
+#if defined(__ARM_ARCH_6M__)
+#define LUM_ONE_COPY __attribute__((noinline))
+#else
+#define LUM_ONE_COPY inline
+#endif
+
+/* From the sum of two of -360..360 degrees whose mean it is; within 2^-32. */
+uint32_t lum_turn_from_udeg(int32_t sum_udeg);
+
+/* Sine and cosine of an angle of -360..360 degrees. */
+void lum_turn_compute(int32_t udeg, lum_fixed_turn *out);
+
+/* Where a pixel looks, in 2^-30; false if it has no angles. */
+bool lum_turn_look(const lum_fixed_eye *eye, const lum_line *line,
+                   uint32_t pixel, int32_t out[3]);
+
+#endif

@@ -1,0 +1,18 @@
+/* Links host of an installed copy, and nothing of other people. */
+#include <lum/host/clock_sync.h>
+#include <lum/host/yscan_plan.h>
+
+#include <stdio.h>
+
+int main(void)
+{
+    lum_clock_sync sync;
+    lum_clock_estimate estimate;
+    int32_t udeg[2] = {0, 0};
+
+    lum_clock_sync_init(&sync);
+    (void)puts("host");
+    return lum_clock_sync_estimate(&sync, &estimate) != LUM_END ||
+           lum_yscan_gaussian(-17000000, 3000000, 0, 2000000, udeg, 2) !=
+               LUM_OK;
+}
