@@ -1,15 +1,21 @@
-/* digest FLAT_FILE: everything that the core makes of the datagrams, as counts
- * and one 64-bit digest. Every target prints the same text. */
+/* digest FLAT_FILE...: everything that the core makes of the datagrams, as
+ * counts and 64-bit digests. Every target prints the same text, boards too, so
+ * files and text go through examples/firmware/port. */
 #include "lum/assembler.h"
 #include "lum/packet.h"
+#include "lum/points_fixed.h"
 #include "lum/returns.h"
 
-#include <stdio.h>
-#include <stdlib.h>
+#include "port/port.h"
+#include "port/text.h"
+
+#include <string.h>
 
 #define OPEN_LINES     4u
 #define WORDS_PER_LINE 16384u
 #define DATAGRAM_MAX   65535u
+#define BLOCK          100u
+#define NAME_COLUMNS   21u
 
 typedef struct state {
     lum_layout layout;
@@ -20,15 +26,25 @@ typedef struct state {
     uint8_t datagram[DATAGRAM_MAX];
     uint64_t kinds[LUM_PACKET_KINDS];
     uint64_t digest;
+    lum_fixed_projector projector;
+    lum_fixed_point block[BLOCK];
+    lum_point_losses losses;
+    uint64_t points;
+    uint64_t points_digest;
 } state;
 
 /* FNV-1a over the value's bytes, lowest first. */
-static void mix(state *s, uint64_t value, unsigned bytes)
+static void add(uint64_t *digest, uint64_t value, unsigned bytes)
 {
     for (unsigned i = 0; i < bytes; i++) {
-        s->digest ^= (value >> (8u * i)) & 0xffu;
-        s->digest *= UINT64_C(0x100000001b3);
+        *digest ^= (value >> (8u * i)) & 0xffu;
+        *digest *= UINT64_C(0x100000001b3);
     }
+}
+
+static void mix(state *s, uint64_t value, unsigned bytes)
+{
+    add(&s->digest, value, bytes);
 }
 
 static void mix_angles(state *s, const lum_line *line)
@@ -51,6 +67,26 @@ static void mix_words(state *s, const lum_line *line)
     }
 }
 
+static void mix_point(state *s, const lum_fixed_point *point)
+{
+    add(&s->points_digest, (uint32_t)point->x, 4);
+    add(&s->points_digest, (uint32_t)point->y, 4);
+    add(&s->points_digest, (uint32_t)point->z, 4);
+    add(&s->points_digest, point->word, 4);
+}
+
+static void mix_points(state *s, const lum_line *line)
+{
+    for (uint32_t i = 0; i < line->word_count; i += BLOCK) {
+        const size_t n = lum_points_fixed_compute(&s->projector, line, i, BLOCK,
+                                                  s->block, &s->losses);
+        s->points += n;
+        for (size_t k = 0; k < n; k++) {
+            mix_point(s, &s->block[k]);
+        }
+    }
+}
+
 static void mix_line(state *s, const lum_line *line)
 {
     mix(s, (uint64_t)line->frame, 8);
@@ -63,6 +99,7 @@ static void mix_line(state *s, const lum_line *line)
     mix(s, line->eye, 1);
     mix_angles(s, line);
     mix_words(s, line);
+    mix_points(s, line);
 }
 
 static void take_event(state *s, lum_result event)
@@ -102,23 +139,23 @@ static uint64_t get_le(const uint8_t *in, unsigned bytes)
 }
 
 /* Reads one datagram: 1, 0 at the end, -1 for a file that is no flat file. */
-static int next(state *s, FILE *in, size_t *len, int64_t *time_ns)
+static int next(state *s, int in, size_t *len, int64_t *time_ns)
 {
     uint8_t head[12];
-    const size_t got = fread(head, 1, sizeof head, in);
+    const long got = port_read(in, head, sizeof head);
 
-    if (got != sizeof head) {
-        return got == 0 && !ferror(in) ? 0 : -1;
+    if (got != (long)sizeof head) {
+        return got == 0 ? 0 : -1;
     }
     *len = (size_t)get_le(head, 4);
     *time_ns = (int64_t)get_le(head + 4, 8);
-    if (*len > DATAGRAM_MAX || fread(s->datagram, 1, *len, in) != *len) {
+    if (*len > DATAGRAM_MAX || port_read(in, s->datagram, *len) != (long)*len) {
         return -1;
     }
     return 1;
 }
 
-static int digest_file(state *s, FILE *in)
+static int digest_file(state *s, int in)
 {
     lum_result r;
     int64_t time_ns = 0;
@@ -134,65 +171,112 @@ static int digest_file(state *s, FILE *in)
     return more;
 }
 
-static void print(const char *name, uint64_t value)
+static void print(text *out, const char *name, uint64_t value)
 {
-    (void)printf("%-20s %llu\n", name, (unsigned long long)value);
+    text_put(out, name);
+    text_pad(out, NAME_COLUMNS);
+    text_put_number(out, value);
+    text_end(out);
+}
+
+static void print_digest(text *out, const char *name, uint64_t value)
+{
+    text_put(out, name);
+    text_pad(out, NAME_COLUMNS);
+    text_put_hex(out, value);
+    text_end(out);
 }
 
 static void report(const state *s)
 {
     const lum_assembly_counters *c = lum_assembler_counters(&s->assembler);
+    text out = {.len = 0};
 
     for (unsigned kind = 0; kind < LUM_PACKET_KINDS; kind++) {
-        (void)printf("kind %u ", kind);
-        print("", s->kinds[kind]);
+        text_put(&out, "kind ");
+        text_put_number(&out, kind);
+        print(&out, "", s->kinds[kind]);
     }
-    print("late", c->late);
-    print("duplicate", c->duplicate);
-    print("conflict", c->conflict);
-    print("no_room", c->no_room);
-    print("stray", c->stray);
-    print("bad_words", c->bad_words);
-    print("lines", c->lines);
-    print("lines_missing_angles", c->lines_missing_angles);
-    print("lines_skipped", c->lines_skipped);
-    print("words", c->words);
-    print("lost_words", c->lost_words);
-    print("frames", c->frames);
-    (void)printf("%-20s %016llx\n", "digest", (unsigned long long)s->digest);
+    print(&out, "late", c->late);
+    print(&out, "duplicate", c->duplicate);
+    print(&out, "conflict", c->conflict);
+    print(&out, "no_room", c->no_room);
+    print(&out, "stray", c->stray);
+    print(&out, "bad_words", c->bad_words);
+    print(&out, "lines", c->lines);
+    print(&out, "lines_missing_angles", c->lines_missing_angles);
+    print(&out, "lines_skipped", c->lines_skipped);
+    print(&out, "words", c->words);
+    print(&out, "lost_words", c->lost_words);
+    print(&out, "frames", c->frames);
+    print(&out, "no_angle", s->losses.no_angle);
+    print(&out, "no_range", s->losses.no_range);
+    print(&out, "points", s->points);
+    print_digest(&out, "digest", s->digest);
+    print_digest(&out, "digest of points", s->points_digest);
 }
 
 static bool begin(state *s)
 {
     lum_assembler_config config;
+    lum_calibration calibration;
 
     s->digest = UINT64_C(0xcbf29ce484222325);
+    s->points_digest = s->digest;
     lum_layout_default(&s->layout);
+    lum_calibration_default(&calibration);
     lum_assembler_config_default(&config);
     config.open_lines = OPEN_LINES;
     config.words_per_line = WORDS_PER_LINE;
-    return lum_assembler_init(&s->assembler, &config, &s->layout, s->slots,
+    return lum_fixed_projector_init(&s->projector, &calibration, &s->layout) ==
+               LUM_OK &&
+           lum_assembler_init(&s->assembler, &config, &s->layout, s->slots,
                               s->words) == LUM_OK;
+}
+
+static int fail(const char *file, const char *why)
+{
+    text out = {.len = 0};
+
+    text_put(&out, "digest: ");
+    text_put(&out, file);
+    text_put(&out, why);
+    text_end(&out);
+    return 1;
+}
+
+static int digest_path(state *s, const char *path)
+{
+    text out = {.len = 0};
+    const int in = port_open(path);
+
+    if (in < 0) {
+        return fail(path, " cannot be opened");
+    }
+    memset(s, 0, sizeof *s);
+    if (!begin(s)) {
+        return fail("", "a constant of its own is out of range");
+    }
+    if (digest_file(s, in) != 0) {
+        return fail(path, " is cut or no flat file");
+    }
+    text_put(&out, path);
+    text_end(&out);
+    report(s);
+    return 0;
 }
 
 int main(int argc, char **argv)
 {
-    state *s = calloc(1, sizeof *s);
-    FILE *in = argc == 2 ? fopen(argv[1], "rb") : NULL;
-    int status = EXIT_FAILURE;
+    static state all;
 
-    if (s == NULL || in == NULL || !begin(s)) {
-        (void)fputs("usage: digest FLAT_FILE, a file made by flatten\n",
-                    stderr);
-    } else if (digest_file(s, in) != 0) {
-        (void)fprintf(stderr, "digest: %s is cut or no flat file\n", argv[1]);
-    } else {
-        report(s);
-        status = EXIT_SUCCESS;
+    if (argc < 2) {
+        return fail("", "usage: digest FLAT_FILE..., files made by flatten");
     }
-    if (in != NULL) {
-        (void)fclose(in);
+    for (int i = 1; i < argc; i++) {
+        if (digest_path(&all, argv[i]) != 0) {
+            return 1;
+        }
     }
-    free(s);
-    return status;
+    return 0;
 }

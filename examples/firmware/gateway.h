@@ -1,0 +1,139 @@
+/* A gateway beside a sensor, for a controller without an operating system:
+ * datagrams in, heartbeats out, and whether the machine has to stop. Needs the
+ * core alone; no heap, no floating point, and of a C library mem*.
+ *
+ *   interrupt of the network   ring_claim(), ring_commit()
+ *   interrupt of a timer       gateway_tick(), then sets the stop output
+ *   main loop                  gateway_receive(), then kicks the watchdog
+ *
+ * The timer and the main loop share two words, see heart.h, and the ring has
+ * its own; no lock is needed. The gateway never switches the laser on. It is
+ * an example, and no safety function. */
+#ifndef GATEWAY_H
+#define GATEWAY_H
+
+#include "heart.h"
+#include "ring.h"
+#include "zone.h"
+
+#include "lum/assembler.h"
+#include "lum/calibration.h"
+#include "lum/packet.h"
+#include "lum/points_fixed.h"
+#include "lum/profile.h"
+#include "lum/result.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef GATEWAY_OPEN_LINES
+#define GATEWAY_OPEN_LINES 2u /* of each eye */
+#endif
+#ifndef GATEWAY_LINE_WORDS
+#define GATEWAY_LINE_WORDS 4000u /* pixels x returns x edges */
+#endif
+#define GATEWAY_BLOCK   16u /* points that are projected at a time */
+#define GATEWAY_FRAMES  4u  /* frames whose lines may be under way at once */
+#define GATEWAY_REASONS 4u  /* bits of ::gateway_reason */
+
+#if GATEWAY_OPEN_LINES < 1 || GATEWAY_OPEN_LINES > 16
+#error "GATEWAY_OPEN_LINES has to be 1 to 16"
+#endif
+#if GATEWAY_LINE_WORDS < 1 || GATEWAY_LINE_WORDS > 32768
+#error "GATEWAY_LINE_WORDS has to be 1 to 32768"
+#endif
+
+/* Why the machine has to stop: bits. */
+enum gateway_reason {
+    GATEWAY_OBJECT = 1, /* something is in the zone */
+    GATEWAY_SILENT = 2, /* an eye has shown no point for silence_ms: blind */
+    GATEWAY_LASER = 4,  /* a status said that the laser is down: blind */
+    GATEWAY_STALLED = 8 /* the main loop hung */
+};
+
+typedef struct gateway_config {
+    zone zone;
+    uint32_t hits;    /* returns in the zone, of one frame, that are an object
+                         and not rain; 1 or more */
+    uint32_t hold_ms; /* how long a reason outlives its cause; longer than a
+                         frame takes, 1 or more */
+    uint32_t silence_ms; /* longer than a frame takes, 1 or more */
+    uint8_t eyes;        /* which have to be heard: bit of each ::lum_eye */
+} gateway_config;
+
+/* What the gateway calls. context is passed to each. */
+typedef struct gateway_output {
+    void *context;
+    heart_send *send; /* from gateway_tick() */
+
+    /* From gateway_receive(); each may be NULL. A line before its points. */
+    void (*line)(void *context, const lum_line *line);
+    void (*points)(void *context, const lum_fixed_point *points, size_t n);
+    void (*frame)(void *context, int64_t frame, const zone_sight *sight);
+} gateway_output;
+
+/* What one frame showed in the zone. Private. */
+typedef struct gateway_frame {
+    int64_t number;
+    zone_sight sight;
+} gateway_frame;
+
+/* Place it statically. reasons is shared: gateway_reasons() reads it. kinds and
+ * the assembler's counters are for diagnosis; the rest is private but for the
+ * ring, which is the driver's. */
+typedef struct gateway {
+    ring ring;
+    heart heart;
+    uint32_t reasons;
+    uint32_t since_ms[GATEWAY_REASONS];
+    uint32_t heard_ms[LUM_EYES];
+    uint32_t kinds[LUM_PACKET_KINDS];
+    uint8_t heard;  /* eyes, since the last decision */
+    uint8_t silent; /* eyes */
+    bool object;    /* since the last decision */
+    bool laser_down;
+    gateway_config config;
+    gateway_output output;
+    lum_layout layout;
+    lum_fixed_projector projector;
+    lum_point_losses losses;
+    gateway_frame frames[GATEWAY_FRAMES];
+    lum_fixed_point block[GATEWAY_BLOCK];
+    lum_assembler assembler;
+    lum_line_slot slots[2u * GATEWAY_OPEN_LINES];
+    uint32_t words[2u * GATEWAY_OPEN_LINES * GATEWAY_LINE_WORDS];
+} gateway;
+
+/* Begin, stopped: as GATEWAY_SILENT, until every eye was heard.
+ * config, output, layout: copied. calibration: used here only.
+ * Returns LUM_OK; LUM_E_VALUE if a value of the configuration, of the zone or
+ * of the calibration is out of range. */
+LUM_MUST_CHECK lum_result gateway_init(gateway *g, const gateway_config *config,
+                                       const gateway_output *output,
+                                       const lum_calibration *calibration,
+                                       const lum_layout *layout,
+                                       uint32_t now_ms);
+
+/* From the main loop, in every round: takes what the ring holds, and decides.
+ * Returns the datagrams taken, RING_SLOTS at most. */
+unsigned gateway_receive(gateway *g, uint32_t now_ms);
+
+/* What gateway_receive() does with each datagram; for a driver without a ring,
+ * which calls gateway_receive() behind it. Any bytes, any length.
+ * time: of reception; lines bear it as their arrival. */
+void gateway_datagram(gateway *g, const uint8_t *bytes, size_t len,
+                      int64_t time);
+
+/* From a timer, every 100 ms or more often: heartbeats, polls of the laser's
+ * status, and whether the main loop hangs. */
+void gateway_tick(gateway *g, uint32_t now_ms);
+
+/* Bits of ::gateway_reason; 0: the machine may move. From any context. */
+uint32_t gateway_reasons(const gateway *g);
+
+/* The stream's end: hands out the lines that are open. Only counters and
+ * reasons may be read after it. */
+void gateway_finish(gateway *g);
+
+#endif

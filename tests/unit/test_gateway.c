@@ -1,0 +1,958 @@
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "support.h"
+
+#include "gateway.h"
+
+#include "lum/laser.h"
+#include "lum/wire.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define BLUE  (1u << LUM_EYE_BLUE)
+#define GREEN (1u << LUM_EYE_GREEN)
+#define BOTH  (BLUE | GREEN)
+#define MM(x) ((x)*LUM_FIXED_PER_MM)
+
+#define NEAR_TOF 2564 /* 5 m straight ahead */
+#define FAR_TOF  20512
+#define HITS     5u
+#define HOLD     800u
+#define SILENCE  500u
+#define STEP     50u
+#define SENT_MAX 4096u
+
+struct sent {
+    uint32_t ms;
+    uint32_t sequence;
+    uint8_t type;
+};
+
+/* A gateway, the clock of its machine, and a sensor. */
+struct rig {
+    gateway gateway;
+    gateway_config config;
+    gateway_output output;
+    lum_calibration calibration;
+    lum_layout layout;
+    uint32_t now;
+    uint32_t line;
+    uint32_t clock;
+    bool refuses;
+    size_t sent_count;
+    struct sent sent[SENT_MAX];
+    size_t lines;
+    size_t points;
+    size_t frames;
+    int64_t frame;
+    zone_sight sight; /* of that frame */
+};
+
+static bool take_sent(void *context, const uint8_t *bytes, size_t len)
+{
+    struct rig *const r = context;
+    struct sent *const s = &r->sent[r->sent_count];
+    lum_tlv_reader reader;
+    if (r->refuses) {
+        return false;
+    }
+    assert_true(r->sent_count < SENT_MAX);
+    *s = (struct sent){.ms = r->now};
+    assert_int_equal(lum_header_decode(bytes, len, &s->type), LUM_OK);
+    if (s->type == LUM_TYPE_TLV) {
+        assert_int_equal(lum_tlv_open(bytes, len, &s->sequence, &reader),
+                         LUM_OK);
+        assert_int_equal(reader.left, 0);
+    } else {
+        assert_int_equal(len, LUM_HEARTBEAT_BYTES);
+    }
+    r->sent_count++;
+    return true;
+}
+
+static void take_line(void *context, const lum_line *line)
+{
+    (void)line;
+    ((struct rig *)context)->lines++;
+}
+
+static void take_points(void *context, const lum_fixed_point *points, size_t n)
+{
+    (void)points;
+    ((struct rig *)context)->points += n;
+}
+
+static void take_frame(void *context, int64_t frame, const zone_sight *sight)
+{
+    struct rig *const r = context;
+    r->frames++;
+    r->frame = frame;
+    r->sight = *sight;
+}
+
+/* Both eyes look straight ahead. */
+static void look_ahead(lum_calibration *c)
+{
+    lum_calibration_default(c);
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        c->eye[eye].elevation_min_udeg = -10000000;
+        c->eye[eye].elevation_max_udeg = 10000000;
+        c->eye[eye].mount_yaw_udeg = 0;
+    }
+}
+
+static struct rig *rig_new(void)
+{
+    struct rig *const r = calloc(1, sizeof *r);
+    assert_non_null(r);
+    memset(&r->gateway, 0xa5, sizeof r->gateway);
+    look_ahead(&r->calibration);
+    lum_layout_default(&r->layout);
+    r->config =
+        (gateway_config){.zone = {.min = {MM(1000), MM(-1000), MM(-500)},
+                                  .max = {MM(8000), MM(1000), MM(500)}},
+                         .hits = HITS,
+                         .hold_ms = HOLD,
+                         .silence_ms = SILENCE,
+                         .eyes = BOTH};
+    r->output = (gateway_output){.context = r,
+                                 .send = take_sent,
+                                 .line = take_line,
+                                 .points = take_points,
+                                 .frame = take_frame};
+    r->clock = 1000000;
+    return r;
+}
+
+static lum_result rig_init(struct rig *r)
+{
+    return gateway_init(&r->gateway, &r->config, &r->output, &r->calibration,
+                        &r->layout, r->now);
+}
+
+static struct rig *rig_at(uint32_t now)
+{
+    struct rig *const r = rig_new();
+    r->now = now;
+    assert_int_equal(rig_init(r), LUM_OK);
+    return r;
+}
+
+static bool receive(struct rig *r, const void *bytes, size_t len)
+{
+    ring_slot *const slot = ring_claim(&r->gateway.ring);
+    if (slot == NULL) {
+        return false;
+    }
+    assert_true(len <= sizeof slot->bytes);
+    memcpy(slot->bytes, bytes, len);
+    slot->len = (uint32_t)len;
+    slot->time = r->now;
+    ring_commit(&r->gateway.ring);
+    return true;
+}
+
+/* n samples alike; ranges for pixel 0 and on. */
+static void put(struct rig *r, unsigned eye, uint8_t tag, int32_t tof,
+                bool rising, uint32_t n)
+{
+    uint8_t samples[64 * LUM_SAMPLE_BYTES];
+    const lum_group group = {.line = r->line,
+                             .num_samples = n,
+                             .clock_raw = r->clock,
+                             .eye = (uint8_t)eye,
+                             .tag = tag};
+    size_t len = 0;
+    assert_true(n <= 64);
+    memset(samples, 0, sizeof samples);
+    for (uint32_t i = 0; tag == LUM_TAG_RANGES && i < n; i++) {
+        lum_word_encode(lum_word_make(tof, rising, i),
+                        samples + (size_t)LUM_SAMPLE_BYTES * i);
+    }
+    uint8_t *const packet = encode_packet(&r->layout, &group, samples, &len);
+    assert_true(receive(r, packet, len));
+    free(packet);
+}
+
+/* A line of some eyes, with n returns straight ahead, and no others. */
+static void show(struct rig *r, unsigned eyes, int32_t tof, uint32_t n)
+{
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        if ((eyes >> eye & 1u) != 0) {
+            put(r, eye, LUM_TAG_ANGLES, 0, false, n);
+            put(r, eye, LUM_TAG_RANGES, tof, true, n);
+        }
+    }
+    r->line++;
+    r->clock += 5000;
+    (void)gateway_receive(&r->gateway, r->now);
+}
+
+/* So many more lines, each of a return outside the zone, that what was shown
+ * comes out. */
+static void show_out(struct rig *r)
+{
+    for (unsigned i = 0; i < GATEWAY_OPEN_LINES; i++) {
+        show(r, BOTH, FAR_TOF, 1);
+    }
+}
+
+/* Time passes; some eyes see something outside the zone. */
+static void pass(struct rig *r, uint32_t ms, unsigned eyes)
+{
+    for (; ms > 0; ms -= STEP) {
+        r->now += STEP;
+        gateway_tick(&r->gateway, r->now);
+        show(r, eyes, FAR_TOF, 1);
+    }
+}
+
+static void next_frame(struct rig *r)
+{
+    r->line = 0;
+}
+
+static uint32_t reasons(const struct rig *r)
+{
+    return gateway_reasons(&r->gateway);
+}
+
+/* A rig that goes. */
+static struct rig *rig_going(uint32_t now)
+{
+    struct rig *const r = rig_at(now);
+    pass(r, 1500, BOTH);
+    assert_int_equal(reasons(r), 0);
+    return r;
+}
+
+static void it_is_stopped_until_both_eyes_were_heard(void **state)
+{
+    struct rig *const r = rig_at(0);
+    (void)state;
+    assert_int_equal(reasons(r), GATEWAY_SILENT);
+    pass(r, 2000, BLUE);
+    assert_int_equal(reasons(r), GATEWAY_SILENT);
+    pass(r, 200, BOTH); /* its third line brings green's first one out */
+    assert_int_equal(reasons(r), GATEWAY_SILENT);
+    pass(r, HOLD, BOTH);
+    assert_int_equal(reasons(r), 0);
+    free(r);
+}
+
+static void a_hold_of_a_moment_does_not_end_the_first_silence(void **state)
+{
+    struct rig *const r = rig_new();
+    (void)state;
+    r->now = 77;
+    r->config.hold_ms = 1;
+    assert_int_equal(rig_init(r), LUM_OK);
+    r->now += 10;
+    assert_int_equal(gateway_receive(&r->gateway, r->now), 0);
+    assert_int_equal(reasons(r), GATEWAY_SILENT);
+    free(r);
+}
+
+static void an_eye_that_falls_silent_stops(void **state)
+{
+    static const unsigned alone[] = {BLUE, GREEN};
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        struct rig *const r = rig_going(0);
+        pass(r, SILENCE - STEP, alone[i]);
+        assert_int_equal(reasons(r), 0);
+        pass(r, STEP, alone[i]);
+        assert_int_equal(reasons(r), GATEWAY_SILENT);
+        pass(r, 200, BOTH);
+        assert_int_equal(reasons(r), GATEWAY_SILENT);
+        pass(r, HOLD, BOTH);
+        assert_int_equal(reasons(r), 0);
+        free(r);
+    }
+}
+
+static void an_eye_that_is_not_wanted_may_be_silent(void **state)
+{
+    struct rig *const r = rig_new();
+    (void)state;
+    r->config.eyes = GREEN;
+    assert_int_equal(rig_init(r), LUM_OK);
+    pass(r, 1500, GREEN);
+    assert_int_equal(reasons(r), 0);
+    pass(r, 1000, BLUE);
+    assert_int_equal(reasons(r), GATEWAY_SILENT);
+    free(r);
+}
+
+static void lines_without_points_are_silence(void **state)
+{
+    (void)state;
+    for (unsigned with_angles = 0; with_angles < 2; with_angles++) {
+        struct rig *const r = rig_going(0);
+        for (unsigned i = 0; i < 12; i++) {
+            r->now += STEP;
+            if (with_angles != 0) {
+                put(r, LUM_EYE_GREEN, LUM_TAG_ANGLES, 0, false, 10);
+            } else {
+                put(r, LUM_EYE_GREEN, LUM_TAG_RANGES, NEAR_TOF, true, 10);
+            }
+            show(r, BLUE, FAR_TOF, 1);
+        }
+        assert_int_equal(reasons(r), GATEWAY_SILENT);
+        free(r);
+    }
+}
+
+static void silence_lasts_beyond_a_wrap_of_the_clock(void **state)
+{
+    struct rig *const r = rig_going(0);
+    (void)state;
+    pass(r, 1000, 0);
+    assert_int_equal(reasons(r), GATEWAY_SILENT);
+    r->now += UINT32_MAX - 900u; /* as long ago as a moment, by the clock */
+    (void)gateway_receive(&r->gateway, r->now);
+    assert_int_equal(reasons(r), GATEWAY_SILENT);
+    free(r);
+}
+
+static void as_many_hits_as_wanted_stop_at_once(void **state)
+{
+    (void)state;
+    for (uint32_t n = HITS - 1u; n <= HITS; n++) {
+        struct rig *const r = rig_going(0);
+        show(r, GREEN, NEAR_TOF, n);
+        show_out(r);
+        assert_int_equal(reasons(r), n < HITS ? 0 : GATEWAY_OBJECT);
+        free(r);
+    }
+}
+
+static void hits_of_both_eyes_and_many_lines_add_up_within_a_frame(void **state)
+{
+    struct rig *const r = rig_going(0);
+    (void)state;
+    show(r, BLUE, NEAR_TOF, 2);
+    show(r, GREEN, NEAR_TOF, 2);
+    show_out(r);
+    assert_int_equal(reasons(r), 0);
+    show(r, BLUE, NEAR_TOF, 1);
+    show_out(r);
+    assert_int_equal(reasons(r), GATEWAY_OBJECT);
+    free(r);
+}
+
+static void hits_of_two_frames_do_not_add_up(void **state)
+{
+    struct rig *const r = rig_going(0);
+    (void)state;
+    for (unsigned frame = 0; frame < 6; frame++) {
+        show(r, BLUE, NEAR_TOF, HITS - 1u);
+        pass(r, 1000, BOTH);
+        next_frame(r);
+    }
+    assert_int_equal(reasons(r), 0);
+    assert_true(r->frames >= 4);
+    free(r);
+}
+
+static void falling_edges_are_no_hits(void **state)
+{
+    struct rig *const r = rig_going(0);
+    (void)state;
+    put(r, LUM_EYE_BLUE, LUM_TAG_ANGLES, 0, false, 20);
+    put(r, LUM_EYE_BLUE, LUM_TAG_RANGES, NEAR_TOF, false, 20);
+    r->line++;
+    r->clock += 5000;
+    show_out(r);
+    assert_int_equal(reasons(r), 0);
+    free(r);
+}
+
+static void a_stop_outlives_its_cause_by_the_hold(void **state)
+{
+    struct rig *const r = rig_going(UINT32_MAX - 1900u); /* wraps meanwhile */
+    (void)state;
+    show(r, BLUE, NEAR_TOF, HITS);
+    show_out(r);
+    assert_int_equal(reasons(r), GATEWAY_OBJECT);
+    next_frame(r);
+    pass(r, HOLD - STEP, BOTH);
+    assert_int_equal(reasons(r), GATEWAY_OBJECT);
+    pass(r, STEP, BOTH);
+    assert_int_equal(reasons(r), 0);
+    free(r);
+}
+
+static void what_stays_in_the_zone_keeps_the_machine_stopped(void **state)
+{
+    struct rig *const r = rig_going(0);
+    (void)state;
+    for (unsigned frame = 0; frame < 8; frame++) {
+        show(r, BLUE, NEAR_TOF, HITS);
+        show_out(r);
+        assert_int_equal(reasons(r), GATEWAY_OBJECT);
+        pass(r, 500, BOTH);
+        assert_int_equal(reasons(r), GATEWAY_OBJECT);
+        next_frame(r);
+    }
+    free(r);
+}
+
+static void a_frame_tells_its_hits_and_the_nearest(void **state)
+{
+    struct rig *const r = rig_going(0);
+    (void)state;
+    show(r, GREEN, NEAR_TOF + 100, 2);
+    show(r, BLUE, NEAR_TOF, 2);
+    show(r, BLUE, NEAR_TOF + 200, 3);
+    pass(r, 500, BOTH);
+    next_frame(r);
+    pass(r, 1000, BOTH);
+    assert_int_equal(r->frames, 1);
+    assert_int_equal(r->frame, 1);
+    assert_int_equal(r->sight.hits, 7);
+    assert_int_equal(zone_nearest_mm(&r->sight), 4999); /* 4999.8 */
+    next_frame(r);
+    pass(r, 1000, BOTH);
+    assert_int_equal(r->frame, 2);
+    assert_int_equal(r->sight.hits, 0);
+    assert_int_equal(zone_nearest_mm(&r->sight), 0);
+    free(r);
+}
+
+static void a_line_too_late_for_its_frame_counts_for_the_newer_one(void **state)
+{
+    struct rig *const r = rig_going(0);
+    zone_sight *sight;
+    (void)state;
+    pass(r, 500, BOTH);
+    r->gateway.frames[1].number = 1 + 4; /* of frame 1's place */
+    show(r, BLUE, NEAR_TOF, HITS);
+    show_out(r);
+    assert_true(r->points > 0);
+    sight = &r->gateway.frames[1].sight;
+    assert_int_equal(sight->hits, HITS);
+    assert_int_equal(r->gateway.frames[1].number, 5);
+    assert_int_equal(reasons(r), GATEWAY_OBJECT);
+    free(r);
+}
+
+static void a_frame_before_the_first_is_a_frame_too(void **state)
+{
+    struct rig *const r = rig_at(0);
+    (void)state;
+    show(r, BLUE, FAR_TOF, 1);
+    show(r, BLUE, FAR_TOF, 1);
+    r->line = 50; /* far ahead of the other eye: of its last frame */
+    show(r, GREEN, NEAR_TOF, 2);
+    for (unsigned i = 0; i < GATEWAY_OPEN_LINES; i++) {
+        show(r, GREEN, FAR_TOF, 1);
+    }
+    assert_int_equal(r->gateway.frames[0].number, 0);
+    assert_int_equal(r->gateway.frames[0].sight.hits, 2);
+    assert_int_equal(zone_nearest_mm(&r->gateway.frames[0].sight), 4999);
+    free(r);
+}
+
+static void the_end_hands_out_what_is_open(void **state)
+{
+    struct rig *const r = rig_going(0);
+    const size_t lines = r->lines;
+    (void)state;
+    show(r, BOTH, NEAR_TOF, HITS);
+    gateway_finish(&r->gateway);
+    assert_int_equal(r->lines, lines + 2u + 2u * GATEWAY_OPEN_LINES);
+    assert_int_equal(r->frame, 1);
+    assert_int_equal(r->sight.hits, 2u * HITS);
+    free(r);
+}
+
+static void observers_may_be_missing(void **state)
+{
+    struct rig *const r = rig_new();
+    (void)state;
+    r->output.line = NULL;
+    r->output.points = NULL;
+    r->output.frame = NULL;
+    assert_int_equal(rig_init(r), LUM_OK);
+    pass(r, 1500, BOTH);
+    next_frame(r);
+    pass(r, 1500, BOTH);
+    gateway_finish(&r->gateway);
+    assert_int_equal(reasons(r), 0);
+    free(r);
+}
+
+static size_t count_sent(const struct rig *r, uint8_t type)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < r->sent_count; i++) {
+        n += r->sent[i].type == type;
+    }
+    return n;
+}
+
+static uint32_t longest_pause(const struct rig *r)
+{
+    uint32_t longest = 0;
+    for (size_t i = 1; i < r->sent_count; i++) {
+        const uint32_t pause = r->sent[i].ms - r->sent[i - 1u].ms;
+        longest = pause > longest ? pause : longest;
+    }
+    return longest;
+}
+
+/* A tick each step, and a round of the main loop. */
+static void run(struct rig *r, uint32_t ms, uint32_t step)
+{
+    for (uint32_t t = 0; t < ms; t += step) {
+        r->now += step;
+        gateway_tick(&r->gateway, r->now);
+        (void)gateway_receive(&r->gateway, r->now);
+    }
+}
+
+static void five_heartbeats_a_second_leave_across_a_wrap(void **state)
+{
+    static const uint32_t starts[] = {0, UINT32_MAX - 5000u,
+                                      UINT32_MAX / 2u - 5000u, UINT32_MAX};
+    (void)state;
+    for (unsigned i = 0; i < 4; i++) {
+        struct rig *const r = rig_at(starts[i]);
+        run(r, 10000, 10);
+        assert_int_equal(count_sent(r, LUM_TYPE_HEARTBEAT), 1 + 50);
+        assert_int_equal(r->gateway.heart.sent, 1 + 50);
+        assert_int_equal(longest_pause(r), 200);
+        free(r);
+    }
+}
+
+static void a_slow_tick_makes_no_burst(void **state)
+{
+    struct rig *const r = rig_at(UINT32_MAX - 3000u);
+    size_t before;
+    (void)state;
+    run(r, 8000, 800);
+    assert_int_equal(count_sent(r, LUM_TYPE_HEARTBEAT), 10);
+    assert_int_equal(longest_pause(r), 800);
+    before = count_sent(r, LUM_TYPE_HEARTBEAT);
+    run(r, 200, 10);
+    assert_int_equal(count_sent(r, LUM_TYPE_HEARTBEAT), before + 1u);
+    free(r);
+}
+
+static void the_status_is_asked_for_once_a_second(void **state)
+{
+    struct rig *const r = rig_at(0);
+    uint32_t sequence = 0;
+    (void)state;
+    run(r, 10000, 10);
+    assert_int_equal(count_sent(r, LUM_TYPE_TLV), 1 + 10);
+    for (size_t i = 0; i < r->sent_count; i++) {
+        if (r->sent[i].type == LUM_TYPE_TLV) {
+            assert_int_equal(r->sent[i].sequence, sequence);
+            assert_int_equal(r->sent[i].ms,
+                             sequence == 0 ? 10 : 1000u * sequence);
+            sequence++;
+        }
+    }
+    free(r);
+}
+
+static void a_heartbeat_that_was_refused_is_tried_again(void **state)
+{
+    struct rig *const r = rig_at(0);
+    (void)state;
+    run(r, 1000, 10);
+    r->refuses = true;
+    run(r, 300, 10);
+    assert_int_equal(r->gateway.heart.failed, 11);
+    r->refuses = false;
+    run(r, 10, 10);
+    assert_int_equal(r->sent[r->sent_count - 1u].ms, r->now);
+    assert_true(longest_pause(r) < 1000);
+    free(r);
+}
+
+/* The timer goes on, the main loop does not. */
+static void hang(struct rig *r, uint32_t ms)
+{
+    for (uint32_t t = 0; t < ms; t += 10) {
+        r->now += 10;
+        gateway_tick(&r->gateway, r->now);
+    }
+}
+
+static void heartbeats_end_when_the_main_loop_hangs(void **state)
+{
+    struct rig *const r = rig_going(UINT32_MAX - 2500u);
+    const uint32_t hung = r->now;
+    size_t sent;
+    (void)state;
+    hang(r, HEART_STALL_MS);
+    assert_int_equal(reasons(r), 0);
+    hang(r, 10);
+    assert_int_equal(reasons(r), GATEWAY_STALLED);
+    sent = r->sent_count;
+    assert_true(r->sent[sent - 1u].ms - hung <= HEART_STALL_MS);
+    hang(r, 60000);
+    assert_int_equal(r->sent_count, sent);
+    free(r);
+}
+
+static void a_hang_lasts_beyond_a_wrap_of_the_clock(void **state)
+{
+    struct rig *const r = rig_going(0);
+    size_t sent;
+    (void)state;
+    hang(r, 3000);
+    sent = r->sent_count;
+    for (unsigned i = 0; i < 40; i++) {
+        r->now += UINT32_MAX / 16u;
+        gateway_tick(&r->gateway, r->now);
+    }
+    assert_int_equal(r->sent_count, sent);
+    assert_int_equal(reasons(r), GATEWAY_STALLED);
+    pass(r, 2u * STEP, 0);
+    assert_true(r->sent_count > sent);
+    free(r);
+}
+
+static void a_main_loop_that_comes_back_sends_again_and_is_held(void **state)
+{
+    struct rig *const r = rig_going(0);
+    size_t sent;
+    (void)state;
+    hang(r, 5000);
+    sent = count_sent(r, LUM_TYPE_HEARTBEAT);
+    pass(r, STEP, BOTH);
+    assert_true((reasons(r) & GATEWAY_STALLED) != 0);
+    pass(r, STEP, BOTH);
+    assert_int_equal(count_sent(r, LUM_TYPE_HEARTBEAT), sent + 1u);
+    assert_true((reasons(r) & GATEWAY_STALLED) != 0);
+    pass(r, 200u + HOLD, BOTH);
+    assert_int_equal(reasons(r), 0);
+    free(r);
+}
+
+static void tell_status(struct rig *r, uint16_t type, uint16_t status)
+{
+    uint8_t packet[64];
+    lum_tlv_writer w;
+    assert_int_equal(lum_tlv_begin(&w, packet, sizeof packet, 7), LUM_OK);
+    assert_int_equal(lum_tlv_add(&w, 3, "text", 4), LUM_OK);
+    assert_int_equal(lum_tlv_add_u16(&w, type, status), LUM_OK);
+    assert_true(receive(r, packet, w.len));
+    (void)gateway_receive(&r->gateway, r->now);
+}
+
+static void every_bit_that_takes_the_laser_down_stops(void **state)
+{
+    struct rig *const r = rig_going(0);
+    const uint16_t type = r->layout.profile.tlv[LUM_TLV_STATUS];
+    (void)state;
+    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
+        const uint16_t status = (uint16_t)(1u << bit);
+        tell_status(r, type, status);
+        assert_int_equal(
+            reasons(r), (status & LUM_LASER_ALL_DOWN) != 0 ? GATEWAY_LASER : 0);
+        pass(r, 2000, BOTH);
+        assert_int_equal(
+            reasons(r), (status & LUM_LASER_ALL_DOWN) != 0 ? GATEWAY_LASER : 0);
+        tell_status(r, type, LUM_LASER_TLV_CMD_ON);
+        pass(r, HOLD, BOTH);
+        assert_int_equal(reasons(r), 0);
+    }
+    free(r);
+}
+
+static void all_reasons_can_stand_together(void **state)
+{
+    struct rig *const r = rig_going(0);
+    (void)state;
+    hang(r, 2000);
+    show(r, BLUE, NEAR_TOF, HITS);
+    show(r, BLUE, FAR_TOF, 1);
+    hang(r, 10);
+    tell_status(r, r->layout.profile.tlv[LUM_TLV_STATUS],
+                LUM_LASER_FAN_PWM_BAD);
+    hang(r, 2010);
+    show(r, BLUE, FAR_TOF, 1);
+    assert_int_equal(reasons(r), GATEWAY_OBJECT | GATEWAY_SILENT |
+                                     GATEWAY_LASER | GATEWAY_STALLED);
+    free(r);
+}
+
+static void what_is_no_status_changes_nothing(void **state)
+{
+    uint8_t packet[64];
+    lum_tlv_writer w;
+    struct rig *const r = rig_going(0);
+    const uint16_t type = r->layout.profile.tlv[LUM_TLV_STATUS];
+    (void)state;
+    tell_status(r, (uint16_t)(type + 1u), LUM_LASER_FAN_PWM_BAD);
+    assert_int_equal(lum_tlv_begin(&w, packet, sizeof packet, 1), LUM_OK);
+    assert_int_equal(lum_tlv_add(&w, type, "\x40", 1), LUM_OK);
+    assert_true(receive(r, packet, w.len));
+    assert_int_equal(lum_tlv_add_u16(&w, type, LUM_LASER_FAN_PWM_BAD), LUM_OK);
+    assert_true(receive(r, packet, w.len - 1u)); /* its status is cut */
+    assert_true(receive(r, packet, LUM_TLV_PACKET_BYTES - 1u));
+    (void)gateway_receive(&r->gateway, r->now);
+    assert_int_equal(reasons(r), 0);
+    assert_int_equal(r->gateway.kinds[LUM_PACKET_TLV], 3);
+    assert_int_equal(r->gateway.kinds[LUM_PACKET_MALFORMED], 1);
+    free(r);
+}
+
+static void garbage_is_counted_and_is_no_sign_of_life(void **state)
+{
+    struct rig *const r = rig_going(0);
+    uint64_t seed = 5;
+    uint8_t bytes[RING_SLOT_BYTES];
+    uint32_t counted = 0;
+    (void)state;
+    memset(r->gateway.kinds, 0, sizeof r->gateway.kinds);
+    for (unsigned i = 0; i < 4000; i++) {
+        const size_t len = next_random(&seed) % sizeof bytes;
+        for (size_t k = 0; k < sizeof bytes; k++) {
+            bytes[k] = (uint8_t)next_random(&seed);
+        }
+        if (i % 2u == 0) { /* so that it is looked at further */
+            lum_header_encode(bytes, (uint8_t)(5u + i / 2u % 4u));
+        }
+        assert_true(receive(r, bytes, len));
+        r->now++;
+        (void)gateway_receive(&r->gateway, r->now);
+    }
+    for (unsigned kind = 0; kind < LUM_PACKET_KINDS; kind++) {
+        counted += r->gateway.kinds[kind];
+    }
+    assert_int_equal(counted, 4000);
+    assert_true((reasons(r) & GATEWAY_SILENT) != 0);
+    free(r);
+}
+
+static void a_full_ring_drops_and_counts(void **state)
+{
+    static const uint8_t byte[1] = {0};
+    struct rig *const r = rig_at(0);
+    (void)state;
+    for (unsigned i = 0; i < RING_SLOTS; i++) {
+        assert_true(receive(r, byte, 1));
+    }
+    assert_int_equal(ring_dropped(&r->gateway.ring), 0);
+    assert_false(receive(r, byte, 1));
+    assert_false(receive(r, byte, 1));
+    assert_int_equal(ring_dropped(&r->gateway.ring), 2);
+    assert_int_equal(gateway_receive(&r->gateway, 0), RING_SLOTS);
+    assert_int_equal(gateway_receive(&r->gateway, 0), 0);
+    assert_true(receive(r, byte, 1));
+    assert_int_equal(ring_dropped(&r->gateway.ring), 2);
+    assert_int_equal(r->gateway.kinds[LUM_PACKET_FOREIGN], RING_SLOTS);
+    free(r);
+}
+
+static void a_ring_keeps_the_order_while_its_counts_wrap(void **state)
+{
+    ring *const r = calloc(1, sizeof *r);
+    uint32_t put_in = 0;
+    uint32_t taken = 0;
+    (void)state;
+    assert_non_null(r);
+    memset(r, 0xa5, sizeof *r);
+    ring_init(r);
+    r->committed = UINT32_MAX - 20u;
+    r->released = r->committed;
+    for (uint32_t i = 0; i < 60; i++) {
+        for (uint32_t k = 0; k < 1u + i % RING_SLOTS; k++) {
+            ring_slot *const slot = ring_claim(r);
+            if (slot != NULL) {
+                slot->len = put_in++;
+                ring_commit(r);
+            }
+        }
+        for (uint32_t k = 0; k < 4 && ring_front(r) != NULL; k++) {
+            assert_int_equal(ring_front(r)->len, taken++);
+            ring_release(r);
+        }
+    }
+    assert_true(put_in > 100 && ring_dropped(r) > 0);
+    free(r);
+}
+
+static void a_claimed_slot_is_not_seen_before_it_is_committed(void **state)
+{
+    ring *const r = calloc(1, sizeof *r);
+    (void)state;
+    assert_non_null(r);
+    memset(r, 0xa5, sizeof *r);
+    ring_init(r);
+    assert_non_null(ring_claim(r));
+    assert_null(ring_front(r));
+    ring_commit(r);
+    assert_non_null(ring_front(r));
+    free(r);
+}
+
+static void a_box_has_its_sides_and_a_sector_its_edges(void **state)
+{
+    static const zone box = {.min = {10, -20, -30}, .max = {100, 20, 30}};
+    static const zone sector = {.min = {-1000, -1000, -1000},
+                                .max = {1000, 1000, 1000},
+                                .range = 50,
+                                .left = ZONE_SLOPE_ONE,
+                                .right = -ZONE_SLOPE_ONE / 2};
+    static const struct {
+        const zone *zone;
+        int32_t x, y, z;
+        bool in;
+    } rows[] = {
+        {&box, 10, -20, -30, true},     {&box, 100, 20, 30, true},
+        {&box, 9, 0, 0, false},         {&box, 101, 0, 0, false},
+        {&box, 50, -21, 0, false},      {&box, 50, 21, 0, false},
+        {&box, 50, 0, -31, false},      {&box, 50, 0, 31, false},
+        {&sector, 30, 30, 0, true},     {&sector, 30, 31, 0, false},
+        {&sector, 30, -15, 0, true},    {&sector, 30, -16, 0, false},
+        {&sector, 50, 0, 0, true},      {&sector, 50, 1, 0, false},
+        {&sector, 51, 0, 0, false},     {&sector, 0, 0, 0, false},
+        {&sector, -10, -7, 0, false},   {&sector, 30, 30, 1000, true},
+        {&sector, 30, 30, 1001, false},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const lum_fixed_point p = {rows[i].x, rows[i].y, rows[i].z, 0};
+        assert_int_equal(zone_holds(rows[i].zone, &p), rows[i].in);
+    }
+}
+
+static void the_nearest_is_exact_as_far_as_points_reach(void **state)
+{
+    static const zone all = {.min = {INT32_MIN, INT32_MIN, INT32_MIN},
+                             .max = {INT32_MAX, INT32_MAX, INT32_MAX}};
+    static const struct {
+        int32_t x, y, z;
+        uint32_t mm;
+    } rows[] = {
+        {MM(3000), MM(-4000), 0, 5000},
+        {MM(2000), MM(-3000), MM(6000), 7000},
+        {MM(1), 0, 0, 1},
+        {MM(1) - 1, 0, 0, 0},
+        {1400000000, 1400000000, -1400000000, 151554445},
+        {INT32_MIN, INT32_MIN, INT32_MIN, 232471924},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const lum_fixed_point points[] = {
+            {INT32_MIN, INT32_MIN, INT32_MIN, LUM_WORD_RISING},
+            {rows[i].x, rows[i].y, rows[i].z, LUM_WORD_RISING},
+            {0, 0, 0, 0}, /* a falling edge */
+        };
+        zone_sight sight = zone_empty();
+        zone_look(&all, &sight, points, 3);
+        assert_int_equal(sight.hits, 2);
+        assert_int_equal(zone_nearest_mm(&sight), rows[i].mm);
+    }
+}
+
+static void break_zone(struct rig *r, unsigned i)
+{
+    zone *const z = &r->config.zone;
+    if (i < 3) {
+        z->min[i] = z->max[i] + 1;
+    } else if (i == 3) {
+        z->range = -1;
+    } else {
+        z->right = z->left + 1;
+    }
+}
+
+static void break_config(struct rig *r, unsigned i)
+{
+    uint32_t *const numbers[] = {&r->config.hits, &r->config.hold_ms,
+                                 &r->config.silence_ms};
+    if (i < 3) {
+        *numbers[i] = 0;
+    } else if (i < 5) {
+        r->config.eyes = i == 3 ? 0 : BOTH + 1u;
+    } else if (i == 5) {
+        r->output.send = NULL;
+    } else {
+        r->calibration.tof_lsb_fs = 0;
+    }
+}
+
+static void a_zone_may_be_a_point(void **state)
+{
+    struct rig *const r = rig_new();
+    zone *const z = &r->config.zone;
+    (void)state;
+    memcpy(z->min, z->max, sizeof z->min);
+    z->left = z->right;
+    assert_int_equal(rig_init(r), LUM_OK);
+    free(r);
+}
+
+static void a_configuration_out_of_range_is_refused(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 12; i++) {
+        struct rig *const r = rig_new();
+        if (i < 5) {
+            break_zone(r, i);
+        } else {
+            break_config(r, i - 5u);
+        }
+        assert_int_equal(rig_init(r), LUM_E_VALUE);
+        free(r);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(it_is_stopped_until_both_eyes_were_heard),
+        cmocka_unit_test(a_hold_of_a_moment_does_not_end_the_first_silence),
+        cmocka_unit_test(an_eye_that_falls_silent_stops),
+        cmocka_unit_test(an_eye_that_is_not_wanted_may_be_silent),
+        cmocka_unit_test(lines_without_points_are_silence),
+        cmocka_unit_test(silence_lasts_beyond_a_wrap_of_the_clock),
+        cmocka_unit_test(as_many_hits_as_wanted_stop_at_once),
+        cmocka_unit_test(
+            hits_of_both_eyes_and_many_lines_add_up_within_a_frame),
+        cmocka_unit_test(hits_of_two_frames_do_not_add_up),
+        cmocka_unit_test(falling_edges_are_no_hits),
+        cmocka_unit_test(a_stop_outlives_its_cause_by_the_hold),
+        cmocka_unit_test(what_stays_in_the_zone_keeps_the_machine_stopped),
+        cmocka_unit_test(a_frame_tells_its_hits_and_the_nearest),
+        cmocka_unit_test(a_frame_before_the_first_is_a_frame_too),
+        cmocka_unit_test(
+            a_line_too_late_for_its_frame_counts_for_the_newer_one),
+        cmocka_unit_test(the_end_hands_out_what_is_open),
+        cmocka_unit_test(observers_may_be_missing),
+        cmocka_unit_test(five_heartbeats_a_second_leave_across_a_wrap),
+        cmocka_unit_test(a_slow_tick_makes_no_burst),
+        cmocka_unit_test(the_status_is_asked_for_once_a_second),
+        cmocka_unit_test(a_heartbeat_that_was_refused_is_tried_again),
+        cmocka_unit_test(heartbeats_end_when_the_main_loop_hangs),
+        cmocka_unit_test(a_hang_lasts_beyond_a_wrap_of_the_clock),
+        cmocka_unit_test(a_main_loop_that_comes_back_sends_again_and_is_held),
+        cmocka_unit_test(every_bit_that_takes_the_laser_down_stops),
+        cmocka_unit_test(all_reasons_can_stand_together),
+        cmocka_unit_test(what_is_no_status_changes_nothing),
+        cmocka_unit_test(garbage_is_counted_and_is_no_sign_of_life),
+        cmocka_unit_test(a_full_ring_drops_and_counts),
+        cmocka_unit_test(a_ring_keeps_the_order_while_its_counts_wrap),
+        cmocka_unit_test(a_claimed_slot_is_not_seen_before_it_is_committed),
+        cmocka_unit_test(a_box_has_its_sides_and_a_sector_its_edges),
+        cmocka_unit_test(the_nearest_is_exact_as_far_as_points_reach),
+        cmocka_unit_test(a_zone_may_be_a_point),
+        cmocka_unit_test(a_configuration_out_of_range_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
