@@ -1,0 +1,299 @@
+/* What a datagram costs, in instructions, on a board that counts them: an
+ * emulator whose clock goes on with each instruction. Prints one line for each
+ * figure: its ticks, how often the clock was read for it, and of how many units
+ * it is the sum; size.py divides. */
+#include "lum/assembler.h"
+#include "lum/calibration.h"
+#include "lum/packet.h"
+#include "lum/points_fixed.h"
+#include "lum/profile.h"
+#include "lum/returns.h"
+#include "port/port.h"
+#include "port/text.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define OPEN_LINES  2u
+#define LINE_WORDS  4000u
+#define LINES       40u
+#define MOST        340u /* samples of a packet: what Ethernet holds */
+#define PACKETS_MAX 8u
+#define BLOCK       64u
+#define LOOPS       500000u
+#define CLOCK_STEP  200u /* microseconds between lines */
+
+/* What is counted apart. */
+enum cost {
+    COST_NOTHING,
+    COST_LOOP,
+    COST_LINE,
+    COST_ANGLES,
+    COST_SINGLES,
+    COST_PULSES,
+    COST_REORDERED,
+    COST_PACKET,
+    COST_RETURNS,
+    COST_POINTS_SINGLES,
+    COST_POINTS_PULSES,
+    COSTS
+};
+
+static const char *const names[COSTS] = {
+    "nothing", "loop",           "line",         "angles",
+    "singles", "pulses",         "reordered",    "packet",
+    "returns", "points_singles", "points_pulses"};
+
+struct datagram {
+    uint8_t bytes[LUM_GROUP_HEAD_MAX + MOST * LUM_SAMPLE_BYTES];
+    size_t len;
+};
+
+static struct {
+    uint32_t ticks;
+    uint32_t readings;
+    uint32_t units;
+} sums[COSTS];
+
+static struct datagram packets[PACKETS_MAX];
+static lum_layout layout;
+static lum_assembler assembler;
+static lum_line_slot slots[2u * OPEN_LINES];
+static uint32_t words[2u * OPEN_LINES * LINE_WORDS];
+static lum_fixed_projector projector;
+static lum_fixed_point points[BLOCK];
+static lum_return returns[LINE_WORDS];
+static enum cost projecting;
+static uint32_t pushed_words;
+static uint32_t points_made;
+static uint32_t line_number;
+static bool is_wrong;
+
+static void add(enum cost cost, uint32_t begin, uint32_t units)
+{
+    sums[cost].ticks += port_ticks() - begin;
+    sums[cost].readings++;
+    sums[cost].units += units;
+}
+
+static void use_line(const lum_line *line)
+{
+    lum_point_losses losses = {0, 0};
+    uint32_t begin = port_ticks();
+    for (uint32_t i = 0; i < line->word_count; i += BLOCK) {
+        points_made += (uint32_t)lum_points_fixed_compute(
+            &projector, line, i, BLOCK, points, &losses);
+    }
+    add(projecting, begin, line->word_count);
+    begin = port_ticks();
+    lum_returns_compute(line->words, line->word_count, returns);
+    add(COST_RETURNS, begin, line->word_count);
+}
+
+/* Takes a datagram as a gateway does. A line that it completes is used between
+ * the two pushes and counts as its own. */
+static void receive(const struct datagram *d, enum cost cost, uint32_t units)
+{
+    lum_group group;
+    uint32_t begin = port_ticks();
+    lum_result r = LUM_E_TYPE;
+    if (lum_packet_decode(&layout, d->bytes, d->len, &group) ==
+        LUM_PACKET_DATA) {
+        r = lum_assembler_push(&assembler, &group, 0);
+    }
+    add(cost, begin, units);
+    while (r > 0) {
+        if (r == LUM_LINE_READY) {
+            use_line(lum_assembler_line(&assembler));
+        }
+        begin = port_ticks();
+        r = lum_assembler_push(&assembler, &group, 0);
+        add(cost, begin, 0);
+    }
+    is_wrong = is_wrong || r != LUM_OK;
+}
+
+static void begin_packet(struct datagram *d, uint8_t tag, uint32_t first,
+                         uint32_t samples)
+{
+    const lum_group group = {.line = line_number,
+                             .num_samples = samples,
+                             .first_sample_index = first,
+                             .clock_raw = line_number * CLOCK_STEP,
+                             .eye = LUM_EYE_BLUE,
+                             .tag = tag};
+    size_t head = 0;
+    if (lum_group_encode(&layout, &group, d->bytes, sizeof d->bytes, &head) !=
+        LUM_OK) {
+        is_wrong = true;
+    }
+    d->len = head + samples * LUM_SAMPLE_BYTES;
+}
+
+static uint8_t *sample(struct datagram *d, uint32_t samples, uint32_t i)
+{
+    return d->bytes + d->len - (samples - i) * LUM_SAMPLE_BYTES;
+}
+
+static void make_angles(struct datagram *d, uint32_t first, uint32_t samples)
+{
+    begin_packet(d, LUM_TAG_ANGLES, first, samples);
+    for (uint32_t i = 0; i < samples; i++) {
+        const int32_t pixel = (int32_t)(first + i);
+        const lum_angle angle = {(int16_t)(32000 - 64 * pixel),
+                                 (int16_t)(-20000 + 37 * pixel)};
+        lum_angle_encode(&layout, angle, sample(d, samples, i));
+    }
+}
+
+/* Words from an index of the line on; each pixel has that many. */
+static void make_words(struct datagram *d, uint32_t first, uint32_t samples,
+                       uint32_t words_of_pixel)
+{
+    begin_packet(d, LUM_TAG_RANGES, first, samples);
+    for (uint32_t i = 0; i < samples; i++) {
+        const uint32_t n = first + i;
+        const int32_t tof = (int32_t)(2000 + 7 * n);
+        const uint32_t word =
+            lum_word_make(tof, n % words_of_pixel == 0, n / words_of_pixel);
+        lum_word_encode(word, sample(d, samples, i));
+    }
+    pushed_words += samples;
+}
+
+static void begin_assembler(void)
+{
+    lum_assembler_config config;
+    lum_assembler_config_default(&config);
+    config.open_lines = OPEN_LINES;
+    config.words_per_line = LINE_WORDS;
+    if (lum_assembler_init(&assembler, &config, &layout, slots, words) !=
+        LUM_OK) {
+        is_wrong = true;
+    }
+    line_number = 0;
+    pushed_words = 0;
+    points_made = 0;
+}
+
+static void finish(void)
+{
+    lum_result r = LUM_OK;
+    while ((r = lum_assembler_flush(&assembler)) > 0) {
+        if (r == LUM_LINE_READY) {
+            use_line(lum_assembler_line(&assembler));
+        }
+    }
+    const lum_assembly_counters *c = lum_assembler_counters(&assembler);
+    is_wrong = is_wrong || c->lines != LINES || c->lines_missing_angles != 0 ||
+               c->words != pushed_words || c->lost_words != 0 ||
+               points_made != pushed_words;
+}
+
+/* The first packet opens a line, and closes the one that has to make room. */
+static void send_angles(void)
+{
+    static const uint32_t firsts[] = {0, 334, 668};
+    static const uint32_t counts[] = {334, 334, 332};
+    for (unsigned i = 0; i < 3; i++) {
+        make_angles(&packets[0], firsts[i], counts[i]);
+        receive(&packets[0], i == 0 ? COST_LINE : COST_ANGLES,
+                i == 0 ? 1 : counts[i]);
+    }
+}
+
+/* Lines whose packets come in order. */
+static void run_in_order(enum cost cost, enum cost points_cost,
+                         uint32_t words_of_pixel)
+{
+    const uint32_t count = 1000u * words_of_pixel / MOST;
+    begin_assembler();
+    projecting = points_cost;
+    for (; line_number < LINES; line_number++) {
+        send_angles();
+        for (uint32_t i = 0; i < count; i++) {
+            make_words(&packets[0], i * MOST, MOST, words_of_pixel);
+            receive(&packets[0], cost, MOST);
+        }
+        make_words(&packets[0], count * MOST, 1, words_of_pixel);
+        receive(&packets[0], COST_PACKET, 1);
+    }
+    finish();
+}
+
+/* Lines whose packets of ranges come backwards; the first of them is in
+ * order. */
+static void run_backwards(void)
+{
+    const uint32_t count = 5;
+    begin_assembler();
+    projecting = COST_POINTS_PULSES;
+    for (; line_number < LINES; line_number++) {
+        send_angles();
+        for (uint32_t i = count; i-- > 0;) {
+            make_words(&packets[0], i * MOST, MOST, 2);
+            receive(&packets[0], i + 1u == count ? COST_PULSES : COST_REORDERED,
+                    MOST);
+        }
+    }
+    finish();
+}
+
+/* Two instructions a turn. */
+static void spin(uint32_t turns)
+{
+#if defined(__thumb__)
+    __asm__ volatile("1: subs %0, #1\n\tbne 1b" : "+r"(turns)::"cc");
+#else
+    (void)turns;
+#endif
+}
+
+/* How many instructions a tick is, and what reading the ticks costs. */
+static void count_loop(void)
+{
+    uint32_t begin = port_ticks();
+    spin(LOOPS);
+    add(COST_LOOP, begin, 2 * LOOPS);
+    for (uint32_t i = 0; i < 1000u; i++) {
+        begin = port_ticks();
+        add(COST_NOTHING, begin, 1);
+    }
+}
+
+static void print(enum cost cost)
+{
+    text line = {{0}, 0};
+    text_put(&line, names[cost]);
+    text_put(&line, " ");
+    text_put_number(&line, sums[cost].ticks);
+    text_put(&line, " ");
+    text_put_number(&line, sums[cost].readings);
+    text_put(&line, " ");
+    text_put_number(&line, sums[cost].units);
+    text_end(&line);
+}
+
+int main(int argc, char **argv)
+{
+    lum_calibration calibration;
+    (void)argc;
+    (void)argv;
+    lum_layout_default(&layout);
+    lum_calibration_default(&calibration);
+    calibration.eye[LUM_EYE_BLUE].mount_um[0] = 123456;
+    calibration.eye[LUM_EYE_BLUE].mount_roll_udeg = 1500000;
+    calibration.eye[LUM_EYE_BLUE].mount_pitch_udeg = -2500000;
+    if (lum_fixed_projector_init(&projector, &calibration, &layout) != LUM_OK) {
+        return 1;
+    }
+    count_loop();
+    run_in_order(COST_SINGLES, COST_POINTS_SINGLES, 1);
+    run_in_order(COST_PULSES, COST_POINTS_PULSES, 2);
+    run_backwards();
+    for (unsigned i = 0; i < COSTS; i++) {
+        print((enum cost)i);
+    }
+    return is_wrong ? 1 : 0;
+}
