@@ -5,10 +5,11 @@
  * mathematics, no division, no heap. x forward, y left, z up, in sixteenths of
  * a millimetre, in the frame of the sensor. The same integers on every target.
  *
- * Error: at most 0.1 mm up to 250 m of range, and beyond that 0.086 mm plus
- * 0.06 um for each metre, against section 7 in exact numbers; with angles of
- * a profile's own lsb 0.35 um for each metre at 1 degree a bit, less in
- * proportion to smaller ones (docs/fixed.md). */
+ * Error, whatever the calibration: at most 0.17 mm and 0.25 um for each metre
+ * of range, so 0.23 mm at 250 m; the most that was seen there is 0.12 mm. An
+ * angle lsb of a profile adds 0.25 um for each metre of range and each degree
+ * of a bit, so 0.06 um at 250 m and 0.001 degrees (docs/fixed.md).
+ */
 #ifndef LUM_POINTS_FIXED_H
 #define LUM_POINTS_FIXED_H
 

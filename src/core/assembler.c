@@ -36,7 +36,7 @@ static bool is_valid(const lum_assembler_config *c)
 static void init_eyes(lum_assembler *a, lum_line_slot *slots, uint32_t *words)
 {
     const unsigned count = a->config.open_lines;
-    for (uint8_t e = 0; e < LUM_EYES; e++) {
+    for (unsigned e = 0; e < LUM_EYES; e++) {
         lum_eye_state *eye = &a->eye[e];
         eye->frame = 1;
         eye->candidate_us = STREAM_LONG_AGO;
@@ -48,7 +48,7 @@ static void init_eyes(lum_assembler *a, lum_line_slot *slots, uint32_t *words)
             slot->line.angles = slot->angles;
             slot->line.angle_marks = slot->angle_marks;
             slot->line.words = words;
-            slot->line.eye = e;
+            slot->line.eye = (uint8_t)e;
             slot->words = words;
             slot->next = slot + 1;
             words += a->config.words_per_line;
@@ -143,7 +143,8 @@ static lum_result close_oldest(lum_assembler *a, lum_eye_state *eye)
     counter_add(&c->lines, 1);
     counter_add(&c->words, line->word_count);
     counter_add(&c->lost_words, line->lost_words);
-    counter_add(&c->lines_missing_angles, line->angle_count < LUM_LINE_PIXELS);
+    counter_add(&c->lines_missing_angles,
+                line->angle_count < LUM_LINE_PIXELS ? 1 : 0);
     return LUM_LINE_READY;
 }
 
@@ -180,8 +181,8 @@ static void count_accepted(lum_assembler *a, lum_eye_state *eye,
     }
 }
 
-static lum_result accept(lum_assembler *a, lum_line_slot *slot,
-                         const lum_group *group)
+static lum_result accept(lum_assembler *a, lum_eye_state *eye,
+                         lum_line_slot *slot, const lum_group *group)
 {
     lum_result r = LUM_OK;
     if (group->tag == LUM_TAG_ANGLES) {
@@ -190,7 +191,7 @@ static lum_result accept(lum_assembler *a, lum_line_slot *slot,
         r = words_insert(a, slot, group);
     }
     if (r == LUM_OK) {
-        count_accepted(a, &a->eye[group->eye], slot, group);
+        count_accepted(a, eye, slot, group);
     }
     return r;
 }
@@ -246,7 +247,7 @@ lum_result lum_assembler_push(lum_assembler *a, const lum_group *group,
         slot = lines_open(a, eye, group->line);
         slot->line.arrival = arrival;
     }
-    return finish(a, accept(a, slot, group));
+    return finish(a, accept(a, eye, slot, group));
 }
 
 lum_result lum_assembler_flush(lum_assembler *a)

@@ -104,18 +104,18 @@ int64_t frames_decide(lum_assembler *a, lum_eye_state *eye,
     const unsigned r = a->config.reorder_lines;
     const bool beside = is_beside(other, line, r);
     const bool behind = beside && other->frame > eye->frame;
-    bool is_of_frame_before = false;
+    uint32_t back = 0;
     if (!eye->begun) {
         begin(eye, other, line, beside);
     } else if (eye->after_break || behind || is_far_above(eye->top, line, r)) {
         frames_count_gap(a, eye);
         begin_frame(eye, behind ? other->frame : eye->frame + 1, line, r);
     } else if (is_straggler(eye, line, r)) {
-        is_of_frame_before = true;
+        back = 1;
     } else {
         advance(eye, line);
     }
-    const int64_t frame = eye->frame - is_of_frame_before;
+    const int64_t frame = eye->frame - back;
     note_highest(eye, frame, r);
     return frame;
 }

@@ -39,7 +39,7 @@ lum_result lines_find(lum_assembler *a, const lum_eye_state *eye,
         }
         slot = slot->next;
     }
-    a->to_close = eye->open_count == a->config.open_lines;
+    a->to_close = eye->open_count == a->config.open_lines ? 1 : 0;
     return was_closed(a, eye, number) ? LUM_E_LATE : LUM_OK;
 }
 

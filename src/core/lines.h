@@ -5,8 +5,9 @@
 
 #include "lum/assembler.h"
 
-/* Looks for the line of the packet at hand. LUM_OK with NULL found: it has to
- * be opened once to_close others have closed. LUM_E_LATE. */
+/* Looks for the line of the packet at hand. LUM_OK: it is found; or found stays
+ * as it is, and the line has to be opened once to_close others have closed.
+ * LUM_E_LATE. */
 lum_result lines_find(lum_assembler *a, const lum_eye_state *eye,
                       uint32_t number, lum_line_slot **found);
 

@@ -2,7 +2,6 @@
 
 #include "turn.h"
 
-#include <stdbool.h>
 #include <stddef.h>
 
 static LUM_ONE_COPY uint64_t multiply(uint32_t a, uint32_t b)
@@ -27,7 +26,7 @@ static void set_axis(lum_fixed_axis *out, int32_t sum_udeg, int32_t width_udeg,
     out->part = (int32_t)(lsb & 0x7fffu);
 }
 
-/* A micrometre is 0.016 units, times 2^30. */
+/* A micrometre is 0.016 units, times 2^30; 1 km is below 2^54. */
 #define MOUNT_PER_UM INT64_C(17179869)
 #define MOUNT_HALF   (1 << 29)
 
@@ -39,12 +38,13 @@ static void set_axis(lum_fixed_axis *out, int32_t sum_udeg, int32_t width_udeg,
 static void set_range(lum_fixed_eye *out, const lum_calibration *c,
                       unsigned eye)
 {
-    /* 2^-40 units a femtosecond */
+    /* 2^-40 units a femtosecond: up to 2.8e9, so below 2^32 */
     const uint32_t scale =
         (uint32_t)(multiply(c->speed_of_light, RANGE_PER_FS) >> 28);
     const int64_t lsb_fs = c->tof_lsb_fs;
     out->first_tof = lum_calibration_min_tof(c, eye);
-    /* in 8 femtoseconds: below 2^31 */
+    /* of the first time of flight, in 8 femtoseconds: above 0, and below 2^31;
+     * nothing uses it where none is long enough */
     const uint32_t base =
         (uint32_t)((c->eye[eye].tof_offset_fs + out->first_tof * lsb_fs) >> 3);
     out->range_lsb = (uint32_t)(multiply((uint32_t)lsb_fs, scale) >> 20);
@@ -79,6 +79,7 @@ lum_result lum_fixed_projector_init(lum_fixed_projector *out,
     return LUM_OK;
 }
 
+/* Below 2^31 x 2^30 + 2^54 before the shift. */
 static LUM_ONE_COPY int32_t place(const int64_t *mount, int32_t range,
                                   int32_t direction)
 {
@@ -89,6 +90,7 @@ static LUM_ONE_COPY void put_point(const lum_fixed_eye *eye,
                                    const int32_t direction[3], uint32_t bits,
                                    lum_fixed_point *out)
 {
+    /* bits are below 2^20, a bit below 2^32, the range below 1.33e9 */
     const int32_t range =
         (int32_t)((eye->range_base + multiply(bits << 12, eye->range_lsb)) >>
                   32);
@@ -102,7 +104,10 @@ size_t lum_points_fixed_compute(const lum_fixed_projector *projector,
                                 uint32_t count, lum_fixed_point *out,
                                 lum_point_losses *losses)
 {
-    const lum_fixed_eye *eye = &projector->eye[line->eye];
+    const lum_fixed_eye *eye = projector->eye;
+    if (line->eye != LUM_EYE_BLUE) {
+        eye++;
+    }
     if (first > line->word_count) {
         first = line->word_count;
     }
@@ -118,19 +123,20 @@ size_t lum_points_fixed_compute(const lum_fixed_projector *projector,
         const uint32_t word = *words;
         const uint32_t pixel = lum_word_pixel(word);
         if (pixel != at) {
-            if (!lum_turn_look(eye, line, pixel, direction)) {
+            if (!lum_line_has_angles(line, pixel)) {
                 losses->no_angle++;
                 continue;
             }
             at = pixel;
+            lum_turn_look(eye, &line->angles[pixel], direction);
         }
         const int32_t bits = ((int32_t)word >> 12) - eye->first_tof;
         if (bits < 0) {
             losses->no_range++;
             continue;
         }
-        put_point(eye, direction, (uint32_t)bits, out);
         out->word = word;
+        put_point(eye, direction, (uint32_t)bits, out);
         out++;
     }
     return (size_t)(out - begin);

@@ -8,7 +8,7 @@ int32_t stream_lead(const int64_t *clock_us, const int64_t *other_us)
 {
     const int64_t us = *clock_us - *other_us;
     const int32_t low = signed32((uint32_t)us);
-    const int32_t limit = us < 0 ? -INT32_MAX : INT32_MAX;
+    const int32_t limit = us < 0 ? INT32_MIN : INT32_MAX;
     return us == low ? low : limit;
 }
 

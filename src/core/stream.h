@@ -27,9 +27,10 @@ void stream_jump(lum_assembler *a, lum_eye_state *eye);
  * held against is less. */
 int32_t stream_lead(const int64_t *clock_us, const int64_t *other_us);
 
+/* reach_us: below 2^31. */
 static inline bool stream_is_within(int32_t lead_us, uint32_t reach_us)
 {
-    return (uint32_t)(lead_us < 0 ? -lead_us : lead_us) <= reach_us;
+    return (uint32_t)lead_us + reach_us <= 2u * reach_us;
 }
 
 #endif

@@ -32,14 +32,14 @@ static LUM_ONE_COPY void compute(uint32_t angle, lum_fixed_turn *out)
     int32_t c = multiply(-21932519, y2, 272307758);
     c = multiply(c, y2, -1324673091);
     c = multiply(c, y2, 1 << 30);
-    const uint32_t quarter = (angle + (UINT32_C(1) << 29)) >> 30;
-    if (quarter != 0) {
+    angle += UINT32_C(1) << 29;
+    if (angle >> 30 != 0) {
         const int32_t was = s;
-        if (quarter != 2) {
+        if ((angle & (UINT32_C(1) << 30)) != 0) {
             s = c;
             c = -was;
         }
-        if (quarter != 1) {
+        if ((angle & (UINT32_C(1) << 31)) != 0) {
             s = -s;
             c = -c;
         }
@@ -69,6 +69,7 @@ static LUM_ONE_COPY void turn(int32_t *from, int32_t *to,
     *to = quadruple(multiply(a, t->sine, multiply(b, t->cosine, 0)));
 }
 
+/* What is left of a bit times any raw angle is below 2^30. */
 static LUM_ONE_COPY void compute_axis(const lum_fixed_axis *axis, int32_t raw,
                                       lum_fixed_turn *out)
 {
@@ -77,15 +78,11 @@ static LUM_ONE_COPY void compute_axis(const lum_fixed_axis *axis, int32_t raw,
             out);
 }
 
-bool lum_turn_look(const lum_fixed_eye *eye, const lum_line *line,
-                   uint32_t pixel, int32_t out[3])
+void lum_turn_look(const lum_fixed_eye *eye, const lum_angle *angle,
+                   int32_t out[3])
 {
-    const lum_angle *angle = &line->angles[pixel];
     lum_fixed_turn az;
     lum_fixed_turn el;
-    if (!lum_line_has_angles(line, pixel)) {
-        return false;
-    }
     compute_axis(&eye->azimuth, angle->azimuth, &az);
     compute_axis(&eye->elevation, angle->elevation, &el);
     int32_t x = quadruple(multiply(el.cosine, az.cosine, 0));
@@ -99,5 +96,4 @@ bool lum_turn_look(const lum_fixed_eye *eye, const lum_line *line,
     out[0] = x;
     out[1] = y;
     out[2] = z;
-    return true;
 }

@@ -5,7 +5,6 @@
 
 #include "lum/points_fixed.h"
 
-#include <stdbool.h>
 #include <stdint.h>
 
 #if ((-1) >> 1) != -1
@@ -26,8 +25,8 @@ uint32_t lum_turn_from_udeg(int32_t sum_udeg);
 /* Sine and cosine of an angle of -360..360 degrees. */
 void lum_turn_compute(int32_t udeg, lum_fixed_turn *out);
 
-/* Where a pixel looks, in 2^-30; false if it has no angles. */
-bool lum_turn_look(const lum_fixed_eye *eye, const lum_line *line,
-                   uint32_t pixel, int32_t out[3]);
+/* Where a pixel looks, in 2^-30. */
+void lum_turn_look(const lum_fixed_eye *eye, const lum_angle *angle,
+                   int32_t out[3]);
 
 #endif

@@ -64,28 +64,28 @@ lum_result words_place_angles(const lum_assembler *a, lum_line_slot *slot,
     return LUM_OK;
 }
 
-static void copy_words(uint32_t *restrict to, const lum_group *group)
-{
-    const uint8_t *restrict from = group->samples;
-    for (uint32_t i = 0; i < group->num_samples; i++) {
-        to[i] = load_u32(from + (size_t)LUM_SAMPLE_BYTES * i);
-    }
-}
-
 /* Where a word belongs: a good one at its pixel, a bad one behind them all. */
 static uint32_t place_of(uint32_t word)
 {
     return word & (LUM_WORD_ZERO | LUM_WORD_PIXEL);
 }
 
-/* Whether all words are good and in order of pixels, from first on. */
-static bool are_in_order(const uint32_t *words, uint32_t n, uint32_t first)
+/* Copies words and tells whether all are good and in order of pixels, from
+ * first on. */
+static bool copy_if_in_order(uint32_t *restrict to,
+                             const uint8_t *restrict from, uint32_t n,
+                             uint32_t first)
 {
-    uint32_t borrow = place_of(words[0]) - first;
-    for (const uint32_t *end = words + n - 1u; words < end; words++) {
-        borrow |= place_of(words[1]) - place_of(words[0]);
+    to[0] = load_u32(from);
+    uint32_t borrow = place_of(to[0]) - first;
+    for (uint32_t i = 1; i < n; i++) {
+        const uint32_t before = load_u32(from);
+        from += LUM_SAMPLE_BYTES;
+        const uint32_t word = load_u32(from);
+        to[i] = word;
+        borrow |= place_of(word) - place_of(before);
     }
-    return borrow >> 31 == 0 && place_of(words[0]) < LUM_LINE_PIXELS;
+    return borrow >> 31 == 0 && place_of(to[n - 1u]) < LUM_LINE_PIXELS;
 }
 
 /* What was copied counts only once word_count says so. */
@@ -98,8 +98,8 @@ bool words_append(const lum_assembler *a, lum_line_slot *slot,
     if (n > a->config.words_per_line - count) {
         return false;
     }
-    copy_words(to, group);
-    if (!are_in_order(to, n, count > 0 ? place_of(to[-1]) + 1u : 0)) {
+    const uint32_t first = count > 0 ? place_of(to[-1]) + 1u : 0;
+    if (!copy_if_in_order(to, group->samples, n, first)) {
         return false;
     }
     slot->line.word_count = count + n;
@@ -180,13 +180,14 @@ void words_count_sent(const lum_assembler *a, lum_line_slot *slot,
 {
     const uint32_t capacity = a->config.words_per_line;
     const uint32_t n = group->num_samples;
-    const uint32_t first = group->first_sample_index;
+    const uint32_t end = group->first_sample_index + n;
     if (n > capacity - slot->words_seen) {
         slot->words_seen = capacity;
     } else {
         slot->words_seen += n;
     }
-    if (n <= capacity && first <= capacity - n && first + n > slot->words_end) {
-        slot->words_end = first + n;
+    /* below n, it has gone over its 32 bits */
+    if (end >= n && end <= capacity && end > slot->words_end) {
+        slot->words_end = end;
     }
 }

@@ -451,6 +451,26 @@ static void a_break_empties_the_list_of_closed_lines(void **state)
     stream_free(s);
 }
 
+/* Far by the gap, and yet within the span of what was closed before. */
+static void no_line_closed_before_a_break_is_known_after_it(void **state)
+{
+    struct stream *s = stream_new();
+    s->config.gap_us = 100;
+    s->config.open_lines = 1;
+    stream_begin(s);
+    (void)state;
+    for (uint32_t line = 1; line < 5; line++) {
+        one(s, BLUE, line, 10000);
+    }
+    jump(s, 11, 10101);
+    assert_int_equal(one(s, BLUE, 2, 10101), LUM_OK);
+    assert_int_equal(one(s, BLUE, 1, 10101), LUM_OK);
+    assert_int_equal(one(s, BLUE, 3, 10101), LUM_OK);
+    assert_int_equal(one(s, BLUE, 11, 10101), LUM_E_LATE);
+    assert_int_equal(counters(s)->late, 1);
+    stream_free(s);
+}
+
 static void the_list_of_closed_lines_begins_again_after_a_break(void **state)
 {
     struct stream *s = stream_new();
@@ -1715,6 +1735,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(the_other_eyes_packets_do_not_come_between),
     cmocka_unit_test(the_candidate_is_spent_by_the_break),
     cmocka_unit_test(a_break_empties_the_list_of_closed_lines),
+    cmocka_unit_test(no_line_closed_before_a_break_is_known_after_it),
     cmocka_unit_test(the_list_of_closed_lines_begins_again_after_a_break),
     cmocka_unit_test(no_line_is_known_after_a_restart),
     cmocka_unit_test(numbers_of_before_a_break_may_come_again),

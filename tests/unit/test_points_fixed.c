@@ -191,6 +191,21 @@ static void mounts_turn_by_the_right_hand(void **state)
     scene_free(s);
 }
 
+static void a_mount_turns_by_as_little_as_a_microdegree(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    s->calibration.eye[0].azimuth_center_udeg = 90 * DEGREE;
+    put(s, LUM_TOF_MAX, 0);
+    for (int32_t udeg = -1; udeg <= 1; udeg++) {
+        s->calibration.eye[0].mount_roll_udeg = udeg;
+        project(s);
+        /* 78.6 km to the left: 22 units a microdegree */
+        assert_true(abs(s->points[0].z - 22 * udeg) <= 8);
+    }
+    scene_free(s);
+}
+
 static void mounts_turn_by_roll_then_pitch_then_yaw(void **state)
 {
     struct scene *s = scene_new();
@@ -576,6 +591,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(every_quarter_of_a_turn_is_told_apart),
     cmocka_unit_test(the_middle_of_the_span_is_at_raw_zero),
     cmocka_unit_test(mounts_turn_by_the_right_hand),
+    cmocka_unit_test(a_mount_turns_by_as_little_as_a_microdegree),
     cmocka_unit_test(mounts_turn_by_roll_then_pitch_then_yaw),
     cmocka_unit_test(the_mount_is_added),
     cmocka_unit_test(each_eye_has_its_own_calibration),
