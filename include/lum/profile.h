@@ -94,11 +94,15 @@ typedef enum lum_profile_fault {
     LUM_PROFILE_EYE_VALUES_EQUAL,  /**< both eyes bear one value */
     LUM_PROFILE_EYE_VALUE_WIDTH,   /**< a value its field cannot hold */
     LUM_PROFILE_TLV_EQUAL,         /**< two uses bear one number */
-    LUM_PROFILE_ANGLE_LSB          /**< above ::LUM_ANGLE_LSB_MAX_PDEG */
+    LUM_PROFILE_ANGLE_LSB,         /**< above ::LUM_ANGLE_LSB_MAX_PDEG */
+    LUM_PROFILE_LINE_SPAN          /**< above ::LUM_LINE_SPAN_MAX_US */
 } lum_profile_fault;
 
 /** Largest angle_lsb_pdeg: 1 degree a bit. */
 #define LUM_ANGLE_LSB_MAX_PDEG UINT64_C(1000000000000)
+
+/** Largest line_span_us: 1000 s. */
+#define LUM_LINE_SPAN_MAX_US UINT32_C(1000000000)
 
 /** A profile that has been checked: what decoders and encoders take.
  * Private: set by lum_layout_init() alone, read by everyone, shared by any

@@ -109,9 +109,8 @@ static bool is_frame_due(const lum_assembler *a)
     const lum_eye_state *green = &a->eye[LUM_EYE_GREEN];
     const bool blue_past = lines_are_past(a, blue);
     const bool green_past = lines_are_past(a, green);
-    return (blue_past || green_past) &&
-           (blue_past || is_silent(a, blue, green)) &&
-           (green_past || is_silent(a, green, blue));
+    return blue_past ? green_past || is_silent(a, green, blue)
+                     : green_past && is_silent(a, blue, green);
 }
 
 static lum_result announce(lum_assembler *a)

@@ -74,8 +74,7 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
 
 static bool fits(uint32_t value, const lum_field *field)
 {
-    return field->bytes == 0 || field->bytes == 4 ||
-           value >> (8u * field->bytes) == 0;
+    return field->bytes == 4 || value >> (8u * field->bytes) == 0;
 }
 
 /* With the tag on the packet type's byte the tag is the type. */

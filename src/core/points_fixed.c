@@ -28,7 +28,7 @@ static void set_axis(lum_fixed_axis *out, int32_t sum_udeg, int32_t width_udeg,
 
 /* A micrometre is 0.016 units, times 2^30; 1 km is below 2^54. */
 #define MOUNT_PER_UM INT64_C(17179869)
-#define MOUNT_HALF   (1 << 29)
+#define MOUNT_HALF   (INT32_C(1) << 29)
 
 /* Light goes out and back: a femtosecond at 1 m/s is 8e-12 units of range;
  * times 2^68. */

@@ -132,8 +132,11 @@ static unsigned check_scalars(const lum_profile *p)
     if (p->angle_order > LUM_ELEVATION_AZIMUTH) {
         return LUM_PROFILE_ANGLE_ORDER;
     }
-    return p->angle_lsb_pdeg > LUM_ANGLE_LSB_MAX_PDEG ? LUM_PROFILE_ANGLE_LSB
-                                                      : LUM_PROFILE_FINE;
+    if (p->angle_lsb_pdeg > LUM_ANGLE_LSB_MAX_PDEG) {
+        return LUM_PROFILE_ANGLE_LSB;
+    }
+    return p->line_span_us > LUM_LINE_SPAN_MAX_US ? LUM_PROFILE_LINE_SPAN
+                                                  : LUM_PROFILE_FINE;
 }
 
 static unsigned find_fault(const lum_profile *p)

@@ -31,7 +31,7 @@ static LUM_ONE_COPY void compute(uint32_t angle, lum_fixed_turn *out)
     s = multiply(s, y, 0);
     int32_t c = multiply(-21932519, y2, 272307758);
     c = multiply(c, y2, -1324673091);
-    c = multiply(c, y2, 1 << 30);
+    c = multiply(c, y2, INT32_C(1) << 30);
     angle += UINT32_C(1) << 29;
     if (angle >> 30 != 0) {
         const int32_t was = s;

@@ -13,7 +13,7 @@
 
 /* Cortex-M0 calls a function for each long product: one copy of such a call is
  * enough. Others have an instruction for it. */
-#if defined(__ARM_ARCH_6M__)
+#if defined(__ARM_ARCH_6M__) && defined(__GNUC__)
 #define LUM_ONE_COPY __attribute__((noinline))
 #else
 #define LUM_ONE_COPY inline

@@ -59,7 +59,7 @@ static const lum_yaml_rule angle_lsb = {.words = span,
                                         .decimals = 12,
                                         .unit = " deg"};
 static const lum_yaml_rule line_span = {
-    .min = 0, .max = 1000000000, .whole = true, .unit = " us"};
+    .min = 0, .max = LUM_LINE_SPAN_MAX_US, .whole = true, .unit = " us"};
 static const lum_yaml_rule eye_value = {
     .min = 0, .max = UINT32_MAX, .whole = true, .unit = ""};
 static const lum_yaml_rule tlv_number = {

@@ -280,6 +280,18 @@ static void an_angle_lsb_is_at_most_a_degree(void **state)
     assert_fault(&p, LUM_PROFILE_ANGLE_LSB, 0);
 }
 
+static void a_line_lasts_at_most_a_thousand_seconds(void **state)
+{
+    lum_profile p = defaults();
+    (void)state;
+    p.line_span_us = LUM_LINE_SPAN_MAX_US;
+    assert_fault(&p, LUM_PROFILE_FINE, 0);
+    p.line_span_us = LUM_LINE_SPAN_MAX_US + 1;
+    assert_fault(&p, LUM_PROFILE_LINE_SPAN, 0);
+    p.line_span_us = UINT32_MAX;
+    assert_fault(&p, LUM_PROFILE_LINE_SPAN, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -298,6 +310,7 @@ int main(void)
         cmocka_unit_test(eyes_have_two_values),
         cmocka_unit_test(tlv_numbers_differ),
         cmocka_unit_test(an_angle_lsb_is_at_most_a_degree),
+        cmocka_unit_test(a_line_lasts_at_most_a_thousand_seconds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
