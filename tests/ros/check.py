@@ -384,14 +384,16 @@ def live_recording():
 
 
 def laser_is_safe():
-    address, p, events = sensor(3, "--fault", "fan@6-7")
+    address, p, events = sensor(3, "--fault", "fan@USR1-USR2")
     diagnostics = Listener("/diagnostics", diagnostic_msgs.msg.DiagnosticArray)
     n = node(f"_source:=udp://{address}", "_laser:=true")
     wait_until(lambda: any(e["up"] for e in events("laser")), 20, "the laser")
+    p.send_signal(signal.SIGUSR1)
     laser = wait_for_status(diagnostics, "laser", lambda s: s.level == 2, "the hazard")
     check("FAN_PWM_BAD" in laser.message, laser.message)
     off = wait_until(lambda: [e for e in events("tlv") if e["note"] == "d"], 10, "d")
     check(off[0]["t"] - [e for e in events("laser") if not e["up"]][0]["t"] < 1.5, "d comes late")
+    p.send_signal(signal.SIGUSR2)
     wait_for_status(diagnostics, "laser", lambda s: s.level == 0, "the hazard's end")
     time.sleep(1.0)
     check(not events("laser")[-1]["up"], "the laser came back by itself")

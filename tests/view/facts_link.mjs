@@ -125,9 +125,11 @@ async function live({ browser }) {
 }
 
 async function hazard({ browser }) {
-    sim("--address", SENSOR, "--fault", "fan@8");
+    const sensor = sim("--address", SENSOR, "--fault", "fan@USR1");
     const server = await view("--laser", `udp://${SENSOR}`);
     const page = await open(browser, server.url);
+    await until(page, () => document.getElementById("laser-state").textContent.startsWith("on"));
+    sensor.kill("SIGUSR1");
     const item = page.locator("#laser-bits li.hazard");
     await item.filter({ hasText: "FAN_PWM_BAD" }).waitFor();
     assert.match(await page.locator("#laser-state").textContent(), /^off, status 0x.*hazard/);
