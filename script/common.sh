@@ -38,12 +38,15 @@ quietly() {
 
 # each SELF ARGUMENT... <ITEMS: runs SELF ARGUMENT... ITEM for every line, as many
 # at a time as there are processors. SELF says ok or FAIL first; the last line
-# counts.
+# counts. One that ends badly without a word is a failure too.
 each() {
-    local output good bad
-    output=$(xargs -r -P "$jobs" -n 1 "$@" 2>&1 </dev/stdin) || true
+    local output good bad status=0
+    output=$(xargs -r -P "$jobs" -n 1 "$@" 2>&1 </dev/stdin) || status=$?
     good=$(grep -c '^ok ' <<<"$output" || true)
     bad=$(grep -c '^FAIL ' <<<"$output" || true)
+    if [ "$bad" -eq 0 ] && [ "$status" -ne 0 ]; then
+        bad=1
+    fi
     printf '%s\n%d passed, %d failed\n' "$output" "$good" "$bad"
     [ "$bad" -eq 0 ] && [ "$good" -gt 0 ]
 }
@@ -58,4 +61,12 @@ report() {
         printf 'FAIL  %s\n%s\n' "$name" "$output"
         return 1
     fi
+}
+
+# need PROGRAM PACKAGE: a script that cannot run without it says so, with 77.
+need() {
+    command -v "$1" >/dev/null || {
+        printf '%s needs %s (Debian: %s)\n' "${0##*/}" "$1" "$2"
+        exit 77
+    }
 }

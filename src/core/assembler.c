@@ -99,7 +99,7 @@ const lum_assembly_counters *lum_assembler_counters(const lum_assembler *a)
 static bool is_silent(const lum_assembler *a, const lum_eye_state *eye,
                       const lum_eye_state *other)
 {
-    return stream_lead(&other->low_clock_us, &eye->heard_us) >
+    return lum_stream_lead(&other->low_clock_us, &eye->heard_us) >
            (int32_t)a->config.gap_us;
 }
 
@@ -107,8 +107,8 @@ static bool is_frame_due(const lum_assembler *a)
 {
     const lum_eye_state *blue = &a->eye[LUM_EYE_BLUE];
     const lum_eye_state *green = &a->eye[LUM_EYE_GREEN];
-    const bool blue_past = lines_are_past(a, blue);
-    const bool green_past = lines_are_past(a, green);
+    const bool blue_past = lum_lines_are_past(a, blue);
+    const bool green_past = lum_lines_are_past(a, green);
     return blue_past ? green_past || is_silent(a, green, blue)
                      : green_past && is_silent(a, blue, green);
 }
@@ -135,15 +135,15 @@ static void count_frame(lum_assembler *a, int64_t frame)
 static lum_result close_oldest(lum_assembler *a, lum_eye_state *eye)
 {
     lum_assembly_counters *c = &a->counters;
-    const lum_line *line = lines_close(a, eye);
+    const lum_line *line = lum_lines_close(a, eye);
     a->line = line;
-    frames_note(a, line->frame);
+    lum_frames_note(a, line->frame);
     count_frame(a, line->frame);
-    counter_add(&c->lines, 1);
-    counter_add(&c->words, line->word_count);
-    counter_add(&c->lost_words, line->lost_words);
-    counter_add(&c->lines_missing_angles,
-                line->angle_count < LUM_LINE_PIXELS ? 1 : 0);
+    lum_counter_add(&c->lines, 1);
+    lum_counter_add(&c->words, line->word_count);
+    lum_counter_add(&c->lost_words, line->lost_words);
+    lum_counter_add(&c->lines_missing_angles,
+                    line->angle_count < LUM_LINE_PIXELS ? 1 : 0);
     return LUM_LINE_READY;
 }
 
@@ -151,7 +151,8 @@ static lum_result close_oldest(lum_assembler *a, lum_eye_state *eye)
 static lum_result place(lum_assembler *a, lum_eye_state *eye,
                         const lum_group *group, lum_line_slot **found)
 {
-    const enum stream_place place = stream_place(a, eye, group->clock_raw);
+    const enum lum_stream_place place =
+        lum_stream_place(a, eye, group->clock_raw);
     if (place == STREAM_STRAY) {
         return LUM_E_STRAY;
     }
@@ -161,7 +162,7 @@ static lum_result place(lum_assembler *a, lum_eye_state *eye,
         return LUM_OK;
     }
     a->stage = STAGE_OPEN;
-    return lines_find(a, eye, group->line, found);
+    return lum_lines_find(a, eye, group->line, found);
 }
 
 static void count_accepted(lum_assembler *a, lum_eye_state *eye,
@@ -169,14 +170,14 @@ static void count_accepted(lum_assembler *a, lum_eye_state *eye,
 {
     const lum_eye_state *other = &a->eye[LUM_EYES - 1u - group->eye];
     if (group->tag == LUM_TAG_RANGES) {
-        words_count_sent(a, slot, group);
+        lum_words_count_sent(a, slot, group);
     }
     if (a->packet_clock_us < slot->low_clock_us) {
         slot->low_clock_us = a->packet_clock_us;
     }
     if (slot->accepted < 2 && ++slot->accepted == 2) {
-        slot->line.frame = frames_decide(a, eye, other, group->line);
-        frames_note(a, slot->line.frame);
+        slot->line.frame = lum_frames_decide(a, eye, other, group->line);
+        lum_frames_note(a, slot->line.frame);
     }
 }
 
@@ -185,9 +186,9 @@ static lum_result accept(lum_assembler *a, lum_eye_state *eye,
 {
     lum_result r = LUM_OK;
     if (group->tag == LUM_TAG_ANGLES) {
-        r = words_place_angles(a, slot, group);
-    } else if (!words_append(a, slot, group)) {
-        r = words_insert(a, slot, group);
+        r = lum_words_place_angles(a, slot, group);
+    } else if (!lum_words_append(a, slot, group)) {
+        r = lum_words_insert(a, slot, group);
     }
     if (r == LUM_OK) {
         count_accepted(a, eye, slot, group);
@@ -207,7 +208,7 @@ static void count_drop(lum_assembly_counters *c, lum_result r)
     } else if (r == LUM_E_CONFLICT) {
         counter = &c->conflict;
     }
-    counter_add(counter, 1);
+    lum_counter_add(counter, 1);
 }
 
 /* The last push of a packet. */
@@ -240,10 +241,10 @@ lum_result lum_assembler_push(lum_assembler *a, const lum_group *group,
         return close_oldest(a, eye);
     }
     if (a->stage == STAGE_BREAK) {
-        stream_jump(a, eye);
+        lum_stream_jump(a, eye);
     }
     if (slot == NULL) {
-        slot = lines_open(a, eye, group->line);
+        slot = lum_lines_open(a, eye, group->line);
         slot->line.arrival = arrival;
     }
     return finish(a, accept(a, eye, slot, group));
@@ -259,7 +260,7 @@ lum_result lum_assembler_flush(lum_assembler *a)
     if (green->open_count > 0) {
         return close_oldest(a, green);
     }
-    frames_count_gap(a, blue);
-    frames_count_gap(a, green);
+    lum_frames_count_gap(a, blue);
+    lum_frames_count_gap(a, green);
     return a->next_frame <= a->highest_frame ? announce(a) : LUM_OK;
 }

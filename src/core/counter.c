@@ -1,6 +1,6 @@
 #include "counter.h"
 
-void counter_add(uint64_t *counter, uint32_t n)
+void lum_counter_add(uint64_t *counter, uint32_t n)
 {
     *counter += n;
 }

@@ -4,6 +4,6 @@
 
 #include <stdint.h>
 
-void counter_add(uint64_t *counter, uint32_t n);
+void lum_counter_add(uint64_t *counter, uint32_t n);
 
 #endif

@@ -4,7 +4,7 @@
 
 /* As if a reach of lines of the next frame had been decided: none of this one
  * is expected. */
-void frames_break(lum_eye_state *eye)
+void lum_frames_break(lum_eye_state *eye)
 {
     if (!eye->begun) {
         return;
@@ -15,9 +15,9 @@ void frames_break(lum_eye_state *eye)
     }
 }
 
-void frames_count_gap(lum_assembler *a, lum_eye_state *eye)
+void lum_frames_count_gap(lum_assembler *a, lum_eye_state *eye)
 {
-    counter_add(&a->counters.lines_skipped, eye->gap);
+    lum_counter_add(&a->counters.lines_skipped, eye->gap);
     eye->gap = 0;
 }
 
@@ -88,7 +88,7 @@ static void note_highest(lum_eye_state *eye, int64_t frame, unsigned r)
     }
 }
 
-void frames_note(lum_assembler *a, int64_t frame)
+void lum_frames_note(lum_assembler *a, int64_t frame)
 {
     if (frame < a->next_frame && !a->announced) {
         a->next_frame = frame;
@@ -98,8 +98,8 @@ void frames_note(lum_assembler *a, int64_t frame)
     }
 }
 
-int64_t frames_decide(lum_assembler *a, lum_eye_state *eye,
-                      const lum_eye_state *other, uint32_t line)
+int64_t lum_frames_decide(lum_assembler *a, lum_eye_state *eye,
+                          const lum_eye_state *other, uint32_t line)
 {
     const unsigned r = a->config.reorder_lines;
     const bool beside = is_beside(other, line, r);
@@ -108,7 +108,7 @@ int64_t frames_decide(lum_assembler *a, lum_eye_state *eye,
     if (!eye->begun) {
         begin(eye, other, line, beside);
     } else if (eye->after_break || behind || is_far_above(eye->top, line, r)) {
-        frames_count_gap(a, eye);
+        lum_frames_count_gap(a, eye);
         begin_frame(eye, behind ? other->frame : eye->frame + 1, line, r);
     } else if (is_straggler(eye, line, r)) {
         back = 1;

@@ -9,16 +9,16 @@
  * a line is one behind its eye's frame only after that has grown. */
 
 /* The frame of a line that has just got its second packet. */
-int64_t frames_decide(lum_assembler *a, lum_eye_state *eye,
-                      const lum_eye_state *other, uint32_t line);
+int64_t lum_frames_decide(lum_assembler *a, lum_eye_state *eye,
+                          const lum_eye_state *other, uint32_t line);
 
 /* The clock has jumped and no line is open: the next line begins a frame. */
-void frames_break(lum_eye_state *eye);
+void lum_frames_break(lum_eye_state *eye);
 
 /* Counts the lines that the frame lacks, once. */
-void frames_count_gap(lum_assembler *a, lum_eye_state *eye);
+void lum_frames_count_gap(lum_assembler *a, lum_eye_state *eye);
 
 /* There is a line of this frame, so it will be announced. */
-void frames_note(lum_assembler *a, int64_t frame);
+void lum_frames_note(lum_assembler *a, int64_t frame);
 
 #endif

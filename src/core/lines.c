@@ -14,22 +14,22 @@ static bool was_closed(const lum_assembler *a, const lum_eye_state *eye,
         const lum_closed_line *closed = &eye->closed[i];
         if (closed->number == number &&
             stream_is_within(
-                stream_lead(&a->packet_clock_us, &closed->clock_us),
+                lum_stream_lead(&a->packet_clock_us, &closed->clock_us),
                 a->line_span_us)) {
             return true;
         }
     }
-    return stream_lead(&a->packet_clock_us, &eye->low_clock_us) < 0;
+    return lum_stream_lead(&a->packet_clock_us, &eye->low_clock_us) < 0;
 }
 
-lum_result lines_find(lum_assembler *a, const lum_eye_state *eye,
-                      uint32_t number, lum_line_slot **found)
+lum_result lum_lines_find(lum_assembler *a, const lum_eye_state *eye,
+                          uint32_t number, lum_line_slot **found)
 {
     lum_line_slot *slot = eye->oldest;
     for (unsigned i = 0; i < eye->open_count; i++) {
         if (slot->line.number == number) {
             const int32_t ahead_us =
-                stream_lead(&a->packet_clock_us, &slot->line.clock_us);
+                lum_stream_lead(&a->packet_clock_us, &slot->line.clock_us);
             if (stream_is_within(ahead_us, a->line_span_us)) {
                 *found = slot;
                 return LUM_OK;
@@ -43,8 +43,8 @@ lum_result lines_find(lum_assembler *a, const lum_eye_state *eye,
     return was_closed(a, eye, number) ? LUM_E_LATE : LUM_OK;
 }
 
-lum_line_slot *lines_open(const lum_assembler *a, lum_eye_state *eye,
-                          uint32_t number)
+lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye,
+                              uint32_t number)
 {
     lum_line_slot *slot = eye->unused;
     lum_line *line = &slot->line;
@@ -89,7 +89,7 @@ static void clear_unmarked(lum_line_slot *slot)
     }
 }
 
-lum_line *lines_close(const lum_assembler *a, lum_eye_state *eye)
+lum_line *lum_lines_close(const lum_assembler *a, lum_eye_state *eye)
 {
     lum_line_slot *slot = eye->oldest;
     lum_line *line = &slot->line;
@@ -110,7 +110,7 @@ lum_line *lines_close(const lum_assembler *a, lum_eye_state *eye)
     return line;
 }
 
-bool lines_are_past(const lum_assembler *a, const lum_eye_state *eye)
+bool lum_lines_are_past(const lum_assembler *a, const lum_eye_state *eye)
 {
     const lum_line_slot *slot = eye->oldest;
     if (eye->highest[a->config.reorder_lines - 1u] <= a->next_frame) {

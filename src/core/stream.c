@@ -4,7 +4,7 @@
 #include "frames.h"
 #include "lum/clock.h"
 
-int32_t stream_lead(const int64_t *clock_us, const int64_t *other_us)
+int32_t lum_stream_lead(const int64_t *clock_us, const int64_t *other_us)
 {
     const int64_t us = *clock_us - *other_us;
     const int32_t low = signed32((uint32_t)us);
@@ -31,22 +31,22 @@ static void read_clock(lum_assembler *a, uint32_t raw)
     }
 }
 
-enum stream_place stream_place(lum_assembler *a, lum_eye_state *eye,
-                               uint32_t clock_raw)
+enum lum_stream_place lum_stream_place(lum_assembler *a, lum_eye_state *eye,
+                                       uint32_t clock_raw)
 {
     const uint32_t gap_us = a->config.gap_us;
     const int64_t *clock_us = &a->packet_clock_us;
-    enum stream_place place = STREAM_NEAR;
+    enum lum_stream_place place = STREAM_NEAR;
     read_clock(a, clock_raw);
     const int32_t ahead_us =
-        eye->seen ? stream_lead(clock_us, &eye->newest_us) : 0;
+        eye->seen ? lum_stream_lead(clock_us, &eye->newest_us) : 0;
     if (stream_is_within(ahead_us, gap_us)) {
         if (ahead_us >= 0) {
             eye->newest_us = *clock_us;
         }
         eye->heard_us = eye->newest_us;
         eye->seen = true;
-    } else if (stream_is_within(stream_lead(clock_us, &eye->candidate_us),
+    } else if (stream_is_within(lum_stream_lead(clock_us, &eye->candidate_us),
                                 gap_us)) {
         place = STREAM_BREAK;
     } else {
@@ -58,12 +58,12 @@ enum stream_place stream_place(lum_assembler *a, lum_eye_state *eye,
     return place;
 }
 
-void stream_jump(lum_assembler *a, lum_eye_state *eye)
+void lum_stream_jump(lum_assembler *a, lum_eye_state *eye)
 {
     eye->newest_us = a->packet_clock_us;
     eye->low_clock_us = STREAM_LONG_AGO;
     eye->closed_next = 0;
     eye->closed_count = 0;
     hear_both(a);
-    frames_break(eye);
+    lum_frames_break(eye);
 }

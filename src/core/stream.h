@@ -9,23 +9,23 @@
 #define STREAM_LONG_AGO (INT64_MIN / 2)
 
 /* Where a packet stands. */
-enum stream_place {
+enum lum_stream_place {
     STREAM_STRAY, /* far away; its clock is remembered */
     STREAM_NEAR,  /* in the stream */
     STREAM_BREAK, /* the stream has jumped to it */
 };
 
 /* Extends the packet's clock and judges it. */
-enum stream_place stream_place(lum_assembler *a, lum_eye_state *eye,
-                               uint32_t clock_raw);
+enum lum_stream_place lum_stream_place(lum_assembler *a, lum_eye_state *eye,
+                                       uint32_t clock_raw);
 
 /* Goes on from the packet at hand, after a break: no line is open, and none
  * has closed. */
-void stream_jump(lum_assembler *a, lum_eye_state *eye);
+void lum_stream_jump(lum_assembler *a, lum_eye_state *eye);
 
 /* How far a clock is ahead of another, cut to what 32 bits hold: all that it is
  * held against is less. */
-int32_t stream_lead(const int64_t *clock_us, const int64_t *other_us);
+int32_t lum_stream_lead(const int64_t *clock_us, const int64_t *other_us);
 
 /* reach_us: below 2^31. */
 static inline bool stream_is_within(int32_t lead_us, uint32_t reach_us)

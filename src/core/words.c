@@ -49,8 +49,8 @@ static void copy_angles(lum_angle *angles, const lum_group *group,
     }
 }
 
-lum_result words_place_angles(const lum_assembler *a, lum_line_slot *slot,
-                              const lum_group *group)
+lum_result lum_words_place_angles(const lum_assembler *a, lum_line_slot *slot,
+                                  const lum_group *group)
 {
     const uint32_t first = group->first_sample_index;
     const uint32_t n = group->num_samples;
@@ -89,8 +89,8 @@ static bool copy_if_in_order(uint32_t *restrict to,
 }
 
 /* What was copied counts only once word_count says so. */
-bool words_append(const lum_assembler *a, lum_line_slot *slot,
-                  const lum_group *group)
+bool lum_words_append(const lum_assembler *a, lum_line_slot *slot,
+                      const lum_group *group)
 {
     const uint32_t n = group->num_samples;
     const uint32_t count = slot->line.word_count;
@@ -149,8 +149,8 @@ static void make_room(uint32_t *words, uint32_t from, uint32_t to,
     }
 }
 
-lum_result words_insert(lum_assembler *a, lum_line_slot *slot,
-                        const lum_group *group)
+lum_result lum_words_insert(lum_assembler *a, lum_line_slot *slot,
+                            const lum_group *group)
 {
     const uint32_t count = slot->line.word_count;
     const uint32_t good = count_good(group, a->placement);
@@ -170,13 +170,13 @@ lum_result words_insert(lum_assembler *a, lum_line_slot *slot,
         }
     }
     slot->line.word_count += good;
-    counter_add(&a->counters.bad_words, group->num_samples - good);
+    lum_counter_add(&a->counters.bad_words, group->num_samples - good);
     return LUM_OK;
 }
 
 /* Where the line cannot hold them, they tell nothing of what it lost. */
-void words_count_sent(const lum_assembler *a, lum_line_slot *slot,
-                      const lum_group *group)
+void lum_words_count_sent(const lum_assembler *a, lum_line_slot *slot,
+                          const lum_group *group)
 {
     const uint32_t capacity = a->config.words_per_line;
     const uint32_t n = group->num_samples;
