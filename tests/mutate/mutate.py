@@ -221,6 +221,13 @@ class Module:
                 self.built[programs] = target
         return self.built[programs]
 
+    def name_of(self, mutant):
+        """As survivors.txt names it."""
+        return f"{self.path.name}:{mutant.name}"
+
+    def line_of(self, mutant):
+        return self.source.count("\n", 0, mutant.start) + 1
+
     def judge(self, mutant):
         """Sets what became of it: killed, equivalent, survived, unreached, refused."""
         mutant.by = None
@@ -324,62 +331,92 @@ def cpu():
                for w in (resource.RUSAGE_CHILDREN, resource.RUSAGE_SELF))
 
 
+class Tally:
+    """What came of the mutants, by file and in all."""
+    COLUMNS = ("mutants", "killed", "listed", "new", "same")
+
+    def __init__(self, listed):
+        self.listed = listed
+        self.total = dict.fromkeys(self.COLUMNS, 0)
+        self.news, self.stale, self.kept = [], [], {}
+        self.left_out = 0
+
+    def add(self, module, judged, seconds):
+        count = dict.fromkeys(self.COLUMNS, 0)
+        for m in judged:
+            name = module.name_of(m)
+            self.left_out += m.fate == "refused"
+            count["same"] += m.fate == "equivalent"
+            count["mutants"] += m.fate not in ("refused", "equivalent")
+            count["killed"] += m.fate == "killed"
+            if m.fate in ("survived", "unreached"):
+                self.kept[name] = m.fate
+                count["listed" if name in self.listed.reasons else "new"] += 1
+                if name not in self.listed.reasons:
+                    self.news.append(f"{name}\n    line {module.line_of(m)}: {m.fate}")
+            elif name in self.listed.reasons:
+                self.stale.append(f"{name}: {m.fate}" + (f" by {m.by}" if m.by else ""))
+        row(module.path.name, count, seconds)
+        for key in self.total:
+            self.total[key] += count[key]
+
+    def miss_mutants(self, module):
+        """What is listed of a file and is no mutant of it."""
+        present = {module.name_of(m) for m in module.mutants}
+        self.stale += [f"{n}: no such mutant" for n in self.listed.reasons
+                       if n.startswith(module.path.name + ":") and n not in present]
+
+    def miss_files(self, paths):
+        there = {p.name for p in paths}
+        self.stale += [f"{n}: no such file" for n in self.listed.reasons
+                       if n.split(":")[0] not in there]
+
+
+def pick(module, listed, options):
+    """The mutants to try, and those that a sample takes from the list instead."""
+    picked = chosen(module.mutants, options.sample, options.seed)
+    if options.again is not None:
+        picked = [m for m in picked if module.name_of(m) in options.again]
+    if options.sample >= 100:
+        return picked, []
+    known = [m for m in picked if module.name_of(m) in listed.reasons]
+    for m in known:
+        m.fate, m.by = "survived", None
+    return [m for m in picked if m not in known], known
+
+
+def judge(module, pool, listed, options):
+    trying, known = pick(module, listed, options)
+    if trying:
+        module.build()
+    judged = known + list(pool.map(module.judge, trying))
+    if options.verbose:
+        for m in judged:
+            print(f"{module.path.name}:{module.line_of(m)}: {m.name}: {m.fate} {m.by or ''}")
+    return judged
+
+
 def work(house, paths, listed, options):
     """All of it; a table on stdout. True if the bar is reached and none is new."""
     started = cpu()
+    tally = Tally(listed)
+    is_whole = options.again is None and options.sample >= 100
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         house.build(pool)
         print(f"{'file':<18}{'mutants':>8}{'killed':>8}{'listed':>8}{'new':>6}{'%':>8}"
               f"{'same code':>11}{'CPU s':>8}", flush=True)
-        total = dict.fromkeys(("mutants", "killed", "listed", "new", "same"), 0)
-        news, stale, left_out, kept = [], [], 0, {}
         for path in paths:
             at = cpu()
             module = Module(house, path)
-            if not module.mutants:
-                continue
-            picked = chosen(module.mutants, options.sample, options.seed)
-            if options.again is not None:
-                picked = [m for m in picked if f"{path.name}:{m.name}" in options.again]
-            known = [m for m in picked if options.sample < 100
-                     and f"{path.name}:{m.name}" in listed.reasons]
-            for m in known:  # a sample believes the list
-                m.fate, m.by = "survived", None
-            trying = [m for m in picked if m not in known]
-            if trying:
-                module.build()
-            judged = known + list(pool.map(module.judge, trying))
-            count = dict.fromkeys(total, 0)
-            for m in judged:
-                name = f"{path.name}:{m.name}"
-                line = module.source.count("\n", 0, m.start) + 1
-                left_out += m.fate == "refused"
-                count["same"] += m.fate == "equivalent"
-                count["mutants"] += m.fate not in ("refused", "equivalent")
-                count["killed"] += m.fate == "killed"
-                if options.verbose:
-                    print(f"{path.name}:{line}: {m.name}: {m.fate} {m.by or ''}")
-                if m.fate in ("survived", "unreached"):
-                    kept[name] = m.fate
-                    count["listed" if name in listed.reasons else "new"] += 1
-                    if name not in listed.reasons:
-                        news.append(f"{name}\n    line {line}: {m.fate}")
-                elif name in listed.reasons:
-                    stale.append(f"{name}: {m.fate}" + (f" by {m.by}" if m.by else ""))
-            if options.sample >= 100 and options.again is None:
-                present = {f"{path.name}:{m.name}" for m in module.mutants}
-                stale += [f"{n}: no such mutant" for n in listed.reasons
-                          if n.startswith(path.name + ":") and n not in present]
-            row(path.name, count, cpu() - at)
-            for key in total:
-                total[key] += count[key]
+            if module.mutants:
+                tally.add(module, judge(module, pool, listed, options), cpu() - at)
+            if is_whole:
+                tally.miss_mutants(module)
     if not options.file:
-        there = {p.name for p in paths}
-        stale += [f"{n}: no such file" for n in listed.reasons if n.split(":")[0] not in there]
-    row("all", total, cpu() - started)
-    (house.out / "survivors.json").write_text(json.dumps(kept, indent=1))
-    is_part = options.again is not None or options.sample < 100
-    return verdict(total, news, stale, left_out, 0.0 if is_part else LEAST)
+        tally.miss_files(paths)
+    row("all", tally.total, cpu() - started)
+    (house.out / "survivors.json").write_text(json.dumps(tally.kept, indent=1))
+    return verdict(tally, LEAST if is_whole and not options.file else 0.0)
 
 
 def row(name, c, seconds):
@@ -388,22 +425,23 @@ def row(name, c, seconds):
           f"{percent:>8.1f}{c['same']:>11}{seconds:>8.1f}", flush=True)
 
 
-def verdict(total, news, stale, left_out, least):
-    if news:
+def verdict(tally, least):
+    total = tally.total
+    if tally.news:
         print("\nsurvivors that tests/mutate/survivors.txt does not list:")
-        print("\n".join(news))
-    if stale:
+        print("\n".join(tally.news))
+    if tally.stale:
         print("\nto be removed from tests/mutate/survivors.txt:")
-        print("\n".join(stale))
+        print("\n".join(tally.stale))
     if not total["mutants"]:
         print("FAIL: no mutants")
         return False
     percent = 100.0 * total["killed"] / total["mutants"]
-    good = percent >= least and not news
+    good = percent >= least and not tally.news and not tally.stale
     bar = f" (at least {least:.0f})" if least else ""
     print(f"\n{'ok' if good else 'FAIL'}: {total['killed']} of {total['mutants']} mutants killed, "
-          f"{percent:.1f} %{bar}, {len(news)} survivors not listed; "
-          f"{total['same']} more compile to the same code, {left_out} do not compile")
+          f"{percent:.1f} %{bar}, {len(tally.news)} survivors not listed; "
+          f"{total['same']} more compile to the same code, {tally.left_out} do not compile")
     return good
 
 

@@ -156,7 +156,7 @@ class Mutation(unittest.TestCase):
         run = Run(listed="thing.c:sum: i < n => i >= n\n    It is said.\n"
                          "thing.c:sum: gone => away\n    It was said.\n"
                          "other.c:sum: gone => away\n    It was said.\n")
-        self.assertTrue(run.good)
+        self.assertFalse(run.good)
         self.assertIn("thing.c:sum: i < n => i >= n: killed by test_thing", run.text)
         self.assertIn("thing.c:sum: gone => away: no such mutant", run.text)
         self.assertIn("other.c:sum: gone => away: no such file", run.text)
