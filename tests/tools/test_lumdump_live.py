@@ -374,16 +374,15 @@ class Ends(Case):
         reader = subprocess.Popen(["head", "-c", "100", fifo], stdout=subprocess.DEVNULL)
         self.addCleanup(reader.wait)
         self.addCleanup(reader.kill)
-        p = self.start("--laser", "-o", "-", "--format", "csv", "-o", fifo, stdout=subprocess.PIPE)
+        p = self.start("--laser", "-o", "-", "--format", "csv", "-o", fifo, stdout=subprocess.PIPE,
+                       stderr=open(self.folder / "said", "wb"))
         self.addCleanup(p.stdout.close)
         self.assertEqual(reader.wait(30), 0)
-        p.stdout.read(3_000_000)
+        self.wait_for(lambda: p.stdout.read(100_000) and f"the reader of {fifo} has left" in self.said(), "the news")
         self.assertIsNone(p.poll())
         p.stdout.close()
-        said = self.end(p)
-        self.assertEqual(p.returncode, 0, said)
-        self.assertEqual(said.count("\n"), 1, said)
-        self.assertIn(f"the reader of {fifo} has left", said)
+        self.assertEqual(p.wait(30), 0, self.said())
+        self.assertEqual(self.said().count("\n"), 1, self.said())
         self.assert_laser_went_on_and_off()
 
     def test_a_reader_that_leaves_is_noticed_though_there_are_no_points(self):
