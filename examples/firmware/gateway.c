@@ -7,16 +7,33 @@
 
 #include <string.h>
 
+#define BEGUN       UINT32_C(0x6c756d67) /* hardly by chance */
+#define FRAME_LINES 64u                  /* a frame has as many or more */
+
 static bool is_zone(const zone *z)
 {
     return z->min[0] <= z->max[0] && z->min[1] <= z->max[1] &&
            z->min[2] <= z->max[2] && z->range >= 0 && z->right <= z->left;
 }
 
+/* A hold of less would let the machine move between two looks at a thing. */
+static bool are_times(const gateway_config *c)
+{
+    const uint64_t lines = 2u * FRAME_LINES + GATEWAY_OPEN_LINES;
+
+    return c->frame_ms > 0 && c->silence_ms > c->frame_ms &&
+           (uint64_t)c->hold_ms * FRAME_LINES > c->frame_ms * lines;
+}
+
 static bool is_config(const gateway_config *c)
 {
-    return is_zone(&c->zone) && c->hits > 0 && c->hold_ms > 0 &&
-           c->silence_ms > 0 && c->eyes != 0 && c->eyes < 1u << LUM_EYES;
+    return is_zone(&c->zone) && c->hits > 0 && are_times(c) && c->eyes != 0 &&
+           c->eyes < 1u << LUM_EYES;
+}
+
+static bool is_begun(const gateway *g)
+{
+    return shared_load(&g->begun) == BEGUN;
 }
 
 static lum_result begin_assembly(gateway *g)
@@ -30,30 +47,43 @@ static lum_result begin_assembly(gateway *g)
                               g->words);
 }
 
+static void fill(gateway *g, const gateway_config *config,
+                 const gateway_output *output, const lum_layout *layout,
+                 uint32_t now_ms)
+{
+    ring_init(&g->ring);
+    heart_init(&g->heart, output->send, output->context, config->silence_ms,
+               now_ms);
+    g->stalls_seen = heart_stalls(&g->heart);
+    g->config = *config;
+    g->output = *output;
+    g->layout = *layout;
+    g->silent = config->eyes;
+    for (unsigned i = 0; i < GATEWAY_FRAMES; i++) {
+        g->frames[i] = (gateway_frame){INT64_MIN, zone_empty()};
+    }
+}
+
 lum_result gateway_init(gateway *g, const gateway_config *config,
                         const gateway_output *output,
                         const lum_calibration *calibration,
                         const lum_layout *layout, uint32_t now_ms)
 {
-    if (!is_config(config) || output->send == NULL) {
-        return LUM_E_VALUE;
-    }
+    lum_result r;
+
     memset(g, 0, sizeof *g);
-    ring_init(&g->ring);
-    heart_init(&g->heart, output->send, output->context, now_ms);
-    g->config = *config;
-    g->output = *output;
-    g->layout = *layout;
-    g->silent = config->eyes;
     g->reasons = GATEWAY_SILENT;
-    for (unsigned i = 0; i < GATEWAY_FRAMES; i++) {
-        g->frames[i] = (gateway_frame){INT64_MIN, zone_empty()};
-    }
-    if (lum_fixed_projector_init(&g->projector, calibration, layout) !=
-        LUM_OK) {
+    if (!is_config(config) || output->send == NULL ||
+        lum_fixed_projector_init(&g->projector, calibration, layout) !=
+            LUM_OK) {
         return LUM_E_VALUE;
     }
-    return begin_assembly(g);
+    fill(g, config, output, layout, now_ms);
+    r = begin_assembly(g);
+    if (r == LUM_OK) {
+        shared_store(&g->begun, BEGUN);
+    }
+    return r;
 }
 
 static gateway_frame *place_of(gateway *g, int64_t frame)
@@ -130,13 +160,15 @@ static void take_data(gateway *g, const lum_group *group, int64_t time)
     }
 }
 
-/* The last status of a packet counts. */
+/* A packet with several statuses tells of a hazard if one of them does. */
 static void take_status(gateway *g, const uint8_t *bytes, size_t len)
 {
     lum_tlv_reader reader;
     lum_tlv tlv;
     uint32_t sequence;
     uint16_t status;
+    bool told = false;
+    bool down = false;
 
     if (lum_tlv_open(bytes, len, &sequence, &reader) != LUM_OK) {
         return;
@@ -144,8 +176,13 @@ static void take_status(gateway *g, const uint8_t *bytes, size_t len)
     while (lum_tlv_next(&reader, &tlv) == LUM_OK) {
         if (tlv.type == g->layout.profile.tlv[LUM_TLV_STATUS] &&
             lum_tlv_u16(&tlv, &status) == LUM_OK) {
-            g->laser_down = lum_laser_is_down(status);
+            told = true;
+            down = down || lum_laser_is_down(status);
         }
+    }
+    if (told) {
+        g->laser_down = down;
+        g->laser_was_down = g->laser_was_down || down;
     }
 }
 
@@ -153,9 +190,12 @@ void gateway_datagram(gateway *g, const uint8_t *bytes, size_t len,
                       int64_t time)
 {
     lum_group group;
-    const lum_packet_kind kind =
-        lum_packet_decode(&g->layout, bytes, len, &group);
+    lum_packet_kind kind;
 
+    if (!is_begun(g)) {
+        return;
+    }
+    kind = lum_packet_decode(&g->layout, bytes, len, &group);
     g->kinds[kind]++;
     if (kind == LUM_PACKET_DATA) {
         take_data(g, &group, time);
@@ -179,7 +219,13 @@ static void listen(gateway *g, uint32_t now_ms)
     g->heard = 0;
 }
 
-static uint32_t find_causes(gateway *g)
+/* Also one that came and went between two decisions. */
+static bool has_stalled(uint32_t stalls, uint32_t seen)
+{
+    return stalls % 2u != 0 || stalls != seen;
+}
+
+static uint32_t find_causes(gateway *g, uint32_t stalls)
 {
     uint32_t causes = g->object ? GATEWAY_OBJECT : 0u;
 
@@ -187,18 +233,22 @@ static uint32_t find_causes(gateway *g)
     if (g->silent != 0) {
         causes |= GATEWAY_SILENT;
     }
-    if (g->laser_down) {
+    if (g->laser_down || g->laser_was_down) {
         causes |= GATEWAY_LASER;
     }
-    if (heart_is_stalled(&g->heart)) {
+    g->laser_was_down = false;
+    if (has_stalled(stalls, g->stalls_seen)) {
         causes |= GATEWAY_STALLED;
     }
     return causes;
 }
 
+/* A stall counts as seen once its reason stands, so that at no moment neither
+ * tells of it. */
 static void decide(gateway *g, uint32_t now_ms)
 {
-    const uint32_t causes = find_causes(g);
+    const uint32_t stalls = heart_stalls(&g->heart);
+    const uint32_t causes = find_causes(g, stalls);
     uint32_t reasons = g->reasons | causes;
 
     for (unsigned i = 0; i < GATEWAY_REASONS; i++) {
@@ -210,6 +260,7 @@ static void decide(gateway *g, uint32_t now_ms)
         }
     }
     shared_store(&g->reasons, reasons);
+    shared_store(&g->stalls_seen, stalls);
 }
 
 unsigned gateway_receive(gateway *g, uint32_t now_ms)
@@ -217,8 +268,11 @@ unsigned gateway_receive(gateway *g, uint32_t now_ms)
     const ring_slot *slot;
     unsigned taken = 0;
 
+    if (!is_begun(g)) {
+        return 0;
+    }
     while (taken < RING_SLOTS && (slot = ring_front(&g->ring)) != NULL) {
-        gateway_datagram(g, slot->bytes, slot->len, slot->time);
+        gateway_datagram(g, slot->bytes + slot->begin, slot->len, slot->time);
         ring_release(&g->ring);
         taken++;
     }
@@ -230,20 +284,38 @@ unsigned gateway_receive(gateway *g, uint32_t now_ms)
 
 void gateway_tick(gateway *g, uint32_t now_ms)
 {
-    heart_tick(&g->heart, now_ms);
+    if (is_begun(g)) {
+        heart_tick(&g->heart, now_ms);
+    }
+}
+
+bool gateway_may_kick(gateway *g)
+{
+    return is_begun(g) && heart_has_ticked(&g->heart);
 }
 
 uint32_t gateway_reasons(const gateway *g)
 {
-    const uint32_t reasons = shared_load(&g->reasons);
+    uint32_t seen;
+    uint32_t stalls;
+    uint32_t reasons;
 
-    return heart_is_stalled(&g->heart) ? reasons | GATEWAY_STALLED : reasons;
+    if (!is_begun(g)) {
+        return GATEWAY_SILENT;
+    }
+    seen = shared_load(&g->stalls_seen);
+    stalls = heart_stalls(&g->heart);
+    reasons = shared_load(&g->reasons);
+    return has_stalled(stalls, seen) ? reasons | GATEWAY_STALLED : reasons;
 }
 
 void gateway_finish(gateway *g)
 {
     lum_result r;
 
+    if (!is_begun(g)) {
+        return;
+    }
     while ((r = lum_assembler_flush(&g->assembler)) > 0) {
         take_event(g, r);
     }

@@ -3,12 +3,16 @@
  * core alone; no heap, no floating point, and of a C library mem*.
  *
  *   interrupt of the network   ring_claim(), ring_commit()
- *   interrupt of a timer       gateway_tick(), then sets the stop output
- *   main loop                  gateway_receive(), then kicks the watchdog
+ *   interrupt of a timer       gateway_tick(), then sets the relay
+ *   main loop                  gateway_receive(), then opens the relay if there
+ *                              is a reason, and kicks the watchdog if
+ *                              gateway_may_kick()
  *
- * The timer and the main loop share two words, see heart.h, and the ring has
- * its own; no lock is needed. The gateway never switches the laser on. It is
- * an example, and no safety function. */
+ * Each side watches the other: the timer stops the machine and the heartbeats
+ * when the main loop hangs, and the watchdog resets when the timer is dead.
+ * They share words that one side writes, and the ring has its own; no lock is
+ * needed. The gateway never switches the laser on. It is an example, and no
+ * safety function. */
 #ifndef GATEWAY_H
 #define GATEWAY_H
 
@@ -47,18 +51,23 @@
 /* Why the machine has to stop: bits. */
 enum gateway_reason {
     GATEWAY_OBJECT = 1, /* something is in the zone */
-    GATEWAY_SILENT = 2, /* an eye has shown no point for silence_ms: blind */
+    GATEWAY_SILENT = 2, /* an eye has shown no point for silence_ms: blind; or
+                           the gateway was not begun */
     GATEWAY_LASER = 4,  /* a status said that the laser is down: blind */
-    GATEWAY_STALLED = 8 /* the main loop hung */
+    GATEWAY_STALLED = 8 /* the main loop hung, or has made no round yet */
 };
 
 typedef struct gateway_config {
     zone zone;
-    uint32_t hits;    /* returns in the zone, of one frame, that are an object
-                         and not rain; 1 or more */
-    uint32_t hold_ms; /* how long a reason outlives its cause; longer than a
-                         frame takes, 1 or more */
-    uint32_t silence_ms; /* longer than a frame takes, 1 or more */
+    uint32_t hits;     /* returns in the zone, of one frame, that are an object
+                          and not rain; 1 or more */
+    uint32_t frame_ms; /* a frame takes at most; 1 or more */
+    uint32_t hold_ms;  /* how long a reason outlives its cause: more than two
+                          frames and the open lines. What is seen early in a
+                          frame and late in the next is nearly two apart. */
+    uint32_t silence_ms; /* longer than frame_ms, and than a round of the main
+                            loop ever takes: that is stalled after as long, and
+                            after HEART_STALL_MS */
     uint8_t eyes;        /* which have to be heard: bit of each ::lum_eye */
 } gateway_config;
 
@@ -79,13 +88,15 @@ typedef struct gateway_frame {
     zone_sight sight;
 } gateway_frame;
 
-/* Place it statically. reasons is shared: gateway_reasons() reads it. kinds and
- * the assembler's counters are for diagnosis; the rest is private but for the
- * ring, which is the driver's. */
+/* Place it statically. It is aligned as the ring is. kinds and the
+ * assembler's counters are for diagnosis; the rest is private but for the ring,
+ * which is the driver's. */
 typedef struct gateway {
     ring ring;
     heart heart;
+    uint32_t begun; /* shared, as the next two: written by the main loop */
     uint32_t reasons;
+    uint32_t stalls_seen;
     uint32_t since_ms[GATEWAY_REASONS];
     uint32_t heard_ms[LUM_EYES];
     uint32_t kinds[LUM_PACKET_KINDS];
@@ -93,6 +104,7 @@ typedef struct gateway {
     uint8_t silent; /* eyes */
     bool object;    /* since the last decision */
     bool laser_down;
+    bool laser_was_down; /* since the last decision */
     gateway_config config;
     gateway_output output;
     lum_layout layout;
@@ -105,10 +117,12 @@ typedef struct gateway {
     uint32_t words[2u * GATEWAY_OPEN_LINES * GATEWAY_LINE_WORDS];
 } gateway;
 
-/* Begin, stopped: as GATEWAY_SILENT, until every eye was heard.
+/* Begin, stopped: as GATEWAY_SILENT, until every eye was heard, and stalled,
+ * until the first round. No interrupt may use it meanwhile.
  * config, output, layout: copied. calibration: used here only.
  * Returns LUM_OK; LUM_E_VALUE if a value of the configuration, of the zone or
- * of the calibration is out of range. */
+ * of the calibration is out of range. Then it stays stopped, sends nothing,
+ * takes nothing, and gateway_may_kick() is false. */
 LUM_MUST_CHECK lum_result gateway_init(gateway *g, const gateway_config *config,
                                        const gateway_output *output,
                                        const lum_calibration *calibration,
@@ -125,11 +139,17 @@ unsigned gateway_receive(gateway *g, uint32_t now_ms);
 void gateway_datagram(gateway *g, const uint8_t *bytes, size_t len,
                       int64_t time);
 
-/* From a timer, every 100 ms or more often: heartbeats, polls of the laser's
- * status, and whether the main loop hangs. */
+/* From a timer's interrupt and nowhere else, every 100 ms or more often:
+ * heartbeats, polls of the laser's status, and whether the main loop hangs.
+ * Set the relay behind it. */
 void gateway_tick(gateway *g, uint32_t now_ms);
 
-/* Bits of ::gateway_reason; 0: the machine may move. From any context. */
+/* From the main loop, behind gateway_receive(): whether to kick the watchdog.
+ * True once for each time that the timer went on. */
+bool gateway_may_kick(gateway *g);
+
+/* Bits of ::gateway_reason; 0: the machine may move. From any context, and of
+ * a gateway that is all zeros, or was refused, too. */
 uint32_t gateway_reasons(const gateway *g);
 
 /* The stream's end: hands out the lines that are open. Only counters and

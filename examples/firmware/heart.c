@@ -4,13 +4,18 @@
 
 #include "lum/wire.h"
 
-void heart_init(heart *h, heart_send *send, void *context, uint32_t now_ms)
+void heart_init(heart *h, heart_send *send, void *context, uint32_t stall_ms,
+                uint32_t now_ms)
 {
     *h = (heart){.send = send,
                  .context = context,
+                 .stalls = 1,
+                 .stall_ms =
+                     stall_ms < HEART_STALL_MS ? stall_ms : HEART_STALL_MS,
                  .alive_ms = now_ms,
-                 .next_ms = now_ms,
-                 .until_poll = 1};
+                 .next_ms = now_ms + HEART_SILENCE_MS,
+                 .until_poll = 1,
+                 .hung = true};
 }
 
 void heart_beat(heart *h)
@@ -18,25 +23,46 @@ void heart_beat(heart *h)
     shared_store(&h->rounds, h->rounds + 1u);
 }
 
-bool heart_is_stalled(const heart *h)
+bool heart_has_ticked(heart *h)
 {
-    return shared_load(&h->stalled) != 0;
+    const uint32_t ticks = shared_load(&h->ticks);
+    const bool moved = ticks != h->ticks_seen;
+
+    h->ticks_seen = ticks;
+    return moved;
+}
+
+uint32_t heart_stalls(const heart *h)
+{
+    return shared_load(&h->stalls);
+}
+
+static void set_stalled(heart *h, bool stalled)
+{
+    if (((h->stalls & 1u) != 0) != stalled) {
+        shared_store(&h->stalls, h->stalls + 1u);
+    }
 }
 
 /* Compares counts, never times of two contexts. A stall lasts until a round
  * ends it, also beyond a wrap of the clock. */
-static bool is_alive(heart *h, uint32_t now_ms)
+static void watch(heart *h, uint32_t now_ms)
 {
     const uint32_t rounds = shared_load(&h->rounds);
 
     if (rounds != h->rounds_seen) {
         h->rounds_seen = rounds;
         h->alive_ms = now_ms;
-        shared_store(&h->stalled, 0);
-    } else if (now_ms - h->alive_ms >= HEART_STALL_MS) {
-        shared_store(&h->stalled, 1);
+        h->hung = false;
+        set_stalled(h, false);
+        return;
     }
-    return h->stalled == 0;
+    if (now_ms - h->alive_ms >= HEART_STALL_MS) {
+        h->hung = true;
+    }
+    if (now_ms - h->alive_ms >= h->stall_ms) {
+        set_stalled(h, true);
+    }
 }
 
 /* A TLV packet without TLVs is answered by the laser's status. */
@@ -61,21 +87,24 @@ static void schedule(heart *h, uint32_t now_ms)
     }
 }
 
+/* What is due and cannot be sent stays due, however long that takes. */
 void heart_tick(heart *h, uint32_t now_ms)
 {
     uint8_t packet[LUM_HEARTBEAT_BYTES];
-    const bool alive = is_alive(h, now_ms);
 
+    watch(h, now_ms);
+    shared_store(&h->ticks, h->ticks + 1u);
     if (now_ms - h->next_ms > UINT32_MAX / 2u) { /* not yet due */
         return;
     }
-    if (!alive) {
+    if (h->hung) {
         h->next_ms = now_ms;
         return;
     }
     lum_heartbeat_encode(packet);
     if (!h->send(h->context, packet, sizeof packet)) {
         h->failed++;
+        h->next_ms = now_ms;
         return;
     }
     h->sent++;

@@ -17,8 +17,9 @@ typedef struct program {
     gateway gateway;
     uint64_t lines_digest;
     uint64_t points_digest;
-    uint64_t points;
+    uint64_t projected; /* words: rising and falling edges */
     uint64_t frames;
+    uint64_t kicks;    /* of the watchdog */
     int64_t file_ms;   /* time of the newest datagram */
     uint32_t now_ms;   /* since the first one */
     uint32_t reasons;  /* as told last */
@@ -65,7 +66,7 @@ static void digest_points(void *context, const lum_fixed_point *points,
 {
     program *const p = context;
 
-    p->points += n;
+    p->projected += n;
     for (size_t i = 0; i < n; i++) {
         mix(&p->points_digest, (uint32_t)points[i].x, 4);
         mix(&p->points_digest, (uint32_t)points[i].y, 4);
@@ -112,11 +113,14 @@ static void print_reasons(program *p)
     text_end(&p->out);
 }
 
-/* A round of the main loop. */
+/* A round of the main loop. What it prints stands for the relay. */
 static void turn(program *p)
 {
     p->waiting -= gateway_receive(&p->gateway, p->now_ms);
     print_reasons(p);
+    if (gateway_may_kick(&p->gateway)) {
+        p->kicks++;
+    }
 }
 
 /* Lets time pass until a datagram's time. */
@@ -131,7 +135,7 @@ static void pass_time(program *p, int64_t time_ms)
     for (; left > 0; left--) {
         p->now_ms++;
         if (p->now_ms % TICK_MS == 0) {
-            gateway_tick(&p->gateway, p->now_ms);
+            gateway_tick(&p->gateway, p->now_ms); /* a timer's interrupt */
             turn(p);
         }
     }
@@ -238,11 +242,12 @@ static void report(program *p)
     print(p, "lines", c->lines);
     print(p, "words", c->words);
     print(p, "no_room", c->no_room);
-    print(p, "points", p->points);
+    print(p, "words projected", p->projected);
     print(p, "no_angle", g->losses.no_angle);
     print(p, "no_range", g->losses.no_range);
     print(p, "frames", p->frames);
     print(p, "heartbeats", g->heart.sent);
+    print(p, "watchdog kicked", p->kicks);
     print_digest(p, "digest of lines", p->lines_digest);
     print_digest(p, "digest of points", p->points_digest);
 }
@@ -258,8 +263,9 @@ static bool begin(program *p)
                  .left = 37837, /* tan 30 degrees */
                  .right = -37837},
         .hits = 10,
-        .hold_ms = 800,
-        .silence_ms = 500,
+        .frame_ms = 500, /* two a second */
+        .hold_ms = 1100,
+        .silence_ms = 600,
         .eyes = 1u << LUM_EYE_BLUE | 1u << LUM_EYE_GREEN};
     const gateway_output output = {.context = p,
                                    .send = send_nowhere,

@@ -11,11 +11,14 @@ void ring_init(ring *r)
 
 ring_slot *ring_claim(ring *r)
 {
+    ring_slot *const slot = &r->slots[r->committed % RING_SLOTS];
+
     if (r->committed - shared_load(&r->released) >= RING_SLOTS) {
         shared_store(&r->dropped, r->dropped + 1u);
         return NULL;
     }
-    return &r->slots[r->committed % RING_SLOTS];
+    slot->begin = 0;
+    return slot;
 }
 
 void ring_commit(ring *r)

@@ -5,15 +5,25 @@
  * datagram is decoded where it lies. When all slots are full the driver gets
  * none, and the datagram is dropped and counted.
  *
- * A core with a data cache (M7) cleans or invalidates the slot's bytes in its
- * driver, or keeps the ring in memory that is not cached. */
+ * Where DMA fills slots behind a data cache (M7), the driver invalidates a
+ * slot's bytes before it starts the DMA, and again before ring_commit(). The
+ * bytes begin and end at cache lines, so nothing else is lost by that. */
 #ifndef RING_H
 #define RING_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-#define RING_SLOT_BYTES 1472u /* of Ethernet's 1500, less IP and UDP */
+#define RING_LINE_BYTES 32u /* of a data cache */
+
+/* A payload of Ethernet: 1500 less 28 of IP and UDP. A whole frame, of a MAC
+ * without an IP stack, has 46 more with a VLAN tag: 1536. */
+#ifndef RING_SLOT_BYTES
+#define RING_SLOT_BYTES 1472u
+#endif
+#if RING_SLOT_BYTES < 1472 || RING_SLOT_BYTES % 32 != 0
+#error "RING_SLOT_BYTES has to be a multiple of 32, 1472 or more"
+#endif
 
 #ifndef RING_SLOTS
 #define RING_SLOTS 8u
@@ -22,14 +32,23 @@
 #error "RING_SLOTS has to be a power of two, 2 or more"
 #endif
 
-typedef struct ring_slot {
-    int64_t time; /* of reception, in any unit */
-    uint32_t len; /* bytes of the datagram */
+/* Elsewhere: how the compiler aligns a struct to RING_LINE_BYTES. */
+#ifndef RING_ALIGNED
+#define RING_ALIGNED __attribute__((aligned(RING_LINE_BYTES)))
+#endif
+
+/* begin + len: RING_SLOT_BYTES at most. */
+typedef struct RING_ALIGNED ring_slot {
     uint8_t bytes[RING_SLOT_BYTES];
+    int64_t time;   /* of reception, in any unit */
+    uint32_t begin; /* where in bytes the datagram begins: 0 as claimed, 42
+                       behind the headers of a frame, 46 with a VLAN tag */
+    uint32_t len;   /* bytes of the datagram */
 } ring_slot;
 
-/* Each index has one writer: committed and dropped the driver, released the
- * main loop. They count on and on, modulo 2^32. */
+/* Aligned to RING_LINE_BYTES, so place it statically. Each index has one
+ * writer: committed and dropped the driver, released the main loop. They count
+ * on and on, modulo 2^32. */
 typedef struct ring {
     uint32_t committed;
     uint32_t dropped;

@@ -29,17 +29,18 @@ static const uint8_t angles[] = {
 static const uint8_t ranges[] = {
     MAGIC, 8,    0,    0, 0, /* a packet of type 8 */
     3,     0,    17,   0,    /* ranges, blue eye, line 17 */
-    2,     0,    0,    0,    /* 2 samples, from the line's first word on */
+    3,     0,    0,    0,    /* 3 samples, from the line's first word on */
     0x40,  0x42, 0x0f, 0,    /* clock: 1,000,000 us */
     0xf4,  0x45, 0xa0, 0,    /* time of flight 2564, rising, pixel 500 */
+    0xf4,  0x81, 0xa2, 0,    /* time of flight 2600, falling, pixel 500 */
     0xf5,  0x85, 0x40, 1,    /* time of flight 5128, rising, pixel 501 */
 };
 
 static lum_layout layout;
 static lum_fixed_projector projector;
 static lum_assembler assembler;
-static lum_line_slot slots[2u * OPEN_LINES];
-static uint32_t words[2u * OPEN_LINES * WORDS_PER_LINE];
+static lum_line_slot slots[LUM_ASSEMBLER_SLOTS(OPEN_LINES)];
+static uint32_t words[LUM_ASSEMBLER_WORDS(OPEN_LINES, WORDS_PER_LINE)];
 static uint32_t points_seen;
 
 /* What the application does with a point. */
@@ -63,7 +64,10 @@ static void use_line(const lum_line *line)
         const size_t n = lum_points_fixed_compute(&projector, line, i, BLOCK,
                                                   block, &losses);
         for (size_t k = 0; k < n; k++) {
-            use_point(&block[k]);
+            /* The end of a pulse is a point, too, and mostly not wanted. */
+            if (lum_word_is_rising(block[k].word)) {
+                use_point(&block[k]);
+            }
         }
     }
 }

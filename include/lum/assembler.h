@@ -38,7 +38,15 @@ extern "C" {
 /** 32-bit words of a mark for each pixel. */
 #define LUM_PIXEL_MARK_WORDS ((LUM_LINE_PIXELS + 31u) / 32u)
 
-/** The constants of reassembly. */
+/** How many slots lum_assembler_init() takes: open_lines for each eye. */
+#define LUM_ASSEMBLER_SLOTS(open_lines) (UINT32_C(2) * (open_lines))
+
+/** How many words lum_assembler_init() takes. */
+#define LUM_ASSEMBLER_WORDS(open_lines, words_per_line)                        \
+    (LUM_ASSEMBLER_SLOTS(open_lines) * (words_per_line))
+
+/** The constants of reassembly. open_lines and words_per_line say how large the
+ * arrays are that lum_assembler_init() is given. */
 typedef struct lum_assembler_config {
     uint8_t open_lines;      /**< of each eye, 1..LUM_OPEN_LINES_MAX; 4 */
     uint8_t reorder_lines;   /**< R, 1..LUM_REORDER_MAX; 8 */
@@ -150,16 +158,31 @@ typedef struct lum_assembler {
     uint16_t placement[LUM_LINE_PIXELS]; /**< private */
 } lum_assembler;
 
-/** The constants as the protocol gives them. Cannot fail. */
+/** The constants as the protocol gives them, for a computer: they ask for half
+ * a megabyte. Where the arrays are smaller, set open_lines and words_per_line
+ * to what the arrays were made for. Cannot fail. */
 void lum_assembler_config_default(lum_assembler_config *out);
 
-/** Begin.
+/** Begin. Sizes of arrays are not known to it: it writes to as much of slots
+ * and words as config says. So set config's open_lines and words_per_line
+ * before, from the same constants as the arrays:
+ *
+ * @code
+ * static lum_line_slot slots[LUM_ASSEMBLER_SLOTS(OPEN_LINES)];
+ * static uint32_t words[LUM_ASSEMBLER_WORDS(OPEN_LINES, WORDS_PER_LINE)];
+ *
+ * lum_assembler_config_default(&config);
+ * config.open_lines = OPEN_LINES;
+ * config.words_per_line = WORDS_PER_LINE;
+ * @endcode
+ *
  * @param a      caller-owned, overwritten.
  * @param config copied.
  * @param layout copied; its line_span_us is used.
- * @param slots  2 x open_lines of them; the assembler's until it is no longer
- *               used. Need not be initialised.
- * @param words  2 x open_lines x words_per_line of them; likewise.
+ * @param slots  LUM_ASSEMBLER_SLOTS(open_lines) of them; the assembler's until
+ *               it is no longer used. Need not be initialised.
+ * @param words  LUM_ASSEMBLER_WORDS(open_lines, words_per_line) of them;
+ *               likewise.
  * @return LUM_OK; LUM_E_VALUE if a constant is outside its range. */
 LUM_MUST_CHECK lum_result lum_assembler_init(lum_assembler *a,
                                              const lum_assembler_config *config,

@@ -83,12 +83,34 @@ typedef struct lum_fixed_point {
 } lum_fixed_point;
 
 /** Words of a line to points, in their order: all at once, or block by block
- * into a small buffer.
- * @param line   as the assembler handed it out.
+ * into a small buffer. Falling edges become points as rising ones do; choose
+ * with lum_word_is_rising(point.word). lumdump writes those of rising edges
+ * alone.
+ *
+ * Points keep the order of words; words without a point are left out and
+ * counted. So, to have the returns of points, go through words and points side
+ * by side: where the next point's word is not the word at hand, that has none.
+ * lum_returns_compute() sees the words it is given: give it whole pixels.
+ *
+ * @code
+ * n = lum_points_fixed_compute(&p, line, first, count, points, &losses);
+ * lum_returns_compute(line->words + first, count, returns);
+ * for (i = 0, k = 0; k < n; i++) {
+ *     if (points[k].word == line->words[first + i]) {
+ *         use(&points[k++], &returns[i]);
+ *     }
+ * }
+ * @endcode
+ *
+ * There first + count is at most line->word_count, and blocks are cut where a
+ * pixel begins, or the line is taken whole.
+ * @param line   as the assembler handed it out, which has seen to it that all
+ *               pixels of its words are below LUM_LINE_PIXELS; that is not
+ *               checked again here.
  * @param first  index of the first word; none are taken from behind the end.
  * @param count  how many words; fewer are taken where the line ends.
  * @param out    room for that many points.
- * @param losses words without a point are added to it.
+ * @param losses words without a point are added to it; not NULL.
  * @return how many points were written. Linear; reentrant. The direction of a
  * pixel is computed once for its words that follow each other. */
 size_t lum_points_fixed_compute(const lum_fixed_projector *projector,

@@ -31,6 +31,13 @@ static void read_clock(lum_assembler *a, uint32_t raw)
     }
 }
 
+/* Within 2^61 us of 0, 70,000 years: sums and differences of clocks fit. Only
+ * forged packets lead the clock farther. */
+static bool is_clock(int64_t us)
+{
+    return ((uint64_t)us + (UINT64_C(1) << 61)) >> 62 == 0;
+}
+
 enum lum_stream_place lum_stream_place(lum_assembler *a, lum_eye_state *eye,
                                        uint32_t clock_raw)
 {
@@ -38,6 +45,9 @@ enum lum_stream_place lum_stream_place(lum_assembler *a, lum_eye_state *eye,
     const int64_t *clock_us = &a->packet_clock_us;
     enum lum_stream_place place = STREAM_NEAR;
     read_clock(a, clock_raw);
+    if (!is_clock(*clock_us)) {
+        return STREAM_STRAY;
+    }
     const int32_t ahead_us =
         eye->seen ? lum_stream_lead(clock_us, &eye->newest_us) : 0;
     if (stream_is_within(ahead_us, gap_us)) {

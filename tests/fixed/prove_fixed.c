@@ -4,11 +4,13 @@
  * which words give points.
  *
  * All raw angles of each axis, each time of flight, and CASES random words
- * under random calibrations; 1,000,000 where it is not said. */
+ * under random calibrations; 1,000,000 where it is not said. Status 2 where the
+ * arguments are not numbers from 1 on. */
 #include "lum/points_fixed.h"
 
 #include "reference.h"
 
+#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -366,15 +368,34 @@ static int prove(bench *b, uint64_t cases, uint64_t seed)
         fmax(axes.near_mm, fmax(grid.near_mm, random.near_mm));
     const bool fine = axes.wrong + grid.wrong + random.wrong == 0 &&
                       fmax(axes.near_mm, grid.near_mm) <= NEAR_MAX_MM;
-    (void)printf("%s: at most %.4f mm off at ranges up to 250 m\n",
-                 fine ? "proven" : "NOT PROVEN", near_mm);
+    (void)printf("%s: at most %.4f mm off at ranges up to 250 m; %" PRIu64
+                 " points, the random ones from seed %" PRIu64 "\n",
+                 fine ? "proven" : "NOT PROVEN", near_mm,
+                 axes.points + grid.points + random.points, seed);
     return fine ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+/* Digits alone, and not 0: a proof of no points would succeed. */
+static bool read_number(const char *text, uint64_t *out)
+{
+    if (strspn(text, "0123456789") != strlen(text)) {
+        return false;
+    }
+    errno = 0;
+    *out = strtoull(text, NULL, 10);
+    return errno == 0 && *out != 0;
 }
 
 int main(int argc, char **argv)
 {
-    const uint64_t cases = argc > 1 ? strtoull(argv[1], NULL, 10) : 1000000u;
-    const uint64_t seed = argc > 2 ? strtoull(argv[2], NULL, 10) : 1u;
+    uint64_t cases = 1000000u;
+    uint64_t seed = 1u;
+    if (argc > 3 || (argc > 1 && !read_number(argv[1], &cases)) ||
+        (argc > 2 && !read_number(argv[2], &seed))) {
+        (void)fputs("usage: prove_fixed [CASES [SEED]], numbers from 1 on\n",
+                    stderr);
+        return 2;
+    }
     bench *b = calloc(1, sizeof *b);
     if (b == NULL) {
         (void)fputs("prove_fixed: no memory\n", stderr);

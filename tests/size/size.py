@@ -3,7 +3,7 @@
 size.py BUILD_DIR TABLE [--update]: builds src/core in BUILD_DIR for every
 target, measures, and compares with the tables between the markers of TABLE, or
 writes them anew. Status 1 when a figure has grown by more than 2 % or is over
-its bar.
+its bar, and when the core calls for floating point or division.
 """
 
 import collections
@@ -17,6 +17,7 @@ import sys
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PORT = os.path.join(ROOT, "examples", "firmware", "port")
 HERE = os.path.join(ROOT, "tests", "size")
+GATE = os.path.join(ROOT, "tests", "tools", "nm_gate.sh")
 MODULES = sorted(glob.glob(os.path.join(ROOT, "src", "core", "*.c")))
 # The rest is the decode path: from a datagram to lines and points.
 BESIDE = ["calibration", "clock", "command", "laser", "profile", "returns", "wire"]
@@ -122,6 +123,13 @@ def measure_flash(target, directory):
     figures["**the decode path**, with its libgcc"] = flash_of(target, link(target, directory, "decode", path))
     figures["a listener, linked with `--gc-sections`"] = flash_of(target, link_listener(target, directory))
     return figures
+
+
+def refuse_float_and_division(target, directory):
+    """On the yardstick, which has neither in hardware, both would be calls."""
+    archive = os.path.join(directory, "core.a")
+    run(target.prefix + "ar", "rc", archive, *[os.path.join(directory, module_of(m) + ".o") for m in MODULES])
+    run(GATE, target.prefix + "nm", archive)
 
 
 # Stack
@@ -317,6 +325,8 @@ def measure(build):
     for target in TARGETS:
         directory = os.path.join(build, target.name.replace(" ", ""))
         compile_core(target, directory)
+        if target is YARDSTICK:
+            refuse_float_and_division(target, directory)
         for row, value in measure_flash(target, directory).items():
             flash.put(row, target.name, value)
         figures, deepest_way = measure_stack(target, directory)

@@ -309,6 +309,34 @@ static void a_packet_half_a_wrap_away_is_a_stray(void **state)
     stream_free(s);
 }
 
+/* As if forged jumps had led it there. */
+static void move_clock(struct stream *s, int64_t by_us)
+{
+    s->assembler.clock_us += by_us;
+    s->assembler.eye[BLUE].newest_us += by_us;
+}
+
+static void a_clock_beyond_the_far_ends_is_a_stray_for_good(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    one(s, BLUE, 1, 0xffffff00u);
+    move_clock(s, (INT64_C(1) << 61) - (INT64_C(1) << 32));
+    assert_int_equal(one(s, BLUE, 2, 0xffffffffu), LUM_OK);
+    assert_int_equal(one(s, BLUE, 2, 0), LUM_E_STRAY);
+    assert_int_equal(one(s, BLUE, 2, 0), LUM_E_STRAY);
+    assert_int_equal(one(s, BLUE, 2, 0xffffffffu), LUM_OK);
+    stream_free(s);
+    s = stream_open();
+    one(s, BLUE, 1, 0x100);
+    move_clock(s, -(INT64_C(1) << 61));
+    assert_int_equal(one(s, BLUE, 2, 0), LUM_OK);
+    assert_int_equal(one(s, BLUE, 2, 0xffffffffu), LUM_E_STRAY);
+    assert_int_equal(one(s, BLUE, 2, 0xffffffffu), LUM_E_STRAY);
+    assert_int_equal(one(s, BLUE, 2, 0), LUM_OK);
+    stream_free(s);
+}
+
 static void the_first_stray_has_no_candidate_wherever_it_is(void **state)
 {
     struct stream *s = stream_open();
@@ -1730,6 +1758,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(newest_is_the_largest_clock_not_the_last),
     cmocka_unit_test(a_microsecond_is_enough_to_be_newest),
     cmocka_unit_test(a_packet_half_a_wrap_away_is_a_stray),
+    cmocka_unit_test(a_clock_beyond_the_far_ends_is_a_stray_for_good),
     cmocka_unit_test(the_first_stray_has_no_candidate_wherever_it_is),
     cmocka_unit_test(a_late_packet_may_be_the_newest),
     cmocka_unit_test(each_eye_has_its_own_newest),

@@ -23,6 +23,7 @@
 #define NEAR_TOF 2564 /* 5 m straight ahead */
 #define FAR_TOF  20512
 #define HITS     5u
+#define FRAME    350u
 #define HOLD     800u
 #define SILENCE  500u
 #define STEP     50u
@@ -36,7 +37,8 @@ struct sent {
 
 /* A gateway, the clock of its machine, and a sensor. */
 struct rig {
-    gateway gateway;
+    gateway gateway; /* first: it has to be aligned */
+    void *memory;
     gateway_config config;
     gateway_output output;
     lum_calibration calibration;
@@ -109,8 +111,12 @@ static void look_ahead(lum_calibration *c)
 
 static struct rig *rig_new(void)
 {
-    struct rig *const r = calloc(1, sizeof *r);
-    assert_non_null(r);
+    uint8_t *const memory = calloc(1, sizeof(struct rig) + RING_LINE_BYTES);
+    struct rig *r;
+    assert_non_null(memory);
+    r = (void *)(memory +
+                 (RING_LINE_BYTES - (uintptr_t)memory % RING_LINE_BYTES));
+    r->memory = memory;
     memset(&r->gateway, 0xa5, sizeof r->gateway);
     look_ahead(&r->calibration);
     lum_layout_default(&r->layout);
@@ -118,6 +124,7 @@ static struct rig *rig_new(void)
         (gateway_config){.zone = {.min = {MM(1000), MM(-1000), MM(-500)},
                                   .max = {MM(8000), MM(1000), MM(500)}},
                          .hits = HITS,
+                         .frame_ms = FRAME,
                          .hold_ms = HOLD,
                          .silence_ms = SILENCE,
                          .eyes = BOTH};
@@ -128,6 +135,11 @@ static struct rig *rig_new(void)
                                  .frame = take_frame};
     r->clock = 1000000;
     return r;
+}
+
+static void rig_free(struct rig *r)
+{
+    free(r->memory);
 }
 
 static lum_result rig_init(struct rig *r)
@@ -227,8 +239,9 @@ static uint32_t reasons(const struct rig *r)
 static struct rig *rig_going(uint32_t now)
 {
     struct rig *const r = rig_at(now);
-    pass(r, 1500, BOTH);
+    pass(r, 4000, BOTH);
     assert_int_equal(reasons(r), 0);
+    assert_true(r->sent_count > 0);
     return r;
 }
 
@@ -236,14 +249,14 @@ static void it_is_stopped_until_both_eyes_were_heard(void **state)
 {
     struct rig *const r = rig_at(0);
     (void)state;
-    assert_int_equal(reasons(r), GATEWAY_SILENT);
+    assert_int_equal(reasons(r), GATEWAY_SILENT | GATEWAY_STALLED);
     pass(r, 2000, BLUE);
     assert_int_equal(reasons(r), GATEWAY_SILENT);
     pass(r, 200, BOTH); /* its third line brings green's first one out */
     assert_int_equal(reasons(r), GATEWAY_SILENT);
     pass(r, HOLD, BOTH);
     assert_int_equal(reasons(r), 0);
-    free(r);
+    rig_free(r);
 }
 
 static void a_hold_of_a_moment_does_not_end_the_first_silence(void **state)
@@ -251,12 +264,16 @@ static void a_hold_of_a_moment_does_not_end_the_first_silence(void **state)
     struct rig *const r = rig_new();
     (void)state;
     r->now = 77;
-    r->config.hold_ms = 1;
+    r->config.frame_ms = 1;
+    r->config.hold_ms = 3;
     assert_int_equal(rig_init(r), LUM_OK);
-    r->now += 10;
-    assert_int_equal(gateway_receive(&r->gateway, r->now), 0);
+    for (unsigned i = 0; i < 3; i++) {
+        r->now += 10;
+        gateway_tick(&r->gateway, r->now);
+        assert_int_equal(gateway_receive(&r->gateway, r->now), 0);
+    }
     assert_int_equal(reasons(r), GATEWAY_SILENT);
-    free(r);
+    rig_free(r);
 }
 
 static void an_eye_that_falls_silent_stops(void **state)
@@ -273,7 +290,7 @@ static void an_eye_that_falls_silent_stops(void **state)
         assert_int_equal(reasons(r), GATEWAY_SILENT);
         pass(r, HOLD, BOTH);
         assert_int_equal(reasons(r), 0);
-        free(r);
+        rig_free(r);
     }
 }
 
@@ -287,7 +304,7 @@ static void an_eye_that_is_not_wanted_may_be_silent(void **state)
     assert_int_equal(reasons(r), 0);
     pass(r, 1000, BLUE);
     assert_int_equal(reasons(r), GATEWAY_SILENT);
-    free(r);
+    rig_free(r);
 }
 
 static void lines_without_points_are_silence(void **state)
@@ -305,7 +322,7 @@ static void lines_without_points_are_silence(void **state)
             show(r, BLUE, FAR_TOF, 1);
         }
         assert_int_equal(reasons(r), GATEWAY_SILENT);
-        free(r);
+        rig_free(r);
     }
 }
 
@@ -318,7 +335,7 @@ static void silence_lasts_beyond_a_wrap_of_the_clock(void **state)
     r->now += UINT32_MAX - 900u; /* as long ago as a moment, by the clock */
     (void)gateway_receive(&r->gateway, r->now);
     assert_int_equal(reasons(r), GATEWAY_SILENT);
-    free(r);
+    rig_free(r);
 }
 
 static void as_many_hits_as_wanted_stop_at_once(void **state)
@@ -329,7 +346,7 @@ static void as_many_hits_as_wanted_stop_at_once(void **state)
         show(r, GREEN, NEAR_TOF, n);
         show_out(r);
         assert_int_equal(reasons(r), n < HITS ? 0 : GATEWAY_OBJECT);
-        free(r);
+        rig_free(r);
     }
 }
 
@@ -344,7 +361,7 @@ static void hits_of_both_eyes_and_many_lines_add_up_within_a_frame(void **state)
     show(r, BLUE, NEAR_TOF, 1);
     show_out(r);
     assert_int_equal(reasons(r), GATEWAY_OBJECT);
-    free(r);
+    rig_free(r);
 }
 
 static void hits_of_two_frames_do_not_add_up(void **state)
@@ -358,7 +375,7 @@ static void hits_of_two_frames_do_not_add_up(void **state)
     }
     assert_int_equal(reasons(r), 0);
     assert_true(r->frames >= 4);
-    free(r);
+    rig_free(r);
 }
 
 static void falling_edges_are_no_hits(void **state)
@@ -371,12 +388,12 @@ static void falling_edges_are_no_hits(void **state)
     r->clock += 5000;
     show_out(r);
     assert_int_equal(reasons(r), 0);
-    free(r);
+    rig_free(r);
 }
 
 static void a_stop_outlives_its_cause_by_the_hold(void **state)
 {
-    struct rig *const r = rig_going(UINT32_MAX - 1900u); /* wraps meanwhile */
+    struct rig *const r = rig_going(UINT32_MAX - 4400u); /* wraps meanwhile */
     (void)state;
     show(r, BLUE, NEAR_TOF, HITS);
     show_out(r);
@@ -386,7 +403,33 @@ static void a_stop_outlives_its_cause_by_the_hold(void **state)
     assert_int_equal(reasons(r), GATEWAY_OBJECT);
     pass(r, STEP, BOTH);
     assert_int_equal(reasons(r), 0);
-    free(r);
+    rig_free(r);
+}
+
+/* Early in one frame, late in the next: 600 of 700 ms apart. */
+static void what_two_frames_show_far_apart_is_one_stop(void **state)
+{
+    struct rig *const r = rig_going(0);
+    (void)state;
+    show(r, BLUE, NEAR_TOF, HITS);
+    show_out(r);
+    for (unsigned frame = 1; frame < 9; frame++) {
+        pass(r, FRAME - STEP, BOTH);
+        if (frame % 2u == 0) {
+            next_frame(r);
+        }
+        for (unsigned t = 0; t < FRAME - STEP; t += STEP) {
+            assert_int_equal(reasons(r), GATEWAY_OBJECT);
+            pass(r, STEP, BOTH);
+        }
+        assert_int_equal(reasons(r), GATEWAY_OBJECT);
+        if (frame % 2u != 0) {
+            next_frame(r);
+        }
+        show(r, BLUE, NEAR_TOF, HITS);
+        show_out(r);
+    }
+    rig_free(r);
 }
 
 static void what_stays_in_the_zone_keeps_the_machine_stopped(void **state)
@@ -401,7 +444,7 @@ static void what_stays_in_the_zone_keeps_the_machine_stopped(void **state)
         assert_int_equal(reasons(r), GATEWAY_OBJECT);
         next_frame(r);
     }
-    free(r);
+    rig_free(r);
 }
 
 static void a_frame_tells_its_hits_and_the_nearest(void **state)
@@ -423,7 +466,7 @@ static void a_frame_tells_its_hits_and_the_nearest(void **state)
     assert_int_equal(r->frame, 2);
     assert_int_equal(r->sight.hits, 0);
     assert_int_equal(zone_nearest_mm(&r->sight), 0);
-    free(r);
+    rig_free(r);
 }
 
 static void a_line_too_late_for_its_frame_counts_for_the_newer_one(void **state)
@@ -440,7 +483,7 @@ static void a_line_too_late_for_its_frame_counts_for_the_newer_one(void **state)
     assert_int_equal(sight->hits, HITS);
     assert_int_equal(r->gateway.frames[1].number, 5);
     assert_int_equal(reasons(r), GATEWAY_OBJECT);
-    free(r);
+    rig_free(r);
 }
 
 static void a_frame_before_the_first_is_a_frame_too(void **state)
@@ -457,7 +500,7 @@ static void a_frame_before_the_first_is_a_frame_too(void **state)
     assert_int_equal(r->gateway.frames[0].number, 0);
     assert_int_equal(r->gateway.frames[0].sight.hits, 2);
     assert_int_equal(zone_nearest_mm(&r->gateway.frames[0].sight), 4999);
-    free(r);
+    rig_free(r);
 }
 
 static void the_end_hands_out_what_is_open(void **state)
@@ -470,7 +513,7 @@ static void the_end_hands_out_what_is_open(void **state)
     assert_int_equal(r->lines, lines + 2u + 2u * GATEWAY_OPEN_LINES);
     assert_int_equal(r->frame, 1);
     assert_int_equal(r->sight.hits, 2u * HITS);
-    free(r);
+    rig_free(r);
 }
 
 static void observers_may_be_missing(void **state)
@@ -486,7 +529,7 @@ static void observers_may_be_missing(void **state)
     pass(r, 1500, BOTH);
     gateway_finish(&r->gateway);
     assert_int_equal(reasons(r), 0);
-    free(r);
+    rig_free(r);
 }
 
 static size_t count_sent(const struct rig *r, uint8_t type)
@@ -525,26 +568,28 @@ static void five_heartbeats_a_second_leave_across_a_wrap(void **state)
     (void)state;
     for (unsigned i = 0; i < 4; i++) {
         struct rig *const r = rig_at(starts[i]);
-        run(r, 10000, 10);
+        run(r, HEART_SILENCE_MS + 10000u, 10);
         assert_int_equal(count_sent(r, LUM_TYPE_HEARTBEAT), 1 + 50);
         assert_int_equal(r->gateway.heart.sent, 1 + 50);
         assert_int_equal(longest_pause(r), 200);
-        free(r);
+        rig_free(r);
     }
 }
 
 static void a_slow_tick_makes_no_burst(void **state)
 {
-    struct rig *const r = rig_at(UINT32_MAX - 3000u);
+    struct rig *const r = rig_at(UINT32_MAX - 6000u);
     size_t before;
     (void)state;
+    run(r, 4u * 800u, 800);
+    assert_int_equal(r->sent_count, 0);
     run(r, 8000, 800);
     assert_int_equal(count_sent(r, LUM_TYPE_HEARTBEAT), 10);
     assert_int_equal(longest_pause(r), 800);
     before = count_sent(r, LUM_TYPE_HEARTBEAT);
     run(r, 200, 10);
     assert_int_equal(count_sent(r, LUM_TYPE_HEARTBEAT), before + 1u);
-    free(r);
+    rig_free(r);
 }
 
 static void the_status_is_asked_for_once_a_second(void **state)
@@ -552,24 +597,24 @@ static void the_status_is_asked_for_once_a_second(void **state)
     struct rig *const r = rig_at(0);
     uint32_t sequence = 0;
     (void)state;
-    run(r, 10000, 10);
+    run(r, HEART_SILENCE_MS + 10000u, 10);
     assert_int_equal(count_sent(r, LUM_TYPE_TLV), 1 + 10);
     for (size_t i = 0; i < r->sent_count; i++) {
         if (r->sent[i].type == LUM_TYPE_TLV) {
             assert_int_equal(r->sent[i].sequence, sequence);
             assert_int_equal(r->sent[i].ms,
-                             sequence == 0 ? 10 : 1000u * sequence);
+                             HEART_SILENCE_MS + 1000u * sequence);
             sequence++;
         }
     }
-    free(r);
+    rig_free(r);
 }
 
 static void a_heartbeat_that_was_refused_is_tried_again(void **state)
 {
     struct rig *const r = rig_at(0);
     (void)state;
-    run(r, 1000, 10);
+    run(r, HEART_SILENCE_MS + 1000u, 10);
     r->refuses = true;
     run(r, 300, 10);
     assert_int_equal(r->gateway.heart.failed, 11);
@@ -577,7 +622,23 @@ static void a_heartbeat_that_was_refused_is_tried_again(void **state)
     run(r, 10, 10);
     assert_int_equal(r->sent[r->sent_count - 1u].ms, r->now);
     assert_true(longest_pause(r) < 1000);
-    free(r);
+    rig_free(r);
+}
+
+/* By the clock, what was due half its range ago is yet to come. */
+static void a_heartbeat_is_tried_again_after_weeks_of_refusals(void **state)
+{
+    struct rig *const r = rig_at(0);
+    size_t sent;
+    (void)state;
+    run(r, 5000, 10);
+    sent = r->sent_count;
+    r->refuses = true;
+    run(r, UINT32_MAX / 16u * 11u, UINT32_MAX / 16u);
+    r->refuses = false;
+    run(r, 10, 10);
+    assert_true(r->sent_count > sent);
+    rig_free(r);
 }
 
 /* The timer goes on, the main loop does not. */
@@ -589,21 +650,97 @@ static void hang(struct rig *r, uint32_t ms)
     }
 }
 
+static void nothing_is_sent_before_the_first_round(void **state)
+{
+    struct rig *const r = rig_at(UINT32_MAX - 3000u);
+    (void)state;
+    hang(r, 10000);
+    assert_int_equal(r->sent_count, 0);
+    assert_int_equal(reasons(r), GATEWAY_SILENT | GATEWAY_STALLED);
+    run(r, 20, 10);
+    assert_true(r->sent_count > 0);
+    rig_free(r);
+}
+
+/* So that a board in a loop of resets keeps no laser on. */
+static void nothing_is_sent_until_the_sensor_has_timed_out(void **state)
+{
+    struct rig *const r = rig_at(UINT32_MAX - 2000u);
+    (void)state;
+    assert_true(HEART_SILENCE_MS > 3000u);
+    run(r, HEART_SILENCE_MS - 10u, 10);
+    assert_int_equal(r->sent_count, 0);
+    run(r, 10, 10);
+    assert_true(r->sent_count > 0);
+    rig_free(r);
+}
+
 static void heartbeats_end_when_the_main_loop_hangs(void **state)
 {
-    struct rig *const r = rig_going(UINT32_MAX - 2500u);
+    struct rig *const r = rig_going(UINT32_MAX - 5000u);
     const uint32_t hung = r->now;
     size_t sent;
     (void)state;
-    hang(r, HEART_STALL_MS);
-    assert_int_equal(reasons(r), 0);
-    hang(r, 10);
-    assert_int_equal(reasons(r), GATEWAY_STALLED);
+    hang(r, HEART_STALL_MS + 10u);
     sent = r->sent_count;
     assert_true(r->sent[sent - 1u].ms - hung <= HEART_STALL_MS);
+    assert_true(r->sent[sent - 1u].ms - hung > HEART_STALL_MS - 300u);
     hang(r, 60000);
     assert_int_equal(r->sent_count, sent);
-    free(r);
+    rig_free(r);
+}
+
+/* A round was seen by the tick that follows it. */
+static void a_hang_stops_after_the_silence_or_two_seconds(void **state)
+{
+    static const uint32_t silences[] = {SILENCE, 1990, 2000, 60000};
+    (void)state;
+    for (unsigned i = 0; i < 4; i++) {
+        const uint32_t wait =
+            silences[i] < HEART_STALL_MS ? silences[i] : HEART_STALL_MS;
+        struct rig *const r = rig_new();
+        r->config.silence_ms = silences[i];
+        assert_int_equal(rig_init(r), LUM_OK);
+        pass(r, 4000, BOTH);
+        hang(r, wait);
+        assert_int_equal(reasons(r), 0);
+        hang(r, 10);
+        assert_int_equal(reasons(r), GATEWAY_STALLED);
+        rig_free(r);
+    }
+}
+
+/* The tick comes between a decision and the end of its round. */
+static void a_stall_that_no_decision_saw_is_held(void **state)
+{
+    struct rig *const r = rig_going(0);
+    (void)state;
+    hang(r, SILENCE + 10u);
+    heart_beat(&r->gateway.heart);
+    hang(r, 10);
+    assert_int_equal(heart_stalls(&r->gateway.heart) % 2u, 0);
+    assert_int_equal(reasons(r), GATEWAY_STALLED);
+    pass(r, HOLD, BOTH);
+    assert_true((reasons(r) & GATEWAY_STALLED) != 0);
+    pass(r, 2u * HOLD, BOTH);
+    assert_int_equal(reasons(r), 0);
+    rig_free(r);
+}
+
+static void the_watchdog_is_kicked_only_while_the_timer_goes_on(void **state)
+{
+    struct rig *const r = rig_at(0);
+    (void)state;
+    for (unsigned i = 0; i < 5; i++) {
+        (void)gateway_receive(&r->gateway, r->now);
+        assert_false(gateway_may_kick(&r->gateway));
+    }
+    for (unsigned i = 0; i < 5; i++) {
+        run(r, 10, 10);
+        assert_true(gateway_may_kick(&r->gateway));
+        assert_false(gateway_may_kick(&r->gateway));
+    }
+    rig_free(r);
 }
 
 static void a_hang_lasts_beyond_a_wrap_of_the_clock(void **state)
@@ -621,7 +758,7 @@ static void a_hang_lasts_beyond_a_wrap_of_the_clock(void **state)
     assert_int_equal(reasons(r), GATEWAY_STALLED);
     pass(r, 2u * STEP, 0);
     assert_true(r->sent_count > sent);
-    free(r);
+    rig_free(r);
 }
 
 static void a_main_loop_that_comes_back_sends_again_and_is_held(void **state)
@@ -638,7 +775,7 @@ static void a_main_loop_that_comes_back_sends_again_and_is_held(void **state)
     assert_true((reasons(r) & GATEWAY_STALLED) != 0);
     pass(r, 200u + HOLD, BOTH);
     assert_int_equal(reasons(r), 0);
-    free(r);
+    rig_free(r);
 }
 
 static void tell_status(struct rig *r, uint16_t type, uint16_t status)
@@ -669,7 +806,7 @@ static void every_bit_that_takes_the_laser_down_stops(void **state)
         pass(r, HOLD, BOTH);
         assert_int_equal(reasons(r), 0);
     }
-    free(r);
+    rig_free(r);
 }
 
 static void all_reasons_can_stand_together(void **state)
@@ -686,7 +823,49 @@ static void all_reasons_can_stand_together(void **state)
     show(r, BLUE, FAR_TOF, 1);
     assert_int_equal(reasons(r), GATEWAY_OBJECT | GATEWAY_SILENT |
                                      GATEWAY_LASER | GATEWAY_STALLED);
-    free(r);
+    rig_free(r);
+}
+
+static void add_status(struct rig *r, lum_tlv_writer *w, uint16_t status)
+{
+    assert_int_equal(
+        lum_tlv_add_u16(w, r->layout.profile.tlv[LUM_TLV_STATUS], status),
+        LUM_OK);
+}
+
+static void a_hazard_beside_a_clean_status_of_its_packet_stops(void **state)
+{
+    (void)state;
+    for (unsigned first = 0; first < 2; first++) {
+        struct rig *const r = rig_going(0);
+        uint8_t packet[64];
+        lum_tlv_writer w;
+        assert_int_equal(lum_tlv_begin(&w, packet, sizeof packet, 1), LUM_OK);
+        add_status(r, &w, first == 0 ? LUM_LASER_FAN_PWM_BAD : 0);
+        add_status(r, &w, first == 0 ? 0 : LUM_LASER_FAN_PWM_BAD);
+        assert_true(receive(r, packet, w.len));
+        pass(r, 2000, BOTH);
+        assert_int_equal(reasons(r), GATEWAY_LASER);
+        rig_free(r);
+    }
+}
+
+static void a_hazard_that_ends_before_the_round_does_stops(void **state)
+{
+    struct rig *const r = rig_going(0);
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        uint8_t packet[64];
+        lum_tlv_writer w;
+        assert_int_equal(lum_tlv_begin(&w, packet, sizeof packet, i), LUM_OK);
+        add_status(r, &w, i == 0 ? LUM_LASER_FAN_PWM_BAD : 0);
+        assert_true(receive(r, packet, w.len));
+    }
+    (void)gateway_receive(&r->gateway, r->now);
+    assert_int_equal(reasons(r), GATEWAY_LASER);
+    pass(r, HOLD, BOTH);
+    assert_int_equal(reasons(r), 0);
+    rig_free(r);
 }
 
 static void what_is_no_status_changes_nothing(void **state)
@@ -707,7 +886,7 @@ static void what_is_no_status_changes_nothing(void **state)
     assert_int_equal(reasons(r), 0);
     assert_int_equal(r->gateway.kinds[LUM_PACKET_TLV], 3);
     assert_int_equal(r->gateway.kinds[LUM_PACKET_MALFORMED], 1);
-    free(r);
+    rig_free(r);
 }
 
 static void garbage_is_counted_and_is_no_sign_of_life(void **state)
@@ -735,7 +914,7 @@ static void garbage_is_counted_and_is_no_sign_of_life(void **state)
     }
     assert_int_equal(counted, 4000);
     assert_true((reasons(r) & GATEWAY_SILENT) != 0);
-    free(r);
+    rig_free(r);
 }
 
 static void a_full_ring_drops_and_counts(void **state)
@@ -755,16 +934,16 @@ static void a_full_ring_drops_and_counts(void **state)
     assert_true(receive(r, byte, 1));
     assert_int_equal(ring_dropped(&r->gateway.ring), 2);
     assert_int_equal(r->gateway.kinds[LUM_PACKET_FOREIGN], RING_SLOTS);
-    free(r);
+    rig_free(r);
 }
 
 static void a_ring_keeps_the_order_while_its_counts_wrap(void **state)
 {
-    ring *const r = calloc(1, sizeof *r);
+    static ring ring_;
+    ring *const r = &ring_;
     uint32_t put_in = 0;
     uint32_t taken = 0;
     (void)state;
-    assert_non_null(r);
     memset(r, 0xa5, sizeof *r);
     ring_init(r);
     r->committed = UINT32_MAX - 20u;
@@ -783,21 +962,58 @@ static void a_ring_keeps_the_order_while_its_counts_wrap(void **state)
         }
     }
     assert_true(put_in > 100 && ring_dropped(r) > 0);
-    free(r);
 }
 
 static void a_claimed_slot_is_not_seen_before_it_is_committed(void **state)
 {
-    ring *const r = calloc(1, sizeof *r);
+    static ring ring_;
+    ring *const r = &ring_;
     (void)state;
-    assert_non_null(r);
     memset(r, 0xa5, sizeof *r);
     ring_init(r);
     assert_non_null(ring_claim(r));
     assert_null(ring_front(r));
     ring_commit(r);
     assert_non_null(ring_front(r));
-    free(r);
+}
+
+/* Behind the headers of a frame, as a bare MAC writes it. */
+static void a_datagram_may_begin_within_its_slot(void **state)
+{
+    struct rig *const r = rig_at(0);
+    ring_slot *slot;
+    (void)state;
+    for (uint32_t begin = 0; begin <= 46; begin += 23) {
+        slot = ring_claim(&r->gateway.ring);
+        assert_non_null(slot);
+        assert_int_equal(slot->begin, 0);
+        memset(slot->bytes, 0, sizeof slot->bytes);
+        lum_heartbeat_encode(slot->bytes + begin);
+        slot->begin = begin;
+        slot->len = LUM_HEARTBEAT_BYTES;
+        ring_commit(&r->gateway.ring);
+    }
+    assert_int_equal(gateway_receive(&r->gateway, 0), 3);
+    assert_int_equal(r->gateway.kinds[LUM_PACKET_FOREIGN], 0);
+    for (unsigned i = 0; i < RING_SLOTS; i++) { /* nor does it stay */
+        assert_int_equal(ring_claim(&r->gateway.ring)->begin, 0);
+        ring_commit(&r->gateway.ring);
+    }
+    rig_free(r);
+}
+
+/* A cache line that the driver invalidates holds nothing but its bytes. */
+static void bytes_of_slots_fill_lines_of_a_cache(void **state)
+{
+    struct rig *const r = rig_at(0);
+    const ring *const ring_ = &r->gateway.ring;
+    (void)state;
+    for (unsigned i = 0; i < RING_SLOTS; i++) {
+        const uint8_t *const bytes = ring_->slots[i].bytes;
+        assert_int_equal((uintptr_t)bytes % RING_LINE_BYTES, 0);
+        assert_int_equal(sizeof ring_->slots[i].bytes % RING_LINE_BYTES, 0);
+    }
+    rig_free(r);
 }
 
 static void a_box_has_its_sides_and_a_sector_its_edges(void **state)
@@ -872,19 +1088,71 @@ static void break_zone(struct rig *r, unsigned i)
     }
 }
 
+static void break_times(struct rig *r, unsigned i)
+{
+    if (i == 0) {
+        r->config.frame_ms = 0;
+    } else if (i == 1) { /* two frames and no open lines */
+        r->config.hold_ms = 2u * FRAME + FRAME * GATEWAY_OPEN_LINES / 64u;
+    } else if (i == 2) {
+        r->config.hold_ms = 0;
+    } else if (i == 3) {
+        r->config.silence_ms = FRAME;
+    } else {
+        r->config.frame_ms = UINT32_MAX / 2u + 1u;
+        r->config.silence_ms = UINT32_MAX;
+    }
+}
+
 static void break_config(struct rig *r, unsigned i)
 {
-    uint32_t *const numbers[] = {&r->config.hits, &r->config.hold_ms,
-                                 &r->config.silence_ms};
-    if (i < 3) {
-        *numbers[i] = 0;
-    } else if (i < 5) {
-        r->config.eyes = i == 3 ? 0 : BOTH + 1u;
-    } else if (i == 5) {
+    if (i == 0) {
+        r->config.hits = 0;
+    } else if (i < 3) {
+        r->config.eyes = i == 1 ? 0 : BOTH + 1u;
+    } else if (i == 3) {
         r->output.send = NULL;
     } else {
         r->calibration.tof_lsb_fs = 0;
     }
+}
+
+static void times_may_be_as_short_as_two_frames_allow(void **state)
+{
+    struct rig *const r = rig_new();
+    (void)state;
+    r->config.hold_ms = 2u * FRAME + FRAME * GATEWAY_OPEN_LINES / 64u + 1u;
+    r->config.silence_ms = FRAME + 1u;
+    assert_int_equal(rig_init(r), LUM_OK);
+    r->config.hold_ms = UINT32_C(1) << 26;
+    assert_int_equal(rig_init(r), LUM_OK);
+    rig_free(r);
+}
+
+/* It is used as if nobody had looked at the result. */
+static void expect_dead(struct rig *r)
+{
+    assert_int_equal(reasons(r), GATEWAY_SILENT);
+    for (unsigned i = 0; i < 600; i++) {
+        r->now += 10;
+        gateway_tick(&r->gateway, r->now);
+        gateway_datagram(&r->gateway, (const uint8_t *)"", 0, 0);
+        assert_int_equal(gateway_receive(&r->gateway, r->now), 0);
+        assert_false(gateway_may_kick(&r->gateway));
+        assert_int_equal(reasons(r), GATEWAY_SILENT);
+    }
+    gateway_finish(&r->gateway);
+    assert_int_equal(r->sent_count, 0);
+}
+
+static void a_gateway_that_was_not_begun_stops(void **state)
+{
+    struct rig *const r = rig_new(); /* its memory is no zeros */
+    (void)state;
+    expect_dead(r);
+    memset(&r->gateway, 0, sizeof r->gateway);
+    expect_dead(r);
+    rig_free(r);
 }
 
 static void a_zone_may_be_a_point(void **state)
@@ -895,21 +1163,25 @@ static void a_zone_may_be_a_point(void **state)
     memcpy(z->min, z->max, sizeof z->min);
     z->left = z->right;
     assert_int_equal(rig_init(r), LUM_OK);
-    free(r);
+    rig_free(r);
 }
 
-static void a_configuration_out_of_range_is_refused(void **state)
+static void a_configuration_out_of_range_is_refused_and_stops(void **state)
 {
     (void)state;
-    for (unsigned i = 0; i < 12; i++) {
+    for (unsigned i = 0; i < 15; i++) {
         struct rig *const r = rig_new();
+        assert_int_equal(rig_init(r), LUM_OK);
         if (i < 5) {
             break_zone(r, i);
+        } else if (i < 10) {
+            break_times(r, i - 5u);
         } else {
-            break_config(r, i - 5u);
+            break_config(r, i - 10u);
         }
         assert_int_equal(rig_init(r), LUM_E_VALUE);
-        free(r);
+        expect_dead(r);
+        rig_free(r);
     }
 }
 
@@ -928,6 +1200,7 @@ int main(void)
         cmocka_unit_test(hits_of_two_frames_do_not_add_up),
         cmocka_unit_test(falling_edges_are_no_hits),
         cmocka_unit_test(a_stop_outlives_its_cause_by_the_hold),
+        cmocka_unit_test(what_two_frames_show_far_apart_is_one_stop),
         cmocka_unit_test(what_stays_in_the_zone_keeps_the_machine_stopped),
         cmocka_unit_test(a_frame_tells_its_hits_and_the_nearest),
         cmocka_unit_test(a_frame_before_the_first_is_a_frame_too),
@@ -939,20 +1212,32 @@ int main(void)
         cmocka_unit_test(a_slow_tick_makes_no_burst),
         cmocka_unit_test(the_status_is_asked_for_once_a_second),
         cmocka_unit_test(a_heartbeat_that_was_refused_is_tried_again),
+        cmocka_unit_test(a_heartbeat_is_tried_again_after_weeks_of_refusals),
+        cmocka_unit_test(nothing_is_sent_before_the_first_round),
+        cmocka_unit_test(nothing_is_sent_until_the_sensor_has_timed_out),
         cmocka_unit_test(heartbeats_end_when_the_main_loop_hangs),
+        cmocka_unit_test(a_hang_stops_after_the_silence_or_two_seconds),
+        cmocka_unit_test(a_stall_that_no_decision_saw_is_held),
+        cmocka_unit_test(the_watchdog_is_kicked_only_while_the_timer_goes_on),
         cmocka_unit_test(a_hang_lasts_beyond_a_wrap_of_the_clock),
         cmocka_unit_test(a_main_loop_that_comes_back_sends_again_and_is_held),
         cmocka_unit_test(every_bit_that_takes_the_laser_down_stops),
+        cmocka_unit_test(a_hazard_beside_a_clean_status_of_its_packet_stops),
+        cmocka_unit_test(a_hazard_that_ends_before_the_round_does_stops),
         cmocka_unit_test(all_reasons_can_stand_together),
         cmocka_unit_test(what_is_no_status_changes_nothing),
         cmocka_unit_test(garbage_is_counted_and_is_no_sign_of_life),
         cmocka_unit_test(a_full_ring_drops_and_counts),
         cmocka_unit_test(a_ring_keeps_the_order_while_its_counts_wrap),
         cmocka_unit_test(a_claimed_slot_is_not_seen_before_it_is_committed),
+        cmocka_unit_test(a_datagram_may_begin_within_its_slot),
+        cmocka_unit_test(bytes_of_slots_fill_lines_of_a_cache),
         cmocka_unit_test(a_box_has_its_sides_and_a_sector_its_edges),
         cmocka_unit_test(the_nearest_is_exact_as_far_as_points_reach),
         cmocka_unit_test(a_zone_may_be_a_point),
-        cmocka_unit_test(a_configuration_out_of_range_is_refused),
+        cmocka_unit_test(times_may_be_as_short_as_two_frames_allow),
+        cmocka_unit_test(a_gateway_that_was_not_begun_stops),
+        cmocka_unit_test(a_configuration_out_of_range_is_refused_and_stops),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
