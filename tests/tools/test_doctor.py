@@ -302,7 +302,7 @@ class Loopback(Doctor):
         found = self.examine(NET + "13")
         self.assertEqual((found.status, found["answer"]), (3, "wrong"), str(found))
         self.assertIn("tcpdump", found.mend("answer"))
-        self.assertLess(time.monotonic() - begin, 8)
+        self.assertLess(time.monotonic() - begin, 40)
 
     def test_a_sensor_without_data_is_told(self):
         fake = Fake(self, NET + "14")
@@ -317,7 +317,7 @@ class Loopback(Doctor):
         Fake(self, NET + "15", speed=1.01)
         found = self.examine(NET + "15")
         self.assertEqual((found.status, found["clock"]), (1, "wrong"), str(found))
-        self.assertRegex(found.text("clock"), r"(9|10)\d\d\d ppm faster")
+        self.assertRegex(found.text("clock"), r"\b([6-9]|1[0-4])\d\d\d ppm faster")
 
     def test_datagrams_of_others_are_noted(self):
         sensor = self.sensor(address=NET + "16")
