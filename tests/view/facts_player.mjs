@@ -32,7 +32,9 @@ async function scrubs({ page }) {
 }
 
 async function plays({ page }) {
-    await page.locator("#loop").check();
+    if (!await page.locator("#loop").isChecked()) {
+        await page.locator("#loop").click();
+    }
     await statusIs(page, "loop", true);
     await page.locator("#speed").selectOption("2");
     await statusIs(page, "speed", 2);
@@ -47,7 +49,9 @@ async function plays({ page }) {
 }
 
 async function ends({ page }) {
-    await page.locator("#loop").uncheck();
+    if (await page.locator("#loop").isChecked()) {
+        await page.locator("#loop").click(); // not uncheck(): a status on its way may still show it checked
+    }
     await statusIs(page, "loop", false);
     await page.locator("#speed").selectOption("10");
     await page.locator("#play").click();
