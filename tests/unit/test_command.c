@@ -5,27 +5,10 @@
 
 #include <cmocka.h>
 
+#include "command_table.h"
 #include "lum/command.h"
 
 #include <stdio.h>
-
-/* The manual's table, written down a second time. */
-static const struct {
-    lum_command_id id;
-    char letter;
-    int min, max, step; /* min -1: no value */
-} table[] = {
-    {LUM_COMMAND_LASER_ON, 'u', -1, -1, 1},
-    {LUM_COMMAND_LASER_OFF, 'd', -1, -1, 1},
-    {LUM_COMMAND_POWER, 'p', 0, 100, 1},
-    {LUM_COMMAND_THRESHOLD_GREEN, 'g', 0, 100, 1},
-    {LUM_COMMAND_THRESHOLD_BLUE, 'b', 0, 100, 1},
-    {LUM_COMMAND_LINE_MODE, 'f', 0, 1, 1},
-    {LUM_COMMAND_YSCAN, 'y', 11, 30, 1},
-    {LUM_COMMAND_HOLDOFF, 'h', 150, 250, 10},
-    {LUM_COMMAND_OFFSET_GREEN, 'G', 0, 30, 1},
-    {LUM_COMMAND_OFFSET_BLUE, 'B', 0, 30, 1},
-};
 
 static int is_in_table(size_t row, int value)
 {
