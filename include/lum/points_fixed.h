@@ -5,8 +5,8 @@
  * mathematics, no division, no heap. x forward, y left, z up, in sixteenths of
  * a millimetre, in the frame of the sensor. The same integers on every target.
  *
- * Error, whatever the calibration: at most 0.17 mm and 0.25 um for each metre
- * of range, so 0.23 mm at 250 m; the most that was seen there is 0.12 mm. An
+ * Error, whatever the calibration: at most 0.17 mm and 0.3 um for each metre
+ * of range, so 0.25 mm at 250 m; the most that was seen there is 0.12 mm. An
  * angle lsb of a profile adds 0.25 um for each metre of range and each degree
  * of a bit, so 0.06 um at 250 m and 0.001 degrees (docs/fixed.md).
  */
@@ -36,12 +36,6 @@ typedef struct lum_fixed_axis {
     int32_t part;    /**< private: of a bit, 2^-15 units */
 } lum_fixed_axis;
 
-/** An angle's sine and cosine, 2^-30. Private. */
-typedef struct lum_fixed_turn {
-    int32_t sine;   /**< private */
-    int32_t cosine; /**< private */
-} lum_fixed_turn;
-
 /** How one eye's samples become geometry. Private: made by
  * lum_fixed_projector_init(). */
 typedef struct lum_fixed_eye {
@@ -51,10 +45,7 @@ typedef struct lum_fixed_eye {
     int32_t first_tof;   /**< private */
     lum_fixed_axis azimuth;   /**< private */
     lum_fixed_axis elevation; /**< private */
-    int32_t tilt;             /**< private: 0 without roll and pitch */
-    lum_fixed_turn roll;      /**< private */
-    lum_fixed_turn pitch;     /**< private */
-    lum_fixed_turn yaw;       /**< private */
+    int32_t axes[3][3];       /**< private: the sensor's, 2^-30 */
 } lum_fixed_eye;
 
 /** How a sensor's samples become points. Read only once it is made; may be

@@ -63,14 +63,10 @@ lum_result lum_fixed_projector_init(lum_fixed_projector *out,
         const lum_eye_calibration *e = &calibration->eye[i];
         const uint64_t *lsb = &layout->profile.angle_lsb_pdeg;
         lum_fixed_eye *eye = &out->eye[i];
-        set_axis(&eye->azimuth, 2 * e->azimuth_center_udeg,
-                 e->azimuth_width_udeg, lsb);
+        set_axis(&eye->azimuth, 0, e->azimuth_width_udeg, lsb);
         set_axis(&eye->elevation, e->elevation_min_udeg + e->elevation_max_udeg,
                  e->elevation_max_udeg - e->elevation_min_udeg, lsb);
-        eye->tilt = e->mount_roll_udeg | e->mount_pitch_udeg;
-        lum_turn_compute(e->mount_roll_udeg, &eye->roll);
-        lum_turn_compute(e->mount_pitch_udeg, &eye->pitch);
-        lum_turn_compute(e->mount_yaw_udeg, &eye->yaw);
+        lum_turn_axes(e, eye->axes);
         for (unsigned k = 0; k < 3; k++) {
             eye->mount[k] = e->mount_um[k] * MOUNT_PER_UM + MOUNT_HALF;
         }

@@ -16,11 +16,17 @@ uint32_t lum_turn_from_udeg(int32_t sum_udeg)
            (uint32_t)multiply(sum_udeg, TURNS_PER_UDEG, 0);
 }
 
+/* An angle's sine and cosine, 2^-30. */
+typedef struct turn {
+    int32_t sine;
+    int32_t cosine;
+} turn;
+
 /* Over an eighth of a turn to either side, y = -1..1, the sine is y P(y^2) and
  * the cosine 1 + y^2 Q(y^2), with least largest error: 1.3e-9 and 3.3e-8. Each
  * step multiplies by y^2 in 2^-30 and so takes 2 bits of fraction: from 2^-37
  * to 2^-31 and from 2^-36 to 2^-30. */
-static LUM_ONE_COPY void compute(uint32_t angle, lum_fixed_turn *out)
+static LUM_ONE_COPY void compute(uint32_t angle, turn *out)
 {
     /* what the nearest quarter leaves fills a word when it is times 4 */
     const int32_t y = (int32_t)(angle << 2);
@@ -48,30 +54,49 @@ static LUM_ONE_COPY void compute(uint32_t angle, lum_fixed_turn *out)
     out->cosine = c;
 }
 
-void lum_turn_compute(int32_t udeg, lum_fixed_turn *out)
-{
-    compute(lum_turn_from_udeg(2 * udeg), out);
-}
-
 /* The 2^-28 that multiply() makes of two numbers of 2^-30, as 2^-30. */
 static int32_t quadruple(int32_t v)
 {
     return (int32_t)((uint32_t)v * 4u);
 }
 
-/* Turn a vector from an axis to the next. */
-static LUM_ONE_COPY void turn(int32_t *from, int32_t *to,
-                              const lum_fixed_turn *t)
+/* Turns the eye from an axis to the next. */
+static void turn_axes(int32_t from[3], int32_t to[3], int32_t udeg)
 {
-    const int32_t a = *from;
-    const int32_t b = *to;
-    *from = quadruple(multiply(a, t->cosine, 0) - multiply(b, t->sine, 0));
-    *to = quadruple(multiply(a, t->sine, multiply(b, t->cosine, 0)));
+    turn t;
+    compute(lum_turn_from_udeg(2 * udeg), &t);
+    for (unsigned i = 0; i < 3; i++) {
+        const int32_t a = from[i];
+        const int32_t b = to[i];
+        from[i] = quadruple(multiply(a, t.cosine, 0) - multiply(b, t.sine, 0));
+        to[i] = quadruple(multiply(a, t.sine, multiply(b, t.cosine, 0)));
+    }
+}
+
+void lum_turn_axes(const lum_eye_calibration *eye, int32_t out[3][3])
+{
+    for (unsigned i = 0; i < 3; i++) {
+        for (unsigned k = 0; k < 3; k++) {
+            out[i][k] = i == k ? INT32_C(1) << 30 : 0;
+        }
+    }
+    turn_axes(out[0], out[1], eye->azimuth_center_udeg);
+    turn_axes(out[1], out[2], eye->mount_roll_udeg);
+    turn_axes(out[2], out[0], eye->mount_pitch_udeg);
+    turn_axes(out[0], out[1], eye->mount_yaw_udeg);
+}
+
+/* How far a vector of length 1 goes along another. */
+static LUM_ONE_COPY int32_t project(const int32_t a[3], const int32_t b[3])
+{
+    return quadruple((int32_t)(((int64_t)a[0] * b[0] + (int64_t)a[1] * b[1] +
+                                (int64_t)a[2] * b[2]) >>
+                               32));
 }
 
 /* What is left of a bit times any raw angle is below 2^30. */
 static LUM_ONE_COPY void compute_axis(const lum_fixed_axis *axis, int32_t raw,
-                                      lum_fixed_turn *out)
+                                      turn *out)
 {
     compute(axis->center + (uint32_t)raw * axis->whole +
                 (uint32_t)((raw * axis->part) >> 15),
@@ -81,19 +106,14 @@ static LUM_ONE_COPY void compute_axis(const lum_fixed_axis *axis, int32_t raw,
 void lum_turn_look(const lum_fixed_eye *eye, const lum_angle *angle,
                    int32_t out[3])
 {
-    lum_fixed_turn az;
-    lum_fixed_turn el;
+    turn az;
+    turn el;
     compute_axis(&eye->azimuth, angle->azimuth, &az);
     compute_axis(&eye->elevation, angle->elevation, &el);
-    int32_t x = quadruple(multiply(el.cosine, az.cosine, 0));
-    int32_t y = quadruple(multiply(el.cosine, az.sine, 0));
-    int32_t z = el.sine;
-    if (eye->tilt != 0) {
-        turn(&y, &z, &eye->roll);
-        turn(&z, &x, &eye->pitch);
-    }
-    turn(&x, &y, &eye->yaw);
-    out[0] = x;
-    out[1] = y;
-    out[2] = z;
+    const int32_t look[3] = {quadruple(multiply(el.cosine, az.cosine, 0)),
+                             quadruple(multiply(el.cosine, az.sine, 0)),
+                             el.sine};
+    out[0] = project(eye->axes[0], look);
+    out[1] = project(eye->axes[1], look);
+    out[2] = project(eye->axes[2], look);
 }

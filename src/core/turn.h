@@ -22,8 +22,9 @@
 /* From the sum of two of -360..360 degrees whose mean it is; within 2^-32. */
 uint32_t lum_turn_from_udeg(int32_t sum_udeg);
 
-/* Sine and cosine of an angle of -360..360 degrees. */
-void lum_turn_compute(int32_t udeg, lum_fixed_turn *out);
+/* The sensor's axes as seen by an eye that is mounted so and turned to its
+ * azimuth center: vectors of length 1, in 2^-30. */
+void lum_turn_axes(const lum_eye_calibration *eye, int32_t out[3][3]);
 
 /* Where a pixel looks, in 2^-30. */
 void lum_turn_look(const lum_fixed_eye *eye, const lum_angle *angle,

@@ -27,7 +27,7 @@
 #define RANGE_BIT     (1.0 / 16777216) /* for each bit behind the first */
 #define RANGE_BASE    1.9e-8           /* of the first bit's range */
 #define MOUNT         1.08e-8          /* of the mount's length */
-#define DIRECTION     2.25e-7          /* of the range */
+#define DIRECTION     2.97e-7          /* of the range */
 #define DIRECTION_LSB 2.5e-7 /* of the range, at an angle lsb of 1 degree */
 
 /* A line of one word or more for each pixel, and what is known of its eye. */
