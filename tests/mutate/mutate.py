@@ -373,11 +373,11 @@ class Tally:
 
 
 def pick(module, listed, options):
-    """The mutants to try, and those that a sample takes from the list instead."""
+    """The mutants to try, and those that are taken from the list instead."""
     picked = chosen(module.mutants, options.sample, options.seed)
     if options.again is not None:
         picked = [m for m in picked if module.name_of(m) in options.again]
-    if options.sample >= 100:
+    if options.sample >= 100 and not options.unlisted:
         return picked, []
     known = [m for m in picked if module.name_of(m) in listed.reasons]
     for m in known:
@@ -469,6 +469,8 @@ def parse(arguments):
     p.add_argument("--sample", type=float, default=100.0, metavar="PERCENT",
                    help="only so many of the mutants")
     p.add_argument("--seed", default="1", help="which of them")
+    p.add_argument("--unlisted", action="store_true",
+                   help="take those that are listed for survivors, without a try")
     p.add_argument("--again", action="store_true", help="only what survived the last run")
     p.add_argument("--out", type=pathlib.Path, default=ROOT / "build/mutate")
     p.add_argument("--jobs", type=int, default=os.cpu_count() or 2)

@@ -72,7 +72,7 @@ class Run:
             house = mutate.House(d, d / "out", [d / "thing.c"],
                                  {"test_thing": d / "test_thing.c"})
             options = types.SimpleNamespace(**{"jobs": 2, "file": [], "sample": 100.0, "seed": "1",
-                                               "again": None, "verbose": True, **options})
+                                               "again": None, "unlisted": False, "verbose": True, **options})
             text = io.StringIO()
             with contextlib.redirect_stdout(text):
                 self.good = mutate.work(house, [d / "thing.c"],
@@ -160,6 +160,15 @@ class Mutation(unittest.TestCase):
         self.assertIn("thing.c:sum: i < n => i >= n: killed by test_thing", run.text)
         self.assertIn("thing.c:sum: gone => away: no such mutant", run.text)
         self.assertIn("other.c:sum: gone => away: no such file", run.text)
+
+    def test_what_is_listed_counts_as_a_survivor_without_a_try(self):
+        name = "thing.c:sum: i < n => i >= n"
+        run = Run(listed=f"{name}\n    It is said.\n", unlisted=True)
+        self.assertTrue(run.good)
+        self.assertEqual(run.fate("sum: i < n => i >= n"), "survived")
+        self.assertNotIn("to be removed", run.text)
+        gone = Run(listed="thing.c:sum: gone => away\n    It was said.\n", unlisted=True)
+        self.assertIn("thing.c:sum: gone => away: no such mutant", gone.text)
 
     def test_a_listed_survivor_needs_a_reason(self):
         with self.assertRaisesRegex(mutate.Trouble, "has no reason"):

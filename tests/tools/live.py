@@ -86,13 +86,16 @@ def tool(test, folder, name, *arguments, **options):
 
 
 class Sensor(Process):
-    """lumsim on the network, and what its log says."""
+    """lumsim on the network, and what its log says. Where it is not itself under test, LUM_SENSOR_BIN may have a faster
+    build of it."""
+
+    folder_of_tool = pathlib.Path(os.environ.get("LUM_SENSOR_BIN", support.BIN)).resolve()
 
     def __init__(self, test, folder, *arguments, address="127.0.0.1", namespace=None):
         self.log_path = folder / f"sensor-{id(self)}.log"
         self.address = address
         ready = "start" if "--replay" in arguments else "frames"
-        super().__init__(test, folder, support.BIN / "lumsim", "--address", address, "--log", self.log_path, *arguments,
+        super().__init__(test, folder, self.folder_of_tool / "lumsim", "--address", address, "--log", self.log_path, *arguments,
                          namespace=namespace)
         wait_until(lambda: self.p.poll() is not None or self.events(ready), 60, "lumsim")
         if self.p.poll() is not None:
