@@ -5,7 +5,7 @@
  * mathematics, no division, no heap. x forward, y left, z up, in sixteenths of
  * a millimetre, in the frame of the sensor. The same integers on every target.
  *
- * Error, whatever the calibration: at most 0.17 mm and 0.3 um for each metre
+ * Error, whatever the calibration: at most 0.17 mm and 0.32 um for each metre
  * of range, so 0.25 mm at 250 m; the most that was seen there is 0.12 mm. An
  * angle lsb of a profile adds 0.25 um for each metre of range and each degree
  * of a bit, so 0.06 um at 250 m and 0.001 degrees (docs/fixed.md).

@@ -1,13 +1,15 @@
 #include "turn.h"
 
+#include <string.h>
+
 /* The upper half of a product, rounded down, and a sum. */
 static LUM_ONE_COPY int32_t multiply(int32_t a, int32_t b, int32_t sum)
 {
     return (int32_t)(((int64_t)a * b) >> 32) + sum;
 }
 
-/* Two turns are 2^33 units and 720e6 microdegrees: 6 less this / 2^32 units for
- * each of them. */
+/* A sum of 720e6 microdegrees has a mean of one turn, 2^32 units: 6 less this /
+ * 2^32 units for each of the sum. */
 #define TURNS_PER_UDEG 149325896
 
 uint32_t lum_turn_from_udeg(int32_t sum_udeg)
@@ -75,10 +77,9 @@ static void turn_axes(int32_t from[3], int32_t to[3], int32_t udeg)
 
 void lum_turn_axes(const lum_eye_calibration *eye, int32_t out[3][3])
 {
+    memset(out, 0, 3 * sizeof out[0]);
     for (unsigned i = 0; i < 3; i++) {
-        for (unsigned k = 0; k < 3; k++) {
-            out[i][k] = i == k ? INT32_C(1) << 30 : 0;
-        }
+        out[i][i] = INT32_C(1) << 30;
     }
     turn_axes(out[0], out[1], eye->azimuth_center_udeg);
     turn_axes(out[1], out[2], eye->mount_roll_udeg);

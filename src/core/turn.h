@@ -19,7 +19,8 @@
 #define LUM_ONE_COPY inline
 #endif
 
-/* From the sum of two of -360..360 degrees whose mean it is; within 2^-32. */
+/* From the sum of two of -360..360 degrees whose mean it is; within 1.03 x
+ * 2^-32 turns. */
 uint32_t lum_turn_from_udeg(int32_t sum_udeg);
 
 /* The sensor's axes as seen by an eye that is mounted so and turned to its

@@ -225,6 +225,11 @@ static bool begin(state *s)
     s->points_digest = s->digest;
     lum_layout_default(&s->layout);
     lum_calibration_default(&calibration);
+    calibration.eye[LUM_EYE_GREEN].azimuth_center_udeg = 100000000;
+    calibration.eye[LUM_EYE_GREEN].tof_offset_fs = -1234567;
+    calibration.eye[LUM_EYE_GREEN].mount_um[1] = -123456;
+    calibration.eye[LUM_EYE_GREEN].mount_roll_udeg = 1500000;
+    calibration.eye[LUM_EYE_GREEN].mount_pitch_udeg = -2500000;
     lum_assembler_config_default(&config);
     config.open_lines = OPEN_LINES;
     config.words_per_line = WORDS_PER_LINE;

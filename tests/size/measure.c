@@ -37,13 +37,14 @@ enum cost {
     COST_RETURNS,
     COST_POINTS_SINGLES,
     COST_POINTS_PULSES,
+    COST_POINTS_ASIDE,
     COSTS
 };
 
 static const char *const names[COSTS] = {
-    "nothing", "loop",           "line",         "angles",
-    "singles", "pulses",         "reordered",    "packet",
-    "returns", "points_singles", "points_pulses"};
+    "nothing", "loop",           "line",          "angles",
+    "singles", "pulses",         "reordered",     "packet",
+    "returns", "points_singles", "points_pulses", "points_aside"};
 
 struct datagram {
     uint8_t bytes[LUM_GROUP_HEAD_MAX + MOST * LUM_SAMPLE_BYTES];
@@ -68,6 +69,7 @@ static enum cost projecting;
 static uint32_t pushed_words;
 static uint32_t points_made;
 static uint32_t line_number;
+static bool looks_aside;
 static bool is_wrong;
 
 static void add(enum cost cost, uint32_t begin, uint32_t units)
@@ -141,8 +143,9 @@ static void make_angles(struct datagram *d, uint32_t first, uint32_t samples)
     begin_packet(d, LUM_TAG_ANGLES, first, samples);
     for (uint32_t i = 0; i < samples; i++) {
         const int32_t pixel = (int32_t)(first + i);
-        const lum_angle angle = {(int16_t)(32000 - 64 * pixel),
-                                 (int16_t)(-20000 + 37 * pixel)};
+        const lum_angle angle = {
+            (int16_t)(looks_aside ? -12000 - 8 * pixel : 32000 - 64 * pixel),
+            (int16_t)(-20000 + 37 * pixel)};
         lum_angle_encode(&layout, angle, sample(d, samples, i));
     }
 }
@@ -292,6 +295,15 @@ int main(int argc, char **argv)
     run_in_order(COST_SINGLES, COST_POINTS_SINGLES, 1);
     run_in_order(COST_PULSES, COST_POINTS_PULSES, 2);
     run_backwards();
+    /* -66 to -110 degrees of a whole turn, and -81 to -56 */
+    looks_aside = true;
+    calibration.eye[LUM_EYE_BLUE].azimuth_width_udeg = 360000000;
+    calibration.eye[LUM_EYE_BLUE].elevation_min_udeg = -90000000;
+    calibration.eye[LUM_EYE_BLUE].elevation_max_udeg = -46000000;
+    if (lum_fixed_projector_init(&projector, &calibration, &layout) != LUM_OK) {
+        return 1;
+    }
+    run_in_order(COST_SINGLES, COST_POINTS_ASIDE, 1);
     for (unsigned i = 0; i < COSTS; i++) {
         print((enum cost)i);
     }

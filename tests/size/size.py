@@ -19,11 +19,11 @@ PORT = os.path.join(ROOT, "examples", "firmware", "port")
 HERE = os.path.join(ROOT, "tests", "size")
 GATE = os.path.join(ROOT, "tests", "tools", "nm_gate.sh")
 MODULES = sorted(glob.glob(os.path.join(ROOT, "src", "core", "*.c")))
-# The rest is the decode path: from a datagram to lines and points.
-BESIDE = ["calibration", "clock", "command", "laser", "profile", "returns", "wire"]
+# From a datagram to lines and points.
+DECODE_PATH = ["lum_packet_decode", "lum_assembler_init", "lum_assembler_push", "lum_assembler_line",
+               "lum_fixed_projector_init", "lum_points_fixed_compute"]
 # What a gateway calls that only listens.
-LISTENER = ["lum_layout_init", "lum_packet_decode", "lum_assembler_init", "lum_assembler_push", "lum_assembler_line",
-            "lum_fixed_projector_init", "lum_points_fixed_compute", "lum_heartbeat_encode"]
+LISTENER = [*DECODE_PATH, "lum_layout_init", "lum_heartbeat_encode"]
 ALLOWED_GROWTH = 0.02
 BEGIN = "<!-- script/size --update writes from here -->"
 END = "<!-- to here -->"
@@ -91,16 +91,20 @@ def link(target, directory, name, objects):
     return out
 
 
-def link_listener(target, directory):
-    """What a gateway calls that only listens, as firmware is linked."""
+def compile_sections(target, directory):
     sections = os.path.join(directory, "sections")
     os.makedirs(sections)
     run(target.prefix + "gcc", *target.flags, target.level, *COMMON, "-ffunction-sections", "-fdata-sections", "-c",
         *MODULES, cwd=sections)
-    out = os.path.join(directory, "listener.elf")
-    run(target.prefix + "gcc", *target.flags, "-nostdlib", "-Wl,--gc-sections", "-Wl,-e," + LISTENER[0],
-        "-Wl,--unresolved-symbols=ignore-all", *["-Wl,-u," + name for name in LISTENER],
-        *sorted(glob.glob(os.path.join(sections, "*.o"))), "-lgcc", "-o", out)
+    return sorted(glob.glob(os.path.join(sections, "*.o")))
+
+
+def link_called(target, directory, name, functions, objects):
+    """Functions and all that they call, as firmware is linked. Only what every firmware has may be missing."""
+    out = os.path.join(directory, name + ".elf")
+    run(target.prefix + "gcc", *target.flags, "-nostdlib", "-Wl,--gc-sections", "-Wl,-e," + functions[0],
+        *["-Wl,--defsym=%s=0" % f for f in ("memcpy", "memset", "memcmp")], *["-Wl,-u," + f for f in functions],
+        *objects, "-lgcc", "-o", out)
     return out
 
 
@@ -119,9 +123,10 @@ def measure_flash(target, directory):
     alone = sum(figures.values())
     figures["**the core**"] = flash_of(target, link(target, directory, "core", objects.values()))
     figures[HELPERS] = figures["**the core**"] - alone
-    path = [objects[n] for n in names if n not in BESIDE]
-    figures["**the decode path**, with its libgcc"] = flash_of(target, link(target, directory, "decode", path))
-    figures["a listener, linked with `--gc-sections`"] = flash_of(target, link_listener(target, directory))
+    sections = compile_sections(target, directory)
+    for row, name, functions in (("**the decode path**, with its libgcc", "decode", DECODE_PATH),
+                                 ("a listener, with its libgcc", "listener", LISTENER)):
+        figures[row] = flash_of(target, link_called(target, directory, name, functions, sections))
     return figures
 
 
@@ -308,6 +313,7 @@ COST_ROWS = [
     ("a word's return number, count and pulse width", "returns"),
     ("a projected point, one of a pixel", "points_singles"),
     ("a projected point, two of a pixel", "points_pulses"),
+    ("a projected point, one of a pixel far aside", "points_aside"),
 ]
 
 
