@@ -193,7 +193,7 @@ static enum exit_status tell_no_data(const struct live *l)
                   "lumdump: %s: no data from %s within 5 s%s; look with lumctl "
                   "--host %s doctor\n",
                   l->options->source, w->address,
-                  w->has_status
+                  w->laser.has_status
                       ? ", though it answers: is a profile needed, or "
                         "does a firewall drop what is not an answer?"
                       : ", nor any answer: is it on, connected and "

@@ -141,8 +141,9 @@ static void tell(struct link *l, int64_t now_ns)
     lum_sensor_count(l->sensor, &c);
     stage_set_received(l->stage, l->received, l->bytes,
                        l->kernel_drops + c.kernel_drops, l->ring_drops);
-    stage_set_laser(l->stage, l->sentry.has_status && !l->sentry.is_unheard,
-                    l->sentry.status);
+    stage_set_laser(l->stage,
+                    l->sentry.laser.has_status && !l->sentry.is_unheard,
+                    l->sentry.laser.status);
     stage_set_message(
         l->stage, sentry_message(&l->sentry, now_ns, message, sizeof message));
     stage_set_state(l->stage, state);
@@ -198,7 +199,7 @@ static void mend(struct link *l)
     l->is_over = lum_cancel_is_raised(l->cancel);
     if (!l->is_over && open_session(l, true, &l->broken) == 0) {
         sentry_begin(&l->sentry, l->sensor,
-                     had_laser ? SENTRY_FALLING : SENTRY_UNTOUCHED,
+                     had_laser ? LASER_DOWN : LASER_UNTOUCHED,
                      lum_time_monotonic_ns());
         l->broken.text[0] = '\0';
     }
@@ -217,7 +218,7 @@ static void switch_off(struct link *l)
         return;
     }
     lum_sensor_give_up(l->sensor);
-    l->off = lum_sensor_laser_off(l->sensor, &l->sentry.status);
+    l->off = lum_sensor_laser_off(l->sensor, &l->sentry.laser.status);
 }
 
 static void *keep(void *argument)
@@ -226,7 +227,7 @@ static void *keep(void *argument)
     const int64_t now_ns = lum_time_monotonic_ns();
     l->tick_ns = now_ns;
     sentry_begin(&l->sentry, l->sensor,
-                 l->options.laser ? SENTRY_ASKED : SENTRY_UNTOUCHED, now_ns);
+                 l->options.laser ? LASER_ASKED : LASER_UNTOUCHED, now_ns);
     while (!l->is_over) {
         if (l->sensor == NULL) {
             mend(l);
@@ -379,7 +380,8 @@ static int tell_laser(const struct link *l, lum_error *error)
             "sent; make sure by lumctl --host %s laser off",
             address, address);
     }
-    (void)laser_bits_name(l->sentry.status, UINT16_MAX, bits, sizeof bits);
+    (void)laser_bits_name(l->sentry.laser.status, UINT16_MAX, bits,
+                          sizeof bits);
     return lum_error_set(error,
                          "udp://%s: THE LASER IS STILL ON after laser off "
                          "(status: %s): lumctl --host %s laser off, or cut "

@@ -1,0 +1,80 @@
+/* The rules for a laser that a session was to switch on. It is asked for until
+ * a status shows it up. Once it is down, or cannot be seen up, it is switched
+ * off, so that it does not come up by itself when a hazard ends: only a person
+ * switches it on again. In between, the status is asked for once a second.
+ *
+ * What of it a person is told is the caller's. Times are monotonic. */
+#ifndef LUM_LASER_KEEPER_H
+#define LUM_LASER_KEEPER_H
+
+#include "lum/net/sensor.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum laser_fate {
+    LASER_UNTOUCHED, /* nobody asked for it */
+    LASER_ASKED,     /* it is being switched on */
+    LASER_UP,        /* a status showed it up */
+    LASER_DOWN       /* it was not, or no longer, and is left so */
+};
+
+/* What is asked of the sensor. */
+enum laser_request {
+    LASER_LOOK, /* its status */
+    LASER_ON,
+    LASER_OFF
+};
+
+/* What happened to the laser. */
+enum laser_news {
+    LASER_NO_NEWS,
+    LASER_WENT_OFF,
+    LASER_STAYS_DOWN, /* though asked for again and again */
+    LASER_UNSEEN,     /* the answer to "on" had no status */
+    LASER_UNANSWERED, /* there was none for 5 s */
+    LASER_HELD_UP,    /* the session stood still while it asked for it */
+    LASER_CAME_UP     /* another program switched it on again */
+};
+
+struct laser_keeper {
+    enum laser_fate fate;
+    enum laser_request request; /* the one under way, or the last */
+    bool off_due;      /* the command "on" may stand: off has to be sent */
+    uint16_t fell;     /* the status with which it was left; 0: unknown */
+    unsigned attempts; /* at the laser */
+    bool has_status;
+    uint16_t status; /* the last one */
+    int64_t began_ns;
+    int64_t tick_ns; /* when time last went on */
+    int64_t next_ns; /* of the next request */
+};
+
+/* Begin. One that is LASER_DOWN is switched off at once. */
+void laser_keeper_begin(struct laser_keeper *keeper, enum laser_fate fate,
+                        int64_t now_ns);
+
+/* An answer to the request under way, an alert, or no answer; other events
+ * change nothing. Afterwards LASER_LOOK stands for the request. */
+enum laser_news laser_keeper_take(struct laser_keeper *keeper,
+                                  const lum_sensor_event *event,
+                                  int64_t now_ns);
+
+/* Time goes on; to be called several times a second. */
+enum laser_news laser_keeper_tick(struct laser_keeper *keeper, int64_t now_ns);
+
+/* Send what is due, if anything is and the session is idle. */
+void laser_keeper_ask(struct laser_keeper *keeper, lum_sensor *sensor,
+                      int64_t now_ns);
+
+/* What is due, without regard to when. */
+enum laser_request laser_keeper_next(const struct laser_keeper *keeper);
+
+/* It was sent. */
+void laser_keeper_sent(struct laser_keeper *keeper, enum laser_request request,
+                       int64_t now_ns);
+
+/* Hazards that heartbeats do not end. */
+unsigned laser_keeper_hazards(uint16_t status);
+
+#endif
