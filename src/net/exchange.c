@@ -28,16 +28,18 @@ static bool was_issued(const lum_exchange *x, uint32_t sequence)
     return (uint32_t)(sequence - x->config.first) < x->issued;
 }
 
-static void begin(lum_exchange *x, lum_exchange_ask ask)
+static void begin(lum_exchange *x, lum_exchange_ask ask, int64_t now_ns)
 {
     x->ask = ask;
     x->tries = 0;
+    x->due_ns = now_ns;
     x->has_noticed = false;
     x->is_stale = false;
     x->sequence = issue(x);
 }
 
-lum_result lum_exchange_request(lum_exchange *x, const void *tlvs, size_t len)
+lum_result lum_exchange_request(lum_exchange *x, int64_t now_ns,
+                                const void *tlvs, size_t len)
 {
     lum_tlv_writer writer;
     if (x->ask != LUM_ASK_NOTHING) {
@@ -46,7 +48,7 @@ lum_result lum_exchange_request(lum_exchange *x, const void *tlvs, size_t len)
     if (len > sizeof x->packet - LUM_TLV_PACKET_BYTES) {
         return LUM_E_SPACE;
     }
-    begin(x, LUM_ASK_TLV);
+    begin(x, LUM_ASK_TLV, now_ns);
     const lum_result r =
         lum_tlv_begin(&writer, x->packet, sizeof x->packet, x->sequence);
     if (len > 0) {
@@ -56,12 +58,12 @@ lum_result lum_exchange_request(lum_exchange *x, const void *tlvs, size_t len)
     return r;
 }
 
-lum_result lum_exchange_request_time(lum_exchange *x)
+lum_result lum_exchange_request_time(lum_exchange *x, int64_t now_ns)
 {
     if (x->ask != LUM_ASK_NOTHING) {
         return LUM_E_VALUE;
     }
-    begin(x, LUM_ASK_TIME);
+    begin(x, LUM_ASK_TIME, now_ns);
     return LUM_OK;
 }
 
@@ -125,8 +127,7 @@ static void try_again(lum_exchange *x, int64_t now_ns)
 /* An application that was held up does not know any more what it asks for. */
 static bool is_stale(lum_exchange *x, int64_t now_ns)
 {
-    x->is_stale = x->is_stale ||
-                  (x->tries > 0 && now_ns - x->due_ns >= LUM_EXCHANGE_STALE_NS);
+    x->is_stale = x->is_stale || now_ns - x->due_ns >= LUM_EXCHANGE_STALE_NS;
     return x->is_stale;
 }
 

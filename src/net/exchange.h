@@ -69,8 +69,8 @@ typedef struct lum_exchange {
     int64_t due_ns;     /* its next try, or the end */
     int64_t noticed_ns; /* when its end was first seen */
     bool has_noticed;   /* its end was seen, and answers may still wait */
-    bool is_stale;      /* the application was held up: it is not sent again */
-    uint32_t sequence;  /* of its last try */
+    bool is_stale; /* the application was held up: it is not sent any more */
+    uint32_t sequence;                        /* of its last try */
     lum_exchange_try log[LUM_EXCHANGE_TRIES]; /* a ring of its tries */
     uint8_t packet[LUM_SENSOR_REQUEST_BYTES]; /* the request, to be sent */
     size_t packet_len;
@@ -89,10 +89,12 @@ typedef struct lum_exchange_found {
 
 void lum_exchange_init(lum_exchange *out, const lum_exchange_config *config);
 
-/* As lum_sensor_request() and lum_sensor_request_time(). */
-LUM_MUST_CHECK lum_result lum_exchange_request(lum_exchange *x,
+/* As lum_sensor_request() and lum_sensor_request_time(). It is due at now_ns.
+ */
+LUM_MUST_CHECK lum_result lum_exchange_request(lum_exchange *x, int64_t now_ns,
                                                const void *tlvs, size_t len);
-LUM_MUST_CHECK lum_result lum_exchange_request_time(lum_exchange *x);
+LUM_MUST_CHECK lum_result lum_exchange_request_time(lum_exchange *x,
+                                                    int64_t now_ns);
 
 /* Forgets the request under way. */
 void lum_exchange_give_up(lum_exchange *x);

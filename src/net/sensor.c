@@ -178,7 +178,8 @@ lum_net_result lum_sensor_wait_any(lum_sensor *const *sensors, size_t count,
 
 lum_result lum_sensor_request(lum_sensor *sensor, const void *tlvs, size_t len)
 {
-    return lum_exchange_request(&sensor->exchange, tlvs, len);
+    return lum_exchange_request(&sensor->exchange, lum_time_monotonic_ns(),
+                                tlvs, len);
 }
 
 lum_result lum_sensor_command(lum_sensor *sensor, const char *text)
@@ -198,7 +199,8 @@ lum_result lum_sensor_command(lum_sensor *sensor, const char *text)
 
 lum_result lum_sensor_request_time(lum_sensor *sensor)
 {
-    return lum_exchange_request_time(&sensor->exchange);
+    return lum_exchange_request_time(&sensor->exchange,
+                                     lum_time_monotonic_ns());
 }
 
 bool lum_sensor_is_waiting(const lum_sensor *sensor)

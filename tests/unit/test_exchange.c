@@ -70,9 +70,14 @@ static lum_exchange_kind take_time(uint32_t sequence, uint32_t clock_us)
     return lum_exchange_take(&x, packet, sizeof packet, &found);
 }
 
+static void begin_request_at(int64_t now_ns)
+{
+    assert_int_equal(lum_exchange_request(&x, now_ns, "\1\0\1\0u", 5), LUM_OK);
+}
+
 static void begin_request(void)
 {
-    assert_int_equal(lum_exchange_request(&x, "\1\0\1\0u", 5), LUM_OK);
+    begin_request_at(0);
 }
 
 static void who_was_held_up_sends_nothing_again(void **state)
@@ -86,8 +91,20 @@ static void who_was_held_up_sends_nothing_again(void **state)
     assert_int_equal(advance(due_ns + LUM_EXCHANGE_STALE_NS),
                      LUM_EXCHANGE_GIVEN_UP);
     assert_int_equal(found.tries, 2);
-    begin_request();
+    begin_request_at(due_ns + LUM_EXCHANGE_STALE_NS);
     assert_int_equal(advance(due_ns + LUM_EXCHANGE_STALE_NS),
+                     LUM_EXCHANGE_REQUEST);
+}
+
+static void who_was_held_up_before_the_first_try_sends_nothing(void **state)
+{
+    (void)state;
+    begin_request_at(TIMEOUT);
+    assert_int_equal(advance(TIMEOUT + LUM_EXCHANGE_STALE_NS),
+                     LUM_EXCHANGE_GIVEN_UP);
+    assert_int_equal(found.tries, 0);
+    begin_request_at(TIMEOUT);
+    assert_int_equal(advance(TIMEOUT + LUM_EXCHANGE_STALE_NS - 1),
                      LUM_EXCHANGE_REQUEST);
 }
 
@@ -104,7 +121,7 @@ static void what_waited_for_who_was_held_up_is_still_its_answer(void **state)
 
 static void begin_time(void)
 {
-    assert_int_equal(lum_exchange_request_time(&x), LUM_OK);
+    assert_int_equal(lum_exchange_request_time(&x, 0), LUM_OK);
 }
 
 static void a_request_is_sent_at_once_and_again_on_each_timeout(void **state)
@@ -360,8 +377,8 @@ static void one_request_at_a_time(void **state)
 {
     (void)state;
     begin_request();
-    assert_int_equal(lum_exchange_request(&x, NULL, 0), LUM_E_VALUE);
-    assert_int_equal(lum_exchange_request_time(&x), LUM_E_VALUE);
+    assert_int_equal(lum_exchange_request(&x, 0, NULL, 0), LUM_E_VALUE);
+    assert_int_equal(lum_exchange_request_time(&x, 0), LUM_E_VALUE);
     assert_int_equal(advance(0), LUM_EXCHANGE_REQUEST);
     assert_int_equal(x.packet_len, 21);
     assert_int_equal(sequence_of_packet(), 100);
@@ -372,9 +389,9 @@ static void a_request_too_long_is_refused_and_takes_no_number(void **state)
     static const uint8_t tlvs[LUM_SENSOR_REQUEST_BYTES];
     const size_t most = LUM_SENSOR_REQUEST_BYTES - LUM_TLV_PACKET_BYTES;
     (void)state;
-    assert_int_equal(lum_exchange_request(&x, tlvs, most + 1), LUM_E_SPACE);
+    assert_int_equal(lum_exchange_request(&x, 0, tlvs, most + 1), LUM_E_SPACE);
     assert_int_equal(advance(0), LUM_EXCHANGE_NOTHING);
-    assert_int_equal(lum_exchange_request(&x, tlvs, most), LUM_OK);
+    assert_int_equal(lum_exchange_request(&x, 0, tlvs, most), LUM_OK);
     assert_int_equal(advance(0), LUM_EXCHANGE_REQUEST);
     assert_int_equal(x.packet_len, LUM_SENSOR_REQUEST_BYTES);
     assert_int_equal(sequence_of_packet(), 100);
@@ -387,7 +404,7 @@ static void expect_numbers(uint32_t first, const uint32_t *numbers, size_t n)
     config.first = first;
     lum_exchange_init(&x, &config);
     for (size_t i = 0; i < n; i++) {
-        assert_int_equal(lum_exchange_request(&x, NULL, 0), LUM_OK);
+        assert_int_equal(lum_exchange_request(&x, 0, NULL, 0), LUM_OK);
         assert_int_equal(advance(0), LUM_EXCHANGE_REQUEST);
         assert_int_equal(sequence_of_packet(), numbers[i]);
         assert_int_equal(take_status(numbers[i]), LUM_EXCHANGE_ANSWER);
@@ -483,7 +500,7 @@ static void a_flood_does_not_keep_a_request_from_ending(void **state)
     assert_int_equal(
         lum_exchange_advance(&x, late + TIMEOUT, TIMEOUT - 1, &found),
         LUM_EXCHANGE_GIVEN_UP);
-    begin_request();
+    begin_request_at(late + TIMEOUT);
     assert_int_equal(advance(late + TIMEOUT), LUM_EXCHANGE_REQUEST);
     assert_int_equal(lum_exchange_advance(&x, 2 * late, 3, &found),
                      LUM_EXCHANGE_NOTHING);
@@ -495,6 +512,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         FRESH(who_was_held_up_sends_nothing_again),
+        FRESH(who_was_held_up_before_the_first_try_sends_nothing),
         FRESH(what_waited_for_who_was_held_up_is_still_its_answer),
         FRESH(a_request_is_sent_at_once_and_again_on_each_timeout),
         FRESH(without_retries_a_request_is_sent_once),

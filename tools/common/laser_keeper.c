@@ -31,14 +31,20 @@ unsigned laser_keeper_hazards(uint16_t status)
     return status & LUM_LASER_HAZARDS & ~(unsigned)LUM_LASER_HEARTBEAT_TIMEOUT;
 }
 
-/* The laser is down, or cannot be trusted; where the command "on" still stands,
- * it would come up with the hazard's end. */
+/* Whether a laser that is down comes up by itself when a hazard ends. */
+static bool may_come_up(uint16_t status)
+{
+    return (status & (LUM_LASER_TLV_CMD_ON | LUM_LASER_TLV_CMD_OFF)) !=
+           LUM_LASER_TLV_CMD_OFF;
+}
+
+/* The laser is down, or cannot be trusted. */
 static enum laser_news fall(struct laser_keeper *k, uint16_t status,
                             int64_t now_ns, enum laser_news why)
 {
     k->fate = LASER_DOWN;
     k->fell = status;
-    k->off_due = (status & LUM_LASER_TLV_CMD_OFF) == 0;
+    k->off_due = may_come_up(status);
     if (k->off_due) {
         k->next_ns = now_ns;
     }
@@ -49,14 +55,17 @@ static enum laser_news fall(struct laser_keeper *k, uint16_t status,
  * that, the command must not stand either. */
 static enum laser_news follow_down(struct laser_keeper *k, int64_t now_ns)
 {
-    if (!lum_laser_is_down(k->status) && !k->off_due) {
+    const bool is_down = lum_laser_is_down(k->status);
+    if (!is_down && !k->off_due && !k->off_unseen) {
         k->fate = LASER_UP;
         return LASER_CAME_UP;
     }
-    if (laser_keeper_hazards(k->status) != 0 &&
-        (k->status & LUM_LASER_TLV_CMD_OFF) == 0) {
-        return fall(k, k->status, now_ns, LASER_NO_NEWS);
+    if (is_down ? laser_keeper_hazards(k->status) != 0 && may_come_up(k->status)
+                : k->off_unseen) {
+        k->off_due = true;
+        k->next_ns = now_ns;
     }
+    k->off_unseen = k->off_unseen && !is_down;
     return LASER_NO_NEWS;
 }
 
@@ -74,11 +83,13 @@ static enum laser_news judge_on(struct laser_keeper *k, int64_t now_ns)
     return fall(k, k->status, now_ns, LASER_STAYS_DOWN);
 }
 
-/* The answer to "off"; without a status it is believed. */
+/* The answer to "off"; without a status it is believed until one comes. */
 static enum laser_news judge_off(struct laser_keeper *k, bool has_status,
                                  int64_t now_ns)
 {
-    k->off_due = has_status && !lum_laser_is_down(k->status);
+    k->off_unseen = !has_status;
+    k->off_due = has_status && (!lum_laser_is_down(k->status) ||
+                                (k->status & LUM_LASER_TLV_CMD_ON) != 0);
     if (k->off_due) {
         k->next_ns = now_ns + AGAIN_NS;
     }
@@ -98,30 +109,36 @@ static enum laser_news take_answer(struct laser_keeper *k,
                                    int64_t now_ns)
 {
     const enum laser_request request = k->request;
-    k->request = LASER_LOOK;
+    k->request = LASER_ASK_LOOK;
     if (event->has_status) {
         k->has_status = true;
         k->status = event->status;
     }
-    if (request == LASER_OFF) {
+    if (request == LASER_ASK_OFF) {
         return judge_off(k, event->has_status, now_ns);
     }
-    if (request == LASER_ON && k->fate == LASER_ASKED) {
+    if (request == LASER_ASK_ON && k->fate == LASER_ASKED) {
         return event->has_status ? judge_on(k, now_ns)
                                  : fall(k, 0, now_ns, LASER_UNSEEN);
     }
     return event->has_status ? judge_status(k, now_ns) : LASER_NO_NEWS;
 }
 
-/* It may be older than what is known, so the sensor is asked. A hazard counts
- * at once: it may be over before the answer. */
+/* It may be older than what is known, so the sensor is asked, and its command
+ * bits are not believed. A hazard counts at once: it may be over before the
+ * answer. It is no reason to ask for the laser sooner. */
 static enum laser_news take_alert(struct laser_keeper *k,
                                   const lum_sensor_event *event, int64_t now_ns)
 {
+    if (k->fate == LASER_ASKED) {
+        return LASER_NO_NEWS;
+    }
     k->next_ns = now_ns;
     if (event->has_status && k->fate == LASER_UP &&
         laser_keeper_hazards(event->status) != 0) {
-        return fall(k, event->status, now_ns, LASER_WENT_OFF);
+        (void)fall(k, event->status, now_ns, LASER_WENT_OFF);
+        k->off_due = true;
+        return LASER_WENT_OFF;
     }
     return LASER_NO_NEWS;
 }
@@ -131,8 +148,8 @@ static enum laser_news take_alert(struct laser_keeper *k,
 static enum laser_news take_no_answer(struct laser_keeper *k, int64_t now_ns)
 {
     const enum laser_request request = k->request;
-    k->request = LASER_LOOK;
-    if (request == LASER_ON && k->fate == LASER_ASKED &&
+    k->request = LASER_ASK_LOOK;
+    if (request == LASER_ASK_ON && k->fate == LASER_ASKED &&
         now_ns - k->began_ns >= GIVE_UP_NS) {
         return fall(k, 0, now_ns, LASER_UNANSWERED);
     }
@@ -157,6 +174,7 @@ enum laser_news laser_keeper_tick(struct laser_keeper *keeper, int64_t now_ns)
     const int64_t since_ns = now_ns - keeper->tick_ns;
     keeper->tick_ns = now_ns;
     if (keeper->fate == LASER_ASKED && since_ns >= HELD_UP_NS) {
+        keeper->held_up_ns = since_ns;
         return fall(keeper, 0, now_ns, LASER_HELD_UP);
     }
     return LASER_NO_NEWS;
@@ -165,16 +183,16 @@ enum laser_news laser_keeper_tick(struct laser_keeper *keeper, int64_t now_ns)
 enum laser_request laser_keeper_next(const struct laser_keeper *keeper)
 {
     if (keeper->fate == LASER_ASKED) {
-        return LASER_ON;
+        return LASER_ASK_ON;
     }
-    return keeper->off_due ? LASER_OFF : LASER_LOOK;
+    return keeper->off_due ? LASER_ASK_OFF : LASER_ASK_LOOK;
 }
 
 void laser_keeper_sent(struct laser_keeper *keeper, enum laser_request request,
                        int64_t now_ns)
 {
     keeper->request = request;
-    keeper->attempts += request == LASER_ON ? 1u : 0u;
+    keeper->attempts += request == LASER_ASK_ON ? 1u : 0u;
     keeper->next_ns = now_ns + POLL_NS;
 }
 
@@ -182,13 +200,19 @@ void laser_keeper_ask(struct laser_keeper *keeper, lum_sensor *sensor,
                       int64_t now_ns)
 {
     const enum laser_request request = laser_keeper_next(keeper);
-    if (now_ns < keeper->next_ns || lum_sensor_is_waiting(sensor)) {
+    if (now_ns < keeper->next_ns) {
+        return;
+    }
+    if (request == LASER_ASK_OFF && keeper->request != LASER_ASK_OFF) {
+        lum_sensor_give_up(sensor);
+    }
+    if (lum_sensor_is_waiting(sensor)) {
         return;
     }
     const lum_result r =
-        request == LASER_LOOK
+        request == LASER_ASK_LOOK
             ? lum_sensor_request(sensor, NULL, 0)
-            : lum_sensor_command(sensor, request == LASER_ON ? "u" : "d");
+            : lum_sensor_command(sensor, request == LASER_ASK_ON ? "u" : "d");
     if (r == LUM_OK) {
         laser_keeper_sent(keeper, request, now_ns);
     }

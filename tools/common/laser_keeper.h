@@ -3,7 +3,8 @@
  * off, so that it does not come up by itself when a hazard ends: only a person
  * switches it on again. In between, the status is asked for once a second.
  *
- * What of it a person is told is the caller's. Times are monotonic. */
+ * What of it a person is told is the caller's. Times are monotonic. Not for
+ * several threads. */
 #ifndef LUM_LASER_KEEPER_H
 #define LUM_LASER_KEEPER_H
 
@@ -16,33 +17,35 @@ enum laser_fate {
     LASER_UNTOUCHED, /* nobody asked for it */
     LASER_ASKED,     /* it is being switched on */
     LASER_UP,        /* a status showed it up */
-    LASER_DOWN       /* it was not, or no longer, and is left so */
+    LASER_DOWN       /* given up: off, or being switched off */
 };
 
 /* What is asked of the sensor. */
 enum laser_request {
-    LASER_LOOK, /* its status */
-    LASER_ON,
-    LASER_OFF
+    LASER_ASK_LOOK, /* its status */
+    LASER_ASK_ON,
+    LASER_ASK_OFF
 };
 
 /* What happened to the laser. */
 enum laser_news {
     LASER_NO_NEWS,
     LASER_WENT_OFF,
-    LASER_STAYS_DOWN, /* though asked for again and again */
+    LASER_STAYS_DOWN, /* a hazard refuses it, or it was asked for in vain */
     LASER_UNSEEN,     /* the answer to "on" had no status */
-    LASER_UNANSWERED, /* there was none for 5 s */
+    LASER_UNANSWERED, /* an "on" had none, 5 s after the beginning or later */
     LASER_HELD_UP,    /* the session stood still while it asked for it */
-    LASER_CAME_UP     /* another program switched it on again */
+    LASER_CAME_UP     /* after it was given up: another program did that */
 };
 
 struct laser_keeper {
     enum laser_fate fate;
     enum laser_request request; /* the one under way, or the last */
-    bool off_due;      /* the command "on" may stand: off has to be sent */
-    uint16_t fell;     /* the status with which it was left; 0: unknown */
-    unsigned attempts; /* at the laser */
+    bool off_due;       /* the command "on" may stand: off has to be sent */
+    bool off_unseen;    /* off was answered, but no status has shown it */
+    uint16_t fell;      /* the status with which it was given up; 0: unknown */
+    unsigned attempts;  /* at the laser */
+    int64_t held_up_ns; /* how long the session stood still */
     bool has_status;
     uint16_t status; /* the last one */
     int64_t began_ns;
@@ -50,12 +53,13 @@ struct laser_keeper {
     int64_t next_ns; /* of the next request */
 };
 
-/* Begin. One that is LASER_DOWN is switched off at once. */
+/* Begin. LASER_ASKED is switched on, LASER_DOWN switched off. */
 void laser_keeper_begin(struct laser_keeper *keeper, enum laser_fate fate,
                         int64_t now_ns);
 
 /* An answer to the request under way, an alert, or no answer; other events
- * change nothing. Afterwards LASER_LOOK stands for the request. */
+ * change nothing. With an answer, or none, the request is LASER_ASK_LOOK again.
+ */
 enum laser_news laser_keeper_take(struct laser_keeper *keeper,
                                   const lum_sensor_event *event,
                                   int64_t now_ns);
@@ -63,7 +67,9 @@ enum laser_news laser_keeper_take(struct laser_keeper *keeper,
 /* Time goes on; to be called several times a second. */
 enum laser_news laser_keeper_tick(struct laser_keeper *keeper, int64_t now_ns);
 
-/* Send what is due, if anything is and the session is idle. */
+/* Send what is due, if anything is and the session is idle; what cannot be sent
+ * is tried at the next call. Off waits for nothing: what is under way is given
+ * up, since it would be sent again. */
 void laser_keeper_ask(struct laser_keeper *keeper, lum_sensor *sensor,
                       int64_t now_ns);
 

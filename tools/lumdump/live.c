@@ -250,6 +250,7 @@ static enum exit_status run(struct live *l)
     if (l->session.end == SESSION_SIGNAL ||
         l->session.end == SESSION_DURATION) {
         lum_cancel_reset(l->cancel);
+        lum_sensor_give_up(l->session.sensor);
         session_drain(&l->session);
     }
     count(l);

@@ -83,9 +83,9 @@ static void tell(struct watch *watch, enum laser_news news, unsigned tries)
         break;
     case LASER_HELD_UP:
         say_warn(watch->say,
-                 "this run was held up while it switched the laser of %s on: "
-                 "it is switched off",
-                 watch->address);
+                 "this run was held up for %.1f s while it switched the laser "
+                 "of %s on: it is switched off",
+                 (double)watch->laser.held_up_ns * 1e-9, watch->address);
         break;
     case LASER_NO_NEWS:
     default:
@@ -120,6 +120,7 @@ static void take_answer(struct watch *watch, const lum_sensor_event *event,
                         int64_t now_ns)
 {
     watch->is_unheard = false;
+    watch->told_off_due = false;
     show_texts(watch, event->tlvs);
     if (event->has_status) {
         warn_of_hazards(watch, event->status, now_ns);
@@ -133,7 +134,7 @@ static void take_no_off(struct watch *watch)
         watch->told_off_due = true;
         say_warn(watch->say,
                  "%s does not answer to laser off: until it does, its laser "
-                 "may come on by itself when the hazard ends",
+                 "may be on, or come on by itself when a hazard ends",
                  watch->address);
     }
 }
@@ -142,9 +143,9 @@ static void take_no_answer(struct watch *watch, int64_t now_ns)
 {
     const bool has_data =
         watch->has_data && now_ns - watch->data_ns < SECOND_NS;
-    if (watch->laser.request == LASER_OFF) {
+    if (watch->laser.request == LASER_ASK_OFF) {
         take_no_off(watch);
-    } else if (watch->laser.request == LASER_LOOK && has_data &&
+    } else if (watch->laser.request == LASER_ASK_LOOK && has_data &&
                !watch->is_unheard) {
         watch->is_unheard = true;
         say_warn(watch->say,

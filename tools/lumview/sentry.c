@@ -32,6 +32,11 @@ static void take_link(struct sentry *s, const lum_sensor_event *event)
     }
 }
 
+static void note_news(struct sentry *s, enum laser_news news)
+{
+    s->news = news != LASER_NO_NEWS ? news : s->news;
+}
+
 void sentry_take(struct sentry *sentry, const lum_sensor_event *event,
                  int64_t now_ns)
 {
@@ -42,12 +47,12 @@ void sentry_take(struct sentry *sentry, const lum_sensor_event *event,
     } else if (event->kind == LUM_SENSOR_LINK) {
         take_link(sentry, event);
     }
-    (void)laser_keeper_take(&sentry->laser, event, now_ns);
+    note_news(sentry, laser_keeper_take(&sentry->laser, event, now_ns));
 }
 
 void sentry_tick(struct sentry *sentry, int64_t now_ns)
 {
-    (void)laser_keeper_tick(&sentry->laser, now_ns);
+    note_news(sentry, laser_keeper_tick(&sentry->laser, now_ns));
     laser_keeper_ask(&sentry->laser, sentry->sensor, now_ns);
 }
 
@@ -80,24 +85,56 @@ static void say(struct message *m, const char *format, ...)
     m->len += n > 0 ? (size_t)n : 0;
 }
 
-static void say_laser(const struct laser_keeper *laser, const char *address,
-                      struct message *m)
+/* Why the laser was given up; names has the bits with which. */
+static const char *name_news(enum laser_news news, const char *names)
 {
-    char names[200];
+    switch (news) {
+    case LASER_HELD_UP:
+        return "lumview was held up while it switched it on";
+    case LASER_UNSEEN:
+        return "the answer to on had no status";
+    case LASER_UNANSWERED:
+        return "no answer to on";
+    case LASER_NO_NEWS: /* its socket broke */
+    case LASER_WENT_OFF:
+    case LASER_STAYS_DOWN:
+    case LASER_CAME_UP:
+    default:
+        return names[0] != '\0' ? names : "no heartbeats";
+    }
+}
+
+static void say_laser(const struct sentry *s, struct message *m)
+{
+    char names[200] = "";
+    const struct laser_keeper *laser = &s->laser;
     if (laser->fate == LASER_UNTOUCHED && laser->has_status &&
         lum_laser_is_down(laser->status)) {
         say(m,
             "the laser is off: start lumview with --laser, or: lumctl --host "
             "%s laser on",
-            address);
+            s->address);
     } else if (laser->fate == LASER_DOWN) {
-        laser_bits_name(laser->fell, LUM_LASER_ALL_DOWN, names, sizeof names);
+        if (laser->fell != 0) {
+            laser_bits_name(laser->fell, LUM_LASER_ALL_DOWN, names,
+                            sizeof names);
+        }
         say(m,
-            "the laser %s (%s); it stays off: when it is safe, lumctl --host "
+            "the laser %s (%s); it is left so: when it is safe, lumctl --host "
             "%s laser on",
-            laser->attempts > 0 && laser->fell == 0 ? "was not switched on"
-                                                    : "is down",
-            laser->fell == 0 ? "no answer" : names, address);
+            laser->off_due ? "is being switched off" : "is down",
+            name_news(s->news, names), s->address);
+    }
+}
+
+/* A laser that is to be off, and does not say so. */
+static void say_laser_unheard(const struct sentry *s, struct message *m)
+{
+    if (s->laser.fate == LASER_DOWN && s->laser.off_due) {
+        say(m,
+            "%s does not answer to laser off: until it does, its laser may be "
+            "on, or come on by itself when a hazard ends",
+            s->address);
     }
 }
 
@@ -154,8 +191,10 @@ const char *sentry_message(const struct sentry *sentry, int64_t now_ns,
     struct message m = {.out = out, .room = room};
     *out = '\0';
     say_data(sentry, now_ns, &m);
-    if (!sentry_is_silent(sentry, now_ns) && !sentry->is_unheard) {
-        say_laser(&sentry->laser, sentry->address, &m);
+    if (sentry->is_unheard) {
+        say_laser_unheard(sentry, &m);
+    } else if (!sentry_is_silent(sentry, now_ns)) {
+        say_laser(sentry, &m);
         say_hazards(&sentry->laser, sentry->address, &m);
     }
     return out;

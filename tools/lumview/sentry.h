@@ -14,12 +14,13 @@ struct sentry {
     lum_sensor *sensor;
     char address[16];
     struct laser_keeper laser;
-    bool is_unheard;  /* requests stay without answer */
-    bool is_cut_off;  /* sending fails */
-    char why[128];    /* it does */
-    bool has_unknown; /* packets came that may be data of another layout */
-    bool has_data;    /* data has come */
-    int64_t data_ns;  /* the last time it did; monotonic */
+    enum laser_news news; /* why it was given up */
+    bool is_unheard;      /* requests stay without answer */
+    bool is_cut_off;      /* sending fails */
+    char why[128];        /* it does */
+    bool has_unknown;     /* packets came that may be data of another layout */
+    bool has_data;        /* data has come */
+    int64_t data_ns;      /* the last time it did; monotonic */
 };
 
 /* Begin; what was known before is forgotten, but for the laser's fate, which

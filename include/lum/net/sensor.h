@@ -35,9 +35,9 @@ extern "C" {
 #define LUM_SENSOR_TIMEOUT_MS       400u /**< wait for an answer before a resend */
 #define LUM_SENSOR_RETRIES          4u /**< resends before giving up */
 
-/** A request that has been due for a resend for so long is not sent again, and
- * ends with NO_ANSWER: the application was held up, and its heartbeats with it.
- */
+/** A request that has been due, to be sent or sent again, for so long is not
+ * sent any more and ends with NO_ANSWER: the application was held up, and its
+ * heartbeats with it. */
 #define LUM_SENSOR_STALE_MS      2000u
 #define LUM_SENSOR_REQUEST_BYTES 1472u /**< longest request */
 

@@ -168,9 +168,23 @@ void Laser::tick(int64_t now_ns)
                                 "laser on: it is switched off");
     }
     tick_ns_ = now_ns;
+    if (is_off_due_ && request_ != Request::off) {
+        give_up();
+    }
     if (!lum_sensor_is_waiting(sensor_)) {
         ask(now_ns);
     }
+}
+
+// Off waits for nothing: what is under way would be sent again.
+void Laser::give_up()
+{
+    if (request_ == Request::command) {
+        notes_.add(Note::answer,
+                   text_ + ": no answer, the laser is switched off");
+    }
+    lum_sensor_give_up(sensor_);
+    request_ = Request::none;
 }
 
 void Laser::show_texts(lum_tlv_reader tlvs)
@@ -192,7 +206,8 @@ void Laser::follow(uint16_t status)
     const bool is_down = lum_laser_is_down(status);
     if (state_ == State::up && is_down) {
         state_ = State::down;
-        is_off_due_ = lum_laser_has_hazard(status);
+        is_off_due_ =
+            lum_laser_has_hazard(status) || (status & LUM_LASER_TLV_CMD_OFF) == 0;
         notes_.add(Note::error,
                    "the laser went off (" +
                        bit_names(status & LUM_LASER_ALL_DOWN) + ")" +
@@ -276,6 +291,7 @@ void Laser::judge_command(const lum_sensor_event &event)
 void Laser::take_answer(const lum_sensor_event &event, int64_t now_ns)
 {
     const Request request = request_;
+    const bool is_asked = request == Request::on && state_ == State::asked;
     request_ = Request::none;
     is_unheard_ = false;
     show_texts(event.tlvs);
@@ -285,9 +301,9 @@ void Laser::take_answer(const lum_sensor_event &event, int64_t now_ns)
     if (event.has_status) {
         note_status(event.status, now_ns);
     }
-    if (request == Request::on && event.has_status) {
+    if (is_asked && event.has_status) {
         judge_on(now_ns);
-    } else if (request == Request::on) {
+    } else if (is_asked) {
         state_ = State::down;
         is_off_due_ = true;
         notes_.add(Note::error, "u was answered without a status: whether "
@@ -303,7 +319,8 @@ void Laser::take_no_answer(const lum_sensor_event &event, int64_t now_ns)
 {
     const Request request = request_;
     request_ = Request::none;
-    if (request == Request::on && now_ns - began_ns_ >= give_up_ns) {
+    if (request == Request::on && state_ == State::asked &&
+        now_ns - began_ns_ >= give_up_ns) {
         state_ = State::down;
         is_off_due_ = true;
         notes_.add(Note::error, "the sensor did not answer to u: it is "

@@ -68,6 +68,7 @@ class Laser
 
     void ask(int64_t now_ns);
     bool send(Request request, const std::string &text);
+    void give_up();
     bool next_command(std::string &text);
     void take_answer(const lum_sensor_event &event, int64_t now_ns);
     void take_no_answer(const lum_sensor_event &event, int64_t now_ns);
