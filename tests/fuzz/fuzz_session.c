@@ -214,8 +214,7 @@ static void check_event(const lum_sensor_event *e, bool was_waiting,
     case LUM_SENSOR_NO_ANSWER:
         require(was_waiting && !waits);
         require(e->tries == run.options.retries + 1u ||
-                (run.was_held_up && e->tries >= 1 &&
-                 e->tries <= run.options.retries));
+                (run.was_held_up && e->tries <= run.options.retries));
         break;
     case LUM_SENSOR_ALERT:
         check_tlvs(e);
