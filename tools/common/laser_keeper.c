@@ -84,8 +84,7 @@ static enum laser_news judge_on(struct laser_keeper *k, int64_t now_ns)
 }
 
 /* The answer to "off"; without a status it is believed until one comes. */
-static enum laser_news judge_off(struct laser_keeper *k, bool has_status,
-                                 int64_t now_ns)
+static void judge_off(struct laser_keeper *k, bool has_status, int64_t now_ns)
 {
     k->off_unseen = !has_status;
     k->off_due = has_status && (!lum_laser_is_down(k->status) ||
@@ -93,7 +92,6 @@ static enum laser_news judge_off(struct laser_keeper *k, bool has_status,
     if (k->off_due) {
         k->next_ns = now_ns + AGAIN_NS;
     }
-    return LASER_NO_NEWS;
 }
 
 static enum laser_news judge_status(struct laser_keeper *k, int64_t now_ns)
@@ -115,7 +113,8 @@ static enum laser_news take_answer(struct laser_keeper *k,
         k->status = event->status;
     }
     if (request == LASER_ASK_OFF) {
-        return judge_off(k, event->has_status, now_ns);
+        judge_off(k, event->has_status, now_ns);
+        return LASER_NO_NEWS;
     }
     if (request == LASER_ASK_ON && k->fate == LASER_ASKED) {
         return event->has_status ? judge_on(k, now_ns)
