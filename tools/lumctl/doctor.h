@@ -88,7 +88,8 @@ struct doctor {
     lum_sensor *session;
     lum_clock_sync clock;
     bool has_time;
-    struct doctor_exchange first; /* of has_time */
+    int64_t begin_ns; /* when the first was sent, of has_time */
+    struct doctor_exchange first;
     struct doctor_exchange last;
     bool has_status;
     uint16_t status;

@@ -16,6 +16,7 @@
 #define TAKE_NS       (2000 * MS_NS)
 #define SLOT_NS       (100 * MS_NS)
 #define RATE_NS       (1000 * MS_NS)
+#define NEAR_NS       (500 * MS_NS)
 #define DATA_CLOCK_US INT64_C(250000)
 #define DRIFT_MAX_PPB INT64_C(1000000)
 #define MIB           1048576.0
@@ -53,6 +54,31 @@ static void note_status(struct doctor *d, const lum_sensor_event *event)
     }
 }
 
+static int64_t round_trip_ns(const struct doctor_exchange *e)
+{
+    return e->received_ns - e->sent_ns;
+}
+
+/* The rate is that between two exchanges: of those at the beginning and of
+ * those at the end, the one that was under way for the shortest time. */
+static void keep_for_rate(struct doctor *d, const struct doctor_exchange *e)
+{
+    if (!d->has_time) {
+        d->begin_ns = e->sent_ns;
+        d->first = *e;
+        d->last = *e;
+        d->has_time = true;
+    }
+    if (e->sent_ns - d->begin_ns < NEAR_NS &&
+        round_trip_ns(e) < round_trip_ns(&d->first)) {
+        d->first = *e;
+    }
+    if (e->sent_ns - d->last.sent_ns > NEAR_NS ||
+        round_trip_ns(e) < round_trip_ns(&d->last)) {
+        d->last = *e;
+    }
+}
+
 static void note_time(struct doctor *d, const lum_sensor_event *event)
 {
     const struct doctor_exchange e = {event->sent_ns, event->received_ns,
@@ -60,9 +86,7 @@ static void note_time(struct doctor *d, const lum_sensor_event *event)
     if (event->kind == LUM_SENSOR_TIME &&
         lum_clock_sync_add(&d->clock, e.sent_ns, e.received_ns, e.clock_us) ==
             LUM_OK) {
-        d->first = d->has_time ? d->first : e;
-        d->last = e;
-        d->has_time = true;
+        keep_for_rate(d, &e);
     }
 }
 
@@ -85,6 +109,15 @@ static lum_sensor_event_kind ask_time(struct doctor *d)
     return d->session != NULL && lum_sensor_request_time(d->session) == LUM_OK
                ? finish_request(d)
                : LUM_SENSOR_FAILED;
+}
+
+/* Some times, while answers come. */
+static void ask_times(struct doctor *d)
+{
+    lum_sensor_event_kind kind = LUM_SENSOR_TIME;
+    for (unsigned i = 0; i < EXCHANGES && kind == LUM_SENSOR_TIME; i++) {
+        kind = ask_time(d);
+    }
 }
 
 static lum_sensor_event_kind ask_status(struct doctor *d)
@@ -205,15 +238,12 @@ void doctor_check_answer(struct doctor *d, struct doctor_finding *out)
 {
     lum_error error = {""};
     lum_clock_estimate e;
-    lum_sensor_event_kind kind = LUM_SENSOR_TIME;
     if (doctor_open(d, false, &error) != LUM_NET_OK) {
         doctor_wrong(out, "%s", error.text);
         doctor_lack(d, DOCTOR_NEEDS_ANSWER, "no socket for it");
         return;
     }
-    for (unsigned i = 0; i < EXCHANGES && kind == LUM_SENSOR_TIME; i++) {
-        kind = ask_time(d);
-    }
+    ask_times(d);
     if (lum_clock_sync_estimate(&d->clock, &e) != LUM_OK) {
         say_silent(d, out);
         return;
@@ -389,20 +419,20 @@ static struct rate rate_of(const struct doctor *d)
     const int64_t host_ns = d->last.sent_ns - d->first.sent_ns;
     const int64_t sensor_ns =
         1000 * (int64_t)(d->last.clock_us - d->first.clock_us);
-    const int64_t error_ns = (d->first.received_ns - d->first.sent_ns) +
-                             (d->last.received_ns - d->last.sent_ns) + 1000;
+    const int64_t error_ns =
+        round_trip_ns(&d->first) + round_trip_ns(&d->last) + 1000;
     const double scale = 1e9 / (double)(host_ns > 0 ? host_ns : 1);
     return (struct rate){(int64_t)((double)(host_ns - sensor_ns) * scale),
                          (int64_t)((double)error_ns * scale)};
 }
 
-/* Two timestamps far enough apart, where no data was taken in between. */
+/* Timestamps far enough from the first, also where no data was taken. */
 static void wait_for_rate(struct doctor *d)
 {
     const int64_t end = d->first.sent_ns + RATE_NS;
     lum_sensor_event event = {.kind = LUM_SENSOR_IDLE};
     int64_t now = lum_time_monotonic_ns();
-    if (d->session == NULL || d->last.sent_ns >= end) {
+    if (d->session == NULL) {
         return;
     }
     while (now < end && event.kind != LUM_SENSOR_CANCELLED &&
@@ -413,8 +443,8 @@ static void wait_for_rate(struct doctor *d)
         note_status(d, &event);
         now = lum_time_monotonic_ns();
     }
-    if (event.kind == LUM_SENSOR_IDLE) {
-        (void)ask_time(d);
+    if (event.kind != LUM_SENSOR_CANCELLED && event.kind != LUM_SENSOR_FAILED) {
+        ask_times(d);
     }
 }
 
@@ -433,8 +463,11 @@ static void look_at_rate(const struct doctor *d, struct doctor_finding *out)
         doctor_mend(out, "timedatectl timesync-status    # is this host's "
                          "clock in order? Then the sensor's is not");
     } else {
-        doctor_add(out, ", and runs at this host's rate within %.0f ppm",
-                   1e-3 * (double)(drift + rate.error_ppb));
+        doctor_add(out, ", and runs at this host's rate within %.0f ppm%s",
+                   1e-3 * (double)(drift + rate.error_ppb),
+                   rate.error_ppb > DRIFT_MAX_PPB
+                       ? ", as far as answers so slow can tell"
+                       : "");
     }
 }
 
