@@ -8,7 +8,7 @@ const isNear = (a, b, most = 1e-6) => a.every((v, i) => Math.abs(v - b[i]) <= mo
 
 async function drag(page, modifier) {
     const box = await page.locator("#canvas").boundingBox();
-    const [x, y] = [box.x + 450, box.y + 350];
+    const [x, y] = [box.x + 0.35 * box.width, box.y + 0.4 * box.height];
     await page.mouse.move(x, y);
     if (modifier) {
         await page.keyboard.down(modifier);

@@ -7,13 +7,17 @@ import { decode } from "./png.mjs";
 const modules = path.resolve(process.env.LUM_VIEW_MODULES ?? import.meta.dirname);
 const { chromium } = createRequire(path.join(modules, "package.json"))("playwright-core");
 
+// Drawn in software: a small picture without smooth edges, but for docs/images.
+const forDocs = Boolean(process.env.LUM_VIEW_SHOTS);
 const ARGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+const FAST = ["--webgl-antialiasing-mode=none"];
 const LEGEND = 130; // pixels at the right that the legend may cover
-const SIZE = { width: 1280, height: 800 };
+const SIZE = forDocs ? { width: 1280, height: 800 } : { width: 800, height: 500 };
 export const SLOW = 30000; // milliseconds; pictures are drawn in software
 
 export function launch() {
-    return chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ARGS });
+    const args = forDocs ? ARGS : [...ARGS, ...FAST];
+    return chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args });
 }
 
 // Opens the page; complaints: what it logged as error.
@@ -58,7 +62,7 @@ export async function pixels(page) {
 }
 
 export async function shoot(page, name) {
-    if (process.env.LUM_VIEW_SHOTS) {
+    if (forDocs) {
         await drawn(page);
         await page.screenshot({ path: path.join(process.env.LUM_VIEW_SHOTS, `${name}.png`) });
     }
