@@ -38,7 +38,7 @@ static struct run {
     int64_t start_ns;
     int64_t beat_ns;     /* last heartbeat, or when one could leave again */
     int64_t called_ns;   /* when the session was called */
-    int64_t held_up_ns;  /* since it was called */
+    int64_t held_up_ns;  /* since all that was due was sent */
     bool was_held_up;    /* too long for a request to be sent again */
     uint8_t helpfulness; /* how often the sensor answers by itself */
 } run;
@@ -103,11 +103,13 @@ static void on_send(const struct fake_sent *sent)
     if (lum_timestamp_decode(sent->bytes, sent->len, &time) == LUM_OK) {
         require(sent->len == LUM_TIMESTAMP_BYTES);
         run.sequence = time.sequence;
+        run.held_up_ns = 0;
         if (answers) {
             arrive_time(peers[0], at, run.sequence);
         }
     } else if (lum_tlv_open(sent->bytes, sent->len, &run.sequence, &tlvs) ==
                LUM_OK) {
+        run.held_up_ns = 0;
         if (answers) {
             arrive_status(peers[0], at, run.sequence,
                           (uint16_t)(take_byte() << 4));
@@ -195,6 +197,7 @@ static void check_event(const lum_sensor_event *e, bool was_waiting,
     switch (e->kind) {
     case LUM_SENSOR_IDLE:
         require(fake.now_ns >= deadline_ns && waits == was_waiting);
+        run.held_up_ns = 0;
         break;
     case LUM_SENSOR_CANCELLED:
         require(fake.is_raised && waits == was_waiting);
@@ -233,7 +236,6 @@ static void receive(int64_t for_ns)
     const int64_t deadline_ns = before_ns + for_ns;
     const bool was_waiting = lum_sensor_is_waiting(run.sensor);
     run.called_ns = before_ns;
-    run.held_up_ns = 0;
     lum_sensor_receive(run.sensor, deadline_ns, &e);
     require(fake.now_ns <= deadline_ns + (fake.floods ? SLACK : 0));
     check_event(&e, was_waiting, deadline_ns);
@@ -247,8 +249,11 @@ static void begin(lum_result r)
 {
     require(r == LUM_OK || r == LUM_E_VALUE);
     require(lum_sensor_is_waiting(run.sensor));
-    run.begun += r == LUM_OK;
-    run.was_held_up = r == LUM_OK ? false : run.was_held_up;
+    if (r == LUM_OK) {
+        run.begun++;
+        run.held_up_ns = 0;
+        run.was_held_up = false;
+    }
 }
 
 static void hold_up(int64_t ns)
@@ -256,7 +261,7 @@ static void hold_up(int64_t ns)
     fake.now_ns += ns;
     run.held_up_ns += ns;
     run.was_held_up =
-        run.was_held_up || run.held_up_ns >= LUM_SENSOR_STALE_MS * MS;
+        run.was_held_up || run.held_up_ns + SLACK >= LUM_SENSOR_STALE_MS * MS;
 }
 
 static void laser_off(void)

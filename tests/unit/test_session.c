@@ -463,6 +463,24 @@ static void a_cancel_ends_waits_but_not_what_was_received(void **state)
     assert_int_equal(receive_for(SECOND), LUM_SENSOR_IDLE);
 }
 
+static void a_request_that_cancels_kept_for_too_long_is_not_sent(void **state)
+{
+    lum_cancel *const any = (lum_cancel *)(void *)&fake;
+    (void)state;
+    open_with(false, any);
+    fake.is_raised = true;
+    assert_int_equal(lum_sensor_request(sensor, NULL, 0), LUM_OK);
+    for (unsigned waited_ms = 0; waited_ms < LUM_SENSOR_STALE_MS;
+         waited_ms += 500) {
+        assert_int_equal(receive_for(SECOND), LUM_SENSOR_CANCELLED);
+        fake.now_ns += 500 * MS;
+    }
+    fake.is_raised = false;
+    assert_int_equal(receive_for(SECOND), LUM_SENSOR_NO_ANSWER);
+    assert_int_equal(event.tries, 0);
+    assert_int_equal(fake_count_sent(LUM_TYPE_TLV), 0);
+}
+
 static void a_flood_does_not_keep_a_cancel_away(void **state)
 {
     lum_cancel *const any = (lum_cancel *)(void *)&fake;
@@ -753,6 +771,7 @@ int main(void)
         FRESH(a_passed_deadline_takes_what_is_there),
         FRESH(in_a_flood_deadlines_heartbeats_and_resends_keep_time),
         FRESH(a_cancel_ends_waits_but_not_what_was_received),
+        FRESH(a_request_that_cancels_kept_for_too_long_is_not_sent),
         FRESH(a_flood_does_not_keep_a_cancel_away),
         FRESH(a_link_is_told_once_a_change_and_the_session_lives_on),
         FRESH(a_broken_socket_ends_the_session),
