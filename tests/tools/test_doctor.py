@@ -322,6 +322,19 @@ class Loopback(Doctor):
         self.assertEqual((found.status, found["clock"]), (1, "wrong"), str(found))
         self.assertRegex(found.text("clock"), r"\b([6-9]|1[0-4])\d\d\d ppm faster")
 
+    def test_a_host_that_was_held_up_is_no_wrong_clock_in_the_data(self):
+        sensor = self.sensor(address=NET + "27")
+        p = Process(self, self.folder, BIN / "lumctl", "--host", NET + "27", "doctor", "--json")
+        wait_until(lambda: sensor.events("heartbeat"), 10, "a heartbeat")
+        time.sleep(0.5)
+        p.send(signal.SIGSTOP)
+        time.sleep(2.2)
+        p.send(signal.SIGCONT)
+        p.wait()
+        found = {c["name"]: c for c in json.loads(p.stdout())["checks"]}
+        self.assertEqual(found["data"]["result"], "fine", p.stdout())
+        self.assertEqual(found["clock"]["result"], "fine", p.stdout())
+
     def test_a_rate_is_told_by_the_answers_that_came_at_once(self):
         Fake(self, NET + "26", speed=1.01, slow=0.05)
         found = self.examine(NET + "26")

@@ -53,7 +53,7 @@ struct doctor_stream {
     unsigned pass_over[LUM_EYES]; /* lines that are not judged, still to come */
     bool has_clock;
     uint32_t clock_us; /* the latest data packet's, as sent */
-    int64_t clock_ns;  /* when it was taken */
+    int64_t clock_ns;  /* when the kernel had it */
     lum_assembly_counters assembly;
     lum_sensor_counters session;
     bool counts_drops;
@@ -169,7 +169,7 @@ void doctor_check_status(struct doctor *d, struct doctor_finding *out);
 /* The stream's storage is the heap's; NULL storage is allowed. */
 bool doctor_stream_open(struct doctor *d);
 void doctor_stream_take(struct doctor *d, const lum_received *datagram,
-                        int64_t now_ns);
+                        int64_t arrival_ns);
 void doctor_stream_free(struct doctor_storage *storage);
 
 #endif

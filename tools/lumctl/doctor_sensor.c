@@ -1,6 +1,7 @@
 /* What the sensor itself shows: answers, data, its clock, its status. */
 #include "doctor.h"
 
+#include "../common/arrival.h"
 #include "report.h"
 #include "session.h"
 
@@ -268,12 +269,14 @@ static void ask_next(struct doctor *d, unsigned slot)
 
 static void take_event(struct doctor *d, const lum_sensor_event *event)
 {
-    const int64_t now = lum_time_monotonic_ns();
+    const int64_t now_ns = lum_time_monotonic_ns();
+    const int64_t now_utc_ns = lum_time_utc_ns();
     note_status(d, event);
     note_time(d, event);
     if (event->kind == LUM_SENSOR_DATAGRAMS) {
         for (size_t i = 0; i < event->datagram_count; i++) {
-            doctor_stream_take(d, &event->datagrams[i], now);
+            const lum_received *r = &event->datagrams[i];
+            doctor_stream_take(d, r, arrival_ns(r->utc_ns, now_ns, now_utc_ns));
         }
     }
 }

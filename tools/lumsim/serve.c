@@ -1,13 +1,14 @@
 #include "live_internal.h"
 
+#include "../common/arrival.h"
+
 #include "lum/base/time.h"
 #include "lum/wire.h"
 
 #include <stdio.h>
 #include <string.h>
 
-#define BATCHES_MAX      16                   /* of one look */
-#define STAMP_AGE_MAX_NS INT64_C(10000000000) /* that is believed */
+#define BATCHES_MAX 16 /* of one look */
 
 /* The device's time does not go back. */
 static int64_t tell_time(struct live *live, int64_t t_ns)
@@ -16,14 +17,6 @@ static int64_t tell_time(struct live *live, int64_t t_ns)
         live->device_ns = t_ns;
     }
     return live->device_ns;
-}
-
-/* When the kernel had a datagram, on the monotonic clock; the calendar's may be
- * set meanwhile, so what makes no sense counts as now. */
-static int64_t arrival_ns(int64_t utc_ns, int64_t now_ns, int64_t now_utc_ns)
-{
-    const int64_t age_ns = now_utc_ns - utc_ns;
-    return age_ns >= 0 && age_ns <= STAMP_AGE_MAX_NS ? now_ns - age_ns : now_ns;
 }
 
 static void send_letter(struct live *live, const struct letter *letter,
