@@ -55,11 +55,12 @@ class Findings:
 
 class Fake(threading.Thread):
     """A sensor that answers as it is told to, on a loopback address. The first heartbeat brings the stream. slow: how long,
-    in seconds, three answers of four to timestamp requests are under way."""
+    in seconds, so many of four answers to timestamp requests are under way."""
 
-    def __init__(self, test, address, speed=1.0, status=0x0200, stream=(), slow=0.0):
+    def __init__(self, test, address, speed=1.0, status=0x0200, stream=(), slow=0.0, slow_of_4=3):
         super().__init__(daemon=True)
-        self.speed, self.status, self.stream, self.slow = speed, status, list(stream), slow
+        self.speed, self.status, self.stream = speed, status, list(stream)
+        self.slow, self.slow_of_4 = slow, slow_of_4
         self.heard = []
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind((address, 5517))
@@ -94,7 +95,7 @@ class Fake(threading.Thread):
             self.heard.append(packet[8])
             reply = self.answer(packet)
             if reply is not None:
-                if packet[8] == 6 and self.heard.count(6) % 4 > 0:
+                if packet[8] == 6 and self.heard.count(6) % 4 >= 4 - self.slow_of_4:
                     time.sleep(self.slow)
                 self.socket.sendto(reply, client)
             elif packet[8] == 8:
@@ -157,7 +158,7 @@ class Loopback(Doctor):
         self.assertEqual(len(notes), 1, notes)
         self.assertFalse(sensor.laser_is_up())
         beats = [e["t"] for e in sensor.events("heartbeat")]
-        self.assertLess(beats[-1] - beats[0], 10.0)
+        self.assertLess(beats[-1] - beats[0], 4.0)
 
     def test_people_get_a_line_for_each_check_and_a_verdict(self):
         self.sensor()
@@ -339,6 +340,13 @@ class Loopback(Doctor):
         Fake(self, NET + "26", speed=1.01, slow=0.05)
         found = self.examine(NET + "26")
         self.assertEqual((found.status, found["clock"]), (1, "wrong"), str(found))
+        self.assertRegex(found.text("clock"), r"\b([6-9]|1[0-4])\d\d\d ppm faster")
+
+    def test_a_rate_by_slow_answers_alone_is_told_as_such(self):
+        Fake(self, NET + "28", slow=0.05, slow_of_4=4)
+        found = self.examine(NET + "28")
+        self.assertEqual((found.status, found["clock"]), (1, "fine"), str(found))
+        self.assertIn("as far as answers so slow can tell", found.text("clock"))
 
     def test_datagrams_of_others_are_noted(self):
         sensor = self.sensor(address=NET + "16")

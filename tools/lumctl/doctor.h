@@ -88,9 +88,9 @@ struct doctor {
     lum_sensor *session;
     lum_clock_sync clock;
     bool has_time;
-    int64_t begin_ns; /* when the first was sent, of has_time */
-    struct doctor_exchange first;
-    struct doctor_exchange last;
+    int64_t begin_ns;             /* of the exchanges, where has_time */
+    struct doctor_exchange early; /* the shortest near their beginning */
+    struct doctor_exchange late;  /* and near their end */
     bool has_status;
     uint16_t status;
     struct doctor_stream stream;

@@ -17,7 +17,7 @@
 #define TAKE_NS       (2000 * MS_NS)
 #define SLOT_NS       (100 * MS_NS)
 #define RATE_NS       (1000 * MS_NS)
-#define NEAR_NS       (500 * MS_NS)
+#define NEAR_NS       (RATE_NS / 2) /* of exchanges that are alike */
 #define DATA_CLOCK_US INT64_C(250000)
 #define DRIFT_MAX_PPB INT64_C(1000000)
 #define MIB           1048576.0
@@ -66,17 +66,17 @@ static void keep_for_rate(struct doctor *d, const struct doctor_exchange *e)
 {
     if (!d->has_time) {
         d->begin_ns = e->sent_ns;
-        d->first = *e;
-        d->last = *e;
+        d->early = *e;
+        d->late = *e;
         d->has_time = true;
     }
     if (e->sent_ns - d->begin_ns < NEAR_NS &&
-        round_trip_ns(e) < round_trip_ns(&d->first)) {
-        d->first = *e;
+        round_trip_ns(e) < round_trip_ns(&d->early)) {
+        d->early = *e;
     }
-    if (e->sent_ns - d->last.sent_ns > NEAR_NS ||
-        round_trip_ns(e) < round_trip_ns(&d->last)) {
-        d->last = *e;
+    if (e->sent_ns - d->late.sent_ns > NEAR_NS ||
+        round_trip_ns(e) < round_trip_ns(&d->late)) {
+        d->late = *e;
     }
 }
 
@@ -419,23 +419,25 @@ struct rate {
 
 static struct rate rate_of(const struct doctor *d)
 {
-    const int64_t host_ns = d->last.sent_ns - d->first.sent_ns;
+    const int64_t host_ns = d->late.sent_ns - d->early.sent_ns;
     const int64_t sensor_ns =
-        1000 * (int64_t)(d->last.clock_us - d->first.clock_us);
+        1000 * (int64_t)(d->late.clock_us - d->early.clock_us);
     const int64_t error_ns =
-        round_trip_ns(&d->first) + round_trip_ns(&d->last) + 1000;
+        round_trip_ns(&d->early) + round_trip_ns(&d->late) + 1000;
     const double scale = 1e9 / (double)(host_ns > 0 ? host_ns : 1);
     return (struct rate){(int64_t)((double)(host_ns - sensor_ns) * scale),
                          (int64_t)((double)error_ns * scale)};
 }
 
-/* Timestamps far enough from the first, also where no data was taken. */
+/* Timestamps far enough from the early ones, without heartbeats, so that no
+ * data is under way with them. */
 static void wait_for_rate(struct doctor *d)
 {
-    const int64_t end = d->first.sent_ns + RATE_NS;
+    const int64_t end = d->early.sent_ns + RATE_NS;
     lum_sensor_event event = {.kind = LUM_SENSOR_IDLE};
+    lum_error error = {""};
     int64_t now = lum_time_monotonic_ns();
-    if (d->session == NULL) {
+    if (d->session == NULL || doctor_open(d, false, &error) != LUM_NET_OK) {
         return;
     }
     while (now < end && event.kind != LUM_SENSOR_CANCELLED &&
@@ -455,7 +457,7 @@ static void look_at_rate(const struct doctor *d, struct doctor_finding *out)
 {
     const struct rate rate = rate_of(d);
     const int64_t drift = rate.ppb < 0 ? -rate.ppb : rate.ppb;
-    if (d->last.sent_ns - d->first.sent_ns < RATE_NS / 2) {
+    if (d->late.sent_ns - d->early.sent_ns < RATE_NS / 2) {
         return;
     }
     if (drift - rate.error_ppb > DRIFT_MAX_PPB) {
