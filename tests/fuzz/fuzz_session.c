@@ -260,6 +260,7 @@ static void hold_up(int64_t ns)
 {
     fake.now_ns += ns;
     run.held_up_ns += ns;
+    /* a flood before may have added some */
     run.was_held_up =
         run.was_held_up || run.held_up_ns + SLACK >= LUM_SENSOR_STALE_MS * MS;
 }

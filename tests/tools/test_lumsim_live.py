@@ -572,6 +572,7 @@ class Mishaps(Live):
         start = self.events("start")[0]["t"]
         for fault, at in zip(self.events("fault"), (1.5, 2.0, 2.5)):
             self.assertGreaterEqual(fault["t"] - start, at)
+            self.assertLess(fault["t"] - start, at + BUSY_S)
         self.assertEqual({d.tag for d in client.data(500)}, {2})
 
     def test_every_hazard_has_its_bit(self):

@@ -1,6 +1,6 @@
 // The page itself: keyboard, help, names and contrast for everyone.
 import assert from "node:assert/strict";
-import { camera, counts, drawn, probe, settings, shoot, until } from "./page.mjs";
+import { camera, counts, drawn, probe, settings, shoot, SIZE, until } from "./page.mjs";
 
 const CONTROLS = "a, button, select, input, #canvas";
 
@@ -166,7 +166,7 @@ async function narrow({ page }) {
     const wide = await page.evaluate(() => document.documentElement.scrollWidth);
     const height = await page.evaluate(() => document.getElementById("canvas").clientHeight);
     await shoot(page, "lumview-narrow");
-    await page.setViewportSize({ width: 1280, height: 800 });
+    await page.setViewportSize(SIZE);
     await drawn(page);
     assert.ok(wide <= 400, `the page is ${wide} pixels wide`);
     assert.ok(height > 200, `the picture is ${height} pixels high`);

@@ -198,12 +198,15 @@ function openPoint(page, from) {
     return page.evaluate((first) => {
         const view = window.lumview;
         const canvas = document.getElementById("canvas");
-        for (let i = first; ; i = (i + 977) % view.points) {
-            const at = view.place(i);
-            if (at.visible && at.x > 300 && at.x < canvas.clientWidth - 180 && at.y > 80 && at.y < canvas.clientHeight - 40) {
+        const isOpen = (x, y) => document.elementFromPoint(...inWindow(x, y)) === canvas;
+        const inWindow = (x, y) => [x + canvas.getBoundingClientRect().x, y + canvas.getBoundingClientRect().y];
+        for (let i = 0; i < view.points; i++) {
+            const at = view.place((first + 977 * i) % view.points);
+            if (at.visible && isOpen(at.x, at.y)) {
                 return at;
             }
         }
+        throw new Error("no point lies open");
     }, from);
 }
 

@@ -12,7 +12,7 @@ const forDocs = Boolean(process.env.LUM_VIEW_SHOTS);
 const ARGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
 const FAST = ["--webgl-antialiasing-mode=none"];
 const LEGEND = 130; // pixels at the right that the legend may cover
-const SIZE = forDocs ? { width: 1280, height: 800 } : { width: 800, height: 500 };
+export const SIZE = forDocs ? { width: 1280, height: 800 } : { width: 800, height: 500 };
 export const SLOW = 30000; // milliseconds; pictures are drawn in software
 
 export function launch() {
