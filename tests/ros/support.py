@@ -33,15 +33,19 @@ def free_port():
         return s.getsockname()[1]
 
 
-def children_of(root):
-    """All processes below one."""
-    parents = {}
+def processes():
+    """Of each process: its number, state, parent and group."""
     for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
         try:
-            fields = stat.read_text().rpartition(")")[2].split()
+            state, parent, group = stat.read_text().rpartition(")")[2].split()[:3]
         except OSError:
             continue
-        parents[int(stat.parent.name)] = int(fields[1])
+        yield int(stat.parent.name), state, int(parent), int(group)
+
+
+def children_of(root):
+    """All processes below one."""
+    parents = {number: parent for number, _, parent, _ in processes()}
     found = [root]
     for each in found:
         found += [child for child, parent in parents.items() if parent == each]
@@ -49,11 +53,8 @@ def children_of(root):
 
 
 def is_alive(group):
-    try:
-        os.killpg(group, 0)
-    except ProcessLookupError:
-        return False
-    return True
+    """Not, when only zombies are left: who inherited them may never look."""
+    return any(of == group and state not in "ZX" for _, state, _, of in processes())
 
 
 class Processes:
