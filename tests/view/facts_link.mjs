@@ -58,7 +58,7 @@ async function throttled({ browser, capture }) {
     const control = await page.context().newCDPSession(page);
     await control.send("Emulation.setCPUThrottlingRate", { rate: 20 });
     const { frames } = await probe(page, "status");
-    await until(page, (n) => window.lumview.status().frames > n + 100, frames);
+    await until(page, (n) => window.lumview.status().frames > n + 50, frames);
     const waiting = await behind(page);
     assert.ok(waiting < 20, `${waiting} frames waited`);
     assert.ok((await probe(page, "status")).skipped > 0, "frames were left out");
@@ -71,7 +71,7 @@ async function frozen({ browser, capture }) {
     const control = await page.context().newCDPSession(page);
     const before = await probe(page, "status");
     await control.send("Page.setWebLifecycleState", { state: "frozen" });
-    await sleep(8000);
+    await sleep(4000);
     await control.send("Page.setWebLifecycleState", { state: "active" });
     const waiting = await behind(page);
     const { frames } = await probe(page, "status");
