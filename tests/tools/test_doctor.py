@@ -27,6 +27,8 @@ is_root = os.geteuid() == 0
 needs_root = unittest.skipUnless(is_root, "only root may become another user")
 needs_nft = unittest.skipUnless(is_root and shutil.which("nft", path="/usr/sbin:/sbin:/usr/bin"), "nft is not installed")
 
+# As well as answers of a busy host can tell it.
+FIVE_PERCENT_FASTER = r"\b([3-6]\d|7[0-4])\d\d\d ppm faster"
 NET = f"127.35.{shards.index()}."  # tests that run side by side do not share addresses
 
 
@@ -57,7 +59,7 @@ class Fake(threading.Thread):
     """A sensor that answers as it is told to, on a loopback address. The first heartbeat brings the stream. slow: how long,
     in seconds, so many of four answers to timestamp requests are under way."""
 
-    def __init__(self, test, address, speed=1.0, status=0x0200, stream=(), slow=0.0, slow_of_4=3):
+    def __init__(self, test, address, speed=1.0, status=0x0200, stream=(), slow=0.0, slow_of_4=2):
         super().__init__(daemon=True)
         self.speed, self.status, self.stream = speed, status, list(stream)
         self.slow, self.slow_of_4 = slow, slow_of_4
@@ -318,10 +320,10 @@ class Loopback(Doctor):
         self.assertLessEqual(set(fake.heard), {6, 7, 8})
 
     def test_a_clock_that_runs_at_another_rate_is_told(self):
-        Fake(self, NET + "15", speed=1.01)
+        Fake(self, NET + "15", speed=1.05)
         found = self.examine(NET + "15")
         self.assertEqual((found.status, found["clock"]), (1, "wrong"), str(found))
-        self.assertRegex(found.text("clock"), r"\b([6-9]|1[0-4])\d\d\d ppm faster")
+        self.assertRegex(found.text("clock"), FIVE_PERCENT_FASTER)
 
     def test_a_host_that_was_held_up_is_no_wrong_clock_in_the_data(self):
         sensor = self.sensor(address=NET + "27")
@@ -337,10 +339,10 @@ class Loopback(Doctor):
         self.assertEqual(found["clock"]["result"], "fine", p.stdout())
 
     def test_a_rate_is_told_by_the_answers_that_came_at_once(self):
-        Fake(self, NET + "26", speed=1.01, slow=0.05)
+        Fake(self, NET + "26", speed=1.05, slow=0.12)
         found = self.examine(NET + "26")
         self.assertEqual((found.status, found["clock"]), (1, "wrong"), str(found))
-        self.assertRegex(found.text("clock"), r"\b([6-9]|1[0-4])\d\d\d ppm faster")
+        self.assertRegex(found.text("clock"), FIVE_PERCENT_FASTER)
 
     def test_a_rate_by_slow_answers_alone_is_told_as_such(self):
         Fake(self, NET + "28", slow=0.05, slow_of_4=4)
