@@ -169,7 +169,7 @@ void doctor_check_status(struct doctor *d, struct doctor_finding *out);
 /* The stream's storage is the heap's; NULL storage is allowed. */
 bool doctor_stream_open(struct doctor *d);
 void doctor_stream_take(struct doctor *d, const lum_received *datagram,
-                        int64_t arrival_ns);
+                        int64_t arrived_ns);
 void doctor_stream_free(struct doctor_storage *storage);
 
 #endif

@@ -81,7 +81,7 @@ static uint32_t type_of(const uint8_t *bytes)
 }
 
 void doctor_stream_take(struct doctor *d, const lum_received *datagram,
-                        int64_t arrival_ns)
+                        int64_t arrived_ns)
 {
     struct doctor_stream *s = &d->stream;
     const lum_layout *layout = &d->ctl->layout;
@@ -92,7 +92,7 @@ void doctor_stream_take(struct doctor *d, const lum_received *datagram,
     if (kind == LUM_PACKET_DATA) {
         s->has_clock = layout->profile.group[LUM_FIELD_TIMESTAMP].bytes == 4;
         s->clock_us = group.clock_raw;
-        s->clock_ns = arrival_ns;
+        s->clock_ns = arrived_ns;
         take_group(d, &group);
     } else if (kind >= LUM_PACKET_UNKNOWN_TYPE) {
         s->odd_type = type_of(datagram->bytes);
