@@ -16,16 +16,24 @@ import support
 HERE = pathlib.Path(__file__).resolve().parent
 
 
-def can_make_namespaces():
-    if os.geteuid() != 0 or shutil.which("ip") is None:
-        return False
+def inside(namespace):
+    """What runs a command in a network namespace. `ip netns exec` and `ip -n` would also mount /sys anew, for which the root
+    has to be a mount point; that of a plain chroot is none."""
+    return ["nsenter", f"--net=/run/netns/{namespace}"]
+
+
+def why_no_namespaces():
+    """What is in the way of network namespaces here, or None."""
+    if os.geteuid() != 0 or not all(map(shutil.which, ("ip", "nsenter"))):
+        return "network namespaces need root, iproute2 and util-linux"
     name = f"lum-try-{os.getpid()}"
-    if subprocess.run(["ip", "netns", "add", name], capture_output=True).returncode != 0:
-        return False
-    return subprocess.run(["ip", "netns", "del", name], capture_output=True).returncode == 0
+    tried = (["ip", "netns", "add", name], [*inside(name), "true"], ["ip", "netns", "del", name])
+    failed = [r.stderr.strip() for r in (subprocess.run(c, capture_output=True, text=True) for c in tried) if r.returncode != 0]
+    return f"network namespaces cannot be made here: {'; '.join(failed)}" if failed else None
 
 
-needs_namespaces = unittest.skipUnless(can_make_namespaces(), "network namespaces need root and iproute2")
+NO_NAMESPACES = why_no_namespaces()
+needs_namespaces = unittest.skipIf(NO_NAMESPACES, NO_NAMESPACES)
 
 
 def wait_until(condition, seconds=10.0, what="it"):
@@ -46,7 +54,7 @@ class Process:
         self.name = name or pathlib.Path(str(command[0])).name
         self.out = folder / f"{self.name}-{id(self)}.out"
         self.err = folder / f"{self.name}-{id(self)}.err"
-        prefix = ["ip", "netns", "exec", namespace] if namespace else []
+        prefix = inside(namespace) if namespace else []
         with open(self.out, "wb") as out, open(self.err, "wb") as err:
             self.p = subprocess.Popen(prefix + [str(c) for c in command], stdin=stdin, stdout=stdout or out, stderr=err)
         test.addCleanup(self.kill)
@@ -153,7 +161,11 @@ class Hosts:
 
     @staticmethod
     def ip(*arguments):
-        r = subprocess.run(["ip", *arguments], capture_output=True, text=True)
+        """ip, on a host with -n NAMESPACE in front."""
+        host = []
+        if arguments[0] == "-n":
+            host, arguments = inside(arguments[1]), arguments[2:]
+        r = subprocess.run([*host, "ip", *arguments], capture_output=True, text=True)
         if r.returncode != 0:
             raise AssertionError(f"ip {' '.join(arguments)}: {r.stderr.strip()}")
         return r.stdout
@@ -164,7 +176,7 @@ class Hosts:
 
     def run(self, name, *arguments, timeout=60):
         """A tool on the client's host, to its end."""
-        r = subprocess.run(["ip", "netns", "exec", self.client, str(support.BIN / name), *map(str, arguments)],
+        r = subprocess.run([*inside(self.client), str(support.BIN / name), *map(str, arguments)],
                            capture_output=True, text=True, timeout=timeout, stdin=subprocess.DEVNULL)
         return r
 

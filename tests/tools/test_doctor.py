@@ -15,7 +15,7 @@ import time
 import unittest
 
 import shards
-from live import Hosts, Process, Sensor, needs_namespaces, wait_until
+from live import Hosts, Process, Sensor, inside, needs_namespaces, wait_until
 from support import BIN, MAGIC, Folder, angles, run
 
 NAMES = ["interface", "route", "arp", "port", "session", "firewall", "buffer", "mtu", "answer", "data", "layout", "loss",
@@ -441,7 +441,7 @@ class TwoHosts(Doctor):
         return Sensor(self, self.folder, *arguments, address="10.42.0.37", namespace=self.hosts.sensor)
 
     def client(self, command):
-        r = subprocess.run(["ip", "netns", "exec", self.hosts.client, "sh", "-ec", command], capture_output=True, text=True)
+        r = subprocess.run([*inside(self.hosts.client), "sh", "-ec", command], capture_output=True, text=True)
         self.assertEqual(r.returncode, 0, f"{command}: {r.stderr}")
 
     def look(self, *options):
@@ -456,8 +456,7 @@ class TwoHosts(Doctor):
     def link_shows(self, flag):
         """The kernel notices a cable a moment later."""
         def shows():
-            r = subprocess.run(["ip", "-n", self.hosts.client, "link", "show", "eth0"], capture_output=True, text=True)
-            return flag in r.stdout
+            return flag in Hosts.ip("-n", self.hosts.client, "link", "show", "eth0")
         wait_until(shows, 10, flag)
 
     def other_interface(self, address):
@@ -641,7 +640,7 @@ class TwoHosts(Doctor):
         self.sensor("--rate", "2")  # the receive buffer may be small
         os.chmod(self.folder.path, 0o755)
         copy = shutil.copy(BIN / "lumctl", self.folder / "lumctl")
-        r = subprocess.run(["ip", "netns", "exec", self.hosts.client, sys.executable, "-c",
+        r = subprocess.run([*inside(self.hosts.client), sys.executable, "-c",
                             "import os, sys; os.setgroups([]); os.setgid(65534); os.setuid(65534);"
                             "os.execv(sys.argv[1], sys.argv[1:])", copy, "doctor", "--json"],
                            capture_output=True, text=True, timeout=30)
