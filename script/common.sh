@@ -27,6 +27,33 @@ build() {
     configure "$@" && quietly cmake --build "build/$1" -j "$jobs" -- --quiet
 }
 
+# is_built DIR PART: whether the build has it, by what CMake wrote down.
+is_built() {
+    grep -qxF "$2: yes" "$1/summary.txt"
+}
+
+# left_out DIR: what the build could not have, a line each: PART: WHY.
+left_out() {
+    sed -n 's/: NO, /: /p' "$1/summary.txt"
+}
+
+# why_left_out DIR PART: also where it was switched off.
+why_left_out() {
+    sed -n "s/^$2: [Nn][Oo], //p" "$1/summary.txt"
+}
+
+# tell_left_out DIR: as a step of script/test.
+tell_left_out() {
+    local lines
+    lines=$(left_out "$1")
+    if [ -z "$lines" ]; then
+        printf '1 passed, 0 failed\n'
+    else
+        printf '%s\n' "$lines" | sed 's/^/not run: /'
+        printf '0 passed, 0 failed, %d skipped\n' "$(wc -l <<<"$lines")"
+    fi
+}
+
 # quietly COMMAND...: its output only if it fails.
 quietly() {
     local output
