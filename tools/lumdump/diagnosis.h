@@ -22,11 +22,12 @@ struct packet_shape {
     lum_packet_kind kind;
 };
 
-/* Packets of one type and length. */
+/* Packets of one type, kind and length. */
 struct packet_length {
     uint32_t type;
     size_t len;
     uint64_t count;
+    lum_packet_kind kind;
 };
 
 struct diagnosis {
