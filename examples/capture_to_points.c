@@ -55,29 +55,40 @@ static int read_all(lum_capture *capture, lum_demux *demux, lum_error *error)
     return status == 1 ? lum_error_set(error, "no memory") : status;
 }
 
+static void print_result(void)
+{
+    (void)printf("%" PRIu64 " points\n", count);
+    for (unsigned i = 0; count > 0 && i < 3; i++) {
+        (void)printf("%c %.3f to %.3f\n", "xyz"[i], low[i], high[i]);
+    }
+}
+
 int main(int argc, char **argv)
 {
-    lum_error error = {"usage: capture_to_points CAPTURE"};
+    lum_error error = {"no memory"};
     lum_demux_options options = {.has_sensor = false};
     lum_calibration calibration;
     lum_capture *capture = NULL;
+    if (argc != 2) {
+        (void)fputs("usage: capture_to_points CAPTURE\n", stderr);
+        return 2;
+    }
     lum_calibration_default(&calibration);
     lum_layout_default(&options.layout);
     lum_assembler_config_default(&options.config);
-    lum_demux *demux = argc == 2 ? lum_demux_new(&options) : NULL;
+    lum_demux *demux = lum_demux_new(&options);
     const bool done =
         demux != NULL &&
         lum_projector_init(&projector, &calibration, &options.layout) == 0 &&
         lum_capture_open(argv[1], &capture, &error) == 0 &&
         read_all(capture, demux, &error) == 0;
-    lum_capture_close(capture);
-    lum_demux_free(demux);
     if (!done) {
         (void)fprintf(stderr, "capture_to_points: %s\n", error.text);
     }
-    (void)printf("%" PRIu64 " points\n", count);
-    for (unsigned i = 0; count > 0 && i < 3; i++) {
-        (void)printf("%c %.3f to %.3f\n", "xyz"[i], low[i], high[i]);
+    if (capture != NULL) {
+        print_result();
     }
+    lum_capture_close(capture);
+    lum_demux_free(demux);
     return done && fflush(stdout) == 0 ? 0 : 1;
 }
