@@ -123,7 +123,8 @@ typedef enum lum_edges {
     LUM_EDGES_BOTH = 3     /**< both */
 } lum_edges;
 
-/** Which returns of a pixel and edge are asked for. */
+/** Which returns of a pixel and edge are asked for: among all that it has,
+ * before limits of range and box apply. */
 typedef enum lum_return_choice {
     LUM_RETURNS_ALL,       /**< every one */
     LUM_RETURNS_FIRST,     /**< the first */

@@ -18,6 +18,7 @@ from support import (BIN, MAGIC, Folder, frames_of, group, line, pcap, read_csv,
 
 COLUMNS = ("x,y,z,range,azimuth,elevation,pulse_width,timestamp,frame,eye,line,pixel,"
            "return_number,number_of_returns,edge")
+DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
 KEYS = """lines lines_missing_angles lines_skipped words lost_words points late duplicate conflict no_room stray
 malformed unknown_tag unknown_type foreign other cut_short bad_words no_angle no_range heartbeat set_ip timestamp tlv
 frames truncated sensors""".split()
@@ -74,6 +75,20 @@ class Points(Case):
                 self.assertEqual(len(self.rows("--return", choice)), want)
                 self.assertEqual(summary(self.folder / "in.pcap", "--return", choice)["points"], want)
         self.assertEqual(self.rows("--return", "strongest")[0]["return_number"], "2")
+
+    def test_a_return_is_chosen_before_range_and_box(self):
+        near, far = 3.9, 39.0  # metres, about
+        data = pcap([udp(p) for p in line([word(n, pixel) for pixel in (1, 2) for n in (2000, 20000)])])
+        for limits in ["--range", f":{(near + far) / 2}"], ["--box", f":{(near + far) / 2},:,:"]:
+            for choice, want in (("all", 2), ("first", 2), ("1", 2), ("last", 0), ("2", 0)):
+                self.assertEqual(len(self.rows("--return", choice, *limits, data=data)), want, choice)
+        kept = self.rows("--range", f"{(near + far) / 2}:", data=data)
+        self.assertEqual([(r["return_number"], r["number_of_returns"]) for r in kept], [("2", "2")] * 2)
+
+    def test_the_documents_say_so(self):
+        for page in "man/lumdump.1", "formats.md":
+            text = " ".join((DOCS / page).read_text().split())
+            self.assertRegex(text, "before .*range.* and .*box.* apply", page)
 
     def test_eye_frames_range_and_box(self):
         for arguments, want in ((("--eye", "green"), 4), (("--eye", "both"), 12), (("--frames", "1:1"), 12),
