@@ -6,6 +6,10 @@ endif()
 
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 
+# Files above 2 GiB on hosts of 32 bits, in all that looks at, reads or writes one.
+# No public header has a type that depends on it.
+add_compile_definitions(_FILE_OFFSET_BITS=64)
+
 set(lum_compile_options
     -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wvla -Wstrict-prototypes -Wmissing-prototypes)
 set(lum_link_options "")

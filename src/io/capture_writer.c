@@ -1,6 +1,5 @@
-#define _POSIX_C_SOURCE   200809L
-#define _DEFAULT_SOURCE   /* the types that pcap.h needs */
-#define _FILE_OFFSET_BITS 64
+#define _POSIX_C_SOURCE 200809L
+#define _DEFAULT_SOURCE /* the types that pcap.h needs */
 
 #include "be.h"
 #include "lum/io/capture.h"

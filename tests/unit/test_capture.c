@@ -15,6 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 enum {
@@ -251,12 +252,16 @@ static void a_second_link_type_is_a_read_error(void **state)
     expect_read_error(c, "after record 1");
 }
 
+/* libpcap cuts a time to the host's. */
 static void times_beyond_all_clocks_are_held(void **state)
 {
     image im = {.len = 0};
     lum_record r;
     lum_error error;
     (void)state;
+    if (sizeof(time_t) < sizeof(int64_t)) {
+        skip();
+    }
     put_section(&im);
     put_u32s(&im, (const uint32_t[]){1, 32, ETHERNET, 0}, 4);
     put_int(&im, 9, 2); /* if_tsresol: seconds */

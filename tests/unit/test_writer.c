@@ -290,7 +290,7 @@ static void las_header_tells_bounds_and_counts(void **state)
     assert_int_equal(get(b, 104, 1), 6);
     assert_int_equal(get(b, 105, 2), LAS_POINT);
     assert_int_equal(size, points + 2 * LAS_POINT);
-    assert_true(get_double(b, 131) == 0.0001);
+    assert_true(get_double(b, 131) == (double)0.0001);
     assert_true(fabs(get_double(b, 179) - 1.5) < 1e-9);    /* max x */
     assert_true(fabs(get_double(b, 187) + 100.0) < 1e-9);  /* min x */
     assert_true(fabs(get_double(b, 195) - 1000.0) < 1e-9); /* max y */
