@@ -9,7 +9,7 @@ import unittest
 
 from support import BIN, Folder, line, pcap, read_csv, run, simulate, summary, udp, word
 
-LARGE = 5 << 29  # 2.5 GiB
+LARGE = (1 << 31) + (1 << 24)
 RECORD = 262144  # the longest that libpcap takes
 
 
