@@ -170,6 +170,11 @@ class Hosts:
             raise AssertionError(f"ip {' '.join(arguments)}: {r.stderr.strip()}")
         return r.stdout
 
+    @classmethod
+    def mac(cls, name):
+        """The hardware address of a host's eth0. /sys would have that of this host's own."""
+        return json.loads(cls.ip("-n", name, "-json", "link", "show", "eth0"))[0]["address"]
+
     def remove(self):
         for name in (self.client, self.sensor, self.wire):
             subprocess.run(["ip", "netns", "del", name], capture_output=True)

@@ -21,13 +21,14 @@ class Namespaces(unittest.TestCase):
         Sensor(self, folder, "--rate", "2", address="10.42.0.37", namespace=hosts.sensor)
         r = hosts.run("lumctl", "--host", "10.42.0.37", "status")
         self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertIn(hosts.mac(hosts.sensor), hosts.ip("-n", hosts.client, "neigh", "show", "10.42.0.37"))
 
 
 class Tests(unittest.TestCase):
     def test_no_test_enters_one_by_a_command_that_a_chroot_refuses(self):
         entering = re.compile(r'"netns",\s*"exec"|"ip", "-n"|netns exec [^`]')
         wrong = [path.name for path in sorted(HERE.parents[1].rglob("*.py")) if path != HERE and entering.search(path.read_text())]
-        self.assertEqual(wrong, [], "live.inside() and Hosts.ip() do it")
+        self.assertEqual(wrong, [], "live.inside(), Hosts.ip() and Hosts.mac() do it")
 
 
 def bind_all(root):
