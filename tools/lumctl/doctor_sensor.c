@@ -191,27 +191,65 @@ void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out)
     }
 }
 
+/* It answers, but not from where it was asked. */
+static void say_other_port(struct doctor *d, uint16_t port,
+                           struct doctor_finding *out)
+{
+    char place[DOCTOR_PLACE_BYTES];
+    char filter[48];
+    doctor_lack(d, DOCTOR_NEEDS_ANSWER, "answers come from another port");
+    doctor_wrong(out,
+                 "%s answers from port %u to what is sent to its port %u, so "
+                 "that its answers are taken for a stranger's: something "
+                 "between rewrites ports",
+                 d->address, (unsigned)port, (unsigned)d->sensor.port);
+    doctor_keep_alive(d);
+    if (doctor_answers_at(d, port)) {
+        doctor_mend(out, "lumctl --host %s doctor",
+                    doctor_place(d->sensor.address, port, place));
+    } else {
+        (void)snprintf(filter, sizeof filter, "udp and host %s", d->address);
+        doctor_mend_watch(d, out, filter,
+                          "take the router or container out that does it");
+    }
+}
+
+static void say_unanswered(struct doctor *d, struct doctor_finding *out)
+{
+    char filter[32];
+    doctor_keep_alive(d);
+    const uint16_t port = doctor_other_port(d);
+    if (port != 0) {
+        say_other_port(d, port, out);
+        return;
+    }
+    d->is_silent = true;
+    doctor_lack(d, DOCTOR_NEEDS_ANSWER, "the sensor does not answer");
+    doctor_wrong(out, "no answer to %u timestamp requests to %s:%u", TRIES,
+                 d->address, (unsigned)d->sensor.port);
+    (void)snprintf(filter, sizeof filter, "udp port %u",
+                   (unsigned)d->sensor.port);
+    doctor_mend_watch(d, out, filter,
+                      "while lumctl time --watch runs: do requests leave, "
+                      "do answers come?");
+}
+
 static void say_silent(struct doctor *d, struct doctor_finding *out)
 {
     char place[DOCTOR_PLACE_BYTES];
-    char filter[32];
-    d->is_silent = true;
-    doctor_lack(d, DOCTOR_NEEDS_ANSWER, "the sensor does not answer");
     if (!d->was_refused) {
-        doctor_wrong(out, "no answer to %u timestamp requests to %s:%u", TRIES,
-                     d->address, (unsigned)d->sensor.port);
-        (void)snprintf(filter, sizeof filter, "udp port %u",
-                       (unsigned)d->sensor.port);
-        doctor_mend_watch(d, out, filter,
-                          "while lumctl time --watch runs: do requests leave, "
-                          "do answers come?");
+        say_unanswered(d, out);
         return;
     }
+    d->is_silent = true;
+    doctor_lack(d, DOCTOR_NEEDS_ANSWER, "the sensor does not answer");
     doctor_wrong(out,
                  "%s is there, but nothing listens on its port %u: no sensor, "
                  "or one that has not started",
                  d->address, (unsigned)d->sensor.port);
-    if (d->is_local) {
+    if (d->own[0] != '\0') {
+        doctor_mend(out, "sudo ip addr del %s", d->own);
+    } else if (d->is_local) {
         doctor_mend(out, "lumsim --address %s &",
                     doctor_place(d->sensor.address, d->sensor.port, place));
     } else {
