@@ -512,6 +512,11 @@ class OnHosts(Doctor):
 
     def follow(self, mend):
         """Do what a mend says, to the letter. The options of the next look, where it is one."""
+        if mend.endswith(" &"):
+            words = mend[:-2].split()
+            p = Process(self, self.folder, BIN / words[0], *words[1:], namespace=self.hosts.client)
+            wait_until(lambda: p.stdout() or p.stderr(), 20, words[0])
+            return None
         looks = re.match(r"(?:sudo )?lumctl (.*) doctor( --trace)?(?:    #.*)?$", mend)
         if looks:
             return looks[1].split() + (["--trace"] if looks[2] else [])
@@ -609,7 +614,10 @@ class TwoHosts(OnHosts):
 
     def test_mends_bear_the_port(self):
         found = self.broken("port", 1, "nothing listens on its port 5518", "--host", "127.0.0.3", "--port", "5518")
-        self.assertEqual(found.mend("port"), "lumsim --address 127.0.0.3 --port 5518 &")
+        self.assertEqual(self.mended(found, "port", ("--host", "127.0.0.3", "--port", "5518")),
+                         ["lumsim --address 127.0.0.3 --port 5518 &"])
+
+    def test_mends_bear_another_port(self):
         Sensor(self, self.folder, address="127.0.0.1", namespace=self.hosts.client)
         found = self.broken("port", 1, "lumsim (process", "--host", "127.0.0.3", "--port", "5518")
         self.assertEqual(found.mend("port"), "lumctl --host 127.0.0.1 doctor")
@@ -907,6 +915,21 @@ class Firewall(OnHosts):
         traced = {line.split()[2] for line in marks.stdout().splitlines() if line.startswith("trace id")}
         self.assertGreaterEqual(len(traced), 2)
         self.assertLessEqual(len(traced), 12 * looks)
+
+    def test_rules_that_let_answers_pass_and_data_not(self):
+        self.sensor()
+        self.client("nft 'add table inet f { chain in { type filter hook input priority 0; udp length > 300 drop; }; }'")
+        found = self.broken("data", 1, "came in by eth0, and this host drops them, though not short answers")
+        self.assertEqual((found["answer"], found["firewall"]), ("fine", "fine"), str(found))
+        self.assertIn("udp length > 300 drop", self.shell(found.mend("data"))[1])
+
+    def test_a_rule_that_limits_is_no_bad_cable(self):
+        self.sensor()
+        self.client("nft 'add table inet f { chain in { type filter hook input priority 0; udp length > 300 limit rate over "
+                    "100/second drop; }; }'")
+        found = self.broken("loss", 1, "this host dropped")
+        self.assertIn("not for want of buffer", found.text("loss"))
+        self.assertIn("limit rate over 100/second", self.shell(found.mend("loss"))[1])
 
     def test_a_trace_that_cannot_be_is_no_success(self):
         self.sensor()

@@ -58,6 +58,8 @@ struct doctor_stream {
     lum_assembly_counters assembly;
     lum_sensor_counters session;
     bool counts_drops;
+    uint64_t came_in; /* at least so many datagrams, by the interface, before
+                         any rule of this host; 0: not known */
     int64_t duration_ns;
 };
 
@@ -161,6 +163,10 @@ int doctor_can_trace(lum_error *error);
 /* The port from which answers come that is not the sensor's; 0: none, or not
  * known. */
 uint16_t doctor_other_port(const struct doctor *d);
+/* Counts what comes in by the interface from the sensor to one of our ports,
+ * before this host can drop it. -1: it cannot be done, and 0 is counted. */
+int doctor_count_begin(const struct doctor *d, uint16_t to_port);
+uint64_t doctor_count_end(int counter);
 /* Whether a sensor answers at another port of the address, from that port. */
 bool doctor_answers_at(const struct doctor *d, uint16_t port);
 /* The command that shows packets as they pass; filter as tcpdump has it, why: a
@@ -187,6 +193,9 @@ void doctor_check_status(struct doctor *d, struct doctor_finding *out);
 bool doctor_stream_open(struct doctor *d);
 void doctor_stream_take(struct doctor *d, const lum_received *datagram,
                         int64_t arrived_ns);
+/* Datagrams that this host dropped between interface and program, but for want
+ * of buffer; 0: none, or not known. */
+uint64_t doctor_stream_filtered(const struct doctor *d);
 void doctor_stream_free(struct doctor_storage *storage);
 
 #endif

@@ -16,4 +16,7 @@ int capture_open(const char *interface, lum_endpoint sensor, uint16_t to_port);
 /* Whether something came; waits so long for it. */
 bool capture_saw(int fd, int wait_ms);
 
+/* How many came since it was opened, or counted last. */
+uint64_t capture_count(int fd);
+
 #endif

@@ -1,9 +1,12 @@
 /* What Linux tells of this host's side beside its interfaces. */
 #include "doctor.h"
 
+#include "doctor_capture.h"
 #include "doctor_knock.h"
 #include "doctor_trace.h"
 #include "doctor_way.h"
+
+#include <unistd.h>
 
 #define MTU_MIN 1500u
 
@@ -58,4 +61,20 @@ bool doctor_answers_at(const struct doctor *d, uint16_t port)
 {
     const lum_endpoint there = {d->sensor.address, port};
     return knock_reaches(there, d->ctl->options.interface);
+}
+
+int doctor_count_begin(const struct doctor *d, uint16_t to_port)
+{
+    return d->interface[0] == '\0'
+               ? -1
+               : capture_open(d->interface, d->sensor, to_port);
+}
+
+uint64_t doctor_count_end(int counter)
+{
+    const uint64_t n = counter >= 0 ? capture_count(counter) : 0;
+    if (counter >= 0) {
+        (void)close(counter);
+    }
+    return n;
 }

@@ -8,6 +8,7 @@
 #include "lum/base/time.h"
 #include "lum/laser.h"
 
+#include <inttypes.h>
 #include <stdio.h>
 
 #define MS_NS         INT64_C(1000000)
@@ -17,6 +18,7 @@
 #define TAKE_NS       (2000 * MS_NS)
 #define SLOT_NS       (100 * MS_NS)
 #define RATE_NS       (1000 * MS_NS)
+#define REST_NS       (300 * MS_NS)
 #define NEAR_NS       (RATE_NS / 2) /* of exchanges that are alike */
 #define DATA_CLOCK_US INT64_C(250000)
 #define DRIFT_MAX_PPB INT64_C(1000000)
@@ -319,9 +321,29 @@ static void take_event(struct doctor *d, const lum_sensor_event *event)
     }
 }
 
+static int begin_count(const struct doctor *d)
+{
+    lum_endpoint local = {0, 0};
+    lum_socket_local(lum_sensor_socket(d->session), &local);
+    return doctor_count_begin(d, local.port);
+}
+
+/* What was counted and still waits has arrived. False: it does not end. */
+static bool take_rest(struct doctor *d, lum_sensor_event *event)
+{
+    const int64_t end = lum_time_monotonic_ns() + REST_NS;
+    do {
+        lum_sensor_receive(d->session, 0, event);
+        take_event(d, event);
+    } while (event->kind == LUM_SENSOR_DATAGRAMS &&
+             lum_time_monotonic_ns() < end);
+    return event->kind != LUM_SENSOR_DATAGRAMS;
+}
+
 /* False when it broke or was cancelled. */
 static bool take_data(struct doctor *d, lum_error *error)
 {
+    const int counter = begin_count(d);
     const int64_t begin = lum_time_monotonic_ns();
     lum_sensor_event event = {.kind = LUM_SENSOR_IDLE};
     int64_t now = begin;
@@ -337,8 +359,13 @@ static bool take_data(struct doctor *d, lum_error *error)
         take_event(d, &event);
         now = lum_time_monotonic_ns();
     }
+    d->stream.came_in = doctor_count_end(counter);
+    if (event.kind != LUM_SENSOR_FAILED && event.kind != LUM_SENSOR_CANCELLED &&
+        !take_rest(d, &event)) {
+        d->stream.came_in = 0;
+    }
     *error = event.kind == LUM_SENSOR_FAILED ? event.error : (lum_error){""};
-    d->stream.duration_ns = now - begin;
+    d->stream.duration_ns = lum_time_monotonic_ns() - begin;
     lum_sensor_count(d->session, &d->stream.session);
     d->stream.counts_drops =
         lum_socket_counts_drops(lum_sensor_socket(d->session));
@@ -361,6 +388,17 @@ static void say_no_data(struct doctor *d, struct doctor_finding *out)
                      "heartbeats were sent, and what came from %s came from "
                      "another port than %u: something between rewrites ports",
                      d->address, (unsigned)d->sensor.port);
+    } else if (doctor_stream_filtered(d) > 0) {
+        doctor_wrong(out,
+                     "%" PRIu64 " datagrams of data came in by %s, and this "
+                     "host drops them, though not short answers: a rule of its "
+                     "firewall",
+                     doctor_stream_filtered(d), d->interface);
+        doctor_mend(out,
+                    "sudo nft list ruleset | grep -nE 'length|limit|drop|"
+                    "reject'    # and let UDP from %s through",
+                    d->address);
+        return;
     } else {
         doctor_wrong(out,
                      "heartbeats were sent for %.0f s, and no data came; the "
