@@ -703,7 +703,7 @@ class TwoHosts(OnHosts):
         self.client("sysctl -qw net.ipv4.conf.all.rp_filter=1")
         found = self.broken("route", 1, "other0")
         mends = self.mended(found, "route")
-        self.assertEqual(mends[1:], ["sudo sysctl -w net.ipv4.conf.eth0.rp_filter=2"])
+        self.assertEqual(mends[1:], ["sudo sysctl -w net/ipv4/conf/eth0/rp_filter=2"])
 
     def test_two_interfaces_in_its_subnet_and_no_sensor(self):
         Hosts.ip("-n", self.hosts.sensor, "addr", "flush", "dev", "eth0")
@@ -806,15 +806,33 @@ class TwoHosts(OnHosts):
         self.assertIn("other0", found.text("interface"))
         self.assertEqual((found.status, found["arp"]), (3, "wrong"), str(found))
 
-    def test_unprivileged(self):
-        self.sensor("--rate", "2")  # the receive buffer may be small
+    def look_unprivileged(self):
         os.chmod(self.folder.path, 0o755)
         copy = shutil.copy(BIN / "lumctl", self.folder / "lumctl")
         r = subprocess.run(["ip", "netns", "exec", self.hosts.client, sys.executable, "-c",
                             "import os, sys; os.setgroups([]); os.setgid(65534); os.setuid(65534);"
                             "os.execv(sys.argv[1], sys.argv[1:])", copy, "doctor", "--json"],
-                           capture_output=True, text=True, timeout=30)
-        found = Findings(r)
+                           capture_output=True, text=True, timeout=60)
+        return Findings(r)
+
+    def test_two_interfaces_in_its_subnet_without_rights(self):
+        self.by_the_wrong_one()
+        found = self.look_unprivileged()
+        self.assertEqual(found["route"], "wrong", str(found))
+        self.assertEqual(found.mend("route"), "lumctl --host 10.42.0.37 --interface eth0 doctor    # --interface eth0 with "
+                                              "every tool")
+
+    @needs_nft
+    def test_a_rule_without_rights(self):
+        self.sensor()
+        self.client("nft 'add table inet f { chain in { type filter hook input priority 0; policy drop; }; }'")
+        found = self.look_unprivileged()
+        self.assertEqual((found.status, found["firewall"]), (3, "not looked at"), str(found))
+        self.assertIn("only root can see whether one comes in and is dropped", found.text("firewall"))
+
+    def test_unprivileged(self):
+        self.sensor("--rate", "2")  # the receive buffer may be small
+        found = self.look_unprivileged()
         for name in ("interface", "route", "arp", "firewall", "mtu", "answer", "data", "layout", "clock", "status"):
             self.assertEqual(found[name], "fine", str(found))
         self.assertIn("only root can see whether another device answers", found.text("arp"))

@@ -173,7 +173,7 @@ static void say_filtered(const struct doctor *d, struct doctor_finding *out)
                  "answers of %s come in by %s and are dropped by this host's "
                  "reverse path filter, since its own route leads elsewhere",
                  d->address, d->interface);
-    doctor_mend(out, "sudo sysctl -w net.ipv4.conf.%s.rp_filter=2",
+    doctor_mend(out, "sudo sysctl -w net/ipv4/conf/%s/rp_filter=2",
                 d->interface);
 }
 

@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 #define TRACE_RULE_BYTES 256u
-#define TRACE_NAME_BYTES 64u
+#define TRACE_NAME_BYTES 256u
 #define TRACE_IDS_MAX    32u
 
 /* One packet's way, its end so far. */

@@ -31,17 +31,33 @@ static struct trace_way *find(struct trace_reader *reader, const char *id)
     return way;
 }
 
+/* The last of a line: a rule's own text may hold the same words. */
+static const char *find_verdict(const char *rest)
+{
+    const char *found = NULL;
+    for (const char *p = strstr(rest, "(verdict "); p != NULL;
+         p = strstr(p + 1, "(verdict ")) {
+        found = p;
+    }
+    return found;
+}
+
+static bool begins(const char *text, const char *with)
+{
+    return strncmp(text, with, strlen(with)) == 0;
+}
+
 /* "rule TEXT (verdict drop)" or "policy drop". */
 static void take_end(struct trace_way *way, const char *kind, const char *rest)
 {
-    static const char verdict[] = "(verdict drop)";
-    const char *end = strstr(rest, verdict);
-    way->is_dropped = (strcmp(kind, "policy") == 0 &&
-                       strncmp(rest, "drop", strlen("drop")) == 0) ||
-                      (strcmp(kind, "rule") == 0 && end != NULL);
+    const bool is_rule = strcmp(kind, "rule") == 0;
+    const char *verdict = is_rule ? find_verdict(rest) : NULL;
+    way->is_dropped = is_rule
+                          ? verdict != NULL && begins(verdict, "(verdict drop)")
+                          : strcmp(kind, "policy") == 0 && begins(rest, "drop");
     way->rule[0] = '\0';
-    if (way->is_dropped && strcmp(kind, "rule") == 0) {
-        size_t len = (size_t)(end - rest);
+    if (way->is_dropped && is_rule) {
+        size_t len = (size_t)(verdict - rest);
         while (len > 0 && rest[len - 1u] == ' ') {
             len--;
         }
