@@ -222,8 +222,7 @@ static void a_rule_whose_text_says_drop_need_not_drop(void **state)
     static const char *const lines[] = {
         "trace id 1 ip f in rule log prefix \"drop: \" accept (verdict accept)",
         "trace id 1 ip f in rule counter drop (verdict continue)",
-        "trace id 1 ip f in rule log prefix \"(verdict drop)\" (verdict "
-        "accept)",
+        "trace id 1 ip f in rule log \"(verdict drop)\" (verdict accept)",
         "trace id 1 ip f in return ",
         "trace id 1 ip f in policy accept ",
     };
