@@ -684,11 +684,11 @@ class TwoHosts(OnHosts):
         self.assertEqual(found.text("interface"), "eth0 is up and has 10.42.0.1/24, and 10.42.0.37 answers there; other0 with "
                                                   "10.42.0.2/24 is in that subnet too, and nobody answers there")
 
-    def by_the_wrong_one(self):
+    def by_the_wrong_one(self, address="10.42.0.2/24"):
         """The route of the address that came first holds."""
         self.sensor()
         self.client("ip addr flush dev eth0")
-        self.other_interface("10.42.0.2/24")
+        self.other_interface(address)
         self.client("ip addr add 10.42.0.1/24 dev eth0")
 
     def test_two_interfaces_in_its_subnet_and_the_route_leads_by_the_wrong_one(self):
@@ -697,6 +697,36 @@ class TwoHosts(OnHosts):
         self.assertTrue(found.text("interface").startswith("eth0 is up and has 10.42.0.1/24, and 10.42.0.37 answers there"))
         self.assertEqual(self.mended(found, "route"), ["lumctl --host 10.42.0.37 --interface eth0 doctor    # --interface "
                                                        "eth0 with every tool"])
+
+    def test_two_interfaces_with_the_same_address(self):
+        self.by_the_wrong_one("10.42.0.1/24")  # as NetworkManager gives it to one that it shares
+        found = self.broken("route", 1, "goes out by other0, and not by eth0 in its subnet, where it answers")
+        self.mended(found, "route")
+
+    def test_an_interface_in_its_subnet_and_the_cable_in_another(self):
+        self.sensor()
+        self.client("ip addr flush dev eth0")
+        self.other_interface("10.42.0.1/24")
+        found = self.broken("arp", 1, "nobody on other0 answers for 10.42.0.37, but a device on eth0 does, which has no address")
+        self.assertEqual(found.mend("arp"), "sudo ip addr add 10.42.0.2/32 dev eth0 && sudo ip route add 10.42.0.37/32 dev eth0 "
+                                            "src 10.42.0.2")
+        self.follow(found.mend("arp"))
+        found = self.unharmed()
+        self.assertEqual((found["route"], found["answer"], found["data"]), ("note", "fine", "fine"), str(found))
+
+    def test_the_wrong_interface_is_asked_for(self):
+        self.sensor()
+        self.other_interface("10.42.0.2/24")
+        found = self.broken("arp", 1, "but a device on eth0 does", "--interface", "other0")
+        self.assertEqual(self.mended(found, "arp"), ["lumctl --host 10.42.0.37 --interface eth0 doctor    # --interface eth0 "
+                                                     "with every tool"])
+
+    def test_the_cable_with_the_sensor_is_known_by_its_answer(self):
+        self.sensor()
+        self.client("ip link add enp1s0 type veth peer name enp1s1; ip link set enp1s1 up; ip link set enp1s0 up;"
+                    "ip addr flush dev eth0; ip addr add 192.168.7.9/24 dev eth0")  # the other one looks likelier
+        found = self.broken("interface", 1, "subnet")
+        self.assertEqual(self.mended(found, "interface"), ["sudo ip addr add 10.42.0.1/24 dev eth0"])
 
     def test_two_interfaces_in_its_subnet_and_a_strict_filter(self):
         self.by_the_wrong_one()
@@ -804,7 +834,7 @@ class TwoHosts(OnHosts):
         self.assertEqual(self.look("--interface", "eth0").status, 0)
         found = self.look("--interface", "other0")
         self.assertIn("other0", found.text("interface"))
-        self.assertEqual((found.status, found["arp"]), (3, "wrong"), str(found))
+        self.assertEqual((found.status, found["arp"]), (1, "wrong"), str(found))
 
     def look_unprivileged(self):
         os.chmod(self.folder.path, 0o755)

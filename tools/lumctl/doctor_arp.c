@@ -50,6 +50,27 @@ static enum knock_answer probe(struct doctor *d, char mac[MAC_BYTES],
     return answer;
 }
 
+/* A route to the sensor alone takes nothing from the interface that has its
+ * subnet. */
+static void say_other(struct doctor *d, const struct host_interface *on,
+                      struct doctor_finding *out)
+{
+    char address[16];
+    d->is_silent = false; /* it was asked at the wrong place */
+    doctor_wrong(out, "nobody on %s answers for %s, but a device on %s does",
+                 d->interface, d->address, on->name);
+    if (interfaces_subnet(on, d->sensor.address) != NULL) {
+        host_mend_interface(d, on->name, out);
+        return;
+    }
+    doctor_add(out, ", which has no address in its subnet");
+    (void)number_format_address(host_address_beside(d, on), address);
+    doctor_mend(out,
+                "sudo ip addr add %s/32 dev %s && sudo ip route add %s/32 dev "
+                "%s src %s",
+                address, on->name, d->address, on->name, address);
+}
+
 static void say_nobody(struct doctor *d, struct doctor_finding *out)
 {
     char hop[16];
@@ -59,7 +80,12 @@ static void say_nobody(struct doctor *d, struct doctor_finding *out)
                  "nobody on %s answers for %s: no power, another cable, or "
                  "another address",
                  d->interface, number_format_address(d->next_hop, hop));
-    doctor_mend_elsewhere(d, out);
+    const struct host_interface *other = neighbours_search(d, d->interface);
+    if (other != NULL) {
+        say_other(d, other, out);
+    } else {
+        doctor_mend_elsewhere(d, out);
+    }
 }
 
 static void say_two(const struct doctor *d, const struct neighbours *who,

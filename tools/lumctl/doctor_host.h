@@ -29,6 +29,14 @@ size_t host_candidates(const struct doctor *d,
 /* Looks whether somebody answers there, once. */
 void host_look(struct doctor *d, struct candidate *c);
 
+/* An address for this host beside the sensor's, that no other device has as far
+ * as it may be asked on an interface (NULL: none). */
+uint32_t host_address_beside(struct doctor *d, const struct host_interface *w);
+
+/* The command by which the sensor is reached on that interface alone. */
+void host_mend_interface(const struct doctor *d, const char *interface,
+                         struct doctor_finding *out);
+
 /* What is wrong stays a note where a sensor answers all the same: there is
  * nothing to mend. Returns whether it does. */
 bool host_spare(struct doctor *d, struct doctor_finding *out);

@@ -173,6 +173,13 @@ static const struct host_interface *likeliest(const struct doctor *d)
     return best;
 }
 
+/* Where somebody answers for it, if that can be heard; else a guess. */
+static const struct host_interface *where(struct doctor *d)
+{
+    const struct host_interface *found = neighbours_search(d, NULL);
+    return found != NULL && host_is_asked_for(d, found) ? found : likeliest(d);
+}
+
 /* "eth0, wlan0" */
 static void list_names(const struct doctor *d, char out[LIST_SIZE])
 {
@@ -232,7 +239,7 @@ static bool is_own(const struct doctor *d, uint32_t address)
 /* An address for this host beside the sensor's. One that another device has
  * would take that one off the network, so it is asked for first where that may
  * be done. */
-static uint32_t address_beside(struct doctor *d, const struct host_interface *w)
+uint32_t host_address_beside(struct doctor *d, const struct host_interface *w)
 {
     const uint32_t subnet = d->sensor.address & NEAR_MASK;
     uint32_t last = 1;
@@ -255,7 +262,8 @@ static void mend_subnet(struct doctor *d, const struct host_interface *w,
 {
     char address[16];
     char add[128 + 2 * INTERFACE_NAME_BYTES];
-    const uint32_t ours = near != NULL ? near->address : address_beside(d, w);
+    const uint32_t ours =
+        near != NULL ? near->address : host_address_beside(d, w);
     (void)snprintf(add, sizeof add, "%s%s%ssudo ip addr add %s/24 dev %s",
                    w != NULL && !w->is_up ? "sudo ip link set " : "",
                    w != NULL && !w->is_up ? w->name : "",
@@ -271,7 +279,7 @@ static void say_no_subnet(struct doctor *d, struct doctor_finding *out)
 {
     char text[3][16];
     char list[LIST_SIZE];
-    const struct host_interface *w = likeliest(d);
+    const struct host_interface *w = where(d);
     const struct interface_address *near = w != NULL ? find_near(d, w) : NULL;
     if (near != NULL) {
         doctor_wrong(
@@ -468,26 +476,43 @@ static void say_no_route(struct doctor *d, int error,
     doctor_lack(d, DOCTOR_NEEDS_ROUTE, "no route");
 }
 
+void host_mend_interface(const struct doctor *d, const char *interface,
+                         struct doctor_finding *out)
+{
+    char place[DOCTOR_PLACE_BYTES];
+    doctor_mend(out,
+                "lumctl --host %s --interface %s doctor    # --interface %s "
+                "with every tool",
+                doctor_place(d->sensor.address, d->sensor.port, place),
+                interface, interface);
+}
+
 /* --interface changes nothing on this host; a route has to be set where even
  * on the right interface another one leads to a gateway. */
 static void mend_astray(const struct doctor *d, struct doctor_finding *out)
 {
     struct way there;
-    char place[DOCTOR_PLACE_BYTES];
     char source[16];
     const char *name = d->chosen->name;
     if (way_find(d->sensor.address, name, &there) && there.exists &&
         !there.has_gateway) {
-        doctor_mend(out,
-                    "lumctl --host %s --interface %s doctor    # --interface "
-                    "%s with every tool",
-                    doctor_place(d->sensor.address, d->sensor.port, place),
-                    name, name);
+        host_mend_interface(d, name, out);
     } else {
         doctor_mend(out, "sudo ip route replace %s/32 dev %s src %s",
                     d->address, name,
                     number_format_address(d->chosen_address, source));
     }
+}
+
+/* Whether somebody answers on the interface in the sensor's subnet. */
+static bool chosen_answers(struct doctor *d)
+{
+    struct neighbours who;
+    if (!d->chosen_answers) {
+        neighbours_find(d, d->chosen, &who);
+        d->chosen_answers = who.count > 0;
+    }
+    return d->chosen_answers;
 }
 
 /* The kernel sends it past the interface in the sensor's subnet. Only where
@@ -496,22 +521,21 @@ static void say_astray(struct doctor *d, const struct way *way,
                        struct doctor_finding *out)
 {
     char gateway[16];
-    struct neighbours who;
-    if (!d->chosen_answers) {
-        neighbours_find(d, d->chosen, &who);
-        d->chosen_answers = who.count > 0;
-    }
     doctor_wrong(
-        out, "%s goes out by %s%s%s, and not by %s in its subnet, where %s",
-        d->address, way->interface, way->has_gateway ? " to the gateway " : "",
+        out, "%s goes out by %s%s%s, and not by %s in its subnet", d->address,
+        way->interface, way->has_gateway ? " to the gateway " : "",
         way->has_gateway ? number_format_address(way->gateway, gateway) : "",
-        d->chosen->name,
-        d->chosen_answers ? "it answers" : "nobody answers for it either");
-    if (!d->chosen_answers) {
-        out->result = DOCTOR_NOTE;
-    } else if (!host_spare(d, out)) {
+        d->chosen->name);
+    if (host_spare(d, out)) {
+        return;
+    }
+    if (chosen_answers(d)) {
+        doctor_add(out, ", where it answers");
         mend_astray(d, out);
         doctor_lack(d, DOCTOR_NEEDS_ROUTE, "the route leads elsewhere");
+    } else {
+        doctor_add(out, ", where nobody answers for it either");
+        out->result = DOCTOR_NOTE;
     }
 }
 

@@ -8,6 +8,7 @@
 
 #include "lum/base/time.h"
 
+#include <poll.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -16,6 +17,8 @@
 #define AGAIN_NS (150 * MS_NS) /* between questions */
 #define MORE_NS  (400 * MS_NS) /* after the first answer */
 #define LOOK_MS  50
+
+#define SEARCH_MAX 32u /* interfaces */
 
 static void add(struct neighbours *all, const char *mac)
 {
@@ -71,6 +74,78 @@ bool neighbours_hear(struct doctor *d, const struct host_interface *on,
     hear(d, arp, address, out);
     arp_close(arp);
     return true;
+}
+
+/* Questions on many interfaces at once. */
+struct search {
+    size_t count;
+    struct pollfd waits[SEARCH_MAX];
+    struct arp *arps[SEARCH_MAX];
+    const struct host_interface *on[SEARCH_MAX];
+};
+
+static void open_all(const struct doctor *d, const char *but, struct search *s)
+{
+    s->count = 0;
+    for (size_t i = 0; i < d->interface_count && s->count < SEARCH_MAX; i++) {
+        const struct host_interface *w = &d->interfaces[i];
+        if (w->is_up && w->has_link &&
+            (but == NULL || strcmp(but, w->name) != 0) &&
+            arp_open(w, &s->arps[s->count], NULL) == ARP_OPENED) {
+            s->on[s->count] = w;
+            s->waits[s->count] = (struct pollfd){
+                .fd = arp_descriptor(s->arps[s->count]), .events = POLLIN};
+            s->count++;
+        }
+    }
+}
+
+/* Waits for any of them, until a time. */
+static const struct host_interface *hear_any(struct search *s, uint32_t address,
+                                             int64_t until_ns)
+{
+    const int64_t left = until_ns - lum_time_monotonic_ns();
+    if (left <= 0 ||
+        poll(s->waits, (nfds_t)s->count, (int)(left / MS_NS) + 1) <= 0) {
+        return NULL;
+    }
+    for (size_t i = 0; i < s->count; i++) {
+        struct arp_speaker who;
+        while (s->waits[i].revents != 0 && arp_receive(s->arps[i], 0, &who)) {
+            if (who.address == address) {
+                return s->on[i];
+            }
+        }
+    }
+    return NULL;
+}
+
+const struct host_interface *neighbours_search(struct doctor *d,
+                                               const char *but)
+{
+    struct search s;
+    const struct host_interface *found = NULL;
+    const uint32_t address = d->sensor.address;
+    int64_t now = lum_time_monotonic_ns();
+    const int64_t end = now + WAIT_NS;
+    int64_t next = now;
+    open_all(d, but, &s);
+    while (s.count > 0 && found == NULL && now < end &&
+           !doctor_is_cancelled(d)) {
+        if (now >= next) {
+            doctor_keep_alive(d);
+            for (size_t i = 0; i < s.count; i++) {
+                (void)arp_ask(s.arps[i], address, NULL);
+            }
+            next = now + AGAIN_NS;
+        }
+        found = hear_any(&s, address, earlier(next, end));
+        now = lum_time_monotonic_ns();
+    }
+    for (size_t i = 0; i < s.count; i++) {
+        arp_close(s.arps[i]);
+    }
+    return found;
 }
 
 static enum arp_state look_up(uint32_t address, const char *interface,

@@ -28,6 +28,13 @@ bool neighbours_hear(struct doctor *d, const struct host_interface *on,
 void neighbours_find(struct doctor *d, const struct host_interface *on,
                      struct neighbours *out);
 
+/* The interface, of all that are up, on which somebody answers for the sensor's
+ * address, whatever addresses it has; heard on all at once, for at most a
+ * second and a half. but: the name of one that is left out, or NULL. NULL:
+ * nobody does, or this program may not hear it. */
+const struct host_interface *neighbours_search(struct doctor *d,
+                                               const char *but);
+
 /* "9a:62:cd:08:a4:01 and 9a:62:cd:08:a4:02"; returns out. */
 #define NEIGHBOURS_TEXT_BYTES 128u
 const char *neighbours_format(const struct neighbours *all,
