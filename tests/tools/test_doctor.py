@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import pty
+import re
 import shutil
 import signal
 import socket
@@ -15,7 +16,7 @@ import time
 import unittest
 
 import shards
-from live import Hosts, Process, Sensor, inside, needs_namespaces, wait_until
+from live import HERE, Hosts, Process, Sensor, inside, needs_namespaces, wait_until
 from support import BIN, MAGIC, Folder, angles, run
 
 NAMES = ["interface", "route", "arp", "port", "session", "firewall", "buffer", "mtu", "answer", "data", "layout", "loss",
@@ -57,9 +58,9 @@ class Findings:
 
 class Fake(threading.Thread):
     """A sensor that answers as it is told to, on a loopback address. The first heartbeat brings the stream. slow: how long,
-    in seconds, so many of four answers to timestamp requests are under way."""
+    in seconds, so many of four answers to timestamp requests are under way. answers_from: another port."""
 
-    def __init__(self, test, address, speed=1.0, status=0x0200, stream=(), slow=0.0, slow_of_4=2):
+    def __init__(self, test, address, speed=1.0, status=0x0200, stream=(), slow=0.0, slow_of_4=2, answers_from=None):
         super().__init__(daemon=True)
         self.speed, self.status, self.stream = speed, status, list(stream)
         self.slow, self.slow_of_4 = slow, slow_of_4
@@ -67,6 +68,10 @@ class Fake(threading.Thread):
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind((address, 5517))
         self.socket.settimeout(0.1)
+        self.answers_by = self.socket
+        if answers_from is not None:
+            self.answers_by = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            self.answers_by.bind((address, answers_from))
         self.begin = time.monotonic()
         self.ends = False
         test.addCleanup(self.end)
@@ -76,6 +81,7 @@ class Fake(threading.Thread):
         self.ends = True
         self.join()
         self.socket.close()
+        self.answers_by.close()
 
     def clock(self):
         return int((time.monotonic() - self.begin) * 1e6 * self.speed) & 0xFFFFFFFF
@@ -99,7 +105,7 @@ class Fake(threading.Thread):
             if reply is not None:
                 if packet[8] == 6 and self.heard.count(6) % 4 >= 4 - self.slow_of_4:
                     time.sleep(self.slow)
-                self.socket.sendto(reply, client)
+                self.answers_by.sendto(reply, client)
             elif packet[8] == 8:
                 self.send_stream(client)
 
@@ -145,7 +151,7 @@ class Loopback(Doctor):
         self.sensor()
         found = self.examine(NET + "1")
         # what only root or a tuned host may see is no fault
-        self.assert_fine(found, but=("firewall", "buffer", "loss"))
+        self.assert_fine(found, but=("buffer", "loss"))
         self.assertIn("lumsim", found.text("port"))
         self.assertIn(NET + "1", found.text("route"))
         self.assertIn("host's rate", found.text("clock"))
@@ -256,7 +262,7 @@ class Loopback(Doctor):
         self.assertIn("type 9", found.text("layout"))
         self.assertIn("--profile", found.mend("layout"))
         self.assertEqual(found["loss"], "not looked at")
-        self.assert_fine(self.examine(NET + "9", "--profile", profile), but=("firewall", "buffer", "loss"))
+        self.assert_fine(self.examine(NET + "9", "--profile", profile), but=("buffer", "loss"))
 
     def test_a_clock_at_another_place_of_the_packet_shows(self):
         profile = self.folder.write("other.yaml", "version: 1\ngroup: {timestamp: 24, samples: 28, line: 20, "
@@ -308,6 +314,7 @@ class Loopback(Doctor):
         found = self.examine(NET + "13")
         self.assertEqual((found.status, found["answer"]), (3, "wrong"), str(found))
         self.assertIn("tcpdump", found.mend("answer"))
+        self.assertEqual(found["firewall"], "not looked at")
         self.assertLess(time.monotonic() - begin, 40)
 
     def test_a_sensor_without_data_is_told(self):
@@ -372,6 +379,10 @@ class Loopback(Doctor):
         self.assertNotIn("nothing is wrong", p.stdout())
         self.assertEqual(self.examine(NET + "17")["session"], "fine")
 
+    def test_troubleshooting_has_a_section_for_each_check(self):
+        text = (HERE.parents[1] / "docs/troubleshooting.md").read_text()
+        self.assertEqual([line[3:] for line in text.splitlines() if line.startswith("## ")][:len(NAMES)], NAMES)
+
     def test_words_and_options_that_it_cannot_have_are_refused(self):
         for arguments, says in ((("doctor", "now"), "now"), (("--dry-run", "doctor"), "--dry-run")):
             r = run("lumctl", "--host", NET + "18", *arguments)
@@ -414,6 +425,27 @@ class Loopback(Doctor):
         self.assertLess(max(b - a for a, b in zip(beats, beats[1:])), 1.0)
 
     @needs_root
+    def test_a_trace_is_refused_without_rights(self):
+        os.chmod(self.folder.path, 0o755)
+        copy = shutil.copy(BIN / "lumctl", self.folder / "lumctl")
+        r = subprocess.run([copy, "--host", NET + "29", "doctor", "--trace"], capture_output=True, text=True, timeout=30,
+                           user=65534, group=65534, extra_groups=[])
+        self.assertEqual((r.returncode, r.stdout), (1, ""))
+        self.assertIn("needs root: sudo lumctl doctor --trace", r.stderr)
+
+    def test_a_trace_belongs_to_the_doctor_alone(self):
+        r = run("lumctl", "--host", NET + "29", "status", "--trace")
+        self.assertEqual((r.returncode, r.stdout), (2, ""))
+        self.assertIn("--trace", r.stderr)
+
+    def test_answers_from_another_port_are_told_from_silence(self):
+        Fake(self, NET + "30", answers_from=6000)
+        found = self.examine(NET + "30")
+        self.assertEqual((found.status, found["answer"]), (1, "wrong"), str(found))
+        self.assertIn("answers from port 6000 to what is sent to its port 5517", found.text("answer"))
+        self.assertIn("tcpdump", found.mend("answer"))
+
+    @needs_root
     def test_without_rights_it_says_what_it_could_not_look_at(self):
         self.sensor("--rate", "2", address=NET + "20")  # the receive buffer may be small
         os.chmod(self.folder.path, 0o755)
@@ -422,27 +454,41 @@ class Loopback(Doctor):
                            user=65534, group=65534, extra_groups=[])
         found = Findings(r)
         self.assertEqual(found.status, 0, str(found))
-        self.assertEqual(found["firewall"], "not looked at")
         self.assertIn("root", found.text("port"))
         self.assertIn(found["buffer"], ("note", "fine"))
-        for name in ("interface", "route", "mtu", "answer", "data", "layout", "clock", "status"):
+        for name in ("interface", "route", "firewall", "mtu", "answer", "data", "layout", "clock", "status"):
             self.assertEqual(found[name], "fine", str(found))
 
 
-@needs_namespaces
-class TwoHosts(Doctor):
-    """The client's host is broken in one way, and mended by the very command that the doctor gives."""
+class OnHosts(Doctor):
+    """The client's host is broken in one way, and mended by the very commands that the doctor gives."""
 
     def setUp(self):
         super().setUp()
         self.hosts = Hosts(self, self.folder)
+        shim = self.folder / "bin"
+        shim.mkdir()
+        (shim / "sudo").write_text('#!/bin/sh\nexec "$@"\n')
+        (shim / "sudo").chmod(0o755)
+        self.environment = dict(os.environ, PATH=f"{shim}:{BIN}:{os.environ['PATH']}:/usr/sbin:/sbin")
 
     def sensor(self, *arguments):
         return Sensor(self, self.folder, *arguments, address="10.42.0.37", namespace=self.hosts.sensor)
 
+    def shell(self, command, timeout=None):
+        """As it stands, on the client's host. One that does not end, since it only looks, is ended."""
+        p = subprocess.Popen([*inside(self.hosts.client), "sh", "-ec", command], stdout=subprocess.PIPE,
+                             stderr=subprocess.STDOUT, text=True, env=self.environment, start_new_session=True)
+        try:
+            out, _ = p.communicate(timeout=timeout)
+        except subprocess.TimeoutExpired:
+            os.killpg(p.pid, signal.SIGKILL)
+            out, _ = p.communicate()
+        return p.returncode, out
+
     def client(self, command):
-        r = subprocess.run([*inside(self.hosts.client), "sh", "-ec", command], capture_output=True, text=True)
-        self.assertEqual(r.returncode, 0, f"{command}: {r.stderr}")
+        status, out = self.shell(command)
+        self.assertEqual(status, 0, f"{command}: {out}")
 
     def look(self, *options):
         return Findings(self.hosts.run("lumctl", *options, "doctor", "--json", timeout=30))
@@ -463,15 +509,61 @@ class TwoHosts(Doctor):
         self.client("ip link add other0 type veth peer name other1; ip link set other1 up; ip link set other0 up;"
                     f"ip addr add {address} dev other0")
 
-    def mended(self, found, check):
-        self.client(found.mend(check).replace("sudo ", ""))
-        self.link_shows("state UP")
-        self.assert_fine(self.look(), but=("firewall",))
+    def follow(self, mend):
+        """Do what a mend says, to the letter. The options of the next look, where it is one."""
+        if mend.endswith(" &"):
+            name, option, address, *others = mend[:-2].split()
+            self.assertEqual((name, option), ("lumsim", "--address"))
+            Sensor(self, self.folder, *others, address=address, namespace=self.hosts.client)
+            return None
+        looks = re.match(r"(?:sudo )?lumctl (.*) doctor( --trace)?(?:    #.*)?$", mend)
+        if looks:
+            return looks[1].split() + (["--trace"] if looks[2] else [])
+        changes = re.match(r"sudo (ip|nft|iptables-nft|iptables-legacy|sysctl) ", mend)
+        status, out = self.shell(mend, timeout=None if changes else 1.0)
+        if changes:
+            self.assertEqual(status, 0, f"{mend}: {out}")
+        return None
 
+    def mended(self, found, check, options=(), says=""):
+        """Each mend, of the first thing that is wrong, is done; in the end nothing is wrong, and the sensor answers. says:
+        of the check, when it was looked at for the last time and was still wrong."""
+        mends = [found.mend(check)]
+        last = found.text(check)
+        for _ in range(4):
+            self.assertIsNotNone(mends[-1], str(found))
+            options = self.follow(mends[-1]) or options
+            self.link_shows("state UP")
+            found = self.look(*options)
+            wrong = [name for name in NAMES if found[name] == "wrong"]
+            if not wrong:
+                break
+            mends.append(found.mend(wrong[0]))
+            last = found.text(check)
+        self.assertIn(says, last)
+        self.assert_fine(found)
+        options = [o for o in options if o != "--trace"]
+        self.assertEqual(self.hosts.run("lumctl", *options, "time").returncode, 0)
+        return mends
+
+    def unharmed(self, *options):
+        """A set-up that works: nothing is wrong with it, and no mend of a note breaks it."""
+        found = self.look(*options)
+        self.assertEqual(found.status, 0, str(found))
+        for name in NAMES:
+            if found.mend(name):
+                self.follow(found.mend(name))
+                again = self.look(*options)
+                self.assertEqual({n: again[n] for n in NAMES}, {n: found[n] for n in NAMES}, f"{found}\n---\n{again}")
+        return found
+
+
+@needs_namespaces
+class TwoHosts(OnHosts):
     def test_all_fine(self):
         self.sensor()
         found = self.look()
-        self.assert_fine(found, but=() if needs_nft_is_there() else ("firewall",))
+        self.assert_fine(found)
         self.assertEqual(found.text("interface"), "eth0 is up and has 10.42.0.1/24")
         self.assertRegex(found.text("arp"), r"10\.42\.0\.37 is at (..:){5}..")
 
@@ -489,6 +581,26 @@ class TwoHosts(Doctor):
         self.client("ip addr flush dev eth0; ip addr add 192.168.7.1/24 dev eth0; ip route add default via 192.168.7.2")
         self.mended(self.broken("interface"), "interface")
 
+    def test_a_netmask_that_leaves_the_sensor_out(self):
+        self.sensor()
+        self.client("ip addr flush dev eth0; ip addr add 10.42.0.1/28 dev eth0")
+        found = self.broken("interface", 1, "eth0 has 10.42.0.1/28, a subnet from 10.42.0.0 to 10.42.0.15, which leaves "
+                                            "10.42.0.37 out")
+        self.assertEqual(self.mended(found, "interface"), ["sudo ip addr add 10.42.0.1/24 dev eth0"])
+
+    def test_what_interfaces_have_instead_is_shown(self):
+        self.other_interface("192.168.7.1/24")
+        self.client("ip addr flush dev eth0")
+        found = self.broken("interface", 1, "other0 has 192.168.7.1/24")
+        self.assertIn("eth0 has none", found.text("interface"))
+
+    def test_an_address_that_another_device_has_is_not_proposed(self):
+        self.sensor()
+        Hosts.ip("-n", self.hosts.sensor, "addr", "add", "10.42.0.1/24", "dev", "eth0")
+        self.client("ip addr flush dev eth0")
+        found = self.broken("interface", 1, "subnet")
+        self.assertEqual(self.mended(found, "interface"), ["sudo ip addr add 10.42.0.2/24 dev eth0"])
+
     def test_a_simulator_on_this_host_is_the_mend_and_is_not_to_be_killed(self):
         self.client("ip addr flush dev eth0")
         Sensor(self, self.folder, "--port", "5600", address="127.0.0.1", namespace=self.hosts.client)
@@ -501,7 +613,10 @@ class TwoHosts(Doctor):
 
     def test_mends_bear_the_port(self):
         found = self.broken("port", 1, "nothing listens on its port 5518", "--host", "127.0.0.3", "--port", "5518")
-        self.assertEqual(found.mend("port"), "lumsim --address 127.0.0.3 --port 5518 &")
+        self.assertEqual(self.mended(found, "port", ("--host", "127.0.0.3", "--port", "5518")),
+                         ["lumsim --address 127.0.0.3 --port 5518 &"])
+
+    def test_mends_bear_another_port(self):
         Sensor(self, self.folder, address="127.0.0.1", namespace=self.hosts.client)
         found = self.broken("port", 1, "lumsim (process", "--host", "127.0.0.3", "--port", "5518")
         self.assertEqual(found.mend("port"), "lumctl --host 127.0.0.1 doctor")
@@ -534,21 +649,149 @@ class TwoHosts(Doctor):
         self.sensor()
         self.other_interface("172.16.5.1/24")
         self.client("ip route add 10.42.0.37/32 dev other0")
-        found = self.broken("route", 1, "goes out by other0")
+        found = self.broken("route", 1, "goes out by other0, and not by eth0 in its subnet, where it answers")
         self.assertEqual(found.text("answer"), "not looked at: the route leads elsewhere")
-        self.mended(found, "route")
+        self.assertEqual(self.mended(found, "route"), ["lumctl --host 10.42.0.37 --interface eth0 doctor    # --interface "
+                                                       "eth0 with every tool"])
 
     def test_the_route_leads_to_a_gateway(self):
         self.sensor()
         self.client("ip route add 10.42.0.32/29 via 10.42.0.9")
-        self.mended(self.broken("route", 1, "to the gateway 10.42.0.9"), "route")
+        found = self.broken("route", 1, "to the gateway 10.42.0.9")
+        self.assertEqual(self.mended(found, "route"), ["sudo ip route replace 10.42.0.37/32 dev eth0 src 10.42.0.1"])
+
+    def test_a_gateway_that_works_is_left_alone(self):
+        self.sensor()
+        Hosts.ip("-n", self.hosts.sensor, "addr", "add", "10.42.0.9/24", "dev", "eth0")
+        self.client("ip route add 10.42.0.32/29 via 10.42.0.9")
+        found = self.unharmed()
+        self.assertEqual((found["route"], found.mend("route")), ("note", None), str(found))
+
+    def test_a_sensor_behind_the_default_route_is_left_alone(self):
+        self.sensor()
+        Hosts.ip("-n", self.hosts.sensor, "addr", "add", "192.168.7.2/24", "dev", "eth0")
+        self.client("ip addr flush dev eth0; ip addr add 192.168.7.1/24 dev eth0; ip route add default via 192.168.7.2")
+        found = self.unharmed()
+        self.assertEqual((found["interface"], found.mend("interface")), ("note", None), str(found))
+        self.assertEqual(found["answer"], "fine")
+
+    def test_two_interfaces_in_its_subnet_and_the_route_leads_by_the_right_one(self):
+        self.sensor()
+        self.other_interface("10.42.0.2/24")
+        found = self.unharmed()
+        self.assert_fine(found)
+        self.assertEqual(found.text("interface"), "eth0 is up and has 10.42.0.1/24, and 10.42.0.37 answers there; other0 with "
+                                                  "10.42.0.2/24 is in that subnet too, and nobody answers there")
+
+    def by_the_wrong_one(self, address="10.42.0.2/24"):
+        """The route of the address that came first holds."""
+        self.sensor()
+        self.client("ip addr flush dev eth0")
+        self.other_interface(address)
+        self.client("ip addr add 10.42.0.1/24 dev eth0")
+
+    def test_two_interfaces_in_its_subnet_and_the_route_leads_by_the_wrong_one(self):
+        self.by_the_wrong_one()
+        found = self.broken("route", 1, "goes out by other0, and not by eth0 in its subnet, where it answers")
+        self.assertTrue(found.text("interface").startswith("eth0 is up and has 10.42.0.1/24, and 10.42.0.37 answers there"))
+        self.assertEqual(self.mended(found, "route"), ["lumctl --host 10.42.0.37 --interface eth0 doctor    # --interface "
+                                                       "eth0 with every tool"])
+
+    def test_two_interfaces_with_the_same_address(self):
+        self.by_the_wrong_one("10.42.0.1/24")  # as NetworkManager gives it to one that it shares
+        found = self.broken("route", 1, "goes out by other0, and not by eth0 in its subnet, where it answers")
+        self.mended(found, "route")
+
+    def test_an_interface_in_its_subnet_and_the_cable_in_another(self):
+        self.sensor()
+        self.client("ip addr flush dev eth0")
+        self.other_interface("10.42.0.1/24")
+        found = self.broken("arp", 1, "nobody on other0 answers for 10.42.0.37, but a device on eth0 does, which has no address")
+        self.assertEqual(found.mend("arp"), "sudo ip addr add 10.42.0.2/32 dev eth0 && sudo ip route add 10.42.0.37/32 dev eth0 "
+                                            "src 10.42.0.2")
+        self.follow(found.mend("arp"))
+        found = self.unharmed()
+        self.assertEqual((found["route"], found["answer"], found["data"]), ("note", "fine", "fine"), str(found))
+
+    def test_the_wrong_interface_is_asked_for(self):
+        self.sensor()
+        self.other_interface("10.42.0.2/24")
+        found = self.broken("arp", 1, "but a device on eth0 does", "--interface", "other0")
+        self.assertEqual(self.mended(found, "arp"), ["lumctl --host 10.42.0.37 --interface eth0 doctor    # --interface eth0 "
+                                                     "with every tool"])
+
+    def test_the_cable_with_the_sensor_is_known_by_its_answer(self):
+        self.sensor()
+        self.client("ip link add enp1s0 type veth peer name enp1s1; ip link set enp1s1 up; ip link set enp1s0 up;"
+                    "ip addr flush dev eth0; ip addr add 192.168.7.9/24 dev eth0")  # the other one looks likelier
+        found = self.broken("interface", 1, "subnet")
+        self.assertEqual(self.mended(found, "interface"), ["sudo ip addr add 10.42.0.1/24 dev eth0"])
+
+    def test_two_interfaces_in_its_subnet_and_a_strict_filter(self):
+        self.by_the_wrong_one()
+        self.client("sysctl -qw net.ipv4.conf.all.rp_filter=1")
+        found = self.broken("route", 1, "other0")
+        mends = self.mended(found, "route")
+        self.assertEqual(mends[1:], ["sudo sysctl -w net/ipv4/conf/eth0/rp_filter=2"])
+
+    def test_two_interfaces_in_its_subnet_and_no_sensor(self):
+        Hosts.ip("-n", self.hosts.sensor, "addr", "flush", "dev", "eth0")
+        self.other_interface("10.42.0.2/24")
+        found = self.broken("arp", 3, "nobody on eth0")
+        self.assertEqual(found["route"], "fine", str(found))
+
+    def test_a_second_interface_that_is_down_is_no_matter(self):
+        self.sensor()
+        self.other_interface("10.42.0.2/24")
+        self.client("ip link set other0 down")
+        self.assert_fine(self.unharmed())
+
+    def test_two_devices_with_its_address(self):
+        self.sensor()
+        third = self.hosts.sensor + "t"
+        self.addCleanup(subprocess.run, ["ip", "netns", "del", third], capture_output=True)
+        Hosts.ip("netns", "add", third)
+        Hosts.ip("-n", self.hosts.sensor, "link", "add", "link", "eth0", "name", "mac0", "netns", third, "type", "macvlan",
+                 "mode", "bridge")
+        Hosts.ip("-n", third, "addr", "add", "10.42.0.37/24", "dev", "mac0")
+        Hosts.ip("-n", third, "link", "set", "mac0", "up")
+        found = self.look()
+        self.assertEqual(found["arp"], "wrong", str(found))
+        self.assertRegex(found.text("arp"), r"2 devices on eth0 answer for 10\.42\.0\.37: (..:){5}.. and (..:){5}..; ")
+        self.follow(found.mend("arp"))
+        Hosts.ip("netns", "del", third)
+        self.assert_fine(self.look())
 
     def test_the_sensors_address_on_the_host_itself(self):
         self.sensor()
         self.client("ip addr add 10.42.0.37/24 dev eth0")
-        found = self.broken("port", 1, "on this host")
-        self.client(found.mend("port").split("sudo ")[1])
-        self.assert_fine(self.look(), but=("firewall",))
+        found = self.broken("port", 1, "own address (dev eth0)")
+        self.assertEqual(found["arp"], "wrong", str(found))
+        self.assertEqual(self.mended(found, "port"), ["sudo ip addr del 10.42.0.37/24 dev eth0"])
+
+    def test_the_sensors_address_on_the_host_itself_and_no_sensor(self):
+        self.client("ip addr add 10.42.0.37/24 dev eth0")
+        Hosts.ip("-n", self.hosts.sensor, "addr", "flush", "dev", "eth0")
+        Sensor(self, self.folder, address="127.0.0.1", namespace=self.hosts.client)
+        found = self.broken("port", 1, "own address")
+        self.assertEqual((found["arp"], found.mend("port")), ("fine", "sudo ip addr del 10.42.0.37/24 dev eth0"), str(found))
+
+    def test_a_port_that_is_rewritten(self):
+        self.sensor("--port", "6000")
+        r = subprocess.run(["ip", "netns", "exec", self.hosts.sensor, "nft", "-f", "-"], input="""table ip rewrite {
+            chain in { type filter hook prerouting priority -300; udp dport 5517 udp dport set 6000; }
+        }""", capture_output=True, text=True)
+        self.assertEqual(r.returncode, 0, r.stderr)
+        found = self.broken("answer", 1, "answers from port 6000")
+        self.assertEqual(self.mended(found, "answer"), ["lumctl --host 10.42.0.37 --port 6000 doctor"])
+
+    def test_a_program_that_has_the_port_lives_on(self):
+        self.sensor()
+        p = Process(self, self.folder, sys.executable, "-c", "import socket, time\ns = socket.socket(type=socket.SOCK_DGRAM)\n"
+                    "s.bind(('127.0.0.1', 5517))\nprint('bound', flush=True)\ntime.sleep(60)", namespace=self.hosts.client)
+        wait_until(p.stdout, 10, "the port")
+        self.assertEqual(self.unharmed()["port"], "note")
+        self.assertIsNone(p.p.poll())
 
     def test_a_route_that_forbids(self):
         self.client("ip route add unreachable 10.42.0.37/32")
@@ -578,83 +821,191 @@ class TwoHosts(Doctor):
         self.assertEqual(found["answer"], "fine")
         self.mended(found, "mtu")
 
+    def test_a_device_that_has_gone_is_not_believed(self):
+        self.sensor()
+        self.assert_fine(self.look())
+        Hosts.ip("-n", self.hosts.sensor, "addr", "flush", "dev", "eth0")
+        self.broken("arp", 3, "nobody on eth0")
+
     def test_an_interface_of_two(self):
         self.sensor()
         self.other_interface("10.42.0.2/24")
         self.assertEqual(self.look("--interface", "eth0").status, 0)
         found = self.look("--interface", "other0")
         self.assertIn("other0", found.text("interface"))
-        self.assertEqual((found.status, found["arp"]), (3, "wrong"), str(found))
+        self.assertEqual((found.status, found["arp"]), (1, "wrong"), str(found))
 
-    def rules(self, text):
-        self.client(f"nft -f - <<'END'\n{text}\nEND")
-
-    @needs_nft
-    def test_a_policy_that_drops(self):
-        self.sensor()
-        self.rules("table inet filter { chain input { type filter hook input priority 0; policy drop; "
-                   "iif lo accept; tcp dport 22 accept\n}\n}")
-        found = self.broken("firewall", 1, "policy of chain input")
-        self.assertEqual(found.mend("firewall"),
-                         "sudo nft insert rule inet filter input ip saddr 10.42.0.37 udp sport 5517 accept")
-        self.assertEqual(found["answer"], "wrong")
-        self.mended(found, "firewall")
-
-    @needs_nft
-    def test_a_policy_that_drops_all_but_answers_is_fine(self):
-        self.sensor()
-        self.rules("table inet filter { chain input { type filter hook input priority 0; policy drop; "
-                   "iif lo accept; ct state vmap { invalid : drop, established : accept, related : accept }\n}\n}")
-        self.assert_fine(self.look())
-
-    @needs_nft
-    def test_a_rule_in_a_chain_behind_a_jump(self):
-        self.sensor()
-        self.rules("table ip guard { chain no_udp { udp sport { 53, 5000-6000 } counter drop; }\n"
-                   "chain in { type filter hook prerouting priority 0; policy accept; tcp dport 22 drop; "
-                   "ip saddr 10.42.0.0/16 jump no_udp\n}\n}")
-        found = self.broken("firewall", 1, "chain no_udp")
-        self.assertIn("5000-6000", found.text("firewall"))
-        self.mended(found, "firewall")
-
-    @needs_nft
-    def test_a_rule_against_what_leaves(self):
-        self.sensor()
-        self.rules("table inet filter { chain out { type filter hook output priority 0; policy accept; "
-                   "udp dport 5517 reject\n}\n}")
-        found = self.broken("firewall", 1, "packets to 10.42.0.37")
-        self.mended(found, "firewall")
-
-    @needs_nft
-    def test_rules_of_the_old_kind(self):
-        if not shutil.which("iptables-legacy", path="/usr/sbin:/sbin"):
-            self.skipTest("iptables-legacy is not installed")
-        self.sensor()
-        self.client("iptables-legacy -P INPUT DROP; iptables-legacy -A INPUT -p tcp --dport 22 -j ACCEPT")
-        found = self.broken("firewall", 1, "policy of chain INPUT")
-        self.assertTrue(found.mend("firewall").startswith("sudo iptables -t filter -I INPUT"))
-        self.client(found.mend("firewall").replace("sudo iptables", "iptables-legacy"))
-        self.assert_fine(self.look())
-
-    def test_unprivileged(self):
-        self.sensor("--rate", "2")  # the receive buffer may be small
+    def look_unprivileged(self):
         os.chmod(self.folder.path, 0o755)
         copy = shutil.copy(BIN / "lumctl", self.folder / "lumctl")
         r = subprocess.run([*inside(self.hosts.client), sys.executable, "-c",
                             "import os, sys; os.setgroups([]); os.setgid(65534); os.setuid(65534);"
                             "os.execv(sys.argv[1], sys.argv[1:])", copy, "doctor", "--json"],
-                           capture_output=True, text=True, timeout=30)
-        found = Findings(r)
-        for name in ("interface", "route", "arp", "mtu", "answer", "data", "layout", "clock", "status"):
+                           capture_output=True, text=True, timeout=60)
+        return Findings(r)
+
+    def test_two_interfaces_in_its_subnet_without_rights(self):
+        self.by_the_wrong_one()
+        found = self.look_unprivileged()
+        self.assertEqual(found["route"], "wrong", str(found))
+        self.assertEqual(found.mend("route"), "lumctl --host 10.42.0.37 --interface eth0 doctor    # --interface eth0 with "
+                                              "every tool")
+
+    @needs_nft
+    def test_a_rule_without_rights(self):
+        self.sensor()
+        self.client("nft 'add table inet f { chain in { type filter hook input priority 0; policy drop; }; }'")
+        found = self.look_unprivileged()
+        self.assertEqual((found.status, found["firewall"]), (3, "not looked at"), str(found))
+        self.assertIn("only root can see whether one comes in and is dropped", found.text("firewall"))
+
+    def test_unprivileged(self):
+        self.sensor("--rate", "2")  # the receive buffer may be small
+        found = self.look_unprivileged()
+        for name in ("interface", "route", "arp", "firewall", "mtu", "answer", "data", "layout", "clock", "status"):
             self.assertEqual(found[name], "fine", str(found))
-        self.assertEqual(found["firewall"], "not looked at")
+        self.assertIn("only root can see whether another device answers", found.text("arp"))
         limit = int(pathlib.Path("/proc/sys/net/core/rmem_max").read_text())
         self.assertEqual(found["buffer"], "fine" if limit >= 33554432 else "wrong", str(found))
         self.assertEqual(found.status, 0 if found["buffer"] == "fine" else 1)
 
 
-def needs_nft_is_there():
-    return shutil.which("nft", path="/usr/sbin:/sbin:/usr/bin") is not None
+# Each drops what comes from the sensor, or what goes to it: the commands, and the chain that the trace names.
+RULES = {
+    "policy": ("nft 'add table inet f { chain in { type filter hook input priority 0; policy drop; tcp dport 22 accept; }; }'",
+               "policy of chain in (table inet f)"),
+    "a chain behind a jump": (
+        "nft 'add table ip g { chain no_udp { udp sport { 53, 5000-6000 } counter drop; }; chain in { type filter hook "
+        "prerouting priority 0; ip saddr 10.42.0.0/16 jump no_udp; }; }'", "rule of chain no_udp (table ip g)"),
+    "what leaves": ("nft 'add table inet f { chain out { type filter hook output priority 0; udp dport 5517 reject; }; }'",
+                    "rule of chain out (table inet f) drops packets to 10.42.0.37: udp dport 5517 reject"),
+    "after routing": ("nft 'add table ip f { chain po { type filter hook postrouting priority 0; ip daddr 10.42.0.37 drop; }; }'",
+                      "rule of chain po"),
+    "no tracking": (
+        "nft 'add table inet f { chain raw { type filter hook prerouting priority -300; udp sport 5517 notrack; }; chain in { "
+        "type filter hook input priority 0; policy drop; ct state established accept; }; }'", "policy of chain in"),
+    "a set": (
+        "nft 'add table inet f { set bad { type ipv4_addr; elements = { 10.42.0.37 }; }; chain in { type filter hook input "
+        "priority 0; ip saddr @bad drop; }; }'", "rule of chain in"),
+    "a map": ("nft 'add table inet f { chain in { type filter hook input priority 0; udp sport vmap { 5517 : drop }; }; }'",
+              "rule of chain in"),
+    "a mark": (
+        "nft 'add table ip f { chain p { type filter hook prerouting priority -150; ip saddr 10.42.0.0/24 meta mark set 5; }; "
+        "chain in { type filter hook input priority 0; meta mark 5 drop; }; }'", "rule of chain in"),
+    "the device's own chain": (
+        "nft 'add table netdev f { chain i { type filter hook ingress device eth0 priority 0; udp sport 5517 drop; }; }'",
+        "rule of chain i (table netdev f)"),
+    "iptables, policy": ("iptables-nft -P INPUT DROP; iptables-nft -A INPUT -p tcp --dport 22 -j ACCEPT",
+                         "policy of chain INPUT (table ip filter)"),
+    "iptables, a match of its own": ("iptables-nft -A INPUT -p udp -m length --length 48 -j DROP", "rule of chain INPUT"),
+    "iptables, a chain": ("iptables-nft -N LOGDROP; iptables-nft -A LOGDROP -j DROP; iptables-nft -A INPUT -i eth0 -j LOGDROP",
+                          "rule of chain LOGDROP"),
+}
+
+
+@needs_namespaces
+@needs_nft
+class Firewall(OnHosts):
+    """A rule drops packets: that is seen without asking, and named by a trace that leaves nothing behind."""
+
+    def tables(self):
+        return self.shell("nft list tables")[1].split("\n")
+
+    def drops(self, name):
+        rules, says = RULES[name]
+        if "iptables" in rules and not shutil.which("iptables-nft", path="/usr/sbin:/sbin"):
+            self.skipTest("iptables-nft is not installed")
+        self.sensor()
+        self.client(rules)
+        before = self.tables()
+        found = self.broken("firewall")
+        self.assertNotIn("chain", found.text("firewall"))
+        self.assertEqual(found.mend("firewall"), "sudo lumctl --host 10.42.0.37 doctor --trace    # names the rule")
+        mends = self.mended(found, "firewall", says=says)
+        self.assertEqual(len(mends), 2, mends)
+        self.assertEqual(self.tables(), before)
+
+    def test_rules_let_all_but_answers_drop(self):
+        self.sensor()
+        self.client("nft 'add table inet f { chain in { type filter hook input priority 0; policy drop; iif lo accept; "
+                    "ct state vmap { invalid : drop, established : accept, related : accept }; }; }'")
+        self.assert_fine(self.look())
+        found = self.look("--trace")
+        self.assert_fine(found)
+        self.assertIn("as the kernel's trace shows", found.text("firewall"))
+
+    def old_kind(self, rules, says):
+        if not shutil.which("iptables-legacy", path="/usr/sbin:/sbin"):
+            self.skipTest("iptables-legacy is not installed")
+        self.sensor()
+        self.client(rules)
+        found = self.broken("firewall", 1, "come in by eth0, and this host drops them")
+        self.mended(found, "firewall", says=says)
+
+    def test_rules_of_the_old_kind(self):
+        self.old_kind("iptables-legacy -t raw -A PREROUTING -s 10.42.0.37 -j DROP",
+                      "rule of chain PREROUTING (iptables-legacy, table raw) drops packets from 10.42.0.37: -A PREROUTING")
+
+    def test_a_policy_of_the_old_kind(self):
+        self.old_kind("iptables-legacy -P INPUT DROP; iptables-legacy -A INPUT -p tcp --dport 22 -j ACCEPT",
+                      "the policy of chain INPUT (iptables-legacy, table filter)")
+
+    def test_a_trace_beside_another_sessions_data_marks_none_of_it(self):
+        self.sensor()
+        self.hosts.start("lumctl", "heartbeat")
+        marks = Process(self, self.folder, "nft", "monitor", "trace", namespace=self.hosts.client)
+        for looks in range(1, 20):  # until the monitor listens, which it does not say
+            self.assertEqual(self.look("--trace")["firewall"], "fine")
+            if marks.stdout():
+                break
+        marks.end()
+        traced = {line.split()[2] for line in marks.stdout().splitlines() if line.startswith("trace id")}
+        self.assertGreaterEqual(len(traced), 2)
+        self.assertLessEqual(len(traced), 12 * looks)
+
+    def test_rules_that_let_answers_pass_and_data_not(self):
+        self.sensor()
+        self.client("nft 'add table inet f { chain in { type filter hook input priority 0; udp length > 300 drop; }; }'")
+        found = self.broken("data", 1, "came in by eth0, and this host drops them, though not short answers")
+        self.assertEqual((found["answer"], found["firewall"]), ("fine", "fine"), str(found))
+        self.assertIn("udp length > 300 drop", self.shell(found.mend("data"))[1])
+
+    def test_a_rule_that_limits_is_no_bad_cable(self):
+        self.sensor()
+        self.client("nft 'add table inet f { chain in { type filter hook input priority 0; udp length > 300 limit rate over "
+                    "100/second drop; }; }'")
+        found = self.broken("loss", 1, "this host dropped")
+        self.assertIn("not for want of buffer", found.text("loss"))
+        self.assertIn("limit rate over 100/second", self.shell(found.mend("loss"))[1])
+
+    def test_a_trace_that_cannot_be_is_no_success(self):
+        self.sensor()
+        old = self.folder.write("nft", "#!/bin/sh\nwhile read -r line; do echo 'Error: syntax error, unexpected flags' >&2; done\n")
+        os.chmod(old, 0o755)
+        status, out = self.shell(f"mount --bind {old} $(readlink -f /usr/sbin/nft); lumctl doctor --trace --json")
+        found = {c["name"]: c for c in json.loads(out)["checks"]}
+        self.assertEqual((status, found["firewall"]["result"], found["answer"]["result"]), (1, "wrong", "fine"), out)
+        self.assertIn("no trace: nft or the kernel cannot", found["firewall"]["text"])
+
+    def test_a_trace_that_is_killed_leaves_nothing(self):
+        self.sensor("--fault", "silence@0")
+        p = self.hosts.start("lumctl", "doctor", "--trace")
+        wait_until(lambda: any("lumctl_" in t for t in self.tables()), 20, "the trace's table")
+        p.p.kill()
+        p.p.wait()
+        wait_until(lambda: self.tables() == [""], 10, "the table's end")
+        wait_until(lambda: "nft" not in self.shell("ip netns pids $(ip netns identify) | xargs -r ps -o comm= -p")[1], 10,
+                   "the end of nft")
+
+
+def add_stories():
+    for name in RULES:
+        def story(self, name=name):
+            self.drops(name)
+        setattr(Firewall, "test_rules_" + re.sub(r"\W+", "_", name), story)
+
+
+add_stories()
 
 
 if __name__ == "__main__":

@@ -85,6 +85,7 @@ static const struct command table[] = {
      .run = command_heartbeat},
     {.name = "doctor",
      .summary = "find what is wrong, and what mends it",
+     .own = OWN_TRACE,
      .run = command_doctor},
     {.name = "shell",
      .summary = "a prompt that takes all of these",
@@ -211,6 +212,7 @@ static void forget_own(struct ctl_options *options)
 {
     options->watch = false;
     options->heartbeat = false;
+    options->trace = false;
     options->rate_hz = 0.0;
     options->duration_s = 0.0;
     options->shape = NULL;

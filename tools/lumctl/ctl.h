@@ -36,6 +36,7 @@ struct ctl_options {
     /* Of single commands; the table in commands.c says which may have which. */
     bool watch;        /* status, time */
     bool heartbeat;    /* shell */
+    bool trace;        /* doctor */
     double rate_hz;    /* heartbeat; 0: not given */
     double duration_s; /* heartbeat, watch; 0: without end */
     const char *shape; /* yscan; NULL: not given */

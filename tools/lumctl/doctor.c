@@ -8,6 +8,7 @@
 #include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define LOOPBACK 0x7f000001u
@@ -26,7 +27,7 @@ static const struct check checks[] = {
     {"arp", DOCTOR_NEEDS_ROUTE, doctor_check_arp, false},
     {"port", DOCTOR_NEEDS_NOTHING, doctor_check_port, true},
     {"session", DOCTOR_NEEDS_NOTHING, doctor_check_session, true},
-    {"firewall", DOCTOR_NEEDS_NOTHING, doctor_check_firewall, true},
+    {"firewall", DOCTOR_NEEDS_ROUTE, doctor_check_firewall, true},
     {"buffer", DOCTOR_NEEDS_NOTHING, doctor_check_buffer, false},
     {"mtu", DOCTOR_NEEDS_ROUTE, doctor_check_mtu, false},
     {"answer", DOCTOR_NEEDS_NEIGHBOUR, doctor_check_answer, false},
@@ -274,10 +275,15 @@ enum exit_status command_doctor(struct ctl *ctl, int count, char **words)
         return ctl_complain(EXIT_BAD, "doctor: --dry-run cannot be: the doctor "
                                       "has to send packets to find out");
     }
+    lum_error error = {""};
+    if (ctl->options.trace && doctor_can_trace(&error) != 0) {
+        return ctl_complain(EXIT_FAILED, "doctor: %s", error.text);
+    }
     (void)number_format_address(d.sensor.address, d.address);
     lum_clock_sync_init(&d.clock);
     const enum exit_status status = examine(&d);
     lum_sensor_close(d.session);
     doctor_stream_free(d.storage);
+    free(d.interfaces);
     return status;
 }

@@ -3,6 +3,7 @@
 #ifndef LUMCTL_DOCTOR_H
 #define LUMCTL_DOCTOR_H
 
+#include "../common/interfaces.h"
 #include "ctl.h"
 
 #include "lum/assembler.h"
@@ -57,6 +58,8 @@ struct doctor_stream {
     lum_assembly_counters assembly;
     lum_sensor_counters session;
     bool counts_drops;
+    uint64_t came_in; /* at least so many datagrams, by the interface, before
+                         any rule of this host; 0: not known */
     int64_t duration_ns;
 };
 
@@ -77,6 +80,14 @@ struct doctor {
     bool is_silent;                  /* it was asked, and nothing came */
     bool has_hazard;
     /* The host's side. */
+    struct host_interface *interfaces; /* the heap's */
+    size_t interface_count;
+    const struct host_interface
+        *chosen;             /* in the sensor's subnet; NULL: none */
+    uint32_t chosen_address; /* this host's, there */
+    bool chosen_answers;     /* somebody was seen there who has the address */
+    bool is_reach_known;     /* whether a sensor answers on the kernel's way */
+    bool is_reached;
     char interface[DOCTOR_NAME_BYTES]; /* the way goes out there; empty: not
                                           known */
     uint32_t source;                   /* this host's address on that way */
@@ -139,13 +150,25 @@ void doctor_keep_alive(struct doctor *d);
 /* Opens a session of the doctor's own. */
 lum_net_result doctor_open(struct doctor *d, bool owns, lum_error *error);
 
-/* Checks of this host: doctor_host.c, or doctor_other.c. */
+/* Checks of this host: doctor_interface.c, doctor_arp.c, doctor_ports.c,
+ * doctor_firewall.c, doctor_host.c; or doctor_other.c. */
 void doctor_check_interface(struct doctor *d, struct doctor_finding *out);
 void doctor_check_route(struct doctor *d, struct doctor_finding *out);
 void doctor_check_arp(struct doctor *d, struct doctor_finding *out);
 void doctor_check_port(struct doctor *d, struct doctor_finding *out);
 void doctor_check_firewall(struct doctor *d, struct doctor_finding *out);
 void doctor_check_mtu(struct doctor *d, struct doctor_finding *out);
+/* 0, or -1 with error set: this host cannot be traced by this program. */
+int doctor_can_trace(lum_error *error);
+/* The port from which answers come that is not the sensor's; 0: none, or not
+ * known. */
+uint16_t doctor_other_port(const struct doctor *d);
+/* Counts what comes in by the interface from the sensor to one of our ports,
+ * before this host can drop it. -1: it cannot be done, and 0 is counted. */
+int doctor_count_begin(const struct doctor *d, uint16_t to_port);
+uint64_t doctor_count_end(int counter);
+/* Whether a sensor answers at another port of the address, from that port. */
+bool doctor_answers_at(const struct doctor *d, uint16_t port);
 /* The command that shows packets as they pass; filter as tcpdump has it, why: a
  * comment. */
 void doctor_mend_watch(const struct doctor *d, struct doctor_finding *out,
@@ -170,6 +193,9 @@ void doctor_check_status(struct doctor *d, struct doctor_finding *out);
 bool doctor_stream_open(struct doctor *d);
 void doctor_stream_take(struct doctor *d, const lum_received *datagram,
                         int64_t arrived_ns);
+/* Datagrams that this host dropped between interface and program, but for want
+ * of buffer; 0: none, or not known. */
+uint64_t doctor_stream_filtered(const struct doctor *d);
 void doctor_stream_free(struct doctor_storage *storage);
 
 #endif

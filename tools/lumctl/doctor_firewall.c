@@ -1,158 +1,183 @@
-/* The firewall of a Linux host: which rule drops the sensor's packets. */
+/* Whether this Linux host drops what the sensor sends, or what it sends to it
+ * itself; and, where it may be asked, the rule that does. */
 #define _GNU_SOURCE
 
 #include "doctor.h"
-#include "doctor_rules.h"
+#include "doctor_capture.h"
+#include "doctor_knock.h"
+#include "doctor_legacy.h"
+#include "doctor_program.h"
+#include "doctor_trace.h"
+#include "doctor_way.h"
 
-#include "lum/base/time.h"
-
-#include <errno.h>
-#include <fcntl.h>
-#include <poll.h>
-#include <signal.h>
-#include <spawn.h>
+#include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#define LIMIT_NS     INT64_C(1500000000)
-#define OUTPUT_BYTES (4u << 20)
-#define LISTER_WORDS 3u
+#define TRIES       6
+#define WAIT_MS     200
+#define TRACE_MS    150
+#define READY_TRIES 20 /* looks whether the trace stands, TRACE_MS each */
+#define LOST_MAX    2  /* of as many packets, on their way */
 
-/* A program that prints rules, its name first. */
-struct lister {
-    char words[LISTER_WORDS][24];
-    void (*read)(struct ruleset *set, FILE *in);
-    bool is_nft;
+/* What became of requests to the sensor. */
+struct fate {
+    bool was_denied; /* the kernel refused to send */
+    bool was_heard;  /* an answer came */
+    bool may_look;
+    bool was_seen; /* an answer came in by the interface */
 };
 
-enum {
-    LIST_NFT,
-    LIST_LEGACY,
-    LIST_IPTABLES
+struct experiment {
+    struct knock knock;
+    int capture;         /* -1: none */
+    struct trace *trace; /* NULL: none */
+    struct fate fate;
 };
 
-static const struct lister listers[] = {
-    [LIST_NFT] = {{"nft", "list", "ruleset"}, rules_read_nft, true},
-    [LIST_LEGACY] = {{"iptables-legacy-save"}, rules_read_iptables, false},
-    [LIST_IPTABLES] = {{"iptables-save"}, rules_read_iptables, false},
-};
-
-/* Where administrators' programs are. */
-static const char *const folders[] = {"/usr/sbin", "/sbin", "/usr/bin", "/bin",
-                                      "/usr/local/sbin"};
-
-static bool find_program(const char *name, char *out, size_t room)
+static bool is_over(const struct experiment *e)
 {
-    for (size_t i = 0; i < sizeof folders / sizeof folders[0]; i++) {
-        (void)snprintf(out, room, "%s/%.23s", folders[i], name);
-        if (access(out, X_OK) == 0) {
+    const struct trace_reader *r =
+        e->trace != NULL ? trace_follow(e->trace, TRACE_MS) : NULL;
+    return r == NULL ? e->fate.was_heard
+                     : trace_dropped(r) != NULL ||
+                           (e->fate.was_heard && trace_saw(r, false));
+}
+
+/* What is seen on the wire and not heard is dropped in between; a request or an
+ * answer may get lost, so it is done more than once. */
+static void run(struct doctor *d, struct experiment *e)
+{
+    for (int i = 0; i < TRIES && !is_over(e) && !doctor_is_cancelled(d); i++) {
+        doctor_keep_alive(d);
+        const enum knock_answer sent = knock_send(&e->knock);
+        e->fate.was_denied = e->fate.was_denied || sent == KNOCK_DENIED;
+        if (sent != KNOCK_SILENCE) {
+            continue;
+        }
+        const enum knock_answer heard = knock_hear(&e->knock, WAIT_MS);
+        e->fate.was_heard = e->fate.was_heard || heard == KNOCK_ANSWERED;
+        e->fate.was_seen =
+            e->fate.was_seen || (e->capture >= 0 && capture_saw(e->capture, 0));
+    }
+}
+
+/* "lumctl --host 10.42.0.37 --interface eth0 doctor" */
+static void mend_by_trace(const struct doctor *d, struct doctor_finding *out)
+{
+    char place[DOCTOR_PLACE_BYTES];
+    const char *interface = d->ctl->options.interface;
+    doctor_mend(out,
+                "sudo lumctl --host %s%s%s doctor --trace    # names the "
+                "rule",
+                doctor_place(d->sensor.address, d->sensor.port, place),
+                interface != NULL ? " --interface " : "",
+                interface != NULL ? interface : "");
+}
+
+static bool is_builtin(const char *chain)
+{
+    static const char *const names[] = {"PREROUTING", "INPUT", "OUTPUT",
+                                        "POSTROUTING"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        if (strcmp(chain, names[i]) == 0) {
             return true;
         }
     }
     return false;
 }
 
-/* Starts a program that writes to a descriptor. */
-static bool start(const char *path, const struct lister *lister, int to,
-                  pid_t *child)
+/* A rule that lets the sensor's packets through, in the chain that drops them
+ * and before all others; by the program that keeps that chain. */
+static void mend_rule(const struct doctor *d, const struct trace_way *way,
+                      struct doctor_finding *out)
 {
-    struct lister copy = *lister; /* arguments are not constant */
-    char *arguments[LISTER_WORDS + 1u] = {NULL};
-    posix_spawn_file_actions_t actions;
-    for (size_t i = 0; i < LISTER_WORDS && copy.words[i][0] != '\0'; i++) {
-        arguments[i] = copy.words[i];
+    const unsigned port = d->sensor.port;
+    if (strcmp(way->table, "firewalld") == 0) {
+        doctor_mend(out, "sudo firewall-cmd --zone=trusted --add-source=%s",
+                    d->address);
+    } else if (way->has_ufw) {
+        doctor_mend(out,
+                    way->is_out ? "sudo ufw allow out proto udp to %s "
+                                  "port %u"
+                                : "sudo ufw allow proto udp from %s port "
+                                  "%u",
+                    d->address, port);
+    } else if (strcmp(way->family, "ip") == 0 && is_builtin(way->base)) {
+        doctor_mend(out,
+                    "sudo iptables-nft -t %s -I %s %s %s -p udp --%s %u -j "
+                    "ACCEPT",
+                    way->table, way->chain, way->is_out ? "-d" : "-s",
+                    d->address, way->is_out ? "dport" : "sport", port);
+    } else {
+        doctor_mend(out,
+                    "sudo nft insert rule %s %s %s ip %s %s udp %s %u "
+                    "accept",
+                    way->family, way->table, way->chain,
+                    way->is_out ? "daddr" : "saddr", d->address,
+                    way->is_out ? "dport" : "sport", port);
     }
-    if (posix_spawn_file_actions_init(&actions) != 0) {
-        return false;
-    }
-    const bool is_started =
-        posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDWR, 0) ==
-            0 &&
-        posix_spawn_file_actions_adddup2(&actions, to, 1) == 0 &&
-        posix_spawn_file_actions_adddup2(&actions, 0, 2) == 0 &&
-        posix_spawn(child, path, &actions, NULL, arguments, environ) == 0;
-    (void)posix_spawn_file_actions_destroy(&actions);
-    return is_started;
 }
 
-/* All of a pipe within the time; bounded. False: not to its end. */
-static bool drain(int fd, const struct doctor *d, FILE *out)
+static void say_rule(const struct doctor *d, const struct trace_way *way,
+                     struct doctor_finding *out)
 {
-    const int64_t deadline = lum_time_monotonic_ns() + LIMIT_NS;
-    size_t total = 0;
-    while (lum_time_monotonic_ns() < deadline && !doctor_is_cancelled(d) &&
-           total < OUTPUT_BYTES) {
-        struct pollfd wait = {.fd = fd, .events = POLLIN};
-        char bytes[8192];
-        if (poll(&wait, 1, 100) <= 0) {
-            continue;
-        }
-        const ssize_t n = read(fd, bytes, sizeof bytes);
-        if (n <= 0) {
-            return n == 0;
-        }
-        if (fwrite(bytes, 1, (size_t)n, out) != (size_t)n) {
-            return false;
-        }
-        total += (size_t)n;
+    const char *direction = way->is_out ? "to" : "from";
+    if (way->rule[0] == '\0') {
+        doctor_wrong(
+            out, "the policy of chain %s (table %s %s) drops packets %s %s",
+            way->chain, way->family, way->table, direction, d->address);
+    } else {
+        doctor_wrong(out,
+                     "a rule of chain %s (table %s %s) drops packets %s %s: %s",
+                     way->chain, way->family, way->table, direction, d->address,
+                     way->rule);
     }
-    return false;
+    mend_rule(d, way, out);
 }
 
-static bool wait_for(pid_t child, bool is_whole)
+static unsigned read_filter(const char *interface)
 {
-    int status = 0;
-    if (!is_whole) {
-        (void)kill(child, SIGKILL);
+    char path[96];
+    unsigned value = 0;
+    (void)snprintf(path, sizeof path, "/proc/sys/net/ipv4/conf/%s/rp_filter",
+                   interface);
+    FILE *f = fopen(path, "re");
+    char text[16] = "";
+    if (f != NULL) {
+        value = fgets(text, sizeof text, f) != NULL
+                    ? (unsigned)strtoul(text, NULL, 10)
+                    : 0;
+        (void)fclose(f);
     }
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
-    return is_whole && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    return value;
 }
 
-static bool collect(const struct doctor *d, const char *path,
-                    const struct lister *lister, FILE *out)
+/* No rule: a strict kernel takes nothing by an interface by which it would not
+ * send to the sender itself. The greater of two settings holds; 2 is loose. */
+static bool is_filtered(const struct doctor *d)
 {
-    int ends[2];
-    pid_t child = 0;
-    if (pipe2(ends, O_CLOEXEC) != 0) {
-        return false;
-    }
-    const bool is_started = start(path, lister, ends[1], &child);
-    (void)close(ends[1]);
-    const bool is_whole = is_started && drain(ends[0], d, out);
-    (void)close(ends[0]);
-    return is_started && wait_for(child, is_whole);
+    struct way way;
+    const unsigned here = read_filter(d->interface);
+    const unsigned all = read_filter("all");
+    return (here > all ? here : all) == 1u &&
+           way_find(d->sensor.address, NULL, &way) && way.exists &&
+           strcmp(way.interface, d->interface) != 0;
 }
 
-/* The rules that a program prints. False: it is not there, or may not. */
-static bool read_rules(const struct doctor *d, const struct lister *lister,
-                       struct ruleset *set)
+static void say_filtered(const struct doctor *d, struct doctor_finding *out)
 {
-    char path[64];
-    char *text = NULL;
-    size_t len = 0;
-    if (!find_program(lister->words[0], path, sizeof path)) {
-        return false;
-    }
-    FILE *out = open_memstream(&text, &len);
-    if (out == NULL) {
-        return false;
-    }
-    bool is_read = collect(d, path, lister, out);
-    is_read = fclose(out) == 0 && is_read;
-    FILE *in = is_read && len > 0 ? fmemopen(text, len, "r") : NULL;
-    if (in != NULL) {
-        lister->read(set, in);
-        (void)fclose(in);
-    }
-    free(text);
-    return is_read;
+    doctor_wrong(out,
+                 "answers of %s come in by %s and are dropped by this host's "
+                 "reverse path filter, since its own route leads elsewhere",
+                 d->address, d->interface);
+    doctor_mend(out, "sudo sysctl -w net/ipv4/conf/%s/rp_filter=2",
+                d->interface);
 }
 
-/* Rules of the old kind stand beside those of nft. */
+/* Rules of the old kind are not traced. */
 static bool has_legacy_rules(void)
 {
     char name[32];
@@ -164,137 +189,168 @@ static bool has_legacy_rules(void)
     return has;
 }
 
-static struct rule_packet packet_of(const struct doctor *d, bool is_out)
+static bool read_legacy(struct legacy_rules *out)
 {
-    struct rule_packet p = {
-        .is_out = is_out,
-        .source = d->sensor.address,
-        .destination = d->source,
-        .source_port = d->sensor.port,
-        .device = d->interface,
-    };
-    if (is_out) {
-        p.source = d->source;
-        p.destination = d->sensor.address;
-        p.source_port = 0;
-        p.destination_port = d->sensor.port;
+    static char *const save[] = {"iptables-legacy-save", "-c", NULL};
+    struct program p = program_none();
+    FILE *text = tmpfile();
+    const bool is_read =
+        text != NULL && program_start(&p, save) && program_read(&p, text);
+    program_end(&p);
+    if (is_read) {
+        rewind(text);
+        legacy_read(text, out);
     }
-    return p;
-}
-
-static void mend_nft(const struct doctor *d, const struct ruleset *set,
-                     const struct rule_chain *base, struct doctor_finding *out)
-{
-    const bool is_out = set->packet.is_out;
-    if (strcmp(base->table, "firewalld") == 0) {
-        doctor_mend(out, "sudo firewall-cmd --zone=trusted --add-source=%s",
-                    d->address);
-        return;
+    if (text != NULL) {
+        (void)fclose(text);
     }
-    doctor_mend(out, "sudo nft insert rule %s %s %s ip %s %s udp %s %u accept",
-                base->family, base->table, base->name,
-                is_out ? "daddr" : "saddr", d->address,
-                is_out ? "dport" : "sport", (unsigned)d->sensor.port);
+    return is_read && out->count > 0;
 }
 
-static void mend_iptables(const struct doctor *d, const struct ruleset *set,
-                          const struct rule_chain *base,
-                          struct doctor_finding *out)
+/* They count the packets that they drop: ours among them. */
+static const struct legacy_rule *find_legacy(struct doctor *d,
+                                             const struct experiment *e,
+                                             struct legacy_rules lists[2])
 {
-    const bool is_out = set->packet.is_out;
-    doctor_mend(out, "sudo iptables -t %s -I %s %s %s -p udp --%s %u -j ACCEPT",
-                base->table, base->name, is_out ? "-d" : "-s", d->address,
-                is_out ? "dport" : "sport", (unsigned)d->sensor.port);
+    struct knock knock = e->knock;
+    if (!read_legacy(&lists[0])) {
+        return NULL;
+    }
+    for (int i = 0; i < TRIES; i++) {
+        doctor_keep_alive(d);
+        (void)knock_send(&knock);
+        (void)knock_hear(&knock, TRACE_MS);
+    }
+    return read_legacy(&lists[1])
+               ? legacy_grown(&lists[0], &lists[1], TRIES - LOST_MAX)
+               : NULL;
 }
 
-static void mend(const struct doctor *d, const struct ruleset *set,
-                 const struct rule_finding *found, struct doctor_finding *out)
+static void say_legacy(struct doctor *d, const struct experiment *e,
+                       struct doctor_finding *out)
 {
-    const struct rule_chain *at =
-        found->rule == NULL ? found->base : &set->chains[found->rule->chain];
-    if (strncmp(at->name, "ufw", 3) == 0) {
-        doctor_mend(out, "sudo ufw allow proto udp from %s port %u", d->address,
-                    (unsigned)d->sensor.port);
-    } else if (set->is_nft) {
-        mend_nft(d, set, found->base, out);
+    const bool is_out = e->fate.was_denied;
+    struct legacy_rules *lists = calloc(2, sizeof *lists);
+    const struct legacy_rule *rule =
+        lists != NULL ? find_legacy(d, e, lists) : NULL;
+    if (rule != NULL) {
+        doctor_wrong(out,
+                     "%s of chain %s (iptables-legacy, table %s) drops packets "
+                     "%s %s%s%s",
+                     rule->text[0] != '\0' ? "a rule" : "the policy",
+                     rule->chain, rule->table, is_out ? "to" : "from",
+                     d->address, rule->text[0] != '\0' ? ": " : "", rule->text);
+        doctor_mend(out,
+                    "sudo iptables-legacy -t %s -I %s %s %s -p udp --%s %u -j "
+                    "ACCEPT",
+                    rule->table, rule->chain, is_out ? "-d" : "-s", d->address,
+                    is_out ? "dport" : "sport", (unsigned)d->sensor.port);
     } else {
-        mend_iptables(d, set, found->base, out);
+        doctor_mend(out, "sudo iptables-legacy-save -c | grep -E "
+                         "'^[*]|DROP|REJECT'    # whose count grows?");
     }
+    free(lists);
 }
 
-static void say(const struct doctor *d, const struct ruleset *set,
-                const struct rule_finding *found, struct doctor_finding *out)
+static void say_dropped(struct doctor *d, const struct experiment *e,
+                        struct doctor_finding *out)
 {
-    const bool is_sure = found->fate == RULE_IS_DROPPED && !set->is_cut;
-    const char *way = set->packet.is_out ? "to" : "from";
-    const struct rule_chain *base = found->base;
-    if (found->rule == NULL) {
-        (is_sure ? doctor_wrong : doctor_note)(
-            out, "the policy of chain %s (table %s %s) %s packets %s %s",
-            base->name, base->family, base->table,
-            is_sure ? "drops" : "may drop", way, d->address);
+    if (e->fate.was_denied) {
+        doctor_wrong(out,
+                     "this host refuses to send packets to %s: a rule of "
+                     "its firewall",
+                     d->address);
     } else {
-        const struct rule_chain *c = &set->chains[found->rule->chain];
-        (is_sure ? doctor_wrong : doctor_note)(
-            out, "a rule of chain %s (table %s %s) %s packets %s %s: %s",
-            c->name, c->family, c->table, is_sure ? "drops" : "may drop", way,
-            d->address, found->rule->text);
+        doctor_wrong(out,
+                     "answers of %s come in by %s, and this host drops them: "
+                     "a rule of its firewall",
+                     d->address, d->interface);
     }
-    mend(d, set, found, out);
-}
-
-/* Both ways through the rules of one program; the worse is said. False: it
- * does not tell them. */
-static bool judge(const struct doctor *d, const struct lister *lister,
-                  enum rule_fate *worst, struct doctor_finding *out)
-{
-    bool is_read = true;
-    for (int is_out = 0; is_out < 2 && is_read; is_out++) {
-        const struct rule_packet packet = packet_of(d, is_out != 0);
-        struct rule_finding found;
-        struct ruleset *set = rules_new(&packet, lister->is_nft);
-        is_read = set != NULL && read_rules(d, lister, set);
-        if (is_read) {
-            rules_judge(set, &found);
-            if (found.fate > *worst) {
-                *worst = found.fate;
-                say(d, set, &found, out);
-            }
-        }
-        free(set);
-    }
-    return is_read;
-}
-
-static void say_unseen(struct doctor_finding *out)
-{
-    char path[64];
-    bool is_there = false;
-    for (size_t i = 0; i < sizeof listers / sizeof listers[0]; i++) {
-        is_there =
-            is_there || find_program(listers[i].words[0], path, sizeof path);
-    }
-    if (!is_there) {
-        doctor_unseen(out, "not looked at: neither nft nor iptables-save is "
-                           "installed, which would show the rules");
+    if (e->trace == NULL) {
+        mend_by_trace(d, out);
+    } else if (has_legacy_rules()) {
+        say_legacy(d, e, out);
     } else {
-        doctor_unseen(out, "not looked at: only root may see the rules; sudo "
-                           "lumctl doctor, or sudo nft list ruleset");
+        doctor_add(out, ", though no rule of nftables does");
+        doctor_mend_watch(d, out, "udp",
+                          "what else looks at packets here: "
+                          "bpftool net, an agent?");
     }
+}
+
+static void say_unseen(const struct doctor *d, const struct fate *fate,
+                       struct doctor_finding *out)
+{
+    if (fate->may_look) {
+        doctor_unseen(out,
+                      "not looked at: no answer of %s comes in by %s that "
+                      "could be dropped",
+                      d->address, d->interface);
+    } else {
+        doctor_unseen(out, "not looked at: no answer was heard, and only root "
+                           "can see whether one comes in and is dropped; "
+                           "sudo lumctl doctor");
+    }
+}
+
+static void conclude(struct doctor *d, const struct experiment *e,
+                     struct doctor_finding *out)
+{
+    const struct trace_way *way =
+        e->trace != NULL ? trace_dropped(trace_follow(e->trace, 0)) : NULL;
+    if (way != NULL) {
+        say_rule(d, way, out);
+    } else if (e->fate.was_heard) {
+        doctor_fine(out, "packets to and from %s pass%s", d->address,
+                    e->trace != NULL ? ", as the kernel's trace shows" : "");
+    } else if (e->fate.was_seen && is_filtered(d)) {
+        say_filtered(d, out);
+    } else if (e->fate.was_denied || e->fate.was_seen) {
+        say_dropped(d, e, out);
+    } else {
+        say_unseen(d, &e->fate, out);
+    }
+}
+
+static bool begin_trace(struct doctor *d, struct experiment *e,
+                        lum_error *error)
+{
+    int ready =
+        trace_start(d->interface, d->sensor, e->knock.port, &e->trace, error);
+    for (int i = 0; i < READY_TRIES && ready == 0 && !doctor_is_cancelled(d);
+         i++) {
+        doctor_keep_alive(d);
+        ready = trace_ready(e->trace, TRACE_MS, error);
+    }
+    if (ready > 0) {
+        return true;
+    }
+    trace_stop(e->trace);
+    return false;
 }
 
 void doctor_check_firewall(struct doctor *d, struct doctor_finding *out)
 {
-    enum rule_fate worst = RULE_PASSES;
-    const bool has_nft = judge(d, &listers[LIST_NFT], &worst, out);
-    const bool has_other =
-        has_nft
-            ? has_legacy_rules() && judge(d, &listers[LIST_LEGACY], &worst, out)
-            : judge(d, &listers[LIST_IPTABLES], &worst, out);
-    if (!has_nft && !has_other) {
-        say_unseen(out);
-    } else if (worst == RULE_PASSES) {
-        doctor_fine(out, "no rule of this host drops packets to or from %s",
-                    d->address);
+    struct experiment e = {.capture = -1};
+    lum_error error = {""};
+    if (knock_open(&e.knock, d->sensor, d->ctl->options.interface) !=
+        KNOCK_SILENCE) {
+        doctor_unseen(out, "not looked at: no socket for it");
+        knock_end(&e.knock);
+        return;
     }
+    if (d->ctl->options.trace && !begin_trace(d, &e, &error)) {
+        doctor_wrong(out, "no trace: %s", error.text);
+        knock_end(&e.knock);
+        return;
+    }
+    e.capture = capture_open(d->interface, d->sensor, e.knock.port);
+    e.fate.may_look = e.capture >= 0;
+    run(d, &e);
+    conclude(d, &e, out);
+    if (e.capture >= 0) {
+        (void)close(e.capture);
+    }
+    trace_stop(e.trace);
+    knock_end(&e.knock);
 }

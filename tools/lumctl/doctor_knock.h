@@ -9,18 +9,27 @@
 
 enum knock_answer {
     KNOCK_SILENCE,
-    KNOCK_ANSWERED,    /* by whatever has the port */
+    KNOCK_ANSWERED,    /* by a sensor */
     KNOCK_REFUSED,     /* the host is there, nobody has the port */
     KNOCK_UNREACHABLE, /* nobody has the address, or no way there */
     KNOCK_DENIED,      /* this host forbids it: a firewall rule */
-    KNOCK_FAILED       /* no socket */
+    KNOCK_FAILED       /* no socket, or it may not choose the interface */
 };
 
 struct knock {
-    int fd; /* -1: none */
+    int fd;        /* -1: none */
+    uint16_t port; /* ours */
 };
 
-/* Sends the request. KNOCK_SILENCE: it left. */
+/* Opens the socket; interface: NULL for the kernel's own way. KNOCK_SILENCE: it
+ * is open. knock_end() it in any case. */
+enum knock_answer knock_open(struct knock *knock, lum_endpoint to,
+                             const char *interface);
+
+/* Sends the request, again as often as called. KNOCK_SILENCE: it left. */
+enum knock_answer knock_send(const struct knock *knock);
+
+/* knock_open() and knock_send(). */
 enum knock_answer knock_begin(struct knock *knock, lum_endpoint to,
                               const char *interface);
 
@@ -28,5 +37,12 @@ enum knock_answer knock_begin(struct knock *knock, lum_endpoint to,
 enum knock_answer knock_hear(struct knock *knock, int wait_ms);
 
 void knock_end(struct knock *knock);
+
+/* Whether a sensor answers; asks more than once, for less than a second. */
+bool knock_reaches(lum_endpoint to, const char *interface);
+
+/* The port of an address from which a sensor answers what was sent to another
+ * one; 0: no such answer came. */
+uint16_t knock_other_port(lum_endpoint to, const char *interface);
 
 #endif

@@ -105,3 +105,36 @@ void doctor_mend_buffer(struct doctor_finding *out)
                 "bytes (kern.ipc.maxsockbuf on BSD and macOS)",
                 LUM_SOCKET_RECEIVE_BUFFER);
 }
+
+int doctor_can_trace(lum_error *error)
+{
+    return lum_error_set(error,
+                         "--trace asks the kernel of Linux; this system's "
+                         "firewall has a log of its own");
+}
+
+uint16_t doctor_other_port(const struct doctor *d)
+{
+    (void)d;
+    return 0;
+}
+
+bool doctor_answers_at(const struct doctor *d, uint16_t port)
+{
+    (void)d;
+    (void)port;
+    return false;
+}
+
+int doctor_count_begin(const struct doctor *d, uint16_t to_port)
+{
+    (void)d;
+    (void)to_port;
+    return -1;
+}
+
+uint64_t doctor_count_end(int counter)
+{
+    (void)counter;
+    return 0;
+}

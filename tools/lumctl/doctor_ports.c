@@ -33,8 +33,8 @@ static size_t find_users(uint16_t port, struct udp_user *out, size_t room)
     return n + read_users("/proc/net/udp6", port, out + n, room - n);
 }
 
-/* "lumsim (process 12)", and its number; 0: only root could tell. */
-static long name_user(const struct udp_user *user, char out[WHO_BYTES])
+/* "lumsim (process 12)"; returns out. */
+static const char *name_user(const struct udp_user *user, char out[WHO_BYTES])
 {
     const lum_endpoint local = {user->address, user->port};
     const long process = lum_program_of_port(local);
@@ -45,7 +45,7 @@ static long name_user(const struct udp_user *user, char out[WHO_BYTES])
                        "a program of user %" PRIu32 ", which root could name,",
                        user->uid);
     }
-    return process;
+    return out;
 }
 
 static const char *name_address(const struct udp_user *user, char out[16])
@@ -111,18 +111,24 @@ static void say_elsewhere(const struct doctor *d, const struct udp_user *user,
                 doctor_place(user->address, user->port, place));
 }
 
+/* Packets to an address of this host never leave it. */
+static void say_own_address(const struct doctor *d, struct doctor_finding *out)
+{
+    doctor_wrong(out,
+                 "%s is this host's own address (%s), and no simulator has "
+                 "its port %u: what is sent to the sensor does not leave",
+                 d->address, strstr(d->own, "dev "), (unsigned)d->sensor.port);
+    doctor_mend(out, "sudo ip addr del %s", d->own);
+}
+
 static void say_nothing_listens(const struct doctor *d,
                                 struct doctor_finding *out)
 {
     char place[DOCTOR_PLACE_BYTES];
     doctor_wrong(out, "%s is on this host, and nothing listens on its port %u",
                  d->address, (unsigned)d->sensor.port);
-    doctor_mend(out, "lumsim --address %s &%s%s",
-                doctor_place(d->sensor.address, d->sensor.port, place),
-                d->own[0] != '\0' ? "    # or, if the address is to be a "
-                                    "sensor's: sudo ip addr del "
-                                  : "",
-                d->own);
+    doctor_mend(out, "lumsim --address %s &",
+                doctor_place(d->sensor.address, d->sensor.port, place));
 }
 
 /* The sensor is to be a program of this host. */
@@ -141,7 +147,9 @@ static void look_at_own(struct doctor *d, const struct udp_user *users,
     }
     d->is_silent = true;
     doctor_lack(d, DOCTOR_NEEDS_NEIGHBOUR, "nothing listens there");
-    if (find_simulator(&simulator)) {
+    if (d->own[0] != '\0') {
+        say_own_address(d, out);
+    } else if (find_simulator(&simulator)) {
         say_elsewhere(d, &simulator, out);
     } else if (n > 0) {
         say_elsewhere(d, &users[0], out);
@@ -154,14 +162,11 @@ static void note_user(const struct udp_user *user, struct doctor_finding *out)
 {
     char who[WHO_BYTES];
     char address[16];
-    const long process = name_user(user, who);
+    (void)name_user(user, who);
     doctor_note(out,
                 "%s has port %u of %s on this host: a simulator? lumctl "
                 "and lumdump do not need that port, other programs may",
                 who, (unsigned)user->port, name_address(user, address));
-    if (process > 0) {
-        doctor_mend(out, "kill %ld    # if it is not needed", process);
-    }
 }
 
 static void note_simulator(const struct udp_user *user,

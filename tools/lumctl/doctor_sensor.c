@@ -8,6 +8,7 @@
 #include "lum/base/time.h"
 #include "lum/laser.h"
 
+#include <inttypes.h>
 #include <stdio.h>
 
 #define MS_NS         INT64_C(1000000)
@@ -17,6 +18,7 @@
 #define TAKE_NS       (2000 * MS_NS)
 #define SLOT_NS       (100 * MS_NS)
 #define RATE_NS       (1000 * MS_NS)
+#define REST_NS       (300 * MS_NS)
 #define NEAR_NS       (RATE_NS / 2) /* of exchanges that are alike */
 #define DATA_CLOCK_US INT64_C(250000)
 #define DRIFT_MAX_PPB INT64_C(1000000)
@@ -191,27 +193,65 @@ void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out)
     }
 }
 
+/* It answers, but not from where it was asked. */
+static void say_other_port(struct doctor *d, uint16_t port,
+                           struct doctor_finding *out)
+{
+    char place[DOCTOR_PLACE_BYTES];
+    char filter[48];
+    doctor_lack(d, DOCTOR_NEEDS_ANSWER, "answers come from another port");
+    doctor_wrong(out,
+                 "%s answers from port %u to what is sent to its port %u, so "
+                 "that its answers are taken for a stranger's: something "
+                 "between rewrites ports",
+                 d->address, (unsigned)port, (unsigned)d->sensor.port);
+    doctor_keep_alive(d);
+    if (doctor_answers_at(d, port)) {
+        doctor_mend(out, "lumctl --host %s doctor",
+                    doctor_place(d->sensor.address, port, place));
+    } else {
+        (void)snprintf(filter, sizeof filter, "udp and host %s", d->address);
+        doctor_mend_watch(d, out, filter,
+                          "take the router or container out that does it");
+    }
+}
+
+static void say_unanswered(struct doctor *d, struct doctor_finding *out)
+{
+    char filter[32];
+    doctor_keep_alive(d);
+    const uint16_t port = doctor_other_port(d);
+    if (port != 0) {
+        say_other_port(d, port, out);
+        return;
+    }
+    d->is_silent = true;
+    doctor_lack(d, DOCTOR_NEEDS_ANSWER, "the sensor does not answer");
+    doctor_wrong(out, "no answer to %u timestamp requests to %s:%u", TRIES,
+                 d->address, (unsigned)d->sensor.port);
+    (void)snprintf(filter, sizeof filter, "udp port %u",
+                   (unsigned)d->sensor.port);
+    doctor_mend_watch(d, out, filter,
+                      "while lumctl time --watch runs: do requests leave, "
+                      "do answers come?");
+}
+
 static void say_silent(struct doctor *d, struct doctor_finding *out)
 {
     char place[DOCTOR_PLACE_BYTES];
-    char filter[32];
-    d->is_silent = true;
-    doctor_lack(d, DOCTOR_NEEDS_ANSWER, "the sensor does not answer");
     if (!d->was_refused) {
-        doctor_wrong(out, "no answer to %u timestamp requests to %s:%u", TRIES,
-                     d->address, (unsigned)d->sensor.port);
-        (void)snprintf(filter, sizeof filter, "udp port %u",
-                       (unsigned)d->sensor.port);
-        doctor_mend_watch(d, out, filter,
-                          "while lumctl time --watch runs: do requests leave, "
-                          "do answers come?");
+        say_unanswered(d, out);
         return;
     }
+    d->is_silent = true;
+    doctor_lack(d, DOCTOR_NEEDS_ANSWER, "the sensor does not answer");
     doctor_wrong(out,
                  "%s is there, but nothing listens on its port %u: no sensor, "
                  "or one that has not started",
                  d->address, (unsigned)d->sensor.port);
-    if (d->is_local) {
+    if (d->own[0] != '\0') {
+        doctor_mend(out, "sudo ip addr del %s", d->own);
+    } else if (d->is_local) {
         doctor_mend(out, "lumsim --address %s &",
                     doctor_place(d->sensor.address, d->sensor.port, place));
     } else {
@@ -281,9 +321,29 @@ static void take_event(struct doctor *d, const lum_sensor_event *event)
     }
 }
 
+static int begin_count(const struct doctor *d)
+{
+    lum_endpoint local = {0, 0};
+    lum_socket_local(lum_sensor_socket(d->session), &local);
+    return doctor_count_begin(d, local.port);
+}
+
+/* What was counted and still waits has arrived. False: it does not end. */
+static bool take_rest(struct doctor *d, lum_sensor_event *event)
+{
+    const int64_t end = lum_time_monotonic_ns() + REST_NS;
+    do {
+        lum_sensor_receive(d->session, 0, event);
+        take_event(d, event);
+    } while (event->kind == LUM_SENSOR_DATAGRAMS &&
+             lum_time_monotonic_ns() < end);
+    return event->kind != LUM_SENSOR_DATAGRAMS;
+}
+
 /* False when it broke or was cancelled. */
 static bool take_data(struct doctor *d, lum_error *error)
 {
+    const int counter = begin_count(d);
     const int64_t begin = lum_time_monotonic_ns();
     lum_sensor_event event = {.kind = LUM_SENSOR_IDLE};
     int64_t now = begin;
@@ -299,8 +359,13 @@ static bool take_data(struct doctor *d, lum_error *error)
         take_event(d, &event);
         now = lum_time_monotonic_ns();
     }
+    d->stream.came_in = doctor_count_end(counter);
+    if (event.kind != LUM_SENSOR_FAILED && event.kind != LUM_SENSOR_CANCELLED &&
+        !take_rest(d, &event)) {
+        d->stream.came_in = 0;
+    }
     *error = event.kind == LUM_SENSOR_FAILED ? event.error : (lum_error){""};
-    d->stream.duration_ns = now - begin;
+    d->stream.duration_ns = lum_time_monotonic_ns() - begin;
     lum_sensor_count(d->session, &d->stream.session);
     d->stream.counts_drops =
         lum_socket_counts_drops(lum_sensor_socket(d->session));
@@ -323,6 +388,17 @@ static void say_no_data(struct doctor *d, struct doctor_finding *out)
                      "heartbeats were sent, and what came from %s came from "
                      "another port than %u: something between rewrites ports",
                      d->address, (unsigned)d->sensor.port);
+    } else if (doctor_stream_filtered(d) > 0) {
+        doctor_wrong(out,
+                     "%" PRIu64 " datagrams of data came in by %s, and this "
+                     "host drops them, though not short answers: a rule of its "
+                     "firewall",
+                     doctor_stream_filtered(d), d->interface);
+        doctor_mend(out,
+                    "sudo nft list ruleset | grep -nE 'length|limit|drop|"
+                    "reject'    # and let UDP from %s through",
+                    d->address);
+        return;
     } else {
         doctor_wrong(out,
                      "heartbeats were sent for %.0f s, and no data came; the "

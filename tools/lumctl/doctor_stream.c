@@ -7,6 +7,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#define FEW 16u /* datagrams */
+
 struct doctor_storage {
     lum_assembler assembler;
     unsigned open_lines; /* of an eye: so many may be under way */
@@ -175,6 +177,28 @@ static void say_kernel_loss(const struct doctor_stream *s,
     doctor_mend_buffer(out);
 }
 
+/* A few may be under way while it is counted. */
+uint64_t doctor_stream_filtered(const struct doctor *d)
+{
+    const struct doctor_stream *s = &d->stream;
+    const uint64_t arrived = s->session.datagrams + s->session.kernel_drops;
+    return s->came_in > arrived + FEW + s->came_in / 100u ? s->came_in - arrived
+                                                          : 0;
+}
+
+static void say_filtered(const struct doctor *d, struct doctor_finding *out)
+{
+    doctor_wrong(out,
+                 "of %" PRIu64 " datagrams that came in by %s this host "
+                 "dropped %" PRIu64 ", and not for want of buffer: a rule of "
+                 "its firewall that limits them",
+                 d->stream.came_in, d->interface, doctor_stream_filtered(d));
+    doctor_mend(out,
+                "sudo nft list ruleset | grep -nE 'limit|quota|drop'    # and "
+                "let UDP from %s through before it",
+                d->address);
+}
+
 static void mend_wire(const struct doctor *d, struct doctor_finding *out)
 {
     char place[DOCTOR_PLACE_BYTES];
@@ -215,6 +239,8 @@ void doctor_check_loss(struct doctor *d, struct doctor_finding *out)
         s->lines_missing_angles + s->lost_words + s->assembly.lines_skipped;
     if (s->session.kernel_drops > 0) {
         say_kernel_loss(s, out);
+    } else if (doctor_stream_filtered(d) > 0) {
+        say_filtered(d, out);
     } else if (s->lines == 0) {
         doctor_note(out, "not one whole line came: too little to judge");
     } else if (wire > 0) {

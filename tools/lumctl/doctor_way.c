@@ -4,129 +4,15 @@
 
 #include <arpa/inet.h>
 #include <errno.h>
-#include <ifaddrs.h>
 #include <linux/netlink.h>
 #include <linux/rtnetlink.h>
 #include <net/if.h>
-#include <net/if_arp.h>
-#include <netpacket/packet.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/time.h>
 #include <unistd.h>
-
-unsigned way_mask_bits(uint32_t mask)
-{
-    unsigned n = 0;
-    while (n < 32u && (mask >> (31u - n) & 1u) != 0) {
-        n++;
-    }
-    return n;
-}
-
-static uint32_t address_of(const struct sockaddr *sa)
-{
-    struct sockaddr_in in;
-    if (sa == NULL || sa->sa_family != AF_INET) {
-        return 0;
-    }
-    memcpy(&in, sa, sizeof in);
-    return ntohl(in.sin_addr.s_addr);
-}
-
-/* By the names that every distribution gives. */
-static bool is_wireless(const char *name)
-{
-    return strncmp(name, "wl", 2) == 0;
-}
-
-static bool is_ethernet(const struct ifaddrs *a)
-{
-    struct sockaddr_ll link;
-    if (a->ifa_addr == NULL || a->ifa_addr->sa_family != AF_PACKET) {
-        return false;
-    }
-    memcpy(&link, a->ifa_addr, sizeof link);
-    return link.sll_hatype == ARPHRD_ETHER && !is_wireless(a->ifa_name);
-}
-
-static struct way_interface describe(const struct ifaddrs *a)
-{
-    struct way_interface out = {
-        .is_up = (a->ifa_flags & IFF_UP) != 0,
-        .has_link = (a->ifa_flags & IFF_RUNNING) != 0,
-        .is_loopback = (a->ifa_flags & IFF_LOOPBACK) != 0,
-        .is_ethernet = is_ethernet(a),
-    };
-    (void)snprintf(out.name, sizeof out.name, "%s", a->ifa_name);
-    return out;
-}
-
-/* Every interface comes once as a link; its addresses follow with labels that
- * may bear ":1" behind its name. */
-static struct way_interface *find_link(struct way_interface *all, size_t n,
-                                       const char *label)
-{
-    const size_t len = strcspn(label, ":");
-    for (size_t i = 0; i < n; i++) {
-        if (strlen(all[i].name) == len &&
-            strncmp(all[i].name, label, len) == 0) {
-            return &all[i];
-        }
-    }
-    return NULL;
-}
-
-static size_t add_links(const struct ifaddrs *list, struct way_interface *out,
-                        size_t room)
-{
-    size_t n = 0;
-    for (const struct ifaddrs *a = list; a != NULL && n < room;
-         a = a->ifa_next) {
-        if (a->ifa_addr != NULL && a->ifa_addr->sa_family == AF_PACKET) {
-            out[n] = describe(a);
-            n++;
-        }
-    }
-    return n;
-}
-
-static size_t add_addresses(const struct ifaddrs *list,
-                            struct way_interface *out, size_t n, size_t room)
-{
-    for (const struct ifaddrs *a = list; a != NULL; a = a->ifa_next) {
-        if (a->ifa_addr == NULL || a->ifa_addr->sa_family != AF_INET) {
-            continue;
-        }
-        struct way_interface *link = find_link(out, n, a->ifa_name);
-        if (link == NULL || (link->has_address && n == room)) {
-            continue;
-        }
-        if (link->has_address) {
-            out[n] = *link;
-            link = &out[n];
-            n++;
-        }
-        link->has_address = true;
-        link->address = address_of(a->ifa_addr);
-        link->mask = address_of(a->ifa_netmask);
-    }
-    return n;
-}
-
-size_t way_interfaces(struct way_interface *out, size_t room)
-{
-    struct ifaddrs *list = NULL;
-    if (getifaddrs(&list) != 0) {
-        return 0;
-    }
-    const size_t links = add_links(list, out, room);
-    const size_t n = add_addresses(list, out, links, room);
-    freeifaddrs(list);
-    return n;
-}
 
 unsigned way_mtu(const char *interface)
 {

@@ -1,5 +1,4 @@
-/* Interfaces of this Linux host, and the way that its kernel takes to an
- * address. */
+/* The way that a Linux host's kernel takes to an address. */
 #ifndef LUMCTL_DOCTOR_WAY_H
 #define LUMCTL_DOCTOR_WAY_H
 
@@ -7,24 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define WAY_NAME_BYTES     16u
-#define WAY_INTERFACES_MAX 64u
-
-/* An address of an interface; those without one stand once, with has_address
- * false. */
-struct way_interface {
-    char name[WAY_NAME_BYTES];
-    bool is_up;
-    bool has_link; /* a cable, and something at its other end */
-    bool is_loopback;
-    bool is_ethernet; /* and not wireless */
-    bool has_address;
-    uint32_t address; /* host order */
-    uint32_t mask;
-};
-
-/* Returns how many; 0 also when the kernel does not tell. */
-size_t way_interfaces(struct way_interface *out, size_t room);
+#define WAY_NAME_BYTES 16u
 
 struct way {
     bool exists;
@@ -43,8 +25,4 @@ bool way_find(uint32_t address, const char *interface, struct way *out);
 
 /* 0: not known. */
 unsigned way_mtu(const char *interface);
-
-/* Bits of a mask, from the top. */
-unsigned way_mask_bits(uint32_t mask);
-
 #endif

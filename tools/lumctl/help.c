@@ -68,8 +68,10 @@ static const struct {
     {"heartbeat",
      "Until Ctrl-C, or for --duration. The sensor sends its data here; it\n"
      "switches its laser off 3 s after the last heartbeat.\n"},
-    {"doctor", "Looks at the host, the way to the sensor and the sensor, in\n"
-               "order, and names the command that mends what is wrong.\n"},
+    {"doctor",
+     "Looks at the host, the way to the sensor and the sensor, in\n"
+     "order, and names the command that mends what is wrong. --trace,\n"
+     "as root, asks the kernel which firewall rule drops packets.\n"},
     {"shell", "Takes commands as lumctl does, and the manual's text (50p).\n"
               "quit or Ctrl-D ends it.\n"},
 };

@@ -109,6 +109,13 @@ static bool take_watch(struct ctl_options *options, const char *text)
     return true;
 }
 
+static bool take_trace(struct ctl_options *options, const char *text)
+{
+    (void)text;
+    options->trace = true;
+    return true;
+}
+
 static bool take_heartbeat(struct ctl_options *options, const char *text)
 {
     (void)text;
@@ -165,6 +172,8 @@ static const struct option table[] = {
     {"quiet", NULL, 0, take_quiet, NULL, "no notes on standard error"},
     {"watch", NULL, OWN_WATCH, take_watch, NULL,
      "go on until Ctrl-C (status, time)"},
+    {"trace", NULL, OWN_TRACE, take_trace, NULL,
+     "name the firewall rule that drops packets (doctor)"},
     {"heartbeat", NULL, OWN_HEARTBEAT, take_heartbeat, NULL,
      "be the session (shell)"},
     {"rate", "HZ", OWN_RATE, take_rate, "a number from 1 to 100",

@@ -1,0 +1,197 @@
+#define _POSIX_C_SOURCE 200809L
+
+#include "doctor_neighbour.h"
+
+#include "../common/arp.h"
+#include "doctor_facts.h"
+#include "doctor_knock.h"
+
+#include "lum/base/time.h"
+
+#include <poll.h>
+#include <stdio.h>
+#include <string.h>
+
+#define MS_NS    INT64_C(1000000)
+#define WAIT_NS  (1500 * MS_NS)
+#define AGAIN_NS (150 * MS_NS) /* between questions */
+#define MORE_NS  (400 * MS_NS) /* after the first answer */
+#define LOOK_MS  50
+
+#define SEARCH_MAX 32u /* interfaces */
+
+static void add(struct neighbours *all, const char *mac)
+{
+    for (size_t i = 0; i < all->count; i++) {
+        if (strcmp(all->macs[i], mac) == 0) {
+            return;
+        }
+    }
+    if (all->count < NEIGHBOURS_MAX) {
+        (void)snprintf(all->macs[all->count], sizeof all->macs[0], "%s", mac);
+        all->count++;
+    }
+}
+
+static int64_t earlier(int64_t a, int64_t b)
+{
+    return a < b ? a : b;
+}
+
+/* Asks again and again: each answer could be lost. */
+static void hear(struct doctor *d, struct arp *arp, uint32_t address,
+                 struct neighbours *out)
+{
+    int64_t now = lum_time_monotonic_ns();
+    int64_t end = now + WAIT_NS;
+    int64_t next = now;
+    while (now < end && !doctor_is_cancelled(d)) {
+        struct arp_speaker who;
+        doctor_keep_alive(d);
+        if (now >= next) {
+            (void)arp_ask(arp, address, NULL);
+            next = now + AGAIN_NS;
+        }
+        if (arp_receive(arp, earlier(next, end), &who) &&
+            who.address == address) {
+            char mac[INTERFACE_MAC_TEXT_BYTES];
+            end = out->count == 0 ? lum_time_monotonic_ns() + MORE_NS : end;
+            add(out, interfaces_format_mac(who.mac, mac));
+        }
+        now = lum_time_monotonic_ns();
+    }
+}
+
+bool neighbours_hear(struct doctor *d, const struct host_interface *on,
+                     uint32_t address, struct neighbours *out)
+{
+    struct arp *arp = NULL;
+    *out = (struct neighbours){false, 0, {""}};
+    if (arp_open(on, &arp, NULL) != ARP_OPENED) {
+        return false;
+    }
+    out->is_heard = true;
+    hear(d, arp, address, out);
+    arp_close(arp);
+    return true;
+}
+
+/* Questions on many interfaces at once. */
+struct search {
+    size_t count;
+    struct pollfd waits[SEARCH_MAX];
+    struct arp *arps[SEARCH_MAX];
+    const struct host_interface *on[SEARCH_MAX];
+};
+
+static void open_all(const struct doctor *d, const char *but, struct search *s)
+{
+    s->count = 0;
+    for (size_t i = 0; i < d->interface_count && s->count < SEARCH_MAX; i++) {
+        const struct host_interface *w = &d->interfaces[i];
+        if (w->is_up && w->has_link &&
+            (but == NULL || strcmp(but, w->name) != 0) &&
+            arp_open(w, &s->arps[s->count], NULL) == ARP_OPENED) {
+            s->on[s->count] = w;
+            s->waits[s->count] = (struct pollfd){
+                .fd = arp_descriptor(s->arps[s->count]), .events = POLLIN};
+            s->count++;
+        }
+    }
+}
+
+/* Waits for any of them, until a time. */
+static const struct host_interface *hear_any(struct search *s, uint32_t address,
+                                             int64_t until_ns)
+{
+    const int64_t left = until_ns - lum_time_monotonic_ns();
+    if (left <= 0 ||
+        poll(s->waits, (nfds_t)s->count, (int)(left / MS_NS) + 1) <= 0) {
+        return NULL;
+    }
+    for (size_t i = 0; i < s->count; i++) {
+        struct arp_speaker who;
+        while (s->waits[i].revents != 0 && arp_receive(s->arps[i], 0, &who)) {
+            if (who.address == address) {
+                return s->on[i];
+            }
+        }
+    }
+    return NULL;
+}
+
+const struct host_interface *neighbours_search(struct doctor *d,
+                                               const char *but)
+{
+    struct search s;
+    const struct host_interface *found = NULL;
+    const uint32_t address = d->sensor.address;
+    int64_t now = lum_time_monotonic_ns();
+    const int64_t end = now + WAIT_NS;
+    int64_t next = now;
+    open_all(d, but, &s);
+    while (s.count > 0 && found == NULL && now < end &&
+           !doctor_is_cancelled(d)) {
+        if (now >= next) {
+            doctor_keep_alive(d);
+            for (size_t i = 0; i < s.count; i++) {
+                (void)arp_ask(s.arps[i], address, NULL);
+            }
+            next = now + AGAIN_NS;
+        }
+        found = hear_any(&s, address, earlier(next, end));
+        now = lum_time_monotonic_ns();
+    }
+    for (size_t i = 0; i < s.count; i++) {
+        arp_close(s.arps[i]);
+    }
+    return found;
+}
+
+static enum arp_state look_up(uint32_t address, const char *interface,
+                              char mac[MAC_BYTES])
+{
+    FILE *f = fopen("/proc/net/arp", "re");
+    if (f == NULL) {
+        return ARP_UNKNOWN;
+    }
+    const enum arp_state state = facts_arp(f, address, interface, mac);
+    (void)fclose(f);
+    return state;
+}
+
+void neighbours_find(struct doctor *d, const struct host_interface *on,
+                     struct neighbours *out)
+{
+    const int64_t end = lum_time_monotonic_ns() + WAIT_NS;
+    const uint32_t address = d->sensor.address;
+    char mac[MAC_BYTES] = "";
+    struct knock knock;
+    if (neighbours_hear(d, on, address, out)) {
+        return;
+    }
+    enum knock_answer answer = knock_begin(&knock, d->sensor, on->name);
+    enum arp_state state = look_up(address, on->name, mac);
+    while (answer == KNOCK_SILENCE && state != ARP_COMPLETE &&
+           lum_time_monotonic_ns() < end && !doctor_is_cancelled(d)) {
+        doctor_keep_alive(d);
+        answer = knock_hear(&knock, LOOK_MS);
+        state = look_up(address, on->name, mac);
+    }
+    knock_end(&knock);
+    if (state == ARP_COMPLETE) {
+        add(out, mac);
+    }
+}
+
+const char *neighbours_format(const struct neighbours *all,
+                              char out[NEIGHBOURS_TEXT_BYTES])
+{
+    size_t len = 0;
+    *out = '\0';
+    for (size_t i = 0; i < all->count; i++) {
+        len += (size_t)snprintf(out + len, NEIGHBOURS_TEXT_BYTES - len, "%s%s",
+                                i > 0 ? " and " : "", all->macs[i]);
+    }
+    return out;
+}
