@@ -589,14 +589,18 @@ class Misbehaviour(Case):
             self.assertEqual(self.json(expected, "127.33.2.31", "send", text)["done"], expected == DONE, (text, status))
 
     def test_a_laser_on_that_cannot_be_taken_back_is_told(self):
-        fake = FakeSensor(self, "127.33.2.35", lambda kind, sequence, body, count:
-                          [] if body.endswith(b"d") else FakeSensor.plain(kind, sequence, CMD_ON | FAN))
-        for words in (["laser", "on"], ["send", "u"]):
-            r = self.check(HAZARD, "127.33.2.35", *words, "--timeout", 60, "--retries", 1)
-            self.assertIn("NOT taken back", r.stderr)
-            self.assertIn("WILL COME UP by itself", r.stderr)
-            self.assertNotIn("it will not come up", r.stderr)
-        self.assertEqual(fake.texts(), ["u", "d", "d"] * 2)
+        begun = []
+        for address, words in (("127.33.2.35", ["laser", "on"]), ("127.33.2.47", ["send", "u"])):
+            fake = FakeSensor(self, address, lambda kind, sequence, body, count:
+                              [] if body.endswith(b"d") else FakeSensor.plain(kind, sequence, CMD_ON | FAN))
+            begun.append((fake, Process(self, self.folder, BIN / "lumctl", "--host", address, *words)))
+        for fake, p in begun:
+            self.assertEqual(p.wait(), HAZARD, p.stderr())
+            self.assertIn("NOT taken back", p.stderr())
+            self.assertIn("WILL COME UP by itself", p.stderr())
+            self.assertNotIn("it will not come up", p.stderr())
+            self.assertEqual(fake.texts()[0], "u")
+            self.assertEqual(set(fake.texts()[1:]), {"d"})
 
     def test_a_d_that_changes_nothing_takes_nothing_back(self):
         FakeSensor(self, "127.33.2.36", lambda kind, sequence, body, count:
@@ -647,13 +651,41 @@ class Misbehaviour(Case):
 
     def test_a_second_signal_does_not_cut_laser_off_short(self):
         fake = FakeSensor(self, "127.33.2.33", lambda kind, sequence, body, count:
-                          [(0.4, p) for p in FakeSensor.plain(kind, sequence)])
-        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.33.2.33", "laser", "off", "--timeout", 2000)
+                          [(0.1, p) for p in FakeSensor.plain(kind, sequence)])
+        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.33.2.33", "laser", "off")
         wait_until(fake.texts, 10, "the command")
         p.send(signal.SIGINT)
         time.sleep(0.05)
         p.send(signal.SIGTERM)
         self.assertEqual(p.wait(), DONE, p.stderr())
+
+    def test_laser_off_is_repeated_often_and_for_ten_seconds(self):
+        """What comes in the ninth second does it."""
+        fake = FakeSensor(self, "127.33.2.48", lambda kind, sequence, body, count:
+                          FakeSensor.plain(kind, sequence) if time.monotonic() - fake.first > 9 else [])
+        fake.first = time.monotonic()
+        self.check(DONE, "127.33.2.48", "laser", "off", "--timeout", 60, "--retries", 0)
+        self.assertGreater(len(fake.texts()), 20)
+        self.assertEqual(set(fake.texts()), {"d"})
+
+    def test_a_second_signal_ends_a_laser_off_that_goes_on(self):
+        FakeSensor(self, "127.33.2.49", lambda *_: [])
+        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.33.2.49", "laser", "off")
+        wait_until(lambda: "laser off is repeated" in p.stderr(), 20, "the notice")
+        begin = time.monotonic()
+        p.send(signal.SIGINT)
+        time.sleep(0.05)
+        p.send(signal.SIGINT)
+        self.assertEqual(p.wait(), NO_ANSWER, p.stderr())
+        self.assertLess(time.monotonic() - begin, 6)
+        self.assertIn("MAY BE ON", p.stderr())
+
+    def test_raw_text_that_switches_off_is_not_left_to_one_try(self):
+        fake = FakeSensor(self, "127.33.2.50", lambda kind, sequence, body, count:
+                          FakeSensor.plain(kind, sequence) if count > 3 else [])
+        r = self.check(NO_ANSWER, "127.33.2.50", "send", "50p d", "--timeout", 60, "--retries", 0)
+        self.assertIn("the laser is off; whether the rest", r.stderr)
+        self.assertEqual(fake.texts()[:2], ["50p d", "d"])
 
     def test_silence_of_an_owner_is_a_hazard(self):
         FakeSensor(self, "127.33.2.34", lambda kind, sequence, body, count:
@@ -689,8 +721,11 @@ class Misbehaviour(Case):
         FakeSensor(self, "127.33.2.8", lambda kind, sequence, body, count: [tlv_packet(sequence)])
         self.assertIn("no status", self.check(FAILED, "127.33.2.8", "status").stderr)
         self.assertIn("no status", self.check(DONE, "127.33.2.8", "power", 50).stdout)
-        self.check(FAILED, "127.33.2.8", "laser", "on")
-        self.check(NO_ANSWER, "127.33.2.8", "laser", "off", "--timeout", 60, "--retries", 0)
+        for words in (["laser", "on"], ["laser", "off"], ["send", "d"]):
+            r = self.check(FAILED, "127.33.2.8", *words)
+            self.assertIn("tlv.status of the profile" if words[0] == "send" or words[1] == "on" else
+                          "answered without a status TLV", r.stderr)
+            self.assertIn("tlv.status", r.stderr)
 
     def test_bits_without_a_name_are_shown(self):
         FakeSensor(self, "127.33.2.9", lambda kind, sequence, body, count:

@@ -1,6 +1,7 @@
 #include "../common/interrupt.h"
 #include "../common/printable.h"
 #include "ctl.h"
+#include "laser.h"
 #include "line.h"
 #include "line_plain.h"
 #include "report.h"
@@ -294,13 +295,13 @@ static void loop(struct shell *s)
 static enum exit_status put_laser_down(struct shell *s)
 {
     uint16_t status = 0;
-    lum_sensor_give_up(s->ctl->sensor);
-    interrupt_hold();
-    const lum_laser_off end = lum_sensor_laser_off(s->ctl->sensor, &status);
-    interrupt_release();
+    const lum_laser_off end = laser_switch_down(s->ctl, &status);
     if (end == LUM_LASER_OFF_SEEN) {
         ctl_note(s->ctl, "the laser is off");
         return EXIT_DONE;
+    }
+    if (end == LUM_LASER_OFF_UNSEEN) {
+        return laser_complain_unseen(s->ctl, EXIT_FAILED);
     }
     return ctl_complain(EXIT_FAILED,
                         "the laser was not seen to go off; heartbeats have "

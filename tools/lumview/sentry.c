@@ -92,7 +92,7 @@ static const char *name_news(enum laser_news news, const char *names)
     case LASER_HELD_UP:
         return "lumview was held up while it switched it on";
     case LASER_UNSEEN:
-        return "the answer to on had no status";
+        return "the answer to on had no status (tlv.status of the profile)";
     case LASER_UNANSWERED:
         return "no answer to on";
     case LASER_NO_NEWS: /* its socket broke */

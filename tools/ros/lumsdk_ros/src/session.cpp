@@ -142,6 +142,14 @@ void Session::switch_off()
                    "it off 3 s after the last heartbeat, which has been sent; "
                    "make sure by " +
                        tell);
+    } else if (off == LUM_LASER_OFF_UNSEEN) {
+        notes_.add(
+            Note::error,
+            "laser off was answered without a status TLV, so nothing shows it "
+            "off: tlv.status of the profile says " +
+                std::to_string(options_.layout.profile.tlv[LUM_TLV_STATUS]) +
+                "; a sensor that lives switches it off 3 s after the last "
+                "heartbeat, which has been sent");
     } else {
         notes_.add(Note::error, "THE LASER IS STILL ON after laser off (" +
                                     bit_names(status) + "): " + tell +
