@@ -790,9 +790,56 @@ class Misbehaviour(Case):
         self.assertEqual(r.returncode, NO_ANSWER, r.stderr)
         self.assertIn("nobody answers at 127.0.0.6, nor at 127.0.0.9 or 6.0.0.127. ", r.stderr)
         self.assertNotIn("cannot send", r.stderr)
-        r = Hosts(self, self.folder).run("lumctl", "--host", "127.0.0.9", "set-ip", "192.168.9.6")
+        r = Hosts(self, self.folder).run("lumctl", "--host", "127.0.0.9", "set-ip", "192.168.9.6", "--force")
         self.assertRegex(r.stderr.splitlines()[0], r"^lumctl: cannot send .* to 192\.168\.9\.6")
         self.assertIn("nobody answers at 192.168.9.6", r.stderr.splitlines()[1])
+
+    @needs_namespaces
+    def test_set_ip_strands_no_sensor(self):
+        hosts = Hosts(self, self.folder)
+        hosts.ip("-n", hosts.client, "link", "add", "other0", "type", "veth", "peer", "name", "other1")
+        hosts.ip("-n", hosts.client, "addr", "add", "10.50.0.1/24", "dev", "other0")
+        for name in ("other0", "other1"):
+            hosts.ip("-n", hosts.client, "link", "set", name, "up")
+        sensor = Sensor(self, self.folder, "--lines", "64", "--rate", "0.5", address="10.42.0.37", namespace=hosts.sensor)
+
+        def refused(address, *says, words=()):
+            r = hosts.run("lumctl", "set-ip", address, *words)
+            self.assertEqual(r.returncode, BAD, (address, r.stderr))
+            self.assertEqual(sensor.events("set_ip"), [], address)
+            for text in says:
+                self.assertIn(text, r.stderr)
+
+        force = "nothing was sent. --force"
+        refused("10.42.0.1", "10.42.0.1 is this host's own address, on eth0", force)
+        refused("10.50.0.1", "own address, on other0", force)
+        refused("127.0.0.1", "loopback", force)
+        refused("127.33.0.5", "loopback", force)
+        refused("10.42.0.255", "the broadcast address of eth0's subnet 10.42.0.0/24", force)
+        refused("10.42.0.0", "the network address of eth0's subnet 10.42.0.0/24", force)
+        refused("10.50.0.255", "the broadcast address of other0's", force)
+        refused("10.50.0.7", "is reached by other0, and the sensor is at eth0", force)
+        refused("192.168.9.6", "out of reach: no route of eth0 leads there", force)
+        hosts.ip("-n", hosts.client, "route", "add", "default", "via", "10.42.0.254")
+        refused("192.168.9.6", "is reached by a gateway (eth0)", force)
+        refused("192.168.9.6", "is reached by a gateway (eth0)", words=("--interface", "eth0"))
+        for never in ("0.0.0.0", "224.0.0.1", "255.255.255.255"):
+            refused(never, "not an address that a sensor can have", words=("--force",))
+        shell = subprocess.run(["ip", "netns", "exec", hosts.client, BIN / "lumctl", "shell"], input="set-ip 10.42.0.255\n",
+                               capture_output=True, text=True, timeout=60)
+        self.assertEqual(shell.returncode, BAD)
+        self.assertIn("broadcast", shell.stderr)
+        self.assertEqual(sensor.events("set_ip"), [])
+
+        # with a route of the sensor's interface, or when it is forced, it is sent
+        hosts.ip("-n", hosts.client, "route", "add", "10.43.0.0/24", "dev", "eth0")
+        for address, words in (("10.43.0.5", ()), ("10.42.0.255", ("--force",))):
+            hosts.run("lumctl", "set-ip", address, *words, "--timeout", 50)
+            self.assertEqual(sensor.events("set_ip")[-1]["address"], address)
+
+    def test_force_goes_with_set_ip_alone(self):
+        self.assertIn("--force does not go with power; it goes with set-ip",
+                      self.check(BAD, "127.33.2.20", "power", 50, "--force").stderr)
 
     def test_heartbeats_that_bring_no_data_are_told(self):
         FakeSensor(self, "127.33.2.19")

@@ -33,6 +33,7 @@ static const struct command table[] = {
     {.name = "set-ip",
      .arguments = "ADDRESS",
      .summary = "give it another address, and prove it",
+     .own = OWN_FORCE,
      .run = command_set_ip},
     {.name = "laser",
      .arguments = "on|off",
@@ -215,6 +216,7 @@ static void forget_own(struct ctl_options *options)
     options->duration_s = 0.0;
     options->shape = NULL;
     options->lines = 0;
+    options->force = false;
 }
 
 static enum exit_status load_layout(struct ctl *ctl)

@@ -40,6 +40,7 @@ struct ctl_options {
     double duration_s; /* heartbeat, watch; 0: without end */
     const char *shape; /* yscan; NULL: not given */
     uint32_t lines;    /* yscan; 0: not given */
+    bool force;        /* set-ip */
 };
 
 struct ctl {

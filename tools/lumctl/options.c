@@ -140,6 +140,13 @@ static bool take_lines(struct ctl_options *options, const char *text)
     return good;
 }
 
+static bool take_force(struct ctl_options *options, const char *text)
+{
+    (void)text;
+    options->force = true;
+    return true;
+}
+
 static const struct option table[] = {
     {"host", "ADDRESS[:PORT]", OWN_SESSION, take_host,
      "an address of a sensor, such as 10.42.0.37 or 127.0.0.1:5517",
@@ -175,6 +182,8 @@ static const struct option table[] = {
      "how lines are distributed (yscan)"},
     {"lines", "N", OWN_LINES, take_lines, "a whole number from 1 to 32767",
      "lines of the distribution (yscan)"},
+    {"force", NULL, OWN_FORCE, take_force, NULL,
+     "an address by which it may be lost, too (set-ip)"},
 };
 
 #define OPTIONS (sizeof table / sizeof table[0])

@@ -12,7 +12,8 @@ enum own_option {
     OWN_DURATION = 8,
     OWN_SHAPE = 16,
     OWN_LINES = 32,
-    OWN_SESSION = 64 /* what a session is opened with: none inside a shell */
+    OWN_SESSION = 64, /* what a session is opened with: none inside a shell */
+    OWN_FORCE = 128
 };
 
 /* What a line held beside what went to the options. */

@@ -3,6 +3,7 @@
 #include "../common/json.h"
 #include "../common/number.h"
 #include "session.h"
+#include "strand.h"
 
 #include "lum/base/time.h"
 
@@ -284,6 +285,10 @@ enum exit_status command_set_ip(struct ctl *ctl, int count, char **words)
             "multicast nor broadcast",
             words[1]);
     }
-    return ctl->options.dry_run ? ctl_print_packet(ctl, packet, sizeof packet)
-                                : move(ctl, address);
+    if (ctl->options.dry_run) {
+        return ctl_print_packet(ctl, packet, sizeof packet);
+    }
+    const enum exit_status status =
+        ctl->options.force ? EXIT_DONE : strand_check(ctl, address);
+    return status == EXIT_DONE ? move(ctl, address) : status;
 }

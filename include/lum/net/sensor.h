@@ -189,7 +189,9 @@ bool lum_sensor_is_waiting(const lum_sensor *sensor);
 /** Forget the request under way; its answer will count as late. */
 void lum_sensor_give_up(lum_sensor *sensor);
 
-/** Send a set IP packet (section 2); there is no answer.
+/** Send a set IP packet (section 2); there is no answer. Whether this host will
+ * reach the sensor there is for the caller to know: `lumctl set-ip` refuses
+ * this host's own addresses, broadcast ones, and those without a route.
  * @return LUM_NET_OK: it left; LUM_NET_FAILED, also for an address that cannot
  *         be a sensor's. */
 LUM_MUST_CHECK lum_net_result lum_sensor_set_ip(lum_sensor *sensor,
