@@ -419,6 +419,17 @@ def two_nodes_cannot_own_a_sensor():
     PROCESSES.end(p)
 
 
+def a_moved_sensor_is_named():
+    address, p, events = sensor(5)
+    new = f"{HOST}.6"
+    n = node(f"_source:=udp://{address}")
+    wait_until(lambda: events("stream"), 20, "the stream")
+    run(BIN / "lumctl", "--host", address, "set-ip", new)
+    wait_until(lambda: f"the data comes from {new} now, not from {address}" in text_of(n), 10, "the new address")
+    check(PROCESSES.end(n) == 0, tail(n))
+    PROCESSES.end(p)
+
+
 def bad_parameters_are_told():
     for parameter, wanted in (("_source:=/nonexistent.pcap", "/nonexistent.pcap"), ("_source:=udp://1.2.3", "udp://"),
                               ("_edge:=up", "~edge"), ("_return:=0", "~return"), ("_laser:=true", "~laser"),
@@ -486,7 +497,7 @@ def rviz_shows_the_cloud():
 
 CHECKS = [capture_is_lumdumps, rough_capture_is_lumdumps, calibration_is_used, parameters_hold_a_calibration,
           bag_is_the_capture, bag_launch_plays_a_bag, live_sensor, live_recording, laser_is_safe,
-          two_nodes_cannot_own_a_sensor, bad_parameters_are_told, rviz_shows_the_cloud]
+          two_nodes_cannot_own_a_sensor, a_moved_sensor_is_named, bad_parameters_are_told, rviz_shows_the_cloud]
 
 
 def main():

@@ -905,6 +905,16 @@ class SetIpAndHeartbeat(Case):
         shell.p.stdin.close()
         shell.wait()
 
+    def test_a_sensor_that_is_moved_by_another_is_named_with_its_new_address(self):
+        for at, words in ((11, ["heartbeat"]), (13, ["shell", "--heartbeat"])):
+            old, new = f"127.33.5.{at}", f"127.33.5.{at + 1}"
+            sensor = Sensor(self, self.folder, "--lines", "64", "--rate", "2", address=old)
+            p = Process(self, self.folder, BIN / "lumctl", "--host", old, *words, stdin=subprocess.PIPE)
+            wait_until(lambda: sensor.events("stream"), 20, "the stream")
+            self.check(DONE, old, "set-ip", new)
+            wait_until(lambda: f"the data comes from {new} now, not from {old}" in p.stdout() + p.stderr(), 20, "the new address")
+            p.end(signal.SIGINT if at == 11 else signal.SIGTERM)
+
     def test_a_sensor_that_had_the_address_before_is_no_move(self):
         other = FakeSensor(self, "127.33.5.4")
         r = self.check(FAILED, "127.33.5.3", "set-ip", "127.33.5.4")

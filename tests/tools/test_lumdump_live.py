@@ -663,6 +663,20 @@ class Sensors(Case):
         self.assertEqual(got["foreign_source"], 5)
         self.assertEqual((got["stray"], got["foreign"]), (0, 0))
 
+    def test_a_sensor_that_is_moved_is_named_with_its_new_address(self):
+        self.simulator()
+        new = next(ADDRESSES)
+        p = self.start_recording()
+        self.assertEqual(run("lumctl", "--host", self.address, "set-ip", new).returncode, 0)
+        told = b""
+        while b"udp://" + new.encode() not in told:
+            line_told = p.stderr.readline()
+            self.assertNotEqual(line_told, b"", told)
+            told += line_told
+        self.assertIn(f"the data comes from {new} now, not from {self.address}".encode(), told)
+        p.send_signal(signal.SIGINT)
+        self.end(p)
+
     def test_a_status_line_is_shown_on_a_terminal_alone(self):
         self.simulator()
         main, terminal = pty.openpty()

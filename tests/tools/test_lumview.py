@@ -814,6 +814,16 @@ class Live(Case):
         self.server.send(signal.SIGINT)
         self.server.wait()
 
+    def test_a_sensor_that_is_moved_is_named_with_its_new_address(self):
+        self.serve()
+        b = self.browser()
+        b.cloud()
+        new = next(ADDRESSES)
+        self.assertEqual(run("lumctl", "--host", self.sensor, "set-ip", new).returncode, 0)
+        status = b.status(lambda s: new in s["message"])
+        self.assertIn(f"the data comes from {new} now, not from {self.sensor}", status["message"])
+        self.assertEqual(self.server.end(), 0)
+
     def is_clean(self):
         """Warnings of a session may stand there."""
         self.assertIn(self.server.end(), (0, 1))

@@ -289,6 +289,42 @@ static void an_owner_gets_the_batch_and_then_what_it_holds(void **state)
     assert_int_equal(counters().alerts, 2);
 }
 
+/* Data, or whatever bears the magic. */
+static void packets_from(lum_endpoint from, size_t count)
+{
+    uint8_t packet[LUM_HEADER_BYTES + 4] = {0};
+    lum_header_encode(packet, LUM_TYPE_HEARTBEAT);
+    for (size_t i = 0; i < count; i++) {
+        fake_arrive(fake.now_ns, from, packet, sizeof packet);
+    }
+    (void)receive_for(0);
+}
+
+static void a_sensor_that_was_moved_is_found_by_its_magic(void **state)
+{
+    const lum_endpoint other_port = {sensor_at.address, 1234};
+    lum_endpoint to = {1, 1};
+    (void)state;
+    open_with(true, NULL);
+    packets_from(sensor_at, 1);
+    packets_from(stranger, LUM_SENSOR_MOVED_COUNT - 1u);
+    assert_false(lum_sensor_moved_to(sensor, &to));
+    assert_int_equal(to.address, 1);
+    packets_from(stranger, 1);
+    assert_true(lum_sensor_moved_to(sensor, &to));
+    assert_int_equal(to.address, stranger.address);
+    assert_int_equal(to.port, stranger.port);
+    packets_from(sensor_at, 1); /* it is back */
+    assert_false(lum_sensor_moved_to(sensor, &to));
+    packets_from(other_port, 2 * LUM_SENSOR_MOVED_COUNT);
+    assert_false(lum_sensor_moved_to(sensor, &to));
+    for (unsigned i = 0; i < 2u * LUM_SENSOR_MOVED_COUNT; i++) {
+        packets_from((lum_endpoint){stranger.address + i % 2u, LUM_PORT}, 1);
+        fake_arrive(fake.now_ns, stranger, "junk", 4);
+    }
+    assert_false(lum_sensor_moved_to(sensor, &to));
+}
+
 static void only_the_sensors_address_and_port_count(void **state)
 {
     const lum_endpoint other_port = {sensor_at.address, 1234};
@@ -899,6 +935,7 @@ int main(void)
         FRESH(without_receive_no_heartbeat_and_then_one_not_a_burst),
         FRESH(who_does_not_own_sends_none_and_gets_no_data),
         FRESH(an_owner_gets_the_batch_and_then_what_it_holds),
+        FRESH(a_sensor_that_was_moved_is_found_by_its_magic),
         FRESH(only_the_sensors_address_and_port_count),
         FRESH(late_and_repeated_answers_are_counted_and_dropped),
         FRESH(a_malformed_answer_is_counted_and_the_resend_gets_another),

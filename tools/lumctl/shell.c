@@ -26,6 +26,7 @@ struct shell {
     struct ctl *ctl;
     int64_t poll_ns; /* when to ask for the status next */
     bool is_silent;  /* the sensor does not answer, and that was said */
+    bool is_moved;   /* its data comes from elsewhere, and that was said */
     bool knows;      /* status was shown */
     uint16_t status;
     enum exit_status first; /* of the first command that failed */
@@ -85,6 +86,17 @@ static void show_silence(struct shell *s, bool is_silent)
     line_above(text);
 }
 
+static void show_move(struct shell *s)
+{
+    char text[SESSION_MOVE_BYTES];
+    lum_endpoint to = {0, 0};
+    const bool is_moved = lum_sensor_moved_to(s->ctl->sensor, &to);
+    if (is_moved && !s->is_moved) {
+        line_above(session_describe_move(s->ctl, to, text));
+    }
+    s->is_moved = is_moved;
+}
+
 static void show_link(const lum_sensor_event *event)
 {
     char text[LUM_ERROR_BYTES + 32];
@@ -140,6 +152,7 @@ static bool serve_sensor(struct shell *s)
         }
     } while (event.kind != LUM_SENSOR_IDLE &&
              event.kind != LUM_SENSOR_CANCELLED);
+    show_move(s);
     return true;
 }
 

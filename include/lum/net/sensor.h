@@ -237,6 +237,17 @@ lum_laser_off lum_sensor_laser_off_within(lum_sensor *sensor, uint32_t ms,
 /** Counters up to now. */
 void lum_sensor_count(lum_sensor *sensor, lum_sensor_counters *out);
 
+/** Datagrams with the magic that must come from one other address, and none
+ * from the sensor among them, for lum_sensor_moved_to(). */
+#define LUM_SENSOR_MOVED_COUNT 8u
+
+/** Whether the sensor seems to have got another address: a sensor that is moved
+ * goes on sending to whom it did, for as long as heartbeats of before hold (3
+ * s). The session stays with the old address, where its heartbeats go.
+ * @param out where datagrams come from instead; written when true.
+ * @return true until something comes from the session's own address again. */
+bool lum_sensor_moved_to(const lum_sensor *sensor, lum_endpoint *out);
+
 /** The session's socket, for its buffer and its local endpoint. */
 lum_socket *lum_sensor_socket(lum_sensor *sensor);
 

@@ -79,9 +79,27 @@ void Session::make_view()
     view_.is_broken = is_broken_;
 }
 
+void Session::tell_move()
+{
+    lum_endpoint to = {0, 0};
+    const bool is_moved = lum_sensor_moved_to(sensor_.get(), &to);
+    if (is_moved && !is_moved_) {
+        const std::string old = address_text(options_.endpoint.address);
+        notes_.add(Note::error,
+                   "the data comes from " + address_text(to.address) +
+                       " now, not from " + old +
+                       ": the sensor has got that address. It is not taken, "
+                       "and ends in 3 s, since the heartbeats go to " +
+                       old + ": start the node anew with udp://" +
+                       address_text(to.address));
+    }
+    is_moved_ = is_moved;
+}
+
 void Session::tick(int64_t now_ns)
 {
     tick_ns_ = now_ns + tick_every_ns;
+    tell_move();
     laser_->tick(now_ns);
     make_view();
 }

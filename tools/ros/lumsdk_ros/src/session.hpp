@@ -64,6 +64,7 @@ class Session
     void run();
     void step();
     void tick(int64_t now_ns);
+    void tell_move();
     void make_view();
     void switch_off();
 
@@ -75,6 +76,7 @@ class Session
     std::unique_ptr<Laser> laser_;
     std::atomic<bool> stop_{false};
     bool is_broken_ = false;
+    bool is_moved_ = false;
     uint64_t drops_ = 0;
     int64_t tick_ns_ = 0;
     std::thread thread_;
