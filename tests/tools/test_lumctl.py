@@ -36,8 +36,8 @@ class FakeSensor:
     """Answers as a test says: answer(kind, sequence, body, count) gives the packets to send back. body is what follows
     the sequence, count how many of this kind came before. Takes set IP packets in either byte order."""
 
-    def __init__(self, test, address, answer=None, set_ip="network"):
-        self.socket = self.bind(address)
+    def __init__(self, test, address, answer=None, set_ip="network", port=5517):
+        self.socket = self.bind(address, port)
         self.answer = answer or (lambda kind, sequence, body, count: self.plain(kind, sequence))
         self.set_ip = set_ip
         self.packets = []
@@ -47,9 +47,9 @@ class FakeSensor:
         test.addCleanup(self.stop)
 
     @staticmethod
-    def bind(address):
+    def bind(address, port=5517):
         s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        s.bind((address, 5517))
+        s.bind((address, port))
         s.settimeout(0.05)
         return s
 
@@ -268,6 +268,36 @@ class Refused(Case):
                 (["status", "--rate", "5"], ["--rate", "heartbeat"])):
             self.one_line(dry(*words), *texts)
 
+    def test_a_letter_in_the_place_of_a_digit_is_told(self):
+        """The manual prints Of, with the letter O, where 0f is meant."""
+        for text, meant in (("Of", "the letter O, not the digit zero; did you mean 0f?"), ("50p Of u", "did you mean 0f?"),
+                            ("of", "did you mean 0f?"), ("lf", "not the digit one; did you mean 1f?"),
+                            ("5Op", "a letter among its digits; did you mean 50p?")):
+            self.one_line(dry("send", text), meant)
+        for text in ("Oq", "O", "Ou", "f", "oo"):
+            self.assertNotIn("did you mean", dry("send", text).stderr)
+
+    def test_an_interface_that_is_not_there_is_a_bad_argument_of_every_tool(self):
+        for words in (["lumctl", "status"], ["lumctl", "doctor"], ["lumctl", "shell"], ["lumctl", "heartbeat"],
+                      ["lumdump", "udp://127.33.9.1"], ["lumsim"], ["lumview", "udp://127.33.9.1"]):
+            if not (BIN / words[0]).exists():
+                continue  # a build without the viewer
+            r = run(*words, "--interface", "nosuch0")
+            self.assertEqual(r.returncode, BAD, (words, r.stderr))
+            self.assertIn("there is no interface nosuch0; this host has: ", r.stderr)
+
+    def test_a_name_of_no_host_is_told_by_every_tool(self):
+        for words in (["lumctl", "--host", "sensor.invalid", "status"], ["lumctl", "set-ip", "sensor.invalid"],
+                      ["lumdump", "udp://sensor.invalid:5517"], ["lumdump", "x.pcap", "--sensor", "sensor.invalid"],
+                      ["lumsim", "--address", "sensor.invalid"], ["lumview", "udp://sensor.invalid"],
+                      ["lumview", "x.pcap", "--sensor", "sensor.invalid"], ["lumview", "x.pcap", "--bind", "sensor.invalid"]):
+            if not (BIN / words[0]).exists():
+                continue
+            r = run(*words)
+            self.assertEqual(r.returncode, BAD, (words, r.stderr))
+            self.assertIn("'sensor.invalid'", r.stderr)
+            self.assertIn("give its address", r.stderr)
+
     def test_a_profile_that_cannot_be_is_told_with_its_line(self):
         bad = self.folder.write("bad.yaml", "version: 1\nset_ip_order: sideways\n")
         self.one_line(dry("--profile", bad, "status"), "bad.yaml:2", "set_ip_order")
@@ -280,7 +310,8 @@ class Refused(Case):
         r = run("lumctl", "--host", "127.33.9.2", "status", "--retries", 0, "--timeout", 50,
                 env={**os.environ, "LUM_HOST": "127.33.9.1"})
         self.assertIn("127.33.9.2", r.stderr)
-        self.one_line(run("lumctl", "status", env={**os.environ, "LUM_HOST": "here"}), "LUM_HOST", "'here'")
+        self.one_line(run("lumctl", "status", env={**os.environ, "LUM_HOST": "here.invalid"}), "LUM_HOST",
+                      "'here.invalid'")
 
 
 class Help(Case):
@@ -390,9 +421,10 @@ class Live(Case):
     def test_every_setting_is_carried_out_before_it_is_called_done(self):
         sensor = self.sensor("127.33.1.3")
         for words, text in ((["power", 40], "40p"), (["threshold", "green", 41], "41g"), (["threshold", "blue", 42], "42b"),
-                            (["lines", 64], "1f"), (["holdoff", 170], "170h"), (["offset", "green", 3], "3G"),
-                            (["offset", "blue", 4], "4B")):
-            self.assertIn(f"{text} done", self.check(DONE, "127.33.1.3", *words).stdout)
+                            (["lines", 64], "1f"), (["yscan", 15], "15y"), (["holdoff", 170], "170h"),
+                            (["offset", "green", 3], "3G"), (["offset", "blue", 4], "4B")):
+            said = self.check(DONE, "127.33.1.3", *words).stdout
+            self.assertIn(f"127.33.1.3: {' '.join(map(str, words))} done; ", said)
             self.assertIn(text, self.notes(sensor))
             found = self.json(DONE, "127.33.1.3", *words)
             self.assertEqual((found["command"], found["done"], found["refused"]), (text, True, ""))
@@ -757,6 +789,16 @@ class Misbehaviour(Case):
         fake = FakeSensor(self, "127.33.2.13")
         self.check(DONE, "127.33.2.13", "laser", "off")
         self.assertEqual(fake.texts(), ["d"])
+
+    def test_a_host_may_have_a_name(self):
+        try:
+            address = socket.gethostbyname("localhost")
+        except OSError as e:
+            self.skipTest(f"this host does not know localhost: {e}")
+        port = FakeSensor(self, address, port=0).socket.getsockname()[1]
+        found = self.json(DONE, f"localhost:{port}", "status")
+        self.assertEqual(found["sensor"], f"{address}:{port}")
+        self.assertEqual(run("lumctl", "status", env={**os.environ, "LUM_HOST": f"localhost:{port}"}).returncode, DONE)
 
     def test_set_ip_finds_a_sensor_that_took_the_bytes_the_other_way_round(self):
         FakeSensor(self, "127.33.2.14", set_ip="little")

@@ -29,7 +29,9 @@ struct shell {
     bool is_moved;   /* its data comes from elsewhere, and that was said */
     bool knows;      /* status was shown */
     uint16_t status;
-    enum exit_status first; /* of the first command that failed */
+    enum exit_status first;           /* of the first command that failed */
+    enum exit_status first_not_typed; /* the same, wrong lines left out */
+    bool was_left;                    /* by a person, or by a word for it */
 };
 
 /* Where state of programs belongs; NULL where there is no home. */
@@ -105,6 +107,16 @@ static void show_link(const lum_sensor_event *event)
     line_above(text);
 }
 
+static void note_failure(struct shell *s, enum exit_status status)
+{
+    if (s->first == EXIT_DONE) {
+        s->first = status;
+    }
+    if (s->first_not_typed == EXIT_DONE && status != EXIT_BAD) {
+        s->first_not_typed = status;
+    }
+}
+
 /* False when the session is over. */
 static bool take_event(struct shell *s, const lum_sensor_event *event)
 {
@@ -124,7 +136,7 @@ static bool take_event(struct shell *s, const lum_sensor_event *event)
         show_link(event);
         return true;
     case LUM_SENSOR_FAILED:
-        s->first = ctl_complain(EXIT_FAILED, "%s", event->error.text);
+        note_failure(s, ctl_complain(EXIT_FAILED, "%s", event->error.text));
         return false;
     default:
         return true;
@@ -192,13 +204,6 @@ static enum exit_status run_words(struct shell *s, int count, char **words)
     return status;
 }
 
-static void note_failure(struct shell *s, enum exit_status status)
-{
-    if (s->first == EXIT_DONE) {
-        s->first = status;
-    }
-}
-
 static bool is_end_word(const char *word)
 {
     return strcmp(word, "quit") == 0 || strcmp(word, "exit") == 0;
@@ -246,9 +251,11 @@ static bool serve_input(struct shell *s)
     const enum line_event event = line_take(&text);
     if (event == LINE_END) {
         line_break();
+        s->was_left = report_is_terminal(stdin);
         return false;
     }
     if (event == LINE_READY && is_end(text)) {
+        s->was_left = true;
         return false;
     }
     if (event == LINE_TOO_LONG) {
@@ -347,8 +354,7 @@ enum exit_status command_shell(struct ctl *ctl, int count, char **words)
     line_close();
     ctl->in_shell = false;
     if (ctl->owns) {
-        const enum exit_status down = put_laser_down(&s);
-        return s.first != EXIT_DONE ? s.first : down;
+        note_failure(&s, put_laser_down(&s));
     }
-    return s.first;
+    return s.was_left ? s.first_not_typed : s.first;
 }
