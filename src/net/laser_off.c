@@ -26,8 +26,15 @@ static bool is_ended(const attempt *a)
     return a->sensor->has_failed || lum_cancel_is_raised(a->cancel);
 }
 
-/* Receives until the request under way ends or a time is reached, at least
- * once. */
+/* What had come before is given out first. */
+static bool is_unsent(const attempt *a)
+{
+    const lum_exchange *x = &a->sensor->exchange;
+    return x->ask != LUM_ASK_NOTHING && x->tries == 0 && !a->sensor->has_failed;
+}
+
+/* Receives until the request under way ends or a time is reached, but not
+ * before it was sent. */
 static void receive_until(const attempt *a, int64_t end_ns,
                           lum_sensor_event *out)
 {
@@ -38,8 +45,8 @@ static void receive_until(const attempt *a, int64_t end_ns,
                             slice_ns < end_ns ? slice_ns : end_ns, out);
         now_ns = lum_time_monotonic_ns();
     } while (out->kind != LUM_SENSOR_ANSWER &&
-             out->kind != LUM_SENSOR_NO_ANSWER && now_ns < end_ns &&
-             !is_ended(a));
+             out->kind != LUM_SENSOR_NO_ANSWER &&
+             (is_unsent(a) || (now_ns < end_ns && !is_ended(a))));
 }
 
 /* Makes a request, a command or (NULL) a poll, and reads its own answer. */
@@ -112,6 +119,7 @@ lum_laser_off lum_sensor_laser_off_within(lum_sensor *sensor, uint32_t ms,
     sensor->exchange.config.timeout_ns = NS_PER_MS * LUM_SENSOR_OFF_EVERY_MS;
     sensor->exchange.config.retries = UINT32_MAX;
     const lum_laser_off end = switch_off(&a);
+    lum_sensor_give_up(sensor);
     sensor->exchange.config = config;
     sensor->link_told = told;
     return end;

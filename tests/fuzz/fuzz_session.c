@@ -279,6 +279,7 @@ static void laser_off(void)
     require(fake.now_ns - before_ns <=
             (ms + LUM_SENSOR_SETTLE_MS + 2000) * MS + 4 * SLACK);
     require(fake.send != LUM_NET_OK || fake.sent_count > sent);
+    require(!lum_sensor_is_waiting(run.sensor));
     run.begun += ms + 4u; /* each has an answer, after 1 ms at the soonest */
     run.off_resends += ms / LUM_SENSOR_OFF_EVERY_MS + 64u;
     run.beat_ns = fake.now_ns;

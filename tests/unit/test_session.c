@@ -653,8 +653,12 @@ static void no_heartbeat_leaves_while_it_is_switched_off(void **state)
     PLAY(SILENT);
     assert_int_equal(switch_off(&status), LUM_LASER_OFF_UNKNOWN);
     assert_int_equal(fake_count_sent(LUM_TYPE_HEARTBEAT), 0);
+    assert_false(lum_sensor_is_waiting(sensor));
+    const size_t asked = script.next;
     assert_int_equal(receive_for(0), LUM_SENSOR_IDLE);
     assert_int_equal(fake_count_sent(LUM_TYPE_HEARTBEAT), 1);
+    assert_int_equal(receive_for(SECOND), LUM_SENSOR_IDLE);
+    assert_int_equal(script.next, asked); /* nothing is left under way */
 }
 
 static void a_silent_sensor_is_asked_every_50_ms_for_10_s(void **state)
@@ -808,6 +812,24 @@ static void a_given_time_and_a_cancel_end_it(void **state)
     assert_int_equal(lum_sensor_laser_off_within(sensor, 5000, any, &status),
                      LUM_LASER_OFF_UNKNOWN);
     assert_in_range(fake.sent_count, sent + 1, sent + 2);
+}
+
+/* Events that wait come before the command leaves. */
+static void it_is_sent_once_whatever_waits_and_whoever_cancels(void **state)
+{
+    const lum_cancel *const any = (const lum_cancel *)(const void *)&fake;
+    uint16_t status = 0;
+    (void)state;
+    open_with(true, NULL);
+    PLAY(SILENT);
+    for (unsigned i = 0; i < 5; i++) {
+        answer_from(sensor_at, fake.now_ns, 7, ON);
+    }
+    assert_int_equal(receive_for(0), LUM_SENSOR_DATAGRAMS);
+    fake.is_raised = true;
+    assert_int_equal(lum_sensor_laser_off_within(sensor, 0, any, &status),
+                     LUM_LASER_OFF_UNKNOWN);
+    assert_string_equal(script.asked, "d");
 }
 
 /* What the session asks afterwards has its own time again. */
@@ -965,6 +987,7 @@ int main(void)
         FRESH(nearly_every_answer_may_be_lost),
         FRESH(answers_without_a_status_are_told_apart_from_silence),
         FRESH(a_given_time_and_a_cancel_end_it),
+        FRESH(it_is_sent_once_whatever_waits_and_whoever_cancels),
         FRESH(other_requests_keep_their_timeout),
         FRESH(alerts_and_old_answers_prove_nothing),
         FRESH(a_cancel_does_not_keep_the_laser_on),
