@@ -135,6 +135,20 @@ void Session::run()
     channel_.close();
 }
 
+// Of LUM_SENSOR_OFF_MS a second signal may end what is behind the first 3 s:
+// by then a sensor that gets no heartbeats is down by itself.
+lum_laser_off Session::switch_off_within(uint16_t &status)
+{
+    constexpr uint32_t alone_ms = 3000;
+    const lum_laser_off off = lum_sensor_laser_off_within(
+        sensor_.get(), alone_ms, nullptr, &status);
+    return off == LUM_LASER_OFF_SEEN || off == LUM_LASER_OFF_UNSEEN
+               ? off
+               : lum_sensor_laser_off_within(sensor_.get(),
+                                             LUM_SENSOR_OFF_MS - alone_ms,
+                                             options_.second_signal, &status);
+}
+
 // A socket that broke sends nothing more, another may.
 void Session::switch_off()
 {
@@ -147,7 +161,7 @@ void Session::switch_off()
     }
     if (sensor_) {
         lum_sensor_give_up(sensor_.get());
-        off = lum_sensor_laser_off(sensor_.get(), &status);
+        off = switch_off_within(status);
     }
     const std::string tell = "lumctl --host " +
                              address_text(options_.endpoint.address) +

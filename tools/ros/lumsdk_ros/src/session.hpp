@@ -66,6 +66,7 @@ class Session
     void tick(int64_t now_ns);
     void tell_move();
     void make_view();
+    lum_laser_off switch_off_within(uint16_t &status);
     void switch_off();
 
     const Options options_;
