@@ -2,73 +2,130 @@
 #include "lum/laser.h"
 #include "net/session.h"
 
+/* Longest wait for the second look, before the command is sent again. A slow
+ * sensor may have repeats of the command to answer before it. */
+#define LOOK_NS (2000 * NS_PER_MS)
+
 /* What a request showed of the laser. */
 typedef enum laser_look {
     LOOK_SILENT,
+    LOOK_BLIND, /* an answer without a status */
     LOOK_UP,
     LOOK_DOWN
 } laser_look;
 
-/* Receives until the request under way ends or a time is reached. */
-static void receive_until(lum_sensor *s, int64_t deadline_ns,
+typedef struct attempt {
+    lum_sensor *sensor;
+    int64_t end_ns;
+    const lum_cancel *cancel;
+    uint16_t *status; /* may be NULL */
+} attempt;
+
+static bool is_ended(const attempt *a)
+{
+    return a->sensor->has_failed || lum_cancel_is_raised(a->cancel);
+}
+
+/* What had come before is given out first. */
+static bool is_unsent(const attempt *a)
+{
+    const lum_exchange *x = &a->sensor->exchange;
+    return x->ask != LUM_ASK_NOTHING && x->tries == 0 && !a->sensor->has_failed;
+}
+
+/* Receives until the request under way ends or a time is reached, but not
+ * before it was sent. */
+static void receive_until(const attempt *a, int64_t end_ns,
                           lum_sensor_event *out)
 {
+    int64_t now_ns = lum_time_monotonic_ns();
     do {
-        lum_session_receive(s, NULL, deadline_ns, out);
-    } while ((out->kind == LUM_SENSOR_DATAGRAMS ||
-              out->kind == LUM_SENSOR_ALERT || out->kind == LUM_SENSOR_LINK) &&
-             lum_time_monotonic_ns() < deadline_ns);
+        const int64_t slice_ns = now_ns + NS_PER_MS * LUM_SENSOR_OFF_EVERY_MS;
+        lum_session_receive(a->sensor, NULL,
+                            slice_ns < end_ns ? slice_ns : end_ns, out);
+        now_ns = lum_time_monotonic_ns();
+    } while (out->kind != LUM_SENSOR_ANSWER &&
+             out->kind != LUM_SENSOR_NO_ANSWER &&
+             (is_unsent(a) || (now_ns < end_ns && !is_ended(a))));
 }
 
 /* Makes a request, a command or (NULL) a poll, and reads its own answer. */
-static laser_look look(lum_sensor *s, const char *command, uint16_t *status)
+static laser_look look(const attempt *a, const char *command, int64_t end_ns)
 {
     lum_sensor_event event;
-    lum_sensor_give_up(s);
-    if ((command != NULL ? lum_sensor_command(s, command)
-                         : lum_sensor_request(s, NULL, 0)) != LUM_OK) {
+    lum_sensor_give_up(a->sensor);
+    if ((command != NULL ? lum_sensor_command(a->sensor, command)
+                         : lum_sensor_request(a->sensor, NULL, 0)) != LUM_OK) {
         return LOOK_SILENT;
     }
-    receive_until(s, INT64_MAX, &event);
-    if (event.kind != LUM_SENSOR_ANSWER || !event.has_status) {
+    receive_until(a, end_ns, &event);
+    if (event.kind != LUM_SENSOR_ANSWER) {
         return LOOK_SILENT;
     }
-    if (status != NULL) {
-        *status = event.status;
+    if (!event.has_status) {
+        return LOOK_BLIND;
+    }
+    if (a->status != NULL) {
+        *a->status = event.status;
     }
     return lum_laser_is_down(event.status) ? LOOK_DOWN : LOOK_UP;
 }
 
-static void settle(lum_sensor *s)
+static void settle(const attempt *a)
 {
     lum_sensor_event event;
-    receive_until(s, lum_time_monotonic_ns() + NS_PER_MS * LUM_SENSOR_SETTLE_MS,
+    receive_until(a, lum_time_monotonic_ns() + NS_PER_MS * LUM_SENSOR_SETTLE_MS,
                   &event);
 }
 
-static lum_laser_off switch_off(lum_sensor *s, uint16_t *status)
+/* The command and, where that shows it down, a second look. */
+static laser_look look_twice(const attempt *a)
 {
-    laser_look last = LOOK_SILENT;
-    for (uint64_t round = 0; round <= s->retries; round++) {
-        last = look(s, "d", status);
-        if (last == LOOK_SILENT) {
-            break;
-        }
-        settle(s);
-        if (last == LOOK_DOWN) {
-            last = look(s, NULL, status);
-        }
-        if (last == LOOK_DOWN) {
-            return LUM_LASER_OFF_SEEN;
-        }
+    const laser_look first = look(a, "d", a->end_ns);
+    if (first == LOOK_SILENT) {
+        return first;
     }
-    return last == LOOK_UP ? LUM_LASER_OFF_REFUSED : LUM_LASER_OFF_UNKNOWN;
+    settle(a);
+    return first == LOOK_DOWN ? look(a, NULL, lum_time_monotonic_ns() + LOOK_NS)
+                              : first;
+}
+
+static lum_laser_off switch_off(const attempt *a)
+{
+    static const lum_laser_off results[] = {[LOOK_SILENT] =
+                                                LUM_LASER_OFF_UNKNOWN,
+                                            [LOOK_BLIND] = LUM_LASER_OFF_UNSEEN,
+                                            [LOOK_UP] = LUM_LASER_OFF_REFUSED,
+                                            [LOOK_DOWN] = LUM_LASER_OFF_SEEN};
+    laser_look last = LOOK_SILENT;
+    uint64_t blind = 0;
+    do {
+        last = look_twice(a);
+        blind += last == LOOK_BLIND;
+    } while (last != LOOK_DOWN && blind <= a->sensor->retries && !is_ended(a) &&
+             lum_time_monotonic_ns() < a->end_ns);
+    return results[last];
+}
+
+lum_laser_off lum_sensor_laser_off_within(lum_sensor *sensor, uint32_t ms,
+                                          const lum_cancel *cancel,
+                                          uint16_t *status)
+{
+    const bool told = sensor->link_told;
+    const lum_exchange_config config = sensor->exchange.config;
+    const attempt a = {sensor, lum_time_monotonic_ns() + NS_PER_MS * ms, cancel,
+                       status};
+    sensor->exchange.config.owns = false;
+    sensor->exchange.config.timeout_ns = NS_PER_MS * LUM_SENSOR_OFF_EVERY_MS;
+    sensor->exchange.config.retries = UINT32_MAX;
+    const lum_laser_off end = switch_off(&a);
+    lum_sensor_give_up(sensor);
+    sensor->exchange.config = config;
+    sensor->link_told = told;
+    return end;
 }
 
 lum_laser_off lum_sensor_laser_off(lum_sensor *sensor, uint16_t *status)
 {
-    const bool told = sensor->link_told;
-    const lum_laser_off end = switch_off(sensor, status);
-    sensor->link_told = told;
-    return end;
+    return lum_sensor_laser_off_within(sensor, LUM_SENSOR_OFF_MS, NULL, status);
 }

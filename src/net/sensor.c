@@ -234,6 +234,15 @@ void lum_sensor_count(lum_sensor *sensor, lum_sensor_counters *out)
     out->kernel_drops = lum_socket_drops(sensor->socket);
 }
 
+bool lum_sensor_moved_to(const lum_sensor *sensor, lum_endpoint *out)
+{
+    if (sensor->stranger_count < LUM_SENSOR_MOVED_COUNT) {
+        return false;
+    }
+    *out = sensor->stranger;
+    return true;
+}
+
 lum_socket *lum_sensor_socket(lum_sensor *sensor)
 {
     return sensor->socket;

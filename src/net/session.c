@@ -125,6 +125,22 @@ static bool next_found(lum_sensor *s, lum_sensor_event *out)
     return false;
 }
 
+/* A sensor that was moved sends from its new address at once. */
+static void note_stranger(lum_sensor *s, const lum_received *r)
+{
+    uint8_t type = 0;
+    if (r->from.address == s->endpoint.address ||
+        lum_header_decode(r->bytes, r->len, &type) != LUM_OK) {
+        return;
+    }
+    if (r->from.address != s->stranger.address ||
+        r->from.port != s->stranger.port) {
+        s->stranger = r->from;
+        s->stranger_count = 0;
+    }
+    s->stranger_count += s->stranger_count < LUM_SENSOR_MOVED_COUNT;
+}
+
 /* Counts a datagram; whether it is the sensor's. */
 static bool is_ours(lum_sensor *s, const lum_received *r)
 {
@@ -134,8 +150,10 @@ static bool is_ours(lum_sensor *s, const lum_received *r)
     if (!fits) {
         c->foreign_source++;
         c->other_port += address_fits;
+        note_stranger(s, r);
         return false;
     }
+    s->stranger_count = 0;
     c->datagrams++;
     c->bytes += r->len;
     c->cut_short += r->cut_short;

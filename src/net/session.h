@@ -26,6 +26,9 @@ struct lum_sensor {
     int64_t heard_ns;     /* the socket was empty then */
     bool socket_is_empty; /* as far as the last receive showed */
 
+    lum_endpoint stranger;   /* who sends the magic from elsewhere */
+    uint32_t stranger_count; /* since something came from the sensor */
+
     bool link_is_up;
     bool link_told;
     lum_error link_error;

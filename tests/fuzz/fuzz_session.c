@@ -35,6 +35,7 @@ static struct run {
     lum_sensor_options options;
     uint32_t sequence; /* of the last request that was sent */
     uint64_t begun;    /* requests */
+    uint64_t off_resends;
     int64_t start_ns;
     int64_t beat_ns;     /* last heartbeat, or when one could leave again */
     int64_t called_ns;   /* when the session was called */
@@ -268,16 +269,20 @@ static void hold_up(int64_t ns)
 static void laser_off(void)
 {
     uint16_t status = 0;
-    const int64_t tries = (int64_t)run.options.retries + 1;
+    const uint32_t ms = take_byte();
+    const uint64_t sent = fake.sent_count;
     const int64_t before_ns = fake.now_ns;
-    const int64_t look = (tries + 1) * TIMEOUT + SLACK;
-    run.called_ns = before_ns;
-    const lum_laser_off end = lum_sensor_laser_off(run.sensor, &status);
+    const lum_laser_off end = lum_sensor_laser_off_within(
+        run.sensor, ms, run.options.cancel, &status);
     require(end != LUM_LASER_OFF_SEEN || lum_laser_is_down(status));
     require(end != LUM_LASER_OFF_REFUSED || !lum_laser_is_down(status));
     require(fake.now_ns - before_ns <=
-            tries * (2 * look + LUM_SENSOR_SETTLE_MS * MS + SLACK));
-    run.begun += 2u * (uint64_t)tries;
+            (ms + LUM_SENSOR_SETTLE_MS + 2000) * MS + 4 * SLACK);
+    require(fake.send != LUM_NET_OK || fake.sent_count > sent);
+    require(!lum_sensor_is_waiting(run.sensor));
+    run.begun += ms + 4u; /* each has an answer, after 1 ms at the soonest */
+    run.off_resends += ms / LUM_SENSOR_OFF_EVERY_MS + 64u;
+    run.beat_ns = fake.now_ns;
 }
 
 static void wait_any(void)
@@ -352,7 +357,7 @@ static void check_counters(void)
         (uint64_t)(passed / (MS * run.options.heartbeat_ms)) + 1u;
     require(c.heartbeats <= (run.options.owns ? beats : 0u));
     require(c.requests <= run.begun && c.answers <= run.begun);
-    require(c.resends <= run.begun * run.options.retries);
+    require(c.resends <= run.begun * run.options.retries + run.off_resends);
     require(c.answers + c.answers_dropped + c.alerts + c.malformed <=
             c.datagrams);
     require(c.other_port <= c.foreign_source);

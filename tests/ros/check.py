@@ -419,6 +419,32 @@ def two_nodes_cannot_own_a_sensor():
     PROCESSES.end(p)
 
 
+def a_second_signal_ends_a_long_laser_off():
+    address, p, events = sensor(7)
+    n = node(f"_source:=udp://{address}", "_laser:=true")
+    wait_until(lambda: any(e["up"] for e in events("laser")), 20, "the laser")
+    p.send_signal(signal.SIGSTOP)
+    begin = time.monotonic()
+    n.send_signal(signal.SIGINT)
+    time.sleep(0.5)
+    n.send_signal(signal.SIGINT)
+    check(n.wait(20) == 0 and "laser off was not answered" in text_of(n), tail(n))
+    check(time.monotonic() - begin < 9.0, "it waits for all of the ten seconds")
+    p.send_signal(signal.SIGCONT)
+    PROCESSES.end(p)
+
+
+def a_moved_sensor_is_named():
+    address, p, events = sensor(5)
+    new = f"{HOST}.6"
+    n = node(f"_source:=udp://{address}")
+    wait_until(lambda: events("stream"), 20, "the stream")
+    run(BIN / "lumctl", "--host", address, "set-ip", new)
+    wait_until(lambda: f"the data comes from {new} now, not from {address}" in text_of(n), 10, "the new address")
+    check(PROCESSES.end(n) == 0, tail(n))
+    PROCESSES.end(p)
+
+
 def bad_parameters_are_told():
     for parameter, wanted in (("_source:=/nonexistent.pcap", "/nonexistent.pcap"), ("_source:=udp://1.2.3", "udp://"),
                               ("_edge:=up", "~edge"), ("_return:=0", "~return"), ("_laser:=true", "~laser"),
@@ -486,7 +512,8 @@ def rviz_shows_the_cloud():
 
 CHECKS = [capture_is_lumdumps, rough_capture_is_lumdumps, calibration_is_used, parameters_hold_a_calibration,
           bag_is_the_capture, bag_launch_plays_a_bag, live_sensor, live_recording, laser_is_safe,
-          two_nodes_cannot_own_a_sensor, bad_parameters_are_told, rviz_shows_the_cloud]
+          two_nodes_cannot_own_a_sensor, a_moved_sensor_is_named,
+          a_second_signal_ends_a_long_laser_off, bad_parameters_are_told, rviz_shows_the_cloud]
 
 
 def main():

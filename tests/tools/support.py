@@ -12,6 +12,9 @@ MAGIC = bytes.fromhex("edfef3a1efbe3412")
 SENSOR = "10.42.0.37"
 CLIENT = "10.42.0.1"
 
+# Names that no host has are looked up: where no server answers, for a second.
+os.environ.setdefault("RES_OPTIONS", "timeout:1 attempts:1")
+
 
 def run(tool, *arguments, stdin=b"", timeout=120, **options):
     """Run a tool to its end; its output as text."""

@@ -778,7 +778,7 @@ class TwoHosts(OnHosts):
 
     def test_a_port_that_is_rewritten(self):
         self.sensor("--port", "6000")
-        r = subprocess.run(["ip", "netns", "exec", self.hosts.sensor, "nft", "-f", "-"], input="""table ip rewrite {
+        r = subprocess.run([*inside(self.hosts.sensor), "nft", "-f", "-"], input="""table ip rewrite {
             chain in { type filter hook prerouting priority -300; udp dport 5517 udp dport set 6000; }
         }""", capture_output=True, text=True)
         self.assertEqual(r.returncode, 0, r.stderr)

@@ -36,8 +36,8 @@ class FakeSensor:
     """Answers as a test says: answer(kind, sequence, body, count) gives the packets to send back. body is what follows
     the sequence, count how many of this kind came before. Takes set IP packets in either byte order."""
 
-    def __init__(self, test, address, answer=None, set_ip="network"):
-        self.socket = self.bind(address)
+    def __init__(self, test, address, answer=None, set_ip="network", port=5517):
+        self.socket = self.bind(address, port)
         self.answer = answer or (lambda kind, sequence, body, count: self.plain(kind, sequence))
         self.set_ip = set_ip
         self.packets = []
@@ -47,9 +47,9 @@ class FakeSensor:
         test.addCleanup(self.stop)
 
     @staticmethod
-    def bind(address):
+    def bind(address, port=5517):
         s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        s.bind((address, 5517))
+        s.bind((address, port))
         s.settimeout(0.05)
         return s
 
@@ -268,6 +268,36 @@ class Refused(Case):
                 (["status", "--rate", "5"], ["--rate", "heartbeat"])):
             self.one_line(dry(*words), *texts)
 
+    def test_a_letter_in_the_place_of_a_digit_is_told(self):
+        """The manual prints Of, with the letter O, where 0f is meant."""
+        for text, meant in (("Of", "the letter O, not the digit zero; did you mean 0f?"), ("50p Of u", "did you mean 0f?"),
+                            ("of", "did you mean 0f?"), ("lf", "not the digit one; did you mean 1f?"),
+                            ("5Op", "a letter among its digits; did you mean 50p?")):
+            self.one_line(dry("send", text), meant)
+        for text in ("Oq", "O", "Ou", "f", "oo"):
+            self.assertNotIn("did you mean", dry("send", text).stderr)
+
+    def test_an_interface_that_is_not_there_is_a_bad_argument_of_every_tool(self):
+        for words in (["lumctl", "status"], ["lumctl", "doctor"], ["lumctl", "shell"], ["lumctl", "heartbeat"],
+                      ["lumdump", "udp://127.33.9.1"], ["lumsim"], ["lumview", "udp://127.33.9.1"]):
+            if not (BIN / words[0]).exists():
+                continue  # a build without the viewer
+            r = run(*words, "--interface", "nosuch0")
+            self.assertEqual(r.returncode, BAD, (words, r.stderr))
+            self.assertIn("there is no interface nosuch0; this host has: ", r.stderr)
+
+    def test_a_name_of_no_host_is_told_by_every_tool(self):
+        for words in (["lumctl", "--host", "sensor.invalid", "status"], ["lumctl", "set-ip", "sensor.invalid"],
+                      ["lumdump", "udp://sensor.invalid:5517"], ["lumdump", "x.pcap", "--sensor", "sensor.invalid"],
+                      ["lumsim", "--address", "sensor.invalid"], ["lumview", "udp://sensor.invalid"],
+                      ["lumview", "x.pcap", "--sensor", "sensor.invalid"], ["lumview", "x.pcap", "--bind", "sensor.invalid"]):
+            if not (BIN / words[0]).exists():
+                continue
+            r = run(*words)
+            self.assertEqual(r.returncode, BAD, (words, r.stderr))
+            self.assertIn("'sensor.invalid'", r.stderr)
+            self.assertIn("give its address", r.stderr)
+
     def test_a_profile_that_cannot_be_is_told_with_its_line(self):
         bad = self.folder.write("bad.yaml", "version: 1\nset_ip_order: sideways\n")
         self.one_line(dry("--profile", bad, "status"), "bad.yaml:2", "set_ip_order")
@@ -280,7 +310,8 @@ class Refused(Case):
         r = run("lumctl", "--host", "127.33.9.2", "status", "--retries", 0, "--timeout", 50,
                 env={**os.environ, "LUM_HOST": "127.33.9.1"})
         self.assertIn("127.33.9.2", r.stderr)
-        self.one_line(run("lumctl", "status", env={**os.environ, "LUM_HOST": "here"}), "LUM_HOST", "'here'")
+        self.one_line(run("lumctl", "status", env={**os.environ, "LUM_HOST": "here.invalid"}), "LUM_HOST",
+                      "'here.invalid'")
 
 
 class Help(Case):
@@ -390,9 +421,10 @@ class Live(Case):
     def test_every_setting_is_carried_out_before_it_is_called_done(self):
         sensor = self.sensor("127.33.1.3")
         for words, text in ((["power", 40], "40p"), (["threshold", "green", 41], "41g"), (["threshold", "blue", 42], "42b"),
-                            (["lines", 64], "1f"), (["holdoff", 170], "170h"), (["offset", "green", 3], "3G"),
-                            (["offset", "blue", 4], "4B")):
-            self.assertIn(f"{text} done", self.check(DONE, "127.33.1.3", *words).stdout)
+                            (["lines", 64], "1f"), (["yscan", 15], "15y"), (["holdoff", 170], "170h"),
+                            (["offset", "green", 3], "3G"), (["offset", "blue", 4], "4B")):
+            said = self.check(DONE, "127.33.1.3", *words).stdout
+            self.assertIn(f"127.33.1.3: {' '.join(map(str, words))} done; ", said)
             self.assertIn(text, self.notes(sensor))
             found = self.json(DONE, "127.33.1.3", *words)
             self.assertEqual((found["command"], found["done"], found["refused"]), (text, True, ""))
@@ -589,14 +621,18 @@ class Misbehaviour(Case):
             self.assertEqual(self.json(expected, "127.33.2.31", "send", text)["done"], expected == DONE, (text, status))
 
     def test_a_laser_on_that_cannot_be_taken_back_is_told(self):
-        fake = FakeSensor(self, "127.33.2.35", lambda kind, sequence, body, count:
-                          [] if body.endswith(b"d") else FakeSensor.plain(kind, sequence, CMD_ON | FAN))
-        for words in (["laser", "on"], ["send", "u"]):
-            r = self.check(HAZARD, "127.33.2.35", *words, "--timeout", 60, "--retries", 1)
-            self.assertIn("NOT taken back", r.stderr)
-            self.assertIn("WILL COME UP by itself", r.stderr)
-            self.assertNotIn("it will not come up", r.stderr)
-        self.assertEqual(fake.texts(), ["u", "d", "d"] * 2)
+        begun = []
+        for address, words in (("127.33.2.35", ["laser", "on"]), ("127.33.2.47", ["send", "u"])):
+            fake = FakeSensor(self, address, lambda kind, sequence, body, count:
+                              [] if body.endswith(b"d") else FakeSensor.plain(kind, sequence, CMD_ON | FAN))
+            begun.append((fake, Process(self, self.folder, BIN / "lumctl", "--host", address, *words)))
+        for fake, p in begun:
+            self.assertEqual(p.wait(), HAZARD, p.stderr())
+            self.assertIn("NOT taken back", p.stderr())
+            self.assertIn("WILL COME UP by itself", p.stderr())
+            self.assertNotIn("it will not come up", p.stderr())
+            self.assertEqual(fake.texts()[0], "u")
+            self.assertEqual(set(fake.texts()[1:]), {"d"})
 
     def test_a_d_that_changes_nothing_takes_nothing_back(self):
         FakeSensor(self, "127.33.2.36", lambda kind, sequence, body, count:
@@ -647,13 +683,41 @@ class Misbehaviour(Case):
 
     def test_a_second_signal_does_not_cut_laser_off_short(self):
         fake = FakeSensor(self, "127.33.2.33", lambda kind, sequence, body, count:
-                          [(0.4, p) for p in FakeSensor.plain(kind, sequence)])
-        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.33.2.33", "laser", "off", "--timeout", 2000)
+                          [(0.1, p) for p in FakeSensor.plain(kind, sequence)])
+        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.33.2.33", "laser", "off")
         wait_until(fake.texts, 10, "the command")
         p.send(signal.SIGINT)
         time.sleep(0.05)
         p.send(signal.SIGTERM)
         self.assertEqual(p.wait(), DONE, p.stderr())
+
+    def test_laser_off_is_repeated_often_and_for_ten_seconds(self):
+        """What comes in the ninth second does it."""
+        fake = FakeSensor(self, "127.33.2.48", lambda kind, sequence, body, count:
+                          FakeSensor.plain(kind, sequence) if time.monotonic() - fake.first > 9 else [])
+        fake.first = time.monotonic()
+        self.check(DONE, "127.33.2.48", "laser", "off", "--timeout", 60, "--retries", 0)
+        self.assertGreater(len(fake.texts()), 20)
+        self.assertEqual(set(fake.texts()), {"d"})
+
+    def test_a_second_signal_ends_a_laser_off_that_goes_on(self):
+        FakeSensor(self, "127.33.2.49", lambda *_: [])
+        p = Process(self, self.folder, BIN / "lumctl", "--host", "127.33.2.49", "laser", "off")
+        wait_until(lambda: "laser off is repeated" in p.stderr(), 20, "the notice")
+        begin = time.monotonic()
+        p.send(signal.SIGINT)
+        time.sleep(0.05)
+        p.send(signal.SIGINT)
+        self.assertEqual(p.wait(), NO_ANSWER, p.stderr())
+        self.assertLess(time.monotonic() - begin, 6)
+        self.assertIn("MAY BE ON", p.stderr())
+
+    def test_raw_text_that_switches_off_is_not_left_to_one_try(self):
+        fake = FakeSensor(self, "127.33.2.50", lambda kind, sequence, body, count:
+                          FakeSensor.plain(kind, sequence) if count > 3 else [])
+        r = self.check(NO_ANSWER, "127.33.2.50", "send", "50p d", "--timeout", 60, "--retries", 0)
+        self.assertIn("the laser is off; whether the rest", r.stderr)
+        self.assertEqual(fake.texts()[:2], ["50p d", "d"])
 
     def test_silence_of_an_owner_is_a_hazard(self):
         FakeSensor(self, "127.33.2.34", lambda kind, sequence, body, count:
@@ -689,8 +753,11 @@ class Misbehaviour(Case):
         FakeSensor(self, "127.33.2.8", lambda kind, sequence, body, count: [tlv_packet(sequence)])
         self.assertIn("no status", self.check(FAILED, "127.33.2.8", "status").stderr)
         self.assertIn("no status", self.check(DONE, "127.33.2.8", "power", 50).stdout)
-        self.check(FAILED, "127.33.2.8", "laser", "on")
-        self.check(NO_ANSWER, "127.33.2.8", "laser", "off", "--timeout", 60, "--retries", 0)
+        for words in (["laser", "on"], ["laser", "off"], ["send", "d"]):
+            r = self.check(FAILED, "127.33.2.8", *words)
+            self.assertIn("tlv.status of the profile" if words[0] == "send" or words[1] == "on" else
+                          "answered without a status TLV", r.stderr)
+            self.assertIn("tlv.status", r.stderr)
 
     def test_bits_without_a_name_are_shown(self):
         FakeSensor(self, "127.33.2.9", lambda kind, sequence, body, count:
@@ -722,6 +789,16 @@ class Misbehaviour(Case):
         fake = FakeSensor(self, "127.33.2.13")
         self.check(DONE, "127.33.2.13", "laser", "off")
         self.assertEqual(fake.texts(), ["d"])
+
+    def test_a_host_may_have_a_name(self):
+        try:
+            address = socket.gethostbyname("localhost")
+        except OSError as e:
+            self.skipTest(f"this host does not know localhost: {e}")
+        port = FakeSensor(self, address, port=0).socket.getsockname()[1]
+        found = self.json(DONE, f"localhost:{port}", "status")
+        self.assertEqual(found["sensor"], f"{address}:{port}")
+        self.assertEqual(run("lumctl", "status", env={**os.environ, "LUM_HOST": f"localhost:{port}"}).returncode, DONE)
 
     def test_set_ip_finds_a_sensor_that_took_the_bytes_the_other_way_round(self):
         FakeSensor(self, "127.33.2.14", set_ip="little")
@@ -755,9 +832,56 @@ class Misbehaviour(Case):
         self.assertEqual(r.returncode, NO_ANSWER, r.stderr)
         self.assertIn("nobody answers at 127.0.0.6, nor at 127.0.0.9 or 6.0.0.127. ", r.stderr)
         self.assertNotIn("cannot send", r.stderr)
-        r = Hosts(self, self.folder).run("lumctl", "--host", "127.0.0.9", "set-ip", "192.168.9.6")
+        r = Hosts(self, self.folder).run("lumctl", "--host", "127.0.0.9", "set-ip", "192.168.9.6", "--force")
         self.assertRegex(r.stderr.splitlines()[0], r"^lumctl: cannot send .* to 192\.168\.9\.6")
         self.assertIn("nobody answers at 192.168.9.6", r.stderr.splitlines()[1])
+
+    @needs_namespaces
+    def test_set_ip_strands_no_sensor(self):
+        hosts = Hosts(self, self.folder)
+        hosts.ip("-n", hosts.client, "link", "add", "other0", "type", "veth", "peer", "name", "other1")
+        hosts.ip("-n", hosts.client, "addr", "add", "10.50.0.1/24", "dev", "other0")
+        for name in ("other0", "other1"):
+            hosts.ip("-n", hosts.client, "link", "set", name, "up")
+        sensor = Sensor(self, self.folder, "--lines", "64", "--rate", "0.5", address="10.42.0.37", namespace=hosts.sensor)
+
+        def refused(address, *says, words=()):
+            r = hosts.run("lumctl", "set-ip", address, *words)
+            self.assertEqual(r.returncode, BAD, (address, r.stderr))
+            self.assertEqual(sensor.events("set_ip"), [], address)
+            for text in says:
+                self.assertIn(text, r.stderr)
+
+        force = "nothing was sent. --force"
+        refused("10.42.0.1", "10.42.0.1 is this host's own address, on eth0", force)
+        refused("10.50.0.1", "own address, on other0", force)
+        refused("127.0.0.1", "loopback", force)
+        refused("127.33.0.5", "loopback", force)
+        refused("10.42.0.255", "the broadcast address of eth0's subnet 10.42.0.0/24", force)
+        refused("10.42.0.0", "the network address of eth0's subnet 10.42.0.0/24", force)
+        refused("10.50.0.255", "the broadcast address of other0's", force)
+        refused("10.50.0.7", "is reached by other0, and the sensor is at eth0", force)
+        refused("192.168.9.6", "out of reach: no route of eth0 leads there", force)
+        hosts.ip("-n", hosts.client, "route", "add", "default", "via", "10.42.0.254")
+        refused("192.168.9.6", "is reached by a gateway (eth0)", force)
+        refused("192.168.9.6", "is reached by a gateway (eth0)", words=("--interface", "eth0"))
+        for never in ("0.0.0.0", "224.0.0.1", "255.255.255.255"):
+            refused(never, "not an address that a sensor can have", words=("--force",))
+        shell = subprocess.run(["ip", "netns", "exec", hosts.client, BIN / "lumctl", "shell"], input="set-ip 10.42.0.255\n",
+                               capture_output=True, text=True, timeout=60)
+        self.assertEqual(shell.returncode, BAD)
+        self.assertIn("broadcast", shell.stderr)
+        self.assertEqual(sensor.events("set_ip"), [])
+
+        # with a route of the sensor's interface, or when it is forced, it is sent
+        hosts.ip("-n", hosts.client, "route", "add", "10.43.0.0/24", "dev", "eth0")
+        for address, words in (("10.43.0.5", ()), ("10.42.0.255", ("--force",))):
+            hosts.run("lumctl", "set-ip", address, *words, "--timeout", 50)
+            self.assertEqual(sensor.events("set_ip")[-1]["address"], address)
+
+    def test_force_goes_with_set_ip_alone(self):
+        self.assertIn("--force does not go with power; it goes with set-ip",
+                      self.check(BAD, "127.33.2.20", "power", 50, "--force").stderr)
 
     def test_heartbeats_that_bring_no_data_are_told(self):
         FakeSensor(self, "127.33.2.19")
@@ -822,6 +946,16 @@ class SetIpAndHeartbeat(Case):
         self.assert_steady(sensor, times[0], times[-1])
         shell.p.stdin.close()
         shell.wait()
+
+    def test_a_sensor_that_is_moved_by_another_is_named_with_its_new_address(self):
+        for at, words in ((11, ["heartbeat"]), (13, ["shell", "--heartbeat"])):
+            old, new = f"127.33.5.{at}", f"127.33.5.{at + 1}"
+            sensor = Sensor(self, self.folder, "--lines", "64", "--rate", "2", address=old)
+            p = Process(self, self.folder, BIN / "lumctl", "--host", old, *words, stdin=subprocess.PIPE)
+            wait_until(lambda: sensor.events("stream"), 20, "the stream")
+            self.check(DONE, old, "set-ip", new)
+            wait_until(lambda: f"the data comes from {new} now, not from {old}" in p.stdout() + p.stderr(), 20, "the new address")
+            p.end(signal.SIGINT if at == 11 else signal.SIGTERM)
 
     def test_a_sensor_that_had_the_address_before_is_no_move(self):
         other = FakeSensor(self, "127.33.5.4")

@@ -663,6 +663,20 @@ class Sensors(Case):
         self.assertEqual(got["foreign_source"], 5)
         self.assertEqual((got["stray"], got["foreign"]), (0, 0))
 
+    def test_a_sensor_that_is_moved_is_named_with_its_new_address(self):
+        self.simulator()
+        new = next(ADDRESSES)
+        p = self.start_recording()
+        self.assertEqual(run("lumctl", "--host", self.address, "set-ip", new).returncode, 0)
+        told = b""
+        while b"udp://" + new.encode() not in told:
+            line_told = p.stderr.readline()
+            self.assertNotEqual(line_told, b"", told)
+            told += line_told
+        self.assertIn(f"the data comes from {new} now, not from {self.address}".encode(), told)
+        p.send_signal(signal.SIGINT)
+        self.end(p)
+
     def test_a_status_line_is_shown_on_a_terminal_alone(self):
         self.simulator()
         main, terminal = pty.openpty()
@@ -801,9 +815,11 @@ class HandmadeSensors(Case):
 class Arguments(Case):
     def test_each_wrong_one_is_named_with_what_is_right(self):
         for arguments, message in (
-                (["udp://"], "udp://10.42.0.37"), (["udp://sensor"], "not by a name"), (["udp://1.2.3"], "four numbers"),
-                (["udp://[::1]"], "IPv4"), (["udp://10.42.0.37:0"], "port"), (["udp://10.42.0.37:99999"], "port"),
-                (["udp://10.42.0.37/x"], "udp://ADDRESS"), (["udp://0.0.0.0"], "no sensor"),
+                (["udp://"], "udp://10.42.0.37"), (["udp://sensor.invalid"], "'sensor.invalid'"), (["udp://1.2.3"], "four numbers"),
+                (["udp://[::1]"], "IPv4"), (["udp://::1"], "IPv4"), (["udp://:5517"], "no host in it"),
+                ([self.url, "--interface", "nosuch0"], "there is no interface nosuch0; this host has: "),
+                (["x.pcap", "--sensor", "sensor.invalid"], "--sensor: 'sensor.invalid'"), (["udp://10.42.0.37:0"], "port"), (["udp://10.42.0.37:99999"], "port"),
+                (["udp://10.42.0.37/x"], "udp://HOST"), (["udp://0.0.0.0"], "no sensor"),
                 (["udp://224.0.0.1"], "no sensor"), (["udp://255.255.255.255"], "no sensor"),
                 ([self.url, "--sensor", "10.42.0.37"], "names the one"), ([self.url, "--buffer", "1"], "256MB"),
                 ([self.url, "--rotate", "1s"], "--rotate"), ([self.url, "--rotate", "5x", "-o", "a.csv"], "10min"),

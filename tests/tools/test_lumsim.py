@@ -87,12 +87,12 @@ class Options(Lumsim):
                 (("--duplicate", "nan"), "--duplicate.*probability"),
                 (("--reorder", "inf"), "--reorder.*probability"),
                 (("--corrupt", "1e3"), "--corrupt.*probability"),
-                (("--address", "10.42.0"), "address of a host"),
+                (("--address", "10.42.0"), "nor the name of a host"),
                 (("--address", "0.0.0.0"), "address of a host"),
                 (("--address", "224.0.0.1"), "address of a host"),
                 (("--client", "10.42.0.1:0"), "port"),
                 (("--client", "10.42.0.1:65536"), "port"),
-                (("--client", ":1"), "address of a host"),
+                (("--client", ":1"), "nor the name of a host"),
                 (("--nonsense",), "nonsense"),
                 (("stray",), "stray")]:
             with self.subTest(arguments=arguments):

@@ -650,11 +650,13 @@ class Arguments(unittest.TestCase):
                 (["--port=x", "a"], "--port: 'x' is not a port from 0 to 65535, 0 any"),
                 (["a", "--port"], "--port: a value is missing: a port from 0 to 65535, 0 any"),
                 (["--bind", "0.0.0.0", "a"], f"--bind: '0.0.0.0' is not {one_address}"),
-                (["--bind", "localhost", "a"], f"--bind: 'localhost' is not {one_address}"),
+                (["--bind", "10.42.0", "a"], "--bind: '10.42.0' is neither an IPv4 address, four numbers from 0 to 255 such as "
+                 "10.42.0.37, nor the name of a host"),
                 (["--bind", "224.0.0.1", "a"], f"--bind: '224.0.0.1' is not {one_address}"),
                 (["--json=yes", "a"], "--json takes no value: 'yes'"),
                 (["--speed", "0", "a"], "--speed: '0' is not a number from 0.01 to 100"),
-                (["--sensor", "x", "a"], "--sensor: 'x' is not an address such as 10.42.0.37"),
+                (["--sensor", "1.2.3", "a"], "--sensor: '1.2.3' is neither an IPv4 address, four numbers from 0 to 255 such as "
+                 "10.42.0.37, nor the name of a host"),
                 (["--laser", "a"], "--laser goes with a sensor, udp://ADDRESS"),
                 (["--interface", "lo", "a"], "--interface goes with a sensor, udp://ADDRESS"),
                 (["--loop", "udp://127.0.0.1"], "--loop goes with a capture, not with a sensor"),
@@ -663,8 +665,8 @@ class Arguments(unittest.TestCase):
                 (["--sensor", "1.2.3.4", "udp://127.0.0.1"], "--sensor goes with a capture, not with a sensor"),
                 (["udp://255.255.255.255"], "udp://255.255.255.255: no sensor can have this address")):
             self.assertEqual(self.refused(*arguments), message)
-        for url in ("udp://", "udp://host", "udp://1.2.3", "udp://1.2.3.4:0", "udp://1.2.3.4:65536", "udp://1.2.3.4/"):
-            self.assertIn("right is udp://ADDRESS or udp://ADDRESS:PORT", self.refused(url))
+        for url in ("udp://", "udp://host.invalid", "udp://1.2.3", "udp://1.2.3.4:0", "udp://1.2.3.4:65536", "udp://1.2.3.4/"):
+            self.assertIn("right is udp://HOST or udp://HOST:PORT", self.refused(url))
 
     def test_a_configuration_that_is_wrong_is_told(self):
         folder = Folder(self)
@@ -813,6 +815,16 @@ class Live(Case):
         b.status(lambda s: s["state"] == "playing")
         self.server.send(signal.SIGINT)
         self.server.wait()
+
+    def test_a_sensor_that_is_moved_is_named_with_its_new_address(self):
+        self.serve()
+        b = self.browser()
+        b.cloud()
+        new = next(ADDRESSES)
+        self.assertEqual(run("lumctl", "--host", self.sensor, "set-ip", new).returncode, 0)
+        status = b.status(lambda s: new in s["message"])
+        self.assertIn(f"the data comes from {new} now, not from {self.sensor}", status["message"])
+        self.assertEqual(self.server.end(), 0)
 
     def is_clean(self):
         """Warnings of a session may stand there."""

@@ -47,6 +47,23 @@ class Pipe(unittest.TestCase):
         self.assertIn("101", r.stderr)
         self.assertIn("63p", self.notes(sensor))
 
+    def test_a_typo_is_answered_by_its_own_help(self):
+        self.sensor(13)
+        r = self.shell(13, "nonsense\nqut\nOf\nstatus --zzzzzz\nstatus -x\nhelp nonsense\n")
+        self.assertIn("'nonsense': no such command; help lists them", r.stderr)
+        self.assertIn("did you mean quit?", r.stderr)
+        self.assertIn("'Of' begins with the letter O, not the digit zero; did you mean 0f?", r.stderr)
+        self.assertIn("no such option; see help", r.stderr)
+        self.assertNotIn("lumctl --help", r.stderr)
+
+    def test_who_leaves_it_after_a_typo_leaves_with_status_0(self):
+        self.sensor(14)
+        for end in ("quit", "exit"):
+            self.assertEqual(self.shell(14, f"nonsense\npower 101\nstatus\n{end}\n").returncode, 0)
+        self.assertEqual(self.shell(14, "nonsense\n").returncode, 2)
+        r = self.shell(14, "nonsense\napply /nonexistent.yaml\nlaser on\nquit\n")
+        self.assertEqual(r.returncode, 1, r.stderr)  # nobody sends heartbeats
+
     def test_help_of_one_command_is_that_of_the_command_line(self):
         self.sensor(11)
         r = self.shell(11, "help power\nhelp\n")

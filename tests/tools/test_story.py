@@ -158,6 +158,22 @@ class Story(unittest.TestCase):
         self.assertGreater(seen, 0)
         self.assertEqual(beat.end(signal.SIGINT), 0)
 
+    def test_laser_off_succeeds_though_half_of_all_packets_are_lost(self):
+        hosts = Hosts(self, self.folder, relay=["--seed", "6", "--loss", "0.5"])
+        sensor = self.sensor(hosts, "--lines", "64", "--rate", "0.5")
+        beat = hosts.start("lumctl", "heartbeat", "--rate", "20")
+        wait_until(lambda: sensor.events("stream"), 20, "the stream")
+        for _ in range(12):
+            hosts.run("lumctl", "--timeout", "100", "--retries", "30", "send", "u")
+            off = hosts.run("lumctl", "laser", "off")
+            self.assertEqual(off.returncode, 0, off.stderr)
+            self.assertFalse(sensor.laser_is_up())
+        self.assertEqual(beat.end(signal.SIGINT), 0)
+        for _ in range(3):
+            dump = hosts.run("lumdump", "udp://10.42.0.37", "--laser", "--duration", "1", "--json")
+            self.assertEqual(json.loads(dump.stdout)["laser"], "off", dump.stderr)
+            self.assertFalse(sensor.laser_is_up())
+
     def test_set_ip_moves_the_sensor_and_proves_it(self):
         hosts = Hosts(self, self.folder, relay=["--seed", "2", *BAD_WIRE])
         hosts.ip("-n", hosts.sensor, "addr", "add", "10.42.0.99/24", "dev", "eth0")

@@ -30,10 +30,15 @@ static struct script {
     size_t count;             /* the last is repeated */
     size_t next;
     int64_t delay_ns;
-    char asked[64]; /* u, d, or a point for a poll */
+    char asked[512]; /* u, d, or a point for a poll */
 } script;
 
 #define SILENT 0xffffu
+#define BLIND  0xfffeu /* an answer without a status */
+
+/* Of a command that is not answered, in the usual time. */
+#define OFF_TIME (LUM_SENSOR_OFF_MS * MS)
+#define OFF_SENT (LUM_SENSOR_OFF_MS / LUM_SENSOR_OFF_EVERY_MS + 1)
 
 static void answer_from(lum_endpoint from, int64_t ns, uint32_t sequence,
                         uint16_t status)
@@ -59,7 +64,13 @@ static void answer_script(const struct fake_sent *sent)
         script.next < script.count ? script.next : script.count - 1;
     assert_in_range(script.next, 0, sizeof script.asked - 2);
     script.asked[script.next++] = is_poll ? '.' : (char)tlv.value[0];
-    if (script.statuses[at] != SILENT) {
+    if (script.statuses[at] == BLIND) {
+        uint8_t packet[LUM_TLV_PACKET_BYTES];
+        lum_tlv_writer w;
+        assert_int_equal(lum_tlv_begin(&w, packet, sizeof packet, sequence),
+                         LUM_OK);
+        fake_arrive(sent->ns + script.delay_ns, sensor_at, packet, w.len);
+    } else if (script.statuses[at] != SILENT) {
         answer_from(sensor_at, sent->ns + script.delay_ns, sequence,
                     script.statuses[at]);
     }
@@ -276,6 +287,42 @@ static void an_owner_gets_the_batch_and_then_what_it_holds(void **state)
     assert_int_equal(counters().other_port, 0);
     assert_int_equal(counters().answers, 1);
     assert_int_equal(counters().alerts, 2);
+}
+
+/* Data, or whatever bears the magic. */
+static void packets_from(lum_endpoint from, size_t count)
+{
+    uint8_t packet[LUM_HEADER_BYTES + 4] = {0};
+    lum_header_encode(packet, LUM_TYPE_HEARTBEAT);
+    for (size_t i = 0; i < count; i++) {
+        fake_arrive(fake.now_ns, from, packet, sizeof packet);
+    }
+    (void)receive_for(0);
+}
+
+static void a_sensor_that_was_moved_is_found_by_its_magic(void **state)
+{
+    const lum_endpoint other_port = {sensor_at.address, 1234};
+    lum_endpoint to = {1, 1};
+    (void)state;
+    open_with(true, NULL);
+    packets_from(sensor_at, 1);
+    packets_from(stranger, LUM_SENSOR_MOVED_COUNT - 1u);
+    assert_false(lum_sensor_moved_to(sensor, &to));
+    assert_int_equal(to.address, 1);
+    packets_from(stranger, 1);
+    assert_true(lum_sensor_moved_to(sensor, &to));
+    assert_int_equal(to.address, stranger.address);
+    assert_int_equal(to.port, stranger.port);
+    packets_from(sensor_at, 1); /* it is back */
+    assert_false(lum_sensor_moved_to(sensor, &to));
+    packets_from(other_port, 2 * LUM_SENSOR_MOVED_COUNT);
+    assert_false(lum_sensor_moved_to(sensor, &to));
+    for (unsigned i = 0; i < 2u * LUM_SENSOR_MOVED_COUNT; i++) {
+        packets_from((lum_endpoint){stranger.address + i % 2u, LUM_PORT}, 1);
+        fake_arrive(fake.now_ns, stranger, "junk", 4);
+    }
+    assert_false(lum_sensor_moved_to(sensor, &to));
 }
 
 static void only_the_sensors_address_and_port_count(void **state)
@@ -527,7 +574,9 @@ static void a_broken_socket_ends_the_session(void **state)
     assert_int_equal(receive_for(SECOND), LUM_SENSOR_FAILED);
     assert_string_equal(event.error.text, "broken by the test");
     assert_int_equal(fake.sent_count, 1);
+    const int64_t begin = fake.now_ns;
     assert_int_equal(lum_sensor_laser_off(sensor, NULL), LUM_LASER_OFF_UNKNOWN);
+    assert_true(fake.now_ns - begin < SECOND);
 }
 
 static void a_broken_wait_ends_the_session(void **state)
@@ -572,6 +621,16 @@ static lum_laser_off switch_off(uint16_t *status)
     return lum_sensor_laser_off(sensor, status);
 }
 
+/* How often a letter was asked one after the other, from a place on. */
+static size_t run_of(char letter, size_t from)
+{
+    size_t n = 0;
+    while (script.asked[from + n] == letter) {
+        n++;
+    }
+    return n;
+}
+
 static void a_laser_seen_down_twice_is_off(void **state)
 {
     uint16_t status = 0;
@@ -583,10 +642,26 @@ static void a_laser_seen_down_twice_is_off(void **state)
     assert_int_equal(status, OFF | 0x10);
     assert_string_equal(script.asked, "d.");
     assert_in_range(fake.now_ns - begin, 300 * MS, 310 * MS);
-    assert_int_equal(fake_count_sent(LUM_TYPE_HEARTBEAT), 2);
 }
 
-static void a_silent_sensor_leaves_the_laser_unknown(void **state)
+/* Its own 3 s begin at once, whatever is lost. */
+static void no_heartbeat_leaves_while_it_is_switched_off(void **state)
+{
+    uint16_t status = 0;
+    (void)state;
+    open_with(true, NULL);
+    PLAY(SILENT);
+    assert_int_equal(switch_off(&status), LUM_LASER_OFF_UNKNOWN);
+    assert_int_equal(fake_count_sent(LUM_TYPE_HEARTBEAT), 0);
+    assert_false(lum_sensor_is_waiting(sensor));
+    const size_t asked = script.next;
+    assert_int_equal(receive_for(0), LUM_SENSOR_IDLE);
+    assert_int_equal(fake_count_sent(LUM_TYPE_HEARTBEAT), 1);
+    assert_int_equal(receive_for(SECOND), LUM_SENSOR_IDLE);
+    assert_int_equal(script.next, asked); /* nothing is left under way */
+}
+
+static void a_silent_sensor_is_asked_every_50_ms_for_10_s(void **state)
 {
     uint16_t status = 0;
     (void)state;
@@ -595,8 +670,12 @@ static void a_silent_sensor_leaves_the_laser_unknown(void **state)
     const int64_t begin = fake.now_ns;
     assert_int_equal(switch_off(&status), LUM_LASER_OFF_UNKNOWN);
     assert_int_equal(status, 0x5a5a);
-    assert_string_equal(script.asked, "ddddd");
-    assert_true(fake.now_ns - begin == 5 * TIMEOUT);
+    assert_int_equal(run_of('d', 0), 201);
+    assert_int_equal(script.next, 201);
+    assert_true(fake.now_ns - begin == 10 * SECOND);
+    for (size_t i = 1; i < 201; i++) {
+        assert_true(fake.sent[i].ns - fake.sent[i - 1].ns == 50 * MS);
+    }
 }
 
 static void a_sensor_that_falls_silent_leaves_the_laser_unknown(void **state)
@@ -606,7 +685,10 @@ static void a_sensor_that_falls_silent_leaves_the_laser_unknown(void **state)
     open_with(false, NULL);
     PLAY(OFF, SILENT);
     assert_int_equal(switch_off(&status), LUM_LASER_OFF_UNKNOWN);
-    assert_string_equal(script.asked, "d.....ddddd");
+    assert_int_equal(run_of('d', 0), 1);
+    assert_int_equal(run_of('.', 1), 41); /* 2 s of looks */
+    assert_in_range(run_of('d', 42), 150, 160);
+    assert_int_equal(script.next, 42 + run_of('d', 42));
     assert_int_equal(status, OFF);
 }
 
@@ -616,9 +698,22 @@ static void a_laser_that_stays_up_is_refused(void **state)
     (void)state;
     open_with(false, NULL);
     PLAY(ON);
+    const int64_t begin = fake.now_ns;
     assert_int_equal(switch_off(&status), LUM_LASER_OFF_REFUSED);
-    assert_string_equal(script.asked, "ddddd");
+    assert_int_equal(script.next, run_of('d', 0));
+    assert_in_range(script.next, 30, 35);
+    assert_in_range(fake.now_ns - begin, OFF_TIME, OFF_TIME + SECOND);
     assert_int_equal(status, ON);
+}
+
+static void a_laser_that_goes_down_late_is_off(void **state)
+{
+    uint16_t status = 0;
+    (void)state;
+    open_with(false, NULL);
+    PLAY(ON, ON, ON, ON, ON, ON, ON, ON, OFF, OFF);
+    assert_int_equal(switch_off(&status), LUM_LASER_OFF_SEEN);
+    assert_string_equal(script.asked, "ddddddddd.");
 }
 
 static void a_laser_that_flips_up_again_is_switched_off_again(void **state)
@@ -634,12 +729,16 @@ static void a_laser_that_flips_up_again_is_switched_off_again(void **state)
 
 static void a_laser_that_keeps_flipping_is_refused(void **state)
 {
+    uint16_t flips[200];
     uint16_t status = 0;
     (void)state;
     open_with(true, NULL);
-    PLAY(OFF, ON, OFF, ON, OFF, ON, OFF, ON, OFF, ON, OFF);
+    for (size_t i = 0; i < sizeof flips / sizeof *flips; i++) {
+        flips[i] = i % 2 == 0 ? OFF : ON;
+    }
+    play(flips, sizeof flips / sizeof *flips);
     assert_int_equal(switch_off(&status), LUM_LASER_OFF_REFUSED);
-    assert_string_equal(script.asked, "d.d.d.d.d.");
+    assert_in_range(script.next, 60, 70);
 }
 
 static void lost_answers_do_not_keep_the_laser_on(void **state)
@@ -648,8 +747,105 @@ static void lost_answers_do_not_keep_the_laser_on(void **state)
     (void)state;
     open_with(false, NULL);
     PLAY(SILENT, SILENT, OFF, SILENT, OFF);
+    const int64_t begin = fake.now_ns;
     assert_int_equal(switch_off(&status), LUM_LASER_OFF_SEEN);
     assert_string_equal(script.asked, "ddd..");
+    assert_in_range(fake.now_ns - begin, 450 * MS, 460 * MS);
+}
+
+/* One answer in 30: with five tries of 400 ms this failed. */
+static void nearly_every_answer_may_be_lost(void **state)
+{
+    uint16_t rare[190];
+    uint16_t status = 0;
+    (void)state;
+    open_with(true, NULL);
+    for (size_t i = 0; i < sizeof rare / sizeof *rare; i++) {
+        rare[i] = i % 30 == 18 || i % 30 == 28 ? OFF : SILENT;
+    }
+    play(rare, sizeof rare / sizeof *rare);
+    assert_int_equal(switch_off(&status), LUM_LASER_OFF_SEEN);
+}
+
+static void answers_without_a_status_are_told_apart_from_silence(void **state)
+{
+    uint16_t status = 0;
+    (void)state;
+    open_with(false, NULL);
+    PLAY(BLIND);
+    const int64_t begin = fake.now_ns;
+    assert_int_equal(switch_off(&status), LUM_LASER_OFF_UNSEEN);
+    assert_string_equal(script.asked, "ddddd");
+    assert_in_range(fake.now_ns - begin, 5 * 300 * MS, 5 * 310 * MS);
+    assert_int_equal(status, 0x5a5a);
+    memset(&script, 0, sizeof script);
+    script.delay_ns = MS;
+    PLAY(BLIND, BLIND, BLIND, OFF, BLIND, OFF, OFF);
+    assert_int_equal(switch_off(&status), LUM_LASER_OFF_SEEN);
+    assert_string_equal(script.asked, "dddd.d.");
+}
+
+static void raise_after_a_second(const struct fake_sent *sent)
+{
+    fake.is_raised = fake.is_raised || sent->ns >= 2 * SECOND;
+}
+
+static void a_given_time_and_a_cancel_end_it(void **state)
+{
+    const lum_cancel *const any = (const lum_cancel *)(const void *)&fake;
+    uint16_t status = 0;
+    (void)state;
+    open_with(false, NULL);
+    PLAY(SILENT);
+    int64_t begin = fake.now_ns;
+    assert_int_equal(lum_sensor_laser_off_within(sensor, 300, NULL, &status),
+                     LUM_LASER_OFF_UNKNOWN);
+    assert_true(fake.now_ns - begin == 300 * MS);
+    assert_string_equal(script.asked, "ddddddd");
+    fake.on_send = raise_after_a_second;
+    begin = fake.now_ns;
+    assert_int_equal(lum_sensor_laser_off_within(sensor, 5000, any, &status),
+                     LUM_LASER_OFF_UNKNOWN);
+    assert_in_range(fake.now_ns, 2 * SECOND, 2 * SECOND + 100 * MS);
+    fake.on_send = NULL;
+    const size_t sent = fake.sent_count;
+    assert_int_equal(lum_sensor_laser_off_within(sensor, 5000, any, &status),
+                     LUM_LASER_OFF_UNKNOWN);
+    assert_in_range(fake.sent_count, sent + 1, sent + 2);
+}
+
+/* Events that wait come before the command leaves. */
+static void it_is_sent_once_whatever_waits_and_whoever_cancels(void **state)
+{
+    const lum_cancel *const any = (const lum_cancel *)(const void *)&fake;
+    uint16_t status = 0;
+    (void)state;
+    open_with(true, NULL);
+    PLAY(SILENT);
+    for (unsigned i = 0; i < 5; i++) {
+        answer_from(sensor_at, fake.now_ns, 7, ON);
+    }
+    assert_int_equal(receive_for(0), LUM_SENSOR_DATAGRAMS);
+    fake.is_raised = true;
+    assert_int_equal(lum_sensor_laser_off_within(sensor, 0, any, &status),
+                     LUM_LASER_OFF_UNKNOWN);
+    assert_string_equal(script.asked, "d");
+}
+
+/* What the session asks afterwards has its own time again. */
+static void other_requests_keep_their_timeout(void **state)
+{
+    uint16_t status = 0;
+    (void)state;
+    open_with(false, NULL);
+    PLAY(OFF);
+    assert_int_equal(switch_off(&status), LUM_LASER_OFF_SEEN);
+    PLAY(SILENT);
+    const int64_t begin = fake.now_ns;
+    assert_int_equal(lum_sensor_request(sensor, NULL, 0), LUM_OK);
+    assert_int_equal(receive_for(5 * SECOND), LUM_SENSOR_NO_ANSWER);
+    assert_int_equal(event.tries, 5);
+    assert_true(fake.now_ns - begin == 5 * TIMEOUT);
 }
 
 static void alerts_and_old_answers_prove_nothing(void **state)
@@ -660,12 +856,12 @@ static void alerts_and_old_answers_prove_nothing(void **state)
     PLAY(SILENT);
     assert_int_equal(lum_sensor_command(sensor, "u"), LUM_OK);
     assert_int_equal(receive_for(0), LUM_SENSOR_IDLE);
-    for (int64_t ms = 1; ms < 2000; ms += 20) {
+    for (int64_t ms = 1; ms < 10000; ms += 50) {
         answer_from(sensor_at, fake.now_ns + ms * MS, 100, OFF);
         answer_from(sensor_at, fake.now_ns + ms * MS, 7, OFF);
     }
     assert_int_equal(switch_off(&status), LUM_LASER_OFF_UNKNOWN);
-    assert_string_equal(script.asked, "uddddd");
+    assert_int_equal(script.next, 1 + OFF_SENT);
     assert_int_equal(status, 0x5a5a);
 }
 
@@ -761,6 +957,7 @@ int main(void)
         FRESH(without_receive_no_heartbeat_and_then_one_not_a_burst),
         FRESH(who_does_not_own_sends_none_and_gets_no_data),
         FRESH(an_owner_gets_the_batch_and_then_what_it_holds),
+        FRESH(a_sensor_that_was_moved_is_found_by_its_magic),
         FRESH(only_the_sensors_address_and_port_count),
         FRESH(late_and_repeated_answers_are_counted_and_dropped),
         FRESH(a_malformed_answer_is_counted_and_the_resend_gets_another),
@@ -779,12 +976,19 @@ int main(void)
         FRESH(set_ip_leaves_at_once_or_says_why_not),
         FRESH(drops_of_the_kernel_are_counted),
         FRESH(a_laser_seen_down_twice_is_off),
-        FRESH(a_silent_sensor_leaves_the_laser_unknown),
+        FRESH(no_heartbeat_leaves_while_it_is_switched_off),
+        FRESH(a_silent_sensor_is_asked_every_50_ms_for_10_s),
         FRESH(a_sensor_that_falls_silent_leaves_the_laser_unknown),
         FRESH(a_laser_that_stays_up_is_refused),
+        FRESH(a_laser_that_goes_down_late_is_off),
         FRESH(a_laser_that_flips_up_again_is_switched_off_again),
         FRESH(a_laser_that_keeps_flipping_is_refused),
         FRESH(lost_answers_do_not_keep_the_laser_on),
+        FRESH(nearly_every_answer_may_be_lost),
+        FRESH(answers_without_a_status_are_told_apart_from_silence),
+        FRESH(a_given_time_and_a_cancel_end_it),
+        FRESH(it_is_sent_once_whatever_waits_and_whoever_cancels),
+        FRESH(other_requests_keep_their_timeout),
         FRESH(alerts_and_old_answers_prove_nothing),
         FRESH(a_cancel_does_not_keep_the_laser_on),
         FRESH(a_flood_does_not_keep_switching_off_from_ending),

@@ -26,6 +26,11 @@ void interrupt_forget(void);
  * process. */
 void interrupt_hold(void);
 
+/* A cancel that a second signal raises while signals are held, for what may go
+ * on for longer than a person waits. Lives as long as the program; NULL where
+ * nothing was ever held, or memory was short. */
+const lum_cancel *interrupt_second(void);
+
 /* As before again; the three seconds of a signal that came meanwhile begin. */
 void interrupt_release(void);
 

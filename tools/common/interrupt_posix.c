@@ -15,6 +15,7 @@ static volatile sig_atomic_t caught;
 static volatile sig_atomic_t ticks;
 static volatile sig_atomic_t is_held;
 static lum_cancel *volatile attached;
+static lum_cancel *volatile second; /* never freed: a handler may use it */
 
 static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
 
@@ -52,6 +53,9 @@ static void note(int signal_number)
 {
     if (caught != 0 && is_held == 0) {
         interrupt_die();
+    }
+    if (caught != 0) {
+        lum_cancel_raise(second);
     }
     caught = signal_number;
     lum_cancel_raise(attached);
@@ -99,12 +103,25 @@ void interrupt_forget(void)
     if (attached != NULL) {
         lum_cancel_reset(attached);
     }
+    if (second != NULL) {
+        lum_cancel_reset(second);
+    }
 }
 
 void interrupt_hold(void)
 {
+    lum_error error = {""};
+    lum_cancel *made = NULL;
+    if (second == NULL && lum_cancel_new(&made, &error) == 0) {
+        second = made;
+    }
     is_held = 1;
     stop_ticks();
+}
+
+const lum_cancel *interrupt_second(void)
+{
+    return second;
 }
 
 void interrupt_release(void)

@@ -9,13 +9,16 @@
 static volatile LONG caught;
 static volatile LONG is_held;
 static lum_cancel *volatile attached;
+static lum_cancel *volatile second; /* never freed: a handler may use it */
 
 static BOOL WINAPI note(DWORD event)
 {
     if (InterlockedExchange(&caught,
-                            event == CTRL_C_EVENT ? SIGINT : SIGTERM) != 0 &&
-        is_held == 0) {
-        interrupt_die();
+                            event == CTRL_C_EVENT ? SIGINT : SIGTERM) != 0) {
+        if (is_held == 0) {
+            interrupt_die();
+        }
+        lum_cancel_raise(second);
     }
     lum_cancel_raise(attached);
     return TRUE;
@@ -45,11 +48,24 @@ void interrupt_forget(void)
     if (attached != NULL) {
         lum_cancel_reset(attached);
     }
+    if (second != NULL) {
+        lum_cancel_reset(second);
+    }
 }
 
 void interrupt_hold(void)
 {
+    lum_error error = {""};
+    lum_cancel *made = NULL;
+    if (second == NULL && lum_cancel_new(&made, &error) == 0) {
+        second = made;
+    }
     (void)InterlockedExchange(&is_held, 1);
+}
+
+const lum_cancel *interrupt_second(void)
+{
+    return second;
 }
 
 void interrupt_release(void)

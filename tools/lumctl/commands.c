@@ -1,10 +1,12 @@
 #include "ctl.h"
 
+#include "../common/host.h"
 #include "files.h"
 #include "help.h"
 #include "nearest.h"
 #include "options.h"
 #include "session.h"
+#include "text.h"
 
 #include "lum/version.h"
 
@@ -33,6 +35,7 @@ static const struct command table[] = {
     {.name = "set-ip",
      .arguments = "ADDRESS",
      .summary = "give it another address, and prove it",
+     .own = OWN_FORCE,
      .run = command_set_ip},
     {.name = "laser",
      .arguments = "on|off",
@@ -159,19 +162,43 @@ static enum exit_status version(void)
     return finish_output();
 }
 
-static enum exit_status complain_unknown(const char *name)
+/* The manual prints "Of", where 0f is meant; a shell takes that as a command.
+ */
+static bool is_meant_as_text(const struct ctl *ctl, const char *name)
 {
-    const char *names[COMMANDS];
+    char meant[16];
+    const char *what = "";
+    if (!ctl->in_shell ||
+        !text_find_digits(name, strlen(name), meant, sizeof meant, &what)) {
+        return false;
+    }
+    (void)ctl_complain(EXIT_BAD, "'%s' %s; did you mean %s?", name, what,
+                       meant);
+    return true;
+}
+
+static enum exit_status complain_unknown(const struct ctl *ctl,
+                                         const char *name)
+{
+    static const char *const of_shell[] = {"help", "quit", "exit"};
+    const char *names[COMMANDS + 3];
+    size_t count = COMMANDS;
+    if (is_meant_as_text(ctl, name)) {
+        return EXIT_BAD;
+    }
     for (size_t i = 0; i < COMMANDS; i++) {
         names[i] = table[i].name;
     }
-    const char *near = nearest(name, names, COMMANDS);
+    for (size_t i = 0; i < (ctl->in_shell ? 3u : 1u); i++) {
+        names[count++] = of_shell[i];
+    }
+    const char *near = nearest(name, names, count);
     if (near != NULL) {
         return ctl_complain(EXIT_BAD, "'%s': no such command; did you mean %s?",
                             name, near);
     }
-    return ctl_complain(
-        EXIT_BAD, "'%s': no such command; lumctl --help lists them", name);
+    return ctl_complain(EXIT_BAD, "'%s': no such command; %s lists them", name,
+                        ctl->in_shell ? "help" : "lumctl --help");
 }
 
 /* An option that belongs to other commands. */
@@ -217,6 +244,7 @@ static void forget_own(struct ctl_options *options)
     options->duration_s = 0.0;
     options->shape = NULL;
     options->lines = 0;
+    options->force = false;
 }
 
 static enum exit_status load_layout(struct ctl *ctl)
@@ -229,6 +257,17 @@ static enum exit_status load_layout(struct ctl *ctl)
         return ctl_complain(EXIT_BAD, "%s", error.text);
     }
     return EXIT_DONE;
+}
+
+static enum exit_status check_interface(const struct ctl *ctl)
+{
+    lum_error why = {""};
+    if (ctl->in_shell || ctl->options.dry_run ||
+        ctl->options.interface == NULL ||
+        host_has_interface(ctl->options.interface, &why)) {
+        return EXIT_DONE;
+    }
+    return ctl_complain(EXIT_BAD, "--interface: %s", why.text);
 }
 
 static enum exit_status run(struct ctl *ctl, const struct command *command,
@@ -248,6 +287,9 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
                       "them to lumctl shell");
     }
     if (status == EXIT_DONE) {
+        status = check_interface(ctl);
+    }
+    if (status == EXIT_DONE) {
         status = load_layout(ctl);
     }
     if (status == EXIT_DONE) {
@@ -262,7 +304,8 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
     return status == EXIT_DONE ? written : status;
 }
 
-static enum exit_status help_word(int count, char **words)
+static enum exit_status help_word(const struct ctl *ctl, int count,
+                                  char **words)
 {
     const struct command *command = count > 1 ? find(words[1]) : NULL;
     if (count > 2) {
@@ -270,7 +313,7 @@ static enum exit_status help_word(int count, char **words)
             EXIT_BAD, "help: '%s' is one word too many: one command", words[2]);
     }
     if (count > 1 && command == NULL) {
-        return complain_unknown(words[1]);
+        return complain_unknown(ctl, words[1]);
     }
     return command != NULL ? help_one(command) : help_all();
 }
@@ -283,16 +326,17 @@ static enum exit_status choose(struct ctl *ctl,
         return version();
     }
     if (found->count > 0 && strcmp(words[0], "help") == 0) {
-        return help_word(found->count, words);
+        return help_word(ctl, found->count, words);
     }
     if (found->count > 0 && command == NULL) {
-        return complain_unknown(words[0]);
+        return complain_unknown(ctl, words[0]);
     }
     if (found->wants_help) {
         return command != NULL ? help_one(command) : help_all();
     }
     if (command == NULL) {
-        return ctl_complain(EXIT_BAD, "no command; lumctl --help lists them");
+        return ctl_complain(EXIT_BAD, "no command; %s lists them",
+                            ctl->in_shell ? "help" : "lumctl --help");
     }
     return run(ctl, command, found, words);
 }
@@ -303,7 +347,8 @@ enum exit_status ctl_run(struct ctl *ctl, int count, char **words)
     struct options_found found;
     forget_own(&ctl->options);
     enum exit_status status =
-        options_parse(&ctl->options, count, words, &found);
+        options_parse(&ctl->options, ctl->in_shell ? "help" : "lumctl --help",
+                      count, words, &found);
     if (status == EXIT_DONE) {
         status = choose(ctl, &found, words);
     }

@@ -41,6 +41,8 @@ struct ctl_options {
     double duration_s; /* heartbeat, watch; 0: without end */
     const char *shape; /* yscan; NULL: not given */
     uint32_t lines;    /* yscan; 0: not given */
+    bool force;        /* set-ip */
+    lum_error refusal; /* why an option's value is none; may be empty */
 };
 
 struct ctl {
@@ -93,6 +95,11 @@ enum exit_status ctl_request(struct ctl *ctl, const void *tlvs, size_t len,
  * it (EXIT_HAZARD where a hazard keeps it down). Prints the outcome for people
  * or as JSON. */
 enum exit_status ctl_command_text(struct ctl *ctl, const char *text);
+
+/* The same; people are told of it by the words that they typed, such as "power
+ * 60" for 60p. JSON has the text itself. */
+enum exit_status ctl_command_words(struct ctl *ctl, const char *text,
+                                   const char *typed);
 
 /* Prints a packet as one line of hex, or adds it to the JSON object of a dry
  * run, which ctl_end_packets() closes. */

@@ -21,6 +21,7 @@ struct beating {
     struct ctl *ctl;
     bool shows_line; /* a line of progress on a terminal */
     bool is_quiet;   /* no data comes, and that was said */
+    bool is_moved;   /* it comes from another address, and that was said */
     bool has_any;    /* something came from the sensor */
     bool has_logged; /* a status was told */
     uint16_t logged; /* the last one */
@@ -79,6 +80,22 @@ static void look_at_data(struct beating *b, int64_t now, bool has_data)
     }
 }
 
+static void look_at_move(struct beating *b)
+{
+    lum_endpoint to = {0, 0};
+    const bool is_moved = lum_sensor_moved_to(b->ctl->sensor, &to);
+    if (is_moved == b->is_moved || !writable(stderr, 0)) {
+        return;
+    }
+    b->is_moved = is_moved;
+    if (is_moved) {
+        char text[SESSION_MOVE_BYTES];
+        clear_line(b);
+        (void)ctl_complain(EXIT_FAILED, "%s",
+                           session_describe_move(b->ctl, to, text));
+    }
+}
+
 static bool show_status(struct beating *b, const lum_sensor_event *event)
 {
     struct ctl *ctl = b->ctl;
@@ -133,6 +150,7 @@ static bool take(void *context, const lum_sensor_event *event)
         goes_on = !event->has_status || show_status(b, event);
     }
     look_at_data(b, now, has_data);
+    look_at_move(b);
     show_line(b, now);
     return goes_on;
 }

@@ -37,7 +37,8 @@ static const struct {
              "each.\n"},
     {"set-ip",
      "The sensor changes at once, and boots at 10.42.0.37 again when its\n"
-     "power was off.\n"},
+     "power was off. Addresses at which this host would not reach it any more\n"
+     "are refused, but for --force.\n"},
     {"laser",
      "It stays on only while some program sends heartbeats: lumdump\n"
      "udp://ADDRESS, lumctl heartbeat, or lumctl shell --heartbeat. Keep\n"

@@ -1,6 +1,7 @@
 #include "laser.h"
 
 #include "../common/interrupt.h"
+#include "../common/laser_end.h"
 #include "report.h"
 #include "session.h"
 #include "text.h"
@@ -53,17 +54,33 @@ bool laser_is_as(enum laser_wish wish, const struct ctl_answer *answer)
             report_laser_is_up(answer->status) == (wish == LASER_ON));
 }
 
-static lum_laser_off switch_down(struct ctl *ctl, uint16_t *status)
+lum_laser_off laser_switch_down(struct ctl *ctl, uint16_t *status)
 {
+    char name[SESSION_NAME_BYTES];
+    char told[SESSION_NAME_BYTES + 16];
+    (void)snprintf(told, sizeof told, "lumctl: %s",
+                   session_name(session_host(ctl), name));
     lum_sensor_give_up(ctl->sensor);
     interrupt_hold();
-    const lum_laser_off result = lum_sensor_laser_off(ctl->sensor, status);
+    const lum_laser_off result = laser_end(ctl->sensor, told, status);
     interrupt_release();
-    if (result != LUM_LASER_OFF_UNKNOWN) {
+    if (result == LUM_LASER_OFF_SEEN || result == LUM_LASER_OFF_REFUSED) {
         ctl->has_status = true;
         ctl->status = *status;
     }
     return result;
+}
+
+enum exit_status laser_complain_unseen(const struct ctl *ctl,
+                                       enum exit_status status)
+{
+    return ctl_complain(
+        status,
+        "laser off was answered without a status TLV, which the profile has "
+        "as number %u: the laser MAY BE ON. If the sensor gives its status "
+        "another number, say so by tlv.status in a profile (--profile FILE); "
+        "lumctl send d shows what it answers",
+        (unsigned)ctl->layout.profile.tlv[LUM_TLV_STATUS]);
 }
 
 enum laser_undo laser_take_back(struct ctl *ctl, enum laser_wish wish,
@@ -73,7 +90,7 @@ enum laser_undo laser_take_back(struct ctl *ctl, enum laser_wish wish,
     if (wish != LASER_ON || (answer != NULL && laser_is_as(wish, answer))) {
         return LASER_STANDS;
     }
-    const lum_laser_off result = switch_down(ctl, &status);
+    const lum_laser_off result = laser_switch_down(ctl, &status);
     if (result == LUM_LASER_OFF_REFUSED) {
         return LASER_IS_ON;
     }
@@ -117,8 +134,12 @@ enum exit_status laser_complain(const struct ctl *ctl, enum laser_wish wish,
     char line[REPORT_LINE_BYTES];
     enum exit_status status = EXIT_FAILED;
     if (!answer->has_status) {
-        (void)ctl_complain(EXIT_FAILED, "no status came that shows it %s",
-                           wish == LASER_ON ? "on" : "off");
+        (void)ctl_complain(
+            EXIT_FAILED,
+            "no status came that shows it %s: the answer has no TLV %u, which "
+            "is the status's number by tlv.status of the profile",
+            wish == LASER_ON ? "on" : "off",
+            (unsigned)ctl->layout.profile.tlv[LUM_TLV_STATUS]);
     } else if (wish == LASER_ON) {
         status = complain_down(ctl, answer);
     } else {
@@ -131,13 +152,31 @@ enum exit_status laser_complain(const struct ctl *ctl, enum laser_wish wish,
     return status;
 }
 
+/* A text that was to switch it off may be lost, and that is not left to it. */
+static void insist(struct ctl *ctl)
+{
+    uint16_t status = 0;
+    const lum_laser_off off = laser_switch_down(ctl, &status);
+    (void)ctl_complain(EXIT_FAILED,
+                       off == LUM_LASER_OFF_SEEN
+                           ? "the laser is off; whether the rest of the text "
+                             "was done is not known"
+                           : "the laser MAY BE ON: it goes off 3 s after the "
+                             "last heartbeat");
+}
+
 enum exit_status laser_give_up(struct ctl *ctl, enum laser_wish wish,
                                enum exit_status status, bool was_sent)
 {
     /* After any other failure the session is of no use any more. */
     const bool is_usable =
         status == EXIT_NO_ANSWER || lum_cancel_is_raised(ctl->cancel);
-    if (status != EXIT_DONE && was_sent && ctl->sensor != NULL && is_usable) {
+    if (status == EXIT_DONE || !was_sent || ctl->sensor == NULL || !is_usable) {
+        return status;
+    }
+    if (wish == LASER_OFF) {
+        insist(ctl);
+    } else {
         complain_undo(ctl, laser_take_back(ctl, wish, NULL));
     }
     return status;
@@ -197,7 +236,7 @@ static void print_off(const struct ctl *ctl, lum_laser_off result,
     json_text(&json, "sensor", name);
     json_text(&json, "command", "d");
     json_bool(&json, "done", result == LUM_LASER_OFF_SEEN);
-    if (result != LUM_LASER_OFF_UNKNOWN) {
+    if (result == LUM_LASER_OFF_SEEN || result == LUM_LASER_OFF_REFUSED) {
         report_json(&json, status, session_is_owned(ctl, status));
     }
     json_close_object(&json);
@@ -213,7 +252,7 @@ static enum exit_status switch_off(struct ctl *ctl)
     if (opened != EXIT_DONE) {
         return opened;
     }
-    const lum_laser_off result = switch_down(ctl, &status);
+    const lum_laser_off result = laser_switch_down(ctl, &status);
     print_off(ctl, result, status);
     if (result == LUM_LASER_OFF_UNKNOWN) {
         return ctl_complain(
@@ -222,6 +261,9 @@ static enum exit_status switch_off(struct ctl *ctl)
             "the last heartbeat: end lumdump, lumctl heartbeat and shells that "
             "talk to it, or cut its power",
             session_name(session_host(ctl), name));
+    }
+    if (result == LUM_LASER_OFF_UNSEEN) {
+        return laser_complain_unseen(ctl, EXIT_FAILED);
     }
     if (result == LUM_LASER_OFF_REFUSED) {
         return ctl_complain(

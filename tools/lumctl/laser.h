@@ -10,6 +10,13 @@ enum laser_wish {
     LASER_OFF
 };
 
+/* Switches it off, whatever is under way, and holds signals meanwhile. */
+lum_laser_off laser_switch_down(struct ctl *ctl, uint16_t *status);
+
+/* Off was answered, and no answer had a status: says so. Returns status. */
+enum exit_status laser_complain_unseen(const struct ctl *ctl,
+                                       enum exit_status status);
+
 /* The last u or d of a text decides. */
 enum laser_wish laser_wish_of(const char *text);
 
@@ -38,7 +45,8 @@ enum exit_status laser_complain(const struct ctl *ctl, enum laser_wish wish,
                                 enum laser_undo undo);
 
 /* The request ended with a status other than EXIT_DONE: takes back what may
- * have reached the sensor all the same, says so, and returns the status. */
+ * have reached the sensor all the same, or switches off what was to be off,
+ * says so, and returns the status. */
 enum exit_status laser_give_up(struct ctl *ctl, enum laser_wish wish,
                                enum exit_status status, bool was_sent);
 

@@ -7,12 +7,11 @@
 static enum exit_status take_environment(struct ctl *ctl)
 {
     const char *host = getenv("LUM_HOST");
+    lum_error why = {""};
     if (host != NULL && *host != '\0' &&
-        !options_parse_host(host, &ctl->options.host)) {
-        return ctl_complain(EXIT_BAD,
-                            "LUM_HOST in the environment: '%s' is not an "
-                            "address of a sensor, such as 10.42.0.37",
-                            host);
+        !options_parse_host(host, &ctl->options.host, &why)) {
+        return ctl_complain(EXIT_BAD, "LUM_HOST in the environment: %s",
+                            why.text);
     }
     return EXIT_DONE;
 }

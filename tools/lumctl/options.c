@@ -1,5 +1,6 @@
 #include "options.h"
 
+#include "../common/host.h"
 #include "../common/number.h"
 #include "help.h"
 #include "nearest.h"
@@ -28,7 +29,7 @@ struct option {
 
 static bool take_host(struct ctl_options *options, const char *text)
 {
-    return options_parse_host(text, &options->host);
+    return options_parse_host(text, &options->host, &options->refusal);
 }
 
 static bool take_port(struct ctl_options *options, const char *text)
@@ -147,9 +148,16 @@ static bool take_lines(struct ctl_options *options, const char *text)
     return good;
 }
 
+static bool take_force(struct ctl_options *options, const char *text)
+{
+    (void)text;
+    options->force = true;
+    return true;
+}
+
 static const struct option table[] = {
-    {"host", "ADDRESS[:PORT]", OWN_SESSION, take_host,
-     "an address of a sensor, such as 10.42.0.37 or 127.0.0.1:5517",
+    {"host", "HOST[:PORT]", OWN_SESSION, take_host,
+     "an address of a sensor, such as 10.42.0.37 or localhost:5517",
      "the sensor (default 10.42.0.37)"},
     {"port", "N", OWN_SESSION, take_port, "a port from 1 to 65535",
      "its port (default 5517)"},
@@ -184,29 +192,27 @@ static const struct option table[] = {
      "how lines are distributed (yscan)"},
     {"lines", "N", OWN_LINES, take_lines, "a whole number from 1 to 32767",
      "lines of the distribution (yscan)"},
+    {"force", NULL, OWN_FORCE, take_force, NULL,
+     "an address by which it may be lost, too (set-ip)"},
 };
 
 #define OPTIONS (sizeof table / sizeof table[0])
 
-bool options_parse_host(const char *text, lum_endpoint *out)
+bool options_parse_host(const char *text, lum_endpoint *out, lum_error *why)
 {
-    char address[16];
-    int64_t port = out->port;
-    const size_t len = strcspn(text, ":");
-    lum_endpoint found = {0, 0};
-    if (len >= sizeof address) {
+    lum_endpoint found = *out;
+    if (!host_parse_endpoint(text, &found, why)) {
         return false;
     }
-    (void)memcpy(address, text, len);
-    address[len] = '\0';
-    if (!number_parse_address(address, &found.address) ||
-        (text[len] == ':' &&
-         !number_parse_int(text + len + 1, 1, UINT16_MAX, &port))) {
-        return false;
-    }
-    found.port = (uint16_t)port;
     *out = found;
-    return lum_address_is_host(found.address);
+    if (!lum_address_is_host(found.address)) {
+        (void)lum_error_set(why,
+                            "'%.80s': no sensor can have this address; usual "
+                            "is 10.42.0.37",
+                            text);
+        return false;
+    }
+    return true;
 }
 
 const char *options_name(unsigned own)
@@ -238,6 +244,7 @@ void options_help(bool general, unsigned own)
 
 /* The options given, being read. */
 struct reader {
+    const char *help; /* what tells more */
     struct ctl_options *options;
     struct options_found *found;
     char **words;
@@ -245,7 +252,8 @@ struct reader {
     int next;
 };
 
-static enum exit_status complain_unknown(const char *word, size_t len)
+static enum exit_status complain_unknown(const struct reader *r,
+                                         const char *word, size_t len)
 {
     const char *names[OPTIONS];
     char name[32];
@@ -254,9 +262,9 @@ static enum exit_status complain_unknown(const char *word, size_t len)
         names[i] = table[i].name;
     }
     const char *near = nearest(name, names, OPTIONS);
-    return ctl_complain(EXIT_BAD, "--%s: no such option%s%s; see lumctl --help",
-                        name, near != NULL ? "; did you mean --" : "",
-                        near != NULL ? near : "");
+    return ctl_complain(EXIT_BAD, "--%s: no such option%s%s; see %s", name,
+                        near != NULL ? "; did you mean --" : "",
+                        near != NULL ? near : "", r->help);
 }
 
 static const struct option *find(const char *name, size_t len)
@@ -294,9 +302,12 @@ static enum exit_status take(struct reader *r, const struct option *o,
                                 o->name, o->allowed);
         }
     }
+    r->options->refusal.text[0] = '\0';
     if (!o->take(r->options, value)) {
-        return ctl_complain(EXIT_BAD, "--%s: '%s' is not %s", o->name, value,
-                            o->allowed);
+        const char *why = r->options->refusal.text;
+        return *why != '\0' ? ctl_complain(EXIT_BAD, "--%s: %s", o->name, why)
+                            : ctl_complain(EXIT_BAD, "--%s: '%s' is not %s",
+                                           o->name, value, o->allowed);
     }
     r->found->own |= o->own;
     return EXIT_DONE;
@@ -314,7 +325,7 @@ static enum exit_status take_long(struct reader *r, const char *name)
         return EXIT_DONE;
     }
     const struct option *o = find(name, len);
-    return o != NULL ? take(r, o, name + len) : complain_unknown(name, len);
+    return o != NULL ? take(r, o, name + len) : complain_unknown(r, name, len);
 }
 
 static enum exit_status take_short(struct reader *r, const char *letters)
@@ -325,8 +336,8 @@ static enum exit_status take_short(struct reader *r, const char *letters)
         } else if (*letters == 'q') {
             r->options->quiet = true;
         } else {
-            return ctl_complain(
-                EXIT_BAD, "-%c: no such option; see lumctl --help", *letters);
+            return ctl_complain(EXIT_BAD, "-%c: no such option; see %s",
+                                *letters, r->help);
         }
     }
     return EXIT_DONE;
@@ -344,10 +355,11 @@ static void keep(struct reader *r, char *word)
     r->words[r->found->count++] = word;
 }
 
-enum exit_status options_parse(struct ctl_options *options, int count,
-                               char **words, struct options_found *out)
+enum exit_status options_parse(struct ctl_options *options, const char *help,
+                               int count, char **words,
+                               struct options_found *out)
 {
-    struct reader r = {options, out, words, count, 0};
+    struct reader r = {help, options, out, words, count, 0};
     enum exit_status status = EXIT_DONE;
     *out = (struct options_found){0};
     while (status == EXIT_DONE && r.next < count) {

@@ -12,8 +12,9 @@ enum own_option {
     OWN_DURATION = 8,
     OWN_SHAPE = 16,
     OWN_LINES = 32,
-    OWN_TRACE = 512,
-    OWN_SESSION = 64 /* what a session is opened with: none inside a shell */
+    OWN_SESSION = 64, /* what a session is opened with: none inside a shell */
+    OWN_FORCE = 128,
+    OWN_TRACE = 512
 };
 
 /* What a line held beside what went to the options. */
@@ -25,9 +26,11 @@ struct options_found {
 };
 
 /* Takes the options out of a line; the words that stay move to its front.
- * A word such as -1 or -.5 is a value. Complains. */
-enum exit_status options_parse(struct ctl_options *options, int count,
-                               char **words, struct options_found *out);
+ * A word such as -1 or -.5 is a value. Complains, and names what helps, such as
+ * "lumctl --help". */
+enum exit_status options_parse(struct ctl_options *options, const char *help,
+                               int count, char **words,
+                               struct options_found *out);
 
 /* An option's name for a person ("--watch"), of one of the own_options. */
 const char *options_name(unsigned own);
@@ -36,6 +39,6 @@ const char *options_name(unsigned own);
 void options_help(bool general, unsigned own);
 
 /* Host and port, as --host has them. */
-bool options_parse_host(const char *text, lum_endpoint *out);
+bool options_parse_host(const char *text, lum_endpoint *out, lum_error *why);
 
 #endif

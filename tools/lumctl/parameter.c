@@ -85,6 +85,7 @@ static enum exit_status set(struct ctl *ctl, const struct parameter *p,
     char text[32];
     char allowed[64];
     char name[32];
+    char typed[64];
     describe(p, allowed, sizeof allowed);
     (void)snprintf(name, sizeof name, "%s%s%s", p->name,
                    p->side != NULL ? " " : "", p->side != NULL ? p->side : "");
@@ -100,7 +101,8 @@ static enum exit_status set(struct ctl *ctl, const struct parameter *p,
         return ctl_complain(EXIT_BAD, "%s: '%s' is not %s", name, words[0],
                             allowed);
     }
-    return ctl_command_text(ctl, text);
+    (void)snprintf(typed, sizeof typed, "%s %s", name, words[0]);
+    return ctl_command_words(ctl, text, typed);
 }
 
 enum exit_status command_parameter(struct ctl *ctl, int count, char **words)

@@ -214,7 +214,9 @@ bool report_flush(void)
 
 bool report_is_terminal(FILE *stream)
 {
-    return isatty(stream == stdout ? STDOUT_FILENO : STDERR_FILENO) != 0;
+    return isatty(stream == stdin    ? STDIN_FILENO
+                  : stream == stdout ? STDOUT_FILENO
+                                     : STDERR_FILENO) != 0;
 }
 
 bool report_may_colour(FILE *stream)

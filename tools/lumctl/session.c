@@ -227,6 +227,21 @@ void session_keep_alive(struct ctl *ctl)
     }
 }
 
+const char *session_describe_move(const struct ctl *ctl, lum_endpoint to,
+                                  char out[SESSION_MOVE_BYTES])
+{
+    char new[SESSION_NAME_BYTES];
+    char old[SESSION_NAME_BYTES];
+    (void)session_name(to, new);
+    (void)session_name(session_host(ctl), old);
+    (void)snprintf(out, SESSION_MOVE_BYTES,
+                   "the data comes from %s now, not from %s: the sensor has "
+                   "got that address. It ends in 3 s, since the heartbeats go "
+                   "to %s: say --host %s from now on",
+                   new, old, old, new);
+    return out;
+}
+
 bool session_is_data(const struct ctl *ctl, const lum_received *datagram)
 {
     lum_group group;

@@ -61,6 +61,11 @@ bool session_is_owned(const struct ctl *ctl, uint16_t status);
 enum exit_status session_complain_silence(const struct ctl *ctl,
                                           unsigned tries);
 
+/* What to say when the data comes from another address. Returns out. */
+#define SESSION_MOVE_BYTES 256
+const char *session_describe_move(const struct ctl *ctl, lum_endpoint to,
+                                  char out[SESSION_MOVE_BYTES]);
+
 /* Whether a datagram is a data packet of the sensor. */
 bool session_is_data(const struct ctl *ctl, const lum_received *datagram);
 

@@ -1,8 +1,9 @@
 #include "ctl.h"
 
+#include "../common/host.h"
 #include "../common/json.h"
-#include "../common/number.h"
 #include "session.h"
+#include "strand.h"
 
 #include "lum/base/time.h"
 
@@ -271,19 +272,25 @@ enum exit_status command_set_ip(struct ctl *ctl, int count, char **words)
 {
     uint8_t packet[LUM_SET_IP_BYTES];
     uint32_t address = 0;
+    lum_error why = {""};
     if (count != 2) {
         return ctl_complain(EXIT_BAD, "set-ip takes one address, such as "
                                       "10.42.0.38");
     }
-    if (!number_parse_address(words[1], &address) ||
-        lum_set_ip_encode(packet, &ctl->layout, address) != LUM_OK) {
+    if (!host_parse(words[1], &address, &why)) {
+        return ctl_complain(EXIT_BAD, "set-ip: %s", why.text);
+    }
+    if (lum_set_ip_encode(packet, &ctl->layout, address) != LUM_OK) {
         return ctl_complain(
             EXIT_BAD,
-            "set-ip: '%s' is not an address that a sensor can have: four "
-            "numbers from 0 to 255, such as 10.42.0.38, neither 0.0.0.0, "
-            "multicast nor broadcast",
+            "set-ip: '%s' is not an address that a sensor can have: neither "
+            "0.0.0.0, multicast nor broadcast",
             words[1]);
     }
-    return ctl->options.dry_run ? ctl_print_packet(ctl, packet, sizeof packet)
-                                : move(ctl, address);
+    if (ctl->options.dry_run) {
+        return ctl_print_packet(ctl, packet, sizeof packet);
+    }
+    const enum exit_status status =
+        ctl->options.force ? EXIT_DONE : strand_check(ctl, address);
+    return status == EXIT_DONE ? move(ctl, address) : status;
 }

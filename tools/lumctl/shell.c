@@ -1,6 +1,7 @@
 #include "../common/interrupt.h"
 #include "../common/printable.h"
 #include "ctl.h"
+#include "laser.h"
 #include "line.h"
 #include "line_plain.h"
 #include "report.h"
@@ -25,9 +26,12 @@ struct shell {
     struct ctl *ctl;
     int64_t poll_ns; /* when to ask for the status next */
     bool is_silent;  /* the sensor does not answer, and that was said */
+    bool is_moved;   /* its data comes from elsewhere, and that was said */
     bool knows;      /* status was shown */
     uint16_t status;
-    enum exit_status first; /* of the first command that failed */
+    enum exit_status first;           /* of the first command that failed */
+    enum exit_status first_not_typed; /* the same, wrong lines left out */
+    bool was_left;                    /* by a person, or by a word for it */
 };
 
 /* Where state of programs belongs; NULL where there is no home. */
@@ -84,12 +88,33 @@ static void show_silence(struct shell *s, bool is_silent)
     line_above(text);
 }
 
+static void show_move(struct shell *s)
+{
+    char text[SESSION_MOVE_BYTES];
+    lum_endpoint to = {0, 0};
+    const bool is_moved = lum_sensor_moved_to(s->ctl->sensor, &to);
+    if (is_moved && !s->is_moved) {
+        line_above(session_describe_move(s->ctl, to, text));
+    }
+    s->is_moved = is_moved;
+}
+
 static void show_link(const lum_sensor_event *event)
 {
     char text[LUM_ERROR_BYTES + 32];
     (void)snprintf(text, sizeof text, "%s",
                    event->is_up ? "the network is back" : event->error.text);
     line_above(text);
+}
+
+static void note_failure(struct shell *s, enum exit_status status)
+{
+    if (s->first == EXIT_DONE) {
+        s->first = status;
+    }
+    if (s->first_not_typed == EXIT_DONE && status != EXIT_BAD) {
+        s->first_not_typed = status;
+    }
 }
 
 /* False when the session is over. */
@@ -111,7 +136,7 @@ static bool take_event(struct shell *s, const lum_sensor_event *event)
         show_link(event);
         return true;
     case LUM_SENSOR_FAILED:
-        s->first = ctl_complain(EXIT_FAILED, "%s", event->error.text);
+        note_failure(s, ctl_complain(EXIT_FAILED, "%s", event->error.text));
         return false;
     default:
         return true;
@@ -139,6 +164,7 @@ static bool serve_sensor(struct shell *s)
         }
     } while (event.kind != LUM_SENSOR_IDLE &&
              event.kind != LUM_SENSOR_CANCELLED);
+    show_move(s);
     return true;
 }
 
@@ -176,13 +202,6 @@ static enum exit_status run_words(struct shell *s, int count, char **words)
         s->status = s->ctl->status;
     }
     return status;
-}
-
-static void note_failure(struct shell *s, enum exit_status status)
-{
-    if (s->first == EXIT_DONE) {
-        s->first = status;
-    }
 }
 
 static bool is_end_word(const char *word)
@@ -232,9 +251,11 @@ static bool serve_input(struct shell *s)
     const enum line_event event = line_take(&text);
     if (event == LINE_END) {
         line_break();
+        s->was_left = report_is_terminal(stdin);
         return false;
     }
     if (event == LINE_READY && is_end(text)) {
+        s->was_left = true;
         return false;
     }
     if (event == LINE_TOO_LONG) {
@@ -294,13 +315,13 @@ static void loop(struct shell *s)
 static enum exit_status put_laser_down(struct shell *s)
 {
     uint16_t status = 0;
-    lum_sensor_give_up(s->ctl->sensor);
-    interrupt_hold();
-    const lum_laser_off end = lum_sensor_laser_off(s->ctl->sensor, &status);
-    interrupt_release();
+    const lum_laser_off end = laser_switch_down(s->ctl, &status);
     if (end == LUM_LASER_OFF_SEEN) {
         ctl_note(s->ctl, "the laser is off");
         return EXIT_DONE;
+    }
+    if (end == LUM_LASER_OFF_UNSEEN) {
+        return laser_complain_unseen(s->ctl, EXIT_FAILED);
     }
     return ctl_complain(EXIT_FAILED,
                         "the laser was not seen to go off; heartbeats have "
@@ -333,8 +354,7 @@ enum exit_status command_shell(struct ctl *ctl, int count, char **words)
     line_close();
     ctl->in_shell = false;
     if (ctl->owns) {
-        const enum exit_status down = put_laser_down(&s);
-        return s.first != EXIT_DONE ? s.first : down;
+        note_failure(&s, put_laser_down(&s));
     }
-    return s.first;
+    return s.was_left ? s.first_not_typed : s.first;
 }

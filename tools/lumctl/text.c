@@ -53,12 +53,39 @@ static enum exit_status refuse_value(const char *word, int len)
                         (unsigned)spec->max, steps);
 }
 
+static char digit_for(char c)
+{
+    return c == 'O' || c == 'o' ? '0' : c == 'l' || c == 'I' ? '1' : c;
+}
+
+bool text_find_digits(const char *word, size_t len, char *out, size_t size,
+                      const char **what)
+{
+    const char *text = out;
+    size_t left = len;
+    lum_command command;
+    if (len < 2 || len >= size) {
+        return false;
+    }
+    for (size_t i = 0; i < len; i++) {
+        out[i] = i + 1 < len ? digit_for(word[i]) : word[i];
+    }
+    out[len] = '\0';
+    *what = out[0] == word[0] ? "has a letter among its digits"
+            : out[0] == '0'   ? "begins with the letter O, not the digit zero"
+                              : "begins with a letter, not the digit one";
+    return strncmp(out, word, len) != 0 &&
+           lum_command_parse(&text, &left, &command) == LUM_OK && left == 0;
+}
+
 /* EXIT_DONE if every word is a command of the manual. */
 static enum exit_status check_text(const char *text)
 {
     const char *at = text;
     size_t left = strlen(text);
     lum_command command;
+    char meant[LUM_COMMAND_TEXT_BYTES + 1];
+    const char *what = "";
     if (left == 0 || left > TEXT_BYTES) {
         return ctl_complain(EXIT_BAD,
                             "'%.20s': give commands of the manual, 1 to %u "
@@ -73,6 +100,11 @@ static enum exit_status check_text(const char *text)
         }
         if (result == LUM_E_VALUE) {
             return refuse_value(at, len);
+        }
+        if (result != LUM_OK &&
+            text_find_digits(at, (size_t)len, meant, sizeof meant, &what)) {
+            return ctl_complain(EXIT_BAD, "'%.*s' %s; did you mean %s?", len,
+                                at, what, meant);
         }
         if (result != LUM_OK) {
             return ctl_complain(
@@ -194,9 +226,9 @@ bool text_find_refusal(const char *text, const char *debug,
     return out->names[0] != '\0' || out->has_unnamed;
 }
 
-enum exit_status text_complain_refusal(const char *text,
-                                       const struct text_refusal *refusal,
-                                       const char *debug)
+static enum exit_status complain_refusal(const char *text, const char *typed,
+                                         const struct text_refusal *refusal,
+                                         const char *debug)
 {
     char reason[LINE_BYTES];
     const bool is_all = strcmp(refusal->names, text) == 0;
@@ -208,14 +240,21 @@ enum exit_status text_complain_refusal(const char *text,
         return ctl_complain(EXIT_FAILED,
                             "the answer to '%s' speaks of a refusal and does "
                             "not name what was refused: %s",
-                            text, reason);
+                            typed, reason);
     }
     return ctl_complain(EXIT_FAILED, "the sensor refused '%s'%s: %s",
-                        refusal->names,
+                        is_all ? typed : refusal->names,
                         is_all                 ? ""
                         : refusal->has_unnamed ? " and more"
                                                : "; the others are done",
                         reason);
+}
+
+enum exit_status text_complain_refusal(const char *text,
+                                       const struct text_refusal *refusal,
+                                       const char *debug)
+{
+    return complain_refusal(text, text, refusal, debug);
 }
 
 void text_print_json(const struct ctl *ctl, const struct text_outcome *outcome,
@@ -295,6 +334,12 @@ enum exit_status text_send(struct ctl *ctl, const char *text,
 
 enum exit_status ctl_command_text(struct ctl *ctl, const char *text)
 {
+    return ctl_command_words(ctl, text, text);
+}
+
+enum exit_status ctl_command_words(struct ctl *ctl, const char *text,
+                                   const char *typed)
+{
     struct ctl_answer answer;
     struct text_refusal refusal;
     char what[TEXT_BYTES + 16];
@@ -313,12 +358,12 @@ enum exit_status ctl_command_text(struct ctl *ctl, const char *text)
                                              undo};
         text_print_json(ctl, &outcome, &answer);
     } else {
-        (void)snprintf(what, sizeof what, "%s %s", text,
+        (void)snprintf(what, sizeof what, "%s %s", typed,
                        is_done ? "done" : "sent");
         text_print_answer(ctl, what, &answer);
     }
     if (is_refused) {
-        (void)text_complain_refusal(text, &refusal, answer.debug);
+        (void)complain_refusal(text, typed, &refusal, answer.debug);
     }
     if (!is_as_wished) {
         return laser_complain(ctl, wish, &answer, undo);

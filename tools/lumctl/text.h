@@ -11,6 +11,12 @@ enum exit_status text_send(struct ctl *ctl, const char *text,
 
 #define TEXT_BYTES 1024 /* longest text of commands */
 
+/* A word with letters where digits belong, as the manual prints "Of" for 0f:
+ * the command that it stands for, and what was taken for what. False: there is
+ * none, also where the word is a command already. */
+bool text_find_digits(const char *word, size_t len, char *out, size_t size,
+                      const char **what);
+
 /* What an answer's debug texts refuse. */
 struct text_refusal {
     char names[TEXT_BYTES + 1]; /* commands, parted by spaces; may be empty */

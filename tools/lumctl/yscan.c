@@ -28,6 +28,7 @@ static enum exit_status send_uniform(struct ctl *ctl, const char *fov)
 {
     const lum_command_spec *spec = &lum_command_specs[LUM_COMMAND_YSCAN];
     char text[16];
+    char typed[32];
     unsigned degrees = 0;
     lum_calibration calibration;
     if (!compose(fov, text, sizeof text, &degrees)) {
@@ -41,7 +42,8 @@ static enum exit_status send_uniform(struct ctl *ctl, const char *fov)
         return status;
     }
     yscan_note_view(ctl, &calibration, degrees);
-    return ctl_command_text(ctl, text);
+    (void)snprintf(typed, sizeof typed, "yscan %u", degrees);
+    return ctl_command_words(ctl, text, typed);
 }
 
 static enum exit_status make_table(const struct ctl *ctl,

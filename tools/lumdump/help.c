@@ -7,7 +7,7 @@ const char help_text[] =
     "up.\n"
     "\n"
     "SOURCE is a pcap or pcapng file, - for a capture on standard input, or\n"
-    "udp://ADDRESS[:PORT] for a sensor: lumdump then is its session and sends "
+    "udp://HOST[:PORT] for a sensor: lumdump then is its session and sends "
     "the\n"
     "heartbeats. Without -o a summary is printed: sensors, packets, lines, "
     "frames,\n"

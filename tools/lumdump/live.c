@@ -2,6 +2,7 @@
 
 #include "../common/interrupt.h"
 #include "../common/laser_bits.h"
+#include "../common/laser_end.h"
 #include "../common/number.h"
 #include "lum/base/time.h"
 #include "own_address.h"
@@ -117,6 +118,13 @@ static void count(struct live *l)
     }
 }
 
+static lum_laser_off put_down(struct live *l, lum_sensor *sensor)
+{
+    char name[64];
+    (void)snprintf(name, sizeof name, "lumdump: %s", l->options->source);
+    return laser_end(sensor, name, &l->status);
+}
+
 /* A socket that broke sends nothing more, another may. */
 static lum_laser_off switch_off_anew(struct live *l)
 {
@@ -125,7 +133,7 @@ static lum_laser_off switch_off_anew(struct live *l)
     if (open_session(l, false, &fresh, &error) != 0) {
         return LUM_LASER_OFF_UNKNOWN;
     }
-    const lum_laser_off off = lum_sensor_laser_off(fresh, &l->status);
+    const lum_laser_off off = put_down(l, fresh);
     lum_sensor_close(fresh);
     return off;
 }
@@ -134,7 +142,8 @@ static void switch_off(struct live *l)
 {
     static const char *const names[] = {[LUM_LASER_OFF_SEEN] = "off",
                                         [LUM_LASER_OFF_UNKNOWN] = "unknown",
-                                        [LUM_LASER_OFF_REFUSED] = "on"};
+                                        [LUM_LASER_OFF_REFUSED] = "on",
+                                        [LUM_LASER_OFF_UNSEEN] = "unknown"};
     l->counts.laser = "untouched";
     if (!l->options->laser) {
         return;
@@ -143,7 +152,7 @@ static void switch_off(struct live *l)
         l->off = switch_off_anew(l);
     } else {
         lum_sensor_give_up(l->session.sensor);
-        l->off = lum_sensor_laser_off(l->session.sensor, &l->status);
+        l->off = put_down(l, l->session.sensor);
     }
     l->counts.laser = names[l->off];
 }
@@ -174,6 +183,14 @@ static enum exit_status tell_laser(const struct live *l,
                       "which has been sent; make sure by lumctl --host %s "
                       "laser off\n",
                       l->options->source, address);
+    } else if (l->off == LUM_LASER_OFF_UNSEEN) {
+        (void)fprintf(stderr,
+                      "lumdump: %s: laser off was answered without a status "
+                      "TLV, so nothing shows it off: tlv.status of the profile "
+                      "says %u; a sensor that lives switches it off 3 s after "
+                      "the last heartbeat, which has been sent\n",
+                      l->options->source,
+                      (unsigned)l->pass->layout->profile.tlv[LUM_TLV_STATUS]);
     } else {
         (void)fprintf(stderr,
                       "lumdump: %s: THE LASER IS STILL ON after laser off "

@@ -1,6 +1,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "options.h"
 
+#include "../common/host.h"
+
 #include "help.h"
 #include "lum/version.h"
 #include "values.h"
@@ -294,6 +296,11 @@ static bool goes_with_source(const struct options *o)
     if (!o->is_live && (o->interface != NULL || o->buffer != 0)) {
         return refuse("--interface and --buffer go with a sensor, "
                       "udp://ADDRESS");
+    }
+    lum_error why = {""};
+    if (o->interface != NULL && !host_has_interface(o->interface, &why)) {
+        (void)fprintf(stderr, "lumdump: --interface: %s\n", why.text);
+        return false;
     }
     if (o->is_live && o->has_sensor) {
         return refuse("--sensor chooses among the sensors of a capture: "

@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "values.h"
 
+#include "../common/host.h"
 #include "../common/number.h"
 #include "../common/ring.h"
 #include "lum/wire.h"
@@ -160,9 +161,12 @@ bool values_parse_frames(const char *text, struct options *out)
 
 bool values_parse_sensor(const char *text, struct options *out)
 {
-    out->has_sensor = number_parse_address(text, &out->sensor);
-    return out->has_sensor ||
-           complain("--sensor", text, "an address such as 10.42.0.37");
+    lum_error why = {""};
+    out->has_sensor = host_parse(text, &out->sensor, &why);
+    if (!out->has_sensor) {
+        (void)fprintf(stderr, "lumdump: --sensor: %s\n", why.text);
+    }
+    return out->has_sensor;
 }
 
 bool values_parse_duration(const char *text, struct options *out)
@@ -276,8 +280,8 @@ bool values_parse_smooth(const char *text, struct options *out)
 static bool refuse_url(const char *text, const char *what)
 {
     (void)fprintf(stderr,
-                  "lumdump: %s: %s; right is udp://ADDRESS or "
-                  "udp://ADDRESS:PORT, such as udp://10.42.0.37\n",
+                  "lumdump: %s: %s; right is udp://HOST or "
+                  "udp://HOST:PORT, such as udp://10.42.0.37\n",
                   text, what);
     return false;
 }
@@ -289,31 +293,20 @@ static bool is_sensors(uint32_t address)
 
 bool values_parse_url(const char *text, lum_endpoint *out)
 {
-    char address[16];
+    lum_error why = {""};
     const char *host = text + strlen("udp://");
-    const size_t len = strcspn(host, ":");
-    int64_t port = LUM_PORT;
-    if (len == 0 || *host == '[' || strchr(host, '/') != NULL) {
-        return refuse_url(text, "there is no IPv4 address in it");
+    out->port = LUM_PORT;
+    if (*host == '\0' || (*host == ':' && host[1] != ':')) {
+        return refuse_url(text, "there is no host in it");
     }
-    if (host[len] == ':' &&
-        !number_parse_int(host + len + 1, 1, 65535, &port)) {
-        return refuse_url(text, "the port is not a number from 1 to 65535");
+    if (strchr(host, '/') != NULL) {
+        return refuse_url(text, "nothing stands behind the host and its port");
     }
-    if (len < sizeof address) {
-        (void)memcpy(address, host, len);
-        address[len] = '\0';
+    if (!host_parse_endpoint(host, out, &why)) {
+        return refuse_url(text, why.text);
     }
-    if (len >= sizeof address ||
-        !number_parse_address(address, &out->address)) {
-        return refuse_url(text, "a sensor is named by its IPv4 address, four "
-                                "numbers from 0 to 255, and not by a name");
-    }
-    if (!is_sensors(out->address)) {
-        return refuse_url(text, "no sensor can have this address");
-    }
-    out->port = (uint16_t)port;
-    return true;
+    return is_sensors(out->address) ||
+           refuse_url(text, "no sensor can have this address");
 }
 
 bool values_is_no_url(const char *text)

@@ -203,9 +203,25 @@ void watch_note_data(struct watch *watch, int64_t now_ns)
     watch->data_ns = now_ns;
 }
 
+static void watch_move(struct watch *watch)
+{
+    char new[16];
+    lum_endpoint to = {0, 0};
+    const bool is_moved = lum_sensor_moved_to(watch->sensor, &to);
+    if (is_moved && !watch->told_move) {
+        (void)number_format_address(to.address, new);
+        say_warn(watch->say,
+                 "the data comes from %s now, not from %s: the sensor has got "
+                 "that address. It is not recorded, and ends in 3 s, since the "
+                 "heartbeats go to %s: end this run, and say udp://%s",
+                 new, watch->address, watch->address, new);
+    }
+    watch->told_move = is_moved;
+}
+
 static void watch_silence(struct watch *watch, int64_t now_ns)
 {
-    if (watch->has_data && !watch->is_silent &&
+    if (watch->has_data && !watch->told_move && !watch->is_silent &&
         now_ns - watch->data_ns >= SILENCE_NS) {
         watch->is_silent = true;
         say_warn(watch->say,
@@ -219,6 +235,7 @@ static void watch_silence(struct watch *watch, int64_t now_ns)
 void watch_tick(struct watch *watch, int64_t now_ns)
 {
     tell(watch, laser_keeper_tick(&watch->laser, now_ns), 0);
+    watch_move(watch);
     watch_silence(watch, now_ns);
     laser_keeper_ask(&watch->laser, watch->sensor, now_ns);
 }

@@ -24,6 +24,7 @@ struct watch {
     bool has_data;     /* data has come */
     int64_t data_ns;   /* the last time it did; monotonic */
     bool is_silent;    /* it stopped */
+    bool told_move;    /* its new address was told */
 };
 
 /* Begin; where laser is set, it will be switched on. */

@@ -43,7 +43,7 @@ const char options_help[] =
     "                          without noise; the columns and the order of "
     "rows\n"
     "                          are lumdump's\n"
-    "      --client ADDRESS[:PORT]\n"
+    "      --client HOST[:PORT]\n"
     "                          who gets the data (default 10.42.0.1:50000)\n"
     "\n"
     "Drive:\n"

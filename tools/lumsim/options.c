@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "options.h"
 
+#include "../common/host.h"
 #include "../common/number.h"
 #include "files.h"
 #include "lum/version.h"
@@ -110,8 +111,12 @@ static bool parse_port(const char *name, const char *text, struct options *out)
 /* An address that a host may have. */
 static bool parse_host(const char *option, const char *text, uint32_t *out)
 {
-    return (number_parse_address(text, out) && *out >> 24 != 0 &&
-            *out >> 28 < 0xeu) ||
+    lum_error why = {""};
+    if (!host_parse(text, out, &why)) {
+        (void)fprintf(stderr, "lumsim: --%s: %s\n", option, why.text);
+        return false;
+    }
+    return (*out >> 24 != 0 && *out >> 28 < 0xeu) ||
            complain(option, text, "an address of a host, such as 10.42.0.37");
 }
 
@@ -127,21 +132,33 @@ static bool parse_sensor(const char *name, const char *text,
     return parse_host(name, text, &out->replayed);
 }
 
+static bool parse_interface(const char *name, const char *text,
+                            struct options *out)
+{
+    lum_error why = {""};
+    out->interface = text;
+    if (!host_has_interface(text, &why)) {
+        (void)fprintf(stderr, "lumsim: --%s: %s\n", name, why.text);
+        return false;
+    }
+    return true;
+}
+
 static bool parse_client(const char *name, const char *text,
                          struct options *out)
 {
-    char address[64];
+    char address[256];
     const size_t len = strcspn(text, ":");
     int64_t port = CLIENT_PORT;
     if (len >= sizeof address) {
-        return complain(name, text, "ADDRESS or ADDRESS:PORT");
+        return complain(name, text, "HOST or HOST:PORT");
     }
     (void)memcpy(address, text, len);
     address[len] = '\0';
     if (text[len] == ':' &&
         !number_parse_int(text + len + 1, 1, UINT16_MAX, &port)) {
         return complain(name, text,
-                        "ADDRESS or ADDRESS:PORT with a port from 1 to 65535");
+                        "HOST or HOST:PORT with a port from 1 to 65535");
     }
     out->client_port = (uint16_t)port;
     return parse_host(name, address, &out->client);
@@ -224,7 +241,6 @@ KEEP(keep_output, output)
 KEEP(keep_truth, truth)
 KEEP(keep_calibration, calibration)
 KEEP(keep_profile, profile)
-KEEP(keep_interface, interface)
 KEEP(keep_log, log)
 KEEP(keep_replay, replay)
 
@@ -276,7 +292,7 @@ static const struct spec {
     {"profile", VALUE, 0, ALL, keep_profile},
     {"address", VALUE, 0, ALL, parse_address},
     {"port", VALUE, 0, LIVE, parse_port},
-    {"interface", VALUE, 0, LIVE, keep_interface},
+    {"interface", VALUE, 0, LIVE, parse_interface},
     {"clock", VALUE, 0, LIVE, parse_clock},
     {"duration", VALUE, 0, LIVE, parse_duration},
     {"log", VALUE, 0, LIVE, keep_log},

@@ -5,7 +5,7 @@ const char help_text[] =
     "Show the points of a Luminar Model G2 in a browser.\n"
     "\n"
     "SOURCE is a pcap or pcapng file, - for a capture on standard input, or\n"
-    "udp://ADDRESS[:PORT] for a sensor: lumview then is its session and sends "
+    "udp://HOST[:PORT] for a sensor: lumview then is its session and sends "
     "the\n"
     "heartbeats. A page is served on this host alone and opened. Ctrl-C ends "
     "it.\n"

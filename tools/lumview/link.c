@@ -2,6 +2,7 @@
 #include "link.h"
 
 #include "../common/laser_bits.h"
+#include "../common/laser_end.h"
 #include "../common/number.h"
 #include "../common/ring.h"
 #include "lum/base/time.h"
@@ -10,6 +11,7 @@
 #include "sentry.h"
 #include "thread.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 
 #define SECOND_NS INT64_C(1000000000)
@@ -209,6 +211,8 @@ static void mend(struct link *l)
 static void switch_off(struct link *l)
 {
     lum_error error = {""};
+    char address[16];
+    char name[40];
     l->off = LUM_LASER_OFF_SEEN;
     if (!l->options.laser) {
         return;
@@ -218,7 +222,9 @@ static void switch_off(struct link *l)
         return;
     }
     lum_sensor_give_up(l->sensor);
-    l->off = lum_sensor_laser_off(l->sensor, &l->sentry.laser.status);
+    (void)snprintf(name, sizeof name, "lumview: udp://%s",
+                   number_format_address(l->options.address.address, address));
+    l->off = laser_end(l->sensor, name, &l->sentry.laser.status);
 }
 
 static void *keep(void *argument)
@@ -379,6 +385,16 @@ static int tell_laser(const struct link *l, lum_error *error)
             "switches it off 3 s after the last heartbeat, which has been "
             "sent; make sure by lumctl --host %s laser off",
             address, address);
+    }
+    if (l->off == LUM_LASER_OFF_UNSEEN) {
+        return lum_error_set(
+            error,
+            "udp://%s: laser off was answered without a status TLV, so nothing "
+            "shows it off: tlv.status of the profile says %u; a sensor that "
+            "lives switches it off 3 s after the last heartbeat, which has "
+            "been sent",
+            address,
+            (unsigned)l->options.decoder.layout->profile.tlv[LUM_TLV_STATUS]);
     }
     (void)laser_bits_name(l->sentry.laser.status, UINT16_MAX, bits,
                           sizeof bits);

@@ -1,5 +1,6 @@
 #include "options.h"
 
+#include "../common/host.h"
 #include "../common/number.h"
 #include "help.h"
 #include "lum/version.h"
@@ -44,7 +45,7 @@ static bool take_port(struct options *options, const char *text)
  * one that another name brought here. */
 static bool take_bind(struct options *options, const char *text)
 {
-    options->has_bind = number_parse_address(text, &options->bind);
+    options->has_bind = host_parse(text, &options->bind, &options->refusal);
     return options->has_bind && options->bind >> 24 != 0 &&
            options->bind >> 28 < 14;
 }
@@ -78,7 +79,7 @@ static bool take_interface(struct options *options, const char *text)
 
 static bool take_sensor(struct options *options, const char *text)
 {
-    options->has_sensor = number_parse_address(text, &options->sensor);
+    options->has_sensor = host_parse(text, &options->sensor, &options->refusal);
     return options->has_sensor;
 }
 
@@ -160,7 +161,13 @@ static enum parsed take_value(struct reader *r, const struct option *o,
                       o->name, o->allowed);
         return PARSED_BAD;
     }
+    r->options->refusal.text[0] = '\0';
     if (!o->take(r->options, value)) {
+        const char *why = r->options->refusal.text;
+        if (*why != '\0') {
+            (void)fprintf(stderr, "lumview: --%s: %s\n", o->name, why);
+            return PARSED_BAD;
+        }
         (void)fprintf(stderr, "lumview: --%s: '%s' is not %s\n", o->name, value,
                       o->allowed);
         return PARSED_BAD;
@@ -262,25 +269,17 @@ static enum parsed check_address(const struct options *o)
 
 static enum parsed parse_url(struct options *o)
 {
-    static const char right[] = "right is udp://ADDRESS or udp://ADDRESS:PORT, "
-                                "the address four numbers from 0 to 255, such "
-                                "as udp://10.42.0.37";
-    char address[16];
-    const char *host = o->source + strlen("udp://");
-    const size_t len = strcspn(host, ":");
-    int64_t port = LUM_PORT;
-    if (len >= sizeof address) {
-        return refuse(o->source, right);
+    char text[LUM_ERROR_BYTES + 80];
+    lum_error why = {""};
+    o->address.port = LUM_PORT;
+    if (host_parse_endpoint(o->source + strlen("udp://"), &o->address, &why)) {
+        return check_address(o);
     }
-    (void)memcpy(address, host, len);
-    address[len] = '\0';
-    if (!number_parse_address(address, &o->address.address) ||
-        (host[len] == ':' &&
-         !number_parse_int(host + len + 1, 1, UINT16_MAX, &port))) {
-        return refuse(o->source, right);
-    }
-    o->address.port = (uint16_t)port;
-    return check_address(o);
+    (void)snprintf(text, sizeof text,
+                   "%s; right is udp://HOST or udp://HOST:PORT, such as "
+                   "udp://10.42.0.37",
+                   why.text);
+    return refuse(o->source, text);
 }
 
 static enum parsed check_kinds(const struct reader *r)
@@ -311,6 +310,10 @@ static enum parsed check(const struct reader *r)
     o->is_live = strncmp(o->source, "udp://", 6) == 0;
     if (o->is_live && parse_url(o) != PARSED_RUN) {
         return PARSED_BAD;
+    }
+    lum_error why = {""};
+    if (o->interface != NULL && !host_has_interface(o->interface, &why)) {
+        return refuse("--interface", why.text);
     }
     return check_kinds(r);
 }

@@ -23,9 +23,10 @@ struct options {
     bool opens;    /* a browser is started */
     bool json;
     bool quiet;
-    bool loops;   /* capture */
-    bool paused;  /* capture: stands on its first frame */
-    double speed; /* capture; 1: as it was */
+    lum_error refusal; /* why a value is not taken; may be empty */
+    bool loops;        /* capture */
+    bool paused;       /* capture: stands on its first frame */
+    double speed;      /* capture; 1: as it was */
 };
 
 enum parsed {

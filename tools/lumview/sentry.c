@@ -92,7 +92,7 @@ static const char *name_news(enum laser_news news, const char *names)
     case LASER_HELD_UP:
         return "lumview was held up while it switched it on";
     case LASER_UNSEEN:
-        return "the answer to on had no status";
+        return "the answer to on had no status (tlv.status of the profile)";
     case LASER_UNANSWERED:
         return "no answer to on";
     case LASER_NO_NEWS: /* its socket broke */
@@ -168,9 +168,23 @@ static void say_waiting(const struct sentry *s, struct message *m)
     }
 }
 
+static void say_move(lum_endpoint to, const char *address, struct message *m)
+{
+    char new[16];
+    (void)number_format_address(to.address, new);
+    say(m,
+        "the data comes from %s now, not from %s: the sensor has got that "
+        "address. It ends in 3 s, since the heartbeats go to %s: start lumview "
+        "udp://%s",
+        new, address, address, new);
+}
+
 static void say_data(const struct sentry *s, int64_t now_ns, struct message *m)
 {
-    if (s->is_cut_off) {
+    lum_endpoint new = {0, 0};
+    if (lum_sensor_moved_to(s->sensor, &new)) {
+        say_move(new, s->address, m);
+    } else if (s->is_cut_off) {
         say(m, "sending to %s fails: %s", s->address, s->why);
     } else if (sentry_is_silent(s, now_ns)) {
         say(m,

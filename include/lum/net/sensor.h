@@ -189,7 +189,9 @@ bool lum_sensor_is_waiting(const lum_sensor *sensor);
 /** Forget the request under way; its answer will count as late. */
 void lum_sensor_give_up(lum_sensor *sensor);
 
-/** Send a set IP packet (section 2); there is no answer.
+/** Send a set IP packet (section 2); there is no answer. Whether this host will
+ * reach the sensor there is for the caller to know: `lumctl set-ip` refuses
+ * this host's own addresses, broadcast ones, and those without a route.
  * @return LUM_NET_OK: it left; LUM_NET_FAILED, also for an address that cannot
  *         be a sensor's. */
 LUM_MUST_CHECK lum_net_result lum_sensor_set_ip(lum_sensor *sensor,
@@ -200,24 +202,51 @@ LUM_MUST_CHECK lum_net_result lum_sensor_set_ip(lum_sensor *sensor,
 typedef enum lum_laser_off {
     LUM_LASER_OFF_SEEN,    /**< a status shows it down, and stayed so */
     LUM_LASER_OFF_UNKNOWN, /**< no answer: it may be on */
-    LUM_LASER_OFF_REFUSED  /**< answers came, and it is up */
+    LUM_LASER_OFF_REFUSED, /**< answers came, and it is up */
+    LUM_LASER_OFF_UNSEEN   /**< answers came, and none bears a status: it may be
+                                on, or the profile's tlv.status is wrong */
 } lum_laser_off;
 
-/** Time between the two looks of lum_sensor_laser_off(). */
-#define LUM_SENSOR_SETTLE_MS 300u
+#define LUM_SENSOR_OFF_MS       10000u /**< lum_sensor_laser_off() goes on for */
+#define LUM_SENSOR_OFF_EVERY_MS 50u    /**< between its commands */
+#define LUM_SENSOR_SETTLE_MS    300u   /**< between its two looks */
 
 /** Switch the laser off and see that it is down: the command's own answer must
  * show it, and a poll `LUM_SENSOR_SETTLE_MS` later must show it still, since an
  * old `laser on` may have been delayed on its way; if it does not, all begins
- * anew, at most retries + 1 times. Not ended by the cancel, which is the most
- * usual reason to call it; bounded by the timeouts. Heartbeats of an owner go
- * on meanwhile; data is dropped.
+ * anew. What is not answered is sent again every `LUM_SENSOR_OFF_EVERY_MS`, for
+ * `LUM_SENSOR_OFF_MS` before it is given up, whatever the options' timeout is.
+ * Answers without a status end it after retries + 1 of them. At most 3 s more
+ * than that pass. Not ended by the cancel, which is the most usual reason to
+ * call it. An owner sends no heartbeats meanwhile, so that a sensor that gets
+ * none of this switches itself off within 3 s; data is dropped.
  * @param status gets the last status that was answered, and stays as it is when
  *               there was none; may be NULL. */
 lum_laser_off lum_sensor_laser_off(lum_sensor *sensor, uint16_t *status);
 
+/** As lum_sensor_laser_off() with another time, and a cancel that ends it.
+ * @param ms     to go on for without success; the command is sent once at
+ *               least.
+ * @param cancel ends it between two sends, as if the time were over; it need
+ *               not be the session's, which has no part in it; may be NULL.
+ * @param status as lum_sensor_laser_off(). */
+lum_laser_off lum_sensor_laser_off_within(lum_sensor *sensor, uint32_t ms,
+                                          const lum_cancel *cancel,
+                                          uint16_t *status);
+
 /** Counters up to now. */
 void lum_sensor_count(lum_sensor *sensor, lum_sensor_counters *out);
+
+/** Datagrams with the magic that must come from one other address, and none
+ * from the sensor among them, for lum_sensor_moved_to(). */
+#define LUM_SENSOR_MOVED_COUNT 8u
+
+/** Whether the sensor seems to have got another address: a sensor that is moved
+ * goes on sending to whom it did, for as long as heartbeats of before hold (3
+ * s). The session stays with the old address, where its heartbeats go.
+ * @param out where datagrams come from instead; written when true.
+ * @return true until something comes from the session's own address again. */
+bool lum_sensor_moved_to(const lum_sensor *sensor, lum_endpoint *out);
 
 /** The session's socket, for its buffer and its local endpoint. */
 lum_socket *lum_sensor_socket(lum_sensor *sensor);

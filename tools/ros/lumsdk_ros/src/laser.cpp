@@ -308,7 +308,7 @@ void Laser::take_answer(const lum_sensor_event &event, int64_t now_ns)
         is_off_due_ = true;
         notes_.add(Note::error, "u was answered without a status: whether "
                                 "the laser is on is not known, so it is "
-                                "switched off");
+                                "switched off (tlv.status of the profile)");
     } else if (request == Request::command) {
         judge_command(event);
         next_ns_ = now_ns;

@@ -14,6 +14,7 @@ extern "C" {
 #include "lum/io/demux.h"
 #include "lum/laser.h"
 #include "lum/host/laser_name.h"
+#include "lum/net/resolve.h"
 #include "lum/net/sensor.h"
 #include "lum/packet.h"
 #include "lum/points.h"

@@ -20,9 +20,13 @@ constexpr int64_t tick_ns = second_ns / 20;
 constexpr int64_t drain_ns = second_ns / 5; // for what was said last
 
 volatile std::sig_atomic_t has_signal = 0;
+lum_cancel *second_signal = nullptr; // lives as long as the program
 
 void note_signal(int)
 {
+    if (has_signal != 0) {
+        lum_cancel_raise(second_signal);
+    }
     has_signal = 1;
 }
 
@@ -30,6 +34,10 @@ void note_signal(int)
 void catch_signals()
 {
     struct sigaction action = {};
+    lum_error error = {""};
+    if (lum_cancel_new(&second_signal, &error) != 0) {
+        throw std::runtime_error(error.text);
+    }
     action.sa_handler = note_signal;
     (void)sigaction(SIGINT, &action, nullptr);
     (void)sigaction(SIGTERM, &action, nullptr);
@@ -141,8 +149,9 @@ class Node
 
 bool run()
 {
-    const Options options = read_options(ros::NodeHandle("~"));
+    Options options = read_options(ros::NodeHandle("~"));
     catch_signals();
+    options.second_signal = second_signal;
     Node node(options);
     const bool is_fine = node.run();
     node.end();

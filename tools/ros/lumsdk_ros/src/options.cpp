@@ -19,14 +19,16 @@ namespace
     throw std::runtime_error(text);
 }
 
-bool parse_address(const std::string &text, uint32_t &out)
+bool parse_address(const std::string &text, uint32_t &out, lum_error &why)
 {
-    in_addr address = {};
-    if (inet_pton(AF_INET, text.c_str(), &address) != 1) {
+    if (lum_resolve(text.c_str(), &out, &why) != 0) {
         return false;
     }
-    out = ntohl(address.s_addr);
-    return lum_address_is_host(out);
+    if (!lum_address_is_host(out)) {
+        (void)lum_error_set(&why, "no sensor can have this address");
+        return false;
+    }
+    return true;
 }
 
 bool parse_port(const std::string &text, uint16_t &out)
@@ -40,12 +42,14 @@ bool parse_port(const std::string &text, uint16_t &out)
 void read_endpoint(const std::string &text, lum_endpoint &out)
 {
     const size_t colon = text.find(':');
+    lum_error why = {"the port is not a number from 1 to 65535"};
     out.port = LUM_PORT;
-    if (!parse_address(text.substr(0, colon), out.address) ||
-        (colon != std::string::npos &&
-         !parse_port(text.substr(colon + 1), out.port))) {
+    if ((colon != std::string::npos &&
+         !parse_port(text.substr(colon + 1), out.port)) ||
+        !parse_address(text.substr(0, colon), out.address, why)) {
         refuse("~source: udp://" + text +
-               " is not udp://ADDRESS[:PORT], such as udp://10.42.0.37");
+               " is not udp://HOST[:PORT], such as udp://10.42.0.37: " +
+               why.text);
     }
 }
 
@@ -69,9 +73,11 @@ void read_source(Parameters &p, Options &o)
     if (sensor.empty() || o.kind == SourceKind::sensor) {
         return;
     }
+    lum_error why = {""};
     o.has_sensor = true;
-    if (!parse_address(sensor, o.sensor)) {
-        refuse("~sensor: " + sensor + " is no address, such as 10.42.0.37");
+    if (!parse_address(sensor, o.sensor, why)) {
+        refuse("~sensor: " + sensor +
+               " is no address, such as 10.42.0.37: " + why.text);
     }
 }
 

@@ -30,6 +30,7 @@ struct Options {
     lum_selection selection = {};
     bool smooths = false;
     lum_smooth smooth = {};
+    const lum_cancel *second_signal = nullptr; // ends a long laser off
     std::string frame_id;
     bool laser = false;
     bool commands = true;

@@ -79,9 +79,27 @@ void Session::make_view()
     view_.is_broken = is_broken_;
 }
 
+void Session::tell_move()
+{
+    lum_endpoint to = {0, 0};
+    const bool is_moved = lum_sensor_moved_to(sensor_.get(), &to);
+    if (is_moved && !is_moved_) {
+        const std::string old = address_text(options_.endpoint.address);
+        notes_.add(Note::error,
+                   "the data comes from " + address_text(to.address) +
+                       " now, not from " + old +
+                       ": the sensor has got that address. It is not taken, "
+                       "and ends in 3 s, since the heartbeats go to " +
+                       old + ": start the node anew with udp://" +
+                       address_text(to.address));
+    }
+    is_moved_ = is_moved;
+}
+
 void Session::tick(int64_t now_ns)
 {
     tick_ns_ = now_ns + tick_every_ns;
+    tell_move();
     laser_->tick(now_ns);
     make_view();
 }
@@ -117,6 +135,20 @@ void Session::run()
     channel_.close();
 }
 
+// Of LUM_SENSOR_OFF_MS a second signal may end what is behind the first 3 s:
+// by then a sensor that gets no heartbeats is down by itself.
+lum_laser_off Session::switch_off_within(uint16_t &status)
+{
+    constexpr uint32_t alone_ms = 3000;
+    const lum_laser_off off = lum_sensor_laser_off_within(
+        sensor_.get(), alone_ms, nullptr, &status);
+    return off == LUM_LASER_OFF_SEEN || off == LUM_LASER_OFF_UNSEEN
+               ? off
+               : lum_sensor_laser_off_within(sensor_.get(),
+                                             LUM_SENSOR_OFF_MS - alone_ms,
+                                             options_.second_signal, &status);
+}
+
 // A socket that broke sends nothing more, another may.
 void Session::switch_off()
 {
@@ -129,7 +161,7 @@ void Session::switch_off()
     }
     if (sensor_) {
         lum_sensor_give_up(sensor_.get());
-        off = lum_sensor_laser_off(sensor_.get(), &status);
+        off = switch_off_within(status);
     }
     const std::string tell = "lumctl --host " +
                              address_text(options_.endpoint.address) +
@@ -142,6 +174,14 @@ void Session::switch_off()
                    "it off 3 s after the last heartbeat, which has been sent; "
                    "make sure by " +
                        tell);
+    } else if (off == LUM_LASER_OFF_UNSEEN) {
+        notes_.add(
+            Note::error,
+            "laser off was answered without a status TLV, so nothing shows it "
+            "off: tlv.status of the profile says " +
+                std::to_string(options_.layout.profile.tlv[LUM_TLV_STATUS]) +
+                "; a sensor that lives switches it off 3 s after the last "
+                "heartbeat, which has been sent");
     } else {
         notes_.add(Note::error, "THE LASER IS STILL ON after laser off (" +
                                     bit_names(status) + "): " + tell +

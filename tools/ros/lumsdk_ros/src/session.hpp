@@ -64,7 +64,9 @@ class Session
     void run();
     void step();
     void tick(int64_t now_ns);
+    void tell_move();
     void make_view();
+    lum_laser_off switch_off_within(uint16_t &status);
     void switch_off();
 
     const Options options_;
@@ -75,6 +77,7 @@ class Session
     std::unique_ptr<Laser> laser_;
     std::atomic<bool> stop_{false};
     bool is_broken_ = false;
+    bool is_moved_ = false;
     uint64_t drops_ = 0;
     int64_t tick_ns_ = 0;
     std::thread thread_;

@@ -1,0 +1,21 @@
+/* The system's resolver. */
+#ifndef LUM_NET_RESOLVE_SYSTEM_H
+#define LUM_NET_RESOLVE_SYSTEM_H
+
+#include "lum/base/error.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* a.b.c.d, strictly, to host order. */
+bool lum_system_parse_address(const char *text, uint32_t *out);
+
+/* The first IPv4 address of a name. 0; or -1 with the error. */
+int lum_system_resolve(const char *name, uint32_t *out, lum_error *error);
+
+/* What resolvers say, in the same words everywhere. Return -1. */
+int lum_resolve_say_unknown(const char *name, lum_error *error);
+int lum_resolve_say_no_address(const char *name, lum_error *error);
+int lum_resolve_say_failed(const char *name, const char *why, lum_error *error);
+
+#endif

@@ -1,0 +1,73 @@
+#include "host.h"
+
+#include "interfaces.h"
+#include "number.h"
+
+#include "lum/net/resolve.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define HOST_BYTES 256u
+
+bool host_parse(const char *text, uint32_t *out, lum_error *why)
+{
+    return lum_resolve(text, out, why) == 0;
+}
+
+bool host_parse_endpoint(const char *text, lum_endpoint *out, lum_error *why)
+{
+    char host[HOST_BYTES];
+    int64_t port = out->port;
+    const size_t len = strcspn(text, ":");
+    const bool is_ipv6 = len != strlen(text) && strchr(text + len + 1, ':');
+    lum_endpoint found = {0, 0};
+    if (is_ipv6 || len >= sizeof host) {
+        return host_parse(text, &found.address, why);
+    }
+    if (text[len] == ':' &&
+        !number_parse_int(text + len + 1, 1, UINT16_MAX, &port)) {
+        (void)lum_error_set(
+            why, "'%.80s': the port is not a number from 1 to 65535", text);
+        return false;
+    }
+    (void)memcpy(host, text, len);
+    host[len] = '\0';
+    if (!host_parse(host, &found.address, why)) {
+        return false;
+    }
+    found.port = (uint16_t)port;
+    *out = found;
+    return true;
+}
+
+static void list_names(const struct host_interface *all, size_t count,
+                       char *out, size_t room)
+{
+    size_t used = 0;
+    (void)snprintf(out, room, "none");
+    for (size_t i = 0; i < count && used < room; i++) {
+        const int n = snprintf(out + used, room - used, "%s%s",
+                               i > 0 ? ", " : "", all[i].name);
+        used += n > 0 ? (size_t)n : 0;
+    }
+}
+
+bool host_has_interface(const char *name, lum_error *why)
+{
+    char names[160];
+    struct host_interface *all = NULL;
+    size_t count = 0;
+    if (interfaces_list(&all, &count, why) != 0) {
+        return true;
+    }
+    const bool is_there = interfaces_find(all, count, name) != NULL;
+    list_names(all, count, names, sizeof names);
+    free(all);
+    if (!is_there) {
+        (void)lum_error_set(
+            why, "there is no interface %.60s; this host has: %s", name, names);
+    }
+    return is_there;
+}

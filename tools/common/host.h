@@ -1,0 +1,21 @@
+/* Hosts of a command line, by address or by name. */
+#ifndef LUM_TOOLS_HOST_H
+#define LUM_TOOLS_HOST_H
+
+#include "lum/net/socket.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* HOST: a.b.c.d, or a name that is looked up now, once. False: why tells. */
+bool host_parse(const char *text, uint32_t *out, lum_error *why);
+
+/* HOST or HOST:PORT; without a port that of *out stays. *out is written on
+ * success. */
+bool host_parse_endpoint(const char *text, lum_endpoint *out, lum_error *why);
+
+/* Whether this host has an interface of this name, or does not tell; else why
+ * lists those that it has. */
+bool host_has_interface(const char *name, lum_error *why);
+
+#endif

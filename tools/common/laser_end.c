@@ -1,0 +1,28 @@
+#include "laser_end.h"
+
+#include "interrupt.h"
+#include "writable.h"
+
+#include <stdio.h>
+
+#define ALONE_MS 3000u
+
+lum_laser_off laser_end(lum_sensor *sensor, const char *name, uint16_t *status)
+{
+    const lum_laser_off end =
+        lum_sensor_laser_off_within(sensor, ALONE_MS, NULL, status);
+    if (end == LUM_LASER_OFF_SEEN || end == LUM_LASER_OFF_UNSEEN) {
+        return end;
+    }
+    if (writable(stderr, 0)) {
+        (void)fprintf(stderr,
+                      "%s: %s: laser off is repeated for %u s more; Ctrl-C "
+                      "twice gives up\n",
+                      name,
+                      end == LUM_LASER_OFF_REFUSED ? "the laser is still on"
+                                                   : "no answer yet",
+                      (LUM_SENSOR_OFF_MS - ALONE_MS) / 1000u);
+    }
+    return lum_sensor_laser_off_within(sensor, LUM_SENSOR_OFF_MS - ALONE_MS,
+                                       interrupt_second(), status);
+}

@@ -1,0 +1,18 @@
+/* How tools switch the laser off: for LUM_SENSOR_OFF_MS, and so long that a
+ * person is told and may end it. */
+#ifndef LUM_LASER_END_H
+#define LUM_LASER_END_H
+
+#include "lum/net/sensor.h"
+
+#include <stdint.h>
+
+/* In the first three seconds nothing ends it; by then a sensor that gets no
+ * heartbeats is down by itself. Then a line on standard error says that it goes
+ * on, unless a reader would have to be waited for, and a second signal ends it
+ * where signals are held (interrupt.h).
+ * name    begins that line, such as "lumctl: 10.42.0.37".
+ * status  as lum_sensor_laser_off(). */
+lum_laser_off laser_end(lum_sensor *sensor, const char *name, uint16_t *status);
+
+#endif

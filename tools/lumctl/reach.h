@@ -1,0 +1,16 @@
+/* The way that this host's routes take to an address. */
+#ifndef LUMCTL_REACH_H
+#define LUMCTL_REACH_H
+
+#include "../common/interfaces.h"
+
+struct reach {
+    bool is_known; /* else the system does not tell, and nothing follows */
+    bool exists;
+    bool has_gateway;
+    char interface[INTERFACE_NAME_BYTES]; /* this host's own: the loopback */
+};
+
+void reach_find(uint32_t address, struct reach *out);
+
+#endif

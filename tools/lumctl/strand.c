@@ -1,0 +1,166 @@
+#include "strand.h"
+
+#include "../common/interfaces.h"
+#include "../common/number.h"
+#include "reach.h"
+#include "session.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct move_plan {
+    const struct host_interface *interfaces;
+    size_t count;
+    uint32_t old;
+    uint32_t new;
+    const char *interface; /* --interface; NULL: as the routes say */
+};
+
+static bool is_loopback(uint32_t address)
+{
+    return address >> 24 == 127u;
+}
+
+/* The interface that has an address, or NULL. */
+static const struct host_interface *owner_of(const struct move_plan *p,
+                                             uint32_t address)
+{
+    for (size_t i = 0; i < p->count; i++) {
+        for (size_t k = 0; k < p->interfaces[i].address_count; k++) {
+            if (p->interfaces[i].addresses[k].address == address) {
+                return &p->interfaces[i];
+            }
+        }
+    }
+    return NULL;
+}
+
+static enum exit_status refuse(uint32_t address, const char *why)
+{
+    char text[16];
+    return ctl_complain(EXIT_BAD,
+                        "set-ip: %s %s: nothing was sent. --force sends it all "
+                        "the same",
+                        number_format_address(address, text), why);
+}
+
+static enum exit_status check_own(const struct move_plan *p)
+{
+    char why[INTERFACE_NAME_BYTES + 64];
+    const struct host_interface *owner = owner_of(p, p->new);
+    const bool is_here = is_loopback(p->old) || owner_of(p, p->old) != NULL;
+    if (is_loopback(p->new) && !is_loopback(p->old)) {
+        return refuse(p->new, "is an address of the loopback, which never "
+                              "leaves this host");
+    }
+    if (owner == NULL || is_here) {
+        return EXIT_DONE;
+    }
+    (void)snprintf(why, sizeof why, "is this host's own address, on %s",
+                   owner->name);
+    return refuse(p->new, why);
+}
+
+/* A /31 and a /32 have neither of both. */
+static enum exit_status check_ends(const struct move_plan *p)
+{
+    char why[INTERFACE_NAME_BYTES + 80];
+    char own[16];
+    for (size_t i = 0; i < p->count; i++) {
+        const struct interface_address *a =
+            interfaces_subnet(&p->interfaces[i], p->new);
+        const uint32_t host = a != NULL ? p->new & ~a->mask : 1u;
+        if (a == NULL || a->prefix > 30u || (host != 0 && host != ~a->mask)) {
+            continue;
+        }
+        (void)snprintf(
+            why, sizeof why, "is the %s address of %s's subnet %s/%u",
+            host == 0 ? "network" : "broadcast", p->interfaces[i].name,
+            number_format_address(a->address & a->mask, own), a->prefix);
+        return refuse(p->new, why);
+    }
+    return EXIT_DONE;
+}
+
+/* The interface by which the sensor is reached, or NULL. */
+static const struct host_interface *way_to_old(const struct move_plan *p,
+                                               const struct reach *reach)
+{
+    if (p->interface != NULL) {
+        return interfaces_find(p->interfaces, p->count, p->interface);
+    }
+    if (reach->is_known) {
+        return reach->exists
+                   ? interfaces_find(p->interfaces, p->count, reach->interface)
+                   : NULL;
+    }
+    for (size_t i = 0; i < p->count; i++) {
+        if (interfaces_subnet(&p->interfaces[i], p->old) != NULL) {
+            return &p->interfaces[i];
+        }
+    }
+    return NULL;
+}
+
+static enum exit_status refuse_unreached(const struct move_plan *p,
+                                         const char *interface,
+                                         const struct reach *reach)
+{
+    char why[2 * INTERFACE_NAME_BYTES + 128];
+    if (reach->exists && reach->has_gateway) {
+        (void)snprintf(why, sizeof why,
+                       "is reached by a gateway (%s), and not at %s, where the "
+                       "sensor is",
+                       reach->interface, interface);
+    } else if (reach->exists) {
+        (void)snprintf(why, sizeof why,
+                       "is reached by %s, and the sensor is at %s",
+                       reach->interface, interface);
+    } else {
+        (void)snprintf(why, sizeof why,
+                       "is out of reach: no route of %s leads there (ip addr "
+                       "add, or another address)",
+                       interface);
+    }
+    return refuse(p->new, why);
+}
+
+static enum exit_status check_way(const struct move_plan *p)
+{
+    struct reach old;
+    struct reach new;
+    reach_find(p->old, &old);
+    reach_find(p->new, &new);
+    const struct host_interface *interface = way_to_old(p, &old);
+    if (interface == NULL || interfaces_subnet(interface, p->new) != NULL) {
+        return EXIT_DONE;
+    }
+    const bool is_far = old.exists && old.has_gateway;
+    if (new.exists && strcmp(new.interface, interface->name) == 0 &&
+        (is_far || !new.has_gateway)) {
+        return EXIT_DONE;
+    }
+    return refuse_unreached(p, interface->name, &new);
+}
+
+enum exit_status strand_check(const struct ctl *ctl, uint32_t address)
+{
+    struct host_interface *all = NULL;
+    lum_error error = {""};
+    struct move_plan p = {.old = session_host(ctl).address,
+                          .new = address,
+                          .interface = ctl->options.interface};
+    if (address == p.old) {
+        return EXIT_DONE;
+    }
+    if (interfaces_list(&all, &p.count, &error) != 0) {
+        return ctl_complain(EXIT_FAILED, "set-ip: %s", error.text);
+    }
+    p.interfaces = all;
+    enum exit_status status = check_own(&p);
+    status = status == EXIT_DONE ? check_ends(&p) : status;
+    status = status == EXIT_DONE ? check_way(&p) : status;
+    free(all);
+    return status;
+}
