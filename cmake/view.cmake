@@ -3,6 +3,7 @@
 set(LUM_WITH_VIEW OFF)
 set(lum_why_no_view "")
 set(lum_view_page ${PROJECT_SOURCE_DIR}/tools/lumview/page)
+set(lum_view_licenses ${PROJECT_BINARY_DIR}/tools/lumview/bundle/licenses.txt)
 set(lum_view_modules ${PROJECT_BINARY_DIR}/lumview/node_modules)
 
 # lum_fetch_modules(OUT): what went wrong, or "". What is there already stays.

@@ -5,6 +5,7 @@ import hashlib
 import itertools
 import json
 import os
+import pathlib
 import re
 import resource
 import signal
@@ -19,6 +20,7 @@ from live import Process, wait_until
 from support import BIN, Folder, read_csv, run, simulate, summary
 from websocket import (BINARY, PING, PONG, TEXT, Browser, Closed, Connection, frame, request, upgrade)
 
+PAGE = pathlib.Path(__file__).parent / "../../tools/lumview/page"
 FAKE = BIN / "../tests/fake/lumview_fake"
 ADDRESSES = (f"127.21.{shards.index()}.{i + 1}" for i in itertools.count())
 CONNECTIONS_MAX = 100
@@ -638,6 +640,53 @@ class Run(Case):
         self.assertEqual(server.end(), 0)
         self.assertRegex(server.stderr(), r"^lumview: http://127\.0\.0\.1:\d+/ \(Ctrl-C ends it\)\n"
                                           r"lumview: no browser could be started: open this URL in one\n$")
+
+
+class Licenses(Case):
+    """What is in the page is what the lock file names, and comes with its permission."""
+
+    def setUp(self):
+        super().setUp()
+        r = run("lumview", "--licenses")
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        self.text, self.parts = r.stdout, {}
+        for part in re.split(r"(?m)^==== ", r.stdout)[1:]:
+            title, text = part.split("\n", 1)
+            self.parts[title] = text
+        lock = json.loads((PAGE / "package-lock.json").read_text())["packages"]
+        self.lock = {name.rpartition("node_modules/")[2]: about for name, about in lock.items() if name}
+
+    def test_each_module_that_the_page_is_made_of_has_its_permission(self):
+        wanted = json.loads((PAGE / "package.json").read_text())["dependencies"]
+        titles = {f"{name} {self.lock[name]['version']} ({self.lock[name]['license']})" for name in wanted}
+        version = run("lumview", "--version").stdout.split()[1]
+        others = {f"esbuild {self.lock['esbuild']['version']}", f"lumsdk {version}",
+                  "The Apache License, Version 2.0, to which a text above refers"}
+        self.assertEqual(set(self.parts), titles | others)
+        for title in titles:
+            self.assertRegex(self.parts[title], r"Copyright (©|\(c\)|\d{4})")
+            self.assertRegex(self.parts[title], r"(?i)permission (is hereby granted|to use, copy, modify)", title)
+
+    def test_what_the_script_has_of_others_is_listed(self):
+        bundle = json.loads((BIN / "../tools/lumview/bundle/bundle.json").read_text())
+        inputs = {name for out in bundle["outputs"].values() for name in out["inputs"]}
+        modules = {name.rpartition("node_modules/")[2].split("/")[0] for name in inputs if "node_modules/" in name}
+        self.assertTrue(modules)
+        self.assertEqual({m for m in modules if not any(title.startswith(m + " ") for title in self.parts)}, set())
+        own = {pathlib.Path(name).name for name in inputs if "node_modules/" not in name}
+        self.assertEqual(own, {p.name for p in PAGE.glob("*.js")} | {"style.css"})
+
+    def test_the_palettes_and_lumsdk_have_theirs(self):
+        self.assertIn("Cynthia Brewer", self.text)
+        self.assertIn("TERMS AND CONDITIONS FOR USE, REPRODUCTION, AND DISTRIBUTION", self.text)
+        self.assertIn((PAGE / "../../../LICENSE").read_text(), self.text)
+
+    def test_the_page_has_them_too(self):
+        self.serve()
+        self.assertIn('href="/licenses.txt"', self.get("/")[2].decode())
+        status, headers, body = self.get("/licenses.txt")
+        self.assertEqual((status, headers["content-type"]), (200, "text/plain; charset=utf-8"))
+        self.assertEqual(body.decode(), self.text)
 
 
 class Arguments(unittest.TestCase):

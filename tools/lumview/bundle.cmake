@@ -18,7 +18,7 @@ function(bundle_join)
   # Legal comments of modules would be a part of what licenses.txt has whole.
   bundle_run(${CMAKE_COMMAND} -E env NODE_PATH=${MODULES} ${ESBUILD} ${PAGE}/app.js ${PAGE}/style.css --bundle --minify
              --format=esm --target=es2022 --log-level=warning --charset=utf8 --legal-comments=none
-             "--banner:js=/* Licences: /licenses.txt */" --metafile=${OUT}/bundle.json
+             "--banner:js=/* Licences: /licenses.txt, or lumview --licenses */" --metafile=${OUT}/bundle.json
              --outdir=${OUT})
 endfunction()
 
