@@ -9,6 +9,7 @@ import os
 import pathlib
 import re
 import resource
+import shutil
 import signal
 import socket
 import stat
@@ -750,6 +751,29 @@ class Licenses(Case):
         self.assertEqual({m for m in modules if not any(title.startswith(m + " ") for title in self.parts)}, set())
         own = {pathlib.Path(name).name for name in inputs if "node_modules/" not in name}
         self.assertEqual(own, {p.name for p in PAGE.glob("*.js")} | {"style.css"})
+
+    def bundle(self, modules):
+        """The page put together anew, of modules at another place."""
+        esbuild = next(modules.glob("@esbuild/*/bin/esbuild"))
+        values = {"PAGE": PAGE, "MODULES": modules, "ESBUILD": esbuild, "GZIP": shutil.which("gzip"), "NAME": "x",
+                  "EMBED": BIN / "../tools/lumview/lumview_embed", "LICENSE": PAGE / "../../../LICENSE",
+                  "OUT": self.folder / "out"}
+        return subprocess.run(["cmake", *(f"-D{name}={value}" for name, value in values.items()), "-P",
+                               PAGE / "../bundle.cmake"], capture_output=True, text=True, timeout=120)
+
+    def test_modules_can_lie_in_a_folder_of_any_name(self):
+        modules = self.folder / "some modules"
+        cache = (BIN / "../CMakeCache.txt").read_text()
+        brought = pathlib.Path(re.search(r"^LUM_VIEW_MODULES:PATH=(.*)$", cache, re.M)[1] or BIN / "../lumview")
+        shutil.copytree(brought / "node_modules" if (brought / "node_modules").exists() else brought, modules)
+        r = self.bundle(modules)
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        text = (self.folder / "out/licenses.txt").read_text()
+        self.assertEqual(text.split("\n", 1)[1], self.text.split("\n", 1)[1])
+        (modules / "three/LICENSE").unlink()
+        r = self.bundle(modules)
+        self.assertNotEqual(r.returncode, 0)
+        self.assertIn("there is no licence file to be shipped with it", " ".join(r.stderr.split()))
 
     def test_the_palettes_and_lumsdk_have_theirs(self):
         self.assertIn("Cynthia Brewer", self.text)
