@@ -31,6 +31,8 @@ struct Options {
     bool smooths = false;
     lum_smooth smooth = {};
     const lum_cancel *second_signal = nullptr; // ends a long laser off
+    uint32_t lines = 0; // of a frame, for the rings; 0: as the frames show
+    bool shows_eyes = false; // a topic for each, too
     std::string frame_id;
     bool laser = false;
     bool commands = true;
