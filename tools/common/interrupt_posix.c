@@ -79,6 +79,18 @@ void interrupt_catch(void)
     }
 }
 
+void interrupt_insist(void)
+{
+    static const int insisted[] = {SIGINT, SIGTERM, SIGQUIT};
+    sigset_t set;
+    (void)sigemptyset(&set);
+    for (size_t i = 0; i < sizeof insisted / sizeof insisted[0]; i++) {
+        set_handler(insisted[i], note);
+        (void)sigaddset(&set, insisted[i]);
+    }
+    (void)sigprocmask(SIG_UNBLOCK, &set, NULL);
+}
+
 void interrupt_attach(lum_cancel *cancel)
 {
     attached = cancel;

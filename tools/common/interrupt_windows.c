@@ -26,6 +26,12 @@ void interrupt_catch(void)
     (void)SetConsoleCtrlHandler(note, TRUE);
 }
 
+/* A process group of its own is started with Ctrl-C switched off. */
+void interrupt_insist(void)
+{
+    (void)SetConsoleCtrlHandler(NULL, FALSE);
+}
+
 void interrupt_attach(lum_cancel *cancel)
 {
     attached = cancel;

@@ -80,6 +80,7 @@ static int begin(struct live *l)
     if (lum_cancel_new(&l->cancel, &l->error) != 0) {
         return -1;
     }
+    interrupt_insist(); /* heartbeats keep a laser on */
     interrupt_attach(l->cancel);
     return open_session(l, true, &l->session.sensor, &l->error) == 0 &&
                    pass_prepare(l->pass, &l->error) == PASS_DONE &&
