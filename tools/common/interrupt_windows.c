@@ -58,6 +58,12 @@ void interrupt_hold(void)
     (void)InterlockedExchange(&is_held, 1);
 }
 
+/* Nothing is timed here. */
+void interrupt_linger(void)
+{
+    (void)InterlockedExchange(&is_held, 0);
+}
+
 void interrupt_release(void)
 {
     (void)InterlockedExchange(&is_held, 0);

@@ -74,29 +74,44 @@ static void append_left_out(struct say *say)
     }
 }
 
-void say_warn(struct say *say, const char *format, ...)
+/* kind: what stands before the time. */
+LUM_PRINTF(3, 0)
+static void add_line(struct say *say, const char *kind, const char *format,
+                     va_list arguments)
 {
     char text[768];
     char line[sizeof text + 64];
     char clock[16] = "";
     const time_t now = time(NULL);
     struct tm local;
+    (void)vsnprintf(text, sizeof text, format, arguments);
+    if (localtime_r(&now, &local) != NULL) {
+        (void)strftime(clock, sizeof clock, "%H:%M:%S", &local);
+    }
+    (void)snprintf(line, sizeof line, "lumdump: %s%s: %s\n", kind, clock, text);
+    append_left_out(say);
+    clear_status(say);
+    append(say, line);
+    say_flush(say);
+}
+
+void say_warn(struct say *say, const char *format, ...)
+{
     va_list arguments;
     if (say->is_quiet) {
         return;
     }
     va_start(arguments, format);
-    (void)vsnprintf(text, sizeof text, format, arguments);
+    add_line(say, "warning: ", format, arguments);
     va_end(arguments);
-    if (localtime_r(&now, &local) != NULL) {
-        (void)strftime(clock, sizeof clock, "%H:%M:%S", &local);
-    }
-    (void)snprintf(line, sizeof line, "lumdump: warning: %s: %s\n", clock,
-                   text);
-    append_left_out(say);
-    clear_status(say);
-    append(say, line);
-    say_flush(say);
+}
+
+void say_error(struct say *say, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    add_line(say, "", format, arguments);
+    va_end(arguments);
 }
 
 bool say_has_status(const struct say *say)

@@ -26,6 +26,10 @@ void say_init(struct say *say, bool quiet);
 LUM_PRINTF(2, 3)
 void say_warn(struct say *say, const char *format, ...);
 
+/* Say what a run that is quiet says too. */
+LUM_PRINTF(2, 3)
+void say_error(struct say *say, const char *format, ...);
+
 /* Whether there is to be a status line. */
 bool say_has_status(const struct say *say);
 
