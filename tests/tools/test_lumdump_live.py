@@ -610,9 +610,8 @@ class Alone(Case):
         cloud = self.fifo("nobody.csv", reads=False)
         p = self.start("--laser", "-o", cloud, "-o", self.folder / "raw.pcap", "--duration", "1", "--json",
                        stdout=subprocess.PIPE, stderr=open(self.folder / "said", "wb"))
-        got = json.loads(p.stdout.read())
-        p.stdout.close()
-        self.assertEqual(p.wait(60), 1)
+        got = json.loads(p.communicate(timeout=60)[0])
+        self.assertEqual(p.returncode, 1)
         self.assert_nothing_is_missing(got)
         self.assert_laser_went_on_and_off()
         self.assertIn(f"{cloud} stands still and is given up", self.said())
@@ -813,6 +812,53 @@ class Sensors(Case):
         # all that matters fits the 80 columns of a terminal that does not tell its width
         self.assertTrue([t for t in lines if re.match(rb"\d+\.\d\d Mpt/s  lost: wire \d+w \d+l, kernel \d+, "
                                                       rb"ring \d+, bad \d+  laser on  buf \d+%", t)], lines)
+
+
+class Jobs(Case):
+    """What is painted again and again on a terminal: by jobs in its foreground alone."""
+
+    def shell(self, script):
+        """sh with job control at a terminal of its own; the terminal's other end."""
+        pid, main = pty.fork()
+        if pid == 0:
+            os.execvp("sh", ["sh", "-c", f"set -m; {script}"])
+        self.addCleanup(os.close, main)
+        self.addCleanup(lambda: os.waitpid(pid, 0))
+        self.addCleanup(lambda: os.kill(pid, signal.SIGKILL))
+        return main
+
+    def shown_until(self, main, text):
+        shown = b""
+        while not re.search(text, shown):
+            self.assertTrue(select.select([main], [], [], 30)[0], shown)
+            try:
+                shown += os.read(main, 65536)
+            except OSError:  # all have left it
+                self.fail(shown)
+        return shown
+
+    def test_each_tool_paints_in_the_foreground_alone(self):
+        self.simulator()
+        source = simulate(self.folder / "s.pcap", "--frames", "2", "--lines", "64")
+        for command in (f"lumsim --frames 2 --lines 64 -o {self.folder / 'sim.pcap'}", f"lumdump {source} -o {self.folder / 'c.csv'}",
+                        f"lumctl --host {self.address} heartbeat --duration 2",
+                        f"lumdump {self.url} -o {self.folder / 'live.pcap'} --duration 2"):
+            with self.subTest(command):
+                shown = self.shown_until(self.shell(f"{BIN}/{command}; echo over"), b"over\r\n")
+                self.assertIn(b"\r\x1b[K", shown)
+                shown = self.shown_until(self.shell(f"{BIN}/{command} & wait; echo over"), b"over\r\n")
+                self.assertNotIn(b"\x1b[K", shown)
+
+    def test_one_that_comes_to_the_foreground_paints(self):
+        self.simulator()
+        main = self.shell(f"{BIN}/lumdump {self.url} -o {self.folder / 'live.pcap'} & echo begun; read line; fg %1")
+        shown = self.shown_until(main, b"begun")
+        self.wait_for(lambda: self.size("live.pcap") > 500_000, "a recording")
+        os.write(main, b"\n")
+        shown += self.shown_until(main, b"packets/s|Mpt/s")
+        self.assertNotIn(b"Mpt/s", shown[:shown.index(b"begun")])
+        os.write(main, b"\x03")
+        self.assertIn(b"sensor", self.shown_until(main, b"losses"))
 
 
 class Handmade(threading.Thread):
