@@ -87,12 +87,17 @@ static int handle_line(struct pass *pass, lum_error *error)
     struct point_counts *counts =
         &pass->summary.sensors[lum_demux_current_index(pass->demux)];
     const bool wanted = is_wanted(pass->options, line);
+    const uint64_t no_angle = counts->no_angle;
+    int result = 0;
     counts->lines[line->eye]++;
+    pace_take(&counts->pace, line->frame, line->arrival);
     if (wanted && needs_samples(pass)) {
-        return write_line(pass, line, counts, error);
+        result = write_line(pass, line, counts, error);
+    } else {
+        count_line(pass, line, wanted, counts);
     }
-    count_line(pass, line, wanted, counts);
-    return 0;
+    under_way_take(&counts->under_way, line, counts->no_angle - no_angle);
+    return result;
 }
 
 static enum pass_result handle_event(struct pass *pass, lum_result event,
@@ -194,6 +199,9 @@ enum pass_result pass_record(struct pass *pass, const lum_record *record,
 enum pass_result pass_flush(struct pass *pass, lum_error *error)
 {
     lum_result r = LUM_OK;
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        under_way_leave(&pass->summary.sensors[i].under_way);
+    }
     while ((r = lum_demux_flush(pass->demux)) > 0) {
         const enum pass_result result = handle_event(pass, r, error);
         if (result != PASS_DONE) {

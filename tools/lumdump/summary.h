@@ -2,7 +2,9 @@
 #ifndef LUMDUMP_SUMMARY_H
 #define LUMDUMP_SUMMARY_H
 
+#include "../common/under_way.h"
 #include "options.h"
+#include "pace.h"
 
 #include "lum/io/demux.h"
 
@@ -16,6 +18,8 @@ struct point_counts {
     uint64_t no_angle;
     uint64_t no_range;
     uint64_t lines[LUM_EYES];
+    struct under_way under_way;
+    struct pace pace;
 };
 
 /* One output of a live run. */
@@ -59,7 +63,7 @@ struct summary {
     bool truncated;
 };
 
-/* Of all sensors. */
+/* Of all sensors, but for their paces. */
 struct point_counts summary_points(const struct summary *summary);
 
 void summary_print_text(const struct summary *summary, FILE *out);

@@ -47,10 +47,13 @@ static void make_view(struct worker *w)
     }
     lum_demux_total(w->pass->demux, &c);
     for (size_t i = 0; i < lum_demux_sensor_count(w->pass->demux); i++) {
+        const struct under_way_counts *u = &s->sensors[i].under_way.counts;
         view.points += s->sensors[i].points;
+        view.lost_words -= u->words;
+        view.lost_lines -= u->lines;
     }
-    view.lost_words = c.assembly.lost_words;
-    view.lost_lines =
+    view.lost_words += c.assembly.lost_words;
+    view.lost_lines +=
         c.assembly.lines_skipped + c.assembly.lines_missing_angles;
     view.refused = c.assembly.late + c.assembly.conflict + c.assembly.no_room +
                    c.assembly.stray + c.packets[LUM_PACKET_MALFORMED] +
