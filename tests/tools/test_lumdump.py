@@ -34,6 +34,66 @@ def two_lines():
     return pcap(frames)
 
 
+class Joined(unittest.TestCase):
+    """A capture begins and ends somewhere: what was under way then is no loss, and frames seen in part tell no rate."""
+
+    @classmethod
+    def setUpClass(cls):
+        with tempfile.TemporaryDirectory() as folder:
+            source = simulate(pathlib.Path(folder) / "s.pcap", "--frames", "13", "--lines", "64", "--seed", "1")
+            data = source.read_bytes()
+        cls.header, cls.records = data[:24], []
+        at = 24
+        while at < len(data):
+            end = at + 16 + struct.unpack_from("<I", data, at + 8)[0]
+            cls.records.append(data[at:end])
+            at = end
+
+    def setUp(self):
+        self.folder = Folder(self)
+
+    def capture(self, records):
+        return self.folder.write("cut.pcap", self.header + b"".join(records))
+
+    def test_what_was_under_way_is_no_loss(self):
+        lines = no_angle = 0
+        for first, last in ((0, 1000), (701, 3000), (702, 3001), (703, 3002), (704, 3003), (705, 3004), (706, 3005)):
+            with self.subTest(first):
+                cut = self.capture(self.records[first:last])
+                got = summary(cut)
+                self.assertEqual(got["lines_missing_angles"], got["lines_under_way"])
+                self.assertEqual(got["lost_words"], got["words_under_way"])
+                self.assertEqual(got["no_angle"], got["no_angle_under_way"])
+                self.assertEqual(got["sensors"][0]["lines_under_way"], got["lines_under_way"])
+                text = run("lumdump", cut).stdout
+                self.assertRegex(text, r"losses +none")
+                self.assertEqual("under way" in text, any(got[k + "_under_way"] for k in ("lines", "words", "no_angle")))
+                lines += got["lines_under_way"]
+                no_angle += got["no_angle_under_way"]
+        self.assertGreater(lines, 0)
+        self.assertGreater(no_angle, 0)
+
+    def test_what_is_lost_between_is_told(self):
+        cut = self.capture(self.records[701:1500] + self.records[1510:3000])
+        got = summary(cut)
+        whole = summary(self.capture(self.records[701:3000]))
+        self.assertEqual((got["lines_under_way"], got["words_under_way"]), (whole["lines_under_way"], whole["words_under_way"]))
+        self.assertGreater(got["lost_words"] + got["lines_missing_angles"], whole["lost_words"] + whole["lines_missing_angles"])
+        cut = self.capture(self.records[701:1500] + self.records[1510:3000])
+        self.assertNotRegex(run("lumdump", cut).stdout, r"losses +none")
+
+    def test_frames_a_second_are_of_whole_frames(self):
+        for first in 300, 900, 1150:
+            with self.subTest(first):
+                got = summary(self.capture(self.records[first:]), "--duration", "1")
+                self.assertGreaterEqual(got["frames"], 11)
+                self.assertAlmostEqual(got["frames_per_second"], 10, delta=0.02)
+                self.assertIn("10.00  frames a second, of whole frames", run("lumdump", self.folder / "cut.pcap", "--duration", "1").stdout)
+        part = self.capture(self.records[300:1300])
+        self.assertNotIn("frames_per_second", summary(part))
+        self.assertNotIn("frames a second", run("lumdump", part).stdout)
+
+
 class Case(unittest.TestCase):
     def setUp(self):
         self.folder = Folder(self)

@@ -256,6 +256,47 @@ static void a_capture_plays_to_its_end_and_counts_what_lumdump_counts(
     close_well(&v);
 }
 
+/* The drive without its first packets. */
+static void make_joined(const char *path, unsigned left_out)
+{
+    lum_capture *from = NULL;
+    lum_capture_writer *to = NULL;
+    lum_record r;
+    assert_int_equal(lum_capture_open(street, &from, NULL), 0);
+    assert_int_equal(lum_capture_writer_open(path, &to, NULL), 0);
+    for (unsigned i = 0; lum_capture_next(from, &r, NULL) > 0; i++) {
+        const lum_datagram datagram = {.time_ns = r.time_ns,
+                                       .payload = r.payload,
+                                       .len = r.len,
+                                       .source = r.source,
+                                       .destination = r.destination,
+                                       .source_port = r.source_port,
+                                       .destination_port = r.destination_port};
+        if (i >= left_out) {
+            assert_int_equal(lum_capture_writer_add(to, &datagram, NULL), 0);
+        }
+    }
+    assert_int_equal(lum_capture_writer_close(to, NULL), 0);
+    lum_capture_close(from);
+}
+
+static void what_was_under_way_when_a_stream_was_joined_is_no_loss(void **state)
+{
+    struct viewer v;
+    const char *joined = in_directory("joined.pcap");
+    (void)state;
+    make_joined(joined, 5);
+    viewer_init(&v, joined);
+    v.options.speed = 20.0;
+    viewer_open(&v);
+    const struct feed_status s = viewer_wait(&v, is_in_state, FEED_ENDED);
+    assert_int_not_equal(s.lost_lines, 0);
+    assert_int_equal(s.lost_lines, s.joined_lines);
+    assert_int_equal(s.lost_wire, s.joined_words);
+    close_well(&v);
+    (void)unlink(joined);
+}
+
 static void the_first_and_the_last_frame_become_known(void **state)
 {
     struct viewer v;
@@ -838,6 +879,8 @@ int main(void)
         cmocka_unit_test(each_frame_has_the_points_that_are_in_it),
         cmocka_unit_test(
             a_capture_plays_to_its_end_and_counts_what_lumdump_counts),
+        cmocka_unit_test(
+            what_was_under_way_when_a_stream_was_joined_is_no_loss),
         cmocka_unit_test(the_first_and_the_last_frame_become_known),
         cmocka_unit_test(play_at_the_end_begins_anew),
         cmocka_unit_test(a_pause_stands_until_play),

@@ -1,5 +1,7 @@
 // The connection: lost and found, slow pages, several, a live sensor.
 import assert from "node:assert/strict";
+import { readFileSync, writeFileSync } from "node:fs";
+import path from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { choose, counts, drawn, open, pixels, probe, shoot, until } from "./page.mjs";
 import { coloured } from "./png.mjs";
@@ -152,12 +154,30 @@ async function byFile({ browser, capture, folder }) {
     assert.deepEqual(page.complaints, []);
 }
 
+// A capture without its first packets: the lines that they began are counted, and are no loss.
+async function joined({ browser, capture, folder }) {
+    const whole = readFileSync(capture);
+    const cut = path.join(folder, "joined.pcap");
+    let at = 24;
+    for (let i = 0; i < 5; i++) {
+        at += 16 + whole.readUInt32LE(at + 8);
+    }
+    writeFileSync(cut, Buffer.concat([whole.subarray(0, 24), whole.subarray(at)]));
+    const server = await view(cut);
+    const page = await open(browser, server.url);
+    await until(page, () => window.lumview.status().losses.joined_lines > 0);
+    await until(page, () => document.getElementById("losses").textContent.includes("under way"));
+    assert.match(await page.locator("#losses").textContent(), /0 \+ [12] under way/);
+    assert.equal(await page.locator("#losses .bad").count(), 0);
+}
+
 export const linkFacts = [
     ["a page with a token is opened by a file, and keeps its script and style", byFile],
     ["a killed server gives a message, and back the page recovers", killed],
     ["so does one that hangs", hung],
     ["a throttled page shows the newest frame", throttled],
     ["a frozen page shows the newest frame when it wakes", frozen],
+    ["what was under way when the stream was joined is not red", joined],
     ["several pages have views of their own", several],
     ["live: the street, the laser's status, a held picture, silence", live],
     ["live: a hazard is named and coloured", hazard],

@@ -87,12 +87,17 @@ static int handle_line(struct pass *pass, lum_error *error)
     struct point_counts *counts =
         &pass->summary.sensors[lum_demux_current_index(pass->demux)];
     const bool wanted = is_wanted(pass->options, line);
+    const uint64_t no_angle = counts->no_angle;
+    int result = 0;
     counts->lines[line->eye]++;
+    pace_take(&counts->pace, line->frame, line->arrival);
     if (wanted && needs_samples(pass)) {
-        return write_line(pass, line, counts, error);
+        result = write_line(pass, line, counts, error);
+    } else {
+        count_line(pass, line, wanted, counts);
     }
-    count_line(pass, line, wanted, counts);
-    return 0;
+    under_way_take(&counts->under_way, line, counts->no_angle - no_angle);
+    return result;
 }
 
 static enum pass_result handle_event(struct pass *pass, lum_result event,
@@ -126,8 +131,7 @@ static void note_time(struct summary *s, int64_t time_ns)
     }
 }
 
-/* A record of port 5517 that was counted as `kind`. A recording holds all that
- * came from the sensor, so that it tells what the run itself told. */
+/* A record of port 5517 that was counted as `kind`. */
 static enum pass_result note_ours(struct pass *pass, const lum_record *record,
                                   lum_packet_kind kind, lum_error *error)
 {
@@ -138,7 +142,7 @@ static enum pass_result note_ours(struct pass *pass, const lum_record *record,
     if (!is_foreign && kind != LUM_PACKET_DATA) {
         diagnosis_note(&pass->diagnosis, record->payload, record->len, kind);
     }
-    if (pass->outputs != NULL && (!is_foreign || pass->options->is_live) &&
+    if (pass->outputs != NULL && !is_foreign &&
         outputs_add_datagram(pass->outputs, record, error) != 0) {
         return output_failed();
     }
@@ -178,9 +182,26 @@ enum pass_result pass_take(struct pass *pass, const lum_record *record,
     return PASS_DONE;
 }
 
+/* A recording holds all that came from the sensor, so that it tells what the
+ * run itself told. */
+enum pass_result pass_record(struct pass *pass, const lum_record *record,
+                             lum_error *error)
+{
+    if (record->kind != LUM_RECORD_DATAGRAM) {
+        return PASS_DONE;
+    }
+    return outputs_set_time(pass->outputs, record->time_ns, error) == 0 &&
+                   outputs_add_datagram(pass->outputs, record, error) == 0
+               ? PASS_DONE
+               : output_failed();
+}
+
 enum pass_result pass_flush(struct pass *pass, lum_error *error)
 {
     lum_result r = LUM_OK;
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        under_way_leave(&pass->summary.sensors[i].under_way);
+    }
     while ((r = lum_demux_flush(pass->demux)) > 0) {
         const enum pass_result result = handle_event(pass, r, error);
         if (result != PASS_DONE) {

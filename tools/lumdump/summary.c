@@ -14,7 +14,8 @@ struct named {
 };
 
 enum {
-    NAMED_MAX = 40
+    NAMED_MAX = 40,
+    UNDER_WAY = 3
 };
 
 struct point_counts summary_points(const struct summary *s)
@@ -24,6 +25,7 @@ struct point_counts summary_points(const struct summary *s)
         total.points += s->sensors[i].points;
         total.no_angle += s->sensors[i].no_angle;
         total.no_range += s->sensors[i].no_range;
+        under_way_add(&total.under_way.counts, &s->sensors[i].under_way.counts);
         for (unsigned e = 0; e < LUM_EYES; e++) {
             total.lines[e] += s->sensors[i].lines[e];
         }
@@ -105,6 +107,32 @@ static size_t list_losses(const lum_demux_counters *c,
     return n;
 }
 
+/* What of the losses is none. */
+static size_t list_under_way(const struct point_counts *p, struct named *out)
+{
+    const struct under_way_counts *u = &p->under_way.counts;
+    const struct named rows[UNDER_WAY] = {
+        {"lines_under_way",
+         "of lines_missing_angles: cut by the stream's begin or end, not lost",
+         u->lines},
+        {"words_under_way", "of lost_words: the same", u->words},
+        {"no_angle_under_way", "of no_angle: the same", u->no_angle},
+    };
+    for (size_t i = 0; i < UNDER_WAY; i++) {
+        out[i] = rows[i];
+    }
+    return UNDER_WAY;
+}
+
+static double frames_per_second(const struct summary *s)
+{
+    double rate = 0.0;
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        rate += pace_rate(&s->sensors[i].pace);
+    }
+    return rate;
+}
+
 static double duration_s(const struct summary *s)
 {
     return s->has_time ? (double)(s->last_ns - s->first_ns) * 1e-9 : 0.0;
@@ -116,6 +144,7 @@ static size_t list_all(const lum_demux_counters *c,
     size_t n = list_kinds(c, out);
     n += list_content(c, p, out + n);
     n += list_losses(c, p, out + n);
+    n += list_under_way(p, out + n);
     return n;
 }
 
@@ -201,12 +230,41 @@ static void print_json_sensors(const struct summary *s, FILE *out)
     (void)fputs(is_first ? "],\n" : "\n  ],\n", out);
 }
 
+static void print_json_output(const struct live_output *o, FILE *out)
+{
+    (void)fputs("    {\"name\": ", out);
+    print_json_text(o->name, out);
+    (void)fprintf(out,
+                  ", \"end\": \"%s\", \"datagrams\": %" PRIu64
+                  ", \"dropped\": %" PRIu64,
+                  o->end, o->datagrams, o->dropped);
+    if (o->has_ended_early) {
+        (void)fprintf(out, ", \"ended_s\": %.3f", o->seconds);
+    }
+    if (*o->error != '\0') {
+        (void)fputs(", \"error\": ", out);
+        print_json_text(o->error, out);
+    }
+    (void)fputc('}', out);
+}
+
+static void print_json_outputs(const struct live_counts *c, FILE *out)
+{
+    (void)fputs("  \"outputs\": [", out);
+    for (size_t i = 0; i < c->output_count; i++) {
+        (void)fputs(i > 0 ? ",\n" : "\n", out);
+        print_json_output(&c->outputs[i], out);
+    }
+    (void)fputs(c->output_count > 0 ? "\n  ],\n" : "],\n", out);
+}
+
 static void print_json_live(const struct live_counts *c, FILE *out)
 {
     const struct named rows[] = {
         {"received", "", c->received},
         {"kernel_drops", "", c->kernel_drops},
         {"ring_drops", "", c->ring_drops},
+        {"recording_drops", "", c->recording_drops},
         {"foreign_source", "", c->foreign_source},
         {"heartbeats_sent", "", c->heartbeats_sent},
     };
@@ -216,6 +274,7 @@ static void print_json_live(const struct live_counts *c, FILE *out)
     }
     (void)fprintf(out, "  \"seconds\": %.6f,\n  \"laser\": \"%s\",\n",
                   c->seconds, c->laser);
+    print_json_outputs(c, out);
 }
 
 void summary_print_json(const struct summary *s, FILE *out)
@@ -231,11 +290,12 @@ void summary_print_json(const struct summary *s, FILE *out)
                   ",\n  \"duration_s\": %.6f,\n",
                   s->truncated ? "true" : "false", s->records, seconds);
     if (seconds > 0.0) {
-        (void)fprintf(out,
-                      "  \"points_per_second\": %.1f,\n"
-                      "  \"frames_per_second\": %.3f,\n",
-                      (double)points.points / seconds,
-                      (double)total.assembly.frames / seconds);
+        (void)fprintf(out, "  \"points_per_second\": %.1f,\n",
+                      (double)points.points / seconds);
+    }
+    if (frames_per_second(s) > 0.0) {
+        (void)fprintf(out, "  \"frames_per_second\": %.3f,\n",
+                      frames_per_second(s));
     }
     if (s->live != NULL) {
         print_json_live(s->live, out);
@@ -307,7 +367,10 @@ static size_t list_live_losses(const struct live_counts *c, struct named *out)
     const struct named rows[] = {
         {"kernel_drops", "datagrams: this program was too slow",
          c->kernel_drops},
-        {"ring_drops", "datagrams: an output was too slow", c->ring_drops},
+        {"ring_drops", "datagrams: this machine was too busy to decode them",
+         c->ring_drops},
+        {"recording_drops", "datagrams: a recording's disk was too slow",
+         c->recording_drops},
         {"foreign_source", "datagrams of others, not taken", c->foreign_source},
     };
     const size_t n = sizeof rows / sizeof rows[0];
@@ -315,6 +378,25 @@ static size_t list_live_losses(const struct live_counts *c, struct named *out)
         out[i] = rows[i];
     }
     return n;
+}
+
+/* Those that lack something. */
+static void print_outputs(const struct live_counts *c, FILE *out)
+{
+    const char *title = "outputs";
+    for (size_t i = 0; i < c->output_count; i++) {
+        const struct live_output *o = &c->outputs[i];
+        if (!o->has_ended_early && o->dropped == 0) {
+            continue;
+        }
+        (void)fprintf(out, "%-10s %14s  %s", title, o->end, o->name);
+        if (o->has_ended_early) {
+            (void)fprintf(out, ", ended after %.1f s", o->seconds);
+        }
+        (void)fprintf(out, ", %" PRIu64 " datagram%s dropped\n", o->dropped,
+                      plural(o->dropped));
+        title = "";
+    }
 }
 
 static void print_live(const struct live_counts *c, FILE *out)
@@ -325,12 +407,63 @@ static void print_live(const struct live_counts *c, FILE *out)
                   "session", c->seconds, c->received, plural(c->received),
                   c->heartbeats_sent, plural(c->heartbeats_sent));
     (void)fprintf(out, "%-10s %14s\n", "laser", c->laser);
+    print_outputs(c, out);
+}
+
+static void print_rates(const struct summary *s,
+                        const struct point_counts *points, FILE *out)
+{
+    const double seconds = duration_s(s);
+    const double frames = frames_per_second(s);
+    if (!(seconds > 0.0)) {
+        return;
+    }
+    (void)fprintf(out, "%-10s %14.3f  seconds of capture\n", "rates", seconds);
+    if (frames > 0.0) {
+        (void)fprintf(out, "%-10s %14.2f  frames a second, of whole frames\n",
+                      "", frames);
+    }
+    (void)fprintf(out, "%-10s %14.0f  points a second\n", "",
+                  (double)points->points / seconds);
+}
+
+/* A loss that is wholly what was under way is none. */
+static void leave_out_under_way(struct named *losses, size_t n,
+                                const struct point_counts *points)
+{
+    static const char *const keys[UNDER_WAY] = {"lines_missing_angles",
+                                                "lost_words", "no_angle"};
+    struct named under_way[UNDER_WAY];
+    (void)list_under_way(points, under_way);
+    for (size_t i = 0; i < n; i++) {
+        for (size_t k = 0; k < UNDER_WAY; k++) {
+            if (strcmp(losses[i].key, keys[k]) == 0 &&
+                losses[i].value == under_way[k].value) {
+                losses[i].value = 0;
+            }
+        }
+    }
+}
+
+static void print_losses(const struct summary *s, const lum_demux_counters *c,
+                         const struct point_counts *points, FILE *out)
+{
+    struct named rows[NAMED_MAX];
+    size_t n = list_losses(c, points, rows);
+    leave_out_under_way(rows, n, points);
+    n += s->live != NULL ? list_live_losses(s->live, rows + n) : 0;
+    print_nonzero("losses", rows, n, out);
+    for (size_t i = 0; i < n; i++) {
+        if (rows[i].value != 0) {
+            return;
+        }
+    }
+    (void)fprintf(out, "%-10s %14s\n", "losses", "none");
 }
 
 void summary_print_text(const struct summary *s, FILE *out)
 {
     const struct point_counts points = summary_points(s);
-    const double seconds = duration_s(s);
     struct named rows[NAMED_MAX];
     lum_demux_counters total;
     lum_demux_total(s->demux, &total);
@@ -342,21 +475,7 @@ void summary_print_text(const struct summary *s, FILE *out)
     }
     print_nonzero("packets", rows, list_kinds(&total, rows), out);
     print_nonzero("content", rows, list_content(&total, &points, rows), out);
-    if (seconds > 0.0) {
-        (void)fprintf(out, "%-10s %14.3f  seconds of capture\n", "rates",
-                      seconds);
-        (void)fprintf(out, "%-10s %14.2f  frames a second\n", "",
-                      (double)total.assembly.frames / seconds);
-        (void)fprintf(out, "%-10s %14.0f  points a second\n", "",
-                      (double)points.points / seconds);
-    }
-    size_t n = list_losses(&total, &points, rows);
-    n += s->live != NULL ? list_live_losses(s->live, rows + n) : 0;
-    print_nonzero("losses", rows, n, out);
-    for (size_t i = 0; i < n; i++) {
-        if (rows[i].value != 0) {
-            return;
-        }
-    }
-    (void)fprintf(out, "%-10s %14s\n", "losses", "none");
+    print_rates(s, &points, out);
+    print_nonzero("under way", rows, list_under_way(&points, rows), out);
+    print_losses(s, &total, &points, out);
 }

@@ -1,6 +1,7 @@
 #include "decoder.h"
 
 #include "../common/number.h"
+#include "../common/under_way.h"
 #include "lum/smooth.h"
 
 #include <stdio.h>
@@ -39,6 +40,7 @@ struct decoder {
     lum_packet_kind kind; /* of the record that is being pushed */
     uint64_t bytes;
     uint64_t points;
+    struct under_way under_way;
     uint64_t left_out;     /* lines that came too late for their picture */
     struct totals skipped; /* what was counted while passing over */
     struct totals mark;    /* as of the last begin of that */
@@ -134,6 +136,8 @@ static void count_all(const struct decoder *d, struct totals *out)
     out->lost_words = c->assembly.lost_words;
     out->lost_lines = c->assembly.lines_skipped +
                       c->assembly.lines_missing_angles + d->left_out;
+    out->joined_words = d->under_way.counts.words;
+    out->joined_lines = d->under_way.counts.lines;
     out->refused =
         c->assembly.late + c->assembly.conflict + c->assembly.no_room +
         c->assembly.stray + c->packets[LUM_PACKET_MALFORMED] +
@@ -332,7 +336,11 @@ static void count_points(struct decoder *d, const lum_line *line)
 static void take_line(struct decoder *d)
 {
     const lum_line *line = lum_assembler_line(lum_demux_current(d->demux));
-    if (line->frame < d->from || !is_shown(d)) {
+    if (!is_shown(d)) {
+        return;
+    }
+    under_way_take(&d->under_way, line, 0);
+    if (line->frame < d->from) {
         return;
     }
     end_skipping(d);
@@ -415,6 +423,7 @@ enum decoded decoder_push(struct decoder *decoder, const lum_record *record)
 enum decoded decoder_flush(struct decoder *decoder)
 {
     lum_result r = LUM_OK;
+    under_way_leave(&decoder->under_way);
     while ((r = lum_demux_flush(decoder->demux)) > 0) {
         const enum decoded decoded = take_event(decoder, r);
         if (decoded != DECODED_ALL) {

@@ -49,6 +49,9 @@ struct feed_status {
     uint64_t frames;
     uint64_t lost_wire; /* words and lines, see lumdump's status line */
     uint64_t lost_lines;
+    uint64_t joined_words; /* of both, of lines that were under way when the
+                              stream was joined or left: not lost */
+    uint64_t joined_lines;
     uint64_t lost_kernel; /* datagrams */
     uint64_t lost_ring;   /* datagrams */
     uint64_t refused;     /* datagrams that reassembly could not use */

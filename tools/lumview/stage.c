@@ -24,6 +24,8 @@ void totals_add(struct totals *to, const struct totals *more)
     to->points += more->points;
     to->lost_words += more->lost_words;
     to->lost_lines += more->lost_lines;
+    to->joined_words += more->joined_words;
+    to->joined_lines += more->joined_lines;
     to->refused += more->refused;
 }
 
@@ -34,6 +36,8 @@ void totals_subtract(struct totals *from, const struct totals *less)
     from->points -= less->points;
     from->lost_words -= less->lost_words;
     from->lost_lines -= less->lost_lines;
+    from->joined_words -= less->joined_words;
+    from->joined_lines -= less->joined_lines;
     from->refused -= less->refused;
 }
 
@@ -210,6 +214,8 @@ void stage_set_totals(struct stage *stage, const struct totals *totals)
     s->points = totals->points;
     s->lost_wire = totals->lost_words;
     s->lost_lines = totals->lost_lines;
+    s->joined_words = totals->joined_words;
+    s->joined_lines = totals->joined_lines;
     s->refused = totals->refused;
     unlock(stage);
 }

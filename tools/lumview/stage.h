@@ -30,6 +30,8 @@ struct totals {
     uint64_t points;
     uint64_t lost_words;
     uint64_t lost_lines;
+    uint64_t joined_words; /* of them, of lines that were under way */
+    uint64_t joined_lines;
     uint64_t refused;
 };
 

@@ -13,10 +13,10 @@ const RATES = [
     ["browsers", (s) => whole(s.browsers)],
 ];
 
-// What was lost where, and what that means.
+// What was lost where, and what that means; what of it was under way when the stream was joined, and so is no loss.
 const LOSSES = [
-    ["wire_words", "ranges, on the wire", "at least so many range words never came"],
-    ["wire_lines", "lines, on the wire", "at least so many lines never came, or came without angles"],
+    ["wire_words", "ranges, on the wire", "at least so many range words never came", "joined_words"],
+    ["wire_lines", "lines, on the wire", "at least so many lines never came, or came without angles", "joined_lines"],
     ["kernel", "packets, in the system", "the receive buffer of the system was full"],
     ["ring", "packets, in lumview", "lumview was too slow to decode them"],
     ["refused", "packets, not usable", "late, malformed, foreign, or of an unknown kind"],
@@ -78,9 +78,12 @@ export function makeStats() {
         RATES.forEach(([, text], i) => {
             rates[i].textContent = text(status);
         });
-        LOSSES.forEach(([key], i) => {
-            losses[i].textContent = whole(status.losses[key]);
-            losses[i].className = status.losses[key] > 0 ? "bad" : "";
+        LOSSES.forEach(([key, , , joinedKey], i) => {
+            const joined = status.losses[joinedKey] ?? 0;
+            const lost = status.losses[key] - joined;
+            losses[i].textContent = whole(lost) + (joined > 0 ? ` + ${whole(joined)} under way` : "");
+            losses[i].title = joined > 0 ? "under way when the stream was joined: not lost" : "";
+            losses[i].className = lost > 0 ? "bad" : "";
         });
         showLaser(status.laser);
     };
