@@ -1,4 +1,5 @@
 """What the tool tests share: running the tools, and captures made by hand."""
+import atexit
 import csv
 import json
 import os
@@ -11,6 +12,11 @@ BIN = pathlib.Path(os.environ.get("LUM_BIN", "build/bin")).resolve()
 MAGIC = bytes.fromhex("edfef3a1efbe3412")
 SENSOR = "10.42.0.37"
 CLIENT = "10.42.0.1"
+
+# What tools remember between runs goes to a folder of the test's own, never to the user's home.
+STATE = tempfile.TemporaryDirectory()
+atexit.register(STATE.cleanup)
+os.environ["XDG_STATE_HOME"] = STATE.name
 
 
 def run(tool, *arguments, stdin=b"", timeout=120, **options):

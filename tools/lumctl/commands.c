@@ -4,6 +4,7 @@
 #include "help.h"
 #include "nearest.h"
 #include "options.h"
+#include "remember.h"
 #include "session.h"
 
 #include "lum/version.h"
@@ -79,6 +80,12 @@ static const struct command table[] = {
      .arguments = "FILE",
      .summary = "settings from a YAML file",
      .run = command_apply},
+    {.name = "show",
+     .summary = "the settings, as far as this host knows",
+     .run = command_show},
+    {.name = "save",
+     .summary = "these settings as YAML that apply takes",
+     .run = command_save},
     {.name = "heartbeat",
      .summary = "be the session: keep laser and data alive",
      .own = OWN_RATE | OWN_DURATION,
@@ -257,6 +264,7 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
         session_replace(ctl, sensor, false);
     }
     const enum exit_status written = finish_output();
+    remember_changes(ctl);
     return status == EXIT_DONE ? written : status;
 }
 

@@ -4,6 +4,7 @@
 #define LUMCTL_CTL_H
 
 #include "../common/json.h"
+#include "memory.h"
 
 #include "lum/base/error.h"
 #include "lum/net/sensor.h"
@@ -53,6 +54,8 @@ struct ctl {
     uint16_t status;    /* the last one */
     bool has_packets;   /* of a dry run, in JSON: the array is open */
     struct json packets;
+    struct memory changes;     /* of settings, by this command */
+    struct memory_table table; /* what a table was made from, if it is sent */
 };
 
 /* A command: words[0] is its name. Complains on standard error. */
@@ -123,6 +126,8 @@ enum exit_status command_yscan(struct ctl *ctl, int count, char **words);
 enum exit_status command_send(struct ctl *ctl, int count, char **words);
 enum exit_status command_tlv(struct ctl *ctl, int count, char **words);
 enum exit_status command_apply(struct ctl *ctl, int count, char **words);
+enum exit_status command_show(struct ctl *ctl, int count, char **words);
+enum exit_status command_save(struct ctl *ctl, int count, char **words);
 enum exit_status command_shell(struct ctl *ctl, int count, char **words);
 enum exit_status command_doctor(struct ctl *ctl, int count, char **words);
 
