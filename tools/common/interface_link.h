@@ -1,0 +1,12 @@
+/* What a system tells of an interface's link beside its addresses. */
+#ifndef LUM_TOOLS_INTERFACE_LINK_H
+#define LUM_TOOLS_INTERFACE_LINK_H
+
+#include "interfaces.h"
+
+#include <ifaddrs.h>
+
+/* Sets mac, has_mac and is_ethernet where the entry bears them. */
+void interface_link(const struct ifaddrs *entry, struct host_interface *out);
+
+#endif
