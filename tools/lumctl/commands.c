@@ -80,6 +80,10 @@ static const struct command table[] = {
      .arguments = "FILE",
      .summary = "settings from a YAML file",
      .run = command_apply},
+    {.name = "find",
+     .summary = "sensors whose address was forgotten",
+     .own = OWN_SUBNET,
+     .run = command_find},
     {.name = "show",
      .summary = "the settings, as far as this host knows",
      .run = command_show},
@@ -222,6 +226,7 @@ static void forget_own(struct ctl_options *options)
     options->duration_s = 0.0;
     options->shape = NULL;
     options->lines = 0;
+    options->subnet = NULL;
 }
 
 static enum exit_status load_layout(struct ctl *ctl)

@@ -24,23 +24,26 @@ enum exit_status {
 /* Options, as they stand for one command. */
 struct ctl_options {
     lum_endpoint host;
+    bool has_host;           /* by --host */
     const char *interface;   /* NULL: as the routes say */
     const char *profile;     /* NULL: the default */
     const char *calibration; /* NULL: the default */
     uint32_t timeout_ms;     /* of one try */
     uint32_t retries;
+    bool has_retries; /* by --retries */
     bool has_sequence;
     uint32_t sequence;
     bool dry_run; /* print the packet, send nothing */
     bool json;
     bool quiet;
     /* Of single commands; the table in commands.c says which may have which. */
-    bool watch;        /* status, time */
-    bool heartbeat;    /* shell */
-    double rate_hz;    /* heartbeat; 0: not given */
-    double duration_s; /* heartbeat, watch; 0: without end */
-    const char *shape; /* yscan; NULL: not given */
-    uint32_t lines;    /* yscan; 0: not given */
+    bool watch;         /* status, time */
+    bool heartbeat;     /* shell */
+    double rate_hz;     /* heartbeat; 0: not given */
+    double duration_s;  /* heartbeat, watch; 0: without end */
+    const char *shape;  /* yscan; NULL: not given */
+    uint32_t lines;     /* yscan; 0: not given */
+    const char *subnet; /* find; NULL: not given */
 };
 
 struct ctl {
@@ -126,6 +129,7 @@ enum exit_status command_yscan(struct ctl *ctl, int count, char **words);
 enum exit_status command_send(struct ctl *ctl, int count, char **words);
 enum exit_status command_tlv(struct ctl *ctl, int count, char **words);
 enum exit_status command_apply(struct ctl *ctl, int count, char **words);
+enum exit_status command_find(struct ctl *ctl, int count, char **words);
 enum exit_status command_show(struct ctl *ctl, int count, char **words);
 enum exit_status command_save(struct ctl *ctl, int count, char **words);
 enum exit_status command_shell(struct ctl *ctl, int count, char **words);

@@ -28,6 +28,7 @@ struct option {
 
 static bool take_host(struct ctl_options *options, const char *text)
 {
+    options->has_host = true;
     return options_parse_host(text, &options->host);
 }
 
@@ -70,6 +71,7 @@ static bool take_retries(struct ctl_options *options, const char *text)
     int64_t retries = 0;
     const bool good = number_parse_int(text, 0, RETRIES_MAX, &retries);
     options->retries = (uint32_t)retries;
+    options->has_retries = good;
     return good;
 }
 
@@ -140,6 +142,12 @@ static bool take_lines(struct ctl_options *options, const char *text)
     return good;
 }
 
+static bool take_subnet(struct ctl_options *options, const char *text)
+{
+    options->subnet = text;
+    return *text != '\0';
+}
+
 static const struct option table[] = {
     {"host", "ADDRESS[:PORT]", OWN_SESSION, take_host,
      "an address of a sensor, such as 10.42.0.37 or 127.0.0.1:5517",
@@ -175,6 +183,8 @@ static const struct option table[] = {
      "how lines are distributed (yscan)"},
     {"lines", "N", OWN_LINES, take_lines, "a whole number from 1 to 32767",
      "lines of the distribution (yscan)"},
+    {"subnet", "ADDRESS/BITS", OWN_SUBNET, take_subnet,
+     "a subnet such as 10.42.0.0/24", "search there, a /22 at most (find)"},
 };
 
 #define OPTIONS (sizeof table / sizeof table[0])

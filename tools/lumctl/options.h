@@ -12,6 +12,7 @@ enum own_option {
     OWN_DURATION = 8,
     OWN_SHAPE = 16,
     OWN_LINES = 32,
+    OWN_SUBNET = 256,
     OWN_SESSION = 64 /* what a session is opened with: none inside a shell */
 };
 
