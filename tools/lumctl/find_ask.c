@@ -403,15 +403,34 @@ static void show_progress(struct search *s, int64_t now)
     }
 }
 
+static enum exit_status take_all(struct search *s)
+{
+    for (size_t i = 0; i < s->socket_count; i++) {
+        if (take_datagrams(s, i) != EXIT_DONE) {
+            return EXIT_FAILED;
+        }
+    }
+    for (size_t i = 0; i < s->ear_count; i++) {
+        take_ear(s, &s->ears[i]);
+    }
+    return EXIT_DONE;
+}
+
+/* A shell's session goes on: it may keep a laser alive. */
+static void keep_alive(struct search *s, int64_t now)
+{
+    if (now >= s->alive_ns) {
+        s->alive_ns = now + KEEP_ALIVE_NS;
+        session_keep_alive(s->ctl);
+    }
+}
+
 /* Takes what comes until then. EXIT_FAILED also when it is to end. */
 static enum exit_status listen_until(struct search *s, int64_t end)
 {
     for (;;) {
         const int64_t now = lum_time_monotonic_ns();
-        if (now >= s->alive_ns) {
-            s->alive_ns = now + KEEP_ALIVE_NS;
-            session_keep_alive(s->ctl);
-        }
+        keep_alive(s, now);
         show_progress(s, now);
         const int64_t step = now + STEP_NS;
         const lum_net_result result =
@@ -421,13 +440,8 @@ static enum exit_status listen_until(struct search *s, int64_t end)
             s->out->is_cut_short = true;
             return EXIT_FAILED;
         }
-        for (size_t i = 0; i < s->socket_count; i++) {
-            if (take_datagrams(s, i) != EXIT_DONE) {
-                return EXIT_FAILED;
-            }
-        }
-        for (size_t i = 0; i < s->ear_count; i++) {
-            take_ear(s, &s->ears[i]);
+        if (take_all(s) != EXIT_DONE) {
+            return EXIT_FAILED;
         }
         if (lum_time_monotonic_ns() >= end) {
             return EXIT_DONE;

@@ -5,7 +5,6 @@
 #include "../common/number.h"
 
 #include <inttypes.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -30,40 +29,46 @@ struct text {
     size_t len;
 };
 
-LUM_PRINTF(2, 3)
-static void put(struct text *t, const char *format, ...)
+static void add(struct text *t, const char *what)
 {
-    va_list arguments;
-    va_start(arguments, format);
-    const int n = vsnprintf(t->out + t->len, MEMORY_TEXT_BYTES - t->len, format,
-                            arguments);
-    va_end(arguments);
-    t->len += n > 0 ? (size_t)n : 0;
+    const size_t len = strlen(what);
+    const size_t room = MEMORY_TEXT_BYTES - 1u - t->len;
+    const size_t taken = len < room ? len : room;
+    memcpy(t->out + t->len, what, taken);
+    t->len += taken;
+    t->out[t->len] = '\0';
 }
+
+#define PUT(t, ...)                                                            \
+    do {                                                                       \
+        char line[MEMORY_FROM_BYTES + 64];                                     \
+        (void)snprintf(line, sizeof line, __VA_ARGS__);                        \
+        add((t), line);                                                        \
+    } while (0)
 
 /* The name of a setting as one word. */
 static void put_word(struct text *t, const char *name)
 {
     for (; *name != '\0'; name++) {
-        put(t, "%c", *name == ' ' ? '-' : *name);
+        PUT(t, "%c", *name == ' ' ? '-' : *name);
     }
 }
 
 static void put_table(struct text *t, const struct memory_table *table)
 {
     const lum_yscan_shape *s = &table->shape;
-    put(t, "scan %s\n", scans[table->scan]);
+    PUT(t, "scan %s\n", scans[table->scan]);
     if (table->from[0] != '\0') {
-        put(t, "from %s\n", table->from);
+        PUT(t, "from %s\n", table->from);
     }
     if (table->scan != MEMORY_SHAPE) {
         return;
     }
-    put(t, "shape %s %" PRId32 " %" PRId32 " %" PRId32 " %" PRId32 "\n",
+    PUT(t, "shape %s %" PRId32 " %" PRId32 " %" PRId32 " %" PRId32 "\n",
         kinds[s->kind], s->min_udeg, s->max_udeg, s->center_udeg,
         s->sigma_udeg);
     for (size_t i = 0; i < s->region_count; i++) {
-        put(t, "region %" PRId32 " %" PRId32 " %" PRIu32 "\n",
+        PUT(t, "region %" PRId32 " %" PRId32 " %" PRIu32 "\n",
             s->regions[i].min_udeg, s->regions[i].max_udeg,
             s->regions[i].weight);
     }
@@ -74,16 +79,16 @@ size_t memory_write(const struct memory_key *key, const struct memory *memory,
 {
     struct text t = {out, 0};
     char address[16];
-    put(&t, HEAD "\nsensor %s %u\ninterface %s\n",
+    PUT(&t, HEAD "\nsensor %s %u\ninterface %s\n",
         number_format_address(key->address, address), (unsigned)key->port,
         key->interface);
     if (memory->clock.is_known) {
-        put(&t, "clock %" PRId64 " %" PRIu32 " %" PRId64 "\n",
+        PUT(&t, "clock %" PRId64 " %" PRIu32 " %" PRId64 "\n",
             memory->clock.utc_ns, memory->clock.clock_us,
             memory->clock.error_ns);
     }
     if (memory->restart_to_ns != 0) {
-        put(&t, "restart %" PRId64 " %" PRId64 "\n", memory->restart_from_ns,
+        PUT(&t, "restart %" PRId64 " %" PRId64 "\n", memory->restart_from_ns,
             memory->restart_to_ns);
     }
     for (size_t i = 0; i < LUM_COMMANDS; i++) {
@@ -92,13 +97,13 @@ size_t memory_write(const struct memory_key *key, const struct memory *memory,
             continue;
         }
         put_word(&t, memory_setting((lum_command_id)i));
-        put(&t, " %s %u %" PRId64 "\n", standings[e->standing],
+        PUT(&t, " %s %u %" PRId64 "\n", standings[e->standing],
             (unsigned)e->value, e->utc_ns);
     }
     if (memory->entries[LUM_COMMAND_YSCAN].standing != MEMORY_NOTHING) {
         put_table(&t, &memory->table);
     }
-    put(&t, "end\n");
+    PUT(&t, "end\n");
     return t.len;
 }
 
