@@ -112,8 +112,10 @@ static enum exit_status search(struct ctl *ctl, struct find_plan *plan)
         return ctl_complain(EXIT_FAILED, "no memory for a search");
     }
     enum exit_status status = find_ask(ctl, plan, result);
-    if (status == EXIT_DONE) {
+    if (status == EXIT_DONE || result->count > 0) {
         find_print(ctl, plan, result);
+    }
+    if (status == EXIT_DONE) {
         status = conclude(ctl, plan, result);
     }
     free(result);
