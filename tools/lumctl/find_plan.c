@@ -16,6 +16,8 @@ void find_leave_out(struct find_left_out *out, const char *format, ...)
 {
     va_list arguments;
     if (out->count == FIND_LEFT_OUT_MAX) {
+        (void)snprintf(out->texts[FIND_LEFT_OUT_MAX - 1], FIND_LEFT_OUT_BYTES,
+                       "more was not searched, too much to be listed");
         return;
     }
     va_start(arguments, format);

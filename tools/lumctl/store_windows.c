@@ -92,6 +92,8 @@ void store_unlock(const struct store_lock *lock)
     (void)CloseHandle((HANDLE)lock->handle);
 }
 
+/* Not forced to the disk: one that is slow must not hold up the heartbeats of a
+ * shell, and a file that a power failure has spoilt is passed over. */
 int store_write(const char *path, const char *text, size_t len,
                 lum_error *error)
 {
@@ -104,11 +106,9 @@ int store_write(const char *path, const char *text, size_t len,
         return fail(path, "cannot be written", error);
     }
     const bool good = WriteFile(file, text, (DWORD)len, &written, NULL) &&
-                      written == (DWORD)len && FlushFileBuffers(file);
+                      written == (DWORD)len;
     (void)CloseHandle(file);
-    if (good &&
-        MoveFileExA(part, path,
-                    MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH)) {
+    if (good && MoveFileExA(part, path, MOVEFILE_REPLACE_EXISTING)) {
         return 0;
     }
     (void)fail(path, "cannot be written", error);
