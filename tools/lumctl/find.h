@@ -32,8 +32,9 @@ struct find_range {
 
 /* What was not looked at, and why; a sentence each. */
 struct find_left_out {
-    char texts[FIND_LEFT_OUT_MAX][FIND_LEFT_OUT_BYTES];
+    char texts[FIND_LEFT_OUT_MAX + 1u][FIND_LEFT_OUT_BYTES];
     size_t count;
+    size_t more; /* that had no room */
 };
 
 struct find_plan {
@@ -44,8 +45,8 @@ struct find_plan {
     struct find_left_out left_out;
 };
 
-LUM_PRINTF(2, 3)
-void find_leave_out(struct find_left_out *out, const char *format, ...);
+/* Room for one more sentence, of FIND_LEFT_OUT_BYTES. */
+char *find_leave_out(struct find_left_out *out);
 
 /* "10.42.0.0/24", its host bits cleared. False: it is none. */
 bool find_parse_subnet(const char *text, struct find_subnet *out);

@@ -73,7 +73,7 @@ static enum exit_status add_socket(struct search *s,
         }
     }
     if (s->socket_count == FIND_SOCKETS_MAX) {
-        find_leave_out(&s->plan->left_out,
+        (void)snprintf(find_leave_out(&s->plan->left_out), FIND_LEFT_OUT_BYTES,
                        "%s was not searched: more than %u interfaces; name it "
                        "by --interface",
                        interface->name, FIND_SOCKETS_MAX);
@@ -150,7 +150,7 @@ static void leave_out_arp(struct search *s)
         }
     }
     if (s->no_right[0] != '\0') {
-        find_leave_out(&s->plan->left_out,
+        (void)snprintf(find_leave_out(&s->plan->left_out), FIND_LEFT_OUT_BYTES,
                        "%s: no address in a sensor's subnet, and not asked by "
                        "ARP%s",
                        s->no_right,

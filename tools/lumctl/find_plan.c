@@ -2,7 +2,6 @@
 
 #include "../common/number.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -12,18 +11,13 @@
 #define FREE_FIRST (BOOT - 36u)
 #define FREE_LAST  (BOOT - 33u)
 
-void find_leave_out(struct find_left_out *out, const char *format, ...)
+char *find_leave_out(struct find_left_out *out)
 {
-    va_list arguments;
-    if (out->count == FIND_LEFT_OUT_MAX) {
-        (void)snprintf(out->texts[FIND_LEFT_OUT_MAX - 1], FIND_LEFT_OUT_BYTES,
-                       "more was not searched, too much to be listed");
-        return;
+    if (out->count < FIND_LEFT_OUT_MAX) {
+        return out->texts[out->count++];
     }
-    va_start(arguments, format);
-    (void)vsnprintf(out->texts[out->count++], FIND_LEFT_OUT_BYTES, format,
-                    arguments);
-    va_end(arguments);
+    out->more++;
+    return out->texts[FIND_LEFT_OUT_MAX];
 }
 
 static uint32_t mask_of(unsigned bits)
@@ -81,7 +75,7 @@ static void add_range(struct find_plan *plan, const struct find_range *range)
         return;
     }
     if (plan->range_count == FIND_RANGES_MAX) {
-        find_leave_out(&plan->left_out,
+        (void)snprintf(find_leave_out(&plan->left_out), FIND_LEFT_OUT_BYTES,
                        "%s%s%s was not searched: more than %u subnets; name "
                        "one by --interface or --subnet",
                        find_show_subnet(&range->subnet, text),
@@ -115,7 +109,7 @@ static void add_own(struct find_plan *plan,
     char whole_text[FIND_SUBNET_BYTES];
     char part_text[FIND_SUBNET_BYTES];
     if (own->prefix == 32u) {
-        find_leave_out(&plan->left_out,
+        (void)snprintf(find_leave_out(&plan->left_out), FIND_LEFT_OUT_BYTES,
                        "%s has a /32: nobody else is in that subnet",
                        interface->name);
         return;
@@ -123,7 +117,7 @@ static void add_own(struct find_plan *plan,
     if (own->prefix < FIND_BITS_MIN) {
         part.bits = FIND_BITS_MIN;
         part.network = own->address & mask_of(FIND_BITS_MIN);
-        find_leave_out(&plan->left_out,
+        (void)snprintf(find_leave_out(&plan->left_out), FIND_LEFT_OUT_BYTES,
                        "of %s on %s only %s was searched, around this host's "
                        "own address; --subnet searches another part",
                        find_show_subnet(&whole, whole_text), interface->name,
@@ -179,12 +173,12 @@ static void tell_lacks(struct find_plan *plan, const struct lacks *lacks)
     const struct names *down = &lacks->down;
     const struct names *no_link = &lacks->no_link;
     if (down->count > 0) {
-        find_leave_out(&plan->left_out,
+        (void)snprintf(find_leave_out(&plan->left_out), FIND_LEFT_OUT_BYTES,
                        "%s: down, and not searched: ip link set %s up",
                        down->text, down->count == 1 ? down->text : "NAME");
     }
     if (no_link->count > 0) {
-        find_leave_out(&plan->left_out,
+        (void)snprintf(find_leave_out(&plan->left_out), FIND_LEFT_OUT_BYTES,
                        "%s: no link, and not searched: look at its cable and "
                        "at the power of what is at its other end",
                        no_link->text);

@@ -183,6 +183,7 @@ static void print_json(const struct find_plan *plan,
         json_text(&json, NULL, plan->left_out.texts[i]);
     }
     json_close_array(&json);
+    json_uint(&json, "left_out_more", plan->left_out.more);
     json_uint(&json, "asked", r->asked);
     json_uint(&json, "not_sent", r->unsent);
     json_bool(&json, "complete", !r->is_cut_short);
@@ -251,6 +252,10 @@ static void print_text(const struct ctl *ctl, const struct find_plan *plan,
     print_twins(ctl, r);
     for (size_t i = 0; i < plan->left_out.count; i++) {
         ctl_note(ctl, "%s", plan->left_out.texts[i]);
+    }
+    if (plan->left_out.more > 0) {
+        ctl_note(ctl, "and %u more were not searched",
+                 (unsigned)plan->left_out.more);
     }
 }
 
