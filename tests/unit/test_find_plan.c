@@ -217,6 +217,27 @@ static void too_many_are_said(void **state)
     assert_int_equal(plan.left_out.more, MAX - FIND_RANGES_MAX);
 }
 
+static void a_list_of_names_that_is_full_ends_with_dots(void **state)
+{
+    char names[FIND_NAMES_BYTES] = "";
+    char one[MAX * 4];
+    (void)state;
+    find_add_name(names, "eth0");
+    find_add_name(names, "eth1");
+    assert_string_equal(names, "eth0, eth1");
+    for (unsigned i = 0; i < MAX; i++) {
+        find_add_name(names, "wlp0s20f3");
+    }
+    assert_true(strlen(names) < sizeof names);
+    assert_string_equal(names + strlen(names) - 14, "wlp0s20f3, ...");
+    memset(one, 'x', sizeof one - 1);
+    one[sizeof one - 1] = '\0';
+    names[0] = '\0';
+    find_add_name(names, one);
+    find_add_name(names, "eth1");
+    assert_string_equal(names + strlen(names) - 6, "x, ...");
+}
+
 static void subnets_are_read_strictly(void **state)
 {
     static const char *const bad[] = {"",
@@ -259,6 +280,7 @@ int main(void)
         FACT(a_subnet_that_no_interface_has_is_asked_both_ways),
         FACT(the_same_subnet_twice_on_an_interface_is_asked_once),
         FACT(too_many_are_said),
+        FACT(a_list_of_names_that_is_full_ends_with_dots),
         FACT(subnets_are_read_strictly),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -48,6 +48,11 @@ struct find_plan {
 /* Room for one more sentence, of FIND_LEFT_OUT_BYTES. */
 char *find_leave_out(struct find_left_out *out);
 
+/* Adds a name to a list such as "eth0, eth1"; one that is full ends with dots.
+ */
+#define FIND_NAMES_BYTES 128u
+void find_add_name(char names[FIND_NAMES_BYTES], const char *name);
+
 /* "10.42.0.0/24", its host bits cleared. False: it is none. */
 bool find_parse_subnet(const char *text, struct find_subnet *out);
 

@@ -50,8 +50,8 @@ struct search {
     int64_t progress_ns;
     int64_t alive_ns;
     bool shows_progress;
-    bool has_no_right;  /* to listen to the wire */
-    char no_right[256]; /* interfaces that this leaves out */
+    bool has_no_right;               /* to listen to the wire */
+    char no_right[FIND_NAMES_BYTES]; /* interfaces that this leaves out */
 };
 
 static unsigned size_of(const struct find_range *range)
@@ -108,14 +108,6 @@ static bool can_ask(struct search *s, size_t range)
                      : s->socket_at[range] >= 0;
 }
 
-/* Told for all at once: there may be many. */
-static void note_no_right(struct search *s, const char *name)
-{
-    const size_t n = strlen(s->no_right);
-    (void)snprintf(s->no_right + n, sizeof s->no_right - n, "%s%s",
-                   n != 0 ? ", " : "", name);
-}
-
 /* Without the right to listen, all that is asked by UDP is asked all the same.
  */
 static void add_ear(struct search *s, const struct find_range *range)
@@ -145,7 +137,7 @@ static void leave_out_arp(struct search *s)
     for (size_t i = 0; i < s->plan->range_count; i++) {
         const struct find_range *r = &s->plan->ranges[i];
         if (r->by_arp && r->interface != last && !can_ask(s, i)) {
-            note_no_right(s, r->interface->name);
+            find_add_name(s->no_right, r->interface->name);
             last = r->interface;
         }
     }

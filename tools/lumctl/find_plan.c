@@ -138,19 +138,24 @@ static void add_boot(struct find_plan *plan,
     add_range(plan, &near);
 }
 
-/* Interfaces that are searched alike, by name. */
+void find_add_name(char names[FIND_NAMES_BYTES], const char *name)
+{
+    const size_t n = strlen(names);
+    const size_t room = FIND_NAMES_BYTES - n;
+    const bool fits = strlen(name) + sizeof ", , ..." <= room;
+    if (fits || n == 0) {
+        (void)snprintf(names + n, room, "%s%.*s", n != 0 ? ", " : "",
+                       (int)(FIND_NAMES_BYTES - sizeof ", ..."), name);
+    } else if (names[n - 1] != '.') {
+        (void)snprintf(names + n, room, ", ...");
+    }
+}
+
+/* Interfaces of one fate, by name. */
 struct names {
-    char text[192];
+    char text[FIND_NAMES_BYTES];
     size_t count;
 };
-
-static void add_name(struct names *names, const char *name)
-{
-    const size_t n = strlen(names->text);
-    (void)snprintf(names->text + n, sizeof names->text - n, "%s%s",
-                   n != 0 ? ", " : "", name);
-    names->count++;
-}
 
 /* What stands in the way of an interface that was to be searched. */
 struct lacks {
@@ -161,9 +166,11 @@ struct lacks {
 static bool is_usable(const struct host_interface *i, struct lacks *lacks)
 {
     if (!i->is_up) {
-        add_name(&lacks->down, i->name);
+        find_add_name(lacks->down.text, i->name);
+        lacks->down.count++;
     } else if (!i->has_link) {
-        add_name(&lacks->no_link, i->name);
+        find_add_name(lacks->no_link.text, i->name);
+        lacks->no_link.count++;
     }
     return i->is_up && i->has_link;
 }
