@@ -55,7 +55,7 @@ class Here(Case):
 
     def test_a_simulator_in_a_subnet_that_is_named(self):
         sensor = Sensor(self, self.folder, address="127.62.0.3")
-        found = json.loads(self.check(DONE, run("lumctl", "find", "--subnet", "127.62.0.0/29", "--json")).stdout)
+        found = json.loads(self.check(DONE, run("lumctl", "find", "--timeout", 3000, "--subnet", "127.62.0.0/29", "--json")).stdout)
         self.assertEqual([(s["sensor"], s["interface"], s["how"]) for s in found["sensors"]], [("127.62.0.3", "lo", "answers")])
         self.assertEqual(found["searched"], [{"interface": "lo", "subnet": "127.62.0.0/29", "by": "udp"}])
         self.assertEqual((found["asked"], found["not_sent"], found["complete"]), (6, 0, True))
@@ -66,10 +66,10 @@ class Here(Case):
     def test_only_requests_for_a_time_stamp_are_sent_twice_and_none_to_who_has_answered(self):
         silent = FakeSensor(self, "127.62.1.1", lambda *_: [])
         speaks = FakeSensor(self, "127.62.1.2")
-        self.check(DONE, run("lumctl", "find", "--subnet", "127.62.1.0/30"))
+        self.check(DONE, run("lumctl", "find", "--timeout", 3000, "--subnet", "127.62.1.0/30"))
         self.assertEqual([p[8] for p in silent.packets], [6, 6])
         self.assertEqual([p[8] for p in speaks.packets], [6])
-        self.check(DONE, run("lumctl", "find", "--subnet", "127.62.1.0/30", "--retries", 2))
+        self.check(DONE, run("lumctl", "find", "--timeout", 3000, "--subnet", "127.62.1.0/30", "--retries", 2))
         self.assertEqual(len(silent.packets), 2 + 3)
 
     def test_an_answer_from_another_port_is_shown_with_it(self):
@@ -89,13 +89,13 @@ class Here(Case):
                 other.sendto(out, sender)
         fake.socket = Elsewhere
         fake.answer = lambda kind, sequence, body, count: [MAGIC + struct.pack("<III", 6, sequence, 1)]
-        r = self.check(DONE, run("lumctl", "find", "--subnet", "127.62.2.0/30"))
+        r = self.check(DONE, run("lumctl", "find", "--timeout", 3000, "--subnet", "127.62.2.0/30"))
         self.assertIn(name, r.stdout)
 
     def test_who_sends_the_magic_and_nothing_of_a_sensor_is_told_and_is_none(self):
         stranger = Process(self, self.folder, sys.executable, "-c", STRANGER, "127.62.3.1")
         wait_until(lambda: "ready" in stranger.stdout(), 20, "the stranger")
-        r = self.check(NO_ANSWER, run("lumctl", "find", "--subnet", "127.62.3.0/30"))
+        r = self.check(NO_ANSWER, run("lumctl", "find", "--timeout", 3000, "--subnet", "127.62.3.0/30"))
         self.assertRegex(r.stdout, r"127\.62\.3\.1 .*no packet that a sensor sends")
         self.assertIn("may be one", r.stderr)
 
@@ -143,9 +143,9 @@ class Here(Case):
         self.assertIn(b"interrupted: ", shown)
 
     def test_ctrl_c_before_anything_was_found(self):
-        p = Process(self, self.folder, BIN / "lumctl", "find", "--subnet", "127.62.8.0/22")
         asked = FakeSensor(self, "127.62.8.1", lambda *_: [])
-        wait_until(lambda: asked.packets, 60, "the second question")
+        p = Process(self, self.folder, BIN / "lumctl", "find", "--subnet", "127.62.8.0/22")
+        wait_until(lambda: asked.packets, 60, "the first question")
         self.assertEqual(p.end(signal.SIGINT), -signal.SIGINT)
         self.assertIn("interrupted", p.stderr())
 

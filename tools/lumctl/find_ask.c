@@ -497,23 +497,39 @@ static enum exit_status ask_range(struct search *s, size_t range,
     return EXIT_DONE;
 }
 
+static enum exit_status ask_pass(struct search *s, unsigned pass)
+{
+    unsigned index = 0;
+    for (size_t i = 0; i < s->plan->range_count; i++) {
+        const enum exit_status status = ask_range(s, i, index, pass);
+        if (status != EXIT_DONE) {
+            return status;
+        }
+        index += size_of(&s->plan->ranges[i]);
+    }
+    return EXIT_DONE;
+}
+
+/* Nobody is asked again before he has had the time to answer. */
 static enum exit_status ask_all(struct search *s)
 {
     const struct ctl_options *options = &s->ctl->options;
+    const int64_t wait_ns = options->timeout_ms * INT64_C(1000000);
     const unsigned passes =
         options->has_retries ? options->retries + 1u : PASSES;
     for (unsigned pass = 0; pass < passes; pass++) {
-        unsigned index = 0;
-        for (size_t i = 0; i < s->plan->range_count; i++) {
-            const enum exit_status status = ask_range(s, i, index, pass);
-            if (status != EXIT_DONE) {
-                return status;
-            }
-            index += size_of(&s->plan->ranges[i]);
+        const bool is_last = pass + 1u == passes;
+        const int64_t began = lum_time_monotonic_ns();
+        enum exit_status status = ask_pass(s, pass);
+        if (status == EXIT_DONE) {
+            status = listen_until(
+                s, (is_last ? lum_time_monotonic_ns() : began) + wait_ns);
+        }
+        if (status != EXIT_DONE) {
+            return status;
         }
     }
-    return listen_until(s, lum_time_monotonic_ns() +
-                               options->timeout_ms * INT64_C(1000000));
+    return EXIT_DONE;
 }
 
 enum exit_status find_ask(struct ctl *ctl, struct find_plan *plan,

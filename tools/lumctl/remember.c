@@ -17,6 +17,11 @@
 
 #define CLOCK_NS INT64_C(500000000) /* longest wait for the sensor's clock */
 
+/* Longest waits for another lumctl; with the one before, no heartbeat that is
+ * due is late by more than a sensor allows. */
+#define LOCK_NS       INT64_C(10000000000)
+#define LOCK_OWNER_NS INT64_C(1000000000)
+
 void remember_table(struct ctl *ctl, const lum_yscan_shape *shape,
                     const char *from)
 {
@@ -149,6 +154,11 @@ static void key_of(const struct ctl *ctl, lum_endpoint host,
     }
 }
 
+static int64_t lock_ns(const struct ctl *ctl)
+{
+    return ctl->owns ? LOCK_OWNER_NS : LOCK_NS;
+}
+
 static bool is_plain(char c)
 {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
@@ -274,7 +284,7 @@ static int merge(const struct ctl *ctl, const struct memory_clock *clock,
     key_of(ctl, session_host(ctl), &key);
     if (store_folder(folder, error) != 0 ||
         find_path(&key, folder, path, error) != 0 ||
-        store_lock(folder, &lock, error) != 0) {
+        store_lock(folder, lock_ns(ctl), &lock, error) != 0) {
         return -1;
     }
     if (!load(ctl, &key, path, &memory) && !is_acknowledged(&ctl->changes)) {
@@ -345,7 +355,7 @@ void remember_move(const struct ctl *ctl, lum_endpoint from, lum_endpoint to)
     key_of(ctl, to, &new);
     int result = store_folder(folder, &error);
     if (result == 0) {
-        result = store_lock(folder, &lock, &error);
+        result = store_lock(folder, lock_ns(ctl), &lock, &error);
     }
     if (result == 0) {
         result = move_file(ctl, folder, &old, &new, &error);
@@ -386,7 +396,7 @@ static void see(const struct ctl *ctl, const char *folder, const char *path,
     struct store_lock lock;
     lum_error error = {""};
     const bool has_lock =
-        clock->is_known && store_lock(folder, &lock, &error) == 0;
+        clock->is_known && store_lock(folder, lock_ns(ctl), &lock, &error) == 0;
     if (has_lock) {
         out->has_file = load(ctl, &out->key, path, &out->memory);
     }

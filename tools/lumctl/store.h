@@ -20,9 +20,10 @@ struct store_lock {
  * home, with the reason in error. */
 int store_folder(char out[STORE_PATH_BYTES], lum_error *error);
 
-/* Makes the folder where it is not there, and waits for the lock, a second at
+/* Makes the folder where it is not there, and waits for the lock so long at
  * most. 0, or -1 with the reason in error. */
-int store_lock(const char *folder, struct store_lock *out, lum_error *error);
+int store_lock(const char *folder, int64_t wait_ns, struct store_lock *out,
+               lum_error *error);
 void store_unlock(const struct store_lock *lock);
 
 /* Reads a file of less than size bytes and ends it with a NUL: 1; 0 if it is

@@ -12,7 +12,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define WAIT_NS INT64_C(1000000000)
 #define LOOK_NS INT64_C(10000000)
 
 /* Room for what stands behind a name while its file is written. */
@@ -65,9 +64,10 @@ static int make_folder(const char *folder, lum_error *error)
 
 /* The lock of a program that was stopped is not waited for without end; where a
  * file system has no locks, it goes without. */
-static int take_lock(int fd, const char *path, lum_error *error)
+static int take_lock(int fd, int64_t wait_ns, const char *path,
+                     lum_error *error)
 {
-    const int64_t end = lum_time_monotonic_ns() + WAIT_NS;
+    const int64_t end = lum_time_monotonic_ns() + wait_ns;
     while (flock(fd, LOCK_EX | LOCK_NB) != 0) {
         if (errno != EWOULDBLOCK && errno != EINTR) {
             return 0;
@@ -80,7 +80,8 @@ static int take_lock(int fd, const char *path, lum_error *error)
     return 0;
 }
 
-int store_lock(const char *folder, struct store_lock *out, lum_error *error)
+int store_lock(const char *folder, int64_t wait_ns, struct store_lock *out,
+               lum_error *error)
 {
     char path[TEMPORARY_BYTES];
     if (make_folder(folder, error) != 0) {
@@ -91,7 +92,7 @@ int store_lock(const char *folder, struct store_lock *out, lum_error *error)
     if (fd < 0) {
         return fail(path, "cannot be opened", error);
     }
-    if (take_lock(fd, path, error) != 0) {
+    if (take_lock(fd, wait_ns, path, error) != 0) {
         (void)close(fd);
         return -1;
     }

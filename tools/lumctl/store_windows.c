@@ -9,7 +9,6 @@
 #include <string.h>
 #include <windows.h>
 
-#define WAIT_NS INT64_C(1000000000)
 #define LOOK_NS INT64_C(10000000)
 
 /* Room for what stands behind a name while its file is written. */
@@ -63,9 +62,10 @@ static void make_folder(const char *folder)
 }
 
 /* A file that is open without sharing is the lock. */
-int store_lock(const char *folder, struct store_lock *out, lum_error *error)
+int store_lock(const char *folder, int64_t wait_ns, struct store_lock *out,
+               lum_error *error)
 {
-    const int64_t end = lum_time_monotonic_ns() + WAIT_NS;
+    const int64_t end = lum_time_monotonic_ns() + wait_ns;
     char path[TEMPORARY_BYTES];
     make_folder(folder);
     (void)snprintf(path, sizeof path, "%s\\.lock", folder);
