@@ -31,9 +31,14 @@ def wait_for(path, event, process, seconds=60):
     raise RuntimeError(f"no {event} from the sensor: {process.poll()}")
 
 
-def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs=("load.pcap",), buffer=None):
-    """Stream for so long; a dict of counts and shares of CPU. The sensor ends first, so that all it sent has come."""
+def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs=("load.pcap",), stalls=(), buffer=None):
+    """Stream for so long; a dict of counts and shares of CPU. The sensor ends first, so that all it sent has come.
+    stalls: outputs, before the others, that a reader opens and never reads."""
     folder = pathlib.Path(folder)
+    readers = []
+    for name in stalls:
+        os.mkfifo(folder / name)
+        readers.append(os.open(folder / name, os.O_RDONLY | os.O_NONBLOCK))
     log = folder / "load.log"
     log.unlink(missing_ok=True)
     sensor = subprocess.Popen([bin_dir / "lumsim", "--address", address, "--lines", str(lines), "--rate", str(rate),
@@ -43,7 +48,7 @@ def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs
         wait_for(log, "frames", sensor)
         arguments = [bin_dir / "lumdump", f"udp://{address}", "--laser", "--json"]
         arguments += ["--buffer", buffer] if buffer else []
-        for output in outputs:
+        for output in (*stalls, *outputs):
             arguments += ["-o", folder / output]
         dump = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         wait_for(log, "stream", sensor)
@@ -65,8 +70,10 @@ def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs
                 p.kill()
                 p.wait()
         sensor.stderr.close()
+        for reader in readers:
+            os.close(reader)
     live = json.loads(out)
     return {"sent": stop["packets"] + stop["answers"], "skipped": stop["lines_skipped"], "received": live["received"],
-            "kernel_drops": live["kernel_drops"], "ring_drops": live["ring_drops"], "stderr": err,
+            "kernel_drops": live["kernel_drops"], "ring_drops": live["ring_drops"], "recording_drops": live["recording_drops"], "stderr": err,
             "sensor_cpu": (after[0] - before[0]) / wall, "dump_cpu": (after[1] - before[1]) / wall, "live": live,
             "streamed_s": stop["t"] - stream["t"]}

@@ -16,6 +16,9 @@ class Load(unittest.TestCase):
         # What came, less what the ring had no room for, was decoded.
         decoded = sum(live[k] for k in ("angle_packets", "range_packets", "tlv", "timestamp") if k in live)
         self.assertEqual(decoded, r["received"] - r["ring_drops"])
+        recording = live["outputs"][0]
+        self.assertEqual(recording["datagrams"], r["received"] - r["recording_drops"])
+        self.assertEqual(recording["dropped"], r["recording_drops"])
 
 
 if __name__ == "__main__":

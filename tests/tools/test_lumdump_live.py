@@ -89,6 +89,14 @@ class Case(unittest.TestCase):
         enough = len(self.events("heartbeat")) + n
         self.wait_for(lambda: len(self.events("heartbeat")) >= enough, "heartbeats")
 
+    def fifo(self, name, reads=True):
+        """A named pipe, with a reader that opens it and never reads, or with none."""
+        path = self.folder / name
+        os.mkfifo(path)
+        if reads:
+            self.addCleanup(os.close, os.open(path, os.O_RDONLY | os.O_NONBLOCK))
+        return path
+
     def size(self, name):
         path = self.folder / name
         return path.stat().st_size if path.exists() else 0
@@ -469,8 +477,9 @@ class Stalls(Case):
         drain.join()
         p.stdout.close()
         self.assertEqual(p.returncode, 0, said)
-        self.assertIn("the outputs are too slow", said)
-        self.assertRegex(said, r"\d+  ring_drops")
+        self.assertIn("standard output is too slow for what comes", said)
+        self.assertRegex(said, r"outputs +done  standard output, \d+ datagrams dropped")
+        self.assertNotRegex(said, r"raw.pcap|(ring|recording)_drops")
         self.assert_laser_went_on_and_off()
 
     def test_a_reader_that_never_comes_back_is_not_waited_for(self):
@@ -479,9 +488,22 @@ class Stalls(Case):
         self.wait_for(lambda: self.laser() == [True], "the laser")
         time.sleep(0.5)
         p.send_signal(signal.SIGINT)
-        self.assertEqual(p.wait(30), -signal.SIGINT)
+        self.assertEqual(p.wait(60), 1)
         self.assert_laser_went_on_and_off()
         p.stdout.close()
+        said = self.end(p)
+        self.assertIn("standard output stands still and is given up", said)
+        self.assertRegex(said, "outputs +stalled  standard output")
+
+    def test_a_second_signal_does_not_wait_for_an_output(self):
+        self.simulator()
+        p = self.start("--laser", "-o", self.fifo("stalls.csv"), stderr=open(self.folder / "said", "wb"))
+        self.wait_for(lambda: self.laser() == [True], "the laser")
+        time.sleep(0.5)
+        p.send_signal(signal.SIGINT)
+        self.wait_for(lambda: self.laser() == [True, False], "the end of the laser")
+        self.wait_for(lambda: p.send_signal(signal.SIGINT) or p.poll() is not None, "the end")
+        self.assertIn(p.returncode, (-signal.SIGINT, 1))
 
     def test_a_terminal_that_stalls_costs_nothing(self):
         self.simulator()
@@ -508,7 +530,7 @@ class Stalls(Case):
         for kind in "csv", "pcap", "ply":
             with self.subTest(kind), open("/dev/full", "wb") as full:
                 if kind == "ply":
-                    r = self.limited("-o", self.folder / "o.ply", "-o", self.folder / "raw.pcap")
+                    r = self.limited("-o", self.folder / "o.ply")
                     self.assertIn("File too large", r.stderr)
                     self.assertIn("the laser is off", r.stderr)
                 else:
@@ -519,10 +541,9 @@ class Stalls(Case):
                 self.assertEqual(self.laser(), [True, False] * (len(self.laser()) // 2))
                 self.assertTrue(self.laser())
                 self.assert_no_parts()
-        self.assertGreater(summary(self.folder / "raw.pcap")["data"], 100)
 
     def limited(self, *arguments):
-        """Files of at most 3 MB: of a PLY and a pcap the PLY meets it first."""
+        """Files of at most 3 MB."""
         r = subprocess.run([BIN / "lumdump", self.url, "--laser", *arguments], capture_output=True, timeout=60,
                            restore_signals=False, text=True,
                            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (3_000_000, 3_000_000)))
@@ -530,14 +551,124 @@ class Stalls(Case):
 
     def test_a_capture_on_a_full_disk_holds_what_was_before(self):
         self.simulator()
-        r = self.limited("-o", self.folder / "raw.pcap", "-o", self.folder / "c.csv", "--range", "0:1")
+        r = self.limited("-o", self.folder / "raw.pcap")
         self.assertEqual(r.returncode, 1, r.stderr)
-        self.assertIn("raw.pcap", r.stderr)
+        self.assertRegex(r.stderr, r"lumdump: \d\d:\d\d:\d\d: .*raw.pcap: .*File too large\n")
         r = run("lumdump", self.folder / "raw.pcap", "--json")
         self.assertEqual(r.returncode, 0)
         self.assertGreater(json.loads(r.stdout)["data"], 1000)
         self.assert_laser_went_on_and_off()
         self.assert_no_parts()
+
+
+class Alone(Case):
+    """An output that stalls or fails does so alone. Recordings are waited for by their disk alone."""
+
+    def record_beside(self, *outputs, arguments=(), until=""):
+        """A recording beside others, ended when it has said something; its JSON."""
+        p = self.start("--laser", "--json", *arguments, *[a for o in outputs for a in ("-o", o)], stdout=subprocess.PIPE,
+                       stderr=open(self.folder / "said", "wb"))
+        self.addCleanup(p.stdout.close)
+        self.wait_for(lambda: re.search(until, self.said()) or p.poll() is not None, until)
+        self.assertIsNone(p.poll(), self.said())
+        self.wait_for_heartbeats()
+        p.send_signal(signal.SIGINT)
+        got = json.loads(p.stdout.read())
+        self.assertEqual(p.wait(60), 1, self.said())
+        self.assertEqual(self.laser()[-1], False)
+        return got
+
+    def assert_nothing_is_missing(self, got, name="raw.pcap"):
+        """All that came is in the recording, as often as it came."""
+        self.assertEqual(got["recording_drops"], 0)
+        output = self.output(got, name)
+        self.assertEqual((output["end"], output["dropped"], output["datagrams"]), ("done", 0, got["received"]))
+        recorded = summary(self.folder / name)
+        self.assertEqual(recorded["records"], got["received"])
+        if got["ring_drops"] == 0:  # no more than a busy machine
+            self.assert_same_summary(got, recorded)
+
+    def output(self, got, name):
+        return next(o for o in got["outputs"] if o["name"].endswith(name))
+
+    def test_those_that_stall_are_dropped_and_the_recording_is_whole(self):
+        self.simulator()
+        clouds = [self.fifo("before.csv"), self.fifo("after.xyz")]
+        got = self.record_beside(clouds[0], self.folder / "raw.pcap", clouds[1], arguments=["--buffer", "32MiB"],
+                                 until="(?s)stands still.*stands still")
+        self.assert_nothing_is_missing(got)
+        for cloud in clouds:
+            self.assertEqual(self.said().count(f"{cloud} stands still and is given up"), 1)
+            stalled = self.output(got, cloud.name)
+            self.assertEqual(stalled["end"], "stalled")
+            self.assertGreater(stalled["dropped"], 0)
+            self.assertLess(stalled["ended_s"], got["seconds"])
+        self.assertEqual(self.said().count("the others go on"), 2)
+
+    def test_a_pipe_without_a_reader_keeps_nothing_from_beginning(self):
+        self.simulator()
+        cloud = self.fifo("nobody.csv", reads=False)
+        p = self.start("--laser", "-o", cloud, "-o", self.folder / "raw.pcap", "--duration", "1", "--json",
+                       stdout=subprocess.PIPE, stderr=open(self.folder / "said", "wb"))
+        got = json.loads(p.communicate(timeout=60)[0])
+        self.assertEqual(p.returncode, 1)
+        self.assert_nothing_is_missing(got)
+        self.assert_laser_went_on_and_off()
+        self.assertIn(f"{cloud} stands still and is given up", self.said())
+
+    def test_a_reader_that_comes_late_gets_all(self):
+        self.simulator()
+        cloud = self.fifo("late.csv", reads=False)
+        p = self.start("--laser", "-o", cloud, "-o", self.folder / "raw.pcap", stderr=open(self.folder / "said", "wb"))
+        self.wait_for(lambda: self.size("raw.pcap") > 1_000_000, "a recording")
+        rows = []
+        reader = threading.Thread(target=lambda: rows.append(count_rows(cloud)))
+        reader.start()
+        self.wait_for_heartbeats()
+        p.send_signal(signal.SIGINT)
+        self.assertEqual(p.wait(60), 0, self.said())
+        reader.join()
+        self.assertEqual(rows, [summary(self.folder / "raw.pcap")["points"]])
+
+    def test_one_that_fails_ends_alone(self):
+        self.simulator()
+        full = self.folder / "full.csv"
+        full.symlink_to("/dev/full")
+        (self.folder / "f-0002.ply").mkdir()  # cannot be written over
+        for name, error in (full, "No space left on device"), (self.folder / "f-%04d.ply", "f-0002.ply: is a directory"):
+            with self.subTest(name):
+                got = self.record_beside(self.folder / "raw.pcap", name, self.folder / "c.csv",
+                                         until=f"{error}.*: that output has ended, the others go on")
+                self.assert_nothing_is_missing(got)
+                failed = self.output(got, name.name)
+                self.assertEqual(failed["end"], "failed")
+                self.assertIn(error, failed["error"])
+                self.assertEqual(self.output(got, "c.csv")["end"], "done")
+                if got["ring_drops"] + self.output(got, "c.csv")["dropped"] == 0:
+                    self.assertEqual(count_rows(self.folder / "c.csv"), got["points"])
+                self.assert_no_parts()
+
+    def test_a_recording_that_fails_leaves_the_other(self):
+        self.simulator()
+        (self.folder / "a-0002.pcap").mkdir()
+        got = self.record_beside(self.folder / "a.pcap", self.folder / "b.pcap", arguments=["-q", "--rotate", "1MB"],
+                                 until="a-0002.pcap.*: that output has ended, the others go on")
+        self.assertEqual(self.output(got, "a.pcap")["end"], "failed")
+        parts = [summary(self.folder / n)["records"] for n in self.folder.names() if n.startswith("b-")]
+        self.assertGreater(len(parts), 2)
+        self.assertEqual(sum(parts), got["received"])
+        self.assertGreater(summary(self.folder / "a-0001.pcap")["records"], 100)
+
+    def test_what_a_recording_lost_is_told_though_it_is_quiet(self):
+        self.simulator()
+        p = self.start("--laser", "-q", "--buffer", "128KiB", "-o", self.fifo("slow.pcap"),
+                       stderr=open(self.folder / "said", "wb"))
+        self.wait_for(lambda: re.search(r"slow.pcap is too slow for what comes: \d+ datagrams are missing from this recording",
+                                        self.said()), "the news")
+        p.send_signal(signal.SIGINT)
+        self.assertEqual(p.wait(60), 1)
+        self.assertRegex(self.said(), r"slow.pcap: datagrams are missing from this recording: \d+ dropped by its buffer")
+        self.assert_laser_went_on_and_off()
 
 
 class Sensors(Case):
@@ -681,6 +812,53 @@ class Sensors(Case):
         # all that matters fits the 80 columns of a terminal that does not tell its width
         self.assertTrue([t for t in lines if re.match(rb"\d+\.\d\d Mpt/s  lost: wire \d+w \d+l, kernel \d+, "
                                                       rb"ring \d+, bad \d+  laser on  buf \d+%", t)], lines)
+
+
+class Jobs(Case):
+    """What is painted again and again on a terminal: by jobs in its foreground alone."""
+
+    def shell(self, script):
+        """sh with job control at a terminal of its own; the terminal's other end."""
+        pid, main = pty.fork()
+        if pid == 0:
+            os.execvp("sh", ["sh", "-c", f"set -m; {script}"])
+        self.addCleanup(os.close, main)
+        self.addCleanup(lambda: os.waitpid(pid, 0))
+        self.addCleanup(lambda: os.kill(pid, signal.SIGKILL))
+        return main
+
+    def shown_until(self, main, text):
+        shown = b""
+        while not re.search(text, shown):
+            self.assertTrue(select.select([main], [], [], 30)[0], shown)
+            try:
+                shown += os.read(main, 65536)
+            except OSError:  # all have left it
+                self.fail(shown)
+        return shown
+
+    def test_each_tool_paints_in_the_foreground_alone(self):
+        self.simulator()
+        source = simulate(self.folder / "s.pcap", "--frames", "2", "--lines", "64")
+        for command in (f"lumsim --frames 2 --lines 64 -o {self.folder / 'sim.pcap'}", f"lumdump {source} -o {self.folder / 'c.csv'}",
+                        f"lumctl --host {self.address} heartbeat --duration 2",
+                        f"lumdump {self.url} -o {self.folder / 'live.pcap'} --duration 2"):
+            with self.subTest(command):
+                shown = self.shown_until(self.shell(f"{BIN}/{command}; echo over"), b"over\r\n")
+                self.assertIn(b"\r\x1b[K", shown)
+                shown = self.shown_until(self.shell(f"{BIN}/{command} & wait; echo over"), b"over\r\n")
+                self.assertNotIn(b"\x1b[K", shown)
+
+    def test_one_that_comes_to_the_foreground_paints(self):
+        self.simulator()
+        main = self.shell(f"{BIN}/lumdump {self.url} -o {self.folder / 'live.pcap'} & echo begun; read line; fg %1")
+        shown = self.shown_until(main, b"begun")
+        self.wait_for(lambda: self.size("live.pcap") > 500_000, "a recording")
+        os.write(main, b"\n")
+        shown += self.shown_until(main, b"packets/s|Mpt/s")
+        self.assertNotIn(b"Mpt/s", shown[:shown.index(b"begun")])
+        os.write(main, b"\x03")
+        self.assertIn(b"sensor", self.shown_until(main, b"losses"))
 
 
 class Handmade(threading.Thread):

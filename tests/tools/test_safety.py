@@ -11,7 +11,7 @@ import unittest
 
 import shards
 from live import Sensor, tool, wait_until
-from support import MAGIC, Folder
+from support import BIN, MAGIC, Folder
 
 HEARTBEATS_END_S = 2.5
 LASER_ENDS_S = 3.2
@@ -178,6 +178,120 @@ class Safety(unittest.TestCase):
                 # By a command, not by the sensor's timeout.
                 beats = sensor.events("heartbeat")[-1]["t"]
                 self.assertLess(sensor.events("laser")[-1]["t"], beats + 2.0)
+
+
+def deaf(*numbers):
+    """What a shell without job control does to what it runs in the background, and worse: signals ignored and blocked."""
+    def prepare():
+        for number in numbers:
+            signal.signal(number, signal.SIG_IGN)
+        signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
+    return prepare
+
+
+class Inherited(unittest.TestCase):
+    """Signals end what keeps a laser on, whatever they were when it began."""
+
+    def setUp(self):
+        self.folder = Folder(self)
+
+    def sensor_at(self, last):
+        self.address = f"127.30.1.{last}"
+        self.sensor = Sensor(self, self.folder, "--lines", "64", "--rate", "2", address=self.address)
+        return self.sensor
+
+    def start(self, command, *numbers, **options):
+        p = subprocess.Popen([str(c) for c in command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                             preexec_fn=deaf(*numbers), **options)
+        self.addCleanup(p.wait)
+        self.addCleanup(p.kill)
+        return p
+
+    def wait_for_laser(self):
+        wait_until(self.sensor.laser_is_up, 20, "the laser")
+
+    def switch_on(self):
+        """Once there are heartbeats."""
+        wait_until(lambda: self.sensor.events("heartbeat"), 20, "a heartbeat")
+        on = tool(self, self.folder, "lumctl", "--host", self.address, "laser", "on")
+        self.assertEqual(on.wait(), 0, on.stderr())
+        self.wait_for_laser()
+
+    def assert_ends(self, p, number, status=0):
+        p.send_signal(number)
+        self.assertEqual(p.wait(30), status)
+        wait_until(lambda: not self.sensor.laser_is_up(), 10, "the end of the laser")
+
+    def test_a_recording(self):
+        self.sensor_at(1)
+        for number in signal.SIGINT, signal.SIGTERM, signal.SIGQUIT:
+            with self.subTest(number):
+                p = self.start([BIN / "lumdump", "-q", f"udp://{self.address}", "--laser", "-o", self.folder / "a.pcap"],
+                               signal.SIGINT, signal.SIGTERM, signal.SIGQUIT)
+                self.wait_for_laser()
+                self.assert_ends(p, number)
+
+    def test_a_recording_whose_laser_another_program_switched_on(self):
+        self.sensor_at(2)
+        p = self.start([BIN / "lumdump", "-q", f"udp://{self.address}"], signal.SIGINT)
+        self.switch_on()
+        self.assert_ends(p, signal.SIGINT)
+
+    @unittest.skipUnless((BIN / "lumview").exists(), "lumview is not built")
+    def test_a_viewer(self):
+        self.sensor_at(3)
+        for number in signal.SIGINT, signal.SIGQUIT:
+            with self.subTest(number):
+                p = self.start([BIN / "lumview", "-q", "--laser", f"udp://{self.address}"], signal.SIGINT, signal.SIGQUIT)
+                self.wait_for_laser()
+                self.assert_ends(p, number)
+
+    def test_heartbeats_alone(self):
+        self.sensor_at(4)
+        for number in signal.SIGINT, signal.SIGQUIT:
+            with self.subTest(number):
+                beats = len(self.sensor.events("heartbeat"))
+                p = self.start([BIN / "lumctl", "--host", self.address, "heartbeat"], signal.SIGINT, signal.SIGQUIT)
+                wait_until(lambda: len(self.sensor.events("heartbeat")) > beats, 20, "a heartbeat")
+                self.switch_on()
+                self.assert_ends(p, number)
+
+    def test_a_shell(self):
+        self.sensor_at(5)
+        for number in signal.SIGTERM, signal.SIGQUIT:
+            with self.subTest(number):
+                p = self.start([BIN / "lumctl", "--host", self.address, "--heartbeat", "shell"], signal.SIGTERM,
+                               signal.SIGQUIT, stdin=subprocess.PIPE)
+                self.addCleanup(p.stdin.close)
+                p.stdin.write(b"laser on\n")
+                p.stdin.flush()
+                self.wait_for_laser()
+                self.assert_ends(p, number)
+
+    def test_a_hang_up_stays_as_nohup_made_it(self):
+        self.sensor_at(6)
+        p = self.start([BIN / "lumdump", "-q", f"udp://{self.address}", "--laser"], signal.SIGHUP)
+        self.wait_for_laser()
+        p.send_signal(signal.SIGHUP)
+        beats = len(self.sensor.events("heartbeat"))
+        wait_until(lambda: len(self.sensor.events("heartbeat")) > beats + 5, 20, "heartbeats")
+        self.assertTrue(self.sensor.laser_is_up())
+        self.assert_ends(p, signal.SIGINT)
+
+    def test_a_script_that_is_broken_off(self):
+        """Ctrl-C goes to all of a terminal's processes; sh has made the recording deaf to it."""
+        self.sensor_at(7)
+        script = self.folder.write("bench.sh", f"'{BIN}/lumdump' -q udp://{self.address} --laser -o '{self.folder.path}/night.pcap' &\n"
+                                               f"echo $! >'{self.folder.path}/pid'\nwait\n")
+        p = subprocess.Popen(["sh", script], start_new_session=True)
+        self.addCleanup(p.wait)
+        self.addCleanup(lambda: p.poll() is None and os.killpg(p.pid, signal.SIGKILL))
+        self.wait_for_laser()
+        os.killpg(p.pid, signal.SIGINT)
+        recording = (self.folder / "pid").read_text().strip()
+        wait_until(lambda: not os.path.exists(f"/proc/{recording}"), 30, "the end of the recording")
+        self.assertFalse(self.sensor.laser_is_up())
+        self.assertTrue([e for e in self.sensor.events("tlv") if e.get("note") == "d"])
 
 
 if __name__ == "__main__":

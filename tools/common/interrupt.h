@@ -4,11 +4,18 @@
 
 #include "lum/net/cancel.h"
 
-/* Note SIGINT, SIGTERM and SIGHUP from now on; a write to a pipe without a
- * reader fails with EPIPE instead of killing the process. After a signal, waits
- * for input and output end with EINTR again and again; a second signal, or
- * three seconds, end the process at once. */
+/* Note SIGINT, SIGTERM and SIGHUP from now on, but for those that the parent
+ * has ignored; a write to a pipe without a reader fails with EPIPE instead of
+ * killing the process. After a signal, waits for input and output end with
+ * EINTR again and again; a second signal, or three seconds, end the process at
+ * once. */
 void interrupt_catch(void);
+
+/* What begins now may keep a laser on: note SIGINT, SIGTERM and SIGQUIT, even
+ * if the parent has ignored or blocked them, as a shell without job control
+ * does with SIGINT and SIGQUIT for what it runs in the background. SIGHUP stays
+ * as it was inherited, for nohup. After interrupt_catch(). */
+void interrupt_insist(void);
 
 /* A cancel that a signal raises from now on; NULL: none. Only one at a time. */
 void interrupt_attach(lum_cancel *cancel);
@@ -25,6 +32,10 @@ void interrupt_forget(void);
  * raises the cancel, and neither a second one nor three seconds end the
  * process. */
 void interrupt_hold(void);
+
+/* What begins now is bounded by itself: until interrupt_release() a second
+ * signal ends the process, and three seconds do not. */
+void interrupt_linger(void);
 
 /* As before again; the three seconds of a signal that came meanwhile begin. */
 void interrupt_release(void);

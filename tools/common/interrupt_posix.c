@@ -13,7 +13,8 @@
 
 static volatile sig_atomic_t caught;
 static volatile sig_atomic_t ticks;
-static volatile sig_atomic_t is_held;
+static volatile sig_atomic_t is_held;      /* a second signal does not count */
+static volatile sig_atomic_t is_timed = 1; /* three seconds do */
 static lum_cancel *volatile attached;
 
 static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
@@ -55,7 +56,7 @@ static void note(int signal_number)
     }
     caught = signal_number;
     lum_cancel_raise(attached);
-    if (is_held == 0) {
+    if (is_timed != 0) {
         start_ticks();
     }
 }
@@ -77,6 +78,18 @@ void interrupt_catch(void)
     for (size_t i = 0; i < sizeof signals / sizeof signals[0]; i++) {
         catch_unless_ignored(signals[i]);
     }
+}
+
+void interrupt_insist(void)
+{
+    static const int insisted[] = {SIGINT, SIGTERM, SIGQUIT};
+    sigset_t set;
+    (void)sigemptyset(&set);
+    for (size_t i = 0; i < sizeof insisted / sizeof insisted[0]; i++) {
+        set_handler(insisted[i], note);
+        (void)sigaddset(&set, insisted[i]);
+    }
+    (void)sigprocmask(SIG_UNBLOCK, &set, NULL);
 }
 
 void interrupt_attach(lum_cancel *cancel)
@@ -104,12 +117,21 @@ void interrupt_forget(void)
 void interrupt_hold(void)
 {
     is_held = 1;
+    is_timed = 0;
+    stop_ticks();
+}
+
+void interrupt_linger(void)
+{
+    is_held = 0;
+    is_timed = 0;
     stop_ticks();
 }
 
 void interrupt_release(void)
 {
     is_held = 0;
+    is_timed = 1;
     if (caught != 0) {
         start_ticks();
     }

@@ -26,6 +26,12 @@ void interrupt_catch(void)
     (void)SetConsoleCtrlHandler(note, TRUE);
 }
 
+/* A process group of its own is started with Ctrl-C switched off. */
+void interrupt_insist(void)
+{
+    (void)SetConsoleCtrlHandler(NULL, FALSE);
+}
+
 void interrupt_attach(lum_cancel *cancel)
 {
     attached = cancel;
@@ -50,6 +56,12 @@ void interrupt_forget(void)
 void interrupt_hold(void)
 {
     (void)InterlockedExchange(&is_held, 1);
+}
+
+/* Nothing is timed here. */
+void interrupt_linger(void)
+{
+    (void)InterlockedExchange(&is_held, 0);
 }
 
 void interrupt_release(void)

@@ -1,5 +1,6 @@
 #include "ctl.h"
 
+#include "../common/terminal.h"
 #include "../common/writable.h"
 #include "report.h"
 #include "session.h"
@@ -19,7 +20,7 @@
  * wait with it. What is left out is told when there is room again. */
 struct beating {
     struct ctl *ctl;
-    bool shows_line; /* a line of progress on a terminal */
+    bool shows_line; /* a line of progress, where there is a terminal */
     bool is_quiet;   /* no data comes, and that was said */
     bool has_any;    /* something came from the sensor */
     bool has_logged; /* a status was told */
@@ -32,7 +33,7 @@ struct beating {
 
 static void clear_line(const struct beating *b)
 {
-    if (b->shows_line) {
+    if (b->shows_line && terminal_is_foreground(stderr)) {
         (void)fputs("\r\033[K", stderr);
     }
 }
@@ -41,7 +42,8 @@ static void show_line(struct beating *b, int64_t now)
 {
     lum_sensor_counters c;
     char name[SESSION_NAME_BYTES];
-    if (!b->shows_line || now < b->shown_ns + SHOW_NS || !writable(stderr, 0)) {
+    if (!b->shows_line || now < b->shown_ns + SHOW_NS ||
+        !terminal_is_foreground(stderr) || !writable(stderr, 0)) {
         return;
     }
     const double s = (double)(now - b->shown_ns) / 1e9;
@@ -181,8 +183,7 @@ static enum exit_status beat(struct ctl *ctl)
 {
     const int64_t now = lum_time_monotonic_ns();
     struct beating b = {.ctl = ctl,
-                        .shows_line =
-                            !ctl->options.quiet && report_is_terminal(stderr),
+                        .shows_line = !ctl->options.quiet,
                         .begun_ns = now,
                         .data_ns = now,
                         .shown_ns = now};

@@ -1,5 +1,6 @@
 #include "session.h"
 
+#include "../common/interrupt.h"
 #include "../common/number.h"
 #include "../common/printable.h"
 #include "../common/writable.h"
@@ -57,6 +58,9 @@ lum_net_result session_try(const struct ctl *ctl, lum_endpoint host, bool owns,
     options.cancel = ctl->cancel;
     if (from->rate_hz > 0.0) {
         options.heartbeat_ms = (uint32_t)(1000.0 / from->rate_hz);
+    }
+    if (owns) {
+        interrupt_insist(); /* its heartbeats keep a laser on */
     }
     return lum_sensor_open(&options, out, error);
 }

@@ -1,5 +1,6 @@
 #include "status.h"
 
+#include "../common/terminal.h"
 #include "report.h"
 #include "session.h"
 #include "watch.h"
@@ -112,7 +113,7 @@ static bool show(struct watching *w, bool is_silent, uint16_t status)
     w->has_shown = true;
     w->is_silent = is_silent;
     w->status = status;
-    if (w->redraws) {
+    if (w->redraws && terminal_is_foreground(stdout)) {
         return redraw(w);
     }
     return !is_news || status_log(w->ctl, !is_silent, status);

@@ -126,8 +126,7 @@ static void note_time(struct summary *s, int64_t time_ns)
     }
 }
 
-/* A record of port 5517 that was counted as `kind`. A recording holds all that
- * came from the sensor, so that it tells what the run itself told. */
+/* A record of port 5517 that was counted as `kind`. */
 static enum pass_result note_ours(struct pass *pass, const lum_record *record,
                                   lum_packet_kind kind, lum_error *error)
 {
@@ -138,7 +137,7 @@ static enum pass_result note_ours(struct pass *pass, const lum_record *record,
     if (!is_foreign && kind != LUM_PACKET_DATA) {
         diagnosis_note(&pass->diagnosis, record->payload, record->len, kind);
     }
-    if (pass->outputs != NULL && (!is_foreign || pass->options->is_live) &&
+    if (pass->outputs != NULL && !is_foreign &&
         outputs_add_datagram(pass->outputs, record, error) != 0) {
         return output_failed();
     }
@@ -176,6 +175,20 @@ enum pass_result pass_take(struct pass *pass, const lum_record *record,
         return note_ours(pass, record, kind, error);
     }
     return PASS_DONE;
+}
+
+/* A recording holds all that came from the sensor, so that it tells what the
+ * run itself told. */
+enum pass_result pass_record(struct pass *pass, const lum_record *record,
+                             lum_error *error)
+{
+    if (record->kind != LUM_RECORD_DATAGRAM) {
+        return PASS_DONE;
+    }
+    return outputs_set_time(pass->outputs, record->time_ns, error) == 0 &&
+                   outputs_add_datagram(pass->outputs, record, error) == 0
+               ? PASS_DONE
+               : output_failed();
 }
 
 enum pass_result pass_flush(struct pass *pass, lum_error *error)

@@ -16,6 +16,7 @@ enum pass_result {
     PASS_READER_LEFT, /* nobody reads an output any more */
     PASS_SENSORS,     /* an output, and several sensors: one must be named */
     PASS_REFUSED,     /* the options ask for what cannot be; see the error */
+    PASS_DROPPED,     /* its output stalled, and was given up */
     PASS_FAILED       /* see the error */
 };
 
@@ -43,6 +44,10 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error);
 /* Take a record. */
 enum pass_result pass_take(struct pass *pass, const lum_record *record,
                            lum_error *error);
+
+/* Take a record into captures alone, without a look at what is in it. */
+enum pass_result pass_record(struct pass *pass, const lum_record *record,
+                             lum_error *error);
 
 /* The end of the source: what is still open comes out. */
 enum pass_result pass_flush(struct pass *pass, lum_error *error);

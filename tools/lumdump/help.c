@@ -36,7 +36,7 @@ const char help_text[] =
     "A sensor (udp://):\n"
     "      --laser             switch the laser on, and off at the end\n"
     "      --interface NAME    reach the sensor there\n"
-    "      --buffer SIZE       what may wait for the outputs; default: 64MiB\n"
+    "      --buffer SIZE       what may wait for each output; default: 64MiB\n"
     "\n"
     "Selection:\n"
     "      --sensor ADDRESS    one of several sensors in the capture\n"

@@ -1,3 +1,4 @@
+#define _POSIX_C_SOURCE 200809L
 #include "live.h"
 
 #include "../common/interrupt.h"
@@ -11,14 +12,14 @@
 
 #include <inttypes.h>
 #include <stdio.h>
-
-#define BUFFER_BYTES (UINT64_C(64) << 20)
+#include <unistd.h>
 
 struct live {
     struct pass *pass;
     const struct options *options;
     lum_cancel *cancel;
     struct session session;
+    struct lanes lanes;
     struct live_counts counts;
     lum_laser_off off;
     uint16_t status; /* with which the laser was left */
@@ -39,28 +40,7 @@ static int open_session(const struct live *l, bool owns, lum_sensor **out,
     return lum_sensor_open(&options, out, error) == LUM_NET_OK ? 0 : -1;
 }
 
-static int open_ring(struct live *l)
-{
-    const uint64_t size =
-        l->options->buffer != 0 ? l->options->buffer : BUFFER_BYTES;
-    l->session.ring = ring_new((size_t)size);
-    return l->session.ring != NULL
-               ? 0
-               : lum_error_set(&l->error,
-                               "no memory for a buffer of %" PRIu64
-                               " bytes; try a smaller --buffer",
-                               size);
-}
-
-static int open_outputs(struct live *l)
-{
-    return l->options->output_count == 0
-               ? 0
-               : outputs_open(l->options, l->pass->projector, NULL,
-                              &l->pass->notes, &l->pass->outputs, &l->error);
-}
-
-static int start_worker(struct live *l)
+static int start_lanes(struct live *l)
 {
     const uint32_t address = l->options->address.address;
     struct worker_ends ends = {.sensor = {address, LUM_PORT}};
@@ -69,8 +49,7 @@ static int start_worker(struct live *l)
         ends.client.address =
             own_address(l->options->address, l->options->interface);
     }
-    return worker_start(l->pass, l->session.ring, ends, l->cancel,
-                        &l->session.worker, &l->error);
+    return lanes_start(&l->lanes, ends, &l->error);
 }
 
 /* The session comes first: where another program has it, the files that it may
@@ -80,21 +59,25 @@ static int begin(struct live *l)
     if (lum_cancel_new(&l->cancel, &l->error) != 0) {
         return -1;
     }
+    interrupt_insist(); /* heartbeats keep a laser on */
     interrupt_attach(l->cancel);
     return open_session(l, true, &l->session.sensor, &l->error) == 0 &&
                    pass_prepare(l->pass, &l->error) == PASS_DONE &&
-                   open_ring(l) == 0 && open_outputs(l) == 0 &&
-                   start_worker(l) == 0
+                   lanes_open(&l->lanes, l->pass, &l->error) == 0 &&
+                   start_lanes(l) == 0
                ? 0
                : -1;
 }
 
-static void release(struct live *l)
+/* What stalls keeps its thread, and that its memory: neither outlives the
+ * process. */
+static void release(struct live *l, enum exit_status status)
 {
     interrupt_attach(NULL);
-    outputs_abort(l->pass->outputs);
+    if (!lanes_free(&l->lanes)) {
+        _exit((int)status);
+    }
     pass_free(l->pass);
-    ring_free(l->session.ring);
     lum_sensor_close(l->session.sensor);
     lum_cancel_free(l->cancel);
 }
@@ -108,7 +91,7 @@ static void count(struct live *l)
     lum_sensor_count(s->sensor, &c);
     l->counts.received = s->received;
     l->counts.kernel_drops = c.kernel_drops;
-    l->counts.ring_drops = s->ring_drops;
+    l->counts.ring_drops = l->lanes.summary->dropped;
     l->counts.foreign_source = c.foreign_source;
     l->counts.heartbeats_sent = c.heartbeats;
     if (s->watch.has_data) {
@@ -213,15 +196,68 @@ static bool keeps_outputs(const struct session *s)
     return s->end != SESSION_NO_DATA && !has_unknown_layout(s);
 }
 
-static enum exit_status tell_end(struct live *l, enum pass_result result,
-                                 uint64_t left_out)
+static void tell_notes(struct live *l)
 {
-    enum exit_status status = EXIT_DONE;
-    l->pass->notes_told = l->session.notes_told;
-    conclude_notes(l->pass);
-    if (result == PASS_FAILED) {
-        return conclude_error(&l->error, EXIT_FAILED);
+    for (size_t i = 0; i < l->lanes.count; i++) {
+        if (l->lanes.outputs[i]->worker == NULL) {
+            conclude_notes(l->lanes.outputs[i]->pass);
+        }
     }
+}
+
+static void report_outputs(struct live *l)
+{
+    static const char *const ends[] = {[LANE_LIVES] = "done",
+                                       [LANE_WHOLE] = "done",
+                                       [LANE_READER_LEFT] = "no reader",
+                                       [LANE_FAILED] = "failed",
+                                       [LANE_STALLED] = "stalled",
+                                       [LANE_ABANDONED] = "stalled"};
+    struct live_counts *c = &l->counts;
+    c->output_count = l->lanes.count;
+    for (size_t i = 0; i < l->lanes.count; i++) {
+        const struct lane *lane = l->lanes.outputs[i];
+        const int64_t from_ns = l->session.watch.has_data
+                                    ? l->session.first_data_ns
+                                    : l->session.began_ns;
+        c->outputs[i] = (struct live_output){
+            .name = lane_name(lane),
+            .end = ends[lane->end],
+            .error = lane->error.text,
+            .is_recording = lane->is_recording,
+            .has_ended_early = lane->end != LANE_WHOLE,
+            .datagrams = lane->view.taken,
+            .dropped = lane->dropped,
+            .seconds = lane->ended_ns > from_ns
+                           ? (double)(lane->ended_ns - from_ns) * 1e-9
+                           : 0.0};
+        c->recording_drops += lane->is_recording ? lane->dropped : 0;
+    }
+}
+
+/* What a recording lacks is in the summary; where that is not printed, it is
+ * told all the same. */
+static void tell_missing(const struct live *l)
+{
+    const struct live_counts *c = &l->counts;
+    for (size_t i = 0; i < c->output_count; i++) {
+        const struct live_output *o = &c->outputs[i];
+        if (l->options->quiet && o->is_recording &&
+            o->dropped + c->kernel_drops > 0) {
+            (void)fprintf(stderr,
+                          "lumdump: %s: datagrams are missing from this "
+                          "recording: %" PRIu64
+                          " dropped by its buffer, %" PRIu64 " by the system\n",
+                          o->name, o->dropped, c->kernel_drops);
+        }
+    }
+}
+
+static enum exit_status tell_end(struct live *l)
+{
+    enum exit_status status =
+        lanes_have_failed(&l->lanes) ? EXIT_FAILED : EXIT_DONE;
+    tell_notes(l);
     if (has_unknown_layout(&l->session)) {
         diagnosis_print(&l->pass->diagnosis, l->options->source, stderr);
         return EXIT_FAILED;
@@ -232,19 +268,23 @@ static enum exit_status tell_end(struct live *l, enum pass_result result,
     if (l->session.end == SESSION_BROKEN) {
         status = conclude_error(&l->session.error, EXIT_FAILED);
     }
-    if (result == PASS_READER_LEFT) {
+    if (lanes_have_no_reader(&l->lanes)) {
         return status;
     }
+    report_outputs(l);
     l->pass->summary.live = &l->counts;
-    const enum exit_status printed = conclude_summary(l->pass, left_out);
+    const enum exit_status printed =
+        conclude_summary(l->pass, lanes_left_out(&l->lanes));
+    tell_missing(l);
     return status != EXIT_DONE ? status : printed;
 }
 
 /* From the laser's first moment to its last a signal ends the run in good
- * order; what comes then may take the usual time only. */
+ * order. Then outputs have their time, and what is said at the end the usual
+ * one; but that a laser is not off is said first. */
 static enum exit_status run(struct live *l)
 {
-    uint64_t left_out = 0;
+    enum exit_status laser = EXIT_DONE;
     interrupt_hold();
     session_run(&l->session);
     if (l->session.end == SESSION_SIGNAL ||
@@ -255,12 +295,17 @@ static enum exit_status run(struct live *l)
     }
     count(l);
     switch_off(l);
+    interrupt_linger();
+    const bool is_down = l->off == LUM_LASER_OFF_SEEN;
+    if (!is_down) {
+        say_end(&l->session.say);
+        laser = tell_laser(l, EXIT_DONE);
+    }
+    lanes_end(&l->lanes, keeps_outputs(&l->session), &l->session.say);
     interrupt_release();
     say_end(&l->session.say);
-    const enum pass_result result = worker_end(
-        l->session.worker, keeps_outputs(&l->session), &left_out, &l->error);
-    const enum exit_status status = tell_end(l, result, left_out);
-    const enum exit_status laser = tell_laser(l, status);
+    const enum exit_status status = tell_end(l);
+    laser = is_down ? tell_laser(l, status) : laser;
     return status != EXIT_DONE ? status : laser;
 }
 
@@ -270,12 +315,13 @@ enum exit_status live_run(struct pass *pass)
     enum exit_status status = EXIT_FAILED;
     l.session.options = pass->options;
     l.session.layout = pass->layout;
+    l.session.lanes = &l.lanes;
     if (begin(&l) == 0) {
         status = run(&l);
     } else if (interrupt_signal() == 0) {
         (void)conclude_error(&l.error, EXIT_FAILED);
     }
-    release(&l);
+    release(&l, status);
     if (l.session.end == SESSION_GOES_ON && interrupt_signal() != 0) {
         interrupt_die(); /* before it began */
     }

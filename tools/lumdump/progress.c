@@ -1,16 +1,17 @@
 #define _POSIX_C_SOURCE 200809L
 #include "progress.h"
 
+#include "../common/terminal.h"
+
 #include <inttypes.h>
 #include <stdio.h>
 #include <time.h>
-#include <unistd.h>
 
 #define INTERVAL_NS INT64_C(200000000)
 
 void progress_init(struct progress *progress, bool quiet)
 {
-    *progress = (struct progress){.is_on = !quiet && isatty(STDERR_FILENO)};
+    *progress = (struct progress){.is_on = !quiet};
 }
 
 static int64_t now_ns(void)
@@ -31,6 +32,10 @@ void progress_update(struct progress *progress, uint64_t done, uint64_t total,
         return;
     }
     progress->next_ns = now + INTERVAL_NS;
+    if (!terminal_is_foreground(stderr)) {
+        progress->is_shown = false;
+        return;
+    }
     progress->is_shown = true;
     if (total > 0) {
         (void)fprintf(stderr, "\r\033[K%3" PRIu64 " %%  ", done * 100 / total);
@@ -43,8 +48,8 @@ void progress_update(struct progress *progress, uint64_t done, uint64_t total,
 
 void progress_clear(struct progress *progress)
 {
-    if (progress->is_shown) {
+    if (progress->is_shown && terminal_is_foreground(stderr)) {
         (void)fputs("\r\033[K", stderr);
-        progress->is_shown = false;
     }
+    progress->is_shown = false;
 }

@@ -11,7 +11,8 @@ struct progress {
     int64_t next_ns;
 };
 
-/* On where standard error is a terminal and the run is not quiet. */
+/* On where the run is not quiet and standard error is a terminal in whose
+ * foreground it is. */
 void progress_init(struct progress *progress, bool quiet);
 
 /* Redraws five times a second; total 0: unknown. Cheap to call often. */

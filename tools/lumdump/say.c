@@ -1,6 +1,7 @@
 #define _DEFAULT_SOURCE /* TIOCGWINSZ */
 #include "say.h"
 
+#include "../common/terminal.h"
 #include "../common/writable.h"
 
 #include <errno.h>
@@ -17,8 +18,7 @@ static const char clear_line[] = "\r\033[K";
 
 void say_init(struct say *say, bool quiet)
 {
-    *say = (struct say){.is_quiet = quiet,
-                        .is_terminal = isatty(STDERR_FILENO) == 1};
+    *say = (struct say){.is_quiet = quiet};
 }
 
 /* Writes a piece if that needs no wait. False: nothing was written. */
@@ -57,12 +57,13 @@ static void append(struct say *say, const char *text)
     say->pending_bytes += n;
 }
 
+/* A run that went to the background has the shell's prompt there now. */
 static void clear_status(struct say *say)
 {
-    if (say->shows_status) {
+    if (say->shows_status && terminal_is_foreground(stderr)) {
         append(say, clear_line);
-        say->shows_status = false;
     }
+    say->shows_status = false;
 }
 
 static void append_left_out(struct say *say)
@@ -74,34 +75,49 @@ static void append_left_out(struct say *say)
     }
 }
 
-void say_warn(struct say *say, const char *format, ...)
+/* kind: what stands before the time. */
+LUM_PRINTF(3, 0)
+static void add_line(struct say *say, const char *kind, const char *format,
+                     va_list arguments)
 {
     char text[768];
     char line[sizeof text + 64];
     char clock[16] = "";
     const time_t now = time(NULL);
     struct tm local;
-    va_list arguments;
-    if (say->is_quiet) {
-        return;
-    }
-    va_start(arguments, format);
     (void)vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
     if (localtime_r(&now, &local) != NULL) {
         (void)strftime(clock, sizeof clock, "%H:%M:%S", &local);
     }
-    (void)snprintf(line, sizeof line, "lumdump: warning: %s: %s\n", clock,
-                   text);
+    (void)snprintf(line, sizeof line, "lumdump: %s%s: %s\n", kind, clock, text);
     append_left_out(say);
     clear_status(say);
     append(say, line);
     say_flush(say);
 }
 
+void say_warn(struct say *say, const char *format, ...)
+{
+    va_list arguments;
+    if (say->is_quiet) {
+        return;
+    }
+    va_start(arguments, format);
+    add_line(say, "warning: ", format, arguments);
+    va_end(arguments);
+}
+
+void say_error(struct say *say, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    add_line(say, "", format, arguments);
+    va_end(arguments);
+}
+
 bool say_has_status(const struct say *say)
 {
-    return say->is_terminal && !say->is_quiet;
+    return !say->is_quiet && terminal_is_foreground(stderr);
 }
 
 static size_t columns(void)

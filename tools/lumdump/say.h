@@ -13,7 +13,6 @@
 
 struct say {
     bool is_quiet;
-    bool is_terminal;
     bool shows_status;
     bool left_out; /* a warning did not fit */
     size_t pending_bytes;
@@ -26,7 +25,11 @@ void say_init(struct say *say, bool quiet);
 LUM_PRINTF(2, 3)
 void say_warn(struct say *say, const char *format, ...);
 
-/* Whether there is to be a status line. */
+/* Say what a run that is quiet says too. */
+LUM_PRINTF(2, 3)
+void say_error(struct say *say, const char *format, ...);
+
+/* Whether there is to be a status line now. */
 bool say_has_status(const struct say *say);
 
 /* Show a status line, in place of the one before. */

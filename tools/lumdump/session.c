@@ -62,21 +62,11 @@ static void take_datagrams(struct session *s, const lum_sensor_event *event,
                                        .time_ns = d->utc_ns,
                                        .is_cut_short = d->cut_short};
         s->bytes += d->len;
-        s->ring_drops += ring_put(s->ring, &item) ? 0u : 1u;
+        lanes_put(s->lanes, &item);
     }
-    ring_publish(s->ring);
+    lanes_publish(s->lanes);
     s->received += event->datagram_count;
     look_for_data(s, event, now_ns);
-}
-
-static enum session_end judge_cancel(struct session *s)
-{
-    struct worker_view view;
-    worker_look(s->worker, &view);
-    if (interrupt_signal() != 0) {
-        return SESSION_SIGNAL;
-    }
-    return view.has_ended ? SESSION_OUTPUT : SESSION_GOES_ON;
 }
 
 static void take_event(struct session *s, const lum_sensor_event *event,
@@ -87,7 +77,7 @@ static void take_event(struct session *s, const lum_sensor_event *event,
         take_datagrams(s, event, now_ns);
         break;
     case LUM_SENSOR_CANCELLED:
-        s->end = judge_cancel(s);
+        s->end = interrupt_signal() != 0 ? SESSION_SIGNAL : SESSION_GOES_ON;
         break;
     case LUM_SENSOR_FAILED:
         s->error = event->error;
@@ -121,13 +111,6 @@ static void tell_drops(struct session *s, const lum_sensor_counters *c,
                        int64_t now_ns)
 {
     lum_socket *socket = lum_sensor_socket(s->sensor);
-    if (is_news(&s->told_ring, s->ring_drops, now_ns)) {
-        say_warn(&s->say,
-                 "the outputs are too slow for what comes: %" PRIu64
-                 " datagrams were dropped so far; write less (--eye, --frames, "
-                 "a pcap alone), to a faster disk, or try --buffer",
-                 s->ring_drops);
-    }
     if (is_news(&s->told_kernel, c->kernel_drops, now_ns)) {
         say_warn(&s->say,
                  "the system dropped %" PRIu64
@@ -140,29 +123,22 @@ static void tell_drops(struct session *s, const lum_sensor_counters *c,
     }
 }
 
-static void tell_notes(struct session *s, const struct worker_view *view)
-{
-    for (; s->notes_told < view->notes; s->notes_told++) {
-        say_warn(&s->say, "%s", worker_note(s->worker, s->notes_told));
-    }
-}
-
 static void show_status(struct session *s, const lum_sensor_counters *c,
-                        const struct worker_view *view, int64_t now_ns)
+                        int64_t now_ns)
 {
     char line[400];
-    const struct status_totals now = {
-        .time_ns = now_ns,
-        .datagrams = s->received,
-        .bytes = s->bytes,
-        .points = view->points,
-        .lost_words = view->lost_words,
-        .lost_lines = view->lost_lines,
-        .kernel_drops = c->kernel_drops,
-        .ring_drops = s->ring_drops,
-        .refused = view->refused,
-        .buffer_used =
-            (unsigned)(ring_level(s->ring) * 100u / ring_size(s->ring))};
+    struct worker_view view;
+    lanes_view(s->lanes, &view);
+    const struct status_totals now = {.time_ns = now_ns,
+                                      .datagrams = s->received,
+                                      .bytes = s->bytes,
+                                      .points = view.points,
+                                      .lost_words = view.lost_words,
+                                      .lost_lines = view.lost_lines,
+                                      .kernel_drops = c->kernel_drops,
+                                      .ring_drops = lanes_dropped(s->lanes),
+                                      .refused = view.refused,
+                                      .buffer_used = lanes_level(s->lanes)};
     if (s->watch.has_data) {
         status_format(&s->before, &now, s->first_data_ns,
                       watch_laser_text(&s->watch), line, sizeof line);
@@ -177,21 +153,21 @@ static void show_status(struct session *s, const lum_sensor_counters *c,
 static void tick(struct session *s, int64_t now_ns)
 {
     lum_sensor_counters counters;
-    struct worker_view view;
     s->tick_ns = now_ns + TICK_NS;
-    ring_wake(s->ring);
+    lanes_wake(s->lanes);
     say_flush(&s->say);
     watch_tick(&s->watch, now_ns);
     lum_sensor_count(s->sensor, &counters);
-    worker_look(s->worker, &view);
-    tell_notes(s, &view);
     tell_drops(s, &counters, now_ns);
     if (now_ns >= s->status_ns && say_has_status(&s->say)) {
         s->status_ns = now_ns + STATUS_NS;
-        show_status(s, &counters, &view, now_ns);
+        show_status(s, &counters, now_ns);
     }
     if (!s->watch.has_data && now_ns - s->began_ns >= FIRST_DATA_NS) {
         s->end = SESSION_NO_DATA;
+    }
+    if (!lanes_watch(s->lanes, &s->say, now_ns)) {
+        s->end = SESSION_OUTPUT;
     }
 }
 

@@ -4,12 +4,11 @@
 #ifndef LUMDUMP_SESSION_H
 #define LUMDUMP_SESSION_H
 
+#include "lanes.h"
 #include "options.h"
 #include "status.h"
 #include "watch.h"
-#include "worker.h"
 
-#include "../common/ring.h"
 #include "lum/net/sensor.h"
 
 #include <stdbool.h>
@@ -20,7 +19,7 @@ enum session_end {
     SESSION_GOES_ON,
     SESSION_DURATION, /* it is over */
     SESSION_SIGNAL,   /* one came */
-    SESSION_OUTPUT,   /* one has failed, or its reader has left */
+    SESSION_OUTPUT,   /* the last one has ended */
     SESSION_NO_DATA,  /* from the start */
     SESSION_BROKEN    /* the socket; see the error */
 };
@@ -36,8 +35,7 @@ struct session {
     const struct options *options;
     const lum_layout *layout;
     lum_sensor *sensor;
-    struct ring *ring;
-    struct worker *worker;
+    struct lanes *lanes;
 
     struct say say;
     struct watch watch;
@@ -50,15 +48,12 @@ struct session {
     int64_t status_ns;
     uint64_t received; /* datagrams, and bytes in them */
     uint64_t bytes;
-    uint64_t ring_drops;
     bool has_unknown; /* packets that may be data of another layout */
     struct session_drops told_kernel;
-    struct session_drops told_ring;
-    size_t notes_told; /* of the outputs */
     struct status_totals before;
 };
 
-/* Receive until there is a reason to end. The first five members are set; the
+/* Receive until there is a reason to end. The first four members are set; the
  * rest is zero. */
 void session_run(struct session *session);
 

@@ -201,12 +201,41 @@ static void print_json_sensors(const struct summary *s, FILE *out)
     (void)fputs(is_first ? "],\n" : "\n  ],\n", out);
 }
 
+static void print_json_output(const struct live_output *o, FILE *out)
+{
+    (void)fputs("    {\"name\": ", out);
+    print_json_text(o->name, out);
+    (void)fprintf(out,
+                  ", \"end\": \"%s\", \"datagrams\": %" PRIu64
+                  ", \"dropped\": %" PRIu64,
+                  o->end, o->datagrams, o->dropped);
+    if (o->has_ended_early) {
+        (void)fprintf(out, ", \"ended_s\": %.3f", o->seconds);
+    }
+    if (*o->error != '\0') {
+        (void)fputs(", \"error\": ", out);
+        print_json_text(o->error, out);
+    }
+    (void)fputc('}', out);
+}
+
+static void print_json_outputs(const struct live_counts *c, FILE *out)
+{
+    (void)fputs("  \"outputs\": [", out);
+    for (size_t i = 0; i < c->output_count; i++) {
+        (void)fputs(i > 0 ? ",\n" : "\n", out);
+        print_json_output(&c->outputs[i], out);
+    }
+    (void)fputs(c->output_count > 0 ? "\n  ],\n" : "],\n", out);
+}
+
 static void print_json_live(const struct live_counts *c, FILE *out)
 {
     const struct named rows[] = {
         {"received", "", c->received},
         {"kernel_drops", "", c->kernel_drops},
         {"ring_drops", "", c->ring_drops},
+        {"recording_drops", "", c->recording_drops},
         {"foreign_source", "", c->foreign_source},
         {"heartbeats_sent", "", c->heartbeats_sent},
     };
@@ -216,6 +245,7 @@ static void print_json_live(const struct live_counts *c, FILE *out)
     }
     (void)fprintf(out, "  \"seconds\": %.6f,\n  \"laser\": \"%s\",\n",
                   c->seconds, c->laser);
+    print_json_outputs(c, out);
 }
 
 void summary_print_json(const struct summary *s, FILE *out)
@@ -307,7 +337,10 @@ static size_t list_live_losses(const struct live_counts *c, struct named *out)
     const struct named rows[] = {
         {"kernel_drops", "datagrams: this program was too slow",
          c->kernel_drops},
-        {"ring_drops", "datagrams: an output was too slow", c->ring_drops},
+        {"ring_drops", "datagrams: this machine was too busy to decode them",
+         c->ring_drops},
+        {"recording_drops", "datagrams: a recording's disk was too slow",
+         c->recording_drops},
         {"foreign_source", "datagrams of others, not taken", c->foreign_source},
     };
     const size_t n = sizeof rows / sizeof rows[0];
@@ -315,6 +348,25 @@ static size_t list_live_losses(const struct live_counts *c, struct named *out)
         out[i] = rows[i];
     }
     return n;
+}
+
+/* Those that lack something. */
+static void print_outputs(const struct live_counts *c, FILE *out)
+{
+    const char *title = "outputs";
+    for (size_t i = 0; i < c->output_count; i++) {
+        const struct live_output *o = &c->outputs[i];
+        if (!o->has_ended_early && o->dropped == 0) {
+            continue;
+        }
+        (void)fprintf(out, "%-10s %14s  %s", title, o->end, o->name);
+        if (o->has_ended_early) {
+            (void)fprintf(out, ", ended after %.1f s", o->seconds);
+        }
+        (void)fprintf(out, ", %" PRIu64 " datagram%s dropped\n", o->dropped,
+                      plural(o->dropped));
+        title = "";
+    }
 }
 
 static void print_live(const struct live_counts *c, FILE *out)
@@ -325,6 +377,7 @@ static void print_live(const struct live_counts *c, FILE *out)
                   "session", c->seconds, c->received, plural(c->received),
                   c->heartbeats_sent, plural(c->heartbeats_sent));
     (void)fprintf(out, "%-10s %14s\n", "laser", c->laser);
+    print_outputs(c, out);
 }
 
 void summary_print_text(const struct summary *s, FILE *out)

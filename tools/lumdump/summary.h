@@ -2,6 +2,8 @@
 #ifndef LUMDUMP_SUMMARY_H
 #define LUMDUMP_SUMMARY_H
 
+#include "options.h"
+
 #include "lum/io/demux.h"
 
 #include <stdbool.h>
@@ -16,11 +18,26 @@ struct point_counts {
     uint64_t lines[LUM_EYES];
 };
 
+/* One output of a live run. */
+struct live_output {
+    const char *name;
+    const char *end;   /* done, failed, stalled, no reader */
+    const char *error; /* where it failed */
+    bool is_recording;
+    bool has_ended_early;
+    uint64_t datagrams; /* that it took */
+    uint64_t dropped;   /* that its buffer had no room for */
+    double seconds;     /* from the first data to its end, if that was early */
+};
+
 /* What a live run counts besides. */
 struct live_counts {
     uint64_t received;     /* datagrams of the sensor, while it was recorded */
     uint64_t kernel_drops; /* lost because this program was too slow */
-    uint64_t ring_drops;   /* received, and lost because an output was */
+    uint64_t ring_drops;   /* received, and lost to this summary */
+    uint64_t recording_drops; /* received, and lost to the recordings */
+    struct live_output outputs[OUTPUTS_MAX];
+    size_t output_count;
     uint64_t foreign_source;
     uint64_t heartbeats_sent;
     double seconds;     /* from the first data to the end */

@@ -18,10 +18,9 @@
 #define DATAGRAMS_A_LOOK 256u
 
 struct worker {
+    struct worker_setup setup;
     struct pass *pass;
     struct ring *ring;
-    struct worker_ends ends;
-    lum_cancel *cancel;
     pthread_t thread;
 
     /* the thread's, then of whoever has joined it */
@@ -35,14 +34,17 @@ struct worker {
     pthread_mutex_t lock; /* guards what follows */
     struct worker_view view;
     bool keep;
+    bool is_dropped;
 };
 
-static void make_view(struct worker *w, bool has_ended)
+static void make_view(struct worker *w)
 {
     const struct summary *s = &w->pass->summary;
-    struct worker_view view = {.has_ended = has_ended,
-                               .notes = w->pass->notes.count};
+    struct worker_view view = {0};
     lum_demux_counters c;
+    if (w->setup.only_records) {
+        return;
+    }
     lum_demux_total(w->pass->demux, &c);
     for (size_t i = 0; i < lum_demux_sensor_count(w->pass->demux); i++) {
         view.points += s->sensors[i].points;
@@ -56,6 +58,7 @@ static void make_view(struct worker *w, bool has_ended)
                    c.packets[LUM_PACKET_UNKNOWN_TYPE] +
                    c.packets[LUM_PACKET_FOREIGN];
     (void)pthread_mutex_lock(&w->lock);
+    view.taken = w->view.taken;
     w->view = view;
     (void)pthread_mutex_unlock(&w->lock);
 }
@@ -81,7 +84,7 @@ static enum pass_result look_around(struct worker *w, bool is_idle)
     const int64_t now_ns = lum_time_monotonic_ns();
     if (now_ns - w->view_ns >= VIEW_NS) {
         w->view_ns = now_ns;
-        make_view(w, false);
+        make_view(w);
     }
     return flush(w, now_ns, is_idle);
 }
@@ -94,12 +97,32 @@ static lum_record record_of(const struct worker *w,
     return (lum_record){.time_ns = item->time_ns,
                         .payload = item->bytes,
                         .len = item->len,
-                        .source = w->ends.sensor.address,
-                        .destination = w->ends.client.address,
-                        .source_port = w->ends.sensor.port,
-                        .destination_port = w->ends.client.port,
+                        .source = w->setup.ends.sensor.address,
+                        .destination = w->setup.ends.client.address,
+                        .source_port = w->setup.ends.sensor.port,
+                        .destination_port = w->setup.ends.client.port,
                         .kind = item->is_cut_short ? LUM_RECORD_CUT_SHORT
                                                    : LUM_RECORD_DATAGRAM};
+}
+
+/* Says that one more was taken. */
+static enum pass_result count_one(struct worker *w)
+{
+    (void)pthread_mutex_lock(&w->lock);
+    w->view.taken++;
+    const bool is_dropped = w->is_dropped;
+    (void)pthread_mutex_unlock(&w->lock);
+    return is_dropped ? PASS_DROPPED : PASS_DONE;
+}
+
+static enum pass_result take_one(struct worker *w, const struct ring_item *item)
+{
+    const lum_record record = record_of(w, item);
+    const enum pass_result result =
+        w->setup.only_records ? pass_record(w->pass, &record, &w->error)
+                              : pass_take(w->pass, &record, &w->error);
+    w->pass->summary.records++;
+    return result == PASS_DONE ? count_one(w) : result;
 }
 
 static enum pass_result work_off(struct worker *w)
@@ -107,9 +130,7 @@ static enum pass_result work_off(struct worker *w)
     enum pass_result result = PASS_DONE;
     struct ring_item item;
     while (result == PASS_DONE && ring_next(w->ring, &item)) {
-        const lum_record record = record_of(w, &item);
-        result = pass_take(w->pass, &record, &w->error);
-        w->pass->summary.records++;
+        result = take_one(w, &item);
         if (result == PASS_DONE &&
             w->pass->summary.records % DATAGRAMS_A_LOOK == 0) {
             result = look_around(w, false);
@@ -128,6 +149,18 @@ static enum pass_result work(struct worker *w)
         }
     }
     return result;
+}
+
+static enum pass_result open_outputs(struct worker *w)
+{
+    struct pass *p = w->pass;
+    if (!w->setup.opens) {
+        return PASS_DONE;
+    }
+    return outputs_open(p->options, p->projector, NULL, &p->notes, &p->outputs,
+                        &w->error) == 0
+               ? PASS_DONE
+               : PASS_FAILED;
 }
 
 /* What has failed has its reason already; the other outputs are finished. */
@@ -149,26 +182,35 @@ static bool is_kept(struct worker *w)
 {
     (void)pthread_mutex_lock(&w->lock);
     const bool keep = w->keep;
+    const bool is_dropped = w->is_dropped;
     (void)pthread_mutex_unlock(&w->lock);
-    return keep || w->result != PASS_DONE;
+    return !is_dropped && (keep || w->result != PASS_DONE);
+}
+
+static void tell_end(struct worker *w)
+{
+    (void)pthread_mutex_lock(&w->lock);
+    w->view.has_ended = true;
+    (void)pthread_mutex_unlock(&w->lock);
 }
 
 static void *run(void *argument)
 {
     struct worker *w = argument;
-    w->result = work(w);
+    w->result = open_outputs(w);
     if (w->result == PASS_DONE) {
+        w->result = work(w);
+    }
+    if (w->result == PASS_DONE && !w->setup.only_records) {
         w->result = pass_flush(w->pass, &w->error);
     }
-    make_view(w, true);
-    if (w->result != PASS_DONE) {
-        lum_cancel_raise(w->cancel);
-    }
+    make_view(w);
     if (w->pass->outputs != NULL && is_kept(w)) {
         w->result = close_outputs(w);
     }
     outputs_abort(w->pass->outputs);
     w->pass->outputs = NULL;
+    tell_end(w);
     return NULL;
 }
 
@@ -184,17 +226,16 @@ static int start_thread(struct worker *w)
     return code;
 }
 
-int worker_start(struct pass *pass, struct ring *ring, struct worker_ends ends,
-                 lum_cancel *cancel, struct worker **out, lum_error *error)
+int worker_start(const struct worker_setup *setup, struct worker **out,
+                 lum_error *error)
 {
     struct worker *w = calloc(1, sizeof *w);
     if (w == NULL) {
         return lum_error_set(error, "out of memory");
     }
-    w->pass = pass;
-    w->ring = ring;
-    w->ends = ends;
-    w->cancel = cancel;
+    w->setup = *setup;
+    w->pass = setup->pass;
+    w->ring = setup->ring;
     (void)pthread_mutex_init(&w->lock, NULL);
     const int code = start_thread(w);
     if (code != 0) {
@@ -214,18 +255,25 @@ void worker_look(struct worker *worker, struct worker_view *out)
     (void)pthread_mutex_unlock(&worker->lock);
 }
 
-const char *worker_note(const struct worker *worker, size_t i)
-{
-    return worker->pass->notes.list[i].text;
-}
-
-enum pass_result worker_end(struct worker *worker, bool keep,
-                            uint64_t *left_out, lum_error *error)
+void worker_finish(struct worker *worker, bool keep)
 {
     (void)pthread_mutex_lock(&worker->lock);
     worker->keep = keep;
     (void)pthread_mutex_unlock(&worker->lock);
     ring_close(worker->ring);
+}
+
+void worker_drop(struct worker *worker)
+{
+    (void)pthread_mutex_lock(&worker->lock);
+    worker->is_dropped = true;
+    (void)pthread_mutex_unlock(&worker->lock);
+    ring_close(worker->ring);
+}
+
+enum pass_result worker_join(struct worker *worker, uint64_t *left_out,
+                             lum_error *error)
+{
     (void)pthread_join(worker->thread, NULL);
     const enum pass_result result = worker->result;
     *left_out = worker->left_out;

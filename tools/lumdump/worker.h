@@ -1,13 +1,13 @@
-/* The thread that makes lines and points of what a sensor sent and writes them.
- * It may wait for a disk or for a reader as long as it takes: what keeps the
- * session is another thread, and they share a ring. */
+/* A thread that takes what a sensor sent out of a ring, makes lines and points
+ * of it and writes them. It may wait for its disk or its reader as long as it
+ * takes: what keeps the session, and what fills other outputs, are other
+ * threads. */
 #ifndef LUMDUMP_WORKER_H
 #define LUMDUMP_WORKER_H
 
 #include "convert.h"
 
 #include "../common/ring.h"
-#include "lum/net/cancel.h"
 #include "lum/net/socket.h"
 
 #include <stdbool.h>
@@ -17,12 +17,13 @@ struct worker;
 
 /* What it has come to, for a look from outside. */
 struct worker_view {
+    uint64_t taken; /* datagrams, as of now; the rest as of the last tenth of a
+                       second */
     uint64_t points;
     uint64_t lost_words;
     uint64_t lost_lines; /* skipped, or without all angles */
     uint64_t refused;    /* datagrams that reassembly could not use */
-    size_t notes;        /* that outputs gave; see worker_note() */
-    bool has_ended;
+    bool has_ended;      /* its outputs are closed */
 };
 
 /* Where datagrams went from and to. */
@@ -31,22 +32,31 @@ struct worker_ends {
     lum_endpoint client;
 };
 
-/* Begin. The worker uses the pass, its outputs among it, until worker_end().
- * cancel is raised when it ends of itself, because an output has failed or its
- * reader has left. 0, or -1 with the reason in error. */
-int worker_start(struct pass *pass, struct ring *ring, struct worker_ends ends,
-                 lum_cancel *cancel, struct worker **out, lum_error *error);
+struct worker_setup {
+    struct pass *pass; /* the worker's, its outputs among it, until it ended */
+    struct ring *ring;
+    struct worker_ends ends;
+    bool only_records; /* it decodes nothing: the outputs are captures */
+    bool opens;        /* the outputs, of which one may be waited for long */
+};
 
-/* As of the last tenth of a second. */
+/* 0, or -1 with the reason in error. */
+int worker_start(const struct worker_setup *setup, struct worker **out,
+                 lum_error *error);
+
 void worker_look(struct worker *worker, struct worker_view *out);
 
-/* One of the notes that the last look counted. */
-const char *worker_note(const struct worker *worker, size_t i);
+/* No more will come. Its outputs are finished once all that is in the ring has
+ * been written, where keep is set or one of them has failed, which is aborted;
+ * else all are. Does not wait. */
+void worker_finish(struct worker *worker, bool keep);
 
-/* No more will come: wait until all that is in the ring has been written, free
- * the worker. Its outputs are finished, where keep is set or one of them has
- * failed, which is aborted; else all are. left_out: see outputs_left_out(). */
-enum pass_result worker_end(struct worker *worker, bool keep,
-                            uint64_t *left_out, lum_error *error);
+/* Its outputs are given up: as soon as it moves again it ends. Does not wait.
+ */
+void worker_drop(struct worker *worker);
+
+/* Wait for its end, free it. left_out: see outputs_left_out(). */
+enum pass_result worker_join(struct worker *worker, uint64_t *left_out,
+                             lum_error *error);
 
 #endif

@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "../common/capture_file.h"
 #include "../common/interrupt.h"
+#include "../common/terminal.h"
 #include "files.h"
 #include "lum/wire.h"
 #include "sim/fault.h"
@@ -105,7 +106,7 @@ static int simulate_line(struct run *run, int64_t frame, uint32_t number)
 
 static void show_progress(const struct run *run, int64_t frame)
 {
-    if (run->progress) {
+    if (run->progress && terminal_is_foreground(stderr)) {
         (void)fprintf(stderr, "\r\033[Kframe %" PRId64 " of %" PRId64, frame,
                       run->frames);
     }
@@ -113,7 +114,7 @@ static void show_progress(const struct run *run, int64_t frame)
 
 static void clear_progress(const struct run *run)
 {
-    if (run->progress) {
+    if (run->progress && terminal_is_foreground(stderr)) {
         (void)fputs("\r\033[K", stderr);
     }
 }
@@ -221,7 +222,7 @@ static int execute(struct run *run)
     if (open_outputs(run) != 0) {
         return EXIT_FAILURE;
     }
-    run->progress = !o->quiet && isatty(STDERR_FILENO) != 0;
+    run->progress = !o->quiet;
     return simulate(run) == 0 ? finish(run) : give_up(run);
 }
 

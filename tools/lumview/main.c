@@ -131,6 +131,9 @@ static enum exit_status run(const struct options *o)
 {
     lum_error error = {""};
     struct server *server = NULL;
+    if (o->is_live) {
+        interrupt_insist(); /* its heartbeats keep a laser on */
+    }
     if (check_files(o, &error) != 0) {
         return complain(&error, EXIT_BAD);
     }

@@ -27,13 +27,24 @@ void note_signal(int)
 }
 
 // From here on: ROS's own handler would end the topics before the laser is off.
+// What may keep a laser on is ended by these whatever it inherited, but for a
+// hang-up that nohup has ignored.
 void catch_signals()
 {
     struct sigaction action = {};
+    struct sigaction hangup = {};
+    sigset_t insisted;
     action.sa_handler = note_signal;
-    (void)sigaction(SIGINT, &action, nullptr);
-    (void)sigaction(SIGTERM, &action, nullptr);
-    (void)sigaction(SIGHUP, &action, nullptr);
+    (void)sigemptyset(&insisted);
+    for (const int number : {SIGINT, SIGTERM, SIGQUIT}) {
+        (void)sigaction(number, &action, nullptr);
+        (void)sigaddset(&insisted, number);
+    }
+    (void)pthread_sigmask(SIG_UNBLOCK, &insisted, nullptr);
+    if (sigaction(SIGHUP, nullptr, &hangup) == 0 &&
+        hangup.sa_handler != SIG_IGN) {
+        (void)sigaction(SIGHUP, &action, nullptr);
+    }
 }
 
 std::unique_ptr<Source> make_source(const ros::NodeHandle &node,

@@ -1,0 +1,209 @@
+#define _POSIX_C_SOURCE 200809L
+#include "lane.h"
+
+#include "targets.h"
+
+#include "lum/base/time.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static bool find(const char *name, struct stat *out)
+{
+    return (strcmp(name, "-") == 0 ? fstat(STDOUT_FILENO, out)
+                                   : stat(name, out)) == 0;
+}
+
+/* A name that is not there yet will be a file. */
+static bool is_file(const char *name)
+{
+    struct stat s;
+    return !find(name, &s) || S_ISREG(s.st_mode) || S_ISDIR(s.st_mode);
+}
+
+/* Opening a named pipe waits for its reader; one that may not be opened is told
+ * at once. */
+static bool opens_late(const char *name)
+{
+    struct stat s;
+    return strcmp(name, "-") != 0 && find(name, &s) && S_ISFIFO(s.st_mode) &&
+           access(name, W_OK) == 0;
+}
+
+static int give_ring(struct lane *lane, size_t size, lum_error *error)
+{
+    lane->ring = ring_new(size);
+    return lane->ring != NULL ? 0
+                              : lum_error_set(error,
+                                              "no memory for a buffer of %zu "
+                                              "bytes; try a smaller --buffer",
+                                              size);
+}
+
+static int open_output(struct lane *lane, const struct pass *run, size_t output,
+                       size_t ring_size, lum_error *error)
+{
+    lane->options = *run->options;
+    lane->options.outputs[0] = run->options->outputs[output];
+    lane->options.output_count = 1;
+    lane->own = (struct pass){.options = &lane->options,
+                              .layout = run->layout,
+                              .projector = run->projector};
+    lane->pass = &lane->own;
+    lane->has_output = true;
+    lane->is_recording = lane->options.outputs[0].format == FORMAT_PCAP;
+    lane->is_file = is_file(lane->options.outputs[0].name);
+    lane->opens_late = opens_late(lane->options.outputs[0].name);
+    if (!lane->is_recording && pass_prepare(lane->pass, error) != PASS_DONE) {
+        return -1;
+    }
+    if (give_ring(lane, ring_size, error) != 0 || lane->opens_late) {
+        return lane->ring != NULL ? 0 : -1;
+    }
+    return outputs_open(&lane->options, run->projector, NULL,
+                        &lane->pass->notes, &lane->pass->outputs, error);
+}
+
+struct lane *lane_new(const struct pass *run, size_t output, size_t ring_size,
+                      lum_error *error)
+{
+    struct lane *lane = calloc(1, sizeof *lane);
+    if (lane == NULL) {
+        (void)lum_error_set(error, "out of memory");
+        return NULL;
+    }
+    if (open_output(lane, run, output, ring_size, error) != 0) {
+        (void)lane_free(lane);
+        return NULL;
+    }
+    return lane;
+}
+
+struct lane *lane_new_summary(struct pass *run, size_t ring_size,
+                              lum_error *error)
+{
+    struct lane *lane = calloc(1, sizeof *lane);
+    if (lane == NULL) {
+        (void)lum_error_set(error, "out of memory");
+        return NULL;
+    }
+    lane->pass = run;
+    if (give_ring(lane, ring_size, error) != 0) {
+        (void)lane_free(lane);
+        return NULL;
+    }
+    return lane;
+}
+
+int lane_start(struct lane *lane, struct worker_ends ends, lum_error *error)
+{
+    const struct worker_setup setup = {.pass = lane->pass,
+                                       .ring = lane->ring,
+                                       .ends = ends,
+                                       .only_records = lane->is_recording,
+                                       .opens = lane->opens_late};
+    lane->moved_ns = lum_time_monotonic_ns();
+    return worker_start(&setup, &lane->worker, error);
+}
+
+void lane_put(struct lane *lane, const struct ring_item *item)
+{
+    if (lane->end == LANE_LIVES && !ring_put(lane->ring, item)) {
+        lane->dropped++;
+    }
+}
+
+const char *lane_name(const struct lane *lane)
+{
+    const char *name = lane->options.outputs[0].name;
+    return strcmp(name, "-") == 0 ? "standard output" : name;
+}
+
+static enum lane_end end_of(enum pass_result result)
+{
+    switch (result) {
+    case PASS_DONE:
+        return LANE_WHOLE;
+    case PASS_READER_LEFT:
+        return LANE_READER_LEFT;
+    case PASS_DROPPED:
+        return LANE_STALLED;
+    case PASS_INTERRUPTED:
+    case PASS_SENSORS:
+    case PASS_REFUSED:
+    case PASS_FAILED:
+    default:
+        return LANE_FAILED;
+    }
+}
+
+static void join(struct lane *lane)
+{
+    const enum lane_end end =
+        end_of(worker_join(lane->worker, &lane->left_out, &lane->error));
+    lane->worker = NULL;
+    if (lane->end == LANE_LIVES) {
+        lane->end = end;
+    } else if (lane->end == LANE_ABANDONED) {
+        lane->end = LANE_STALLED;
+    }
+}
+
+void lane_stop(struct lane *lane)
+{
+    if (lane->worker != NULL) {
+        worker_drop(lane->worker);
+        join(lane);
+    }
+}
+
+bool lane_look(struct lane *lane, int64_t now_ns)
+{
+    const uint64_t taken = lane->view.taken;
+    if (lane->worker == NULL) {
+        return false;
+    }
+    worker_look(lane->worker, &lane->view);
+    if (lane->view.taken != taken) {
+        lane->moved_ns = now_ns;
+        lane->dropped_before = lane->dropped;
+    }
+    if (!lane->view.has_ended) {
+        return false;
+    }
+    const bool is_news = lane->end == LANE_LIVES;
+    join(lane);
+    lane->ended_ns = is_news ? now_ns : lane->ended_ns;
+    return is_news;
+}
+
+bool lane_stands_still(const struct lane *lane, int64_t now_ns, int64_t limit)
+{
+    return lane->end == LANE_LIVES && lane->dropped > lane->dropped_before &&
+           now_ns - lane->moved_ns >= limit;
+}
+
+void lane_drop(struct lane *lane, int64_t now_ns)
+{
+    lane->end = LANE_ABANDONED;
+    lane->ended_ns = now_ns;
+    worker_drop(lane->worker);
+}
+
+bool lane_free(struct lane *lane)
+{
+    if (lane == NULL) {
+        return true;
+    }
+    if (lane->worker != NULL) {
+        return false;
+    }
+    outputs_abort(lane->own.outputs);
+    pass_free(&lane->own);
+    ring_free(lane->ring);
+    free(lane);
+    return true;
+}

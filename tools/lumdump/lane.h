@@ -1,0 +1,82 @@
+/* Where a live run's datagrams go: a ring, and the thread behind it. Each
+ * output has a lane of its own, so that one that stalls or fails stops no
+ * other; so has the summary, whose lane has no output. */
+#ifndef LUMDUMP_LANE_H
+#define LUMDUMP_LANE_H
+
+#include "say.h"
+#include "worker.h"
+
+#include "../common/ring.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* How an output stands, or ended. */
+enum lane_end {
+    LANE_LIVES,
+    LANE_WHOLE,       /* finished */
+    LANE_READER_LEFT, /* nobody reads it any more */
+    LANE_FAILED,      /* see the error */
+    LANE_STALLED,     /* it stood still, and was given up */
+    LANE_ABANDONED    /* the same, and its thread waits still */
+};
+
+struct lane {
+    struct options options; /* of its output alone */
+    struct pass own;        /* the summary's lane uses the run's instead */
+    struct pass *pass;
+    struct ring *ring;
+    struct worker *worker; /* NULL: not started, or joined */
+    bool has_output;
+    bool is_recording;
+    bool is_file; /* neither a pipe nor a terminal */
+    bool opens_late;
+
+    enum lane_end end;
+    lum_error error;
+    int64_t ended_ns; /* monotonic; 0: with the run */
+    uint64_t left_out;
+    struct worker_view view; /* as last looked */
+    uint64_t dropped;        /* datagrams that the ring had no room for */
+    uint64_t told;           /* of them */
+    int64_t told_ns;
+    int64_t moved_ns;        /* when it was last seen to take something */
+    uint64_t dropped_before; /* as of then */
+};
+
+/* The lane of an output, open but for a pipe that still lacks its reader; that
+ * is waited for by the lane's own thread.
+ * run: what the summary's lane uses. NULL with the reason in error. */
+struct lane *lane_new(const struct pass *run, size_t output, size_t ring_size,
+                      lum_error *error);
+
+/* The summary's. */
+struct lane *lane_new_summary(struct pass *run, size_t ring_size,
+                              lum_error *error);
+
+int lane_start(struct lane *lane, struct worker_ends ends, lum_error *error);
+
+/* Take back a start, where nothing came yet. */
+void lane_stop(struct lane *lane);
+
+/* The receiving side; waits for nothing. */
+void lane_put(struct lane *lane, const struct ring_item *item);
+
+/* What it is called. */
+const char *lane_name(const struct lane *lane);
+
+/* Look how it stands; an end is noted. Whether it is news that it ended. */
+bool lane_look(struct lane *lane, int64_t now_ns);
+
+/* Whether its buffer is full and nothing of it was taken for so long. */
+bool lane_stands_still(const struct lane *lane, int64_t now_ns, int64_t limit);
+
+/* Give up an output that stalls. */
+void lane_drop(struct lane *lane, int64_t now_ns);
+
+/* Free it. False: its thread still waits, so nothing that it uses may be. NULL
+ * is allowed. */
+bool lane_free(struct lane *lane);
+
+#endif

@@ -1,0 +1,327 @@
+#include "lanes.h"
+
+#include "lum/base/time.h"
+
+#include <inttypes.h>
+
+#define SECOND_NS INT64_C(1000000000)
+
+#define BUFFER_BYTES (UINT64_C(64) << 20)
+
+/* How long an output may stand still with its buffer full. */
+#define STALL_NS (5 * SECOND_NS)
+
+/* How often drops are told of. */
+#define DROPS_NS (10 * SECOND_NS)
+
+/* At the end. */
+#define PIPE_NS       (3 * SECOND_NS)
+#define PIPE_TOTAL_NS (60 * SECOND_NS)
+#define FILE_NS       (30 * SECOND_NS)
+#define LOOK_NS       (SECOND_NS / 200)
+
+int lanes_open(struct lanes *lanes, struct pass *run, lum_error *error)
+{
+    const uint64_t asked = run->options->buffer;
+    const size_t size = (size_t)(asked != 0 ? asked : BUFFER_BYTES);
+    lanes->summary = lane_new_summary(run, size, error);
+    if (lanes->summary == NULL) {
+        return -1;
+    }
+    for (size_t i = 0; i < run->options->output_count; i++) {
+        lanes->outputs[i] = lane_new(run, i, size, error);
+        if (lanes->outputs[i] == NULL) {
+            return -1;
+        }
+        lanes->count++;
+    }
+    return 0;
+}
+
+/* The summary's, which waits for no disk, comes last: where it is started, all
+ * are. */
+int lanes_start(struct lanes *lanes, struct worker_ends ends, lum_error *error)
+{
+    int result = 0;
+    for (size_t i = 0; i < lanes->count && result == 0; i++) {
+        result = lane_start(lanes->outputs[i], ends, error);
+    }
+    if (result == 0) {
+        result = lane_start(lanes->summary, ends, error);
+    }
+    for (size_t i = 0; i < lanes->count && result != 0; i++) {
+        lane_stop(lanes->outputs[i]);
+    }
+    return result;
+}
+
+void lanes_put(struct lanes *lanes, const struct ring_item *item)
+{
+    for (size_t i = 0; i < lanes->count; i++) {
+        lane_put(lanes->outputs[i], item);
+    }
+    lane_put(lanes->summary, item);
+}
+
+void lanes_publish(struct lanes *lanes)
+{
+    for (size_t i = 0; i < lanes->count; i++) {
+        ring_publish(lanes->outputs[i]->ring);
+    }
+    ring_publish(lanes->summary->ring);
+}
+
+void lanes_wake(struct lanes *lanes)
+{
+    for (size_t i = 0; i < lanes->count; i++) {
+        ring_wake(lanes->outputs[i]->ring);
+    }
+    ring_wake(lanes->summary->ring);
+}
+
+static size_t count_living(const struct lanes *lanes)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < lanes->count; i++) {
+        n += lanes->outputs[i]->end == LANE_LIVES ? 1u : 0u;
+    }
+    return n;
+}
+
+/* A reader that has left is no failure, and the last one ends the run without a
+ * word.
+ * then: what follows from it; NULL: it is the run's end anyway. */
+static void tell_end(const struct lane *lane, const char *then, struct say *say)
+{
+    const char *colon = then != NULL ? ": " : "";
+    const char *rest = then != NULL ? then : "";
+    switch (lane->end) {
+    case LANE_FAILED:
+        say_error(say, "%s%s%s", lane->error.text, colon, rest);
+        break;
+    case LANE_STALLED:
+    case LANE_ABANDONED:
+        say_error(say,
+                  "%s stands still and is given up; what was written of it is "
+                  "not whole%s%s",
+                  lane_name(lane), colon, rest);
+        break;
+    case LANE_READER_LEFT:
+        if (then != NULL) {
+            say_warn(say, "the reader of %s has left%s%s", lane_name(lane),
+                     colon, rest);
+        }
+        break;
+    case LANE_LIVES:
+    case LANE_WHOLE:
+    default:
+        break;
+    }
+}
+
+/* While the run goes on. */
+static void tell_ended(const struct lanes *lanes, const struct lane *lane,
+                       struct say *say)
+{
+    if (count_living(lanes) > 0) {
+        tell_end(lane, "that output has ended, the others go on", say);
+    } else {
+        tell_end(lane, NULL, say);
+    }
+}
+
+/* What a recording lacks is told whatever --quiet says. */
+static void tell_drops(struct lane *lane, struct say *say, int64_t now_ns)
+{
+    if (lane->dropped == lane->told ||
+        (lane->told != 0 && now_ns - lane->told_ns < DROPS_NS)) {
+        return;
+    }
+    lane->told = lane->dropped;
+    lane->told_ns = now_ns;
+    if (lane->is_recording) {
+        say_error(say,
+                  "%s is too slow for what comes: %" PRIu64
+                  " datagrams are missing from this recording so far; record "
+                  "to a faster disk, or try a larger --buffer",
+                  lane_name(lane), lane->dropped);
+    } else if (lane->has_output) {
+        say_warn(say,
+                 "%s is too slow for what comes: %" PRIu64
+                 " datagrams are missing from it so far; write less (--eye, "
+                 "--frames, a pcap alone), to a faster disk, or try --buffer",
+                 lane_name(lane), lane->dropped);
+    } else {
+        say_warn(say,
+                 "this machine is too busy for what comes: %" PRIu64
+                 " datagrams are missing from the summary so far",
+                 lane->dropped);
+    }
+}
+
+static void watch_output(struct lanes *lanes, struct lane *lane,
+                         struct say *say, int64_t now_ns)
+{
+    if (lane_look(lane, now_ns)) {
+        tell_ended(lanes, lane, say);
+    }
+    tell_drops(lane, say, now_ns);
+    if (!lane->is_recording && count_living(lanes) > 1 &&
+        lane_stands_still(lane, now_ns, STALL_NS)) {
+        lane_drop(lane, now_ns);
+        tell_ended(lanes, lane, say);
+    }
+}
+
+static void watch_summary(struct lane *lane, struct say *say, int64_t now_ns)
+{
+    if (lane_look(lane, now_ns)) {
+        tell_end(lane, NULL, say);
+    }
+    tell_drops(lane, say, now_ns);
+}
+
+bool lanes_watch(struct lanes *lanes, struct say *say, int64_t now_ns)
+{
+    for (size_t i = 0; i < lanes->count; i++) {
+        watch_output(lanes, lanes->outputs[i], say, now_ns);
+    }
+    watch_summary(lanes->summary, say, now_ns);
+    return lanes->count == 0 || count_living(lanes) > 0;
+}
+
+void lanes_view(const struct lanes *lanes, struct worker_view *out)
+{
+    *out = lanes->summary->view;
+}
+
+uint64_t lanes_dropped(const struct lanes *lanes)
+{
+    uint64_t n = lanes->summary->dropped;
+    for (size_t i = 0; i < lanes->count; i++) {
+        n += lanes->outputs[i]->dropped;
+    }
+    return n;
+}
+
+static unsigned level(const struct lane *lane)
+{
+    return lane->end == LANE_LIVES ? (unsigned)(ring_level(lane->ring) * 100u /
+                                                ring_size(lane->ring))
+                                   : 0;
+}
+
+unsigned lanes_level(const struct lanes *lanes)
+{
+    unsigned most = level(lanes->summary);
+    for (size_t i = 0; i < lanes->count; i++) {
+        const unsigned one = level(lanes->outputs[i]);
+        most = one > most ? one : most;
+    }
+    return most;
+}
+
+static bool has_time(const struct lane *lane, int64_t now_ns, int64_t began_ns)
+{
+    const int64_t still_ns = now_ns - lane->moved_ns;
+    return lane->is_file
+               ? still_ns < FILE_NS
+               : still_ns < PIPE_NS && now_ns - began_ns < PIPE_TOTAL_NS;
+}
+
+/* Whether it is to be waited for any longer. */
+static bool is_pending(struct lanes *lanes, struct lane *lane, struct say *say,
+                       int64_t now_ns, int64_t began_ns)
+{
+    if (lane_look(lane, now_ns)) {
+        tell_end(lane, NULL, say);
+    }
+    if (lane->end != LANE_LIVES) {
+        return false;
+    }
+    if (!has_time(lane, now_ns, began_ns)) {
+        lane_drop(lane, now_ns);
+        tell_end(lane, NULL, say);
+        return false;
+    }
+    if (!lanes->is_waiting && now_ns - began_ns > PIPE_NS) {
+        lanes->is_waiting = true;
+        say_warn(say, "waiting for %s to be written; Ctrl-C gives it up",
+                 lane_name(lane));
+    }
+    return true;
+}
+
+static void finish(struct lane *lane, bool keep, int64_t now_ns)
+{
+    lane->moved_ns = now_ns;
+    if (lane->end == LANE_LIVES) {
+        worker_finish(lane->worker, keep);
+    }
+}
+
+/* The summary's lane waits for nothing but its turn. */
+static bool is_summary_pending(struct lanes *lanes, struct say *say,
+                               int64_t now_ns)
+{
+    watch_summary(lanes->summary, say, now_ns);
+    return lanes->summary->end == LANE_LIVES;
+}
+
+void lanes_end(struct lanes *lanes, bool keep, struct say *say)
+{
+    const int64_t began_ns = lum_time_monotonic_ns();
+    int64_t now_ns = began_ns;
+    bool waits = true;
+    for (size_t i = 0; i < lanes->count; i++) {
+        finish(lanes->outputs[i], keep, began_ns);
+    }
+    finish(lanes->summary, keep, began_ns);
+    for (; waits; now_ns = lum_time_monotonic_ns()) {
+        waits = is_summary_pending(lanes, say, now_ns);
+        for (size_t i = 0; i < lanes->count; i++) {
+            waits |=
+                is_pending(lanes, lanes->outputs[i], say, now_ns, began_ns);
+        }
+        say_flush(say);
+        if (waits) {
+            lum_time_sleep_until(now_ns + LOOK_NS);
+        }
+    }
+}
+
+bool lanes_have_failed(const struct lanes *lanes)
+{
+    bool have = lanes->summary->end >= LANE_FAILED;
+    for (size_t i = 0; i < lanes->count; i++) {
+        have |= lanes->outputs[i]->end >= LANE_FAILED;
+    }
+    return have;
+}
+
+bool lanes_have_no_reader(const struct lanes *lanes)
+{
+    bool have = lanes->count > 0;
+    for (size_t i = 0; i < lanes->count; i++) {
+        have &= lanes->outputs[i]->end == LANE_READER_LEFT;
+    }
+    return have;
+}
+
+uint64_t lanes_left_out(const struct lanes *lanes)
+{
+    uint64_t n = 0;
+    for (size_t i = 0; i < lanes->count; i++) {
+        n += lanes->outputs[i]->left_out;
+    }
+    return n;
+}
+
+bool lanes_free(struct lanes *lanes)
+{
+    bool is_all = lane_free(lanes->summary);
+    for (size_t i = 0; i < lanes->count; i++) {
+        is_all &= lane_free(lanes->outputs[i]);
+    }
+    return is_all;
+}

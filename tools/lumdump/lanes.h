@@ -1,0 +1,58 @@
+/* All lanes of a live run, and what is said of them. */
+#ifndef LUMDUMP_LANES_H
+#define LUMDUMP_LANES_H
+
+#include "lane.h"
+
+/* The summary's lane, and the outputs' in their order. */
+struct lanes {
+    struct lane *summary;
+    struct lane *outputs[OUTPUTS_MAX];
+    size_t count;    /* of the outputs */
+    bool is_waiting; /* for an output at the end, and that was said */
+};
+
+/* Open the outputs of the run's options. 0, or -1 with the reason in error;
+ * then lanes_free() is called too. */
+int lanes_open(struct lanes *lanes, struct pass *run, lum_error *error);
+
+int lanes_start(struct lanes *lanes, struct worker_ends ends, lum_error *error);
+
+/* The receiving thread's: put an item into all; show what was put; wake all, so
+ * that they look at the clock. None waits for anything. */
+void lanes_put(struct lanes *lanes, const struct ring_item *item);
+void lanes_publish(struct lanes *lanes);
+void lanes_wake(struct lanes *lanes);
+
+/* Look how they stand and say what is new: outputs that ended, datagrams that
+ * were dropped, outputs that stall, which are given up where there are others.
+ * False: there were outputs, and none is left. */
+bool lanes_watch(struct lanes *lanes, struct say *say, int64_t now_ns);
+
+/* What the summary has come to. */
+void lanes_view(const struct lanes *lanes, struct worker_view *out);
+
+/* Datagrams that rings had no room for, of all lanes; how full the fullest ring
+ * is, in percent. */
+uint64_t lanes_dropped(const struct lanes *lanes);
+unsigned lanes_level(const struct lanes *lanes);
+
+/* No more will come: wait until all that is in the rings has been written. Each
+ * output has its time: while it moves, and 30 s without that if it is a file; a
+ * minute, and 3 s without moving, if it is a pipe. What takes longer is given
+ * up, and that is said. keep: see worker_finish(). */
+void lanes_end(struct lanes *lanes, bool keep, struct say *say);
+
+/* After lanes_end(): whether an output failed or was given up; whether all were
+ * ended by their readers. */
+bool lanes_have_failed(const struct lanes *lanes);
+bool lanes_have_no_reader(const struct lanes *lanes);
+
+/* See outputs_left_out(). */
+uint64_t lanes_left_out(const struct lanes *lanes);
+
+/* False: a thread still waits for an output, so nothing that it uses may be
+ * freed. */
+bool lanes_free(struct lanes *lanes);
+
+#endif
