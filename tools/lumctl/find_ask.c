@@ -1,6 +1,6 @@
 #include "find.h"
 
-#include "report.h"
+#include "../common/terminal.h"
 #include "session.h"
 
 #include "lum/base/time.h"
@@ -49,7 +49,7 @@ struct search {
     uint32_t sequence; /* the first */
     int64_t progress_ns;
     int64_t alive_ns;
-    bool shows_progress;
+    bool has_line;                   /* of progress, on the terminal */
     bool has_no_right;               /* to listen to the wire */
     char no_right[FIND_NAMES_BYTES]; /* interfaces that this leaves out */
 };
@@ -385,13 +385,24 @@ static unsigned sensors_of(const struct find_result *r)
 
 static void show_progress(struct search *s, int64_t now)
 {
-    if (s->shows_progress && now >= s->progress_ns) {
+    if (now < s->progress_ns || s->ctl->options.quiet) {
+        return;
+    }
+    s->progress_ns = now + PROGRESS_NS;
+    if (terminal_is_foreground(stderr)) {
         const unsigned n = sensors_of(s->out);
-        s->progress_ns = now + PROGRESS_NS;
+        s->has_line = true;
         (void)fprintf(
             stderr, "\r%u of %u addresses asked, %u %s found  Ctrl-C ends ",
             s->out->asked, s->out->wanted, n, n == 1 ? "sensor" : "sensors");
         (void)fflush(stderr);
+    }
+}
+
+static void clear_progress(const struct search *s)
+{
+    if (s->has_line && terminal_is_foreground(stderr)) {
+        (void)fputs("\r\033[K", stderr);
     }
 }
 
@@ -539,14 +550,11 @@ enum exit_status find_ask(struct ctl *ctl, struct find_plan *plan,
     memset(out, 0, sizeof *out);
     s.sequence = ctl->options.has_sequence ? ctl->options.sequence
                                            : (uint32_t)lum_time_monotonic_ns();
-    s.shows_progress = !ctl->options.quiet && report_is_terminal(stderr);
     enum exit_status status = open_all(&s);
     if (status == EXIT_DONE) {
         status = ask_all(&s);
     }
-    if (s.shows_progress) {
-        (void)fputs("\r\033[K", stderr);
-    }
+    clear_progress(&s);
     close_all(&s);
     return out->is_cut_short ? EXIT_DONE : status;
 }
