@@ -1,4 +1,5 @@
 """What the tool tests share: running the tools, and captures made by hand."""
+import atexit
 import csv
 import json
 import os
@@ -14,6 +15,11 @@ CLIENT = "10.42.0.1"
 
 # Names that no host has are looked up: where no server answers, for a second.
 os.environ.setdefault("RES_OPTIONS", "timeout:1 attempts:1")
+
+# What tools remember between runs goes to a folder of the test's own, never to the user's home.
+STATE = tempfile.TemporaryDirectory()
+atexit.register(STATE.cleanup)
+os.environ["XDG_STATE_HOME"] = STATE.name
 
 
 def run(tool, *arguments, stdin=b"", timeout=120, **options):

@@ -320,7 +320,7 @@ class Help(Case):
         self.assertEqual((r.returncode, r.stderr), (DONE, ""))
         self.assertIn("Examples:", r.stdout)
         commands = re.findall(r"^  ([a-z][a-z-]*) ", r.stdout.split("Options")[0], re.M)
-        self.assertEqual(len(commands), 16)
+        self.assertEqual(len(commands), 19)
         for name in commands:
             one = run("lumctl", name, "-h")
             self.assertEqual((one.returncode, one.stderr), (DONE, ""))

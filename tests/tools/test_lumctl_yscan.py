@@ -57,6 +57,9 @@ class Sensor:
                 packet, sender = self.socket.recvfrom(2048)
             except socket.timeout:
                 continue
+            if packet[8] == 6:
+                self.socket.sendto(packet, sender)
+                continue
             self.packets.append(packet)
             if self.silent:
                 continue

@@ -856,6 +856,7 @@ class Jobs(Case):
         source = simulate(self.folder / "s.pcap", "--frames", "2", "--lines", "64")
         for command in (f"lumsim --frames 2 --lines 64 -o {self.folder / 'sim.pcap'}", f"lumdump {source} -o {self.folder / 'c.csv'}",
                         f"lumctl --host {self.address} heartbeat --duration 2",
+                        "lumctl find --subnet 127.62.20.0/30",
                         f"lumdump {self.url} -o {self.folder / 'live.pcap'} --duration 2"):
             with self.subTest(command):
                 shown = self.shown_until(self.shell(f"{BIN}/{command}; echo over"), b"over\r\n")

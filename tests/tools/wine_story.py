@@ -34,6 +34,7 @@ class Windows(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
+        ENVIRONMENT["XDG_STATE_HOME"] = cls.folder.name
         cls.log_path = pathlib.Path(cls.folder.name) / "sensor.log"
         cls.sensor = subprocess.Popen(wine("lumsim", "--port", PORT, "--lines", "64", "--rate", "2", "--duration", "150", "--log", cls.log_path),
                                       stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
@@ -78,6 +79,20 @@ class Windows(unittest.TestCase):
         self.assertTrue(self.did("70p"))
         self.ok("send", "30g 40b")
         self.assertTrue(self.did("30g"))
+
+    def test_what_was_set_is_remembered_and_can_be_applied(self):
+        self.ok("threshold", "green", "33")
+        shown = json.loads(self.ok("show", "--json").stdout)
+        self.assertIn(("threshold green", "33"), [(s["setting"], s["value"]) for s in shown["settings"]])
+        self.assertIs(shown["restarted"], False)
+        saved = pathlib.Path(self.folder.name) / "saved.yaml"
+        saved.write_text(self.ok("save").stdout)
+        self.assertIn("green: 33", saved.read_text())
+
+    def test_a_sensor_is_found_in_a_subnet(self):
+        r = run("lumctl", "--port", PORT, "find", "--subnet", "127.0.0.0/30", "--json")
+        self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
+        self.assertIn(f"{ADDRESS}:{PORT}", [s["sensor"] for s in json.loads(r.stdout)["sensors"]])
 
     def test_a_wrong_value_is_refused_with_status_2(self):
         r = run("lumctl", "power", "101")

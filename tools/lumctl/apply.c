@@ -1,3 +1,4 @@
+#include "remember.h"
 #include "report.h"
 #include "session.h"
 #include "text.h"
@@ -113,7 +114,7 @@ static enum exit_status prepare_yscan(const struct ctl *ctl,
     return EXIT_DONE;
 }
 
-static enum exit_status make_plan(const struct ctl *ctl, const char *file,
+static enum exit_status make_plan(struct ctl *ctl, const char *file,
                                   struct plan *out)
 {
     lum_settings settings;
@@ -126,6 +127,9 @@ static enum exit_status make_plan(const struct ctl *ctl, const char *file,
     const enum exit_status status = prepare_yscan(ctl, &settings, out);
     if (status != EXIT_DONE) {
         return status;
+    }
+    if (settings.has_shape) {
+        remember_table(ctl, &settings.shape, ctl->options.calibration);
     }
     for (size_t i = 0; i < sizeof order / sizeof order[0]; i++) {
         if (settings.has[order[i].id]) {

@@ -5,6 +5,7 @@
 #include "help.h"
 #include "nearest.h"
 #include "options.h"
+#include "remember.h"
 #include "session.h"
 #include "text.h"
 
@@ -82,6 +83,16 @@ static const struct command table[] = {
      .arguments = "FILE",
      .summary = "settings from a YAML file",
      .run = command_apply},
+    {.name = "find",
+     .summary = "sensors whose address was forgotten",
+     .own = OWN_SUBNET,
+     .run = command_find},
+    {.name = "show",
+     .summary = "the settings, as far as this host knows",
+     .run = command_show},
+    {.name = "save",
+     .summary = "these settings as YAML that apply takes",
+     .run = command_save},
     {.name = "heartbeat",
      .summary = "be the session: keep laser and data alive",
      .own = OWN_RATE | OWN_DURATION,
@@ -245,6 +256,7 @@ static void forget_own(struct ctl_options *options)
     options->shape = NULL;
     options->lines = 0;
     options->force = false;
+    options->subnet = NULL;
 }
 
 static enum exit_status load_layout(struct ctl *ctl)
@@ -301,6 +313,7 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
         session_replace(ctl, sensor, false);
     }
     const enum exit_status written = finish_output();
+    remember_changes(ctl);
     return status == EXIT_DONE ? written : status;
 }
 

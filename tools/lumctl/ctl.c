@@ -1,5 +1,6 @@
 #include "ctl.h"
 
+#include "remember.h"
 #include "report.h"
 #include "session.h"
 
@@ -120,5 +121,6 @@ enum exit_status ctl_request(struct ctl *ctl, const void *tlvs, size_t len,
     if (status == EXIT_DONE) {
         session_read_answer(ctl, &event, out);
     }
+    remember_request(ctl, tlvs, len, status == EXIT_DONE ? out : NULL);
     return status;
 }

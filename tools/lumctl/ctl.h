@@ -4,6 +4,7 @@
 #define LUMCTL_CTL_H
 
 #include "../common/json.h"
+#include "memory.h"
 
 #include "lum/base/error.h"
 #include "lum/net/sensor.h"
@@ -23,26 +24,29 @@ enum exit_status {
 /* Options, as they stand for one command. */
 struct ctl_options {
     lum_endpoint host;
+    bool has_host;           /* by --host */
     const char *interface;   /* NULL: as the routes say */
     const char *profile;     /* NULL: the default */
     const char *calibration; /* NULL: the default */
     uint32_t timeout_ms;     /* of one try */
     uint32_t retries;
+    bool has_retries; /* by --retries */
     bool has_sequence;
     uint32_t sequence;
     bool dry_run; /* print the packet, send nothing */
     bool json;
     bool quiet;
     /* Of single commands; the table in commands.c says which may have which. */
-    bool watch;        /* status, time */
-    bool heartbeat;    /* shell */
-    bool trace;        /* doctor */
-    double rate_hz;    /* heartbeat; 0: not given */
-    double duration_s; /* heartbeat, watch; 0: without end */
-    const char *shape; /* yscan; NULL: not given */
-    uint32_t lines;    /* yscan; 0: not given */
-    bool force;        /* set-ip */
-    lum_error refusal; /* why an option's value is none; may be empty */
+    bool watch;         /* status, time */
+    bool heartbeat;     /* shell */
+    bool trace;         /* doctor */
+    double rate_hz;     /* heartbeat; 0: not given */
+    double duration_s;  /* heartbeat, watch; 0: without end */
+    const char *shape;  /* yscan; NULL: not given */
+    uint32_t lines;     /* yscan; 0: not given */
+    bool force;         /* set-ip */
+    const char *subnet; /* find; NULL: not given */
+    lum_error refusal;  /* why an option's value is none; may be empty */
 };
 
 struct ctl {
@@ -56,6 +60,8 @@ struct ctl {
     uint16_t status;    /* the last one */
     bool has_packets;   /* of a dry run, in JSON: the array is open */
     struct json packets;
+    struct memory changes;     /* of settings, by this command */
+    struct memory_table table; /* what a table was made from, if it is sent */
 };
 
 /* A command: words[0] is its name. Complains on standard error. */
@@ -131,6 +137,9 @@ enum exit_status command_yscan(struct ctl *ctl, int count, char **words);
 enum exit_status command_send(struct ctl *ctl, int count, char **words);
 enum exit_status command_tlv(struct ctl *ctl, int count, char **words);
 enum exit_status command_apply(struct ctl *ctl, int count, char **words);
+enum exit_status command_find(struct ctl *ctl, int count, char **words);
+enum exit_status command_show(struct ctl *ctl, int count, char **words);
+enum exit_status command_save(struct ctl *ctl, int count, char **words);
 enum exit_status command_shell(struct ctl *ctl, int count, char **words);
 enum exit_status command_doctor(struct ctl *ctl, int count, char **words);
 

@@ -66,6 +66,19 @@ static const struct {
      "TYPE is 0 to 65535, HEX the bytes of the value: 1:75 is the command u.\n"
      "What comes back is shown.\n"},
     {"apply", "--dry-run shows the plan and sends nothing.\n"},
+    {"find",
+     "Asks each address of the subnets of each interface that is up for a "
+     "time\n"
+     "stamp, of wider ones than a /22 the part around this host's own; as "
+     "root\n"
+     "also asks by ARP and listens to what is on the wire, where no address\n"
+     "fits. Nothing else is sent. Simulators: --interface lo.\n"},
+    {"show",
+     "The sensor cannot be asked for its settings: shown is what it last\n"
+     "acknowledged to this user of this host. Its clock tells of a restart,\n"
+     "which voids all of it.\n"},
+    {"save", "lumctl save > mine.yaml; lumctl apply mine.yaml. What cannot be\n"
+             "written is left out, and said.\n"},
     {"heartbeat",
      "Until Ctrl-C, or for --duration. The sensor sends its data here; it\n"
      "switches its laser off 3 s after the last heartbeat.\n"},

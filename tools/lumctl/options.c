@@ -29,6 +29,7 @@ struct option {
 
 static bool take_host(struct ctl_options *options, const char *text)
 {
+    options->has_host = true;
     return options_parse_host(text, &options->host, &options->refusal);
 }
 
@@ -71,6 +72,7 @@ static bool take_retries(struct ctl_options *options, const char *text)
     int64_t retries = 0;
     const bool good = number_parse_int(text, 0, RETRIES_MAX, &retries);
     options->retries = (uint32_t)retries;
+    options->has_retries = good;
     return good;
 }
 
@@ -155,6 +157,12 @@ static bool take_force(struct ctl_options *options, const char *text)
     return true;
 }
 
+static bool take_subnet(struct ctl_options *options, const char *text)
+{
+    options->subnet = text;
+    return *text != '\0';
+}
+
 static const struct option table[] = {
     {"host", "HOST[:PORT]", OWN_SESSION, take_host,
      "an address of a sensor, such as 10.42.0.37 or localhost:5517",
@@ -194,6 +202,8 @@ static const struct option table[] = {
      "lines of the distribution (yscan)"},
     {"force", NULL, OWN_FORCE, take_force, NULL,
      "an address by which it may be lost, too (set-ip)"},
+    {"subnet", "ADDRESS/BITS", OWN_SUBNET, take_subnet,
+     "a subnet such as 10.42.0.0/24", "search there, a /22 at most (find)"},
 };
 
 #define OPTIONS (sizeof table / sizeof table[0])

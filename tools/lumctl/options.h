@@ -14,6 +14,7 @@ enum own_option {
     OWN_LINES = 32,
     OWN_SESSION = 64, /* what a session is opened with: none inside a shell */
     OWN_FORCE = 128,
+    OWN_SUBNET = 256,
     OWN_TRACE = 512
 };
 

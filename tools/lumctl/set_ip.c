@@ -2,6 +2,7 @@
 
 #include "../common/host.h"
 #include "../common/json.h"
+#include "remember.h"
 #include "session.h"
 #include "strand.h"
 
@@ -229,6 +230,7 @@ static enum exit_status tell(struct move *m, enum found found)
     char old[SESSION_NAME_BYTES];
     print(m, found);
     if (found == FOUND_NEW) {
+        remember_move(m->ctl, m->old, m->new);
         ctl_note(m->ctl, "when its power goes, it boots at 10.42.0.37 again");
         return follow(m);
     }
@@ -243,7 +245,11 @@ static enum exit_status tell(struct move *m, enum found found)
             "another sensor booted there; power others off and try again",
             session_name(m->old, old));
     }
-    return found == FOUND_REVERSED ? complain_reversed(m) : complain_nowhere(m);
+    if (found == FOUND_REVERSED) {
+        remember_move(m->ctl, m->old, m->reversed);
+        return complain_reversed(m);
+    }
+    return complain_nowhere(m);
 }
 
 static enum exit_status move(struct ctl *ctl, uint32_t address)

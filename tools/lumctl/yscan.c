@@ -1,5 +1,6 @@
 #include "yscan.h"
 
+#include "remember.h"
 #include "text.h"
 #include "yscan_shape.h"
 
@@ -46,7 +47,7 @@ static enum exit_status send_uniform(struct ctl *ctl, const char *fov)
     return ctl_command_words(ctl, text, typed);
 }
 
-static enum exit_status make_table(const struct ctl *ctl,
+static enum exit_status make_table(struct ctl *ctl,
                                    const lum_calibration *calibration,
                                    struct yscan_table *out)
 {
@@ -62,10 +63,12 @@ static enum exit_status make_table(const struct ctl *ctl,
                                         "here; give a file");
     } else if (csv != NULL) {
         status = yscan_read_csv(csv, out->udeg, lines);
+        remember_table(ctl, NULL, csv);
     } else {
         status = yscan_parse_shape(text, &shape);
         if (status == EXIT_DONE) {
             status = yscan_fill(&shape, calibration, lines, out);
+            remember_table(ctl, &shape, ctl->options.calibration);
         }
     }
     return status == EXIT_DONE ? yscan_encode(ctl, calibration, out) : status;

@@ -1,0 +1,142 @@
+/* Sensors whose address is not known: whom to ask, asking, and what was found.
+ * Nothing is sent but requests for a time stamp, and questions of ARP. */
+#ifndef LUMCTL_FIND_H
+#define LUMCTL_FIND_H
+
+#include "../common/arp.h"
+#include "../common/interfaces.h"
+#include "ctl.h"
+
+#define FIND_BITS_MIN       22u /* of the widest subnet that is asked */
+#define FIND_RANGES_MAX     64u
+#define FIND_SOCKETS_MAX    32u /* as many as one wait can have */
+#define FIND_FOUND_MAX      256u
+#define FIND_LEFT_OUT_MAX   32u
+#define FIND_LEFT_OUT_BYTES 384u
+#define FIND_REACH_BYTES    (INTERFACE_NAME_BYTES + 64u)
+
+/* A subnet as it was given or as an interface has it. */
+struct find_subnet {
+    uint32_t network;
+    unsigned bits;
+};
+
+/* Addresses that are asked in one way. */
+struct find_range {
+    const struct host_interface *interface; /* NULL: as the routes say */
+    struct find_subnet subnet;
+    uint32_t first;
+    uint32_t last;
+    bool by_arp; /* the interface has no address in that subnet */
+};
+
+/* What was not looked at, and why; a sentence each. */
+struct find_left_out {
+    char texts[FIND_LEFT_OUT_MAX + 1u][FIND_LEFT_OUT_BYTES];
+    size_t count;
+    size_t more; /* that had no room */
+};
+
+struct find_plan {
+    struct host_interface *interfaces; /* free() them */
+    size_t interface_count;
+    struct find_range ranges[FIND_RANGES_MAX];
+    size_t range_count;
+    struct find_left_out left_out;
+};
+
+/* Room for one more sentence, of FIND_LEFT_OUT_BYTES. */
+char *find_leave_out(struct find_left_out *out);
+
+/* Adds a name to a list such as "eth0, eth1"; one that is full ends with dots.
+ */
+#define FIND_NAMES_BYTES 128u
+void find_add_name(char names[FIND_NAMES_BYTES], const char *name);
+
+/* "10.42.0.0/24", its host bits cleared. False: it is none. */
+bool find_parse_subnet(const char *text, struct find_subnet *out);
+
+/* "10.42.0.0/24" */
+#define FIND_SUBNET_BYTES 20u
+const char *find_show_subnet(const struct find_subnet *subnet,
+                             char out[FIND_SUBNET_BYTES]);
+
+/* Fills ranges and left_out from the interfaces.
+ * name    the one to search; NULL: every one that is up, but for the loopback.
+ * subnet  the one to search; NULL: those of the interfaces, of wider ones than
+ *         FIND_BITS_MIN the part around the own address. */
+void find_make_plan(struct find_plan *plan, const char *name,
+                    const struct find_subnet *subnet);
+
+/* How somebody made himself known; the later the surer. */
+enum find_how {
+    FIND_ARP,     /* has an address; may be no sensor */
+    FIND_OTHER,   /* sends our magic, but no packet that a sensor sends */
+    FIND_SENDS,   /* sends a sensor's packets to somebody */
+    FIND_ANSWERS, /* answers */
+    FIND_HOWS
+};
+
+struct find_found {
+    enum find_how how;
+    lum_endpoint host;
+    const struct host_interface *interface; /* NULL: not known */
+    bool has_mac;
+    uint8_t mac[INTERFACE_MAC_BYTES];
+    bool has_other_mac; /* two devices have one address */
+    uint32_t clock_us;  /* FIND_ANSWERS */
+    int64_t round_trip_ns;
+};
+
+struct find_result {
+    struct find_found found[FIND_FOUND_MAX];
+    size_t count;
+    unsigned asked;    /* addresses */
+    unsigned wanted;   /* addresses that were to be asked */
+    unsigned unsent;   /* questions that did not leave */
+    lum_error error;   /* of the first of them */
+    bool is_cut_short; /* by a signal */
+};
+
+/* Asks and listens. EXIT_DONE; else the socket's trouble, which is told. */
+enum exit_status find_ask(struct ctl *ctl, struct find_plan *plan,
+                          struct find_result *out);
+
+/* The command after which the host reaches a finding; empty where it does
+ * already, or where --interface tells it from another one. */
+const char *find_reach(const struct find_plan *plan,
+                       const struct find_result *result,
+                       const struct find_found *found,
+                       char out[FIND_REACH_BYTES]);
+
+/* False for hosts beside the boot address: they were asked only to know which
+ * address is free. */
+bool find_is_shown(const struct find_plan *plan,
+                   const struct find_found *found);
+
+/* Sorts, prints for people or as JSON. */
+void find_print(const struct ctl *ctl, const struct find_plan *plan,
+                struct find_result *result);
+
+/* Hears IP frames of the sensors' port on an interface, whoever they are for,
+ * where the system and the user's rights allow that. */
+struct find_ear;
+
+/* NULL: not allowed, or not on this system. */
+struct find_ear *find_ear_open(const struct host_interface *interface,
+                               uint16_t port);
+
+/* Takes one that has come, without a wait. False: none. */
+struct find_heard {
+    lum_endpoint from;
+    uint8_t mac[INTERFACE_MAC_BYTES];
+    bool has_mac;
+    uint8_t bytes[64]; /* of the payload */
+    size_t len;
+};
+bool find_ear_take(struct find_ear *ear, struct find_heard *out);
+
+/* NULL is allowed. */
+void find_ear_close(struct find_ear *ear);
+
+#endif

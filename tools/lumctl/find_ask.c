@@ -1,0 +1,560 @@
+#include "find.h"
+
+#include "../common/terminal.h"
+#include "session.h"
+
+#include "lum/base/time.h"
+#include "lum/wire.h"
+
+#include "net/route.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A question to an address that nobody has stays in the kernel's table of
+ * neighbours for three seconds, and it holds 1024: this leaves room. */
+#define RATE          256
+#define STEP_NS       (INT64_C(1000000000) / RATE)
+#define PASSES        2u
+#define PROGRESS_NS   INT64_C(100000000)
+#define KEEP_ALIVE_NS INT64_C(50000000)
+#define TAKE_MAX      64u /* of one interface in a step */
+
+/* An interface that is listened to as it is on the wire. */
+struct ear {
+    const struct host_interface *interface;
+    struct arp *arp;
+    struct find_ear *ip;
+};
+
+struct question {
+    uint32_t sequence; /* of the last time that it was sent */
+    int64_t sent_ns;   /* 0: not yet */
+    bool is_answered;
+};
+
+struct search {
+    struct ctl *ctl;
+    struct find_plan *plan;
+    struct find_result *out;
+    lum_socket *sockets[FIND_SOCKETS_MAX];
+    const struct host_interface *of[FIND_SOCKETS_MAX]; /* NULL: by routes */
+    size_t socket_count;
+    int socket_at[FIND_RANGES_MAX]; /* of a range; -1: none */
+    struct ear ears[FIND_SOCKETS_MAX];
+    size_t ear_count;
+    struct question *questions;
+    unsigned total;
+    uint32_t sequence; /* the first */
+    int64_t progress_ns;
+    int64_t alive_ns;
+    bool has_line;                   /* of progress, on the terminal */
+    bool has_no_right;               /* to listen to the wire */
+    char no_right[FIND_NAMES_BYTES]; /* interfaces that this leaves out */
+};
+
+static unsigned size_of(const struct find_range *range)
+{
+    return range->last - range->first + 1u;
+}
+
+static enum exit_status add_socket(struct search *s,
+                                   const struct host_interface *interface,
+                                   int *at)
+{
+    const lum_socket_options options = {
+        .interface_name = interface != NULL ? interface->name : NULL};
+    lum_error error = {""};
+    for (size_t i = 0; i < s->socket_count; i++) {
+        if (s->of[i] == interface) {
+            *at = (int)i;
+            return EXIT_DONE;
+        }
+    }
+    if (s->socket_count == FIND_SOCKETS_MAX) {
+        (void)snprintf(find_leave_out(&s->plan->left_out), FIND_LEFT_OUT_BYTES,
+                       "%s was not searched: more than %u interfaces; name it "
+                       "by --interface",
+                       interface->name, FIND_SOCKETS_MAX);
+        return EXIT_DONE;
+    }
+    if (lum_socket_open(&options, &s->sockets[s->socket_count], &error) !=
+        LUM_NET_OK) {
+        return ctl_complain(EXIT_FAILED, "%s", error.text);
+    }
+    s->of[s->socket_count] = interface;
+    *at = (int)s->socket_count++;
+    return EXIT_DONE;
+}
+
+static struct ear *find_ear(struct search *s,
+                            const struct host_interface *interface)
+{
+    for (size_t i = 0; i < s->ear_count; i++) {
+        if (s->ears[i].interface == interface) {
+            return &s->ears[i];
+        }
+    }
+    return NULL;
+}
+
+/* Whether this range can be asked at all. */
+static bool can_ask(struct search *s, size_t range)
+{
+    const struct find_range *r = &s->plan->ranges[range];
+    const struct ear *ear = r->by_arp ? find_ear(s, r->interface) : NULL;
+    return r->by_arp ? ear != NULL && ear->arp != NULL
+                     : s->socket_at[range] >= 0;
+}
+
+/* Without the right to listen, all that is asked by UDP is asked all the same.
+ */
+static void add_ear(struct search *s, const struct find_range *range)
+{
+    const struct host_interface *interface = range->interface;
+    lum_error error = {""};
+    struct arp *arp = NULL;
+    if (interface == NULL || interface->is_loopback ||
+        s->ear_count == FIND_SOCKETS_MAX || find_ear(s, interface) != NULL) {
+        return;
+    }
+    const enum arp_opened opened = arp_open(interface, &arp, &error);
+    if (opened == ARP_NO_RIGHT) {
+        s->has_no_right = true;
+    }
+    if (opened != ARP_OPENED) {
+        arp = NULL;
+    }
+    s->ears[s->ear_count++] = (struct ear){
+        interface, arp, find_ear_open(interface, s->ctl->options.host.port)};
+}
+
+/* What would be asked by ARP alone, and cannot be. */
+static void leave_out_arp(struct search *s)
+{
+    const struct host_interface *last = NULL;
+    for (size_t i = 0; i < s->plan->range_count; i++) {
+        const struct find_range *r = &s->plan->ranges[i];
+        if (r->by_arp && r->interface != last && !can_ask(s, i)) {
+            find_add_name(s->no_right, r->interface->name);
+            last = r->interface;
+        }
+    }
+    if (s->no_right[0] != '\0') {
+        (void)snprintf(find_leave_out(&s->plan->left_out), FIND_LEFT_OUT_BYTES,
+                       "%s: no address in a sensor's subnet, and not asked by "
+                       "ARP%s",
+                       s->no_right,
+                       s->has_no_right
+                           ? ", since only root may: say sudo lumctl find"
+                           : ", which this system does not allow");
+    }
+}
+
+static enum exit_status open_all(struct search *s)
+{
+    enum exit_status status = EXIT_DONE;
+    for (size_t i = 0; i < s->plan->range_count && status == EXIT_DONE; i++) {
+        const struct find_range *range = &s->plan->ranges[i];
+        s->socket_at[i] = -1;
+        add_ear(s, range);
+        if (!range->by_arp) {
+            status = add_socket(s, range->interface, &s->socket_at[i]);
+        }
+        s->total += size_of(range);
+    }
+    leave_out_arp(s);
+    s->questions = calloc(s->total > 0 ? s->total : 1u, sizeof *s->questions);
+    s->out->wanted = s->total;
+    return status != EXIT_DONE || s->questions != NULL
+               ? status
+               : ctl_complain(EXIT_FAILED, "no memory for a search");
+}
+
+static void close_all(struct search *s)
+{
+    for (size_t i = 0; i < s->socket_count; i++) {
+        lum_socket_close(s->sockets[i]);
+    }
+    for (size_t i = 0; i < s->ear_count; i++) {
+        arp_close(s->ears[i].arp);
+        find_ear_close(s->ears[i].ip);
+    }
+    free(s->questions);
+}
+
+/* The entry of somebody, a new one where he is not known; NULL: there is no
+ * room. One address on two interfaces is two findings. */
+static struct find_found *find_entry(struct search *s, lum_endpoint host,
+                                     const struct host_interface *interface)
+{
+    struct find_result *r = s->out;
+    for (size_t i = 0; i < r->count; i++) {
+        struct find_found *f = &r->found[i];
+        const bool is_port = f->host.port == host.port || f->how == FIND_ARP;
+        if (f->host.address == host.address && is_port &&
+            f->interface == interface) {
+            return f;
+        }
+    }
+    if (r->count == FIND_FOUND_MAX) {
+        return NULL;
+    }
+    r->found[r->count] = (struct find_found){
+        .how = FIND_ARP, .host = host, .interface = interface};
+    return &r->found[r->count++];
+}
+
+static void set_mac(struct find_found *f,
+                    const uint8_t mac[INTERFACE_MAC_BYTES])
+{
+    f->has_other_mac |=
+        f->has_mac && memcmp(f->mac, mac, INTERFACE_MAC_BYTES) != 0;
+    f->has_mac = true;
+    (void)memcpy(f->mac, mac, INTERFACE_MAC_BYTES);
+}
+
+static enum find_how how_of(const struct search *s, const uint8_t *bytes,
+                            size_t len, bool *is_ours)
+{
+    uint8_t type = 0;
+    const lum_result result = lum_header_decode(bytes, len, &type);
+    *is_ours = result == LUM_OK || result == LUM_E_TYPE;
+    const bool is_known =
+        result == LUM_OK &&
+        ((type >= LUM_TYPE_SET_IP && type <= LUM_TYPE_HEARTBEAT) ||
+         type == s->ctl->layout.profile.data_packet_type);
+    return is_known ? FIND_SENDS : FIND_OTHER;
+}
+
+/* The question that a time stamp answers; NULL: none. */
+static struct question *question_of(struct search *s, const uint8_t *bytes,
+                                    size_t len, uint32_t *clock_us,
+                                    bool *is_last)
+{
+    lum_timestamp answer;
+    if (s->total == 0 || lum_timestamp_decode(bytes, len, &answer) != LUM_OK) {
+        return NULL;
+    }
+    struct question *q =
+        &s->questions[(answer.sequence - s->sequence) % s->total];
+    *clock_us = answer.clock_us;
+    *is_last = q->sequence == answer.sequence;
+    return q->sent_ns != 0 ? q : NULL;
+}
+
+/* Whoever sent a packet with our magic; NULL: it has none, or no room. */
+static struct find_found *take_packet(struct search *s,
+                                      const struct host_interface *on,
+                                      lum_endpoint from, const uint8_t *bytes,
+                                      size_t len)
+{
+    bool is_ours = false;
+    bool is_last = false;
+    uint32_t clock_us = 0;
+    const enum find_how how = how_of(s, bytes, len, &is_ours);
+    struct find_found *f = is_ours ? find_entry(s, from, on) : NULL;
+    if (f == NULL) {
+        return NULL;
+    }
+    struct question *q = question_of(s, bytes, len, &clock_us, &is_last);
+    f->host = from;
+    f->how = how > f->how ? how : f->how;
+    if (q != NULL && f->how != FIND_ANSWERS) {
+        f->how = FIND_ANSWERS;
+        f->clock_us = clock_us;
+        f->round_trip_ns = is_last ? lum_time_monotonic_ns() - q->sent_ns : 0;
+        q->is_answered = true;
+    }
+    return f;
+}
+
+/* Where a datagram came in that the routes led to its sender. */
+static const struct host_interface *routed(const struct search *s,
+                                           uint32_t address)
+{
+    char name[INTERFACE_NAME_BYTES];
+    return lum_route_interface(address, name, sizeof name)
+               ? interfaces_find(s->plan->interfaces, s->plan->interface_count,
+                                 name)
+               : NULL;
+}
+
+static enum exit_status take_datagrams(struct search *s, size_t at)
+{
+    lum_received *datagrams = NULL;
+    lum_error error = {""};
+    size_t count = 0;
+    if (lum_socket_receive(s->sockets[at], &datagrams, &count, &error) !=
+        LUM_NET_OK) {
+        return ctl_complain(EXIT_FAILED, "%s", error.text);
+    }
+    for (size_t i = 0; i < count; i++) {
+        const struct host_interface *on =
+            s->of[at] != NULL ? s->of[at]
+                              : routed(s, datagrams[i].from.address);
+        (void)take_packet(s, on, datagrams[i].from, datagrams[i].bytes,
+                          datagrams[i].len);
+    }
+    return EXIT_DONE;
+}
+
+/* Whether an address was asked for on this interface by ARP. */
+static bool is_asked(const struct search *s, const struct ear *ear,
+                     uint32_t address)
+{
+    for (size_t i = 0; i < s->plan->range_count; i++) {
+        const struct find_range *r = &s->plan->ranges[i];
+        if (r->by_arp && r->interface == ear->interface &&
+            address >= r->first && address <= r->last) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool is_own(const struct search *s, uint32_t address)
+{
+    for (size_t i = 0; i < s->plan->interface_count; i++) {
+        const struct host_interface *interface = &s->plan->interfaces[i];
+        for (size_t k = 0; k < interface->address_count; k++) {
+            if (interface->addresses[k].address == address) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+/* Who has an address in a subnet of the interface is asked by UDP, and is no
+ * finding for having spoken ARP. */
+static void take_speaker(struct search *s, const struct ear *ear,
+                         const struct arp_speaker *speaker)
+{
+    const lum_endpoint host = {speaker->address, s->ctl->options.host.port};
+    const bool is_inside =
+        interfaces_subnet(ear->interface, speaker->address) != NULL;
+    for (size_t i = 0; i < s->out->count; i++) {
+        struct find_found *f = &s->out->found[i];
+        if (f->host.address == speaker->address &&
+            f->interface == ear->interface) {
+            set_mac(f, speaker->mac);
+            return;
+        }
+    }
+    if (is_own(s, speaker->address)) {
+        return;
+    }
+    if (!is_inside || is_asked(s, ear, speaker->address)) {
+        struct find_found *f = find_entry(s, host, ear->interface);
+        if (f != NULL) {
+            set_mac(f, speaker->mac);
+        }
+    }
+}
+
+static void take_ear(struct search *s, const struct ear *ear)
+{
+    struct arp_speaker speaker;
+    struct find_heard heard;
+    for (unsigned n = 0;
+         n < TAKE_MAX && ear->arp != NULL && arp_receive(ear->arp, 0, &speaker);
+         n++) {
+        take_speaker(s, ear, &speaker);
+    }
+    for (unsigned n = 0;
+         n < TAKE_MAX && ear->ip != NULL && find_ear_take(ear->ip, &heard);
+         n++) {
+        struct find_found *f =
+            take_packet(s, ear->interface, heard.from, heard.bytes, heard.len);
+        if (f != NULL && heard.has_mac) {
+            set_mac(f, heard.mac);
+        }
+    }
+}
+
+static unsigned sensors_of(const struct find_result *r)
+{
+    unsigned n = 0;
+    for (size_t i = 0; i < r->count; i++) {
+        n += r->found[i].how >= FIND_SENDS ? 1u : 0u;
+    }
+    return n;
+}
+
+static void show_progress(struct search *s, int64_t now)
+{
+    if (now < s->progress_ns || s->ctl->options.quiet) {
+        return;
+    }
+    s->progress_ns = now + PROGRESS_NS;
+    if (terminal_is_foreground(stderr)) {
+        const unsigned n = sensors_of(s->out);
+        s->has_line = true;
+        (void)fprintf(
+            stderr, "\r%u of %u addresses asked, %u %s found  Ctrl-C ends ",
+            s->out->asked, s->out->wanted, n, n == 1 ? "sensor" : "sensors");
+        (void)fflush(stderr);
+    }
+}
+
+static void clear_progress(const struct search *s)
+{
+    if (s->has_line && terminal_is_foreground(stderr)) {
+        (void)fputs("\r\033[K", stderr);
+    }
+}
+
+static enum exit_status take_all(struct search *s)
+{
+    for (size_t i = 0; i < s->socket_count; i++) {
+        if (take_datagrams(s, i) != EXIT_DONE) {
+            return EXIT_FAILED;
+        }
+    }
+    for (size_t i = 0; i < s->ear_count; i++) {
+        take_ear(s, &s->ears[i]);
+    }
+    return EXIT_DONE;
+}
+
+/* A shell's session goes on: it may keep a laser alive. */
+static void keep_alive(struct search *s, int64_t now)
+{
+    if (now >= s->alive_ns) {
+        s->alive_ns = now + KEEP_ALIVE_NS;
+        session_keep_alive(s->ctl);
+    }
+}
+
+/* Takes what comes until then. EXIT_FAILED also when it is to end. */
+static enum exit_status listen_until(struct search *s, int64_t end)
+{
+    for (;;) {
+        const int64_t now = lum_time_monotonic_ns();
+        keep_alive(s, now);
+        show_progress(s, now);
+        const int64_t step = now + STEP_NS;
+        const lum_net_result result =
+            lum_socket_wait(s->sockets, s->socket_count, -1, s->ctl->cancel,
+                            step < end ? step : end);
+        if (result == LUM_NET_CANCELLED) {
+            s->out->is_cut_short = true;
+            return EXIT_FAILED;
+        }
+        if (take_all(s) != EXIT_DONE) {
+            return EXIT_FAILED;
+        }
+        if (lum_time_monotonic_ns() >= end) {
+            return EXIT_DONE;
+        }
+    }
+}
+
+static int send_question(struct search *s, size_t range, uint32_t address,
+                         uint32_t sequence, lum_error *error)
+{
+    const struct find_range *r = &s->plan->ranges[range];
+    const lum_timestamp request = {sequence, 0};
+    uint8_t packet[LUM_TIMESTAMP_BYTES];
+    if (r->by_arp) {
+        const struct ear *ear = find_ear(s, r->interface);
+        return ear != NULL && ear->arp != NULL
+                   ? arp_ask(ear->arp, address, error)
+                   : 0;
+    }
+    lum_timestamp_encode(packet, &request);
+    const lum_outgoing datagram = {
+        packet, sizeof packet, {address, s->ctl->options.host.port}};
+    return lum_socket_send(s->sockets[s->socket_at[range]], &datagram, error) ==
+                   LUM_NET_OK
+               ? 0
+               : -1;
+}
+
+static void ask_one(struct search *s, size_t range, unsigned index,
+                    uint32_t address, unsigned pass)
+{
+    struct question *q = &s->questions[index];
+    lum_error error = {""};
+    const uint32_t sequence = s->sequence + pass * s->total + index;
+    s->out->asked += pass == 0 ? 1u : 0u;
+    if (send_question(s, range, address, sequence, &error) == 0) {
+        q->sequence = sequence;
+        q->sent_ns = lum_time_monotonic_ns();
+    } else if (pass == 0) {
+        s->out->unsent++;
+        s->out->error = s->out->unsent == 1 ? error : s->out->error;
+    }
+}
+
+static enum exit_status ask_range(struct search *s, size_t range,
+                                  unsigned index, unsigned pass)
+{
+    const struct find_range *r = &s->plan->ranges[range];
+    const unsigned size = size_of(r);
+    for (unsigned i = 0; i < size && can_ask(s, range); i++) {
+        if (s->questions[index + i].is_answered) {
+            continue;
+        }
+        ask_one(s, range, index + i, r->first + i, pass);
+        const enum exit_status status =
+            listen_until(s, lum_time_monotonic_ns() + STEP_NS);
+        if (status != EXIT_DONE) {
+            return status;
+        }
+    }
+    return EXIT_DONE;
+}
+
+static enum exit_status ask_pass(struct search *s, unsigned pass)
+{
+    unsigned index = 0;
+    for (size_t i = 0; i < s->plan->range_count; i++) {
+        const enum exit_status status = ask_range(s, i, index, pass);
+        if (status != EXIT_DONE) {
+            return status;
+        }
+        index += size_of(&s->plan->ranges[i]);
+    }
+    return EXIT_DONE;
+}
+
+/* Nobody is asked again before he has had the time to answer. */
+static enum exit_status ask_all(struct search *s)
+{
+    const struct ctl_options *options = &s->ctl->options;
+    const int64_t wait_ns = options->timeout_ms * INT64_C(1000000);
+    const unsigned passes =
+        options->has_retries ? options->retries + 1u : PASSES;
+    for (unsigned pass = 0; pass < passes; pass++) {
+        const bool is_last = pass + 1u == passes;
+        const int64_t began = lum_time_monotonic_ns();
+        enum exit_status status = ask_pass(s, pass);
+        if (status == EXIT_DONE) {
+            status = listen_until(
+                s, (is_last ? lum_time_monotonic_ns() : began) + wait_ns);
+        }
+        if (status != EXIT_DONE) {
+            return status;
+        }
+    }
+    return EXIT_DONE;
+}
+
+enum exit_status find_ask(struct ctl *ctl, struct find_plan *plan,
+                          struct find_result *out)
+{
+    struct search s = {.ctl = ctl, .plan = plan, .out = out};
+    memset(out, 0, sizeof *out);
+    s.sequence = ctl->options.has_sequence ? ctl->options.sequence
+                                           : (uint32_t)lum_time_monotonic_ns();
+    enum exit_status status = open_all(&s);
+    if (status == EXIT_DONE) {
+        status = ask_all(&s);
+    }
+    clear_progress(&s);
+    close_all(&s);
+    return out->is_cut_short ? EXIT_DONE : status;
+}

@@ -1,0 +1,279 @@
+#include "find.h"
+
+#include "../common/number.h"
+#include "session.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const hows[FIND_HOWS] = {
+    [FIND_ARP] = "arp",
+    [FIND_OTHER] = "other",
+    [FIND_SENDS] = "sends",
+    [FIND_ANSWERS] = "answers",
+};
+
+static const char *const meanings[FIND_HOWS] = {
+    [FIND_ARP] = "somebody has this address, perhaps a sensor",
+    [FIND_OTHER] = "sends the magic, but no packet that a sensor sends",
+    [FIND_SENDS] = "sends packets of a sensor",
+    [FIND_ANSWERS] = "answers",
+};
+
+/* By address, then the surest first. */
+static int compare(const void *a, const void *b)
+{
+    const struct find_found *x = a;
+    const struct find_found *y = b;
+    if (x->host.address != y->host.address) {
+        return x->host.address < y->host.address ? -1 : 1;
+    }
+    return (x->how < y->how) - (x->how > y->how);
+}
+
+/* Another interface of this host has an address in the subnet. */
+static bool is_elsewhere(const struct find_plan *plan,
+                         const struct find_found *found)
+{
+    for (size_t i = 0; i < plan->interface_count; i++) {
+        const struct host_interface *other = &plan->interfaces[i];
+        if (other != found->interface && other->is_up &&
+            interfaces_subnet(other, found->host.address) != NULL) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Somebody has the same address at another interface. */
+static bool has_twin(const struct find_result *result,
+                     const struct find_found *found)
+{
+    for (size_t i = 0; i < result->count; i++) {
+        const struct find_found *other = &result->found[i];
+        if (other->host.address == found->host.address &&
+            other->interface != found->interface) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool is_taken(const struct find_result *result, uint32_t address)
+{
+    for (size_t i = 0; i < result->count; i++) {
+        if (result->found[i].host.address == address) {
+            return true;
+        }
+    }
+    return false;
+}
+
+const char *find_reach(const struct find_plan *plan,
+                       const struct find_result *result,
+                       const struct find_found *found,
+                       char out[FIND_REACH_BYTES])
+{
+    char address[16];
+    uint32_t free = (found->host.address & ~UINT32_C(255)) + 1u;
+    out[0] = '\0';
+    if (found->interface == NULL || found->how == FIND_ANSWERS ||
+        interfaces_subnet(found->interface, found->host.address) != NULL) {
+        return out;
+    }
+    (void)number_format_address(found->host.address, address);
+    if (is_elsewhere(plan, found)) {
+        if (!has_twin(result, found)) {
+            (void)snprintf(out, FIND_REACH_BYTES, "ip route add %s/32 dev %s",
+                           address, found->interface->name);
+        }
+        return out;
+    }
+    while (is_taken(result, free) && (free & 255u) < 254u) {
+        free++;
+    }
+    (void)snprintf(out, FIND_REACH_BYTES, "ip addr add %s/24 dev %s",
+                   number_format_address(free, address),
+                   found->interface->name);
+    return out;
+}
+
+static const char *name_of(const struct host_interface *interface)
+{
+    return interface != NULL ? interface->name : "";
+}
+
+static void put_found(struct json *json, const struct find_plan *plan,
+                      const struct find_result *r, const struct find_found *f)
+{
+    char name[SESSION_NAME_BYTES];
+    char mac[INTERFACE_MAC_TEXT_BYTES];
+    char reach[FIND_REACH_BYTES];
+    json_open_object(json, NULL);
+    json_text(json, "sensor", session_name(f->host, name));
+    json_text(json, "interface", name_of(f->interface));
+    json_text(json, "how", hows[f->how]);
+    if (f->how == FIND_ANSWERS) {
+        json_uint(json, "clock_us", f->clock_us);
+    } else {
+        json_null(json, "clock_us");
+    }
+    if (f->round_trip_ns > 0) {
+        json_real(json, "round_trip_ms", (double)f->round_trip_ns / 1e6, 3);
+    } else {
+        json_null(json, "round_trip_ms");
+    }
+    if (f->has_mac) {
+        json_text(json, "mac", interfaces_format_mac(f->mac, mac));
+    } else {
+        json_null(json, "mac");
+    }
+    json_bool(json, "several_macs", f->has_other_mac);
+    if (*find_reach(plan, r, f, reach) != '\0') {
+        json_text(json, "reach", reach);
+    } else {
+        json_null(json, "reach");
+    }
+    json_close_object(json);
+}
+
+static void put_range(struct json *json, const struct find_range *range)
+{
+    char subnet[FIND_SUBNET_BYTES];
+    json_open_object(json, NULL);
+    json_text(json, "interface", name_of(range->interface));
+    json_text(json, "subnet", find_show_subnet(&range->subnet, subnet));
+    json_text(json, "by", range->by_arp ? "arp" : "udp");
+    json_close_object(json);
+}
+
+bool find_is_shown(const struct find_plan *plan, const struct find_found *f)
+{
+    for (size_t i = 0; i < plan->range_count && f->how == FIND_ARP; i++) {
+        const struct find_range *r = &plan->ranges[i];
+        if (r->by_arp && r->subnet.bits == 32u && r->first != r->last &&
+            f->host.address >= r->first && f->host.address <= r->last) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static void print_json(const struct find_plan *plan,
+                       const struct find_result *r)
+{
+    struct json json;
+    json_init(&json, stdout);
+    json_open_object(&json, NULL);
+    json_open_array(&json, "sensors");
+    for (size_t i = 0; i < r->count; i++) {
+        if (find_is_shown(plan, &r->found[i])) {
+            put_found(&json, plan, r, &r->found[i]);
+        }
+    }
+    json_close_array(&json);
+    json_open_array(&json, "searched");
+    for (size_t i = 0; i < plan->range_count; i++) {
+        put_range(&json, &plan->ranges[i]);
+    }
+    json_close_array(&json);
+    json_open_array(&json, "left_out");
+    for (size_t i = 0; i < plan->left_out.count; i++) {
+        json_text(&json, NULL, plan->left_out.texts[i]);
+    }
+    json_close_array(&json);
+    json_uint(&json, "left_out_more", plan->left_out.more);
+    json_uint(&json, "asked", r->asked);
+    json_uint(&json, "not_sent", r->unsent);
+    json_bool(&json, "complete", !r->is_cut_short);
+    json_close_object(&json);
+    json_end(&json);
+}
+
+static void print_found(const struct find_plan *plan,
+                        const struct find_result *r, const struct find_found *f)
+{
+    char name[SESSION_NAME_BYTES];
+    char mac[INTERFACE_MAC_TEXT_BYTES] = "";
+    char reach[FIND_REACH_BYTES];
+    char trip[32] = "";
+    if (f->round_trip_ns > 0) {
+        (void)snprintf(trip, sizeof trip, " in %.2f ms",
+                       (double)f->round_trip_ns / 1e6);
+    }
+    if (f->has_mac) {
+        (void)interfaces_format_mac(f->mac, mac);
+    }
+    (void)printf("%-21s  %-10s  %-17s  %s%s\n", session_name(f->host, name),
+                 name_of(f->interface), mac, meanings[f->how], trip);
+    if (f->has_other_mac) {
+        (void)printf("    two devices have this address: disconnect one, and "
+                     "give the other another address by lumctl set-ip\n");
+    }
+    if (*find_reach(plan, r, f, reach) != '\0') {
+        (void)printf("    not reached from this host; as root: %s\n", reach);
+    }
+}
+
+/* One address on two interfaces. */
+static void print_twins(const struct ctl *ctl, const struct find_result *r)
+{
+    for (size_t i = 0; i + 1 < r->count; i++) {
+        const struct find_found *a = &r->found[i];
+        const struct find_found *b = &r->found[i + 1];
+        char name[SESSION_NAME_BYTES];
+        if (a->host.address == b->host.address &&
+            a->interface != b->interface) {
+            ctl_note(ctl,
+                     "%s is on %s and on %s: say --interface, or the routes "
+                     "choose",
+                     session_name(a->host, name), name_of(a->interface),
+                     name_of(b->interface));
+        }
+    }
+}
+
+static void print_text(const struct ctl *ctl, const struct find_plan *plan,
+                       const struct find_result *r)
+{
+    bool has_any = false;
+    for (size_t i = 0; i < r->count; i++) {
+        if (!find_is_shown(plan, &r->found[i])) {
+            continue;
+        }
+        if (!has_any) {
+            (void)printf("%-21s  %-10s  %-17s  %s\n", "address", "interface",
+                         "MAC", "what was seen");
+            has_any = true;
+        }
+        print_found(plan, r, &r->found[i]);
+    }
+    print_twins(ctl, r);
+    for (size_t i = 0; i < plan->left_out.count; i++) {
+        ctl_note(ctl, "%s", plan->left_out.texts[i]);
+    }
+    if (plan->left_out.more > 0) {
+        ctl_note(ctl, "and %u more were not searched",
+                 (unsigned)plan->left_out.more);
+    }
+}
+
+void find_print(const struct ctl *ctl, const struct find_plan *plan,
+                struct find_result *result)
+{
+    qsort(result->found, result->count, sizeof result->found[0], compare);
+    if (ctl->options.json) {
+        print_json(plan, result);
+    } else {
+        print_text(ctl, plan, result);
+    }
+    if (result->unsent > 0) {
+        ctl_note(ctl, "%u of %u questions did not leave: %s", result->unsent,
+                 result->asked, result->error.text);
+    }
+    if (result->is_cut_short) {
+        ctl_note(ctl, "interrupted: %u of %u addresses were asked",
+                 result->asked, result->wanted);
+    }
+}

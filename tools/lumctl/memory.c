@@ -1,0 +1,204 @@
+#include "memory.h"
+
+#include "lum/host/clock_sync.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#define WRAP_NS   (INT64_C(0x100000000) * 1000)
+#define DRIFT_PER INT64_C(2000) /* clocks differ by one part in so many */
+
+/* In the order in which they are shown. */
+static const struct setting {
+    const char *name;
+    lum_command_id id;
+} settings[] = {
+    {"lines", LUM_COMMAND_LINE_MODE},
+    {"yscan", LUM_COMMAND_YSCAN},
+    {"power", LUM_COMMAND_POWER},
+    {"threshold green", LUM_COMMAND_THRESHOLD_GREEN},
+    {"threshold blue", LUM_COMMAND_THRESHOLD_BLUE},
+    {"holdoff", LUM_COMMAND_HOLDOFF},
+    {"offset green", LUM_COMMAND_OFFSET_GREEN},
+    {"offset blue", LUM_COMMAND_OFFSET_BLUE},
+};
+
+const char *memory_setting(lum_command_id id)
+{
+    for (size_t i = 0; i < sizeof settings / sizeof settings[0]; i++) {
+        if (settings[i].id == id) {
+            return settings[i].name;
+        }
+    }
+    return NULL;
+}
+
+static unsigned lines_of(uint16_t mode)
+{
+    return mode == 0 ? 640u : 64u;
+}
+
+static const char *shape_name(lum_yscan_kind kind)
+{
+    return kind == LUM_YSCAN_UNIFORM    ? "uniform"
+           : kind == LUM_YSCAN_GAUSSIAN ? "gaussian"
+                                        : "regions";
+}
+
+const char *memory_value(const struct memory *memory, lum_command_id id,
+                         char out[MEMORY_VALUE_BYTES])
+{
+    const uint16_t value = memory->entries[id].value;
+    if (id == LUM_COMMAND_LINE_MODE) {
+        (void)snprintf(out, MEMORY_VALUE_BYTES, "%u", lines_of(value));
+    } else if (id != LUM_COMMAND_YSCAN) {
+        (void)snprintf(out, MEMORY_VALUE_BYTES, "%u", (unsigned)value);
+    } else if (memory->table.scan == MEMORY_DEGREES) {
+        (void)snprintf(out, MEMORY_VALUE_BYTES, "%u degrees", (unsigned)value);
+    } else {
+        (void)snprintf(out, MEMORY_VALUE_BYTES, "%s of %u lines",
+                       memory->table.scan == MEMORY_SHAPE
+                           ? shape_name(memory->table.shape.kind)
+                           : "a table",
+                       (unsigned)value);
+    }
+    return out;
+}
+
+/* A change of the line mode clears a table. */
+static void clear_table(struct memory *memory)
+{
+    if (memory->table.scan != MEMORY_DEGREES) {
+        memory->entries[LUM_COMMAND_YSCAN].standing = MEMORY_NOTHING;
+        memory->table.scan = MEMORY_DEGREES;
+    }
+}
+
+static void set_entry(struct memory *memory, lum_command_id id, uint16_t value,
+                      enum memory_standing standing, int64_t utc_ns)
+{
+    memory->entries[id] = (struct memory_entry){standing, value, utc_ns};
+}
+
+void memory_take(struct memory *memory, const lum_command *command,
+                 enum memory_standing standing, int64_t utc_ns)
+{
+    if (memory_setting(command->id) == NULL) {
+        return;
+    }
+    if (command->id == LUM_COMMAND_LINE_MODE) {
+        memory->is_lines_set = true;
+        clear_table(memory);
+    } else if (command->id == LUM_COMMAND_YSCAN) {
+        memory->table.scan = MEMORY_DEGREES;
+    }
+    set_entry(memory, command->id, command->value, standing, utc_ns);
+}
+
+void memory_take_table(struct memory *memory, const struct memory_table *table,
+                       uint16_t lines, enum memory_standing standing,
+                       int64_t utc_ns)
+{
+    memory->table = *table;
+    set_entry(memory, LUM_COMMAND_YSCAN, lines, standing, utc_ns);
+}
+
+bool memory_has_any(const struct memory *memory)
+{
+    for (size_t i = 0; i < LUM_COMMANDS; i++) {
+        if (memory->entries[i].standing != MEMORY_NOTHING) {
+            return true;
+        }
+    }
+    return memory->is_unclear;
+}
+
+static void weaken(struct memory *memory, enum memory_standing standing)
+{
+    for (size_t i = 0; i < LUM_COMMANDS; i++) {
+        if (memory->entries[i].standing == MEMORY_DONE) {
+            memory->entries[i].standing = standing;
+        }
+    }
+}
+
+void memory_merge(struct memory *memory, const struct memory *changes)
+{
+    if (changes->is_lines_set) {
+        clear_table(memory);
+    }
+    if (changes->is_unclear) {
+        weaken(memory, MEMORY_UNSURE);
+    }
+    for (size_t i = 0; i < LUM_COMMANDS; i++) {
+        if (changes->entries[i].standing != MEMORY_NOTHING) {
+            memory->entries[i] = changes->entries[i];
+        }
+    }
+    if (changes->entries[LUM_COMMAND_YSCAN].standing != MEMORY_NOTHING) {
+        memory->table = changes->table;
+    }
+}
+
+/* Part of the clock's turn in which a restart would not show. */
+static double chance_of(const struct memory_clock *before,
+                        const struct memory_clock *now)
+{
+    const int64_t passed = now->utc_ns - before->utc_ns;
+    const int64_t slack = before->error_ns + now->error_ns +
+                          passed / DRIFT_PER + LUM_CLOCK_RESET_NS;
+    const double chance = 2.0 * (double)slack / (double)WRAP_NS;
+    return chance < 1.0 ? chance : 1.0;
+}
+
+static bool add_clock(lum_clock_sync *sync, const struct memory_clock *clock)
+{
+    return lum_clock_sync_add(sync, clock->utc_ns - clock->error_ns,
+                              clock->utc_ns + clock->error_ns,
+                              clock->clock_us) == LUM_OK;
+}
+
+enum memory_run memory_compare(const struct memory_clock *before,
+                               const struct memory_clock *now, double *missed)
+{
+    lum_clock_sync sync;
+    lum_clock_estimate estimate;
+    *missed = 1.0;
+    if (!before->is_known || !now->is_known ||
+        now->utc_ns < before->utc_ns - LUM_CLOCK_RESET_NS) {
+        return MEMORY_RUN_UNKNOWN;
+    }
+    *missed = chance_of(before, now);
+    lum_clock_sync_init(&sync);
+    if (!add_clock(&sync, before) || !add_clock(&sync, now) ||
+        lum_clock_sync_estimate(&sync, &estimate) != LUM_OK) {
+        return MEMORY_RUN_UNKNOWN;
+    }
+    if (estimate.resets != 0) {
+        return MEMORY_OTHER_RUN;
+    }
+    return *missed <= MEMORY_MISSED_MAX ? MEMORY_SAME_RUN : MEMORY_RUN_UNKNOWN;
+}
+
+static void forget(struct memory *memory, const struct memory_clock *now)
+{
+    const int64_t from = memory->clock.utc_ns;
+    *memory = (struct memory){
+        .clock = *now, .restart_from_ns = from, .restart_to_ns = now->utc_ns};
+}
+
+enum memory_run memory_see_clock(struct memory *memory,
+                                 const struct memory_clock *now, double *missed)
+{
+    const enum memory_run run = memory_compare(&memory->clock, now, missed);
+    if (run == MEMORY_OTHER_RUN) {
+        forget(memory, now);
+    } else if (now->is_known) {
+        if (run == MEMORY_RUN_UNKNOWN) {
+            weaken(memory, MEMORY_OLD);
+        }
+        memory->clock = *now;
+    }
+    return run;
+}

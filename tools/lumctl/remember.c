@@ -1,0 +1,432 @@
+#include "remember.h"
+
+#include "../common/printable.h"
+#include "session.h"
+#include "store.h"
+#include "text.h"
+#include "yscan.h"
+
+#include "lum/base/time.h"
+#include "lum/host/command_text.h"
+#include "lum/wire.h"
+
+#include "net/route.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define CLOCK_NS INT64_C(500000000) /* longest wait for the sensor's clock */
+
+/* Longest waits for another lumctl; with the one before, no heartbeat that is
+ * due is late by more than a sensor allows. */
+#define LOCK_NS       INT64_C(10000000000)
+#define LOCK_OWNER_NS INT64_C(1000000000)
+
+void remember_table(struct ctl *ctl, const lum_yscan_shape *shape,
+                    const char *from)
+{
+    struct memory_table *table = &ctl->table;
+    *table = (struct memory_table){.scan = shape != NULL ? MEMORY_SHAPE
+                                                         : MEMORY_TABLE};
+    if (shape != NULL) {
+        table->shape = *shape;
+    }
+    if (from != NULL) {
+        (void)printable((const uint8_t *)from, strlen(from), table->from,
+                        sizeof table->from);
+    }
+}
+
+/* The texts of all command TLVs in one, to be held against the answer; a table
+ * counts as a word, as what names it refuses nothing else. */
+static void gather(const struct ctl *ctl, lum_tlv_reader reader,
+                   char out[TEXT_BYTES + 1])
+{
+    const uint16_t *numbers = ctl->layout.profile.tlv;
+    lum_tlv tlv;
+    size_t n = 0;
+    out[0] = '\0';
+    while (lum_tlv_next(&reader, &tlv) == LUM_OK && n < TEXT_BYTES) {
+        if (tlv.type == numbers[LUM_TLV_COMMAND]) {
+            n += (size_t)snprintf(out + n, TEXT_BYTES + 1 - n, "%s%.*s",
+                                  n != 0 ? " " : "", (int)tlv.length,
+                                  (const char *)tlv.value);
+        } else if (tlv.type == numbers[LUM_TLV_YSCAN]) {
+            n += (size_t)snprintf(out + n, TEXT_BYTES + 1 - n, "%stable",
+                                  n != 0 ? " " : "");
+        }
+    }
+}
+
+/* A request that was sent, and what came of it. */
+struct sent {
+    struct ctl *ctl;
+    const struct ctl_answer *answer; /* NULL: none came */
+    bool has_unnamed; /* the answer refuses something that it does not name */
+    int64_t utc_ns;
+};
+
+static enum memory_standing standing_of(const struct sent *s)
+{
+    return s->answer == NULL || s->has_unnamed ? MEMORY_UNSURE : MEMORY_DONE;
+}
+
+static bool is_refused(const struct sent *s, const lum_command *command)
+{
+    struct text_refusal refusal;
+    char text[LUM_COMMAND_TEXT_BYTES + 1];
+    size_t len = 0;
+    if (s->answer == NULL ||
+        lum_command_format(command, text, &len) != LUM_OK) {
+        return false;
+    }
+    text[len] = '\0';
+    return text_find_refusal(text, s->answer->debug, &refusal) &&
+           refusal.names[0] != '\0';
+}
+
+/* What is no text of the manual may have set anything. */
+static void take_text(const struct sent *s, const lum_tlv *tlv)
+{
+    const char *text = (const char *)tlv->value;
+    size_t len = tlv->length;
+    lum_command command;
+    lum_result result = LUM_OK;
+    while ((result = lum_command_parse(&text, &len, &command)) == LUM_OK) {
+        if (!is_refused(s, &command)) {
+            memory_take(&s->ctl->changes, &command, standing_of(s), s->utc_ns);
+        }
+    }
+    s->ctl->changes.is_unclear |= result != LUM_END;
+}
+
+static void take_table(const struct sent *s, const lum_tlv *tlv)
+{
+    const struct memory_table unknown = {.scan = MEMORY_TABLE};
+    const struct memory_table *table =
+        s->ctl->table.scan != MEMORY_DEGREES ? &s->ctl->table : &unknown;
+    if (s->answer != NULL && yscan_is_refused(s->answer->debug)) {
+        return;
+    }
+    if (tlv->length < 2) {
+        s->ctl->changes.is_unclear = true;
+        return;
+    }
+    memory_take_table(&s->ctl->changes, table, (uint16_t)(tlv->length / 2u),
+                      standing_of(s), s->utc_ns);
+}
+
+void remember_request(struct ctl *ctl, const void *tlvs, size_t len,
+                      const struct ctl_answer *answer)
+{
+    const uint16_t *numbers = ctl->layout.profile.tlv;
+    struct sent s = {ctl, answer, false, lum_time_utc_ns()};
+    lum_tlv_reader reader = {tlvs, len};
+    struct text_refusal refusal;
+    char text[TEXT_BYTES + 1];
+    lum_tlv tlv;
+    if (len == 0) {
+        return;
+    }
+    gather(ctl, reader, text);
+    s.has_unnamed = answer != NULL &&
+                    text_find_refusal(text, answer->debug, &refusal) &&
+                    refusal.has_unnamed;
+    while (lum_tlv_next(&reader, &tlv) == LUM_OK) {
+        if (tlv.type == numbers[LUM_TLV_COMMAND]) {
+            take_text(&s, &tlv);
+        } else if (tlv.type == numbers[LUM_TLV_YSCAN]) {
+            take_table(&s, &tlv);
+        }
+    }
+}
+
+static void key_of(const struct ctl *ctl, lum_endpoint host,
+                   struct memory_key *out)
+{
+    *out = (struct memory_key){.address = host.address, .port = host.port};
+    if (ctl->options.interface != NULL) {
+        (void)snprintf(out->interface, sizeof out->interface, "%s",
+                       ctl->options.interface);
+    } else if (!lum_route_interface(host.address, out->interface,
+                                    sizeof out->interface)) {
+        out->interface[0] = '\0';
+    }
+}
+
+static int64_t lock_ns(const struct ctl *ctl)
+{
+    return ctl->owns ? LOCK_OWNER_NS : LOCK_NS;
+}
+
+static bool is_plain(char c)
+{
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+           (c >= '0' && c <= '9') || c == '-' || c == '.';
+}
+
+/* Any name of an interface as part of a file's name. */
+static int find_path(const struct memory_key *key, const char *folder,
+                     char out[STORE_PATH_BYTES], lum_error *error)
+{
+    char name[SESSION_NAME_BYTES];
+    const lum_endpoint host = {key->address, LUM_PORT};
+    size_t n = (size_t)snprintf(out, STORE_PATH_BYTES, "%s/%s_%u_", folder,
+                                session_name(host, name), (unsigned)key->port);
+    for (const char *c = key->interface; *c != '\0' && n < STORE_PATH_BYTES;
+         c++) {
+        n += (size_t)snprintf(out + n, STORE_PATH_BYTES - n,
+                              is_plain(*c) ? "%c" : "=%02x",
+                              is_plain(*c) ? *c : (unsigned char)*c);
+    }
+    return n < STORE_PATH_BYTES
+               ? 0
+               : lum_error_set(error, "the name of its file would be too long");
+}
+
+/* A file that makes no sense is said and passed over: the next change replaces
+ * it. */
+static bool load(const struct ctl *ctl, const struct memory_key *key,
+                 const char *path, struct memory *out)
+{
+    char text[MEMORY_TEXT_BYTES];
+    lum_error error = {""};
+    const int found = store_read(path, text, sizeof text, &error);
+    *out = (struct memory){.clock = {0}};
+    if (found == 1 && memory_read(text, key, out, &error) == 0) {
+        return true;
+    }
+    *out = (struct memory){.clock = {0}};
+    if (found == 1) {
+        ctl_note(ctl, "%s: %s; it is passed over", path, error.text);
+    } else if (found < 0) {
+        ctl_note(ctl, "%s; it is passed over", error.text);
+    }
+    return false;
+}
+
+static int save(const struct memory_key *key, const char *path,
+                const struct memory *memory, lum_error *error)
+{
+    char text[MEMORY_TEXT_BYTES];
+    const size_t len = memory_write(key, memory, text);
+    return store_write(path, text, len, error);
+}
+
+static void read_clock(const lum_sensor_event *event, struct memory_clock *out)
+{
+    const int64_t half = (event->received_ns - event->sent_ns) / 2;
+    *out = (struct memory_clock){.is_known = true,
+                                 .utc_ns = event->received_utc_ns - half,
+                                 .clock_us = event->clock_us,
+                                 .error_ns = half};
+}
+
+/* A short look: the command itself is done, and must not seem to hang. */
+static void ask_clock(struct ctl *ctl, struct memory_clock *out)
+{
+    const int64_t end = lum_time_monotonic_ns() + CLOCK_NS;
+    lum_sensor_event event = {.kind = LUM_SENSOR_IDLE};
+    *out = (struct memory_clock){.is_known = false};
+    if (ctl->sensor == NULL || lum_cancel_is_raised(ctl->cancel)) {
+        return;
+    }
+    lum_sensor_give_up(ctl->sensor);
+    if (lum_sensor_request_time(ctl->sensor) != LUM_OK) {
+        return;
+    }
+    while (lum_time_monotonic_ns() < end) {
+        switch (session_wait(ctl, end, &event)) {
+        case LUM_SENSOR_TIME:
+            read_clock(&event, out);
+            return;
+        case LUM_SENSOR_NO_ANSWER:
+        case LUM_SENSOR_CANCELLED:
+        case LUM_SENSOR_FAILED:
+            return;
+        default:
+            break;
+        }
+    }
+    lum_sensor_give_up(ctl->sensor);
+}
+
+static void note_restart(const struct ctl *ctl)
+{
+    char name[SESSION_NAME_BYTES];
+    ctl_note(ctl,
+             "the clock of %s has begun anew since its settings were "
+             "remembered: it has restarted, and those from before are gone",
+             session_name(session_host(ctl), name));
+}
+
+/* Nothing is kept of an address where nobody ever answered. */
+static bool is_acknowledged(const struct memory *changes)
+{
+    for (size_t i = 0; i < LUM_COMMANDS; i++) {
+        if (changes->entries[i].standing == MEMORY_DONE) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Read, changed and written under the lock, since two may do so at once. */
+static int merge(const struct ctl *ctl, const struct memory_clock *clock,
+                 lum_error *error)
+{
+    struct memory_key key;
+    struct memory memory;
+    struct store_lock lock;
+    char folder[STORE_PATH_BYTES];
+    char path[STORE_PATH_BYTES];
+    double missed = 0.0;
+    key_of(ctl, session_host(ctl), &key);
+    if (store_folder(folder, error) != 0 ||
+        find_path(&key, folder, path, error) != 0 ||
+        store_lock(folder, lock_ns(ctl), &lock, error) != 0) {
+        return -1;
+    }
+    if (!load(ctl, &key, path, &memory) && !is_acknowledged(&ctl->changes)) {
+        store_unlock(&lock);
+        return 0;
+    }
+    const bool had_any = memory_has_any(&memory);
+    if (memory_see_clock(&memory, clock, &missed) == MEMORY_OTHER_RUN &&
+        had_any) {
+        note_restart(ctl);
+    }
+    memory_merge(&memory, &ctl->changes);
+    const int result = save(&key, path, &memory, error);
+    store_unlock(&lock);
+    return result;
+}
+
+void remember_changes(struct ctl *ctl)
+{
+    struct memory_clock clock = {.is_known = false};
+    lum_error error = {""};
+    if (memory_has_any(&ctl->changes)) {
+        if (is_acknowledged(&ctl->changes)) {
+            ask_clock(ctl, &clock);
+        }
+        if (merge(ctl, &clock, &error) != 0) {
+            ctl_note(ctl, "what was set is not remembered for lumctl show: %s",
+                     error.text);
+        }
+    }
+    ctl->changes = (struct memory){.clock = {0}};
+    ctl->table = (struct memory_table){.scan = MEMORY_DEGREES};
+}
+
+static int move_file(const struct ctl *ctl, const char *folder,
+                     const struct memory_key *from, const struct memory_key *to,
+                     lum_error *error)
+{
+    struct memory memory;
+    char old[STORE_PATH_BYTES];
+    char new[STORE_PATH_BYTES];
+    if (find_path(from, folder, old, error) != 0 ||
+        find_path(to, folder, new, error) != 0) {
+        return -1;
+    }
+    if (strcmp(old, new) == 0) {
+        return 0;
+    }
+    if (!load(ctl, from, old, &memory)) {
+        store_remove(new);
+        return 0;
+    }
+    if (save(to, new, &memory, error) != 0) {
+        return -1;
+    }
+    store_remove(old);
+    return 0;
+}
+
+void remember_move(const struct ctl *ctl, lum_endpoint from, lum_endpoint to)
+{
+    struct memory_key old;
+    struct memory_key new;
+    struct store_lock lock;
+    char folder[STORE_PATH_BYTES];
+    lum_error error = {""};
+    key_of(ctl, from, &old);
+    key_of(ctl, to, &new);
+    int result = store_folder(folder, &error);
+    if (result == 0) {
+        result = store_lock(folder, lock_ns(ctl), &lock, &error);
+    }
+    if (result == 0) {
+        result = move_file(ctl, folder, &old, &new, &error);
+        store_unlock(&lock);
+    }
+    if (result != 0) {
+        ctl_note(ctl,
+                 "what is remembered for lumctl show did not move along: "
+                 "%s",
+                 error.text);
+    }
+}
+
+static enum exit_status ask(struct ctl *ctl, struct memory_clock *out)
+{
+    lum_sensor_event event;
+    enum exit_status status = ctl_open(ctl, false);
+    *out = (struct memory_clock){.is_known = false};
+    if (status != EXIT_DONE) {
+        return status;
+    }
+    lum_sensor_give_up(ctl->sensor);
+    if (lum_sensor_request_time(ctl->sensor) != LUM_OK) {
+        return ctl_complain(EXIT_FAILED, "the request cannot be made");
+    }
+    status = session_finish(ctl, &event);
+    if (status == EXIT_DONE) {
+        read_clock(&event, out);
+    }
+    return status;
+}
+
+/* Holds what is remembered against the clock, and writes that down. That this
+ * cannot be written harms nothing: the next look has the older reading. */
+static void see(const struct ctl *ctl, const char *folder, const char *path,
+                const struct memory_clock *clock, struct remembered *out)
+{
+    struct store_lock lock;
+    lum_error error = {""};
+    const bool has_lock =
+        clock->is_known && store_lock(folder, lock_ns(ctl), &lock, &error) == 0;
+    if (has_lock) {
+        out->has_file = load(ctl, &out->key, path, &out->memory);
+    }
+    out->run = memory_see_clock(&out->memory, clock, &out->missed);
+    if (has_lock) {
+        (void)save(&out->key, path, &out->memory, &error);
+        store_unlock(&lock);
+    }
+}
+
+enum exit_status remember_look(struct ctl *ctl, struct remembered *out)
+{
+    struct memory_clock clock;
+    char folder[STORE_PATH_BYTES];
+    char path[STORE_PATH_BYTES];
+    lum_error error = {""};
+    *out = (struct remembered){.run = MEMORY_RUN_UNKNOWN, .missed = 1.0};
+    const enum exit_status status = ask(ctl, &clock);
+    key_of(ctl, session_host(ctl), &out->key);
+    out->has_answered = clock.is_known;
+    if (store_folder(folder, &error) != 0 ||
+        find_path(&out->key, folder, path, &error) != 0) {
+        return status != EXIT_DONE
+                   ? status
+                   : ctl_complain(EXIT_FAILED, "nothing can be remembered: %s",
+                                  error.text);
+    }
+    out->has_file = load(ctl, &out->key, path, &out->memory);
+    if (out->has_file) {
+        see(ctl, folder, path, &clock, out);
+    }
+    return status;
+}

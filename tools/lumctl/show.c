@@ -1,0 +1,420 @@
+/* What is remembered of a sensor's settings, for people, as JSON and as YAML
+ * that apply takes. */
+#include "remember.h"
+
+#include "report.h"
+#include "session.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#define LINES     640u
+#define LINES_FEW 64u
+
+/* In the order in which apply sends them. */
+static const lum_command_id order[] = {
+    LUM_COMMAND_LINE_MODE,      LUM_COMMAND_YSCAN,
+    LUM_COMMAND_POWER,          LUM_COMMAND_THRESHOLD_GREEN,
+    LUM_COMMAND_THRESHOLD_BLUE, LUM_COMMAND_HOLDOFF,
+    LUM_COMMAND_OFFSET_GREEN,   LUM_COMMAND_OFFSET_BLUE,
+};
+
+#define ORDER (sizeof order / sizeof order[0])
+
+static const char *const standings[MEMORY_STANDINGS] = {
+    [MEMORY_DONE] = "done",
+    [MEMORY_UNSURE] = "unsure",
+    [MEMORY_OLD] = "old",
+};
+
+static const char *const remarks[MEMORY_STANDINGS] = {
+    [MEMORY_DONE] = "",
+    [MEMORY_UNSURE] = "  was sent; whether it holds is not known",
+    [MEMORY_OLD] = "  whether it has restarted since is not known",
+};
+
+/* Room for a sensor's name and its interface's. */
+#define WHO_BYTES (SESSION_NAME_BYTES + MEMORY_NAME_BYTES + 8)
+
+static const char *who(const struct remembered *r, char out[WHO_BYTES])
+{
+    char name[SESSION_NAME_BYTES];
+    const lum_endpoint host = {r->key.address, r->key.port};
+    (void)snprintf(out, WHO_BYTES, "%s%s%s", session_name(host, name),
+                   r->key.interface[0] != '\0' ? " on " : "", r->key.interface);
+    return out;
+}
+
+static bool is_known(const struct remembered *r, lum_command_id id)
+{
+    return r->memory.entries[id].standing != MEMORY_NOTHING;
+}
+
+/* What the sensor's clock tells of the time since. */
+static void print_run(FILE *out, const struct remembered *r, const char *before)
+{
+    if (!r->has_answered) {
+        (void)fprintf(out,
+                      "%sIt does not answer: whether it has restarted since is "
+                      "not known.\n",
+                      before);
+    } else if (r->run == MEMORY_SAME_RUN) {
+        (void)fprintf(out,
+                      "%sIts clock shows no restart since; one would be missed "
+                      "in %.2g %% of cases.\n",
+                      before, 100.0 * r->missed);
+    } else if (r->run == MEMORY_RUN_UNKNOWN) {
+        (void)fprintf(out,
+                      "%sIts clock cannot tell whether it has restarted "
+                      "since.\n",
+                      before);
+    }
+}
+
+static void print_table(const struct remembered *r)
+{
+    char text[WHO_BYTES];
+    (void)printf("%s, as far as this host knows:\n", who(r, text));
+    (void)printf("  %-15s  %-22s  %s\n", "setting", "value", "sent at");
+    for (size_t i = 0; i < ORDER; i++) {
+        const struct memory_entry *e = &r->memory.entries[order[i]];
+        char value[MEMORY_VALUE_BYTES];
+        char when[REPORT_UTC_BYTES];
+        if (e->standing != MEMORY_NOTHING) {
+            (void)printf("  %-15s  %-22s  %s%s\n", memory_setting(order[i]),
+                         memory_value(&r->memory, order[i], value),
+                         report_utc(e->utc_ns, when), remarks[e->standing]);
+        }
+    }
+    if (is_known(r, LUM_COMMAND_YSCAN) &&
+        r->memory.table.scan != MEMORY_DEGREES &&
+        r->memory.table.from[0] != '\0') {
+        (void)printf("  the table was made %s %s\n",
+                     r->memory.table.scan == MEMORY_SHAPE ? "with --calibration"
+                                                          : "from",
+                     r->memory.table.from);
+    }
+    print_run(stdout, r, "  ");
+    (void)puts("  What others set, and what is not listed, is not known: the "
+               "sensor cannot be asked.");
+}
+
+static void put_restart(struct json *json, const struct memory *memory)
+{
+    char when[REPORT_UTC_BYTES];
+    if (memory->restart_to_ns == 0) {
+        json_null(json, "restart");
+        return;
+    }
+    json_open_object(json, "restart");
+    json_text(json, "after", report_utc(memory->restart_from_ns, when));
+    json_text(json, "before", report_utc(memory->restart_to_ns, when));
+    json_close_object(json);
+}
+
+static void put_setting(struct json *json, const struct memory *memory,
+                        lum_command_id id)
+{
+    const struct memory_entry *e = &memory->entries[id];
+    char value[MEMORY_VALUE_BYTES];
+    char when[REPORT_UTC_BYTES];
+    json_open_object(json, NULL);
+    json_text(json, "setting", memory_setting(id));
+    json_text(json, "value", memory_value(memory, id, value));
+    json_text(json, "time", report_utc(e->utc_ns, when));
+    json_text(json, "standing", standings[e->standing]);
+    json_close_object(json);
+}
+
+static void print_json(const struct remembered *r)
+{
+    struct json json;
+    char name[SESSION_NAME_BYTES];
+    const lum_endpoint host = {r->key.address, r->key.port};
+    json_init(&json, stdout);
+    json_open_object(&json, NULL);
+    json_text(&json, "sensor", session_name(host, name));
+    json_text(&json, "interface", r->key.interface);
+    json_bool(&json, "answers", r->has_answered);
+    if (r->has_file && r->run != MEMORY_RUN_UNKNOWN) {
+        json_bool(&json, "restarted", r->run == MEMORY_OTHER_RUN);
+        json_real(&json, "missed", r->missed, 6);
+    } else {
+        json_null(&json, "restarted");
+        json_null(&json, "missed");
+    }
+    put_restart(&json, &r->memory);
+    json_open_array(&json, "settings");
+    for (size_t i = 0; i < ORDER; i++) {
+        if (is_known(r, order[i])) {
+            put_setting(&json, &r->memory, order[i]);
+        }
+    }
+    json_close_array(&json);
+    json_close_object(&json);
+    json_end(&json);
+}
+
+/* Nothing is known: why. */
+static enum exit_status complain_nothing(const struct remembered *r)
+{
+    char text[WHO_BYTES];
+    char from[REPORT_UTC_BYTES];
+    char to[REPORT_UTC_BYTES];
+    (void)who(r, text);
+    if (r->memory.restart_to_ns == 0) {
+        return ctl_complain(EXIT_FAILED,
+                            "nothing is known of %s: lumctl on this host, as "
+                            "this user, has set nothing there",
+                            text);
+    }
+    return ctl_complain(
+        EXIT_FAILED,
+        "nothing is known of %s any more: by its clock it has restarted "
+        "between %s and %s and forgotten its settings (or it is another "
+        "sensor, or this host's clock was set)",
+        text, report_utc(r->memory.restart_from_ns, from),
+        report_utc(r->memory.restart_to_ns, to));
+}
+
+static enum exit_status check(const struct ctl *ctl, int count, char **words)
+{
+    if (count > 1) {
+        return ctl_complain(EXIT_BAD, "%s: '%s': no word is expected behind %s",
+                            words[0], words[1], words[0]);
+    }
+    if (ctl->options.dry_run) {
+        return ctl_complain(EXIT_BAD,
+                            "--dry-run does not go with %s, which sets nothing",
+                            words[0]);
+    }
+    return EXIT_DONE;
+}
+
+enum exit_status command_show(struct ctl *ctl, int count, char **words)
+{
+    struct remembered r;
+    enum exit_status status = check(ctl, count, words);
+    if (status != EXIT_DONE) {
+        return status;
+    }
+    status = remember_look(ctl, &r);
+    const bool has_any = memory_has_any(&r.memory);
+    if (ctl->options.json) {
+        print_json(&r);
+    } else if (has_any) {
+        print_table(&r);
+    }
+    if (!has_any) {
+        const enum exit_status nothing = complain_nothing(&r);
+        return status == EXIT_DONE ? nothing : status;
+    }
+    return status;
+}
+
+/* Millionths of a degree, without what says nothing. */
+static void put_degrees(const char *key, int32_t udeg)
+{
+    const int64_t size = udeg < 0 ? -(int64_t)udeg : udeg;
+    char text[32];
+    const int n = snprintf(text, sizeof text, "%s%" PRId64 ".%06" PRId64,
+                           udeg < 0 ? "-" : "", size / 1000000, size % 1000000);
+    size_t len = n > 0 ? (size_t)n : 0;
+    while (len > 0 && text[len - 1] == '0') {
+        len--;
+    }
+    len -= len > 0 && text[len - 1] == '.' ? 1u : 0u;
+    (void)printf("%s: %.*s", key, (int)len, text);
+}
+
+static void put_regions(const lum_yscan_shape *s)
+{
+    (void)puts("  regions:");
+    for (size_t i = 0; i < s->region_count; i++) {
+        (void)printf("    %u: {", (unsigned)i + 1u);
+        put_degrees("min_deg", s->regions[i].min_udeg);
+        (void)fputs(", ", stdout);
+        put_degrees("max_deg", s->regions[i].max_udeg);
+        (void)printf(", weight: %" PRIu32 "}\n", s->regions[i].weight);
+    }
+}
+
+static void put_row(const char *key, int32_t udeg)
+{
+    (void)fputs("  ", stdout);
+    put_degrees(key, udeg);
+    (void)putchar('\n');
+}
+
+static void put_shape(const lum_yscan_shape *s)
+{
+    static const char *const names[] = {[LUM_YSCAN_UNIFORM] = "uniform",
+                                        [LUM_YSCAN_GAUSSIAN] = "gaussian",
+                                        [LUM_YSCAN_REGIONS] = "regions"};
+    (void)printf("yscan:\n  shape: %s\n", names[s->kind]);
+    if (s->kind == LUM_YSCAN_REGIONS) {
+        put_regions(s);
+        return;
+    }
+    if (s->min_udeg != INT32_MIN) {
+        put_row("min_deg", s->min_udeg);
+    }
+    if (s->max_udeg != INT32_MAX) {
+        put_row("max_deg", s->max_udeg);
+    }
+    if (s->kind == LUM_YSCAN_GAUSSIAN) {
+        put_row("center_deg", s->center_udeg);
+        put_row("sigma_deg", s->sigma_udeg);
+    }
+}
+
+static bool is_sure(const struct remembered *r, lum_command_id id)
+{
+    return is_known(r, id) && r->memory.entries[id].standing != MEMORY_UNSURE;
+}
+
+static unsigned lines_of(const struct remembered *r)
+{
+    return r->memory.entries[LUM_COMMAND_LINE_MODE].value == 0 ? LINES
+                                                               : LINES_FEW;
+}
+
+/* Why a setting cannot be written to a file; NULL: it can. */
+static const char *lack_of(const struct remembered *r, lum_command_id id)
+{
+    const struct memory *m = &r->memory;
+    const unsigned table_lines = m->entries[LUM_COMMAND_YSCAN].value;
+    if (!is_sure(r, id)) {
+        return "it was sent, and whether it holds is not known";
+    }
+    if (id != LUM_COMMAND_YSCAN || m->table.scan == MEMORY_DEGREES) {
+        return NULL;
+    }
+    if (m->table.scan == MEMORY_TABLE) {
+        return "no settings file can hold single elevations";
+    }
+    if (is_sure(r, LUM_COMMAND_LINE_MODE) && lines_of(r) != table_lines) {
+        return "its table is for other lines than those that were set";
+    }
+    return table_lines == LINES || table_lines == LINES_FEW
+               ? NULL
+               : "its table is for other lines than a frame has";
+}
+
+/* The lines that a table was made for, where no command has set them. */
+static bool needs_lines(const struct remembered *r)
+{
+    return !is_sure(r, LUM_COMMAND_LINE_MODE) &&
+           is_known(r, LUM_COMMAND_YSCAN) &&
+           r->memory.table.scan == MEMORY_SHAPE &&
+           lack_of(r, LUM_COMMAND_YSCAN) == NULL;
+}
+
+static void put_value(const struct remembered *r, lum_command_id id)
+{
+    const struct memory_entry *e = &r->memory.entries[id];
+    char when[REPORT_UTC_BYTES];
+    (void)printf("# %s: sent %s%s\n", memory_setting(id),
+                 report_utc(e->utc_ns, when),
+                 e->standing == MEMORY_OLD
+                     ? "; whether it has restarted since is not known"
+                     : "");
+    if (id == LUM_COMMAND_YSCAN && r->memory.table.scan == MEMORY_SHAPE) {
+        if (r->memory.table.from[0] != '\0') {
+            (void)printf("# with --calibration %s\n", r->memory.table.from);
+        }
+        put_shape(&r->memory.table.shape);
+    } else if (id == LUM_COMMAND_LINE_MODE) {
+        (void)printf("lines: %u\n", lines_of(r));
+    } else {
+        (void)printf("%s: %u\n", memory_setting(id), (unsigned)e->value);
+    }
+}
+
+static void put_lack(const struct remembered *r, lum_command_id id,
+                     const char *lack)
+{
+    char value[MEMORY_VALUE_BYTES];
+    char when[REPORT_UTC_BYTES];
+    (void)printf("# left out: %s, %s, sent %s: %s\n", memory_setting(id),
+                 memory_value(&r->memory, id, value),
+                 report_utc(r->memory.entries[id].utc_ns, when), lack);
+}
+
+/* A setting of both eyes: its key stands once. */
+static void put_eyes(const struct remembered *r, const char *key,
+                     lum_command_id green, lum_command_id blue)
+{
+    const bool has_green = is_sure(r, green);
+    const bool has_blue = is_sure(r, blue);
+    const struct memory_entry *e = r->memory.entries;
+    if (has_green && has_blue) {
+        (void)printf("%s: {green: %u, blue: %u}\n", key,
+                     (unsigned)e[green].value, (unsigned)e[blue].value);
+    } else if (has_green || has_blue) {
+        (void)printf("%s: {%s: %u}\n", key, has_green ? "green" : "blue",
+                     (unsigned)e[has_green ? green : blue].value);
+    }
+}
+
+static bool is_of_eyes(lum_command_id id)
+{
+    return id == LUM_COMMAND_THRESHOLD_GREEN ||
+           id == LUM_COMMAND_THRESHOLD_BLUE || id == LUM_COMMAND_OFFSET_GREEN ||
+           id == LUM_COMMAND_OFFSET_BLUE;
+}
+
+/* How many settings had to be left out; each is said. */
+static unsigned put_yaml(const struct ctl *ctl, const struct remembered *r)
+{
+    unsigned left_out = 0;
+    if (needs_lines(r)) {
+        (void)printf("# lines: those that the Y scan's table is for\n"
+                     "lines: %u\n",
+                     (unsigned)r->memory.entries[LUM_COMMAND_YSCAN].value);
+    }
+    for (size_t i = 0; i < ORDER; i++) {
+        const char *lack = is_known(r, order[i]) ? lack_of(r, order[i]) : NULL;
+        if (lack != NULL) {
+            put_lack(r, order[i], lack);
+            (void)ctl_complain(EXIT_FAILED, "%s is left out: %s",
+                               memory_setting(order[i]), lack);
+            left_out++;
+        } else if (is_known(r, order[i]) && !is_of_eyes(order[i])) {
+            put_value(r, order[i]);
+        }
+    }
+    put_eyes(r, "threshold", LUM_COMMAND_THRESHOLD_GREEN,
+             LUM_COMMAND_THRESHOLD_BLUE);
+    put_eyes(r, "offset", LUM_COMMAND_OFFSET_GREEN, LUM_COMMAND_OFFSET_BLUE);
+    if (r->run != MEMORY_SAME_RUN) {
+        ctl_note(ctl, "whether the sensor has restarted since is not known");
+    }
+    return left_out;
+}
+
+enum exit_status command_save(struct ctl *ctl, int count, char **words)
+{
+    struct remembered r;
+    char text[WHO_BYTES];
+    enum exit_status status = check(ctl, count, words);
+    if (status == EXIT_DONE && ctl->options.json) {
+        status = ctl_complain(EXIT_BAD, "--json does not go with save, which "
+                                        "prints YAML: lumctl show --json");
+    }
+    if (status != EXIT_DONE) {
+        return status;
+    }
+    status = remember_look(ctl, &r);
+    if (!memory_has_any(&r.memory)) {
+        const enum exit_status nothing = complain_nothing(&r);
+        return status == EXIT_DONE ? nothing : status;
+    }
+    (void)printf("# Settings of %s, as far as this host knows.\n",
+                 who(&r, text));
+    print_run(stdout, &r, "# ");
+    (void)puts("version: 1");
+    const unsigned left_out = put_yaml(ctl, &r);
+    return status == EXIT_DONE && left_out > 0 ? EXIT_FAILED : status;
+}
