@@ -12,7 +12,7 @@ import sys
 import unittest
 
 import shards
-from live import Hosts, Process, Sensor, needs_namespaces, readable, wait_until
+from live import Hosts, Process, Sensor, inside, needs_namespaces, readable, wait_until
 from support import BIN, MAGIC, Folder, run
 from test_lumctl import FakeSensor
 
@@ -194,7 +194,7 @@ class Wire(Case):
 
     def apply(self, command):
         """A printed command, word for word."""
-        r = subprocess.run(["ip", "netns", "exec", self.hosts.client, "sh", "-ec", command], capture_output=True, text=True)
+        r = subprocess.run([*inside(self.hosts.client), "sh", "-ec", command], capture_output=True, text=True)
         self.assertEqual((r.returncode, r.stderr), (0, ""), command)
 
     def test_three_sensors_at_odd_addresses(self):
@@ -203,7 +203,7 @@ class Wire(Case):
         r = self.check(DONE, self.hosts.run("lumctl", "find"))
         rows = r.stdout.splitlines()[1:]
         self.assertEqual([row.split()[:2] for row in rows], [[f"10.42.0.{n}", "eth0"] for n in (77, 143, 251)])
-        mac = self.hosts.ip("netns", "exec", self.hosts.sensor, "cat", "/sys/class/net/eth0/address").strip()
+        mac = self.hosts.mac(self.hosts.sensor)
         self.assertTrue(all(mac in row and " answers in " in row for row in rows), rows)
         found = self.find(DONE)
         self.assertEqual([s["sensor"] for s in found["sensors"]], [f"10.42.0.{n}" for n in (77, 143, 251)])
@@ -246,7 +246,7 @@ class Wire(Case):
         self.sensor("10.42.0.99")
         # The boot address is at the other wire; a way back to the client leads there.
         self.address("10.42.0.37/32", device="eth1")
-        subprocess.run(["ip", "netns", "exec", self.hosts.sensor, "sysctl", "-qw", "net.ipv4.conf.all.arp_ignore=1"], check=True)
+        subprocess.run([*inside(self.hosts.sensor), "sysctl", "-qw", "net.ipv4.conf.all.arp_ignore=1"], check=True)
         self.sensor("10.42.0.37")
         found = {s["sensor"]: s for s in self.find(DONE)["sensors"]}
         self.assertEqual({k: (v["interface"], v["how"]) for k, v in found.items()},
@@ -268,7 +268,7 @@ class Wire(Case):
 
     def test_a_sensor_that_only_sends_is_heard(self):
         self.address("10.9.9.9/24")
-        mac = self.hosts.ip("netns", "exec", self.hosts.client, "cat", "/sys/class/net/eth0/address").strip()
+        mac = self.hosts.mac(self.hosts.client)
         self.hosts.ip("-n", self.hosts.sensor, "neigh", "replace", "10.9.9.1", "lladdr", mac, "dev", "eth0")
         Process(self, self.folder, sys.executable, "-c", SENDER, "10.9.9.9", "10.9.9.1", "08000000" + "02" * 40,
                 namespace=self.hosts.sensor)
@@ -314,7 +314,7 @@ class Wire(Case):
         shutil.copy(BIN / "lumctl", binary)
         binary.chmod(0o755)
         self.folder.path.chmod(0o755)
-        r = subprocess.run(["ip", "netns", "exec", self.hosts.client, *nobody, str(binary), "find", "--json"], capture_output=True,
+        r = subprocess.run([*inside(self.hosts.client), *nobody, str(binary), "find", "--json"], capture_output=True,
                            text=True, timeout=60)
         self.check(DONE, r)
         found = json.loads(r.stdout)

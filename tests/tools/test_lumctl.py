@@ -13,7 +13,7 @@ import time
 import unittest
 
 import shards
-from live import Hosts, Process, Sensor, needs_namespaces, readable, wait_until
+from live import Hosts, Process, Sensor, inside, needs_namespaces, readable, wait_until
 from support import BIN, MAGIC, Folder, ip, run
 
 DONE, FAILED, BAD, NO_ANSWER, HAZARD = range(5)
@@ -867,7 +867,7 @@ class Misbehaviour(Case):
         refused("192.168.9.6", "is reached by a gateway (eth0)", words=("--interface", "eth0"))
         for never in ("0.0.0.0", "224.0.0.1", "255.255.255.255"):
             refused(never, "not an address that a sensor can have", words=("--force",))
-        shell = subprocess.run(["ip", "netns", "exec", hosts.client, BIN / "lumctl", "shell"], input="set-ip 10.42.0.255\n",
+        shell = subprocess.run([*inside(hosts.client), BIN / "lumctl", "shell"], input="set-ip 10.42.0.255\n",
                                capture_output=True, text=True, timeout=60)
         self.assertEqual(shell.returncode, BAD)
         self.assertIn("broadcast", shell.stderr)
