@@ -29,6 +29,19 @@ while True:
     time.sleep(0.05)
 """ % MAGIC.hex()
 
+# Says by ARP, again and again, that each address is at a MAC of its own: DEVICE ADDRESS...
+ARP = """
+import socket, struct, sys, time
+s = socket.socket(socket.AF_PACKET, socket.SOCK_RAW)
+s.bind((sys.argv[1], 0x0806))
+while True:
+    for n, address in enumerate(sys.argv[2:]):
+        mac = bytes([2, 0, 0, 0, 0, n])
+        ip = socket.inet_aton(address)
+        s.send(b"\\xff" * 6 + mac + struct.pack(">HHHBBH", 0x0806, 1, 0x0800, 6, 4, 2) + mac + ip + mac + ip)
+    time.sleep(0.05)
+"""
+
 # Answers everything with a packet of a type that no sensor sends.
 STRANGER = """
 import socket, sys
@@ -255,6 +268,24 @@ class Wire(Case):
         self.apply(found["10.42.0.37"]["reach"])
         self.check(DONE, self.hosts.run("lumctl", "--host", "10.42.0.37", "time"))
         self.check(DONE, self.hosts.run("lumctl", "--host", "10.42.0.99", "time"))
+
+    def test_two_devices_of_one_address_and_who_is_nobody(self):
+        """Both MACs answer for the boot address. This host's own address is not somebody else's, and an address that
+        is asked by UDP is no finding for speaking ARP."""
+        self.second_wire()
+        self.hosts.ip("-n", self.hosts.client, "addr", "flush", "dev", "eth0")
+        self.address("10.77.0.1/24", name=self.hosts.client)
+        self.address("10.78.0.1/24", device="eth1", name=self.hosts.client)
+        Process(self, self.folder, sys.executable, "-c", ARP, "eth0", "10.42.0.37", "10.78.0.1", "10.77.0.9", "10.42.0.1", "10.99.1.2",
+                namespace=self.hosts.sensor)
+        found = self.find(NO_ANSWER, "--interface", "eth0")["sensors"]
+        self.assertEqual([(s["sensor"], s["how"], s["several_macs"]) for s in found],
+                         [("10.42.0.37", "arp", True), ("10.99.1.2", "arp", False)])
+        # 10.42.0.1 is taken.
+        self.assertEqual(found[0]["reach"], "ip addr add 10.42.0.2/24 dev eth0")
+        self.assertEqual(found[1]["reach"], "ip addr add 10.99.1.1/24 dev eth0")
+        r = self.check(NO_ANSWER, self.hosts.run("lumctl", "find", "--interface", "eth0"))
+        self.assertIn("two devices have this address", r.stdout)
 
     def test_a_named_subnet_is_asked_by_arp_where_no_address_fits(self):
         self.address("10.7.7.7/24")
