@@ -278,7 +278,7 @@ class Refused(Case):
             self.assertNotIn("did you mean", dry("send", text).stderr)
 
     def test_an_interface_that_is_not_there_is_a_bad_argument_of_every_tool(self):
-        for words in (["lumctl", "status"], ["lumctl", "doctor"], ["lumctl", "shell"], ["lumctl", "heartbeat"],
+        for words in (["lumctl", "status"], ["lumctl", "shell"], ["lumctl", "heartbeat"],
                       ["lumdump", "udp://127.33.9.1"], ["lumsim"], ["lumview", "udp://127.33.9.1"]):
             if not (BIN / words[0]).exists():
                 continue  # a build without the viewer

@@ -271,11 +271,13 @@ static enum exit_status load_layout(struct ctl *ctl)
     return EXIT_DONE;
 }
 
-static enum exit_status check_interface(const struct ctl *ctl)
+/* To the doctor it is a finding. */
+static enum exit_status check_interface(const struct ctl *ctl,
+                                        const struct command *command)
 {
     lum_error why = {""};
     if (ctl->in_shell || ctl->options.dry_run ||
-        ctl->options.interface == NULL ||
+        command->run == command_doctor || ctl->options.interface == NULL ||
         host_has_interface(ctl->options.interface, &why)) {
         return EXIT_DONE;
     }
@@ -299,7 +301,7 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
                       "them to lumctl shell");
     }
     if (status == EXIT_DONE) {
-        status = check_interface(ctl);
+        status = check_interface(ctl, command);
     }
     if (status == EXIT_DONE) {
         status = load_layout(ctl);
