@@ -180,15 +180,24 @@ static int fail(int code, const char *shown, const char *doing,
 
 static int refuse_busy(struct mark *mark, const char *shown, lum_error *error)
 {
-    const char *process = line_of(mark, PROCESS);
-    const char *end =
-        process != NULL ? process + strspn(process, "0123456789") : NULL;
-    const bool is_told = end != NULL && end > process && *end == '\0';
-    (void)lum_error_set(error,
-                        "%s: another run is writing it%s%s%s: wait for its "
-                        "end, or choose another name",
-                        shown, is_told ? " (process " : "",
-                        is_told ? process : "", is_told ? ")" : "");
+    const char *text = line_of(mark, PROCESS);
+    const long process = text != NULL ? strtol(text, NULL, 10) : 0;
+    if (process == (long)getpid()) {
+        (void)lum_error_set(error,
+                            "%s: this run is writing it already: choose "
+                            "another name",
+                            shown);
+    } else if (process > 0) {
+        (void)lum_error_set(error,
+                            "%s: another run is writing it (process %ld): wait "
+                            "for its end, or choose another name",
+                            shown, process);
+    } else {
+        (void)lum_error_set(error,
+                            "%s: another run is writing it: wait for its end, "
+                            "or choose another name",
+                            shown);
+    }
     errno = EBUSY;
     return -1;
 }

@@ -258,8 +258,7 @@ static int sync_fd(int fd)
     do {
         result = fsync(fd);
     } while (result != 0 && errno == EINTR);
-    return result == 0 || errno == EINVAL || errno == ENOSYS ||
-                   errno == ENOTSUP || errno == EOPNOTSUPP
+    return result == 0 || errno == EINVAL || errno == ENOSYS || errno == ENOTSUP
                ? 0
                : -1;
 }
@@ -291,7 +290,7 @@ static int sync_directory(const lum_outfile *file, lum_error *error)
 
 int lum_outfile_show(lum_outfile *file, lum_error *error)
 {
-    if (file->part == NULL) {
+    if (file->part == NULL || file->path == NULL) {
         return 0;
     }
     if (!is_ours(file)) {

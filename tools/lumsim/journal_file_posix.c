@@ -48,13 +48,9 @@ int journal_file_open(const char *path, struct journal_file **out,
 
 int journal_file_close(struct journal_file *file)
 {
-    int reason = 0;
-    if (file->stream != NULL && fclose(file->stream) != 0) {
-        reason = errno;
-    } else if (file->stream != NULL &&
-               lum_outfile_finish(&file->out, NULL) != 0) {
-        reason = errno;
-    }
+    const bool is_whole = file->stream != NULL && fclose(file->stream) == 0 &&
+                          lum_outfile_finish(&file->out, NULL) == 0;
+    const int reason = is_whole ? 0 : errno;
     lum_outfile_discard(&file->out);
     free(file);
     return reason;
