@@ -274,6 +274,15 @@ static void release(lum_claim *claim)
     }
 }
 
+/* To lock it, some network file systems want it writable; one of another user
+ * is not. */
+static int open_mark(const char *path)
+{
+    const int flags = O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC;
+    const int fd = open(path, O_RDWR | flags);
+    return fd >= 0 || errno != EACCES ? fd : open(path, O_RDONLY | flags);
+}
+
 static enum attempt attempt(lum_claim *claim, const char *path,
                             const char *shown, lum_error *error)
 {
@@ -287,8 +296,7 @@ static enum attempt attempt(lum_claim *claim, const char *path,
         (void)fail(errno, shown, "cannot create it", error);
         return FAILED;
     }
-    claim->fd = open(claim->mark,
-                     O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    claim->fd = open_mark(claim->mark);
     if (claim->fd >= 0) {
         return look_at_mark(claim, path, shown, error);
     }
