@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #define _DEFAULT_SOURCE /* the types that pcap.h needs */
 
+#include "base/outfile.h"
 #include "be.h"
 #include "lum/io/capture.h"
 
@@ -30,10 +31,11 @@ enum {
 struct lum_capture_writer {
     pcap_t *pcap;
     pcap_dumper_t *dumper; /* closes file */
-    FILE *file;
-    int second_fd; /* of the same file */
-    char *name;
-    char *buffer; /* of file */
+    FILE *file;            /* of a second descriptor of out */
+    lum_outfile out;
+    bool is_open;  /* out is */
+    bool is_shown; /* or need not be */
+    char *buffer;  /* of file */
     uint64_t bytes;
     uint8_t frame[HEADER_BYTES + PAYLOAD_BYTES_MAX];
 };
@@ -106,12 +108,7 @@ static void put_udp(uint8_t *p, const lum_datagram *d)
 
 static int failed(const lum_capture_writer *w, lum_error *error)
 {
-    const int reason = errno;
-    (void)lum_error_set(
-        error, "%s: cannot be written: %s%s", w->name, strerror(reason),
-        reason == ENOSPC ? "; free some space or write elsewhere" : "");
-    errno = reason;
-    return -1;
+    return lum_outfile_fail(&w->out, errno, "cannot be written", error);
 }
 
 static void release(lum_capture_writer *w)
@@ -124,36 +121,16 @@ static void release(lum_capture_writer *w)
     if (w->pcap != NULL) {
         pcap_close(w->pcap);
     }
-    if (w->second_fd >= 0) {
-        (void)close(w->second_fd);
+    if (w->is_open) {
+        lum_outfile_discard(&w->out);
     }
     free(w->buffer);
-    free(w->name);
     free(w);
 }
 
-/* Truncating a file costs several times what unlinking it does; a device, a
- * pipe or a link is written to as it is. */
-static int open_fd(const char *path)
+static int open_stream(lum_capture_writer *w)
 {
-    struct stat st;
-    if (strcmp(path, "-") == 0) {
-        return fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 0);
-    }
-    if (lstat(path, &st) == 0 && S_ISREG(st.st_mode) &&
-        access(path, W_OK) == 0) {
-        (void)unlink(path);
-    }
-    return open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-}
-
-static int open_file(lum_capture_writer *w, const char *path)
-{
-    w->second_fd = open_fd(path);
-    if (w->second_fd < 0) {
-        return -1;
-    }
-    const int fd = fcntl(w->second_fd, F_DUPFD_CLOEXEC, 0);
+    const int fd = fcntl(w->out.fd, F_DUPFD_CLOEXEC, 0);
     if (fd < 0) {
         return -1;
     }
@@ -165,50 +142,60 @@ static int open_file(lum_capture_writer *w, const char *path)
     return setvbuf(w->file, w->buffer, _IOFBF, BUFFER_BYTES) == 0 ? 0 : -1;
 }
 
-static int begin(lum_capture_writer *w, const char *path, lum_error *error)
+static int begin(lum_capture_writer *w, lum_error *error)
 {
-    if (open_file(w, path) != 0) {
+    if (open_stream(w) != 0) {
         return failed(w, error);
     }
     w->pcap = pcap_open_dead_with_tstamp_precision(DLT_EN10MB, SNAP_BYTES,
                                                    PCAP_TSTAMP_PRECISION_NANO);
     if (w->pcap == NULL) {
         return lum_error_set(error, "%s: not enough memory to write it",
-                             w->name);
+                             w->out.name);
     }
     w->dumper = pcap_dump_fopen(w->pcap, w->file);
     if (w->dumper == NULL) {
         w->file = NULL; /* libpcap has closed it */
-        return lum_error_set(error, "%s: cannot be written: %s", w->name,
+        return lum_error_set(error, "%s: cannot be written: %s", w->out.name,
                              pcap_geterr(w->pcap));
     }
     w->bytes = FILE_HEADER_BYTES;
     return 0;
 }
 
-int lum_capture_writer_open(const char *path, lum_capture_writer **out,
-                            lum_error *error)
+static int open_writer(const char *path, lum_outfile_kind kind,
+                       lum_capture_writer **out, lum_error *error)
 {
-    const char *name = strcmp(path, "-") == 0 ? "standard output" : path;
     lum_capture_writer *w = calloc(1, sizeof *w);
-    if (w == NULL) {
-        return lum_error_set(error, "%s: not enough memory to write it", name);
+    char *buffer = malloc(BUFFER_BYTES);
+    if (w == NULL || buffer == NULL) {
+        free(w);
+        free(buffer);
+        return lum_error_set(error, "%s: not enough memory to write it", path);
     }
-    w->second_fd = -1;
-    w->name = strdup(name);
-    w->buffer = malloc(BUFFER_BYTES);
-    int result = -1;
-    if (w->name == NULL || w->buffer == NULL) {
-        (void)lum_error_set(error, "%s: not enough memory to write it", name);
-    } else {
-        result = begin(w, path, error);
-    }
-    if (result != 0) {
+    w->buffer = buffer;
+    w->is_shown = kind == LUM_OUTFILE_WHOLE;
+    w->is_open = lum_outfile_open(path, kind, &w->out, error) == 0;
+    if (!w->is_open || begin(w, error) != 0) {
+        const int code = errno;
         release(w);
+        errno = code;
         return -1;
     }
     *out = w;
     return 0;
+}
+
+int lum_capture_writer_open(const char *path, lum_capture_writer **out,
+                            lum_error *error)
+{
+    return open_writer(path, LUM_OUTFILE_GROWS, out, error);
+}
+
+int lum_capture_writer_open_whole(const char *path, lum_capture_writer **out,
+                                  lum_error *error)
+{
+    return open_writer(path, LUM_OUTFILE_WHOLE, out, error);
 }
 
 static int check_datagram(const lum_capture_writer *w, const lum_datagram *d,
@@ -217,22 +204,29 @@ static int check_datagram(const lum_capture_writer *w, const lum_datagram *d,
     if (d->len > PAYLOAD_BYTES_MAX) {
         return lum_error_set(
             error, "%s: a datagram of %zu bytes; at most %d can be written",
-            w->name, d->len, (int)PAYLOAD_BYTES_MAX);
+            w->out.name, d->len, (int)PAYLOAD_BYTES_MAX);
     }
     if (d->time_ns < 0 || d->time_ns / 1000000000 > UINT32_MAX) {
         return lum_error_set(error,
                              "%s: a capture time of %lld s since 1970; from 0 "
                              "to 4294967295 can be written",
-                             w->name, (long long)(d->time_ns / 1000000000));
+                             w->out.name, (long long)(d->time_ns / 1000000000));
     }
     return 0;
+}
+
+static int show(lum_capture_writer *w, lum_error *error)
+{
+    w->is_shown = true;
+    return lum_outfile_show(&w->out, error);
 }
 
 int lum_capture_writer_add(lum_capture_writer *writer,
                            const lum_datagram *datagram, lum_error *error)
 {
     struct pcap_pkthdr h;
-    if (check_datagram(writer, datagram, error) != 0) {
+    if (check_datagram(writer, datagram, error) != 0 ||
+        (!writer->is_shown && show(writer, error) != 0)) {
         return -1;
     }
     put_ethernet(writer->frame, datagram);
@@ -245,6 +239,7 @@ int lum_capture_writer_add(lum_capture_writer *writer,
     h.len = h.caplen;
     pcap_dump((u_char *)writer->dumper, &h, writer->frame);
     writer->bytes += RECORD_HEADER_BYTES + h.caplen;
+    lum_outfile_wrote(&writer->out, RECORD_HEADER_BYTES + h.caplen);
     return ferror(writer->file) ? failed(writer, error) : 0;
 }
 
@@ -257,7 +252,7 @@ uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer)
  */
 static bool has_no_reader(const lum_capture_writer *writer)
 {
-    struct pollfd look = {.fd = writer->second_fd};
+    struct pollfd look = {.fd = writer->out.fd};
     return poll(&look, 1, 0) > 0 && (look.revents & POLLERR) != 0;
 }
 
@@ -270,8 +265,7 @@ int lum_capture_writer_flush(lum_capture_writer *writer, lum_error *error)
     return pcap_dump_flush(writer->dumper) == 0 ? 0 : failed(writer, error);
 }
 
-/* Closing the second descriptor tells what a file system reports only then;
- * pcap_dump_close() would not. */
+/* pcap_dump_close() would not tell what goes wrong. */
 int lum_capture_writer_close(lum_capture_writer *writer, lum_error *error)
 {
     if (writer == NULL) {
@@ -280,14 +274,33 @@ int lum_capture_writer_close(lum_capture_writer *writer, lum_error *error)
     int result = 0;
     if (ferror(writer->file) || pcap_dump_flush(writer->dumper) != 0) {
         result = failed(writer, error);
-    } else if (close(writer->second_fd) != 0) {
-        result = failed(writer, error);
-        writer->second_fd = -1;
     } else {
-        writer->second_fd = -1;
+        result = lum_outfile_finish(&writer->out, error);
     }
     const int reason = errno;
     release(writer);
     errno = reason;
     return result;
+}
+
+/* What is buffered would be written by fclose(), which may wait for a reader.
+ */
+static void turn_away(const lum_capture_writer *writer)
+{
+    const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (nowhere >= 0) {
+        (void)dup2(nowhere, fileno(writer->file));
+        (void)close(nowhere);
+    }
+}
+
+void lum_capture_writer_abort(lum_capture_writer *writer)
+{
+    if (writer == NULL) {
+        return;
+    }
+    if (writer->out.path == NULL || writer->out.part != NULL) {
+        turn_away(writer);
+    }
+    release(writer);
 }

@@ -2,7 +2,7 @@
 
 #include "sink.h"
 
-#include "outfile.h"
+#include "base/outfile.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -96,6 +96,7 @@ static int write_all(lum_sink *sink, const char *bytes, size_t n)
             write(sink->file.fd, bytes, n < most ? n : most);
         failure = judge_write(written);
         if (written > 0) {
+            lum_outfile_wrote(&sink->file, (size_t)written);
             bytes += written;
             n -= (size_t)written;
         }
@@ -335,7 +336,7 @@ int lum_sink_open(const char *path, lum_sink **out, lum_error *error)
         errno = ENOMEM;
         return -1;
     }
-    if (lum_outfile_open(path, &sink->file, error) != 0) {
+    if (lum_outfile_open(path, LUM_OUTFILE_WHOLE, &sink->file, error) != 0) {
         const int code = errno;
         free(sink);
         errno = code;

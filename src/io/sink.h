@@ -2,8 +2,8 @@
  * Where a file's bytes go: large blocks that a thread writes while the caller
  * fills the next one.
  *
- * A regular file is written as PATH.part and named PATH when it is whole; what
- * is no regular file (standard output, a pipe, a device) is written in place.
+ * A regular file gets its name when it is whole (base/outfile.h); what is no
+ * regular file (standard output, a pipe, a device) is written in place.
  * An error of the thread comes out of the next call and of lum_sink_close().
  * The thread blocks all signals, so that SIGPIPE never kills the process. One
  * sink serves one caller; nothing is shared between sinks. */
@@ -65,7 +65,8 @@ LUM_MUST_CHECK int lum_sink_patch(lum_sink *sink, uint64_t offset,
                                   const void *bytes, size_t n,
                                   lum_error *error);
 
-/** Write what is left, give the file its name, free the sink.
+/** Write what is left, wait until it is on the disk, give the file its name,
+ * free the sink.
  * @return 0, or -1 with the reason in error and in errno; then nothing is left
  *         behind. */
 LUM_MUST_CHECK int lum_sink_close(lum_sink *sink, lum_error *error);

@@ -1,6 +1,7 @@
 /* What lumdump's speed is held against, each a whole process:
  *
- *   yardstick write BYTES FILE    write() from memory, 1 MB a call, a new file
+ *   yardstick write BYTES FILE    write() from memory, 1 MB a call, a new file,
+ *                                 and fsync()
  *   yardstick read FILE           read() of all, 1 MB a call
  *   yardstick csv CAPTURE FILE    the rows of lumdump's CSV, by fprintf */
 #define _POSIX_C_SOURCE 200809L
@@ -39,7 +40,7 @@ static int write_file(unsigned long long bytes, const char *path)
         }
         bytes -= (unsigned long long)written;
     }
-    return close(fd) == 0 ? 0 : fail(path);
+    return fsync(fd) == 0 && close(fd) == 0 ? 0 : fail(path);
 }
 
 static int read_file(const char *path)

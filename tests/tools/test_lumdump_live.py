@@ -320,8 +320,6 @@ class Several(Case):
                     self.assertEqual(r.returncode, 2, r.stderr)
                     self.assertIn("named twice" if there or link not in (first, second) else "leads nowhere", r.stderr)
         self.assertEqual((self.folder / "a.csv").read_text(), "old")
-        r = run("lumdump", source, "-o", self.folder / "b.csv", "-o", self.folder / "b.csv.part", "--format", "csv")
-        self.assertEqual(r.returncode, 2, r.stderr)
         r = run("lumdump", source, *[a for i in range(17) for a in ("-o", self.folder / f"{i}.csv")])
         self.assertEqual(r.returncode, 2)
         self.assertIn("16", r.stderr)

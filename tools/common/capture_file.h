@@ -1,6 +1,6 @@
 /* The capture being written. One that is made from what is there already stands
  * under its name only when it is whole; one that records what will not come
- * again, from the start. */
+ * again, from its first datagram on. */
 #ifndef LUM_TOOLS_CAPTURE_FILE_H
 #define LUM_TOOLS_CAPTURE_FILE_H
 
@@ -12,9 +12,6 @@
 
 struct capture_file {
     lum_capture_writer *writer;
-    char *path; /* NULL: written in place */
-    char *part; /* NULL: written under its own name */
-    bool has_any;
 };
 
 /* Whether a path is written as it is: standard output, a pipe, a device. */
@@ -24,8 +21,8 @@ bool capture_file_is_in_place(const char *path);
 int capture_file_open(const char *path, struct capture_file *out,
                       lum_error *error);
 
-/* As capture_file_open(), under its own name from the start; what was recorded
- * stays, whatever becomes of the rest. */
+/* As capture_file_open(), under its own name from the first datagram on; what
+ * was recorded stays, whatever becomes of the rest. */
 int capture_file_record(const char *path, struct capture_file *out,
                         lum_error *error);
 
@@ -41,14 +38,11 @@ int capture_file_flush(struct capture_file *file, lum_error *error);
 uint64_t capture_file_bytes(const struct capture_file *file);
 
 /* Give the file its name. 0, or -1 with the reason in error and errno; then
- * nothing is left behind. */
+ * nothing is left behind but what was recorded. */
 int capture_file_close(struct capture_file *file, lum_error *error);
 
-/* Remove what was written; of a recording it stays, if there is any. */
+/* Remove what was written; of a recording it stays, if there is any. Does not
+ * wait for whoever reads. */
 void capture_file_abort(struct capture_file *file);
-
-/* As capture_file_abort(), for a process about to die: does not wait for
- * whoever reads. */
-void capture_file_abandon(struct capture_file *file);
 
 #endif

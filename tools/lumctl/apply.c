@@ -1,3 +1,4 @@
+#include "../common/input_files.h"
 #include "remember.h"
 #include "report.h"
 #include "session.h"
@@ -121,7 +122,9 @@ static enum exit_status make_plan(struct ctl *ctl, const char *file,
     lum_error error = {""};
     memset(out, 0, sizeof *out);
     out->file = file;
-    if (lum_settings_load(file, &settings, &error) != 0) {
+    if (input_files_check(&(struct input_file){file, "the settings file"}, 1,
+                          "-", &error) != 0 ||
+        lum_settings_load(file, &settings, &error) != 0) {
         return ctl_complain(EXIT_BAD, "%s", error.text);
     }
     const enum exit_status status = prepare_yscan(ctl, &settings, out);

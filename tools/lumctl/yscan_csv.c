@@ -1,5 +1,7 @@
 #include "yscan_shape.h"
 
+#include "../common/input_files.h"
+
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
@@ -101,6 +103,11 @@ enum exit_status yscan_read_csv(const char *path, int32_t *udeg, size_t lines)
 {
     const bool is_stdin = strcmp(path, "-") == 0;
     struct csv csv = {.name = is_stdin ? "<stdin>" : path};
+    lum_error error = {""};
+    if (input_files_check(&(struct input_file){path, "the list of elevations"},
+                          1, "-", &error) != 0) {
+        return ctl_complain(EXIT_BAD, "%s", error.text);
+    }
     csv.file = is_stdin ? stdin : fopen(path, "r");
     if (csv.file == NULL) {
         return ctl_complain(EXIT_BAD, "%s: cannot be read: %s", path,

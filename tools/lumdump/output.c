@@ -2,6 +2,7 @@
 #include "output.h"
 
 #include "../common/capture_file.h"
+#include "base/claim.h"
 #include "targets.h"
 
 #include <errno.h>
@@ -27,6 +28,7 @@ struct output {
     bool is_pattern;
     bool is_in_place; /* read as it comes */
     bool rotates;
+    lum_claim claim; /* to the name of which others are made */
     lum_writer_options writer_options;
     struct frame_file files[OPEN_FRAMES_MAX]; /* the first serves a lone file */
     size_t file_count;
@@ -98,20 +100,34 @@ static int open_numbered(struct output *o, lum_error *error)
 {
     char name[NAME_BYTES];
     o->number++;
-    if (numbered_name(o->name, o->number, name, error) != 0) {
+    if (numbered_name(o->name, o->number, name, error) != 0 ||
+        targets_check_inputs(o->options, name, error) != 0) {
         return -1;
-    }
-    if (targets_is_source(o->options, name)) {
-        return lum_error_set(error,
-                             "%s is the source itself, or would be written "
-                             "over it: name another output",
-                             name);
     }
     return open_named(o, name, error);
 }
 
+/* A run that makes files of a name has it to itself while it goes on. What else
+ * is wrong with the name is told by its first file. */
+static int claim_name(struct output *o, lum_error *error)
+{
+    const char *slash = strrchr(o->name, '/');
+    const bool in_many = slash != NULL && strchr(o->name, '%') != NULL &&
+                         strchr(o->name, '%') < slash;
+    if ((!o->is_pattern && !o->rotates) || in_many) {
+        return 0;
+    }
+    return lum_claim_take(o->name, o->name, &o->claim, error) == 0 ||
+                   (errno != EBUSY && errno != EEXIST)
+               ? 0
+               : -1;
+}
+
 static int open_first(struct output *o, lum_error *error)
 {
+    if (claim_name(o, error) != 0) {
+        return -1;
+    }
     if (o->is_pattern) {
         return 0;
     }
@@ -125,6 +141,7 @@ static struct output *new_output(const struct options *options, size_t i,
     if (o == NULL) {
         return NULL;
     }
+    o->claim = (lum_claim)LUM_CLAIM_NONE;
     o->options = options;
     o->name = options->outputs[i].name;
     o->is_capture = options->outputs[i].format == FORMAT_PCAP;
@@ -151,7 +168,10 @@ int output_open(const struct options *options, size_t i,
         o->writer_options.rehearsal = rehearsal->files[0].writer;
     }
     if (open_first(o, error) != 0) {
+        const int code = errno;
+        lum_claim_drop(&o->claim);
         free(o);
+        errno = code;
         return -1;
     }
     *out = o;
@@ -292,6 +312,7 @@ static lum_writer *file_of_frame(struct output *o, int64_t frame, bool *failed,
     if ((o->file_count == OPEN_FRAMES_MAX &&
          close_file(o, lowest_file(o), error) != 0) ||
         frame_name(o->name, frame, name, error) != 0 ||
+        targets_check_inputs(o->options, name, error) != 0 ||
         lum_writer_open(name, &o->writer_options, &writer, error) != 0) {
         *failed = true;
         return NULL;
@@ -390,6 +411,7 @@ void output_abort(struct output *o)
     if (o->capture.writer != NULL) {
         capture_file_abort(&o->capture);
     }
+    lum_claim_drop(&o->claim);
     free(o);
 }
 

@@ -1,7 +1,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "targets.h"
 
-#include <stdio.h>
+#include "../common/input_files.h"
+
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -24,35 +25,15 @@ bool targets_rotates(const struct options *options, size_t i)
            strcmp(name, "-") != 0 && targets_pattern(name) == 0;
 }
 
-/* A path, or - for one of the standard streams. */
-static bool find_file(const char *path, int standard, struct stat *out)
+int targets_check_inputs(const struct options *options, const char *name,
+                         lum_error *error)
 {
-    return (strcmp(path, "-") == 0 ? fstat(standard, out) : stat(path, out)) ==
-               0 &&
-           S_ISREG(out->st_mode);
-}
-
-static bool is_same_file(const char *source, const char *output)
-{
-    struct stat s;
-    struct stat o;
-    return find_file(source, STDIN_FILENO, &s) &&
-           find_file(output, STDOUT_FILENO, &o) && s.st_dev == o.st_dev &&
-           s.st_ino == o.st_ino;
-}
-
-/* An output grows as NAME.part. */
-static bool is_its_part(const char *source, const char *output)
-{
-    char part[4096];
-    const int n = snprintf(part, sizeof part, "%s.part", output);
-    return n > 0 && (size_t)n < sizeof part && is_same_file(source, part);
-}
-
-bool targets_is_source(const struct options *options, const char *name)
-{
-    return !options->is_live && (is_same_file(options->source, name) ||
-                                 is_its_part(options->source, name));
+    const struct input_file inputs[] = {
+        {options->is_live ? NULL : options->source, "the source itself"},
+        {options->calibration, "the calibration"},
+        {options->profile, "the profile"}};
+    return input_files_check(inputs, sizeof inputs / sizeof inputs[0], name,
+                             error);
 }
 
 /* A name that stands for no file yet will be one that can; of a directory the
@@ -149,13 +130,6 @@ static bool is_dangling(const char *path)
            lstat(path, &s) == 0;
 }
 
-static bool is_part_of(const char *part, const char *name)
-{
-    char grown[4096];
-    const int n = snprintf(grown, sizeof grown, "%s.part", name);
-    return n > 0 && (size_t)n < sizeof grown && is_same_output(part, grown);
-}
-
 static int check_others(const struct options *options, size_t i,
                         lum_error *error)
 {
@@ -171,12 +145,6 @@ static int check_others(const struct options *options, size_t i,
                                  "%s: named twice as output, before as %s: "
                                  "each needs a file of its own",
                                  name, other);
-        }
-        if (is_part_of(other, name) || is_part_of(name, other)) {
-            return lum_error_set(error,
-                                 "%s and %s: an output is written as "
-                                 "NAME.part first: choose another name",
-                                 other, name);
         }
     }
     return 0;
@@ -200,14 +168,9 @@ int targets_check(const struct options *options, lum_error *error)
     for (size_t i = 0; i < options->output_count; i++) {
         const struct output_options *o = &options->outputs[i];
         if (check_pattern(o, error) != 0 ||
-            check_others(options, i, error) != 0) {
+            check_others(options, i, error) != 0 ||
+            targets_check_inputs(options, o->name, error) != 0) {
             return -1;
-        }
-        if (targets_is_source(options, o->name)) {
-            return lum_error_set(error,
-                                 "%s is the source itself, or would be "
-                                 "written over it: name another output",
-                                 o->name);
         }
         if (options->is_live && targets_needs_rehearsal(options, i)) {
             return lum_error_set(error,
@@ -216,6 +179,10 @@ int targets_check(const struct options *options, lum_error *error)
                                  "FILE, or csv",
                                  o->name);
         }
+    }
+    if ((options->output_count == 0 || options->json) &&
+        targets_check_inputs(options, "-", error) != 0) {
+        return -1;
     }
     return check_rotation(options, error);
 }

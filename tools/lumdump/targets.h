@@ -15,8 +15,10 @@ int targets_pattern(const char *name);
 /* Whether the i-th output goes on in new files. */
 bool targets_rotates(const struct options *options, size_t i);
 
-/* Whether writing to the name would harm the capture that is read. */
-bool targets_is_source(const struct options *options, const char *name);
+/* Whether a name may be written to: -1 with which file that is read would be
+ * harmed in error, else 0. */
+int targets_check_inputs(const struct options *options, const char *name,
+                         lum_error *error);
 
 /* Whether the i-th output's header has to be known before it can begin. */
 bool targets_needs_rehearsal(const struct options *options, size_t i);

@@ -1,41 +1,45 @@
 #define _POSIX_C_SOURCE 200809L
 #include "files.h"
 
+#include "../common/input_files.h"
+#include "../common/same_file.h"
 #include "lum/io/config.h"
 #include "sim/packets.h"
 
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
-static bool is_same_file(const char *a, const char *b)
+static bool check_inputs(const struct options *o, const char *option,
+                         const char *output)
 {
-    struct stat first;
-    struct stat second;
-    if (strcmp(a, b) == 0) {
+    const struct input_file inputs[] = {
+        {o->calibration, "the calibration"},
+        {o->profile, "the profile"},
+        {o->replay, "the capture to be replayed"}};
+    lum_error error = {""};
+    if (output == NULL ||
+        input_files_check(inputs, sizeof inputs / sizeof inputs[0], output,
+                          &error) == 0) {
         return true;
     }
-    return stat(a, &first) == 0 && stat(b, &second) == 0 &&
-           S_ISREG(first.st_mode) && first.st_dev == second.st_dev &&
-           first.st_ino == second.st_ino;
+    (void)fprintf(stderr, "lumsim: %s: %s\n", option, error.text);
+    return false;
 }
 
 bool files_check(const struct options *o)
 {
-    if (o->truth != NULL && is_same_file(o->output, o->truth)) {
+    if (!check_inputs(o, "--output", o->output) ||
+        !check_inputs(o, "--truth", o->truth) ||
+        !check_inputs(o, "--log", o->log)) {
+        return false;
+    }
+    if (o->truth != NULL &&
+        (strcmp(o->output, o->truth) == 0 || same_file(o->output, o->truth))) {
         (void)fprintf(stderr,
                       "lumsim: --truth: '%s' is the capture's output too; "
                       "give them different names\n",
                       o->truth);
-        return false;
-    }
-    if (o->log != NULL && o->replay != NULL &&
-        is_same_file(o->log, o->replay)) {
-        (void)fprintf(stderr,
-                      "lumsim: --log: '%s' is the capture to be replayed; "
-                      "give the log another name\n",
-                      o->log);
         return false;
     }
     if (o->output != NULL && strcmp(o->output, "-") == 0 &&

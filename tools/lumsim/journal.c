@@ -1,4 +1,3 @@
-#define _POSIX_C_SOURCE 200809L
 #include "journal.h"
 
 #include <errno.h>
@@ -7,14 +6,15 @@
 
 int journal_open(struct journal *out, const char *path, lum_error *error)
 {
+    lum_error why = {""};
     *out = (struct journal){0};
     if (path == NULL) {
         return 0;
     }
-    out->out = strcmp(path, "-") == 0 ? stdout : fopen(path, "w");
-    if (out->out == NULL) {
-        return lum_error_set(error, "--log: %s cannot be written: %s", path,
-                             strerror(errno));
+    if (strcmp(path, "-") == 0) {
+        out->out = stdout;
+    } else if (journal_file_open(path, &out->file, &out->out, &why) != 0) {
+        return lum_error_set(error, "--log: %s", why.text);
     }
     json_init(&out->json, out->out);
     return 0;
@@ -43,10 +43,11 @@ void journal_end(struct journal *journal)
 
 int journal_close(struct journal *journal)
 {
-    if (journal->out != NULL && journal->out != stdout &&
-        fclose(journal->out) != 0 && journal->reason == 0) {
-        journal->reason = errno;
+    if (journal->file != NULL) {
+        const int reason = journal_file_close(journal->file);
+        journal->reason = journal->reason != 0 ? journal->reason : reason;
     }
     journal->out = NULL;
+    journal->file = NULL;
     return journal->reason;
 }

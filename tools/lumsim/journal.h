@@ -3,6 +3,7 @@
 #define LUMSIM_JOURNAL_H
 
 #include "../common/json.h"
+#include "journal_file.h"
 #include "lum/base/error.h"
 
 #include <stdbool.h>
@@ -10,7 +11,8 @@
 #include <stdio.h>
 
 struct journal {
-    FILE *out; /* NULL: there is none */
+    FILE *out;                 /* NULL: there is none */
+    struct journal_file *file; /* NULL: standard output */
     struct json json;
     int reason; /* errno of the write that failed; 0: none did */
 };

@@ -149,11 +149,10 @@ static int give_up(struct run *run)
     const int reason = errno;
     clear_progress(run);
     truth_abort(run->truth);
+    capture_file_abort(&run->output);
     if (interrupt_signal() != 0) {
-        capture_file_abandon(&run->output);
         interrupt_die();
     }
-    capture_file_abort(&run->output);
     return fail(run, reason);
 }
 

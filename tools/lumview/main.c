@@ -1,6 +1,7 @@
 /* lumview: captures and sensors in a browser. */
 #define _POSIX_C_SOURCE 200809L
 
+#include "../common/input_files.h"
 #include "../common/interrupt.h"
 #include "../common/json.h"
 #include "../common/number.h"
@@ -46,6 +47,14 @@ static int check_files(const struct options *o, lum_error *error)
 {
     lum_calibration calibration;
     lum_profile profile;
+    const struct input_file inputs[] = {
+        {o->is_live ? NULL : o->source, "the source itself"},
+        {o->calibration, "the calibration"},
+        {o->profile, "the profile"}};
+    if (o->json && input_files_check(inputs, sizeof inputs / sizeof inputs[0],
+                                     "-", error) != 0) {
+        return -1;
+    }
     if (o->calibration != NULL &&
         lum_calibration_load(o->calibration, &calibration, error) != 0) {
         return -1;

@@ -86,13 +86,24 @@ typedef struct lum_datagram {
     uint16_t destination_port; /**< UDP port */
 } lum_datagram;
 
-/** Begin a pcap file.
- * @param path a file, made anew, under its own name from the start; or "-" for
- *             standard output.
- * @return 0, or -1 with the reason in error. */
+/** Begin a pcap file that records what will not come again: it gets its name
+ * with the first datagram, and then stays, whatever becomes of the rest. A file
+ * of that name is replaced, or emptied where its directory may not be written
+ * in; until the first datagram it stays as it is.
+ * @param path a file, or "-" for standard output.
+ * @return 0, or -1 with the reason in error; errno is EBUSY if another run is
+ *         writing a file of that name. */
 LUM_MUST_CHECK int lum_capture_writer_open(const char *path,
                                            lum_capture_writer **out,
                                            lum_error *error);
+
+/** Begin a pcap file that gets its name when it is closed, so that it is only
+ * ever whole. A file of that name stays as it is until then.
+ * @param path as for lum_capture_writer_open().
+ * @return as lum_capture_writer_open(). */
+LUM_MUST_CHECK int lum_capture_writer_open_whole(const char *path,
+                                                 lum_capture_writer **out,
+                                                 lum_error *error);
 
 /** Append a datagram, with Ethernet, IPv4 and UDP headers of its own and right
  * checksums; above 1500 bytes as one jumbo packet.
@@ -111,10 +122,17 @@ uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer);
 LUM_MUST_CHECK int lum_capture_writer_flush(lum_capture_writer *writer,
                                             lum_error *error);
 
-/** Write what is buffered and close. NULL is allowed.
- * @return 0, or -1 with the reason in error; closed either way. */
+/** Write what is buffered, wait until it is on the disk, give the file its name
+ * if it has none yet, and close. NULL is allowed.
+ * @return 0, or -1 with the reason in error; closed either way. What has no
+ *         name then is removed. */
 LUM_MUST_CHECK int lum_capture_writer_close(lum_capture_writer *writer,
                                             lum_error *error);
+
+/** Close and remove what has not got its name; what has stays, as far as it was
+ * written. NULL is allowed. Does not wait for a reader that has stopped
+ * reading. */
+void lum_capture_writer_abort(lum_capture_writer *writer);
 
 #ifdef __cplusplus
 }

@@ -72,13 +72,14 @@ LUM_MUST_CHECK int lum_writer_rehearse(const lum_writer_options *options,
                                        lum_writer **out, lum_error *error);
 
 /** Begin a file.
- * @param path    its name, or "-" for standard output. A file is written as
- *                PATH.part and renamed by lum_writer_close(), so that PATH is
- *                only ever whole.
+ * @param path    its name, or "-" for standard output. A file is written under
+ *                another name and renamed by lum_writer_close(), so that PATH
+ * is only ever whole.
  * @param options copied.
  * @return 0, or -1 with the reason in error: the directory is missing, no
- *         permission, the header needs a count and there is neither a
- *         rehearsal nor an output that can seek. */
+ *         permission, another run is writing a file of that name (then errno is
+ *         EBUSY), the header needs a count and there is neither a rehearsal nor
+ *         an output that can seek. */
 LUM_MUST_CHECK int lum_writer_open(const char *path,
                                    const lum_writer_options *options,
                                    lum_writer **out, lum_error *error);
@@ -101,7 +102,8 @@ uint64_t lum_writer_bytes(const lum_writer *writer);
  * @return as lum_writer_add(). */
 LUM_MUST_CHECK int lum_writer_flush(lum_writer *writer, lum_error *error);
 
-/** Finish the file, give it its name, free the writer.
+/** Finish the file, wait until it is on the disk, give it its name, free the
+ * writer.
  * @return 0, or -1 with the reason in error, such as other lines than were
  *         rehearsed; then nothing is left behind. */
 LUM_MUST_CHECK int lum_writer_close(lum_writer *writer, lum_error *error);

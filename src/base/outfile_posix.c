@@ -1,0 +1,353 @@
+#define _XOPEN_SOURCE 700 /* POSIX 2008 with realpath() */
+
+#include "base/outfile.h"
+
+#include "base/writeback.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define TRIES      100                 /* to find a name that is free */
+#define BEGIN_SIZE ((size_t)8u << 20u) /* bytes that are worth a begin */
+
+int lum_outfile_fail(const lum_outfile *file, int code, const char *doing,
+                     lum_error *error)
+{
+    char why[128];
+    if (strerror_r(code, why, sizeof why) != 0) {
+        (void)snprintf(why, sizeof why, "error %d", code);
+    }
+    lum_error_set(error, "%s: %s: %s%s", file->name, doing, why,
+                  code == ENOSPC ? "; free some space or write elsewhere" : "");
+    errno = code;
+    return -1;
+}
+
+static int refuse(int code, lum_error *error, const char *name, const char *why)
+{
+    (void)lum_error_set(error, "%s: %s", name, why);
+    errno = code;
+    return -1;
+}
+
+static int fail_create(const lum_outfile *file, int code, lum_error *error)
+{
+    if (code == ENOENT) {
+        return refuse(code, error, file->name,
+                      "cannot create it: the directory does not exist; create "
+                      "it or write elsewhere");
+    }
+    if (code == EACCES || code == EROFS) {
+        return lum_outfile_fail(
+            file, code, "cannot begin a new file in its directory", error);
+    }
+    return lum_outfile_fail(file, code, "cannot create it", error);
+}
+
+static int refuse_busy(const lum_outfile *file, lum_error *error)
+{
+    return refuse(EBUSY, error, file->name,
+                  "another program is writing it, or has locked it: wait for "
+                  "its end, or choose another name");
+}
+
+/* What replaces a file is open to nobody to whom that one was not. */
+static void keep_mode(const lum_outfile *file, const struct stat *old)
+{
+    struct stat now;
+    mode_t mode = old->st_mode & (S_IRWXU | S_IRWXG | S_IRWXO);
+    if (fchown(file->fd, old->st_uid, old->st_gid) != 0 &&
+        (fchown(file->fd, (uid_t)-1, old->st_gid) != 0) &&
+        fstat(file->fd, &now) == 0 && now.st_gid != old->st_gid) {
+        mode &= ~(mode_t)S_IRWXG | (mode_t)((mode & S_IRWXO) << 3u);
+    }
+    (void)fchmod(file->fd, mode);
+}
+
+/* Under a number that is free. 0, or -1 with the reason in errno alone. */
+static int create_part(lum_outfile *file, mode_t mode)
+{
+    int code = EEXIST;
+    for (int i = 0; i < TRIES && code == EEXIST; i++) {
+        free(file->part);
+        file->part = lum_claim_beside(file->path);
+        if (file->part == NULL) {
+            errno = ENOMEM;
+            return -1;
+        }
+        file->fd =
+            open(file->part,
+                 O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode);
+        code = file->fd < 0 ? errno : 0;
+    }
+    if (code != 0) {
+        free(file->part);
+        file->part = NULL;
+    }
+    errno = code;
+    return code == 0 ? 0 : -1;
+}
+
+/* Make it ours: locked, and known again. */
+static int settle(lum_outfile *file, lum_error *error)
+{
+    struct stat status;
+    if (lum_claim_lock(file->fd) != 0) {
+        return refuse_busy(file, error);
+    }
+    if (fstat(file->fd, &status) != 0) {
+        return lum_outfile_fail(file, errno, "cannot look at it", error);
+    }
+    file->device = status.st_dev;
+    file->inode = status.st_ino;
+    return 0;
+}
+
+/* What is there and cannot be replaced. */
+static int empty(lum_outfile *file, lum_error *error)
+{
+    file->fd = open(file->path, O_WRONLY | O_CLOEXEC);
+    if (file->fd < 0) {
+        return lum_outfile_fail(file, errno, "cannot open it", error);
+    }
+    if (settle(file, error) != 0) {
+        return -1;
+    }
+    return ftruncate(file->fd, 0) == 0
+               ? 0
+               : lum_outfile_fail(file, errno, "cannot empty it", error);
+}
+
+/* A claim that fails for another reason than that somebody is in the way fails
+ * as the file would. */
+static int claim(lum_outfile *file, lum_error *error)
+{
+    lum_claim taken;
+    int result = lum_claim_take(file->path, file->name, &taken, error);
+    file->claim = taken;
+    if (result != 0 && errno != EBUSY && errno != EEXIST) {
+        result = fail_create(file, errno, error);
+    }
+    return result;
+}
+
+/* old: what is to be replaced; NULL: there is none. */
+static int make(lum_outfile *file, lum_outfile_kind kind,
+                const struct stat *old, lum_error *error)
+{
+    const mode_t everyone = 0666;
+    if (file->path == NULL) {
+        return lum_outfile_fail(file, errno, "cannot use the name", error);
+    }
+    if (claim(file, error) != 0) {
+        return -1;
+    }
+    if (old != NULL && lum_claim_is_locked(file->path)) {
+        return refuse_busy(file, error);
+    }
+    if (create_part(file, old != NULL ? S_IRUSR | S_IWUSR : everyone) != 0) {
+        return old != NULL && kind == LUM_OUTFILE_GROWS &&
+                       (errno == EACCES || errno == EROFS)
+                   ? empty(file, error)
+                   : fail_create(file, errno, error);
+    }
+    lum_claim_note(&file->claim, file->part);
+    if (old != NULL) {
+        keep_mode(file, old);
+    }
+    return settle(file, error);
+}
+
+/* Links are followed, so that the file is replaced and not the link. */
+static int open_over(lum_outfile *file, lum_outfile_kind kind, const char *path,
+                     const struct stat *old, lum_error *error)
+{
+    if (access(path, W_OK) != 0) {
+        return lum_outfile_fail(file, errno, "cannot replace it", error);
+    }
+    file->path = realpath(path, NULL);
+    return make(file, kind, old, error);
+}
+
+static int open_new(lum_outfile *file, lum_outfile_kind kind, const char *path,
+                    lum_error *error)
+{
+    file->path = strdup(path);
+    return make(file, kind, NULL, error);
+}
+
+static int adopt(lum_outfile *file, int fd, const char *doing, lum_error *error)
+{
+    file->fd = fd;
+    return fd >= 0 ? 0 : lum_outfile_fail(file, errno, doing, error);
+}
+
+static int open_path(lum_outfile *file, lum_outfile_kind kind, const char *path,
+                     lum_error *error)
+{
+    struct stat status;
+    if (strcmp(path, "-") == 0) {
+        return adopt(file,
+                     fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1),
+                     "cannot be used as output", error);
+    }
+    if (stat(path, &status) != 0) {
+        return lstat(path, &status) != 0
+                   ? open_new(file, kind, path, error)
+                   : lum_outfile_fail(file, ENOENT,
+                                      "is a link that leads nowhere", error);
+    }
+    if (S_ISDIR(status.st_mode)) {
+        return refuse(EISDIR, error, path, "is a directory; name a file in it");
+    }
+    if (S_ISREG(status.st_mode)) {
+        return open_over(file, kind, path, &status, error);
+    }
+    return adopt(file, open(path, O_WRONLY | O_CLOEXEC), "cannot open it",
+                 error);
+}
+
+/* pwrite() on a file opened to append ignores the offset. */
+static void learn_kind(lum_outfile *file)
+{
+    struct stat status;
+    const int flags = fcntl(file->fd, F_GETFL);
+    const off_t here = lseek(file->fd, 0, SEEK_CUR);
+    file->may_block = fstat(file->fd, &status) != 0 || !S_ISREG(status.st_mode);
+    file->seekable =
+        !file->may_block && here >= 0 && flags >= 0 && (flags & O_APPEND) == 0;
+    file->base = file->seekable ? (int64_t)here : 0;
+}
+
+int lum_outfile_open(const char *path, lum_outfile_kind kind, lum_outfile *out,
+                     lum_error *error)
+{
+    lum_outfile file = {.fd = -1, .claim = LUM_CLAIM_NONE};
+    file.name = strdup(strcmp(path, "-") == 0 ? "standard output" : path);
+    if (file.name == NULL) {
+        return refuse(ENOMEM, error, path, "no memory to open it");
+    }
+    if (open_path(&file, kind, path, error) != 0) {
+        const int code = errno;
+        lum_outfile_discard(&file);
+        errno = code;
+        return -1;
+    }
+    learn_kind(&file);
+    *out = file;
+    return 0;
+}
+
+/* Whether its present name still stands for it. */
+static bool is_ours(const lum_outfile *file)
+{
+    struct stat status;
+    return lstat(file->part, &status) == 0 && status.st_dev == file->device &&
+           status.st_ino == file->inode;
+}
+
+/* Some file systems cannot be asked for it. */
+static int sync_fd(int fd)
+{
+    int result = 0;
+    do {
+        result = fsync(fd);
+    } while (result != 0 && errno == EINTR);
+    return result == 0 || errno == EINVAL || errno == ENOSYS || errno == ENOTSUP
+               ? 0
+               : -1;
+}
+
+/* The directory holds the name. One that may not be read cannot be opened. */
+static int sync_directory(const lum_outfile *file, lum_error *error)
+{
+    const char *slash = strrchr(file->path, '/');
+    char *directory =
+        slash != NULL
+            ? strndup(file->path,
+                      slash == file->path ? 1u : (size_t)(slash - file->path))
+            : strdup(".");
+    if (directory == NULL) {
+        return lum_outfile_fail(file, ENOMEM, "cannot finish it", error);
+    }
+    const int fd = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    const int result = fd >= 0 ? sync_fd(fd) : 0;
+    const int code = errno;
+    if (fd >= 0) {
+        (void)close(fd);
+    }
+    free(directory);
+    return result == 0
+               ? 0
+               : lum_outfile_fail(file, code, "its name may not be on the disk",
+                                  error);
+}
+
+int lum_outfile_show(lum_outfile *file, lum_error *error)
+{
+    if (file->part == NULL || file->path == NULL) {
+        return 0;
+    }
+    if (!is_ours(file)) {
+        lum_error_set(error,
+                      "%s: cannot get its name: %s, where it was written, was "
+                      "removed or is another file now",
+                      file->name, file->part);
+        errno = ENOENT;
+        return -1;
+    }
+    if (lum_claim_is_locked(file->path)) {
+        return refuse_busy(file, error);
+    }
+    if (rename(file->part, file->path) != 0) {
+        return lum_outfile_fail(file, errno, "cannot get its name", error);
+    }
+    free(file->part);
+    file->part = NULL;
+    if (file->fd >= 0) { /* whose lock takes the claim's place */
+        lum_claim_drop(&file->claim);
+    }
+    return sync_directory(file, error);
+}
+
+void lum_outfile_wrote(lum_outfile *file, size_t n)
+{
+    file->unstarted += n;
+    if (file->path != NULL && file->unstarted >= BEGIN_SIZE) {
+        file->unstarted = 0;
+        lum_writeback_begin(file->fd);
+    }
+}
+
+int lum_outfile_finish(lum_outfile *file, lum_error *error)
+{
+    const int fd = file->fd;
+    if (file->path != NULL && sync_fd(fd) != 0) {
+        return lum_outfile_fail(file, errno, "cannot bring it to the disk",
+                                error);
+    }
+    file->fd = -1;
+    if (close(fd) != 0 && errno != EINTR) {
+        return lum_outfile_fail(file, errno, "cannot finish it", error);
+    }
+    return lum_outfile_show(file, error);
+}
+
+void lum_outfile_discard(lum_outfile *file)
+{
+    if (file->part != NULL && is_ours(file)) {
+        (void)unlink(file->part);
+    }
+    if (file->fd >= 0) {
+        (void)close(file->fd);
+    }
+    lum_claim_drop(&file->claim);
+    free(file->name);
+    free(file->path);
+    free(file->part);
+}

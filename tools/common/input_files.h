@@ -1,0 +1,20 @@
+/* The files that a run reads, which it must not write over, by whatever names.
+ */
+#ifndef LUM_TOOLS_INPUT_FILES_H
+#define LUM_TOOLS_INPUT_FILES_H
+
+#include "lum/base/error.h"
+
+#include <stddef.h>
+
+struct input_file {
+    const char *path; /* "-" is standard input; NULL: none */
+    const char *what; /* such as "the calibration" */
+};
+
+/* Look at one output; "-" is standard output. 0, or -1 with which input it
+ * would spoil in error. */
+int input_files_check(const struct input_file *inputs, size_t count,
+                      const char *output, lum_error *error);
+
+#endif
