@@ -459,8 +459,7 @@ class Ends(Case):
 class Stalls(Case):
     def test_a_reader_that_stalls_costs_data_and_not_the_laser(self):
         self.simulator()
-        p = self.start("--laser", "--buffer", "1MB", "-o", "-", "--format", "xyz", "-o", self.folder / "raw.pcap",
-                       stdout=subprocess.PIPE)
+        p = self.start("--laser", "--buffer", "1MB", "-o", "-", "--format", "xyz", stdout=subprocess.PIPE)
         self.wait_for(lambda: self.laser() == [True], "the laser")
         before = len(self.events("heartbeat"))
         time.sleep(4)
@@ -477,7 +476,7 @@ class Stalls(Case):
         self.assertEqual(p.returncode, 0, said)
         self.assertIn("standard output is too slow for what comes", said)
         self.assertRegex(said, r"outputs +done  standard output, \d+ datagrams dropped")
-        self.assertNotRegex(said, r"raw.pcap|(ring|recording)_drops")
+        self.assertNotIn("recording_drops", said)
         self.assert_laser_went_on_and_off()
 
     def test_a_reader_that_never_comes_back_is_not_waited_for(self):

@@ -18,6 +18,7 @@
 #define PIPE_NS       (3 * SECOND_NS)
 #define PIPE_TOTAL_NS (60 * SECOND_NS)
 #define FILE_NS       (30 * SECOND_NS)
+#define TOLD_NS       (10 * SECOND_NS)
 #define LOOK_NS       (SECOND_NS / 200)
 
 int lanes_open(struct lanes *lanes, struct pass *run, lum_error *error)
@@ -244,7 +245,7 @@ static bool is_pending(struct lanes *lanes, struct lane *lane, struct say *say,
         tell_end(lane, NULL, say);
         return false;
     }
-    if (!lanes->is_waiting && now_ns - began_ns > PIPE_NS) {
+    if (!lanes->is_waiting && now_ns - began_ns > TOLD_NS) {
         lanes->is_waiting = true;
         say_warn(say, "waiting for %s to be written; Ctrl-C gives it up",
                  lane_name(lane));
