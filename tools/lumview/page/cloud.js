@@ -6,7 +6,7 @@ import { COLOURINGS } from "./colouring.js";
 import { EYES, UNKNOWN } from "./palette.js";
 
 const GRAIN = 16384; // points; room grows in steps of this
-const RETURNS = { all: 0, 1: 1, 2: 2, 3: 3, last: -1 };
+const RETURNS = { all: 0, 1: 1, 2: 2, 3: 3, last: -1, strongest: -2 };
 
 const VERTEX = `
 attribute float pulse;
@@ -27,18 +27,23 @@ uniform vec3 unknown;
 uniform float size;
 varying vec3 tint;
 
-bool passes(int eye, float range, float count)
+bool isReturn(float number, float count)
 {
-    bool isReturn = wantedReturn == 0.0 || turn == (wantedReturn < 0.0 ? count : wantedReturn);
-    return isReturn && (eye == 0 ? eyes.x : eyes.y) > 0.5 && range >= rangeClip.x && range <= rangeClip.y &&
+    if (wantedReturn == -2.0) { return turn > 127.5; }
+    return wantedReturn == 0.0 || number == (wantedReturn < 0.0 ? count : wantedReturn);
+}
+
+bool passes(int eye, float range, float number, float count)
+{
+    return isReturn(number, count) && (eye == 0 ? eyes.x : eyes.y) > 0.5 && range >= rangeClip.x && range <= rangeClip.y &&
            position.z >= heightClip.x && position.z <= heightClip.y;
 }
 
-vec3 colour(int eye, float range)
+vec3 colour(int eye, float range, float number)
 {
     if (mode == 5) { return eye == 0 ? eyeColours[0] : eyeColours[1]; }
     if (mode == 2 && pulse == 0.0) { return unknown; }
-    float v = mode == 0 ? range : mode == 1 ? position.z : mode == 2 ? pulse * 0.01 : mode == 3 ? turn : line;
+    float v = mode == 0 ? range : mode == 1 ? position.z : mode == 2 ? pulse * 0.01 : mode == 3 ? number : line;
     float t = logarithmic ? log(max(v, 1e-3) / domain.x) / log(domain.y / domain.x)
                           : (v - domain.x) / (domain.y - domain.x);
     return texture2D(palette, vec2((clamp(t, 0.0, 1.0) * 255.0 + 0.5) / 256.0, 0.5)).rgb;
@@ -49,9 +54,10 @@ void main()
     float count = floor(flags / 4.0);
     int eye = int(mod(flags, 2.0));
     float range = distance(position, eye == 0 ? mounts[0] : mounts[1]);
-    tint = colour(eye, range);
+    float number = mod(turn, 128.0);
+    tint = colour(eye, range, number);
     gl_PointSize = size;
-    gl_Position = passes(eye, range, count) ? projectionMatrix * modelViewMatrix * vec4(position, 1.0)
+    gl_Position = passes(eye, range, number, count) ? projectionMatrix * modelViewMatrix * vec4(position, 1.0)
                                             : vec4(2.0, 2.0, 2.0, 1.0);
 }`;
 

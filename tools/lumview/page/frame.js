@@ -2,12 +2,13 @@
 // is copied. The layout is that of tools/lumview/frame.h.
 
 const MAGIC = 0x464d554c;
-const VERSION = 1;
+const VERSION = 2;
 const HEAD_BYTES = 64;
 const POINT_BYTES = 20;
 
 export const EYE_BIT = 1;
 export const RISING_BIT = 2;
+export const STRONGEST_BIT = 128; // of the return number
 
 function checkHead(head, bytes) {
     if (bytes < HEAD_BYTES || head.getUint32(0, true) !== MAGIC) {
@@ -44,7 +45,7 @@ export function parseFrame(buffer) {
         pulse: new Uint16Array(buffer, at(12), count),
         line: new Uint16Array(buffer, at(14), count),
         pixel: new Uint16Array(buffer, at(16), count),
-        turn: new Uint8Array(buffer, at(18), count), // return number
+        turn: new Uint8Array(buffer, at(18), count), // return number, and whether it is the strongest
         flags: new Uint8Array(buffer, at(19), count),
     };
 }

@@ -1,7 +1,7 @@
 // A click picks the point under it.
 import * as THREE from "three";
 import { EYE_BIT, RISING_BIT } from "./frame.js";
-import { makeFilter } from "./filter.js";
+import { makeFilter, returnOf } from "./filter.js";
 
 const NEAR_PX = 4; // within it the point in front is meant
 const FAR_PX = 14; // beyond it none is
@@ -66,7 +66,7 @@ export function describe({ slot, index: i }, eyes) {
         eye: eye.name,
         line: p.line[i],
         pixel: p.pixel[i],
-        returnNumber: p.turn[i],
+        returnNumber: returnOf(p, i),
         returns: flags >> 2,
         edge: flags & RISING_BIT ? "rising" : "falling",
         pulse: p.pulse[i] * 0.01,

@@ -2,7 +2,7 @@
 // hears of its change.
 
 export const DEFAULTS = Object.freeze({
-    return: "all", // all, 1, 2, 3, last
+    return: "all", // all, 1, 2, 3, last, strongest
     edges: "rising", // rising, falling, both: made by the server
     smooth: 0, // window of the angle smoothing: made by the server
     blue: true,
