@@ -15,7 +15,7 @@ from websocket import (BINARY, CLOSE, PING, PONG, TEXT, Browser, Connection, fra
 
 BIN = pathlib.Path(os.environ.get("LUM_BIN", "build/bin")).resolve()
 METHODS = "GET HEAD POST PUT OPTIONS CONNECT DELETE PATCH PRI get".split()
-PATHS = ["/", "/app.js", "/ws", "/nothing", "*", "/../x", "/%2e%2e/", "/%00", "/?token=x", "/ws?a=b&a=b", "//", "",
+PATHS = ["/", "/icon.svg", "/ws", "/nothing", "*", "/../x", "/%2e%2e/", "/%00", "/?token=x", "/ws?a=b&a=b", "//", "",
          "http://127.0.0.1/", "/" + "a" * 3000]
 HEADERS = ["Connection: close", "Connection: Upgrade", "Upgrade: websocket", "Upgrade: h2c", "Content-Length: 7",
            "Content-Length: -1", "Transfer-Encoding: chunked", "Cookie: lumview-1=x; a=b", "Origin: null",

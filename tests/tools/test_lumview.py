@@ -1,10 +1,11 @@
 """lumview's server: what it serves, whom it refuses, and that nothing sent to it brings it down. Most tests feed it
 frames out of nothing (tests/fake/fake_feed.c); the last ones a capture."""
-import base64
+import gzip
 import hashlib
 import itertools
 import json
 import os
+import pathlib
 import re
 import resource
 import signal
@@ -19,6 +20,7 @@ from live import Process, wait_until
 from support import BIN, Folder, read_csv, run, simulate, summary
 from websocket import (BINARY, PING, PONG, TEXT, Browser, Closed, Connection, frame, request, upgrade)
 
+PAGE = pathlib.Path(__file__).parent / "../../tools/lumview/page"
 FAKE = BIN / "../tests/fake/lumview_fake"
 ADDRESSES = (f"127.21.{shards.index()}.{i + 1}" for i in itertools.count())
 CONNECTIONS_MAX = 100
@@ -81,47 +83,58 @@ class Case(unittest.TestCase):
 
 
 class Page(Case):
-    def test_the_page_and_all_that_it_loads_are_served(self):
-        self.serve()
+    def loads(self):
+        """What the page loads."""
         status, headers, page = self.get("/")
         self.assertEqual((status, headers["content-type"]), (200, "text/html; charset=utf-8"))
-        text = page.decode()
-        self.assertIn("<title>lumview</title>", text)
-        self.assertNotRegex(text, r"https?://(?!www\.w3\.org)", "it needs no network")
-        seen, wanted = set(), set(re.findall(r'(?:src|href)="(/[^"]+)"', text))
-        import_map = re.search(r'<script type="importmap">(.*?)</script>', text, re.S)[1]
-        wanted |= set(json.loads(import_map)["imports"].values())
-        while wanted - seen:
-            path = sorted(wanted - seen)[0]
-            seen.add(path)
-            status, headers, body = self.get(path)
-            self.assertEqual(status, 200, path)
-            if headers["content-type"].startswith("text/javascript"):
-                names = re.findall(rb'^(?:import|export)\b[^;]*?from\s*["\'](\.{0,2}/[^"\']+)["\']', body, re.M)
-                wanted |= {os.path.normpath(os.path.join(os.path.dirname(path), n.decode())) for n in names}
-        self.assertTrue(any(p.startswith("/vendor/three/") for p in seen), seen)
-        self.assertIn("/app.js", seen)
+        self.assertIn("<title>lumview</title>", page.decode())
+        self.assertNotRegex(page.decode(), r"https?://(?!www\.w3\.org)", "it needs no network")
+        return re.findall(r'<(?:link|script)\b[^>]*?(?:src|href)="([^"]+)"', page.decode())
 
-    def test_what_is_embedded_is_what_npm_brought(self):
+    def test_the_page_loads_one_script_and_one_style(self):
         self.serve()
-        modules = BIN / "../lumview/node_modules"
-        files = [p.relative_to(modules) for p in modules.glob("three/build/three.*.js")]
-        served = [f for f in files if self.get(f"/vendor/{f}")[0] == 200]
-        self.assertTrue(served)
-        for f in served:
-            self.assertEqual(self.get(f"/vendor/{f}")[2], (modules / f).read_bytes())
+        icon, style, script = self.loads()
+        self.assertEqual(icon, "/icon.svg")
+        self.assertRegex(style, r"^/style-[0-9a-f]{16}\.css$")
+        self.assertRegex(script, r"^/app-[0-9a-f]{16}\.js$")
+        self.assertNotIn("importmap", self.get("/")[2].decode())
+        for path, kind in ((icon, "image/svg+xml"), (style, "text/css; charset=utf-8"),
+                           (script, "text/javascript; charset=utf-8")):
+            status, headers, body = self.get(path)
+            self.assertEqual((status, headers["content-type"]), (200, kind))
+        text = gzip.decompress(body).decode()
+        found = re.search(r"""(?m)(?:^|[;}])import[\s{*"']|\bimport\s*\(|sourceMappingURL""", text)
+        self.assertIsNone(found, "it loads nothing else")
+        self.assertTrue("WebGL" in text, "the modules are in it")
+
+    def test_script_and_style_are_compressed_and_may_be_kept(self):
+        self.serve()
+        _, style, script = self.loads()
+        for path in (style, script):
+            for headers in ([], ["Accept-Encoding: gzip, deflate, br"], ["Accept-Encoding: *"]):
+                status, headers, body = self.get(path, *headers)
+                self.assertEqual((status, headers["content-encoding"]), (200, "gzip"), headers)
+                self.assertEqual(headers["cache-control"], "private, max-age=31536000, immutable")
+            plain = gzip.decompress(body)
+            self.assertEqual(re.search(r"-([0-9a-f]+)\.", path)[1], hashlib.sha256(plain).hexdigest()[:16])
+            self.assertLess(len(body), len(plain) / 2)
+            status, headers, text = self.get(path, "Accept-Encoding: identity")
+            self.assertEqual((status, text), (406, b"This is kept compressed: ask with Accept-Encoding: gzip.\n"))
+            self.assertEqual(headers["cache-control"], "no-store")
+        for path in ("/", "/icon.svg", "/licenses.txt"):
+            status, headers, _ = self.get(path, "Accept-Encoding: identity")
+            self.assertEqual((status, headers["cache-control"]), (200, "no-store"))
+            self.assertNotIn("content-encoding", headers)
 
     def test_every_answer_has_the_strict_headers(self):
         self.serve()
-        _, _, page = self.get("/")
-        script = re.search(rb'<script type="importmap">(.*?)</script>', page, re.S)[1]
-        digest = base64.b64encode(hashlib.sha256(script).digest()).decode()
-        for path, host, expected in (("/", None, 200), ("/app.js", None, 200), ("/no", None, 404), ("/", "evil", 403)):
+        script = self.loads()[-1]
+        for path, host, expected in (("/", None, 200), (script, None, 200), ("/no", None, 404), ("/", "evil", 403)):
             status, headers, _ = self.get(path, host=host)
             self.assertEqual(status, expected)
             policy = dict(part.strip().split(" ", 1) for part in headers["content-security-policy"].split(";"))
             self.assertEqual(policy["default-src"], "'none'")
-            self.assertEqual(policy["script-src"], f"'self' 'sha256-{digest}'")
+            self.assertEqual(policy["script-src"], "'self'")
             self.assertEqual(policy["style-src"], "'self'")
             self.assertEqual(policy["img-src"], "'self' data: blob:")
             self.assertEqual(policy["connect-src"], f"'self' ws://{self.host} ws://localhost:{self.port}")
@@ -131,15 +144,15 @@ class Page(Case):
             self.assertEqual(headers["referrer-policy"], "no-referrer")
             self.assertEqual(headers["cross-origin-opener-policy"], "same-origin")
             self.assertEqual(headers["cross-origin-resource-policy"], "same-origin")
-            self.assertEqual(headers["cache-control"], "no-store")
+            self.assertEqual(headers["cache-control"] == "no-store", path != script)
             self.assertNotIn("server", headers)
             self.assertNotIn("set-cookie", headers)
 
     def test_head_tells_the_length_and_sends_nothing(self):
         self.serve()
-        _, _, body = self.get("/app.js")
+        _, _, body = self.get("/icon.svg")
         c = self.connect()
-        c.send(request("HEAD", "/app.js", self.host, "Connection: close"))
+        c.send(request("HEAD", "/icon.svg", self.host, "Connection: close"))
         status, headers, _ = c.answer(has_body=False)
         self.assertEqual((status, int(headers["content-length"])), (200, len(body)))
         self.assertEqual(c.rest(), b"")
@@ -147,14 +160,14 @@ class Page(Case):
     def test_one_connection_serves_many_requests(self):
         self.serve()
         c = self.connect()
-        for path in ("/app.js", "/", "/style.css", "/app.js"):
+        for path in ("/icon.svg", "/", "/licenses.txt", "/icon.svg"):
             c.send(request("GET", path, self.host))
             self.assertEqual(c.answer()[0], 200)
 
     def test_nothing_else_is_there(self):
         self.serve()
-        for path in ("/nothing", "/app.js/", "//app.js/x", "/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/ws",
-                     "/vendor/three/package.json", "/vendor/", "/INDEX.HTML"):
+        for path in ("/nothing", "/app.js", "/icon.svg/", "//icon.svg/x", "/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/ws",
+                     "/style.css", "/Apache-2.0.txt", "/INDEX.HTML"):
             self.assertEqual(self.get(path)[0], 404, path)
         self.lives()
 
@@ -188,17 +201,17 @@ class Strangers(Case):
         for origin in ("http://evil.example", "null", "file://", f"https://{self.host}", "http://127.0.0.1",
                        f"http://127.0.0.1:{self.port + 1}", f"http://{self.host}.evil.example", f"http://{self.host}/"):
             self.assertEqual(self.ask(upgrade(self.host, origin))[0], 403, origin)
-            self.assertEqual(self.get("/app.js", f"Origin: {origin}")[0], 403, origin)
+            self.assertEqual(self.get("/icon.svg", f"Origin: {origin}")[0], 403, origin)
         self.assertEqual(self.ask(upgrade(self.host, ""))[0], 403, "a browser always tells its origin")
         status, _, text = self.ask(upgrade(self.host, "http://evil.example"))
         self.assertEqual(text, b"This server answers its own page alone.\n")
-        self.assertEqual(self.get("/app.js", f"Origin: http://{self.host}")[0], 200)
+        self.assertEqual(self.get("/icon.svg", f"Origin: http://{self.host}")[0], 200)
         self.browser(host=f"localhost:{self.port}").text("hello")
 
     def test_only_one_protocol_at_one_place_is_spoken(self):
         self.serve()
         good = upgrade(self.host)
-        for wrong in (upgrade(self.host, path="/"), upgrade(self.host, path="/app.js"),
+        for wrong in (upgrade(self.host, path="/"), upgrade(self.host, path="/icon.svg"),
                       upgrade(self.host, protocol=None), upgrade(self.host, protocol="http"),
                       upgrade(self.host, protocol="lumview.2"), good.replace(b"Version: 13", b"Version: 12"),
                       good.replace(b"Upgrade: websocket", b"Upgrade: h2c"),
@@ -225,9 +238,9 @@ class Token(Case):
                 ("/", [], 403), ("/?token=", [], 403), (f"/?token={wrong}", [], 403),
                 (f"/?token={self.token}0", [], 403), (f"/?token={self.token[:31]}", [], 403),
                 (f"/?tokens={self.token}", [], 403),
-                ("/app.js", [], 403), ("/nothing", [], 403), (f"/?token={self.token}", [], 200),
-                (f"/app.js?token={self.token}", [], 200), ("/", [cookie], 200), ("/app.js", [cookie], 200),
-                ("/app.js", [f"Cookie: a=b; lumview-{self.port}={self.token}; c=d"], 200),
+                ("/icon.svg", [], 403), ("/nothing", [], 403), (f"/?token={self.token}", [], 200),
+                (f"/icon.svg?token={self.token}", [], 200), ("/", [cookie], 200), ("/icon.svg", [cookie], 200),
+                ("/icon.svg", [f"Cookie: a=b; lumview-{self.port}={self.token}; c=d"], 200),
                 (f"/?token={wrong}", [cookie], 403), ("/", [f"Cookie: lumview-{self.port}={wrong}"], 403),
                 ("/", [f"Cookie: lumview-{self.port + 1}={self.token}"], 403), ("/nothing", [cookie], 404)):
             self.assertEqual(self.get(path, *headers)[0], expected, (path, headers))
@@ -323,7 +336,7 @@ class Malformed(Case):
     def test_a_connection_that_asks_no_more_is_closed(self):
         self.serve()
         c = self.connect()
-        c.send(request("GET", "/app.js", self.host))
+        c.send(request("GET", "/icon.svg", self.host))
         self.assertEqual(c.answer()[0], 200)
         self.assertEqual(c.rest(), b"")
 
@@ -627,6 +640,53 @@ class Run(Case):
         self.assertEqual(server.end(), 0)
         self.assertRegex(server.stderr(), r"^lumview: http://127\.0\.0\.1:\d+/ \(Ctrl-C ends it\)\n"
                                           r"lumview: no browser could be started: open this URL in one\n$")
+
+
+class Licenses(Case):
+    """What is in the page is what the lock file names, and comes with its permission."""
+
+    def setUp(self):
+        super().setUp()
+        r = run("lumview", "--licenses")
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        self.text, self.parts = r.stdout, {}
+        for part in re.split(r"(?m)^==== ", r.stdout)[1:]:
+            title, text = part.split("\n", 1)
+            self.parts[title] = text
+        lock = json.loads((PAGE / "package-lock.json").read_text())["packages"]
+        self.lock = {name.rpartition("node_modules/")[2]: about for name, about in lock.items() if name}
+
+    def test_each_module_that_the_page_is_made_of_has_its_permission(self):
+        wanted = json.loads((PAGE / "package.json").read_text())["dependencies"]
+        titles = {f"{name} {self.lock[name]['version']} ({self.lock[name]['license']})" for name in wanted}
+        version = run("lumview", "--version").stdout.split()[1]
+        others = {f"esbuild {self.lock['esbuild']['version']}", f"lumsdk {version}",
+                  "The Apache License, Version 2.0, to which a text above refers"}
+        self.assertEqual(set(self.parts), titles | others)
+        for title in titles:
+            self.assertRegex(self.parts[title], r"Copyright (©|\(c\)|\d{4})")
+            self.assertRegex(self.parts[title], r"(?i)permission (is hereby granted|to use, copy, modify)", title)
+
+    def test_what_the_script_has_of_others_is_listed(self):
+        bundle = json.loads((BIN / "../tools/lumview/bundle/bundle.json").read_text())
+        inputs = {name for out in bundle["outputs"].values() for name in out["inputs"]}
+        modules = {name.rpartition("node_modules/")[2].split("/")[0] for name in inputs if "node_modules/" in name}
+        self.assertTrue(modules)
+        self.assertEqual({m for m in modules if not any(title.startswith(m + " ") for title in self.parts)}, set())
+        own = {pathlib.Path(name).name for name in inputs if "node_modules/" not in name}
+        self.assertEqual(own, {p.name for p in PAGE.glob("*.js")} | {"style.css"})
+
+    def test_the_palettes_and_lumsdk_have_theirs(self):
+        self.assertIn("Cynthia Brewer", self.text)
+        self.assertIn("TERMS AND CONDITIONS FOR USE, REPRODUCTION, AND DISTRIBUTION", self.text)
+        self.assertIn((PAGE / "../../../LICENSE").read_text(), self.text)
+
+    def test_the_page_has_them_too(self):
+        self.serve()
+        self.assertIn('href="/licenses.txt"', self.get("/")[2].decode())
+        status, headers, body = self.get("/licenses.txt")
+        self.assertEqual((status, headers["content-type"]), (200, "text/plain; charset=utf-8"))
+        self.assertEqual(body.decode(), self.text)
 
 
 class Arguments(unittest.TestCase):

@@ -1,7 +1,8 @@
-/* The page: its own files and the modules it uses, as the build found them. */
+/* The page, as bundle.cmake put it together. */
 #ifndef LUMVIEW_ASSETS_H
 #define LUMVIEW_ASSETS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 struct asset {
@@ -9,12 +10,10 @@ struct asset {
     const char *type; /* MIME */
     const char *bytes;
     size_t len;
+    bool is_kept; /* compressed by gzip; never another under this path */
 };
 
 extern const struct asset assets[];
 extern const size_t assets_count;
-
-/* SHA-256 of the import map, in base64: the one inline script. */
-extern const char assets_import_map_hash[];
 
 #endif

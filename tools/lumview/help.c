@@ -33,6 +33,7 @@ const char help_text[] =
     "      --calibration FILE  YAML; default: the manual's typical values\n"
     "      --profile FILE      YAML; layout of data packets, where it differs\n"
     "\n"
+    "      --licenses          of lumview, and of what is in its page\n"
     "  -h, --help, --version\n"
     "\n"
     "Exit status: 0 done, 1 it failed, 2 bad arguments or configuration.\n"

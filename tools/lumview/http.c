@@ -10,6 +10,7 @@
 #define HEAD_BYTES  2048u
 #define PIECE_BYTES 16384u
 #define VALUE_BYTES 512u
+#define HEADERS_MAX 3u /* of an answer, besides those that all have */
 
 /* An answer that is not taken for so long is given up. */
 #define PATIENCE_S 20
@@ -23,12 +24,12 @@ void http_policy(const struct guard *guard, char out[HTTP_POLICY_BYTES])
     guard_url(&bare, url);
     url[strlen(url) - 1u] = '\0'; /* the slash */
     (void)snprintf(out, HTTP_POLICY_BYTES,
-                   "default-src 'none'; script-src 'self' 'sha256-%s'; "
+                   "default-src 'none'; script-src 'self'; "
                    "style-src 'self'; img-src 'self' data: blob:; "
                    "connect-src 'self' ws://%s ws://localhost:%u; "
                    "base-uri 'none'; form-action 'none'; "
                    "frame-ancestors 'none'",
-                   assets_import_map_hash, url + strlen("http://"), port);
+                   url + strlen("http://"), port);
 }
 
 struct reason {
@@ -43,6 +44,9 @@ static const struct reason not_so = {
     "This server is only looked at: GET and HEAD.\n"};
 static const struct reason no_body = {HTTP_STATUS_REQ_ENTITY_TOO_LARGE,
                                       "Requests have no body here.\n"};
+static const struct reason only_gzip = {
+    HTTP_STATUS_NOT_ACCEPTABLE,
+    "This is kept compressed: ask with Accept-Encoding: gzip.\n"};
 static const struct reason foreign_host = {
     HTTP_STATUS_FORBIDDEN,
     "This server answers at the address alone that lumview printed.\n"};
@@ -89,20 +93,37 @@ static const struct reason *check(struct lws *wsi, const struct guard *guard,
     return knows_token(wsi, guard) ? NULL : &no_token;
 }
 
+struct header {
+    const char *name; /* with its colon; NULL: there is none */
+    const char *value;
+};
+
+static int add_headers(struct lws *wsi, const struct header *headers,
+                       unsigned char **p, unsigned char *end)
+{
+    int failed = 0;
+    for (size_t i = 0; i < HEADERS_MAX && failed == 0; i++) {
+        const char *value = headers[i].value;
+        if (headers[i].name != NULL) {
+            failed = lws_add_http_header_by_name(
+                wsi, (const unsigned char *)headers[i].name,
+                (const unsigned char *)value, (int)strlen(value), p, end);
+        }
+    }
+    return failed;
+}
+
 /* The head of an answer; the headers that all have are libwebsockets' part.
  * Returns as lws_write. */
 static int write_head(struct lws *wsi, unsigned status, const char *type,
-                      size_t len, const char *name, const char *value)
+                      size_t len, const struct header headers[HEADERS_MAX])
 {
     unsigned char head[LWS_PRE + HEAD_BYTES];
     unsigned char *p = head + LWS_PRE;
     unsigned char *const end = head + sizeof head;
     if (lws_add_http_common_headers(wsi, status | LWSAHH_FLAG_NO_SERVER_NAME,
                                     type, len, &p, end) != 0 ||
-        (name != NULL &&
-         lws_add_http_header_by_name(wsi, (const unsigned char *)name,
-                                     (const unsigned char *)value,
-                                     (int)strlen(value), &p, end) != 0) ||
+        add_headers(wsi, headers, &p, end) != 0 ||
         lws_finalize_http_header(wsi, &p, end) != 0) {
         return -1;
     }
@@ -115,9 +136,13 @@ static int refuse(struct lws *wsi, const struct reason *reason)
 {
     unsigned char body[LWS_PRE + 128u];
     const size_t len = strlen(reason->text);
+    const struct header headers[HEADERS_MAX] = {
+        {"cache-control:", "no-store"},
+        {reason == &not_so ? "allow:" : NULL, "GET, HEAD"},
+    };
     (void)memcpy(body + LWS_PRE, reason->text, len);
     if (write_head(wsi, reason->status, "text/plain; charset=utf-8", len,
-                   reason == &not_so ? "allow:" : NULL, "GET, HEAD") < 0) {
+                   headers) < 0) {
         return -1;
     }
     return lws_write(wsi, body + LWS_PRE, len, LWS_WRITE_HTTP_FINAL) < 0 ? -1
@@ -145,10 +170,15 @@ static int begin_asset(struct lws *wsi, const struct guard *guard, bool is_head,
 {
     char cookie[GUARD_TEXT_BYTES];
     const struct asset *asset = answer->asset;
+    const bool sets_cookie = guard->token[0] != '\0' && !asset->is_kept;
+    const struct header headers[HEADERS_MAX] = {
+        {"cache-control:",
+         asset->is_kept ? "private, max-age=31536000, immutable" : "no-store"},
+        {asset->is_kept ? "content-encoding:" : NULL, "gzip"},
+        {sets_cookie ? "set-cookie:" : NULL, cookie},
+    };
     guard_cookie(guard, cookie);
-    if (write_head(wsi, HTTP_STATUS_OK, asset->type, asset->len,
-                   guard->token[0] != '\0' ? "set-cookie:" : NULL,
-                   cookie) < 0) {
+    if (write_head(wsi, HTTP_STATUS_OK, asset->type, asset->len, headers) < 0) {
         return -1;
     }
     if (is_head || asset->len == 0) {
@@ -165,6 +195,17 @@ static bool has_body(struct lws *wsi)
            (lws_hdr_total_length(wsi, WSI_TOKEN_HTTP_CONTENT_LENGTH) > 0 &&
             (!read_header(wsi, WSI_TOKEN_HTTP_CONTENT_LENGTH, length) ||
              strcmp(length, "0") != 0));
+}
+
+/* Who says nothing of it takes any (RFC 9110, 12.5.3). */
+static bool takes_gzip(struct lws *wsi)
+{
+    char codings[VALUE_BYTES];
+    if (lws_hdr_total_length(wsi, WSI_TOKEN_HTTP_ACCEPT_ENCODING) <= 0) {
+        return true;
+    }
+    return read_header(wsi, WSI_TOKEN_HTTP_ACCEPT_ENCODING, codings) &&
+           (strchr(codings, '*') != NULL || strstr(codings, "gzip") != NULL);
 }
 
 /* What is not asked for in our way may have more behind it: no more is read. */
@@ -192,6 +233,10 @@ int http_begin(struct lws *wsi, const struct guard *guard, const char *path,
     *answer = (struct http_answer){find(path), 0};
     if (answer->asset == NULL) {
         return refuse_and_close(wsi, &not_here);
+    }
+    if (answer->asset->is_kept && !takes_gzip(wsi)) {
+        answer->asset = NULL;
+        return refuse_and_close(wsi, &only_gzip);
     }
     return begin_asset(wsi, guard, is_head, answer);
 }

@@ -2,6 +2,7 @@
 
 #include "../common/number.h"
 #include "help.h"
+#include "licenses.h"
 #include "lum/version.h"
 #include "lum/wire.h"
 
@@ -199,6 +200,10 @@ static enum parsed take_long(struct reader *r, const char *word)
     }
     if (strcmp(name, "version") == 0) {
         (void)puts("lumview " LUM_VERSION);
+        return PARSED_DONE;
+    }
+    if (strcmp(name, "licenses") == 0) {
+        licenses_print();
         return PARSED_DONE;
     }
     for (size_t i = 0; i < OPTIONS; i++) {

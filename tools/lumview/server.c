@@ -23,7 +23,7 @@ struct server {
     struct lws_vhost *host;
     struct guard guard;
     struct clients clients;
-    struct lws_protocol_vhost_options headers[6];
+    struct lws_protocol_vhost_options headers[5];
     char policy[HTTP_POLICY_BYTES];
     lws_sorted_usec_list_t tick;
     unsigned connections;
@@ -128,7 +128,6 @@ static void set_headers(struct server *server)
         {.name = "referrer-policy:", .value = "no-referrer"},
         {.name = "cross-origin-opener-policy:", .value = "same-origin"},
         {.name = "cross-origin-resource-policy:", .value = "same-origin"},
-        {.name = "cache-control:", .value = "no-store"},
     };
     const size_t count = sizeof headers / sizeof headers[0];
     for (size_t i = 0; i < count; i++) {

@@ -1,0 +1,87 @@
+# Part of the build: the page into a C source of assets.h.
+#   cmake -D PAGE=DIR -D MODULES=DIR -D ESBUILD=FILE -D GZIP=FILE -D EMBED=FILE
+#         -D LICENSE=FILE -D NAME=TEXT -D OUT=DIR -P bundle.cmake
+# esbuild makes one script and one style of the page and of the modules that it
+# imports. Their names have a hash of their content, by which browsers keep them.
+cmake_minimum_required(VERSION 3.22)
+
+# bundle_run(COMMAND...): it is told what went wrong.
+function(bundle_run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE failed ERROR_VARIABLE why)
+  if(failed)
+    list(GET ARGN 0 program)
+    message(FATAL_ERROR "${program}: ${failed}\n${why}")
+  endif()
+endfunction()
+
+function(bundle_join)
+  # Legal comments of modules would be a part of what licenses.txt has whole.
+  bundle_run(${CMAKE_COMMAND} -E env NODE_PATH=${MODULES} ${ESBUILD} ${PAGE}/app.js ${PAGE}/style.css --bundle --minify
+             --format=esm --target=es2022 --log-level=warning --charset=utf8 --legal-comments=none
+             "--banner:js=/* Licences: /licenses.txt, or lumview --licenses */" --metafile=${OUT}/bundle.json
+             --outdir=${OUT})
+endfunction()
+
+# bundle_key(NAME ENDING ASSETS HTML): compressed, under a name that has its hash;
+# the page asks for that.
+function(bundle_key name ending assets html)
+  file(SHA256 ${OUT}/${name}${ending} hash)
+  string(SUBSTRING ${hash} 0 16 key)
+  string(REPLACE "\"/${name}${ending}\"" "\"/${name}-${key}${ending}\"" keyed "${${html}}")
+  if("${keyed}" STREQUAL "${${html}}")
+    message(FATAL_ERROR "index.html names no /${name}${ending}")
+  endif()
+  bundle_run(${GZIP} -9nf ${OUT}/${name}${ending})
+  set(${html} "${keyed}" PARENT_SCOPE)
+  set(${assets} ${${assets}} /${name}-${key}${ending}=${OUT}/${name}${ending}.gz PARENT_SCOPE)
+endfunction()
+
+# bundle_module(NAME TEXT): its title and the permission that it came with.
+function(bundle_module name text)
+  file(READ ${MODULES}/${name}/package.json about)
+  string(JSON version GET "${about}" version)
+  string(JSON license GET "${about}" license)
+  file(GLOB files ${MODULES}/${name}/LICEN[SC]E*)
+  if(NOT files)
+    message(FATAL_ERROR "${MODULES}/${name}: there is no licence file to be shipped with it")
+  endif()
+  set(out "${${text}}\n\n==== ${name} ${version} (${license})\n")
+  foreach(file IN LISTS files)
+    file(READ ${file} permission)
+    string(APPEND out "\n${permission}")
+  endforeach()
+  set(${text} "${out}" PARENT_SCOPE)
+endfunction()
+
+function(bundle_licenses)
+  file(READ ${LICENSE} own)
+  file(READ ${OUT}/bundle.json inputs)
+  string(REGEX MATCHALL "node_modules/(@[^/\"]+/)?[^/\"]+/" modules "${inputs}")
+  list(TRANSFORM modules REPLACE "node_modules/(.*)/" "\\1")
+  list(REMOVE_DUPLICATES modules)
+  list(SORT modules)
+  file(READ ${MODULES}/esbuild/package.json about)
+  string(JSON version GET "${about}" version)
+  set(licenses "==== ${NAME}\n\n${own}")
+  foreach(module IN LISTS modules)
+    bundle_module(${module} licenses)
+  endforeach()
+  if(licenses MATCHES "Apache License, Version 2.0")
+    file(READ ${PAGE}/Apache-2.0.txt apache)
+    string(APPEND licenses "\n\n==== The Apache License, Version 2.0, to which a text above refers\n\n${apache}")
+  endif()
+  string(APPEND licenses "\n\n==== esbuild ${version}\n\nIt joined the script and the style of the page. What it writes is under the "
+                     "licences\nabove, and not under its own.\n")
+  file(WRITE ${OUT}/licenses.txt "${licenses}")
+endfunction()
+
+file(REMOVE_RECURSE ${OUT})
+file(MAKE_DIRECTORY ${OUT})
+bundle_join()
+bundle_licenses()
+file(READ ${PAGE}/index.html page_html)
+set(page_assets /index.html=${OUT}/index.html /icon.svg=${PAGE}/icon.svg /licenses.txt=${OUT}/licenses.txt)
+bundle_key(app .js page_assets page_html)
+bundle_key(style .css page_assets page_html)
+file(WRITE ${OUT}/index.html "${page_html}")
+bundle_run(${EMBED} ${OUT}/assets.c ${page_assets})
