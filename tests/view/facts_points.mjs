@@ -120,6 +120,33 @@ async function colours({ page }) {
     assert.equal((await counts(page)).shown, await probe(page, "points"));
 }
 
+// A frame, come to by stepping on, by a jump back, with other colours before.
+async function coloursHaveNoHistory({ page }) {
+    const ends = new Map();
+    const look = async (frame) => {
+        await until(page, (n) => window.lumview.frame === n, frame);
+        const seen = (await probe(page, "domain")).join(" to ");
+        ends.set(frame, [...(ends.get(frame) ?? []), seen]);
+    };
+    for (let frame = 1; frame <= 10; frame++) {
+        await look(frame);
+        await page.keyboard.press(".");
+    }
+    for (const [key, frame] of [["Home", 1], ["End", 10]]) {
+        await page.keyboard.press(key);
+        await look(frame);
+        for (let i = 0; i < Object.keys(COLOURS).length; i++) {
+            await page.keyboard.press("c");
+        }
+        await look(frame);
+    }
+    for (const [frame, seen] of ends) {
+        assert.equal(new Set(seen).size, 1, `frame ${frame} has had ${seen.join(", ")}`);
+    }
+    const changes = new Set([...ends.values()].flat()).size;
+    assert.ok(changes <= 3, `${changes} ranges of colours in ten frames of one second`);
+}
+
 async function maps({ page }) {
     await hideStats(page);
     let before = await pixels(page);
@@ -269,6 +296,7 @@ export const pointFacts = [
     ["eyes go on and off", selectsEyes],
     ["range and height clip as lumdump does", clips],
     ["each choice of colour colours, with its legend", colours],
+    ["the same frame and settings have the same colours", coloursHaveNoHistory],
     ["maps and ends of the colours change them", maps],
     ["point size changes what points cover", pointSize],
     ["frames accumulate", accumulates],

@@ -78,7 +78,7 @@ function invalidate() {
 }
 
 function recolour() {
-    domain = domainOf(values, cloud.newest, eyes, domain);
+    domain = domainOf(values, cloud.slots, eyes);
     const chosen = chosenDomain(values, domain);
     cloud.setDomain(chosen);
     drawLegend(values, domain, palette.bytes);
@@ -231,9 +231,6 @@ settings.onChange((changed) => {
     }
     if (changed.has("edges") || changed.has("smooth")) {
         sendView();
-    }
-    if (changed.has("colour")) {
-        domain = domainOf(values, cloud.newest, eyes, null);
     }
     cloud.apply(values, renderer.getPixelRatio());
     camera.setFlat(values.flat);
