@@ -33,11 +33,12 @@ export async function open(browser, url) {
     return page;
 }
 
-// Until what was asked for is on the page.
-export function drawn(page) {
-    return page.evaluate(
-        () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 0)))),
-    );
+// Until what was asked for is on the page, and the camera stands still.
+export async function drawn(page) {
+    const twice = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 0))));
+    await page.evaluate(twice);
+    await until(page, () => !window.lumview.moving);
+    await page.evaluate(twice);
 }
 
 export const probe = (page, what) => page.evaluate((name) => {

@@ -1,6 +1,6 @@
 // lumview's page: the parts and how they meet.
 import * as THREE from "three";
-import { attachPointer, makeCamera } from "./camera.js";
+import { makeCamera } from "./camera.js";
 import { makeCloud } from "./cloud.js";
 import { chosenDomain, domainOf } from "./colouring.js";
 import { count, makeFilter, rangeOf } from "./filter.js";
@@ -8,10 +8,12 @@ import { parseFrame } from "./frame.js";
 import { attachKeys } from "./keys.js";
 import { makeLegend } from "./legend.js";
 import { makeLink } from "./link.js";
+import { makePace } from "./pace.js";
 import { makePalette } from "./palette.js";
 import { makePanel, makeToggle } from "./panel.js";
 import { makePick, makeProjection } from "./pick.js";
 import { makePlayer } from "./player.js";
+import { attachPointer } from "./pointer.js";
 import { exposeProbe } from "./probe.js";
 import { groundOf, makeScene } from "./scene.js";
 import { makeSettings } from "./settings.js";
@@ -29,7 +31,11 @@ const renderer = makeRenderer();
 const surroundings = makeScene();
 const palette = makePalette(values.map);
 const cloud = makeCloud(surroundings.scene, palette);
-const camera = makeCamera(invalidate);
+const pace = makePace(renderer.getContext());
+const camera = makeCamera(canvas, () => {
+    pace.move(performance.now());
+    invalidate();
+});
 const drawLegend = makeLegend();
 const showStats = makeStats();
 const panel = makePanel(settings);
@@ -41,7 +47,7 @@ let waiting = null; // the newest message that is no picture yet
 let isAsked = false; // a picture is due
 let domain = [1, 100]; // of the colours, from the points
 let ground = null; // height of the ground, from the points
-const tally = { received: 0, shown: 0, pictures: 0 };
+const tally = { received: 0, shown: 0, pictures: 0, drawn: 0 };
 
 function makeRenderer() {
     try {
@@ -90,7 +96,7 @@ function placeGround() {
 
 function showFacts(frame) {
     at("frame-number").textContent = `frame ${frame.number}`;
-    at("frame-points").textContent = `${cloud.slots.reduce((n, s) => n + s.size, 0).toLocaleString("en")} points`;
+    at("frame-points").textContent = `${countPoints().toLocaleString("en")} points`;
 }
 
 // Whatever came while the page could not draw, only the newest is looked at.
@@ -118,12 +124,27 @@ function render() {
     tally.pictures++;
 }
 
-function draw() {
+function countPoints() {
+    return cloud.slots.reduce((n, slot) => n + slot.size, 0);
+}
+
+function isMoving() {
+    return camera.dragged || pace.isMoving(performance.now());
+}
+
+// While the camera moves there is a picture after the other.
+function draw(now) {
     isAsked = false;
+    camera.tick(now);
     if (waiting !== null && !player.held) {
         takeFrame();
     }
+    const moves = isMoving();
+    tally.drawn = cloud.thin(pace.stride(now, countPoints(), moves));
     render();
+    if (moves) {
+        invalidate();
+    }
 }
 
 function resize() {
@@ -131,7 +152,7 @@ function resize() {
     renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
     renderer.setSize(width, height, false);
     cloud.apply(values, renderer.getPixelRatio());
-    camera.resize(width, Math.max(1, height));
+    camera.resize({ width: Math.max(1, width), height: Math.max(1, height), left: 0, right: 0 });
 }
 
 // How far a view should reach: most points of the frame.
@@ -212,6 +233,7 @@ const mark = (position) => {
 const pick = makePick({ canvas, camera, cloud, settings, eyes: () => eyes, mark });
 
 function shot() {
+    cloud.thin(1);
     const frame = cloud.newest?.number ?? 0;
     const source = at("source").textContent;
     takeShot({
@@ -246,7 +268,11 @@ for (const name of ["home", "top", "front", "sensor"]) {
 }
 at("shot").addEventListener("click", shot);
 at("help-open").addEventListener("click", () => at("help").showModal());
-attachPointer(canvas, camera, pick.at);
+attachPointer(canvas, camera, {
+    click: pick.at,
+    doubleClick: (x, y) => pick.find(x, y, camera.turnAbout),
+    reach: (x, y) => pick.find(x, y, camera.reachTo),
+});
 attachKeys({
     camera,
     settings,
@@ -271,7 +297,9 @@ exposeProbe({
     shown: () => tally.shown,
     received: () => tally.received,
     pictures: () => tally.pictures,
-    points: () => cloud.slots.reduce((n, slot) => n + slot.size, 0),
+    drawn: () => tally.drawn,
+    moving: isMoving,
+    points: countPoints,
     counts: () => () => count(cloud.slots, values, eyes),
     camera: () => camera.look,
     settings: () => () => ({ ...values }),

@@ -1,5 +1,6 @@
-// The points: one three.js object for each frame that is shown. Arrays and
-// buffers of the graphics card are kept and filled again.
+// The points: one three.js object for each frame that is shown, and one of a
+// part of its points for while the camera moves. Arrays and buffers of the
+// graphics card are kept and filled again.
 import * as THREE from "three";
 import { limits } from "./filter.js";
 import { COLOURINGS } from "./colouring.js";
@@ -100,8 +101,8 @@ function makeMaterial(palette) {
     return new THREE.ShaderMaterial({ uniforms, vertexShader: VERTEX, fragmentShader: FRAGMENT });
 }
 
-// Room for one frame.
-function makeSlot(material, room) {
+// Arrays for so many points, and what draws them.
+function makePart(material, room) {
     const geometry = new THREE.BufferGeometry();
     const points = {};
     for (const [name, [Type, width, attribute]] of Object.entries(ARRAYS)) {
@@ -114,23 +115,47 @@ function makeSlot(material, room) {
     }
     const object = new THREE.Points(geometry, material);
     object.frustumCulled = false;
-    return { points, object, room, size: 0, number: 0, smooth: 0 };
+    return { points, object, room };
 }
 
-function fill(slot, frame) {
-    for (const [name, [, width, attribute]] of Object.entries(ARRAYS)) {
-        slot.points[name].set(frame[name]);
-        if (attribute) {
-            const target = slot.object.geometry.getAttribute(attribute);
-            target.clearUpdateRanges();
-            target.addUpdateRange(0, frame.count * width);
-            target.needsUpdate = true;
-        }
+// The first of its points are new.
+function renew({ object: { geometry } }, count) {
+    for (const [, width, attribute] of Object.values(ARRAYS).filter((array) => array[2])) {
+        const target = geometry.getAttribute(attribute);
+        target.clearUpdateRanges();
+        target.addUpdateRange(0, count * width);
+        target.needsUpdate = true;
     }
+    geometry.setDrawRange(0, count);
+}
+
+let fillings = 0;
+
+function fill(slot, frame) {
+    for (const name of Object.keys(ARRAYS)) {
+        slot.points[name].set(frame[name]);
+    }
+    renew(slot, frame.count);
     slot.size = frame.count;
     slot.number = frame.number;
     slot.smooth = frame.smooth;
-    slot.object.geometry.setDrawRange(0, frame.count);
+    slot.filling = ++fillings;
+}
+
+// One point of each so many in a row, and not always the same: lines of the
+// scan would show as stripes.
+function thin(slot, part, stride) {
+    const count = Math.floor(slot.size / stride);
+    for (const [name, [, width, attribute]] of Object.entries(ARRAYS)) {
+        const [from, to] = [slot.points[name], part.points[name]];
+        for (let i = 0; attribute && i < count; i++) {
+            const at = i * stride + ((Math.imul(i, 2654435761) >>> 16) % stride);
+            for (let k = 0; k < width; k++) {
+                to[width * i + k] = from[width * at + k];
+            }
+        }
+    }
+    renew(part, count);
 }
 
 const finite = (v) => Math.max(-1e9, Math.min(1e9, v));
@@ -143,9 +168,34 @@ export function makeCloud(scene, palette) {
     let made = ""; // edges and smoothing of what is shown
     let isFresh = true;
 
+    function dropPart(part) {
+        scene.remove(part.object);
+        part.object.geometry.dispose();
+    }
+
     function drop(slot) {
-        scene.remove(slot.object);
-        slot.object.geometry.dispose();
+        dropPart(slot);
+        if (slot.thinned) {
+            dropPart(slot.thinned);
+        }
+    }
+
+    // What stands for the slot while one point of so many is drawn.
+    function makeThin(slot, stride) {
+        const needed = Math.ceil(slot.size / stride);
+        if (slot.thinned && slot.thinned.room < needed) {
+            dropPart(slot.thinned);
+            slot.thinned = null;
+        }
+        if (!slot.thinned) {
+            slot.thinned = makePart(material, Math.ceil((1.25 * needed + 1) / 1024) * 1024);
+            scene.add(slot.thinned.object);
+        }
+        const part = slot.thinned;
+        if (part.filling !== slot.filling || part.stride !== stride) {
+            thin(slot, part, stride);
+            [part.filling, part.stride] = [slot.filling, stride];
+        }
     }
 
     function trim(most) {
@@ -170,7 +220,7 @@ export function makeCloud(scene, palette) {
             slot = null;
         }
         if (!slot) {
-            slot = makeSlot(material, Math.ceil((frame.count + 1) / GRAIN) * GRAIN);
+            slot = makePart(material, Math.ceil((frame.count + 1) / GRAIN) * GRAIN);
             scene.add(slot.object);
         }
         slots.push(slot);
@@ -191,6 +241,21 @@ export function makeCloud(scene, palette) {
             isFresh = false;
             made = view;
             fill(slotFor(frame), frame);
+        },
+        // One point of so many is drawn; returns how many are.
+        thin(stride) {
+            let drawn = 0;
+            for (const slot of slots) {
+                if (stride > 1) {
+                    makeThin(slot, stride);
+                }
+                slot.object.visible = stride === 1;
+                if (slot.thinned) {
+                    slot.thinned.object.visible = stride > 1;
+                }
+                drawn += Math.floor(slot.size / stride);
+            }
+            return drawn;
         },
         // The next frame is the first of its kind, and replaces all others.
         refresh() {

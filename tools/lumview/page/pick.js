@@ -95,6 +95,11 @@ export function makePick({ canvas, camera, cloud, settings, eyes, mark }) {
     const list = document.getElementById("pick-data");
     let picked = null;
 
+    function look(x, y) {
+        const project = makeProjection(camera.active, canvas.clientWidth, canvas.clientHeight);
+        return findPoint(cloud.slots, project, makeFilter(settings.values, eyes()), x, y);
+    }
+
     function show(point) {
         picked = point;
         card.hidden = point === null;
@@ -118,9 +123,15 @@ export function makePick({ canvas, camera, cloud, settings, eyes, mark }) {
         },
         clear: () => show(null),
         at(x, y) {
-            const project = makeProjection(camera.active, canvas.clientWidth, canvas.clientHeight);
-            const found = findPoint(cloud.slots, project, makeFilter(settings.values, eyes()), x, y);
+            const found = look(x, y);
             show(found && describe(found, eyes()));
+        },
+        // found([x, y, z]): where the point under x, y is, if there is one.
+        find(x, y, found) {
+            const point = look(x, y);
+            if (point) {
+                found(describe(point, eyes()).position);
+            }
         },
     };
 }

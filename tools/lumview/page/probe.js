@@ -8,6 +8,8 @@
 // received       frame messages that came
 // pictures       pictures drawn
 // points         points in the frames shown, before any filter
+// drawn          those of them in the last picture: fewer while the camera moves
+// moving         whether the camera moves
 // counts()       { total, shown, blue, green, rising, falling, returns }: what
 //                passes the filters, counted now
 // camera()       { position, target, yaw, pitch, distance, flat }, degrees
