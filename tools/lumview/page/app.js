@@ -4,13 +4,14 @@ import { makeCamera } from "./camera.js";
 import { makeCloud } from "./cloud.js";
 import { chosenDomain, domainOf } from "./colouring.js";
 import { count, makeFilter, rangeOf } from "./filter.js";
-import { parseFrame } from "./frame.js";
+import { parseFrame, viewOf } from "./frame.js";
 import { attachKeys } from "./keys.js";
+import { makeLayout } from "./layout.js";
 import { makeLegend } from "./legend.js";
 import { makeLink } from "./link.js";
 import { makePace } from "./pace.js";
 import { makePalette } from "./palette.js";
-import { makePanel, makeToggle } from "./panel.js";
+import { makePanel } from "./panel.js";
 import { makePick, makeProjection } from "./pick.js";
 import { makePlayer } from "./player.js";
 import { attachPointer } from "./pointer.js";
@@ -32,13 +33,10 @@ const surroundings = makeScene();
 const palette = makePalette(values.map);
 const cloud = makeCloud(surroundings.scene, palette);
 const pace = makePace(renderer.getContext());
-const camera = makeCamera(canvas, () => {
-    pace.move(performance.now());
-    invalidate();
-});
 const drawLegend = makeLegend();
 const showStats = makeStats();
 const panel = makePanel(settings);
+const layout = makeLayout(settings, resize);
 
 let eyes = NO_EYES;
 let hello = null;
@@ -48,6 +46,10 @@ let isAsked = false; // a picture is due
 let domain = [1, 100]; // of the colours, from the points
 let ground = null; // height of the ground, from the points
 const tally = { received: 0, shown: 0, pictures: 0, drawn: 0 };
+const camera = makeCamera(canvas, () => {
+    pace.move(performance.now());
+    invalidate();
+});
 
 function makeRenderer() {
     try {
@@ -99,13 +101,23 @@ function showFacts(frame) {
     at("frame-points").textContent = `${countPoints().toLocaleString("en")} points`;
 }
 
+// A picture that is held stays, unless other edges or smoothing are wanted: what
+// a sensor sent is gone, so that is of the newest frame.
+function isAwaited(frame) {
+    const wanted = viewOf(values);
+    return cloud.view !== wanted && viewOf(frame) === wanted;
+}
+
 // Whatever came while the page could not draw, only the newest is looked at.
 function takeFrame() {
-    const buffer = waiting;
-    waiting = null;
     try {
-        const frame = parseFrame(buffer);
+        const frame = parseFrame(waiting);
+        if (player.held && !isAwaited(frame)) {
+            return;
+        }
+        waiting = null;
         cloud.add(frame);
+        pick.check();
         tally.shown++;
         if (ground === null && frame.count > 0) {
             ground = groundOf(cloud.newest);
@@ -114,6 +126,7 @@ function takeFrame() {
         showFacts(frame);
         recolour();
     } catch (error) {
+        waiting = null;
         showMessage(error.message);
     }
 }
@@ -136,7 +149,7 @@ function isMoving() {
 function draw(now) {
     isAsked = false;
     camera.tick(now);
-    if (waiting !== null && !player.held) {
+    if (waiting !== null) {
         takeFrame();
     }
     const moves = isMoving();
@@ -152,7 +165,7 @@ function resize() {
     renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
     renderer.setSize(width, height, false);
     cloud.apply(values, renderer.getPixelRatio());
-    camera.resize({ width: Math.max(1, width), height: Math.max(1, height), left: 0, right: 0 });
+    camera.resize({ width: Math.max(1, width), height: Math.max(1, height), ...layout.covered(width) });
 }
 
 // How far a view should reach: most points of the frame.
@@ -173,7 +186,7 @@ function view(name) {
 // ---- the server ----
 
 function sendView() {
-    link.send(`view ${values.edges} ${values.smooth}`);
+    link.send(`view ${viewOf(values)}`);
 }
 
 function greet(message) {
@@ -226,8 +239,8 @@ const player = makePlayer(link.send, () => {
     invalidate();
 });
 
-const mark = (position) => {
-    surroundings.mark(position);
+const mark = (...positions) => {
+    surroundings.mark(...positions);
     invalidate();
 };
 const pick = makePick({ canvas, camera, cloud, settings, eyes: () => eyes, mark });
@@ -255,14 +268,15 @@ settings.onChange((changed) => {
         sendView();
     }
     cloud.apply(values, renderer.getPixelRatio());
-    camera.setFlat(values.flat);
+    pick.check();
+    if (changed.has("flat")) {
+        camera.setFlat(values.flat);
+    }
     placeGround();
     recolour();
     invalidate();
 });
 
-const panelToggle = makeToggle(at("panel-toggle"), at("panel"), resize);
-const statsToggle = makeToggle(at("stats-toggle"), at("stats"));
 for (const name of ["home", "top", "front", "sensor"]) {
     at(`view-${name}`).addEventListener("click", () => view(name));
 }
@@ -280,11 +294,12 @@ attachKeys({
     player,
     view,
     shot,
-    pickMiddle: () => pick.at(canvas.clientWidth / 2, canvas.clientHeight / 2),
+    pickMiddle: () => pick.at(...camera.middle()),
+    turnAboutMiddle: () => pick.find(...camera.middle(), camera.turnAbout),
+    measure: pick.measure,
     closePick: pick.clear,
     focusCanvas: () => canvas.focus(),
-    togglePanel: panelToggle.toggle,
-    toggleStats: statsToggle.toggle,
+    toggle: layout.toggle,
     help: () => at("help").showModal(),
 });
 canvas.addEventListener("webglcontextrestored", invalidate);
@@ -307,6 +322,7 @@ exposeProbe({
     hello: () => () => structuredClone(hello),
     domain: () => () => [...chosenDomain(values, domain)],
     picked: () => () => structuredClone(pick.picked),
+    distance: () => () => structuredClone(pick.distance),
     place: () => placeOf,
     memory: () => () => ({ ...renderer.info.memory, programs: renderer.info.programs.length }),
 });
@@ -316,13 +332,10 @@ function placeOf(i) {
     const project = makeProjection(camera.active, canvas.clientWidth, canvas.clientHeight);
     const isInside = project(cloud.newest.points.xyz, i, out);
     const visible = isInside && makeFilter(values, eyes)(cloud.newest.points, i);
-    return { x: out.x, y: out.y, depth: out.depth, visible };
+    return { x: out.x, y: out.y, depth: out.depth, visible, range: rangeOf(cloud.newest.points, i, eyes) };
 }
 
-camera.show("home", 40);
-if (window.matchMedia("(max-width: 760px)").matches) {
-    panelToggle.show(false);
-    statsToggle.show(false);
-}
 placeGround();
-resize();
+layout.apply();
+camera.show("home", 40);
+camera.setFlat(values.flat);

@@ -208,6 +208,8 @@ export function makeCamera(canvas, changed) {
             update();
             changed();
         },
+        // The middle of the picture, in pixels of the canvas.
+        middle: () => [(size.left + size.width - size.right) / 2, size.height / 2],
         // By pixels of the page: the scene follows the pointer.
         pan(x, y) {
             controls.pan(x, y);

@@ -3,6 +3,7 @@
 // graphics card are kept and filled again.
 import * as THREE from "three";
 import { limits } from "./filter.js";
+import { viewOf } from "./frame.js";
 import { COLOURINGS } from "./colouring.js";
 import { EYES, UNKNOWN } from "./palette.js";
 
@@ -232,8 +233,12 @@ export function makeCloud(scene, palette) {
         get newest() {
             return slots.at(-1) ?? null;
         },
+        // Edges and smoothing of what is shown.
+        get view() {
+            return made;
+        },
         add(frame) {
-            const view = `${frame.edges} ${frame.smooth}`;
+            const view = viewOf(frame);
             const isEarlier = slots.length > 0 && frame.number < slots.at(-1).number;
             if (isFresh || isEarlier || view !== made) {
                 restart(frame);

@@ -47,7 +47,7 @@ function linearEnds(least, most) {
     return [Math.floor(least / step), Math.ceil(most / step)].map((n) => Number((n * step).toPrecision(6)));
 }
 
-const SMALLEST = 0.1; // on a logarithmic scale, metres
+export const SMALLEST = 0.1; // on a logarithmic scale, metres
 
 function ends(colouring, slot, eyes) {
     const values = sampled(colouring, slot, eyes);

@@ -5,6 +5,7 @@ const MAGIC = 0x464d554c;
 const VERSION = 2;
 const HEAD_BYTES = 64;
 const POINT_BYTES = 20;
+const EDGES = [null, "rising", "falling", "both"];
 
 export const EYE_BIT = 1;
 export const RISING_BIT = 2;
@@ -25,6 +26,9 @@ function checkHead(head, bytes) {
     return count;
 }
 
+// Edges and smoothing, as the server is asked for them.
+export const viewOf = ({ edges, smooth }) => `${edges} ${smooth}`;
+
 export function parseFrame(buffer) {
     const head = new DataView(buffer);
     const count = checkHead(head, buffer.byteLength);
@@ -34,7 +38,7 @@ export function parseFrame(buffer) {
         clock: head.getFloat64(16, true),
         utc: head.getFloat64(24, true),
         count,
-        edges: head.getUint8(36),
+        edges: EDGES[head.getUint8(36)],
         smooth: head.getUint8(37),
         lines: head.getUint32(40, true),
         lost: head.getUint32(44, true),

@@ -6,9 +6,11 @@ const STILL_PX = 4; // a click may move so far
 const DOUBLE_MS = 400;
 const TURN = (0.3 * Math.PI) / 180; // of a pixel of drag about the sensor
 
+const isTouching = (a, b) => Math.hypot(a.x - b.x, a.y - b.y) <= 20;
 const isNear = (a, b) => Math.hypot(a.x - b.x, a.y - b.y) <= STILL_PX;
 
-// on: { click(x, y, extends), doubleClick(x, y) } in pixels of the canvas.
+// on: { click(x, y, isEnd), doubleClick(x, y) } in pixels of the canvas. isEnd:
+// with Shift. Browsers do not agree on whether fingers double-click.
 function attachClicks(canvas, place, on) {
     const down = new Set();
     let from = null; // of what may become a click
@@ -17,12 +19,10 @@ function attachClicks(canvas, place, on) {
     function click(event) {
         const at = { ...place(event), time: event.timeStamp };
         on.click(at.x, at.y, event.shiftKey);
-        if (at.time - last.time < DOUBLE_MS && isNear(at, last)) {
+        if (event.pointerType === "touch" && at.time - last.time < DOUBLE_MS && isTouching(at, last)) {
             on.doubleClick(at.x, at.y);
-            last = { time: -Infinity };
-        } else {
-            last = at;
         }
+        last = at;
     }
 
     canvas.addEventListener("pointerdown", (event) => {
@@ -44,6 +44,10 @@ function attachClicks(canvas, place, on) {
     canvas.addEventListener("pointercancel", (event) => {
         down.delete(event.pointerId);
         from = null;
+    });
+    canvas.addEventListener("dblclick", (event) => {
+        const at = place(event);
+        on.doubleClick(at.x, at.y);
     });
 }
 

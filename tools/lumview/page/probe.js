@@ -18,7 +18,8 @@
 // hello()        the server's greeting
 // domain()       the values at both ends of the colours
 // picked()       the picked point, or null
-// place(i)       { x, y, visible } of point i of the newest frame on the page
+// distance()     { from, to, distance, horizontal, x, y, z } between two, or null
+// place(i)       { x, y, depth, visible, range } of point i of the newest frame on the page
 // memory()       { geometries, textures, programs } of the graphics card
 export function exposeProbe(parts) {
     const getters = {};
