@@ -61,9 +61,9 @@ static struct frame *make(struct frame_pool *pool, lum_edges edges)
         frame_add(frame, &(struct frame_part){.samples = near_and_far,
                                               .strongest = near_and_last,
                                               .count = 3,
-                                                      .edges = edges,
-                                                      .line = 258,
-                                                      .eye = 1}));
+                                              .edges = edges,
+                                              .line = 258,
+                                              .eye = 1}));
     return frame;
 }
 
