@@ -31,7 +31,7 @@ export const DEFAULTS = Object.freeze({
 const isNumber = (value) => value === null || Number.isFinite(value);
 const isSame = (other) => (value) => typeof value === typeof other;
 const isSwitch = (value) => value === null || typeof value === "boolean";
-const isBetween = (least, most) => (value) => value >= least && value <= most;
+const isBetween = (least, most) => (value) => Number.isFinite(value) && value >= least && value <= most;
 const isOf = (...choices) => (value) => choices.includes(value);
 
 // What a kept value must be.
@@ -52,7 +52,7 @@ const FITS = {
 function load() {
     try {
         const kept = JSON.parse(sessionStorage.getItem(PLACE)) ?? {};
-        return Object.fromEntries(Object.entries(kept).filter(([key, value]) => FITS[key]?.(value)));
+        return Object.fromEntries(Object.entries(kept).filter(([key, value]) => Object.hasOwn(FITS, key) && FITS[key](value)));
     } catch {
         return {};
     }
