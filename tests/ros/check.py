@@ -5,6 +5,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import signal
 import statistics
 import subprocess
@@ -19,7 +20,8 @@ import sensor_msgs.msg
 import std_msgs.msg
 import tf2_msgs.msg
 
-from support import (Failure, Processes, check, check_form, free_port, ns, points_of, tail, text_of, units, wait_until)
+from support import (NO_RING, Failure, Processes, check, check_form, free_port, ns, points_of, tail, text_of, units,
+                     wait_until)
 
 BUILD = pathlib.Path(sys.argv[1])
 PICTURE = pathlib.Path(sys.argv[2])
@@ -28,6 +30,8 @@ BIN = BUILD / "prefix/bin"
 NODE = BUILD / "ros/lib/lumsdk_ros/lumsdk_node"
 RAW = ["/luminar_raw_blue_data", "/luminar_raw_green_data"]
 RATE = 10.0
+BLUE, GREEN = 0, 1
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROCESSES = Processes(WORK)
 PORT = free_port()
 HOST = f"127.62.{PORT % 200 + 1}"
@@ -58,8 +62,8 @@ class Listener:
         self.subscriber.unregister()
 
 
-def clouds():
-    return Listener("/points", sensor_msgs.msg.PointCloud2)
+def clouds(topic="/points"):
+    return Listener(topic, sensor_msgs.msg.PointCloud2)
 
 
 def run(*command, seconds=60):
@@ -148,19 +152,24 @@ def line_period(rows):
     return statistics.median(periods)
 
 
-def check_cloud(cloud, rows):
+def ring_of(row, lines):
+    """Green's rings follow blue's."""
+    return int(row.line) + (lines if int(row.eye) == GREEN else 0)
+
+
+def check_cloud(cloud, rows, lines=64):
     """The same points with lumdump's numbers, and each at its line's and pixel's time."""
     period = line_period(rows)
     at = [int(r.timestamp) + int(r.pixel) * period / 1000 for r in rows]
     first = min(at)
-    expected = sorted((int(r.line), int(r.return_number), decimal(r.pulse_width, 3), decimal(r.x, 4),
+    expected = sorted((ring_of(r, lines), int(r.return_number), int(r.eye), decimal(r.pulse_width, 3), decimal(r.x, 4),
                        decimal(r.y, 4), decimal(r.z, 4), t - first) for r, t in zip(rows, at))
-    found = sorted((p[5], p[6], units(p[3], 1000), units(p[0], 10000), units(p[1], 10000), units(p[2], 10000),
+    found = sorted((p[5], p[6], p[7], units(p[3], 1000), units(p[0], 10000), units(p[1], 10000), units(p[2], 10000),
                     p[4] * 1e6) for p in points_of(cloud))
     check(len(found) == len(expected), f"{len(found)} points, lumdump has {len(expected)}")
     for f, e in zip(found, expected):
-        check(f[:6] == e[:6], f"{f} is not lumdump's {e}")
-        check(abs(f[6] - e[6]) < 3.0, f"{f} is not at {e[6]} us")
+        check(f[:7] == e[:7], f"{f} is not lumdump's {e}")
+        check(abs(f[7] - e[7]) < 3.0, f"{f} is not at {e[7]} us")
 
 
 def compare_with_lumdump(path, parameters, options):
@@ -184,6 +193,161 @@ def capture_is_lumdumps():
     for cloud, rows in zip(found, rows_of(path, "--time", "utc", "--return", "first")):
         late = ns(cloud.header.stamp) / 1000 - min(int(r.timestamp) for r in rows)
         check(-5000 < late < 5000, f"the stamp is {late} us from when the first line came")
+
+
+def by_ring(points, ring=lambda p: p[5]):
+    """Points that follow each other in a ring."""
+    rings = {}
+    for p in points:
+        rings.setdefault(ring(p), []).append(p)
+    return [(a, b) for ring in rings.values() for a, b in zip(ring, ring[1:])]
+
+
+def angle(a, b):
+    """Degrees between two points, seen from the sensor."""
+    u, v = ([c / math.hypot(*p[:3]) for c in p[:3]] for p in (a, b))
+    return math.degrees(2 * math.asin(min(1.0, math.dist(u, v) / 2)))
+
+
+def neighbours_of_a_ring_are_neighbours():
+    """What A-LOAM, LIO-SAM and FAST-LIO take for granted: who follows in a ring was seen next."""
+    path = capture("street.pcap", "--frames", 3, "--lines", 64)
+    listener = clouds()
+    p = launch("capture.launch", f"capture:={path}", "wait_for:=[points]")
+    found = list(listener.wait_for_silence())
+    PROCESSES.end(p)
+    listener.stop()
+    check(len(found) == 3, f"{len(found)} clouds")
+    for cloud in found:
+        points = points_of(cloud)
+        check({p[5] // 64 for p in points if p[7] == BLUE} == {0}, "blue's rings")
+        check({p[5] // 64 for p in points if p[7] == GREEN} == {1}, "green's rings")
+        pairs = by_ring(points)
+        line = max(b[4] - a[4] for a, b in pairs)
+        far = [(a, b) for a, b in pairs if angle(a, b) > 1.0 + 90.0 * (b[4] - a[4]) / line]
+        check(not far, f"{len(far)} of {len(pairs)} neighbours are none, such as {far[:1]}")
+        wide = sum(angle(a, b) > 20.0 for a, b in pairs)
+        check(wide < len(pairs) / 1000, f"{wide} of {len(pairs)} neighbours are 20 degrees apart")
+        mixed = sum(angle(a, b) > 20.0 for a, b in by_ring(points, lambda p: p[5] % 64))
+        check(mixed > len(pairs) / 2, f"lines of both eyes in one ring would be seen: {mixed} of {len(pairs)}")
+
+
+def rings_follow_the_number_of_lines():
+    """As the frames show, or as it is stated."""
+    many = capture("many.pcap", "--frames", 1, "--lines", 640)
+    few = capture("few.pcap", "--frames", 1, "--lines", 64)
+    for path, lines, first, highest in ((many, 0, 640, 1279), (many, 640, 640, 1279), (few, 640, 640, 703),
+                                        (few, 0, 64, 127), (many, 64, 64, NO_RING)):
+        listener = clouds()
+        p = launch("capture.launch", f"capture:={path}", "wait_for:=[points]", f"lines:={lines}", "speed:=0")
+        points = points_of(listener.wait_for_silence()[0])
+        PROCESSES.end(p)
+        listener.stop()
+        green = [p[5] for p in points if p[7] == GREEN]
+        check((min(green), max(green)) == (first, highest), f"{path.name}, {lines}: {min(green)} to {max(green)}")
+        beyond = sum(p[5] == NO_RING for p in points)
+        check((beyond > 0) == (highest == NO_RING), f"{path.name}, {lines}: {beyond} points without a ring")
+        check(("lines beyond 64: their ring is 65535" in text_of(p)) == (beyond > 0), tail(p))
+        check(("rings of the green eye begin at 640" in text_of(p)) == (path == many and lines == 0), tail(p))
+        rings = {p[5] for p in points if p[7] == BLUE} & set(green)
+        check(rings <= {NO_RING}, f"rings of both eyes: {sorted(rings)[:3]}")
+
+
+def eyes_have_topics_of_their_own():
+    path = capture("street.pcap", "--frames", 3, "--lines", 64)
+    names = ["points", "points_blue", "points_green"]
+    listeners = [clouds(f"/{name}") for name in names]
+    p = launch("capture.launch", f"capture:={path}", f"wait_for:=[{', '.join(names)}]", "eye_topics:=true")
+    both, *eyes = [list(each.wait_for_silence()) for each in listeners]
+    PROCESSES.end(p)
+    for each in listeners:
+        each.stop()
+    check([len(e) for e in eyes] == [len(both)] * 2, f"{len(both)} clouds, and {[len(e) for e in eyes]}")
+    for cloud, *parts in zip(both, *eyes):
+        found = []
+        for eye, part in enumerate(parts):
+            check_form(part)
+            late = (ns(part.header.stamp) - ns(cloud.header.stamp)) / 1e9
+            check(late >= 0 and part.header.frame_id == cloud.header.frame_id, "stamp or frame_id")
+            check({p[7] for p in points_of(part)} == {eye}, "a point of the other eye")
+            found += [(*p[:4], round((p[4] + late) * 1e6), p[5] + 64 * eye, *p[6:]) for p in points_of(part)]
+        wanted = [(*p[:4], round(p[4] * 1e6), *p[5:]) for p in points_of(cloud)]
+        for f, w in zip(sorted(found, key=without_time), sorted(wanted, key=without_time)):
+            check(without_time(f) == without_time(w) and abs(f[4] - w[4]) <= 1, f"{f} is not {w}")
+        check(len(found) == len(wanted), f"{len(found)} points of {len(wanted)}")
+
+
+def without_time(point):
+    return point[:4] + point[5:]
+
+
+TWO = """<launch>
+  <group ns="front">
+    <include file="$(find lumsdk_ros)/launch/live.launch">
+      <arg name="address" value="{}"/> <arg name="laser" value="true"/> <arg name="frame_id" value="front"/>
+    </include>
+  </group>
+  <group ns="rear">
+    <include file="$(find lumsdk_ros)/launch/live.launch">
+      <arg name="address" value="{}"/> <arg name="laser" value="true"/> <arg name="frame_id" value="rear"/>
+    </include>
+  </group>
+</launch>
+"""
+
+
+def two_sensors_have_topics_of_their_own():
+    (front, p, _), (rear, q, _) = sensor(5), sensor(6)
+    file = WORK / "two.launch"
+    file.write_text(TWO.format(front, rear), encoding="ascii")
+    tf = Listener("/tf_static", tf2_msgs.msg.TFMessage)
+    diagnostics = Listener("/diagnostics", diagnostic_msgs.msg.DiagnosticArray)
+    listeners = {name: clouds(f"/{name}/points") for name in ("front", "rear")}
+    topics = [f"/{name}{topic}" for name in ("front", "rear") for topic in RAW]
+    started = PROCESSES.start("roslaunch", file)
+    bag, recorder = record("two.bag", *topics)
+    for name, listener in listeners.items():
+        wait_until(lambda: any(c.width > 10000 for c in listener.messages), 40, f"a cloud of {name}")
+        check({c.header.frame_id for c in listener.messages} == {name}, f"frame_id of {name}")
+    wanted = {f"{name}/lumsdk_node: laser" for name in listeners}
+    wait_until(lambda: wanted <= {s.name for m in diagnostics.messages for s in m.status}, 20, "both diagnoses")
+    frames = {t.child_frame_id for m in tf.messages for t in m.transforms}
+    check(frames == {"front_blue", "front_green", "rear_blue", "rear_green"}, f"transforms of {sorted(frames)}")
+    published = {name for name, _ in rosgraph.Master("/check").getSystemState()[0]}
+    check(not published & set(RAW), "raw topics outside of their namespaces")
+    for each in listeners.values():
+        each.wait(len(each.messages) + 10)
+        each.stop()
+    PROCESSES.end(recorder, group=True)
+    check(PROCESSES.end(started) == 0, f"exit status: {tail(started)}")
+    check_bag_of_two(bag, {"front": front, "rear": rear})
+    tf.stop()
+    diagnostics.stop()
+    again = clouds()
+    started = launch("bag.launch", f"bag:={bag}", "recorded_in:=/rear", "time:=now")
+    check(len(again.wait(5)) >= 5, "clouds of the rear sensor")
+    PROCESSES.end(started)
+    again.stop()
+    PROCESSES.end(p)
+    PROCESSES.end(q)
+
+
+def check_bag_of_two(bag, addresses):
+    with rosbag.Bag(str(bag)) as b:
+        for name, address in addresses.items():
+            number = int.from_bytes(bytes(int(part) for part in address.split(".")), "big")
+            sensors = {m.sensor for _, m, _ in b.read_messages(topics=[f"/{name}{topic}" for topic in RAW])}
+            check(sensors == {number}, f"{name}: packets of {sensors}")
+
+
+def the_documentation_builds_as_the_readme():
+    """Where docs/ros.md installs lumsdk from, README.md has built it."""
+    readme, page = ((ROOT / name).read_text() for name in ("README.md", "docs/ros.md"))
+    built = re.search(r"^    cmake -B (\S+) && cmake --build (\S+)$", readme, re.M)
+    check(built and built[1] == built[2], "README.md builds nowhere")
+    installed = re.findall(r"cmake --install (\S+) --prefix PREFIX", page)
+    check(installed == [built[1]], f"docs/ros.md installs from {installed}, README.md builds in {built[1]}")
+    check(built[0] in page, "docs/ros.md does not build as README.md does")
 
 
 def rough_capture_is_lumdumps():
@@ -423,7 +587,8 @@ def bad_parameters_are_told():
     for parameter, wanted in (("_source:=/nonexistent.pcap", "/nonexistent.pcap"), ("_source:=udp://1.2.3", "udp://"),
                               ("_edge:=up", "~edge"), ("_return:=0", "~return"), ("_laser:=true", "~laser"),
                               ("_calibration:=/nonexistent.yaml", "/nonexistent.yaml"), ("_time:=then", "~time"),
-                              ("_speed:=-1", "speed must be"), ("_wait_for:=[nothing]", "~wait_for")):
+                              ("_speed:=-1", "speed must be"),
+                              ("_lines:=40000", "lines must be"), ("_wait_for:=[nothing]", "~wait_for")):
         arguments = ["_source:=bag", parameter] if "_source" not in parameter else [parameter]
         p = node(*arguments)
         check(p.wait(20) == 1 and wanted in text_of(p), f"{parameter}: {p.returncode} {tail(p)}")
@@ -484,7 +649,9 @@ def rviz_shows_the_cloud():
     check(PICTURE.stat().st_size <= 300_000, f"the picture has {PICTURE.stat().st_size} bytes")
 
 
-CHECKS = [capture_is_lumdumps, rough_capture_is_lumdumps, calibration_is_used, parameters_hold_a_calibration,
+CHECKS = [the_documentation_builds_as_the_readme, neighbours_of_a_ring_are_neighbours,
+          rings_follow_the_number_of_lines, eyes_have_topics_of_their_own, two_sensors_have_topics_of_their_own,
+          capture_is_lumdumps, rough_capture_is_lumdumps, calibration_is_used, parameters_hold_a_calibration,
           bag_is_the_capture, bag_launch_plays_a_bag, live_sensor, live_recording, laser_is_safe,
           two_nodes_cannot_own_a_sensor, bad_parameters_are_told, rviz_shows_the_cloud]
 

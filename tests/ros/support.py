@@ -120,13 +120,14 @@ def tail(p):
     return text_of(p)[-600:]
 
 
-POINT = struct.Struct("<fffffHBx")
+POINT = struct.Struct("<fffffHBB")
 FIELDS = [("x", 0, 7), ("y", 4, 7), ("z", 8, 7), ("intensity", 12, 7), ("time", 16, 7), ("ring", 20, 4),
-          ("return", 22, 2)]
+          ("return", 22, 2), ("eye", 23, 2)]
+NO_RING = 65535
 
 
 def points_of(cloud):
-    """x, y, z, intensity, time, ring, return of each."""
+    """x, y, z, intensity, time, ring, return, eye of each."""
     return list(POINT.iter_unpack(cloud.data))
 
 

@@ -1,5 +1,6 @@
 """lumview's server: what it serves, whom it refuses, and that nothing sent to it brings it down. Most tests feed it
 frames out of nothing (tests/fake/fake_feed.c); the last ones a capture."""
+import contextlib
 import gzip
 import hashlib
 import itertools
@@ -8,12 +9,15 @@ import os
 import pathlib
 import re
 import resource
+import shutil
 import signal
 import socket
+import stat
 import struct
 import subprocess
 import time
 import unittest
+import urllib.parse
 
 import shards
 from live import Process, wait_until
@@ -23,7 +27,7 @@ from websocket import (BINARY, PING, PONG, TEXT, Browser, Closed, Connection, fr
 PAGE = pathlib.Path(__file__).parent / "../../tools/lumview/page"
 FAKE = BIN / "../tests/fake/lumview_fake"
 ADDRESSES = (f"127.21.{shards.index()}.{i + 1}" for i in itertools.count())
-CONNECTIONS_MAX = 100
+CONNECTIONS_MAX, OF_ONE_HOST = 100, 30
 
 
 class Case(unittest.TestCase):
@@ -556,25 +560,61 @@ class Socket(Case):
 
 
 class Crowd(Case):
+    """Each of the loopback addresses is a host."""
+
+    def sources(self):
+        """As many as there can be connections, no more than may be of one host."""
+        hosts = (f"127.0.{i}.1" for i in range(10, 20))
+        return list(itertools.chain(*([h] * OF_ONE_HOST for h in hosts)))[:CONNECTIONS_MAX]
+
+    def is_refused(self, **options):
+        """A connection is closed without a word."""
+        c = self.connect(**options)
+        c.send(request("GET", "/", self.host))
+        return c.rest() == b""
+
+    def is_served(self, **options):
+        c = self.connect(**options)
+        c.send(request("GET", "/", self.host, "Connection: close"))
+        return c.answer()[0] == 200
+
+    def test_idle_web_sockets_of_one_host_leave_room_for_others(self):
+        self.serve()
+        idle = [self.browser(source="127.0.0.9") for _ in range(OF_ONE_HOST)]
+        self.assertTrue(self.is_refused(source="127.0.0.9"))
+        self.assertTrue(self.is_served(source="127.0.0.8"))
+        self.browser(source="127.0.0.8").text("hello")
+        idle[0].status(lambda s: s["browsers"] == OF_ONE_HOST + 1)
+        idle.pop().close()
+        idle[0].status(lambda s: s["browsers"] == OF_ONE_HOST)
+        wait_until(lambda: self.is_served(source="127.0.0.9"), what="the place that is free again")
+        self.lives()
+
+    def test_idle_connections_of_one_host_too(self):
+        self.serve()
+        idle = [self.connect(source="127.0.0.9") for _ in range(OF_ONE_HOST)]
+        self.assertTrue(self.is_refused(source="127.0.0.9"))
+        self.assertTrue(self.is_served(source="127.0.0.8"))
+        for c in idle:
+            self.assertEqual(c.rest(), b"")
+        self.lives()
+
     def test_a_hundred_idle_connections_are_all_there_can_be(self):
         self.serve()
-        first = self.browser()
-        idle = [self.connect() for _ in range(CONNECTIONS_MAX - 1)]
-        more = self.connect()
-        more.send(request("GET", "/", self.host))
-        self.assertEqual(more.rest(), b"")
-        self.assertEqual(first.status()["browsers"], 1)
+        first, *others = self.sources()
+        browser = self.browser(source=first)
+        idle = [self.connect(source=source) for source in others]
+        self.assertTrue(self.is_refused(source="127.0.0.9"))
+        self.assertEqual(browser.status()["browsers"], 1)
         for c in idle:
             self.assertEqual(c.rest(), b"")
         self.lives()
 
     def test_a_hundred_browsers_are_served(self):
         self.serve()
-        many = [self.browser() for _ in range(CONNECTIONS_MAX)]
+        many = [self.browser(source=source) for source in self.sources()]
         many[-1].status(lambda s: s["browsers"] == CONNECTIONS_MAX)
-        c = self.connect()
-        c.send(request("GET", "/", self.host))
-        self.assertEqual(c.rest(), b"")
+        self.assertTrue(self.is_refused(source="127.0.0.9"))
         for b in many:
             b.cloud()
         for b in many[1:]:
@@ -634,6 +674,42 @@ class Run(Case):
         self.assertRegex(url, r"^http://127\.0\.0\.1:\d+/$")
         self.assertNotIn("socket:", files, "the browser would keep the port")
 
+    def open_with_token(self, **environment):
+        """The one argument that a browser gets, the URL that is printed, and the file that is named, while it is."""
+        seen, script = self.folder / "seen", self.folder / "look"
+        script.write_text(f'#!/bin/sh\nfor i; do echo "$i"; done >{seen}.part\nmv {seen}.part {seen}\n')
+        script.chmod(0o755)
+        environment = {**os.environ, "BROWSER": str(script), **environment}
+        with subprocess.Popen([FAKE, "--bind", "127.0.0.1", "x"], env=environment, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, text=True) as p:
+            self.addCleanup(p.kill)
+            wait_until(seen.exists, what="the browser")
+            argument, url = seen.read_text(), p.stderr.readline().split()[1]
+            token = url.partition("?token=")[2]
+            self.assertEqual(len(token), 32)
+            for process in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
+                with contextlib.suppress(OSError):
+                    self.assertNotIn(token.encode(), process.read_bytes())
+            self.assertRegex(argument, r"^file:///[^ ]*/lumview-\w{6}/open\.html\n$")
+            file = pathlib.Path(urllib.parse.unquote(argument[len("file://"):-1]))
+            self.assertEqual([stat.S_IMODE(f.stat().st_mode) for f in (file, file.parent)], [0o600, 0o700])
+            text = file.read_text()
+            self.assertIn(f'<meta http-equiv="refresh" content="0; url={url}">', text)
+            self.assertIn(f'<a href="{url}">', text)
+            p.send_signal(signal.SIGINT)
+            self.assertEqual(p.wait(30), 0, p.stderr.read())
+        self.assertFalse(file.parent.exists(), "it is removed at the end")
+        seen.unlink()
+        return file.parent.parent
+
+    def test_a_token_is_no_argument_of_the_browser(self):
+        run_time, other = self.folder / "run time", self.folder / "other é"
+        run_time.mkdir()
+        other.mkdir()
+        self.assertEqual(self.open_with_token(XDG_RUNTIME_DIR=str(run_time)), run_time)
+        self.assertEqual(self.open_with_token(XDG_RUNTIME_DIR="/no/such", TMPDIR=str(other)), other)
+        self.assertEqual(self.open_with_token(XDG_RUNTIME_DIR="", TMPDIR="relative"), pathlib.Path("/tmp"))
+
     def test_without_a_browser_the_address_is_told_all_the_same(self):
         server = Process(self, self.folder, "env", "-i", FAKE, "x", name="bare")
         wait_until(lambda: server.stderr().count("\n") == 2, what="the note")
@@ -675,6 +751,29 @@ class Licenses(Case):
         self.assertEqual({m for m in modules if not any(title.startswith(m + " ") for title in self.parts)}, set())
         own = {pathlib.Path(name).name for name in inputs if "node_modules/" not in name}
         self.assertEqual(own, {p.name for p in PAGE.glob("*.js")} | {"style.css"})
+
+    def bundle(self, modules):
+        """The page put together anew, of modules at another place."""
+        esbuild = next(modules.glob("@esbuild/*/bin/esbuild"))
+        values = {"PAGE": PAGE, "MODULES": modules, "ESBUILD": esbuild, "GZIP": shutil.which("gzip"), "NAME": "x",
+                  "EMBED": BIN / "../tools/lumview/lumview_embed", "LICENSE": PAGE / "../../../LICENSE",
+                  "OUT": self.folder / "out"}
+        return subprocess.run(["cmake", *(f"-D{name}={value}" for name, value in values.items()), "-P",
+                               PAGE / "../bundle.cmake"], capture_output=True, text=True, timeout=120)
+
+    def test_modules_can_lie_in_a_folder_of_any_name(self):
+        modules = self.folder / "some modules"
+        cache = (BIN / "../CMakeCache.txt").read_text()
+        brought = pathlib.Path(re.search(r"^LUM_VIEW_MODULES:PATH=(.*)$", cache, re.M)[1] or BIN / "../lumview")
+        shutil.copytree(brought / "node_modules" if (brought / "node_modules").exists() else brought, modules)
+        r = self.bundle(modules)
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        text = (self.folder / "out/licenses.txt").read_text()
+        self.assertEqual(text.split("\n", 1)[1], self.text.split("\n", 1)[1])
+        (modules / "three/LICENSE").unlink()
+        r = self.bundle(modules)
+        self.assertNotEqual(r.returncode, 0)
+        self.assertIn("there is no licence file to be shipped with it", " ".join(r.stderr.split()))
 
     def test_the_palettes_and_lumsdk_have_theirs(self):
         self.assertIn("Cynthia Brewer", self.text)

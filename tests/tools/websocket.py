@@ -52,11 +52,13 @@ class Closed(Exception):
 class Connection:
     """Bytes to and from a server."""
 
-    def __init__(self, address, port, timeout=30, receive_buffer=None):
+    def __init__(self, address, port, timeout=30, receive_buffer=None, source=None):
         self.socket = socket.socket()
         if receive_buffer is not None:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
         self.socket.settimeout(timeout)
+        if source is not None:
+            self.socket.bind((source, 0))
         self.socket.connect((address, port))
         self.buffer = b""
 

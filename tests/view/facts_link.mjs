@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { setTimeout as sleep } from "node:timers/promises";
 import { choose, counts, drawn, open, pixels, probe, settings, shoot, showStats, until } from "./page.mjs";
 import { coloured } from "./png.mjs";
-import { sim, stop, view } from "./tools.mjs";
+import { sim, stop, view, viewInBrowser } from "./tools.mjs";
 
 const SENSOR = "127.0.5.17";
 const GONE = /no connection: lumview has ended or cannot be reached; trying again/;
@@ -181,7 +181,22 @@ async function hazard({ browser }) {
     await shoot(page, "lumview-hazard");
 }
 
+// The token comes by a file; the cookie then has it, also when the page is loaded again.
+async function byFile({ browser, capture, folder }) {
+    const url = await viewInBrowser(folder, "--bind", "127.0.0.1", capture);
+    assert.match(url, /^file:\/\/\/.*\.html$/);
+    const page = await open(browser, url);
+    assert.match(page.url(), /^http:\/\/127\.0\.0\.1:\d+\/\?token=[0-9a-f]{32}$/);
+    await page.goto(new URL("/", page.url()).href);
+    await until(page, () => window.lumview?.shown > 0);
+    const loaded = await page.evaluate(() => performance.getEntriesByType("resource")
+        .filter((one) => /\.(js|css)$/.test(one.name)).map((one) => one.transferSize));
+    assert.deepEqual(loaded, [0, 0], "script and style were kept");
+    assert.deepEqual(page.complaints, []);
+}
+
 export const linkFacts = [
+    ["a page with a token is opened by a file, and keeps its script and style", byFile],
     ["a killed server gives a message, and back the page recovers", killed],
     ["so does one that hangs", hung],
     ["a throttled page shows the newest frame", throttled],

@@ -3,8 +3,8 @@ import { createRequire } from "node:module";
 import path from "node:path";
 import { decode } from "./png.mjs";
 
-// npm ci can have run here or in another folder, which LUM_VIEW_MODULES names.
-const modules = path.resolve(process.env.LUM_VIEW_MODULES ?? import.meta.dirname);
+// npm ci can have run here or in another folder, which LUM_TEST_MODULES names.
+const modules = path.resolve(process.env.LUM_TEST_MODULES ?? import.meta.dirname);
 const { chromium } = createRequire(path.join(modules, "package.json"))("playwright-core");
 
 // Drawn in software: a small picture without smooth edges, but for docs/images.

@@ -1,7 +1,7 @@
 // lumview's page in a real browser.
 //   LUM_BIN=build/bin node test_view.mjs [WORD...]
 // runs all facts, or those whose names have one of the words. CHROMIUM names
-// the browser; LUM_VIEW_MODULES the folder where npm ci ran, if not here;
+// the browser; LUM_TEST_MODULES the folder where npm ci ran, if not here;
 // LUM_VIEW_SHOTS a folder that gets pictures for docs/images.
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";

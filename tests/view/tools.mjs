@@ -1,8 +1,10 @@
 // lumview, lumsim and lumdump, as the tests use them.
 import { execFileSync, spawn } from "node:child_process";
 import { once } from "node:events";
+import { existsSync, readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import { createInterface } from "node:readline";
+import { setTimeout as sleep } from "node:timers/promises";
 
 const BIN = path.resolve(process.env.LUM_BIN ?? "build/bin");
 const started = new Set();
@@ -18,8 +20,11 @@ export function dump(source, ...args) {
     return rows.map((row) => Object.fromEntries(row.split(",").map((v, i) => [names[i], Number(v)])));
 }
 
-function start(tool, args) {
-    const child = spawn(path.join(BIN, tool), args.map(String), { stdio: ["ignore", "pipe", "pipe"] });
+function start(tool, args, environment = {}) {
+    const child = spawn(path.join(BIN, tool), args.map(String), {
+        stdio: ["ignore", "pipe", "pipe"],
+        env: { ...process.env, ...environment },
+    });
     child.errors = "";
     child.stderr.on("data", (text) => (child.errors += text));
     started.add(child);
@@ -46,6 +51,20 @@ export async function view(...args) {
         throw new Error(`lumview ended: ${child.errors}`);
     }
     return { child, ...JSON.parse(line) };
+}
+
+// What lumview gives a browser that it starts.
+export async function viewInBrowser(folder, ...args) {
+    const [script, seen] = ["browser", "seen"].map((name) => path.join(folder, name));
+    writeFileSync(script, `#!/bin/sh\necho "$1" >${seen}.part\nmv ${seen}.part ${seen}\n`, { mode: 0o755 });
+    const child = start("lumview", ["-q", ...args], { BROWSER: script });
+    while (!existsSync(seen)) {
+        if (child.exitCode !== null) {
+            throw new Error(`lumview ended: ${child.errors}`);
+        }
+        await sleep(20);
+    }
+    return readFileSync(seen, "utf8").trim();
 }
 
 export function sim(...args) {

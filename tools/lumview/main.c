@@ -7,6 +7,7 @@
 #include "feed.h"
 #include "open.h"
 #include "options.h"
+#include "redirect.h"
 #include "server.h"
 
 #include "lum/io/config.h"
@@ -67,8 +68,19 @@ static enum exit_status print_json(const struct guard *guard, const char *url)
     return finish_stdout();
 }
 
+/* A URL with a token goes by a file. */
+static bool start_browser(const struct guard *guard, char *url,
+                          struct redirect *redirect)
+{
+    if (guard->token[0] == '\0') {
+        return open_browser(url);
+    }
+    return redirect_write(redirect, url) == 0 && open_browser(redirect->url);
+}
+
 static enum exit_status announce(const struct options *o,
-                                 const struct guard *guard)
+                                 const struct guard *guard,
+                                 struct redirect *redirect)
 {
     char url[GUARD_TEXT_BYTES];
     guard_url(guard, url);
@@ -78,7 +90,7 @@ static enum exit_status announce(const struct options *o,
     if (!o->quiet) {
         (void)fprintf(stderr, "lumview: %s (Ctrl-C ends it)\n", url);
     }
-    if (o->opens && !open_browser(url) && !o->quiet) {
+    if (o->opens && !start_browser(guard, url, redirect) && !o->quiet) {
         (void)fputs("lumview: no browser could be started: open this URL in "
                     "one\n",
                     stderr);
@@ -116,13 +128,15 @@ static enum exit_status serve(const struct options *o, struct server *server)
 {
     lum_error error = {""};
     struct feed *feed = NULL;
+    struct redirect redirect = {.folder = ""};
     if (open_feed(o, server, &feed, &error) != 0) {
         return complain(&error, EXIT_FAILED);
     }
-    enum exit_status status = announce(o, server_guard(server));
+    enum exit_status status = announce(o, server_guard(server), &redirect);
     if (status == EXIT_DONE && server_run(server, feed, &error) != 0) {
         status = complain(&error, EXIT_FAILED);
     }
+    redirect_remove(&redirect);
     const enum exit_status closed = close_feed(o, feed);
     return status == EXIT_DONE ? closed : status;
 }

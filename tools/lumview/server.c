@@ -1,22 +1,25 @@
+#define _POSIX_C_SOURCE 200809L
 #include "server.h"
 
 #include "../common/interrupt.h"
 #include "../common/number.h"
 #include "client.h"
+#include "crowd.h"
 #include "http.h"
 #include "place.h"
 #include "socket_name.h"
 
 #include <libwebsockets.h>
+#include <netinet/in.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/socket.h>
 
-#define CONNECTIONS_MAX 100u
-#define HEADERS_BYTES   8192u
-#define IDLE_S          5 /* for a request to come, and for the next */
-#define PING_S          5 /* without a sign of life */
-#define HANGUP_S        20
-#define TICK_US         500000
+#define HEADERS_BYTES 8192u
+#define IDLE_S        5 /* for a request to come, and for the next */
+#define PING_S        5 /* without a sign of life */
+#define HANGUP_S      20
+#define TICK_US       500000
 
 struct server {
     struct lws_context *lws;
@@ -26,7 +29,8 @@ struct server {
     struct lws_protocol_vhost_options headers[5];
     char policy[HTTP_POLICY_BYTES];
     lws_sorted_usec_list_t tick;
-    unsigned connections;
+    struct crowd crowd;
+    uint32_t arriving; /* address of the connection that is being accepted */
 };
 
 static struct server *server_of(struct lws *wsi)
@@ -34,15 +38,38 @@ static struct server *server_of(struct lws *wsi)
     return lws_context_user(lws_get_context(wsi));
 }
 
-/* Connections are those that were accepted, not the one that listens. */
-static void count_connection(struct lws *wsi, enum lws_callback_reasons reason)
+/* 0 where it is gone already. */
+static uint32_t find_peer(lws_sockfd_type fd)
+{
+    struct sockaddr_in peer = {.sin_family = AF_INET};
+    socklen_t len = sizeof peer;
+    return getpeername(fd, (struct sockaddr *)&peer, &len) == 0
+               ? ntohl(peer.sin_addr.s_addr)
+               : 0;
+}
+
+/* What a callback returns: 0, it may come in. */
+static int admit(struct server *server, lws_sockfd_type fd)
+{
+    server->arriving = find_peer(fd);
+    return crowd_has_room(&server->crowd, server->arriving) ? 0 : 1;
+}
+
+/* Right after it was admitted. */
+static int enter(struct lws *wsi)
 {
     struct server *server = server_of(wsi);
-    if (reason == LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED) {
-        lws_set_opaque_user_data(wsi, server);
-        server->connections++;
-    } else if (lws_get_opaque_user_data(wsi) != NULL) {
-        server->connections--;
+    struct crowd_place *place = crowd_enter(&server->crowd, server->arriving);
+    lws_set_opaque_user_data(wsi, place);
+    return place != NULL ? 0 : -1;
+}
+
+/* The socket that listens has no place. */
+static void leave(struct lws *wsi)
+{
+    struct crowd_place *place = lws_get_opaque_user_data(wsi);
+    if (place != NULL) {
+        crowd_leave(place);
     }
 }
 
@@ -53,10 +80,11 @@ static int serve_http(struct lws *wsi, enum lws_callback_reasons reason,
     (void)len;
     switch (reason) {
     case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
-        return server->connections >= CONNECTIONS_MAX;
+        return admit(server, (lws_sockfd_type)(intptr_t)in);
     case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED:
+        return enter(wsi);
     case LWS_CALLBACK_WSI_DESTROY:
-        count_connection(wsi, reason);
+        leave(wsi);
         return 0;
     case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE:
         return http_check_upgrade(wsi, &server->guard, in);

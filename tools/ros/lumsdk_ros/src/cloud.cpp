@@ -20,7 +20,7 @@ bool is_earlier(const Point &a, const Point &b)
     return a.time < b.time;
 }
 
-Point make_point(const lum_sample &s, uint32_t line)
+Point make_point(const lum_sample &s, unsigned eye, uint32_t line)
 {
     Point p = {};
     p.x = s.x;
@@ -31,6 +31,7 @@ Point make_point(const lum_sample &s, uint32_t line)
     p.ring = static_cast<uint16_t>(std::min<uint32_t>(line, UINT16_MAX));
     p.number =
         static_cast<uint8_t>(std::min<uint16_t>(s.return_number, UINT8_MAX));
+    p.eye = static_cast<uint8_t>(eye);
     return p;
 }
 
@@ -56,7 +57,7 @@ size_t Frame::add(const lum_line &line, const lum_sample *samples, size_t count,
     const size_t room = eye_points_max - eye.points.size();
     const size_t taken = std::min(room, count);
     for (size_t i = 0; i < taken; i++) {
-        eye.points.push_back(make_point(samples[i], line.number));
+        eye.points.push_back(make_point(samples[i], line.eye, line.number));
     }
     eye.lines.push_back({clock_ns, line.number, eye.points.size()});
     offset_ns_ = offset_ns;
@@ -124,19 +125,72 @@ void Frame::set_times(Eye &eye, int64_t period_ns, int64_t first_ns)
     }
 }
 
-void Frame::finish(Cloud &out)
+bool Frame::show_lines(Rings &rings) const
 {
+    uint32_t highest[2] = {0, 0}; // the second, the highest
+    for (const Eye &eye : eyes_) {
+        for (const Line &line : eye.lines) {
+            if (line.number >= highest[1]) {
+                highest[0] = highest[1];
+                highest[1] = line.number;
+            } else {
+                highest[0] = std::max(highest[0], line.number);
+            }
+        }
+    }
+    return rings.see(highest[0], highest[1]);
+}
+
+// How many have none.
+size_t Frame::set_rings(Eye &eye, unsigned index, const Rings &rings)
+{
+    size_t ringless = 0;
+    for (Point &p : eye.points) {
+        p.ring = rings.of(index, p.ring);
+        ringless += p.ring == Rings::none ? 1 : 0;
+    }
+    return ringless;
+}
+
+bool Frame::finish(Rings &rings, Cloud &out)
+{
+    const bool has_grown = show_lines(rings);
     const int64_t period_ns = line_period_ns();
     const int64_t first_ns = find_first(period_ns);
-    for (Eye &eye : eyes_) {
-        set_times(eye, period_ns, first_ns);
+    out.ringless = 0;
+    for (unsigned i = 0; i < LUM_EYES; i++) {
+        out.ringless += set_rings(eyes_[i], i, rings);
+        set_times(eyes_[i], period_ns, first_ns);
     }
     const std::vector<Point> &blue = eyes_[LUM_EYE_BLUE].points;
     const std::vector<Point> &green = eyes_[LUM_EYE_GREEN].points;
     out.stamp_ns = first_ns + offset_ns_;
+    out.lines = rings.lines();
     out.points.resize(blue.size() + green.size());
     (void)std::merge(blue.begin(), blue.end(), green.begin(), green.end(),
                      out.points.begin(), is_earlier);
+    return has_grown;
+}
+
+void take_eye(const Cloud &cloud, unsigned eye, Cloud &out)
+{
+    out.frame = cloud.frame;
+    out.stamp_ns = cloud.stamp_ns;
+    out.lines = cloud.lines;
+    out.points.clear();
+    for (const Point &p : cloud.points) {
+        if (p.eye == eye) {
+            out.points.push_back(p);
+        }
+    }
+    const float first = out.points.empty() ? 0.0f : out.points.front().time;
+    const auto above = static_cast<uint16_t>(eye * cloud.lines);
+    out.stamp_ns += static_cast<int64_t>(static_cast<double>(first) * 1e9);
+    for (Point &p : out.points) {
+        p.time -= first;
+        p.ring = static_cast<uint16_t>(
+            p.ring == Rings::none ? Rings::none : p.ring - above);
+    }
 }
 
 } // namespace lumsdk_ros

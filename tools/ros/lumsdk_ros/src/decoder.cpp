@@ -1,5 +1,7 @@
 #include "decoder.hpp"
 
+#include <ros/console.h>
+
 #include <algorithm>
 #include <cstring>
 #include <new>
@@ -32,7 +34,7 @@ void add(lum_demux_counters &to, const lum_demux_counters &from)
 } // namespace
 
 Decoder::Decoder(const Options &options, Output output)
-    : options_(options), output_(std::move(output))
+    : options_(options), output_(std::move(output)), rings_(options.lines)
 {
     if (lum_projector_init(&projector_, &options_.calibration,
                            &options_.layout) != LUM_OK) {
@@ -138,7 +140,17 @@ void Decoder::end_frame()
 {
     const auto lowest = frames_.begin();
     cloud_.frame = lowest->first;
-    lowest->second.finish(cloud_);
+    if (lowest->second.finish(rings_, cloud_)) {
+        ROS_WARN("frames have more lines than those before: rings of the green "
+                 "eye begin at %u from here on; ~lines states where",
+                 static_cast<unsigned>(rings_.lines()));
+    }
+    if (cloud_.ringless != 0) {
+        ROS_WARN_THROTTLE(10.0,
+                          "%zu points are of lines beyond %u: their ring is %u",
+                          cloud_.ringless, static_cast<unsigned>(cloud_.lines),
+                          static_cast<unsigned>(Rings::none));
+    }
     has_ended_ = true;
     ended_ = lowest->first;
     spare_ = std::move(lowest->second);
@@ -166,6 +178,7 @@ void Decoder::finish()
 DecoderCounts Decoder::counts() const
 {
     DecoderCounts counts = counts_;
+    counts.lines = rings_.lines();
     lum_demux_counters total;
     lum_demux_total(demux_.get(), &total);
     add(counts.demux, total);

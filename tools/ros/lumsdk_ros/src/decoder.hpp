@@ -22,6 +22,7 @@ struct DecoderCounts {
     uint64_t clouds = 0;
     uint64_t points = 0;
     uint64_t left_out = 0; // points of lines behind their cloud
+    uint32_t lines = 0;    // what the green eye's rings are above the blue's
 };
 
 class Decoder
@@ -70,6 +71,7 @@ class Decoder
     std::map<int64_t, Frame> frames_;
     Frame spare_; // keeps the memory of the frame before
     Cloud cloud_;
+    Rings rings_;
     bool has_ended_ = false; // a frame
     int64_t ended_ = 0;      // the highest of these
     DecoderCounts counts_;   // without those of the demultiplexer at work

@@ -126,6 +126,7 @@ Status Diagnostics::make_data(const SourceView &view, int64_t now_ns)
     add_rate(status, "bytes_per_second", now.bytes, before_.bytes, seconds);
     add(status, "frames", std::to_string(now.decoder.clouds));
     add(status, "points", std::to_string(now.decoder.points));
+    add(status, "lines", std::to_string(now.decoder.lines));
     add(status, "packets", std::to_string(now.packets));
     add(status, "bytes", std::to_string(now.bytes));
     before_ = now;

@@ -1,6 +1,7 @@
 #include "options.hpp"
 
 #include "parameters.hpp"
+#include "rings.hpp"
 
 #include <arpa/inet.h>
 #include <ros/console.h>
@@ -208,6 +209,9 @@ Options read_options(const ros::NodeHandle &node)
     read_range(p, o.selection);
     read_smoothing(p, o);
     read_times(p, o);
+    o.lines = static_cast<uint32_t>(
+        p.integer("lines", 0, 0, static_cast<int>(Rings::lines_max)));
+    o.shows_eyes = p.flag("eye_topics", false);
     o.frame_id = p.text("frame_id", "luminar");
     o.interface_name = p.text("interface", "");
     o.laser = p.flag("laser", false);

@@ -30,6 +30,8 @@ struct Options {
     lum_selection selection = {};
     bool smooths = false;
     lum_smooth smooth = {};
+    uint32_t lines = 0; // of a frame, for the rings; 0: as the frames show
+    bool shows_eyes = false; // a topic for each, too
     std::string frame_id;
     bool laser = false;
     bool commands = true;

@@ -39,7 +39,8 @@ std::vector<Field> make_fields()
             make_field("intensity", offsetof(Point, intensity), Field::FLOAT32),
             make_field("time", offsetof(Point, time), Field::FLOAT32),
             make_field("ring", offsetof(Point, ring), Field::UINT16),
-            make_field("return", offsetof(Point, number), Field::UINT8)};
+            make_field("return", offsetof(Point, number), Field::UINT8),
+            make_field("eye", offsetof(Point, eye), Field::UINT8)};
 }
 
 bool is_big_endian()
@@ -50,13 +51,18 @@ bool is_big_endian()
 
 } // namespace
 
-const char *const raw_topics[LUM_EYES] = {"/luminar_raw_blue_data",
-                                          "/luminar_raw_green_data"};
+const char *const raw_topics[LUM_EYES] = {"luminar_raw_blue_data",
+                                          "luminar_raw_green_data"};
 
 Outlet::Outlet(ros::NodeHandle node, const Options &options)
     : options_(options), node_(node),
       points_(node.advertise<sensor_msgs::PointCloud2>("points", clouds_queued))
 {
+    static const char *const names[LUM_EYES] = {"points_blue", "points_green"};
+    for (unsigned eye = 0; eye < LUM_EYES && options.shows_eyes; eye++) {
+        eyes_[eye] = node.advertise<sensor_msgs::PointCloud2>(names[eye],
+                                                              clouds_queued);
+    }
     if (options.kind != SourceKind::bag) {
         for (unsigned eye = 0; eye < LUM_EYES; eye++) {
             raw_[eye] =
@@ -71,9 +77,20 @@ Outlet::Outlet(ros::NodeHandle node, const Options &options)
 
 void Outlet::publish(const Cloud &cloud) const
 {
-    if (points_.getNumSubscribers() == 0) {
-        return;
+    if (points_.getNumSubscribers() != 0) {
+        publish(points_, cloud);
     }
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        if (eyes_[eye] && eyes_[eye].getNumSubscribers() != 0) {
+            Cloud part;
+            take_eye(cloud, eye, part);
+            publish(eyes_[eye], part);
+        }
+    }
+}
+
+void Outlet::publish(const ros::Publisher &to, const Cloud &cloud) const
+{
     const sensor_msgs::PointCloud2Ptr m(new sensor_msgs::PointCloud2);
     const auto *bytes = reinterpret_cast<const uint8_t *>(cloud.points.data());
     const size_t size = cloud.points.size() * sizeof(Point);
@@ -87,7 +104,7 @@ void Outlet::publish(const Cloud &cloud) const
     m->row_step = static_cast<uint32_t>(size);
     m->data.assign(bytes, bytes + size);
     m->is_dense = true;
-    points_.publish(m);
+    to.publish(m);
 }
 
 void Outlet::publish(unsigned eye, const PacketsPtr &packets) const
@@ -104,8 +121,8 @@ void Outlet::answer(const std::string &text) const
 
 bool Outlet::has_audience() const
 {
-    const ros::Publisher *const all[] = {&points_, &raw_[0], &raw_[1],
-                                         &answer_};
+    const ros::Publisher *const all[] = {&points_,  &eyes_[0], &eyes_[1],
+                                         &raw_[0], &raw_[1],  &answer_};
     bool has_all = true;
     for (const std::string &name : options_.wait_for) {
         const std::string topic = node_.resolveName(name);

@@ -14,7 +14,7 @@
 namespace lumsdk_ros
 {
 
-// Names of the raw topics, by eye.
+// Names of the raw topics, by eye, in the node's namespace.
 extern const char *const raw_topics[LUM_EYES];
 
 class Outlet
@@ -30,9 +30,12 @@ class Outlet
     bool has_audience() const;
 
   private:
+    void publish(const ros::Publisher &to, const Cloud &cloud) const;
+
     const Options options_;
     ros::NodeHandle node_;
     ros::Publisher points_;
+    ros::Publisher eyes_[LUM_EYES];
     ros::Publisher raw_[LUM_EYES];
     ros::Publisher answer_;
 };
