@@ -40,6 +40,8 @@ static const lum_sample near_and_far[] = {
      .edge = 1},
 };
 
+static const uint8_t near_and_last[] = {1, 0, 1}; /* strongest */
+
 static const struct frame_head head = {.frame = 3,
                                        .clock_us = 1500,
                                        .utc_ns = INT64_C(2500000000),
@@ -55,11 +57,13 @@ static struct frame *make(struct frame_pool *pool, lum_edges edges)
 {
     struct frame *frame = frame_begin(pool);
     assert_non_null(frame);
-    assert_true(frame_add(frame, &(struct frame_part){.samples = near_and_far,
-                                                      .count = 3,
-                                                      .edges = edges,
-                                                      .line = 258,
-                                                      .eye = 1}));
+    assert_true(
+        frame_add(frame, &(struct frame_part){.samples = near_and_far,
+                                              .strongest = near_and_last,
+                                              .count = 3,
+                                              .edges = edges,
+                                              .line = 258,
+                                              .eye = 1}));
     return frame;
 }
 
@@ -76,7 +80,7 @@ static void a_frame_is_the_bytes_of_its_layout(void **state)
 {
     static const uint8_t want[] = {
         /* head */
-        'L', 'U', 'M', 'F', 1, 0, 64, 0,  /* */
+        'L', 'U', 'M', 'F', 2, 0, 64, 0,  /* */
         0, 0, 0, 0, 0, 0, 0x08, 0x40,     /* 3.0 */
         0, 0, 0, 0, 0, 0x70, 0x97, 0x40,  /* 1500.0 */
         0, 0, 0, 0, 0, 0, 0x04, 0x40,     /* 2.5 */
@@ -95,7 +99,7 @@ static void a_frame_is_the_bytes_of_its_layout(void **state)
         /* pixel */
         7, 0, 7, 0, 0xe7, 0x03, /* */
         /* return */
-        1, 1, 2, /* */
+        0x81, 1, 0x82, /* */
         /* eye, edge, returns */
         0x0b, 0x09, 0x0b};
     (void)state;
@@ -190,6 +194,7 @@ static void a_view_of_one_edge_has_those_points_alone(void **state)
 
 static void what_does_not_fit_its_field_is_the_most_it_can_be(void **state)
 {
+    static const uint8_t strongest = 1;
     static const lum_sample sample = {.pulse_width = 655.4f,
                                       .pixel = 1,
                                       .return_number = 256,
@@ -201,6 +206,7 @@ static void what_does_not_fit_its_field_is_the_most_it_can_be(void **state)
     struct frame_head much = head;
     size_t len = 0;
     assert_true(frame_add(frame, &(struct frame_part){.samples = &sample,
+                                                      .strongest = &strongest,
                                                       .count = 1,
                                                       .edges = LUM_EDGES_BOTH,
                                                       .line = 65536}));
@@ -209,7 +215,7 @@ static void what_does_not_fit_its_field_is_the_most_it_can_be(void **state)
     const struct arrays a = arrays_of(frame);
     assert_int_equal(read16(a.width, 0), 65535);
     assert_int_equal(read16(a.line, 0), 65535);
-    assert_int_equal(a.number[0], 255);
+    assert_int_equal(a.number[0], 0xff); /* 127, and the strongest */
     assert_int_equal(a.bits[0] >> 2, 63);
     const uint8_t *bytes = frame_bytes(frame, &len);
     assert_memory_equal(bytes + 44, "\xff\xff\xff\xff", 4);
@@ -235,12 +241,14 @@ static lum_sample numbered(uint32_t i)
 static void add_lines(struct frame *frame, uint32_t lines)
 {
     static lum_sample samples[LINE_POINTS];
+    static const uint8_t strongest[LINE_POINTS];
     for (uint32_t line = 0; line < lines; line++) {
         for (uint32_t i = 0; i < LINE_POINTS; i++) {
             samples[i] = numbered(line * LINE_POINTS + i);
         }
         assert_true(
             frame_add(frame, &(struct frame_part){.samples = samples,
+                                                  .strongest = strongest,
                                                   .count = LINE_POINTS,
                                                   .edges = LUM_EDGES_RISING,
                                                   .line = line}));

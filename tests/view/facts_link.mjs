@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
-import { choose, counts, drawn, open, pixels, probe, shoot, until } from "./page.mjs";
+import { choose, counts, drawn, open, pixels, probe, settings, shoot, showStats, until } from "./page.mjs";
 import { coloured } from "./png.mjs";
 import { sim, stop, view, viewInBrowser } from "./tools.mjs";
 
@@ -119,11 +119,53 @@ async function live({ browser }) {
     await until(page, (n) => window.lumview.received > n + 3, received);
     await drawn(page);
     assert.equal(await probe(page, "frame"), held, "the picture is held");
+    await choose(page, "return", "strongest");
+    const { shown, total } = await counts(page);
+    assert.ok(shown > 0 && shown < total);
+    await choose(page, "edges", "falling");
+    await until(page, () => window.lumview.counts().falling > 0);
+    assert.equal((await probe(page, "status")).live, true);
+    const [other, next] = [await probe(page, "frame"), await probe(page, "received")];
+    await until(page, (n) => window.lumview.received > n + 3, next);
+    await drawn(page);
+    assert.equal(await probe(page, "frame"), other, "it is held again");
+    await choose(page, "edges", "rising");
+    await until(page, () => window.lumview.counts().rising > 0);
     await page.keyboard.press(" ");
     await until(page, (n) => window.lumview.frame > n, held);
     await stop(sensor);
     await until(page, () => window.lumview.status().state === "silent");
     assert.equal(await page.locator("#message").isVisible(), true);
+}
+
+// What was chosen is there after a reload, and nothing that was made up.
+async function reloads({ browser, capture }) {
+    const server = await view("--paused", capture);
+    const page = await open(browser, server.url);
+    await choose(page, "colour", "height");
+    await choose(page, "return", "strongest");
+    await choose(page, "edges", "both");
+    await choose(page, "smooth", "7");
+    await page.locator("#range-max").fill("20");
+    await page.locator("#green").uncheck();
+    const before = await settings(page);
+    const again = async () => {
+        await page.reload();
+        await page.waitForFunction(() => window.lumview?.shown > 0 && window.lumview.status());
+        await drawn(page);
+        return settings(page);
+    };
+    assert.deepEqual(await again(), before);
+    await until(page, () => window.lumview.counts().falling > 0 && window.lumview.smooth === 7);
+    assert.equal(await page.locator("#range-max").inputValue(), "20");
+    assert.equal(await page.locator("#legend-title").textContent(), "Height");
+    assert.equal((await counts(page)).green, 0);
+    await page.evaluate(() => sessionStorage.setItem("lumview", '{"colour":"smell","size":900,"blue":3,"map":"viridis","flat":null,"x":1}'));
+    const { colour, size, blue, map, flat } = await again();
+    assert.deepEqual([colour, size, blue, map, flat], ["range", 2, true, "viridis", false]);
+    await page.evaluate(() => sessionStorage.setItem("lumview", "{"));
+    assert.equal((await again()).map, "turbo");
+    assert.deepEqual(page.complaints, []);
 }
 
 async function hazard({ browser }) {
@@ -132,6 +174,7 @@ async function hazard({ browser }) {
     const page = await open(browser, server.url);
     await until(page, () => document.getElementById("laser-state").textContent.startsWith("on"));
     sensor.kill("SIGUSR1");
+    await showStats(page);
     const item = page.locator("#laser-bits li.hazard");
     await item.filter({ hasText: "FAN_PWM_BAD" }).waitFor();
     assert.match(await page.locator("#laser-state").textContent(), /^off, status 0x.*hazard/);
@@ -179,6 +222,7 @@ export const linkFacts = [
     ["a frozen page shows the newest frame when it wakes", frozen],
     ["what was under way when the stream was joined is not red", joined],
     ["several pages have views of their own", several],
+    ["settings survive a reload", reloads],
     ["live: the street, the laser's status, a held picture, silence", live],
     ["live: a hazard is named and coloured", hazard],
 ];

@@ -172,6 +172,62 @@ async function narrow({ page }) {
     assert.ok(height > 200, `the picture is ${height} pixels high`);
 }
 
+// Share of the page that the picture has where nothing lies over it, and of the
+// points of the first view that stand under something.
+function room(page) {
+    return page.evaluate(() => {
+        const canvas = document.getElementById("canvas");
+        const box = canvas.getBoundingClientRect();
+        const isFree = (x, y) => document.elementFromPoint(x, y) === canvas;
+        let free = 0;
+        for (let i = 0; i < 40; i++) {
+            for (let k = 0; k < 40; k++) {
+                free += isFree(((i + 0.5) / 40) * innerWidth, ((k + 0.5) / 40) * innerHeight);
+            }
+        }
+        let [seen, under] = [0, 0];
+        for (let i = 0; i < window.lumview.points; i += 97) {
+            const at = window.lumview.place(i);
+            if (at.visible && at.x >= 0 && at.y >= 0 && at.x < box.width && at.y < box.height) {
+                seen++;
+                under += !isFree(at.x + box.x, at.y + box.y);
+            }
+        }
+        return { free: free / 1600, under: under / seen };
+    });
+}
+
+async function roomForThePicture({ page }) {
+    await page.keyboard.press("h"); // as it is when it was not asked for
+    await page.keyboard.press("z");
+    for (const [width, height] of [[800, 600], [640, 480], [390, 844]]) {
+        await page.setViewportSize({ width, height });
+        await page.keyboard.press("0");
+        await drawn(page);
+        const { free } = await room(page);
+        assert.ok(free >= 0.6, `${free} of ${width} x ${height}`);
+        assert.ok(await page.locator("#legend-strip").isVisible());
+    }
+    await page.setViewportSize({ width: 1440, height: 900 });
+    await page.keyboard.press("0");
+    await drawn(page);
+    const { under } = await room(page);
+    const shown = await page.locator("#stats, #legend-bar, #panel").evaluateAll((all) => all.filter((e) => e.checkVisibility()).length);
+    await page.setViewportSize(SIZE);
+    await drawn(page);
+    assert.equal(shown, 3, "there is room for all at 1440");
+    assert.ok(under < 0.01, `${under} of the points are under cards`);
+}
+
+async function legendFolds({ page }) {
+    await page.keyboard.press("y");
+    const was = await page.locator("#legend-bar").isVisible();
+    await page.locator("#legend-toggle").click();
+    assert.equal(await page.locator("#legend-bar").isVisible(), !was);
+    assert.equal(await page.locator("#legend-strip").isVisible(), was);
+    assert.match(await page.locator("#legend-to").textContent(), /^\d+ m$/);
+}
+
 async function policy({ page }) {
     assert.deepEqual(page.complaints, []);
     const ran = await page.evaluate(() => {
@@ -193,5 +249,7 @@ export const pageFacts = [
     ["all controls have names", names],
     ["all text has enough contrast", contrast],
     ["a narrow page is usable", narrow],
+    ["small pages are the picture's, and cards lie beside it", roomForThePicture],
+    ["the legend folds", legendFolds],
     ["no complaint of the browser, no inline script", policy],
 ];

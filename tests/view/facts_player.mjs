@@ -92,7 +92,7 @@ async function memorySteady({ page }) {
     assert.ok(most.geometries <= before.geometries + 3, `${most.geometries} geometries, ${before.geometries} before`);
     await page.locator("#accumulate").fill("1");
     await drawn(page);
-    assert.equal((await probe(page, "memory")).geometries, before.geometries);
+    assert.ok((await probe(page, "memory")).geometries <= before.geometries);
 }
 
 export const playerFacts = [

@@ -1,6 +1,6 @@
 // What is shown: each choice against lumdump's, and in pixels.
 import assert from "node:assert/strict";
-import { camera, choose, counts, drawn, pixels, probe, settings, shoot, type, until } from "./page.mjs";
+import { camera, choose, counts, drawn, openPoint, pixels, probe, settings, shoot, type, until } from "./page.mjs";
 import { coloured, compare } from "./png.mjs";
 import { dump, run } from "./tools.mjs";
 
@@ -41,11 +41,11 @@ async function showsTheStreet({ page, capture }) {
 async function selectsReturns({ page, capture }) {
     await hideStats(page);
     let before = await pixels(page);
-    for (const choice of ["1", "2", "3", "last"]) {
+    for (const choice of ["1", "2", "3", "last", "strongest"]) {
         await choose(page, "return", choice);
         const { shown, returns } = await counts(page);
         assert.equal(shown, countOf(capture, "--return", choice), choice);
-        assert.ok(choice === "last" || Object.keys(returns).join() === choice);
+        assert.ok(!Number(choice) || Object.keys(returns).join() === choice);
         before = await differ(page, before);
     }
 }
@@ -118,6 +118,33 @@ async function colours({ page }) {
         await shoot(page, `lumview-colour-${choice}`);
     }
     assert.equal((await counts(page)).shown, await probe(page, "points"));
+}
+
+// A frame, come to by stepping on, by a jump back, with other colours before.
+async function coloursHaveNoHistory({ page }) {
+    const ends = new Map();
+    const look = async (frame) => {
+        await until(page, (n) => window.lumview.frame === n, frame);
+        const seen = (await probe(page, "domain")).join(" to ");
+        ends.set(frame, [...(ends.get(frame) ?? []), seen]);
+    };
+    for (let frame = 1; frame <= 10; frame++) {
+        await look(frame);
+        await page.keyboard.press(".");
+    }
+    for (const [key, frame] of [["Home", 1], ["End", 10]]) {
+        await page.keyboard.press(key);
+        await look(frame);
+        for (let i = 0; i < Object.keys(COLOURS).length; i++) {
+            await page.keyboard.press("c");
+        }
+        await look(frame);
+    }
+    for (const [frame, seen] of ends) {
+        assert.equal(new Set(seen).size, 1, `frame ${frame} has had ${seen.join(", ")}`);
+    }
+    const changes = new Set([...ends.values()].flat()).size;
+    assert.ok(changes <= 3, `${changes} ranges of colours in ten frames of one second`);
 }
 
 async function maps({ page }) {
@@ -193,23 +220,6 @@ function equal(picked, row) {
     pairs.forEach(([a, b, most], i) => assert.ok(Math.abs(a - b) <= most, `value ${i}: ${a}, lumdump has ${b}`));
 }
 
-// A point of the frame that stands in the open part of the canvas.
-function openPoint(page, from) {
-    return page.evaluate((first) => {
-        const view = window.lumview;
-        const canvas = document.getElementById("canvas");
-        const isOpen = (x, y) => document.elementFromPoint(...inWindow(x, y)) === canvas;
-        const inWindow = (x, y) => [x + canvas.getBoundingClientRect().x, y + canvas.getBoundingClientRect().y];
-        for (let i = 0; i < view.points; i++) {
-            const at = view.place((first + 977 * i) % view.points);
-            if (at.visible && isOpen(at.x, at.y)) {
-                return at;
-            }
-        }
-        throw new Error("no point lies open");
-    }, from);
-}
-
 async function picks(page, rows) {
     const box = await page.locator("#canvas").boundingBox();
     for (const from of [100, 20000, 40000, 60000, 80000, 120000]) {
@@ -236,6 +246,101 @@ async function picksPoints({ page, capture }) {
     assert.ok(!(await page.locator("#pick").isVisible()));
 }
 
+async function pickAt(page, from, key) {
+    const box = await page.locator("#canvas").boundingBox();
+    for (let at = from; ; at += 131) {
+        const point = await openPoint(page, at);
+        if (key) {
+            await page.keyboard.down(key);
+        }
+        await page.mouse.click(box.x + point.x, box.y + point.y);
+        if (key) {
+            await page.keyboard.up(key);
+        }
+        await drawn(page);
+        const picked = await probe(page, "picked");
+        if (picked) {
+            return picked;
+        }
+    }
+}
+
+async function distances({ page }) {
+    const first = await pickAt(page, 20000);
+    assert.equal(await probe(page, "distance"), null);
+    const second = await pickAt(page, 90000, "Shift");
+    const isDistance = async (a, b) => {
+        const measured = await probe(page, "distance");
+        const want = Math.hypot(...a.position.map((v, k) => v - b.position[k]));
+        assert.ok(want > 0.1 && Math.abs(measured.distance - want) < 1e-9);
+        assert.equal(await page.locator("#measure-distance").textContent(), `${want.toFixed(3)} m`);
+        const shown = await page.locator("#measure-data").innerText();
+        for (const v of [...a.position, ...b.position]) {
+            assert.ok(shown.includes(v.toFixed(3)), `${v} is not in ${shown}`);
+        }
+    };
+    await isDistance(first, second);
+    await shoot(page, "lumview-distance");
+    await isDistance(first, await pickAt(page, 60000)); // the first end stays
+    await page.keyboard.press("x");
+    assert.equal(await probe(page, "distance"), null);
+    assert.ok(!(await page.locator("#measure").isVisible()));
+    const third = await probe(page, "picked");
+    await page.locator("#pick-measure").click();
+    await page.locator("#canvas").focus();
+    await isDistance(third, await pickAt(page, 40000));
+    await page.keyboard.press("Escape");
+    assert.deepEqual([await probe(page, "distance"), await probe(page, "picked")], [null, null]);
+}
+
+async function picksGo({ page }) {
+    const first = await pickAt(page, 20000);
+    await pickAt(page, 90000, "Shift");
+    await page.keyboard.press(".");
+    await until(page, () => window.lumview.frame === 2);
+    assert.deepEqual([await probe(page, "distance"), await probe(page, "picked")], [null, null]);
+    assert.ok(!(await page.locator("#pick").isVisible()));
+    const { eye } = await pickAt(page, 20000);
+    await page.locator(`#${eye}`).uncheck();
+    assert.equal(await probe(page, "picked"), null);
+    assert.equal(first.frame, 1);
+}
+
+// A field, what is refused there, what it says, what is taken.
+async function refusesInverted({ page }) {
+    const isRefused = async (field, text, place, why) => {
+        const before = await settings(page);
+        await type(page, field, text);
+        assert.deepEqual(await settings(page), before, `${field} ${text}`);
+        assert.match(await page.locator(`#${place}`).textContent(), why);
+        assert.ok(await page.locator(`#${place}`).isVisible());
+        assert.equal(await page.locator(`#${field}`).getAttribute("aria-invalid"), "true");
+        assert.equal(await page.locator(`#${field}`).inputValue(), text);
+    };
+    await type(page, "range-max", "20");
+    await isRefused("range-min", "30", "range-why", /30 is above 20/);
+    await page.keyboard.press("g"); // what is refused stays there meanwhile
+    assert.equal(await page.locator("#range-min").inputValue(), "30");
+    await type(page, "range-max", "40");
+    assert.deepEqual([(await settings(page)).rangeMin, (await settings(page)).rangeMax], [30, 40]);
+    assert.ok(!(await page.locator("#range-why").isVisible()));
+    await isRefused("range-min", "-1", "range-why", /below 0/);
+    await type(page, "height-min", "1");
+    await isRefused("height-max", "0.5", "height-why", /1 is above 0.5/);
+    await type(page, "to", "40");
+    await isRefused("from", "50", "colour-why", /50 is above 40/);
+    await isRefused("from", "40", "colour-why", /same/);
+    await isRefused("from", "0", "colour-why", /logarithmic/);
+    await choose(page, "colour", "height");
+    assert.ok(!(await page.locator("#colour-why").isVisible()));
+    await type(page, "from", "0");
+    assert.equal((await settings(page)).from, 0);
+    await type(page, "to", "-5");
+    await page.locator("#reset").click();
+    assert.equal(await page.locator("#to").inputValue(), "");
+    assert.ok(!(await page.locator("#height-why").isVisible()));
+}
+
 async function smooths({ page, capture }) {
     await hideStats(page);
     await page.keyboard.press("3");
@@ -245,14 +350,14 @@ async function smooths({ page, capture }) {
     await until(page, () => window.lumview.smooth === 15);
     assert.equal((await counts(page)).shown, shown);
     assert.ok(compare(before, await pixels(page)).share > 0);
-    assert.deepEqual((await camera(page)).yaw, 0);
+    assert.ok(Math.abs((await camera(page)).yaw) < 1e-6);
     await page.keyboard.press("0");
     await drawn(page);
     await picks(page, table(dump(capture, ...FRAME, "--smooth", "15")));
 }
 
 async function resets({ page }) {
-    const first = await settings(page);
+    const first = { ...await settings(page), panel: null };
     await choose(page, "colour", "height");
     await type(page, "range-max", "10");
     await page.locator("#blue").uncheck();
@@ -269,11 +374,15 @@ export const pointFacts = [
     ["eyes go on and off", selectsEyes],
     ["range and height clip as lumdump does", clips],
     ["each choice of colour colours, with its legend", colours],
+    ["the same frame and settings have the same colours", coloursHaveNoHistory],
     ["maps and ends of the colours change them", maps],
     ["point size changes what points cover", pointSize],
     ["frames accumulate", accumulates],
     ["grid and rings go on, off and up", surroundings],
     ["a picked point is lumdump's", picksPoints],
+    ["the distance of two points", distances],
+    ["a picked point goes with its frame and when it is not shown", picksGo],
+    ["inverted ranges are refused in place", refusesInverted],
     ["smoothed angles are lumdump's", smooths],
     ["reset resets", resets],
 ];

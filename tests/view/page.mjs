@@ -29,15 +29,30 @@ export async function open(browser, url) {
     page.setDefaultTimeout(SLOW);
     await page.goto(url);
     await page.waitForFunction(() => window.lumview?.shown > 0 && window.lumview.status());
+    await showPanel(page);
     await drawn(page);
     return page;
 }
 
-// Until what was asked for is on the page.
-export function drawn(page) {
-    return page.evaluate(
-        () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 0)))),
-    );
+// At the size of the tests controls and statistics are folded.
+export async function showStats(page) {
+    if (!await page.locator("#stats").isVisible()) {
+        await page.keyboard.press("i");
+    }
+}
+
+export async function showPanel(page) {
+    if (!await page.locator("#panel").isVisible()) {
+        await page.keyboard.press("h");
+    }
+}
+
+// Until what was asked for is on the page, and the camera stands still.
+export async function drawn(page) {
+    const twice = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 0))));
+    await page.evaluate(twice);
+    await until(page, () => !window.lumview.moving);
+    await page.evaluate(twice);
 }
 
 export const probe = (page, what) => page.evaluate((name) => {
@@ -78,4 +93,22 @@ export async function type(page, id, text) {
 export async function choose(page, id, value) {
     await page.locator(`#${id}`).selectOption(value);
     await drawn(page);
+}
+
+// A point of the frame that stands in the open part of the canvas, so many
+// metres from the sensor.
+export function openPoint(page, from, [least, most] = [0, Infinity]) {
+    return page.evaluate(([first, nearest, farthest]) => {
+        const view = window.lumview;
+        const canvas = document.getElementById("canvas");
+        const box = canvas.getBoundingClientRect();
+        for (let i = 0; i < view.points; i++) {
+            const at = view.place((first + 977 * i) % view.points);
+            const isFit = at.visible && at.range >= nearest && at.range <= farthest;
+            if (isFit && document.elementFromPoint(at.x + box.x, at.y + box.y) === canvas) {
+                return at;
+            }
+        }
+        throw new Error("no point lies open");
+    }, [from, least, Math.min(most, 1e9)]);
 }

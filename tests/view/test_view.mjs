@@ -11,7 +11,7 @@ import { linkFacts } from "./facts_link.mjs";
 import { pageFacts } from "./facts_page.mjs";
 import { playerFacts } from "./facts_player.mjs";
 import { pointFacts } from "./facts_points.mjs";
-import { drawn, launch, open, probe, until } from "./page.mjs";
+import { drawn, launch, open, probe, showPanel, until } from "./page.mjs";
 import { run, stop, stopAll, view } from "./tools.mjs";
 
 const words = process.argv.slice(2);
@@ -39,6 +39,7 @@ async function refresh(page) {
     for (const key of ["Escape", "z", "0", "Home"]) {
         await page.keyboard.press(key);
     }
+    await showPanel(page);
     await until(page, () => {
         const view = window.lumview;
         return view.frame === view.status().first_frame && view.points === view.counts().rising;

@@ -3,6 +3,7 @@
 #include "../common/number.h"
 #include "../common/under_way.h"
 #include "lum/smooth.h"
+#include "strongest.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -49,6 +50,8 @@ struct decoder {
     lum_angle angles[LUM_LINE_PIXELS];
     lum_sample_workspace workspace;
     lum_sample *samples;
+    lum_return *returns;
+    uint8_t *strongest; /* of each sample */
 };
 
 struct decoder *decoder_new(const struct decoder_options *options)
@@ -67,9 +70,11 @@ struct decoder *decoder_new(const struct decoder_options *options)
     d->kind = LUM_PACKET_KINDS;
     d->demux = lum_demux_new(&demux);
     d->samples = malloc(words * sizeof *d->samples);
+    d->returns = malloc(words * sizeof *d->returns);
+    d->strongest = malloc(words);
     d->workspace.returns = malloc(words * sizeof *d->workspace.returns);
-    if (d->demux == NULL || d->samples == NULL ||
-        d->workspace.returns == NULL) {
+    if (d->demux == NULL || d->samples == NULL || d->returns == NULL ||
+        d->strongest == NULL || d->workspace.returns == NULL) {
         decoder_free(d);
         return NULL;
     }
@@ -95,6 +100,8 @@ void decoder_free(struct decoder *decoder)
     picture_drop(&decoder->complete);
     lum_demux_free(decoder->demux);
     free(decoder->samples);
+    free(decoder->returns);
+    free(decoder->strongest);
     free(decoder->workspace.returns);
     free(decoder);
 }
@@ -279,11 +286,14 @@ static void add_views(struct decoder *d, struct picture *p,
     }
     lum_selection_default(&selection);
     selection.edges = (lum_edges)edges;
-    struct frame_part part = {
-        .samples = d->samples, .line = line->number, .eye = line->eye};
+    struct frame_part part = {.samples = d->samples,
+                              .strongest = d->strongest,
+                              .line = line->number,
+                              .eye = line->eye};
     part.count =
         lum_samples_compute(d->options.projector, &smoothed, &selection,
                             &d->workspace, d->samples, &losses);
+    strongest_mark(line, d->returns, d->samples, part.count, d->strongest);
     for (size_t i = 0; i < p->count; i++) {
         part.edges = p->views[i].edges;
         if (p->views[i].smooth == smooth && p->frames[i] != NULL &&

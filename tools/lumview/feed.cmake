@@ -10,6 +10,7 @@ add_library(lum_view_feed OBJECT
             scan.c
             sentry.c
             stage.c
+            strongest.c
             thread.c)
 target_include_directories(lum_view_feed PUBLIC ${CMAKE_CURRENT_LIST_DIR})
 target_link_libraries(lum_view_feed PUBLIC

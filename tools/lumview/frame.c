@@ -263,6 +263,12 @@ static inline uint8_t bits_of(const lum_sample *s, uint8_t eye)
     return (uint8_t)(eye | (unsigned)s->edge << 1 | returns << 2);
 }
 
+static inline uint8_t return_of(const lum_sample *s, unsigned strongest)
+{
+    const unsigned number = s->return_number < 127u ? s->return_number : 127u;
+    return (uint8_t)(number | strongest << 7);
+}
+
 static inline bool is_asked(const lum_sample *s, unsigned edges)
 {
     return (edges & (s->edge != 0 ? LUM_EDGES_RISING : LUM_EDGES_FALLING)) != 0;
@@ -290,7 +296,7 @@ static size_t write_part(struct frame *frame, const struct frame_part *part)
         put16(width + 2 * n, width_of(s->pulse_width));
         put16(line + 2 * n, number);
         put16(pixel + 2 * n, s->pixel);
-        ret[n] = s->return_number < 255u ? (uint8_t)s->return_number : 255u;
+        ret[n] = return_of(s, part->strongest[i]);
         bits[n] = bits_of(s, part->eye);
         n += is_asked(s, edges) ? 1u : 0u;
     }

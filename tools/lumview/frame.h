@@ -3,7 +3,7 @@
  *
  *  at        type   what
  *  0         u32    0x464d554c, "LUMF"
- *  4         u16    version, 1
+ *  4         u16    version, 2
  *  6         u16    bytes of this head, 64
  *  8         f64    frame number
  *  16        f64    sensor clock of its earliest line, microseconds
@@ -21,7 +21,8 @@
  *  64 + 12 N u16    pulse width, 0.01 ns, at most 65535    N
  *  64 + 14 N u16    line number, at most 65535             N
  *  64 + 16 N u16    pixel                                  N
- *  64 + 18 N u8     return number, at most 255             N
+ *  64 + 18 N u8     bits 0..6: return number, at most 127,
+ *                   bit 7: strongest of its pixel and edge N
  *  64 + 19 N u8     bit 0: eye (0 blue, 1 green), bit 1: rising edge,
  *                   bits 2..7: number of returns, at most 63   N
  */
@@ -32,7 +33,7 @@
 #include <stdint.h>
 
 #define FRAME_MAGIC       0x464d554cu
-#define FRAME_VERSION     1u
+#define FRAME_VERSION     2u
 #define FRAME_HEAD_BYTES  64u
 #define FRAME_POINT_BYTES 20u
 

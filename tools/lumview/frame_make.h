@@ -29,6 +29,7 @@ struct frame *frame_begin(struct frame_pool *pool);
 /* Which points of a line, and of which. */
 struct frame_part {
     const lum_sample *samples;
+    const uint8_t *strongest; /* of each sample, 1 or 0 */
     size_t count;
     lum_edges edges; /* of the samples, these */
     uint32_t line;

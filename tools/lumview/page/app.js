@@ -1,17 +1,20 @@
 // lumview's page: the parts and how they meet.
 import * as THREE from "three";
-import { attachPointer, makeCamera } from "./camera.js";
+import { makeCamera } from "./camera.js";
 import { makeCloud } from "./cloud.js";
 import { chosenDomain, domainOf } from "./colouring.js";
 import { count, makeFilter, rangeOf } from "./filter.js";
-import { parseFrame } from "./frame.js";
+import { parseFrame, viewOf } from "./frame.js";
 import { attachKeys } from "./keys.js";
+import { makeLayout } from "./layout.js";
 import { makeLegend } from "./legend.js";
 import { makeLink } from "./link.js";
+import { makePace } from "./pace.js";
 import { makePalette } from "./palette.js";
-import { makePanel, makeToggle } from "./panel.js";
+import { makePanel } from "./panel.js";
 import { makePick, makeProjection } from "./pick.js";
 import { makePlayer } from "./player.js";
+import { attachPointer } from "./pointer.js";
 import { exposeProbe } from "./probe.js";
 import { groundOf, makeScene } from "./scene.js";
 import { makeSettings } from "./settings.js";
@@ -29,10 +32,11 @@ const renderer = makeRenderer();
 const surroundings = makeScene();
 const palette = makePalette(values.map);
 const cloud = makeCloud(surroundings.scene, palette);
-const camera = makeCamera(invalidate);
+const pace = makePace(renderer.getContext());
 const drawLegend = makeLegend();
 const showStats = makeStats();
 const panel = makePanel(settings);
+const layout = makeLayout(settings, resize);
 
 let eyes = NO_EYES;
 let hello = null;
@@ -41,7 +45,11 @@ let waiting = null; // the newest message that is no picture yet
 let isAsked = false; // a picture is due
 let domain = [1, 100]; // of the colours, from the points
 let ground = null; // height of the ground, from the points
-const tally = { received: 0, shown: 0, pictures: 0 };
+const tally = { received: 0, shown: 0, pictures: 0, drawn: 0 };
+const camera = makeCamera(canvas, () => {
+    pace.move(performance.now());
+    invalidate();
+});
 
 function makeRenderer() {
     try {
@@ -78,7 +86,7 @@ function invalidate() {
 }
 
 function recolour() {
-    domain = domainOf(values, cloud.newest, eyes, domain);
+    domain = domainOf(values, cloud.slots, eyes);
     const chosen = chosenDomain(values, domain);
     cloud.setDomain(chosen);
     drawLegend(values, domain, palette.bytes);
@@ -90,16 +98,26 @@ function placeGround() {
 
 function showFacts(frame) {
     at("frame-number").textContent = `frame ${frame.number}`;
-    at("frame-points").textContent = `${cloud.slots.reduce((n, s) => n + s.size, 0).toLocaleString("en")} points`;
+    at("frame-points").textContent = `${countPoints().toLocaleString("en")} points`;
+}
+
+// A picture that is held stays, unless other edges or smoothing are wanted: what
+// a sensor sent is gone, so that is of the newest frame.
+function isAwaited(frame) {
+    const wanted = viewOf(values);
+    return cloud.view !== wanted && viewOf(frame) === wanted;
 }
 
 // Whatever came while the page could not draw, only the newest is looked at.
 function takeFrame() {
-    const buffer = waiting;
-    waiting = null;
     try {
-        const frame = parseFrame(buffer);
+        const frame = parseFrame(waiting);
+        if (player.held && !isAwaited(frame)) {
+            return;
+        }
+        waiting = null;
         cloud.add(frame);
+        pick.check();
         tally.shown++;
         if (ground === null && frame.count > 0) {
             ground = groundOf(cloud.newest);
@@ -108,6 +126,7 @@ function takeFrame() {
         showFacts(frame);
         recolour();
     } catch (error) {
+        waiting = null;
         showMessage(error.message);
     }
 }
@@ -118,12 +137,27 @@ function render() {
     tally.pictures++;
 }
 
-function draw() {
+function countPoints() {
+    return cloud.slots.reduce((n, slot) => n + slot.size, 0);
+}
+
+function isMoving() {
+    return camera.dragged || pace.isMoving(performance.now());
+}
+
+// While the camera moves there is a picture after the other.
+function draw(now) {
     isAsked = false;
-    if (waiting !== null && !player.held) {
+    camera.tick(now);
+    if (waiting !== null) {
         takeFrame();
     }
+    const moves = isMoving();
+    tally.drawn = cloud.thin(pace.stride(now, countPoints(), moves));
     render();
+    if (moves) {
+        invalidate();
+    }
 }
 
 function resize() {
@@ -131,7 +165,7 @@ function resize() {
     renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
     renderer.setSize(width, height, false);
     cloud.apply(values, renderer.getPixelRatio());
-    camera.resize(width, Math.max(1, height));
+    camera.resize({ width: Math.max(1, width), height: Math.max(1, height), ...layout.covered(width) });
 }
 
 // How far a view should reach: most points of the frame.
@@ -152,7 +186,7 @@ function view(name) {
 // ---- the server ----
 
 function sendView() {
-    link.send(`view ${values.edges} ${values.smooth}`);
+    link.send(`view ${viewOf(values)}`);
 }
 
 function greet(message) {
@@ -205,13 +239,14 @@ const player = makePlayer(link.send, () => {
     invalidate();
 });
 
-const mark = (position) => {
-    surroundings.mark(position);
+const mark = (...positions) => {
+    surroundings.mark(...positions);
     invalidate();
 };
 const pick = makePick({ canvas, camera, cloud, settings, eyes: () => eyes, mark });
 
 function shot() {
+    cloud.thin(1);
     const frame = cloud.newest?.number ?? 0;
     const source = at("source").textContent;
     takeShot({
@@ -232,24 +267,26 @@ settings.onChange((changed) => {
     if (changed.has("edges") || changed.has("smooth")) {
         sendView();
     }
-    if (changed.has("colour")) {
-        domain = domainOf(values, cloud.newest, eyes, null);
-    }
     cloud.apply(values, renderer.getPixelRatio());
-    camera.setFlat(values.flat);
+    pick.check();
+    if (changed.has("flat")) {
+        camera.setFlat(values.flat);
+    }
     placeGround();
     recolour();
     invalidate();
 });
 
-const panelToggle = makeToggle(at("panel-toggle"), at("panel"), resize);
-const statsToggle = makeToggle(at("stats-toggle"), at("stats"));
 for (const name of ["home", "top", "front", "sensor"]) {
     at(`view-${name}`).addEventListener("click", () => view(name));
 }
 at("shot").addEventListener("click", shot);
 at("help-open").addEventListener("click", () => at("help").showModal());
-attachPointer(canvas, camera, pick.at);
+attachPointer(canvas, camera, {
+    click: pick.at,
+    doubleClick: (x, y) => pick.find(x, y, camera.turnAbout),
+    reach: (x, y) => pick.find(x, y, camera.reachTo),
+});
 attachKeys({
     camera,
     settings,
@@ -257,11 +294,12 @@ attachKeys({
     player,
     view,
     shot,
-    pickMiddle: () => pick.at(canvas.clientWidth / 2, canvas.clientHeight / 2),
+    pickMiddle: () => pick.at(...camera.middle()),
+    turnAboutMiddle: () => pick.find(...camera.middle(), camera.turnAbout),
+    measure: pick.measure,
     closePick: pick.clear,
     focusCanvas: () => canvas.focus(),
-    togglePanel: panelToggle.toggle,
-    toggleStats: statsToggle.toggle,
+    toggle: layout.toggle,
     help: () => at("help").showModal(),
 });
 canvas.addEventListener("webglcontextrestored", invalidate);
@@ -274,7 +312,9 @@ exposeProbe({
     shown: () => tally.shown,
     received: () => tally.received,
     pictures: () => tally.pictures,
-    points: () => cloud.slots.reduce((n, slot) => n + slot.size, 0),
+    drawn: () => tally.drawn,
+    moving: isMoving,
+    points: countPoints,
     counts: () => () => count(cloud.slots, values, eyes),
     camera: () => camera.look,
     settings: () => () => ({ ...values }),
@@ -282,6 +322,7 @@ exposeProbe({
     hello: () => () => structuredClone(hello),
     domain: () => () => [...chosenDomain(values, domain)],
     picked: () => () => structuredClone(pick.picked),
+    distance: () => () => structuredClone(pick.distance),
     place: () => placeOf,
     memory: () => () => ({ ...renderer.info.memory, programs: renderer.info.programs.length }),
 });
@@ -291,13 +332,10 @@ function placeOf(i) {
     const project = makeProjection(camera.active, canvas.clientWidth, canvas.clientHeight);
     const isInside = project(cloud.newest.points.xyz, i, out);
     const visible = isInside && makeFilter(values, eyes)(cloud.newest.points, i);
-    return { x: out.x, y: out.y, depth: out.depth, visible };
+    return { x: out.x, y: out.y, depth: out.depth, visible, range: rangeOf(cloud.newest.points, i, eyes) };
 }
 
-camera.show("home", 40);
-if (window.matchMedia("(max-width: 760px)").matches) {
-    panelToggle.show(false);
-    statsToggle.show(false);
-}
 placeGround();
-resize();
+layout.apply();
+camera.show("home", 40);
+camera.setFlat(values.flat);

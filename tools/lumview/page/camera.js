@@ -1,145 +1,254 @@
-// The camera: it looks at a target from a distance. x forward, y left, z up.
-import * as THREE from "three";
+// The camera: three's OrbitControls, with views, keys and a second camera for
+// parallel projection. x forward, y left, z up.
+import { MOUSE, OrthographicCamera, PerspectiveCamera, Vector3 } from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 const DEGREE = Math.PI / 180;
 const NEAREST = 0.2; // metres
 const FARTHEST = 2000;
 const FIELD = 50; // degrees, vertically
 const WIDE = 105; // horizontally, from the sensor
-const TURN = 0.3 * DEGREE; // of a pixel of drag
 const STEP = 5 * DEGREE; // of a key
+const WHEEL = 2.5; // a step of the wheel leaves 88 % of the way
+const GLIDE_MS = 70; // what is left of a movement after it: a third
+const PAUSE_MS = 1000; // pictures further apart are of two movements
+const LEAST_MS = 4; // between two; a movement that stood still would not be seen as one
+const UP = new Vector3(0, 0, 1);
 
-// reach: metres that a view should take in.
+// reach: metres that a view should take in; narrow: how much farther away the
+// same width is seen whole.
 const VIEWS = {
-    home: () => ({ target: [12, 0, -1], yaw: 0, pitch: 22, distance: 26, field: FIELD, flat: false }),
-    top: (reach) => ({ target: [reach / 2, 0, 0], yaw: 0, pitch: 90, distance: 1.2 * reach, field: FIELD, flat: true }),
-    front: (reach) => ({ target: [reach / 2, 0, 1], yaw: 0, pitch: 0, distance: 0.45 * reach, field: FIELD, flat: true }),
-    sensor: () => ({ target: [0.5, 0, -0.05], yaw: 0, pitch: 6, distance: 0.5, field: null, flat: false }),
+    home: (reach, narrow) => ({ target: [12, 0, -1], pitch: 22, distance: 26 * narrow, field: FIELD, flat: false }),
+    top: (reach, narrow) => ({ target: [reach / 2, 0, 0], pitch: 89.999, distance: 1.2 * reach * narrow, field: FIELD, flat: true }),
+    front: (reach) => ({ target: [reach / 2, 0, 1], pitch: 0, distance: 0.45 * reach, field: FIELD, flat: true }),
+    sensor: () => ({ target: [0.5, 0, -0.05], pitch: 6, distance: 0.5, field: null, flat: false }),
 };
 
-export function makeCamera(changed) {
-    const perspective = new THREE.PerspectiveCamera(FIELD, 1, 0.05, 4000);
-    const parallel = new THREE.OrthographicCamera(-1, 1, 1, -1, -4000, 4000);
-    const target = new THREE.Vector3();
-    const right = new THREE.Vector3();
-    const up = new THREE.Vector3();
-    const ahead = new THREE.Vector3();
-    const basis = new THREE.Matrix4();
-    const turned = new THREE.Quaternion();
-    let at = { yaw: 0, pitch: 0, distance: 1, field: FIELD };
-    let field = FIELD;
-    let flat = false;
-    let width = 1;
-    let height = 1;
+function makeControls(camera, canvas) {
+    const controls = new OrbitControls(camera, canvas);
+    controls.zoomToCursor = true;
+    controls.zoomSpeed = WHEEL;
+    controls.minDistance = NEAREST;
+    controls.maxDistance = FARTHEST;
+    controls.enableDamping = !window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+    controls.mouseButtons.MIDDLE = MOUSE.PAN;
+    controls.cursorStyle = "grab";
+    return controls;
+}
 
-    function orient() {
-        const [cy, sy, cp, sp] = [Math.cos(at.yaw), Math.sin(at.yaw), Math.cos(at.pitch), Math.sin(at.pitch)];
-        ahead.set(cp * cy, cp * sy, -sp);
-        right.set(sy, -cy, 0);
-        up.crossVectors(right, ahead);
-        basis.makeBasis(right, up, ahead.clone().negate());
-        perspective.quaternion.setFromRotationMatrix(basis);
-    }
+export function makeCamera(canvas, changed) {
+    const perspective = new PerspectiveCamera(FIELD, 1, 0.05, 4000);
+    const parallel = new OrthographicCamera(-1, 1, 1, -1, -4000, 4000);
+    perspective.up.copy(UP);
+    parallel.up.copy(UP);
+    const controls = makeControls(perspective, canvas);
+    const { target } = controls;
+    const ahead = new Vector3();
+    const right = new Vector3();
+    let view = VIEWS.home(40, 1);
+    let half = 1; // metres, of the parallel picture's height before its zoom
+    let size = { width: 1, height: 1, left: 0, right: 0 };
+    let goal = null; // where the turning point is on its way to
+    let last = 0; // milliseconds
+    let isDragged = false;
+
+    const active = () => controls.object;
+    const isFlat = () => active() === parallel;
+    const distance = () => active().position.distanceTo(target);
+    const tangent = () => Math.tan((perspective.fov / 2) * DEGREE);
 
     // From the sensor the width counts, elsewhere the height.
-    function fieldNow() {
-        const half = Math.atan((Math.tan((WIDE / 2) * DEGREE) * height) / width) / DEGREE;
-        return at.field ?? Math.min(90, 2 * half);
+    function field() {
+        const free = size.width - size.left - size.right;
+        const wide = Math.atan((Math.tan((WIDE / 2) * DEGREE) * size.height) / free) / DEGREE;
+        return view.field ?? Math.min(90, 2 * wide);
     }
 
+    // The middle of the picture is that of what nothing lies over.
     function project() {
-        field = fieldNow();
-        const half = at.distance * Math.tan((field / 2) * DEGREE);
-        perspective.fov = field;
+        const { width, height } = size;
+        perspective.fov = field();
         perspective.aspect = width / height;
-        perspective.near = Math.max(0.02, at.distance / 500);
-        perspective.far = 4000 + at.distance;
+        perspective.near = Math.max(0.02, distance() / 500);
+        perspective.far = 4000 + distance();
         parallel.top = half;
         parallel.bottom = -half;
         parallel.right = (half * width) / height;
         parallel.left = -parallel.right;
-        perspective.updateProjectionMatrix();
-        parallel.updateProjectionMatrix();
+        for (const camera of [perspective, parallel]) {
+            camera.setViewOffset(width, height, (size.right - size.left) / 2, 0, width, height);
+        }
+    }
+
+    function settle() {
+        project();
+        active().updateMatrixWorld();
+        active().getWorldDirection(ahead);
+        right.setFromMatrixColumn(active().matrixWorld, 0);
     }
 
     function update() {
-        orient();
-        perspective.position.copy(target).addScaledVector(ahead, -at.distance);
-        parallel.quaternion.copy(perspective.quaternion);
-        parallel.position.copy(perspective.position);
-        project();
-        perspective.updateMatrixWorld();
-        parallel.updateMatrixWorld();
+        controls.update();
+        settle();
+    }
+
+    // What is left of a movement is carried out.
+    function stop() {
+        const glides = controls.enableDamping;
+        controls.enableDamping = false;
+        controls.update();
+        controls.enableDamping = glides;
+        goal = null;
+    }
+
+    // Both cameras show the same at the turning point.
+    function use(flat) {
+        const from = active();
+        if (flat === isFlat()) {
+            return;
+        }
+        if (flat) {
+            half = distance() * tangent();
+            parallel.zoom = 1;
+            parallel.position.copy(from.position);
+        } else {
+            const away = half / parallel.zoom / tangent();
+            perspective.position.copy(target).addScaledVector(ahead, -away);
+        }
+        controls.object = flat ? parallel : perspective;
+        update();
+    }
+
+    function show(name, reach) {
+        const free = size.width - size.left - size.right;
+        const isFlatView = VIEWS[name](reach, 1).flat;
+        stop();
+        use(false);
+        view = VIEWS[name](reach, Math.max(1, (1.25 * size.height) / free) ** 0.8);
+        const [cos, sin] = [Math.cos(view.pitch * DEGREE), Math.sin(view.pitch * DEGREE)];
+        target.fromArray(view.target);
+        perspective.position.copy(target).add(new Vector3(-cos, 0, sin).multiplyScalar(view.distance));
+        update();
+        use(isFlatView);
         changed();
     }
 
-    function turn(yaw, pitch) {
-        at.yaw = (at.yaw + yaw) % (2 * Math.PI);
-        at.pitch = Math.max(-Math.PI / 2, Math.min(Math.PI / 2, at.pitch + pitch));
+    function pitchOf() {
+        return Math.asin(Math.max(-1, Math.min(1, -ahead.z)));
     }
+
+    controls.addEventListener("change", () => {
+        settle();
+        changed();
+    });
+    controls.addEventListener("start", () => {
+        isDragged = true;
+        goal = null;
+    });
+    controls.addEventListener("end", () => {
+        isDragged = false;
+        changed();
+    });
 
     const self = {
         get active() {
-            return flat ? parallel : perspective;
+            return active();
+        },
+        // Whether fingers or a button hold the camera.
+        get dragged() {
+            return isDragged;
+        },
+        // Moves on; before each picture.
+        tick(now) {
+            const passed = now - last < PAUSE_MS ? Math.max(LEAST_MS, now - last) : 1000 / 60;
+            const share = controls.enableDamping ? 1 - Math.exp(-passed / GLIDE_MS) : 1;
+            last = now;
+            controls.dampingFactor = share;
+            if (goal) {
+                target.lerp(goal, share);
+                goal = target.distanceTo(goal) > 1e-3 * distance() ? goal : null;
+            }
+            update();
         },
         // Metres that a pixel covers at a place.
         metresOfPixel(place) {
-            const depth = flat ? at.distance : Math.max(0.01, place.clone().sub(perspective.position).dot(ahead));
-            return (2 * depth * Math.tan((field / 2) * DEGREE)) / height;
+            const depth = Math.max(0.01, place.clone().sub(active().position).dot(ahead));
+            const metres = isFlat() ? half / parallel.zoom : depth * tangent();
+            return (2 * metres) / size.height;
         },
         // Where a place stands, in pixels of the page about its middle.
         pageOf(place) {
-            const at = place.clone().project(self.active);
-            return { x: (at.x * width) / 2, y: (-at.y * height) / 2 };
+            const at = place.clone().project(active());
+            return { x: (at.x * size.width) / 2, y: (-at.y * size.height) / 2 };
         },
-        resize(w, h) {
-            [width, height] = [w, h];
+        // left, right: pixels that something lies over.
+        resize(next) {
+            size = next;
             update();
+            changed();
         },
-        setFlat(isFlat) {
-            flat = isFlat;
-            update();
+        setFlat(flat) {
+            stop();
+            use(flat);
+            changed();
         },
-        // About what the camera looks at.
         rotate(yaw, pitch) {
-            turn(yaw, pitch);
-            update();
+            controls.rotateLeft(-yaw);
+            controls.rotateUp(pitch);
+            changed();
         },
         // About the sensor, with all that the camera sees.
         orbit(yaw, pitch) {
-            const before = perspective.quaternion.clone();
-            turn(yaw, pitch);
-            orient();
-            target.applyQuaternion(turned.copy(perspective.quaternion).multiply(before.invert()));
+            stop();
+            const most = Math.PI / 2 - 1e-4;
+            const tilt = Math.max(-most, Math.min(most, pitchOf() + pitch)) - pitchOf();
+            for (const place of [active().position, target]) {
+                place.applyAxisAngle(right, -tilt).applyAxisAngle(UP, yaw);
+            }
             update();
+            changed();
         },
+        // The middle of the picture, in pixels of the canvas.
+        middle: () => [(size.left + size.width - size.right) / 2, size.height / 2],
         // By pixels of the page: the scene follows the pointer.
         pan(x, y) {
-            const metres = self.metresOfPixel(target);
-            target.addScaledVector(right, -x * metres).addScaledVector(up, y * metres);
-            update();
+            controls.pan(x, y);
+            changed();
         },
         zoom(factor) {
-            at.distance = Math.max(NEAREST, Math.min(FARTHEST, at.distance * factor));
-            update();
+            controls.dollyIn(factor);
+            changed();
         },
-        // Returns whether the view wants parallel projection.
-        show(name, reach) {
-            const view = VIEWS[name](reach);
-            target.fromArray(view.target);
-            at = { yaw: view.yaw * DEGREE, pitch: view.pitch * DEGREE, distance: view.distance, field: view.field };
-            update();
+        // As far away as this place is what the wheel leads to, and what the
+        // pointer holds.
+        reachTo(position) {
+            if (!isFlat()) {
+                stop();
+                const away = new Vector3().fromArray(position).distanceTo(active().position);
+                target.copy(active().position).addScaledVector(ahead, Math.max(NEAREST, away));
+                update();
+            }
+        },
+        // The turning point.
+        turnAbout(position) {
+            stop();
+            goal = new Vector3().fromArray(position);
+            changed();
+        },
+        show: (name, reach) => {
+            show(name, reach);
             return view.flat;
         },
         look: () => ({
-            position: perspective.position.toArray(),
+            position: active().position.toArray(),
             target: target.toArray(),
-            yaw: at.yaw / DEGREE,
-            pitch: at.pitch / DEGREE,
-            distance: at.distance,
-            flat,
+            yaw: Math.atan2(target.y - active().position.y, target.x - active().position.x) / DEGREE,
+            pitch: pitchOf() / DEGREE,
+            distance: isFlat() ? half / parallel.zoom / tangent() : distance(),
+            flat: isFlat(),
         }),
     };
+    update();
     return self;
 }
 
@@ -152,67 +261,4 @@ export function moveByKey(camera, x, y, how) {
         orbit: () => camera.orbit(-x * STEP, y * STEP),
     };
     moves[how]();
-}
-
-function dragMove(camera, event, dx, dy) {
-    if (event.shiftKey || event.buttons === 4 || (event.buttons === 2 && !event.ctrlKey)) {
-        camera.pan(dx, dy);
-    } else if (event.ctrlKey) {
-        camera.orbit(-dx * TURN, dy * TURN);
-    } else {
-        camera.rotate(-dx * TURN, dy * TURN);
-    }
-}
-
-const spread = ([a, b]) => Math.hypot(a.x - b.x, a.y - b.y);
-const middle = ([a, b]) => ({ x: (a.x + b.x) / 2, y: (a.y + b.y) / 2 });
-
-// Two fingers: their distance zooms, their middle pans.
-function pinchMove(camera, before, after) {
-    const [from, to] = [middle(before), middle(after)];
-    camera.zoom(spread(before) / Math.max(1, spread(after)));
-    camera.pan(to.x - from.x, to.y - from.y);
-}
-
-// Mouse, pen and fingers on the canvas. clicked(x, y): no drag.
-export function attachPointer(canvas, camera, clicked) {
-    const down = new Map();
-    let path = 0;
-
-    canvas.addEventListener("pointerdown", (event) => {
-        canvas.setPointerCapture(event.pointerId);
-        down.set(event.pointerId, { x: event.clientX, y: event.clientY });
-        path = down.size === 1 ? 0 : Infinity;
-    });
-    canvas.addEventListener("pointermove", (event) => {
-        const last = down.get(event.pointerId);
-        if (!last) {
-            return;
-        }
-        const before = [...down.values()];
-        const now = { x: event.clientX, y: event.clientY };
-        down.set(event.pointerId, now);
-        path += Math.hypot(now.x - last.x, now.y - last.y);
-        if (down.size === 2) {
-            pinchMove(camera, before, [...down.values()]);
-        } else if (path > 3) {
-            dragMove(camera, event, now.x - last.x, now.y - last.y);
-        }
-    });
-    const end = (event) => {
-        const wasDown = down.delete(event.pointerId);
-        if (wasDown && event.type === "pointerup" && event.button === 0 && path <= 3) {
-            const box = canvas.getBoundingClientRect();
-            clicked(event.clientX - box.left, event.clientY - box.top);
-        }
-    };
-    canvas.addEventListener("pointerup", end);
-    canvas.addEventListener("pointercancel", end);
-    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-    const wheel = (event) => {
-        event.preventDefault();
-        const lines = event.deltaMode === 0 ? event.deltaY / 40 : event.deltaY;
-        camera.zoom(1.04 ** Math.max(-10, Math.min(10, lines)));
-    };
-    canvas.addEventListener("wheel", wheel, { passive: false });
 }

@@ -1,12 +1,14 @@
-// The points: one three.js object for each frame that is shown. Arrays and
-// buffers of the graphics card are kept and filled again.
+// The points: one three.js object for each frame that is shown, and one of a
+// part of its points for while the camera moves. Arrays and buffers of the
+// graphics card are kept and filled again.
 import * as THREE from "three";
 import { limits } from "./filter.js";
+import { viewOf } from "./frame.js";
 import { COLOURINGS } from "./colouring.js";
 import { EYES, UNKNOWN } from "./palette.js";
 
 const GRAIN = 16384; // points; room grows in steps of this
-const RETURNS = { all: 0, 1: 1, 2: 2, 3: 3, last: -1 };
+const RETURNS = { all: 0, 1: 1, 2: 2, 3: 3, last: -1, strongest: -2 };
 
 const VERTEX = `
 attribute float pulse;
@@ -27,18 +29,23 @@ uniform vec3 unknown;
 uniform float size;
 varying vec3 tint;
 
-bool passes(int eye, float range, float count)
+bool isReturn(float number, float count)
 {
-    bool isReturn = wantedReturn == 0.0 || turn == (wantedReturn < 0.0 ? count : wantedReturn);
-    return isReturn && (eye == 0 ? eyes.x : eyes.y) > 0.5 && range >= rangeClip.x && range <= rangeClip.y &&
+    if (wantedReturn == -2.0) { return turn > 127.5; }
+    return wantedReturn == 0.0 || number == (wantedReturn < 0.0 ? count : wantedReturn);
+}
+
+bool passes(int eye, float range, float number, float count)
+{
+    return isReturn(number, count) && (eye == 0 ? eyes.x : eyes.y) > 0.5 && range >= rangeClip.x && range <= rangeClip.y &&
            position.z >= heightClip.x && position.z <= heightClip.y;
 }
 
-vec3 colour(int eye, float range)
+vec3 colour(int eye, float range, float number)
 {
     if (mode == 5) { return eye == 0 ? eyeColours[0] : eyeColours[1]; }
     if (mode == 2 && pulse == 0.0) { return unknown; }
-    float v = mode == 0 ? range : mode == 1 ? position.z : mode == 2 ? pulse * 0.01 : mode == 3 ? turn : line;
+    float v = mode == 0 ? range : mode == 1 ? position.z : mode == 2 ? pulse * 0.01 : mode == 3 ? number : line;
     float t = logarithmic ? log(max(v, 1e-3) / domain.x) / log(domain.y / domain.x)
                           : (v - domain.x) / (domain.y - domain.x);
     return texture2D(palette, vec2((clamp(t, 0.0, 1.0) * 255.0 + 0.5) / 256.0, 0.5)).rgb;
@@ -49,9 +56,10 @@ void main()
     float count = floor(flags / 4.0);
     int eye = int(mod(flags, 2.0));
     float range = distance(position, eye == 0 ? mounts[0] : mounts[1]);
-    tint = colour(eye, range);
+    float number = mod(turn, 128.0);
+    tint = colour(eye, range, number);
     gl_PointSize = size;
-    gl_Position = passes(eye, range, count) ? projectionMatrix * modelViewMatrix * vec4(position, 1.0)
+    gl_Position = passes(eye, range, number, count) ? projectionMatrix * modelViewMatrix * vec4(position, 1.0)
                                             : vec4(2.0, 2.0, 2.0, 1.0);
 }`;
 
@@ -94,8 +102,8 @@ function makeMaterial(palette) {
     return new THREE.ShaderMaterial({ uniforms, vertexShader: VERTEX, fragmentShader: FRAGMENT });
 }
 
-// Room for one frame.
-function makeSlot(material, room) {
+// Arrays for so many points, and what draws them.
+function makePart(material, room) {
     const geometry = new THREE.BufferGeometry();
     const points = {};
     for (const [name, [Type, width, attribute]] of Object.entries(ARRAYS)) {
@@ -108,23 +116,47 @@ function makeSlot(material, room) {
     }
     const object = new THREE.Points(geometry, material);
     object.frustumCulled = false;
-    return { points, object, room, size: 0, number: 0, smooth: 0 };
+    return { points, object, room };
 }
 
-function fill(slot, frame) {
-    for (const [name, [, width, attribute]] of Object.entries(ARRAYS)) {
-        slot.points[name].set(frame[name]);
-        if (attribute) {
-            const target = slot.object.geometry.getAttribute(attribute);
-            target.clearUpdateRanges();
-            target.addUpdateRange(0, frame.count * width);
-            target.needsUpdate = true;
-        }
+// The first of its points are new.
+function renew({ object: { geometry } }, count) {
+    for (const [, width, attribute] of Object.values(ARRAYS).filter((array) => array[2])) {
+        const target = geometry.getAttribute(attribute);
+        target.clearUpdateRanges();
+        target.addUpdateRange(0, count * width);
+        target.needsUpdate = true;
     }
+    geometry.setDrawRange(0, count);
+}
+
+let fillings = 0;
+
+function fill(slot, frame) {
+    for (const name of Object.keys(ARRAYS)) {
+        slot.points[name].set(frame[name]);
+    }
+    renew(slot, frame.count);
     slot.size = frame.count;
     slot.number = frame.number;
     slot.smooth = frame.smooth;
-    slot.object.geometry.setDrawRange(0, frame.count);
+    slot.filling = ++fillings;
+}
+
+// One point of each so many in a row, and not always the same: lines of the
+// scan would show as stripes.
+function thin(slot, part, stride) {
+    const count = Math.floor(slot.size / stride);
+    for (const [name, [, width, attribute]] of Object.entries(ARRAYS)) {
+        const [from, to] = [slot.points[name], part.points[name]];
+        for (let i = 0; attribute && i < count; i++) {
+            const at = i * stride + ((Math.imul(i, 2654435761) >>> 16) % stride);
+            for (let k = 0; k < width; k++) {
+                to[width * i + k] = from[width * at + k];
+            }
+        }
+    }
+    renew(part, count);
 }
 
 const finite = (v) => Math.max(-1e9, Math.min(1e9, v));
@@ -137,9 +169,34 @@ export function makeCloud(scene, palette) {
     let made = ""; // edges and smoothing of what is shown
     let isFresh = true;
 
+    function dropPart(part) {
+        scene.remove(part.object);
+        part.object.geometry.dispose();
+    }
+
     function drop(slot) {
-        scene.remove(slot.object);
-        slot.object.geometry.dispose();
+        dropPart(slot);
+        if (slot.thinned) {
+            dropPart(slot.thinned);
+        }
+    }
+
+    // What stands for the slot while one point of so many is drawn.
+    function makeThin(slot, stride) {
+        const needed = Math.ceil(slot.size / stride);
+        if (slot.thinned && slot.thinned.room < needed) {
+            dropPart(slot.thinned);
+            slot.thinned = null;
+        }
+        if (!slot.thinned) {
+            slot.thinned = makePart(material, Math.ceil((1.25 * needed + 1) / 1024) * 1024);
+            scene.add(slot.thinned.object);
+        }
+        const part = slot.thinned;
+        if (part.filling !== slot.filling || part.stride !== stride) {
+            thin(slot, part, stride);
+            [part.filling, part.stride] = [slot.filling, stride];
+        }
     }
 
     function trim(most) {
@@ -164,7 +221,7 @@ export function makeCloud(scene, palette) {
             slot = null;
         }
         if (!slot) {
-            slot = makeSlot(material, Math.ceil((frame.count + 1) / GRAIN) * GRAIN);
+            slot = makePart(material, Math.ceil((frame.count + 1) / GRAIN) * GRAIN);
             scene.add(slot.object);
         }
         slots.push(slot);
@@ -176,8 +233,12 @@ export function makeCloud(scene, palette) {
         get newest() {
             return slots.at(-1) ?? null;
         },
+        // Edges and smoothing of what is shown.
+        get view() {
+            return made;
+        },
         add(frame) {
-            const view = `${frame.edges} ${frame.smooth}`;
+            const view = viewOf(frame);
             const isEarlier = slots.length > 0 && frame.number < slots.at(-1).number;
             if (isFresh || isEarlier || view !== made) {
                 restart(frame);
@@ -185,6 +246,21 @@ export function makeCloud(scene, palette) {
             isFresh = false;
             made = view;
             fill(slotFor(frame), frame);
+        },
+        // One point of so many is drawn; returns how many are.
+        thin(stride) {
+            let drawn = 0;
+            for (const slot of slots) {
+                if (stride > 1) {
+                    makeThin(slot, stride);
+                }
+                slot.object.visible = stride === 1;
+                if (slot.thinned) {
+                    slot.thinned.object.visible = stride > 1;
+                }
+                drawn += Math.floor(slot.size / stride);
+            }
+            return drawn;
         },
         // The next frame is the first of its kind, and replaces all others.
         refresh() {

@@ -27,8 +27,27 @@ function sampled(colouring, { points, size }, eyes) {
     return Float64Array.from(values).sort();
 }
 
-// Two digits are enough, and keep the colours still from frame to frame.
-const rounded = (value) => Number(value.toPrecision(2));
+// The ends lie on steps: frames that differ little have the same ones, whatever
+// was shown before. On a logarithmic scale there are five steps a decade, else
+// eight to twenty in what the values span.
+const DECADE = [1, 1.6, 2.5, 4, 6.3, 10];
+
+function logarithmicEnds(least, most) {
+    const scale = (value) => 10 ** Math.floor(Math.log10(value));
+    const [low, high] = [scale(least), scale(most)];
+    const below = DECADE.findLast((step) => step * low <= least);
+    const above = DECADE.find((step) => step * high >= most);
+    return [below * low, above * high].map((value) => Number(value.toPrecision(3)));
+}
+
+function linearEnds(least, most) {
+    const raw = (most - least) / 20 || 0.1;
+    const unit = 10 ** Math.floor(Math.log10(raw));
+    const step = unit * [1, 2, 5, 10].find((k) => k * unit >= raw);
+    return [Math.floor(least / step), Math.ceil(most / step)].map((n) => Number((n * step).toPrecision(6)));
+}
+
+export const SMALLEST = 0.1; // on a logarithmic scale, metres
 
 function ends(colouring, slot, eyes) {
     const values = sampled(colouring, slot, eyes);
@@ -39,23 +58,25 @@ function ends(colouring, slot, eyes) {
         return [0, Math.max(1, values.at(-1))];
     }
     const at = (share) => values[Math.floor(share * (values.length - 1))];
-    return [rounded(at(0.02)), rounded(at(0.98))];
+    return colouring.logarithmic
+        ? logarithmicEnds(Math.max(SMALLEST, at(0.02)), Math.max(SMALLEST, at(0.98)))
+        : linearEnds(at(0.02), at(0.98));
 }
 
-const isNear = (a, b) => a.every((v, i) => Math.abs(v - b[i]) <= 0.15 * Math.abs(b[1] - b[0]));
-
-// The ends of the colours; before is kept while the points differ little from
-// those that it was made of, and where there are none.
-export function domainOf(values, slot, eyes, before) {
+// The ends of the colours: of the newest frame that has any. Nothing but what
+// is shown and the settings decides, so the same picture has the same colours.
+export function domainOf(values, slots, eyes) {
     const colouring = COLOURINGS[values.colour];
     if (colouring.fixed) {
         return colouring.fixed;
     }
-    const found = slot && ends(colouring, slot, eyes);
-    if (!found) {
-        return before ?? [1, 100];
+    for (const slot of slots.toReversed()) {
+        const found = ends(colouring, slot, eyes);
+        if (found) {
+            return found;
+        }
     }
-    return before && isNear(found, before) ? before : found;
+    return [1, 100];
 }
 
 // The user's ends before those of the points; never empty.
@@ -66,7 +87,7 @@ export function chosenDomain(values, automatic) {
     }
     let [a, b] = [values.from ?? automatic[0], values.to ?? automatic[1]];
     if (colouring.logarithmic) {
-        a = Math.max(a, 0.1);
+        a = Math.max(a, SMALLEST);
     }
     return [a, b > a ? b : a + (colouring.logarithmic ? a : 1) * 0.1];
 }

@@ -1,6 +1,6 @@
 // Which points are shown, for the processor: picking and counting. The shader
 // in cloud.js decides alike.
-import { EYE_BIT, RISING_BIT } from "./frame.js";
+import { EYE_BIT, RISING_BIT, STRONGEST_BIT } from "./frame.js";
 
 const orElse = (value, other) => (value === null ? other : value);
 
@@ -16,22 +16,30 @@ export function rangeOf(points, i, eyes) {
     return Math.hypot(points.xyz[3 * i] - m[0], points.xyz[3 * i + 1] - m[1], points.xyz[3 * i + 2] - m[2]);
 }
 
-function passesReturn(wanted, turn, flags) {
-    if (wanted === "all") {
-        return true;
-    }
-    return turn === (wanted === "last" ? flags >> 2 : Number(wanted));
+export const returnOf = (points, i) => points.turn[i] & ~STRONGEST_BIT;
+
+// By choice, whether a point is among the returns that are shown.
+const RETURNS = {
+    all: () => true,
+    last: (points, i) => returnOf(points, i) === points.flags[i] >> 2,
+    strongest: (points, i) => points.turn[i] >= STRONGEST_BIT,
+};
+
+function returnFilter(wanted) {
+    const number = Number(wanted);
+    return RETURNS[wanted] ?? ((points, i) => returnOf(points, i) === number);
 }
 
 // A function (points, i) -> bool. points: arrays as of a frame.
 export function makeFilter(values, eyes) {
     const { range, height } = limits(values);
     const eye = [values.blue, values.green];
+    const isReturn = returnFilter(values.return);
     const clipsRange = values.rangeMin !== null || values.rangeMax !== null;
     return (points, i) => {
         const flags = points.flags[i];
         const z = points.xyz[3 * i + 2];
-        if (!eye[flags & EYE_BIT] || !passesReturn(values.return, points.turn[i], flags)) {
+        if (!eye[flags & EYE_BIT] || !isReturn(points, i)) {
             return false;
         }
         if (z < height[0] || z > height[1]) {
@@ -59,7 +67,8 @@ export function count(slots, values, eyes) {
             out.shown++;
             out[flags & EYE_BIT ? "green" : "blue"]++;
             out[flags & RISING_BIT ? "rising" : "falling"]++;
-            out.returns[points.turn[i]] = (out.returns[points.turn[i]] ?? 0) + 1;
+            const turn = returnOf(points, i);
+            out.returns[turn] = (out.returns[turn] ?? 0) + 1;
         }
     }
     return out;

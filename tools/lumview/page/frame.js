@@ -2,12 +2,14 @@
 // is copied. The layout is that of tools/lumview/frame.h.
 
 const MAGIC = 0x464d554c;
-const VERSION = 1;
+const VERSION = 2;
 const HEAD_BYTES = 64;
 const POINT_BYTES = 20;
+const EDGES = [null, "rising", "falling", "both"];
 
 export const EYE_BIT = 1;
 export const RISING_BIT = 2;
+export const STRONGEST_BIT = 128; // of the return number
 
 function checkHead(head, bytes) {
     if (bytes < HEAD_BYTES || head.getUint32(0, true) !== MAGIC) {
@@ -24,6 +26,9 @@ function checkHead(head, bytes) {
     return count;
 }
 
+// Edges and smoothing, as the server is asked for them.
+export const viewOf = ({ edges, smooth }) => `${edges} ${smooth}`;
+
 export function parseFrame(buffer) {
     const head = new DataView(buffer);
     const count = checkHead(head, buffer.byteLength);
@@ -33,7 +38,7 @@ export function parseFrame(buffer) {
         clock: head.getFloat64(16, true),
         utc: head.getFloat64(24, true),
         count,
-        edges: head.getUint8(36),
+        edges: EDGES[head.getUint8(36)],
         smooth: head.getUint8(37),
         lines: head.getUint32(40, true),
         lost: head.getUint32(44, true),
@@ -44,7 +49,7 @@ export function parseFrame(buffer) {
         pulse: new Uint16Array(buffer, at(12), count),
         line: new Uint16Array(buffer, at(14), count),
         pixel: new Uint16Array(buffer, at(16), count),
-        turn: new Uint8Array(buffer, at(18), count), // return number
+        turn: new Uint8Array(buffer, at(18), count), // return number, and whether it is the strongest
         flags: new Uint8Array(buffer, at(19), count),
     };
 }

@@ -40,6 +40,7 @@ function makeTable(app) {
             ["1", ["1"], "view from above", () => app.view("top")],
             ["2", ["2"], "view level, forward", () => app.view("front")],
             ["3", ["3"], "view from the sensor", () => app.view("sensor")],
+            ["T", ["t"], "turn about the point in the middle", app.turnAboutMiddle],
             ["Q", ["q"], "parallel projection on, off", flip("flat")],
         ],
         Points: [
@@ -55,6 +56,7 @@ function makeTable(app) {
             ["A, Shift + A", ["a"], "one frame more, less at once", add("accumulate", 1, 1, 50)],
             [null, ["A"], null, add("accumulate", -1, 1, 50)],
             ["K", ["k"], "data of the point in the middle", app.pickMiddle],
+            ["X", ["x"], "distance from there to the next point, or no more", app.measure],
             ["Escape", ["Escape"], "close the point's data", app.closePick],
         ],
         Capture: [
@@ -74,8 +76,9 @@ function makeTable(app) {
             ["V", ["v"], "back to the picture", app.focusCanvas],
             ["D", ["d"], "grid on, off", flip("grid")],
             ["O", ["o"], "range rings on, off", flip("rings")],
-            ["H", ["h"], "controls on, off", app.togglePanel],
-            ["I", ["i"], "statistics on, off", app.toggleStats],
+            ["H", ["h"], "controls on, off", () => app.toggle("panel")],
+            ["I", ["i"], "statistics on, off", () => app.toggle("stats")],
+            ["Y", ["y"], "legend folded, unfolded", () => app.toggle("legend")],
             ["P", ["p"], "screenshot", app.shot],
             ["Z", ["z"], "reset all controls", settings.reset],
             ["?", ["?"], "this help", app.help],
@@ -85,11 +88,13 @@ function makeTable(app) {
 
 const MOUSE = [
     ["left drag", null, "turn about what is looked at"],
-    ["wheel", null, "nearer, farther"],
+    ["double click", null, "turn about this point"],
+    ["wheel", null, "nearer to what is under the pointer, farther"],
     ["Shift + drag, right drag", null, "pan"],
     ["Ctrl + drag", null, "orbit the sensor"],
     ["click", null, "data of a point"],
-    ["two fingers", null, "zoom and pan"],
+    ["Shift + click", null, "distance from the point picked before"],
+    ["one finger, two fingers", null, "turn; zoom and pan"],
 ];
 
 function helpTable(title, rows) {

@@ -27,12 +27,12 @@ export function legendOf(values, automatic) {
     const { title, unit, labels, logarithmic } = COLOURINGS[values.colour];
     if (labels) {
         const ticks = labels.map((text, i) => ({ at: (i + 0.5) / labels.length, text }));
-        return { title, unit, ticks, parts: labels.length };
+        return { title, unit, ticks, parts: labels.length, ends: [labels[0], labels.at(-1)] };
     }
     const [a, b] = chosenDomain(values, automatic);
     const share = logarithmic ? (v) => Math.log(v / a) / Math.log(b / a) : (v) => (v - a) / (b - a);
     const marks = (logarithmic ? logarithmicTicks : linearTicks)([a, b]);
-    return { title, unit, ticks: marks.map((v) => ({ at: share(v), text: `${v} ${unit}`.trim() })), parts: 0 };
+    return { title, unit, ticks: marks.map((v) => ({ at: share(v), text: `${v} ${unit}`.trim() })), parts: 0, ends: [`${a}`, `${b} ${unit}`.trim()] };
 }
 
 // Colour at a share of the bar.
@@ -52,10 +52,18 @@ export function drawBar(pen, x, y, width, height, values, legend, bytes) {
     }
 }
 
+// The same lying, for a legend that is folded.
+function drawStrip(canvas, values, legend, bytes) {
+    const pen = canvas.getContext("2d");
+    for (let x = 0; x < canvas.width; x++) {
+        pen.fillStyle = colourAt(values, legend, bytes, (x + 0.5) / canvas.width);
+        pen.fillRect(x, 0, 1, canvas.height);
+    }
+}
+
 export function makeLegend() {
-    const bar = document.getElementById("legend-bar");
-    const list = document.getElementById("legend-ticks");
-    const title = document.getElementById("legend-title");
+    const at = (id) => document.getElementById(id);
+    const [bar, list, title] = ["legend-bar", "legend-ticks", "legend-title"].map(at);
     let shown = "";
 
     function tickItem({ at, text }) {
@@ -75,6 +83,8 @@ export function makeLegend() {
         title.textContent = legend.title;
         list.className = legend.parts ? "ticks plain" : "ticks";
         list.replaceChildren(...legend.ticks.map(tickItem));
+        [at("legend-from").textContent, at("legend-to").textContent] = legend.ends;
+        drawStrip(at("legend-strip"), values, legend, bytes);
         drawBar(bar.getContext("2d"), 0, 0, bar.width, bar.height, values, legend, bytes);
     };
 }

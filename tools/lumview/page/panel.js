@@ -1,9 +1,10 @@
 // The controls: each shows and changes one setting.
-import { COLOURINGS } from "./colouring.js";
+import { COLOURINGS, SMALLEST } from "./colouring.js";
 
 const SMOOTHINGS = [5, 7, 9, 11, 15, 21, 31, 41, 63];
 
 const asNumber = (text) => (text.trim() === "" || !Number.isFinite(Number(text)) ? null : Number(text));
+const isRefused = (e) => e.getAttribute("aria-invalid") === "true";
 const box = { read: (e) => e.checked, show: (e, v) => (e.checked = v) };
 const choice = { read: (e) => e.value, show: (e, v) => (e.value = v) };
 const choiceOfNumber = { read: (e) => Number(e.value), show: (e, v) => (e.value = String(v)) };
@@ -11,11 +12,10 @@ const slider = { read: (e) => Number(e.value), show: (e, v) => (e.value = v), ev
 const number = {
     read: (e) => asNumber(e.value),
     show: (e, v) => {
-        if (asNumber(e.value) !== v) {
+        if (asNumber(e.value) !== v && !isRefused(e)) {
             e.value = v ?? "";
         }
     },
-    event: "input",
 };
 
 // Element, setting, how it is read and shown.
@@ -43,19 +43,21 @@ const CONTROLS = [
 
 const at = (id) => document.getElementById(id);
 
-// Buttons of the page that show and hide one of its parts.
-export function makeToggle(button, part, changed) {
-    const show = (isShown) => {
-        part.hidden = !isShown;
-        button.setAttribute("aria-expanded", String(isShown));
-        button.setAttribute("aria-pressed", String(isShown));
-        changed?.();
-    };
-    const toggle = () => show(part.hidden);
-    button.addEventListener("click", toggle);
-    show(!part.hidden);
-    return { toggle, show };
-}
+// Two fields that bound something: the message's element, the fields, and what
+// is wrong with their values, if anything is.
+const notAbove = ([low, high]) => low !== null && high !== null && low > high && `${low} is above ${high}`;
+const PAIRS = [
+    ["colour-why", ["from", "to"], ([low, high], values) => {
+        const least = COLOURINGS[values.colour].logarithmic ? SMALLEST : -Infinity;
+        if ([low, high].some((end) => end !== null && end < least)) {
+            return `the scale is logarithmic: at least ${least}`;
+        }
+        return notAbove([low, high]) || (low !== null && low === high && "both ends are the same");
+    }],
+    ["range-why", ["range-min", "range-max"], (ends) => (ends.some((end) => end !== null && end < 0) && "no range is below 0") || notAbove(ends)],
+    ["height-why", ["height-min", "height-max"], notAbove],
+    ["ground-why", ["ground"], () => ""],
+];
 
 export function makePanel(settings) {
     const { values } = settings;
@@ -71,20 +73,52 @@ export function makePanel(settings) {
         at("map").disabled = values.colour === "eye";
     }
 
-    CONTROLS.forEach(([id, key, kind]) => {
+    const keyOf = Object.fromEntries(CONTROLS.map(([id, key]) => [id, key]));
+
+    function refuse([place, ids], why) {
+        at(place).textContent = why || "";
+        at(place).hidden = !why;
+        ids.forEach((id) => at(id).setAttribute("aria-invalid", String(Boolean(why))));
+    }
+
+    // Both fields are taken, or neither: what was so before stays until then.
+    function takePair(pair) {
+        const [, ids, wrong] = pair;
+        const ends = ids.map((id) => number.read(at(id)));
+        const why = ids.some((id) => at(id).validity.badInput) ? "that is no number" : wrong(ends, values);
+        refuse(pair, why);
+        if (!why) {
+            settings.set(Object.fromEntries(ids.map((id, i) => [keyOf[id], ends[i]])));
+        }
+    }
+
+    for (const [id, key, kind] of CONTROLS.filter((control) => control[2] !== number)) {
         at(id).addEventListener(kind.event ?? "change", () => settings.set({ [key]: kind.read(at(id)) }));
-    });
+    }
+    for (const pair of PAIRS) {
+        pair[1].forEach((id) => at(id).addEventListener("input", () => takePair(pair)));
+    }
     // The ends belong to what is coloured.
     at("colour").addEventListener("change", () => settings.set({ from: null, to: null }));
     at("controls").addEventListener("submit", (event) => event.preventDefault());
     at("reset").addEventListener("click", settings.reset);
-    settings.onChange(showAll);
+    settings.onChange((changed) => {
+        for (const pair of PAIRS) {
+            if (pair[1].some((id) => changed.has(keyOf[id])) || changed.has("colour")) {
+                refuse(pair, "");
+            }
+        }
+        showAll();
+    });
     showAll();
     return {
         setSmoothings(most) {
             const windows = SMOOTHINGS.filter((w) => w <= most);
             const options = windows.map((w) => new Option(`over ${w} pixels`, String(w)));
             at("smooth").replaceChildren(new Option("off", "0"), ...options);
+            if (!SMOOTHINGS.includes(values.smooth) || values.smooth > most) {
+                settings.set({ smooth: 0 });
+            }
             showAll();
         },
         // The next choice of a list, as a key does it.

@@ -1,7 +1,7 @@
 // A click picks the point under it.
 import * as THREE from "three";
 import { EYE_BIT, RISING_BIT } from "./frame.js";
-import { makeFilter } from "./filter.js";
+import { makeFilter, returnOf } from "./filter.js";
 
 const NEAR_PX = 4; // within it the point in front is meant
 const FAR_PX = 14; // beyond it none is
@@ -66,7 +66,7 @@ export function describe({ slot, index: i }, eyes) {
         eye: eye.name,
         line: p.line[i],
         pixel: p.pixel[i],
-        returnNumber: p.turn[i],
+        returnNumber: returnOf(p, i),
         returns: flags >> 2,
         edge: flags & RISING_BIT ? "rising" : "falling",
         pulse: p.pulse[i] * 0.01,
@@ -90,37 +90,119 @@ const ROWS = [
     ["frame", (p) => p.frame],
 ];
 
+const coordinates = (at) => at.map((v) => v.toFixed(3)).join("  ");
+
+// Between two positions.
+export function measure(from, to) {
+    const [x, y, z] = to.map((v, k) => v - from[k]);
+    return { from, to, distance: Math.hypot(x, y, z), horizontal: Math.hypot(x, y), x, y, z };
+}
+
+const MEASURE_ROWS = [
+    ["horizontal", (m) => `${m.horizontal.toFixed(3)} m`],
+    ["Δx", (m) => `${m.x.toFixed(3)} m`],
+    ["Δy", (m) => `${m.y.toFixed(3)} m`],
+    ["Δz", (m) => `${m.z.toFixed(3)} m`],
+    ["from", (m) => coordinates(m.from)],
+    ["to", (m) => coordinates(m.to)],
+];
+
+function fillList(list, rows, of) {
+    list.replaceChildren(...(of ? rows : []).flatMap(([name, text]) => {
+        const [dt, dd] = [document.createElement("dt"), document.createElement("dd")];
+        dt.textContent = name;
+        dd.textContent = text(of);
+        return [dt, dd];
+    }));
+}
+
+const at = (id) => document.getElementById(id);
+
+// mark(from, to): where signs are to stand, null for none.
 export function makePick({ canvas, camera, cloud, settings, eyes, mark }) {
-    const card = document.getElementById("pick");
-    const list = document.getElementById("pick-data");
-    let picked = null;
+    let picked = null; // { slot, index, filling, data }
+    let from = null; // likewise: the other end of a distance
+
+    const distance = () => (from && picked && from !== picked ? measure(from.data.position, picked.data.position) : null);
+
+    function look(x, y) {
+        const project = makeProjection(camera.active, canvas.clientWidth, canvas.clientHeight);
+        const found = findPoint(cloud.slots, project, makeFilter(settings.values, eyes()), x, y);
+        return found && { ...found, filling: found.slot.filling, data: describe(found, eyes()) };
+    }
+
+    function showDistance() {
+        const measured = distance();
+        at("measure").hidden = from === null;
+        at("measure-distance").textContent = measured ? `${measured.distance.toFixed(3)} m` : "Pick the other end";
+        fillList(at("measure-data"), MEASURE_ROWS, measured);
+        at("pick-measure").textContent = from ? "End measuring" : "Measure from here";
+        at("pick-measure").setAttribute("aria-pressed", String(from !== null));
+    }
 
     function show(point) {
         picked = point;
-        card.hidden = point === null;
-        list.replaceChildren();
-        for (const [name, text] of point ? ROWS : []) {
-            const [dt, dd] = [document.createElement("dt"), document.createElement("dd")];
-            dt.textContent = name;
-            dd.textContent = text(point);
-            list.append(dt, dd);
-        }
-        mark(point && point.position);
+        from = point ? from : null;
+        at("pick").hidden = point === null;
+        fillList(at("pick-data"), ROWS, point && point.data);
+        showDistance();
+        mark(from && from.data.position, point && point.data.position);
     }
 
-    document.getElementById("pick-close").addEventListener("click", () => {
+    function measureFrom(point) {
+        from = point;
+        show(picked);
+    }
+
+    function isShown(point) {
+        return cloud.slots.includes(point.slot) && point.slot.filling === point.filling &&
+            makeFilter(settings.values, eyes())(point.slot.points, point.index);
+    }
+
+    const self = {
+        get picked() {
+            return picked && picked.data;
+        },
+        get distance() {
+            return distance();
+        },
+        clear: () => show(null),
+        // What is not shown any more is not picked.
+        check() {
+            const [goes, ends] = [picked && !isShown(picked), from && !isShown(from)];
+            if (goes || ends) {
+                from = ends ? null : from;
+                show(goes ? null : picked);
+            }
+        },
+        // isEnd: of a distance that begins at the point picked before.
+        at(x, y, isEnd) {
+            from = isEnd && from === null ? picked : from;
+            const point = look(x, y);
+            at("pick").classList.toggle("right", x < canvas.clientWidth / 2); // not over the point
+            if (point || from === null) {
+                show(point);
+            }
+        },
+        // From the point that is picked, or no more.
+        measure() {
+            if (picked) {
+                measureFrom(from ? null : picked);
+            }
+        },
+        // found([x, y, z]): where the point under x, y is, if there is one.
+        find(x, y, found) {
+            const point = look(x, y);
+            if (point) {
+                found(point.data.position);
+            }
+        },
+    };
+
+    at("pick-measure").addEventListener("click", self.measure);
+    at("pick-close").addEventListener("click", () => {
         show(null);
         canvas.focus();
     });
-    return {
-        get picked() {
-            return picked;
-        },
-        clear: () => show(null),
-        at(x, y) {
-            const project = makeProjection(camera.active, canvas.clientWidth, canvas.clientHeight);
-            const found = findPoint(cloud.slots, project, makeFilter(settings.values, eyes()), x, y);
-            show(found && describe(found, eyes()));
-        },
-    };
+    return self;
 }

@@ -8,6 +8,8 @@
 // received       frame messages that came
 // pictures       pictures drawn
 // points         points in the frames shown, before any filter
+// drawn          those of them in the last picture: fewer while the camera moves
+// moving         whether the camera moves
 // counts()       { total, shown, blue, green, rising, falling, returns }: what
 //                passes the filters, counted now
 // camera()       { position, target, yaw, pitch, distance, flat }, degrees
@@ -16,7 +18,8 @@
 // hello()        the server's greeting
 // domain()       the values at both ends of the colours
 // picked()       the picked point, or null
-// place(i)       { x, y, visible } of point i of the newest frame on the page
+// distance()     { from, to, distance, horizontal, x, y, z } between two, or null
+// place(i)       { x, y, depth, visible, range } of point i of the newest frame on the page
 // memory()       { geometries, textures, programs } of the graphics card
 export function exposeProbe(parts) {
     const getters = {};

@@ -1,5 +1,5 @@
 // What stands around the points: grid, range rings with numbers, the axes of
-// the sensor, a mark at the picked point.
+// the sensor, marks at picked points and the line between them.
 import * as THREE from "three";
 
 export const GROUND = 0x0e1218;
@@ -48,24 +48,26 @@ function sprite(width, height, draw) {
     draw(pen);
     const map = new THREE.CanvasTexture(canvas);
     map.colorSpace = THREE.SRGBColorSpace;
+    map.userData = { pen };
     const made = new THREE.Sprite(new THREE.SpriteMaterial({ map, depthTest: false, transparent: true }));
     made.userData = { width, height };
     made.renderOrder = 2;
     return made;
 }
 
-function numberSprite(text) {
-    return sprite(60, 18, (pen) => {
-        pen.font = "600 12px system-ui, 'DejaVu Sans', sans-serif";
-        pen.textAlign = "center";
-        pen.textBaseline = "middle";
-        pen.lineWidth = 3;
-        pen.strokeStyle = "#0e1218";
-        pen.strokeText(text, 30, 9);
-        pen.fillStyle = "#dbe4ef";
-        pen.fillText(text, 30, 9);
-    });
+function writeMiddle(pen, text, width, height) {
+    pen.clearRect(0, 0, width, height);
+    pen.font = "600 12px system-ui, 'DejaVu Sans', sans-serif";
+    pen.textAlign = "center";
+    pen.textBaseline = "middle";
+    pen.lineWidth = 3;
+    pen.strokeStyle = "#0e1218";
+    pen.strokeText(text, width / 2, height / 2);
+    pen.fillStyle = "#dbe4ef";
+    pen.fillText(text, width / 2, height / 2);
 }
+
+const numberSprite = (text) => sprite(60, 18, (pen) => writeMiddle(pen, text, 60, 18));
 
 function makeRings() {
     const group = new THREE.Group();
@@ -99,13 +101,51 @@ function makeMark() {
     return mark;
 }
 
+// The line of a distance, with its length.
+function makeRuler() {
+    const ruler = lines([0, 0, 0, 0, 0, 0], 0xffffff);
+    const label = sprite(90, 20, () => {});
+    ruler.material.depthTest = false;
+    ruler.material.transparent = true;
+    ruler.frustumCulled = false;
+    ruler.visible = false;
+    ruler.renderOrder = 2;
+    label.renderOrder = 4;
+    label.center.set(0.5, -0.4);
+    ruler.add(label);
+    return {
+        ruler,
+        label,
+        show(from, to) {
+            ruler.visible = Boolean(from && to);
+            if (!ruler.visible) {
+                return;
+            }
+            ruler.geometry.attributes.position.set([...from, ...to]);
+            ruler.geometry.attributes.position.needsUpdate = true;
+            label.position.fromArray(from.map((v, k) => (v + to[k]) / 2));
+            const length = Math.hypot(...from.map((v, k) => v - to[k]));
+            writeMiddle(label.material.map.userData.pen, `${length.toFixed(3)} m`, 90, 20);
+            label.material.map.needsUpdate = true;
+        },
+    };
+}
+
+function placeMark(mark, position) {
+    mark.visible = Boolean(position);
+    if (position) {
+        mark.position.fromArray(position);
+    }
+}
+
 export function makeScene() {
     const scene = new THREE.Scene();
     scene.background = new THREE.Color(GROUND);
     const grid = makeGrid();
     const rings = makeRings();
-    const mark = makeMark();
-    scene.add(grid, rings, makeAxes(), mark);
+    const [mark, other] = [makeMark(), makeMark()];
+    const { ruler, label: length, show: showRuler } = makeRuler();
+    scene.add(grid, rings, makeAxes(), mark, other, ruler);
     const place = new THREE.Vector3();
 
     function keepSize(sign, camera) {
@@ -132,16 +172,16 @@ export function makeScene() {
             grid.position.z = ground;
             rings.position.z = ground + 0.01;
         },
-        mark(position) {
-            mark.visible = position !== null;
-            if (position) {
-                mark.position.fromArray(position);
-            }
+        // The picked point, and the one from which its distance is taken.
+        mark(from, position) {
+            placeMark(mark, position);
+            placeMark(other, from);
+            showRuler(from, position);
         },
         // Before each picture.
         prepare(camera) {
             spaceLabels(camera);
-            keepSize(mark, camera);
+            [mark, other, length].forEach((sign) => keepSize(sign, camera));
         },
     };
 }

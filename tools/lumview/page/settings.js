@@ -1,8 +1,10 @@
 // What the user has chosen. One flat set of values; whoever depends on one
-// hears of its change.
+// hears of its change. They last as long as the browser's tab.
+
+const PLACE = "lumview";
 
 export const DEFAULTS = Object.freeze({
-    return: "all", // all, 1, 2, 3, last
+    return: "all", // all, 1, 2, 3, last, strongest
     edges: "rising", // rising, falling, both: made by the server
     smooth: 0, // window of the angle smoothing: made by the server
     blue: true,
@@ -21,24 +23,74 @@ export const DEFAULTS = Object.freeze({
     grid: true,
     rings: true,
     ground: null, // height of the grid, metres; null: from the points
+    panel: null, // parts that are shown; null: where there is room
+    stats: null,
+    legend: null,
 });
 
+const isNumber = (value) => value === null || Number.isFinite(value);
+const isSame = (other) => (value) => typeof value === typeof other;
+const isSwitch = (value) => value === null || typeof value === "boolean";
+const isBetween = (least, most) => (value) => Number.isFinite(value) && value >= least && value <= most;
+const isOf = (...choices) => (value) => choices.includes(value);
+
+// What a kept value must be.
+const FITS = {
+    ...Object.fromEntries(Object.keys(DEFAULTS).map((key) => [key, DEFAULTS[key] === null ? isNumber : isSame(DEFAULTS[key])])),
+    return: isOf("all", "1", "2", "3", "last", "strongest"),
+    edges: isOf("rising", "falling", "both"),
+    colour: isOf("range", "height", "pulse", "return", "line", "eye"),
+    map: isOf("turbo", "viridis", "cividis"),
+    size: isBetween(1, 10),
+    accumulate: isBetween(1, 50),
+    panel: isSwitch,
+    stats: isSwitch,
+    legend: isSwitch,
+};
+
+// A browser may refuse to keep anything; then nothing is kept.
+function load() {
+    try {
+        const kept = JSON.parse(sessionStorage.getItem(PLACE)) ?? {};
+        return Object.fromEntries(Object.entries(kept).filter(([key, value]) => Object.hasOwn(FITS, key) && FITS[key](value)));
+    } catch {
+        return {};
+    }
+}
+
+function keep(values) {
+    try {
+        sessionStorage.setItem(PLACE, JSON.stringify(values));
+    } catch {
+        // the page works without
+    }
+}
+
 export function makeSettings() {
-    const values = { ...DEFAULTS };
+    const values = { ...DEFAULTS, ...load() };
     const listeners = [];
+
+    function tell(keys) {
+        keep(values);
+        listeners.forEach((hear) => hear(new Set(keys)));
+    }
 
     function set(changes) {
         const changed = Object.keys(changes).filter((key) => values[key] !== changes[key]);
         Object.assign(values, changes);
         if (changed.length > 0) {
-            listeners.forEach((tell) => tell(new Set(changed)));
+            tell(changed);
         }
     }
 
     return {
         values,
         set,
-        reset: () => set({ ...DEFAULTS }),
-        onChange: (tell) => listeners.push(tell),
+        // What was typed and refused goes too, so all hear of it.
+        reset() {
+            Object.assign(values, DEFAULTS);
+            tell(Object.keys(DEFAULTS));
+        },
+        onChange: (hear) => listeners.push(hear),
     };
 }

@@ -70,6 +70,17 @@ function makeLaser() {
     };
 }
 
+// What must be seen where the statistics are folded.
+function showShort({ losses, laser }) {
+    const isLossy = Object.values(losses).some((count) => count > 0);
+    const badge = document.getElementById("lost-short");
+    const short = document.getElementById("laser-short");
+    badge.hidden = !isLossy;
+    badge.textContent = isLossy ? "losses" : "";
+    short.textContent = laser ? `laser ${laser.up ? "on" : "off"}` : "";
+    short.className = laser?.hazards.length > 0 ? "bad" : laser?.up ? "good" : "";
+}
+
 export function makeStats() {
     const rates = makeRows(document.getElementById("rates"), RATES.map(([name]) => [name]));
     const losses = makeRows(document.getElementById("losses"), LOSSES.map(([, name, hint]) => [name, hint]));
@@ -85,6 +96,7 @@ export function makeStats() {
             losses[i].title = joined > 0 ? "under way when the stream was joined: not lost" : "";
             losses[i].className = lost > 0 ? "bad" : "";
         });
+        showShort(status);
         showLaser(status.laser);
     };
 }
