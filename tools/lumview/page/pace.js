@@ -3,7 +3,7 @@
 
 const SETTLE_MS = 200; // after the last movement the picture is whole again
 const LEAST = 40000; // points
-const FIRST_IN_SOFTWARE = 150000;
+const FIRST_IN_SOFTWARE = 60000;
 const SLOW_MS = 120; // a picture
 const WANTED_MS = 90;
 const QUICK_MS = 50;

@@ -74,23 +74,20 @@ export function describe({ slot, index: i }, eyes) {
     };
 }
 
+const coordinates = (at) => `${at.map((v) => v.toFixed(3)).join("  ")} m`;
+
 const ROWS = [
-    ["x", (p) => `${p.position[0].toFixed(3)} m`],
-    ["y", (p) => `${p.position[1].toFixed(3)} m`],
-    ["z", (p) => `${p.position[2].toFixed(3)} m`],
+    ["x y z", (p) => coordinates(p.position)],
     ["range", (p) => `${p.range.toFixed(3)} m`],
     ["azimuth", (p) => `${p.azimuth.toFixed(3)}°`],
     ["elevation", (p) => `${p.elevation.toFixed(3)}°`],
     ["eye", (p) => p.eye],
-    ["line", (p) => p.line],
-    ["pixel", (p) => p.pixel],
+    ["line, pixel", (p) => `${p.line}, ${p.pixel}`],
     ["return", (p) => `${p.returnNumber} of ${p.returns}`],
     ["edge", (p) => p.edge],
     ["pulse width", (p) => (p.pulse > 0 ? `${p.pulse.toFixed(2)} ns` : "unknown")],
     ["frame", (p) => p.frame],
 ];
-
-const coordinates = (at) => at.map((v) => v.toFixed(3)).join("  ");
 
 // Between two positions.
 export function measure(from, to) {
@@ -100,9 +97,7 @@ export function measure(from, to) {
 
 const MEASURE_ROWS = [
     ["horizontal", (m) => `${m.horizontal.toFixed(3)} m`],
-    ["Δx", (m) => `${m.x.toFixed(3)} m`],
-    ["Δy", (m) => `${m.y.toFixed(3)} m`],
-    ["Δz", (m) => `${m.z.toFixed(3)} m`],
+    ["Δx Δy Δz", (m) => coordinates([m.x, m.y, m.z])],
     ["from", (m) => coordinates(m.from)],
     ["to", (m) => coordinates(m.to)],
 ];
@@ -133,6 +128,7 @@ export function makePick({ canvas, camera, cloud, settings, eyes, mark }) {
 
     function showDistance() {
         const measured = distance();
+        at("pick-title").textContent = from ? "Distance" : "Point";
         at("measure").hidden = from === null;
         at("measure-distance").textContent = measured ? `${measured.distance.toFixed(3)} m` : "Pick the other end";
         fillList(at("measure-data"), MEASURE_ROWS, measured);
