@@ -982,7 +982,11 @@ class Firewall(OnHosts):
         self.sensor()
         old = self.folder.write("nft", "#!/bin/sh\nwhile read -r line; do echo 'Error: syntax error, unexpected flags' >&2; done\n")
         os.chmod(old, 0o755)
-        status, out = self.shell(f"mount --bind {old} $(readlink -f /usr/sbin/nft); lumctl doctor --trace --json")
+        private = "unshare --mount --propagation private"  # else every program would have this nft
+        if self.shell(f"{private} true")[0] != 0:
+            self.skipTest("no mounts of its own: the root is no mount point")
+        status, out = self.shell(f"{private} sh -c 'mount --bind {old} $(readlink -f /usr/sbin/nft) && "
+                                 "exec lumctl doctor --trace --json'")
         found = {c["name"]: c for c in json.loads(out)["checks"]}
         self.assertEqual((status, found["firewall"]["result"], found["answer"]["result"]), (1, "wrong", "fine"), out)
         self.assertIn("no trace: nft or the kernel cannot", found["firewall"]["text"])

@@ -122,7 +122,7 @@ class Here(Case):
     def test_arguments(self):
         for words, says in ((["--subnet", "10.0.0.0/21"], "wider than a /22"), (["--subnet", "10.0.0.0"], "not a subnet"),
                             (["--subnet", "10.0.0/24"], "not a subnet"), (["--subnet", "10.0.0.0/33"], "not a subnet"),
-                            (["--interface", "nosuch"], "no interface 'nosuch'"), (["--host", "10.42.0.37"], "--subnet says where"),
+                            (["--interface", "nosuch"], "there is no interface nosuch"), (["--host", "10.42.0.37"], "--subnet says where"),
                             (["--dry-run"], "--dry-run"), (["all"], "'all'")):
             r = self.check(BAD, run("lumctl", "find", *words))
             self.assertEqual((r.stdout, r.stderr.count("\n")), ("", 1), words)
