@@ -900,6 +900,13 @@ class Capture(Case):
                 self.assertEqual(a[:3], e[:3])
                 for i in (3, 4, 5):
                     self.assertAlmostEqual(a[i], e[i], delta=0.0011)
+            r = run("lumdump", self.source, "-o", table, "--edge", "both", "--return", "strongest",
+                    "--frames", f"{number}:{number}", *options)
+            self.assertEqual(r.returncode, 0, r.stderr)
+            keys = zip(cloud.strongest(), cloud.line_numbers(), cloud.pixels(), cloud.bits(), cloud.return_numbers())
+            self.assertEqual(sorted((n, p, bits & 3, turn) for strongest, n, p, bits, turn in keys if strongest),
+                             sorted((int(row["line"]), int(row["pixel"]), eyes[row["eye"]] | int(row["edge"]) << 1,
+                                     int(row["return_number"])) for row in read_csv(table)))
 
     def test_a_capture_plays_to_its_end_and_begins_anew_if_asked(self):
         self.serve("--speed", "10")

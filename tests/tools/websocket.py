@@ -205,7 +205,7 @@ class Cloud:
         self.data = data
         (magic, version, head, self.frame, self.clock, self.utc, self.points, self.edges, self.smooth, _, self.lines,
          self.lost, self.sensor, self.shown, self.complete) = self.HEAD.unpack_from(data)
-        assert (magic, version, head) == (0x464D554C, 1, 64), data[:8]
+        assert (magic, version, head) == (0x464D554C, 2, 64), data[:8]
         assert len(data) == 64 + 20 * self.points, (len(data), self.points)
 
     def array(self, at, letter, count=1):
@@ -225,7 +225,10 @@ class Cloud:
         return self.array(16, "H")
 
     def return_numbers(self):
-        return self.array(18, "B")
+        return tuple(number & 127 for number in self.array(18, "B"))
+
+    def strongest(self):
+        return tuple(number > 127 for number in self.array(18, "B"))
 
     def bits(self):
         return self.array(19, "B")
