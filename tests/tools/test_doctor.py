@@ -759,7 +759,7 @@ class TwoHosts(OnHosts):
         self.assertEqual(found["arp"], "wrong", str(found))
         self.assertRegex(found.text("arp"), r"2 devices on eth0 answer for 10\.42\.0\.37: (..:){5}.. and (..:){5}..; ")
         self.follow(found.mend("arp"))
-        Hosts.ip("netns", "del", third)
+        Hosts.ip("-n", third, "link", "del", "mac0")  # a namespace lives on for a while after it was deleted
         self.assert_fine(self.look())
 
     def test_the_sensors_address_on_the_host_itself(self):
