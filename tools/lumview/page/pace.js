@@ -2,7 +2,7 @@
 // draws them all; without one, as many as keep the movement fluid.
 
 const SETTLE_MS = 200; // after the last movement the picture is whole again
-const LEAST = 40000; // points
+const LEAST = 20000; // points
 const FIRST_IN_SOFTWARE = 60000;
 const SLOW_MS = 120; // a picture
 const WANTED_MS = 90;
