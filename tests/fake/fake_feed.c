@@ -135,6 +135,7 @@ static void make_frames(struct feed *feed)
 {
     feed->shown++;
     feed->status.frames++;
+    feed->status.frame_ns = lum_time_monotonic_ns();
     feed->status.points += feed->points;
     feed->status.bytes += 4u * (uint64_t)feed->points;
     feed->status.packets++;

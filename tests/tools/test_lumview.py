@@ -447,8 +447,8 @@ class Socket(Case):
         b.status()
         b.status()
         status = [b.status() for _ in range(3)][-1]
-        self.assertAlmostEqual(status["points_per_second"] / status["frames_per_second"], 500, delta=1)
-        self.assertAlmostEqual(status["bytes_per_second"] / status["frames_per_second"], 2000, delta=4)
+        self.assertAlmostEqual(status["bytes_per_second"] / status["points_per_second"], 4, delta=0.01)
+        self.assertGreater(status["frames_per_second"], 0)
 
     def test_each_browser_has_its_own_view(self):
         self.serve()

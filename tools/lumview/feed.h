@@ -47,6 +47,7 @@ struct feed_status {
     uint64_t bytes;
     uint64_t points; /* of the default view: rising edges, as projected */
     uint64_t frames;
+    int64_t frame_ns;   /* when the newest was complete, monotonic */
     uint64_t lost_wire; /* words and lines, see lumdump's status line */
     uint64_t lost_lines;
     uint64_t joined_words; /* of both, of lines that were under way when the

@@ -146,6 +146,7 @@ void stage_show(struct stage *stage, struct picture *picture,
     stage->shown = *picture;
     stage->status.frame = picture->frame;
     stage->status.frames = shown;
+    stage->status.frame_ns = complete_ns;
     unlock_and_wake(stage, true);
     picture_drop(&before);
     *picture = (struct picture){0};

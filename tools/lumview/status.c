@@ -30,7 +30,11 @@ void status_update(struct status *status, const struct feed_status *feed,
         status->sample_count--;
     }
     status->samples[status->sample_count++] =
-        (struct status_sample){now_ns, feed->points, feed->frames, feed->bytes};
+        (struct status_sample){.time_ns = now_ns,
+                               .points = feed->points,
+                               .frames = feed->frames,
+                               .frame_ns = feed->frame_ns,
+                               .bytes = feed->bytes};
 }
 
 bool status_differs(const struct feed_status *a, const struct feed_status *b)
@@ -116,6 +120,17 @@ int status_hello(const struct options *options, const struct feed *feed,
     return end(room_before, out, stream, &json);
 }
 
+/* Whole frames, from one's end to another's: of what was looked at, a part of a
+ * frame more or less would be a tenth of a second's. */
+static double frame_rate(const struct status_sample *a,
+                         const struct status_sample *b)
+{
+    const double seconds = (double)(b->frame_ns - a->frame_ns) * 1e-9;
+    return a->frames > 0 && seconds > 0
+               ? (double)(b->frames - a->frames) / seconds
+               : 0;
+}
+
 /* A second and a half at most: what is shown is not to jump, nor to lag. */
 static void write_rates(struct json *json, const struct status *status)
 {
@@ -129,7 +144,7 @@ static void write_rates(struct json *json, const struct status *status)
         const double seconds = (double)(b->time_ns - a->time_ns) * 1e-9;
         if (seconds > 0) {
             points = (double)(b->points - a->points) / seconds;
-            frames = (double)(b->frames - a->frames) / seconds;
+            frames = frame_rate(a, b);
             bytes = (double)(b->bytes - a->bytes) / seconds;
         }
     }

@@ -12,6 +12,7 @@ struct status_sample {
     int64_t time_ns;
     uint64_t points;
     uint64_t frames;
+    int64_t frame_ns; /* of the last of these */
     uint64_t bytes;
 };
 
