@@ -517,6 +517,8 @@ def live_sensor():
     check((laser.level, value_of(laser, "laser"), value_of(laser, "FAN_PWM_BAD")) == (0, "up", "false"), f"{laser}")
     losses = wait_for_status(diagnostics, "losses", lambda s: True, "losses")
     check(value_of(losses, "malformed") == "0", f"{losses.values}")
+    lacking = sum(int(value_of(losses, key)) for key in ("lost_words", "lines_missing_angles"))
+    check(int(value_of(losses, "under_way_when_joined")) <= lacking, f"{losses.values}")
     check_commands()
     sent = [e["note"] for e in events("tlv")]
     check(set(sent) == {"status poll", "50p; 0g", "u"}, f"the sensor heard {set(sent)}")

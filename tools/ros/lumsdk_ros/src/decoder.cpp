@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <new>
 #include <stdexcept>
 #include <utility>
@@ -59,6 +60,7 @@ void Decoder::begin()
     returns_.resize(o.config.words_per_line);
     workspace_.returns = returns_.data();
     has_ended_ = false;
+    std::fill(std::begin(has_joined_), std::end(has_joined_), false);
 }
 
 void Decoder::take(const lum_record &record)
@@ -97,8 +99,20 @@ size_t Decoder::compute(const lum_line &line)
                                &workspace_, samples_.data(), &counts_.losses);
 }
 
+// The first line of an eye was under way when the packets began, as far as it
+// lacks anything.
+void Decoder::note_joined(const lum_line &line)
+{
+    if (!has_joined_[line.eye]) {
+        has_joined_[line.eye] = true;
+        counts_.joined += line.lost_words;
+        counts_.joined += line.angle_count < LUM_LINE_PIXELS ? 1 : 0;
+    }
+}
+
 void Decoder::take_line(const lum_line &line)
 {
+    note_joined(line);
     const size_t count = compute(line);
     const int64_t clock_ns = has_clock_ ? line.clock_us * 1000 : line.arrival;
     const int64_t offset_ns = times_.take(clock_ns, line.arrival);

@@ -19,6 +19,8 @@ namespace lumsdk_ros
 struct DecoderCounts {
     lum_demux_counters demux = {};
     lum_point_losses losses = {};
+    uint64_t joined = 0; // what lines lack that were under way when the
+                         // packets began: counted as lost, and is not
     uint64_t clouds = 0;
     uint64_t points = 0;
     uint64_t left_out = 0; // points of lines behind their cloud
@@ -53,6 +55,7 @@ class Decoder
     void begin();
     void take_event(lum_result event);
     void take_line(const lum_line &line);
+    void note_joined(const lum_line &line);
     size_t compute(const lum_line &line);
     Frame &frame_of(int64_t number);
     void end_frames(int64_t last);
@@ -72,9 +75,10 @@ class Decoder
     Frame spare_; // keeps the memory of the frame before
     Cloud cloud_;
     Rings rings_;
-    bool has_ended_ = false; // a frame
-    int64_t ended_ = 0;      // the highest of these
-    DecoderCounts counts_;   // without those of the demultiplexer at work
+    bool has_joined_[LUM_EYES] = {}; // a line of the eye was handed out
+    bool has_ended_ = false;         // a frame
+    int64_t ended_ = 0;              // the highest of these
+    DecoderCounts counts_; // without those of the demultiplexer at work
 };
 
 } // namespace lumsdk_ros

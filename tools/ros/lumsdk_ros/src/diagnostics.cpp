@@ -2,6 +2,7 @@
 
 #include <ros/time.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace lumsdk_ros
@@ -137,11 +138,14 @@ Status Diagnostics::make_data(const SourceView &view, int64_t now_ns)
 Status Diagnostics::make_losses(const SourceView &view)
 {
     Status status = make_status("losses");
+    const uint64_t joined = view.pipeline.decoder.joined;
     uint64_t lost = 0;
     for (const Loss &loss : losses_of(view)) {
         add(status, loss.name, std::to_string(loss.count));
         lost += loss.matters ? loss.count : 0;
     }
+    add(status, "under_way_when_joined", std::to_string(joined));
+    lost -= std::min(lost, joined);
     status.message = lost == 0 ? "none" : "some, none of late";
     if (lost > lost_before_) {
         status.level = Status::WARN;
