@@ -82,7 +82,7 @@ class Modules(unittest.TestCase):
     def cmake(self, code, *options, system="Linux", processor="x86_64", **environment):
         """What a function of modules.cmake says is wrong."""
         script = self.folder / "script.cmake"
-        code += '\nfile(WRITE ${lum_view_page}/said "${wrong}")'
+        code += '\nfile(WRITE "${lum_view_page}/said" "${wrong}")'
         script.write_text(SCRIPT.format(folder=self.folder / "", modules=HERE / "../../cmake/modules.cmake", code=code,
                                         system=system, processor=processor))
         path = shutil.os.environ["PATH"]
