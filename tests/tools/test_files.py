@@ -250,9 +250,22 @@ class Inputs(Case):
                                               ("x.csv", ["--rotate", "60s"], "--calibration", made[self.calibration]),
                                               ("y-%04d.csv", [], "--profile", made[self.profile]),
                                               ("y.csv", ["--rotate", "1MB"], "--profile", made[self.profile])):
-            self.refused(1, "lumdump", self.source, option, path, "-o", self.folder / pattern, *rotate, says="this run reads")
+            self.refused(2, "lumdump", self.source, option, path, "-o", self.folder / pattern, *rotate, says="this run reads")
+        late = self.calibration.parent / "x-0777.csv"
+        made[self.calibration].rename(late)
+        self.before[late] = self.before.pop(made[self.calibration])
+        for source in self.source, "udp://127.47.0.6":
+            self.refused(2, "lumdump", source, "--calibration", late, "-o", self.folder / "x.csv", "--rotate", "1s",
+                         says="this run reads")
         self.unharmed()
-        self.assertEqual(self.folder.names(), ["in.pcap", "x-0001.csv", "y-0001.csv"])
+        self.assertEqual(self.folder.names(), ["in.pcap", "x-0777.csv", "y-0001.csv"])
+
+    def test_other_names_of_a_file_that_is_read_are_found_when_they_are_made(self):
+        os.link(self.calibration, self.folder / "z-0001.csv")
+        for pattern, rotate in (("z-%04d.csv", []), ("z.csv", ["--rotate", "60s"])):
+            self.refused(1, "lumdump", self.source, "--calibration", self.calibration, "-o", self.folder / pattern, *rotate,
+                         says="this run reads")
+        self.unharmed()
 
     def appended(self, path, tool, *arguments, stdin=subprocess.DEVNULL):
         """Refused, with standard output at a file's end."""

@@ -122,6 +122,76 @@ static bool is_same_output(const char *a, const char *b)
            s.st_ino == t.st_ino;
 }
 
+/* The names of an output's files differ in a number alone: what is before it,
+ * what divides them, and what is behind it. */
+struct numbered {
+    const char *head;
+    size_t head_len;
+    const char *divider;
+    const char *tail;
+};
+
+static struct numbered numbering_of(const char *base)
+{
+    const char *percent = strchr(base, '%');
+    const char *dot = strrchr(base, '.');
+    if (percent != NULL) {
+        return (struct numbered){base, (size_t)(percent - base), "",
+                                 strchr(percent, 'd') + 1};
+    }
+    const size_t len =
+        dot != NULL && dot != base ? (size_t)(dot - base) : strlen(base);
+    return (struct numbered){base, len, "-", base + len};
+}
+
+static bool is_one_of(const struct numbered *n, const char *base)
+{
+    const size_t divider_len = strlen(n->divider);
+    if (strncmp(base, n->head, n->head_len) != 0 ||
+        strncmp(base + n->head_len, n->divider, divider_len) != 0) {
+        return false;
+    }
+    base += n->head_len + divider_len;
+    const size_t digits = strspn(base, "0123456789");
+    return digits > 0 && strcmp(base + digits, n->tail) == 0;
+}
+
+/* What the names of a run's files may come to is refused before the first is
+ * made. */
+static int check_numbered(const struct options *options, size_t i,
+                          const char *input, lum_error *error)
+{
+    struct stat s;
+    struct stat t;
+    const char *name = options->outputs[i].name;
+    const bool has_pattern = strchr(base_of(name), '%') != NULL;
+    if (input == NULL || (!has_pattern && !targets_rotates(options, i))) {
+        return 0;
+    }
+    const struct numbered n = numbering_of(base_of(name));
+    if (!is_one_of(&n, base_of(input)) || !find_directory(name, &s) ||
+        !find_directory(input, &t) || s.st_dev != t.st_dev ||
+        s.st_ino != t.st_ino) {
+        return 0;
+    }
+    return lum_error_set(error,
+                         "%s, which this run reads, bears one of the names of "
+                         "%s: name another output",
+                         input, name);
+}
+
+static int check_all_numbered(const struct options *options, size_t i,
+                              lum_error *error)
+{
+    return (options->is_live ||
+            check_numbered(options, i, options->source, error) == 0) &&
+                   check_numbered(options, i, options->calibration, error) ==
+                       0 &&
+                   check_numbered(options, i, options->profile, error) == 0
+               ? 0
+               : -1;
+}
+
 /* What it leads to may be another output, once that is there. */
 static bool is_dangling(const char *path)
 {
@@ -169,7 +239,8 @@ int targets_check(const struct options *options, lum_error *error)
         const struct output_options *o = &options->outputs[i];
         if (check_pattern(o, error) != 0 ||
             check_others(options, i, error) != 0 ||
-            targets_check_inputs(options, o->name, error) != 0) {
+            targets_check_inputs(options, o->name, error) != 0 ||
+            check_all_numbered(options, i, error) != 0) {
             return -1;
         }
         if (options->is_live && targets_needs_rehearsal(options, i)) {
