@@ -192,7 +192,11 @@ class Live(Case):
         self.assertEqual(p.wait(60), 0, said)
         self.assertGreater(summary(raw)["points"], 1000)
         self.assertEqual(stat.S_IMODE(raw.stat().st_mode), 0o640)
-        self.assertEqual(cloud.read_bytes().count(b"\n") - 1, summary(raw)["points"])
+        points = cloud.read_bytes().count(b"\n") - 1
+        if "missing" in said:  # the machine was too slow for a cloud, and that was told
+            self.assertLess(points, summary(raw)["points"])
+        else:
+            self.assertEqual(points, summary(raw)["points"])
 
     def test_a_log_is_one_runs(self):
         _, log = self.sensor("127.47.0.3")

@@ -914,9 +914,10 @@ class Misbehaviour(Case):
         self.assertEqual(watch.end(signal.SIGINT), DONE)
 
     def test_a_signal_ends_a_request_by_that_signal(self):
-        FakeSensor(self, "127.33.2.22", lambda *_: [])
+        asked = []
+        FakeSensor(self, "127.33.2.22", lambda *_: asked.append(1) or [])
         p = Process(self, self.folder, BIN / "lumctl", "--host", "127.33.2.22", "status", "--timeout", 20000)
-        time.sleep(0.3)
+        wait_until(lambda: asked, 30, "the request")
         self.assertEqual(p.end(signal.SIGINT), -signal.SIGINT)
         self.assertIn("interrupted", p.stderr())
 
