@@ -31,9 +31,9 @@ static void look(struct status *status, unsigned ticks, int64_t first_frame_ns)
     for (unsigned i = 0; i < ticks; i++) {
         const int64_t now_ns = 1000 * MS + i * 500 * MS;
         const int64_t frames = (now_ns - first_frame_ns) / (100 * MS) + 1;
-        const struct feed_status feed = {
-            .frames = (uint64_t)frames,
-            .frame_ns = first_frame_ns + (frames - 1) * 100 * MS};
+        const struct feed_status feed = {.frames = (uint64_t)frames,
+                                         .frame_ns = first_frame_ns +
+                                                     (frames - 1) * 100 * MS};
         status_update(status, &feed, now_ns, true);
     }
 }
