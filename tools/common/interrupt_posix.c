@@ -27,7 +27,7 @@ static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
 static void set_handler(int signal_number, void (*handler)(int))
 {
     struct sigaction action = {.sa_handler = handler};
-    (void)sigemptyset(&action.sa_mask);
+    (void)sigfillset(&action.sa_mask); /* one after another */
     (void)sigaction(signal_number, &action, NULL);
 }
 
