@@ -11,6 +11,7 @@ import signal
 import socket
 import struct
 import subprocess
+import sys
 import termios
 import threading
 import time
@@ -697,6 +698,7 @@ class Alone(Case):
         self.assertNotIn("slow.pcap is too slow", self.said().split("has left")[1])
 
 
+@unittest.skipUnless(sys.platform == "linux", "slow_disk.c takes the place of calls of Linux's C library")
 class SlowDisk(Case):
     """fsync() takes as long as the test likes (slow_disk.c)."""
 
