@@ -279,8 +279,11 @@ static void release(lum_claim *claim)
 static int open_mark(const char *path)
 {
     const int flags = O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC;
-    const int fd = open(path, O_RDWR | flags);
-    return fd >= 0 || errno != EACCES ? fd : open(path, O_RDONLY | flags);
+    int fd = open(path, O_RDWR | flags);
+    if (fd < 0 && errno == EACCES) {
+        fd = open(path, O_RDONLY | flags);
+    }
+    return fd;
 }
 
 static enum attempt attempt(lum_claim *claim, const char *path,
