@@ -36,6 +36,7 @@ typedef struct lum_outfile {
     dev_t device;     /**< of the file made, to know it again */
     ino_t inode;      /**< likewise */
     size_t unstarted; /**< bytes whose way to the disk has not begun */
+    bool owes_name;   /**< it has its name, and the disk need not */
     lum_claim claim;  /**< to its name */
 } lum_outfile;
 
@@ -51,7 +52,8 @@ LUM_MUST_CHECK int lum_outfile_open(const char *path, lum_outfile_kind kind,
                                     lum_outfile *out, lum_error *error);
 
 /** Give it its name before it is whole, if it has another. From then on it
- * stays, whatever becomes of the rest.
+ * stays, whatever becomes of the rest. Does not wait for the disk, which gets
+ * the name for certain by lum_outfile_finish().
  * @return 0, or -1 with the reason in error and in errno. */
 LUM_MUST_CHECK int lum_outfile_show(lum_outfile *file, lum_error *error);
 
@@ -59,8 +61,9 @@ LUM_MUST_CHECK int lum_outfile_show(lum_outfile *file, lum_error *error);
  * more are made. */
 void lum_outfile_wrote(lum_outfile *file, size_t n);
 
-/** Close it and give it its name, once its bytes are on the disk; those of what
- * is written in place are the reader's. lum_outfile_discard() has to follow.
+/** Close it and give it its name, once its bytes are on the disk, and then wait
+ * until the name is; those of what is written in place are the reader's.
+ * lum_outfile_discard() has to follow.
  * @return 0, or -1 with the reason in error and in errno. */
 LUM_MUST_CHECK int lum_outfile_finish(lum_outfile *file, lum_error *error);
 

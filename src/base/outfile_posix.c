@@ -288,7 +288,8 @@ static int sync_directory(const lum_outfile *file, lum_error *error)
                                   error);
 }
 
-int lum_outfile_show(lum_outfile *file, lum_error *error)
+/* Give it its name, whenever the disk gets that. */
+static int give_name(lum_outfile *file, lum_error *error)
 {
     if (file->part == NULL || file->path == NULL) {
         return 0;
@@ -309,10 +310,18 @@ int lum_outfile_show(lum_outfile *file, lum_error *error)
     }
     free(file->part);
     file->part = NULL;
-    if (file->fd >= 0) { /* whose lock takes the claim's place */
+    file->owes_name = true;
+    return 0;
+}
+
+/* The file's own lock takes the claim's place. */
+int lum_outfile_show(lum_outfile *file, lum_error *error)
+{
+    const int result = give_name(file, error);
+    if (file->owes_name) {
         lum_claim_drop(&file->claim);
     }
-    return sync_directory(file, error);
+    return result;
 }
 
 void lum_outfile_wrote(lum_outfile *file, size_t n)
@@ -335,7 +344,11 @@ int lum_outfile_finish(lum_outfile *file, lum_error *error)
     if (close(fd) != 0 && errno != EINTR) {
         return lum_outfile_fail(file, errno, "cannot finish it", error);
     }
-    return lum_outfile_show(file, error);
+    if (give_name(file, error) != 0) {
+        return -1;
+    }
+    return file->path != NULL && file->owes_name ? sync_directory(file, error)
+                                                 : 0;
 }
 
 void lum_outfile_discard(lum_outfile *file)

@@ -588,18 +588,20 @@ def two_nodes_cannot_own_a_sensor():
 
 
 def a_second_signal_ends_a_long_laser_off():
-    address, p, events = sensor(7)
-    n = node(f"_source:=udp://{address}", "_laser:=true")
-    wait_until(lambda: any(e["up"] for e in events("laser")), 20, "the laser")
-    p.send_signal(signal.SIGSTOP)
-    begin = time.monotonic()
-    n.send_signal(signal.SIGINT)
-    time.sleep(0.5)
-    n.send_signal(signal.SIGINT)
-    check(n.wait(20) == 0 and "laser off was not answered" in text_of(n), tail(n))
-    check(time.monotonic() - begin < 9.0, "it waits for all of the ten seconds")
-    p.send_signal(signal.SIGCONT)
-    PROCESSES.end(p)
+    heard = []
+    for last, numbers in ((7, [signal.SIGINT, signal.SIGTERM]), (8, [signal.SIGINT])):  # two of one number could come as one
+        address, p, events = sensor(last)
+        n = node(f"_source:=udp://{address}", "_laser:=true")
+        wait_until(lambda: any(e["up"] for e in events("laser")), 20, "the laser")
+        p.send_signal(signal.SIGSTOP)
+        for number in numbers:
+            n.send_signal(number)
+        check(n.wait(30) == 0 and "laser off was not answered" in text_of(n), tail(n))
+        p.send_signal(signal.SIGCONT)
+        run(BIN / "lumctl", "--host", address, "status")  # answered behind all that waited
+        heard.append(sum(e["note"] == "d" for e in events("tlv")))
+        PROCESSES.end(p)
+    check(heard[0] < 0.75 * heard[1], f"so many laser off, given up and not: {heard}")  # 3 s of them, and 10 s
 
 
 def a_moved_sensor_is_named():

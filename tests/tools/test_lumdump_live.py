@@ -1,4 +1,5 @@
 """lumdump udp://...: a session with a sensor, lumsim's or one made by hand, on loopback addresses of this file."""
+import fcntl
 import itertools
 import json
 import os
@@ -10,6 +11,8 @@ import signal
 import socket
 import struct
 import subprocess
+import sys
+import termios
 import threading
 import time
 import unittest
@@ -94,8 +97,18 @@ class Case(unittest.TestCase):
         path = self.folder / name
         os.mkfifo(path)
         if reads:
-            self.addCleanup(os.close, os.open(path, os.O_RDONLY | os.O_NONBLOCK))
+            self.reader = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+            self.addCleanup(os.close, self.reader)
         return path
+
+    def wait_for_a_full_pipe(self, looks=25):
+        """That of the last fifo(): what waits in it no longer grows."""
+        seen = [0]
+
+        def is_full():
+            seen.append(struct.unpack("i", fcntl.ioctl(self.reader, termios.FIONREAD, bytes(4)))[0])
+            return seen[-1] > 0 and len(set(seen[-looks:])) == 1
+        self.wait_for(is_full, "a full pipe", 60)
 
     def size(self, name):
         path = self.folder / name
@@ -496,7 +509,7 @@ class Stalls(Case):
         self.simulator()
         p = self.start("--laser", "-o", self.fifo("stalls.csv"), stderr=open(self.folder / "said", "wb"))
         self.wait_for(lambda: self.laser() == [True], "the laser")
-        time.sleep(0.5)
+        self.wait_for_a_full_pipe()
         p.send_signal(signal.SIGINT)
         self.wait_for(lambda: self.laser() == [True, False], "the end of the laser")
         self.wait_for(lambda: p.send_signal(signal.SIGINT) or p.poll() is not None, "the end")
@@ -666,6 +679,131 @@ class Alone(Case):
         self.assertEqual(p.wait(60), 1)
         self.assertRegex(self.said(), r"slow.pcap: datagrams are missing from this recording: \d+ dropped by its buffer")
         self.assert_laser_went_on_and_off()
+
+    def test_what_has_ended_is_not_told_to_be_too_slow(self):
+        self.simulator()
+        slow = self.folder / "slow.pcap"
+        os.mkfifo(slow)
+        reader = os.open(slow, os.O_RDONLY | os.O_NONBLOCK)
+        p = self.start("--laser", "--buffer", "128KiB", "-o", slow, "-o", self.folder / "c.csv",
+                       stderr=open(self.folder / "said", "wb"))
+        self.wait_for(lambda: "slow.pcap is too slow" in self.said(), "the news")
+        told = time.monotonic()
+        self.wait_for_heartbeats(2)  # more are dropped, of which it would be told 10 s later
+        os.close(reader)
+        self.wait_for(lambda: f"the reader of {slow} has left" in self.said(), "the news")
+        self.wait_for(lambda: time.monotonic() > told + 11, "what would be told every 10 s")
+        p.send_signal(signal.SIGINT)
+        self.assertEqual(p.wait(60), 0, self.said())
+        self.assertNotIn("slow.pcap is too slow", self.said().split("has left")[1])
+
+
+@unittest.skipUnless(sys.platform == "linux", "slow_disk.c takes the place of calls of Linux's C library")
+class SlowDisk(Case):
+    """fsync() takes as long as the test likes (slow_disk.c)."""
+
+    def begin(self, *arguments, hold=True, **environment):
+        """A lumdump on such a disk, with --json."""
+        self.simulator()
+        self.hold = self.folder / "hold"
+        if hold:
+            self.hold.touch()
+        library = BIN / ".." / "tests" / "tools" / "slow_disk.so"
+        sanitizer = os.environ.get("ASAN_OPTIONS", "")
+        environment = {**os.environ, "LD_PRELOAD": str(library.resolve()), "LUM_HOLD": str(self.hold),
+                       "ASAN_OPTIONS": f"{sanitizer}:verify_asan_link_order=0", **environment}
+        with open(self.folder / "summary", "wb") as out:
+            p = self.start("--json", *arguments, env=environment, stdout=out, stderr=open(self.folder / "said", "wb"))
+        self.addCleanup(lambda: self.hold.unlink(missing_ok=True))
+        return p
+
+    def wait_for_fsync(self):
+        self.wait_for((self.folder / "hold.held").exists, "fsync()")
+
+    def finish(self, p, status):
+        """Its JSON."""
+        self.assertEqual(p.wait(60), status, self.said())
+        return json.loads((self.folder / "summary").read_text())
+
+    def test_a_disk_that_takes_longer_than_half_a_minute_loses_nothing(self):
+        p = self.begin("--laser", "--duration", "0.5", "-o", self.folder / "c.csv", "-o", self.folder / "raw.pcap")
+        self.wait_for_fsync()
+        self.wait_for(lambda: "to be written; Ctrl-C gives it up" in self.said(), "the notice")
+        held = time.monotonic()
+        while time.monotonic() < held + 25:  # the notice came after 10 s
+            self.assertIsNone(p.poll(), self.said())
+            time.sleep(0.1)
+        self.hold.unlink()
+        got = self.finish(p, 0)
+        self.assertEqual(summary(self.folder / "raw.pcap")["records"], got["received"])
+        self.assertEqual(count_rows(self.folder / "c.csv"), got["points"])
+        self.assert_no_parts()
+
+    def test_one_signal_gives_up_what_the_disk_does_not_finish(self):
+        p = self.begin("--laser", "--duration", "0.5", "-o", self.folder / "c.csv")
+        self.wait_for_fsync()
+        p.send_signal(signal.SIGINT)
+        got = self.finish(p, 1)
+        self.assertEqual(got["outputs"][0]["end"], "stalled")
+        self.assertIn("c.csv was waited for and is given up", self.said())
+        self.assert_laser_went_on_and_off()
+
+    def test_so_does_the_next_signal_of_a_run_that_one_ended(self):
+        p = self.begin("--laser", "-o", self.folder / "c.csv")
+        self.wait_for(lambda: self.laser() == [True], "the laser")
+        p.send_signal(signal.SIGTERM)
+        self.wait_for_fsync()
+        p.send_signal(signal.SIGINT)
+        self.assertEqual(self.finish(p, 1)["outputs"][0]["end"], "stalled")
+
+    def test_rotation_waits_for_no_disk(self):
+        p = self.begin("--laser", "--rotate", "200kB", "-o", self.folder / "r.pcap")
+        self.wait_for_fsync()
+        # sixteen wait for the disk; the next goes on for as long
+        self.wait_for(lambda: self.size("r-0017.pcap") > 1_000_000, "a file that goes on")
+        self.hold.unlink()
+        self.wait_for(lambda: self.size("r-0018.pcap") > 0, "the next")
+        p.send_signal(signal.SIGINT)
+        got = self.finish(p, 0)
+        parts = [summary(self.folder / n)["records"] for n in self.folder.names() if n.startswith("r-")]
+        self.assertEqual((sum(parts), got["recording_drops"]), (got["received"], 0))
+        self.assert_no_parts()
+
+    def test_files_of_a_frame_that_wait_for_the_disk_are_not_given_up(self):
+        p = self.begin("--laser", "--buffer", "1MB", "-o", self.folder / "f-%04d.csv", "-o", self.folder / "raw.pcap")
+        # told every 10 s; what stands still is given up after 5 s
+        self.wait_for(lambda: self.said().count("f-%04d.csv is too slow") >= 2, "drops, twice", 90)
+        self.assertNotIn("given up", self.said())
+        self.hold.unlink()
+        p.send_signal(signal.SIGINT)
+        self.assertEqual([o["end"] for o in self.finish(p, 0)["outputs"]], ["done", "done"])
+        self.assert_no_parts()
+
+    def test_a_cloud_that_rotates_waits_for_no_disk(self):
+        p = self.begin("--laser", "--rotate", "100kB", "-o", self.folder / "r.csv")
+
+        def last():
+            return sum(self.size(n) for n in self.folder.names() if n.startswith("r-0005.csv"))
+        self.wait_for(lambda: last() > 2_000_000, "a file that goes on")
+        self.hold.unlink()
+        p.send_signal(signal.SIGINT)
+        got = self.finish(p, 0)
+        if got["ring_drops"] + got["outputs"][0]["dropped"] == 0:  # no more than a busy machine
+            self.assertEqual(sum(count_rows(self.folder / n) for n in self.folder.names() if n.startswith("r-")), got["points"])
+        self.assert_no_parts()
+
+    def test_what_the_disk_refuses_of_a_rotated_file_is_told(self):
+        (self.folder / "hold.broken").touch()
+        p = self.begin("--rotate", "200kB", "-o", self.folder / "r.pcap", hold=False)
+        self.assertEqual(self.finish(p, 1)["outputs"][0]["end"], "failed")
+        self.assertIn("r-0001.pcap: cannot bring it to the disk: Input/output error", self.said())
+
+    def test_a_thread_that_cannot_be_had_ends_it_though_a_pipe_waits_for_its_reader(self):
+        p = self.begin("--laser", "-o", self.fifo("nobody.csv", reads=False), "-o", self.folder / "raw.pcap", hold=False,
+                       LUM_THREADS="1")
+        self.assertEqual(p.wait(30), 1, self.said())
+        self.assertIn("cannot start the writing thread", self.said())
+        self.assertEqual(self.laser(), [])
 
 
 class Sensors(Case):

@@ -452,6 +452,20 @@ static void bytes_are_on_the_disk_before_the_name(void **state)
     assert_true(disk.had_name[1] && disk.was_directory[1]);
 }
 
+/* What records does not wait for it meanwhile. */
+static void a_growing_file_waits_for_the_disk_at_its_end_alone(void **state)
+{
+    (void)state;
+    lum_outfile file = open_as("a", LUM_OUTFILE_GROWS);
+    put(&file, "x");
+    assert_int_equal(lum_outfile_show(&file, NULL), 0);
+    assert_int_equal(disk.calls, 0);
+    finish(&file);
+    assert_int_equal(disk.calls, 2);
+    assert_true(disk.had_name[0] && !disk.was_directory[0]);
+    assert_true(disk.had_name[1] && disk.was_directory[1]);
+}
+
 static void a_disk_that_fails_keeps_the_name_away(void **state)
 {
     lum_error error = {""};
@@ -710,6 +724,7 @@ int main(void)
         FACT(a_mark_names_what_is_in_use_in_vain),
         FACT(what_is_no_mark_is_in_the_way_and_stays),
         FACT(bytes_are_on_the_disk_before_the_name),
+        FACT(a_growing_file_waits_for_the_disk_at_its_end_alone),
         FACT(a_disk_that_fails_keeps_the_name_away),
         FACT(a_directory_that_fails_is_told),
         FACT(a_file_system_that_cannot_sync_will_do),

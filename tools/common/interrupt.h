@@ -23,6 +23,9 @@ void interrupt_attach(lum_cancel *cancel);
 /* The signal that came, or 0. */
 int interrupt_signal(void);
 
+/* Signals that came so far; it may wrap. */
+unsigned interrupt_count(void);
+
 /* As if no signal had come: for a prompt that goes on after Ctrl-C. The cancel
  * that is attached is reset. */
 void interrupt_forget(void);
@@ -34,12 +37,13 @@ void interrupt_forget(void);
 void interrupt_hold(void);
 
 /* A cancel that a second signal raises while signals are held, for what may go
- * on for longer than a person waits. Lives as long as the program; NULL where
- * nothing was ever held, or memory was short. */
+ * on for longer than a person waits. Lives as long as the program; NULL before
+ * interrupt_insist() and interrupt_hold(), or if memory was short. */
 const lum_cancel *interrupt_second(void);
 
-/* What begins now is bounded by itself: until interrupt_release() a second
- * signal ends the process, and three seconds do not. */
+/* What begins now looks at interrupt_count() to end early: until
+ * interrupt_release() the next signal is only noted, the one after it ends the
+ * process, and three seconds do not. */
 void interrupt_linger(void);
 
 /* As before again; the three seconds of a signal that came meanwhile begin. */

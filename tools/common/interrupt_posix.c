@@ -11,8 +11,12 @@
 #define TICK_US   50000
 #define TICKS_MAX 60
 
+#define CAME_MASK 0x7f /* what any sig_atomic_t holds */
+
 static volatile sig_atomic_t caught;
 static volatile sig_atomic_t ticks;
+static volatile sig_atomic_t came;         /* signals; it wraps */
+static volatile sig_atomic_t is_spare;     /* the next one is only noted */
 static volatile sig_atomic_t is_held;      /* a second signal does not count */
 static volatile sig_atomic_t is_timed = 1; /* three seconds do */
 static lum_cancel *volatile attached;
@@ -23,7 +27,7 @@ static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
 static void set_handler(int signal_number, void (*handler)(int))
 {
     struct sigaction action = {.sa_handler = handler};
-    (void)sigemptyset(&action.sa_mask);
+    (void)sigfillset(&action.sa_mask); /* one after another */
     (void)sigaction(signal_number, &action, NULL);
 }
 
@@ -52,9 +56,11 @@ static void stop_ticks(void)
 
 static void note(int signal_number)
 {
-    if (caught != 0 && is_held == 0) {
+    if (caught != 0 && is_held == 0 && is_spare == 0) {
         interrupt_die();
     }
+    is_spare = 0;
+    came = (came + 1) & CAME_MASK;
     if (caught != 0) {
         lum_cancel_raise(second);
     }
@@ -84,8 +90,18 @@ void interrupt_catch(void)
     }
 }
 
+static void make_second(void)
+{
+    lum_error error = {""};
+    lum_cancel *made = NULL;
+    if (second == NULL && lum_cancel_new(&made, &error) == 0) {
+        second = made;
+    }
+}
+
 void interrupt_insist(void)
 {
+    make_second();
     static const int insisted[] = {SIGINT, SIGTERM, SIGQUIT};
     sigset_t set;
     (void)sigemptyset(&set);
@@ -109,6 +125,11 @@ int interrupt_signal(void)
     return caught;
 }
 
+unsigned interrupt_count(void)
+{
+    return (unsigned)came;
+}
+
 void interrupt_forget(void)
 {
     stop_ticks();
@@ -123,11 +144,7 @@ void interrupt_forget(void)
 
 void interrupt_hold(void)
 {
-    lum_error error = {""};
-    lum_cancel *made = NULL;
-    if (second == NULL && lum_cancel_new(&made, &error) == 0) {
-        second = made;
-    }
+    make_second();
     is_held = 1;
     is_timed = 0;
     stop_ticks();
@@ -136,6 +153,7 @@ void interrupt_hold(void)
 void interrupt_linger(void)
 {
     is_held = 0;
+    is_spare = 1;
     is_timed = 0;
     stop_ticks();
 }
@@ -148,6 +166,7 @@ const lum_cancel *interrupt_second(void)
 void interrupt_release(void)
 {
     is_held = 0;
+    is_spare = 0;
     is_timed = 1;
     if (caught != 0) {
         start_ticks();

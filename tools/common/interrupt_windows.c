@@ -1,6 +1,7 @@
 #include "interrupt.h"
 
 #include <signal.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 #include <windows.h>
@@ -8,14 +9,18 @@
 /* Console events come in a thread of their own. */
 static volatile LONG caught;
 static volatile LONG is_held;
+static volatile LONG came;     /* signals; it wraps */
+static volatile LONG is_spare; /* the next one is only noted */
 static lum_cancel *volatile attached;
 static lum_cancel *volatile second; /* never freed: a handler may use it */
 
 static BOOL WINAPI note(DWORD event)
 {
+    const bool is_spared = InterlockedExchange(&is_spare, 0) != 0;
+    (void)InterlockedIncrement(&came);
     if (InterlockedExchange(&caught,
                             event == CTRL_C_EVENT ? SIGINT : SIGTERM) != 0) {
-        if (is_held == 0) {
+        if (is_held == 0 && !is_spared) {
             interrupt_die();
         }
         lum_cancel_raise(second);
@@ -29,9 +34,19 @@ void interrupt_catch(void)
     (void)SetConsoleCtrlHandler(note, TRUE);
 }
 
+static void make_second(void)
+{
+    lum_error error = {""};
+    lum_cancel *made = NULL;
+    if (second == NULL && lum_cancel_new(&made, &error) == 0) {
+        second = made;
+    }
+}
+
 /* A process group of its own is started with Ctrl-C switched off. */
 void interrupt_insist(void)
 {
+    make_second();
     (void)SetConsoleCtrlHandler(NULL, FALSE);
 }
 
@@ -48,6 +63,11 @@ int interrupt_signal(void)
     return (int)caught;
 }
 
+unsigned interrupt_count(void)
+{
+    return (unsigned)came;
+}
+
 void interrupt_forget(void)
 {
     (void)InterlockedExchange(&caught, 0);
@@ -61,11 +81,7 @@ void interrupt_forget(void)
 
 void interrupt_hold(void)
 {
-    lum_error error = {""};
-    lum_cancel *made = NULL;
-    if (second == NULL && lum_cancel_new(&made, &error) == 0) {
-        second = made;
-    }
+    make_second();
     (void)InterlockedExchange(&is_held, 1);
 }
 
@@ -77,11 +93,13 @@ const lum_cancel *interrupt_second(void)
 /* Nothing is timed here. */
 void interrupt_linger(void)
 {
+    (void)InterlockedExchange(&is_spare, 1);
     (void)InterlockedExchange(&is_held, 0);
 }
 
 void interrupt_release(void)
 {
+    (void)InterlockedExchange(&is_spare, 0);
     (void)InterlockedExchange(&is_held, 0);
 }
 

@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "lane.h"
 
+#include "closer.h"
 #include "targets.h"
 
 #include "lum/base/time.h"
@@ -43,6 +44,34 @@ static int give_ring(struct lane *lane, size_t size, lum_error *error)
                                               size);
 }
 
+/* Files that may wait for their disk; a cloud holds blocks meanwhile, a picture
+ * all of itself. */
+static size_t closing_room(const struct lane *lane)
+{
+    if (lane->is_recording) {
+        return CLOSER_ROOM_MAX;
+    }
+    return lane->options.outputs[0].format == (unsigned)LUM_FORMAT_PNG ? 1u
+                                                                       : 4u;
+}
+
+static int open_here(struct lane *lane, const struct pass *run,
+                     lum_error *error)
+{
+    if (lane->is_file) {
+        lane->closer = closer_new(closing_room(lane), error);
+        if (lane->closer == NULL) {
+            return -1;
+        }
+    }
+    if (outputs_open(&lane->options, run->projector, NULL, &lane->pass->notes,
+                     &lane->pass->outputs, error) != 0) {
+        return -1;
+    }
+    outputs_finish_by(lane->pass->outputs, lane->closer);
+    return 0;
+}
+
 static int open_output(struct lane *lane, const struct pass *run, size_t output,
                        size_t ring_size, lum_error *error)
 {
@@ -63,8 +92,7 @@ static int open_output(struct lane *lane, const struct pass *run, size_t output,
     if (give_ring(lane, ring_size, error) != 0 || lane->opens_late) {
         return lane->ring != NULL ? 0 : -1;
     }
-    return outputs_open(&lane->options, run->projector, NULL,
-                        &lane->pass->notes, &lane->pass->outputs, error);
+    return open_here(lane, run, error);
 }
 
 struct lane *lane_new(const struct pass *run, size_t output, size_t ring_size,
@@ -156,7 +184,9 @@ void lane_stop(struct lane *lane)
 {
     if (lane->worker != NULL) {
         worker_drop(lane->worker);
-        join(lane);
+        if (!lane->opens_late) {
+            join(lane);
+        }
     }
 }
 
@@ -167,6 +197,9 @@ bool lane_look(struct lane *lane, int64_t now_ns)
         return false;
     }
     worker_look(lane->worker, &lane->view);
+    if (lane->closer != NULL && closer_is_waited_for(lane->closer)) {
+        lane->moved_ns = now_ns;
+    }
     if (lane->view.taken != taken) {
         lane->moved_ns = now_ns;
         lane->dropped_before = lane->dropped;
@@ -202,6 +235,7 @@ bool lane_free(struct lane *lane)
         return false;
     }
     outputs_abort(lane->own.outputs);
+    closer_free(lane->closer);
     pass_free(&lane->own);
     ring_free(lane->ring);
     free(lane);

@@ -27,11 +27,13 @@ struct lane {
     struct pass own;        /* the summary's lane uses the run's instead */
     struct pass *pass;
     struct ring *ring;
+    struct closer *closer; /* of a file; else NULL */
     struct worker *worker; /* NULL: not started, or joined */
     bool has_output;
     bool is_recording;
     bool is_file; /* neither a pipe nor a terminal */
     bool opens_late;
+    bool is_cut_off; /* given up since a signal said so */
 
     enum lane_end end;
     lum_error error;
@@ -41,7 +43,8 @@ struct lane {
     uint64_t dropped;        /* datagrams that the ring had no room for */
     uint64_t told;           /* of them */
     int64_t told_ns;
-    int64_t moved_ns;        /* when it was last seen to take something */
+    int64_t moved_ns;        /* when it was last seen to take something, or to
+                                wait for its disk to finish a file */
     uint64_t dropped_before; /* as of then */
 };
 
@@ -57,7 +60,8 @@ struct lane *lane_new_summary(struct pass *run, size_t ring_size,
 
 int lane_start(struct lane *lane, struct worker_ends ends, lum_error *error);
 
-/* Take back a start, where nothing came yet. */
+/* Take back a start, where nothing came yet. A thread that waits for the reader
+ * of a pipe is left to itself. */
 void lane_stop(struct lane *lane);
 
 /* The receiving side; waits for nothing. */

@@ -1,5 +1,6 @@
 #include "lanes.h"
 
+#include "../common/interrupt.h"
 #include "lum/base/time.h"
 
 #include <inttypes.h>
@@ -102,10 +103,11 @@ static void tell_end(const struct lane *lane, const char *then, struct say *say)
         break;
     case LANE_STALLED:
     case LANE_ABANDONED:
-        say_error(say,
-                  "%s stands still and is given up; what was written of it is "
-                  "not whole%s%s",
-                  lane_name(lane), colon, rest);
+        say_error(
+            say, "%s %s given up; what was written of it is not whole%s%s",
+            lane_name(lane),
+            lane->is_cut_off ? "was waited for and is" : "stands still and is",
+            colon, rest);
         break;
     case LANE_READER_LEFT:
         if (then != NULL) {
@@ -134,7 +136,7 @@ static void tell_ended(const struct lanes *lanes, const struct lane *lane,
 /* What a recording lacks is told whatever --quiet says. */
 static void tell_drops(struct lane *lane, struct say *say, int64_t now_ns)
 {
-    if (lane->dropped == lane->told ||
+    if (lane->end != LANE_LIVES || lane->dropped == lane->told ||
         (lane->told != 0 && now_ns - lane->told_ns < DROPS_NS)) {
         return;
     }
@@ -230,17 +232,25 @@ static bool has_time(const struct lane *lane, int64_t now_ns, int64_t began_ns)
                : still_ns < PIPE_NS && now_ns - began_ns < PIPE_TOTAL_NS;
 }
 
+/* How the end began. */
+struct ending {
+    int64_t began_ns;
+    unsigned signals; /* so many had come */
+};
+
 /* Whether it is to be waited for any longer. */
 static bool is_pending(struct lanes *lanes, struct lane *lane, struct say *say,
-                       int64_t now_ns, int64_t began_ns)
+                       int64_t now_ns, const struct ending *ending)
 {
+    const int64_t began_ns = ending->began_ns;
     if (lane_look(lane, now_ns)) {
         tell_end(lane, NULL, say);
     }
     if (lane->end != LANE_LIVES) {
         return false;
     }
-    if (!has_time(lane, now_ns, began_ns)) {
+    lane->is_cut_off = interrupt_count() != ending->signals;
+    if (lane->is_cut_off || !has_time(lane, now_ns, began_ns)) {
         lane_drop(lane, now_ns);
         tell_end(lane, NULL, say);
         return false;
@@ -271,18 +281,18 @@ static bool is_summary_pending(struct lanes *lanes, struct say *say,
 
 void lanes_end(struct lanes *lanes, bool keep, struct say *say)
 {
-    const int64_t began_ns = lum_time_monotonic_ns();
-    int64_t now_ns = began_ns;
+    const struct ending ending = {.began_ns = lum_time_monotonic_ns(),
+                                  .signals = interrupt_count()};
+    int64_t now_ns = ending.began_ns;
     bool waits = true;
     for (size_t i = 0; i < lanes->count; i++) {
-        finish(lanes->outputs[i], keep, began_ns);
+        finish(lanes->outputs[i], keep, now_ns);
     }
-    finish(lanes->summary, keep, began_ns);
+    finish(lanes->summary, keep, now_ns);
     for (; waits; now_ns = lum_time_monotonic_ns()) {
         waits = is_summary_pending(lanes, say, now_ns);
         for (size_t i = 0; i < lanes->count; i++) {
-            waits |=
-                is_pending(lanes, lanes->outputs[i], say, now_ns, began_ns);
+            waits |= is_pending(lanes, lanes->outputs[i], say, now_ns, &ending);
         }
         say_flush(say);
         if (waits) {

@@ -38,9 +38,10 @@ uint64_t lanes_dropped(const struct lanes *lanes);
 unsigned lanes_level(const struct lanes *lanes);
 
 /* No more will come: wait until all that is in the rings has been written. Each
- * output has its time: while it moves, and 30 s without that if it is a file; a
- * minute, and 3 s without moving, if it is a pipe. What takes longer is given
- * up, and that is said. keep: see worker_finish(). */
+ * output has its time. A file: while it moves or its disk finishes it, and 30 s
+ * without that. A pipe: a minute, and 3 s without moving. What takes longer is
+ * given up, and so is all that is waited for when a signal comes; that is said.
+ * keep: see worker_finish(). */
 void lanes_end(struct lanes *lanes, bool keep, struct say *say);
 
 /* After lanes_end(): whether an output failed or was given up; whether all were

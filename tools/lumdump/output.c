@@ -28,7 +28,8 @@ struct output {
     bool is_pattern;
     bool is_in_place; /* read as it comes */
     bool rotates;
-    lum_claim claim; /* to the name of which others are made */
+    struct closer *closer; /* NULL: finished here */
+    lum_claim claim;       /* to the name of which others are made */
     lum_writer_options writer_options;
     struct frame_file files[OPEN_FRAMES_MAX]; /* the first serves a lone file */
     size_t file_count;
@@ -197,6 +198,11 @@ int output_rehearse(const struct options *options, size_t i,
     return 0;
 }
 
+void output_finish_by(struct output *output, struct closer *closer)
+{
+    output->closer = closer;
+}
+
 const char *output_name(const struct output *output)
 {
     return output->name;
@@ -230,23 +236,29 @@ bool output_wants_lines(const struct output *output)
     return !output->is_capture;
 }
 
+static int finish(struct output *o, struct closing file, lum_error *error)
+{
+    return o->closer != NULL ? closer_put(o->closer, &file, error)
+                             : closing_finish(&file, error);
+}
+
 static int close_file(struct output *o, size_t i, lum_error *error)
 {
-    lum_writer *writer = o->files[i].writer;
+    const struct closing file = {.cloud = o->files[i].writer};
     if (!o->has_ended || o->files[i].frame > o->ended) {
         o->has_ended = true;
         o->ended = o->files[i].frame;
     }
     o->file_count--;
     o->files[i] = o->files[o->file_count];
-    return lum_writer_close(writer, error);
+    return finish(o, file, error);
 }
 
 static int close_capture(struct output *o, lum_error *error)
 {
-    const int result = capture_file_close(&o->capture, error);
+    const struct closing file = {.capture = o->capture};
     o->capture.writer = NULL;
-    return result;
+    return finish(o, file, error);
 }
 
 static int rotate(struct output *o, lum_error *error)
@@ -254,6 +266,12 @@ static int rotate(struct output *o, lum_error *error)
     const int result =
         o->is_capture ? close_capture(o, error) : close_file(o, 0, error);
     return result == 0 ? open_numbered(o, error) : result;
+}
+
+/* The present file goes on rather than that the disk is waited for. */
+static bool may_rotate(const struct output *o)
+{
+    return o->closer == NULL || closer_has_room(o->closer);
 }
 
 static uint64_t present_bytes(const struct output *o)
@@ -269,14 +287,15 @@ int output_set_time(struct output *o, int64_t time_ns, lum_error *error)
         return 0;
     }
     if (r->bytes != 0) {
-        return present_bytes(o) >= r->bytes ? rotate(o, error) : 0;
+        return present_bytes(o) >= r->bytes && may_rotate(o) ? rotate(o, error)
+                                                             : 0;
     }
     if (!o->has_time) {
         o->has_time = true;
         o->began_ns = time_ns;
     }
     const int64_t since_ns = time_ns - o->began_ns;
-    if (since_ns < r->ns) {
+    if (since_ns < r->ns || !may_rotate(o)) {
         return 0;
     }
     o->began_ns += since_ns - since_ns % r->ns;
@@ -380,6 +399,9 @@ int output_end_frame(struct output *o, int64_t frame, lum_error *error)
 
 int output_flush(struct output *o, bool files, lum_error *error)
 {
+    if (o->closer != NULL && closer_check(o->closer, error) != 0) {
+        return -1;
+    }
     if (o->is_capture) {
         return o->is_in_place || files ? capture_file_flush(&o->capture, error)
                                        : 0;
@@ -396,7 +418,12 @@ int output_close(struct output *o, lum_error *error)
     while (result == 0 && o->file_count > 0) {
         result = close_file(o, lowest_file(o), error);
     }
+    if (result == 0 && o->closer != NULL) {
+        result = closer_wait(o->closer, error);
+    }
+    const int code = errno;
     output_abort(o);
+    errno = code;
     return result;
 }
 
@@ -404,6 +431,9 @@ void output_abort(struct output *o)
 {
     if (o == NULL) {
         return;
+    }
+    if (o->closer != NULL) {
+        (void)closer_wait(o->closer, NULL);
     }
     for (size_t i = 0; i < o->file_count; i++) {
         lum_writer_abort(o->files[i].writer);

@@ -3,6 +3,7 @@
 #ifndef LUMDUMP_OUTPUT_H
 #define LUMDUMP_OUTPUT_H
 
+#include "closer.h"
 #include "options.h"
 
 #include "lum/base/error.h"
@@ -22,6 +23,11 @@ int output_open(const struct options *options, size_t i,
 int output_rehearse(const struct options *options, size_t i,
                     const lum_projector *projector, struct output **out,
                     lum_error *error);
+
+/* Have its files finished by another thread. Then what fails there is told by
+ * whatever is called next, and a file goes on past its limit while others wait
+ * for a slow disk. Kept until the output is closed. */
+void output_finish_by(struct output *output, struct closer *closer);
 
 /* As it was asked for; "-" is standard output. */
 const char *output_name(const struct output *output);

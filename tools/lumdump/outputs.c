@@ -84,6 +84,13 @@ int outputs_rehearse(const struct options *options,
     return open_all(options, projector, NULL, open_rehearsed, out, error);
 }
 
+void outputs_finish_by(struct outputs *outputs, struct closer *closer)
+{
+    for (size_t i = 0; i < outputs->count; i++) {
+        output_finish_by(outputs->list[i], closer);
+    }
+}
+
 bool outputs_want_lines(const struct outputs *outputs)
 {
     return outputs->want_lines;

@@ -27,6 +27,9 @@ int outputs_rehearse(const struct options *options,
                      const lum_projector *projector, struct outputs **out,
                      lum_error *error);
 
+/* As output_finish_by(), for all. */
+void outputs_finish_by(struct outputs *outputs, struct closer *closer);
+
 /* Whether any takes lines. */
 bool outputs_want_lines(const struct outputs *outputs);
 

@@ -43,6 +43,7 @@ void catch_signals()
     struct sigaction hangup = {};
     sigset_t insisted;
     action.sa_handler = note_signal;
+    (void)sigfillset(&action.sa_mask); // one after another
     (void)sigemptyset(&insisted);
     for (const int number : {SIGINT, SIGTERM, SIGQUIT}) {
         (void)sigaction(number, &action, nullptr);

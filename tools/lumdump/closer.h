@@ -1,0 +1,52 @@
+/* Finishes the files of a live output in a thread of its own: that waits for
+ * the disk, which may take as long as it likes, and what fills them does not
+ * wait for that. Finished is one after another, in the order in which they
+ * come. */
+#ifndef LUMDUMP_CLOSER_H
+#define LUMDUMP_CLOSER_H
+
+#include "../common/capture_file.h"
+#include "lum/io/writer.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#define CLOSER_ROOM_MAX 16u
+
+struct closer;
+
+/* What is to be finished: one of them. */
+struct closing {
+    lum_writer *cloud; /* NULL: the capture */
+    struct capture_file capture;
+};
+
+/* Finish it here. 0, or -1 with the reason in error and errno. */
+int closing_finish(struct closing *file, lum_error *error);
+
+/* room: files that may wait, from 1 to CLOSER_ROOM_MAX. NULL with the reason in
+ * error. */
+struct closer *closer_new(size_t room, lum_error *error);
+
+/* Whether closer_put() would not have to wait. */
+bool closer_has_room(struct closer *closer);
+
+/* Have it finished, once there is room. 0, or -1 with the reason in error and
+ * errno of the first failure so far, which may be another file's; it is the
+ * closer's either way. */
+int closer_put(struct closer *closer, const struct closing *file,
+               lum_error *error);
+
+/* The first failure so far: 0, or -1 with the reason in error and errno. */
+int closer_check(struct closer *closer, lum_error *error);
+
+/* Wait until all is finished; then as closer_check(). */
+int closer_wait(struct closer *closer, lum_error *error);
+
+/* Whether somebody waits for it now. Any thread's. */
+bool closer_is_waited_for(struct closer *closer);
+
+/* Waits for what it has. NULL is allowed. */
+void closer_free(struct closer *closer);
+
+#endif
