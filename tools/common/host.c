@@ -16,6 +16,11 @@ bool host_parse(const char *text, uint32_t *out, lum_error *why)
     return lum_resolve(text, out, why) == 0;
 }
 
+bool host_is_name(const char *text)
+{
+    return strspn(text, "0123456789.:") != strlen(text);
+}
+
 bool host_parse_endpoint(const char *text, lum_endpoint *out, lum_error *why)
 {
     char host[HOST_BYTES];

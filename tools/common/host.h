@@ -10,6 +10,10 @@
 /* HOST: a.b.c.d, or a name that is looked up now, once. False: why tells. */
 bool host_parse(const char *text, uint32_t *out, lum_error *why);
 
+/* Whether HOST or HOST:PORT would have to be looked up; that waits for the
+ * network, seconds where it does not answer. */
+bool host_is_name(const char *text);
+
 /* HOST or HOST:PORT; without a port that of *out stays. *out is written on
  * success. */
 bool host_parse_endpoint(const char *text, lum_endpoint *out, lum_error *why);
