@@ -64,7 +64,12 @@ static void say_other(struct doctor *d, const struct host_interface *on,
         return;
     }
     doctor_add(out, ", which has no address in its subnet");
-    (void)number_format_address(host_address_beside(d, on), address);
+    const uint32_t ours = host_address_beside(d, on);
+    if (ours == 0) {
+        host_say_full(d, on, out);
+        return;
+    }
+    (void)number_format_address(ours, address);
     doctor_mend(out,
                 "sudo ip addr add %s/32 dev %s && sudo ip route add %s/32 dev "
                 "%s src %s",
