@@ -29,9 +29,10 @@ void unstated()
     check(rings.see(64, 64) && rings.lines() == 640, "two lines count");
     check(!rings.see(638, 639) && rings.of(1, 639) == 1279, "640 lines");
     check(!rings.see(62, 63) && rings.of(1, 0) == 640, "it does not fall");
-    check(rings.see(640, 641) && rings.lines() == 32768, "more than 640");
-    check(rings.of(1, 32766) == 65534, "the highest that a scan can have");
-    check(rings.of(1, 32767) == Rings::none, "is below what stands for none");
+    check(rings.see(640, 641) && rings.lines() == 32767, "more than 640");
+    check(rings.of(1, 32766) == 65533, "the highest that a scan can have");
+    check(rings.of(0, 32767) == Rings::none && rings.of(1, 32767) == Rings::none,
+          "a line beyond it");
     check(!rings.see(65534, 65535) && rings.of(0, 65535) == Rings::none,
           "no scan has it");
 }
@@ -44,6 +45,8 @@ void stated()
     check(rings.of(0, 640) == Rings::none, "and what is beyond has none");
     check(Rings(64).of(1, 63) == 127 && Rings(64).of(0, 64) == Rings::none,
           "64 of them");
+    check(Rings(Rings::lines_max).of(1, Rings::lines_max - 1) < Rings::none,
+          "no line's ring is the number that stands for none");
 }
 
 } // namespace

@@ -601,6 +601,19 @@ class TwoHosts(OnHosts):
         found = self.broken("interface", 1, "subnet")
         self.assertEqual(self.mended(found, "interface"), ["sudo ip addr add 10.42.0.2/24 dev eth0"])
 
+    def test_where_every_address_is_taken_none_is_proposed(self):
+        """The last one that is looked at is the sensor's own."""
+        Hosts.ip("-n", self.hosts.sensor, "addr", "flush", "dev", "eth0")
+        for n in range(1, 17):
+            Hosts.ip("-n", self.hosts.sensor, "addr", "add", f"10.42.0.{n}/32", "dev", "eth0")
+        self.client("ip addr flush dev eth0")
+        found = self.look("--host", "10.42.0.16")
+        self.assertIn("of 10.42.0.1 to 10.42.0.16 every address is taken", found.text("interface"))
+        self.assertEqual(found.mend("interface"), "sudo lumctl find --interface eth0 --subnet 10.42.0.0/24    # who has which; "
+                                                  "then give eth0 one that nobody has")
+        Hosts.ip("-n", self.hosts.sensor, "addr", "del", "10.42.0.9/32", "dev", "eth0")
+        self.assertEqual(self.look("--host", "10.42.0.16").mend("interface"), "sudo ip addr add 10.42.0.9/24 dev eth0")
+
     def test_a_simulator_on_this_host_is_the_mend_and_is_not_to_be_killed(self):
         self.client("ip addr flush dev eth0")
         Sensor(self, self.folder, "--port", "5600", address="127.0.0.1", namespace=self.hosts.client)

@@ -298,14 +298,45 @@ class Wire(Case):
         self.assertEqual([s["how"] for s in self.find(DONE, "--subnet", "10.7.7.0/28")["sensors"]], ["answers"])
 
     def test_a_sensor_that_only_sends_is_heard(self):
-        self.address("10.9.9.9/24")
+        """To .1, and .2 answers ARP: this host takes neither."""
+        self.address("10.9.9.9/24", "10.9.9.2/24")
         mac = self.hosts.mac(self.hosts.client)
         self.hosts.ip("-n", self.hosts.sensor, "neigh", "replace", "10.9.9.1", "lladdr", mac, "dev", "eth0")
         Process(self, self.folder, sys.executable, "-c", SENDER, "10.9.9.9", "10.9.9.1", "08000000" + "02" * 40,
                 namespace=self.hosts.sensor)
         found = self.find(DONE)
         self.assertEqual([(s["sensor"], s["how"], s["reach"]) for s in found["sensors"]],
-                         [("10.9.9.9", "sends", "ip addr add 10.9.9.1/24 dev eth0")])
+                         [("10.9.9.9", "sends", "ip addr add 10.9.9.3/24 dev eth0")])
+
+    def test_where_no_address_is_known_to_be_free_none_is_proposed(self):
+        self.address("10.9.9.99/24", *(f"10.9.9.{n}/24" for n in range(1, 17)))
+        Process(self, self.folder, sys.executable, "-c", ARP, "eth0", "10.9.9.99", namespace=self.hosts.sensor)
+        found = self.find(NO_ANSWER)
+        self.assertEqual([(s["sensor"], s["how"], s["reach"]) for s in found["sensors"] if s["sensor"].startswith("10.9.")],
+                         [("10.9.9.99", "arp", None)])
+        r = self.check(NO_ANSWER, self.hosts.run("lumctl", "find"))
+        self.assertIn("not reached from this host: give eth0 an address in 10.9.9.0/24 that no device has", r.stdout)
+
+    def test_more_than_there_is_room_for_are_counted(self):
+        """300 addresses answer ARP; a sensor that sends is among those that are shown all the same."""
+        self.address("10.9.9.9/24")
+        mac = self.hosts.mac(self.hosts.client)
+        self.hosts.ip("-n", self.hosts.sensor, "neigh", "replace", "10.9.9.1", "lladdr", mac, "dev", "eth0")
+        batch = self.folder / "addresses"
+        batch.write_text("".join(f"addr add 10.7.{n >> 8}.{n & 255}/23 dev eth0\n" for n in range(1, 301)))
+        self.hosts.ip("-n", self.hosts.sensor, "-batch", str(batch))
+        p = subprocess.Popen([*inside(self.hosts.client), str(BIN / "lumctl"), "find", "--json", "--subnet", "10.7.0.0/23"],
+                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(p.kill)
+        Process(self, self.folder, sys.executable, "-c", SENDER, "10.9.9.9", "10.9.9.1", "08000000" + "02" * 40,
+                namespace=self.hosts.sensor)
+        out, err = p.communicate(timeout=120)
+        found = json.loads(out)
+        self.assertEqual(p.returncode, DONE, err)
+        self.assertEqual((len(found["sensors"]), found["complete"]), (256, False))
+        self.assertIn("10.9.9.9", [s["sensor"] for s in found["sensors"] if s["how"] == "sends"])
+        self.assertEqual(len(found["left_out"]), 1)
+        self.assertRegex(found["left_out"][0], "^seen and not shown, beyond the 256 that there is room for: [1-9][0-9]* address")
 
     def test_one_address_on_two_interfaces(self):
         self.sensor("10.42.0.37")

@@ -105,6 +105,17 @@ class Pipe(unittest.TestCase):
         found = [json.loads(text) for text in r.stdout.splitlines() if text.startswith("{")]
         self.assertEqual([f["sensor"] for f in found], ["127.32.0.9"], r.stdout + r.stderr)
 
+    def test_a_shell_that_keeps_a_sensor_alive_waits_for_no_resolver(self):
+        """localhost stands for every name: some take seconds."""
+        sensor = self.sensor(15)
+        r = self.shell(15, "set-ip localhost\nset-ip --dry-run some.name\nstatus --host localhost\nstatus --host 127.32.0.15\n"
+                           "status --host some.name:5517\n", "--heartbeat")
+        self.assertEqual(r.returncode, 2)
+        self.assertEqual(r.stderr.count("no name is looked up while this shell keeps a sensor alive"), 4, r.stderr)
+        self.assertIn("hold for a whole shell", r.stderr)
+        self.assertEqual(sensor.events("set_ip"), [])
+        self.assertEqual(self.shell(15, "set-ip --dry-run localhost\n").returncode, 0)
+
     def test_its_own_session_without_heartbeats_is_a_hazard_and_its_end_switches_off_twice_signalled(self):
         """The sensor says that the laser is down, and only then up."""
         packets = []

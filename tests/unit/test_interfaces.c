@@ -81,6 +81,29 @@ static void the_narrowest_subnet_holds_an_address(void **state)
     assert_null(interfaces_subnet(&i, 0x0a2b0025u));
 }
 
+static void an_address_has_its_owner(void **state)
+{
+    static const struct interface_address addresses[] = {
+        {0x7f000001u, 0xff000000u, 8},
+        {0x0a2a0001u, 0xffffff00u, 24},
+        {0x0a2b0001u, 0xffffff00u, 24},
+    };
+    const struct host_interface all[] = {
+        {.addresses = addresses, .address_count = 1},
+        {.address_count = 0},
+        {.addresses = addresses + 1, .address_count = 2},
+    };
+    const struct interface_address *at = NULL;
+    (void)state;
+    assert_ptr_equal(interfaces_owner(all, 3, 0x0a2b0001u, &at), &all[2]);
+    assert_ptr_equal(at, &addresses[2]);
+    assert_null(interfaces_owner(all, 3, 0x0a2a0002u, &at));
+    assert_ptr_equal(at, &addresses[2]);
+    assert_ptr_equal(interfaces_owner(all, 3, 0x7f000001u, NULL), &all[0]);
+    assert_null(interfaces_owner(all, 2, 0x0a2b0001u, NULL));
+    assert_null(interfaces_owner(NULL, 0, 0x7f000001u, NULL));
+}
+
 static void masks_and_macs_have_their_text(void **state)
 {
     const uint8_t mac[INTERFACE_MAC_BYTES] = {0x9a, 0x62, 0xcd, 8, 0xa4, 1};
@@ -99,6 +122,7 @@ int main(void)
         cmocka_unit_test(loopback_is_listed_with_its_address),
         cmocka_unit_test(every_interface_is_there_once),
         cmocka_unit_test(the_narrowest_subnet_holds_an_address),
+        cmocka_unit_test(an_address_has_its_owner),
         cmocka_unit_test(masks_and_macs_have_their_text),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

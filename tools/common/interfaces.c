@@ -14,6 +14,33 @@ const struct host_interface *interfaces_find(const struct host_interface *all,
     return NULL;
 }
 
+static const struct interface_address *find_address(
+    const struct host_interface *in, uint32_t address)
+{
+    for (size_t i = 0; i < in->address_count; i++) {
+        if (in->addresses[i].address == address) {
+            return &in->addresses[i];
+        }
+    }
+    return NULL;
+}
+
+const struct host_interface *interfaces_owner(
+    const struct host_interface *all, size_t count, uint32_t address,
+    const struct interface_address **at)
+{
+    for (size_t i = 0; i < count; i++) {
+        const struct interface_address *found = find_address(&all[i], address);
+        if (found != NULL) {
+            if (at != NULL) {
+                *at = found;
+            }
+            return &all[i];
+        }
+    }
+    return NULL;
+}
+
 const struct interface_address *interfaces_subnet(
     const struct host_interface *interface, uint32_t address)
 {

@@ -45,6 +45,12 @@ int interfaces_list(struct host_interface **out, size_t *count,
 const struct host_interface *interfaces_find(const struct host_interface *all,
                                              size_t count, const char *name);
 
+/* The one that has an address, or NULL. at: that address of it; may be NULL,
+ * and is written on success. */
+const struct host_interface *interfaces_owner(
+    const struct host_interface *all, size_t count, uint32_t address,
+    const struct interface_address **at);
+
 /* The address of an interface whose subnet holds another, the narrowest subnet
  * first; NULL: none does. A subnet of all addresses (/0) holds none. */
 const struct interface_address *interfaces_subnet(

@@ -361,6 +361,7 @@ enum exit_status ctl_run(struct ctl *ctl, int count, char **words)
     const struct ctl_options before = ctl->options;
     struct options_found found;
     forget_own(&ctl->options);
+    ctl->options.no_names = ctl->owns;
     enum exit_status status =
         options_parse(&ctl->options, ctl->in_shell ? "help" : "lumctl --help",
                       count, words, &found);

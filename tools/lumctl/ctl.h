@@ -46,6 +46,7 @@ struct ctl_options {
     uint32_t lines;     /* yscan; 0: not given */
     bool force;         /* set-ip */
     const char *subnet; /* find; NULL: not given */
+    bool no_names;      /* hosts by their addresses alone: no waiting */
     lum_error refusal;  /* why an option's value is none; may be empty */
 };
 

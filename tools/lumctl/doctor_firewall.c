@@ -252,7 +252,13 @@ static void say_legacy(struct doctor *d, const struct experiment *e,
     free(lists);
 }
 
-static void say_dropped(struct doctor *d, const struct experiment *e,
+static void end_trace(struct experiment *e)
+{
+    trace_stop(e->trace);
+    e->trace = NULL;
+}
+
+static void say_dropped(struct doctor *d, struct experiment *e,
                         struct doctor_finding *out)
 {
     if (e->fate.was_denied) {
@@ -269,6 +275,7 @@ static void say_dropped(struct doctor *d, const struct experiment *e,
     if (e->trace == NULL) {
         mend_by_trace(d, out);
     } else if (has_legacy_rules()) {
+        end_trace(e); /* which tells nothing of them */
         say_legacy(d, e, out);
     } else {
         doctor_add(out, ", though no rule of nftables does");
@@ -293,7 +300,7 @@ static void say_unseen(const struct doctor *d, const struct fate *fate,
     }
 }
 
-static void conclude(struct doctor *d, const struct experiment *e,
+static void conclude(struct doctor *d, struct experiment *e,
                      struct doctor_finding *out)
 {
     const struct trace_way *way =
@@ -325,7 +332,7 @@ static bool begin_trace(struct doctor *d, struct experiment *e,
     if (ready > 0) {
         return true;
     }
-    trace_stop(e->trace);
+    end_trace(e);
     return false;
 }
 
@@ -351,6 +358,6 @@ void doctor_check_firewall(struct doctor *d, struct doctor_finding *out)
     if (e.capture >= 0) {
         (void)close(e.capture);
     }
-    trace_stop(e.trace);
+    end_trace(&e);
     knock_end(&e.knock);
 }

@@ -30,8 +30,13 @@ size_t host_candidates(const struct doctor *d,
 void host_look(struct doctor *d, struct candidate *c);
 
 /* An address for this host beside the sensor's, that no other device has as far
- * as it may be asked on an interface (NULL: none). */
+ * as it may be asked on an interface (NULL: none); 0: each one is taken. One
+ * that another device has would take that one off the network. */
 uint32_t host_address_beside(struct doctor *d, const struct host_interface *w);
+
+/* What there is to say and to do where it is 0. */
+void host_say_full(const struct doctor *d, const struct host_interface *w,
+                   struct doctor_finding *out);
 
 /* The command by which the sensor is reached on that interface alone. */
 void host_mend_interface(const struct doctor *d, const char *interface,

@@ -4,7 +4,9 @@
 
 #include "doctor_host.h"
 
+#include "../common/host.h"
 #include "../common/number.h"
+#include "beside.h"
 #include "doctor_knock.h"
 #include "doctor_neighbour.h"
 #include "doctor_way.h"
@@ -13,8 +15,6 @@
 #include <string.h>
 
 #define LIST_SIZE 384u
-#define NEAR_MASK 0xffffff00u
-#define FREE_MAX  9u /* last byte of an address that this host may take */
 
 bool host_is_asked_for(const struct doctor *d, const struct host_interface *i)
 {
@@ -108,21 +108,6 @@ static struct candidate *choose(struct doctor *d, struct candidate *all,
     return best;
 }
 
-static const struct host_interface *find_own(
-    const struct doctor *d, const struct interface_address **at)
-{
-    for (size_t i = 0; i < d->interface_count; i++) {
-        const struct host_interface *w = &d->interfaces[i];
-        for (size_t k = 0; k < w->address_count; k++) {
-            if (w->addresses[k].address == d->sensor.address) {
-                *at = &w->addresses[k];
-                return w;
-            }
-        }
-    }
-    return NULL;
-}
-
 static bool has_global_address(const struct host_interface *w)
 {
     for (size_t i = 0; i < w->address_count; i++) {
@@ -137,7 +122,8 @@ static const struct interface_address *find_near(const struct doctor *d,
                                                  const struct host_interface *w)
 {
     for (size_t i = 0; i < w->address_count; i++) {
-        if (((w->addresses[i].address ^ d->sensor.address) & NEAR_MASK) == 0) {
+        if (((w->addresses[i].address ^ d->sensor.address) & BESIDE_MASK) ==
+            0) {
             return &w->addresses[i];
         }
     }
@@ -180,17 +166,6 @@ static const struct host_interface *where(struct doctor *d)
     return found != NULL && host_is_asked_for(d, found) ? found : likeliest(d);
 }
 
-/* "eth0, wlan0" */
-static void list_names(const struct doctor *d, char out[LIST_SIZE])
-{
-    size_t len = 0;
-    *out = '\0';
-    for (size_t i = 0; i < d->interface_count && len < LIST_SIZE; i++) {
-        len += (size_t)snprintf(out + len, LIST_SIZE - len, "%s%s",
-                                len > 0 ? ", " : "", d->interfaces[i].name);
-    }
-}
-
 static size_t list_address(char *out, size_t room,
                            const struct host_interface *w, size_t k)
 {
@@ -223,37 +198,44 @@ static void list_addresses(const struct doctor *d, char out[LIST_SIZE])
     }
 }
 
-static bool is_own(const struct doctor *d, uint32_t address)
+struct wish {
+    struct doctor *d;
+    const struct host_interface *on; /* NULL: none that can be asked */
+};
+
+static bool is_taken(void *context, uint32_t address)
 {
-    for (size_t i = 0; i < d->interface_count; i++) {
-        const struct host_interface *w = &d->interfaces[i];
-        for (size_t k = 0; k < w->address_count; k++) {
-            if (w->addresses[k].address == address) {
-                return true;
-            }
-        }
+    struct wish *w = context;
+    struct neighbours who = {false, 0, {""}};
+    if (interfaces_owner(w->d->interfaces, w->d->interface_count, address,
+                         NULL) != NULL) {
+        return true;
     }
-    return false;
+    return w->on != NULL && neighbours_hear(w->d, w->on, address, &who) &&
+           who.count > 0;
 }
 
-/* An address for this host beside the sensor's. One that another device has
- * would take that one off the network, so it is asked for first where that may
- * be done. */
 uint32_t host_address_beside(struct doctor *d, const struct host_interface *w)
 {
-    const uint32_t subnet = d->sensor.address & NEAR_MASK;
-    uint32_t last = 1;
-    while (last < FREE_MAX) {
-        struct neighbours who = {false, 0, {""}};
-        const uint32_t address = subnet | last;
-        if (address != d->sensor.address && !is_own(d, address) &&
-            (w == NULL || !is_usable(w) ||
-             !neighbours_hear(d, w, address, &who) || who.count == 0)) {
-            break;
-        }
-        last++;
-    }
-    return subnet | last;
+    struct wish wish = {d, w != NULL && is_usable(w) ? w : NULL};
+    return beside_find(d->sensor.address, is_taken, &wish);
+}
+
+void host_say_full(const struct doctor *d, const struct host_interface *w,
+                   struct doctor_finding *out)
+{
+    char first[16];
+    char last[16];
+    const uint32_t subnet = d->sensor.address & BESIDE_MASK;
+    doctor_add(out, "; of %s to %s every address is taken",
+               number_format_address(subnet | 1u, first),
+               number_format_address(subnet | BESIDE_LAST, last));
+    doctor_mend(out,
+                "sudo lumctl find --interface %s --subnet %s/24    # who has "
+                "which; then give %s one that nobody has",
+                w != NULL ? w->name : "INTERFACE",
+                number_format_address(subnet, first),
+                w != NULL ? w->name : "INTERFACE");
 }
 
 static void mend_subnet(struct doctor *d, const struct host_interface *w,
@@ -264,6 +246,10 @@ static void mend_subnet(struct doctor *d, const struct host_interface *w,
     char add[128 + 2 * INTERFACE_NAME_BYTES];
     const uint32_t ours =
         near != NULL ? near->address : host_address_beside(d, w);
+    if (ours == 0) {
+        host_say_full(d, w, out);
+        return;
+    }
     (void)snprintf(add, sizeof add, "%s%s%ssudo ip addr add %s/24 dev %s",
                    w != NULL && !w->is_up ? "sudo ip link set " : "",
                    w != NULL && !w->is_up ? w->name : "",
@@ -433,31 +419,24 @@ static void look_for_subnet(struct doctor *d, struct doctor_finding *out)
     }
 }
 
-static bool names_an_interface(const struct doctor *d)
-{
-    const char *only = d->ctl->options.interface;
-    return only == NULL ||
-           interfaces_find(d->interfaces, d->interface_count, only) != NULL;
-}
-
 void doctor_check_interface(struct doctor *d, struct doctor_finding *out)
 {
     lum_error error = {""};
-    char names[LIST_SIZE];
+    const char *only = d->ctl->options.interface;
     const struct interface_address *at = NULL;
     if (interfaces_list(&d->interfaces, &d->interface_count, &error) != 0) {
         doctor_unseen(out, "not looked at: %s", error.text);
         return;
     }
-    if (!names_an_interface(d)) {
-        list_names(d, names);
-        doctor_wrong(out, "there is no interface %s; this host has %s",
-                     d->ctl->options.interface, names);
+    if (only != NULL && !host_lists_interface(d->interfaces, d->interface_count,
+                                              only, &error)) {
+        doctor_wrong(out, "%s", error.text);
         doctor_mend(out, "ip -br addr    # then --interface NAME");
         doctor_lack(d, DOCTOR_NEEDS_INTERFACE, "no such interface");
         return;
     }
-    const struct host_interface *own = find_own(d, &at);
+    const struct host_interface *own = interfaces_owner(
+        d->interfaces, d->interface_count, d->sensor.address, &at);
     if (own != NULL) {
         say_own(d, own, at, out);
     } else {

@@ -11,6 +11,8 @@
 #define FIND_RANGES_MAX     64u
 #define FIND_SOCKETS_MAX    32u /* as many as one wait can have */
 #define FIND_FOUND_MAX      256u
+#define FIND_LOST_MAX       1024u
+#define FIND_BESIDES_MAX    16u
 #define FIND_LEFT_OUT_MAX   32u
 #define FIND_LEFT_OUT_BYTES 384u
 #define FIND_REACH_BYTES    (INTERFACE_NAME_BYTES + 64u)
@@ -84,13 +86,27 @@ struct find_found {
     bool has_mac;
     uint8_t mac[INTERFACE_MAC_BYTES];
     bool has_other_mac; /* two devices have one address */
+    uint32_t sends_to;  /* bit n: to address n of its /24, up to BESIDE_LAST */
     uint32_t clock_us;  /* FIND_ANSWERS */
     int64_t round_trip_ns;
+};
+
+/* A /24 in which this host has no address, and wants one to reach somebody. */
+struct find_subnet_beside {
+    const struct host_interface *interface;
+    uint32_t network;
+    uint32_t taken; /* bit n: address n answers, up to BESIDE_LAST */
+    bool is_asked;  /* all of them were asked by ARP */
 };
 
 struct find_result {
     struct find_found found[FIND_FOUND_MAX];
     size_t count;
+    uint32_t lost[FIND_LOST_MAX]; /* who was seen and had no room there */
+    size_t lost_count;
+    bool has_lost_more;
+    struct find_subnet_beside besides[FIND_BESIDES_MAX];
+    size_t beside_count;
     unsigned asked;    /* addresses */
     unsigned wanted;   /* addresses that were to be asked */
     unsigned unsent;   /* questions that did not leave */
@@ -102,10 +118,30 @@ struct find_result {
 enum exit_status find_ask(struct ctl *ctl, struct find_plan *plan,
                           struct find_result *out);
 
+/* The entry of somebody; where he is not known a new one, as by FIND_ARP. In a
+ * full table it takes the place of one that is less sure than how. NULL: there
+ * is none; then, and where one gave way, the address is among the lost. One
+ * address on two interfaces is two findings. */
+struct find_found *find_entry(struct find_result *result, lum_endpoint host,
+                              const struct host_interface *interface,
+                              enum find_how how);
+
+/* Whether this host has to take an address of its subnet to reach a finding. */
+bool find_needs_address(const struct find_plan *plan,
+                        const struct find_found *found);
+
+/* Fills besides with the subnets of those who are shown and need an address;
+ * nobody is asked yet. */
+void find_plan_besides(const struct find_plan *plan,
+                       struct find_result *result);
+
+/* Sets the address's bit, if it is one that could be proposed in a /24. */
+void find_note_taken(uint32_t *taken, uint32_t network, uint32_t address);
+
 /* The command after which the host reaches a finding; empty where it does
- * already, or where --interface tells it from another one. */
-const char *find_reach(const struct find_plan *plan,
-                       const struct find_result *result,
+ * already, where --interface tells it from another one, and where no address
+ * is known to be free. */
+const char *find_reach(const struct find_plan *plan, struct find_result *result,
                        const struct find_found *found,
                        char out[FIND_REACH_BYTES]);
 
@@ -133,6 +169,7 @@ struct find_heard {
     bool has_mac;
     uint8_t bytes[64]; /* of the payload */
     size_t len;
+    uint32_t to; /* address */
 };
 bool find_ear_take(struct find_ear *ear, struct find_heard *out);
 

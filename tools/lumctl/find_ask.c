@@ -1,6 +1,7 @@
 #include "find.h"
 
 #include "../common/terminal.h"
+#include "beside.h"
 #include "session.h"
 
 #include "lum/base/time.h"
@@ -20,6 +21,8 @@
 #define PROGRESS_NS   INT64_C(100000000)
 #define KEEP_ALIVE_NS INT64_C(50000000)
 #define TAKE_MAX      64u /* of one interface in a step */
+#define BESIDE_PASSES 4u
+#define BESIDE_NS     INT64_C(250000000) /* after each */
 
 /* An interface that is listened to as it is on the wire. */
 struct ear {
@@ -184,28 +187,6 @@ static void close_all(struct search *s)
     free(s->questions);
 }
 
-/* The entry of somebody, a new one where he is not known; NULL: there is no
- * room. One address on two interfaces is two findings. */
-static struct find_found *find_entry(struct search *s, lum_endpoint host,
-                                     const struct host_interface *interface)
-{
-    struct find_result *r = s->out;
-    for (size_t i = 0; i < r->count; i++) {
-        struct find_found *f = &r->found[i];
-        const bool is_port = f->host.port == host.port || f->how == FIND_ARP;
-        if (f->host.address == host.address && is_port &&
-            f->interface == interface) {
-            return f;
-        }
-    }
-    if (r->count == FIND_FOUND_MAX) {
-        return NULL;
-    }
-    r->found[r->count] = (struct find_found){
-        .how = FIND_ARP, .host = host, .interface = interface};
-    return &r->found[r->count++];
-}
-
 static void set_mac(struct find_found *f,
                     const uint8_t mac[INTERFACE_MAC_BYTES])
 {
@@ -254,11 +235,13 @@ static struct find_found *take_packet(struct search *s,
     bool is_last = false;
     uint32_t clock_us = 0;
     const enum find_how how = how_of(s, bytes, len, &is_ours);
-    struct find_found *f = is_ours ? find_entry(s, from, on) : NULL;
+    struct question *q = question_of(s, bytes, len, &clock_us, &is_last);
+    struct find_found *f =
+        is_ours ? find_entry(s->out, from, on, q != NULL ? FIND_ANSWERS : how)
+                : NULL;
     if (f == NULL) {
         return NULL;
     }
-    struct question *q = question_of(s, bytes, len, &clock_us, &is_last);
     f->host = from;
     f->how = how > f->how ? how : f->how;
     if (q != NULL && f->how != FIND_ANSWERS) {
@@ -314,14 +297,16 @@ static bool is_asked(const struct search *s, const struct ear *ear,
     return false;
 }
 
-static bool is_own(const struct search *s, uint32_t address)
+/* Who has an address that this host might have taken is no finding: he was
+ * asked for that alone. */
+static bool is_beside(struct search *s, const struct ear *ear, uint32_t address)
 {
-    for (size_t i = 0; i < s->plan->interface_count; i++) {
-        const struct host_interface *interface = &s->plan->interfaces[i];
-        for (size_t k = 0; k < interface->address_count; k++) {
-            if (interface->addresses[k].address == address) {
-                return true;
-            }
+    for (size_t i = 0; i < s->out->beside_count; i++) {
+        struct find_subnet_beside *b = &s->out->besides[i];
+        if (b->interface == ear->interface &&
+            b->network == (address & BESIDE_MASK)) {
+            find_note_taken(&b->taken, b->network, address);
+            return (address & ~BESIDE_MASK) <= BESIDE_LAST;
         }
     }
     return false;
@@ -343,11 +328,14 @@ static void take_speaker(struct search *s, const struct ear *ear,
             return;
         }
     }
-    if (is_own(s, speaker->address)) {
+    if (interfaces_owner(s->plan->interfaces, s->plan->interface_count,
+                         speaker->address, NULL) != NULL ||
+        is_beside(s, ear, speaker->address)) {
         return;
     }
     if (!is_inside || is_asked(s, ear, speaker->address)) {
-        struct find_found *f = find_entry(s, host, ear->interface);
+        struct find_found *f =
+            find_entry(s->out, host, ear->interface, FIND_ARP);
         if (f != NULL) {
             set_mac(f, speaker->mac);
         }
@@ -368,6 +356,10 @@ static void take_ear(struct search *s, const struct ear *ear)
          n++) {
         struct find_found *f =
             take_packet(s, ear->interface, heard.from, heard.bytes, heard.len);
+        if (f != NULL) {
+            find_note_taken(&f->sends_to, f->host.address & BESIDE_MASK,
+                            heard.to);
+        }
         if (f != NULL && heard.has_mac) {
             set_mac(f, heard.mac);
         }
@@ -543,6 +535,57 @@ static enum exit_status ask_all(struct search *s)
     return EXIT_DONE;
 }
 
+static enum exit_status ask_beside(struct search *s,
+                                   struct find_subnet_beside *b)
+{
+    const struct ear *ear = find_ear(s, b->interface);
+    enum exit_status status = EXIT_DONE;
+    b->is_asked = ear != NULL && ear->arp != NULL;
+    for (uint32_t last = 1;
+         last <= BESIDE_LAST && b->is_asked && status == EXIT_DONE; last++) {
+        if ((b->taken >> last & 1u) == 0) {
+            b->is_asked = arp_ask(ear->arp, b->network | last, NULL) == 0;
+            status = listen_until(s, lum_time_monotonic_ns() + STEP_NS);
+        }
+    }
+    return status;
+}
+
+/* An address that another device has would take that one off the network, so
+ * all that could be proposed are asked for first. */
+static enum exit_status ask_besides(struct search *s)
+{
+    struct find_result *r = s->out;
+    enum exit_status status = EXIT_DONE;
+    find_plan_besides(s->plan, r);
+    for (unsigned pass = 0; pass < BESIDE_PASSES && r->beside_count > 0;
+         pass++) {
+        for (size_t i = 0; i < r->beside_count && status == EXIT_DONE; i++) {
+            status = ask_beside(s, &r->besides[i]);
+        }
+        if (status == EXIT_DONE) {
+            status = listen_until(s, lum_time_monotonic_ns() + BESIDE_NS);
+        }
+        if (status != EXIT_DONE) {
+            r->beside_count = 0; /* not all were asked */
+        }
+    }
+    return status;
+}
+
+static void tell_lost(struct search *s)
+{
+    const struct find_result *r = s->out;
+    if (r->lost_count > 0) {
+        (void)snprintf(find_leave_out(&s->plan->left_out), FIND_LEFT_OUT_BYTES,
+                       "seen and not shown, beyond the %u that there is room "
+                       "for: %u %s%s; --interface and --subnet search a part",
+                       FIND_FOUND_MAX, (unsigned)r->lost_count,
+                       r->lost_count == 1 ? "address" : "addresses",
+                       r->has_lost_more ? " and more" : "");
+    }
+}
+
 enum exit_status find_ask(struct ctl *ctl, struct find_plan *plan,
                           struct find_result *out)
 {
@@ -554,6 +597,10 @@ enum exit_status find_ask(struct ctl *ctl, struct find_plan *plan,
     if (status == EXIT_DONE) {
         status = ask_all(&s);
     }
+    if (status == EXIT_DONE) {
+        status = ask_besides(&s);
+    }
+    tell_lost(&s);
     clear_progress(&s);
     close_all(&s);
     return out->is_cut_short ? EXIT_DONE : status;

@@ -68,6 +68,8 @@ static bool read_frame(const uint8_t *frame, size_t len, struct find_heard *out)
     if (head < IP_BYTES_MIN || len < head + UDP_BYTES) {
         return false;
     }
+    memcpy(&address, frame + 16, sizeof address);
+    out->to = ntohl(address);
     memcpy(&address, frame + 12, sizeof address);
     memcpy(&port, frame + head, sizeof port);
     out->from = (lum_endpoint){ntohl(address), ntohs(port)};

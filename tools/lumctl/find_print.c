@@ -1,6 +1,7 @@
 #include "find.h"
 
 #include "../common/number.h"
+#include "beside.h"
 #include "session.h"
 
 #include <stdio.h>
@@ -32,80 +33,13 @@ static int compare(const void *a, const void *b)
     return (x->how < y->how) - (x->how > y->how);
 }
 
-/* Another interface of this host has an address in the subnet. */
-static bool is_elsewhere(const struct find_plan *plan,
-                         const struct find_found *found)
-{
-    for (size_t i = 0; i < plan->interface_count; i++) {
-        const struct host_interface *other = &plan->interfaces[i];
-        if (other != found->interface && other->is_up &&
-            interfaces_subnet(other, found->host.address) != NULL) {
-            return true;
-        }
-    }
-    return false;
-}
-
-/* Somebody has the same address at another interface. */
-static bool has_twin(const struct find_result *result,
-                     const struct find_found *found)
-{
-    for (size_t i = 0; i < result->count; i++) {
-        const struct find_found *other = &result->found[i];
-        if (other->host.address == found->host.address &&
-            other->interface != found->interface) {
-            return true;
-        }
-    }
-    return false;
-}
-
-static bool is_taken(const struct find_result *result, uint32_t address)
-{
-    for (size_t i = 0; i < result->count; i++) {
-        if (result->found[i].host.address == address) {
-            return true;
-        }
-    }
-    return false;
-}
-
-const char *find_reach(const struct find_plan *plan,
-                       const struct find_result *result,
-                       const struct find_found *found,
-                       char out[FIND_REACH_BYTES])
-{
-    char address[16];
-    uint32_t free = (found->host.address & ~UINT32_C(255)) + 1u;
-    out[0] = '\0';
-    if (found->interface == NULL || found->how == FIND_ANSWERS ||
-        interfaces_subnet(found->interface, found->host.address) != NULL) {
-        return out;
-    }
-    (void)number_format_address(found->host.address, address);
-    if (is_elsewhere(plan, found)) {
-        if (!has_twin(result, found)) {
-            (void)snprintf(out, FIND_REACH_BYTES, "ip route add %s/32 dev %s",
-                           address, found->interface->name);
-        }
-        return out;
-    }
-    while (is_taken(result, free) && (free & 255u) < 254u) {
-        free++;
-    }
-    (void)snprintf(out, FIND_REACH_BYTES, "ip addr add %s/24 dev %s",
-                   number_format_address(free, address),
-                   found->interface->name);
-    return out;
-}
-
 static const char *name_of(const struct host_interface *interface)
 {
     return interface != NULL ? interface->name : "";
 }
 
 static void put_found(struct json *json, const struct find_plan *plan,
-                      const struct find_result *r, const struct find_found *f)
+                      struct find_result *r, const struct find_found *f)
 {
     char name[SESSION_NAME_BYTES];
     char mac[INTERFACE_MAC_TEXT_BYTES];
@@ -148,20 +82,7 @@ static void put_range(struct json *json, const struct find_range *range)
     json_close_object(json);
 }
 
-bool find_is_shown(const struct find_plan *plan, const struct find_found *f)
-{
-    for (size_t i = 0; i < plan->range_count && f->how == FIND_ARP; i++) {
-        const struct find_range *r = &plan->ranges[i];
-        if (r->by_arp && r->subnet.bits == 32u && r->first != r->last &&
-            f->host.address >= r->first && f->host.address <= r->last) {
-            return false;
-        }
-    }
-    return true;
-}
-
-static void print_json(const struct find_plan *plan,
-                       const struct find_result *r)
+static void print_json(const struct find_plan *plan, struct find_result *r)
 {
     struct json json;
     json_init(&json, stdout);
@@ -186,17 +107,32 @@ static void print_json(const struct find_plan *plan,
     json_uint(&json, "left_out_more", plan->left_out.more);
     json_uint(&json, "asked", r->asked);
     json_uint(&json, "not_sent", r->unsent);
-    json_bool(&json, "complete", !r->is_cut_short);
+    json_bool(&json, "complete", !r->is_cut_short && r->lost_count == 0);
     json_close_object(&json);
     json_end(&json);
 }
 
-static void print_found(const struct find_plan *plan,
-                        const struct find_result *r, const struct find_found *f)
+static void print_reach(const struct find_plan *plan, struct find_result *r,
+                        const struct find_found *f)
+{
+    char reach[FIND_REACH_BYTES];
+    char network[16];
+    if (*find_reach(plan, r, f, reach) != '\0') {
+        (void)printf("    not reached from this host; as root: %s\n", reach);
+    } else if (find_needs_address(plan, f)) {
+        (void)printf(
+            "    not reached from this host: give %s an address in "
+            "%s/24 that no device has\n",
+            f->interface->name,
+            number_format_address(f->host.address & BESIDE_MASK, network));
+    }
+}
+
+static void print_found(const struct find_plan *plan, struct find_result *r,
+                        const struct find_found *f)
 {
     char name[SESSION_NAME_BYTES];
     char mac[INTERFACE_MAC_TEXT_BYTES] = "";
-    char reach[FIND_REACH_BYTES];
     char trip[32] = "";
     if (f->round_trip_ns > 0) {
         (void)snprintf(trip, sizeof trip, " in %.2f ms",
@@ -211,9 +147,7 @@ static void print_found(const struct find_plan *plan,
         (void)printf("    two devices have this address: disconnect one, and "
                      "give the other another address by lumctl set-ip\n");
     }
-    if (*find_reach(plan, r, f, reach) != '\0') {
-        (void)printf("    not reached from this host; as root: %s\n", reach);
-    }
+    print_reach(plan, r, f);
 }
 
 /* One address on two interfaces. */
@@ -235,7 +169,7 @@ static void print_twins(const struct ctl *ctl, const struct find_result *r)
 }
 
 static void print_text(const struct ctl *ctl, const struct find_plan *plan,
-                       const struct find_result *r)
+                       struct find_result *r)
 {
     bool has_any = false;
     for (size_t i = 0; i < r->count; i++) {

@@ -30,7 +30,8 @@ struct option {
 static bool take_host(struct ctl_options *options, const char *text)
 {
     options->has_host = true;
-    return options_parse_host(text, &options->host, &options->refusal);
+    return options_allow_host(options, text, &options->refusal) &&
+           options_parse_host(text, &options->host, &options->refusal);
 }
 
 static bool take_port(struct ctl_options *options, const char *text)
@@ -207,6 +208,20 @@ static const struct option table[] = {
 };
 
 #define OPTIONS (sizeof table / sizeof table[0])
+
+bool options_allow_host(const struct ctl_options *options, const char *text,
+                        lum_error *why)
+{
+    if (!options->no_names || !host_is_name(text)) {
+        return true;
+    }
+    (void)lum_error_set(why,
+                        "'%.80s': no name is looked up while this shell keeps "
+                        "a sensor alive, since its heartbeats would stop "
+                        "meanwhile; give the address, such as 10.42.0.38",
+                        text);
+    return false;
+}
 
 bool options_parse_host(const char *text, lum_endpoint *out, lum_error *why)
 {

@@ -42,4 +42,9 @@ void options_help(bool general, unsigned own);
 /* Host and port, as --host has them. */
 bool options_parse_host(const char *text, lum_endpoint *out, lum_error *why);
 
+/* Whether a host may be given so. A name is refused, with why, where nothing
+ * may wait for a resolver: heartbeats would stop meanwhile. */
+bool options_allow_host(const struct ctl_options *options, const char *text,
+                        lum_error *why);
+
 #endif

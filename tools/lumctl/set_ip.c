@@ -2,6 +2,7 @@
 
 #include "../common/host.h"
 #include "../common/json.h"
+#include "options.h"
 #include "remember.h"
 #include "session.h"
 #include "strand.h"
@@ -283,7 +284,8 @@ enum exit_status command_set_ip(struct ctl *ctl, int count, char **words)
         return ctl_complain(EXIT_BAD, "set-ip takes one address, such as "
                                       "10.42.0.38");
     }
-    if (!host_parse(words[1], &address, &why)) {
+    if (!options_allow_host(&ctl->options, words[1], &why) ||
+        !host_parse(words[1], &address, &why)) {
         return ctl_complain(EXIT_BAD, "set-ip: %s", why.text);
     }
     if (lum_set_ip_encode(packet, &ctl->layout, address) != LUM_OK) {

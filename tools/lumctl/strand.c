@@ -22,18 +22,10 @@ static bool is_loopback(uint32_t address)
     return address >> 24 == 127u;
 }
 
-/* The interface that has an address, or NULL. */
 static const struct host_interface *owner_of(const struct move_plan *p,
                                              uint32_t address)
 {
-    for (size_t i = 0; i < p->count; i++) {
-        for (size_t k = 0; k < p->interfaces[i].address_count; k++) {
-            if (p->interfaces[i].addresses[k].address == address) {
-                return &p->interfaces[i];
-            }
-        }
-    }
-    return NULL;
+    return interfaces_owner(p->interfaces, p->count, address, NULL);
 }
 
 static enum exit_status refuse(uint32_t address, const char *why)

@@ -13,7 +13,7 @@ namespace lumsdk_ros
 class Rings
 {
   public:
-    static constexpr uint32_t lines_max = 32768;
+    static constexpr uint32_t lines_max = 32767;
     static constexpr uint16_t none = UINT16_MAX; // of a line beyond the number
 
     // stated: the number of lines; 0: it is not.

@@ -1,0 +1,161 @@
+#include "find.h"
+
+#include "../common/number.h"
+#include "beside.h"
+
+#include <stdio.h>
+
+/* Another interface of this host has an address in the subnet. */
+static bool is_elsewhere(const struct find_plan *plan,
+                         const struct find_found *found)
+{
+    for (size_t i = 0; i < plan->interface_count; i++) {
+        const struct host_interface *other = &plan->interfaces[i];
+        if (other != found->interface && other->is_up &&
+            interfaces_subnet(other, found->host.address) != NULL) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Somebody has the same address at another interface. */
+static bool has_twin(const struct find_result *result,
+                     const struct find_found *found)
+{
+    for (size_t i = 0; i < result->count; i++) {
+        const struct find_found *other = &result->found[i];
+        if (other->host.address == found->host.address &&
+            other->interface != found->interface) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool is_out_of_reach(const struct find_found *found)
+{
+    return found->interface != NULL && found->how != FIND_ANSWERS &&
+           interfaces_subnet(found->interface, found->host.address) == NULL;
+}
+
+bool find_needs_address(const struct find_plan *plan,
+                        const struct find_found *found)
+{
+    return is_out_of_reach(found) && !is_elsewhere(plan, found);
+}
+
+bool find_is_shown(const struct find_plan *plan, const struct find_found *f)
+{
+    for (size_t i = 0; i < plan->range_count && f->how == FIND_ARP; i++) {
+        const struct find_range *r = &plan->ranges[i];
+        if (r->by_arp && r->subnet.bits == 32u && r->first != r->last &&
+            f->host.address >= r->first && f->host.address <= r->last) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static struct find_subnet_beside *look_up(struct find_result *result,
+                                          const struct find_found *found)
+{
+    for (size_t i = 0; i < result->beside_count; i++) {
+        struct find_subnet_beside *b = &result->besides[i];
+        if (b->interface == found->interface &&
+            b->network == (found->host.address & BESIDE_MASK)) {
+            return b;
+        }
+    }
+    return NULL;
+}
+
+void find_note_taken(uint32_t *taken, uint32_t network, uint32_t address)
+{
+    const uint32_t last = address & ~BESIDE_MASK;
+    if ((address & BESIDE_MASK) == network && last <= BESIDE_LAST) {
+        *taken |= UINT32_C(1) << last;
+    }
+}
+
+void find_plan_besides(const struct find_plan *plan, struct find_result *result)
+{
+    result->beside_count = 0;
+    for (size_t i = 0; i < result->count; i++) {
+        const struct find_found *f = &result->found[i];
+        if (find_is_shown(plan, f) && find_needs_address(plan, f) &&
+            result->beside_count < FIND_BESIDES_MAX &&
+            look_up(result, f) == NULL) {
+            result->besides[result->beside_count++] =
+                (struct find_subnet_beside){
+                    f->interface, f->host.address & BESIDE_MASK, 0, false};
+        }
+    }
+}
+
+struct wish {
+    const struct find_plan *plan;
+    uint32_t taken;
+};
+
+static bool is_taken(void *context, uint32_t address)
+{
+    const struct wish *w = context;
+    return (w->taken >> (address & ~BESIDE_MASK) & 1u) != 0 ||
+           interfaces_owner(w->plan->interfaces, w->plan->interface_count,
+                            address, NULL) != NULL;
+}
+
+/* All that was seen of the subnet, on whichever interface. */
+static uint32_t taken_in(const struct find_result *result, uint32_t network)
+{
+    uint32_t taken = 0;
+    for (size_t i = 0; i < result->count; i++) {
+        const struct find_found *f = &result->found[i];
+        find_note_taken(&taken, network, f->host.address);
+        taken |= (f->host.address & BESIDE_MASK) == network ? f->sends_to : 0;
+    }
+    for (size_t i = 0; i < result->beside_count; i++) {
+        const struct find_subnet_beside *b = &result->besides[i];
+        taken |= b->network == network ? b->taken : 0;
+    }
+    for (size_t i = 0; i < result->lost_count; i++) {
+        find_note_taken(&taken, network, result->lost[i]);
+    }
+    return taken;
+}
+
+/* One that nobody has as far as was asked; 0: none, or nobody was asked. */
+static uint32_t free_address(const struct find_plan *plan,
+                             struct find_result *result,
+                             const struct find_found *found)
+{
+    const struct find_subnet_beside *b = look_up(result, found);
+    struct wish wish = {plan, 0};
+    if (b == NULL || !b->is_asked) {
+        return 0;
+    }
+    wish.taken = taken_in(result, b->network);
+    return beside_find(found->host.address, is_taken, &wish);
+}
+
+const char *find_reach(const struct find_plan *plan, struct find_result *result,
+                       const struct find_found *found,
+                       char out[FIND_REACH_BYTES])
+{
+    char address[16];
+    out[0] = '\0';
+    if (find_needs_address(plan, found)) {
+        const uint32_t free = free_address(plan, result, found);
+        if (free != 0) {
+            (void)snprintf(out, FIND_REACH_BYTES, "ip addr add %s/24 dev %s",
+                           number_format_address(free, address),
+                           found->interface->name);
+        }
+    } else if (is_out_of_reach(found) && !has_twin(result, found)) {
+        (void)snprintf(out, FIND_REACH_BYTES, "ip route add %s/32 dev %s",
+                       number_format_address(found->host.address, address),
+                       found->interface->name);
+    }
+    return out;
+}
