@@ -2,6 +2,8 @@
 
 #include "../common/host.h"
 #include "../common/json.h"
+#include "../common/number.h"
+#include "holder.h"
 #include "remember.h"
 #include "session.h"
 #include "strand.h"
@@ -33,8 +35,9 @@ struct move {
     lum_endpoint old;
     lum_endpoint new;
     lum_endpoint reversed;
-    lum_error error; /* why the new address could not be looked at; may be
-                        empty */
+    struct holders sensor; /* the hardware at the old address, if known */
+    lum_error error;       /* why the new address could not be looked at; may be
+                              empty */
 };
 
 static lum_endpoint reverse(lum_endpoint host)
@@ -127,6 +130,51 @@ static enum exit_status complain_taken(struct move *m)
                         session_name(m->new, new), session_name(m->old, old));
 }
 
+/* Who has the old address is the sensor, whatever it answers at the new one. */
+static void learn_sensor(struct move *m)
+{
+    m->sensor = (struct holders){false, 0, {""}};
+    if (m->new.address != m->old.address &&
+        holders_can(m->ctl, m->old.address)) {
+        (void)is_alive(m, m->old, 1); /* for the kernel's table */
+        holders_find(m->ctl, m->old.address, &m->sensor);
+    }
+}
+
+/* Another device at the new address, sensor or not. */
+static bool find_other(struct move *m, struct holders *who,
+                       char mac[INTERFACE_MAC_TEXT_BYTES])
+{
+    const char *other = NULL;
+    if (m->new.address != m->old.address &&
+        holders_can(m->ctl, m->new.address)) {
+        holders_find(m->ctl, m->new.address, who);
+        other = holders_other(who, &m->sensor);
+    }
+    if (other != NULL) {
+        (void)snprintf(mac, INTERFACE_MAC_TEXT_BYTES, "%s", other);
+    }
+    return other != NULL;
+}
+
+/* What is sent to the sensor there would go to the other device. */
+static enum exit_status check_others(struct move *m)
+{
+    struct holders who;
+    char mac[INTERFACE_MAC_TEXT_BYTES];
+    char address[16];
+    if (m->ctl->options.force || !find_other(m, &who, mac)) {
+        return EXIT_DONE;
+    }
+    return ctl_complain(
+        EXIT_BAD,
+        "set-ip: another device has %s (%s%s), and the sensor would be lost "
+        "behind it: nothing was sent. Choose another address; --force sends it "
+        "all the same",
+        number_format_address(m->new.address, address), mac,
+        who.is_heard ? "" : ", as this host's ARP table says");
+}
+
 /* Sends, and looks where the sensor is. It is sent again only while the sensor
  * still answers at the old address: then the packet was lost. */
 static enum exit_status carry_out(struct move *m, enum found *found)
@@ -207,14 +255,23 @@ static enum exit_status complain_reversed(const struct move *m)
         where, session_name(m->new, wanted));
 }
 
-static enum exit_status complain_nowhere(const struct move *m)
+static enum exit_status complain_nowhere(struct move *m)
 {
+    struct holders who;
+    char mac[INTERFACE_MAC_TEXT_BYTES];
+    char address[16];
     char new[SESSION_NAME_BYTES];
     char old[SESSION_NAME_BYTES];
     char reversed[SESSION_NAME_BYTES];
     const bool has_reversed = lum_address_is_host(m->reversed.address);
     if (m->error.text[0] != '\0') {
         (void)ctl_complain(EXIT_FAILED, "%s", m->error.text);
+    }
+    if (find_other(m, &who, mac)) {
+        (void)ctl_complain(EXIT_FAILED,
+                           "another device has %s (%s): what is sent there "
+                           "may reach that one instead of the sensor",
+                           number_format_address(m->new.address, address), mac);
     }
     return ctl_complain(
         EXIT_NO_ANSWER,
@@ -265,6 +322,11 @@ static enum exit_status move(struct ctl *ctl, uint32_t address)
     m.reversed = reverse(m.new);
     if (is_taken(&m)) {
         return complain_taken(&m);
+    }
+    learn_sensor(&m);
+    status = check_others(&m);
+    if (status != EXIT_DONE) {
+        return status;
     }
     if (lum_cancel_is_raised(ctl->cancel)) {
         return ctl_complain(EXIT_FAILED, "interrupted: nothing was sent");
