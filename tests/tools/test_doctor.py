@@ -776,6 +776,14 @@ class TwoHosts(OnHosts):
         found = self.broken("port", 1, "own address")
         self.assertEqual((found["arp"], found.mend("port")), ("fine", "sudo ip addr del 10.42.0.37/24 dev eth0"), str(found))
 
+    def test_the_sensors_address_on_the_loopback(self):
+        self.sensor()
+        self.client("ip addr add 10.42.0.37/32 dev lo")  # left over from a simulator
+        found = self.broken("port", 1, "own address (dev lo)")
+        self.assertEqual((found["arp"], found.mend("arp")), ("wrong", "sudo ip addr del 10.42.0.37/32 dev lo"), str(found))
+        self.assertIn(f"a device on eth0 has it, too: {Hosts.mac(self.hosts.sensor)}", found.text("arp"))
+        self.assertEqual(self.mended(found, "port"), ["sudo ip addr del 10.42.0.37/32 dev lo"])
+
     def test_a_port_that_is_rewritten(self):
         self.sensor("--port", "6000")
         r = subprocess.run([*inside(self.hosts.sensor), "nft", "-f", "-"], input="""table ip rewrite {

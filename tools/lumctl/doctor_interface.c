@@ -386,7 +386,7 @@ static void say_own(struct doctor *d, const struct host_interface *w,
                     struct doctor_finding *out)
 {
     d->is_local = true;
-    if (!w->is_loopback) {
+    if (d->sensor.address >> 24 != 127u) {
         d->chosen = w;
         (void)snprintf(d->own, sizeof d->own, "%s/%u dev %.32s", d->address,
                        at->prefix, w->name);
