@@ -720,6 +720,20 @@ class TwoHosts(OnHosts):
         self.assertEqual(self.mended(found, "arp"), ["lumctl --host 10.42.0.37 --interface eth0 doctor    # --interface eth0 "
                                                      "with every tool"])
 
+    def test_an_interface_without_address_is_asked_for(self):
+        self.sensor()
+        self.client("ip link add other0 type veth peer name other1; ip link set other1 up; ip link set other0 up")
+        mend = "lumctl --host 10.42.0.37 --interface eth0 doctor    # --interface eth0 with every tool"
+        found = self.broken("interface", 1, "interface other0 has no address in the sensor's subnet", "--interface", "other0")
+        self.assertEqual(self.mended(found, "interface", ("--interface", "other0")), [mend])
+        self.assertEqual(self.look_unprivileged("--interface", "other0").mend("interface"), mend)
+        self.client("ip addr add 10.42.0.2/24 dev other0; ip link set other0 down")
+        found = self.broken("interface", 1, "down; 10.42.0.37 answers on eth0", "--interface", "other0")
+        self.assertEqual(self.mended(found, "interface", ("--interface", "other0")), [mend])
+        self.client("ip addr flush dev eth0; ip addr flush dev other0; ip link set other0 up")
+        found = self.broken("interface", 1, "10.42.0.37 answers on eth0", "--interface", "other0")
+        self.mended(found, "interface", ("--interface", "other0"))
+
     def test_the_cable_with_the_sensor_is_known_by_its_answer(self):
         self.sensor()
         self.client("ip link add enp1s0 type veth peer name enp1s1; ip link set enp1s1 up; ip link set enp1s0 up;"
@@ -843,12 +857,12 @@ class TwoHosts(OnHosts):
         self.assertIn("other0", found.text("interface"))
         self.assertEqual((found.status, found["arp"]), (1, "wrong"), str(found))
 
-    def look_unprivileged(self):
+    def look_unprivileged(self, *options):
         os.chmod(self.folder.path, 0o755)
         copy = shutil.copy(BIN / "lumctl", self.folder / "lumctl")
         r = subprocess.run([*inside(self.hosts.client), sys.executable, "-c",
                             "import os, sys; os.setgroups([]); os.setgid(65534); os.setuid(65534);"
-                            "os.execv(sys.argv[1], sys.argv[1:])", copy, "doctor", "--json"],
+                            "os.execv(sys.argv[1], sys.argv[1:])", copy, *options, "doctor", "--json"],
                            capture_output=True, text=True, timeout=60)
         return Findings(r)
 
