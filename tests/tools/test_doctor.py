@@ -762,6 +762,21 @@ class TwoHosts(OnHosts):
 
     def test_two_devices_with_its_address(self):
         self.sensor()
+        third = self.rival()
+        found = self.look()
+        self.assertEqual(found["arp"], "wrong", str(found))
+        self.assertRegex(found.text("arp"), r"2 devices on eth0 answer for 10\.42\.0\.37: (..:){5}.. and (..:){5}..; ")
+        self.follow(found.mend("arp"))
+        Hosts.ip("-n", third, "link", "del", "mac0")  # a namespace lives on for a while after it was deleted
+        self.assert_fine(self.look())
+
+    def test_two_devices_with_its_address_and_the_one_reached_is_no_sensor(self):
+        self.rival()
+        found = self.broken("arp", 1, "2 devices on eth0 answer")
+        self.assertEqual((found.overall, found["answer"]), ("wrong", "wrong"), str(found))
+
+    def rival(self):
+        """A computer with the sensor's address; the namespace, where its interface is mac0."""
         third = self.hosts.sensor + "t"
         self.addCleanup(subprocess.run, ["ip", "netns", "del", third], capture_output=True)
         Hosts.ip("netns", "add", third)
@@ -769,12 +784,7 @@ class TwoHosts(OnHosts):
                  "mode", "bridge")
         Hosts.ip("-n", third, "addr", "add", "10.42.0.37/24", "dev", "mac0")
         Hosts.ip("-n", third, "link", "set", "mac0", "up")
-        found = self.look()
-        self.assertEqual(found["arp"], "wrong", str(found))
-        self.assertRegex(found.text("arp"), r"2 devices on eth0 answer for 10\.42\.0\.37: (..:){5}.. and (..:){5}..; ")
-        self.follow(found.mend("arp"))
-        Hosts.ip("-n", third, "link", "del", "mac0")  # a namespace lives on for a while after it was deleted
-        self.assert_fine(self.look())
+        return third
 
     def test_the_sensors_address_on_the_host_itself(self):
         self.sensor()

@@ -88,11 +88,12 @@ static void say_nobody(struct doctor *d, struct doctor_finding *out)
     }
 }
 
-static void say_two(const struct doctor *d, const struct neighbours *who,
+static void say_two(struct doctor *d, const struct neighbours *who,
                     struct doctor_finding *out)
 {
     char hop[16];
     char macs[NEIGHBOURS_TEXT_BYTES];
+    d->has_rival = true;
     (void)number_format_address(d->next_hop, hop);
     doctor_wrong(out,
                  "%zu devices on %s answer for %s: %s; what is sent reaches "
