@@ -815,6 +815,16 @@ class Misbehaviour(Case):
         self.assertGreater(len(fake.of(5)), 1)
         self.assertEqual(fake.of(5)[0][12:], ip("127.33.2.16"))
 
+    def test_set_ip_looks_for_a_sensor_on_a_bad_wire_as_long_as_it_is_told(self):
+        for at, lost, words in ((31, 16, ()), (33, 25, ("--timeout", 500, "--retries", 59))):
+            def answer(kind, sequence, body, count, lost=lost):
+                moved = [i for i, p in enumerate(fake.packets) if p[8] == 5]
+                asked = [p for p in fake.packets[moved[0]:] if p[8] == 6] if moved else None
+                return FakeSensor.plain(kind, sequence) if asked is None or len(asked) > lost else []
+            fake = FakeSensor(self, f"127.33.2.{at}", answer)
+            self.check(DONE, f"127.33.2.{at}", "set-ip", f"127.33.2.{at + 1}", *words)
+            self.assertEqual(len(fake.of(5)), 1)
+
     def test_set_ip_does_not_give_two_sensors_one_address(self):
         fake = FakeSensor(self, "127.33.2.23")
         FakeSensor(self, "127.33.2.24")
@@ -824,7 +834,7 @@ class Misbehaviour(Case):
 
     def test_set_ip_says_when_nobody_answers_anywhere(self):
         r = self.check(NO_ANSWER, "127.33.2.17", "set-ip", "127.33.2.18")
-        for text in ("127.33.2.17", "127.33.2.18", "doctor", "10.42.0.37"):
+        for text in ("127.33.2.17", "127.33.2.18", "The packet may have got through", "doctor", "10.42.0.37"):
             self.assertIn(text, r.stderr)
         self.assertEqual(self.json(NO_ANSWER, "127.33.2.17", "set-ip", "127.33.2.18")["answers_at"], "nowhere")
 

@@ -12,13 +12,16 @@
 
 #include <stdio.h>
 
-#define ROUNDS     5u /* of sending and looking */
-#define LOOKS_NEW  3u /* tries at the new address in each round */
-#define LOOKS_ELSE 2u
-#define LOOK_MS    200u
-#define FIRST_MS   100u /* before anything is sent */
-#define FIRST      3u
-#define SLOT_NS    INT64_C(50000000) /* longest that a session is left alone */
+#define MS_NS       INT64_C(1000000)
+#define ROUNDS_MIN  7u /* of sending and looking */
+#define LOOK_MIN_MS 5000u
+#define ROUND_NS    (200 * MS_NS) /* at least, where sending fails */
+#define LOOKS_NEW   3u            /* tries at the new address in each round */
+#define LOOKS_ELSE  4u
+#define LOOK_MS     200u
+#define FIRST_MS    100u /* before anything is sent */
+#define FIRST       3u
+#define SLOT_NS     (50 * MS_NS) /* longest that a session is left alone */
 
 /* Where a sensor has been seen to answer. */
 enum found {
@@ -175,13 +178,26 @@ static enum exit_status check_others(struct move *m)
         who.is_heard ? "" : ", as this host's ARP table says");
 }
 
+/* How long the sensor is looked for: as all tries of a request take. */
+static uint32_t look_ms(const struct move *m)
+{
+    const struct ctl_options *o = &m->ctl->options;
+    const uint64_t ms = (uint64_t)o->timeout_ms * (o->retries + 1u);
+    return ms > LOOK_MIN_MS ? (uint32_t)ms : LOOK_MIN_MS;
+}
+
 /* Sends, and looks where the sensor is. It is sent again only while the sensor
  * still answers at the old address: then the packet was lost. */
 static enum exit_status carry_out(struct move *m, enum found *found)
 {
     bool is_old = true;
+    int64_t now = lum_time_monotonic_ns();
+    const int64_t end = now + look_ms(m) * MS_NS;
     *found = FOUND_NOWHERE;
-    for (unsigned round = 0; round < ROUNDS; round++) {
+    for (unsigned round = 0; (round < ROUNDS_MIN || now < end) &&
+                             !lum_cancel_is_raised(m->ctl->cancel);
+         round++) {
+        const int64_t next = now + ROUND_NS;
         const enum exit_status sent = is_old ? send_once(m) : EXIT_DONE;
         if (sent != EXIT_DONE) {
             return sent;
@@ -191,6 +207,11 @@ static enum exit_status carry_out(struct move *m, enum found *found)
             return EXIT_DONE;
         }
         is_old = is_alive(m, m->old, 1);
+        now = lum_time_monotonic_ns();
+        if (now < next) {
+            session_rest(m->ctl, next - now);
+            now = lum_time_monotonic_ns();
+        }
     }
     if (is_old || is_alive(m, m->old, LOOKS_ELSE)) {
         *found = FOUND_OLD;
@@ -275,7 +296,9 @@ static enum exit_status complain_nowhere(struct move *m)
     }
     return ctl_complain(
         EXIT_NO_ANSWER,
-        "nobody answers at %s, nor at %s%s%s. To find out why: lumctl doctor "
+        "nobody answers at %s, nor at %s%s%s. The packet may have got through "
+        "all the same, and its answers been lost. To find out why: lumctl "
+        "doctor "
         "--host %s. When its power was off, the sensor is at 10.42.0.37",
         session_name(m->new, new), session_name(m->old, old),
         has_reversed ? " or " : "",
