@@ -1001,6 +1001,9 @@ class Firewall(OnHosts):
         found = self.broken("data", 1, "came in by eth0, and this host drops them, though not short answers")
         self.assertEqual((found["answer"], found["firewall"]), ("fine", "fine"), str(found))
         self.assertIn("udp length > 300 drop", self.shell(found.mend("data"))[1])
+        traced = self.look("--trace")  # of requests and answers alone
+        self.assertEqual((traced["firewall"], traced.mend("data")), ("fine", found.mend("data")), str(traced))
+        self.assertIn("requests to 10.42.0.37 and its answers pass", traced.text("firewall"))
 
     def test_a_rule_that_limits_is_no_bad_cable(self):
         self.sensor()
