@@ -733,6 +733,20 @@ class TwoHosts(OnHosts):
         self.assertEqual(self.mended(found, "arp"), ["lumctl --host 10.42.0.37 --interface eth0 doctor    # --interface eth0 "
                                                      "with every tool"])
 
+    def test_an_interface_without_address_is_asked_for(self):
+        self.sensor()
+        self.client("ip link add other0 type veth peer name other1; ip link set other1 up; ip link set other0 up")
+        mend = "lumctl --host 10.42.0.37 --interface eth0 doctor    # --interface eth0 with every tool"
+        found = self.broken("interface", 1, "interface other0 has no address in the sensor's subnet", "--interface", "other0")
+        self.assertEqual(self.mended(found, "interface", ("--interface", "other0")), [mend])
+        self.assertEqual(self.look_unprivileged("--interface", "other0").mend("interface"), mend)
+        self.client("ip addr add 10.42.0.2/24 dev other0; ip link set other0 down")
+        found = self.broken("interface", 1, "down; 10.42.0.37 answers on eth0", "--interface", "other0")
+        self.assertEqual(self.mended(found, "interface", ("--interface", "other0")), [mend])
+        self.client("ip addr flush dev eth0; ip addr flush dev other0; ip link set other0 up")
+        found = self.broken("interface", 1, "10.42.0.37 answers on eth0", "--interface", "other0")
+        self.mended(found, "interface", ("--interface", "other0"))
+
     def test_the_cable_with_the_sensor_is_known_by_its_answer(self):
         self.sensor()
         self.client("ip link add enp1s0 type veth peer name enp1s1; ip link set enp1s1 up; ip link set enp1s0 up;"
@@ -761,6 +775,21 @@ class TwoHosts(OnHosts):
 
     def test_two_devices_with_its_address(self):
         self.sensor()
+        third = self.rival()
+        found = self.look()
+        self.assertEqual(found["arp"], "wrong", str(found))
+        self.assertRegex(found.text("arp"), r"2 devices on eth0 answer for 10\.42\.0\.37: (..:){5}.. and (..:){5}..; ")
+        self.follow(found.mend("arp"))
+        Hosts.ip("-n", third, "link", "del", "mac0")  # a namespace lives on for a while after it was deleted
+        self.assert_fine(self.look())
+
+    def test_two_devices_with_its_address_and_the_one_reached_is_no_sensor(self):
+        self.rival()
+        found = self.broken("arp", 1, "2 devices on eth0 answer")
+        self.assertEqual((found.overall, found["answer"]), ("wrong", "wrong"), str(found))
+
+    def rival(self):
+        """A computer with the sensor's address; the namespace, where its interface is mac0."""
         third = self.hosts.sensor + "t"
         self.addCleanup(subprocess.run, ["ip", "netns", "del", third], capture_output=True)
         Hosts.ip("netns", "add", third)
@@ -768,12 +797,7 @@ class TwoHosts(OnHosts):
                  "mode", "bridge")
         Hosts.ip("-n", third, "addr", "add", "10.42.0.37/24", "dev", "mac0")
         Hosts.ip("-n", third, "link", "set", "mac0", "up")
-        found = self.look()
-        self.assertEqual(found["arp"], "wrong", str(found))
-        self.assertRegex(found.text("arp"), r"2 devices on eth0 answer for 10\.42\.0\.37: (..:){5}.. and (..:){5}..; ")
-        self.follow(found.mend("arp"))
-        Hosts.ip("-n", third, "link", "del", "mac0")  # a namespace lives on for a while after it was deleted
-        self.assert_fine(self.look())
+        return third
 
     def test_the_sensors_address_on_the_host_itself(self):
         self.sensor()
@@ -788,6 +812,14 @@ class TwoHosts(OnHosts):
         Sensor(self, self.folder, address="127.0.0.1", namespace=self.hosts.client)
         found = self.broken("port", 1, "own address")
         self.assertEqual((found["arp"], found.mend("port")), ("fine", "sudo ip addr del 10.42.0.37/24 dev eth0"), str(found))
+
+    def test_the_sensors_address_on_the_loopback(self):
+        self.sensor()
+        self.client("ip addr add 10.42.0.37/32 dev lo")  # left over from a simulator
+        found = self.broken("port", 1, "own address (dev lo)")
+        self.assertEqual((found["arp"], found.mend("arp")), ("wrong", "sudo ip addr del 10.42.0.37/32 dev lo"), str(found))
+        self.assertIn(f"a device on eth0 has it, too: {Hosts.mac(self.hosts.sensor)}", found.text("arp"))
+        self.assertEqual(self.mended(found, "port"), ["sudo ip addr del 10.42.0.37/32 dev lo"])
 
     def test_a_port_that_is_rewritten(self):
         self.sensor("--port", "6000")
@@ -848,12 +880,12 @@ class TwoHosts(OnHosts):
         self.assertIn("other0", found.text("interface"))
         self.assertEqual((found.status, found["arp"]), (1, "wrong"), str(found))
 
-    def look_unprivileged(self):
+    def look_unprivileged(self, *options):
         os.chmod(self.folder.path, 0o755)
         copy = shutil.copy(BIN / "lumctl", self.folder / "lumctl")
         r = subprocess.run([*inside(self.hosts.client), sys.executable, "-c",
                             "import os, sys; os.setgroups([]); os.setgid(65534); os.setuid(65534);"
-                            "os.execv(sys.argv[1], sys.argv[1:])", copy, "doctor", "--json"],
+                            "os.execv(sys.argv[1], sys.argv[1:])", copy, *options, "doctor", "--json"],
                            capture_output=True, text=True, timeout=60)
         return Findings(r)
 
@@ -982,6 +1014,9 @@ class Firewall(OnHosts):
         found = self.broken("data", 1, "came in by eth0, and this host drops them, though not short answers")
         self.assertEqual((found["answer"], found["firewall"]), ("fine", "fine"), str(found))
         self.assertIn("udp length > 300 drop", self.shell(found.mend("data"))[1])
+        traced = self.look("--trace")  # of requests and answers alone
+        self.assertEqual((traced["firewall"], traced.mend("data")), ("fine", found.mend("data")), str(traced))
+        self.assertIn("requests to 10.42.0.37 and its answers pass", traced.text("firewall"))
 
     def test_a_rule_that_limits_is_no_bad_cable(self):
         self.sensor()

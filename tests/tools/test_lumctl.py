@@ -4,10 +4,12 @@ import json
 import os
 import pty
 import re
+import shutil
 import signal
 import socket
 import struct
 import subprocess
+import sys
 import threading
 import time
 import unittest
@@ -813,6 +815,16 @@ class Misbehaviour(Case):
         self.assertGreater(len(fake.of(5)), 1)
         self.assertEqual(fake.of(5)[0][12:], ip("127.33.2.16"))
 
+    def test_set_ip_looks_for_a_sensor_on_a_bad_wire_as_long_as_it_is_told(self):
+        for at, lost, words in ((31, 16, ()), (33, 25, ("--timeout", 500, "--retries", 59))):
+            def answer(kind, sequence, body, count, lost=lost):
+                moved = [i for i, p in enumerate(fake.packets) if p[8] == 5]
+                asked = [p for p in fake.packets[moved[0]:] if p[8] == 6] if moved else None
+                return FakeSensor.plain(kind, sequence) if asked is None or len(asked) > lost else []
+            fake = FakeSensor(self, f"127.33.2.{at}", answer)
+            self.check(DONE, f"127.33.2.{at}", "set-ip", f"127.33.2.{at + 1}", *words)
+            self.assertEqual(len(fake.of(5)), 1)
+
     def test_set_ip_does_not_give_two_sensors_one_address(self):
         fake = FakeSensor(self, "127.33.2.23")
         FakeSensor(self, "127.33.2.24")
@@ -822,7 +834,7 @@ class Misbehaviour(Case):
 
     def test_set_ip_says_when_nobody_answers_anywhere(self):
         r = self.check(NO_ANSWER, "127.33.2.17", "set-ip", "127.33.2.18")
-        for text in ("127.33.2.17", "127.33.2.18", "doctor", "10.42.0.37"):
+        for text in ("127.33.2.17", "127.33.2.18", "The packet may have got through", "doctor", "10.42.0.37"):
             self.assertIn(text, r.stderr)
         self.assertEqual(self.json(NO_ANSWER, "127.33.2.17", "set-ip", "127.33.2.18")["answers_at"], "nowhere")
 
@@ -878,6 +890,56 @@ class Misbehaviour(Case):
         for address, words in (("10.43.0.5", ()), ("10.42.0.255", ("--force",))):
             hosts.run("lumctl", "set-ip", address, *words, "--timeout", 50)
             self.assertEqual(sensor.events("set_ip")[-1]["address"], address)
+
+    def third_host(self, hosts, address):
+        """A computer without a sensor, on the same network; its MAC."""
+        name = hosts.sensor + "t"
+        self.addCleanup(subprocess.run, ["ip", "netns", "del", name], capture_output=True)
+        hosts.ip("netns", "add", name)
+        hosts.ip("-n", hosts.sensor, "link", "add", "link", "eth0", "name", "eth1", "type", "macvlan", "mode", "bridge")
+        hosts.ip("-n", hosts.sensor, "link", "set", "eth1", "netns", name, "name", "eth0")
+        hosts.ip("-n", name, "addr", "add", f"{address}/24", "dev", "eth0")
+        hosts.ip("-n", name, "link", "set", "eth0", "up")
+        return hosts.mac(name)
+
+    def unprivileged(self, hosts, *words):
+        os.chmod(self.folder.path, 0o755)
+        copy = shutil.copy(BIN / "lumctl", self.folder / "lumctl")
+        return subprocess.run([*inside(hosts.client), sys.executable, "-c",
+                               "import os, sys; os.setgroups([]); os.setgid(65534); os.setuid(65534);"
+                               "os.execv(sys.argv[1], sys.argv[1:])", copy, *map(str, words)],
+                              capture_output=True, text=True, timeout=60)
+
+    @needs_namespaces
+    def test_set_ip_takes_no_address_of_another_device(self):
+        hosts = Hosts(self, self.folder)
+        mac = self.third_host(hosts, "10.42.0.50")
+        sensor = Sensor(self, self.folder, "--lines", "64", "--rate", "0.5", address="10.42.0.37", namespace=hosts.sensor)
+        for r, says in ((hosts.run("lumctl", "set-ip", "10.42.0.50"), f"({mac})"),
+                        (hosts.run("lumctl", "--interface", "eth0", "set-ip", "10.42.0.50"), f"({mac})"),
+                        (self.unprivileged(hosts, "set-ip", "10.42.0.50"), f"({mac}, as this host's ARP table says)")):
+            self.assertEqual(r.returncode, BAD, r.stderr)
+            self.assertIn(f"another device has 10.42.0.50 {says}", r.stderr)
+            self.assertIn("nothing was sent. Choose another address; --force", r.stderr)
+            self.assertEqual(sensor.events("set_ip"), [])
+        # moved all the same, the sensor hears nothing: the other one answers ARP first
+        hosts.ip("-n", hosts.sensor, "addr", "add", "10.42.0.50/32", "dev", "lo")
+        subprocess.run([*inside(hosts.sensor), "sysctl", "-qw", "net.ipv4.conf.eth0.arp_ignore=1"], check=True)
+        r = hosts.run("lumctl", "set-ip", "10.42.0.50", "--force")
+        self.assertEqual((r.returncode, sensor.events("set_ip")[0]["address"]), (NO_ANSWER, "10.42.0.50"), r.stderr)
+        self.assertIn(f"another device has 10.42.0.50 ({mac})", r.stderr)
+
+    @needs_namespaces
+    def test_set_ip_goes_back_to_an_address_that_the_sensor_had(self):
+        hosts = Hosts(self, self.folder)
+        hosts.ip("-n", hosts.sensor, "addr", "add", "10.42.0.50/24", "dev", "eth0")  # answers ARP, as this host's table knows
+        Sensor(self, self.folder, "--lines", "64", "--rate", "0.5", address="10.42.0.37", namespace=hosts.sensor)
+        for old, new in (("10.42.0.37", "10.42.0.50"), ("10.42.0.50", "10.42.0.37")):
+            r = hosts.run("lumctl", "--host", old, "set-ip", new)
+            self.assertEqual(r.returncode, DONE, r.stderr)
+        for old, new in (("10.42.0.37", "10.42.0.50"), ("10.42.0.50", "10.42.0.37")):
+            r = self.unprivileged(hosts, "--host", old, "set-ip", new)
+            self.assertEqual(r.returncode, DONE, r.stderr)
 
     def test_force_goes_with_set_ip_alone(self):
         self.assertIn("--force does not go with power; it goes with set-ip",

@@ -123,6 +123,10 @@ class Remembers(Case):
     def test_nothing_is_kept_of_an_address_where_nobody_answers(self):
         self.ctl(NO_ANSWER, "127.61.0.8", "power", 60, "--timeout", 20)
         self.assertEqual([p.name for p in self.files.iterdir()] if self.files.exists() else [], [".lock"])
+        FakeSensor(self, "127.61.0.8")  # has power again
+        for word in ("show", "save"):
+            r = self.ctl(FAILED, "127.61.0.8", word)
+            self.assertIn("no setting that lumctl of this user on this host sent there is on record as acknowledged", r.stderr)
 
     def test_a_change_of_lines_clears_a_table(self):
         Sensor(self, self.folder, "--lines", "640", address="127.61.0.9")

@@ -78,6 +78,7 @@ struct doctor {
     char address[16];
     const char *lacks[DOCTOR_NEEDS]; /* why not; NULL: it is there */
     bool is_silent;                  /* it was asked, and nothing came */
+    bool has_rival;                  /* another device has its address, too */
     bool has_hazard;
     /* The host's side. */
     struct host_interface *interfaces; /* the heap's */

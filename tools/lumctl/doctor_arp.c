@@ -60,11 +60,12 @@ static void say_nobody(struct doctor *d, struct doctor_finding *out)
     }
 }
 
-static void say_two(const struct doctor *d, const struct neighbours *who,
+static void say_two(struct doctor *d, const struct neighbours *who,
                     struct doctor_finding *out)
 {
     char hop[16];
     char macs[NEIGHBOURS_TEXT_BYTES];
+    d->has_rival = true;
     (void)number_format_address(d->next_hop, hop);
     doctor_wrong(out,
                  "%zu devices on %s answer for %s: %s; what is sent reaches "
@@ -94,16 +95,19 @@ static void look_at_local(struct doctor *d, struct doctor_finding *out)
 {
     struct neighbours who;
     char macs[NEIGHBOURS_TEXT_BYTES];
-    if (d->chosen == NULL || !d->chosen->is_up ||
-        !neighbours_hear(d, d->chosen, d->sensor.address, &who) ||
-        who.count == 0) {
+    const struct host_interface *on =
+        d->chosen != NULL && d->chosen->is_loopback && d->own[0] != '\0'
+            ? neighbours_search(d, NULL)
+            : d->chosen;
+    if (on == NULL || !on->is_up ||
+        !neighbours_hear(d, on, d->sensor.address, &who) || who.count == 0) {
         doctor_fine(out, "not needed: %s is on this host", d->address);
         return;
     }
     doctor_wrong(out,
                  "%s is this host's own address, and a device on %s has it, "
                  "too: %s; nothing that is sent there leaves this host",
-                 d->address, d->chosen->name, neighbours_format(&who, macs));
+                 d->address, on->name, neighbours_format(&who, macs));
     doctor_mend(out, "sudo ip addr del %s", d->own);
 }
 

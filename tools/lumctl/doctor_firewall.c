@@ -308,7 +308,7 @@ static void conclude(struct doctor *d, struct experiment *e,
     if (way != NULL) {
         say_rule(d, way, out);
     } else if (e->fate.was_heard) {
-        doctor_fine(out, "packets to and from %s pass%s", d->address,
+        doctor_fine(out, "requests to %s and its answers pass%s", d->address,
                     e->trace != NULL ? ", as the kernel's trace shows" : "");
     } else if (e->fate.was_seen && is_filtered(d)) {
         say_filtered(d, out);

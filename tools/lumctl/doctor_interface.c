@@ -261,10 +261,64 @@ static void mend_subnet(struct doctor *d, const struct host_interface *w,
     }
 }
 
+/* Another interface than the one that was asked for, on which the sensor is. */
+static const struct host_interface *find_elsewhere(struct doctor *d)
+{
+    const char *only = d->ctl->options.interface;
+    struct way way;
+    if (only == NULL) {
+        return NULL;
+    }
+    doctor_keep_alive(d);
+    if (way_find(d->sensor.address, NULL, &way) && way.exists &&
+        strcmp(way.interface, only) != 0 && knock_reaches(d->sensor, NULL)) {
+        return interfaces_find(d->interfaces, d->interface_count,
+                               way.interface);
+    }
+    for (size_t i = 0; i < d->interface_count; i++) {
+        const struct host_interface *w = &d->interfaces[i];
+        doctor_keep_alive(d);
+        if (is_usable(w) && !w->is_loopback && strcmp(w->name, only) != 0 &&
+            interfaces_subnet(w, d->sensor.address) != NULL &&
+            knock_reaches(d->sensor, w->name)) {
+            return w;
+        }
+    }
+    return neighbours_search(d, only);
+}
+
+/* A second interface in the sensor's subnet would take the route sooner or
+ * later, and no other is needed. */
+static bool point_elsewhere(struct doctor *d, struct doctor_finding *out)
+{
+    const struct host_interface *w = find_elsewhere(d);
+    if (w == NULL) {
+        return false;
+    }
+    doctor_add(out, "; %s answers on %s", d->address, w->name);
+    host_mend_interface(d, w->name, out);
+    return true;
+}
+
+static void say_addresses(const struct doctor *d, struct doctor_finding *out)
+{
+    const char *only = d->ctl->options.interface;
+    char list[LIST_SIZE];
+    list_addresses(d, list);
+    if (only != NULL) {
+        doctor_wrong(out,
+                     "interface %s has no address in the sensor's subnet (%s)",
+                     only, list);
+    } else {
+        doctor_wrong(out,
+                     "no interface has an address in the sensor's subnet (%s)",
+                     list);
+    }
+}
+
 static void say_no_subnet(struct doctor *d, struct doctor_finding *out)
 {
     char text[3][16];
-    char list[LIST_SIZE];
     const struct host_interface *w = where(d);
     const struct interface_address *near = w != NULL ? find_near(d, w) : NULL;
     if (near != NULL) {
@@ -276,17 +330,12 @@ static void say_no_subnet(struct doctor *d, struct doctor_finding *out)
             number_format_address(near->address | ~near->mask, text[2]),
             d->address);
     } else {
-        list_addresses(d, list);
-        doctor_wrong(
-            out,
-            "no interface%s%s has an address in the sensor's subnet "
-            "(%s)",
-            d->ctl->options.interface != NULL ? " " : "",
-            d->ctl->options.interface != NULL ? d->ctl->options.interface : "",
-            list);
+        say_addresses(d, out);
     }
     if (!host_spare(d, out)) {
-        mend_subnet(d, w, near, out);
+        if (!point_elsewhere(d, out)) {
+            mend_subnet(d, w, near, out);
+        }
         doctor_lack(d, DOCTOR_NEEDS_INTERFACE,
                     "no interface in the sensor's subnet");
     }
@@ -297,7 +346,9 @@ static void say_down(struct doctor *d, const struct host_interface *w,
 {
     doctor_wrong(out, "%s, but is down", has);
     if (!host_spare(d, out)) {
-        doctor_mend(out, "sudo ip link set %s up", w->name);
+        if (!point_elsewhere(d, out)) {
+            doctor_mend(out, "sudo ip link set %s up", w->name);
+        }
         doctor_lack(d, DOCTOR_NEEDS_INTERFACE, "the interface is down");
     }
 }
@@ -310,10 +361,12 @@ static void say_no_link(struct doctor *d, const struct host_interface *w,
                  "its other end has no power",
                  has);
     if (!host_spare(d, out)) {
-        doctor_mend(out,
-                    "ip -br link show %s    # plug the cable in, power the "
-                    "sensor: it has to say LOWER_UP",
-                    w->name);
+        if (!point_elsewhere(d, out)) {
+            doctor_mend(out,
+                        "ip -br link show %s    # plug the cable in, power the "
+                        "sensor: it has to say LOWER_UP",
+                        w->name);
+        }
         doctor_lack(d, DOCTOR_NEEDS_INTERFACE, "the interface has no link");
     }
 }
@@ -372,7 +425,7 @@ static void say_own(struct doctor *d, const struct host_interface *w,
                     struct doctor_finding *out)
 {
     d->is_local = true;
-    if (!w->is_loopback) {
+    if (d->sensor.address >> 24 != 127u) {
         d->chosen = w;
         (void)snprintf(d->own, sizeof d->own, "%s/%u dev %.32s", d->address,
                        at->prefix, w->name);

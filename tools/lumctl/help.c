@@ -85,7 +85,8 @@ static const struct {
     {"doctor",
      "Looks at the host, the way to the sensor and the sensor, in\n"
      "order, and names the command that mends what is wrong. --trace,\n"
-     "as root, asks the kernel which firewall rule drops packets.\n"},
+     "as root, asks the kernel which firewall rule drops requests or\n"
+     "answers.\n"},
     {"shell", "Takes commands as lumctl does, and the manual's text (50p).\n"
               "quit or Ctrl-D ends it.\n"},
 };

@@ -13,4 +13,9 @@ struct reach {
 
 void reach_find(uint32_t address, struct reach *out);
 
+/* The hardware address that this host's table has for an address on an
+ * interface; false: none, or the system does not tell. */
+bool reach_neighbour(uint32_t address, const char *interface,
+                     char mac[INTERFACE_MAC_TEXT_BYTES]);
+
 #endif

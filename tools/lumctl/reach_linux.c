@@ -1,5 +1,8 @@
+#define _POSIX_C_SOURCE 200809L
+
 #include "reach.h"
 
+#include "doctor_facts.h"
 #include "doctor_way.h"
 
 #include <stdio.h>
@@ -14,4 +17,16 @@ void reach_find(uint32_t address, struct reach *out)
         (void)snprintf(out->interface, sizeof out->interface, "%s",
                        way.interface);
     }
+}
+
+bool reach_neighbour(uint32_t address, const char *interface,
+                     char mac[INTERFACE_MAC_TEXT_BYTES])
+{
+    FILE *f = fopen("/proc/net/arp", "re");
+    if (f == NULL) {
+        return false;
+    }
+    const enum arp_state state = facts_arp(f, address, interface, mac);
+    (void)fclose(f);
+    return state == ARP_COMPLETE;
 }

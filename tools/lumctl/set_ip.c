@@ -2,6 +2,8 @@
 
 #include "../common/host.h"
 #include "../common/json.h"
+#include "../common/number.h"
+#include "holder.h"
 #include "options.h"
 #include "remember.h"
 #include "session.h"
@@ -11,13 +13,16 @@
 
 #include <stdio.h>
 
-#define ROUNDS     5u /* of sending and looking */
-#define LOOKS_NEW  3u /* tries at the new address in each round */
-#define LOOKS_ELSE 2u
-#define LOOK_MS    200u
-#define FIRST_MS   100u /* before anything is sent */
-#define FIRST      3u
-#define SLOT_NS    INT64_C(50000000) /* longest that a session is left alone */
+#define MS_NS       INT64_C(1000000)
+#define ROUNDS_MIN  7u /* of sending and looking */
+#define LOOK_MIN_MS 5000u
+#define ROUND_NS    (200 * MS_NS) /* at least, where sending fails */
+#define LOOKS_NEW   3u            /* tries at the new address in each round */
+#define LOOKS_ELSE  4u
+#define LOOK_MS     200u
+#define FIRST_MS    100u /* before anything is sent */
+#define FIRST       3u
+#define SLOT_NS     (50 * MS_NS) /* longest that a session is left alone */
 
 /* Where a sensor has been seen to answer. */
 enum found {
@@ -34,8 +39,9 @@ struct move {
     lum_endpoint old;
     lum_endpoint new;
     lum_endpoint reversed;
-    lum_error error; /* why the new address could not be looked at; may be
-                        empty */
+    struct holders sensor; /* the hardware at the old address, if known */
+    lum_error error;       /* why the new address could not be looked at; may be
+                              empty */
 };
 
 static lum_endpoint reverse(lum_endpoint host)
@@ -128,13 +134,71 @@ static enum exit_status complain_taken(struct move *m)
                         session_name(m->new, new), session_name(m->old, old));
 }
 
+/* Who has the old address is the sensor, whatever it answers at the new one. */
+static void learn_sensor(struct move *m)
+{
+    m->sensor = (struct holders){false, 0, {""}};
+    if (m->new.address != m->old.address &&
+        holders_can(m->ctl, m->old.address)) {
+        (void)is_alive(m, m->old, 1); /* for the kernel's table */
+        holders_find(m->ctl, m->old.address, &m->sensor);
+    }
+}
+
+/* Another device at the new address, sensor or not. */
+static bool find_other(struct move *m, struct holders *who,
+                       char mac[INTERFACE_MAC_TEXT_BYTES])
+{
+    const char *other = NULL;
+    if (m->new.address != m->old.address &&
+        holders_can(m->ctl, m->new.address)) {
+        holders_find(m->ctl, m->new.address, who);
+        other = holders_other(who, &m->sensor);
+    }
+    if (other != NULL) {
+        (void)snprintf(mac, INTERFACE_MAC_TEXT_BYTES, "%s", other);
+    }
+    return other != NULL;
+}
+
+/* What is sent to the sensor there would go to the other device. */
+static enum exit_status check_others(struct move *m)
+{
+    struct holders who;
+    char mac[INTERFACE_MAC_TEXT_BYTES];
+    char address[16];
+    if (m->ctl->options.force || !find_other(m, &who, mac)) {
+        return EXIT_DONE;
+    }
+    return ctl_complain(
+        EXIT_BAD,
+        "set-ip: another device has %s (%s%s), and the sensor would be lost "
+        "behind it: nothing was sent. Choose another address; --force sends it "
+        "all the same",
+        number_format_address(m->new.address, address), mac,
+        who.is_heard ? "" : ", as this host's ARP table says");
+}
+
+/* How long the sensor is looked for: as all tries of a request take. */
+static uint32_t look_ms(const struct move *m)
+{
+    const struct ctl_options *o = &m->ctl->options;
+    const uint64_t ms = (uint64_t)o->timeout_ms * (o->retries + 1u);
+    return ms > LOOK_MIN_MS ? (uint32_t)ms : LOOK_MIN_MS;
+}
+
 /* Sends, and looks where the sensor is. It is sent again only while the sensor
  * still answers at the old address: then the packet was lost. */
 static enum exit_status carry_out(struct move *m, enum found *found)
 {
     bool is_old = true;
+    int64_t now = lum_time_monotonic_ns();
+    const int64_t end = now + look_ms(m) * MS_NS;
     *found = FOUND_NOWHERE;
-    for (unsigned round = 0; round < ROUNDS; round++) {
+    for (unsigned round = 0; (round < ROUNDS_MIN || now < end) &&
+                             !lum_cancel_is_raised(m->ctl->cancel);
+         round++) {
+        const int64_t next = now + ROUND_NS;
         const enum exit_status sent = is_old ? send_once(m) : EXIT_DONE;
         if (sent != EXIT_DONE) {
             return sent;
@@ -144,6 +208,11 @@ static enum exit_status carry_out(struct move *m, enum found *found)
             return EXIT_DONE;
         }
         is_old = is_alive(m, m->old, 1);
+        now = lum_time_monotonic_ns();
+        if (now < next) {
+            session_rest(m->ctl, next - now);
+            now = lum_time_monotonic_ns();
+        }
     }
     if (is_old || is_alive(m, m->old, LOOKS_ELSE)) {
         *found = FOUND_OLD;
@@ -208,8 +277,11 @@ static enum exit_status complain_reversed(const struct move *m)
         where, session_name(m->new, wanted));
 }
 
-static enum exit_status complain_nowhere(const struct move *m)
+static enum exit_status complain_nowhere(struct move *m)
 {
+    struct holders who;
+    char mac[INTERFACE_MAC_TEXT_BYTES];
+    char address[16];
     char new[SESSION_NAME_BYTES];
     char old[SESSION_NAME_BYTES];
     char reversed[SESSION_NAME_BYTES];
@@ -217,9 +289,17 @@ static enum exit_status complain_nowhere(const struct move *m)
     if (m->error.text[0] != '\0') {
         (void)ctl_complain(EXIT_FAILED, "%s", m->error.text);
     }
+    if (find_other(m, &who, mac)) {
+        (void)ctl_complain(EXIT_FAILED,
+                           "another device has %s (%s): what is sent there "
+                           "may reach that one instead of the sensor",
+                           number_format_address(m->new.address, address), mac);
+    }
     return ctl_complain(
         EXIT_NO_ANSWER,
-        "nobody answers at %s, nor at %s%s%s. To find out why: lumctl doctor "
+        "nobody answers at %s, nor at %s%s%s. The packet may have got through "
+        "all the same, and its answers been lost. To find out why: lumctl "
+        "doctor "
         "--host %s. When its power was off, the sensor is at 10.42.0.37",
         session_name(m->new, new), session_name(m->old, old),
         has_reversed ? " or " : "",
@@ -266,6 +346,11 @@ static enum exit_status move(struct ctl *ctl, uint32_t address)
     m.reversed = reverse(m.new);
     if (is_taken(&m)) {
         return complain_taken(&m);
+    }
+    learn_sensor(&m);
+    status = check_others(&m);
+    if (status != EXIT_DONE) {
+        return status;
     }
     if (lum_cancel_is_raised(ctl->cancel)) {
         return ctl_complain(EXIT_FAILED, "interrupted: nothing was sent");

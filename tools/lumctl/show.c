@@ -154,8 +154,9 @@ static enum exit_status complain_nothing(const struct remembered *r)
     (void)who(r, text);
     if (r->memory.restart_to_ns == 0) {
         return ctl_complain(EXIT_FAILED,
-                            "nothing is known of %s: lumctl on this host, as "
-                            "this user, has set nothing there",
+                            "nothing is known of %s: no setting that lumctl of "
+                            "this user on this host sent there is on record as "
+                            "acknowledged",
                             text);
     }
     return ctl_complain(
