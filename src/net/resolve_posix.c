@@ -4,8 +4,9 @@
 #include <arpa/inet.h>
 #include <netdb.h>
 #include <netinet/in.h>
-#include <string.h>
 #include <sys/socket.h>
+
+#include "net/resolve_look_up.h"
 
 bool lum_system_parse_address(const char *text, uint32_t *out)
 {
@@ -45,16 +46,5 @@ static int say(const char *name, int code, lum_error *error)
 
 int lum_system_resolve(const char *name, uint32_t *out, lum_error *error)
 {
-    struct addrinfo *found = NULL;
-    struct sockaddr_in address;
-    const struct addrinfo wanted = {.ai_family = AF_INET,
-                                    .ai_socktype = SOCK_DGRAM};
-    const int code = getaddrinfo(name, NULL, &wanted, &found);
-    if (code != 0) {
-        return say(name, code, error);
-    }
-    memcpy(&address, found->ai_addr, sizeof address);
-    freeaddrinfo(found);
-    *out = ntohl(address.sin_addr.s_addr);
-    return 0;
+    return look_up(name, say, out, error);
 }

@@ -1,8 +1,7 @@
 #include "net/winsock.h"
 
 #include "net/resolve.h"
-
-#include <string.h>
+#include "net/resolve_look_up.h"
 
 /* inet_pton() needs no Winsock that was started. */
 bool lum_system_parse_address(const char *text, uint32_t *out)
@@ -25,28 +24,12 @@ static int say(const char *name, int code, lum_error *error)
                : lum_resolve_say_failed(name, gai_strerrorA(code), error);
 }
 
-static int look_up(const char *name, uint32_t *out, lum_error *error)
-{
-    struct addrinfo *found = NULL;
-    struct sockaddr_in address;
-    const struct addrinfo wanted = {.ai_family = AF_INET,
-                                    .ai_socktype = SOCK_DGRAM};
-    const int code = getaddrinfo(name, NULL, &wanted, &found);
-    if (code != 0) {
-        return say(name, code, error);
-    }
-    memcpy(&address, found->ai_addr, sizeof address);
-    freeaddrinfo(found);
-    *out = ntohl(address.sin_addr.s_addr);
-    return 0;
-}
-
 int lum_system_resolve(const char *name, uint32_t *out, lum_error *error)
 {
     if (lum_winsock_start(error) != 0) {
         return -1;
     }
-    const int result = look_up(name, out, error);
+    const int result = look_up(name, say, out, error);
     lum_winsock_stop();
     return result;
 }

@@ -1,6 +1,5 @@
 #include "host.h"
 
-#include "interfaces.h"
 #include "number.h"
 
 #include "lum/net/resolve.h"
@@ -59,20 +58,27 @@ static void list_names(const struct host_interface *all, size_t count,
     }
 }
 
-bool host_has_interface(const char *name, lum_error *why)
+bool host_lists_interface(const struct host_interface *all, size_t count,
+                          const char *name, lum_error *why)
 {
     char names[160];
+    if (interfaces_find(all, count, name) != NULL) {
+        return true;
+    }
+    list_names(all, count, names, sizeof names);
+    (void)lum_error_set(why, "there is no interface %.60s; this host has: %s",
+                        name, names);
+    return false;
+}
+
+bool host_has_interface(const char *name, lum_error *why)
+{
     struct host_interface *all = NULL;
     size_t count = 0;
     if (interfaces_list(&all, &count, why) != 0) {
         return true;
     }
-    const bool is_there = interfaces_find(all, count, name) != NULL;
-    list_names(all, count, names, sizeof names);
+    const bool is_there = host_lists_interface(all, count, name, why);
     free(all);
-    if (!is_there) {
-        (void)lum_error_set(
-            why, "there is no interface %.60s; this host has: %s", name, names);
-    }
     return is_there;
 }

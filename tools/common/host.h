@@ -2,6 +2,8 @@
 #ifndef LUM_TOOLS_HOST_H
 #define LUM_TOOLS_HOST_H
 
+#include "interfaces.h"
+
 #include "lum/net/socket.h"
 
 #include <stdbool.h>
@@ -21,5 +23,9 @@ bool host_parse_endpoint(const char *text, lum_endpoint *out, lum_error *why);
 /* Whether this host has an interface of this name, or does not tell; else why
  * lists those that it has. */
 bool host_has_interface(const char *name, lum_error *why);
+
+/* The same of interfaces that were listed before. */
+bool host_lists_interface(const struct host_interface *all, size_t count,
+                          const char *name, lum_error *why);
 
 #endif

@@ -2,6 +2,7 @@
 #include "remember.h"
 #include "report.h"
 #include "session.h"
+#include "setting.h"
 #include "text.h"
 #include "yscan.h"
 
@@ -35,38 +36,18 @@ struct plan {
     bool has_unnamed; /* something was refused that no item is named by */
 };
 
-/* A change of the line mode clears a table, so it comes first. */
-static const struct order {
-    lum_command_id id;
-    const char *setting;
-} order[] = {
-    {LUM_COMMAND_LINE_MODE, "lines"},
-    {LUM_COMMAND_YSCAN, "yscan"},
-    {LUM_COMMAND_POWER, "power"},
-    {LUM_COMMAND_THRESHOLD_GREEN, "threshold green"},
-    {LUM_COMMAND_THRESHOLD_BLUE, "threshold blue"},
-    {LUM_COMMAND_HOLDOFF, "holdoff"},
-    {LUM_COMMAND_OFFSET_GREEN, "offset green"},
-    {LUM_COMMAND_OFFSET_BLUE, "offset blue"},
-};
-
-static unsigned lines_of(const lum_settings *settings)
+static void add_command(struct plan *plan, const lum_settings *from,
+                        const struct setting *o)
 {
-    return settings->value[LUM_COMMAND_LINE_MODE] == 0 ? YSCAN_LINES
-                                                       : YSCAN_LINES_FEW;
-}
-
-static void add_command(struct plan *plan, const lum_settings *settings,
-                        const struct order *o)
-{
-    const lum_command command = {o->id, settings->value[o->id]};
+    const lum_command command = {o->id, from->value[o->id]};
     struct item *item = &plan->items[plan->count];
     size_t len = 0;
-    const unsigned value =
-        o->id == LUM_COMMAND_LINE_MODE ? lines_of(settings) : command.value;
+    const unsigned value = o->id == LUM_COMMAND_LINE_MODE
+                               ? setting_lines(command.value)
+                               : command.value;
     if (lum_command_format(&command, item->command, &len) == LUM_OK) {
         item->command[len] = '\0';
-        item->setting = o->setting;
+        item->setting = o->name;
         (void)snprintf(item->value, sizeof item->value, "%u%s", value,
                        o->id == LUM_COMMAND_YSCAN ? " degrees" : "");
         plan->count++;
@@ -85,31 +66,32 @@ static void add_table(struct plan *plan)
 
 /* What a Y scan needs to know of the eyes. */
 static enum exit_status prepare_yscan(const struct ctl *ctl,
-                                      const lum_settings *settings,
+                                      const lum_settings *from,
                                       struct plan *plan)
 {
     lum_calibration calibration;
     enum exit_status status = yscan_load_calibration(ctl, &calibration);
-    if (status == EXIT_DONE && settings->has_shape) {
-        status = yscan_fill(&settings->shape, &calibration, lines_of(settings),
+    if (status == EXIT_DONE && from->has_shape) {
+        status = yscan_fill(&from->shape, &calibration,
+                            setting_lines(from->value[LUM_COMMAND_LINE_MODE]),
                             &plan->table);
     }
-    if (status == EXIT_DONE && settings->has_shape) {
+    if (status == EXIT_DONE && from->has_shape) {
         status = yscan_encode(ctl, &calibration, &plan->table);
     }
     if (status != EXIT_DONE) {
         return status;
     }
-    if (settings->has[LUM_COMMAND_YSCAN]) {
-        yscan_note_view(ctl, &calibration, settings->value[LUM_COMMAND_YSCAN]);
+    if (from->has[LUM_COMMAND_YSCAN]) {
+        yscan_note_view(ctl, &calibration, from->value[LUM_COMMAND_YSCAN]);
     }
-    if (settings->has_shape && !settings->has[LUM_COMMAND_LINE_MODE]) {
+    if (from->has_shape && !from->has[LUM_COMMAND_LINE_MODE]) {
         ctl_note(ctl,
                  "%s names no lines: the table is for %u, since a sensor "
                  "cannot be asked",
                  plan->file, YSCAN_LINES);
     }
-    if (settings->has_shape) {
+    if (from->has_shape) {
         yscan_note_eyes(ctl, &plan->table);
     }
     return EXIT_DONE;
@@ -118,26 +100,26 @@ static enum exit_status prepare_yscan(const struct ctl *ctl,
 static enum exit_status make_plan(struct ctl *ctl, const char *file,
                                   struct plan *out)
 {
-    lum_settings settings;
+    lum_settings from;
     lum_error error = {""};
     memset(out, 0, sizeof *out);
     out->file = file;
     if (input_files_check(&(struct input_file){file, "the settings file"}, 1,
                           "-", &error) != 0 ||
-        lum_settings_load(file, &settings, &error) != 0) {
+        lum_settings_load(file, &from, &error) != 0) {
         return ctl_complain(EXIT_BAD, "%s", error.text);
     }
-    const enum exit_status status = prepare_yscan(ctl, &settings, out);
+    const enum exit_status status = prepare_yscan(ctl, &from, out);
     if (status != EXIT_DONE) {
         return status;
     }
-    if (settings.has_shape) {
-        remember_table(ctl, &settings.shape, ctl->options.calibration);
+    if (from.has_shape) {
+        remember_table(ctl, &from.shape, ctl->options.calibration);
     }
-    for (size_t i = 0; i < sizeof order / sizeof order[0]; i++) {
-        if (settings.has[order[i].id]) {
-            add_command(out, &settings, &order[i]);
-        } else if (order[i].id == LUM_COMMAND_YSCAN && settings.has_shape) {
+    for (size_t i = 0; i < SETTINGS; i++) {
+        if (from.has[settings[i].id]) {
+            add_command(out, &from, &settings[i]);
+        } else if (settings[i].id == LUM_COMMAND_YSCAN && from.has_shape) {
             add_table(out);
         }
     }

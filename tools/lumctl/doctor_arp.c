@@ -17,39 +17,6 @@
 #define ARP_NS   (1500 * MS_NS)
 #define ARP_LOOK 50 /* ms */
 
-static enum arp_state look_up(const struct doctor *d, char mac[MAC_BYTES])
-{
-    FILE *f = fopen("/proc/net/arp", "re");
-    if (f == NULL) {
-        return ARP_UNKNOWN;
-    }
-    const enum arp_state state = facts_arp(f, d->next_hop, d->interface, mac);
-    (void)fclose(f);
-    return state;
-}
-
-/* Sends something, and looks until an answer or the kernel's word is there. */
-static enum knock_answer probe(struct doctor *d, char mac[MAC_BYTES],
-                               enum arp_state *state)
-{
-    const int64_t deadline = lum_time_monotonic_ns() + ARP_NS;
-    struct knock knock;
-    enum knock_answer answer =
-        knock_begin(&knock, d->sensor, d->ctl->options.interface);
-    *state = look_up(d, mac);
-    while (answer == KNOCK_SILENCE && *state != ARP_COMPLETE &&
-           lum_time_monotonic_ns() < deadline && !doctor_is_cancelled(d)) {
-        doctor_keep_alive(d);
-        answer = knock_hear(&knock, ARP_LOOK);
-        *state = look_up(d, mac);
-    }
-    if (answer == KNOCK_SILENCE) {
-        answer = knock_hear(&knock, 2 * ARP_LOOK);
-    }
-    knock_end(&knock);
-    return answer;
-}
-
 /* A route to the sensor alone takes nothing from the interface that has its
  * subnet. */
 static void say_other(struct doctor *d, const struct host_interface *on,
@@ -164,7 +131,8 @@ void doctor_check_arp(struct doctor *d, struct doctor_finding *out)
 {
     char mac[MAC_BYTES] = "";
     enum arp_state state = ARP_UNKNOWN;
-    const enum knock_answer answer = probe(d, mac, &state);
+    const enum knock_answer answer = neighbours_probe(
+        d, d->ctl->options.interface, d->next_hop, d->interface, mac, &state);
     const bool has_spoken = answer == KNOCK_ANSWERED || answer == KNOCK_REFUSED;
     d->was_refused = answer == KNOCK_REFUSED;
     if (answer == KNOCK_DENIED) {

@@ -4,6 +4,7 @@
 
 #include "doctor_host.h"
 
+#include "../common/host.h"
 #include "../common/number.h"
 #include "beside.h"
 #include "doctor_knock.h"
@@ -163,17 +164,6 @@ static const struct host_interface *where(struct doctor *d)
 {
     const struct host_interface *found = neighbours_search(d, NULL);
     return found != NULL && host_is_asked_for(d, found) ? found : likeliest(d);
-}
-
-/* "eth0, wlan0" */
-static void list_names(const struct doctor *d, char out[LIST_SIZE])
-{
-    size_t len = 0;
-    *out = '\0';
-    for (size_t i = 0; i < d->interface_count && len < LIST_SIZE; i++) {
-        len += (size_t)snprintf(out + len, LIST_SIZE - len, "%s%s",
-                                len > 0 ? ", " : "", d->interfaces[i].name);
-    }
 }
 
 static size_t list_address(char *out, size_t room,
@@ -429,26 +419,18 @@ static void look_for_subnet(struct doctor *d, struct doctor_finding *out)
     }
 }
 
-static bool names_an_interface(const struct doctor *d)
-{
-    const char *only = d->ctl->options.interface;
-    return only == NULL ||
-           interfaces_find(d->interfaces, d->interface_count, only) != NULL;
-}
-
 void doctor_check_interface(struct doctor *d, struct doctor_finding *out)
 {
     lum_error error = {""};
-    char names[LIST_SIZE];
+    const char *only = d->ctl->options.interface;
     const struct interface_address *at = NULL;
     if (interfaces_list(&d->interfaces, &d->interface_count, &error) != 0) {
         doctor_unseen(out, "not looked at: %s", error.text);
         return;
     }
-    if (!names_an_interface(d)) {
-        list_names(d, names);
-        doctor_wrong(out, "there is no interface %s; this host has %s",
-                     d->ctl->options.interface, names);
+    if (only != NULL && !host_lists_interface(d->interfaces, d->interface_count,
+                                              only, &error)) {
+        doctor_wrong(out, "%s", error.text);
         doctor_mend(out, "ip -br addr    # then --interface NAME");
         doctor_lack(d, DOCTOR_NEEDS_INTERFACE, "no such interface");
         return;

@@ -160,25 +160,37 @@ static enum arp_state look_up(uint32_t address, const char *interface,
     return state;
 }
 
-void neighbours_find(struct doctor *d, const struct host_interface *on,
-                     struct neighbours *out)
+enum knock_answer neighbours_probe(struct doctor *d, const char *by,
+                                   uint32_t hop, const char *on,
+                                   char mac[MAC_BYTES], enum arp_state *state)
 {
     const int64_t end = lum_time_monotonic_ns() + WAIT_NS;
-    const uint32_t address = d->sensor.address;
-    char mac[MAC_BYTES] = "";
     struct knock knock;
-    if (neighbours_hear(d, on, address, out)) {
-        return;
-    }
-    enum knock_answer answer = knock_begin(&knock, d->sensor, on->name);
-    enum arp_state state = look_up(address, on->name, mac);
-    while (answer == KNOCK_SILENCE && state != ARP_COMPLETE &&
+    enum knock_answer answer = knock_begin(&knock, d->sensor, by);
+    *state = look_up(hop, on, mac);
+    while (answer == KNOCK_SILENCE && *state != ARP_COMPLETE &&
            lum_time_monotonic_ns() < end && !doctor_is_cancelled(d)) {
         doctor_keep_alive(d);
         answer = knock_hear(&knock, LOOK_MS);
-        state = look_up(address, on->name, mac);
+        *state = look_up(hop, on, mac);
+    }
+    if (answer == KNOCK_SILENCE) {
+        answer = knock_hear(&knock, 2 * LOOK_MS);
     }
     knock_end(&knock);
+    return answer;
+}
+
+void neighbours_find(struct doctor *d, const struct host_interface *on,
+                     struct neighbours *out)
+{
+    const uint32_t address = d->sensor.address;
+    char mac[MAC_BYTES] = "";
+    enum arp_state state = ARP_UNKNOWN;
+    if (neighbours_hear(d, on, address, out)) {
+        return;
+    }
+    (void)neighbours_probe(d, on->name, address, on->name, mac, &state);
     if (state == ARP_COMPLETE) {
         add(out, mac);
     }

@@ -4,6 +4,8 @@
 
 #include "../common/interfaces.h"
 #include "doctor.h"
+#include "doctor_facts.h"
+#include "doctor_knock.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -34,6 +36,13 @@ void neighbours_find(struct doctor *d, const struct host_interface *on,
  * nobody does, or this program may not hear it. */
 const struct host_interface *neighbours_search(struct doctor *d,
                                                const char *but);
+
+/* Sends the sensor a packet by an interface (NULL: as the routes say), and
+ * looks until an answer comes, or the kernel's table has the MAC of hop on an
+ * interface, for at most a second and a half. */
+enum knock_answer neighbours_probe(struct doctor *d, const char *by,
+                                   uint32_t hop, const char *on,
+                                   char mac[MAC_BYTES], enum arp_state *state);
 
 /* "9a:62:cd:08:a4:01 and 9a:62:cd:08:a4:02"; returns out. */
 #define NEIGHBOURS_TEXT_BYTES 128u

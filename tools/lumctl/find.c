@@ -1,5 +1,7 @@
 #include "find.h"
 
+#include "../common/host.h"
+
 #include <stdlib.h>
 
 static enum exit_status check(const struct ctl *ctl, int count, char **words,
@@ -48,10 +50,10 @@ static enum exit_status make_plan(const struct ctl *ctl,
         0) {
         return ctl_complain(EXIT_FAILED, "%s", error.text);
     }
-    if (name != NULL && interfaces_find(plan->interfaces, plan->interface_count,
-                                        name) == NULL) {
-        return ctl_complain(
-            EXIT_BAD, "--interface: this host has no interface '%s'", name);
+    if (name != NULL &&
+        !host_lists_interface(plan->interfaces, plan->interface_count, name,
+                              &error)) {
+        return ctl_complain(EXIT_BAD, "--interface: %s", error.text);
     }
     find_make_plan(plan, name, subnet);
     return EXIT_DONE;

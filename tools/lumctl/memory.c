@@ -1,5 +1,7 @@
 #include "memory.h"
 
+#include "setting.h"
+
 #include "lum/host/clock_sync.h"
 
 #include <inttypes.h>
@@ -9,49 +11,12 @@
 #define WRAP_NS   (INT64_C(0x100000000) * 1000)
 #define DRIFT_PER INT64_C(2000) /* clocks differ by one part in so many */
 
-/* In the order in which they are shown. */
-static const struct setting {
-    const char *name;
-    lum_command_id id;
-} settings[] = {
-    {"lines", LUM_COMMAND_LINE_MODE},
-    {"yscan", LUM_COMMAND_YSCAN},
-    {"power", LUM_COMMAND_POWER},
-    {"threshold green", LUM_COMMAND_THRESHOLD_GREEN},
-    {"threshold blue", LUM_COMMAND_THRESHOLD_BLUE},
-    {"holdoff", LUM_COMMAND_HOLDOFF},
-    {"offset green", LUM_COMMAND_OFFSET_GREEN},
-    {"offset blue", LUM_COMMAND_OFFSET_BLUE},
-};
-
-const char *memory_setting(lum_command_id id)
-{
-    for (size_t i = 0; i < sizeof settings / sizeof settings[0]; i++) {
-        if (settings[i].id == id) {
-            return settings[i].name;
-        }
-    }
-    return NULL;
-}
-
-static unsigned lines_of(uint16_t mode)
-{
-    return mode == 0 ? 640u : 64u;
-}
-
-static const char *shape_name(lum_yscan_kind kind)
-{
-    return kind == LUM_YSCAN_UNIFORM    ? "uniform"
-           : kind == LUM_YSCAN_GAUSSIAN ? "gaussian"
-                                        : "regions";
-}
-
 const char *memory_value(const struct memory *memory, lum_command_id id,
                          char out[MEMORY_VALUE_BYTES])
 {
     const uint16_t value = memory->entries[id].value;
     if (id == LUM_COMMAND_LINE_MODE) {
-        (void)snprintf(out, MEMORY_VALUE_BYTES, "%u", lines_of(value));
+        (void)snprintf(out, MEMORY_VALUE_BYTES, "%u", setting_lines(value));
     } else if (id != LUM_COMMAND_YSCAN) {
         (void)snprintf(out, MEMORY_VALUE_BYTES, "%u", (unsigned)value);
     } else if (memory->table.scan == MEMORY_DEGREES) {
@@ -59,7 +24,7 @@ const char *memory_value(const struct memory *memory, lum_command_id id,
     } else {
         (void)snprintf(out, MEMORY_VALUE_BYTES, "%s of %u lines",
                        memory->table.scan == MEMORY_SHAPE
-                           ? shape_name(memory->table.shape.kind)
+                           ? setting_shapes[memory->table.shape.kind]
                            : "a table",
                        (unsigned)value);
     }
@@ -84,7 +49,7 @@ static void set_entry(struct memory *memory, lum_command_id id, uint16_t value,
 void memory_take(struct memory *memory, const lum_command *command,
                  enum memory_standing standing, int64_t utc_ns)
 {
-    if (memory_setting(command->id) == NULL) {
+    if (setting_name(command->id) == NULL) {
         return;
     }
     if (command->id == LUM_COMMAND_LINE_MODE) {

@@ -119,9 +119,6 @@ size_t memory_write(const struct memory_key *key, const struct memory *memory,
 int memory_read(const char *text, const struct memory_key *key,
                 struct memory *out, lum_error *error);
 
-/* The names of settings, such as "threshold green"; NULL for the laser's. */
-const char *memory_setting(lum_command_id id);
-
 /* The value for people: "640" for lines 0, "15 degrees". */
 #define MEMORY_VALUE_BYTES 64
 const char *memory_value(const struct memory *memory, lum_command_id id,

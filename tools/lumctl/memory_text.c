@@ -3,6 +3,7 @@
 #include "memory.h"
 
 #include "../common/number.h"
+#include "setting.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -16,12 +17,6 @@ static const char *const standings[MEMORY_STANDINGS] = {
 static const char *const scans[MEMORY_SCANS] = {[MEMORY_DEGREES] = "degrees",
                                                 [MEMORY_SHAPE] = "shape",
                                                 [MEMORY_TABLE] = "table"};
-
-static const char *const kinds[] = {[LUM_YSCAN_UNIFORM] = "uniform",
-                                    [LUM_YSCAN_GAUSSIAN] = "gaussian",
-                                    [LUM_YSCAN_REGIONS] = "regions"};
-
-#define KINDS (sizeof kinds / sizeof kinds[0])
 
 /* Text that grows. */
 struct text {
@@ -65,7 +60,7 @@ static void put_table(struct text *t, const struct memory_table *table)
         return;
     }
     PUT(t, "shape %s %" PRId32 " %" PRId32 " %" PRId32 " %" PRId32 "\n",
-        kinds[s->kind], s->min_udeg, s->max_udeg, s->center_udeg,
+        setting_shapes[s->kind], s->min_udeg, s->max_udeg, s->center_udeg,
         s->sigma_udeg);
     for (size_t i = 0; i < s->region_count; i++) {
         PUT(t, "region %" PRId32 " %" PRId32 " %" PRIu32 "\n",
@@ -96,7 +91,7 @@ size_t memory_write(const struct memory_key *key, const struct memory *memory,
         if (e->standing == MEMORY_NOTHING) {
             continue;
         }
-        put_word(&t, memory_setting((lum_command_id)i));
+        put_word(&t, setting_name((lum_command_id)i));
         PUT(&t, " %s %u %" PRId64 "\n", standings[e->standing],
             (unsigned)e->value, e->utc_ns);
     }
@@ -202,9 +197,9 @@ static bool take_udeg(struct reading *r, int32_t *out)
 static bool read_shape(struct reading *r, struct memory *m)
 {
     lum_yscan_shape *s = &m->table.shape;
-    const size_t i = take_name(r, kinds, KINDS);
-    s->kind = i < KINDS ? (lum_yscan_kind)i : LUM_YSCAN_UNIFORM;
-    return i < KINDS && take_udeg(r, &s->min_udeg) &&
+    const size_t i = take_name(r, setting_shapes, SETTING_SHAPES);
+    s->kind = i < SETTING_SHAPES ? (lum_yscan_kind)i : LUM_YSCAN_UNIFORM;
+    return i < SETTING_SHAPES && take_udeg(r, &s->min_udeg) &&
            take_udeg(r, &s->max_udeg) && take_udeg(r, &s->center_udeg) &&
            take_udeg(r, &s->sigma_udeg);
 }
@@ -279,7 +274,7 @@ static bool read_line(struct reading *r, struct memory *m)
         }
     }
     for (size_t i = 0; i < LUM_COMMANDS; i++) {
-        const char *name = memory_setting((lum_command_id)i);
+        const char *name = setting_name((lum_command_id)i);
         if (name != NULL && is_setting(word, name)) {
             good = read_entry(r, m, (lum_command_id)i);
         }

@@ -4,23 +4,12 @@
 
 #include "report.h"
 #include "session.h"
+#include "setting.h"
+#include "yscan.h"
 
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
-
-#define LINES     640u
-#define LINES_FEW 64u
-
-/* In the order in which apply sends them. */
-static const lum_command_id order[] = {
-    LUM_COMMAND_LINE_MODE,      LUM_COMMAND_YSCAN,
-    LUM_COMMAND_POWER,          LUM_COMMAND_THRESHOLD_GREEN,
-    LUM_COMMAND_THRESHOLD_BLUE, LUM_COMMAND_HOLDOFF,
-    LUM_COMMAND_OFFSET_GREEN,   LUM_COMMAND_OFFSET_BLUE,
-};
-
-#define ORDER (sizeof order / sizeof order[0])
 
 static const char *const standings[MEMORY_STANDINGS] = {
     [MEMORY_DONE] = "done",
@@ -77,13 +66,13 @@ static void print_table(const struct remembered *r)
     char text[WHO_BYTES];
     (void)printf("%s, as far as this host knows:\n", who(r, text));
     (void)printf("  %-15s  %-22s  %s\n", "setting", "value", "sent at");
-    for (size_t i = 0; i < ORDER; i++) {
-        const struct memory_entry *e = &r->memory.entries[order[i]];
+    for (size_t i = 0; i < SETTINGS; i++) {
+        const struct memory_entry *e = &r->memory.entries[settings[i].id];
         char value[MEMORY_VALUE_BYTES];
         char when[REPORT_UTC_BYTES];
         if (e->standing != MEMORY_NOTHING) {
-            (void)printf("  %-15s  %-22s  %s%s\n", memory_setting(order[i]),
-                         memory_value(&r->memory, order[i], value),
+            (void)printf("  %-15s  %-22s  %s%s\n", settings[i].name,
+                         memory_value(&r->memory, settings[i].id, value),
                          report_utc(e->utc_ns, when), remarks[e->standing]);
         }
     }
@@ -120,7 +109,7 @@ static void put_setting(struct json *json, const struct memory *memory,
     char value[MEMORY_VALUE_BYTES];
     char when[REPORT_UTC_BYTES];
     json_open_object(json, NULL);
-    json_text(json, "setting", memory_setting(id));
+    json_text(json, "setting", setting_name(id));
     json_text(json, "value", memory_value(memory, id, value));
     json_text(json, "time", report_utc(e->utc_ns, when));
     json_text(json, "standing", standings[e->standing]);
@@ -146,9 +135,9 @@ static void print_json(const struct remembered *r)
     }
     put_restart(&json, &r->memory);
     json_open_array(&json, "settings");
-    for (size_t i = 0; i < ORDER; i++) {
-        if (is_known(r, order[i])) {
-            put_setting(&json, &r->memory, order[i]);
+    for (size_t i = 0; i < SETTINGS; i++) {
+        if (is_known(r, settings[i].id)) {
+            put_setting(&json, &r->memory, settings[i].id);
         }
     }
     json_close_array(&json);
@@ -249,10 +238,7 @@ static void put_row(const char *key, int32_t udeg)
 
 static void put_shape(const lum_yscan_shape *s)
 {
-    static const char *const names[] = {[LUM_YSCAN_UNIFORM] = "uniform",
-                                        [LUM_YSCAN_GAUSSIAN] = "gaussian",
-                                        [LUM_YSCAN_REGIONS] = "regions"};
-    (void)printf("yscan:\n  shape: %s\n", names[s->kind]);
+    (void)printf("yscan:\n  shape: %s\n", setting_shapes[s->kind]);
     if (s->kind == LUM_YSCAN_REGIONS) {
         put_regions(s);
         return;
@@ -276,8 +262,7 @@ static bool is_sure(const struct remembered *r, lum_command_id id)
 
 static unsigned lines_of(const struct remembered *r)
 {
-    return r->memory.entries[LUM_COMMAND_LINE_MODE].value == 0 ? LINES
-                                                               : LINES_FEW;
+    return setting_lines(r->memory.entries[LUM_COMMAND_LINE_MODE].value);
 }
 
 /* Why a setting cannot be written to a file; NULL: it can. */
@@ -297,7 +282,7 @@ static const char *lack_of(const struct remembered *r, lum_command_id id)
     if (is_sure(r, LUM_COMMAND_LINE_MODE) && lines_of(r) != table_lines) {
         return "its table is for other lines than those that were set";
     }
-    return table_lines == LINES || table_lines == LINES_FEW
+    return table_lines == YSCAN_LINES || table_lines == YSCAN_LINES_FEW
                ? NULL
                : "its table is for other lines than a frame has";
 }
@@ -315,7 +300,7 @@ static void put_value(const struct remembered *r, lum_command_id id)
 {
     const struct memory_entry *e = &r->memory.entries[id];
     char when[REPORT_UTC_BYTES];
-    (void)printf("# %s: sent %s%s\n", memory_setting(id),
+    (void)printf("# %s: sent %s%s\n", setting_name(id),
                  report_utc(e->utc_ns, when),
                  e->standing == MEMORY_OLD
                      ? "; whether it has restarted since is not known"
@@ -328,7 +313,7 @@ static void put_value(const struct remembered *r, lum_command_id id)
     } else if (id == LUM_COMMAND_LINE_MODE) {
         (void)printf("lines: %u\n", lines_of(r));
     } else {
-        (void)printf("%s: %u\n", memory_setting(id), (unsigned)e->value);
+        (void)printf("%s: %u\n", setting_name(id), (unsigned)e->value);
     }
 }
 
@@ -337,7 +322,7 @@ static void put_lack(const struct remembered *r, lum_command_id id,
 {
     char value[MEMORY_VALUE_BYTES];
     char when[REPORT_UTC_BYTES];
-    (void)printf("# left out: %s, %s, sent %s: %s\n", memory_setting(id),
+    (void)printf("# left out: %s, %s, sent %s: %s\n", setting_name(id),
                  memory_value(&r->memory, id, value),
                  report_utc(r->memory.entries[id].utc_ns, when), lack);
 }
@@ -374,15 +359,16 @@ static unsigned put_yaml(const struct ctl *ctl, const struct remembered *r)
                      "lines: %u\n",
                      (unsigned)r->memory.entries[LUM_COMMAND_YSCAN].value);
     }
-    for (size_t i = 0; i < ORDER; i++) {
-        const char *lack = is_known(r, order[i]) ? lack_of(r, order[i]) : NULL;
+    for (size_t i = 0; i < SETTINGS; i++) {
+        const char *lack =
+            is_known(r, settings[i].id) ? lack_of(r, settings[i].id) : NULL;
         if (lack != NULL) {
-            put_lack(r, order[i], lack);
+            put_lack(r, settings[i].id, lack);
             (void)ctl_complain(EXIT_FAILED, "%s is left out: %s",
-                               memory_setting(order[i]), lack);
+                               settings[i].name, lack);
             left_out++;
-        } else if (is_known(r, order[i]) && !is_of_eyes(order[i])) {
-            put_value(r, order[i]);
+        } else if (is_known(r, settings[i].id) && !is_of_eyes(settings[i].id)) {
+            put_value(r, settings[i].id);
         }
     }
     put_eyes(r, "threshold", LUM_COMMAND_THRESHOLD_GREEN,
