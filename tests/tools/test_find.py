@@ -42,6 +42,19 @@ while True:
     time.sleep(0.05)
 """
 
+# Answers each question of ARP for an address as a device of its own: DEVICE ADDRESS MAC.
+IMPOSTOR = """
+import socket, struct, sys
+device, address, mac = sys.argv[1], socket.inet_aton(sys.argv[2]), bytes.fromhex(sys.argv[3].replace(":", ""))
+s = socket.socket(socket.AF_PACKET, socket.SOCK_RAW)
+s.bind((device, 0x0806))
+print("ready", flush=True)
+while True:
+    p = s.recv(64)
+    if p[20:22] == b"\\0\\1" and p[38:42] == address:
+        s.send(p[6:12] + mac + struct.pack(">HHHBBH", 0x0806, 1, 0x0800, 6, 4, 2) + mac + address + p[22:32])
+"""
+
 # Answers everything with a packet of a type that no sensor sends.
 STRANGER = """
 import socket, sys
@@ -242,7 +255,7 @@ class Wire(Case):
                 self.address(other)
             self.hosts.ip("-n", self.hosts.client, "addr", "flush", "dev", "eth0")
             found = self.find(NO_ANSWER)
-            self.assertEqual([(s["sensor"], s["interface"], s["how"], s["reach"]) for s in found["sensors"]],
+            self.assertEqual([(s["sensor"], s["interface"], s["how"], s["reach"]) for s in found["sensors"] if s["sensor"] != "10.42.0.1"],
                              [("10.42.0.37", "eth0", "arp", f"ip addr add 10.42.0.{first}/24 dev eth0")])
             if other:
                 self.hosts.ip("-n", self.hosts.sensor, "addr", "del", other, "dev", "eth0")
@@ -280,12 +293,62 @@ class Wire(Case):
                 namespace=self.hosts.sensor)
         found = self.find(NO_ANSWER, "--interface", "eth0")["sensors"]
         self.assertEqual([(s["sensor"], s["how"], s["several_macs"]) for s in found],
-                         [("10.42.0.37", "arp", True), ("10.99.1.2", "arp", False)])
+                         [("10.42.0.1", "arp", False), ("10.42.0.37", "arp", True), ("10.99.1.2", "arp", False)])
         # 10.42.0.1 is taken.
-        self.assertEqual(found[0]["reach"], "ip addr add 10.42.0.2/24 dev eth0")
-        self.assertEqual(found[1]["reach"], "ip addr add 10.99.1.1/24 dev eth0")
+        self.assertEqual(found[1]["reach"], "ip addr add 10.42.0.2/24 dev eth0")
+        self.assertEqual(found[2]["reach"], "ip addr add 10.99.1.1/24 dev eth0")
         r = self.check(NO_ANSWER, self.hosts.run("lumctl", "find", "--interface", "eth0"))
         self.assertIn("two devices have this address", r.stdout)
+
+    def impostor(self, address, mac):
+        p = Process(self, self.folder, sys.executable, "-c", IMPOSTOR, "eth0", address, mac, namespace=self.hosts.sensor)
+        wait_until(lambda: "ready" in p.stdout(), 20, "the other device")
+
+    def test_a_sensor_and_a_computer_of_one_address_whomever_the_kernel_has_asked(self):
+        """As root the wire is asked. The kernel's table stands as it is: the sensor in it, or the computer."""
+        self.address("10.42.0.77/24")
+        macs = [self.hosts.mac(self.hosts.sensor), "02:00:00:00:00:77"]
+        for address in ("10.42.0.37", "10.42.0.77"):
+            self.sensor(address)
+            self.impostor(address, macs[1])
+        for first, how, status in ((0, "answers", DONE), (1, "arp", NO_ANSWER)):
+            for address in ("10.42.0.37", "10.42.0.77"):
+                self.hosts.ip("-n", self.hosts.client, "neigh", "replace", address, "lladdr", macs[first], "nud", "permanent", "dev",
+                              "eth0")
+            found = self.find(status)["sensors"]
+            self.assertEqual([(s["sensor"], s["how"], s["several_macs"]) for s in found],
+                             [("10.42.0.37", how, True), ("10.42.0.77", how, True)])
+            for s in found:
+                self.assertEqual({s["mac"], s["other_mac"]}, set(macs))
+            if first == 0:
+                self.assertEqual([s["mac"] for s in found], [macs[0]] * 2)
+            r = self.check(status, self.hosts.run("lumctl", "find", "--subnet", "10.42.0.32/29"))
+            self.assertIn(("two devices have this address: this sensor, and " + macs[1], "either may be a sensor that nothing reaches")
+                          [first], r.stdout)
+
+    def test_an_interface_without_a_fitting_address_is_asked_for_all_of_the_sensors_subnet(self):
+        """By ARP; each address counts once, and each search stands there once."""
+        self.second_wire()
+        self.hosts.ip("-n", self.hosts.client, "addr", "flush", "dev", "eth0")
+        found = self.find(NO_ANSWER, "--retries", 0)
+        self.assertEqual([s["sensor"] for s in found["sensors"]], ["10.42.0.37", "10.42.0.37"])
+        self.assertEqual(found["searched"], [{"interface": d, "subnet": "10.42.0.0/24", "by": "arp"} for d in ("eth0", "eth1")])
+        self.assertEqual(found["asked"], 254)
+        self.hosts.ip("-n", self.hosts.sensor, "addr", "del", "10.42.0.37/24", "dev", "eth0")
+        self.address("10.42.0.143/24")
+        r = self.check(NO_ANSWER, self.hosts.run("lumctl", "find", "--interface", "eth0"))
+        self.assertRegex(r.stdout, r"10\.42\.0\.143 .*perhaps a sensor\n.*ip addr add 10\.42\.0\.1/24 dev eth0")
+        self.assertIn("no sensor answers at any of 254 addresses", r.stderr)
+
+    def test_a_subnet_that_is_asked_in_several_ways_is_counted_once(self):
+        self.second_wire()
+        found = self.find(NO_ANSWER, "--subnet", "172.16.9.0/24", "--retries", 0)
+        self.assertEqual(found["searched"], [{"interface": d, "subnet": "172.16.9.0/24", "by": by}
+                                             for d, by in (("", "udp"), ("eth0", "arp"), ("eth1", "arp"))])
+        self.assertEqual((found["asked"], found["not_sent"]), (254, 254))
+        r = self.check(NO_ANSWER, self.hosts.run("lumctl", "find", "--subnet", "172.16.9.0/24", "--retries", 0))
+        self.assertIn("254 of 762 questions did not leave", r.stderr)
+        self.assertIn("no sensor answers at any of 254 addresses", r.stderr)
 
     def test_a_named_subnet_is_asked_by_arp_where_no_address_fits(self):
         self.address("10.7.7.7/24")

@@ -110,19 +110,17 @@ static void two_ends_of_a_link_are_both_asked_and_one_alone_is_not(void **state)
     assert_int_equal(plan.left_out.count, 1);
 }
 
-static void the_boot_address_is_asked_by_arp_where_no_address_fits(void **state)
+static void the_boot_subnet_is_asked_by_arp_where_no_address_fits(void **state)
 {
     (void)state;
     add("eth0", 0, 0);
     add("eth1", 0xc0a80705u, 24);
     add("tun0", 0, 0)->has_mac = false;
     find_make_plan(&plan, NULL, NULL);
-    assert_int_equal(plan.range_count, 5);
-    check(0, "eth0", 0x0a2a0025u, 0x0a2a0025u, true);
-    check(1, "eth0", 0x0a2a0001u, 0x0a2a0004u, true);
-    check(2, "eth1", 0xc0a80701u, 0xc0a807feu, false);
-    check(3, "eth1", 0x0a2a0025u, 0x0a2a0025u, true);
-    check(4, "eth1", 0x0a2a0001u, 0x0a2a0004u, true);
+    assert_int_equal(plan.range_count, 3);
+    check(0, "eth0", 0x0a2a0001u, 0x0a2a00feu, true);
+    check(1, "eth1", 0xc0a80701u, 0xc0a807feu, false);
+    check(2, "eth1", 0x0a2a0001u, 0x0a2a00feu, true);
 }
 
 static void the_loopback_is_asked_only_by_name(void **state)
@@ -196,6 +194,21 @@ static void the_same_subnet_twice_on_an_interface_is_asked_once(void **state)
     eth0->address_count = 2;
     find_make_plan(&plan, NULL, NULL);
     assert_int_equal(plan.range_count, 1);
+}
+
+static void what_is_asked_before_is_repeated(void **state)
+{
+    (void)state;
+    add("eth0", 0x0a2a0001u, 25);
+    add("eth1", 0x0a2a0002u, 24);
+    find_make_plan(&plan, NULL, NULL);
+    assert_int_equal(plan.range_count, 2);
+    assert_false(find_is_repeated(&plan, 1, 0x0a2a0001u));
+    plan.ranges[0].is_askable = true;
+    assert_false(find_is_repeated(&plan, 0, 0x0a2a0001u));
+    assert_true(find_is_repeated(&plan, 1, 0x0a2a0001u));
+    assert_true(find_is_repeated(&plan, 1, 0x0a2a007eu));
+    assert_false(find_is_repeated(&plan, 1, 0x0a2a007fu));
 }
 
 static void too_many_are_said(void **state)
@@ -273,12 +286,13 @@ int main(void)
         FACT(a_wide_one_is_asked_around_the_own_address),
         FACT(a_22_is_asked_whole_and_a_21_is_not),
         FACT(two_ends_of_a_link_are_both_asked_and_one_alone_is_not),
-        FACT(the_boot_address_is_asked_by_arp_where_no_address_fits),
+        FACT(the_boot_subnet_is_asked_by_arp_where_no_address_fits),
         FACT(the_loopback_is_asked_only_by_name),
         FACT(what_is_down_or_has_no_link_is_said),
         FACT(a_named_subnet_is_asked_on_each_interface_that_has_it),
         FACT(a_subnet_that_no_interface_has_is_asked_both_ways),
         FACT(the_same_subnet_twice_on_an_interface_is_asked_once),
+        FACT(what_is_asked_before_is_repeated),
         FACT(too_many_are_said),
         FACT(a_list_of_names_that_is_full_ends_with_dots),
         FACT(subnets_are_read_strictly),

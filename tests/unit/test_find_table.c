@@ -175,6 +175,27 @@ static void another_interface_of_the_subnet_gets_a_route(void **state)
     check_reach(f, "");
 }
 
+static void the_mac_of_a_sensor_stands_first(void **state)
+{
+    static const uint8_t a[INTERFACE_MAC_BYTES] = {2, 0, 0, 0, 0, 1};
+    static const uint8_t b[INTERFACE_MAC_BYTES] = {2, 0, 0, 0, 0, 2};
+    (void)state;
+    struct find_found *f = see(0x0a2a0025u, FIND_ARP);
+    find_note_mac(f, a, false);
+    find_note_mac(f, a, false);
+    assert_false(f->has_other_mac);
+    find_note_mac(f, b, false);
+    assert_true(f->has_other_mac);
+    assert_memory_equal(f->mac, a, sizeof a);
+    assert_memory_equal(f->other_mac, b, sizeof b);
+    assert_false(f->is_mac_of_sensor);
+    find_note_mac(f, b, true);
+    find_note_mac(f, a, false);
+    assert_true(f->is_mac_of_sensor);
+    assert_memory_equal(f->mac, b, sizeof b);
+    assert_memory_equal(f->other_mac, a, sizeof a);
+}
+
 /* Takes all up to the address at context. */
 static bool is_low(void *context, uint32_t address)
 {
@@ -209,6 +230,7 @@ int main(void)
         FACT(this_hosts_own_is_not_proposed),
         FACT(where_all_are_taken_none_is_proposed),
         FACT(another_interface_of_the_subnet_gets_a_route),
+        FACT(the_mac_of_a_sensor_stands_first),
         FACT(the_lowest_free_address_is_found),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

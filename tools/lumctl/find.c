@@ -59,14 +59,13 @@ static enum exit_status make_plan(const struct ctl *ctl,
     return EXIT_DONE;
 }
 
-/* The surest of those that are shown; FIND_HOWS: there is none. */
-static enum find_how surest_of(const struct find_plan *plan,
-                               const struct find_result *r)
+/* Of all that were seen; FIND_HOWS: nobody was. */
+static enum find_how surest_of(const struct find_result *r)
 {
     enum find_how best = FIND_HOWS;
     for (size_t i = 0; i < r->count; i++) {
         const struct find_found *f = &r->found[i];
-        if (find_is_shown(plan, f) && (best == FIND_HOWS || f->how > best)) {
+        if (best == FIND_HOWS || f->how > best) {
             best = f->how;
         }
     }
@@ -77,7 +76,7 @@ static enum exit_status conclude(const struct ctl *ctl,
                                  const struct find_plan *plan,
                                  const struct find_result *result)
 {
-    const enum find_how best = surest_of(plan, result);
+    const enum find_how best = surest_of(result);
     if (best == FIND_SENDS || best == FIND_ANSWERS) {
         return EXIT_DONE;
     }
@@ -92,7 +91,7 @@ static enum exit_status conclude(const struct ctl *ctl,
                             result->asked);
     }
     if (plan->range_count == 0 || result->asked == 0 ||
-        result->unsent == result->asked) {
+        result->unsent == result->questions) {
         return ctl_complain(EXIT_FAILED,
                             "nothing could be asked: no interface is up with "
                             "an address, or none of them sends");

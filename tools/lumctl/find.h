@@ -29,8 +29,11 @@ struct find_range {
     struct find_subnet subnet;
     uint32_t first;
     uint32_t last;
-    bool by_arp; /* the interface has no address in that subnet */
+    bool by_arp;     /* the interface has no address in that subnet */
+    bool is_askable; /* has a socket, or the right to ARP */
 };
+
+bool find_is_in(const struct find_range *range, uint32_t address);
 
 /* What was not looked at, and why; a sentence each. */
 struct find_left_out {
@@ -63,6 +66,11 @@ bool find_parse_subnet(const char *text, struct find_subnet *out);
 const char *find_show_subnet(const struct find_subnet *subnet,
                              char out[FIND_SUBNET_BYTES]);
 
+/* Whether an address is asked already by a range before this one, as when two
+ * interfaces are in one subnet. */
+bool find_is_repeated(const struct find_plan *plan, size_t range,
+                      uint32_t address);
+
 /* Fills ranges and left_out from the interfaces.
  * name    the one to search; NULL: every one that is up, but for the loopback.
  * subnet  the one to search; NULL: those of the interfaces, of wider ones than
@@ -85,9 +93,11 @@ struct find_found {
     const struct host_interface *interface; /* NULL: not known */
     bool has_mac;
     uint8_t mac[INTERFACE_MAC_BYTES];
-    bool has_other_mac; /* two devices have one address */
-    uint32_t sends_to;  /* bit n: to address n of its /24, up to BESIDE_LAST */
-    uint32_t clock_us;  /* FIND_ANSWERS */
+    bool is_mac_of_sensor; /* packets of a sensor came from it */
+    bool has_other_mac;    /* two devices have one address */
+    uint8_t other_mac[INTERFACE_MAC_BYTES];
+    uint32_t sends_to; /* bit n: to address n of its /24, up to BESIDE_LAST */
+    uint32_t clock_us; /* FIND_ANSWERS */
     int64_t round_trip_ns;
 };
 
@@ -107,11 +117,12 @@ struct find_result {
     bool has_lost_more;
     struct find_subnet_beside besides[FIND_BESIDES_MAX];
     size_t beside_count;
-    unsigned asked;    /* addresses */
-    unsigned wanted;   /* addresses that were to be asked */
-    unsigned unsent;   /* questions that did not leave */
-    lum_error error;   /* of the first of them */
-    bool is_cut_short; /* by a signal */
+    unsigned asked;     /* addresses, each counted once */
+    unsigned wanted;    /* addresses that were to be asked */
+    unsigned questions; /* of the first time that all are asked */
+    unsigned unsent;    /* of those, that did not leave */
+    lum_error error;    /* of the first of them */
+    bool is_cut_short;  /* by a signal */
 };
 
 /* Asks and listens. EXIT_DONE; else the socket's trouble, which is told. */
@@ -126,12 +137,17 @@ struct find_found *find_entry(struct find_result *result, lum_endpoint host,
                               const struct host_interface *interface,
                               enum find_how how);
 
+/* Notes a MAC that has a finding's address. The one that packets of a sensor
+ * came from stands first. */
+void find_note_mac(struct find_found *found,
+                   const uint8_t mac[INTERFACE_MAC_BYTES], bool is_sensor);
+
 /* Whether this host has to take an address of its subnet to reach a finding. */
 bool find_needs_address(const struct find_plan *plan,
                         const struct find_found *found);
 
-/* Fills besides with the subnets of those who are shown and need an address;
- * nobody is asked yet. */
+/* Fills besides with the subnets of those who need an address; nobody is
+ * asked yet. */
 void find_plan_besides(const struct find_plan *plan,
                        struct find_result *result);
 
@@ -144,11 +160,6 @@ void find_note_taken(uint32_t *taken, uint32_t network, uint32_t address);
 const char *find_reach(const struct find_plan *plan, struct find_result *result,
                        const struct find_found *found,
                        char out[FIND_REACH_BYTES]);
-
-/* False for hosts beside the boot address: they were asked only to know which
- * address is free. */
-bool find_is_shown(const struct find_plan *plan,
-                   const struct find_found *found);
 
 /* Sorts, prints for people or as JSON. */
 void find_print(const struct ctl *ctl, const struct find_plan *plan,

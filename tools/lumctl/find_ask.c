@@ -21,20 +21,24 @@
 #define PROGRESS_NS   INT64_C(100000000)
 #define KEEP_ALIVE_NS INT64_C(50000000)
 #define TAKE_MAX      64u /* of one interface in a step */
+#define AGAIN_PASSES  2u
 #define BESIDE_PASSES 4u
-#define BESIDE_NS     INT64_C(250000000) /* after each */
+#define AGAIN_NS      INT64_C(250000000) /* after each */
 
 /* An interface that is listened to as it is on the wire. */
 struct ear {
     const struct host_interface *interface;
     struct arp *arp;
     struct find_ear *ip;
+    bool is_busy; /* was asked in this step */
 };
 
 struct question {
     uint32_t sequence; /* of the last time that it was sent */
     int64_t sent_ns;   /* 0: not yet */
     bool is_answered;
+    bool has_mac; /* one that answered ARP for the address */
+    uint8_t mac[INTERFACE_MAC_BYTES];
 };
 
 struct search {
@@ -44,7 +48,8 @@ struct search {
     lum_socket *sockets[FIND_SOCKETS_MAX];
     const struct host_interface *of[FIND_SOCKETS_MAX]; /* NULL: by routes */
     size_t socket_count;
-    int socket_at[FIND_RANGES_MAX]; /* of a range; -1: none */
+    int socket_at[FIND_RANGES_MAX];     /* of a range; -1: none */
+    unsigned index_of[FIND_RANGES_MAX]; /* of its first question */
     struct ear ears[FIND_SOCKETS_MAX];
     size_t ear_count;
     struct question *questions;
@@ -102,7 +107,6 @@ static struct ear *find_ear(struct search *s,
     return NULL;
 }
 
-/* Whether this range can be asked at all. */
 static bool can_ask(struct search *s, size_t range)
 {
     const struct find_range *r = &s->plan->ranges[range];
@@ -129,8 +133,10 @@ static void add_ear(struct search *s, const struct find_range *range)
     if (opened != ARP_OPENED) {
         arp = NULL;
     }
-    s->ears[s->ear_count++] = (struct ear){
-        interface, arp, find_ear_open(interface, s->ctl->options.host.port)};
+    s->ears[s->ear_count++] =
+        (struct ear){.interface = interface,
+                     .arp = arp,
+                     .ip = find_ear_open(interface, s->ctl->options.host.port)};
 }
 
 /* What would be asked by ARP alone, and cannot be. */
@@ -139,7 +145,7 @@ static void leave_out_arp(struct search *s)
     const struct host_interface *last = NULL;
     for (size_t i = 0; i < s->plan->range_count; i++) {
         const struct find_range *r = &s->plan->ranges[i];
-        if (r->by_arp && r->interface != last && !can_ask(s, i)) {
+        if (r->by_arp && r->interface != last && !r->is_askable) {
             find_add_name(s->no_right, r->interface->name);
             last = r->interface;
         }
@@ -155,6 +161,21 @@ static void leave_out_arp(struct search *s)
     }
 }
 
+/* What can be asked, and how much that is. */
+static void count_all(struct search *s)
+{
+    for (size_t i = 0; i < s->plan->range_count; i++) {
+        struct find_range *r = &s->plan->ranges[i];
+        r->is_askable = can_ask(s, i);
+        s->index_of[i] = s->total;
+        s->total += size_of(r);
+        for (unsigned k = 0; k < size_of(r) && r->is_askable; k++) {
+            s->out->wanted +=
+                find_is_repeated(s->plan, i, r->first + k) ? 0u : 1u;
+        }
+    }
+}
+
 static enum exit_status open_all(struct search *s)
 {
     enum exit_status status = EXIT_DONE;
@@ -165,11 +186,10 @@ static enum exit_status open_all(struct search *s)
         if (!range->by_arp) {
             status = add_socket(s, range->interface, &s->socket_at[i]);
         }
-        s->total += size_of(range);
     }
+    count_all(s);
     leave_out_arp(s);
     s->questions = calloc(s->total > 0 ? s->total : 1u, sizeof *s->questions);
-    s->out->wanted = s->total;
     return status != EXIT_DONE || s->questions != NULL
                ? status
                : ctl_complain(EXIT_FAILED, "no memory for a search");
@@ -187,13 +207,26 @@ static void close_all(struct search *s)
     free(s->questions);
 }
 
-static void set_mac(struct find_found *f,
-                    const uint8_t mac[INTERFACE_MAC_BYTES])
+/* By which an address is asked for on this interface by UDP; NULL: by none. */
+static struct question *question_for(const struct search *s,
+                                     const struct host_interface *on,
+                                     uint32_t address)
 {
-    f->has_other_mac |=
-        f->has_mac && memcmp(f->mac, mac, INTERFACE_MAC_BYTES) != 0;
-    f->has_mac = true;
-    (void)memcpy(f->mac, mac, INTERFACE_MAC_BYTES);
+    for (size_t i = 0; i < s->plan->range_count && on != NULL; i++) {
+        const struct find_range *r = &s->plan->ranges[i];
+        if (!r->by_arp && r->interface == on && find_is_in(r, address)) {
+            return &s->questions[s->index_of[i] + (address - r->first)];
+        }
+    }
+    return NULL;
+}
+
+static void recall_mac(const struct search *s, struct find_found *f)
+{
+    const struct question *q = question_for(s, f->interface, f->host.address);
+    if (q != NULL && q->has_mac) {
+        find_note_mac(f, q->mac, false);
+    }
 }
 
 static enum find_how how_of(const struct search *s, const uint8_t *bytes,
@@ -244,6 +277,7 @@ static struct find_found *take_packet(struct search *s,
     }
     f->host = from;
     f->how = how > f->how ? how : f->how;
+    recall_mac(s, f);
     if (q != NULL && f->how != FIND_ANSWERS) {
         f->how = FIND_ANSWERS;
         f->clock_us = clock_us;
@@ -290,7 +324,7 @@ static bool is_asked(const struct search *s, const struct ear *ear,
     for (size_t i = 0; i < s->plan->range_count; i++) {
         const struct find_range *r = &s->plan->ranges[i];
         if (r->by_arp && r->interface == ear->interface &&
-            address >= r->first && address <= r->last) {
+            find_is_in(r, address)) {
             return true;
         }
     }
@@ -312,33 +346,54 @@ static bool is_beside(struct search *s, const struct ear *ear, uint32_t address)
     return false;
 }
 
-/* Who has an address in a subnet of the interface is asked by UDP, and is no
- * finding for having spoken ARP. */
-static void take_speaker(struct search *s, const struct ear *ear,
+/* Who is asked by UDP is no finding for having spoken ARP; two devices of one
+ * address are, since one of them may be a sensor that nothing reaches. */
+static bool is_finding(struct search *s, const struct ear *ear,
+                       const struct arp_speaker *speaker)
+{
+    struct question *q = question_for(s, ear->interface, speaker->address);
+    if (q == NULL) {
+        return interfaces_subnet(ear->interface, speaker->address) == NULL ||
+               is_asked(s, ear, speaker->address);
+    }
+    if (q->has_mac && memcmp(q->mac, speaker->mac, sizeof q->mac) != 0) {
+        return true;
+    }
+    q->has_mac = true;
+    (void)memcpy(q->mac, speaker->mac, sizeof q->mac);
+    return false;
+}
+
+/* False: he is not known yet. */
+static bool note_speaker(struct search *s, const struct ear *ear,
                          const struct arp_speaker *speaker)
 {
-    const lum_endpoint host = {speaker->address, s->ctl->options.host.port};
-    const bool is_inside =
-        interfaces_subnet(ear->interface, speaker->address) != NULL;
+    bool is_known = false;
     for (size_t i = 0; i < s->out->count; i++) {
         struct find_found *f = &s->out->found[i];
         if (f->host.address == speaker->address &&
             f->interface == ear->interface) {
-            set_mac(f, speaker->mac);
-            return;
+            find_note_mac(f, speaker->mac, false);
+            is_known = true;
         }
     }
-    if (interfaces_owner(s->plan->interfaces, s->plan->interface_count,
+    return is_known;
+}
+
+static void take_speaker(struct search *s, const struct ear *ear,
+                         const struct arp_speaker *speaker)
+{
+    const lum_endpoint host = {speaker->address, s->ctl->options.host.port};
+    if (note_speaker(s, ear, speaker) ||
+        interfaces_owner(s->plan->interfaces, s->plan->interface_count,
                          speaker->address, NULL) != NULL ||
-        is_beside(s, ear, speaker->address)) {
+        is_beside(s, ear, speaker->address) || !is_finding(s, ear, speaker)) {
         return;
     }
-    if (!is_inside || is_asked(s, ear, speaker->address)) {
-        struct find_found *f =
-            find_entry(s->out, host, ear->interface, FIND_ARP);
-        if (f != NULL) {
-            set_mac(f, speaker->mac);
-        }
+    struct find_found *f = find_entry(s->out, host, ear->interface, FIND_ARP);
+    if (f != NULL) {
+        recall_mac(s, f);
+        find_note_mac(f, speaker->mac, false);
     }
 }
 
@@ -361,7 +416,7 @@ static void take_ear(struct search *s, const struct ear *ear)
                             heard.to);
         }
         if (f != NULL && heard.has_mac) {
-            set_mac(f, heard.mac);
+            find_note_mac(f, heard.mac, f->how >= FIND_SENDS);
         }
     }
 }
@@ -444,6 +499,15 @@ static enum exit_status listen_until(struct search *s, int64_t end)
     }
 }
 
+static int ask_arp(struct search *s, const struct host_interface *interface,
+                   uint32_t address, lum_error *error)
+{
+    const struct ear *ear = find_ear(s, interface);
+    return ear != NULL && ear->arp != NULL ? arp_ask(ear->arp, address, error)
+                                           : 0;
+}
+
+/* The kernel asks ARP only for whom it does not know, and takes one answer. */
 static int send_question(struct search *s, size_t range, uint32_t address,
                          uint32_t sequence, lum_error *error)
 {
@@ -451,11 +515,9 @@ static int send_question(struct search *s, size_t range, uint32_t address,
     const lum_timestamp request = {sequence, 0};
     uint8_t packet[LUM_TIMESTAMP_BYTES];
     if (r->by_arp) {
-        const struct ear *ear = find_ear(s, r->interface);
-        return ear != NULL && ear->arp != NULL
-                   ? arp_ask(ear->arp, address, error)
-                   : 0;
+        return ask_arp(s, r->interface, address, error);
     }
+    (void)ask_arp(s, r->interface, address, NULL);
     lum_timestamp_encode(packet, &request);
     const lum_outgoing datagram = {
         packet, sizeof packet, {address, s->ctl->options.host.port}};
@@ -465,13 +527,17 @@ static int send_question(struct search *s, size_t range, uint32_t address,
                : -1;
 }
 
-static void ask_one(struct search *s, size_t range, unsigned index,
-                    uint32_t address, unsigned pass)
+static void ask_one(struct search *s, size_t range, unsigned i, unsigned pass)
 {
+    const uint32_t address = s->plan->ranges[range].first + i;
+    const unsigned index = s->index_of[range] + i;
     struct question *q = &s->questions[index];
     lum_error error = {""};
     const uint32_t sequence = s->sequence + pass * s->total + index;
-    s->out->asked += pass == 0 ? 1u : 0u;
+    if (pass == 0) {
+        s->out->questions++;
+        s->out->asked += find_is_repeated(s->plan, range, address) ? 0u : 1u;
+    }
     if (send_question(s, range, address, sequence, &error) == 0) {
         q->sequence = sequence;
         q->sent_ns = lum_time_monotonic_ns();
@@ -481,34 +547,54 @@ static void ask_one(struct search *s, size_t range, unsigned index,
     }
 }
 
-static enum exit_status ask_range(struct search *s, size_t range,
-                                  unsigned index, unsigned pass)
+/* Asks one more address of a range. False: all were asked. */
+static bool ask_next(struct search *s, size_t range, unsigned *next,
+                     unsigned pass)
 {
     const struct find_range *r = &s->plan->ranges[range];
     const unsigned size = size_of(r);
-    for (unsigned i = 0; i < size && can_ask(s, range); i++) {
-        if (s->questions[index + i].is_answered) {
-            continue;
+    const struct question *q = &s->questions[s->index_of[range]];
+    while (*next < size && q[*next].is_answered) {
+        ++*next;
+    }
+    if (!r->is_askable || *next == size) {
+        return false;
+    }
+    ask_one(s, range, (*next)++, pass);
+    return true;
+}
+
+/* One address by UDP and, at each interface, one by ARP alone, which the
+ * kernel's table knows nothing of. False: all were asked. */
+static bool ask_step(struct search *s, unsigned next[FIND_RANGES_MAX],
+                     unsigned pass)
+{
+    bool is_busy = false;
+    bool has_asked = false;
+    for (size_t i = 0; i < s->ear_count; i++) {
+        s->ears[i].is_busy = false;
+    }
+    for (size_t i = 0; i < s->plan->range_count; i++) {
+        const struct find_range *r = &s->plan->ranges[i];
+        struct ear *ear = r->by_arp ? find_ear(s, r->interface) : NULL;
+        bool *lane = ear != NULL ? &ear->is_busy : &is_busy;
+        if (!*lane && ask_next(s, i, &next[i], pass)) {
+            *lane = true;
+            has_asked = true;
         }
-        ask_one(s, range, index + i, r->first + i, pass);
+    }
+    return has_asked;
+}
+
+static enum exit_status ask_pass(struct search *s, unsigned pass)
+{
+    unsigned next[FIND_RANGES_MAX] = {0};
+    while (ask_step(s, next, pass)) {
         const enum exit_status status =
             listen_until(s, lum_time_monotonic_ns() + STEP_NS);
         if (status != EXIT_DONE) {
             return status;
         }
-    }
-    return EXIT_DONE;
-}
-
-static enum exit_status ask_pass(struct search *s, unsigned pass)
-{
-    unsigned index = 0;
-    for (size_t i = 0; i < s->plan->range_count; i++) {
-        const enum exit_status status = ask_range(s, i, index, pass);
-        if (status != EXIT_DONE) {
-            return status;
-        }
-        index += size_of(&s->plan->ranges[i]);
     }
     return EXIT_DONE;
 }
@@ -551,24 +637,61 @@ static enum exit_status ask_beside(struct search *s,
     return status;
 }
 
-/* An address that another device has would take that one off the network, so
- * all that could be proposed are asked for first. */
+/* Of whoever was found, all that have his address: whom UDP reached was not
+ * asked twice, and a question may be lost. */
+static enum exit_status ask_found(struct search *s)
+{
+    enum exit_status status = EXIT_DONE;
+    for (size_t i = 0; i < s->out->count && status == EXIT_DONE; i++) {
+        const struct find_found *f = &s->out->found[i];
+        const struct ear *ear = find_ear(s, f->interface);
+        if (ear != NULL && ear->arp != NULL) {
+            (void)arp_ask(ear->arp, f->host.address, NULL);
+            status = listen_until(s, lum_time_monotonic_ns() + STEP_NS);
+        }
+    }
+    return status;
+}
+
 static enum exit_status ask_besides(struct search *s)
 {
     struct find_result *r = s->out;
     enum exit_status status = EXIT_DONE;
+    for (size_t i = 0; i < r->beside_count && status == EXIT_DONE; i++) {
+        status = ask_beside(s, &r->besides[i]);
+    }
+    return status;
+}
+
+static bool has_arp(const struct search *s)
+{
+    for (size_t i = 0; i < s->ear_count; i++) {
+        if (s->ears[i].arp != NULL) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* An address that another device has would take that one off the network, so
+ * all that could be proposed are asked for first. */
+static enum exit_status ask_again(struct search *s)
+{
+    struct find_result *r = s->out;
+    enum exit_status status = EXIT_DONE;
     find_plan_besides(s->plan, r);
-    for (unsigned pass = 0; pass < BESIDE_PASSES && r->beside_count > 0;
+    const unsigned passes = r->beside_count > 0 ? BESIDE_PASSES : AGAIN_PASSES;
+    const bool has_any = r->count > 0 && has_arp(s);
+    for (unsigned pass = 0; pass < passes && has_any && status == EXIT_DONE;
          pass++) {
-        for (size_t i = 0; i < r->beside_count && status == EXIT_DONE; i++) {
-            status = ask_beside(s, &r->besides[i]);
-        }
+        status = pass < AGAIN_PASSES ? ask_found(s) : EXIT_DONE;
+        status = status == EXIT_DONE ? ask_besides(s) : status;
         if (status == EXIT_DONE) {
-            status = listen_until(s, lum_time_monotonic_ns() + BESIDE_NS);
+            status = listen_until(s, lum_time_monotonic_ns() + AGAIN_NS);
         }
-        if (status != EXIT_DONE) {
-            r->beside_count = 0; /* not all were asked */
-        }
+    }
+    if (status != EXIT_DONE) {
+        r->beside_count = 0; /* not all were asked */
     }
     return status;
 }
@@ -598,7 +721,7 @@ enum exit_status find_ask(struct ctl *ctl, struct find_plan *plan,
         status = ask_all(&s);
     }
     if (status == EXIT_DONE) {
-        status = ask_besides(&s);
+        status = ask_again(&s);
     }
     tell_lost(&s);
     clear_progress(&s);

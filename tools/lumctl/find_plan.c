@@ -5,11 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#define BOOT UINT32_C(0x0a2a0025) /* 10.42.0.37 */
-
-/* Addresses beside it that a host could take. */
-#define FREE_FIRST (BOOT - 36u)
-#define FREE_LAST  (BOOT - 33u)
+#define BOOT      UINT32_C(0x0a2a0025) /* 10.42.0.37 */
+#define BOOT_BITS 24u
 
 char *find_leave_out(struct find_left_out *out)
 {
@@ -55,6 +52,23 @@ const char *find_show_subnet(const struct find_subnet *subnet,
     return out;
 }
 
+bool find_is_in(const struct find_range *range, uint32_t address)
+{
+    return address >= range->first && address <= range->last;
+}
+
+bool find_is_repeated(const struct find_plan *plan, size_t range,
+                      uint32_t address)
+{
+    for (size_t i = 0; i < range; i++) {
+        if (plan->ranges[i].is_askable &&
+            find_is_in(&plan->ranges[i], address)) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static bool has_range(const struct find_plan *plan,
                       const struct find_range *range)
 {
@@ -94,8 +108,11 @@ static void add_subnet(struct find_plan *plan,
 {
     const uint32_t top = subnet.network | ~mask_of(subnet.bits);
     const uint32_t ends = subnet.bits < 31u ? 1u : 0u;
-    const struct find_range range = {interface, subnet, subnet.network + ends,
-                                     top - ends, by_arp};
+    const struct find_range range = {.interface = interface,
+                                     .subnet = subnet,
+                                     .first = subnet.network + ends,
+                                     .last = top - ends,
+                                     .by_arp = by_arp};
     add_range(plan, &range);
 }
 
@@ -126,16 +143,12 @@ static void add_own(struct find_plan *plan,
     add_subnet(plan, interface, part, false);
 }
 
-/* Where a sensor may have booted, though the host has no address there. */
+/* Where sensors are as a rule, though the host has no address there. */
 static void add_boot(struct find_plan *plan,
                      const struct host_interface *interface)
 {
-    const struct find_subnet one = {BOOT, 32};
-    const struct find_range boot = {interface, one, BOOT, BOOT, true};
-    const struct find_range near = {interface, one, FREE_FIRST, FREE_LAST,
-                                    true};
-    add_range(plan, &boot);
-    add_range(plan, &near);
+    const struct find_subnet subnet = {BOOT & mask_of(BOOT_BITS), BOOT_BITS};
+    add_subnet(plan, interface, subnet, true);
 }
 
 void find_add_name(char names[FIND_NAMES_BYTES], const char *name)

@@ -64,6 +64,11 @@ static void put_found(struct json *json, const struct find_plan *plan,
         json_null(json, "mac");
     }
     json_bool(json, "several_macs", f->has_other_mac);
+    if (f->has_other_mac) {
+        json_text(json, "other_mac", interfaces_format_mac(f->other_mac, mac));
+    } else {
+        json_null(json, "other_mac");
+    }
     if (*find_reach(plan, r, f, reach) != '\0') {
         json_text(json, "reach", reach);
     } else {
@@ -89,14 +94,14 @@ static void print_json(const struct find_plan *plan, struct find_result *r)
     json_open_object(&json, NULL);
     json_open_array(&json, "sensors");
     for (size_t i = 0; i < r->count; i++) {
-        if (find_is_shown(plan, &r->found[i])) {
-            put_found(&json, plan, r, &r->found[i]);
-        }
+        put_found(&json, plan, r, &r->found[i]);
     }
     json_close_array(&json);
     json_open_array(&json, "searched");
     for (size_t i = 0; i < plan->range_count; i++) {
-        put_range(&json, &plan->ranges[i]);
+        if (plan->ranges[i].is_askable) {
+            put_range(&json, &plan->ranges[i]);
+        }
     }
     json_close_array(&json);
     json_open_array(&json, "left_out");
@@ -128,6 +133,24 @@ static void print_reach(const struct find_plan *plan, struct find_result *r,
     }
 }
 
+/* Packets reach one of the two, and never the other. */
+static void print_other(const struct find_found *f)
+{
+    char other[INTERFACE_MAC_TEXT_BYTES];
+    (void)interfaces_format_mac(f->other_mac, other);
+    if (f->is_mac_of_sensor) {
+        (void)printf("    two devices have this address: this sensor, and %s, "
+                     "which may be a sensor too or a computer; disconnect it, "
+                     "and give one of them another address\n",
+                     other);
+    } else {
+        (void)printf("    two devices have this address, the other is %s: "
+                     "either may be a sensor that nothing reaches; disconnect "
+                     "one, and give the other another address\n",
+                     other);
+    }
+}
+
 static void print_found(const struct find_plan *plan, struct find_result *r,
                         const struct find_found *f)
 {
@@ -144,8 +167,7 @@ static void print_found(const struct find_plan *plan, struct find_result *r,
     (void)printf("%-21s  %-10s  %-17s  %s%s\n", session_name(f->host, name),
                  name_of(f->interface), mac, meanings[f->how], trip);
     if (f->has_other_mac) {
-        (void)printf("    two devices have this address: disconnect one, and "
-                     "give the other another address by lumctl set-ip\n");
+        print_other(f);
     }
     print_reach(plan, r, f);
 }
@@ -171,16 +193,11 @@ static void print_twins(const struct ctl *ctl, const struct find_result *r)
 static void print_text(const struct ctl *ctl, const struct find_plan *plan,
                        struct find_result *r)
 {
-    bool has_any = false;
+    if (r->count > 0) {
+        (void)printf("%-21s  %-10s  %-17s  %s\n", "address", "interface", "MAC",
+                     "what was seen");
+    }
     for (size_t i = 0; i < r->count; i++) {
-        if (!find_is_shown(plan, &r->found[i])) {
-            continue;
-        }
-        if (!has_any) {
-            (void)printf("%-21s  %-10s  %-17s  %s\n", "address", "interface",
-                         "MAC", "what was seen");
-            has_any = true;
-        }
         print_found(plan, r, &r->found[i]);
     }
     print_twins(ctl, r);
@@ -204,7 +221,7 @@ void find_print(const struct ctl *ctl, const struct find_plan *plan,
     }
     if (result->unsent > 0) {
         ctl_note(ctl, "%u of %u questions did not leave: %s", result->unsent,
-                 result->asked, result->error.text);
+                 result->questions, result->error.text);
     }
     if (result->is_cut_short) {
         ctl_note(ctl, "interrupted: %u of %u addresses were asked",

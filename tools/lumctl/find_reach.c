@@ -45,18 +45,6 @@ bool find_needs_address(const struct find_plan *plan,
     return is_out_of_reach(found) && !is_elsewhere(plan, found);
 }
 
-bool find_is_shown(const struct find_plan *plan, const struct find_found *f)
-{
-    for (size_t i = 0; i < plan->range_count && f->how == FIND_ARP; i++) {
-        const struct find_range *r = &plan->ranges[i];
-        if (r->by_arp && r->subnet.bits == 32u && r->first != r->last &&
-            f->host.address >= r->first && f->host.address <= r->last) {
-            return false;
-        }
-    }
-    return true;
-}
-
 static struct find_subnet_beside *look_up(struct find_result *result,
                                           const struct find_found *found)
 {
@@ -83,7 +71,7 @@ void find_plan_besides(const struct find_plan *plan, struct find_result *result)
     result->beside_count = 0;
     for (size_t i = 0; i < result->count; i++) {
         const struct find_found *f = &result->found[i];
-        if (find_is_shown(plan, f) && find_needs_address(plan, f) &&
+        if (find_needs_address(plan, f) &&
             result->beside_count < FIND_BESIDES_MAX &&
             look_up(result, f) == NULL) {
             result->besides[result->beside_count++] =

@@ -1,5 +1,7 @@
 #include "find.h"
 
+#include <string.h>
+
 static struct find_found *look_up(struct find_result *r, lum_endpoint host,
                                   const struct host_interface *interface)
 {
@@ -74,4 +76,20 @@ struct find_found *find_entry(struct find_result *r, lum_endpoint host,
     *f = (struct find_found){
         .how = FIND_ARP, .host = host, .interface = interface};
     return f;
+}
+
+void find_note_mac(struct find_found *f, const uint8_t mac[INTERFACE_MAC_BYTES],
+                   bool is_sensor)
+{
+    if (f->has_mac && memcmp(f->mac, mac, INTERFACE_MAC_BYTES) != 0) {
+        f->has_other_mac = true;
+        if (!is_sensor) {
+            (void)memcpy(f->other_mac, mac, INTERFACE_MAC_BYTES);
+            return;
+        }
+        (void)memcpy(f->other_mac, f->mac, INTERFACE_MAC_BYTES);
+    }
+    f->has_mac = true;
+    f->is_mac_of_sensor |= is_sensor;
+    (void)memcpy(f->mac, mac, INTERFACE_MAC_BYTES);
 }
