@@ -1,6 +1,7 @@
 #include "lum/group.h"
 
 #include "bytes.h"
+#include "group.h"
 #include "lum/wire.h"
 
 #include <string.h>
@@ -23,7 +24,6 @@ static void store_field(uint8_t *packet, const lum_field *field, uint32_t value)
     }
 }
 
-/* What is asked of a packet that is read or written. */
 static lum_result check(uint32_t tag, uint32_t n, uint32_t first)
 {
     if (n == 0) {
@@ -35,6 +35,13 @@ static lum_result check(uint32_t tag, uint32_t n, uint32_t first)
                    : LUM_E_MALFORMED;
     }
     return tag == LUM_TAG_RANGES ? LUM_OK : LUM_E_UNKNOWN_TAG;
+}
+
+lum_result lum_group_check(const lum_group *group)
+{
+    return group->eye < LUM_EYES ? check(group->tag, group->num_samples,
+                                         group->first_sample_index)
+                                 : LUM_E_MALFORMED;
 }
 
 lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
@@ -89,8 +96,7 @@ lum_result lum_group_encode(const lum_layout *layout, const lum_group *group,
                             void *out, size_t size, size_t *len)
 {
     const lum_profile *p = &layout->profile;
-    if (group->eye >= LUM_EYES || check(group->tag, group->num_samples,
-                                        group->first_sample_index) != LUM_OK) {
+    if (lum_group_check(group) != LUM_OK) {
         return LUM_E_VALUE;
     }
     const uint32_t values[LUM_GROUP_FIELDS] = {

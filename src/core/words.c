@@ -70,113 +70,147 @@ static uint32_t place_of(uint32_t word)
     return word & (LUM_WORD_ZERO | LUM_WORD_PIXEL);
 }
 
-/* Copies words and tells whether all are good and in order of pixels, from
- * first on. */
-static bool copy_if_in_order(uint32_t *restrict to,
-                             const uint8_t *restrict from, uint32_t n,
-                             uint32_t first)
+/* Whether words are all good and in order of pixels, from first on. */
+static bool are_in_order(const uint32_t *words, uint32_t n, uint32_t first)
 {
-    to[0] = load_u32(from);
-    uint32_t borrow = place_of(to[0]) - first;
+    uint32_t borrow = place_of(words[0]) - first;
     for (uint32_t i = 1; i < n; i++) {
-        const uint32_t before = load_u32(from);
-        from += LUM_SAMPLE_BYTES;
-        const uint32_t word = load_u32(from);
-        to[i] = word;
-        borrow |= place_of(word) - place_of(before);
+        borrow |= place_of(words[i]) - place_of(words[i - 1u]);
     }
-    return borrow >> 31 == 0 && place_of(to[n - 1u]) < LUM_LINE_PIXELS;
+    return borrow >> 31 == 0 && place_of(words[n - 1u]) < LUM_LINE_PIXELS;
 }
 
-/* What was copied counts only once word_count says so. */
-bool lum_words_append(const lum_assembler *a, lum_line_slot *slot,
-                      const lum_group *group)
+/* The usual case: the packet's words are all good, in order of pixels, behind
+ * all that the line has, and few enough. What was copied counts only once
+ * word_count says so. */
+static bool append(const lum_assembler *a, lum_line_slot *slot,
+                   const lum_group *group)
 {
     const uint32_t n = group->num_samples;
     const uint32_t count = slot->line.word_count;
-    uint32_t *to = slot->words + count;
+    uint32_t *restrict to = slot->words + count;
+    const uint8_t *restrict from = group->samples;
     if (n > a->config.words_per_line - count) {
         return false;
     }
+    for (uint32_t i = 0; i < n; i++) {
+        to[i] = load_u32(from + (size_t)LUM_SAMPLE_BYTES * i);
+    }
     const uint32_t first = count > 0 ? place_of(to[-1]) + 1u : 0;
-    if (!copy_if_in_order(to, group->samples, n, first)) {
+    if (!are_in_order(to, n, first)) {
         return false;
     }
     slot->line.word_count = count + n;
     return true;
 }
 
-/* How many words are good, and in placement how many of each pixel, as far as
- * a line can hold them. */
-static uint32_t count_good(const lum_group *group, uint16_t *placement)
+/* Any other packet is put among the words of the line by a table of pixels: how
+ * many words of the packet a pixel has, then where they go. It is all 0 between
+ * calls, so that only the packet's own pixels cost. */
+
+/* The pixels of a packet's good words, from low to before end. */
+struct extent {
+    uint32_t low;
+    uint32_t end;
+};
+
+/* How many words are good, as far as a line can hold them. */
+static uint32_t count_good(const lum_group *group, uint16_t *table,
+                           struct extent *out)
 {
     uint32_t good = 0;
-    memset(placement, 0, LUM_LINE_PIXELS * sizeof *placement);
+    struct extent e = {LUM_LINE_PIXELS, 0};
     for (uint32_t i = 0; i < group->num_samples; i++) {
         const uint32_t pixel = place_of(lum_group_word(group, i));
-        if (pixel < LUM_LINE_PIXELS && placement[pixel] <= LUM_LINE_WORDS_MAX) {
-            placement[pixel]++;
+        if (pixel < LUM_LINE_PIXELS && table[pixel] <= LUM_LINE_WORDS_MAX) {
+            table[pixel]++;
             good++;
+            if (pixel < e.low) {
+                e.low = pixel;
+            }
+            if (pixel >= e.end) {
+                e.end = pixel + 1u;
+            }
         }
     }
+    *out = e;
     return good;
 }
 
-/* How many of the counted words find words of their pixel. They are out of
- * placement then: their packet has no place. */
-static uint32_t take_there(const lum_line *line, uint16_t *placement)
+/* How many of the counted words find words of their pixel in the line. */
+static uint32_t count_there(const lum_line *line, const uint16_t *table,
+                            const struct extent *e)
 {
+    const uint32_t *word = line->words + line->word_count;
     uint32_t there = 0;
-    for (uint32_t i = 0; i < line->word_count; i++) {
-        uint16_t *count = &placement[place_of(line->words[i])];
-        there += *count;
-        *count = 0;
+    for (uint32_t pixel = e->end; pixel-- > e->low;) {
+        if (table[pixel] != 0) {
+            while (word != line->words && place_of(word[-1]) > pixel) {
+                word--;
+            }
+            if (word != line->words && place_of(word[-1]) == pixel) {
+                there += table[pixel];
+            }
+        }
     }
     return there;
 }
 
-/* Moves the line's words apart, from the end, and leaves in placement where
+/* Moves the line's words apart, from the end, and leaves in the table where
  * each pixel of the packet begins. */
 static void make_room(uint32_t *words, uint32_t from, uint32_t to,
-                      uint16_t *placement)
+                      uint16_t *table, const struct extent *e)
 {
-    for (uint32_t pixel = LUM_LINE_PIXELS; pixel-- > 0;) {
-        while (from > 0 && place_of(words[from - 1u]) == pixel) {
-            words[--to] = words[--from];
+    for (uint32_t pixel = e->end; pixel-- > e->low;) {
+        if (table[pixel] != 0) {
+            while (from > 0 && place_of(words[from - 1u]) > pixel) {
+                words[--to] = words[--from];
+            }
+            to -= table[pixel];
+            table[pixel] = (uint16_t)to;
         }
-        to -= placement[pixel];
-        placement[pixel] = (uint16_t)to;
     }
 }
 
-lum_result lum_words_insert(lum_assembler *a, lum_line_slot *slot,
-                            const lum_group *group)
+static void fill_room(uint32_t *words, uint16_t *table, const lum_group *group)
 {
-    const uint32_t count = slot->line.word_count;
-    const uint32_t good = count_good(group, a->placement);
-    const uint32_t there = take_there(&slot->line, a->placement);
-    if (there > 0) {
-        return there == good ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
-    }
-    if (good > a->config.words_per_line - count) {
-        return LUM_E_NO_ROOM;
-    }
-    make_room(slot->words, count, count + good, a->placement);
     for (uint32_t i = 0; i < group->num_samples; i++) {
         const uint32_t word = lum_group_word(group, i);
         const uint32_t pixel = place_of(word);
         if (pixel < LUM_LINE_PIXELS) {
-            slot->words[a->placement[pixel]++] = word;
+            words[table[pixel]++] = word;
         }
     }
-    slot->line.word_count += good;
-    lum_counter_add(&a->counters.bad_words, group->num_samples - good);
-    return LUM_OK;
+}
+
+static lum_result insert(lum_assembler *a, lum_line_slot *slot,
+                         const lum_group *group)
+{
+    lum_result r = LUM_OK;
+    struct extent e;
+    lum_line *line = &slot->line;
+    const uint32_t good = count_good(group, a->placement, &e);
+    const uint32_t there = count_there(line, a->placement, &e);
+    const uint32_t count = line->word_count;
+    if (there > 0) {
+        r = there == good ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
+    } else if (good > a->config.words_per_line - count) {
+        r = LUM_E_NO_ROOM;
+    } else {
+        make_room(slot->words, count, count + good, a->placement, &e);
+        fill_room(slot->words, a->placement, group);
+        line->word_count = count + good;
+        lum_counter_add(&a->counters.bad_words, group->num_samples - good);
+    }
+    for (uint32_t pixel = e.low; pixel < e.end; pixel++) {
+        a->placement[pixel] = 0;
+    }
+    return r;
 }
 
 /* Where the line cannot hold them, they tell nothing of what it lost. */
-void lum_words_count_sent(const lum_assembler *a, lum_line_slot *slot,
-                          const lum_group *group)
+static void count_sent(const lum_assembler *a, lum_line_slot *slot,
+                       const lum_group *group)
 {
     const uint32_t capacity = a->config.words_per_line;
     const uint32_t n = group->num_samples;
@@ -190,4 +224,15 @@ void lum_words_count_sent(const lum_assembler *a, lum_line_slot *slot,
     if (end >= n && end <= capacity && end > slot->words_end) {
         slot->words_end = end;
     }
+}
+
+lum_result lum_words_place_ranges(lum_assembler *a, lum_line_slot *slot,
+                                  const lum_group *group)
+{
+    const lum_result r =
+        append(a, slot, group) ? LUM_OK : insert(a, slot, group);
+    if (r == LUM_OK) {
+        count_sent(a, slot, group);
+    }
+    return r;
 }

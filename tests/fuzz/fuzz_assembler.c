@@ -20,6 +20,7 @@ struct run {
     lum_layout layout;
     lum_line_slot *slots;
     uint32_t *words;
+    lum_reach *reach;
     uint32_t clock;
     uint64_t pushed;
     uint64_t accepted;
@@ -57,16 +58,21 @@ static void configure(struct run *run, const uint8_t *b)
 
 static int begin(struct run *run)
 {
-    const size_t lines = (size_t)LUM_EYES * run->config.open_lines;
-    run->slots = malloc(lines * sizeof *run->slots);
-    run->words =
-        malloc(lines * run->config.words_per_line * sizeof *run->words);
-    if (run->slots == NULL || run->words == NULL) {
+    const lum_assembler_config *c = &run->config;
+    lum_assembler_storage s = {
+        .slot_count = LUM_ASSEMBLER_SLOTS(c->open_lines),
+        .word_count = LUM_ASSEMBLER_WORDS(c->open_lines, c->words_per_line),
+        .reach_count = LUM_ASSEMBLER_REACH(c->reorder_lines)};
+    s.slots = run->slots = malloc(s.slot_count * sizeof *s.slots);
+    s.words = run->words = malloc(s.word_count * sizeof *s.words);
+    s.reach = run->reach = malloc(s.reach_count * sizeof *s.reach);
+    if (s.slots == NULL || s.words == NULL || s.reach == NULL) {
         return 0;
     }
-    memset(run->slots, 0xa5, lines * sizeof *run->slots);
-    require(lum_assembler_init(&run->assembler, &run->config, &run->layout,
-                               run->slots, run->words) == LUM_OK);
+    memset(s.slots, 0xa5, s.slot_count * sizeof *s.slots);
+    memset(s.words, 0xa5, s.word_count * sizeof *s.words);
+    memset(s.reach, 0xa5, s.reach_count * sizeof *s.reach);
+    require(lum_assembler_init(&run->assembler, c, &run->layout, &s) == LUM_OK);
     return 1;
 }
 
@@ -242,6 +248,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     }
     free(run->slots);
     free(run->words);
+    free(run->reach);
     free(run);
     return 0;
 }

@@ -16,6 +16,7 @@
 #include <stdint.h>
 
 #define OPEN_LINES  2u
+#define REORDER_LINES 8u
 #define LINE_WORDS  4000u
 #define LINES       40u
 #define MOST        340u /* samples of a packet: what Ethernet holds */
@@ -60,8 +61,11 @@ static struct {
 static struct datagram packets[PACKETS_MAX];
 static lum_layout layout;
 static lum_assembler assembler;
-static lum_line_slot slots[2u * OPEN_LINES];
-static uint32_t words[2u * OPEN_LINES * LINE_WORDS];
+static lum_line_slot slots[LUM_ASSEMBLER_SLOTS(OPEN_LINES)];
+static uint32_t words[LUM_ASSEMBLER_WORDS(OPEN_LINES, LINE_WORDS)];
+static lum_reach reach[LUM_ASSEMBLER_REACH(REORDER_LINES)];
+static const lum_assembler_storage storage =
+    LUM_ASSEMBLER_STORAGE(slots, words, reach);
 static lum_fixed_projector projector;
 static lum_fixed_point points[BLOCK];
 static lum_return returns[LINE_WORDS];
@@ -171,7 +175,7 @@ static void begin_assembler(void)
     lum_assembler_config_default(&config);
     config.open_lines = OPEN_LINES;
     config.words_per_line = LINE_WORDS;
-    if (lum_assembler_init(&assembler, &config, &layout, slots, words) !=
+    if (lum_assembler_init(&assembler, &config, &layout, &storage) !=
         LUM_OK) {
         is_wrong = true;
     }

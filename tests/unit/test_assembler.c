@@ -87,9 +87,12 @@ static lum_result init_with(const lum_assembler_config *c)
     static lum_assembler a;
     static lum_line_slot slots[2 * LUM_OPEN_LINES_MAX];
     static uint32_t words[8 * LUM_LINE_WORDS_MAX];
+    static lum_reach reach[2 * LUM_REORDER_MAX];
+    const lum_assembler_storage storage =
+        LUM_ASSEMBLER_STORAGE(slots, words, reach);
     lum_layout layout;
     lum_layout_default(&layout);
-    return lum_assembler_init(&a, c, &layout, slots, words);
+    return lum_assembler_init(&a, c, &layout, &storage);
 }
 
 static void constants_have_limits(void **state)
@@ -312,8 +315,8 @@ static void a_packet_half_a_wrap_away_is_a_stray(void **state)
 /* As if forged jumps had led it there. */
 static void move_clock(struct stream *s, int64_t by_us)
 {
-    s->assembler.clock_us += by_us;
-    s->assembler.eye[BLUE].newest_us += by_us;
+    s->assembler.stream.clock_us += by_us;
+    s->assembler.eye[BLUE].stream.newest_us += by_us;
 }
 
 static void a_clock_beyond_the_far_ends_is_a_stray_for_good(void **state)
