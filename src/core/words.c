@@ -70,14 +70,20 @@ static uint32_t place_of(uint32_t word)
     return word & (LUM_WORD_ZERO | LUM_WORD_PIXEL);
 }
 
-/* Whether words are all good and in order of pixels, from first on. */
-static bool are_in_order(const uint32_t *words, uint32_t n, uint32_t first)
+/* Copies words and tells whether all are good and in order of pixels, from
+ * first on. */
+static bool copy_in_order(uint32_t *restrict to, const uint8_t *restrict from,
+                          uint32_t n, uint32_t first)
 {
-    uint32_t borrow = place_of(words[0]) - first;
-    for (uint32_t i = 1; i < n; i++) {
-        borrow |= place_of(words[i]) - place_of(words[i - 1u]);
+    uint32_t borrow = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        const uint32_t word = load_u32(from + (size_t)LUM_SAMPLE_BYTES * i);
+        const uint32_t place = place_of(word);
+        to[i] = word;
+        borrow |= place - first;
+        first = place;
     }
-    return borrow >> 31 == 0 && place_of(words[n - 1u]) < LUM_LINE_PIXELS;
+    return borrow >> 31 == 0 && first < LUM_LINE_PIXELS;
 }
 
 /* The usual case: the packet's words are all good, in order of pixels, behind
@@ -88,16 +94,12 @@ static bool append(const lum_assembler *a, lum_line_slot *slot,
 {
     const uint32_t n = group->num_samples;
     const uint32_t count = slot->line.word_count;
-    uint32_t *restrict to = slot->words + count;
-    const uint8_t *restrict from = group->samples;
+    uint32_t *to = slot->words + count;
     if (n > a->config.words_per_line - count) {
         return false;
     }
-    for (uint32_t i = 0; i < n; i++) {
-        to[i] = load_u32(from + (size_t)LUM_SAMPLE_BYTES * i);
-    }
     const uint32_t first = count > 0 ? place_of(to[-1]) + 1u : 0;
-    if (!are_in_order(to, n, first)) {
+    if (!copy_in_order(to, group->samples, n, first)) {
         return false;
     }
     slot->line.word_count = count + n;

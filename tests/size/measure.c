@@ -251,7 +251,7 @@ static void run_backwards(void)
 static void spin(uint32_t turns)
 {
 #if defined(__thumb__)
-    __asm__ volatile("1: subs %0, #1\n\tbne 1b" : "+r"(turns)::"cc");
+    __asm__ volatile(".syntax unified\n\t1: subs %0, #1\n\tbne 1b" : "+r"(turns)::"cc");
 #else
     (void)turns;
 #endif
