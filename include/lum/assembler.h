@@ -60,14 +60,14 @@ typedef struct lum_assembler_config {
 
 /** What was seen and lost since lum_assembler_init(); none ever wraps. */
 typedef struct lum_assembly_counters {
-    uint64_t refused;              /**< calls and packets that LUM_E_ORDER
-                                        stands for, and packets given up: a
-                                        fault of the caller, 0 in sound code */
+    uint64_t stray;                /**< packets far from the stream's clock */
     uint64_t late;                 /**< packets of lines handed out already */
     uint64_t duplicate;            /**< packets all of which was there */
     uint64_t conflict;             /**< packets some of which was there */
     uint64_t no_room;              /**< packets whose words do not fit */
-    uint64_t stray;                /**< packets far from the stream's clock */
+    uint64_t refused;              /**< calls that LUM_E_ORDER answered, and
+                                        packets given up: a fault of the caller,
+                                        0 in sound code */
     uint64_t bad_words;            /**< words of accepted packets skipped */
     uint64_t lines;                /**< lines handed out */
     uint64_t lines_idle;           /**< of them closed as idle */
@@ -125,41 +125,44 @@ typedef struct lum_reach {
     uint32_t frame;   /**< private: one of the highest, by frames.c */
 } lum_reach;
 
+/* Flags and small numbers stand first, where small processors reach them with
+ * one instruction. */
+
 /** The clock of the sensor's packets. Private: only stream.c changes it. */
 typedef struct lum_stream {
-    int64_t clock_us;    /**< private: of the last packet but strays */
-    uint8_t clock_bytes; /**< private: width of the clock; 0: there is none */
-    bool begun;          /**< private: a packet came since the start or flush */
+    uint32_t clock_bytes; /**< private: width of the clock; 0: there is none */
+    uint32_t begun;       /**< private: a packet came since start or flush */
+    int64_t clock_us;     /**< private: of the last packet but strays */
 } lum_stream;
 
 /** The same of one eye. Private: only stream.c changes it. */
 typedef struct lum_eye_stream {
+    uint32_t seen;        /**< private: newest_us is a clock */
     int64_t newest_us;    /**< private: largest clock since the last break */
     int64_t heard_us;     /**< private: when it was last known to send */
     int64_t candidate_us; /**< private: of a stray that may prove a jump */
-    bool seen;            /**< private: newest_us is a clock */
 } lum_eye_stream;
 
 /** Open and closed lines of one eye. Private: only lines.c changes it. */
 typedef struct lum_eye_lines {
-    int64_t low_clock_us;  /**< private: what is older is late */
-    lum_line_slot *oldest; /**< private: the open line that closes first */
-    lum_line_slot *unused; /**< private: where the next line opens */
     uint8_t open_count;    /**< private */
     uint8_t closed_next;   /**< private: of reach, to be overwritten next */
     uint8_t closed_count;  /**< private: of reach, in use */
+    lum_line_slot *oldest; /**< private: the open line that closes first */
+    lum_line_slot *unused; /**< private: where the next line opens */
+    int64_t low_clock_us;  /**< private: what is older is late */
 } lum_eye_lines;
 
 /** Frame numbering of one eye. Private: only frames.c changes it. */
 typedef struct lum_eye_frames {
+    uint8_t straggling;    /**< private: lines that may yet be of the frame
+                                before, and one */
+    bool begun;            /**< private: frame and top are of a line */
+    bool after_break;      /**< private: the next line begins a frame */
     uint32_t frame;        /**< private: the current one */
     uint32_t top;          /**< private: highest line of it */
     uint32_t previous_top; /**< private: highest line of the one before */
     uint32_t gap;          /**< private: lines below top that did not come */
-    uint8_t straggling;    /**< private: lines that may yet be of the one
-                                before, and one */
-    bool begun;            /**< private: frame and top are of a line */
-    bool after_break;      /**< private: the next line begins a frame */
 } lum_eye_frames;
 
 /** All of one eye. Private. */
@@ -172,37 +175,38 @@ typedef struct lum_eye_state {
 
 /** Which frames there are, of both eyes. Private: only frames.c changes it. */
 typedef struct lum_frame_span {
-    uint32_t next;    /**< private: to be announced */
-    uint32_t highest; /**< private: of decided lines and of those handed out */
-    uint32_t first;   /**< private: lowest that was handed out */
-    uint32_t last;    /**< private: highest that was handed out */
-    bool begun;       /**< private: there is one */
-    bool announced;   /**< private: one was announced, next only rises */
+    uint32_t begun;     /**< private: there is one */
+    uint32_t announced; /**< private: one was announced, next only rises */
+    uint32_t next;      /**< private: to be announced */
+    uint32_t highest;   /**< private: of decided lines and those handed out */
+    uint32_t first;     /**< private: lowest that was handed out */
+    uint32_t last;      /**< private: highest that was handed out */
 } lum_frame_span;
 
-/** The packet that an event waits for. Private. */
+/** The packet at hand, and after an event the one that it waits for.
+ * Private. */
 typedef struct lum_awaited {
-    int64_t clock_us;            /**< private */
-    uint32_t line;               /**< private */
-    uint32_t num_samples;        /**< private */
-    uint32_t first_sample_index; /**< private */
-    uint32_t clock_raw;          /**< private */
     uint8_t eye;                 /**< private */
     uint8_t tag;                 /**< private */
     uint8_t step;                /**< private */
     uint8_t to_close;            /**< private */
+    uint32_t line;               /**< private */
+    uint32_t num_samples;        /**< private */
+    uint32_t first_sample_index; /**< private */
+    uint32_t clock_raw;          /**< private */
+    int64_t clock_us;            /**< private */
 } lum_awaited;
 
 /** One sensor's assembler. Public in size, private in content. All bytes 0 is
  * one that refuses all calls. */
 typedef struct lum_assembler {
     lum_assembler_config config;         /**< private */
-    uint32_t line_span_us;               /**< private */
-    const lum_line *line;                /**< private */
     lum_awaited awaited;                 /**< private */
-    lum_stream stream;                   /**< private */
+    const lum_line *line;                /**< private */
+    uint32_t line_span_us;               /**< private */
+    uint32_t angle_order;                /**< private */
     lum_frame_span frames;               /**< private */
-    uint8_t angle_order;                 /**< private */
+    lum_stream stream;                   /**< private */
     lum_eye_state eye[LUM_EYES];         /**< private */
     lum_assembly_counters counters;      /**< private */
     uint16_t placement[LUM_LINE_PIXELS]; /**< private: words.c's, all 0 */

@@ -88,9 +88,17 @@ static bool is_begun(const lum_assembler *a)
     return a->config.open_lines != 0;
 }
 
+/* The counters of drops stand first and in the order of their results. */
+static void count_drop(lum_assembly_counters *c, lum_result r)
+{
+    uint64_t *counters = &c->stray;
+    LUM_CHECK(r <= LUM_E_STRAY && r >= LUM_E_ORDER);
+    lum_counter_add(&counters[LUM_E_STRAY - r], 1);
+}
+
 static lum_result refuse(lum_assembler *a)
 {
-    lum_counter_add(&a->counters.refused, 1);
+    count_drop(&a->counters, LUM_E_ORDER);
     return LUM_E_ORDER;
 }
 
@@ -199,21 +207,6 @@ static lum_result accept(lum_assembler *a, lum_line_slot *slot,
         lum_lines_take(a, slot, arrival);
     }
     return r;
-}
-
-static void count_drop(lum_assembly_counters *c, lum_result r)
-{
-    uint64_t *counter = &c->no_room;
-    if (r == LUM_E_STRAY) {
-        counter = &c->stray;
-    } else if (r == LUM_E_LATE) {
-        counter = &c->late;
-    } else if (r == LUM_E_DUPLICATE) {
-        counter = &c->duplicate;
-    } else if (r == LUM_E_CONFLICT) {
-        counter = &c->conflict;
-    }
-    lum_counter_add(counter, 1);
 }
 
 /* The last push of a packet. */

@@ -113,12 +113,12 @@ static void note_highest(lum_reach *reach, uint32_t frame, unsigned r)
 /* There is a line of this frame, so it will be announced. */
 static void note(lum_frame_span *span, uint32_t frame)
 {
-    if (!span->begun) {
-        span->begun = true;
+    if (span->begun == 0) {
+        span->begun = 1;
         span->next = frame;
         span->highest = frame;
     }
-    if (is_before(frame, span->next) && !span->announced) {
+    if (is_before(frame, span->next) && span->announced == 0) {
         span->next = frame;
     }
     if (is_before(span->highest, frame)) {
@@ -190,12 +190,12 @@ bool lum_frames_are_past(const lum_assembler *a, const lum_eye_state *eye)
 
 bool lum_frames_remain(const lum_assembler *a)
 {
-    return a->frames.begun && !is_before(a->frames.highest, a->frames.next);
+    return a->frames.begun != 0 && !is_before(a->frames.highest, a->frames.next);
 }
 
 void lum_frames_announce(lum_assembler *a)
 {
-    a->frames.announced = true;
+    a->frames.announced = 1;
     a->frames.next++;
 }
 
@@ -210,7 +210,7 @@ void lum_frames_count_gaps(lum_assembler *a)
  * first line must not fall into a frame that was announced. */
 void lum_frames_end(lum_assembler *a)
 {
-    for (unsigned e = 0; e < LUM_EYES && a->frames.announced; e++) {
+    for (unsigned e = 0; e < LUM_EYES && a->frames.announced != 0; e++) {
         lum_eye_state *eye = &a->eye[e];
         eye->frames.begun = true;
         eye->frames.frame = a->frames.highest;

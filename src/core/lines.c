@@ -9,39 +9,31 @@
 /* The slots of an eye are a ring. From oldest on, open_count of them are open,
  * in the order in which they were opened; the others follow from unused on. */
 
-static void tie_ring(lum_line_slot *slots, unsigned count, uint8_t eye,
-                     uint32_t *words, uint32_t words_per_line)
-{
-    for (unsigned i = 0; i < count; i++) {
-        lum_line_slot *slot = &slots[i];
-        slot->line.angles = slot->angles;
-        slot->line.angle_marks = slot->angle_marks;
-        slot->line.words = words;
-        slot->line.eye = eye;
-        slot->words = words;
-        slot->next = slot + 1;
-        words += words_per_line;
-    }
-    slots[count - 1u].next = slots;
-}
-
 void lum_lines_init(lum_assembler *a, const lum_assembler_storage *storage)
 {
-    const unsigned count = a->config.open_lines;
-    lum_line_slot *slots = storage->slots;
+    const lum_assembler_config *c = &a->config;
+    lum_line_slot *slot = storage->slots;
     uint32_t *words = storage->words;
     lum_reach *reach = storage->reach;
-    memset(reach, 0, LUM_ASSEMBLER_REACH(a->config.reorder_lines) * sizeof *reach);
+    memset(reach, 0, LUM_ASSEMBLER_REACH(c->reorder_lines) * sizeof *reach);
     for (unsigned e = 0; e < LUM_EYES; e++) {
         lum_eye_state *eye = &a->eye[e];
-        tie_ring(slots, count, (uint8_t)e, words, a->config.words_per_line);
-        eye->lines.oldest = slots;
-        eye->lines.unused = slots;
         eye->reach = reach;
-        lum_lines_forget(eye);
-        slots += count;
-        words += count * a->config.words_per_line;
-        reach += a->config.reorder_lines;
+        eye->lines.oldest = slot;
+        eye->lines.unused = slot;
+        eye->lines.low_clock_us = STREAM_LONG_AGO;
+        for (unsigned i = 0; i < c->open_lines; i++) {
+            slot->line.angles = slot->angles;
+            slot->line.angle_marks = slot->angle_marks;
+            slot->line.words = words;
+            slot->line.eye = (uint8_t)e;
+            slot->words = words;
+            slot->next = slot + 1;
+            words += c->words_per_line;
+            slot++;
+        }
+        slot[-1].next = eye->lines.oldest;
+        reach += c->reorder_lines;
     }
 }
 

@@ -17,7 +17,7 @@ void lum_stream_init(lum_assembler *a, uint8_t clock_bytes)
 {
     a->stream.clock_bytes = clock_bytes;
     if (clock_bytes > 0) {
-        a->stream.clock_us = INT64_C(1) << (8u * clock_bytes - 1u);
+        a->stream.clock_us = UINT32_C(1) << (8u * clock_bytes - 1u);
     }
     lum_stream_end(a);
 }
@@ -40,7 +40,7 @@ enum lum_stream_place lum_stream_judge(const lum_eye_stream *eye,
     if (!is_clock(clock_us)) {
         return STREAM_STRAY;
     }
-    if (!eye->seen ||
+    if (eye->seen == 0 ||
         stream_is_within(lum_stream_lead(clock_us, &eye->newest_us), gap_us)) {
         return STREAM_NEAR;
     }
@@ -56,7 +56,7 @@ static void hear_both(lum_assembler *a, const int64_t *clock_us)
     for (unsigned e = 0; e < LUM_EYES; e++) {
         a->eye[e].stream.heard_us = *clock_us;
     }
-    a->stream.begun = true;
+    a->stream.begun = 1;
 }
 
 void lum_stream_take(lum_assembler *a, unsigned eye,
@@ -71,15 +71,15 @@ void lum_stream_take(lum_assembler *a, unsigned eye,
     }
     s->candidate_us = STREAM_LONG_AGO;
     a->stream.clock_us = *clock_us;
-    if (!a->stream.begun) {
+    if (a->stream.begun == 0) {
         hear_both(a, clock_us);
     }
     if (place == STREAM_NEAR) {
-        if (!s->seen || *clock_us > s->newest_us) {
+        if (s->seen == 0 || *clock_us > s->newest_us) {
             s->newest_us = *clock_us;
         }
         s->heard_us = s->newest_us;
-        s->seen = true;
+        s->seen = 1;
     }
 }
 
@@ -92,8 +92,8 @@ void lum_stream_jump(lum_assembler *a, unsigned eye, const int64_t *clock_us)
 void lum_stream_end(lum_assembler *a)
 {
     for (unsigned e = 0; e < LUM_EYES; e++) {
-        a->eye[e].stream.seen = false;
+        a->eye[e].stream.seen = 0;
         a->eye[e].stream.candidate_us = STREAM_LONG_AGO;
     }
-    a->stream.begun = false;
+    a->stream.begun = 0;
 }

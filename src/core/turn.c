@@ -1,12 +1,8 @@
 #include "turn.h"
 
-#include <string.h>
+#include "product.h"
 
-/* The upper half of a product, rounded down, and a sum. */
-static LUM_ONE_COPY int32_t multiply(int32_t a, int32_t b, int32_t sum)
-{
-    return (int32_t)(((int64_t)a * b) >> 32) + sum;
-}
+#include <string.h>
 
 /* A sum of 720e6 microdegrees has a mean of one turn, 2^32 units: 6 less this /
  * 2^32 units for each of the sum. */
@@ -15,7 +11,7 @@ static LUM_ONE_COPY int32_t multiply(int32_t a, int32_t b, int32_t sum)
 uint32_t lum_turn_from_udeg(int32_t sum_udeg)
 {
     return (uint32_t)sum_udeg * 6u -
-           (uint32_t)multiply(sum_udeg, TURNS_PER_UDEG, 0);
+           (uint32_t)high_product(sum_udeg, TURNS_PER_UDEG, 0);
 }
 
 /* An angle's sine and cosine, 2^-30. */
@@ -32,14 +28,14 @@ static LUM_ONE_COPY void compute(uint32_t angle, turn *out)
 {
     /* what the nearest quarter leaves fills a word when it is times 4 */
     const int32_t y = (int32_t)(angle << 2);
-    const int32_t y2 = multiply(y, y, 0);
-    int32_t s = multiply(-4930933, y2, 85551349);
-    s = multiply(s, y2, -693597423);
-    s = multiply(s, y2, 1686629690);
-    s = multiply(s, y, 0);
-    int32_t c = multiply(-21932519, y2, 272307758);
-    c = multiply(c, y2, -1324673091);
-    c = multiply(c, y2, INT32_C(1) << 30);
+    const int32_t y2 = high_product(y, y, 0);
+    int32_t s = high_product(-4930933, y2, 85551349);
+    s = high_product(s, y2, -693597423);
+    s = high_product(s, y2, 1686629690);
+    s = high_product(s, y, 0);
+    int32_t c = high_product(-21932519, y2, 272307758);
+    c = high_product(c, y2, -1324673091);
+    c = high_product(c, y2, INT32_C(1) << 30);
     angle += UINT32_C(1) << 29;
     if (angle >> 30 != 0) {
         const int32_t was = s;
@@ -56,7 +52,7 @@ static LUM_ONE_COPY void compute(uint32_t angle, turn *out)
     out->cosine = c;
 }
 
-/* The 2^-28 that multiply() makes of two numbers of 2^-30, as 2^-30. */
+/* The 2^-28 that high_product() makes of two numbers of 2^-30, as 2^-30. */
 static int32_t quadruple(int32_t v)
 {
     return (int32_t)((uint32_t)v * 4u);
@@ -70,8 +66,8 @@ static void turn_axes(int32_t from[3], int32_t to[3], int32_t udeg)
     for (unsigned i = 0; i < 3; i++) {
         const int32_t a = from[i];
         const int32_t b = to[i];
-        from[i] = quadruple(multiply(a, t.cosine, 0) - multiply(b, t.sine, 0));
-        to[i] = quadruple(multiply(a, t.sine, multiply(b, t.cosine, 0)));
+        from[i] = quadruple(high_product(a, t.cosine, 0) - high_product(b, t.sine, 0));
+        to[i] = quadruple(high_product(a, t.sine, high_product(b, t.cosine, 0)));
     }
 }
 
@@ -90,8 +86,8 @@ void lum_turn_axes(const lum_eye_calibration *eye, int32_t out[3][3])
 /* How far a vector of length 1 goes along another. */
 static LUM_ONE_COPY int32_t project(const int32_t a[3], const int32_t b[3])
 {
-    return quadruple((int32_t)(((int64_t)a[0] * b[0] + (int64_t)a[1] * b[1] +
-                                (int64_t)a[2] * b[2]) >>
+    return quadruple((int32_t)((product(a[0], b[0]) + product(a[1], b[1]) +
+                                product(a[2], b[2])) >>
                                32));
 }
 
@@ -111,8 +107,8 @@ void lum_turn_look(const lum_fixed_eye *eye, const lum_angle *angle,
     turn el;
     compute_axis(&eye->azimuth, angle->azimuth, &az);
     compute_axis(&eye->elevation, angle->elevation, &el);
-    const int32_t look[3] = {quadruple(multiply(el.cosine, az.cosine, 0)),
-                             quadruple(multiply(el.cosine, az.sine, 0)),
+    const int32_t look[3] = {quadruple(high_product(el.cosine, az.cosine, 0)),
+                             quadruple(high_product(el.cosine, az.sine, 0)),
                              el.sine};
     out[0] = project(eye->axes[0], look);
     out[1] = project(eye->axes[1], look);

@@ -139,39 +139,32 @@ static uint32_t count_good(const lum_group *group, uint16_t *table,
     return good;
 }
 
-/* How many of the counted words find words of their pixel in the line. */
-static uint32_t count_there(const lum_line *line, const uint16_t *table,
-                            const struct extent *e)
+/* Walks down the words of the line and the pixels of the packet side by side.
+ * from: how many words the line has.
+ * to:   as many: tells how many words of the packet find words of their pixel;
+ *       more: moves the line's words apart, from the end, and leaves in the
+ *       table where each pixel of the packet begins. */
+static uint32_t walk(uint32_t *words, uint32_t from, uint32_t to,
+                     uint16_t *table, const struct extent *e)
 {
-    const uint32_t *word = line->words + line->word_count;
+    const bool moves = to != from;
     uint32_t there = 0;
     for (uint32_t pixel = e->end; pixel-- > e->low;) {
-        if (table[pixel] != 0) {
-            while (word != line->words && place_of(word[-1]) > pixel) {
-                word--;
-            }
-            if (word != line->words && place_of(word[-1]) == pixel) {
-                there += table[pixel];
-            }
+        const uint32_t n = table[pixel];
+        if (n == 0) {
+            continue;
+        }
+        while (from > 0 && place_of(words[from - 1u]) > pixel) {
+            words[--to] = words[--from];
+        }
+        if (moves) {
+            to -= n;
+            table[pixel] = (uint16_t)to;
+        } else if (from > 0 && place_of(words[from - 1u]) == pixel) {
+            there += n;
         }
     }
     return there;
-}
-
-/* Moves the line's words apart, from the end, and leaves in the table where
- * each pixel of the packet begins. */
-static void make_room(uint32_t *words, uint32_t from, uint32_t to,
-                      uint16_t *table, const struct extent *e)
-{
-    for (uint32_t pixel = e->end; pixel-- > e->low;) {
-        if (table[pixel] != 0) {
-            while (from > 0 && place_of(words[from - 1u]) > pixel) {
-                words[--to] = words[--from];
-            }
-            to -= table[pixel];
-            table[pixel] = (uint16_t)to;
-        }
-    }
 }
 
 static void fill_room(uint32_t *words, uint16_t *table, const lum_group *group)
@@ -188,24 +181,24 @@ static void fill_room(uint32_t *words, uint16_t *table, const lum_group *group)
 static lum_result insert(lum_assembler *a, lum_line_slot *slot,
                          const lum_group *group)
 {
+    uint16_t *table = a->placement;
     lum_result r = LUM_OK;
     struct extent e;
-    lum_line *line = &slot->line;
-    const uint32_t good = count_good(group, a->placement, &e);
-    const uint32_t there = count_there(line, a->placement, &e);
-    const uint32_t count = line->word_count;
+    const uint32_t count = slot->line.word_count;
+    const uint32_t good = count_good(group, table, &e);
+    const uint32_t there = walk(slot->words, count, count, table, &e);
     if (there > 0) {
         r = there == good ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
     } else if (good > a->config.words_per_line - count) {
         r = LUM_E_NO_ROOM;
     } else {
-        make_room(slot->words, count, count + good, a->placement, &e);
-        fill_room(slot->words, a->placement, group);
-        line->word_count = count + good;
+        (void)walk(slot->words, count, count + good, table, &e);
+        fill_room(slot->words, table, group);
+        slot->line.word_count = count + good;
         lum_counter_add(&a->counters.bad_words, group->num_samples - good);
     }
     for (uint32_t pixel = e.low; pixel < e.end; pixel++) {
-        a->placement[pixel] = 0;
+        table[pixel] = 0;
     }
     return r;
 }
