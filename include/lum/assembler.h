@@ -75,8 +75,8 @@ typedef struct lum_assembly_counters {
     uint64_t lines_skipped;        /**< line numbers nobody heard of */
     uint64_t words;                /**< good words of lines handed out */
     uint64_t lost_words;           /**< words known to be lost, from below */
-    uint64_t frames; /**< distinct frames of lines handed out; before
-                          the end, those between them too */
+    uint64_t frames; /**< distinct frames of lines; before the end, those
+                          of open lines too */
 } lum_assembly_counters;
 
 /** A line, as handed out. Everything it points to belongs to the assembler and
@@ -178,9 +178,8 @@ typedef struct lum_frame_span {
     uint32_t begun;     /**< private: there is one */
     uint32_t announced; /**< private: one was announced, next only rises */
     uint32_t next;      /**< private: to be announced */
-    uint32_t highest;   /**< private: of decided lines and those handed out */
-    uint32_t first;     /**< private: lowest that was handed out */
-    uint32_t last;      /**< private: highest that was handed out */
+    uint32_t first;     /**< private: lowest of all lines */
+    uint32_t highest;   /**< private: highest of all lines */
 } lum_frame_span;
 
 /** The packet at hand, and after an event the one that it waits for.
@@ -204,7 +203,7 @@ typedef struct lum_assembler {
     lum_awaited awaited;                 /**< private */
     const lum_line *line;                /**< private */
     uint32_t line_span_us;               /**< private */
-    uint32_t angle_order;                /**< private */
+    uint8_t angle_order;                 /**< private */
     lum_frame_span frames;               /**< private */
     lum_stream stream;                   /**< private */
     lum_eye_state eye[LUM_EYES];         /**< private */

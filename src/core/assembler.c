@@ -158,7 +158,7 @@ static lum_result close_oldest(lum_assembler *a, lum_eye_state *eye)
     lum_assembly_counters *c = &a->counters;
     const lum_line *line = lum_lines_close(a, eye);
     a->line = line;
-    lum_frames_hand_out(a, (uint32_t)line->frame);
+    lum_frames_note(a, (uint32_t)line->frame);
     lum_counter_add(&c->lines, 1);
     lum_counter_add(&c->words, line->word_count);
     lum_counter_add(&c->lost_words, line->lost_words);
@@ -175,7 +175,7 @@ static lum_result place(lum_assembler *a, lum_line_slot **found)
     p->clock_us = lum_stream_clock(&a->stream, p->clock_raw);
     const enum lum_stream_place where =
         lum_stream_judge(&eye->stream, &p->clock_us, a->config.gap_us);
-    lum_stream_take(a, p->eye, where, &p->clock_us);
+    lum_stream_take(a, &eye->stream, where);
     if (where == STREAM_STRAY) {
         return LUM_E_STRAY;
     }
@@ -188,10 +188,9 @@ static lum_result place(lum_assembler *a, lum_line_slot **found)
     return lum_lines_find(a, eye, p, found, &p->to_close);
 }
 
-static void jump(lum_assembler *a)
+/* All lines of before have closed. */
+static void jump(lum_assembler *a, lum_eye_state *eye)
 {
-    lum_eye_state *eye = &a->eye[a->awaited.eye];
-    lum_stream_jump(a, a->awaited.eye, &a->awaited.clock_us);
     lum_lines_forget(eye);
     lum_frames_break(a, eye);
 }
@@ -225,7 +224,9 @@ lum_result lum_assembler_push(lum_assembler *a, const lum_group *group,
 {
     lum_awaited *p = &a->awaited;
     lum_line_slot *slot = NULL;
-    if (lum_group_check(group) != LUM_OK) {
+    if (group->eye >= LUM_EYES ||
+        lum_group_check(group->tag, group->num_samples,
+                        group->first_sample_index) != LUM_OK) {
         return LUM_E_VALUE;
     }
     if (!is_begun(a) || (p->step != STEP_NONE && !is_awaited(p, group))) {
@@ -247,7 +248,7 @@ lum_result lum_assembler_push(lum_assembler *a, const lum_group *group,
         return close_oldest(a, eye);
     }
     if (p->step == STEP_BREAK) {
-        jump(a);
+        jump(a, eye);
     }
     if (slot == NULL) {
         slot = lum_lines_open(eye, p, arrival);

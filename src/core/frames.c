@@ -110,20 +110,26 @@ static void note_highest(lum_reach *reach, uint32_t frame, unsigned r)
     }
 }
 
-/* There is a line of this frame, so it will be announced. */
-static void note(lum_frame_span *span, uint32_t frame)
+/* Both eyes number without holes, so the span of the numbers counts them. */
+void lum_frames_note(lum_assembler *a, uint32_t frame)
 {
+    lum_frame_span *span = &a->frames;
     if (span->begun == 0) {
         span->begun = 1;
+        span->first = frame;
         span->next = frame;
         span->highest = frame;
     }
-    if (is_before(frame, span->next) && span->announced == 0) {
-        span->next = frame;
+    if (is_before(frame, span->first)) {
+        span->first = frame;
+        if (span->announced == 0) {
+            span->next = frame;
+        }
     }
     if (is_before(span->highest, frame)) {
         span->highest = frame;
     }
+    a->counters.frames = (uint64_t)(span->highest - span->first) + 1u;
 }
 
 uint32_t lum_frames_decide(lum_assembler *a, lum_eye_state *eye,
@@ -147,7 +153,7 @@ uint32_t lum_frames_decide(lum_assembler *a, lum_eye_state *eye,
     }
     const uint32_t frame = f->frame - back;
     note_highest(eye->reach, frame, r);
-    note(&a->frames, frame);
+    lum_frames_note(a, frame);
     return frame;
 }
 
@@ -162,24 +168,6 @@ void lum_frames_break(lum_assembler *a, lum_eye_state *eye)
     for (unsigned i = 0; i < a->config.reorder_lines; i++) {
         eye->reach[i].frame = eye->frames.frame + 1u;
     }
-}
-
-/* Both eyes number without holes, so the span of the numbers counts them. */
-void lum_frames_hand_out(lum_assembler *a, uint32_t frame)
-{
-    lum_frame_span *span = &a->frames;
-    note(span, frame);
-    if (a->counters.frames == 0) {
-        span->first = frame;
-        span->last = frame;
-    }
-    if (is_before(frame, span->first)) {
-        span->first = frame;
-    }
-    if (is_before(span->last, frame)) {
-        span->last = frame;
-    }
-    a->counters.frames = (span->last - span->first) + 1u;
 }
 
 bool lum_frames_are_past(const lum_assembler *a, const lum_eye_state *eye)

@@ -15,8 +15,8 @@ uint32_t lum_frames_decide(lum_assembler *a, lum_eye_state *eye,
  * frame. */
 void lum_frames_break(lum_assembler *a, lum_eye_state *eye);
 
-/* A line of this frame is handed out. */
-void lum_frames_hand_out(lum_assembler *a, uint32_t frame);
+/* There is a line of this frame, so it will be announced. */
+void lum_frames_note(lum_assembler *a, uint32_t frame);
 
 /* Whether an eye that has no open line of the next frame to announce, or of one
  * before it, expects none: a reach of lines of later ones has been decided. */

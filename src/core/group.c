@@ -24,7 +24,7 @@ static void store_field(uint8_t *packet, const lum_field *field, uint32_t value)
     }
 }
 
-static lum_result check(uint32_t tag, uint32_t n, uint32_t first)
+lum_result lum_group_check(uint32_t tag, uint32_t n, uint32_t first)
 {
     if (n == 0) {
         return LUM_E_MALFORMED;
@@ -35,13 +35,6 @@ static lum_result check(uint32_t tag, uint32_t n, uint32_t first)
                    : LUM_E_MALFORMED;
     }
     return tag == LUM_TAG_RANGES ? LUM_OK : LUM_E_UNKNOWN_TAG;
-}
-
-lum_result lum_group_check(const lum_group *group)
-{
-    return group->eye < LUM_EYES ? check(group->tag, group->num_samples,
-                                         group->first_sample_index)
-                                 : LUM_E_MALFORMED;
 }
 
 lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
@@ -65,7 +58,7 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
         return LUM_E_MALFORMED;
     }
     const lum_result r =
-        check(v[LUM_FIELD_TAG], n, v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
+        lum_group_check(v[LUM_FIELD_TAG], n, v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
     if (r != LUM_OK) {
         return r;
     }
@@ -96,7 +89,9 @@ lum_result lum_group_encode(const lum_layout *layout, const lum_group *group,
                             void *out, size_t size, size_t *len)
 {
     const lum_profile *p = &layout->profile;
-    if (lum_group_check(group) != LUM_OK) {
+    if (group->eye >= LUM_EYES ||
+        lum_group_check(group->tag, group->num_samples,
+                        group->first_sample_index) != LUM_OK) {
         return LUM_E_VALUE;
     }
     const uint32_t values[LUM_GROUP_FIELDS] = {

@@ -4,7 +4,8 @@
 
 #include "lum/group.h"
 
-/* LUM_OK, LUM_E_MALFORMED or LUM_E_UNKNOWN_TAG. */
-lum_result lum_group_check(const lum_group *group);
+/* n: num_samples; first: first_sample_index.
+ * LUM_OK, LUM_E_MALFORMED or LUM_E_UNKNOWN_TAG. */
+lum_result lum_group_check(uint32_t tag, uint32_t n, uint32_t first);
 
 #endif

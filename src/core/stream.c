@@ -50,19 +50,10 @@ enum lum_stream_place lum_stream_judge(const lum_eye_stream *eye,
                : STREAM_STRAY;
 }
 
-/* Silence of either eye is counted from here on. */
-static void hear_both(lum_assembler *a, const int64_t *clock_us)
+void lum_stream_take(lum_assembler *a, lum_eye_stream *s,
+                     enum lum_stream_place place)
 {
-    for (unsigned e = 0; e < LUM_EYES; e++) {
-        a->eye[e].stream.heard_us = *clock_us;
-    }
-    a->stream.begun = 1;
-}
-
-void lum_stream_take(lum_assembler *a, unsigned eye,
-                     enum lum_stream_place place, const int64_t *clock_us)
-{
-    lum_eye_stream *s = &a->eye[eye].stream;
+    const int64_t *clock_us = &a->awaited.clock_us;
     if (place == STREAM_STRAY) {
         if (is_clock(clock_us)) {
             s->candidate_us = *clock_us;
@@ -71,22 +62,18 @@ void lum_stream_take(lum_assembler *a, unsigned eye,
     }
     s->candidate_us = STREAM_LONG_AGO;
     a->stream.clock_us = *clock_us;
-    if (a->stream.begun == 0) {
-        hear_both(a, clock_us);
+    if (place == STREAM_BREAK || a->stream.begun == 0) {
+        /* silence of either eye is counted from here on */
+        a->eye[LUM_EYE_BLUE].stream.heard_us = *clock_us;
+        a->eye[LUM_EYE_GREEN].stream.heard_us = *clock_us;
+        a->stream.begun = 1;
+        s->seen = 0;
     }
-    if (place == STREAM_NEAR) {
-        if (s->seen == 0 || *clock_us > s->newest_us) {
-            s->newest_us = *clock_us;
-        }
-        s->heard_us = s->newest_us;
-        s->seen = 1;
+    if (s->seen == 0 || *clock_us > s->newest_us) {
+        s->newest_us = *clock_us;
     }
-}
-
-void lum_stream_jump(lum_assembler *a, unsigned eye, const int64_t *clock_us)
-{
-    a->eye[eye].stream.newest_us = *clock_us;
-    hear_both(a, clock_us);
+    s->heard_us = s->newest_us;
+    s->seen = 1;
 }
 
 void lum_stream_end(lum_assembler *a)

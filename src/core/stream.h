@@ -25,12 +25,9 @@ enum lum_stream_place lum_stream_judge(const lum_eye_stream *eye,
                                        const int64_t *clock_us,
                                        uint32_t gap_us);
 
-/* Takes note of a clock that was judged so. */
-void lum_stream_take(lum_assembler *a, unsigned eye,
-                     enum lum_stream_place place, const int64_t *clock_us);
-
-/* Goes on from a clock to which the stream has jumped. */
-void lum_stream_jump(lum_assembler *a, unsigned eye, const int64_t *clock_us);
+/* Takes note of the clock of the packet at hand, which was judged so. */
+void lum_stream_take(lum_assembler *a, lum_eye_stream *s,
+                     enum lum_stream_place place);
 
 /* Any clock may come next. */
 void lum_stream_end(lum_assembler *a);
