@@ -185,15 +185,10 @@ typedef struct lum_frame_span {
 /** The packet at hand, and after an event the one that it waits for.
  * Private. */
 typedef struct lum_awaited {
-    uint8_t eye;                 /**< private */
-    uint8_t tag;                 /**< private */
-    uint8_t step;                /**< private */
-    uint8_t to_close;            /**< private */
-    uint32_t line;               /**< private */
-    uint32_t num_samples;        /**< private */
-    uint32_t first_sample_index; /**< private */
-    uint32_t clock_raw;          /**< private */
-    int64_t clock_us;            /**< private */
+    uint8_t step;     /**< private */
+    uint8_t to_close; /**< private */
+    lum_group group;  /**< private: but its samples */
+    int64_t clock_us; /**< private */
 } lum_awaited;
 
 /** One sensor's assembler. Public in size, private in content. All bytes 0 is

@@ -102,19 +102,8 @@ static lum_result refuse(lum_assembler *a)
     return LUM_E_ORDER;
 }
 
-static void await(lum_awaited *p, const lum_group *group)
-{
-    p->line = group->line;
-    p->num_samples = group->num_samples;
-    p->first_sample_index = group->first_sample_index;
-    p->clock_raw = group->clock_raw;
-    p->eye = group->eye;
-    p->tag = group->tag;
-    p->step = STEP_NEW;
-}
-
 /* The samples may have been copied elsewhere meanwhile. */
-static bool is_awaited(const lum_awaited *p, const lum_group *group)
+static bool is_awaited(const lum_group *p, const lum_group *group)
 {
     return p->line == group->line && p->num_samples == group->num_samples &&
            p->first_sample_index == group->first_sample_index &&
@@ -168,11 +157,11 @@ static lum_result close_oldest(lum_assembler *a, lum_eye_state *eye)
 }
 
 /* Finds out what a new packet belongs to, and what has to close before. */
-static lum_result place(lum_assembler *a, lum_line_slot **found)
+static lum_result place(lum_assembler *a, lum_eye_state *eye,
+                        lum_line_slot **found)
 {
     lum_awaited *p = &a->awaited;
-    lum_eye_state *eye = &a->eye[p->eye];
-    p->clock_us = lum_stream_clock(&a->stream, p->clock_raw);
+    p->clock_us = lum_stream_clock(&a->stream, p->group.clock_raw);
     const enum lum_stream_place where =
         lum_stream_judge(&eye->stream, &p->clock_us, a->config.gap_us);
     lum_stream_take(a, &eye->stream, where);
@@ -229,16 +218,17 @@ lum_result lum_assembler_push(lum_assembler *a, const lum_group *group,
                         group->first_sample_index) != LUM_OK) {
         return LUM_E_VALUE;
     }
-    if (!is_begun(a) || (p->step != STEP_NONE && !is_awaited(p, group))) {
+    if (!is_begun(a) || (p->step != STEP_NONE && !is_awaited(&p->group, group))) {
         return refuse(a);
     }
     lum_eye_state *eye = &a->eye[group->eye];
     if (p->step <= STEP_NEW) {
-        await(p, group);
+        p->step = STEP_NEW;
+        p->group = *group;
         if (is_frame_due(a)) {
             return announce(a);
         }
-        const lum_result r = place(a, &slot);
+        const lum_result r = place(a, eye, &slot);
         if (r != LUM_OK) {
             return finish(a, r);
         }

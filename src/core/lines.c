@@ -47,7 +47,7 @@ static bool was_closed(const lum_eye_state *eye, const lum_awaited *packet,
 {
     for (unsigned i = 0; i < eye->lines.closed_count; i++) {
         const lum_reach *closed = &eye->reach[i];
-        if (closed->number == packet->line &&
+        if (closed->number == packet->group.line &&
             stream_is_within(lead(packet, &closed->clock_us), span_us)) {
             return true;
         }
@@ -63,7 +63,7 @@ lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
     lum_line_slot *slot = eye->lines.oldest;
     *found = NULL;
     for (unsigned i = 0; i < open_count; i++) {
-        if (slot->line.number == packet->line) {
+        if (slot->line.number == packet->group.line) {
             const int32_t ahead_us = lead(packet, &slot->line.clock_us);
             if (stream_is_within(ahead_us, a->line_span_us)) {
                 *found = slot;
@@ -96,7 +96,7 @@ lum_line_slot *lum_lines_open(lum_eye_state *eye, const lum_awaited *packet,
     line->arrival = arrival;
     line->word_count = 0;
     line->lost_words = 0;
-    line->number = packet->line;
+    line->number = packet->group.line;
     line->angle_count = 0;
     slot->low_clock_us = INT64_MAX;
     slot->accepted = 0;
@@ -109,14 +109,14 @@ lum_line_slot *lum_lines_open(lum_eye_state *eye, const lum_awaited *packet,
 void lum_lines_take(lum_assembler *a, lum_line_slot *slot, int64_t arrival)
 {
     const lum_awaited *packet = &a->awaited;
-    lum_eye_state *eye = &a->eye[packet->eye];
-    const lum_eye_state *other = &a->eye[LUM_EYES - 1u - packet->eye];
+    lum_eye_state *eye = &a->eye[packet->group.eye];
+    const lum_eye_state *other = &a->eye[LUM_EYES - 1u - packet->group.eye];
     slot->last_arrival = arrival;
     if (packet->clock_us < slot->low_clock_us) {
         slot->low_clock_us = packet->clock_us;
     }
     if (slot->accepted < 2 && ++slot->accepted == 2) {
-        slot->frame = lum_frames_decide(a, eye, &other->frames, packet->line);
+        slot->frame = lum_frames_decide(a, eye, &other->frames, packet->group.line);
     }
 }
 
