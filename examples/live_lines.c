@@ -10,7 +10,7 @@
 
 #define NS_PER_S INT64_C(1000000000)
 #define OPEN     4     /* lines of an eye at a time */
-#define REACH 8 /* lines */
+#define REACH    8     /* lines */
 #define WORDS    16384 /* of a line */
 #define LINES    100
 
@@ -99,8 +99,8 @@ int main(int argc, char **argv)
         (void)fputs("usage: live_lines ADDRESS\n", stderr);
         return 2;
     }
-    if (lum_assembler_init(&assembler, &config, &options.layout,
-                           &storage) != LUM_OK ||
+    if (lum_assembler_init(&assembler, &config, &options.layout, &storage) !=
+            LUM_OK ||
         lum_sensor_open(&options, &sensor, &error) != LUM_NET_OK) {
         (void)fprintf(stderr, "live_lines: %s\n", error.text);
         return 1;

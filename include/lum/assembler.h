@@ -82,7 +82,8 @@ typedef struct lum_assembly_counters {
 /** A line, as handed out. Everything it points to belongs to the assembler and
  * lives until the next push or flush. */
 typedef struct lum_line {
-    int64_t frame;           /**< frame number; a label; from 0 on */
+    int64_t frame;           /**< frame number; a label; from 0 on, and again
+                                  from 0 after 2^32 - 1 */
     int64_t clock_us;        /**< extended sensor clock of its first packet */
     int64_t arrival;         /**< what came with its first packet */
     const lum_angle *angles; /**< raw, of each pixel; 0 if unmarked */
@@ -147,7 +148,6 @@ typedef struct lum_eye_stream {
 typedef struct lum_eye_lines {
     uint8_t open_count;    /**< private */
     uint8_t closed_next;   /**< private: of reach, to be overwritten next */
-    uint8_t closed_count;  /**< private: of reach, in use */
     lum_line_slot *oldest; /**< private: the open line that closes first */
     lum_line_slot *unused; /**< private: where the next line opens */
     int64_t low_clock_us;  /**< private: what is older is late */
@@ -175,11 +175,9 @@ typedef struct lum_eye_state {
 
 /** Which frames there are, of both eyes. Private: only frames.c changes it. */
 typedef struct lum_frame_span {
-    uint32_t begun;     /**< private: there is one */
     uint32_t announced; /**< private: one was announced, next only rises */
-    uint32_t next;      /**< private: to be announced */
-    uint32_t first;     /**< private: lowest of all lines */
-    uint32_t highest;   /**< private: highest of all lines */
+    uint32_t next;      /**< private: to be announced; else the lowest */
+    uint32_t highest; /**< private: of all lines; before next: there is none */
 } lum_frame_span;
 
 /** The packet at hand, and after an event the one that it waits for.
@@ -189,6 +187,7 @@ typedef struct lum_awaited {
     uint8_t to_close; /**< private */
     lum_group group;  /**< private: but its samples */
     int64_t clock_us; /**< private */
+    int64_t arrival;  /**< private */
 } lum_awaited;
 
 /** One sensor's assembler. Public in size, private in content. All bytes 0 is
@@ -255,10 +254,9 @@ typedef struct lum_assembler_storage {
  * @return LUM_OK; LUM_E_VALUE if a constant is outside its range; LUM_E_SPACE
  *         if an array is shorter than config asks for.
  * Linear in open_lines and reorder_lines. */
-LUM_MUST_CHECK lum_result
-lum_assembler_init(lum_assembler *a, const lum_assembler_config *config,
-                   const lum_layout *layout,
-                   const lum_assembler_storage *storage);
+LUM_MUST_CHECK lum_result lum_assembler_init(
+    lum_assembler *a, const lum_assembler_config *config,
+    const lum_layout *layout, const lum_assembler_storage *storage);
 
 /** Take one data packet (docs/protocol.md, section 6).
  * @param group   a decoded packet; not kept.
@@ -306,7 +304,8 @@ const lum_line *lum_assembler_line(const lum_assembler *a);
 /** The frame that LUM_FRAME_READY announced: no line of it, nor of one before
  * it, is open or expected, but for those of an eye that has been silent for
  * gap_us; what such an eye left open comes when it speaks again or at the
- * flush. Frames are announced in rising order, each once. */
+ * flush. Frames are announced in rising order, each once; 2^32 - 1 is followed
+ * by 0. */
 int64_t lum_assembler_frame(const lum_assembler *a);
 
 /** What was seen and lost so far. */

@@ -5,6 +5,7 @@
 #include "frames.h"
 #include "group.h"
 #include "lines.h"
+#include "lum/clock.h"
 #include "stream.h"
 #include "words.h"
 
@@ -74,7 +75,7 @@ const lum_line *lum_assembler_line(const lum_assembler *a)
 
 int64_t lum_assembler_frame(const lum_assembler *a)
 {
-    return (int64_t)a->frames.next - 1;
+    return (int64_t)(uint32_t)(a->frames.next - 1u);
 }
 
 const lum_assembly_counters *lum_assembler_counters(const lum_assembler *a)
@@ -102,13 +103,14 @@ static lum_result refuse(lum_assembler *a)
     return LUM_E_ORDER;
 }
 
-/* The samples may have been copied elsewhere meanwhile. */
-static bool is_awaited(const lum_group *p, const lum_group *group)
+/* The samples may have been copied elsewhere meanwhile. All behind them, from
+ * the line to the tag, has no padding between. */
+static bool is_awaited(const lum_group *awaited, const lum_group *group)
 {
-    return p->line == group->line && p->num_samples == group->num_samples &&
-           p->first_sample_index == group->first_sample_index &&
-           p->clock_raw == group->clock_raw && p->eye == group->eye &&
-           p->tag == group->tag;
+    const size_t from = offsetof(lum_group, line);
+    const size_t to = offsetof(lum_group, tag) + sizeof group->tag;
+    return memcmp((const uint8_t *)awaited + from,
+                  (const uint8_t *)group + from, to - from) == 0;
 }
 
 /* The other eye tells the time by lines of more than one packet: one packet
@@ -122,8 +124,7 @@ static bool is_silent(const lum_assembler *a, const lum_eye_state *eye,
 
 static bool is_past(const lum_assembler *a, const lum_eye_state *eye)
 {
-    return lum_frames_are_past(a, eye) &&
-           lum_lines_are_past(eye, a->frames.next);
+    return frames_are_past(a, eye) && lum_lines_are_past(eye, a->frames.next);
 }
 
 static bool is_frame_due(const lum_assembler *a)
@@ -161,7 +162,8 @@ static lum_result place(lum_assembler *a, lum_eye_state *eye,
                         lum_line_slot **found)
 {
     lum_awaited *p = &a->awaited;
-    p->clock_us = lum_stream_clock(&a->stream, p->group.clock_raw);
+    p->clock_us = lum_clock_extend(a->stream.clock_us, p->group.clock_raw,
+                                   (unsigned)a->stream.clock_bytes);
     const enum lum_stream_place where =
         lum_stream_judge(&eye->stream, &p->clock_us, a->config.gap_us);
     lum_stream_take(a, &eye->stream, where);
@@ -174,25 +176,25 @@ static lum_result place(lum_assembler *a, lum_eye_state *eye,
         return LUM_OK;
     }
     p->step = STEP_OPEN;
-    return lum_lines_find(a, eye, p, found, &p->to_close);
+    return lum_lines_find(a, eye, found, &p->to_close);
 }
 
 /* All lines of before have closed. */
 static void jump(lum_assembler *a, lum_eye_state *eye)
 {
-    lum_lines_forget(eye);
+    lum_lines_forget(a, eye);
     lum_frames_break(a, eye);
 }
 
 /* Samples into their line, and what the line then is. */
-static lum_result accept(lum_assembler *a, lum_line_slot *slot,
-                         const lum_group *group, int64_t arrival)
+static lum_result accept(lum_assembler *a, lum_eye_state *eye,
+                         lum_line_slot *slot, const lum_group *group)
 {
     const lum_result r = group->tag == LUM_TAG_ANGLES
                              ? lum_words_place_angles(a, slot, group)
                              : lum_words_place_ranges(a, slot, group);
     if (r == LUM_OK) {
-        lum_lines_take(a, slot, arrival);
+        lum_lines_take(a, eye, slot);
     }
     return r;
 }
@@ -218,10 +220,12 @@ lum_result lum_assembler_push(lum_assembler *a, const lum_group *group,
                         group->first_sample_index) != LUM_OK) {
         return LUM_E_VALUE;
     }
-    if (!is_begun(a) || (p->step != STEP_NONE && !is_awaited(&p->group, group))) {
+    if (!is_begun(a) ||
+        (p->step != STEP_NONE && !is_awaited(&p->group, group))) {
         return refuse(a);
     }
     lum_eye_state *eye = &a->eye[group->eye];
+    p->arrival = arrival;
     if (p->step <= STEP_NEW) {
         p->step = STEP_NEW;
         p->group = *group;
@@ -241,9 +245,9 @@ lum_result lum_assembler_push(lum_assembler *a, const lum_group *group,
         jump(a, eye);
     }
     if (slot == NULL) {
-        slot = lum_lines_open(eye, p, arrival);
+        slot = lum_lines_open(a, eye);
     }
-    return finish(a, accept(a, slot, group, arrival));
+    return finish(a, accept(a, eye, slot, group));
 }
 
 lum_result lum_assembler_close_idle(lum_assembler *a, int64_t before)
@@ -283,7 +287,7 @@ lum_result lum_assembler_flush(lum_assembler *a)
     lum_stream_end(a);
     lum_frames_end(a);
     for (unsigned e = 0; e < LUM_EYES; e++) {
-        lum_lines_forget(&a->eye[e]);
+        lum_lines_forget(a, &a->eye[e]);
     }
     return LUM_OK;
 }

@@ -11,16 +11,11 @@
  * Numbers only grow, but that the eye that begins second may stand one behind
  * the other, and a straggler is of the frame before: so 0 is the lowest. */
 
-/* Numbers of frames are compared as they go round 32 bits. */
-static bool is_before(uint32_t frame, uint32_t other)
-{
-    return (frame - other) >> 31 != 0;
-}
-
 void lum_frames_init(lum_assembler *a)
 {
     a->eye[LUM_EYE_BLUE].frames.frame = 1;
     a->eye[LUM_EYE_GREEN].frames.frame = 1;
+    a->frames.next = 1;
 }
 
 static bool is_far_above(uint32_t a, uint32_t b, unsigned reach)
@@ -102,7 +97,7 @@ static void note_highest(lum_reach *reach, uint32_t frame, unsigned r)
 {
     for (; r > 0; r--) {
         const uint32_t there = reach->frame;
-        if (is_before(there, frame)) {
+        if (frame_is_before(there, frame)) {
             reach->frame = frame;
             frame = there;
         }
@@ -110,36 +105,33 @@ static void note_highest(lum_reach *reach, uint32_t frame, unsigned r)
     }
 }
 
-/* Both eyes number without holes, so the span of the numbers counts them. */
+/* Both eyes number without holes, so the span of the numbers counts them. The
+ * first is always 1, and none is below one that was announced. */
 void lum_frames_note(lum_assembler *a, uint32_t frame)
 {
     lum_frame_span *span = &a->frames;
-    if (span->begun == 0) {
-        span->begun = 1;
-        span->first = frame;
+    uint32_t more = 0;
+    if (span->announced == 0 && frame_is_before(frame, span->next)) {
+        more = span->next - frame;
         span->next = frame;
+    }
+    if (frame_is_before(span->highest, frame)) {
+        more = frame - span->highest;
         span->highest = frame;
     }
-    if (is_before(frame, span->first)) {
-        span->first = frame;
-        if (span->announced == 0) {
-            span->next = frame;
-        }
-    }
-    if (is_before(span->highest, frame)) {
-        span->highest = frame;
-    }
-    a->counters.frames = (uint64_t)(span->highest - span->first) + 1u;
+    lum_counter_add(&a->counters.frames, more);
 }
 
-uint32_t lum_frames_decide(lum_assembler *a, lum_eye_state *eye,
-                           const lum_eye_frames *other, uint32_t line)
+uint32_t lum_frames_decide(lum_assembler *a, lum_eye_state *eye, uint32_t line)
 {
+    lum_eye_state *blue = &a->eye[LUM_EYE_BLUE];
+    const lum_eye_frames *other =
+        eye == blue ? &a->eye[LUM_EYE_GREEN].frames : &blue->frames;
     const unsigned r = a->config.reorder_lines;
     lum_eye_frames *f = &eye->frames;
     const bool beside = is_beside(other, line, r);
     /* the other eye wrapped, and this one's wrap was lost */
-    const bool behind = beside && is_before(f->frame, other->frame);
+    const bool behind = beside && frame_is_before(f->frame, other->frame);
     uint32_t back = 0;
     if (!f->begun) {
         begin(f, other, line, beside);
@@ -170,15 +162,9 @@ void lum_frames_break(lum_assembler *a, lum_eye_state *eye)
     }
 }
 
-bool lum_frames_are_past(const lum_assembler *a, const lum_eye_state *eye)
-{
-    return is_before(a->frames.next,
-                     eye->reach[a->config.reorder_lines - 1u].frame);
-}
-
 bool lum_frames_remain(const lum_assembler *a)
 {
-    return a->frames.begun != 0 && !is_before(a->frames.highest, a->frames.next);
+    return !frame_is_before(a->frames.highest, a->frames.next);
 }
 
 void lum_frames_announce(lum_assembler *a)

@@ -4,12 +4,18 @@
 
 #include "lum/assembler.h"
 
-/* Both eyes begin at frame 1. All else is 0, their reach too. */
+/* Numbers of frames are compared as they go round 32 bits. */
+static inline bool frame_is_before(uint32_t frame, uint32_t other)
+{
+    return (frame - other) >> 31 != 0;
+}
+
+/* Both eyes begin at frame 1, and there is none yet. All else is 0, their reach
+ * too. */
 void lum_frames_init(lum_assembler *a);
 
 /* The frame of a line of an eye that has just got its second packet. */
-uint32_t lum_frames_decide(lum_assembler *a, lum_eye_state *eye,
-                           const lum_eye_frames *other, uint32_t line);
+uint32_t lum_frames_decide(lum_assembler *a, lum_eye_state *eye, uint32_t line);
 
 /* The clock has jumped and no line of the eye is open: the next line begins a
  * frame. */
@@ -20,7 +26,12 @@ void lum_frames_note(lum_assembler *a, uint32_t frame);
 
 /* Whether an eye that has no open line of the next frame to announce, or of one
  * before it, expects none: a reach of lines of later ones has been decided. */
-bool lum_frames_are_past(const lum_assembler *a, const lum_eye_state *eye);
+static inline bool frames_are_past(const lum_assembler *a,
+                                   const lum_eye_state *eye)
+{
+    return frame_is_before(a->frames.next,
+                           eye->reach[a->config.reorder_lines - 1u].frame);
+}
 
 /* Whether frames are left that the end of the stream completes. */
 bool lum_frames_remain(const lum_assembler *a);

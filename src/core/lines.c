@@ -21,7 +21,7 @@ void lum_lines_init(lum_assembler *a, const lum_assembler_storage *storage)
         eye->reach = reach;
         eye->lines.oldest = slot;
         eye->lines.unused = slot;
-        eye->lines.low_clock_us = STREAM_LONG_AGO;
+        lum_lines_forget(a, eye);
         for (unsigned i = 0; i < c->open_lines; i++) {
             slot->line.angles = slot->angles;
             slot->line.angle_marks = slot->angle_marks;
@@ -42,13 +42,15 @@ static int32_t lead(const lum_awaited *packet, const int64_t *clock_us)
     return lum_stream_lead(&packet->clock_us, clock_us);
 }
 
-static bool was_closed(const lum_eye_state *eye, const lum_awaited *packet,
-                       uint32_t span_us)
+static bool was_closed(const lum_assembler *a, const lum_eye_state *eye)
 {
-    for (unsigned i = 0; i < eye->lines.closed_count; i++) {
+    const lum_awaited *packet = &a->awaited;
+    const unsigned r = a->config.reorder_lines;
+    for (unsigned i = 0; i < r; i++) {
         const lum_reach *closed = &eye->reach[i];
         if (closed->number == packet->group.line &&
-            stream_is_within(lead(packet, &closed->clock_us), span_us)) {
+            stream_is_within(lead(packet, &closed->clock_us),
+                             a->line_span_us)) {
             return true;
         }
     }
@@ -56,9 +58,9 @@ static bool was_closed(const lum_eye_state *eye, const lum_awaited *packet,
 }
 
 lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
-                          const lum_awaited *packet, lum_line_slot **found,
-                          uint8_t *to_close)
+                          lum_line_slot **found, uint8_t *to_close)
 {
+    const lum_awaited *packet = &a->awaited;
     const unsigned open_count = eye->lines.open_count;
     lum_line_slot *slot = eye->lines.oldest;
     *found = NULL;
@@ -77,28 +79,29 @@ lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
         }
         slot = slot->next;
     }
-    if (was_closed(eye, packet, a->line_span_us)) {
+    if (was_closed(a, eye)) {
         return LUM_E_LATE;
     }
     *to_close = open_count == a->config.open_lines ? 1 : 0;
     return LUM_OK;
 }
 
-lum_line_slot *lum_lines_open(lum_eye_state *eye, const lum_awaited *packet,
-                              int64_t arrival)
+lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye)
 {
+    const lum_awaited *packet = &a->awaited;
     lum_line_slot *slot = eye->lines.unused;
     lum_line *line = &slot->line;
     LUM_CHECK(eye->lines.open_count == 0 || slot != eye->lines.oldest);
     eye->lines.unused = slot->next;
     eye->lines.open_count++;
     line->clock_us = packet->clock_us;
-    line->arrival = arrival;
+    line->arrival = packet->arrival;
     line->word_count = 0;
     line->lost_words = 0;
     line->number = packet->group.line;
     line->angle_count = 0;
     slot->low_clock_us = INT64_MAX;
+    slot->last_arrival = packet->arrival;
     slot->accepted = 0;
     slot->words_seen = 0;
     slot->words_end = 0;
@@ -106,17 +109,15 @@ lum_line_slot *lum_lines_open(lum_eye_state *eye, const lum_awaited *packet,
     return slot;
 }
 
-void lum_lines_take(lum_assembler *a, lum_line_slot *slot, int64_t arrival)
+void lum_lines_take(lum_assembler *a, lum_eye_state *eye, lum_line_slot *slot)
 {
     const lum_awaited *packet = &a->awaited;
-    lum_eye_state *eye = &a->eye[packet->group.eye];
-    const lum_eye_state *other = &a->eye[LUM_EYES - 1u - packet->group.eye];
-    slot->last_arrival = arrival;
+    slot->last_arrival = packet->arrival;
     if (packet->clock_us < slot->low_clock_us) {
         slot->low_clock_us = packet->clock_us;
     }
     if (slot->accepted < 2 && ++slot->accepted == 2) {
-        slot->frame = lum_frames_decide(a, eye, &other->frames, packet->group.line);
+        slot->frame = lum_frames_decide(a, eye, packet->group.line);
     }
 }
 
@@ -128,9 +129,6 @@ static void remember(const lum_assembler *a, lum_eye_state *eye,
     closed->clock_us = line->clock_us;
     closed->number = line->number;
     lines->closed_next++;
-    if (lines->closed_count < lines->closed_next) {
-        lines->closed_count = lines->closed_next;
-    }
     if (lines->closed_next == a->config.reorder_lines) {
         lines->closed_next = 0;
     }
@@ -140,7 +138,7 @@ static void remember(const lum_assembler *a, lum_eye_state *eye,
 static void clear_unmarked(lum_line_slot *slot)
 {
     for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
-        if (!lum_line_has_angles(&slot->line, p)) {
+        if ((slot->angle_marks[p / 32u] >> (p % 32u) & 1u) == 0) {
             slot->angles[p] = (lum_angle){0, 0};
         }
     }
@@ -204,19 +202,20 @@ bool lum_lines_pull_idle(lum_eye_state *eye, int64_t before)
     return false;
 }
 
-void lum_lines_forget(lum_eye_state *eye)
+void lum_lines_forget(const lum_assembler *a, lum_eye_state *eye)
 {
     LUM_CHECK(eye->lines.open_count == 0);
     eye->lines.low_clock_us = STREAM_LONG_AGO;
-    eye->lines.closed_next = 0;
-    eye->lines.closed_count = 0;
+    for (unsigned i = 0; i < a->config.reorder_lines; i++) {
+        eye->reach[i].clock_us = STREAM_LONG_AGO;
+    }
 }
 
 bool lum_lines_are_past(const lum_eye_state *eye, uint32_t frame)
 {
     const lum_line_slot *slot = eye->lines.oldest;
     for (unsigned i = 0; i < eye->lines.open_count; i++) {
-        if (slot->accepted >= 2 && (frame - slot->frame) >> 31 == 0) {
+        if (slot->accepted >= 2 && !frame_is_before(frame, slot->frame)) {
             return false;
         }
         slot = slot->next;

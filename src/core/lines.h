@@ -8,21 +8,19 @@
 /* Gives each eye its share of the storage, which is large enough. */
 void lum_lines_init(lum_assembler *a, const lum_assembler_storage *storage);
 
-/* Looks for the line of a packet: its number and clock.
+/* Looks for the line of the packet at hand: its number and clock.
  * found:    the open line; else NULL, and the line has to be opened once
  *           to_close others have closed.
  * LUM_OK; LUM_E_LATE: to_close stays as it is. */
 lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
-                          const lum_awaited *packet, lum_line_slot **found,
-                          uint8_t *to_close);
+                          lum_line_slot **found, uint8_t *to_close);
 
-/* Opens the line of a packet; not all may be open. */
-lum_line_slot *lum_lines_open(lum_eye_state *eye, const lum_awaited *packet,
-                              int64_t arrival);
+/* Opens the line of the packet at hand; not all may be open. */
+lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye);
 
-/* Takes note of a packet that an open line has accepted. The second decides the
- * line's frame. */
-void lum_lines_take(lum_assembler *a, lum_line_slot *slot, int64_t arrival);
+/* Takes note of the packet at hand, which an open line has accepted. The second
+ * decides the line's frame. */
+void lum_lines_take(lum_assembler *a, lum_eye_state *eye, lum_line_slot *slot);
 
 /* Closes the line that was opened first; one is open. It stays as it is until
  * another line is opened. */
@@ -33,7 +31,7 @@ lum_line *lum_lines_close(const lum_assembler *a, lum_eye_state *eye);
 bool lum_lines_pull_idle(lum_eye_state *eye, int64_t before);
 
 /* Forgets the lines that have closed; none is open. */
-void lum_lines_forget(lum_eye_state *eye);
+void lum_lines_forget(const lum_assembler *a, lum_eye_state *eye);
 
 /* Whether every open line whose frame is decided is of a later one. */
 bool lum_lines_are_past(const lum_eye_state *eye, uint32_t frame);

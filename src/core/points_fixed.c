@@ -32,7 +32,8 @@ static void set_axis(lum_fixed_axis *out, int32_t sum_udeg, int32_t width_udeg,
     out->part = (int32_t)(lsb & 0x7fffu);
 }
 
-/* A micrometre is 0.016 units, times 2^30; 1 km is below 2^54. */
+/* A micrometre is 0.016 units, times 2^30; 1 km is below 2^54. Of that the
+ * mount keeps 2^-28 units, as directions have them. */
 #define MOUNT_PER_UM INT32_C(17179869)
 #define MOUNT_HALF   (INT32_C(1) << 29)
 
@@ -51,9 +52,11 @@ static void set_range(lum_fixed_eye *out, const lum_calibration *c,
     out->first_tof = lum_calibration_min_tof(c, eye);
     /* of the first time of flight, in 8 femtoseconds: above 0, and below 2^31;
      * nothing uses it where none is long enough */
-    const uint32_t base =
-        (uint32_t)((c->eye[eye].tof_offset_fs + product(out->first_tof, lsb_fs)) >> 3);
-    out->range_lsb = (uint32_t)(product_unsigned((uint32_t)lsb_fs, scale) >> 20);
+    const uint32_t base = (uint32_t)((c->eye[eye].tof_offset_fs +
+                                      product(out->first_tof, lsb_fs)) >>
+                                     3);
+    out->range_lsb =
+        (uint32_t)(product_unsigned((uint32_t)lsb_fs, scale) >> 20);
     out->range_base = product_unsigned(base, scale >> 5) + RANGE_HALF;
 }
 
@@ -74,18 +77,19 @@ lum_result lum_fixed_projector_init(lum_fixed_projector *out,
                  e->elevation_max_udeg - e->elevation_min_udeg, lsb);
         lum_turn_axes(e, eye->axes);
         for (unsigned k = 0; k < 3; k++) {
-            eye->mount[k] = product(e->mount_um[k], MOUNT_PER_UM) + MOUNT_HALF;
+            eye->mount[k] =
+                (product(e->mount_um[k], MOUNT_PER_UM) + MOUNT_HALF) >> 2;
         }
         set_range(eye, calibration, i);
     }
     return LUM_OK;
 }
 
-/* Below 2^31 x 2^30 + 2^54 before the shift. */
+/* Below 2^31 x 2^28 + 2^52 before the shift. */
 static LUM_ONE_COPY int32_t place(const int64_t *mount, int32_t range,
                                   int32_t direction)
 {
-    return (int32_t)((*mount + product(range, direction)) >> 30);
+    return (int32_t)((*mount + product(range, direction)) >> 28);
 }
 
 static LUM_ONE_COPY void put_point(const lum_fixed_eye *eye,
@@ -94,7 +98,8 @@ static LUM_ONE_COPY void put_point(const lum_fixed_eye *eye,
 {
     /* bits are below 2^20, a bit below 2^32, the range below 1.33e9 */
     const int32_t range =
-        (int32_t)((eye->range_base + product_unsigned(bits << 12, eye->range_lsb)) >>
+        (int32_t)((eye->range_base +
+                   product_unsigned(bits << 12, eye->range_lsb)) >>
                   32);
     out->x = place(&eye->mount[0], range, direction[0]);
     out->y = place(&eye->mount[1], range, direction[1]);

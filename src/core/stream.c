@@ -2,7 +2,6 @@
 
 #include "bytes.h"
 #include "check.h"
-#include "lum/clock.h"
 
 int32_t lum_stream_lead(const int64_t *clock_us, const int64_t *other_us)
 {
@@ -22,13 +21,9 @@ void lum_stream_init(lum_assembler *a, uint8_t clock_bytes)
     lum_stream_end(a);
 }
 
-int64_t lum_stream_clock(const lum_stream *stream, uint32_t raw)
-{
-    return lum_clock_extend(stream->clock_us, raw, stream->clock_bytes);
-}
-
-/* Within 2^61 us of 0, 70,000 years: sums and differences of clocks fit. Only
- * forged packets lead the clock farther. */
+/* Within 2^61 us of 0, 70,000 years: sums and differences of clocks fit, also
+ * of a stray farther off, as it is less than 2^32 from a clock. Only forged
+ * packets lead there. */
 static bool is_clock(const int64_t *us)
 {
     return ((uint64_t)*us + (UINT64_C(1) << 61)) >> 62 == 0;
@@ -55,9 +50,7 @@ void lum_stream_take(lum_assembler *a, lum_eye_stream *s,
 {
     const int64_t *clock_us = &a->awaited.clock_us;
     if (place == STREAM_STRAY) {
-        if (is_clock(clock_us)) {
-            s->candidate_us = *clock_us;
-        }
+        s->candidate_us = *clock_us;
         return;
     }
     s->candidate_us = STREAM_LONG_AGO;

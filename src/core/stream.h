@@ -17,9 +17,6 @@ enum lum_stream_place {
 
 void lum_stream_init(lum_assembler *a, uint8_t clock_bytes);
 
-/* The packet's clock, extended. */
-int64_t lum_stream_clock(const lum_stream *stream, uint32_t raw);
-
 /* Judges a clock. */
 enum lum_stream_place lum_stream_judge(const lum_eye_stream *eye,
                                        const int64_t *clock_us,

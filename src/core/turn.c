@@ -24,7 +24,7 @@ typedef struct turn {
  * the cosine 1 + y^2 Q(y^2), with least largest error: 1.3e-9 and 3.3e-8. Each
  * step multiplies by y^2 in 2^-30 and so takes 2 bits of fraction: from 2^-37
  * to 2^-31 and from 2^-36 to 2^-30. */
-static LUM_ONE_COPY void compute(uint32_t angle, turn *out)
+static inline void approximate(uint32_t angle, turn *out)
 {
     /* what the nearest quarter leaves fills a word when it is times 4 */
     const int32_t y = (int32_t)(angle << 2);
@@ -35,21 +35,32 @@ static LUM_ONE_COPY void compute(uint32_t angle, turn *out)
     s = high_product(s, y, 0);
     int32_t c = high_product(-21932519, y2, 272307758);
     c = high_product(c, y2, -1324673091);
-    c = high_product(c, y2, INT32_C(1) << 30);
-    angle += UINT32_C(1) << 29;
-    if (angle >> 30 != 0) {
-        const int32_t was = s;
-        if ((angle & (UINT32_C(1) << 30)) != 0) {
-            s = c;
-            c = -was;
-        }
-        if ((angle & (UINT32_C(1) << 31)) != 0) {
-            s = -s;
-            c = -c;
-        }
-    }
     out->sine = s;
-    out->cosine = c;
+    out->cosine = high_product(c, y2, INT32_C(1) << 30);
+}
+
+/* From the nearest quarter of a turn to the angle itself. */
+static inline void turn_quarters(uint32_t angle, turn *t)
+{
+    const uint32_t quarters = angle + (UINT32_C(1) << 29);
+    if (quarters >> 30 == 0) {
+        return;
+    }
+    if ((quarters & (UINT32_C(1) << 30)) != 0) {
+        const int32_t was = t->sine;
+        t->sine = t->cosine;
+        t->cosine = -was;
+    }
+    if ((quarters & (UINT32_C(1) << 31)) != 0) {
+        t->sine = -t->sine;
+        t->cosine = -t->cosine;
+    }
+}
+
+static LUM_ONE_COPY void compute(uint32_t angle, turn *out)
+{
+    approximate(angle, out);
+    turn_quarters(angle, out);
 }
 
 /* The 2^-28 that high_product() makes of two numbers of 2^-30, as 2^-30. */
@@ -66,8 +77,10 @@ static void turn_axes(int32_t from[3], int32_t to[3], int32_t udeg)
     for (unsigned i = 0; i < 3; i++) {
         const int32_t a = from[i];
         const int32_t b = to[i];
-        from[i] = quadruple(high_product(a, t.cosine, 0) - high_product(b, t.sine, 0));
-        to[i] = quadruple(high_product(a, t.sine, high_product(b, t.cosine, 0)));
+        from[i] = quadruple(high_product(a, t.cosine, 0) -
+                            high_product(b, t.sine, 0));
+        to[i] =
+            quadruple(high_product(a, t.sine, high_product(b, t.cosine, 0)));
     }
 }
 
@@ -83,21 +96,34 @@ void lum_turn_axes(const lum_eye_calibration *eye, int32_t out[3][3])
     turn_axes(out[0], out[1], eye->mount_yaw_udeg);
 }
 
-/* How far a vector of length 1 goes along another. */
+/* How far a vector of length 1 goes along another: both 2^-30, this 2^-28. */
 static LUM_ONE_COPY int32_t project(const int32_t a[3], const int32_t b[3])
 {
-    return quadruple((int32_t)((product(a[0], b[0]) + product(a[1], b[1]) +
-                                product(a[2], b[2])) >>
-                               32));
+    return (int32_t)((product(a[0], b[0]) + product(a[1], b[1]) +
+                      product(a[2], b[2])) >>
+                     32);
 }
 
 /* What is left of a bit times any raw angle is below 2^30. */
-static LUM_ONE_COPY void compute_axis(const lum_fixed_axis *axis, int32_t raw,
-                                      turn *out)
+static inline uint32_t angle_of(const lum_fixed_axis *axis, int32_t raw)
 {
-    compute(axis->center + (uint32_t)raw * axis->whole +
-                (uint32_t)((raw * axis->part) >> 15),
-            out);
+    return axis->center + (uint32_t)raw * axis->whole +
+           (uint32_t)((raw * axis->part) >> 15);
+}
+
+/* Two angles side by side: what both need is loaded once, where there are
+ * registers for it. */
+static inline void compute_both(uint32_t a, uint32_t b, turn *of_a, turn *of_b)
+{
+    if (LUM_BY_PARTS) {
+        compute(a, of_a);
+        compute(b, of_b);
+        return;
+    }
+    approximate(a, of_a);
+    approximate(b, of_b);
+    turn_quarters(a, of_a);
+    turn_quarters(b, of_b);
 }
 
 void lum_turn_look(const lum_fixed_eye *eye, const lum_angle *angle,
@@ -105,8 +131,8 @@ void lum_turn_look(const lum_fixed_eye *eye, const lum_angle *angle,
 {
     turn az;
     turn el;
-    compute_axis(&eye->azimuth, angle->azimuth, &az);
-    compute_axis(&eye->elevation, angle->elevation, &el);
+    compute_both(angle_of(&eye->azimuth, angle->azimuth),
+                 angle_of(&eye->elevation, angle->elevation), &az, &el);
     const int32_t look[3] = {quadruple(high_product(el.cosine, az.cosine, 0)),
                              quadruple(high_product(el.cosine, az.sine, 0)),
                              el.sine};

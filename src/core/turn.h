@@ -15,7 +15,7 @@ uint32_t lum_turn_from_udeg(int32_t sum_udeg);
  * azimuth center: vectors of length 1, in 2^-30. */
 void lum_turn_axes(const lum_eye_calibration *eye, int32_t out[3][3]);
 
-/* Where a pixel looks, in 2^-30. */
+/* Where a pixel looks, in 2^-28. */
 void lum_turn_look(const lum_fixed_eye *eye, const lum_angle *angle,
                    int32_t out[3]);
 

@@ -110,70 +110,84 @@ static bool append(const lum_assembler *a, lum_line_slot *slot,
  * many words of the packet a pixel has, then where they go. It is all 0 between
  * calls, so that only the packet's own pixels cost. */
 
-/* The pixels of a packet's good words, from low to before end. */
-struct extent {
+/* What is merged: the pixels of the packet's good words are from low to before
+ * end. */
+struct merge {
+    uint32_t *words;
+    uint16_t *table;
     uint32_t low;
     uint32_t end;
 };
 
 /* How many words are good, as far as a line can hold them. */
-static uint32_t count_good(const lum_group *group, uint16_t *table,
-                           struct extent *out)
+static uint32_t count_good(struct merge *m, const lum_group *group)
 {
     uint32_t good = 0;
-    struct extent e = {LUM_LINE_PIXELS, 0};
+    m->low = LUM_LINE_PIXELS;
+    m->end = 0;
     for (uint32_t i = 0; i < group->num_samples; i++) {
         const uint32_t pixel = place_of(lum_group_word(group, i));
-        if (pixel < LUM_LINE_PIXELS && table[pixel] <= LUM_LINE_WORDS_MAX) {
-            table[pixel]++;
+        if (pixel < LUM_LINE_PIXELS && m->table[pixel] <= LUM_LINE_WORDS_MAX) {
+            m->table[pixel]++;
             good++;
-            if (pixel < e.low) {
-                e.low = pixel;
+            if (pixel < m->low) {
+                m->low = pixel;
             }
-            if (pixel >= e.end) {
-                e.end = pixel + 1u;
+            if (pixel >= m->end) {
+                m->end = pixel + 1u;
             }
         }
     }
-    *out = e;
     return good;
 }
 
-/* Walks down the words of the line and the pixels of the packet side by side.
- * from: how many words the line has.
- * to:   as many: tells how many words of the packet find words of their pixel;
- *       more: moves the line's words apart, from the end, and leaves in the
- *       table where each pixel of the packet begins. */
-static uint32_t walk(uint32_t *words, uint32_t from, uint32_t to,
-                     uint16_t *table, const struct extent *e)
+/* How many words of the packet find words of their pixel in the line: both are
+ * walked down side by side. */
+static uint32_t count_there(const struct merge *m, uint32_t count)
 {
-    const bool moves = to != from;
+    const uint32_t *last = m->words + count;
     uint32_t there = 0;
-    for (uint32_t pixel = e->end; pixel-- > e->low;) {
-        const uint32_t n = table[pixel];
+    for (uint32_t pixel = m->end; pixel-- > m->low;) {
+        const uint32_t n = m->table[pixel];
         if (n == 0) {
             continue;
         }
-        while (from > 0 && place_of(words[from - 1u]) > pixel) {
-            words[--to] = words[--from];
+        while (last != m->words && place_of(last[-1]) > pixel) {
+            last--;
         }
-        if (moves) {
-            to -= n;
-            table[pixel] = (uint16_t)to;
-        } else if (from > 0 && place_of(words[from - 1u]) == pixel) {
+        if (last != m->words && place_of(last[-1]) == pixel) {
             there += n;
         }
     }
     return there;
 }
 
-static void fill_room(uint32_t *words, uint16_t *table, const lum_group *group)
+/* Moves the line's words apart, the last first, and leaves in the table where
+ * the words of each pixel of the packet begin. */
+static void make_room(const struct merge *m, uint32_t count, uint32_t good)
+{
+    const uint32_t *last = m->words + count;
+    uint32_t *to = m->words + count + good;
+    for (uint32_t pixel = m->end; pixel-- > m->low;) {
+        const uint32_t n = m->table[pixel];
+        if (n == 0) {
+            continue;
+        }
+        while (last != m->words && place_of(last[-1]) > pixel) {
+            *--to = *--last;
+        }
+        to -= n;
+        m->table[pixel] = (uint16_t)(to - m->words);
+    }
+}
+
+static void fill_room(const struct merge *m, const lum_group *group)
 {
     for (uint32_t i = 0; i < group->num_samples; i++) {
         const uint32_t word = lum_group_word(group, i);
         const uint32_t pixel = place_of(word);
         if (pixel < LUM_LINE_PIXELS) {
-            words[table[pixel]++] = word;
+            m->words[m->table[pixel]++] = word;
         }
     }
 }
@@ -181,24 +195,23 @@ static void fill_room(uint32_t *words, uint16_t *table, const lum_group *group)
 static lum_result insert(lum_assembler *a, lum_line_slot *slot,
                          const lum_group *group)
 {
-    uint16_t *table = a->placement;
+    struct merge m = {.words = slot->words, .table = a->placement};
     lum_result r = LUM_OK;
-    struct extent e;
     const uint32_t count = slot->line.word_count;
-    const uint32_t good = count_good(group, table, &e);
-    const uint32_t there = walk(slot->words, count, count, table, &e);
+    const uint32_t good = count_good(&m, group);
+    const uint32_t there = count_there(&m, count);
     if (there > 0) {
         r = there == good ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
     } else if (good > a->config.words_per_line - count) {
         r = LUM_E_NO_ROOM;
     } else {
-        (void)walk(slot->words, count, count + good, table, &e);
-        fill_room(slot->words, table, group);
+        make_room(&m, count, good);
+        fill_room(&m, group);
         slot->line.word_count = count + good;
         lum_counter_add(&a->counters.bad_words, group->num_samples - good);
     }
-    for (uint32_t pixel = e.low; pixel < e.end; pixel++) {
-        table[pixel] = 0;
+    for (uint32_t pixel = m.low; pixel < m.end; pixel++) {
+        m.table[pixel] = 0;
     }
     return r;
 }

@@ -15,15 +15,15 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define OPEN_LINES  2u
+#define OPEN_LINES    2u
 #define REORDER_LINES 8u
-#define LINE_WORDS  4000u
-#define LINES       40u
-#define MOST        340u /* samples of a packet: what Ethernet holds */
-#define PACKETS_MAX 8u
-#define BLOCK       64u
-#define LOOPS       500000u
-#define CLOCK_STEP  200u /* microseconds between lines */
+#define LINE_WORDS    4000u
+#define LINES         40u
+#define MOST          340u /* samples of a packet: what Ethernet holds */
+#define PACKETS_MAX   8u
+#define BLOCK         64u
+#define LOOPS         500000u
+#define CLOCK_STEP    200u /* microseconds between lines */
 
 /* What is counted apart. */
 enum cost {
@@ -175,8 +175,7 @@ static void begin_assembler(void)
     lum_assembler_config_default(&config);
     config.open_lines = OPEN_LINES;
     config.words_per_line = LINE_WORDS;
-    if (lum_assembler_init(&assembler, &config, &layout, &storage) !=
-        LUM_OK) {
+    if (lum_assembler_init(&assembler, &config, &layout, &storage) != LUM_OK) {
         is_wrong = true;
     }
     line_number = 0;
@@ -251,7 +250,8 @@ static void run_backwards(void)
 static void spin(uint32_t turns)
 {
 #if defined(__thumb__)
-    __asm__ volatile(".syntax unified\n\t1: subs %0, #1\n\tbne 1b" : "+r"(turns)::"cc");
+    __asm__ volatile(".syntax unified\n\t1: subs %0, #1\n\tbne 1b"
+                     : "+r"(turns)::"cc");
 #else
     (void)turns;
 #endif
