@@ -176,8 +176,9 @@ typedef struct lum_eye_state {
 /** Which frames there are, of both eyes. Private: only frames.c changes it. */
 typedef struct lum_frame_span {
     uint32_t announced; /**< private: one was announced, next only rises */
-    uint32_t next;      /**< private: to be announced; else the lowest */
-    uint32_t highest; /**< private: of all lines; before next: there is none */
+    uint32_t next;      /**< private: to be announced */
+    uint32_t first;     /**< private: lowest of all lines, 1 or 0 */
+    uint32_t highest;   /**< private: of all lines; 0 before the first */
 } lum_frame_span;
 
 /** The packet at hand, and after an event the one that it waits for.

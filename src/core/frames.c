@@ -16,6 +16,7 @@ void lum_frames_init(lum_assembler *a)
     a->eye[LUM_EYE_BLUE].frames.frame = 1;
     a->eye[LUM_EYE_GREEN].frames.frame = 1;
     a->frames.next = 1;
+    a->frames.first = 1;
 }
 
 static bool is_far_above(uint32_t a, uint32_t b, unsigned reach)
@@ -106,18 +107,21 @@ static void note_highest(lum_reach *reach, uint32_t frame, unsigned r)
 }
 
 /* Both eyes number without holes, so the span of the numbers counts them. The
- * first is always 1, and none is below one that was announced. */
+ * first line of all is of frame 1; but one before it, of the eye that begins
+ * second, none is below. Then that frame may have been passed over already. */
 void lum_frames_note(lum_assembler *a, uint32_t frame)
 {
     lum_frame_span *span = &a->frames;
     uint32_t more = 0;
-    if (span->announced == 0 && frame_is_before(frame, span->next)) {
-        more = span->next - frame;
-        span->next = frame;
-    }
     if (frame_is_before(span->highest, frame)) {
         more = frame - span->highest;
         span->highest = frame;
+    } else if (frame < span->first) {
+        more = span->first - frame;
+        span->first = frame;
+        if (span->announced == 0) {
+            span->next = frame;
+        }
     }
     lum_counter_add(&a->counters.frames, more);
 }
@@ -153,6 +157,7 @@ uint32_t lum_frames_decide(lum_assembler *a, lum_eye_state *eye, uint32_t line)
  * is expected. */
 void lum_frames_break(lum_assembler *a, lum_eye_state *eye)
 {
+    LUM_CHECK(eye->lines.open_count == 0);
     if (!eye->frames.begun) {
         return;
     }
@@ -169,6 +174,7 @@ bool lum_frames_remain(const lum_assembler *a)
 
 void lum_frames_announce(lum_assembler *a)
 {
+    LUM_CHECK(lum_frames_remain(a));
     a->frames.announced = 1;
     a->frames.next++;
 }
@@ -176,6 +182,7 @@ void lum_frames_announce(lum_assembler *a)
 void lum_frames_count_gaps(lum_assembler *a)
 {
     for (unsigned e = 0; e < LUM_EYES; e++) {
+        LUM_CHECK(a->eye[e].lines.open_count == 0);
         count_gap(a, &a->eye[e].frames);
     }
 }
@@ -184,6 +191,7 @@ void lum_frames_count_gaps(lum_assembler *a)
  * first line must not fall into a frame that was announced. */
 void lum_frames_end(lum_assembler *a)
 {
+    LUM_CHECK(!lum_frames_remain(a));
     for (unsigned e = 0; e < LUM_EYES && a->frames.announced != 0; e++) {
         lum_eye_state *eye = &a->eye[e];
         eye->frames.begun = true;

@@ -112,6 +112,8 @@ lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye)
 void lum_lines_take(lum_assembler *a, lum_eye_state *eye, lum_line_slot *slot)
 {
     const lum_awaited *packet = &a->awaited;
+    LUM_CHECK(slot->line.eye == packet->group.eye);
+    LUM_CHECK(slot->line.number == packet->group.line);
     slot->last_arrival = packet->arrival;
     if (packet->clock_us < slot->low_clock_us) {
         slot->low_clock_us = packet->clock_us;
@@ -126,6 +128,7 @@ static void remember(const lum_assembler *a, lum_eye_state *eye,
 {
     lum_eye_lines *lines = &eye->lines;
     lum_reach *closed = &eye->reach[lines->closed_next];
+    LUM_CHECK(lines->closed_next < a->config.reorder_lines);
     closed->clock_us = line->clock_us;
     closed->number = line->number;
     lines->closed_next++;
@@ -173,6 +176,7 @@ static void make_oldest(lum_eye_lines *lines, lum_line_slot *before_it)
 {
     lum_line_slot *slot = before_it->next;
     lum_line_slot *last = before_it;
+    LUM_CHECK(lines->open_count > 1 && slot != lines->oldest);
     before_it->next = slot->next;
     while (last->next != lines->oldest) {
         last = last->next;

@@ -1,5 +1,6 @@
 #include "lum/points_fixed.h"
 
+#include "check.h"
 #include "product.h"
 #include "turn.h"
 
@@ -129,6 +130,7 @@ size_t lum_points_fixed_compute(const lum_fixed_projector *projector,
     for (; words != end; words++) {
         const uint32_t word = *words;
         const uint32_t pixel = lum_word_pixel(word);
+        LUM_CHECK(pixel < LUM_LINE_PIXELS);
         if (pixel != at) {
             if (!lum_line_has_angles(line, pixel)) {
                 losses->no_angle++;

@@ -1,6 +1,7 @@
 #include "words.h"
 
 #include "bytes.h"
+#include "check.h"
 #include "counter.h"
 
 #include <string.h>
@@ -12,6 +13,7 @@
 static lum_result flip_marks(uint32_t *marks, uint32_t first, uint32_t n)
 {
     const uint32_t last = first + n - 1u;
+    LUM_CHECK(n > 0 && last < LUM_LINE_PIXELS);
     uint32_t mask = ALL_BITS << (first % 32u);
     uint32_t set = 0;
     uint32_t clear = 0;
@@ -198,6 +200,7 @@ static lum_result insert(lum_assembler *a, lum_line_slot *slot,
     struct merge m = {.words = slot->words, .table = a->placement};
     lum_result r = LUM_OK;
     const uint32_t count = slot->line.word_count;
+    LUM_CHECK(count <= a->config.words_per_line);
     const uint32_t good = count_good(&m, group);
     const uint32_t there = count_there(&m, count);
     if (there > 0) {
