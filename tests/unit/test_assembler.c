@@ -955,6 +955,23 @@ static void angles_of_which_some_are_there_are_a_conflict(void **state)
 }
 
 /* Every cut of the marks' words. */
+static void a_conflict_leaves_the_marks_as_they_were(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    assert_int_equal(send_angles(s, BLUE, 1, 5000, 0, 40), LUM_OK);
+    assert_int_equal(send_angles(s, BLUE, 1, 5000, 20, 60), LUM_E_CONFLICT);
+    assert_int_equal(send_angles(s, BLUE, 1, 5000, 0, 40), LUM_E_DUPLICATE);
+    assert_int_equal(send_angles(s, BLUE, 1, 5000, 40, 40), LUM_OK);
+    assert_int_equal(send_angles(s, BLUE, 1, 5000, 60, 60), LUM_E_CONFLICT);
+    stream_end(s);
+    assert_int_equal(nth_line(s, 0)->angle_count, 80);
+    for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
+        assert_int_equal(lum_line_has_angles(nth_line(s, 0), p), p < 80);
+    }
+    stream_free(s);
+}
+
 static void angles_of_every_cut_are_told_apart(void **state)
 {
     (void)state;
@@ -1207,6 +1224,20 @@ static void what_is_dropped_leaves_its_line_open(void **state)
 }
 
 /* 5. A closed line */
+
+static void an_arrival_may_be_0(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    s->arrival = -1;
+    assert_int_equal(send_angles(s, BLUE, 1, 5000, 0, 1), LUM_OK);
+    assert_int_equal(send_angles(s, BLUE, 2, 10000, 0, 1), LUM_OK);
+    assert_int_equal(one(s, BLUE, 2, 10000), LUM_OK);
+    stream_end(s);
+    assert_int_equal(nth_line(s, 0)->arrival, -1);
+    assert_int_equal(nth_line(s, 1)->arrival, 0);
+    stream_free(s);
+}
 
 static void a_line_bears_what_its_packets_brought(void **state)
 {
@@ -1804,6 +1835,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_late_packet_closes_no_line),
     cmocka_unit_test(angles_that_are_all_there_are_a_duplicate),
     cmocka_unit_test(angles_of_which_some_are_there_are_a_conflict),
+    cmocka_unit_test(a_conflict_leaves_the_marks_as_they_were),
     cmocka_unit_test(angles_of_every_cut_are_told_apart),
     cmocka_unit_test(ranges_that_are_all_there_are_a_duplicate),
     cmocka_unit_test(
@@ -1821,6 +1853,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_duplicate_is_told_before_the_room),
     cmocka_unit_test(words_of_a_pixel_are_counted_beyond_16_bits),
     cmocka_unit_test(what_is_dropped_leaves_its_line_open),
+    cmocka_unit_test(an_arrival_may_be_0),
     cmocka_unit_test(a_line_bears_what_its_packets_brought),
     cmocka_unit_test(angles_may_come_elevation_first),
     cmocka_unit_test(a_slot_used_again_is_empty),
