@@ -15,7 +15,8 @@ void lum_lines_init(lum_assembler *a, const lum_assembler_storage *storage)
     lum_line_slot *slot = storage->slots;
     uint32_t *words = storage->words;
     lum_reach *reach = storage->reach;
-    memset(reach, 0, LUM_ASSEMBLER_REACH(c->reorder_lines) * sizeof *reach);
+    memset(reach, 0,
+           (size_t)LUM_ASSEMBLER_REACH(c->reorder_lines) * sizeof *reach);
     for (unsigned e = 0; e < LUM_EYES; e++) {
         lum_eye_state *eye = &a->eye[e];
         eye->reach = reach;
