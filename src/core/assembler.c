@@ -93,7 +93,8 @@ static bool is_begun(const lum_assembler *a)
 static void count_drop(lum_assembly_counters *c, lum_result r)
 {
     uint64_t *counters = &c->stray;
-    LUM_CHECK(r <= LUM_E_STRAY && r >= LUM_E_ORDER);
+    LUM_CHECK(r <= LUM_E_STRAY);
+    LUM_CHECK(r >= LUM_E_ORDER);
     lum_counter_add(&counters[LUM_E_STRAY - r], 1);
 }
 

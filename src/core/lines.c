@@ -92,7 +92,7 @@ lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye)
     const lum_awaited *packet = &a->awaited;
     lum_line_slot *slot = eye->lines.unused;
     lum_line *line = &slot->line;
-    LUM_CHECK(eye->lines.open_count == 0 || slot != eye->lines.oldest);
+    LUM_CHECK(eye->lines.open_count < a->config.open_lines);
     eye->lines.unused = slot->next;
     eye->lines.open_count++;
     line->clock_us = packet->clock_us;
@@ -177,7 +177,7 @@ static void make_oldest(lum_eye_lines *lines, lum_line_slot *before_it)
 {
     lum_line_slot *slot = before_it->next;
     lum_line_slot *last = before_it;
-    LUM_CHECK(lines->open_count > 1 && slot != lines->oldest);
+    LUM_CHECK(slot != lines->oldest);
     before_it->next = slot->next;
     while (last->next != lines->oldest) {
         last = last->next;

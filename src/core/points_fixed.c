@@ -6,16 +6,6 @@
 
 #include <stddef.h>
 
-/* Of numbers without a sign: what a sign takes off is added. */
-static LUM_ONE_COPY uint64_t product_unsigned(uint32_t a, uint32_t b)
-{
-    if (!LUM_BY_PARTS) {
-        return (uint64_t)a * b;
-    }
-    const uint32_t high = (a >> 31 != 0 ? b : 0) + (b >> 31 != 0 ? a : 0);
-    return (uint64_t)product((int32_t)a, (int32_t)b) + ((uint64_t)high << 32);
-}
-
 /* 2^-47 turns in a picodegree, times 2^32: 2^79 / 360e12. */
 #define TURNS_PER_PDEG UINT32_C(1679063638)
 

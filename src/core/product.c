@@ -20,3 +20,11 @@ int64_t lum_product_by_parts(int32_t a, int32_t b)
     const uint32_t high = (uint32_t)lum_high_by_parts(a, b, 0);
     return (int64_t)((uint64_t)high << 32 | (uint32_t)a * (uint32_t)b);
 }
+
+/* What a sign takes off is added. */
+uint64_t lum_unsigned_by_parts(uint32_t a, uint32_t b)
+{
+    const uint32_t high = (a >> 31 != 0 ? b : 0) + (b >> 31 != 0 ? a : 0);
+    return (uint64_t)lum_product_by_parts((int32_t)a, (int32_t)b) +
+           ((uint64_t)high << 32);
+}

@@ -21,17 +21,34 @@
 /* By products of 16 bits, on any processor; tests compare them. */
 int32_t lum_high_by_parts(int32_t a, int32_t b, int32_t sum);
 int64_t lum_product_by_parts(int32_t a, int32_t b);
+uint64_t lum_unsigned_by_parts(uint32_t a, uint32_t b);
 
 /* The upper half of a product, rounded down, and a sum. */
 static inline int32_t high_product(int32_t a, int32_t b, int32_t sum)
 {
-    return LUM_BY_PARTS ? lum_high_by_parts(a, b, sum)
-                        : (int32_t)(((int64_t)a * b) >> 32) + sum;
+#if LUM_BY_PARTS
+    return lum_high_by_parts(a, b, sum);
+#else
+    return (int32_t)(((int64_t)a * b) >> 32) + sum;
+#endif
 }
 
 static inline int64_t product(int32_t a, int32_t b)
 {
-    return LUM_BY_PARTS ? lum_product_by_parts(a, b) : (int64_t)a * b;
+#if LUM_BY_PARTS
+    return lum_product_by_parts(a, b);
+#else
+    return (int64_t)a * b;
+#endif
+}
+
+static inline uint64_t product_unsigned(uint32_t a, uint32_t b)
+{
+#if LUM_BY_PARTS
+    return lum_unsigned_by_parts(a, b);
+#else
+    return (uint64_t)a * b;
+#endif
 }
 
 #endif

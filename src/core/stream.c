@@ -49,11 +49,11 @@ void lum_stream_take(lum_assembler *a, lum_eye_stream *s,
                      enum lum_stream_place place)
 {
     const int64_t *clock_us = &a->awaited.clock_us;
-    LUM_CHECK(place == STREAM_STRAY || is_clock(clock_us));
     if (place == STREAM_STRAY) {
         s->candidate_us = *clock_us;
         return;
     }
+    LUM_CHECK(is_clock(clock_us));
     s->candidate_us = STREAM_LONG_AGO;
     a->stream.clock_us = *clock_us;
     if (place == STREAM_BREAK || a->stream.begun == 0) {

@@ -24,7 +24,7 @@ typedef struct turn {
  * the cosine 1 + y^2 Q(y^2), with least largest error: 1.3e-9 and 3.3e-8. Each
  * step multiplies by y^2 in 2^-30 and so takes 2 bits of fraction: from 2^-37
  * to 2^-31 and from 2^-36 to 2^-30. */
-static inline void approximate(uint32_t angle, turn *out)
+static LUM_ONE_COPY void approximate(uint32_t angle, turn *out)
 {
     /* what the nearest quarter leaves fills a word when it is times 4 */
     const int32_t y = (int32_t)(angle << 2);
@@ -40,7 +40,7 @@ static inline void approximate(uint32_t angle, turn *out)
 }
 
 /* From the nearest quarter of a turn to the angle itself. */
-static inline void turn_quarters(uint32_t angle, turn *t)
+static LUM_ONE_COPY void turn_quarters(uint32_t angle, turn *t)
 {
     const uint32_t quarters = angle + (UINT32_C(1) << 29);
     if (quarters >> 30 == 0) {
@@ -57,12 +57,6 @@ static inline void turn_quarters(uint32_t angle, turn *t)
     }
 }
 
-static LUM_ONE_COPY void compute(uint32_t angle, turn *out)
-{
-    approximate(angle, out);
-    turn_quarters(angle, out);
-}
-
 /* The 2^-28 that high_product() makes of two numbers of 2^-30, as 2^-30. */
 static int32_t quadruple(int32_t v)
 {
@@ -72,8 +66,10 @@ static int32_t quadruple(int32_t v)
 /* Turns the eye from an axis to the next. */
 static void turn_axes(int32_t from[3], int32_t to[3], int32_t udeg)
 {
+    const uint32_t angle = lum_turn_from_udeg(2 * udeg);
     turn t;
-    compute(lum_turn_from_udeg(2 * udeg), &t);
+    approximate(angle, &t);
+    turn_quarters(angle, &t);
     for (unsigned i = 0; i < 3; i++) {
         const int32_t a = from[i];
         const int32_t b = to[i];
@@ -111,28 +107,18 @@ static inline uint32_t angle_of(const lum_fixed_axis *axis, int32_t raw)
            (uint32_t)((raw * axis->part) >> 15);
 }
 
-/* Two angles side by side: what both need is loaded once, where there are
- * registers for it. */
-static inline void compute_both(uint32_t a, uint32_t b, turn *of_a, turn *of_b)
-{
-    if (LUM_BY_PARTS) {
-        compute(a, of_a);
-        compute(b, of_b);
-        return;
-    }
-    approximate(a, of_a);
-    approximate(b, of_b);
-    turn_quarters(a, of_a);
-    turn_quarters(b, of_b);
-}
-
 void lum_turn_look(const lum_fixed_eye *eye, const lum_angle *angle,
                    int32_t out[3])
 {
     turn az;
     turn el;
-    compute_both(angle_of(&eye->azimuth, angle->azimuth),
-                 angle_of(&eye->elevation, angle->elevation), &az, &el);
+    /* side by side: what both need is loaded once */
+    const uint32_t a = angle_of(&eye->azimuth, angle->azimuth);
+    const uint32_t e = angle_of(&eye->elevation, angle->elevation);
+    approximate(a, &az);
+    approximate(e, &el);
+    turn_quarters(a, &az);
+    turn_quarters(e, &el);
     const int32_t look[3] = {quadruple(high_product(el.cosine, az.cosine, 0)),
                              quadruple(high_product(el.cosine, az.sine, 0)),
                              el.sine};

@@ -13,7 +13,8 @@
 static lum_result flip_marks(uint32_t *marks, uint32_t first, uint32_t n)
 {
     const uint32_t last = first + n - 1u;
-    LUM_CHECK(n > 0 && last < LUM_LINE_PIXELS);
+    LUM_CHECK(n > 0);
+    LUM_CHECK(last < LUM_LINE_PIXELS);
     uint32_t mask = ALL_BITS << (first % 32u);
     uint32_t set = 0;
     uint32_t clear = 0;

@@ -22,6 +22,9 @@ static void check(int32_t a, int32_t b)
     assert_true(lum_high_by_parts(a, b, -7) == high - 7);
     assert_true(high_product(a, b, 0) == high);
     assert_true(product(a, b) == all);
+    const uint64_t natural = (uint64_t)(uint32_t)a * (uint32_t)b;
+    assert_true(lum_unsigned_by_parts((uint32_t)a, (uint32_t)b) == natural);
+    assert_true(product_unsigned((uint32_t)a, (uint32_t)b) == natural);
 }
 
 static void limits_are_multiplied(void **state)
