@@ -3,6 +3,7 @@
 #include "bytes.h"
 #include "check.h"
 #include "counter.h"
+#include "product.h"
 
 #include <string.h>
 
@@ -144,22 +145,32 @@ static uint32_t count_good(struct merge *m, const lum_group *group)
     return good;
 }
 
+/* How many of a line's words are left without those of higher pixels: these are
+ * passed by eight at a time as long as there are so many. */
+static LUM_ONE_COPY uint32_t descend(const uint32_t *words, uint32_t count,
+                                     uint32_t pixel)
+{
+    while (count >= 8u && place_of(words[count - 8u]) > pixel) {
+        count -= 8u;
+    }
+    while (count > 0 && place_of(words[count - 1u]) > pixel) {
+        count--;
+    }
+    return count;
+}
+
 /* How many words of the packet find words of their pixel in the line: both are
  * walked down side by side. */
 static uint32_t count_there(const struct merge *m, uint32_t count)
 {
-    const uint32_t *last = m->words + count;
     uint32_t there = 0;
     for (uint32_t pixel = m->end; pixel-- > m->low;) {
         const uint32_t n = m->table[pixel];
-        if (n == 0) {
-            continue;
-        }
-        while (last != m->words && place_of(last[-1]) > pixel) {
-            last--;
-        }
-        if (last != m->words && place_of(last[-1]) == pixel) {
-            there += n;
+        if (n > 0) {
+            count = descend(m->words, count, pixel);
+            if (count > 0 && place_of(m->words[count - 1u]) == pixel) {
+                there += n;
+            }
         }
     }
     return there;
@@ -169,18 +180,17 @@ static uint32_t count_there(const struct merge *m, uint32_t count)
  * the words of each pixel of the packet begin. */
 static void make_room(const struct merge *m, uint32_t count, uint32_t good)
 {
-    const uint32_t *last = m->words + count;
-    uint32_t *to = m->words + count + good;
+    uint32_t *words = m->words;
     for (uint32_t pixel = m->end; pixel-- > m->low;) {
         const uint32_t n = m->table[pixel];
-        if (n == 0) {
-            continue;
+        if (n > 0) {
+            const uint32_t left = descend(words, count, pixel);
+            for (; count > left; count--) {
+                words[count + good - 1u] = words[count - 1u];
+            }
+            good -= n;
+            m->table[pixel] = (uint16_t)(left + good);
         }
-        while (last != m->words && place_of(last[-1]) > pixel) {
-            *--to = *--last;
-        }
-        to -= n;
-        m->table[pixel] = (uint16_t)(to - m->words);
     }
 }
 
