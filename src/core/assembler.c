@@ -204,7 +204,6 @@ static lum_result accept(lum_assembler *a, lum_eye_state *eye,
 static lum_result finish(lum_assembler *a, lum_result r)
 {
     a->awaited.step = STEP_NONE;
-    a->awaited.to_close = 0;
     if (r != LUM_OK) {
         count_drop(&a->counters, r);
     }

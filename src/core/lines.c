@@ -64,7 +64,6 @@ lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
     const lum_awaited *packet = &a->awaited;
     const unsigned open_count = eye->lines.open_count;
     lum_line_slot *slot = eye->lines.oldest;
-    *found = NULL;
     for (unsigned i = 0; i < open_count; i++) {
         if (slot->line.number == packet->group.line) {
             const int32_t ahead_us = lead(packet, &slot->line.clock_us);

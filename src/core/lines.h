@@ -9,9 +9,9 @@
 void lum_lines_init(lum_assembler *a, const lum_assembler_storage *storage);
 
 /* Looks for the line of the packet at hand: its number and clock.
- * found:    the open line; else NULL, and the line has to be opened once
- *           to_close others have closed.
- * LUM_OK; LUM_E_LATE: to_close stays as it is. */
+ * found:    the open line; untouched where none is: the line has to be opened
+ *           once to_close others have closed.
+ * LUM_OK, and of the two one is set; LUM_E_LATE: none is. */
 lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
                           lum_line_slot **found, uint8_t *to_close);
 

@@ -11,14 +11,14 @@ int32_t lum_stream_lead(const int64_t *clock_us, const int64_t *other_us)
     return us == low ? low : limit;
 }
 
-/* In the middle of all values, so that the first is extended to itself. */
+/* In the middle of all values, so that the first is extended to itself. The
+ * first packet of an eye sets all else. */
 void lum_stream_init(lum_assembler *a, uint8_t clock_bytes)
 {
     a->stream.clock_bytes = clock_bytes;
     if (clock_bytes > 0) {
         a->stream.clock_us = UINT32_C(1) << (8u * clock_bytes - 1u);
     }
-    lum_stream_end(a);
 }
 
 /* Within 2^61 us of 0, 70,000 years: sums and differences of clocks fit, also

@@ -68,7 +68,7 @@ void stream_begin(struct stream *s)
     storage.words = s->words = allocate(words);
     storage.reach = s->reach = allocate(reach);
     memset(s->slots, 0xa5, slots);
-    memset(s->reach, 0xa5, reach);
+    memset(s->reach, 0x25, reach); /* frames far ahead */
     memset(&s->assembler, 0xa5, sizeof s->assembler);
     /* good words of the last pixel: any could follow them */
     memset(s->words, 0xe7, words);

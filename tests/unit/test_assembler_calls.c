@@ -318,6 +318,72 @@ static void packets_after_a_flush_begin_a_frame(void **state)
     stream_free(s);
 }
 
+static void nothing_of_before_a_flush_is_known_after_it(void **state)
+{
+    (void)state;
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        struct stream *s = stream_open();
+        const uint32_t clock = s->clock;
+        send_lines(s, eye, 1, 3);
+        stream_end(s);
+        s->clock = clock;
+        send_lines(s, eye, 1, 3); /* the same once more: not late */
+        stream_end(s);
+        s->clock = clock + 10 * GAP;
+        send_lines(s, eye, 1, 3); /* and far off: no stray */
+        stream_end(s);
+        assert_int_equal(counters(s)->lines, 9);
+        stream_free(s);
+    }
+}
+
+/* Two lines had still to close for it. */
+static void a_packet_given_up_closes_nothing_later(void **state)
+{
+    struct stream *s = open_lines(4);
+    (void)state;
+    send_lines(s, BLUE, 1, 4);
+    lum_group g = packet(BLUE, 3, s->clock, 1);
+    assert_int_equal(push(s, &g), LUM_LINE_READY);
+    assert_int_equal(lum_assembler_flush(&s->assembler), LUM_LINE_READY);
+    assert_int_equal(send_angles(s, BLUE, 4, s->clock - s->step, 500, 1),
+                     LUM_OK);
+    assert_int_equal(s->event_count, 0);
+    stream_end(s);
+    ASSERT_LINES(s, 3, 4);
+    stream_free(s);
+}
+
+static void an_eye_left_behind_comes_up_at_a_flush(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    send_lines(s, GREEN, 0, 1);
+    for (unsigned i = 0; i < 3; i++) {
+        send_lines(s, BLUE, 0, 40);
+    }
+    stream_end(s);
+    const int64_t last = lum_assembler_frame(&s->assembler);
+    assert_true(last >= 3);
+    send_line(s, GREEN, 900);
+    stream_end(s);
+    assert_true(frame_of(s, GREEN, 900, 0) == last + 1);
+    stream_free(s);
+}
+
+static void a_flush_of_nothing_changes_nothing(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    stream_end(s);
+    send_line(s, GREEN, 0);
+    send_line(s, BLUE, 900);
+    stream_end(s);
+    assert_int_equal(frame_of(s, GREEN, 0, 0), 1);
+    assert_int_equal(frame_of(s, BLUE, 900, 0), 0);
+    stream_free(s);
+}
+
 static void an_eye_that_comes_first_after_a_flush_is_behind_all(void **state)
 {
     struct stream *s = stream_open();
@@ -572,6 +638,10 @@ int main(void)
         cmocka_unit_test(a_flush_gives_up_a_packet_that_proved_a_jump),
         cmocka_unit_test(a_flush_need_not_be_ended),
         cmocka_unit_test(packets_after_a_flush_begin_a_frame),
+        cmocka_unit_test(nothing_of_before_a_flush_is_known_after_it),
+        cmocka_unit_test(a_packet_given_up_closes_nothing_later),
+        cmocka_unit_test(an_eye_left_behind_comes_up_at_a_flush),
+        cmocka_unit_test(a_flush_of_nothing_changes_nothing),
         cmocka_unit_test(an_eye_that_comes_first_after_a_flush_is_behind_all),
         cmocka_unit_test(any_clock_may_come_after_a_flush),
         cmocka_unit_test(a_frame_before_one_that_was_announced_is_counted),
