@@ -529,35 +529,46 @@ static void both_eyes_may_be_idle(void **state)
     stream_free(s);
 }
 
-/* Every line of every number of slots, with any number of them open: all others
- * stay, in order, and each slot can be used again. */
+/* n lines of two packets, of which one has become idle. */
+static struct stream *open_one_idle(uint8_t slots, uint32_t n, uint32_t which)
+{
+    struct stream *s = open_idle(slots, n);
+    for (uint32_t line = 1; line <= n; line++) {
+        s->arrival = line == which ? 100 : 200;
+        assert_int_equal(send_angles(s, BLUE, line, line * 3000u, 1, 1),
+                         LUM_OK);
+    }
+    return s;
+}
+
+/* All other lines stay, in order, and each slot can be used again. */
+static void check_one_idle(uint8_t slots, uint32_t n, uint32_t which)
+{
+    struct stream *s = open_one_idle(slots, n, which);
+    uint32_t number = 0;
+    assert_idle(s, 200, which);
+    assert_int_equal(idle(s, 200), LUM_OK);
+    for (uint32_t line = n + 1u; line <= n + 9u; line++) {
+        send_angles(s, BLUE, line, line * 3000u, 0, 1);
+    }
+    stream_end(s);
+    assert_int_equal(counters(s)->lines, n + 9u);
+    for (size_t i = 0; i + 1u < n + 9u; i++) {
+        number += number + 1u == which ? 2u : 1u;
+        assert_int_equal(nth_line(s, i)->number, number);
+        assert_int_equal(nth_line(s, i)->angle_count, number <= n ? 2 : 1);
+    }
+    stream_free(s);
+}
+
+/* Every line of every number of slots, with any number of them open. */
 static void any_line_may_be_idle(void **state)
 {
     (void)state;
     for (uint8_t slots = 1; slots <= 5; slots++) {
         for (uint32_t n = 1; n <= slots; n++) {
             for (uint32_t which = 1; which <= n; which++) {
-                struct stream *s = open_idle(slots, n);
-                for (uint32_t line = 1; line <= n; line++) {
-                    s->arrival = line == which ? 100 : 200;
-                    assert_int_equal(
-                        send_angles(s, BLUE, line, line * 3000u, 1, 1), LUM_OK);
-                }
-                assert_idle(s, 200, which);
-                assert_int_equal(idle(s, 200), LUM_OK);
-                for (uint32_t line = n + 1u; line <= n + 9u; line++) {
-                    send_angles(s, BLUE, line, line * 3000u, 0, 1);
-                }
-                stream_end(s);
-                assert_int_equal(counters(s)->lines, n + 9u);
-                uint32_t number = 0;
-                for (size_t i = 0; i + 1u < n + 9u; i++) {
-                    number += number + 1u == which ? 2u : 1u;
-                    assert_int_equal(nth_line(s, i)->number, number);
-                    assert_int_equal(nth_line(s, i)->angle_count,
-                                     number <= n ? 2 : 1);
-                }
-                stream_free(s);
+                check_one_idle(slots, n, which);
             }
         }
     }
