@@ -1024,6 +1024,20 @@ static void a_duplicate_is_told_by_pixels_however_many_words_they_have(
     stream_free(s);
 }
 
+static void a_word_of_any_pixel_that_is_there_is_a_duplicate(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    assert_int_equal(send_pixels(s, BLUE, 1, 5000, 0, 40), LUM_OK);
+    for (uint32_t pixel = 0; pixel < 40; pixel++) {
+        assert_int_equal(send_pixels(s, BLUE, 1, 5000, pixel, 1),
+                         LUM_E_DUPLICATE);
+    }
+    stream_end(s);
+    assert_int_equal(nth_line(s, 0)->word_count, 40);
+    stream_free(s);
+}
+
 static void ranges_of_which_some_are_there_are_a_conflict(void **state)
 {
     struct stream *s = stream_open();
@@ -1840,6 +1854,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(ranges_that_are_all_there_are_a_duplicate),
     cmocka_unit_test(
         a_duplicate_is_told_by_pixels_however_many_words_they_have),
+    cmocka_unit_test(a_word_of_any_pixel_that_is_there_is_a_duplicate),
     cmocka_unit_test(ranges_of_which_some_are_there_are_a_conflict),
     cmocka_unit_test(only_good_words_tell_a_duplicate),
     cmocka_unit_test(the_last_pixel_of_one_line_is_no_word_of_the_next),
