@@ -10,6 +10,7 @@
 
 #define NS_PER_S INT64_C(1000000000)
 #define OPEN     4     /* lines of an eye at a time */
+#define REACH    8     /* lines */
 #define WORDS    16384 /* of a line */
 #define LINES    100
 
@@ -78,8 +79,11 @@ static bool parse(const char *text, uint32_t *address)
 
 int main(int argc, char **argv)
 {
-    static lum_line_slot slots[2 * OPEN];
-    static uint32_t words[2 * OPEN * WORDS];
+    static lum_line_slot slots[LUM_ASSEMBLER_SLOTS(OPEN)];
+    static uint32_t words[LUM_ASSEMBLER_WORDS(OPEN, WORDS)];
+    static lum_reach reach[LUM_ASSEMBLER_REACH(REACH)];
+    static const lum_assembler_storage storage =
+        LUM_ASSEMBLER_STORAGE(slots, words, reach);
     static lum_assembler assembler;
     lum_assembler_config config;
     lum_sensor_options options;
@@ -89,13 +93,14 @@ int main(int argc, char **argv)
     lum_assembler_config_default(&config);
     config.open_lines = OPEN;
     config.words_per_line = WORDS;
+    config.reorder_lines = REACH;
     options.owns = true; /* heartbeats, and so the data */
     if (argc != 2 || !parse(argv[1], &options.sensor.address)) {
         (void)fputs("usage: live_lines ADDRESS\n", stderr);
         return 2;
     }
-    if (lum_assembler_init(&assembler, &config, &options.layout, slots,
-                           words) != LUM_OK ||
+    if (lum_assembler_init(&assembler, &config, &options.layout, &storage) !=
+            LUM_OK ||
         lum_sensor_open(&options, &sensor, &error) != LUM_NET_OK) {
         (void)fprintf(stderr, "live_lines: %s\n", error.text);
         return 1;

@@ -38,13 +38,15 @@ static bool is_begun(const gateway *g)
 
 static lum_result begin_assembly(gateway *g)
 {
+    const lum_assembler_storage storage =
+        LUM_ASSEMBLER_STORAGE(g->slots, g->words, g->reach);
     lum_assembler_config config;
 
     lum_assembler_config_default(&config);
     config.open_lines = GATEWAY_OPEN_LINES;
+    config.reorder_lines = GATEWAY_REORDER_LINES;
     config.words_per_line = GATEWAY_LINE_WORDS;
-    return lum_assembler_init(&g->assembler, &config, &g->layout, g->slots,
-                              g->words);
+    return lum_assembler_init(&g->assembler, &config, &g->layout, &storage);
 }
 
 static void fill(gateway *g, const gateway_config *config,

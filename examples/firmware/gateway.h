@@ -34,6 +34,9 @@
 #ifndef GATEWAY_OPEN_LINES
 #define GATEWAY_OPEN_LINES 2u /* of each eye */
 #endif
+#ifndef GATEWAY_REORDER_LINES
+#define GATEWAY_REORDER_LINES 8u /* how far packets pass each other */
+#endif
 #ifndef GATEWAY_LINE_WORDS
 #define GATEWAY_LINE_WORDS 4000u /* pixels x returns x edges */
 #endif
@@ -113,8 +116,9 @@ typedef struct gateway {
     gateway_frame frames[GATEWAY_FRAMES];
     lum_fixed_point block[GATEWAY_BLOCK];
     lum_assembler assembler;
-    lum_line_slot slots[2u * GATEWAY_OPEN_LINES];
-    uint32_t words[2u * GATEWAY_OPEN_LINES * GATEWAY_LINE_WORDS];
+    lum_line_slot slots[LUM_ASSEMBLER_SLOTS(GATEWAY_OPEN_LINES)];
+    uint32_t words[LUM_ASSEMBLER_WORDS(GATEWAY_OPEN_LINES, GATEWAY_LINE_WORDS)];
+    lum_reach reach[LUM_ASSEMBLER_REACH(GATEWAY_REORDER_LINES)];
 } gateway;
 
 /* Begin, stopped: as GATEWAY_SILENT, until every eye was heard, and stalled,

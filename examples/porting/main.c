@@ -10,7 +10,8 @@
 #endif
 
 /* Memory: see docs/porting.md. */
-#define OPEN_LINES 2u /* of each eye */
+#define OPEN_LINES    2u /* of each eye */
+#define REORDER_LINES 8u /* how far packets pass each other */
 #define WORDS_PER_LINE                                                         \
     1000u         /* pixels times edges times returns, as you set it */
 #define BLOCK 16u /* points projected at a time */
@@ -41,6 +42,9 @@ static lum_fixed_projector projector;
 static lum_assembler assembler;
 static lum_line_slot slots[LUM_ASSEMBLER_SLOTS(OPEN_LINES)];
 static uint32_t words[LUM_ASSEMBLER_WORDS(OPEN_LINES, WORDS_PER_LINE)];
+static lum_reach reach[LUM_ASSEMBLER_REACH(REORDER_LINES)];
+static const lum_assembler_storage storage =
+    LUM_ASSEMBLER_STORAGE(slots, words, reach);
 static uint32_t points_seen;
 
 /* What the application does with a point. */
@@ -94,11 +98,12 @@ static lum_result begin(void)
     lum_layout_default(&layout);
     lum_assembler_config_default(&config);
     config.open_lines = OPEN_LINES;
+    config.reorder_lines = REORDER_LINES;
     config.words_per_line = WORDS_PER_LINE;
     if (lum_fixed_projector_init(&projector, &calibration, &layout) != LUM_OK) {
         return LUM_E_VALUE;
     }
-    return lum_assembler_init(&assembler, &config, &layout, slots, words);
+    return lum_assembler_init(&assembler, &config, &layout, &storage);
 }
 
 int main(void)

@@ -5,6 +5,8 @@
  * One assembler serves one sensor, both eyes. It calls nobody: an event is
  * returned by lum_assembler_push() *before* the packet at hand is consumed; the
  * caller takes the line, or notes the frame, and pushes the same packet again.
+ * Until then every other packet is refused with LUM_E_ORDER and counted, so an
+ * `if` in place of this `while` shows at once:
  *
  * @code
  * lum_result r;
@@ -38,15 +40,17 @@ extern "C" {
 /** 32-bit words of a mark for each pixel. */
 #define LUM_PIXEL_MARK_WORDS ((LUM_LINE_PIXELS + 31u) / 32u)
 
-/** How many slots lum_assembler_init() takes: open_lines for each eye. */
+/** How many slots an assembler takes: open_lines for each eye. */
 #define LUM_ASSEMBLER_SLOTS(open_lines) (UINT32_C(2) * (open_lines))
 
-/** How many words lum_assembler_init() takes. */
+/** How many words an assembler takes: those of a line for each slot. */
 #define LUM_ASSEMBLER_WORDS(open_lines, words_per_line)                        \
     (LUM_ASSEMBLER_SLOTS(open_lines) * (words_per_line))
 
-/** The constants of reassembly. open_lines and words_per_line say how large the
- * arrays are that lum_assembler_init() is given. */
+/** How much of a reach an assembler takes: reorder_lines for each eye. */
+#define LUM_ASSEMBLER_REACH(reorder_lines) (UINT32_C(2) * (reorder_lines))
+
+/** The constants of reassembly. */
 typedef struct lum_assembler_config {
     uint8_t open_lines;      /**< of each eye, 1..LUM_OPEN_LINES_MAX; 4 */
     uint8_t reorder_lines;   /**< R, 1..LUM_REORDER_MAX; 8 */
@@ -56,25 +60,30 @@ typedef struct lum_assembler_config {
 
 /** What was seen and lost since lum_assembler_init(); none ever wraps. */
 typedef struct lum_assembly_counters {
+    uint64_t stray;                /**< packets far from the stream's clock */
     uint64_t late;                 /**< packets of lines handed out already */
     uint64_t duplicate;            /**< packets all of which was there */
     uint64_t conflict;             /**< packets some of which was there */
     uint64_t no_room;              /**< packets whose words do not fit */
-    uint64_t stray;                /**< packets far from the stream's clock */
+    uint64_t refused;              /**< calls that LUM_E_ORDER answered, and
+                                        packets given up: a fault of the caller,
+                                        0 in sound code */
     uint64_t bad_words;            /**< words of accepted packets skipped */
     uint64_t lines;                /**< lines handed out */
+    uint64_t lines_idle;           /**< of them closed as idle */
     uint64_t lines_missing_angles; /**< of them with fewer than 1000 */
     uint64_t lines_skipped;        /**< line numbers nobody heard of */
     uint64_t words;                /**< good words of lines handed out */
     uint64_t lost_words;           /**< words known to be lost, from below */
-    uint64_t frames; /**< distinct frames of lines handed out; before
-                          the end, those between them too */
+    uint64_t frames; /**< distinct frames of lines; before the end, those
+                          of open lines too */
 } lum_assembly_counters;
 
 /** A line, as handed out. Everything it points to belongs to the assembler and
  * lives until the next push or flush. */
 typedef struct lum_line {
-    int64_t frame;           /**< frame number; a label, can be 0 or less */
+    int64_t frame;           /**< frame number; a label; from 0 on, and again
+                                  from 0 after 2^32 - 1 */
     int64_t clock_us;        /**< extended sensor clock of its first packet */
     int64_t arrival;         /**< what came with its first packet */
     const lum_angle *angles; /**< raw, of each pixel; 0 if unmarked */
@@ -98,8 +107,10 @@ static inline bool lum_line_has_angles(const lum_line *line, uint32_t pixel)
 typedef struct lum_line_slot {
     lum_line line;                              /**< private */
     int64_t low_clock_us;                       /**< private */
+    int64_t last_arrival;                       /**< private */
     struct lum_line_slot *next;                 /**< private */
     uint32_t *words;                            /**< private */
+    uint32_t frame;                             /**< private */
     uint32_t accepted;                          /**< private */
     uint32_t words_seen;                        /**< private */
     uint32_t words_end;                         /**< private */
@@ -107,55 +118,92 @@ typedef struct lum_line_slot {
     lum_angle angles[LUM_LINE_PIXELS];          /**< private */
 } lum_line_slot;
 
-/** Number and clock of a line that was handed out. Private. */
-typedef struct lum_closed_line {
-    int64_t clock_us; /**< private */
-    uint32_t number;  /**< private */
-} lum_closed_line;
+/** What is kept of one line of the reach of reordering: storage, private but in
+ * size. */
+typedef struct lum_reach {
+    int64_t clock_us; /**< private: of a closed line, by lines.c */
+    uint32_t number;  /**< private: of that line, by lines.c */
+    uint32_t frame;   /**< private: one of the highest, by frames.c */
+} lum_reach;
 
-/** Reassembly and frame numbering of one eye. Private. */
+/* Flags and small numbers stand first, where small processors reach them with
+ * one instruction. */
+
+/** The clock of the sensor's packets. Private: only stream.c changes it. */
+typedef struct lum_stream {
+    uint32_t clock_bytes; /**< private: width of the clock; 0: there is none */
+    uint32_t begun;       /**< private: a packet came since start or flush */
+    int64_t clock_us;     /**< private: of the last packet but strays */
+} lum_stream;
+
+/** The same of one eye. Private: only stream.c changes it. */
+typedef struct lum_eye_stream {
+    uint32_t seen;        /**< private: newest_us is a clock */
+    int64_t newest_us;    /**< private: largest clock since the last break */
+    int64_t heard_us;     /**< private: when it was last known to send */
+    int64_t candidate_us; /**< private: of a stray that may prove a jump */
+} lum_eye_stream;
+
+/** Open and closed lines of one eye. Private: only lines.c changes it. */
+typedef struct lum_eye_lines {
+    uint8_t open_count;    /**< private */
+    uint8_t closed_next;   /**< private: of reach, to be overwritten next */
+    lum_line_slot *oldest; /**< private: the open line that closes first */
+    lum_line_slot *unused; /**< private: where the next line opens */
+    int64_t low_clock_us;  /**< private: what is older is late */
+} lum_eye_lines;
+
+/** Frame numbering of one eye. Private: only frames.c changes it. */
+typedef struct lum_eye_frames {
+    uint8_t straggling;    /**< private: lines that may yet be of the frame
+                                before, and one */
+    bool begun;            /**< private: frame and top are of a line */
+    bool after_break;      /**< private: the next line begins a frame */
+    uint32_t frame;        /**< private: the current one */
+    uint32_t top;          /**< private: highest line of it */
+    uint32_t previous_top; /**< private: highest line of the one before */
+    uint32_t gap;          /**< private: lines below top that did not come */
+} lum_eye_frames;
+
+/** All of one eye. Private. */
 typedef struct lum_eye_state {
-    uint8_t open_count;                      /**< private */
-    uint8_t closed_next;                     /**< private */
-    uint8_t closed_count;                    /**< private */
-    uint8_t straggling;                      /**< private */
-    bool seen;                               /**< private */
-    bool begun;                              /**< private */
-    bool after_break;                        /**< private */
-    lum_line_slot *oldest;                   /**< private */
-    lum_line_slot *unused;                   /**< private */
-    uint32_t top;                            /**< private */
-    uint32_t previous_top;                   /**< private */
-    uint32_t gap;                            /**< private */
-    int64_t frame;                           /**< private */
-    int64_t newest_us;                       /**< private */
-    int64_t heard_us;                        /**< private */
-    int64_t candidate_us;                    /**< private */
-    int64_t low_clock_us;                    /**< private */
-    lum_closed_line closed[LUM_REORDER_MAX]; /**< private */
-    int64_t highest[LUM_REORDER_MAX];        /**< private */
+    lum_eye_frames frames; /**< private */
+    lum_reach *reach;      /**< private: reorder_lines of them */
+    lum_eye_lines lines;   /**< private */
+    lum_eye_stream stream; /**< private */
 } lum_eye_state;
 
-/** One sensor's assembler. Public in size, private in content. */
+/** Which frames there are, of both eyes. Private: only frames.c changes it. */
+typedef struct lum_frame_span {
+    uint32_t announced; /**< private: one was announced, next only rises */
+    uint32_t next;      /**< private: to be announced */
+    uint32_t first;     /**< private: lowest of all lines, 1 or 0 */
+    uint32_t highest;   /**< private: of all lines; 0 before the first */
+} lum_frame_span;
+
+/** The packet at hand, and after an event the one that it waits for.
+ * Private. */
+typedef struct lum_awaited {
+    uint8_t step;     /**< private */
+    uint8_t to_close; /**< private */
+    lum_group group;  /**< private: but its samples */
+    int64_t clock_us; /**< private */
+    int64_t arrival;  /**< private */
+} lum_awaited;
+
+/** One sensor's assembler. Public in size, private in content. All bytes 0 is
+ * one that refuses all calls. */
 typedef struct lum_assembler {
     lum_assembler_config config;         /**< private */
-    uint32_t line_span_us;               /**< private */
-    uint8_t stage;                       /**< private */
-    uint8_t to_close;                    /**< private */
-    uint8_t clock_bytes;                 /**< private */
-    uint8_t angle_order;                 /**< private */
-    bool clock_begun;                    /**< private */
-    bool announced;                      /**< private */
+    lum_awaited awaited;                 /**< private */
     const lum_line *line;                /**< private */
-    int64_t clock_us;                    /**< private */
-    int64_t packet_clock_us;             /**< private */
-    int64_t next_frame;                  /**< private */
-    int64_t highest_frame;               /**< private */
-    int64_t handed_low;                  /**< private */
-    int64_t handed_high;                 /**< private */
-    lum_assembly_counters counters;      /**< private */
+    uint32_t line_span_us;               /**< private */
+    uint8_t angle_order;                 /**< private */
+    lum_frame_span frames;               /**< private */
+    lum_stream stream;                   /**< private */
     lum_eye_state eye[LUM_EYES];         /**< private */
-    uint16_t placement[LUM_LINE_PIXELS]; /**< private */
+    lum_assembly_counters counters;      /**< private */
+    uint16_t placement[LUM_LINE_PIXELS]; /**< private: words.c's, all 0 */
 } lum_assembler;
 
 /** The constants as the protocol gives them, for a computer: they ask for half
@@ -163,61 +211,102 @@ typedef struct lum_assembler {
  * to what the arrays were made for. Cannot fail. */
 void lum_assembler_config_default(lum_assembler_config *out);
 
-/** Begin. Sizes of arrays are not known to it: it writes to as much of slots
- * and words as config says. So set config's open_lines and words_per_line
- * before, from the same constants as the arrays:
+/** The memory of an assembler, and how large it is. Need not be initialised;
+ * the assembler's until it is no longer used. */
+typedef struct lum_assembler_storage {
+    lum_line_slot *slots; /**< of open lines */
+    uint32_t *words;      /**< range words of these lines */
+    lum_reach *reach;     /**< for the reach of reordering */
+    size_t slot_count;    /**< LUM_ASSEMBLER_SLOTS(open_lines) or more */
+    size_t word_count;    /**< LUM_ASSEMBLER_WORDS(open_lines,
+                               words_per_line) or more */
+    size_t reach_count;   /**< LUM_ASSEMBLER_REACH(reorder_lines) or more */
+} lum_assembler_storage;
+
+/** The storage that three arrays are, as an initialiser. Of a pointer it takes
+ * the size for too little, which lum_assembler_init() refuses. */
+#define LUM_ASSEMBLER_STORAGE(slots, words, reach)                             \
+    {                                                                          \
+        (slots), (words), (reach), sizeof(slots) / sizeof((slots)[0]),         \
+            sizeof(words) / sizeof((words)[0]),                                \
+            sizeof(reach) / sizeof((reach)[0])                                 \
+    }
+
+/** Begin.
  *
  * @code
  * static lum_line_slot slots[LUM_ASSEMBLER_SLOTS(OPEN_LINES)];
  * static uint32_t words[LUM_ASSEMBLER_WORDS(OPEN_LINES, WORDS_PER_LINE)];
+ * static lum_reach reach[LUM_ASSEMBLER_REACH(REORDER_LINES)];
+ * const lum_assembler_storage storage =
+ *     LUM_ASSEMBLER_STORAGE(slots, words, reach);
  *
  * lum_assembler_config_default(&config);
  * config.open_lines = OPEN_LINES;
+ * config.reorder_lines = REORDER_LINES;
  * config.words_per_line = WORDS_PER_LINE;
  * @endcode
  *
- * @param a      caller-owned, overwritten.
- * @param config copied.
- * @param layout copied; its line_span_us is used.
- * @param slots  LUM_ASSEMBLER_SLOTS(open_lines) of them; the assembler's until
- *               it is no longer used. Need not be initialised.
- * @param words  LUM_ASSEMBLER_WORDS(open_lines, words_per_line) of them;
- *               likewise.
- * @return LUM_OK; LUM_E_VALUE if a constant is outside its range. */
-LUM_MUST_CHECK lum_result lum_assembler_init(lum_assembler *a,
-                                             const lum_assembler_config *config,
-                                             const lum_layout *layout,
-                                             lum_line_slot *slots,
-                                             uint32_t *words);
+ * @param a       caller-owned; written only on LUM_OK.
+ * @param config  copied.
+ * @param layout  the one that packets are decoded with; what is needed of it is
+ *                copied.
+ * @param storage copied; what it points to is kept, and written only on LUM_OK.
+ * @return LUM_OK; LUM_E_VALUE if a constant is outside its range; LUM_E_SPACE
+ *         if an array is shorter than config asks for.
+ * Linear in open_lines and reorder_lines. */
+LUM_MUST_CHECK lum_result lum_assembler_init(
+    lum_assembler *a, const lum_assembler_config *config,
+    const lum_layout *layout, const lum_assembler_storage *storage);
 
-/** Take one data packet.
- * @param group   decoded with the same layout, so that its eye is one; not
- *                kept. After an event only the same packet may follow, or
- *                lum_assembler_flush().
- * @param arrival anything, such as a time of reception; the line that this
- *                packet opens is handed out with it.
- * @return LUM_OK: accepted. LUM_LINE_READY, LUM_FRAME_READY: an event, see
- *         above; push the same packet again. LUM_E_STRAY, LUM_E_LATE,
- *         LUM_E_DUPLICATE, LUM_E_CONFLICT, LUM_E_NO_ROOM: dropped and counted.
+/** Take one data packet (docs/protocol.md, section 6).
+ * @param group   a decoded packet; not kept.
+ * @param arrival anything that does not fall, such as a time of reception, 0
+ *                included. The line that this packet opens is handed out with
+ *                it, and lum_assembler_close_idle() compares with it.
+ * @return LUM_OK: accepted.
+ *         LUM_LINE_READY, LUM_FRAME_READY: an event, see above; push the same
+ *         packet again.
+ *         LUM_E_STRAY, LUM_E_LATE, LUM_E_DUPLICATE, LUM_E_CONFLICT,
+ *         LUM_E_NO_ROOM: dropped and counted.
+ *         LUM_E_ORDER: refused and counted, since an event waits for another
+ *         packet, or the assembler was not begun.
+ *         LUM_E_VALUE: refused: no packet that lum_group_decode() gives, for
+ *         its eye, tag or count of samples.
  * Linear in the packet's samples where they are in order and behind those of
- * the line, else in the words of the line too. */
+ * the line, else in the words of the line too (docs/porting.md has a bound). */
 LUM_MUST_CHECK lum_result lum_assembler_push(lum_assembler *a,
                                              const lum_group *group,
                                              int64_t arrival);
 
-/** The end of the stream: close all lines. Call until it returns LUM_OK; after
- * that only lum_assembler_counters() may be called.
- * @return LUM_LINE_READY or LUM_FRAME_READY, then LUM_OK. */
+/** Close the lines that have become idle: whose last accepted packet came with
+ * an arrival before this one. Else a line stays open until packets of newer
+ * lines come, however long that takes. Call until it returns LUM_OK. Later
+ * packets of a line that was closed so are dropped as late.
+ * @return LUM_LINE_READY, or LUM_OK: none is idle; LUM_E_ORDER, counted: an
+ *         event waits for its packet, push that first; or the assembler was not
+ *         begun. Linear in open_lines. */
+LUM_MUST_CHECK lum_result lum_assembler_close_idle(lum_assembler *a,
+                                                   int64_t before);
+
+/** The end of the stream: close all lines. Call until it returns LUM_OK. After
+ * that packets may come again, as after a jump of the clock: they begin a new
+ * frame, behind all that were announced. A packet that an event waits for is
+ * given up and counted in refused.
+ * @return LUM_LINE_READY or LUM_FRAME_READY, then LUM_OK; LUM_E_ORDER: the
+ *         assembler was not begun. */
 LUM_MUST_CHECK lum_result lum_assembler_flush(lum_assembler *a);
 
-/** The line that LUM_LINE_READY announced.
- * @return lives, with all it points to, until the next push or flush. */
+/** The line that LUM_LINE_READY announced last; NULL if none was yet.
+ * @return lives, with all it points to, until the next push, flush or call of
+ *         lum_assembler_close_idle(). */
 const lum_line *lum_assembler_line(const lum_assembler *a);
 
 /** The frame that LUM_FRAME_READY announced: no line of it, nor of one before
  * it, is open or expected, but for those of an eye that has been silent for
  * gap_us; what such an eye left open comes when it speaks again or at the
- * flush. Frames are announced in rising order, each once. */
+ * flush. Frames are announced in rising order, each once; 2^32 - 1 is followed
+ * by 0. */
 int64_t lum_assembler_frame(const lum_assembler *a);
 
 /** What was seen and lost so far. */

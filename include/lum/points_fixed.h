@@ -39,7 +39,7 @@ typedef struct lum_fixed_axis {
 /** How one eye's samples become geometry. Private: made by
  * lum_fixed_projector_init(). */
 typedef struct lum_fixed_eye {
-    int64_t mount[3];    /**< private: 2^-30 units, plus a half */
+    int64_t mount[3];    /**< private: 2^-28 units, plus a half */
     uint64_t range_base; /**< private: 2^-32 units, plus a half, at first_tof */
     uint32_t range_lsb;  /**< private: 2^-20 units a bit */
     int32_t first_tof;   /**< private */

@@ -29,7 +29,8 @@ typedef enum lum_result {
     LUM_E_LATE = -9,        /**< dropped: its line has been handed out */
     LUM_E_DUPLICATE = -10,  /**< dropped: all of it was there already */
     LUM_E_CONFLICT = -11,   /**< dropped: some of it was there already */
-    LUM_E_NO_ROOM = -12     /**< dropped: the line cannot hold its words */
+    LUM_E_NO_ROOM = -12,    /**< dropped: the line cannot hold its words */
+    LUM_E_ORDER = -13       /**< refused: another call has to come before */
 } lum_result;
 
 #endif

@@ -1,8 +1,11 @@
 #include "lum/assembler.h"
 
+#include "check.h"
 #include "counter.h"
 #include "frames.h"
+#include "group.h"
 #include "lines.h"
+#include "lum/clock.h"
 #include "stream.h"
 #include "words.h"
 
@@ -10,11 +13,12 @@
 
 #define GAP_US_MAX (UINT32_C(1) << 30)
 
-/* Where the packet at hand stands between two pushes of it. */
-enum stage {
-    STAGE_NEW,   /* nothing done yet */
-    STAGE_OPEN,  /* it opens a line once those before it have closed */
-    STAGE_BREAK, /* likewise, and it proved a jump of the clock */
+/* Where the packet stands that an event waits for. */
+enum step {
+    STEP_NONE,  /* no event waits */
+    STEP_NEW,   /* nothing was done of it yet: a frame was announced before */
+    STEP_OPEN,  /* it opens a line once those before it have closed */
+    STEP_BREAK, /* likewise, and it proved a jump of the clock */
 };
 
 void lum_assembler_config_default(lum_assembler_config *out)
@@ -33,49 +37,34 @@ static bool is_valid(const lum_assembler_config *c)
            c->gap_us < GAP_US_MAX;
 }
 
-static void init_eyes(lum_assembler *a, lum_line_slot *slots, uint32_t *words)
+static bool is_enough(const lum_assembler_storage *s,
+                      const lum_assembler_config *c)
 {
-    const unsigned count = a->config.open_lines;
-    for (unsigned e = 0; e < LUM_EYES; e++) {
-        lum_eye_state *eye = &a->eye[e];
-        eye->frame = 1;
-        eye->candidate_us = STREAM_LONG_AGO;
-        eye->low_clock_us = STREAM_LONG_AGO;
-        eye->oldest = slots;
-        eye->unused = slots;
-        for (unsigned i = 0; i < count; i++) {
-            lum_line_slot *slot = &slots[i];
-            slot->line.angles = slot->angles;
-            slot->line.angle_marks = slot->angle_marks;
-            slot->line.words = words;
-            slot->line.eye = (uint8_t)e;
-            slot->words = words;
-            slot->next = slot + 1;
-            words += a->config.words_per_line;
-        }
-        slots[count - 1u].next = slots;
-        slots += count;
-    }
+    return s->slot_count >= LUM_ASSEMBLER_SLOTS(c->open_lines) &&
+           s->word_count >=
+               LUM_ASSEMBLER_WORDS(c->open_lines, c->words_per_line) &&
+           s->reach_count >= LUM_ASSEMBLER_REACH(c->reorder_lines);
 }
 
 lum_result lum_assembler_init(lum_assembler *a,
                               const lum_assembler_config *config,
-                              const lum_layout *layout, lum_line_slot *slots,
-                              uint32_t *words)
+                              const lum_layout *layout,
+                              const lum_assembler_storage *storage)
 {
     const lum_profile *profile = &layout->profile;
     if (!is_valid(config)) {
         return LUM_E_VALUE;
     }
+    if (!is_enough(storage, config)) {
+        return LUM_E_SPACE;
+    }
     memset(a, 0, sizeof *a);
     a->config = *config;
     a->line_span_us = profile->line_span_us;
     a->angle_order = profile->angle_order;
-    a->clock_bytes = profile->group[LUM_FIELD_TIMESTAMP].bytes;
-    a->clock_begun = a->clock_bytes == 0;
-    a->next_frame = INT64_MAX;
-    a->handed_low = INT64_MAX;
-    init_eyes(a, slots, words);
+    lum_lines_init(a, storage);
+    lum_frames_init(a);
+    lum_stream_init(a, profile->group[LUM_FIELD_TIMESTAMP].bytes);
     return LUM_OK;
 }
 
@@ -86,7 +75,7 @@ const lum_line *lum_assembler_line(const lum_assembler *a)
 
 int64_t lum_assembler_frame(const lum_assembler *a)
 {
-    return a->next_frame - 1;
+    return (int64_t)(uint32_t)(a->frames.next - 1u);
 }
 
 const lum_assembly_counters *lum_assembler_counters(const lum_assembler *a)
@@ -94,42 +83,65 @@ const lum_assembly_counters *lum_assembler_counters(const lum_assembler *a)
     return &a->counters;
 }
 
+/* Whether lum_assembler_init() has been here; all bytes are 0 else. */
+static bool is_begun(const lum_assembler *a)
+{
+    return a->config.open_lines != 0;
+}
+
+/* The counters of drops stand first and in the order of their results. */
+static void count_drop(lum_assembly_counters *c, lum_result r)
+{
+    uint64_t *counters = &c->stray;
+    LUM_CHECK(r <= LUM_E_STRAY);
+    LUM_CHECK(r >= LUM_E_ORDER);
+    lum_counter_add(&counters[LUM_E_STRAY - r], 1);
+}
+
+static lum_result refuse(lum_assembler *a)
+{
+    count_drop(&a->counters, LUM_E_ORDER);
+    return LUM_E_ORDER;
+}
+
+/* The samples may have been copied elsewhere meanwhile. All behind them, from
+ * the line to the tag, has no padding between. */
+static bool is_awaited(const lum_group *awaited, const lum_group *group)
+{
+    const size_t from = offsetof(lum_group, line);
+    const size_t to = offsetof(lum_group, tag) + sizeof group->tag;
+    return memcmp((const uint8_t *)awaited + from,
+                  (const uint8_t *)group + from, to - from) == 0;
+}
+
 /* The other eye tells the time by lines of more than one packet: one packet
  * ahead of its time makes nobody silent. */
 static bool is_silent(const lum_assembler *a, const lum_eye_state *eye,
                       const lum_eye_state *other)
 {
-    return lum_stream_lead(&other->low_clock_us, &eye->heard_us) >
+    return lum_stream_lead(&other->lines.low_clock_us, &eye->stream.heard_us) >
            (int32_t)a->config.gap_us;
+}
+
+static bool is_past(const lum_assembler *a, const lum_eye_state *eye)
+{
+    return frames_are_past(a, eye) && lum_lines_are_past(eye, a->frames.next);
 }
 
 static bool is_frame_due(const lum_assembler *a)
 {
     const lum_eye_state *blue = &a->eye[LUM_EYE_BLUE];
     const lum_eye_state *green = &a->eye[LUM_EYE_GREEN];
-    const bool blue_past = lum_lines_are_past(a, blue);
-    const bool green_past = lum_lines_are_past(a, green);
+    const bool blue_past = is_past(a, blue);
+    const bool green_past = is_past(a, green);
     return blue_past ? green_past || is_silent(a, green, blue)
                      : green_past && is_silent(a, blue, green);
 }
 
 static lum_result announce(lum_assembler *a)
 {
-    a->announced = true;
-    a->next_frame++;
+    lum_frames_announce(a);
     return LUM_FRAME_READY;
-}
-
-/* Both eyes number without holes, so the span of the numbers counts them. */
-static void count_frame(lum_assembler *a, int64_t frame)
-{
-    if (frame < a->handed_low) {
-        a->handed_low = frame;
-    }
-    if (frame > a->handed_high) {
-        a->handed_high = frame;
-    }
-    a->counters.frames = (uint64_t)(a->handed_high - a->handed_low) + 1u;
 }
 
 static lum_result close_oldest(lum_assembler *a, lum_eye_state *eye)
@@ -137,8 +149,7 @@ static lum_result close_oldest(lum_assembler *a, lum_eye_state *eye)
     lum_assembly_counters *c = &a->counters;
     const lum_line *line = lum_lines_close(a, eye);
     a->line = line;
-    lum_frames_note(a, line->frame);
-    count_frame(a, line->frame);
+    lum_frames_note(a, (uint32_t)line->frame);
     lum_counter_add(&c->lines, 1);
     lum_counter_add(&c->words, line->word_count);
     lum_counter_add(&c->lost_words, line->lost_words);
@@ -147,75 +158,52 @@ static lum_result close_oldest(lum_assembler *a, lum_eye_state *eye)
     return LUM_LINE_READY;
 }
 
-/* Finds out what the packet belongs to, and what has to close before. */
+/* Finds out what a new packet belongs to, and what has to close before. */
 static lum_result place(lum_assembler *a, lum_eye_state *eye,
-                        const lum_group *group, lum_line_slot **found)
+                        lum_line_slot **found)
 {
-    const enum lum_stream_place place =
-        lum_stream_place(a, eye, group->clock_raw);
-    if (place == STREAM_STRAY) {
+    lum_awaited *p = &a->awaited;
+    p->clock_us = lum_clock_extend(a->stream.clock_us, p->group.clock_raw,
+                                   (unsigned)a->stream.clock_bytes);
+    const enum lum_stream_place where =
+        lum_stream_judge(&eye->stream, &p->clock_us, a->config.gap_us);
+    lum_stream_take(a, &eye->stream, where);
+    if (where == STREAM_STRAY) {
         return LUM_E_STRAY;
     }
-    if (place == STREAM_BREAK) {
-        a->stage = STAGE_BREAK;
-        a->to_close = eye->open_count;
+    if (where == STREAM_BREAK) {
+        p->step = STEP_BREAK;
+        p->to_close = eye->lines.open_count;
         return LUM_OK;
     }
-    a->stage = STAGE_OPEN;
-    return lum_lines_find(a, eye, group->line, found);
+    p->step = STEP_OPEN;
+    return lum_lines_find(a, eye, found, &p->to_close);
 }
 
-static void count_accepted(lum_assembler *a, lum_eye_state *eye,
-                           lum_line_slot *slot, const lum_group *group)
+/* All lines of before have closed. */
+static void jump(lum_assembler *a, lum_eye_state *eye)
 {
-    const lum_eye_state *other = &a->eye[LUM_EYES - 1u - group->eye];
-    if (group->tag == LUM_TAG_RANGES) {
-        lum_words_count_sent(a, slot, group);
-    }
-    if (a->packet_clock_us < slot->low_clock_us) {
-        slot->low_clock_us = a->packet_clock_us;
-    }
-    if (slot->accepted < 2 && ++slot->accepted == 2) {
-        slot->line.frame = lum_frames_decide(a, eye, other, group->line);
-        lum_frames_note(a, slot->line.frame);
-    }
+    lum_lines_forget(a, eye);
+    lum_frames_break(a, eye);
 }
 
+/* Samples into their line, and what the line then is. */
 static lum_result accept(lum_assembler *a, lum_eye_state *eye,
                          lum_line_slot *slot, const lum_group *group)
 {
-    lum_result r = LUM_OK;
-    if (group->tag == LUM_TAG_ANGLES) {
-        r = lum_words_place_angles(a, slot, group);
-    } else if (!lum_words_append(a, slot, group)) {
-        r = lum_words_insert(a, slot, group);
-    }
+    const lum_result r = group->tag == LUM_TAG_ANGLES
+                             ? lum_words_place_angles(a, slot, group)
+                             : lum_words_place_ranges(a, slot, group);
     if (r == LUM_OK) {
-        count_accepted(a, eye, slot, group);
+        lum_lines_take(a, eye, slot);
     }
     return r;
-}
-
-static void count_drop(lum_assembly_counters *c, lum_result r)
-{
-    uint64_t *counter = &c->no_room;
-    if (r == LUM_E_STRAY) {
-        counter = &c->stray;
-    } else if (r == LUM_E_LATE) {
-        counter = &c->late;
-    } else if (r == LUM_E_DUPLICATE) {
-        counter = &c->duplicate;
-    } else if (r == LUM_E_CONFLICT) {
-        counter = &c->conflict;
-    }
-    lum_counter_add(counter, 1);
 }
 
 /* The last push of a packet. */
 static lum_result finish(lum_assembler *a, lum_result r)
 {
-    a->stage = STAGE_NEW;
-    a->to_close = 0;
+    a->awaited.step = STEP_NONE;
     if (r != LUM_OK) {
         count_drop(&a->counters, r);
     }
@@ -225,42 +213,81 @@ static lum_result finish(lum_assembler *a, lum_result r)
 lum_result lum_assembler_push(lum_assembler *a, const lum_group *group,
                               int64_t arrival)
 {
-    lum_eye_state *eye = &a->eye[group->eye];
+    lum_awaited *p = &a->awaited;
     lum_line_slot *slot = NULL;
-    if (a->stage == STAGE_NEW) {
+    if (group->eye >= LUM_EYES ||
+        lum_group_check(group->tag, group->num_samples,
+                        group->first_sample_index) != LUM_OK) {
+        return LUM_E_VALUE;
+    }
+    if (!is_begun(a) ||
+        (p->step != STEP_NONE && !is_awaited(&p->group, group))) {
+        return refuse(a);
+    }
+    lum_eye_state *eye = &a->eye[group->eye];
+    p->arrival = arrival;
+    if (p->step <= STEP_NEW) {
+        p->step = STEP_NEW;
+        p->group = *group;
         if (is_frame_due(a)) {
             return announce(a);
         }
-        const lum_result r = place(a, eye, group, &slot);
+        const lum_result r = place(a, eye, &slot);
         if (r != LUM_OK) {
             return finish(a, r);
         }
     }
-    if (a->to_close > 0) {
-        a->to_close--;
+    if (p->to_close > 0) {
+        p->to_close--;
         return close_oldest(a, eye);
     }
-    if (a->stage == STAGE_BREAK) {
-        lum_stream_jump(a, eye);
+    if (p->step == STEP_BREAK) {
+        jump(a, eye);
     }
     if (slot == NULL) {
-        slot = lum_lines_open(a, eye, group->line);
-        slot->line.arrival = arrival;
+        slot = lum_lines_open(a, eye);
     }
     return finish(a, accept(a, eye, slot, group));
 }
 
+lum_result lum_assembler_close_idle(lum_assembler *a, int64_t before)
+{
+    if (!is_begun(a) || a->awaited.step != STEP_NONE) {
+        return refuse(a);
+    }
+    for (unsigned e = 0; e < LUM_EYES; e++) {
+        lum_eye_state *eye = &a->eye[e];
+        if (lum_lines_pull_idle(eye, before)) {
+            lum_counter_add(&a->counters.lines_idle, 1);
+            return close_oldest(a, eye);
+        }
+    }
+    return LUM_OK;
+}
+
 lum_result lum_assembler_flush(lum_assembler *a)
 {
-    lum_eye_state *blue = &a->eye[LUM_EYE_BLUE];
-    lum_eye_state *green = &a->eye[LUM_EYE_GREEN];
-    if (blue->open_count > 0) {
-        return close_oldest(a, blue);
+    if (!is_begun(a)) {
+        return refuse(a);
     }
-    if (green->open_count > 0) {
-        return close_oldest(a, green);
+    if (a->awaited.step != STEP_NONE) {
+        lum_counter_add(&a->counters.refused, 1);
+        a->awaited.step = STEP_NONE;
+        a->awaited.to_close = 0;
     }
-    lum_frames_count_gap(a, blue);
-    lum_frames_count_gap(a, green);
-    return a->next_frame <= a->highest_frame ? announce(a) : LUM_OK;
+    for (unsigned e = 0; e < LUM_EYES; e++) {
+        if (a->eye[e].lines.open_count > 0) {
+            return close_oldest(a, &a->eye[e]);
+        }
+    }
+    lum_frames_count_gaps(a);
+    if (lum_frames_remain(a)) {
+        return announce(a);
+    }
+    lum_stream_end(a);
+    lum_frames_end(a);
+    for (unsigned e = 0; e < LUM_EYES; e++) {
+        lum_lines_forget(a, &a->eye[e]);
+    }
+    return LUM_OK;
 }

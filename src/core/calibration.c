@@ -1,6 +1,7 @@
 #include "lum/calibration.h"
 
 #include "lum/group.h"
+#include "product.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -114,13 +115,13 @@ int32_t lum_calibration_min_tof(const lum_calibration *calibration,
                                 unsigned eye)
 {
     const int64_t offset_fs = calibration->eye[eye].tof_offset_fs;
-    const int64_t lsb_fs = (int64_t)calibration->tof_lsb_fs;
+    const int32_t lsb_fs = (int32_t)calibration->tof_lsb_fs;
     uint32_t low = 0;
     uint32_t high = LUM_TOF_MAX + 1 - LUM_TOF_MIN;
     while (low < high) {
         const uint32_t middle = (low + high) / 2;
         const int32_t tof = (int32_t)middle + LUM_TOF_MIN;
-        if (tof * lsb_fs + offset_fs > 0) {
+        if (product(tof, lsb_fs) + offset_fs > 0) {
             high = middle;
         } else {
             low = middle + 1;

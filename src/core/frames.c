@@ -1,24 +1,22 @@
 #include "frames.h"
 
+#include "check.h"
 #include "counter.h"
 
-/* As if a reach of lines of the next frame had been decided: none of this one
- * is expected. */
-void lum_frames_break(lum_eye_state *eye)
-{
-    if (!eye->begun) {
-        return;
-    }
-    eye->after_break = true;
-    for (unsigned i = 0; i < LUM_REORDER_MAX; i++) {
-        eye->highest[i] = eye->frame + 1;
-    }
-}
+/* The sensor does not say where a frame ends: its lines rise from 0 to the last
+ * and begin again. So each eye follows the highest line of its frame, top, and
+ * takes a fall by more than the reach of reordering, R, for a new frame. Both
+ * eyes sweep together, so an eye also looks where the other stands.
+ *
+ * Numbers only grow, but that the eye that begins second may stand one behind
+ * the other, and a straggler is of the frame before: so 0 is the lowest. */
 
-void lum_frames_count_gap(lum_assembler *a, lum_eye_state *eye)
+void lum_frames_init(lum_assembler *a)
 {
-    lum_counter_add(&a->counters.lines_skipped, eye->gap);
-    eye->gap = 0;
+    a->eye[LUM_EYE_BLUE].frames.frame = 1;
+    a->eye[LUM_EYE_GREEN].frames.frame = 1;
+    a->frames.next = 1;
+    a->frames.first = 1;
 }
 
 static bool is_far_above(uint32_t a, uint32_t b, unsigned reach)
@@ -26,96 +24,178 @@ static bool is_far_above(uint32_t a, uint32_t b, unsigned reach)
     return a > b && a - b > reach;
 }
 
-static bool is_beside(const lum_eye_state *other, uint32_t l, unsigned r)
+/* Whether the other eye stands within a reach of the line. */
+static bool is_beside(const lum_eye_frames *other, uint32_t line, unsigned r)
 {
-    return other->begun && !is_far_above(l, other->top, r) &&
-           !is_far_above(other->top, l, r);
+    return other->begun && !is_far_above(line, other->top, r) &&
+           !is_far_above(other->top, line, r);
 }
 
-static void begin(lum_eye_state *eye, const lum_eye_state *other, uint32_t l,
+/* The first line of an eye: in the other's frame if it is beside its top; else
+ * the other has just begun its next frame where this eye still is at the end of
+ * one, or will begin it soon. */
+static void begin(lum_eye_frames *f, const lum_eye_frames *other, uint32_t line,
                   bool beside)
 {
-    eye->begun = true;
-    eye->top = l;
+    f->begun = true;
+    f->top = line;
     if (other->begun) {
-        eye->frame = other->frame;
+        f->frame = other->frame;
         if (!beside) {
-            eye->frame += l > other->top ? -1 : 1;
+            f->frame += line > other->top ? UINT32_MAX : 1u;
         }
     }
 }
 
-/* Behind a break no line is missed, and none straggles. */
-static void begin_frame(lum_eye_state *eye, int64_t frame, uint32_t l,
+/* The lines below the top that never came are skipped for good. */
+static void count_gap(lum_assembler *a, lum_eye_frames *f)
+{
+    lum_counter_add(&a->counters.lines_skipped, f->gap);
+    f->gap = 0;
+}
+
+/* A new frame begins at a line: those below it are missing so far. After a
+ * break none is known to be missing, and none comes late from the frame
+ * before. */
+static void begin_frame(lum_eye_frames *f, uint32_t frame, uint32_t line,
                         unsigned r)
 {
-    eye->frame = frame;
-    eye->previous_top = eye->top;
-    eye->top = l;
-    eye->gap = eye->after_break ? 0 : l;
-    eye->straggling = (uint8_t)(eye->after_break ? 0 : r);
-    eye->after_break = false;
+    f->frame = frame;
+    f->previous_top = f->top;
+    f->top = line;
+    f->gap = f->after_break ? 0 : line;
+    f->straggling = (uint8_t)(f->after_break ? 0 : r);
+    f->after_break = false;
 }
 
-static bool is_straggler(lum_eye_state *eye, uint32_t l, unsigned r)
+/* A straggler is a line of the frame before that was overtaken by the first
+ * lines of this one: far above this frame's top, not far below that frame's,
+ * and fewer than R lines after the wrap. Each line here uses up one of them. */
+static bool is_straggler(lum_eye_frames *f, uint32_t line, unsigned r)
 {
-    if (eye->straggling > 0) {
-        eye->straggling--;
+    if (f->straggling > 0) {
+        f->straggling--;
     }
-    return eye->straggling > 0 && is_far_above(l, eye->top, r) &&
-           !is_far_above(eye->previous_top, l, r);
+    return f->straggling > 0 && is_far_above(line, f->top, r) &&
+           !is_far_above(f->previous_top, line, r);
 }
 
-static void advance(lum_eye_state *eye, uint32_t l)
+/* Lines that a rise of the top passes over are missing; each that comes below
+ * the top is taken for one of them. */
+static void advance(lum_eye_frames *f, uint32_t line)
 {
-    if (l > eye->top) {
-        eye->gap += l - eye->top - 1u;
-        eye->top = l;
-    } else if (l < eye->top && eye->gap > 0) {
-        eye->gap--;
+    if (line > f->top) {
+        f->gap += line - f->top - 1u;
+        f->top = line;
+    } else if (line < f->top && f->gap > 0) {
+        f->gap--;
     }
 }
 
-/* Keeps the r highest frame numbers of lines, the highest first. */
-static void note_highest(lum_eye_state *eye, int64_t frame, unsigned r)
+/* Keeps the R highest frames of decided lines, the highest first: when the last
+ * of them is past a frame, R lines are. */
+static void note_highest(lum_reach *reach, uint32_t frame, unsigned r)
 {
-    for (unsigned i = 0; i < r; i++) {
-        const int64_t there = eye->highest[i];
-        if (there < frame) {
-            eye->highest[i] = frame;
+    for (; r > 0; r--) {
+        const uint32_t there = reach->frame;
+        if (frame_is_before(there, frame)) {
+            reach->frame = frame;
             frame = there;
         }
+        reach++;
     }
 }
 
-void lum_frames_note(lum_assembler *a, int64_t frame)
+/* Both eyes number without holes, so the span of the numbers counts them. The
+ * first line of all is of frame 1; but one before it, of the eye that begins
+ * second, none is below. Then that frame may have been passed over already. */
+void lum_frames_note(lum_assembler *a, uint32_t frame)
 {
-    if (frame < a->next_frame && !a->announced) {
-        a->next_frame = frame;
+    lum_frame_span *span = &a->frames;
+    uint32_t more = 0;
+    if (frame_is_before(span->highest, frame)) {
+        more = frame - span->highest;
+        span->highest = frame;
+    } else if (frame < span->first) {
+        more = span->first - frame;
+        span->first = frame;
+        if (span->announced == 0) {
+            span->next = frame;
+        }
     }
-    if (frame > a->highest_frame) {
-        a->highest_frame = frame;
-    }
+    lum_counter_add(&a->counters.frames, more);
 }
 
-int64_t lum_frames_decide(lum_assembler *a, lum_eye_state *eye,
-                          const lum_eye_state *other, uint32_t line)
+uint32_t lum_frames_decide(lum_assembler *a, lum_eye_state *eye, uint32_t line)
 {
+    lum_eye_state *blue = &a->eye[LUM_EYE_BLUE];
+    const lum_eye_frames *other =
+        eye == blue ? &a->eye[LUM_EYE_GREEN].frames : &blue->frames;
     const unsigned r = a->config.reorder_lines;
+    lum_eye_frames *f = &eye->frames;
     const bool beside = is_beside(other, line, r);
-    const bool behind = beside && other->frame > eye->frame;
+    /* the other eye wrapped, and this one's wrap was lost */
+    const bool behind = beside && frame_is_before(f->frame, other->frame);
     uint32_t back = 0;
-    if (!eye->begun) {
-        begin(eye, other, line, beside);
-    } else if (eye->after_break || behind || is_far_above(eye->top, line, r)) {
-        lum_frames_count_gap(a, eye);
-        begin_frame(eye, behind ? other->frame : eye->frame + 1, line, r);
-    } else if (is_straggler(eye, line, r)) {
+    if (!f->begun) {
+        begin(f, other, line, beside);
+    } else if (f->after_break || behind || is_far_above(f->top, line, r)) {
+        count_gap(a, f);
+        begin_frame(f, behind ? other->frame : f->frame + 1u, line, r);
+    } else if (is_straggler(f, line, r)) {
         back = 1;
     } else {
-        advance(eye, line);
+        advance(f, line);
     }
-    const int64_t frame = eye->frame - back;
-    note_highest(eye, frame, r);
+    const uint32_t frame = f->frame - back;
+    note_highest(eye->reach, frame, r);
+    lum_frames_note(a, frame);
     return frame;
+}
+
+/* As if a reach of lines of the next frame had been decided: none of this one
+ * is expected. */
+void lum_frames_break(lum_assembler *a, lum_eye_state *eye)
+{
+    LUM_CHECK(eye->lines.open_count == 0);
+    if (!eye->frames.begun) {
+        return;
+    }
+    eye->frames.after_break = true;
+    for (unsigned i = 0; i < a->config.reorder_lines; i++) {
+        eye->reach[i].frame = eye->frames.frame + 1u;
+    }
+}
+
+bool lum_frames_remain(const lum_assembler *a)
+{
+    return !frame_is_before(a->frames.highest, a->frames.next);
+}
+
+void lum_frames_announce(lum_assembler *a)
+{
+    LUM_CHECK(lum_frames_remain(a));
+    a->frames.announced = 1;
+    a->frames.next++;
+}
+
+void lum_frames_count_gaps(lum_assembler *a)
+{
+    for (unsigned e = 0; e < LUM_EYES; e++) {
+        LUM_CHECK(a->eye[e].lines.open_count == 0);
+        count_gap(a, &a->eye[e].frames);
+    }
+}
+
+/* Where a line has been, an eye that has not begun counts as begun too: its
+ * first line must not fall into a frame that was announced. */
+void lum_frames_end(lum_assembler *a)
+{
+    LUM_CHECK(!lum_frames_remain(a));
+    for (unsigned e = 0; e < LUM_EYES && a->frames.announced != 0; e++) {
+        lum_eye_state *eye = &a->eye[e];
+        eye->frames.begun = true;
+        eye->frames.frame = a->frames.highest;
+        lum_frames_break(a, eye);
+    }
 }

@@ -1,6 +1,7 @@
 #include "lum/group.h"
 
 #include "bytes.h"
+#include "group.h"
 #include "lum/wire.h"
 
 #include <string.h>
@@ -23,8 +24,7 @@ static void store_field(uint8_t *packet, const lum_field *field, uint32_t value)
     }
 }
 
-/* What is asked of a packet that is read or written. */
-static lum_result check(uint32_t tag, uint32_t n, uint32_t first)
+lum_result lum_group_check(uint32_t tag, uint32_t n, uint32_t first)
 {
     if (n == 0) {
         return LUM_E_MALFORMED;
@@ -58,7 +58,7 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
         return LUM_E_MALFORMED;
     }
     const lum_result r =
-        check(v[LUM_FIELD_TAG], n, v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
+        lum_group_check(v[LUM_FIELD_TAG], n, v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
     if (r != LUM_OK) {
         return r;
     }
@@ -89,8 +89,9 @@ lum_result lum_group_encode(const lum_layout *layout, const lum_group *group,
                             void *out, size_t size, size_t *len)
 {
     const lum_profile *p = &layout->profile;
-    if (group->eye >= LUM_EYES || check(group->tag, group->num_samples,
-                                        group->first_sample_index) != LUM_OK) {
+    if (group->eye >= LUM_EYES ||
+        lum_group_check(group->tag, group->num_samples,
+                        group->first_sample_index) != LUM_OK) {
         return LUM_E_VALUE;
     }
     const uint32_t values[LUM_GROUP_FIELDS] = {

@@ -1,62 +1,107 @@
 #include "lines.h"
 
+#include "check.h"
+#include "frames.h"
 #include "stream.h"
 
 #include <string.h>
 
-/* The frame of an open line that is not decided: behind all others. */
-#define UNDECIDED INT64_MAX
+/* The slots of an eye are a ring. From oldest on, open_count of them are open,
+ * in the order in which they were opened; the others follow from unused on. */
 
-static bool was_closed(const lum_assembler *a, const lum_eye_state *eye,
-                       uint32_t number)
+void lum_lines_init(lum_assembler *a, const lum_assembler_storage *storage)
 {
-    for (unsigned i = 0; i < eye->closed_count; i++) {
-        const lum_closed_line *closed = &eye->closed[i];
-        if (closed->number == number &&
-            stream_is_within(
-                lum_stream_lead(&a->packet_clock_us, &closed->clock_us),
-                a->line_span_us)) {
+    const lum_assembler_config *c = &a->config;
+    lum_line_slot *slot = storage->slots;
+    uint32_t *words = storage->words;
+    lum_reach *reach = storage->reach;
+    memset(reach, 0,
+           (size_t)LUM_ASSEMBLER_REACH(c->reorder_lines) * sizeof *reach);
+    for (unsigned e = 0; e < LUM_EYES; e++) {
+        lum_eye_state *eye = &a->eye[e];
+        eye->reach = reach;
+        eye->lines.oldest = slot;
+        eye->lines.unused = slot;
+        lum_lines_forget(a, eye);
+        for (unsigned i = 0; i < c->open_lines; i++) {
+            slot->line.angles = slot->angles;
+            slot->line.angle_marks = slot->angle_marks;
+            slot->line.words = words;
+            slot->line.eye = (uint8_t)e;
+            slot->words = words;
+            slot->next = slot + 1;
+            words += c->words_per_line;
+            slot++;
+        }
+        slot[-1].next = eye->lines.oldest;
+        reach += c->reorder_lines;
+    }
+}
+
+static int32_t lead(const lum_awaited *packet, const int64_t *clock_us)
+{
+    return lum_stream_lead(&packet->clock_us, clock_us);
+}
+
+static bool was_closed(const lum_assembler *a, const lum_eye_state *eye)
+{
+    const lum_awaited *packet = &a->awaited;
+    const unsigned r = a->config.reorder_lines;
+    for (unsigned i = 0; i < r; i++) {
+        const lum_reach *closed = &eye->reach[i];
+        if (closed->number == packet->group.line &&
+            stream_is_within(lead(packet, &closed->clock_us),
+                             a->line_span_us)) {
             return true;
         }
     }
-    return lum_stream_lead(&a->packet_clock_us, &eye->low_clock_us) < 0;
+    return lead(packet, &eye->lines.low_clock_us) < 0;
 }
 
-lum_result lum_lines_find(lum_assembler *a, const lum_eye_state *eye,
-                          uint32_t number, lum_line_slot **found)
+lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
+                          lum_line_slot **found, uint8_t *to_close)
 {
-    lum_line_slot *slot = eye->oldest;
-    for (unsigned i = 0; i < eye->open_count; i++) {
-        if (slot->line.number == number) {
-            const int32_t ahead_us =
-                lum_stream_lead(&a->packet_clock_us, &slot->line.clock_us);
+    const lum_awaited *packet = &a->awaited;
+    const unsigned open_count = eye->lines.open_count;
+    lum_line_slot *slot = eye->lines.oldest;
+    for (unsigned i = 0; i < open_count; i++) {
+        if (slot->line.number == packet->group.line) {
+            const int32_t ahead_us = lead(packet, &slot->line.clock_us);
             if (stream_is_within(ahead_us, a->line_span_us)) {
                 *found = slot;
                 return LUM_OK;
             }
-            a->to_close = (uint8_t)(i + 1u);
-            return ahead_us < 0 ? LUM_E_LATE : LUM_OK;
+            if (ahead_us < 0) {
+                return LUM_E_LATE;
+            }
+            *to_close = (uint8_t)(i + 1u);
+            return LUM_OK;
         }
         slot = slot->next;
     }
-    a->to_close = eye->open_count == a->config.open_lines ? 1 : 0;
-    return was_closed(a, eye, number) ? LUM_E_LATE : LUM_OK;
+    if (was_closed(a, eye)) {
+        return LUM_E_LATE;
+    }
+    *to_close = open_count == a->config.open_lines ? 1 : 0;
+    return LUM_OK;
 }
 
-lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye,
-                              uint32_t number)
+lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye)
 {
-    lum_line_slot *slot = eye->unused;
+    const lum_awaited *packet = &a->awaited;
+    lum_line_slot *slot = eye->lines.unused;
     lum_line *line = &slot->line;
-    eye->unused = slot->next;
-    eye->open_count++;
-    line->frame = UNDECIDED;
-    line->clock_us = a->packet_clock_us;
+    LUM_CHECK(eye->lines.open_count < a->config.open_lines);
+    eye->lines.unused = slot->next;
+    eye->lines.open_count++;
+    line->clock_us = packet->clock_us;
+    line->arrival = packet->arrival;
     line->word_count = 0;
     line->lost_words = 0;
-    line->number = number;
+    line->number = packet->group.line;
     line->angle_count = 0;
     slot->low_clock_us = INT64_MAX;
+    slot->last_arrival = packet->arrival;
     slot->accepted = 0;
     slot->words_seen = 0;
     slot->words_end = 0;
@@ -64,18 +109,31 @@ lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye,
     return slot;
 }
 
+void lum_lines_take(lum_assembler *a, lum_eye_state *eye, lum_line_slot *slot)
+{
+    const lum_awaited *packet = &a->awaited;
+    LUM_CHECK(slot->line.eye == packet->group.eye);
+    LUM_CHECK(slot->line.number == packet->group.line);
+    slot->last_arrival = packet->arrival;
+    if (packet->clock_us < slot->low_clock_us) {
+        slot->low_clock_us = packet->clock_us;
+    }
+    if (slot->accepted < 2 && ++slot->accepted == 2) {
+        slot->frame = lum_frames_decide(a, eye, packet->group.line);
+    }
+}
+
 static void remember(const lum_assembler *a, lum_eye_state *eye,
                      const lum_line *line)
 {
-    lum_closed_line *closed = &eye->closed[eye->closed_next];
+    lum_eye_lines *lines = &eye->lines;
+    lum_reach *closed = &eye->reach[lines->closed_next];
+    LUM_CHECK(lines->closed_next < a->config.reorder_lines);
     closed->clock_us = line->clock_us;
     closed->number = line->number;
-    eye->closed_next++;
-    if (eye->closed_count < eye->closed_next) {
-        eye->closed_count = eye->closed_next;
-    }
-    if (eye->closed_next == a->config.reorder_lines) {
-        eye->closed_next = 0;
+    lines->closed_next++;
+    if (lines->closed_next == a->config.reorder_lines) {
+        lines->closed_next = 0;
     }
 }
 
@@ -83,7 +141,7 @@ static void remember(const lum_assembler *a, lum_eye_state *eye,
 static void clear_unmarked(lum_line_slot *slot)
 {
     for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
-        if (!lum_line_has_angles(&slot->line, p)) {
+        if ((slot->angle_marks[p / 32u] >> (p % 32u) & 1u) == 0) {
             slot->angles[p] = (lum_angle){0, 0};
         }
     }
@@ -91,15 +149,17 @@ static void clear_unmarked(lum_line_slot *slot)
 
 lum_line *lum_lines_close(const lum_assembler *a, lum_eye_state *eye)
 {
-    lum_line_slot *slot = eye->oldest;
+    lum_line_slot *slot = eye->lines.oldest;
     lum_line *line = &slot->line;
-    eye->oldest = slot->next;
-    eye->open_count--;
+    LUM_CHECK(eye->lines.open_count > 0);
+    eye->lines.oldest = slot->next;
+    eye->lines.open_count--;
     if (slot->accepted < 2) {
-        line->frame = eye->frame;
-    } else if (slot->low_clock_us > eye->low_clock_us) {
-        eye->low_clock_us = slot->low_clock_us;
+        slot->frame = eye->frames.frame;
+    } else if (slot->low_clock_us > eye->lines.low_clock_us) {
+        eye->lines.low_clock_us = slot->low_clock_us;
     }
+    line->frame = slot->frame;
     if (slot->words_end > slot->words_seen) {
         line->lost_words = slot->words_end - slot->words_seen;
     }
@@ -110,14 +170,56 @@ lum_line *lum_lines_close(const lum_assembler *a, lum_eye_state *eye)
     return line;
 }
 
-bool lum_lines_are_past(const lum_assembler *a, const lum_eye_state *eye)
+/* Moves an open line before the oldest, which stands behind all that are
+ * unused. */
+static void make_oldest(lum_eye_lines *lines, lum_line_slot *before_it)
 {
-    const lum_line_slot *slot = eye->oldest;
-    if (eye->highest[a->config.reorder_lines - 1u] <= a->next_frame) {
-        return false;
+    lum_line_slot *slot = before_it->next;
+    lum_line_slot *last = before_it;
+    LUM_CHECK(slot != lines->oldest);
+    before_it->next = slot->next;
+    while (last->next != lines->oldest) {
+        last = last->next;
     }
-    for (unsigned i = 0; i < eye->open_count; i++) {
-        if (slot->line.frame <= a->next_frame) {
+    last->next = slot;
+    slot->next = lines->oldest;
+    if (lines->unused == lines->oldest) { /* all are open */
+        lines->unused = slot;
+    }
+    lines->oldest = slot;
+}
+
+bool lum_lines_pull_idle(lum_eye_state *eye, int64_t before)
+{
+    lum_line_slot *slot = eye->lines.oldest;
+    lum_line_slot *previous = NULL;
+    for (unsigned i = 0; i < eye->lines.open_count; i++) {
+        if (slot->last_arrival < before) {
+            if (previous != NULL) {
+                make_oldest(&eye->lines, previous);
+            }
+            return true;
+        }
+        previous = slot;
+        slot = slot->next;
+    }
+    return false;
+}
+
+void lum_lines_forget(const lum_assembler *a, lum_eye_state *eye)
+{
+    LUM_CHECK(eye->lines.open_count == 0);
+    eye->lines.low_clock_us = STREAM_LONG_AGO;
+    for (unsigned i = 0; i < a->config.reorder_lines; i++) {
+        eye->reach[i].clock_us = STREAM_LONG_AGO;
+    }
+}
+
+bool lum_lines_are_past(const lum_eye_state *eye, uint32_t frame)
+{
+    const lum_line_slot *slot = eye->lines.oldest;
+    for (unsigned i = 0; i < eye->lines.open_count; i++) {
+        if (slot->accepted >= 2 && !frame_is_before(frame, slot->frame)) {
             return false;
         }
         slot = slot->next;

@@ -5,22 +5,35 @@
 
 #include "lum/assembler.h"
 
-/* Looks for the line of the packet at hand. LUM_OK: it is found; or found stays
- * as it is, and the line has to be opened once to_close others have closed.
- * LUM_E_LATE. */
-lum_result lum_lines_find(lum_assembler *a, const lum_eye_state *eye,
-                          uint32_t number, lum_line_slot **found);
+/* Gives each eye its share of the storage, which is large enough. */
+void lum_lines_init(lum_assembler *a, const lum_assembler_storage *storage);
 
-/* Opens a line at the clock of the packet at hand; not all may be open. */
-lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye,
-                              uint32_t number);
+/* Looks for the line of the packet at hand: its number and clock.
+ * found:    the open line; untouched where none is: the line has to be opened
+ *           once to_close others have closed.
+ * LUM_OK, and of the two one is set; LUM_E_LATE: none is. */
+lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
+                          lum_line_slot **found, uint8_t *to_close);
 
-/* Closes the line that was opened first. It stays as it is until another line
- * is opened. */
+/* Opens the line of the packet at hand; not all may be open. */
+lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye);
+
+/* Takes note of the packet at hand, which an open line has accepted. The second
+ * decides the line's frame. */
+void lum_lines_take(lum_assembler *a, lum_eye_state *eye, lum_line_slot *slot);
+
+/* Closes the line that was opened first; one is open. It stays as it is until
+ * another line is opened. */
 lum_line *lum_lines_close(const lum_assembler *a, lum_eye_state *eye);
 
-/* Whether the eye is past the next frame to announce: a reach of lines of later
- * ones has been decided, and no open line is of this or one before it. */
-bool lum_lines_are_past(const lum_assembler *a, const lum_eye_state *eye);
+/* Puts an open line whose last packet came before an arrival where the next
+ * lum_lines_close() takes it; false: there is none. */
+bool lum_lines_pull_idle(lum_eye_state *eye, int64_t before);
+
+/* Forgets the lines that have closed; none is open. */
+void lum_lines_forget(const lum_assembler *a, lum_eye_state *eye);
+
+/* Whether every open line whose frame is decided is of a later one. */
+bool lum_lines_are_past(const lum_eye_state *eye, uint32_t frame);
 
 #endif

@@ -1,8 +1,7 @@
 #include "stream.h"
 
 #include "bytes.h"
-#include "frames.h"
-#include "lum/clock.h"
+#include "check.h"
 
 int32_t lum_stream_lead(const int64_t *clock_us, const int64_t *other_us)
 {
@@ -12,68 +11,70 @@ int32_t lum_stream_lead(const int64_t *clock_us, const int64_t *other_us)
     return us == low ? low : limit;
 }
 
-/* Silence is counted from here on, for a clock that has begun or jumped. */
-static void hear_both(lum_assembler *a)
+/* In the middle of all values, so that the first is extended to itself. The
+ * first packet of an eye sets all else. */
+void lum_stream_init(lum_assembler *a, uint8_t clock_bytes)
+{
+    a->stream.clock_bytes = clock_bytes;
+    if (clock_bytes > 0) {
+        a->stream.clock_us = UINT32_C(1) << (8u * clock_bytes - 1u);
+    }
+}
+
+/* Within 2^61 us of 0, 70,000 years: sums and differences of clocks fit, also
+ * of a stray farther off, as it is less than 2^32 from a clock. Only forged
+ * packets lead there. */
+static bool is_clock(const int64_t *us)
+{
+    return ((uint64_t)*us + (UINT64_C(1) << 61)) >> 62 == 0;
+}
+
+enum lum_stream_place lum_stream_judge(const lum_eye_stream *eye,
+                                       const int64_t *clock_us, uint32_t gap_us)
+{
+    if (!is_clock(clock_us)) {
+        return STREAM_STRAY;
+    }
+    if (eye->seen == 0 ||
+        stream_is_within(lum_stream_lead(clock_us, &eye->newest_us), gap_us)) {
+        return STREAM_NEAR;
+    }
+    return stream_is_within(lum_stream_lead(clock_us, &eye->candidate_us),
+                            gap_us)
+               ? STREAM_BREAK
+               : STREAM_STRAY;
+}
+
+void lum_stream_take(lum_assembler *a, lum_eye_stream *s,
+                     enum lum_stream_place place)
+{
+    const int64_t *clock_us = &a->awaited.clock_us;
+    if (place == STREAM_STRAY) {
+        s->candidate_us = *clock_us;
+        return;
+    }
+    LUM_CHECK(is_clock(clock_us));
+    s->candidate_us = STREAM_LONG_AGO;
+    a->stream.clock_us = *clock_us;
+    if (place == STREAM_BREAK || a->stream.begun == 0) {
+        /* silence of either eye is counted from here on */
+        a->eye[LUM_EYE_BLUE].stream.heard_us = *clock_us;
+        a->eye[LUM_EYE_GREEN].stream.heard_us = *clock_us;
+        a->stream.begun = 1;
+        s->seen = 0;
+    }
+    if (s->seen == 0 || *clock_us > s->newest_us) {
+        s->newest_us = *clock_us;
+    }
+    s->heard_us = s->newest_us;
+    s->seen = 1;
+}
+
+void lum_stream_end(lum_assembler *a)
 {
     for (unsigned e = 0; e < LUM_EYES; e++) {
-        a->eye[e].heard_us = a->packet_clock_us;
+        a->eye[e].stream.seen = 0;
+        a->eye[e].stream.candidate_us = STREAM_LONG_AGO;
     }
-}
-
-static void read_clock(lum_assembler *a, uint32_t raw)
-{
-    if (a->clock_begun) {
-        a->packet_clock_us = lum_clock_extend(a->clock_us, raw, a->clock_bytes);
-    } else {
-        a->clock_begun = true;
-        a->packet_clock_us = raw;
-        hear_both(a);
-    }
-}
-
-/* Within 2^61 us of 0, 70,000 years: sums and differences of clocks fit. Only
- * forged packets lead the clock farther. */
-static bool is_clock(int64_t us)
-{
-    return ((uint64_t)us + (UINT64_C(1) << 61)) >> 62 == 0;
-}
-
-enum lum_stream_place lum_stream_place(lum_assembler *a, lum_eye_state *eye,
-                                       uint32_t clock_raw)
-{
-    const uint32_t gap_us = a->config.gap_us;
-    const int64_t *clock_us = &a->packet_clock_us;
-    enum lum_stream_place place = STREAM_NEAR;
-    read_clock(a, clock_raw);
-    if (!is_clock(*clock_us)) {
-        return STREAM_STRAY;
-    }
-    const int32_t ahead_us =
-        eye->seen ? lum_stream_lead(clock_us, &eye->newest_us) : 0;
-    if (stream_is_within(ahead_us, gap_us)) {
-        if (ahead_us >= 0) {
-            eye->newest_us = *clock_us;
-        }
-        eye->heard_us = eye->newest_us;
-        eye->seen = true;
-    } else if (stream_is_within(lum_stream_lead(clock_us, &eye->candidate_us),
-                                gap_us)) {
-        place = STREAM_BREAK;
-    } else {
-        eye->candidate_us = *clock_us;
-        return STREAM_STRAY;
-    }
-    eye->candidate_us = STREAM_LONG_AGO;
-    a->clock_us = *clock_us;
-    return place;
-}
-
-void lum_stream_jump(lum_assembler *a, lum_eye_state *eye)
-{
-    eye->newest_us = a->packet_clock_us;
-    eye->low_clock_us = STREAM_LONG_AGO;
-    eye->closed_next = 0;
-    eye->closed_count = 0;
-    hear_both(a);
-    lum_frames_break(eye);
+    a->stream.begun = 0;
 }

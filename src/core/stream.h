@@ -10,18 +10,24 @@
 
 /* Where a packet stands. */
 enum lum_stream_place {
-    STREAM_STRAY, /* far away; its clock is remembered */
+    STREAM_STRAY, /* far away */
     STREAM_NEAR,  /* in the stream */
     STREAM_BREAK, /* the stream has jumped to it */
 };
 
-/* Extends the packet's clock and judges it. */
-enum lum_stream_place lum_stream_place(lum_assembler *a, lum_eye_state *eye,
-                                       uint32_t clock_raw);
+void lum_stream_init(lum_assembler *a, uint8_t clock_bytes);
 
-/* Goes on from the packet at hand, after a break: no line is open, and none
- * has closed. */
-void lum_stream_jump(lum_assembler *a, lum_eye_state *eye);
+/* Judges a clock. */
+enum lum_stream_place lum_stream_judge(const lum_eye_stream *eye,
+                                       const int64_t *clock_us,
+                                       uint32_t gap_us);
+
+/* Takes note of the clock of the packet at hand, which was judged so. */
+void lum_stream_take(lum_assembler *a, lum_eye_stream *s,
+                     enum lum_stream_place place);
+
+/* Any clock may come next. */
+void lum_stream_end(lum_assembler *a);
 
 /* How far a clock is ahead of another, cut to what 32 bits hold: all that it is
  * held against is less. */

@@ -1,12 +1,8 @@
 #include "turn.h"
 
-#include <string.h>
+#include "product.h"
 
-/* The upper half of a product, rounded down, and a sum. */
-static LUM_ONE_COPY int32_t multiply(int32_t a, int32_t b, int32_t sum)
-{
-    return (int32_t)(((int64_t)a * b) >> 32) + sum;
-}
+#include <string.h>
 
 /* A sum of 720e6 microdegrees has a mean of one turn, 2^32 units: 6 less this /
  * 2^32 units for each of the sum. */
@@ -15,7 +11,7 @@ static LUM_ONE_COPY int32_t multiply(int32_t a, int32_t b, int32_t sum)
 uint32_t lum_turn_from_udeg(int32_t sum_udeg)
 {
     return (uint32_t)sum_udeg * 6u -
-           (uint32_t)multiply(sum_udeg, TURNS_PER_UDEG, 0);
+           (uint32_t)high_product(sum_udeg, TURNS_PER_UDEG, 0);
 }
 
 /* An angle's sine and cosine, 2^-30. */
@@ -28,35 +24,40 @@ typedef struct turn {
  * the cosine 1 + y^2 Q(y^2), with least largest error: 1.3e-9 and 3.3e-8. Each
  * step multiplies by y^2 in 2^-30 and so takes 2 bits of fraction: from 2^-37
  * to 2^-31 and from 2^-36 to 2^-30. */
-static LUM_ONE_COPY void compute(uint32_t angle, turn *out)
+static LUM_ONE_COPY void approximate(uint32_t angle, turn *out)
 {
     /* what the nearest quarter leaves fills a word when it is times 4 */
     const int32_t y = (int32_t)(angle << 2);
-    const int32_t y2 = multiply(y, y, 0);
-    int32_t s = multiply(-4930933, y2, 85551349);
-    s = multiply(s, y2, -693597423);
-    s = multiply(s, y2, 1686629690);
-    s = multiply(s, y, 0);
-    int32_t c = multiply(-21932519, y2, 272307758);
-    c = multiply(c, y2, -1324673091);
-    c = multiply(c, y2, INT32_C(1) << 30);
-    angle += UINT32_C(1) << 29;
-    if (angle >> 30 != 0) {
-        const int32_t was = s;
-        if ((angle & (UINT32_C(1) << 30)) != 0) {
-            s = c;
-            c = -was;
-        }
-        if ((angle & (UINT32_C(1) << 31)) != 0) {
-            s = -s;
-            c = -c;
-        }
-    }
+    const int32_t y2 = high_product(y, y, 0);
+    int32_t s = high_product(-4930933, y2, 85551349);
+    s = high_product(s, y2, -693597423);
+    s = high_product(s, y2, 1686629690);
+    s = high_product(s, y, 0);
+    int32_t c = high_product(-21932519, y2, 272307758);
+    c = high_product(c, y2, -1324673091);
     out->sine = s;
-    out->cosine = c;
+    out->cosine = high_product(c, y2, INT32_C(1) << 30);
 }
 
-/* The 2^-28 that multiply() makes of two numbers of 2^-30, as 2^-30. */
+/* From the nearest quarter of a turn to the angle itself. */
+static LUM_ONE_COPY void turn_quarters(uint32_t angle, turn *t)
+{
+    const uint32_t quarters = angle + (UINT32_C(1) << 29);
+    if (quarters >> 30 == 0) {
+        return;
+    }
+    if ((quarters & (UINT32_C(1) << 30)) != 0) {
+        const int32_t was = t->sine;
+        t->sine = t->cosine;
+        t->cosine = -was;
+    }
+    if ((quarters & (UINT32_C(1) << 31)) != 0) {
+        t->sine = -t->sine;
+        t->cosine = -t->cosine;
+    }
+}
+
+/* The 2^-28 that high_product() makes of two numbers of 2^-30, as 2^-30. */
 static int32_t quadruple(int32_t v)
 {
     return (int32_t)((uint32_t)v * 4u);
@@ -65,13 +66,17 @@ static int32_t quadruple(int32_t v)
 /* Turns the eye from an axis to the next. */
 static void turn_axes(int32_t from[3], int32_t to[3], int32_t udeg)
 {
+    const uint32_t angle = lum_turn_from_udeg(2 * udeg);
     turn t;
-    compute(lum_turn_from_udeg(2 * udeg), &t);
+    approximate(angle, &t);
+    turn_quarters(angle, &t);
     for (unsigned i = 0; i < 3; i++) {
         const int32_t a = from[i];
         const int32_t b = to[i];
-        from[i] = quadruple(multiply(a, t.cosine, 0) - multiply(b, t.sine, 0));
-        to[i] = quadruple(multiply(a, t.sine, multiply(b, t.cosine, 0)));
+        from[i] = quadruple(high_product(a, t.cosine, 0) -
+                            high_product(b, t.sine, 0));
+        to[i] =
+            quadruple(high_product(a, t.sine, high_product(b, t.cosine, 0)));
     }
 }
 
@@ -87,21 +92,19 @@ void lum_turn_axes(const lum_eye_calibration *eye, int32_t out[3][3])
     turn_axes(out[0], out[1], eye->mount_yaw_udeg);
 }
 
-/* How far a vector of length 1 goes along another. */
+/* How far a vector of length 1 goes along another: both 2^-30, this 2^-28. */
 static LUM_ONE_COPY int32_t project(const int32_t a[3], const int32_t b[3])
 {
-    return quadruple((int32_t)(((int64_t)a[0] * b[0] + (int64_t)a[1] * b[1] +
-                                (int64_t)a[2] * b[2]) >>
-                               32));
+    return (int32_t)((product(a[0], b[0]) + product(a[1], b[1]) +
+                      product(a[2], b[2])) >>
+                     32);
 }
 
 /* What is left of a bit times any raw angle is below 2^30. */
-static LUM_ONE_COPY void compute_axis(const lum_fixed_axis *axis, int32_t raw,
-                                      turn *out)
+static inline uint32_t angle_of(const lum_fixed_axis *axis, int32_t raw)
 {
-    compute(axis->center + (uint32_t)raw * axis->whole +
-                (uint32_t)((raw * axis->part) >> 15),
-            out);
+    return axis->center + (uint32_t)raw * axis->whole +
+           (uint32_t)((raw * axis->part) >> 15);
 }
 
 void lum_turn_look(const lum_fixed_eye *eye, const lum_angle *angle,
@@ -109,10 +112,15 @@ void lum_turn_look(const lum_fixed_eye *eye, const lum_angle *angle,
 {
     turn az;
     turn el;
-    compute_axis(&eye->azimuth, angle->azimuth, &az);
-    compute_axis(&eye->elevation, angle->elevation, &el);
-    const int32_t look[3] = {quadruple(multiply(el.cosine, az.cosine, 0)),
-                             quadruple(multiply(el.cosine, az.sine, 0)),
+    /* side by side: what both need is loaded once */
+    const uint32_t a = angle_of(&eye->azimuth, angle->azimuth);
+    const uint32_t e = angle_of(&eye->elevation, angle->elevation);
+    approximate(a, &az);
+    approximate(e, &el);
+    turn_quarters(a, &az);
+    turn_quarters(e, &el);
+    const int32_t look[3] = {quadruple(high_product(el.cosine, az.cosine, 0)),
+                             quadruple(high_product(el.cosine, az.sine, 0)),
                              el.sine};
     out[0] = project(eye->axes[0], look);
     out[1] = project(eye->axes[1], look);

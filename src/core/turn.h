@@ -7,18 +7,6 @@
 
 #include <stdint.h>
 
-#if ((-1) >> 1) != -1
-#error "the right shift of a negative number has to keep its sign"
-#endif
-
-/* Cortex-M0 calls a function for each long product: one copy of such a call is
- * enough. Others have an instruction for it. */
-#if defined(__ARM_ARCH_6M__) && defined(__GNUC__)
-#define LUM_ONE_COPY __attribute__((noinline))
-#else
-#define LUM_ONE_COPY inline
-#endif
-
 /* From the sum of two of -360..360 degrees whose mean it is; within 1.03 x
  * 2^-32 turns. */
 uint32_t lum_turn_from_udeg(int32_t sum_udeg);
@@ -27,7 +15,7 @@ uint32_t lum_turn_from_udeg(int32_t sum_udeg);
  * azimuth center: vectors of length 1, in 2^-30. */
 void lum_turn_axes(const lum_eye_calibration *eye, int32_t out[3][3]);
 
-/* Where a pixel looks, in 2^-30. */
+/* Where a pixel looks, in 2^-28. */
 void lum_turn_look(const lum_fixed_eye *eye, const lum_angle *angle,
                    int32_t out[3]);
 

@@ -1,7 +1,9 @@
 #include "words.h"
 
 #include "bytes.h"
+#include "check.h"
 #include "counter.h"
+#include "product.h"
 
 #include <string.h>
 
@@ -12,6 +14,8 @@
 static lum_result flip_marks(uint32_t *marks, uint32_t first, uint32_t n)
 {
     const uint32_t last = first + n - 1u;
+    LUM_CHECK(n > 0);
+    LUM_CHECK(last < LUM_LINE_PIXELS);
     uint32_t mask = ALL_BITS << (first % 32u);
     uint32_t set = 0;
     uint32_t clear = 0;
@@ -72,25 +76,25 @@ static uint32_t place_of(uint32_t word)
 
 /* Copies words and tells whether all are good and in order of pixels, from
  * first on. */
-static bool copy_if_in_order(uint32_t *restrict to,
-                             const uint8_t *restrict from, uint32_t n,
-                             uint32_t first)
+static bool copy_in_order(uint32_t *restrict to, const uint8_t *restrict from,
+                          uint32_t n, uint32_t first)
 {
-    to[0] = load_u32(from);
-    uint32_t borrow = place_of(to[0]) - first;
-    for (uint32_t i = 1; i < n; i++) {
-        const uint32_t before = load_u32(from);
-        from += LUM_SAMPLE_BYTES;
-        const uint32_t word = load_u32(from);
+    uint32_t borrow = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        const uint32_t word = load_u32(from + (size_t)LUM_SAMPLE_BYTES * i);
+        const uint32_t place = place_of(word);
         to[i] = word;
-        borrow |= place_of(word) - place_of(before);
+        borrow |= place - first;
+        first = place;
     }
-    return borrow >> 31 == 0 && place_of(to[n - 1u]) < LUM_LINE_PIXELS;
+    return borrow >> 31 == 0 && first < LUM_LINE_PIXELS;
 }
 
-/* What was copied counts only once word_count says so. */
-bool lum_words_append(const lum_assembler *a, lum_line_slot *slot,
-                      const lum_group *group)
+/* The usual case: the packet's words are all good, in order of pixels, behind
+ * all that the line has, and few enough. What was copied counts only once
+ * word_count says so. */
+static bool append(const lum_assembler *a, lum_line_slot *slot,
+                   const lum_group *group)
 {
     const uint32_t n = group->num_samples;
     const uint32_t count = slot->line.word_count;
@@ -99,84 +103,136 @@ bool lum_words_append(const lum_assembler *a, lum_line_slot *slot,
         return false;
     }
     const uint32_t first = count > 0 ? place_of(to[-1]) + 1u : 0;
-    if (!copy_if_in_order(to, group->samples, n, first)) {
+    if (!copy_in_order(to, group->samples, n, first)) {
         return false;
     }
     slot->line.word_count = count + n;
     return true;
 }
 
-/* How many words are good, and in placement how many of each pixel, as far as
- * a line can hold them. */
-static uint32_t count_good(const lum_group *group, uint16_t *placement)
+/* Any other packet is put among the words of the line by a table of pixels: how
+ * many words of the packet a pixel has, then where they go. It is all 0 between
+ * calls, so that only the packet's own pixels cost. */
+
+/* What is merged: the pixels of the packet's good words are from low to before
+ * end. */
+struct merge {
+    uint32_t *words;
+    uint16_t *table;
+    uint32_t low;
+    uint32_t end;
+};
+
+/* How many words are good, as far as a line can hold them. */
+static uint32_t count_good(struct merge *m, const lum_group *group)
 {
     uint32_t good = 0;
-    memset(placement, 0, LUM_LINE_PIXELS * sizeof *placement);
+    m->low = LUM_LINE_PIXELS;
+    m->end = 0;
     for (uint32_t i = 0; i < group->num_samples; i++) {
         const uint32_t pixel = place_of(lum_group_word(group, i));
-        if (pixel < LUM_LINE_PIXELS && placement[pixel] <= LUM_LINE_WORDS_MAX) {
-            placement[pixel]++;
+        if (pixel < LUM_LINE_PIXELS && m->table[pixel] <= LUM_LINE_WORDS_MAX) {
+            m->table[pixel]++;
             good++;
+            if (pixel < m->low) {
+                m->low = pixel;
+            }
+            if (pixel >= m->end) {
+                m->end = pixel + 1u;
+            }
         }
     }
     return good;
 }
 
-/* How many of the counted words find words of their pixel. They are out of
- * placement then: their packet has no place. */
-static uint32_t take_there(const lum_line *line, uint16_t *placement)
+/* How many of a line's words are left without those of higher pixels: these are
+ * passed by eight at a time as long as there are so many. */
+static LUM_ONE_COPY uint32_t descend(const uint32_t *words, uint32_t count,
+                                     uint32_t pixel)
+{
+    while (count >= 8u && place_of(words[count - 8u]) > pixel) {
+        count -= 8u;
+    }
+    while (count > 0 && place_of(words[count - 1u]) > pixel) {
+        count--;
+    }
+    return count;
+}
+
+/* How many words of the packet find words of their pixel in the line: both are
+ * walked down side by side. */
+static uint32_t count_there(const struct merge *m, uint32_t count)
 {
     uint32_t there = 0;
-    for (uint32_t i = 0; i < line->word_count; i++) {
-        uint16_t *count = &placement[place_of(line->words[i])];
-        there += *count;
-        *count = 0;
+    for (uint32_t pixel = m->end; pixel-- > m->low;) {
+        const uint32_t n = m->table[pixel];
+        if (n > 0) {
+            count = descend(m->words, count, pixel);
+            if (count > 0 && place_of(m->words[count - 1u]) == pixel) {
+                there += n;
+            }
+        }
     }
     return there;
 }
 
-/* Moves the line's words apart, from the end, and leaves in placement where
- * each pixel of the packet begins. */
-static void make_room(uint32_t *words, uint32_t from, uint32_t to,
-                      uint16_t *placement)
+/* Moves the line's words apart, the last first, and leaves in the table where
+ * the words of each pixel of the packet begin. */
+static void make_room(const struct merge *m, uint32_t count, uint32_t good)
 {
-    for (uint32_t pixel = LUM_LINE_PIXELS; pixel-- > 0;) {
-        while (from > 0 && place_of(words[from - 1u]) == pixel) {
-            words[--to] = words[--from];
+    uint32_t *words = m->words;
+    for (uint32_t pixel = m->end; pixel-- > m->low;) {
+        const uint32_t n = m->table[pixel];
+        if (n > 0) {
+            const uint32_t left = descend(words, count, pixel);
+            for (; count > left; count--) {
+                words[count + good - 1u] = words[count - 1u];
+            }
+            good -= n;
+            m->table[pixel] = (uint16_t)(left + good);
         }
-        to -= placement[pixel];
-        placement[pixel] = (uint16_t)to;
     }
 }
 
-lum_result lum_words_insert(lum_assembler *a, lum_line_slot *slot,
-                            const lum_group *group)
+static void fill_room(const struct merge *m, const lum_group *group)
 {
-    const uint32_t count = slot->line.word_count;
-    const uint32_t good = count_good(group, a->placement);
-    const uint32_t there = take_there(&slot->line, a->placement);
-    if (there > 0) {
-        return there == good ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
-    }
-    if (good > a->config.words_per_line - count) {
-        return LUM_E_NO_ROOM;
-    }
-    make_room(slot->words, count, count + good, a->placement);
     for (uint32_t i = 0; i < group->num_samples; i++) {
         const uint32_t word = lum_group_word(group, i);
         const uint32_t pixel = place_of(word);
         if (pixel < LUM_LINE_PIXELS) {
-            slot->words[a->placement[pixel]++] = word;
+            m->words[m->table[pixel]++] = word;
         }
     }
-    slot->line.word_count += good;
-    lum_counter_add(&a->counters.bad_words, group->num_samples - good);
-    return LUM_OK;
+}
+
+static lum_result insert(lum_assembler *a, lum_line_slot *slot,
+                         const lum_group *group)
+{
+    struct merge m = {.words = slot->words, .table = a->placement};
+    lum_result r = LUM_OK;
+    const uint32_t count = slot->line.word_count;
+    LUM_CHECK(count <= a->config.words_per_line);
+    const uint32_t good = count_good(&m, group);
+    const uint32_t there = count_there(&m, count);
+    if (there > 0) {
+        r = there == good ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
+    } else if (good > a->config.words_per_line - count) {
+        r = LUM_E_NO_ROOM;
+    } else {
+        make_room(&m, count, good);
+        fill_room(&m, group);
+        slot->line.word_count = count + good;
+        lum_counter_add(&a->counters.bad_words, group->num_samples - good);
+    }
+    for (uint32_t pixel = m.low; pixel < m.end; pixel++) {
+        m.table[pixel] = 0;
+    }
+    return r;
 }
 
 /* Where the line cannot hold them, they tell nothing of what it lost. */
-void lum_words_count_sent(const lum_assembler *a, lum_line_slot *slot,
-                          const lum_group *group)
+static void count_sent(const lum_assembler *a, lum_line_slot *slot,
+                       const lum_group *group)
 {
     const uint32_t capacity = a->config.words_per_line;
     const uint32_t n = group->num_samples;
@@ -190,4 +246,15 @@ void lum_words_count_sent(const lum_assembler *a, lum_line_slot *slot,
     if (end >= n && end <= capacity && end > slot->words_end) {
         slot->words_end = end;
     }
+}
+
+lum_result lum_words_place_ranges(lum_assembler *a, lum_line_slot *slot,
+                                  const lum_group *group)
+{
+    const lum_result r =
+        append(a, slot, group) ? LUM_OK : insert(a, slot, group);
+    if (r == LUM_OK) {
+        count_sent(a, slot, group);
+    }
+    return r;
 }

@@ -9,19 +9,9 @@
 lum_result lum_words_place_angles(const lum_assembler *a, lum_line_slot *slot,
                                   const lum_group *group);
 
-/* The usual case: false where the packet's words are not all good, in order of
- * pixels, behind all that the line has, and few enough. */
-bool lum_words_append(const lum_assembler *a, lum_line_slot *slot,
-                      const lum_group *group);
-
-/* Any other packet of ranges. The line's words stay ordered by pixel, then as
- * in their packet.
+/* The line's words stay ordered by pixel, then as in their packet.
  * LUM_OK, LUM_E_DUPLICATE, LUM_E_CONFLICT or LUM_E_NO_ROOM. */
-lum_result lum_words_insert(lum_assembler *a, lum_line_slot *slot,
-                            const lum_group *group);
-
-/* Notes what an accepted packet of ranges says of the words that were sent. */
-void lum_words_count_sent(const lum_assembler *a, lum_line_slot *slot,
-                          const lum_group *group);
+lum_result lum_words_place_ranges(lum_assembler *a, lum_line_slot *slot,
+                                  const lum_group *group);
 
 #endif

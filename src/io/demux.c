@@ -12,6 +12,7 @@ struct assembly {
     lum_assembler assembler;
     lum_line_slot *slots;
     uint32_t *words;
+    lum_reach *reach;
 };
 
 struct address {
@@ -42,6 +43,7 @@ static void free_assembly(struct assembly *assembly)
     if (assembly != NULL) {
         free(assembly->slots);
         free(assembly->words);
+        free(assembly->reach);
         free(assembly);
     }
 }
@@ -49,17 +51,20 @@ static void free_assembly(struct assembly *assembly)
 static struct assembly *new_assembly(const lum_demux_options *options)
 {
     const lum_assembler_config *c = &options->config;
-    const size_t lines = (size_t)LUM_EYES * c->open_lines;
+    lum_assembler_storage s = {
+        .slot_count = LUM_ASSEMBLER_SLOTS(c->open_lines),
+        .word_count = LUM_ASSEMBLER_WORDS(c->open_lines, c->words_per_line),
+        .reach_count = LUM_ASSEMBLER_REACH(c->reorder_lines)};
     struct assembly *assembly = calloc(1, sizeof *assembly);
     if (assembly == NULL) {
         return NULL;
     }
-    assembly->slots = malloc(lines * sizeof *assembly->slots);
-    assembly->words =
-        malloc(lines * c->words_per_line * sizeof *assembly->words);
-    if (assembly->slots == NULL || assembly->words == NULL ||
-        lum_assembler_init(&assembly->assembler, c, &options->layout,
-                           assembly->slots, assembly->words) != LUM_OK) {
+    s.slots = assembly->slots = malloc(s.slot_count * sizeof *s.slots);
+    s.words = assembly->words = malloc(s.word_count * sizeof *s.words);
+    s.reach = assembly->reach = malloc(s.reach_count * sizeof *s.reach);
+    if (s.slots == NULL || s.words == NULL || s.reach == NULL ||
+        lum_assembler_init(&assembly->assembler, c, &options->layout, &s) !=
+            LUM_OK) {
         free_assembly(assembly);
         return NULL;
     }

@@ -188,6 +188,9 @@ static void measure(uint32_t words_a_pixel)
 {
     static lum_line_slot slots[8];
     static uint32_t words[8u * 16384u];
+    static lum_reach reach[2u * 8u];
+    static const lum_assembler_storage storage =
+        LUM_ASSEMBLER_STORAGE(slots, words, reach);
     static struct consumer consumer;
     lum_layout layout;
     lum_calibration calibration;
@@ -215,8 +218,8 @@ static void measure(uint32_t words_a_pixel)
         exit(1);
     }
     for (unsigned round = 0; round < ROUNDS; round++) {
-        if (lum_assembler_init(&consumer.assembler, &config, &layout, slots,
-                               words) != LUM_OK) {
+        if (lum_assembler_init(&consumer.assembler, &config, &layout,
+                               &storage) != LUM_OK) {
             exit(1);
         }
         double begin = now_s();

@@ -12,6 +12,7 @@
 #include <string.h>
 
 #define OPEN_LINES     4u
+#define REORDER_LINES  8u
 #define WORDS_PER_LINE 16384u
 #define DATAGRAM_MAX   65535u
 #define BLOCK          100u
@@ -20,8 +21,9 @@
 typedef struct state {
     lum_layout layout;
     lum_assembler assembler;
-    lum_line_slot slots[2u * OPEN_LINES];
-    uint32_t words[2u * OPEN_LINES * WORDS_PER_LINE];
+    lum_line_slot slots[LUM_ASSEMBLER_SLOTS(OPEN_LINES)];
+    uint32_t words[LUM_ASSEMBLER_WORDS(OPEN_LINES, WORDS_PER_LINE)];
+    lum_reach reach[LUM_ASSEMBLER_REACH(REORDER_LINES)];
     lum_return returns[WORDS_PER_LINE];
     uint8_t datagram[DATAGRAM_MAX];
     uint64_t kinds[LUM_PACKET_KINDS];
@@ -232,11 +234,14 @@ static bool begin(state *s)
     calibration.eye[LUM_EYE_GREEN].mount_pitch_udeg = -2500000;
     lum_assembler_config_default(&config);
     config.open_lines = OPEN_LINES;
+    config.reorder_lines = REORDER_LINES;
     config.words_per_line = WORDS_PER_LINE;
+    const lum_assembler_storage storage =
+        LUM_ASSEMBLER_STORAGE(s->slots, s->words, s->reach);
     return lum_fixed_projector_init(&s->projector, &calibration, &s->layout) ==
                LUM_OK &&
-           lum_assembler_init(&s->assembler, &config, &s->layout, s->slots,
-                              s->words) == LUM_OK;
+           lum_assembler_init(&s->assembler, &config, &s->layout, &storage) ==
+               LUM_OK;
 }
 
 static int fail(const char *file, const char *why)

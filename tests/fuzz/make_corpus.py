@@ -45,9 +45,13 @@ def packet_seeds():
     }
 
 
-def step(eye, tag, n, line, clock, first, rest=(90, 0xFF, 30)):
+PUSH = 0x4F  # until the packet is taken; its arrival is one later
+FLUSH, IDLE, NONSENSE, OTHER_SAMPLES, PUSH_ONCE = range(0x40, 0x45)
+
+
+def step(eye, tag, n, line, clock, first, rest=(90, 0xFF, 30), call=PUSH):
     return bytes((eye | (2 if tag == 2 else 0) | (n - 1) << 2, line, clock,
-                  first & 255, first >> 8, *rest))
+                  first & 255, first >> 8, *rest, call))
 
 
 def lines(count, clock=4):
@@ -60,22 +64,32 @@ def lines(count, clock=4):
 
 def assembler_seeds():
     rng = random.Random(1)
-    usual = bytes((0, 0, 3, 7, 99, 0))
+    usual = bytes((0, 0, 3, 7, 99, 0, 2))
     frames = [*lines(12), *lines(12), *lines(12)]
     mixed = frames[:]
     for i in range(0, len(mixed) - 20, 5):
         j = i + rng.randrange(20)
         mixed[i], mixed[j] = mixed[j], mixed[i]
+    careless = [p[:-1] + bytes((PUSH_ONCE,)) if i % 3 else p for i, p in enumerate(frames)]
+    asked = frames[:]
+    for i, call in enumerate((FLUSH, IDLE, NONSENSE, OTHER_SAMPLES, PUSH_ONCE) * 8):
+        asked.insert(5 * i + 3, frames[5 * i][:-1] + bytes((call,)))
     return {
         "frames": usual + b"".join(frames),
+        "careless": usual + b"".join(careless),
+        "asked": usual + b"".join(asked),
+        "large": bytes((0, 0, 1, 7, 200, 0, 3)) + b"".join(
+            bytes((p[0] | 0x80,)) + p[1:] for p in mixed[:200]),
+        "longest": bytes((0, 0, 0, 7, 200, 0, 0xF3)) + b"".join(
+            bytes((p[0] | 0x80,)) + p[1:] for p in frames[:150]),
         "reordered": usual + b"".join(mixed),
         "repeated": usual + b"".join(p + p for p in frames[:120]),
         "jumps": usual + b"".join(
             p[:2] + bytes((11 if i % 13 == 0 else p[2],)) + p[3:]
             for i, p in enumerate(frames[:200])),
-        "no-clock": bytes((4, 0, 3, 7, 99, 0)) + b"".join(mixed[:200]),
-        "one-byte-clock": bytes((3, 200, 0, 0, 9, 2)) + b"".join(mixed[:200]),
-        "one-line": bytes((0, 0, 0, 0, 0, 0)) + b"".join(frames[:60]),
+        "no-clock": bytes((4, 0, 3, 7, 99, 0, 2)) + b"".join(mixed[:200]),
+        "one-byte-clock": bytes((3, 200, 0, 0, 9, 2, 2)) + b"".join(mixed[:200]),
+        "one-line": bytes((0, 0, 0, 0, 0, 0, 2)) + b"".join(frames[:60]),
         "chance": usual + rng.randbytes(1600),
     }
 

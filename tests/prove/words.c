@@ -1,10 +1,10 @@
 /* A packet's samples into an open line: any samples, every number of them up to
- * 5 beside every number of words up to the line's capacity of 4, and angles at
+ * 5 beside every number of words up to the line's capacity of 10, and angles at
  * any place where they end within the line. Samples, words and angles end where
  * their memory ends. The promises of words_contract.h are checked. */
 #include "words_contract.h"
 
-#define CAPACITY 4u
+#define CAPACITY 10u
 #define SAMPLES  5u
 
 static lum_assembler a;
@@ -14,10 +14,7 @@ static uint8_t samples[SAMPLES * LUM_SAMPLE_BYTES];
 
 static void place_ranges(lum_group *g)
 {
-    if (!lum_words_append(&a, &slot, g)) {
-        (void)lum_words_insert(&a, &slot, g);
-    }
-    lum_words_count_sent(&a, &slot, g);
+    (void)lum_words_place_ranges(&a, &slot, g);
 }
 
 static void place_angles(lum_group *g)

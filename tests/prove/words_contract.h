@@ -13,28 +13,17 @@
 lum_result lum_words_place_angles(const lum_assembler *a, lum_line_slot *slot,
                                   const lum_group *group);
 
-/*@ assigns \result, slot->line.word_count \from indirect:*slot,
-   indirect:*group, unknown; assigns slot->words[0 .. a->config.words_per_line -
-   1] \from indirect:*slot, indirect:*group, unknown; ensures \result \in {0,
-   1}; ensures slot->line.word_count <= a->config.words_per_line; */
-bool lum_words_append(const lum_assembler *a, lum_line_slot *slot,
-                      const lum_group *group);
-
 /*@ assigns \result, slot->line.word_count, a->counters.bad_words,
-      a->placement[0 .. 999] \from indirect:*slot, indirect:*group, unknown;
+      a->placement[0 .. 999], slot->words_seen, slot->words_end
+      \from indirect:*slot, indirect:*group, unknown;
     assigns slot->words[0 .. a->config.words_per_line - 1]
       \from indirect:*slot, indirect:*group, unknown;
     ensures \result \in
       {LUM_OK, LUM_E_DUPLICATE, LUM_E_CONFLICT, LUM_E_NO_ROOM};
-    ensures slot->line.word_count <= a->config.words_per_line; */
-lum_result lum_words_insert(lum_assembler *a, lum_line_slot *slot,
-                            const lum_group *group);
-
-/*@ assigns slot->words_seen, slot->words_end
-      \from indirect:*slot, indirect:*group, unknown;
+    ensures slot->line.word_count <= a->config.words_per_line;
     ensures slot->words_seen <= a->config.words_per_line;
     ensures slot->words_end <= a->config.words_per_line; */
-void lum_words_count_sent(const lum_assembler *a, lum_line_slot *slot,
-                          const lum_group *group);
+lum_result lum_words_place_ranges(lum_assembler *a, lum_line_slot *slot,
+                                  const lum_group *group);
 
 #endif

@@ -15,14 +15,16 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define OPEN_LINES  2u
-#define LINE_WORDS  4000u
-#define LINES       40u
-#define MOST        340u /* samples of a packet: what Ethernet holds */
-#define PACKETS_MAX 8u
-#define BLOCK       64u
-#define LOOPS       500000u
-#define CLOCK_STEP  200u /* microseconds between lines */
+#define OPEN_LINES    2u
+#define REORDER_LINES 8u
+#define LINE_WORDS    4000u
+#define LINES         40u
+#define MOST          340u /* samples of a packet: what Ethernet holds */
+#define PACKETS_MAX   8u
+#define BLOCK         64u
+#define LOOPS         500000u
+#define CLOCK_STEP    200u /* microseconds between lines */
+#define LARGEST       362u /* words of a datagram of 1,472 bytes */
 
 /* What is counted apart. */
 enum cost {
@@ -34,6 +36,10 @@ enum cost {
     COST_PULSES,
     COST_REORDERED,
     COST_PACKET,
+    COST_FILL,
+    COST_FIRST,
+    COST_SPREAD,
+    COST_AGAIN,
     COST_RETURNS,
     COST_POINTS_SINGLES,
     COST_POINTS_PULSES,
@@ -44,10 +50,11 @@ enum cost {
 static const char *const names[COSTS] = {
     "nothing", "loop",           "line",          "angles",
     "singles", "pulses",         "reordered",     "packet",
+    "fill",    "first",          "spread",        "again",
     "returns", "points_singles", "points_pulses", "points_aside"};
 
 struct datagram {
-    uint8_t bytes[LUM_GROUP_HEAD_MAX + MOST * LUM_SAMPLE_BYTES];
+    uint8_t bytes[LUM_GROUP_HEAD_MAX + LARGEST * LUM_SAMPLE_BYTES];
     size_t len;
 };
 
@@ -60,8 +67,11 @@ static struct {
 static struct datagram packets[PACKETS_MAX];
 static lum_layout layout;
 static lum_assembler assembler;
-static lum_line_slot slots[2u * OPEN_LINES];
-static uint32_t words[2u * OPEN_LINES * LINE_WORDS];
+static lum_line_slot slots[LUM_ASSEMBLER_SLOTS(OPEN_LINES)];
+static uint32_t words[LUM_ASSEMBLER_WORDS(OPEN_LINES, LINE_WORDS)];
+static lum_reach reach[LUM_ASSEMBLER_REACH(REORDER_LINES)];
+static const lum_assembler_storage storage =
+    LUM_ASSEMBLER_STORAGE(slots, words, reach);
 static lum_fixed_projector projector;
 static lum_fixed_point points[BLOCK];
 static lum_return returns[LINE_WORDS];
@@ -171,8 +181,7 @@ static void begin_assembler(void)
     lum_assembler_config_default(&config);
     config.open_lines = OPEN_LINES;
     config.words_per_line = LINE_WORDS;
-    if (lum_assembler_init(&assembler, &config, &layout, slots, words) !=
-        LUM_OK) {
+    if (lum_assembler_init(&assembler, &config, &layout, &storage) != LUM_OK) {
         is_wrong = true;
     }
     line_number = 0;
@@ -243,11 +252,66 @@ static void run_backwards(void)
     finish();
 }
 
+/* So many words of each pixel from low on, in steps, to the last. */
+static void fill_line(uint32_t low, uint32_t step, uint32_t words_of_pixel)
+{
+    const uint32_t all =
+        (LUM_LINE_PIXELS - low + step - 1u) / step * words_of_pixel;
+    const uint32_t most = MOST / words_of_pixel * words_of_pixel;
+    uint32_t n = 0;
+    for (uint32_t done = 0; done < all; done += n) {
+        n = all - done < most ? all - done : most;
+        begin_packet(&packets[0], LUM_TAG_RANGES, done, n);
+        for (uint32_t i = 0; i < n; i++) {
+            const uint32_t pixel = low + (done + i) / words_of_pixel * step;
+            lum_word_encode(lum_word_make(9, true, pixel),
+                            sample(&packets[0], n, i));
+        }
+        receive(&packets[0], COST_FILL, n);
+    }
+}
+
+static void push_worst(enum cost cost, lum_result expected)
+{
+    const struct datagram *d = &packets[0];
+    lum_group group;
+    const uint32_t begin = port_ticks();
+    lum_result r = LUM_E_TYPE;
+    if (lum_packet_decode(&layout, d->bytes, d->len, &group) ==
+        LUM_PACKET_DATA) {
+        r = lum_assembler_push(&assembler, &group, 0);
+    }
+    add(cost, begin, 1);
+    is_wrong = is_wrong || r != expected;
+}
+
+/* The packets that cost most: a word before all others of a line, and a whole
+ * datagram whose words come backwards, each between other words; once more it
+ * is a duplicate. */
+static void run_worst(void)
+{
+    begin_assembler();
+    fill_line(1, 1, 4);
+    begin_packet(&packets[0], LUM_TAG_RANGES, 0, 1);
+    lum_word_encode(lum_word_make(9, true, 0), sample(&packets[0], 1, 0));
+    push_worst(COST_FIRST, LUM_OK);
+    begin_assembler();
+    fill_line(1, 2, 7);
+    begin_packet(&packets[0], LUM_TAG_RANGES, 0, LARGEST);
+    for (uint32_t i = 0; i < LARGEST; i++) {
+        lum_word_encode(lum_word_make(9, true, 2 * (LARGEST - 1u - i)),
+                        sample(&packets[0], LARGEST, i));
+    }
+    push_worst(COST_SPREAD, LUM_OK);
+    push_worst(COST_AGAIN, LUM_E_DUPLICATE);
+}
+
 /* Two instructions a turn. */
 static void spin(uint32_t turns)
 {
 #if defined(__thumb__)
-    __asm__ volatile("1: subs %0, #1\n\tbne 1b" : "+r"(turns)::"cc");
+    __asm__ volatile(".syntax unified\n\t1: subs %0, #1\n\tbne 1b"
+                     : "+r"(turns)::"cc");
 #else
     (void)turns;
 #endif
@@ -295,6 +359,7 @@ int main(int argc, char **argv)
     run_in_order(COST_SINGLES, COST_POINTS_SINGLES, 1);
     run_in_order(COST_PULSES, COST_POINTS_PULSES, 2);
     run_backwards();
+    run_worst();
     /* -66 to -110 degrees of a whole turn, and -81 to -56 */
     looks_aside = true;
     calibration.eye[LUM_EYE_BLUE].azimuth_width_udeg = 360000000;

@@ -56,15 +56,23 @@ struct stream *stream_new(void)
 
 void stream_begin(struct stream *s)
 {
-    const size_t lines = (size_t)LUM_EYES * s->config.open_lines;
-    s->slots = allocate(lines * sizeof *s->slots);
-    s->words = allocate(lines * s->config.words_per_line * sizeof *s->words);
-    memset(s->slots, 0xa5, lines * sizeof *s->slots);
+    const lum_assembler_config *c = &s->config;
+    lum_assembler_storage storage = {
+        .slot_count = LUM_ASSEMBLER_SLOTS(c->open_lines),
+        .word_count = LUM_ASSEMBLER_WORDS(c->open_lines, c->words_per_line),
+        .reach_count = LUM_ASSEMBLER_REACH(c->reorder_lines)};
+    const size_t slots = storage.slot_count * sizeof *s->slots;
+    const size_t words = storage.word_count * sizeof *s->words;
+    const size_t reach = storage.reach_count * sizeof *s->reach;
+    storage.slots = s->slots = allocate(slots);
+    storage.words = s->words = allocate(words);
+    storage.reach = s->reach = allocate(reach);
+    memset(s->slots, 0xa5, slots);
+    memset(s->reach, 0x25, reach); /* frames far ahead */
     memset(&s->assembler, 0xa5, sizeof s->assembler);
     /* good words of the last pixel: any could follow them */
-    memset(s->words, 0xe7, lines * s->config.words_per_line * sizeof *s->words);
-    assert_int_equal(lum_assembler_init(&s->assembler, &s->config, &s->layout,
-                                        s->slots, s->words),
+    memset(s->words, 0xe7, words);
+    assert_int_equal(lum_assembler_init(&s->assembler, c, &s->layout, &storage),
                      LUM_OK);
 }
 
@@ -84,6 +92,7 @@ void stream_free(struct stream *s)
     free(s->events);
     free(s->slots);
     free(s->words);
+    free(s->reach);
     free(s);
 }
 

@@ -35,6 +35,7 @@ struct stream {
     lum_assembler assembler;
     lum_line_slot *slots;
     uint32_t *words;
+    lum_reach *reach;
     struct event **events;
     size_t event_count;
     int64_t arrival; /* of the next packet; each gets one more */

@@ -87,9 +87,12 @@ static lum_result init_with(const lum_assembler_config *c)
     static lum_assembler a;
     static lum_line_slot slots[2 * LUM_OPEN_LINES_MAX];
     static uint32_t words[8 * LUM_LINE_WORDS_MAX];
+    static lum_reach reach[2 * LUM_REORDER_MAX];
+    const lum_assembler_storage storage =
+        LUM_ASSEMBLER_STORAGE(slots, words, reach);
     lum_layout layout;
     lum_layout_default(&layout);
-    return lum_assembler_init(&a, c, &layout, slots, words);
+    return lum_assembler_init(&a, c, &layout, &storage);
 }
 
 static void constants_have_limits(void **state)
@@ -312,8 +315,8 @@ static void a_packet_half_a_wrap_away_is_a_stray(void **state)
 /* As if forged jumps had led it there. */
 static void move_clock(struct stream *s, int64_t by_us)
 {
-    s->assembler.clock_us += by_us;
-    s->assembler.eye[BLUE].newest_us += by_us;
+    s->assembler.stream.clock_us += by_us;
+    s->assembler.eye[BLUE].stream.newest_us += by_us;
 }
 
 static void a_clock_beyond_the_far_ends_is_a_stray_for_good(void **state)
@@ -952,6 +955,23 @@ static void angles_of_which_some_are_there_are_a_conflict(void **state)
 }
 
 /* Every cut of the marks' words. */
+static void a_conflict_leaves_the_marks_as_they_were(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    assert_int_equal(send_angles(s, BLUE, 1, 5000, 0, 40), LUM_OK);
+    assert_int_equal(send_angles(s, BLUE, 1, 5000, 20, 60), LUM_E_CONFLICT);
+    assert_int_equal(send_angles(s, BLUE, 1, 5000, 0, 40), LUM_E_DUPLICATE);
+    assert_int_equal(send_angles(s, BLUE, 1, 5000, 40, 40), LUM_OK);
+    assert_int_equal(send_angles(s, BLUE, 1, 5000, 60, 60), LUM_E_CONFLICT);
+    stream_end(s);
+    assert_int_equal(nth_line(s, 0)->angle_count, 80);
+    for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
+        assert_int_equal(lum_line_has_angles(nth_line(s, 0), p), p < 80);
+    }
+    stream_free(s);
+}
+
 static void angles_of_every_cut_are_told_apart(void **state)
 {
     (void)state;
@@ -1001,6 +1021,20 @@ static void a_duplicate_is_told_by_pixels_however_many_words_they_have(
     assert_int_equal(
         send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 6), DOWN(2, 6)), 2),
         LUM_E_DUPLICATE);
+    stream_free(s);
+}
+
+static void a_word_of_any_pixel_that_is_there_is_a_duplicate(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    assert_int_equal(send_pixels(s, BLUE, 1, 5000, 0, 40), LUM_OK);
+    for (uint32_t pixel = 0; pixel < 40; pixel++) {
+        assert_int_equal(send_pixels(s, BLUE, 1, 5000, pixel, 1),
+                         LUM_E_DUPLICATE);
+    }
+    stream_end(s);
+    assert_int_equal(nth_line(s, 0)->word_count, 40);
     stream_free(s);
 }
 
@@ -1204,6 +1238,20 @@ static void what_is_dropped_leaves_its_line_open(void **state)
 }
 
 /* 5. A closed line */
+
+static void an_arrival_may_be_0(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    s->arrival = -1;
+    assert_int_equal(send_angles(s, BLUE, 1, 5000, 0, 1), LUM_OK);
+    assert_int_equal(send_angles(s, BLUE, 2, 10000, 0, 1), LUM_OK);
+    assert_int_equal(one(s, BLUE, 2, 10000), LUM_OK);
+    stream_end(s);
+    assert_int_equal(nth_line(s, 0)->arrival, -1);
+    assert_int_equal(nth_line(s, 1)->arrival, 0);
+    stream_free(s);
+}
 
 static void a_line_bears_what_its_packets_brought(void **state)
 {
@@ -1801,10 +1849,12 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_late_packet_closes_no_line),
     cmocka_unit_test(angles_that_are_all_there_are_a_duplicate),
     cmocka_unit_test(angles_of_which_some_are_there_are_a_conflict),
+    cmocka_unit_test(a_conflict_leaves_the_marks_as_they_were),
     cmocka_unit_test(angles_of_every_cut_are_told_apart),
     cmocka_unit_test(ranges_that_are_all_there_are_a_duplicate),
     cmocka_unit_test(
         a_duplicate_is_told_by_pixels_however_many_words_they_have),
+    cmocka_unit_test(a_word_of_any_pixel_that_is_there_is_a_duplicate),
     cmocka_unit_test(ranges_of_which_some_are_there_are_a_conflict),
     cmocka_unit_test(only_good_words_tell_a_duplicate),
     cmocka_unit_test(the_last_pixel_of_one_line_is_no_word_of_the_next),
@@ -1818,6 +1868,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_duplicate_is_told_before_the_room),
     cmocka_unit_test(words_of_a_pixel_are_counted_beyond_16_bits),
     cmocka_unit_test(what_is_dropped_leaves_its_line_open),
+    cmocka_unit_test(an_arrival_may_be_0),
     cmocka_unit_test(a_line_bears_what_its_packets_brought),
     cmocka_unit_test(angles_may_come_elevation_first),
     cmocka_unit_test(a_slot_used_again_is_empty),

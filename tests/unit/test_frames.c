@@ -194,6 +194,22 @@ static void the_line_after_a_break_begins_a_frame(void **state)
     stream_free(s);
 }
 
+/* As after a restart: the break is spent by line 0. */
+static void a_break_may_be_followed_by_line_0(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    send_lines(s, BLUE, 10, 12);
+    jump(s, BLUE, 0);
+    send_lines(s, BLUE, 0, 3);
+    stream_end(s);
+    assert_int_equal(frame_of(s, BLUE, 0, 0), 2);
+    assert_int_equal(frame_of(s, BLUE, 1, 0), 2);
+    assert_int_equal(frame_of(s, BLUE, 3, 0), 2);
+    assert_int_equal(counters(s)->frames, 2);
+    stream_free(s);
+}
+
 static void breaks_without_a_line_between_are_one(void **state)
 {
     struct stream *s = stream_open();
@@ -1098,6 +1114,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_line_of_one_packet_changes_nothing),
     cmocka_unit_test(a_frame_is_decided_by_the_second_accepted_packet),
     cmocka_unit_test(the_line_after_a_break_begins_a_frame),
+    cmocka_unit_test(a_break_may_be_followed_by_line_0),
     cmocka_unit_test(breaks_without_a_line_between_are_one),
     cmocka_unit_test(a_break_ends_the_gap_before_it),
     cmocka_unit_test(no_line_straggles_between_a_break_and_the_next_wrap),

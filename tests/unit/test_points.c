@@ -139,6 +139,24 @@ static void an_offset_is_added_to_each_time(void **state)
     scene_free(s);
 }
 
+static void each_eye_has_its_own_offset(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    level(s, 0);
+    level(s, 1);
+    s->calibration.eye[0].tof_offset_fs = 1300000; /* 100 bits */
+    s->calibration.eye[1].tof_offset_fs = -1300000;
+    s->line.eye = 1;
+    put(s, 100, true, 0);
+    put(s, 101, true, 1);
+    project(s);
+    assert_int_equal(s->count, 1);
+    assert_int_equal(s->losses.no_range, 1);
+    assert_point(&s->points[0], 0.00195, 0, 0, s->words[1]);
+    scene_free(s);
+}
+
 static void an_offset_may_reach_times_below_zero(void **state)
 {
     struct scene *s = scene_new();
@@ -359,6 +377,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_bit_of_tof_is_the_manuals_length),
     cmocka_unit_test(the_speed_of_light_and_the_lsb_may_be_chosen),
     cmocka_unit_test(an_offset_is_added_to_each_time),
+    cmocka_unit_test(each_eye_has_its_own_offset),
     cmocka_unit_test(an_offset_may_reach_times_below_zero),
     cmocka_unit_test(the_mount_is_added_last),
     cmocka_unit_test(words_without_a_range_give_no_point),

@@ -313,6 +313,30 @@ static void the_offset_is_added_to_each_time_of_flight(void **state)
     scene_free(s);
 }
 
+static void each_eye_has_its_own_offset(void **state)
+{
+    static const int64_t offsets_fs[LUM_EYES] = {3000000, -5000000};
+    static const int32_t least[LUM_EYES] = {-2, 6};
+    (void)state;
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        struct scene *s = scene_new();
+        s->calibration.eye[1] = s->calibration.eye[0];
+        for (unsigned i = 0; i < LUM_EYES; i++) {
+            s->calibration.eye[i].tof_offset_fs = offsets_fs[i];
+        }
+        s->line.eye = (uint8_t)eye;
+        put(s, least[eye] - 1, 0);
+        put(s, least[eye], 0);
+        put(s, 100, 0);
+        project(s);
+        assert_int_equal(s->losses.no_range, 1);
+        assert_int_equal(s->count, 2);
+        assert_int_equal(s->points[0].x, BIT);
+        assert_int_equal(s->points[1].x, (101 - least[eye]) * BIT);
+        scene_free(s);
+    }
+}
+
 static void words_without_range_give_no_point(void **state)
 {
     struct scene *s = scene_new();
@@ -602,6 +626,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(angles_beyond_a_turn_wrap),
     cmocka_unit_test(ranges_are_rounded_to_the_nearest_unit),
     cmocka_unit_test(the_offset_is_added_to_each_time_of_flight),
+    cmocka_unit_test(each_eye_has_its_own_offset),
     cmocka_unit_test(words_without_range_give_no_point),
     cmocka_unit_test(words_without_angles_give_no_point),
     cmocka_unit_test(no_time_of_flight_may_be_long_enough),

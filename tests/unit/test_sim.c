@@ -673,6 +673,7 @@ struct decoder {
     lum_assembler assembler;
     lum_line_slot slots[8];
     uint32_t words[8 * 16384];
+    lum_reach reach[2 * 8];
     lum_projector projector;
     lum_sample_workspace workspace;
     lum_return returns[16384];
@@ -729,9 +730,10 @@ static void decoded_points_are_the_truth_within_the_noise(void **state)
                                         &f->options.layout),
                      LUM_OK);
     for (uint32_t line = 3; line < 64; line += 20) {
+        const lum_assembler_storage storage =
+            LUM_ASSEMBLER_STORAGE(d->slots, d->words, d->reach);
         assert_int_equal(lum_assembler_init(&d->assembler, &config,
-                                            &f->options.layout, d->slots,
-                                            d->words),
+                                            &f->options.layout, &storage),
                          LUM_OK);
         render(f, 1, line, line & 1u);
         push_line(f, d);

@@ -14,13 +14,18 @@ struct doctor_storage {
     unsigned open_lines; /* of an eye: so many may be under way */
     lum_line_slot *slots;
     uint32_t *words;
+    lum_reach *reach;
 };
 
 bool doctor_stream_open(struct doctor *d)
 {
     lum_assembler_config config;
     lum_assembler_config_default(&config);
-    const size_t slots = 2u * (size_t)config.open_lines;
+    lum_assembler_storage a = {
+        .slot_count = LUM_ASSEMBLER_SLOTS(config.open_lines),
+        .word_count =
+            LUM_ASSEMBLER_WORDS(config.open_lines, config.words_per_line),
+        .reach_count = LUM_ASSEMBLER_REACH(config.reorder_lines)};
     struct doctor_storage *s = calloc(1, sizeof *s);
     if (s == NULL) {
         return false;
@@ -30,11 +35,15 @@ bool doctor_stream_open(struct doctor *d)
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         d->stream.pass_over[eye] = s->open_lines;
     }
-    s->slots = calloc(slots, sizeof *s->slots);
-    s->words = calloc(slots * config.words_per_line, sizeof *s->words);
-    return s->slots != NULL && s->words != NULL &&
-           lum_assembler_init(&s->assembler, &config, &d->ctl->layout, s->slots,
-                              s->words) == LUM_OK;
+    s->slots = calloc(a.slot_count, sizeof *s->slots);
+    s->words = calloc(a.word_count, sizeof *s->words);
+    s->reach = calloc(a.reach_count, sizeof *s->reach);
+    a.slots = s->slots;
+    a.words = s->words;
+    a.reach = s->reach;
+    return s->slots != NULL && s->words != NULL && s->reach != NULL &&
+           lum_assembler_init(&s->assembler, &config, &d->ctl->layout, &a) ==
+               LUM_OK;
 }
 
 void doctor_stream_free(struct doctor_storage *storage)
@@ -42,6 +51,7 @@ void doctor_stream_free(struct doctor_storage *storage)
     if (storage != NULL) {
         free(storage->slots);
         free(storage->words);
+        free(storage->reach);
         free(storage);
     }
 }

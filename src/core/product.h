@@ -1,0 +1,54 @@
+/* Products of 32 by 32 bits. Where a processor has no instruction for them, a
+ * function by parts is half as long as the compiler's, which takes 64 bits. */
+#ifndef LUM_CORE_PRODUCT_H
+#define LUM_CORE_PRODUCT_H
+
+#include <stdint.h>
+
+#if ((-1) >> 1) != -1
+#error "the right shift of a negative number has to keep its sign"
+#endif
+
+/* Such a processor takes one copy of what multiplies, too. */
+#if defined(__ARM_ARCH_6M__)
+#define LUM_BY_PARTS 1
+#define LUM_ONE_COPY __attribute__((noinline))
+#else
+#define LUM_BY_PARTS 0
+#define LUM_ONE_COPY inline
+#endif
+
+/* By products of 16 bits, on any processor; tests compare them. */
+int32_t lum_high_by_parts(int32_t a, int32_t b, int32_t sum);
+int64_t lum_product_by_parts(int32_t a, int32_t b);
+uint64_t lum_unsigned_by_parts(uint32_t a, uint32_t b);
+
+/* The upper half of a product, rounded down, and a sum. */
+static inline int32_t high_product(int32_t a, int32_t b, int32_t sum)
+{
+#if LUM_BY_PARTS
+    return lum_high_by_parts(a, b, sum);
+#else
+    return (int32_t)(((int64_t)a * b) >> 32) + sum;
+#endif
+}
+
+static inline int64_t product(int32_t a, int32_t b)
+{
+#if LUM_BY_PARTS
+    return lum_product_by_parts(a, b);
+#else
+    return (int64_t)a * b;
+#endif
+}
+
+static inline uint64_t product_unsigned(uint32_t a, uint32_t b)
+{
+#if LUM_BY_PARTS
+    return lum_unsigned_by_parts(a, b);
+#else
+    return (uint64_t)a * b;
+#endif
+}
+
+#endif
