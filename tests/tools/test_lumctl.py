@@ -816,7 +816,7 @@ class Misbehaviour(Case):
         self.assertEqual(fake.of(5)[0][12:], ip("127.33.2.16"))
 
     def test_set_ip_looks_for_a_sensor_on_a_bad_wire_as_long_as_it_is_told(self):
-        for at, lost, words in ((31, 16, ()), (33, 25, ("--timeout", 500, "--retries", 59))):
+        for at, lost, words in ((81, 16, ()), (83, 25, ("--timeout", 500, "--retries", 59))):
             def answer(kind, sequence, body, count, lost=lost):
                 moved = [i for i, p in enumerate(fake.packets) if p[8] == 5]
                 asked = [p for p in fake.packets[moved[0]:] if p[8] == 6] if moved else None
