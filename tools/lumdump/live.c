@@ -4,7 +4,6 @@
 #include "../common/interrupt.h"
 #include "../common/laser_bits.h"
 #include "../common/laser_end.h"
-#include "../common/number.h"
 #include "lum/base/time.h"
 #include "own_address.h"
 #include "session.h"
