@@ -943,6 +943,27 @@ class Sensors(Case):
         p.send_signal(signal.SIGINT)
         self.end(p)
 
+    def test_laser_off_that_a_moved_sensor_does_not_answer_is_advised_at_its_new_address(self):
+        self.simulator()
+        new = next(ADDRESSES)
+        p = self.start_recording("--laser")
+        self.assertEqual(run("lumctl", "--host", self.address, "set-ip", new).returncode, 0)
+
+        def read_until(text):
+            told = b""
+            while text not in told:
+                line_told = p.stderr.readline()
+                self.assertNotEqual(line_told, b"", told)
+                told += line_told
+        read_until(b"udp://" + new.encode())
+        p.send_signal(signal.SIGINT)
+        read_until(b"laser off is repeated for")
+        p.send_signal(signal.SIGINT)
+        said = self.end(p)
+        self.assertIn(f"lumdump: udp://{self.address}: laser off was not answered", said)
+        self.assertIn(f"make sure by lumctl --host {new} laser off", said)
+        self.assertEqual(run("lumctl", "--host", new, "laser", "off").returncode, 0)
+
     def test_a_status_line_is_shown_on_a_terminal_alone(self):
         self.simulator()
         main, terminal = pty.openpty()

@@ -992,6 +992,20 @@ class Live(Case):
         self.assertIn(f"the data comes from {new} now, not from {self.sensor}", status["message"])
         self.assertEqual(self.server.end(), 0)
 
+    def test_laser_off_that_a_moved_sensor_does_not_answer_is_advised_at_its_new_address(self):
+        self.serve("--laser")
+        b = self.browser()
+        b.cloud()
+        new = next(ADDRESSES)
+        self.assertEqual(run("lumctl", "--host", self.sensor, "set-ip", new).returncode, 0)
+        b.status(lambda s: new in s["message"])
+        self.server.send(signal.SIGINT)
+        wait_until(lambda: "laser off is repeated for" in self.server.stderr(), 30, "the time in which nothing ends it")
+        self.server.send(signal.SIGINT)
+        self.server.wait()
+        self.assertIn(f"udp://{self.sensor}: laser off was not answered", self.server.stderr())
+        self.assertIn(f"make sure by lumctl --host {new} laser off", self.server.stderr())
+
     def is_clean(self):
         """Warnings of a session may stand there."""
         self.assertIn(self.server.end(), (0, 1))

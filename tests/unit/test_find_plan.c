@@ -76,8 +76,10 @@ static void a_wide_one_is_asked_around_the_own_address(void **state)
     (void)state;
     add("eth0", 0x0a2a1005u, 8);
     find_make_plan(&plan, NULL, NULL);
-    assert_int_equal(plan.range_count, 1);
+    assert_int_equal(plan.range_count, 2);
     check(0, "eth0", 0x0a2a1001u, 0x0a2a13feu, false);
+    check(1, "eth0", 0x0a2a0025u, 0x0a2a0025u, false);
+    assert_non_null(strstr(plan.left_out.texts[0], "and 10.42.0.37"));
     assert_int_equal(plan.left_out.count, 1);
     assert_non_null(strstr(plan.left_out.texts[0], "10.0.0.0/8"));
     assert_non_null(strstr(plan.left_out.texts[0], "10.42.16.0/22"));

@@ -1,6 +1,7 @@
 #include "laser_end.h"
 
 #include "interrupt.h"
+#include "number.h"
 #include "writable.h"
 
 #include <stdio.h>
@@ -25,4 +26,14 @@ lum_laser_off laser_end(lum_sensor *sensor, const char *name, uint16_t *status)
     }
     return lum_sensor_laser_off_within(sensor, LUM_SENSOR_OFF_MS - ALONE_MS,
                                        interrupt_second(), status);
+}
+
+const char *laser_end_address(const lum_sensor *sensor, lum_endpoint own,
+                              char out[16])
+{
+    lum_endpoint at = own;
+    if (sensor != NULL) {
+        (void)lum_sensor_moved_to(sensor, &at);
+    }
+    return number_format_address(at.address, out);
 }

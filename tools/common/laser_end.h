@@ -15,4 +15,11 @@
  * status  as lum_sensor_laser_off(). */
 lum_laser_off laser_end(lum_sensor *sensor, const char *name, uint16_t *status);
 
+/* "10.42.0.37": at which address a person is to try it by hand, the new one of
+ * a sensor that moved. Laser off itself goes to the session's.
+ * sensor  NULL where there is no session any more.
+ * own     the session's. */
+const char *laser_end_address(const lum_sensor *sensor, lum_endpoint own,
+                              char out[16]);
+
 #endif

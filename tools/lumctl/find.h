@@ -14,7 +14,7 @@
 #define FIND_LOST_MAX       1024u
 #define FIND_BESIDES_MAX    16u
 #define FIND_LEFT_OUT_MAX   32u
-#define FIND_LEFT_OUT_BYTES 384u
+#define FIND_LEFT_OUT_BYTES 448u
 #define FIND_REACH_BYTES    (INTERFACE_NAME_BYTES + 64u)
 
 /* A subnet as it was given or as an interface has it. */

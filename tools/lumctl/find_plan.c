@@ -116,6 +116,11 @@ static void add_subnet(struct find_plan *plan,
     add_range(plan, &range);
 }
 
+static bool is_boot_in(const struct find_subnet *subnet)
+{
+    return (BOOT & mask_of(subnet->bits)) == subnet->network;
+}
+
 /* Subnets of an interface, no wider than is asked at once. */
 static void add_own(struct find_plan *plan,
                     const struct host_interface *interface,
@@ -134,13 +139,19 @@ static void add_own(struct find_plan *plan,
     if (own->prefix < FIND_BITS_MIN) {
         part.bits = FIND_BITS_MIN;
         part.network = own->address & mask_of(FIND_BITS_MIN);
-        (void)snprintf(find_leave_out(&plan->left_out), FIND_LEFT_OUT_BYTES,
-                       "of %s on %s only %s was searched, around this host's "
-                       "own address; --subnet searches another part",
-                       find_show_subnet(&whole, whole_text), interface->name,
-                       find_show_subnet(&part, part_text));
+        (void)snprintf(
+            find_leave_out(&plan->left_out), FIND_LEFT_OUT_BYTES,
+            "of %s on %s only %s was searched, around this host's "
+            "own address%s; --subnet searches another part",
+            find_show_subnet(&whole, whole_text), interface->name,
+            find_show_subnet(&part, part_text),
+            is_boot_in(&whole) && !is_boot_in(&part) ? ", and 10.42.0.37" : "");
     }
     add_subnet(plan, interface, part, false);
+    if (is_boot_in(&whole) && !is_boot_in(&part)) {
+        const struct find_subnet boot = {BOOT, 32};
+        add_subnet(plan, interface, boot, false);
+    }
 }
 
 /* Where sensors are as a rule, though the host has no address there. */

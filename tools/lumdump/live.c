@@ -4,7 +4,6 @@
 #include "../common/interrupt.h"
 #include "../common/laser_bits.h"
 #include "../common/laser_end.h"
-#include "../common/number.h"
 #include "lum/base/time.h"
 #include "own_address.h"
 #include "session.h"
@@ -158,7 +157,7 @@ static enum exit_status tell_laser(const struct live *l,
         }
         return EXIT_DONE;
     }
-    (void)number_format_address(l->options->address.address, address);
+    (void)laser_end_address(l->session.sensor, l->options->address, address);
     if (l->off == LUM_LASER_OFF_UNKNOWN) {
         (void)fprintf(stderr,
                       "lumdump: %s: laser off was not answered: a sensor that "

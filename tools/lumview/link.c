@@ -373,8 +373,10 @@ int link_start(const struct link_options *options, struct link **out,
 static int tell_laser(const struct link *l, lum_error *error)
 {
     char address[16];
+    char now_at[16];
     char bits[200];
     (void)number_format_address(l->options.address.address, address);
+    (void)laser_end_address(l->sensor, l->options.address, now_at);
     if (l->off == LUM_LASER_OFF_SEEN) {
         return 0;
     }
@@ -384,7 +386,7 @@ static int tell_laser(const struct link *l, lum_error *error)
             "udp://%s: laser off was not answered: a sensor that lives "
             "switches it off 3 s after the last heartbeat, which has been "
             "sent; make sure by lumctl --host %s laser off",
-            address, address);
+            address, now_at);
     }
     if (l->off == LUM_LASER_OFF_UNSEEN) {
         return lum_error_set(
@@ -402,7 +404,7 @@ static int tell_laser(const struct link *l, lum_error *error)
                          "udp://%s: THE LASER IS STILL ON after laser off "
                          "(status: %s): lumctl --host %s laser off, or cut "
                          "its power",
-                         address, bits, address);
+                         address, bits, now_at);
 }
 
 int link_end(struct link *link, lum_error *error)

@@ -163,9 +163,12 @@ void Session::switch_off()
         lum_sensor_give_up(sensor_.get());
         off = switch_off_within(status);
     }
-    const std::string tell = "lumctl --host " +
-                             address_text(options_.endpoint.address) +
-                             " laser off";
+    lum_endpoint at = options_.endpoint; // the new one of a sensor that moved
+    if (sensor_) {
+        (void)lum_sensor_moved_to(sensor_.get(), &at);
+    }
+    const std::string tell =
+        "lumctl --host " + address_text(at.address) + " laser off";
     if (off == LUM_LASER_OFF_SEEN) {
         notes_.add(Note::info, "the laser is off");
     } else if (off == LUM_LASER_OFF_UNKNOWN) {
