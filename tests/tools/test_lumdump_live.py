@@ -291,8 +291,8 @@ class Rotation(Case):
         source = simulate(self.folder / "s-0002.pcap", "--frames", "3", "--lines", "64", "--seed", "1")
         before = source.read_bytes()
         r = run("lumdump", source, "--rotate", "100kB", "-o", self.folder / "s.pcap")
-        self.assertEqual(r.returncode, 1)
-        self.assertIn("source itself", r.stderr)
+        self.assertEqual(r.returncode, 2)
+        self.assertIn("which this run reads", r.stderr)
         self.assertEqual(source.read_bytes(), before)
 
 
