@@ -67,6 +67,10 @@ while True:
 """
 
 
+# A busy machine may hold up a sensor that is to be found.
+PATIENT = ["--timeout", 1500]
+
+
 class Case(unittest.TestCase):
     def setUp(self):
         self.folder = Folder(self)
@@ -216,7 +220,7 @@ class Wire(Case):
         return Sensor(self, self.folder, address=address, namespace=self.hosts.sensor)
 
     def find(self, status, *words):
-        return json.loads(self.check(status, self.hosts.run("lumctl", "find", "--json", *words)).stdout)
+        return json.loads(self.check(status, self.hosts.run("lumctl", "find", "--json", *PATIENT, *words)).stdout)
 
     def apply(self, command):
         """A printed command, word for word."""
@@ -226,7 +230,7 @@ class Wire(Case):
     def test_three_sensors_at_odd_addresses(self):
         self.address("10.42.0.77/24", "10.42.0.143/24", "10.42.0.251/24")
         sensors = [self.sensor(f"10.42.0.{n}") for n in (77, 143, 251)]
-        r = self.check(DONE, self.hosts.run("lumctl", "find"))
+        r = self.check(DONE, self.hosts.run("lumctl", "find", *PATIENT))
         rows = r.stdout.splitlines()[1:]
         self.assertEqual([row.split()[:2] for row in rows], [[f"10.42.0.{n}", "eth0"] for n in (77, 143, 251)])
         mac = self.hosts.mac(self.hosts.sensor)
@@ -411,7 +415,7 @@ class Wire(Case):
             self.address(address, device=device, name=name)
             self.hosts.ip("-n", name, "link", "set", device, "up")
         Sensor(self, self.folder, address="10.42.0.37", namespace=third)
-        r = self.check(DONE, self.hosts.run("lumctl", "find"))
+        r = self.check(DONE, self.hosts.run("lumctl", "find", *PATIENT))
         self.assertEqual([row.split()[:2] for row in r.stdout.splitlines()[1:]], [["10.42.0.37", "eth0"], ["10.42.0.37", "eth1"]])
         self.assertRegex(r.stderr, "10.42.0.37 is on eth[01] and on eth[01]: say --interface")
 
@@ -439,8 +443,8 @@ class Wire(Case):
         shutil.copy(BIN / "lumctl", binary)
         binary.chmod(0o755)
         self.folder.path.chmod(0o755)
-        r = subprocess.run([*inside(self.hosts.client), *nobody, str(binary), "find", "--json"], capture_output=True,
-                           text=True, timeout=60)
+        r = subprocess.run([*inside(self.hosts.client), *nobody, str(binary), "find", "--json", *map(str, PATIENT)],
+                           capture_output=True, text=True, timeout=60)
         self.check(DONE, r)
         found = json.loads(r.stdout)
         self.assertEqual([(s["sensor"], s["how"], s["mac"]) for s in found["sensors"]], [("10.42.0.37", "answers", None)])

@@ -1385,6 +1385,43 @@ static void pixel_1000_is_past_the_last(void **state)
     stream_free(s);
 }
 
+/* Out of order, so that pixels are counted; what stands behind the assembler is
+ * known. */
+static void pixel_1000_is_not_counted_either(void **state)
+{
+    static struct {
+        lum_assembler assembler;
+        uint32_t behind[4];
+    } x;
+    static lum_line_slot slots[LUM_ASSEMBLER_SLOTS(1)];
+    static uint32_t words[LUM_ASSEMBLER_WORDS(1, 8)];
+    static lum_reach reach[LUM_ASSEMBLER_REACH(1)];
+    const lum_assembler_storage storage =
+        LUM_ASSEMBLER_STORAGE(slots, words, reach);
+    const lum_assembler_config config = {
+        .open_lines = 1, .reorder_lines = 1, .words_per_line = 8};
+    const uint32_t sent[] = {UP(1, 5), UP(2, 1000), UP(3, 4)};
+    uint8_t samples[sizeof sent];
+    const lum_group group = {
+        .samples = samples, .num_samples = 3, .tag = LUM_TAG_RANGES};
+    lum_layout layout;
+    (void)state;
+    lum_layout_default(&layout);
+    for (size_t i = 0; i < 3; i++) {
+        lum_word_encode(sent[i], samples + LUM_SAMPLE_BYTES * i);
+    }
+    assert_int_equal(
+        lum_assembler_init(&x.assembler, &config, &layout, &storage), LUM_OK);
+    assert_int_equal(lum_assembler_push(&x.assembler, &group, 0), LUM_OK);
+    assert_int_equal(lum_assembler_flush(&x.assembler), LUM_LINE_READY);
+    assert_int_equal(lum_assembler_counters(&x.assembler)->bad_words, 1);
+    assert_words(lum_assembler_line(&x.assembler), WORDS(UP(3, 4), UP(1, 5)),
+                 2);
+    for (size_t i = 0; i < 4; i++) {
+        assert_int_equal(x.behind[i], 0);
+    }
+}
+
 static void words_stand_by_pixel_then_as_in_their_packet(void **state)
 {
     struct stream *s = stream_open();
@@ -1876,6 +1913,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(open_lines_share_no_storage),
     cmocka_unit_test(a_pixel_past_the_last_is_skipped_behind_those_in_order),
     cmocka_unit_test(pixel_1000_is_past_the_last),
+    cmocka_unit_test(pixel_1000_is_not_counted_either),
     cmocka_unit_test(words_stand_by_pixel_then_as_in_their_packet),
     cmocka_unit_test(words_of_any_bits_above_are_sorted_by_pixel),
     cmocka_unit_test(a_bad_word_is_skipped_between_words_in_order),
