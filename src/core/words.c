@@ -34,22 +34,18 @@ static lum_result flip_marks(uint32_t *marks, uint32_t first, uint32_t n)
     return clear == 0 ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
 }
 
-/* An int16_t may be written as its unsigned type, bit by bit as it came; where
- * the order is that of lum_angle this is a plain copy. */
+/* An int16_t may be written as its unsigned type, bit by bit as it came. */
 static void copy_angles(lum_angle *angles, const lum_group *group,
                         uint8_t angle_order)
 {
+    const unsigned swap = angle_order == LUM_AZIMUTH_ELEVATION ? 0 : 1;
     uint16_t *restrict to = (uint16_t *)angles;
     const uint8_t *restrict from = group->samples;
-    const uint32_t values = 2u * group->num_samples;
-    if (angle_order == LUM_AZIMUTH_ELEVATION) {
-        for (uint32_t i = 0; i < values; i++) {
-            to[i] = load_u16(from + (size_t)2 * i);
-        }
-    } else {
-        for (uint32_t i = 0; i < values; i++) {
-            to[i ^ 1u] = load_u16(from + (size_t)2 * i);
-        }
+    const uint8_t *const end = from + (size_t)LUM_SAMPLE_BYTES * group->num_samples;
+    for (; from != end; from += LUM_SAMPLE_BYTES) {
+        to[swap] = load_u16(from);
+        to[swap ^ 1u] = load_u16(from + 2);
+        to += 2;
     }
 }
 
