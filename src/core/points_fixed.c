@@ -84,7 +84,7 @@ static LUM_ONE_COPY int32_t place(const int64_t *mount, int32_t range,
     return (int32_t)((*mount + product(range, direction)) >> 28);
 }
 
-static LUM_ONE_COPY void put_point(const lum_fixed_eye *eye,
+static inline void put_point(const lum_fixed_eye *eye,
                                    const int32_t direction[3], uint32_t bits,
                                    lum_fixed_point *out)
 {
