@@ -46,7 +46,8 @@ def packet_seeds():
 
 
 PUSH = 0x4F  # until the packet is taken; its arrival is one later
-FLUSH, IDLE, NONSENSE, OTHER_SAMPLES, PUSH_ONCE = range(0x40, 0x45)
+FLUSH, IDLE, NONSENSE, OTHER_SAMPLES, PUSH_ONCE, _, LINES, WHOLE = range(0x40, 0x48)
+AHEAD, BACK = 8, 0x88  # clocks: 5 ms, more than a line's span
 
 
 def step(eye, tag, n, line, clock, first, rest=(90, 0xFF, 30), call=PUSH):
@@ -74,13 +75,28 @@ def assembler_seeds():
     asked = frames[:]
     for i, call in enumerate((FLUSH, IDLE, NONSENSE, OTHER_SAMPLES, PUSH_ONCE) * 8):
         asked.insert(5 * i + 3, frames[5 * i][:-1] + bytes((call,)))
+    whole = [step(0, 3, 16, line, 4, 0, (90 + line, 0xFF, 0), WHOLE) for line in range(3)]
+    runs = [step(0, 3, 1 + i % 4, 4 * i % 24, 0, 0, call=LINES) for i in range(12)]
+    # three lines are to close, one does, another by a flush; then the third gets a packet of its own
+    given_up = [*(step(0, 3, 4, line, 0, 0) for line in (1, 2, 3)), step(0, 3, 4, 3, AHEAD, 0, call=PUSH_ONCE),
+                step(0, 3, 4, 0, 0, 0, call=FLUSH), step(0, 2, 4, 3, BACK, 0), step(0, 2, 4, 3, 0, 8)]
+    # of four open lines the second alone is idle
+    idle = [*(step(0, 3, 4, line, 0, 0) for line in range(4)), step(0, 2, 4, 0, 0, 0), step(0, 3, 2, 1, 0, 0, call=IDLE),
+            *(step(0, 3, 4, line, 0, 40) for line in range(2, 8))]
     return {
+        "idle": usual + b"".join(idle),
+        "whole": usual + b"".join(whole),
+        "longest-whole": bytes((0, 0, 0, 7, 200, 0, 0xFB)) + b"".join(whole),
+        "long-whole": bytes((0, 0, 0, 7, 201, 0, 0xFB)) + b"".join(whole),
+        "runs": usual + b"".join(runs),
+        "all-open": bytes((0, 0, 255, 7, 99, 0, 2)) + step(0, 3, 3, 0, 0, 0, (90, 0xFF, 250), LINES) * 2,
+        "given-up": usual + b"".join(given_up),
         "frames": usual + b"".join(frames),
         "careless": usual + b"".join(careless),
         "asked": usual + b"".join(asked),
         "large": bytes((0, 0, 1, 7, 200, 0, 3)) + b"".join(
             bytes((p[0] | 0x80,)) + p[1:] for p in mixed[:200]),
-        "longest": bytes((0, 0, 0, 7, 200, 0, 0xF3)) + b"".join(
+        "longest": bytes((0, 0, 0, 7, 200, 0, 0xFB)) + b"".join(
             bytes((p[0] | 0x80,)) + p[1:] for p in frames[:150]),
         "reordered": usual + b"".join(mixed),
         "repeated": usual + b"".join(p + p for p in frames[:120]),

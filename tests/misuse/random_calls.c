@@ -1,16 +1,11 @@
 /* random_calls RUNS SEED: as many programs that misuse an assembler, by chance,
  * each of up to 300 calls. What they call and what is expected of it is that of
  * the fuzzer, tests/fuzz/fuzz_assembler.c; here it needs no fuzzer, so that it
- * runs wherever the other tests do, under sanitizers too. */
-#include <stdint.h>
-#include <stdio.h>
+ * runs wherever the other tests do, under sanitizers too. Fails where all that
+ * together has not met what it is to meet. */
+#include "../fuzz/fuzz_assembler.h"
+
 #include <stdlib.h>
-
-#define CONFIG_BYTES 7u
-#define CALL_BYTES   9u
-#define CALLS_MAX    300u
-
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 static uint32_t next_random(uint64_t *state)
 {
@@ -53,5 +48,5 @@ int main(int argc, char **argv)
         }
         (void)LLVMFuzzerTestOneInput(input, CONFIG_BYTES + calls * CALL_BYTES);
     }
-    return 0;
+    return fuzz_assembler_missed(stdout) == 0 ? 0 : 1;
 }
