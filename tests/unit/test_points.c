@@ -72,8 +72,8 @@ static void project(struct scene *s)
     assert_int_equal(
         lum_projector_init(&s->projector, &s->calibration, &layout), LUM_OK);
     free(s->exact);
-    s->exact = (uint32_t *)(void *)exact_copy(
-        s->words, s->line.word_count * sizeof *s->words);
+    s->exact = (uint32_t *)(void *)exact_copy(s->words, s->line.word_count *
+                                                            sizeof *s->words);
     s->line.words = s->exact;
     free(s->points);
     s->points = malloc(s->line.word_count * sizeof *s->points + 1u);

@@ -59,8 +59,8 @@ static void scene_free(struct scene *s)
 static void keep_words(struct scene *s)
 {
     free(s->exact);
-    s->exact = (uint32_t *)(void *)exact_copy(
-        s->words, s->line.word_count * sizeof *s->words);
+    s->exact = (uint32_t *)(void *)exact_copy(s->words, s->line.word_count *
+                                                            sizeof *s->words);
     s->line.words = s->exact;
 }
 

@@ -14,8 +14,8 @@
 
 #define PIXELS LUM_LINE_PIXELS
 
-/* A line without words, and what becomes of its angles. Each array has a piece of
- * the heap, so that the sanitizer guards its end. */
+/* A line without words, and what becomes of its angles. Each array has a piece
+ * of the heap, so that the sanitizer guards its end. */
 struct scene {
     lum_line line;
     lum_angle *angles;
