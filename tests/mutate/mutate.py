@@ -31,6 +31,8 @@ LEAST = 97.0
 CFLAGS = ["-std=c99", "-w", "-O1", "-g0", "-fPIC"]
 TRAPS = ["-fsanitize=undefined,bounds-strict", "-fsanitize-undefined-trap-on-error"]
 GUARDS = ["-fsanitize=address"]
+# What one of them cannot tell from the original is the original.
+COMPILERS = [("gcc", "-O2"), ("clang", "-O2"), ("gcc", "-Os")]
 # What is loaded first comes before the sanitizer, and defines what the library does.
 ASAN_OPTIONS = "verify_asan_link_order=0:detect_odr_violation=0:detect_leaks=0"
 
@@ -272,7 +274,7 @@ class Module:
         # may look at a table by itself.
         touching = [n for n, *_ in self._plan(None)] or self.reach
         self.touching = [(n, range(len(self.reach[n].seconds)), 1.0) for n in touching]
-        self.built = {}
+        self.built, self.plain_code = {}, {}
         self.lock = threading.Lock()
 
     def _plan(self, number):
@@ -350,13 +352,14 @@ class Module:
             return digest.digest()
 
     def _is_same_code(self, mutant):
-        for compiler in ("gcc", "clang"):
+        for compiler, flags in COMPILERS:
             if not shutil.which(compiler):
                 continue
-            key = "_plain_" + compiler
-            if not hasattr(self, key):
-                setattr(self, key, self._code(self.source, compiler, "-O2"))
-            if self._code(mutant.apply(self.source), compiler, "-O2") == getattr(self, key):
+            with self.lock:
+                if (compiler, flags) not in self.plain_code:
+                    self.plain_code[compiler, flags] = self._code(self.source, compiler, flags)
+            if self._code(mutant.apply(self.source), compiler, flags) == \
+                    self.plain_code[compiler, flags]:
                 return True
         return False
 
