@@ -8,7 +8,8 @@
 #include <string.h>
 
 #define BEGUN       UINT32_C(0x6c756d67) /* hardly by chance */
-#define FRAME_LINES 64u                  /* a frame has as many or more */
+#define US_PER_MS   1000u
+#define CLOCK_BYTES 4u /* of the sensor, in packets of data as in answers */
 
 static bool is_zone(const zone *z)
 {
@@ -16,13 +17,14 @@ static bool is_zone(const zone *z)
            z->min[2] <= z->max[2] && z->range >= 0 && z->right <= z->left;
 }
 
-/* A hold of less would let the machine move between two looks at a thing. */
+/* Other times would be safe too: the machine would never move, or in jerks. */
 static bool are_times(const gateway_config *c)
 {
-    const uint64_t lines = 2u * FRAME_LINES + GATEWAY_OPEN_LINES;
+    const uint64_t lines = 2u * (uint64_t)c->lines + GATEWAY_OPEN_LINES;
 
     return c->frame_ms > 0 && c->silence_ms > c->frame_ms &&
-           (uint64_t)c->hold_ms * FRAME_LINES > c->frame_ms * lines;
+           c->silence_ms <= AGE_MAX_MS && c->lines > 0 &&
+           (uint64_t)c->hold_ms * c->lines > c->frame_ms * lines;
 }
 
 static bool is_config(const gateway_config *c)
@@ -31,11 +33,18 @@ static bool is_config(const gateway_config *c)
            c->eyes < 1u << LUM_EYES;
 }
 
+static bool has_clock(const lum_layout *layout)
+{
+    return layout->profile.group[LUM_FIELD_TIMESTAMP].bytes == CLOCK_BYTES;
+}
+
 static bool is_begun(const gateway *g)
 {
     return shared_load(&g->begun) == BEGUN;
 }
 
+/* A packet that is not old is no stray: two of them would prove a jump of the
+ * clock. */
 static lum_result begin_assembly(gateway *g)
 {
     const lum_assembler_storage storage =
@@ -46,7 +55,18 @@ static lum_result begin_assembly(gateway *g)
     config.open_lines = GATEWAY_OPEN_LINES;
     config.reorder_lines = GATEWAY_REORDER_LINES;
     config.words_per_line = GATEWAY_LINE_WORDS;
+    if (config.gap_us < g->config.silence_ms * US_PER_MS) {
+        config.gap_us = g->config.silence_ms * US_PER_MS;
+    }
     return lum_assembler_init(&g->assembler, &config, &g->layout, &storage);
+}
+
+/* Frame i has place i; what stands there first is of a round before. */
+static void begin_frames(gateway *g)
+{
+    for (uint32_t i = 0; i < GATEWAY_FRAMES; i++) {
+        g->frames[i] = (gateway_frame){zone_empty(), i - GATEWAY_FRAMES};
+    }
 }
 
 static void fill(gateway *g, const gateway_config *config,
@@ -54,16 +74,17 @@ static void fill(gateway *g, const gateway_config *config,
                  uint32_t now_ms)
 {
     ring_init(&g->ring);
-    heart_init(&g->heart, output->send, output->context, config->silence_ms,
-               now_ms);
+    heart_init(&g->heart, output->send, output->context, now_ms);
     g->stalls_seen = heart_stalls(&g->heart);
     g->config = *config;
     g->output = *output;
     g->layout = *layout;
-    g->silent = config->eyes;
-    for (unsigned i = 0; i < GATEWAY_FRAMES; i++) {
-        g->frames[i] = (gateway_frame){INT64_MIN, zone_empty()};
+    g->now_ms = now_ms;
+    age_init(&g->age);
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        look_init(&g->looks[eye]);
     }
+    begin_frames(g);
 }
 
 lum_result gateway_init(gateway *g, const gateway_config *config,
@@ -75,7 +96,7 @@ lum_result gateway_init(gateway *g, const gateway_config *config,
 
     memset(g, 0, sizeof *g);
     g->reasons = GATEWAY_SILENT;
-    if (!is_config(config) || output->send == NULL ||
+    if (!is_config(config) || !has_clock(layout) || output->send == NULL ||
         lum_fixed_projector_init(&g->projector, calibration, layout) !=
             LUM_OK) {
         return LUM_E_VALUE;
@@ -88,56 +109,77 @@ lum_result gateway_init(gateway *g, const gateway_config *config,
     return r;
 }
 
-static gateway_frame *place_of(gateway *g, int64_t frame)
+static gateway_frame *place_of(gateway *g, uint32_t frame)
 {
-    return &g->frames[(uint64_t)frame % GATEWAY_FRAMES];
+    return &g->frames[frame % GATEWAY_FRAMES];
 }
 
 /* Lines of a few frames come mixed, since packets are reordered. A line that is
- * later than that counts for the newer frame, rather than for none. */
-static zone_sight *sight_of(gateway *g, int64_t frame)
+ * later than that counts for the newer frame, rather than for none. Frame
+ * numbers go round after 2^32. */
+static zone_sight *sight_of(gateway *g, uint32_t frame)
 {
     gateway_frame *const f = place_of(g, frame);
 
-    if (f->number < frame) {
-        *f = (gateway_frame){frame, zone_empty()};
+    if (frame - f->number <= UINT32_MAX / 2u && frame != f->number) {
+        *f = (gateway_frame){zone_empty(), frame};
     }
     return &f->sight;
 }
 
-static void look(gateway *g, const lum_line *line, zone_sight *sight)
+/* Returns whether the line has points. */
+static bool look_through(gateway *g, const lum_line *line, zone_sight *sight)
 {
+    bool has_points = false;
+
     for (uint32_t i = 0; i < line->word_count; i += GATEWAY_BLOCK) {
         const size_t n = lum_points_fixed_compute(
             &g->projector, line, i, GATEWAY_BLOCK, g->block, &g->losses);
-        if (n > 0) {
-            g->heard = (uint8_t)(g->heard | 1u << line->eye);
-        }
+        has_points = has_points || n > 0;
         zone_look(&g->config.zone, sight, g->block, n);
         if (g->output.points != NULL) {
             g->output.points(g->output.context, g->block, n);
         }
     }
+    return has_points;
 }
 
-static void take_line(gateway *g, const lum_line *line)
+static void take_fresh(gateway *g, const lum_line *line, int64_t measured_ms)
 {
-    zone_sight *const sight = sight_of(g, line->frame);
+    look *const eye = &g->looks[line->eye];
+    zone_sight *const sight = sight_of(g, (uint32_t)line->frame);
     const uint32_t before = sight->hits;
 
     if (g->output.line != NULL) {
         g->output.line(g->output.context, line);
     }
-    look(g, line, sight);
+    if (look_through(g, line, sight)) {
+        look_see(eye, measured_ms);
+    }
+    look_take(eye, line, measured_ms, g->config.lines);
     if (sight->hits > before && sight->hits >= g->config.hits) {
         g->object = true;
     }
 }
 
+/* Its packets were fresh when they came; it may have waited since. */
+static void take_line(gateway *g, const lum_line *line)
+{
+    const uint32_t age_ms =
+        age_of(&g->age, (uint32_t)((uint64_t)line->clock_us), g->now_ms);
+
+    if (age_ms < g->config.silence_ms) {
+        take_fresh(g, line, g->now_ms - (int64_t)age_ms);
+    } else {
+        g->old_lines++;
+    }
+}
+
 static void take_frame(gateway *g, int64_t frame)
 {
-    const gateway_frame *const f = place_of(g, frame);
-    const zone_sight sight = f->number == frame ? f->sight : zone_empty();
+    const gateway_frame *const f = place_of(g, (uint32_t)frame);
+    const zone_sight sight =
+        f->number == (uint32_t)frame ? f->sight : zone_empty();
 
     if (g->output.frame != NULL) {
         g->output.frame(g->output.context, frame, &sight);
@@ -153,16 +195,71 @@ static void take_event(gateway *g, lum_result event)
     }
 }
 
-static void take_data(gateway *g, const lum_group *group, int64_t time)
+/* The end of the stream: all open lines. */
+static void flush(gateway *g)
 {
     lum_result r;
 
-    while ((r = lum_assembler_push(&g->assembler, group, time)) > 0) {
+    while ((r = lum_assembler_flush(&g->assembler)) > 0) {
         take_event(g, r);
     }
 }
 
-/* A packet with several statuses tells of a hazard if one of them does. */
+static lum_result push(gateway *g, const lum_group *group)
+{
+    lum_result r;
+
+    while ((r = lum_assembler_push(&g->assembler, group, g->now_ms)) > 0) {
+        take_event(g, r);
+    }
+    return r;
+}
+
+/* What was dropped for want of room or in a conflict may have been the end of
+ * its line, which does not show then. */
+static void take_fresh_data(gateway *g, const lum_group *group)
+{
+    lum_result r = push(g, group);
+
+    if (r == LUM_E_ORDER) { /* an event of another's push waits */
+        look_spoil(&g->looks[LUM_EYE_BLUE], g->now_ms);
+        look_spoil(&g->looks[LUM_EYE_GREEN], g->now_ms);
+        flush(g);
+        r = push(g, group);
+    }
+    if (r == LUM_E_NO_ROOM || r == LUM_E_CONFLICT) {
+        look_spoil(&g->looks[group->eye], g->now_ms);
+    }
+}
+
+/* The assembler does not see old packets, which would prove a jump of the
+ * clock to it. */
+static void take_data(gateway *g, const lum_group *group)
+{
+    if (age_of(&g->age, group->clock_raw, g->now_ms) < g->config.silence_ms) {
+        take_fresh_data(g, group);
+    } else {
+        g->old_packets++;
+    }
+}
+
+static void take_answer(gateway *g, const uint8_t *bytes, size_t len)
+{
+    lum_timestamp answer;
+
+    if (lum_timestamp_decode(bytes, len, &answer) == LUM_OK) {
+        age_answer(&g->age, &answer, g->now_ms, g->config.silence_ms);
+    }
+}
+
+/* Whether a status answers a poll of lately: polls bear the time. */
+static bool is_lately(const gateway *g, uint32_t sequence)
+{
+    return (uint32_t)g->now_ms - sequence < g->config.silence_ms;
+}
+
+/* A packet with several statuses tells of a hazard if one of them does. That
+ * the laser is up is believed only of an answer to a poll of lately. */
 static void take_status(gateway *g, const uint8_t *bytes, size_t len)
 {
     lum_tlv_reader reader;
@@ -182,43 +279,91 @@ static void take_status(gateway *g, const uint8_t *bytes, size_t len)
             down = down || lum_laser_is_down(status);
         }
     }
-    if (told) {
-        g->laser_down = down;
-        g->laser_was_down = g->laser_was_down || down;
+    if (down) {
+        g->laser_down = true;
+        g->laser_was_down = true;
+    } else if (told && is_lately(g, sequence)) {
+        g->laser_down = false;
     }
 }
 
-void gateway_datagram(gateway *g, const uint8_t *bytes, size_t len,
-                      int64_t time)
+/* Time only goes on: where now_ms falls, it has gone round. */
+static void pass_time(gateway *g, uint32_t now_ms)
+{
+    g->now_ms += (int64_t)(now_ms - (uint32_t)g->now_ms);
+}
+
+static void take_datagram(gateway *g, const uint8_t *bytes, size_t len)
 {
     lum_group group;
-    lum_packet_kind kind;
+    const lum_packet_kind kind =
+        lum_packet_decode(&g->layout, bytes, len, &group);
 
-    if (!is_begun(g)) {
-        return;
-    }
-    kind = lum_packet_decode(&g->layout, bytes, len, &group);
     g->kinds[kind]++;
     if (kind == LUM_PACKET_DATA) {
-        take_data(g, &group, time);
+        take_data(g, &group);
+    } else if (kind == LUM_PACKET_TIMESTAMP) {
+        take_answer(g, bytes, len);
     } else if (kind == LUM_PACKET_TLV) {
         take_status(g, bytes, len);
     }
 }
 
-/* An eye stays silent until it is heard, however long that takes. */
-static void listen(gateway *g, uint32_t now_ms)
+void gateway_datagram(gateway *g, const uint8_t *bytes, size_t len,
+                      uint32_t now_ms)
 {
+    if (is_begun(g)) {
+        pass_time(g, now_ms);
+        take_datagram(g, bytes, len);
+    }
+}
+
+/* Lengths are the driver's, and may come from the network. */
+static void take_slot(gateway *g, const ring_slot *slot)
+{
+    if (slot->begin > RING_SLOT_BYTES ||
+        slot->len > RING_SLOT_BYTES - slot->begin) {
+        g->kinds[LUM_PACKET_MALFORMED]++;
+    } else {
+        take_datagram(g, slot->bytes + slot->begin, slot->len);
+    }
+}
+
+static void close_idle_lines(gateway *g)
+{
+    const int64_t before = g->now_ms - (int64_t)g->config.silence_ms;
+    lum_result r;
+
+    while ((r = lum_assembler_close_idle(&g->assembler, before)) > 0) {
+        take_event(g, r);
+    }
+}
+
+/* What the ring dropped is missing in some line. */
+static void look_for_drops(gateway *g)
+{
+    const uint32_t dropped = ring_dropped(&g->ring);
+
+    if (dropped != g->dropped_seen) {
+        g->dropped_seen = dropped;
+        look_spoil(&g->looks[LUM_EYE_BLUE], g->now_ms);
+        look_spoil(&g->looks[LUM_EYE_GREEN], g->now_ms);
+    }
+}
+
+/* For how long what the eyes have shown serves. */
+static uint32_t lasts(const gateway *g)
+{
+    uint32_t shortest = UINT32_MAX;
+
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
-        const unsigned bit = 1u << eye;
-        if ((g->heard & bit) != 0) {
-            g->heard_ms[eye] = now_ms;
-            g->silent = (uint8_t)(g->silent & ~bit);
-        } else if (now_ms - g->heard_ms[eye] >= g->config.silence_ms) {
-            g->silent = (uint8_t)(g->silent | (bit & g->config.eyes));
+        const uint32_t ms = look_lasts(&g->looks[eye], g->config.silence_ms,
+                                       g->config.hold_ms, g->now_ms);
+        if ((g->config.eyes >> eye & 1u) != 0 && ms < shortest) {
+            shortest = ms;
         }
     }
-    g->heard = 0;
+    return shortest;
 }
 
 /* Also one that came and went between two decisions. */
@@ -227,12 +372,12 @@ static bool has_stalled(uint32_t stalls, uint32_t seen)
     return stalls % 2u != 0 || stalls != seen;
 }
 
-static uint32_t find_causes(gateway *g, uint32_t stalls)
+static uint32_t find_causes(gateway *g, uint32_t stalls, bool is_blind)
 {
     uint32_t causes = g->object ? GATEWAY_OBJECT : 0u;
 
     g->object = false;
-    if (g->silent != 0) {
+    if (is_blind) {
         causes |= GATEWAY_SILENT;
     }
     if (g->laser_down || g->laser_was_down) {
@@ -247,22 +392,31 @@ static uint32_t find_causes(gateway *g, uint32_t stalls)
 
 /* A stall counts as seen once its reason stands, so that at no moment neither
  * tells of it. */
-static void decide(gateway *g, uint32_t now_ms)
+static void decide(gateway *g, bool is_blind)
 {
     const uint32_t stalls = heart_stalls(&g->heart);
-    const uint32_t causes = find_causes(g, stalls);
+    const uint32_t causes = find_causes(g, stalls, is_blind);
     uint32_t reasons = g->reasons | causes;
 
     for (unsigned i = 0; i < GATEWAY_REASONS; i++) {
         const uint32_t bit = UINT32_C(1) << i;
         if ((causes & bit) != 0) {
-            g->since_ms[i] = now_ms;
-        } else if (now_ms - g->since_ms[i] >= g->config.hold_ms) {
+            g->since_ms[i] = g->now_ms;
+        } else if (g->now_ms - g->since_ms[i] >= (int64_t)g->config.hold_ms) {
             reasons &= ~bit;
         }
     }
     shared_store(&g->reasons, reasons);
     shared_store(&g->stalls_seen, stalls);
+}
+
+/* A stopped machine needs no more than a sign of life. */
+static void take_turn(gateway *g)
+{
+    const uint32_t lasts_ms = lasts(g);
+
+    decide(g, lasts_ms == 0);
+    heart_beat(&g->heart, lasts_ms == 0 ? g->config.silence_ms : lasts_ms);
 }
 
 unsigned gateway_receive(gateway *g, uint32_t now_ms)
@@ -273,14 +427,15 @@ unsigned gateway_receive(gateway *g, uint32_t now_ms)
     if (!is_begun(g)) {
         return 0;
     }
+    pass_time(g, now_ms);
+    look_for_drops(g);
     while (taken < RING_SLOTS && (slot = ring_front(&g->ring)) != NULL) {
-        gateway_datagram(g, slot->bytes + slot->begin, slot->len, slot->time);
+        take_slot(g, slot);
         ring_release(&g->ring);
         taken++;
     }
-    listen(g, now_ms);
-    decide(g, now_ms);
-    heart_beat(&g->heart);
+    close_idle_lines(g);
+    take_turn(g);
     return taken;
 }
 
@@ -313,12 +468,7 @@ uint32_t gateway_reasons(const gateway *g)
 
 void gateway_finish(gateway *g)
 {
-    lum_result r;
-
-    if (!is_begun(g)) {
-        return;
-    }
-    while ((r = lum_assembler_flush(&g->assembler)) > 0) {
-        take_event(g, r);
+    if (is_begun(g)) {
+        flush(g);
     }
 }

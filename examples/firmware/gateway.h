@@ -16,7 +16,9 @@
 #ifndef GATEWAY_H
 #define GATEWAY_H
 
+#include "age.h"
 #include "heart.h"
+#include "look.h"
 #include "ring.h"
 #include "zone.h"
 
@@ -54,23 +56,32 @@
 /* Why the machine has to stop: bits. */
 enum gateway_reason {
     GATEWAY_OBJECT = 1, /* something is in the zone */
-    GATEWAY_SILENT = 2, /* an eye has shown no point for silence_ms: blind; or
-                           the gateway was not begun */
+    GATEWAY_SILENT = 2, /* an eye has shown no point for silence_ms, or not the
+                           whole of a frame within hold_ms: blind; or the
+                           gateway was not begun */
     GATEWAY_LASER = 4,  /* a status said that the laser is down: blind */
     GATEWAY_STALLED = 8 /* the main loop hung, or has made no round yet */
 };
 
+/* The machine may move only while each eye has shown a point within silence_ms
+ * and all lines of a frame within hold_ms, and no object came within hold_ms;
+ * all by the time of measuring. That holds for any numbers: those that do not
+ * fit the sensor keep the machine stopped. */
 typedef struct gateway_config {
     zone zone;
     uint32_t hits;     /* returns in the zone, of one frame, that are an object
                           and not rain; 1 or more */
+    uint32_t lines;    /* of a frame and eye, that have to come whole: as many
+                          as the sensor is set to, less what may be lost;
+                          1 or more */
     uint32_t frame_ms; /* a frame takes at most; 1 or more */
-    uint32_t hold_ms;  /* how long a reason outlives its cause: more than two
-                          frames and the open lines. What is seen early in a
-                          frame and late in the next is nearly two apart. */
-    uint32_t silence_ms; /* longer than frame_ms, and than a round of the main
-                            loop ever takes: that is stalled after as long, and
-                            after HEART_STALL_MS */
+    uint32_t hold_ms;  /* how long a reason outlives its cause, and a look
+                          serves: more than two frames and the open lines. What
+                          is seen early in a frame and late in the next is
+                          nearly two apart. */
+    uint32_t silence_ms; /* what is older is left out. Longer than frame_ms, and
+                            than a round of the main loop ever takes; up to
+                            AGE_MAX_MS */
     uint8_t eyes;        /* which have to be heard: bit of each ::lum_eye */
 } gateway_config;
 
@@ -87,27 +98,30 @@ typedef struct gateway_output {
 
 /* What one frame showed in the zone. Private. */
 typedef struct gateway_frame {
-    int64_t number;
     zone_sight sight;
+    uint32_t number;
 } gateway_frame;
 
-/* Place it statically. It is aligned as the ring is. kinds and the
- * assembler's counters are for diagnosis; the rest is private but for the ring,
- * which is the driver's. */
+/* Place it statically. It is aligned as the ring is. kinds, old_packets,
+ * old_lines and the assembler's counters are for diagnosis; the rest is private
+ * but for the ring, which is the driver's. */
 typedef struct gateway {
     ring ring;
     heart heart;
     uint32_t begun; /* shared, as the next two: written by the main loop */
     uint32_t reasons;
     uint32_t stalls_seen;
-    uint32_t since_ms[GATEWAY_REASONS];
-    uint32_t heard_ms[LUM_EYES];
     uint32_t kinds[LUM_PACKET_KINDS];
-    uint8_t heard;  /* eyes, since the last decision */
-    uint8_t silent; /* eyes */
-    bool object;    /* since the last decision */
+    uint32_t old_packets; /* left out, as older than silence_ms */
+    uint32_t old_lines;   /* likewise, of fresh packets */
+    uint32_t dropped_seen;
+    bool object; /* since the last decision */
     bool laser_down;
     bool laser_was_down; /* since the last decision */
+    int64_t now_ms;
+    int64_t since_ms[GATEWAY_REASONS];
+    age age;
+    look looks[LUM_EYES];
     gateway_config config;
     gateway_output output;
     lum_layout layout;
@@ -124,9 +138,11 @@ typedef struct gateway {
 /* Begin, stopped: as GATEWAY_SILENT, until every eye was heard, and stalled,
  * until the first round. No interrupt may use it meanwhile.
  * config, output, layout: copied. calibration: used here only.
+ * now_ms, here and below: of one clock, which may wrap but does not fall.
  * Returns LUM_OK; LUM_E_VALUE if a value of the configuration, of the zone or
- * of the calibration is out of range. Then it stays stopped, sends nothing,
- * takes nothing, and gateway_may_kick() is false. */
+ * of the calibration is out of range, or the layout's packets of data bear no
+ * clock of 4 bytes. Then it stays stopped, sends nothing, takes nothing, and
+ * gateway_may_kick() is false. */
 LUM_MUST_CHECK lum_result gateway_init(gateway *g, const gateway_config *config,
                                        const gateway_output *output,
                                        const lum_calibration *calibration,
@@ -138,13 +154,13 @@ LUM_MUST_CHECK lum_result gateway_init(gateway *g, const gateway_config *config,
 unsigned gateway_receive(gateway *g, uint32_t now_ms);
 
 /* What gateway_receive() does with each datagram; for a driver without a ring,
- * which calls gateway_receive() behind it. Any bytes, any length.
- * time: of reception; lines bear it as their arrival. */
+ * which calls gateway_receive() behind it. Any bytes, any length. */
 void gateway_datagram(gateway *g, const uint8_t *bytes, size_t len,
-                      int64_t time);
+                      uint32_t now_ms);
 
 /* From a timer's interrupt and nowhere else, every 100 ms or more often:
- * heartbeats, polls of the laser's status, and whether the main loop hangs.
+ * heartbeats, requests for the sensor's clock, polls of the laser's status, and
+ * whether the main loop hangs for longer than what it saw serves.
  * Set the relay behind it. */
 void gateway_tick(gateway *g, uint32_t now_ms);
 

@@ -4,22 +4,22 @@
 
 #include "lum/wire.h"
 
-void heart_init(heart *h, heart_send *send, void *context, uint32_t stall_ms,
-                uint32_t now_ms)
+void heart_init(heart *h, heart_send *send, void *context, uint32_t now_ms)
 {
     *h = (heart){.send = send,
                  .context = context,
                  .stalls = 1,
-                 .stall_ms =
-                     stall_ms < HEART_STALL_MS ? stall_ms : HEART_STALL_MS,
                  .alive_ms = now_ms,
                  .next_ms = now_ms + HEART_SILENCE_MS,
                  .until_poll = 1,
                  .hung = true};
 }
 
-void heart_beat(heart *h)
+/* In this order: who sees the round sees how long it serves, or for how long a
+ * later one does. */
+void heart_beat(heart *h, uint32_t lasts_ms)
 {
+    shared_store(&h->lasts_ms, lasts_ms);
     shared_store(&h->rounds, h->rounds + 1u);
 }
 
@@ -52,6 +52,7 @@ static void watch(heart *h, uint32_t now_ms)
 
     if (rounds != h->rounds_seen) {
         h->rounds_seen = rounds;
+        h->stall_ms = shared_load(&h->lasts_ms);
         h->alive_ms = now_ms;
         h->hung = false;
         set_stalled(h, false);
@@ -60,22 +61,38 @@ static void watch(heart *h, uint32_t now_ms)
     if (now_ms - h->alive_ms >= HEART_STALL_MS) {
         h->hung = true;
     }
-    if (now_ms - h->alive_ms >= h->stall_ms) {
+    if (h->hung || now_ms - h->alive_ms >= h->stall_ms) {
         set_stalled(h, true);
     }
 }
 
+static bool try_to_send(heart *h, const uint8_t *packet, size_t len)
+{
+    const bool is_sent = h->send(h->context, packet, len);
+
+    h->failed += is_sent ? 0u : 1u;
+    return is_sent;
+}
+
+static void ask_clock(heart *h, uint32_t now_ms)
+{
+    const lum_timestamp request = {.sequence = now_ms};
+    uint8_t packet[LUM_TIMESTAMP_BYTES];
+
+    lum_timestamp_encode(packet, &request);
+    (void)try_to_send(h, packet, sizeof packet);
+}
+
 /* A TLV packet without TLVs is answered by the laser's status. */
-static void poll_status(heart *h)
+static void poll_status(heart *h, uint32_t now_ms)
 {
     uint8_t packet[LUM_TLV_PACKET_BYTES];
     lum_tlv_writer writer;
 
     if (--h->until_poll == 0 &&
-        lum_tlv_begin(&writer, packet, sizeof packet, h->sequence) == LUM_OK) {
+        lum_tlv_begin(&writer, packet, sizeof packet, now_ms) == LUM_OK) {
         h->until_poll = HEART_POLL;
-        h->sequence++;
-        (void)h->send(h->context, packet, writer.len);
+        (void)try_to_send(h, packet, writer.len);
     }
 }
 
@@ -102,12 +119,12 @@ void heart_tick(heart *h, uint32_t now_ms)
         return;
     }
     lum_heartbeat_encode(packet);
-    if (!h->send(h->context, packet, sizeof packet)) {
-        h->failed++;
+    if (!try_to_send(h, packet, sizeof packet)) {
         h->next_ms = now_ms;
         return;
     }
     h->sent++;
     schedule(h, now_ms);
-    poll_status(h);
+    ask_clock(h, now_ms);
+    poll_status(h, now_ms);
 }

@@ -5,6 +5,10 @@
  * each of its rounds. Without a round for HEART_STALL_MS no heartbeat leaves,
  * and the sensor's own 3 s do the rest.
  *
+ * With each heartbeat goes a request for the sensor's clock, and with some a
+ * poll of its status. Their sequence number is the time, which the answer
+ * repeats.
+ *
  * A reset must not keep the laser on either: the sensor does not see it, and
  * an earlier command to switch on still stands there. So nothing is sent for
  * HEART_SILENCE_MS after the start, nor before the first round. By then the
@@ -28,26 +32,23 @@ typedef bool heart_send(void *context, const uint8_t *bytes, size_t len);
 typedef struct heart {
     heart_send *send;
     void *context;
-    uint32_t rounds; /* shared: written by the main loop alone */
-    uint32_t ticks;  /* shared: written by the tick alone */
-    uint32_t stalls; /* shared: written by the tick alone */
+    uint32_t rounds;   /* shared: written by the main loop alone */
+    uint32_t lasts_ms; /* shared: likewise */
+    uint32_t ticks;    /* shared: written by the tick alone */
+    uint32_t stalls;   /* shared: written by the tick alone */
     uint32_t ticks_seen;
     uint32_t rounds_seen;
     uint32_t stall_ms;
     uint32_t alive_ms;
     uint32_t next_ms;
-    uint32_t sequence;
-    uint32_t sent;
-    uint32_t failed;
+    uint32_t sent;   /* heartbeats */
+    uint32_t failed; /* datagrams of all kinds */
     uint8_t until_poll;
     bool hung; /* for so long that no heartbeat may leave */
 } heart;
 
-/* Begin: stalled, until the first round.
- * stall_ms: the main loop is stalled after so long without a round, and after
- * HEART_STALL_MS if that is less. It makes a round more often than that. */
-void heart_init(heart *h, heart_send *send, void *context, uint32_t stall_ms,
-                uint32_t now_ms);
+/* Begin: stalled, until the first round. */
+void heart_init(heart *h, heart_send *send, void *context, uint32_t now_ms);
 
 /* From a timer's interrupt and nowhere else, every 100 ms or more often: where
  * the main loop called it, a hang would pass unseen. now_ms may wrap. A
@@ -55,8 +56,9 @@ void heart_init(heart *h, heart_send *send, void *context, uint32_t stall_ms,
  * missed is not made up for. */
 void heart_tick(heart *h, uint32_t now_ms);
 
-/* From the main loop, where it has looked for datagrams. */
-void heart_beat(heart *h);
+/* From the main loop, where it has looked for datagrams. It is stalled if it
+ * makes no other round for lasts_ms, or for HEART_STALL_MS if that is less. */
+void heart_beat(heart *h, uint32_t lasts_ms);
 
 /* From the main loop: whether there was a tick since this was asked last. */
 bool heart_has_ticked(heart *h);

@@ -7,8 +7,9 @@
 #include "port/text.h"
 
 #define NS_PER_MS  1000000
+#define US_PER_MS  1000u
 #define TICK_MS    50u
-#define GAP_MS     10000 /* a longer one, or one backwards, is cut */
+#define GAP_MS     10000u /* a longer one, or one backwards, is cut */
 #define HEAD_BYTES 12u
 #define COLUMN     20u
 #define MM(length) ((length)*LUM_FIXED_PER_MM)
@@ -25,6 +26,9 @@ typedef struct program {
     uint32_t reasons;  /* as told last */
     uint32_t too_long; /* datagrams longer than a slot */
     uint32_t waiting;  /* datagrams in the ring */
+    uint32_t clock_us; /* of the newest packet of data */
+    uint32_t clock_ms; /* when it came */
+    bool has_clock;
     int file;
     text out;
 } program;
@@ -38,12 +42,39 @@ static void mix(uint64_t *digest, uint64_t value, unsigned bytes)
     }
 }
 
-static bool send_nowhere(void *context, const uint8_t *bytes, size_t len)
+/* The sensor of the drive cannot be asked for its clock any more: that goes on
+ * from its newest packet. Before the first it does not answer. */
+static bool answer(void *context, const uint8_t *bytes, size_t len)
 {
-    (void)context;
-    (void)bytes;
-    (void)len;
+    program *const p = context;
+    lum_timestamp t;
+    ring_slot *slot;
+
+    if (!p->has_clock || lum_timestamp_decode(bytes, len, &t) != LUM_OK) {
+        return true;
+    }
+    slot = ring_claim(&p->gateway.ring);
+    if (slot == NULL) {
+        return false;
+    }
+    t.clock_us = p->clock_us + (p->now_ms - p->clock_ms) * US_PER_MS;
+    lum_timestamp_encode(slot->bytes, &t);
+    slot->len = LUM_TIMESTAMP_BYTES;
+    ring_commit(&p->gateway.ring);
+    p->waiting++;
     return true;
+}
+
+static void note_clock(program *p, const ring_slot *slot)
+{
+    lum_group group;
+
+    if (lum_packet_decode(&p->gateway.layout, slot->bytes, slot->len, &group) ==
+        LUM_PACKET_DATA) {
+        p->clock_us = group.clock_raw;
+        p->clock_ms = p->now_ms;
+        p->has_clock = true;
+    }
 }
 
 static void digest_line(void *context, const lum_line *line)
@@ -123,21 +154,25 @@ static void turn(program *p)
     }
 }
 
-/* Lets time pass until a datagram's time. */
-static void pass_time(program *p, int64_t time_ms)
+static void pass_time(program *p, uint32_t ms)
 {
-    int64_t left = time_ms - p->file_ms;
-
-    p->file_ms = time_ms;
-    if (left < 0 || left > GAP_MS) {
-        left = left < 0 ? 0 : GAP_MS;
-    }
-    for (; left > 0; left--) {
+    for (; ms > 0; ms--) {
         p->now_ms++;
         if (p->now_ms % TICK_MS == 0) {
             gateway_tick(&p->gateway, p->now_ms); /* a timer's interrupt */
             turn(p);
         }
+    }
+}
+
+/* Lets time pass until a datagram's time. */
+static void wait_until(program *p, int64_t time_ms)
+{
+    const int64_t left = time_ms - p->file_ms;
+
+    p->file_ms = time_ms;
+    if (left > 0) {
+        pass_time(p, left < GAP_MS ? (uint32_t)left : GAP_MS);
     }
 }
 
@@ -167,7 +202,7 @@ static int fill(program *p, ring_slot *slot, uint32_t len)
 }
 
 /* What an interrupt of the network does, but for waiting. */
-static int receive_one(program *p, uint32_t len, int64_t time)
+static int receive_one(program *p, uint32_t len)
 {
     ring_slot *const slot = ring_claim(&p->gateway.ring);
 
@@ -179,19 +214,21 @@ static int receive_one(program *p, uint32_t len, int64_t time)
         return 0;
     }
     slot->len = len;
-    slot->time = time;
+    note_clock(p, slot);
     ring_commit(&p->gateway.ring);
     p->waiting++;
     return 0;
 }
 
-/* Returns 0 at the file's end, -1 if it is cut or no flat file. */
+/* The drive begins when the gateway has begun to ask and to beat. Returns 0 at
+ * the file's end, -1 if it is cut or no flat file. */
 static int run(program *p)
 {
     uint8_t head[HEAD_BYTES];
     long got;
     bool begun = false;
 
+    pass_time(p, HEART_SILENCE_MS);
     while ((got = port_read(p->file, head, sizeof head)) == HEAD_BYTES) {
         const uint32_t len = (uint32_t)get_le(head, 4);
         const int64_t time = (int64_t)get_le(head + 4, 8);
@@ -199,8 +236,8 @@ static int run(program *p)
             p->file_ms = time / NS_PER_MS;
             begun = true;
         }
-        pass_time(p, time / NS_PER_MS);
-        if (receive_one(p, len, time) != 0) {
+        wait_until(p, time / NS_PER_MS);
+        if (receive_one(p, len) != 0) {
             return -1;
         }
         if (p->waiting == RING_SLOTS) {
@@ -246,6 +283,8 @@ static void report(program *p)
     print(p, "no_angle", g->losses.no_angle);
     print(p, "no_range", g->losses.no_range);
     print(p, "frames", p->frames);
+    print(p, "old packets", g->old_packets);
+    print(p, "old lines", g->old_lines);
     print(p, "heartbeats", g->heart.sent);
     print(p, "watchdog kicked", p->kicks);
     print_digest(p, "digest of lines", p->lines_digest);
@@ -263,12 +302,13 @@ static bool begin(program *p)
                  .left = 37837, /* tan 30 degrees */
                  .right = -37837},
         .hits = 10,
+        .lines = 64,
         .frame_ms = 500, /* two a second */
-        .hold_ms = 1100,
+        .hold_ms = 1200,
         .silence_ms = 600,
         .eyes = 1u << LUM_EYE_BLUE | 1u << LUM_EYE_GREEN};
     const gateway_output output = {.context = p,
-                                   .send = send_nowhere,
+                                   .send = answer,
                                    .line = digest_line,
                                    .points = digest_points,
                                    .frame = print_frame};

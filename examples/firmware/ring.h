@@ -40,7 +40,6 @@
 /* begin + len: RING_SLOT_BYTES at most. */
 typedef struct RING_ALIGNED ring_slot {
     uint8_t bytes[RING_SLOT_BYTES];
-    int64_t time;   /* of reception, in any unit */
     uint32_t begin; /* where in bytes the datagram begins: 0 as claimed, 42
                        behind the headers of a frame, 46 with a VLAN tag */
     uint32_t len;   /* bytes of the datagram */

@@ -23,11 +23,14 @@
 #define NEAR_TOF 2564 /* 5 m straight ahead */
 #define FAR_TOF  20512
 #define HITS     5u
-#define FRAME    350u
-#define HOLD     800u
+#define STEP     25u /* from line to line */
+#define LINES    14u
+#define FRAME    (LINES * STEP)
+#define HOLD     1600u
 #define SILENCE  500u
-#define STEP     50u
 #define SENT_MAX 4096u
+
+#define PACKET_MAX 250u /* samples; a quarter of a line */
 
 struct sent {
     uint32_t ms;
@@ -45,8 +48,9 @@ struct rig {
     lum_layout layout;
     uint32_t now;
     uint32_t line;
-    uint32_t clock;
+    uint32_t boot_us; /* what the sensor's clock is ahead of now */
     bool refuses;
+    bool is_mute; /* the sensor does not tell its clock */
     size_t sent_count;
     struct sent sent[SENT_MAX];
     size_t lines;
@@ -56,11 +60,39 @@ struct rig {
     zone_sight sight; /* of that frame */
 };
 
+static bool receive(struct rig *r, const void *bytes, size_t len)
+{
+    ring_slot *const slot = ring_claim(&r->gateway.ring);
+    if (slot == NULL) {
+        return false;
+    }
+    assert_true(len <= sizeof slot->bytes);
+    memcpy(slot->bytes, bytes, len);
+    slot->len = (uint32_t)len;
+    ring_commit(&r->gateway.ring);
+    return true;
+}
+
+static uint32_t sensor_clock(const struct rig *r)
+{
+    return r->now * 1000u + r->boot_us;
+}
+
+static void tell_clock(struct rig *r, uint32_t sequence, uint32_t clock_us)
+{
+    const lum_timestamp answer = {sequence, clock_us};
+    uint8_t packet[LUM_TIMESTAMP_BYTES];
+    lum_timestamp_encode(packet, &answer);
+    (void)receive(r, packet, sizeof packet);
+}
+
+/* The sensor answers at once. */
 static bool take_sent(void *context, const uint8_t *bytes, size_t len)
 {
     struct rig *const r = context;
     struct sent *const s = &r->sent[r->sent_count];
     lum_tlv_reader reader;
+    lum_timestamp request;
     if (r->refuses) {
         return false;
     }
@@ -71,6 +103,14 @@ static bool take_sent(void *context, const uint8_t *bytes, size_t len)
         assert_int_equal(lum_tlv_open(bytes, len, &s->sequence, &reader),
                          LUM_OK);
         assert_int_equal(reader.left, 0);
+    } else if (s->type == LUM_TYPE_TIMESTAMP) {
+        assert_int_equal(len, LUM_TIMESTAMP_BYTES);
+        assert_int_equal(lum_timestamp_decode(bytes, len, &request), LUM_OK);
+        assert_int_equal(request.clock_us, 0);
+        s->sequence = request.sequence;
+        if (!r->is_mute) {
+            tell_clock(r, request.sequence, sensor_clock(r));
+        }
     } else {
         assert_int_equal(len, LUM_HEARTBEAT_BYTES);
     }
@@ -124,6 +164,7 @@ static struct rig *rig_new(void)
         (gateway_config){.zone = {.min = {MM(1000), MM(-1000), MM(-500)},
                                   .max = {MM(8000), MM(1000), MM(500)}},
                          .hits = HITS,
+                         .lines = LINES,
                          .frame_ms = FRAME,
                          .hold_ms = HOLD,
                          .silence_ms = SILENCE,
@@ -133,7 +174,7 @@ static struct rig *rig_new(void)
                                  .line = take_line,
                                  .points = take_points,
                                  .frame = take_frame};
-    r->clock = 1000000;
+    r->boot_us = 1000000;
     return r;
 }
 
@@ -156,35 +197,30 @@ static struct rig *rig_at(uint32_t now)
     return r;
 }
 
-static bool receive(struct rig *r, const void *bytes, size_t len)
+/* Knows the sensor's clock, before it asks. */
+static struct rig *rig_informed(uint32_t now)
 {
-    ring_slot *const slot = ring_claim(&r->gateway.ring);
-    if (slot == NULL) {
-        return false;
-    }
-    assert_true(len <= sizeof slot->bytes);
-    memcpy(slot->bytes, bytes, len);
-    slot->len = (uint32_t)len;
-    slot->time = r->now;
-    ring_commit(&r->gateway.ring);
-    return true;
+    struct rig *const r = rig_at(now);
+    tell_clock(r, now, sensor_clock(r));
+    return r;
 }
 
-/* n samples alike; ranges for pixel 0 and on. */
+/* n samples alike, of a line's pixels from first on. */
 static void put(struct rig *r, unsigned eye, uint8_t tag, int32_t tof,
-                bool rising, uint32_t n)
+                bool rising, uint32_t first, uint32_t n)
 {
-    uint8_t samples[64 * LUM_SAMPLE_BYTES];
+    uint8_t samples[PACKET_MAX * LUM_SAMPLE_BYTES];
     const lum_group group = {.line = r->line,
                              .num_samples = n,
-                             .clock_raw = r->clock,
+                             .first_sample_index = first,
+                             .clock_raw = sensor_clock(r),
                              .eye = (uint8_t)eye,
                              .tag = tag};
     size_t len = 0;
-    assert_true(n <= 64);
+    assert_true(n <= PACKET_MAX);
     memset(samples, 0, sizeof samples);
     for (uint32_t i = 0; tag == LUM_TAG_RANGES && i < n; i++) {
-        lum_word_encode(lum_word_make(tof, rising, i),
+        lum_word_encode(lum_word_make(tof, rising, first + i),
                         samples + (size_t)LUM_SAMPLE_BYTES * i);
     }
     uint8_t *const packet = encode_packet(&r->layout, &group, samples, &len);
@@ -192,18 +228,30 @@ static void put(struct rig *r, unsigned eye, uint8_t tag, int32_t tof,
     free(packet);
 }
 
+static void put_angles(struct rig *r, unsigned eye)
+{
+    for (uint32_t pixel = 0; pixel < LUM_LINE_PIXELS; pixel += PACKET_MAX) {
+        put(r, eye, LUM_TAG_ANGLES, 0, false, pixel, PACKET_MAX);
+    }
+}
+
+static void next_line(struct rig *r)
+{
+    r->line = (r->line + 1u) % LINES;
+}
+
 /* A line of some eyes, with n returns straight ahead, and no others. */
 static void show(struct rig *r, unsigned eyes, int32_t tof, uint32_t n)
 {
+    (void)gateway_receive(&r->gateway, r->now);
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         if ((eyes >> eye & 1u) != 0) {
-            put(r, eye, LUM_TAG_ANGLES, 0, false, n);
-            put(r, eye, LUM_TAG_RANGES, tof, true, n);
+            put_angles(r, eye);
+            put(r, eye, LUM_TAG_RANGES, tof, true, 0, n);
         }
+        (void)gateway_receive(&r->gateway, r->now);
     }
-    r->line++;
-    r->clock += 5000;
-    (void)gateway_receive(&r->gateway, r->now);
+    next_line(r);
 }
 
 /* So many more lines, each of a return outside the zone, that what was shown
@@ -227,7 +275,9 @@ static void pass(struct rig *r, uint32_t ms, unsigned eyes)
 
 static void next_frame(struct rig *r)
 {
-    r->line = 0;
+    while (r->line != 0) {
+        pass(r, STEP, BOTH);
+    }
 }
 
 static uint32_t reasons(const struct rig *r)
@@ -238,7 +288,7 @@ static uint32_t reasons(const struct rig *r)
 /* A rig that goes. */
 static struct rig *rig_going(uint32_t now)
 {
-    struct rig *const r = rig_at(now);
+    struct rig *const r = rig_informed(now);
     pass(r, 4000, BOTH);
     assert_int_equal(reasons(r), 0);
     assert_true(r->sent_count > 0);
@@ -247,14 +297,16 @@ static struct rig *rig_going(uint32_t now)
 
 static void it_is_stopped_until_both_eyes_were_heard(void **state)
 {
-    struct rig *const r = rig_at(0);
+    struct rig *const r = rig_informed(0);
     (void)state;
     assert_int_equal(reasons(r), GATEWAY_SILENT | GATEWAY_STALLED);
-    pass(r, 2000, BLUE);
+    pass(r, 10u * FRAME, BLUE);
     assert_int_equal(reasons(r), GATEWAY_SILENT);
-    pass(r, 200, BOTH); /* its third line brings green's first one out */
+    pass(r, FRAME + 2u * STEP, BOTH); /* then green's first frame is out */
     assert_int_equal(reasons(r), GATEWAY_SILENT);
-    pass(r, HOLD, BOTH);
+    pass(r, HOLD - STEP, BOTH);
+    assert_int_equal(reasons(r), GATEWAY_SILENT);
+    pass(r, STEP, BOTH);
     assert_int_equal(reasons(r), 0);
     rig_free(r);
 }
@@ -276,19 +328,20 @@ static void a_hold_of_a_moment_does_not_end_the_first_silence(void **state)
     rig_free(r);
 }
 
+/* Of its newest lines two are open. */
 static void an_eye_that_falls_silent_stops(void **state)
 {
     static const unsigned alone[] = {BLUE, GREEN};
     (void)state;
     for (unsigned i = 0; i < 2; i++) {
         struct rig *const r = rig_going(0);
-        pass(r, SILENCE - STEP, alone[i]);
+        pass(r, SILENCE - 3u * STEP, alone[i]);
         assert_int_equal(reasons(r), 0);
         pass(r, STEP, alone[i]);
         assert_int_equal(reasons(r), GATEWAY_SILENT);
-        pass(r, 200, BOTH);
+        pass(r, 2u * FRAME, BOTH);
         assert_int_equal(reasons(r), GATEWAY_SILENT);
-        pass(r, HOLD, BOTH);
+        pass(r, HOLD + 2u * STEP, BOTH);
         assert_int_equal(reasons(r), 0);
         rig_free(r);
     }
@@ -300,7 +353,8 @@ static void an_eye_that_is_not_wanted_may_be_silent(void **state)
     (void)state;
     r->config.eyes = GREEN;
     assert_int_equal(rig_init(r), LUM_OK);
-    pass(r, 1500, GREEN);
+    tell_clock(r, 0, sensor_clock(r));
+    pass(r, 10u * FRAME, GREEN);
     assert_int_equal(reasons(r), 0);
     pass(r, 1000, BLUE);
     assert_int_equal(reasons(r), GATEWAY_SILENT);
@@ -312,12 +366,13 @@ static void lines_without_points_are_silence(void **state)
     (void)state;
     for (unsigned with_angles = 0; with_angles < 2; with_angles++) {
         struct rig *const r = rig_going(0);
-        for (unsigned i = 0; i < 12; i++) {
+        for (unsigned i = 0; i < SILENCE / STEP; i++) {
             r->now += STEP;
+            gateway_tick(&r->gateway, r->now);
             if (with_angles != 0) {
-                put(r, LUM_EYE_GREEN, LUM_TAG_ANGLES, 0, false, 10);
+                put_angles(r, LUM_EYE_GREEN);
             } else {
-                put(r, LUM_EYE_GREEN, LUM_TAG_RANGES, NEAR_TOF, true, 10);
+                put(r, LUM_EYE_GREEN, LUM_TAG_RANGES, NEAR_TOF, true, 0, 10);
             }
             show(r, BLUE, FAR_TOF, 1);
         }
@@ -367,14 +422,15 @@ static void hits_of_both_eyes_and_many_lines_add_up_within_a_frame(void **state)
 static void hits_of_two_frames_do_not_add_up(void **state)
 {
     struct rig *const r = rig_going(0);
+    const size_t frames = r->frames;
     (void)state;
     for (unsigned frame = 0; frame < 6; frame++) {
-        show(r, BLUE, NEAR_TOF, HITS - 1u);
-        pass(r, 1000, BOTH);
         next_frame(r);
+        show(r, BOTH, NEAR_TOF, HITS / 2u);
     }
+    show_out(r);
     assert_int_equal(reasons(r), 0);
-    assert_true(r->frames >= 4);
+    assert_true(r->frames >= frames + 4u);
     rig_free(r);
 }
 
@@ -382,10 +438,10 @@ static void falling_edges_are_no_hits(void **state)
 {
     struct rig *const r = rig_going(0);
     (void)state;
-    put(r, LUM_EYE_BLUE, LUM_TAG_ANGLES, 0, false, 20);
-    put(r, LUM_EYE_BLUE, LUM_TAG_RANGES, NEAR_TOF, false, 20);
-    r->line++;
-    r->clock += 5000;
+    put_angles(r, LUM_EYE_BLUE);
+    put(r, LUM_EYE_BLUE, LUM_TAG_RANGES, NEAR_TOF, false, 0, 20);
+    (void)gateway_receive(&r->gateway, r->now);
+    next_line(r);
     show_out(r);
     assert_int_equal(reasons(r), 0);
     rig_free(r);
@@ -398,7 +454,6 @@ static void a_stop_outlives_its_cause_by_the_hold(void **state)
     show(r, BLUE, NEAR_TOF, HITS);
     show_out(r);
     assert_int_equal(reasons(r), GATEWAY_OBJECT);
-    next_frame(r);
     pass(r, HOLD - STEP, BOTH);
     assert_int_equal(reasons(r), GATEWAY_OBJECT);
     pass(r, STEP, BOTH);
@@ -406,29 +461,38 @@ static void a_stop_outlives_its_cause_by_the_hold(void **state)
     rig_free(r);
 }
 
-/* Early in one frame, late in the next: 600 of 700 ms apart. */
+/* Whether what stands in the way shows first in odd frames, and last in even
+ * ones: two frames less a line apart. */
+static bool is_in_sight(unsigned frame, uint32_t line)
+{
+    return line == (frame % 2u != 0 ? 0 : LINES - 1u);
+}
+
 static void what_two_frames_show_far_apart_is_one_stop(void **state)
 {
-    struct rig *const r = rig_going(0);
+    struct rig *const r = rig_new();
+    bool seen = false;
     (void)state;
-    show(r, BLUE, NEAR_TOF, HITS);
-    show_out(r);
+    r->config.hold_ms = 2u * FRAME + (GATEWAY_OPEN_LINES + 1u) * STEP;
+    assert_int_equal(rig_init(r), LUM_OK);
+    tell_clock(r, 0, sensor_clock(r));
+    pass(r, 4000, BOTH);
+    next_frame(r);
+    assert_int_equal(reasons(r), 0);
     for (unsigned frame = 1; frame < 9; frame++) {
-        pass(r, FRAME - STEP, BOTH);
-        if (frame % 2u == 0) {
-            next_frame(r);
+        for (uint32_t line = 0; line < LINES; line++) {
+            r->now += STEP;
+            gateway_tick(&r->gateway, r->now);
+            if (is_in_sight(frame, line)) {
+                show(r, BOTH, NEAR_TOF, HITS);
+            } else {
+                show(r, BOTH, FAR_TOF, 1);
+            }
+            seen = seen || reasons(r) != 0;
+            assert_int_equal(reasons(r), seen ? GATEWAY_OBJECT : 0);
         }
-        for (unsigned t = 0; t < FRAME - STEP; t += STEP) {
-            assert_int_equal(reasons(r), GATEWAY_OBJECT);
-            pass(r, STEP, BOTH);
-        }
-        assert_int_equal(reasons(r), GATEWAY_OBJECT);
-        if (frame % 2u != 0) {
-            next_frame(r);
-        }
-        show(r, BLUE, NEAR_TOF, HITS);
-        show_out(r);
     }
+    assert_true(seen);
     rig_free(r);
 }
 
@@ -437,12 +501,12 @@ static void what_stays_in_the_zone_keeps_the_machine_stopped(void **state)
     struct rig *const r = rig_going(0);
     (void)state;
     for (unsigned frame = 0; frame < 8; frame++) {
+        next_frame(r);
         show(r, BLUE, NEAR_TOF, HITS);
         show_out(r);
         assert_int_equal(reasons(r), GATEWAY_OBJECT);
         pass(r, 500, BOTH);
         assert_int_equal(reasons(r), GATEWAY_OBJECT);
-        next_frame(r);
     }
     rig_free(r);
 }
@@ -451,19 +515,18 @@ static void a_frame_tells_its_hits_and_the_nearest(void **state)
 {
     struct rig *const r = rig_going(0);
     (void)state;
+    next_frame(r);
     show(r, GREEN, NEAR_TOF + 100, 2);
     show(r, BLUE, NEAR_TOF, 2);
     show(r, BLUE, NEAR_TOF + 200, 3);
-    pass(r, 500, BOTH);
-    next_frame(r);
-    pass(r, 1000, BOTH);
-    assert_int_equal(r->frames, 1);
-    assert_int_equal(r->frame, 1);
+    for (unsigned i = 0; i < 2u * LINES && r->sight.hits == 0; i++) {
+        pass(r, STEP, BOTH);
+    }
+    const int64_t frame = r->frame;
     assert_int_equal(r->sight.hits, 7);
     assert_int_equal(zone_nearest_mm(&r->sight), 4999); /* 4999.8 */
-    next_frame(r);
-    pass(r, 1000, BOTH);
-    assert_int_equal(r->frame, 2);
+    pass(r, FRAME, BOTH);
+    assert_int_equal(r->frame, frame + 1);
     assert_int_equal(r->sight.hits, 0);
     assert_int_equal(zone_nearest_mm(&r->sight), 0);
     rig_free(r);
@@ -471,30 +534,67 @@ static void a_frame_tells_its_hits_and_the_nearest(void **state)
 
 static void a_line_too_late_for_its_frame_counts_for_the_newer_one(void **state)
 {
-    struct rig *const r = rig_going(0);
-    zone_sight *sight;
+    struct rig *const r = rig_informed(0);
+    const gateway_frame *const frame = &r->gateway.frames[1];
     (void)state;
-    pass(r, 500, BOTH);
-    r->gateway.frames[1].number = 1 + 4; /* of frame 1's place */
+    pass(r, 3u * STEP, BOTH);
+    assert_int_equal(frame->number, 1);
+    r->gateway.frames[1].number = 1 + GATEWAY_FRAMES; /* its place */
     show(r, BLUE, NEAR_TOF, HITS);
     show_out(r);
     assert_true(r->points > 0);
-    sight = &r->gateway.frames[1].sight;
-    assert_int_equal(sight->hits, HITS);
-    assert_int_equal(r->gateway.frames[1].number, 5);
-    assert_int_equal(reasons(r), GATEWAY_OBJECT);
+    assert_int_equal(frame->sight.hits, HITS);
+    assert_int_equal(frame->number, 1 + GATEWAY_FRAMES);
+    assert_true((reasons(r) & GATEWAY_OBJECT) != 0);
+    rig_free(r);
+}
+
+/* As if so many frames had been. */
+static void count_frames_to(struct rig *r, uint32_t frame)
+{
+    lum_assembler *const a = &r->gateway.assembler;
+    gateway_finish(&r->gateway);
+    a->frames.highest = frame;
+    a->frames.next = frame + 1u;
+    for (unsigned e = 0; e < LUM_EYES; e++) {
+        a->eye[e].frames.frame = frame;
+        for (unsigned i = 0; i < GATEWAY_REORDER_LINES; i++) {
+            a->eye[e].reach[i].frame = frame + 1u;
+        }
+        r->gateway.looks[e].frame = frame;
+    }
+    for (uint32_t i = 0; i < GATEWAY_FRAMES; i++) {
+        r->gateway.frames[(frame - i) % GATEWAY_FRAMES].number = frame - i;
+    }
+}
+
+static void a_wrap_of_frame_numbers_changes_nothing(void **state)
+{
+    struct rig *const r = rig_going(0);
+    (void)state;
+    next_frame(r);
+    count_frames_to(r, UINT32_MAX - 2u);
+    for (unsigned frame = 0; frame < 12; frame++) {
+        show(r, BOTH, NEAR_TOF, HITS / 2u);
+        pass(r, STEP, BOTH);
+        next_frame(r);
+        assert_int_equal(reasons(r), 0);
+    }
+    assert_int_equal(r->frame, 8);
+    assert_int_equal(r->sight.hits, HITS / 2u * 2u);
     rig_free(r);
 }
 
 static void a_frame_before_the_first_is_a_frame_too(void **state)
 {
-    struct rig *const r = rig_at(0);
+    struct rig *const r = rig_informed(0);
     (void)state;
     show(r, BLUE, FAR_TOF, 1);
     show(r, BLUE, FAR_TOF, 1);
     r->line = 50; /* far ahead of the other eye: of its last frame */
     show(r, GREEN, NEAR_TOF, 2);
     for (unsigned i = 0; i < GATEWAY_OPEN_LINES; i++) {
+        r->line = 51 + i;
         show(r, GREEN, FAR_TOF, 1);
     }
     assert_int_equal(r->gateway.frames[0].number, 0);
@@ -506,12 +606,13 @@ static void a_frame_before_the_first_is_a_frame_too(void **state)
 static void the_end_hands_out_what_is_open(void **state)
 {
     struct rig *const r = rig_going(0);
-    const size_t lines = r->lines;
+    size_t lines;
     (void)state;
+    next_frame(r);
+    lines = r->lines;
     show(r, BOTH, NEAR_TOF, HITS);
     gateway_finish(&r->gateway);
     assert_int_equal(r->lines, lines + 2u + 2u * GATEWAY_OPEN_LINES);
-    assert_int_equal(r->frame, 1);
     assert_int_equal(r->sight.hits, 2u * HITS);
     rig_free(r);
 }
@@ -524,9 +625,8 @@ static void observers_may_be_missing(void **state)
     r->output.points = NULL;
     r->output.frame = NULL;
     assert_int_equal(rig_init(r), LUM_OK);
-    pass(r, 1500, BOTH);
-    next_frame(r);
-    pass(r, 1500, BOTH);
+    tell_clock(r, 0, sensor_clock(r));
+    pass(r, 4000, BOTH);
     gateway_finish(&r->gateway);
     assert_int_equal(reasons(r), 0);
     rig_free(r);
@@ -595,16 +695,30 @@ static void a_slow_tick_makes_no_burst(void **state)
 static void the_status_is_asked_for_once_a_second(void **state)
 {
     struct rig *const r = rig_at(0);
-    uint32_t sequence = 0;
+    uint32_t polls = 0;
     (void)state;
     run(r, HEART_SILENCE_MS + 10000u, 10);
     assert_int_equal(count_sent(r, LUM_TYPE_TLV), 1 + 10);
     for (size_t i = 0; i < r->sent_count; i++) {
         if (r->sent[i].type == LUM_TYPE_TLV) {
-            assert_int_equal(r->sent[i].sequence, sequence);
-            assert_int_equal(r->sent[i].ms,
-                             HEART_SILENCE_MS + 1000u * sequence);
-            sequence++;
+            assert_int_equal(r->sent[i].sequence, r->sent[i].ms);
+            assert_int_equal(r->sent[i].ms, HEART_SILENCE_MS + 1000u * polls);
+            polls++;
+        }
+    }
+    rig_free(r);
+}
+
+static void the_clock_is_asked_for_with_each_heartbeat(void **state)
+{
+    struct rig *const r = rig_at(UINT32_MAX - 8000u);
+    (void)state;
+    run(r, HEART_SILENCE_MS + 10000u, 10);
+    assert_int_equal(count_sent(r, LUM_TYPE_TIMESTAMP), 1 + 50);
+    for (size_t i = 0; i < r->sent_count; i++) {
+        if (r->sent[i].type == LUM_TYPE_TIMESTAMP) {
+            assert_int_equal(r->sent[i].sequence, r->sent[i].ms);
+            assert_int_equal(r->sent[i - 1u].type, LUM_TYPE_HEARTBEAT);
         }
     }
     rig_free(r);
@@ -690,19 +804,31 @@ static void heartbeats_end_when_the_main_loop_hangs(void **state)
     rig_free(r);
 }
 
-/* A round was seen by the tick that follows it. */
-static void a_hang_stops_after_the_silence_or_two_seconds(void **state)
+/* The newest line that is out is older by those that are open. A round was seen
+ * by the tick that follows it. */
+static void a_hang_stops_when_what_was_seen_is_old(void **state)
 {
-    static const uint32_t silences[] = {SILENCE, 1990, 2000, 60000};
+    static const struct {
+        uint32_t silence, hold, wait;
+    } rows[] = {
+        {SILENCE, 6000, SILENCE - 2u * STEP},
+        {2000, 6000, 2000 - 2u * STEP},
+        {2040, 6000, 1990},
+        {60000, 6000, 2000},
+        {60000, 3000, 2000},
+        {60000, 2000, 2000 - (FRAME + STEP)}, /* the newest whole look */
+    };
     (void)state;
-    for (unsigned i = 0; i < 4; i++) {
-        const uint32_t wait =
-            silences[i] < HEART_STALL_MS ? silences[i] : HEART_STALL_MS;
+    for (unsigned i = 0; i < 6; i++) {
         struct rig *const r = rig_new();
-        r->config.silence_ms = silences[i];
+        r->config.silence_ms = rows[i].silence;
+        r->config.hold_ms = rows[i].hold;
         assert_int_equal(rig_init(r), LUM_OK);
-        pass(r, 4000, BOTH);
-        hang(r, wait);
+        tell_clock(r, 0, sensor_clock(r));
+        pass(r, 8000, BOTH);
+        next_frame(r);
+        pass(r, 2u * STEP, BOTH);
+        hang(r, rows[i].wait);
         assert_int_equal(reasons(r), 0);
         hang(r, 10);
         assert_int_equal(reasons(r), GATEWAY_STALLED);
@@ -716,12 +842,14 @@ static void a_stall_that_no_decision_saw_is_held(void **state)
     struct rig *const r = rig_going(0);
     (void)state;
     hang(r, SILENCE + 10u);
-    heart_beat(&r->gateway.heart);
+    heart_beat(&r->gateway.heart, SILENCE);
     hang(r, 10);
     assert_int_equal(heart_stalls(&r->gateway.heart) % 2u, 0);
     assert_int_equal(reasons(r), GATEWAY_STALLED);
     pass(r, HOLD, BOTH);
     assert_true((reasons(r) & GATEWAY_STALLED) != 0);
+    pass(r, STEP, BOTH);
+    assert_int_equal(reasons(r) & GATEWAY_STALLED, 0);
     pass(r, 2u * HOLD, BOTH);
     assert_int_equal(reasons(r), 0);
     rig_free(r);
@@ -773,7 +901,7 @@ static void a_main_loop_that_comes_back_sends_again_and_is_held(void **state)
     pass(r, STEP, BOTH);
     assert_int_equal(count_sent(r, LUM_TYPE_HEARTBEAT), sent + 1u);
     assert_true((reasons(r) & GATEWAY_STALLED) != 0);
-    pass(r, 200u + HOLD, BOTH);
+    pass(r, 2u * FRAME + HOLD, BOTH);
     assert_int_equal(reasons(r), 0);
     rig_free(r);
 }
@@ -782,7 +910,7 @@ static void tell_status(struct rig *r, uint16_t type, uint16_t status)
 {
     uint8_t packet[64];
     lum_tlv_writer w;
-    assert_int_equal(lum_tlv_begin(&w, packet, sizeof packet, 7), LUM_OK);
+    assert_int_equal(lum_tlv_begin(&w, packet, sizeof packet, r->now), LUM_OK);
     assert_int_equal(lum_tlv_add(&w, 3, "text", 4), LUM_OK);
     assert_int_equal(lum_tlv_add_u16(&w, type, status), LUM_OK);
     assert_true(receive(r, packet, w.len));
@@ -814,13 +942,13 @@ static void all_reasons_can_stand_together(void **state)
     struct rig *const r = rig_going(0);
     (void)state;
     hang(r, 2000);
-    show(r, BLUE, NEAR_TOF, HITS);
-    show(r, BLUE, FAR_TOF, 1);
-    hang(r, 10);
+    (void)gateway_receive(&r->gateway, r->now);
+    for (unsigned i = 0; i < 2u + GATEWAY_OPEN_LINES; i++) {
+        show(r, BLUE, NEAR_TOF, HITS); /* the first proves a jump */
+    }
     tell_status(r, r->layout.profile.tlv[LUM_TLV_STATUS],
                 LUM_LASER_FAN_PWM_BAD);
-    hang(r, 2010);
-    show(r, BLUE, FAR_TOF, 1);
+    hang(r, 30);
     assert_int_equal(reasons(r), GATEWAY_OBJECT | GATEWAY_SILENT |
                                      GATEWAY_LASER | GATEWAY_STALLED);
     rig_free(r);
@@ -857,7 +985,8 @@ static void a_hazard_that_ends_before_the_round_does_stops(void **state)
     for (unsigned i = 0; i < 2; i++) {
         uint8_t packet[64];
         lum_tlv_writer w;
-        assert_int_equal(lum_tlv_begin(&w, packet, sizeof packet, i), LUM_OK);
+        assert_int_equal(lum_tlv_begin(&w, packet, sizeof packet, r->now),
+                         LUM_OK);
         add_status(r, &w, i == 0 ? LUM_LASER_FAN_PWM_BAD : 0);
         assert_true(receive(r, packet, w.len));
     }
@@ -1093,14 +1222,15 @@ static void break_times(struct rig *r, unsigned i)
     if (i == 0) {
         r->config.frame_ms = 0;
     } else if (i == 1) { /* two frames and no open lines */
-        r->config.hold_ms = 2u * FRAME + FRAME * GATEWAY_OPEN_LINES / 64u;
+        r->config.hold_ms = 2u * FRAME + GATEWAY_OPEN_LINES * STEP;
     } else if (i == 2) {
         r->config.hold_ms = 0;
     } else if (i == 3) {
         r->config.silence_ms = FRAME;
+    } else if (i == 4) {
+        r->config.silence_ms = AGE_MAX_MS + 1u;
     } else {
-        r->config.frame_ms = UINT32_MAX / 2u + 1u;
-        r->config.silence_ms = UINT32_MAX;
+        r->config.lines = 0;
     }
 }
 
@@ -1112,6 +1242,9 @@ static void break_config(struct rig *r, unsigned i)
         r->config.eyes = i == 1 ? 0 : BOTH + 1u;
     } else if (i == 3) {
         r->output.send = NULL;
+    } else if (i < 6) {
+        r->layout.profile.group[LUM_FIELD_TIMESTAMP].bytes =
+            (uint8_t)(i == 4 ? 0 : 2);
     } else {
         r->calibration.tof_lsb_fs = 0;
     }
@@ -1121,10 +1254,18 @@ static void times_may_be_as_short_as_two_frames_allow(void **state)
 {
     struct rig *const r = rig_new();
     (void)state;
-    r->config.hold_ms = 2u * FRAME + FRAME * GATEWAY_OPEN_LINES / 64u + 1u;
+    r->config.hold_ms = 2u * FRAME + GATEWAY_OPEN_LINES * STEP + 1u;
     r->config.silence_ms = FRAME + 1u;
     assert_int_equal(rig_init(r), LUM_OK);
-    r->config.hold_ms = UINT32_C(1) << 26;
+    r->config.lines = UINT32_MAX; /* 2 x UINT32_MAX + 2 by 1 is just below */
+    r->config.frame_ms = 1;
+    r->config.hold_ms = 2;
+    assert_int_equal(rig_init(r), LUM_E_VALUE);
+    r->config.hold_ms = 3;
+    assert_int_equal(rig_init(r), LUM_OK);
+    r->config.hold_ms = UINT32_MAX;
+    r->config.silence_ms = AGE_MAX_MS;
+    r->config.frame_ms = AGE_MAX_MS - 1u;
     assert_int_equal(rig_init(r), LUM_OK);
     rig_free(r);
 }
@@ -1136,7 +1277,7 @@ static void expect_dead(struct rig *r)
     for (unsigned i = 0; i < 600; i++) {
         r->now += 10;
         gateway_tick(&r->gateway, r->now);
-        gateway_datagram(&r->gateway, (const uint8_t *)"", 0, 0);
+        gateway_datagram(&r->gateway, (const uint8_t *)"", 0, r->now);
         assert_int_equal(gateway_receive(&r->gateway, r->now), 0);
         assert_false(gateway_may_kick(&r->gateway));
         assert_int_equal(reasons(r), GATEWAY_SILENT);
@@ -1169,15 +1310,15 @@ static void a_zone_may_be_a_point(void **state)
 static void a_configuration_out_of_range_is_refused_and_stops(void **state)
 {
     (void)state;
-    for (unsigned i = 0; i < 15; i++) {
+    for (unsigned i = 0; i < 18; i++) {
         struct rig *const r = rig_new();
         assert_int_equal(rig_init(r), LUM_OK);
         if (i < 5) {
             break_zone(r, i);
-        } else if (i < 10) {
+        } else if (i < 11) {
             break_times(r, i - 5u);
         } else {
-            break_config(r, i - 10u);
+            break_config(r, i - 11u);
         }
         assert_int_equal(rig_init(r), LUM_E_VALUE);
         expect_dead(r);
@@ -1206,17 +1347,19 @@ int main(void)
         cmocka_unit_test(a_frame_before_the_first_is_a_frame_too),
         cmocka_unit_test(
             a_line_too_late_for_its_frame_counts_for_the_newer_one),
+        cmocka_unit_test(a_wrap_of_frame_numbers_changes_nothing),
         cmocka_unit_test(the_end_hands_out_what_is_open),
         cmocka_unit_test(observers_may_be_missing),
         cmocka_unit_test(five_heartbeats_a_second_leave_across_a_wrap),
         cmocka_unit_test(a_slow_tick_makes_no_burst),
         cmocka_unit_test(the_status_is_asked_for_once_a_second),
+        cmocka_unit_test(the_clock_is_asked_for_with_each_heartbeat),
         cmocka_unit_test(a_heartbeat_that_was_refused_is_tried_again),
         cmocka_unit_test(a_heartbeat_is_tried_again_after_weeks_of_refusals),
         cmocka_unit_test(nothing_is_sent_before_the_first_round),
         cmocka_unit_test(nothing_is_sent_until_the_sensor_has_timed_out),
         cmocka_unit_test(heartbeats_end_when_the_main_loop_hangs),
-        cmocka_unit_test(a_hang_stops_after_the_silence_or_two_seconds),
+        cmocka_unit_test(a_hang_stops_when_what_was_seen_is_old),
         cmocka_unit_test(a_stall_that_no_decision_saw_is_held),
         cmocka_unit_test(the_watchdog_is_kicked_only_while_the_timer_goes_on),
         cmocka_unit_test(a_hang_lasts_beyond_a_wrap_of_the_clock),
