@@ -1,6 +1,7 @@
 #include "lum/points_fixed.h"
 
 #include "check.h"
+#include "counter.h"
 #include "product.h"
 #include "turn.h"
 
@@ -123,7 +124,7 @@ size_t lum_points_fixed_compute(const lum_fixed_projector *projector,
         LUM_CHECK(pixel < LUM_LINE_PIXELS);
         if (pixel != at) {
             if (!lum_line_has_angles(line, pixel)) {
-                losses->no_angle++;
+                lum_counter_add(&losses->no_angle, 1);
                 continue;
             }
             at = pixel;
@@ -131,7 +132,7 @@ size_t lum_points_fixed_compute(const lum_fixed_projector *projector,
         }
         const int32_t bits = ((int32_t)word >> 12) - eye->first_tof;
         if (bits < 0) {
-            losses->no_range++;
+            lum_counter_add(&losses->no_range, 1);
             continue;
         }
         out->word = word;

@@ -18,6 +18,14 @@
 #define LUM_ONE_COPY inline
 #endif
 
+/* A Cortex-M4 has an instruction for high_product(), which GCC does not use of
+ * its own accord. */
+#if defined(__ARM_FEATURE_DSP) && defined(__thumb2__) && defined(__GNUC__)
+#define LUM_SMMLA 1
+#else
+#define LUM_SMMLA 0
+#endif
+
 /* By products of 16 bits, on any processor; tests compare them. */
 int32_t lum_high_by_parts(int32_t a, int32_t b, int32_t sum);
 int64_t lum_product_by_parts(int32_t a, int32_t b);
@@ -28,6 +36,14 @@ static inline int32_t high_product(int32_t a, int32_t b, int32_t sum)
 {
 #if LUM_BY_PARTS
     return lum_high_by_parts(a, b, sum);
+#elif LUM_SMMLA
+    int32_t high = 0;
+    if (__builtin_constant_p(sum) && sum == 0) {
+        __asm__("smmul %0, %1, %2" : "=r"(high) : "r"(a), "r"(b));
+    } else {
+        __asm__("smmla %0, %1, %2, %3" : "=r"(high) : "r"(a), "r"(b), "r"(sum));
+    }
+    return high;
 #else
     return (int32_t)(((int64_t)a * b) >> 32) + sum;
 #endif

@@ -71,12 +71,11 @@ static void turn_axes(int32_t from[3], int32_t to[3], int32_t udeg)
     approximate(angle, &t);
     turn_quarters(angle, &t);
     for (unsigned i = 0; i < 3; i++) {
-        const int32_t a = from[i];
-        const int32_t b = to[i];
-        from[i] = quadruple(high_product(a, t.cosine, 0) -
-                            high_product(b, t.sine, 0));
-        to[i] =
-            quadruple(high_product(a, t.sine, high_product(b, t.cosine, 0)));
+        const int32_t turned =
+            high_product(from[i], t.cosine, 0) - high_product(to[i], t.sine, 0);
+        const int32_t rest = high_product(to[i], t.cosine, 0);
+        to[i] = quadruple(high_product(from[i], t.sine, rest));
+        from[i] = quadruple(turned);
     }
 }
 

@@ -34,22 +34,19 @@ static lum_result flip_marks(uint32_t *marks, uint32_t first, uint32_t n)
     return clear == 0 ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
 }
 
-/* An int16_t may be written as its unsigned type, bit by bit as it came; where
- * the order is that of lum_angle this is a plain copy. */
+/* An int16_t may be written as its unsigned type, bit by bit as it came. */
 static void copy_angles(lum_angle *angles, const lum_group *group,
                         uint8_t angle_order)
 {
+    const unsigned swap = angle_order == LUM_AZIMUTH_ELEVATION ? 0 : 1;
     uint16_t *restrict to = (uint16_t *)angles;
     const uint8_t *restrict from = group->samples;
-    const uint32_t values = 2u * group->num_samples;
-    if (angle_order == LUM_AZIMUTH_ELEVATION) {
-        for (uint32_t i = 0; i < values; i++) {
-            to[i] = load_u16(from + (size_t)2 * i);
-        }
-    } else {
-        for (uint32_t i = 0; i < values; i++) {
-            to[i ^ 1u] = load_u16(from + (size_t)2 * i);
-        }
+    const uint8_t *const end =
+        from + (size_t)LUM_SAMPLE_BYTES * group->num_samples;
+    for (; from != end; from += LUM_SAMPLE_BYTES) {
+        to[swap] = load_u16(from);
+        to[swap ^ 1u] = load_u16(from + 2);
+        to += 2;
     }
 }
 
@@ -72,6 +69,11 @@ lum_result lum_words_place_angles(const lum_assembler *a, lum_line_slot *slot,
 static uint32_t place_of(uint32_t word)
 {
     return word & (LUM_WORD_ZERO | LUM_WORD_PIXEL);
+}
+
+static LUM_ONE_COPY uint32_t word_at(const uint8_t *sample)
+{
+    return load_u32(sample);
 }
 
 /* Copies words and tells whether all are good and in order of pixels, from
@@ -103,7 +105,8 @@ static bool append(const lum_assembler *a, lum_line_slot *slot,
         return false;
     }
     const uint32_t first = count > 0 ? place_of(to[-1]) + 1u : 0;
-    if (!copy_in_order(to, group->samples, n, first)) {
+    if (place_of(word_at(group->samples)) < first ||
+        !copy_in_order(to, group->samples, n, first)) {
         return false;
     }
     slot->line.word_count = count + n;
@@ -126,22 +129,22 @@ struct merge {
 /* How many words are good, as far as a line can hold them. */
 static uint32_t count_good(struct merge *m, const lum_group *group)
 {
+    const uint8_t *sample = group->samples;
     uint32_t good = 0;
-    m->low = LUM_LINE_PIXELS;
-    m->end = 0;
-    for (uint32_t i = 0; i < group->num_samples; i++) {
-        const uint32_t pixel = place_of(lum_group_word(group, i));
+    uint32_t low = LUM_LINE_PIXELS;
+    uint32_t end = 0;
+    for (uint32_t i = group->num_samples; i > 0; i--) {
+        const uint32_t pixel = place_of(word_at(sample));
+        sample += LUM_SAMPLE_BYTES;
         if (pixel < LUM_LINE_PIXELS && m->table[pixel] <= LUM_LINE_WORDS_MAX) {
             m->table[pixel]++;
             good++;
-            if (pixel < m->low) {
-                m->low = pixel;
-            }
-            if (pixel >= m->end) {
-                m->end = pixel + 1u;
-            }
+            low = pixel < low ? pixel : low;
+            end = pixel < end ? end : pixel + 1u;
         }
     }
+    m->low = low;
+    m->end = end;
     return good;
 }
 
@@ -196,9 +199,11 @@ static void make_room(const struct merge *m, uint32_t count, uint32_t good)
 
 static void fill_room(const struct merge *m, const lum_group *group)
 {
-    for (uint32_t i = 0; i < group->num_samples; i++) {
-        const uint32_t word = lum_group_word(group, i);
+    const uint8_t *sample = group->samples;
+    for (uint32_t i = group->num_samples; i > 0; i--) {
+        const uint32_t word = word_at(sample);
         const uint32_t pixel = place_of(word);
+        sample += LUM_SAMPLE_BYTES;
         if (pixel < LUM_LINE_PIXELS) {
             m->words[m->table[pixel]++] = word;
         }
@@ -224,15 +229,15 @@ static lum_result insert(lum_assembler *a, lum_line_slot *slot,
         slot->line.word_count = count + good;
         lum_counter_add(&a->counters.bad_words, group->num_samples - good);
     }
-    for (uint32_t pixel = m.low; pixel < m.end; pixel++) {
-        m.table[pixel] = 0;
+    if (good > 0) {
+        memset(m.table + m.low, 0, sizeof *m.table * (m.end - m.low));
     }
     return r;
 }
 
 /* Where the line cannot hold them, they tell nothing of what it lost. */
-static void count_sent(const lum_assembler *a, lum_line_slot *slot,
-                       const lum_group *group)
+static LUM_ONE_COPY void count_sent(const lum_assembler *a, lum_line_slot *slot,
+                                    const lum_group *group)
 {
     const uint32_t capacity = a->config.words_per_line;
     const uint32_t n = group->num_samples;
