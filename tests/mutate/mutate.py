@@ -134,42 +134,71 @@ def run(command, **options):
 
 
 class Programs:
-    """The tests, built in one way."""
+    """The tests, built in one way; each when it is first asked for."""
 
     def __init__(self, house, out, flags):
         self.house, self.out, self.flags = house, out, flags
         self.seconds = {}  # of CPU time, by name
+        self.common = None
+        self.lock = threading.Lock()
 
     def compile(self, target, *what):
         run(["gcc", *CFLAGS, *self.flags, *self.house.include, "-o", target, *what])
 
     def build(self, pool):
+        """All of them."""
+        self._build_common(pool)
+        list(pool.map(self._link, self.house.tests))
+        for name in self.house.tests:
+            self._measure(name)
+
+    def need(self, name):
+        """One of them."""
+        with self.lock:
+            if name not in self.seconds:
+                if self.common is None:
+                    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+                        self._build_common(pool)
+                self._link(name)
+                self._measure(name)
+
+    def _build_common(self, pool):
         house = self.house
         self.out.mkdir(parents=True, exist_ok=True)
         library = self.out / "library.so"
-        self.compile(library, "-shared", *house.sources)
         objects = [(self.out / (s.stem + ".o"), s) for s in house.support]
+        shared = pool.submit(self.compile, library, "-shared", *house.sources)
         list(pool.map(lambda o: self.compile(o[0], "-c", o[1]), objects))
-        links = ["-lcmocka", "-lm", f"-Wl,-rpath,{self.out}"]
-        list(pool.map(lambda t: self.compile(
-            self.out / t[0], f'-DLUM_SOURCE_DIR="{house.root}"', t[1],
-            *(o for o, _ in objects), library, *links), house.tests.items()))
-        for name in house.tests:
-            before = resource.getrusage(resource.RUSAGE_CHILDREN)
-            if self.start(name, {}) != 0:
-                raise Trouble(f"{name} fails as it is, without any mutant")
-            after = resource.getrusage(resource.RUSAGE_CHILDREN)
-            self.seconds[name] = sum(after[:2]) - sum(before[:2])
+        shared.result()
+        self.common = [*(o for o, _ in objects), library]
+
+    def _link(self, name):
+        self.compile(self.out / name, f'-DLUM_SOURCE_DIR="{self.house.root}"',
+                     self.house.tests[name], *self.common, "-lcmocka", "-lm",
+                     f"-Wl,-rpath,{self.out}")
+
+    def _measure(self, name):
+        """Others may run meanwhile."""
+        child = subprocess.Popen([str(self.out / name)], cwd=self.out, **self._options({}))
+        _, status, used = os.wait4(child.pid, 0)
+        child.returncode = os.waitstatus_to_exitcode(status)
+        if child.returncode != 0:
+            raise Trouble(f"{name} fails as it is, without any mutant")
+        self.seconds[name] = used.ru_utime + used.ru_stime
+
+    @staticmethod
+    def _options(environment):
+        nothing = subprocess.DEVNULL
+        return {"stdin": nothing, "stdout": nothing, "stderr": nothing,
+                "env": {**os.environ, "ASAN_OPTIONS": ASAN_OPTIONS, **environment}}
 
     def start(self, name, environment):
-        return subprocess.call(
-            [str(self.out / name)], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL, cwd=self.out,
-            env={**os.environ, "ASAN_OPTIONS": ASAN_OPTIONS, **environment})
+        return subprocess.call([str(self.out / name)], cwd=self.out, **self._options(environment))
 
     def killer(self, plan, preload, number):
         """Which test notices first, or None."""
         for name, cases, share in plan:
+            self.need(name)
             limit_ms = int(300 + 8000 * share * self.seconds[name])
             code = self.start(name, {"LD_PRELOAD": str(preload), "LUM_MUTANT": str(number),
                                      "LUM_MUTANT_MS": str(limit_ms),
@@ -214,7 +243,6 @@ class House:
 
     def build(self, pool):
         self.plain.build(pool)
-        self.guarded.build(pool)
 
 
 class Module:
