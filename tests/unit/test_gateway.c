@@ -1018,6 +1018,253 @@ static void what_is_no_status_changes_nothing(void **state)
     rig_free(r);
 }
 
+static void tell_as(struct rig *r, uint32_t sequence, uint16_t status)
+{
+    uint8_t packet[64];
+    lum_tlv_writer w;
+    assert_int_equal(lum_tlv_begin(&w, packet, sizeof packet, sequence),
+                     LUM_OK);
+    add_status(r, &w, status);
+    assert_true(receive(r, packet, w.len));
+    (void)gateway_receive(&r->gateway, r->now);
+}
+
+/* An alert is believed; that all is well only of an answer to a poll of lately,
+ * which bears the time. */
+static void an_old_status_says_nothing_good(void **state)
+{
+    struct rig *const r = rig_going(0);
+    (void)state;
+    tell_as(r, r->now - 100000u, LUM_LASER_FAN_PWM_BAD);
+    assert_int_equal(reasons(r), GATEWAY_LASER);
+    pass(r, HOLD, BOTH);
+    tell_as(r, r->now - SILENCE, 0);
+    tell_as(r, r->now + 1u, 0);
+    pass(r, STEP, BOTH);
+    assert_int_equal(reasons(r), GATEWAY_LASER);
+    tell_as(r, r->now - SILENCE + 1u, 0);
+    pass(r, HOLD, BOTH);
+    assert_int_equal(reasons(r), 0);
+    rig_free(r);
+}
+
+/* All that is measured has the age of its clock. */
+static void packets_as_old_as_the_silence_are_left_out(void **state)
+{
+    (void)state;
+    for (uint32_t age_ms = SILENCE - 1u; age_ms <= SILENCE; age_ms++) {
+        struct rig *const r = rig_going(0);
+        const uint32_t old = r->gateway.old_packets;
+        const size_t lines = r->lines;
+        r->boot_us -= age_ms * 1000u;
+        r->is_mute = true;
+        show(r, BLUE, FAR_TOF, 1);
+        if (age_ms < SILENCE) { /* late: newer lines have closed */
+            assert_int_equal(r->gateway.old_packets, old);
+            assert_int_equal(r->gateway.assembler.counters.late, 5);
+        } else {
+            assert_int_equal(r->gateway.old_packets, old + 5u);
+            assert_int_equal(r->gateway.assembler.counters.late, 0);
+        }
+        assert_int_equal(r->lines, lines);
+        rig_free(r);
+    }
+}
+
+/* While the sensor is away, nothing comes out. */
+static void lines_that_become_old_are_closed_and_left_out(void **state)
+{
+    struct rig *const r = rig_going(0);
+    const lum_assembly_counters *const c =
+        lum_assembler_counters(&r->gateway.assembler);
+    const size_t lines = r->lines;
+    (void)state;
+    for (unsigned i = 0; i < SILENCE; i++) {
+        r->now++;
+        (void)gateway_receive(&r->gateway, r->now);
+    }
+    /* of the older two 525 ms have passed, of the others 500 */
+    assert_int_equal(c->lines_idle, 2);
+    r->now++;
+    (void)gateway_receive(&r->gateway, r->now);
+    assert_int_equal(c->lines_idle, 4);
+    assert_int_equal(r->gateway.old_lines, 4);
+    assert_int_equal(r->lines, lines);
+    rig_free(r);
+}
+
+static void a_driver_without_a_ring_hands_over_datagrams(void **state)
+{
+    struct rig *const r = rig_at(0);
+    (void)state;
+    for (unsigned i = 0; i < 4u * HOLD / STEP; i++) {
+        const ring_slot *slot;
+        r->now += STEP;
+        gateway_tick(&r->gateway, r->now);
+        tell_clock(r, r->now, sensor_clock(r));
+        for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+            put_angles(r, eye);
+            put(r, eye, LUM_TAG_RANGES, FAR_TOF, true, 0, 1);
+            while ((slot = ring_front(&r->gateway.ring)) != NULL) {
+                gateway_datagram(&r->gateway, slot->bytes, slot->len, r->now);
+                ring_release(&r->gateway.ring);
+            }
+        }
+        next_line(r);
+        assert_int_equal(gateway_receive(&r->gateway, r->now), 0);
+    }
+    assert_int_equal(reasons(r), 0);
+    r->now += SILENCE; /* time goes on with a datagram too */
+    gateway_datagram(&r->gateway, (const uint8_t *)"", 0, r->now);
+    assert_int_equal(r->gateway.now_ms, r->now);
+    rig_free(r);
+}
+
+static void expect_recovery(struct rig *r)
+{
+    pass(r, 2u * HOLD, BOTH);
+    assert_int_equal(reasons(r), 0);
+}
+
+static void drop_one(struct rig *r)
+{
+    while (receive(r, "", 0)) {
+    }
+}
+
+static void waste_words(struct rig *r)
+{
+    for (unsigned i = 0; i < 1u + GATEWAY_LINE_WORDS / PACKET_MAX; i++) {
+        uint8_t samples[PACKET_MAX * LUM_SAMPLE_BYTES];
+        const lum_group group = {.line = r->line,
+                                 .num_samples = PACKET_MAX,
+                                 .first_sample_index = i * PACKET_MAX,
+                                 .clock_raw = sensor_clock(r),
+                                 .eye = LUM_EYE_GREEN,
+                                 .tag = LUM_TAG_RANGES};
+        size_t len = 0;
+        uint8_t *packet;
+        for (uint32_t k = 0; k < PACKET_MAX; k++) {
+            lum_word_encode(lum_word_make(FAR_TOF, true, 100u + i),
+                            samples + (size_t)LUM_SAMPLE_BYTES * k);
+        }
+        packet = encode_packet(&r->layout, &group, samples, &len);
+        assert_true(receive(r, packet, len));
+        (void)gateway_receive(&r->gateway, r->now);
+        free(packet);
+    }
+}
+
+static void conflict(struct rig *r)
+{
+    put_angles(r, LUM_EYE_GREEN);
+    put(r, LUM_EYE_GREEN, LUM_TAG_ANGLES, 0, false, 100, PACKET_MAX);
+    put(r, LUM_EYE_GREEN, LUM_TAG_RANGES, FAR_TOF, true, 0, 10);
+    put(r, LUM_EYE_GREEN, LUM_TAG_RANGES, FAR_TOF, true, 9, 10);
+    (void)gateway_receive(&r->gateway, r->now);
+}
+
+static void leave_event(struct rig *r)
+{
+    lum_group group = {.num_samples = 1,
+                       .clock_raw = sensor_clock(r) + 1000u,
+                       .eye = LUM_EYE_GREEN,
+                       .tag = LUM_TAG_ANGLES};
+    const uint8_t sample[LUM_SAMPLE_BYTES] = {0};
+    group.samples = sample;
+    group.line = r->line + 1u;
+    assert_true(lum_assembler_push(&r->gateway.assembler, &group,
+                                   r->gateway.now_ms) > 0);
+}
+
+/* A machine whose times leave no room for a frame that is not whole. */
+static struct rig *rig_tight(void)
+{
+    struct rig *const r = rig_new();
+    r->config.hold_ms = 2u * FRAME + (GATEWAY_OPEN_LINES + 1u) * STEP;
+    assert_int_equal(rig_init(r), LUM_OK);
+    tell_clock(r, 0, sensor_clock(r));
+    pass(r, 5000, BOTH);
+    next_frame(r);
+    pass(r, 5u * STEP, BOTH);
+    assert_int_equal(reasons(r), 0);
+    return r;
+}
+
+/* What shows in no line, since it may have been the last of its own. */
+static void what_the_gateway_loses_makes_no_whole_look(void **state)
+{
+    static void (*const lose[])(struct rig *) = {drop_one, waste_words,
+                                                 conflict, leave_event};
+    (void)state;
+    for (unsigned i = 0; i < 5; i++) {
+        struct rig *const r = rig_tight();
+        bool is_blind = false;
+        if (i < 4) {
+            lose[i](r);
+        }
+        for (uint32_t ms = 0; ms < 3u * FRAME; ms += STEP) {
+            pass(r, STEP, BOTH);
+            is_blind = is_blind || reasons(r) == GATEWAY_SILENT;
+        }
+        assert_true(is_blind == (i < 4));
+        expect_recovery(r);
+        rig_free(r);
+    }
+}
+
+/* By the driver, from what the network says. */
+static void a_slot_with_impossible_lengths_is_malformed(void **state)
+{
+    static const struct {
+        uint32_t begin, len;
+        bool is_bad;
+    } rows[] = {
+        {0, RING_SLOT_BYTES, false},
+        {0, RING_SLOT_BYTES + 1u, true},
+        {42, RING_SLOT_BYTES - 42u, false},
+        {42, RING_SLOT_BYTES - 41u, true},
+        {RING_SLOT_BYTES, 0, false},
+        {RING_SLOT_BYTES + 1u, 0, true},
+        {UINT32_MAX, 2, true},
+        {2, UINT32_MAX, true},
+    };
+    struct rig *const r = rig_at(0);
+    uint32_t bad = 0;
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        ring_slot *const slot = ring_claim(&r->gateway.ring);
+        memset(slot->bytes, 0, sizeof slot->bytes);
+        slot->begin = rows[i].begin;
+        slot->len = rows[i].len;
+        ring_commit(&r->gateway.ring);
+        assert_int_equal(gateway_receive(&r->gateway, 0), 1);
+        bad += rows[i].is_bad;
+        assert_int_equal(r->gateway.kinds[LUM_PACKET_MALFORMED], bad);
+    }
+    rig_free(r);
+}
+
+/* What is fresh is no stray, whatever the silence. */
+static void the_gap_of_the_clock_is_no_less_than_the_silence(void **state)
+{
+    static const struct {
+        uint32_t silence_ms, gap_us;
+    } rows[] = {{60, 100000},
+                {100, 100000},
+                {101, 101000},
+                {AGE_MAX_MS, AGE_MAX_MS * 1000u}};
+    (void)state;
+    for (unsigned i = 0; i < 4; i++) {
+        struct rig *const r = rig_new();
+        r->config.frame_ms = 50;
+        r->config.silence_ms = rows[i].silence_ms;
+        assert_int_equal(rig_init(r), LUM_OK);
+        assert_int_equal(r->gateway.assembler.config.gap_us, rows[i].gap_us);
+        rig_free(r);
+    }
+}
+
 static void garbage_is_counted_and_is_no_sign_of_life(void **state)
 {
     struct rig *const r = rig_going(0);
@@ -1369,6 +1616,13 @@ int main(void)
         cmocka_unit_test(a_hazard_that_ends_before_the_round_does_stops),
         cmocka_unit_test(all_reasons_can_stand_together),
         cmocka_unit_test(what_is_no_status_changes_nothing),
+        cmocka_unit_test(an_old_status_says_nothing_good),
+        cmocka_unit_test(packets_as_old_as_the_silence_are_left_out),
+        cmocka_unit_test(lines_that_become_old_are_closed_and_left_out),
+        cmocka_unit_test(a_driver_without_a_ring_hands_over_datagrams),
+        cmocka_unit_test(what_the_gateway_loses_makes_no_whole_look),
+        cmocka_unit_test(a_slot_with_impossible_lengths_is_malformed),
+        cmocka_unit_test(the_gap_of_the_clock_is_no_less_than_the_silence),
         cmocka_unit_test(garbage_is_counted_and_is_no_sign_of_life),
         cmocka_unit_test(a_full_ring_drops_and_counts),
         cmocka_unit_test(a_ring_keeps_the_order_while_its_counts_wrap),

@@ -244,6 +244,8 @@ static void all_machines_make_the_same_bell(void **state)
     (void)state;
     assert_true(hash_of_bell(-90000000, 90000000, 5000000, 20000000) ==
                 UINT64_C(0xe60ef59d5006125));
+    assert_true(hash_of_bell(-90000000, 90000000, 7, 90000000) ==
+                UINT64_C(0x65f6b086c646caeb));
     assert_true(hash_of_bell(INT32_MIN, INT32_MAX, -1, 90000000) ==
                 UINT64_C(0x710e0495d8f9d4ee));
 }
