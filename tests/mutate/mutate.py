@@ -622,14 +622,17 @@ def parse(arguments):
     p.add_argument("--out", type=pathlib.Path, default=ROOT / "build/mutate")
     p.add_argument("--jobs", type=int, default=os.cpu_count() or 2)
     p.add_argument("--verbose", action="store_true", help="say of every mutant what killed it")
-    return p.parse_args(arguments)
+    options = p.parse_args(arguments)
+    options.out = options.out.resolve()
+    options.last = options.out / "survivors.json"
+    if options.again and not options.last.exists():
+        p.error("--again: nothing was run before")
+    options.again = json.loads(options.last.read_text()) if options.again else None
+    return options
 
 
 def main(arguments):
     options = parse(arguments)
-    options.out = options.out.resolve()
-    options.last = options.out / "survivors.json"
-    options.again = json.loads(options.last.read_text()) if options.again else None
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     try:
         listed = Survivors(ROOT / "tests/mutate/survivors.txt")
