@@ -199,8 +199,8 @@ static void the_series_have_terms_enough(void **state)
 {
     const struct view v = {0, 90, -45, 45, 0, 0, 0, 0};
     (void)state;
-    assert_true(worst_over_axis(&v, 0, 0) < 2e-7);
-    assert_true(worst_over_axis(&v, 1, 0) < 2e-7);
+    assert_true(worst_over_axis(&v, 0, 0) < 1.5e-7);
+    assert_true(worst_over_axis(&v, 1, 0) < 1.5e-7);
 }
 
 static void random_pairs_are_within_the_bound(void **state)
