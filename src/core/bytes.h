@@ -4,12 +4,19 @@
 
 #include <stdint.h>
 
+/* Where one instruction reads any address, it is shorter than a call. */
+#ifdef __ARM_FEATURE_UNALIGNED
+#define LUM_LOAD_INLINE inline __attribute__((always_inline))
+#else
+#define LUM_LOAD_INLINE inline
+#endif
+
 static inline uint16_t load_u16(const uint8_t *p)
 {
     return (uint16_t)(p[0] | ((unsigned)p[1] << 8));
 }
 
-static inline uint32_t load_u32(const uint8_t *p)
+static LUM_LOAD_INLINE uint32_t load_u32(const uint8_t *p)
 {
     return (uint32_t)p[0] | ((uint32_t)p[1] << 8) | ((uint32_t)p[2] << 16) |
            ((uint32_t)p[3] << 24);

@@ -80,7 +80,7 @@ static unsigned check_eye(const lum_eye_calibration *e)
 }
 
 /* The fault, and above it the eye. */
-static unsigned find_fault(const lum_calibration *c)
+static LUM_ONE_COPY unsigned find_fault(const lum_calibration *c)
 {
     if (c->speed_of_light - 200000000u > 110000000u) {
         return LUM_CALIBRATION_SPEED_OF_LIGHT;

@@ -84,9 +84,9 @@ static LUM_ONE_COPY int32_t place(const int64_t *mount, int32_t range,
     return (int32_t)((*mount + product(range, direction)) >> 28);
 }
 
-static LUM_ONE_COPY void put_point(const lum_fixed_eye *eye,
-                                   const int32_t direction[3], uint32_t bits,
-                                   lum_fixed_point *out)
+static inline void put_point(const lum_fixed_eye *eye,
+                             const int32_t direction[3], uint32_t bits,
+                             lum_fixed_point *out)
 {
     /* bits are below 2^20, a bit below 2^32, the range below 1.33e9 */
     const int32_t range =

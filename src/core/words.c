@@ -71,11 +71,6 @@ static uint32_t place_of(uint32_t word)
     return word & (LUM_WORD_ZERO | LUM_WORD_PIXEL);
 }
 
-static LUM_ONE_COPY uint32_t word_at(const uint8_t *sample)
-{
-    return load_u32(sample);
-}
-
 /* Copies words and tells whether all are good and in order of pixels, from
  * first on. */
 static bool copy_in_order(uint32_t *restrict to, const uint8_t *restrict from,
@@ -105,7 +100,7 @@ static bool append(const lum_assembler *a, lum_line_slot *slot,
         return false;
     }
     const uint32_t first = count > 0 ? place_of(to[-1]) + 1u : 0;
-    if (place_of(word_at(group->samples)) < first ||
+    if (place_of(load_u32(group->samples)) < first ||
         !copy_in_order(to, group->samples, n, first)) {
         return false;
     }
@@ -134,7 +129,7 @@ static uint32_t count_good(struct merge *m, const lum_group *group)
     uint32_t low = LUM_LINE_PIXELS;
     uint32_t end = 0;
     for (uint32_t i = group->num_samples; i > 0; i--) {
-        const uint32_t pixel = place_of(word_at(sample));
+        const uint32_t pixel = place_of(load_u32(sample));
         sample += LUM_SAMPLE_BYTES;
         if (pixel < LUM_LINE_PIXELS && m->table[pixel] <= LUM_LINE_WORDS_MAX) {
             m->table[pixel]++;
@@ -201,7 +196,7 @@ static void fill_room(const struct merge *m, const lum_group *group)
 {
     const uint8_t *sample = group->samples;
     for (uint32_t i = group->num_samples; i > 0; i--) {
-        const uint32_t word = word_at(sample);
+        const uint32_t word = load_u32(sample);
         const uint32_t pixel = place_of(word);
         sample += LUM_SAMPLE_BYTES;
         if (pixel < LUM_LINE_PIXELS) {

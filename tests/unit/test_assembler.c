@@ -1386,6 +1386,21 @@ static void a_pixel_past_the_last_is_skipped_behind_those_in_order(void **state)
     stream_free(s);
 }
 
+static void words_of_an_earlier_line_do_not_tell_the_order(void **state)
+{
+    struct stream *s = stream_new();
+    (void)state;
+    s->config.open_lines = 1;
+    stream_begin(s);
+    send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 0), UP(2, 1), UP(3, 2), UP(4, 3)),
+               4);
+    send_words(s, BLUE, 2, 0, 0, WORDS(UP(5, 5), UP(6, 9)), 2);
+    send_words(s, BLUE, 2, 0, 2, WORDS(UP(7, 7)), 1);
+    stream_end(s);
+    assert_words(nth_line(s, 1), WORDS(UP(5, 5), UP(7, 7), UP(6, 9)), 3);
+    stream_free(s);
+}
+
 static void pixel_1000_is_past_the_last(void **state)
 {
     struct stream *s = stream_open();
@@ -1928,6 +1943,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(the_one_pixel_that_is_missing_is_empty_too),
     cmocka_unit_test(open_lines_share_no_storage),
     cmocka_unit_test(a_pixel_past_the_last_is_skipped_behind_those_in_order),
+    cmocka_unit_test(words_of_an_earlier_line_do_not_tell_the_order),
     cmocka_unit_test(pixel_1000_is_past_the_last),
     cmocka_unit_test(pixel_1000_is_not_counted_either),
     cmocka_unit_test(words_stand_by_pixel_then_as_in_their_packet),
