@@ -35,7 +35,7 @@ static int64_t elapsed(int64_t earlier, int64_t later)
     if (earlier < 0 && later > INT64_MAX + earlier) {
         return INT64_MAX;
     }
-    if (earlier > 0 && later < earlier - INT64_MAX) {
+    if (earlier >= 0 && later < earlier - INT64_MAX) {
         return -INT64_MAX;
     }
     return later - earlier;
@@ -116,7 +116,7 @@ static void follow(lum_clock_sync *sync, lum_clock_exchange *e, uint32_t raw)
     const int64_t clock_us =
         lum_clock_extend(sync->clock_us + passed / STEP_NS, raw, 4);
     set_offset(e, clock_us);
-    const int64_t jump = magnitude(e->offset_ns - last->offset_ns);
+    const int64_t jump = magnitude(elapsed(last->offset_ns, e->offset_ns));
     sync->clock_us = clock_us;
     if (jump > slack + LUM_CLOCK_RESET_NS) {
         sync->resets++;

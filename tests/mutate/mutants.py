@@ -21,20 +21,25 @@ STEPS = {"++": "--", "--": "++"}
 
 INTEGERS = {T.BOOL, T.CHAR_U, T.UCHAR, T.USHORT, T.UINT, T.ULONG, T.ULONGLONG, T.CHAR_S,
             T.SCHAR, T.SHORT, T.INT, T.LONG, T.LONGLONG, T.ENUM}
+FLOATS = {T.FLOAT, T.DOUBLE}
 WRAPPERS = {K.UNEXPOSED_EXPR, K.PAREN_EXPR}
-STATEMENTS_DELETED = {K.BINARY_OPERATOR, K.COMPOUND_ASSIGNMENT_OPERATOR, K.UNARY_OPERATOR,
-                      K.CALL_EXPR}
+SIMPLE = {K.BINARY_OPERATOR, K.COMPOUND_ASSIGNMENT_OPERATOR, K.UNARY_OPERATOR, K.CALL_EXPR,
+          K.RETURN_STMT, K.BREAK_STMT, K.CONTINUE_STMT}
+COMPOSED = {K.IF_STMT, K.FOR_STMT, K.WHILE_STMT, K.DO_STMT, K.SWITCH_STMT}
+EYES = 2
+EYE_NAMES = {"eye", "e"}
 SHOWN = 72
+HEAD_SHOWN = 60
 
 
 class Mutant:
     """A piece of the file, [start, end), and what stands there instead."""
 
-    def __init__(self, start, end, text, where, shown, runtime, statement=False):
+    def __init__(self, start, end, text, where, shown, runtime, form="value"):
         self.start, self.end, self.text = start, end, text
         self.where, self.shown = where, shown
-        self.runtime = runtime      # a switch may stand there
-        self.statement = statement  # and it is a statement
+        self.runtime = runtime  # a switch may stand there
+        self.form = form        # what it is: a "value", an "object", a "statement"
         self.number = 0
 
     def apply(self, source):
@@ -60,6 +65,25 @@ def neighbours(text):
     form = f"0x{{:0{len(digits) - 2}x}}{{}}" if digits[:2] in ("0x", "0X") else "{}{}"
     below = form.format(n - 1, suffix) if n > 0 else f"({text} - 1{suffix})"
     return [form.format(n + 1, suffix), below]
+
+
+def unqualified(t):
+    """A type's name, without what its own qualifiers say."""
+    t = t.get_canonical()
+    if t.kind in (T.CONSTANTARRAY, T.INCOMPLETEARRAY):
+        return t.spelling  # those are of its elements
+    if t.kind == T.POINTER:
+        return re.sub(r"(\s*(const|volatile|restrict))+$", "", t.spelling)
+    return re.sub(r"^((const|volatile)\s+)+", "", t.spelling)
+
+
+class Variable:
+    """A parameter or a local variable, where it can be named."""
+
+    def __init__(self, cursor, has_value):
+        self.name, self.type = cursor.spelling, unqualified(cursor.type)
+        self.is_const = cursor.type.get_canonical().is_const_qualified()
+        self.has_value = has_value  # from its declaration on, or since it was named
 
 
 class Finder:
@@ -113,18 +137,20 @@ class Finder:
                 continue
             self._function = top.spelling
             self._chain = []
+            self._scopes = [[]]
             if top.kind == K.FUNCTION_DECL and top.is_definition():
                 self._result = top.result_type.get_canonical()
                 body = list(top.get_children())[-1]
                 statements = list(body.get_children())
                 self._last = self._span(statements[-1]) if statements else None
+                self._scopes = [[Variable(p, True) for p in top.get_arguments() if p.spelling]]
                 self._walk(body, True)
             elif top.kind == K.VAR_DECL:
                 self._variable(top, True)
         self.mutants.sort(key=lambda m: (m.start, m.end, m.text))
         return self.mutants
 
-    def _add(self, start, end, text, runtime, statement=False, shown=None):
+    def _add(self, start, end, text, runtime, form="value", shown=None):
         if (start, end, text) in self._seen:
             return
         self._seen.add((start, end, text))
@@ -135,7 +161,7 @@ class Finder:
                     low, high = min(low, s), max(high, e)
             after = self.source[low:start] + text + self.source[end:high]
             shown = f"{normal(self.source[low:high])} => {normal(after)}"
-        self.mutants.append(Mutant(start, end, text, self._function, shown, runtime, statement))
+        self.mutants.append(Mutant(start, end, text, self._function, shown, runtime, form))
 
     def _constant(self, cursor, runtime):
         start, end = self._span(cursor)
@@ -151,6 +177,11 @@ class Finder:
         for to in neighbours(text):
             self._add(start, end, to, runtime)
 
+    def _real(self, cursor, runtime):
+        start, end = self._span(cursor)
+        for to in ("2 *", "0 *"):
+            self._add(start, end, f"({to} {self.source[start:end]})", runtime)
+
     def _is_constant(self, cursor):
         if cursor.type.get_canonical().kind not in INTEGERS:
             return False
@@ -163,6 +194,12 @@ class Finder:
     def _operator(self, left, right):
         between = self._between(self._span(left)[1], self._span(right)[0])
         return between[0] if len(between) == 1 else None
+
+    def _assigns(self, cursor):
+        if cursor.kind != K.BINARY_OPERATOR:
+            return False
+        op = self._operator(*cursor.get_children())
+        return op is not None and op.spelling == "="
 
     def _bare(self, cursor):
         while cursor.kind in WRAPPERS:
@@ -233,7 +270,12 @@ class Finder:
             self._add(start, end, "0", True)
 
     def _deletion(self, cursor):
+        """A statement left out, but the last of a function that has a result."""
         start, end = self._span(cursor)
+        if cursor.kind in COMPOSED:
+            if (start, end) != self._last or self._result.kind == T.VOID:
+                self._leave_out(cursor, start, end)
+            return
         following = self._between(end, end + 200)[:1]
         if not following or following[0].spelling != ";":
             return
@@ -241,7 +283,72 @@ class Finder:
         if cursor.kind == K.RETURN_STMT and (start, end - 1) == self._last:
             return
         shown = f"delete: {normal(self.source[start:end])}"
-        self._add(start, end, ";", True, True, shown)
+        self._add(start, end, ";", True, "statement", shown)
+
+    def _leave_out(self, cursor, start, end):
+        head = normal(self.source[start:end].split("{")[0])
+        if cursor.kind == K.DO_STMT:
+            end = self._between(end, end + 200)[0].extent.end.offset
+            head = normal(self.source[start:end].rsplit("}")[-1])
+        if len(head) > HEAD_SHOWN:
+            head = head[:HEAD_SHOWN].rstrip() + "..."
+        self._add(start, end, ";", True, "statement", f"delete all of: {head}")
+
+    def _another_variable(self, cursor, is_read, runtime):
+        """Each other one of the same type that could be named here."""
+        mine = unqualified(cursor.type)
+        used = cursor.referenced
+        if used.kind not in (K.VAR_DECL, K.PARM_DECL):
+            return
+        here = {v.name: v for scope in self._scopes for v in scope}  # the inner hides the outer
+        start, end = self._span(cursor)
+        for v in here.values():
+            if v.name == used.spelling or v.type != mine:
+                continue
+            if is_read and v.has_value:
+                self._add(start, end, v.name, runtime)
+            elif not is_read and v.is_const == used.type.is_const_qualified():
+                self._add(start, end, v.name, runtime, "object")
+        if used.spelling in here:
+            here[used.spelling].has_value = True
+
+    def _another_field(self, cursor, is_read, runtime):
+        """Each other field of the same struct and type."""
+        base = next(iter(cursor.get_children()), None)
+        if base is None or cursor.referenced.kind != K.FIELD_DECL:
+            return
+        struct = base.type.get_canonical()
+        struct = struct.get_pointee().get_canonical() if struct.kind == T.POINTER else struct
+        start, end = self._span(cursor)
+        name = cursor.referenced.spelling
+        if not self.source[start:end].endswith(name):
+            return
+        for f in struct.get_fields():
+            if f.spelling != name and not f.is_bitfield() and \
+                    unqualified(f.type) == unqualified(cursor.type):
+                self._add(start, end, self.source[start:end - len(name)] + f.spelling, runtime,
+                          "value" if is_read else "object")
+
+    def _other_eye(self, start, end, runtime):
+        """The other one, and one of them for both."""
+        for text in (f"(1 - ({self.source[start:end]}))", "0", "1"):
+            self._add(start, end, text, runtime)
+
+    def _subscript(self, cursor, runtime):
+        base, index = cursor.get_children()
+        array = self._bare(base).type.get_canonical()
+        if array.kind == T.CONSTANTARRAY and array.element_count == EYES and \
+                not self._is_constant(index):
+            self._other_eye(*self._span(index), runtime)
+
+    def _reference(self, cursor, is_read, runtime):
+        kind = cursor.type.get_canonical().kind
+        if cursor.kind == K.DECL_REF_EXPR:
+            self._another_variable(cursor, is_read, runtime)
+        else:
+            self._another_field(cursor, is_read, runtime)
+        if is_read and cursor.spelling in EYE_NAMES and kind in INTEGERS:
+            self._other_eye(*self._span(cursor), runtime)
 
     def _variable(self, cursor, is_static):
         """What a variable begins with, and the sizes of arrays: one less, as one
@@ -265,7 +372,7 @@ class Finder:
                 self._walk(child, not is_static)
         self._chain.pop()
 
-    def _walk(self, cursor, runtime):
+    def _walk(self, cursor, runtime, is_read=False):
         kind = cursor.kind
         if kind.is_expression():
             macro = self._macro_of(cursor)
@@ -277,12 +384,21 @@ class Finder:
             return
         if kind == K.VAR_DECL:
             self._variable(cursor, cursor.storage_class == ci.StorageClass.STATIC)
+            has_value = any(c.kind.is_expression() for c in cursor.get_children())
+            self._scopes[-1].append(Variable(cursor, has_value))
             return
         shown = kind.is_expression() or kind == K.RETURN_STMT
         if shown:
             self._chain.append(self._span(cursor))
+        if kind in (K.DECL_REF_EXPR, K.MEMBER_REF_EXPR):
+            self._reference(cursor, is_read, runtime)
         self._look(cursor, runtime)
+        opens = kind in (K.COMPOUND_STMT, K.FOR_STMT)
+        if opens:
+            self._scopes.append([])
         self._descend(cursor, runtime)
+        if opens:
+            self._scopes.pop()
         if shown:
             self._chain.pop()
 
@@ -290,6 +406,8 @@ class Finder:
         kind = cursor.kind
         if kind in (K.INTEGER_LITERAL, K.CHARACTER_LITERAL):
             self._constant(cursor, runtime)
+        elif kind == K.FLOATING_LITERAL:
+            self._real(cursor, runtime)
         elif kind == K.DECL_REF_EXPR and cursor.referenced.kind == K.ENUM_CONSTANT_DECL:
             self._constant(cursor, runtime)
         elif kind in (K.BINARY_OPERATOR, K.COMPOUND_ASSIGNMENT_OPERATOR):
@@ -298,20 +416,25 @@ class Finder:
             self._unary(cursor, runtime)
         elif kind == K.RETURN_STMT:
             self._return(cursor)
+        elif kind == K.ARRAY_SUBSCRIPT_EXPR:
+            self._subscript(cursor, runtime)
 
     def _descend(self, cursor, runtime):
         kind = cursor.kind
         children = list(cursor.get_children())
+        # A value is read where clang converts an object to it.
+        is_read = kind == K.UNEXPOSED_EXPR
         if kind in (K.IF_STMT, K.WHILE_STMT, K.CONDITIONAL_OPERATOR):
             self._negate(children[0], runtime)
         elif kind == K.DO_STMT:
             self._negate(children[-1], runtime)
         in_block = kind in (K.COMPOUND_STMT, K.CASE_STMT, K.DEFAULT_STMT)
+        if self._assigns(cursor):
+            children.reverse()  # the variable has its value afterwards
         for i, child in enumerate(children):
-            if in_block and (child.kind in STATEMENTS_DELETED or child.kind in (
-                    K.RETURN_STMT, K.BREAK_STMT, K.CONTINUE_STMT)):
+            if in_block and child.kind in SIMPLE | COMPOSED:
                 self._deletion(child)
-            self._walk(child, runtime and not (kind == K.CASE_STMT and i == 0))
+            self._walk(child, runtime and not (kind == K.CASE_STMT and i == 0), is_read)
 
 
 def label(mutants):
@@ -335,6 +458,12 @@ extern unsigned char lum_reached[];
 """
 
 
+# An object stays one that can be written; the innermost, as the others make values of it.
+FORMS = (("object", "(*(LUM_IS({n}) ? &({text}) : &({inner})))"),
+         ("value", "(LUM_IS({n}) ? ({text}) : ({inner}))"),
+         ("statement", "{{ if (!LUM_IS({n})) {inner} }}"))
+
+
 def with_switches(source, mutants):
     """The file with every mutant that can be chosen at run time."""
     spans = {}
@@ -354,12 +483,10 @@ def with_switches(source, mutants):
             out.append(source[here:span[0]])
             inner = render(*span)
             group = spans[span]
-            for m in group:
-                if not m.statement:
-                    inner = f"(LUM_IS({m.number}) ? ({m.text}) : ({inner}))"
-            for m in group:
-                if m.statement:
-                    inner = f"{{ if (!LUM_IS({m.number})) {inner} }}"
+            for form, to in FORMS:
+                for m in group:
+                    if m.form == form:
+                        inner = to.format(n=m.number, text=m.text, inner=inner)
             out.append(inner)
             here = span[1]
         out.append(source[here:end])

@@ -1,11 +1,12 @@
-"""Mutation testing of the core: changes one thing at a time in a source file and
-looks whether a unit test notices.
+"""Mutation testing: changes one thing at a time in a source file and looks whether a
+unit test notices.
 
-Most mutants of a file are compiled into one object and chosen by an environment
-variable as it is loaded before the library's; those in constant expressions are
-compiled one by one. Tests are linked with the core as a shared library, once, and
-once more with AddressSanitizer, which what survived the first is shown to. What is
-undefined ends a test in both."""
+A room is a directory of sources and the tests of it. Most mutants of a file are
+compiled into one object and chosen by an environment variable as it is loaded before
+the room's library; those in constant expressions are compiled one by one. Tests are
+linked with the room's sources as a shared library, once, and once more with
+AddressSanitizer, which what survived the first is shown to. What is undefined ends a
+test in both."""
 import argparse
 import concurrent.futures
 import hashlib
@@ -17,6 +18,7 @@ import resource
 import shlex
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -25,21 +27,32 @@ import threading
 import mutants as find
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-LEAST = 95.0
+LEAST = 97.0
 CFLAGS = ["-std=c99", "-w", "-O1", "-g0", "-fPIC"]
 TRAPS = ["-fsanitize=undefined,bounds-strict", "-fsanitize-undefined-trap-on-error"]
 GUARDS = ["-fsanitize=address"]
+# What one of them cannot tell from the original is the original.
+COMPILERS = [("gcc", "-O2"), ("clang", "-O2"), ("gcc", "-Os")]
 # What is loaded first comes before the sanitizer, and defines what the library does.
 ASAN_OPTIONS = "verify_asan_link_order=0:detect_odr_violation=0:detect_leaks=0"
 
-# Ends a test program at its first failure, or when it has had its time. Without a
-# name for the file of marks there are none.
+# Ends a test program at its first failure, or when it has had its time. It stands
+# before CMocka: runs the cases that are asked for, or all, and then writes for each
+# how long it took and which mutants it came to.
 RUNTIME = """
 #define _GNU_SOURCE
+#include <dlfcn.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/time.h>
+#include <time.h>
 #include <unistd.h>
+#include <cmocka.h>
 int lum_mutant;
 unsigned char lum_reached[LUM_MUTANTS + 1];
 __attribute__((constructor)) static void begin(void)
@@ -52,14 +65,49 @@ __attribute__((constructor)) static void begin(void)
     setitimer(ITIMER_PROF, &t, NULL);
     unsetenv("LD_PRELOAD");
 }
-__attribute__((destructor)) static void end(void)
+typedef int run_cases(const char *, const struct CMUnitTest *, size_t, CMFixtureFunction,
+                      CMFixtureFunction);
+static void mark(FILE *f, double seconds)
 {
-    const char *name = getenv("LUM_MUTANT_MARKS");
-    FILE *f = name != NULL ? fopen(name, "wb") : NULL;
-    if (f != NULL) {
-        fwrite(lum_reached, 1, sizeof lum_reached, f);
-        fclose(f);
+    fwrite(&seconds, sizeof seconds, 1, f);
+    fwrite(lum_reached, 1, sizeof lum_reached, f);
+    memset(lum_reached, 0, sizeof lum_reached);
+}
+static int run_each(run_cases *cmocka, const char *name, const struct CMUnitTest *tests, size_t n,
+                    FILE *f)
+{
+    int failed = 0;
+    for (size_t i = 0; i < n; i++) {
+        const clock_t before = clock();
+        failed += cmocka(name, &tests[i], 1, NULL, NULL);
+        mark(f, (double)(clock() - before) / CLOCKS_PER_SEC);
     }
+    return failed;
+}
+int _cmocka_run_group_tests(const char *name, const struct CMUnitTest *const tests,
+                            const size_t n, CMFixtureFunction setup, CMFixtureFunction teardown)
+{
+    run_cases *const cmocka = (run_cases *)dlsym(RTLD_NEXT, "_cmocka_run_group_tests");
+    const char *marks = getenv("LUM_MUTANT_MARKS");
+    const char *at = getenv("LUM_MUTANT_CASES");
+    struct CMUnitTest *const asked = calloc(n + 1, sizeof *tests);
+    size_t count = 0;
+    if (setup != NULL || teardown != NULL) {
+        abort();
+    }
+    if (marks != NULL) {
+        FILE *const f = fopen(marks, "wb");
+        const int failed = run_each(cmocka, name, tests, n, f);
+        fclose(f);
+        return failed;
+    }
+    if (at == NULL) {
+        return cmocka(name, tests, n, NULL, NULL);
+    }
+    for (char *end; count < n && *at != 0; at = *end == ',' ? end + 1 : end) {
+        asked[count++] = tests[strtoul(at, &end, 10) % n];
+    }
+    return cmocka(name, asked, count, NULL, NULL);
 }
 void _fail(const char *file, int line)
 {
@@ -86,55 +134,106 @@ def run(command, **options):
 
 
 class Programs:
-    """The tests, built in one way."""
+    """The tests, built in one way; each when it is first asked for."""
 
     def __init__(self, house, out, flags):
         self.house, self.out, self.flags = house, out, flags
         self.seconds = {}  # of CPU time, by name
+        self.common = None
+        self.lock = threading.Lock()
 
     def compile(self, target, *what):
         run(["gcc", *CFLAGS, *self.flags, *self.house.include, "-o", target, *what])
 
     def build(self, pool):
+        """All of them."""
+        self._build_common(pool)
+        list(pool.map(self._link, self.house.tests))
+        for name in self.house.tests:
+            self._measure(name)
+
+    def need(self, name):
+        """One of them."""
+        with self.lock:
+            if name not in self.seconds:
+                if self.common is None:
+                    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+                        self._build_common(pool)
+                self._link(name)
+                self._measure(name)
+
+    def _build_common(self, pool):
         house = self.house
         self.out.mkdir(parents=True, exist_ok=True)
         library = self.out / "library.so"
-        self.compile(library, "-shared", *house.sources)
         objects = [(self.out / (s.stem + ".o"), s) for s in house.support]
+        shared = pool.submit(self.compile, library, "-shared", *house.sources)
         list(pool.map(lambda o: self.compile(o[0], "-c", o[1]), objects))
-        links = ["-lcmocka", "-lm", f"-Wl,-rpath,{self.out}"]
-        list(pool.map(lambda t: self.compile(
-            self.out / t[0], f'-DLUM_SOURCE_DIR="{house.root}"', t[1],
-            *(o for o, _ in objects), library, *links), house.tests.items()))
-        for name in house.tests:
-            before = resource.getrusage(resource.RUSAGE_CHILDREN)
-            if self.start(name, {}) != 0:
-                raise Trouble(f"{name} fails as it is, without any mutant")
-            after = resource.getrusage(resource.RUSAGE_CHILDREN)
-            self.seconds[name] = sum(after[:2]) - sum(before[:2])
+        shared.result()
+        self.common = [*(o for o, _ in objects), library]
+
+    def _link(self, name):
+        self.compile(self.out / name, f'-DLUM_SOURCE_DIR="{self.house.root}"',
+                     self.house.tests[name], *self.common, "-lcmocka", "-lm",
+                     f"-Wl,-rpath,{self.out}")
+
+    def _measure(self, name):
+        """Others may run meanwhile."""
+        child = subprocess.Popen([str(self.out / name)], cwd=self.out, **self._options({}))
+        _, status, used = os.wait4(child.pid, 0)
+        child.returncode = os.waitstatus_to_exitcode(status)
+        if child.returncode != 0:
+            raise Trouble(f"{name} fails as it is, without any mutant")
+        self.seconds[name] = used.ru_utime + used.ru_stime
+
+    @staticmethod
+    def _options(environment):
+        nothing = subprocess.DEVNULL
+        return {"stdin": nothing, "stdout": nothing, "stderr": nothing,
+                "env": {**os.environ, "ASAN_OPTIONS": ASAN_OPTIONS, **environment}}
 
     def start(self, name, environment):
-        return subprocess.call(
-            [str(self.out / name)], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL, cwd=self.out,
-            env={**os.environ, "ASAN_OPTIONS": ASAN_OPTIONS, **environment})
+        return subprocess.call([str(self.out / name)], cwd=self.out, **self._options(environment))
 
-    def killer(self, names, preload, number):
+    def killer(self, plan, preload, number):
         """Which test notices first, or None."""
-        for name in names:
-            limit_ms = int(300 + 8000 * self.seconds[name])
+        for name, cases, share in plan:
+            self.need(name)
+            limit_ms = int(300 + 8000 * share * self.seconds[name])
             code = self.start(name, {"LD_PRELOAD": str(preload), "LUM_MUTANT": str(number),
-                                     "LUM_MUTANT_MS": str(limit_ms)})
+                                     "LUM_MUTANT_MS": str(limit_ms),
+                                     "LUM_MUTANT_CASES": ",".join(map(str, cases))})
             if code != 0:
                 return name if code != -signal.SIGPROF else f"{name}, out of time"
         return None
 
 
-class House:
-    """What is mutated and what tests it; made by hand for the tool's own tests."""
+class Reach:
+    """Which mutants the cases of a test program come to, and how long those take."""
 
-    def __init__(self, root, out, sources, tests, support=(), include=()):
-        self.root, self.out = root, out
+    def __init__(self, marks, mutants):
+        record = 8 + mutants + 1
+        if not marks or len(marks) % record:
+            raise Trouble("a test program wrote no marks")
+        records = [marks[i:i + record] for i in range(0, len(marks), record)]
+        self.seconds = [struct.unpack("d", r[:8])[0] for r in records]
+        self.marks = [r[8:] for r in records]
+        self.all = max(1e-6, sum(self.seconds))
+
+    def cases(self, number):
+        """Of a mutant, or with None of any, the shortest first; what share of the time
+        they take."""
+        there = [i for i, m in enumerate(self.marks)
+                 if (any(m) if number is None else m[number])]
+        there.sort(key=lambda i: self.seconds[i])
+        return there, sum(self.seconds[i] for i in there) / self.all
+
+
+class House:
+    """A room: what is mutated and what tests it. Made by hand for the tool's own tests."""
+
+    def __init__(self, root, out, sources, tests, support=(), include=(), name="all"):
+        self.root, self.out, self.name = root, out, name
         self.sources = sources  # of the library
         self.tests = tests      # name: source
         self.support = support  # linked with every test
@@ -144,7 +243,6 @@ class House:
 
     def build(self, pool):
         self.plain.build(pool)
-        self.guarded.build(pool)
 
 
 class Module:
@@ -199,14 +297,22 @@ class Module:
                                             "LUM_MUTANT_MARKS": str(marks)})
             if code != 0:
                 raise Trouble(f"{name} fails with {self.path.name} in place, but no mutant chosen")
-            self.reach[name] = marks.read_bytes()
-        seconds = house.plain.seconds
-        self.order = sorted(house.tests, key=lambda n: (
-            n != f"test_{self.path.stem}", seconds[n] > 0.2, -sum(self.reach[n]), seconds[n]))
-        # those that come to the file at all, for what has no mark
-        self.touching = [n for n in self.order if any(self.reach[n])] or self.order
-        self.built = {}
+            self.reach[name] = Reach(marks.read_bytes(), len(self.mutants))
+        # For what has no mark: all cases of the programs that come to the file, as a case
+        # may look at a table by itself.
+        touching = [n for n, *_ in self._plan(None)] or self.reach
+        self.touching = [(n, range(len(self.reach[n].seconds)), 1.0) for n in touching]
+        self.built, self.plain_code = {}, {}
         self.lock = threading.Lock()
+
+    def _plan(self, number):
+        """The cases that come to a mutant, by program: the module's own first, then the
+        quick ones."""
+        plan = [(name, *reach.cases(number)) for name, reach in self.reach.items()]
+        plan = [p for p in plan if p[1]]
+        plan.sort(key=lambda p: (p[0] != f"test_{self.path.stem}",
+                                 p[2] * self.house.plain.seconds[p[0]]))
+        return plan
 
     def _with_all(self, programs):
         """The object with all mutants, for tests built in one way."""
@@ -231,25 +337,23 @@ class Module:
     def judge(self, mutant):
         """Sets what became of it: killed, equivalent, survived, unreached, refused."""
         mutant.by = None
-        names = self.touching
-        if mutant.runtime:
-            names = [n for n in self.order if self.reach[n][mutant.number]]
+        plan = self._plan(mutant.number) if mutant.runtime else self.touching
         try:
-            mutant.by = self._killer(mutant, self.house.plain, names)
+            mutant.by = self._killer(mutant, self.house.plain, plan)
             if mutant.by:
                 mutant.fate = "killed"
             elif self._is_same_code(mutant):
                 mutant.fate = "equivalent"
             else:
-                mutant.by = self._killer(mutant, self.house.guarded, names)
-                mutant.fate = "killed" if mutant.by else "survived" if names else "unreached"
+                mutant.by = self._killer(mutant, self.house.guarded, plan)
+                mutant.fate = "killed" if mutant.by else "survived" if plan else "unreached"
         except Refused:
             mutant.fate = "refused"
         return mutant
 
-    def _killer(self, mutant, programs, names):
+    def _killer(self, mutant, programs, plan):
         if mutant.runtime:
-            return programs.killer(names, self._with_all(programs), mutant.number)
+            return programs.killer(plan, self._with_all(programs), mutant.number)
         with tempfile.TemporaryDirectory(dir=self.dir) as d:
             for p in self.dir.glob("*.[ch]"):
                 shutil.copy(p, d)
@@ -258,7 +362,7 @@ class Module:
                 self._compile(mutant.apply(self.source), programs, target)
             except Trouble as e:
                 raise Refused from e
-            return programs.killer(names, target, 0)
+            return programs.killer(plan, target, 0)
 
     def _code(self, text, compiler, flags):
         """What a compiler makes of the file; names of directories are not in it."""
@@ -276,13 +380,14 @@ class Module:
             return digest.digest()
 
     def _is_same_code(self, mutant):
-        for compiler in ("gcc", "clang"):
+        for compiler, flags in COMPILERS:
             if not shutil.which(compiler):
                 continue
-            key = "_plain_" + compiler
-            if not hasattr(self, key):
-                setattr(self, key, self._code(self.source, compiler, "-O2"))
-            if self._code(mutant.apply(self.source), compiler, "-O2") == getattr(self, key):
+            with self.lock:
+                if (compiler, flags) not in self.plain_code:
+                    self.plain_code[compiler, flags] = self._code(self.source, compiler, flags)
+            if self._code(mutant.apply(self.source), compiler, flags) == \
+                    self.plain_code[compiler, flags]:
                 return True
         return False
 
@@ -338,6 +443,7 @@ class Tally:
     def __init__(self, listed):
         self.listed = listed
         self.total = dict.fromkeys(self.COLUMNS, 0)
+        self.room = dict.fromkeys(self.COLUMNS, 0)
         self.news, self.stale, self.kept = [], [], {}
         self.left_out = 0
 
@@ -359,6 +465,11 @@ class Tally:
         row(module.path.name, count, seconds)
         for key in self.total:
             self.total[key] += count[key]
+            self.room[key] += count[key]
+
+    def end_room(self, name, seconds):
+        row(name, self.room, seconds)
+        self.room = dict.fromkeys(self.COLUMNS, 0)
 
     def miss_mutants(self, module):
         """What is listed of a file and is no mutant of it."""
@@ -396,27 +507,38 @@ def judge(module, pool, listed, options):
     return judged
 
 
-def work(house, paths, listed, options):
-    """All of it; a table on stdout. True if the bar is reached and none is new."""
+def work_in(house, paths, tally, options):
+    """One room."""
     started = cpu()
-    tally = Tally(listed)
     is_whole = options.again is None and options.sample >= 100
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         house.build(pool)
-        print(f"{'file':<18}{'mutants':>8}{'killed':>8}{'listed':>8}{'new':>6}{'%':>8}"
-              f"{'same code':>11}{'CPU s':>8}", flush=True)
         for path in paths:
             at = cpu()
             module = Module(house, path)
             if module.mutants:
-                tally.add(module, judge(module, pool, listed, options), cpu() - at)
+                tally.add(module, judge(module, pool, tally.listed, options), cpu() - at)
             if is_whole:
                 tally.miss_mutants(module)
+    tally.end_room(house.name, cpu() - started)
+
+
+def work(rooms, listed, options):
+    """Rooms with their files; a table on stdout. True if the bar is reached and no
+    survivor is new."""
+    started = cpu()
+    tally = Tally(listed)
+    is_whole = options.again is None and options.sample >= 100 and not options.file
+    print(f"{'file':<18}{'mutants':>8}{'killed':>8}{'listed':>8}{'new':>6}{'%':>8}"
+          f"{'same code':>11}{'CPU s':>8}", flush=True)
+    for house, paths in rooms:
+        work_in(house, paths, tally, options)
     if not options.file:
-        tally.miss_files(paths)
+        tally.miss_files([p for _, paths in rooms for p in paths])
     row("all", tally.total, cpu() - started)
-    (house.out / "survivors.json").write_text(json.dumps(tally.kept, indent=1))
-    return verdict(tally, LEAST if is_whole and not options.file else 0.0)
+    options.last.parent.mkdir(parents=True, exist_ok=True)
+    options.last.write_text(json.dumps(tally.kept, indent=1))
+    return verdict(tally, LEAST if is_whole else 0.0)
 
 
 def row(name, c, seconds):
@@ -445,27 +567,52 @@ def verdict(tally, least):
     return good
 
 
-def core_tests():
-    """The tests that CMake builds of the core: those of lum_core alone, and those of
-    its modules that need more."""
+def tests_of(library):
+    """Names of the tests that CMake builds of a library."""
     cmake = (ROOT / "tests/unit/CMakeLists.txt").read_text()
     lists = re.findall(r"foreach\(test IN ITEMS([\w\s]+)\)\s*lum_unit_test\(\$\{test\} (\w+)\)",
                        cmake)
-    names = [n for names, library in lists for n in names.split()
-             if library == "lum_core"
-             or (library == "lum_points" and (ROOT / f"src/core/{n}.c").exists())]
-    return {f"test_{n}": ROOT / f"tests/unit/test_{n}.c" for n in names}
+    return [n for names, of in lists for n in names.split() if of == library]
 
 
-def core_house(out):
-    return House(ROOT, out, sorted((ROOT / "src/core").glob("*.c")), core_tests(),
-                 [ROOT / "tests/unit/support.c", *sorted((ROOT / "src/points").glob("*.c"))],
-                 [ROOT / "include", ROOT / "src"])
+def room(out, name, directory, tests):
+    """Its sources are mutated; those of core and points are there for all."""
+    sources = [p for p in sorted((ROOT / directory).glob("*.c")) if p.name != "main.c"]
+    others = [p for d in ("src/core", "src/points") if d != directory
+              for p in sorted((ROOT / d).glob("*.c"))]
+    house = House(ROOT, out / name, sources,
+                  {f"test_{n}": ROOT / f"tests/unit/test_{n}.c" for n in tests},
+                  [ROOT / "tests/unit/support.c", *others],
+                  [ROOT / "include", ROOT / "src", ROOT / directory], name)
+    return house, sorted([*sources, *(ROOT / directory).glob("*.h")])
+
+
+def all_rooms(out):
+    """The core's tests are those of lum_core alone, and those of its modules that need
+    more."""
+    core = tests_of("lum_core") + [n for n in tests_of("lum_points")
+                                   if (ROOT / f"src/core/{n}.c").exists()]
+    return [room(out, "core", "src/core", core),
+            room(out, "host", "src/host", tests_of("lum_host")),
+            room(out, "points", "src/points", tests_of("lum_points")),
+            room(out, "gateway", "examples/firmware", tests_of("lum_gateway"))]
+
+
+def select(rooms, asked):
+    """The files asked for, directories among them, in their rooms; all without."""
+    asked = [p.resolve() for p in asked]
+    there = {f for _, files in rooms for f in files}
+    for p in asked:
+        if not any(f == p or p in f.parents for f in there):
+            raise Trouble(f"{p} is in no room: {', '.join(h.name for h, _ in rooms)}")
+    picked = [(house, [f for f in files if not asked or f in asked or set(asked) & set(f.parents)])
+              for house, files in rooms]
+    return [(house, files) for house, files in picked if files]
 
 
 def parse(arguments):
-    p = argparse.ArgumentParser(prog="mutate", description="Mutation testing of src/core.")
-    p.add_argument("file", nargs="*", type=pathlib.Path, help="of src/core; all without")
+    p = argparse.ArgumentParser(prog="mutate", description="Mutation testing.")
+    p.add_argument("file", nargs="*", type=pathlib.Path, help="or a directory of them; all without")
     p.add_argument("--sample", type=float, default=100.0, metavar="PERCENT",
                    help="only so many of the mutants")
     p.add_argument("--seed", default="1", help="which of them")
@@ -475,19 +622,22 @@ def parse(arguments):
     p.add_argument("--out", type=pathlib.Path, default=ROOT / "build/mutate")
     p.add_argument("--jobs", type=int, default=os.cpu_count() or 2)
     p.add_argument("--verbose", action="store_true", help="say of every mutant what killed it")
-    return p.parse_args(arguments)
+    options = p.parse_args(arguments)
+    options.out = options.out.resolve()
+    options.last = options.out / "survivors.json"
+    if options.again and not options.last.exists():
+        p.error("--again: nothing was run before")
+    options.again = json.loads(options.last.read_text()) if options.again else None
+    return options
 
 
 def main(arguments):
     options = parse(arguments)
-    options.out = options.out.resolve()
-    last = options.out / "survivors.json"
-    options.again = json.loads(last.read_text()) if options.again else None
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    paths = [p.resolve() for p in options.file] or sorted((ROOT / "src/core").glob("*.[ch]"))
     try:
         listed = Survivors(ROOT / "tests/mutate/survivors.txt")
-        return 0 if work(core_house(options.out), paths, listed, options) else 1
+        rooms = select(all_rooms(options.out), options.file)
+        return 0 if work(rooms, listed, options) else 1
     except (Trouble, find.Unparsable) as e:
         print(f"mutate: {e}", file=sys.stderr)
         return 2

@@ -47,8 +47,8 @@ static void sums_are(void **state)
     int *values = malloc(2 * sizeof *values);
     (void)state;
     values[0] = 4;
-    values[1] = 0;
-    assert_int_equal(sum(values, 2), 4);
+    values[1] = 1;
+    assert_int_equal(sum(values, 2), 5);
     free(values);
 }
 int main(void)
@@ -72,10 +72,11 @@ class Run:
             house = mutate.House(d, d / "out", [d / "thing.c"],
                                  {"test_thing": d / "test_thing.c"})
             options = types.SimpleNamespace(**{"jobs": 2, "file": [], "sample": 100.0, "seed": "1",
-                                               "again": None, "unlisted": False, "verbose": True, **options})
+                                               "again": None, "unlisted": False, "verbose": True,
+                                               "last": d / "out/last.json", **options})
             text = io.StringIO()
             with contextlib.redirect_stdout(text):
-                self.good = mutate.work(house, [d / "thing.c"],
+                self.good = mutate.work([(house, [d / "thing.c"])],
                                         mutate.Survivors(d / "survivors.txt"), options)
         self.text = text.getvalue()
         self.last = self.text.splitlines()[-1]
@@ -190,7 +191,7 @@ class Finding(unittest.TestCase):
     def test_conditions_without_an_operator_are_negated(self):
         self.assertEqual(
             found("_Bool a(int), b(int);\nint f(int x) { if (a(x) && !b(x)) { x = 2; } return x; }"),
-            ["f: a(x) && !b(x) => !(a(x)) && !b(x)", "f: a(x) && !b(x) => a(x) || !b(x)",
+            ["f: delete all of: if (a(x) && !b(x))", "f: a(x) && !b(x) => !(a(x)) && !b(x)", "f: a(x) && !b(x) => a(x) || !b(x)",
              "f: a(x) && !b(x) => a(x) && !!b(x)", "f: delete: x = 2;", "f: x = 2 => x = 1",
              "f: x = 2 => x = 3", "f: return x => return 0"])
 
@@ -207,6 +208,68 @@ class Finding(unittest.TestCase):
         self.assertIn("f: char c[4] => char c[4 - 1]", names)
         self.assertIn("f: delete: c[0] = 1;", names)
         self.assertIn("f: delete: return c[0];", names)
+
+    def test_another_variable_of_the_same_type_that_can_be_named(self):
+        self.assertCountEqual(
+            [n for n in found("int g(int); int f(int a, long b, const int c) { int d; if (a) { int x = 1; "
+                              "g(x); } d = a; return d; }") if "=> " in n and "1" not in n],
+            ["f: a => !(a)", "f: a => c", "f: g(x) => g(a)", "f: g(x) => g(c)", "f: d = a => a = a",
+             "f: d = a => d = c", "f: return d => return 0", "f: return d => return a",
+             "f: return d => return c"])
+
+    def test_another_field_of_the_same_struct_and_type(self):
+        self.assertCountEqual(
+            found("struct s { int a, b; long c; const int *p, *q; };\n"
+                  "void f(struct s *x, struct s y) { x->a = y.b; x->c = *y.p; }"),
+            ["f: delete: x->a = y.b;", "f: x->a = y.b => x->b = y.b", "f: x->a = y.b => x->a = y.a",
+             "f: delete: x->c = *y.p;", "f: x->c = *y.p => x->c = *y.q"])
+
+    def test_the_other_eye_and_one_eye_for_both(self):
+        self.assertCountEqual(
+            found("struct s { int eye[2]; }; void g(unsigned, int);\n"
+                  "void f(struct s *p, unsigned i) { g(0, p->eye[i]); }\n"
+                  "void h(unsigned eye) { g(eye, 0); }"),
+            ["f: delete: g(0, p->eye[i]);", "f: g(0, p->eye[i]) => g(1, p->eye[i])",
+             "f: g(0, p->eye[i]) => g((0 - 1), p->eye[i])",
+             "f: g(0, p->eye[i]) => g(0, p->eye[(1 - (i))])", "f: g(0, p->eye[i]) => g(0, p->eye[0])",
+             "f: g(0, p->eye[i]) => g(0, p->eye[1])", "h: delete: g(eye, 0);",
+             "h: g(eye, 0) => g((1 - (eye)), 0)", "h: g(eye, 0) => g(0, 0)",
+             "h: g(eye, 0) => g(1, 0)", "h: g(eye, 0) => g(eye, 1)",
+             "h: g(eye, 0) => g(eye, (0 - 1))"])
+
+    def test_a_whole_statement_is_left_out_but_the_last_that_has_the_result(self):
+        names = found("int g(int);\nint f(int n) { for (int i = 0; i < n; i++) { g(i); } do { n++; } "
+                      "while (n < 3); switch (n) { case 1: return 2; default: return 3; } }")
+        self.assertEqual([n for n in names if "delete all of" in n],
+                         ["f: delete all of: for (int i = 0; i < n; i++)",
+                          "f: delete all of: while (n < 3);"])
+
+    def test_a_real_number_is_doubled_and_nothing(self):
+        self.assertCountEqual(found("float f(float x) { return 0.5f * x; }"),
+                         ["f: return 0.5f * x => return 0.5f / x",
+                          "f: return 0.5f * x => return (0 * 0.5f) * x",
+                          "f: return 0.5f * x => return (2 * 0.5f) * x"])
+
+
+class Rooms(unittest.TestCase):
+    def test_every_file_is_in_one_room_and_has_tests(self):
+        rooms = mutate.all_rooms(pathlib.Path("out"))
+        files = [f.name for _, paths in rooms for f in paths]
+        self.assertEqual(len(files), len(set(files)))
+        for name in ("assembler.c", "points.c", "normal.c", "gateway.c", "zone.c", "heart.c", "ring.c"):
+            self.assertIn(name, files)
+        self.assertNotIn("main.c", files)
+        self.assertEqual([h.name for h, _ in rooms if not h.tests], [])
+
+    def test_files_and_directories_choose_rooms(self):
+        rooms = mutate.all_rooms(pathlib.Path("out"))
+        asked = [mutate.ROOT / "src/points", mutate.ROOT / "src/core/words.c"]
+        picked = mutate.select(rooms, asked)
+        self.assertEqual([h.name for h, _ in picked], ["core", "points"])
+        self.assertEqual([p.name for p in picked[0][1]], ["words.c"])
+        self.assertIn("smooth.c", [p.name for p in picked[1][1]])
+        with self.assertRaisesRegex(mutate.Trouble, "is in no room"):
+            mutate.select(rooms, [mutate.ROOT / "script/mutate"])
 
 
 if __name__ == "__main__":

@@ -378,6 +378,18 @@ static void jump(struct stream *s, uint32_t line, uint32_t clock)
     assert_int_equal(one(s, BLUE, line, clock), LUM_OK);
 }
 
+static void an_eye_goes_on_where_it_was_when_the_other_has_jumped(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    one(s, BLUE, 1, 500000);
+    one(s, GREEN, 1, 500000);
+    jump(s, 2, 900000);
+    assert_int_equal(one(s, GREEN, 2, 500000 + GAP), LUM_OK);
+    assert_int_equal(one(s, GREEN, 3, 500000 + 2 * GAP), LUM_OK);
+    stream_free(s);
+}
+
 static void a_second_packet_there_proves_the_jump(void **state)
 {
     struct stream *s = stream_open();
@@ -1637,9 +1649,10 @@ static void lost_words_are_those_of_the_largest_sum(void **state)
     struct stream *s = stream_open();
     (void)state;
     send_words(s, BLUE, 1, 0, 7, WORDS(UP(1, 7), UP(1, 8)), 2);
+    send_words(s, BLUE, 1, 0, 4, WORDS(UP(1, 4), UP(1, 5)), 2);
     send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 0), UP(1, 1)), 2);
     stream_end(s);
-    assert_int_equal(lost_by(s), 5);
+    assert_int_equal(lost_by(s), 3);
     stream_free(s);
 }
 
@@ -1668,8 +1681,8 @@ static void lost_words_are_never_below_0(void **state)
 {
     struct stream *s = stream_open();
     (void)state;
-    send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 0), UP(1, 1)), 2);
-    send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 2), UP(1, 3)), 2);
+    send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 0), UP(1, 1), UP(1, 2)), 3);
+    send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 3), UP(1, 4), UP(1, 5)), 3);
     stream_end(s);
     assert_int_equal(lost_by(s), 0);
     stream_free(s);
@@ -1681,6 +1694,8 @@ static void words_past_the_lines_are_not_lost(void **state)
     (void)state;
     send_words(s, BLUE, 1, 0, 0, WORDS(BAD, BAD, BAD), 3);
     send_words(s, BLUE, 1, 0, 2, WORDS(BAD, BAD), 2);
+    send_words(s, BLUE, 2, 0, 0, WORDS(BAD, BAD, BAD), 3);
+    send_words(s, BLUE, 2, 0, 0, WORDS(BAD, BAD), 2);
     stream_end(s);
     assert_int_equal(lost_by(s), 0);
     stream_free(s);
@@ -1862,6 +1877,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(the_first_stray_has_no_candidate_wherever_it_is),
     cmocka_unit_test(a_late_packet_may_be_the_newest),
     cmocka_unit_test(each_eye_has_its_own_newest),
+    cmocka_unit_test(an_eye_goes_on_where_it_was_when_the_other_has_jumped),
     cmocka_unit_test(a_second_packet_there_proves_the_jump),
     cmocka_unit_test(a_jump_behind_a_line_of_two_packets_opens_its_own),
     cmocka_unit_test(a_jump_back_makes_newest_lower),

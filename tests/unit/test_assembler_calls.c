@@ -408,6 +408,7 @@ static void any_clock_may_come_after_a_flush(void **state)
     stream_end(s);
     assert_int_equal(counters(s)->stray, 0);
     assert_int_equal(counters(s)->lines, 4);
+    assert_true(nth_line(s, 3)->clock_us - nth_line(s, 2)->clock_us == s->step);
     stream_free(s);
 }
 

@@ -233,6 +233,42 @@ static void the_ends_of_time_do_not_overflow(void **state)
     (void)estimate(&sync);
 }
 
+/* A host clock that goes back is against the rules, and does no more harm than
+ * to the estimate. */
+static void no_two_times_overflow(void **state)
+{
+    static const int64_t times[] = {INT64_MIN, INT64_MIN + 1, -1,       0,
+                                    1,         INT64_MAX - 1, INT64_MAX};
+    (void)state;
+    for (size_t i = 0; i < 7; i++) {
+        for (size_t k = 0; k < 7; k++) {
+            lum_clock_sync sync;
+            lum_clock_sync_init(&sync);
+            assert_int_equal(lum_clock_sync_add(&sync, times[i], times[i], 0),
+                             LUM_OK);
+            assert_int_equal(lum_clock_sync_add(&sync, times[k], times[k], 0),
+                             LUM_OK);
+            (void)estimate(&sync);
+            const double apart = (double)times[k] - (double)times[i];
+            const bool is_good = k >= i && apart < 10.0;
+            lum_clock_sync_init(&sync);
+            assert_int_equal(lum_clock_sync_add(&sync, times[i], times[k], 0),
+                             is_good ? LUM_OK : LUM_E_VALUE);
+        }
+    }
+}
+
+static void a_clock_may_go_back_for_ever(void **state)
+{
+    const int64_t end = INT64_C(1) << 62;
+    lum_clock_sync sync;
+    (void)state;
+    lum_clock_sync_init(&sync);
+    assert_int_equal(lum_clock_sync_add(&sync, end, end, 0), LUM_OK);
+    assert_int_equal(lum_clock_sync_add(&sync, -end, -end, 0), LUM_OK);
+    assert_true(estimate(&sync).clock_us < 0);
+}
+
 /* Exchanges 40 days apart, so that none forgets the one before. What lies more
  * than 146 years back says nothing of the drift. */
 static void a_drift_is_of_the_last_hundred_years(void **state)
@@ -281,16 +317,213 @@ static void the_count_ends_without_harm(void **state)
     lum_clock_sync sync;
     (void)state;
     lum_clock_sync_init(&sync);
+    /* farther apart than half a wrap, so that it matters which is the last */
     for (int64_t t = 0; t < 15; t++) {
-        exchange(&sync, &s, t * S, 0, 0);
+        exchange(&sync, &s, t * 3000 * S, 0, 0);
     }
     sync.count = UINT32_MAX;
     for (int64_t t = 15; t < 40; t++) {
-        exchange(&sync, &s, t * S, 0, 0);
+        exchange(&sync, &s, t * 3000 * S, 0, 0);
+        assert_int_equal(estimate(&sync).resets, 0);
         assert_true(distance(estimate(&sync).drift_ppb, 1000) <=
                     estimate(&sync).drift_error_ppb);
     }
     assert_true(estimate(&sync).exchanges > UINT32_MAX - 20u);
+}
+
+/* Exact figures. Of an exchange: half way between its times, half its round
+ * trip, and the sensor's clock over all wraps. */
+
+static void put(lum_clock_sync *sync, int64_t middle_ns, int64_t half_ns,
+                int64_t clock_us)
+{
+    assert_int_equal(lum_clock_sync_add(sync, middle_ns - half_ns,
+                                        middle_ns + half_ns,
+                                        (uint32_t)(uint64_t)clock_us),
+                     LUM_OK);
+}
+
+/* Half the round trip, a nanosecond for its other half, the sensor's
+ * microsecond, and 500 ppm of the half. */
+static void the_error_of_one_exchange_is_of_four_parts(void **state)
+{
+    lum_clock_sync sync;
+    (void)state;
+    lum_clock_sync_init(&sync);
+    assert_int_equal(lum_clock_sync_add(&sync, 0, 3, 7), LUM_OK);
+    assert_true(estimate(&sync).offset_ns == 1 - 7000);
+    assert_true(estimate(&sync).error_ns == 1 + 1 + 1000);
+    lum_clock_sync_init(&sync);
+    put(&sync, 0, 1800 * S, 7);
+    assert_true(estimate(&sync).error_ns == 1800 * S + 1 + 1000 + 900 * MS);
+}
+
+/* Two exchanges whose errors are 1002 ns each, in_ns apart, between which the
+ * offset changes by so much. */
+static lum_clock_estimate estimate_of_two(int64_t in_ns, int64_t change)
+{
+    lum_clock_sync sync;
+    lum_clock_sync_init(&sync);
+    assert_int_equal((in_ns - change) % 1000, 0);
+    put(&sync, -S, 1, 5);
+    put(&sync, in_ns - S, 1, 5 + (in_ns - change) / 1000);
+    return estimate(&sync);
+}
+
+/* What may be between two exchanges: their errors and 500 ppm of the time. */
+static void a_change_beyond_errors_and_rate_is_a_jump(void **state)
+{
+    const int64_t limit = 2 * 1002 + 5 * S;
+    (void)state;
+    assert_true(estimate_of_two(10000 * S + 4, limit).has_drift);
+    assert_true(estimate_of_two(10000 * S + 996, -limit).has_drift);
+    assert_false(estimate_of_two(10000 * S + 5, limit + 1).has_drift);
+    assert_int_equal(estimate_of_two(10000 * S + 4, limit + S).resets, 0);
+    assert_int_equal(estimate_of_two(10000 * S + 5, limit + S + 1).resets, 1);
+}
+
+/* With the limit at half a wrap its number cannot be told any more. */
+static void half_a_wrap_of_doubt_makes_what_was_known_worthless(void **state)
+{
+    const int64_t half = INT64_C(0x80000000) * US;
+    const int64_t in_ns = (half - 2 * 1002) * 2000;
+    (void)state;
+    assert_false(estimate_of_two(in_ns, 0).has_drift);
+    assert_true(estimate_of_two(in_ns - 2000, 0).has_drift);
+}
+
+static void a_drift_is_told_where_it_is_below_500_ppm(void **state)
+{
+    (void)state;
+    /* of its error */
+    assert_false(estimate_of_two(4009000, 0).has_drift);
+    assert_true(estimate_of_two(4010000, 0).has_drift);
+    assert_false(estimate_of_two(4010000, 1000).has_drift);
+    assert_true(estimate_of_two(4009000, -1000).has_drift);
+    /* and, of the change, where it is below 1000 ppm */
+    assert_true(estimate_of_two(4010000 + 4009, 4009).has_drift);
+    assert_false(estimate_of_two(4010000 + 4010, 4010).has_drift);
+}
+
+static void a_drift_and_its_error_are_shares_of_the_sensors_time(void **state)
+{
+    lum_clock_sync sync;
+    (void)state;
+    lum_clock_sync_init(&sync);
+    put(&sync, 0, 2 * S, 5);
+    put(&sync, 10000 * S, 2 * S, 5 + (10000 * S - S) / 1000);
+    const lum_clock_estimate e = estimate(&sync);
+    assert_int_equal(e.drift_ppb, 100010); /* 1 s of 9999 s */
+    /* 2 x 2001001001 ns of 9999 s less as much: 400402; a 500th more, and 3 */
+    assert_int_equal(e.drift_error_ppb, 400402 - 1 + 800 + 2);
+}
+
+/* Also over spans that are halved before they are multiplied; the exchanges
+ * between are bad ones. */
+static int32_t drift_over_months(int64_t sensor_ns, int64_t change)
+{
+    lum_clock_sync sync;
+    lum_clock_sync_init(&sync);
+    for (int64_t i = 0; i <= 4; i++) {
+        put(&sync, (sensor_ns + change) / 4 * i + (i == 4 ? change % 4 : 0),
+            i % 4 == 0 ? 1 : S, sensor_ns / 4000 * i);
+    }
+    return estimate(&sync).drift_ppb;
+}
+
+static void a_drift_over_months_is_told_to_the_last_figure(void **state)
+{
+    const int64_t sensor_ns = INT64_C(9230300000000000);
+    const int64_t change = INT64_C(1006095773000);
+    (void)state;
+    assert_int_equal(drift_over_months(sensor_ns, change), 108999);
+    assert_int_equal(drift_over_months(sensor_ns, -change), -108999);
+}
+
+/* Two good exchanges far apart, then a bad one: the offset is the second one's,
+ * brought forward. */
+static lum_clock_estimate estimate_after(int64_t change, int64_t age)
+{
+    lum_clock_sync sync;
+    lum_clock_sync_init(&sync);
+    put(&sync, 0, 5 * MS, 0);
+    put(&sync, 10000 * S, 5 * MS, (10000 * S - change) / 1000);
+    put(&sync, 10000 * S + age, S, (10000 * S - change + age) / 1000);
+    return estimate(&sync);
+}
+
+static void an_offset_is_brought_forward_by_the_drift(void **state)
+{
+    lum_clock_estimate e = estimate_after(S, 1000 * S + 500 * MS);
+    (void)state;
+    assert_int_equal(e.drift_ppb, 100010);
+    assert_int_equal(e.drift_error_ppb, 1005);
+    /* what the sensor's clock counted meanwhile, 100010 ppb of it */
+    assert_true(e.offset_ns == S + 100049997);
+    /* half, 1 ns, 1 us, 500 ppm; 1005 + 1000 ppb of the age; 4 ns */
+    assert_true(e.error_ns == 5003501 + 2006002 + 4);
+    e = estimate_after(S, 1001 * S - 1);
+    assert_true(e.offset_ns == S + 100099997);
+    assert_true(e.error_ns == 5003501 + 2007004 + 4);
+    e = estimate_after(-S, 1000 * S + 500 * MS);
+    assert_int_equal(e.drift_ppb, -99990);
+    assert_int_equal(e.drift_error_ppb, 1005);
+    assert_true(e.offset_ns == -S - 100049997);
+    assert_true(e.error_ns == 5003501 + 2006002 + 4);
+}
+
+/* Rounding is paid for by any age; the drift of an unknown rate is 500 ppm. */
+static void an_error_grows_with_age(void **state)
+{
+    static const int64_t ages[] = {-1, 0, 1, 10, 1000 * S};
+    (void)state;
+    for (size_t i = 0; i < sizeof ages / sizeof ages[0]; i++) {
+        const int64_t age = ages[i];
+        lum_clock_sync sync;
+        lum_clock_sync_init(&sync);
+        put(&sync, 0, MS, 0);
+        put(&sync, age, 2 * S, age / 1000);
+        assert_false(estimate(&sync).has_drift);
+        assert_true(estimate(&sync).error_ns ==
+                    1001501 + (age > 10 ? age / 2000 : 0) + (age != 0 ? 4 : 0));
+    }
+}
+
+/* The best of the first 16 exchanges, here the one of that number, is what the
+ * drift is measured from. */
+static int32_t drift_error_from(unsigned good)
+{
+    lum_clock_sync sync;
+    lum_clock_sync_init(&sync);
+    for (unsigned i = 1; i <= 17; i++) {
+        put(&sync, i * S, i == good ? 1 : 10 * MS, i * (S / US));
+    }
+    put(&sync, 1000 * S, 1, 1000 * (S / US));
+    return estimate(&sync).drift_error_ppb;
+}
+
+static void a_drift_is_measured_from_the_best_of_16(void **state)
+{
+    (void)state;
+    for (unsigned good = 1; good <= 16; good++) {
+        assert_in_range(drift_error_from(good), 3, 10);
+    }
+    assert_in_range(drift_error_from(17), 10000, 11000);
+}
+
+/* n exchanges of which only the first and the last are good. */
+static void a_drift_is_found_wherever_in_the_ring(void **state)
+{
+    (void)state;
+    for (unsigned n = 2; n <= 2 * LUM_CLOCK_EXCHANGES; n++) {
+        lum_clock_sync sync;
+        lum_clock_sync_init(&sync);
+        for (unsigned i = 1; i <= n; i++) {
+            const bool is_good = i == 1 || i == n;
+            put(&sync, i * 100 * S, is_good ? MS : 100 * S, i * 100 * (S / US));
+            assert_int_equal(estimate(&sync).has_drift, i == n);
+        }
+    }
 }
 
 static int64_t below(uint64_t *random, int64_t limit)
@@ -357,9 +590,21 @@ int main(void)
         cmocka_unit_test(a_reset_is_a_second_from_where_the_clock_should_be),
         cmocka_unit_test(a_small_jump_makes_what_was_known_worthless),
         cmocka_unit_test(the_ends_of_time_do_not_overflow),
+        cmocka_unit_test(no_two_times_overflow),
+        cmocka_unit_test(a_clock_may_go_back_for_ever),
         cmocka_unit_test(a_drift_is_of_the_last_hundred_years),
         cmocka_unit_test(a_leap_that_a_slow_exchange_hid_is_no_drift),
         cmocka_unit_test(the_count_ends_without_harm),
+        cmocka_unit_test(the_error_of_one_exchange_is_of_four_parts),
+        cmocka_unit_test(a_change_beyond_errors_and_rate_is_a_jump),
+        cmocka_unit_test(half_a_wrap_of_doubt_makes_what_was_known_worthless),
+        cmocka_unit_test(a_drift_is_told_where_it_is_below_500_ppm),
+        cmocka_unit_test(a_drift_and_its_error_are_shares_of_the_sensors_time),
+        cmocka_unit_test(a_drift_over_months_is_told_to_the_last_figure),
+        cmocka_unit_test(an_offset_is_brought_forward_by_the_drift),
+        cmocka_unit_test(an_error_grows_with_age),
+        cmocka_unit_test(a_drift_is_measured_from_the_best_of_16),
+        cmocka_unit_test(a_drift_is_found_wherever_in_the_ring),
         cmocka_unit_test(offset_and_drift_are_always_within_their_bounds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

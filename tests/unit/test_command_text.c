@@ -65,7 +65,7 @@ static void what_is_not_a_command_is_refused(void **state)
         "p",   "U",   "D",   "x",    "5",    "55",  " u",  "u ",   "+5p",
         "-5p", "05p", "00p", "5 p",  "5.0p", "Of",  "of",  "0u",   "1d",
         "00f", "5P",  "u,d", "5pp",  "u\n",  "p5",  "ud",  "5p6g", "\xff",
-        "5p ", " ",   "0",   "150H", "0x5p", "5pu", "f0f",
+        "5p ", " ",   "0",   "150H", "0x5p", "5pu", "f0f", "1/p",  "1:p",
     };
     (void)state;
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {

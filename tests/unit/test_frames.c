@@ -435,6 +435,9 @@ static void a_straggler_is_more_than_r_above_the_top(void **state)
     (void)state;
     assert_int_equal(straggler(20, 11, 0, 11 + R + 1), 1);
     assert_int_equal(straggler(20, 11, 0, 11 + R), 2);
+    /* which rises */
+    assert_int_equal(straggler(20, 5, 3, 8 + R + 1), 1);
+    assert_int_equal(straggler(20, 5, 3, 8 + R), 2);
 }
 
 static void a_straggler_is_no_more_than_r_below_the_top_before(void **state)

@@ -33,6 +33,17 @@ static void shares_are_those_of_the_bell(void **state)
     }
 }
 
+/* Cells are a 32nd of a sigma wide: where one begins the table stands. */
+static void the_table_is_the_bells_to_the_last_unit(void **state)
+{
+    (void)state;
+    for (int64_t x = 0; x <= SIX; x += LUM_NORMAL_ONE / 32) {
+        const int64_t share = llround(share_of(x) * UNITS);
+        assert_true(lum_normal_cumulative(x) == share);
+        assert_true(lum_normal_quantile(share) == x || share >= HALF);
+    }
+}
+
 static void both_halves_are_alike(void **state)
 {
     (void)state;
@@ -71,13 +82,40 @@ static void a_quantile_is_where_its_share_ends(void **state)
     }
 }
 
+static uint64_t hash(uint64_t before, int64_t value)
+{
+    return (before ^ (uint64_t)value) * UINT64_C(0x100000001b3);
+}
+
+/* A Y-scan is the same whatever machine makes it: within the cells, at their
+ * ends, and where the table ends. */
+static void all_machines_make_the_same_integers(void **state)
+{
+    uint64_t made = UINT64_C(0xcbf29ce484222325);
+    (void)state;
+    for (int64_t x = 1; x < SIX + STEP; x += STEP / 7) {
+        made = hash(made, lum_normal_cumulative(x));
+        made = hash(made, lum_normal_quantile(x / 6 * 4));
+    }
+    for (int64_t x = 0; x <= SIX; x += LUM_NORMAL_ONE / 32) {
+        for (int64_t beside = -9; beside <= 9; beside++) {
+            const int64_t share = lum_normal_cumulative(x);
+            made = hash(made, lum_normal_cumulative(x + beside));
+            made = hash(made, lum_normal_quantile(share + beside));
+        }
+    }
+    assert_true(made == UINT64_C(0x592ee2263b5727d7));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shares_are_those_of_the_bell),
+        cmocka_unit_test(the_table_is_the_bells_to_the_last_unit),
         cmocka_unit_test(both_halves_are_alike),
         cmocka_unit_test(nothing_is_beyond_six_sigma),
         cmocka_unit_test(a_quantile_is_where_its_share_ends),
+        cmocka_unit_test(all_machines_make_the_same_integers),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -21,8 +21,9 @@ struct scene {
     lum_projector projector;
     lum_line line;
     lum_angle angles[LUM_LINE_PIXELS];
-    uint32_t marks[LUM_PIXEL_MARK_WORDS];
+    uint32_t *marks;
     uint32_t words[WORDS_MAX];
+    uint32_t *exact; /* words, no longer than they are */
     lum_direction directions[LUM_LINE_PIXELS];
     lum_point *points;
     size_t count;
@@ -34,10 +35,11 @@ static struct scene *scene_new(void)
     struct scene *s = calloc(1, sizeof *s);
     assert_non_null(s);
     lum_calibration_default(&s->calibration);
-    memset(s->marks, 0xff, sizeof s->marks);
+    s->marks = malloc(LUM_PIXEL_MARK_WORDS * sizeof *s->marks);
+    assert_non_null(s->marks);
+    memset(s->marks, 0xff, LUM_PIXEL_MARK_WORDS * sizeof *s->marks);
     s->line = (lum_line){.angles = s->angles,
                          .angle_marks = s->marks,
-                         .words = s->words,
                          .angle_count = LUM_LINE_PIXELS};
     return s;
 }
@@ -45,6 +47,8 @@ static struct scene *scene_new(void)
 static void scene_free(struct scene *s)
 {
     free(s->points);
+    free(s->exact);
+    free(s->marks);
     free(s);
 }
 
@@ -67,6 +71,10 @@ static void project(struct scene *s)
     lum_layout_default(&layout);
     assert_int_equal(
         lum_projector_init(&s->projector, &s->calibration, &layout), LUM_OK);
+    free(s->exact);
+    s->exact = (uint32_t *)(void *)exact_copy(s->words, s->line.word_count *
+                                                            sizeof *s->words);
+    s->line.words = s->exact;
     free(s->points);
     s->points = malloc(s->line.word_count * sizeof *s->points + 1u);
     assert_non_null(s->points);
@@ -82,6 +90,22 @@ static void assert_point(const lum_point *p, double x, double y, double z,
     assert_true(fabs(p->y - y) < 5e-4);
     assert_true(fabs(p->z - z) < 5e-4);
     assert_int_equal(p->word, word);
+}
+
+static void assert_counted(const struct scene *s)
+{
+    lum_point_losses losses = {0, 0};
+    uint64_t rising = 77;
+    uint64_t falling = 77;
+    uint64_t up = 0;
+    lum_points_count(&s->projector, &s->line, &rising, &falling, &losses);
+    for (size_t i = 0; i < s->count; i++) {
+        up += lum_word_is_rising(s->points[i].word) ? 1u : 0u;
+    }
+    assert_int_equal(rising, up);
+    assert_int_equal(falling, s->count - up);
+    assert_int_equal(losses.no_angle, s->losses.no_angle);
+    assert_int_equal(losses.no_range, s->losses.no_range);
 }
 
 /* Raw angles of 0 look straight ahead. */
@@ -139,22 +163,38 @@ static void an_offset_is_added_to_each_time(void **state)
     scene_free(s);
 }
 
-static void each_eye_has_its_own_offset(void **state)
+/* Without angles of pixel 9 the line goes another way. */
+static void assert_offset_of(unsigned eye, bool whole)
 {
     struct scene *s = scene_new();
-    (void)state;
     level(s, 0);
     level(s, 1);
     s->calibration.eye[0].tof_offset_fs = 1300000; /* 100 bits */
     s->calibration.eye[1].tof_offset_fs = -1300000;
-    s->line.eye = 1;
-    put(s, 100, true, 0);
-    put(s, 101, true, 1);
+    s->line.eye = (uint8_t)eye;
+    if (!whole) {
+        unmark(s, 9);
+    }
+    const int32_t none = eye == 0 ? -100 : 100;
+    put(s, none, true, 0);
+    put(s, none + 1, true, 1);
+    put(s, none + 1000, true, 2);
     project(s);
-    assert_int_equal(s->count, 1);
+    assert_int_equal(s->count, 2);
     assert_int_equal(s->losses.no_range, 1);
     assert_point(&s->points[0], 0.00195, 0, 0, s->words[1]);
+    assert_point(&s->points[1], 1.95, 0, 0, s->words[2]);
+    assert_counted(s);
     scene_free(s);
+}
+
+static void each_eye_has_its_own_offset(void **state)
+{
+    (void)state;
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        assert_offset_of(eye, true);
+        assert_offset_of(eye, false);
+    }
 }
 
 static void an_offset_may_reach_times_below_zero(void **state)
@@ -173,18 +213,23 @@ static void an_offset_may_reach_times_below_zero(void **state)
 
 static void the_mount_is_added_last(void **state)
 {
-    struct scene *s = scene_new();
     (void)state;
-    level(s, 1);
-    s->line.eye = 1;
-    s->calibration.eye[1].mount_yaw_udeg = 90000000;
-    s->calibration.eye[1].mount_um[0] = 1000000;
-    s->calibration.eye[1].mount_um[1] = -2500000;
-    s->calibration.eye[1].mount_um[2] = 125000;
-    put(s, 1000, true, 0);
-    project(s);
-    assert_point(&s->points[0], 1.0, 1.95 - 2.5, 0.125, s->words[0]);
-    scene_free(s);
+    for (unsigned without = 0; without < 2; without++) {
+        struct scene *s = scene_new();
+        level(s, 1);
+        s->line.eye = 1;
+        s->calibration.eye[1].mount_yaw_udeg = 90000000;
+        s->calibration.eye[1].mount_um[0] = 1000000;
+        s->calibration.eye[1].mount_um[1] = -2500000;
+        s->calibration.eye[1].mount_um[2] = 125000;
+        put(s, 1000, true, 0);
+        if (without > 0) {
+            unmark(s, 9);
+        }
+        project(s);
+        assert_point(&s->points[0], 1.0, 1.95 - 2.5, 0.125, s->words[0]);
+        scene_free(s);
+    }
 }
 
 static void words_without_a_range_give_no_point(void **state)
@@ -318,22 +363,6 @@ static void assert_as_projected(const struct scene *s)
     assert_int_equal(n, s->count);
 }
 
-static void assert_counted(const struct scene *s)
-{
-    lum_point_losses losses = {0, 0};
-    uint64_t rising = 77;
-    uint64_t falling = 77;
-    uint64_t up = 0;
-    lum_points_count(&s->projector, &s->line, &rising, &falling, &losses);
-    for (size_t i = 0; i < s->count; i++) {
-        up += lum_word_is_rising(s->points[i].word) ? 1u : 0u;
-    }
-    assert_int_equal(rising, up);
-    assert_int_equal(falling, s->count - up);
-    assert_int_equal(losses.no_angle, s->losses.no_angle);
-    assert_int_equal(losses.no_range, s->losses.no_range);
-}
-
 static void points_and_counts_agree_on_lines_of_chance(void **state)
 {
     uint64_t seed = 3;
@@ -373,6 +402,34 @@ static void lines_of_every_length_are_projected(void **state)
     }
 }
 
+static void a_line_of_nothing_but_words_without_range_is_counted(void **state)
+{
+    (void)state;
+    for (int32_t tof = -4; tof <= 0; tof++) {
+        struct scene *s = scene_new();
+        for (uint32_t pixel = 0; pixel < 50; pixel++) {
+            put(s, tof, pixel % 2 == 0, pixel);
+        }
+        project(s);
+        assert_int_equal(s->count, 0);
+        assert_counted(s);
+        scene_free(s);
+    }
+}
+
+static void a_full_line_is_counted(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    for (uint32_t i = 0; i < 4u * LUM_LINE_PIXELS; i++) {
+        put(s, 1000, true, i / 4u);
+    }
+    project(s);
+    assert_int_equal(s->count, 4u * LUM_LINE_PIXELS);
+    assert_counted(s);
+    scene_free(s);
+}
+
 static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_bit_of_tof_is_the_manuals_length),
     cmocka_unit_test(the_speed_of_light_and_the_lsb_may_be_chosen),
@@ -388,6 +445,8 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_line_without_words_has_no_points),
     cmocka_unit_test(points_and_counts_agree_on_lines_of_chance),
     cmocka_unit_test(lines_of_every_length_are_projected),
+    cmocka_unit_test(a_line_of_nothing_but_words_without_range_is_counted),
+    cmocka_unit_test(a_full_line_is_counted),
 };
 
 int main(void)

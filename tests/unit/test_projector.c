@@ -193,6 +193,16 @@ static void every_raw_elevation_is_within_the_bound(void **state)
     }
 }
 
+/* At 45 degrees, where the series of sine and cosine end: no worse than what
+ * float rounds. */
+static void the_series_have_terms_enough(void **state)
+{
+    const struct view v = {0, 90, -45, 45, 0, 0, 0, 0};
+    (void)state;
+    assert_true(worst_over_axis(&v, 0, 0) < 1.5e-7);
+    assert_true(worst_over_axis(&v, 1, 0) < 1.5e-7);
+}
+
 static void random_pairs_are_within_the_bound(void **state)
 {
     static struct angles a;
@@ -346,6 +356,7 @@ static void a_calibration_out_of_range_is_refused(void **state)
 static const struct CMUnitTest tests[] = {
     cmocka_unit_test(every_raw_azimuth_is_within_the_bound),
     cmocka_unit_test(every_raw_elevation_is_within_the_bound),
+    cmocka_unit_test(the_series_have_terms_enough),
     cmocka_unit_test(random_pairs_are_within_the_bound),
     cmocka_unit_test(calibrations_of_chance_are_within_the_bound),
     cmocka_unit_test(axes_are_forward_left_up),

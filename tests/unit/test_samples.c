@@ -23,6 +23,7 @@ struct scene {
     lum_angle angles[LUM_LINE_PIXELS];
     uint32_t marks[LUM_PIXEL_MARK_WORDS];
     uint32_t words[WORDS_MAX];
+    uint32_t *exact; /* words, no longer than they are */
     lum_selection selection;
     lum_sample_workspace workspace;
     lum_sample *out;
@@ -43,7 +44,6 @@ static struct scene *scene_new(void)
     memset(s->marks, 0xff, sizeof s->marks);
     s->line = (lum_line){.angles = s->angles,
                          .angle_marks = s->marks,
-                         .words = s->words,
                          .angle_count = LUM_LINE_PIXELS};
     return s;
 }
@@ -52,7 +52,16 @@ static void scene_free(struct scene *s)
 {
     free(s->workspace.returns);
     free(s->out);
+    free(s->exact);
     free(s);
+}
+
+static void keep_words(struct scene *s)
+{
+    free(s->exact);
+    s->exact = (uint32_t *)(void *)exact_copy(s->words, s->line.word_count *
+                                                            sizeof *s->words);
+    s->line.words = s->exact;
 }
 
 static void put(struct scene *s, int32_t tof, bool rising, uint32_t pixel)
@@ -69,6 +78,7 @@ static void compute(struct scene *s)
     lum_layout_default(&layout);
     assert_int_equal(
         lum_projector_init(&s->projector, &s->calibration, &layout), LUM_OK);
+    keep_words(s);
     free(s->workspace.returns);
     free(s->out);
     s->workspace.returns = malloc(n * sizeof(lum_return) + 1u);
@@ -118,14 +128,17 @@ static void a_sample_has_all_that_is_known(void **state)
     s->line.eye = 1;
     s->angles[30].azimuth = 16384;    /* 15 degrees of 60 */
     s->angles[30].elevation = -16384; /* 5 below the middle of -17 and 3 */
+    s->calibration.eye[1].mount_um[0] = 1000000;
+    s->calibration.eye[1].mount_um[1] = -3000000;
     s->calibration.eye[1].mount_um[2] = 2000000;
     s->calibration.eye[1].mount_yaw_udeg = 0;
+    s->calibration.eye[1].tof_offset_fs = -2600000; /* 200 bits */
     put(s, 5000, true, 30);
     put(s, 5100, false, 30);
     put(s, 6000, true, 30);
     compute(s);
     const lum_sample *p = &s->out[0];
-    const double range = 5000 * 0.00195;
+    const double range = 4800 * 0.00195;
     const double deg = 3.14159265358979323846 / 180.0;
     const double az = 15 * deg, el = -12 * deg;
     assert_int_equal(s->count, 3);
@@ -133,8 +146,8 @@ static void a_sample_has_all_that_is_known(void **state)
     assert_near(p->azimuth, 15.0, 1e-5);
     assert_near(p->elevation, -12.0, 1e-5);
     assert_near(p->pulse_width, 100 * 0.013, 1e-5);
-    assert_near(p->x, range * cos(el) * cos(az), 1e-4);
-    assert_near(p->y, range * cos(el) * sin(az), 1e-4);
+    assert_near(p->x, range * cos(el) * cos(az) + 1.0, 1e-4);
+    assert_near(p->y, range * cos(el) * sin(az) - 3.0, 1e-4);
     assert_near(p->z, range * sin(el) + 2.0, 1e-4);
     assert_int_equal(p->pixel, 30);
     assert_int_equal(p->edge, 1);
@@ -164,6 +177,7 @@ static void angles_of_samples_follow_an_lsb(void **state)
     put(s, 1000, true, 0);
     assert_int_equal(
         lum_projector_init(&s->projector, &s->calibration, &layout), LUM_OK);
+    keep_words(s);
     s->workspace.returns = returns;
     assert_int_equal(lum_samples_compute(&s->projector, &s->line, &s->selection,
                                          &s->workspace, out, &s->losses),
@@ -298,6 +312,40 @@ static void neighbours_do_not_share_a_strongest(void **state)
     put(s, 300, false, 2);
     put(s, 400, true, 3);
     ASSERT_TOFS(s, 100, 200, 400);
+    scene_free(s);
+}
+
+/* They are words of their pixel, of which only one can be the strongest. */
+static void a_word_without_range_may_be_the_strongest(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    s->selection.returns = LUM_RETURNS_STRONGEST;
+    s->selection.edges = LUM_EDGES_RISING;
+    put(s, 0, true, 3);
+    put(s, 90, false, 3);
+    put(s, 200, true, 3);
+    put(s, 210, false, 3);
+    assert_tofs(s, NULL, 0);
+    scene_free(s);
+}
+
+static void words_passed_over_belong_to_their_own_pixel(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    s->selection.returns = LUM_RETURNS_STRONGEST;
+    s->selection.edges = LUM_EDGES_RISING;
+    put(s, -500, true, 2);
+    put(s, -20, false, 2);
+    put(s, -10, true, 2);
+    put(s, -5, true, 3);
+    put(s, -4, false, 3);
+    put(s, 0, true, 3);
+    put(s, 10, false, 3);
+    put(s, 200, true, 3);
+    put(s, 290, false, 3);
+    ASSERT_TOFS(s, 200);
     scene_free(s);
 }
 
@@ -443,6 +491,8 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(falling_words_have_no_width_so_the_first_is_strongest),
     cmocka_unit_test(each_edge_has_its_strongest),
     cmocka_unit_test(neighbours_do_not_share_a_strongest),
+    cmocka_unit_test(a_word_without_range_may_be_the_strongest),
+    cmocka_unit_test(words_passed_over_belong_to_their_own_pixel),
     cmocka_unit_test(a_range_includes_its_ends),
     cmocka_unit_test(a_range_of_no_number_selects_nothing),
     cmocka_unit_test(a_box_includes_its_faces),

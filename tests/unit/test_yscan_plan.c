@@ -55,6 +55,8 @@ static void an_even_line_stands_in_the_middle_of_its_share(void **state)
     assert_int_equal(out[0], 3);
     assert_int_equal(lum_yscan_uniform(-8, 3, out, 1), LUM_OK);
     assert_int_equal(out[0], -3);
+    assert_int_equal(lum_yscan_uniform(-1, 0, out, 1), LUM_OK);
+    assert_int_equal(out[0], -1);
 }
 
 static void assert_even(int32_t min, int32_t max, size_t n)
@@ -202,6 +204,52 @@ static void a_bell_is_cut_off_at_the_end_of_the_span(void **state)
     free(out);
 }
 
+/* As many in the middle as there are microdegrees, and a bell's tail. */
+static void lines_that_fall_together_part(void **state)
+{
+    enum {
+        N = 30000
+    };
+    int32_t *out = room_for(N);
+    (void)state;
+    assert_int_equal(lum_yscan_gaussian(0, 40000, 40000, 10000, out, N),
+                     LUM_OK);
+    for (int32_t i = 0; i < 29900; i++) {
+        assert_int_equal(out[i], 40000 - i);
+    }
+    assert_falls(out, N, 0, 40000, 1);
+    assert_true(out[N - 1] < 5000);
+    free(out);
+}
+
+static uint64_t hash_of_bell(int32_t min, int32_t max, int32_t center,
+                             int32_t sigma)
+{
+    enum {
+        N = 32767
+    };
+    uint64_t hash = UINT64_C(0xcbf29ce484222325);
+    int32_t *out = room_for(N);
+    assert_int_equal(lum_yscan_gaussian(min, max, center, sigma, out, N),
+                     LUM_OK);
+    for (size_t i = 0; i < N; i++) {
+        hash = (hash ^ (uint32_t)out[i]) * UINT64_C(0x100000001b3);
+    }
+    free(out);
+    return hash;
+}
+
+static void all_machines_make_the_same_bell(void **state)
+{
+    (void)state;
+    assert_true(hash_of_bell(-90000000, 90000000, 5000000, 20000000) ==
+                UINT64_C(0xe60ef59d5006125));
+    assert_true(hash_of_bell(-90000000, 90000000, 7, 90000000) ==
+                UINT64_C(0x65f6b086c646caeb));
+    assert_true(hash_of_bell(INT32_MIN, INT32_MAX, -1, 90000000) ==
+                UINT64_C(0x710e0495d8f9d4ee));
+}
+
 static void a_bell_outside_its_limits_is_refused(void **state)
 {
     static const struct {
@@ -282,6 +330,7 @@ static void every_region_gets_a_line_and_they_add_up(void **state)
                                        1,       1, 1, 1, 1, 1, 1, 1};
     static const uint32_t last[16] = {1, 1, 1, 1, 1, 1, 1, 1,
                                       1, 1, 1, 1, 1, 1, 1, 1000000};
+    static const uint32_t thin[3] = {1000, 1, 1000};
     static const uint32_t mixed[16] = {7, 1, 1000, 3, 1, 1, 999999, 1,
                                        2, 5, 1,    1, 8, 1, 1,      13};
     (void)state;
@@ -293,6 +342,8 @@ static void every_region_gets_a_line_and_they_add_up(void **state)
     assert_shares(first, 16, 32767);
     assert_shares(last, 16, 32767);
     assert_shares(mixed, 16, 640);
+    assert_shares(thin, 3, 3);
+    assert_shares(thin, 3, 10);
     assert_shares(mixed, 1, 1);
     assert_shares(mixed, 2, 2);
 }
@@ -304,6 +355,7 @@ static void regions_outside_their_limits_are_refused(void **state)
         {{-10, 0, 1}, {0, 10, 1}},  {{0, 10, 1}, {-10, 1, 1}},
         {{10, 10, 1}, {-10, 0, 1}}, {{0, 10, 1}, {0, -10, 1}},
         {{0, 10, 0}, {-10, 0, 1}},  {{0, 10, 1}, {-10, 0, 1000001}},
+        {{0, 10, 1}, {-10, 0, 0}},  {{0, 10, 1000001}, {-10, 0, 1}},
     };
     lum_yscan_region many[LUM_YSCAN_REGIONS_MAX + 1];
     int32_t *out = room_for(40);
@@ -356,6 +408,12 @@ static void a_shape_s_open_ends_are_the_span_s(void **state)
     shape.max_udeg = INT32_MAX;
     assert_int_equal(lum_yscan_make(&shape, -9, 9, &out, 1), LUM_OK);
     assert_int_equal(out, 0);
+    shape.max_udeg = 5;
+    assert_int_equal(lum_yscan_make(&shape, -9, 9, &out, 1), LUM_OK);
+    assert_int_equal(out, -2);
+    shape.min_udeg = -3;
+    assert_int_equal(lum_yscan_make(&shape, -9, 9, &out, 1), LUM_OK);
+    assert_int_equal(out, 1);
     shape.kind = (lum_yscan_kind)3;
     assert_int_equal(lum_yscan_make(&shape, -9, 9, &out, 1), LUM_E_VALUE);
 }
@@ -419,6 +477,28 @@ static void a_fixed_lsb_counts_from_the_middle_of_the_span(void **state)
         LUM_E_VALUE);
     assert_int_equal(at, 2);
     assert_memory_equal(out, want, sizeof want);
+}
+
+static void a_fixed_lsb_ends_with_the_raw_scale(void **state)
+{
+    static const struct {
+        int32_t udeg;
+        lum_result want;
+        int16_t raw;
+    } cases[] = {{-7000000 + 3276700, LUM_OK, 32767},
+                 {-7000000 + 3276800, LUM_E_VALUE, 0},
+                 {-7000000 - 3276800, LUM_OK, -32768},
+                 {-7000000 - 3276900, LUM_E_VALUE, 0}};
+    const lum_calibration c = typical();
+    const lum_layout layout = with_lsb(100000000);
+    (void)state;
+    for (size_t i = 0; i < 4; i++) {
+        int16_t out = 0;
+        assert_int_equal(
+            lum_yscan_encode(&c.eye[0], &layout, &cases[i].udeg, 1, &out, NULL),
+            cases[i].want);
+        assert_int_equal(out, cases[i].raw);
+    }
 }
 
 static void the_first_elevation_at_fault_is_named(void **state)
@@ -496,6 +576,8 @@ int main(void)
         cmocka_unit_test(the_limits_of_a_bell_s_width_hold),
         cmocka_unit_test(a_bell_falls_wherever_it_stands),
         cmocka_unit_test(a_bell_is_cut_off_at_the_end_of_the_span),
+        cmocka_unit_test(lines_that_fall_together_part),
+        cmocka_unit_test(all_machines_make_the_same_bell),
         cmocka_unit_test(a_bell_outside_its_limits_is_refused),
         cmocka_unit_test(regions_share_the_lines_by_weight),
         cmocka_unit_test(a_share_of_half_a_line_goes_to_the_upper_region),
@@ -504,6 +586,7 @@ int main(void)
         cmocka_unit_test(a_shape_s_open_ends_are_the_span_s),
         cmocka_unit_test(the_span_is_the_whole_of_the_raw_scale),
         cmocka_unit_test(a_fixed_lsb_counts_from_the_middle_of_the_span),
+        cmocka_unit_test(a_fixed_lsb_ends_with_the_raw_scale),
         cmocka_unit_test(the_first_elevation_at_fault_is_named),
         cmocka_unit_test(every_raw_value_comes_back_from_its_elevation),
         cmocka_unit_test(an_elevation_that_32_bits_cannot_hold_is_the_nearest),
