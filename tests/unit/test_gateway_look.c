@@ -281,6 +281,8 @@ static void the_shorter_of_point_and_look_counts(void **state)
     assert_int_equal(look_lasts(&l, 50, 60, 120), 40);
     assert_int_equal(look_lasts(&l, 50, 59, 120), 39);
     assert_int_equal(look_lasts(&l, 10, 59, 120), 0);
+    assert_int_equal(look_lasts(&l, 5, 59, 120), 0);
+    assert_int_equal(look_lasts(&l, 50, 15, 120), 0);
     assert_true(look_lasts(&l, UINT32_MAX, UINT32_MAX, 120) == UINT32_MAX - 20);
 }
 
