@@ -1270,6 +1270,27 @@ static void lines_cut_by_an_event_that_waited_complete_no_look(void **state)
     rig_free(r);
 }
 
+/* So that neither side takes a count for one that it has seen. */
+static void each_count_goes_up_by_one(void **state)
+{
+    struct rig *const r = rig_at(0);
+    const heart *const h = &r->gateway.heart;
+    (void)state;
+    gateway_tick(&r->gateway, r->now);
+    for (uint32_t i = 1; i < 6; i++) {
+        gateway_tick(&r->gateway, r->now);
+        assert_int_equal(h->ticks, i + 1u);
+        (void)gateway_receive(&r->gateway, r->now);
+        assert_int_equal(h->rounds, i);
+        assert_int_equal(heart_stalls(h), i == 1 ? 1 : 2);
+    }
+    hang(r, SILENCE + 20u);
+    assert_int_equal(heart_stalls(h), 3);
+    run(r, 20, 10);
+    assert_int_equal(heart_stalls(h), 4);
+    rig_free(r);
+}
+
 /* What is blind anyway has nothing that could grow old in a slow round. */
 static void a_slow_round_is_no_stall_while_nothing_is_seen(void **state)
 {
@@ -1816,6 +1837,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(all_words_of_a_line_are_looked_at),
     cmocka_unit_test(the_assembler_has_what_there_is_room_for),
     cmocka_unit_test(a_beat_keeps_its_pace_where_ticks_do_not_fit_it),
+    cmocka_unit_test(each_count_goes_up_by_one),
     cmocka_unit_test(a_slow_round_is_no_stall_while_nothing_is_seen),
     cmocka_unit_test(a_round_takes_as_many_datagrams_as_there_are_slots),
     cmocka_unit_test(a_slot_with_impossible_lengths_is_malformed),
