@@ -17,13 +17,14 @@ static bool is_zone(const zone *z)
            z->min[2] <= z->max[2] && z->range >= 0 && z->right <= z->left;
 }
 
-/* Other times would be safe too: the machine would never move, or in jerks. */
+/* Other times would be safe too: the machine would never move, or in jerks. No
+ * hold serves for 0 lines. */
 static bool are_times(const gateway_config *c)
 {
     const uint64_t lines = 2u * (uint64_t)c->lines + GATEWAY_OPEN_LINES;
 
     return c->frame_ms > 0 && c->silence_ms > c->frame_ms &&
-           c->silence_ms <= AGE_MAX_MS && c->lines > 0 &&
+           c->silence_ms <= AGE_MAX_MS &&
            (uint64_t)c->hold_ms * c->lines > c->frame_ms * lines;
 }
 
@@ -49,23 +50,23 @@ static lum_result begin_assembly(gateway *g)
 {
     const lum_assembler_storage storage =
         LUM_ASSEMBLER_STORAGE(g->slots, g->words, g->reach);
+    const uint32_t gap_us = g->config.silence_ms * US_PER_MS;
     lum_assembler_config config;
 
     lum_assembler_config_default(&config);
     config.open_lines = GATEWAY_OPEN_LINES;
     config.reorder_lines = GATEWAY_REORDER_LINES;
     config.words_per_line = GATEWAY_LINE_WORDS;
-    if (config.gap_us < g->config.silence_ms * US_PER_MS) {
-        config.gap_us = g->config.silence_ms * US_PER_MS;
+    if (config.gap_us < gap_us) {
+        config.gap_us = gap_us;
     }
     return lum_assembler_init(&g->assembler, &config, &g->layout, &storage);
 }
 
-/* Frame i has place i; what stands there first is of a round before. */
 static void begin_frames(gateway *g)
 {
     for (uint32_t i = 0; i < GATEWAY_FRAMES; i++) {
-        g->frames[i] = (gateway_frame){zone_empty(), i - GATEWAY_FRAMES};
+        g->frames[i] = (gateway_frame){zone_empty(), i}; /* its place */
     }
 }
 
@@ -75,11 +76,9 @@ static void fill(gateway *g, const gateway_config *config,
 {
     ring_init(&g->ring);
     heart_init(&g->heart, output->send, output->context, now_ms);
-    g->stalls_seen = heart_stalls(&g->heart);
     g->config = *config;
     g->output = *output;
     g->layout = *layout;
-    g->now_ms = now_ms;
     age_init(&g->age);
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         look_init(&g->looks[eye]);

@@ -9,7 +9,6 @@ void heart_init(heart *h, heart_send *send, void *context, uint32_t now_ms)
     *h = (heart){.send = send,
                  .context = context,
                  .stalls = 1,
-                 .alive_ms = now_ms,
                  .next_ms = now_ms + HEART_SILENCE_MS,
                  .until_poll = 1,
                  .hung = true};

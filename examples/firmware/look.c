@@ -6,7 +6,6 @@ void look_init(look *l)
 {
     *l = (look){.point_ms = LONG_AGO,
                 .whole_ms = LONG_AGO,
-                .begun_ms = LONG_AGO,
                 .spoilt_ms = LONG_AGO,
                 .frame = UINT32_MAX};
 }

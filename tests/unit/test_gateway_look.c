@@ -162,6 +162,30 @@ static void a_look_is_as_old_as_its_oldest_line(void **state)
     take(&l, 1, 1, 90);
     take(&l, 1, 2, 95);
     assert_int_equal(serves(&l, 100), 990);
+    take(&l, 1, 3, 80); /* is not needed for it */
+    assert_int_equal(serves(&l, 100), 990);
+}
+
+static void a_look_may_be_of_before_the_first_moment(void **state)
+{
+    look l;
+    (void)state;
+    look_init(&l);
+    take(&l, 1, 0, -30);
+    take(&l, 1, 1, -20);
+    take(&l, 1, 2, -10);
+    assert_int_equal(serves(&l, 0), 970);
+}
+
+static void a_whole_look_without_a_point_is_none(void **state)
+{
+    look l;
+    (void)state;
+    look_init(&l);
+    take(&l, 1, 0, 10);
+    take(&l, 1, 1, 20);
+    take(&l, 1, 2, 30);
+    assert_int_equal(look_lasts(&l, 1000, 1000, 30), 0);
 }
 
 static void lines_out_of_order_or_of_another_frame_do_not_count(void **state)
@@ -257,6 +281,8 @@ static void the_shorter_of_point_and_look_counts(void **state)
     assert_int_equal(look_lasts(&l, 50, 60, 120), 40);
     assert_int_equal(look_lasts(&l, 50, 59, 120), 39);
     assert_int_equal(look_lasts(&l, 10, 59, 120), 0);
+    assert_int_equal(look_lasts(&l, 5, 59, 120), 0);
+    assert_int_equal(look_lasts(&l, 50, 15, 120), 0);
     assert_true(look_lasts(&l, UINT32_MAX, UINT32_MAX, 120) == UINT32_MAX - 20);
 }
 
@@ -272,6 +298,8 @@ int main(void)
         cmocka_unit_test(nothing_was_seen_at_first),
         cmocka_unit_test(a_look_serves_from_its_first_line_on),
         cmocka_unit_test(a_look_is_as_old_as_its_oldest_line),
+        cmocka_unit_test(a_look_may_be_of_before_the_first_moment),
+        cmocka_unit_test(a_whole_look_without_a_point_is_none),
         cmocka_unit_test(lines_out_of_order_or_of_another_frame_do_not_count),
         cmocka_unit_test(a_look_goes_on_behind_the_highest_number_of_a_line),
         cmocka_unit_test(lines_that_lack_something_do_not_count),
