@@ -1793,7 +1793,6 @@ static void a_gateway_begins_with_nothing_seen(void **state)
     const gateway *const g = &r->gateway;
     (void)state;
     assert_int_equal(g->reasons, GATEWAY_SILENT);
-    assert_true(g->now_ms == 77);
     for (uint32_t i = 0; i < GATEWAY_FRAMES; i++) {
         assert_int_equal(g->frames[i].number, i - GATEWAY_FRAMES);
         assert_int_equal(g->frames[i].sight.hits, 0);
