@@ -1651,9 +1651,38 @@ static void lost_words_are_those_of_the_largest_sum(void **state)
     send_words(s, BLUE, 1, 0, 7, WORDS(UP(1, 7), UP(1, 8)), 2);
     send_words(s, BLUE, 1, 0, 4, WORDS(UP(1, 4), UP(1, 5)), 2);
     send_words(s, BLUE, 1, 0, 0, WORDS(UP(1, 0), UP(1, 1)), 2);
+    send_words(s, BLUE, 2, 0, 7, WORDS(UP(1, 7), UP(1, 8)), 2);
+    send_words(s, BLUE, 2, 0, 1, WORDS(UP(1, 1), UP(1, 2)), 2);
     stream_end(s);
-    assert_int_equal(lost_by(s), 3);
+    assert_int_equal(nth_line(s, 0)->lost_words, 3);
+    assert_int_equal(nth_line(s, 1)->lost_words, 5);
+    assert_int_equal(lost_by(s), 3 + 5);
     stream_free(s);
+}
+
+static void assert_put_in_order(const uint32_t *words, uint32_t n)
+{
+    struct stream *s = stream_open();
+    assert_int_equal(send_words(s, BLUE, 1, 0, 0, words, n), LUM_OK);
+    stream_end(s);
+    const lum_line *line = nth_line(s, 0);
+    assert_int_equal(line->word_count, n);
+    for (uint32_t i = 1; i < n; i++) {
+        assert_true(lum_word_pixel(line->words[i - 1u]) <=
+                    lum_word_pixel(line->words[i]));
+    }
+    stream_free(s);
+}
+
+/* Wherever in the packet, and whatever the ranges. */
+static void one_word_out_of_order_is_seen(void **state)
+{
+    (void)state;
+    assert_put_in_order(
+        WORDS(UP(1, 0), UP(2, 0), UP(3, 0), UP(4, 0), UP(5, 1), UP(6, 0)), 6);
+    assert_put_in_order(
+        WORDS(UP(1, 1), UP(2, 5), UP(3, 6), UP(4, 7), UP(5, 8), UP(6, 7)), 6);
+    assert_put_in_order(WORDS(UP(-1, 5), lum_word_make(0, false, 3)), 2);
 }
 
 static void bad_words_are_not_lost(void **state)
@@ -1958,6 +1987,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(the_end_may_be_asked_for_twice),
     cmocka_unit_test(lost_words_are_what_the_index_says_is_missing),
     cmocka_unit_test(lost_words_are_those_of_the_largest_sum),
+    cmocka_unit_test(one_word_out_of_order_is_seen),
     cmocka_unit_test(bad_words_are_not_lost),
     cmocka_unit_test(a_packet_of_bad_words_alone_shows_what_is_lost),
     cmocka_unit_test(lost_words_are_never_below_0),

@@ -1786,6 +1786,246 @@ static void a_configuration_out_of_range_is_refused_and_stops(void **state)
     }
 }
 
+/* What a gateway begins with, whatever was in its memory. */
+static void a_gateway_begins_with_nothing_seen(void **state)
+{
+    struct rig *const r = rig_at(77);
+    const gateway *const g = &r->gateway;
+    (void)state;
+    assert_int_equal(g->reasons, GATEWAY_SILENT);
+    for (uint32_t i = 0; i < GATEWAY_FRAMES; i++) {
+        assert_int_equal(g->frames[i].sight.hits, 0);
+    }
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        assert_true(g->looks[eye].point_ms < -(INT64_C(1) << 60));
+        assert_true(g->looks[eye].whole_ms < -(INT64_C(1) << 60));
+    }
+    assert_int_equal(g->assembler.config.open_lines, GATEWAY_OPEN_LINES);
+    assert_int_equal(g->assembler.config.reorder_lines, GATEWAY_REORDER_LINES);
+    assert_int_equal(g->assembler.config.words_per_line, GATEWAY_LINE_WORDS);
+    assert_int_equal(g->assembler.config.gap_us, SILENCE * 1000u);
+    rig_free(r);
+}
+
+static void the_first_stop_is_of_blindness_and_no_object(void **state)
+{
+    struct rig *const r = rig_at(77);
+    (void)state;
+    (void)gateway_receive(&r->gateway, r->now);
+    assert_int_equal(reasons(r), GATEWAY_SILENT | GATEWAY_STALLED);
+    assert_int_equal(r->gateway.heart.lasts_ms, SILENCE);
+    rig_free(r);
+}
+
+static void one_line_and_one_hit_are_enough_to_ask_for(void **state)
+{
+    struct rig *const r = rig_new();
+    (void)state;
+    r->config.hits = 1;
+    r->config.lines = 1;
+    r->config.hold_ms = 5u * FRAME;
+    assert_int_equal(rig_init(r), LUM_OK);
+    r->config.zone.range = 10;
+    r->config.zone.left = 3;
+    r->config.zone.right = 5;
+    assert_int_equal(rig_init(r), LUM_E_VALUE);
+    rig_free(r);
+}
+
+static void every_point_is_handed_out_once(void **state)
+{
+    static const uint32_t counts[] = {1, 15, 16, 17, 31, 32, 33, 48, 100};
+    (void)state;
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+        struct rig *const r = rig_informed(0);
+        show(r, BLUE, NEAR_TOF, counts[i]);
+        gateway_finish(&r->gateway);
+        assert_int_equal(r->lines, 1);
+        assert_int_equal(r->points, counts[i]);
+        assert_int_equal(
+            lum_assembler_counters(&r->gateway.assembler)->duplicate, 0);
+        rig_free(r);
+    }
+}
+
+/* As many as may be under way have places of their own. */
+static void frames_take_turns_with_their_places(void **state)
+{
+    struct rig *const r = rig_going(0);
+    (void)state;
+    pass(r, 6u * FRAME, BOTH);
+    uint32_t least = UINT32_MAX;
+    uint32_t most = 0;
+    for (uint32_t i = 0; i < GATEWAY_FRAMES; i++) {
+        const uint32_t number = r->gateway.frames[i].number;
+        assert_int_equal(number % GATEWAY_FRAMES, i);
+        least = number < least ? number : least;
+        most = number > most ? number : most;
+    }
+    assert_true(least > GATEWAY_FRAMES);
+    assert_int_equal(most - least, GATEWAY_FRAMES - 1u);
+    rig_free(r);
+}
+
+static void assert_spoilt(const struct rig *r, unsigned eyes)
+{
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        assert_int_equal(r->gateway.looks[eye].spoilt_ms == r->now,
+                         eyes >> eye & 1u);
+    }
+}
+
+static void a_conflict_spoils_the_look_of_its_eye(void **state)
+{
+    (void)state;
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        struct rig *const r = rig_informed(55);
+        put(r, eye, LUM_TAG_ANGLES, 0, false, 0, 10);
+        put(r, eye, LUM_TAG_ANGLES, 0, false, 0, 10); /* a duplicate */
+        (void)gateway_receive(&r->gateway, r->now);
+        assert_spoilt(r, 0);
+        put(r, eye, LUM_TAG_ANGLES, 0, false, 5, 10);
+        (void)gateway_receive(&r->gateway, r->now);
+        assert_spoilt(r, 1u << eye);
+        rig_free(r);
+    }
+}
+
+static void a_datagram_that_was_dropped_spoils_both_looks(void **state)
+{
+    struct rig *const r = rig_informed(55);
+    (void)state;
+    (void)gateway_receive(&r->gateway, r->now);
+    assert_spoilt(r, 0);
+    r->gateway.ring.dropped++;
+    (void)gateway_receive(&r->gateway, r->now);
+    assert_spoilt(r, BOTH);
+    r->now++;
+    (void)gateway_receive(&r->gateway, r->now);
+    assert_spoilt(r, 0);
+    rig_free(r);
+}
+
+/* As of a flush by another. */
+static void an_event_that_waits_spoils_both_looks_and_costs_no_packet(
+    void **state)
+{
+    struct rig *const r = rig_informed(55);
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        put(r, LUM_EYE_GREEN, LUM_TAG_ANGLES, 0, false, 0, 1);
+        next_line(r);
+    }
+    (void)gateway_receive(&r->gateway, r->now);
+    const lum_group other = {.line = r->line,
+                             .num_samples = 1,
+                             .clock_raw = sensor_clock(r),
+                             .eye = LUM_EYE_GREEN,
+                             .tag = LUM_TAG_ANGLES,
+                             .samples = (const uint8_t[4]){0}};
+    assert_int_equal(lum_assembler_push(&r->gateway.assembler, &other, 0),
+                     LUM_LINE_READY);
+    r->line = 9;
+    put(r, LUM_EYE_BLUE, LUM_TAG_ANGLES, 0, false, 0, 1);
+    (void)gateway_receive(&r->gateway, r->now);
+    assert_spoilt(r, BOTH);
+    const size_t before = r->lines;
+    gateway_finish(&r->gateway);
+    assert_int_equal(r->lines, before + 1u);
+    rig_free(r);
+}
+
+/* What the eyes that have to be heard have shown, the shorter of both. */
+static uint32_t served(struct rig *r, unsigned eyes, int64_t blue_ms,
+                       int64_t green_ms, int64_t whole_ms)
+{
+    r->gateway.config.eyes = (uint8_t)eyes;
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        look *const l = &r->gateway.looks[eye];
+        l->point_ms = r->now - (eye == LUM_EYE_BLUE ? blue_ms : green_ms);
+        l->whole_ms = r->now - whole_ms;
+    }
+    (void)gateway_receive(&r->gateway, r->now);
+    return r->gateway.heart.lasts_ms;
+}
+
+static void a_round_serves_as_long_as_the_eye_that_ends_first(void **state)
+{
+    struct rig *const r = rig_informed(5000);
+    (void)state;
+    (void)gateway_receive(&r->gateway, r->now);
+    assert_int_equal(served(r, BOTH, 100, 200, 0), SILENCE - 200u);
+    assert_int_equal(served(r, BOTH, 300, 200, 0), SILENCE - 300u);
+    assert_int_equal(served(r, BLUE, 100, 200, 0), SILENCE - 100u);
+    assert_int_equal(served(r, GREEN, 300, 200, 0), SILENCE - 200u);
+    assert_int_equal(served(r, BOTH, 0, 0, HOLD - 100u), 100);
+    assert_int_equal(served(r, BOTH, SILENCE - 1u, 0, 0), 1);
+    /* and when nothing serves, a sign of life does */
+    assert_int_equal(served(r, BOTH, SILENCE, 0, 0), SILENCE);
+    assert_int_equal(served(r, BOTH, SILENCE + 1u, 0, 0), SILENCE);
+    assert_int_equal(served(r, BOTH, 0, 0, HOLD), SILENCE);
+    assert_int_equal(served(r, BOTH, 0, 0, HOLD + 1u), SILENCE);
+    rig_free(r);
+}
+
+/* Asked for longer ago than silence_ms, an answer is none. */
+static void an_answer_serves_that_was_asked_for_lately(void **state)
+{
+    struct rig *const r = rig_at(5000);
+    (void)state;
+    tell_clock(r, r->now - HOLD + 1u, 1);
+    (void)gateway_receive(&r->gateway, r->now);
+    assert_false(r->gateway.age.answered);
+    tell_clock(r, r->now - SILENCE, 1);
+    (void)gateway_receive(&r->gateway, r->now);
+    assert_false(r->gateway.age.answered);
+    tell_clock(r, r->now - SILENCE + 1u, 1);
+    (void)gateway_receive(&r->gateway, r->now);
+    assert_true(r->gateway.age.answered);
+    rig_free(r);
+}
+
+static void a_line_serves_until_silence_ms_old(void **state)
+{
+    static const uint32_t waits[] = {FRAME + 10u, SILENCE - 1u, SILENCE};
+    (void)state;
+    for (unsigned i = 0; i < 3; i++) {
+        struct rig *const r = rig_informed(5000);
+        show(r, BLUE, NEAR_TOF, 1);
+        r->gateway.now_ms += waits[i];
+        gateway_finish(&r->gateway);
+        assert_int_equal(r->gateway.old_lines, waits[i] >= SILENCE ? 1 : 0);
+        rig_free(r);
+    }
+}
+
+static bool believes(struct rig *r, uint32_t ago_ms, bool with_status)
+{
+    uint8_t packet[64];
+    lum_tlv_writer w;
+    r->gateway.laser_down = true;
+    assert_int_equal(lum_tlv_begin(&w, packet, sizeof packet, r->now - ago_ms),
+                     LUM_OK);
+    if (with_status) {
+        add_status(r, &w, 0);
+    }
+    assert_true(receive(r, packet, w.len));
+    (void)gateway_receive(&r->gateway, r->now);
+    return !r->gateway.laser_down;
+}
+
+static void a_good_status_is_believed_of_lately(void **state)
+{
+    struct rig *const r = rig_at(5000);
+    (void)state;
+    assert_true(believes(r, 0, true));
+    assert_true(believes(r, SILENCE - 1u, true));
+    assert_false(believes(r, SILENCE, true));
+    assert_false(believes(r, HOLD - 1u, true));
+    assert_false(believes(r, 0, false));
+    rig_free(r);
+}
+
 static const struct CMUnitTest tests[] = {
     cmocka_unit_test(it_is_stopped_until_both_eyes_were_heard),
     cmocka_unit_test(a_hold_of_a_moment_does_not_end_the_first_silence),
@@ -1855,6 +2095,18 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(times_may_be_as_short_as_two_frames_allow),
     cmocka_unit_test(a_gateway_that_was_not_begun_stops),
     cmocka_unit_test(a_configuration_out_of_range_is_refused_and_stops),
+    cmocka_unit_test(a_gateway_begins_with_nothing_seen),
+    cmocka_unit_test(the_first_stop_is_of_blindness_and_no_object),
+    cmocka_unit_test(one_line_and_one_hit_are_enough_to_ask_for),
+    cmocka_unit_test(every_point_is_handed_out_once),
+    cmocka_unit_test(frames_take_turns_with_their_places),
+    cmocka_unit_test(a_conflict_spoils_the_look_of_its_eye),
+    cmocka_unit_test(a_datagram_that_was_dropped_spoils_both_looks),
+    cmocka_unit_test(an_event_that_waits_spoils_both_looks_and_costs_no_packet),
+    cmocka_unit_test(a_round_serves_as_long_as_the_eye_that_ends_first),
+    cmocka_unit_test(an_answer_serves_that_was_asked_for_lately),
+    cmocka_unit_test(a_line_serves_until_silence_ms_old),
+    cmocka_unit_test(a_good_status_is_believed_of_lately),
 };
 
 int main(void)
