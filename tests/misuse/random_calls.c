@@ -1,7 +1,8 @@
-/* random_calls RUNS SEED: as many programs that misuse an assembler, by chance,
- * each of up to 300 calls. What they call and what is expected of it is that of
- * the fuzzer, tests/fuzz/fuzz_assembler.c; here it needs no fuzzer, so that it
- * runs wherever the other tests do, under sanitizers too. */
+/* random_calls RUNS SEED: as many programs that misuse an assembler, or a
+ * receiver, by chance, each of up to 300 calls. What they call and what is
+ * expected of it is that of the fuzzers, tests/fuzz/fuzz_assembler.c and
+ * fuzz_receiver.c; here it needs no fuzzer, so that it runs wherever the other
+ * tests do, under sanitizers too. */
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
