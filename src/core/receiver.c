@@ -134,7 +134,6 @@ static void begin_anew(lum_receiver *r, lum_receiver_eye *eye)
 {
     close_line(r, eye);
     eye->has_heard = false;
-    eye->has_candidate = false;
     eye->has_closed = false;
 }
 
@@ -199,11 +198,11 @@ static bool go_to_line(lum_receiver *r, lum_receiver_eye *eye,
     const lum_line *line = &eye->slot.line;
     const uint32_t clock_us = r->clock_us;
     if (eye->is_open && line->number == group->line) {
-        const uint32_t ahead_us = clock_us - (uint32_t)line->clock_us;
-        if (is_within(ahead_us, r->line_span_us)) {
+        const uint32_t line_us = (uint32_t)line->clock_us;
+        if (is_within(clock_us - line_us, r->line_span_us)) {
             return true;
         }
-        if (ahead_us >> 31 != 0) {
+        if (is_before(r, clock_us, line_us)) {
             return false;
         }
     } else if (is_late(r, eye, group->line, clock_us)) {
@@ -224,7 +223,7 @@ static lum_result copy_words(lum_receiver *r, const lum_receiver_eye *eye,
                              const lum_group *group, uint32_t *count)
 {
     const uint8_t *from = group->samples;
-    uint32_t there = 0;
+    bool is_there = false;
     uint32_t good = 0;
     uint32_t before = 0;
     for (uint32_t i = 0; i < group->num_samples; i++) {
@@ -235,7 +234,7 @@ static lum_result copy_words(lum_receiver *r, const lum_receiver_eye *eye,
             continue;
         }
         if (is_marked(eye->word_marks, pixel)) {
-            there++;
+            is_there = true;
             continue;
         }
         if (good < r->word_room) {
@@ -248,7 +247,7 @@ static lum_result copy_words(lum_receiver *r, const lum_receiver_eye *eye,
         before = pixel;
     }
     *count = good;
-    if (there > 0) {
+    if (is_there) {
         return good == 0 ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
     }
     return good <= r->word_room ? LUM_OK : LUM_E_NO_ROOM;
@@ -291,7 +290,7 @@ static lum_result accept(lum_receiver *r, lum_receiver_eye *eye,
         if (is_before(r, r->clock_us, eye->line_low_us)) {
             eye->line_low_us = r->clock_us;
         }
-        slot->accepted += slot->accepted < 2 ? 1u : 0u;
+        slot->accepted++;
     }
     return result;
 }

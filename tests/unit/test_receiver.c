@@ -311,6 +311,8 @@ static void words_out_of_order_are_told(void **state)
     assert_true(lum_receiver_is_sorted(&receiver));
     assert_int_equal(push_words(BLUE, 2, 300, 0, words, 2), LUM_OK);
     assert_true(lum_receiver_is_sorted(&receiver));
+    assert_int_equal(push_pixels(BLUE, 2, 300, 0, 2), LUM_OK);
+    assert_true(lum_receiver_is_sorted(&receiver));
 }
 
 /* Lines */
@@ -319,12 +321,12 @@ static void a_newer_line_ends_the_one_before(void **state)
 {
     (void)state;
     begin();
-    push_line(BLUE, 1, 0);
-    assert_int_equal(push_angles(BLUE, 2, 300, 0, 3), LUM_OK);
-    assert_int_equal(push_pixels(BLUE, 2, 300, 0, 5), LUM_OK);
+    push_line(BLUE, 1, 9000);
+    assert_int_equal(push_angles(BLUE, 2, 9300, 0, 3), LUM_OK);
+    assert_int_equal(push_pixels(BLUE, 2, 9300, 0, 5), LUM_OK);
     assert_int_equal(count_points(), 3);
-    assert_int_equal(push_pixels(BLUE, 1, 0, 5, 5), LUM_E_LATE);
-    assert_int_equal(push_angles(BLUE, 1, SPAN, 10, 5), LUM_E_LATE);
+    assert_int_equal(push_pixels(BLUE, 1, 9000, 5, 5), LUM_E_LATE);
+    assert_int_equal(push_angles(BLUE, 1, 9000 + SPAN, 10, 5), LUM_E_LATE);
     assert_int_equal(counted()->late, 2);
     assert_int_equal(counted()->lines, 1);
 }
@@ -367,9 +369,30 @@ static void what_is_older_than_a_line_that_ended_is_late(void **state)
     assert_int_equal(push_pixels(BLUE, 31, 900, 0, 1), LUM_OK);
     /* an older line that two packets agree on takes nothing back */
     assert_int_equal(push_pixels(BLUE, 31, 900, 1, 1), LUM_OK);
-    push_line(BLUE, 40, 50000);
+    assert_int_equal(push_pixels(BLUE, 31, 850, 2, 1), LUM_OK);
+    assert_int_equal(push_pixels(BLUE, 40, 50000, 0, 1), LUM_OK);
+    assert_int_equal(push_pixels(BLUE, 32, 899, 0, 1), LUM_E_LATE);
     push_line(BLUE, 41, 60000);
-    assert_int_equal(push_pixels(BLUE, 42, 49999, 0, 1), LUM_E_LATE);
+    push_line(BLUE, 42, 70000);
+    assert_int_equal(push_pixels(BLUE, 50, 80000, 0, 1), LUM_OK);
+    assert_int_equal(push_pixels(BLUE, 43, 69999, 0, 1), LUM_E_LATE);
+    /* a smaller number is of an older line only at the same time */
+    assert_int_equal(push_pixels(BLUE, 41, 70000, 0, 1), LUM_E_LATE);
+    assert_int_equal(push_pixels(BLUE, 41, 70001, 0, 1), LUM_OK);
+}
+
+/* Of more than half a wrap ago, where a clock that is later looks earlier. */
+static void what_ended_long_ago_makes_nothing_late(void **state)
+{
+    uint32_t clock = 1000;
+    (void)state;
+    begin();
+    push_line(BLUE, 1, clock);
+    for (uint32_t line = 2; line < 24000; line++) {
+        clock += GAP;
+        assert_int_equal(push_pixels(BLUE, line, clock, 0, 1), LUM_OK);
+    }
+    assert_int_equal(counted()->late + counted()->stray, 0);
 }
 
 /* With one clock for all, or none, numbers tell what is older. */
@@ -503,9 +526,10 @@ static void lines_that_did_not_come_are_counted(void **state)
     push_line(BLUE, 30, 5000);  /* 22 */
     push_line(BLUE, 22, 9000);  /* not fallen far enough */
     push_line(BLUE, 13, 13000); /* a frame that lacks 13 */
+    push_line(BLUE, 13, 20000); /* the mirror stands still */
     lum_receiver_forget(&receiver);
     assert_int_equal(counted()->lines_skipped, 2 + 22 + 13);
-    assert_int_equal(counted()->lines, 6);
+    assert_int_equal(counted()->lines, 7);
 }
 
 static void lost_words_are_counted(void **state)
@@ -528,6 +552,11 @@ static void lost_words_are_counted(void **state)
     word = lum_word_make(5, true, 51);
     assert_int_equal(push_words(BLUE, 2, 300, 0, &word, 1), LUM_OK);
     assert_int_equal(lum_receiver_line(&receiver)->lost_words, 0);
+    word = lum_word_make(5, true, 52);
+    assert_int_equal(push_words(BLUE, 2, 300, LUM_LINE_WORDS_MAX - 1, &word, 1),
+                     LUM_OK);
+    assert_int_equal(lum_receiver_line(&receiver)->lost_words,
+                     LUM_LINE_WORDS_MAX - 7);
 }
 
 static void lines_without_all_angles_are_counted(void **state)
@@ -536,9 +565,10 @@ static void lines_without_all_angles_are_counted(void **state)
     begin();
     assert_int_equal(push_angles(BLUE, 1, 0, 0, 1000), LUM_OK);
     assert_int_equal(push_angles(BLUE, 2, 300, 0, 999), LUM_OK);
+    assert_int_equal(push_angles(GREEN, 2, 300, 1, 999), LUM_OK);
     lum_receiver_forget(&receiver);
-    assert_int_equal(counted()->lines, 2);
-    assert_int_equal(counted()->lines_missing_angles, 1);
+    assert_int_equal(counted()->lines, 3);
+    assert_int_equal(counted()->lines_missing_angles, 2);
 }
 
 /* By chance: streams, and what is done to them */
@@ -911,6 +941,7 @@ int main(void)
         cmocka_unit_test(a_line_lasts_as_long_as_the_profile_says),
         cmocka_unit_test(one_packet_ahead_deafens_nobody),
         cmocka_unit_test(what_is_older_than_a_line_that_ended_is_late),
+        cmocka_unit_test(what_ended_long_ago_makes_nothing_late),
         cmocka_unit_test(without_a_clock_numbers_tell),
         cmocka_unit_test(a_short_frame_is_not_late),
         cmocka_unit_test(one_far_clock_is_a_stray_and_two_are_a_jump),
