@@ -88,20 +88,20 @@ typedef struct lum_receiver_counters {
     uint64_t lines;                /**< lines that ended */
     uint64_t lines_missing_angles; /**< of them with fewer than 1000 */
     uint64_t lines_skipped;        /**< line numbers nobody heard of */
-    uint64_t lost_words;           /**< words known to be lost, from below */
+    uint64_t lost_words;           /**< words known to be lost of lines that
+                                        ended, from below */
 } lum_receiver_counters;
 
 /** One eye. Private. Clocks are the low 32 bits. */
 typedef struct lum_receiver_eye {
-    bool is_open;          /**< private: slot has a line */
-    bool has_heard;        /**< private: newest_us is a clock */
-    bool has_candidate;    /**< private: candidate_us is a clock */
-    bool has_closed;       /**< private: closed and low_us are of a line */
-    uint32_t closed;       /**< private: number of the line that ended last */
-    uint32_t closed_us;    /**< private: its clock */
-    uint32_t low_us;       /**< private: what is older is late */
-    uint32_t line_low_us;  /**< private: smallest clock of the open line */
-    uint32_t newest_us;    /**< private: largest clock since the last jump */
+    bool is_open;        /**< private: slot has a line */
+    bool has_heard;      /**< private: newest_us is a clock */
+    bool has_candidate;  /**< private: candidate_us is a clock */
+    bool has_settled;    /**< private: the next two are of a line */
+    uint32_t settled;    /**< private: number of the last line that two packets
+                              agreed on */
+    uint32_t settled_us; /**< private: its clock; what is older is late */
+    uint32_t newest_us;  /**< private: largest clock since the last jump */
     uint32_t candidate_us; /**< private: of a stray that may prove a jump */
     uint32_t word_marks[LUM_PIXEL_MARK_WORDS]; /**< private: pixels of the line
                                                     that have words */

@@ -4,6 +4,7 @@
 #include "check.h"
 #include "counter.h"
 #include "group.h"
+#include "product.h"
 #include "words.h"
 
 #include <stddef.h>
@@ -74,25 +75,20 @@ static uint32_t count_skipped(uint32_t last, uint32_t number)
     return last - number > REACH ? number : 0;
 }
 
-/* Two packets have agreed on the line: what is older is late from now on, and
- * so is what comes of the line itself. */
-static void remember(lum_receiver *r, lum_receiver_eye *eye)
+/* Two packets have agreed on the line: what is older than both is late from now
+ * on, and once the line has ended, so is what comes of it. */
+static void settle(lum_receiver *r, lum_receiver_eye *eye)
 {
-    const lum_line_slot *slot = &eye->slot;
-    const uint32_t number = slot->line.number;
-    const uint32_t low_us = eye->line_low_us;
-    if (!eye->has_closed) {
-        eye->low_us = low_us;
-    } else {
+    const lum_line *line = &eye->slot.line;
+    if (eye->has_settled) {
         lum_counter_add(&r->counters.lines_skipped,
-                        count_skipped(eye->closed, number));
-        if (is_before(r, eye->low_us, low_us)) {
-            eye->low_us = low_us;
-        }
+                        count_skipped(eye->settled, line->number));
     }
-    eye->has_closed = true;
-    eye->closed = number;
-    eye->closed_us = (uint32_t)slot->line.clock_us;
+    eye->has_settled = true;
+    eye->settled = line->number;
+    eye->settled_us = is_before(r, r->clock_us, (uint32_t)line->clock_us)
+                          ? r->clock_us
+                          : (uint32_t)line->clock_us;
 }
 
 static void close_line(lum_receiver *r, lum_receiver_eye *eye)
@@ -108,9 +104,6 @@ static void close_line(lum_receiver *r, lum_receiver_eye *eye)
     if (line->angle_count < LUM_LINE_PIXELS) {
         lum_counter_add(&c->lines_missing_angles, 1);
     }
-    if (eye->slot.accepted >= 2) {
-        remember(r, eye);
-    }
 }
 
 static void open_line(const lum_receiver *r, lum_receiver_eye *eye,
@@ -118,7 +111,6 @@ static void open_line(const lum_receiver *r, lum_receiver_eye *eye,
 {
     lum_line_slot *slot = &eye->slot;
     eye->is_open = true;
-    eye->line_low_us = r->clock_us;
     memset(eye->word_marks, 0, sizeof eye->word_marks);
     memset(slot, 0, offsetof(lum_line_slot, angles));
     slot->line.angles = slot->angles;
@@ -134,7 +126,7 @@ static void begin_anew(lum_receiver *r, lum_receiver_eye *eye)
 {
     close_line(r, eye);
     eye->has_heard = false;
-    eye->has_closed = false;
+    eye->has_settled = false;
 }
 
 /* A clock of fewer bits goes on by its signed difference. */
@@ -150,7 +142,8 @@ static uint32_t extend(const lum_receiver *r, uint32_t clock_raw)
 
 /* The clock of a packet (docs/protocol.md, section 6, Reassembly, rules 1 and
  * 2): whether it is no stray. */
-static bool follow(lum_receiver *r, lum_receiver_eye *eye, uint32_t clock_raw)
+static LUM_ONE_COPY bool follow(lum_receiver *r, lum_receiver_eye *eye,
+                                uint32_t clock_raw)
 {
     const uint32_t clock_us = extend(r, clock_raw);
     const uint32_t gap_us = r->gap_us;
@@ -172,28 +165,23 @@ static bool follow(lum_receiver *r, lum_receiver_eye *eye, uint32_t clock_raw)
     return true;
 }
 
-/* Of a packet that is not of the current line. Where two packets have agreed on
- * that, an older one does not end it. Clocks tell a closed line from the same
+/* Of a packet that is not of the current line. Clocks tell a line from the same
  * number of another frame; where they do not, numbers tell that it is older. */
 static bool is_late(const lum_receiver *r, const lum_receiver_eye *eye,
                     uint32_t number, uint32_t clock_us)
 {
-    if (eye->is_open && eye->slot.accepted >= 2 &&
-        is_before(r, clock_us, eye->line_low_us)) {
-        return true;
-    }
-    if (!eye->has_closed) {
+    if (!eye->has_settled) {
         return false;
     }
-    const uint32_t behind = eye->closed - number;
-    return is_before(r, clock_us, eye->low_us) ||
-           (behind < REACH && is_within(clock_us - eye->closed_us,
-                                        behind == 0 ? r->line_span_us : 0));
+    const uint32_t behind = eye->settled - number;
+    return is_before(r, clock_us, eye->settled_us) ||
+           (behind <= REACH && is_within(clock_us - eye->settled_us,
+                                         behind == 0 ? r->line_span_us : 0));
 }
 
 /* Makes the packet's line the current one; false: it is late. */
-static bool go_to_line(lum_receiver *r, lum_receiver_eye *eye,
-                       const lum_group *group)
+static LUM_ONE_COPY bool go_to_line(lum_receiver *r, lum_receiver_eye *eye,
+                                    const lum_group *group)
 {
     const lum_line *line = &eye->slot.line;
     const uint32_t clock_us = r->clock_us;
@@ -277,8 +265,8 @@ static lum_result take_words(lum_receiver *r, lum_receiver_eye *eye,
 }
 
 /* Samples into their line. */
-static lum_result accept(lum_receiver *r, lum_receiver_eye *eye,
-                         const lum_group *group)
+static LUM_ONE_COPY lum_result accept(lum_receiver *r, lum_receiver_eye *eye,
+                                      const lum_group *group)
 {
     lum_line_slot *slot = &eye->slot;
     const lum_result result =
@@ -287,10 +275,10 @@ static lum_result accept(lum_receiver *r, lum_receiver_eye *eye,
             : take_words(r, eye, group);
     if (result == LUM_OK) {
         r->line = &slot->line;
-        if (is_before(r, r->clock_us, eye->line_low_us)) {
-            eye->line_low_us = r->clock_us;
-        }
         slot->accepted++;
+        if (slot->accepted == 2) {
+            settle(r, eye);
+        }
     }
     return result;
 }

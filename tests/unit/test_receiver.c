@@ -323,12 +323,23 @@ static void a_newer_line_ends_the_one_before(void **state)
     begin();
     push_line(BLUE, 1, 9000);
     assert_int_equal(push_angles(BLUE, 2, 9300, 0, 3), LUM_OK);
+    assert_int_equal(push_pixels(BLUE, 1, 9000, 5, 5), LUM_E_LATE);
+    assert_int_equal(push_angles(BLUE, 1, 9000 + SPAN, 10, 5), LUM_E_LATE);
     assert_int_equal(push_pixels(BLUE, 2, 9300, 0, 5), LUM_OK);
     assert_int_equal(count_points(), 3);
     assert_int_equal(push_pixels(BLUE, 1, 9000, 5, 5), LUM_E_LATE);
-    assert_int_equal(push_angles(BLUE, 1, 9000 + SPAN, 10, 5), LUM_E_LATE);
-    assert_int_equal(counted()->late, 2);
+    assert_int_equal(counted()->late, 3);
     assert_int_equal(counted()->lines, 1);
+}
+
+static void a_number_comes_again_once_its_line_is_over(void **state)
+{
+    (void)state;
+    begin();
+    push_line(BLUE, 1, 9000);
+    assert_int_equal(push_angles(BLUE, 2, 9300, 0, 3), LUM_OK);
+    assert_int_equal(push_angles(BLUE, 1, 9001 + SPAN, 10, 5), LUM_OK);
+    assert_int_equal(counted()->lines, 2);
 }
 
 static void a_line_lasts_as_long_as_the_profile_says(void **state)
@@ -355,29 +366,29 @@ static void one_packet_ahead_deafens_nobody(void **state)
     assert_int_equal(count_points(), 5);
     push_line(BLUE, 9, 90000);
     assert_int_equal(push_pixels(BLUE, 3, 90000 - 1, 0, 1), LUM_E_LATE);
-    assert_int_equal(push_pixels(BLUE, 3, 90000, 0, 1), LUM_OK);
+    assert_int_equal(push_pixels(BLUE, 3, 90001, 0, 1), LUM_OK);
 }
 
-static void what_is_older_than_a_line_that_ended_is_late(void **state)
+static void what_is_older_than_two_packets_of_a_line_is_late(void **state)
 {
     (void)state;
     begin();
-    push_line(BLUE, 1, 1000);
-    assert_int_equal(push_pixels(BLUE, 1, 900, 5, 1), LUM_OK);
-    assert_int_equal(push_pixels(BLUE, 20, 40000, 0, 1), LUM_OK);
+    assert_int_equal(push_angles(BLUE, 20, 1000, 0, 5), LUM_OK);
+    assert_int_equal(push_pixels(BLUE, 20, 900, 0, 1), LUM_OK);
+    assert_int_equal(push_pixels(BLUE, 20, 800, 1, 1), LUM_OK);
     assert_int_equal(push_pixels(BLUE, 30, 899, 0, 1), LUM_E_LATE);
     assert_int_equal(push_pixels(BLUE, 31, 900, 0, 1), LUM_OK);
-    /* an older line that two packets agree on takes nothing back */
-    assert_int_equal(push_pixels(BLUE, 31, 900, 1, 1), LUM_OK);
-    assert_int_equal(push_pixels(BLUE, 31, 850, 2, 1), LUM_OK);
-    assert_int_equal(push_pixels(BLUE, 40, 50000, 0, 1), LUM_OK);
+    assert_int_equal(push_pixels(BLUE, 31, 950, 1, 1), LUM_OK);
+    assert_int_equal(push_pixels(BLUE, 50, 5000, 0, 1), LUM_OK);
     assert_int_equal(push_pixels(BLUE, 32, 899, 0, 1), LUM_E_LATE);
-    push_line(BLUE, 41, 60000);
+    assert_int_equal(push_pixels(BLUE, 32, 901, 0, 1), LUM_OK);
     push_line(BLUE, 42, 70000);
     assert_int_equal(push_pixels(BLUE, 50, 80000, 0, 1), LUM_OK);
     assert_int_equal(push_pixels(BLUE, 43, 69999, 0, 1), LUM_E_LATE);
     /* a smaller number is of an older line only at the same time */
     assert_int_equal(push_pixels(BLUE, 41, 70000, 0, 1), LUM_E_LATE);
+    assert_int_equal(push_pixels(BLUE, 34, 70000, 0, 1), LUM_E_LATE);
+    assert_int_equal(push_pixels(BLUE, 33, 70000, 0, 1), LUM_OK);
     assert_int_equal(push_pixels(BLUE, 41, 70001, 0, 1), LUM_OK);
 }
 
@@ -938,9 +949,10 @@ int main(void)
         cmocka_unit_test(more_words_than_room_are_dropped_whole),
         cmocka_unit_test(words_out_of_order_are_told),
         cmocka_unit_test(a_newer_line_ends_the_one_before),
+        cmocka_unit_test(a_number_comes_again_once_its_line_is_over),
         cmocka_unit_test(a_line_lasts_as_long_as_the_profile_says),
         cmocka_unit_test(one_packet_ahead_deafens_nobody),
-        cmocka_unit_test(what_is_older_than_a_line_that_ended_is_late),
+        cmocka_unit_test(what_is_older_than_two_packets_of_a_line_is_late),
         cmocka_unit_test(what_ended_long_ago_makes_nothing_late),
         cmocka_unit_test(without_a_clock_numbers_tell),
         cmocka_unit_test(a_short_frame_is_not_late),

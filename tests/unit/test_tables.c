@@ -15,10 +15,8 @@
  * with what it makes itself. Where one differs, LUM_LAYOUT_VERSION or
  * LUM_FIXED_PROJECTOR_VERSION is to be raised, and these are to be made anew.
  */
-extern const lum_layout typical_layout;
-extern const lum_fixed_projector typical_projector;
-extern const lum_layout odd_layout;
-extern const lum_fixed_projector odd_projector;
+#include "tables/odd.c"
+#include "tables/typical.c"
 
 /* Byte for byte, what lies between fields too. */
 static void assert_tables(const lum_profile *profile,
