@@ -15,8 +15,10 @@
  * with what it makes itself. Where one differs, LUM_LAYOUT_VERSION or
  * LUM_FIXED_PROJECTOR_VERSION is to be raised, and these are to be made anew.
  */
+/* NOLINTBEGIN(bugprone-suspicious-include): they need no line in a build */
 #include "tables/odd.c"
 #include "tables/typical.c"
+/* NOLINTEND(bugprone-suspicious-include) */
 
 /* Byte for byte, what lies between fields too. */
 static void assert_tables(const lum_profile *profile,
