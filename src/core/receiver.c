@@ -137,7 +137,7 @@ static uint32_t extend(const lum_receiver *r, uint32_t clock_raw)
         return 0;
     }
     const uint32_t ahead = (clock_raw - r->clock_us) << unused;
-    return r->clock_us + (uint32_t)((int32_t)ahead >> unused);
+    return r->clock_us + (uint32_t)(signed32(ahead) >> unused);
 }
 
 /* The clock of a packet (docs/protocol.md, section 6, Reassembly, rules 1 and
