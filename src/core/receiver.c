@@ -17,6 +17,15 @@
  * clock, else the eye has begun anew: so the low 32 bits of clocks tell which
  * is older. */
 
+/* A line of which nothing is known. */
+static LUM_ONE_COPY void clear_line(const lum_receiver *r, lum_line_slot *slot)
+{
+    memset(slot, 0, offsetof(lum_line_slot, angles));
+    slot->line.angles = slot->angles;
+    slot->line.angle_marks = slot->angle_marks;
+    slot->line.words = r->words;
+}
+
 lum_result lum_receiver_init(lum_receiver *r, const lum_layout *layout,
                              uint32_t gap_us, uint32_t *words,
                              uint32_t word_count)
@@ -35,6 +44,7 @@ lum_result lum_receiver_init(lum_receiver *r, const lum_layout *layout,
     r->gap_us = gap_us;
     r->words = words;
     r->word_room = word_count;
+    clear_line(r, &r->eye[0].slot);
     r->line = &r->eye[0].slot.line;
     return LUM_OK;
 }
@@ -112,10 +122,7 @@ static void open_line(const lum_receiver *r, lum_receiver_eye *eye,
     lum_line_slot *slot = &eye->slot;
     eye->is_open = true;
     memset(eye->word_marks, 0, sizeof eye->word_marks);
-    memset(slot, 0, offsetof(lum_line_slot, angles));
-    slot->line.angles = slot->angles;
-    slot->line.angle_marks = slot->angle_marks;
-    slot->line.words = r->words;
+    clear_line(r, slot);
     slot->line.eye = group->eye;
     slot->line.number = group->line;
     slot->line.clock_us = r->clock_us;

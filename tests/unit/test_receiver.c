@@ -148,7 +148,12 @@ static void a_line_without_words_stands_before_the_first_packet(void **state)
 {
     (void)state;
     begin();
-    assert_int_equal(lum_receiver_line(&receiver)->word_count, 0);
+    const lum_line *line = lum_receiver_line(&receiver);
+    assert_int_equal(line->word_count, 0);
+    assert_int_equal(line->eye, BLUE);
+    assert_false(lum_line_has_angles(line, 0));
+    assert_ptr_equal(line->angles, receiver.eye[BLUE].slot.angles);
+    assert_ptr_equal(line->words, room);
     assert_int_equal(count_points(), 0);
 }
 
