@@ -29,6 +29,11 @@ extern "C" {
 /** Units of a coordinate in a millimetre. */
 #define LUM_FIXED_PER_MM 16
 
+/** Raised where a ::lum_fixed_projector that was made elsewhere, as lumtable
+ * makes them, would no longer be what lum_fixed_projector_init() makes of the
+ * same calibration. */
+#define LUM_FIXED_PROJECTOR_VERSION 1
+
 /** How raw angles of an axis become angles of 2^-32 turns. Private. */
 typedef struct lum_fixed_axis {
     uint32_t center; /**< private: of raw 0 */

@@ -104,6 +104,10 @@ typedef enum lum_profile_fault {
 /** Largest line_span_us: 1000 s. */
 #define LUM_LINE_SPAN_MAX_US UINT32_C(1000000000)
 
+/** Raised where a ::lum_layout that was made elsewhere, as lumtable makes them,
+ * would no longer be what lum_layout_init() makes of the same profile. */
+#define LUM_LAYOUT_VERSION 1
+
 /** A profile that has been checked: what decoders and encoders take.
  * Private: set by lum_layout_init() alone, read by everyone, shared by any
  * number of threads. */

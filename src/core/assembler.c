@@ -191,9 +191,10 @@ static void jump(lum_assembler *a, lum_eye_state *eye)
 static lum_result accept(lum_assembler *a, lum_eye_state *eye,
                          lum_line_slot *slot, const lum_group *group)
 {
-    const lum_result r = group->tag == LUM_TAG_ANGLES
-                             ? lum_words_place_angles(a, slot, group)
-                             : lum_words_place_ranges(a, slot, group);
+    const lum_result r =
+        group->tag == LUM_TAG_ANGLES
+            ? lum_words_place_angles(slot, group, a->angle_order)
+            : lum_words_place_ranges(a, slot, group);
     if (r == LUM_OK) {
         lum_lines_take(a, eye, slot);
     }

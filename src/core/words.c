@@ -50,8 +50,8 @@ static void copy_angles(lum_angle *angles, const lum_group *group,
     }
 }
 
-lum_result lum_words_place_angles(const lum_assembler *a, lum_line_slot *slot,
-                                  const lum_group *group)
+lum_result lum_words_place_angles(lum_line_slot *slot, const lum_group *group,
+                                  uint8_t angle_order)
 {
     const uint32_t first = group->first_sample_index;
     const uint32_t n = group->num_samples;
@@ -61,7 +61,7 @@ lum_result lum_words_place_angles(const lum_assembler *a, lum_line_slot *slot,
         return r;
     }
     slot->line.angle_count = (uint16_t)(slot->line.angle_count + n);
-    copy_angles(&slot->angles[first], group, a->angle_order);
+    copy_angles(&slot->angles[first], group, angle_order);
     return LUM_OK;
 }
 
@@ -231,10 +231,9 @@ static lum_result insert(lum_assembler *a, lum_line_slot *slot,
 }
 
 /* Where the line cannot hold them, they tell nothing of what it lost. */
-static LUM_ONE_COPY void count_sent(const lum_assembler *a, lum_line_slot *slot,
-                                    const lum_group *group)
+void lum_words_count_sent(lum_line_slot *slot, const lum_group *group,
+                          uint32_t capacity)
 {
-    const uint32_t capacity = a->config.words_per_line;
     const uint32_t n = group->num_samples;
     const uint32_t end = group->first_sample_index + n;
     if (n > capacity - slot->words_seen) {
@@ -254,7 +253,7 @@ lum_result lum_words_place_ranges(lum_assembler *a, lum_line_slot *slot,
     const lum_result r =
         append(a, slot, group) ? LUM_OK : insert(a, slot, group);
     if (r == LUM_OK) {
-        count_sent(a, slot, group);
+        lum_words_count_sent(slot, group, a->config.words_per_line);
     }
     return r;
 }

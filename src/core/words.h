@@ -6,12 +6,18 @@
 #include "lum/assembler.h"
 
 /* LUM_OK, LUM_E_DUPLICATE or LUM_E_CONFLICT. */
-lum_result lum_words_place_angles(const lum_assembler *a, lum_line_slot *slot,
-                                  const lum_group *group);
+lum_result lum_words_place_angles(lum_line_slot *slot, const lum_group *group,
+                                  uint8_t angle_order);
 
 /* The line's words stay ordered by pixel, then as in their packet.
  * LUM_OK, LUM_E_DUPLICATE, LUM_E_CONFLICT or LUM_E_NO_ROOM. */
 lum_result lum_words_place_ranges(lum_assembler *a, lum_line_slot *slot,
                                   const lum_group *group);
+
+/* Takes note of how many words an accepted packet brought, and of where they
+ * end within the line. Where the line cannot hold them, they tell nothing of
+ * what it lost. */
+void lum_words_count_sent(lum_line_slot *slot, const lum_group *group,
+                          uint32_t capacity);
 
 #endif

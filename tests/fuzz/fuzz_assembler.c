@@ -107,7 +107,7 @@ static void meet(enum sight sight, bool fact)
     met[sight] += fact ? 1u : 0u;
 }
 
-unsigned fuzz_assembler_missed(FILE *out)
+unsigned fuzz_missed(FILE *out)
 {
     unsigned missed = 0;
     for (unsigned i = 0; i < SIGHTS; i++) {

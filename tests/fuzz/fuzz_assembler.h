@@ -1,15 +1,8 @@
-/* What an input of fuzz_assembler.c is made of, and what inputs have to meet.
- */
+/* What inputs of fuzz_assembler.c have to meet. */
 #ifndef LUM_TESTS_FUZZ_ASSEMBLER_H
 #define LUM_TESTS_FUZZ_ASSEMBLER_H
 
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-
-#define CONFIG_BYTES 7u   /* that an input begins with */
-#define CALL_BYTES   9u   /* of each call */
-#define CALLS_MAX    300u /* beyond which calls are not looked at */
+#include "calls.h"
 
 /* What a fuzzer that has lost its way would not come to any more. */
 enum sight {
@@ -41,10 +34,5 @@ enum sight {
     MET_MOST_OPEN,
     SIGHTS
 };
-
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
-
-/* Writes what no input of this process has met; returns how much that is. */
-unsigned fuzz_assembler_missed(FILE *out);
 
 #endif

@@ -110,6 +110,12 @@ def assembler_seeds():
     }
 
 
+def receiver_seeds():
+    """Calls of the assembler's form: what its last byte asks for is another thing there."""
+    wanted = ("frames", "large", "reordered", "repeated", "jumps", "no-clock", "one-byte-clock", "chance")
+    return {name: seed for name, seed in assembler_seeds().items() if name in wanted}
+
+
 def points_seeds():
     rng = random.Random(2)
     word = struct.Struct("<I").pack
@@ -289,6 +295,7 @@ def main():
     corpus = pathlib.Path(__file__).resolve().parent / "corpus"
     for name, seeds in (("packet", packet_seeds()),
                         ("assembler", assembler_seeds()),
+                        ("receiver", receiver_seeds()),
                         ("points", points_seeds()),
                         ("device", device_seeds()),
                         ("session", session_seeds()),

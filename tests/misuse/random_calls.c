@@ -1,9 +1,10 @@
-/* random_calls RUNS SEED: as many programs that misuse an assembler, by chance,
- * each of up to 300 calls. What they call and what is expected of it is that of
- * the fuzzer, tests/fuzz/fuzz_assembler.c; here it needs no fuzzer, so that it
- * runs wherever the other tests do, under sanitizers too. Fails where all that
- * together has not met what it is to meet. */
-#include "../fuzz/fuzz_assembler.h"
+/* random_calls RUNS SEED: as many programs that misuse an assembler, or a
+ * receiver, by chance, each of up to 300 calls. What they call and what is
+ * expected of it is that of the fuzzers, tests/fuzz/fuzz_assembler.c and
+ * fuzz_receiver.c; here it needs no fuzzer, so that it runs wherever the other
+ * tests do, under sanitizers too. Fails where all that together has not met
+ * what it is to meet. */
+#include "../fuzz/calls.h"
 
 #include <stdlib.h>
 
@@ -48,5 +49,5 @@ int main(int argc, char **argv)
         }
         (void)LLVMFuzzerTestOneInput(input, CONFIG_BYTES + calls * CALL_BYTES);
     }
-    return fuzz_assembler_missed(stdout) == 0 ? 0 : 1;
+    return fuzz_missed(stdout) == 0 ? 0 : 1;
 }

@@ -20,7 +20,7 @@ static void place_ranges(lum_group *g)
 static void place_angles(lum_group *g)
 {
     g->first_sample_index = any_u32(0, LUM_LINE_PIXELS - g->num_samples);
-    (void)lum_words_place_angles(&a, &slot, g);
+    (void)lum_words_place_angles(&slot, g, a.angle_order);
 }
 
 /* A line's words are good ones: see alarms.txt. */

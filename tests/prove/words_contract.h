@@ -10,8 +10,8 @@
       slot->angles[0 .. 999] \from indirect:*slot, indirect:*group, unknown;
     ensures \result \in {LUM_OK, LUM_E_DUPLICATE, LUM_E_CONFLICT};
     ensures slot->line.angle_count <= 65535; */
-lum_result lum_words_place_angles(const lum_assembler *a, lum_line_slot *slot,
-                                  const lum_group *group);
+lum_result lum_words_place_angles(lum_line_slot *slot, const lum_group *group,
+                                  uint8_t angle_order);
 
 /*@ assigns \result, slot->line.word_count, a->counters.bad_words,
       a->placement[0 .. 999], slot->words_seen, slot->words_end

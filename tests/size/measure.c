@@ -7,6 +7,7 @@
 #include "lum/packet.h"
 #include "lum/points_fixed.h"
 #include "lum/profile.h"
+#include "lum/receiver.h"
 #include "lum/returns.h"
 #include "port/port.h"
 #include "port/text.h"
@@ -40,6 +41,9 @@ enum cost {
     COST_FIRST,
     COST_SPREAD,
     COST_AGAIN,
+    COST_RECEIVED,
+    COST_RECEIVED_ANGLES,
+    COST_RECEIVED_WORST,
     COST_RETURNS,
     COST_POINTS_SINGLES,
     COST_POINTS_PULSES,
@@ -47,11 +51,16 @@ enum cost {
     COSTS
 };
 
-static const char *const names[COSTS] = {
-    "nothing", "loop",           "line",          "angles",
-    "singles", "pulses",         "reordered",     "packet",
-    "fill",    "first",          "spread",        "again",
-    "returns", "points_singles", "points_pulses", "points_aside"};
+static const char *const names[COSTS] = {"nothing",        "loop",
+                                         "line",           "angles",
+                                         "singles",        "pulses",
+                                         "reordered",      "packet",
+                                         "fill",           "first",
+                                         "spread",         "again",
+                                         "received",       "received_angles",
+                                         "received_worst", "returns",
+                                         "points_singles", "points_pulses",
+                                         "points_aside"};
 
 struct datagram {
     uint8_t bytes[LUM_GROUP_HEAD_MAX + LARGEST * LUM_SAMPLE_BYTES];
@@ -72,6 +81,8 @@ static uint32_t words[LUM_ASSEMBLER_WORDS(OPEN_LINES, LINE_WORDS)];
 static lum_reach reach[LUM_ASSEMBLER_REACH(REORDER_LINES)];
 static const lum_assembler_storage storage =
     LUM_ASSEMBLER_STORAGE(slots, words, reach);
+static lum_receiver receiver;
+static uint32_t received[LARGEST];
 static lum_fixed_projector projector;
 static lum_fixed_point points[BLOCK];
 static lum_return returns[LINE_WORDS];
@@ -306,6 +317,52 @@ static void run_worst(void)
     push_worst(COST_AGAIN, LUM_E_DUPLICATE);
 }
 
+static void pass_on(enum cost cost, uint32_t units)
+{
+    const struct datagram *d = &packets[0];
+    lum_group group;
+    const uint32_t begin = port_ticks();
+    lum_result r = LUM_E_TYPE;
+    if (lum_packet_decode(&layout, d->bytes, d->len, &group) ==
+        LUM_PACKET_DATA) {
+        r = lum_receiver_push(&receiver, &group);
+    }
+    add(cost, begin, units);
+    is_wrong = is_wrong || r != LUM_OK;
+    if (group.tag == LUM_TAG_RANGES) {
+        is_wrong = is_wrong || lum_receiver_line(&receiver)->word_count !=
+                                   group.num_samples;
+    }
+}
+
+/* The same lines by a receiver, and then one whose first packet is as large as
+ * can be. */
+static void run_receiver(void)
+{
+    static const uint32_t firsts[] = {0, 334, 668};
+    static const uint32_t counts[] = {334, 334, 332};
+    if (lum_receiver_init(&receiver, &layout, LUM_RECEIVER_GAP_US, received,
+                          LARGEST) != LUM_OK) {
+        is_wrong = true;
+    }
+    for (line_number = 0; line_number < LINES; line_number++) {
+        for (unsigned i = 0; i < 3; i++) {
+            make_angles(&packets[0], firsts[i], counts[i]);
+            pass_on(COST_RECEIVED_ANGLES, counts[i]);
+        }
+        for (uint32_t i = 0; i < 2; i++) {
+            make_words(&packets[0], i * MOST, MOST, 1);
+            pass_on(COST_RECEIVED, MOST);
+        }
+    }
+    begin_packet(&packets[0], LUM_TAG_RANGES, 0, LARGEST);
+    for (uint32_t i = 0; i < LARGEST; i++) {
+        lum_word_encode(lum_word_make(9, true, LARGEST - 1u - i),
+                        sample(&packets[0], LARGEST, i));
+    }
+    pass_on(COST_RECEIVED_WORST, 1);
+}
+
 /* Two instructions a turn. */
 static void spin(uint32_t turns)
 {
@@ -360,6 +417,7 @@ int main(int argc, char **argv)
     run_in_order(COST_PULSES, COST_POINTS_PULSES, 2);
     run_backwards();
     run_worst();
+    run_receiver();
     /* -66 to -110 degrees of a whole turn, and -81 to -56 */
     looks_aside = true;
     calibration.eye[LUM_EYE_BLUE].azimuth_width_udeg = 360000000;

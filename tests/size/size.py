@@ -24,6 +24,11 @@ DECODE_PATH = ["lum_packet_decode", "lum_assembler_init", "lum_assembler_push", 
                "lum_fixed_projector_init", "lum_points_fixed_compute"]
 # What a gateway calls that only listens.
 LISTENER = [*DECODE_PATH, "lum_layout_init", "lum_heartbeat_encode"]
+# The same without lines; what lum_layout_init and lum_fixed_projector_init make comes from a computer.
+RECEIVER = ["lum_packet_decode", "lum_receiver_init", "lum_receiver_push", "lum_receiver_line", "lum_points_fixed_compute"]
+TABLES = os.path.join(ROOT, "tests", "unit", "tables", "typical.c")
+RECEIVER_ROW = "**a receiver without lines**, with its libgcc"
+TABLES_ROW = "the same, with tables of lumtable"
 ALLOWED_GROWTH = 0.02
 BEGIN = "<!-- script/size --update writes from here -->"
 END = "<!-- to here -->"
@@ -54,6 +59,7 @@ LINE_WORDS = [1000, 2000, 4000]
 CLOCK_HZ = 100_000_000
 HELPERS = "of it libgcc, and padding"  # a rest, which the sum above watches
 SMALLEST = "1,000, and a datagram of 1,472 bytes"
+NO_LINES = "no lines: a receiver, and a datagram of 1,472 bytes"
 FIRST_ANGLES = 334  # in the packet that opens a line
 
 
@@ -130,6 +136,12 @@ def measure_flash(target, directory):
     for row, name, functions in (("**the decode path**, with its libgcc", "decode", DECODE_PATH),
                                  ("a listener, with its libgcc", "listener", LISTENER)):
         figures[row] = flash_of(target, link_called(target, directory, name, functions, sections))
+    run(target.prefix + "gcc", *target.flags, target.level, *COMMON, "-fdata-sections", "-c", TABLES,
+        "-o", os.path.join(directory, "tables.o"))
+    tables = [*sections, os.path.join(directory, "tables.o")]
+    for row, name, functions in ((RECEIVER_ROW, "receiver", RECEIVER),
+                                 (TABLES_ROW, "tables", [*RECEIVER, "typical_layout", "typical_projector"])):
+        figures[row] = flash_of(target, link_called(target, directory, name, functions, tables))
     return figures
 
 
@@ -229,13 +241,14 @@ def measure_ram(target, directory):
     """Sizes as the compiler has them, of objects that it placed."""
     source = os.path.join(directory, "ram.c")
     with open(source, "w", encoding="utf-8") as f:
-        f.write('#include "lum/assembler.h"\n#include "lum/points_fixed.h"\n')
+        f.write('#include "lum/assembler.h"\n#include "lum/points_fixed.h"\n#include "lum/receiver.h"\n')
         whole = "sizeof(lum_assembler) + %du * sizeof(lum_line_slot) + %du * sizeof(uint32_t)"
         whole += " + LUM_ASSEMBLER_REACH(%du) * sizeof(lum_reach)" % RAM_REACH
         for n in RAM_OPEN:
             for w in RAM_WORDS:
                 f.write("char ram_%d_%d[" % (n, w) + whole % (2 * n, 2 * n * w) + "];\n")
-        for name in ("lum_assembler", "lum_line_slot", "lum_reach", "lum_fixed_projector", "lum_layout"):
+        f.write("char ram_receiver[sizeof(lum_receiver) + LUM_RECEIVER_WORDS(%du) * sizeof(uint32_t)];\n" % DATAGRAM)
+        for name in ("lum_assembler", "lum_line_slot", "lum_reach", "lum_receiver", "lum_fixed_projector", "lum_layout"):
             f.write("char size_of_%s[sizeof(%s)];\n" % (name, name))
     run(target.prefix + "gcc", *target.flags, *COMMON, "-c", source, "-o", os.path.join(directory, "ram.o"))
     symbols = run(target.prefix + "nm", "-S", os.path.join(directory, "ram.o"))
@@ -317,6 +330,9 @@ COST_ROWS = [
     ("**worst push**: 362 words backwards, between 3,500 others", "spread"),
     ("**worst push**: the same once more, a duplicate", "again"),
     ("a line: opening it and handing it out", "line_alone"),
+    ("by a receiver: a range word in order", "received"),
+    ("by a receiver: an angle in order, and its line", "received_angles"),
+    ("**worst push** by a receiver: 362 words of a new line, backwards", "received_worst"),
     ("a word's return number, count and pulse width", "returns"),
     ("a projected point, one of a pixel", "points_singles"),
     ("a projected point, two of a pixel", "points_pulses"),
@@ -356,6 +372,7 @@ def measure(build):
         for n, column in zip(RAM_OPEN, ram.columns):
             ram.put(f"{words:,}", column, sizes["ram_%d_%d" % (n, words)])
     ram.put(SMALLEST, ram.columns[0], sizes["ram_1_1000"] + DATAGRAM)
+    ram.put(NO_LINES, ram.columns[0], sizes["ram_receiver"] + DATAGRAM)
     return [flash, stack, ram, costs, rates], way, sizes
 
 
@@ -371,7 +388,8 @@ def put_costs(costs, rates, target, figures):
 # What a figure may not pass, whatever stands in the table.
 BARS = [
     ("Flash, bytes", "**the decode path**, with its libgcc", YARDSTICK.name, 5184),
-    ("Flash, bytes", "**the core**", YARDSTICK.name, 7648),
+    ("Flash, bytes", RECEIVER_ROW, YARDSTICK.name, 2600),
+    ("Flash, bytes", "**the core**", YARDSTICK.name, 8832),
     *[("Stack, bytes", "**the core**", t.name, 152) for t in TARGETS],
     ("RAM, bytes", SMALLEST, "1 open line an eye", 20480),
     *[("Instructions, each", COST_ROWS[i][0], "M4F -O2", 10.5) for i in (0, 1)],

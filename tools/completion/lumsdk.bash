@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# Completion of lumctl, lumdump, lumsim, lumview for bash. Options and the words they
+# Completion of lumctl, lumdump, lumsim, lumtable, lumview for bash. Options and the words they
 # take are read from the tools' own --help, so this file does not have to know them.
 
 _lumsdk_options() {
@@ -102,4 +102,4 @@ _lumsdk() {
     fi
 }
 
-complete -F _lumsdk lumctl lumdump lumsim lumview
+complete -F _lumsdk lumctl lumdump lumsim lumtable lumview

@@ -1,0 +1,334 @@
+#include "lum/receiver.h"
+
+#include "bytes.h"
+#include "check.h"
+#include "counter.h"
+#include "group.h"
+#include "product.h"
+#include "words.h"
+
+#include <stddef.h>
+#include <string.h>
+
+#define GAP_US_MAX (UINT32_C(1) << 30)
+#define REACH      8u /* lines */
+
+/* Whatever is compared here is of one eye and within gap_us of its newest
+ * clock, else the eye has begun anew: so the low 32 bits of clocks tell which
+ * is older. */
+
+/* A line of which nothing is known. */
+static LUM_ONE_COPY void clear_line(const lum_receiver *r, lum_line_slot *slot)
+{
+    memset(slot, 0, offsetof(lum_line_slot, angles));
+    slot->line.angles = slot->angles;
+    slot->line.angle_marks = slot->angle_marks;
+    slot->line.words = r->words;
+}
+
+lum_result lum_receiver_init(lum_receiver *r, const lum_layout *layout,
+                             uint32_t gap_us, uint32_t *words,
+                             uint32_t word_count)
+{
+    const lum_profile *profile = &layout->profile;
+    if (gap_us >= GAP_US_MAX) {
+        return LUM_E_VALUE;
+    }
+    if (word_count == 0) {
+        return LUM_E_SPACE;
+    }
+    memset(r, 0, sizeof *r);
+    r->angle_order = profile->angle_order;
+    r->clock_bits = (uint8_t)(8u * profile->group[LUM_FIELD_TIMESTAMP].bytes);
+    r->line_span_us = profile->line_span_us;
+    r->gap_us = gap_us;
+    r->words = words;
+    r->word_room = word_count;
+    clear_line(r, &r->eye[0].slot);
+    r->line = &r->eye[0].slot.line;
+    return LUM_OK;
+}
+
+const lum_line *lum_receiver_line(const lum_receiver *r)
+{
+    return r->line;
+}
+
+bool lum_receiver_is_sorted(const lum_receiver *r)
+{
+    return r->is_sorted;
+}
+
+const lum_receiver_counters *lum_receiver_counted(const lum_receiver *r)
+{
+    return &r->counters;
+}
+
+static bool is_within(uint32_t ahead_us, uint32_t reach_us)
+{
+    return ahead_us + reach_us <= 2u * reach_us;
+}
+
+static bool is_before(const lum_receiver *r, uint32_t clock_us,
+                      uint32_t other_us)
+{
+    return other_us - clock_us - 1u < r->gap_us;
+}
+
+/* Numbers between two lines of a frame; those before the first of the next
+ * frame, whose number has fallen by more than the reach. */
+static uint32_t count_skipped(uint32_t last, uint32_t number)
+{
+    if (number > last) {
+        return number - last - 1u;
+    }
+    return last - number > REACH ? number : 0;
+}
+
+/* Two packets have agreed on the line: what is older than both is late from now
+ * on, and once the line has ended, so is what comes of it. */
+static void settle(lum_receiver *r, lum_receiver_eye *eye)
+{
+    const lum_line *line = &eye->slot.line;
+    if (eye->has_settled) {
+        lum_counter_add(&r->counters.lines_skipped,
+                        count_skipped(eye->settled, line->number));
+    }
+    eye->has_settled = true;
+    eye->settled = line->number;
+    eye->settled_us = is_before(r, r->clock_us, (uint32_t)line->clock_us)
+                          ? r->clock_us
+                          : (uint32_t)line->clock_us;
+}
+
+static void close_line(lum_receiver *r, lum_receiver_eye *eye)
+{
+    lum_receiver_counters *c = &r->counters;
+    const lum_line *line = &eye->slot.line;
+    if (!eye->is_open) {
+        return;
+    }
+    eye->is_open = false;
+    lum_counter_add(&c->lines, 1);
+    lum_counter_add(&c->lost_words, line->lost_words);
+    if (line->angle_count < LUM_LINE_PIXELS) {
+        lum_counter_add(&c->lines_missing_angles, 1);
+    }
+}
+
+static void open_line(const lum_receiver *r, lum_receiver_eye *eye,
+                      const lum_group *group)
+{
+    lum_line_slot *slot = &eye->slot;
+    eye->is_open = true;
+    memset(eye->word_marks, 0, sizeof eye->word_marks);
+    clear_line(r, slot);
+    slot->line.eye = group->eye;
+    slot->line.number = group->line;
+    slot->line.clock_us = r->clock_us;
+}
+
+/* Any clock may come next. */
+static void begin_anew(lum_receiver *r, lum_receiver_eye *eye)
+{
+    close_line(r, eye);
+    eye->has_heard = false;
+    eye->has_settled = false;
+}
+
+/* A clock of fewer bits goes on by its signed difference. */
+static uint32_t extend(const lum_receiver *r, uint32_t clock_raw)
+{
+    const uint32_t unused = 32u - r->clock_bits;
+    if (unused == 32u) {
+        return 0;
+    }
+    const uint32_t ahead = (clock_raw - r->clock_us) << unused;
+    return r->clock_us + (uint32_t)(signed32(ahead) >> unused);
+}
+
+/* The clock of a packet (docs/protocol.md, section 6, Reassembly, rules 1 and
+ * 2): whether it is no stray. */
+static LUM_ONE_COPY bool follow(lum_receiver *r, lum_receiver_eye *eye,
+                                uint32_t clock_raw)
+{
+    const uint32_t clock_us = extend(r, clock_raw);
+    const uint32_t gap_us = r->gap_us;
+    if (eye->has_heard && !is_within(clock_us - eye->newest_us, gap_us)) {
+        if (!eye->has_candidate ||
+            !is_within(clock_us - eye->candidate_us, gap_us)) {
+            eye->candidate_us = clock_us;
+            eye->has_candidate = true;
+            return false;
+        }
+        begin_anew(r, eye);
+    }
+    eye->has_candidate = false;
+    if (!eye->has_heard || is_before(r, eye->newest_us, clock_us)) {
+        eye->newest_us = clock_us;
+    }
+    eye->has_heard = true;
+    r->clock_us = clock_us;
+    return true;
+}
+
+/* Of a packet that is not of the current line. Clocks tell a line from the same
+ * number of another frame; where they do not, numbers tell that it is older. */
+static bool is_late(const lum_receiver *r, const lum_receiver_eye *eye,
+                    uint32_t number, uint32_t clock_us)
+{
+    if (!eye->has_settled) {
+        return false;
+    }
+    const uint32_t behind = eye->settled - number;
+    return is_before(r, clock_us, eye->settled_us) ||
+           (behind <= REACH && is_within(clock_us - eye->settled_us,
+                                         behind == 0 ? r->line_span_us : 0));
+}
+
+/* Makes the packet's line the current one; false: it is late. */
+static LUM_ONE_COPY bool go_to_line(lum_receiver *r, lum_receiver_eye *eye,
+                                    const lum_group *group)
+{
+    const lum_line *line = &eye->slot.line;
+    const uint32_t clock_us = r->clock_us;
+    if (eye->is_open && line->number == group->line) {
+        const uint32_t line_us = (uint32_t)line->clock_us;
+        if (is_within(clock_us - line_us, r->line_span_us)) {
+            return true;
+        }
+        if (is_before(r, clock_us, line_us)) {
+            return false;
+        }
+    } else if (is_late(r, eye, group->line, clock_us)) {
+        return false;
+    }
+    close_line(r, eye);
+    open_line(r, eye, group);
+    return true;
+}
+
+static bool is_marked(const uint32_t *marks, uint32_t pixel)
+{
+    return (marks[pixel / 32u] >> (pixel % 32u) & 1u) != 0;
+}
+
+/* Copies the good words of pixels that have none. */
+static lum_result copy_words(lum_receiver *r, const lum_receiver_eye *eye,
+                             const lum_group *group, uint32_t *count)
+{
+    const uint8_t *from = group->samples;
+    bool is_there = false;
+    uint32_t good = 0;
+    uint32_t before = 0;
+    for (uint32_t i = 0; i < group->num_samples; i++) {
+        const uint32_t word = load_u32(from);
+        const uint32_t pixel = lum_word_pixel(word);
+        from += LUM_SAMPLE_BYTES;
+        if (!lum_word_is_good(word)) {
+            continue;
+        }
+        if (is_marked(eye->word_marks, pixel)) {
+            is_there = true;
+            continue;
+        }
+        if (good < r->word_room) {
+            r->words[good] = word;
+        }
+        good++;
+        if (pixel < before) {
+            r->is_sorted = false;
+        }
+        before = pixel;
+    }
+    *count = good;
+    if (is_there) {
+        return good == 0 ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
+    }
+    return good <= r->word_room ? LUM_OK : LUM_E_NO_ROOM;
+}
+
+static lum_result take_words(lum_receiver *r, lum_receiver_eye *eye,
+                             const lum_group *group)
+{
+    lum_line_slot *slot = &eye->slot;
+    uint32_t count = 0;
+    const lum_result result = copy_words(r, eye, group, &count);
+    if (result != LUM_OK) {
+        return result;
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t pixel = lum_word_pixel(r->words[i]);
+        eye->word_marks[pixel / 32u] |= UINT32_C(1) << (pixel % 32u);
+    }
+    lum_words_count_sent(slot, group, LUM_LINE_WORDS_MAX);
+    slot->line.lost_words = slot->words_end > slot->words_seen
+                                ? slot->words_end - slot->words_seen
+                                : 0;
+    slot->line.word_count = count;
+    lum_counter_add(&r->counters.words, count);
+    lum_counter_add(&r->counters.bad_words, group->num_samples - count);
+    return LUM_OK;
+}
+
+/* Samples into their line. */
+static LUM_ONE_COPY lum_result accept(lum_receiver *r, lum_receiver_eye *eye,
+                                      const lum_group *group)
+{
+    lum_line_slot *slot = &eye->slot;
+    const lum_result result =
+        group->tag == LUM_TAG_ANGLES
+            ? lum_words_place_angles(slot, group, r->angle_order)
+            : take_words(r, eye, group);
+    if (result == LUM_OK) {
+        r->line = &slot->line;
+        slot->accepted++;
+        if (slot->accepted == 2) {
+            settle(r, eye);
+        }
+    }
+    return result;
+}
+
+/* The counters of drops stand first and in the order of their results. */
+static lum_result drop(lum_receiver_counters *c, lum_result result)
+{
+    uint64_t *counters = &c->stray;
+    LUM_CHECK(result <= LUM_E_STRAY);
+    LUM_CHECK(result >= LUM_E_NO_ROOM);
+    lum_counter_add(&counters[LUM_E_STRAY - result], 1);
+    return result;
+}
+
+lum_result lum_receiver_push(lum_receiver *r, const lum_group *group)
+{
+    if (r->word_room == 0) {
+        return LUM_E_ORDER;
+    }
+    r->line->word_count = 0;
+    r->is_sorted = true;
+    if (group->eye >= LUM_EYES ||
+        lum_group_check(group->tag, group->num_samples,
+                        group->first_sample_index) != LUM_OK) {
+        return LUM_E_VALUE;
+    }
+    lum_receiver_eye *eye = &r->eye[group->eye];
+    if (!follow(r, eye, group->clock_raw)) {
+        return drop(&r->counters, LUM_E_STRAY);
+    }
+    if (!go_to_line(r, eye, group)) {
+        return drop(&r->counters, LUM_E_LATE);
+    }
+    const lum_result result = accept(r, eye, group);
+    return result == LUM_OK ? LUM_OK : drop(&r->counters, result);
+}
+
+void lum_receiver_forget(lum_receiver *r)
+{
+    if (r->line != NULL) {
+        r->line->word_count = 0;
+    }
+    for (unsigned e = 0; e < LUM_EYES; e++) {
+        begin_anew(r, &r->eye[e]);
+    }
+}

@@ -1,0 +1,121 @@
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "lum/points_fixed.h"
+#include "lum/profile.h"
+
+#include <string.h>
+
+/* What lumtable made of the files in tables/, which
+ * tests/tools/test_lumtable.py holds against them: here each target compares it
+ * with what it makes itself. Where one differs, LUM_LAYOUT_VERSION or
+ * LUM_FIXED_PROJECTOR_VERSION is to be raised, and these are to be made anew.
+ */
+/* NOLINTBEGIN(bugprone-suspicious-include): they need no line in a build */
+#include "tables/odd.c"
+#include "tables/typical.c"
+/* NOLINTEND(bugprone-suspicious-include) */
+
+/* Byte for byte, what lies between fields too. */
+static void assert_tables(const lum_profile *profile,
+                          const lum_calibration *calibration,
+                          const lum_layout *table_layout,
+                          const lum_fixed_projector *table_projector)
+{
+    static lum_layout layout;
+    static lum_fixed_projector projector;
+    memset(&layout, 0, sizeof layout);
+    memset(&projector, 0, sizeof projector);
+    assert_int_equal(lum_layout_init(&layout, profile, NULL, NULL), LUM_OK);
+    assert_int_equal(lum_fixed_projector_init(&projector, calibration, &layout),
+                     LUM_OK);
+    assert_memory_equal(&layout, table_layout, sizeof layout);
+    assert_memory_equal(&projector, table_projector, sizeof projector);
+}
+
+static void typical_values_are_those_of_init(void **state)
+{
+    static lum_profile profile;
+    static lum_calibration calibration;
+    (void)state;
+    lum_profile_default(&profile);
+    lum_calibration_default(&calibration);
+    assert_tables(&profile, &calibration, &typical_layout, &typical_projector);
+}
+
+/* tables/odd.profile.yaml */
+static void make_odd_profile(lum_profile *p)
+{
+    p->data_packet_type = 200;
+    p->group[LUM_FIELD_TAG] = (lum_field){60, 1};
+    p->group[LUM_FIELD_EYE] = (lum_field){30, 4};
+    p->group[LUM_FIELD_LINE] = (lum_field){16, 4};
+    p->group[LUM_FIELD_NUM_SAMPLES] = (lum_field){40, 1};
+    p->group[LUM_FIELD_FIRST_SAMPLE_INDEX] = (lum_field){44, 4};
+    p->group[LUM_FIELD_TIMESTAMP] = (lum_field){50, 2};
+    p->samples_at = 63;
+    p->set_ip_order = LUM_SET_IP_LITTLE;
+    p->angle_order = LUM_ELEVATION_AZIMUTH;
+    p->eye_values[LUM_EYE_BLUE] = UINT32_C(4294967295);
+    p->eye_values[LUM_EYE_GREEN] = 7;
+    p->tlv[LUM_TLV_COMMAND] = 65535;
+    p->tlv[LUM_TLV_STATUS] = 20;
+    p->tlv[LUM_TLV_DEBUG] = 300;
+    p->tlv[LUM_TLV_YSCAN] = 4000;
+    p->angle_lsb_pdeg = 1234567891;
+    p->line_span_us = 1000000000;
+}
+
+/* tables/odd.calibration.yaml */
+static void make_odd_calibration(lum_calibration *c)
+{
+    lum_eye_calibration *e = &c->eye[LUM_EYE_BLUE];
+    c->speed_of_light = 299792458;
+    c->tof_lsb_fs = 12345;
+    e->tof_offset_fs = INT64_C(-10000000000);
+    e->azimuth_center_udeg = -179500000;
+    e->azimuth_width_udeg = 359900000;
+    e->elevation_min_udeg = -89500000;
+    e->elevation_max_udeg = 12250000;
+    e->mount_um[0] = -1000000000;
+    e->mount_um[1] = 1000000000;
+    e->mount_um[2] = -123456;
+    e->mount_roll_udeg = 33300000;
+    e->mount_pitch_udeg = -44400000;
+    e->mount_yaw_udeg = 355500000;
+    e = &c->eye[LUM_EYE_GREEN];
+    e->tof_offset_fs = 66700;
+    e->azimuth_center_udeg = 10500000;
+    e->azimuth_width_udeg = 500000;
+    e->elevation_min_udeg = 1500000;
+    e->elevation_max_udeg = 2750000;
+    e->mount_um[0] = 500000;
+    e->mount_um[1] = -250000;
+    e->mount_um[2] = 999999999;
+    e->mount_roll_udeg = -180000000;
+    e->mount_pitch_udeg = 90000000;
+    e->mount_yaw_udeg = -12345678;
+}
+
+static void odd_values_are_those_of_init(void **state)
+{
+    static lum_profile profile;
+    static lum_calibration calibration;
+    (void)state;
+    make_odd_profile(&profile);
+    make_odd_calibration(&calibration);
+    assert_tables(&profile, &calibration, &odd_layout, &odd_projector);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(typical_values_are_those_of_init),
+        cmocka_unit_test(odd_values_are_those_of_init),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

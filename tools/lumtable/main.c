@@ -1,0 +1,102 @@
+/* lumtable: what a controller needs of a sensor's YAML, as constants in C. */
+#define _POSIX_C_SOURCE 200809L
+#include "base/outfile.h"
+#include "lum/io/config.h"
+#include "options.h"
+#include "source.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <unistd.h>
+
+enum exit_status {
+    EXIT_DONE = 0,
+    EXIT_FAILED = 1,
+    EXIT_BAD = 2
+};
+
+static int complain(const lum_error *error, enum exit_status status)
+{
+    (void)fprintf(stderr, "lumtable: %s\n", error->text);
+    return (int)status;
+}
+
+static int load(const struct options *o, lum_layout *layout,
+                lum_fixed_projector *projector, lum_error *error)
+{
+    lum_calibration calibration;
+    lum_profile profile;
+    lum_calibration_default(&calibration);
+    lum_profile_default(&profile);
+    if (o->profile != NULL && lum_profile_load(o->profile, &profile, error)) {
+        return -1;
+    }
+    if (o->calibration != NULL &&
+        lum_calibration_load(o->calibration, &calibration, error) != 0) {
+        return -1;
+    }
+    if (lum_layout_init(layout, &profile, NULL, NULL) != LUM_OK ||
+        lum_fixed_projector_init(projector, &calibration, layout) != LUM_OK) {
+        return lum_error_set(error, "the calibration or the profile is out of "
+                                    "range; see docs/formats.md");
+    }
+    return 0;
+}
+
+static int write_all(const lum_outfile *file, const struct source *source,
+                     lum_error *error)
+{
+    size_t done = 0;
+    while (done < source->len) {
+        const ssize_t n =
+            write(file->fd, source->text + done, source->len - done);
+        if (n < 0 && errno != EINTR) {
+            return lum_outfile_fail(file, errno, "cannot be written", error);
+        }
+        done += n > 0 ? (size_t)n : 0;
+    }
+    return 0;
+}
+
+static int save(const char *path, const struct source *source, lum_error *error)
+{
+    lum_outfile file;
+    if (lum_outfile_open(path, LUM_OUTFILE_WHOLE, &file, error) != 0) {
+        return -1;
+    }
+    int result = write_all(&file, source, error);
+    if (result == 0) {
+        result = lum_outfile_finish(&file, error);
+    }
+    lum_outfile_discard(&file);
+    return result;
+}
+
+int main(int argc, char **argv)
+{
+    static struct source source;
+    struct options options;
+    lum_layout layout;
+    lum_fixed_projector projector;
+    lum_error error = {""};
+    const enum parsed parsed = options_parse(argc, argv, &options);
+    if (parsed != PARSED_RUN) {
+        if (parsed == PARSED_DONE && fflush(stdout) != 0) {
+            return EXIT_FAILED;
+        }
+        return parsed == PARSED_DONE ? EXIT_DONE : EXIT_BAD;
+    }
+    if (load(&options, &layout, &projector, &error) != 0) {
+        return complain(&error, EXIT_BAD);
+    }
+    const struct origin origin = {options.name, options.profile,
+                                  options.calibration};
+    source_write(&source, &origin, &layout, &projector);
+    if (source.is_cut) {
+        (void)lum_error_set(&error, "the source is longer than expected");
+        return complain(&error, EXIT_FAILED);
+    }
+    return save(options.output, &source, &error) == 0
+               ? EXIT_DONE
+               : complain(&error, EXIT_FAILED);
+}

@@ -1,0 +1,142 @@
+#define _POSIX_C_SOURCE 200809L
+#include "options.h"
+
+#include "help.h"
+#include "lum/version.h"
+
+#include <getopt.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <string.h>
+
+enum {
+    OPT_PROFILE = 256,
+    OPT_CALIBRATION,
+    OPT_NAME,
+    OPT_HELP,
+    OPT_VERSION
+};
+
+static const struct option long_options[] = {
+    {"output", required_argument, NULL, 'o'},
+    {"profile", required_argument, NULL, OPT_PROFILE},
+    {"calibration", required_argument, NULL, OPT_CALIBRATION},
+    {"name", required_argument, NULL, OPT_NAME},
+    {"help", no_argument, NULL, OPT_HELP},
+    {"version", no_argument, NULL, OPT_VERSION},
+    {NULL, 0, NULL, 0},
+};
+
+static enum parsed refuse(const char *why)
+{
+    (void)fprintf(stderr, "lumtable: %s\n", why);
+    return PARSED_BAD;
+}
+
+/* getopt_long() takes any beginning of a name; here as with the other tools it
+ * is written out. The word that was taken stands before optind, or before its
+ * value. */
+static bool is_spelt_out(char **argv, const struct option *option)
+{
+    const char *word = argv[optind - 1];
+    if (option->has_arg == required_argument && optarg == word) {
+        word = argv[optind - 2];
+    }
+    const char *name = word + strspn(word, "-");
+    const size_t len = strcspn(name, "=");
+    if (len == strlen(option->name)) {
+        return true;
+    }
+    (void)fprintf(stderr,
+                  "lumtable: --%.*s: no such option; did you mean --%s? See "
+                  "lumtable --help\n",
+                  (int)len, name, option->name);
+    return false;
+}
+
+/* What follows it makes it no keyword. */
+static bool is_identifier(const char *name)
+{
+    static const char letters[] = "abcdefghijklmnopqrstuvwxyz"
+                                  "ABCDEFGHIJKLMNOPQRSTUVWXYZ";
+    static const char others[] = "abcdefghijklmnopqrstuvwxyz"
+                                 "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                 "_0123456789";
+    const size_t len = strlen(name);
+    return len <= NAME_MAX_LENGTH && strspn(name, letters) > 0 &&
+           strspn(name, others) == len;
+}
+
+static enum parsed set_option(int option, struct options *out)
+{
+    switch (option) {
+    case OPT_HELP:
+        (void)fputs(help_text, stdout);
+        return PARSED_DONE;
+    case OPT_VERSION:
+        (void)puts("lumtable " LUM_VERSION);
+        return PARSED_DONE;
+    case OPT_PROFILE:
+        out->profile = optarg;
+        return PARSED_RUN;
+    case OPT_CALIBRATION:
+        out->calibration = optarg;
+        return PARSED_RUN;
+    case OPT_NAME:
+        out->name = optarg;
+        return PARSED_RUN;
+    case 'o':
+        out->output = optarg;
+        return PARSED_RUN;
+    default:
+        return refuse("see lumtable --help");
+    }
+}
+
+static bool is_stdin(const char *path)
+{
+    return path != NULL && strcmp(path, "-") == 0;
+}
+
+static enum parsed check(int argc, char **argv, const struct options *o)
+{
+    if (optind < argc) {
+        (void)fprintf(stderr,
+                      "lumtable: '%s': files are named by --profile and "
+                      "--calibration\n",
+                      argv[optind]);
+        return PARSED_BAD;
+    }
+    if (is_stdin(o->profile) && is_stdin(o->calibration)) {
+        return refuse("--profile and --calibration cannot both be standard "
+                      "input");
+    }
+    if (!is_identifier(o->name)) {
+        (void)fprintf(stderr,
+                      "lumtable: --name: '%s' is no name in C: a letter, then "
+                      "letters, digits and _, 40 at most\n",
+                      o->name);
+        return PARSED_BAD;
+    }
+    return PARSED_RUN;
+}
+
+enum parsed options_parse(int argc, char **argv, struct options *out)
+{
+    int option = 0;
+    int which = -1;
+    *out = (struct options){.name = "lum_table", .output = "-"};
+    while ((option = getopt_long(argc, argv, "o:", long_options, &which)) !=
+           -1) {
+        if (which >= 0 && option != '?' &&
+            !is_spelt_out(argv, &long_options[which])) {
+            return PARSED_BAD;
+        }
+        which = -1;
+        const enum parsed parsed = set_option(option, out);
+        if (parsed != PARSED_RUN) {
+            return parsed;
+        }
+    }
+    return check(argc, argv, out);
+}

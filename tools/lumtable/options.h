@@ -1,0 +1,22 @@
+/* What lumtable was asked to do. */
+#ifndef LUMTABLE_OPTIONS_H
+#define LUMTABLE_OPTIONS_H
+
+#define NAME_MAX_LENGTH 40
+
+struct options {
+    const char *profile;     /* NULL: the built-in one */
+    const char *calibration; /* NULL: typical values */
+    const char *name;        /* of the constants */
+    const char *output;      /* "-": standard output */
+};
+
+enum parsed {
+    PARSED_RUN,
+    PARSED_DONE, /* help or version was printed */
+    PARSED_BAD   /* the reason was said */
+};
+
+enum parsed options_parse(int argc, char **argv, struct options *out);
+
+#endif
