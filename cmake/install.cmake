@@ -2,9 +2,14 @@
 include(CMakePackageConfigHelpers)
 
 set(lum_installed lum_base lum_core lum_host lum_net lum_points)
-if(LUM_WITH_IO)
-  list(APPEND lum_installed lum_io)
-endif()
+set(lum_headers_left_out "")
+foreach(room IN LISTS lum_optional_rooms)
+  if(TARGET lum_${room})
+    list(APPEND lum_installed lum_${room})
+  else()
+    list(APPEND lum_headers_left_out PATTERN ${room} EXCLUDE)
+  endif()
+endforeach()
 set(lum_config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lumsdk)
 
 install(TARGETS ${lum_installed} EXPORT lumsdk ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
@@ -15,10 +20,6 @@ write_basic_package_version_file(lumsdkConfigVersion.cmake COMPATIBILITY SameMin
 install(FILES ${PROJECT_BINARY_DIR}/lumsdkConfig.cmake ${PROJECT_BINARY_DIR}/lumsdkConfigVersion.cmake
         DESTINATION ${lum_config_dir})
 
-set(lum_headers_left_out "")
-if(NOT LUM_WITH_IO)
-  set(lum_headers_left_out PATTERN io EXCLUDE)
-endif()
 install(DIRECTORY include/lum DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         FILES_MATCHING PATTERN "*.h" ${lum_headers_left_out})
 

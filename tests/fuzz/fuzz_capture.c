@@ -1,7 +1,7 @@
 /* Any bytes as a capture file. */
 #define _POSIX_C_SOURCE 200809L
 
-#include "io/capture_internal.h"
+#include "capture/capture_internal.h"
 
 #include <stdint.h>
 #include <stdio.h>

@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "io/capture_internal.h"
+#include "capture/capture_internal.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -5,7 +5,7 @@
 
 #include <cmocka.h>
 
-#include "io/link.h"
+#include "capture/link.h"
 
 #include <pcap/dlt.h>
 #include <stdlib.h>

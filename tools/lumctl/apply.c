@@ -6,7 +6,7 @@
 #include "text.h"
 #include "yscan.h"
 
-#include "lum/io/settings.h"
+#include "lum/config/settings.h"
 
 #include <stdio.h>
 #include <string.h>
