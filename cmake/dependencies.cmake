@@ -35,7 +35,24 @@ macro(lum_find_room room prefix module package)
   endif()
 endmacro()
 
-lum_find_room(capture LUM_PCAP libpcap libpcap-dev)
+# lum_find_optional(NAME WANTED PREFIX MODULE): LUM_WITH_NAME, with PkgConfig::PREFIX.
+macro(lum_find_optional name wanted prefix module)
+  set(LUM_WITH_${name} OFF)
+  if(${wanted} AND PkgConfig_FOUND)
+    pkg_check_modules(${prefix} QUIET IMPORTED_TARGET ${module})
+    set(LUM_WITH_${name} ${${prefix}_FOUND})
+  endif()
+endmacro()
+
+set(LUM_WITH_CAPTURE OFF)
+set(lum_missing_capture "")
+if(LUM_BUILD_CAPTURE AND WIN32)
+  set(lum_missing_capture "POSIX files, to write captures")
+elseif(LUM_BUILD_CAPTURE)
+  set(LUM_WITH_CAPTURE ON)
+endif()
+lum_find_optional(ZLIB LUM_USE_ZLIB LUM_ZLIB zlib)
+lum_find_optional(ZSTD LUM_USE_ZSTD LUM_ZSTD libzstd)
 lum_find_room(config LUM_YAML yaml-0.1 libyaml-dev)
 lum_find_room(picture LUM_PNG libpng libpng-dev)
 set(LUM_WITH_CLOUD OFF)
@@ -58,9 +75,14 @@ endif()
 
 # Editing of lines in lumctl's shell, where there is libedit.
 set(LUM_WITH_EDIT OFF)
-if(LUM_BUILD_TOOLS AND LUM_USE_EDIT AND PkgConfig_FOUND)
-  pkg_check_modules(LUM_EDIT QUIET IMPORTED_TARGET libedit)
-  set(LUM_WITH_EDIT ${LUM_EDIT_FOUND})
+if(LUM_BUILD_TOOLS)
+  lum_find_optional(EDIT LUM_USE_EDIT LUM_EDIT libedit)
+endif()
+
+# What the reader of captures is compared with.
+set(LUM_WITH_JUDGE OFF)
+if(LUM_WITH_CAPTURE AND (LUM_BUILD_TESTS OR LUM_FUZZ))
+  lum_find_optional(JUDGE LUM_USE_JUDGE LUM_PCAP libpcap)
 endif()
 
 set(LUM_WITH_UNIT_TESTS OFF)

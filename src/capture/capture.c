@@ -1,155 +1,93 @@
-#define _POSIX_C_SOURCE 200809L
-#define _DEFAULT_SOURCE /* the types that pcap.h needs */
-
-#include "capture_internal.h"
 #include "fragments.h"
+#include "lum/capture/capture.h"
+#include "pcap.h"
+#include "unpack.h"
 
-#include <errno.h>
-#include <fcntl.h>
-#include <pcap/pcap.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-/* Fits the second-level caches, so that libpcap's copy out of it is cheap. */
-#define BUFFER_BYTES (256u * 1024u)
-
-/* The kernel copies to a page's start several times as fast as to 16 bytes
- * behind it, where malloc() begins. */
-#define BUFFER_ALIGN 4096u
-
-#define FILE_HEADER_BYTES   24u
-#define RECORD_HEADER_BYTES 16u
 
 struct lum_capture {
-    pcap_t *pcap;
-    FILE *file;
-    char *buffer;   /* of file, which pcap closes */
-    int fd;         /* of file; -1 if it has none */
-    uint64_t total; /* bytes of a regular file, else 0 */
-    char *name;
-    lum_link_reader *link;
+    lum_source *source;
+    lum_pcap *reader;
     lum_fragments *fragments;
+    lum_link_reader *link; /* of link_type; NULL: it is not supported */
+    uint32_t link_type;    /* of the record before */
     uint64_t records;
-    uint64_t bytes;
     bool ended;
 };
 
-static uint64_t regular_bytes(int fd)
-{
-    struct stat st;
-    return fstat(fd, &st) == 0 && S_ISREG(st.st_mode) ? (uint64_t)st.st_size
-                                                      : 0;
-}
-
-/* Names what is no capture but often taken for one. */
-static const char *hint(int fd)
-{
-    static const struct {
-        uint8_t magic[4];
-        uint8_t len;
-        const char *text;
-    } known[] = {
-        {{0x1f, 0x8b, 0, 0}, 2, "; it is compressed: use gzip -dc"},
-        {{0x28, 0xb5, 0x2f, 0xfd}, 4, "; it is compressed: use zstd -dc"},
-        {{0xfd, '7', 'z', 'X'}, 4, "; it is compressed: use xz -dc"},
-        {{'B', 'Z', 'h', 0}, 3, "; it is compressed: use bzip2 -dc"},
-        {{'P', 'K', 3, 4}, 4, "; it is a zip archive: use unzip"},
-    };
-    uint8_t start[4];
-    if (pread(fd, start, sizeof start, 0) != sizeof start) {
-        return "";
-    }
-    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
-        if (memcmp(start, known[i].magic, known[i].len) == 0) {
-            return known[i].text;
-        }
-    }
-    return "";
-}
-
 /* Whether there is a first byte; a directory gives its error here. */
-static int check_start(FILE *file, const char *name, lum_error *error)
+static int check_start(lum_source *source, lum_error *error)
 {
-    const int first = getc(file);
-    if (first != EOF) {
-        (void)ungetc(first, file);
+    if (lum_source_has(source, 1)) {
         return 0;
     }
-    if (!ferror(file)) {
+    if (!source->has_failed) {
         return lum_error_set(
-            error, "%s: is empty; a pcap or pcapng file is expected", name);
+            error, "%s: is empty; a pcap or pcapng file is expected",
+            source->name);
     }
     return lum_error_set(
         error, "%s: cannot be read: %s; a pcap or pcapng file is expected",
-        name, strerror(errno));
+        source->name, source->error.text);
 }
 
-static int open_pcap(lum_capture *c, lum_error *error)
+/* Both as it is and unpacked. */
+static int start(lum_capture *c, lum_error *error)
 {
-    char reason[PCAP_ERRBUF_SIZE] = "";
-    if (check_start(c->file, c->name, error) != 0) {
+    if (check_start(c->source, error) != 0 ||
+        lum_source_unpack(&c->source, error) != 0) {
         return -1;
     }
-    c->pcap = pcap_fopen_offline_with_tstamp_precision(
-        c->file, PCAP_TSTAMP_PRECISION_NANO, reason);
-    if (c->pcap == NULL) {
+    return check_start(c->source, error);
+}
+
+static bool is_supported(uint32_t link_type)
+{
+    return lum_link_find(link_type) != NULL;
+}
+
+static int begin(lum_capture *c, lum_error *error)
+{
+    lum_error reason = {""};
+    const char *name = c->source->name;
+    const int begun =
+        lum_pcap_begin(c->reader, is_supported, &c->link_type, &reason);
+    if (begun < 0) {
         return lum_error_set(
             error,
-            "%s: not a capture (%s); a pcap or pcapng file is expected%s",
-            c->name, reason, hint(c->fd));
+            "%s: not a capture (%s); a pcap or pcapng file is expected%s", name,
+            reason.text, lum_unpack_hint(c->source));
     }
-    const int link_type = pcap_datalink(c->pcap);
-    c->link = lum_link_find(link_type);
-    if (c->link == NULL) {
-        const char *type = pcap_datalink_val_to_name(link_type);
+    c->link = lum_link_find(c->link_type);
+    if (begun == 0) {
         return lum_error_set(
-            error, "%s: link type %d (%s) is not supported; supported are %s",
-            c->name, link_type, type != NULL ? type : "unknown",
+            error, "%s: link type %lu (%s) is not supported; supported are %s",
+            name, (unsigned long)c->link_type, lum_link_name(c->link_type),
             lum_link_supported());
     }
     return 0;
 }
 
-static int set_buffer(lum_capture *c)
-{
-    void *buffer = NULL;
-    if (posix_memalign(&buffer, BUFFER_ALIGN, BUFFER_BYTES) != 0) {
-        return -1;
-    }
-    c->buffer = buffer;
-    return setvbuf(c->file, c->buffer, _IOFBF, BUFFER_BYTES) == 0 ? 0 : -1;
-}
-
-/* All that needs memory. */
-static int prepare(lum_capture *c, const char *name)
-{
-    c->name = strdup(name);
-    c->fragments = lum_fragments_new();
-    if (c->name == NULL || c->fragments == NULL) {
-        return -1;
-    }
-    return set_buffer(c);
-}
-
-int lum_capture_open_stream(FILE *file, const char *name, lum_capture **out,
+int lum_capture_open_source(lum_source *source, lum_capture **out,
                             lum_error *error)
 {
     lum_capture *c = calloc(1, sizeof *c);
     if (c == NULL) {
-        (void)fclose(file);
-        return lum_error_set(error, "%s: not enough memory to read it", name);
+        (void)lum_error_set(error, "%s: not enough memory to read it",
+                            source->name);
+        lum_source_close(source);
+        return -1;
     }
-    c->file = file;
-    c->fd = fileno(file);
-    c->total = regular_bytes(c->fd);
-    c->bytes = FILE_HEADER_BYTES;
-    int result = prepare(c, name);
-    if (result != 0) {
-        (void)lum_error_set(error, "%s: not enough memory to read it", name);
-    } else {
-        result = open_pcap(c, error);
+    c->source = source;
+    int result = start(c, error);
+    if (result == 0) {
+        c->reader = lum_pcap_new(c->source);
+        c->fragments = lum_fragments_new();
+        result = c->reader == NULL || c->fragments == NULL
+                     ? lum_error_set(error, "%s: not enough memory to read it",
+                                     source->name)
+                     : begin(c, error);
     }
     if (result != 0) {
         lum_capture_close(c);
@@ -159,52 +97,12 @@ int lum_capture_open_stream(FILE *file, const char *name, lum_capture **out,
     return 0;
 }
 
-/* Standard input is read through a descriptor of its own, so that closing it
- * harms nobody. */
-static int open_descriptor(const char *path)
-{
-    return strcmp(path, "-") == 0 ? fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0)
-                                  : open(path, O_RDONLY | O_CLOEXEC);
-}
-
 int lum_capture_open(const char *path, lum_capture **out, lum_error *error)
 {
-    const char *name = strcmp(path, "-") == 0 ? "standard input" : path;
-    const int fd = open_descriptor(path);
-    FILE *file = fd >= 0 ? fdopen(fd, "rb") : NULL;
-    if (file == NULL) {
-        (void)lum_error_set(
-            error,
-            "%s: cannot be opened: %s; a pcap or pcapng file is expected", name,
-            strerror(errno));
-        if (fd >= 0) {
-            (void)close(fd);
-        }
-        return -1;
-    }
-    return lum_capture_open_stream(file, name, out, error);
-}
-
-/* libpcap may take a file's unsigned seconds for signed ones. A time that no
- * clock shows is held at the limit, so that no two differ by an overflow. */
-static int64_t time_of(const struct timeval *t)
-{
-    const int64_t limit_s = 4500000000;
-    const int64_t limit_ns = 5000000000000;
-    int64_t s = (int64_t)t->tv_sec;
-    int64_t ns = (int64_t)t->tv_usec; /* nanoseconds, as asked for */
-    s += s < 0 && s >= INT32_MIN ? INT64_C(1) << 32 : 0;
-    s = s > limit_s ? limit_s : s;
-    s = s < -limit_s ? -limit_s : s;
-    ns = ns < 0 || ns > limit_ns ? 0 : ns;
-    return s * 1000000000 + ns;
-}
-
-/* What a file holds that was not written to its end. */
-static bool is_zeros(const struct pcap_pkthdr *h)
-{
-    return h->caplen == 0 && h->len == 0 && h->ts.tv_sec == 0 &&
-           h->ts.tv_usec == 0;
+    lum_source *source = NULL;
+    return lum_source_open(path, &source, error) == 0
+               ? lum_capture_open_source(source, out, error)
+               : -1;
 }
 
 static int end(lum_capture *c, const char *reason, lum_record *out,
@@ -216,15 +114,27 @@ static int end(lum_capture *c, const char *reason, lum_record *out,
         return 0;
     }
     return lum_error_set(error, "%s: cannot be read on after record %llu: %s",
-                         c->name, (unsigned long long)c->records, reason);
+                         c->source->name, (unsigned long long)c->records,
+                         reason);
 }
 
-static void read_record(lum_capture *c, lum_span frame, lum_record *out)
+/* Few captures have more than one. */
+static lum_link_reader *link_of(lum_capture *c, uint32_t link_type)
+{
+    if (link_type != c->link_type) {
+        c->link_type = link_type;
+        c->link = lum_link_find(link_type);
+    }
+    return c->link;
+}
+
+static void read_record(lum_capture *c, const lum_pcap_record *from,
+                        lum_record *out)
 {
     lum_span packet;
     lum_fragment fragment;
-    out->kind = LUM_RECORD_OTHER;
-    if (c->link(frame, &packet)) {
+    lum_link_reader *const link = link_of(c, from->link_type);
+    if (link != NULL && link((lum_span){from->bytes, from->len}, &packet)) {
         lum_ipv4_read(packet, out, &fragment);
         if (out->kind == LUM_RECORD_FRAGMENT) {
             lum_fragments_add(c->fragments, &fragment, out);
@@ -234,36 +144,29 @@ static void read_record(lum_capture *c, lum_span frame, lum_record *out)
 
 int lum_capture_next(lum_capture *capture, lum_record *out, lum_error *error)
 {
-    struct pcap_pkthdr *h = NULL;
-    const uint8_t *bytes = NULL;
+    lum_pcap_record record;
+    lum_error reason;
     memset(out, 0, sizeof *out);
     out->kind = LUM_RECORD_OTHER;
     if (capture->ended) {
         return 0;
     }
-    const int got = pcap_next_ex(capture->pcap, &h, &bytes);
+    const int got = lum_pcap_next(capture->reader, &record, &reason);
     if (got != 1) {
-        return end(capture,
-                   got == PCAP_ERROR_BREAK ? NULL : pcap_geterr(capture->pcap),
-                   out, error);
-    }
-    if (is_zeros(h)) {
-        return end(capture, "zeros stand where a record should", out, error);
+        return end(capture, got == 0 ? NULL : reason.text, out, error);
     }
     capture->records++;
-    capture->bytes += RECORD_HEADER_BYTES + h->caplen;
-    out->time_ns = time_of(&h->ts);
+    out->time_ns = record.time_ns;
     out->dropped_fragments =
         lum_fragments_expire(capture->fragments, out->time_ns);
-    read_record(capture, (lum_span){bytes, h->caplen}, out);
+    read_record(capture, &record, out);
     return 1;
 }
 
 void lum_capture_progress(const lum_capture *capture, uint64_t *done,
                           uint64_t *total)
 {
-    *done = capture->bytes;
-    *total = capture->total;
+    lum_source_progress(capture->source, done, total);
 }
 
 void lum_capture_close(lum_capture *capture)
@@ -271,13 +174,8 @@ void lum_capture_close(lum_capture *capture)
     if (capture == NULL) {
         return;
     }
-    if (capture->pcap != NULL) {
-        pcap_close(capture->pcap);
-    } else {
-        (void)fclose(capture->file);
-    }
     lum_fragments_free(capture->fragments);
-    free(capture->buffer);
-    free(capture->name);
+    lum_pcap_free(capture->reader);
+    lum_source_close(capture->source);
     free(capture);
 }

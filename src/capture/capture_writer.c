@@ -1,13 +1,11 @@
 #define _POSIX_C_SOURCE 200809L
-#define _DEFAULT_SOURCE /* the types that pcap.h needs */
 
 #include "base/outfile.h"
-#include "be.h"
+#include "byte_order.h"
 #include "lum/capture/capture.h"
 
 #include <errno.h>
 #include <fcntl.h>
-#include <pcap/pcap.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,21 +21,24 @@ enum {
     PAYLOAD_BYTES_MAX = 65535 - IPV4_BYTES - UDP_BYTES,
     SNAP_BYTES = 262144, /* what tcpdump writes */
     PROTOCOL_UDP = 17,
+    VERSION = 2,
+    VERSION_MINOR = 4,
+    LINKTYPE_ETHERNET = 1,
     FILE_HEADER_BYTES = 24,
     RECORD_HEADER_BYTES = 16,
     BUFFER_BYTES = 1024 * 1024
 };
 
+#define MAGIC_NANOSECONDS 0xa1b23c4du
+
 struct lum_capture_writer {
-    pcap_t *pcap;
-    pcap_dumper_t *dumper; /* closes file */
-    FILE *file;            /* of a second descriptor of out */
+    FILE *file; /* of a second descriptor of out */
     lum_outfile out;
     bool is_open;  /* out is */
     bool is_shown; /* or need not be */
     char *buffer;  /* of file */
     uint64_t bytes;
-    uint8_t frame[HEADER_BYTES + PAYLOAD_BYTES_MAX];
+    uint8_t record[RECORD_HEADER_BYTES + HEADER_BYTES + PAYLOAD_BYTES_MAX];
 };
 
 /* The sum of 16-bit words, not yet folded; an odd byte counts as the first of a
@@ -113,13 +114,8 @@ static int failed(const lum_capture_writer *w, lum_error *error)
 
 static void release(lum_capture_writer *w)
 {
-    if (w->dumper != NULL) {
-        pcap_dump_close(w->dumper);
-    } else if (w->file != NULL) {
+    if (w->file != NULL) {
         (void)fclose(w->file);
-    }
-    if (w->pcap != NULL) {
-        pcap_close(w->pcap);
     }
     if (w->is_open) {
         lum_outfile_discard(&w->out);
@@ -142,25 +138,21 @@ static int open_stream(lum_capture_writer *w)
     return setvbuf(w->file, w->buffer, _IOFBF, BUFFER_BYTES) == 0 ? 0 : -1;
 }
 
+/* Little-endian, as most hosts would write it. */
 static int begin(lum_capture_writer *w, lum_error *error)
 {
+    uint8_t header[FILE_HEADER_BYTES] = {0};
     if (open_stream(w) != 0) {
         return failed(w, error);
     }
-    w->pcap = pcap_open_dead_with_tstamp_precision(DLT_EN10MB, SNAP_BYTES,
-                                                   PCAP_TSTAMP_PRECISION_NANO);
-    if (w->pcap == NULL) {
-        return lum_error_set(error, "%s: not enough memory to write it",
-                             w->out.name);
-    }
-    w->dumper = pcap_dump_fopen(w->pcap, w->file);
-    if (w->dumper == NULL) {
-        w->file = NULL; /* libpcap has closed it */
-        return lum_error_set(error, "%s: cannot be written: %s", w->out.name,
-                             pcap_geterr(w->pcap));
-    }
+    store_le32(header, MAGIC_NANOSECONDS);
+    store_le16(header + 4, VERSION);
+    store_le16(header + 6, VERSION_MINOR);
+    store_le32(header + 16, SNAP_BYTES);
+    store_le32(header + 20, LINKTYPE_ETHERNET);
     w->bytes = FILE_HEADER_BYTES;
-    return 0;
+    return fwrite(header, sizeof header, 1, w->file) == 1 ? 0
+                                                          : failed(w, error);
 }
 
 static int open_writer(const char *path, lum_outfile_kind kind,
@@ -221,26 +213,31 @@ static int show(lum_capture_writer *w, lum_error *error)
     return lum_outfile_show(&w->out, error);
 }
 
+static void put_record(uint8_t *p, const lum_datagram *d)
+{
+    const uint32_t len = (uint32_t)(HEADER_BYTES + d->len);
+    store_le32(p, (uint32_t)(d->time_ns / 1000000000));
+    store_le32(p + 4, (uint32_t)(d->time_ns % 1000000000));
+    store_le32(p + 8, len);
+    store_le32(p + 12, len);
+    put_ethernet(p + RECORD_HEADER_BYTES, d);
+    put_ipv4(p + RECORD_HEADER_BYTES + ETHERNET_BYTES, d);
+    put_udp(p + RECORD_HEADER_BYTES + ETHERNET_BYTES + IPV4_BYTES, d);
+}
+
 int lum_capture_writer_add(lum_capture_writer *writer,
                            const lum_datagram *datagram, lum_error *error)
 {
-    struct pcap_pkthdr h;
     if (check_datagram(writer, datagram, error) != 0 ||
         (!writer->is_shown && show(writer, error) != 0)) {
         return -1;
     }
-    put_ethernet(writer->frame, datagram);
-    put_ipv4(writer->frame + ETHERNET_BYTES, datagram);
-    put_udp(writer->frame + ETHERNET_BYTES + IPV4_BYTES, datagram);
-    memset(&h, 0, sizeof h);
-    h.ts.tv_sec = (time_t)(datagram->time_ns / 1000000000);
-    h.ts.tv_usec = (suseconds_t)(datagram->time_ns % 1000000000);
-    h.caplen = (bpf_u_int32)(HEADER_BYTES + datagram->len);
-    h.len = h.caplen;
-    pcap_dump((u_char *)writer->dumper, &h, writer->frame);
-    writer->bytes += RECORD_HEADER_BYTES + h.caplen;
-    lum_outfile_wrote(&writer->out, RECORD_HEADER_BYTES + h.caplen);
-    return ferror(writer->file) ? failed(writer, error) : 0;
+    const size_t len = RECORD_HEADER_BYTES + HEADER_BYTES + datagram->len;
+    put_record(writer->record, datagram);
+    const bool is_good = fwrite(writer->record, len, 1, writer->file) == 1;
+    writer->bytes += len;
+    lum_outfile_wrote(&writer->out, len);
+    return is_good ? 0 : failed(writer, error);
 }
 
 uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer)
@@ -262,17 +259,17 @@ int lum_capture_writer_flush(lum_capture_writer *writer, lum_error *error)
         errno = EPIPE;
         return failed(writer, error);
     }
-    return pcap_dump_flush(writer->dumper) == 0 ? 0 : failed(writer, error);
+    return fflush(writer->file) == 0 ? 0 : failed(writer, error);
 }
 
-/* pcap_dump_close() would not tell what goes wrong. */
+/* fclose() would do it too late to tell what goes wrong. */
 int lum_capture_writer_close(lum_capture_writer *writer, lum_error *error)
 {
     if (writer == NULL) {
         return 0;
     }
     int result = 0;
-    if (ferror(writer->file) || pcap_dump_flush(writer->dumper) != 0) {
+    if (ferror(writer->file) || fflush(writer->file) != 0) {
         result = failed(writer, error);
     } else {
         result = lum_outfile_finish(&writer->out, error);

@@ -1,6 +1,6 @@
 #include "ipv4.h"
 
-#include "be.h"
+#include "byte_order.h"
 
 enum {
     IPV4_BYTES = 20,

@@ -1,8 +1,18 @@
 #include "link.h"
 
-#include "be.h"
+#include "byte_order.h"
 
-#include <pcap/dlt.h>
+/* As files have them: https://www.tcpdump.org/linktypes.html */
+enum {
+    LINKTYPE_NULL = 0,
+    LINKTYPE_ETHERNET = 1,
+    LINKTYPE_RAW_OLD = 12, /* some systems' own number of it */
+    LINKTYPE_RAW = 101,
+    LINKTYPE_LOOP = 108,
+    LINKTYPE_LINUX_SLL = 113,
+    LINKTYPE_IPV4 = 228,
+    LINKTYPE_LINUX_SLL2 = 276
+};
 
 enum {
     ETHERTYPE_IPV4 = 0x0800,
@@ -84,19 +94,20 @@ static bool read_raw(lum_span frame, lum_span *packet)
     return true;
 }
 
-lum_link_reader *lum_link_find(int link_type)
+lum_link_reader *lum_link_find(uint32_t link_type)
 {
     static const struct {
-        int link_type;
+        uint32_t link_type;
         lum_link_reader *reader;
     } readers[] = {
-        {DLT_EN10MB, read_ethernet},
-        {DLT_LINUX_SLL, read_cooked},
-        {DLT_LINUX_SLL2, read_cooked_v2},
-        {DLT_RAW, read_raw},
-        {DLT_IPV4, read_raw},
-        {DLT_NULL, read_loopback},
-        {DLT_LOOP, read_loopback},
+        {LINKTYPE_ETHERNET, read_ethernet},
+        {LINKTYPE_LINUX_SLL, read_cooked},
+        {LINKTYPE_LINUX_SLL2, read_cooked_v2},
+        {LINKTYPE_RAW, read_raw},
+        {LINKTYPE_RAW_OLD, read_raw},
+        {LINKTYPE_IPV4, read_raw},
+        {LINKTYPE_NULL, read_loopback},
+        {LINKTYPE_LOOP, read_loopback},
     };
     for (size_t i = 0; i < sizeof readers / sizeof readers[0]; i++) {
         if (readers[i].link_type == link_type) {
@@ -109,4 +120,41 @@ lum_link_reader *lum_link_find(int link_type)
 const char *lum_link_supported(void)
 {
     return "Ethernet, Linux cooked v1 and v2, raw IP and BSD loopback";
+}
+
+const char *lum_link_name(uint32_t link_type)
+{
+    static const struct {
+        uint32_t link_type;
+        const char *name;
+    } names[] = {
+        {6, "token ring"},
+        {9, "PPP"},
+        {10, "FDDI"},
+        {50, "PPP over serial line"},
+        {51, "PPP over Ethernet"},
+        {105, "Wi-Fi: IEEE 802.11"},
+        {117, "OpenBSD pflog"},
+        {119, "Wi-Fi: Prism"},
+        {127, "Wi-Fi: IEEE 802.11 with radiotap"},
+        {187, "Bluetooth"},
+        {189, "USB"},
+        {190, "CAN"},
+        {195, "IEEE 802.15.4"},
+        {201, "Bluetooth"},
+        {210, "FlexRay"},
+        {212, "LIN"},
+        {220, "USB"},
+        {227, "CAN"},
+        {229, "IPv6 alone"},
+        {239, "NFLOG"},
+        {249, "USB"},
+        {253, "netlink"},
+    };
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        if (names[i].link_type == link_type) {
+            return names[i].name;
+        }
+    }
+    return "unknown";
 }

@@ -24,11 +24,14 @@ typedef struct lum_span {
 typedef bool lum_link_reader(lum_span frame, lum_span *packet);
 
 /** The reader of a link type.
- * @param link_type as libpcap's pcap_datalink() gives it.
+ * @param link_type as a file has it, a LINKTYPE_ value.
  * @return NULL if the type is not supported. */
-LUM_MUST_CHECK lum_link_reader *lum_link_find(int link_type);
+LUM_MUST_CHECK lum_link_reader *lum_link_find(uint32_t link_type);
 
 /** The link types that have a reader, in words, for messages. */
 const char *lum_link_supported(void);
+
+/** What a link type is called, for messages; "unknown" of most. */
+const char *lum_link_name(uint32_t link_type);
 
 #endif

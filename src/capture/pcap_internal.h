@@ -3,7 +3,7 @@
 #ifndef LUM_CAPTURE_PCAP_INTERNAL_H
 #define LUM_CAPTURE_PCAP_INTERNAL_H
 
-#include "be.h"
+#include "byte_order.h"
 #include "pcap.h"
 
 struct lum_pcap {
@@ -23,14 +23,12 @@ struct lum_pcap {
 
 static inline uint16_t load_u16(const lum_pcap *r, const uint8_t *p)
 {
-    return r->is_big ? load_be16(p) : (uint16_t)(p[0] | ((unsigned)p[1] << 8));
+    return r->is_big ? load_be16(p) : load_le16(p);
 }
 
 static inline uint32_t load_u32(const lum_pcap *r, const uint8_t *p)
 {
-    return r->is_big ? load_be32(p)
-                     : (uint32_t)p[0] | (uint32_t)p[1] << 8 |
-                           (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
+    return r->is_big ? load_be32(p) : load_le32(p);
 }
 
 /** What a limit of 0 means, and one that cannot be meant. */

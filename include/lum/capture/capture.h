@@ -1,7 +1,7 @@
 /** @file
  * Captures: pcap and pcapng files to datagrams and back (docs/protocol.md,
- * section 9). libpcap reads the files; link layers, IPv4 and its fragments are
- * taken apart here.
+ * section 9). Files compressed by gzip or zstd are read in place, where the build
+ * has zlib or libzstd.
  *
  * A capture, and a writer, is one thread's at a time; two share nothing.
  * Nothing is allocated for a record, but 66 KB for each of at most 64 datagrams
@@ -10,6 +10,7 @@
 #define LUM_CAPTURE_CAPTURE_H
 
 #include "lum/base/error.h"
+#include "lum/capture/source.h"
 #include "lum/result.h"
 
 #include <stdbool.h>
@@ -46,24 +47,31 @@ typedef struct lum_record {
 /** An open capture. */
 typedef struct lum_capture lum_capture;
 
-/** Open a capture.
+/** Open a capture. Waits for its first interface that can be read; packets of
+ * other interfaces of a pcapng file are ::LUM_RECORD_OTHER.
  * @param path  a file, or "-" for standard input.
  * @param out   gets a capture to be closed with lum_capture_close().
  * @param error gets the message on failure: missing, unreadable, a directory,
- *              not a capture, a link type that is not supported.
+ *              not a capture, no link type that is supported before the first
+ *              packet.
  * @return 0, or -1. */
 LUM_MUST_CHECK int lum_capture_open(const char *path, lum_capture **out,
                                     lum_error *error);
 
+/** As lum_capture_open(), of any source.
+ * @param source taken over: closed with the capture, and on failure. */
+LUM_MUST_CHECK int lum_capture_open_source(lum_source *source,
+                                           lum_capture **out, lum_error *error);
+
 /** Read the next record.
  * @return 1 with a record; 0 at the end of the file; -1 when the file cannot be
- *         read on, with the reason in error. After 0 or -1 the fragments still
+ *         read on, with the byte and the reason in error. After 0 or -1 the fragments still
  *         waiting have been given up: *out then holds only their number, in
  *         dropped_fragments. */
 LUM_MUST_CHECK int lum_capture_next(lum_capture *capture, lum_record *out,
                                     lum_error *error);
 
-/** How far the reading has come.
+/** How far the reading has come, in the file as it is, compressed or not.
  * @param done  bytes read so far.
  * @param total bytes of the file; 0 where that is not known. */
 void lum_capture_progress(const lum_capture *capture, uint64_t *done,
