@@ -42,11 +42,10 @@ int lum_pcap_fail_cut(const lum_pcap *reader, const char *what, uint64_t held,
 {
     const lum_source *s = reader->source;
     if (all == 0) {
-        return lum_pcap_fail(reader, error,
-                             "a %s is cut short: %llu bytes of it are there%s%s",
-                             what, (unsigned long long)held,
-                             s->has_failed ? "; " : "",
-                             s->has_failed ? s->error.text : "");
+        return lum_pcap_fail(
+            reader, error, "a %s is cut short: %llu bytes of it are there%s%s",
+            what, (unsigned long long)held, s->has_failed ? "; " : "",
+            s->has_failed ? s->error.text : "");
     }
     return lum_pcap_fail(reader, error,
                          "a %s is cut short: %llu of its %llu bytes are "
@@ -173,8 +172,8 @@ static int next_record(lum_pcap *r, lum_pcap_record *out, lum_error *error)
         return lum_pcap_fail_cut(r, "record", s->left, all, error);
     }
     out->bytes = s->at + r->header;
-    out->len = out->len < r->interfaces[0].snap ? out->len
-                                                : r->interfaces[0].snap;
+    out->len =
+        out->len < r->interfaces[0].snap ? out->len : r->interfaces[0].snap;
     lum_source_take(s, all);
     return 1;
 }

@@ -9,11 +9,11 @@
 struct lum_pcap {
     lum_source *source;
     int (*next)(lum_pcap *reader, lum_pcap_record *out, lum_error *error);
-    uint64_t at;      /* where the record or block being read begins */
-    bool is_big;      /* the byte order of the file, or of the section */
-    uint32_t scale;   /* pcap: nanoseconds of a fraction's unit */
-    size_t header;    /* pcap: bytes of a record's */
-    int lengths;      /* pcap: enum length_order */
+    uint64_t at;    /* where the record or block being read begins */
+    bool is_big;    /* the byte order of the file, or of the section */
+    uint32_t scale; /* pcap: nanoseconds of a fraction's unit */
+    size_t header;  /* pcap: bytes of a record's */
+    int lengths;    /* pcap: enum length_order */
     lum_pcap_interface *interfaces;
     uint32_t interface_count;
     uint32_t interface_room;

@@ -176,10 +176,10 @@ static int read_interface(lum_pcap *r, const struct block *b, lum_error *error)
     if (b->len < INTERFACE_BYTES_MIN) {
         return too_short(r, b, error);
     }
-    lum_pcap_interface interface = {
-        .ticks = 1000000,
-        .snap = lum_pcap_snap(load_u32(r, b->at + 12)),
-        .link_type = load_u16(r, b->at + 8)};
+    lum_pcap_interface interface = {.ticks = 1000000,
+                                    .snap =
+                                        lum_pcap_snap(load_u32(r, b->at + 12)),
+                                    .link_type = load_u16(r, b->at + 8)};
     if (read_interface_options(r, options_from(b, 16), &interface, error) !=
             0 ||
         lum_pcap_add_interface(r, &interface, error) != 0) {
@@ -196,9 +196,8 @@ static int read_section(lum_pcap *r, const struct block *b, lum_error *error)
     }
     const unsigned version = load_u16(r, b->at + 12);
     if (version != VERSION) {
-        return lum_pcap_fail(r, error,
-                             "a section of pcapng version %u; 1 can be read",
-                             version);
+        return lum_pcap_fail(
+            r, error, "a section of pcapng version %u; 1 can be read", version);
     }
     r->interface_count = 0;
     hand_out_options(r, LUM_PCAP_SECTION, options_from(b, 24));
@@ -267,12 +266,12 @@ static int check_trailer(const lum_pcap *r, uint32_t len,
                          const uint8_t *trailer, lum_error *error)
 {
     const uint32_t again = load_u32(r, trailer);
-    return again == len ? 0
-                        : lum_pcap_fail(r, error,
-                                        "a block of %lu bytes at its start has "
-                                        "%lu at its end",
-                                        (unsigned long)len,
-                                        (unsigned long)again);
+    return again == len
+               ? 0
+               : lum_pcap_fail(r, error,
+                               "a block of %lu bytes at its start has "
+                               "%lu at its end",
+                               (unsigned long)len, (unsigned long)again);
 }
 
 /* Of a type that is not known, of any length. */
@@ -356,10 +355,9 @@ static int64_t time_of(const lum_pcap_interface *i, uint64_t ticks)
 
 static int no_interface(const lum_pcap *r, uint32_t index, lum_error *error)
 {
-    return lum_pcap_fail(r, error,
-                         "a packet of interface %lu; its section has %lu",
-                         (unsigned long)index,
-                         (unsigned long)r->interface_count);
+    return lum_pcap_fail(
+        r, error, "a packet of interface %lu; its section has %lu",
+        (unsigned long)index, (unsigned long)r->interface_count);
 }
 
 /* Behind the fixed fields, within its block. */

@@ -107,7 +107,6 @@ lum_source *lum_source_from_functions(const char *name,
     return s;
 }
 
-
 static void read_more(lum_source *s)
 {
     uint8_t *to = s->buffer + (s->at - s->buffer) + s->left;

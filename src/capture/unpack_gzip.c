@@ -23,9 +23,8 @@ static unsigned limited(size_t bytes)
 static int64_t fail(const struct unpacker *u, const char *what,
                     lum_error *error)
 {
-    return lum_error_set(
-        error, "%s at byte %llu of the compressed file", what,
-        (unsigned long long)lum_source_offset(u->packed));
+    return lum_error_set(error, "%s at byte %llu of the compressed file", what,
+                         (unsigned long long)lum_source_offset(u->packed));
 }
 
 /* The source's own failure, or what its end means. */

@@ -41,11 +41,11 @@ static int compare(const char *path)
         (void)fprintf(stderr, "%s: %s\n", path, error.text);
         return 1;
     }
-    (void)printf("%s: %llu records, %s\n", path,
-                 (unsigned long long)result.records,
-                 result.ended ? "to the end"
-                              : (result.opened ? "until libpcap fails"
-                                               : "libpcap refuses it"));
+    (void)printf(
+        "%s: %llu records, %s\n", path, (unsigned long long)result.records,
+        result.ended
+            ? "to the end"
+            : (result.opened ? "until libpcap fails" : "libpcap refuses it"));
     return 0;
 }
 

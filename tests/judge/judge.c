@@ -100,16 +100,14 @@ static bool is_same_time(const struct both *b, const lum_pcap_record *r,
     if (sizeof t->tv_sec < sizeof(int64_t)) {
         return true; /* it cuts times to the host's */
     }
-    return b->is_pcapng
-               ? is_same_pcapng_time(
-                     r->time_ns, t,
-                     lum_pcap_interface_at(b->ours, r->interface))
-               : is_same_pcap_time(r->time_ns, t);
+    return b->is_pcapng ? is_same_pcapng_time(
+                              r->time_ns, t,
+                              lum_pcap_interface_at(b->ours, r->interface))
+                        : is_same_pcap_time(r->time_ns, t);
 }
 
 static const char *difference(const struct both *b, const lum_pcap_record *r,
-                              const struct pcap_pkthdr *h,
-                              const uint8_t *bytes)
+                              const struct pcap_pkthdr *h, const uint8_t *bytes)
 {
     const bool is_turned =
         is_mended(r->link_type) && pcap_is_swapped(b->theirs);
@@ -184,7 +182,8 @@ static uint32_t load(bool is_big, const uint8_t *p)
     return is_big ? load_be32(p) : load_le32(p);
 }
 
-/* Whether libpcap does not look at all of what is before the first interface. */
+/* Whether libpcap does not look at all of what is before the first interface.
+ */
 static bool is_odd_start(const struct both *b, const uint8_t *bytes, size_t len)
 {
     const bool is_big = bytes[8] == 0x1a;
