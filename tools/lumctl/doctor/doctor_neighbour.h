@@ -2,7 +2,7 @@
 #ifndef LUMCTL_DOCTOR_NEIGHBOUR_H
 #define LUMCTL_DOCTOR_NEIGHBOUR_H
 
-#include "../common/arp_answers.h"
+#include "../../common/arp_answers.h"
 #include "doctor.h"
 #include "doctor_facts.h"
 #include "doctor_knock.h"

@@ -3,7 +3,7 @@
 
 #include "doctor_host.h"
 
-#include "../common/number.h"
+#include "../../common/number.h"
 #include "doctor_facts.h"
 #include "doctor_knock.h"
 #include "doctor_neighbour.h"

@@ -4,9 +4,9 @@
 
 #include "doctor_host.h"
 
-#include "../common/host.h"
-#include "../common/number.h"
-#include "beside.h"
+#include "../../common/host.h"
+#include "../../common/number.h"
+#include "../beside.h"
 #include "doctor_knock.h"
 #include "doctor_neighbour.h"
 #include "doctor_way.h"

@@ -2,7 +2,7 @@
 
 #include "doctor_neighbour.h"
 
-#include "../common/arp.h"
+#include "../../common/arp.h"
 #include "doctor_facts.h"
 #include "doctor_knock.h"
 
