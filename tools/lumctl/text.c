@@ -216,7 +216,7 @@ bool text_find_refusal(const char *text, const char *debug,
                        struct text_refusal *out)
 {
     char line[LINE_BYTES];
-    char lower[LINE_BYTES];
+    char lower[LINE_BYTES] = "";
     out->names[0] = '\0';
     out->has_unnamed = false;
     while (next_line(&debug, line, lower)) {
