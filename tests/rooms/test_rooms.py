@@ -1,6 +1,8 @@
 """The rooms' arrows hold, and rooms.py sees where they would not."""
 
+import fnmatch
 import os
+import re
 import sys
 import tempfile
 import unittest
@@ -34,6 +36,38 @@ class Tree(unittest.TestCase):
             files = dict(rooms.calls(rooms.sources(TOP)))[rooms.room_of(pair[0])]
             self.assertIn(pair[1], files[pair[0]])
             self.assertIn(pair[0], files[pair[1]])
+
+
+class Documents(unittest.TestCase):
+    """docs/design.md has each source in the table of its folder, and nothing else."""
+
+    def tables(self):
+        text = (TOP / "docs/design.md").read_text()
+        core = text[text.index("| core | does |"):]
+        found = {"src/core": set(re.findall(r"`([\w*]+\.c)`", core[:core.index("\n\n")]))}
+        for section in re.split(r"^### ", text[text.index("\n## Files"):], flags=re.M)[1:]:
+            found[section.split("\n")[0]] = set(re.findall(r"^\| (.*?) \|", section, flags=re.M))
+        for folder in set(found) - {"src/core"}:
+            found[folder] = set(re.findall(r"`([\w*]+\.c)`", " ".join(found[folder])))
+        return found
+
+    def test_every_source_has_its_line(self):
+        tables = self.tables()
+        for path in rooms.sources(TOP):
+            folder, name = os.path.split(path)
+            if name.endswith(".c"):
+                with self.subTest(path):
+                    self.assertTrue(any(fnmatch.fnmatch(name, pattern) for pattern in tables.get(folder, ())),
+                                    f"docs/design.md, Files, {folder}: no line for {name}")
+
+    def test_every_line_has_its_source(self):
+        there = {}
+        for path in rooms.sources(TOP):
+            there.setdefault(os.path.dirname(path), []).append(os.path.basename(path))
+        for folder, patterns in self.tables().items():
+            for pattern in patterns:
+                with self.subTest(f"{folder}/{pattern}"):
+                    self.assertTrue(fnmatch.filter(there.get(folder, ()), pattern), f"{folder} has no {pattern}")
 
 
 class Faults(unittest.TestCase):
