@@ -83,7 +83,7 @@ static bool is_same_pcapng_time(int64_t ns, const struct timeval *t,
     const int64_t s = t->tv_sec;
     if (ns >= LIMIT_NS || ns <= -LIMIT_NS) {
         return s >= LUM_PCAP_SECONDS_MAX || s <= -LUM_PCAP_SECONDS_MAX ||
-               interface->offset_s != 0;
+               interface->offset_s != 0 || interface->ticks == 1;
     }
     if (s > LUM_PCAP_SECONDS_MAX || s < -LUM_PCAP_SECONDS_MAX) {
         return false;

@@ -12,8 +12,8 @@
  *   interface is a section, too.
  * - Packets of D-Bus, USBPcap and EBHSCR above 262,144 bytes are refused; for
  *   these three links libpcap's limit is another.
- * - Times are held at +-4.5 * 10^9 s, and sums of a time and its offset that
- *   have more than 64 bits are not cut to them.
+ * - Times are held at +-4.5 * 10^9 s. Whole seconds are unsigned, and sums of
+ *   them and an offset that have more than 64 bits are not cut to them.
  * - Fractions of a second in units of 2^-35 s and smaller are converted without
  *   an overflow.
  * - Headers of USB, NFLOG, PFLOG and cooked CAN within packets are left in the
