@@ -36,7 +36,7 @@ static int check_start(lum_source *source, lum_error *error)
 static int start(lum_capture *c, lum_error *error)
 {
     if (check_start(c->source, error) != 0 ||
-        lum_source_unpack(&c->source, error) != 0) {
+        lum_unpack(&c->source, error) != 0) {
         return -1;
     }
     return check_start(c->source, error);

@@ -57,6 +57,10 @@ LUM_MUST_CHECK int lum_pcap_add_interface(lum_pcap *reader,
                                           const lum_pcap_interface *interface,
                                           lum_error *error);
 
+/** Read a pcap file's header, which describes its only interface.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_pcap_records_begin(lum_pcap *reader, lum_error *error);
+
 /** Whether the source begins as a pcapng file does. */
 bool lum_pcapng_is(lum_source *source);
 

@@ -40,12 +40,6 @@ LUM_MUST_CHECK bool lum_source_skip(lum_source *source, uint64_t bytes);
 void lum_source_progress(const lum_source *source, uint64_t *done,
                          uint64_t *total);
 
-/** Let *source be the unpacked bytes of what it is, if it is compressed in a
- * way that this build reads. Waits for the first bytes.
- * @param source on failure as it was.
- * @return 0; -1 without memory, with the reason in error. */
-LUM_MUST_CHECK int lum_source_unpack(lum_source **source, lum_error *error);
-
 /** Whether so many bytes are at hand. */
 static inline bool lum_source_has(lum_source *source, size_t bytes)
 {

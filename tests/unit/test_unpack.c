@@ -50,7 +50,7 @@ static lum_source *unpacked(const uint8_t *bytes, size_t len)
     lum_error error;
     lum_source *s = lum_source_from_memory("x", bytes, len);
     assert_non_null(s);
-    assert_int_equal(lum_source_unpack(&s, &error), 0);
+    assert_int_equal(lum_unpack(&s, &error), 0);
     return s;
 }
 
@@ -207,7 +207,7 @@ static void a_failure_beneath_is_told(void **state)
     lum_source *s = lum_source_from_functions(
         "x", &(lum_source_functions){.read = break_off, .context = &given});
     assert_non_null(s);
-    assert_int_equal(lum_source_unpack(&s, &error), 0);
+    assert_int_equal(lum_unpack(&s, &error), 0);
     assert_false(lum_source_has(s, TEXT));
     assert_true(s->has_failed);
     assert_string_equal(s->error.text, "the store is gone");
