@@ -21,8 +21,8 @@ extern lum_unpacker *const lum_unpack_gzip;
 /** Of zstd data, also of several frames. NULL: not in this build. */
 extern lum_unpacker *const lum_unpack_zstd;
 
-/** Let *source be the unpacked bytes of what it is, if it is compressed in a way
- * that this build reads. Waits for the first bytes.
+/** Let *source be the unpacked bytes of what it is, if it is compressed in a
+ * way that this build reads. Waits for the first bytes.
  * @param source on failure as it was.
  * @return 0; -1 without memory, with the reason in error. */
 LUM_MUST_CHECK int lum_unpack(lum_source **source, lum_error *error);
