@@ -65,8 +65,11 @@ if(BUILD_SHARED_LIBS)
   elseif(APPLE)
     target_link_options(lumsdk PRIVATE -Wl,-exported_symbols_list,${lum_exports})
   else()
-    # Its own calls stay its own, and it names all that it needs.
-    target_link_options(lumsdk PRIVATE
-                        -Wl,--version-script=${lum_exports} -Wl,-Bsymbolic-functions -Wl,-z,defs)
+    # Its own calls stay its own.
+    target_link_options(lumsdk PRIVATE -Wl,--version-script=${lum_exports} -Wl,-Bsymbolic-functions)
+    # It names all that it needs; what sanitizers need comes with the program.
+    if(NOT LUM_SANITIZE AND NOT LUM_FUZZ)
+      target_link_options(lumsdk PRIVATE -Wl,-z,defs)
+    endif()
   endif()
 endif()
