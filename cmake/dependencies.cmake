@@ -1,7 +1,6 @@
-# Libraries of other people. Only io and the tests need any.
+# Third-party libraries. Only the optional rooms, lumview and the tests need any.
 
 find_package(PkgConfig)
-set(lum_missing "")       # for io
 set(lum_missing_tests "")
 
 # lum_require(LIST PREFIX MODULE PACKAGE): PkgConfig::PREFIX, or an entry in LIST.
@@ -15,28 +14,75 @@ macro(lum_require list prefix module package)
 endmacro()
 
 find_package(Threads)
-if(LUM_BUILD_IO)
-  if(NOT PkgConfig_FOUND)
-    list(APPEND lum_missing "pkg-config (Debian: pkg-config)")
+
+# The rooms that a build can leave out; each after those that it needs.
+set(lum_optional_rooms capture cloud config picture)
+
+# lum_find_room(ROOM PREFIX MODULE PACKAGE): LUM_WITH_ROOM, and what it lacks in
+# lum_missing_ROOM.
+macro(lum_find_room room prefix module package)
+  string(TOUPPER ${room} ROOM)
+  set(LUM_WITH_${ROOM} OFF)
+  set(lum_missing_${room} "")
+  if(LUM_BUILD_${ROOM})
+    if(NOT PkgConfig_FOUND)
+      list(APPEND lum_missing_${room} "pkg-config (Debian: pkg-config)")
+    endif()
+    lum_require(lum_missing_${room} ${prefix} ${module} ${package})
+    if(NOT lum_missing_${room})
+      set(LUM_WITH_${ROOM} ON)
+    endif()
   endif()
-  lum_require(lum_missing LUM_YAML yaml-0.1 libyaml-dev)
-  lum_require(lum_missing LUM_PCAP libpcap libpcap-dev)
-  lum_require(lum_missing LUM_PNG libpng libpng-dev)
-  if(NOT Threads_FOUND)
-    list(APPEND lum_missing "POSIX threads")
+endmacro()
+
+# lum_find_optional(NAME WANTED PREFIX MODULE): LUM_WITH_NAME, with PkgConfig::PREFIX.
+macro(lum_find_optional name wanted prefix module)
+  set(LUM_WITH_${name} OFF)
+  if(${wanted} AND PkgConfig_FOUND)
+    pkg_check_modules(${prefix} QUIET IMPORTED_TARGET ${module})
+    set(LUM_WITH_${name} ${${prefix}_FOUND})
   endif()
+endmacro()
+
+set(LUM_WITH_CAPTURE OFF)
+set(lum_missing_capture "")
+if(LUM_BUILD_CAPTURE AND WIN32)
+  set(lum_missing_capture "POSIX files, to write captures")
+elseif(LUM_BUILD_CAPTURE)
+  set(LUM_WITH_CAPTURE ON)
+endif()
+lum_find_optional(ZLIB LUM_USE_ZLIB LUM_ZLIB zlib)
+lum_find_optional(ZSTD LUM_USE_ZSTD LUM_ZSTD libzstd)
+lum_find_room(config LUM_YAML yaml-0.1 libyaml-dev)
+lum_find_room(picture LUM_PNG libpng libpng-dev)
+set(LUM_WITH_CLOUD OFF)
+set(lum_missing_cloud "")
+if(LUM_BUILD_CLOUD AND Threads_FOUND)
+  set(LUM_WITH_CLOUD ON)
+elseif(LUM_BUILD_CLOUD)
+  set(lum_missing_cloud "POSIX threads")
+endif()
+if(LUM_WITH_PICTURE AND NOT LUM_WITH_CLOUD)
+  set(LUM_WITH_PICTURE OFF)
+  set(lum_missing_picture "cloud")
+endif()
+
+# What lumdump and the files of lumsim need: captures, clouds and YAML.
+set(LUM_WITH_FILES OFF)
+if(LUM_WITH_CAPTURE AND LUM_WITH_CLOUD AND LUM_WITH_CONFIG)
+  set(LUM_WITH_FILES ON)
 endif()
 
 # Editing of lines in lumctl's shell, where there is libedit.
 set(LUM_WITH_EDIT OFF)
-if(LUM_BUILD_TOOLS AND LUM_USE_EDIT AND PkgConfig_FOUND)
-  pkg_check_modules(LUM_EDIT QUIET IMPORTED_TARGET libedit)
-  set(LUM_WITH_EDIT ${LUM_EDIT_FOUND})
+if(LUM_BUILD_TOOLS)
+  lum_find_optional(EDIT LUM_USE_EDIT LUM_EDIT libedit)
 endif()
 
-set(LUM_WITH_IO OFF)
-if(LUM_BUILD_IO AND NOT lum_missing)
-  set(LUM_WITH_IO ON)
+# What the reader of captures is compared with.
+set(LUM_WITH_JUDGE OFF)
+if(LUM_WITH_CAPTURE AND (LUM_BUILD_TESTS OR LUM_FUZZ))
+  lum_find_optional(JUDGE LUM_USE_JUDGE LUM_PCAP libpcap)
 endif()
 
 set(LUM_WITH_UNIT_TESTS OFF)
@@ -51,7 +97,7 @@ endif()
 
 # The tools are tested from outside, in Python.
 set(LUM_WITH_TOOL_TESTS OFF)
-if(LUM_BUILD_TESTS AND LUM_BUILD_TOOLS AND LUM_WITH_IO)
+if(LUM_BUILD_TESTS AND LUM_BUILD_TOOLS AND LUM_WITH_FILES AND LUM_WITH_PICTURE)
   find_program(LUM_PYTHON python3 DOC "Python 3 for the tests of the tools")
   if(LUM_PYTHON)
     set(LUM_WITH_TOOL_TESTS ON)
@@ -59,6 +105,6 @@ if(LUM_BUILD_TESTS AND LUM_BUILD_TOOLS AND LUM_WITH_IO)
 endif()
 
 set(LUM_WITH_FUZZERS OFF)
-if(LUM_FUZZ AND LUM_WITH_IO)
+if(LUM_FUZZ AND LUM_WITH_CAPTURE AND LUM_WITH_CONFIG)
   set(LUM_WITH_FUZZERS ON)
 endif()

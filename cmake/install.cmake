@@ -2,23 +2,34 @@
 include(CMakePackageConfigHelpers)
 
 set(lum_installed lum_base lum_core lum_host lum_net lum_points)
-if(LUM_WITH_IO)
-  list(APPEND lum_installed lum_io)
-endif()
+set(lum_headers_left_out "")
+foreach(room IN LISTS lum_optional_rooms)
+  if(TARGET lum_${room})
+    list(APPEND lum_installed lum_${room})
+  else()
+    list(APPEND lum_headers_left_out PATTERN ${room} EXCLUDE)
+  endif()
+endforeach()
 set(lum_config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lumsdk)
 
-install(TARGETS ${lum_installed} EXPORT lumsdk ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+if(TARGET lumsdk)
+  list(APPEND lum_installed lumsdk)
+endif()
+install(TARGETS ${lum_installed} EXPORT lumsdk
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+        RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(EXPORT lumsdk NAMESPACE lumsdk:: FILE lumsdkTargets.cmake DESTINATION ${lum_config_dir})
+set(LUM_WITH_SHARED OFF)
+if(TARGET lumsdk)
+  set(LUM_WITH_SHARED ON)
+endif()
 configure_package_config_file(cmake/lumsdkConfig.cmake.in lumsdkConfig.cmake
                               INSTALL_DESTINATION ${lum_config_dir})
 write_basic_package_version_file(lumsdkConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/lumsdkConfig.cmake ${PROJECT_BINARY_DIR}/lumsdkConfigVersion.cmake
         DESTINATION ${lum_config_dir})
 
-set(lum_headers_left_out "")
-if(NOT LUM_WITH_IO)
-  set(lum_headers_left_out PATTERN io EXCLUDE)
-endif()
 install(DIRECTORY include/lum DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         FILES_MATCHING PATTERN "*.h" ${lum_headers_left_out})
 
@@ -35,6 +46,13 @@ foreach(dir IN ITEMS LIBDIR INCLUDEDIR)
     set(lum_pc_${dir} "\${prefix}/${lum_pc_${dir}}")
   endif()
 endforeach()
+set(lum_pc_compression "")
+if(LUM_WITH_ZLIB)
+  string(APPEND lum_pc_compression ", zlib")
+endif()
+if(LUM_WITH_ZSTD)
+  string(APPEND lum_pc_compression ", libzstd")
+endif()
 foreach(target IN LISTS lum_installed)
   string(REPLACE "lum_" "lumsdk-" lum_pc ${target})
   configure_file(cmake/${lum_pc}.pc.in ${lum_pc}.pc @ONLY)

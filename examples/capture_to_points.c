@@ -1,5 +1,6 @@
-/* A capture to points: capture_to_points CAPTURE. Needs lumsdk::io. */
-#include "lum/io/demux.h"
+/* A capture to points: capture_to_points CAPTURE. Needs lumsdk::capture and
+ * lumsdk::points. */
+#include "lum/capture/demux.h"
 #include "lum/points.h"
 
 #include <inttypes.h>

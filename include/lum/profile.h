@@ -65,7 +65,7 @@ enum lum_tlv_use {
 };
 
 /** One wire profile. Plain data: fill it by hand, with
- * lum_profile_default(), or from YAML with lum/io/config.h. */
+ * lum_profile_default(), or from YAML with lum/config/config.h. */
 typedef struct lum_profile {
     uint32_t data_packet_type;         /**< 0..255, not 5, 6 or 7 */
     lum_field group[LUM_GROUP_FIELDS]; /**< indexed by ::lum_group_field */

@@ -5,7 +5,7 @@
  *   yardstick read FILE           read() of all, 1 MB a call
  *   yardstick csv CAPTURE FILE    the rows of lumdump's CSV, by fprintf */
 #define _POSIX_C_SOURCE 200809L
-#include "lum/io/demux.h"
+#include "lum/capture/demux.h"
 #include "lum/points.h"
 
 #include <fcntl.h>

@@ -1,7 +1,7 @@
 /* flatten CAPTURE OUTPUT: the datagrams of a capture as a flat file, for
- * targets without libpcap: of each its length (u32), capture time (i64), both
+ * targets without files: of each its length (u32), capture time (i64), both
  * little-endian, and its bytes. */
-#include "lum/io/capture.h"
+#include "lum/capture/capture.h"
 
 #include <stdio.h>
 #include <stdlib.h>

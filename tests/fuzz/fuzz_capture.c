@@ -1,10 +1,7 @@
 /* Any bytes as a capture file. */
-#define _POSIX_C_SOURCE 200809L
-
-#include "io/capture_internal.h"
+#include "lum/capture/capture.h"
 
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 
 #define SMALLEST_RECORD 16u
@@ -42,10 +39,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     uint64_t dropped = 0;
     uint64_t kept = 0;
     int result = 0;
-    FILE *file =
-        size != 0 ? fmemopen((void *)(uintptr_t)data, size, "rb") : NULL;
-    if (file == NULL ||
-        lum_capture_open_stream(file, "fuzz", &capture, &error) != 0) {
+    lum_source *source = lum_source_from_memory("fuzz", data, size);
+    if (source == NULL ||
+        lum_capture_open_source(source, &capture, &error) != 0) {
         return 0;
     }
     while ((result = lum_capture_next(capture, &record, &error)) == 1) {

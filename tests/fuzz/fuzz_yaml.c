@@ -1,7 +1,7 @@
 /* Any bytes as a calibration, a wire profile or settings, by the first byte
  * modulo 3. */
-#include "lum/io/config.h"
-#include "lum/io/settings.h"
+#include "lum/config/config.h"
+#include "lum/config/settings.h"
 
 #include <stdint.h>
 #include <stdlib.h>

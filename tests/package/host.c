@@ -1,4 +1,4 @@
-/* Links host of an installed copy, and nothing of other people. */
+/* Links host of an installed copy, and no third-party library. */
 #include <lum/host/clock_sync.h>
 #include <lum/host/yscan_plan.h>
 

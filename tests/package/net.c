@@ -1,4 +1,4 @@
-/* Links the session of an installed copy, and nothing of other people. */
+/* Links the session of an installed copy, and no third-party library. */
 #include <lum/net/sensor.h>
 #include <lum/version.h>
 

@@ -5,7 +5,7 @@
  * first sensor. */
 #include "lum/assembler.h"
 #include "lum/calibration.h"
-#include "lum/io/capture.h"
+#include "lum/capture/capture.h"
 #include "lum/packet.h"
 #include "lum/points_fixed.h"
 #include "lum/receiver.h"

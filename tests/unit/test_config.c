@@ -7,8 +7,8 @@
 
 #include <cmocka.h>
 
-#include "io/yaml_number.h"
-#include "lum/io/config.h"
+#include "config/yaml_number.h"
+#include "lum/config/config.h"
 
 #include <locale.h>
 #include <stdbool.h>

@@ -5,7 +5,7 @@
 
 #include <cmocka.h>
 
-#include "io/decimal.h"
+#include "cloud/decimal.h"
 
 #include <float.h>
 #include <math.h>

@@ -9,7 +9,7 @@
 
 #include "view.h"
 
-#include "lum/io/demux.h"
+#include "lum/capture/demux.h"
 #include "lum/wire.h"
 #include "sim/packets.h"
 #include "sim/render.h"

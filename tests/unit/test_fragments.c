@@ -5,7 +5,7 @@
 
 #include <cmocka.h>
 
-#include "io/fragments.h"
+#include "capture/fragments.h"
 
 #include <stdlib.h>
 #include <string.h>

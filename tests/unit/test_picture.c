@@ -5,7 +5,7 @@
 
 #include <cmocka.h>
 
-#include "io/picture_internal.h"
+#include "picture/picture_internal.h"
 
 #include <stdlib.h>
 #include <string.h>

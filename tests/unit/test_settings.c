@@ -7,8 +7,8 @@
 
 #include "support.h"
 
-#include "lum/io/config.h"
-#include "lum/io/settings.h"
+#include "lum/config/config.h"
+#include "lum/config/settings.h"
 
 #include <stdio.h>
 #include <stdlib.h>

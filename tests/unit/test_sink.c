@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "io/sink.h"
+#include "cloud/sink.h"
 
 #include <dirent.h>
 #include <errno.h>

@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "lum/io/writer.h"
+#include "lum/picture/picture.h"
 #include "lum/version.h"
 
 #include <errno.h>
@@ -109,8 +109,10 @@ static const lum_line_samples line = {.samples = two,
 
 static lum_writer *open_writer(lum_format format, bool ascii, bool utc)
 {
-    const lum_writer_options options = {
-        .format = format, .ascii = ascii, .utc = utc};
+    const lum_writer_options options = {.format = format,
+                                        .ascii = ascii,
+                                        .utc = utc,
+                                        .picture = lum_picture_format()};
     lum_writer *writer = NULL;
     lum_error error = {""};
     assert_int_equal(lum_writer_open(path, &options, &writer, &error), 0);
@@ -481,7 +483,8 @@ static void frames_beyond_32_bits_become_the_nearest(void **state)
 /* A rehearsal of `lines` times the same line. */
 static lum_writer *rehearsal_of(lum_format format, unsigned lines)
 {
-    const lum_writer_options options = {.format = format};
+    const lum_writer_options options = {.format = format,
+                                        .picture = lum_picture_format()};
     lum_writer *rehearsal = NULL;
     assert_int_equal(lum_writer_rehearse(&options, &rehearsal, NULL), 0);
     for (unsigned i = 0; i < lines; i++) {
@@ -521,7 +524,8 @@ static void open_null(lum_format format, bool rehearses, bool opens,
 {
     lum_writer *rehearsal = rehearses ? rehearsal_of(format, 1) : NULL;
     const lum_writer_options options = {.format = format,
-                                        .rehearsal = rehearsal};
+                                        .rehearsal = rehearsal,
+                                        .picture = lum_picture_format()};
     lum_writer *writer = NULL;
     lum_error error = {""};
     assert_int_equal(lum_writer_open("/dev/null", &options, &writer, &error),
@@ -579,7 +583,8 @@ static void a_full_disk_fails_every_format(void **state)
     for (int i = 0; i < LUM_FORMATS; i++) {
         lum_writer *rehearsal = rehearsal_of((lum_format)i, 1);
         const lum_writer_options options = {.format = (lum_format)i,
-                                            .rehearsal = rehearsal};
+                                            .rehearsal = rehearsal,
+                                            .picture = lum_picture_format()};
         lum_writer *writer = NULL;
         lum_error error = {""};
         assert_int_equal(
@@ -634,6 +639,19 @@ static void a_format_that_is_none_is_refused(void **state)
     assert_int_equal(lum_writer_open(path, &options, &writer, NULL), -1);
     assert_false(lum_format_needs_count(LUM_FORMATS));
     assert_int_equal(count_files(), 0);
+}
+
+static void a_picture_that_nothing_draws_is_refused(void **state)
+{
+    const lum_writer_options options = {.format = LUM_FORMAT_PNG};
+    lum_writer *writer = NULL;
+    lum_error error = {""};
+    (void)state;
+    assert_int_equal(lum_writer_open(path, &options, &writer, &error), -1);
+    assert_int_equal(errno, ENOTSUP);
+    assert_non_null(strstr(error.text, "draws pictures"));
+    assert_int_equal(count_files(), 0);
+    assert_int_equal(lum_writer_rehearse(&options, &writer, NULL), -1);
 }
 
 static void endings_tell_formats(void **state)
@@ -697,6 +715,7 @@ int main(void)
         cmocka_unit_test(a_failure_is_repeated_by_what_follows),
         cmocka_unit_test(an_abort_leaves_nothing),
         cmocka_unit_test(a_format_that_is_none_is_refused),
+        cmocka_unit_test(a_picture_that_nothing_draws_is_refused),
         cmocka_unit_test(endings_tell_formats),
         cmocka_unit_test(headers_with_counts_are_known),
     };

@@ -5,7 +5,7 @@
 #define LUM_TOOLS_CAPTURE_FILE_H
 
 #include "lum/base/error.h"
-#include "lum/io/capture.h"
+#include "lum/capture/capture.h"
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,6 +1,6 @@
 #include "geometry.h"
 
-#include "lum/io/config.h"
+#include "lum/config/config.h"
 
 int geometry_load(const char *calibration, const char *profile,
                   lum_layout *layout, lum_projector *projector,

@@ -4,9 +4,9 @@
 #include "session.h"
 #include "setting.h"
 #include "text.h"
-#include "yscan.h"
+#include "yscan/yscan.h"
 
-#include "lum/io/settings.h"
+#include "lum/config/settings.h"
 
 #include <stdio.h>
 #include <string.h>

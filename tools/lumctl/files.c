@@ -1,7 +1,7 @@
 #include "files.h"
 
 #include "../common/input_files.h"
-#include "lum/io/config.h"
+#include "lum/config/config.h"
 
 /* What is printed may go to a file. */
 static int check_input(const char *path, const char *what, lum_error *error)

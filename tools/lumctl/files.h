@@ -1,4 +1,4 @@
-/* Profile and calibration from files, where the io library is there. */
+/* Profile and calibration from files, where the config library is there. */
 #ifndef LUMCTL_FILES_H
 #define LUMCTL_FILES_H
 

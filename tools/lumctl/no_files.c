@@ -6,7 +6,7 @@ static int refuse(const char *path, lum_error *error)
 {
     return lum_error_set(error,
                          "%s: this lumctl was built without libyaml and reads "
-                         "no YAML; build it with the io library",
+                         "no YAML; build it with the config library",
                          path);
 }
 

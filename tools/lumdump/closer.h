@@ -6,7 +6,7 @@
 #define LUMDUMP_CLOSER_H
 
 #include "../common/capture_file.h"
-#include "lum/io/writer.h"
+#include "lum/cloud/writer.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -5,6 +5,7 @@
 
 #include "help.h"
 #include "lum/version.h"
+#include "picture.h"
 #include "values.h"
 
 #include <getopt.h>
@@ -238,10 +239,23 @@ static bool find_format(const struct options *o, struct output_options *output)
     return false;
 }
 
+static bool can_write(const struct output_options *output)
+{
+    if (output->format != (unsigned)LUM_FORMAT_PNG ||
+        picture_format() != NULL) {
+        return true;
+    }
+    (void)fprintf(stderr,
+                  "lumdump: '%s': this lumdump was built without libpng and "
+                  "draws no pictures; use .csv .ply .pcd .las .xyz or .pcap\n",
+                  output->name);
+    return false;
+}
+
 static bool find_formats(struct options *o)
 {
     for (size_t i = 0; i < o->output_count; i++) {
-        if (!find_format(o, &o->outputs[i])) {
+        if (!find_format(o, &o->outputs[i]) || !can_write(&o->outputs[i])) {
             return false;
         }
     }

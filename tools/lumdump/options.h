@@ -2,7 +2,7 @@
 #ifndef LUMDUMP_OPTIONS_H
 #define LUMDUMP_OPTIONS_H
 
-#include "lum/io/writer.h"
+#include "lum/cloud/writer.h"
 #include "lum/net/socket.h"
 #include "lum/points.h"
 #include "lum/smooth.h"

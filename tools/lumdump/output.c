@@ -3,6 +3,7 @@
 
 #include "../common/capture_file.h"
 #include "base/claim.h"
+#include "picture.h"
 #include "targets.h"
 
 #include <errno.h>
@@ -153,7 +154,8 @@ static struct output *new_output(const struct options *options, size_t i,
         (lum_writer_options){.format = (lum_format)options->outputs[i].format,
                              .ascii = options->ascii,
                              .utc = options->utc,
-                             .projector = projector};
+                             .projector = projector,
+                             .picture = picture_format()};
     return o;
 }
 

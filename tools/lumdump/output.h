@@ -7,7 +7,7 @@
 #include "options.h"
 
 #include "lum/base/error.h"
-#include "lum/io/capture.h"
+#include "lum/capture/capture.h"
 
 struct output;
 

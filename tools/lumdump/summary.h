@@ -6,7 +6,7 @@
 #include "options.h"
 #include "pace.h"
 
-#include "lum/io/demux.h"
+#include "lum/capture/demux.h"
 
 #include <stdbool.h>
 #include <stdint.h>

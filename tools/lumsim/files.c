@@ -3,7 +3,7 @@
 
 #include "../common/input_files.h"
 #include "../common/same_file.h"
-#include "lum/io/config.h"
+#include "lum/config/config.h"
 #include "sim/packets.h"
 
 #include <stdio.h>

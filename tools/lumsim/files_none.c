@@ -2,26 +2,28 @@
 
 #include <stdio.h>
 
-static bool refuse(const char *option, const char *library)
+static bool refuse(const char *option, const char *kind)
 {
-    (void)fprintf(stderr,
-                  "lumsim: %s: this build has no %s; use a build that has it\n",
-                  option, library);
+    (void)fprintf(
+        stderr,
+        "lumsim: %s: this build has no %s files; use a build that has "
+        "them\n",
+        option, kind);
     return false;
 }
 
 bool files_check(const struct options *o)
 {
     if (o->output != NULL) {
-        return refuse("--output", "libpcap");
+        return refuse("--output", "capture");
     }
     if (o->replay != NULL) {
-        return refuse("--replay", "libpcap");
+        return refuse("--replay", "capture");
     }
     if (o->calibration != NULL) {
-        return refuse("--calibration", "libyaml");
+        return refuse("--calibration", "YAML");
     }
-    return o->profile == NULL || refuse("--profile", "libyaml");
+    return o->profile == NULL || refuse("--profile", "YAML");
 }
 
 bool files_load(struct options *o)
@@ -32,7 +34,7 @@ bool files_load(struct options *o)
 
 int offline_run(const struct options *o)
 {
-    return refuse(o->output, "libpcap") ? 0 : 1;
+    return refuse(o->output, "capture") ? 0 : 1;
 }
 
 int recording_open(const char *path, const lum_layout *layout, uint32_t sensor,
@@ -43,7 +45,7 @@ int recording_open(const char *path, const lum_layout *layout, uint32_t sensor,
     (void)sensor;
     *out = NULL;
     *facts = (struct recording_facts){0};
-    return lum_error_set(error, "%s: this build has no libpcap", path);
+    return lum_error_set(error, "%s: this build reads no captures", path);
 }
 
 int recording_next(struct recording *recording, struct recorded *out,
@@ -51,13 +53,13 @@ int recording_next(struct recording *recording, struct recorded *out,
 {
     (void)recording;
     *out = (struct recorded){0};
-    return lum_error_set(error, "this build has no libpcap");
+    return lum_error_set(error, "this build reads no captures");
 }
 
 int recording_rewind(struct recording *recording, lum_error *error)
 {
     (void)recording;
-    return lum_error_set(error, "this build has no libpcap");
+    return lum_error_set(error, "this build reads no captures");
 }
 
 void recording_close(struct recording *recording)

@@ -1,6 +1,6 @@
 #include "../common/number.h"
 #include "files.h"
-#include "lum/io/capture.h"
+#include "lum/capture/capture.h"
 #include "lum/packet.h"
 #include "lum/wire.h"
 

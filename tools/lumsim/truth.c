@@ -1,7 +1,7 @@
 #include "truth.h"
 
 #include "lum/assembler.h"
-#include "lum/io/writer.h"
+#include "lum/cloud/writer.h"
 #include "sim/packets.h"
 
 #include <stdlib.h>

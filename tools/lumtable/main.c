@@ -1,7 +1,7 @@
 /* lumtable: what a controller needs of a sensor's YAML, as constants in C. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/outfile.h"
-#include "lum/io/config.h"
+#include "lum/config/config.h"
 #include "options.h"
 #include "source.h"
 

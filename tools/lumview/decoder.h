@@ -6,7 +6,7 @@
 #include "picture.h"
 #include "stage.h"
 
-#include "lum/io/demux.h"
+#include "lum/capture/demux.h"
 
 #include <stdbool.h>
 #include <stdint.h>

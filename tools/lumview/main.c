@@ -11,7 +11,7 @@
 #include "redirect.h"
 #include "server.h"
 
-#include "lum/io/config.h"
+#include "lum/config/config.h"
 
 #include <errno.h>
 #include <signal.h>

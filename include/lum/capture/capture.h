@@ -1,0 +1,149 @@
+/** @file
+ * Captures: pcap and pcapng files to datagrams and back (docs/protocol.md,
+ * section 9). Files compressed by gzip or zstd are read in place, where the
+ * build has zlib or libzstd.
+ *
+ * A capture, and a writer, is one thread's at a time; two share nothing.
+ * Nothing is allocated for a record, but 66 KB for each of at most 64 datagrams
+ * whose fragments wait. */
+#ifndef LUM_CAPTURE_CAPTURE_H
+#define LUM_CAPTURE_CAPTURE_H
+
+#include "lum/base/error.h"
+#include "lum/capture/source.h"
+#include "lum/result.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** What a record of a capture turned out to be. */
+typedef enum lum_record_kind {
+    LUM_RECORD_DATAGRAM,  /**< a whole UDP datagram over IPv4 */
+    LUM_RECORD_CUT_SHORT, /**< a datagram that the capture holds in part */
+    LUM_RECORD_FRAGMENT,  /**< kept or used up; nothing to count now */
+    LUM_RECORD_OTHER      /**< anything else */
+} lum_record_kind;
+
+/** A record of a capture. */
+typedef struct lum_record {
+    int64_t time_ns;           /**< capture time, ns since 1970 UTC */
+    const uint8_t *payload;    /**< datagrams: UDP payload; lives until the next
+                                    read */
+    size_t len;                /**< datagrams: bytes of payload */
+    uint32_t source;           /**< datagrams, also cut ones: host order */
+    uint32_t destination;      /**< likewise */
+    uint16_t source_port;      /**< likewise */
+    uint16_t destination_port; /**< likewise */
+    lum_record_kind kind;      /**< what it is */
+    uint32_t dropped_fragments; /**< fragments given up while this record was
+                                     read; each is one more *other* */
+} lum_record;
+
+/** An open capture. */
+typedef struct lum_capture lum_capture;
+
+/** Open a capture. Waits for its first interface that can be read; packets of
+ * other interfaces of a pcapng file are ::LUM_RECORD_OTHER.
+ * @param path  a file, or "-" for standard input.
+ * @param out   gets a capture to be closed with lum_capture_close().
+ * @param error gets the message on failure: missing, unreadable, a directory,
+ *              not a capture, no link type that is supported before the first
+ *              packet.
+ * @return 0, or -1. */
+LUM_MUST_CHECK int lum_capture_open(const char *path, lum_capture **out,
+                                    lum_error *error);
+
+/** As lum_capture_open(), of any source.
+ * @param source taken over: closed with the capture, and on failure. */
+LUM_MUST_CHECK int lum_capture_open_source(lum_source *source,
+                                           lum_capture **out, lum_error *error);
+
+/** Read the next record.
+ * @return 1 with a record; 0 at the end of the file; -1 when the file cannot be
+ *         read on, with the byte and the reason in error. After 0 or -1 the
+ * fragments still waiting have been given up: *out then holds only their
+ * number, in dropped_fragments. */
+LUM_MUST_CHECK int lum_capture_next(lum_capture *capture, lum_record *out,
+                                    lum_error *error);
+
+/** How far the reading has come, in the file as it is, compressed or not.
+ * @param done  bytes read so far.
+ * @param total bytes of the file; 0 where that is not known. */
+void lum_capture_progress(const lum_capture *capture, uint64_t *done,
+                          uint64_t *total);
+
+/** Close. NULL is allowed. */
+void lum_capture_close(lum_capture *capture);
+
+/** A pcap file being written: Ethernet, nanoseconds. */
+typedef struct lum_capture_writer lum_capture_writer;
+
+/** A datagram to be written. */
+typedef struct lum_datagram {
+    int64_t time_ns;           /**< ns since 1970 UTC, 0 or above */
+    const uint8_t *payload;    /**< UDP payload */
+    size_t len;                /**< its bytes, at most 65,507 */
+    uint32_t source;           /**< host order */
+    uint32_t destination;      /**< host order */
+    uint16_t source_port;      /**< UDP port */
+    uint16_t destination_port; /**< UDP port */
+} lum_datagram;
+
+/** Begin a pcap file that records what will not come again: it gets its name
+ * with the first datagram, and then stays, whatever becomes of the rest. A file
+ * of that name is replaced, or emptied where its directory may not be written
+ * in; until the first datagram it stays as it is.
+ * @param path a file, or "-" for standard output.
+ * @return 0, or -1 with the reason in error; errno is EBUSY if another run is
+ *         writing a file of that name. */
+LUM_MUST_CHECK int lum_capture_writer_open(const char *path,
+                                           lum_capture_writer **out,
+                                           lum_error *error);
+
+/** Begin a pcap file that gets its name when it is closed, so that it is only
+ * ever whole. A file of that name stays as it is until then.
+ * @param path as for lum_capture_writer_open().
+ * @return as lum_capture_writer_open(). */
+LUM_MUST_CHECK int lum_capture_writer_open_whole(const char *path,
+                                                 lum_capture_writer **out,
+                                                 lum_error *error);
+
+/** Append a datagram, with Ethernet, IPv4 and UDP headers of its own and right
+ * checksums; above 1500 bytes as one jumbo packet.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_capture_writer_add(lum_capture_writer *writer,
+                                          const lum_datagram *datagram,
+                                          lum_error *error);
+
+/** Bytes of the file so far, those that are still buffered included. */
+uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer);
+
+/** Write what is buffered, so that others can read it, also when this process
+ * dies. Tells that the reader of a pipe has left even when there is nothing to
+ * write: then errno is EPIPE.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_capture_writer_flush(lum_capture_writer *writer,
+                                            lum_error *error);
+
+/** Write what is buffered, wait until it is on the disk, give the file its name
+ * if it has none yet, and close. NULL is allowed.
+ * @return 0, or -1 with the reason in error; closed either way. What has no
+ *         name then is removed. */
+LUM_MUST_CHECK int lum_capture_writer_close(lum_capture_writer *writer,
+                                            lum_error *error);
+
+/** Close and remove what has not got its name; what has stays, as far as it was
+ * written. NULL is allowed. Does not wait for a reader that has stopped
+ * reading. */
+void lum_capture_writer_abort(lum_capture_writer *writer);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,106 @@
+/** @file
+ * Records of a capture, or of a socket, to the lines of each sensor
+ * (docs/protocol.md, section 9).
+ *
+ * A sensor is the address on the side of port 5517 that sent data; each has an
+ * assembler of its own. Events are returned as lum_assembler_push() does.
+ *
+ * One demultiplexer is one thread's at a time. A sensor's assembler takes about
+ * 550 KB with the default constants, at its first data. */
+#ifndef LUM_CAPTURE_DEMUX_H
+#define LUM_CAPTURE_DEMUX_H
+
+#include "lum/assembler.h"
+#include "lum/capture/capture.h"
+#include "lum/packet.h"
+#include "lum/result.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Most sensors in one stream; data of more counts as *other*. */
+#define LUM_DEMUX_SENSORS_MAX 16u
+
+/** What a demultiplexer has to know. */
+typedef struct lum_demux_options {
+    lum_layout layout;           /**< of data packets */
+    lum_assembler_config config; /**< for each sensor's assembler */
+    bool has_sensor; /**< one sensor is asked for: data of others is not
+                        assembled, nor anything of theirs counted */
+    uint32_t sensor; /**< its address, host order */
+} lum_demux_options;
+
+/** What was counted, of one address or of all. */
+typedef struct lum_demux_counters {
+    uint64_t packets[LUM_PACKET_KINDS]; /**< by ::lum_packet_kind */
+    uint64_t angle_packets;             /**< of the data: angles */
+    uint64_t range_packets;             /**< of the data: ranges */
+    uint64_t cut_short;                 /**< datagrams captured in part */
+    uint64_t other;                     /**< what is not ours, dropped
+                                             fragments among it */
+    lum_assembly_counters assembly;     /**< of all the sensors' assemblers */
+} lum_demux_counters;
+
+/** One sensor of the stream. */
+typedef struct lum_demux_sensor {
+    uint32_t address;            /**< host order */
+    lum_demux_counters counters; /**< other is always 0 */
+} lum_demux_sensor;
+
+/** A demultiplexer. */
+typedef struct lum_demux lum_demux;
+
+/** Make a demultiplexer.
+ * @param options copied; the config is valid.
+ * @return to be freed with lum_demux_free(); NULL without memory. */
+lum_demux *lum_demux_new(const lum_demux_options *options);
+
+/** Free it. NULL is allowed. */
+void lum_demux_free(lum_demux *demux);
+
+/** Take a record.
+ * @param record its time is the arrival that lines are handed out with.
+ * @param kind   may be NULL; gets what the datagram is where it is one of port
+ *               5517 and counted, else LUM_PACKET_KINDS.
+ * @return LUM_OK: consumed. LUM_LINE_READY, LUM_FRAME_READY: an event of
+ *         lum_demux_current(); push the same record again. LUM_E_SPACE: no
+ *         memory for one more sensor. */
+LUM_MUST_CHECK lum_result lum_demux_push(lum_demux *demux,
+                                         const lum_record *record,
+                                         lum_packet_kind *kind);
+
+/** The end of the stream. Call until it returns LUM_OK.
+ * @return LUM_LINE_READY or LUM_FRAME_READY, then LUM_OK. */
+LUM_MUST_CHECK lum_result lum_demux_flush(lum_demux *demux);
+
+/** The assembler whose event was returned last: for lum_assembler_line() and
+ * lum_assembler_frame(). */
+const lum_assembler *lum_demux_current(const lum_demux *demux);
+
+/** Which sensor that is: an index for lum_demux_get_sensor(). */
+size_t lum_demux_current_index(const lum_demux *demux);
+
+/** How many sensors sent data so far; with a sensor asked for, others too, for
+ * they are known, though not decoded. */
+size_t lum_demux_sensor_count(const lum_demux *demux);
+
+/** The i-th sensor, in order of their first data.
+ * @param i   below lum_demux_sensor_count().
+ * @param out overwritten. */
+void lum_demux_get_sensor(const lum_demux *demux, size_t i,
+                          lum_demux_sensor *out);
+
+/** Counters of the whole stream, without those of sensors that were not asked
+ * for. */
+void lum_demux_total(const lum_demux *demux, lum_demux_counters *out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

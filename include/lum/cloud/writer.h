@@ -1,0 +1,124 @@
+/** @file
+ * Point clouds to files: CSV, PLY, PCD, LAS, XYZ, and, with what
+ * lum/picture/picture.h gives, a picture as PNG (docs/formats.md).
+ *
+ * A writer is one thread's at a time, and has a thread of its own that writes
+ * its 3 blocks of 1 MiB. */
+#ifndef LUM_CLOUD_WRITER_H
+#define LUM_CLOUD_WRITER_H
+
+#include "lum/base/error.h"
+#include "lum/points.h"
+#include "lum/result.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** File formats. */
+typedef enum lum_format {
+    LUM_FORMAT_CSV, /**< text, a header line, all columns */
+    LUM_FORMAT_PLY, /**< binary little-endian or ascii */
+    LUM_FORMAT_PCD, /**< version 0.7, binary or ascii */
+    LUM_FORMAT_LAS, /**< version 1.4, point format 6, extra bytes */
+    LUM_FORMAT_XYZ, /**< text, x y z alone */
+    LUM_FORMAT_PNG, /**< a picture: range images and a bird's-eye view; needs
+                         lum_writer_options.picture */
+    LUM_FORMATS     /**< how many there are */
+} lum_format;
+
+/** The format that a file name's ending tells, in any case of letters.
+ * @return 0, or -1 if it tells none. */
+LUM_MUST_CHECK int lum_format_from_name(const char *name, lum_format *out);
+
+/** Whether the format's header holds a count, so that the output must be
+ * seekable or the writing be rehearsed. */
+bool lum_format_needs_count(lum_format format);
+
+/** How a format is written, for formats that are libraries of their own. */
+typedef struct lum_format_ops lum_format_ops;
+
+/** What a writer has to know. */
+typedef struct lum_writer_options {
+    lum_format format; /**< which */
+    bool ascii;        /**< PLY, PCD: text instead of binary */
+    bool utc;          /**< timestamps are microseconds since 1970 UTC and
+                            not of the sensor clock */
+    const struct lum_writer *rehearsal; /**< NULL, or what lum_writer_rehearse()
+                                 gave and has taken the lines to come; read by
+                                 lum_writer_open() alone */
+    const lum_projector *projector; /**< PNG: scale of angles; may be NULL */
+    const lum_format_ops *picture;  /**< PNG: lum_picture_format(); other
+                                         formats ignore it */
+} lum_writer_options;
+
+/** The samples of one line. */
+typedef struct lum_line_samples {
+    const lum_sample *samples; /**< in order */
+    size_t count;              /**< how many, may be 0 */
+    int64_t frame;             /**< frame number */
+    int64_t timestamp_us;      /**< of the line */
+    uint32_t line;             /**< line number */
+    uint8_t eye;               /**< an ::lum_eye */
+} lum_line_samples;
+
+/** A file being written. */
+typedef struct lum_writer lum_writer;
+
+/** Begin a rehearsal: a writer that takes lines and writes nothing, so that a
+ * second pass over them knows beforehand what its header has to hold. To be
+ * ended with lum_writer_abort().
+ * @param options copied; the same that the file will be written with.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_writer_rehearse(const lum_writer_options *options,
+                                       lum_writer **out, lum_error *error);
+
+/** Begin a file.
+ * @param path    its name, or "-" for standard output. A file is written under
+ *                another name and renamed by lum_writer_close(), so that PATH
+ * is only ever whole.
+ * @param options copied.
+ * @return 0, or -1 with the reason in error: the directory is missing, no
+ *         permission, another run is writing a file of that name (then errno is
+ *         EBUSY), the header needs a count and there is neither a rehearsal nor
+ *         an output that can seek, a PNG without lum_writer_options.picture. */
+LUM_MUST_CHECK int lum_writer_open(const char *path,
+                                   const lum_writer_options *options,
+                                   lum_writer **out, lum_error *error);
+
+/** Append a line's samples; they are copied.
+ * @return 0, or -1 with the reason in error (the disk is full, the reader of
+ *         the pipe has left: then errno is EPIPE). */
+LUM_MUST_CHECK int lum_writer_add(lum_writer *writer,
+                                  const lum_line_samples *line,
+                                  lum_error *error);
+
+/** Bytes that the output has been given so far. What a format keeps until its
+ * end is not among them. */
+uint64_t lum_writer_bytes(const lum_writer *writer);
+
+/** Begin to write what was added, for an output that is read while it is
+ * written; does not wait. While a slow reader has not taken what came before,
+ * the rest stays: call again later. Tells that the reader has left even when
+ * there is nothing to write.
+ * @return as lum_writer_add(). */
+LUM_MUST_CHECK int lum_writer_flush(lum_writer *writer, lum_error *error);
+
+/** Finish the file, wait until it is on the disk, give it its name, free the
+ * writer.
+ * @return 0, or -1 with the reason in error, such as other lines than were
+ *         rehearsed; then nothing is left behind. */
+LUM_MUST_CHECK int lum_writer_close(lum_writer *writer, lum_error *error);
+
+/** Remove what was written and free the writer. NULL is allowed. */
+void lum_writer_abort(lum_writer *writer);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,303 @@
+#define _POSIX_C_SOURCE 200809L
+
+#include "base/outfile.h"
+#include "byte_order.h"
+#include "lum/capture/capture.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum {
+    ETHERNET_BYTES = 14,
+    IPV4_BYTES = 20,
+    UDP_BYTES = 8,
+    HEADER_BYTES = ETHERNET_BYTES + IPV4_BYTES + UDP_BYTES,
+    PAYLOAD_BYTES_MAX = 65535 - IPV4_BYTES - UDP_BYTES,
+    SNAP_BYTES = 262144, /* what tcpdump writes */
+    PROTOCOL_UDP = 17,
+    VERSION = 2,
+    VERSION_MINOR = 4,
+    LINKTYPE_ETHERNET = 1,
+    FILE_HEADER_BYTES = 24,
+    RECORD_HEADER_BYTES = 16,
+    BUFFER_BYTES = 1024 * 1024
+};
+
+#define MAGIC_NANOSECONDS 0xa1b23c4du
+
+struct lum_capture_writer {
+    FILE *file; /* of a second descriptor of out */
+    lum_outfile out;
+    bool is_open;  /* out is */
+    bool is_shown; /* or need not be */
+    char *buffer;  /* of file */
+    uint64_t bytes;
+    uint8_t record[RECORD_HEADER_BYTES + HEADER_BYTES + PAYLOAD_BYTES_MAX];
+};
+
+/* The sum of 16-bit words, not yet folded; an odd byte counts as the first of a
+ * word. At most 65,536 bytes, so it cannot overflow. */
+static uint32_t sum_words(const uint8_t *p, size_t len)
+{
+    uint32_t high = 0;
+    uint32_t low = 0;
+    size_t i = 0;
+    for (; i + 1u < len; i += 2u) {
+        high += p[i];
+        low += p[i + 1u];
+    }
+    high += i < len ? p[i] : 0u;
+    return (high << 8) + low;
+}
+
+static uint16_t checksum(uint32_t sum)
+{
+    sum = (sum & 0xffffu) + (sum >> 16);
+    sum = (sum & 0xffffu) + (sum >> 16);
+    return (uint16_t)(~sum & 0xffffu);
+}
+
+/* Locally administered, made from the IPv4 address. */
+static void put_mac(uint8_t *p, uint32_t address)
+{
+    store_be16(p, 0x0200);
+    store_be32(p + 2, address);
+}
+
+static void put_ethernet(uint8_t *p, const lum_datagram *d)
+{
+    put_mac(p, d->destination);
+    put_mac(p + 6, d->source);
+    store_be16(p + 12, 0x0800);
+}
+
+static void put_ipv4(uint8_t *p, const lum_datagram *d)
+{
+    memset(p, 0, IPV4_BYTES);
+    p[0] = 0x45;
+    store_be16(p + 2, (uint32_t)(IPV4_BYTES + UDP_BYTES + d->len));
+    store_be16(p + 6, 0x4000); /* not to be fragmented */
+    p[8] = 64;
+    p[9] = PROTOCOL_UDP;
+    store_be32(p + 12, d->source);
+    store_be32(p + 16, d->destination);
+    store_be16(p + 10, checksum(sum_words(p, IPV4_BYTES)));
+}
+
+/* Behind the IPv4 header, whose addresses are in the sum. */
+static void put_udp(uint8_t *p, const lum_datagram *d)
+{
+    const uint32_t len = (uint32_t)(UDP_BYTES + d->len);
+    store_be16(p, d->source_port);
+    store_be16(p + 2, d->destination_port);
+    store_be16(p + 4, len);
+    store_be16(p + 6, 0);
+    if (d->len != 0) {
+        memcpy(p + UDP_BYTES, d->payload, d->len);
+    }
+    const uint32_t sum = sum_words(p - 8, 8) + PROTOCOL_UDP + len;
+    const uint16_t sent =
+        checksum((sum & 0xffffu) + (sum >> 16) + sum_words(p, len));
+    store_be16(p + 6, sent == 0 ? 0xffffu : sent);
+}
+
+static int failed(const lum_capture_writer *w, lum_error *error)
+{
+    return lum_outfile_fail(&w->out, errno, "cannot be written", error);
+}
+
+static void release(lum_capture_writer *w)
+{
+    if (w->file != NULL) {
+        (void)fclose(w->file);
+    }
+    if (w->is_open) {
+        lum_outfile_discard(&w->out);
+    }
+    free(w->buffer);
+    free(w);
+}
+
+static int open_stream(lum_capture_writer *w)
+{
+    const int fd = fcntl(w->out.fd, F_DUPFD_CLOEXEC, 0);
+    if (fd < 0) {
+        return -1;
+    }
+    w->file = fdopen(fd, "wb");
+    if (w->file == NULL) {
+        (void)close(fd);
+        return -1;
+    }
+    return setvbuf(w->file, w->buffer, _IOFBF, BUFFER_BYTES) == 0 ? 0 : -1;
+}
+
+/* Little-endian, as most hosts would write it. */
+static int begin(lum_capture_writer *w, lum_error *error)
+{
+    uint8_t header[FILE_HEADER_BYTES] = {0};
+    if (open_stream(w) != 0) {
+        return failed(w, error);
+    }
+    store_le32(header, MAGIC_NANOSECONDS);
+    store_le16(header + 4, VERSION);
+    store_le16(header + 6, VERSION_MINOR);
+    store_le32(header + 16, SNAP_BYTES);
+    store_le32(header + 20, LINKTYPE_ETHERNET);
+    w->bytes = FILE_HEADER_BYTES;
+    return fwrite(header, sizeof header, 1, w->file) == 1 ? 0
+                                                          : failed(w, error);
+}
+
+static int open_writer(const char *path, lum_outfile_kind kind,
+                       lum_capture_writer **out, lum_error *error)
+{
+    lum_capture_writer *w = calloc(1, sizeof *w);
+    char *buffer = malloc(BUFFER_BYTES);
+    if (w == NULL || buffer == NULL) {
+        free(w);
+        free(buffer);
+        return lum_error_set(error, "%s: not enough memory to write it", path);
+    }
+    w->buffer = buffer;
+    w->is_shown = kind == LUM_OUTFILE_WHOLE;
+    w->is_open = lum_outfile_open(path, kind, &w->out, error) == 0;
+    if (!w->is_open || begin(w, error) != 0) {
+        const int code = errno;
+        release(w);
+        errno = code;
+        return -1;
+    }
+    *out = w;
+    return 0;
+}
+
+int lum_capture_writer_open(const char *path, lum_capture_writer **out,
+                            lum_error *error)
+{
+    return open_writer(path, LUM_OUTFILE_GROWS, out, error);
+}
+
+int lum_capture_writer_open_whole(const char *path, lum_capture_writer **out,
+                                  lum_error *error)
+{
+    return open_writer(path, LUM_OUTFILE_WHOLE, out, error);
+}
+
+static int check_datagram(const lum_capture_writer *w, const lum_datagram *d,
+                          lum_error *error)
+{
+    if (d->len > PAYLOAD_BYTES_MAX) {
+        return lum_error_set(
+            error, "%s: a datagram of %zu bytes; at most %d can be written",
+            w->out.name, d->len, (int)PAYLOAD_BYTES_MAX);
+    }
+    if (d->time_ns < 0 || d->time_ns / 1000000000 > UINT32_MAX) {
+        return lum_error_set(error,
+                             "%s: a capture time of %lld s since 1970; from 0 "
+                             "to 4294967295 can be written",
+                             w->out.name, (long long)(d->time_ns / 1000000000));
+    }
+    return 0;
+}
+
+static int show(lum_capture_writer *w, lum_error *error)
+{
+    w->is_shown = true;
+    return lum_outfile_show(&w->out, error);
+}
+
+static void put_record(uint8_t *p, const lum_datagram *d)
+{
+    const uint32_t len = (uint32_t)(HEADER_BYTES + d->len);
+    store_le32(p, (uint32_t)(d->time_ns / 1000000000));
+    store_le32(p + 4, (uint32_t)(d->time_ns % 1000000000));
+    store_le32(p + 8, len);
+    store_le32(p + 12, len);
+    put_ethernet(p + RECORD_HEADER_BYTES, d);
+    put_ipv4(p + RECORD_HEADER_BYTES + ETHERNET_BYTES, d);
+    put_udp(p + RECORD_HEADER_BYTES + ETHERNET_BYTES + IPV4_BYTES, d);
+}
+
+int lum_capture_writer_add(lum_capture_writer *writer,
+                           const lum_datagram *datagram, lum_error *error)
+{
+    if (check_datagram(writer, datagram, error) != 0 ||
+        (!writer->is_shown && show(writer, error) != 0)) {
+        return -1;
+    }
+    const size_t len = RECORD_HEADER_BYTES + HEADER_BYTES + datagram->len;
+    put_record(writer->record, datagram);
+    const bool is_good = fwrite(writer->record, len, 1, writer->file) == 1;
+    writer->bytes += len;
+    lum_outfile_wrote(&writer->out, len);
+    return is_good ? 0 : failed(writer, error);
+}
+
+uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer)
+{
+    return writer->bytes;
+}
+
+/* Whether nobody will read what is written; a pipe tells that without a write.
+ */
+static bool has_no_reader(const lum_capture_writer *writer)
+{
+    struct pollfd look = {.fd = writer->out.fd};
+    return poll(&look, 1, 0) > 0 && (look.revents & POLLERR) != 0;
+}
+
+int lum_capture_writer_flush(lum_capture_writer *writer, lum_error *error)
+{
+    if (has_no_reader(writer)) {
+        errno = EPIPE;
+        return failed(writer, error);
+    }
+    return fflush(writer->file) == 0 ? 0 : failed(writer, error);
+}
+
+/* fclose() would do it too late to tell what goes wrong. */
+int lum_capture_writer_close(lum_capture_writer *writer, lum_error *error)
+{
+    if (writer == NULL) {
+        return 0;
+    }
+    int result = 0;
+    if (ferror(writer->file) || fflush(writer->file) != 0) {
+        result = failed(writer, error);
+    } else {
+        result = lum_outfile_finish(&writer->out, error);
+    }
+    const int reason = errno;
+    release(writer);
+    errno = reason;
+    return result;
+}
+
+/* What is buffered would be written by fclose(), which may wait for a reader.
+ */
+static void turn_away(const lum_capture_writer *writer)
+{
+    const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (nowhere >= 0) {
+        (void)dup2(nowhere, fileno(writer->file));
+        (void)close(nowhere);
+    }
+}
+
+void lum_capture_writer_abort(lum_capture_writer *writer)
+{
+    if (writer == NULL) {
+        return;
+    }
+    if (writer->out.path == NULL || writer->out.part != NULL) {
+        turn_away(writer);
+    }
+    release(writer);
+}

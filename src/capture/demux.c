@@ -1,0 +1,351 @@
+#include "lum/capture/demux.h"
+
+#include "lum/wire.h"
+
+#include <stdlib.h>
+
+/* Addresses whose packets are told apart; what comes from more is counted
+ * together. */
+#define ADDRESSES_MAX 64u
+
+struct assembly {
+    lum_assembler assembler;
+    lum_line_slot *slots;
+    uint32_t *words;
+    lum_reach *reach;
+};
+
+struct address {
+    uint32_t address;
+    bool is_sensor;
+    size_t sensor_index; /* valid if it is one */
+    lum_demux_counters counters;
+    struct assembly *assembly;
+};
+
+struct lum_demux {
+    lum_demux_options options;
+    struct address addresses[ADDRESSES_MAX + 1]; /* the last: all the rest */
+    size_t address_count;
+    size_t sensors[LUM_DEMUX_SENSORS_MAX]; /* indices of addresses */
+    size_t sensor_count;
+    bool asked_is_there; /* the sensor that was asked for is one of them */
+    uint64_t other;
+    bool is_pending; /* the record at hand was counted; its group is */
+    lum_group group;
+    lum_packet_kind kind;
+    struct address *current;
+    size_t flushing;
+};
+
+static void free_assembly(struct assembly *assembly)
+{
+    if (assembly != NULL) {
+        free(assembly->slots);
+        free(assembly->words);
+        free(assembly->reach);
+        free(assembly);
+    }
+}
+
+static struct assembly *new_assembly(const lum_demux_options *options)
+{
+    const lum_assembler_config *c = &options->config;
+    lum_assembler_storage s = {
+        .slot_count = LUM_ASSEMBLER_SLOTS(c->open_lines),
+        .word_count = LUM_ASSEMBLER_WORDS(c->open_lines, c->words_per_line),
+        .reach_count = LUM_ASSEMBLER_REACH(c->reorder_lines)};
+    struct assembly *assembly = calloc(1, sizeof *assembly);
+    if (assembly == NULL) {
+        return NULL;
+    }
+    s.slots = assembly->slots = malloc(s.slot_count * sizeof *s.slots);
+    s.words = assembly->words = malloc(s.word_count * sizeof *s.words);
+    s.reach = assembly->reach = malloc(s.reach_count * sizeof *s.reach);
+    if (s.slots == NULL || s.words == NULL || s.reach == NULL ||
+        lum_assembler_init(&assembly->assembler, c, &options->layout, &s) !=
+            LUM_OK) {
+        free_assembly(assembly);
+        return NULL;
+    }
+    return assembly;
+}
+
+lum_demux *lum_demux_new(const lum_demux_options *options)
+{
+    lum_demux *demux = calloc(1, sizeof *demux);
+    if (demux != NULL) {
+        demux->options = *options;
+    }
+    return demux;
+}
+
+void lum_demux_free(lum_demux *demux)
+{
+    if (demux == NULL) {
+        return;
+    }
+    for (size_t i = 0; i < demux->address_count; i++) {
+        free_assembly(demux->addresses[i].assembly);
+    }
+    free(demux);
+}
+
+static struct address *find_address(lum_demux *demux, uint32_t address)
+{
+    size_t i = 0;
+    while (i < demux->address_count && demux->addresses[i].address != address) {
+        i++;
+    }
+    if (i == demux->address_count && i < ADDRESSES_MAX) {
+        demux->addresses[i].address = address;
+        demux->address_count++;
+    }
+    return &demux->addresses[i];
+}
+
+static void add_assembly(lum_assembly_counters *to,
+                         const lum_assembly_counters *from)
+{
+    to->late += from->late;
+    to->duplicate += from->duplicate;
+    to->conflict += from->conflict;
+    to->no_room += from->no_room;
+    to->stray += from->stray;
+    to->bad_words += from->bad_words;
+    to->lines += from->lines;
+    to->lines_missing_angles += from->lines_missing_angles;
+    to->lines_skipped += from->lines_skipped;
+    to->words += from->words;
+    to->lost_words += from->lost_words;
+    to->frames += from->frames;
+}
+
+static void add_address(lum_demux_counters *to, const struct address *entry)
+{
+    const lum_demux_counters *from = &entry->counters;
+    for (unsigned i = 0; i < LUM_PACKET_KINDS; i++) {
+        to->packets[i] += from->packets[i];
+    }
+    to->angle_packets += from->angle_packets;
+    to->range_packets += from->range_packets;
+    to->cut_short += from->cut_short;
+    if (entry->assembly != NULL) {
+        add_assembly(&to->assembly,
+                     lum_assembler_counters(&entry->assembly->assembler));
+    }
+}
+
+static bool is_asked_for(const lum_demux *demux, const struct address *entry)
+{
+    return !demux->options.has_sensor ||
+           entry->address == demux->options.sensor;
+}
+
+/* How many more sensors fit; the one that was asked for keeps its place. */
+static bool has_room(const lum_demux *demux, const struct address *entry)
+{
+    const bool reserves = demux->options.has_sensor && !demux->asked_is_there &&
+                          entry->address != demux->options.sensor;
+    return demux->sensor_count + (reserves ? 1u : 0u) < LUM_DEMUX_SENSORS_MAX;
+}
+
+/* Whether the entry is, or can become, a sensor. */
+static bool admit_sensor(lum_demux *demux, struct address *entry)
+{
+    if (entry->is_sensor) {
+        return true;
+    }
+    if (!has_room(demux, entry)) {
+        return false;
+    }
+    entry->is_sensor = true;
+    entry->sensor_index = demux->sensor_count;
+    demux->sensors[demux->sensor_count++] = (size_t)(entry - demux->addresses);
+    demux->asked_is_there |=
+        demux->options.has_sensor && entry->address == demux->options.sensor;
+    return true;
+}
+
+/* Data is worth an entry of its own: an address that has sent none gives way,
+ * and what was counted of it is counted with the rest. */
+static struct address *claim_entry(lum_demux *demux, uint32_t address)
+{
+    struct address *rest = &demux->addresses[ADDRESSES_MAX];
+    struct address *entry = demux->addresses;
+    while (entry < rest && entry->is_sensor) {
+        entry++;
+    }
+    if (entry < rest) {
+        add_address(&rest->counters, entry);
+        *entry = (struct address){.address = address};
+    }
+    return entry;
+}
+
+static bool is_ours(const lum_record *record)
+{
+    return record->source_port == LUM_PORT ||
+           record->destination_port == LUM_PORT;
+}
+
+/* The address on the side of port 5517; the sender's when both are. */
+static uint32_t sensor_side(const lum_record *record)
+{
+    return record->source_port == LUM_PORT ? record->source
+                                           : record->destination;
+}
+
+/* A datagram that was cut before its ports may be ours. */
+static void count_cut_short(lum_demux *demux, const lum_record *record)
+{
+    const bool has_ports =
+        record->source_port != 0 || record->destination_port != 0;
+    if (is_ours(record)) {
+        find_address(demux, sensor_side(record))->counters.cut_short++;
+    } else if (has_ports) {
+        demux->other++;
+    } else {
+        demux->addresses[ADDRESSES_MAX].counters.cut_short++;
+    }
+}
+
+static void count_data(lum_demux_counters *c, const lum_group *group)
+{
+    c->packets[LUM_PACKET_DATA]++;
+    if (group->tag == LUM_TAG_ANGLES) {
+        c->angle_packets++;
+    } else {
+        c->range_packets++;
+    }
+}
+
+/* Counts data; LUM_LINE_READY: the current sensor's assembler is to take it. */
+static lum_result take_data(lum_demux *demux, struct address *entry)
+{
+    if (!admit_sensor(demux, entry)) {
+        demux->other++;
+        demux->kind = LUM_PACKET_KINDS;
+        return LUM_OK;
+    }
+    if (!is_asked_for(demux, entry)) {
+        return LUM_OK;
+    }
+    if (entry->assembly == NULL) {
+        entry->assembly = new_assembly(&demux->options);
+    }
+    if (entry->assembly == NULL) {
+        return LUM_E_SPACE;
+    }
+    demux->current = entry;
+    count_data(&entry->counters, &demux->group);
+    return LUM_LINE_READY;
+}
+
+static lum_result count_datagram(lum_demux *demux, const lum_record *record)
+{
+    const uint32_t address = sensor_side(record);
+    struct address *entry = find_address(demux, address);
+    demux->kind = lum_packet_decode(&demux->options.layout, record->payload,
+                                    record->len, &demux->group);
+    if (demux->kind != LUM_PACKET_DATA) {
+        entry->counters.packets[demux->kind]++;
+        return LUM_OK;
+    }
+    if (entry == &demux->addresses[ADDRESSES_MAX]) {
+        entry = claim_entry(demux, address);
+    }
+    return take_data(demux, entry);
+}
+
+/* Counts a record; LUM_LINE_READY: the current sensor has data to take. */
+static lum_result count_record(lum_demux *demux, const lum_record *record)
+{
+    demux->kind = LUM_PACKET_KINDS;
+    demux->other += record->dropped_fragments;
+    switch (record->kind) {
+    case LUM_RECORD_FRAGMENT:
+        return LUM_OK;
+    case LUM_RECORD_CUT_SHORT:
+        count_cut_short(demux, record);
+        return LUM_OK;
+    case LUM_RECORD_DATAGRAM:
+        if (is_ours(record)) {
+            return count_datagram(demux, record);
+        }
+        break;
+    case LUM_RECORD_OTHER:
+    default:
+        break;
+    }
+    demux->other++;
+    return LUM_OK;
+}
+
+lum_result lum_demux_push(lum_demux *demux, const lum_record *record,
+                          lum_packet_kind *kind)
+{
+    if (!demux->is_pending) {
+        const lum_result counted = count_record(demux, record);
+        if (kind != NULL) {
+            *kind = demux->kind;
+        }
+        if (counted != LUM_LINE_READY) {
+            return counted;
+        }
+    }
+    const lum_result r = lum_assembler_push(
+        &demux->current->assembly->assembler, &demux->group, record->time_ns);
+    demux->is_pending = r > 0;
+    return r > 0 ? r : LUM_OK;
+}
+
+lum_result lum_demux_flush(lum_demux *demux)
+{
+    for (; demux->flushing < demux->sensor_count; demux->flushing++) {
+        demux->current = &demux->addresses[demux->sensors[demux->flushing]];
+        if (demux->current->assembly != NULL) {
+            const lum_result r =
+                lum_assembler_flush(&demux->current->assembly->assembler);
+            if (r > 0) {
+                return r;
+            }
+        }
+    }
+    return LUM_OK;
+}
+
+const lum_assembler *lum_demux_current(const lum_demux *demux)
+{
+    return &demux->current->assembly->assembler;
+}
+
+size_t lum_demux_current_index(const lum_demux *demux)
+{
+    return demux->current->sensor_index;
+}
+
+size_t lum_demux_sensor_count(const lum_demux *demux)
+{
+    return demux->sensor_count;
+}
+
+void lum_demux_get_sensor(const lum_demux *demux, size_t i,
+                          lum_demux_sensor *out)
+{
+    const struct address *entry = &demux->addresses[demux->sensors[i]];
+    *out = (lum_demux_sensor){.address = entry->address};
+    add_address(&out->counters, entry);
+}
+
+void lum_demux_total(const lum_demux *demux, lum_demux_counters *out)
+{
+    *out = (lum_demux_counters){.other = demux->other};
+    for (size_t i = 0; i < demux->address_count; i++) {
+        const struct address *entry = &demux->addresses[i];
+        if (!entry->is_sensor || is_asked_for(demux, entry)) {
+            add_address(out, entry);
+        }
+    }
+    add_address(out, &demux->addresses[ADDRESSES_MAX]);
+}

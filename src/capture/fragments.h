@@ -1,0 +1,51 @@
+/** @file
+ * Reassembly of fragmented datagrams. Internal to capture.
+ *
+ * Fragments wait by source, destination and id (the protocol is UDP). They are
+ * dropped when more than LUM_FRAGMENTS_WAIT_NS of capture time has passed since
+ * the first of their datagram came, oldest first when more than
+ * LUM_FRAGMENTS_DATAGRAMS wait, and with a fragment that overlaps one of them
+ * or contradicts their end. */
+#ifndef LUM_CAPTURE_FRAGMENTS_H
+#define LUM_CAPTURE_FRAGMENTS_H
+
+#include "ipv4.h"
+
+/** Most datagrams that wait at a time. */
+#define LUM_FRAGMENTS_DATAGRAMS 64u
+
+/** How long fragments wait, in capture time. */
+#define LUM_FRAGMENTS_WAIT_NS INT64_C(500000000)
+
+/** Datagrams whose fragments wait: 66 KB for each that waits at a time, kept
+ * until lum_fragments_free(). */
+typedef struct lum_fragments lum_fragments;
+
+/** An empty one.
+ * @return NULL if there is no memory; freed by lum_fragments_free(). */
+LUM_MUST_CHECK lum_fragments *lum_fragments_new(void);
+
+/** Free. NULL is allowed. */
+void lum_fragments_free(lum_fragments *fragments);
+
+/** Take a fragment in.
+ * @param record its time and addresses are read. Its kind becomes
+ *               ::LUM_RECORD_FRAGMENT if the fragment waits;
+ *               ::LUM_RECORD_DATAGRAM, with ports and a payload that lives
+ *               until the next call, if it completes one; ::LUM_RECORD_OTHER if
+ *               it is dropped (also for want of memory) or what it completes is
+ *               no datagram. dropped_fragments grows by the others that are
+ *               dropped. */
+void lum_fragments_add(lum_fragments *fragments, const lum_fragment *fragment,
+                       lum_record *record);
+
+/** Drop those that have waited too long.
+ * @param now_ns within +-2^62.
+ * @return how many fragments. */
+uint32_t lum_fragments_expire(lum_fragments *fragments, int64_t now_ns);
+
+/** Drop all.
+ * @return how many fragments. */
+uint32_t lum_fragments_drop_all(lum_fragments *fragments);
+
+#endif

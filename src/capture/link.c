@@ -1,0 +1,160 @@
+#include "link.h"
+
+#include "byte_order.h"
+
+/* As files have them: https://www.tcpdump.org/linktypes.html */
+enum {
+    LINKTYPE_NULL = 0,
+    LINKTYPE_ETHERNET = 1,
+    LINKTYPE_RAW_OLD = 12, /* some systems' own number of it */
+    LINKTYPE_RAW = 101,
+    LINKTYPE_LOOP = 108,
+    LINKTYPE_LINUX_SLL = 113,
+    LINKTYPE_IPV4 = 228,
+    LINKTYPE_LINUX_SLL2 = 276
+};
+
+enum {
+    ETHERTYPE_IPV4 = 0x0800,
+    ETHERTYPE_8021Q = 0x8100,
+    ETHERTYPE_8021AD = 0x88a8,
+    ETHERTYPE_QINQ = 0x9100,
+    TAG_BYTES = 4,
+    ETHERNET_BYTES = 14,
+    SLL_BYTES = 16,
+    SLL2_BYTES = 20,
+    LOOPBACK_BYTES = 4,
+    AF_INET_EVERYWHERE = 2
+};
+
+static lum_span behind(lum_span span, size_t bytes)
+{
+    return (lum_span){span.at + bytes, span.len - bytes};
+}
+
+static bool is_tag(unsigned ethertype)
+{
+    return ethertype == ETHERTYPE_8021Q || ethertype == ETHERTYPE_8021AD ||
+           ethertype == ETHERTYPE_QINQ;
+}
+
+/* A tag is the control word and the type of what follows it. */
+static bool skip_tags(unsigned ethertype, lum_span rest, lum_span *packet)
+{
+    while (is_tag(ethertype) && rest.len >= TAG_BYTES) {
+        ethertype = load_be16(rest.at + 2);
+        rest = behind(rest, TAG_BYTES);
+    }
+    if (ethertype != ETHERTYPE_IPV4) {
+        return false;
+    }
+    *packet = rest;
+    return true;
+}
+
+static bool read_ethernet(lum_span frame, lum_span *packet)
+{
+    return frame.len >= ETHERNET_BYTES &&
+           skip_tags(load_be16(frame.at + 12), behind(frame, ETHERNET_BYTES),
+                     packet);
+}
+
+static bool read_cooked(lum_span frame, lum_span *packet)
+{
+    return frame.len >= SLL_BYTES &&
+           skip_tags(load_be16(frame.at + 14), behind(frame, SLL_BYTES),
+                     packet);
+}
+
+static bool read_cooked_v2(lum_span frame, lum_span *packet)
+{
+    return frame.len >= SLL2_BYTES &&
+           skip_tags(load_be16(frame.at), behind(frame, SLL2_BYTES), packet);
+}
+
+/* The family is in the byte order of the machine that captured. */
+static bool read_loopback(lum_span frame, lum_span *packet)
+{
+    if (frame.len < LOOPBACK_BYTES) {
+        return false;
+    }
+    const uint32_t family = load_be32(frame.at);
+    if (family != AF_INET_EVERYWHERE && family != (uint32_t)AF_INET_EVERYWHERE
+                                                      << 24) {
+        return false;
+    }
+    *packet = behind(frame, LOOPBACK_BYTES);
+    return true;
+}
+
+/* IPv6 may be among it; the packet's version tells. */
+static bool read_raw(lum_span frame, lum_span *packet)
+{
+    *packet = frame;
+    return true;
+}
+
+lum_link_reader *lum_link_find(uint32_t link_type)
+{
+    static const struct {
+        uint32_t link_type;
+        lum_link_reader *reader;
+    } readers[] = {
+        {LINKTYPE_ETHERNET, read_ethernet},
+        {LINKTYPE_LINUX_SLL, read_cooked},
+        {LINKTYPE_LINUX_SLL2, read_cooked_v2},
+        {LINKTYPE_RAW, read_raw},
+        {LINKTYPE_RAW_OLD, read_raw},
+        {LINKTYPE_IPV4, read_raw},
+        {LINKTYPE_NULL, read_loopback},
+        {LINKTYPE_LOOP, read_loopback},
+    };
+    for (size_t i = 0; i < sizeof readers / sizeof readers[0]; i++) {
+        if (readers[i].link_type == link_type) {
+            return readers[i].reader;
+        }
+    }
+    return NULL;
+}
+
+const char *lum_link_supported(void)
+{
+    return "Ethernet, Linux cooked v1 and v2, raw IP and BSD loopback";
+}
+
+const char *lum_link_name(uint32_t link_type)
+{
+    static const struct {
+        uint32_t link_type;
+        const char *name;
+    } names[] = {
+        {6, "token ring"},
+        {9, "PPP"},
+        {10, "FDDI"},
+        {50, "PPP over serial line"},
+        {51, "PPP over Ethernet"},
+        {105, "Wi-Fi: IEEE 802.11"},
+        {117, "OpenBSD pflog"},
+        {119, "Wi-Fi: Prism"},
+        {127, "Wi-Fi: IEEE 802.11 with radiotap"},
+        {187, "Bluetooth"},
+        {189, "USB"},
+        {190, "CAN"},
+        {195, "IEEE 802.15.4"},
+        {201, "Bluetooth"},
+        {210, "FlexRay"},
+        {212, "LIN"},
+        {220, "USB"},
+        {227, "CAN"},
+        {229, "IPv6 alone"},
+        {239, "NFLOG"},
+        {249, "USB"},
+        {253, "netlink"},
+    };
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        if (names[i].link_type == link_type) {
+            return names[i].name;
+        }
+    }
+    return "unknown";
+}

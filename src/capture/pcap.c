@@ -1,0 +1,51 @@
+#include "pcap_internal.h"
+
+#include <stdlib.h>
+
+lum_pcap *lum_pcap_new(lum_source *source)
+{
+    lum_pcap *r = calloc(1, sizeof *r);
+    if (r != NULL) {
+        r->source = source;
+    }
+    return r;
+}
+
+void lum_pcap_free(lum_pcap *reader)
+{
+    if (reader != NULL) {
+        free(reader->interfaces);
+        free(reader);
+    }
+}
+
+void lum_pcap_take_options(lum_pcap *reader, lum_pcap_option_taker *take,
+                           void *context)
+{
+    reader->take_option = take;
+    reader->option_context = context;
+}
+
+const lum_pcap_interface *lum_pcap_interface_at(const lum_pcap *reader,
+                                                uint32_t index)
+{
+    return &reader->interfaces[index];
+}
+
+int lum_pcap_next(lum_pcap *reader, lum_pcap_record *out, lum_error *error)
+{
+    return reader->next(reader, out, error);
+}
+
+int lum_pcap_begin(lum_pcap *reader, bool (*is_wanted)(uint32_t link_type),
+                   uint32_t *link_type, lum_error *error)
+{
+    if (lum_pcapng_is(reader->source)) {
+        return lum_pcapng_begin(reader, is_wanted, link_type, error);
+    }
+    if (lum_pcap_records_begin(reader, error) != 0) {
+        return -1;
+    }
+    *link_type = reader->interfaces[0].link_type;
+    return is_wanted == NULL || is_wanted(*link_type);
+}

@@ -1,0 +1,100 @@
+/** @file
+ * pcap and pcapng files: bytes to records. Internal to the capture room.
+ *
+ * pcap of versions 2.0 to 2.4 and 543.0, of either byte order, in microseconds
+ * or nanoseconds, and Kuznetzov's with its longer headers; pcapng of version 1
+ * with any number of sections, each of its own byte order, and of interfaces,
+ * each of its own link type, resolution and offset of time. What is no packet
+ * is skipped.
+ *
+ * A reader is one thread's at a time. Nothing is allocated for a record. */
+#ifndef LUM_CAPTURE_PCAP_H
+#define LUM_CAPTURE_PCAP_H
+
+#include "source_internal.h"
+
+/** Most bytes of a packet that a pcap file may hold, as libpcap has it. */
+#define LUM_PCAP_BYTES_MAX 262144u
+
+/** Most bytes of a pcapng block that has to be looked at. */
+#define LUM_PCAPNG_BLOCK_MAX (16u * 1024u * 1024u)
+
+/** Most interfaces of a pcapng section. */
+#define LUM_PCAPNG_INTERFACES_MAX 65536u
+
+/** A time that no clock shows is held at the limit, in seconds since 1970. */
+#define LUM_PCAP_SECONDS_MAX INT64_C(4500000000)
+
+/** A packet as a file has it. */
+typedef struct lum_pcap_record {
+    int64_t time_ns;      /**< since 1970, within +-LUM_PCAP_SECONDS_MAX; 0 for
+                               a simple packet block */
+    const uint8_t *bytes; /**< live until the next call */
+    uint32_t len;         /**< those held */
+    uint32_t whole;       /**< those there were, as the file says */
+    uint32_t link_type;   /**< LINKTYPE_ value */
+    uint32_t interface;   /**< index in its section; 0 in a pcap file */
+} lum_pcap_record;
+
+/** What an interface's description says. */
+typedef struct lum_pcap_interface {
+    uint64_t ticks;     /**< of its time in a second */
+    int64_t offset_s;   /**< to be added */
+    uint32_t snap;      /**< most bytes of a packet that it captured */
+    uint32_t link_type; /**< LINKTYPE_ value */
+} lum_pcap_interface;
+
+/** What an option belongs to. */
+typedef enum lum_pcap_place {
+    LUM_PCAP_SECTION,   /**< a section's header */
+    LUM_PCAP_INTERFACE, /**< an interface's description */
+    LUM_PCAP_PACKET     /**< the packet that is handed out next */
+} lum_pcap_place;
+
+/** Takes an option of a pcapng file.
+ * @param code  its number; 1 is a comment, in UTF-8 without a NUL.
+ * @param value live until it returns. */
+typedef void lum_pcap_option_taker(void *context, lum_pcap_place place,
+                                   unsigned code, const uint8_t *value,
+                                   size_t len);
+
+/** A reader. */
+typedef struct lum_pcap lum_pcap;
+
+/** Make a reader.
+ * @param source borrowed; nothing of it was taken.
+ * @return NULL without memory. */
+LUM_MUST_CHECK lum_pcap *lum_pcap_new(lum_source *source);
+
+/** Free it. NULL is allowed. */
+void lum_pcap_free(lum_pcap *reader);
+
+/** Have the options of a pcapng file handed out while it is read.
+ * @param take NULL: do not. */
+void lum_pcap_take_options(lum_pcap *reader, lum_pcap_option_taker *take,
+                           void *context);
+
+/** Read up to the first interface whose link type is wanted: a pcap file's only
+ * one, or a pcapng file's first such before its first packet. Once, before any
+ * lum_pcap_next().
+ * @param is_wanted   NULL: any is.
+ * @param link_type   gets its link type; where none is wanted the first one's.
+ * @return 1; 0 if none is wanted; -1 if it is no capture, with the reason in
+ *         error, without the source's name. */
+LUM_MUST_CHECK int lum_pcap_begin(lum_pcap *reader,
+                                  bool (*is_wanted)(uint32_t link_type),
+                                  uint32_t *link_type, lum_error *error);
+
+/** Read the next record.
+ * @return 1 with a record; 0 at the end; -1 where it cannot be read on, with
+ * the byte of the stream and the reason in error. */
+LUM_MUST_CHECK int lum_pcap_next(lum_pcap *reader, lum_pcap_record *out,
+                                 lum_error *error);
+
+/** An interface of the section that the last record was of, or of the pcap
+ * file.
+ * @param index as a record has it. */
+const lum_pcap_interface *lum_pcap_interface_at(const lum_pcap *reader,
+                                                uint32_t index);
+
+#endif

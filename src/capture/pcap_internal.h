@@ -1,0 +1,72 @@
+/** @file
+ * What the readers of pcap and of pcapng share. Internal to them. */
+#ifndef LUM_CAPTURE_PCAP_INTERNAL_H
+#define LUM_CAPTURE_PCAP_INTERNAL_H
+
+#include "byte_order.h"
+#include "pcap.h"
+
+struct lum_pcap {
+    lum_source *source;
+    int (*next)(lum_pcap *reader, lum_pcap_record *out, lum_error *error);
+    uint64_t at;    /* where the record or block being read begins */
+    bool is_big;    /* the byte order of the file, or of the section */
+    uint32_t scale; /* pcap: nanoseconds of a fraction's unit */
+    size_t header;  /* pcap: bytes of a record's */
+    int lengths;    /* pcap: enum length_order */
+    lum_pcap_interface *interfaces;
+    uint32_t interface_count;
+    uint32_t interface_room;
+    lum_pcap_option_taker *take_option;
+    void *option_context;
+};
+
+static inline uint16_t load_u16(const lum_pcap *r, const uint8_t *p)
+{
+    return r->is_big ? load_be16(p) : load_le16(p);
+}
+
+static inline uint32_t load_u32(const lum_pcap *r, const uint8_t *p)
+{
+    return r->is_big ? load_be32(p) : load_le32(p);
+}
+
+/** What a limit of 0 means, and one that cannot be meant. */
+static inline uint32_t lum_pcap_snap(uint32_t snap)
+{
+    return snap == 0 || snap > INT32_MAX ? LUM_PCAP_BYTES_MAX : snap;
+}
+
+/** Say where reading ended and why.
+ * @return -1. */
+LUM_PRINTF(3, 4)
+int lum_pcap_fail(const lum_pcap *reader, lum_error *error, const char *format,
+                  ...);
+
+/** Say that the stream ended, or failed, within what begins at reader->at.
+ * @param what "record" or "block".
+ * @param held of its bytes.
+ * @param all  its bytes; 0: not known.
+ * @return -1. */
+int lum_pcap_fail_cut(const lum_pcap *reader, const char *what, uint64_t held,
+                      uint64_t all, lum_error *error);
+
+/** Add an interface.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_pcap_add_interface(lum_pcap *reader,
+                                          const lum_pcap_interface *interface,
+                                          lum_error *error);
+
+/** Read a pcap file's header, which describes its only interface.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_pcap_records_begin(lum_pcap *reader, lum_error *error);
+
+/** Whether the source begins as a pcapng file does. */
+bool lum_pcapng_is(lum_source *source);
+
+/** lum_pcap_begin() of a pcapng file. */
+LUM_MUST_CHECK int lum_pcapng_begin(lum_pcap *reader,
+                                    bool (*is_wanted)(uint32_t link_type),
+                                    uint32_t *link_type, lum_error *error);
+
+#endif

@@ -1,0 +1,173 @@
+#include "source_internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Fits the second-level caches, so that what is read is still there when it is
+ * looked at. */
+#define HALF_BYTES ((size_t)256 * 1024)
+
+/* The kernel copies to a page's start several times as fast as to 16 bytes
+ * behind it, where malloc() begins. */
+#define ALIGN ((size_t)4096)
+
+static char *copy_text(const char *text)
+{
+    const size_t len = strlen(text) + 1u;
+    char *copy = malloc(len);
+    if (copy != NULL) {
+        memcpy(copy, text, len);
+    }
+    return copy;
+}
+
+static lum_source *new_source(const char *name)
+{
+    lum_source *s = calloc(1, sizeof *s);
+    char *copy = copy_text(name);
+    if (s == NULL || copy == NULL) {
+        free(s);
+        free(copy);
+        return NULL;
+    }
+    s->name = copy;
+    return s;
+}
+
+static bool fail(lum_source *s)
+{
+    s->has_ended = true;
+    s->has_failed = true;
+    return false;
+}
+
+/* What is left over goes to the end of the first half, so that what is read
+ * begins where a page does. */
+static void move_left_over(lum_source *s, uint8_t *buffer, size_t half)
+{
+    uint8_t *to = buffer + half - s->left;
+    if (s->left != 0) {
+        memmove(to, s->at, s->left);
+    }
+    s->at = to;
+}
+
+static bool make_room(lum_source *s, size_t bytes)
+{
+    size_t half = s->half != 0 ? s->half : HALF_BYTES;
+    while (half < bytes) {
+        half *= 2u;
+    }
+    if (half == s->half) {
+        move_left_over(s, s->buffer, half);
+        return true;
+    }
+    uint8_t *memory = malloc(2u * half + ALIGN);
+    if (memory == NULL) {
+        (void)lum_error_set(&s->error, "not enough memory to read %zu bytes",
+                            bytes);
+        return fail(s);
+    }
+    uint8_t *buffer = memory + (ALIGN - (uintptr_t)memory % ALIGN) % ALIGN;
+    move_left_over(s, buffer, half);
+    free(s->memory);
+    s->memory = memory;
+    s->buffer = buffer;
+    s->half = half;
+    return true;
+}
+
+lum_source *lum_source_from_memory(const char *name, const void *bytes,
+                                   size_t len)
+{
+    lum_source *s = new_source(name);
+    if (s != NULL) {
+        s->at = bytes;
+        s->left = len;
+        s->end = len;
+        s->functions.total = len;
+        s->has_ended = true;
+    }
+    return s;
+}
+
+lum_source *lum_source_from_functions(const char *name,
+                                      const lum_source_functions *functions)
+{
+    lum_source *s = new_source(name);
+    if (s != NULL && !make_room(s, HALF_BYTES)) {
+        lum_source_close(s);
+        return NULL;
+    }
+    if (s != NULL) {
+        s->functions = *functions;
+    }
+    return s;
+}
+
+static void read_more(lum_source *s)
+{
+    uint8_t *to = s->buffer + (s->at - s->buffer) + s->left;
+    const size_t room = (size_t)(s->buffer + 2u * s->half - to);
+    const int64_t got =
+        s->functions.read(s->functions.context, to, room, &s->error);
+    if (got < 0 || (uint64_t)got > room) {
+        if (got >= 0) {
+            (void)lum_error_set(&s->error, "its function gave more bytes than "
+                                           "there is room for");
+        }
+        (void)fail(s);
+    } else if (got == 0) {
+        s->has_ended = true;
+    } else {
+        s->left += (size_t)got;
+        s->end += (uint64_t)got;
+    }
+}
+
+bool lum_source_fill(lum_source *source, size_t bytes)
+{
+    if (source->has_ended || bytes > LUM_SOURCE_WINDOW_MAX ||
+        !make_room(source, bytes)) {
+        return source->left >= bytes;
+    }
+    while (source->left < bytes && !source->has_ended) {
+        read_more(source);
+    }
+    return source->left >= bytes;
+}
+
+bool lum_source_skip(lum_source *source, uint64_t bytes)
+{
+    while (bytes > source->left) {
+        bytes -= source->left;
+        lum_source_take(source, source->left);
+        if (!lum_source_fill(source, 1)) {
+            return false;
+        }
+    }
+    lum_source_take(source, (size_t)bytes);
+    return true;
+}
+
+void lum_source_progress(const lum_source *source, uint64_t *done,
+                         uint64_t *total)
+{
+    const lum_source *s = source->packed != NULL ? source->packed : source;
+    *done = lum_source_offset(s);
+    *total = s->functions.total;
+}
+
+void lum_source_close(lum_source *source)
+{
+    if (source == NULL) {
+        return;
+    }
+    if (source->functions.close != NULL) {
+        source->functions.close(source->functions.context);
+    }
+    lum_source_close(source->packed);
+    free(source->memory);
+    free(source->name);
+    free(source);
+}

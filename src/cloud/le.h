@@ -1,0 +1,65 @@
+/** @file
+ * Little-endian numbers into memory of any alignment, on any host. Each
+ * function returns the end of what it wrote. */
+#ifndef LUM_CLOUD_LE_H
+#define LUM_CLOUD_LE_H
+
+#include <stdint.h>
+#include <string.h>
+
+/** One byte. */
+static inline unsigned char *lum_put_u8(unsigned char *p, uint8_t v)
+{
+    p[0] = v;
+    return p + 1;
+}
+
+/** Two bytes. */
+static inline unsigned char *lum_put_le16(unsigned char *p, uint16_t v)
+{
+    p[0] = (unsigned char)(v & 0xffu);
+    p[1] = (unsigned char)(v >> 8);
+    return p + 2;
+}
+
+/** Four bytes. */
+static inline unsigned char *lum_put_le32(unsigned char *p, uint32_t v)
+{
+    p[0] = (unsigned char)(v & 0xffu);
+    p[1] = (unsigned char)(v >> 8 & 0xffu);
+    p[2] = (unsigned char)(v >> 16 & 0xffu);
+    p[3] = (unsigned char)(v >> 24);
+    return p + 4;
+}
+
+/** Eight bytes. */
+static inline unsigned char *lum_put_le64(unsigned char *p, uint64_t v)
+{
+    p = lum_put_le32(p, (uint32_t)(v & 0xffffffffu));
+    return lum_put_le32(p, (uint32_t)(v >> 32));
+}
+
+/** An IEEE 754 single. */
+static inline unsigned char *lum_put_f32(unsigned char *p, float v)
+{
+    uint32_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    return lum_put_le32(p, bits);
+}
+
+/** An IEEE 754 double. */
+static inline unsigned char *lum_put_f64(unsigned char *p, double v)
+{
+    uint64_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    return lum_put_le64(p, bits);
+}
+
+/** A frame number in 32 bits; numbers beyond those become the nearest. */
+static inline int32_t lum_frame_i32(int64_t frame)
+{
+    const int64_t low = frame < INT32_MIN ? INT32_MIN : frame;
+    return (int32_t)(low > INT32_MAX ? INT32_MAX : low);
+}
+
+#endif

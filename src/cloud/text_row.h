@@ -1,0 +1,135 @@
+/** @file
+ * A row of text with all columns: CSV, and PLY and PCD in ascii. Internal to
+ * cloud. */
+#ifndef LUM_CLOUD_TEXT_ROW_H
+#define LUM_CLOUD_TEXT_ROW_H
+
+#include "decimal.h"
+
+#include "lum/cloud/writer.h"
+
+#include <stdbool.h>
+
+/** Room that a row takes at most, what the writing of decimals overruns
+ * included. */
+#define LUM_TEXT_ROW_ROOM 512u
+
+#define LUM_METRE_DECIMALS  4u /**< x, y, z, range */
+#define LUM_DEGREE_DECIMALS 5u /**< azimuth, elevation */
+#define LUM_WIDTH_DECIMALS  3u /**< pulse width */
+
+#define LUM_ANGLE_COPY 16u /**< bytes that hold nearly every angle */
+#define LUM_LINE_COPY  32u /**< bytes that hold nearly every line's columns */
+
+/** Text of a column that is often the same as in the row before. */
+typedef struct lum_text_memory {
+    char text[2u * LUM_DECIMAL_ROOM]; /**< with its separator */
+    size_t bytes;                     /**< of it; 0: none yet */
+    float value;                      /**< that it stands for */
+} lum_text_memory;
+
+/** What rows of a line share: text that is made once. */
+typedef struct lum_text_line {
+    char line[3u * LUM_DECIMAL_ROOM]; /**< timestamp, frame, eye, line */
+    size_t line_bytes;                /**< of those */
+    lum_text_memory azimuth;          /**< of the row before */
+    lum_text_memory elevation;        /**< of the row before */
+} lum_text_line;
+
+/** Begin a line: make the text of its own columns. */
+static inline void lum_text_line_begin(lum_text_line *text,
+                                       const lum_line_samples *line,
+                                       char separator)
+{
+    char *p = lum_put_i64(text->line, line->timestamp_us);
+    *p++ = separator;
+    p = lum_put_i64(p, line->frame);
+    *p++ = separator;
+    p = lum_put_three(p, line->eye);
+    *p++ = separator;
+    p = lum_put_u64(p, line->line);
+    *p++ = separator;
+    text->line_bytes = (size_t)(p - text->line);
+    text->azimuth.bytes = 0;
+    text->elevation.bytes = 0;
+}
+
+/** Append n bytes of `from`, which has room behind them; most often the first
+ * `mostly` are all, and a copy of fixed size is quick. */
+LUM_ALWAYS_INLINE char *lum_put_shared(char *p, const char *from, size_t n,
+                                       size_t mostly)
+{
+    memcpy(p, from, mostly);
+    if (n > mostly) {
+        memcpy(p + mostly, from + mostly, n - mostly);
+    }
+    return p + n;
+}
+
+/** An angle: neighbours share elevations, returns of a pixel share both. */
+LUM_ALWAYS_INLINE char *lum_put_angle(char *p, lum_text_memory *memory,
+                                      float angle, char separator)
+{
+    if (memory->bytes == 0 || angle != memory->value) {
+        const char *end =
+            lum_put_column(memory->text, angle, LUM_DEGREE_DECIMALS, separator);
+        memory->bytes = (size_t)(end - memory->text);
+        memory->value = angle;
+    }
+    return lum_put_shared(p, memory->text, memory->bytes, LUM_ANGLE_COPY);
+}
+
+/** A column of a small integer. */
+LUM_ALWAYS_INLINE char *lum_put_count(char *p, uint16_t v, char separator)
+{
+    p = v < 1000u ? lum_put_three(p, v) : lum_put_u64(p, v);
+    *p = separator;
+    return p + 1;
+}
+
+/** The columns of a return; nearly all have numbers of one digit. */
+LUM_ALWAYS_INLINE char *lum_put_return(char *p, const lum_sample *sample,
+                                       char separator)
+{
+    if (sample->return_number < 10u && sample->number_of_returns < 10u) {
+        p[0] = (char)('0' + sample->return_number);
+        p[1] = separator;
+        p[2] = (char)('0' + sample->number_of_returns);
+        p[3] = separator;
+        return p + 4;
+    }
+    p = lum_put_count(p, sample->return_number, separator);
+    return lum_put_count(p, sample->number_of_returns, separator);
+}
+
+/** A row.
+ * @param p           has LUM_TEXT_ROW_ROOM bytes.
+ * @param width_first whether the pulse width stands behind z (as intensity) or
+ *                    behind the elevation.
+ * @return its end, behind the newline. */
+LUM_ALWAYS_INLINE char *lum_put_text_row(char *p, lum_text_line *text,
+                                         const lum_sample *sample,
+                                         char separator, bool width_first)
+{
+    const lum_sample *s = sample;
+    p = lum_put_column(p, s->x, LUM_METRE_DECIMALS, separator);
+    p = lum_put_column(p, s->y, LUM_METRE_DECIMALS, separator);
+    p = lum_put_column(p, s->z, LUM_METRE_DECIMALS, separator);
+    if (width_first) {
+        p = lum_put_column(p, s->pulse_width, LUM_WIDTH_DECIMALS, separator);
+    }
+    p = lum_put_column(p, s->range, LUM_METRE_DECIMALS, separator);
+    p = lum_put_angle(p, &text->azimuth, s->azimuth, separator);
+    p = lum_put_angle(p, &text->elevation, s->elevation, separator);
+    if (!width_first) {
+        p = lum_put_column(p, s->pulse_width, LUM_WIDTH_DECIMALS, separator);
+    }
+    p = lum_put_shared(p, text->line, text->line_bytes, LUM_LINE_COPY);
+    p = lum_put_count(p, s->pixel, separator);
+    p = lum_put_return(p, s, separator);
+    p[0] = s->edge != 0 ? '1' : '0';
+    p[1] = '\n';
+    return p + 2;
+}
+
+#endif

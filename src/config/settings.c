@@ -1,0 +1,398 @@
+#include "lum/config/settings.h"
+
+#include "yaml.h"
+#include "yaml_number.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#define COUNT(array) (sizeof(array) / sizeof(array)[0])
+
+/* The values of a file in order; those of a shape count from YSCAN, which is a
+ * field of view itself, those of a region from its own first. */
+enum {
+    REGION_MIN,
+    REGION_MAX,
+    REGION_WEIGHT,
+    REGION_VALUES
+};
+enum {
+    FOV,
+    SHAPE,
+    MIN,
+    MAX,
+    CENTER,
+    SIGMA,
+    REGIONS,
+    YSCAN_VALUES = REGIONS + (int)LUM_YSCAN_REGIONS_MAX * REGION_VALUES
+};
+enum {
+    VERSION,
+    LASER,
+    POWER,
+    THRESHOLD_GREEN,
+    THRESHOLD_BLUE,
+    LINES,
+    HOLDOFF,
+    OFFSET_GREEN,
+    OFFSET_BLUE,
+    YSCAN,
+    VALUES = YSCAN + YSCAN_VALUES
+};
+
+/* The key of each command, and where its value stands; NULL: a file cannot have
+ * it. */
+static const struct command_key {
+    const char *path;
+    unsigned at;
+} command_keys[LUM_COMMANDS] = {
+    [LUM_COMMAND_POWER] = {"power", POWER},
+    [LUM_COMMAND_THRESHOLD_GREEN] = {"threshold.green", THRESHOLD_GREEN},
+    [LUM_COMMAND_THRESHOLD_BLUE] = {"threshold.blue", THRESHOLD_BLUE},
+    [LUM_COMMAND_LINE_MODE] = {"lines", LINES},
+    [LUM_COMMAND_YSCAN] = {"yscan", YSCAN + FOV},
+    [LUM_COMMAND_HOLDOFF] = {"holdoff", HOLDOFF},
+    [LUM_COMMAND_OFFSET_GREEN] = {"offset.green", OFFSET_GREEN},
+    [LUM_COMMAND_OFFSET_BLUE] = {"offset.blue", OFFSET_BLUE},
+};
+
+/* The file's degrees are our microdegrees. */
+#define MICRO(n) ((n)*INT64_C(1000000))
+
+static const lum_yaml_word line_modes[] = {{"640", 0}, {"64", 1}, {NULL, 0}};
+static const lum_yaml_word shapes[] = {{"uniform", LUM_YSCAN_UNIFORM},
+                                       {"gaussian", LUM_YSCAN_GAUSSIAN},
+                                       {"regions", LUM_YSCAN_REGIONS},
+                                       {NULL, 0}};
+
+static const lum_yaml_rule version = {
+    .min = 1, .max = 1, .whole = true, .allowed = "1"};
+static const lum_yaml_rule laser = {
+    .refusal = "a file does not switch a laser: someone who looks at the "
+               "sensor does, by 'lumctl laser on' or 'lumctl laser off'; leave "
+               "the key out"};
+static const lum_yaml_rule lines = {.words = line_modes, .min = 0, .max = -1};
+static const lum_yaml_rule shape = {.words = shapes, .min = 0, .max = -1};
+static const lum_yaml_rule elevation = {
+    .min = -MICRO(90), .max = MICRO(90), .decimals = 6, .unit = " deg"};
+static const lum_yaml_rule sigma = {
+    .min = 10000, .max = MICRO(90), .decimals = 6, .unit = " deg"};
+static const lum_yaml_rule weight = {
+    .min = 1, .max = 1000000, .whole = true, .unit = ""};
+
+static const lum_yaml_key region_keys[] = {
+    {"min_deg", REGION_MIN, &elevation, NULL},
+    {"max_deg", REGION_MAX, &elevation, NULL},
+    {"weight", REGION_WEIGHT, &weight, NULL},
+};
+static const lum_yaml_table region = {region_keys, COUNT(region_keys)};
+
+#define REGION(number)                                                         \
+    {                                                                          \
+#number, REGIONS + ((number)-1) * REGION_VALUES, NULL, &region         \
+    }
+static const lum_yaml_key regions_keys[LUM_YSCAN_REGIONS_MAX] = {
+    REGION(1),  REGION(2),  REGION(3),  REGION(4),  REGION(5),  REGION(6),
+    REGION(7),  REGION(8),  REGION(9),  REGION(10), REGION(11), REGION(12),
+    REGION(13), REGION(14), REGION(15), REGION(16)};
+static const lum_yaml_table regions = {regions_keys, COUNT(regions_keys)};
+
+static const lum_yaml_key yscan_keys[] = {
+    {"shape", SHAPE, &shape, NULL},
+    {"min_deg", MIN, &elevation, NULL},
+    {"max_deg", MAX, &elevation, NULL},
+    {"center_deg", CENTER, &elevation, NULL},
+    {"sigma_deg", SIGMA, &sigma, NULL},
+    {"regions", 0, NULL, &regions},
+};
+static const lum_yaml_table yscan = {yscan_keys, COUNT(yscan_keys)};
+
+/* Text of what a command's spec allows, such as "150 to 250 in steps of 10". */
+typedef char allowed_text[40];
+
+/* Rules that come from the table of commands, by their ids. */
+typedef struct command_rules {
+    lum_yaml_rule rule[LUM_COMMANDS];
+    allowed_text allowed[LUM_COMMANDS];
+} command_rules;
+
+static void make_rules(command_rules *out)
+{
+    for (unsigned id = 0; id < LUM_COMMANDS; id++) {
+        const lum_command_spec *spec = &lum_command_specs[id];
+        char steps[20] = "";
+        if (spec->step > 1) {
+            (void)snprintf(steps, sizeof steps, " in steps of %u", spec->step);
+        }
+        (void)snprintf(out->allowed[id], sizeof out->allowed[id], "%u to %u%s",
+                       spec->min, spec->max, steps);
+        out->rule[id] = (lum_yaml_rule){.min = spec->min,
+                                        .max = spec->max,
+                                        .whole = true,
+                                        .allowed = out->allowed[id]};
+    }
+}
+
+/* Reads the file's values into place. */
+static int read_values(const lum_yaml_source *source,
+                       const command_rules *rules, lum_yaml_value *values,
+                       lum_error *error)
+{
+    const lum_yaml_rule *rule = rules->rule;
+    const lum_yaml_key threshold_keys[] = {
+        {"green", THRESHOLD_GREEN, &rule[LUM_COMMAND_THRESHOLD_GREEN], NULL},
+        {"blue", THRESHOLD_BLUE, &rule[LUM_COMMAND_THRESHOLD_BLUE], NULL},
+    };
+    const lum_yaml_key offset_keys[] = {
+        {"green", OFFSET_GREEN, &rule[LUM_COMMAND_OFFSET_GREEN], NULL},
+        {"blue", OFFSET_BLUE, &rule[LUM_COMMAND_OFFSET_BLUE], NULL},
+    };
+    const lum_yaml_table threshold = {threshold_keys, COUNT(threshold_keys)};
+    const lum_yaml_table offset = {offset_keys, COUNT(offset_keys)};
+    const lum_yaml_key root_keys[] = {
+        {"version", VERSION, &version, NULL},
+        {"lines", LINES, &lines, NULL},
+        {"yscan", YSCAN, &rule[LUM_COMMAND_YSCAN], &yscan},
+        {"power", POWER, &rule[LUM_COMMAND_POWER], NULL},
+        {"threshold", 0, NULL, &threshold},
+        {"holdoff", HOLDOFF, &rule[LUM_COMMAND_HOLDOFF], NULL},
+        {"offset", 0, NULL, &offset},
+        {"laser", LASER, &laser, NULL},
+    };
+    const lum_yaml_table root = {root_keys, COUNT(root_keys)};
+    return lum_yaml_read(source, &root, values, error);
+}
+
+/* A file whose values are being checked. */
+typedef struct check {
+    const char *name;
+    const lum_yaml_value *values;
+    lum_error *error;
+} check;
+
+static int take_commands(const check *c, const command_rules *rules,
+                         lum_settings *out)
+{
+    for (unsigned id = 0; id < LUM_COMMANDS; id++) {
+        const lum_yaml_value *v = &c->values[command_keys[id].at];
+        const lum_command_spec *spec = &lum_command_specs[id];
+        if (command_keys[id].path == NULL || v->line == 0) {
+            continue;
+        }
+        if ((v->number - spec->min) % spec->step != 0) {
+            return lum_yaml_fail(c->error, c->name, v->line,
+                                 command_keys[id].path,
+                                 "%" PRId64 " is no step; allowed: %s",
+                                 v->number, rules->allowed[id]);
+        }
+        out->has[id] = true;
+        out->value[id] = (uint16_t)v->number;
+    }
+    return 0;
+}
+
+static int refuse_order(const check *c, const char *key, unsigned line,
+                        int64_t low, int64_t high)
+{
+    char min[LUM_YAML_NUMBER_BYTES];
+    char max[LUM_YAML_NUMBER_BYTES];
+    lum_yaml_number_format(min, low, 6);
+    lum_yaml_number_format(max, high, 6);
+    return lum_yaml_fail(c->error, c->name, line, key,
+                         "min_deg must be below max_deg; they are %s and %s",
+                         min, max);
+}
+
+static unsigned first_line(const lum_yaml_value *values, size_t count)
+{
+    unsigned line = 0;
+    for (size_t i = 0; i < count; i++) {
+        if (values[i].line != 0 && (line == 0 || values[i].line < line)) {
+            line = values[i].line;
+        }
+    }
+    return line;
+}
+
+#define LOWEST  0x01u /* bits of the keys that a shape may or must have */
+#define HIGHEST 0x02u
+#define MIDDLE  0x04u
+#define WIDTH   0x08u
+#define BANDS   0x10u
+
+static const struct shape_spec {
+    unsigned may;
+    unsigned must;
+} shape_specs[] = {
+    [LUM_YSCAN_UNIFORM] = {LOWEST | HIGHEST, 0},
+    [LUM_YSCAN_GAUSSIAN] = {LOWEST | HIGHEST | MIDDLE | WIDTH, MIDDLE | WIDTH},
+    [LUM_YSCAN_REGIONS] = {BANDS, BANDS},
+};
+
+/* By their bits. */
+static const struct shape_key {
+    const char *name;
+    unsigned at;
+    unsigned count;
+} shape_keys[] = {
+    {"min_deg", MIN, 1},
+    {"max_deg", MAX, 1},
+    {"center_deg", CENTER, 1},
+    {"sigma_deg", SIGMA, 1},
+    {"regions", REGIONS, LUM_YSCAN_REGIONS_MAX *REGION_VALUES},
+};
+
+/* Holds the keys that stand in the file against what their shape has. */
+static int check_shape_keys(const check *c, const lum_yaml_value *v)
+{
+    const struct shape_spec *spec = &shape_specs[v[SHAPE].number];
+    const char *name = shapes[v[SHAPE].number].text;
+    for (unsigned i = 0; i < COUNT(shape_keys); i++) {
+        const struct shape_key *key = &shape_keys[i];
+        const unsigned line = first_line(v + key->at, key->count);
+        char path[32];
+        (void)snprintf(path, sizeof path, "yscan.%s", key->name);
+        if (line != 0 && (spec->may >> i & 1u) == 0) {
+            return lum_yaml_fail(c->error, c->name, line, path,
+                                 "does not belong to the shape %s, line %u",
+                                 name, v[SHAPE].line);
+        }
+        if (line == 0 && (spec->must >> i & 1u) != 0) {
+            return lum_yaml_fail(c->error, c->name, v[SHAPE].line,
+                                 "yscan.shape", "%s needs %s beside it", name,
+                                 key->name);
+        }
+    }
+    return 0;
+}
+
+static int take_span(const check *c, const lum_yaml_value *v,
+                     lum_yscan_shape *out)
+{
+    const bool has_min = v[MIN].line != 0;
+    const bool has_max = v[MAX].line != 0;
+    const int64_t min = has_min ? v[MIN].number : INT32_MIN;
+    const int64_t max = has_max ? v[MAX].number : INT32_MAX;
+    if (min >= max) {
+        return refuse_order(c, "yscan.min_deg", v[MIN].line, min, max);
+    }
+    out->min_udeg = (int32_t)min;
+    out->max_udeg = (int32_t)max;
+    if (out->kind == LUM_YSCAN_GAUSSIAN &&
+        (v[CENTER].number < min || v[CENTER].number > max)) {
+        return lum_yaml_fail(c->error, c->name, v[CENTER].line,
+                             "yscan.center_deg",
+                             "lies outside min_deg to max_deg; the lines are "
+                             "densest there, so it must be among them");
+    }
+    out->center_udeg = (int32_t)v[CENTER].number;
+    out->sigma_udeg = (int32_t)v[SIGMA].number;
+    return 0;
+}
+
+/* Inserts a region among those that lie higher and lower. */
+static void insert_region(lum_yscan_shape *s, lum_yscan_region r)
+{
+    size_t i = s->region_count++;
+    while (i > 0 && s->regions[i - 1].max_udeg < r.max_udeg) {
+        s->regions[i] = s->regions[i - 1];
+        i--;
+    }
+    s->regions[i] = r;
+}
+
+static int take_region(const check *c, const lum_yaml_value *v,
+                       const char *number, lum_yscan_shape *out)
+{
+    const unsigned line = first_line(v, REGION_VALUES);
+    char path[32];
+    (void)snprintf(path, sizeof path, "yscan.regions.%s", number);
+    if (v[REGION_MIN].line == 0 || v[REGION_MAX].line == 0) {
+        return lum_yaml_fail(c->error, c->name, line, path, "needs %s",
+                             v[REGION_MIN].line == 0 ? "min_deg" : "max_deg");
+    }
+    if (v[REGION_MIN].number >= v[REGION_MAX].number) {
+        return refuse_order(c, path, line, v[REGION_MIN].number,
+                            v[REGION_MAX].number);
+    }
+    const int64_t share =
+        v[REGION_WEIGHT].line == 0 ? 1 : v[REGION_WEIGHT].number;
+    insert_region(out, (lum_yscan_region){(int32_t)v[REGION_MIN].number,
+                                          (int32_t)v[REGION_MAX].number,
+                                          (uint32_t)share});
+    return 0;
+}
+
+/* Regions are sorted, so that only neighbours can overlap. */
+static int refuse_overlaps(const check *c, unsigned line,
+                           const lum_yscan_shape *s)
+{
+    for (size_t i = 1; i < s->region_count; i++) {
+        char end[LUM_YAML_NUMBER_BYTES];
+        char start[LUM_YAML_NUMBER_BYTES];
+        lum_yaml_number_format(end, s->regions[i].max_udeg, 6);
+        lum_yaml_number_format(start, s->regions[i - 1].min_udeg, 6);
+        if (s->regions[i].max_udeg > s->regions[i - 1].min_udeg) {
+            return lum_yaml_fail(c->error, c->name, line, "yscan.regions",
+                                 "two overlap: one reaches up to %s, the next "
+                                 "higher begins at %s",
+                                 end, start);
+        }
+    }
+    return 0;
+}
+
+static int take_regions(const check *c, const lum_yaml_value *v,
+                        lum_yscan_shape *out)
+{
+    for (size_t i = 0; i < LUM_YSCAN_REGIONS_MAX; i++) {
+        const lum_yaml_value *r = v + regions_keys[i].index;
+        if (first_line(r, REGION_VALUES) != 0 &&
+            take_region(c, r, regions_keys[i].name, out) != 0) {
+            return -1;
+        }
+    }
+    return refuse_overlaps(
+        c, first_line(v + REGIONS, (size_t)YSCAN_VALUES - REGIONS), out);
+}
+
+static int take_shape(const check *c, lum_settings *out)
+{
+    const lum_yaml_value *v = c->values + YSCAN;
+    const unsigned line = first_line(v + SHAPE, (size_t)YSCAN_VALUES - SHAPE);
+    if (line == 0) {
+        return 0;
+    }
+    if (v[SHAPE].line == 0) {
+        return lum_yaml_fail(c->error, c->name, line, "yscan",
+                             "needs a shape: uniform, gaussian or regions");
+    }
+    out->has_shape = true;
+    out->shape.kind = (lum_yscan_kind)v[SHAPE].number;
+    if (check_shape_keys(c, v) != 0) {
+        return -1;
+    }
+    return out->shape.kind == LUM_YSCAN_REGIONS
+               ? take_regions(c, v, &out->shape)
+               : take_span(c, v, &out->shape);
+}
+
+int lum_settings_parse(const char *text, size_t len, const char *name,
+                       lum_settings *out, lum_error *error)
+{
+    const lum_yaml_source source = {text, len, name};
+    lum_yaml_value values[VALUES];
+    const check c = {name, values, error};
+    command_rules rules;
+    lum_settings s;
+    memset(values, 0, sizeof values);
+    memset(&s, 0, sizeof s);
+    make_rules(&rules);
+    if (read_values(&source, &rules, values, error) != 0 ||
+        take_commands(&c, &rules, &s) != 0 || take_shape(&c, &s) != 0) {
+        return -1;
+    }
+    *out = s;
+    return 0;
+}

@@ -1,0 +1,18 @@
+/* Links captures of an installed copy. */
+#include <lum/capture/capture.h>
+#include <lum/capture/demux.h>
+
+#include <stdio.h>
+
+int main(void)
+{
+    lum_capture *capture = NULL;
+    lum_demux_options options = {0};
+    lum_error error;
+
+    lum_layout_default(&options.layout);
+    lum_demux *demux = lum_demux_new(&options);
+    lum_demux_free(demux);
+    (void)puts("capture");
+    return lum_capture_open("no-such-file", &capture, &error) == 0;
+}

@@ -1,0 +1,91 @@
+#include "doctor.h"
+
+#include "../../common/number.h"
+#include "../session.h"
+
+#include "lum/wire.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#define LOOPBACK 0x7f000001u
+
+#define SET_FINDING(out, which, text)                                          \
+    do {                                                                       \
+        va_list arguments;                                                     \
+        va_start(arguments, text);                                             \
+        (out)->result = (which);                                               \
+        (void)vsnprintf((out)->text, sizeof(out)->text, text, arguments);      \
+        va_end(arguments);                                                     \
+    } while (0)
+
+void doctor_fine(struct doctor_finding *out, const char *text, ...)
+{
+    SET_FINDING(out, DOCTOR_FINE, text);
+}
+
+void doctor_wrong(struct doctor_finding *out, const char *text, ...)
+{
+    SET_FINDING(out, DOCTOR_WRONG, text);
+}
+
+void doctor_note(struct doctor_finding *out, const char *text, ...)
+{
+    SET_FINDING(out, DOCTOR_NOTE, text);
+}
+
+void doctor_unseen(struct doctor_finding *out, const char *text, ...)
+{
+    SET_FINDING(out, DOCTOR_UNSEEN, text);
+}
+
+void doctor_mend(struct doctor_finding *out, const char *command, ...)
+{
+    va_list arguments;
+    va_start(arguments, command);
+    (void)vsnprintf(out->mend, sizeof out->mend, command, arguments);
+    va_end(arguments);
+}
+
+void doctor_add(struct doctor_finding *out, const char *text, ...)
+{
+    const size_t len = strlen(out->text);
+    va_list arguments;
+    va_start(arguments, text);
+    (void)vsnprintf(out->text + len, sizeof out->text - len, text, arguments);
+    va_end(arguments);
+}
+
+const char *doctor_place(uint32_t address, uint16_t port,
+                         char out[DOCTOR_PLACE_BYTES])
+{
+    char text[16];
+    (void)number_format_address(address != 0 ? address : LOOPBACK, text);
+    if (port == LUM_PORT) {
+        (void)snprintf(out, DOCTOR_PLACE_BYTES, "%s", text);
+    } else {
+        (void)snprintf(out, DOCTOR_PLACE_BYTES, "%s --port %u", text,
+                       (unsigned)port);
+    }
+    return out;
+}
+
+void doctor_lack(struct doctor *d, enum doctor_need need, const char *why)
+{
+    for (unsigned i = need; i < DOCTOR_NEEDS; i++) {
+        if (d->lacks[i] == NULL) {
+            d->lacks[i] = why;
+        }
+    }
+}
+
+bool doctor_is_cancelled(const struct doctor *d)
+{
+    return lum_cancel_is_raised(d->ctl->cancel);
+}
+
+void doctor_keep_alive(struct doctor *d)
+{
+    session_keep_alive(d->ctl);
+}

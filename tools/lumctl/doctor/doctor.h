@@ -1,0 +1,202 @@
+/* What keeps a sensor from being used: a row of checks, each of which finds
+ * one thing fine, wrong, worth a note, or could not look at it. */
+#ifndef LUMCTL_DOCTOR_H
+#define LUMCTL_DOCTOR_H
+
+#include "../../common/interfaces.h"
+#include "../ctl.h"
+
+#include "lum/assembler.h"
+#include "lum/host/clock_sync.h"
+#include "lum/packet.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum doctor_result {
+    DOCTOR_FINE,
+    DOCTOR_WRONG,
+    DOCTOR_NOTE,
+    DOCTOR_UNSEEN,
+    DOCTOR_RESULTS
+};
+
+#define DOCTOR_TEXT_BYTES 1024u
+#define DOCTOR_MEND_BYTES 512u
+#define DOCTOR_NAME_BYTES 32u
+
+struct doctor_finding {
+    enum doctor_result result;
+    char text[DOCTOR_TEXT_BYTES];
+    char mend[DOCTOR_MEND_BYTES]; /* a command; empty: none */
+};
+
+/* What a check builds on. Each needs all before it, too. */
+enum doctor_need {
+    DOCTOR_NEEDS_NOTHING,
+    DOCTOR_NEEDS_INTERFACE, /* one in the sensor's subnet */
+    DOCTOR_NEEDS_ROUTE,
+    DOCTOR_NEEDS_NEIGHBOUR, /* somebody has the address */
+    DOCTOR_NEEDS_ANSWER,    /* a sensor answers */
+    DOCTOR_NEEDS_SESSION,   /* heartbeats may be sent */
+    DOCTOR_NEEDS_DATA,
+    DOCTOR_NEEDS
+};
+
+/* What came while the doctor was the session. */
+struct doctor_stream {
+    uint64_t kinds[LUM_PACKET_KINDS];
+    uint32_t odd_type; /* of the last data packet that did not decode */
+    size_t odd_len;
+    uint64_t lines; /* judged: not those that were under way */
+    uint64_t lines_missing_angles;
+    uint64_t lost_words;
+    unsigned pass_over[LUM_EYES]; /* lines that are not judged, still to come */
+    bool has_clock;
+    uint32_t clock_us; /* the latest data packet's, as sent */
+    int64_t clock_ns;  /* when the kernel had it */
+    lum_assembly_counters assembly;
+    lum_sensor_counters session;
+    bool counts_drops;
+    uint64_t came_in; /* at least so many datagrams, by the interface, before
+                         any rule of this host; 0: not known */
+    int64_t duration_ns;
+};
+
+/* A timestamp, and when it was asked for and came. */
+struct doctor_exchange {
+    int64_t sent_ns;
+    int64_t received_ns;
+    uint32_t clock_us;
+};
+
+struct doctor_storage;
+
+struct doctor {
+    struct ctl *ctl;
+    lum_endpoint sensor;
+    char address[16];
+    const char *lacks[DOCTOR_NEEDS]; /* why not; NULL: it is there */
+    bool is_silent;                  /* it was asked, and nothing came */
+    bool has_rival;                  /* another device has its address, too */
+    bool has_hazard;
+    /* The host's side. */
+    struct host_interface *interfaces; /* the heap's */
+    size_t interface_count;
+    const struct host_interface
+        *chosen;             /* in the sensor's subnet; NULL: none */
+    uint32_t chosen_address; /* this host's, there */
+    bool chosen_answers;     /* somebody was seen there who has the address */
+    bool is_reach_known;     /* whether a sensor answers on the kernel's way */
+    bool is_reached;
+    char interface[DOCTOR_NAME_BYTES]; /* the way goes out there; empty: not
+                                          known */
+    uint32_t source;                   /* this host's address on that way */
+    uint32_t next_hop;
+    bool is_local;    /* the sensor's address is one of this host's */
+    char own[64];     /* where: "10.42.0.37/24 dev eth0"; empty: 127/8 */
+    bool was_refused; /* the host there says that nobody listens */
+    /* The wire's side. */
+    lum_sensor *session;
+    lum_clock_sync clock;
+    bool has_time;
+    int64_t begin_ns;             /* of the exchanges, where has_time */
+    struct doctor_exchange early; /* the shortest near their beginning */
+    struct doctor_exchange late;  /* and near their end */
+    bool has_status;
+    uint16_t status;
+    struct doctor_stream stream;
+    struct doctor_storage *storage;
+};
+
+/* What a check says; the text is a sentence without its full stop. */
+LUM_PRINTF(2, 3)
+void doctor_fine(struct doctor_finding *out, const char *text, ...);
+LUM_PRINTF(2, 3)
+void doctor_wrong(struct doctor_finding *out, const char *text, ...);
+LUM_PRINTF(2, 3)
+void doctor_note(struct doctor_finding *out, const char *text, ...);
+LUM_PRINTF(2, 3)
+void doctor_unseen(struct doctor_finding *out, const char *text, ...);
+LUM_PRINTF(2, 3)
+void doctor_mend(struct doctor_finding *out, const char *command, ...);
+/* More of the sentence. */
+LUM_PRINTF(2, 3)
+void doctor_add(struct doctor_finding *out, const char *text, ...);
+
+/* Where somebody listens, as options have it: "127.0.0.1 --port 5518"; the port
+ * only where it is not the usual one. */
+#define DOCTOR_PLACE_BYTES 40u
+const char *doctor_place(uint32_t address, uint16_t port,
+                         char out[DOCTOR_PLACE_BYTES]);
+
+/* Where a simulator of this host is, when there is one that may be named; else
+ * false, and nothing is written. otherwise: a command for those who have
+ * another sensor, may be empty. */
+bool doctor_mend_simulator(struct doctor_finding *out, const char *otherwise);
+
+/* Where else the sensor may be. */
+void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out);
+
+/* From now on what a check needs is not there, nor what builds on it. why is
+ * kept; an earlier reason stays. */
+void doctor_lack(struct doctor *d, enum doctor_need need, const char *why);
+
+/* Whether a signal ended it all. */
+bool doctor_is_cancelled(const struct doctor *d);
+
+/* Heartbeats of a shell's session go on while the doctor looks. */
+void doctor_keep_alive(struct doctor *d);
+
+/* Opens a session of the doctor's own. */
+lum_net_result doctor_open(struct doctor *d, bool owns, lum_error *error);
+
+/* Checks of this host: doctor_interface.c, doctor_arp.c, doctor_ports.c,
+ * doctor_firewall.c, doctor_host.c; or doctor_other.c. */
+void doctor_check_interface(struct doctor *d, struct doctor_finding *out);
+void doctor_check_route(struct doctor *d, struct doctor_finding *out);
+void doctor_check_arp(struct doctor *d, struct doctor_finding *out);
+void doctor_check_port(struct doctor *d, struct doctor_finding *out);
+void doctor_check_firewall(struct doctor *d, struct doctor_finding *out);
+void doctor_check_mtu(struct doctor *d, struct doctor_finding *out);
+/* 0, or -1 with error set: this host cannot be traced by this program. */
+int doctor_can_trace(lum_error *error);
+/* The port from which answers come that is not the sensor's; 0: none, or not
+ * known. */
+uint16_t doctor_other_port(const struct doctor *d);
+/* Counts what comes in by the interface from the sensor to one of our ports,
+ * before this host can drop it. -1: it cannot be done, and 0 is counted. */
+int doctor_count_begin(const struct doctor *d, uint16_t to_port);
+uint64_t doctor_count_end(int counter);
+/* Whether a sensor answers at another port of the address, from that port. */
+bool doctor_answers_at(const struct doctor *d, uint16_t port);
+/* The command that shows packets as they pass; filter as tcpdump has it, why: a
+ * comment. */
+void doctor_mend_watch(const struct doctor *d, struct doctor_finding *out,
+                       const char *filter, const char *why);
+/* Bytes of datagrams that a receive buffer holds. */
+size_t doctor_buffer_payload(size_t granted);
+/* The command that raises the kernel's limit for receive buffers. */
+void doctor_mend_buffer(struct doctor_finding *out);
+
+/* Checks on the wire: doctor_sensor.c, doctor_stream.c. */
+void doctor_check_session(struct doctor *d, struct doctor_finding *out);
+void doctor_check_buffer(struct doctor *d, struct doctor_finding *out);
+void doctor_check_answer(struct doctor *d, struct doctor_finding *out);
+void doctor_check_data(struct doctor *d, struct doctor_finding *out);
+void doctor_check_layout(struct doctor *d, struct doctor_finding *out);
+void doctor_check_loss(struct doctor *d, struct doctor_finding *out);
+void doctor_check_strangers(struct doctor *d, struct doctor_finding *out);
+void doctor_check_clock(struct doctor *d, struct doctor_finding *out);
+void doctor_check_status(struct doctor *d, struct doctor_finding *out);
+
+/* The stream's storage is the heap's; NULL storage is allowed. */
+bool doctor_stream_open(struct doctor *d);
+void doctor_stream_take(struct doctor *d, const lum_received *datagram,
+                        int64_t arrived_ns);
+/* Datagrams that this host dropped between interface and program, but for want
+ * of buffer; 0: none, or not known. */
+uint64_t doctor_stream_filtered(const struct doctor *d);
+void doctor_stream_free(struct doctor_storage *storage);
+
+#endif

@@ -1,0 +1,160 @@
+/* Whether anybody has the sensor's address, and nobody else. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "doctor_host.h"
+
+#include "../../common/number.h"
+#include "doctor_facts.h"
+#include "doctor_knock.h"
+#include "doctor_neighbour.h"
+
+#include "lum/base/time.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define MS_NS    INT64_C(1000000)
+#define ARP_NS   (1500 * MS_NS)
+#define ARP_LOOK 50 /* ms */
+
+/* A route to the sensor alone takes nothing from the interface that has its
+ * subnet. */
+static void say_other(struct doctor *d, const struct host_interface *on,
+                      struct doctor_finding *out)
+{
+    char address[16];
+    d->is_silent = false; /* it was asked at the wrong place */
+    doctor_wrong(out, "nobody on %s answers for %s, but a device on %s does",
+                 d->interface, d->address, on->name);
+    if (interfaces_subnet(on, d->sensor.address) != NULL) {
+        host_mend_interface(d, on->name, out);
+        return;
+    }
+    doctor_add(out, ", which has no address in its subnet");
+    const uint32_t ours = host_address_beside(d, on);
+    if (ours == 0) {
+        host_say_full(d, on, out);
+        return;
+    }
+    (void)number_format_address(ours, address);
+    doctor_mend(out,
+                "sudo ip addr add %s/32 dev %s && sudo ip route add %s/32 dev "
+                "%s src %s",
+                address, on->name, d->address, on->name, address);
+}
+
+static void say_nobody(struct doctor *d, struct doctor_finding *out)
+{
+    char hop[16];
+    d->is_silent = true;
+    doctor_lack(d, DOCTOR_NEEDS_NEIGHBOUR, "nobody has the address");
+    doctor_wrong(out,
+                 "nobody on %s answers for %s: no power, another cable, or "
+                 "another address",
+                 d->interface, number_format_address(d->next_hop, hop));
+    const struct host_interface *other = neighbours_search(d, d->interface);
+    if (other != NULL) {
+        say_other(d, other, out);
+    } else {
+        doctor_mend_elsewhere(d, out);
+    }
+}
+
+static void say_two(struct doctor *d, const struct arp_answers *who,
+                    struct doctor_finding *out)
+{
+    char hop[16];
+    char macs[NEIGHBOURS_TEXT_BYTES];
+    d->has_rival = true;
+    (void)number_format_address(d->next_hop, hop);
+    doctor_wrong(out,
+                 "%zu devices on %s answer for %s: %s; what is sent reaches "
+                 "now one and now another (every sensor boots at 10.42.0.37)",
+                 who->count, d->interface, hop, neighbours_format(who, macs));
+    doctor_mend(out,
+                "ip neigh show %s dev %s    # the one that is reached now; "
+                "unplug all but one, and give that one another address",
+                hop, d->interface);
+}
+
+/* What the wire says, beside what the kernel believes. */
+static void add_wire(struct doctor *d, const struct arp_answers *who,
+                     struct doctor_finding *out)
+{
+    if (who->count > 1) {
+        say_two(d, who, out);
+    } else if (!who->is_heard) {
+        doctor_add(out, "; only root can see whether another device answers "
+                        "for it, too");
+    }
+}
+
+/* Where this host has the sensor's address, what it sends there never leaves;
+ * the sensor may be there all the same. */
+static void look_at_local(struct doctor *d, struct doctor_finding *out)
+{
+    struct arp_answers who;
+    char macs[NEIGHBOURS_TEXT_BYTES];
+    const struct host_interface *on =
+        d->chosen != NULL && d->chosen->is_loopback && d->own[0] != '\0'
+            ? neighbours_search(d, NULL)
+            : d->chosen;
+    if (on == NULL || !on->is_up ||
+        !neighbours_hear(d, on, d->sensor.address, &who) || who.count == 0) {
+        doctor_fine(out, "not needed: %s is on this host", d->address);
+        return;
+    }
+    doctor_wrong(out,
+                 "%s is this host's own address, and a device on %s has it, "
+                 "too: %s; nothing that is sent there leaves this host",
+                 d->address, on->name, neighbours_format(&who, macs));
+    doctor_mend(out, "sudo ip addr del %s", d->own);
+}
+
+/* The kernel's table may be of a device that has gone. */
+static void say_neighbour(struct doctor *d, const char *mac, bool has_spoken,
+                          struct doctor_finding *out)
+{
+    struct arp_answers who = {0};
+    char hop[16];
+    const struct host_interface *on =
+        interfaces_find(d->interfaces, d->interface_count, d->interface);
+    if (on != NULL) {
+        (void)neighbours_hear(d, on, d->next_hop, &who);
+    }
+    if (who.is_heard && who.count == 0 && !has_spoken) {
+        say_nobody(d, out);
+        return;
+    }
+    doctor_fine(out, "%s is at %s", number_format_address(d->next_hop, hop),
+                mac);
+    add_wire(d, &who, out);
+}
+
+void doctor_check_arp(struct doctor *d, struct doctor_finding *out)
+{
+    char mac[MAC_BYTES] = "";
+    enum arp_state state = ARP_UNKNOWN;
+    const enum knock_answer answer = neighbours_probe(
+        d, d->ctl->options.interface, d->next_hop, d->interface, mac, &state);
+    const bool has_spoken = answer == KNOCK_ANSWERED || answer == KNOCK_REFUSED;
+    d->was_refused = answer == KNOCK_REFUSED;
+    if (answer == KNOCK_DENIED) {
+        doctor_unseen(out,
+                      "not looked at: this host's own firewall forbids packets "
+                      "to %s",
+                      d->address);
+        doctor_lack(d, DOCTOR_NEEDS_NEIGHBOUR, "a firewall rule of this host");
+    } else if (d->is_local) {
+        look_at_local(d, out);
+    } else if (state == ARP_COMPLETE) {
+        say_neighbour(d, mac, has_spoken, out);
+    } else if (has_spoken) {
+        doctor_fine(out, "%s answers, and needs no ARP on %s", d->address,
+                    d->interface);
+    } else if (state == ARP_INCOMPLETE || answer == KNOCK_UNREACHABLE) {
+        say_nobody(d, out);
+    } else {
+        doctor_note(out, "the kernel has no word on %s", d->address);
+    }
+}

@@ -1,0 +1,140 @@
+/* Fewer looks at this host, where its kernel does not tell as Linux does: what
+ * the net library can do everywhere. */
+#include "doctor.h"
+
+#include "../../common/number.h"
+
+#include "lum/wire.h"
+
+#include <stddef.h>
+
+static bool is_loopback(const struct doctor *d)
+{
+    return d->sensor.address >> 24 == 127u;
+}
+
+void doctor_check_interface(struct doctor *d, struct doctor_finding *out)
+{
+    const uint32_t subnet = d->sensor.address & 0xffffff00u;
+    char address[16];
+    if (is_loopback(d)) {
+        doctor_fine(out, "%s is this host itself", d->address);
+        return;
+    }
+    doctor_unseen(
+        out,
+        "not looked at on this system; one of the host's interfaces "
+        "needs an address such as %s/24",
+        number_format_address(
+            subnet | ((d->sensor.address & 0xffu) == 1u ? 2u : 1u), address));
+}
+
+/* A datagram that cannot leave has no way. */
+void doctor_check_route(struct doctor *d, struct doctor_finding *out)
+{
+    const lum_socket_options options = {{0, 0}, d->ctl->options.interface, 0};
+    uint8_t packet[LUM_TIMESTAMP_BYTES];
+    const lum_timestamp request = {1, 0};
+    const lum_outgoing datagram = {packet, sizeof packet, d->sensor};
+    lum_socket *socket = NULL;
+    lum_error error = {""};
+    lum_timestamp_encode(packet, &request);
+    d->is_local = is_loopback(d);
+    if (lum_socket_open(&options, &socket, &error) != LUM_NET_OK ||
+        lum_socket_send(socket, &datagram, &error) != LUM_NET_OK) {
+        doctor_wrong(out, "%s", error.text);
+        doctor_lack(d, DOCTOR_NEEDS_ROUTE, "no route");
+    } else {
+        doctor_fine(out, "a packet leaves for %s", d->address);
+    }
+    lum_socket_close(socket);
+}
+
+void doctor_check_arp(struct doctor *d, struct doctor_finding *out)
+{
+    if (d->is_local) {
+        doctor_fine(out, "not needed: %s is on this host", d->address);
+        return;
+    }
+    doctor_unseen(out,
+                  "not looked at on this system; arp -a shows whether "
+                  "anybody has %s",
+                  d->address);
+}
+
+void doctor_check_port(struct doctor *d, struct doctor_finding *out)
+{
+    doctor_unseen(out,
+                  "not looked at on this system; netstat -an -p udp shows "
+                  "who has port %u",
+                  (unsigned)d->sensor.port);
+}
+
+void doctor_check_firewall(struct doctor *d, struct doctor_finding *out)
+{
+    doctor_unseen(out,
+                  "not looked at on this system; its firewall has to let "
+                  "UDP from %s port %u in",
+                  d->address, (unsigned)d->sensor.port);
+}
+
+void doctor_check_mtu(struct doctor *d, struct doctor_finding *out)
+{
+    (void)d;
+    doctor_unseen(out, "not looked at on this system; the interface has to "
+                       "take packets of 1500 bytes");
+}
+
+void doctor_mend_watch(const struct doctor *d, struct doctor_finding *out,
+                       const char *filter, const char *why)
+{
+    (void)d;
+    doctor_mend(out, "dumpcap -f \"%s\" -P -w - | tshark -r -    # %s", filter,
+                why);
+}
+
+size_t doctor_buffer_payload(size_t granted)
+{
+    return granted;
+}
+
+void doctor_mend_buffer(struct doctor_finding *out)
+{
+    doctor_mend(out,
+                "raise the system's limit for UDP receive buffers to %u "
+                "bytes (kern.ipc.maxsockbuf on BSD and macOS)",
+                LUM_SOCKET_RECEIVE_BUFFER);
+}
+
+int doctor_can_trace(lum_error *error)
+{
+    return lum_error_set(error,
+                         "--trace asks the kernel of Linux; this system's "
+                         "firewall has a log of its own");
+}
+
+uint16_t doctor_other_port(const struct doctor *d)
+{
+    (void)d;
+    return 0;
+}
+
+bool doctor_answers_at(const struct doctor *d, uint16_t port)
+{
+    (void)d;
+    (void)port;
+    return false;
+}
+
+int doctor_count_begin(const struct doctor *d, uint16_t to_port)
+{
+    (void)d;
+    (void)to_port;
+    return -1;
+}
+
+uint64_t doctor_count_end(int counter)
+{
+    (void)counter;
+    return 0;
+}

@@ -1,0 +1,202 @@
+/* Who has the sensor's port on this Linux host. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "doctor.h"
+
+#include "../../common/number.h"
+#include "doctor_facts.h"
+#include "net/program.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#define USERS_MAX 16u
+#define ALL_MAX   64u
+#define WHO_BYTES 96u
+
+static size_t read_users(const char *path, uint16_t port, struct udp_user *out,
+                         size_t room)
+{
+    FILE *f = fopen(path, "re");
+    if (f == NULL) {
+        return 0;
+    }
+    const size_t n = facts_udp(f, port, out, room);
+    (void)fclose(f);
+    return n;
+}
+
+static size_t find_users(uint16_t port, struct udp_user *out, size_t room)
+{
+    const size_t n = read_users("/proc/net/udp", port, out, room);
+    return n + read_users("/proc/net/udp6", port, out + n, room - n);
+}
+
+/* "lumsim (process 12)"; returns out. */
+static const char *name_user(const struct udp_user *user, char out[WHO_BYTES])
+{
+    const lum_endpoint local = {user->address, user->port};
+    const long process = lum_program_of_port(local);
+    if (process > 0) {
+        (void)snprintf(out, WHO_BYTES, "%s", lum_program_show(process).text);
+    } else {
+        (void)snprintf(out, WHO_BYTES,
+                       "a program of user %" PRIu32 ", which root could name,",
+                       user->uid);
+    }
+    return out;
+}
+
+static const char *name_address(const struct udp_user *user, char out[16])
+{
+    return user->address == 0 ? "any address"
+                              : number_format_address(user->address, out);
+}
+
+static const struct udp_user *find_sensor(const struct doctor *d,
+                                          const struct udp_user *users,
+                                          size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        if (users[i].address == 0 || users[i].address == d->sensor.address) {
+            return &users[i];
+        }
+    }
+    return NULL;
+}
+
+/* A simulator of this host, at whatever address and port. */
+static bool find_simulator(struct udp_user *out)
+{
+    struct udp_user all[ALL_MAX];
+    char who[WHO_BYTES];
+    const size_t n = find_users(0, all, ALL_MAX);
+    for (size_t i = 0; i < n; i++) {
+        (void)name_user(&all[i], who);
+        if (strncmp(who, "lumsim (", strlen("lumsim (")) == 0) {
+            *out = all[i];
+            return true;
+        }
+    }
+    return false;
+}
+
+bool doctor_mend_simulator(struct doctor_finding *out, const char *otherwise)
+{
+    struct udp_user user;
+    char place[DOCTOR_PLACE_BYTES];
+    if (!find_simulator(&user)) {
+        return false;
+    }
+    (void)doctor_place(user.address, user.port, place);
+    doctor_mend(out, "lumctl --host %s doctor    # lumsim is there%s%s", place,
+                otherwise[0] != '\0' ? "; for another sensor: " : "",
+                otherwise);
+    return true;
+}
+
+/* Somebody else listens, but not where the sensor is to be. */
+static void say_elsewhere(const struct doctor *d, const struct udp_user *user,
+                          struct doctor_finding *out)
+{
+    char who[WHO_BYTES];
+    char address[16];
+    char place[DOCTOR_PLACE_BYTES];
+    (void)name_user(user, who);
+    doctor_wrong(out, "nothing listens at %s:%u, but %s does at %s:%u",
+                 d->address, (unsigned)d->sensor.port, who,
+                 name_address(user, address), (unsigned)user->port);
+    doctor_mend(out, "lumctl --host %s doctor",
+                doctor_place(user->address, user->port, place));
+}
+
+/* Packets to an address of this host never leave it. */
+static void say_own_address(const struct doctor *d, struct doctor_finding *out)
+{
+    doctor_wrong(out,
+                 "%s is this host's own address (%s), and no simulator has "
+                 "its port %u: what is sent to the sensor does not leave",
+                 d->address, strstr(d->own, "dev "), (unsigned)d->sensor.port);
+    doctor_mend(out, "sudo ip addr del %s", d->own);
+}
+
+static void say_nothing_listens(const struct doctor *d,
+                                struct doctor_finding *out)
+{
+    char place[DOCTOR_PLACE_BYTES];
+    doctor_wrong(out, "%s is on this host, and nothing listens on its port %u",
+                 d->address, (unsigned)d->sensor.port);
+    doctor_mend(out, "lumsim --address %s &",
+                doctor_place(d->sensor.address, d->sensor.port, place));
+}
+
+/* The sensor is to be a program of this host. */
+static void look_at_own(struct doctor *d, const struct udp_user *users,
+                        size_t n, struct doctor_finding *out)
+{
+    char who[WHO_BYTES];
+    char address[16];
+    struct udp_user simulator;
+    const struct udp_user *user = find_sensor(d, users, n);
+    if (user != NULL) {
+        (void)name_user(user, who);
+        doctor_fine(out, "%s has port %u of %s", who, (unsigned)d->sensor.port,
+                    name_address(user, address));
+        return;
+    }
+    d->is_silent = true;
+    doctor_lack(d, DOCTOR_NEEDS_NEIGHBOUR, "nothing listens there");
+    if (d->own[0] != '\0') {
+        say_own_address(d, out);
+    } else if (find_simulator(&simulator)) {
+        say_elsewhere(d, &simulator, out);
+    } else if (n > 0) {
+        say_elsewhere(d, &users[0], out);
+    } else {
+        say_nothing_listens(d, out);
+    }
+}
+
+static void note_user(const struct udp_user *user, struct doctor_finding *out)
+{
+    char who[WHO_BYTES];
+    char address[16];
+    (void)name_user(user, who);
+    doctor_note(out,
+                "%s has port %u of %s on this host: a simulator? lumctl "
+                "and lumdump do not need that port, other programs may",
+                who, (unsigned)user->port, name_address(user, address));
+}
+
+static void note_simulator(const struct udp_user *user,
+                           struct doctor_finding *out)
+{
+    char who[WHO_BYTES];
+    char address[16];
+    char place[DOCTOR_PLACE_BYTES];
+    (void)name_user(user, who);
+    doctor_note(out,
+                "%s listens at %s:%u of this host: harmless, unless it is the "
+                "sensor that you mean",
+                who, name_address(user, address), (unsigned)user->port);
+    doctor_mend(out, "lumctl --host %s doctor",
+                doctor_place(user->address, user->port, place));
+}
+
+void doctor_check_port(struct doctor *d, struct doctor_finding *out)
+{
+    struct udp_user users[USERS_MAX];
+    struct udp_user simulator;
+    const size_t n = find_users(d->sensor.port, users, USERS_MAX);
+    if (d->is_local) {
+        look_at_own(d, users, n, out);
+    } else if (find_simulator(&simulator)) {
+        note_simulator(&simulator, out);
+    } else if (n > 0) {
+        note_user(&users[0], out);
+    } else {
+        doctor_fine(out, "port %u of this host is free",
+                    (unsigned)d->sensor.port);
+    }
+}

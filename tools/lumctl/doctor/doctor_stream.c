@@ -1,0 +1,287 @@
+/* The data that comes while the doctor is the session, judged. */
+#include "doctor.h"
+
+#include "../session.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#define FEW 16u /* datagrams */
+
+struct doctor_storage {
+    lum_assembler assembler;
+    unsigned open_lines; /* of an eye: so many may be under way */
+    lum_line_slot *slots;
+    uint32_t *words;
+    lum_reach *reach;
+};
+
+bool doctor_stream_open(struct doctor *d)
+{
+    lum_assembler_config config;
+    lum_assembler_config_default(&config);
+    lum_assembler_storage a = {
+        .slot_count = LUM_ASSEMBLER_SLOTS(config.open_lines),
+        .word_count =
+            LUM_ASSEMBLER_WORDS(config.open_lines, config.words_per_line),
+        .reach_count = LUM_ASSEMBLER_REACH(config.reorder_lines)};
+    struct doctor_storage *s = calloc(1, sizeof *s);
+    if (s == NULL) {
+        return false;
+    }
+    d->storage = s;
+    s->open_lines = config.open_lines;
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        d->stream.pass_over[eye] = s->open_lines;
+    }
+    s->slots = calloc(a.slot_count, sizeof *s->slots);
+    s->words = calloc(a.word_count, sizeof *s->words);
+    s->reach = calloc(a.reach_count, sizeof *s->reach);
+    a.slots = s->slots;
+    a.words = s->words;
+    a.reach = s->reach;
+    return s->slots != NULL && s->words != NULL && s->reach != NULL &&
+           lum_assembler_init(&s->assembler, &config, &d->ctl->layout, &a) ==
+               LUM_OK;
+}
+
+void doctor_stream_free(struct doctor_storage *storage)
+{
+    if (storage != NULL) {
+        free(storage->slots);
+        free(storage->words);
+        free(storage->reach);
+        free(storage);
+    }
+}
+
+/* What was under way when the doctor began to listen has come in part, and
+ * proves no loss. */
+static void take_line(struct doctor_stream *s, const lum_line *line)
+{
+    if (s->pass_over[line->eye] > 0) {
+        s->pass_over[line->eye]--;
+        return;
+    }
+    s->lines++;
+    s->lines_missing_angles += line->angle_count < LUM_LINE_PIXELS ? 1u : 0u;
+    s->lost_words += line->lost_words;
+}
+
+static void take_group(struct doctor *d, const lum_group *group)
+{
+    lum_assembler *a = &d->storage->assembler;
+    lum_result r = LUM_OK;
+    while ((r = lum_assembler_push(a, group, 0)) > 0) {
+        if (r == LUM_LINE_READY) {
+            take_line(&d->stream, lum_assembler_line(a));
+        }
+    }
+    if (r == LUM_E_STRAY) {
+        /* Where the clock jumps, the first packet is dropped here and not on
+         * the wire: behind the lines that are open its own follows. */
+        d->stream.pass_over[group->eye] = 2u * d->storage->open_lines;
+    }
+    d->stream.assembly = *lum_assembler_counters(a);
+}
+
+static uint32_t type_of(const uint8_t *bytes)
+{
+    return (uint32_t)bytes[8] | ((uint32_t)bytes[9] << 8) |
+           ((uint32_t)bytes[10] << 16) | ((uint32_t)bytes[11] << 24);
+}
+
+void doctor_stream_take(struct doctor *d, const lum_received *datagram,
+                        int64_t arrived_ns)
+{
+    struct doctor_stream *s = &d->stream;
+    const lum_layout *layout = &d->ctl->layout;
+    lum_group group;
+    const lum_packet_kind kind =
+        lum_packet_decode(layout, datagram->bytes, datagram->len, &group);
+    s->kinds[kind]++;
+    if (kind == LUM_PACKET_DATA) {
+        s->has_clock = layout->profile.group[LUM_FIELD_TIMESTAMP].bytes == 4;
+        s->clock_us = group.clock_raw;
+        s->clock_ns = arrived_ns;
+        take_group(d, &group);
+    } else if (kind >= LUM_PACKET_UNKNOWN_TYPE) {
+        s->odd_type = type_of(datagram->bytes);
+        s->odd_len = datagram->len;
+    }
+}
+
+static uint64_t odd_datagrams(const struct doctor_stream *s)
+{
+    return s->kinds[LUM_PACKET_UNKNOWN_TYPE] + s->kinds[LUM_PACKET_MALFORMED] +
+           s->kinds[LUM_PACKET_UNKNOWN_TAG];
+}
+
+static void mend_layout(const struct doctor *d, struct doctor_finding *out)
+{
+    char name[SESSION_NAME_BYTES];
+    doctor_mend(out,
+                "lumdump udp://%s --duration 2    # shows a packet, and "
+                "how to write a --profile FILE",
+                session_name(d->sensor, name));
+}
+
+static void say_odd(const struct doctor *d, uint64_t odd, uint64_t good,
+                    struct doctor_finding *out)
+{
+    const struct doctor_stream *s = &d->stream;
+    doctor_wrong(out,
+                 "%" PRIu64 " of %" PRIu64 " datagrams do not fit the wire "
+                 "profile (%" PRIu64 " of unknown type, %" PRIu64
+                 " malformed, %" PRIu64 " neither angles nor ranges; the last "
+                 "is of type %" PRIu32 ", %zu bytes)",
+                 odd, odd + good, s->kinds[LUM_PACKET_UNKNOWN_TYPE],
+                 s->kinds[LUM_PACKET_MALFORMED],
+                 s->kinds[LUM_PACKET_UNKNOWN_TAG], s->odd_type, s->odd_len);
+    mend_layout(d, out);
+}
+
+void doctor_check_layout(struct doctor *d, struct doctor_finding *out)
+{
+    const struct doctor_stream *s = &d->stream;
+    const uint64_t good = s->kinds[LUM_PACKET_DATA];
+    const uint64_t odd = odd_datagrams(s);
+    if (odd * 100u > good) {
+        say_odd(d, odd, good, out);
+    } else if (s->assembly.bad_words > s->assembly.words / 10u) {
+        doctor_wrong(out,
+                     "%" PRIu64 " range words cannot be, against %" PRIu64
+                     " good ones: group.samples of the wire profile may be "
+                     "another offset",
+                     s->assembly.bad_words, s->assembly.words);
+        mend_layout(d, out);
+    } else if (s->assembly.stray > good / 2u) {
+        doctor_wrong(out,
+                     "the clocks of %" PRIu64 " of %" PRIu64
+                     " packets jump: group.timestamp of the wire profile may "
+                     "be another offset",
+                     s->assembly.stray, good);
+        mend_layout(d, out);
+    } else if (odd > 0 || s->assembly.bad_words > 0) {
+        doctor_note(out,
+                    "the packets fit the wire profile, but for %" PRIu64
+                    " packets and %" PRIu64 " words: corrupted on their way",
+                    odd, s->assembly.bad_words);
+    } else {
+        doctor_fine(out, "all %" PRIu64 " data packets fit the wire profile",
+                    good);
+    }
+    if (good == 0) {
+        doctor_lack(d, DOCTOR_NEEDS_DATA, "no packet could be decoded");
+    }
+}
+
+static void say_kernel_loss(const struct doctor_stream *s,
+                            struct doctor_finding *out)
+{
+    doctor_wrong(out,
+                 "this host's kernel dropped %" PRIu64
+                 " datagrams for want of receive buffer or time",
+                 s->session.kernel_drops);
+    doctor_mend_buffer(out);
+}
+
+/* A few may be under way while it is counted. */
+uint64_t doctor_stream_filtered(const struct doctor *d)
+{
+    const struct doctor_stream *s = &d->stream;
+    const uint64_t arrived = s->session.datagrams + s->session.kernel_drops;
+    return s->came_in > arrived + FEW + s->came_in / 100u ? s->came_in - arrived
+                                                          : 0;
+}
+
+static void say_filtered(const struct doctor *d, struct doctor_finding *out)
+{
+    doctor_wrong(out,
+                 "of %" PRIu64 " datagrams that came in by %s this host "
+                 "dropped %" PRIu64 ", and not for want of buffer: a rule of "
+                 "its firewall that limits them",
+                 d->stream.came_in, d->interface, doctor_stream_filtered(d));
+    doctor_mend(out,
+                "sudo nft list ruleset | grep -nE 'limit|quota|drop'    # and "
+                "let UDP from %s through before it",
+                d->address);
+}
+
+static void mend_wire(const struct doctor *d, struct doctor_finding *out)
+{
+    char place[DOCTOR_PLACE_BYTES];
+    if (d->is_local) {
+        doctor_mend(out,
+                    "lumsim --address %s &    # anew, without --loss, "
+                    "--reorder, --corrupt and --jitter; where it cannot keep "
+                    "up, with a lower --rate",
+                    doctor_place(d->sensor.address, d->sensor.port, place));
+    } else if (d->interface[0] != '\0') {
+        doctor_mend(out,
+                    "ethtool -S %s | grep -iE 'err|drop|miss|fifo'    # "
+                    "rising: sudo ethtool -G %s rx 4096, or another cable",
+                    d->interface, d->interface);
+    }
+}
+
+static void say_wire_loss(const struct doctor *d, struct doctor_finding *out)
+{
+    const struct doctor_stream *s = &d->stream;
+    doctor_wrong(
+        out,
+        "lost %s: of %" PRIu64 " lines %" PRIu64 " without all angles, %" PRIu64
+        " more whole, and %" PRIu64 " range words or more; %s: %s",
+        d->is_local ? "by the simulator" : "on the wire", s->lines,
+        s->lines_missing_angles, s->assembly.lines_skipped, s->lost_words,
+        s->counts_drops ? "the kernel dropped none"
+                        : "what the kernel drops is not told here",
+        d->is_local ? "it was told to, or cannot keep up"
+                    : "cable, switch, or the network card");
+    mend_wire(d, out);
+}
+
+void doctor_check_loss(struct doctor *d, struct doctor_finding *out)
+{
+    const struct doctor_stream *s = &d->stream;
+    const uint64_t wire =
+        s->lines_missing_angles + s->lost_words + s->assembly.lines_skipped;
+    if (s->session.kernel_drops > 0) {
+        say_kernel_loss(s, out);
+    } else if (doctor_stream_filtered(d) > 0) {
+        say_filtered(d, out);
+    } else if (s->lines == 0) {
+        doctor_note(out, "not one whole line came: too little to judge");
+    } else if (wire > 0) {
+        say_wire_loss(d, out);
+    } else {
+        doctor_fine(out, "%" PRIu64 " lines without a gap; the kernel %s",
+                    s->lines,
+                    s->counts_drops ? "dropped nothing"
+                                    : "does not tell what it drops");
+    }
+}
+
+void doctor_check_strangers(struct doctor *d, struct doctor_finding *out)
+{
+    const lum_sensor_counters *c = &d->stream.session;
+    char filter[48];
+    const uint64_t others = c->foreign_source - c->other_port;
+    if (c->other_port > 0) {
+        doctor_note(out,
+                    "%" PRIu64 " datagrams came from %s, but from another port "
+                    "than %u: they are dropped",
+                    c->other_port, d->address, (unsigned)d->sensor.port);
+    } else if (others > 0) {
+        doctor_note(out,
+                    "%" PRIu64 " datagrams of other senders came to this "
+                    "session's port: they are dropped",
+                    others);
+        (void)snprintf(filter, sizeof filter, "udp and not host %s",
+                       d->address);
+        doctor_mend_watch(d, out, filter, "who sends them?");
+    } else {
+        doctor_fine(out, "nobody but the sensor sent to this session");
+    }
+}
