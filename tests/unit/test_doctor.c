@@ -7,9 +7,9 @@
 
 #include <cmocka.h>
 
-#include "../../tools/lumctl/doctor_facts.h"
-#include "../../tools/lumctl/doctor_legacy.h"
-#include "../../tools/lumctl/doctor_trace.h"
+#include "../../tools/lumctl/doctor/doctor_facts.h"
+#include "../../tools/lumctl/doctor/doctor_legacy.h"
+#include "../../tools/lumctl/doctor/doctor_trace.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -4,7 +4,7 @@
 #include "session.h"
 #include "setting.h"
 #include "text.h"
-#include "yscan.h"
+#include "yscan/yscan.h"
 
 #include "lum/config/settings.h"
 

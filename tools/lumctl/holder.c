@@ -1,32 +1,15 @@
 #include "holder.h"
 
-#include "../common/arp.h"
 #include "reach.h"
 #include "session.h"
 
-#include "lum/base/time.h"
-
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define MS_NS    INT64_C(1000000)
 #define WAIT_NS  (800 * MS_NS)
-#define AGAIN_NS (100 * MS_NS) /* between questions: each could be lost */
-#define MORE_NS  (300 * MS_NS) /* after the first answer */
-
-static void add(struct holders *all, const char *mac)
-{
-    for (size_t i = 0; i < all->count; i++) {
-        if (strcmp(all->macs[i], mac) == 0) {
-            return;
-        }
-    }
-    if (all->count < HOLDERS_MAX) {
-        (void)snprintf(all->macs[all->count], sizeof all->macs[0], "%s", mac);
-        all->count++;
-    }
-}
+#define AGAIN_NS (100 * MS_NS)
+#define MORE_NS  (300 * MS_NS)
 
 /* The interface by which an address is reached without a gateway, or NULL. */
 static const struct host_interface *link_to(const struct ctl *ctl,
@@ -61,57 +44,38 @@ bool holders_can(const struct ctl *ctl, uint32_t address)
     return can;
 }
 
-static int64_t earlier(int64_t a, int64_t b)
+/* The heartbeats of a shell go on. */
+static bool goes_on(void *owner)
 {
-    return a < b ? a : b;
-}
-
-static void hear(struct ctl *ctl, struct arp *arp, uint32_t address,
-                 struct holders *out)
-{
-    int64_t now = lum_time_monotonic_ns();
-    int64_t end = now + WAIT_NS;
-    int64_t next = now;
-    while (now < end && !lum_cancel_is_raised(ctl->cancel)) {
-        struct arp_speaker who;
-        session_keep_alive(ctl);
-        if (now >= next) {
-            (void)arp_ask(arp, address, NULL);
-            next = now + AGAIN_NS;
-        }
-        if (arp_receive(arp, earlier(next, end), &who) &&
-            who.address == address) {
-            char mac[INTERFACE_MAC_TEXT_BYTES];
-            end = out->count == 0 ? lum_time_monotonic_ns() + MORE_NS : end;
-            add(out, interfaces_format_mac(who.mac, mac));
-        }
-        now = lum_time_monotonic_ns();
+    struct ctl *ctl = owner;
+    if (lum_cancel_is_raised(ctl->cancel)) {
+        return false;
     }
+    session_keep_alive(ctl);
+    return true;
 }
 
-void holders_find(struct ctl *ctl, uint32_t address, struct holders *out)
+void holders_find(struct ctl *ctl, uint32_t address, struct arp_answers *out)
 {
     struct host_interface *all = NULL;
     size_t count = 0;
-    struct arp *arp = NULL;
     char mac[INTERFACE_MAC_TEXT_BYTES];
-    *out = (struct holders){false, 0, {""}};
+    const struct arp_patience patience = {WAIT_NS, AGAIN_NS, MORE_NS, goes_on,
+                                          ctl};
+    *out = (struct arp_answers){0};
     if (interfaces_list(&all, &count, NULL) != 0) {
         return;
     }
     const struct host_interface *on = link_to(ctl, all, count, address);
-    if (on != NULL && arp_open(on, &arp, NULL) == ARP_OPENED) {
-        out->is_heard = true;
-        hear(ctl, arp, address, out);
-        arp_close(arp);
-    } else if (on != NULL && reach_neighbour(address, on->name, mac)) {
-        add(out, mac);
+    if (on != NULL && !arp_answers_hear(on, address, &patience, out) &&
+        reach_neighbour(address, on->name, mac)) {
+        arp_answers_add(out, mac);
     }
     free(all);
 }
 
-const char *holders_other(const struct holders *all,
-                          const struct holders *others)
+const char *holders_other(const struct arp_answers *all,
+                          const struct arp_answers *others)
 {
     for (size_t i = 0; i < all->count; i++) {
         bool is_among = false;

@@ -2,21 +2,11 @@
 #ifndef LUMCTL_HOLDER_H
 #define LUMCTL_HOLDER_H
 
-#include "../common/interfaces.h"
+#include "../common/arp_answers.h"
 #include "ctl.h"
 
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
-
-#define HOLDERS_MAX 4u
-
-struct holders {
-    bool is_heard; /* on the wire, just now; else told by the kernel's table,
-                      which may be of a device that has gone */
-    size_t count;
-    char macs[HOLDERS_MAX][INTERFACE_MAC_TEXT_BYTES];
-};
 
 /* Whether the devices of an address can be looked for: it is reached directly,
  * by an interface that has ARP, and the system tells so. */
@@ -25,10 +15,10 @@ bool holders_can(const struct ctl *ctl, uint32_t address);
 /* Asks by ARP, for at most a second. Where this program may not, the kernel's
  * table is read: something has to have been sent to the address before. The
  * heartbeats of a shell go on meanwhile. */
-void holders_find(struct ctl *ctl, uint32_t address, struct holders *out);
+void holders_find(struct ctl *ctl, uint32_t address, struct arp_answers *out);
 
 /* The hardware address of one that is not among others, or NULL. */
-const char *holders_other(const struct holders *all,
-                          const struct holders *others);
+const char *holders_other(const struct arp_answers *all,
+                          const struct arp_answers *others);
 
 #endif

@@ -2,8 +2,8 @@
 
 #include "reach.h"
 
-#include "doctor_facts.h"
-#include "doctor_way.h"
+#include "doctor/doctor_facts.h"
+#include "doctor/doctor_way.h"
 
 #include <stdio.h>
 

@@ -4,7 +4,7 @@
 #include "session.h"
 #include "store.h"
 #include "text.h"
-#include "yscan.h"
+#include "yscan/yscan.h"
 
 #include "lum/base/time.h"
 #include "lum/host/command_text.h"

@@ -39,9 +39,9 @@ struct move {
     lum_endpoint old;
     lum_endpoint new;
     lum_endpoint reversed;
-    struct holders sensor; /* the hardware at the old address, if known */
-    lum_error error;       /* why the new address could not be looked at; may be
-                              empty */
+    struct arp_answers sensor; /* the hardware at the old address, if known */
+    lum_error error; /* why the new address could not be looked at; may be
+                        empty */
 };
 
 static lum_endpoint reverse(lum_endpoint host)
@@ -137,7 +137,7 @@ static enum exit_status complain_taken(struct move *m)
 /* Who has the old address is the sensor, whatever it answers at the new one. */
 static void learn_sensor(struct move *m)
 {
-    m->sensor = (struct holders){false, 0, {""}};
+    m->sensor = (struct arp_answers){0};
     if (m->new.address != m->old.address &&
         holders_can(m->ctl, m->old.address)) {
         (void)is_alive(m, m->old, 1); /* for the kernel's table */
@@ -146,7 +146,7 @@ static void learn_sensor(struct move *m)
 }
 
 /* Another device at the new address, sensor or not. */
-static bool find_other(struct move *m, struct holders *who,
+static bool find_other(struct move *m, struct arp_answers *who,
                        char mac[INTERFACE_MAC_TEXT_BYTES])
 {
     const char *other = NULL;
@@ -164,7 +164,7 @@ static bool find_other(struct move *m, struct holders *who,
 /* What is sent to the sensor there would go to the other device. */
 static enum exit_status check_others(struct move *m)
 {
-    struct holders who;
+    struct arp_answers who;
     char mac[INTERFACE_MAC_TEXT_BYTES];
     char address[16];
     if (m->ctl->options.force || !find_other(m, &who, mac)) {
@@ -279,7 +279,7 @@ static enum exit_status complain_reversed(const struct move *m)
 
 static enum exit_status complain_nowhere(struct move *m)
 {
-    struct holders who;
+    struct arp_answers who;
     char mac[INTERFACE_MAC_TEXT_BYTES];
     char address[16];
     char new[SESSION_NAME_BYTES];

@@ -1,6 +1,6 @@
 #include "setting.h"
 
-#include "yscan.h"
+#include "yscan/yscan.h"
 
 const struct setting settings[SETTINGS] = {
     {LUM_COMMAND_LINE_MODE, "lines"},

@@ -5,7 +5,7 @@
 #include "report.h"
 #include "session.h"
 #include "setting.h"
-#include "yscan.h"
+#include "yscan/yscan.h"
 
 #include <inttypes.h>
 #include <stdio.h>

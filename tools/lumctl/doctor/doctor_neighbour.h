@@ -2,33 +2,23 @@
 #ifndef LUMCTL_DOCTOR_NEIGHBOUR_H
 #define LUMCTL_DOCTOR_NEIGHBOUR_H
 
-#include "../common/interfaces.h"
+#include "../../common/arp_answers.h"
 #include "doctor.h"
 #include "doctor_facts.h"
 #include "doctor_knock.h"
 
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
-
-#define NEIGHBOURS_MAX 4u
-
-struct neighbours {
-    bool is_heard; /* on the wire: every device that answers is among them.
-                      Else the one that the kernel's table has */
-    size_t count;  /* different ones */
-    char macs[NEIGHBOURS_MAX][INTERFACE_MAC_TEXT_BYTES];
-};
 
 /* Hears them on the wire. Takes up to a second and a half where nobody answers.
  * False: this program may not, or the interface has no ARP. */
 bool neighbours_hear(struct doctor *d, const struct host_interface *on,
-                     uint32_t address, struct neighbours *out);
+                     uint32_t address, struct arp_answers *out);
 
 /* As above, or, where that may not be, sends a packet to the sensor there and
  * looks at the kernel's table. */
 void neighbours_find(struct doctor *d, const struct host_interface *on,
-                     struct neighbours *out);
+                     struct arp_answers *out);
 
 /* The interface, of all that are up, on which somebody answers for the sensor's
  * address, whatever addresses it has; heard on all at once, for at most a
@@ -46,7 +36,7 @@ enum knock_answer neighbours_probe(struct doctor *d, const char *by,
 
 /* "9a:62:cd:08:a4:01 and 9a:62:cd:08:a4:02"; returns out. */
 #define NEIGHBOURS_TEXT_BYTES 128u
-const char *neighbours_format(const struct neighbours *all,
+const char *neighbours_format(const struct arp_answers *all,
                               char out[NEIGHBOURS_TEXT_BYTES]);
 
 #endif

@@ -3,8 +3,8 @@
 #ifndef LUMCTL_DOCTOR_H
 #define LUMCTL_DOCTOR_H
 
-#include "../common/interfaces.h"
-#include "ctl.h"
+#include "../../common/interfaces.h"
+#include "../ctl.h"
 
 #include "lum/assembler.h"
 #include "lum/host/clock_sync.h"

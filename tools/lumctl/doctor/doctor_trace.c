@@ -2,7 +2,7 @@
 
 #include "doctor_trace.h"
 
-#include "../common/number.h"
+#include "../../common/number.h"
 #include "doctor_program.h"
 
 #include "lum/base/time.h"

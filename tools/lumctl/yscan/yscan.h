@@ -2,7 +2,7 @@
 #ifndef LUMCTL_YSCAN_H
 #define LUMCTL_YSCAN_H
 
-#include "ctl.h"
+#include "../ctl.h"
 
 #include "lum/calibration.h"
 #include "lum/host/yscan_plan.h"

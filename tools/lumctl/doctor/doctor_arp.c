@@ -3,7 +3,7 @@
 
 #include "doctor_host.h"
 
-#include "../common/number.h"
+#include "../../common/number.h"
 #include "doctor_facts.h"
 #include "doctor_knock.h"
 #include "doctor_neighbour.h"
@@ -60,7 +60,7 @@ static void say_nobody(struct doctor *d, struct doctor_finding *out)
     }
 }
 
-static void say_two(struct doctor *d, const struct neighbours *who,
+static void say_two(struct doctor *d, const struct arp_answers *who,
                     struct doctor_finding *out)
 {
     char hop[16];
@@ -78,7 +78,7 @@ static void say_two(struct doctor *d, const struct neighbours *who,
 }
 
 /* What the wire says, beside what the kernel believes. */
-static void add_wire(struct doctor *d, const struct neighbours *who,
+static void add_wire(struct doctor *d, const struct arp_answers *who,
                      struct doctor_finding *out)
 {
     if (who->count > 1) {
@@ -93,7 +93,7 @@ static void add_wire(struct doctor *d, const struct neighbours *who,
  * the sensor may be there all the same. */
 static void look_at_local(struct doctor *d, struct doctor_finding *out)
 {
-    struct neighbours who;
+    struct arp_answers who;
     char macs[NEIGHBOURS_TEXT_BYTES];
     const struct host_interface *on =
         d->chosen != NULL && d->chosen->is_loopback && d->own[0] != '\0'
@@ -115,7 +115,7 @@ static void look_at_local(struct doctor *d, struct doctor_finding *out)
 static void say_neighbour(struct doctor *d, const char *mac, bool has_spoken,
                           struct doctor_finding *out)
 {
-    struct neighbours who = {false, 0, {""}};
+    struct arp_answers who = {0};
     char hop[16];
     const struct host_interface *on =
         interfaces_find(d->interfaces, d->interface_count, d->interface);

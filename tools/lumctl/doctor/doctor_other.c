@@ -2,7 +2,7 @@
  * the net library can do everywhere. */
 #include "doctor.h"
 
-#include "../common/number.h"
+#include "../../common/number.h"
 
 #include "lum/wire.h"
 

@@ -2,7 +2,7 @@
 #ifndef LUMCTL_DOCTOR_HOST_H
 #define LUMCTL_DOCTOR_HOST_H
 
-#include "../common/interfaces.h"
+#include "../../common/interfaces.h"
 #include "doctor.h"
 
 #include <stdbool.h>

@@ -1,7 +1,7 @@
 #include "yscan.h"
 
-#include "remember.h"
-#include "text.h"
+#include "../remember.h"
+#include "../text.h"
 #include "yscan_shape.h"
 
 #include "lum/command.h"

@@ -1,6 +1,6 @@
 #include "doctor_facts.h"
 
-#include "../common/number.h"
+#include "../../common/number.h"
 
 #include <inttypes.h>
 #include <stdlib.h>

@@ -1,9 +1,9 @@
 #include "doctor.h"
 
-#include "../common/json.h"
-#include "../common/number.h"
-#include "report.h"
-#include "session.h"
+#include "../../common/json.h"
+#include "../../common/number.h"
+#include "../report.h"
+#include "../session.h"
 
 #include <errno.h>
 #include <stdarg.h>

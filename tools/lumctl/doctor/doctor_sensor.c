@@ -1,9 +1,9 @@
 /* What the sensor itself shows: answers, data, its clock, its status. */
 #include "doctor.h"
 
-#include "../common/arrival.h"
-#include "report.h"
-#include "session.h"
+#include "../../common/arrival.h"
+#include "../report.h"
+#include "../session.h"
 
 #include "lum/base/time.h"
 #include "lum/laser.h"

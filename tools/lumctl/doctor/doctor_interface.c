@@ -4,9 +4,9 @@
 
 #include "doctor_host.h"
 
-#include "../common/host.h"
-#include "../common/number.h"
-#include "beside.h"
+#include "../../common/host.h"
+#include "../../common/number.h"
+#include "../beside.h"
 #include "doctor_knock.h"
 #include "doctor_neighbour.h"
 #include "doctor_way.h"
@@ -45,7 +45,7 @@ size_t host_candidates(const struct doctor *d,
 
 void host_look(struct doctor *d, struct candidate *c)
 {
-    struct neighbours who;
+    struct arp_answers who;
     if (c->is_looked_at) {
         return;
     }
@@ -206,7 +206,7 @@ struct wish {
 static bool is_taken(void *context, uint32_t address)
 {
     struct wish *w = context;
-    struct neighbours who = {false, 0, {""}};
+    struct arp_answers who = {0};
     if (interfaces_owner(w->d->interfaces, w->d->interface_count, address,
                          NULL) != NULL) {
         return true;
@@ -539,7 +539,7 @@ static void mend_astray(const struct doctor *d, struct doctor_finding *out)
 /* Whether somebody answers on the interface in the sensor's subnet. */
 static bool chosen_answers(struct doctor *d)
 {
-    struct neighbours who;
+    struct arp_answers who;
     if (!d->chosen_answers) {
         neighbours_find(d, d->chosen, &who);
         d->chosen_answers = who.count > 0;

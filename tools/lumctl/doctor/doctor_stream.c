@@ -1,7 +1,7 @@
 /* The data that comes while the doctor is the session, judged. */
 #include "doctor.h"
 
-#include "session.h"
+#include "../session.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -1,6 +1,6 @@
 #include "yscan.h"
 
-#include "files.h"
+#include "../files.h"
 #include "yscan_draw.h"
 
 #include <ctype.h>

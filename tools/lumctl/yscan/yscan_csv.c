@@ -1,6 +1,6 @@
 #include "yscan_shape.h"
 
-#include "../common/input_files.h"
+#include "../../common/input_files.h"
 
 #include <errno.h>
 #include <stdio.h>

@@ -3,7 +3,7 @@
 
 #include "doctor.h"
 
-#include "../common/number.h"
+#include "../../common/number.h"
 #include "doctor_facts.h"
 #include "net/program.h"
 

@@ -2,7 +2,7 @@
 
 #include "doctor_neighbour.h"
 
-#include "../common/arp.h"
+#include "../../common/arp.h"
 #include "doctor_facts.h"
 #include "doctor_knock.h"
 
@@ -20,60 +20,27 @@
 
 #define SEARCH_MAX 32u /* interfaces */
 
-static void add(struct neighbours *all, const char *mac)
-{
-    for (size_t i = 0; i < all->count; i++) {
-        if (strcmp(all->macs[i], mac) == 0) {
-            return;
-        }
-    }
-    if (all->count < NEIGHBOURS_MAX) {
-        (void)snprintf(all->macs[all->count], sizeof all->macs[0], "%s", mac);
-        all->count++;
-    }
-}
-
 static int64_t earlier(int64_t a, int64_t b)
 {
     return a < b ? a : b;
 }
 
-/* Asks again and again: each answer could be lost. */
-static void hear(struct doctor *d, struct arp *arp, uint32_t address,
-                 struct neighbours *out)
+static bool goes_on(void *owner)
 {
-    int64_t now = lum_time_monotonic_ns();
-    int64_t end = now + WAIT_NS;
-    int64_t next = now;
-    while (now < end && !doctor_is_cancelled(d)) {
-        struct arp_speaker who;
-        doctor_keep_alive(d);
-        if (now >= next) {
-            (void)arp_ask(arp, address, NULL);
-            next = now + AGAIN_NS;
-        }
-        if (arp_receive(arp, earlier(next, end), &who) &&
-            who.address == address) {
-            char mac[INTERFACE_MAC_TEXT_BYTES];
-            end = out->count == 0 ? lum_time_monotonic_ns() + MORE_NS : end;
-            add(out, interfaces_format_mac(who.mac, mac));
-        }
-        now = lum_time_monotonic_ns();
+    struct doctor *d = owner;
+    if (doctor_is_cancelled(d)) {
+        return false;
     }
+    doctor_keep_alive(d);
+    return true;
 }
 
 bool neighbours_hear(struct doctor *d, const struct host_interface *on,
-                     uint32_t address, struct neighbours *out)
+                     uint32_t address, struct arp_answers *out)
 {
-    struct arp *arp = NULL;
-    *out = (struct neighbours){false, 0, {""}};
-    if (arp_open(on, &arp, NULL) != ARP_OPENED) {
-        return false;
-    }
-    out->is_heard = true;
-    hear(d, arp, address, out);
-    arp_close(arp);
-    return true;
+    const struct arp_patience patience = {WAIT_NS, AGAIN_NS, MORE_NS, goes_on,
+                                          d};
+    return arp_answers_hear(on, address, &patience, out);
 }
 
 /* Questions on many interfaces at once. */
@@ -182,7 +149,7 @@ enum knock_answer neighbours_probe(struct doctor *d, const char *by,
 }
 
 void neighbours_find(struct doctor *d, const struct host_interface *on,
-                     struct neighbours *out)
+                     struct arp_answers *out)
 {
     const uint32_t address = d->sensor.address;
     char mac[MAC_BYTES] = "";
@@ -192,11 +159,11 @@ void neighbours_find(struct doctor *d, const struct host_interface *on,
     }
     (void)neighbours_probe(d, on->name, address, on->name, mac, &state);
     if (state == ARP_COMPLETE) {
-        add(out, mac);
+        arp_answers_add(out, mac);
     }
 }
 
-const char *neighbours_format(const struct neighbours *all,
+const char *neighbours_format(const struct arp_answers *all,
                               char out[NEIGHBOURS_TEXT_BYTES])
 {
     size_t len = 0;

@@ -2,7 +2,7 @@
 #ifndef LUMCTL_YSCAN_SHAPE_H
 #define LUMCTL_YSCAN_SHAPE_H
 
-#include "ctl.h"
+#include "../ctl.h"
 
 #include "lum/host/yscan_plan.h"
 

@@ -1,6 +1,6 @@
 #include "yscan_shape.h"
 
-#include "../common/number.h"
+#include "../../common/number.h"
 
 #include <stdio.h>
 #include <string.h>
