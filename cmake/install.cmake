@@ -12,8 +12,18 @@ foreach(room IN LISTS lum_optional_rooms)
 endforeach()
 set(lum_config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lumsdk)
 
-install(TARGETS ${lum_installed} EXPORT lumsdk ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+if(TARGET lumsdk)
+  list(APPEND lum_installed lumsdk)
+endif()
+install(TARGETS ${lum_installed} EXPORT lumsdk
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+        RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(EXPORT lumsdk NAMESPACE lumsdk:: FILE lumsdkTargets.cmake DESTINATION ${lum_config_dir})
+set(LUM_WITH_SHARED OFF)
+if(TARGET lumsdk)
+  set(LUM_WITH_SHARED ON)
+endif()
 configure_package_config_file(cmake/lumsdkConfig.cmake.in lumsdkConfig.cmake
                               INSTALL_DESTINATION ${lum_config_dir})
 write_basic_package_version_file(lumsdkConfigVersion.cmake COMPATIBILITY SameMinorVersion)

@@ -13,9 +13,4 @@ bool lum_system_parse_address(const char *text, uint32_t *out);
 /* The first IPv4 address of a name. 0; or -1 with the error. */
 int lum_system_resolve(const char *name, uint32_t *out, lum_error *error);
 
-/* What resolvers say, in the same words everywhere. Return -1. */
-int lum_resolve_say_unknown(const char *name, lum_error *error);
-int lum_resolve_say_no_address(const char *name, lum_error *error);
-int lum_resolve_say_failed(const char *name, const char *why, lum_error *error);
-
 #endif

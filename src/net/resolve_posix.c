@@ -1,5 +1,6 @@
 #define _GNU_SOURCE /* EAI_NODATA */
 #include "net/resolve.h"
+#include "net/resolve_messages.h"
 
 #include <arpa/inet.h>
 #include <netdb.h>

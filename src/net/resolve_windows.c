@@ -2,6 +2,7 @@
 
 #include "net/resolve.h"
 #include "net/resolve_look_up.h"
+#include "net/resolve_messages.h"
 
 /* inet_pton() needs no Winsock that was started. */
 bool lum_system_parse_address(const char *text, uint32_t *out)

@@ -4,7 +4,6 @@
 #include "net/socket_messages.h"
 #include "net/socket_system.h"
 
-#include <arpa/inet.h>
 #include <errno.h>
 #include <net/if.h>
 #include <stdio.h>
@@ -32,22 +31,6 @@ struct lum_socket {
     lum_arrival arrivals[LUM_SOCKET_BATCH];
     uint8_t bytes[LUM_SOCKET_BATCH * LUM_SOCKET_BYTES];
 };
-
-struct sockaddr_in lum_system_address(lum_endpoint endpoint)
-{
-    struct sockaddr_in out;
-    memset(&out, 0, sizeof out);
-    out.sin_family = AF_INET;
-    out.sin_port = htons(endpoint.port);
-    out.sin_addr.s_addr = htonl(endpoint.address);
-    return out;
-}
-
-lum_endpoint lum_system_endpoint(const struct sockaddr_in *address)
-{
-    return (lum_endpoint){.address = ntohl(address->sin_addr.s_addr),
-                          .port = ntohs(address->sin_port)};
-}
 
 /* "lo, eth0" */
 static void list_interfaces(char *out, size_t room)

@@ -4,11 +4,13 @@
 
 #include "lum/net/socket.h"
 
+#include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 /* Of a datagram, beside itself. */
 typedef struct lum_arrival {
@@ -48,7 +50,21 @@ int lum_system_receive(int fd, uint8_t *buffers, lum_received *out,
 /* Send some. How many left; -1 and errno if not even the first. */
 int lum_system_send(int fd, const lum_outgoing *datagrams, size_t count);
 
-struct sockaddr_in lum_system_address(lum_endpoint endpoint);
-lum_endpoint lum_system_endpoint(const struct sockaddr_in *address);
+static inline struct sockaddr_in lum_system_address(lum_endpoint endpoint)
+{
+    struct sockaddr_in out;
+    memset(&out, 0, sizeof out);
+    out.sin_family = AF_INET;
+    out.sin_port = htons(endpoint.port);
+    out.sin_addr.s_addr = htonl(endpoint.address);
+    return out;
+}
+
+static inline lum_endpoint lum_system_endpoint(
+    const struct sockaddr_in *address)
+{
+    return (lum_endpoint){.address = ntohl(address->sin_addr.s_addr),
+                          .port = ntohs(address->sin_port)};
+}
 
 #endif

@@ -44,12 +44,6 @@ uint32_t lum_device_clock_us(const lum_device *device, int64_t now_ns)
     return (uint32_t)((now_ns - device->boot_ns) / 1000);
 }
 
-bool lum_device_laser_is_up(const lum_device *device)
-{
-    return (device->status & LUM_LASER_TLV_CMD_ON) != 0 &&
-           !lum_laser_is_down(device->status);
-}
-
 float lum_device_gain(const lum_device *device, int64_t now_ns)
 {
     if (!lum_device_laser_is_up(device)) {
@@ -69,15 +63,6 @@ int64_t lum_device_next_ns(const lum_device *device)
     return (device->status & LUM_LASER_HEARTBEAT_TIMEOUT) != 0
                ? INT64_MAX
                : device->heartbeat_ns + LUM_DEVICE_TIMEOUT_NS;
-}
-
-void lum_device_set_status(lum_device *device, uint16_t status, int64_t now_ns)
-{
-    const bool was_up = lum_device_laser_is_up(device);
-    device->status = status;
-    if (!was_up && lum_device_laser_is_up(device)) {
-        device->laser_ns = now_ns;
-    }
 }
 
 static struct before remember(const lum_device *device)
@@ -125,13 +110,6 @@ static void tell_changes(const lum_device *device, const struct before *before,
         (device->is_streaming && !is_same_peer(device->client, before->client));
 }
 
-void lum_device_note(lum_device_effects *fx, const char *text)
-{
-    const size_t len = strlen(fx->note);
-    (void)snprintf(fx->note + len, sizeof fx->note - len, "%s%s",
-                   len > 0 ? "; " : "", text);
-}
-
 static void let_time_pass(lum_device *device, int64_t now_ns,
                           lum_device_effects *out)
 {
@@ -145,15 +123,6 @@ static void let_time_pass(lum_device *device, int64_t now_ns,
         (uint16_t)(kept | LUM_LASER_HEARTBEAT_TIMEOUT | LUM_LASER_TLV_CMD_OFF),
         now_ns);
     lum_device_note(out, "heartbeat timeout");
-}
-
-void lum_device_put_status(const lum_device *device, uint32_t sequence,
-                           lum_device_effects *fx, lum_tlv_writer *writer)
-{
-    const uint16_t type = device->layout.profile.tlv[LUM_TLV_STATUS];
-    fx->has_reply = lum_tlv_begin(writer, fx->reply, sizeof fx->reply,
-                                  sequence) == LUM_OK &&
-                    lum_tlv_add_u16(writer, type, device->status) == LUM_OK;
 }
 
 /* An alert, when there is someone to hear it. */

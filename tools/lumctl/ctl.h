@@ -114,7 +114,8 @@ enum exit_status ctl_print_packet(struct ctl *ctl, const void *bytes,
                                   size_t len);
 void ctl_end_packets(struct ctl *ctl);
 
-/* Complaints: "lumctl: ..." and a newline on standard error. Returns status. */
+/* complain.c. Complaints: "lumctl: ..." and a newline on standard error.
+ * Returns status. */
 LUM_PRINTF(2, 3)
 enum exit_status ctl_complain(enum exit_status status, const char *format, ...);
 

@@ -211,7 +211,7 @@ static enum exit_status switch_on(struct ctl *ctl)
         return EXIT_DONE;
     }
     if (is_refused) {
-        (void)text_complain_refusal("u", &refusal, answer.debug);
+        (void)text_complain_refusal("u", "u", &refusal, answer.debug);
     }
     return is_on ? EXIT_FAILED : laser_complain(ctl, LASER_ON, &answer, undo);
 }
@@ -275,6 +275,13 @@ static enum exit_status switch_off(struct ctl *ctl)
     return EXIT_DONE;
 }
 
+static enum exit_status print_off_packet(struct ctl *ctl)
+{
+    struct ctl_answer answer;
+    bool was_sent = false;
+    return text_send(ctl, "d", &answer, &was_sent);
+}
+
 enum exit_status command_laser(struct ctl *ctl, int count, char **words)
 {
     if (count < 2) {
@@ -292,5 +299,5 @@ enum exit_status command_laser(struct ctl *ctl, int count, char **words)
     if (strcmp(words[1], "off") != 0) {
         return ctl_complain(EXIT_BAD, "laser: '%s' is not on or off", words[1]);
     }
-    return ctl->options.dry_run ? ctl_command_text(ctl, "d") : switch_off(ctl);
+    return ctl->options.dry_run ? print_off_packet(ctl) : switch_off(ctl);
 }

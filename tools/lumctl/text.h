@@ -31,8 +31,9 @@ struct text_refusal {
 bool text_find_refusal(const char *text, const char *debug,
                        struct text_refusal *out);
 
-/* Says what was refused, and the sensor's own words. Returns EXIT_FAILED. */
-enum exit_status text_complain_refusal(const char *text,
+/* Says what was refused, and the sensor's own words. typed: how the user said
+ * it. Returns EXIT_FAILED. */
+enum exit_status text_complain_refusal(const char *text, const char *typed,
                                        const struct text_refusal *refusal,
                                        const char *debug);
 

@@ -73,7 +73,7 @@ static void sum_up(const struct live *live, int64_t now_ns)
         (double)(now_ns - live->start_ns) / 1e9,
         live->heard[LUM_PACKET_HEARTBEAT], live->heard[LUM_PACKET_TLV],
         live->heard[LUM_PACKET_TIMESTAMP], live->heard[LUM_PACKET_SET_IP],
-        other, live->answers, live_packets(live));
+        other, live->answers, live->outlet.sent);
     if (live->scene.lines_skipped > 0) {
         (void)fprintf(stderr, "; %" PRIu64 " lines skipped: too slow a host",
                       live->scene.lines_skipped);

@@ -89,7 +89,4 @@ void live_log_skipped(struct live *live, int64_t now_ns);
 void live_log_stop(struct live *live, int64_t now_ns);
 void live_flush_ignored(struct live *live, int64_t now_ns);
 
-/* The data that has been sent, in packets. */
-uint64_t live_packets(const struct live *live);
-
 #endif

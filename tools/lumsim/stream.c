@@ -8,11 +8,6 @@
 #define LOOK_NS    INT64_C(10000000) /* for a reel to be done */
 #define ROUNDS_MAX 2u                /* batches before the socket is served */
 
-uint64_t live_packets(const struct live *live)
-{
-    return live->outlet.sent;
-}
-
 void live_order(struct live *live)
 {
     const lum_device_settings *s = &live->device.settings;

@@ -1,0 +1,88 @@
+/* Links the shared library of an installed copy, from two threads. Compiled as
+ * C++ too. */
+#include <lum/base/time.h>
+#include <lum/cloud/writer.h>
+#include <lum/command.h>
+#include <lum/host/yscan_plan.h>
+#include <lum/net/sensor.h>
+#include <lum/packet.h>
+#include <lum/version.h>
+
+#include <pthread.h>
+#include <stdio.h>
+#include <string.h>
+
+/* What a thread found; 0: all is as it should be. */
+struct work {
+    char path[32];
+    int fault;
+};
+
+static int decode(void)
+{
+    static const unsigned char heartbeat[LUM_HEARTBEAT_BYTES] = {
+        0xed, 0xfe, 0xf3, 0xa1, 0xef, 0xbe, 0x34, 0x12, 8, 0, 0, 0};
+    lum_layout layout;
+    lum_group group;
+    lum_calibration calibration;
+    lum_projector projector;
+    lum_sensor_options options;
+
+    lum_layout_default(&layout);
+    lum_calibration_default(&calibration);
+    lum_sensor_options_default(&options);
+    return lum_packet_decode(&layout, heartbeat, sizeof heartbeat, &group) !=
+               LUM_PACKET_HEARTBEAT ||
+           lum_projector_init(&projector, &calibration, &layout) != LUM_OK ||
+           lum_command_specs[0].letter == 0;
+}
+
+static int write_points(const char *path)
+{
+    lum_writer_options options;
+    lum_sample sample;
+    lum_line_samples line;
+    lum_writer *writer = NULL;
+    lum_error error;
+
+    memset(&options, 0, sizeof options);
+    memset(&sample, 0, sizeof sample);
+    memset(&line, 0, sizeof line);
+    options.format = LUM_FORMAT_CSV;
+    line.samples = &sample;
+    line.count = 1;
+    if (lum_writer_open(path, &options, &writer, &error) != 0) {
+        return 1;
+    }
+    for (int i = 0; i < 20000; i++) {
+        if (lum_writer_add(writer, &line, &error) != 0) {
+            lum_writer_abort(writer);
+            return 1;
+        }
+    }
+    return lum_writer_close(writer, &error) != 0 || remove(path) != 0;
+}
+
+static void *run(void *context)
+{
+    struct work *work = (struct work *)context;
+    work->fault = decode() != 0 || write_points(work->path) != 0;
+    return NULL;
+}
+
+int main(void)
+{
+    struct work work[2] = {{"first.csv", 1}, {"second.csv", 1}};
+    pthread_t thread[2];
+
+    for (int i = 0; i < 2; i++) {
+        if (pthread_create(&thread[i], NULL, run, &work[i]) != 0) {
+            return 1;
+        }
+    }
+    for (int i = 0; i < 2; i++) {
+        (void)pthread_join(thread[i], NULL);
+    }
+    (void)puts("lumsdk " LUM_VERSION);
+    return work[0].fault != 0 || work[1].fault != 0;
+}

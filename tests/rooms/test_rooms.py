@@ -1,0 +1,145 @@
+"""The rooms' arrows hold, and rooms.py sees where they would not."""
+
+import fnmatch
+import os
+import re
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import rooms  # noqa: E402
+
+TOP = Path(__file__).resolve().parents[2]
+
+
+class Tree(unittest.TestCase):
+    def test_every_include_follows_an_arrow_and_no_files_call_each_other(self):
+        self.assertEqual(rooms.faults(TOP), [])
+
+    def test_every_room_and_every_tool_is_looked_at(self):
+        seen = {rooms.room_of(path) for path in rooms.sources(TOP)}
+        there = {path.name for path in (TOP / "src").iterdir() if path.is_dir()}
+        self.assertEqual(there - seen, set())
+        self.assertEqual(there - set(rooms.ARROWS), set())
+        self.assertEqual({"common", "lumctl", "lumdump", "lumsim", "lumview"} - seen, set())
+
+    def test_quoted_includes_are_found(self):
+        sources = rooms.sources(TOP)
+        lost = {(path, name) for path, is_quoted, name, target in rooms.includes(sources)
+                if is_quoted and target is None}
+        self.assertEqual(lost, set())
+
+    def test_what_is_meant_is_still_there(self):
+        for pair in rooms.MEANT:
+            files = dict(rooms.calls(rooms.sources(TOP)))[rooms.room_of(pair[0])]
+            self.assertIn(pair[1], files[pair[0]])
+            self.assertIn(pair[0], files[pair[1]])
+
+
+class Documents(unittest.TestCase):
+    """docs/design.md has each source in the table of its folder, and nothing else."""
+
+    def tables(self):
+        text = (TOP / "docs/design.md").read_text()
+        core = text[text.index("| core | does |"):]
+        found = {"src/core": set(re.findall(r"`([\w*]+\.c)`", core[:core.index("\n\n")]))}
+        for section in re.split(r"^### ", text[text.index("\n## Files"):], flags=re.M)[1:]:
+            found[section.split("\n")[0]] = set(re.findall(r"^\| (.*?) \|", section, flags=re.M))
+        for folder in set(found) - {"src/core"}:
+            found[folder] = set(re.findall(r"`([\w*]+\.c)`", " ".join(found[folder])))
+        return found
+
+    def test_every_source_has_its_line(self):
+        tables = self.tables()
+        for path in rooms.sources(TOP):
+            folder, name = os.path.split(path)
+            if name.endswith(".c"):
+                with self.subTest(path):
+                    self.assertTrue(any(fnmatch.fnmatch(name, pattern) for pattern in tables.get(folder, ())),
+                                    f"docs/design.md, Files, {folder}: no line for {name}")
+
+    def test_every_line_has_its_source(self):
+        there = {}
+        for path in rooms.sources(TOP):
+            there.setdefault(os.path.dirname(path), []).append(os.path.basename(path))
+        for folder, patterns in self.tables().items():
+            for pattern in patterns:
+                with self.subTest(f"{folder}/{pattern}"):
+                    self.assertTrue(fnmatch.filter(there.get(folder, ()), pattern), f"{folder} has no {pattern}")
+
+
+class Faults(unittest.TestCase):
+    """A small tree with one fault each."""
+
+    def faults(self, **files):
+        with tempfile.TemporaryDirectory() as top:
+            for folder in ("src", "include", "tools"):
+                Path(top, folder).mkdir()
+            for name, text in files.items():
+                path = Path(top, name.replace("__", "/")[:-2] + "." + name[-1])
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text)
+            return rooms.faults(Path(top))
+
+    def test_none_in_a_tree_that_keeps_to_them(self):
+        self.assertEqual(self.faults(include__lum__a_h="",
+                                     include__lum__points_h='#include "lum/a.h"\n#include <math.h>\n',
+                                     src__cloud__x_c='#include "lum/points.h"\n#include "lum/a.h"\n',
+                                     tools__lumctl__m_c='#include "cloud/y.h"\n', src__cloud__y_h=""), [])
+
+    def test_an_include_against_an_arrow(self):
+        found = self.faults(include__lum__host__a_h="", src__core__b_c='#include "lum/host/a.h"\n')
+        self.assertEqual(found, ["src/core/b.c: includes lum/host/a.h: there is no arrow from core to host"])
+
+    def test_of_an_internal_header_and_of_one_beside(self):
+        found = self.faults(src__cloud__a_h="", src__config__b_c='#include "cloud/a.h"\n#include "../cloud/a.h"\n')
+        self.assertEqual(len(found), 2)
+
+    def test_of_tools_by_the_libraries_and_of_a_tool_by_another(self):
+        found = self.faults(tools__common__a_h="", tools__lumsim__b_h="",
+                            src__net__c_c='#include "../../tools/common/a.h"\n',
+                            tools__lumctl__d_c='#include "../lumsim/b.h"\n#include "../common/a.h"\n')
+        self.assertEqual(found, ["src/net/c.c: includes ../../tools/common/a.h: there is no arrow from net to common",
+                                 "tools/lumctl/d.c: includes ../lumsim/b.h: there is no arrow from lumctl to lumsim"])
+
+    def test_a_header_that_is_not_there(self):
+        found = self.faults(src__core__b_c='#include "lum/gone.h"\n')
+        self.assertEqual(found, ["src/core/b.c: includes lum/gone.h, which is not there"])
+
+    def test_a_room_without_arrows(self):
+        self.assertEqual(self.faults(src__attic__b_c='#include "c.h"\n', src__attic__c_h="")[0],
+                         "src/attic/b.c: the room attic is in no arrow of tests/rooms/rooms.py")
+
+    def test_third_parties(self):
+        found = self.faults(src__cloud__a_c="#include <pcap/pcap.h>\n#include <zlib.h>\n",
+                            src__capture__b_c="#include <pcap.h>\n# include <yaml.h>\n")
+        self.assertEqual(found, ["src/capture/b.c: includes <yaml.h>, which belongs to config",
+                                 "src/cloud/a.c: includes <pcap/pcap.h>, which belongs to capture"])
+
+    def test_a_freestanding_room_includes_no_more_than_it_may(self):
+        self.assertEqual(self.faults(src__core__a_c="#include <string.h>\n#include <stdio.h>\n"),
+                         ["src/core/a.c: includes <stdio.h>, which core does without"])
+
+    def test_headers_in_a_circle(self):
+        found = self.faults(src__net__a_h='#include "b.h"\n', src__net__b_h='#include "c.h"\n',
+                            src__net__c_h='#include "a.h"\n')
+        self.assertEqual(found, ["headers that include each other: src/net/a.h, src/net/b.h, src/net/c.h"])
+
+    def test_files_that_call_each_other(self):
+        found = self.faults(src__net__a_c="int a(int x)\n{\n    if (x > 0) {\n        return b(x);\n    }\n}\n",
+                            src__net__b_c="int b(int x)\n{\n    return a(x);\n}\n")
+        self.assertEqual(found, ["src/net/a.c and src/net/b.c call each other: b; a"])
+
+    def test_a_function_of_the_file_s_own_is_no_other_s(self):
+        self.assertEqual(self.faults(src__net__a_c="static void b(void)\n{\n}\nvoid a(void)\n{\n    b();\n}\n",
+                                     src__net__b_c="void b(void)\n{\n    a();\n}\n"), [])
+
+    def test_words_of_comments_and_strings_call_nothing(self):
+        self.assertEqual(self.faults(src__net__a_c='void a(void)\n{\n    /* b() */ puts("b"); // b\n}\n',
+                                     src__net__b_c="void b(void)\n{\n    a();\n}\n"), [])
+
+
+if __name__ == "__main__":
+    unittest.main()

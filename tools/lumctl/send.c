@@ -1,0 +1,139 @@
+#include "../common/number.h"
+#include "laser.h"
+#include "text.h"
+
+#include <ctype.h>
+#include <stdio.h>
+#include <string.h>
+
+enum exit_status ctl_command_text(struct ctl *ctl, const char *text)
+{
+    return ctl_command_words(ctl, text, text);
+}
+
+enum exit_status ctl_command_words(struct ctl *ctl, const char *text,
+                                   const char *typed)
+{
+    struct ctl_answer answer;
+    struct text_refusal refusal;
+    char what[TEXT_BYTES + 16];
+    bool was_sent = false;
+    const enum exit_status status = text_send(ctl, text, &answer, &was_sent);
+    const enum laser_wish wish = laser_wish_of(text);
+    if (status != EXIT_DONE || !was_sent) {
+        return laser_give_up(ctl, wish, status, was_sent);
+    }
+    const enum laser_undo undo = laser_take_back(ctl, wish, &answer);
+    const bool is_refused = text_find_refusal(text, answer.debug, &refusal);
+    const bool is_as_wished = laser_is_as(wish, &answer);
+    const bool is_done = !is_refused && is_as_wished;
+    if (ctl->options.json) {
+        const struct text_outcome outcome = {text, is_done, refusal.names,
+                                             undo};
+        text_print_json(ctl, &outcome, &answer);
+    } else {
+        (void)snprintf(what, sizeof what, "%s %s", typed,
+                       is_done ? "done" : "sent");
+        text_print_answer(ctl, what, &answer);
+    }
+    if (is_refused) {
+        (void)text_complain_refusal(text, typed, &refusal, answer.debug);
+    }
+    if (!is_as_wished) {
+        return laser_complain(ctl, wish, &answer, undo);
+    }
+    return is_done ? EXIT_DONE : EXIT_FAILED;
+}
+
+enum exit_status command_send(struct ctl *ctl, int count, char **words)
+{
+    if (count != 2) {
+        return ctl_complain(EXIT_BAD, "send takes one text; quote it where it "
+                                      "has spaces: lumctl send '50p 15y u'");
+    }
+    return ctl_command_text(ctl, words[1]);
+}
+
+static int hex_digit(char c)
+{
+    static const char digits[] = "0123456789abcdef";
+    const char *at =
+        c != '\0' ? strchr(digits, tolower((unsigned char)c)) : NULL;
+    return at != NULL ? (int)(at - digits) : -1;
+}
+
+/* The bytes of an even number of hex digits; false: they are none, or more
+ * than size. */
+static bool read_hex(const char *text, uint8_t *out, size_t size, size_t *len)
+{
+    size_t n = 0;
+    for (; text[0] != '\0'; text += 2) {
+        const int high = hex_digit(text[0]);
+        const int low = hex_digit(text[1]);
+        if (high < 0 || low < 0 || n == size) {
+            return false;
+        }
+        out[n++] = (uint8_t)(high * 16 + low);
+    }
+    *len = n;
+    return true;
+}
+
+/* Appends one TYPE:HEX. */
+static enum exit_status add_word(lum_tlv_writer *writer, const char *word)
+{
+    uint8_t value[LUM_SENSOR_REQUEST_BYTES];
+    char type_text[8];
+    int64_t type = 0;
+    size_t len = 0;
+    const size_t colon = strcspn(word, ":");
+    (void)snprintf(type_text, sizeof type_text, "%.*s", (int)colon, word);
+    if (word[colon] != ':' || colon >= sizeof type_text ||
+        !number_parse_int(type_text, 0, UINT16_MAX, &type)) {
+        return ctl_complain(EXIT_BAD,
+                            "tlv: '%.40s' is not TYPE:HEX with a type from 0 "
+                            "to 65535, such as 1:75",
+                            word);
+    }
+    if (!read_hex(word + colon + 1, value, sizeof value, &len)) {
+        return ctl_complain(EXIT_BAD,
+                            "tlv: '%.40s': the value is an even number of hex "
+                            "digits, at most %u bytes",
+                            word, (unsigned)sizeof value);
+    }
+    if (lum_tlv_add(writer, (uint16_t)type, value, (uint16_t)len) != LUM_OK) {
+        return ctl_complain(EXIT_BAD,
+                            "tlv: '%.40s' does not fit the packet any more, "
+                            "which holds %u bytes in all",
+                            word, (unsigned)LUM_SENSOR_REQUEST_BYTES);
+    }
+    return EXIT_DONE;
+}
+
+enum exit_status command_tlv(struct ctl *ctl, int count, char **words)
+{
+    uint8_t packet[LUM_SENSOR_REQUEST_BYTES];
+    lum_tlv_writer writer;
+    struct ctl_answer answer;
+    bool was_sent = false;
+    if (count < 2 ||
+        lum_tlv_begin(&writer, packet, sizeof packet, 0) != LUM_OK) {
+        return ctl_complain(EXIT_BAD,
+                            "tlv: give TYPE:HEX, such as 1:75, or several");
+    }
+    for (int i = 1; i < count; i++) {
+        const enum exit_status status = add_word(&writer, words[i]);
+        if (status != EXIT_DONE) {
+            return status;
+        }
+    }
+    const enum exit_status status =
+        ctl_request(ctl, packet + LUM_TLV_PACKET_BYTES,
+                    writer.len - LUM_TLV_PACKET_BYTES, &answer, &was_sent);
+    if (status == EXIT_DONE && was_sent && ctl->options.json) {
+        text_print_json(ctl, NULL, &answer);
+    } else if (status == EXIT_DONE && was_sent) {
+        text_print_answer(ctl, "answered", &answer);
+    }
+    return status;
+}
