@@ -1,5 +1,5 @@
-#include "fragments.h"
 #include "lum/capture/capture.h"
+#include "fragments.h"
 #include "pcap.h"
 #include "unpack.h"
 
@@ -23,9 +23,9 @@ static int check_start(lum_source *source, lum_error *error)
         return 0;
     }
     if (!source->has_failed) {
-        return lum_error_set(
-            error, "%s: is empty; a pcap or pcapng file is expected",
-            source->name);
+        return lum_error_set(error,
+                             "%s: is empty; a pcap or pcapng file is expected",
+                             source->name);
     }
     return lum_error_set(
         error, "%s: cannot be read: %s; a pcap or pcapng file is expected",
@@ -36,7 +36,7 @@ static int check_start(lum_source *source, lum_error *error)
 static int start(lum_capture *c, lum_error *error)
 {
     if (check_start(c->source, error) != 0 ||
-        lum_source_unpack(&c->source, error) != 0) {
+        lum_unpack(&c->source, error) != 0) {
         return -1;
     }
     return check_start(c->source, error);

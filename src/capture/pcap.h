@@ -86,8 +86,8 @@ LUM_MUST_CHECK int lum_pcap_begin(lum_pcap *reader,
                                   uint32_t *link_type, lum_error *error);
 
 /** Read the next record.
- * @return 1 with a record; 0 at the end; -1 where it cannot be read on, with the
- *         byte of the stream and the reason in error. */
+ * @return 1 with a record; 0 at the end; -1 where it cannot be read on, with
+ * the byte of the stream and the reason in error. */
 LUM_MUST_CHECK int lum_pcap_next(lum_pcap *reader, lum_pcap_record *out,
                                  lum_error *error);
 

@@ -9,11 +9,11 @@
 struct lum_pcap {
     lum_source *source;
     int (*next)(lum_pcap *reader, lum_pcap_record *out, lum_error *error);
-    uint64_t at;      /* where the record or block being read begins */
-    bool is_big;      /* the byte order of the file, or of the section */
-    uint32_t scale;   /* pcap: nanoseconds of a fraction's unit */
-    size_t header;    /* pcap: bytes of a record's */
-    int lengths;      /* pcap: enum length_order */
+    uint64_t at;    /* where the record or block being read begins */
+    bool is_big;    /* the byte order of the file, or of the section */
+    uint32_t scale; /* pcap: nanoseconds of a fraction's unit */
+    size_t header;  /* pcap: bytes of a record's */
+    int lengths;    /* pcap: enum length_order */
     lum_pcap_interface *interfaces;
     uint32_t interface_count;
     uint32_t interface_room;
@@ -56,6 +56,10 @@ int lum_pcap_fail_cut(const lum_pcap *reader, const char *what, uint64_t held,
 LUM_MUST_CHECK int lum_pcap_add_interface(lum_pcap *reader,
                                           const lum_pcap_interface *interface,
                                           lum_error *error);
+
+/** Read a pcap file's header, which describes its only interface.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_pcap_records_begin(lum_pcap *reader, lum_error *error);
 
 /** Whether the source begins as a pcapng file does. */
 bool lum_pcapng_is(lum_source *source);

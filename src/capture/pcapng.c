@@ -176,10 +176,10 @@ static int read_interface(lum_pcap *r, const struct block *b, lum_error *error)
     if (b->len < INTERFACE_BYTES_MIN) {
         return too_short(r, b, error);
     }
-    lum_pcap_interface interface = {
-        .ticks = 1000000,
-        .snap = lum_pcap_snap(load_u32(r, b->at + 12)),
-        .link_type = load_u16(r, b->at + 8)};
+    lum_pcap_interface interface = {.ticks = 1000000,
+                                    .snap =
+                                        lum_pcap_snap(load_u32(r, b->at + 12)),
+                                    .link_type = load_u16(r, b->at + 8)};
     if (read_interface_options(r, options_from(b, 16), &interface, error) !=
             0 ||
         lum_pcap_add_interface(r, &interface, error) != 0) {
@@ -196,9 +196,8 @@ static int read_section(lum_pcap *r, const struct block *b, lum_error *error)
     }
     const unsigned version = load_u16(r, b->at + 12);
     if (version != VERSION) {
-        return lum_pcap_fail(r, error,
-                             "a section of pcapng version %u; 1 can be read",
-                             version);
+        return lum_pcap_fail(
+            r, error, "a section of pcapng version %u; 1 can be read", version);
     }
     r->interface_count = 0;
     hand_out_options(r, LUM_PCAP_SECTION, options_from(b, 24));
@@ -231,35 +230,45 @@ static bool is_packet(uint32_t type)
     return is_read(type) && type != BLOCK_SECTION && type != BLOCK_INTERFACE;
 }
 
+static bool is_possible(const lum_pcap *r, const struct block *b,
+                        lum_error *error)
+{
+    if (b->len < BLOCK_BYTES_MIN || b->len % 4u != 0) {
+        (void)lum_pcap_fail(r, error,
+                            "a block of %lu bytes; there are at least %d, and "
+                            "a multiple of 4",
+                            (unsigned long)b->len, (int)BLOCK_BYTES_MIN);
+        return false;
+    }
+    if (is_read(b->type) && b->len > LUM_PCAPNG_BLOCK_MAX) {
+        (void)lum_pcap_fail(r, error,
+                            "a block of type %lu has %lu bytes; at most %u are "
+                            "possible",
+                            (unsigned long)b->type, (unsigned long)b->len,
+                            LUM_PCAPNG_BLOCK_MAX);
+        return false;
+    }
+    return true;
+}
+
 /* Returns 1 with a block's type and length; 0 at the end. */
 static int read_block_header(lum_pcap *r, struct block *b, lum_error *error)
 {
     lum_source *s = r->source;
     r->at = lum_source_offset(s);
     if (!lum_source_has(s, HEADER_BYTES)) {
-        return s->left == 0 && !s->has_failed
-                   ? 0
-                   : lum_pcap_fail_cut(r, "block", s->left, 0, error);
+        if (s->left == 0 && !s->has_failed) {
+            return 0;
+        }
+        (void)lum_pcap_fail_cut(r, "block", s->left, 0, error);
+        return -1;
     }
     if (load_be32(s->at) == BLOCK_SECTION && read_order(r, error) != 0) {
         return -1;
     }
     b->type = load_u32(r, s->at);
     b->len = load_u32(r, s->at + 4);
-    if (b->len < BLOCK_BYTES_MIN || b->len % 4u != 0) {
-        return lum_pcap_fail(r, error,
-                             "a block of %lu bytes; there are at least %d, and "
-                             "a multiple of 4",
-                             (unsigned long)b->len, (int)BLOCK_BYTES_MIN);
-    }
-    if (is_read(b->type) && b->len > LUM_PCAPNG_BLOCK_MAX) {
-        return lum_pcap_fail(r, error,
-                             "a block of type %lu has %lu bytes; at most %u "
-                             "are possible",
-                             (unsigned long)b->type, (unsigned long)b->len,
-                             LUM_PCAPNG_BLOCK_MAX);
-    }
-    return 1;
+    return is_possible(r, b, error) ? 1 : -1;
 }
 
 /* Both ends of a block say its length. */
@@ -267,12 +276,12 @@ static int check_trailer(const lum_pcap *r, uint32_t len,
                          const uint8_t *trailer, lum_error *error)
 {
     const uint32_t again = load_u32(r, trailer);
-    return again == len ? 0
-                        : lum_pcap_fail(r, error,
-                                        "a block of %lu bytes at its start has "
-                                        "%lu at its end",
-                                        (unsigned long)len,
-                                        (unsigned long)again);
+    return again == len
+               ? 0
+               : lum_pcap_fail(r, error,
+                               "a block of %lu bytes at its start has "
+                               "%lu at its end",
+                               (unsigned long)len, (unsigned long)again);
 }
 
 /* Of a type that is not known, of any length. */
@@ -305,7 +314,8 @@ static int next_block(lum_pcap *r, struct block *b, lum_error *error)
         return result;
     }
     if (!lum_source_has(s, b->len)) {
-        return lum_pcap_fail_cut(r, "block", s->left, b->len, error);
+        (void)lum_pcap_fail_cut(r, "block", s->left, b->len, error);
+        return -1;
     }
     b->at = s->at;
     return check_trailer(r, b->len, b->at + b->len - TRAILER_BYTES, error) == 0
@@ -356,10 +366,9 @@ static int64_t time_of(const lum_pcap_interface *i, uint64_t ticks)
 
 static int no_interface(const lum_pcap *r, uint32_t index, lum_error *error)
 {
-    return lum_pcap_fail(r, error,
-                         "a packet of interface %lu; its section has %lu",
-                         (unsigned long)index,
-                         (unsigned long)r->interface_count);
+    return lum_pcap_fail(
+        r, error, "a packet of interface %lu; its section has %lu",
+        (unsigned long)index, (unsigned long)r->interface_count);
 }
 
 /* Behind the fixed fields, within its block. */
@@ -466,21 +475,21 @@ int lum_pcapng_begin(lum_pcap *reader, bool (*is_wanted)(uint32_t link_type),
             return -1;
         }
         lum_source_take(reader->source, b.len);
-        if (b.type == BLOCK_INTERFACE) {
-            const uint32_t type =
-                reader->interfaces[reader->interface_count - 1u].link_type;
-            const bool is_good = is_wanted == NULL || is_wanted(type);
-            *link_type = is_good || !has_any ? type : *link_type;
-            has_any = true;
-            if (is_good) {
-                return 1;
-            }
+        if (b.type != BLOCK_INTERFACE) {
+            continue;
+        }
+        const uint32_t last = reader->interface_count - 1u;
+        const uint32_t type = reader->interfaces[last].link_type;
+        *link_type = has_any ? *link_type : type;
+        has_any = true;
+        if (is_wanted == NULL || is_wanted(type)) {
+            *link_type = type;
+            return 1;
         }
     }
-    if (result < 0) {
-        return -1;
+    if (result >= 0 && !has_any) {
+        return lum_error_set(error, "it describes no interface before its "
+                                    "first packet");
     }
-    return has_any ? 0
-                   : lum_error_set(error, "it describes no interface before "
-                                          "its first packet");
+    return result < 0 ? -1 : 0;
 }

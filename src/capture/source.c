@@ -1,7 +1,5 @@
 #include "source_internal.h"
 
-#include "unpack.h"
-
 #include <stdlib.h>
 #include <string.h>
 
@@ -107,7 +105,6 @@ lum_source *lum_source_from_functions(const char *name,
     return s;
 }
 
-
 static void read_more(lum_source *s)
 {
     uint8_t *to = s->buffer + (s->at - s->buffer) + s->left;
@@ -159,30 +156,6 @@ void lum_source_progress(const lum_source *source, uint64_t *done,
     const lum_source *s = source->packed != NULL ? source->packed : source;
     *done = lum_source_offset(s);
     *total = s->functions.total;
-}
-
-int lum_source_unpack(lum_source **source, lum_error *error)
-{
-    lum_source *packed = *source;
-    lum_source_functions functions;
-    lum_unpacker *unpacker = lum_unpacker_find(packed);
-    if (unpacker == NULL) {
-        return 0;
-    }
-    lum_source *s = NULL;
-    if (unpacker(packed, &functions) == 0) {
-        s = lum_source_from_functions(packed->name, &functions);
-        if (s == NULL) {
-            functions.close(functions.context);
-        }
-    }
-    if (s == NULL) {
-        return lum_error_set(error, "%s: not enough memory to unpack it",
-                             packed->name);
-    }
-    s->packed = packed;
-    *source = s;
-    return 0;
 }
 
 void lum_source_close(lum_source *source)

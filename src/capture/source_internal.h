@@ -16,10 +16,10 @@ struct lum_source {
     size_t left;       /**< how many are at hand from there */
     uint64_t end;      /**< where the last one at hand ends in the stream */
     lum_source_functions functions;
-    uint8_t *memory;    /**< that buffer lies in; NULL: the bytes are in memory */
-    uint8_t *buffer;    /**< 2 * half bytes, from the start of a page */
-    size_t half;        /**< what is left over ends here, what is read begins */
-    char *name;         /**< for messages */
+    uint8_t *memory; /**< that buffer lies in; NULL: the bytes are in memory */
+    uint8_t *buffer; /**< 2 * half bytes, from the start of a page */
+    size_t half;     /**< what is left over ends here, what is read begins */
+    char *name;      /**< for messages */
     lum_source *packed; /**< what functions unpack, and close; or NULL */
     bool has_ended;     /**< there is nothing more to read */
     bool has_failed;    /**< and error says why */
@@ -39,12 +39,6 @@ LUM_MUST_CHECK bool lum_source_skip(lum_source *source, uint64_t bytes);
  * total of 0: not known. */
 void lum_source_progress(const lum_source *source, uint64_t *done,
                          uint64_t *total);
-
-/** Let *source be the unpacked bytes of what it is, if it is compressed in a way
- * that this build reads. Waits for the first bytes.
- * @param source on failure as it was.
- * @return 0; -1 without memory, with the reason in error. */
-LUM_MUST_CHECK int lum_source_unpack(lum_source **source, lum_error *error);
 
 /** Whether so many bytes are at hand. */
 static inline bool lum_source_has(lum_source *source, size_t bytes)

@@ -28,12 +28,37 @@ static bool is_zstd(lum_source *source)
             memcmp(source->at + 1, skipped, sizeof skipped) == 0);
 }
 
-lum_unpacker *lum_unpacker_find(lum_source *source)
+/* NULL: it is not compressed, or not in a way that this build reads. */
+static lum_unpacker *unpacker_of(lum_source *source)
 {
     if (is_gzip(source)) {
         return lum_unpack_gzip;
     }
     return is_zstd(source) ? lum_unpack_zstd : NULL;
+}
+
+int lum_unpack(lum_source **source, lum_error *error)
+{
+    lum_source *packed = *source;
+    lum_source_functions functions;
+    lum_unpacker *const unpacker = unpacker_of(packed);
+    if (unpacker == NULL) {
+        return 0;
+    }
+    lum_source *s = NULL;
+    if (unpacker(packed, &functions) == 0) {
+        s = lum_source_from_functions(packed->name, &functions);
+        if (s == NULL) {
+            functions.close(functions.context);
+        }
+    }
+    if (s == NULL) {
+        return lum_error_set(error, "%s: not enough memory to unpack it",
+                             packed->name);
+    }
+    s->packed = packed;
+    *source = s;
+    return 0;
 }
 
 const char *lum_unpack_hint(lum_source *source)

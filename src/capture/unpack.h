@@ -14,15 +14,18 @@
  * @return 0; -1 without memory. */
 typedef int lum_unpacker(lum_source *packed, lum_source_functions *out);
 
-/** Of gzip data, also of several one behind another. NULL: not in this build. */
+/** Of gzip data, also of several one behind another. NULL: not in this build.
+ */
 extern lum_unpacker *const lum_unpack_gzip;
 
 /** Of zstd data, also of several frames. NULL: not in this build. */
 extern lum_unpacker *const lum_unpack_zstd;
 
-/** What unpacks a source, as its first bytes tell.
- * @return NULL: it is not compressed, or not in a way that this build reads. */
-LUM_MUST_CHECK lum_unpacker *lum_unpacker_find(lum_source *source);
+/** Let *source be the unpacked bytes of what it is, if it is compressed in a
+ * way that this build reads. Waits for the first bytes.
+ * @param source on failure as it was.
+ * @return 0; -1 without memory, with the reason in error. */
+LUM_MUST_CHECK int lum_unpack(lum_source **source, lum_error *error);
 
 /** What to do about a source that is no capture but often taken for one:
  * "; it is ...", or "". */

@@ -1,3 +1,4 @@
+#define ZLIB_CONST /* what it reads is not changed */
 #include "unpack.h"
 
 #include <limits.h>
@@ -23,9 +24,8 @@ static unsigned limited(size_t bytes)
 static int64_t fail(const struct unpacker *u, const char *what,
                     lum_error *error)
 {
-    return lum_error_set(
-        error, "%s at byte %llu of the compressed file", what,
-        (unsigned long long)lum_source_offset(u->packed));
+    return lum_error_set(error, "%s at byte %llu of the compressed file", what,
+                         (unsigned long long)lum_source_offset(u->packed));
 }
 
 /* The source's own failure, or what its end means. */
@@ -50,7 +50,7 @@ static void skip_zeros(const struct unpacker *u)
 static int inflate_some(struct unpacker *u)
 {
     const unsigned in = limited(u->packed->left);
-    u->z.next_in = (z_const Bytef *)(uintptr_t)u->packed->at;
+    u->z.next_in = u->packed->at;
     u->z.avail_in = in;
     const int result = inflate(&u->z, Z_NO_FLUSH);
     lum_source_take(u->packed, in - u->z.avail_in);

@@ -19,7 +19,8 @@ static int64_t end(const struct unpacker *u, lum_error *error)
         return 0;
     }
     return lum_error_set(
-        error, "the zstd data are cut short at byte %llu of the compressed file",
+        error,
+        "the zstd data are cut short at byte %llu of the compressed file",
         (unsigned long long)lum_source_offset(u->packed));
 }
 
@@ -34,11 +35,11 @@ static int64_t step(struct unpacker *u, ZSTD_outBuffer *out, lum_error *error)
     const size_t result = ZSTD_decompressStream(u->stream, out, &in);
     lum_source_take(u->packed, in.pos);
     if (ZSTD_isError(result)) {
-        return lum_error_set(
-            error,
-            "the zstd data are damaged at byte %llu of the compressed file (%s)",
-            (unsigned long long)lum_source_offset(u->packed),
-            ZSTD_getErrorName(result));
+        return lum_error_set(error,
+                             "the zstd data are damaged at byte %llu of the "
+                             "compressed file (%s)",
+                             (unsigned long long)lum_source_offset(u->packed),
+                             ZSTD_getErrorName(result));
     }
     u->in_frame = result != 0;
     return has_input || out->pos != 0 || !u->in_frame ? 1 : end(u, error);

@@ -1,5 +1,5 @@
 /* flatten CAPTURE OUTPUT: the datagrams of a capture as a flat file, for
- * targets without libpcap: of each its length (u32), capture time (i64), both
+ * targets without files: of each its length (u32), capture time (i64), both
  * little-endian, and its bytes. */
 #include "lum/capture/capture.h"
 

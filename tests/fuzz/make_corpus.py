@@ -4,6 +4,7 @@ the same bytes each time."""
 import pathlib
 import random
 import struct
+import zlib
 
 MAGIC = bytes.fromhex("edfef3a1efbe3412")
 
@@ -244,7 +245,102 @@ def capture_seeds():
         "pcapng": pcapng(1, frame, frame),
         "pcapng-raw": pcapng(101, datagram, *fragments),
         "header-alone": pcap(1),
+        "gzip": gzip_stored(pcap(1, frame)),
+        "gzip-cut": gzip_stored(pcap(1, frame))[:-30],
+        "gzip-twice": gzip_stored(pcap(1, frame)[:30]) + gzip_stored(pcap(1, frame)[30:]),
+        "zstd": zstd_stored(pcap(1, frame)),
+        "zstd-cut": zstd_stored(pcap(1, frame))[:-30],
+        "can-beside-ethernet": mixed_links(frame),
     })
+    return seeds
+
+
+def gzip_stored(content):
+    packer = zlib.compressobj(0, wbits=-15)
+    body = packer.compress(content) + packer.flush()
+    return (bytes((0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 255)) + body
+            + struct.pack("<II", zlib.crc32(content), len(content)))
+
+
+def zstd_stored(content):
+    """One frame of one block, of less than 256 bytes."""
+    return b"\x28\xb5\x2f\xfd\x20" + bytes((len(content),)) + (len(content) << 3 | 1).to_bytes(3, "little") + content
+
+
+def block(kind, body, order="<"):
+    size = struct.pack(order + "I", len(body) + 12)
+    return struct.pack(order + "I", kind) + size + body + size
+
+
+def section(order="<", minor=0, options=b""):
+    return block(0x0A0D0D0A, struct.pack(order + "IHHq", 0x1A2B3C4D, 1, minor, -1) + options, order)
+
+
+def option(code, value, order="<"):
+    return struct.pack(order + "HH", code, len(value)) + value + bytes(-len(value) % 4)
+
+
+def interface(link=1, snap=0, options=b"", order="<"):
+    return block(1, struct.pack(order + "HHI", link, 0, snap) + options, order)
+
+
+def enhanced(content, time=0, index=0, whole=None, order="<", options=b""):
+    fields = struct.pack(order + "IIIII", index, time >> 32, time & 0xFFFFFFFF, len(content), whole or len(content))
+    return block(6, fields + content + bytes(-len(content) % 4) + options, order)
+
+
+def simple(content, whole=None, order="<"):
+    return block(3, struct.pack(order + "I", whole or len(content)) + content + bytes(-len(content) % 4), order)
+
+
+def obsolete(content, time=0, index=0, order="<"):
+    fields = struct.pack(order + "HHIIII", index, 0xFFFF, time >> 32, time & 0xFFFFFFFF, len(content), len(content))
+    return block(2, fields + content + bytes(-len(content) % 4), order)
+
+
+def mixed_links(frame):
+    return (section() + interface(227) + interface(1) + enhanced(b"can frame", 1, 0) + enhanced(frame, 2, 1)
+            + enhanced(b"can", 3, 0))
+
+
+def pcap_seeds():
+    """Every kind of file header and of block, in either byte order; small, since headers matter here."""
+    seeds = {}
+    for name, order in (("little", "<"), ("big", ">")):
+        def file(magic, version=(2, 4), extra=b"", link=1, snap=100, order=order):
+            head = struct.pack(order + "IHHIIII", magic, *version, 0, 0, snap, link)
+            records = b"".join(struct.pack(order + "IIII", 0x65000000 + i, i, 5, 60 + i) + extra + b"abcde"
+                               for i in range(3))
+            return head + records
+
+        end = option(0, b"", order)
+        resolutions = b"".join(
+            interface(1, 0, option(9, bytes((r,)), order) + end, order) for r in (0, 6, 9, 12, 19, 0x80, 0x8A, 0xA3, 0xBF))
+        times = b"".join(enhanced(b"x", 0x1234567890ABCDEF, i, order=order) for i in range(9))
+        offset = option(1, b"a comment", order) + option(14, struct.pack(order + "q", -3600), order)
+        seeds.update({
+            f"micro-{name}": file(0xA1B2C3D4),
+            f"nano-{name}": file(0xA1B23C4D),
+            f"kuznetzov-{name}": file(0xA1B2CD34, extra=bytes(8)),
+            f"swapped-{name}": file(0xA1B2C3D4, (2, 2)),
+            f"either-{name}": file(0xA1B2C3D4, (2, 3)),
+            f"dgux-{name}": file(0xA1B2C3D4, (543, 0)),
+            f"snap-{name}": file(0xA1B2C3D4, snap=3),
+            f"raw-{name}": file(0xA1B2C3D4, link=101, snap=0),
+            f"ng-{name}": section(order) + interface(1, 0, b"", order) + enhanced(b"frame", 7, order=order)
+            + simple(b"simple", order=order) + obsolete(b"old", 9, order=order),
+            f"ng-snap-{name}": section(order) + interface(1, 4, b"", order) + simple(b"fram", 60, order)
+            + enhanced(b"fra", 8, 0, 60, order),
+            f"ng-resolutions-{name}": section(order) + resolutions + times,
+            f"ng-offset-{name}": section(order) + interface(1, 0, offset, order) + enhanced(b"x", 10**15, order=order),
+            f"ng-sections-{name}": (section(order) + interface(1, 0, b"", order) + enhanced(b"1", 1, order=order)) * 3,
+            f"ng-unknown-{name}": section(order, 2) + block(5, bytes(24), order) + interface(1, 0, b"", order)
+            + block(4, b"name" * 3, order) + enhanced(b"x", 1, order=order, options=option(1, b"seen", order))
+            + block(0xBAD, b"four", order) + enhanced(b"y", 2, order=order),
+        })
+    seeds["ng-orders"] = (section("<") + interface() + enhanced(b"1", 1)
+                          + section(">") + interface(order=">") + enhanced(b"2", 2, order=">"))
+    seeds["ng-links"] = mixed_links(b"frame")
     return seeds
 
 
@@ -277,6 +373,7 @@ def main():
                         ("device", device_seeds()),
                         ("session", session_seeds()),
                         ("capture", capture_seeds()),
+                        ("pcap", pcap_seeds()),
                         ("yaml", yaml_seeds())):
         (corpus / name).mkdir(parents=True, exist_ok=True)
         for seed, content in seeds.items():

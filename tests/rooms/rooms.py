@@ -29,7 +29,7 @@ TOOLS = ["common", "lumctl", "lumdump", "lumsim", "lumview", "wireshark"]
 EVERYBODY = {"lum/result.h", "lum/version.h"}
 # Headers of third parties, and who may need them.
 THIRD_PARTIES = {
-    "pcap": ["capture"],
+    "pcap": [],  # judges the reader in tests
     "zlib.h": ["capture", "cloud"],
     "zstd.h": ["capture", "cloud"],
     "lz4": ["cloud"],

@@ -10,7 +10,7 @@ import unittest
 from support import BIN, Folder, line, pcap, read_csv, run, simulate, summary, udp, word
 
 LARGE = (1 << 31) + (1 << 24)
-RECORD = 262144  # the longest that libpcap takes
+RECORD = 262144  # the longest of a pcap file
 
 
 def sparse(path):

@@ -318,7 +318,8 @@ static void an_unsupported_link_type_is_named(void **state)
 {
     image im = pcap(0xa1b2c3d4, 105, false);
     (void)state;
-    expect_image_refused(im.bytes, im.len, "link type 105 (Wi-Fi: IEEE 802.11)");
+    expect_image_refused(im.bytes, im.len,
+                         "link type 105 (Wi-Fi: IEEE 802.11)");
     im = pcap(0xa1b2c3d4, 60000, false);
     expect_image_refused(im.bytes, im.len, "link type 60000 (unknown)");
     expect_image_refused(im.bytes, im.len, "Linux cooked v1 and v2");
@@ -330,7 +331,9 @@ static void what_is_no_capture_is_refused(void **state)
     expect_image_refused("", 0, "is empty");
     expect_image_refused("x,y,z\n1,2,3\n4,5,6\n7,8,9\n0,1,2\n", 30,
                          "not a capture");
-    expect_image_refused("\xfd" "7zXgarbage", 11, "xz -dc");
+    expect_image_refused("\xfd"
+                         "7zXgarbage",
+                         11, "xz -dc");
     expect_image_refused("BZh9garbage", 11, "bzip2 -dc");
     expect_image_refused("PK\3\4garbage", 11, "unzip");
 }

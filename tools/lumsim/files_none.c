@@ -4,10 +4,11 @@
 
 static bool refuse(const char *option, const char *kind)
 {
-    (void)fprintf(stderr,
-                  "lumsim: %s: this build has no %s files; use a build that has "
-                  "them\n",
-                  option, kind);
+    (void)fprintf(
+        stderr,
+        "lumsim: %s: this build has no %s files; use a build that has "
+        "them\n",
+        option, kind);
     return false;
 }
 

@@ -1,7 +1,7 @@
 /** @file
  * Captures: pcap and pcapng files to datagrams and back (docs/protocol.md,
- * section 9). Files compressed by gzip or zstd are read in place, where the build
- * has zlib or libzstd.
+ * section 9). Files compressed by gzip or zstd are read in place, where the
+ * build has zlib or libzstd.
  *
  * A capture, and a writer, is one thread's at a time; two share nothing.
  * Nothing is allocated for a record, but 66 KB for each of at most 64 datagrams
@@ -65,9 +65,9 @@ LUM_MUST_CHECK int lum_capture_open_source(lum_source *source,
 
 /** Read the next record.
  * @return 1 with a record; 0 at the end of the file; -1 when the file cannot be
- *         read on, with the byte and the reason in error. After 0 or -1 the fragments still
- *         waiting have been given up: *out then holds only their number, in
- *         dropped_fragments. */
+ *         read on, with the byte and the reason in error. After 0 or -1 the
+ * fragments still waiting have been given up: *out then holds only their
+ * number, in dropped_fragments. */
 LUM_MUST_CHECK int lum_capture_next(lum_capture *capture, lum_record *out,
                                     lum_error *error);
 

@@ -57,9 +57,8 @@ LUM_MUST_CHECK lum_source *lum_source_from_memory(const char *name,
  * @param functions copied.
  * @return to be closed with lum_source_close(); NULL without memory, and then
  *         nothing is called. */
-LUM_MUST_CHECK lum_source *
-lum_source_from_functions(const char *name,
-                          const lum_source_functions *functions);
+LUM_MUST_CHECK lum_source *lum_source_from_functions(
+    const char *name, const lum_source_functions *functions);
 
 /** Close. NULL is allowed. */
 void lum_source_close(lum_source *source);

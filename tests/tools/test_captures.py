@@ -1,0 +1,278 @@
+#!/usr/bin/env python3
+"""Captures in every format, compressed, of mixed links, damaged and without an end, through lumdump."""
+import fcntl
+import gzip
+import os
+import pathlib
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import threading
+import time
+import unittest
+
+from support import BIN, Folder, frames_of, line, pcap, run, simulate, summary, udp, word
+
+JUDGE = os.environ.get("LUM_JUDGE", "")
+ENDINGS = (".gz", ".zst")
+LIMIT_KB = 64 * 1024
+
+
+def block(kind, body, order="<"):
+    size = struct.pack(order + "I", len(body) + 12)
+    return struct.pack(order + "I", kind) + size + body + size
+
+
+def section(order="<"):
+    return block(0x0A0D0D0A, struct.pack(order + "IHHq", 0x1A2B3C4D, 1, 0, -1), order)
+
+
+def interface(link=1, order="<"):
+    return block(1, struct.pack(order + "HHI", link, 0, 0), order)
+
+
+def packet(frame, index=0, us=1_700_000_000_000_000, order="<"):
+    fields = struct.pack(order + "IIIII", index, us >> 32, us & 0xFFFFFFFF, len(frame), len(frame))
+    return block(6, fields + frame + bytes(-len(frame) % 4), order)
+
+
+def line_frames(count=1):
+    return [udp(p) for n in range(count) for p in line([word(2000, 1), word(3000, 2)], number=n, clock=1000 + n)]
+
+
+def turned(data):
+    """A little-endian pcap file in the other byte order."""
+    out, at = [struct.pack(">IHHIIII", *struct.unpack_from("<IHHIIII", data))], 24
+    while at < len(data):
+        head = struct.unpack_from("<IIII", data, at)
+        out.append(struct.pack(">IIII", *head) + data[at + 16:at + 16 + head[2]])
+        at += 16 + head[2]
+    return b"".join(out)
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder(self)
+
+    def points(self, source):
+        r = run("lumdump", source, "-o", "-", "--format", "csv")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        return r.stdout
+
+    def compress(self, path, ending):
+        """Beside it, or None where this build or this host cannot."""
+        packed = path.with_name(path.name + ending)
+        if ending == ".gz":
+            packed.write_bytes(gzip.compress(path.read_bytes()))
+        elif shutil.which("zstd") is None:
+            return None
+        else:
+            subprocess.run(["zstd", "-q", "-f", path, "-o", packed], check=True)
+        r = run("lumdump", packed)
+        return None if r.returncode != 0 and "this build has no" in r.stderr else packed
+
+    def whole(self):
+        return simulate(self.folder / "street.pcap", "--frames", "1", "--lines", "64", "--seed", "5", "--loss", "0.01")
+
+
+class Formats(Case):
+    def test_every_format_that_editcap_writes_gives_the_same_points(self):
+        if shutil.which("editcap") is None:
+            self.skipTest("no editcap")
+        source = self.whole()
+        expected = self.points(source)
+        self.assertGreater(len(expected), 10000)
+        for kind in "pcap", "nsecpcap", "modpcap", "pcapng":
+            with self.subTest(kind):
+                made = self.folder / f"made.{kind}"
+                subprocess.run(["editcap", "-F", kind, source, made], check=True)
+                self.assertEqual(self.points(made), expected)
+                self.judge(made)
+        self.assertEqual(self.points(self.folder.write("turned.pcap", turned(source.read_bytes()))), expected)
+        self.judge(self.folder / "turned.pcap")
+
+    def judge(self, path):
+        """libpcap gives the same records, where the tests are built with it."""
+        if JUDGE:
+            r = subprocess.run([JUDGE, path], capture_output=True, text=True)
+            self.assertEqual(r.returncode, 0, r.stderr)
+            self.assertIn("to the end", r.stdout)
+
+    def test_compressed_captures_are_read_in_place(self):
+        source = self.whole()
+        expected = self.points(source)
+        for ending in ENDINGS:
+            packed = self.compress(source, ending)
+            if packed is None:
+                continue
+            with self.subTest(ending):
+                self.assertEqual(self.points(packed), expected)
+                with open(packed, "rb") as f:
+                    self.assertEqual(run("lumdump", "-", "-o", "-", "--format", "csv", stdin=f.read()).stdout, expected)
+                # in two passes, too, which a header with the number of points takes
+                r = run("lumdump", packed, "-o", "-", "--format", "ply")
+                self.assertEqual(r.returncode, 0, r.stderr)
+
+    def test_ethernet_beside_can(self):
+        frames = line_frames(3)
+        data = section() + interface(227) + interface(1) + interface(113)
+        data += b"".join(packet(b"can frame", 0) + packet(f, 1) for f in frames) + packet(b"\0" * 16 + b"x", 2)
+        got = summary(self.folder.write("car.pcapng", data))
+        plain = summary(self.folder.write("plain.pcap", pcap(frames)))
+        self.assertEqual(got["points"], plain["points"])
+        self.assertEqual(got["other"], plain["other"] + len(frames) + 1)
+
+    def test_a_merged_capture_of_two_links(self):
+        if shutil.which("mergecap") is None or shutil.which("text2pcap") is None:
+            self.skipTest("no mergecap")
+        source = self.whole()
+        dump = self.folder.write("can.txt", "".join(f"000000 00 00 01 23 08 00 00 00 {i:02x} 02\n" for i in range(50)))
+        subprocess.run(["text2pcap", "-q", "-l", "227", dump, self.folder / "can.pcap"], check=True,
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        for first, second in ("street", "can"), ("can", "street"):
+            made = self.folder / f"{first}-{second}.pcapng"
+            subprocess.run(["mergecap", "-w", made, self.folder / f"{first}.pcap", self.folder / f"{second}.pcap"],
+                           check=True)
+            got, plain = summary(made), summary(source)
+            self.assertEqual(got["points"], plain["points"])
+            self.assertEqual(got["other"], plain["other"] + 50)
+
+    def test_a_section_of_the_other_byte_order(self):
+        frames = line_frames(2)
+        half = len(frames) // 2
+        data = section() + interface() + b"".join(packet(f) for f in frames[:half])
+        data += section(">") + interface(order=">") + b"".join(packet(f, order=">") for f in frames[half:])
+        got = summary(self.folder.write("both.pcapng", data))
+        self.assertEqual((got["points"], got["truncated"]), (4, False))
+
+    def test_ten_thousand_interfaces(self):
+        data = section() + b"".join(interface(1 if i % 2 else 227) for i in range(10000))
+        data += b"".join(packet(f, 9999) for f in line_frames())
+        self.assertEqual(summary(self.folder.write("many.pcapng", data))["points"], 2)
+
+
+class Damage(Case):
+    def warned(self, data, *parts):
+        """The points before the damage are given, and the damage is told."""
+        source = self.folder.write("damaged.pcapng", data)
+        r = run("lumdump", source, "-o", "-", "--format", "csv")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        for part in ("cannot be read on after record", *parts):
+            self.assertIn(part, r.stderr)
+        return r.stdout.count("\n") - 1
+
+    def test_blocks_of_impossible_lengths(self):
+        data = section() + interface() + b"".join(packet(f) for f in line_frames())
+        for length in 0, 3, 0xFFFFFFFF, 0xFFFFFFFC:
+            for kind in 6, 0xBAD:
+                with self.subTest(kind=kind, length=length):
+                    bad = struct.pack("<II", kind, length) + bytes(40)
+                    self.assertEqual(self.warned(data + bad, f"byte {len(data)}:"), 2)
+
+    def test_a_compressed_capture_that_was_cut(self):
+        source = self.whole()
+        expected = self.points(source)
+        for ending in ENDINGS:
+            packed = self.compress(source, ending)
+            if packed is None:
+                continue
+            data = packed.read_bytes()
+            with self.subTest(ending):
+                cut = self.folder.write("cut" + ending, data[:len(data) // 2])
+                r = run("lumdump", cut, "-o", "-", "--format", "csv")
+                self.assertEqual(r.returncode, 0, r.stderr)
+                self.assertIn(f"cut short at byte {len(data) // 2} of the compressed file", r.stderr)
+                rows = r.stdout.splitlines()
+                self.assertGreater(len(rows), len(expected.splitlines()) // 4)
+                self.assertLess(len(rows), len(expected.splitlines()))
+
+    def test_compressed_garbage(self):
+        for name, start in ("x.gz", b"\x1f\x8b\x08\0"), ("x.zst", b"\x28\xb5\x2f\xfd"):
+            for rest in b"", b"garbage" * 100, bytes(5000):
+                with self.subTest(name, rest=len(rest)):
+                    source = self.folder.write(name, start + rest)
+                    r = run("lumdump", source, "-o", self.folder / "out.csv")
+                    self.assertEqual((r.returncode, r.stdout), (1, ""))
+                    self.assertIn(name, r.stderr)
+                    self.assertIn("a pcap or pcapng file is expected", r.stderr)
+                    self.assertFalse((self.folder / "out.csv").exists())
+
+    def test_a_compressed_file_of_something_else(self):
+        source = self.folder.write("x.gz", gzip.compress(b"x,y,z\n" * 1000))
+        r = run("lumdump", source)
+        self.assertEqual(r.returncode, 1)
+        self.assertIn("a pcap or pcapng file is expected", r.stderr)
+
+
+@unittest.skipUnless(sys.platform == "linux", "memory and pipes are looked at as Linux shows them")
+class Endless(Case):
+    """A pipe that never ends takes no memory, and leaves at a signal."""
+
+    def feed(self, p, head, again):
+        """Writes until the reader has gone; tells by the event when 64 MB went through."""
+        self.enough = threading.Event()
+
+        def write():
+            written = 0
+            chunk = again * (1 + 1_000_000 // len(again))
+            try:
+                p.stdin.write(head)
+                while True:
+                    p.stdin.write(chunk)
+                    written += len(chunk)
+                    if written > 64_000_000:
+                        self.enough.set()
+            except OSError:
+                self.enough.set()
+
+        thread = threading.Thread(target=write, daemon=True)
+        thread.start()
+        return thread
+
+    def ends(self, head, again):
+        with subprocess.Popen([BIN / "lumdump", "-"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE) as p:
+            thread = self.feed(p, head, again)
+            self.assertTrue(self.enough.wait(300))
+            peak = pathlib.Path(f"/proc/{p.pid}/status").read_text().split("VmHWM:")[1].split()[0]
+            p.send_signal(signal.SIGINT)
+            p.stdout.read()
+            p.stderr.read()
+            p.wait(300)
+            thread.join(300)
+            self.assertEqual(p.returncode, -signal.SIGINT)
+            self.assertLess(int(peak), LIMIT_KB)
+
+    def test_of_packets(self):
+        self.ends(pcap([]), pcap(line_frames())[24:])
+
+    def test_of_blocks_that_nobody_knows(self):
+        self.ends(section() + interface(), block(0xBAD, bytes(1000)))
+
+    def test_of_a_block_that_nobody_knows(self):
+        self.ends(section() + interface() + struct.pack("<II", 0xBAD, 0xFFFFFFF0), bytes(1000))
+
+    def test_a_silent_pipe_leaves_at_a_signal(self):
+        with subprocess.Popen([BIN / "lumdump", "-"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE) as p:
+            p.stdin.write(pcap(line_frames()))
+            p.stdin.flush()
+            while struct.unpack("i", fcntl.ioctl(p.stdin, termios.FIONREAD, bytes(4)))[0] != 0:
+                time.sleep(0.01)
+            # once more where the first one came just before it began to wait
+            while p.poll() is None:
+                p.send_signal(signal.SIGINT)
+                try:
+                    p.wait(2)
+                except subprocess.TimeoutExpired:
+                    pass
+            p.stdout.read()
+            p.stderr.read()
+            self.assertEqual(p.returncode, -signal.SIGINT)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,243 @@
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "capture/unpack.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* "a capture" */
+static const uint8_t gzip[] = {0x1f, 0x8b, 0x08, 0x00, 0x00, 0x00, 0x00, 0x00,
+                               0x02, 0x03, 0x4b, 0x54, 0x48, 0x4e, 0x2c, 0x28,
+                               0x29, 0x2d, 0x4a, 0x05, 0x00, 0x84, 0x9a, 0xf5,
+                               0x42, 0x09, 0x00, 0x00, 0x00};
+static const uint8_t zstd[] = {0x28, 0xb5, 0x2f, 0xfd, 0x04, 0x58, 0x49, 0x00,
+                               0x00, 0x61, 0x20, 0x63, 0x61, 0x70, 0x74, 0x75,
+                               0x72, 0x65, 0xe0, 0x04, 0xec, 0xdf};
+
+enum {
+    TEXT = 9
+};
+
+/* Of one compression; none in a build without its library. */
+struct kind {
+    lum_unpacker *unpacker;
+    const uint8_t *bytes;
+    size_t len;
+    const char *name;
+};
+
+static size_t kinds_of(struct kind *out)
+{
+    size_t count = 0;
+    if (lum_unpack_gzip != NULL) {
+        out[count++] =
+            (struct kind){lum_unpack_gzip, gzip, sizeof gzip, "gzip"};
+    }
+    if (lum_unpack_zstd != NULL) {
+        out[count++] =
+            (struct kind){lum_unpack_zstd, zstd, sizeof zstd, "zstd"};
+    }
+    return count;
+}
+
+static lum_source *unpacked(const uint8_t *bytes, size_t len)
+{
+    lum_error error;
+    lum_source *s = lum_source_from_memory("x", bytes, len);
+    assert_non_null(s);
+    assert_int_equal(lum_unpack(&s, &error), 0);
+    return s;
+}
+
+static void expect_text(const char *text, const char *part)
+{
+    if (strstr(text, part) == NULL) {
+        fail_msg("\"%s\" is not in \"%s\"", part, text);
+    }
+}
+
+static void what_is_compressed_is_unpacked(void **state)
+{
+    struct kind kinds[2];
+    (void)state;
+    for (size_t i = 0; i < kinds_of(kinds); i++) {
+        uint64_t done = 0;
+        uint64_t total = 0;
+        lum_source *s = unpacked(kinds[i].bytes, kinds[i].len);
+        assert_non_null(s->packed);
+        assert_true(lum_source_has(s, TEXT));
+        assert_memory_equal(s->at, "a capture", TEXT);
+        assert_false(lum_source_has(s, TEXT + 1));
+        assert_false(s->has_failed);
+        lum_source_progress(s, &done, &total);
+        assert_int_equal(done, kinds[i].len);
+        assert_int_equal(total, kinds[i].len);
+        lum_source_close(s);
+    }
+}
+
+static void what_is_not_compressed_stays(void **state)
+{
+    (void)state;
+    for (size_t len = 0; len < 4; len++) {
+        lum_source *s = unpacked((const uint8_t *)"\x1f\x8c\x28\xb5", len);
+        assert_null(s->packed);
+        assert_int_equal(s->left, len);
+        lum_source_close(s);
+    }
+}
+
+static void parts_behind_one_another_are_one(void **state)
+{
+    struct kind kinds[2];
+    (void)state;
+    for (size_t i = 0; i < kinds_of(kinds); i++) {
+        uint8_t *bytes = malloc(3u * kinds[i].len);
+        assert_non_null(bytes);
+        for (size_t k = 0; k < 3; k++) {
+            memcpy(bytes + k * kinds[i].len, kinds[i].bytes, kinds[i].len);
+        }
+        lum_source *s = unpacked(bytes, 3u * kinds[i].len);
+        assert_true(lum_source_has(s, 3u * TEXT));
+        assert_memory_equal(s->at, "a capturea capturea capture", 3u * TEXT);
+        assert_false(lum_source_has(s, 3u * TEXT + 1u));
+        assert_false(s->has_failed);
+        lum_source_close(s);
+        free(bytes);
+    }
+}
+
+/* What was readable is given, and the byte told where it broke. */
+static void every_truncation_is_told(void **state)
+{
+    struct kind kinds[2];
+    (void)state;
+    for (size_t i = 0; i < kinds_of(kinds); i++) {
+        for (size_t len = 4; len < kinds[i].len; len++) {
+            uint8_t *exact = malloc(len);
+            assert_non_null(exact);
+            memcpy(exact, kinds[i].bytes, len);
+            lum_source *s = unpacked(exact, len);
+            assert_false(lum_source_has(s, TEXT + 1));
+            assert_true(s->left <= TEXT);
+            assert_memory_equal(s->at, "a capture", s->left);
+            assert_true(s->has_failed);
+            expect_text(s->error.text, kinds[i].name);
+            expect_text(s->error.text, "cut short at byte");
+            lum_source_close(s);
+            free(exact);
+        }
+    }
+}
+
+/* Both have a sum of what they hold. */
+static void every_damage_is_told(void **state)
+{
+    struct kind kinds[2];
+    (void)state;
+    for (size_t i = 0; i < kinds_of(kinds); i++) {
+        uint8_t *bytes = malloc(kinds[i].len);
+        assert_non_null(bytes);
+        for (size_t at = 4; at < kinds[i].len; at++) {
+            if (kinds[i].bytes == gzip ? at < 10 : at == 5) {
+                continue; /* nothing depends on time, system and window */
+            }
+            memcpy(bytes, kinds[i].bytes, kinds[i].len);
+            bytes[at] ^= 0x55u;
+            lum_source *s = unpacked(bytes, kinds[i].len);
+            (void)lum_source_has(s, 1000);
+            if (!s->has_failed) {
+                fail_msg("%s: byte %zu", kinds[i].name, at);
+            }
+            lum_source_close(s);
+        }
+        free(bytes);
+    }
+}
+
+static void behind_gzip_zeros_may_follow_and_nothing_else(void **state)
+{
+    uint8_t bytes[sizeof gzip + 100] = {0};
+    (void)state;
+    if (lum_unpack_gzip == NULL) {
+        skip();
+    }
+    memcpy(bytes, gzip, sizeof gzip);
+    lum_source *s = unpacked(bytes, sizeof bytes);
+    assert_false(lum_source_has(s, TEXT + 1));
+    assert_int_equal(s->left, TEXT);
+    assert_false(s->has_failed);
+    lum_source_close(s);
+    bytes[sizeof bytes - 5u] = 'x';
+    s = unpacked(bytes, sizeof bytes);
+    assert_false(lum_source_has(s, TEXT + 1));
+    assert_int_equal(s->left, TEXT);
+    assert_true(s->has_failed);
+    expect_text(s->error.text, "no gzip data follows");
+    lum_source_close(s);
+}
+
+/* The failure of what it reads from is its own. */
+static int64_t break_off(void *context, void *buffer, size_t room,
+                         lum_error *error)
+{
+    size_t *given = context;
+    (void)room;
+    if (*given != 0) {
+        return lum_error_set(error, "the store is gone");
+    }
+    *given = 12;
+    memcpy(buffer, gzip, *given);
+    return (int64_t)*given;
+}
+
+static void a_failure_beneath_is_told(void **state)
+{
+    size_t given = 0;
+    lum_error error;
+    (void)state;
+    if (lum_unpack_gzip == NULL) {
+        skip();
+    }
+    lum_source *s = lum_source_from_functions(
+        "x", &(lum_source_functions){.read = break_off, .context = &given});
+    assert_non_null(s);
+    assert_int_equal(lum_unpack(&s, &error), 0);
+    assert_false(lum_source_has(s, TEXT));
+    assert_true(s->has_failed);
+    assert_string_equal(s->error.text, "the store is gone");
+    lum_source_close(s);
+}
+
+static void a_build_without_a_library_says_what_to_do(void **state)
+{
+    lum_source *s = lum_source_from_memory("x", gzip, sizeof gzip);
+    (void)state;
+    assert_non_null(s);
+    expect_text(lum_unpack_hint(s), "gzip -dc");
+    lum_source_close(s);
+    s = lum_source_from_memory("x", zstd, sizeof zstd);
+    assert_non_null(s);
+    expect_text(lum_unpack_hint(s), "zstd -dc");
+    lum_source_close(s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_compressed_is_unpacked),
+        cmocka_unit_test(what_is_not_compressed_stays),
+        cmocka_unit_test(parts_behind_one_another_are_one),
+        cmocka_unit_test(every_truncation_is_told),
+        cmocka_unit_test(every_damage_is_told),
+        cmocka_unit_test(behind_gzip_zeros_may_follow_and_nothing_else),
+        cmocka_unit_test(a_failure_beneath_is_told),
+        cmocka_unit_test(a_build_without_a_library_says_what_to_do),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
