@@ -1034,6 +1034,30 @@ static void rates_and_what_was_under_way_are_told(void **state)
     run_free(r);
 }
 
+/* After a flush the stream is joined anew. */
+static void what_was_under_way_at_each_join_is_no_loss(void **state)
+{
+    (void)state;
+    struct run *r = run_default();
+    for (unsigned i = 0; i < 2; i++) {
+        send_without(r, LUM_EYE_BLUE, 9, 0);
+        r->clock += PERIOD_US;
+        for (uint32_t line = 10; line < LINES; line++) {
+            send_without(r, LUM_EYE_BLUE, line, line == 12 ? 1 : SIZE_MAX);
+            r->clock += PERIOD_US;
+        }
+        end(r);
+    }
+    const lum_framer_counters c = counters_of(r, 0);
+    assert_int_equal(r->count, 2);
+    assert_true(info_of(r->frames[0]).is_first);
+    assert_true(info_of(r->frames[1]).is_first);
+    assert_int_equal(c.losses.no_angle, 4u * 334u);
+    assert_int_equal(c.under_way.no_angle, 2u * 334u);
+    assert_int_equal(c.under_way.lines, 2);
+    run_free(r);
+}
+
 /* A caller of an older library knows less of the structs. */
 static void smaller_structs_of_older_callers_are_filled_no_further(void **state)
 {
@@ -1159,6 +1183,7 @@ int main(void)
         cmocka_unit_test(nothing_is_lost_that_is_not_counted),
         cmocka_unit_test(frames_that_are_kept_outlive_their_framer),
         cmocka_unit_test(rates_and_what_was_under_way_are_told),
+        cmocka_unit_test(what_was_under_way_at_each_join_is_no_loss),
         cmocka_unit_test(
             smaller_structs_of_older_callers_are_filled_no_further),
         cmocka_unit_test(options_that_cannot_be_are_refused_with_their_reason),
