@@ -1,6 +1,6 @@
 #include "pace.h"
 
-void pace_take(struct pace *p, int64_t frame, int64_t time_ns)
+void lum_pace_take(lum_pace *p, int64_t frame, int64_t time_ns)
 {
     if (p->has_frame && frame <= p->frame) {
         return;
@@ -15,7 +15,7 @@ void pace_take(struct pace *p, int64_t frame, int64_t time_ns)
     p->last_ns = time_ns;
 }
 
-double pace_rate(const struct pace *p)
+double lum_pace_rate(const lum_pace *p)
 {
     return p->has_begin && p->last_ns > p->first_ns
                ? (double)(p->frame - p->first) /
