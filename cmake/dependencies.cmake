@@ -16,7 +16,7 @@ endmacro()
 find_package(Threads)
 
 # The rooms that a build can leave out; each after those that it needs.
-set(lum_optional_rooms capture cloud config picture)
+set(lum_optional_rooms capture frame cloud config picture)
 
 # lum_find_room(ROOM PREFIX MODULE PACKAGE): LUM_WITH_ROOM, and what it lacks in
 # lum_missing_ROOM.
@@ -51,6 +51,13 @@ if(LUM_BUILD_CAPTURE AND WIN32)
 elseif(LUM_BUILD_CAPTURE)
   set(LUM_WITH_CAPTURE ON)
 endif()
+set(LUM_WITH_FRAME OFF)
+set(lum_missing_frame "")
+if(LUM_BUILD_FRAME AND LUM_WITH_CAPTURE)
+  set(LUM_WITH_FRAME ON)
+elseif(LUM_BUILD_FRAME)
+  set(lum_missing_frame "capture")
+endif()
 lum_find_optional(ZLIB LUM_USE_ZLIB LUM_ZLIB zlib)
 lum_find_optional(ZSTD LUM_USE_ZSTD LUM_ZSTD libzstd)
 lum_find_room(config LUM_YAML yaml-0.1 libyaml-dev)
@@ -67,9 +74,9 @@ if(LUM_WITH_PICTURE AND NOT LUM_WITH_CLOUD)
   set(lum_missing_picture "cloud")
 endif()
 
-# What lumdump and the files of lumsim need: captures, clouds and YAML.
+# What lumdump and the files of lumsim need: captures, frames, clouds and YAML.
 set(LUM_WITH_FILES OFF)
-if(LUM_WITH_CAPTURE AND LUM_WITH_CLOUD AND LUM_WITH_CONFIG)
+if(LUM_WITH_CAPTURE AND LUM_WITH_FRAME AND LUM_WITH_CLOUD AND LUM_WITH_CONFIG)
   set(LUM_WITH_FILES ON)
 endif()
 

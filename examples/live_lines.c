@@ -1,47 +1,40 @@
-/* Lines of a live sensor: a session that owns it, and the core's assembler.
- * live_lines ADDRESS. Needs lumsdk::net. */
-#include "lum/assembler.h"
+/* Lines of a live sensor: a session that owns it, and a framer. live_lines
+ * ADDRESS. Needs lumsdk::net and lumsdk::frame. */
 #include "lum/base/time.h"
+#include "lum/frame/framer.h"
 #include "lum/net/sensor.h"
-#include "lum/packet.h"
+#include "lum/wire.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 
 #define NS_PER_S INT64_C(1000000000)
-#define OPEN     4     /* lines of an eye at a time */
-#define REACH    8     /* lines */
-#define WORDS    16384 /* of a line */
 #define LINES    100
 
 /* Takes a datagram; counts the lines that it completed. */
-static int take(lum_assembler *assembler, const lum_layout *layout,
+static int take(lum_framer *framer, uint32_t sensor,
                 const lum_received *datagram)
 {
-    lum_group group;
-    lum_result result;
+    const lum_record record = {.time_ns = datagram->utc_ns,
+                               .payload = datagram->bytes,
+                               .len = datagram->len,
+                               .source = sensor,
+                               .source_port = LUM_PORT,
+                               .kind = LUM_RECORD_DATAGRAM};
     int lines = 0;
-    if (lum_packet_decode(layout, datagram->bytes, datagram->len, &group) !=
-        LUM_PACKET_DATA) {
-        return 0;
-    }
-    while ((result = lum_assembler_push(assembler, &group, datagram->utc_ns)) >
-           LUM_OK) {
-        if (result == LUM_LINE_READY) {
-            const lum_line *line = lum_assembler_line(assembler);
-            (void)printf("frame %lld, eye %u, line %lu: %lu words\n",
-                         (long long)line->frame, line->eye,
-                         (unsigned long)line->number,
-                         (unsigned long)line->word_count);
-            lines++;
-        }
+    while (lum_framer_push(framer, &record, NULL) == LUM_FRAMER_LINE) {
+        const lum_line *line = lum_framer_line(framer);
+        (void)printf("frame %lld, eye %u, line %lu: %lu words\n",
+                     (long long)line->frame, line->eye,
+                     (unsigned long)line->number,
+                     (unsigned long)line->word_count);
+        lines++;
     }
     return lines;
 }
 
 /* Whether the lines came. lum_sensor_receive() keeps the heartbeats going. */
-static bool run(lum_sensor *sensor, lum_assembler *assembler,
-                const lum_layout *layout)
+static bool run(lum_sensor *sensor, uint32_t address, lum_framer *framer)
 {
     const int64_t end = lum_time_monotonic_ns() + 10 * NS_PER_S;
     lum_sensor_event event;
@@ -53,7 +46,7 @@ static bool run(lum_sensor *sensor, lum_assembler *assembler,
         }
         if (event.kind == LUM_SENSOR_DATAGRAMS) {
             for (size_t i = 0; i < event.datagram_count; i++) {
-                lines += take(assembler, layout, &event.datagrams[i]);
+                lines += take(framer, address, &event.datagrams[i]);
             }
         }
     }
@@ -79,33 +72,26 @@ static bool parse(const char *text, uint32_t *address)
 
 int main(int argc, char **argv)
 {
-    static lum_line_slot slots[LUM_ASSEMBLER_SLOTS(OPEN)];
-    static uint32_t words[LUM_ASSEMBLER_WORDS(OPEN, WORDS)];
-    static lum_reach reach[LUM_ASSEMBLER_REACH(REACH)];
-    static const lum_assembler_storage storage =
-        LUM_ASSEMBLER_STORAGE(slots, words, reach);
-    static lum_assembler assembler;
-    lum_assembler_config config;
+    const lum_framer_options lines = {.struct_size = sizeof lines,
+                                      .wants = LUM_WANT_LINES};
+    lum_framer *framer = NULL;
     lum_sensor_options options;
     lum_sensor *sensor = NULL;
     lum_error error;
     lum_sensor_options_default(&options);
-    lum_assembler_config_default(&config);
-    config.open_lines = OPEN;
-    config.words_per_line = WORDS;
-    config.reorder_lines = REACH;
     options.owns = true; /* heartbeats, and so the data */
     if (argc != 2 || !parse(argv[1], &options.sensor.address)) {
         (void)fputs("usage: live_lines ADDRESS\n", stderr);
         return 2;
     }
-    if (lum_assembler_init(&assembler, &config, &options.layout, &storage) !=
-            LUM_OK ||
+    if (lum_framer_new(&lines, &framer, &error) != 0 ||
         lum_sensor_open(&options, &sensor, &error) != LUM_NET_OK) {
         (void)fprintf(stderr, "live_lines: %s\n", error.text);
+        lum_framer_free(framer);
         return 1;
     }
-    const bool good = run(sensor, &assembler, &options.layout);
+    const bool good = run(sensor, options.sensor.address, framer);
     lum_sensor_close(sensor);
+    lum_framer_free(framer);
     return good ? 0 : 1;
 }

@@ -302,6 +302,7 @@ lum_result lum_demux_push(lum_demux *demux, const lum_record *record,
 
 lum_result lum_demux_flush(lum_demux *demux)
 {
+    demux->is_pending = false;
     for (; demux->flushing < demux->sensor_count; demux->flushing++) {
         demux->current = &demux->addresses[demux->sensors[demux->flushing]];
         if (demux->current->assembly != NULL) {
@@ -312,6 +313,7 @@ lum_result lum_demux_flush(lum_demux *demux)
             }
         }
     }
+    demux->flushing = 0;
     return LUM_OK;
 }
 

@@ -1,0 +1,204 @@
+/** @file
+ * A frame: all points of one sweep of one sensor, as columns, with the lines
+ * that they came from and what is missing (docs/reader.md).
+ *
+ * Frames are made by a lum_reader (lum/frame/reader.h) or a lum_framer
+ * (lum/frame/framer.h). A frame that was handed out does not change any more,
+ * so any number of threads can read it. It is counted by reference: who wants
+ * it for longer than its maker promises calls lum_frame_keep(), and then
+ * lum_frame_release(); both are allowed in any thread, also after the maker has
+ * been freed. Memory that was released serves later frames. */
+#ifndef LUM_FRAME_FRAME_H
+#define LUM_FRAME_FRAME_H
+
+#include "lum/points.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** What is known of a point; each is one column. */
+typedef enum lum_column {
+    LUM_COLUMN_X,                 /**< float, metres, forward */
+    LUM_COLUMN_Y,                 /**< float, metres, left */
+    LUM_COLUMN_Z,                 /**< float, metres, up */
+    LUM_COLUMN_RANGE,             /**< float, metres from the eye */
+    LUM_COLUMN_AZIMUTH,           /**< float, degrees, of the eye */
+    LUM_COLUMN_ELEVATION,         /**< float, degrees, of the eye */
+    LUM_COLUMN_PULSE_WIDTH,       /**< float, nanoseconds; 0: not known */
+    LUM_COLUMN_TIME,              /**< float, seconds from the frame's begin */
+    LUM_COLUMN_LINE,              /**< uint32_t, line number */
+    LUM_COLUMN_PIXEL,             /**< uint16_t, 0..999 */
+    LUM_COLUMN_RETURN_NUMBER,     /**< uint16_t, from 1 */
+    LUM_COLUMN_NUMBER_OF_RETURNS, /**< uint16_t, of the pixel and edge */
+    LUM_COLUMN_EYE,               /**< uint8_t, an ::lum_eye */
+    LUM_COLUMN_EDGE,              /**< uint8_t, 1 rising, 0 falling */
+    LUM_COLUMN_STRONGEST,         /**< uint8_t, 1: the widest pulse of its
+                                       pixel and edge, the first among equals */
+    LUM_COLUMN_COUNT              /**< how many there are */
+} lum_column;
+
+/** Some columns, a bit each. */
+typedef uint32_t lum_columns;
+
+/** The bit of one column. */
+#define LUM_COLUMN_BIT(column) (UINT32_C(1) << (unsigned)(column))
+
+/** x, y and z: what is computed fastest. */
+#define LUM_COLUMNS_XYZ                                                        \
+    (LUM_COLUMN_BIT(LUM_COLUMN_X) | LUM_COLUMN_BIT(LUM_COLUMN_Y) |             \
+     LUM_COLUMN_BIT(LUM_COLUMN_Z))
+
+/** Every column: 45 bytes a point. */
+#define LUM_COLUMNS_ALL (LUM_COLUMN_BIT(LUM_COLUMN_COUNT) - UINT32_C(1))
+
+/** What the numbers of a column are. */
+typedef enum lum_column_type {
+    LUM_TYPE_FLOAT,  /**< float */
+    LUM_TYPE_UINT32, /**< uint32_t */
+    LUM_TYPE_UINT16, /**< uint16_t */
+    LUM_TYPE_UINT8   /**< uint8_t */
+} lum_column_type;
+
+/** The type of a column. */
+lum_column_type lum_column_get_type(lum_column column);
+
+/** The name of a column, as CSV files have it: "x", "pulse_width"; NULL where
+ * there is no such column. Static. */
+const char *lum_column_name(lum_column column);
+
+/** A frame. */
+typedef struct lum_frame lum_frame;
+
+/** Keep a frame; returns it. Any thread. */
+lum_frame *lum_frame_keep(const lum_frame *frame);
+
+/** Give back what was kept; NULL is allowed. Any thread. */
+void lum_frame_release(lum_frame *frame);
+
+/** How many points it has: as many numbers are in each column. */
+size_t lum_frame_count(const lum_frame *frame);
+
+/** Which columns it has. */
+lum_columns lum_frame_columns(const lum_frame *frame);
+
+/** @name Columns
+ * The numbers of a column, one a point, beginning at a multiple of 64 bytes;
+ * they live as long as the frame.
+ *
+ * Points stand line after line as lum_frame_get_line() counts them, and within
+ * a line by pixel, then in the order of the returns.
+ * @return NULL if the frame has no such column, or it is of another type; never
+ *         NULL for want of points.
+ * @{ */
+const float *lum_frame_floats(const lum_frame *frame, lum_column column);
+const uint32_t *lum_frame_uint32s(const lum_frame *frame, lum_column column);
+const uint16_t *lum_frame_uint16s(const lum_frame *frame, lum_column column);
+const uint8_t *lum_frame_uint8s(const lum_frame *frame, lum_column column);
+/** Of any type: that of lum_column_get_type(). */
+const void *lum_frame_column(const lum_frame *frame, lum_column column);
+/** @} */
+
+/** What is known of a frame as a whole. */
+typedef struct lum_frame_info {
+    size_t struct_size; /**< sizeof(lum_frame_info), set by the caller */
+    int64_t number;     /**< frame number */
+    uint32_t sensor;    /**< its address, host order */
+    bool is_complete;   /**< nothing is known to be missing */
+    bool is_first;      /**< of its sensor: it was under way when the
+                             stream was joined, and may lack its begin */
+    bool is_last;       /**< the stream ended with it: it may lack its end */
+    int64_t begin_clock_us;   /**< sensor clock of the earliest line */
+    int64_t end_clock_us;     /**< sensor clock of the latest line */
+    int64_t begin_arrival_ns; /**< when the earliest line came, ns since 1970 */
+    int64_t end_arrival_ns;   /**< when the latest line came */
+    uint64_t points;          /**< as lum_frame_count() */
+    uint32_t lines[LUM_EYES]; /**< lines that came, by ::lum_eye */
+    uint32_t lines_missing[LUM_EYES]; /**< line numbers that did not: up to the
+                                           highest of this frame and of the one
+                                           before */
+    uint32_t lines_missing_angles;    /**< lines with fewer than 1000 */
+    uint64_t lost_words;              /**< range words known to be lost */
+    lum_point_losses losses;          /**< words that gave no point */
+    uint64_t points_cut;              /**< beyond the most points of a frame */
+    uint64_t lines_cut;               /**< beyond the most lines of a frame */
+    uint64_t lines_late; /**< lines of earlier frames that came since the frame
+                              before, and are in none: their frame had been
+                              handed out */
+} lum_frame_info;
+
+/** Read it.
+ * @param out struct_size is set by the caller; as much of the rest is
+ *            overwritten.
+ *
+ * @code
+ * lum_frame_info info = {.struct_size = sizeof info};
+ * lum_frame_get_info(frame, &info);
+ * @endcode */
+void lum_frame_get_info(const lum_frame *frame, lum_frame_info *out);
+
+/** Most lines of a frame, of both eyes together; the rest is cut off. */
+#define LUM_FRAME_LINES_MAX 65536u
+
+/** One line of a frame. */
+typedef struct lum_frame_line {
+    size_t struct_size;   /**< sizeof(lum_frame_line), set by the caller */
+    int64_t clock_us;     /**< sensor clock of its first packet */
+    int64_t arrival_ns;   /**< when that came, ns since 1970 UTC */
+    uint32_t number;      /**< line number */
+    uint32_t first_point; /**< its first point's index */
+    uint32_t point_count; /**< its points, from there on; may be 0 */
+    uint32_t lost_words;  /**< range words known to be lost */
+    uint16_t angle_count; /**< pixels that have angles, 0..1000 */
+    uint8_t eye;          /**< an ::lum_eye */
+} lum_frame_line;
+
+/** How many lines it has. */
+size_t lum_frame_line_count(const lum_frame *frame);
+
+/** The i-th line, in the order in which they were complete: the numbers of an
+ * eye rise but for stragglers, the eyes take turns.
+ * @param i   below lum_frame_line_count().
+ * @param out as for lum_frame_get_info().
+ * @return false if there are not so many; then out is untouched. */
+bool lum_frame_get_line(const lum_frame *frame, size_t i, lum_frame_line *out);
+
+/** A point of an eye's line.
+ * @return lines of the eye: the highest number and one, 0 where none came. */
+uint32_t lum_frame_rows(const lum_frame *frame, unsigned eye);
+
+/** Marks a cell of a grid that has no point. */
+#define LUM_FRAME_MISSING UINT32_MAX
+
+/** A frame of one eye as a grid of lines x 1000 pixels x returns.
+ *
+ * Cell ((row x 1000) + pixel) x returns + k is the k-th point, from 0, of that
+ * line and pixel among those of the frame. Where a line number came twice, the
+ * first counts; lines from rows on, and points beyond returns, are left out.
+ * @param eye     an ::lum_eye.
+ * @param rows    lines to be written; lum_frame_rows() tells how many came, but
+ *                a damaged packet can make that large: take what the sensor
+ * has.
+ * @param returns cells of a pixel, at least 1.
+ * @param out     rows x 1000 x returns indices of points, or LUM_FRAME_MISSING.
+ * @return false if the frame lacks ::LUM_COLUMN_PIXEL or there is no such eye;
+ *         then out is untouched. Linear. */
+bool lum_frame_grid_index(const lum_frame *frame, unsigned eye, uint32_t rows,
+                          uint32_t returns, uint32_t *out);
+
+/** The numbers of a column as such a grid: a range image is one call. Cells
+ * without a point are NaN. Integers become floats; exact below 2^24.
+ * @return false as lum_frame_grid_index(), or if the frame lacks the column. */
+bool lum_frame_grid_floats(const lum_frame *frame, lum_column column,
+                           unsigned eye, uint32_t rows, uint32_t returns,
+                           float *out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,219 @@
+/** @file
+ * Records to lines and frames: records are pushed in, events come out. For
+ * whoever has records one at a time, as from a socket; who has a file takes a
+ * lum_reader (lum/frame/reader.h), which is a framer and its source.
+ *
+ * A framer keeps a demultiplexer, and for each sensor the frames under way. It
+ * calls nobody: an event is returned before the record at hand is consumed, and
+ * the caller pushes the same record again:
+ *
+ * @code
+ * lum_framer_event event;
+ * while ((event = lum_framer_push(framer, &record, NULL)) != LUM_FRAMER_NONE) {
+ *     switch (event) { ... }
+ * }
+ * @endcode
+ *
+ * and at the end of the stream the same with lum_framer_flush(), without which
+ * the last frame does not come. Have the compiler check that a switch names all
+ * events (-Wswitch-enum): one that is new is then never taken for another.
+ *
+ * One framer is one thread's at a time; two share nothing. Its memory does not
+ * grow with the stream: it is that of the sensors (550 KB each), and of at most
+ * four frames under way of each. */
+#ifndef LUM_FRAME_FRAMER_H
+#define LUM_FRAME_FRAMER_H
+
+#include "lum/base/error.h"
+#include "lum/calibration.h"
+#include "lum/capture/demux.h"
+#include "lum/frame/frame.h"
+#include "lum/points.h"
+#include "lum/result.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Most views of a framer. */
+#define LUM_VIEWS_MAX 8u
+
+/** Which points of a frame are wanted, and what of them. */
+typedef struct lum_view {
+    size_t struct_size; /**< sizeof(lum_view), as lum_view_default() sets */
+    lum_selection selection; /**< which points */
+    uint32_t smooth_window;  /**< of lum_smooth_init(); 0: no smoothing */
+    uint32_t smooth_order;   /**< likewise */
+    lum_columns columns;     /**< 0: no points, only lines */
+} lum_view;
+
+/** All rising returns, x y z, no smoothing. */
+static inline void lum_view_default(lum_view *out)
+{
+    out->struct_size = sizeof *out;
+    lum_selection_default(&out->selection);
+    out->smooth_window = 0;
+    out->smooth_order = 0;
+    out->columns = LUM_COLUMNS_XYZ;
+}
+
+/** What a push returns. */
+typedef enum lum_framer_event {
+    LUM_FRAMER_NONE,      /**< the record was consumed, or all is flushed */
+    LUM_FRAMER_LINE,      /**< a line: lum_framer_line() */
+    LUM_FRAMER_FRAME,     /**< a frame: lum_framer_frame() */
+    LUM_FRAMER_FRAME_END, /**< no line of lum_framer_frame_number() or of one
+                               before it is to be expected */
+    LUM_FRAMER_FAILED     /**< there was no memory; push again to try again */
+} lum_framer_event;
+
+/** Which events are wanted, a bit each. */
+enum lum_framer_wants {
+    LUM_WANT_FRAMES = 1,    /**< LUM_FRAMER_FRAME; else none is made */
+    LUM_WANT_LINES = 2,     /**< LUM_FRAMER_LINE */
+    LUM_WANT_FRAME_ENDS = 4 /**< LUM_FRAMER_FRAME_END */
+};
+
+/** Most points of a frame, where nothing else is asked for. */
+#define LUM_FRAME_POINTS_MAX 8000000u
+
+/** Which eyes are wanted, a bit each. */
+enum lum_eyes {
+    LUM_EYES_BLUE = 1,  /**< blue alone */
+    LUM_EYES_GREEN = 2, /**< green alone */
+    LUM_EYES_BOTH = 3   /**< both */
+};
+
+/** What a framer has to know. All bytes 0 but for struct_size is the default:
+ * both eyes of all sensors, every frame, x y z of all rising returns. */
+typedef struct lum_framer_options {
+    size_t struct_size;                 /**< sizeof(lum_framer_options) */
+    const lum_layout *layout;           /**< NULL: lum_layout_default() */
+    const lum_calibration *calibration; /**< NULL: lum_calibration_default() */
+    const lum_assembler_config *config; /**< NULL: the default constants */
+    const lum_view *views; /**< view_count of them; NULL: lum_view_default() */
+    size_t view_count;     /**< at most LUM_VIEWS_MAX */
+    unsigned wants;        /**< ::lum_framer_wants; 0: frames */
+    unsigned eyes;         /**< ::lum_eyes; 0: both */
+    bool has_sensor;       /**< one sensor is asked for; others are left out */
+    uint32_t sensor;       /**< its address, host order */
+    bool has_range;        /**< frames of a range are asked for */
+    int64_t frame_first;   /**< the first of them */
+    int64_t frame_last;    /**< the last of them */
+    bool drop_incomplete;  /**< leave out lines that lack angles or words */
+    uint32_t points_max;   /**< of a frame; 0: LUM_FRAME_POINTS_MAX */
+} lum_framer_options;
+
+/** A framer. */
+typedef struct lum_framer lum_framer;
+
+/** Make a framer.
+ * @param options read, with all that it points to, and not kept.
+ * @param out     to be freed with lum_framer_free().
+ * @param error   may be NULL; gets what is wrong: a value of the calibration,
+ *                the constants, a view's smoothing, columns or count, or
+ * memory.
+ * @return 0, or -1. */
+LUM_MUST_CHECK int lum_framer_new(const lum_framer_options *options,
+                                  lum_framer **out, lum_error *error);
+
+/** Free it; frames that were kept live on. NULL is allowed. */
+void lum_framer_free(lum_framer *framer);
+
+/** Take a record.
+ * @param record a lum_capture's, or one made of a datagram; its time is when it
+ *               came.
+ * @param kind   may be NULL; as for lum_demux_push().
+ * @return an event; LUM_FRAMER_NONE: the record was consumed. */
+LUM_MUST_CHECK lum_framer_event lum_framer_push(lum_framer *framer,
+                                                const lum_record *record,
+                                                lum_packet_kind *kind);
+
+/** The end of the stream: what is still open comes out. Call until it returns
+ * LUM_FRAMER_NONE. After that records may come again. */
+LUM_MUST_CHECK lum_framer_event lum_framer_flush(lum_framer *framer);
+
+/** Ask for other views; the next frame of each sensor that begins has them.
+ * @param views view_count of them, at most LUM_VIEWS_MAX; with 0 frames have no
+ *              points, and lum_framer_frame() of view 0 has their lines.
+ * @return 0, or -1 with the reason in error; then nothing changes. */
+LUM_MUST_CHECK int lum_framer_set_views(lum_framer *framer,
+                                        const lum_view *views,
+                                        size_t view_count, lum_error *error);
+
+/** Pass over all frames before this one: neither projected, nor handed out, nor
+ * are their points counted. What was under way of them is dropped. */
+void lum_framer_skip_to(lum_framer *framer, int64_t frame);
+
+/** The line that LUM_FRAMER_LINE told of; lives until the next call. */
+const lum_line *lum_framer_line(const lum_framer *framer);
+
+/** The points of that line as a view selects and smooths them; the view's
+ * columns do not matter.
+ * @param view below the count of views.
+ * @param out  gets an array of the framer that lives until the next call.
+ * @return how many there are. */
+size_t lum_framer_line_samples(lum_framer *framer, size_t view,
+                               const lum_sample **out);
+
+/** The frame that LUM_FRAMER_FRAME told of, in a view.
+ * @return NULL if there is no such view; else lives until the next push or
+ *         flush, longer with lum_frame_keep(). */
+const lum_frame *lum_framer_frame(const lum_framer *framer, size_t view);
+
+/** The number of the frame that the last event is about. */
+int64_t lum_framer_frame_number(const lum_framer *framer);
+
+/** Which sensor the last event is of: an index for lum_framer_count(). */
+size_t lum_framer_sensor(const lum_framer *framer);
+
+/** What lines lack though nothing was lost of it, since they were under way
+ * when the stream was joined or when it ended. */
+typedef struct lum_under_way {
+    uint64_t lines;    /**< of lines_missing_angles */
+    uint64_t words;    /**< of lost_words */
+    uint64_t no_angle; /**< of words whose pixel has no angles */
+} lum_under_way;
+
+/** What was made of the lines of one sensor. What its packets were:
+ * lum_framer_demux(). */
+typedef struct lum_framer_counters {
+    size_t struct_size;       /**< sizeof(lum_framer_counters) */
+    uint64_t lines[LUM_EYES]; /**< lines, by ::lum_eye, unwanted ones too */
+    uint64_t rising;          /**< words that give a point, of rising edges */
+    uint64_t falling;         /**< likewise, of falling edges */
+    lum_point_losses losses;  /**< words that give none */
+    uint64_t points;          /**< what the first view selects of the lines that
+                                   are wanted; of all of rising edges where
+                                   there is no view */
+    uint64_t lines_late;      /**< lines whose frame had been handed out */
+    uint64_t points_cut;      /**< beyond the most points of a frame */
+    lum_under_way under_way;  /**< no losses */
+    double frames_per_second; /**< of whole frames, by arrival; 0: not known */
+} lum_framer_counters;
+
+/** Read the counters of a sensor.
+ * @param sensor an index of lum_demux_get_sensor(); of one that sent no line
+ *               all are 0.
+ * @param out    as for lum_frame_get_info(). */
+void lum_framer_count(const lum_framer *framer, size_t sensor,
+                      lum_framer_counters *out);
+
+/** The first and the last frame of a sensor that are complete so far, those
+ * that were passed over too.
+ * @return false: there is none. */
+bool lum_framer_range(const lum_framer *framer, size_t sensor, int64_t *first,
+                      int64_t *last);
+
+/** The demultiplexer, for its counters and sensors. */
+const lum_demux *lum_framer_demux(const lum_framer *framer);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

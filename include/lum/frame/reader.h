@@ -1,0 +1,111 @@
+/** @file
+ * Sources in, frames or lines out (docs/reader.md).
+ *
+ * @code
+ * lum_reader_options options = {.struct_size = sizeof options,
+ *                               .path = "drive.pcap"};
+ * const lum_frame *frame = NULL;
+ * int status = lum_reader_open(&options, &reader, &error);
+ * while (status >= 0 &&
+ *        (status = lum_reader_next_frame(reader, &frame, &error)) > 0) {
+ *     const float *x = lum_frame_floats(frame, LUM_COLUMN_X);
+ *     use(x, lum_frame_count(frame));
+ * }
+ * lum_reader_close(reader);
+ * @endcode
+ *
+ * The last frame comes too, also of a source that breaks off: first what was
+ * read, then the error. A reader is one thread's at a time; two share nothing.
+ * Its memory does not grow with the stream. */
+#ifndef LUM_FRAME_READER_H
+#define LUM_FRAME_READER_H
+
+#include "lum/base/error.h"
+#include "lum/capture/capture.h"
+#include "lum/capture/source.h"
+#include "lum/frame/framer.h"
+#include "lum/result.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Where records come from, if not out of the bytes of a capture: a live
+ * session, a caller's own. */
+typedef struct lum_record_source {
+    /** The next record. It, and its payload, live until the next call.
+     * @return 1; 0 at the end; -1 when it cannot be read on, with the reason in
+     *         error. At an end dropped_fragments of out counts. */
+    int (*next)(void *context, lum_record *out, lum_error *error);
+    /** As lum_capture_progress(); NULL: not known. */
+    void (*progress)(void *context, uint64_t *done, uint64_t *total);
+    /** Called once, when the reader is closed or could not be opened; may be
+     * NULL. */
+    void (*close)(void *context);
+    void *context; /**< handed to these */
+} lum_record_source;
+
+/** What a reader has to know. All bytes 0 but for struct_size and a source is
+ * the default. */
+typedef struct lum_reader_options {
+    size_t struct_size; /**< sizeof(lum_reader_options) */
+    const char *path;   /**< a capture, "-": standard input; one of these three
+                             is not NULL */
+    lum_source *source; /**< bytes of a capture, from memory or a function of
+                           the caller's; taken over, also on failure */
+    const lum_record_source *records; /**< copied; closed also on failure */
+    const lum_framer_options *framer; /**< what is wanted; NULL: the default */
+} lum_reader_options;
+
+/** A reader. */
+typedef struct lum_reader lum_reader;
+
+/** Open a source.
+ * @param options read, with all that it points to, and not kept.
+ * @param out     to be closed with lum_reader_close(); NULL on failure.
+ * @param error   may be NULL; gets the message on failure: as for
+ *                lum_capture_open() and lum_framer_new(), or that there is not
+ *                one source.
+ * @return 0, or -1. */
+LUM_MUST_CHECK int lum_reader_open(const lum_reader_options *options,
+                                   lum_reader **out, lum_error *error);
+
+/** Close. Frames that were kept live on. NULL is allowed. */
+void lum_reader_close(lum_reader *reader);
+
+/** Read on to the next event.
+ * @param event gets an event: never LUM_FRAMER_NONE or LUM_FRAMER_FAILED. Which
+ *              come is what lum_framer_options.wants says; all that the framer
+ *              of lum_reader_framer() tells of it is to be had until the next
+ *              call.
+ * @return 1; 0 at the end; -1 if it cannot be read on or there is no memory,
+ *         with the reason in error. Before 0 or -1 for the source, all that was
+ *         read has come out. After that the same again. */
+LUM_MUST_CHECK int lum_reader_next(lum_reader *reader, lum_framer_event *event,
+                                   lum_error *error);
+
+/** Read on to the next frame; other events are passed over.
+ * @param out gets the frame in the first view; lives until the next call,
+ *            longer with lum_frame_keep().
+ * @return as lum_reader_next(). */
+LUM_MUST_CHECK int lum_reader_next_frame(lum_reader *reader,
+                                         const lum_frame **out,
+                                         lum_error *error);
+
+/** What the events are about, counters, views, jumps ahead. Records are the
+ * reader's to push. */
+lum_framer *lum_reader_framer(lum_reader *reader);
+
+/** How far the reading has come; as lum_capture_progress(). */
+void lum_reader_progress(const lum_reader *reader, uint64_t *done,
+                         uint64_t *total);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

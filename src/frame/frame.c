@@ -1,0 +1,241 @@
+#include "frame_internal.h"
+
+#include <string.h>
+
+static const struct {
+    const char *name;
+    lum_column_type type;
+} columns[LUM_COLUMN_COUNT] = {
+    {"x", LUM_TYPE_FLOAT},
+    {"y", LUM_TYPE_FLOAT},
+    {"z", LUM_TYPE_FLOAT},
+    {"range", LUM_TYPE_FLOAT},
+    {"azimuth", LUM_TYPE_FLOAT},
+    {"elevation", LUM_TYPE_FLOAT},
+    {"pulse_width", LUM_TYPE_FLOAT},
+    {"time", LUM_TYPE_FLOAT},
+    {"line", LUM_TYPE_UINT32},
+    {"pixel", LUM_TYPE_UINT16},
+    {"return_number", LUM_TYPE_UINT16},
+    {"number_of_returns", LUM_TYPE_UINT16},
+    {"eye", LUM_TYPE_UINT8},
+    {"edge", LUM_TYPE_UINT8},
+    {"strongest", LUM_TYPE_UINT8},
+};
+
+/* Stands for the columns of a frame without points. */
+static const union {
+    uint8_t bytes[64];
+    uint64_t aligned[8];
+} nothing;
+
+static bool is_column(lum_column column)
+{
+    return (unsigned)column < LUM_COLUMN_COUNT;
+}
+
+lum_column_type lum_column_get_type(lum_column column)
+{
+    return is_column(column) ? columns[column].type : LUM_TYPE_FLOAT;
+}
+
+const char *lum_column_name(lum_column column)
+{
+    return is_column(column) ? columns[column].name : NULL;
+}
+
+size_t lum_frame_count(const lum_frame *frame)
+{
+    return frame->count;
+}
+
+lum_columns lum_frame_columns(const lum_frame *frame)
+{
+    return frame->mask;
+}
+
+const void *lum_frame_column(const lum_frame *frame, lum_column column)
+{
+    if (!is_column(column) || (frame->mask & LUM_COLUMN_BIT(column)) == 0) {
+        return NULL;
+    }
+    const void *at = frame->store.columns[column].at;
+    return at != NULL ? at : nothing.bytes;
+}
+
+static const void *find(const lum_frame *frame, lum_column column,
+                        lum_column_type type)
+{
+    return lum_column_get_type(column) == type ? lum_frame_column(frame, column)
+                                               : NULL;
+}
+
+const float *lum_frame_floats(const lum_frame *frame, lum_column column)
+{
+    return find(frame, column, LUM_TYPE_FLOAT);
+}
+
+const uint32_t *lum_frame_uint32s(const lum_frame *frame, lum_column column)
+{
+    return find(frame, column, LUM_TYPE_UINT32);
+}
+
+const uint16_t *lum_frame_uint16s(const lum_frame *frame, lum_column column)
+{
+    return find(frame, column, LUM_TYPE_UINT16);
+}
+
+const uint8_t *lum_frame_uint8s(const lum_frame *frame, lum_column column)
+{
+    return find(frame, column, LUM_TYPE_UINT8);
+}
+
+/* As much as the caller knows of; its size stays. */
+static void copy_known(void *out, size_t out_size, const void *from,
+                       size_t from_size)
+{
+    const size_t n = out_size < from_size ? out_size : from_size;
+    if (n > sizeof(size_t)) {
+        memcpy((uint8_t *)out + sizeof(size_t),
+               (const uint8_t *)from + sizeof(size_t), n - sizeof(size_t));
+    }
+}
+
+void lum_frame_get_info(const lum_frame *frame, lum_frame_info *out)
+{
+    copy_known(out, out->struct_size, &frame->info, sizeof frame->info);
+}
+
+size_t lum_frame_line_count(const lum_frame *frame)
+{
+    return frame->row_count;
+}
+
+bool lum_frame_get_line(const lum_frame *frame, size_t i, lum_frame_line *out)
+{
+    if (i >= frame->row_count) {
+        return false;
+    }
+    const lum_line_row *row = &frame->store.rows[i];
+    const lum_frame_line line = {.struct_size = sizeof line,
+                                 .clock_us = row->clock_us,
+                                 .arrival_ns = row->arrival_ns,
+                                 .number = row->number,
+                                 .first_point = row->first_point,
+                                 .point_count = row->point_count,
+                                 .lost_words = row->lost_words,
+                                 .angle_count = row->angle_count,
+                                 .eye = row->eye};
+    copy_known(out, out->struct_size, &line, sizeof line);
+    return true;
+}
+
+uint32_t lum_frame_rows(const lum_frame *frame, unsigned eye)
+{
+    uint32_t rows = 0;
+    for (size_t i = 0; i < frame->row_count; i++) {
+        const lum_line_row *row = &frame->store.rows[i];
+        if (row->eye == eye && row->number >= rows) {
+            rows = row->number < UINT32_MAX ? row->number + 1u : UINT32_MAX;
+        }
+    }
+    return rows;
+}
+
+/* Where a column goes on; NULL: it is not asked for. */
+static void *end_of(const lum_frame *frame, lum_column column)
+{
+    static const size_t bytes[] = {[LUM_TYPE_FLOAT] = sizeof(float),
+                                   [LUM_TYPE_UINT32] = sizeof(uint32_t),
+                                   [LUM_TYPE_UINT16] = sizeof(uint16_t),
+                                   [LUM_TYPE_UINT8] = sizeof(uint8_t)};
+    uint8_t *at = frame->store.columns[column].at;
+    return (frame->mask & LUM_COLUMN_BIT(column)) != 0
+               ? at + frame->count * bytes[columns[column].type]
+               : NULL;
+}
+
+/* What is the same for all points of a line, and the pixels that times are made
+ * of at the end. */
+static void fill_line(lum_frame *frame, const lum_line *line, size_t n,
+                      const uint16_t *pixels)
+{
+    uint32_t *numbers = end_of(frame, LUM_COLUMN_LINE);
+    float *times = end_of(frame, LUM_COLUMN_TIME);
+    uint8_t *eyes = end_of(frame, LUM_COLUMN_EYE);
+    for (size_t i = 0; numbers != NULL && i < n; i++) {
+        numbers[i] = line->number;
+    }
+    for (size_t i = 0; times != NULL && i < n; i++) {
+        times[i] = (float)pixels[i];
+    }
+    if (eyes != NULL) {
+        memset(eyes, line->eye, n);
+    }
+}
+
+static size_t add_points(lum_frame *frame, const lum_frame_part *part)
+{
+    uint16_t *pixels = end_of(frame, LUM_COLUMN_PIXEL);
+    if (pixels == NULL &&
+        (frame->mask & LUM_COLUMN_BIT(LUM_COLUMN_TIME)) != 0) {
+        pixels = part->work->pixel;
+    }
+    const lum_column_places places = {
+        .x = end_of(frame, LUM_COLUMN_X),
+        .y = end_of(frame, LUM_COLUMN_Y),
+        .z = end_of(frame, LUM_COLUMN_Z),
+        .range = end_of(frame, LUM_COLUMN_RANGE),
+        .azimuth = end_of(frame, LUM_COLUMN_AZIMUTH),
+        .elevation = end_of(frame, LUM_COLUMN_ELEVATION),
+        .pulse_width = end_of(frame, LUM_COLUMN_PULSE_WIDTH),
+        .pixel = pixels,
+        .return_number = end_of(frame, LUM_COLUMN_RETURN_NUMBER),
+        .number_of_returns = end_of(frame, LUM_COLUMN_NUMBER_OF_RETURNS),
+        .edge = end_of(frame, LUM_COLUMN_EDGE),
+        .strongest = end_of(frame, LUM_COLUMN_STRONGEST),
+    };
+    const size_t n =
+        lum_columns_compute(&part->line, part->selection, part->work, &places);
+    fill_line(frame, part->line.line, n, pixels);
+    return n;
+}
+
+static void add_row(lum_frame *frame, const lum_line *line, size_t points)
+{
+    frame->store.rows[frame->row_count++] =
+        (lum_line_row){.clock_us = line->clock_us,
+                       .arrival_ns = line->arrival,
+                       .number = line->number,
+                       .first_point = (uint32_t)frame->count,
+                       .point_count = (uint32_t)points,
+                       .lost_words = line->lost_words,
+                       .angle_count = line->angle_count,
+                       .eye = line->eye};
+}
+
+static void add_up(lum_frame_info *info, const lum_frame_part *part)
+{
+    const lum_line *line = part->line.line;
+    info->lines[line->eye]++;
+    info->lines_missing_angles += line->angle_count < LUM_LINE_PIXELS ? 1u : 0u;
+    info->lost_words += line->lost_words;
+    info->losses.no_angle += part->losses.no_angle;
+    info->losses.no_range += part->losses.no_range;
+}
+
+void lum_frame_add(lum_frame *frame, const lum_frame_part *part)
+{
+    const size_t room = frame->points_max - frame->count;
+    if (frame->row_count == LUM_FRAME_LINES_MAX) {
+        frame->info.lines_cut++;
+        return;
+    }
+    const bool has_points = frame->mask != 0 && part->line.line->word_count > 0;
+    size_t n = has_points ? add_points(frame, part) : 0;
+    frame->info.points_cut += n > room ? n - room : 0;
+    n = n < room ? n : room;
+    add_row(frame, part->line.line, n);
+    add_up(&frame->info, part);
+    frame->count += n;
+}

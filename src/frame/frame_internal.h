@@ -1,0 +1,95 @@
+/* Frames while they are made, and the memory that they share. */
+#ifndef LUM_FRAME_INTERNAL_H
+#define LUM_FRAME_INTERNAL_H
+
+#include "lum/frame/frame.h"
+
+#include "points/columns.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Memory of frames that are no longer needed, for those to come. Any thread. */
+typedef struct lum_frame_pool lum_frame_pool;
+
+/* points_max: of a frame. spare_max: frames whose memory is kept. NULL without
+ * memory. */
+lum_frame_pool *lum_frame_pool_new(size_t points_max, unsigned spare_max);
+
+/* No frame is begun any more; those that there are live on. NULL is allowed. */
+void lum_frame_pool_free(lum_frame_pool *pool);
+
+/* An array that begins at a multiple of 64 bytes. */
+typedef struct lum_column_array {
+    void *block; /* what was allocated */
+    void *at;
+    size_t room; /* numbers */
+} lum_column_array;
+
+/* One line of the table. */
+typedef struct lum_line_row {
+    int64_t clock_us;
+    int64_t arrival_ns;
+    uint32_t number;
+    uint32_t first_point;
+    uint32_t point_count;
+    uint32_t lost_words;
+    uint16_t angle_count;
+    uint8_t eye;
+} lum_line_row;
+
+/* The arrays of a frame, which pass from one to another. */
+typedef struct lum_frame_store {
+    lum_column_array columns[LUM_COLUMN_COUNT];
+    lum_line_row *rows;
+    int64_t *scratch; /* as many as rows have room */
+    size_t row_room;
+} lum_frame_store;
+
+struct lum_frame {
+    lum_frame *self; /* for who may count references and change nothing else */
+    lum_frame_pool *pool;
+    lum_frame *next;     /* of the spare ones */
+    unsigned references; /* guarded by the pool's lock */
+    size_t points_max;
+    lum_columns mask;
+    size_t count; /* points */
+    size_t row_count;
+    lum_frame_store store;
+    lum_frame_info info;
+};
+
+/* An empty frame; NULL without memory. */
+lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask);
+
+/* Room for so many points behind those that there are, and for one more line.
+ * False: there is no memory. */
+bool lum_frame_reserve(lum_frame *frame, size_t points);
+
+/* Points of a line, for a frame. */
+typedef struct lum_frame_part {
+    lum_column_line line; /* smoothed, if it is to be */
+    const lum_selection *selection;
+    lum_column_work *work;
+    lum_point_losses losses; /* of the line */
+} lum_frame_part;
+
+/* Add a line's points; room for them was reserved. */
+void lum_frame_add(lum_frame *frame, const lum_frame_part *part);
+
+/* What only who makes the frame knows. */
+typedef struct lum_frame_end {
+    bool has_clock;               /* else lines are timed by arrival */
+    uint32_t lines_max[LUM_EYES]; /* lines of the frame before */
+    uint64_t lines_late;
+} lum_frame_end;
+
+/* Nothing is added any more: work out times and what is missing; the frame can
+ * be shown to others. */
+void lum_frame_seal(lum_frame *frame, const lum_frame_end *end);
+
+/* Lines of an eye as its whole lines tell: their highest number and one. */
+uint32_t lum_frame_whole_rows(const lum_frame *frame, unsigned eye);
+
+#endif

@@ -1,0 +1,821 @@
+#include "lum/frame/framer.h"
+
+#include "frame_internal.h"
+#include "pace.h"
+#include "under_way.h"
+
+#include "lum/smooth.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* An eye may begin a frame before the other has ended the one before. */
+#define DRAFTS_MAX 4u
+
+/* Frames whose memory is kept: in each view one that is handed out and one that
+ * has begun meanwhile. */
+#define SPARE_MAX (2u * LUM_VIEWS_MAX)
+
+/* A view that was checked. */
+struct view {
+    lum_selection selection;
+    uint32_t window; /* of its smoothing; 0: none */
+    uint32_t order;
+    lum_smooth smooth;
+    lum_columns columns;
+};
+
+struct views {
+    struct view view[LUM_VIEWS_MAX];
+    size_t count;
+};
+
+/* A frame under way, in the views that were asked for when it began; without
+ * any it has one without points. */
+struct draft {
+    bool is_used;
+    int64_t number;
+    struct views views;
+    size_t frame_count;
+    lum_frame *frames[LUM_VIEWS_MAX];
+};
+
+/* What is known of one sensor. */
+struct sensor {
+    struct draft drafts[DRAFTS_MAX];
+    bool has_joined; /* a line came */
+    int64_t joined;  /* in this frame */
+    bool has_done;   /* a frame was handed out */
+    int64_t done;    /* the highest of these */
+    bool has_range;  /* a frame was complete */
+    int64_t first;
+    int64_t last;
+    uint32_t lines_max[LUM_EYES]; /* of the frame before */
+    uint64_t lines_late;          /* since the frame before */
+    lum_pace pace;
+    lum_under_way_state under_way;
+    lum_framer_counters counters;
+};
+
+/* What the next call goes on with, before it takes more. */
+enum in_hand {
+    IN_HAND_NOTHING,
+    IN_HAND_LINE, /* counted, and in no frame yet */
+    IN_HAND_END   /* of a frame */
+};
+
+struct lum_framer {
+    lum_demux *demux;
+    lum_projector projector;
+    struct views views;
+    unsigned wants;
+    unsigned eyes;
+    bool has_clock;
+    bool has_range;
+    int64_t frame_first;
+    int64_t frame_last;
+    bool drop_incomplete;
+    bool has_from; /* frames before one are passed over */
+    int64_t from;
+    bool is_flushing;
+    lum_frame_pool *pool;
+    struct sensor *sensors[LUM_DEMUX_SENSORS_MAX];
+
+    enum in_hand in_hand;
+    const lum_line *line; /* the latest */
+    bool is_wanted;
+    uint64_t rising; /* its words that give a point */
+    uint64_t falling;
+    lum_point_losses losses;
+    lum_line seen;              /* it, as a view smooths it */
+    const struct view *seen_by; /* NULL: by none yet */
+    lum_angle angles[LUM_LINE_PIXELS];
+    lum_column_work work;
+    const struct view *sampled_by; /* NULL: there are no samples of it */
+    size_t sample_count;
+
+    int64_t number;   /* of the frame that the last event is about */
+    struct draft out; /* what was handed out */
+};
+
+/* Frames are numbered from 0 again after 2^32 - 1. */
+static bool is_before(int64_t a, int64_t b)
+{
+    return (int32_t)((uint32_t)a - (uint32_t)b) < 0;
+}
+
+static void drop_draft(struct draft *draft)
+{
+    for (size_t i = 0; i < draft->frame_count; i++) {
+        lum_frame_release(draft->frames[i]);
+        draft->frames[i] = NULL;
+    }
+    draft->frame_count = 0;
+    draft->is_used = false;
+}
+
+/* As much as the caller knows of. */
+static void copy_options(void *out, size_t size, const void *from,
+                         size_t from_size)
+{
+    memset(out, 0, size);
+    memcpy(out, from, from_size < size ? from_size : size);
+}
+
+static int read_view(const lum_view *given, struct view *out, lum_error *error)
+{
+    lum_view v;
+    copy_options(&v, sizeof v, given, given->struct_size);
+    out->selection = v.selection;
+    out->columns = v.columns;
+    out->window = v.smooth_window > 1u ? v.smooth_window : 0;
+    out->order = v.smooth_order;
+    if ((v.columns & ~LUM_COLUMNS_ALL) != 0) {
+        return lum_error_set(error, "a view asks for columns that there are "
+                                    "not; LUM_COLUMNS_ALL are all");
+    }
+    if (v.selection.edges < LUM_EDGES_RISING ||
+        v.selection.edges > LUM_EDGES_BOTH ||
+        v.selection.returns < LUM_RETURNS_ALL ||
+        v.selection.returns > LUM_RETURNS_NUMBER) {
+        return lum_error_set(error, "a view selects what there is not; "
+                                    "lum_view_default() fills one");
+    }
+    if (out->window != 0 && lum_smooth_init(&out->smooth, v.smooth_window,
+                                            v.smooth_order) != LUM_OK) {
+        return lum_error_set(error,
+                             "a view cannot smooth with window %lu and order "
+                             "%lu; the window is odd and at most %u, the order "
+                             "below it and at most %u",
+                             (unsigned long)v.smooth_window,
+                             (unsigned long)v.smooth_order,
+                             LUM_SMOOTH_WINDOW_MAX, LUM_SMOOTH_ORDER_MAX);
+    }
+    return 0;
+}
+
+/* A caller of another version has views of another size. */
+static int read_views(const lum_view *given, size_t count, struct views *out,
+                      lum_error *error)
+{
+    const uint8_t *at = (const uint8_t *)given;
+    if (count > LUM_VIEWS_MAX) {
+        return lum_error_set(error, "%zu views; at most %u are possible", count,
+                             LUM_VIEWS_MAX);
+    }
+    out->count = count;
+    for (size_t i = 0; i < count; i++) {
+        size_t size = 0;
+        memcpy(&size, at, sizeof size);
+        if (size <= sizeof size || size != given->struct_size) {
+            return lum_error_set(error, "struct_size of a view is not set; "
+                                        "lum_view_default() sets it");
+        }
+        if (read_view((const lum_view *)(const void *)at, &out->view[i],
+                      error) != 0) {
+            return -1;
+        }
+        at += size;
+    }
+    return 0;
+}
+
+int lum_framer_set_views(lum_framer *framer, const lum_view *views,
+                         size_t view_count, lum_error *error)
+{
+    struct views checked;
+    if (read_views(views, view_count, &checked, error) != 0) {
+        return -1;
+    }
+    framer->views = checked;
+    framer->seen_by = NULL;
+    framer->sampled_by = NULL;
+    return 0;
+}
+
+static int set_first_views(lum_framer *f, const lum_framer_options *o,
+                           lum_error *error)
+{
+    lum_view view;
+    lum_view_default(&view);
+    return o->views != NULL
+               ? lum_framer_set_views(f, o->views, o->view_count, error)
+               : lum_framer_set_views(f, &view, 1, error);
+}
+
+static int set_projector(lum_framer *f, const lum_framer_options *o,
+                         const lum_layout *layout, lum_error *error)
+{
+    lum_calibration calibration;
+    lum_calibration_fault fault = LUM_CALIBRATION_FINE;
+    unsigned eye = 0;
+    lum_calibration_default(&calibration);
+    if (o->calibration != NULL) {
+        calibration = *o->calibration;
+    }
+    if (lum_calibration_check(&calibration, &fault, &eye) != LUM_OK ||
+        lum_projector_init(&f->projector, &calibration, layout) != LUM_OK) {
+        return lum_error_set(error,
+                             "a value of the calibration is out of range: "
+                             "lum_calibration_fault %d, eye %u",
+                             (int)fault, eye);
+    }
+    return 0;
+}
+
+static bool is_possible(const lum_assembler_config *c)
+{
+    return c->open_lines >= 1u && c->open_lines <= LUM_OPEN_LINES_MAX &&
+           c->reorder_lines >= 1u && c->reorder_lines <= LUM_REORDER_MAX &&
+           c->words_per_line >= 1u && c->words_per_line <= LUM_LINE_WORDS_MAX &&
+           c->gap_us < UINT32_C(1) << 30;
+}
+
+/* All that needs memory. */
+static int allocate(lum_framer *f, const lum_demux_options *demux,
+                    size_t points_max, lum_error *error)
+{
+    const size_t words = demux->config.words_per_line;
+    lum_column_work *w = &f->work;
+    f->demux = lum_demux_new(demux);
+    f->pool = lum_frame_pool_new(points_max, SPARE_MAX);
+    w->samples.returns = malloc(words * sizeof *w->samples.returns);
+    w->sample = malloc(words * sizeof *w->sample);
+    w->strongest = malloc(words * sizeof *w->strongest);
+    w->pixel = malloc(words * sizeof *w->pixel);
+    return f->demux != NULL && f->pool != NULL && w->samples.returns != NULL &&
+                   w->sample != NULL && w->strongest != NULL && w->pixel != NULL
+               ? 0
+               : lum_error_set(error, "out of memory");
+}
+
+static int set_up(lum_framer *f, const lum_framer_options *o, lum_error *error)
+{
+    lum_demux_options demux = {.has_sensor = o->has_sensor,
+                               .sensor = o->sensor};
+    lum_layout_default(&demux.layout);
+    lum_assembler_config_default(&demux.config);
+    demux.layout = o->layout != NULL ? *o->layout : demux.layout;
+    demux.config = o->config != NULL ? *o->config : demux.config;
+    if (!is_possible(&demux.config)) {
+        return lum_error_set(error, "a constant of reassembly is out of range; "
+                                    "lum_assembler_config_default() sets them");
+    }
+    f->wants = o->wants != 0 ? o->wants : (unsigned)LUM_WANT_FRAMES;
+    f->eyes = o->eyes != 0 ? o->eyes : (unsigned)LUM_EYES_BOTH;
+    f->has_clock = demux.layout.profile.group[LUM_FIELD_TIMESTAMP].bytes != 0;
+    f->has_range = o->has_range;
+    f->frame_first = o->frame_first;
+    f->frame_last = o->frame_last;
+    f->drop_incomplete = o->drop_incomplete;
+    if (set_first_views(f, o, error) != 0 ||
+        set_projector(f, o, &demux.layout, error) != 0) {
+        return -1;
+    }
+    return allocate(f, &demux,
+                    o->points_max != 0 ? o->points_max : LUM_FRAME_POINTS_MAX,
+                    error);
+}
+
+int lum_framer_new(const lum_framer_options *options, lum_framer **out,
+                   lum_error *error)
+{
+    lum_framer_options known;
+    *out = NULL;
+    if (options->struct_size <= sizeof options->struct_size) {
+        return lum_error_set(error, "struct_size of the options is not set");
+    }
+    copy_options(&known, sizeof known, options, options->struct_size);
+    lum_framer *f = calloc(1, sizeof *f);
+    if (f == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    if (set_up(f, &known, error) != 0) {
+        lum_framer_free(f);
+        return -1;
+    }
+    *out = f;
+    return 0;
+}
+
+static void drop_drafts(struct sensor *s)
+{
+    for (size_t i = 0; i < DRAFTS_MAX; i++) {
+        drop_draft(&s->drafts[i]);
+    }
+}
+
+void lum_framer_free(lum_framer *framer)
+{
+    if (framer == NULL) {
+        return;
+    }
+    drop_draft(&framer->out);
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        if (framer->sensors[i] != NULL) {
+            drop_drafts(framer->sensors[i]);
+            free(framer->sensors[i]);
+        }
+    }
+    lum_frame_pool_free(framer->pool);
+    lum_demux_free(framer->demux);
+    free(framer->work.samples.returns);
+    free(framer->work.sample);
+    free(framer->work.strongest);
+    free(framer->work.pixel);
+    free(framer);
+}
+
+/* The sensor of the latest event; NULL without memory. */
+static struct sensor *current(lum_framer *f)
+{
+    struct sensor **s = &f->sensors[lum_demux_current_index(f->demux)];
+    if (*s == NULL) {
+        *s = calloc(1, sizeof **s);
+    }
+    return *s;
+}
+
+/* Make `seen` the line as a view sees it. */
+static void look_through(lum_framer *f, const struct view *view)
+{
+    const struct view *before = f->seen_by;
+    const bool is_same = before != NULL && before->window == view->window &&
+                         (view->window == 0 || before->order == view->order);
+    f->seen_by = view;
+    if (is_same) {
+        return;
+    }
+    lum_column_work_begin(&f->work);
+    f->seen = *f->line;
+    if (view->window != 0) {
+        lum_smooth_line(&view->smooth, f->line, f->angles);
+        f->seen.angles = f->angles;
+    }
+}
+
+static const lum_sample *compute_samples(lum_framer *f, const struct view *view)
+{
+    lum_point_losses losses = {0, 0};
+    if (f->sampled_by != view) {
+        look_through(f, view);
+        f->sample_count =
+            lum_samples_compute(&f->projector, &f->seen, &view->selection,
+                                &f->work.samples, f->work.sample, &losses);
+        f->sampled_by = view;
+    }
+    return f->work.sample;
+}
+
+/* Points of the line that a selection without limits asks for. */
+static uint64_t count_edges(const lum_framer *f, unsigned edges)
+{
+    return ((edges & LUM_EDGES_RISING) != 0 ? f->rising : 0) +
+           ((edges & LUM_EDGES_FALLING) != 0 ? f->falling : 0);
+}
+
+static bool counts_edges(const lum_selection *s)
+{
+    return !s->has_range && !s->has_box && s->returns == LUM_RETURNS_ALL;
+}
+
+static void count_points(lum_framer *f, struct sensor *s)
+{
+    lum_framer_counters *c = &s->counters;
+    const struct view *first = &f->views.view[0];
+    if (f->views.count == 0) {
+        c->points += f->rising;
+    } else if (counts_edges(&first->selection)) {
+        c->points += count_edges(f, (unsigned)first->selection.edges);
+    } else {
+        (void)compute_samples(f, first);
+        c->points += f->sample_count;
+    }
+}
+
+static bool is_wanted_frame(const lum_framer *f, int64_t number)
+{
+    return !f->has_range ||
+           (number >= f->frame_first && number <= f->frame_last);
+}
+
+static bool is_wanted_line(const lum_framer *f, const lum_line *line)
+{
+    const bool is_whole =
+        line->angle_count == LUM_LINE_PIXELS && line->lost_words == 0;
+    return (f->eyes >> line->eye & 1u) != 0 &&
+           is_wanted_frame(f, line->frame) && (is_whole || !f->drop_incomplete);
+}
+
+static bool is_passed_over(const lum_framer *f, int64_t number)
+{
+    return f->has_from && number < f->from;
+}
+
+static void note_joined(struct sensor *s, const lum_line *line)
+{
+    if (!s->has_joined) {
+        s->has_joined = true;
+        s->joined = line->frame;
+    }
+}
+
+/* A line was handed out: count it. */
+static void note_line(lum_framer *f, struct sensor *s)
+{
+    const lum_line *line = lum_assembler_line(lum_demux_current(f->demux));
+    lum_framer_counters *c = &s->counters;
+    f->line = line;
+    f->seen_by = NULL;
+    f->sampled_by = NULL;
+    f->number = line->frame;
+    c->lines[line->eye]++;
+    note_joined(s, line);
+    lum_pace_take(&s->pace, line->frame, line->arrival);
+    if (is_passed_over(f, line->frame)) {
+        lum_under_way_take(&s->under_way, line, 0);
+        return;
+    }
+    f->losses = (lum_point_losses){0, 0};
+    lum_points_count(&f->projector, line, &f->rising, &f->falling, &f->losses);
+    c->rising += f->rising;
+    c->falling += f->falling;
+    c->losses.no_angle += f->losses.no_angle;
+    c->losses.no_range += f->losses.no_range;
+    lum_under_way_take(&s->under_way, line, f->losses.no_angle);
+    if (is_wanted_line(f, line)) {
+        count_points(f, s);
+        f->in_hand = IN_HAND_LINE;
+    }
+}
+
+/* Called with draft->views set. */
+static bool begin_frames(lum_framer *f, struct draft *draft)
+{
+    const struct views *views = &draft->views;
+    draft->frame_count = views->count > 0 ? views->count : 1u;
+    draft->is_used = true;
+    for (size_t i = 0; i < draft->frame_count; i++) {
+        draft->frames[i] = lum_frame_begin(
+            f->pool, views->count > 0 ? views->view[i].columns : 0);
+        if (draft->frames[i] == NULL) {
+            draft->frame_count = i;
+            drop_draft(draft);
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool begin_draft(lum_framer *f, struct draft *draft, int64_t number)
+{
+    draft->number = number;
+    draft->views = f->views;
+    return begin_frames(f, draft);
+}
+
+static struct draft *find_draft(struct sensor *s, int64_t number)
+{
+    for (size_t i = 0; i < DRAFTS_MAX; i++) {
+        if (s->drafts[i].is_used && s->drafts[i].number == number) {
+            return &s->drafts[i];
+        }
+    }
+    return NULL;
+}
+
+static struct draft *find_unused(struct sensor *s)
+{
+    for (size_t i = 0; i < DRAFTS_MAX; i++) {
+        if (!s->drafts[i].is_used) {
+            return &s->drafts[i];
+        }
+    }
+    return NULL;
+}
+
+static struct draft *find_lowest(struct sensor *s)
+{
+    struct draft *lowest = NULL;
+    for (size_t i = 0; i < DRAFTS_MAX; i++) {
+        struct draft *d = &s->drafts[i];
+        if (d->is_used &&
+            (lowest == NULL || is_before(d->number, lowest->number))) {
+            lowest = d;
+        }
+    }
+    return lowest;
+}
+
+static void seal(lum_framer *f, struct sensor *s, struct draft *draft)
+{
+    lum_demux_sensor sensor;
+    const lum_frame *first = draft->frames[0];
+    lum_frame_end end = {.has_clock = f->has_clock,
+                         .lines_late = s->lines_late};
+    memcpy(end.lines_max, s->lines_max, sizeof end.lines_max);
+    lum_demux_get_sensor(f->demux, lum_demux_current_index(f->demux), &sensor);
+    for (size_t i = 0; i < draft->frame_count; i++) {
+        lum_frame_info *info = &draft->frames[i]->info;
+        info->number = draft->number;
+        info->sensor = sensor.address;
+        info->is_first = s->has_joined && !is_before(s->joined, draft->number);
+        info->is_last = f->is_flushing;
+        lum_frame_seal(draft->frames[i], &end);
+        s->counters.points_cut += info->points_cut;
+    }
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        s->lines_max[eye] = lum_frame_whole_rows(first, eye);
+    }
+}
+
+/* Hand out a frame; its draft is free then. */
+static lum_framer_event hand_out(lum_framer *f, struct sensor *s,
+                                 struct draft *draft)
+{
+    seal(f, s, draft);
+    s->lines_late = 0;
+    s->has_done = true;
+    s->done = draft->number;
+    f->number = draft->number;
+    f->out = *draft;
+    draft->is_used = false;
+    draft->frame_count = 0;
+    return LUM_FRAMER_FRAME;
+}
+
+static bool is_late(const struct sensor *s, int64_t number)
+{
+    return s->has_done && !is_before(s->done, number);
+}
+
+static bool reserve(const lum_framer *f, const struct draft *draft)
+{
+    for (size_t i = 0; i < draft->frame_count; i++) {
+        if (!lum_frame_reserve(draft->frames[i], f->line->word_count)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* False: there was no memory, and it is in none of the views. */
+static bool add_line(lum_framer *f, const struct draft *draft)
+{
+    static const struct view lines_alone = {.columns = 0};
+    if (!reserve(f, draft)) {
+        return false;
+    }
+    f->sampled_by = NULL;
+    for (size_t i = 0; i < draft->frame_count; i++) {
+        const struct view *view =
+            draft->views.count > 0 ? &draft->views.view[i] : &lines_alone;
+        look_through(f, view);
+        const lum_frame_part part = {.line = {.projector = &f->projector,
+                                              .line = &f->seen,
+                                              .rising = f->rising,
+                                              .falling = f->falling},
+                                     .selection = &view->selection,
+                                     .work = &f->work,
+                                     .losses = f->losses};
+        lum_frame_add(draft->frames[i], &part);
+    }
+    f->seen_by = NULL; /* the draft's views may go */
+    return true;
+}
+
+/* Put the line in its frame. Where more frames are open than can be, the lowest
+ * is handed out first. */
+static lum_framer_event place_line(lum_framer *f, struct sensor *s)
+{
+    const int64_t number = f->line->frame;
+    struct draft *draft = find_draft(s, number);
+    if (is_late(s, number)) {
+        s->lines_late++;
+        s->counters.lines_late++;
+        return LUM_FRAMER_NONE;
+    }
+    if (draft == NULL) {
+        draft = find_unused(s);
+        if (draft == NULL) {
+            return hand_out(f, s, find_lowest(s));
+        }
+        if (!begin_draft(f, draft, number)) {
+            return LUM_FRAMER_FAILED;
+        }
+    }
+    return add_line(f, draft) ? LUM_FRAMER_NONE : LUM_FRAMER_FAILED;
+}
+
+static lum_framer_event go_on_with_line(lum_framer *f, struct sensor *s)
+{
+    if ((f->wants & LUM_WANT_FRAMES) != 0) {
+        const lum_framer_event event = place_line(f, s);
+        if (event != LUM_FRAMER_NONE) {
+            return event;
+        }
+    }
+    f->in_hand = IN_HAND_NOTHING;
+    f->number = f->line->frame;
+    return (f->wants & LUM_WANT_LINES) != 0 ? LUM_FRAMER_LINE : LUM_FRAMER_NONE;
+}
+
+/* The frame that is complete, empty where not a line of it came. */
+static lum_framer_event hand_out_end(lum_framer *f, struct sensor *s,
+                                     int64_t number)
+{
+    struct draft *lowest = find_lowest(s);
+    if (lowest != NULL && !is_before(number, lowest->number)) {
+        return hand_out(f, s, lowest);
+    }
+    if (is_late(s, number) || !is_wanted_frame(f, number)) {
+        return LUM_FRAMER_NONE;
+    }
+    struct draft *draft = find_unused(s);
+    if (draft == NULL) {
+        return LUM_FRAMER_NONE;
+    }
+    return begin_draft(f, draft, number) ? hand_out(f, s, draft)
+                                         : LUM_FRAMER_FAILED;
+}
+
+static void drop_up_to(struct sensor *s, int64_t number)
+{
+    struct draft *lowest = NULL;
+    while ((lowest = find_lowest(s)) != NULL &&
+           !is_before(number, lowest->number)) {
+        drop_draft(lowest);
+    }
+}
+
+static lum_framer_event go_on_with_end(lum_framer *f, struct sensor *s)
+{
+    const int64_t number = lum_assembler_frame(lum_demux_current(f->demux));
+    s->first = s->has_range ? s->first : number;
+    s->last = number;
+    s->has_range = true;
+    if (is_passed_over(f, number)) {
+        drop_up_to(s, number);
+        f->in_hand = IN_HAND_NOTHING;
+        return LUM_FRAMER_NONE;
+    }
+    if ((f->wants & LUM_WANT_FRAMES) != 0) {
+        const lum_framer_event event = hand_out_end(f, s, number);
+        if (event != LUM_FRAMER_NONE) {
+            return event;
+        }
+    }
+    f->in_hand = IN_HAND_NOTHING;
+    f->number = number;
+    return (f->wants & LUM_WANT_FRAME_ENDS) != 0 ? LUM_FRAMER_FRAME_END
+                                                 : LUM_FRAMER_NONE;
+}
+
+/* Go on with what is in hand. */
+static lum_framer_event go_on(lum_framer *f)
+{
+    struct sensor *s = NULL;
+    switch (f->in_hand) {
+    case IN_HAND_LINE:
+        s = current(f);
+        return s != NULL ? go_on_with_line(f, s) : LUM_FRAMER_FAILED;
+    case IN_HAND_END:
+        s = current(f);
+        return s != NULL ? go_on_with_end(f, s) : LUM_FRAMER_FAILED;
+    case IN_HAND_NOTHING:
+    default:
+        return LUM_FRAMER_NONE;
+    }
+}
+
+static lum_framer_event take(lum_framer *f, lum_result event)
+{
+    struct sensor *s = current(f);
+    if (s == NULL) {
+        return LUM_FRAMER_FAILED;
+    }
+    if (event == LUM_LINE_READY) {
+        note_line(f, s);
+    } else {
+        f->in_hand = IN_HAND_END;
+    }
+    return go_on(f);
+}
+
+lum_framer_event lum_framer_push(lum_framer *framer, const lum_record *record,
+                                 lum_packet_kind *kind)
+{
+    lum_result r = LUM_OK;
+    drop_draft(&framer->out);
+    lum_framer_event event = go_on(framer);
+    framer->is_flushing = false;
+    while (event == LUM_FRAMER_NONE &&
+           (r = lum_demux_push(framer->demux, record, kind)) > 0) {
+        event = take(framer, r);
+    }
+    return r >= 0 ? event : LUM_FRAMER_FAILED;
+}
+
+static void begin_flush(lum_framer *f)
+{
+    f->is_flushing = true;
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        if (f->sensors[i] != NULL) {
+            lum_under_way_leave(&f->sensors[i]->under_way);
+        }
+    }
+}
+
+lum_framer_event lum_framer_flush(lum_framer *framer)
+{
+    lum_result r = LUM_OK;
+    drop_draft(&framer->out);
+    lum_framer_event event = go_on(framer);
+    if (!framer->is_flushing) {
+        begin_flush(framer);
+    }
+    while (event == LUM_FRAMER_NONE &&
+           (r = lum_demux_flush(framer->demux)) > 0) {
+        event = take(framer, r);
+    }
+    return event;
+}
+
+void lum_framer_skip_to(lum_framer *framer, int64_t frame)
+{
+    framer->has_from = true;
+    framer->from = frame;
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        struct sensor *s = framer->sensors[i];
+        if (s != NULL) {
+            drop_up_to(s, frame - 1);
+            memset(s->lines_max, 0, sizeof s->lines_max);
+            s->lines_late = 0;
+        }
+    }
+}
+
+const lum_line *lum_framer_line(const lum_framer *framer)
+{
+    return framer->line;
+}
+
+size_t lum_framer_line_samples(lum_framer *framer, size_t view,
+                               const lum_sample **out)
+{
+    *out = framer->work.sample;
+    if (view >= framer->views.count) {
+        return 0;
+    }
+    *out = compute_samples(framer, &framer->views.view[view]);
+    return framer->sample_count;
+}
+
+const lum_frame *lum_framer_frame(const lum_framer *framer, size_t view)
+{
+    return view < framer->out.frame_count ? framer->out.frames[view] : NULL;
+}
+
+int64_t lum_framer_frame_number(const lum_framer *framer)
+{
+    return framer->number;
+}
+
+size_t lum_framer_sensor(const lum_framer *framer)
+{
+    return lum_demux_current_index(framer->demux);
+}
+
+void lum_framer_count(const lum_framer *framer, size_t sensor,
+                      lum_framer_counters *out)
+{
+    lum_framer_counters counters = {.struct_size = sizeof counters};
+    const size_t size = out->struct_size;
+    const struct sensor *s =
+        sensor < LUM_DEMUX_SENSORS_MAX ? framer->sensors[sensor] : NULL;
+    if (s != NULL) {
+        counters = s->counters;
+        counters.under_way = s->under_way.counts;
+        counters.frames_per_second = lum_pace_rate(&s->pace);
+    }
+    memcpy(out, &counters, size < sizeof counters ? size : sizeof counters);
+    out->struct_size = size;
+}
+
+bool lum_framer_range(const lum_framer *framer, size_t sensor, int64_t *first,
+                      int64_t *last)
+{
+    const struct sensor *s =
+        sensor < LUM_DEMUX_SENSORS_MAX ? framer->sensors[sensor] : NULL;
+    if (s == NULL || !s->has_range) {
+        return false;
+    }
+    *first = s->first;
+    *last = s->last;
+    return true;
+}
+
+const lum_demux *lum_framer_demux(const lum_framer *framer)
+{
+    return framer->demux;
+}

@@ -1,0 +1,322 @@
+#include "frame_internal.h"
+
+#include "lock.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define ALIGN    64u
+#define ROOM_MIN 65536u
+
+/* Up to here room is doubled, beyond it grows by an eighth: what a frame does
+ * not use is memory too. */
+#define ROOM_DOUBLES 262144u
+
+#define ROWS_MIN 256u
+
+struct lum_frame_pool {
+    size_t points_max; /* of a frame */
+    unsigned spare_max;
+    lum_lock *lock; /* guards what follows */
+    lum_frame *spare;
+    unsigned spare_count;
+    size_t frames; /* that are in use */
+    size_t latest; /* points of the frames that were given back of late */
+    bool is_left;  /* by its owner */
+};
+
+static size_t bytes_of(lum_column column)
+{
+    switch (lum_column_get_type(column)) {
+    case LUM_TYPE_UINT16:
+        return sizeof(uint16_t);
+    case LUM_TYPE_UINT8:
+        return sizeof(uint8_t);
+    case LUM_TYPE_FLOAT:
+    case LUM_TYPE_UINT32:
+    default:
+        return sizeof(uint32_t);
+    }
+}
+
+lum_frame_pool *lum_frame_pool_new(size_t points_max, unsigned spare_max)
+{
+    lum_frame_pool *pool = calloc(1, sizeof *pool);
+    if (pool == NULL) {
+        return NULL;
+    }
+    pool->points_max = points_max;
+    pool->spare_max = spare_max;
+    pool->lock = lum_lock_new();
+    if (pool->lock == NULL) {
+        free(pool);
+        return NULL;
+    }
+    return pool;
+}
+
+static void free_frame(lum_frame *frame)
+{
+    for (unsigned c = 0; c < LUM_COLUMN_COUNT; c++) {
+        free(frame->store.columns[c].block);
+    }
+    free(frame->store.rows);
+    free(frame->store.scratch);
+    free(frame);
+}
+
+static void end_pool(lum_frame_pool *pool)
+{
+    while (pool->spare != NULL) {
+        lum_frame *frame = pool->spare;
+        pool->spare = frame->next;
+        free_frame(frame);
+    }
+    lum_lock_free(pool->lock);
+    free(pool);
+}
+
+void lum_frame_pool_free(lum_frame_pool *pool)
+{
+    if (pool == NULL) {
+        return;
+    }
+    lum_lock_take(pool->lock);
+    pool->is_left = true;
+    const bool is_last = pool->frames == 0;
+    lum_lock_leave(pool->lock);
+    if (is_last) {
+        end_pool(pool);
+    }
+}
+
+/* Points that fit without allocating. */
+static size_t room_of(const lum_frame *frame, lum_columns mask)
+{
+    size_t room = SIZE_MAX;
+    for (unsigned c = 0; c < LUM_COLUMN_COUNT; c++) {
+        const size_t here = frame->store.columns[c].room;
+        room = (mask & LUM_COLUMN_BIT(c)) != 0 && here < room ? here : room;
+    }
+    return room;
+}
+
+/* The spare frame with the least room of `needed` or more; NULL: there is none.
+ */
+static lum_frame *take_spare(lum_frame_pool *pool, lum_columns mask,
+                             size_t needed)
+{
+    lum_frame **best = NULL;
+    lum_lock_take(pool->lock);
+    for (lum_frame **at = &pool->spare; *at != NULL; at = &(*at)->next) {
+        const size_t room = room_of(*at, mask);
+        if (room >= needed && (best == NULL || room < room_of(*best, mask))) {
+            best = at;
+        }
+    }
+    lum_frame *frame = best != NULL ? *best : NULL;
+    if (frame != NULL) {
+        *best = frame->next;
+        pool->spare_count--;
+    }
+    lum_lock_leave(pool->lock);
+    return frame;
+}
+
+/* What is far larger than what is needed now is not kept. Called with the lock.
+ */
+static bool is_worth_keeping(const lum_frame_pool *pool, const lum_frame *frame)
+{
+    const size_t room = frame->mask != 0 ? room_of(frame, frame->mask) : 0;
+    return !pool->is_left && pool->spare_count < pool->spare_max &&
+           (room <= ROOM_MIN || room / 8u <= pool->latest);
+}
+
+/* What no frame uses goes back, or for good. */
+static void give_back(lum_frame_pool *pool, lum_frame *frame)
+{
+    lum_lock_take(pool->lock);
+    const bool is_kept = is_worth_keeping(pool, frame);
+    if (is_kept) {
+        frame->next = pool->spare;
+        pool->spare = frame;
+        pool->spare_count++;
+    }
+    lum_lock_leave(pool->lock);
+    if (!is_kept) {
+        free_frame(frame);
+    }
+}
+
+static void drop_columns(lum_frame *frame, lum_columns mask)
+{
+    for (unsigned c = 0; c < LUM_COLUMN_COUNT; c++) {
+        lum_column_array *array = &frame->store.columns[c];
+        if ((mask & LUM_COLUMN_BIT(c)) == 0 && array->block != NULL) {
+            free(array->block);
+            *array = (lum_column_array){NULL, NULL, 0};
+        }
+    }
+}
+
+lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask)
+{
+    lum_frame *frame = take_spare(pool, mask, 0);
+    if (frame == NULL) {
+        frame = calloc(1, sizeof *frame);
+    }
+    if (frame == NULL) {
+        return NULL;
+    }
+    drop_columns(frame, mask);
+    frame->self = frame;
+    frame->pool = pool;
+    frame->next = NULL;
+    frame->references = 1;
+    frame->points_max = pool->points_max;
+    frame->mask = mask;
+    frame->count = 0;
+    frame->row_count = 0;
+    frame->info = (lum_frame_info){.struct_size = sizeof frame->info};
+    lum_lock_take(pool->lock);
+    pool->frames++;
+    lum_lock_leave(pool->lock);
+    return frame;
+}
+
+lum_frame *lum_frame_keep(const lum_frame *frame)
+{
+    lum_frame *kept = frame->self;
+    lum_lock_take(frame->pool->lock);
+    kept->references++;
+    lum_lock_leave(frame->pool->lock);
+    return kept;
+}
+
+/* An empty one among large ones does not tell much. Called with the lock. */
+static void note_size(lum_frame_pool *pool, const lum_frame *frame)
+{
+    pool->latest /= 2u;
+    pool->latest = frame->count > pool->latest ? frame->count : pool->latest;
+}
+
+void lum_frame_release(lum_frame *frame)
+{
+    if (frame == NULL) {
+        return;
+    }
+    lum_frame_pool *pool = frame->pool;
+    lum_lock_take(pool->lock);
+    frame->references--;
+    const bool is_unused = frame->references == 0;
+    note_size(pool, frame);
+    lum_lock_leave(pool->lock);
+    if (!is_unused) {
+        return;
+    }
+    give_back(pool, frame);
+    lum_lock_take(pool->lock);
+    pool->frames--;
+    const bool is_last = pool->is_left && pool->frames == 0;
+    lum_lock_leave(pool->lock);
+    if (is_last) {
+        end_pool(pool);
+    }
+}
+
+static bool grow_column(lum_column_array *array, size_t bytes, size_t count,
+                        size_t room)
+{
+    uint8_t *block = malloc(room * bytes + ALIGN);
+    if (block == NULL) {
+        return false;
+    }
+    uint8_t *at = block + (ALIGN - (uintptr_t)block % ALIGN) % ALIGN;
+    if (count > 0) {
+        memcpy(at, array->at, count * bytes);
+    }
+    free(array->block);
+    *array = (lum_column_array){block, at, room};
+    return true;
+}
+
+static size_t next_room(const lum_frame *frame, size_t needed)
+{
+    /* a line is made as a whole, and then cut */
+    const size_t most = frame->points_max + LUM_LINE_WORDS_MAX;
+    const size_t now = room_of(frame, frame->mask);
+    size_t room = now < ROOM_MIN ? ROOM_MIN : now;
+    while (room < needed) {
+        room += room < ROOM_DOUBLES ? room : room / 8u;
+    }
+    return room < most ? room : most;
+}
+
+/* One column after another, so that two of each are there at no time. */
+static bool grow(lum_frame *frame, size_t needed)
+{
+    const size_t room = next_room(frame, needed);
+    for (unsigned c = 0; c < LUM_COLUMN_COUNT; c++) {
+        lum_column_array *array = &frame->store.columns[c];
+        if ((frame->mask & LUM_COLUMN_BIT(c)) != 0 && array->room < needed &&
+            !grow_column(array, bytes_of((lum_column)c), frame->count, room)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* A frame begins in the smallest memory there is, for few lines of the next one
+ * come before this one is complete; then it moves into that of the one before.
+ */
+static bool move_to_spare(lum_frame *frame, size_t needed)
+{
+    lum_frame *spare = take_spare(frame->pool, frame->mask, needed);
+    if (spare == NULL) {
+        return false;
+    }
+    for (unsigned c = 0; c < LUM_COLUMN_COUNT; c++) {
+        const lum_column_array from = frame->store.columns[c];
+        const lum_column_array to = spare->store.columns[c];
+        if ((frame->mask & LUM_COLUMN_BIT(c)) != 0) {
+            if (frame->count > 0) {
+                memcpy(to.at, from.at, frame->count * bytes_of((lum_column)c));
+            }
+            frame->store.columns[c] = to;
+            spare->store.columns[c] = from;
+        }
+    }
+    spare->mask = frame->mask;
+    drop_columns(spare, spare->mask);
+    give_back(frame->pool, spare);
+    return true;
+}
+
+static bool reserve_row(lum_frame *frame)
+{
+    lum_frame_store *store = &frame->store;
+    if (frame->row_count < store->row_room ||
+        frame->row_count == LUM_FRAME_LINES_MAX) {
+        return true;
+    }
+    const size_t room = store->row_room > 0 ? 2u * store->row_room : ROWS_MIN;
+    lum_line_row *rows = realloc(store->rows, room * sizeof *rows);
+    store->rows = rows != NULL ? rows : store->rows;
+    int64_t *scratch = realloc(store->scratch, room * sizeof *scratch);
+    store->scratch = scratch != NULL ? scratch : store->scratch;
+    if (rows == NULL || scratch == NULL) {
+        return false;
+    }
+    store->row_room = room;
+    return true;
+}
+
+bool lum_frame_reserve(lum_frame *frame, size_t points)
+{
+    const size_t needed = frame->count + points;
+    if (!reserve_row(frame)) {
+        return false;
+    }
+    return frame->mask == 0 || room_of(frame, frame->mask) >= needed ||
+           move_to_spare(frame, needed) || grow(frame, needed);
+}

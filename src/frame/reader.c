@@ -1,0 +1,225 @@
+#include "lum/frame/reader.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* What the reader is about. */
+enum stage {
+    READING,
+    PUSHING,  /* the record gave an event: push it again */
+    FLUSHING, /* the source has ended */
+    ENDED
+};
+
+struct lum_reader {
+    lum_record_source source;
+    lum_framer *framer;
+    enum stage stage;
+    lum_record record;
+    int status;      /* how the source ended: 0 or -1 */
+    lum_error error; /* why */
+};
+
+static int capture_next(void *context, lum_record *out, lum_error *error)
+{
+    return lum_capture_next(context, out, error);
+}
+
+static void capture_progress(void *context, uint64_t *done, uint64_t *total)
+{
+    lum_capture_progress(context, done, total);
+}
+
+static void capture_close(void *context)
+{
+    lum_capture_close(context);
+}
+
+static void close_records(const lum_record_source *records)
+{
+    if (records->close != NULL) {
+        records->close(records->context);
+    }
+}
+
+/* What was given is the reader's now. */
+static int refuse(const lum_reader_options *o, lum_error *error)
+{
+    lum_source_close(o->source);
+    if (o->records != NULL) {
+        close_records(o->records);
+    }
+    return lum_error_set(error, "a reader needs one source: a path, bytes or "
+                                "records");
+}
+
+static int open_source(const lum_reader_options *o, lum_record_source *out,
+                       lum_error *error)
+{
+    lum_capture *capture = NULL;
+    const unsigned given = (o->path != NULL ? 1u : 0u) +
+                           (o->source != NULL ? 1u : 0u) +
+                           (o->records != NULL ? 1u : 0u);
+    if (given != 1u) {
+        return refuse(o, error);
+    }
+    if (o->records != NULL) {
+        *out = *o->records;
+        return 0;
+    }
+    if ((o->path != NULL
+             ? lum_capture_open(o->path, &capture, error)
+             : lum_capture_open_source(o->source, &capture, error)) != 0) {
+        return -1;
+    }
+    *out = (lum_record_source){.next = capture_next,
+                               .progress = capture_progress,
+                               .close = capture_close,
+                               .context = capture};
+    return 0;
+}
+
+static int open_framer(lum_reader *r, const lum_reader_options *o,
+                       lum_error *error)
+{
+    const lum_framer_options defaults = {.struct_size = sizeof defaults};
+    return lum_framer_new(o->framer != NULL ? o->framer : &defaults, &r->framer,
+                          error);
+}
+
+int lum_reader_open(const lum_reader_options *options, lum_reader **out,
+                    lum_error *error)
+{
+    lum_reader_options o = {.struct_size = sizeof o};
+    *out = NULL;
+    if (options->struct_size <= sizeof options->struct_size) {
+        return lum_error_set(error, "struct_size of the options is not set");
+    }
+    memcpy(&o, options,
+           options->struct_size < sizeof o ? options->struct_size : sizeof o);
+    lum_record_source source = {.next = NULL};
+    if (open_source(&o, &source, error) != 0) {
+        return -1;
+    }
+    lum_reader *r = calloc(1, sizeof *r);
+    if (r == NULL) {
+        close_records(&source);
+        return lum_error_set(error, "out of memory");
+    }
+    r->source = source;
+    if (open_framer(r, &o, error) != 0) {
+        lum_reader_close(r);
+        return -1;
+    }
+    *out = r;
+    return 0;
+}
+
+void lum_reader_close(lum_reader *reader)
+{
+    if (reader == NULL) {
+        return;
+    }
+    close_records(&reader->source);
+    lum_framer_free(reader->framer);
+    free(reader);
+}
+
+/* At its end a source may have given up fragments, which are counted too. */
+static void read_record(lum_reader *r)
+{
+    lum_record *record = &r->record;
+    const int status = r->source.next(r->source.context, record, &r->error);
+    r->stage = PUSHING;
+    if (status <= 0) {
+        const uint32_t dropped = record->dropped_fragments;
+        *record = (lum_record){.kind = LUM_RECORD_FRAGMENT,
+                               .dropped_fragments = dropped};
+        r->status = status;
+        r->stage = FLUSHING;
+    }
+}
+
+static lum_framer_event push(lum_reader *r)
+{
+    const lum_framer_event event = lum_framer_push(r->framer, &r->record, NULL);
+    if (event == LUM_FRAMER_NONE) {
+        r->stage = READING;
+    }
+    return event;
+}
+
+static lum_framer_event flush(lum_reader *r)
+{
+    const lum_framer_event event = lum_framer_flush(r->framer);
+    if (event == LUM_FRAMER_NONE) {
+        r->stage = ENDED;
+    }
+    return event;
+}
+
+/* LUM_FRAMER_NONE: go on. */
+static lum_framer_event step(lum_reader *r)
+{
+    switch (r->stage) {
+    case READING:
+        read_record(r);
+        return r->stage == FLUSHING
+                   ? lum_framer_push(r->framer, &r->record, NULL)
+                   : LUM_FRAMER_NONE;
+    case PUSHING:
+        return push(r);
+    case FLUSHING:
+        return flush(r);
+    case ENDED:
+    default:
+        return LUM_FRAMER_NONE;
+    }
+}
+
+int lum_reader_next(lum_reader *reader, lum_framer_event *event,
+                    lum_error *error)
+{
+    lum_framer_event e = LUM_FRAMER_NONE;
+    while (e == LUM_FRAMER_NONE && reader->stage != ENDED) {
+        e = step(reader);
+    }
+    if (e == LUM_FRAMER_FAILED) {
+        return lum_error_set(error, "out of memory");
+    }
+    if (e != LUM_FRAMER_NONE) {
+        *event = e;
+        return 1;
+    }
+    return reader->status < 0 ? lum_error_set(error, "%s", reader->error.text)
+                              : 0;
+}
+
+int lum_reader_next_frame(lum_reader *reader, const lum_frame **out,
+                          lum_error *error)
+{
+    lum_framer_event event = LUM_FRAMER_NONE;
+    int status = 0;
+    while ((status = lum_reader_next(reader, &event, error)) > 0) {
+        if (event == LUM_FRAMER_FRAME) {
+            *out = lum_framer_frame(reader->framer, 0);
+            return 1;
+        }
+    }
+    return status;
+}
+
+lum_framer *lum_reader_framer(lum_reader *reader)
+{
+    return reader->framer;
+}
+
+void lum_reader_progress(const lum_reader *reader, uint64_t *done,
+                         uint64_t *total)
+{
+    *done = 0;
+    *total = 0;
+    if (reader->source.progress != NULL) {
+        reader->source.progress(reader->source.context, done, total);
+    }
+}

@@ -1,0 +1,154 @@
+#include "frame_internal.h"
+
+#include <stdlib.h>
+
+/* A line that lasts longer is two, as far as anyone can tell. */
+#define PERIOD_MAX_NS 100000000
+
+static int by_value(const void *a, const void *b)
+{
+    const int64_t x = *(const int64_t *)a;
+    const int64_t y = *(const int64_t *)b;
+    return (x > y) - (x < y);
+}
+
+static int64_t line_ns(const lum_line_row *row, bool has_clock)
+{
+    return has_clock ? row->clock_us * 1000 : row->arrival_ns;
+}
+
+/* How long a line lasts: the median of what lies between neighbours, lost lines
+ * between them allowed for. 0: not known. */
+static int64_t find_period_ns(const lum_frame *frame, bool has_clock)
+{
+    const lum_line_row *before[LUM_EYES] = {NULL, NULL};
+    int64_t *periods = frame->store.scratch;
+    size_t n = 0;
+    for (size_t i = 0; i < frame->row_count; i++) {
+        const lum_line_row *b = &frame->store.rows[i];
+        const lum_line_row *a = before[b->eye];
+        before[b->eye] = b;
+        if (a != NULL && b->number > a->number &&
+            line_ns(b, has_clock) > line_ns(a, has_clock)) {
+            periods[n++] = (line_ns(b, has_clock) - line_ns(a, has_clock)) /
+                           (b->number - a->number);
+        }
+    }
+    if (n == 0) {
+        return 0;
+    }
+    qsort(periods, n, sizeof *periods, by_value);
+    const int64_t median = periods[n / 2u];
+    return median < PERIOD_MAX_NS ? median : PERIOD_MAX_NS;
+}
+
+static int64_t find_begin_ns(const lum_frame *frame, bool has_clock)
+{
+    int64_t begin = INT64_MAX;
+    for (size_t i = 0; i < frame->row_count; i++) {
+        const int64_t at = line_ns(&frame->store.rows[i], has_clock);
+        begin = at < begin ? at : begin;
+    }
+    return begin;
+}
+
+/* The column has pixels so far. */
+static void set_times(lum_frame *frame, bool has_clock)
+{
+    const int64_t period_ns = find_period_ns(frame, has_clock);
+    const int64_t begin_ns = find_begin_ns(frame, has_clock);
+    float *times = frame->store.columns[LUM_COLUMN_TIME].at;
+    for (size_t i = 0; i < frame->row_count; i++) {
+        const lum_line_row *row = &frame->store.rows[i];
+        const int64_t from_ns = line_ns(row, has_clock) - begin_ns;
+        float *to = times + row->first_point;
+        for (uint32_t k = 0; k < row->point_count; k++) {
+            const int64_t in_line_ns =
+                (int64_t)to[k] * period_ns / (int64_t)LUM_LINE_PIXELS;
+            to[k] = (float)((double)(from_ns + in_line_ns) * 1e-9);
+        }
+    }
+}
+
+uint32_t lum_frame_whole_rows(const lum_frame *frame, unsigned eye)
+{
+    uint32_t rows = 0;
+    for (size_t i = 0; i < frame->row_count; i++) {
+        const lum_line_row *row = &frame->store.rows[i];
+        if (row->eye == eye && row->angle_count == LUM_LINE_PIXELS &&
+            row->number >= rows && row->number < UINT32_MAX) {
+            rows = row->number + 1u;
+        }
+    }
+    return rows;
+}
+
+/* Line numbers below an end that did not come. A damaged packet can claim any
+ * number, so whole lines alone tell where the end is. */
+static uint32_t count_missing(const lum_frame *frame, unsigned eye,
+                              uint32_t end)
+{
+    int64_t *numbers = frame->store.scratch;
+    uint32_t came = 0;
+    size_t n = 0;
+    for (size_t i = 0; i < frame->row_count; i++) {
+        const lum_line_row *row = &frame->store.rows[i];
+        if (row->eye == eye && row->number < end) {
+            numbers[n++] = row->number;
+        }
+    }
+    if (n > 0) {
+        qsort(numbers, n, sizeof *numbers, by_value);
+    }
+    for (size_t i = 0; i < n; i++) {
+        came += i == 0 || numbers[i] != numbers[i - 1u] ? 1u : 0u;
+    }
+    return end - came;
+}
+
+static void find_missing(lum_frame *frame, const lum_frame_end *end)
+{
+    lum_frame_info *info = &frame->info;
+    uint64_t missing = 0;
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        const uint32_t here = lum_frame_whole_rows(frame, eye);
+        const uint32_t before = end->lines_max[eye];
+        info->lines_missing[eye] =
+            count_missing(frame, eye, here > before ? here : before);
+        missing += info->lines_missing[eye];
+    }
+    info->lines_late = end->lines_late;
+    info->is_complete = frame->row_count > 0 && missing == 0 &&
+                        info->lines_missing_angles == 0 &&
+                        info->lost_words == 0 && info->points_cut == 0 &&
+                        info->lines_cut == 0 && info->lines_late == 0;
+}
+
+static void find_times(lum_frame *frame)
+{
+    lum_frame_info *info = &frame->info;
+    const lum_line_row *first = frame->store.rows;
+    const lum_line_row *last = frame->store.rows;
+    for (size_t i = 1; i < frame->row_count; i++) {
+        const lum_line_row *row = &frame->store.rows[i];
+        first = row->clock_us < first->clock_us ? row : first;
+        last = row->clock_us > last->clock_us ? row : last;
+    }
+    if (frame->row_count > 0) {
+        info->begin_clock_us = first->clock_us;
+        info->end_clock_us = last->clock_us;
+        info->begin_arrival_ns = first->arrival_ns;
+        info->end_arrival_ns = last->arrival_ns;
+    }
+}
+
+void lum_frame_seal(lum_frame *frame, const lum_frame_end *end)
+{
+    frame->info.points = frame->count;
+    find_times(frame);
+    find_missing(frame, end);
+    if (frame->count > 0 &&
+        (frame->mask & LUM_COLUMN_BIT(LUM_COLUMN_TIME)) != 0) {
+        set_times(frame, end->has_clock);
+    }
+}

@@ -1,0 +1,444 @@
+#include "columns.h"
+
+#include <string.h>
+
+/* Words of which one column after another is made, while they are in the
+ * first-level cache. */
+#define BLOCK 256u
+
+/* Words that all give a point which is asked for. */
+struct chunk {
+    const uint32_t *words;
+    const lum_return *returns; /* of each; NULL: not needed */
+    const uint8_t *strongest;  /* likewise */
+    uint32_t count;
+};
+
+/* Where chosen words are gathered. */
+struct gathered {
+    uint32_t words[BLOCK];
+    lum_return returns[BLOCK];
+    uint8_t strongest[BLOCK];
+};
+
+void lum_column_work_begin(lum_column_work *work)
+{
+    work->has_directions = false;
+    work->has_degrees = false;
+    work->has_returns = false;
+    work->has_strongest = false;
+}
+
+/* Angles in degrees, of the pixels that have any. */
+static void compute_degrees(const lum_eye_projector *eye, const lum_line *line,
+                            lum_column_work *work)
+{
+    for (unsigned i = 0; i < LUM_LINE_PIXELS; i++) {
+        work->azimuth[i] = (float)(eye->azimuth_center +
+                                   line->angles[i].azimuth * eye->azimuth_deg);
+        work->elevation[i] =
+            (float)(eye->elevation_center +
+                    line->angles[i].elevation * eye->elevation_deg);
+    }
+}
+
+/* Words of a pixel from first to the end that is returned; each edge's widest
+ * pulse is marked, the first among equals. */
+static uint32_t mark_pixel(const lum_line *line, const lum_return *returns,
+                           uint32_t first, uint8_t *marks)
+{
+    const uint32_t pixel = lum_word_pixel(line->words[first]);
+    uint32_t widest[2] = {UINT32_MAX, UINT32_MAX};
+    uint32_t i = first;
+    for (; i < line->word_count && lum_word_pixel(line->words[i]) == pixel;
+         i++) {
+        uint32_t *w = &widest[lum_word_is_rising(line->words[i]) ? 1 : 0];
+        if (*w == UINT32_MAX || returns[i].width_tof > returns[*w].width_tof) {
+            *w = i;
+        }
+        marks[i] = 0;
+    }
+    for (unsigned edge = 0; edge < 2; edge++) {
+        if (widest[edge] != UINT32_MAX) {
+            marks[widest[edge]] = 1;
+        }
+    }
+    return i;
+}
+
+static void mark_strongest(const lum_line *line, const lum_return *returns,
+                           uint8_t *marks)
+{
+    uint32_t i = 0;
+    while (i < line->word_count) {
+        i = mark_pixel(line, returns, i, marks);
+    }
+}
+
+static bool needs_returns(const lum_column_places *p)
+{
+    return p->pulse_width != NULL || p->return_number != NULL ||
+           p->number_of_returns != NULL || p->strongest != NULL;
+}
+
+/* What the columns are made of, as far as it is not there yet. */
+static void prepare(const lum_column_line *l, lum_column_work *work,
+                    const lum_column_places *p)
+{
+    const lum_line *line = l->line;
+    if (!work->has_directions &&
+        (p->x != NULL || p->y != NULL || p->z != NULL)) {
+        lum_directions_compute(l->projector, line, work->samples.directions);
+        work->has_directions = true;
+    }
+    if (!work->has_degrees && (p->azimuth != NULL || p->elevation != NULL)) {
+        compute_degrees(&l->projector->eye[line->eye], line, work);
+        work->has_degrees = true;
+    }
+    if (!work->has_returns && needs_returns(p)) {
+        lum_returns_compute(line->words, line->word_count,
+                            work->samples.returns);
+        work->has_returns = true;
+    }
+    if (!work->has_strongest && p->strongest != NULL) {
+        mark_strongest(line, work->samples.returns, work->strongest);
+        work->has_strongest = true;
+    }
+}
+
+/* Through double, as lum_samples_compute() does. */
+static void compute_ranges(const lum_eye_projector *eye, const uint32_t *words,
+                           uint32_t n, float *restrict out)
+{
+    const double lsb = eye->range_lsb;
+    const double offset = eye->range_offset;
+    for (uint32_t i = 0; i < n; i++) {
+        out[i] = (float)(lum_word_tof(words[i]) * lsb + offset);
+    }
+}
+
+static void put_points_each(const struct chunk *c, uint32_t from,
+                            const float *ranges,
+                            const lum_direction *directions, const float *mount,
+                            const lum_column_places *p)
+{
+    for (uint32_t i = from; i < c->count; i++) {
+        const lum_direction *d = &directions[lum_word_pixel(c->words[i])];
+        p->x[i] = ranges[i] * d->x + mount[0];
+        p->y[i] = ranges[i] * d->y + mount[1];
+        p->z[i] = ranges[i] * d->z + mount[2];
+    }
+}
+
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define HAS_SHUFFLES
+#endif
+#endif
+
+#if defined(HAS_SHUFFLES)
+typedef float lanes __attribute__((vector_size(16)));
+
+static inline lanes direction_at(const lum_direction *directions,
+                                 uint32_t bytes)
+{
+    lanes d;
+    memcpy(&d, (const uint8_t *)directions + bytes, sizeof d);
+    return d;
+}
+
+/* Where the direction of each word stands: no multiplication is left for the
+ * loop that reads them. */
+static void find_directions(const struct chunk *c, uint32_t *restrict bytes)
+{
+    for (uint32_t i = 0; i < c->count; i++) {
+        bytes[i] =
+            lum_word_pixel(c->words[i]) * (uint32_t)sizeof(lum_direction);
+    }
+}
+
+static inline void put_lanes(lanes range, lanes direction, float mount,
+                             float *to)
+{
+    const lanes v = range * direction + mount;
+    memcpy(to, &v, sizeof v);
+}
+
+/* Four points at a time: their directions are turned into columns. */
+static void put_points(const struct chunk *c, const float *ranges,
+                       const lum_direction *directions, const float *mount,
+                       const lum_column_places *p)
+{
+    const float m[3] = {mount[0], mount[1], mount[2]};
+    uint32_t at[BLOCK];
+    float *x = p->x;
+    float *y = p->y;
+    float *z = p->z;
+    const uint32_t end = c->count / 4u * 4u;
+    find_directions(c, at);
+    for (uint32_t i = 0; i < end; i += 4u) {
+        const lanes a = direction_at(directions, at[i]);
+        const lanes b = direction_at(directions, at[i + 1u]);
+        const lanes d = direction_at(directions, at[i + 2u]);
+        const lanes e = direction_at(directions, at[i + 3u]);
+        const lanes ab = __builtin_shufflevector(a, b, 0, 4, 1, 5);
+        const lanes de = __builtin_shufflevector(d, e, 0, 4, 1, 5);
+        const lanes ab_z = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+        const lanes de_z = __builtin_shufflevector(d, e, 2, 6, 3, 7);
+        lanes range;
+        memcpy(&range, ranges + i, sizeof range);
+        put_lanes(range, __builtin_shufflevector(ab, de, 0, 1, 4, 5), m[0],
+                  x + i);
+        put_lanes(range, __builtin_shufflevector(ab, de, 2, 3, 6, 7), m[1],
+                  y + i);
+        put_lanes(range, __builtin_shufflevector(ab_z, de_z, 0, 1, 4, 5), m[2],
+                  z + i);
+    }
+    put_points_each(c, end, ranges, directions, mount, p);
+}
+#else
+static void put_points(const struct chunk *c, const float *ranges,
+                       const lum_direction *directions, const float *mount,
+                       const lum_column_places *p)
+{
+    put_points_each(c, 0, ranges, directions, mount, p);
+}
+#endif
+
+/* Range, and x y z; of these, what is not asked for goes nowhere. */
+static void put_space(const lum_eye_projector *eye, const struct chunk *c,
+                      const lum_column_work *work, const lum_column_places *p)
+{
+    float ranges[BLOCK];
+    float nowhere[BLOCK];
+    if (p->range == NULL && p->x == NULL && p->y == NULL && p->z == NULL) {
+        return;
+    }
+    compute_ranges(eye, c->words, c->count, ranges);
+    if (p->range != NULL) {
+        memcpy(p->range, ranges, c->count * sizeof *ranges);
+    }
+    if (p->x != NULL || p->y != NULL || p->z != NULL) {
+        const lum_column_places to = {
+            .x = p->x != NULL ? p->x : nowhere,
+            .y = p->y != NULL ? p->y : nowhere,
+            .z = p->z != NULL ? p->z : nowhere,
+        };
+        put_points(c, ranges, work->samples.directions, eye->mount, &to);
+    }
+}
+
+static void put_by_pixel(const struct chunk *c, const float *of_pixel,
+                         float *out)
+{
+    for (uint32_t i = 0; out != NULL && i < c->count; i++) {
+        out[i] = of_pixel[lum_word_pixel(c->words[i])];
+    }
+}
+
+static void put_pixels(const struct chunk *c, uint16_t *out)
+{
+    for (uint32_t i = 0; out != NULL && i < c->count; i++) {
+        out[i] = (uint16_t)lum_word_pixel(c->words[i]);
+    }
+}
+
+static void put_edges(const struct chunk *c, uint8_t *out)
+{
+    for (uint32_t i = 0; out != NULL && i < c->count; i++) {
+        out[i] = lum_word_is_rising(c->words[i]) ? 1 : 0;
+    }
+}
+
+static void put_returns(const struct chunk *c, double tof_lsb_ns,
+                        const lum_column_places *p)
+{
+    const lum_return *r = c->returns;
+    for (uint32_t i = 0; p->pulse_width != NULL && i < c->count; i++) {
+        p->pulse_width[i] = (float)(r[i].width_tof * tof_lsb_ns);
+    }
+    for (uint32_t i = 0; p->return_number != NULL && i < c->count; i++) {
+        p->return_number[i] = r[i].number;
+    }
+    for (uint32_t i = 0; p->number_of_returns != NULL && i < c->count; i++) {
+        p->number_of_returns[i] = r[i].count;
+    }
+    if (p->strongest != NULL) {
+        memcpy(p->strongest, c->strongest, c->count);
+    }
+}
+
+#define MOVE_ON(place, n) ((place) = (place) != NULL ? (place) + (n) : NULL)
+
+static void move_on(lum_column_places *p, size_t n)
+{
+    MOVE_ON(p->x, n);
+    MOVE_ON(p->y, n);
+    MOVE_ON(p->z, n);
+    MOVE_ON(p->range, n);
+    MOVE_ON(p->azimuth, n);
+    MOVE_ON(p->elevation, n);
+    MOVE_ON(p->pulse_width, n);
+    MOVE_ON(p->pixel, n);
+    MOVE_ON(p->return_number, n);
+    MOVE_ON(p->number_of_returns, n);
+    MOVE_ON(p->edge, n);
+    MOVE_ON(p->strongest, n);
+}
+
+static void put_chunk(const lum_column_line *l, const struct chunk *c,
+                      const lum_column_work *work, lum_column_places *p)
+{
+    put_space(&l->projector->eye[l->line->eye], c, work, p);
+    put_by_pixel(c, work->azimuth, p->azimuth);
+    put_by_pixel(c, work->elevation, p->elevation);
+    put_pixels(c, p->pixel);
+    put_edges(c, p->edge);
+    put_returns(c, l->projector->tof_lsb_ns, p);
+    move_on(p, c->count);
+}
+
+/* Which words give a point that is asked for. */
+struct sieve {
+    const lum_line *line;
+    unsigned edges;
+    int32_t min_tof;
+    bool all; /* every one does */
+};
+
+static inline uint32_t passes(const struct sieve *s, uint32_t word)
+{
+    const uint32_t falls = lum_word_is_rising(word) ? 0 : 1u;
+    const uint32_t pixel = lum_word_pixel(word);
+    const uint32_t has_range = lum_word_tof(word) >= s->min_tof ? 1u : 0u;
+    return s->edges >> falls & has_range &
+           s->line->angle_marks[pixel / 32u] >> pixel % 32u & 1u;
+}
+
+static void gather(const struct sieve *s, const struct chunk *from,
+                   struct gathered *to, struct chunk *out)
+{
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < from->count; i++) {
+        const uint32_t word = from->words[i];
+        to->words[n] = word;
+        if (from->returns != NULL) {
+            to->returns[n] = from->returns[i];
+        }
+        if (from->strongest != NULL) {
+            to->strongest[n] = from->strongest[i];
+        }
+        n += passes(s, word);
+    }
+    *out = (struct chunk){to->words, from->returns != NULL ? to->returns : NULL,
+                          from->strongest != NULL ? to->strongest : NULL, n};
+}
+
+static size_t put_words(const lum_column_line *l, const struct sieve *sieve,
+                        const lum_column_work *work, lum_column_places *p)
+{
+    const lum_line *line = l->line;
+    struct gathered gathered;
+    size_t count = 0;
+    for (uint32_t at = 0; at < line->word_count; at += BLOCK) {
+        const uint32_t left = line->word_count - at;
+        struct chunk c = {
+            line->words + at,
+            needs_returns(p) ? work->samples.returns + at : NULL,
+            p->strongest != NULL ? work->strongest + at : NULL,
+            left < BLOCK ? left : BLOCK,
+        };
+        if (!sieve->all) {
+            const struct chunk from = c;
+            gather(sieve, &from, &gathered, &c);
+        }
+        put_chunk(l, &c, work, p);
+        count += c.count;
+    }
+    return count;
+}
+
+/* Samples stand in the words' order, so each one's word is ahead. */
+static void put_strongest(const lum_line *line, const lum_column_work *work,
+                          size_t n, uint8_t *out)
+{
+    const lum_return *returns = work->samples.returns;
+    uint32_t at = 0;
+    for (size_t i = 0; i < n; i++) {
+        const lum_sample *s = &work->sample[i];
+        while (lum_word_pixel(line->words[at]) != s->pixel ||
+               lum_word_is_rising(line->words[at]) != (s->edge != 0) ||
+               returns[at].number != s->return_number) {
+            at++;
+        }
+        out[i] = work->strongest[at];
+    }
+}
+
+#define PUT(place, field)                                                      \
+    for (size_t i = 0; (place) != NULL && i < n; i++) {                        \
+        (place)[i] = s[i].field;                                               \
+    }
+
+static void put_floats(const lum_sample *s, size_t n,
+                       const lum_column_places *p)
+{
+    PUT(p->x, x)
+    PUT(p->y, y)
+    PUT(p->z, z)
+    PUT(p->range, range)
+    PUT(p->azimuth, azimuth)
+    PUT(p->elevation, elevation)
+    PUT(p->pulse_width, pulse_width)
+}
+
+static void put_integers(const lum_sample *s, size_t n,
+                         const lum_column_places *p)
+{
+    PUT(p->pixel, pixel)
+    PUT(p->return_number, return_number)
+    PUT(p->number_of_returns, number_of_returns)
+    PUT(p->edge, edge)
+}
+
+/* What is asked for in ways that only whole samples can tell. */
+static size_t put_samples(const lum_column_line *l,
+                          const lum_selection *selection, lum_column_work *work,
+                          const lum_column_places *p)
+{
+    lum_point_losses losses = {0, 0};
+    const size_t n = lum_samples_compute(l->projector, l->line, selection,
+                                         &work->samples, work->sample, &losses);
+    work->has_directions = true;
+    work->has_returns = true;
+    put_floats(work->sample, n, p);
+    put_integers(work->sample, n, p);
+    if (p->strongest != NULL) {
+        prepare(l, work, &(lum_column_places){.strongest = p->strongest});
+        put_strongest(l->line, work, n, p->strongest);
+    }
+    return n;
+}
+
+size_t lum_columns_compute(const lum_column_line *line,
+                           const lum_selection *selection,
+                           lum_column_work *work,
+                           const lum_column_places *places)
+{
+    const unsigned edges = (unsigned)selection->edges;
+    const uint64_t wanted =
+        ((edges & LUM_EDGES_RISING) != 0 ? line->rising : 0) +
+        ((edges & LUM_EDGES_FALLING) != 0 ? line->falling : 0);
+    lum_column_places to = *places;
+    if (selection->has_range || selection->has_box ||
+        selection->returns != LUM_RETURNS_ALL) {
+        return put_samples(line, selection, work, places);
+    }
+    const struct sieve sieve = {
+        .line = line->line,
+        .edges = edges,
+        .min_tof = line->projector->eye[line->line->eye].min_tof,
+        .all = wanted == line->line->word_count};
+    prepare(line, work, places);
+    return put_words(line, &sieve, work, &to);
+}

@@ -1,0 +1,39 @@
+/* What the benches share: datagrams in memory, clocks, medians. */
+#ifndef LUM_BENCH_DATAGRAMS_H
+#define LUM_BENCH_DATAGRAMS_H
+
+#include "lum/packet.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define ROUNDS 9u
+#define LINES  64u        /* of a frame and eye */
+#define POINTS (4u << 20) /* 64 MiB of points, beyond any cache */
+
+struct datagram {
+    size_t at;
+    size_t len;
+};
+
+struct stream {
+    uint8_t *bytes;
+    size_t used;
+    struct datagram *datagrams;
+    size_t count;
+};
+
+/* Both eyes' lines in turn, so many in all, with so many words a pixel. */
+struct stream stream_make(const lum_layout *layout, uint32_t words_a_pixel,
+                          uint32_t lines);
+void stream_free(struct stream *stream);
+
+double now_s(void);
+
+/* Ends the program where there is none. */
+void *allocate(size_t size);
+
+/* Of ROUNDS values, which are sorted. */
+double median(double *values);
+
+#endif

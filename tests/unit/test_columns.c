@@ -1,0 +1,311 @@
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "support.h"
+
+#include "points/columns.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define WORDS  2600u
+#define ROUNDS 40u
+
+/* A line of any kind, its samples, and its columns. */
+struct scene {
+    lum_projector projector;
+    lum_line line;
+    lum_angle angles[LUM_LINE_PIXELS];
+    uint32_t marks[LUM_PIXEL_MARK_WORDS];
+    uint32_t words[WORDS];
+    lum_return returns[WORDS];
+    lum_sample_workspace workspace;
+    lum_sample samples[WORDS];
+    size_t count;
+    lum_return work_returns[WORDS];
+    lum_sample work_samples[WORDS];
+    uint8_t work_strongest[WORDS];
+    lum_column_work work;
+    float floats[7][WORDS];
+    uint16_t shorts[3][WORDS];
+    uint8_t bytes[2][WORDS];
+};
+
+static struct scene *scene_new(void)
+{
+    struct scene *s = calloc(1, sizeof *s);
+    lum_calibration calibration;
+    lum_layout layout;
+    assert_non_null(s);
+    lum_layout_default(&layout);
+    lum_calibration_default(&calibration);
+    calibration.eye[1].tof_offset_fs = -12345678;
+    calibration.eye[1].mount_um[2] = 1234567;
+    assert_int_equal(lum_projector_init(&s->projector, &calibration, &layout),
+                     LUM_OK);
+    s->workspace.returns = s->returns;
+    s->work.samples.returns = s->work_returns;
+    s->work.sample = s->work_samples;
+    s->work.strongest = s->work_strongest;
+    return s;
+}
+
+enum losses {
+    NONE,
+    SOME
+};
+
+/* Up to six words a pixel; with losses some pixels have no angles and some
+ * words no range. */
+static void make_line(struct scene *s, unsigned eye, enum losses losses,
+                      uint64_t *random)
+{
+    uint32_t n = 0;
+    memset(s->marks, 0xff, sizeof s->marks);
+    s->line = (lum_line){.angles = s->angles,
+                         .angle_marks = s->marks,
+                         .words = s->words,
+                         .number = 7,
+                         .angle_count = LUM_LINE_PIXELS,
+                         .eye = (uint8_t)eye};
+    for (uint32_t pixel = 0; pixel < LUM_LINE_PIXELS; pixel++) {
+        s->angles[pixel] = (lum_angle){(int16_t)(pixel * 60u - 30000u),
+                                       (int16_t)(next_random(random) % 2000u)};
+        if (losses == SOME && next_random(random) % 50u == 0) {
+            s->marks[pixel / 32u] &= ~(UINT32_C(1) << pixel % 32u);
+            s->line.angle_count--;
+        }
+        const uint32_t words = next_random(random) % 6u;
+        for (uint32_t k = 0; k < words && n < WORDS; k++) {
+            const uint32_t r = next_random(random);
+            const int32_t tof = losses == SOME && r % 40u == 0
+                                    ? -(int32_t)(r % 1000u)
+                                    : (int32_t)(1000u + r % 300000u);
+            s->words[n++] = lum_word_make(tof, r >> 20 & 1u, pixel);
+        }
+    }
+    s->line.word_count = n;
+}
+
+static void look_for(struct scene *s, const lum_selection *selection)
+{
+    lum_point_losses losses = {0, 0};
+    s->count = lum_samples_compute(&s->projector, &s->line, selection,
+                                   &s->workspace, s->samples, &losses);
+}
+
+/* Every column that has its bit. */
+static lum_column_places places_of(struct scene *s, unsigned mask)
+{
+    lum_column_places p = {.x = NULL};
+    memset(s->floats, 0xee, sizeof s->floats);
+    memset(s->shorts, 0xee, sizeof s->shorts);
+    memset(s->bytes, 0xee, sizeof s->bytes);
+    float **floats[] = {&p.x,       &p.y,         &p.z,          &p.range,
+                        &p.azimuth, &p.elevation, &p.pulse_width};
+    for (unsigned i = 0; i < 7; i++) {
+        *floats[i] = (mask >> i & 1u) != 0 ? s->floats[i] : NULL;
+    }
+    p.pixel = (mask >> 7 & 1u) != 0 ? s->shorts[0] : NULL;
+    p.return_number = (mask >> 8 & 1u) != 0 ? s->shorts[1] : NULL;
+    p.number_of_returns = (mask >> 9 & 1u) != 0 ? s->shorts[2] : NULL;
+    p.edge = (mask >> 10 & 1u) != 0 ? s->bytes[0] : NULL;
+    p.strongest = (mask >> 11 & 1u) != 0 ? s->bytes[1] : NULL;
+    return p;
+}
+
+#define MASK_ALL 0xfffu
+
+/* Processors that compute floats more precisely may round twice. */
+static void assert_same(float a, float b)
+{
+    if (FLT_EVAL_METHOD == 0) {
+        assert_memory_equal(&a, &b, sizeof a);
+    } else {
+        assert_true(fabsf(a - b) <= 1e-5f * (1.0f + fabsf(b)));
+    }
+}
+
+static void assert_floats(const struct scene *s, unsigned mask, size_t i)
+{
+    const lum_sample *p = &s->samples[i];
+    const float wanted[] = {p->x,       p->y,         p->z,          p->range,
+                            p->azimuth, p->elevation, p->pulse_width};
+    for (unsigned c = 0; c < 7; c++) {
+        if ((mask >> c & 1u) != 0) {
+            assert_same(s->floats[c][i], wanted[c]);
+        }
+    }
+}
+
+static void assert_integers(const struct scene *s, unsigned mask, size_t i)
+{
+    const lum_sample *p = &s->samples[i];
+    if ((mask >> 7 & 1u) != 0) {
+        assert_int_equal(s->shorts[0][i], p->pixel);
+    }
+    if ((mask >> 8 & 1u) != 0) {
+        assert_int_equal(s->shorts[1][i], p->return_number);
+    }
+    if ((mask >> 9 & 1u) != 0) {
+        assert_int_equal(s->shorts[2][i], p->number_of_returns);
+    }
+    if ((mask >> 10 & 1u) != 0) {
+        assert_int_equal(s->bytes[0][i], p->edge);
+    }
+}
+
+static void compute(struct scene *s, const lum_selection *selection,
+                    unsigned mask)
+{
+    const lum_column_places places = places_of(s, mask);
+    lum_point_losses losses = {0, 0};
+    lum_column_line line = {.projector = &s->projector, .line = &s->line};
+    lum_points_count(&s->projector, &s->line, &line.rising, &line.falling,
+                     &losses);
+    assert_int_equal(lum_columns_compute(&line, selection, &s->work, &places),
+                     s->count);
+}
+
+static void check(struct scene *s, const lum_selection *selection,
+                  unsigned mask)
+{
+    compute(s, selection, mask);
+    for (size_t i = 0; i < s->count; i++) {
+        assert_floats(s, mask, i);
+        assert_integers(s, mask, i);
+    }
+}
+
+/* Each column alone, several, all; also in one line one after another, where
+ * what was worked out for one mask serves the next. */
+static void check_masks(struct scene *s, const lum_selection *selection,
+                        uint64_t *random)
+{
+    look_for(s, selection);
+    for (unsigned c = 0; c < 12; c++) {
+        lum_column_work_begin(&s->work);
+        check(s, selection, 1u << c);
+    }
+    lum_column_work_begin(&s->work);
+    check(s, selection, MASK_ALL);
+    check(s, selection, 0x7);
+    lum_column_work_begin(&s->work);
+    for (unsigned i = 0; i < 4; i++) {
+        check(s, selection, next_random(random) & MASK_ALL);
+    }
+}
+
+static void each_column_is_what_samples_say_in_any_company(void **state)
+{
+    (void)state;
+    struct scene *s = scene_new();
+    uint64_t random = 1;
+    for (unsigned round = 0; round < ROUNDS; round++) {
+        make_line(s, round % 2u, round % 4u < 2 ? NONE : SOME, &random);
+        for (unsigned edges = LUM_EDGES_RISING; edges <= LUM_EDGES_BOTH;
+             edges++) {
+            lum_selection selection;
+            lum_selection_default(&selection);
+            selection.edges = (lum_edges)edges;
+            check_masks(s, &selection, &random);
+        }
+    }
+    free(s);
+}
+
+static void choices_of_returns_and_limits_hold_in_columns(void **state)
+{
+    (void)state;
+    struct scene *s = scene_new();
+    uint64_t random = 2;
+    for (unsigned round = 0; round < ROUNDS; round++) {
+        lum_selection selection = {
+            .edges = (lum_edges)(1u + round % 3u),
+            .returns = (lum_return_choice)(round % 5u),
+            .return_number = 2,
+            .has_range = round % 2u != 0,
+            .range_min = 20.0f,
+            .range_max = 300.0f,
+            .has_box = round % 3u == 0,
+            .box_min = {10.0f, -100.0f, -50.0f},
+            .box_max = {400.0f, 100.0f, 50.0f},
+        };
+        make_line(s, round % 2u, SOME, &random);
+        check_masks(s, &selection, &random);
+    }
+    free(s);
+}
+
+/* The column marks those points that a selection of the strongest keeps. */
+static void assert_strongest(struct scene *s, const lum_selection *selection)
+{
+    lum_selection strongest = *selection;
+    size_t at = 0;
+    look_for(s, selection);
+    lum_column_work_begin(&s->work);
+    compute(s, selection, MASK_ALL);
+    strongest.returns = LUM_RETURNS_STRONGEST;
+    look_for(s, &strongest);
+    for (size_t i = 0; i < s->count; i++) {
+        const lum_sample *p = &s->samples[i];
+        while (s->bytes[1][at] == 0) {
+            at++;
+        }
+        assert_int_equal(s->bytes[1][at], 1);
+        assert_int_equal(s->shorts[0][at], p->pixel);
+        assert_int_equal(s->shorts[1][at], p->return_number);
+        assert_int_equal(s->bytes[0][at], p->edge);
+        at++;
+    }
+}
+
+static void the_strongest_are_marked_as_a_selection_chooses_them(void **state)
+{
+    (void)state;
+    struct scene *s = scene_new();
+    uint64_t random = 3;
+    lum_selection selection;
+    lum_selection_default(&selection);
+    selection.edges = LUM_EDGES_BOTH;
+    for (unsigned round = 0; round < ROUNDS; round++) {
+        make_line(s, round % 2u, NONE, &random);
+        selection.has_range = round % 2u != 0;
+        selection.range_min = 100.0f;
+        selection.range_max = 1000.0f;
+        assert_strongest(s, &selection);
+    }
+    free(s);
+}
+
+static void a_line_without_words_gives_nothing(void **state)
+{
+    (void)state;
+    struct scene *s = scene_new();
+    uint64_t random = 4;
+    lum_selection selection;
+    lum_selection_default(&selection);
+    make_line(s, 0, NONE, &random);
+    s->line.word_count = 0;
+    look_for(s, &selection);
+    compute(s, &selection, MASK_ALL);
+    assert_int_equal(s->count, 0);
+    free(s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(each_column_is_what_samples_say_in_any_company),
+        cmocka_unit_test(choices_of_returns_and_limits_hold_in_columns),
+        cmocka_unit_test(the_strongest_are_marked_as_a_selection_chooses_them),
+        cmocka_unit_test(a_line_without_words_gives_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
