@@ -18,6 +18,7 @@
 
 /* A view that was checked. */
 struct view {
+    lum_view asked;
     lum_selection selection;
     uint32_t window; /* of its smoothing; 0: none */
     uint32_t order;
@@ -77,6 +78,7 @@ struct lum_framer {
     bool drop_incomplete;
     bool has_from; /* frames before one are passed over */
     int64_t from;
+    bool only_first;
     bool is_flushing;
     lum_frame_pool *pool;
     struct sensor *sensors[LUM_DEMUX_SENSORS_MAX];
@@ -86,6 +88,7 @@ struct lum_framer {
     bool is_wanted;
     uint64_t rising; /* its words that give a point */
     uint64_t falling;
+    uint64_t points; /* that the first view selects of it */
     lum_point_losses losses;
     lum_line seen;              /* it, as a view smooths it */
     const struct view *seen_by; /* NULL: by none yet */
@@ -126,6 +129,7 @@ static int read_view(const lum_view *given, struct view *out, lum_error *error)
 {
     lum_view v;
     copy_options(&v, sizeof v, given, given->struct_size);
+    out->asked = v;
     out->selection = v.selection;
     out->columns = v.columns;
     out->window = v.smooth_window > 1u ? v.smooth_window : 0;
@@ -209,6 +213,10 @@ static int set_projector(lum_framer *f, const lum_framer_options *o,
     lum_calibration calibration;
     lum_calibration_fault fault = LUM_CALIBRATION_FINE;
     unsigned eye = 0;
+    if (o->projector != NULL) {
+        f->projector = *o->projector;
+        return 0;
+    }
     lum_calibration_default(&calibration);
     if (o->calibration != NULL) {
         calibration = *o->calibration;
@@ -268,6 +276,7 @@ static int set_up(lum_framer *f, const lum_framer_options *o, lum_error *error)
     f->frame_first = o->frame_first;
     f->frame_last = o->frame_last;
     f->drop_incomplete = o->drop_incomplete;
+    f->only_first = o->only_first && !o->has_sensor;
     if (set_first_views(f, o, error) != 0 ||
         set_projector(f, o, &demux.layout, error) != 0) {
         return -1;
@@ -379,18 +388,18 @@ static bool counts_edges(const lum_selection *s)
     return !s->has_range && !s->has_box && s->returns == LUM_RETURNS_ALL;
 }
 
-static void count_points(lum_framer *f, struct sensor *s)
+/* What the first view selects of the line. */
+static uint64_t count_points(lum_framer *f)
 {
-    lum_framer_counters *c = &s->counters;
     const struct view *first = &f->views.view[0];
     if (f->views.count == 0) {
-        c->points += f->rising;
-    } else if (counts_edges(&first->selection)) {
-        c->points += count_edges(f, (unsigned)first->selection.edges);
-    } else {
-        (void)compute_samples(f, first);
-        c->points += f->sample_count;
+        return f->rising;
     }
+    if (counts_edges(&first->selection)) {
+        return count_edges(f, (unsigned)first->selection.edges);
+    }
+    (void)compute_samples(f, first);
+    return f->sample_count;
 }
 
 static bool is_wanted_frame(const lum_framer *f, int64_t number)
@@ -444,7 +453,8 @@ static void note_line(lum_framer *f, struct sensor *s)
     c->losses.no_range += f->losses.no_range;
     lum_under_way_take(&s->under_way, line, f->losses.no_angle);
     if (is_wanted_line(f, line)) {
-        count_points(f, s);
+        f->points = count_points(f);
+        c->points += f->points;
         f->in_hand = IN_HAND_LINE;
     }
 }
@@ -593,6 +603,7 @@ static lum_framer_event place_line(lum_framer *f, struct sensor *s)
     if (is_late(s, number)) {
         s->lines_late++;
         s->counters.lines_late++;
+        s->counters.points_late += f->points;
         return LUM_FRAMER_NONE;
     }
     if (draft == NULL) {
@@ -639,15 +650,6 @@ static lum_framer_event hand_out_end(lum_framer *f, struct sensor *s,
                                          : LUM_FRAMER_FAILED;
 }
 
-static void drop_up_to(struct sensor *s, int64_t number)
-{
-    struct draft *lowest = NULL;
-    while ((lowest = find_lowest(s)) != NULL &&
-           !is_before(number, lowest->number)) {
-        drop_draft(lowest);
-    }
-}
-
 static lum_framer_event go_on_with_end(lum_framer *f, struct sensor *s)
 {
     const int64_t number = lum_assembler_frame(lum_demux_current(f->demux));
@@ -655,7 +657,6 @@ static lum_framer_event go_on_with_end(lum_framer *f, struct sensor *s)
     s->last = number;
     s->has_range = true;
     if (is_passed_over(f, number)) {
-        drop_up_to(s, number);
         f->in_hand = IN_HAND_NOTHING;
         return LUM_FRAMER_NONE;
     }
@@ -690,6 +691,9 @@ static lum_framer_event go_on(lum_framer *f)
 
 static lum_framer_event take(lum_framer *f, lum_result event)
 {
+    if (f->only_first && lum_demux_current_index(f->demux) > 0) {
+        return LUM_FRAMER_NONE;
+    }
     struct sensor *s = current(f);
     if (s == NULL) {
         return LUM_FRAMER_FAILED;
@@ -741,6 +745,15 @@ lum_framer_event lum_framer_flush(lum_framer *framer)
     return event;
 }
 
+static void drop_before(struct sensor *s, int64_t frame)
+{
+    for (size_t i = 0; i < DRAFTS_MAX; i++) {
+        if (s->drafts[i].is_used && s->drafts[i].number < frame) {
+            drop_draft(&s->drafts[i]);
+        }
+    }
+}
+
 void lum_framer_skip_to(lum_framer *framer, int64_t frame)
 {
     framer->has_from = true;
@@ -748,7 +761,7 @@ void lum_framer_skip_to(lum_framer *framer, int64_t frame)
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
         struct sensor *s = framer->sensors[i];
         if (s != NULL) {
-            drop_up_to(s, frame - 1);
+            drop_before(s, frame);
             memset(s->lines_max, 0, sizeof s->lines_max);
             s->lines_late = 0;
         }
@@ -774,6 +787,18 @@ size_t lum_framer_line_samples(lum_framer *framer, size_t view,
 const lum_frame *lum_framer_frame(const lum_framer *framer, size_t view)
 {
     return view < framer->out.frame_count ? framer->out.frames[view] : NULL;
+}
+
+bool lum_framer_frame_view(const lum_framer *framer, size_t view, lum_view *out)
+{
+    const size_t size = out->struct_size;
+    if (view >= framer->out.views.count || framer->out.frame_count == 0) {
+        return false;
+    }
+    const lum_view *asked = &framer->out.views.view[view].asked;
+    memcpy(out, asked, size < sizeof *asked ? size : sizeof *asked);
+    out->struct_size = size;
+    return true;
 }
 
 int64_t lum_framer_frame_number(const lum_framer *framer)

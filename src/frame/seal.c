@@ -124,15 +124,16 @@ static void find_missing(lum_frame *frame, const lum_frame_end *end)
                         info->lines_cut == 0 && info->lines_late == 0;
 }
 
-static void find_times(lum_frame *frame)
+static void find_times(lum_frame *frame, bool has_clock)
 {
     lum_frame_info *info = &frame->info;
     const lum_line_row *first = frame->store.rows;
     const lum_line_row *last = frame->store.rows;
     for (size_t i = 1; i < frame->row_count; i++) {
         const lum_line_row *row = &frame->store.rows[i];
-        first = row->clock_us < first->clock_us ? row : first;
-        last = row->clock_us > last->clock_us ? row : last;
+        first =
+            line_ns(row, has_clock) < line_ns(first, has_clock) ? row : first;
+        last = line_ns(row, has_clock) > line_ns(last, has_clock) ? row : last;
     }
     if (frame->row_count > 0) {
         info->begin_clock_us = first->clock_us;
@@ -145,7 +146,7 @@ static void find_times(lum_frame *frame)
 void lum_frame_seal(lum_frame *frame, const lum_frame_end *end)
 {
     frame->info.points = frame->count;
-    find_times(frame);
+    find_times(frame, end->has_clock);
     find_missing(frame, end);
     if (frame->count > 0 &&
         (frame->mask & LUM_COLUMN_BIT(LUM_COLUMN_TIME)) != 0) {

@@ -9,38 +9,14 @@
 
 #include "frame_make.h"
 
+#include "drive.h"
+
+#include "lum/frame/framer.h"
+
 #include <stdlib.h>
 #include <string.h>
 
-#define PLENTY 1000000u
-
-static const lum_sample near_and_far[] = {
-    {.x = 1.0f,
-     .y = -2.0f,
-     .z = 0.5f,
-     .pulse_width = 12.34f,
-     .pixel = 7,
-     .return_number = 1,
-     .number_of_returns = 2,
-     .edge = 1},
-    {.x = 1.5f,
-     .y = -2.5f,
-     .z = 0.25f,
-     .pixel = 7,
-     .return_number = 1,
-     .number_of_returns = 2,
-     .edge = 0},
-    {.x = 3.0f,
-     .y = -6.0f,
-     .z = 1.5f,
-     .pulse_width = 2.0f,
-     .pixel = 999,
-     .return_number = 2,
-     .number_of_returns = 2,
-     .edge = 1},
-};
-
-static const uint8_t near_and_last[] = {1, 0, 1}; /* strongest */
+#define LINE 3u
 
 static const struct frame_head head = {.frame = 3,
                                        .clock_us = 1500,
@@ -53,18 +29,41 @@ static const struct frame_head head = {.frame = 3,
                                        .sensor = 0x0a2a0025u,
                                        .shown = 17};
 
-static struct frame *make(struct frame_pool *pool, lum_edges edges)
+/* A frame of one line of the green eye, with every column that is needed. */
+static lum_frame *frame_of(const uint32_t *words, uint32_t count,
+                           lum_edges edges)
 {
-    struct frame *frame = frame_begin(pool);
-    assert_non_null(frame);
-    assert_true(
-        frame_add(frame, &(struct frame_part){.samples = near_and_far,
-                                              .strongest = near_and_last,
-                                              .count = 3,
-                                              .edges = edges,
-                                              .line = 258,
-                                              .eye = 1}));
+    static struct drive_line line;
+    lum_framer *framer = NULL;
+    lum_view view;
+    lum_view_default(&view);
+    view.columns = FRAME_COLUMNS;
+    view.selection.edges = edges;
+    const lum_framer_options options = {
+        .struct_size = sizeof options, .views = &view, .view_count = 1};
+    assert_int_equal(lum_framer_new(&options, &framer, NULL), 0);
+    drive_make(&line, LUM_EYE_GREEN, LINE, 1500, words, count);
+    for (size_t i = 0; i < line.count; i++) {
+        const lum_record record = drive_record(&line, i, DRIVE_SENSOR, 1);
+        assert_int_equal(lum_framer_push(framer, &record, NULL),
+                         LUM_FRAMER_NONE);
+    }
+    assert_int_equal(lum_framer_flush(framer), LUM_FRAMER_FRAME);
+    lum_frame *frame = lum_frame_keep(lum_framer_frame(framer, 0));
+    lum_framer_free(framer);
     return frame;
+}
+
+/* Pixel 7 rises at 2000, falls 950 later (12.35 ns) and is alone; pixel 999
+ * rises twice and falls once. */
+static lum_frame *near_and_far(void)
+{
+    const uint32_t words[] = {
+        lum_word_make(2000, true, 7),   lum_word_make(2950, false, 7),
+        lum_word_make(4000, true, 999), lum_word_make(5000, false, 999),
+        lum_word_make(9000, true, 999),
+    };
+    return frame_of(words, 5, LUM_EDGES_BOTH);
 }
 
 static void assert_bytes(const struct frame *frame, const uint8_t *want,
@@ -76,37 +75,57 @@ static void assert_bytes(const struct frame *frame, const uint8_t *want,
     assert_memory_equal(bytes, want, want_len);
 }
 
+static void put_floats(uint8_t *to, const lum_frame *points, size_t i)
+{
+    const float xyz[3] = {lum_frame_floats(points, LUM_COLUMN_X)[i],
+                          lum_frame_floats(points, LUM_COLUMN_Y)[i],
+                          lum_frame_floats(points, LUM_COLUMN_Z)[i]};
+    for (size_t k = 0; k < 3; k++) {
+        uint32_t bits = 0;
+        memcpy(&bits, &xyz[k], sizeof bits);
+        for (unsigned b = 0; b < 4; b++) {
+            to[4u * k + b] = (uint8_t)(bits >> 8u * b);
+        }
+    }
+}
+
 static void a_frame_is_the_bytes_of_its_layout(void **state)
 {
-    static const uint8_t want[] = {
-        /* head */
-        'L', 'U', 'M', 'F', 2, 0, 64, 0,  /* */
-        0, 0, 0, 0, 0, 0, 0x08, 0x40,     /* 3.0 */
-        0, 0, 0, 0, 0, 0x70, 0x97, 0x40,  /* 1500.0 */
-        0, 0, 0, 0, 0, 0, 0x04, 0x40,     /* 2.5 */
-        3, 0, 0, 0, 3, 31, 0, 0,          /* */
-        128, 0, 0, 0, 9, 0, 0, 0,         /* */
-        0x25, 0, 0x2a, 0x0a, 17, 0, 0, 0, /* */
-        0, 0, 0, 0, 0, 0, 0xe0, 0x3f,     /* 0.5 */
-        /* x y z */
-        0, 0, 0x80, 0x3f, 0, 0, 0, 0xc0, 0, 0, 0, 0x3f,       /* */
-        0, 0, 0xc0, 0x3f, 0, 0, 0x20, 0xc0, 0, 0, 0x80, 0x3e, /* */
-        0, 0, 0x40, 0x40, 0, 0, 0xc0, 0xc0, 0, 0, 0xc0, 0x3f, /* */
-        /* width */
-        0xd2, 0x04, 0, 0, 200, 0, /* */
-        /* line */
-        2, 1, 2, 1, 2, 1, /* */
-        /* pixel */
-        7, 0, 7, 0, 0xe7, 0x03, /* */
-        /* return */
-        0x81, 1, 0x82, /* */
-        /* eye, edge, returns */
-        0x0b, 0x09, 0x0b};
+    uint8_t want[] = {                                  /* head */
+                      'L', 'U', 'M', 'F', 2, 0, 64, 0,  /* */
+                      0, 0, 0, 0, 0, 0, 0x08, 0x40,     /* 3.0 */
+                      0, 0, 0, 0, 0, 0x70, 0x97, 0x40,  /* 1500.0 */
+                      0, 0, 0, 0, 0, 0, 0x04, 0x40,     /* 2.5 */
+                      5, 0, 0, 0, 3, 31, 0, 0,          /* */
+                      128, 0, 0, 0, 9, 0, 0, 0,         /* */
+                      0x25, 0, 0x2a, 0x0a, 17, 0, 0, 0, /* */
+                      0, 0, 0, 0, 0, 0, 0xe0, 0x3f,     /* 0.5 */
+                      /* x y z: below */
+                      0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, /* */
+                      0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, /* */
+                      0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, /* */
+                      0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, /* */
+                      0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, /* */
+                      /* width: 12.35 ns and 13 ns */
+                      0xd3, 0x04, 0, 0, 0x14, 0x05, 0, 0, 0, 0, /* */
+                      /* line */
+                      3, 0, 3, 0, 3, 0, 3, 0, 3, 0, /* */
+                      /* pixel */
+                      7, 0, 7, 0, 0xe7, 0x03, 0xe7, 0x03, 0xe7, 0x03, /* */
+                      /* return, strongest */
+                      0x81, 0x81, 0x81, 0x81, 2, /* */
+                      /* eye, edge, returns */
+                      0x07, 0x05, 0x0b, 0x05, 0x0b};
     (void)state;
-    struct frame_pool *pool = frame_pool_new(PLENTY);
-    struct frame *frame = make(pool, LUM_EDGES_BOTH);
-    frame_seal(frame, &head);
+    struct frame_pool *pool = frame_pool_new();
+    lum_frame *points = near_and_far();
+    struct frame *frame = frame_make(pool, points, &head);
+    assert_int_equal(lum_frame_count(points), 5);
+    for (size_t i = 0; i < 5; i++) {
+        put_floats(want + FRAME_HEAD_BYTES + 12u * i, points, i);
+    }
     assert_bytes(frame, want, sizeof want);
+    lum_frame_release(points);
     frame_release(frame);
     frame_pool_free(pool);
 }
@@ -114,18 +133,19 @@ static void a_frame_is_the_bytes_of_its_layout(void **state)
 static void a_frame_without_points_is_its_head(void **state)
 {
     (void)state;
-    struct frame_pool *pool = frame_pool_new(PLENTY);
-    struct frame *frame = frame_begin(pool);
+    struct frame_pool *pool = frame_pool_new();
+    lum_frame *points = frame_of(NULL, 0, LUM_EDGES_BOTH);
+    struct frame *frame = frame_make(pool, points, &head);
     size_t len = 0;
-    frame_seal(frame, &head);
     const uint8_t *bytes = frame_bytes(frame, &len);
     assert_int_equal(len, FRAME_HEAD_BYTES);
     assert_int_equal(bytes[32], 0);
+    lum_frame_release(points);
     frame_release(frame);
     frame_pool_free(pool);
 }
 
-/* Arrays of a sealed frame. */
+/* Arrays of a frame. */
 struct arrays {
     uint32_t count;
     const uint8_t *xyz;
@@ -168,139 +188,29 @@ static float x_of(const struct arrays *a, size_t i)
     return x;
 }
 
-static void a_view_of_one_edge_has_those_points_alone(void **state)
-{
-    (void)state;
-    struct frame_pool *pool = frame_pool_new(PLENTY);
-    struct frame *rising = make(pool, LUM_EDGES_RISING);
-    struct frame *falling = make(pool, LUM_EDGES_FALLING);
-    frame_seal(rising, &head);
-    frame_seal(falling, &head);
-    const struct arrays r = arrays_of(rising);
-    const struct arrays f = arrays_of(falling);
-    assert_int_equal(r.count, 2);
-    assert_true(x_of(&r, 0) == 1.0f);
-    assert_true(x_of(&r, 1) == 3.0f);
-    assert_int_equal(r.bits[0] & 2, 2);
-    assert_int_equal(r.bits[1] & 2, 2);
-    assert_int_equal(read16(r.pixel, 1), 999);
-    assert_int_equal(f.count, 1);
-    assert_true(x_of(&f, 0) == 1.5f);
-    assert_int_equal(f.bits[0] & 2, 0);
-    frame_release(rising);
-    frame_release(falling);
-    frame_pool_free(pool);
-}
-
 static void what_does_not_fit_its_field_is_the_most_it_can_be(void **state)
 {
-    static const uint8_t strongest = 1;
-    static const lum_sample sample = {.pulse_width = 655.4f,
-                                      .pixel = 1,
-                                      .return_number = 256,
-                                      .number_of_returns = 64,
-                                      .edge = 1};
+    uint32_t words[260];
     (void)state;
-    struct frame_pool *pool = frame_pool_new(PLENTY);
-    struct frame *frame = frame_begin(pool);
+    struct frame_pool *pool = frame_pool_new();
     struct frame_head much = head;
     size_t len = 0;
-    assert_true(frame_add(frame, &(struct frame_part){.samples = &sample,
-                                                      .strongest = &strongest,
-                                                      .count = 1,
-                                                      .edges = LUM_EDGES_BOTH,
-                                                      .line = 65536}));
+    for (uint32_t i = 0; i < 259; i++) {
+        words[i] = lum_word_make((int32_t)(1000u + i), true, 1);
+    }
+    words[259] = lum_word_make(200000, false, 1); /* 2.6 us wide */
     much.lost_words = UINT64_C(1) << 33;
-    frame_seal(frame, &much);
+    lum_frame *points = frame_of(words, 260, LUM_EDGES_BOTH);
+    struct frame *frame = frame_make(pool, points, &much);
     const struct arrays a = arrays_of(frame);
+    assert_int_equal(a.count, 260);
     assert_int_equal(read16(a.width, 0), 65535);
-    assert_int_equal(read16(a.line, 0), 65535);
-    assert_int_equal(a.number[0], 0xff); /* 127, and the strongest */
+    assert_int_equal(a.number[0], 0x81);   /* the strongest */
+    assert_int_equal(a.number[258], 0x7f); /* 127 */
     assert_int_equal(a.bits[0] >> 2, 63);
     const uint8_t *bytes = frame_bytes(frame, &len);
     assert_memory_equal(bytes + 44, "\xff\xff\xff\xff", 4);
-    frame_release(frame);
-    frame_pool_free(pool);
-}
-
-static lum_sample numbered(uint32_t i)
-{
-    return (lum_sample){.x = (float)i,
-                        .y = (float)i + 0.25f,
-                        .z = -(float)i,
-                        .pulse_width = (float)(i % 600u),
-                        .pixel = (uint16_t)(i % 1000u),
-                        .return_number = (uint16_t)(i % 5u + 1u),
-                        .number_of_returns = (uint16_t)(i % 7u),
-                        .edge = 1};
-}
-
-#define LINE_POINTS 1000u
-
-/* Lines of numbered points, each of its number. */
-static void add_lines(struct frame *frame, uint32_t lines)
-{
-    static lum_sample samples[LINE_POINTS];
-    static const uint8_t strongest[LINE_POINTS];
-    for (uint32_t line = 0; line < lines; line++) {
-        for (uint32_t i = 0; i < LINE_POINTS; i++) {
-            samples[i] = numbered(line * LINE_POINTS + i);
-        }
-        assert_true(
-            frame_add(frame, &(struct frame_part){.samples = samples,
-                                                  .strongest = strongest,
-                                                  .count = LINE_POINTS,
-                                                  .edges = LUM_EDGES_RISING,
-                                                  .line = line}));
-    }
-}
-
-static void assert_numbered(const struct frame *frame, uint32_t count)
-{
-    const struct arrays a = arrays_of(frame);
-    assert_int_equal(a.count, count);
-    for (uint32_t i = 0; i < count; i++) {
-        assert_true(x_of(&a, i) == (float)i);
-        assert_int_equal(read16(a.width, i), i % 600u * 100u);
-        assert_int_equal(read16(a.line, i), i / LINE_POINTS);
-        assert_int_equal(read16(a.pixel, i), i % 1000u);
-        assert_int_equal(a.number[i], i % 5u + 1u);
-        assert_int_equal(a.bits[i], 2u | i % 7u << 2);
-    }
-}
-
-static void a_frame_grows_and_keeps_what_it_has(void **state)
-{
-    (void)state;
-    struct frame_pool *pool = frame_pool_new(PLENTY);
-    struct frame *frame = frame_begin(pool);
-    add_lines(frame, 300);
-    assert_int_equal(frame_cut(frame), 0);
-    frame_seal(frame, &head);
-    assert_numbered(frame, 300000);
-    frame_release(frame);
-    frame_pool_free(pool);
-}
-
-static void beyond_its_bound_a_frame_is_cut_and_counts_that(void **state)
-{
-    (void)state;
-    struct frame_pool *pool = frame_pool_new(2500);
-    struct frame *frame = frame_begin(pool);
-    add_lines(frame, 4);
-    assert_int_equal(frame_cut(frame), 1500);
-    frame_seal(frame, &head);
-    assert_numbered(frame, 2500);
-    frame_release(frame);
-    frame_pool_free(pool);
-}
-
-static void only_points_that_were_asked_for_count_as_cut(void **state)
-{
-    (void)state;
-    struct frame_pool *pool = frame_pool_new(1);
-    struct frame *frame = make(pool, LUM_EDGES_RISING);
-    assert_int_equal(frame_cut(frame), 1);
+    lum_frame_release(points);
     frame_release(frame);
     frame_pool_free(pool);
 }
@@ -308,33 +218,64 @@ static void only_points_that_were_asked_for_count_as_cut(void **state)
 static void a_buffer_is_used_again_when_nobody_needs_it(void **state)
 {
     (void)state;
-    struct frame_pool *pool = frame_pool_new(PLENTY);
-    struct frame *first = make(pool, LUM_EDGES_BOTH);
+    struct frame_pool *pool = frame_pool_new();
+    lum_frame *points = near_and_far();
+    lum_frame *none = frame_of(NULL, 0, LUM_EDGES_BOTH);
+    struct frame *first = frame_make(pool, points, &head);
     size_t len = 0;
-    frame_seal(first, &head);
     const uint8_t *bytes = frame_bytes(first, &len);
     assert_ptr_equal(frame_keep(first), first);
     frame_release(first);
-    struct frame *second = frame_begin(pool);
+    struct frame *second = frame_make(pool, points, &head);
     assert_ptr_not_equal(frame_bytes(second, &len), bytes);
     frame_release(first);
-    struct frame *third = frame_begin(pool);
+    struct frame *third = frame_make(pool, none, &head);
     assert_ptr_equal(frame_bytes(third, &len), bytes);
-    frame_seal(third, &head);
     assert_int_equal(arrays_of(third).count, 0);
+    frame_release(third);
+    third = frame_make(pool, points, &head);
+    assert_int_equal(arrays_of(third).count, 5);
+    lum_frame_release(points);
+    lum_frame_release(none);
     frame_release(second);
     frame_release(third);
+    frame_pool_free(pool);
+}
+
+static void a_small_buffer_is_enlarged_for_a_large_frame(void **state)
+{
+    uint32_t words[3000];
+    (void)state;
+    struct frame_pool *pool = frame_pool_new();
+    for (uint32_t i = 0; i < 3000; i++) {
+        words[i] = lum_word_make((int32_t)(1000u + i), true, i / 3u);
+    }
+    lum_frame *few = near_and_far();
+    lum_frame *many = frame_of(words, 3000, LUM_EDGES_RISING);
+    frame_release(frame_make(pool, few, &head));
+    struct frame *frame = frame_make(pool, many, &head);
+    const struct arrays a = arrays_of(frame);
+    assert_int_equal(a.count, 3000);
+    for (size_t i = 0; i < 3000; i++) {
+        assert_true(x_of(&a, i) >= lum_frame_floats(many, LUM_COLUMN_X)[i] &&
+                    x_of(&a, i) <= lum_frame_floats(many, LUM_COLUMN_X)[i]);
+        assert_int_equal(read16(a.pixel, i), i / 3u);
+    }
+    lum_frame_release(few);
+    lum_frame_release(many);
+    frame_release(frame);
     frame_pool_free(pool);
 }
 
 static void a_frame_outlives_its_pool(void **state)
 {
     (void)state;
-    struct frame_pool *pool = frame_pool_new(PLENTY);
-    struct frame *frame = make(pool, LUM_EDGES_BOTH);
-    frame_seal(frame, &head);
+    struct frame_pool *pool = frame_pool_new();
+    lum_frame *points = near_and_far();
+    struct frame *frame = frame_make(pool, points, &head);
     frame_pool_free(pool);
-    assert_int_equal(arrays_of(frame).count, 3);
+    assert_int_equal(arrays_of(frame).count, 5);
+    lum_frame_release(points);
     frame_release(frame);
     frame_release(NULL);
     frame_pool_free(NULL);
@@ -345,12 +286,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_frame_is_the_bytes_of_its_layout),
         cmocka_unit_test(a_frame_without_points_is_its_head),
-        cmocka_unit_test(a_view_of_one_edge_has_those_points_alone),
         cmocka_unit_test(what_does_not_fit_its_field_is_the_most_it_can_be),
-        cmocka_unit_test(a_frame_grows_and_keeps_what_it_has),
-        cmocka_unit_test(beyond_its_bound_a_frame_is_cut_and_counts_that),
-        cmocka_unit_test(only_points_that_were_asked_for_count_as_cut),
         cmocka_unit_test(a_buffer_is_used_again_when_nobody_needs_it),
+        cmocka_unit_test(a_small_buffer_is_enlarged_for_a_large_frame),
         cmocka_unit_test(a_frame_outlives_its_pool),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

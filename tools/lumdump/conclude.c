@@ -29,10 +29,11 @@ void conclude_notes(struct pass *pass)
 
 static void print_sensors(const struct pass *pass)
 {
-    for (size_t i = 0; i < lum_demux_sensor_count(pass->demux); i++) {
+    for (size_t i = 0;
+         i < lum_demux_sensor_count(lum_framer_demux(pass->framer)); i++) {
         lum_demux_sensor sensor;
         char address[16];
-        lum_demux_get_sensor(pass->demux, i, &sensor);
+        lum_demux_get_sensor(lum_framer_demux(pass->framer), i, &sensor);
         (void)fprintf(stderr, " %s",
                       number_format_address(sensor.address, address));
     }
@@ -51,14 +52,16 @@ static enum exit_status name_sensors(const struct pass *pass)
 
 static bool lacks_asked_sensor(const struct pass *pass)
 {
-    for (size_t i = 0; i < lum_demux_sensor_count(pass->demux); i++) {
+    for (size_t i = 0;
+         i < lum_demux_sensor_count(lum_framer_demux(pass->framer)); i++) {
         lum_demux_sensor sensor;
-        lum_demux_get_sensor(pass->demux, i, &sensor);
+        lum_demux_get_sensor(lum_framer_demux(pass->framer), i, &sensor);
         if (sensor.address == pass->options->sensor) {
             return false;
         }
     }
-    return pass->options->has_sensor && lum_demux_sensor_count(pass->demux) > 0;
+    return pass->options->has_sensor &&
+           lum_demux_sensor_count(lum_framer_demux(pass->framer)) > 0;
 }
 
 static enum exit_status refuse_sensor(const struct pass *pass)
@@ -74,7 +77,7 @@ static enum exit_status refuse_sensor(const struct pass *pass)
 bool conclude_lacks_data(const struct pass *pass)
 {
     lum_demux_counters total;
-    lum_demux_total(pass->demux, &total);
+    lum_demux_total(lum_framer_demux(pass->framer), &total);
     return total.packets[LUM_PACKET_DATA] == 0 &&
            pass->diagnosis.shape_count > 0;
 }
@@ -82,12 +85,12 @@ bool conclude_lacks_data(const struct pass *pass)
 /* Where lines gave no point: why, as far as the counters tell. */
 static void warn_of_no_points(const struct pass *pass)
 {
-    const struct point_counts p = summary_points(&pass->summary);
+    const lum_framer_counters p = summary_count(&pass->summary);
     const struct live_counts *live = pass->summary.live;
     const char *why = "the selection leaves none";
     char text[400];
     lum_demux_counters c;
-    lum_demux_total(pass->demux, &c);
+    lum_demux_total(lum_framer_demux(pass->framer), &c);
     if (p.points > 0 || p.lines[LUM_EYE_BLUE] + p.lines[LUM_EYE_GREEN] == 0) {
         return;
     }
@@ -95,7 +98,7 @@ static void warn_of_no_points(const struct pass *pass)
         why = live != NULL && live->darkness[0] != '\0'
                   ? live->darkness
                   : "there are no ranges, as when the laser is off";
-    } else if (p.no_angle + p.no_range > 0) {
+    } else if (p.losses.no_angle + p.losses.no_range > 0) {
         why = "see no_angle and no_range in the summary, and the selection";
     }
     (void)snprintf(text, sizeof text,

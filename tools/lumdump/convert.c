@@ -1,76 +1,28 @@
 #include "convert.h"
 
 #include <errno.h>
-#include <stdlib.h>
 
 static enum pass_result output_failed(void)
 {
     return errno == EPIPE ? PASS_READER_LEFT : PASS_FAILED;
 }
 
-static bool is_wanted(const struct options *o, const lum_line *line)
+static bool writes_lines(const struct pass *pass)
 {
-    const bool is_whole =
-        line->angle_count == LUM_LINE_PIXELS && line->lost_words == 0;
-    return ((o->eyes >> line->eye) & 1u) != 0 &&
-           line->frame >= o->frame_first && line->frame <= o->frame_last &&
-           (is_whole || !o->drop_incomplete);
+    return pass->outputs != NULL && outputs_want_lines(pass->outputs);
 }
 
-/* Counting alone needs no projection where nothing depends on it. */
-static bool needs_samples(const struct pass *pass)
+static int write_line(struct pass *pass, lum_error *error)
 {
-    const lum_selection *s = &pass->options->selection;
-    const bool writes =
-        pass->outputs != NULL && outputs_want_lines(pass->outputs);
-    return writes || s->has_range || s->has_box ||
-           s->returns != LUM_RETURNS_ALL;
-}
-
-static void count_line(struct pass *pass, const lum_line *line, bool wanted,
-                       struct point_counts *counts)
-{
-    const unsigned edges = (unsigned)pass->options->selection.edges;
-    lum_point_losses losses = {0, 0};
-    uint64_t rising = 0;
-    uint64_t falling = 0;
-    lum_points_count(pass->projector, line, &rising, &falling, &losses);
-    counts->no_angle += losses.no_angle;
-    counts->no_range += losses.no_range;
-    if (wanted) {
-        counts->points += (edges & LUM_EDGES_RISING) != 0 ? rising : 0;
-        counts->points += (edges & LUM_EDGES_FALLING) != 0 ? falling : 0;
-    }
-}
-
-static size_t compute_samples(struct pass *pass, const lum_line *line,
-                              lum_point_losses *losses)
-{
-    const struct options *o = pass->options;
-    lum_angle angles[LUM_LINE_PIXELS];
-    lum_line seen = *line;
-    if (o->smooths) {
-        lum_smooth_line(&o->smooth, line, angles);
-        seen.angles = angles;
-    }
-    return lum_samples_compute(pass->projector, &seen, &o->selection,
-                               &pass->workspace, pass->samples, losses);
-}
-
-static int write_line(struct pass *pass, const lum_line *line,
-                      struct point_counts *counts, lum_error *error)
-{
-    lum_point_losses losses = {0, 0};
-    const size_t n = compute_samples(pass, line, &losses);
-    counts->points += n;
-    counts->no_angle += losses.no_angle;
-    counts->no_range += losses.no_range;
-    if (pass->outputs == NULL) {
+    const lum_line *line = lum_framer_line(pass->framer);
+    const lum_sample *samples = NULL;
+    if (!writes_lines(pass)) {
         return 0;
     }
+    const size_t n = lum_framer_line_samples(pass->framer, 0, &samples);
     return outputs_add_line(
         pass->outputs,
-        &(lum_line_samples){.samples = pass->samples,
+        &(lum_line_samples){.samples = samples,
                             .count = n,
                             .frame = line->frame,
                             .timestamp_us = pass->options->utc
@@ -81,42 +33,42 @@ static int write_line(struct pass *pass, const lum_line *line,
         error);
 }
 
-static int handle_line(struct pass *pass, lum_error *error)
+static int end_frame(struct pass *pass, lum_error *error)
 {
-    const lum_line *line = lum_assembler_line(lum_demux_current(pass->demux));
-    struct point_counts *counts =
-        &pass->summary.sensors[lum_demux_current_index(pass->demux)];
-    const bool wanted = is_wanted(pass->options, line);
-    const uint64_t no_angle = counts->no_angle;
-    int result = 0;
-    counts->lines[line->eye]++;
-    pace_take(&counts->pace, line->frame, line->arrival);
-    if (wanted && needs_samples(pass)) {
-        result = write_line(pass, line, counts, error);
-    } else {
-        count_line(pass, line, wanted, counts);
-    }
-    under_way_take(&counts->under_way, line, counts->no_angle - no_angle);
-    return result;
+    return pass->outputs == NULL
+               ? 0
+               : outputs_end_frame(pass->outputs,
+                                   lum_framer_frame_number(pass->framer),
+                                   error);
 }
 
-static enum pass_result handle_event(struct pass *pass, lum_result event,
+static enum pass_result handle_event(struct pass *pass, lum_framer_event event,
                                      lum_error *error)
 {
-    if (pass->outputs != NULL && !pass->has_sensor &&
-        lum_demux_sensor_count(pass->demux) > 1) {
-        return PASS_SENSORS;
+    int result = 0;
+    switch (event) {
+    case LUM_FRAMER_LINE:
+        result = write_line(pass, error);
+        break;
+    case LUM_FRAMER_FRAME_END:
+        result = end_frame(pass, error);
+        break;
+    case LUM_FRAMER_FAILED:
+        (void)lum_error_set(error, "out of memory");
+        return PASS_FAILED;
+    case LUM_FRAMER_NONE:
+    case LUM_FRAMER_FRAME:
+    default:
+        break;
     }
-    if (event == LUM_LINE_READY) {
-        return handle_line(pass, error) == 0 ? PASS_DONE : output_failed();
-    }
-    if (pass->outputs != NULL &&
-        outputs_end_frame(pass->outputs,
-                          lum_assembler_frame(lum_demux_current(pass->demux)),
-                          error) != 0) {
-        return output_failed();
-    }
-    return PASS_DONE;
+    return result == 0 ? PASS_DONE : output_failed();
+}
+
+/* Files have no column for the sensor. */
+static bool has_too_many_sensors(const struct pass *pass)
+{
+    return pass->outputs != NULL && !pass->has_sensor &&
+           lum_demux_sensor_count(lum_framer_demux(pass->framer)) > 1;
 }
 
 static void note_time(struct summary *s, int64_t time_ns)
@@ -160,21 +112,20 @@ enum pass_result pass_take(struct pass *pass, const lum_record *record,
                            lum_error *error)
 {
     lum_packet_kind kind = LUM_PACKET_KINDS;
-    lum_result r = LUM_OK;
-    enum pass_result result = PASS_DONE;
+    lum_framer_event event = LUM_FRAMER_NONE;
     if (pass->outputs != NULL &&
         outputs_set_time(pass->outputs, record->time_ns, error) != 0) {
         return output_failed();
     }
-    while ((r = lum_demux_push(pass->demux, record, &kind)) > 0) {
-        result = handle_event(pass, r, error);
+    while ((event = lum_framer_push(pass->framer, record, &kind)) !=
+           LUM_FRAMER_NONE) {
+        const enum pass_result result = handle_event(pass, event, error);
         if (result != PASS_DONE) {
             return result;
         }
     }
-    if (r != LUM_OK) {
-        (void)lum_error_set(error, "out of memory");
-        return PASS_FAILED;
+    if (has_too_many_sensors(pass)) {
+        return PASS_SENSORS;
     }
     if (kind != LUM_PACKET_KINDS && is_of_asked_sensor(pass, record)) {
         return note_ours(pass, record, kind, error);
@@ -198,12 +149,9 @@ enum pass_result pass_record(struct pass *pass, const lum_record *record,
 
 enum pass_result pass_flush(struct pass *pass, lum_error *error)
 {
-    lum_result r = LUM_OK;
-    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
-        under_way_leave(&pass->summary.sensors[i].under_way);
-    }
-    while ((r = lum_demux_flush(pass->demux)) > 0) {
-        const enum pass_result result = handle_event(pass, r, error);
+    lum_framer_event event = LUM_FRAMER_NONE;
+    while ((event = lum_framer_flush(pass->framer)) != LUM_FRAMER_NONE) {
+        const enum pass_result result = handle_event(pass, event, error);
         if (result != PASS_DONE) {
             return result;
         }
@@ -211,26 +159,47 @@ enum pass_result pass_flush(struct pass *pass, lum_error *error)
     return PASS_DONE;
 }
 
+/* A capture is copied as it is. */
+static bool asks_for_lines(const struct options *o)
+{
+    for (size_t i = 0; i < o->output_count; i++) {
+        if (o->outputs[i].format != FORMAT_PCAP) {
+            return true;
+        }
+    }
+    return false;
+}
+
 enum pass_result pass_prepare(struct pass *pass, lum_error *error)
 {
     const struct options *o = pass->options;
+    lum_view view;
+    lum_view_default(&view);
+    view.selection = o->selection;
+    view.smooth_window = o->smooth_window;
+    view.smooth_order = o->smooth_order;
     pass->has_sensor = o->is_live || o->has_sensor;
     pass->sensor = o->is_live ? o->address.address : o->sensor;
-    lum_demux_options options = {.layout = *pass->layout,
-                                 .has_sensor = pass->has_sensor,
-                                 .sensor = pass->sensor};
-    lum_assembler_config_default(&options.config);
-    const size_t words = options.config.words_per_line;
-    pass->demux = lum_demux_new(&options);
-    pass->samples = malloc(words * sizeof *pass->samples);
-    pass->workspace.returns = malloc(words * sizeof *pass->workspace.returns);
-    if (pass->demux == NULL || pass->samples == NULL ||
-        pass->workspace.returns == NULL) {
-        (void)lum_error_set(error, "out of memory");
+    const unsigned lines = asks_for_lines(o) ? (unsigned)LUM_WANT_LINES : 0u;
+    const lum_framer_options options = {.struct_size = sizeof options,
+                                        .layout = pass->layout,
+                                        .projector = pass->projector,
+                                        .views = &view,
+                                        .view_count = 1,
+                                        .wants = lines |
+                                                 (unsigned)LUM_WANT_FRAME_ENDS,
+                                        .eyes = o->eyes,
+                                        .has_sensor = pass->has_sensor,
+                                        .sensor = pass->sensor,
+                                        .has_range = true,
+                                        .frame_first = o->frame_first,
+                                        .frame_last = o->frame_last,
+                                        .drop_incomplete = o->drop_incomplete};
+    if (lum_framer_new(&options, &pass->framer, error) != 0) {
         return PASS_FAILED;
     }
     pass->summary.source = o->source;
-    pass->summary.demux = pass->demux;
+    pass->summary.framer = pass->framer;
     pass->summary.has_sensor = pass->has_sensor;
     pass->summary.sensor = pass->sensor;
     return PASS_DONE;
@@ -238,7 +207,5 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
 
 void pass_free(struct pass *pass)
 {
-    lum_demux_free(pass->demux);
-    free(pass->samples);
-    free(pass->workspace.returns);
+    lum_framer_free(pass->framer);
 }

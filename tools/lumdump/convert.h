@@ -32,9 +32,7 @@ struct pass {
     struct diagnosis diagnosis;
     bool has_sensor; /* packets of one sensor alone matter */
     uint32_t sensor;
-    lum_demux *demux;
-    lum_sample *samples;
-    lum_sample_workspace workspace;
+    lum_framer *framer;
     lum_error warning; /* set where the source broke off */
 };
 

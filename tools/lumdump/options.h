@@ -5,7 +5,6 @@
 #include "lum/cloud/writer.h"
 #include "lum/net/socket.h"
 #include "lum/points.h"
-#include "lum/smooth.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -50,8 +49,8 @@ struct options {
     int64_t frame_last;
     int64_t duration_ns; /* 0: all */
     bool drop_incomplete;
-    bool smooths; /* angles, by this filter: */
-    lum_smooth smooth;
+    uint32_t smooth_window; /* of angles; 0: none */
+    uint32_t smooth_order;
     bool utc;
     bool ascii;
     bool json;

@@ -17,15 +17,12 @@ static enum pass_result look_around(const struct pass *pass,
 {
     uint64_t done = 0;
     uint64_t total = 0;
-    uint64_t points = 0;
     if (interrupt_signal() != 0) {
         return PASS_INTERRUPTED;
     }
     lum_capture_progress(capture, &done, &total);
-    for (size_t i = 0; i < lum_demux_sensor_count(pass->demux); i++) {
-        points += pass->summary.sensors[i].points;
-    }
-    progress_update(progress, done, total, points);
+    progress_update(progress, done, total,
+                    summary_count(&pass->summary).points);
     return PASS_DONE;
 }
 

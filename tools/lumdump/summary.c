@@ -18,16 +18,27 @@ enum {
     UNDER_WAY = 3
 };
 
-struct point_counts summary_points(const struct summary *s)
+static lum_framer_counters count_sensor(const struct summary *s, size_t i)
 {
-    struct point_counts total = {0};
+    lum_framer_counters c = {.struct_size = sizeof c};
+    lum_framer_count(s->framer, i, &c);
+    return c;
+}
+
+lum_framer_counters summary_count(const struct summary *s)
+{
+    lum_framer_counters total = {.struct_size = sizeof total};
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
-        total.points += s->sensors[i].points;
-        total.no_angle += s->sensors[i].no_angle;
-        total.no_range += s->sensors[i].no_range;
-        under_way_add(&total.under_way.counts, &s->sensors[i].under_way.counts);
+        const lum_framer_counters c = count_sensor(s, i);
+        total.points += c.points;
+        total.losses.no_angle += c.losses.no_angle;
+        total.losses.no_range += c.losses.no_range;
+        total.under_way.lines += c.under_way.lines;
+        total.under_way.words += c.under_way.words;
+        total.under_way.no_angle += c.under_way.no_angle;
+        total.frames_per_second += c.frames_per_second;
         for (unsigned e = 0; e < LUM_EYES; e++) {
-            total.lines[e] += s->sensors[i].lines[e];
+            total.lines[e] += c.lines[e];
         }
     }
     return total;
@@ -53,7 +64,7 @@ static size_t list_kinds(const lum_demux_counters *c, struct named *out)
 }
 
 static size_t list_content(const lum_demux_counters *c,
-                           const struct point_counts *p, struct named *out)
+                           const lum_framer_counters *p, struct named *out)
 {
     const struct named rows[] = {
         {"frames", "frames", c->assembly.frames},
@@ -72,7 +83,7 @@ static size_t list_content(const lum_demux_counters *c,
 }
 
 static size_t list_losses(const lum_demux_counters *c,
-                          const struct point_counts *p, struct named *out)
+                          const lum_framer_counters *p, struct named *out)
 {
     const lum_assembly_counters *a = &c->assembly;
     const uint64_t *k = c->packets;
@@ -81,8 +92,8 @@ static size_t list_losses(const lum_demux_counters *c,
         {"lines_missing_angles", "lines that lack angles",
          a->lines_missing_angles},
         {"lines_skipped", "line numbers that never came", a->lines_skipped},
-        {"no_angle", "words whose pixel has no angles", p->no_angle},
-        {"no_range", "words without a range above zero", p->no_range},
+        {"no_angle", "words whose pixel has no angles", p->losses.no_angle},
+        {"no_range", "words without a range above zero", p->losses.no_range},
         {"bad_words", "words with a bit or pixel that cannot be", a->bad_words},
         {"late", "packets of lines already closed", a->late},
         {"duplicate", "packets that came again", a->duplicate},
@@ -108,9 +119,9 @@ static size_t list_losses(const lum_demux_counters *c,
 }
 
 /* What of the losses is none. */
-static size_t list_under_way(const struct point_counts *p, struct named *out)
+static size_t list_under_way(const lum_framer_counters *p, struct named *out)
 {
-    const struct under_way_counts *u = &p->under_way.counts;
+    const lum_under_way *u = &p->under_way;
     const struct named rows[UNDER_WAY] = {
         {"lines_under_way",
          "of lines_missing_angles: cut by the stream's begin or end, not lost",
@@ -124,22 +135,13 @@ static size_t list_under_way(const struct point_counts *p, struct named *out)
     return UNDER_WAY;
 }
 
-static double frames_per_second(const struct summary *s)
-{
-    double rate = 0.0;
-    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
-        rate += pace_rate(&s->sensors[i].pace);
-    }
-    return rate;
-}
-
 static double duration_s(const struct summary *s)
 {
     return s->has_time ? (double)(s->last_ns - s->first_ns) * 1e-9 : 0.0;
 }
 
 static size_t list_all(const lum_demux_counters *c,
-                       const struct point_counts *p, struct named *out)
+                       const lum_framer_counters *p, struct named *out)
 {
     size_t n = list_kinds(c, out);
     n += list_content(c, p, out + n);
@@ -149,7 +151,7 @@ static size_t list_all(const lum_demux_counters *c,
 }
 
 static void print_members(const lum_demux_counters *c,
-                          const struct point_counts *p, const char *indent,
+                          const lum_framer_counters *p, const char *indent,
                           FILE *out)
 {
     struct named rows[NAMED_MAX];
@@ -210,20 +212,21 @@ static bool is_shown(const struct summary *s, const lum_demux_sensor *sensor)
 
 static void print_json_sensors(const struct summary *s, FILE *out)
 {
-    const size_t n = lum_demux_sensor_count(s->demux);
+    const size_t n = lum_demux_sensor_count(lum_framer_demux(s->framer));
     bool is_first = true;
     (void)fputs("  \"sensors\": [", out);
     for (size_t i = 0; i < n; i++) {
         lum_demux_sensor sensor;
         char address[16];
-        lum_demux_get_sensor(s->demux, i, &sensor);
+        lum_demux_get_sensor(lum_framer_demux(s->framer), i, &sensor);
         if (!is_shown(s, &sensor)) {
             continue;
         }
         (void)fprintf(out, "%s\n    {\n      \"address\": \"%s\",\n",
                       is_first ? "" : ",",
                       number_format_address(sensor.address, address));
-        print_members(&sensor.counters, &s->sensors[i], "      ", out);
+        const lum_framer_counters points = count_sensor(s, i);
+        print_members(&sensor.counters, &points, "      ", out);
         (void)fputs("    }", out);
         is_first = false;
     }
@@ -279,10 +282,10 @@ static void print_json_live(const struct live_counts *c, FILE *out)
 
 void summary_print_json(const struct summary *s, FILE *out)
 {
-    const struct point_counts points = summary_points(s);
+    const lum_framer_counters points = summary_count(s);
     const double seconds = duration_s(s);
     lum_demux_counters total;
-    lum_demux_total(s->demux, &total);
+    lum_demux_total(lum_framer_demux(s->framer), &total);
     (void)fputs("{\n  \"source\": ", out);
     print_json_text(s->source, out);
     (void)fprintf(out,
@@ -293,9 +296,9 @@ void summary_print_json(const struct summary *s, FILE *out)
         (void)fprintf(out, "  \"points_per_second\": %.1f,\n",
                       (double)points.points / seconds);
     }
-    if (frames_per_second(s) > 0.0) {
+    if (points.frames_per_second > 0.0) {
         (void)fprintf(out, "  \"frames_per_second\": %.3f,\n",
-                      frames_per_second(s));
+                      points.frames_per_second);
     }
     if (s->live != NULL) {
         print_json_live(s->live, out);
@@ -336,12 +339,12 @@ static void print_nonzero(const char *title, const struct named *rows, size_t n,
 
 static void print_sensors(const struct summary *s, FILE *out)
 {
-    const size_t n = lum_demux_sensor_count(s->demux);
+    const size_t n = lum_demux_sensor_count(lum_framer_demux(s->framer));
     const char *title = "sensor";
     for (size_t i = 0; i < n; i++) {
         lum_demux_sensor sensor;
         char address[16];
-        lum_demux_get_sensor(s->demux, i, &sensor);
+        lum_demux_get_sensor(lum_framer_demux(s->framer), i, &sensor);
         (void)fprintf(
             out, "%-10s %14s%s\n", title,
             number_format_address(sensor.address, address),
@@ -349,12 +352,12 @@ static void print_sensors(const struct summary *s, FILE *out)
         title = "";
         if (n > 1 && is_shown(s, &sensor)) {
             const lum_assembly_counters *a = &sensor.counters.assembly;
+            const uint64_t points = count_sensor(s, i).points;
             (void)fprintf(out,
                           "%-26s %" PRIu64 " line%s, %" PRIu64
                           " frame%s, %" PRIu64 " point%s\n",
                           "", a->lines, plural(a->lines), a->frames,
-                          plural(a->frames), s->sensors[i].points,
-                          plural(s->sensors[i].points));
+                          plural(a->frames), points, plural(points));
         }
     }
     if (n == 0) {
@@ -411,10 +414,10 @@ static void print_live(const struct live_counts *c, FILE *out)
 }
 
 static void print_rates(const struct summary *s,
-                        const struct point_counts *points, FILE *out)
+                        const lum_framer_counters *points, FILE *out)
 {
     const double seconds = duration_s(s);
-    const double frames = frames_per_second(s);
+    const double frames = points->frames_per_second;
     if (!(seconds > 0.0)) {
         return;
     }
@@ -429,7 +432,7 @@ static void print_rates(const struct summary *s,
 
 /* A loss that is wholly what was under way is none. */
 static void leave_out_under_way(struct named *losses, size_t n,
-                                const struct point_counts *points)
+                                const lum_framer_counters *points)
 {
     static const char *const keys[UNDER_WAY] = {"lines_missing_angles",
                                                 "lost_words", "no_angle"};
@@ -446,7 +449,7 @@ static void leave_out_under_way(struct named *losses, size_t n,
 }
 
 static void print_losses(const struct summary *s, const lum_demux_counters *c,
-                         const struct point_counts *points, FILE *out)
+                         const lum_framer_counters *points, FILE *out)
 {
     struct named rows[NAMED_MAX];
     size_t n = list_losses(c, points, rows);
@@ -463,10 +466,10 @@ static void print_losses(const struct summary *s, const lum_demux_counters *c,
 
 void summary_print_text(const struct summary *s, FILE *out)
 {
-    const struct point_counts points = summary_points(s);
+    const lum_framer_counters points = summary_count(s);
     struct named rows[NAMED_MAX];
     lum_demux_counters total;
-    lum_demux_total(s->demux, &total);
+    lum_demux_total(lum_framer_demux(s->framer), &total);
     (void)fprintf(out, "%s%s\n", s->source,
                   s->truncated ? " (broken off: see the warning)" : "");
     print_sensors(s, out);

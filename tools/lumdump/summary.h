@@ -2,25 +2,13 @@
 #ifndef LUMDUMP_SUMMARY_H
 #define LUMDUMP_SUMMARY_H
 
-#include "../common/under_way.h"
 #include "options.h"
-#include "pace.h"
 
-#include "lum/capture/demux.h"
+#include "lum/frame/framer.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
-
-/* Points and the words that gave none, of one sensor. */
-struct point_counts {
-    uint64_t points;
-    uint64_t no_angle;
-    uint64_t no_range;
-    uint64_t lines[LUM_EYES];
-    struct under_way under_way;
-    struct pace pace;
-};
 
 /* One output of a live run. */
 struct live_output {
@@ -52,8 +40,7 @@ struct live_counts {
 struct summary {
     const char *source;
     const struct live_counts *live; /* NULL: a capture */
-    const lum_demux *demux;
-    struct point_counts sensors[LUM_DEMUX_SENSORS_MAX];
+    const lum_framer *framer;
     bool has_sensor; /* one was asked for */
     uint32_t sensor;
     int64_t first_ns; /* capture times of the first and last of our packets */
@@ -63,8 +50,8 @@ struct summary {
     bool truncated;
 };
 
-/* Of all sensors, but for their paces. */
-struct point_counts summary_points(const struct summary *summary);
+/* What was made of the lines of all sensors. */
+lum_framer_counters summary_count(const struct summary *summary);
 
 void summary_print_text(const struct summary *summary, FILE *out);
 void summary_print_json(const struct summary *summary, FILE *out);

@@ -4,6 +4,7 @@
 #include "../common/host.h"
 #include "../common/number.h"
 #include "../common/ring.h"
+#include "lum/smooth.h"
 #include "lum/wire.h"
 
 #include <math.h>
@@ -262,9 +263,11 @@ static bool parse_smooth(const char *text, struct options *out)
         !number_parse_int(text + len + 1, 0, LUM_SMOOTH_ORDER_MAX, &order)) {
         return false;
     }
-    out->smooths = window != 0;
-    return !out->smooths || lum_smooth_init(&out->smooth, (uint32_t)window,
-                                            (uint32_t)order) == LUM_OK;
+    lum_smooth smooth;
+    out->smooth_window = (uint32_t)window;
+    out->smooth_order = (uint32_t)order;
+    return window == 0 || lum_smooth_init(&smooth, out->smooth_window,
+                                          out->smooth_order) == LUM_OK;
 }
 
 bool values_parse_smooth(const char *text, struct options *out)

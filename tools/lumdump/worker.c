@@ -39,22 +39,17 @@ struct worker {
 
 static void make_view(struct worker *w)
 {
-    const struct summary *s = &w->pass->summary;
     struct worker_view view = {0};
     lum_demux_counters c;
     if (w->setup.only_records) {
         return;
     }
-    lum_demux_total(w->pass->demux, &c);
-    for (size_t i = 0; i < lum_demux_sensor_count(w->pass->demux); i++) {
-        const struct under_way_counts *u = &s->sensors[i].under_way.counts;
-        view.points += s->sensors[i].points;
-        view.lost_words -= u->words;
-        view.lost_lines -= u->lines;
-    }
-    view.lost_words += c.assembly.lost_words;
-    view.lost_lines +=
-        c.assembly.lines_skipped + c.assembly.lines_missing_angles;
+    lum_demux_total(lum_framer_demux(w->pass->framer), &c);
+    const lum_framer_counters points = summary_count(&w->pass->summary);
+    view.points = points.points;
+    view.lost_words = c.assembly.lost_words - points.under_way.words;
+    view.lost_lines = c.assembly.lines_skipped +
+                      c.assembly.lines_missing_angles - points.under_way.lines;
     view.refused = c.assembly.late + c.assembly.conflict + c.assembly.no_room +
                    c.assembly.stray + c.packets[LUM_PACKET_MALFORMED] +
                    c.packets[LUM_PACKET_UNKNOWN_TAG] +

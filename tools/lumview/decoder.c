@@ -1,57 +1,29 @@
 #include "decoder.h"
 
 #include "../common/number.h"
-#include "../common/under_way.h"
+#include "lum/frame/framer.h"
 #include "lum/smooth.h"
-#include "strongest.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* An eye may begin a frame before the other has ended the one before. */
-#define DRAFTS_MAX 4u
-
-struct draft {
-    bool is_used;
-    struct picture picture;
-};
-
-/* Filters of the windows that are in use. */
-struct filters {
-    size_t count;
-    unsigned window[FEED_VIEWS_MAX];
-    lum_smooth filter[FEED_VIEWS_MAX];
-};
-
 struct decoder {
     struct decoder_options options;
-    lum_demux *demux;
-    struct draft drafts[DRAFTS_MAX];
+    lum_framer *framer;
+    struct feed_view views[FEED_VIEWS_MAX]; /* that it makes */
+    size_t view_count;
     struct picture complete;
     int64_t from; /* frames before it are passed over */
     bool is_skipping;
-    bool has_frame;
-    int64_t first;
-    int64_t last;
     bool has_shown; /* the sensor that is shown was heard */
     size_t shown;   /* its index */
     uint32_t address;
     size_t looked_at;     /* sensors */
     lum_packet_kind kind; /* of the record that is being pushed */
     uint64_t bytes;
-    uint64_t points;
-    struct under_way under_way;
-    uint64_t left_out;     /* lines that came too late for their picture */
     struct totals skipped; /* what was counted while passing over */
     struct totals mark;    /* as of the last begin of that */
-    bool has_no_memory;
-    struct filters filters;
-    lum_angle angles[LUM_LINE_PIXELS];
-    lum_sample_workspace workspace;
-    lum_sample *samples;
-    lum_return *returns;
-    uint8_t *strongest; /* of each sample */
 };
 
 struct decoder *decoder_new(const struct decoder_options *options)
@@ -60,35 +32,24 @@ struct decoder *decoder_new(const struct decoder_options *options)
     if (d == NULL) {
         return NULL;
     }
-    lum_demux_options demux = {.layout = *options->layout,
-                               .has_sensor = options->has_sensor,
-                               .sensor = options->sensor};
-    lum_assembler_config_default(&demux.config);
-    const size_t words = demux.config.words_per_line;
+    const lum_framer_options framer = {.struct_size = sizeof framer,
+                                       .layout = options->layout,
+                                       .projector = options->projector,
+                                       .wants =
+                                           LUM_WANT_FRAMES | LUM_WANT_LINES,
+                                       .only_first = true,
+                                       .has_sensor = options->has_sensor,
+                                       .sensor = options->sensor,
+                                       .points_max = FRAME_POINTS_MAX};
     d->options = *options;
     d->from = INT64_MIN;
     d->kind = LUM_PACKET_KINDS;
-    d->demux = lum_demux_new(&demux);
-    d->samples = malloc(words * sizeof *d->samples);
-    d->returns = malloc(words * sizeof *d->returns);
-    d->strongest = malloc(words);
-    d->workspace.returns = malloc(words * sizeof *d->workspace.returns);
-    if (d->demux == NULL || d->samples == NULL || d->returns == NULL ||
-        d->strongest == NULL || d->workspace.returns == NULL) {
+    if (lum_framer_new(&framer, &d->framer, NULL) != 0 ||
+        lum_framer_set_views(d->framer, NULL, 0, NULL) != 0) {
         decoder_free(d);
         return NULL;
     }
     return d;
-}
-
-static void drop_drafts(struct decoder *d, int64_t before)
-{
-    for (size_t i = 0; i < DRAFTS_MAX; i++) {
-        if (d->drafts[i].is_used && d->drafts[i].picture.frame < before) {
-            picture_drop(&d->drafts[i].picture);
-            d->drafts[i].is_used = false;
-        }
-    }
 }
 
 void decoder_free(struct decoder *decoder)
@@ -96,13 +57,8 @@ void decoder_free(struct decoder *decoder)
     if (decoder == NULL) {
         return;
     }
-    drop_drafts(decoder, INT64_MAX);
     picture_drop(&decoder->complete);
-    lum_demux_free(decoder->demux);
-    free(decoder->samples);
-    free(decoder->returns);
-    free(decoder->strongest);
-    free(decoder->workspace.returns);
+    lum_framer_free(decoder->framer);
     free(decoder);
 }
 
@@ -111,9 +67,10 @@ void decoder_free(struct decoder *decoder)
 static void look_for_shown(struct decoder *d)
 {
     lum_demux_sensor sensor;
-    const size_t count = lum_demux_sensor_count(d->demux);
+    const lum_demux *demux = lum_framer_demux(d->framer);
+    const size_t count = lum_demux_sensor_count(demux);
     for (size_t i = d->looked_at; i < count && !d->has_shown; i++) {
-        lum_demux_get_sensor(d->demux, i, &sensor);
+        lum_demux_get_sensor(demux, i, &sensor);
         d->has_shown =
             !d->options.has_sensor || sensor.address == d->options.sensor;
         d->shown = i;
@@ -122,29 +79,27 @@ static void look_for_shown(struct decoder *d)
     d->looked_at = count;
 }
 
-static bool is_shown(const struct decoder *d)
-{
-    return d->has_shown && lum_demux_current_index(d->demux) == d->shown;
-}
-
 /* All there is so far, what was passed over too. */
 static void count_all(const struct decoder *d, struct totals *out)
 {
     lum_demux_sensor sensor;
-    *out = (struct totals){.bytes = d->bytes, .points = d->points};
+    lum_framer_counters lines = {.struct_size = sizeof lines};
+    *out = (struct totals){.bytes = d->bytes};
     if (!d->has_shown) {
         return;
     }
-    lum_demux_get_sensor(d->demux, d->shown, &sensor);
+    lum_framer_count(d->framer, d->shown, &lines);
+    lum_demux_get_sensor(lum_framer_demux(d->framer), d->shown, &sensor);
     const lum_demux_counters *c = &sensor.counters;
     for (unsigned i = 0; i < LUM_PACKET_KINDS; i++) {
         out->packets += c->packets[i];
     }
+    out->points = lines.rising;
     out->lost_words = c->assembly.lost_words;
     out->lost_lines = c->assembly.lines_skipped +
-                      c->assembly.lines_missing_angles + d->left_out;
-    out->joined_words = d->under_way.counts.words;
-    out->joined_lines = d->under_way.counts.lines;
+                      c->assembly.lines_missing_angles + lines.lines_late;
+    out->joined_words = lines.under_way.words;
+    out->joined_lines = lines.under_way.lines;
     out->refused =
         c->assembly.late + c->assembly.conflict + c->assembly.no_room +
         c->assembly.stray + c->packets[LUM_PACKET_MALFORMED] +
@@ -152,6 +107,7 @@ static void count_all(const struct decoder *d, struct totals *out)
         c->packets[LUM_PACKET_UNKNOWN_TYPE] + c->packets[LUM_PACKET_FOREIGN];
 }
 
+/* Points were not counted meanwhile; a line's, where one ends it, are. */
 static void end_skipping(struct decoder *d)
 {
     struct totals now;
@@ -160,6 +116,7 @@ static void end_skipping(struct decoder *d)
     }
     d->is_skipping = false;
     count_all(d, &now);
+    now.points = d->mark.points;
     totals_add(&d->skipped, &now);
     totals_subtract(&d->skipped, &d->mark);
 }
@@ -170,7 +127,7 @@ void decoder_skip_to(struct decoder *decoder, int64_t frame)
     count_all(decoder, &decoder->mark);
     decoder->is_skipping = true;
     decoder->from = frame;
-    drop_drafts(decoder, frame);
+    lum_framer_skip_to(decoder->framer, frame);
     picture_drop(&decoder->complete);
 }
 
@@ -185,9 +142,8 @@ void decoder_count(const struct decoder *decoder, struct totals *out)
 
 bool decoder_range(const struct decoder *decoder, int64_t *first, int64_t *last)
 {
-    *first = decoder->first;
-    *last = decoder->last;
-    return decoder->has_frame;
+    return decoder->has_shown &&
+           lum_framer_range(decoder->framer, decoder->shown, first, last);
 }
 
 struct picture *decoder_picture(struct decoder *decoder)
@@ -203,8 +159,9 @@ const char *decoder_others(const struct decoder *decoder, uint32_t *shown,
     size_t len = 0;
     *out = '\0';
     *shown = decoder->address;
-    for (size_t i = 0; i < lum_demux_sensor_count(decoder->demux); i++) {
-        lum_demux_get_sensor(decoder->demux, i, &sensor);
+    const lum_demux *demux = lum_framer_demux(decoder->framer);
+    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
+        lum_demux_get_sensor(demux, i, &sensor);
         if ((!decoder->has_shown || i != decoder->shown) &&
             len + 2u + sizeof address < room) {
             const int n =
@@ -216,193 +173,87 @@ const char *decoder_others(const struct decoder *decoder, uint32_t *shown,
     return out;
 }
 
-static void begin_draft(struct decoder *d, struct draft *draft,
-                        const lum_line *line)
+/* The views that are wanted now are those of the next frame that begins. */
+static bool follow_views(struct decoder *d)
 {
-    struct picture *p = &draft->picture;
-    *p = (struct picture){.frame = line->frame,
-                          .arrival_ns = line->arrival,
-                          .clock_us = line->clock_us,
-                          .sensor = d->address};
-    draft->is_used = true;
-    p->count = stage_views(d->options.stage, p->views);
-    for (size_t i = 0; i < p->count; i++) {
-        p->frames[i] = frame_begin(d->options.pool);
-        d->has_no_memory |= p->frames[i] == NULL;
+    struct feed_view wanted[FEED_VIEWS_MAX];
+    lum_view views[LUM_VIEWS_MAX];
+    const size_t count = stage_views(d->options.stage, wanted);
+    size_t same = 0;
+    while (same < count && same < d->view_count &&
+           wanted[same].edges == d->views[same].edges &&
+           wanted[same].smooth == d->views[same].smooth) {
+        same++;
     }
+    if (same == count && same == d->view_count) {
+        return true;
+    }
+    for (size_t i = 0; i < count; i++) {
+        lum_view_default(&views[i]);
+        views[i].selection.edges = wanted[i].edges;
+        views[i].smooth_window = wanted[i].smooth;
+        views[i].smooth_order = LUM_SMOOTH_ORDER(wanted[i].smooth);
+        views[i].columns = FRAME_COLUMNS;
+        d->views[i] = wanted[i];
+    }
+    d->view_count = count;
+    return lum_framer_set_views(d->framer, views, count, NULL) == 0;
 }
 
-/* The draft of a line's frame. NULL: the frame is complete already, or more
- * frames are open than can be. */
-static struct picture *find_draft(struct decoder *d, const lum_line *line)
+static void take_views(struct decoder *d, struct picture *p)
 {
-    struct draft *unused = NULL;
-    for (size_t i = 0; i < DRAFTS_MAX; i++) {
-        struct draft *draft = &d->drafts[i];
-        if (draft->is_used && draft->picture.frame == line->frame) {
-            return &draft->picture;
-        }
-        unused = draft->is_used ? unused : draft;
+    lum_view view = {.struct_size = sizeof view};
+    while (lum_framer_frame_view(d->framer, p->count, &view)) {
+        const lum_frame *frame = lum_framer_frame(d->framer, p->count);
+        lum_frame_info info = {.struct_size = sizeof info};
+        lum_frame_get_info(frame, &info);
+        p->cut = info.points_cut > p->cut ? info.points_cut : p->cut;
+        p->views[p->count] =
+            (struct feed_view){view.selection.edges, view.smooth_window};
+        p->points[p->count] = lum_frame_keep(frame);
+        p->count++;
     }
-    if (unused == NULL || (d->has_frame && line->frame <= d->last)) {
-        return NULL;
-    }
-    begin_draft(d, unused, line);
-    return &unused->picture;
-}
-
-/* NULL: no such filter can be. */
-static const lum_smooth *find_filter(struct filters *f, unsigned window)
-{
-    size_t i = 0;
-    while (i < f->count && f->window[i] != window) {
-        i++;
-    }
-    if (i < f->count) {
-        return &f->filter[i];
-    }
-    i = f->count < FEED_VIEWS_MAX ? f->count : 0;
-    if (lum_smooth_init(&f->filter[i], window, LUM_SMOOTH_ORDER(window)) !=
-        LUM_OK) {
-        return NULL;
-    }
-    f->window[i] = window;
-    f->count += f->count < FEED_VIEWS_MAX ? 1u : 0u;
-    return &f->filter[i];
-}
-
-/* The points of a line, of all views that smooth alike. */
-static void add_views(struct decoder *d, struct picture *p,
-                      const lum_line *line, unsigned smooth, unsigned edges)
-{
-    lum_point_losses losses = {0, 0};
-    lum_selection selection;
-    lum_line smoothed = *line;
-    const lum_smooth *filter =
-        smooth > 1u ? find_filter(&d->filters, smooth) : NULL;
-    if (filter != NULL) {
-        lum_smooth_line(filter, line, d->angles);
-        smoothed.angles = d->angles;
-    }
-    lum_selection_default(&selection);
-    selection.edges = (lum_edges)edges;
-    struct frame_part part = {.samples = d->samples,
-                              .strongest = d->strongest,
-                              .line = line->number,
-                              .eye = line->eye};
-    part.count =
-        lum_samples_compute(d->options.projector, &smoothed, &selection,
-                            &d->workspace, d->samples, &losses);
-    strongest_mark(line, d->returns, d->samples, part.count, d->strongest);
-    for (size_t i = 0; i < p->count; i++) {
-        part.edges = p->views[i].edges;
-        if (p->views[i].smooth == smooth && p->frames[i] != NULL &&
-            !frame_add(p->frames[i], &part)) {
-            d->has_no_memory = true;
-        }
-    }
-}
-
-/* Whether a view before this one smooths alike, and which edges those that do
- * want. */
-static bool is_first_alike(const struct picture *p, size_t view,
-                           unsigned *edges)
-{
-    bool is_first = true;
-    *edges = 0;
-    for (size_t i = 0; i < p->count; i++) {
-        if (p->views[i].smooth == p->views[view].smooth) {
-            is_first &= i >= view;
-            *edges |= (unsigned)p->views[i].edges;
-        }
-    }
-    return is_first;
-}
-
-static void add_line(struct decoder *d, struct picture *p, const lum_line *line)
-{
-    p->lines++;
-    p->lost_words += line->lost_words;
-    p->arrival_ns =
-        line->arrival < p->arrival_ns ? line->arrival : p->arrival_ns;
-    p->clock_us = line->clock_us < p->clock_us ? line->clock_us : p->clock_us;
-    for (size_t i = 0; i < p->count; i++) {
-        unsigned edges = 0;
-        if (is_first_alike(p, i, &edges)) {
-            add_views(d, p, line, p->views[i].smooth, edges);
-        }
-    }
-}
-
-static void count_points(struct decoder *d, const lum_line *line)
-{
-    lum_point_losses losses = {0, 0};
-    uint64_t rising = 0;
-    uint64_t falling = 0;
-    lum_points_count(d->options.projector, line, &rising, &falling, &losses);
-    d->points += rising;
-}
-
-static void take_line(struct decoder *d)
-{
-    const lum_line *line = lum_assembler_line(lum_demux_current(d->demux));
-    if (!is_shown(d)) {
-        return;
-    }
-    under_way_take(&d->under_way, line, 0);
-    if (line->frame < d->from) {
-        return;
-    }
-    end_skipping(d);
-    count_points(d, line);
-    struct picture *draft = find_draft(d, line);
-    if (draft == NULL) {
-        d->left_out++;
-        return;
-    }
-    add_line(d, draft, line);
-}
-
-/* Gives the frame that is complete its picture, an empty one where not a line
- * of it came. */
-static void complete(struct decoder *d, int64_t frame)
-{
-    picture_drop(&d->complete);
-    for (size_t i = 0; i < DRAFTS_MAX; i++) {
-        struct draft *draft = &d->drafts[i];
-        if (draft->is_used && draft->picture.frame == frame) {
-            d->complete = draft->picture;
-            *draft = (struct draft){.is_used = false};
-            return;
-        }
-    }
-    d->complete = (struct picture){.frame = frame, .sensor = d->address};
 }
 
 static enum decoded take_frame(struct decoder *d)
 {
-    const int64_t frame = lum_assembler_frame(lum_demux_current(d->demux));
-    if (!is_shown(d)) {
-        return DECODED_ALL;
-    }
-    d->first = d->has_frame ? d->first : frame;
-    d->has_frame = true;
-    d->last = frame;
-    drop_drafts(d, frame);
-    if (frame < d->from) {
-        return DECODED_ALL;
-    }
-    complete(d, frame);
+    lum_frame_info info = {.struct_size = sizeof info};
+    lum_frame_get_info(lum_framer_frame(d->framer, 0), &info);
+    picture_drop(&d->complete);
+    d->complete = (struct picture){.frame = info.number,
+                                   .arrival_ns = info.begin_arrival_ns,
+                                   .clock_us = info.begin_clock_us,
+                                   .lines = info.lines[LUM_EYE_BLUE] +
+                                            info.lines[LUM_EYE_GREEN],
+                                   .lost_words = info.lost_words,
+                                   .sensor = info.sensor};
+    take_views(d, &d->complete);
     return DECODED_FRAME;
 }
 
-static enum decoded take_event(struct decoder *d, lum_result event)
+static enum decoded take_event(struct decoder *d, lum_framer_event event)
 {
-    if (event == LUM_FRAME_READY) {
+    switch (event) {
+    case LUM_FRAMER_FRAME:
         return take_frame(d);
+    case LUM_FRAMER_FAILED:
+        return DECODED_FAILED;
+    case LUM_FRAMER_NONE:
+    case LUM_FRAMER_LINE:
+    case LUM_FRAMER_FRAME_END:
+    default:
+        return DECODED_ALL;
     }
-    take_line(d);
-    return d->has_no_memory ? DECODED_FAILED : DECODED_ALL;
+}
+
+/* A line that is not passed over ends that. */
+static bool is_line(struct decoder *d, lum_framer_event event)
+{
+    if (event != LUM_FRAMER_LINE) {
+        return false;
+    }
+    end_skipping(d);
+    return true;
 }
 
 static void count_bytes(struct decoder *d, const lum_record *record)
@@ -419,26 +270,24 @@ static void count_bytes(struct decoder *d, const lum_record *record)
 
 enum decoded decoder_push(struct decoder *decoder, const lum_record *record)
 {
-    lum_result r = LUM_OK;
-    while ((r = lum_demux_push(decoder->demux, record, &decoder->kind)) > 0) {
-        const enum decoded decoded = take_event(decoder, r);
-        if (decoded != DECODED_ALL) {
-            return decoded;
-        }
+    if (!follow_views(decoder)) {
+        return DECODED_FAILED;
     }
-    count_bytes(decoder, record);
-    return r == LUM_OK ? DECODED_ALL : DECODED_FAILED;
+    lum_framer_event event = LUM_FRAMER_NONE;
+    do {
+        event = lum_framer_push(decoder->framer, record, &decoder->kind);
+    } while (is_line(decoder, event));
+    if (event == LUM_FRAMER_NONE) {
+        count_bytes(decoder, record);
+    }
+    return take_event(decoder, event);
 }
 
 enum decoded decoder_flush(struct decoder *decoder)
 {
-    lum_result r = LUM_OK;
-    under_way_leave(&decoder->under_way);
-    while ((r = lum_demux_flush(decoder->demux)) > 0) {
-        const enum decoded decoded = take_event(decoder, r);
-        if (decoded != DECODED_ALL) {
-            return decoded;
-        }
-    }
-    return DECODED_ALL;
+    lum_framer_event event = LUM_FRAMER_NONE;
+    do {
+        event = lum_framer_flush(decoder->framer);
+    } while (is_line(decoder, event));
+    return take_event(decoder, event);
 }

@@ -6,7 +6,7 @@
 #include "picture.h"
 #include "stage.h"
 
-#include "lum/capture/demux.h"
+#include "lum/capture/capture.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -18,7 +18,6 @@ struct decoder_options {
     const lum_projector *projector;
     bool has_sensor;
     uint32_t sensor;
-    struct frame_pool *pool;
     struct stage *stage; /* tells the views that are wanted */
 };
 

@@ -34,7 +34,6 @@ static int start(struct feed *feed, const struct options *o, lum_error *error)
                                       .projector = &feed->projector,
                                       .has_sensor = o->has_sensor,
                                       .sensor = o->sensor,
-                                      .pool = feed->pool,
                                       .stage = &feed->stage};
     if (!o->is_live) {
         const struct player_options options = {.source = o->source,
@@ -69,7 +68,8 @@ int feed_open(const struct options *options, void (*wake)(void *context),
     feed->stage.orders.loops = options->loops;
     feed->stage.orders.speed = clamp_speed(options->speed);
     feed->stage.status.is_live = options->is_live;
-    feed->pool = frame_pool_new(FRAME_POINTS_MAX);
+    feed->pool = frame_pool_new();
+    feed->stage.pool = feed->pool;
     if (feed->pool == NULL ||
         geometry_load(options->calibration, options->profile, &feed->layout,
                       &feed->projector, error) != 0 ||

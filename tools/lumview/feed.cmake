@@ -10,9 +10,8 @@ add_library(lum_view_feed OBJECT
             scan.c
             sentry.c
             stage.c
-            strongest.c
             thread.c)
 target_include_directories(lum_view_feed PUBLIC ${CMAKE_CURRENT_LIST_DIR})
 target_link_libraries(lum_view_feed PUBLIC
-                      lum_tool_common lum_tool_files lum_net lum_capture lum_config lum_points m Threads::Threads)
+                      lum_tool_common lum_tool_files lum_net lum_frame lum_config lum_points m Threads::Threads)
 lum_target(lum_view_feed)

@@ -5,8 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define SPARE_MAX    8u
-#define CAPACITY_MIN 65536u
+#define SPARE_MAX 8u
 
 /* Bytes of a point before each array. */
 #define WIDTH_AT  12u
@@ -18,30 +17,26 @@
 struct frame {
     struct frame_pool *pool;
     struct frame *next; /* of the spare ones */
-    uint8_t *bytes;     /* while it is made, arrays are of capacity */
-    size_t capacity;    /* points */
+    uint8_t *bytes;
+    size_t capacity; /* points */
     size_t count;
-    uint64_t cut;
     unsigned references; /* guarded by the pool's lock */
 };
 
 struct frame_pool {
-    size_t points_max; /* of a frame */
     pthread_mutex_t lock;
     struct frame *spare;
     size_t spare_count;
-    size_t frames;   /* that are in use */
-    size_t capacity; /* of the largest of late: the next begins so */
-    bool is_left;    /* by its owner */
+    size_t frames; /* that are in use */
+    size_t latest; /* points of the frame that was made last */
+    bool is_left;  /* by its owner */
 };
 
-struct frame_pool *frame_pool_new(size_t points_max)
+struct frame_pool *frame_pool_new(void)
 {
     struct frame_pool *pool = calloc(1, sizeof *pool);
     if (pool != NULL) {
         (void)pthread_mutex_init(&pool->lock, NULL);
-        pool->capacity = CAPACITY_MIN;
-        pool->points_max = points_max;
     }
     return pool;
 }
@@ -77,44 +72,55 @@ void frame_pool_free(struct frame_pool *pool)
     }
 }
 
-static struct frame *new_frame(struct frame_pool *pool, size_t capacity)
+/* The first spare one that is large enough, or the first, to be enlarged. */
+static struct frame *take_spare(struct frame_pool *pool, size_t count)
 {
-    struct frame *frame = calloc(1, sizeof *frame);
-    if (frame == NULL) {
-        return NULL;
+    struct frame **at = &pool->spare;
+    while (*at != NULL && (*at)->capacity < count) {
+        at = &(*at)->next;
     }
-    frame->pool = pool;
-    frame->capacity = capacity;
-    frame->bytes = malloc(FRAME_HEAD_BYTES + capacity * FRAME_POINT_BYTES);
-    if (frame->bytes == NULL) {
-        free(frame);
-        return NULL;
+    at = *at != NULL ? at : &pool->spare;
+    struct frame *frame = *at;
+    if (frame != NULL) {
+        *at = frame->next;
+        pool->spare_count--;
     }
     return frame;
 }
 
-struct frame *frame_begin(struct frame_pool *pool)
+/* What it held is not needed. */
+static bool enlarge(struct frame *frame, size_t count)
+{
+    const size_t capacity = count + count / 8u;
+    if (frame->bytes != NULL && count <= frame->capacity) {
+        return true;
+    }
+    free(frame->bytes);
+    frame->bytes = malloc(FRAME_HEAD_BYTES + capacity * FRAME_POINT_BYTES);
+    frame->capacity = frame->bytes != NULL ? capacity : 0;
+    return frame->bytes != NULL;
+}
+
+/* A frame with room for so many points. */
+static struct frame *begin(struct frame_pool *pool, size_t count)
 {
     (void)pthread_mutex_lock(&pool->lock);
-    struct frame *frame = pool->spare;
-    const size_t capacity = pool->capacity;
-    if (frame != NULL) {
-        pool->spare = frame->next;
-        pool->spare_count--;
-    }
+    struct frame *frame = take_spare(pool, count);
     pool->frames++;
+    pool->latest = count;
     (void)pthread_mutex_unlock(&pool->lock);
     if (frame == NULL) {
-        frame = new_frame(pool, capacity);
+        frame = calloc(1, sizeof *frame);
     }
-    if (frame == NULL) {
+    if (frame == NULL || !enlarge(frame, count)) {
+        free(frame);
         (void)pthread_mutex_lock(&pool->lock);
         pool->frames--;
         (void)pthread_mutex_unlock(&pool->lock);
         return NULL;
     }
-    frame->count = 0;
-    frame->cut = 0;
+    frame->pool = pool;
+    frame->count = count;
     frame->references = 1;
     return frame;
 }
@@ -133,7 +139,7 @@ static bool is_worth_keeping(const struct frame_pool *pool,
                              const struct frame *frame)
 {
     return !pool->is_left && pool->spare_count < SPARE_MAX &&
-           frame->capacity / 8u <= pool->capacity;
+           frame->capacity / 8u <= pool->latest;
 }
 
 void frame_release(struct frame *frame)
@@ -166,53 +172,6 @@ const uint8_t *frame_bytes(const struct frame *frame, size_t *len)
 {
     *len = FRAME_HEAD_BYTES + frame->count * FRAME_POINT_BYTES;
     return frame->bytes;
-}
-
-uint64_t frame_cut(const struct frame *frame)
-{
-    return frame->cut;
-}
-
-/* Where the array that has so many bytes of each point before it begins, in
- * arrays of so many points. */
-static uint8_t *array_at(uint8_t *bytes, unsigned before, size_t points)
-{
-    return bytes + FRAME_HEAD_BYTES + before * points;
-}
-
-/* The arrays of count points, laid out for so many, to a layout for others. */
-static void move_arrays(uint8_t *to, size_t to_points, uint8_t *from,
-                        size_t from_points, size_t count)
-{
-    static const unsigned arrays[][2] = {{WIDTH_AT, 2},
-                                         {LINE_AT, 2},
-                                         {PIXEL_AT, 2},
-                                         {RETURN_AT, 1},
-                                         {BITS_AT, 1}};
-    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {
-        memmove(array_at(to, arrays[i][0], to_points),
-                array_at(from, arrays[i][0], from_points),
-                arrays[i][1] * count);
-    }
-}
-
-static bool grow(struct frame *frame, size_t needed)
-{
-    size_t capacity = frame->capacity;
-    while (capacity < needed) {
-        capacity *= 2u;
-    }
-    uint8_t *bytes = malloc(FRAME_HEAD_BYTES + capacity * FRAME_POINT_BYTES);
-    if (bytes == NULL) {
-        return false;
-    }
-    memcpy(bytes + FRAME_HEAD_BYTES, frame->bytes + FRAME_HEAD_BYTES,
-           WIDTH_AT * frame->count);
-    move_arrays(bytes, capacity, frame->bytes, frame->capacity, frame->count);
-    free(frame->bytes);
-    frame->bytes = bytes;
-    frame->capacity = capacity;
-    return true;
 }
 
 /* Compilers make one store of each of these. */
@@ -256,87 +215,58 @@ static inline uint16_t width_of(float ns)
     return hundredths < 65535.0f ? (uint16_t)hundredths : UINT16_MAX;
 }
 
-static inline uint8_t bits_of(const lum_sample *s, uint8_t eye)
+/* Where the array that has so many bytes of each point before it begins. */
+static uint8_t *array_at(const struct frame *frame, unsigned before)
 {
-    const unsigned returns =
-        s->number_of_returns < 63u ? s->number_of_returns : 63u;
-    return (uint8_t)(eye | (unsigned)s->edge << 1 | returns << 2);
+    return frame->bytes + FRAME_HEAD_BYTES + before * frame->count;
 }
 
-static inline uint8_t return_of(const lum_sample *s, unsigned strongest)
+static void put_space(const struct frame *frame, const lum_frame *points)
 {
-    const unsigned number = s->return_number < 127u ? s->return_number : 127u;
-    return (uint8_t)(number | strongest << 7);
-}
-
-static inline bool is_asked(const lum_sample *s, unsigned edges)
-{
-    return (edges & (s->edge != 0 ? LUM_EDGES_RISING : LUM_EDGES_FALLING)) != 0;
-}
-
-/* There is room for all of the part. */
-static size_t write_part(struct frame *frame, const struct frame_part *part)
-{
-    const size_t at = frame->count;
-    const unsigned edges = (unsigned)part->edges;
-    const uint16_t number =
-        part->line < UINT16_MAX ? (uint16_t)part->line : UINT16_MAX;
-    uint8_t *xyz = frame->bytes + FRAME_HEAD_BYTES + WIDTH_AT * at;
-    uint8_t *width = array_at(frame->bytes, WIDTH_AT, frame->capacity) + 2 * at;
-    uint8_t *line = array_at(frame->bytes, LINE_AT, frame->capacity) + 2 * at;
-    uint8_t *pixel = array_at(frame->bytes, PIXEL_AT, frame->capacity) + 2 * at;
-    uint8_t *ret = array_at(frame->bytes, RETURN_AT, frame->capacity) + at;
-    uint8_t *bits = array_at(frame->bytes, BITS_AT, frame->capacity) + at;
-    size_t n = 0;
-    for (size_t i = 0; i < part->count; i++) {
-        const lum_sample *s = &part->samples[i];
-        put_float(xyz + WIDTH_AT * n, s->x);
-        put_float(xyz + WIDTH_AT * n + 4, s->y);
-        put_float(xyz + WIDTH_AT * n + 8, s->z);
-        put16(width + 2 * n, width_of(s->pulse_width));
-        put16(line + 2 * n, number);
-        put16(pixel + 2 * n, s->pixel);
-        ret[n] = return_of(s, part->strongest[i]);
-        bits[n] = bits_of(s, part->eye);
-        n += is_asked(s, edges) ? 1u : 0u;
+    const float *x = lum_frame_floats(points, LUM_COLUMN_X);
+    const float *y = lum_frame_floats(points, LUM_COLUMN_Y);
+    const float *z = lum_frame_floats(points, LUM_COLUMN_Z);
+    const float *width = lum_frame_floats(points, LUM_COLUMN_PULSE_WIDTH);
+    uint8_t *to = array_at(frame, 0);
+    uint8_t *to_width = array_at(frame, WIDTH_AT);
+    for (size_t i = 0; i < frame->count; i++) {
+        put_float(to + WIDTH_AT * i, x[i]);
+        put_float(to + WIDTH_AT * i + 4, y[i]);
+        put_float(to + WIDTH_AT * i + 8, z[i]);
+        put16(to_width + 2 * i, width_of(width[i]));
     }
-    return n;
 }
 
-static size_t count_asked(const struct frame_part *part)
+static void put_places(const struct frame *frame, const lum_frame *points)
 {
-    size_t n = 0;
-    for (size_t i = 0; i < part->count; i++) {
-        n += is_asked(&part->samples[i], (unsigned)part->edges) ? 1u : 0u;
+    const uint32_t *line = lum_frame_uint32s(points, LUM_COLUMN_LINE);
+    const uint16_t *pixel = lum_frame_uint16s(points, LUM_COLUMN_PIXEL);
+    uint8_t *to_line = array_at(frame, LINE_AT);
+    uint8_t *to_pixel = array_at(frame, PIXEL_AT);
+    for (size_t i = 0; i < frame->count; i++) {
+        put16(to_line + 2 * i,
+              line[i] < UINT16_MAX ? (uint16_t)line[i] : UINT16_MAX);
+        put16(to_pixel + 2 * i, pixel[i]);
     }
-    return n;
 }
 
-bool frame_add(struct frame *frame, const struct frame_part *part)
+static void put_returns(const struct frame *frame, const lum_frame *points)
 {
-    struct frame_part fitting = *part;
-    const size_t room = frame->pool->points_max - frame->count;
-    if (part->count > room) {
-        fitting.count = room;
-        frame->cut +=
-            count_asked(&(struct frame_part){.samples = part->samples + room,
-                                             .count = part->count - room,
-                                             .edges = part->edges});
+    const uint16_t *numbers =
+        lum_frame_uint16s(points, LUM_COLUMN_RETURN_NUMBER);
+    const uint16_t *counts =
+        lum_frame_uint16s(points, LUM_COLUMN_NUMBER_OF_RETURNS);
+    const uint8_t *eye = lum_frame_uint8s(points, LUM_COLUMN_EYE);
+    const uint8_t *edge = lum_frame_uint8s(points, LUM_COLUMN_EDGE);
+    const uint8_t *strongest = lum_frame_uint8s(points, LUM_COLUMN_STRONGEST);
+    uint8_t *to_return = array_at(frame, RETURN_AT);
+    uint8_t *to_bits = array_at(frame, BITS_AT);
+    for (size_t i = 0; i < frame->count; i++) {
+        const unsigned number = numbers[i] < 127u ? numbers[i] : 127u;
+        const unsigned count = counts[i] < 63u ? counts[i] : 63u;
+        to_return[i] = (uint8_t)(number | (unsigned)strongest[i] << 7);
+        to_bits[i] = (uint8_t)(eye[i] | (unsigned)edge[i] << 1 | count << 2);
     }
-    if (frame->capacity < frame->count + fitting.count &&
-        !grow(frame, frame->count + fitting.count)) {
-        return false;
-    }
-    frame->count += write_part(frame, &fitting);
-    return true;
-}
-
-static void note_capacity(struct frame *frame)
-{
-    struct frame_pool *pool = frame->pool;
-    (void)pthread_mutex_lock(&pool->lock);
-    pool->capacity = frame->capacity;
-    (void)pthread_mutex_unlock(&pool->lock);
 }
 
 static uint32_t fit32(uint64_t value)
@@ -344,11 +274,9 @@ static uint32_t fit32(uint64_t value)
     return value < UINT32_MAX ? (uint32_t)value : UINT32_MAX;
 }
 
-void frame_seal(struct frame *frame, const struct frame_head *head)
+static void put_head(const struct frame *frame, const struct frame_head *head)
 {
     uint8_t *to = frame->bytes;
-    move_arrays(to, frame->count, to, frame->capacity, frame->count);
-    note_capacity(frame);
     put32(to, FRAME_MAGIC);
     put16(to + 4, FRAME_VERSION);
     put16(to + 6, FRAME_HEAD_BYTES);
@@ -364,4 +292,20 @@ void frame_seal(struct frame *frame, const struct frame_head *head)
     put32(to + 48, head->sensor);
     put32(to + 52, fit32(head->shown));
     put_double(to + 56, (double)head->complete_ns * 1e-9);
+}
+
+struct frame *frame_make(struct frame_pool *pool, const lum_frame *points,
+                         const struct frame_head *head)
+{
+    struct frame *frame = begin(pool, lum_frame_count(points));
+    if (frame == NULL) {
+        return NULL;
+    }
+    put_head(frame, head);
+    if (frame->count > 0) {
+        put_space(frame, points);
+        put_places(frame, points);
+        put_returns(frame, points);
+    }
+    return frame;
 }

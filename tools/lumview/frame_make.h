@@ -1,46 +1,34 @@
-/* Frames being made: points of lines come in, and go at once where the message
- * has them. */
+/* Frames as the library makes them to the messages that the page gets. */
 #ifndef LUMVIEW_FRAME_MAKE_H
 #define LUMVIEW_FRAME_MAKE_H
 
 #include "frame.h"
 
-#include "lum/points.h"
+#include "lum/frame/frame.h"
 
-#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 /* Enough for any sensor, and no more than a browser can take. */
 #define FRAME_POINTS_MAX 8000000u
 
+/* What frame_make() reads. */
+#define FRAME_COLUMNS                                                          \
+    (LUM_COLUMNS_XYZ | LUM_COLUMN_BIT(LUM_COLUMN_PULSE_WIDTH) |                \
+     LUM_COLUMN_BIT(LUM_COLUMN_LINE) | LUM_COLUMN_BIT(LUM_COLUMN_PIXEL) |      \
+     LUM_COLUMN_BIT(LUM_COLUMN_RETURN_NUMBER) |                                \
+     LUM_COLUMN_BIT(LUM_COLUMN_NUMBER_OF_RETURNS) |                            \
+     LUM_COLUMN_BIT(LUM_COLUMN_EYE) | LUM_COLUMN_BIT(LUM_COLUMN_EDGE) |        \
+     LUM_COLUMN_BIT(LUM_COLUMN_STRONGEST))
+
 /* Buffers that frames no longer need, kept for the next. Any thread. */
 struct frame_pool;
 
-/* points_max: of a frame; the rest is cut off. NULL without memory. */
-struct frame_pool *frame_pool_new(size_t points_max);
+/* NULL without memory. */
+struct frame_pool *frame_pool_new(void);
 
-/* No frame is begun any more; those that there are live on. NULL is allowed. */
+/* No frame is made any more; those that there are live on. NULL is allowed. */
 void frame_pool_free(struct frame_pool *pool);
-
-/* An empty frame; NULL without memory. */
-struct frame *frame_begin(struct frame_pool *pool);
-
-/* Which points of a line, and of which. */
-struct frame_part {
-    const lum_sample *samples;
-    const uint8_t *strongest; /* of each sample, 1 or 0 */
-    size_t count;
-    lum_edges edges; /* of the samples, these */
-    uint32_t line;
-    uint8_t eye;
-};
-
-/* False: there was no memory for more, and the part is not in it. */
-bool frame_add(struct frame *frame, const struct frame_part *part);
-
-/* Points that were cut off. */
-uint64_t frame_cut(const struct frame *frame);
 
 /* The rest of the head. */
 struct frame_head {
@@ -56,7 +44,9 @@ struct frame_head {
     uint64_t shown;
 };
 
-/* Nothing is added any more; the frame can be shown to others. */
-void frame_seal(struct frame *frame, const struct frame_head *head);
+/* points: with FRAME_COLUMNS, and at most FRAME_POINTS_MAX. NULL without
+ * memory. */
+struct frame *frame_make(struct frame_pool *pool, const lum_frame *points,
+                         const struct frame_head *head);
 
 #endif

@@ -4,22 +4,13 @@ void picture_drop(struct picture *picture)
 {
     for (size_t i = 0; i < picture->count; i++) {
         frame_release(picture->frames[i]);
+        lum_frame_release(picture->points[i]);
     }
     *picture = (struct picture){0};
 }
 
-uint64_t picture_cut(const struct picture *picture)
-{
-    uint64_t most = 0;
-    for (size_t i = 0; i < picture->count; i++) {
-        const struct frame *frame = picture->frames[i];
-        const uint64_t cut = frame != NULL ? frame_cut(frame) : 0;
-        most = cut > most ? cut : most;
-    }
-    return most;
-}
-
-void picture_seal(struct picture *picture, int64_t complete_ns, uint64_t shown)
+void picture_seal(struct picture *picture, struct frame_pool *pool,
+                  int64_t complete_ns, uint64_t shown)
 {
     struct frame_head head = {
         .frame = picture->frame,
@@ -33,9 +24,9 @@ void picture_seal(struct picture *picture, int64_t complete_ns, uint64_t shown)
     for (size_t i = 0; i < picture->count; i++) {
         head.edges = picture->views[i].edges;
         head.smooth = picture->views[i].smooth;
-        if (picture->frames[i] != NULL) {
-            frame_seal(picture->frames[i], &head);
-        }
+        picture->frames[i] = frame_make(pool, picture->points[i], &head);
+        lum_frame_release(picture->points[i]);
+        picture->points[i] = NULL;
     }
 }
 

@@ -12,21 +12,21 @@ struct picture {
     uint32_t lines;
     uint64_t lost_words;
     uint32_t sensor;
+    uint64_t cut; /* points, of the view that lost most */
     size_t count;
     struct feed_view views[FEED_VIEWS_MAX];
-    struct frame *frames[FEED_VIEWS_MAX]; /* NULL: there was no memory */
+    lum_frame *points[FEED_VIEWS_MAX];    /* until it is sealed */
+    struct frame *frames[FEED_VIEWS_MAX]; /* then; NULL: there was no memory */
 };
 
-/* Release its frames; it is empty then. */
+/* Release what it has; it is empty then. */
 void picture_drop(struct picture *picture);
 
-/* Points that were cut off, of the view that lost most. */
-uint64_t picture_cut(const struct picture *picture);
-
-/* Its frames can be shown.
+/* Make its frames, which can then be shown.
  * complete_ns: when it was complete, monotonic.
  * shown: frames so far, this one included. */
-void picture_seal(struct picture *picture, int64_t complete_ns, uint64_t shown);
+void picture_seal(struct picture *picture, struct frame_pool *pool,
+                  int64_t complete_ns, uint64_t shown);
 
 /* The frame of a view; NULL: it has none. */
 struct frame *picture_find(const struct picture *picture,

@@ -127,8 +127,8 @@ static void show(struct player *p, struct picture *picture, int64_t due_ns,
     }
     p->is_due = false;
     p->is_remake = false;
-    if (picture_cut(picture) > 0) {
-        p->cut = picture_cut(picture);
+    if (picture->cut > 0) {
+        p->cut = picture->cut;
         p->cut_frame = picture->frame;
     }
     count(p);

@@ -140,7 +140,7 @@ void stage_show(struct stage *stage, struct picture *picture,
     lock(stage);
     const uint64_t shown = stage->status.frames + 1u;
     unlock(stage);
-    picture_seal(picture, complete_ns, shown);
+    picture_seal(picture, stage->pool, complete_ns, shown);
     lock(stage);
     struct picture before = stage->shown;
     stage->shown = *picture;

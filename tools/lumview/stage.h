@@ -44,6 +44,7 @@ void totals_subtract(struct totals *from, const struct totals *less);
 struct stage {
     void (*wake)(void *context);
     void *context;
+    struct frame_pool *pool; /* of what is shown; whose owner outlives this */
 
     pthread_mutex_t lock; /* guards what follows */
     pthread_cond_t changed;

@@ -94,18 +94,22 @@ typedef struct lum_framer_options {
     size_t struct_size;                 /**< sizeof(lum_framer_options) */
     const lum_layout *layout;           /**< NULL: lum_layout_default() */
     const lum_calibration *calibration; /**< NULL: lum_calibration_default() */
+    const lum_projector *projector;     /**< copied; in place of a calibration;
+                                             or NULL */
     const lum_assembler_config *config; /**< NULL: the default constants */
     const lum_view *views; /**< view_count of them; NULL: lum_view_default() */
     size_t view_count;     /**< at most LUM_VIEWS_MAX */
     unsigned wants;        /**< ::lum_framer_wants; 0: frames */
     unsigned eyes;         /**< ::lum_eyes; 0: both */
-    bool has_sensor;       /**< one sensor is asked for; others are left out */
-    uint32_t sensor;       /**< its address, host order */
-    bool has_range;        /**< frames of a range are asked for */
-    int64_t frame_first;   /**< the first of them */
-    int64_t frame_last;    /**< the last of them */
-    bool drop_incomplete;  /**< leave out lines that lack angles or words */
-    uint32_t points_max;   /**< of a frame; 0: LUM_FRAME_POINTS_MAX */
+    bool only_first;     /**< where no sensor is asked for: the first that sends
+                              data is; of others packets alone are counted */
+    bool has_sensor;     /**< one sensor is asked for; others are left out */
+    uint32_t sensor;     /**< its address, host order */
+    bool has_range;      /**< frames of a range are asked for */
+    int64_t frame_first; /**< the first of them */
+    int64_t frame_last;  /**< the last of them */
+    bool drop_incomplete; /**< leave out lines that lack angles or words */
+    uint32_t points_max;  /**< of a frame; 0: LUM_FRAME_POINTS_MAX */
 } lum_framer_options;
 
 /** A framer. */
@@ -165,6 +169,13 @@ size_t lum_framer_line_samples(lum_framer *framer, size_t view,
  *         flush, longer with lum_frame_keep(). */
 const lum_frame *lum_framer_frame(const lum_framer *framer, size_t view);
 
+/** The view that such a frame was made for: that of when it began.
+ * @param out struct_size is set by the caller; as much of the rest is
+ *            overwritten.
+ * @return false if there is no such view. */
+bool lum_framer_frame_view(const lum_framer *framer, size_t view,
+                           lum_view *out);
+
 /** The number of the frame that the last event is about. */
 int64_t lum_framer_frame_number(const lum_framer *framer);
 
@@ -191,6 +202,7 @@ typedef struct lum_framer_counters {
                                    are wanted; of all of rising edges where
                                    there is no view */
     uint64_t lines_late;      /**< lines whose frame had been handed out */
+    uint64_t points_late;     /**< what the first view selects of them */
     uint64_t points_cut;      /**< beyond the most points of a frame */
     lum_under_way under_way;  /**< no losses */
     double frames_per_second; /**< of whole frames, by arrival; 0: not known */

@@ -20,15 +20,15 @@ struct Point {
     float z;
     float intensity; // pulse width, ns
     float time;      // seconds from the stamp
-    uint16_t ring;   // of Rings; the line, until Frame::finish()
+    uint16_t ring;   // of Rings
     uint8_t number;  // of the return
     uint8_t eye;     // 0 blue, 1 green
 };
 
 static_assert(sizeof(Point) == 24, "as the message's fields say");
 static_assert(offsetof(Point, intensity) == 12 && offsetof(Point, time) == 16 &&
-                  offsetof(Point, ring) == 20 && offsetof(Point, number) == 22 &&
-                  offsetof(Point, eye) == 23,
+                  offsetof(Point, ring) == 20 &&
+                  offsetof(Point, number) == 22 && offsetof(Point, eye) == 23,
               "as the message's fields say");
 
 struct Cloud {
@@ -42,41 +42,37 @@ struct Cloud {
 // What one eye sees of a cloud, its rings counted from 0.
 void take_eye(const Cloud &cloud, unsigned eye, Cloud &out);
 
-// A frame that is being put together.
-class Frame
+// The columns that a cloud is made of.
+constexpr lum_columns cloud_columns =
+    LUM_COLUMNS_XYZ | LUM_COLUMN_BIT(LUM_COLUMN_PULSE_WIDTH) |
+    LUM_COLUMN_BIT(LUM_COLUMN_TIME) | LUM_COLUMN_BIT(LUM_COLUMN_LINE) |
+    LUM_COLUMN_BIT(LUM_COLUMN_RETURN_NUMBER) | LUM_COLUMN_BIT(LUM_COLUMN_EYE);
+
+// Makes clouds of frames, and keeps memory for the next.
+class CloudMaker
 {
   public:
-    void clear();
+    explicit CloudMaker(uint32_t lines) : rings_(lines)
+    {
+    }
 
-    // clock_ns: of the line's first pixel. offset_ns: what makes UTC of the
-    // clock, as far as it is known now. Returns points left out for want of
-    // room.
-    size_t add(const lum_line &line, const lum_sample *samples, size_t count,
-               int64_t clock_ns, int64_t offset_ns);
+    // A frame into order of time, then eye, then as its lines hold its points.
+    // begin_ns: UTC of the frame's begin. Whether there were more lines than
+    // the rings knew.
+    bool make(const lum_frame &frame, int64_t begin_ns, Cloud &out);
 
-    // Into order of time, then eye, then as the lines hold them. Whether there
-    // were more lines than rings knew.
-    bool finish(Rings &rings, Cloud &out);
+    const Rings &rings() const
+    {
+        return rings_;
+    }
 
   private:
-    struct Line {
-        int64_t clock_ns;
-        uint32_t number;
-        size_t end; // of its points in those of the eye
-    };
-    struct Eye {
-        std::vector<Line> lines;
-        std::vector<Point> points; // time: the pixel, until finish()
-    };
+    bool show_lines(const lum_frame &frame);
+    void take_points(const lum_frame &frame, Cloud &out);
+    static void set_first(int64_t begin_ns, Cloud &out);
 
-    bool show_lines(Rings &rings) const;
-    static size_t set_rings(Eye &eye, unsigned index, const Rings &rings);
-    int64_t line_period_ns() const;
-    int64_t find_first(int64_t period_ns) const;
-    static void set_times(Eye &eye, int64_t period_ns, int64_t first_ns);
-
-    Eye eyes_[LUM_EYES];
-    int64_t offset_ns_ = 0;
+    Rings rings_;
+    std::vector<Point> eyes_[LUM_EYES];
 };
 
 } // namespace lumsdk_ros

@@ -2,9 +2,7 @@
 
 #include <ros/console.h>
 
-#include <algorithm>
 #include <cstring>
-#include <iterator>
 #include <new>
 #include <stdexcept>
 #include <utility>
@@ -15,8 +13,8 @@ namespace lumsdk_ros
 namespace
 {
 
-// Beyond this many the lowest is finished, whatever may still come for it.
-constexpr size_t open_frames_max = 8;
+// More than both eyes can have in a frame of 640 lines, all returns counted.
+constexpr uint32_t points_max = uint32_t{1} << 24;
 
 // All of it are counters of 64 bits.
 void add(lum_demux_counters &to, const lum_demux_counters &from)
@@ -35,129 +33,95 @@ void add(lum_demux_counters &to, const lum_demux_counters &from)
 } // namespace
 
 Decoder::Decoder(const Options &options, Output output)
-    : options_(options), output_(std::move(output)), rings_(options.lines)
+    : options_(options), output_(std::move(output)), maker_(options.lines)
 {
-    if (lum_projector_init(&projector_, &options_.calibration,
-                           &options_.layout) != LUM_OK) {
-        throw std::runtime_error("~calibration cannot be used");
-    }
     has_clock_ = options_.layout.profile.group[LUM_FIELD_TIMESTAMP].bytes != 0;
     begin();
 }
 
 void Decoder::begin()
 {
-    lum_demux_options o = {};
-    o.layout = options_.layout;
+    lum_view view;
+    lum_view_default(&view);
+    view.selection = options_.selection;
+    view.smooth_window = options_.smooth_window;
+    view.smooth_order = options_.smooth_order;
+    view.columns = cloud_columns;
+    lum_framer_options o = {};
+    o.struct_size = sizeof o;
+    o.layout = &options_.layout;
+    o.calibration = &options_.calibration;
+    o.views = &view;
+    o.view_count = 1;
     o.has_sensor = options_.has_sensor;
     o.sensor = options_.sensor;
-    lum_assembler_config_default(&o.config);
-    demux_.reset(lum_demux_new(&o));
-    if (!demux_) {
-        throw std::bad_alloc();
+    o.points_max = points_max;
+    lum_framer *framer = nullptr;
+    lum_error error = {""};
+    if (lum_framer_new(&o, &framer, &error) != 0) {
+        throw std::runtime_error(error.text);
     }
-    samples_.resize(o.config.words_per_line);
-    returns_.resize(o.config.words_per_line);
-    workspace_.returns = returns_.data();
-    has_ended_ = false;
-    std::fill(std::begin(has_joined_), std::end(has_joined_), false);
+    framer_.reset(framer);
 }
 
 void Decoder::take(const lum_record &record)
 {
-    lum_result r = LUM_OK;
-    while ((r = lum_demux_push(demux_.get(), &record, nullptr)) > 0) {
-        take_event(r);
+    lum_framer_event event = LUM_FRAMER_NONE;
+    while ((event = lum_framer_push(framer_.get(), &record, nullptr)) !=
+           LUM_FRAMER_NONE) {
+        take_event(event);
     }
-    if (r != LUM_OK) {
-        throw std::bad_alloc();
-    }
-    if (!options_.has_sensor && lum_demux_sensor_count(demux_.get()) > 1) {
+    if (!options_.has_sensor &&
+        lum_demux_sensor_count(lum_framer_demux(framer_.get())) > 1) {
         throw std::runtime_error(
             "data of several sensors: ~sensor has to name one");
     }
 }
 
-void Decoder::take_event(lum_result event)
+void Decoder::take_event(lum_framer_event event)
 {
-    const lum_assembler *assembler = lum_demux_current(demux_.get());
-    if (event == LUM_LINE_READY) {
-        take_line(*lum_assembler_line(assembler));
-    } else {
-        end_frames(lum_assembler_frame(assembler));
+    switch (event) {
+    case LUM_FRAMER_FRAME:
+        take_frame(*lum_framer_frame(framer_.get(), 0));
+        break;
+    case LUM_FRAMER_FAILED:
+        throw std::bad_alloc();
+    case LUM_FRAMER_NONE:
+    case LUM_FRAMER_LINE:
+    case LUM_FRAMER_FRAME_END:
+        break;
     }
 }
 
-size_t Decoder::compute(const lum_line &line)
+// What makes UTC of the clock, as far as it is known with the frame's lines.
+int64_t Decoder::show_times(const lum_frame &frame)
 {
-    lum_line smoothed = line;
-    if (options_.smooths) {
-        lum_smooth_line(&options_.smooth, &line, angles_);
-        smoothed.angles = angles_;
+    int64_t offset_ns = 0;
+    lum_frame_line line = {};
+    line.struct_size = sizeof line;
+    for (size_t i = 0; lum_frame_get_line(&frame, i, &line); i++) {
+        const int64_t clock_ns =
+            has_clock_ ? line.clock_us * 1000 : line.arrival_ns;
+        offset_ns = times_.take(clock_ns, line.arrival_ns);
     }
-    return lum_samples_compute(&projector_, &smoothed, &options_.selection,
-                               &workspace_, samples_.data(), &counts_.losses);
+    return offset_ns;
 }
 
-// The first line of an eye was under way when the packets began, as far as it
-// lacks anything.
-void Decoder::note_joined(const lum_line &line)
+void Decoder::take_frame(const lum_frame &frame)
 {
-    if (!has_joined_[line.eye]) {
-        has_joined_[line.eye] = true;
-        counts_.joined += line.lost_words;
-        counts_.joined += line.angle_count < LUM_LINE_PIXELS ? 1 : 0;
-    }
-}
-
-void Decoder::take_line(const lum_line &line)
-{
-    note_joined(line);
-    const size_t count = compute(line);
-    const int64_t clock_ns = has_clock_ ? line.clock_us * 1000 : line.arrival;
-    const int64_t offset_ns = times_.take(clock_ns, line.arrival);
-    if (has_ended_ && line.frame <= ended_) {
-        counts_.left_out += count;
+    lum_frame_info info = {};
+    info.struct_size = sizeof info;
+    lum_frame_get_info(&frame, &info);
+    if (lum_frame_line_count(&frame) == 0) {
         return;
     }
-    counts_.left_out +=
-        frame_of(line.frame)
-            .add(line, samples_.data(), count, clock_ns, offset_ns);
-    if (frames_.size() > open_frames_max) {
-        end_frame();
-    }
-}
-
-Frame &Decoder::frame_of(int64_t number)
-{
-    const auto found = frames_.find(number);
-    if (found != frames_.end()) {
-        return found->second;
-    }
-    spare_.clear();
-    Frame &frame = frames_[number] = std::move(spare_);
-    spare_ = Frame();
-    return frame;
-}
-
-void Decoder::end_frames(int64_t last)
-{
-    while (!frames_.empty() && frames_.begin()->first <= last) {
-        end_frame();
-    }
-    ended_ = has_ended_ ? std::max(ended_, last) : last;
-    has_ended_ = true;
-}
-
-// The lowest one.
-void Decoder::end_frame()
-{
-    const auto lowest = frames_.begin();
-    cloud_.frame = lowest->first;
-    if (lowest->second.finish(rings_, cloud_)) {
+    const int64_t clock_ns =
+        has_clock_ ? info.begin_clock_us * 1000 : info.begin_arrival_ns;
+    cloud_.frame = info.number;
+    if (maker_.make(frame, clock_ns + show_times(frame), cloud_)) {
         ROS_WARN("frames have more lines than those before: rings of the green "
                  "eye begin at %u from here on; ~lines states where",
-                 static_cast<unsigned>(rings_.lines()));
+                 static_cast<unsigned>(maker_.rings().lines()));
     }
     if (cloud_.ringless != 0) {
         ROS_WARN_THROTTLE(10.0,
@@ -165,10 +129,6 @@ void Decoder::end_frame()
                           cloud_.ringless, static_cast<unsigned>(cloud_.lines),
                           static_cast<unsigned>(Rings::none));
     }
-    has_ended_ = true;
-    ended_ = lowest->first;
-    spare_ = std::move(lowest->second);
-    (void)frames_.erase(lowest);
     counts_.clouds++;
     counts_.points += cloud_.points.size();
     output_(cloud_);
@@ -176,26 +136,37 @@ void Decoder::end_frame()
 
 void Decoder::finish()
 {
-    lum_demux_counters total;
-    lum_result r = LUM_OK;
-    while ((r = lum_demux_flush(demux_.get())) > 0) {
-        take_event(r);
+    lum_framer_event event = LUM_FRAMER_NONE;
+    while ((event = lum_framer_flush(framer_.get())) != LUM_FRAMER_NONE) {
+        take_event(event);
     }
-    while (!frames_.empty()) {
-        end_frame();
-    }
-    lum_demux_total(demux_.get(), &total);
-    add(counts_.demux, total);
+    add_lines(counts_);
     begin();
+}
+
+// What the framer at work has counted.
+void Decoder::add_lines(DecoderCounts &to) const
+{
+    const lum_demux *demux = lum_framer_demux(framer_.get());
+    lum_demux_counters total;
+    lum_demux_total(demux, &total);
+    add(to.demux, total);
+    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
+        lum_framer_counters c = {};
+        c.struct_size = sizeof c;
+        lum_framer_count(framer_.get(), i, &c);
+        to.losses.no_angle += c.losses.no_angle;
+        to.losses.no_range += c.losses.no_range;
+        to.under_way += c.under_way.words + c.under_way.lines;
+        to.left_out += c.points_late + c.points_cut;
+    }
 }
 
 DecoderCounts Decoder::counts() const
 {
     DecoderCounts counts = counts_;
-    counts.lines = rings_.lines();
-    lum_demux_counters total;
-    lum_demux_total(demux_.get(), &total);
-    add(counts.demux, total);
+    counts.lines = maker_.rings().lines();
+    add_lines(counts);
     return counts;
 }
 

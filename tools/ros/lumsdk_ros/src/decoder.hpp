@@ -8,9 +8,7 @@
 #include "time_map.hpp"
 
 #include <functional>
-#include <map>
 #include <memory>
-#include <vector>
 
 namespace lumsdk_ros
 {
@@ -19,8 +17,9 @@ namespace lumsdk_ros
 struct DecoderCounts {
     lum_demux_counters demux = {};
     lum_point_losses losses = {};
-    uint64_t joined = 0; // what lines lack that were under way when the
-                         // packets began: counted as lost, and is not
+    uint64_t under_way = 0; // what lines lack that were under way when the
+                            // packets began or ended: counted as lost, and is
+                            // not
     uint64_t clouds = 0;
     uint64_t points = 0;
     uint64_t left_out = 0; // points of lines behind their cloud
@@ -45,40 +44,27 @@ class Decoder
     DecoderCounts counts() const;
 
   private:
-    struct FreeDemux {
-        void operator()(lum_demux *demux) const
+    struct FreeFramer {
+        void operator()(lum_framer *framer) const
         {
-            lum_demux_free(demux);
+            lum_framer_free(framer);
         }
     };
 
     void begin();
-    void take_event(lum_result event);
-    void take_line(const lum_line &line);
-    void note_joined(const lum_line &line);
-    size_t compute(const lum_line &line);
-    Frame &frame_of(int64_t number);
-    void end_frames(int64_t last);
-    void end_frame();
+    void take_event(lum_framer_event event);
+    void take_frame(const lum_frame &frame);
+    int64_t show_times(const lum_frame &frame);
+    void add_lines(DecoderCounts &to) const;
 
     const Options options_;
     Output output_;
-    lum_projector projector_ = {};
-    std::unique_ptr<lum_demux, FreeDemux> demux_;
-    std::vector<lum_sample> samples_;
-    std::vector<lum_return> returns_;
-    lum_sample_workspace workspace_ = {};
-    lum_angle angles_[LUM_LINE_PIXELS] = {}; // smoothed
+    std::unique_ptr<lum_framer, FreeFramer> framer_;
     TimeMap times_;
     bool has_clock_ = true;
-    std::map<int64_t, Frame> frames_;
-    Frame spare_; // keeps the memory of the frame before
+    CloudMaker maker_;
     Cloud cloud_;
-    Rings rings_;
-    bool has_joined_[LUM_EYES] = {}; // a line of the eye was handed out
-    bool has_ended_ = false;         // a frame
-    int64_t ended_ = 0;              // the highest of these
-    DecoderCounts counts_; // without those of the demultiplexer at work
+    DecoderCounts counts_; // without those of the framer at work
 };
 
 } // namespace lumsdk_ros

@@ -138,7 +138,7 @@ Status Diagnostics::make_data(const SourceView &view, int64_t now_ns)
 Status Diagnostics::make_losses(const SourceView &view)
 {
     Status status = make_status("losses");
-    const uint64_t joined = view.pipeline.decoder.joined;
+    const uint64_t joined = view.pipeline.decoder.under_way;
     uint64_t lost = 0;
     for (const Loss &loss : losses_of(view)) {
         add(status, loss.name, std::to_string(loss.count));

@@ -12,6 +12,7 @@ extern "C" {
 #include "lum/capture/capture.h"
 #include "lum/config/config.h"
 #include "lum/capture/demux.h"
+#include "lum/frame/framer.h"
 #include "lum/laser.h"
 #include "lum/host/laser_name.h"
 #include "lum/net/resolve.h"

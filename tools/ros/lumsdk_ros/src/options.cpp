@@ -48,9 +48,9 @@ void read_endpoint(const std::string &text, lum_endpoint &out)
     if ((colon != std::string::npos &&
          !parse_port(text.substr(colon + 1), out.port)) ||
         !parse_address(text.substr(0, colon), out.address, why)) {
-        refuse("~source: udp://" + text +
-               " is not udp://HOST[:PORT], such as udp://10.42.0.37: " +
-               why.text);
+        refuse(
+            "~source: udp://" + text +
+            " is not udp://HOST[:PORT], such as udp://10.42.0.37: " + why.text);
     }
 }
 
@@ -179,8 +179,10 @@ void read_smoothing(Parameters &p, Options &o)
         p.integer("smoothing", 0, 0, LUM_SMOOTH_WINDOW_MAX));
     const auto order = static_cast<uint32_t>(p.integer(
         "smoothing_order", LUM_SMOOTH_ORDER(window), 0, LUM_SMOOTH_ORDER_MAX));
-    o.smooths = window > 1;
-    if (o.smooths && lum_smooth_init(&o.smooth, window, order) != LUM_OK) {
+    lum_smooth smooth;
+    o.smooth_window = window;
+    o.smooth_order = order;
+    if (window > 1 && lum_smooth_init(&smooth, window, order) != LUM_OK) {
         refuse("~smoothing: a window of " + std::to_string(window) +
                " and ~smoothing_order " + std::to_string(order) +
                " do not go together: an odd window above the order is right, "

@@ -28,10 +28,10 @@ struct Options {
     lum_calibration calibration = {};
     lum_layout layout = {};
     lum_selection selection = {};
-    bool smooths = false;
-    lum_smooth smooth = {};
+    uint32_t smooth_window = 0; // 0, 1: none
+    uint32_t smooth_order = 0;
     const lum_cancel *second_signal = nullptr; // ends a long laser off
-    uint32_t lines = 0; // of a frame, for the rings; 0: as the frames show
+    uint32_t lines = 0;      // of a frame, for the rings; 0: as the frames show
     bool shows_eyes = false; // a topic for each, too
     std::string frame_id;
     bool laser = false;
