@@ -60,8 +60,12 @@ void lum_clock_fit_free(lum_clock_fit *fit);
 /** Forget all, as after lum_clock_fit_new(). */
 void lum_clock_fit_reset(lum_clock_fit *fit);
 
-/** Make it know what another knows. */
-void lum_clock_fit_copy(lum_clock_fit *to, const lum_clock_fit *from);
+/** Know from the first reading on what another fit has learned of the same
+ * stream, as where the begin of a file was read beforehand. Readings that the
+ * other has taken are passed over. Nothing is learned from one that met a
+ * break.
+ */
+void lum_clock_fit_learn(lum_clock_fit *to, const lum_clock_fit *from);
 
 /** What became of a reading. */
 typedef enum lum_clock_fit_event {
@@ -80,7 +84,8 @@ typedef enum lum_clock_fit_event {
  * times a second.
  * @param clock_us   the sensor's clock, extended beyond its 32 bits: that of a
  *                   lum_line, or of a packet by lum_clock_extend().
- * @param arrival_ns when the packet that bears it arrived, ns since 1970 UTC. */
+ * @param arrival_ns when the packet that bears it arrived, ns since 1970 UTC.
+ */
 lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
                                       int64_t arrival_ns);
 
@@ -104,9 +109,9 @@ LUM_MUST_CHECK lum_result lum_clock_fit_utc(const lum_clock_fit *fit,
 
 /** How a fit stands. */
 typedef struct lum_clock_fit_info {
-    size_t struct_size;      /**< sizeof(lum_clock_fit_info), set by the caller */
-    uint64_t taken;          /**< readings that were taken */
-    uint64_t aside;          /**< readings that were set aside and left out */
+    size_t struct_size; /**< sizeof(lum_clock_fit_info), set by the caller */
+    uint64_t taken;     /**< readings that were taken */
+    uint64_t aside;     /**< readings that were set aside and left out */
     uint64_t sensor_breaks;  /**< times the sensor's clock jumped */
     uint64_t host_steps;     /**< times the host's clock was stepped */
     int64_t newest_us;       /**< the newest reading */
