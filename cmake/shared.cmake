@@ -2,7 +2,7 @@
 # that capture reads, as one shared library, where BUILD_SHARED_LIBS asks for it. The static libraries stay. It exports what
 # the public headers declare, as the reviewed lists in tests/abi have it, and
 # nothing else.
-set(lum_shared_rooms base core host net points capture cloud)
+set(lum_shared_rooms base core host net points capture frame cloud)
 
 # lum_write_exports(SYMBOLS): for the linker of this system, into lum_exports.
 function(lum_write_exports symbols)
@@ -65,8 +65,11 @@ if(BUILD_SHARED_LIBS)
   elseif(APPLE)
     target_link_options(lumsdk PRIVATE -Wl,-exported_symbols_list,${lum_exports})
   else()
-    # Its own calls stay its own, and it names all that it needs.
-    target_link_options(lumsdk PRIVATE
-                        -Wl,--version-script=${lum_exports} -Wl,-Bsymbolic-functions -Wl,-z,defs)
+    # Its own calls stay its own.
+    target_link_options(lumsdk PRIVATE -Wl,--version-script=${lum_exports} -Wl,-Bsymbolic-functions)
+    # It names all that it needs; what sanitizers need comes with the program.
+    if(NOT LUM_SANITIZE AND NOT LUM_FUZZ)
+      target_link_options(lumsdk PRIVATE -Wl,-z,defs)
+    endif()
   endif()
 endif()

@@ -4,7 +4,7 @@
 
 /* Words of which one column after another is made, while they are in the
  * first-level cache. */
-#define BLOCK 256u
+#define BLOCK 512u
 
 /* Words that all give a point which is asked for. */
 struct chunk {

@@ -1,6 +1,6 @@
 /* Datagrams in memory to frames with columns x y z, and with all columns,
  * against the same datagrams to lines and 16-byte points (bench_points):
- * interleaved rounds, one thread, points a second. */
+ * interleaved rounds, one thread, points a second of processor time. */
 #include "datagrams.h"
 
 #include "lum/frame/framer.h"
@@ -107,9 +107,9 @@ static lum_framer *make_framer(lum_columns columns)
 static double time_frames(lum_framer *framer, const struct stream *s,
                           size_t expected)
 {
-    const double begin = now_s();
+    const double begin = processor_s();
     const size_t count = run_frames(framer, s);
-    const double seconds = now_s() - begin;
+    const double seconds = processor_s() - begin;
     if (count != expected) {
         stop("frames have other points than lines have");
     }
@@ -130,9 +130,9 @@ static double time_points(struct consumer *c, const lum_layout *layout,
         LUM_OK) {
         stop("no assembler");
     }
-    const double begin = now_s();
+    const double begin = processor_s();
     run_points(c, layout, s);
-    return (double)c->count / (now_s() - begin);
+    return (double)c->count / (processor_s() - begin);
 }
 
 static void measure(uint32_t words_a_pixel)

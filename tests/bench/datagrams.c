@@ -9,11 +9,21 @@
 #define LINE_PERIOD_US 1562u
 #define PAYLOAD_MAX    1472u
 
-double now_s(void)
+static double seconds_of(clockid_t clock)
 {
     struct timespec now;
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    (void)clock_gettime(clock, &now);
     return (double)now.tv_sec + (double)now.tv_nsec * 1e-9;
+}
+
+double now_s(void)
+{
+    return seconds_of(CLOCK_MONOTONIC);
+}
+
+double processor_s(void)
+{
+    return seconds_of(CLOCK_PROCESS_CPUTIME_ID);
 }
 
 void *allocate(size_t size)

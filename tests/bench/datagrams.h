@@ -30,6 +30,9 @@ void stream_free(struct stream *stream);
 
 double now_s(void);
 
+/* Of this process alone, for ratios on a machine that has other work. */
+double processor_s(void);
+
 /* Ends the program where there is none. */
 void *allocate(size_t size);
 

@@ -624,6 +624,21 @@ static void a_section_of_another_version_is_refused(void **state)
     expect_refusal(&im, "version 2");
 }
 
+static void a_section_header_has_a_shortest(void **state)
+{
+    image im = pcapng(false);
+    const size_t bad = im.len;
+    (void)state;
+    put_int(&im, SECTION, 4);
+    put_int(&im, 24, 4);
+    put_int(&im, 0x1a2b3c4d, 4);
+    put_int(&im, 1, 8);
+    put_int(&im, 24, 4);
+    struct reading r = begun(&im);
+    expect_failure(&r, bad, "too few for it");
+    free(im.bytes);
+}
+
 /* More than the window holds, too. */
 static void what_is_unknown_is_skipped(void **state)
 {
@@ -707,6 +722,7 @@ static void damaged_blocks_end_the_reading(void **state)
         {INTERFACE, 16, "too few for it"},
         {ENHANCED_PACKET, 0xffffffff, "a block of 4294967295 bytes"},
         {ENHANCED_PACKET, 0xfffffffc, "at most 16777216"},
+        {ENHANCED_PACKET, 16777220, "at most 16777216"},
         {ENHANCED_PACKET, 16777216, "of its 16777216 bytes are there"},
         {UNKNOWN, 0xffffffff, "a block of 4294967295 bytes"},
         {UNKNOWN, 0xfffffffc, "of its 4294967292 bytes are there"},
@@ -976,6 +992,7 @@ int main(void)
         cmocka_unit_test(what_cannot_be_a_time_is_refused),
         cmocka_unit_test(sections_have_their_own_order_and_interfaces),
         cmocka_unit_test(a_section_of_another_version_is_refused),
+        cmocka_unit_test(a_section_header_has_a_shortest),
         cmocka_unit_test(what_is_unknown_is_skipped),
         cmocka_unit_test(ten_thousand_interfaces_are_read),
         cmocka_unit_test(interfaces_without_end_are_refused),
