@@ -2,6 +2,7 @@
 #ifndef LUM_FRAME_INTERNAL_H
 #define LUM_FRAME_INTERNAL_H
 
+#include "lum/frame/clock_fit.h"
 #include "lum/frame/frame.h"
 
 #include "points/columns.h"
@@ -81,6 +82,7 @@ void lum_frame_add(lum_frame *frame, const lum_frame_part *part);
 /* What only who makes the frame knows. */
 typedef struct lum_frame_end {
     bool has_clock;               /* else lines are timed by arrival */
+    const lum_clock_fit *clock;   /* NULL: there is none */
     uint32_t lines_max[LUM_EYES]; /* lines of the frame before */
     uint64_t lines_late;
 } lum_frame_end;

@@ -54,6 +54,7 @@ struct sensor {
     uint32_t lines_max[LUM_EYES]; /* of the frame before */
     uint64_t lines_late;          /* since the frame before */
     lum_pace pace;
+    lum_clock_fit *clock; /* NULL: the layout has none */
     lum_under_way_state under_way;
     lum_framer_counters counters;
 };
@@ -323,6 +324,7 @@ void lum_framer_free(lum_framer *framer)
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
         if (framer->sensors[i] != NULL) {
             drop_drafts(framer->sensors[i]);
+            lum_clock_fit_free(framer->sensors[i]->clock);
             free(framer->sensors[i]);
         }
     }
@@ -335,12 +337,26 @@ void lum_framer_free(lum_framer *framer)
     free(framer);
 }
 
+/* NULL without memory. */
+static struct sensor *new_sensor(const lum_framer *f)
+{
+    struct sensor *s = calloc(1, sizeof *s);
+    if (s != NULL && f->has_clock) {
+        s->clock = lum_clock_fit_new();
+        if (s->clock == NULL) {
+            free(s);
+            return NULL;
+        }
+    }
+    return s;
+}
+
 /* The sensor of the latest event; NULL without memory. */
 static struct sensor *current(lum_framer *f)
 {
     struct sensor **s = &f->sensors[lum_demux_current_index(f->demux)];
     if (*s == NULL) {
-        *s = calloc(1, sizeof **s);
+        *s = new_sensor(f);
     }
     return *s;
 }
@@ -441,6 +457,9 @@ static void note_line(lum_framer *f, struct sensor *s)
     c->lines[line->eye]++;
     note_joined(s, line);
     lum_pace_take(&s->pace, line->frame, line->arrival);
+    if (s->clock != NULL) {
+        (void)lum_clock_fit_add(s->clock, line->clock_us, line->arrival);
+    }
     if (is_passed_over(f, line->frame)) {
         lum_under_way_take(&s->under_way, line, 0);
         return;
@@ -522,6 +541,7 @@ static void seal(lum_framer *f, struct sensor *s, struct draft *draft)
     lum_demux_sensor sensor;
     const lum_frame *first = draft->frames[0];
     lum_frame_end end = {.has_clock = f->has_clock,
+                         .clock = s->clock,
                          .lines_late = s->lines_late};
     memcpy(end.lines_max, s->lines_max, sizeof end.lines_max);
     lum_demux_get_sensor(f->demux, lum_demux_current_index(f->demux), &sensor);
@@ -852,6 +872,31 @@ bool lum_framer_range(const lum_framer *framer, size_t sensor, int64_t *first,
     *first = s->first;
     *last = s->last;
     return true;
+}
+
+const lum_clock_fit *lum_framer_clock(const lum_framer *framer, size_t sensor)
+{
+    const struct sensor *s =
+        sensor < LUM_DEMUX_SENSORS_MAX ? framer->sensors[sensor] : NULL;
+    return s != NULL ? s->clock : NULL;
+}
+
+int lum_framer_learn_clocks(lum_framer *framer, const lum_framer *from)
+{
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        const lum_clock_fit *learned = lum_framer_clock(from, i);
+        if (learned == NULL || !framer->has_clock) {
+            continue;
+        }
+        if (framer->sensors[i] == NULL) {
+            framer->sensors[i] = new_sensor(framer);
+        }
+        if (framer->sensors[i] == NULL) {
+            return -1;
+        }
+        lum_clock_fit_learn(framer->sensors[i]->clock, learned);
+    }
+    return 0;
 }
 
 const lum_demux *lum_framer_demux(const lum_framer *framer)

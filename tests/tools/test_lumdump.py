@@ -170,8 +170,8 @@ class Points(Case):
         self.assertEqual(len(self.rows("--incomplete", "drop", data=pcap(frames))), 8)
         self.assertEqual(summary(self.folder / "in.pcap", "--incomplete", "drop")["no_angle"], 2 + 2)
 
-    def test_utc_is_the_capture_time_of_the_lines_first_packet(self):
-        rows = self.rows("--time", "utc")
+    def test_arrival_is_the_capture_time_of_the_lines_first_packet(self):
+        rows = self.rows("--time", "arrival")
         self.assertEqual(rows[0]["timestamp"], "1700000000000000")
         self.assertEqual({r["timestamp"] for r in rows if r["eye"] == "1"}, {"1700000000004000"})
 
@@ -185,6 +185,110 @@ class Points(Case):
     def test_profile_changes_the_layout(self):
         profile = self.folder.write("p.yaml", "version: 1\neye_values: {blue: 1, green: 0}\n")
         self.assertEqual(sum(r["eye"] == "1" for r in self.rows("--profile", profile)), 8)
+
+
+def records_of(data):
+    """The records of a little-endian pcap file of nanoseconds: time, rest."""
+    at = 24
+    while at < len(data):
+        s, ns, length = struct.unpack_from("<III", data, at)
+        yield s * 10**9 + ns, data[at + 8:at + 16 + length]
+        at += 16 + length
+
+
+class Times(unittest.TestCase):
+    """Stamps in batches of 8 ms, and a clock that is off by 50 ppm: the sensor's clock tells the truth."""
+
+    EPOCH_US = 1767225600 * 10**6
+    SIMULATED = ("--lines", "64", "--returns-max", "1", "--seed", "3", "--drift", "50")
+
+    @classmethod
+    def setUpClass(cls):
+        cls.shared = tempfile.TemporaryDirectory()
+        folder = pathlib.Path(cls.shared.name)
+        cls.batched = simulate(folder / "batched.pcap", "--frames", "50", "--batch", "8", *cls.SIMULATED)
+        even = simulate(folder / "even.pcap", "--frames", "2", *cls.SIMULATED)
+        # What each line's first packet needs; nobody can see that.
+        cls.delay = min(cls.errors(cls.times(even, "sensor"), cls.times(even, "arrival")))
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.shared.cleanup()
+
+    def setUp(self):
+        self.folder = Folder(self)
+
+    @staticmethod
+    def times(source, clock, *options, stdin=b""):
+        """Of a few points: (frame, eye, line) and its time."""
+        r = run("lumdump", source, "-q", "-o", "-", "--format", "csv", "--time", clock, "--range", "4:6", *options, stdin=stdin)
+        if r.returncode != 0:
+            raise AssertionError(r.stderr)
+        rows = (row.split(",") for row in r.stdout.splitlines()[1:])
+        return {(int(row[8]), int(row[9]), int(row[10])): int(row[7]) for row in rows}
+
+    @classmethod
+    def errors(cls, clocks, times):
+        return [times[at] - cls.EPOCH_US - clocks[at] * 1.00005 for at in clocks]
+
+    def test_utc_is_within_50_us_of_the_truth_from_the_first_line_on(self):
+        clocks = self.times(self.batched, "sensor")
+        self.assertGreater(len(clocks), 1000)
+        for error in self.errors(clocks, self.times(self.batched, "utc")):
+            self.assertLess(abs(error - self.delay), 50)
+        arrivals = self.errors(clocks, self.times(self.batched, "arrival"))
+        self.assertGreater(max(arrivals) - min(arrivals), 6000)
+
+    def test_a_stream_is_as_good_after_three_seconds(self):
+        clocks = self.times(self.batched, "sensor")
+        times = self.times("-", "utc", stdin=self.batched.read_bytes())
+        late = {at: us for at, us in clocks.items() if at[0] > 30}
+        for error in self.errors(late, times):
+            self.assertLess(abs(error - self.delay), 50)
+
+    def test_the_summary_tells_drift_and_error(self):
+        clock = summary(self.batched)["sensors"][0]["clock"]
+        self.assertLess(abs(clock["drift_ppm"] - 50), clock["drift_error_ppm"])
+        self.assertLess(clock["drift_error_ppm"], 50)
+        self.assertLess(clock["utc_error_us"], 200)
+        self.assertEqual((clock["sensor_breaks"], clock["host_steps"]), (0, 0))
+        text = run("lumdump", self.batched).stdout
+        self.assertIn("ppm by which the host's is faster", text)
+        self.assertIn("microseconds that UTC may be off", text)
+
+    def shifted(self, shift_ns, repeat=False):
+        """From the middle on, stamps shifted; or all once more, as if the sensor had restarted."""
+        data = self.batched.read_bytes()
+        records = list(records_of(data))
+        half = len(records) // 2
+        later = [(t + shift_ns, rest) for t, rest in (records if repeat else records[half:])]
+        out = [data[:24]]
+        for t, rest in (records if repeat else records[:half]) + later:
+            out.append(struct.pack("<II", *divmod(t, 10**9)) + rest)
+        return self.folder.write("shifted.pcap", b"".join(out))
+
+    def test_a_step_of_the_hosts_clock_is_followed(self):
+        clocks = self.times(self.batched, "sensor")
+        for seconds in 3, -3:
+            source = self.shifted(seconds * 10**9)
+            clock = summary(source)["sensors"][0]["clock"]
+            self.assertEqual((clock["sensor_breaks"], clock["host_steps"]), (0, 1))
+            times = self.times(source, "utc")
+            late = {at: us for at, us in clocks.items() if at[0] > 45}
+            for error in self.errors(late, times):
+                self.assertLess(abs(error - self.delay - seconds * 1e6), 60)
+
+    def test_a_restart_of_the_sensor_is_noticed(self):
+        source = self.shifted(20 * 10**9, repeat=True)
+        clock = summary(source)["sensors"][0]["clock"]
+        self.assertEqual((clock["sensor_breaks"], clock["host_steps"]), (1, 0))
+
+    def test_packets_without_a_clock_are_refused(self):
+        profile = self.folder.write("p.yaml", "version: 1\ngroup: {timestamp: none}\n")
+        r = run("lumdump", self.batched, "--profile", profile, "--time", "utc", "-o", self.folder / "o.csv")
+        self.assertEqual(r.returncode, 2)
+        self.assertIn("--time arrival", r.stderr)
+        self.assertEqual(len(self.times(self.batched, "arrival", "--profile", profile)) > 0, True)
 
 
 class Outputs(Case):

@@ -201,13 +201,16 @@ class Recording(Case):
         self.assertGreaterEqual(len([n for n in self.folder.names() if n.startswith("f-")]), 5)
         self.assert_no_parts()
 
-    def test_utc_is_the_time_of_arrival(self):
-        self.simulator()
-        before = time.time()
-        self.dump("--laser", "--duration", "0.5", "--time", "utc", "--frames", "1:1", "--eye", "blue", "-o", self.folder / "o.csv")
-        times = [int(row["timestamp"]) / 1e6 for row in read_csv(self.folder / "o.csv")]
-        self.assertGreaterEqual(min(times), before)
-        self.assertLessEqual(max(times), time.time())
+    def test_utc_and_the_time_of_arrival_are_of_now(self):
+        for clock in "arrival", "utc":
+            with self.subTest(clock):
+                self.simulator()
+                before = time.time()
+                self.dump("--laser", "--duration", "0.5", "--time", clock, "--frames", "1:1", "--eye", "blue", "-o",
+                          self.folder / "o.csv")
+                times = [int(row["timestamp"]) / 1e6 for row in read_csv(self.folder / "o.csv")]
+                self.assertGreaterEqual(min(times), before)
+                self.assertLessEqual(max(times), time.time())
 
     def test_another_port_is_shown_as_the_sensors(self):
         self.simulator("--port", "5600")

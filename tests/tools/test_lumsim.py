@@ -87,6 +87,10 @@ class Options(Lumsim):
                 (("--duplicate", "nan"), "--duplicate.*probability"),
                 (("--reorder", "inf"), "--reorder.*probability"),
                 (("--corrupt", "1e3"), "--corrupt.*probability"),
+                (("--drift", "1001"), "-1000 to 1000"),
+                (("--batch", "-1"), "0 to 1000"),
+                (("--time", "arrival"), "sensor or utc"),
+                (("--time", "utc"), "--truth"),
                 (("--address", "10.42.0"), "nor the name of a host"),
                 (("--address", "0.0.0.0"), "address of a host"),
                 (("--address", "224.0.0.1"), "address of a host"),
@@ -213,6 +217,35 @@ class Truth(Lumsim):
 
     def test_truth_has_the_rows_of_a_lossless_capture(self):
         self.agree(*self.compare())
+
+    def test_truth_in_utc_is_that_of_the_capture_with_its_drift(self):
+        first, second = self.dir / "sensor.csv", self.dir / "utc.csv"
+        self.simulate("--truth", first, "--drift", "-300", frames=2)
+        self.simulate("--truth", second, "--time", "utc", "--drift", "-300", frames=2)
+        pairs = set()
+        for a, b in zip(csv.DictReader(io.StringIO(first.read_text())), csv.DictReader(io.StringIO(second.read_text()))):
+            pairs.add((int(a["timestamp"]), int(b["timestamp"])))
+        self.assertGreater(len(pairs), 100)
+        for clock, utc in pairs:
+            self.assertLessEqual(abs(1767225600 * 10**6 + clock * (1 - 300e-6) - utc), 1)
+
+    def test_batches_are_stamped_together_and_never_early(self):
+        self.simulate(frames=1)
+        exact = self.stamps()
+        self.simulate("--batch", "8", frames=1)
+        batched = self.stamps()
+        self.assertEqual(len(exact), len(batched))
+        self.assertEqual({ns % 8_000_000 for ns in batched}, {0})
+        self.assertTrue(all(0 <= b - e < 8_000_000 for e, b in zip(exact, batched)))
+
+    def stamps(self):
+        data = self.pcap.read_bytes()
+        at, out = 24, []
+        while at < len(data):
+            seconds, ns, length = struct.unpack_from("<III", data, at)
+            out.append(seconds * 10**9 + ns)
+            at += 16 + length
+        return out
 
     def test_truth_holds_with_another_calibration_and_profile(self):
         calibration = self.dir / "calibration.yaml"

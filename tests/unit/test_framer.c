@@ -1137,6 +1137,64 @@ static void options_that_cannot_be_are_refused_with_their_reason(void **state)
     assert_refused(&o, "reassembly");
 }
 
+/* Arrivals are 3 us a packet behind the clock, and sometimes a lot more. */
+static void a_frame_tells_when_it_began_in_utc(void **state)
+{
+    (void)state;
+    struct run *r = run_default();
+    const int64_t zero_ns = r->time_ns - (int64_t)r->clock * 1000;
+    for (uint32_t frame = 0; frame < 4; frame++) {
+        for (uint32_t line = 0; line < LINES; line++) {
+            const int64_t late_ns = (line + 7 * frame) % 5 * 1000000;
+            r->time_ns = zero_ns + (int64_t)r->clock * 1000 + late_ns;
+            send(r, LUM_EYE_BLUE, line);
+            send(r, LUM_EYE_GREEN, line);
+            r->clock += PERIOD_US;
+        }
+    }
+    end(r);
+    assert_int_equal(r->count, 4);
+    for (size_t i = 1; i < r->count; i++) {
+        const lum_frame_info info = info_of(r->frames[i]);
+        const int64_t truth_ns = zero_ns + info.begin_clock_us * 1000;
+        assert_true(llabs(info.begin_utc_ns - truth_ns) < 20000);
+        assert_true(info.utc_error_ns > 0);
+    }
+    lum_clock_time time;
+    assert_non_null(lum_framer_clock(r->framer, 0));
+    assert_int_equal(
+        lum_clock_fit_utc(lum_framer_clock(r->framer, 0), r->clock, &time),
+        LUM_OK);
+    assert_null(lum_framer_clock(r->framer, 1));
+    assert_null(lum_framer_clock(r->framer, SIZE_MAX));
+    run_free(r);
+}
+
+/* The first arrival is late, which one who knows the stream is not misled by.
+ */
+static void what_another_framer_learned_of_clocks_holds_at_once(void **state)
+{
+    (void)state;
+    struct run *ahead = run_default();
+    struct run *r = run_default();
+    ahead->time_ns += 5000000;
+    send(ahead, LUM_EYE_BLUE, 0);
+    ahead->time_ns = r->time_ns;
+    ahead->clock += PERIOD_US;
+    ahead->time_ns += PERIOD_US * 1000;
+    send_rest(ahead, 1);
+    send_frame(ahead);
+    assert_int_equal(lum_framer_learn_clocks(r->framer, ahead->framer), 0);
+    const int64_t truth_ns = r->time_ns;
+    r->time_ns += 5000000;
+    send(r, LUM_EYE_BLUE, 0);
+    end(r);
+    assert_int_equal(r->count, 1);
+    assert_true(llabs(info_of(r->frames[0]).begin_utc_ns - truth_ns) < 100000);
+    run_free(ahead);
+    run_free(r);
+}
+
 static void views_that_cannot_be_change_nothing(void **state)
 {
     (void)state;
@@ -1187,6 +1245,8 @@ int main(void)
         cmocka_unit_test(
             smaller_structs_of_older_callers_are_filled_no_further),
         cmocka_unit_test(options_that_cannot_be_are_refused_with_their_reason),
+        cmocka_unit_test(a_frame_tells_when_it_began_in_utc),
+        cmocka_unit_test(what_another_framer_learned_of_clocks_holds_at_once),
         cmocka_unit_test(views_that_cannot_be_change_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -12,6 +12,21 @@ static bool writes_lines(const struct pass *pass)
     return pass->outputs != NULL && outputs_want_lines(pass->outputs);
 }
 
+/* The line's packets came just now, so its clock is near what is known. */
+static int64_t timestamp_us(const struct pass *pass, const lum_line *line)
+{
+    const lum_clock_fit *clock =
+        lum_framer_clock(pass->framer, lum_framer_sensor(pass->framer));
+    lum_clock_time time;
+    if (pass->options->time == TIME_SENSOR) {
+        return line->clock_us;
+    }
+    return pass->options->time == TIME_UTC && clock != NULL &&
+                   lum_clock_fit_utc(clock, line->clock_us, &time) == LUM_OK
+               ? time.utc_ns / 1000
+               : line->arrival / 1000;
+}
+
 static int write_line(struct pass *pass, lum_error *error)
 {
     const lum_line *line = lum_framer_line(pass->framer);
@@ -25,9 +40,7 @@ static int write_line(struct pass *pass, lum_error *error)
         &(lum_line_samples){.samples = samples,
                             .count = n,
                             .frame = line->frame,
-                            .timestamp_us = pass->options->utc
-                                                ? line->arrival / 1000
-                                                : line->clock_us,
+                            .timestamp_us = timestamp_us(pass, line),
                             .line = line->number,
                             .eye = line->eye},
         error);

@@ -31,6 +31,14 @@ static enum exit_status run(const struct options *o)
         targets_check(o, &error) != 0) {
         return conclude_error(&error, EXIT_BAD);
     }
+    if (o->time == TIME_UTC &&
+        layout.profile.group[LUM_FIELD_TIMESTAMP].bytes == 0) {
+        (void)lum_error_set(&error,
+                            "--time utc: by the profile %s packets have no "
+                            "timestamp to fit; use --time arrival",
+                            o->profile);
+        return conclude_error(&error, EXIT_BAD);
+    }
     struct pass pass = {
         .options = o, .layout = &layout, .projector = &projector};
     return o->is_live ? live_run(&pass) : run_capture(&pass);

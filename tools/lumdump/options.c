@@ -71,7 +71,10 @@ static const struct word formats[] = {
     {"xyz", LUM_FORMAT_XYZ}, {"png", LUM_FORMAT_PNG},
     {"pcap", FORMAT_PCAP},   {NULL, 0},
 };
-static const struct word clocks[] = {{"sensor", 0}, {"utc", 1}, {NULL, 0}};
+static const struct word clocks[] = {{"sensor", TIME_SENSOR},
+                                     {"utc", TIME_UTC},
+                                     {"arrival", TIME_ARRIVAL},
+                                     {NULL, 0}};
 static const struct word keeps[] = {{"keep", 0}, {"drop", 1}, {NULL, 0}};
 static const struct word eyes[] = {{"blue", 1u << LUM_EYE_BLUE},
                                    {"green", 1u << LUM_EYE_GREEN},
@@ -128,7 +131,7 @@ static bool set_choice(int option, const char *text, struct options *out)
         return out->has_format;
     case OPT_TIME:
         return values_choose("--time", clocks, text, &value) &&
-               ((out->utc = value != 0), true);
+               ((out->time = (enum time_base)value), true);
     case OPT_INCOMPLETE:
         return values_choose("--incomplete", keeps, text, &value) &&
                ((out->drop_incomplete = value != 0), true);

@@ -20,6 +20,13 @@ struct output_options {
     unsigned format; /* a lum_format, or FORMAT_PCAP */
 };
 
+/* What the points' times are. */
+enum time_base {
+    TIME_SENSOR,  /* the sensor's clock */
+    TIME_UTC,     /* that, fitted to arrivals */
+    TIME_ARRIVAL, /* when the line's first packet came */
+};
+
 /* When an output goes on in a new file; at most one is not 0. */
 struct rotation {
     uint64_t bytes;
@@ -51,7 +58,7 @@ struct options {
     bool drop_incomplete;
     uint32_t smooth_window; /* of angles; 0: none */
     uint32_t smooth_order;
-    bool utc;
+    enum time_base time;
     bool ascii;
     bool json;
     bool quiet;

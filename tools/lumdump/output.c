@@ -153,7 +153,7 @@ static struct output *new_output(const struct options *options, size_t i,
     o->writer_options =
         (lum_writer_options){.format = (lum_format)options->outputs[i].format,
                              .ascii = options->ascii,
-                             .utc = options->utc,
+                             .utc = options->time != TIME_SENSOR,
                              .projector = projector,
                              .picture = picture_format()};
     return o;

@@ -11,6 +11,10 @@
 /* Records between looks at signals and at the clock for the progress line. */
 #define RECORDS_A_LOOK 256u
 
+/* So much of a file is read beforehand to learn what the sensor's clock does:
+ * a clock that is off by 50 ppm has shifted by 200 us then. */
+#define LEARN_NS INT64_C(4000000000)
+
 static enum pass_result look_around(const struct pass *pass,
                                     const lum_capture *capture,
                                     struct progress *progress)
@@ -71,11 +75,56 @@ static enum pass_result read_all(struct pass *pass, lum_capture *capture,
     return pass_take(pass, &record, error);
 }
 
+static bool is_regular(const char *path)
+{
+    struct stat s;
+    return stat(path, &s) == 0 && S_ISREG(s.st_mode);
+}
+
+/* A fit is made of what came before, so that the first lines of a stream are
+ * uncertain by a batch of the system's. Of a file its begin is read beforehand;
+ * after that the fit knows enough. What
+ * cannot be read is told when it is read again. */
+static enum pass_result learn_clocks(struct pass *pass, lum_error *error)
+{
+    struct pass ahead = {.options = pass->options,
+                         .layout = pass->layout,
+                         .projector = pass->projector};
+    enum pass_result result = PASS_DONE;
+    lum_capture *capture = NULL;
+    lum_record record;
+    int64_t first_ns = INT64_MAX;
+    if (pass->options->time != TIME_UTC || !is_regular(pass->options->source) ||
+        lum_capture_open(pass->options->source, &capture, NULL) != 0) {
+        return PASS_DONE;
+    }
+    result = pass_prepare(&ahead, error);
+    while (result == PASS_DONE && interrupt_signal() == 0 &&
+           lum_capture_next(capture, &record, NULL) > 0) {
+        first_ns = first_ns != INT64_MAX ? first_ns : record.time_ns;
+        if (record.time_ns - first_ns > LEARN_NS) {
+            break;
+        }
+        result = pass_take(&ahead, &record, error);
+    }
+    if (result == PASS_DONE &&
+        lum_framer_learn_clocks(pass->framer, ahead.framer) != 0) {
+        (void)lum_error_set(error, "out of memory");
+        result = PASS_FAILED;
+    }
+    pass_free(&ahead);
+    lum_capture_close(capture);
+    return result;
+}
+
 static enum pass_result run(struct pass *pass, lum_error *error)
 {
     struct progress progress;
     lum_capture *capture = NULL;
     enum pass_result result = pass_prepare(pass, error);
+    if (result == PASS_DONE) {
+        result = learn_clocks(pass, error);
+    }
     if (result != PASS_DONE) {
         return result;
     }
@@ -100,12 +149,6 @@ static bool needs_rehearsal(const struct options *o)
         }
     }
     return false;
-}
-
-static bool is_regular(const char *path)
-{
-    struct stat s;
-    return stat(path, &s) == 0 && S_ISREG(s.st_mode);
 }
 
 /* The first of two passes; what it found out stays in pass where it did not

@@ -210,6 +210,33 @@ static bool is_shown(const struct summary *s, const lum_demux_sensor *sensor)
     return !s->has_sensor || sensor->address == s->sensor;
 }
 
+/* False: there is no clock, or no line yet. */
+static bool find_clock(const struct summary *s, size_t sensor,
+                       lum_clock_fit_info *out)
+{
+    const lum_clock_fit *clock = lum_framer_clock(s->framer, sensor);
+    out->struct_size = sizeof *out;
+    return clock != NULL && lum_clock_fit_get_info(clock, out) == LUM_OK;
+}
+
+static void print_json_clock(const struct summary *s, size_t sensor, FILE *out)
+{
+    lum_clock_fit_info clock;
+    if (!find_clock(s, sensor, &clock)) {
+        return;
+    }
+    (void)fputs("      \"clock\": {", out);
+    if (clock.has_drift) {
+        (void)fprintf(out, "\"drift_ppm\": %.3f, \"drift_error_ppm\": %.3f, ",
+                      clock.drift_ppb * 1e-3, clock.drift_error_ppb * 1e-3);
+    }
+    (void)fprintf(out,
+                  "\"utc_error_us\": %.1f, \"sensor_breaks\": %" PRIu64
+                  ", \"host_steps\": %" PRIu64 "},\n",
+                  (double)clock.error_ns * 1e-3, clock.sensor_breaks,
+                  clock.host_steps);
+}
+
 static void print_json_sensors(const struct summary *s, FILE *out)
 {
     const size_t n = lum_demux_sensor_count(lum_framer_demux(s->framer));
@@ -226,6 +253,7 @@ static void print_json_sensors(const struct summary *s, FILE *out)
                       is_first ? "" : ",",
                       number_format_address(sensor.address, address));
         const lum_framer_counters points = count_sensor(s, i);
+        print_json_clock(s, i, out);
         print_members(&sensor.counters, &points, "      ", out);
         (void)fputs("    }", out);
         is_first = false;
@@ -413,6 +441,42 @@ static void print_live(const struct live_counts *c, FILE *out)
     print_outputs(c, out);
 }
 
+static void print_clock(const lum_clock_fit_info *clock, FILE *out)
+{
+    const char *title = "clock";
+    const struct named rows[] = {
+        {"sensor_breaks", "times the sensor's clock began anew",
+         clock->sensor_breaks},
+        {"host_steps", "times the host's clock was stepped", clock->host_steps},
+    };
+    if (clock->has_drift) {
+        (void)fprintf(
+            out,
+            "%-10s %+14.3f  ppm by which the host's is faster, within "
+            "%.3f\n",
+            title, clock->drift_ppb * 1e-3, clock->drift_error_ppb * 1e-3);
+        (void)fprintf(out,
+                      "%-10s %14.1f  microseconds that UTC may be off by "
+                      "--time utc\n",
+                      "", (double)clock->error_ns * 1e-3);
+        title = "";
+    }
+    print_nonzero(title, rows, sizeof rows / sizeof rows[0], out);
+}
+
+static void print_clocks(const struct summary *s, FILE *out)
+{
+    const lum_demux *demux = lum_framer_demux(s->framer);
+    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
+        lum_demux_sensor sensor;
+        lum_clock_fit_info clock;
+        lum_demux_get_sensor(demux, i, &sensor);
+        if (is_shown(s, &sensor) && find_clock(s, i, &clock)) {
+            print_clock(&clock, out);
+        }
+    }
+}
+
 static void print_rates(const struct summary *s,
                         const lum_framer_counters *points, FILE *out)
 {
@@ -479,6 +543,7 @@ void summary_print_text(const struct summary *s, FILE *out)
     print_nonzero("packets", rows, list_kinds(&total, rows), out);
     print_nonzero("content", rows, list_content(&total, &points, rows), out);
     print_rates(s, &points, out);
+    print_clocks(s, out);
     print_nonzero("under way", rows, list_under_way(&points, rows), out);
     print_losses(s, &total, &points, out);
 }

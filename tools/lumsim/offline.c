@@ -38,10 +38,26 @@ struct run {
     bool progress; /* shown */
 };
 
+/* What the capture's clock shows when the sensor's has gone on by so much. */
+static int64_t utc_of(const struct options *o, int64_t sensor_ns)
+{
+    return EPOCH_NS + sensor_ns +
+           (int64_t)((double)sensor_ns * o->drift_ppm * 1e-6);
+}
+
+/* A system that looks at its packets now and then stamps all at once. */
+static int64_t stamp_of(const struct options *o, int64_t sensor_ns)
+{
+    const int64_t batch_ns = (int64_t)(o->batch_ms * 1e6);
+    const int64_t utc_ns = utc_of(o, sensor_ns);
+    return batch_ns > 0 ? (utc_ns + batch_ns - 1) / batch_ns * batch_ns
+                        : utc_ns;
+}
+
 static int write_packet(struct run *run, const lum_sim_packet *packet)
 {
     const struct options *o = run->options;
-    const lum_datagram datagram = {.time_ns = EPOCH_NS + packet->time_ns,
+    const lum_datagram datagram = {.time_ns = stamp_of(o, packet->time_ns),
                                    .payload = packet->bytes,
                                    .len = packet->len,
                                    .source = o->sensor,
@@ -91,7 +107,9 @@ static int simulate_eye(struct run *run, int64_t frame, uint32_t number,
         return lum_error_set(&run->error,
                              "a line does not fit the profile's packets");
     }
-    return run->truth != NULL ? truth_add(run->truth, line, &run->error) : 0;
+    const int64_t utc_us = utc_of(run->options, line->clock_us * 1000) / 1000;
+    return run->truth != NULL ? truth_add(run->truth, line, utc_us, &run->error)
+                              : 0;
 }
 
 static int simulate_line(struct run *run, int64_t frame, uint32_t number)
@@ -199,8 +217,9 @@ static int open_outputs(struct run *run)
     if (capture_file_open(o->output, &run->output, &run->error) != 0) {
         return fail(run, 0);
     }
-    if (o->truth != NULL && truth_open(o->truth, &o->render.layout, &run->truth,
-                                       &run->error) != 0) {
+    if (o->truth != NULL &&
+        truth_open(o->truth, &o->render.layout, o->truth_is_utc, &run->truth,
+                   &run->error) != 0) {
         capture_file_abort(&run->output);
         return fail(run, 0);
     }

@@ -23,6 +23,8 @@
 #define SPEED_MIN    0.001
 #define SPEED_MAX    1000.0
 #define DURATION_MAX 1e9
+#define DRIFT_MAX    1000.0
+#define BATCH_MAX_MS 1000.0
 
 static bool complain(const char *option, const char *text, const char *allowed)
 {
@@ -211,6 +213,23 @@ static bool parse_answer_delay(const char *name, const char *text,
     return parse_real(name, text, 0.0, DELAY_MAX_MS, &out->answer_delay_ms);
 }
 
+static bool parse_drift(const char *name, const char *text, struct options *out)
+{
+    return parse_real(name, text, -DRIFT_MAX, DRIFT_MAX, &out->drift_ppm);
+}
+
+static bool parse_batch(const char *name, const char *text, struct options *out)
+{
+    return parse_real(name, text, 0.0, BATCH_MAX_MS, &out->batch_ms);
+}
+
+static bool parse_time(const char *name, const char *text, struct options *out)
+{
+    out->truth_is_utc = strcmp(text, "utc") == 0;
+    return out->truth_is_utc || strcmp(text, "sensor") == 0 ||
+           complain(name, text, "sensor or utc");
+}
+
 static bool parse_duration(const char *name, const char *text,
                            struct options *out)
 {
@@ -276,6 +295,9 @@ static const struct spec {
     {"frames", VALUE, 'n', DRIVE, parse_frames},
     {"quiet", PLAIN, 'q', ALL, set_quiet},
     {"truth", VALUE, 0, MODE_FILE, keep_truth},
+    {"time", VALUE, 0, MODE_FILE, parse_time},
+    {"drift", VALUE, 0, MODE_FILE, parse_drift},
+    {"batch", VALUE, 0, MODE_FILE, parse_batch},
     {"lines", VALUE, 0, DRIVE, parse_lines},
     {"rate", VALUE, 0, DRIVE, parse_rate},
     {"seed", VALUE, 0, ALL, parse_seed},
@@ -355,6 +377,12 @@ static bool check_choice(const struct options *o)
                       "lumsim: --frames: on the network frames are held in "
                       "memory and played in a loop; at most %d\n",
                       LOOP_MAX);
+        return false;
+    }
+    if (o->truth_is_utc && o->truth == NULL) {
+        (void)fputs("lumsim: --time utc is about the times in --truth FILE; "
+                    "name one\n",
+                    stderr);
         return false;
     }
     if (o->output != NULL && o->replay != NULL) {

@@ -38,6 +38,9 @@ struct options {
     uint16_t port;
     double duration_s; /* 0: until a signal comes */
     double jitter_ms;
+    double drift_ppm; /* by which the capture's clock is faster */
+    double batch_ms;  /* 0: each packet has a stamp of its own */
+    bool truth_is_utc;
     double answer_delay_ms;
     double speed; /* of a replay */
     struct timeline timeline;

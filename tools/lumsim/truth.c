@@ -18,16 +18,18 @@ struct held {
 struct truth {
     lum_writer *writer;
     lum_layout layout;
+    bool is_utc;
     unsigned open_lines; /* of each eye: one more closes the oldest */
     unsigned first[LUM_EYES];
     unsigned count[LUM_EYES];
     struct held held[LUM_EYES][LUM_OPEN_LINES_MAX];
 };
 
-int truth_open(const char *path, const lum_layout *layout, struct truth **out,
-               lum_error *error)
+int truth_open(const char *path, const lum_layout *layout, bool is_utc,
+               struct truth **out, lum_error *error)
 {
-    const lum_writer_options options = {.format = LUM_FORMAT_CSV};
+    const lum_writer_options options = {.format = LUM_FORMAT_CSV,
+                                        .utc = is_utc};
     lum_assembler_config config;
     struct truth *t = calloc(1, sizeof *t);
     if (t == NULL) {
@@ -40,6 +42,7 @@ int truth_open(const char *path, const lum_layout *layout, struct truth **out,
     lum_assembler_config_default(&config);
     t->open_lines = config.open_lines;
     t->layout = *layout;
+    t->is_utc = is_utc;
     *out = t;
     return 0;
 }
@@ -52,7 +55,8 @@ static int write_oldest(struct truth *t, unsigned eye, lum_error *error)
     return lum_writer_add(t->writer, &h->line, error);
 }
 
-int truth_add(struct truth *truth, const lum_sim_line *line, lum_error *error)
+int truth_add(struct truth *truth, const lum_sim_line *line, int64_t utc_us,
+              lum_error *error)
 {
     const unsigned eye = line->eye;
     if (truth->count[eye] == truth->open_lines &&
@@ -62,13 +66,14 @@ int truth_add(struct truth *truth, const lum_sim_line *line, lum_error *error)
     struct held *h = &truth->held[eye][(truth->first[eye] + truth->count[eye]) %
                                        truth->open_lines];
     truth->count[eye]++;
-    h->line = (lum_line_samples){.samples = h->samples,
-                                 .count = line->truth_count,
-                                 .frame = line->frame,
-                                 .timestamp_us =
-                                     lum_packets_clock_us(&truth->layout, line),
-                                 .line = line->number,
-                                 .eye = line->eye};
+    const int64_t clock_us = lum_packets_clock_us(&truth->layout, line);
+    h->line =
+        (lum_line_samples){.samples = h->samples,
+                           .count = line->truth_count,
+                           .frame = line->frame,
+                           .timestamp_us = truth->is_utc ? utc_us : clock_us,
+                           .line = line->number,
+                           .eye = line->eye};
     memcpy(h->samples, line->truth, line->truth_count * sizeof h->samples[0]);
     return 0;
 }

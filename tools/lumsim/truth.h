@@ -7,14 +7,20 @@
 #include "lum/profile.h"
 #include "sim/render.h"
 
+#include <stdbool.h>
+#include <stdint.h>
+
 struct truth;
 
-/* 0, or -1 with the reason in error. layout is copied. */
-int truth_open(const char *path, const lum_layout *layout, struct truth **out,
-               lum_error *error);
+/* is_utc: times are those that the capture's clock shows, and not the sensor's.
+ * 0, or -1 with the reason in error. layout is copied. */
+int truth_open(const char *path, const lum_layout *layout, bool is_utc,
+               struct truth **out, lum_error *error);
 
-/* The next line of an eye; copied. 0, or -1 with the reason in error. */
-int truth_add(struct truth *truth, const lum_sim_line *line, lum_error *error);
+/* The next line of an eye, with the time at which it began; copied. 0, or -1
+ * with the reason in error. */
+int truth_add(struct truth *truth, const lum_sim_line *line, int64_t utc_us,
+              lum_error *error);
 
 /* 0, or -1 with the reason in error; then nothing is left behind. */
 int truth_close(struct truth *truth, lum_error *error);

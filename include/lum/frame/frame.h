@@ -131,9 +131,13 @@ typedef struct lum_frame_info {
     lum_point_losses losses;          /**< words that gave no point */
     uint64_t points_cut;              /**< beyond the most points of a frame */
     uint64_t lines_cut;               /**< beyond the most lines of a frame */
-    uint64_t lines_late; /**< lines of earlier frames that came since the frame
-                              before, and are in none: their frame had been
-                              handed out */
+    uint64_t lines_late;  /**< lines of earlier frames that came since the frame
+                               before, and are in none: their frame had been
+                               handed out */
+    int64_t begin_utc_ns; /**< when begin_clock_us was, ns since 1970 UTC, as
+                               lum_clock_fit_utc() tells it; ::LUM_COLUMN_TIME
+                               counts from there. 0: the layout has no clock */
+    int64_t utc_error_ns; /**< how far off that may be */
 } lum_frame_info;
 
 /** Read it.

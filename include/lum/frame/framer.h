@@ -27,6 +27,7 @@
 #include "lum/base/error.h"
 #include "lum/calibration.h"
 #include "lum/capture/demux.h"
+#include "lum/frame/clock_fit.h"
 #include "lum/frame/frame.h"
 #include "lum/points.h"
 #include "lum/result.h"
@@ -220,6 +221,20 @@ void lum_framer_count(const lum_framer *framer, size_t sensor,
  * @return false: there is none. */
 bool lum_framer_range(const lum_framer *framer, size_t sensor, int64_t *first,
                       int64_t *last);
+
+/** The clock of a sensor against when its lines came: UTC of any line, drift.
+ * @param sensor an index of lum_demux_get_sensor().
+ * @return the framer's; NULL before its first line, or where the layout has no
+ *         clock. */
+const lum_clock_fit *lum_framer_clock(const lum_framer *framer, size_t sensor);
+
+/** Know from the first line on what another framer has learned of the clocks
+ * in the same stream: of a file whose begin was read beforehand.
+ * @param framer has taken nothing yet.
+ * @param from   had the same options, but for what is wanted.
+ * @return 0, or -1 without memory. */
+LUM_MUST_CHECK int lum_framer_learn_clocks(lum_framer *framer,
+                                           const lum_framer *from);
 
 /** The demultiplexer, for its counters and sensors. */
 const lum_demux *lum_framer_demux(const lum_framer *framer);

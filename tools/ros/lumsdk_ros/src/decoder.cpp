@@ -35,7 +35,6 @@ void add(lum_demux_counters &to, const lum_demux_counters &from)
 Decoder::Decoder(const Options &options, Output output)
     : options_(options), output_(std::move(output)), maker_(options.lines)
 {
-    has_clock_ = options_.layout.profile.group[LUM_FIELD_TIMESTAMP].bytes != 0;
     begin();
 }
 
@@ -93,20 +92,6 @@ void Decoder::take_event(lum_framer_event event)
     }
 }
 
-// What makes UTC of the clock, as far as it is known with the frame's lines.
-int64_t Decoder::show_times(const lum_frame &frame)
-{
-    int64_t offset_ns = 0;
-    lum_frame_line line = {};
-    line.struct_size = sizeof line;
-    for (size_t i = 0; lum_frame_get_line(&frame, i, &line); i++) {
-        const int64_t clock_ns =
-            has_clock_ ? line.clock_us * 1000 : line.arrival_ns;
-        offset_ns = times_.take(clock_ns, line.arrival_ns);
-    }
-    return offset_ns;
-}
-
 void Decoder::take_frame(const lum_frame &frame)
 {
     lum_frame_info info = {};
@@ -115,10 +100,12 @@ void Decoder::take_frame(const lum_frame &frame)
     if (lum_frame_line_count(&frame) == 0) {
         return;
     }
-    const int64_t clock_ns =
-        has_clock_ ? info.begin_clock_us * 1000 : info.begin_arrival_ns;
     cloud_.frame = info.number;
-    if (maker_.make(frame, clock_ns + show_times(frame), cloud_)) {
+    // Without a clock a frame has arrivals alone.
+    if (maker_.make(frame,
+                    info.begin_utc_ns != 0 ? info.begin_utc_ns
+                                           : info.begin_arrival_ns,
+                    cloud_)) {
         ROS_WARN("frames have more lines than those before: rings of the green "
                  "eye begin at %u from here on; ~lines states where",
                  static_cast<unsigned>(maker_.rings().lines()));

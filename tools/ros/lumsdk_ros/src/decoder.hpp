@@ -5,7 +5,6 @@
 #include "cloud.hpp"
 #include "lum.hpp"
 #include "options.hpp"
-#include "time_map.hpp"
 
 #include <functional>
 #include <memory>
@@ -54,14 +53,11 @@ class Decoder
     void begin();
     void take_event(lum_framer_event event);
     void take_frame(const lum_frame &frame);
-    int64_t show_times(const lum_frame &frame);
     void add_lines(DecoderCounts &to) const;
 
     const Options options_;
     Output output_;
     std::unique_ptr<lum_framer, FreeFramer> framer_;
-    TimeMap times_;
-    bool has_clock_ = true;
     CloudMaker maker_;
     Cloud cloud_;
     DecoderCounts counts_; // without those of the framer at work

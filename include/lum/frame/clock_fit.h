@@ -1,0 +1,137 @@
+/** @file
+ * The sensor's clock to UTC, out of when its packets arrived.
+ *
+ * An arrival stamp says when the host took notice of a packet: up to
+ * milliseconds late, and many packets at once where the system takes them in
+ * batches. The sensor's clock has no such jitter, but its own zero and rate.
+ * So the two are fitted: no packet arrives before it was sent, hence the true
+ * time of a clock reading lies on a line below all arrivals. The fit keeps the
+ * earliest arrival of each eighth of a second, for the last 16 s, and lays the
+ * line under them.
+ *
+ * What it can and cannot tell:
+ * - Time that every packet needs at least (the cable, the switch, a line that
+ *   is sent after it was measured) is in none of the arrivals, and therefore in
+ *   the answer. It is not part of the error that is told.
+ * - UTC is that of the host's clock. If it is wrong, so is the answer.
+ * - At the beginning little is known, and the error that is told is large: it
+ *   falls below 1 ms within about 0.1 s, below 100 us within a second or two.
+ * - An answer is made of what came before it; a later one for the same reading
+ *   may differ, by no more than their errors.
+ *
+ * A sensor that restarts and a host whose clock is stepped are noticed, and the
+ * fit begins anew with the drift that it knows. A host whose clock is slewed is
+ * followed within the window of 16 s; meanwhile the error grows.
+ *
+ * Integers alone; the same on every machine. The memory, about 6 KB, does not
+ * grow. One fit is one thread's at a time; two share nothing. */
+#ifndef LUM_FRAME_CLOCK_FIT_H
+#define LUM_FRAME_CLOCK_FIT_H
+
+#include "lum/result.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** How far from the newest reading lum_clock_fit_utc() answers. */
+#define LUM_CLOCK_FIT_NEAR_US INT64_C(60000000)
+
+/** Readings lie within +-this: 17 years. */
+#define LUM_CLOCK_FIT_CLOCK_MAX_US (INT64_C(1) << 49)
+
+/** Arrivals lie within +-this: to the year 2079. */
+#define LUM_CLOCK_FIT_ARRIVAL_MAX_NS (INT64_C(3) << 60)
+
+/** A sensor's clock against arrivals. */
+typedef struct lum_clock_fit lum_clock_fit;
+
+/** Make a fit that knows nothing.
+ * @return to be freed with lum_clock_fit_free(); NULL without memory. */
+lum_clock_fit *lum_clock_fit_new(void);
+
+/** Free it. NULL is allowed. */
+void lum_clock_fit_free(lum_clock_fit *fit);
+
+/** Forget all, as after lum_clock_fit_new(). */
+void lum_clock_fit_reset(lum_clock_fit *fit);
+
+/** Know from the first reading on what another fit has learned of the same
+ * stream, as where the begin of a file was read beforehand. Readings that the
+ * other has taken are passed over. Nothing is learned from one that met a
+ * break.
+ */
+void lum_clock_fit_learn(lum_clock_fit *to, const lum_clock_fit *from);
+
+/** What became of a reading. */
+typedef enum lum_clock_fit_event {
+    LUM_CLOCK_FIT_TAKEN,        /**< it went into the fit */
+    LUM_CLOCK_FIT_ASIDE,        /**< it contradicts those before: a single one
+                                     is left out, more of its kind will be a
+                                     restart or a step */
+    LUM_CLOCK_FIT_SENSOR_BREAK, /**< the sensor's clock jumped, as when it
+                                     restarts: the fit began anew */
+    LUM_CLOCK_FIT_HOST_STEP,    /**< the host's clock was stepped: likewise */
+    LUM_CLOCK_FIT_REFUSED       /**< a value is outside its range */
+} lum_clock_fit_event;
+
+/** Take a reading. In about the order of arrival; what comes late, by up to the
+ * window, is taken too. Time is bounded: that of sorting 256 numbers, a few
+ * times a second.
+ * @param clock_us   the sensor's clock, extended beyond its 32 bits: that of a
+ *                   lum_line, or of a packet by lum_clock_extend().
+ * @param arrival_ns when the packet that bears it arrived, ns since 1970 UTC.
+ */
+lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
+                                      int64_t arrival_ns);
+
+/** A moment. */
+typedef struct lum_clock_time {
+    int64_t utc_ns;   /**< ns since 1970 UTC */
+    int64_t error_ns; /**< how far off it may be, either way, not counting what
+                           every packet needs at least */
+} lum_clock_time;
+
+/** When the sensor's clock showed a reading.
+ * @param clock_us as for lum_clock_fit_add(); need not have been added.
+ * @param out      overwritten on LUM_OK. Of a reading that was set aside and
+ *                 may be that of a sensor that has restarted, this is as good
+ *                 as its arrival.
+ * @return LUM_OK; LUM_END before the first reading; LUM_E_VALUE if it is
+ *         further than ::LUM_CLOCK_FIT_NEAR_US from the newest. */
+LUM_MUST_CHECK lum_result lum_clock_fit_utc(const lum_clock_fit *fit,
+                                            int64_t clock_us,
+                                            lum_clock_time *out);
+
+/** How a fit stands. */
+typedef struct lum_clock_fit_info {
+    size_t struct_size; /**< sizeof(lum_clock_fit_info), set by the caller */
+    uint64_t taken;     /**< readings that were taken */
+    uint64_t aside;     /**< readings that were set aside and left out */
+    uint64_t sensor_breaks;  /**< times the sensor's clock jumped */
+    uint64_t host_steps;     /**< times the host's clock was stepped */
+    int64_t newest_us;       /**< the newest reading */
+    int64_t error_ns;        /**< of its time; see lum_clock_time */
+    bool has_drift;          /**< it was measured since the last break */
+    int32_t drift_ppb;       /**< billionths by which the host's clock runs
+                                  faster than the sensor's */
+    int32_t drift_error_ppb; /**< how far off that may be, either way */
+} lum_clock_fit_info;
+
+/** Read it.
+ * @param out struct_size is set by the caller; as much of the rest is
+ *            overwritten.
+ * @return LUM_OK; LUM_END before the first reading, then newest_us and what
+ *         follows are 0. */
+lum_result lum_clock_fit_get_info(const lum_clock_fit *fit,
+                                  lum_clock_fit_info *out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,384 @@
+#include "lum/frame/clock_fit.h"
+
+#include "clock_line.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define MS_NS INT64_C(1000000)
+#define PPM   INT64_C(1000)
+
+/* Clocks differ by no more than this before anything is known. */
+#define DRIFT_KNOWN_PPB (500 * PPM)
+
+/* How much the drift may change over a break. */
+#define CHANGE_PPB (50 * PPM)
+
+/* Arrivals are as late as one another where they differ by less. */
+#define SAME_NS 5000
+
+/* An arrival contradicts the line if it lies this far below what it allows, or
+ * above. Before there is much to go by, a batch may still turn out longer. */
+#define LOW_NS       MS_NS
+#define LOW_EARLY_NS (10 * MS_NS)
+#define EARLY_US     2000000
+#define HIGH_NS      (250 * MS_NS)
+
+/* Contradictions that agree are a break: so many, and where they only come late
+ * for so long. */
+#define RUN_MIN  4u
+#define RUN_US   1000000
+#define AGREE_NS (250 * MS_NS)
+
+/* Readings come in about their order. */
+#define BACK_US 1000000
+
+/* Of a span; what comes more often is not counted. */
+#define BATCHES_MAX 100000u
+
+/* Arrivals that contradict the line and agree among themselves. */
+struct run {
+    unsigned count;
+    bool is_sensor; /* its clock jumped; else the host's */
+    int64_t first_us;
+    struct lum_clock_reading best;
+};
+
+struct lum_clock_fit {
+    bool has_begun;
+    bool has_drift; /* measured */
+    bool is_ahead;  /* readings up to this have been taken before: */
+    int64_t ahead_us;
+    bool is_carried; /* the line is of before a gap in the stream */
+    struct lum_clock_bucket buckets[LUM_CLOCK_BUCKETS];
+    int64_t begin_us;
+    struct lum_clock_reading newest;
+    struct lum_clock_reading last; /* in order of arrival */
+    struct lum_clock_line line;
+    int64_t prior_ppb; /* the drift, where it is not measured */
+    int64_t prior_error_ppb;
+    struct run run;
+    uint64_t taken;
+    uint64_t aside;
+    uint64_t sensor_breaks;
+    uint64_t host_steps;
+};
+
+static int64_t magnitude(int64_t x)
+{
+    return x < 0 ? -x : x;
+}
+
+static int64_t index_of(int64_t clock_us)
+{
+    const int64_t towards_0 = clock_us / LUM_CLOCK_BUCKET_US;
+    return clock_us % LUM_CLOCK_BUCKET_US < 0 ? towards_0 - 1 : towards_0;
+}
+
+static struct lum_clock_bucket *slot_of(lum_clock_fit *fit, int64_t index)
+{
+    return &fit->buckets[(uint64_t)index % LUM_CLOCK_BUCKETS];
+}
+
+static void look(const lum_clock_fit *fit, struct lum_clock_window *out)
+{
+    const int64_t newest = index_of(fit->newest.clock_us);
+    out->count = 0;
+    out->batches = 1;
+    for (int64_t i = newest - LUM_CLOCK_BUCKETS + 1; i <= newest; i++) {
+        const struct lum_clock_bucket *b =
+            &fit->buckets[(uint64_t)i % LUM_CLOCK_BUCKETS];
+        if (b->index == i) {
+            out->list[out->count++] = b;
+            out->batches += b->batches;
+        }
+    }
+}
+
+static void refit(lum_clock_fit *fit)
+{
+    const int64_t now_us = fit->newest.clock_us;
+    struct lum_clock_line line = fit->line;
+    struct lum_clock_window w;
+    look(fit, &w);
+    const bool has_drift =
+        lum_clock_lay(&w, fit->prior_ppb, fit->prior_error_ppb, &line);
+    if (fit->is_carried && lum_clock_holds(&w, &fit->line) &&
+        lum_clock_error(&fit->line, now_us) <= lum_clock_error(&line, now_us)) {
+        return;
+    }
+    fit->is_carried = false;
+    fit->has_drift = has_drift;
+    fit->line = line;
+}
+
+/* A reading that does not come with the one before ends a batch. */
+static void note_batch(struct lum_clock_bucket *b,
+                       const struct lum_clock_reading *last,
+                       const struct lum_clock_reading *r, int64_t drift_ppb)
+{
+    const int64_t us = r->clock_us - last->clock_us;
+    if (us > 0 && r->arrival_ns - last->arrival_ns >= us * 500 &&
+        b->batches < BATCHES_MAX) {
+        const int64_t late_ns = lum_clock_lateness(&b->best, last, drift_ppb);
+        b->batches++;
+        b->late_sum_ns += late_ns > 0 ? late_ns : 0;
+    }
+}
+
+static void put_best(struct lum_clock_bucket *b,
+                     const struct lum_clock_reading *r, int64_t late_ns)
+{
+    if (late_ns <= -SAME_NS) {
+        b->next_ns = -late_ns;
+    } else if (b->next_ns != LUM_CLOCK_NOTHING) {
+        b->next_ns -= late_ns;
+    }
+    b->late_sum_ns -= late_ns * b->batches;
+    b->best = *r;
+}
+
+static void put(lum_clock_fit *fit, const struct lum_clock_reading *r)
+{
+    const int64_t index = index_of(r->clock_us);
+    const int64_t drift_ppb = fit->line.drift_ppb;
+    struct lum_clock_bucket *b = slot_of(fit, index);
+    if (b->index != index) {
+        *b = (struct lum_clock_bucket){
+            .index = index, .best = *r, .next_ns = LUM_CLOCK_NOTHING};
+    }
+    const int64_t late_ns = lum_clock_lateness(&b->best, r, drift_ppb);
+    if (late_ns < 0) {
+        put_best(b, r, late_ns);
+    } else if (late_ns >= SAME_NS && late_ns < b->next_ns &&
+               r->clock_us != fit->last.clock_us) {
+        /* The eyes' lines have one clock, and one comes after the other. */
+        b->next_ns = late_ns;
+    }
+    note_batch(b, &fit->last, r, drift_ppb);
+}
+
+static void know_drift_of_before(lum_clock_fit *fit)
+{
+    const int64_t error = fit->line.drift_error_ppb + CHANGE_PPB;
+    if (fit->has_drift && error < DRIFT_KNOWN_PPB) {
+        fit->prior_ppb = fit->line.drift_ppb;
+        fit->prior_error_ppb = error;
+    }
+}
+
+/* The first of a new fit; the drift of before is a begin. */
+static void begin(lum_clock_fit *fit, const struct lum_clock_reading *r,
+                  unsigned count)
+{
+    for (size_t i = 0; i < LUM_CLOCK_BUCKETS; i++) {
+        fit->buckets[i].index = LUM_CLOCK_NOTHING;
+    }
+    know_drift_of_before(fit);
+    fit->has_begun = true;
+    fit->has_drift = false;
+    fit->is_carried = false;
+    fit->run.count = 0;
+    fit->begin_us = r->clock_us;
+    fit->newest = *r;
+    fit->last = *r;
+    fit->taken += count;
+    put(fit, r);
+    refit(fit);
+}
+
+static void take(lum_clock_fit *fit, const struct lum_clock_reading *r)
+{
+    const int64_t newest = index_of(fit->newest.clock_us);
+    const int64_t index = index_of(r->clock_us);
+    fit->run.count = 0;
+    fit->taken++;
+    if (index <= newest - LUM_CLOCK_BUCKETS) {
+        return;
+    }
+    if (index >= newest + LUM_CLOCK_BUCKETS) {
+        know_drift_of_before(fit);
+        fit->is_carried = true;
+        fit->begin_us = r->clock_us;
+    }
+    put(fit, r);
+    fit->last = *r;
+    if (r->clock_us > fit->newest.clock_us) {
+        fit->newest = *r;
+    }
+    if (index > newest ||
+        lum_clock_above(&fit->line, r) < -LUM_CLOCK_SLACK_NS) {
+        refit(fit);
+    }
+}
+
+/* By how much a reading contradicts the line, below 0 if it is too early; 0: it
+ * does not. */
+static int64_t contradiction(const lum_clock_fit *fit,
+                             const struct lum_clock_reading *r)
+{
+    const int64_t late_ns = lum_clock_above(&fit->line, r);
+    const int64_t error_ns = lum_clock_error(&fit->line, r->clock_us);
+    const bool is_early = fit->newest.clock_us - fit->begin_us < EARLY_US;
+    if (late_ns < -error_ns - (is_early ? LOW_EARLY_NS : LOW_NS) ||
+        late_ns > error_ns + HIGH_NS) {
+        return late_ns;
+    }
+    return 0;
+}
+
+static bool is_sensor(const lum_clock_fit *fit,
+                      const struct lum_clock_reading *r)
+{
+    const int64_t us = r->clock_us - fit->last.clock_us;
+    return us < -BACK_US || magnitude(us) * 1000 >
+                                magnitude(r->arrival_ns - fit->last.arrival_ns);
+}
+
+static bool agrees(const lum_clock_fit *fit, const struct lum_clock_reading *r)
+{
+    return fit->run.count > 0 &&
+           magnitude(lum_clock_lateness(&fit->run.best, r,
+                                        fit->line.drift_ppb)) <= AGREE_NS;
+}
+
+/* A reading that contradicts the line. Breaks are told by several; a single one
+ * is a damaged packet. */
+static lum_clock_fit_event set_aside(lum_clock_fit *fit,
+                                     const struct lum_clock_reading *r,
+                                     int64_t late_ns)
+{
+    struct run *run = &fit->run;
+    if (!agrees(fit, r)) {
+        *run = (struct run){.is_sensor = is_sensor(fit, r),
+                            .first_us = r->clock_us,
+                            .best = *r};
+    }
+    run->count++;
+    if (lum_clock_lateness(&run->best, r, fit->line.drift_ppb) < 0) {
+        run->best = *r;
+    }
+    if (run->count < RUN_MIN || (!run->is_sensor && late_ns > 0 &&
+                                 r->clock_us - run->first_us < RUN_US)) {
+        fit->aside++;
+        return LUM_CLOCK_FIT_ASIDE;
+    }
+    const bool is_of_sensor = run->is_sensor;
+    const struct lum_clock_reading first = run->best;
+    fit->sensor_breaks += is_of_sensor ? 1u : 0u;
+    fit->host_steps += is_of_sensor ? 0u : 1u;
+    fit->aside -= run->count - 1u;
+    begin(fit, &first, run->count);
+    fit->last = *r;
+    return is_of_sensor ? LUM_CLOCK_FIT_SENSOR_BREAK : LUM_CLOCK_FIT_HOST_STEP;
+}
+
+lum_clock_fit *lum_clock_fit_new(void)
+{
+    lum_clock_fit *fit = malloc(sizeof *fit);
+    if (fit != NULL) {
+        lum_clock_fit_reset(fit);
+    }
+    return fit;
+}
+
+void lum_clock_fit_free(lum_clock_fit *fit)
+{
+    free(fit);
+}
+
+void lum_clock_fit_reset(lum_clock_fit *fit)
+{
+    memset(fit, 0, sizeof *fit);
+    fit->prior_error_ppb = DRIFT_KNOWN_PPB;
+}
+
+void lum_clock_fit_learn(lum_clock_fit *to, const lum_clock_fit *from)
+{
+    if (from->sensor_breaks == 0 && from->host_steps == 0) {
+        *to = *from;
+        to->is_ahead = from->has_begun;
+        to->ahead_us = from->newest.clock_us;
+        to->taken = 0;
+        to->aside = 0;
+    }
+}
+
+lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
+                                      int64_t arrival_ns)
+{
+    const struct lum_clock_reading r = {clock_us, arrival_ns};
+    if (clock_us > LUM_CLOCK_FIT_CLOCK_MAX_US ||
+        clock_us < -LUM_CLOCK_FIT_CLOCK_MAX_US ||
+        arrival_ns > LUM_CLOCK_FIT_ARRIVAL_MAX_NS ||
+        arrival_ns < -LUM_CLOCK_FIT_ARRIVAL_MAX_NS) {
+        return LUM_CLOCK_FIT_REFUSED;
+    }
+    if (!fit->has_begun) {
+        begin(fit, &r, 1);
+        return LUM_CLOCK_FIT_TAKEN;
+    }
+    fit->is_ahead = fit->is_ahead && clock_us <= fit->ahead_us;
+    const int64_t late_ns = contradiction(fit, &r);
+    if (fit->is_ahead && late_ns == 0) {
+        fit->taken++;
+        return LUM_CLOCK_FIT_TAKEN;
+    }
+    if (late_ns != 0) {
+        return set_aside(fit, &r, late_ns);
+    }
+    take(fit, &r);
+    return LUM_CLOCK_FIT_TAKEN;
+}
+
+lum_result lum_clock_fit_utc(const lum_clock_fit *fit, int64_t clock_us,
+                             lum_clock_time *out)
+{
+    const struct run *run = &fit->run;
+    struct lum_clock_line line = fit->line;
+    int64_t near_us = fit->newest.clock_us;
+    if (!fit->has_begun) {
+        return LUM_END;
+    }
+    if (clock_us > LUM_CLOCK_FIT_CLOCK_MAX_US ||
+        clock_us < -LUM_CLOCK_FIT_CLOCK_MAX_US) {
+        return LUM_E_VALUE;
+    }
+    if (run->count > 0 && run->is_sensor &&
+        magnitude(clock_us - run->first_us) < magnitude(clock_us - near_us)) {
+        near_us = run->first_us;
+        line.at = run->best;
+        line.from_us = near_us;
+        line.to_us = near_us;
+        line.error_ns = LUM_CLOCK_SPREAD_NS;
+    }
+    if (magnitude(clock_us - near_us) > LUM_CLOCK_FIT_NEAR_US) {
+        return LUM_E_VALUE;
+    }
+    const int64_t us = clock_us - line.at.clock_us;
+    out->utc_ns =
+        line.at.arrival_ns + us * 1000 + lum_clock_scale(us, line.drift_ppb);
+    out->error_ns = lum_clock_error(&line, clock_us);
+    return LUM_OK;
+}
+
+lum_result lum_clock_fit_get_info(const lum_clock_fit *fit,
+                                  lum_clock_fit_info *out)
+{
+    lum_clock_fit_info info = {.struct_size = sizeof info,
+                               .taken = fit->taken,
+                               .aside = fit->aside,
+                               .sensor_breaks = fit->sensor_breaks,
+                               .host_steps = fit->host_steps};
+    if (fit->has_begun) {
+        info.newest_us = fit->newest.clock_us;
+        info.error_ns = lum_clock_error(&fit->line, info.newest_us);
+        info.has_drift = fit->has_drift;
+        info.drift_ppb = (int32_t)fit->line.drift_ppb;
+        info.drift_error_ppb = (int32_t)fit->line.drift_error_ppb;
+    }
+    const size_t asked = out->struct_size;
+    memcpy(out, &info, asked < sizeof info ? asked : sizeof info);
+    out->struct_size = asked;
+    return fit->has_begun ? LUM_OK : LUM_END;
+}

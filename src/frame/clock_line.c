@@ -1,0 +1,275 @@
+#include "clock_line.h"
+
+#include <stdlib.h>
+
+/* What is measured above this is no drift. */
+#define DRIFT_MAX_PPB INT64_C(1000000)
+
+/* How the drift changes within the window. */
+#define WANDER_PPB INT64_C(1000)
+
+/* The last second, which tells whether arrivals have left the line. */
+#define RECENT 8
+
+/* So many steps of the lateness show that batches have shifted. */
+#define SHIFTS_MIN 3u
+#define SHIFT_US   250000
+
+/* No error is told above this: arrivals come nearer, or contradict. */
+#define ERROR_MAX_NS INT64_C(1000000000)
+
+/* The reading's own unit. */
+#define STEP_NS 1000
+
+static int64_t magnitude(int64_t x)
+{
+    return x < 0 ? -x : x;
+}
+
+/* us x ppb, in ns. */
+int64_t lum_clock_scale(int64_t us, int64_t ppb)
+{
+    return us / 1000000 * ppb + us % 1000000 * ppb / 1000000;
+}
+
+/* By how much b arrived later than a, if a took the usual time. */
+int64_t lum_clock_lateness(const struct lum_clock_reading *a,
+                           const struct lum_clock_reading *b, int64_t drift_ppb)
+{
+    const int64_t us = b->clock_us - a->clock_us;
+    return b->arrival_ns - a->arrival_ns - us * 1000 -
+           lum_clock_scale(us, drift_ppb);
+}
+
+int64_t lum_clock_above(const struct lum_clock_line *line,
+                        const struct lum_clock_reading *r)
+{
+    return lum_clock_lateness(&line->at, r, line->drift_ppb);
+}
+
+/* Of the line's time; grows away from what it rests on. */
+int64_t lum_clock_error(const struct lum_clock_line *line, int64_t clock_us)
+{
+    int64_t away_us = 0;
+    if (clock_us < line->from_us) {
+        away_us = line->from_us - clock_us;
+    } else if (clock_us > line->to_us) {
+        away_us = clock_us - line->to_us;
+    }
+    const int64_t error = line->error_ns + STEP_NS +
+                          lum_clock_scale(away_us, line->drift_error_ppb);
+    return error > line->recent_ns ? error : line->recent_ns;
+}
+
+/* The earliest arrival of readings from one to another, by a drift. */
+static const struct lum_clock_reading *find_best(
+    const struct lum_clock_window *w, int64_t from_us, int64_t to_us,
+    int64_t drift_ppb)
+{
+    const struct lum_clock_reading *best = NULL;
+    for (size_t i = 0; i < w->count; i++) {
+        const struct lum_clock_reading *r = &w->list[i]->best;
+        if (r->clock_us >= from_us && r->clock_us <= to_us &&
+            (best == NULL || lum_clock_lateness(best, r, drift_ppb) < 0)) {
+            best = r;
+        }
+    }
+    return best;
+}
+
+/* The drift between the best of the first third of the window and of the last,
+ * which depends on the drift. */
+static bool measure_drift(const struct lum_clock_window *w,
+                          struct lum_clock_line *line)
+{
+    const int64_t first_us = w->list[0]->best.clock_us;
+    const int64_t last_us = w->list[w->count - 1u]->best.clock_us;
+    const int64_t third_us = (last_us - first_us) / 3;
+    for (unsigned i = 0; i < 3u; i++) {
+        const struct lum_clock_reading *a =
+            find_best(w, first_us, first_us + third_us, line->drift_ppb);
+        const struct lum_clock_reading *b =
+            find_best(w, last_us - third_us, last_us, line->drift_ppb);
+        const int64_t us = b->clock_us - a->clock_us;
+        if (us < LUM_CLOCK_BUCKET_US) {
+            return false;
+        }
+        const int64_t late_ns = lum_clock_lateness(a, b, 0);
+        if (magnitude(late_ns) > lum_clock_scale(us, DRIFT_MAX_PPB)) {
+            return false;
+        }
+        line->drift_ppb = late_ns * 1000000 / us;
+        line->from_us = a->clock_us;
+        line->to_us = b->clock_us;
+    }
+    return true;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    const int64_t x = *(const int64_t *)a;
+    const int64_t y = *(const int64_t *)b;
+    return (x > y) - (x < y);
+}
+
+static int64_t larger(int64_t a, int64_t b)
+{
+    return a > b ? a : b;
+}
+
+/* The widest gap between neighbours of the lower half. */
+static int64_t find_gap(int64_t *late_ns, size_t n)
+{
+    int64_t gap = 0;
+    qsort(late_ns, n, sizeof late_ns[0], by_value);
+    for (size_t i = 1; i <= n / 2u && i < n; i++) {
+        gap = larger(gap, late_ns[i] - late_ns[i - 1u]);
+    }
+    return gap;
+}
+
+/* How late the best of n spans may be, by the usual one of a span: the n-th
+ * part if all delays are as likely, more if short ones are rare. */
+static int64_t by_usual(int64_t usual_ns, size_t n)
+{
+    int64_t root = 1;
+    while ((root + 1) * (root + 1) <= (int64_t)n) {
+        root++;
+    }
+    return 4 * usual_ns / root;
+}
+
+/* How late the best batch may be, by the usual one. */
+static int64_t by_chance(const struct lum_clock_window *w,
+                         const struct lum_clock_line *line)
+{
+    int64_t mean_ns = 0;
+    for (size_t i = 0; i < w->count; i++) {
+        const struct lum_clock_bucket *b = w->list[i];
+        mean_ns +=
+            (b->late_sum_ns + lum_clock_above(line, &b->best) * b->batches) /
+            w->batches;
+    }
+    return LUM_CLOCK_SPREAD_NS / w->batches / w->batches +
+           4 * mean_ns / w->batches;
+}
+
+/* How often the lateness of the best stepped by more than this. */
+static unsigned count_shifts(const struct lum_clock_window *w,
+                             const struct lum_clock_line *line, int64_t step_ns)
+{
+    unsigned shifts = 0;
+    int64_t before_ns = LUM_CLOCK_NOTHING;
+    for (size_t i = 0; i < w->count;) {
+        const int64_t from_us = w->list[i]->best.clock_us;
+        int64_t best_ns = LUM_CLOCK_NOTHING;
+        for (; i < w->count && w->list[i]->best.clock_us < from_us + SHIFT_US;
+             i++) {
+            const int64_t late_ns = lum_clock_above(line, &w->list[i]->best);
+            best_ns = late_ns < best_ns ? late_ns : best_ns;
+        }
+        shifts += before_ns != LUM_CLOCK_NOTHING &&
+                          magnitude(best_ns - before_ns) > step_ns
+                      ? 1u
+                      : 0u;
+        before_ns = best_ns;
+    }
+    return shifts;
+}
+
+/* In batches the lateness of the best takes few values, until the clocks'
+ * difference has shifted lines against batches: till then all may be as late as
+ * lies between two of these. */
+static int64_t by_batches(struct lum_clock_window *w,
+                          const struct lum_clock_line *line)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < w->count; i++) {
+        if (w->list[i]->next_ns != LUM_CLOCK_NOTHING) {
+            w->late_ns[n++] = w->list[i]->next_ns;
+        }
+    }
+    if (n == 0) {
+        return 0;
+    }
+    qsort(w->late_ns, n, sizeof w->late_ns[0], by_value);
+    const int64_t step_ns = w->late_ns[n / 2u];
+    return count_shifts(w, line, step_ns / 3) < SHIFTS_MIN ? step_ns : 0;
+}
+
+/* How late the arrivals that the line lies under may be. */
+static int64_t find_error(struct lum_clock_window *w,
+                          const struct lum_clock_line *line)
+{
+    int64_t error = by_chance(w, line);
+    size_t n = 0;
+    for (size_t i = 0; i < w->count; i++) {
+        w->late_ns[n++] = lum_clock_above(line, &w->list[i]->best);
+    }
+    error = larger(error, find_gap(w->late_ns, n));
+    error = larger(error, by_usual(w->late_ns[n / 2u], n));
+    error = larger(error, by_batches(w, line));
+    return error < ERROR_MAX_NS ? error : ERROR_MAX_NS;
+}
+
+static int64_t find_recent(const struct lum_clock_window *w,
+                           const struct lum_clock_line *line)
+{
+    const int64_t newest = w->list[w->count - 1u]->index;
+    int64_t least = LUM_CLOCK_NOTHING;
+    for (size_t i = 0; i < w->count; i++) {
+        const int64_t late_ns = lum_clock_above(line, &w->list[i]->best);
+        if (w->list[i]->index > newest - RECENT && late_ns < least) {
+            least = late_ns;
+        }
+    }
+    return least != LUM_CLOCK_NOTHING ? least : 0;
+}
+
+/* The line of a drift, under all arrivals. */
+static void lie_under(struct lum_clock_window *w, struct lum_clock_line *line)
+{
+    line->at = *find_best(w, INT64_MIN, INT64_MAX, line->drift_ppb);
+    line->error_ns = find_error(w, line);
+}
+
+/* Whether the drift is told better by the window than by what is known. */
+static bool fit_drift(struct lum_clock_window *w, int64_t known_error_ppb,
+                      struct lum_clock_line *line)
+{
+    if (!measure_drift(w, line)) {
+        return false;
+    }
+    lie_under(w, line);
+    /* Both thirds have fewer arrivals than all. */
+    const int64_t end_ns = 2 * line->error_ns + STEP_NS;
+    line->drift_error_ppb =
+        end_ns * 1000000 / (line->to_us - line->from_us) + WANDER_PPB;
+    return line->drift_error_ppb < known_error_ppb;
+}
+
+bool lum_clock_lay(struct lum_clock_window *window, int64_t known_ppb,
+                   int64_t known_error_ppb, struct lum_clock_line *line)
+{
+    const bool is_measured = fit_drift(window, known_error_ppb, line);
+    if (!is_measured) {
+        line->drift_ppb = known_ppb;
+        line->drift_error_ppb = known_error_ppb;
+        lie_under(window, line);
+        line->from_us = line->at.clock_us;
+        line->to_us = line->at.clock_us;
+    }
+    line->recent_ns = find_recent(window, line);
+    return is_measured;
+}
+
+bool lum_clock_holds(const struct lum_clock_window *w,
+                     const struct lum_clock_line *line)
+{
+    for (size_t i = 0; i < w->count; i++) {
+        if (lum_clock_above(line, &w->list[i]->best) < -LUM_CLOCK_SLACK_NS) {
+            return false;
+        }
+    }
+    return true;
+}

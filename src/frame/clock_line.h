@@ -1,0 +1,82 @@
+/* A line under the earliest arrivals: how the sensor's clock and the host's go
+ * together, and how far off that may be. */
+#ifndef LUM_FRAME_CLOCK_LINE_H
+#define LUM_FRAME_CLOCK_LINE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* The window: the earliest arrivals of so many spans of the sensor's clock. */
+#define LUM_CLOCK_BUCKETS   128
+#define LUM_CLOCK_BUCKET_US 125000
+
+/* How late the first arrival may be. */
+#define LUM_CLOCK_SPREAD_NS INT64_C(40000000)
+
+/* An arrival is on the line if it differs by less. */
+#define LUM_CLOCK_SLACK_NS 1000
+
+#define LUM_CLOCK_NOTHING INT64_MAX
+
+struct lum_clock_reading {
+    int64_t clock_us;
+    int64_t arrival_ns;
+};
+
+/* The earliest arrival of a span. */
+struct lum_clock_bucket {
+    int64_t index; /* of the span; LUM_CLOCK_NOTHING: unused */
+    struct lum_clock_reading best;
+    int64_t next_ns;     /* by how much the next that is not the same is later;
+                            LUM_CLOCK_NOTHING: there is none */
+    uint32_t batches;    /* that ended in it; without batches, readings */
+    int64_t late_sum_ns; /* of their last readings, against the best */
+};
+
+struct lum_clock_line {
+    struct lum_clock_reading at;
+    int64_t drift_ppb;
+    int64_t drift_error_ppb;
+    int64_t from_us; /* readings that it rests on */
+    int64_t to_us;
+    int64_t error_ns;  /* between them */
+    int64_t recent_ns; /* the least by which a recent arrival is later */
+};
+
+/* The used buckets in their order. */
+struct lum_clock_window {
+    const struct lum_clock_bucket *list[LUM_CLOCK_BUCKETS];
+    size_t count;
+    int64_t batches;
+    int64_t late_ns[2 * LUM_CLOCK_BUCKETS]; /* what the search for the error
+                                               sorts */
+};
+
+/* us x ppb, in ns. */
+int64_t lum_clock_scale(int64_t us, int64_t ppb);
+
+/* By how much b arrived later than a, if a took the usual time. */
+int64_t lum_clock_lateness(const struct lum_clock_reading *a,
+                           const struct lum_clock_reading *b,
+                           int64_t drift_ppb);
+
+/* By how much a reading arrived later than the line says. */
+int64_t lum_clock_above(const struct lum_clock_line *line,
+                        const struct lum_clock_reading *r);
+
+/* How far off the line may be; grows away from what it rests on. */
+int64_t lum_clock_error(const struct lum_clock_line *line, int64_t clock_us);
+
+/* Lay the line under a window that is not empty. Its drift is measured if that
+ * tells more than what is known of it.
+ * line: its drift is where the search begins; overwritten.
+ * Returns whether the drift was measured. */
+bool lum_clock_lay(struct lum_clock_window *window, int64_t known_ppb,
+                   int64_t known_error_ppb, struct lum_clock_line *line);
+
+/* Whether a line lies under all of a window. */
+bool lum_clock_holds(const struct lum_clock_window *window,
+                     const struct lum_clock_line *line);
+
+#endif

@@ -1,0 +1,494 @@
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "lum/frame/clock_fit.h"
+#include "sim/random.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define US    1000
+#define MS    INT64_C(1000000)
+#define S     INT64_C(1000000000)
+#define EPOCH (INT64_C(1767225600) * S)
+
+#define LINE_64_US  1562.5 /* 64 lines, 10 Hz */
+#define LINE_640_US 156.25
+
+/* A sensor, its way to the host, and a fit of what arrives. */
+struct stream {
+    lum_clock_fit *fit;
+    double line_us;
+    double ppm;       /* the host's clock is faster by this */
+    int64_t batch_ns; /* 0: each packet has its own stamp */
+    double jitter_us; /* mean of a random delay */
+    int64_t clock_us; /* at the begin */
+    int64_t host_ns;  /* of that */
+    lum_random random;
+    double line;         /* lines so far */
+    lum_clock_time time; /* of the last reading */
+    int64_t truth_ns;
+    lum_clock_fit_event event; /* the last one that is not TAKEN */
+};
+
+/* What a while of a stream has shown. */
+struct seen {
+    int64_t worst_ns; /* the largest error */
+    int64_t told_ns;  /* the largest that was told */
+    double beyond; /* share of the readings whose error was larger than told */
+};
+
+static struct stream stream_of(double line_us, double ppm, int64_t batch_ns)
+{
+    struct stream s = {.fit = lum_clock_fit_new(),
+                       .line_us = line_us,
+                       .ppm = ppm,
+                       .batch_ns = batch_ns,
+                       .clock_us = 1234567,
+                       .host_ns = EPOCH};
+    assert_non_null(s.fit);
+    lum_random_init(&s.random, 7, 1);
+    return s;
+}
+
+static int64_t truth_of(const struct stream *s, int64_t clock_us)
+{
+    return s->host_ns +
+           (int64_t)((double)(clock_us - s->clock_us) * (1e3 + s->ppm * 1e-3));
+}
+
+static int64_t clock_of(const struct stream *s)
+{
+    return s->clock_us + (int64_t)(s->line * s->line_us);
+}
+
+static int64_t arrival_of(struct stream *s, int64_t truth_ns)
+{
+    int64_t ns = truth_ns;
+    if (s->jitter_us > 0.0) {
+        const double u = (double)lum_random_unit(&s->random);
+        ns -= (int64_t)(s->jitter_us * 1e3 * log(1.0 - u));
+    }
+    if (s->batch_ns > 0) {
+        ns = (ns + s->batch_ns - 1) / s->batch_ns * s->batch_ns;
+    }
+    return ns;
+}
+
+/* One line of both eyes. */
+static void one_line(struct stream *s)
+{
+    const int64_t clock_us = clock_of(s);
+    s->truth_ns = truth_of(s, clock_us);
+    for (unsigned eye = 0; eye < 2u; eye++) {
+        const lum_clock_fit_event event =
+            lum_clock_fit_add(s->fit, clock_us, arrival_of(s, s->truth_ns));
+        s->event = event != LUM_CLOCK_FIT_TAKEN ? event : s->event;
+    }
+    assert_int_equal(lum_clock_fit_utc(s->fit, clock_us, &s->time), LUM_OK);
+    s->line += 1.0;
+}
+
+static struct seen pass(struct stream *s, double seconds)
+{
+    struct seen seen = {0, 0, 0.0};
+    const double end = s->line + seconds * 1e6 / s->line_us;
+    double beyond = 0.0;
+    double count = 0.0;
+    while (s->line < end) {
+        one_line(s);
+        const int64_t error = llabs(s->time.utc_ns - s->truth_ns);
+        seen.worst_ns = error > seen.worst_ns ? error : seen.worst_ns;
+        seen.told_ns =
+            s->time.error_ns > seen.told_ns ? s->time.error_ns : seen.told_ns;
+        beyond += error > s->time.error_ns ? 1.0 : 0.0;
+        count += 1.0;
+    }
+    seen.beyond = beyond / count;
+    return seen;
+}
+
+static lum_clock_fit_info info_of(const lum_clock_fit *fit)
+{
+    lum_clock_fit_info info = {.struct_size = sizeof info};
+    assert_int_equal(lum_clock_fit_get_info(fit, &info), LUM_OK);
+    return info;
+}
+
+static void before_the_first_reading_nothing_is_known(void **state)
+{
+    (void)state;
+    lum_clock_fit *fit = lum_clock_fit_new();
+    lum_clock_time time = {1, 2};
+    lum_clock_fit_info info = {.struct_size = sizeof info, .error_ns = 9};
+    assert_int_equal(lum_clock_fit_utc(fit, 0, &time), LUM_END);
+    assert_true(time.utc_ns == 1 && time.error_ns == 2);
+    assert_int_equal(lum_clock_fit_get_info(fit, &info), LUM_END);
+    assert_true(info.taken == 0 && info.error_ns == 0 && !info.has_drift);
+    lum_clock_fit_free(fit);
+    lum_clock_fit_free(NULL);
+}
+
+static void the_first_reading_is_its_arrival_and_uncertain(void **state)
+{
+    (void)state;
+    lum_clock_fit *fit = lum_clock_fit_new();
+    lum_clock_time time;
+    assert_int_equal(lum_clock_fit_add(fit, 5000, EPOCH), LUM_CLOCK_FIT_TAKEN);
+    assert_int_equal(lum_clock_fit_utc(fit, 5000, &time), LUM_OK);
+    assert_int_equal(time.utc_ns, EPOCH);
+    assert_true(time.error_ns > 10 * MS);
+    assert_int_equal(lum_clock_fit_utc(fit, 6000, &time), LUM_OK);
+    assert_int_equal(time.utc_ns, EPOCH + MS);
+    lum_clock_fit_free(fit);
+}
+
+static void an_even_stream_is_known_within_a_millisecond_of_its_begin(
+    void **state)
+{
+    (void)state;
+    struct stream s = stream_of(LINE_64_US, 0.0, 0);
+    (void)pass(&s, 1.0);
+    const struct seen seen = pass(&s, 5.0);
+    assert_true(seen.worst_ns <= US);
+    assert_true(seen.told_ns <= 20 * US);
+    lum_clock_fit_free(s.fit);
+}
+
+/* The bar: 50 us, for stamps in batches of 8 ms and a drift of 50 ppm. */
+static void batches_and_drift_leave_less_than_50_us(void **state)
+{
+    (void)state;
+    const double lines[] = {LINE_64_US, LINE_640_US};
+    const double drifts[] = {50.0, -50.0, 100.0, -100.0, 300.0};
+    for (size_t i = 0; i < 2u; i++) {
+        for (size_t k = 0; k < sizeof drifts / sizeof drifts[0]; k++) {
+            struct stream s = stream_of(lines[i], drifts[k], 8 * MS);
+            const struct seen first = pass(&s, 2.0);
+            const struct seen later = pass(&s, 18.0);
+            const lum_clock_fit_info info = info_of(s.fit);
+            assert_true(first.beyond == 0.0);
+            assert_true(later.worst_ns < 50 * US);
+            assert_true(later.beyond == 0.0);
+            assert_true(info.error_ns < 100 * US);
+            assert_true(info.has_drift);
+            assert_true(abs(info.drift_ppb - (int32_t)(drifts[k] * 1000.0)) <=
+                        info.drift_error_ppb);
+            assert_true(info.drift_error_ppb < 20000);
+            assert_true(s.event == LUM_CLOCK_FIT_TAKEN);
+            lum_clock_fit_free(s.fit);
+        }
+    }
+}
+
+/* Where lines stand still against batches, the error can hardly be seen. */
+static void the_error_that_is_told_is_honest(void **state)
+{
+    (void)state;
+    const struct {
+        double ppm;
+        int64_t batch_ns;
+        double jitter_us;
+    } ways[] = {
+        {3.0, 8 * MS, 0.0},      {10.0, 8 * MS, 0.0},     {3.0, MS, 0.0},
+        {-50.0, 8300 * US, 0.0}, {50.0, 0, 20.0},         {50.0, 0, 200.0},
+        {-100.0, 0, 2000.0},     {50.0, 8 * MS, 20.0},    {-100.0, MS, 200.0},
+        {50.0, MS, 2000.0},      {-100.0, 8 * MS, 200.0}, {0.0, 0, 0.0}};
+    for (size_t i = 0; i < sizeof ways / sizeof ways[0]; i++) {
+        for (unsigned k = 0; k < 2u; k++) {
+            struct stream s = stream_of(k == 0 ? LINE_64_US : LINE_640_US,
+                                        ways[i].ppm, ways[i].batch_ns);
+            s.jitter_us = ways[i].jitter_us;
+            s.clock_us = 99991;
+            const struct seen seen = pass(&s, 12.0);
+            if (seen.beyond > 0.02) {
+                fail_msg("%zu/%u: %.1f %% beyond", i, k, seen.beyond * 100.0);
+            }
+            lum_clock_fit_free(s.fit);
+        }
+    }
+}
+
+static void a_delay_that_all_have_cannot_be_seen(void **state)
+{
+    (void)state;
+    struct stream s = stream_of(LINE_640_US, 50.0, 0);
+    s.host_ns += 300 * US;
+    (void)pass(&s, 5.0);
+    s.host_ns -= 300 * US;
+    const int64_t late = s.time.utc_ns - truth_of(&s, clock_of(&s) - 156);
+    assert_true(late > 298 * US && late < 302 * US);
+    lum_clock_fit_free(s.fit);
+}
+
+static void a_restart_of_the_sensor_begins_anew(void **state)
+{
+    (void)state;
+    const int64_t jumps_us[] = {-60000000, -2000000, 2000000, 900000000};
+    for (size_t i = 0; i < sizeof jumps_us / sizeof jumps_us[0]; i++) {
+        struct stream s = stream_of(LINE_64_US, 50.0, 8 * MS);
+        s.clock_us = 70000000;
+        (void)pass(&s, 10.0);
+        s.host_ns = truth_of(&s, clock_of(&s)) + MS;
+        s.clock_us = clock_of(&s) + jumps_us[i];
+        s.line = 0.0;
+        const struct seen first = pass(&s, 1.0);
+        const struct seen later = pass(&s, 8.0);
+        const lum_clock_fit_info info = info_of(s.fit);
+        assert_int_equal(info.sensor_breaks, 1);
+        assert_int_equal(info.host_steps, 0);
+        assert_true(first.worst_ns < 10 * MS);
+        assert_true(first.beyond == 0.0);
+        assert_true(later.worst_ns < 50 * US);
+        lum_clock_fit_free(s.fit);
+    }
+}
+
+static void a_step_of_the_hosts_clock_begins_anew(void **state)
+{
+    (void)state;
+    const int64_t steps_ns[] = {3 * S,     -3 * S,   3600 * S,
+                                -3600 * S, 500 * MS, -200 * MS};
+    for (size_t i = 0; i < sizeof steps_ns / sizeof steps_ns[0]; i++) {
+        struct stream s = stream_of(LINE_64_US, -50.0, 8 * MS);
+        (void)pass(&s, 10.0);
+        s.host_ns += steps_ns[i];
+        (void)pass(&s, 3.0);
+        const struct seen later = pass(&s, 8.0);
+        const lum_clock_fit_info info = info_of(s.fit);
+        assert_int_equal(info.host_steps, 1);
+        assert_int_equal(info.sensor_breaks, 0);
+        assert_true(later.worst_ns < 60 * US);
+        assert_true(later.beyond == 0.0);
+        lum_clock_fit_free(s.fit);
+    }
+}
+
+static void a_clock_that_is_slewed_is_followed_and_the_error_grows(void **state)
+{
+    (void)state;
+    const double rates[] = {200.0, -200.0};
+    for (size_t i = 0; i < 2u; i++) {
+        struct stream s = stream_of(LINE_640_US, 0.0, 0);
+        (void)pass(&s, 16.0);
+        s.host_ns = truth_of(&s, clock_of(&s));
+        s.clock_us = clock_of(&s);
+        s.line = 0.0;
+        s.ppm = rates[i];
+        const struct seen during = pass(&s, 16.0);
+        const struct seen after = pass(&s, 10.0);
+        assert_true(during.told_ns > 100 * US);
+        assert_true(after.worst_ns < 100 * US);
+        assert_int_equal(info_of(s.fit).host_steps, 0);
+        lum_clock_fit_free(s.fit);
+    }
+}
+
+static void a_pause_is_bridged_by_the_drift(void **state)
+{
+    (void)state;
+    struct stream s = stream_of(LINE_64_US, 50.0, 8 * MS);
+    (void)pass(&s, 20.0);
+    s.line += 30e6 / LINE_64_US;
+    const struct seen seen = pass(&s, 1.0);
+    assert_true(seen.worst_ns < 200 * US);
+    assert_true(seen.beyond == 0.0);
+    assert_int_equal(info_of(s.fit).sensor_breaks, 0);
+    assert_int_equal(info_of(s.fit).host_steps, 0);
+    lum_clock_fit_free(s.fit);
+}
+
+static void strays_are_set_aside(void **state)
+{
+    (void)state;
+    struct stream s = stream_of(LINE_64_US, 50.0, 8 * MS);
+    (void)pass(&s, 5.0);
+    for (unsigned i = 0; i < 1000u; i++) {
+        const int64_t off_us =
+            (INT64_C(1) << (14u + i % 17u)) * (i % 2u == 0 ? 1 : -1);
+        (void)lum_clock_fit_add(s.fit, clock_of(&s) + off_us,
+                                arrival_of(&s, truth_of(&s, clock_of(&s))));
+        const struct seen seen = pass(&s, 0.01);
+        assert_true(seen.worst_ns < 60 * US);
+    }
+    const lum_clock_fit_info info = info_of(s.fit);
+    assert_int_equal(info.sensor_breaks + info.host_steps, 0);
+    assert_true(info.aside > 800);
+    lum_clock_fit_free(s.fit);
+}
+
+static void a_longest_drive_goes_on_beyond_32_bits(void **state)
+{
+    (void)state;
+    struct stream s = stream_of(100000.0, 50.0, 0);
+    (void)pass(&s, 5000.0); /* the wire's clock wraps at 4,295 s */
+    const struct seen seen = pass(&s, 100.0);
+    assert_true(seen.worst_ns < 50 * US);
+    assert_int_equal(info_of(s.fit).sensor_breaks, 0);
+    lum_clock_fit_free(s.fit);
+}
+
+static void what_another_learned_holds_from_the_first_line(void **state)
+{
+    (void)state;
+    struct stream ahead = stream_of(LINE_64_US, 50.0, 8 * MS);
+    struct stream s = stream_of(LINE_64_US, 50.0, 8 * MS);
+    (void)pass(&ahead, 4.0);
+    lum_clock_fit_learn(s.fit, ahead.fit);
+    const struct seen seen = pass(&s, 16.0);
+    assert_true(seen.worst_ns < 50 * US);
+    assert_true(seen.beyond == 0.0);
+    assert_int_equal(info_of(s.fit).taken, 2 * (uint64_t)s.line);
+    lum_clock_fit_reset(s.fit);
+    assert_int_equal(lum_clock_fit_utc(s.fit, 0, &s.time), LUM_END);
+    lum_clock_fit_free(s.fit);
+    lum_clock_fit_free(ahead.fit);
+}
+
+static void nothing_is_learned_over_a_break(void **state)
+{
+    (void)state;
+    struct stream s = stream_of(LINE_64_US, 0.0, 0);
+    lum_clock_fit *fit = lum_clock_fit_new();
+    lum_clock_time time;
+    (void)pass(&s, 1.0);
+    s.host_ns += 5 * S;
+    (void)pass(&s, 2.0);
+    assert_int_equal(s.event, LUM_CLOCK_FIT_HOST_STEP);
+    lum_clock_fit_learn(fit, s.fit);
+    assert_int_equal(lum_clock_fit_utc(fit, 0, &time), LUM_END);
+    lum_clock_fit_free(fit);
+    lum_clock_fit_free(s.fit);
+}
+
+static void what_is_far_from_all_readings_is_not_answered(void **state)
+{
+    (void)state;
+    struct stream s = stream_of(LINE_64_US, 0.0, 0);
+    lum_clock_time time = {1, 2};
+    (void)pass(&s, 1.0);
+    const int64_t newest = info_of(s.fit).newest_us;
+    assert_int_equal(
+        lum_clock_fit_utc(s.fit, newest + LUM_CLOCK_FIT_NEAR_US + 1, &time),
+        LUM_E_VALUE);
+    assert_int_equal(lum_clock_fit_utc(s.fit, INT64_MAX, &time), LUM_E_VALUE);
+    assert_int_equal(lum_clock_fit_utc(s.fit, INT64_MIN, &time), LUM_E_VALUE);
+    assert_true(time.utc_ns == 1 && time.error_ns == 2);
+    assert_int_equal(
+        lum_clock_fit_utc(s.fit, newest + LUM_CLOCK_FIT_NEAR_US, &time),
+        LUM_OK);
+    assert_int_equal(
+        lum_clock_fit_utc(s.fit, newest - LUM_CLOCK_FIT_NEAR_US, &time),
+        LUM_OK);
+    lum_clock_fit_free(s.fit);
+}
+
+static void values_out_of_range_are_refused(void **state)
+{
+    (void)state;
+    const int64_t c = LUM_CLOCK_FIT_CLOCK_MAX_US;
+    const int64_t a = LUM_CLOCK_FIT_ARRIVAL_MAX_NS;
+    const int64_t bad[][2] = {{c + 1, 0},     {-c - 1, 0},    {0, a + 1},
+                              {0, -a - 1},    {INT64_MAX, 0}, {INT64_MIN, 0},
+                              {0, INT64_MAX}, {0, INT64_MIN}};
+    lum_clock_fit *fit = lum_clock_fit_new();
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        assert_int_equal(lum_clock_fit_add(fit, bad[i][0], bad[i][1]),
+                         LUM_CLOCK_FIT_REFUSED);
+    }
+    assert_int_equal(lum_clock_fit_add(fit, c, -a), LUM_CLOCK_FIT_TAKEN);
+    assert_int_equal(lum_clock_fit_add(fit, -c, a), LUM_CLOCK_FIT_ASIDE);
+    lum_clock_fit_free(fit);
+}
+
+/* The sanitizers look on. */
+static void any_readings_are_taken(void **state)
+{
+    (void)state;
+    lum_clock_fit *fit = lum_clock_fit_new();
+    lum_random random;
+    lum_random_init(&random, 3, 9);
+    int64_t clock_us = 0;
+    int64_t arrival_ns = 0;
+    for (unsigned i = 0; i < 300000u; i++) {
+        const unsigned how = lum_random_below(&random, 8);
+        const unsigned shift = lum_random_below(&random, 50);
+        const int64_t us = (int64_t)(lum_random_next(&random) >> (63u - shift));
+        clock_us = how == 0 ? us - (INT64_C(1) << 48) : clock_us + us % 300000;
+        clock_us = how == 1 ? clock_us - us : clock_us;
+        arrival_ns = how == 2 ? us * 4096 - (INT64_C(1) << 60)
+                              : arrival_ns + us % 300000000;
+        arrival_ns = how == 3 ? arrival_ns - us : arrival_ns;
+        lum_clock_time time = {0, 0};
+        (void)lum_clock_fit_add(fit, clock_us, arrival_ns);
+        if (lum_clock_fit_utc(fit, clock_us, &time) == LUM_OK) {
+            assert_true(time.error_ns >= 0);
+        }
+    }
+    lum_clock_fit_free(fit);
+}
+
+static void stamps_that_never_change_do_no_harm(void **state)
+{
+    (void)state;
+    struct stream s = stream_of(LINE_640_US, 0.0, 0);
+    for (unsigned i = 0; i < 100000u; i++) {
+        (void)lum_clock_fit_add(s.fit, 5, EPOCH + i * MS);
+    }
+    lum_clock_fit_reset(s.fit);
+    for (unsigned i = 0; i < 100000u; i++) {
+        lum_clock_time time;
+        (void)lum_clock_fit_add(s.fit, i * INT64_C(1000), EPOCH);
+        assert_int_equal(lum_clock_fit_utc(s.fit, i * INT64_C(1000), &time),
+                         LUM_OK);
+    }
+    lum_clock_fit_free(s.fit);
+}
+
+static void a_shorter_info_of_an_older_program_is_filled(void **state)
+{
+    (void)state;
+    struct stream s = stream_of(LINE_640_US, 0.0, 0);
+    (void)pass(&s, 1.0);
+    lum_clock_fit_info info;
+    memset(&info, 0x5a, sizeof info);
+    info.struct_size = offsetof(lum_clock_fit_info, error_ns);
+    const int64_t before = info.error_ns;
+    assert_int_equal(lum_clock_fit_get_info(s.fit, &info), LUM_OK);
+    assert_int_equal(info.struct_size, offsetof(lum_clock_fit_info, error_ns));
+    assert_true(info.taken > 0 && info.error_ns == before);
+    lum_clock_fit_free(s.fit);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(before_the_first_reading_nothing_is_known),
+        cmocka_unit_test(the_first_reading_is_its_arrival_and_uncertain),
+        cmocka_unit_test(
+            an_even_stream_is_known_within_a_millisecond_of_its_begin),
+        cmocka_unit_test(batches_and_drift_leave_less_than_50_us),
+        cmocka_unit_test(the_error_that_is_told_is_honest),
+        cmocka_unit_test(a_delay_that_all_have_cannot_be_seen),
+        cmocka_unit_test(a_restart_of_the_sensor_begins_anew),
+        cmocka_unit_test(a_step_of_the_hosts_clock_begins_anew),
+        cmocka_unit_test(
+            a_clock_that_is_slewed_is_followed_and_the_error_grows),
+        cmocka_unit_test(a_pause_is_bridged_by_the_drift),
+        cmocka_unit_test(strays_are_set_aside),
+        cmocka_unit_test(a_longest_drive_goes_on_beyond_32_bits),
+        cmocka_unit_test(what_another_learned_holds_from_the_first_line),
+        cmocka_unit_test(nothing_is_learned_over_a_break),
+        cmocka_unit_test(what_is_far_from_all_readings_is_not_answered),
+        cmocka_unit_test(values_out_of_range_are_refused),
+        cmocka_unit_test(any_readings_are_taken),
+        cmocka_unit_test(stamps_that_never_change_do_no_harm),
+        cmocka_unit_test(a_shorter_info_of_an_older_program_is_filled),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
