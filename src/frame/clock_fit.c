@@ -33,9 +33,6 @@
 /* Readings come in about their order. */
 #define BACK_US 1000000
 
-/* Of a span; what comes more often is not counted. */
-#define BATCHES_MAX 100000u
-
 /* Arrivals that contradict the line and agree among themselves. */
 struct run {
     unsigned count;
@@ -103,9 +100,14 @@ static void refit(lum_clock_fit *fit)
     look(fit, &w);
     const bool has_drift =
         lum_clock_lay(&w, fit->prior_ppb, fit->prior_error_ppb, &line);
-    if (fit->is_carried && lum_clock_holds(&w, &fit->line) &&
-        lum_clock_error(&fit->line, now_us) <= lum_clock_error(&line, now_us)) {
-        return;
+    /* What was known before a gap, or before arrivals became doubtful. */
+    if ((fit->is_carried || (fit->has_drift && !has_drift)) &&
+        lum_clock_holds(&w, &fit->line)) {
+        lum_clock_look_back(&w, &fit->line);
+        if (lum_clock_error(&fit->line, now_us) <=
+            lum_clock_error(&line, now_us)) {
+            return;
+        }
     }
     fit->is_carried = false;
     fit->has_drift = has_drift;
@@ -113,29 +115,11 @@ static void refit(lum_clock_fit *fit)
 }
 
 /* A reading that does not come with the one before ends a batch. */
-static void note_batch(struct lum_clock_bucket *b,
-                       const struct lum_clock_reading *last,
-                       const struct lum_clock_reading *r, int64_t drift_ppb)
+static bool ends_batch(const struct lum_clock_reading *last,
+                       const struct lum_clock_reading *r)
 {
     const int64_t us = r->clock_us - last->clock_us;
-    if (us > 0 && r->arrival_ns - last->arrival_ns >= us * 500 &&
-        b->batches < BATCHES_MAX) {
-        const int64_t late_ns = lum_clock_lateness(&b->best, last, drift_ppb);
-        b->batches++;
-        b->late_sum_ns += late_ns > 0 ? late_ns : 0;
-    }
-}
-
-static void put_best(struct lum_clock_bucket *b,
-                     const struct lum_clock_reading *r, int64_t late_ns)
-{
-    if (late_ns <= -SAME_NS) {
-        b->next_ns = -late_ns;
-    } else if (b->next_ns != LUM_CLOCK_NOTHING) {
-        b->next_ns -= late_ns;
-    }
-    b->late_sum_ns -= late_ns * b->batches;
-    b->best = *r;
+    return us > 0 && r->arrival_ns - last->arrival_ns >= us * 500;
 }
 
 static void put(lum_clock_fit *fit, const struct lum_clock_reading *r)
@@ -149,13 +133,14 @@ static void put(lum_clock_fit *fit, const struct lum_clock_reading *r)
     }
     const int64_t late_ns = lum_clock_lateness(&b->best, r, drift_ppb);
     if (late_ns < 0) {
-        put_best(b, r, late_ns);
+        b->next_ns = late_ns <= -SAME_NS ? -late_ns : b->next_ns;
+        b->best = *r;
     } else if (late_ns >= SAME_NS && late_ns < b->next_ns &&
                r->clock_us != fit->last.clock_us) {
         /* The eyes' lines have one clock, and one comes after the other. */
         b->next_ns = late_ns;
     }
-    note_batch(b, &fit->last, r, drift_ppb);
+    b->batches += ends_batch(&fit->last, r) ? 1u : 0u;
 }
 
 static void know_drift_of_before(lum_clock_fit *fit)
