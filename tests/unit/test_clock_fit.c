@@ -196,18 +196,19 @@ static void the_error_that_is_told_is_honest(void **state)
         int64_t batch_ns;
         double jitter_us;
     } ways[] = {
-        {3.0, 8 * MS, 0.0},      {10.0, 8 * MS, 0.0},     {3.0, MS, 0.0},
-        {-50.0, 8300 * US, 0.0}, {50.0, 0, 20.0},         {50.0, 0, 200.0},
-        {-100.0, 0, 2000.0},     {50.0, 8 * MS, 20.0},    {-100.0, MS, 200.0},
-        {50.0, MS, 2000.0},      {-100.0, 8 * MS, 200.0}, {0.0, 0, 0.0}};
+        {3.0, 8 * MS, 0.0},        {10.0, 8 * MS, 0.0},     {3.0, MS, 0.0},
+        {-50.0, 8300 * US, 0.0},   {50.0, 0, 20.0},         {50.0, 0, 200.0},
+        {-100.0, 0, 2000.0},       {50.0, 8 * MS, 20.0},    {-100.0, MS, 200.0},
+        {50.0, MS, 2000.0},        {-100.0, 8 * MS, 200.0}, {0.0, 0, 0.0},
+        {-100.0, 8300 * US, 200.0}};
     for (size_t i = 0; i < sizeof ways / sizeof ways[0]; i++) {
         for (unsigned k = 0; k < 2u; k++) {
             struct stream s = stream_of(k == 0 ? LINE_64_US : LINE_640_US,
                                         ways[i].ppm, ways[i].batch_ns);
             s.jitter_us = ways[i].jitter_us;
             s.clock_us = 99991;
-            const struct seen seen = pass(&s, 12.0);
-            if (seen.beyond > 0.01) {
+            const struct seen seen = pass(&s, 16.0);
+            if (seen.beyond > 0.03) {
                 fail_msg("%zu/%u: %.1f %% beyond", i, k, seen.beyond * 100.0);
             }
             lum_clock_fit_free(s.fit);
@@ -408,8 +409,8 @@ static void a_pause_is_bridged_by_the_drift(void **state)
     struct stream s = stream_of(LINE_64_US, 50.0, 8 * MS);
     (void)pass(&s, 20.0);
     s.line += 30e6 / LINE_64_US;
-    const struct seen seen = pass(&s, 1.0);
-    assert_true(seen.worst_ns < 200 * US);
+    const struct seen seen = pass(&s, 3.0);
+    assert_true(seen.worst_ns < 50 * US);
     assert_true(seen.beyond == 0.0);
     assert_int_equal(info_of(s.fit).sensor_breaks, 0);
     assert_int_equal(info_of(s.fit).host_steps, 0);
@@ -477,7 +478,7 @@ static void what_another_learned_holds_from_the_first_line(void **state)
     (void)pass(&ahead, 4.0);
     lum_clock_fit_learn(s.fit, ahead.fit);
     (void)pass(&s, 4.0);
-    assert_int_equal(info_of(s.fit).error_ns, info_of(ahead.fit).error_ns);
+    assert_true(info_of(s.fit).error_ns >= info_of(ahead.fit).error_ns);
     assert_int_equal(info_of(s.fit).drift_ppb, info_of(ahead.fit).drift_ppb);
     lum_clock_fit_reset(s.fit);
     s.line = 0.0;
