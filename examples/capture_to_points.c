@@ -9,16 +9,18 @@ int main(int argc, char **argv)
     lum_reader *reader = NULL;
     const lum_frame *frame = NULL;
     lum_error error;
-    options.path = argc > 1 ? argv[1] : "-";
+    if (argc != 2) {
+        (void)fputs("usage: capture_to_points CAPTURE\n", stderr);
+        return 2;
+    }
+    options.path = argv[1];
     int status = lum_reader_open(&options, &reader, &error);
     while (status >= 0 &&
            (status = lum_reader_next_frame(reader, &frame, &error)) > 0) {
         const float *x = lum_frame_floats(frame, LUM_COLUMN_X);
         const float *y = lum_frame_floats(frame, LUM_COLUMN_Y);
         const float *z = lum_frame_floats(frame, LUM_COLUMN_Z);
-        const size_t n = lum_frame_count(frame);
-        (void)printf("%zu points\n", n);
-        for (size_t i = 0; i < n; i += 10000) {
+        for (size_t i = 0; i < lum_frame_count(frame); i += 10000) {
             (void)printf("%.3f %.3f %.3f\n", x[i], y[i], z[i]);
         }
     }

@@ -726,13 +726,27 @@ static lum_framer_event take(lum_framer *f, lum_result event)
     return go_on(f);
 }
 
+/* Records come again. */
+static void end_flush(lum_framer *f)
+{
+    f->is_flushing = false;
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        if (f->sensors[i] != NULL) {
+            lum_under_way_join(&f->sensors[i]->under_way);
+            f->sensors[i]->has_joined = false;
+        }
+    }
+}
+
 lum_framer_event lum_framer_push(lum_framer *framer, const lum_record *record,
                                  lum_packet_kind *kind)
 {
     lum_result r = LUM_OK;
     drop_draft(&framer->out);
     lum_framer_event event = go_on(framer);
-    framer->is_flushing = false;
+    if (framer->is_flushing && event == LUM_FRAMER_NONE) {
+        end_flush(framer);
+    }
     while (event == LUM_FRAMER_NONE &&
            (r = lum_demux_push(framer->demux, record, kind)) > 0) {
         event = take(framer, r);

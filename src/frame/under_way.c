@@ -36,3 +36,8 @@ void lum_under_way_leave(lum_under_way_state *u)
 {
     u->is_leaving = true;
 }
+
+void lum_under_way_join(lum_under_way_state *u)
+{
+    *u = (lum_under_way_state){.counts = u->counts};
+}

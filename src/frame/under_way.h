@@ -27,4 +27,7 @@ void lum_under_way_take(lum_under_way_state *state, const lum_line *line,
  * an eye was under way. */
 void lum_under_way_leave(lum_under_way_state *state);
 
+/* The stream goes on after its end: it is joined anew. */
+void lum_under_way_join(lum_under_way_state *state);
+
 #endif

@@ -1,5 +1,6 @@
 #include "columns.h"
 
+#include <float.h>
 #include <string.h>
 
 /* Words of which one column after another is made, while they are in the
@@ -130,7 +131,8 @@ static void put_points_each(const struct chunk *c, uint32_t from,
     }
 }
 
-#if defined(__has_builtin)
+/* Where floats are worked out as such, so that both ways give the same. */
+#if defined(__has_builtin) && FLT_EVAL_METHOD == 0
 #if __has_builtin(__builtin_shufflevector)
 #define HAS_SHUFFLES
 #endif

@@ -19,6 +19,7 @@
 
 /* A line of any kind, its samples, and its columns. */
 struct scene {
+    lum_calibration calibration;
     lum_projector projector;
     lum_line line;
     lum_angle angles[LUM_LINE_PIXELS];
@@ -40,15 +41,14 @@ struct scene {
 static struct scene *scene_new(void)
 {
     struct scene *s = calloc(1, sizeof *s);
-    lum_calibration calibration;
     lum_layout layout;
     assert_non_null(s);
     lum_layout_default(&layout);
-    lum_calibration_default(&calibration);
-    calibration.eye[1].tof_offset_fs = -12345678;
-    calibration.eye[1].mount_um[2] = 1234567;
-    assert_int_equal(lum_projector_init(&s->projector, &calibration, &layout),
-                     LUM_OK);
+    lum_calibration_default(&s->calibration);
+    s->calibration.eye[1].tof_offset_fs = -12345678;
+    s->calibration.eye[1].mount_um[2] = 1234567;
+    assert_int_equal(
+        lum_projector_init(&s->projector, &s->calibration, &layout), LUM_OK);
     s->workspace.returns = s->returns;
     s->work.samples.returns = s->work_returns;
     s->work.sample = s->work_samples;
@@ -84,8 +84,9 @@ static void make_line(struct scene *s, unsigned eye, enum losses losses,
         const uint32_t words = next_random(random) % 6u;
         for (uint32_t k = 0; k < words && n < WORDS; k++) {
             const uint32_t r = next_random(random);
-            const int32_t tof = losses == SOME && r % 40u == 0
-                                    ? -(int32_t)(r % 1000u)
+            const int32_t least = lum_calibration_min_tof(&s->calibration, eye);
+            const int32_t tof = losses == SOME && r % 20u == 0
+                                    ? least - (int32_t)(r >> 8 & 1u)
                                     : (int32_t)(1000u + r % 300000u);
             s->words[n++] = lum_word_make(tof, r >> 20 & 1u, pixel);
         }

@@ -79,6 +79,8 @@ static void take(struct run *r, lum_framer_event event)
     const lum_sample *samples = NULL;
     switch (event) {
     case LUM_FRAMER_LINE:
+        assert_int_equal(lum_framer_frame_number(r->framer),
+                         lum_framer_line(r->framer)->frame);
         r->lines++;
         r->line_points += lum_framer_line_samples(r->framer, 0, &samples);
         break;
@@ -452,6 +454,21 @@ static void send_without(struct run *r, unsigned eye, uint32_t line,
             push(r, &record);
         }
     }
+}
+
+/* A line beyond the last whole one is not taken for one that is missing. */
+static void a_last_line_in_part_is_no_missing_one(void **state)
+{
+    (void)state;
+    struct run *r = run_default();
+    for (uint32_t line = 0; line < LINES; line++) {
+        send_without(r, LUM_EYE_BLUE, line, line == LINES - 1u ? 1 : SIZE_MAX);
+        r->clock += PERIOD_US;
+    }
+    end(r);
+    assert_int_equal(info_of(r->frames[0]).lines_missing[LUM_EYE_BLUE], 0);
+    assert_int_equal(info_of(r->frames[0]).lines_missing_angles, 1);
+    run_free(r);
 }
 
 static void losses_are_told_by_cause(void **state)
@@ -829,25 +846,35 @@ static void incomplete_lines_can_be_left_out(void **state)
 static void where_too_many_frames_are_open_the_lowest_comes_early(void **state)
 {
     (void)state;
-    struct run *r = run_default();
-    size_t lines = 0;
+    const lum_framer_options options = {.struct_size = sizeof options,
+                                        .wants =
+                                            LUM_WANT_FRAMES | LUM_WANT_LINES};
+    struct run *r = run_new(&options);
     send(r, LUM_EYE_GREEN, 0);
     for (unsigned frame = 0; frame < 9; frame++) {
         for (uint32_t line = 0; line < LINES; line++) {
             send(r, LUM_EYE_BLUE, line);
-            lines++;
             r->clock += 100;
+        }
+        if (frame == 6) {
+            send(r, LUM_EYE_GREEN, 1); /* of the first frame, which is out */
         }
     }
     end(r);
     uint64_t points = 0;
+    uint64_t late = 0;
+    assert_int_equal(r->count, 9);
     for (size_t i = 0; i < r->count; i++) {
         points += lum_frame_count(r->frames[i]);
+        late += info_of(r->frames[i]).lines_late;
         assert_true(i == 0 || r->numbers[i] > r->numbers[i - 1u]);
     }
     const lum_framer_counters c = counters_of(r, 0);
-    assert_int_equal(points + 1000u * c.lines_late, 1000u * (lines + 1u));
-    assert_int_equal(r->count, 9);
+    assert_true(c.lines_late > 0);
+    assert_int_equal(c.points_late, 1000u * c.lines_late);
+    assert_int_equal(late, c.lines_late);
+    assert_int_equal(r->lines, 9u * LINES + 2u);
+    assert_int_equal(points + c.points_late, r->line_points);
     run_free(r);
 }
 
@@ -1004,6 +1031,30 @@ static void rates_and_what_was_under_way_are_told(void **state)
     assert_int_equal(c.under_way.lines, 1);
     assert_int_equal(c.under_way.no_angle, 334);
     assert_int_equal(c.losses.no_angle, 334);
+    run_free(r);
+}
+
+/* After a flush the stream is joined anew. */
+static void what_was_under_way_at_each_join_is_no_loss(void **state)
+{
+    (void)state;
+    struct run *r = run_default();
+    for (unsigned i = 0; i < 2; i++) {
+        send_without(r, LUM_EYE_BLUE, 9, 0);
+        r->clock += PERIOD_US;
+        for (uint32_t line = 10; line < LINES; line++) {
+            send_without(r, LUM_EYE_BLUE, line, line == 12 ? 1 : SIZE_MAX);
+            r->clock += PERIOD_US;
+        }
+        end(r);
+    }
+    const lum_framer_counters c = counters_of(r, 0);
+    assert_int_equal(r->count, 2);
+    assert_true(info_of(r->frames[0]).is_first);
+    assert_true(info_of(r->frames[1]).is_first);
+    assert_int_equal(c.losses.no_angle, 4u * 334u);
+    assert_int_equal(c.under_way.no_angle, 2u * 334u);
+    assert_int_equal(c.under_way.lines, 2);
     run_free(r);
 }
 
@@ -1171,6 +1222,7 @@ int main(void)
         cmocka_unit_test(a_line_that_lacks_is_missing_by_eye),
         cmocka_unit_test(
             a_frame_that_was_joined_or_left_in_the_middle_is_not_complete),
+        cmocka_unit_test(a_last_line_in_part_is_no_missing_one),
         cmocka_unit_test(losses_are_told_by_cause),
         cmocka_unit_test(a_grid_has_each_point_at_its_place_and_marks_the_rest),
         cmocka_unit_test(a_grid_that_cannot_be_is_refused_and_writes_nothing),
@@ -1189,6 +1241,7 @@ int main(void)
         cmocka_unit_test(nothing_is_lost_that_is_not_counted),
         cmocka_unit_test(frames_that_are_kept_outlive_their_framer),
         cmocka_unit_test(rates_and_what_was_under_way_are_told),
+        cmocka_unit_test(what_was_under_way_at_each_join_is_no_loss),
         cmocka_unit_test(
             smaller_structs_of_older_callers_are_filled_no_further),
         cmocka_unit_test(options_that_cannot_be_are_refused_with_their_reason),

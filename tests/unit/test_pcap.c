@@ -309,7 +309,7 @@ static void old_versions_have_their_lengths_the_other_way(void **state)
         unsigned minor;
         uint32_t first;
         uint32_t second;
-    } versions[] = {{2, 0, 60, 3}, {2, 2, 60, 3}, {2, 3, 60, 3},
+    } versions[] = {{2, 0, 60, 3}, {2, 2, 60, 3}, {2, 3, 60, 3},  {2, 3, 4, 3},
                     {2, 3, 3, 60}, {2, 4, 3, 60}, {543, 0, 60, 3}};
     (void)state;
     for (size_t i = 0; i < sizeof versions / sizeof versions[0]; i++) {
@@ -318,7 +318,8 @@ static void old_versions_have_their_lengths_the_other_way(void **state)
         put_record(&im, 1, 0, versions[i].first, versions[i].second);
         put(&im, "one", 3);
         struct reading r = begun(&im);
-        expect_packet(&r, 1000000000, "one", 60);
+        expect_packet(&r, 1000000000, "one",
+                      versions[i].first + versions[i].second - 3u);
         expect_end(&r);
         free(im.bytes);
     }
@@ -539,6 +540,9 @@ static void an_offset_is_added(void **state)
         {INT64_MAX, UINT64_MAX, INT64_C(4500000000000000000)},
         {INT64_MIN, 5, INT64_C(-4500000000000000000)},
         {INT64_MIN, UINT64_C(0x8000000000000007), 7000000000},
+        {-1, 4500000003, INT64_C(4500000000000000000)},
+        {1, 4500000001, INT64_C(4500000000000000000)},
+        {-4500000003, 0, INT64_C(-4500000000000000000)},
         {-4500000000, 0, INT64_C(-4500000000000000000)},
         {-4499999999, 0, INT64_C(-4499999999000000000)},
         {1, UINT64_MAX, INT64_C(4500000000000000000)},
@@ -614,6 +618,24 @@ static void sections_have_their_own_order_and_interfaces(void **state)
     expect_packet(&r, 2000, "two", 3);
     expect_failure(&r, bad, "interface 1; its section has 1");
     free(im.bytes);
+}
+
+static void a_section_without_interfaces_has_no_packets(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        image im = pcapng(false);
+        put_section(&im);
+        const size_t bad = im.len;
+        if (i == 0) {
+            put_simple(&im, "x", 1);
+        } else {
+            put_packet(&im, 0, 0, "x");
+        }
+        struct reading r = begun(&im);
+        expect_failure(&r, bad, "interface 0; its section has 0");
+        free(im.bytes);
+    }
 }
 
 static void a_section_of_another_version_is_refused(void **state)
@@ -750,21 +772,23 @@ static void both_lengths_of_a_block_agree(void **state)
     static const uint32_t types[] = {SECTION, INTERFACE, ENHANCED_PACKET,
                                      UNKNOWN};
     (void)state;
-    for (size_t i = 0; i < sizeof types / sizeof types[0]; i++) {
+    for (size_t i = 0; i < 2u * (sizeof types / sizeof types[0]); i++) {
         image im = pcapng(false);
         put_packet(&im, 0, 1, "good");
         const size_t bad = im.len;
-        if (types[i] == SECTION) {
+        const uint32_t type = types[i / 2u];
+        if (type == SECTION) {
             put_section(&im);
-        } else if (types[i] == INTERFACE) {
+        } else if (type == INTERFACE) {
             put_interface(&im, ETHERNET, 0);
-        } else if (types[i] == ENHANCED_PACKET) {
+        } else if (type == ENHANCED_PACKET) {
             put_packet(&im, 0, 2, "bad");
         } else {
             begin_block(&im, UNKNOWN);
             end_block(&im);
         }
-        im.bytes[im.len - 4u] ^= 4u;
+        im.bytes[im.len - 4u] =
+            (uint8_t)(im.bytes[im.len - 4u] + (i % 2u != 0 ? 4 : -4));
         struct reading r = begun(&im);
         expect_packet(&r, 1000, "good", 4);
         expect_failure(&r, bad, "at its end");
@@ -991,6 +1015,7 @@ int main(void)
         cmocka_unit_test(an_offset_is_added),
         cmocka_unit_test(what_cannot_be_a_time_is_refused),
         cmocka_unit_test(sections_have_their_own_order_and_interfaces),
+        cmocka_unit_test(a_section_without_interfaces_has_no_packets),
         cmocka_unit_test(a_section_of_another_version_is_refused),
         cmocka_unit_test(a_section_header_has_a_shortest),
         cmocka_unit_test(what_is_unknown_is_skipped),

@@ -86,22 +86,27 @@ size_t lum_frame_count(const lum_frame *frame);
 /** Which columns it has. */
 lum_columns lum_frame_columns(const lum_frame *frame);
 
-/** @name Columns
- * The numbers of a column, one a point, beginning at a multiple of 64 bytes;
+/** The numbers of a column, one a point, beginning at a multiple of 64 bytes;
  * they live as long as the frame.
  *
  * Points stand line after line as lum_frame_get_line() counts them, and within
  * a line by pixel, then in the order of the returns.
- * @return NULL if the frame has no such column, or it is of another type; never
- *         NULL for want of points.
- * @{ */
-const float *lum_frame_floats(const lum_frame *frame, lum_column column);
-const uint32_t *lum_frame_uint32s(const lum_frame *frame, lum_column column);
-const uint16_t *lum_frame_uint16s(const lum_frame *frame, lum_column column);
-const uint8_t *lum_frame_uint8s(const lum_frame *frame, lum_column column);
-/** Of any type: that of lum_column_get_type(). */
+ * @return of the type of lum_column_get_type(); NULL if the frame has no such
+ *         column, never for want of points. */
 const void *lum_frame_column(const lum_frame *frame, lum_column column);
-/** @} */
+
+/** A column of floats, as lum_frame_column().
+ * @return NULL also for a column of another type. */
+const float *lum_frame_floats(const lum_frame *frame, lum_column column);
+
+/** A column of 32-bit integers, as lum_frame_floats(). */
+const uint32_t *lum_frame_uint32s(const lum_frame *frame, lum_column column);
+
+/** A column of 16-bit integers, as lum_frame_floats(). */
+const uint16_t *lum_frame_uint16s(const lum_frame *frame, lum_column column);
+
+/** A column of bytes, as lum_frame_floats(). */
+const uint8_t *lum_frame_uint8s(const lum_frame *frame, lum_column column);
 
 /** What is known of a frame as a whole. */
 typedef struct lum_frame_info {
@@ -171,8 +176,8 @@ size_t lum_frame_line_count(const lum_frame *frame);
  * @return false if there are not so many; then out is untouched. */
 bool lum_frame_get_line(const lum_frame *frame, size_t i, lum_frame_line *out);
 
-/** A point of an eye's line.
- * @return lines of the eye: the highest number and one, 0 where none came. */
+/** Lines of an eye: its highest line number and one, 0 where none came. A
+ * damaged packet can claim any number. */
 uint32_t lum_frame_rows(const lum_frame *frame, unsigned eye);
 
 /** Marks a cell of a grid that has no point. */
