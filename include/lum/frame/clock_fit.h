@@ -14,8 +14,9 @@
  *   is sent after it was measured) is in none of the arrivals, and therefore in
  *   the answer. It is not part of the error that is told.
  * - UTC is that of the host's clock. If it is wrong, so is the answer.
- * - At the beginning little is known, and the error that is told is large: it
- *   falls below 1 ms within about 0.1 s, below 100 us within a second or two.
+ * - At the beginning little is known, and the error that is told is large: with
+ *   stamps in batches of 8 ms it falls below 1 ms within some tenths of a
+ *   second, and below 100 us within some seconds.
  * - An answer is made of what came before it; a later one for the same reading
  *   may differ, by no more than their errors.
  *
