@@ -18,11 +18,9 @@
 #define SAME_NS 5000
 
 /* An arrival contradicts the line if it lies this far below what it allows, or
- * above. Before there is much to go by, a batch may still turn out longer. */
-#define LOW_NS       MS_NS
-#define LOW_EARLY_NS (10 * MS_NS)
-#define EARLY_US     2000000
-#define HIGH_NS      (250 * MS_NS)
+ * above. */
+#define LOW_NS  MS_NS
+#define HIGH_NS (250 * MS_NS)
 
 /* Contradictions that agree are a break: so many, and where they only come late
  * for so long. */
@@ -32,9 +30,6 @@
 
 /* Readings come in about their order. */
 #define BACK_US 1000000
-
-/* Of a span; what comes more often is not counted. */
-#define BATCHES_MAX 100000u
 
 /* Arrivals that contradict the line and agree among themselves. */
 struct run {
@@ -47,11 +42,7 @@ struct run {
 struct lum_clock_fit {
     bool has_begun;
     bool has_drift; /* measured */
-    bool is_ahead;  /* readings up to this have been taken before: */
-    int64_t ahead_us;
-    bool is_carried; /* the line is of before a gap in the stream */
     struct lum_clock_bucket buckets[LUM_CLOCK_BUCKETS];
-    int64_t begin_us;
     struct lum_clock_reading newest;
     struct lum_clock_reading last; /* in order of arrival */
     struct lum_clock_line line;
@@ -103,39 +94,24 @@ static void refit(lum_clock_fit *fit)
     look(fit, &w);
     const bool has_drift =
         lum_clock_lay(&w, fit->prior_ppb, fit->prior_error_ppb, &line);
-    if (fit->is_carried && lum_clock_holds(&w, &fit->line) &&
-        lum_clock_error(&fit->line, now_us) <= lum_clock_error(&line, now_us)) {
-        return;
+    /* What was known before a gap, or before arrivals became doubtful. */
+    if (fit->has_drift && !has_drift && lum_clock_holds(&w, &fit->line)) {
+        lum_clock_look_back(&w, &fit->line);
+        if (lum_clock_error(&fit->line, now_us) <=
+            lum_clock_error(&line, now_us)) {
+            return;
+        }
     }
-    fit->is_carried = false;
     fit->has_drift = has_drift;
     fit->line = line;
 }
 
 /* A reading that does not come with the one before ends a batch. */
-static void note_batch(struct lum_clock_bucket *b,
-                       const struct lum_clock_reading *last,
-                       const struct lum_clock_reading *r, int64_t drift_ppb)
+static bool ends_batch(const struct lum_clock_reading *last,
+                       const struct lum_clock_reading *r)
 {
     const int64_t us = r->clock_us - last->clock_us;
-    if (us > 0 && r->arrival_ns - last->arrival_ns >= us * 500 &&
-        b->batches < BATCHES_MAX) {
-        const int64_t late_ns = lum_clock_lateness(&b->best, last, drift_ppb);
-        b->batches++;
-        b->late_sum_ns += late_ns > 0 ? late_ns : 0;
-    }
-}
-
-static void put_best(struct lum_clock_bucket *b,
-                     const struct lum_clock_reading *r, int64_t late_ns)
-{
-    if (late_ns <= -SAME_NS) {
-        b->next_ns = -late_ns;
-    } else if (b->next_ns != LUM_CLOCK_NOTHING) {
-        b->next_ns -= late_ns;
-    }
-    b->late_sum_ns -= late_ns * b->batches;
-    b->best = *r;
+    return us > 0 && r->arrival_ns - last->arrival_ns >= us * 500;
 }
 
 static void put(lum_clock_fit *fit, const struct lum_clock_reading *r)
@@ -149,13 +125,14 @@ static void put(lum_clock_fit *fit, const struct lum_clock_reading *r)
     }
     const int64_t late_ns = lum_clock_lateness(&b->best, r, drift_ppb);
     if (late_ns < 0) {
-        put_best(b, r, late_ns);
+        b->next_ns = late_ns <= -SAME_NS ? -late_ns : b->next_ns;
+        b->best = *r;
     } else if (late_ns >= SAME_NS && late_ns < b->next_ns &&
                r->clock_us != fit->last.clock_us) {
         /* The eyes' lines have one clock, and one comes after the other. */
         b->next_ns = late_ns;
     }
-    note_batch(b, &fit->last, r, drift_ppb);
+    b->batches += ends_batch(&fit->last, r) ? 1u : 0u;
 }
 
 static void know_drift_of_before(lum_clock_fit *fit)
@@ -177,9 +154,7 @@ static void begin(lum_clock_fit *fit, const struct lum_clock_reading *r,
     know_drift_of_before(fit);
     fit->has_begun = true;
     fit->has_drift = false;
-    fit->is_carried = false;
     fit->run.count = 0;
-    fit->begin_us = r->clock_us;
     fit->newest = *r;
     fit->last = *r;
     fit->taken += count;
@@ -195,11 +170,6 @@ static void take(lum_clock_fit *fit, const struct lum_clock_reading *r)
     fit->taken++;
     if (index <= newest - LUM_CLOCK_BUCKETS) {
         return;
-    }
-    if (index >= newest + LUM_CLOCK_BUCKETS) {
-        know_drift_of_before(fit);
-        fit->is_carried = true;
-        fit->begin_us = r->clock_us;
     }
     put(fit, r);
     fit->last = *r;
@@ -219,9 +189,7 @@ static int64_t contradiction(const lum_clock_fit *fit,
 {
     const int64_t late_ns = lum_clock_above(&fit->line, r);
     const int64_t error_ns = lum_clock_error(&fit->line, r->clock_us);
-    const bool is_early = fit->newest.clock_us - fit->begin_us < EARLY_US;
-    if (late_ns < -error_ns - (is_early ? LOW_EARLY_NS : LOW_NS) ||
-        late_ns > error_ns + HIGH_NS) {
+    if (late_ns < -error_ns - LOW_NS || late_ns > error_ns + HIGH_NS) {
         return late_ns;
     }
     return 0;
@@ -269,7 +237,6 @@ static lum_clock_fit_event set_aside(lum_clock_fit *fit,
     fit->host_steps += is_of_sensor ? 0u : 1u;
     fit->aside -= run->count - 1u;
     begin(fit, &first, run->count);
-    fit->last = *r;
     return is_of_sensor ? LUM_CLOCK_FIT_SENSOR_BREAK : LUM_CLOCK_FIT_HOST_STEP;
 }
 
@@ -297,8 +264,6 @@ void lum_clock_fit_learn(lum_clock_fit *to, const lum_clock_fit *from)
 {
     if (from->sensor_breaks == 0 && from->host_steps == 0) {
         *to = *from;
-        to->is_ahead = from->has_begun;
-        to->ahead_us = from->newest.clock_us;
         to->taken = 0;
         to->aside = 0;
     }
@@ -318,12 +283,7 @@ lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
         begin(fit, &r, 1);
         return LUM_CLOCK_FIT_TAKEN;
     }
-    fit->is_ahead = fit->is_ahead && clock_us <= fit->ahead_us;
     const int64_t late_ns = contradiction(fit, &r);
-    if (fit->is_ahead && late_ns == 0) {
-        fit->taken++;
-        return LUM_CLOCK_FIT_TAKEN;
-    }
     if (late_ns != 0) {
         return set_aside(fit, &r, late_ns);
     }

@@ -77,31 +77,27 @@ static const struct lum_clock_reading *find_best(
     return best;
 }
 
-/* The drift between the best of the first third of the window and of the last,
- * which depends on the drift. */
+/* The drift between the best of the first third of the window and of the last.
+ * Which these are depends on the drift; the one of the line will do. */
 static bool measure_drift(const struct lum_clock_window *w,
                           struct lum_clock_line *line)
 {
     const int64_t first_us = w->list[0]->best.clock_us;
     const int64_t last_us = w->list[w->count - 1u]->best.clock_us;
     const int64_t third_us = (last_us - first_us) / 3;
-    for (unsigned i = 0; i < 3u; i++) {
-        const struct lum_clock_reading *a =
-            find_best(w, first_us, first_us + third_us, line->drift_ppb);
-        const struct lum_clock_reading *b =
-            find_best(w, last_us - third_us, last_us, line->drift_ppb);
-        const int64_t us = b->clock_us - a->clock_us;
-        if (us < LUM_CLOCK_BUCKET_US) {
-            return false;
-        }
-        const int64_t late_ns = lum_clock_lateness(a, b, 0);
-        if (magnitude(late_ns) > lum_clock_scale(us, DRIFT_MAX_PPB)) {
-            return false;
-        }
-        line->drift_ppb = late_ns * 1000000 / us;
-        line->from_us = a->clock_us;
-        line->to_us = b->clock_us;
+    const struct lum_clock_reading *a =
+        find_best(w, first_us, first_us + third_us, line->drift_ppb);
+    const struct lum_clock_reading *b =
+        find_best(w, last_us - third_us, last_us, line->drift_ppb);
+    const int64_t us = b->clock_us - a->clock_us;
+    const int64_t late_ns = lum_clock_lateness(a, b, 0);
+    if (us < LUM_CLOCK_BUCKET_US ||
+        magnitude(late_ns) > lum_clock_scale(us, DRIFT_MAX_PPB)) {
+        return false;
     }
+    line->drift_ppb = late_ns * 1000000 / us;
+    line->from_us = a->clock_us;
+    line->to_us = b->clock_us;
     return true;
 }
 
@@ -136,22 +132,7 @@ static int64_t by_usual(int64_t usual_ns, size_t n)
     while ((root + 1) * (root + 1) <= (int64_t)n) {
         root++;
     }
-    return 4 * usual_ns / root;
-}
-
-/* How late the best batch may be, by the usual one. */
-static int64_t by_chance(const struct lum_clock_window *w,
-                         const struct lum_clock_line *line)
-{
-    int64_t mean_ns = 0;
-    for (size_t i = 0; i < w->count; i++) {
-        const struct lum_clock_bucket *b = w->list[i];
-        mean_ns +=
-            (b->late_sum_ns + lum_clock_above(line, &b->best) * b->batches) /
-            w->batches;
-    }
-    return LUM_CLOCK_SPREAD_NS / w->batches / w->batches +
-           4 * mean_ns / w->batches;
+    return 6 * usual_ns / root;
 }
 
 /* How often the lateness of the best stepped by more than this. */
@@ -183,25 +164,24 @@ static unsigned count_shifts(const struct lum_clock_window *w,
 static int64_t by_batches(struct lum_clock_window *w,
                           const struct lum_clock_line *line)
 {
-    size_t n = 0;
     for (size_t i = 0; i < w->count; i++) {
-        if (w->list[i]->next_ns != LUM_CLOCK_NOTHING) {
-            w->late_ns[n++] = w->list[i]->next_ns;
-        }
+        w->late_ns[i] = w->list[i]->next_ns;
     }
-    if (n == 0) {
-        return 0;
-    }
-    qsort(w->late_ns, n, sizeof w->late_ns[0], by_value);
-    const int64_t step_ns = w->late_ns[n / 2u];
-    return count_shifts(w, line, step_ns / 3) < SHIFTS_MIN ? step_ns : 0;
+    qsort(w->late_ns, w->count, sizeof w->late_ns[0], by_value);
+    const int64_t step_ns = w->late_ns[w->count / 2u];
+    return step_ns != LUM_CLOCK_NOTHING &&
+                   count_shifts(w, line, step_ns / 3) < SHIFTS_MIN
+               ? step_ns
+               : 0;
 }
 
 /* How late the arrivals that the line lies under may be. */
 static int64_t find_error(struct lum_clock_window *w,
                           const struct lum_clock_line *line)
 {
-    int64_t error = by_chance(w, line);
+    /* With n batches the best is late by the n-th part, or so; and how late
+     * they are is only known with some. */
+    int64_t error = LUM_CLOCK_SPREAD_NS / w->batches / w->batches;
     size_t n = 0;
     for (size_t i = 0; i < w->count; i++) {
         w->late_ns[n++] = lum_clock_above(line, &w->list[i]->best);
@@ -210,20 +190,6 @@ static int64_t find_error(struct lum_clock_window *w,
     error = larger(error, by_usual(w->late_ns[n / 2u], n));
     error = larger(error, by_batches(w, line));
     return error < ERROR_MAX_NS ? error : ERROR_MAX_NS;
-}
-
-static int64_t find_recent(const struct lum_clock_window *w,
-                           const struct lum_clock_line *line)
-{
-    const int64_t newest = w->list[w->count - 1u]->index;
-    int64_t least = LUM_CLOCK_NOTHING;
-    for (size_t i = 0; i < w->count; i++) {
-        const int64_t late_ns = lum_clock_above(line, &w->list[i]->best);
-        if (w->list[i]->index > newest - RECENT && late_ns < least) {
-            least = late_ns;
-        }
-    }
-    return least != LUM_CLOCK_NOTHING ? least : 0;
 }
 
 /* The line of a drift, under all arrivals. */
@@ -248,6 +214,20 @@ static bool fit_drift(struct lum_clock_window *w, int64_t known_error_ppb,
     return line->drift_error_ppb < known_error_ppb;
 }
 
+void lum_clock_look_back(const struct lum_clock_window *w,
+                         struct lum_clock_line *line)
+{
+    const int64_t newest = w->list[w->count - 1u]->index;
+    int64_t least = LUM_CLOCK_NOTHING;
+    for (size_t i = 0; i < w->count; i++) {
+        const int64_t late_ns = lum_clock_above(line, &w->list[i]->best);
+        if (w->list[i]->index > newest - RECENT && late_ns < least) {
+            least = late_ns;
+        }
+    }
+    line->recent_ns = least != LUM_CLOCK_NOTHING ? least : 0;
+}
+
 bool lum_clock_lay(struct lum_clock_window *window, int64_t known_ppb,
                    int64_t known_error_ppb, struct lum_clock_line *line)
 {
@@ -259,7 +239,7 @@ bool lum_clock_lay(struct lum_clock_window *window, int64_t known_ppb,
         line->from_us = line->at.clock_us;
         line->to_us = line->at.clock_us;
     }
-    line->recent_ns = find_recent(window, line);
+    lum_clock_look_back(window, line);
     return is_measured;
 }
 

@@ -28,10 +28,9 @@ struct lum_clock_reading {
 struct lum_clock_bucket {
     int64_t index; /* of the span; LUM_CLOCK_NOTHING: unused */
     struct lum_clock_reading best;
-    int64_t next_ns;     /* by how much the next that is not the same is later;
-                            LUM_CLOCK_NOTHING: there is none */
-    uint32_t batches;    /* that ended in it; without batches, readings */
-    int64_t late_sum_ns; /* of their last readings, against the best */
+    int64_t next_ns;  /* by how much the next that is not the same is later;
+                         LUM_CLOCK_NOTHING: there is none */
+    uint32_t batches; /* that ended in it; without batches, readings */
 };
 
 struct lum_clock_line {
@@ -74,6 +73,10 @@ int64_t lum_clock_error(const struct lum_clock_line *line, int64_t clock_us);
  * Returns whether the drift was measured. */
 bool lum_clock_lay(struct lum_clock_window *window, int64_t known_ppb,
                    int64_t known_error_ppb, struct lum_clock_line *line);
+
+/* Tell the line of the latest arrivals. */
+void lum_clock_look_back(const struct lum_clock_window *window,
+                         struct lum_clock_line *line);
 
 /* Whether a line lies under all of a window. */
 bool lum_clock_holds(const struct lum_clock_window *window,

@@ -253,6 +253,7 @@ class Times(unittest.TestCase):
         self.assertLess(clock["utc_error_us"], 200)
         self.assertEqual((clock["sensor_breaks"], clock["host_steps"]), (0, 0))
         text = run("lumdump", self.batched).stdout
+        self.assertIn("clock             +", text)
         self.assertIn("ppm by which the host's is faster", text)
         self.assertIn("microseconds that UTC may be off", text)
 

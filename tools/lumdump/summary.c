@@ -441,9 +441,9 @@ static void print_live(const struct live_counts *c, FILE *out)
     print_outputs(c, out);
 }
 
-static void print_clock(const lum_clock_fit_info *clock, FILE *out)
+static void print_clock(const char *title, const lum_clock_fit_info *clock,
+                        FILE *out)
 {
-    const char *title = "clock";
     const struct named rows[] = {
         {"sensor_breaks", "times the sensor's clock began anew",
          clock->sensor_breaks},
@@ -467,12 +467,18 @@ static void print_clock(const lum_clock_fit_info *clock, FILE *out)
 static void print_clocks(const struct summary *s, FILE *out)
 {
     const lum_demux *demux = lum_framer_demux(s->framer);
-    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
+    const size_t n = lum_demux_sensor_count(demux);
+    for (size_t i = 0; i < n; i++) {
         lum_demux_sensor sensor;
         lum_clock_fit_info clock;
+        char address[16];
         lum_demux_get_sensor(demux, i, &sensor);
         if (is_shown(s, &sensor) && find_clock(s, i, &clock)) {
-            print_clock(&clock, out);
+            if (n > 1) {
+                (void)fprintf(out, "%-10s %14s\n", "clock",
+                              number_format_address(sensor.address, address));
+            }
+            print_clock(n > 1 ? "" : "clock", &clock, out);
         }
     }
 }

@@ -14,8 +14,9 @@
  *   is sent after it was measured) is in none of the arrivals, and therefore in
  *   the answer. It is not part of the error that is told.
  * - UTC is that of the host's clock. If it is wrong, so is the answer.
- * - At the beginning little is known, and the error that is told is large: it
- *   falls below 1 ms within about 0.1 s, below 100 us within a second or two.
+ * - At the beginning little is known, and the error that is told is large: with
+ *   stamps in batches of 8 ms it falls below 1 ms within some tenths of a
+ *   second, and below 100 us within some seconds.
  * - An answer is made of what came before it; a later one for the same reading
  *   may differ, by no more than their errors.
  *
@@ -23,7 +24,7 @@
  * fit begins anew with the drift that it knows. A host whose clock is slewed is
  * followed within the window of 16 s; meanwhile the error grows.
  *
- * Integers alone; the same on every machine. The memory, about 6 KB, does not
+ * Integers alone; the same on every machine. The memory, about 5 KB, does not
  * grow. One fit is one thread's at a time; two share nothing. */
 #ifndef LUM_FRAME_CLOCK_FIT_H
 #define LUM_FRAME_CLOCK_FIT_H
@@ -62,9 +63,8 @@ void lum_clock_fit_reset(lum_clock_fit *fit);
 
 /** Know from the first reading on what another fit has learned of the same
  * stream, as where the begin of a file was read beforehand. Readings that the
- * other has taken are passed over. Nothing is learned from one that met a
- * break.
- */
+ * other has taken may be taken again. Nothing is learned from one that met a
+ * break. */
 void lum_clock_fit_learn(lum_clock_fit *to, const lum_clock_fit *from);
 
 /** What became of a reading. */
