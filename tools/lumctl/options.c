@@ -5,6 +5,7 @@
 #include "help.h"
 #include "session.h"
 
+#include "lum/host/yscan.h"
 #include "lum/wire.h"
 
 #include <stdio.h>
@@ -12,11 +13,10 @@
 
 #define TIMEOUT_MAX_MS 60000
 #define RETRIES_MAX    100
-#define RATE_MIN_HZ    1.0
-#define RATE_MAX_HZ    100.0
+#define RATE_MIN_HZ    (1000.0 / LUM_SENSOR_HEARTBEAT_MAX_MS)
+#define RATE_MAX_HZ    (1000.0 / LUM_SENSOR_HEARTBEAT_MIN_MS)
 #define DURATION_MIN_S 0.001
 #define DURATION_MAX_S 1e9
-#define LINES_MAX      32767
 
 bool options_allow_host(const struct ctl_options *options, const char *text,
                         lum_error *why)
@@ -107,7 +107,7 @@ static const struct option_spec specs[] = {
      .value = "SHAPE", .allowed = "a shape",
      .help = "how lines are distributed (yscan)"},
     {"lines", .kind = OPTION_WHOLE, .group = OWN_LINES, INTO(lines), .min = 1,
-     .max = LINES_MAX, .value = "N",
+     .max = LUM_YSCAN_LINES_MAX, .value = "N",
      .help = "lines of the distribution (yscan)"},
     {"force", .kind = OPTION_FLAG, .group = OWN_FORCE, INTO(force),
      .help = "an address by which it may be lost, too (set-ip)"},
