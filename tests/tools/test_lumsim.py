@@ -89,7 +89,7 @@ class Options(Lumsim):
                 (("--corrupt", "1e3"), "--corrupt.*probability"),
                 (("--drift", "1001"), "-1000 to 1000"),
                 (("--batch", "-1"), "0 to 1000"),
-                (("--time", "arrival"), "sensor or utc"),
+                (("--time", "arrival"), "one of sensor utc"),
                 (("--time", "utc"), "--truth"),
                 (("--address", "10.42.0"), "nor the name of a host"),
                 (("--address", "0.0.0.0"), "address of a host"),
