@@ -338,7 +338,8 @@ static void close_idle_lines(gateway *g)
     }
 }
 
-/* What the ring dropped is missing in some line. */
+/* What the ring dropped is missing in some line. Asked before each datagram,
+ * since those behind the missing one may close its line in the same round. */
 static void look_for_drops(gateway *g)
 {
     const uint32_t dropped = ring_dropped(&g->ring);
@@ -427,12 +428,13 @@ unsigned gateway_receive(gateway *g, uint32_t now_ms)
         return 0;
     }
     pass_time(g, now_ms);
-    look_for_drops(g);
     while (taken < RING_SLOTS && (slot = ring_front(&g->ring)) != NULL) {
+        look_for_drops(g);
         take_slot(g, slot);
         ring_release(&g->ring);
         taken++;
     }
+    look_for_drops(g);
     close_idle_lines(g);
     take_turn(g);
     return taken;

@@ -100,9 +100,9 @@ typedef struct lum_fixed_point {
  *
  * There first + count is at most line->word_count, and blocks are cut where a
  * pixel begins, or the line is taken whole.
- * @param line   as the assembler handed it out, which has seen to it that all
- *               pixels of its words are below LUM_LINE_PIXELS; that is not
- *               checked again here.
+ * @param line   as an assembler or a receiver handed it out, which has seen to
+ *               it that all pixels of its words are below LUM_LINE_PIXELS; that
+ *               is not checked again here.
  * @param first  index of the first word; none are taken from behind the end.
  * @param count  how many words; fewer are taken where the line ends.
  * @param out    room for that many points.

@@ -52,8 +52,9 @@
  * is still to come. Return numbers, counts and pulse widths are known, as all
  * words of a pixel are in one packet: see lum_receiver_is_sorted().
  *
- * Any sequence of calls is defined. Integers alone, no heap; two receivers in
- * two threads need no lock, one receiver in two does. */
+ * Any sequence of calls is defined, of a receiver that was begun or is all
+ * bytes 0. Integers alone, no heap; two receivers in two threads need no lock,
+ * one receiver in two does. */
 #ifndef LUM_RECEIVER_H
 #define LUM_RECEIVER_H
 

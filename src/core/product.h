@@ -10,7 +10,7 @@
 #endif
 
 /* Such a processor takes one copy of what multiplies, too. */
-#if defined(__ARM_ARCH_6M__)
+#if defined(__ARM_ARCH_6M__) || defined(__ARM_ARCH_8M_BASE__)
 #define LUM_BY_PARTS 1
 #define LUM_ONE_COPY __attribute__((noinline))
 #else

@@ -254,6 +254,52 @@ static void a_datagram_that_was_dropped_spoils_both_looks(void **state)
     rig_free(r);
 }
 
+/* As an interrupt of the network does while the main loop is in its round. */
+static void (*usual_line)(void *context, const lum_line *line);
+
+static void drop_during_a_line(void *context, const lum_line *line)
+{
+    struct rig *const r = context;
+    usual_line(context, line);
+    r->gateway.output.line = usual_line;
+    r->gateway.ring.dropped++;
+}
+
+static void drop_during_the_next_line(struct rig *r)
+{
+    usual_line = r->gateway.output.line;
+    r->gateway.output.line = drop_during_a_line;
+}
+
+static void what_is_dropped_during_a_round_spoils_the_lines_behind(void **state)
+{
+    struct rig *const r = rig_tight(BOTH);
+    const look *const eye = &r->gateway.looks[LUM_EYE_BLUE];
+    const uint32_t before = eye->count;
+    (void)state;
+    drop_during_the_next_line(r);
+    for (unsigned i = 0; i < 2; i++) { /* each closes a whole line */
+        put(r, LUM_EYE_BLUE, LUM_TAG_ANGLES, 0, false, 0, 1);
+        next_line(r);
+    }
+    (void)gateway_receive(&r->gateway, r->now);
+    assert_int_equal(eye->count, before + 1u);
+    assert_spoilt(r, BOTH);
+    rig_free(r);
+}
+
+/* Behind the last datagram too. */
+static void what_is_dropped_at_a_rounds_end_is_seen_by_that_round(void **state)
+{
+    struct rig *const r = rig_tight(BOTH);
+    (void)state;
+    drop_during_the_next_line(r);
+    put(r, LUM_EYE_BLUE, LUM_TAG_ANGLES, 0, false, 0, 1);
+    (void)gateway_receive(&r->gateway, r->now);
+    assert_spoilt(r, BOTH);
+    rig_free(r);
+}
+
 /* As of a flush by another. */
 static void an_event_that_waits_spoils_both_looks_and_costs_no_packet(
     void **state)
@@ -294,6 +340,9 @@ int main(void)
         cmocka_unit_test(lines_cut_by_an_event_that_waited_complete_no_look),
         cmocka_unit_test(a_conflict_spoils_the_look_of_its_eye),
         cmocka_unit_test(a_datagram_that_was_dropped_spoils_both_looks),
+        cmocka_unit_test(
+            what_is_dropped_during_a_round_spoils_the_lines_behind),
+        cmocka_unit_test(what_is_dropped_at_a_rounds_end_is_seen_by_that_round),
         cmocka_unit_test(
             an_event_that_waits_spoils_both_looks_and_costs_no_packet),
     };
