@@ -46,9 +46,7 @@ endmacro()
 
 set(LUM_WITH_CAPTURE OFF)
 set(lum_missing_capture "")
-if(LUM_BUILD_CAPTURE AND WIN32)
-  set(lum_missing_capture "POSIX files, to write captures")
-elseif(LUM_BUILD_CAPTURE)
+if(LUM_BUILD_CAPTURE)
   set(LUM_WITH_CAPTURE ON)
 endif()
 set(LUM_WITH_FRAME OFF)
@@ -74,9 +72,10 @@ if(LUM_WITH_PICTURE AND NOT LUM_WITH_CLOUD)
   set(lum_missing_picture "cloud")
 endif()
 
-# What lumdump and the files of lumsim need: captures, frames, clouds and YAML.
+# What lumdump and the files of lumsim need: captures, frames and clouds. Without
+# YAML they take no calibration and no profile, and say so.
 set(LUM_WITH_FILES OFF)
-if(LUM_WITH_CAPTURE AND LUM_WITH_FRAME AND LUM_WITH_CLOUD AND LUM_WITH_CONFIG)
+if(LUM_WITH_CAPTURE AND LUM_WITH_FRAME AND LUM_WITH_CLOUD)
   set(LUM_WITH_FILES ON)
 endif()
 
@@ -104,7 +103,7 @@ endif()
 
 # The tools are tested from outside, in Python.
 set(LUM_WITH_TOOL_TESTS OFF)
-if(LUM_BUILD_TESTS AND LUM_BUILD_TOOLS AND LUM_WITH_FILES AND LUM_WITH_PICTURE)
+if(LUM_BUILD_TESTS AND LUM_BUILD_TOOLS AND LUM_WITH_FILES AND LUM_WITH_CONFIG AND LUM_WITH_PICTURE)
   find_program(LUM_PYTHON python3 DOC "Python 3 for the tests of the tools")
   if(LUM_PYTHON)
     set(LUM_WITH_TOOL_TESTS ON)

@@ -1,12 +1,12 @@
 /** @file
  * The right to write the file of a name, so that no two runs write one at the
- * same time. Internal; not on Windows.
+ * same time. Internal.
  *
  * A mark, `.NAME.lumsdk`, stands beside the file as long as the right is held.
- * It is locked by flock(), so that the mark of a run that was killed is told
- * from that of one that lives; and it says which unfinished file that run had,
- * which the next run then removes. Where the file system has no locks, all who
- * ask are given the right. */
+ * It is locked by flock(), on Windows by its share mode, so that the mark of a
+ * run that was killed is told from that of one that lives; and it says which
+ * unfinished file that run had, which the next run then removes. Where the file
+ * system has no locks, all who ask are given the right. */
 #ifndef LUM_BASE_CLAIM_H
 #define LUM_BASE_CLAIM_H
 

@@ -1,7 +1,6 @@
 /** @file
  * Where an output's bytes end up: in a file that gets its name when it is whole
- * or when it begins, or in place where the output is no regular file. Internal;
- * not on Windows.
+ * or when it begins, or in place where the output is no regular file. Internal.
  *
  * Until a file has its name it stands beside it as `NAME.0123456789ab.part`,
  * under a number that no other file has, and is locked. As long as an output is

@@ -1,17 +1,11 @@
-#define _POSIX_C_SOURCE 200809L
-
-#include "base/outfile.h"
+#include "base/outfile_io.h"
 #include "byte_order.h"
 #include "lum/capture/capture.h"
 
 #include <errno.h>
-#include <fcntl.h>
-#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 enum {
     ETHERNET_BYTES = 14,
@@ -126,16 +120,11 @@ static void release(lum_capture_writer *w)
 
 static int open_stream(lum_capture_writer *w)
 {
-    const int fd = fcntl(w->out.fd, F_DUPFD_CLOEXEC, 0);
-    if (fd < 0) {
-        return -1;
-    }
-    w->file = fdopen(fd, "wb");
-    if (w->file == NULL) {
-        (void)close(fd);
-        return -1;
-    }
-    return setvbuf(w->file, w->buffer, _IOFBF, BUFFER_BYTES) == 0 ? 0 : -1;
+    w->file = lum_outfile_stream(&w->out);
+    return w->file != NULL &&
+                   setvbuf(w->file, w->buffer, _IOFBF, BUFFER_BYTES) == 0
+               ? 0
+               : -1;
 }
 
 /* Little-endian, as most hosts would write it. */
@@ -245,17 +234,9 @@ uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer)
     return writer->bytes;
 }
 
-/* Whether nobody will read what is written; a pipe tells that without a write.
- */
-static bool has_no_reader(const lum_capture_writer *writer)
-{
-    struct pollfd look = {.fd = writer->out.fd};
-    return poll(&look, 1, 0) > 0 && (look.revents & POLLERR) != 0;
-}
-
 int lum_capture_writer_flush(lum_capture_writer *writer, lum_error *error)
 {
-    if (has_no_reader(writer)) {
+    if (lum_outfile_is_unread(&writer->out)) {
         errno = EPIPE;
         return failed(writer, error);
     }
@@ -282,22 +263,13 @@ int lum_capture_writer_close(lum_capture_writer *writer, lum_error *error)
 
 /* What is buffered would be written by fclose(), which may wait for a reader.
  */
-static void turn_away(const lum_capture_writer *writer)
-{
-    const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-    if (nowhere >= 0) {
-        (void)dup2(nowhere, fileno(writer->file));
-        (void)close(nowhere);
-    }
-}
-
 void lum_capture_writer_abort(lum_capture_writer *writer)
 {
     if (writer == NULL) {
         return;
     }
     if (writer->out.path == NULL || writer->out.part != NULL) {
-        turn_away(writer);
+        lum_outfile_turn_away(writer->file);
     }
     release(writer);
 }

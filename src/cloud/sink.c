@@ -1,24 +1,23 @@
-#define _POSIX_C_SOURCE 200809L
-
 #include "sink.h"
 
-#include "base/outfile.h"
+#include "thread.h"
+
+#include "base/outfile_io.h"
+#include "lum/base/time.h"
 
 #include <errno.h>
-#include <limits.h>
-#include <poll.h>
 #include <pthread.h>
-#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-#define BLOCKS      3u
-#define BLOCK_PAGE  4096u
-#define PATIENCE_MS 50 /* how often a waiting thread looks around */
+#define BLOCKS       3u
+#define BLOCK_PAGE   4096u
+#define PATIENCE_MS  50 /* how often a waiting thread looks around */
+#define BREAK_OFF_NS INT64_C(2000000)
 
 typedef struct block {
-    char *bytes;
+    char *memory; /* to be freed */
+    char *bytes;  /* within, where a page begins */
     size_t used;
 } block;
 
@@ -35,6 +34,7 @@ struct lum_sink {
     unsigned queued;  /* blocks not written yet */
     bool stop;        /* the thread shall end once the queue is empty */
     bool cancelled;   /* and what is queued need not be written */
+    bool has_ended;   /* the thread writes no more */
     int failure;      /* errno of the first write that failed; sticky */
 };
 
@@ -42,19 +42,6 @@ static int fail(const lum_sink *sink, int code, const char *doing,
                 lum_error *error)
 {
     return lum_outfile_fail(&sink->file, code, doing, error);
-}
-
-/* What one answer of write() means: 0 to go on, or an errno. */
-static int judge_write(ssize_t written)
-{
-    if (written > 0) {
-        return 0;
-    }
-    if (written == 0) {
-        return EIO;
-    }
-    return errno == EINTR || errno == EAGAIN || errno == EWOULDBLOCK ? 0
-                                                                     : errno;
 }
 
 static bool is_cancelled(lum_sink *sink)
@@ -68,38 +55,30 @@ static bool is_cancelled(lum_sink *sink)
 /* Wait for a reader who takes his time, but not after lum_sink_abort(). */
 static int wait_writable(lum_sink *sink)
 {
-    struct pollfd ready = {
-        .fd = sink->file.fd, .events = POLLOUT, .revents = 0};
     int answer = 0;
     while (answer == 0) {
         if (is_cancelled(sink)) {
             return ECANCELED;
         }
-        answer = poll(&ready, 1, PATIENCE_MS);
+        answer = lum_outfile_wait(&sink->file, PATIENCE_MS);
     }
-    return answer > 0 || errno == EINTR ? 0 : errno;
+    return answer > 0 ? 0 : errno;
 }
 
-/* A pipe that is writable takes PIPE_BUF bytes without blocking, and no more
- * for certain. */
 static int write_all(lum_sink *sink, const char *bytes, size_t n)
 {
-    const bool waits = sink->file.may_block;
-    const size_t most = waits && n > PIPE_BUF ? PIPE_BUF : n;
     int failure = 0;
     while (n > 0 && failure == 0) {
-        failure = waits ? wait_writable(sink) : 0;
-        if (failure != 0) {
-            break;
+        size_t written = 0;
+        failure = sink->file.may_block ? wait_writable(sink) : 0;
+        if (failure == 0) {
+            failure = lum_outfile_put(&sink->file, bytes, n, &written);
         }
-        const ssize_t written =
-            write(sink->file.fd, bytes, n < most ? n : most);
-        failure = judge_write(written);
         if (written > 0) {
-            lum_outfile_wrote(&sink->file, (size_t)written);
-            bytes += written;
-            n -= (size_t)written;
+            lum_outfile_wrote(&sink->file, written);
         }
+        bytes += written;
+        n -= written;
     }
     return failure;
 }
@@ -131,28 +110,32 @@ static void *run(void *argument)
             (void)pthread_cond_wait(&sink->changed, &sink->lock);
         }
     }
+    sink->has_ended = true;
     (void)pthread_mutex_unlock(&sink->lock);
     return NULL;
 }
 
 /* Files smaller than a block are common, so the thread comes with the first
- * block that is full. It inherits a mask that blocks all signals. */
+ * block that is full. */
 static int start_thread(lum_sink *sink, lum_error *error)
 {
-    sigset_t all;
-    sigset_t mine;
     if (sink->threaded) {
         return 0;
     }
-    (void)sigfillset(&all);
-    (void)pthread_sigmask(SIG_SETMASK, &all, &mine);
-    const int code = pthread_create(&sink->thread, NULL, run, sink);
-    (void)pthread_sigmask(SIG_SETMASK, &mine, NULL);
+    const int code = lum_thread_start(&sink->thread, run, sink);
     if (code != 0) {
         return fail(sink, code, "cannot start the writing thread", error);
     }
     sink->threaded = true;
     return 0;
+}
+
+static bool has_ended(lum_sink *sink)
+{
+    (void)pthread_mutex_lock(&sink->lock);
+    const bool ended = sink->has_ended;
+    (void)pthread_mutex_unlock(&sink->lock);
+    return ended;
 }
 
 static void stop_thread(lum_sink *sink, bool cancel)
@@ -165,6 +148,9 @@ static void stop_thread(lum_sink *sink, bool cancel)
     sink->cancelled = cancel;
     (void)pthread_cond_broadcast(&sink->changed);
     (void)pthread_mutex_unlock(&sink->lock);
+    while (cancel && !has_ended(sink) && lum_thread_break_off(sink->thread)) {
+        lum_time_sleep_until(lum_time_monotonic_ns() + BREAK_OFF_NS);
+    }
     (void)pthread_join(sink->thread, NULL);
     sink->threaded = false;
 }
@@ -207,12 +193,12 @@ static int drain(lum_sink *sink, lum_error *error)
 
 static int allocate(lum_sink *sink, block *filled, lum_error *error)
 {
-    void *bytes = NULL;
-    const int code = posix_memalign(&bytes, BLOCK_PAGE, LUM_SINK_BLOCK_BYTES);
-    if (code != 0) {
-        return fail(sink, code, "no memory for a block of 1 MiB", error);
+    filled->memory = malloc(LUM_SINK_BLOCK_BYTES + BLOCK_PAGE);
+    if (filled->memory == NULL) {
+        return fail(sink, ENOMEM, "no memory for a block of 1 MiB", error);
     }
-    filled->bytes = bytes;
+    filled->bytes =
+        filled->memory + BLOCK_PAGE - (uintptr_t)filled->memory % BLOCK_PAGE;
     return 0;
 }
 
@@ -240,15 +226,6 @@ uint64_t lum_sink_bytes(const lum_sink *sink)
     return sink->bytes;
 }
 
-/* Whether nobody will read what is written; a pipe tells that without a write.
- */
-static bool has_no_reader(const lum_sink *sink)
-{
-    struct pollfd look = {.fd = sink->file.fd};
-    return sink->file.may_block && poll(&look, 1, 0) > 0 &&
-           (look.revents & POLLERR) != 0;
-}
-
 int lum_sink_flush(lum_sink *sink, lum_error *error)
 {
     (void)pthread_mutex_lock(&sink->lock);
@@ -258,7 +235,7 @@ int lum_sink_flush(lum_sink *sink, lum_error *error)
     if (failure != 0) {
         return fail(sink, failure, "cannot write", error);
     }
-    if (has_no_reader(sink)) {
+    if (sink->file.may_block && lum_outfile_is_unread(&sink->file)) {
         return fail(sink, EPIPE, "cannot write", error);
     }
     return is_busy || sink->blocks[sink->filling].used == 0
@@ -287,24 +264,11 @@ int lum_sink_write(lum_sink *sink, const void *bytes, size_t n,
 int lum_sink_patch(lum_sink *sink, uint64_t offset, const void *bytes, size_t n,
                    lum_error *error)
 {
-    const char *from = bytes;
-    off_t at = (off_t)sink->file.base + (off_t)offset;
     if (drain(sink, error) != 0) {
         return -1;
     }
-    while (n > 0) {
-        const ssize_t written = pwrite(sink->file.fd, from, n, at);
-        const int code = judge_write(written);
-        if (code != 0) {
-            return fail(sink, code, "cannot write the header", error);
-        }
-        if (written > 0) {
-            from += written;
-            at += written;
-            n -= (size_t)written;
-        }
-    }
-    return 0;
+    const int code = lum_outfile_put_at(&sink->file, offset, bytes, n);
+    return code == 0 ? 0 : fail(sink, code, "cannot write the header", error);
 }
 
 bool lum_sink_seekable(const lum_sink *sink)
@@ -320,7 +284,7 @@ const char *lum_sink_name(const lum_sink *sink)
 static void destroy(lum_sink *sink)
 {
     for (unsigned i = 0; i < BLOCKS; i++) {
-        free(sink->blocks[i].bytes);
+        free(sink->blocks[i].memory);
     }
     (void)pthread_cond_destroy(&sink->changed);
     (void)pthread_mutex_destroy(&sink->lock);

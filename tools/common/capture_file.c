@@ -1,14 +1,14 @@
-#define _POSIX_C_SOURCE 200809L
 #include "capture_file.h"
 
+#include "file_look.h"
+
 #include <string.h>
-#include <sys/stat.h>
 
 bool capture_file_is_in_place(const char *path)
 {
-    struct stat st;
+    struct file_look look;
     return strcmp(path, "-") == 0 ||
-           (stat(path, &st) == 0 && !S_ISREG(st.st_mode));
+           (file_look(path, &look) && look.kind != FILE_REGULAR);
 }
 
 int capture_file_open(const char *path, struct capture_file *out,

@@ -1,7 +1,5 @@
 #include "geometry.h"
 
-#include "lum/config/config.h"
-
 int geometry_load(const char *calibration, const char *profile,
                   lum_layout *layout, lum_projector *projector,
                   lum_error *error)
@@ -10,11 +8,7 @@ int geometry_load(const char *calibration, const char *profile,
     lum_profile p;
     lum_calibration_default(&c);
     lum_profile_default(&p);
-    if (calibration != NULL &&
-        lum_calibration_load(calibration, &c, error) != 0) {
-        return -1;
-    }
-    if (profile != NULL && lum_profile_load(profile, &p, error) != 0) {
+    if (geometry_read(calibration, profile, &c, &p, error) != 0) {
         return -1;
     }
     if (lum_layout_init(layout, &p, NULL, NULL) != LUM_OK ||

@@ -11,6 +11,10 @@
  * once. */
 void interrupt_catch(void);
 
+/* A write to a pipe without a reader fails with EPIPE from now on; signals end
+ * the process at once, as they did. */
+void interrupt_catch_none(void);
+
 /* What begins now may keep a laser on: note SIGINT, SIGTERM and SIGQUIT, even
  * if the parent has ignored or blocked them, as a shell without job control
  * does with SIGINT and SIGQUIT for what it runs in the background. SIGHUP stays

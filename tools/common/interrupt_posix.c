@@ -81,10 +81,15 @@ static void catch_unless_ignored(int signal_number)
     }
 }
 
+void interrupt_catch_none(void)
+{
+    set_handler(SIGPIPE, SIG_IGN);
+}
+
 void interrupt_catch(void)
 {
     set_handler(SIGALRM, tick);
-    set_handler(SIGPIPE, SIG_IGN);
+    interrupt_catch_none();
     for (size_t i = 0; i < sizeof signals / sizeof signals[0]; i++) {
         catch_unless_ignored(signals[i]);
     }

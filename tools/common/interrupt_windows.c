@@ -29,6 +29,11 @@ static BOOL WINAPI note(DWORD event)
     return TRUE;
 }
 
+/* No signal comes from a pipe. */
+void interrupt_catch_none(void)
+{
+}
+
 void interrupt_catch(void)
 {
     (void)SetConsoleCtrlHandler(note, TRUE);

@@ -1,9 +1,9 @@
-#define _POSIX_C_SOURCE 200809L
 #include "closer.h"
+
+#include "cloud/thread.h"
 
 #include <errno.h>
 #include <pthread.h>
-#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -75,19 +75,12 @@ static void *run(void *argument)
     return NULL;
 }
 
-/* Many runs have no file to finish before the end. Signals are the session's
- * thread's. */
+/* Many runs have no file to finish before the end. */
 static void start(struct closer *c)
 {
-    sigset_t all;
-    sigset_t mine;
-    if (c->is_started) {
-        return;
+    if (!c->is_started) {
+        c->is_started = lum_thread_start(&c->thread, run, c) == 0;
     }
-    (void)sigfillset(&all);
-    (void)pthread_sigmask(SIG_SETMASK, &all, &mine);
-    c->is_started = pthread_create(&c->thread, NULL, run, c) == 0;
-    (void)pthread_sigmask(SIG_SETMASK, &mine, NULL);
 }
 
 /* The lock is held. */

@@ -1,37 +1,21 @@
-#define _POSIX_C_SOURCE 200809L
 #include "lane.h"
 
 #include "closer.h"
 #include "targets.h"
 
+#include "../common/file_look.h"
 #include "lum/base/time.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-static bool find(const char *name, struct stat *out)
-{
-    return (strcmp(name, "-") == 0 ? fstat(STDOUT_FILENO, out)
-                                   : stat(name, out)) == 0;
-}
 
 /* A name that is not there yet will be a file. */
 static bool is_file(const char *name)
 {
-    struct stat s;
-    return !find(name, &s) || S_ISREG(s.st_mode) || S_ISDIR(s.st_mode);
-}
-
-/* Opening a named pipe waits for its reader; one that may not be opened is told
- * at once. */
-static bool opens_late(const char *name)
-{
-    struct stat s;
-    return strcmp(name, "-") != 0 && find(name, &s) && S_ISFIFO(s.st_mode) &&
-           access(name, W_OK) == 0;
+    struct file_look look;
+    return !file_look(name, &look) || look.kind == FILE_REGULAR ||
+           look.kind == FILE_DIRECTORY;
 }
 
 static int give_ring(struct lane *lane, size_t size, lum_error *error)
@@ -85,7 +69,7 @@ static int open_output(struct lane *lane, const struct pass *run, size_t output,
     lane->has_output = true;
     lane->is_recording = lane->options.outputs[0].format == FORMAT_PCAP;
     lane->is_file = is_file(lane->options.outputs[0].name);
-    lane->opens_late = opens_late(lane->options.outputs[0].name);
+    lane->opens_late = file_look_opens_late(lane->options.outputs[0].name);
     if (!lane->is_recording && pass_prepare(lane->pass, error) != PASS_DONE) {
         return -1;
     }

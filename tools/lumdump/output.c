@@ -3,6 +3,7 @@
 
 #include "../common/capture_file.h"
 #include "base/claim.h"
+#include "base/system.h"
 #include "picture.h"
 #include "targets.h"
 
@@ -70,8 +71,7 @@ static int frame_name(const char *pattern, int64_t frame, char out[NAME_BYTES],
 static int numbered_name(const char *name, unsigned number,
                          char out[NAME_BYTES], lum_error *error)
 {
-    const char *slash = strrchr(name, '/');
-    const char *base = slash != NULL ? slash + 1 : name;
+    const char *base = lum_system_base(name);
     const char *dot = strrchr(base, '.');
     const size_t stem =
         dot != NULL && dot != base ? (size_t)(dot - name) : strlen(name);
@@ -113,9 +113,8 @@ static int open_numbered(struct output *o, lum_error *error)
  * is wrong with the name is told by its first file. */
 static int claim_name(struct output *o, lum_error *error)
 {
-    const char *slash = strrchr(o->name, '/');
-    const bool in_many = slash != NULL && strchr(o->name, '%') != NULL &&
-                         strchr(o->name, '%') < slash;
+    const char *percent = strchr(o->name, '%');
+    const bool in_many = percent != NULL && percent < lum_system_base(o->name);
     if ((!o->is_pattern && !o->rotates) || in_many) {
         return 0;
     }

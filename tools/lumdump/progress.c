@@ -1,11 +1,10 @@
-#define _POSIX_C_SOURCE 200809L
 #include "progress.h"
 
 #include "../common/terminal.h"
+#include "lum/base/time.h"
 
 #include <inttypes.h>
 #include <stdio.h>
-#include <time.h>
 
 #define INTERVAL_NS INT64_C(200000000)
 
@@ -14,20 +13,13 @@ void progress_init(struct progress *progress, bool quiet)
     *progress = (struct progress){.is_on = !quiet};
 }
 
-static int64_t now_ns(void)
-{
-    struct timespec now = {0};
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
-}
-
 void progress_update(struct progress *progress, uint64_t done, uint64_t total,
                      uint64_t points)
 {
     if (!progress->is_on) {
         return;
     }
-    const int64_t now = now_ns();
+    const int64_t now = lum_time_monotonic_ns();
     if (now < progress->next_ns) {
         return;
     }

@@ -1,12 +1,12 @@
-#define _POSIX_C_SOURCE 200809L
 #include "replay.h"
 
+#include "../common/file_look.h"
 #include "../common/interrupt.h"
 #include "conclude.h"
 #include "progress.h"
 #include "targets.h"
 
-#include <sys/stat.h>
+#include <string.h>
 
 /* Records between looks at signals and at the clock for the progress line. */
 #define RECORDS_A_LOOK 256u
@@ -77,8 +77,9 @@ static enum pass_result read_all(struct pass *pass, lum_capture *capture,
 
 static bool is_regular(const char *path)
 {
-    struct stat s;
-    return stat(path, &s) == 0 && S_ISREG(s.st_mode);
+    struct file_look look;
+    return strcmp(path, "-") != 0 && file_look(path, &look) &&
+           look.kind == FILE_REGULAR;
 }
 
 /* A fit is made of what came before, so that the first lines of a stream are

@@ -1,18 +1,13 @@
-#define _DEFAULT_SOURCE /* TIOCGWINSZ */
 #include "say.h"
+
+#include "say_system.h"
 
 #include "../common/terminal.h"
 #include "../common/writable.h"
 
-#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/ioctl.h>
-#include <time.h>
-#include <unistd.h>
-
-#define COLUMNS_DEFAULT 80u
 
 static const char clear_line[] = "\r\033[K";
 
@@ -29,12 +24,10 @@ static bool write_piece(struct say *say, int patience_ms)
     if (!writable(stderr, patience_ms)) {
         return false;
     }
-    const ssize_t written = write(STDERR_FILENO, say->pending, n);
-    if (written < 0 && (errno == EINTR || errno == EAGAIN)) {
+    size_t gone = 0;
+    if (!say_write(say->pending, n, &gone)) {
         return false;
     }
-    /* who does not listen at all is not told again */
-    const size_t gone = written < 0 ? n : (size_t)written;
     say->pending_bytes -= gone;
     memmove(say->pending, say->pending + gone, say->pending_bytes);
     return true;
@@ -82,13 +75,9 @@ static void add_line(struct say *say, const char *kind, const char *format,
 {
     char text[768];
     char line[sizeof text + 64];
-    char clock[16] = "";
-    const time_t now = time(NULL);
-    struct tm local;
+    char clock[SAY_CLOCK_BYTES] = "";
     (void)vsnprintf(text, sizeof text, format, arguments);
-    if (localtime_r(&now, &local) != NULL) {
-        (void)strftime(clock, sizeof clock, "%H:%M:%S", &local);
-    }
+    say_clock(clock);
     (void)snprintf(line, sizeof line, "lumdump: %s%s: %s\n", kind, clock, text);
     append_left_out(say);
     clear_status(say);
@@ -120,19 +109,11 @@ bool say_has_status(const struct say *say)
     return !say->is_quiet && terminal_is_foreground(stderr);
 }
 
-static size_t columns(void)
-{
-    struct winsize size = {0};
-    return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1
-               ? size.ws_col
-               : COLUMNS_DEFAULT;
-}
-
 /* A line that the terminal would break could not be taken back. */
 void say_status(struct say *say, const char *text)
 {
     char line[512];
-    const size_t width = columns() - 1u;
+    const size_t width = say_columns() - 1u;
     say_flush(say);
     if (!say_has_status(say) || say->pending_bytes > 0) {
         return;

@@ -1,11 +1,10 @@
-#define _POSIX_C_SOURCE 200809L
 #include "targets.h"
 
+#include "../common/file_look.h"
 #include "../common/input_files.h"
+#include "base/system.h"
 
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 int targets_pattern(const char *name)
 {
@@ -40,11 +39,10 @@ int targets_check_inputs(const struct options *options, const char *name,
  * opening says what is wrong. */
 static bool can_seek(const char *output)
 {
-    struct stat s;
-    if (strcmp(output, "-") == 0) {
-        return fstat(STDOUT_FILENO, &s) == 0 && S_ISREG(s.st_mode);
-    }
-    return stat(output, &s) != 0 || S_ISREG(s.st_mode) || S_ISDIR(s.st_mode);
+    struct file_look look;
+    return file_look(output, &look)
+               ? look.kind == FILE_REGULAR || look.kind == FILE_DIRECTORY
+               : strcmp(output, "-") != 0;
 }
 
 bool targets_needs_rehearsal(const struct options *options, size_t i)
@@ -73,53 +71,39 @@ static int check_pattern(const struct output_options *o, lum_error *error)
 }
 
 /* The directory that a file is in. */
-static bool find_directory(const char *path, struct stat *out)
+static bool find_directory(const char *path, struct file_look *out)
 {
     char directory[4096];
-    const char *slash = strrchr(path, '/');
-    const size_t len = slash != NULL ? (size_t)(slash - path) + 1u : 0;
+    const size_t len = (size_t)(lum_system_base(path) - path);
     if (len == 0) {
-        return stat(".", out) == 0;
+        return file_look(".", out);
     }
     if (len >= sizeof directory) {
         return false;
     }
     (void)memcpy(directory, path, len);
     directory[len] = '\0';
-    return stat(directory, out) == 0;
-}
-
-static const char *base_of(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    return slash != NULL ? slash + 1 : path;
-}
-
-/* Of the standard streams it is what they are. */
-static bool find_any(const char *path, struct stat *out)
-{
-    return (strcmp(path, "-") == 0 ? fstat(STDOUT_FILENO, out)
-                                   : stat(path, out)) == 0;
+    return file_look(directory, out);
 }
 
 /* Whether two outputs are one file, by whatever names. What swallows or shows
  * all, a device, may be named by two. */
 static bool is_same_output(const char *a, const char *b)
 {
-    struct stat s;
-    struct stat t;
-    const bool has_a = find_any(a, &s);
-    const bool has_b = find_any(b, &t);
+    struct file_look s;
+    struct file_look t;
+    const bool has_a = file_look(a, &s);
+    const bool has_b = file_look(b, &t);
     if (strcmp(a, b) == 0) {
         return true;
     }
     if (has_a || has_b) {
-        return has_a && has_b && !S_ISCHR(s.st_mode) && s.st_dev == t.st_dev &&
-               s.st_ino == t.st_ino;
+        return has_a && has_b && s.kind != FILE_DEVICE &&
+               file_look_is_same(&s, &t);
     }
-    return strcmp(base_of(a), base_of(b)) == 0 && find_directory(a, &s) &&
-           find_directory(b, &t) && s.st_dev == t.st_dev &&
-           s.st_ino == t.st_ino;
+    return strcmp(lum_system_base(a), lum_system_base(b)) == 0 &&
+           find_directory(a, &s) && find_directory(b, &t) &&
+           file_look_is_same(&s, &t);
 }
 
 /* The names of an output's files differ in a number alone: what is before it,
@@ -161,17 +145,16 @@ static bool is_one_of(const struct numbered *n, const char *base)
 static int check_numbered(const struct options *options, size_t i,
                           const char *input, lum_error *error)
 {
-    struct stat s;
-    struct stat t;
+    struct file_look s;
+    struct file_look t;
     const char *name = options->outputs[i].name;
-    const bool has_pattern = strchr(base_of(name), '%') != NULL;
+    const bool has_pattern = strchr(lum_system_base(name), '%') != NULL;
     if (input == NULL || (!has_pattern && !targets_rotates(options, i))) {
         return 0;
     }
-    const struct numbered n = numbering_of(base_of(name));
-    if (!is_one_of(&n, base_of(input)) || !find_directory(name, &s) ||
-        !find_directory(input, &t) || s.st_dev != t.st_dev ||
-        s.st_ino != t.st_ino) {
+    const struct numbered n = numbering_of(lum_system_base(name));
+    if (!is_one_of(&n, lum_system_base(input)) || !find_directory(name, &s) ||
+        !find_directory(input, &t) || !file_look_is_same(&s, &t)) {
         return 0;
     }
     return lum_error_set(error,
@@ -192,19 +175,11 @@ static int check_all_numbered(const struct options *options, size_t i,
                : -1;
 }
 
-/* What it leads to may be another output, once that is there. */
-static bool is_dangling(const char *path)
-{
-    struct stat s;
-    return strcmp(path, "-") != 0 && stat(path, &s) != 0 &&
-           lstat(path, &s) == 0;
-}
-
 static int check_others(const struct options *options, size_t i,
                         lum_error *error)
 {
     const char *name = options->outputs[i].name;
-    if (options->output_count > 1 && is_dangling(name)) {
+    if (options->output_count > 1 && file_look_is_dangling(name)) {
         return lum_error_set(
             error, "%s is a link that leads nowhere: name a file", name);
     }

@@ -1,11 +1,10 @@
-#define _POSIX_C_SOURCE 200809L
 #include "worker.h"
 
+#include "cloud/thread.h"
 #include "lum/base/time.h"
 
 #include <errno.h>
 #include <pthread.h>
-#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -212,18 +211,6 @@ static void *run(void *argument)
     return NULL;
 }
 
-/* Signals are the session's thread's, so that no write is broken off by one. */
-static int start_thread(struct worker *w)
-{
-    sigset_t all;
-    sigset_t mine;
-    (void)sigfillset(&all);
-    (void)pthread_sigmask(SIG_SETMASK, &all, &mine);
-    const int code = pthread_create(&w->thread, NULL, run, w);
-    (void)pthread_sigmask(SIG_SETMASK, &mine, NULL);
-    return code;
-}
-
 int worker_start(const struct worker_setup *setup, struct worker **out,
                  lum_error *error)
 {
@@ -235,7 +222,7 @@ int worker_start(const struct worker_setup *setup, struct worker **out,
     w->pass = setup->pass;
     w->ring = setup->ring;
     (void)pthread_mutex_init(&w->lock, NULL);
-    const int code = start_thread(w);
+    const int code = lum_thread_start(&w->thread, run, w);
     if (code != 0) {
         (void)pthread_mutex_destroy(&w->lock);
         free(w);

@@ -1,9 +1,9 @@
 #define _POSIX_C_SOURCE 200809L
 #include "files.h"
 
+#include "../common/geometry.h"
 #include "../common/input_files.h"
 #include "../common/same_file.h"
-#include "lum/config/config.h"
 #include "sim/packets.h"
 
 #include <stdio.h>
@@ -63,10 +63,8 @@ bool files_load(struct options *o)
     lum_render_options *r = &o->render;
     lum_error error = {""};
     lum_profile profile = r->layout.profile;
-    if ((o->calibration != NULL &&
-         lum_calibration_load(o->calibration, &r->calibration, &error) != 0) ||
-        (o->profile != NULL &&
-         lum_profile_load(o->profile, &profile, &error) != 0)) {
+    if (geometry_read(o->calibration, o->profile, &r->calibration, &profile,
+                      &error) != 0) {
         (void)fprintf(stderr, "lumsim: %s\n", error.text);
         return false;
     }

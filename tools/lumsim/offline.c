@@ -11,7 +11,6 @@
 
 #include <errno.h>
 #include <inttypes.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -249,7 +248,7 @@ static int execute(struct run *run)
 static void prepare_for_signals(const struct options *o)
 {
     if (o->truth == NULL && capture_file_is_in_place(o->output)) {
-        (void)signal(SIGPIPE, SIG_IGN);
+        interrupt_catch_none();
     } else {
         interrupt_catch();
     }

@@ -1,0 +1,39 @@
+/** @file
+ * Bytes into an output that is open (base/outfile.h). Internal. */
+#ifndef LUM_BASE_OUTFILE_IO_H
+#define LUM_BASE_OUTFILE_IO_H
+
+#include "base/outfile.h"
+
+#include <stdio.h>
+
+/** Wait until it takes bytes: a reader may take his time. Windows has no such
+ * question, and the next write waits.
+ * @return 1: it does; 0: not yet; -1 with the reason in errno. */
+int lum_outfile_wait(const lum_outfile *file, int patience_ms);
+
+/** Write some bytes at its end; no more than are taken at once after
+ * lum_outfile_wait() has said 1, where the system tells how many those are.
+ * @param written what was, 0 to n; n is not 0.
+ * @return 0, also if nothing could be written yet, or an errno. */
+LUM_MUST_CHECK int lum_outfile_put(lum_outfile *file, const void *bytes,
+                                   size_t n, size_t *written);
+
+/** Replace bytes that were written, all of them; the file is seekable.
+ * @param offset from our first byte.
+ * @return 0, or an errno. */
+LUM_MUST_CHECK int lum_outfile_put_at(lum_outfile *file, uint64_t offset,
+                                      const void *bytes, size_t n);
+
+/** Whether nobody will read what is written; a pipe tells that without a write,
+ * but not on Windows, where the next write tells it. */
+bool lum_outfile_is_unread(const lum_outfile *file);
+
+/** A stream to its end, with a descriptor of its own, to be closed by fclose().
+ * @return NULL with the reason in errno. */
+FILE *lum_outfile_stream(const lum_outfile *file);
+
+/** Have what a stream has buffered go nowhere. */
+void lum_outfile_turn_away(FILE *stream);
+
+#endif

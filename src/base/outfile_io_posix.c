@@ -1,0 +1,87 @@
+#define _POSIX_C_SOURCE 200809L
+
+#include "outfile_io.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <poll.h>
+#include <unistd.h>
+
+int lum_outfile_wait(const lum_outfile *file, int patience_ms)
+{
+    struct pollfd ready = {.fd = file->fd, .events = POLLOUT, .revents = 0};
+    const int answer = poll(&ready, 1, patience_ms);
+    return answer < 0 && errno == EINTR ? 0 : answer;
+}
+
+/* What one answer of write() means: 0 to go on, or an errno. */
+static int judge_write(ssize_t written)
+{
+    if (written > 0) {
+        return 0;
+    }
+    if (written == 0) {
+        return EIO;
+    }
+    return errno == EINTR || errno == EAGAIN || errno == EWOULDBLOCK ? 0
+                                                                     : errno;
+}
+
+/* A pipe that is writable takes PIPE_BUF bytes without blocking, and no more
+ * for certain. */
+int lum_outfile_put(lum_outfile *file, const void *bytes, size_t n,
+                    size_t *written)
+{
+    const size_t most = file->may_block && n > PIPE_BUF ? PIPE_BUF : n;
+    const ssize_t result = write(file->fd, bytes, most);
+    *written = result > 0 ? (size_t)result : 0;
+    return judge_write(result);
+}
+
+int lum_outfile_put_at(lum_outfile *file, uint64_t offset, const void *bytes,
+                       size_t n)
+{
+    const char *from = bytes;
+    off_t at = (off_t)file->base + (off_t)offset;
+    while (n > 0) {
+        const ssize_t written = pwrite(file->fd, from, n, at);
+        const int code = judge_write(written);
+        if (code != 0) {
+            return code;
+        }
+        if (written > 0) {
+            from += written;
+            at += written;
+            n -= (size_t)written;
+        }
+    }
+    return 0;
+}
+
+bool lum_outfile_is_unread(const lum_outfile *file)
+{
+    struct pollfd look = {.fd = file->fd};
+    return poll(&look, 1, 0) > 0 && (look.revents & POLLERR) != 0;
+}
+
+FILE *lum_outfile_stream(const lum_outfile *file)
+{
+    const int fd = fcntl(file->fd, F_DUPFD_CLOEXEC, 0);
+    FILE *stream = fd >= 0 ? fdopen(fd, "wb") : NULL;
+    if (stream == NULL && fd >= 0) {
+        const int code = errno;
+        (void)close(fd);
+        errno = code;
+    }
+    return stream;
+}
+
+void lum_outfile_turn_away(FILE *stream)
+{
+    const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (nowhere >= 0) {
+        (void)dup2(nowhere, fileno(stream));
+        (void)close(nowhere);
+    }
+}

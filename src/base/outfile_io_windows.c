@@ -1,0 +1,94 @@
+#include "outfile_io.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <io.h>
+#include <limits.h>
+#include <windows.h>
+
+/* One WriteFile() that a reader who takes his time holds up for no longer than
+ * he needs for so much. */
+#define PIPE_BYTES 4096u
+
+int lum_outfile_wait(const lum_outfile *file, int patience_ms)
+{
+    (void)file;
+    (void)patience_ms;
+    return 1;
+}
+
+static int code_of(DWORD error)
+{
+    switch (error) {
+    case ERROR_BROKEN_PIPE:
+    case ERROR_NO_DATA:
+    case ERROR_PIPE_NOT_CONNECTED:
+        return EPIPE;
+    case ERROR_DISK_FULL:
+    case ERROR_HANDLE_DISK_FULL:
+        return ENOSPC;
+    case ERROR_OPERATION_ABORTED:
+        return 0;
+    default:
+        return EIO;
+    }
+}
+
+int lum_outfile_put(lum_outfile *file, const void *bytes, size_t n,
+                    size_t *written)
+{
+    const HANDLE handle = (HANDLE)_get_osfhandle(file->fd);
+    const size_t most = file->may_block && n > PIPE_BYTES ? PIPE_BYTES : n;
+    DWORD done = 0;
+    const BOOL is_good = WriteFile(
+        handle, bytes, (DWORD)(most < INT_MAX ? most : INT_MAX), &done, NULL);
+    *written = done;
+    return is_good ? 0 : code_of(GetLastError());
+}
+
+int lum_outfile_put_at(lum_outfile *file, uint64_t offset, const void *bytes,
+                       size_t n)
+{
+    const char *from = bytes;
+    int code = 0;
+    if (_lseeki64(file->fd, file->base + (int64_t)offset, SEEK_SET) < 0) {
+        return errno;
+    }
+    while (n > 0 && code == 0) {
+        size_t written = 0;
+        code = lum_outfile_put(file, from, n, &written);
+        from += written;
+        n -= written;
+    }
+    if (_lseeki64(file->fd, 0, SEEK_END) < 0 && code == 0) {
+        code = errno;
+    }
+    return code;
+}
+
+bool lum_outfile_is_unread(const lum_outfile *file)
+{
+    (void)file;
+    return false;
+}
+
+FILE *lum_outfile_stream(const lum_outfile *file)
+{
+    const int fd = _dup(file->fd);
+    FILE *stream = fd >= 0 ? _fdopen(fd, "wb") : NULL;
+    if (stream == NULL && fd >= 0) {
+        const int code = errno;
+        (void)_close(fd);
+        errno = code;
+    }
+    return stream;
+}
+
+void lum_outfile_turn_away(FILE *stream)
+{
+    const int nowhere = _open("NUL", _O_WRONLY | _O_BINARY | _O_NOINHERIT);
+    if (nowhere >= 0) {
+        (void)_dup2(nowhere, _fileno(stream));
+        (void)_close(nowhere);
+    }
+}

@@ -1,0 +1,49 @@
+#define _POSIX_C_SOURCE 200809L
+#include "file_look.h"
+
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static enum file_kind kind_of(mode_t mode)
+{
+    if (S_ISREG(mode)) {
+        return FILE_REGULAR;
+    }
+    if (S_ISDIR(mode)) {
+        return FILE_DIRECTORY;
+    }
+    return S_ISFIFO(mode) ? FILE_PIPE : FILE_DEVICE;
+}
+
+bool file_look(const char *name, struct file_look *out)
+{
+    struct stat s;
+    if ((strcmp(name, "-") == 0 ? fstat(STDOUT_FILENO, &s) : stat(name, &s)) !=
+        0) {
+        return false;
+    }
+    *out = (struct file_look){kind_of(s.st_mode), (uint64_t)s.st_dev,
+                              (uint64_t)s.st_ino};
+    return true;
+}
+
+bool file_look_is_same(const struct file_look *a, const struct file_look *b)
+{
+    return a->volume == b->volume && a->number == b->number;
+}
+
+/* One that may not be opened is told at once. */
+bool file_look_opens_late(const char *name)
+{
+    struct file_look look;
+    return strcmp(name, "-") != 0 && file_look(name, &look) &&
+           look.kind == FILE_PIPE && access(name, W_OK) == 0;
+}
+
+bool file_look_is_dangling(const char *name)
+{
+    struct stat s;
+    return strcmp(name, "-") != 0 && stat(name, &s) != 0 &&
+           lstat(name, &s) == 0;
+}
