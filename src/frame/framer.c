@@ -698,10 +698,30 @@ static lum_framer_event take(lum_framer *f, lum_result event)
     if (s == NULL) {
         return LUM_FRAMER_FAILED;
     }
-    if (event == LUM_LINE_READY) {
+    switch (event) {
+    case LUM_LINE_READY:
         note_line(f, s);
-    } else {
+        break;
+    case LUM_FRAME_READY:
         f->in_hand = IN_HAND_END;
+        break;
+    case LUM_OK:
+    case LUM_END:
+    case LUM_E_SHORT:
+    case LUM_E_SPACE:
+    case LUM_E_VALUE:
+    case LUM_E_FOREIGN:
+    case LUM_E_TYPE:
+    case LUM_E_MALFORMED:
+    case LUM_E_UNKNOWN_TAG:
+    case LUM_E_STRAY:
+    case LUM_E_LATE:
+    case LUM_E_DUPLICATE:
+    case LUM_E_CONFLICT:
+    case LUM_E_NO_ROOM:
+    case LUM_E_ORDER:
+    default: /* no event */
+        break;
     }
     return go_on(f);
 }

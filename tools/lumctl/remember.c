@@ -244,6 +244,11 @@ static void ask_clock(struct ctl *ctl, struct memory_clock *out)
         case LUM_SENSOR_CANCELLED:
         case LUM_SENSOR_FAILED:
             return;
+        case LUM_SENSOR_IDLE:
+        case LUM_SENSOR_DATAGRAMS:
+        case LUM_SENSOR_ANSWER:
+        case LUM_SENSOR_ALERT:
+        case LUM_SENSOR_LINK:
         default:
             break;
         }

@@ -138,6 +138,10 @@ static bool take_event(struct shell *s, const lum_sensor_event *event)
     case LUM_SENSOR_FAILED:
         note_failure(s, ctl_complain(EXIT_FAILED, "%s", event->error.text));
         return false;
+    case LUM_SENSOR_IDLE:
+    case LUM_SENSOR_CANCELLED:
+    case LUM_SENSOR_DATAGRAMS:
+    case LUM_SENSOR_TIME:
     default:
         return true;
     }
