@@ -12,14 +12,18 @@
 #ifndef HEART_H
 #define HEART_H
 
+#include "lum/wire.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#define HEART_PERIOD_MS  200u  /* five a second */
-#define HEART_STALL_MS   2000u /* a main loop without a round for so long */
-#define HEART_SILENCE_MS 3500u /* after the start; the sensor waits for 3 s */
-#define HEART_POLL       5u    /* every fifth asks for the laser's status too */
+#define HEART_PERIOD_MS LUM_HEARTBEAT_MS
+#define HEART_STALL_MS  2000u /* a main loop without a round for so long */
+#define HEART_POLL      5u    /* every fifth asks for the laser's status too */
+
+/* After the start. */
+#define HEART_SILENCE_MS (LUM_HEARTBEAT_TIMEOUT_MS + 500u)
 
 /* Sends a datagram to the sensor's port 5517. Returns false when it could not
  * be handed to the hardware. Called by heart_tick(). */

@@ -28,6 +28,12 @@ extern "C" {
 #define LUM_TLV_PACKET_BYTES 16u         /**< a TLV packet without TLVs */
 #define LUM_TLV_HEAD_BYTES   4u          /**< type and length of one TLV */
 
+#define LUM_HEARTBEAT_MS     200u  /**< between two: five a second */
+#define LUM_HEARTBEAT_MAX_MS 1000u /**< never further apart */
+
+/** After the last heartbeat the sensor ends data and laser. */
+#define LUM_HEARTBEAT_TIMEOUT_MS 3000u
+
 /** Packet types, byte 8 of the header. */
 enum lum_packet_type {
     LUM_TYPE_SET_IP = 5,    /**< new address, client to sensor */

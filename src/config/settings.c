@@ -1,7 +1,7 @@
 #include "lum/config/settings.h"
 
+#include "host/keys_internal.h"
 #include "yaml.h"
-#include "yaml_number.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -60,60 +60,41 @@ static const struct command_key {
 /* The file's degrees are our microdegrees. */
 #define MICRO(n) ((n)*INT64_C(1000000))
 
-static const lum_yaml_word line_modes[] = {{"640", 0}, {"64", 1}, {NULL, 0}};
-static const lum_yaml_word shapes[] = {{"uniform", LUM_YSCAN_UNIFORM},
-                                       {"gaussian", LUM_YSCAN_GAUSSIAN},
-                                       {"regions", LUM_YSCAN_REGIONS},
-                                       {NULL, 0}};
+static const lum_key_word line_modes[] = {{"640", 0}, {"64", 1}, {NULL, 0}};
+static const lum_key_word shapes[] = {{"uniform", LUM_YSCAN_UNIFORM},
+                                      {"gaussian", LUM_YSCAN_GAUSSIAN},
+                                      {"regions", LUM_YSCAN_REGIONS},
+                                      {NULL, 0}};
 
-static const lum_yaml_rule version = {
-    .min = 1, .max = 1, .whole = true, .allowed = "1"};
-static const lum_yaml_rule laser = {
+static const lum_key_rule laser = {
     .refusal = "a file does not switch a laser: someone who looks at the "
                "sensor does, by 'lumctl laser on' or 'lumctl laser off'; leave "
                "the key out"};
-static const lum_yaml_rule lines = {.words = line_modes, .min = 0, .max = -1};
-static const lum_yaml_rule shape = {.words = shapes, .min = 0, .max = -1};
-static const lum_yaml_rule elevation = {
-    .min = -MICRO(90), .max = MICRO(90), .decimals = 6, .unit = " deg"};
-static const lum_yaml_rule sigma = {
-    .min = 10000, .max = MICRO(90), .decimals = 6, .unit = " deg"};
-static const lum_yaml_rule weight = {
-    .min = 1, .max = 1000000, .whole = true, .unit = ""};
+static const lum_key_rule lines = {.words = line_modes, .min = 0, .max = -1};
+static const lum_key_rule shape = {.words = shapes, .min = 0, .max = -1};
+static const lum_key_rule elevation = {
+    .min = -MICRO(90), .max = MICRO(90), .decimals = 6, .unit = "deg"};
+static const lum_key_rule sigma = {
+    .min = 10000, .max = MICRO(90), .decimals = 6, .unit = "deg"};
+static const lum_key_rule weight = {.min = 1, .max = 1000000, .whole = true};
 
-static const lum_yaml_key region_keys[] = {
-    {"min_deg", REGION_MIN, &elevation, NULL},
-    {"max_deg", REGION_MAX, &elevation, NULL},
-    {"weight", REGION_WEIGHT, &weight, NULL},
-};
-static const lum_yaml_table region = {region_keys, COUNT(region_keys)};
-
-#define REGION(number)                                                         \
+#define REGION_AT(n) (YSCAN + REGIONS + (unsigned)(n)*REGION_VALUES)
+#define REGION(n)                                                              \
+    {"yscan.regions." #n ".min_deg", REGION_AT((n)-1) + REGION_MIN,            \
+     &elevation},                                                              \
+        {"yscan.regions." #n ".max_deg", REGION_AT((n)-1) + REGION_MAX,        \
+         &elevation},                                                          \
     {                                                                          \
-#number, REGIONS + ((number)-1) * REGION_VALUES, NULL, &region         \
+        "yscan.regions." #n ".weight", REGION_AT((n)-1) + REGION_WEIGHT,       \
+            &weight                                                            \
     }
-static const lum_yaml_key regions_keys[LUM_YSCAN_REGIONS_MAX] = {
-    REGION(1),  REGION(2),  REGION(3),  REGION(4),  REGION(5),  REGION(6),
-    REGION(7),  REGION(8),  REGION(9),  REGION(10), REGION(11), REGION(12),
-    REGION(13), REGION(14), REGION(15), REGION(16)};
-static const lum_yaml_table regions = {regions_keys, COUNT(regions_keys)};
-
-static const lum_yaml_key yscan_keys[] = {
-    {"shape", SHAPE, &shape, NULL},
-    {"min_deg", MIN, &elevation, NULL},
-    {"max_deg", MAX, &elevation, NULL},
-    {"center_deg", CENTER, &elevation, NULL},
-    {"sigma_deg", SIGMA, &sigma, NULL},
-    {"regions", 0, NULL, &regions},
-};
-static const lum_yaml_table yscan = {yscan_keys, COUNT(yscan_keys)};
 
 /* Text of what a command's spec allows, such as "150 to 250 in steps of 10". */
 typedef char allowed_text[40];
 
 /* Rules that come from the table of commands, by their ids. */
 typedef struct command_rules {
-    lum_yaml_rule rule[LUM_COMMANDS];
+    lum_key_rule rule[LUM_COMMANDS];
     allowed_text allowed[LUM_COMMANDS];
 } command_rules;
 
@@ -127,47 +108,61 @@ static void make_rules(command_rules *out)
         }
         (void)snprintf(out->allowed[id], sizeof out->allowed[id], "%u to %u%s",
                        spec->min, spec->max, steps);
-        out->rule[id] = (lum_yaml_rule){.min = spec->min,
-                                        .max = spec->max,
-                                        .whole = true,
-                                        .allowed = out->allowed[id]};
+        out->rule[id] = (lum_key_rule){.min = spec->min,
+                                       .max = spec->max,
+                                       .whole = true,
+                                       .allowed = out->allowed[id]};
     }
 }
 
 /* Reads the file's values into place. */
 static int read_values(const lum_yaml_source *source,
-                       const command_rules *rules, lum_yaml_value *values,
+                       const command_rules *rules, lum_key_value *values,
                        lum_error *error)
 {
-    const lum_yaml_rule *rule = rules->rule;
-    const lum_yaml_key threshold_keys[] = {
-        {"green", THRESHOLD_GREEN, &rule[LUM_COMMAND_THRESHOLD_GREEN], NULL},
-        {"blue", THRESHOLD_BLUE, &rule[LUM_COMMAND_THRESHOLD_BLUE], NULL},
+    const lum_key_rule *rule = rules->rule;
+    const lum_key_entry entries[] = {
+        {"version", VERSION, &lum_key_version},
+        {"lines", LINES, &lines},
+        {"yscan", YSCAN, &rule[LUM_COMMAND_YSCAN]},
+        {"yscan.shape", YSCAN + SHAPE, &shape},
+        {"yscan.min_deg", YSCAN + MIN, &elevation},
+        {"yscan.max_deg", YSCAN + MAX, &elevation},
+        {"yscan.center_deg", YSCAN + CENTER, &elevation},
+        {"yscan.sigma_deg", YSCAN + SIGMA, &sigma},
+        REGION(1),
+        REGION(2),
+        REGION(3),
+        REGION(4),
+        REGION(5),
+        REGION(6),
+        REGION(7),
+        REGION(8),
+        REGION(9),
+        REGION(10),
+        REGION(11),
+        REGION(12),
+        REGION(13),
+        REGION(14),
+        REGION(15),
+        REGION(16),
+        {"power", POWER, &rule[LUM_COMMAND_POWER]},
+        {"threshold.green", THRESHOLD_GREEN,
+         &rule[LUM_COMMAND_THRESHOLD_GREEN]},
+        {"threshold.blue", THRESHOLD_BLUE, &rule[LUM_COMMAND_THRESHOLD_BLUE]},
+        {"holdoff", HOLDOFF, &rule[LUM_COMMAND_HOLDOFF]},
+        {"offset.green", OFFSET_GREEN, &rule[LUM_COMMAND_OFFSET_GREEN]},
+        {"offset.blue", OFFSET_BLUE, &rule[LUM_COMMAND_OFFSET_BLUE]},
+        {"laser", LASER, &laser},
     };
-    const lum_yaml_key offset_keys[] = {
-        {"green", OFFSET_GREEN, &rule[LUM_COMMAND_OFFSET_GREEN], NULL},
-        {"blue", OFFSET_BLUE, &rule[LUM_COMMAND_OFFSET_BLUE], NULL},
-    };
-    const lum_yaml_table threshold = {threshold_keys, COUNT(threshold_keys)};
-    const lum_yaml_table offset = {offset_keys, COUNT(offset_keys)};
-    const lum_yaml_key root_keys[] = {
-        {"version", VERSION, &version, NULL},
-        {"lines", LINES, &lines, NULL},
-        {"yscan", YSCAN, &rule[LUM_COMMAND_YSCAN], &yscan},
-        {"power", POWER, &rule[LUM_COMMAND_POWER], NULL},
-        {"threshold", 0, NULL, &threshold},
-        {"holdoff", HOLDOFF, &rule[LUM_COMMAND_HOLDOFF], NULL},
-        {"offset", 0, NULL, &offset},
-        {"laser", LASER, &laser, NULL},
-    };
-    const lum_yaml_table root = {root_keys, COUNT(root_keys)};
-    return lum_yaml_read(source, &root, values, error);
+    const lum_key_table table = {entries, COUNT(entries)};
+    return lum_yaml_read(source, &table, values, error);
 }
 
 /* A file whose values are being checked. */
 typedef struct check {
     const char *name;
-    const lum_yaml_value *values;
+    const lum_key_value *values;
     lum_error *error;
 } check;
 
@@ -175,13 +170,13 @@ static int take_commands(const check *c, const command_rules *rules,
                          lum_settings *out)
 {
     for (unsigned id = 0; id < LUM_COMMANDS; id++) {
-        const lum_yaml_value *v = &c->values[command_keys[id].at];
+        const lum_key_value *v = &c->values[command_keys[id].at];
         const lum_command_spec *spec = &lum_command_specs[id];
-        if (command_keys[id].path == NULL || v->line == 0) {
+        if (command_keys[id].path == NULL || v->place == 0) {
             continue;
         }
         if ((v->number - spec->min) % spec->step != 0) {
-            return lum_yaml_fail(c->error, c->name, v->line,
+            return lum_yaml_fail(c->error, c->name, v->place,
                                  command_keys[id].path,
                                  "%" PRId64 " is no step; allowed: %s",
                                  v->number, rules->allowed[id]);
@@ -192,24 +187,32 @@ static int take_commands(const check *c, const command_rules *rules,
     return 0;
 }
 
+#define NUMBER_BYTES 24 /* of an elevation */
+
+static void format_degrees(char out[NUMBER_BYTES], int64_t udeg)
+{
+    lum_key_text text = lum_key_text_begin(out, NUMBER_BYTES);
+    lum_key_text_add_number(&text, udeg, elevation.decimals);
+}
+
 static int refuse_order(const check *c, const char *key, unsigned line,
                         int64_t low, int64_t high)
 {
-    char min[LUM_YAML_NUMBER_BYTES];
-    char max[LUM_YAML_NUMBER_BYTES];
-    lum_yaml_number_format(min, low, 6);
-    lum_yaml_number_format(max, high, 6);
+    char min[NUMBER_BYTES];
+    char max[NUMBER_BYTES];
+    format_degrees(min, low);
+    format_degrees(max, high);
     return lum_yaml_fail(c->error, c->name, line, key,
                          "min_deg must be below max_deg; they are %s and %s",
                          min, max);
 }
 
-static unsigned first_line(const lum_yaml_value *values, size_t count)
+static unsigned first_line(const lum_key_value *values, size_t count)
 {
     unsigned line = 0;
     for (size_t i = 0; i < count; i++) {
-        if (values[i].line != 0 && (line == 0 || values[i].line < line)) {
-            line = values[i].line;
+        if (values[i].place != 0 && (line == 0 || values[i].place < line)) {
+            line = values[i].place;
         }
     }
     return line;
@@ -244,7 +247,7 @@ static const struct shape_key {
 };
 
 /* Holds the keys that stand in the file against what their shape has. */
-static int check_shape_keys(const check *c, const lum_yaml_value *v)
+static int check_shape_keys(const check *c, const lum_key_value *v)
 {
     const struct shape_spec *spec = &shape_specs[v[SHAPE].number];
     const char *name = shapes[v[SHAPE].number].text;
@@ -256,10 +259,10 @@ static int check_shape_keys(const check *c, const lum_yaml_value *v)
         if (line != 0 && (spec->may >> i & 1u) == 0) {
             return lum_yaml_fail(c->error, c->name, line, path,
                                  "does not belong to the shape %s, line %u",
-                                 name, v[SHAPE].line);
+                                 name, v[SHAPE].place);
         }
         if (line == 0 && (spec->must >> i & 1u) != 0) {
-            return lum_yaml_fail(c->error, c->name, v[SHAPE].line,
+            return lum_yaml_fail(c->error, c->name, v[SHAPE].place,
                                  "yscan.shape", "%s needs %s beside it", name,
                                  key->name);
         }
@@ -267,21 +270,21 @@ static int check_shape_keys(const check *c, const lum_yaml_value *v)
     return 0;
 }
 
-static int take_span(const check *c, const lum_yaml_value *v,
+static int take_span(const check *c, const lum_key_value *v,
                      lum_yscan_shape *out)
 {
-    const bool has_min = v[MIN].line != 0;
-    const bool has_max = v[MAX].line != 0;
+    const bool has_min = v[MIN].place != 0;
+    const bool has_max = v[MAX].place != 0;
     const int64_t min = has_min ? v[MIN].number : INT32_MIN;
     const int64_t max = has_max ? v[MAX].number : INT32_MAX;
     if (min >= max) {
-        return refuse_order(c, "yscan.min_deg", v[MIN].line, min, max);
+        return refuse_order(c, "yscan.min_deg", v[MIN].place, min, max);
     }
     out->min_udeg = (int32_t)min;
     out->max_udeg = (int32_t)max;
     if (out->kind == LUM_YSCAN_GAUSSIAN &&
         (v[CENTER].number < min || v[CENTER].number > max)) {
-        return lum_yaml_fail(c->error, c->name, v[CENTER].line,
+        return lum_yaml_fail(c->error, c->name, v[CENTER].place,
                              "yscan.center_deg",
                              "lies outside min_deg to max_deg; the lines are "
                              "densest there, so it must be among them");
@@ -302,22 +305,22 @@ static void insert_region(lum_yscan_shape *s, lum_yscan_region r)
     s->regions[i] = r;
 }
 
-static int take_region(const check *c, const lum_yaml_value *v,
-                       const char *number, lum_yscan_shape *out)
+static int take_region(const check *c, const lum_key_value *v, unsigned number,
+                       lum_yscan_shape *out)
 {
     const unsigned line = first_line(v, REGION_VALUES);
     char path[32];
-    (void)snprintf(path, sizeof path, "yscan.regions.%s", number);
-    if (v[REGION_MIN].line == 0 || v[REGION_MAX].line == 0) {
+    (void)snprintf(path, sizeof path, "yscan.regions.%u", number);
+    if (v[REGION_MIN].place == 0 || v[REGION_MAX].place == 0) {
         return lum_yaml_fail(c->error, c->name, line, path, "needs %s",
-                             v[REGION_MIN].line == 0 ? "min_deg" : "max_deg");
+                             v[REGION_MIN].place == 0 ? "min_deg" : "max_deg");
     }
     if (v[REGION_MIN].number >= v[REGION_MAX].number) {
         return refuse_order(c, path, line, v[REGION_MIN].number,
                             v[REGION_MAX].number);
     }
     const int64_t share =
-        v[REGION_WEIGHT].line == 0 ? 1 : v[REGION_WEIGHT].number;
+        v[REGION_WEIGHT].place == 0 ? 1 : v[REGION_WEIGHT].number;
     insert_region(out, (lum_yscan_region){(int32_t)v[REGION_MIN].number,
                                           (int32_t)v[REGION_MAX].number,
                                           (uint32_t)share});
@@ -329,10 +332,10 @@ static int refuse_overlaps(const check *c, unsigned line,
                            const lum_yscan_shape *s)
 {
     for (size_t i = 1; i < s->region_count; i++) {
-        char end[LUM_YAML_NUMBER_BYTES];
-        char start[LUM_YAML_NUMBER_BYTES];
-        lum_yaml_number_format(end, s->regions[i].max_udeg, 6);
-        lum_yaml_number_format(start, s->regions[i - 1].min_udeg, 6);
+        char end[NUMBER_BYTES];
+        char start[NUMBER_BYTES];
+        format_degrees(end, s->regions[i].max_udeg);
+        format_degrees(start, s->regions[i - 1].min_udeg);
         if (s->regions[i].max_udeg > s->regions[i - 1].min_udeg) {
             return lum_yaml_fail(c->error, c->name, line, "yscan.regions",
                                  "two overlap: one reaches up to %s, the next "
@@ -343,13 +346,13 @@ static int refuse_overlaps(const check *c, unsigned line,
     return 0;
 }
 
-static int take_regions(const check *c, const lum_yaml_value *v,
+static int take_regions(const check *c, const lum_key_value *v,
                         lum_yscan_shape *out)
 {
-    for (size_t i = 0; i < LUM_YSCAN_REGIONS_MAX; i++) {
-        const lum_yaml_value *r = v + regions_keys[i].index;
+    for (unsigned i = 0; i < LUM_YSCAN_REGIONS_MAX; i++) {
+        const lum_key_value *r = c->values + REGION_AT(i);
         if (first_line(r, REGION_VALUES) != 0 &&
-            take_region(c, r, regions_keys[i].name, out) != 0) {
+            take_region(c, r, i + 1, out) != 0) {
             return -1;
         }
     }
@@ -359,12 +362,12 @@ static int take_regions(const check *c, const lum_yaml_value *v,
 
 static int take_shape(const check *c, lum_settings *out)
 {
-    const lum_yaml_value *v = c->values + YSCAN;
+    const lum_key_value *v = c->values + YSCAN;
     const unsigned line = first_line(v + SHAPE, (size_t)YSCAN_VALUES - SHAPE);
     if (line == 0) {
         return 0;
     }
-    if (v[SHAPE].line == 0) {
+    if (v[SHAPE].place == 0) {
         return lum_yaml_fail(c->error, c->name, line, "yscan",
                              "needs a shape: uniform, gaussian or regions");
     }
@@ -382,7 +385,7 @@ int lum_settings_parse(const char *text, size_t len, const char *name,
                        lum_settings *out, lum_error *error)
 {
     const lum_yaml_source source = {text, len, name};
-    lum_yaml_value values[VALUES];
+    lum_key_value values[VALUES];
     const check c = {name, values, error};
     command_rules rules;
     lum_settings s;

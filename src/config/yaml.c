@@ -1,7 +1,6 @@
 #include "yaml.h"
 
 #include "lum/config/config.h"
-#include "yaml_number.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -10,15 +9,14 @@
 
 #define PATH_BYTES    96  /* of the longest path of the tables' keys */
 #define NAME_BYTES    208 /* of a file's name in a message */
-#define QUOTED_BYTES  64  /* of a piece of a file in a message */
-#define ALLOWED_BYTES 160
-#define WORD_MAX      32 /* longest key that is held against the known ones */
+#define MESSAGE_BYTES LUM_KEY_MESSAGE_BYTES
 
 typedef struct reader {
     yaml_parser_t parser;
     yaml_event_t event; /* the one at hand */
     const lum_yaml_source *source;
-    lum_yaml_value *values;
+    const lum_key_table *table;
+    lum_key_value *values;
     lum_error *error;
     unsigned line; /* of the key at hand */
     char path[PATH_BYTES];
@@ -77,151 +75,25 @@ int lum_yaml_fail(lum_error *error, const char *name, unsigned line,
     lum_yaml_fail((r)->error, (r)->source->name, (r)->line, (r)->path,         \
                   __VA_ARGS__)
 
-/* A piece of the file as plain ASCII, cut where it is long. */
-static void quote(char out[QUOTED_BYTES], const char *text, size_t len)
+static int refuse_value(reader *r, const char *what)
 {
-    out[0] = '\0';
-    for (size_t i = 0; i < len; i++) {
-        const unsigned char c = (unsigned char)text[i];
-        if (strlen(out) + 9 > QUOTED_BYTES) {
-            append(out, QUOTED_BYTES, "...");
-            return;
-        }
-        if (c >= 0x20 && c < 0x7f) {
-            append(out, QUOTED_BYTES, "%c", c);
-        } else {
-            append(out, QUOTED_BYTES, "\\x%02x", (unsigned)c);
-        }
-    }
+    char message[MESSAGE_BYTES];
+    lum_key_text text = lum_key_text_begin(message, sizeof message);
+    lum_key_table_refuse_value(r->table, r->path, what, &text);
+    return FAIL(r, "%s", message);
 }
 
-/* Why a file may not have a known key, or NULL. */
-static const char *refusal_of(const lum_yaml_key *key)
+static int refuse_key(reader *r, const char *name, size_t len)
 {
-    return key->rule != NULL ? key->rule->refusal : NULL;
-}
-
-static void append_keys(char *out, size_t size, const lum_yaml_table *table)
-{
-    const char *between = "";
-    for (size_t i = 0; i < table->count; i++) {
-        if (refusal_of(&table->keys[i]) == NULL) {
-            append(out, size, "%s%s", between, table->keys[i].name);
-            between = ", ";
-        }
-    }
-}
-
-static void append_words(char *out, size_t size, const lum_yaml_word *words)
-{
-    for (size_t i = 0; words[i].text != NULL; i++) {
-        append(out, size, "%s%s", i > 0 ? " or " : "", words[i].text);
-    }
-}
-
-static bool takes_numbers(const lum_yaml_rule *rule)
-{
-    return rule->min <= rule->max;
-}
-
-static void append_numbers(char *out, size_t size, const lum_yaml_rule *rule)
-{
-    char min[LUM_YAML_NUMBER_BYTES];
-    char max[LUM_YAML_NUMBER_BYTES];
-    lum_yaml_number_format(min, rule->min, rule->decimals);
-    lum_yaml_number_format(max, rule->max, rule->decimals);
-    if (rule->allowed != NULL) {
-        append(out, size, "%s", rule->allowed);
-    } else if (rule->min == 1 && !rule->whole) {
-        append(out, size, "above 0, at most %s%s", max, rule->unit);
-    } else {
-        append(out, size, "%s to %s%s", min, max, rule->unit);
-    }
-}
-
-void lum_yaml_allowed(const lum_yaml_key *key, char *out, size_t size)
-{
-    const lum_yaml_rule *rule = key->rule;
-    const char *between = "";
-    out[0] = '\0';
-    if (rule != NULL && rule->words != NULL) {
-        append_words(out, size, rule->words);
-        between = ", or ";
-    }
-    if (rule != NULL && takes_numbers(rule)) {
-        append(out, size, "%s", between);
-        append_numbers(out, size, rule);
-        between = ", or ";
-    }
-    if (key->table != NULL) {
-        append(out, size, "%sa mapping of ", between);
-        append_keys(out, size, key->table);
-    }
-}
-
-static int refuse_value(reader *r, const lum_yaml_key *key, const char *what)
-{
-    char allowed[ALLOWED_BYTES];
-    lum_yaml_allowed(key, allowed, sizeof allowed);
-    return FAIL(r, "%s; allowed: %s", what, allowed);
+    char message[MESSAGE_BYTES];
+    lum_key_text text = lum_key_text_begin(message, sizeof message);
+    lum_key_table_refuse_key(r->table, r->path, name, len, &text);
+    return FAIL(r, "%s", message);
 }
 
 static size_t min_of(size_t a, size_t b)
 {
     return a < b ? a : b;
-}
-
-/* Letters to insert, remove or change to make one of the other. */
-static size_t distance(const char *a, size_t a_len, const char *b, size_t b_len)
-{
-    size_t row[WORD_MAX + 1];
-    for (size_t j = 0; j <= b_len; j++) {
-        row[j] = j;
-    }
-    for (size_t i = 1; i <= a_len; i++) {
-        size_t diagonal = row[0];
-        row[0] = i;
-        for (size_t j = 1; j <= b_len; j++) {
-            const size_t change = diagonal + (a[i - 1] != b[j - 1]);
-            diagonal = row[j];
-            row[j] = min_of(change, 1 + min_of(row[j], row[j - 1]));
-        }
-    }
-    return row[b_len];
-}
-
-/* The known key that was probably meant, or NULL. */
-static const char *nearest(const lum_yaml_table *table, const char *text,
-                           size_t len)
-{
-    const char *best = NULL;
-    size_t least = 3;
-    for (size_t i = 0; i < table->count && len <= WORD_MAX; i++) {
-        const char *name = table->keys[i].name;
-        const size_t d =
-            distance(text, len, name, min_of(strlen(name), WORD_MAX));
-        if (d < least && 3 * d <= min_of(len, strlen(name)) &&
-            refusal_of(&table->keys[i]) == NULL) {
-            least = d;
-            best = name;
-        }
-    }
-    return best;
-}
-
-static int refuse_key(reader *r, const lum_yaml_table *table, const char *text,
-                      size_t len)
-{
-    char key[QUOTED_BYTES];
-    char hint[QUOTED_BYTES] = ";";
-    char names[ALLOWED_BYTES] = "";
-    const char *near = nearest(table, text, len);
-    quote(key, text, len);
-    append_keys(names, sizeof names, table);
-    if (near != NULL) {
-        (void)snprintf(hint, sizeof hint, "; did you mean '%s'?", near);
-    }
-    return FAIL(r, "unknown key '%s'%s allowed here: %s", key, hint, names);
 }
 
 static unsigned line_of(size_t mark)
@@ -344,149 +216,99 @@ static int refuse_links(reader *r)
     return 0;
 }
 
-static const lum_yaml_word *find_word(const lum_yaml_rule *rule,
-                                      const char *text, size_t len)
+static int read_scalar(reader *r, const lum_key_entry *entry)
 {
-    const lum_yaml_word *word = rule->words;
-    while (word != NULL && word->text != NULL) {
-        if (strlen(word->text) == len && memcmp(word->text, text, len) == 0) {
-            return word;
-        }
-        word++;
+    const lum_key_given given = {scalar_text(r), scalar_len(r), !is_plain(r)};
+    lum_key_value *value = &r->values[entry->index];
+    char message[MESSAGE_BYTES];
+    lum_key_text text = lum_key_text_begin(message, sizeof message);
+    if (!lum_key_table_read(r->table, entry, given, &value->number, &text)) {
+        return FAIL(r, "%s", message);
     }
-    return NULL;
-}
-
-/* Why a scalar is not accepted, or NULL with its number. */
-static const char *read_number(const reader *r, const lum_yaml_rule *rule,
-                               int64_t *out)
-{
-    static const char *const why[] = {
-        [LUM_YAML_NUMBER_NONE] = "is not a decimal number",
-        [LUM_YAML_NUMBER_NOT_WHOLE] = "is not a whole number in digits",
-        [LUM_YAML_NUMBER_LEADING_ZERO] =
-            "begins with 0, which some read as octal; leave the 0 out",
-        [LUM_YAML_NUMBER_TOO_LARGE] = "is out of range",
-    };
-    if (!takes_numbers(rule)) {
-        return "is not known";
-    }
-    if (!is_plain(r)) {
-        return "is text; write a number, without quotes";
-    }
-    const lum_yaml_number kind = lum_yaml_number_parse(
-        scalar_text(r), scalar_len(r), rule->decimals, rule->whole, out);
-    if (kind != LUM_YAML_NUMBER_FINE) {
-        return why[kind];
-    }
-    return *out < rule->min || *out > rule->max ? "is out of range" : NULL;
-}
-
-static int read_scalar(reader *r, const lum_yaml_key *key, lum_yaml_value *out)
-{
-    const lum_yaml_word *word =
-        find_word(key->rule, scalar_text(r), scalar_len(r));
-    int64_t number = word != NULL ? word->number : 0;
-    const char *why = word != NULL ? NULL : read_number(r, key->rule, &number);
-    if (why != NULL) {
-        char text[QUOTED_BYTES];
-        char what[2 * QUOTED_BYTES];
-        quote(text, scalar_text(r), scalar_len(r));
-        (void)snprintf(what, sizeof what, "'%s' %s", text, why);
-        return refuse_value(r, key, what);
-    }
-    out->number = number;
-    out->line = r->line;
+    value->place = r->line;
     return 0;
 }
 
-static int refuse_kind(reader *r, const lum_yaml_key *key)
+static int refuse_kind(reader *r)
 {
     if (is_empty(r)) {
-        return refuse_value(r, key, "no value");
+        return refuse_value(r, "no value");
     }
     switch (r->event.type) {
     case YAML_SEQUENCE_START_EVENT:
-        return refuse_value(r, key, "a sequence does not belong here");
+        return refuse_value(r, "a sequence does not belong here");
     case YAML_MAPPING_START_EVENT:
-        return refuse_value(r, key, "a mapping does not belong here");
+        return refuse_value(r, "a mapping does not belong here");
     default:
-        return refuse_value(r, key, "a single value does not belong here");
+        return refuse_value(r, "a single value does not belong here");
     }
 }
 
-/* Notes where a known key stands; NULL: refused. */
-static const lum_yaml_key *admit_key(reader *r, const lum_yaml_key *key,
-                                     unsigned *seen)
+/* Notes where a known key stands. */
+static int admit_key(reader *r, unsigned *seen)
 {
-    if (refusal_of(key) != NULL) {
-        (void)FAIL(r, "%s", refusal_of(key));
-        return NULL;
+    const lum_key_entry *entry = lum_key_table_entry(r->table, r->path);
+    if (entry != NULL && entry->rule->refusal != NULL) {
+        return FAIL(r, "%s", entry->rule->refusal);
     }
     if (*seen != 0) {
-        (void)FAIL(r, "repeated; it stands on line %u already", *seen);
-        return NULL;
+        return FAIL(r, "repeated; it stands on line %u already", *seen);
     }
     *seen = r->line;
-    return key;
+    return 0;
 }
 
-/* Reads a key and notes where it stands; NULL: refused. */
-static const lum_yaml_key *read_key(reader *r, const lum_yaml_table *table,
-                                    unsigned seen[LUM_YAML_KEYS_MAX])
+/* Reads a key, adds it to the path and notes where it stands, by the first
+ * entry of the table that is at it or below it. */
+static int read_key(reader *r, unsigned seen[LUM_KEY_ENTRIES_MAX])
 {
     r->line = line_of(r->event.start_mark.line);
     if (refuse_links(r) != 0) {
-        return NULL;
+        return -1;
     }
     if (r->event.type != YAML_SCALAR_EVENT) {
-        (void)FAIL(r, "a key must be a single word");
-        return NULL;
+        return FAIL(r, "a key must be a single word");
     }
-    for (size_t i = 0; i < table->count; i++) {
-        const lum_yaml_key *key = &table->keys[i];
-        if (strlen(key->name) != scalar_len(r) ||
-            memcmp(key->name, scalar_text(r), scalar_len(r)) != 0) {
-            continue;
-        }
-        append(r->path, sizeof r->path, "%s%s", r->path[0] != '\0' ? "." : "",
-               key->name);
-        return admit_key(r, key, &seen[i]);
+    const char *name = scalar_text(r);
+    const size_t len = scalar_len(r);
+    const size_t i = lum_key_table_find(r->table, r->path, name, len);
+    if (i == r->table->count) {
+        return refuse_key(r, name, len);
     }
-    (void)refuse_key(r, table, scalar_text(r), scalar_len(r));
-    return NULL;
+    append(r->path, sizeof r->path, "%s%.*s", r->path[0] != '\0' ? "." : "",
+           (int)len, name);
+    return admit_key(r, &seen[i]);
 }
 
-static int read_mapping(reader *r, const lum_yaml_table *table, unsigned first);
+static int read_mapping(reader *r);
 
-static int read_value(reader *r, const lum_yaml_key *key, unsigned first)
+static int read_value(reader *r)
 {
-    const unsigned index = first + key->index;
+    const lum_key_entry *entry = lum_key_table_entry(r->table, r->path);
     if (refuse_links(r) != 0) {
         return -1;
     }
-    if (r->event.type == YAML_MAPPING_START_EVENT && key->table != NULL) {
-        return read_mapping(r, key->table, index);
+    if (r->event.type == YAML_MAPPING_START_EVENT &&
+        lum_key_table_is_mapping(r->table, r->path)) {
+        return read_mapping(r);
     }
-    if (r->event.type == YAML_SCALAR_EVENT && key->rule != NULL &&
-        !is_empty(r)) {
-        return read_scalar(r, key, &r->values[index]);
+    if (r->event.type == YAML_SCALAR_EVENT && entry != NULL && !is_empty(r)) {
+        return read_scalar(r, entry);
     }
-    return refuse_kind(r, key);
+    return refuse_kind(r);
 }
 
 /* Reads from behind a mapping's start to its end. Calls itself no deeper than
- * the tables are. */
-static int read_mapping(reader *r, const lum_yaml_table *table, unsigned first)
+ * the table's paths are. */
+static int read_mapping(reader *r)
 {
-    unsigned seen[LUM_YAML_KEYS_MAX] = {0};
+    unsigned seen[LUM_KEY_ENTRIES_MAX] = {0};
     const size_t path_len = strlen(r->path);
     while (next(r) == 0) {
         if (r->event.type == YAML_MAPPING_END_EVENT) {
             return 0;
         }
-        const lum_yaml_key *key = read_key(r, table, seen);
-        if (key == NULL || next(r) != 0 || read_value(r, key, first) != 0) {
+        if (read_key(r, seen) != 0 || next(r) != 0 || read_value(r) != 0) {
             return -1;
         }
         r->path[path_len] = '\0';
@@ -494,10 +316,11 @@ static int read_mapping(reader *r, const lum_yaml_table *table, unsigned first)
     return -1;
 }
 
-static int refuse_root(reader *r, const lum_yaml_table *root)
+static int refuse_root(reader *r)
 {
-    char names[ALLOWED_BYTES] = "";
-    append_keys(names, sizeof names, root);
+    char names[MESSAGE_BYTES];
+    lum_key_text text = lum_key_text_begin(names, sizeof names);
+    lum_key_table_add_names(r->table, "", &text);
     if (r->event.type == YAML_STREAM_END_EVENT || is_empty(r)) {
         r->line = 1;
         return FAIL(r, "nothing but blanks or comments; begin with "
@@ -506,7 +329,7 @@ static int refuse_root(reader *r, const lum_yaml_table *root)
     return FAIL(r, "not a mapping of keys; allowed here: %s", names);
 }
 
-static int read_root(reader *r, const lum_yaml_table *root)
+static int read_root(reader *r)
 {
     if (next(r) != 0) {
         return -1;
@@ -515,8 +338,8 @@ static int read_root(reader *r, const lum_yaml_table *root)
     if (refuse_links(r) != 0) {
         return -1;
     }
-    return r->event.type == YAML_MAPPING_START_EVENT ? read_mapping(r, root, 0)
-                                                     : refuse_root(r, root);
+    return r->event.type == YAML_MAPPING_START_EVENT ? read_mapping(r)
+                                                     : refuse_root(r);
 }
 
 /* To the event behind the next one. */
@@ -525,15 +348,15 @@ static int next_but_one(reader *r)
     return next(r) != 0 ? -1 : next(r);
 }
 
-static int read_stream(reader *r, const lum_yaml_table *root)
+static int read_stream(reader *r)
 {
     if (next_but_one(r) != 0) {
         return -1;
     }
     if (r->event.type == YAML_STREAM_END_EVENT) {
-        return refuse_root(r, root);
+        return refuse_root(r);
     }
-    if (read_root(r, root) != 0 || next_but_one(r) != 0) {
+    if (read_root(r) != 0 || next_but_one(r) != 0) {
         return -1;
     }
     if (r->event.type != YAML_STREAM_END_EVENT) {
@@ -557,8 +380,8 @@ static lum_yaml_source without_mark(const lum_yaml_source *source)
     return rest;
 }
 
-int lum_yaml_read(const lum_yaml_source *source, const lum_yaml_table *root,
-                  lum_yaml_value *values, lum_error *error)
+int lum_yaml_read(const lum_yaml_source *source, const lum_key_table *table,
+                  lum_key_value *values, lum_error *error)
 {
     const lum_yaml_source rest = without_mark(source);
     const char *text = rest.len > 0 ? rest.text : "";
@@ -570,6 +393,7 @@ int lum_yaml_read(const lum_yaml_source *source, const lum_yaml_table *root,
     }
     memset(&r, 0, sizeof r);
     r.source = &rest;
+    r.table = table;
     r.values = values;
     r.error = error;
     if (yaml_parser_initialize(&r.parser) == 0) {
@@ -578,7 +402,7 @@ int lum_yaml_read(const lum_yaml_source *source, const lum_yaml_table *root,
     yaml_parser_set_encoding(&r.parser, YAML_UTF8_ENCODING);
     yaml_parser_set_input_string(&r.parser, (const unsigned char *)text,
                                  rest.len);
-    const int result = read_stream(&r, root);
+    const int result = read_stream(&r);
     yaml_event_delete(&r.event);
     yaml_parser_delete(&r.parser);
     return result;

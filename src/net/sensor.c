@@ -28,7 +28,7 @@ static int check_options(const lum_sensor_options *options, lum_error *error)
             "as 10.42.0.37, and a port that is not 0",
             lum_endpoint_show(options->sensor).text);
     }
-    if (options->heartbeat_ms < 10 ||
+    if (options->heartbeat_ms < LUM_SENSOR_HEARTBEAT_MIN_MS ||
         options->heartbeat_ms > LUM_SENSOR_HEARTBEAT_MAX_MS) {
         return lum_error_set(
             error, "heartbeats every %lu ms: 10 to %u ms are allowed",

@@ -12,6 +12,7 @@
 #include "lum/group.h"
 #include "lum/host/yscan.h"
 #include "lum/profile.h"
+#include "lum/wire.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -21,7 +22,7 @@
 #define LUM_DEVICE_REPLY_BYTES 1472u
 
 /** Time without a heartbeat after which laser and data go off. */
-#define LUM_DEVICE_TIMEOUT_NS INT64_C(3000000000)
+#define LUM_DEVICE_TIMEOUT_NS (LUM_HEARTBEAT_TIMEOUT_MS * INT64_C(1000000))
 
 /** Time after which the returns have come to full strength. */
 #define LUM_DEVICE_WARM_UP_NS INT64_C(3000000000)

@@ -2,6 +2,7 @@
  * modulo 3. */
 #include "lum/config/config.h"
 #include "lum/config/settings.h"
+#include "lum/host/keys.h"
 
 #include <stdint.h>
 #include <stdlib.h>
@@ -34,6 +35,36 @@ static void require_untouched(const void *out, size_t size)
     }
 }
 
+/* What was read is written, and reads back as the same. */
+static size_t write_keys(const lum_keys *keys, char text[LUM_KEYS_WRITE_BYTES])
+{
+    const size_t len = lum_keys_write(keys, text, LUM_KEYS_WRITE_BYTES);
+    require(len < LUM_KEYS_WRITE_BYTES && len == strlen(text));
+    return len;
+}
+
+static void rewrite_calibration(const lum_calibration *c)
+{
+    char text[LUM_KEYS_WRITE_BYTES];
+    lum_keys keys;
+    lum_calibration again;
+    lum_keys_of_calibration(&keys, c);
+    const size_t len = write_keys(&keys, text);
+    require(lum_calibration_parse(text, len, "fuzz", &again, NULL) == 0);
+    require(memcmp(c, &again, sizeof again) == 0);
+}
+
+static void rewrite_profile(const lum_profile *p)
+{
+    char text[LUM_KEYS_WRITE_BYTES];
+    lum_keys keys;
+    lum_profile again;
+    lum_keys_of_profile(&keys, p);
+    const size_t len = write_keys(&keys, text);
+    require(lum_profile_parse(text, len, "fuzz", &again, NULL) == 0);
+    require(memcmp(p, &again, sizeof again) == 0);
+}
+
 static void try_calibration(const char *text, size_t len)
 {
     lum_calibration c;
@@ -41,6 +72,7 @@ static void try_calibration(const char *text, size_t len)
     memset(&c, 0xa5, sizeof c);
     if (lum_calibration_parse(text, len, "fuzz", &c, &error) == 0) {
         require(lum_calibration_check(&c, NULL, NULL) == LUM_OK);
+        rewrite_calibration(&c);
         require(error.text[0] == '\0');
     } else {
         require_message(&error);
@@ -56,6 +88,7 @@ static void try_profile(const char *text, size_t len)
     memset(&p, 0xa5, sizeof p);
     if (lum_profile_parse(text, len, "fuzz", &p, &error) == 0) {
         require(lum_layout_init(&layout, &p, NULL, NULL) == LUM_OK);
+        rewrite_profile(&p);
         require(error.text[0] == '\0');
     } else {
         require_message(&error);

@@ -70,6 +70,28 @@ class Documents(unittest.TestCase):
                     self.assertTrue(fnmatch.filter(there.get(folder, ()), pattern), f"{folder} has no {pattern}")
 
 
+class Values(unittest.TestCase):
+    """What the protocol and a session take for usual is a number in one header."""
+
+    HOMES = {
+        r"0x0a2a0025": {"include/lum/wire.h"},
+        r"(?<![\d.:])5517u?(?!\d)": {"include/lum/wire.h"},
+        r"#define +\w*HEARTBEAT\w*_(?:M|U|N)?S +\(?(?:\w+\()?\d": {"include/lum/wire.h", "include/lum/net/sensor.h"},
+        r"SILENCE_NS +.*\b3\b|silence_ns = \d": set(),
+    }
+
+    def test_each_stands_in_its_home_alone(self):
+        files = dict(rooms.sources(TOP))
+        for folder in ("examples", "tools/ros"):
+            for path in (TOP / folder).rglob("*.[ch]*"):
+                files[str(path.relative_to(TOP))] = path.read_text()
+        for pattern, homes in self.HOMES.items():
+            found = {path for path, text in files.items()
+                     if re.search(pattern, re.sub(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"', "", text, flags=re.S))}
+            with self.subTest(pattern):
+                self.assertEqual(found, homes)
+
+
 class Faults(unittest.TestCase):
     """A small tree with one fault each."""
 

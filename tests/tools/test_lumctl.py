@@ -2,6 +2,7 @@
 """lumctl: its words and packets, against lumsim, and against a sensor that misbehaves."""
 import json
 import os
+import pathlib
 import pty
 import re
 import shutil
@@ -327,6 +328,18 @@ class Help(Case):
             one = run("lumctl", name, "-h")
             self.assertEqual((one.returncode, one.stderr), (DONE, ""))
             self.assertIn(f"lumctl [OPTION]... {name}", one.stdout)
+
+    def test_help_and_manual_tell_the_defaults_of_the_headers(self):
+        top = pathlib.Path(__file__).resolve().parents[2]
+        headers = "".join((top / "include/lum" / name).read_text() for name in ("wire.h", "net/sensor.h"))
+        value = {name: int(text) for name, text in re.findall(r"#define (LUM_\w+) +(\d+)u", headers)}
+        text = run("lumctl", "--help").stdout
+        page = re.sub(r"\n", " ", (top / "docs/man/lumctl.1").read_text())
+        rate = 1000 // value["LUM_HEARTBEAT_MS"]
+        for option, usual in (("port", value["LUM_PORT"]), ("timeout", value["LUM_SENSOR_TIMEOUT_MS"]),
+                              ("retries", value["LUM_SENSOR_RETRIES"]), ("rate", rate)):
+            self.assertRegex(text, rf"--{option} .*default {usual}\b")
+            self.assertRegex(page, rf"Fl \\-{option} Ar \w+(?: (?!\.It).*?)?\b{usual}\b")
 
     def test_help_is_a_word_too(self):
         self.assertEqual(run("lumctl", "help").stdout, run("lumctl", "--help").stdout)

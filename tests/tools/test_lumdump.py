@@ -592,6 +592,8 @@ class Arguments(Case):
                 (["--box", "1:2,3:4,5:6,7:8"], "XMIN"), (["--sensor", "10.0.0"], "10.42.0.37"),
                 (["--time", "now"], "utc"), (["--incomplete", "x"], "drop"), (["--duration", "0"], "above 0"),
                 (["--form", "csv"], "did you mean --format?"), (["--ver"], "did you mean --version?"),
+                (["--lsaer"], "did you mean --laser?"), (["--eye"], "a value is missing: one of blue green both"),
+                (["--json=1"], "--json takes no value: '1'"), (["--profile", ""], "'' is not the name of a file"),
                 (["--format", "doc"], "csv"), (["-o", "out.doc"], ".csv"), (["-o", "out"], "--format"),
                 (["-o", "-"], "--format"), (["--ascii", "-o", "x.csv"], "--ascii"), (["--unknown"], "--help"),
                 (["more.pcap"], "one too many"), (["--json", "-o", "-", "--format", "csv"], "--json"),

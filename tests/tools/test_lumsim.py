@@ -98,6 +98,18 @@ class Options(Lumsim):
             with self.subTest(arguments=arguments):
                 self.refused("-o", self.pcap, *arguments, says=says)
 
+    def test_names_of_options_are_written_out(self):
+        for arguments, says in [
+                (("--fram", "1"), r"--fram: no such option; did you mean --frames\? See lumsim --help"),
+                (("--frmes=1",), r"did you mean --frames\?"),
+                (("--re", "0"), "--re: no such option"),
+                (("--truth",), "--truth: a value is missing: the name of a file"),
+                (("--rate",), "--rate: a value is missing: a number from 0.2 to 100"),
+                (("--quiet=1",), "--quiet takes no value: '1'"),
+                (("-x",), "-x: no such option")]:
+            with self.subTest(arguments=arguments):
+                self.refused("-o", self.pcap, *arguments, says=says)
+
     def test_two_outputs_with_one_name_are_refused(self):
         self.refused("-o", self.pcap, "--truth", self.pcap, says="different names")
         self.refused("-o", "-", "--truth", "-", says="different names")

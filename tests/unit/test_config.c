@@ -7,8 +7,10 @@
 
 #include <cmocka.h>
 
-#include "config/yaml_number.h"
+#include "host/key_number.h"
+#include "host/key_text.h"
 #include "lum/config/config.h"
+#include "lum/host/keys.h"
 
 #include <locale.h>
 #include <stdbool.h>
@@ -803,10 +805,10 @@ static void decimals_become_the_nearest_integers(void **state)
     };
     for (size_t i = 0; i < COUNT(rows); i++) {
         int64_t number = 77;
-        assert_int_equal(
-            lum_yaml_number_parse(rows[i].text, strlen(rows[i].text),
-                                  rows[i].decimals, false, &number),
-            LUM_YAML_NUMBER_FINE);
+        assert_int_equal(lum_key_number_parse(rows[i].text,
+                                              strlen(rows[i].text),
+                                              rows[i].decimals, false, &number),
+                         LUM_KEY_NUMBER_FINE);
         assert_true(number == rows[i].number);
     }
 }
@@ -820,8 +822,8 @@ static void numbers_beyond_64_bits_are_too_large(void **state)
     for (size_t i = 0; i < COUNT(rows); i++) {
         int64_t number = 77;
         assert_int_equal(
-            lum_yaml_number_parse(rows[i], strlen(rows[i]), 0, false, &number),
-            LUM_YAML_NUMBER_TOO_LARGE);
+            lum_key_number_parse(rows[i], strlen(rows[i]), 0, false, &number),
+            LUM_KEY_NUMBER_TOO_LARGE);
         assert_true(number == 77);
     }
 }
@@ -844,9 +846,57 @@ static void numbers_are_shown_without_idle_zeros(void **state)
         {INT64_MIN, 0, "-9223372036854775808"},
     };
     for (size_t i = 0; i < COUNT(rows); i++) {
-        char text[LUM_YAML_NUMBER_BYTES];
-        lum_yaml_number_format(text, rows[i].number, rows[i].decimals);
+        char text[40];
+        lum_key_text out = lum_key_text_begin(text, sizeof text);
+        lum_key_text_add_number(&out, rows[i].number, rows[i].decimals);
         assert_string_equal(text, rows[i].text);
+    }
+}
+
+/* As far from the defaults as the ranges go. */
+static void move_all(lum_keys *keys, bool to_max)
+{
+    lum_key key;
+    for (size_t i = 0; lum_keys_describe(keys, i, &key) == LUM_OK; i++) {
+        const char *value = to_max ? key.max : key.min;
+        if (strncmp(key.name, "group.", 6) != 0 && value[0] != '\0' &&
+            strstr(key.name, to_max ? "min_deg" : "max_deg") == NULL &&
+            strncmp(key.name, to_max ? "tlv.d" : "tlv.", 4) != 0 &&
+            strstr(key.name, "_values.") == NULL) {
+            assert_int_equal(lum_keys_set(keys, key.name, value, 1, NULL),
+                             LUM_OK);
+        }
+    }
+}
+
+static void what_keys_write_reads_back_exactly(void **state)
+{
+    (void)state;
+    char text[LUM_KEYS_WRITE_BYTES];
+    lum_keys keys;
+    output out;
+    for (int to_max = 0; to_max < 2; to_max++) {
+        lum_calibration calibration;
+        lum_profile profile;
+        lum_keys_of_calibration(&keys, NULL);
+        move_all(&keys, to_max != 0);
+        assert_int_equal(lum_keys_set(&keys, "eyes.blue.tof_offset_ps",
+                                      "-1557.4603191587444", 1, NULL),
+                         LUM_OK);
+        assert_true(lum_keys_write(&keys, text, sizeof text) < sizeof text);
+        assert_int_equal(lum_keys_calibration(&keys, &calibration, NULL),
+                         LUM_OK);
+        parse_fine(CALIBRATION, text, &out);
+        assert_same_calibration(&out.calibration, &calibration);
+        lum_keys_of_profile(&keys, NULL);
+        move_all(&keys, to_max != 0);
+        assert_int_equal(lum_keys_set(&keys, "group.timestamp",
+                                      to_max != 0 ? "none" : "20", 1, NULL),
+                         LUM_OK);
+        assert_true(lum_keys_write(&keys, text, sizeof text) < sizeof text);
+        assert_int_equal(lum_keys_profile(&keys, &profile, NULL), LUM_OK);
+        parse_fine(PROFILE, text, &out);
+        assert_same_profile(&out.profile, &profile);
     }
 }
 
@@ -1117,6 +1167,7 @@ int main(void)
         cmocka_unit_test(decimals_become_the_nearest_integers),
         cmocka_unit_test(numbers_beyond_64_bits_are_too_large),
         cmocka_unit_test(numbers_are_shown_without_idle_zeros),
+        cmocka_unit_test(what_keys_write_reads_back_exactly),
         cmocka_unit_test(the_locale_changes_nothing),
         cmocka_unit_test(other_spellings_of_yaml_are_understood),
         cmocka_unit_test(deep_and_long_texts_are_refused_at_once),

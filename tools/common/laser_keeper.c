@@ -14,7 +14,7 @@
 
 /* A session that was held up for so long sends no laser on: its heartbeats have
  * ended, and nobody may expect it any more. */
-#define HELD_UP_NS (2 * SECOND_NS)
+#define HELD_UP_NS (LUM_SENSOR_STALE_MS * INT64_C(1000000))
 
 void laser_keeper_begin(struct laser_keeper *keeper, enum laser_fate fate,
                         int64_t now_ns)

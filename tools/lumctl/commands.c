@@ -1,9 +1,9 @@
 #include "ctl.h"
 
 #include "../common/host.h"
+#include "../common/nearest.h"
 #include "files.h"
 #include "help.h"
-#include "nearest.h"
 #include "options.h"
 #include "remember.h"
 #include "session.h"
@@ -257,6 +257,8 @@ static void forget_own(struct ctl_options *options)
     options->lines = 0;
     options->force = false;
     options->subnet = NULL;
+    options->wants_help = false;
+    options->wants_version = false;
 }
 
 static enum exit_status load_layout(struct ctl *ctl)
@@ -337,7 +339,7 @@ static enum exit_status choose(struct ctl *ctl,
                                const struct options_found *found, char **words)
 {
     const struct command *command = found->count > 0 ? find(words[0]) : NULL;
-    if (found->wants_version) {
+    if (ctl->options.wants_version) {
         return version();
     }
     if (found->count > 0 && strcmp(words[0], "help") == 0) {
@@ -346,7 +348,7 @@ static enum exit_status choose(struct ctl *ctl,
     if (found->count > 0 && command == NULL) {
         return complain_unknown(ctl, words[0]);
     }
-    if (found->wants_help) {
+    if (ctl->options.wants_help) {
         return command != NULL ? help_one(command) : help_all();
     }
     if (command == NULL) {
@@ -356,7 +358,7 @@ static enum exit_status choose(struct ctl *ctl,
     return run(ctl, command, found, words);
 }
 
-enum exit_status ctl_run(struct ctl *ctl, int count, char **words)
+enum exit_status ctl_run(struct ctl *ctl, int argc, char **argv)
 {
     const struct ctl_options before = ctl->options;
     struct options_found found;
@@ -364,9 +366,9 @@ enum exit_status ctl_run(struct ctl *ctl, int count, char **words)
     ctl->options.no_names = ctl->owns;
     enum exit_status status =
         options_parse(&ctl->options, ctl->in_shell ? "help" : "lumctl --help",
-                      count, words, &found);
+                      argc, argv, &found);
     if (status == EXIT_DONE) {
-        status = choose(ctl, &found, words);
+        status = choose(ctl, &found, argv + 1);
     }
     ctl->options = before;
     return status;

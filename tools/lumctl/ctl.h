@@ -46,8 +46,9 @@ struct ctl_options {
     uint32_t lines;     /* yscan; 0: not given */
     bool force;         /* set-ip */
     const char *subnet; /* find; NULL: not given */
-    bool no_names;      /* hosts by their addresses alone: no waiting */
-    lum_error refusal;  /* why an option's value is none; may be empty */
+    bool wants_help;
+    bool wants_version;
+    bool no_names; /* hosts by their addresses alone: no waiting */
 };
 
 struct ctl {
@@ -69,10 +70,10 @@ struct ctl {
 typedef enum exit_status (*ctl_command)(struct ctl *ctl, int count,
                                         char **words);
 
-/* Runs a command line without the program's name: options and words in any
+/* Runs a command line, argv[0] the program: options and words in any
  * order, as typed in a shell too. Options that it gives hold for this command
  * alone. */
-enum exit_status ctl_run(struct ctl *ctl, int count, char **words);
+enum exit_status ctl_run(struct ctl *ctl, int argc, char **argv);
 
 /* Opens the session where there is none. Complains. A command that needs to own
  * the sensor (heartbeats, data) says so. */

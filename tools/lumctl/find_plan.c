@@ -1,11 +1,11 @@
 #include "find.h"
 
 #include "../common/number.h"
+#include "lum/wire.h"
 
 #include <stdio.h>
 #include <string.h>
 
-#define BOOT      UINT32_C(0x0a2a0025) /* 10.42.0.37 */
 #define BOOT_BITS 24u
 
 char *find_leave_out(struct find_left_out *out)
@@ -118,7 +118,7 @@ static void add_subnet(struct find_plan *plan,
 
 static bool is_boot_in(const struct find_subnet *subnet)
 {
-    return (BOOT & mask_of(subnet->bits)) == subnet->network;
+    return (LUM_BOOT_ADDRESS & mask_of(subnet->bits)) == subnet->network;
 }
 
 /* Subnets of an interface, no wider than is asked at once. */
@@ -149,7 +149,7 @@ static void add_own(struct find_plan *plan,
     }
     add_subnet(plan, interface, part, false);
     if (is_boot_in(&whole) && !is_boot_in(&part)) {
-        const struct find_subnet boot = {BOOT, 32};
+        const struct find_subnet boot = {LUM_BOOT_ADDRESS, 32};
         add_subnet(plan, interface, boot, false);
     }
 }
@@ -158,7 +158,8 @@ static void add_own(struct find_plan *plan,
 static void add_boot(struct find_plan *plan,
                      const struct host_interface *interface)
 {
-    const struct find_subnet subnet = {BOOT & mask_of(BOOT_BITS), BOOT_BITS};
+    const struct find_subnet subnet = {LUM_BOOT_ADDRESS & mask_of(BOOT_BITS),
+                                       BOOT_BITS};
     add_subnet(plan, interface, subnet, true);
 }
 
@@ -221,7 +222,8 @@ static void search_own(struct find_plan *plan, const struct host_interface *i)
     for (size_t k = 0; k < i->address_count; k++) {
         add_own(plan, i, &i->addresses[k]);
     }
-    if (i->has_mac && !i->is_loopback && interfaces_subnet(i, BOOT) == NULL) {
+    if (i->has_mac && !i->is_loopback &&
+        interfaces_subnet(i, LUM_BOOT_ADDRESS) == NULL) {
         add_boot(plan, i);
     }
 }

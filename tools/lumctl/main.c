@@ -38,7 +38,7 @@ int main(int argc, char **argv)
     interrupt_attach(ctl.cancel);
     enum exit_status status = take_environment(&ctl);
     if (status == EXIT_DONE) {
-        status = ctl_run(&ctl, argc - 1, argv + 1);
+        status = ctl_run(&ctl, argc, argv);
     }
     lum_sensor_close(ctl.sensor);
     interrupt_attach(NULL);

@@ -20,17 +20,14 @@ enum own_option {
 
 /* What a line held beside what went to the options. */
 struct options_found {
-    int count;    /* words that are left, now the first of the array */
+    int count;    /* words that are left, from argv[1] on */
     unsigned own; /* the own_options given */
-    bool wants_help;
-    bool wants_version;
 };
 
-/* Takes the options out of a line; the words that stay move to its front.
- * A word such as -1 or -.5 is a value. Complains, and names what helps, such as
- * "lumctl --help". */
+/* Takes the options out of a line; argv[0] is the program. A word such as -1 or
+ * -.5 is a value. Complains, and names what helps, such as "lumctl --help". */
 enum exit_status options_parse(struct ctl_options *options, const char *help,
-                               int count, char **words,
+                               int argc, char **argv,
                                struct options_found *out);
 
 /* An option's name for a person ("--watch"), of one of the own_options. */

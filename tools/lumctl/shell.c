@@ -195,11 +195,11 @@ static bool is_raw_text(const char *text)
     return result == LUM_END || result == LUM_E_VALUE;
 }
 
-static enum exit_status run_words(struct shell *s, int count, char **words)
+static enum exit_status run_words(struct shell *s, int argc, char **argv)
 {
     const struct ctl_options before = s->ctl->options;
     lum_sensor_give_up(s->ctl->sensor);
-    const enum exit_status status = ctl_run(s->ctl, count, words);
+    const enum exit_status status = ctl_run(s->ctl, argc, argv);
     s->ctl->options = before;
     if (s->ctl->has_status) {
         s->knows = true;
@@ -215,8 +215,10 @@ static bool is_end_word(const char *word)
 
 static void run_line(struct shell *s, char *text)
 {
+    char program[] = "lumctl";
     char send[] = "send";
-    char *words[WORDS_MAX] = {send, text};
+    char *argv[1 + WORDS_MAX + 1] = {program, send, text};
+    char **words = argv + 1;
     int count = 2;
     enum exit_status status = EXIT_DONE;
     words_trim(text);
@@ -234,7 +236,8 @@ static void run_line(struct shell *s, char *text)
                               "the shell",
                               words[0], words[1], words[0]);
     } else if (count > 0) {
-        status = run_words(s, count, words);
+        words[count] = NULL;
+        status = run_words(s, 1 + count, argv);
     }
     note_failure(s, status);
 }

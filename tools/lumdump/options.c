@@ -1,86 +1,33 @@
-#define _POSIX_C_SOURCE 200809L
 #include "options.h"
 
 #include "../common/host.h"
+#include "../common/option_table.h"
 
 #include "help.h"
 #include "lum/version.h"
 #include "picture.h"
 #include "values.h"
 
-#include <getopt.h>
 #include <stdio.h>
 #include <string.h>
 
-enum {
-    OPT_FORMAT = 256,
-    OPT_ROTATE,
-    OPT_ASCII,
-    OPT_TIME,
-    OPT_JSON,
-    OPT_LASER,
-    OPT_INTERFACE,
-    OPT_BUFFER,
-    OPT_SENSOR,
-    OPT_EYE,
-    OPT_EDGE,
-    OPT_RETURN,
-    OPT_FRAMES,
-    OPT_RANGE,
-    OPT_BOX,
-    OPT_INCOMPLETE,
-    OPT_DURATION,
-    OPT_CALIBRATION,
-    OPT_PROFILE,
-    OPT_SMOOTH,
-    OPT_HELP,
-    OPT_VERSION
-};
-
-static const struct option long_options[] = {
-    {"output", required_argument, NULL, 'o'},
-    {"quiet", no_argument, NULL, 'q'},
-    {"format", required_argument, NULL, OPT_FORMAT},
-    {"rotate", required_argument, NULL, OPT_ROTATE},
-    {"ascii", no_argument, NULL, OPT_ASCII},
-    {"time", required_argument, NULL, OPT_TIME},
-    {"json", no_argument, NULL, OPT_JSON},
-    {"laser", no_argument, NULL, OPT_LASER},
-    {"interface", required_argument, NULL, OPT_INTERFACE},
-    {"buffer", required_argument, NULL, OPT_BUFFER},
-    {"sensor", required_argument, NULL, OPT_SENSOR},
-    {"eye", required_argument, NULL, OPT_EYE},
-    {"edge", required_argument, NULL, OPT_EDGE},
-    {"return", required_argument, NULL, OPT_RETURN},
-    {"frames", required_argument, NULL, OPT_FRAMES},
-    {"range", required_argument, NULL, OPT_RANGE},
-    {"box", required_argument, NULL, OPT_BOX},
-    {"incomplete", required_argument, NULL, OPT_INCOMPLETE},
-    {"duration", required_argument, NULL, OPT_DURATION},
-    {"calibration", required_argument, NULL, OPT_CALIBRATION},
-    {"profile", required_argument, NULL, OPT_PROFILE},
-    {"smooth", required_argument, NULL, OPT_SMOOTH},
-    {"help", no_argument, NULL, OPT_HELP},
-    {"version", no_argument, NULL, OPT_VERSION},
-    {NULL, 0, NULL, 0},
-};
-
-static const struct word formats[] = {
+static const struct option_word formats[] = {
     {"csv", LUM_FORMAT_CSV}, {"ply", LUM_FORMAT_PLY},
     {"pcd", LUM_FORMAT_PCD}, {"las", LUM_FORMAT_LAS},
     {"xyz", LUM_FORMAT_XYZ}, {"png", LUM_FORMAT_PNG},
     {"pcap", FORMAT_PCAP},   {NULL, 0},
 };
-static const struct word clocks[] = {{"sensor", 0}, {"utc", 1}, {NULL, 0}};
-static const struct word keeps[] = {{"keep", 0}, {"drop", 1}, {NULL, 0}};
-static const struct word eyes[] = {{"blue", 1u << LUM_EYE_BLUE},
-                                   {"green", 1u << LUM_EYE_GREEN},
-                                   {"both", 3},
-                                   {NULL, 0}};
-static const struct word edges[] = {{"rising", LUM_EDGES_RISING},
-                                    {"falling", LUM_EDGES_FALLING},
-                                    {"both", LUM_EDGES_BOTH},
-                                    {NULL, 0}};
+static const struct option_word clocks[] = {
+    {"sensor", 0}, {"utc", 1}, {NULL, 0}};
+static const struct option_word keeps[] = {{"keep", 0}, {"drop", 1}, {NULL, 0}};
+static const struct option_word eyes[] = {{"blue", 1u << LUM_EYE_BLUE},
+                                          {"green", 1u << LUM_EYE_GREEN},
+                                          {"both", 3},
+                                          {NULL, 0}};
+static const struct option_word edges[] = {{"rising", LUM_EDGES_RISING},
+                                           {"falling", LUM_EDGES_FALLING},
+                                           {"both", LUM_EDGES_BOTH},
+                                           {NULL, 0}};
 
 static bool refuse(const char *why)
 {
@@ -88,113 +35,73 @@ static bool refuse(const char *why)
     return false;
 }
 
-/* getopt_long() takes any beginning of a name; a laser is not to be switched on
- * by a slip. The word that was taken stands before optind, or before its value.
- */
-static bool is_spelt_out(char **argv, const struct option *option)
+static void show_help(void)
 {
-    const char *word = argv[optind - 1];
-    if (option->has_arg == required_argument && optarg == word) {
-        word = argv[optind - 2];
-    }
-    const char *name = word + strspn(word, "-");
-    const size_t len = strcspn(name, "=");
-    if (len == strlen(option->name)) {
-        return true;
-    }
-    (void)fprintf(stderr,
-                  "lumdump: --%.*s: no such option; did you mean --%s? See "
-                  "lumdump --help\n",
-                  (int)len, name, option->name);
-    return false;
+    (void)fputs(help_text, stdout);
 }
 
-static bool add_output(const char *name, struct options *out)
+static void show_version(void)
 {
-    if (out->output_count == OUTPUTS_MAX) {
-        return refuse("-o: more than 16 outputs");
+    (void)puts("lumdump " LUM_VERSION);
+}
+
+static bool take_output(void *options, const char *text, lum_error *why)
+{
+    struct options *o = options;
+    if (o->output_count == OUTPUTS_MAX) {
+        (void)lum_error_set(why, "more than 16 outputs");
+        return false;
     }
-    out->outputs[out->output_count++].name = name;
+    o->outputs[o->output_count++].name = text;
     return true;
 }
 
-static bool set_choice(int option, const char *text, struct options *out)
-{
-    unsigned value = 0;
-    switch (option) {
-    case OPT_FORMAT:
-        out->has_format =
-            values_choose("--format", formats, text, &out->format);
-        return out->has_format;
-    case OPT_TIME:
-        return values_choose("--time", clocks, text, &value) &&
-               ((out->utc = value != 0), true);
-    case OPT_INCOMPLETE:
-        return values_choose("--incomplete", keeps, text, &value) &&
-               ((out->drop_incomplete = value != 0), true);
-    case OPT_EYE:
-        return values_choose("--eye", eyes, text, &out->eyes);
-    default:
-        return values_choose("--edge", edges, text, &value) &&
-               ((out->selection.edges = (lum_edges)value), true);
-    }
-}
+#define INTO(field)       OPTION_INTO(struct options, field)
+#define HAS(field)        .has = offsetof(struct options, field)
+#define FLAG(field)       .kind = OPTION_FLAG, INTO(field)
+#define TEXT(field)       .kind = OPTION_TEXT, INTO(field)
+#define CALL(called)      .kind = OPTION_CALL, .call = (called)
+#define WORD(list, field) .kind = OPTION_WORD, INTO(field), .words = (list)
 
-static bool set_value(int option, const char *text, struct options *out)
-{
-    switch (option) {
-    case OPT_FRAMES:
-        return values_parse_frames(text, out);
-    case OPT_RANGE:
-        return values_parse_range(text, &out->selection);
-    case OPT_BOX:
-        return values_parse_box(text, &out->selection);
-    case OPT_SENSOR:
-        return values_parse_sensor(text, out);
-    case OPT_RETURN:
-        return values_parse_return(text, &out->selection);
-    case OPT_ROTATE:
-        return values_parse_rotation(text, &out->rotation);
-    case OPT_BUFFER:
-        return values_parse_buffer(text, &out->buffer);
-    case OPT_DURATION:
-        return values_parse_duration(text, out);
-    case OPT_SMOOTH:
-        return values_parse_smooth(text, out);
-    default:
-        return set_choice(option, text, out);
-    }
-}
-
-/* Options that are on, or hold a text as it is. False: it is another. */
-static bool set_plain(int option, const char *text, struct options *out)
-{
-    switch (option) {
-    case 'q':
-        out->quiet = true;
-        return true;
-    case OPT_ASCII:
-        out->ascii = true;
-        return true;
-    case OPT_JSON:
-        out->json = true;
-        return true;
-    case OPT_LASER:
-        out->laser = true;
-        return true;
-    case OPT_INTERFACE:
-        out->interface = text;
-        return true;
-    case OPT_CALIBRATION:
-        out->calibration = text;
-        return true;
-    case OPT_PROFILE:
-        out->profile = text;
-        return true;
-    default:
-        return false;
-    }
-}
+static const struct option_spec specs[] = {
+    {"output", .letter = 'o', CALL(take_output)},
+    {"quiet", .letter = 'q', FLAG(quiet)},
+    {"format", WORD(formats, format), HAS(has_format)},
+    {"rotate", CALL(values_take_rotation),
+     .allowed = "a size of 10kB or more, such as 100MB or 1GB, or a time of 1s "
+                "or more, such as 60s or 10min"},
+    {"ascii", FLAG(ascii)},
+    {"time", WORD(clocks, utc)},
+    {"json", FLAG(json)},
+    {"laser", FLAG(laser)},
+    {"interface", TEXT(interface), .allowed = "the name of an interface"},
+    {"buffer", CALL(values_take_buffer),
+     .allowed = "a size from 128KiB to 64GB, such as 256MB"},
+    {"sensor", CALL(values_take_sensor), HAS(has_sensor),
+     .allowed = "an address such as 10.42.0.37"},
+    {"eye", WORD(eyes, eyes)},
+    {"edge", WORD(edges, selection.edges)},
+    {"return", CALL(values_take_return),
+     .allowed = "all, first, last, strongest or a number from 1"},
+    {"frames", CALL(values_take_frames),
+     .allowed = "FIRST:LAST, such as 10:20 or 10:"},
+    {"range", CALL(values_take_range),
+     .allowed = "MIN:MAX in metres, such as 2:80"},
+    {"box", CALL(values_take_box),
+     .allowed = "XMIN:XMAX,YMIN:YMAX,ZMIN:ZMAX in metres, such as "
+                "0:50,-10:10,:4"},
+    {"incomplete", WORD(keeps, drop_incomplete)},
+    {"duration", CALL(values_take_duration),
+     .allowed = "a number of seconds above 0"},
+    {"calibration", TEXT(calibration)},
+    {"profile", TEXT(profile)},
+    {"smooth", CALL(values_take_smooth),
+     .allowed = "0 for off, an odd number of pixels up to 63, such as 31, or "
+                "WINDOW:ORDER, the order from 0 to 5 and below the window, "
+                "such as 31:2"},
+    {"help", .kind = OPTION_SHOW, .show = show_help},
+    {"version", .kind = OPTION_SHOW, .show = show_version},
+};
 
 static bool has_ending(const char *name, const char *ending)
 {
@@ -262,19 +169,19 @@ static bool find_formats(struct options *o)
     return true;
 }
 
-static bool take_source(int argc, char **argv, struct options *out)
+static bool take_source(int count, char **words, struct options *out)
 {
-    if (optind == argc) {
+    if (count == 0) {
         return refuse("no SOURCE: name a capture, - for standard input, or "
                       "udp://ADDRESS; see lumdump --help");
     }
-    if (optind + 1 < argc) {
+    if (count > 1) {
         (void)fprintf(stderr,
                       "lumdump: one SOURCE only: '%s' is one too many\n",
-                      argv[optind + 1]);
+                      words[1]);
         return false;
     }
-    out->source = argv[optind];
+    out->source = words[0];
     out->is_live = strncmp(out->source, "udp://", 6) == 0;
     return out->is_live ? values_parse_url(out->source, &out->address)
                         : values_is_no_url(out->source);
@@ -335,49 +242,21 @@ static bool is_consistent(const struct options *o)
     return goes_with_source(o);
 }
 
-/* Whatever is no option of the other kinds. */
-static enum parsed set_option(int option, struct options *out)
-{
-    if (option == OPT_HELP) {
-        (void)fputs(help_text, stdout);
-        return PARSED_DONE;
-    }
-    if (option == OPT_VERSION) {
-        (void)puts("lumdump " LUM_VERSION);
-        return PARSED_DONE;
-    }
-    if (option == '?') {
-        (void)refuse("see lumdump --help");
-        return PARSED_BAD;
-    }
-    if (option == 'o') {
-        return add_output(optarg, out) ? PARSED_RUN : PARSED_BAD;
-    }
-    return set_plain(option, optarg, out) || set_value(option, optarg, out)
-               ? PARSED_RUN
-               : PARSED_BAD;
-}
-
 enum parsed options_parse(int argc, char **argv, struct options *out)
 {
-    int option = 0;
-    int which = -1;
+    static const struct option_table table = {
+        "lumdump", "lumdump --help", specs, sizeof specs / sizeof specs[0],
+        false};
+    struct option_result result;
     *out = (struct options){
         .eyes = 3, .frame_first = INT64_MIN, .frame_last = INT64_MAX};
     lum_selection_default(&out->selection);
-    while ((option = getopt_long(argc, argv, "o:q", long_options, &which)) !=
-           -1) {
-        if (which >= 0 && option != '?' &&
-            !is_spelt_out(argv, &long_options[which])) {
-            return PARSED_BAD;
-        }
-        which = -1;
-        const enum parsed parsed = set_option(option, out);
-        if (parsed != PARSED_RUN) {
-            return parsed;
-        }
+    const enum option_end end =
+        option_table_read(&table, argc, argv, out, &result);
+    if (end != OPTIONS_READ) {
+        return end == OPTIONS_SHOWN ? PARSED_DONE : PARSED_BAD;
     }
-    return take_source(argc, argv, out) && find_formats(out) &&
+    return take_source(result.count, argv + 1, out) && find_formats(out) &&
                    is_consistent(out)
                ? PARSED_RUN
                : PARSED_BAD;

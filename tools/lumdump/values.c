@@ -3,6 +3,7 @@
 
 #include "../common/host.h"
 #include "../common/number.h"
+#include "../common/option_table.h"
 #include "../common/ring.h"
 #include "lum/smooth.h"
 #include "lum/wire.h"
@@ -12,46 +13,29 @@
 #include <string.h>
 #include <unistd.h>
 
-static const struct word returns[] = {{"all", LUM_RETURNS_ALL},
-                                      {"first", LUM_RETURNS_FIRST},
-                                      {"last", LUM_RETURNS_LAST},
-                                      {"strongest", LUM_RETURNS_STRONGEST},
-                                      {NULL, 0}};
+static const struct option_word returns[] = {
+    {"all", LUM_RETURNS_ALL},
+    {"first", LUM_RETURNS_FIRST},
+    {"last", LUM_RETURNS_LAST},
+    {"strongest", LUM_RETURNS_STRONGEST},
+    {NULL, 0}};
 
-static bool look_up(const struct word *words, const char *text, unsigned *out)
+static bool look_up(const struct option_word *words, const char *text,
+                    unsigned *out)
 {
     for (; words->text != NULL; words++) {
         if (strcmp(words->text, text) == 0) {
-            *out = words->value;
+            *out = words->number;
             return true;
         }
     }
     return false;
 }
 
-static bool complain(const char *option, const char *text, const char *allowed)
+bool values_take_return(void *options, const char *text, lum_error *why)
 {
-    (void)fprintf(stderr, "lumdump: %s: '%s' is not %s\n", option, text,
-                  allowed);
-    return false;
-}
-
-bool values_choose(const char *option, const struct word *words,
-                   const char *text, unsigned *out)
-{
-    char allowed[128] = "one of";
-    if (look_up(words, text, out)) {
-        return true;
-    }
-    for (; words->text != NULL; words++) {
-        const size_t len = strlen(allowed);
-        (void)snprintf(allowed + len, sizeof allowed - len, " %s", words->text);
-    }
-    return complain(option, text, allowed);
-}
-
-bool values_parse_return(const char *text, lum_selection *out)
-{
+    lum_selection *out = &((struct options *)options)->selection;
+    (void)why;
     unsigned choice = 0;
     int64_t number = 0;
     if (look_up(returns, text, &choice)) {
@@ -63,8 +47,7 @@ bool values_parse_return(const char *text, lum_selection *out)
         out->return_number = (uint16_t)number;
         return true;
     }
-    return complain("--return", text,
-                    "all, first, last, strongest or a number from 1");
+    return false;
 }
 
 /* Splits MIN:MAX in place; either may be empty. */
@@ -101,15 +84,18 @@ static bool parse_limits(const char *text, float *min, float *max)
     return true;
 }
 
-bool values_parse_range(const char *text, lum_selection *out)
+bool values_take_range(void *options, const char *text, lum_error *why)
 {
+    lum_selection *out = &((struct options *)options)->selection;
+    (void)why;
     out->has_range = parse_limits(text, &out->range_min, &out->range_max);
-    return out->has_range ||
-           complain("--range", text, "MIN:MAX in metres, such as 2:80");
+    return out->has_range;
 }
 
-static bool parse_box(const char *text, lum_selection *out)
+bool values_take_box(void *options, const char *text, lum_error *why)
 {
+    lum_selection *out = &((struct options *)options)->selection;
+    (void)why;
     const char *p = text;
     for (unsigned axis = 0; axis < 3; axis++) {
         const size_t len = strcspn(p, ",");
@@ -129,19 +115,13 @@ static bool parse_box(const char *text, lum_selection *out)
     return true;
 }
 
-bool values_parse_box(const char *text, lum_selection *out)
+bool values_take_frames(void *options, const char *text, lum_error *why)
 {
-    return parse_box(text, out) ||
-           complain("--box", text,
-                    "XMIN:XMAX,YMIN:YMAX,ZMIN:ZMAX in metres, such as "
-                    "0:50,-10:10,:4");
-}
-
-static bool parse_frames(const char *text, struct options *out)
-{
+    struct options *out = options;
     char copy[64];
     char *first = NULL;
     char *last = NULL;
+    (void)why;
     if (strlen(text) >= sizeof copy) {
         return false;
     }
@@ -154,27 +134,19 @@ static bool parse_frames(const char *text, struct options *out)
            out->frame_first <= out->frame_last;
 }
 
-bool values_parse_frames(const char *text, struct options *out)
+bool values_take_sensor(void *options, const char *text, lum_error *why)
 {
-    return parse_frames(text, out) ||
-           complain("--frames", text, "FIRST:LAST, such as 10:20 or 10:");
+    struct options *out = options;
+    return host_parse(text, &out->sensor, why);
 }
 
-bool values_parse_sensor(const char *text, struct options *out)
+bool values_take_duration(void *options, const char *text, lum_error *why)
 {
-    lum_error why = {""};
-    out->has_sensor = host_parse(text, &out->sensor, &why);
-    if (!out->has_sensor) {
-        (void)fprintf(stderr, "lumdump: --sensor: %s\n", why.text);
-    }
-    return out->has_sensor;
-}
-
-bool values_parse_duration(const char *text, struct options *out)
-{
+    struct options *out = options;
     double seconds = 0;
+    (void)why;
     if (!number_parse_real(text, 1e-6, 1e9, &seconds)) {
-        return complain("--duration", text, "a number of seconds above 0");
+        return false;
     }
     out->duration_ns = (int64_t)(seconds * 1e9);
     return true;
@@ -215,9 +187,11 @@ static bool parse_quantity(const char *text, const struct unit *units,
     return false;
 }
 
-bool values_parse_rotation(const char *text, struct rotation *out)
+bool values_take_rotation(void *options, const char *text, lum_error *why)
 {
+    struct rotation *out = &((struct options *)options)->rotation;
     double value = 0;
+    (void)why;
     *out = (struct rotation){0};
     if (parse_quantity(text, sizes, 10e3, 1e15, &value)) {
         out->bytes = (uint64_t)value;
@@ -227,29 +201,29 @@ bool values_parse_rotation(const char *text, struct rotation *out)
         out->ns = (int64_t)value;
         return true;
     }
-    return complain("--rotate", text,
-                    "a size of 10kB or more, such as 100MB or 1GB, or a time "
-                    "of 1s or more, such as 60s or 10min");
+    return false;
 }
 
-bool values_parse_buffer(const char *text, uint64_t *out)
+bool values_take_buffer(void *options, const char *text, lum_error *why)
 {
+    struct options *out = options;
     double value = 0;
-    if (!parse_quantity(text, sizes, RING_BYTES_MIN, 64e9, &value)) {
-        return complain("--buffer", text,
-                        "a size from 128KiB to 64GB, such as 256MB");
-    }
-    *out = (uint64_t)value;
-    return true;
+    const bool is_size =
+        parse_quantity(text, sizes, RING_BYTES_MIN, 64e9, &value);
+    (void)why;
+    out->buffer = (uint64_t)value;
+    return is_size;
 }
 
 /* WINDOW or WINDOW:ORDER; 0 is off. */
-static bool parse_smooth(const char *text, struct options *out)
+bool values_take_smooth(void *options, const char *text, lum_error *why)
 {
+    struct options *out = options;
     char window_text[8];
     int64_t window = 0;
     int64_t order = 0;
     const size_t len = strcspn(text, ":");
+    (void)why;
     if (len >= sizeof window_text) {
         return false;
     }
@@ -268,16 +242,6 @@ static bool parse_smooth(const char *text, struct options *out)
     out->smooth_order = (uint32_t)order;
     return window == 0 || lum_smooth_init(&smooth, out->smooth_window,
                                           out->smooth_order) == LUM_OK;
-}
-
-bool values_parse_smooth(const char *text, struct options *out)
-{
-    return parse_smooth(text, out) ||
-           complain(
-               "--smooth", text,
-               "0 for off, an odd number of pixels up to 63, such as 31, or "
-               "WINDOW:ORDER, the order from 0 to 5 and below the "
-               "window, such as 31:2");
 }
 
 static bool refuse_url(const char *text, const char *what)

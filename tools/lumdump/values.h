@@ -1,5 +1,5 @@
-/* Values of options. Each function says on standard error what is wrong with
- * the text it is given, and what would be right. */
+/* Values of options, as the table of options calls for them, and the names of
+ * sources, which say on standard error what is wrong with them. */
 #ifndef LUMDUMP_VALUES_H
 #define LUMDUMP_VALUES_H
 
@@ -7,24 +7,15 @@
 
 #include <stdbool.h>
 
-/* A word an option takes, and what it stands for; the last has no text. */
-struct word {
-    const char *text;
-    unsigned value;
-};
-
-bool values_choose(const char *option, const struct word *words,
-                   const char *text, unsigned *out);
-
-bool values_parse_return(const char *text, lum_selection *out);
-bool values_parse_frames(const char *text, struct options *out);
-bool values_parse_range(const char *text, lum_selection *out);
-bool values_parse_box(const char *text, lum_selection *out);
-bool values_parse_sensor(const char *text, struct options *out);
-bool values_parse_duration(const char *text, struct options *out);
-bool values_parse_rotation(const char *text, struct rotation *out);
-bool values_parse_smooth(const char *text, struct options *out);
-bool values_parse_buffer(const char *text, uint64_t *out);
+bool values_take_return(void *options, const char *text, lum_error *why);
+bool values_take_frames(void *options, const char *text, lum_error *why);
+bool values_take_range(void *options, const char *text, lum_error *why);
+bool values_take_box(void *options, const char *text, lum_error *why);
+bool values_take_sensor(void *options, const char *text, lum_error *why);
+bool values_take_duration(void *options, const char *text, lum_error *why);
+bool values_take_rotation(void *options, const char *text, lum_error *why);
+bool values_take_smooth(void *options, const char *text, lum_error *why);
+bool values_take_buffer(void *options, const char *text, lum_error *why);
 
 /* udp://ADDRESS[:PORT] */
 bool values_parse_url(const char *text, lum_endpoint *out);

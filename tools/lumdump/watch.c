@@ -10,7 +10,7 @@
 
 #define SECOND_NS INT64_C(1000000000)
 
-#define SILENCE_NS (3 * SECOND_NS)
+#define SILENCE_NS (LUM_SENSOR_SILENCE_MS * INT64_C(1000000))
 
 #define TEXTS_MAX 20u
 
@@ -224,11 +224,12 @@ static void watch_silence(struct watch *watch, int64_t now_ns)
     if (watch->has_data && !watch->told_move && !watch->is_silent &&
         now_ns - watch->data_ns >= SILENCE_NS) {
         watch->is_silent = true;
-        say_warn(watch->say,
-                 "no data from %s for 3 s; heartbeats go on, waiting (a sensor "
-                 "that was restarted is at 10.42.0.37 again; lumctl --host %s "
-                 "doctor finds out more)",
-                 watch->address, watch->address);
+        say_warn(
+            watch->say,
+            "no data from %s for %u s; heartbeats go on, waiting (a sensor "
+            "that was restarted is at 10.42.0.37 again; lumctl --host %s "
+            "doctor finds out more)",
+            watch->address, LUM_SENSOR_SILENCE_MS / 1000u, watch->address);
     }
 }
 

@@ -1,13 +1,12 @@
-#define _POSIX_C_SOURCE 200809L
 #include "options.h"
 
 #include "../common/host.h"
 #include "../common/number.h"
+#include "../common/option_table.h"
 #include "files.h"
 #include "lum/version.h"
 #include "lum/wire.h"
 
-#include <getopt.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -24,283 +23,137 @@
 #define SPEED_MAX    1000.0
 #define DURATION_MAX 1e9
 
-static bool complain(const char *option, const char *text, const char *allowed)
+static void show_help(void)
 {
-    (void)fprintf(stderr, "lumsim: --%s: '%s' is not %s\n", option, text,
-                  allowed);
-    return false;
+    (void)fputs(options_help, stdout);
 }
 
-static bool parse_whole(const char *option, const char *text, int64_t min,
-                        int64_t max, int64_t *out)
+static void show_version(void)
 {
-    char allowed[80];
-    if (number_parse_int(text, min, max, out)) {
-        return true;
-    }
-    (void)snprintf(allowed, sizeof allowed, "a whole number from %lld to %lld",
-                   (long long)min, (long long)max);
-    return complain(option, text, allowed);
+    (void)puts("lumsim " LUM_VERSION);
 }
 
-static bool parse_real(const char *option, const char *text, double min,
-                       double max, double *out)
+static bool take_lines(void *options, const char *text, lum_error *why)
 {
-    char allowed[80];
-    if (number_parse_real(text, min, max, out)) {
-        return true;
-    }
-    (void)snprintf(allowed, sizeof allowed, "a number from %g to %g", min, max);
-    return complain(option, text, allowed);
-}
-
-static bool parse_frames(const char *name, const char *text,
-                         struct options *out)
-{
-    return parse_whole(name, text, 1, FRAMES_MAX, &out->frames);
-}
-
-static bool parse_lines(const char *name, const char *text, struct options *out)
-{
+    struct options *o = options;
     const bool is_64 = strcmp(text, "64") == 0;
-    out->render.lines = is_64 ? 64 : 640;
-    return is_64 || strcmp(text, "640") == 0 ||
-           complain(name, text, "64 or 640");
-}
-
-static bool parse_rate(const char *name, const char *text, struct options *out)
-{
-    return parse_real(name, text, RATE_MIN_HZ, RATE_MAX_HZ,
-                      &out->render.rate_hz);
-}
-
-static bool parse_seed(const char *name, const char *text, struct options *out)
-{
-    int64_t value = 0;
-    const bool good = parse_whole(name, text, 0, INT64_MAX, &value);
-    out->render.seed = (uint64_t)value;
-    return good;
-}
-
-static bool parse_returns(const char *name, const char *text,
-                          struct options *out)
-{
-    int64_t value = 0;
-    const bool good =
-        parse_whole(name, text, 1, LUM_RENDER_RETURNS_MAX, &value);
-    out->render.returns_max = (unsigned)value;
-    return good;
-}
-
-static bool parse_clock(const char *name, const char *text, struct options *out)
-{
-    int64_t value = 0;
-    const bool good = parse_whole(name, text, 0, UINT32_MAX, &value);
-    out->clock_us = (uint32_t)value;
-    return good;
-}
-
-static bool parse_port(const char *name, const char *text, struct options *out)
-{
-    int64_t value = 0;
-    const bool good = parse_whole(name, text, 1, UINT16_MAX, &value);
-    out->port = (uint16_t)value;
-    return good;
+    (void)why;
+    o->render.lines = is_64 ? 64 : 640;
+    return is_64 || strcmp(text, "640") == 0;
 }
 
 /* An address that a host may have. */
-static bool parse_host(const char *option, const char *text, uint32_t *out)
+static bool parse_host(const char *text, uint32_t *out, lum_error *why)
 {
-    lum_error why = {""};
-    if (!host_parse(text, out, &why)) {
-        (void)fprintf(stderr, "lumsim: --%s: %s\n", option, why.text);
-        return false;
-    }
-    return (*out >> 24 != 0 && *out >> 28 < 0xeu) ||
-           complain(option, text, "an address of a host, such as 10.42.0.37");
+    return host_parse(text, out, why) && *out >> 24 != 0 && *out >> 28 < 0xeu;
 }
 
-static bool parse_address(const char *name, const char *text,
-                          struct options *out)
+static bool take_address(void *options, const char *text, lum_error *why)
 {
-    return parse_host(name, text, &out->sensor);
+    struct options *o = options;
+    return parse_host(text, &o->sensor, why);
 }
 
-static bool parse_sensor(const char *name, const char *text,
-                         struct options *out)
+static bool take_sensor(void *options, const char *text, lum_error *why)
 {
-    return parse_host(name, text, &out->replayed);
+    struct options *o = options;
+    return parse_host(text, &o->replayed, why);
 }
 
-static bool parse_interface(const char *name, const char *text,
-                            struct options *out)
+static bool take_interface(void *options, const char *text, lum_error *why)
 {
-    lum_error why = {""};
-    out->interface = text;
-    if (!host_has_interface(text, &why)) {
-        (void)fprintf(stderr, "lumsim: --%s: %s\n", name, why.text);
-        return false;
-    }
-    return true;
+    struct options *o = options;
+    o->interface = text;
+    return host_has_interface(text, why);
 }
 
-static bool parse_client(const char *name, const char *text,
-                         struct options *out)
+static bool refuse_client(const char *text, const char *right, lum_error *why)
 {
+    (void)lum_error_set(why, "'%.200s' is not %s", text, right);
+    return false;
+}
+
+static bool take_client(void *options, const char *text, lum_error *why)
+{
+    struct options *o = options;
     char address[256];
     const size_t len = strcspn(text, ":");
     int64_t port = CLIENT_PORT;
     if (len >= sizeof address) {
-        return complain(name, text, "HOST or HOST:PORT");
+        return refuse_client(text, "HOST or HOST:PORT", why);
     }
     (void)memcpy(address, text, len);
     address[len] = '\0';
     if (text[len] == ':' &&
         !number_parse_int(text + len + 1, 1, UINT16_MAX, &port)) {
-        return complain(name, text,
-                        "HOST or HOST:PORT with a port from 1 to 65535");
+        return refuse_client(
+            text, "HOST or HOST:PORT with a port from 1 to 65535", why);
     }
-    out->client_port = (uint16_t)port;
-    return parse_host(name, address, &out->client);
+    o->client_port = (uint16_t)port;
+    return parse_host(address, &o->client, why);
 }
 
-static bool parse_probability(const char *name, const char *text, double *out)
+static bool take_fault(void *options, const char *text, lum_error *why)
 {
-    return number_parse_real(text, 0.0, 1.0, out) ||
-           complain(name, text, "a probability from 0 to 1");
-}
-
-static bool parse_loss(const char *name, const char *text, struct options *out)
-{
-    return parse_probability(name, text, &out->faults[LUM_FAULT_LOSS]);
-}
-
-static bool parse_duplicate(const char *name, const char *text,
-                            struct options *out)
-{
-    return parse_probability(name, text, &out->faults[LUM_FAULT_DUPLICATE]);
-}
-
-static bool parse_reorder(const char *name, const char *text,
-                          struct options *out)
-{
-    return parse_probability(name, text, &out->faults[LUM_FAULT_REORDER]);
-}
-
-static bool parse_corrupt(const char *name, const char *text,
-                          struct options *out)
-{
-    return parse_probability(name, text, &out->faults[LUM_FAULT_CORRUPT]);
-}
-
-static bool parse_answer_loss(const char *name, const char *text,
-                              struct options *out)
-{
-    return parse_probability(name, text, &out->answer_loss);
-}
-
-static bool parse_jitter(const char *name, const char *text,
-                         struct options *out)
-{
-    return parse_real(name, text, 0.0, DELAY_MAX_MS, &out->jitter_ms);
-}
-
-static bool parse_answer_delay(const char *name, const char *text,
-                               struct options *out)
-{
-    return parse_real(name, text, 0.0, DELAY_MAX_MS, &out->answer_delay_ms);
-}
-
-static bool parse_duration(const char *name, const char *text,
-                           struct options *out)
-{
-    return parse_real(name, text, 0.001, DURATION_MAX, &out->duration_s);
-}
-
-static bool parse_speed(const char *name, const char *text, struct options *out)
-{
-    return parse_real(name, text, SPEED_MIN, SPEED_MAX, &out->speed);
-}
-
-static bool parse_fault(const char *name, const char *text, struct options *out)
-{
-    const char *right;
-    return timeline_add(&out->timeline, text, &right) ||
-           complain(name, text, right);
-}
-
-#define KEEP(function, field)                                                  \
-    static bool function(const char *name, const char *text,                   \
-                         struct options *out)                                  \
-    {                                                                          \
-        (void)name;                                                            \
-        out->field = text;                                                     \
-        return true;                                                           \
+    struct options *o = options;
+    const char *right = "";
+    if (!timeline_add(&o->timeline, text, &right)) {
+        (void)lum_error_set(why, "'%.200s' is not %s", text, right);
+        return false;
     }
-KEEP(keep_output, output)
-KEEP(keep_truth, truth)
-KEEP(keep_calibration, calibration)
-KEEP(keep_profile, profile)
-KEEP(keep_log, log)
-KEEP(keep_replay, replay)
+    return true;
+}
 
-#define SET(function, field)                                                   \
-    static bool function(const char *name, const char *text,                   \
-                         struct options *out)                                  \
-    {                                                                          \
-        (void)name;                                                            \
-        (void)text;                                                            \
-        out->field = true;                                                     \
-        return true;                                                           \
-    }
-SET(set_loop, loop)
-SET(set_quiet, quiet)
+#define ALL   (MODE_FILE | MODE_SCENE | MODE_REPLAY)
+#define LIVE  (MODE_SCENE | MODE_REPLAY)
+#define DRIVE (MODE_FILE | MODE_SCENE)
+#define HOST  "an address of a host, such as 10.42.0.37"
 
-#define ALL     (MODE_FILE | MODE_SCENE | MODE_REPLAY)
-#define LIVE    (MODE_SCENE | MODE_REPLAY)
-#define DRIVE   (MODE_FILE | MODE_SCENE)
-#define PLAIN   no_argument
-#define VALUE   required_argument
-#define HELP    0x100
-#define VERSION 0x101
-#define FIRST   0x102 /* of the table */
+#define INTO(field)  OPTION_INTO(struct options, field)
+#define FLAG(field)  .kind = OPTION_FLAG, INTO(field)
+#define TEXT(field)  .kind = OPTION_TEXT, INTO(field)
+#define CALL(called) .kind = OPTION_CALL, .call = (called)
+#define WHOLE(field, from, to)                                                 \
+    .kind = OPTION_WHOLE, INTO(field), .min = (from), .max = (to)
+#define REAL(field, from, to)                                                  \
+    .kind = OPTION_REAL, INTO(field), .low = (from), .high = (to)
+#define PROBABILITY(field)                                                     \
+    REAL(field, 0.0, 1.0), .allowed = "a probability from 0 to 1"
 
-static const struct spec {
-    const char *name;
-    int argument;
-    int letter; /* 0: none */
-    int modes;  /* that it goes with */
-    bool (*parse)(const char *name, const char *text, struct options *out);
-} specs[] = {
-    {"output", VALUE, 'o', ALL, keep_output},
-    {"frames", VALUE, 'n', DRIVE, parse_frames},
-    {"quiet", PLAIN, 'q', ALL, set_quiet},
-    {"truth", VALUE, 0, MODE_FILE, keep_truth},
-    {"lines", VALUE, 0, DRIVE, parse_lines},
-    {"rate", VALUE, 0, DRIVE, parse_rate},
-    {"seed", VALUE, 0, ALL, parse_seed},
-    {"returns-max", VALUE, 0, DRIVE, parse_returns},
-    {"loss", VALUE, 0, ALL, parse_loss},
-    {"duplicate", VALUE, 0, ALL, parse_duplicate},
-    {"reorder", VALUE, 0, ALL, parse_reorder},
-    {"corrupt", VALUE, 0, ALL, parse_corrupt},
-    {"jitter", VALUE, 0, LIVE, parse_jitter},
-    {"answer-delay", VALUE, 0, LIVE, parse_answer_delay},
-    {"answer-loss", VALUE, 0, LIVE, parse_answer_loss},
-    {"fault", VALUE, 0, LIVE, parse_fault},
-    {"calibration", VALUE, 0, DRIVE, keep_calibration},
-    {"profile", VALUE, 0, ALL, keep_profile},
-    {"address", VALUE, 0, ALL, parse_address},
-    {"port", VALUE, 0, LIVE, parse_port},
-    {"interface", VALUE, 0, LIVE, parse_interface},
-    {"clock", VALUE, 0, LIVE, parse_clock},
-    {"duration", VALUE, 0, LIVE, parse_duration},
-    {"log", VALUE, 0, LIVE, keep_log},
-    {"client", VALUE, 0, MODE_FILE, parse_client},
-    {"replay", VALUE, 0, ALL, keep_replay},
-    {"speed", VALUE, 0, MODE_REPLAY, parse_speed},
-    {"loop", PLAIN, 0, MODE_REPLAY, set_loop},
-    {"sensor", VALUE, 0, MODE_REPLAY, parse_sensor},
+static const struct option_spec specs[] = {
+    {"output", .letter = 'o', .group = ALL, TEXT(output)},
+    {"frames", .letter = 'n', .group = DRIVE, WHOLE(frames, 1, FRAMES_MAX)},
+    {"quiet", .letter = 'q', .group = ALL, FLAG(quiet)},
+    {"truth", .group = MODE_FILE, TEXT(truth)},
+    {"lines", .group = DRIVE, CALL(take_lines), .allowed = "64 or 640"},
+    {"rate", .group = DRIVE, REAL(render.rate_hz, RATE_MIN_HZ, RATE_MAX_HZ)},
+    {"seed", .group = ALL, WHOLE(render.seed, 0, INT64_MAX)},
+    {"returns-max", .group = DRIVE,
+     WHOLE(render.returns_max, 1, LUM_RENDER_RETURNS_MAX)},
+    {"loss", .group = ALL, PROBABILITY(faults[LUM_FAULT_LOSS])},
+    {"duplicate", .group = ALL, PROBABILITY(faults[LUM_FAULT_DUPLICATE])},
+    {"reorder", .group = ALL, PROBABILITY(faults[LUM_FAULT_REORDER])},
+    {"corrupt", .group = ALL, PROBABILITY(faults[LUM_FAULT_CORRUPT])},
+    {"jitter", .group = LIVE, REAL(jitter_ms, 0.0, DELAY_MAX_MS)},
+    {"answer-delay", .group = LIVE, REAL(answer_delay_ms, 0.0, DELAY_MAX_MS)},
+    {"answer-loss", .group = LIVE, PROBABILITY(answer_loss)},
+    {"fault", .group = LIVE, CALL(take_fault), .allowed = "KIND@TIME"},
+    {"calibration", .group = DRIVE, TEXT(calibration)},
+    {"profile", .group = ALL, TEXT(profile)},
+    {"address", .group = ALL, CALL(take_address), .allowed = HOST},
+    {"port", .group = LIVE, WHOLE(port, 1, UINT16_MAX)},
+    {"interface", .group = LIVE, CALL(take_interface),
+     .allowed = "the name of an interface"},
+    {"clock", .group = LIVE, WHOLE(clock_us, 0, UINT32_MAX)},
+    {"duration", .group = LIVE, REAL(duration_s, 0.001, DURATION_MAX)},
+    {"log", .group = LIVE, TEXT(log)},
+    {"client", .group = MODE_FILE, CALL(take_client), .allowed = HOST},
+    {"replay", .group = ALL, TEXT(replay)},
+    {"speed", .group = MODE_REPLAY, REAL(speed, SPEED_MIN, SPEED_MAX)},
+    {"loop", .group = MODE_REPLAY, FLAG(loop)},
+    {"sensor", .group = MODE_REPLAY, CALL(take_sensor), .allowed = HOST},
+    {"help", .kind = OPTION_SHOW, .group = ALL, .show = show_help},
+    {"version", .kind = OPTION_SHOW, .group = ALL, .show = show_version},
 };
 
 #define SPECS (sizeof specs / sizeof specs[0])
@@ -311,9 +164,9 @@ static int see_help(void)
     return EXIT_USAGE;
 }
 
-static int print(const char *text)
+static int end_output(void)
 {
-    if (fputs(text, stdout) == EOF || fflush(stdout) != 0) {
+    if (fflush(stdout) != 0 || ferror(stdout) != 0) {
         perror("lumsim: standard output");
         return 1;
     }
@@ -321,7 +174,7 @@ static int print(const char *text)
 }
 
 /* Why an option does not go with the mode. */
-static const char *reason(int modes)
+static const char *reason(unsigned modes)
 {
     switch (modes) {
     case MODE_FILE:
@@ -335,12 +188,14 @@ static const char *reason(int modes)
     }
 }
 
-static bool check_modes(const struct options *o, const bool given[SPECS])
+static bool check_modes(const struct options *o,
+                        const struct option_result *result)
 {
     for (size_t i = 0; i < SPECS; i++) {
-        if (given[i] && (specs[i].modes & (int)o->mode) == 0) {
+        if (option_table_has(result, i) &&
+            (specs[i].group & (unsigned)o->mode) == 0) {
             (void)fprintf(stderr, "lumsim: --%s %s\n", specs[i].name,
-                          reason(specs[i].modes));
+                          reason(specs[i].group));
             return false;
         }
     }
@@ -386,79 +241,29 @@ static void set_defaults(struct options *out)
     out->render.seed = 1;
 }
 
-static void describe(struct option out[SPECS + 3], char letters[2 * SPECS + 1])
-{
-    char *letter = letters;
-    for (size_t i = 0; i < SPECS; i++) {
-        const struct spec *s = &specs[i];
-        out[i] = (struct option){s->name, s->argument, NULL, FIRST + (int)i};
-        if (s->letter != 0) {
-            *letter++ = (char)s->letter;
-            if (s->argument == VALUE) {
-                *letter++ = ':';
-            }
-        }
-    }
-    *letter = '\0';
-    out[SPECS] = (struct option){"help", PLAIN, NULL, HELP};
-    out[SPECS + 1] = (struct option){"version", PLAIN, NULL, VERSION};
-    out[SPECS + 2] = (struct option){NULL, 0, NULL, 0};
-}
-
-/* SPECS if getopt_long() did not know it. */
-static size_t find(int option)
-{
-    size_t i = 0;
-    if (option >= FIRST) {
-        return (size_t)(option - FIRST);
-    }
-    while (i < SPECS && specs[i].letter != option) {
-        i++;
-    }
-    return i;
-}
-
-/* -1 when all were read, else the exit status. */
-static int read_options(int argc, char **argv, bool given[SPECS],
-                        struct options *out)
-{
-    struct option table[SPECS + 3];
-    char letters[2 * SPECS + 1];
-    int option;
-    describe(table, letters);
-    while ((option = getopt_long(argc, argv, letters, table, NULL)) != -1) {
-        if (option == HELP) {
-            return print(options_help);
-        }
-        if (option == VERSION) {
-            return print("lumsim " LUM_VERSION "\n");
-        }
-        const size_t i = find(option);
-        if (i == SPECS || !specs[i].parse(specs[i].name, optarg, out)) {
-            return see_help();
-        }
-        given[i] = true;
-    }
-    return -1;
-}
-
 int options_parse(int argc, char **argv, struct options *out)
 {
-    bool given[SPECS] = {false};
+    static const struct option_table table = {"lumsim", "lumsim --help", specs,
+                                              SPECS, false};
+    struct option_result result;
     set_defaults(out);
-    const int status = read_options(argc, argv, given, out);
-    if (status >= 0) {
-        return status;
+    const enum option_end end =
+        option_table_read(&table, argc, argv, out, &result);
+    if (end == OPTIONS_SHOWN) {
+        return end_output();
     }
-    if (optind < argc) {
+    if (end == OPTIONS_REFUSED) {
+        return EXIT_USAGE;
+    }
+    if (result.count > 0) {
         (void)fprintf(stderr,
                       "lumsim: '%s': no argument is expected beside the "
                       "options; -o FILE names an output\n",
-                      argv[optind]);
+                      argv[1]);
         return see_help();
     }
     choose_mode(out);
-    if (!check_choice(out) || !check_modes(out, given) || !files_check(out)) {
+    if (!check_choice(out) || !check_modes(out, &result) || !files_check(out)) {
         return see_help();
     }
     return files_load(out) ? -1 : EXIT_USAGE;

@@ -99,7 +99,7 @@ static enum exit_status announce(const struct options *o,
     if (!o->quiet) {
         (void)fprintf(stderr, "lumview: %s (Ctrl-C ends it)\n", url);
     }
-    if (o->opens && !start_browser(guard, url, redirect) && !o->quiet) {
+    if (!o->stays_closed && !start_browser(guard, url, redirect) && !o->quiet) {
         (void)fputs("lumview: no browser could be started: open this URL in "
                     "one\n",
                     stderr);

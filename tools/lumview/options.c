@@ -1,7 +1,7 @@
 #include "options.h"
 
 #include "../common/host.h"
-#include "../common/number.h"
+#include "../common/option_table.h"
 #include "help.h"
 #include "licenses.h"
 #include "lum/version.h"
@@ -13,255 +13,71 @@
 #define SPEED_MIN 0.01
 #define SPEED_MAX 100.0
 
-enum goes_with {
+/* What an option goes with. */
+enum {
     ANY,
     SENSOR,
     CAPTURE
 };
 
-struct option {
-    const char *name;
-    bool has_value;
-    enum goes_with source;
-    bool (*take)(struct options *options, const char *text);
-    const char *allowed; /* of a value */
-};
-
-static bool take_no_open(struct options *options, const char *text)
+static void show_help(void)
 {
-    (void)text;
-    options->opens = false;
-    return true;
+    (void)fputs(help_text, stdout);
 }
 
-static bool take_port(struct options *options, const char *text)
+static void show_version(void)
 {
-    int64_t port = 0;
-    const bool good = number_parse_int(text, 0, UINT16_MAX, &port);
-    options->port = (uint16_t)port;
-    return good;
+    (void)puts("lumview " LUM_VERSION);
 }
 
 /* Any address at all would be too many: a Host header could not be told from
  * one that another name brought here. */
-static bool take_bind(struct options *options, const char *text)
+static bool take_bind(void *options, const char *text, lum_error *why)
 {
-    options->has_bind = host_parse(text, &options->bind, &options->refusal);
-    return options->has_bind && options->bind >> 24 != 0 &&
-           options->bind >> 28 < 14;
+    struct options *o = options;
+    return host_parse(text, &o->bind, why) && o->bind >> 24 != 0 &&
+           o->bind >> 28 < 14;
 }
 
-static bool take_json(struct options *options, const char *text)
+static bool take_sensor(void *options, const char *text, lum_error *why)
 {
-    (void)text;
-    options->json = true;
-    return true;
+    struct options *o = options;
+    return host_parse(text, &o->sensor, why);
 }
 
-static bool take_quiet(struct options *options, const char *text)
-{
-    (void)text;
-    options->quiet = true;
-    return true;
-}
+#define INTO(field) OPTION_INTO(struct options, field)
+#define HAS(field)  .has = offsetof(struct options, field)
 
-static bool take_laser(struct options *options, const char *text)
-{
-    (void)text;
-    options->laser = true;
-    return true;
-}
-
-static bool take_interface(struct options *options, const char *text)
-{
-    options->interface = text;
-    return *text != '\0';
-}
-
-static bool take_sensor(struct options *options, const char *text)
-{
-    options->has_sensor = host_parse(text, &options->sensor, &options->refusal);
-    return options->has_sensor;
-}
-
-static bool take_loop(struct options *options, const char *text)
-{
-    (void)text;
-    options->loops = true;
-    return true;
-}
-
-static bool take_speed(struct options *options, const char *text)
-{
-    return number_parse_real(text, SPEED_MIN, SPEED_MAX, &options->speed);
-}
-
-static bool take_paused(struct options *options, const char *text)
-{
-    (void)text;
-    options->paused = true;
-    return true;
-}
-
-static bool take_calibration(struct options *options, const char *text)
-{
-    options->calibration = text;
-    return *text != '\0';
-}
-
-static bool take_profile(struct options *options, const char *text)
-{
-    options->profile = text;
-    return *text != '\0';
-}
-
-static const struct option table[] = {
-    {"no-open", false, ANY, take_no_open, NULL},
-    {"port", true, ANY, take_port, "a port from 0 to 65535, 0 any"},
-    {"bind", true, ANY, take_bind,
-     "one address of this host, such as 192.168.1.5"},
-    {"json", false, ANY, take_json, NULL},
-    {"quiet", false, ANY, take_quiet, NULL},
-    {"laser", false, SENSOR, take_laser, NULL},
-    {"interface", true, SENSOR, take_interface, "the name of an interface"},
-    {"sensor", true, CAPTURE, take_sensor, "an address such as 10.42.0.37"},
-    {"loop", false, CAPTURE, take_loop, NULL},
-    {"speed", true, CAPTURE, take_speed, "a number from 0.01 to 100"},
-    {"paused", false, CAPTURE, take_paused, NULL},
-    {"calibration", true, ANY, take_calibration, "the name of a file"},
-    {"profile", true, ANY, take_profile, "the name of a file"},
+static const struct option_spec specs[] = {
+    {"no-open", .kind = OPTION_FLAG, INTO(stays_closed)},
+    {"port", .kind = OPTION_WHOLE, INTO(port), .max = UINT16_MAX,
+     .allowed = "a port from 0 to 65535, 0 any"},
+    {"bind", .kind = OPTION_CALL, .call = take_bind, HAS(has_bind),
+     .allowed = "one address of this host, such as 192.168.1.5"},
+    {"json", .kind = OPTION_FLAG, INTO(json)},
+    {"quiet", .letter = 'q', .kind = OPTION_FLAG, INTO(quiet)},
+    {"laser", .kind = OPTION_FLAG, .group = SENSOR, INTO(laser)},
+    {"interface", .kind = OPTION_TEXT, .group = SENSOR, INTO(interface),
+     .allowed = "the name of an interface"},
+    {"sensor", .kind = OPTION_CALL, .group = CAPTURE, .call = take_sensor,
+     HAS(has_sensor), .allowed = "an address such as 10.42.0.37"},
+    {"loop", .kind = OPTION_FLAG, .group = CAPTURE, INTO(loops)},
+    {"speed", .kind = OPTION_REAL, .group = CAPTURE, INTO(speed),
+     .low = SPEED_MIN, .high = SPEED_MAX},
+    {"paused", .kind = OPTION_FLAG, .group = CAPTURE, INTO(paused)},
+    {"calibration", .kind = OPTION_TEXT, INTO(calibration)},
+    {"profile", .kind = OPTION_TEXT, INTO(profile)},
+    {"help", .letter = 'h', .kind = OPTION_SHOW, .show = show_help},
+    {"version", .kind = OPTION_SHOW, .show = show_version},
+    {"licenses", .kind = OPTION_SHOW, .show = licenses_print},
 };
 
-#define OPTIONS (sizeof table / sizeof table[0])
-
-/* The arguments, being read. */
-struct reader {
-    struct options *options;
-    char **words;
-    int count;
-    int next;
-    bool is_given[OPTIONS];
-};
+#define OPTIONS (sizeof specs / sizeof specs[0])
 
 static enum parsed refuse(const char *what, const char *why)
 {
     (void)fprintf(stderr, "lumview: %s: %s\n", what, why);
     return PARSED_BAD;
-}
-
-static enum parsed take_value(struct reader *r, const struct option *o,
-                              const char *behind)
-{
-    const char *value = NULL;
-    if (*behind == '=') {
-        value = behind + 1;
-    } else if (r->next < r->count) {
-        value = r->words[r->next++];
-    } else {
-        (void)fprintf(stderr, "lumview: --%s: a value is missing: %s\n",
-                      o->name, o->allowed);
-        return PARSED_BAD;
-    }
-    r->options->refusal.text[0] = '\0';
-    if (!o->take(r->options, value)) {
-        const char *why = r->options->refusal.text;
-        if (*why != '\0') {
-            (void)fprintf(stderr, "lumview: --%s: %s\n", o->name, why);
-            return PARSED_BAD;
-        }
-        (void)fprintf(stderr, "lumview: --%s: '%s' is not %s\n", o->name, value,
-                      o->allowed);
-        return PARSED_BAD;
-    }
-    return PARSED_RUN;
-}
-
-static enum parsed take(struct reader *r, size_t i, const char *behind)
-{
-    const struct option *o = &table[i];
-    r->is_given[i] = true;
-    if (o->has_value) {
-        return take_value(r, o, behind);
-    }
-    if (*behind == '=') {
-        (void)fprintf(stderr, "lumview: --%s takes no value: '%s'\n", o->name,
-                      behind + 1);
-        return PARSED_BAD;
-    }
-    (void)o->take(r->options, NULL);
-    return PARSED_RUN;
-}
-
-static enum parsed print_help(void)
-{
-    (void)fputs(help_text, stdout);
-    return PARSED_DONE;
-}
-
-static enum parsed take_long(struct reader *r, const char *word)
-{
-    const char *name = word + 2;
-    const size_t len = strcspn(name, "=");
-    if (strcmp(name, "help") == 0) {
-        return print_help();
-    }
-    if (strcmp(name, "version") == 0) {
-        (void)puts("lumview " LUM_VERSION);
-        return PARSED_DONE;
-    }
-    if (strcmp(name, "licenses") == 0) {
-        licenses_print();
-        return PARSED_DONE;
-    }
-    for (size_t i = 0; i < OPTIONS; i++) {
-        if (strlen(table[i].name) == len &&
-            memcmp(table[i].name, name, len) == 0) {
-            return take(r, i, name + len);
-        }
-    }
-    return refuse(word, "no such option; see lumview --help");
-}
-
-static enum parsed take_short(struct reader *r, const char *word)
-{
-    if (strcmp(word, "-h") == 0) {
-        return print_help();
-    }
-    if (strcmp(word, "-q") == 0) {
-        r->options->quiet = true;
-        return PARSED_RUN;
-    }
-    return refuse(word, "no such option; see lumview --help");
-}
-
-static enum parsed take_source(struct reader *r, const char *word)
-{
-    if (r->options->source != NULL) {
-        (void)fprintf(stderr,
-                      "lumview: one SOURCE only: '%s' is one too many\n", word);
-        return PARSED_BAD;
-    }
-    r->options->source = word;
-    return PARSED_RUN;
-}
-
-static enum parsed take_words(struct reader *r)
-{
-    enum parsed parsed = PARSED_RUN;
-    bool has_options = true;
-    while (parsed == PARSED_RUN && r->next < r->count) {
-        const char *word = r->words[r->next++];
-        if (!has_options || word[0] != '-' || word[1] == '\0') {
-            parsed = take_source(r, word);
-        } else if (strcmp(word, "--") == 0) {
-            has_options = false;
-        } else if (word[1] == '-') {
-            parsed = take_long(r, word);
-        } else {
-            parsed = take_short(r, word);
-        }
-    }
-    return parsed;
 }
 
 static enum parsed check_address(const struct options *o)
@@ -287,15 +103,16 @@ static enum parsed parse_url(struct options *o)
     return refuse(o->source, text);
 }
 
-static enum parsed check_kinds(const struct reader *r)
+static enum parsed check_kinds(const struct options *o,
+                               const struct option_result *result)
 {
-    const bool is_live = r->options->is_live;
     for (size_t i = 0; i < OPTIONS; i++) {
-        const enum goes_with source = table[i].source;
-        if (!r->is_given[i] || source == ANY || is_live == (source == SENSOR)) {
+        const unsigned source = specs[i].group;
+        if (!option_table_has(result, i) || source == ANY ||
+            o->is_live == (source == SENSOR)) {
             continue;
         }
-        (void)fprintf(stderr, "lumview: --%s goes with %s\n", table[i].name,
+        (void)fprintf(stderr, "lumview: --%s goes with %s\n", specs[i].name,
                       source == SENSOR ? "a sensor, udp://ADDRESS"
                                        : "a capture, not with a sensor");
         return PARSED_BAD;
@@ -303,30 +120,42 @@ static enum parsed check_kinds(const struct reader *r)
     return PARSED_RUN;
 }
 
-static enum parsed check(const struct reader *r)
+static enum parsed take_source(struct options *o, int count, char **words)
 {
-    struct options *o = r->options;
-    if (o->source == NULL) {
+    if (count == 0) {
         (void)fputs("lumview: no SOURCE: name a capture, - for standard input, "
                     "or udp://ADDRESS; see lumview --help\n",
                     stderr);
         return PARSED_BAD;
     }
-    o->is_live = strncmp(o->source, "udp://", 6) == 0;
-    if (o->is_live && parse_url(o) != PARSED_RUN) {
+    if (count > 1) {
+        (void)fprintf(stderr,
+                      "lumview: one SOURCE only: '%s' is one too many\n",
+                      words[1]);
         return PARSED_BAD;
     }
-    lum_error why = {""};
-    if (o->interface != NULL && !host_has_interface(o->interface, &why)) {
-        return refuse("--interface", why.text);
-    }
-    return check_kinds(r);
+    o->source = words[0];
+    o->is_live = strncmp(o->source, "udp://", 6) == 0;
+    return o->is_live ? parse_url(o) : PARSED_RUN;
 }
 
 enum parsed options_parse(int argc, char **argv, struct options *out)
 {
-    struct reader r = {.options = out, .words = argv, .count = argc, .next = 1};
-    *out = (struct options){.opens = true, .speed = 1.0};
-    const enum parsed parsed = take_words(&r);
-    return parsed == PARSED_RUN ? check(&r) : parsed;
+    static const struct option_table table = {"lumview", "lumview --help",
+                                              specs, OPTIONS, false};
+    struct option_result result;
+    lum_error why = {""};
+    *out = (struct options){.speed = 1.0};
+    const enum option_end end =
+        option_table_read(&table, argc, argv, out, &result);
+    if (end != OPTIONS_READ) {
+        return end == OPTIONS_SHOWN ? PARSED_DONE : PARSED_BAD;
+    }
+    if (take_source(out, result.count, argv + 1) != PARSED_RUN) {
+        return PARSED_BAD;
+    }
+    if (out->interface != NULL && !host_has_interface(out->interface, &why)) {
+        return refuse("--interface", why.text);
+    }
+    return check_kinds(out, &result);
 }

@@ -17,16 +17,15 @@ struct options {
     const char *profile;     /* NULL: the default */
     bool has_sensor;         /* capture: of several sensors this one */
     uint32_t sensor;
-    uint16_t port; /* 0: any that is free */
-    bool has_bind; /* listens elsewhere than on 127.0.0.1 */
-    uint32_t bind; /* host order */
-    bool opens;    /* a browser is started */
+    uint16_t port;     /* 0: any that is free */
+    bool has_bind;     /* listens elsewhere than on 127.0.0.1 */
+    uint32_t bind;     /* host order */
+    bool stays_closed; /* no browser is started */
     bool json;
     bool quiet;
-    lum_error refusal; /* why a value is not taken; may be empty */
-    bool loops;        /* capture */
-    bool paused;       /* capture: stands on its first frame */
-    double speed;      /* capture; 1: as it was */
+    bool loops;   /* capture */
+    bool paused;  /* capture: stands on its first frame */
+    double speed; /* capture; 1: as it was */
 };
 
 enum parsed {

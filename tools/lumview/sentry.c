@@ -9,7 +9,7 @@
 
 #define SECOND_NS INT64_C(1000000000)
 
-#define SILENCE_NS (3 * SECOND_NS)
+#define SILENCE_NS (LUM_SENSOR_SILENCE_MS * INT64_C(1000000))
 
 /* What takes so long is told. */
 #define PATIENCE_NS (3 * SECOND_NS)
@@ -188,9 +188,9 @@ static void say_data(const struct sentry *s, int64_t now_ns, struct message *m)
         say(m, "sending to %s fails: %s", s->address, s->why);
     } else if (sentry_is_silent(s, now_ns)) {
         say(m,
-            "no data from %s for 3 s, waiting (a sensor that was restarted is "
+            "no data from %s for %u s, waiting (a sensor that was restarted is "
             "at 10.42.0.37 again; lumctl --host %s doctor finds out more)",
-            s->address, s->address);
+            s->address, LUM_SENSOR_SILENCE_MS / 1000u, s->address);
     } else if (!s->has_data && now_ns - s->laser.began_ns >= PATIENCE_NS) {
         say_waiting(s, m);
     } else if (s->has_data && s->is_unheard) {

@@ -30,10 +30,16 @@
 extern "C" {
 #endif
 
-#define LUM_SENSOR_HEARTBEAT_MS     200u  /**< five heartbeats a second */
-#define LUM_SENSOR_HEARTBEAT_MAX_MS 1000u /**< never further apart */
-#define LUM_SENSOR_TIMEOUT_MS       400u /**< wait for an answer before a resend */
-#define LUM_SENSOR_RETRIES          4u /**< resends before giving up */
+/** Between heartbeats, and how close and far apart they may be. */
+#define LUM_SENSOR_HEARTBEAT_MS     LUM_HEARTBEAT_MS
+#define LUM_SENSOR_HEARTBEAT_MIN_MS 10u                  /**< closest */
+#define LUM_SENSOR_HEARTBEAT_MAX_MS LUM_HEARTBEAT_MAX_MS /**< furthest */
+
+#define LUM_SENSOR_TIMEOUT_MS 400u /**< wait for an answer before a resend */
+#define LUM_SENSOR_RETRIES    4u   /**< resends before giving up */
+
+/** A session without data for so long is worth telling somebody. */
+#define LUM_SENSOR_SILENCE_MS 3000u
 
 /** A request that has been due, to be sent or sent again, for so long is not
  * sent any more and ends with NO_ANSWER: the application was held up, and its
@@ -111,8 +117,8 @@ typedef struct lum_sensor_counters {
 /** A session. */
 typedef struct lum_sensor lum_sensor;
 
-/** Usual options: 10.42.0.37:5517, the default layout, not the owner, 200 ms
- * heartbeats, 400 ms timeout, 4 retries. Cannot fail. */
+/** Usual options: LUM_BOOT_ADDRESS and LUM_PORT, the default layout, not the
+ * owner, LUM_SENSOR_HEARTBEAT_MS, _TIMEOUT_MS and _RETRIES. Cannot fail. */
 void lum_sensor_options_default(lum_sensor_options *out);
 
 /** Begin a session. Nothing is sent yet.

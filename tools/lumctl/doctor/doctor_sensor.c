@@ -7,6 +7,7 @@
 
 #include "lum/base/time.h"
 #include "lum/laser.h"
+#include "lum/wire.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -179,11 +180,9 @@ void doctor_check_buffer(struct doctor *d, struct doctor_finding *out)
     lum_socket_close(socket);
 }
 
-#define BOOT_ADDRESS 0x0a2a0025u
-
 void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out)
 {
-    if (d->sensor.address == BOOT_ADDRESS) {
+    if (d->sensor.address == LUM_BOOT_ADDRESS) {
         doctor_mend_watch(d, out, "arp",
                           "power the sensor off and on: which address does it "
                           "speak of?");

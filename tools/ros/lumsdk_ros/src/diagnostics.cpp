@@ -13,7 +13,7 @@ namespace
 
 using Status = diagnostic_msgs::DiagnosticStatus;
 
-constexpr int64_t silence_ns = 3000000000;
+constexpr int64_t silence_ns = LUM_SENSOR_SILENCE_MS * INT64_C(1000000);
 
 void add(Status &status, const char *key, const std::string &value)
 {
@@ -116,7 +116,8 @@ Status Diagnostics::make_data(const SourceView &view, int64_t now_ns)
         status.message = "waiting for packets";
     } else if (now_ns - heard_ns_ >= silence_ns) {
         status.level = is_live_ ? Status::WARN : Status::OK;
-        status.message = "no packets for 3 s";
+        status.message = "no packets for " +
+                         std::to_string(LUM_SENSOR_SILENCE_MS / 1000) + " s";
     }
     add_rate(status, "frames_per_second", now.decoder.clouds,
              before_.decoder.clouds, seconds);

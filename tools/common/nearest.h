@@ -1,6 +1,6 @@
 /* What a mistyped name may have meant. */
-#ifndef LUMCTL_NEAREST_H
-#define LUMCTL_NEAREST_H
+#ifndef LUM_TOOLS_NEAREST_H
+#define LUM_TOOLS_NEAREST_H
 
 #include <stddef.h>
 

@@ -1,10 +1,8 @@
-#include "yaml_number.h"
+#include "key_number.h"
 
-#include <inttypes.h>
-#include <stdio.h>
 #include <string.h>
 
-/* Beyond the digits of any file that is read. */
+/* Beyond the digits of any text that is read. */
 #define EXPONENT_MAX 1000000
 
 typedef struct digits {
@@ -105,39 +103,20 @@ static bool scale(const decimal *d, int decimals, int64_t *out)
     return true;
 }
 
-lum_yaml_number lum_yaml_number_parse(const char *text, size_t len,
-                                      int decimals, bool whole, int64_t *out)
+lum_key_number lum_key_number_parse(const char *text, size_t len, int decimals,
+                                    bool whole, int64_t *out)
 {
     decimal d;
     memset(&d, 0, sizeof d);
     if (!scan_decimal(text, text + len, &d)) {
-        return LUM_YAML_NUMBER_NONE;
+        return LUM_KEY_NUMBER_NONE;
     }
     if (whole && !d.whole) {
-        return LUM_YAML_NUMBER_NOT_WHOLE;
+        return LUM_KEY_NUMBER_NOT_WHOLE;
     }
     if (d.integer.count > 1 && d.integer.text[0] == '0') {
-        return LUM_YAML_NUMBER_LEADING_ZERO;
+        return LUM_KEY_NUMBER_LEADING_ZERO;
     }
-    return scale(&d, decimals, out) ? LUM_YAML_NUMBER_FINE
-                                    : LUM_YAML_NUMBER_TOO_LARGE;
-}
-
-void lum_yaml_number_format(char out[LUM_YAML_NUMBER_BYTES], int64_t number,
-                            int decimals)
-{
-    const uint64_t size =
-        number < 0 ? UINT64_C(0) - (uint64_t)number : (uint64_t)number;
-    char fraction[16] = "";
-    uint64_t rest = size;
-    bool shown = false;
-    for (int i = decimals; i > 0; i--) {
-        const int digit = (int)(rest % 10);
-        rest /= 10;
-        shown = shown || digit != 0;
-        fraction[i] = shown ? (char)('0' + digit) : '\0';
-    }
-    fraction[0] = shown ? '.' : '\0';
-    (void)snprintf(out, LUM_YAML_NUMBER_BYTES, "%s%" PRIu64 "%s",
-                   number < 0 ? "-" : "", rest, fraction);
+    return scale(&d, decimals, out) ? LUM_KEY_NUMBER_FINE
+                                    : LUM_KEY_NUMBER_TOO_LARGE;
 }

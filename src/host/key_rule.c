@@ -1,0 +1,129 @@
+#include "key_rule.h"
+
+#include "key_number.h"
+
+#include <string.h>
+
+static const lum_key_word *find_word(const lum_key_rule *rule,
+                                     lum_key_given given)
+{
+    const lum_key_word *word = rule->words;
+    while (word != NULL && word->text != NULL) {
+        if (lum_key_text_length(word->text) == given.len &&
+            memcmp(word->text, given.text, given.len) == 0) {
+            return word;
+        }
+        word++;
+    }
+    return NULL;
+}
+
+bool lum_key_rule_takes_numbers(const lum_key_rule *rule)
+{
+    return rule->min <= rule->max;
+}
+
+static const char *read_number(const lum_key_rule *rule, lum_key_given given,
+                               int64_t *out)
+{
+    static const char *const why[] = {
+        [LUM_KEY_NUMBER_NONE] = "is not a decimal number",
+        [LUM_KEY_NUMBER_NOT_WHOLE] = "is not a whole number in digits",
+        [LUM_KEY_NUMBER_LEADING_ZERO] =
+            "begins with 0, which some read as octal; leave the 0 out",
+        [LUM_KEY_NUMBER_TOO_LARGE] = "is out of range",
+    };
+    int64_t number = 0;
+    if (!lum_key_rule_takes_numbers(rule)) {
+        return "is not known";
+    }
+    if (given.is_quoted) {
+        return "is text; write a number, without quotes";
+    }
+    const lum_key_number kind = lum_key_number_parse(
+        given.text, given.len, rule->decimals, rule->whole, &number);
+    if (kind != LUM_KEY_NUMBER_FINE) {
+        return why[kind];
+    }
+    if (number < rule->min || number > rule->max) {
+        return "is out of range";
+    }
+    *out = number;
+    return NULL;
+}
+
+const char *lum_key_rule_read(const lum_key_rule *rule, lum_key_given given,
+                              int64_t *out)
+{
+    const lum_key_word *word = find_word(rule, given);
+    if (word == NULL) {
+        return read_number(rule, given, out);
+    }
+    *out = word->number;
+    return NULL;
+}
+
+static const char *word_of(const lum_key_rule *rule, int64_t number)
+{
+    const lum_key_word *word = rule->words;
+    while (word != NULL && word->text != NULL) {
+        if (word->number == number) {
+            return word->text;
+        }
+        word++;
+    }
+    return NULL;
+}
+
+bool lum_key_rule_is_word(const lum_key_rule *rule, int64_t number)
+{
+    return word_of(rule, number) != NULL;
+}
+
+void lum_key_rule_add_value(const lum_key_rule *rule, int64_t number,
+                            lum_key_text *text)
+{
+    const char *word = word_of(rule, number);
+    if (word != NULL) {
+        lum_key_text_add(text, word);
+    } else {
+        lum_key_text_add_number(text, number, rule->decimals);
+    }
+}
+
+static void add_unit(const lum_key_rule *rule, lum_key_text *text)
+{
+    if (rule->unit != NULL) {
+        lum_key_text_add(text, " ");
+        lum_key_text_add(text, rule->unit);
+    }
+}
+
+static void add_numbers(const lum_key_rule *rule, lum_key_text *text)
+{
+    if (rule->allowed != NULL) {
+        lum_key_text_add(text, rule->allowed);
+        return;
+    }
+    if (rule->min == 1 && !rule->whole) {
+        lum_key_text_add(text, "above 0, at most ");
+    } else {
+        lum_key_text_add_number(text, rule->min, rule->decimals);
+        lum_key_text_add(text, " to ");
+    }
+    lum_key_text_add_number(text, rule->max, rule->decimals);
+    add_unit(rule, text);
+}
+
+void lum_key_rule_add_allowed(const lum_key_rule *rule, lum_key_text *text)
+{
+    for (const lum_key_word *w = rule->words; w != NULL && w->text != NULL;
+         w++) {
+        lum_key_text_add(text, w != rule->words ? " or " : "");
+        lum_key_text_add(text, w->text);
+    }
+    if (lum_key_rule_takes_numbers(rule)) {
+        lum_key_text_add(text, rule->words != NULL ? ", or " : "");
+        add_numbers(rule, text);
+    }
+}

@@ -1,0 +1,59 @@
+/** @file
+ * What the value of a key may be, for reading it and for messages alike.
+ * Internal to host and config. */
+#ifndef LUM_HOST_KEY_RULE_H
+#define LUM_HOST_KEY_RULE_H
+
+#include "key_text.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/** A word that stands for a number. */
+typedef struct lum_key_word {
+    const char *text; /**< NULL behind the last one */
+    int64_t number;   /**< what the value becomes */
+} lum_key_word;
+
+/** What a value may be. */
+typedef struct lum_key_rule {
+    const lum_key_word *words; /**< or NULL */
+    int64_t min;               /**< smallest number */
+    int64_t max;               /**< largest number; below min: none allowed */
+    int decimals;              /**< units of 10^-decimals of the text's */
+    bool whole;                /**< no point, no exponent */
+    const char *unit;          /**< the text's unit, such as "deg"; or NULL */
+    const char *allowed;       /**< the numbers in words, if min and max do
+                                    not say it all; or NULL */
+    const char *refusal;       /**< why the key may not be given, which then is
+                                    not among those allowed; or NULL */
+} lum_key_rule;
+
+/** A value as it is given. */
+typedef struct lum_key_given {
+    const char *text; /**< len bytes; need not be terminated */
+    size_t len;       /**< how many */
+    bool is_quoted;   /**< it may be a word, but no number */
+} lum_key_given;
+
+/** Read a value.
+ * @param out written only on success.
+ * @return NULL, or why it is refused: what follows "'VALUE' ". */
+const char *lum_key_rule_read(const lum_key_rule *rule, lum_key_given given,
+                              int64_t *out);
+
+/** Add the value's text, as lum_key_rule_read() reads it. */
+void lum_key_rule_add_value(const lum_key_rule *rule, int64_t number,
+                            lum_key_text *text);
+
+/** Whether a value is one of the words. */
+bool lum_key_rule_is_word(const lum_key_rule *rule, int64_t number);
+
+/** Whether numbers are allowed. */
+bool lum_key_rule_takes_numbers(const lum_key_rule *rule);
+
+/** Add what is allowed, such as "none, or 8 to 64". */
+void lum_key_rule_add_allowed(const lum_key_rule *rule, lum_key_text *text);
+
+#endif

@@ -1,0 +1,152 @@
+#include "keys_internal.h"
+
+#include <string.h>
+
+const lum_key_table *lum_keys_table(const lum_keys *keys)
+{
+    return keys->kind == LUM_KEYS_PROFILE ? &lum_profile_keys
+                                          : &lum_calibration_keys;
+}
+
+static size_t part_length(const char *part)
+{
+    size_t len = 0;
+    while (part[len] != '\0' && part[len] != '.') {
+        len++;
+    }
+    return len;
+}
+
+/* Follows a key as far as its mappings are known.
+ * Returns the part that is not, or that lies below a value; NULL: all are. */
+static const char *follow(const lum_key_table *table, const char *key,
+                          char path[LUM_KEY_BYTES])
+{
+    lum_key_text known = lum_key_text_begin(path, LUM_KEY_BYTES);
+    for (const char *part = key;; part++) {
+        const size_t len = part_length(part);
+        if (lum_key_table_find(table, path, part, len) == table->count) {
+            return part;
+        }
+        lum_key_text_add(&known, known.len > 0 ? "." : "");
+        lum_key_text_add_bytes(&known, part, len);
+        part += len;
+        if (*part == '\0') {
+            return NULL;
+        }
+    }
+}
+
+/* Says what is wrong with a key that has no value. */
+static lum_result refuse_key(const lum_keys *keys, const char *key,
+                             uint32_t place, lum_key_refusal *why)
+{
+    const lum_key_table *table = lum_keys_table(keys);
+    char path[LUM_KEY_BYTES];
+    const char *part = follow(table, key, path);
+    lum_key_text text = lum_key_refuse(why, path, place);
+    if (part == NULL) {
+        lum_key_table_refuse_value(
+            table, path, "a single value does not belong here", &text);
+    } else if (lum_key_table_is_mapping(table, path)) {
+        lum_key_table_refuse_key(table, path, part, part_length(part), &text);
+    } else {
+        lum_key_table_refuse_value(table, path,
+                                   "a mapping does not belong here", &text);
+    }
+    return LUM_E_TYPE;
+}
+
+lum_result lum_keys_set(lum_keys *keys, const char *key, const char *value,
+                        uint32_t place, lum_key_refusal *why)
+{
+    const lum_key_table *table = lum_keys_table(keys);
+    const lum_key_entry *entry = lum_key_table_entry(table, key);
+    const lum_key_given given = {value, lum_key_text_length(value), false};
+    int64_t number = 0;
+    if (entry == NULL) {
+        return refuse_key(keys, key, place, why);
+    }
+    lum_key_refusal refused;
+    lum_key_text text = lum_key_refuse(&refused, key, place);
+    if (place == 0) {
+        lum_key_text_add(&text, "a value that is set comes from a place above "
+                                "0");
+    } else if (lum_key_table_read(table, entry, given, &number, &text)) {
+        keys->values[entry->index] = (lum_key_value){number, place};
+        return LUM_OK;
+    }
+    if (why != NULL) {
+        *why = refused;
+    }
+    return LUM_E_VALUE;
+}
+
+lum_result lum_keys_get(const lum_keys *keys, const char *key,
+                        char out[LUM_KEY_VALUE_BYTES])
+{
+    const lum_key_entry *entry = lum_key_table_entry(lum_keys_table(keys), key);
+    if (entry == NULL) {
+        return LUM_E_TYPE;
+    }
+    lum_key_text text = lum_key_text_begin(out, LUM_KEY_VALUE_BYTES);
+    lum_key_rule_add_value(entry->rule, keys->values[entry->index].number,
+                           &text);
+    return LUM_OK;
+}
+
+static lum_key_kind kind_of(const lum_key_rule *rule)
+{
+    if (!lum_key_rule_takes_numbers(rule)) {
+        return LUM_KEY_WORD;
+    }
+    if (rule->words != NULL) {
+        return rule->whole ? LUM_KEY_WORD_OR_WHOLE : LUM_KEY_WORD_OR_DECIMAL;
+    }
+    return rule->whole ? LUM_KEY_WHOLE : LUM_KEY_DECIMAL;
+}
+
+static void describe_words(const lum_key_rule *rule, lum_key *out)
+{
+    const size_t most = sizeof out->words / sizeof out->words[0] - 1;
+    for (size_t i = 0; rule->words != NULL && i < most; i++) {
+        out->words[i] = rule->words[i].text;
+        if (out->words[i] == NULL) {
+            break;
+        }
+    }
+}
+
+static void describe_numbers(const lum_key_rule *rule, lum_key *out)
+{
+    lum_key_text min = lum_key_text_begin(out->min, sizeof out->min);
+    lum_key_text max = lum_key_text_begin(out->max, sizeof out->max);
+    if (lum_key_rule_takes_numbers(rule)) {
+        lum_key_text_add_number(&min, rule->min, rule->decimals);
+        lum_key_text_add_number(&max, rule->max, rule->decimals);
+    }
+}
+
+lum_result lum_keys_describe(const lum_keys *keys, size_t i, lum_key *out)
+{
+    const lum_key_table *table = lum_keys_table(keys);
+    if (i >= table->count) {
+        return LUM_E_VALUE;
+    }
+    const lum_key_entry *entry = &table->entries[i];
+    lum_keys usual;
+    if (keys->kind == LUM_KEYS_PROFILE) {
+        lum_keys_of_profile(&usual, NULL);
+    } else {
+        lum_keys_of_calibration(&usual, NULL);
+    }
+    memset(out, 0, sizeof *out);
+    out->name = entry->path;
+    out->kind = kind_of(entry->rule);
+    out->unit = entry->rule->unit != NULL ? entry->rule->unit : "";
+    describe_words(entry->rule, out);
+    describe_numbers(entry->rule, out);
+    lum_key_text text = lum_key_text_begin(out->allowed, sizeof out->allowed);
+    lum_key_rule_add_allowed(entry->rule, &text);
+    return lum_keys_get(&usual, entry->path, out->usual);
+}

@@ -1,0 +1,36 @@
+/** @file
+ * What the keys of a calibration and of a profile are to keys.c. Internal to
+ * host and config. */
+#ifndef LUM_HOST_KEYS_INTERNAL_H
+#define LUM_HOST_KEYS_INTERNAL_H
+
+#include "key_table.h"
+#include "lum/host/keys.h"
+
+/** Kinds of keys. */
+enum {
+    LUM_KEYS_CALIBRATION,
+    LUM_KEYS_PROFILE
+};
+
+/** The key "version", which only files need. */
+#define LUM_KEYS_VERSION 0u
+
+/** The rule of every version. */
+extern const lum_key_rule lum_key_version;
+
+extern const lum_key_table lum_calibration_keys;
+extern const lum_key_table lum_profile_keys;
+
+/** The table of some keys. */
+const lum_key_table *lum_keys_table(const lum_keys *keys);
+
+/** Begin to say why a value is refused.
+ * @param why may be NULL. */
+lum_key_text lum_key_refuse(lum_key_refusal *why, const char *key,
+                            uint32_t place);
+
+/** What follows a value in a message: where it is from, if not set. */
+const char *lum_keys_origin(const lum_keys *keys, uint32_t place);
+
+#endif

@@ -1,0 +1,404 @@
+#include "keys_internal.h"
+
+#include <string.h>
+
+#define COUNT(array) (sizeof(array) / sizeof(array)[0])
+
+/* The values in order; a group field has two, its offset and its
+ * width. */
+enum {
+    AT,
+    BYTES,
+    FIELD_VALUES
+};
+enum {
+    VERSION = LUM_KEYS_VERSION,
+    DATA_PACKET_TYPE,
+    SET_IP_ORDER,
+    ANGLE_ORDER,
+    ANGLE_LSB,
+    LINE_SPAN,
+    EYE,
+    TLV = EYE + LUM_EYES,
+    GROUP = TLV + LUM_TLV_USES,
+    SAMPLES = GROUP + LUM_GROUP_FIELDS * FIELD_VALUES,
+    VALUES
+};
+
+/* An offset that is none. */
+#define NOWHERE (-1)
+
+static const lum_key_word orders_of_ip[] = {
+    {"network", LUM_SET_IP_NETWORK}, {"little", LUM_SET_IP_LITTLE}, {NULL, 0}};
+static const lum_key_word orders_of_angles[] = {
+    {"azimuth_elevation", LUM_AZIMUTH_ELEVATION},
+    {"elevation_azimuth", LUM_ELEVATION_AZIMUTH},
+    {NULL, 0}};
+static const lum_key_word span[] = {{"span", 0}, {NULL, 0}};
+static const lum_key_word none[] = {{"none", NOWHERE}, {NULL, 0}};
+
+static const lum_key_rule packet_type = {
+    .min = 0,
+    .max = 255,
+    .whole = true,
+    .allowed = "0 to 255, but not 5, 6 or 7 (set IP, timestamp, TLV)"};
+static const lum_key_rule ip_order = {
+    .words = orders_of_ip, .min = 0, .max = -1};
+static const lum_key_rule angle_order = {
+    .words = orders_of_angles, .min = 0, .max = -1};
+static const lum_key_rule angle_lsb = {.words = span,
+                                       .min = 1,
+                                       .max = (int64_t)LUM_ANGLE_LSB_MAX_PDEG,
+                                       .decimals = 12,
+                                       .unit = "deg"};
+static const lum_key_rule line_span = {
+    .min = 0, .max = LUM_LINE_SPAN_MAX_US, .whole = true, .unit = "us"};
+static const lum_key_rule eye_value = {
+    .min = 0, .max = UINT32_MAX, .whole = true};
+static const lum_key_rule tlv_number = {
+    .min = 0, .max = UINT16_MAX, .whole = true};
+static const lum_key_rule offset = {
+    .min = 8, .max = 64, .whole = true, .allowed = "an offset from 8 to 64"};
+static const lum_key_rule offset_or_none = {.words = none,
+                                            .min = 8,
+                                            .max = 64,
+                                            .whole = true,
+                                            .allowed =
+                                                "an offset from 8 to 64"};
+static const lum_key_rule bytes = {
+    .min = 1, .max = 4, .whole = true, .allowed = "1, 2 or 4"};
+
+/* By lum_group_field, then the samples. */
+#define FIELD(f) (GROUP + FIELD_VALUES * (f))
+static const char *const field_paths[LUM_GROUP_FIELDS + 1] = {
+    "group.tag",
+    "group.eye",
+    "group.line",
+    "group.num_samples",
+    "group.first_sample_index",
+    "group.timestamp",
+    "group.samples",
+};
+static const char *const width_paths[LUM_GROUP_FIELDS] = {
+    "group.tag.bytes",
+    "group.eye.bytes",
+    "group.line.bytes",
+    "group.num_samples.bytes",
+    "group.first_sample_index.bytes",
+    "group.timestamp.bytes",
+};
+static const char *const eye_paths[LUM_EYES] = {"eye_values.blue",
+                                                "eye_values.green"};
+static const char *const tlv_paths[LUM_TLV_USES] = {"tlv.command", "tlv.status",
+                                                    "tlv.debug", "tlv.yscan"};
+
+/* An offset alone leaves the width as it is. */
+#define GROUP_FIELD(name, field, rule)                                         \
+    {"group." name, FIELD(field) + AT, rule},                                  \
+        {"group." name ".at", FIELD(field) + AT, &offset},                     \
+    {                                                                          \
+        "group." name ".bytes", FIELD(field) + BYTES, &bytes                   \
+    }
+
+static const lum_key_entry entries[] = {
+    {"version", VERSION, &lum_key_version},
+    {"data_packet_type", DATA_PACKET_TYPE, &packet_type},
+    {"set_ip_order", SET_IP_ORDER, &ip_order},
+    GROUP_FIELD("tag", LUM_FIELD_TAG, &offset),
+    GROUP_FIELD("eye", LUM_FIELD_EYE, &offset),
+    GROUP_FIELD("line", LUM_FIELD_LINE, &offset),
+    GROUP_FIELD("num_samples", LUM_FIELD_NUM_SAMPLES, &offset),
+    GROUP_FIELD("first_sample_index", LUM_FIELD_FIRST_SAMPLE_INDEX, &offset),
+    GROUP_FIELD("timestamp", LUM_FIELD_TIMESTAMP, &offset_or_none),
+    {"group.samples", SAMPLES, &offset},
+    {"eye_values.blue", EYE + LUM_EYE_BLUE, &eye_value},
+    {"eye_values.green", EYE + LUM_EYE_GREEN, &eye_value},
+    {"angle_order", ANGLE_ORDER, &angle_order},
+    {"angle_lsb_deg", ANGLE_LSB, &angle_lsb},
+    {"tlv.command", TLV + LUM_TLV_COMMAND, &tlv_number},
+    {"tlv.status", TLV + LUM_TLV_STATUS, &tlv_number},
+    {"tlv.debug", TLV + LUM_TLV_DEBUG, &tlv_number},
+    {"tlv.yscan", TLV + LUM_TLV_YSCAN, &tlv_number},
+    {"line_span_us", LINE_SPAN, &line_span},
+};
+const lum_key_table lum_profile_keys = {entries, COUNT(entries)};
+
+void lum_keys_of_profile(lum_keys *out, const lum_profile *start)
+{
+    lum_profile usual;
+    const lum_profile *p = start != NULL ? start : &usual;
+    lum_key_value *v = out->values;
+    lum_profile_default(&usual);
+    memset(out, 0, sizeof *out);
+    out->kind = LUM_KEYS_PROFILE;
+    out->is_default = start == NULL;
+    v[VERSION].number = 1;
+    v[DATA_PACKET_TYPE].number = p->data_packet_type;
+    v[SET_IP_ORDER].number = p->set_ip_order;
+    v[ANGLE_ORDER].number = p->angle_order;
+    v[ANGLE_LSB].number = (int64_t)p->angle_lsb_pdeg;
+    v[LINE_SPAN].number = p->line_span_us;
+    for (unsigned i = 0; i < LUM_EYES; i++) {
+        v[EYE + i].number = p->eye_values[i];
+    }
+    for (unsigned i = 0; i < LUM_TLV_USES; i++) {
+        v[TLV + i].number = p->tlv[i];
+    }
+    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
+        v[FIELD(f) + AT].number =
+            p->group[f].bytes == 0 ? NOWHERE : p->group[f].at;
+        v[FIELD(f) + BYTES].number = p->group[f].bytes;
+    }
+    v[SAMPLES].number = p->samples_at;
+}
+
+static lum_field take_field(const lum_key_value *v)
+{
+    const lum_field nowhere = {0, 0};
+    const lum_field there = {(uint8_t)v[AT].number, (uint8_t)v[BYTES].number};
+    return v[AT].number == NOWHERE ? nowhere : there;
+}
+
+static void take(const lum_key_value *v, lum_profile *p)
+{
+    memset(p, 0, sizeof *p);
+    p->data_packet_type = (uint32_t)v[DATA_PACKET_TYPE].number;
+    p->set_ip_order = (uint8_t)v[SET_IP_ORDER].number;
+    p->angle_order = (uint8_t)v[ANGLE_ORDER].number;
+    p->angle_lsb_pdeg = (uint64_t)v[ANGLE_LSB].number;
+    p->line_span_us = (uint32_t)v[LINE_SPAN].number;
+    for (unsigned i = 0; i < LUM_EYES; i++) {
+        p->eye_values[i] = (uint32_t)v[EYE + i].number;
+    }
+    for (unsigned i = 0; i < LUM_TLV_USES; i++) {
+        p->tlv[i] = (uint16_t)v[TLV + i].number;
+    }
+    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
+        p->group[f] = take_field(v + FIELD(f));
+    }
+    p->samples_at = (uint8_t)v[SAMPLES].number;
+}
+
+/* A profile that the core refuses, and what to say about it. */
+typedef struct refusal {
+    const lum_keys *keys;
+    const lum_profile *profile;
+    unsigned index; /* of the culprit, as lum_layout_init() gives it */
+} refusal;
+
+/* A value that may be to blame. */
+typedef struct culprit {
+    const char *path;
+    uint32_t place; /* 0: it was not set */
+} culprit;
+
+static uint32_t place_of(const refusal *r, unsigned index)
+{
+    return r->keys->values[index].place;
+}
+
+/* A field's, of its offset and its width the one that was set later. */
+static culprit field_culprit(const refusal *r, unsigned f)
+{
+    const uint32_t at = place_of(r, FIELD(f) + AT);
+    const uint32_t width = place_of(r, FIELD(f) + BYTES);
+    return (culprit){field_paths[f], width > at ? width : at};
+}
+
+static const char *origin(const refusal *r, const culprit *c)
+{
+    return lum_keys_origin(r->keys, c->place);
+}
+
+static lum_key_text begin(lum_key_refusal *why, const culprit *c)
+{
+    return lum_key_refuse(why, c->path, c->place);
+}
+
+/* Adds a number between two strings. */
+static void add(lum_key_text *text, const char *before, int64_t number,
+                const char *behind)
+{
+    lum_key_text_add(text, before);
+    lum_key_text_add_number(text, number, 0);
+    lum_key_text_add(text, behind);
+}
+
+static void refuse_type(const refusal *r, lum_key_refusal *why)
+{
+    lum_key_text text =
+        lum_key_refuse(why, "data_packet_type", place_of(r, DATA_PACKET_TYPE));
+    add(&text, "", r->profile->data_packet_type,
+        " is the type of other packets; allowed: ");
+    lum_key_text_add(&text, packet_type.allowed);
+}
+
+static void refuse_width(const refusal *r, lum_key_refusal *why)
+{
+    const unsigned index = FIELD(r->index) + BYTES;
+    lum_key_text text =
+        lum_key_refuse(why, width_paths[r->index], place_of(r, index));
+    add(&text, "no field has ", r->keys->values[index].number,
+        " bytes; allowed: ");
+    lum_key_text_add(&text, bytes.allowed);
+}
+
+static void refuse_on_type(const refusal *r, lum_key_refusal *why)
+{
+    const culprit c = field_culprit(r, r->index);
+    lum_key_text text = begin(why, &c);
+    add(&text, "", r->profile->group[r->index].at,
+        " lies on the packet type (bytes 8 to 11); allowed: 12 to 64, or 8 for "
+        "group.tag alone");
+}
+
+static unsigned last_byte(lum_field f)
+{
+    return f.at + (unsigned)f.bytes - 1u;
+}
+
+/* The first field before the given one that shares bytes with it. */
+static unsigned overlapped(const lum_profile *p, unsigned f)
+{
+    unsigned other = 0;
+    while (other + 1 < f && (p->group[other].bytes == 0 ||
+                             p->group[other].at > last_byte(p->group[f]) ||
+                             last_byte(p->group[other]) < p->group[f].at)) {
+        other++;
+    }
+    return other;
+}
+
+static void refuse_overlap(const refusal *r, lum_key_refusal *why)
+{
+    unsigned named = r->index;
+    unsigned other = overlapped(r->profile, named);
+    if (field_culprit(r, named).place == 0) {
+        named = other;
+        other = r->index;
+    }
+    const culprit c = field_culprit(r, named);
+    const culprit o = field_culprit(r, other);
+    const lum_field *g = r->profile->group;
+    lum_key_text text = begin(why, &c);
+    add(&text, "bytes ", g[named].at, " to ");
+    add(&text, "", last_byte(g[named]), " overlap ");
+    lum_key_text_add(&text, o.path);
+    add(&text, ", ", g[other].at, " to ");
+    add(&text, "", last_byte(g[other]), origin(r, &o));
+    lum_key_text_add(&text, "; fields must not share bytes");
+}
+
+static void refuse_samples(const refusal *r, lum_key_refusal *why)
+{
+    static const char rule[] = "; samples come behind every field";
+    const culprit s = {field_paths[LUM_GROUP_FIELDS], place_of(r, SAMPLES)};
+    const culprit f = field_culprit(r, r->index);
+    const unsigned last = last_byte(r->profile->group[r->index]);
+    const unsigned at = r->profile->samples_at;
+    if (s.place != 0) {
+        lum_key_text text = begin(why, &s);
+        add(&text, "", at, " is not behind ");
+        lum_key_text_add(&text, f.path);
+        add(&text, ", which ends with byte ", last, origin(r, &f));
+        lum_key_text_add(&text, rule);
+        return;
+    }
+    lum_key_text text = begin(why, &f);
+    add(&text, "ends with byte ", last, ", but ");
+    lum_key_text_add(&text, s.path);
+    add(&text, " is ", at, origin(r, &s));
+    lum_key_text_add(&text, rule);
+}
+
+static void refuse_eye_width(const refusal *r, lum_key_refusal *why)
+{
+    const unsigned width = r->profile->group[LUM_FIELD_EYE].bytes;
+    const culprit f = field_culprit(r, LUM_FIELD_EYE);
+    const culprit c = {eye_paths[r->index], place_of(r, EYE + r->index)};
+    lum_key_text text = begin(why, &c);
+    add(&text, "", r->profile->eye_values[r->index], " does not fit ");
+    lum_key_text_add(&text, f.path);
+    add(&text, ", ", width, width == 1 ? " byte" : " bytes");
+    add(&text, " wide; allowed: 0 to ", (INT64_C(1) << (8u * width)) - 1, "");
+}
+
+/* Two values that must differ; the first is to blame if it was set. */
+static void refuse_equal(const refusal *r, culprit c, culprit o, int64_t number,
+                         lum_key_refusal *why)
+{
+    if (c.place == 0) {
+        const culprit swapped = c;
+        c = o;
+        o = swapped;
+    }
+    lum_key_text text = begin(why, &c);
+    add(&text, "", number, " is the value of ");
+    lum_key_text_add(&text, o.path);
+    lum_key_text_add(&text, origin(r, &o));
+    lum_key_text_add(&text, "; they must differ");
+}
+
+static void refuse_eyes(const refusal *r, lum_key_refusal *why)
+{
+    const culprit green = {eye_paths[LUM_EYE_GREEN],
+                           place_of(r, EYE + LUM_EYE_GREEN)};
+    const culprit blue = {eye_paths[LUM_EYE_BLUE],
+                          place_of(r, EYE + LUM_EYE_BLUE)};
+    refuse_equal(r, green, blue, r->profile->eye_values[LUM_EYE_GREEN], why);
+}
+
+static void refuse_tlv(const refusal *r, lum_key_refusal *why)
+{
+    unsigned other = 0;
+    while (other < LUM_TLV_USES - 1u &&
+           r->profile->tlv[other] != r->profile->tlv[r->index]) {
+        other++;
+    }
+    const culprit c = {tlv_paths[r->index], place_of(r, TLV + r->index)};
+    const culprit o = {tlv_paths[other], place_of(r, TLV + other)};
+    refuse_equal(r, c, o, r->profile->tlv[r->index], why);
+}
+
+/* Faults without an entry are refused by the rules already. */
+static void refuse(const refusal *r, lum_profile_fault fault,
+                   lum_key_refusal *why)
+{
+    static void (*const by_fault[])(const refusal *, lum_key_refusal *) = {
+        [LUM_PROFILE_DATA_PACKET_TYPE] = refuse_type,
+        [LUM_PROFILE_FIELD_WIDTH] = refuse_width,
+        [LUM_PROFILE_FIELD_ON_TYPE] = refuse_on_type,
+        [LUM_PROFILE_FIELDS_OVERLAP] = refuse_overlap,
+        [LUM_PROFILE_SAMPLES_IN_HEADER] = refuse_samples,
+        [LUM_PROFILE_EYE_VALUES_EQUAL] = refuse_eyes,
+        [LUM_PROFILE_EYE_VALUE_WIDTH] = refuse_eye_width,
+        [LUM_PROFILE_TLV_EQUAL] = refuse_tlv,
+    };
+    if ((size_t)fault < COUNT(by_fault) && by_fault[fault] != NULL) {
+        by_fault[fault](r, why);
+        return;
+    }
+    lum_key_text text = lum_key_refuse(why, "", 0);
+    add(&text, "refused: fault ", fault, " of the profile");
+}
+
+lum_result lum_keys_profile(const lum_keys *keys, lum_profile *out,
+                            lum_key_refusal *why)
+{
+    lum_profile p;
+    lum_layout layout;
+    lum_profile_fault fault = LUM_PROFILE_FINE;
+    refusal r = {keys, &p, 0};
+    if (keys->kind != LUM_KEYS_PROFILE) {
+        lum_key_text text = lum_key_refuse(why, "", 0);
+        lum_key_text_add(&text, "these are keys of a calibration");
+        return LUM_E_TYPE;
+    }
+    take(keys->values, &p);
+    if (lum_layout_init(&layout, &p, &fault, &r.index) != LUM_OK) {
+        refuse(&r, fault, why);
+        return LUM_E_VALUE;
+    }
+    *out = p;
+    return LUM_OK;
+}
