@@ -49,8 +49,8 @@ typedef struct lum_record_source {
     void *context; /**< handed to these */
 } lum_record_source;
 
-/** What a reader has to know. All bytes 0 but for struct_size and a source is
- * the default. */
+/** What a reader has to know. All bytes but struct_size and a source may be 0:
+ * these are the defaults. */
 typedef struct lum_reader_options {
     size_t struct_size; /**< sizeof(lum_reader_options) */
     const char *path;   /**< a capture, "-": standard input; one of these three
