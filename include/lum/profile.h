@@ -2,8 +2,8 @@
  * The wire profile: every assumption about the layout of packets, as data.
  *
  * The maker's manual is silent on parts of the protocol (docs/protocol.md,
- * section 8). What this SDK assumes there is a field of ::lum_profile, so that
- * the owner of a sensor that differs corrects a value and not the code. */
+ * section 8). What this SDK assumes there is a field of ::lum_profile, so if
+ * your sensor differs, you correct a value and not the code. */
 #ifndef LUM_PROFILE_H
 #define LUM_PROFILE_H
 
@@ -104,9 +104,8 @@ typedef enum lum_profile_fault {
 /** Largest line_span_us: 1000 s. */
 #define LUM_LINE_SPAN_MAX_US UINT32_C(1000000000)
 
-/** A profile that has been checked: what decoders and encoders take.
- * Private: set by lum_layout_init() alone, read by everyone, shared by any
- * number of threads. */
+/** A profile that has been checked, as decoders and encoders take it. Private:
+ * only lum_layout_init() writes it; any number of threads may read it. */
 typedef struct lum_layout {
     lum_profile profile; /**< the checked profile; do not write */
 } lum_layout;

@@ -2,8 +2,8 @@
  * Point clouds to files: CSV, PLY, PCD, LAS, XYZ, and, with what
  * lum/picture/picture.h gives, a picture as PNG (docs/formats.md).
  *
- * A writer is one thread's at a time, and has a thread of its own that writes
- * its 3 blocks of 1 MiB. */
+ * Only one thread at a time may use a writer. The writer has a thread of its
+ * own, which writes its 3 blocks of 1 MiB. */
 #ifndef LUM_CLOUD_WRITER_H
 #define LUM_CLOUD_WRITER_H
 

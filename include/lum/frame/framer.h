@@ -18,9 +18,9 @@
  * last frame does not come. Have the compiler check that a switch names all
  * events (-Wswitch-enum): one that is new is then never taken for another.
  *
- * One framer is one thread's at a time; two share nothing. Its memory does not
- * grow with the stream: it is that of the sensors (550 KB each), and of at most
- * four frames under way of each. */
+ * Only one thread at a time may use a framer; two share nothing. Its memory
+ * does not grow with the stream: it is that of the sensors (550 KB each), and
+ * of at most four frames under way of each. */
 #ifndef LUM_FRAME_FRAMER_H
 #define LUM_FRAME_FRAMER_H
 

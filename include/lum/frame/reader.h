@@ -15,7 +15,7 @@
  * @endcode
  *
  * The last frame comes too, also of a source that breaks off: first what was
- * read, then the error. A reader is one thread's at a time; two share nothing.
+ * read, then the error. Only one thread at a time may use a reader.
  * Its memory does not grow with the stream. */
 #ifndef LUM_FRAME_READER_H
 #define LUM_FRAME_READER_H
