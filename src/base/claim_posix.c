@@ -31,6 +31,8 @@ struct place {
     char stem[STEM_BYTES + 1u];
 };
 
+/* --- Names of marks and unfinished files --- */
+
 static uint64_t hash_text(const char *text)
 {
     uint64_t hash = UINT64_C(0xcbf29ce484222325);
@@ -86,6 +88,8 @@ char *lum_claim_beside(const char *path)
                    make_unique() >> (64u - 4u * UNIQUE));
     return compose(path, &p, "", after);
 }
+
+/* --- Locks and marks --- */
 
 int lum_claim_lock(int fd)
 {
@@ -170,6 +174,8 @@ static void remove_unfinished(const char *path, const struct place *p,
     free(whole);
 }
 
+/* --- Refusals --- */
+
 static int fail(int code, const char *shown, const char *doing,
                 lum_error *error)
 {
@@ -219,6 +225,8 @@ enum attempt {
     AGAIN,
     FAILED
 };
+
+/* --- Taking and dropping a name --- */
 
 static void leave_process(int fd)
 {

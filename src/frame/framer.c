@@ -101,6 +101,8 @@ struct lum_framer {
     struct draft out; /* what was handed out */
 };
 
+/* --- Small things --- */
+
 /* Frames are numbered from 0 again after 2^32 - 1. */
 static bool is_before(int64_t a, int64_t b)
 {
@@ -124,6 +126,8 @@ static void copy_options(void *out, size_t size, const void *from,
     memset(out, 0, size);
     memcpy(out, from, from_size < size ? from_size : size);
 }
+
+/* --- Options and views --- */
 
 static int read_view(const lum_view *given, struct view *out, lum_error *error)
 {
@@ -206,6 +210,8 @@ static int set_first_views(lum_framer *f, const lum_framer_options *o,
                ? lum_framer_set_views(f, o->views, o->view_count, error)
                : lum_framer_set_views(f, &view, 1, error);
 }
+
+/* --- Making and freeing --- */
 
 static int set_projector(lum_framer *f, const lum_framer_options *o,
                          const lum_layout *layout, lum_error *error)
@@ -335,6 +341,8 @@ void lum_framer_free(lum_framer *framer)
     free(framer);
 }
 
+/* --- The line in hand, and its points --- */
+
 /* The sensor of the latest event; NULL without memory. */
 static struct sensor *current(lum_framer *f)
 {
@@ -459,6 +467,8 @@ static void note_line(lum_framer *f, struct sensor *s)
     }
 }
 
+/* --- Drafts: frames under way --- */
+
 /* Called with draft->views set. */
 static bool begin_frames(lum_framer *f, struct draft *draft)
 {
@@ -554,6 +564,8 @@ static lum_framer_event hand_out(lum_framer *f, struct sensor *s,
     return LUM_FRAMER_FRAME;
 }
 
+/* --- A line into its frame --- */
+
 static bool is_late(const struct sensor *s, int64_t number)
 {
     return s->has_done && !is_before(s->done, number);
@@ -631,6 +643,8 @@ static lum_framer_event go_on_with_line(lum_framer *f, struct sensor *s)
     return (f->wants & LUM_WANT_LINES) != 0 ? LUM_FRAMER_LINE : LUM_FRAMER_NONE;
 }
 
+/* --- Ends of frames --- */
+
 /* The frame that is complete, empty where not a line of it came. */
 static lum_framer_event hand_out_end(lum_framer *f, struct sensor *s,
                                      int64_t number)
@@ -671,6 +685,8 @@ static lum_framer_event go_on_with_end(lum_framer *f, struct sensor *s)
     return (f->wants & LUM_WANT_FRAME_ENDS) != 0 ? LUM_FRAMER_FRAME_END
                                                  : LUM_FRAMER_NONE;
 }
+
+/* --- Events --- */
 
 /* Go on with what is in hand. */
 static lum_framer_event go_on(lum_framer *f)
@@ -765,6 +781,8 @@ lum_framer_event lum_framer_flush(lum_framer *framer)
     return event;
 }
 
+/* --- Skipping --- */
+
 static void drop_before(struct sensor *s, int64_t frame)
 {
     for (size_t i = 0; i < DRAFTS_MAX; i++) {
@@ -787,6 +805,8 @@ void lum_framer_skip_to(lum_framer *framer, int64_t frame)
         }
     }
 }
+
+/* --- What the last event is about --- */
 
 const lum_line *lum_framer_line(const lum_framer *framer)
 {

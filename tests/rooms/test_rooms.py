@@ -95,6 +95,17 @@ class Documents(unittest.TestCase):
                 self.assertEqual(there, f"\n| {word} |" in words)
 
 
+class Headings(unittest.TestCase):
+    """A file that one does not see at once says what stands where."""
+
+    def test_long_files_have_sections(self):
+        for path, text in dict(rooms.sources(TOP)).items():
+            if text.count("\n") > 350:
+                with self.subTest(path):
+                    self.assertGreater(len(re.findall(r"^/\* --- \S.*\S --- \*/$", text, re.M)), 2,
+                                       "more than 350 lines: give it headings such as /* --- Opening --- */")
+
+
 class Values(unittest.TestCase):
     """What the protocol and a session take for usual is a number in one header."""
 
