@@ -104,8 +104,9 @@ typedef enum lum_profile_fault {
 /** Largest line_span_us: 1000 s. */
 #define LUM_LINE_SPAN_MAX_US UINT32_C(1000000000)
 
-/** A profile that has been checked, as decoders and encoders take it. Private:
- * only lum_layout_init() writes it; any number of threads may read it. */
+/** A profile that has been checked: what decoders and encoders take.
+ * Private: set by lum_layout_init() alone, read by everyone, shared by any
+ * number of threads. */
 typedef struct lum_layout {
     lum_profile profile; /**< the checked profile; do not write */
 } lum_layout;

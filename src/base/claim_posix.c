@@ -31,8 +31,6 @@ struct place {
     char stem[STEM_BYTES + 1u];
 };
 
-/* --- Names of marks and unfinished files --- */
-
 static uint64_t hash_text(const char *text)
 {
     uint64_t hash = UINT64_C(0xcbf29ce484222325);
@@ -226,8 +224,6 @@ enum attempt {
     FAILED
 };
 
-/* --- Taking and dropping a name --- */
-
 static void leave_process(int fd)
 {
     char text[64];
@@ -331,6 +327,8 @@ static void forget(lum_claim *claim)
     *claim = (lum_claim)LUM_CLAIM_NONE;
     errno = code;
 }
+
+/* --- Taking and dropping a name --- */
 
 int lum_claim_take(const char *path, const char *shown, lum_claim *out,
                    lum_error *error)

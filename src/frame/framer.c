@@ -341,8 +341,6 @@ void lum_framer_free(lum_framer *framer)
     free(framer);
 }
 
-/* --- The line in hand, and its points --- */
-
 /* The sensor of the latest event; NULL without memory. */
 static struct sensor *current(lum_framer *f)
 {
@@ -352,6 +350,8 @@ static struct sensor *current(lum_framer *f)
     }
     return *s;
 }
+
+/* --- The line in hand, and its points --- */
 
 /* Make `seen` the line as a view sees it. */
 static void look_through(lum_framer *f, const struct view *view)
