@@ -11,7 +11,9 @@ set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 add_compile_definitions(_FILE_OFFSET_BITS=64)
 
 set(lum_compile_options
-    -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wvla -Wstrict-prototypes -Wmissing-prototypes)
+    -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wvla -Wstrict-prototypes -Wmissing-prototypes
+    # A switch over an enumeration names all of it, also where it has a default: what is new must be looked at everywhere.
+    -Wswitch-enum)
 set(lum_link_options "")
 if(WIN32)
   # Vista's Winsock; formats of C99 in printf.

@@ -187,10 +187,30 @@ static void take_frame(gateway *g, int64_t frame)
 
 static void take_event(gateway *g, lum_result event)
 {
-    if (event == LUM_LINE_READY) {
+    switch (event) {
+    case LUM_LINE_READY:
         take_line(g, lum_assembler_line(&g->assembler));
-    } else {
+        break;
+    case LUM_FRAME_READY:
         take_frame(g, lum_assembler_frame(&g->assembler));
+        break;
+    case LUM_OK:
+    case LUM_END:
+    case LUM_E_SHORT:
+    case LUM_E_SPACE:
+    case LUM_E_VALUE:
+    case LUM_E_FOREIGN:
+    case LUM_E_TYPE:
+    case LUM_E_MALFORMED:
+    case LUM_E_UNKNOWN_TAG:
+    case LUM_E_STRAY:
+    case LUM_E_LATE:
+    case LUM_E_DUPLICATE:
+    case LUM_E_CONFLICT:
+    case LUM_E_NO_ROOM:
+    case LUM_E_ORDER:
+    default: /* no event */
+        break;
     }
 }
 

@@ -2,11 +2,11 @@
  * Data packets to lines and frames, under loss, repeats, reordering and
  * corruption (docs/protocol.md, section 6).
  *
- * One assembler serves one sensor, both eyes. It calls nobody: an event is
- * returned by lum_assembler_push() *before* the packet at hand is consumed; the
+ * One assembler serves one sensor, both eyes. There are no callbacks:
+ * lum_assembler_push() returns an event *before* it consumes the packet. The
  * caller takes the line, or notes the frame, and pushes the same packet again.
  * Until then every other packet is refused with LUM_E_ORDER and counted, so an
- * `if` in place of this `while` shows at once:
+ * `if` in place of this `while` is noticed at once:
  *
  * @code
  * lum_result r;
@@ -17,7 +17,8 @@
  * }
  * @endcode
  *
- * Two assemblers in two threads need no lock; one assembler in two does. */
+ * Two assemblers in two threads need no lock. One assembler that two threads
+ * use needs one. */
 #ifndef LUM_ASSEMBLER_H
 #define LUM_ASSEMBLER_H
 
@@ -47,7 +48,8 @@ extern "C" {
 #define LUM_ASSEMBLER_WORDS(open_lines, words_per_line)                        \
     (LUM_ASSEMBLER_SLOTS(open_lines) * (words_per_line))
 
-/** How much of a reach an assembler takes: reorder_lines for each eye. */
+/** How many elements of lum_reach an assembler takes: reorder_lines for each
+ * eye. */
 #define LUM_ASSEMBLER_REACH(reorder_lines) (UINT32_C(2) * (reorder_lines))
 
 /** The constants of reassembly. */
@@ -58,7 +60,8 @@ typedef struct lum_assembler_config {
     uint32_t gap_us;         /**< below 2^30; 100,000 */
 } lum_assembler_config;
 
-/** What was seen and lost since lum_assembler_init(); none ever wraps. */
+/** What was seen and lost since lum_assembler_init(). A counter that has
+ * reached its maximum stays there. */
 typedef struct lum_assembly_counters {
     uint64_t stray;                /**< packets far from the stream's clock */
     uint64_t late;                 /**< packets of lines handed out already */
@@ -72,9 +75,9 @@ typedef struct lum_assembly_counters {
     uint64_t lines;                /**< lines handed out */
     uint64_t lines_idle;           /**< of them closed as idle */
     uint64_t lines_missing_angles; /**< of them with fewer than 1000 */
-    uint64_t lines_skipped;        /**< line numbers nobody heard of */
+    uint64_t lines_skipped;        /**< line numbers of which no packet came */
     uint64_t words;                /**< good words of lines handed out */
-    uint64_t lost_words;           /**< words known to be lost, from below */
+    uint64_t lost_words;           /**< words known to be lost; may be more */
     uint64_t frames; /**< distinct frames of lines; before the end, those
                           of open lines too */
 } lum_assembly_counters;
@@ -82,16 +85,15 @@ typedef struct lum_assembly_counters {
 /** A line, as handed out. Everything it points to belongs to the assembler and
  * lives until the next push or flush. */
 typedef struct lum_line {
-    int64_t frame;           /**< frame number; a label; from 0 on, and again
-                                  from 0 after 2^32 - 1 */
+    int64_t frame;           /**< frame number, 0 to 2^32 - 1; then 0 again */
     int64_t clock_us;        /**< extended sensor clock of its first packet */
-    int64_t arrival;         /**< what came with its first packet */
+    int64_t arrival;         /**< the arrival given with its first packet */
     const lum_angle *angles; /**< raw, of each pixel; 0 if unmarked */
     const uint32_t *angle_marks; /**< bit p % 32 of word p / 32: pixel p has
                                       angles */
     const uint32_t *words;       /**< by pixel, then as in their packet */
     uint32_t word_count;         /**< how many */
-    uint32_t lost_words;         /**< of this line, from below */
+    uint32_t lost_words;         /**< words known to be lost; may be more */
     uint32_t number;             /**< line number within the frame */
     uint16_t angle_count;        /**< pixels that have angles, 0..1000 */
     uint8_t eye;                 /**< an ::lum_eye */
@@ -103,7 +105,7 @@ static inline bool lum_line_has_angles(const lum_line *line, uint32_t pixel)
     return ((line->angle_marks[pixel / 32u] >> (pixel % 32u)) & 1u) != 0;
 }
 
-/** Storage of one open line. Private but in size. */
+/** Storage of one open line. Only its size is public. */
 typedef struct lum_line_slot {
     lum_line line;                              /**< private */
     int64_t low_clock_us;                       /**< private */
@@ -206,13 +208,13 @@ typedef struct lum_assembler {
     uint16_t placement[LUM_LINE_PIXELS]; /**< private: words.c's, all 0 */
 } lum_assembler;
 
-/** The constants as the protocol gives them, for a computer: they ask for half
- * a megabyte. Where the arrays are smaller, set open_lines and words_per_line
- * to what the arrays were made for. Cannot fail. */
+/** The constants that the protocol gives, for a computer: they need half a
+ * megabyte. If your arrays are smaller, set open_lines and words_per_line to
+ * what the arrays were made for. Cannot fail. */
 void lum_assembler_config_default(lum_assembler_config *out);
 
-/** The memory of an assembler, and how large it is. Need not be initialised;
- * the assembler's until it is no longer used. */
+/** The memory of an assembler, and how large it is. It need not be initialised,
+ * and belongs to the assembler as long as that is used. */
 typedef struct lum_assembler_storage {
     lum_line_slot *slots; /**< of open lines */
     uint32_t *words;      /**< range words of these lines */
@@ -223,8 +225,9 @@ typedef struct lum_assembler_storage {
     size_t reach_count;   /**< LUM_ASSEMBLER_REACH(reorder_lines) or more */
 } lum_assembler_storage;
 
-/** The storage that three arrays are, as an initialiser. Of a pointer it takes
- * the size for too little, which lum_assembler_init() refuses. */
+/** An initialiser of a storage that consists of three arrays. If one of them is
+ * a pointer, the size comes out too small, and lum_assembler_init() refuses
+ * it. */
 #define LUM_ASSEMBLER_STORAGE(slots, words, reach)                             \
     {                                                                          \
         (slots), (words), (reach), sizeof(slots) / sizeof((slots)[0]),         \
@@ -249,8 +252,8 @@ typedef struct lum_assembler_storage {
  *
  * @param a       caller-owned; written only on LUM_OK.
  * @param config  copied.
- * @param layout  the one that packets are decoded with; what is needed of it is
- *                copied.
+ * @param layout  the one that packets are decoded with; copied as far as
+ * needed.
  * @param storage copied; what it points to is kept, and written only on LUM_OK.
  * @return LUM_OK; LUM_E_VALUE if a constant is outside its range; LUM_E_SPACE
  *         if an array is shorter than config asks for.
@@ -261,52 +264,52 @@ LUM_MUST_CHECK lum_result lum_assembler_init(
 
 /** Take one data packet (docs/protocol.md, section 6).
  * @param group   a decoded packet; not kept.
- * @param arrival anything that does not fall, such as a time of reception, 0
- *                included. The line that this packet opens is handed out with
- *                it, and lum_assembler_close_idle() compares with it.
+ * @param arrival any number that never becomes smaller, such as the time of
+ *                reception; may be 0. A line has the arrival of the packet that
+ *                opened it, and lum_assembler_close_idle() compares with it.
  * @return LUM_OK: accepted.
  *         LUM_LINE_READY, LUM_FRAME_READY: an event, see above; push the same
  *         packet again.
  *         LUM_E_STRAY, LUM_E_LATE, LUM_E_DUPLICATE, LUM_E_CONFLICT,
  *         LUM_E_NO_ROOM: dropped and counted.
- *         LUM_E_ORDER: refused and counted, since an event waits for another
- *         packet, or the assembler was not begun.
- *         LUM_E_VALUE: refused: no packet that lum_group_decode() gives, for
- *         its eye, tag or count of samples.
- * Linear in the packet's samples where they are in order and behind those of
- * the line, else in the words of the line too (docs/porting.md has a bound). */
+ *         LUM_E_ORDER: refused and counted, because the packet of the last
+ *         event must be pushed first, or lum_assembler_init() was not called.
+ *         LUM_E_VALUE: refused, because lum_group_decode() never gives such an
+ *         eye, tag or count of samples.
+ * The time is linear in the samples of the packet if they are in order and come
+ * after all that the line has. Otherwise it is also linear in the words of the
+ * line (docs/porting.md has a bound). */
 LUM_MUST_CHECK lum_result lum_assembler_push(lum_assembler *a,
                                              const lum_group *group,
                                              int64_t arrival);
 
-/** Close the lines that have become idle: whose last accepted packet came with
- * an arrival before this one. Else a line stays open until packets of newer
- * lines come, however long that takes. Call until it returns LUM_OK. Later
- * packets of a line that was closed so are dropped as late.
- * @return LUM_LINE_READY, or LUM_OK: none is idle; LUM_E_ORDER, counted: an
- *         event waits for its packet, push that first; or the assembler was not
- *         begun. Linear in open_lines. */
+/** Close idle lines: those whose last accepted packet had an arrival below
+ * `before`. Without this call a line stays open until packets of newer lines
+ * come, however long that takes. Call it until it returns LUM_OK. Later packets
+ * of a line that was closed so are dropped as late.
+ * @return LUM_LINE_READY; LUM_OK if no line is idle; LUM_E_ORDER, counted, if
+ *         the packet of the last event must be pushed first, or
+ *         lum_assembler_init() was not called. Linear in open_lines. */
 LUM_MUST_CHECK lum_result lum_assembler_close_idle(lum_assembler *a,
                                                    int64_t before);
 
 /** The end of the stream: close all lines. Call until it returns LUM_OK. After
  * that packets may come again, as after a jump of the clock: they begin a new
- * frame, behind all that were announced. A packet that an event waits for is
- * given up and counted in refused.
- * @return LUM_LINE_READY or LUM_FRAME_READY, then LUM_OK; LUM_E_ORDER: the
- *         assembler was not begun. */
+ * frame with a number above all that were announced. If the packet of the last
+ * event was not pushed again, it is dropped and counted in refused.
+ * @return LUM_LINE_READY or LUM_FRAME_READY, then LUM_OK; LUM_E_ORDER if
+ *         lum_assembler_init() was not called. */
 LUM_MUST_CHECK lum_result lum_assembler_flush(lum_assembler *a);
 
-/** The line that LUM_LINE_READY announced last; NULL if none was yet.
- * @return lives, with all it points to, until the next push, flush or call of
- *         lum_assembler_close_idle(). */
+/** The line that LUM_LINE_READY announced last; NULL before the first.
+ * @return valid, with all that it points to, until the next call of
+ *         lum_assembler_push(), _flush() or _close_idle(). */
 const lum_line *lum_assembler_line(const lum_assembler *a);
 
-/** The frame that LUM_FRAME_READY announced: no line of it, nor of one before
- * it, is open or expected, but for those of an eye that has been silent for
- * gap_us; what such an eye left open comes when it speaks again or at the
- * flush. Frames are announced in rising order, each once; 2^32 - 1 is followed
- * by 0. */
+/** The frame that LUM_FRAME_READY announced. No line of it, or of a frame
+ * before it, is open or expected. The exception is an eye that has sent nothing
+ * for gap_us: its open lines come when it sends again, or at the flush. Frames
+ * are announced in rising order, each once; 2^32 - 1 is followed by 0. */
 int64_t lum_assembler_frame(const lum_assembler *a);
 
 /** What was seen and lost so far. */

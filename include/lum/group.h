@@ -38,8 +38,8 @@ typedef struct lum_group {
  * lum_packet_decode() finds out.
  * @param out its samples point into bytes.
  * @return LUM_OK; LUM_E_MALFORMED if it is shorter than its fields or its
- *         samples, has none, or bears neither eye's value, or has angles past
- *         the line's last pixel; LUM_E_UNKNOWN_TAG. Constant time. */
+ *         samples, has none, or has the value of neither eye, or has angles
+ * past the line's last pixel; LUM_E_UNKNOWN_TAG. Constant time. */
 LUM_MUST_CHECK lum_result lum_group_decode(const lum_layout *layout,
                                            const void *bytes, size_t len,
                                            lum_group *out);

@@ -1,9 +1,9 @@
 /** @file
  * Lines to points, in float (docs/protocol.md, section 7).
  *
- * x forward, y left, z up, in metres, in the frame of the sensor. No heap, no
- * I/O, no state but what the caller owns; a projector is read only once it is
- * made and may be shared by threads. */
+ * x forward, y left, z up, in metres, in the frame of the sensor. No heap and
+ * no I/O; all state belongs to the caller. Once a projector is made it is only
+ * read, so threads may share it. */
 #ifndef LUM_POINTS_H
 #define LUM_POINTS_H
 

@@ -1,14 +1,15 @@
 /** @file
  * Lines to points, in integers alone (docs/protocol.md, section 7).
  *
- * For controllers without a floating-point unit: no float, no library of
- * mathematics, no division, no heap. x forward, y left, z up, in sixteenths of
- * a millimetre, in the frame of the sensor. The same integers on every target.
+ * For controllers without a floating-point unit: no float, no
+ * mathematical library, no division, no heap. x forward, y left, z up, in
+ * sixteenths of a millimetre, in the frame of the sensor. The same integers on
+ * every target.
  *
  * Error, whatever the calibration: at most 0.17 mm and 0.32 um for each metre
- * of range, so 0.25 mm at 250 m; the most that was seen there is 0.12 mm. An
- * angle lsb of a profile adds 0.25 um for each metre of range and each degree
- * of a bit, so 0.06 um at 250 m and 0.001 degrees (docs/fixed.md).
+ * of range, so 0.25 mm at 250 m; the largest that was measured there is 0.12
+ * mm. An angle lsb of a profile adds 0.25 um for each metre of range and each
+ * degree of a bit, so 0.06 um at 250 m and 0.001 degrees (docs/fixed.md).
  */
 #ifndef LUM_POINTS_FIXED_H
 #define LUM_POINTS_FIXED_H
@@ -53,8 +54,8 @@ typedef struct lum_fixed_eye {
     int32_t axes[3][3];       /**< private: the sensor's, 2^-30 */
 } lum_fixed_eye;
 
-/** How a sensor's samples become points. Read only once it is made; may be
- * shared by threads and interrupts. */
+/** How a sensor's samples become points. Once it is made it is only read, so
+ * threads and interrupts may share it. */
 typedef struct lum_fixed_projector {
     lum_fixed_eye eye[LUM_EYES]; /**< private */
 } lum_fixed_projector;
@@ -84,9 +85,10 @@ typedef struct lum_fixed_point {
  * alone.
  *
  * Points keep the order of words; words without a point are left out and
- * counted. So, to have the returns of points, go through words and points side
- * by side: where the next point's word is not the word at hand, that has none.
- * lum_returns_compute() sees the words it is given: give it whole pixels.
+ * counted. To find the return of each point, go through words and points side
+ * by side: if the next point has another word than the current one, the current
+ * word has no point. lum_returns_compute() only knows the words that it is
+ * given: give it whole pixels.
  *
  * @code
  * n = lum_points_fixed_compute(&p, line, first, count, points, &losses);
@@ -98,11 +100,11 @@ typedef struct lum_fixed_point {
  * }
  * @endcode
  *
- * There first + count is at most line->word_count, and blocks are cut where a
- * pixel begins, or the line is taken whole.
- * @param line   as an assembler or a receiver handed it out, which has seen to
- *               it that all pixels of its words are below LUM_LINE_PIXELS; that
- *               is not checked again here.
+ * In this example first + count must not exceed line->word_count, and a block
+ * must begin where a pixel begins (or be the whole line).
+ * @param line   as an assembler or a receiver handed it out: the pixels of its
+ *               words are below LUM_LINE_PIXELS, which is not checked again
+ *               here.
  * @param first  index of the first word; none are taken from behind the end.
  * @param count  how many words; fewer are taken where the line ends.
  * @param out    room for that many points.

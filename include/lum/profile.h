@@ -2,8 +2,8 @@
  * The wire profile: every assumption about the layout of packets, as data.
  *
  * The maker's manual is silent on parts of the protocol (docs/protocol.md,
- * section 8). What this SDK assumes there is a field of ::lum_profile, so that
- * the owner of a sensor that differs corrects a value and not the code. */
+ * section 8). What this SDK assumes there is a field of ::lum_profile, so if
+ * your sensor differs, you correct a value and not the code. */
 #ifndef LUM_PROFILE_H
 #define LUM_PROFILE_H
 
@@ -79,7 +79,7 @@ typedef struct lum_profile {
     uint32_t line_span_us;   /**< longest a line lasts on the sensor clock */
 } lum_profile;
 
-/** What is wrong with a profile, for whoever has to say it to a person. */
+/** What is wrong with a profile, for a message to a person. */
 typedef enum lum_profile_fault {
     LUM_PROFILE_FINE,              /**< nothing */
     LUM_PROFILE_DATA_PACKET_TYPE,  /**< above 255, or 5, 6 or 7 */
@@ -91,9 +91,9 @@ typedef enum lum_profile_fault {
     LUM_PROFILE_SAMPLES_IN_HEADER, /**< samples begin before a field ends */
     LUM_PROFILE_SET_IP_ORDER,      /**< not an ::lum_set_ip_order */
     LUM_PROFILE_ANGLE_ORDER,       /**< not an ::lum_angle_order */
-    LUM_PROFILE_EYE_VALUES_EQUAL,  /**< both eyes bear one value */
+    LUM_PROFILE_EYE_VALUES_EQUAL,  /**< both eyes have the same value */
     LUM_PROFILE_EYE_VALUE_WIDTH,   /**< a value its field cannot hold */
-    LUM_PROFILE_TLV_EQUAL,         /**< two uses bear one number */
+    LUM_PROFILE_TLV_EQUAL,         /**< two uses have the same number */
     LUM_PROFILE_ANGLE_LSB,         /**< above ::LUM_ANGLE_LSB_MAX_PDEG */
     LUM_PROFILE_LINE_SPAN          /**< above ::LUM_LINE_SPAN_MAX_US */
 } lum_profile_fault;

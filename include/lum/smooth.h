@@ -12,9 +12,9 @@
  * smoothed.angles = angles;
  * @endcode
  *
- * and what takes lines (lum/points.h) takes the smoothed one. No heap, no I/O,
- * no libm, no state but what the caller owns; a lum_smooth is read only once it
- * is made and may be shared by threads. */
+ * The functions that take lines (lum/points.h) also take the smoothed one. No
+ * heap, no I/O and no libm; all state belongs to the caller. Once a lum_smooth
+ * is made it is only read, so threads may share it. */
 #ifndef LUM_SMOOTH_H
 #define LUM_SMOOTH_H
 
@@ -58,11 +58,11 @@ LUM_MUST_CHECK lum_result lum_smooth_init(lum_smooth *out, uint32_t window,
  * @param out  LUM_LINE_PIXELS raw angles, rounded to the nearest; may be where
  *             line->angles points. Pixels without angles keep what they have.
  *
- * Pixels that have angles are smoothed run by run: a gap is never bridged, and
- * what lies beyond it counts for nothing. Within half a window of a run's end
- * the polynomial of its last whole window is taken, so that nothing is drawn
- * inwards. A run shorter than the window is one polynomial; one of order + 1
- * pixels or fewer stays as it is.
+ * Pixels that have angles are smoothed run by run: pixels without angles
+ * end a run, and pixels beyond them have no influence. Within half a window of
+ * a run's end the polynomial of its last whole window is used, so that the ends
+ * are not pulled inwards. A run shorter than the window is one polynomial; one
+ * of order + 1 pixels or fewer stays as it is.
  *
  * 8 KB of stack. Time is linear in the window: on a PC some 8 us a line with
  * ::LUM_SMOOTH_WINDOW, 12 us with the widest; for all lines of both eyes, 64 at

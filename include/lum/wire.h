@@ -4,7 +4,7 @@
  *
  * Input may have any length and any alignment and is not kept. Outputs are
  * written only on LUM_OK. Everything here is reentrant, takes constant time
- * but for TLV values, which are copied, and allocates nothing. */
+ * (except that TLV values are copied), and allocates nothing. */
 #ifndef LUM_WIRE_H
 #define LUM_WIRE_H
 
@@ -31,7 +31,7 @@ extern "C" {
 #define LUM_HEARTBEAT_MS     200u  /**< between two: five a second */
 #define LUM_HEARTBEAT_MAX_MS 1000u /**< never further apart */
 
-/** After the last heartbeat the sensor ends data and laser. */
+/** So long after the last heartbeat the sensor ends data and laser. */
 #define LUM_HEARTBEAT_TIMEOUT_MS 3000u
 
 /** Packet types, byte 8 of the header. */
@@ -98,7 +98,7 @@ typedef struct lum_tlv {
     const uint8_t *value; /**< inside the packet; lives as long as it does */
 } lum_tlv;
 
-/** Where an iteration over a packet's TLVs stands. Private but in size. */
+/** Where an iteration over a packet's TLVs stands. Only its size is public. */
 typedef struct lum_tlv_reader {
     const uint8_t *next; /**< first byte not read */
     size_t left;         /**< bytes from there */
@@ -125,8 +125,8 @@ typedef struct lum_tlv_writer {
     size_t len;   /**< bytes written: the packet's length so far */
 } lum_tlv_writer;
 
-/** Begin to write a TLV packet (section 4). As it stands then it is legal, and
- * asks the sensor for its status.
+/** Begin to write a TLV packet (section 4). Without any TLV it is a legal
+ * packet, which asks the sensor for its status.
  * @param out kept; caller-owned.
  * @return LUM_OK; LUM_E_SPACE if size is below 16. */
 LUM_MUST_CHECK lum_result lum_tlv_begin(lum_tlv_writer *writer, void *out,

@@ -14,6 +14,8 @@
 
 #define TRIES 100
 
+/* --- Locks and marks --- */
+
 int lum_claim_lock(int fd)
 {
     return flock(fd, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK ? 0 : -1;
@@ -60,6 +62,8 @@ static void remove_unfinished(const char *path, lum_claim_mark *mark)
     }
     free(whole);
 }
+
+/* --- Refusals --- */
 
 static int fail(int code, const char *shown, const char *doing,
                 lum_error *error)
@@ -177,6 +181,8 @@ static void forget(lum_claim *claim)
     *claim = (lum_claim)LUM_CLAIM_NONE;
     errno = code;
 }
+
+/* --- Taking and dropping a name --- */
 
 int lum_claim_take(const char *path, const char *shown, lum_claim *out,
                    lum_error *error)

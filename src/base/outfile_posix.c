@@ -15,6 +15,8 @@
 #define TRIES      100                 /* to find a name that is free */
 #define BEGIN_SIZE ((size_t)8u << 20u) /* bytes that are worth a begin */
 
+/* --- Messages --- */
+
 int lum_outfile_fail(const lum_outfile *file, int code, const char *doing,
                      lum_error *error)
 {
@@ -55,6 +57,8 @@ static int refuse_busy(const lum_outfile *file, lum_error *error)
                   "another program is writing it, or has locked it: wait for "
                   "its end, or choose another name");
 }
+
+/* --- The file that is filled --- */
 
 /* What replaces a file is open to nobody to whom that one was not. */
 static void keep_mode(const lum_outfile *file, const struct stat *old)
@@ -163,6 +167,8 @@ static int make(lum_outfile *file, lum_outfile_kind kind,
     return settle(file, error);
 }
 
+/* --- Opening --- */
+
 /* Links are followed, so that the file is replaced and not the link. */
 static int open_over(lum_outfile *file, lum_outfile_kind kind, const char *path,
                      const struct stat *old, lum_error *error)
@@ -243,6 +249,8 @@ int lum_outfile_open(const char *path, lum_outfile_kind kind, lum_outfile *out,
     return 0;
 }
 
+/* --- To the disk, and its name --- */
+
 /* Whether its present name still stands for it. */
 static bool is_ours(const lum_outfile *file)
 {
@@ -313,6 +321,8 @@ static int give_name(lum_outfile *file, lum_error *error)
     file->owes_name = true;
     return 0;
 }
+
+/* --- The public functions --- */
 
 /* The file's own lock takes the claim's place. */
 int lum_outfile_show(lum_outfile *file, lum_error *error)

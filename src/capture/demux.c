@@ -38,6 +38,8 @@ struct lum_demux {
     size_t flushing;
 };
 
+/* --- Making and freeing --- */
+
 static void free_assembly(struct assembly *assembly)
 {
     if (assembly != NULL) {
@@ -90,6 +92,8 @@ void lum_demux_free(lum_demux *demux)
     }
     free(demux);
 }
+
+/* --- Addresses and sensors --- */
 
 static struct address *find_address(lum_demux *demux, uint32_t address)
 {
@@ -182,6 +186,8 @@ static struct address *claim_entry(lum_demux *demux, uint32_t address)
     }
     return entry;
 }
+
+/* --- What a record is --- */
 
 static bool is_ours(const lum_record *record)
 {
@@ -282,6 +288,8 @@ static lum_result count_record(lum_demux *demux, const lum_record *record)
     return LUM_OK;
 }
 
+/* --- Events --- */
+
 lum_result lum_demux_push(lum_demux *demux, const lum_record *record,
                           lum_packet_kind *kind)
 {
@@ -316,6 +324,8 @@ lum_result lum_demux_flush(lum_demux *demux)
     demux->flushing = 0;
     return LUM_OK;
 }
+
+/* --- What is known --- */
 
 const lum_assembler *lum_demux_current(const lum_demux *demux)
 {

@@ -45,6 +45,8 @@ struct option {
     size_t len;
 };
 
+/* --- Options --- */
+
 bool lum_pcapng_is(lum_source *source)
 {
     return lum_source_has(source, 4) && load_be32(source->at) == BLOCK_SECTION;
@@ -164,6 +166,8 @@ static int read_interface_options(const lum_pcap *r, struct options o,
                                        "an interface's options are cut short");
 }
 
+/* --- Sections and interfaces --- */
+
 static int too_short(const lum_pcap *r, const struct block *b, lum_error *error)
 {
     return lum_pcap_fail(r, error,
@@ -218,6 +222,8 @@ static int read_order(lum_pcap *r, lum_error *error)
     }
     return 0;
 }
+
+/* --- Blocks --- */
 
 static bool is_read(uint32_t type)
 {
@@ -322,6 +328,8 @@ static int next_block(lum_pcap *r, struct block *b, lum_error *error)
                ? 1
                : -1;
 }
+
+/* --- Packets --- */
 
 /* rest * 10^9 / ticks, where rest is less than ticks. Without a remainder lost
  * on the way, for the product has up to 93 bits. */
@@ -431,6 +439,8 @@ static int read_packet(const lum_pcap *r, const struct block *b,
     }
     return 0;
 }
+
+/* --- From block to block --- */
 
 /* A section or an interface. */
 static int read_other(lum_pcap *r, const struct block *b, lum_error *error)

@@ -38,6 +38,8 @@ struct lum_sink {
     int failure;      /* errno of the first write that failed; sticky */
 };
 
+/* --- Writing to the file --- */
+
 static int fail(const lum_sink *sink, int code, const char *doing,
                 lum_error *error)
 {
@@ -98,6 +100,8 @@ static void write_oldest(lum_sink *sink)
     sink->queued--;
     (void)pthread_cond_broadcast(&sink->changed);
 }
+
+/* --- The thread and its queue --- */
 
 static void *run(void *argument)
 {
@@ -191,6 +195,8 @@ static int drain(lum_sink *sink, lum_error *error)
     return wait_queued(sink, 0, error);
 }
 
+/* --- Blocks of the caller --- */
+
 static int allocate(lum_sink *sink, block *filled, lum_error *error)
 {
     filled->memory = malloc(LUM_SINK_BLOCK_BYTES + BLOCK_PAGE);
@@ -260,6 +266,8 @@ int lum_sink_write(lum_sink *sink, const void *bytes, size_t n,
     }
     return 0;
 }
+
+/* --- Header, name, end --- */
 
 int lum_sink_patch(lum_sink *sink, uint64_t offset, const void *bytes, size_t n,
                    lum_error *error)

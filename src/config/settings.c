@@ -98,6 +98,8 @@ typedef struct command_rules {
     allowed_text allowed[LUM_COMMANDS];
 } command_rules;
 
+/* --- Keys and their rules --- */
+
 static void make_rules(command_rules *out)
 {
     for (unsigned id = 0; id < LUM_COMMANDS; id++) {
@@ -166,6 +168,8 @@ typedef struct check {
     lum_error *error;
 } check;
 
+/* --- Commands --- */
+
 static int take_commands(const check *c, const command_rules *rules,
                          lum_settings *out)
 {
@@ -188,6 +192,8 @@ static int take_commands(const check *c, const command_rules *rules,
 }
 
 #define NUMBER_BYTES 24 /* of an elevation */
+
+/* --- The shape of the Y scan --- */
 
 static void format_degrees(char out[NUMBER_BYTES], int64_t udeg)
 {
@@ -380,6 +386,8 @@ static int take_shape(const check *c, lum_settings *out)
                ? take_regions(c, v, &out->shape)
                : take_span(c, v, &out->shape);
 }
+
+/* --- The file --- */
 
 int lum_settings_parse(const char *text, size_t len, const char *name,
                        lum_settings *out, lum_error *error)

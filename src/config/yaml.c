@@ -25,6 +25,8 @@ typedef struct reader {
 static void append(char *out, size_t size, const char *format, ...)
     LUM_PRINTF(3, 4);
 
+/* --- Messages --- */
+
 /* Adds to a terminated string of size bytes; cuts what does not fit. */
 static void append(char *out, size_t size, const char *format, ...)
 {
@@ -147,6 +149,8 @@ static int refuse_syntax(reader *r)
                       line_of(p->context_mark.line));
 }
 
+/* --- Events and scalars of libyaml --- */
+
 static int next(reader *r)
 {
     yaml_event_delete(&r->event);
@@ -244,6 +248,8 @@ static int refuse_kind(reader *r)
     }
 }
 
+/* --- Keys and values --- */
+
 /* Notes where a known key stands. */
 static int admit_key(reader *r, unsigned *seen)
 {
@@ -315,6 +321,8 @@ static int read_mapping(reader *r)
     }
     return -1;
 }
+
+/* --- The document --- */
 
 static int refuse_root(reader *r)
 {

@@ -4,12 +4,24 @@
 #include "counter.h"
 
 /* The sensor does not say where a frame ends: its lines rise from 0 to the last
- * and begin again. So each eye follows the highest line of its frame, top, and
- * takes a fall by more than the reach of reordering, R, for a new frame. Both
- * eyes sweep together, so an eye also looks where the other stands.
+ * and begin again. Packets may be lost or overtake each other, but a line is at
+ * most R lines late (reorder_lines, 8 by default). So:
  *
- * Numbers only grow, but that the eye that begins second may stand one behind
- * the other, and a straggler is of the frame before: so 0 is the lowest. */
+ * 1. Each eye keeps top, the highest line of its current frame. A line at most
+ *    R below top is late, and of this frame.
+ * 2. A line more than R below top can only be one of the next sweep: a new
+ * frame begins, and its number is one more.
+ * 3. Lines of the old frame may still come behind the first of the new one
+ *    (stragglers). They are far above the new top, and are given the old
+ * number.
+ * 4. Both eyes sweep together. If the other eye has begun its next frame and
+ *    stands beside this line, this eye has lost its own wrap, and begins too.
+ * 5. A frame is complete when each eye has no open line of it and has decided R
+ *    lines of later frames: then none of its lines can come any more. An eye
+ *    that sends nothing (gap_us long) is not waited for.
+ *
+ * Numbers begin at 1 and only grow. Only two lines can be one below: those of
+ * the eye that begins second, and stragglers. So 0 is the lowest number. */
 
 void lum_frames_init(lum_assembler *a)
 {
@@ -19,6 +31,7 @@ void lum_frames_init(lum_assembler *a)
     a->frames.first = 1;
 }
 
+/* More than R lines above: reordering alone does not explain it. */
 static bool is_far_above(uint32_t a, uint32_t b, unsigned reach)
 {
     return a > b && a - b > reach;
@@ -47,7 +60,8 @@ static void begin(lum_eye_frames *f, const lum_eye_frames *other, uint32_t line,
     }
 }
 
-/* The lines below the top that never came are skipped for good. */
+/* A frame ends: the lines below its top that never came are lost. gap is how
+ * many these are. */
 static void count_gap(lum_assembler *a, lum_eye_frames *f)
 {
     lum_counter_add(&a->counters.lines_skipped, f->gap);
@@ -134,18 +148,19 @@ uint32_t lum_frames_decide(lum_assembler *a, lum_eye_state *eye, uint32_t line)
     const unsigned r = a->config.reorder_lines;
     lum_eye_frames *f = &eye->frames;
     const bool beside = is_beside(other, line, r);
-    /* the other eye wrapped, and this one's wrap was lost */
+    /* step 4: the other eye wrapped, and this one's wrap was lost */
     const bool behind = beside && frame_is_before(f->frame, other->frame);
     uint32_t back = 0;
     if (!f->begun) {
         begin(f, other, line, beside);
     } else if (f->after_break || behind || is_far_above(f->top, line, r)) {
+        /* steps 2 and 4, or the clock has jumped: a new frame */
         count_gap(a, f);
         begin_frame(f, behind ? other->frame : f->frame + 1u, line, r);
     } else if (is_straggler(f, line, r)) {
-        back = 1;
+        back = 1; /* step 3 */
     } else {
-        advance(f, line);
+        advance(f, line); /* step 1 */
     }
     const uint32_t frame = f->frame - back;
     note_highest(eye->reach, frame, r);

@@ -6,7 +6,20 @@
 
 #include <string.h>
 
-/* The slots of an eye are a ring. From oldest on, open_count of them are open,
+/* A line is open from its first packet until it is closed and handed out. An
+ * eye can have several open lines, since packets of neighbouring lines may
+ * arrive mixed. For each packet:
+ *
+ * 1. If a line of its number is open and their clocks are at most line_span_us
+ *    apart, the packet belongs to it.
+ * 2. If such a line is open but older, the number has come round: that line and
+ *    all that were opened before it are closed, and a new one opens.
+ * 3. If the packet is of a line that has been closed, it is late and dropped. A
+ *    line is handed out once, so nothing can be added to it any more.
+ * 4. Otherwise a new line opens. If all slots are open, the oldest is closed
+ *    before.
+ *
+ * The slots of an eye are a ring. From oldest on, open_count of them are open,
  * in the order in which they were opened; the others follow from unused on. */
 
 void lum_lines_init(lum_assembler *a, const lum_assembler_storage *storage)
@@ -38,11 +51,15 @@ void lum_lines_init(lum_assembler *a, const lum_assembler_storage *storage)
     }
 }
 
+/* How far a packet's clock is ahead, in microseconds; bounded to 32 bits. */
 static int32_t lead(const lum_awaited *packet, const int64_t *clock_us)
 {
     return lum_stream_lead(&packet->clock_us, clock_us);
 }
 
+/* Step 3. The last R closed lines (reorder_lines) are known by number and
+ * clock. What is older than these is known by its clock: it is below
+ * low_clock_us, the largest clock with which a closed line began. */
 static bool was_closed(const lum_assembler *a, const lum_eye_state *eye)
 {
     const lum_awaited *packet = &a->awaited;
@@ -68,12 +85,13 @@ lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
         if (slot->line.number == packet->group.line) {
             const int32_t ahead_us = lead(packet, &slot->line.clock_us);
             if (stream_is_within(ahead_us, a->line_span_us)) {
-                *found = slot;
+                *found = slot; /* step 1 */
                 return LUM_OK;
             }
             if (ahead_us < 0) {
-                return LUM_E_LATE;
+                return LUM_E_LATE; /* of an earlier frame */
             }
+            /* step 2: this line and the i that are older */
             *to_close = (uint8_t)(i + 1u);
             return LUM_OK;
         }
@@ -82,6 +100,7 @@ lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
     if (was_closed(a, eye)) {
         return LUM_E_LATE;
     }
+    /* step 4 */
     *to_close = open_count == a->config.open_lines ? 1 : 0;
     return LUM_OK;
 }
@@ -118,11 +137,15 @@ void lum_lines_take(lum_assembler *a, lum_eye_state *eye, lum_line_slot *slot)
     if (packet->clock_us < slot->low_clock_us) {
         slot->low_clock_us = packet->clock_us;
     }
+    /* Only the second packet decides the frame: one packet with a corrupted
+     * line number must not begin a frame. From 2 on, accepted need not be
+     * exact. */
     if (slot->accepted < 2 && ++slot->accepted == 2) {
         slot->frame = lum_frames_decide(a, eye, packet->group.line);
     }
 }
 
+/* The R lines that were closed last are kept in a ring, for was_closed(). */
 static void remember(const lum_assembler *a, lum_eye_state *eye,
                      const lum_line *line)
 {
@@ -155,11 +178,14 @@ lum_line *lum_lines_close(const lum_assembler *a, lum_eye_state *eye)
     eye->lines.oldest = slot->next;
     eye->lines.open_count--;
     if (slot->accepted < 2) {
+        /* Too little to decide: the current frame, and no later packet is late
+         * because of this line's clock, which may be corrupted. */
         slot->frame = eye->frames.frame;
     } else if (slot->low_clock_us > eye->lines.low_clock_us) {
         eye->lines.low_clock_us = slot->low_clock_us;
     }
     line->frame = slot->frame;
+    /* The packets told positions up to words_end, but brought fewer words. */
     if (slot->words_end > slot->words_seen) {
         line->lost_words = slot->words_end - slot->words_seen;
     }
@@ -189,6 +215,8 @@ static void make_oldest(lum_eye_lines *lines, lum_line_slot *before_it)
     lines->oldest = slot;
 }
 
+/* Whether some open line has got no packet since `before`. It becomes the
+ * oldest, so that it is the next to be closed. */
 bool lum_lines_pull_idle(lum_eye_state *eye, int64_t before)
 {
     lum_line_slot *slot = eye->lines.oldest;
@@ -206,6 +234,7 @@ bool lum_lines_pull_idle(lum_eye_state *eye, int64_t before)
     return false;
 }
 
+/* The clock has jumped: the clocks of closed lines mean nothing any more. */
 void lum_lines_forget(const lum_assembler *a, lum_eye_state *eye)
 {
     LUM_CHECK(eye->lines.open_count == 0);
@@ -215,6 +244,8 @@ void lum_lines_forget(const lum_assembler *a, lum_eye_state *eye)
     }
 }
 
+/* Whether all open lines are of frames behind this one. A line of a single
+ * packet has no frame yet, and does not hold one back. */
 bool lum_lines_are_past(const lum_eye_state *eye, uint32_t frame)
 {
     const lum_line_slot *slot = eye->lines.oldest;

@@ -5,14 +5,12 @@
 static lum_packet_kind decode_data(const lum_layout *layout, const void *bytes,
                                    size_t len, lum_group *group)
 {
-    switch (lum_group_decode(layout, bytes, len, group)) {
-    case LUM_OK:
+    const lum_result r = lum_group_decode(layout, bytes, len, group);
+    if (r == LUM_OK) {
         return LUM_PACKET_DATA;
-    case LUM_E_UNKNOWN_TAG:
-        return LUM_PACKET_UNKNOWN_TAG;
-    default:
-        return LUM_PACKET_MALFORMED;
     }
+    return r == LUM_E_UNKNOWN_TAG ? LUM_PACKET_UNKNOWN_TAG
+                                  : LUM_PACKET_MALFORMED;
 }
 
 static lum_packet_kind at_least(size_t len, size_t least, lum_packet_kind kind)

@@ -7,10 +7,16 @@
 
 #include <string.h>
 
+/* A line has two kinds of samples. Angles have a fixed place each, so a bit for
+ * each pixel tells which are there. A pixel can have any number of range words,
+ * so these are one array, ordered by pixel. A packet is taken whole or not at
+ * all: if some of its pixels are there already, all of it is dropped. */
+
 #define ALL_BITS 0xffffffffu
 
-/* Flips the marks of n pixels. LUM_OK where none was set, LUM_E_DUPLICATE where
- * all were, else LUM_E_CONFLICT. */
+/* Flips the marks of n pixels, 32 at a time. LUM_OK if none was set,
+ * LUM_E_DUPLICATE if all were, else LUM_E_CONFLICT. Flipping them again
+ * restores them. */
 static lum_result flip_marks(uint32_t *marks, uint32_t first, uint32_t n)
 {
     const uint32_t last = first + n - 1u;
@@ -65,14 +71,19 @@ lum_result lum_words_place_angles(lum_line_slot *slot, const lum_group *group,
     return LUM_OK;
 }
 
-/* Where a word belongs: a good one at its pixel, a bad one behind them all. */
+/* Where a word belongs: a good one at its pixel, a bad one behind them all. Bit
+ * 11 (LUM_WORD_ZERO) must be 0; where it is set, the result is above every
+ * pixel. */
 static uint32_t place_of(uint32_t word)
 {
     return word & (LUM_WORD_ZERO | LUM_WORD_PIXEL);
 }
 
 /* Copies words and tells whether all are good and in order of pixels, from
- * first on. */
+ * first on. It has no branch for each word, so that compilers make vector code:
+ * where a place is below the one before it, the difference is negative and sets
+ * the highest bit of borrow. If the places only rise, only the last can be too
+ * high. */
 static bool copy_in_order(uint32_t *restrict to, const uint8_t *restrict from,
                           uint32_t n, uint32_t first)
 {
@@ -108,9 +119,16 @@ static bool append(const lum_assembler *a, lum_line_slot *slot,
     return true;
 }
 
-/* Any other packet is put among the words of the line by a table of pixels: how
- * many words of the packet a pixel has, then where they go. It is all 0 between
- * calls, so that only the packet's own pixels cost. */
+/* Any other packet is merged into the words of the line, in place:
+ *
+ * 1. count_good(): table[pixel] is how many words of the packet the pixel has.
+ * 2. count_there(): if the line has words of one of these pixels already, the
+ *    packet is dropped.
+ * 3. make_room(): the line's words move up, the last first, so that gaps appear
+ *    where the packet's words belong; table[pixel] is then where a gap begins.
+ * 4. fill_room(): the packet's words go into the gaps, in their order.
+ * 5. The table is set to 0 again, from the packet's lowest pixel to its
+ * highest, so that a call costs nothing for the other pixels. */
 
 /* What is merged: the pixels of the packet's good words are from low to before
  * end. */
@@ -121,7 +139,7 @@ struct merge {
     uint32_t end;
 };
 
-/* How many words are good, as far as a line can hold them. */
+/* Step 1: how many words are good, as far as a line can hold them. */
 static uint32_t count_good(struct merge *m, const lum_group *group)
 {
     const uint8_t *sample = group->samples;
@@ -157,8 +175,8 @@ static LUM_ONE_COPY uint32_t descend(const uint32_t *words, uint32_t count,
     return count;
 }
 
-/* How many words of the packet find words of their pixel in the line: both are
- * walked down side by side. */
+/* Step 2: how many words of the packet belong to pixels that have words in the
+ * line. Both are walked down side by side, from the highest pixel. */
 static uint32_t count_there(const struct merge *m, uint32_t count)
 {
     uint32_t there = 0;
@@ -174,8 +192,8 @@ static uint32_t count_there(const struct merge *m, uint32_t count)
     return there;
 }
 
-/* Moves the line's words apart, the last first, and leaves in the table where
- * the words of each pixel of the packet begin. */
+/* Step 3. good is how many words of the packet are still to be placed, and so
+ * how far the line's words above this pixel move. */
 static void make_room(const struct merge *m, uint32_t count, uint32_t good)
 {
     uint32_t *words = m->words;
@@ -192,6 +210,7 @@ static void make_room(const struct merge *m, uint32_t count, uint32_t good)
     }
 }
 
+/* Step 4. */
 static void fill_room(const struct merge *m, const lum_group *group)
 {
     const uint8_t *sample = group->samples;

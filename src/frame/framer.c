@@ -102,6 +102,8 @@ struct lum_framer {
     struct draft out; /* what was handed out */
 };
 
+/* --- Small things --- */
+
 /* Frames are numbered from 0 again after 2^32 - 1. */
 static bool is_before(int64_t a, int64_t b)
 {
@@ -125,6 +127,8 @@ static void copy_options(void *out, size_t size, const void *from,
     memset(out, 0, size);
     memcpy(out, from, from_size < size ? from_size : size);
 }
+
+/* --- Options and views --- */
 
 static int read_view(const lum_view *given, struct view *out, lum_error *error)
 {
@@ -207,6 +211,8 @@ static int set_first_views(lum_framer *f, const lum_framer_options *o,
                ? lum_framer_set_views(f, o->views, o->view_count, error)
                : lum_framer_set_views(f, &view, 1, error);
 }
+
+/* --- Making and freeing --- */
 
 static int set_projector(lum_framer *f, const lum_framer_options *o,
                          const lum_layout *layout, lum_error *error)
@@ -361,6 +367,8 @@ static struct sensor *current(lum_framer *f)
     return *s;
 }
 
+/* --- The line in hand, and its points --- */
+
 /* Make `seen` the line as a view sees it. */
 static void look_through(lum_framer *f, const struct view *view)
 {
@@ -478,6 +486,8 @@ static void note_line(lum_framer *f, struct sensor *s)
     }
 }
 
+/* --- Drafts: frames under way --- */
+
 /* Called with draft->views set. */
 static bool begin_frames(lum_framer *f, struct draft *draft)
 {
@@ -574,6 +584,8 @@ static lum_framer_event hand_out(lum_framer *f, struct sensor *s,
     return LUM_FRAMER_FRAME;
 }
 
+/* --- A line into its frame --- */
+
 static bool is_late(const struct sensor *s, int64_t number)
 {
     return s->has_done && !is_before(s->done, number);
@@ -651,6 +663,8 @@ static lum_framer_event go_on_with_line(lum_framer *f, struct sensor *s)
     return (f->wants & LUM_WANT_LINES) != 0 ? LUM_FRAMER_LINE : LUM_FRAMER_NONE;
 }
 
+/* --- Ends of frames --- */
+
 /* The frame that is complete, empty where not a line of it came. */
 static lum_framer_event hand_out_end(lum_framer *f, struct sensor *s,
                                      int64_t number)
@@ -692,6 +706,8 @@ static lum_framer_event go_on_with_end(lum_framer *f, struct sensor *s)
                                                  : LUM_FRAMER_NONE;
 }
 
+/* --- Events --- */
+
 /* Go on with what is in hand. */
 static lum_framer_event go_on(lum_framer *f)
 {
@@ -718,10 +734,30 @@ static lum_framer_event take(lum_framer *f, lum_result event)
     if (s == NULL) {
         return LUM_FRAMER_FAILED;
     }
-    if (event == LUM_LINE_READY) {
+    switch (event) {
+    case LUM_LINE_READY:
         note_line(f, s);
-    } else {
+        break;
+    case LUM_FRAME_READY:
         f->in_hand = IN_HAND_END;
+        break;
+    case LUM_OK:
+    case LUM_END:
+    case LUM_E_SHORT:
+    case LUM_E_SPACE:
+    case LUM_E_VALUE:
+    case LUM_E_FOREIGN:
+    case LUM_E_TYPE:
+    case LUM_E_MALFORMED:
+    case LUM_E_UNKNOWN_TAG:
+    case LUM_E_STRAY:
+    case LUM_E_LATE:
+    case LUM_E_DUPLICATE:
+    case LUM_E_CONFLICT:
+    case LUM_E_NO_ROOM:
+    case LUM_E_ORDER:
+    default: /* no event */
+        break;
     }
     return go_on(f);
 }
@@ -779,6 +815,8 @@ lum_framer_event lum_framer_flush(lum_framer *framer)
     return event;
 }
 
+/* --- Skipping --- */
+
 static void drop_before(struct sensor *s, int64_t frame)
 {
     for (size_t i = 0; i < DRAFTS_MAX; i++) {
@@ -801,6 +839,8 @@ void lum_framer_skip_to(lum_framer *framer, int64_t frame)
         }
     }
 }
+
+/* --- What the last event is about --- */
 
 const lum_line *lum_framer_line(const lum_framer *framer)
 {

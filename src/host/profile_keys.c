@@ -123,6 +123,8 @@ static const lum_key_entry entries[] = {
 };
 const lum_key_table lum_profile_keys = {entries, COUNT(entries)};
 
+/* --- Values of a profile, and back --- */
+
 void lum_keys_of_profile(lum_keys *out, const lum_profile *start)
 {
     lum_profile usual;
@@ -192,6 +194,8 @@ typedef struct culprit {
     uint32_t place; /* 0: it was not set */
 } culprit;
 
+/* --- Messages: which key is blamed --- */
+
 static uint32_t place_of(const refusal *r, unsigned index)
 {
     return r->keys->values[index].place;
@@ -223,6 +227,8 @@ static void add(lum_key_text *text, const char *before, int64_t number,
     lum_key_text_add_number(text, number, 0);
     lum_key_text_add(text, behind);
 }
+
+/* --- Messages: one for each fault of a profile --- */
 
 static void refuse_type(const refusal *r, lum_key_refusal *why)
 {
@@ -359,6 +365,8 @@ static void refuse_tlv(const refusal *r, lum_key_refusal *why)
     const culprit o = {tlv_paths[other], place_of(r, TLV + other)};
     refuse_equal(r, c, o, r->profile->tlv[r->index], why);
 }
+
+/* --- The check --- */
 
 /* Faults without an entry are refused by the rules already. */
 static void refuse(const refusal *r, lum_profile_fault fault,

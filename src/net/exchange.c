@@ -9,7 +9,7 @@ void lum_exchange_init(lum_exchange *out, const lum_exchange_config *config)
     out->next = config->first;
 }
 
-/* Alerts may bear a 0, so none is issued but when it is asked for. */
+/* Alerts may carry sequence 0, so we skip 0 unless the caller starts there. */
 static uint32_t issue(lum_exchange *x)
 {
     if (x->next == 0 && x->issued > 0) {

@@ -22,6 +22,8 @@ struct gathered {
     uint8_t strongest[BLOCK];
 };
 
+/* --- What columns share --- */
+
 void lum_column_work_begin(lum_column_work *work)
 {
     work->has_directions = false;
@@ -106,6 +108,8 @@ static void prepare(const lum_column_line *l, lum_column_work *work,
         work->has_strongest = true;
     }
 }
+
+/* --- Coordinates --- */
 
 /* Through double, as lum_samples_compute() does. */
 static void compute_ranges(const lum_eye_projector *eye, const uint32_t *words,
@@ -230,6 +234,8 @@ static void put_space(const lum_eye_projector *eye, const struct chunk *c,
     }
 }
 
+/* --- Columns of integers, and chunks --- */
+
 static void put_by_pixel(const struct chunk *c, const float *of_pixel,
                          float *out)
 {
@@ -308,6 +314,8 @@ struct sieve {
     bool all; /* every one does */
 };
 
+/* --- Selections --- */
+
 static inline uint32_t passes(const struct sieve *s, uint32_t word)
 {
     const uint32_t falls = lum_word_is_rising(word) ? 0 : 1u;
@@ -359,6 +367,8 @@ static size_t put_words(const lum_column_line *l, const struct sieve *sieve,
     }
     return count;
 }
+
+/* --- All columns of a line --- */
 
 /* Samples stand in the words' order, so each one's word is ahead. */
 static void put_strongest(const lum_line *line, const lum_column_work *work,

@@ -61,7 +61,8 @@ static bool is_chosen(const lum_selection *s, const lum_line *line,
         return r->number == s->return_number;
     case LUM_RETURNS_STRONGEST:
         return is_strongest(line, returns, i, strongest);
-    default: /* LUM_RETURNS_ALL */
+    case LUM_RETURNS_ALL:
+    default:
         return true;
     }
 }

@@ -97,20 +97,37 @@ static void set_fov(lum_device_settings *s, uint16_t value)
 
 static void set_value(lum_device_settings *s, const lum_command *command)
 {
-    uint16_t *const plain[LUM_COMMANDS] = {
-        [LUM_COMMAND_POWER] = &s->power,
-        [LUM_COMMAND_THRESHOLD_GREEN] = &s->threshold[LUM_EYE_GREEN],
-        [LUM_COMMAND_THRESHOLD_BLUE] = &s->threshold[LUM_EYE_BLUE],
-        [LUM_COMMAND_HOLDOFF] = &s->holdoff,
-        [LUM_COMMAND_OFFSET_GREEN] = &s->offset[LUM_EYE_GREEN],
-        [LUM_COMMAND_OFFSET_BLUE] = &s->offset[LUM_EYE_BLUE],
-    };
-    if (command->id == LUM_COMMAND_LINE_MODE) {
-        set_lines(s, command->value);
-    } else if (command->id == LUM_COMMAND_YSCAN) {
-        set_fov(s, command->value);
-    } else if (plain[command->id] != NULL) {
-        *plain[command->id] = command->value;
+    const uint16_t value = command->value;
+    switch (command->id) {
+    case LUM_COMMAND_POWER:
+        s->power = value;
+        break;
+    case LUM_COMMAND_THRESHOLD_GREEN:
+        s->threshold[LUM_EYE_GREEN] = value;
+        break;
+    case LUM_COMMAND_THRESHOLD_BLUE:
+        s->threshold[LUM_EYE_BLUE] = value;
+        break;
+    case LUM_COMMAND_LINE_MODE:
+        set_lines(s, value);
+        break;
+    case LUM_COMMAND_YSCAN:
+        set_fov(s, value);
+        break;
+    case LUM_COMMAND_HOLDOFF:
+        s->holdoff = value;
+        break;
+    case LUM_COMMAND_OFFSET_GREEN:
+        s->offset[LUM_EYE_GREEN] = value;
+        break;
+    case LUM_COMMAND_OFFSET_BLUE:
+        s->offset[LUM_EYE_BLUE] = value;
+        break;
+    case LUM_COMMAND_LASER_ON:
+    case LUM_COMMAND_LASER_OFF:
+    case LUM_COMMANDS:
+    default: /* no setting */
+        break;
     }
 }
 

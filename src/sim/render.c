@@ -33,6 +33,8 @@ typedef struct pulse {
     size_t echo; /* that it begins with */
 } pulse;
 
+/* --- Making and freeing --- */
+
 void lum_render_options_default(lum_render_options *out)
 {
     memset(out, 0, sizeof *out);
@@ -114,6 +116,8 @@ static lum_result set_scenes(lum_render *r, int64_t frame)
     return LUM_OK;
 }
 
+/* --- Echoes of a beam --- */
+
 static float width_of(float strength)
 {
     const float root = sqrtf(strength);
@@ -155,6 +159,8 @@ static void weigh(const lum_hit *hits, size_t n, lum_random *random,
         out[i] = (lum_echo){.range = hit->range, .strength = strength};
     }
 }
+
+/* --- Echoes to words --- */
 
 /* What the detector makes of the echoes of a pixel. */
 static size_t detect(const lum_echo *echoes, size_t n, float gain,
@@ -227,6 +233,8 @@ static void number_returns(lum_sample *samples, size_t n)
     }
 }
 
+/* --- Pixels and lines --- */
+
 /* The echoes of a pixel, without noise. */
 static size_t find_echoes(const lum_render *r, unsigned eye, uint32_t pixel,
                           lum_random *random, lum_echo *out)
@@ -288,6 +296,8 @@ lum_result lum_render_line(lum_render *render, int64_t frame, uint32_t line,
     }
     return LUM_OK;
 }
+
+/* --- Lines kept as echoes, made words later --- */
 
 /* The noise of pulses that are seen at usual power and threshold is drawn as
  * for a rendered line; the other echoes have theirs from elsewhere. */

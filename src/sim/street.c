@@ -35,6 +35,8 @@ typedef struct street {
     double time_s;
 } street;
 
+/* --- Shapes --- */
+
 static void add(const street *s, lum_shape shape)
 {
     const float at[3] = {s->x, s->y, s->z};
@@ -91,6 +93,8 @@ static void add_ball(const street *s, lum_shape_kind kind, const float at[3],
     shape.cover = cover;
     add(s, shape);
 }
+
+/* --- Things of a street --- */
 
 /* Leaves in an ellipsoid about (x, y, z). */
 static void add_crown(street *s, const float at[3], const float radius[3],
@@ -171,6 +175,8 @@ static void add_person(street *s, float x, float y, float z, float speed)
     add_ball(s, LUM_SHAPE_BALL, head, 0.13f, 0.5f, 1.0f);
 }
 
+/* --- Vehicles --- */
+
 static void add_wheels(street *s, float x, float y, float length, float width,
                        float radius)
 {
@@ -241,6 +247,8 @@ static void add_cyclist(street *s, float x, float y, float facing, float paint)
     add_pillar(s, x + 0.9f, y, 0.95f, 0.19f, 0.6f, paint);
     add_ball(s, LUM_SHAPE_BALL, head, 0.14f, 0.5f, 1.0f);
 }
+
+/* --- Houses and side streets --- */
 
 /* Parking, one place after the other. */
 static void add_parked(street *s, bool side_street)
@@ -326,6 +334,8 @@ static void add_houses(street *s, bool side_street)
     }
 }
 
+/* --- People and furniture, by the lots of the street --- */
+
 static float wrap(double x, double low, double high)
 {
     const double span = high - low;
@@ -408,6 +418,8 @@ static const mover movers[] = {
     {add_car, 215.0f, LANE_Y, -8.0f, 0.6f},
 };
 
+/* --- The whole street --- */
+
 static void add_movers(street *s)
 {
     for (size_t i = 0; i < sizeof movers / sizeof movers[0]; i++) {
@@ -454,6 +466,8 @@ void lum_street_lay_out(uint64_t seed, double time_s, const float eye[3],
     add_crossing(&s, ground->crossing_x);
     add_movers(&s);
 }
+
+/* --- The ground --- */
 
 /* Paint on the road returns more light than asphalt. */
 static float road_reflectivity(const lum_ground *g, float x, float y)

@@ -106,10 +106,30 @@ static void mix_line(state *s, const lum_line *line)
 
 static void take_event(state *s, lum_result event)
 {
-    if (event == LUM_LINE_READY) {
+    switch (event) {
+    case LUM_LINE_READY:
         mix_line(s, lum_assembler_line(&s->assembler));
-    } else {
+        break;
+    case LUM_FRAME_READY:
         mix(s, (uint64_t)lum_assembler_frame(&s->assembler), 8);
+        break;
+    case LUM_OK:
+    case LUM_END:
+    case LUM_E_SHORT:
+    case LUM_E_SPACE:
+    case LUM_E_VALUE:
+    case LUM_E_FOREIGN:
+    case LUM_E_TYPE:
+    case LUM_E_MALFORMED:
+    case LUM_E_UNKNOWN_TAG:
+    case LUM_E_STRAY:
+    case LUM_E_LATE:
+    case LUM_E_DUPLICATE:
+    case LUM_E_CONFLICT:
+    case LUM_E_NO_ROOM:
+    case LUM_E_ORDER:
+    default: /* no event */
+        break;
     }
 }
 

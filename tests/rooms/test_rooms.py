@@ -70,6 +70,42 @@ class Documents(unittest.TestCase):
                     self.assertTrue(fnmatch.filter(there.get(folder, ()), pattern), f"{folder} has no {pattern}")
 
 
+    def section(self, title):
+        text = (TOP / "docs/design.md").read_text()
+        start = text.index(f"\n## {title}\n")
+        return text[start:text.index("\n## ", start + 1)]
+
+    def test_what_a_change_is_said_to_edit_is_there(self):
+        text = self.section("To change something")
+        tops = "|".join(path.name for path in TOP.iterdir() if path.is_dir() and path.name[0] != ".")
+        paths = re.findall(rf"`((?:{tops})/[^` ]*)`", text)
+        self.assertGreater(len(paths), 60)
+        for path in paths:
+            with self.subTest(path):
+                self.assertTrue((TOP / path).exists(), f"docs/design.md, To change something: no {path}")
+        for name, path in re.findall(r"`(\w+)\(\)`[^`|]* in `([^`]*)`", text):
+            with self.subTest(name):
+                self.assertIn(f"{name}(", (TOP / path).read_text())
+
+    def test_a_file_s_name_that_needs_a_word_has_it(self):
+        words = self.section("Words")
+        for word in "stage", "sentry", "studio", "mail", "outlet", "cue", "reel", "lane":
+            there = any(re.match(rf"{word}[._]", Path(path).name) for path in rooms.sources(TOP))
+            with self.subTest(word):
+                self.assertEqual(there, f"\n| {word} |" in words)
+
+
+class Headings(unittest.TestCase):
+    """A file that one does not see at once says what stands where."""
+
+    def test_long_files_have_sections(self):
+        for path, text in dict(rooms.sources(TOP)).items():
+            if text.count("\n") > 350:
+                with self.subTest(path):
+                    self.assertGreater(len(re.findall(r"^/\* --- \S.*\S --- \*/$", text, re.M)), 2,
+                                       "more than 350 lines: give it headings such as /* --- Opening --- */")
+
+
 class Values(unittest.TestCase):
     """What the protocol and a session take for usual is a number in one header."""
 

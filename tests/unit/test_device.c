@@ -5,6 +5,7 @@
 
 #include <cmocka.h>
 
+#include "lum/command.h"
 #include "lum/host/yscan.h"
 #include "lum/laser.h"
 #include "lum/wire.h"
@@ -860,6 +861,28 @@ static void numbers_of_tlvs_are_the_profiles(void **state)
     assert_int_equal(f->fx.reply[23], 0x12);
 }
 
+static void each_command_of_the_table_has_an_effect(void **state)
+{
+    struct fixture *f = *state;
+    heartbeat(f, alice);
+    for (unsigned id = 0; id < LUM_COMMANDS; id++) {
+        const lum_command_spec *spec = &lum_command_specs[id];
+        char text[8] = {spec->letter, '\0'};
+        const lum_device before = f->device;
+        if (spec->has_value) {
+            (void)snprintf(text, sizeof text, "%u%c", spec->min, spec->letter);
+            command(f, text);
+            (void)snprintf(text, sizeof text, "%u%c", spec->max, spec->letter);
+        }
+        const lum_device_settings low = f->device.settings;
+        command(f, text);
+        if (memcmp(&low, &f->device.settings, sizeof low) == 0 &&
+            before.status == f->device.status) {
+            fail_msg("%s changes nothing", text);
+        }
+    }
+}
+
 int main(void)
 {
 #define FACT(test) cmocka_unit_test_setup_teardown(test, set_up, tear_down)
@@ -880,6 +903,7 @@ int main(void)
         FACT(hazards_leave_the_bits_of_commands_alone),
         FACT(nobody_is_alerted_before_a_client_came),
         FACT(every_command_sets_its_own_setting),
+        FACT(each_command_of_the_table_has_an_effect),
         FACT(commands_may_come_in_several_tlvs),
         FACT(a_packet_without_tlvs_polls_the_status),
         FACT(each_refused_command_is_named_and_changes_nothing),

@@ -6,6 +6,7 @@
 #include <cmocka.h>
 
 #include "../../tools/lumctl/memory.h"
+#include "../../tools/lumctl/setting.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -296,9 +297,26 @@ static void a_file_of_another_sensor_is_refused(void **state)
     }
 }
 
+static void every_command_but_the_laser_s_is_one_setting(void **state)
+{
+    (void)state;
+    for (unsigned id = 0; id < LUM_COMMANDS; id++) {
+        const bool is_laser =
+            id == LUM_COMMAND_LASER_ON || id == LUM_COMMAND_LASER_OFF;
+        unsigned found = 0;
+        for (size_t i = 0; i < SETTINGS; i++) {
+            if (settings[i].id == id && settings[i].name != NULL) {
+                found++;
+            }
+        }
+        assert_int_equal(found, is_laser ? 0 : 1);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_command_but_the_laser_s_is_one_setting),
         cmocka_unit_test(a_clock_that_runs_on_is_the_same_run),
         cmocka_unit_test(a_clock_that_began_anew_is_another_run),
         cmocka_unit_test(a_second_is_the_bound_just_after),

@@ -36,6 +36,8 @@ struct plan {
     bool has_unnamed; /* something was refused that no item is named by */
 };
 
+/* --- The plan: what is sent --- */
+
 static void add_command(struct plan *plan, const lum_settings *from,
                         const struct setting *o)
 {
@@ -126,6 +128,8 @@ static enum exit_status make_plan(struct ctl *ctl, const char *file,
     return EXIT_DONE;
 }
 
+/* --- Answers --- */
+
 static const char *outcome_of(const struct item *item)
 {
     return !item->was_answered ? "" : item->is_refused ? "refused" : "done";
@@ -185,6 +189,8 @@ struct packet {
     char text[PLAN_BYTES]; /* commands that follow, not yet in it */
     size_t first;          /* item of the plan that it begins with */
 };
+
+/* --- Sending --- */
 
 static enum exit_status begin(struct packet *packet, size_t first)
 {
@@ -274,6 +280,8 @@ static enum exit_status send_plan(struct ctl *ctl, struct plan *plan)
                                : status;
 }
 
+/* --- What is shown --- */
+
 static size_t count_refused(const struct plan *plan, char *names, size_t size)
 {
     size_t count = 0;
@@ -331,6 +339,8 @@ static void print_text(const struct ctl *ctl, const struct plan *plan,
                    (unsigned)(plan->count - refused), (unsigned)plan->count);
     text_print_answer(ctl, what, &plan->answer);
 }
+
+/* --- The command --- */
 
 static enum exit_status finish(const struct ctl *ctl, const struct plan *plan)
 {

@@ -109,6 +109,8 @@ static const struct command table[] = {
 
 #define COMMANDS (sizeof table / sizeof table[0])
 
+/* --- The table of commands --- */
+
 const char *ctl_command_name(size_t i)
 {
     return i < COMMANDS ? table[i].name : NULL;
@@ -132,6 +134,8 @@ const char *ctl_command_word(int count, char **words, size_t i)
     }
     return command != NULL && i < 2 ? command->words[i] : NULL;
 }
+
+/* --- Help and version --- */
 
 /* A reader that has left is no failure. */
 static enum exit_status finish_output(void)
@@ -172,6 +176,8 @@ static enum exit_status version(void)
     (void)puts("lumctl " LUM_VERSION);
     return finish_output();
 }
+
+/* --- Refusals --- */
 
 /* The manual prints "Of", where 0f is meant; a shell takes that as a command.
  */
@@ -244,6 +250,8 @@ static enum exit_status check_watch(const struct ctl *ctl,
     }
     return EXIT_DONE;
 }
+
+/* --- Running a command --- */
 
 /* What holds for one command alone. */
 static void forget_own(struct ctl_options *options)

@@ -62,6 +62,8 @@ struct search {
     char no_right[FIND_NAMES_BYTES]; /* interfaces that this leaves out */
 };
 
+/* --- Sockets and ears --- */
+
 static unsigned size_of(const struct find_range *range)
 {
     return range->last - range->first + 1u;
@@ -207,6 +209,8 @@ static void close_all(struct search *s)
     free(s->questions);
 }
 
+/* --- Answers of sensors --- */
+
 /* By which an address is asked for on this interface by UDP; NULL: by none. */
 static struct question *question_for(const struct search *s,
                                      const struct host_interface *on,
@@ -317,6 +321,8 @@ static enum exit_status take_datagrams(struct search *s, size_t at)
     return EXIT_DONE;
 }
 
+/* --- Devices that were heard --- */
+
 /* Whether an address was asked for on this interface by ARP. */
 static bool is_asked(const struct search *s, const struct ear *ear,
                      uint32_t address)
@@ -421,6 +427,8 @@ static void take_ear(struct search *s, const struct ear *ear)
     }
 }
 
+/* --- Progress --- */
+
 static unsigned sensors_of(const struct find_result *r)
 {
     unsigned n = 0;
@@ -452,6 +460,8 @@ static void clear_progress(const struct search *s)
         (void)fputs("\r\033[K", stderr);
     }
 }
+
+/* --- Listening --- */
 
 static enum exit_status take_all(struct search *s)
 {
@@ -498,6 +508,8 @@ static enum exit_status listen_until(struct search *s, int64_t end)
         }
     }
 }
+
+/* --- Asking one range after another --- */
 
 static int ask_arp(struct search *s, const struct host_interface *interface,
                    uint32_t address, lum_error *error)
@@ -621,6 +633,8 @@ static enum exit_status ask_all(struct search *s)
     return EXIT_DONE;
 }
 
+/* --- Asking what was heard --- */
+
 static enum exit_status ask_beside(struct search *s,
                                    struct find_subnet_beside *b)
 {
@@ -662,6 +676,8 @@ static enum exit_status ask_besides(struct search *s)
     }
     return status;
 }
+
+/* --- Asking again --- */
 
 static bool has_arp(const struct search *s)
 {

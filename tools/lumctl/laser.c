@@ -122,6 +122,7 @@ static void complain_undo(const struct ctl *ctl, enum laser_undo undo)
                            "stays up. End whatever sends heartbeats, or cut "
                            "its power");
         return;
+    case LASER_STANDS:
     default:
         return;
     }

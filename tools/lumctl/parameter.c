@@ -1,4 +1,5 @@
 #include "ctl.h"
+#include "setting.h"
 
 #include "lum/command.h"
 #include "lum/host/command_text.h"
@@ -24,6 +25,10 @@ static const struct parameter table[] = {
 };
 
 #define PARAMETERS (sizeof table / sizeof table[0])
+
+/* All settings but the Y scan, which is a command of its own. Else this does
+ * not compile. */
+typedef char every_setting_is_here[PARAMETERS == SETTINGS - 1u ? 1 : -1];
 
 static bool has_sides(const char *name)
 {

@@ -22,6 +22,8 @@
 #define LOCK_NS       INT64_C(10000000000)
 #define LOCK_OWNER_NS INT64_C(1000000000)
 
+/* --- What a request sets --- */
+
 void remember_table(struct ctl *ctl, const lum_yscan_shape *shape,
                     const char *from)
 {
@@ -141,6 +143,8 @@ void remember_request(struct ctl *ctl, const void *tlvs, size_t len,
     }
 }
 
+/* --- The file of a sensor --- */
+
 static void key_of(const struct ctl *ctl, lum_endpoint host,
                    struct memory_key *out)
 {
@@ -213,6 +217,8 @@ static int save(const struct memory_key *key, const char *path,
     return store_write(path, text, len, error);
 }
 
+/* --- Whether the sensor has restarted --- */
+
 static void read_clock(const lum_sensor_event *event, struct memory_clock *out)
 {
     const int64_t half = (event->received_ns - event->sent_ns) / 2;
@@ -244,6 +250,11 @@ static void ask_clock(struct ctl *ctl, struct memory_clock *out)
         case LUM_SENSOR_CANCELLED:
         case LUM_SENSOR_FAILED:
             return;
+        case LUM_SENSOR_IDLE:
+        case LUM_SENSOR_DATAGRAMS:
+        case LUM_SENSOR_ANSWER:
+        case LUM_SENSOR_ALERT:
+        case LUM_SENSOR_LINK:
         default:
             break;
         }
@@ -259,6 +270,8 @@ static void note_restart(const struct ctl *ctl)
              "remembered: it has restarted, and those from before are gone",
              session_name(session_host(ctl), name));
 }
+
+/* --- What was set, into the file --- */
 
 /* Nothing is kept of an address where nobody ever answered. */
 static bool is_acknowledged(const struct memory *changes)
@@ -319,6 +332,8 @@ void remember_changes(struct ctl *ctl)
     ctl->table = (struct memory_table){.scan = MEMORY_DEGREES};
 }
 
+/* --- A sensor with a new address --- */
+
 static int move_file(const struct ctl *ctl, const char *folder,
                      const struct memory_key *from, const struct memory_key *to,
                      lum_error *error)
@@ -368,6 +383,8 @@ void remember_move(const struct ctl *ctl, lum_endpoint from, lum_endpoint to)
                  error.text);
     }
 }
+
+/* --- What is remembered, for show and save --- */
 
 static enum exit_status ask(struct ctl *ctl, struct memory_clock *out)
 {

@@ -288,6 +288,10 @@ enum exit_status session_finish(struct ctl *ctl, lum_sensor_event *out)
                                              "got the request is not known");
         case LUM_SENSOR_FAILED:
             return ctl_complain(EXIT_FAILED, "%s", out->error.text);
+        case LUM_SENSOR_IDLE:
+        case LUM_SENSOR_DATAGRAMS:
+        case LUM_SENSOR_ALERT:
+        case LUM_SENSOR_LINK:
         default:
             break;
         }

@@ -44,6 +44,8 @@ struct move {
                         empty */
 };
 
+/* --- Asking the sensor at an address --- */
+
 static lum_endpoint reverse(lum_endpoint host)
 {
     const uint32_t a = host.address;
@@ -108,6 +110,8 @@ static enum exit_status send_once(const struct move *m)
     }
     return EXIT_DONE;
 }
+
+/* --- Before: may it have the address --- */
 
 /* An answer at the new address proves a move only where nobody answered before;
  * and two sensors with one address could not be told apart any more. */
@@ -179,6 +183,8 @@ static enum exit_status check_others(struct move *m)
         who.is_heard ? "" : ", as this host's ARP table says");
 }
 
+/* --- Moving it --- */
+
 /* How long the sensor is looked for: as all tries of a request take. */
 static uint32_t look_ms(const struct move *m)
 {
@@ -238,6 +244,8 @@ static enum exit_status follow(struct move *m)
     }
     return status;
 }
+
+/* --- What is shown --- */
 
 static void print(const struct move *m, enum found found)
 {
@@ -332,6 +340,8 @@ static enum exit_status tell(struct move *m, enum found found)
     }
     return complain_nowhere(m);
 }
+
+/* --- The command --- */
 
 static enum exit_status move(struct ctl *ctl, uint32_t address)
 {

@@ -7,7 +7,7 @@
 
 #include <stdint.h>
 
-#define SETTINGS       8u
+#define SETTINGS       (LUM_COMMANDS - 2u) /* all but laser on and off */
 #define SETTING_SHAPES 3u
 
 struct setting {

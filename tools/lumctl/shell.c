@@ -34,6 +34,8 @@ struct shell {
     bool was_left;                    /* by a person, or by a word for it */
 };
 
+/* --- What the sensor says --- */
+
 /* Where state of programs belongs; NULL where there is no home. */
 static const char *history_path(char out[PATH_BYTES])
 {
@@ -138,10 +140,16 @@ static bool take_event(struct shell *s, const lum_sensor_event *event)
     case LUM_SENSOR_FAILED:
         note_failure(s, ctl_complain(EXIT_FAILED, "%s", event->error.text));
         return false;
+    case LUM_SENSOR_IDLE:
+    case LUM_SENSOR_CANCELLED:
+    case LUM_SENSOR_DATAGRAMS:
+    case LUM_SENSOR_TIME:
     default:
         return true;
     }
 }
+
+/* --- Serving the session --- */
 
 static void poll_status(struct shell *s)
 {
@@ -167,6 +175,8 @@ static bool serve_sensor(struct shell *s)
     show_move(s);
     return true;
 }
+
+/* --- Lines typed --- */
 
 static void help(void)
 {
@@ -280,6 +290,8 @@ static bool serve_input(struct shell *s)
     }
     return true;
 }
+
+/* --- The loop and its end --- */
 
 /* Ctrl-C takes back what was typed; other signals end the shell. */
 static bool serve_signal(void)

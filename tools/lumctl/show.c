@@ -26,6 +26,8 @@ static const char *const remarks[MEMORY_STANDINGS] = {
 /* Room for a sensor's name and its interface's. */
 #define WHO_BYTES (SESSION_NAME_BYTES + MEMORY_NAME_BYTES + 8)
 
+/* --- show --- */
+
 static const char *who(const struct remembered *r, char out[WHO_BYTES])
 {
     char name[SESSION_NAME_BYTES];
@@ -203,6 +205,8 @@ enum exit_status command_show(struct ctl *ctl, int count, char **words)
     return status;
 }
 
+/* --- save: the Y scan --- */
+
 /* Millionths of a degree, without what says nothing. */
 static void put_degrees(const char *key, int32_t udeg)
 {
@@ -255,6 +259,8 @@ static void put_shape(const lum_yscan_shape *s)
         put_row("sigma_deg", s->sigma_udeg);
     }
 }
+
+/* --- save: what is known and what is not --- */
 
 static bool is_sure(const struct remembered *r, lum_command_id id)
 {
@@ -350,6 +356,8 @@ static bool is_of_eyes(lum_command_id id)
            id == LUM_COMMAND_THRESHOLD_BLUE || id == LUM_COMMAND_OFFSET_GREEN ||
            id == LUM_COMMAND_OFFSET_BLUE;
 }
+
+/* --- save: the file --- */
 
 /* How many settings had to be left out; each is said. */
 static unsigned put_yaml(const struct ctl *ctl, const struct remembered *r)

@@ -136,6 +136,12 @@ static bool take(void *context, const lum_sensor_event *event)
         return show(w, false, event->status);
     case LUM_SENSOR_NO_ANSWER:
         return show(w, true, w->status);
+    case LUM_SENSOR_IDLE:
+    case LUM_SENSOR_CANCELLED:
+    case LUM_SENSOR_DATAGRAMS:
+    case LUM_SENSOR_TIME:
+    case LUM_SENSOR_LINK:
+    case LUM_SENSOR_FAILED:
     default:
         return true;
     }

@@ -11,44 +11,59 @@
 #include <string.h>
 
 /* What each command is called where it is refused. */
-static const char *const command_names[LUM_COMMANDS] = {
-    "laser on",
-    "laser off",
-    "power",
-    "green threshold",
-    "blue threshold",
-    "line mode (0f: 640 lines, 1f: 64 lines)",
-    "Y scan in degrees",
-    "holdoff",
-    "green offset",
-    "blue offset",
-};
-
-static const lum_command_spec *find_spec(char letter, size_t *index)
+static const char *name_command(lum_command_id id)
 {
-    for (size_t i = 0; i < LUM_COMMANDS; i++) {
-        if (lum_command_specs[i].letter == letter) {
-            *index = i;
-            return &lum_command_specs[i];
-        }
+    switch (id) {
+    case LUM_COMMAND_LASER_ON:
+        return "laser on";
+    case LUM_COMMAND_LASER_OFF:
+        return "laser off";
+    case LUM_COMMAND_POWER:
+        return "power";
+    case LUM_COMMAND_THRESHOLD_GREEN:
+        return "green threshold";
+    case LUM_COMMAND_THRESHOLD_BLUE:
+        return "blue threshold";
+    case LUM_COMMAND_LINE_MODE:
+        return "line mode (0f: 640 lines, 1f: 64 lines)";
+    case LUM_COMMAND_YSCAN:
+        return "Y scan in degrees";
+    case LUM_COMMAND_HOLDOFF:
+        return "holdoff";
+    case LUM_COMMAND_OFFSET_GREEN:
+        return "green offset";
+    case LUM_COMMAND_OFFSET_BLUE:
+        return "blue offset";
+    case LUM_COMMANDS:
+    default:
+        return "no command";
     }
-    return NULL;
+}
+
+/* LUM_COMMANDS: none has this letter. */
+static lum_command_id find_command(char letter)
+{
+    unsigned id = 0;
+    while (id < LUM_COMMANDS && lum_command_specs[id].letter != letter) {
+        id++;
+    }
+    return (lum_command_id)id;
 }
 
 static enum exit_status refuse_value(const char *word, int len)
 {
-    size_t index = 0;
     char steps[24] = "";
-    const lum_command_spec *spec = find_spec(word[len - 1], &index);
-    if (spec == NULL) {
+    const lum_command_id id = find_command(word[len - 1]);
+    if (id == LUM_COMMANDS) {
         return EXIT_BAD;
     }
+    const lum_command_spec *spec = &lum_command_specs[id];
     if (spec->step > 1) {
         (void)snprintf(steps, sizeof steps, " in steps of %u",
                        (unsigned)spec->step);
     }
     return ctl_complain(EXIT_BAD, "'%.*s': %s is %u to %u%s", len, word,
-                        command_names[index], (unsigned)spec->min,
+                        name_command(id), (unsigned)spec->min,
                         (unsigned)spec->max, steps);
 }
 

@@ -187,6 +187,7 @@ enum exit_status conclude(struct pass *pass, enum pass_result result,
     case PASS_READER_LEFT:
         return EXIT_DONE;
     case PASS_DONE:
+    case PASS_DROPPED:
     default:
         break;
     }

@@ -44,6 +44,8 @@ struct output {
     unsigned number;  /* of the present file */
 };
 
+/* --- Names --- */
+
 /* The pattern's one conversion was checked; a width past two digits would only
  * pad. */
 static int frame_name(const char *pattern, int64_t frame, char out[NAME_BYTES],
@@ -82,6 +84,8 @@ static int numbered_name(const char *name, unsigned number,
     }
     return 0;
 }
+
+/* --- Opening --- */
 
 static int open_named(struct output *o, const char *name, lum_error *error)
 {
@@ -199,6 +203,8 @@ int output_rehearse(const struct options *options, size_t i,
     return 0;
 }
 
+/* --- What is known of an output --- */
+
 void output_finish_by(struct output *output, struct closer *closer)
 {
     output->closer = closer;
@@ -236,6 +242,8 @@ bool output_wants_lines(const struct output *output)
 {
     return !output->is_capture;
 }
+
+/* --- Files that end, rotation --- */
 
 static int finish(struct output *o, struct closing file, lum_error *error)
 {
@@ -302,6 +310,8 @@ int output_set_time(struct output *o, int64_t time_ns, lum_error *error)
     o->began_ns += since_ns - since_ns % r->ns;
     return rotate(o, error);
 }
+
+/* --- Lines and datagrams --- */
 
 static size_t lowest_file(const struct output *o)
 {
@@ -397,6 +407,8 @@ int output_end_frame(struct output *o, int64_t frame, lum_error *error)
     }
     return 0;
 }
+
+/* --- The end --- */
 
 int output_flush(struct output *o, bool files, lum_error *error)
 {

@@ -18,6 +18,8 @@ enum {
     UNDER_WAY = 3
 };
 
+/* --- Counting --- */
+
 static lum_framer_counters count_sensor(const struct summary *s, size_t i)
 {
     lum_framer_counters c = {.struct_size = sizeof c};
@@ -43,6 +45,8 @@ lum_framer_counters summary_count(const struct summary *s)
     }
     return total;
 }
+
+/* --- The lists of counters --- */
 
 static size_t list_kinds(const lum_demux_counters *c, struct named *out)
 {
@@ -149,6 +153,8 @@ static size_t list_all(const lum_demux_counters *c,
     n += list_under_way(p, out + n);
     return n;
 }
+
+/* --- JSON --- */
 
 static void print_members(const lum_demux_counters *c,
                           const lum_framer_counters *p, const char *indent,
@@ -335,6 +341,8 @@ void summary_print_json(const struct summary *s, FILE *out)
     print_members(&total, &points, "  ", out);
     (void)fputs("}\n", out);
 }
+
+/* --- Text --- */
 
 static const char *plural(uint64_t n)
 {

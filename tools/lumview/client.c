@@ -27,6 +27,8 @@ static const struct client_refusal unknown = {LWS_CLOSE_STATUS_POLICY_VIOLATION,
 
 static const struct feed_view default_view = {LUM_EDGES_RISING, 0};
 
+/* --- Clients and the views they want --- */
+
 int clients_init(struct clients *clients, const struct options *options)
 {
     *clients = (struct clients){.options = options};
@@ -136,6 +138,8 @@ void clients_remove(struct clients *clients, struct client *client)
     want_views(clients);
 }
 
+/* --- Waking --- */
+
 static bool is_newer(const struct client *client, struct frame *frame)
 {
     size_t len = 0;
@@ -182,6 +186,8 @@ void clients_tick(struct clients *clients)
         (void)lws_callback_on_writable(c->wsi);
     }
 }
+
+/* --- Sending --- */
 
 static int send_text(struct client *client, int failed, struct text *text)
 {
@@ -300,6 +306,8 @@ int clients_write(struct clients *clients, struct client *client)
     }
     return 0;
 }
+
+/* --- Receiving --- */
 
 static void obey(struct clients *clients, struct client *client,
                  const struct command *command)

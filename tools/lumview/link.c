@@ -57,6 +57,8 @@ struct link {
     int64_t count_ns;
 };
 
+/* --- The session and its thread --- */
+
 static int open_session(struct link *l, bool owns, lum_error *error)
 {
     lum_sensor_options options;
@@ -248,6 +250,8 @@ static void *keep(void *argument)
     return NULL;
 }
 
+/* --- Decoding and its thread --- */
+
 /* The sensor's side is always shown as the port that all sensors have, by which
  * captures tell it, whatever port a relay offers it at. */
 static lum_record record_of(const struct link *l, const struct ring_item *item)
@@ -316,6 +320,8 @@ static void *make(void *argument)
     }
     return NULL;
 }
+
+/* --- Starting and ending --- */
 
 static void release(struct link *l)
 {

@@ -62,6 +62,8 @@ struct player {
     lum_error broken; /* why the source could not be read to its end */
 };
 
+/* --- What is told and shown --- */
+
 static void tell(struct player *p)
 {
     char text[LUM_ERROR_BYTES] = "";
@@ -135,6 +137,8 @@ static void show(struct player *p, struct picture *picture, int64_t due_ns,
     tell(p);
     stage_show(p->stage, picture, now_ns);
 }
+
+/* --- Jumps --- */
 
 /* The frame that an order leads to. */
 static int64_t find_target(struct player *p, const struct orders *o)
@@ -211,6 +215,8 @@ static enum jump jump(struct player *p, const struct orders *o,
     return jump;
 }
 
+/* --- A frame that is due --- */
+
 /* Whether what is shown is to be made anew, in views that it lacks. */
 static bool needs_remake(const struct player *p, const struct orders *o)
 {
@@ -272,6 +278,8 @@ static enum next present(struct player *p, struct picture *pending)
     }
     return next;
 }
+
+/* --- Reading --- */
 
 /* An error that stays until somebody wants to go elsewhere. */
 static enum next fail(struct player *p, const lum_error *error)
@@ -356,6 +364,8 @@ static enum next read_all(struct player *p)
     return flush(p);
 }
 
+/* --- The end of a capture --- */
+
 static void tell_empty(struct player *p)
 {
     lum_error text;
@@ -438,6 +448,8 @@ static enum next finish(struct player *p)
     }
 }
 
+/* --- The thread --- */
+
 static const char *path_of(const struct player *p)
 {
     return p->pump != NULL ? pump_path(p->pump) : p->options.source;
@@ -484,6 +496,8 @@ static void *run(void *argument)
     }
     return NULL;
 }
+
+/* --- Starting and ending --- */
 
 static bool is_regular(const char *path)
 {

@@ -64,6 +64,16 @@ static const char *const eyes[LUM_EYES] = {
     [LUM_EYE_GREEN] = "green",
 };
 
+/* A name of a table. What the table lacks ends the build. */
+static const char *name_of(const char *const names[], unsigned i)
+{
+    if (names[i] == NULL) {
+        (void)fprintf(stderr, "tables.c: a table has no name for %u\n", i);
+        exit(EXIT_FAILURE);
+    }
+    return names[i];
+}
+
 static void print_numbers(const char *indent, const struct number *rows,
                           size_t n)
 {
@@ -139,7 +149,8 @@ static void print_kinds(void)
 {
     printf("    kinds = {\n");
     for (unsigned i = 0; i < LUM_PACKET_KINDS; i++) {
-        printf("        %s = \"%s\",\n", kinds[i], kinds[i]);
+        const char *name = name_of(kinds, i);
+        printf("        %s = \"%s\",\n", name, name);
     }
     printf("    },\n");
 }
@@ -151,7 +162,7 @@ static void print_commands(void)
         const lum_command_spec *c = &lum_command_specs[i];
         printf("        {name = \"%s\", letter = \"%c\", has_value = %s, "
                "min = %u, max = %u, step = %u},\n",
-               commands[i], c->letter, c->has_value ? "true" : "false",
+               name_of(commands, i), c->letter, c->has_value ? "true" : "false",
                (unsigned)c->min, (unsigned)c->max, (unsigned)c->step);
     }
     printf("    },\n");
@@ -175,11 +186,12 @@ static void print_laser(void)
 }
 
 static void print_named(const char *table, const char *const names[],
-                        const uint32_t *values, size_t n)
+                        const uint32_t *values, unsigned n)
 {
     printf("        %s = {", table);
-    for (size_t i = 0; i < n; i++) {
-        printf("%s%s = %" PRIu32, i > 0 ? ", " : "", names[i], values[i]);
+    for (unsigned i = 0; i < n; i++) {
+        printf("%s%s = %" PRIu32, i > 0 ? ", " : "", name_of(names, i),
+               values[i]);
     }
     printf("},\n");
 }
@@ -206,7 +218,7 @@ static void print_profile(void)
                                                   : "elevation_azimuth");
     printf("        group = {\n");
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
-        printf("            %s = {at = %u, bytes = %u},\n", fields[f],
+        printf("            %s = {at = %u, bytes = %u},\n", name_of(fields, f),
                (unsigned)p.group[f].at, (unsigned)p.group[f].bytes);
     }
     printf("        },\n");
@@ -231,7 +243,7 @@ static void print_calibration(void)
             {"elevation_min_udeg", e->elevation_min_udeg},
             {"elevation_max_udeg", e->elevation_max_udeg},
         };
-        printf("        %s = {\n", eyes[i]);
+        printf("        %s = {\n", name_of(eyes, i));
         PRINT_NUMBERS("            ", rows);
         printf("        },\n");
     }

@@ -3,9 +3,9 @@
  * section 9). Files compressed by gzip or zstd are read in place, where the
  * build has zlib or libzstd.
  *
- * A capture, and a writer, is one thread's at a time; two share nothing.
- * Nothing is allocated for a record, but 66 KB for each of at most 64 datagrams
- * whose fragments wait. */
+ * Only one thread at a time may use a capture or a writer; two of them share
+ * nothing. Records are not allocated. Only fragments are: 66 KB for each of at
+ * most 64 datagrams that wait for the rest of their fragments. */
 #ifndef LUM_CAPTURE_CAPTURE_H
 #define LUM_CAPTURE_CAPTURE_H
 
@@ -94,8 +94,8 @@ typedef struct lum_datagram {
     uint16_t destination_port; /**< UDP port */
 } lum_datagram;
 
-/** Begin a pcap file that records what will not come again: it gets its name
- * with the first datagram, and then stays, whatever becomes of the rest. A file
+/** Begin a pcap file that records live data: it gets its name with the first
+ * datagram, and then stays even if the recording fails later. A file
  * of that name is replaced, or emptied where its directory may not be written
  * in; until the first datagram it stays as it is.
  * @param path a file, or "-" for standard output.
@@ -137,9 +137,9 @@ LUM_MUST_CHECK int lum_capture_writer_flush(lum_capture_writer *writer,
 LUM_MUST_CHECK int lum_capture_writer_close(lum_capture_writer *writer,
                                             lum_error *error);
 
-/** Close and remove what has not got its name; what has stays, as far as it was
- * written. NULL is allowed. Does not wait for a reader that has stopped
- * reading. */
+/** Close. A file that has no name yet is removed; one that has its name stays,
+ * as far as it was written. NULL is allowed. Does not wait for a reader that
+ * has stopped reading. */
 void lum_capture_writer_abort(lum_capture_writer *writer);
 
 #ifdef __cplusplus

@@ -5,8 +5,8 @@
  * A sensor is the address on the side of port 5517 that sent data; each has an
  * assembler of its own. Events are returned as lum_assembler_push() does.
  *
- * One demultiplexer is one thread's at a time. A sensor's assembler takes about
- * 550 KB with the default constants, at its first data. */
+ * Only one thread at a time may use a demultiplexer. A sensor's assembler is
+ * allocated at its first data: about 550 KB with the default constants. */
 #ifndef LUM_CAPTURE_DEMUX_H
 #define LUM_CAPTURE_DEMUX_H
 

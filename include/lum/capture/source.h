@@ -2,7 +2,7 @@
  * Where the bytes of a capture come from: a file, a pipe, memory, or a function
  * of the caller's, such as one that reads from an object store.
  *
- * A source is one thread's at a time; two share nothing. */
+ * Only one thread at a time may use a source; two share nothing. */
 #ifndef LUM_CAPTURE_SOURCE_H
 #define LUM_CAPTURE_SOURCE_H
 

@@ -2,8 +2,8 @@
  * Point clouds to files: CSV, PLY, PCD, LAS, XYZ, and, with what
  * lum/picture/picture.h gives, a picture as PNG (docs/formats.md).
  *
- * A writer is one thread's at a time, and has a thread of its own that writes
- * its 3 blocks of 1 MiB. */
+ * Only one thread at a time may use a writer. The writer has a thread of its
+ * own, which writes its 3 blocks of 1 MiB. */
 #ifndef LUM_CLOUD_WRITER_H
 #define LUM_CLOUD_WRITER_H
 
@@ -36,7 +36,7 @@ typedef enum lum_format {
 LUM_MUST_CHECK int lum_format_from_name(const char *name, lum_format *out);
 
 /** Whether the format's header holds a count, so that the output must be
- * seekable or the writing be rehearsed. */
+ * seekable, or a rehearsal must come first (lum_writer_rehearse()). */
 bool lum_format_needs_count(lum_format format);
 
 /** How a format is written, for formats that are libraries of their own. */
@@ -70,8 +70,8 @@ typedef struct lum_line_samples {
 typedef struct lum_writer lum_writer;
 
 /** Begin a rehearsal: a writer that takes lines and writes nothing, so that a
- * second pass over them knows beforehand what its header has to hold. To be
- * ended with lum_writer_abort().
+ * second pass over them knows what to write into its header. To be ended
+ * with lum_writer_abort().
  * @param options copied; the same that the file will be written with.
  * @return 0, or -1 with the reason in error. */
 LUM_MUST_CHECK int lum_writer_rehearse(const lum_writer_options *options,

@@ -4,10 +4,10 @@
  *
  * Frames are made by a lum_reader (lum/frame/reader.h) or a lum_framer
  * (lum/frame/framer.h). A frame that was handed out does not change any more,
- * so any number of threads can read it. It is counted by reference: who wants
- * it for longer than its maker promises calls lum_frame_keep(), and then
- * lum_frame_release(); both are allowed in any thread, also after the maker has
- * been freed. Memory that was released serves later frames. */
+ * so any number of threads can read it. It is counted by reference: to use
+ * it for longer than its maker promises, call lum_frame_keep(), and then
+ * lum_frame_release(). Both are allowed in any thread, also after the maker has
+ * been freed. Memory that was released is used again for later frames. */
 #ifndef LUM_FRAME_FRAME_H
 #define LUM_FRAME_FRAME_H
 
@@ -92,7 +92,7 @@ lum_columns lum_frame_columns(const lum_frame *frame);
  * Points stand line after line as lum_frame_get_line() counts them, and within
  * a line by pixel, then in the order of the returns.
  * @return of the type of lum_column_get_type(); NULL if the frame has no such
- *         column, never for want of points. */
+ *         column; not NULL if it has the column and no points. */
 const void *lum_frame_column(const lum_frame *frame, lum_column column);
 
 /** A column of floats, as lum_frame_column().
@@ -169,14 +169,14 @@ typedef struct lum_frame_line {
 /** How many lines it has. */
 size_t lum_frame_line_count(const lum_frame *frame);
 
-/** The i-th line, in the order in which they were complete: the numbers of an
- * eye rise but for stragglers, the eyes take turns.
+/** The i-th line, in the order in which they were complete. The numbers of one
+ * eye rise, except where a line was late; lines of the two eyes alternate.
  * @param i   below lum_frame_line_count().
  * @param out as for lum_frame_get_info().
  * @return false if there are not so many; then out is untouched. */
 bool lum_frame_get_line(const lum_frame *frame, size_t i, lum_frame_line *out);
 
-/** Lines of an eye: its highest line number and one, 0 where none came. A
+/** Rows of an eye: its highest line number plus 1, or 0 if no line came. A
  * damaged packet can claim any number. */
 uint32_t lum_frame_rows(const lum_frame *frame, unsigned eye);
 

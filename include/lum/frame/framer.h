@@ -1,11 +1,11 @@
 /** @file
  * Records to lines and frames: records are pushed in, events come out. For
- * whoever has records one at a time, as from a socket; who has a file takes a
+ * programs that have records one at a time, as from a socket. For a file, use a
  * lum_reader (lum/frame/reader.h), which is a framer and its source.
  *
- * A framer keeps a demultiplexer, and for each sensor the frames under way. It
- * calls nobody: an event is returned before the record at hand is consumed, and
- * the caller pushes the same record again:
+ * A framer keeps a demultiplexer, and for each sensor the frames under way.
+ * There are no callbacks: an event is returned before the record is consumed,
+ * and the caller pushes the same record again:
  *
  * @code
  * lum_framer_event event;
@@ -14,13 +14,13 @@
  * }
  * @endcode
  *
- * and at the end of the stream the same with lum_framer_flush(), without which
- * the last frame does not come. Have the compiler check that a switch names all
+ * At the end of the stream, do the same with lum_framer_flush(): without it the
+ * last frame does not come. Have the compiler check that a switch names all
  * events (-Wswitch-enum): one that is new is then never taken for another.
  *
- * One framer is one thread's at a time; two share nothing. Its memory does not
- * grow with the stream: it is that of the sensors (550 KB each), and of at most
- * four frames under way of each. */
+ * Only one thread at a time may use a framer; two share nothing. Its memory
+ * does not grow with the stream: it is that of the sensors (550 KB each), and
+ * of at most four frames under way of each. */
 #ifndef LUM_FRAME_FRAMER_H
 #define LUM_FRAME_FRAMER_H
 
@@ -68,7 +68,7 @@ typedef enum lum_framer_event {
     LUM_FRAMER_LINE,      /**< a line: lum_framer_line() */
     LUM_FRAMER_FRAME,     /**< a frame: lum_framer_frame() */
     LUM_FRAMER_FRAME_END, /**< no line of lum_framer_frame_number() or of one
-                               before it is to be expected */
+                               before it is expected */
     LUM_FRAMER_FAILED     /**< there was no memory; push again to try again */
 } lum_framer_event;
 
@@ -89,8 +89,9 @@ enum lum_eyes {
     LUM_EYES_BOTH = 3   /**< both */
 };
 
-/** What a framer has to know. All bytes 0 but for struct_size is the default:
- * both eyes of all sensors, every frame, x y z of all rising returns. */
+/** What a framer has to know. If all bytes but struct_size are 0, these are the
+ * defaults: both eyes of all sensors, every frame, x y z of all rising returns.
+ */
 typedef struct lum_framer_options {
     size_t struct_size;                 /**< sizeof(lum_framer_options) */
     const lum_layout *layout;           /**< NULL: lum_layout_default() */
@@ -102,13 +103,13 @@ typedef struct lum_framer_options {
     size_t view_count;     /**< at most LUM_VIEWS_MAX */
     unsigned wants;        /**< ::lum_framer_wants; 0: frames */
     unsigned eyes;         /**< ::lum_eyes; 0: both */
-    bool only_first;     /**< where no sensor is asked for: the first that sends
-                              data is; of others packets alone are counted */
-    bool has_sensor;     /**< one sensor is asked for; others are left out */
-    uint32_t sensor;     /**< its address, host order */
-    bool has_range;      /**< frames of a range are asked for */
-    int64_t frame_first; /**< the first of them */
-    int64_t frame_last;  /**< the last of them */
+    bool only_first; /**< if no sensor is asked for, take the first that sends
+                          data; of others only packets are counted */
+    bool has_sensor; /**< one sensor is asked for; others are left out */
+    uint32_t sensor; /**< its address, host order */
+    bool has_range;  /**< frames of a range are asked for */
+    int64_t frame_first;  /**< the first of them */
+    int64_t frame_last;   /**< the last of them */
     bool drop_incomplete; /**< leave out lines that lack angles or words */
     uint32_t points_max;  /**< of a frame; 0: LUM_FRAME_POINTS_MAX */
 } lum_framer_options;
@@ -150,8 +151,8 @@ LUM_MUST_CHECK int lum_framer_set_views(lum_framer *framer,
                                         const lum_view *views,
                                         size_t view_count, lum_error *error);
 
-/** Pass over all frames before this one: neither projected, nor handed out, nor
- * are their points counted. What was under way of them is dropped. */
+/** Skip all frames before this one: they are not projected, not handed out, and
+ * their points are not counted. Those that have begun are dropped. */
 void lum_framer_skip_to(lum_framer *framer, int64_t frame);
 
 /** The line that LUM_FRAMER_LINE told of; lives until the next call. */
@@ -183,8 +184,8 @@ int64_t lum_framer_frame_number(const lum_framer *framer);
 /** Which sensor the last event is of: an index for lum_framer_count(). */
 size_t lum_framer_sensor(const lum_framer *framer);
 
-/** What lines lack though nothing was lost of it, since they were under way
- * when the stream was joined or when it ended. */
+/** What is missing in lines that were under way when the stream was joined or
+ * when it ended. It was not lost. */
 typedef struct lum_under_way {
     uint64_t lines;    /**< of lines_missing_angles */
     uint64_t words;    /**< of lost_words */

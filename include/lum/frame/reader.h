@@ -15,7 +15,7 @@
  * @endcode
  *
  * The last frame comes too, also of a source that breaks off: first what was
- * read, then the error. A reader is one thread's at a time; two share nothing.
+ * read, then the error. Only one thread at a time may use a reader.
  * Its memory does not grow with the stream. */
 #ifndef LUM_FRAME_READER_H
 #define LUM_FRAME_READER_H
@@ -49,8 +49,8 @@ typedef struct lum_record_source {
     void *context; /**< handed to these */
 } lum_record_source;
 
-/** What a reader has to know. All bytes 0 but for struct_size and a source is
- * the default. */
+/** What a reader has to know. All bytes but struct_size and a source may be 0:
+ * these are the defaults. */
 typedef struct lum_reader_options {
     size_t struct_size; /**< sizeof(lum_reader_options) */
     const char *path;   /**< a capture, "-": standard input; one of these three

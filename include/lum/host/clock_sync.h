@@ -26,7 +26,7 @@ typedef struct lum_clock_exchange {
     int64_t error_ns;  /**< private: half the round trip */
 } lum_clock_exchange;
 
-/** Estimate of a sensor's clock against a host's. Private but in size. */
+/** Estimate of a sensor's clock against a host's. Only its size is public. */
 typedef struct lum_clock_sync {
     lum_clock_exchange anchor;                      /**< private: the best of
                                                          the early ones */
@@ -59,8 +59,9 @@ typedef struct lum_clock_estimate {
 /** Begin; nothing is known. Cannot fail. */
 void lum_clock_sync_init(lum_clock_sync *out);
 
-/** Take an exchange (section 3). The number of wraps since the one before is
- * told by the host's clock, so any time may lie between two.
+/** Take an exchange (section 3). The host's clock tells how often the
+ * sensor's clock has wrapped since the last one, so exchanges may be any time
+ * apart.
  * @param sent_ns     host time just before the request left.
  * @param received_ns host time just after the answer came; the sensor stamped
  *                    in between. Same clock in every call, which never goes

@@ -1,5 +1,5 @@
 /** @file
- * Commands out of text, as a person types them and a sensor reads them
+ * Commands from text, as a person types them and a sensor reads them
  * (docs/protocol.md, section 4). */
 #ifndef LUM_HOST_COMMAND_TEXT_H
 #define LUM_HOST_COMMAND_TEXT_H

@@ -31,14 +31,15 @@ typedef struct lum_yscan_region {
                            regions */
 } lum_yscan_region;
 
-/** Lines at even distances, each in the middle of its share.
+/** Lines at equal distances, each in the middle of an equal part of the span.
  * @param n 1..LUM_YSCAN_LINES_MAX, here and below.
  * @return LUM_OK; LUM_E_VALUE if min is not below max or n is out of range. */
 LUM_MUST_CHECK lum_result lum_yscan_uniform(int32_t min_udeg, int32_t max_udeg,
                                             int32_t *out_udeg, size_t n);
 
 /** Lines as a normal distribution around an elevation, cut off at both ends:
- * densest at center, its share of lines within sigma of it as the bell has it.
+ * densest at center, and as many lines within sigma of it as a normal
+ * distribution has there.
  * @param sigma_udeg 10000..90000000.
  * @return LUM_OK; LUM_E_VALUE for what is out of range, a center outside min to
  *         max, n out of range. */

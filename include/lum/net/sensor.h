@@ -6,15 +6,15 @@
  * lum_sensor_receive(), which the application calls again and again: it sends
  * the heartbeats that are due, sends unanswered requests again, receives, and
  * returns one event. When the application stops calling it, heartbeats stop,
- * and 3 s later the sensor switches its laser off. That is meant: nothing keeps
- * a laser on but a program that still listens.
+ * and 3 s later the sensor switches its laser off. This is intended: only a
+ * program that still listens can keep a laser on.
  *
  * A session that *owns* the sensor sends heartbeats and gets its data, because
  * the sensor sends data to whoever sent the last heartbeat. One program of a
  * host can own a sensor at a time; the others can still request.
  *
- * A session is one thread's at a time. Any number of sessions can live in one
- * process, in one thread by lum_sensor_wait_any(). */
+ * Only one thread at a time may use a session. One process can have any number
+ * of sessions, and one thread can serve several by lum_sensor_wait_any(). */
 #ifndef LUM_NET_SENSOR_H
 #define LUM_NET_SENSOR_H
 
@@ -41,9 +41,9 @@ extern "C" {
 /** A session without data for so long is worth telling somebody. */
 #define LUM_SENSOR_SILENCE_MS 3000u
 
-/** A request that has been due, to be sent or sent again, for so long is not
- * sent any more and ends with NO_ANSWER: the application was held up, and its
- * heartbeats with it. */
+/** A request that should have been sent, or sent again, this long ago is not
+ * sent any more and ends with NO_ANSWER: the application did not call for so
+ * long, and sent no heartbeats either. */
 #define LUM_SENSOR_STALE_MS      2000u
 #define LUM_SENSOR_REQUEST_BYTES 1472u /**< longest request */
 
@@ -209,7 +209,7 @@ typedef enum lum_laser_off {
     LUM_LASER_OFF_SEEN,    /**< a status shows it down, and stayed so */
     LUM_LASER_OFF_UNKNOWN, /**< no answer: it may be on */
     LUM_LASER_OFF_REFUSED, /**< answers came, and it is up */
-    LUM_LASER_OFF_UNSEEN   /**< answers came, and none bears a status: it may be
+    LUM_LASER_OFF_UNSEEN   /**< answers came, but none has a status: it may be
                                 on, or the profile's tlv.status is wrong */
 } lum_laser_off;
 
@@ -218,14 +218,15 @@ typedef enum lum_laser_off {
 #define LUM_SENSOR_SETTLE_MS    300u   /**< between its two looks */
 
 /** Switch the laser off and see that it is down: the command's own answer must
- * show it, and a poll `LUM_SENSOR_SETTLE_MS` later must show it still, since an
- * old `laser on` may have been delayed on its way; if it does not, all begins
- * anew. What is not answered is sent again every `LUM_SENSOR_OFF_EVERY_MS`, for
- * `LUM_SENSOR_OFF_MS` before it is given up, whatever the options' timeout is.
- * Answers without a status end it after retries + 1 of them. At most 3 s more
- * than that pass. Not ended by the cancel, which is the most usual reason to
- * call it. An owner sends no heartbeats meanwhile, so that a sensor that gets
- * none of this switches itself off within 3 s; data is dropped.
+ * show it, and a poll `LUM_SENSOR_SETTLE_MS` later must show it still, because
+ * an old `laser on` may have been delayed in the network. If the poll shows it
+ * on, all begins again. What is not answered is sent again every
+ * `LUM_SENSOR_OFF_EVERY_MS`, for `LUM_SENSOR_OFF_MS` before it is given up,
+ * whatever the options' timeout is. Answers without a status end it after
+ * retries + 1 of them. At most 3 s more than that pass. Not ended by the
+ * cancel, which is the most usual reason to call it. An owner sends no
+ * heartbeats meanwhile, so that a sensor that receives none of this switches
+ * itself off within 3 s. Data that comes meanwhile is dropped.
  * @param status gets the last status that was answered, and stays as it is when
  *               there was none; may be NULL. */
 lum_laser_off lum_sensor_laser_off(lum_sensor *sensor, uint16_t *status);

@@ -7,7 +7,8 @@
  * stamps or drop counts, the same calls work without: one datagram at a time,
  * the time of the call, a drop count of 0 (lum_socket_counts_drops() tells).
  *
- * A socket is one thread's at a time. Addresses and ports are in host order. */
+ * Only one thread at a time may use a socket. Addresses and ports are in host
+ * order. */
 #ifndef LUM_NET_SOCKET_H
 #define LUM_NET_SOCKET_H
 
@@ -118,8 +119,9 @@ LUM_MUST_CHECK lum_net_result lum_socket_wait(lum_socket *const *sockets,
  * @param out   gets an array that lives until the next receive, in order of
  *              arrival; the caller may reorder and overwrite it.
  * @param count gets how many, 0..LUM_SOCKET_BATCH.
- * @return LUM_NET_OK, also with none; LUM_NET_FAILED. What the network reports
- *         of datagrams sent earlier (unreachable, down) is no failure. */
+ * @return LUM_NET_OK, also with none; LUM_NET_FAILED. Errors that the network
+ *         reports for datagrams sent earlier (unreachable, down) are ignored.
+ */
 LUM_MUST_CHECK lum_net_result lum_socket_receive(lum_socket *socket,
                                                  lum_received **out,
                                                  size_t *count,
@@ -144,7 +146,7 @@ lum_socket_send_batch(lum_socket *socket, const lum_outgoing *datagrams,
  * the socket was opened; up to date at the time of the call. */
 uint64_t lum_socket_drops(lum_socket *socket);
 
-/** Whether the system tells such drops; where not, they count as 0. */
+/** Whether the system counts such drops; if not, the count is always 0. */
 bool lum_socket_counts_drops(const lum_socket *socket);
 
 #ifdef __cplusplus

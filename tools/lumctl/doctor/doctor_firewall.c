@@ -37,6 +37,8 @@ struct experiment {
     struct fate fate;
 };
 
+/* --- Asking programs --- */
+
 static bool is_over(const struct experiment *e)
 {
     const struct trace_reader *r =
@@ -63,6 +65,8 @@ static void run(struct doctor *d, struct experiment *e)
             e->fate.was_seen || (e->capture >= 0 && capture_saw(e->capture, 0));
     }
 }
+
+/* --- A rule that drops --- */
 
 /* "lumctl --host 10.42.0.37 --interface eth0 doctor" */
 static void mend_by_trace(const struct doctor *d, struct doctor_finding *out)
@@ -154,6 +158,8 @@ static unsigned read_filter(const char *interface)
     }
     return value;
 }
+
+/* --- Filtered datagrams, and rules of iptables-legacy --- */
 
 /* No rule: a strict kernel takes nothing by an interface by which it would not
  * send to the sender itself. The greater of two settings holds; 2 is loose. */
@@ -251,6 +257,8 @@ static void say_legacy(struct doctor *d, const struct experiment *e,
     }
     free(lists);
 }
+
+/* --- A packet that is traced --- */
 
 static void end_trace(struct experiment *e)
 {

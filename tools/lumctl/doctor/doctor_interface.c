@@ -16,6 +16,8 @@
 
 #define LIST_SIZE 384u
 
+/* --- Interfaces that could be the one --- */
+
 bool host_is_asked_for(const struct doctor *d, const struct host_interface *i)
 {
     const char *only = d->ctl->options.interface;
@@ -108,6 +110,8 @@ static struct candidate *choose(struct doctor *d, struct candidate *all,
     return best;
 }
 
+/* --- Where the sensor most likely is --- */
+
 static bool has_global_address(const struct host_interface *w)
 {
     for (size_t i = 0; i < w->address_count; i++) {
@@ -165,6 +169,8 @@ static const struct host_interface *where(struct doctor *d)
     const struct host_interface *found = neighbours_search(d, NULL);
     return found != NULL && host_is_asked_for(d, found) ? found : likeliest(d);
 }
+
+/* --- Addresses, and a free one --- */
 
 static size_t list_address(char *out, size_t room,
                            const struct host_interface *w, size_t k)
@@ -260,6 +266,8 @@ static void mend_subnet(struct doctor *d, const struct host_interface *w,
         doctor_mend(out, "%s", add);
     }
 }
+
+/* --- What is said of it --- */
 
 /* Another interface than the one that was asked for, on which the sensor is. */
 static const struct host_interface *find_elsewhere(struct doctor *d)
@@ -440,6 +448,8 @@ static void say_own(struct doctor *d, const struct host_interface *w,
     doctor_lack(d, DOCTOR_NEEDS_INTERFACE, "the interface is down");
 }
 
+/* --- Check: interface --- */
+
 /* A sensor behind a router of its own network. */
 static bool is_routed(const struct doctor *d, struct way *way)
 {
@@ -496,6 +506,8 @@ void doctor_check_interface(struct doctor *d, struct doctor_finding *out)
         look_for_subnet(d, out);
     }
 }
+
+/* --- Check: route --- */
 
 static void say_no_route(struct doctor *d, int error,
                          struct doctor_finding *out)

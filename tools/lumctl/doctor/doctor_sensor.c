@@ -25,6 +25,8 @@
 #define DRIFT_MAX_PPB INT64_C(1000000)
 #define MIB           1048576.0
 
+/* --- Requests and their answers --- */
+
 lum_net_result doctor_open(struct doctor *d, bool owns, lum_error *error)
 {
     const struct ctl_options *o = &d->ctl->options;
@@ -132,6 +134,8 @@ static lum_sensor_event_kind ask_status(struct doctor *d)
                : LUM_SENSOR_FAILED;
 }
 
+/* --- Checks: session, buffer --- */
+
 /* Takes the ownership for a moment; nothing is sent. */
 void doctor_check_session(struct doctor *d, struct doctor_finding *out)
 {
@@ -179,6 +183,8 @@ void doctor_check_buffer(struct doctor *d, struct doctor_finding *out)
     }
     lum_socket_close(socket);
 }
+
+/* --- Check: answer --- */
 
 void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out)
 {
@@ -293,6 +299,8 @@ void doctor_check_answer(struct doctor *d, struct doctor_finding *out)
     respect_others(d, out);
 }
 
+/* --- Receiving data --- */
+
 /* One slot of the session's time: something is always under way, so that the
  * clock is measured to its end. */
 static void ask_next(struct doctor *d, unsigned slot)
@@ -371,6 +379,8 @@ static bool take_data(struct doctor *d, lum_error *error)
     return event.kind != LUM_SENSOR_FAILED &&
            event.kind != LUM_SENSOR_CANCELLED;
 }
+
+/* --- Check: data --- */
 
 static uint64_t data_datagrams(const struct doctor_stream *s)
 {
@@ -452,6 +462,8 @@ void doctor_check_data(struct doctor *d, struct doctor_finding *out)
         d->session = NULL;
     }
 }
+
+/* --- Check: clock --- */
 
 /* Microseconds by which the data's clock is behind the sensor's, as its
  * timestamps tell it. */
@@ -591,6 +603,8 @@ static const struct {
      "switch the sensor off and on; if the bit comes back, its mirror drive is "
      "broken"},
 };
+
+/* --- Check: status --- */
 
 static void say_hazard(struct doctor *d, bool is_owned,
                        struct doctor_finding *out)
