@@ -221,4 +221,5 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
 void pass_free(struct pass *pass)
 {
     lum_framer_free(pass->framer);
+    lum_capture_close(pass->capture);
 }

@@ -33,7 +33,8 @@ struct pass {
     bool has_sensor; /* packets of one sensor alone matter */
     uint32_t sensor;
     lum_framer *framer;
-    lum_error warning; /* set where the source broke off */
+    lum_capture *capture; /* being read; NULL: live */
+    lum_error warning;    /* set where the source broke off */
 };
 
 /* Get ready. The pass's results live until pass_free(). */

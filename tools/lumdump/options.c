@@ -265,22 +265,38 @@ static bool find_formats(struct options *o)
     return true;
 }
 
-static bool take_source(int argc, char **argv, struct options *out)
+static bool take_captures(const char *const *paths, size_t count,
+                          struct options *out)
+{
+    lum_error why = {""};
+    for (size_t i = 0; i < count; i++) {
+        if (count > 1 && strncmp(paths[i], "udp://", 6) == 0) {
+            (void)fprintf(stderr,
+                          "lumdump: %s: a sensor is the only source of its "
+                          "run; several sources are captures\n",
+                          paths[i]);
+            return false;
+        }
+        if (!values_is_no_url(paths[i])) {
+            return false;
+        }
+    }
+    const int made = sources_init(&out->sources, paths, count, &why);
+    out->source = out->sources.name;
+    return made == 0 || refuse(why.text);
+}
+
+static bool take_sources(int argc, char **argv, struct options *out)
 {
     if (optind == argc) {
-        return refuse("no SOURCE: name a capture, - for standard input, or "
+        return refuse("no SOURCE: name captures, - for standard input, or "
                       "udp://ADDRESS; see lumdump --help");
     }
-    if (optind + 1 < argc) {
-        (void)fprintf(stderr,
-                      "lumdump: one SOURCE only: '%s' is one too many\n",
-                      argv[optind + 1]);
-        return false;
-    }
     out->source = argv[optind];
-    out->is_live = strncmp(out->source, "udp://", 6) == 0;
+    out->is_live = optind + 1 == argc && strncmp(out->source, "udp://", 6) == 0;
     return out->is_live ? values_parse_url(out->source, &out->address)
-                        : values_is_no_url(out->source);
+                        : take_captures((const char *const *)argv + optind,
+                                        (size_t)(argc - optind), out);
 }
 
 static bool has_text_formats(const struct options *o)
@@ -380,8 +396,13 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
             return parsed;
         }
     }
-    return take_source(argc, argv, out) && find_formats(out) &&
+    return take_sources(argc, argv, out) && find_formats(out) &&
                    is_consistent(out)
                ? PARSED_RUN
                : PARSED_BAD;
+}
+
+void options_free(struct options *options)
+{
+    sources_free(&options->sources);
 }
