@@ -8,7 +8,7 @@ import subprocess
 import tempfile
 import unittest
 
-from support import BIN, Folder, ip, line, pcap, run, simulate, summary, udp, word
+from support import BIN, MAGIC, Folder, ip, line, pcap, run, simulate, summary, udp, word
 
 
 def split(data):
@@ -189,6 +189,58 @@ class Several(Case):
         got, want = summary(*parts, "--duration", "0.1"), summary(self.whole(), "--duration", "0.1")
         self.assertEqual((got["points"], got["records"]), (want["points"], want["records"]))
         self.assertEqual(got["sources"][4]["end"], "not reached")
+
+
+class Rotation(Case):
+    """A file ends where a frame does."""
+
+    def files(self, source, *arguments, name):
+        r = run("lumdump", source, "-o", self.folder / name, *arguments, "-q")
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        stem, ending = name.split(".")
+        return sorted(self.folder.path.glob(f"{stem}-*.{ending}"))
+
+    def test_a_recording_is_cut_between_frames(self):
+        files = self.files(self.whole(), "--rotate", "200kB", name="r.pcap")
+        self.assertEqual(len(files), int(self.frames))
+        for part in map(summary, files):
+            self.assertEqual((part["frames"], part["lines"], part["lines_missing_angles"], part["lost_words"]), (1, 128, 0, 0))
+        self.assertEqual(self.csv(*files), self.csv(self.whole()))
+
+    def test_a_limit_of_more_than_a_frame_holds_whole_ones(self):
+        size = os.path.getsize(self.whole()) // 3
+        parts = [summary(p) for p in self.files(self.folder / "whole.pcap", "--rotate", f"{size}B", name="r.pcap")]
+        self.assertEqual([p["frames"] for p in parts], [2, 2])
+
+    def test_a_cloud_is_cut_between_frames_also_of_eyes_that_are_apart(self):
+        lines = 40
+        packets = []
+        for step in range(3 * lines + 6):
+            for eye, at in ((0, step), (1, step - 6)):
+                if 0 <= at < 3 * lines:
+                    words = [word(1000, k) for k in range(20)]
+                    packets += [udp(p) for p in line(words, eye, at % lines, 1000 + 1000 * step)]
+        source = self.folder.write("apart.pcap", pcap(packets, step=0.0002))
+        whole = self.csv(source)
+        files = self.files(source, "--rotate", "10kB", name="c.csv")
+        self.assertEqual(len(files), 3)
+        for number, path in enumerate(files, 1):
+            rows = path.read_text().splitlines()[1:]
+            self.assertEqual({r.split(",")[8] for r in rows}, {str(number)})
+            self.assertEqual(len(rows), 2 * lines * 20)
+        header = whole.splitlines()[0]
+        rows = sorted(r for p in files for r in p.read_bytes().splitlines() if r != header)
+        self.assertEqual(rows, sorted(whole.splitlines()[1:]))
+
+    def test_where_no_frame_ends_it_is_cut_all_the_same(self):
+        packets = [udp(p) for n in range(1200) for p in line([word(1000, 0)], 0, n, 1000 + 4000 * n)]
+        source = self.folder.write("long.pcap", pcap(packets))
+        for name in "r.pcap", "c.csv":
+            with self.subTest(name):
+                self.assertEqual(len(self.files(source, "--rotate", "1s", name=name)), 2)
+        beats = [packets[0]] + [udp(MAGIC + struct.pack("<I", 0))] * 49
+        beats = self.folder.write("beats.pcap", pcap(beats, step=0.1))
+        self.assertEqual(len(self.files(beats, "--rotate", "1s", name="b.pcap")), 2)
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ const char help_text[] =
     "                          for those whose name has no such ending\n"
     "      --rotate SIZE|TIME  go on in NAME-0001.EXT, NAME-0002.EXT, ... : "
     "100MB,\n"
-    "                          1GB, 60s, 10min\n"
+    "                          1GB, 60s, 10min; between frames\n"
     "      --ascii             text instead of binary (ply, pcd)\n"
     "      --time sensor|utc|arrival\n"
     "                          timestamps: sensor clock (default), that fitted "
