@@ -49,27 +49,39 @@ static int refuse(const lum_reader_options *o, lum_error *error)
     if (o->records != NULL) {
         close_records(o->records);
     }
-    return lum_error_set(error, "a reader needs one source: a path, bytes or "
-                                "records");
+    return lum_error_set(error, "a reader needs one source: a path, paths, "
+                                "bytes or records");
+}
+
+static unsigned count_given(const lum_reader_options *o)
+{
+    return (o->path != NULL ? 1u : 0u) + (o->source != NULL ? 1u : 0u) +
+           (o->records != NULL ? 1u : 0u) + (o->path_count != 0 ? 1u : 0u);
+}
+
+static int open_capture(const lum_reader_options *o, lum_capture **out,
+                        lum_error *error)
+{
+    if (o->source != NULL) {
+        return lum_capture_open_source(o->source, out, error);
+    }
+    return o->path != NULL
+               ? lum_capture_open(o->path, out, error)
+               : lum_capture_open_several(o->paths, o->path_count, out, error);
 }
 
 static int open_source(const lum_reader_options *o, lum_record_source *out,
                        lum_error *error)
 {
     lum_capture *capture = NULL;
-    const unsigned given = (o->path != NULL ? 1u : 0u) +
-                           (o->source != NULL ? 1u : 0u) +
-                           (o->records != NULL ? 1u : 0u);
-    if (given != 1u) {
+    if (count_given(o) != 1u) {
         return refuse(o, error);
     }
     if (o->records != NULL) {
         *out = *o->records;
         return 0;
     }
-    if ((o->path != NULL
-             ? lum_capture_open(o->path, &capture, error)
-             : lum_capture_open_source(o->source, &capture, error)) != 0) {
+    if (open_capture(o, &capture, error) != 0) {
         return -1;
     }
     *out = (lum_record_source){.next = capture_next,

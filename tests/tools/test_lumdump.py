@@ -701,7 +701,7 @@ class Arguments(Case):
                 (["--json=1"], "--json takes no value: '1'"), (["--profile", ""], "'' is not the name of a file"),
                 (["--format", "doc"], "csv"), (["-o", "out.doc"], ".csv"), (["-o", "out"], "--format"),
                 (["-o", "-"], "--format"), (["--ascii", "-o", "x.csv"], "--ascii"), (["--unknown"], "--help"),
-                (["more.pcap"], "one too many"), (["--json", "-o", "-", "--format", "csv"], "--json"),
+                (["udp://10.42.0.38"], "only source"), (["--json", "-o", "-", "--format", "csv"], "--json"),
                 (["--calibration", "none.yaml"], "none.yaml"), (["--profile", "none.yaml"], "none.yaml")):
             with self.subTest(arguments):
                 self.refused(2, source, *arguments, message=message)

@@ -232,6 +232,16 @@ static bool is_lost(struct world *w, const struct packet *p)
         return (ANGLES >> p->part & 1u) != 0;
     case LOSS:
         return next_random(&w->seed) % 50u == 0;
+    case NONE:
+    case REPLAY_TOO:
+    case TWICE:
+    case HANG:
+    case MUTE:
+    case SLOW_ANSWERS:
+    case OBJECT:
+    case RESTART:
+    case NOT_DRAINED:
+    case TROUBLES:
     default:
         return false;
     }

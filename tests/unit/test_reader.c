@@ -317,6 +317,47 @@ static void assert_refused(const lum_reader_options *options, const char *part)
     }
 }
 
+static size_t put_file(char *path, size_t room, const char *name, size_t from,
+                       size_t to)
+{
+    (void)snprintf(path, room, "%s/%s", directory, name);
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(bytes, 1, 24, file), 24);
+    assert_int_equal(fwrite(bytes + from, 1, to - from, file), to - from);
+    assert_int_equal(fclose(file), 0);
+    return to;
+}
+
+/* The end of the record that holds half of the bytes. */
+static size_t find_half(void)
+{
+    size_t at = 24;
+    while (at < byte_count / 2u) {
+        uint32_t len = 0;
+        memcpy(&len, bytes + at + 8, sizeof len);
+        at += 16u + len;
+    }
+    return at;
+}
+
+static void several_paths_are_one_source(void **state)
+{
+    (void)state;
+    char first[64];
+    char second[64];
+    const size_t half = find_half();
+    (void)put_file(first, sizeof first, "1.pcap", 24, half);
+    (void)put_file(second, sizeof second, "2.pcap", half, byte_count);
+    const char *const paths[] = {second, first};
+    const lum_reader_options options = {
+        .struct_size = sizeof options, .paths = paths, .path_count = 2};
+    assert_whole(open_reader(&options));
+    assert_int_equal(remove(first), 0);
+    assert_refused(&options, "1.pcap");
+    assert_int_equal(remove(second), 0);
+}
+
 static void a_reader_wants_one_source_and_closes_what_it_was_given(void **state)
 {
     (void)state;
@@ -503,6 +544,7 @@ int main(void)
         cmocka_unit_test(events_come_as_they_are_asked_for),
         cmocka_unit_test(
             a_reader_wants_one_source_and_closes_what_it_was_given),
+        cmocka_unit_test(several_paths_are_one_source),
         cmocka_unit_test(two_threads_read_two_readers_and_share_frames),
     };
     return cmocka_run_group_tests(tests, make_drive, remove_drive);

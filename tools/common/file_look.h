@@ -14,13 +14,17 @@ enum file_kind {
 
 struct file_look {
     enum file_kind kind;
-    uint64_t volume; /* with number, the same for two names of one file */
+    uint64_t volume; /* with number, the same for two names of one file; both
+                        0: not known */
     uint64_t number;
 };
 
 /* Links are followed. name: "-" for standard output. False: there is none, or
  * it may not be looked at. */
 bool file_look(const char *name, struct file_look *out);
+
+/* The same, but "-" is standard input. */
+bool file_look_input(const char *name, struct file_look *out);
 
 bool file_look_is_same(const struct file_look *a, const struct file_look *b);
 

@@ -16,16 +16,25 @@ static enum file_kind kind_of(mode_t mode)
     return S_ISFIFO(mode) ? FILE_PIPE : FILE_DEVICE;
 }
 
-bool file_look(const char *name, struct file_look *out)
+static bool look(const char *name, int standard, struct file_look *out)
 {
     struct stat s;
-    if ((strcmp(name, "-") == 0 ? fstat(STDOUT_FILENO, &s) : stat(name, &s)) !=
-        0) {
+    if ((strcmp(name, "-") == 0 ? fstat(standard, &s) : stat(name, &s)) != 0) {
         return false;
     }
     *out = (struct file_look){kind_of(s.st_mode), (uint64_t)s.st_dev,
                               (uint64_t)s.st_ino};
     return true;
+}
+
+bool file_look(const char *name, struct file_look *out)
+{
+    return look(name, STDOUT_FILENO, out);
+}
+
+bool file_look_input(const char *name, struct file_look *out)
+{
+    return look(name, STDIN_FILENO, out);
 }
 
 bool file_look_is_same(const struct file_look *a, const struct file_look *b)
@@ -36,9 +45,9 @@ bool file_look_is_same(const struct file_look *a, const struct file_look *b)
 /* One that may not be opened is told at once. */
 bool file_look_opens_late(const char *name)
 {
-    struct file_look look;
-    return strcmp(name, "-") != 0 && file_look(name, &look) &&
-           look.kind == FILE_PIPE && access(name, W_OK) == 0;
+    struct file_look l;
+    return strcmp(name, "-") != 0 && file_look(name, &l) &&
+           l.kind == FILE_PIPE && access(name, W_OK) == 0;
 }
 
 bool file_look_is_dangling(const char *name)

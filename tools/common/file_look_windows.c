@@ -30,10 +30,10 @@ static bool ask(HANDLE file, struct file_look *out)
 }
 
 /* A handle to ask, of directories too, which keeps nobody away. */
-bool file_look(const char *name, struct file_look *out)
+static bool look(const char *name, DWORD standard, struct file_look *out)
 {
     if (strcmp(name, "-") == 0) {
-        return ask(GetStdHandle(STD_OUTPUT_HANDLE), out);
+        return ask(GetStdHandle(standard), out);
     }
     const HANDLE file = CreateFileA(
         name, 0, FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE, NULL,
@@ -44,6 +44,16 @@ bool file_look(const char *name, struct file_look *out)
     const bool is_known = ask(file, out);
     (void)CloseHandle(file);
     return is_known;
+}
+
+bool file_look(const char *name, struct file_look *out)
+{
+    return look(name, STD_OUTPUT_HANDLE, out);
+}
+
+bool file_look_input(const char *name, struct file_look *out)
+{
+    return look(name, STD_INPUT_HANDLE, out);
 }
 
 /* Pipes and devices have no numbers: the callers compare their names. */
@@ -62,8 +72,8 @@ bool file_look_opens_late(const char *name)
 
 bool file_look_is_dangling(const char *name)
 {
-    struct file_look look;
+    struct file_look l;
     return strcmp(name, "-") != 0 &&
            GetFileAttributesA(name) != INVALID_FILE_ATTRIBUTES &&
-           !file_look(name, &look);
+           !file_look(name, &l);
 }

@@ -96,6 +96,16 @@ static void note_time(struct summary *s, int64_t time_ns)
     }
 }
 
+static int add_datagram(struct pass *pass, const lum_record *record,
+                        lum_error *error)
+{
+    const struct rotation *r = &pass->options->rotation;
+    const bool begins_frame = (r->bytes != 0 || r->ns != 0) &&
+                              frame_watch_begins(&pass->frames, pass->layout,
+                                                 record->payload, record->len);
+    return outputs_add_datagram(pass->outputs, record, begins_frame, error);
+}
+
 /* A record of port 5517 that was counted as `kind`. */
 static enum pass_result note_ours(struct pass *pass, const lum_record *record,
                                   lum_packet_kind kind, lum_error *error)
@@ -108,7 +118,7 @@ static enum pass_result note_ours(struct pass *pass, const lum_record *record,
         diagnosis_note(&pass->diagnosis, record->payload, record->len, kind);
     }
     if (pass->outputs != NULL && !is_foreign &&
-        outputs_add_datagram(pass->outputs, record, error) != 0) {
+        add_datagram(pass, record, error) != 0) {
         return output_failed();
     }
     return PASS_DONE;
@@ -155,7 +165,7 @@ enum pass_result pass_record(struct pass *pass, const lum_record *record,
         return PASS_DONE;
     }
     return outputs_set_time(pass->outputs, record->time_ns, error) == 0 &&
-                   outputs_add_datagram(pass->outputs, record, error) == 0
+                   add_datagram(pass, record, error) == 0
                ? PASS_DONE
                : output_failed();
 }
@@ -221,4 +231,5 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
 void pass_free(struct pass *pass)
 {
     lum_framer_free(pass->framer);
+    lum_capture_close(pass->capture);
 }

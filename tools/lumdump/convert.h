@@ -4,6 +4,7 @@
 #define LUMDUMP_CONVERT_H
 
 #include "diagnosis.h"
+#include "frame_watch.h"
 #include "options.h"
 #include "outputs.h"
 #include "summary.h"
@@ -30,10 +31,12 @@ struct pass {
 
     struct summary summary;
     struct diagnosis diagnosis;
-    bool has_sensor; /* packets of one sensor alone matter */
+    struct frame_watch frames; /* for a rotation */
+    bool has_sensor;           /* packets of one sensor alone matter */
     uint32_t sensor;
     lum_framer *framer;
-    lum_error warning; /* set where the source broke off */
+    lum_capture *capture; /* being read; NULL: live */
+    lum_error warning;    /* set where the source broke off */
 };
 
 /* Get ready. The pass's results live until pass_free(). */

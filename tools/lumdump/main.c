@@ -44,17 +44,25 @@ static enum exit_status run(const struct options *o)
     return o->is_live ? live_run(&pass) : run_capture(&pass);
 }
 
-int main(int argc, char **argv)
+static enum exit_status act(enum parsed parsed, const struct options *options)
 {
-    struct options options;
-    interrupt_catch();
-    switch (options_parse(argc, argv, &options)) {
+    switch (parsed) {
     case PARSED_DONE:
-        return (int)conclude_stdout();
+        return conclude_stdout();
     case PARSED_BAD:
         return EXIT_BAD;
     case PARSED_RUN:
     default:
-        return (int)run(&options);
+        return run(options);
     }
+}
+
+int main(int argc, char **argv)
+{
+    struct options options;
+    interrupt_catch();
+    const enum exit_status status =
+        act(options_parse(argc, argv, &options), &options);
+    options_free(&options);
+    return (int)status;
 }

@@ -171,22 +171,38 @@ static bool find_formats(struct options *o)
     return true;
 }
 
-static bool take_source(int count, char **words, struct options *out)
+static bool take_captures(const char *const *paths, size_t count,
+                          struct options *out)
+{
+    lum_error why = {""};
+    for (size_t i = 0; i < count; i++) {
+        if (count > 1 && strncmp(paths[i], "udp://", 6) == 0) {
+            (void)fprintf(stderr,
+                          "lumdump: %s: a sensor is the only source of its "
+                          "run; several sources are captures\n",
+                          paths[i]);
+            return false;
+        }
+        if (!values_is_no_url(paths[i])) {
+            return false;
+        }
+    }
+    const int made = sources_init(&out->sources, paths, count, &why);
+    out->source = out->sources.name;
+    return made == 0 || refuse(why.text);
+}
+
+static bool take_sources(int count, char **words, struct options *out)
 {
     if (count == 0) {
-        return refuse("no SOURCE: name a capture, - for standard input, or "
+        return refuse("no SOURCE: name captures, - for standard input, or "
                       "udp://ADDRESS; see lumdump --help");
     }
-    if (count > 1) {
-        (void)fprintf(stderr,
-                      "lumdump: one SOURCE only: '%s' is one too many\n",
-                      words[1]);
-        return false;
-    }
     out->source = words[0];
-    out->is_live = strncmp(out->source, "udp://", 6) == 0;
-    return out->is_live ? values_parse_url(out->source, &out->address)
-                        : values_is_no_url(out->source);
+    out->is_live = count == 1 && strncmp(out->source, "udp://", 6) == 0;
+    return out->is_live
+               ? values_parse_url(out->source, &out->address)
+               : take_captures((const char *const *)words, (size_t)count, out);
 }
 
 static bool has_text_formats(const struct options *o)
@@ -258,8 +274,13 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
     if (end != OPTIONS_READ) {
         return end == OPTIONS_SHOWN ? PARSED_DONE : PARSED_BAD;
     }
-    return take_source(result.count, argv + 1, out) && find_formats(out) &&
+    return take_sources(result.count, argv + 1, out) && find_formats(out) &&
                    is_consistent(out)
                ? PARSED_RUN
                : PARSED_BAD;
+}
+
+void options_free(struct options *options)
+{
+    sources_free(&options->sources);
 }

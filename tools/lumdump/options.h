@@ -2,6 +2,8 @@
 #ifndef LUMDUMP_OPTIONS_H
 #define LUMDUMP_OPTIONS_H
 
+#include "sources.h"
+
 #include "lum/cloud/writer.h"
 #include "lum/net/socket.h"
 #include "lum/points.h"
@@ -34,7 +36,8 @@ struct rotation {
 };
 
 struct options {
-    const char *source;
+    const char *source;     /* what it is called in messages */
+    struct sources sources; /* captures */
     bool is_live;
     lum_endpoint address;  /* live: the sensor's */
     const char *interface; /* live; may be NULL */
@@ -70,6 +73,10 @@ enum parsed {
     PARSED_BAD   /* a message was printed */
 };
 
+/* The options point into argv. To be freed by options_free() whatever the
+ * result. */
 enum parsed options_parse(int argc, char **argv, struct options *out);
+
+void options_free(struct options *options);
 
 #endif

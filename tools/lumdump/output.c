@@ -18,8 +18,12 @@
 /* Frames whose files are open at once; the eyes are seldom two apart. */
 #define OPEN_FRAMES_MAX 16u
 
+/* A new file begins with a frame; where no frame begins for so long after it
+ * was due, anywhere. Longer than a frame lasts. */
+#define OVERDUE_NS INT64_C(2000000000)
+
 struct frame_file {
-    int64_t frame;
+    int64_t frame; /* its own; of a file that ends by rotation, its last */
     lum_writer *writer;
 };
 
@@ -41,7 +45,12 @@ struct output {
     struct capture_file capture; /* no writer: no capture */
     bool has_time;
     int64_t began_ns; /* when the present file was to begin */
-    unsigned number;  /* of the present file */
+    int64_t now_ns;
+    bool is_due; /* a new file is to begin */
+    int64_t due_ns;
+    bool has_top;    /* a line is in the present file of a cloud */
+    int64_t top;     /* the highest frame there */
+    unsigned number; /* of the present file */
 };
 
 /* --- Names --- */
@@ -270,11 +279,49 @@ static int close_capture(struct output *o, lum_error *error)
     return finish(o, file, error);
 }
 
+/* The file of a cloud before the present one, which takes the last lines of its
+ * frames. */
+static bool has_ending(const struct output *o)
+{
+    return o->rotates && o->file_count == 2u;
+}
+
+static void note_rotated(struct output *o)
+{
+    const int64_t ns = o->options->rotation.ns;
+    o->is_due = false;
+    o->has_top = false;
+    if (ns != 0) {
+        const int64_t since_ns = o->now_ns - o->began_ns;
+        o->began_ns += since_ns - since_ns % ns;
+    }
+}
+
 static int rotate(struct output *o, lum_error *error)
 {
-    const int result =
-        o->is_capture ? close_capture(o, error) : close_file(o, 0, error);
+    int result = has_ending(o) ? close_file(o, 1, error) : 0;
+    if (result == 0) {
+        result =
+            o->is_capture ? close_capture(o, error) : close_file(o, 0, error);
+    }
+    note_rotated(o);
     return result == 0 ? open_numbered(o, error) : result;
+}
+
+/* Of a cloud, whose eyes do not end a frame at once. */
+static int rotate_at_frame(struct output *o, lum_error *error)
+{
+    if (has_ending(o) && close_file(o, 1, error) != 0) {
+        return -1;
+    }
+    o->files[1] = (struct frame_file){o->top, o->files[0].writer};
+    note_rotated(o);
+    if (open_numbered(o, error) != 0) {
+        o->files[0] = o->files[1];
+        return -1;
+    }
+    o->file_count = 2;
+    return 0;
 }
 
 /* The present file goes on rather than that the disk is waited for. */
@@ -289,26 +336,30 @@ static uint64_t present_bytes(const struct output *o)
                          : lum_writer_bytes(o->files[0].writer);
 }
 
-int output_set_time(struct output *o, int64_t time_ns, lum_error *error)
+static bool is_due(const struct output *o)
 {
     const struct rotation *r = &o->options->rotation;
+    return r->bytes != 0 ? present_bytes(o) >= r->bytes
+                         : o->now_ns - o->began_ns >= r->ns;
+}
+
+int output_set_time(struct output *o, int64_t time_ns, lum_error *error)
+{
     if (!o->rotates) {
         return 0;
     }
-    if (r->bytes != 0) {
-        return present_bytes(o) >= r->bytes && may_rotate(o) ? rotate(o, error)
-                                                             : 0;
-    }
+    o->now_ns = time_ns;
     if (!o->has_time) {
         o->has_time = true;
         o->began_ns = time_ns;
     }
-    const int64_t since_ns = time_ns - o->began_ns;
-    if (since_ns < r->ns || !may_rotate(o)) {
-        return 0;
+    if (!o->is_due && is_due(o)) {
+        o->is_due = true;
+        o->due_ns = time_ns;
     }
-    o->began_ns += since_ns - since_ns % r->ns;
-    return rotate(o, error);
+    return o->is_due && time_ns - o->due_ns > OVERDUE_NS && may_rotate(o)
+               ? rotate(o, error)
+               : 0;
 }
 
 /* --- Lines and datagrams --- */
@@ -351,6 +402,23 @@ static lum_writer *file_of_frame(struct output *o, int64_t frame, bool *failed,
     return writer;
 }
 
+/* Of a cloud that may rotate. */
+static lum_writer *present_file(struct output *o, int64_t frame, bool *failed,
+                                lum_error *error)
+{
+    if (o->is_due && o->has_top && frame > o->top && may_rotate(o) &&
+        rotate_at_frame(o, error) != 0) {
+        *failed = true;
+        return NULL;
+    }
+    if (has_ending(o) && frame <= o->files[1].frame) {
+        return o->files[1].writer;
+    }
+    o->top = o->has_top && o->top > frame ? o->top : frame;
+    o->has_top = true;
+    return o->files[0].writer;
+}
+
 int output_add_line(struct output *o, const lum_line_samples *line,
                     lum_error *error)
 {
@@ -360,7 +428,7 @@ int output_add_line(struct output *o, const lum_line_samples *line,
     }
     lum_writer *writer = o->is_pattern
                              ? file_of_frame(o, line->frame, &failed, error)
-                             : o->files[0].writer;
+                             : present_file(o, line->frame, &failed, error);
     if (failed) {
         return -1;
     }
@@ -372,10 +440,13 @@ int output_add_line(struct output *o, const lum_line_samples *line,
 }
 
 int output_add_datagram(struct output *o, const lum_record *record,
-                        lum_error *error)
+                        bool begins_frame, lum_error *error)
 {
     if (!o->is_capture) {
         return 0;
+    }
+    if (o->is_due && begins_frame && may_rotate(o) && rotate(o, error) != 0) {
+        return -1;
     }
     const lum_datagram datagram = {.time_ns = record->time_ns,
                                    .payload = record->payload,
@@ -391,6 +462,9 @@ int output_add_datagram(struct output *o, const lum_record *record,
 int output_end_frame(struct output *o, int64_t frame, lum_error *error)
 {
     size_t i = 0;
+    if (has_ending(o) && o->files[1].frame <= frame) {
+        return close_file(o, 1, error);
+    }
     if (!o->is_pattern) {
         return 0;
     }

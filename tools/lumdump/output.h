@@ -39,15 +39,16 @@ bool output_find_stale(const struct output *output, lum_error *out);
 bool output_wants_lines(const struct output *output);
 
 /* Time goes on, in ns since 1970: what is added now may belong into a new
- * file. */
+ * file, which begins with the next frame. */
 int output_set_time(struct output *output, int64_t time_ns, lum_error *error);
 
 int output_add_line(struct output *output, const lum_line_samples *line,
                     lum_error *error);
 
-/* Datagrams matter to captures alone. */
+/* Datagrams matter to captures alone. begins_frame: a new file may begin here.
+ */
 int output_add_datagram(struct output *output, const lum_record *record,
-                        lum_error *error);
+                        bool begins_frame, lum_error *error);
 
 /* No line of this frame or of one before it is to be expected. */
 int output_end_frame(struct output *output, int64_t frame, lum_error *error);

@@ -105,7 +105,8 @@ struct action {
         END_FRAME,
         FLUSH
     } kind;
-    int64_t number; /* SET_TIME, END_FRAME, FLUSH */
+    int64_t number; /* SET_TIME, END_FRAME, FLUSH; ADD_DATAGRAM: it begins a
+                       frame */
     const lum_line_samples *line;
     const lum_record *record;
 };
@@ -119,7 +120,8 @@ static int act(struct output *output, const struct action *action,
     case ADD_LINE:
         return output_add_line(output, action->line, error);
     case ADD_DATAGRAM:
-        return output_add_datagram(output, action->record, error);
+        return output_add_datagram(output, action->record, action->number != 0,
+                                   error);
     case END_FRAME:
         return output_end_frame(output, action->number, error);
     case FLUSH:
@@ -197,10 +199,12 @@ int outputs_add_line(struct outputs *outputs, const lum_line_samples *line,
 }
 
 int outputs_add_datagram(struct outputs *outputs, const lum_record *record,
-                         lum_error *error)
+                         bool begins_frame, lum_error *error)
 {
     return for_each(outputs,
-                    &(struct action){.kind = ADD_DATAGRAM, .record = record},
+                    &(struct action){.kind = ADD_DATAGRAM,
+                                     .number = begins_frame ? 1 : 0,
+                                     .record = record},
                     error);
 }
 

@@ -39,7 +39,7 @@ int outputs_set_time(struct outputs *outputs, int64_t time_ns,
 int outputs_add_line(struct outputs *outputs, const lum_line_samples *line,
                      lum_error *error);
 int outputs_add_datagram(struct outputs *outputs, const lum_record *record,
-                         lum_error *error);
+                         bool begins_frame, lum_error *error);
 int outputs_end_frame(struct outputs *outputs, int64_t frame, lum_error *error);
 int outputs_flush(struct outputs *outputs, bool files, lum_error *error);
 

@@ -6,8 +6,6 @@
 #include "progress.h"
 #include "targets.h"
 
-#include <string.h>
-
 /* Records between looks at signals and at the clock for the progress line. */
 #define RECORDS_A_LOOK 256u
 
@@ -15,8 +13,14 @@
  * a clock that is off by 50 ppm has shifted by 200 us then. */
 #define LEARN_NS INT64_C(4000000000)
 
+static int open_sources(const struct options *o, lum_capture **out,
+                        lum_error *error)
+{
+    return lum_capture_open_several(o->sources.paths, o->sources.count, out,
+                                    error);
+}
+
 static enum pass_result look_around(const struct pass *pass,
-                                    const lum_capture *capture,
                                     struct progress *progress)
 {
     uint64_t done = 0;
@@ -24,7 +28,7 @@ static enum pass_result look_around(const struct pass *pass,
     if (interrupt_signal() != 0) {
         return PASS_INTERRUPTED;
     }
-    lum_capture_progress(capture, &done, &total);
+    lum_capture_progress(pass->capture, &done, &total);
     progress_update(progress, done, total,
                     summary_count(&pass->summary).points);
     return PASS_DONE;
@@ -45,14 +49,30 @@ static bool is_past_duration(const struct pass *pass, int64_t first_ns,
            time_ns - first_ns > pass->options->duration_ns;
 }
 
-static enum pass_result read_all(struct pass *pass, lum_capture *capture,
-                                 struct progress *progress, lum_error *error)
+/* A file that was there at the start, and could not be opened when its turn
+ * came. */
+static bool lacks_source(const struct pass *pass)
+{
+    const size_t n = lum_capture_source_count(pass->capture);
+    for (size_t i = 0; i < n; i++) {
+        lum_capture_source source;
+        lum_capture_get_source(pass->capture, i, &source);
+        if (source.end == LUM_CAPTURE_UNREAD) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static enum pass_result read_all(struct pass *pass, struct progress *progress,
+                                 lum_error *error)
 {
     struct summary *s = &pass->summary;
     lum_record record;
     int64_t first_ns = 0;
     int status = 0;
-    while ((status = lum_capture_next(capture, &record, &pass->warning)) > 0) {
+    while ((status = lum_capture_next(pass->capture, &record, &pass->warning)) >
+           0) {
         first_ns = s->records == 0 ? record.time_ns : first_ns;
         if (is_past_duration(pass, first_ns, record.time_ns)) {
             return PASS_DONE;
@@ -60,7 +80,7 @@ static enum pass_result read_all(struct pass *pass, lum_capture *capture,
         enum pass_result result = pass_take(pass, &record, error);
         tell_notes(pass, progress);
         if (result == PASS_DONE && s->records % RECORDS_A_LOOK == 0) {
-            result = look_around(pass, capture, progress);
+            result = look_around(pass, progress);
         }
         if (result != PASS_DONE) {
             return result;
@@ -70,16 +90,13 @@ static enum pass_result read_all(struct pass *pass, lum_capture *capture,
     if (interrupt_signal() != 0) {
         return PASS_INTERRUPTED;
     }
+    if (lacks_source(pass)) {
+        *error = pass->warning;
+        return PASS_FAILED;
+    }
     s->truncated = status < 0;
     record.kind = LUM_RECORD_FRAGMENT;
     return pass_take(pass, &record, error);
-}
-
-static bool is_regular(const char *path)
-{
-    struct file_look look;
-    return strcmp(path, "-") != 0 && file_look(path, &look) &&
-           look.kind == FILE_REGULAR;
 }
 
 /* A fit is made of what came before, so that the first lines of a stream are
@@ -95,8 +112,9 @@ static enum pass_result learn_clocks(struct pass *pass, lum_error *error)
     lum_capture *capture = NULL;
     lum_record record;
     int64_t first_ns = INT64_MAX;
-    if (pass->options->time != TIME_UTC || !is_regular(pass->options->source) ||
-        lum_capture_open(pass->options->source, &capture, NULL) != 0) {
+    if (pass->options->time != TIME_UTC ||
+        !sources_are_files(&pass->options->sources) ||
+        open_sources(pass->options, &capture, NULL) != 0) {
         return PASS_DONE;
     }
     result = pass_prepare(&ahead, error);
@@ -121,7 +139,6 @@ static enum pass_result learn_clocks(struct pass *pass, lum_error *error)
 static enum pass_result run(struct pass *pass, lum_error *error)
 {
     struct progress progress;
-    lum_capture *capture = NULL;
     enum pass_result result = pass_prepare(pass, error);
     if (result == PASS_DONE) {
         result = learn_clocks(pass, error);
@@ -129,15 +146,15 @@ static enum pass_result run(struct pass *pass, lum_error *error)
     if (result != PASS_DONE) {
         return result;
     }
-    if (lum_capture_open(pass->options->source, &capture, error) != 0) {
+    if (open_sources(pass->options, &pass->capture, error) != 0) {
         return interrupt_signal() != 0 ? PASS_INTERRUPTED : PASS_FAILED;
     }
     progress_init(&progress, pass->options->quiet);
-    result = read_all(pass, capture, &progress, error);
+    pass->summary.capture = pass->capture;
+    result = read_all(pass, &progress, error);
     if (result == PASS_DONE) {
         result = pass_flush(pass, error);
     }
-    lum_capture_close(capture);
     progress_clear(&progress);
     return result;
 }
@@ -158,7 +175,7 @@ static enum pass_result rehearse(struct pass *pass, struct outputs **rehearsal,
                                  lum_error *error)
 {
     const struct pass fresh = *pass;
-    if (!is_regular(pass->options->source)) {
+    if (!sources_are_files(&pass->options->sources)) {
         (void)lum_error_set(error,
                             "the format's header holds the number of points: "
                             "a source that can be read once cannot go to an "

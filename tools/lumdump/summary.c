@@ -2,6 +2,7 @@
 #include "summary.h"
 
 #include "../common/number.h"
+#include "stream.h"
 
 #include <inttypes.h>
 #include <string.h>
@@ -326,6 +327,9 @@ void summary_print_json(const struct summary *s, FILE *out)
                   ",\n  \"truncated\": %s,\n  \"records\": %" PRIu64
                   ",\n  \"duration_s\": %.6f,\n",
                   s->truncated ? "true" : "false", s->records, seconds);
+    if (s->capture != NULL) {
+        stream_print_json(s->capture, print_json_text, out);
+    }
     if (seconds > 0.0) {
         (void)fprintf(out, "  \"points_per_second\": %.1f,\n",
                       (double)points.points / seconds);
@@ -550,6 +554,9 @@ void summary_print_text(const struct summary *s, FILE *out)
     lum_demux_total(lum_framer_demux(s->framer), &total);
     (void)fprintf(out, "%s%s\n", s->source,
                   s->truncated ? " (broken off: see the warning)" : "");
+    if (s->capture != NULL) {
+        stream_print_text(s->capture, out);
+    }
     print_sensors(s, out);
     if (s->live != NULL) {
         print_live(s->live, out);

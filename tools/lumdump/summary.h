@@ -41,7 +41,8 @@ struct summary {
     const char *source;
     const struct live_counts *live; /* NULL: a capture */
     const lum_framer *framer;
-    bool has_sensor; /* one was asked for */
+    const lum_capture *capture; /* NULL: live, or none could be opened */
+    bool has_sensor;            /* one was asked for */
     uint32_t sensor;
     int64_t first_ns; /* capture times of the first and last of our packets */
     int64_t last_ns;

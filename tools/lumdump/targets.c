@@ -28,9 +28,18 @@ int targets_check_inputs(const struct options *options, const char *name,
                          lum_error *error)
 {
     const struct input_file inputs[] = {
-        {options->is_live ? NULL : options->source, "the source itself"},
         {options->calibration, "the calibration"},
         {options->profile, "the profile"}};
+    if (sources_have(&options->sources, name)) {
+        return strcmp(name, "-") == 0
+                   ? lum_error_set(error, "standard output is the source "
+                                          "itself, which this run reads: lead "
+                                          "it elsewhere")
+                   : lum_error_set(error,
+                                   "%s is the source itself, which this run "
+                                   "reads: name another output",
+                                   name);
+    }
     return input_files_check(inputs, sizeof inputs / sizeof inputs[0], name,
                              error);
 }
@@ -166,10 +175,12 @@ static int check_numbered(const struct options *options, size_t i,
 static int check_all_numbered(const struct options *options, size_t i,
                               lum_error *error)
 {
-    return (options->is_live ||
-            check_numbered(options, i, options->source, error) == 0) &&
-                   check_numbered(options, i, options->calibration, error) ==
-                       0 &&
+    for (size_t k = 0; k < options->sources.count; k++) {
+        if (check_numbered(options, i, options->sources.paths[k], error) != 0) {
+            return -1;
+        }
+    }
+    return check_numbered(options, i, options->calibration, error) == 0 &&
                    check_numbered(options, i, options->profile, error) == 0
                ? 0
                : -1;

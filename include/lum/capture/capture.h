@@ -63,9 +63,53 @@ LUM_MUST_CHECK int lum_capture_open(const char *path, lum_capture **out,
 LUM_MUST_CHECK int lum_capture_open_source(lum_source *source,
                                            lum_capture **out, lum_error *error);
 
+/** Open several captures as one stream, such as the files of a rotated
+ * recording, or a capture of each network interface. They are read in the order
+ * of their first record; where their times overlap, records come by time. A
+ * datagram whose fragments are in two files is put together.
+ *
+ * The first record of each is read now. A file is then open only while it is
+ * read, so that thousands may follow each other; a pipe is open from the start.
+ * A file that breaks off ends alone, and the rest is read.
+ * @param paths count of them, as for lum_capture_open(); not kept. Each must be
+ *              another file: records of one that is named twice come twice.
+ * @param count at least 1.
+ * @param error as for lum_capture_open(), with the name of the file.
+ * @return 0, or -1. */
+LUM_MUST_CHECK int lum_capture_open_several(const char *const *paths,
+                                            size_t count, lum_capture **out,
+                                            lum_error *error);
+
+/** How the reading of one source of a capture stands. */
+typedef enum lum_capture_end {
+    LUM_CAPTURE_UNDER_WAY, /**< it has not come to its end */
+    LUM_CAPTURE_WHOLE,     /**< it was read to its end */
+    LUM_CAPTURE_BROKEN,    /**< it could not be read on */
+    LUM_CAPTURE_UNREAD     /**< it could not be opened when its turn came */
+} lum_capture_end;
+
+/** One source of a capture. */
+typedef struct lum_capture_source {
+    const char *name;    /**< of its file; lives as long as the capture */
+    uint64_t records;    /**< that were read of it */
+    int64_t first_ns;    /**< time of the first of them; 0 without any */
+    int64_t last_ns;     /**< the latest time of them */
+    lum_capture_end end; /**< how it stands */
+} lum_capture_source;
+
+/** How many sources a capture has. */
+size_t lum_capture_source_count(const lum_capture *capture);
+
+/** A source, in the order of their first records.
+ * @param i   below lum_capture_source_count().
+ * @param out overwritten. */
+void lum_capture_get_source(const lum_capture *capture, size_t i,
+                            lum_capture_source *out);
+
 /** Read the next record.
  * @return 1 with a record; 0 at the end of the file; -1 when the file cannot be
- *         read on, with the byte and the reason in error. After 0 or -1 the
+ *         read on, with the byte and the reason in error; of several files
+ *         after all the others were read to their end. After 0 or -1 the
  * fragments still waiting have been given up: *out then holds only their
  * number, in dropped_fragments. */
 LUM_MUST_CHECK int lum_capture_next(lum_capture *capture, lum_record *out,

@@ -53,12 +53,15 @@ typedef struct lum_record_source {
  * these are the defaults. */
 typedef struct lum_reader_options {
     size_t struct_size; /**< sizeof(lum_reader_options) */
-    const char *path;   /**< a capture, "-": standard input; one of these three
-                             is not NULL */
+    const char *path;   /**< a capture, "-": standard input; one of this,
+                             source, records and paths is given */
     lum_source *source; /**< bytes of a capture, from memory or a function of
                            the caller's; taken over, also on failure */
     const lum_record_source *records; /**< copied; closed also on failure */
     const lum_framer_options *framer; /**< what is wanted; NULL: the default */
+    const char *const *paths; /**< in place of path: path_count captures, read
+                                 as one by lum_capture_open_several() */
+    size_t path_count;        /**< 0: none */
 } lum_reader_options;
 
 /** A reader. */

@@ -1,0 +1,126 @@
+#include "input.h"
+
+#include "link.h"
+#include "unpack.h"
+
+#include <stdlib.h>
+
+struct lum_input {
+    lum_source *source;
+    lum_pcap *reader;
+    uint64_t records;
+};
+
+/* Whether there is a first byte; a directory gives its error here. */
+static int check_start(lum_source *source, lum_error *error)
+{
+    if (lum_source_has(source, 1)) {
+        return 0;
+    }
+    if (!source->has_failed) {
+        return lum_error_set(error,
+                             "%s: is empty; a pcap or pcapng file is expected",
+                             source->name);
+    }
+    return lum_error_set(
+        error, "%s: cannot be read: %s; a pcap or pcapng file is expected",
+        source->name, source->error.text);
+}
+
+/* Both as it is and unpacked. */
+static int start(lum_input *in, lum_error *error)
+{
+    if (check_start(in->source, error) != 0 ||
+        lum_unpack(&in->source, error) != 0) {
+        return -1;
+    }
+    return check_start(in->source, error);
+}
+
+static bool is_supported(uint32_t link_type)
+{
+    return lum_link_find(link_type) != NULL;
+}
+
+static int begin(lum_input *in, lum_error *error)
+{
+    lum_error reason = {""};
+    uint32_t link_type = 0;
+    const char *name = in->source->name;
+    const int begun =
+        lum_pcap_begin(in->reader, is_supported, &link_type, &reason);
+    if (begun < 0) {
+        return lum_error_set(
+            error,
+            "%s: not a capture (%s); a pcap or pcapng file is expected%s", name,
+            reason.text, lum_unpack_hint(in->source));
+    }
+    if (begun == 0) {
+        return lum_error_set(
+            error, "%s: link type %lu (%s) is not supported; supported are %s",
+            name, (unsigned long)link_type, lum_link_name(link_type),
+            lum_link_supported());
+    }
+    return 0;
+}
+
+static int refuse_for_memory(const lum_source *source, lum_error *error)
+{
+    return lum_error_set(error, "%s: not enough memory to read it",
+                         source->name);
+}
+
+int lum_input_open(lum_source *source, lum_input **out, lum_error *error)
+{
+    lum_input *in = calloc(1, sizeof *in);
+    if (in == NULL) {
+        (void)refuse_for_memory(source, error);
+        lum_source_close(source);
+        return -1;
+    }
+    in->source = source;
+    int result = start(in, error);
+    if (result == 0) {
+        in->reader = lum_pcap_new(in->source);
+        result = in->reader != NULL ? begin(in, error)
+                                    : refuse_for_memory(in->source, error);
+    }
+    if (result != 0) {
+        lum_input_close(in);
+        return -1;
+    }
+    *out = in;
+    return 0;
+}
+
+void lum_input_close(lum_input *input)
+{
+    if (input != NULL) {
+        lum_pcap_free(input->reader);
+        lum_source_close(input->source);
+        free(input);
+    }
+}
+
+int lum_input_next(lum_input *input, lum_pcap_record *out, lum_error *error)
+{
+    lum_error reason = {""};
+    const int got = lum_pcap_next(input->reader, out, &reason);
+    if (got >= 0) {
+        input->records += (uint64_t)got;
+        return got;
+    }
+    return lum_error_set(error, "%s: cannot be read on after record %llu: %s",
+                         input->source->name,
+                         (unsigned long long)input->records, reason.text);
+}
+
+const char *lum_input_name(const lum_input *input)
+{
+    return input->source->name;
+}
+
+void lum_input_progress(const lum_input *input, uint64_t *done, uint64_t *total)
+{
+    lum_source_progress(input->source, done, total);
+}

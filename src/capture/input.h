@@ -1,0 +1,33 @@
+/** @file
+ * One open capture file: unpacked where it is compressed, read up to its first
+ * interface. Internal to the capture room. */
+#ifndef LUM_CAPTURE_INPUT_H
+#define LUM_CAPTURE_INPUT_H
+
+#include "pcap.h"
+
+/** An open capture file. */
+typedef struct lum_input lum_input;
+
+/** Open. Waits for the first interface that can be read.
+ * @param source taken over: closed with the input, and on failure.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_input_open(lum_source *source, lum_input **out,
+                                  lum_error *error);
+
+/** Close. NULL is allowed. */
+void lum_input_close(lum_input *input);
+
+/** Read the next record.
+ * @return as lum_pcap_next(); the error names the file too. */
+LUM_MUST_CHECK int lum_input_next(lum_input *input, lum_pcap_record *out,
+                                  lum_error *error);
+
+/** Its name in messages; lives as long as the input. */
+const char *lum_input_name(const lum_input *input);
+
+/** As lum_source_progress(). */
+void lum_input_progress(const lum_input *input, uint64_t *done,
+                        uint64_t *total);
+
+#endif

@@ -1,0 +1,321 @@
+#include "merge.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* One of the files. */
+struct part {
+    char *name;
+    const char *path; /* to open it by; NULL: it is open, or was */
+    size_t place;     /* among those that were given */
+    lum_input *input; /* NULL: not open */
+    bool has_record;  /* one is in hand */
+    lum_pcap_record record;
+    int64_t sort_ns;  /* its first record's; without any before all times */
+    int64_t first_ns; /* of those handed out */
+    int64_t last_ns;
+    uint64_t records; /* handed out */
+    uint64_t done;    /* bytes read before it was closed */
+    uint64_t total;   /* bytes; 0: not known */
+    lum_capture_end end;
+};
+
+struct lum_merge {
+    struct part *parts; /* by first record */
+    size_t count;
+    size_t next;        /* the first that was not begun */
+    size_t first_open;  /* none before it is being read */
+    struct part *given; /* whose record was handed out last; or NULL */
+    size_t broken;
+    lum_error error; /* of the first that is */
+};
+
+static char *copy_text(const char *text)
+{
+    const size_t len = strlen(text) + 1u;
+    char *copy = malloc(len);
+    if (copy != NULL) {
+        memcpy(copy, text, len);
+    }
+    return copy;
+}
+
+static lum_merge *new_merge(size_t count)
+{
+    lum_merge *m = calloc(1, sizeof *m);
+    if (m != NULL) {
+        m->parts = calloc(count, sizeof *m->parts);
+        m->count = m->parts != NULL ? count : 0;
+    }
+    if (m != NULL && m->parts == NULL) {
+        free(m);
+        return NULL;
+    }
+    return m;
+}
+
+static int refuse_for_memory(const char *name, lum_error *error)
+{
+    return lum_error_set(error, "%s: not enough memory to read it", name);
+}
+
+int lum_merge_one(lum_input *input, lum_merge **out, lum_error *error)
+{
+    lum_merge *m = new_merge(1);
+    char *name = copy_text(lum_input_name(input));
+    if (m == NULL || name == NULL) {
+        (void)refuse_for_memory(lum_input_name(input), error);
+        free(name);
+        lum_merge_close(m);
+        lum_input_close(input);
+        return -1;
+    }
+    m->parts[0] = (struct part){.name = name, .input = input};
+    m->next = 1;
+    m->given = &m->parts[0];
+    *out = m;
+    return 0;
+}
+
+static int open_input(const char *path, lum_input **out, lum_error *error)
+{
+    lum_source *source = NULL;
+    return lum_source_open(path, &source, error) == 0
+               ? lum_input_open(source, out, error)
+               : -1;
+}
+
+/* Read its first record. A file that can be opened again is closed until its
+ * turn comes; what is wrong behind its header is told then. */
+static int probe(struct part *p, lum_error *error)
+{
+    uint64_t done = 0;
+    lum_error later = {""};
+    if (open_input(p->path, &p->input, error) != 0) {
+        return -1;
+    }
+    const char *name = lum_input_name(p->input);
+    p->name = copy_text(name);
+    if (p->name == NULL) {
+        return refuse_for_memory(name, error);
+    }
+    lum_input_progress(p->input, &done, &p->total);
+    if (p->total == 0 || strcmp(p->path, "-") == 0) {
+        p->path = NULL;
+    }
+    const int got = lum_input_next(p->input, &p->record, &later);
+    p->has_record = got > 0;
+    p->sort_ns = got > 0 ? p->record.time_ns : INT64_MIN;
+    if (p->path != NULL) {
+        p->path = p->name;
+        p->has_record = false;
+        lum_input_close(p->input);
+        p->input = NULL;
+    }
+    return 0;
+}
+
+static int compare(const void *a, const void *b)
+{
+    const struct part *p = a;
+    const struct part *q = b;
+    if (p->sort_ns != q->sort_ns) {
+        return p->sort_ns < q->sort_ns ? -1 : 1;
+    }
+    return p->place < q->place ? -1 : 1;
+}
+
+static int probe_all(lum_merge *m, const char *const *paths, lum_error *error)
+{
+    for (size_t i = 0; i < m->count; i++) {
+        m->parts[i] = (struct part){.path = paths[i], .place = i};
+        if (probe(&m->parts[i], error) != 0) {
+            return -1;
+        }
+    }
+    qsort(m->parts, m->count, sizeof *m->parts, compare);
+    return 0;
+}
+
+static int open_several(const char *const *paths, size_t count, lum_merge **out,
+                        lum_error *error)
+{
+    lum_merge *m = new_merge(count);
+    if (m == NULL) {
+        return refuse_for_memory(paths[0], error);
+    }
+    if (probe_all(m, paths, error) != 0) {
+        lum_merge_close(m);
+        return -1;
+    }
+    *out = m;
+    return 0;
+}
+
+int lum_merge_open(const char *const *paths, size_t count, lum_merge **out,
+                   lum_error *error)
+{
+    lum_input *input = NULL;
+    if (count == 0) {
+        return lum_error_set(error, "no capture is named");
+    }
+    if (count > 1) {
+        return open_several(paths, count, out, error);
+    }
+    return open_input(paths[0], &input, error) == 0
+               ? lum_merge_one(input, out, error)
+               : -1;
+}
+
+void lum_merge_close(lum_merge *merge)
+{
+    if (merge == NULL) {
+        return;
+    }
+    for (size_t i = 0; i < merge->count; i++) {
+        lum_input_close(merge->parts[i].input);
+        free(merge->parts[i].name);
+    }
+    free(merge->parts);
+    free(merge);
+}
+
+static void note_broken(lum_merge *m, const lum_error *error)
+{
+    if (m->broken == 0) {
+        m->error = *error;
+    }
+    m->broken++;
+}
+
+static void end_part(lum_merge *m, struct part *p, lum_capture_end end)
+{
+    if (p->input != NULL) {
+        lum_input_progress(p->input, &p->done, &p->total);
+    }
+    lum_input_close(p->input);
+    p->input = NULL;
+    p->has_record = false;
+    p->end = end;
+    while (m->first_open < m->next &&
+           m->parts[m->first_open].end != LUM_CAPTURE_UNDER_WAY) {
+        m->first_open++;
+    }
+}
+
+static void read_part(lum_merge *m, struct part *p)
+{
+    lum_error error = {""};
+    const int got = lum_input_next(p->input, &p->record, &error);
+    p->has_record = got > 0;
+    if (got < 0) {
+        note_broken(m, &error);
+    }
+    if (got <= 0) {
+        end_part(m, p, got < 0 ? LUM_CAPTURE_BROKEN : LUM_CAPTURE_WHOLE);
+    }
+}
+
+static void begin_part(lum_merge *m)
+{
+    lum_error error = {""};
+    struct part *p = &m->parts[m->next++];
+    if (p->input == NULL && open_input(p->path, &p->input, &error) != 0) {
+        note_broken(m, &error);
+        end_part(m, p, LUM_CAPTURE_UNREAD);
+    } else if (!p->has_record) {
+        read_part(m, p);
+    }
+}
+
+static struct part *find_lowest(const lum_merge *m)
+{
+    struct part *lowest = NULL;
+    for (size_t i = m->first_open; i < m->next; i++) {
+        struct part *p = &m->parts[i];
+        if (p->has_record &&
+            (lowest == NULL || p->record.time_ns < lowest->record.time_ns)) {
+            lowest = p;
+        }
+    }
+    return lowest;
+}
+
+static int end(const lum_merge *m, lum_error *error)
+{
+    if (m->broken == 0) {
+        return 0;
+    }
+    return m->broken == 1
+               ? lum_error_set(error, "%s", m->error.text)
+               : lum_error_set(error,
+                               "%s; %zu more of the captures could not "
+                               "be read to their end",
+                               m->error.text, m->broken - 1u);
+}
+
+static void count(struct part *p)
+{
+    const int64_t time_ns = p->record.time_ns;
+    if (p->records == 0) {
+        p->first_ns = time_ns;
+        p->last_ns = time_ns;
+    }
+    p->last_ns = time_ns > p->last_ns ? time_ns : p->last_ns;
+    p->records++;
+}
+
+int lum_merge_next(lum_merge *merge, lum_pcap_record *out, lum_error *error)
+{
+    if (merge->given != NULL && merge->given->input != NULL) {
+        read_part(merge, merge->given);
+    }
+    struct part *lowest = find_lowest(merge);
+    while (merge->next < merge->count &&
+           (lowest == NULL ||
+            merge->parts[merge->next].sort_ns <= lowest->record.time_ns)) {
+        begin_part(merge);
+        lowest = find_lowest(merge);
+    }
+    merge->given = lowest;
+    if (lowest == NULL) {
+        return end(merge, error);
+    }
+    count(lowest);
+    *out = lowest->record;
+    return 1;
+}
+
+size_t lum_merge_count(const lum_merge *merge)
+{
+    return merge->count;
+}
+
+void lum_merge_get(const lum_merge *merge, size_t i, lum_capture_source *out)
+{
+    const struct part *p = &merge->parts[i];
+    *out = (lum_capture_source){.name = p->name,
+                                .records = p->records,
+                                .first_ns = p->first_ns,
+                                .last_ns = p->last_ns,
+                                .end = p->end};
+}
+
+void lum_merge_progress(const lum_merge *merge, uint64_t *done, uint64_t *total)
+{
+    bool is_known = true;
+    *done = 0;
+    *total = 0;
+    for (size_t i = 0; i < merge->count; i++) {
+        const struct part *p = &merge->parts[i];
+        uint64_t read = p->done;
+        uint64_t bytes = p->total;
+        if (p->input != NULL) {
+            lum_input_progress(p->input, &read, &bytes);
+        }
+        *done += read;
+        *total += bytes;
+        is_known = is_known && bytes != 0;
+    }
+    *total = is_known ? *total : 0;
+}

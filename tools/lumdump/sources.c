@@ -1,0 +1,103 @@
+#include "sources.h"
+
+#include "../common/file_look.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct source_identity {
+    struct file_look look;
+    const char *path;
+};
+
+static int order(uint64_t a, uint64_t b)
+{
+    return (a > b) - (a < b);
+}
+
+static int compare(const void *a, const void *b)
+{
+    const struct file_look *p = &((const struct source_identity *)a)->look;
+    const struct file_look *q = &((const struct source_identity *)b)->look;
+    const int volumes = order(p->volume, q->volume);
+    return volumes != 0 ? volumes : order(p->number, q->number);
+}
+
+static bool find(const char *path, struct source_identity *out)
+{
+    out->path = path;
+    return file_look_input(path, &out->look) &&
+           (out->look.volume | out->look.number) != 0;
+}
+
+static void name_them(struct sources *s)
+{
+    const int more = s->count > 1 ? (int)(s->count - 1u) : 0;
+    if (more == 0) {
+        (void)snprintf(s->name, sizeof s->name, "%s", s->paths[0]);
+        return;
+    }
+    (void)snprintf(s->name, sizeof s->name, "%.*s and %d more",
+                   (int)sizeof s->name - 32, s->paths[0], more);
+}
+
+static int check_twice(const struct sources *s, lum_error *error)
+{
+    for (size_t i = 1; i < s->identity_count; i++) {
+        const struct source_identity *one = &s->identities[i - 1u];
+        const struct source_identity *other = &s->identities[i];
+        if (compare(one, other) == 0) {
+            return lum_error_set(error,
+                                 "%s and %s are one file: name each source "
+                                 "once",
+                                 one->path, other->path);
+        }
+    }
+    return 0;
+}
+
+int sources_init(struct sources *out, const char *const *paths, size_t count,
+                 lum_error *error)
+{
+    *out = (struct sources){.paths = paths, .count = count};
+    name_them(out);
+    out->identities = calloc(count, sizeof *out->identities);
+    if (out->identities == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    for (size_t i = 0; i < count; i++) {
+        out->identity_count +=
+            find(paths[i], &out->identities[out->identity_count]) ? 1u : 0u;
+    }
+    qsort(out->identities, out->identity_count, sizeof *out->identities,
+          compare);
+    return check_twice(out, error);
+}
+
+void sources_free(struct sources *sources)
+{
+    free(sources->identities);
+    sources->identities = NULL;
+}
+
+bool sources_have(const struct sources *sources, const char *output)
+{
+    struct source_identity o;
+    return sources->identity_count > 0 && file_look(output, &o.look) &&
+           o.look.kind == FILE_REGULAR &&
+           bsearch(&o, sources->identities, sources->identity_count,
+                   sizeof *sources->identities, compare) != NULL;
+}
+
+bool sources_are_files(const struct sources *sources)
+{
+    for (size_t i = 0; i < sources->count; i++) {
+        struct file_look look;
+        if (strcmp(sources->paths[i], "-") == 0 ||
+            !file_look(sources->paths[i], &look) || look.kind != FILE_REGULAR) {
+            return false;
+        }
+    }
+    return sources->count > 0;
+}
