@@ -38,8 +38,8 @@ static inline int32_t high_product(int32_t a, int32_t b, int32_t sum)
     return lum_high_by_parts(a, b, sum);
 #elif LUM_SMMLA
     int32_t high = 0;
-    const int is_bare = __builtin_constant_p(sum) ? sum == 0 : 0;
-    if (is_bare) {
+    const int is_bare = __builtin_constant_p(sum) ? (sum == 0) : 0;
+    if (is_bare != 0) {
         __asm__("smmul %0, %1, %2" : "=r"(high) : "r"(a), "r"(b));
     } else {
         __asm__("smmla %0, %1, %2, %3" : "=r"(high) : "r"(a), "r"(b), "r"(sum));

@@ -290,14 +290,25 @@ static LUM_ONE_COPY lum_result accept(lum_receiver *r, lum_receiver_eye *eye,
     return result;
 }
 
+static lum_result take(lum_receiver *r, const lum_group *group)
+{
+    lum_receiver_eye *eye = &r->eye[group->eye];
+    if (!follow(r, eye, group->clock_raw)) {
+        return LUM_E_STRAY;
+    }
+    if (!go_to_line(r, eye, group)) {
+        return LUM_E_LATE;
+    }
+    return accept(r, eye, group);
+}
+
 /* The counters of drops stand first and in the order of their results. */
-static lum_result drop(lum_receiver_counters *c, lum_result result)
+static void count_drop(lum_receiver_counters *c, lum_result result)
 {
     uint64_t *counters = &c->stray;
     LUM_CHECK(result <= LUM_E_STRAY);
     LUM_CHECK(result >= LUM_E_NO_ROOM);
     lum_counter_add(&counters[LUM_E_STRAY - result], 1);
-    return result;
 }
 
 lum_result lum_receiver_push(lum_receiver *r, const lum_group *group)
@@ -312,15 +323,11 @@ lum_result lum_receiver_push(lum_receiver *r, const lum_group *group)
                         group->first_sample_index) != LUM_OK) {
         return LUM_E_VALUE;
     }
-    lum_receiver_eye *eye = &r->eye[group->eye];
-    if (!follow(r, eye, group->clock_raw)) {
-        return drop(&r->counters, LUM_E_STRAY);
+    const lum_result result = take(r, group);
+    if (result != LUM_OK) {
+        count_drop(&r->counters, result);
     }
-    if (!go_to_line(r, eye, group)) {
-        return drop(&r->counters, LUM_E_LATE);
-    }
-    const lum_result result = accept(r, eye, group);
-    return result == LUM_OK ? LUM_OK : drop(&r->counters, result);
+    return result;
 }
 
 void lum_receiver_forget(lum_receiver *r)

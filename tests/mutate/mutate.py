@@ -582,7 +582,8 @@ def room(out, name, directory, tests):
               for p in sorted((ROOT / d).glob("*.c"))]
     house = House(ROOT, out / name, sources,
                   {f"test_{n}": ROOT / f"tests/unit/test_{n}.c" for n in tests},
-                  [ROOT / "tests/unit/support.c", *others],
+                  [ROOT / "tests/unit/support.c",
+                   *(ROOT / "tests/unit").glob(f"{name}_rig.c"), *others],
                   [ROOT / "include", ROOT / "src", ROOT / directory], name)
     return house, sorted([*sources, *(ROOT / directory).glob("*.h")])
 

@@ -171,6 +171,35 @@ static void the_root_rounds_down(void **state)
                      UINT64_C(0x100000000) / LUM_FIXED_PER_MM - 1);
 }
 
+static void the_nearest_is_exact_as_far_as_points_reach(void **state)
+{
+    static const zone all = {.min = {INT32_MIN, INT32_MIN, INT32_MIN},
+                             .max = {INT32_MAX, INT32_MAX, INT32_MAX}};
+    static const struct {
+        int32_t x, y, z;
+        uint32_t mm;
+    } rows[] = {
+        {MM(3000), MM(-4000), 0, 5000},
+        {MM(2000), MM(-3000), MM(6000), 7000},
+        {MM(1), 0, 0, 1},
+        {MM(1) - 1, 0, 0, 0},
+        {1400000000, 1400000000, -1400000000, 151554445},
+        {INT32_MIN, INT32_MIN, INT32_MIN, 232471924},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const lum_fixed_point points[] = {
+            {INT32_MIN, INT32_MIN, INT32_MIN, LUM_WORD_RISING},
+            {rows[i].x, rows[i].y, rows[i].z, LUM_WORD_RISING},
+            {0, 0, 0, 0}, /* a falling edge */
+        };
+        zone_sight sight = zone_empty();
+        zone_look(&all, &sight, points, 3);
+        assert_int_equal(sight.hits, 2);
+        assert_int_equal(zone_nearest_mm(&sight), rows[i].mm);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -184,6 +213,7 @@ int main(void)
         cmocka_unit_test(nothing_was_seen_at_first),
         cmocka_unit_test(each_rising_edge_in_the_zone_is_a_hit),
         cmocka_unit_test(the_root_rounds_down),
+        cmocka_unit_test(the_nearest_is_exact_as_far_as_points_reach),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
