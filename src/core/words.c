@@ -225,7 +225,7 @@ static lum_result insert(lum_assembler *a, lum_line_slot *slot,
         lum_counter_add(&a->counters.bad_words, group->num_samples - good);
     }
     if (good > 0) {
-        memset(m.table + m.low, 0, sizeof *m.table * (m.end - m.low));
+        memset(m.table + m.low, 0, sizeof *m.table * (size_t)(m.end - m.low));
     }
     return r;
 }
