@@ -638,6 +638,27 @@ static void points_beyond_the_maximum_are_cut_and_counted(void **state)
     run_free(r);
 }
 
+/* As points are, and late ones. */
+static void points_cut_are_counted_of_the_first_view(void **state)
+{
+    (void)state;
+    lum_view views[2];
+    lum_view_default(&views[0]);
+    lum_view_default(&views[1]);
+    views[1].selection.edges = LUM_EDGES_BOTH;
+    const lum_framer_options options = {.struct_size = sizeof options,
+                                        .views = views,
+                                        .view_count = 2,
+                                        .points_max = 4500};
+    struct run *r = run_new(&options);
+    send_frame(r);
+    end(r);
+    const lum_framer_counters c = counters_of(r, 0);
+    assert_int_equal(c.points_cut, ALL_POINTS - 4500u);
+    assert_int_equal(lum_frame_count(r->frames[0]) + c.points_cut, c.points);
+    run_free(r);
+}
+
 /* Whatever line numbers a stream claims, the table of lines stays small. */
 static void lines_beyond_the_maximum_are_cut_and_counted(void **state)
 {
@@ -1284,6 +1305,7 @@ int main(void)
         cmocka_unit_test(a_grid_has_each_point_at_its_place_and_marks_the_rest),
         cmocka_unit_test(a_grid_that_cannot_be_is_refused_and_writes_nothing),
         cmocka_unit_test(points_beyond_the_maximum_are_cut_and_counted),
+        cmocka_unit_test(points_cut_are_counted_of_the_first_view),
         cmocka_unit_test(lines_beyond_the_maximum_are_cut_and_counted),
         cmocka_unit_test(a_damaged_line_number_makes_no_frame_large),
         cmocka_unit_test(views_change_with_the_next_frame_that_begins),
