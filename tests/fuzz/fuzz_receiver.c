@@ -12,18 +12,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define SAMPLES_MAX  369u /* of a datagram of 1,500 bytes */
+#define SAMPLES_MAX 369u /* of a datagram of 1,500 bytes */
 
 /* How often inputs were answered so. */
 static const struct answer {
     lum_result result;
     const char *name;
-} answers[] = {{LUM_OK, "accepted"},
-               {LUM_E_STRAY, "stray"},
-               {LUM_E_LATE, "late"},
-               {LUM_E_DUPLICATE, "duplicate"},
-               {LUM_E_CONFLICT, "conflict"},
-               {LUM_E_NO_ROOM, "no room"}};
+} answers[] = {{LUM_OK, "accepted"},         {LUM_E_STRAY, "stray"},
+               {LUM_E_LATE, "late"},         {LUM_E_DUPLICATE, "duplicate"},
+               {LUM_E_CONFLICT, "conflict"}, {LUM_E_NO_ROOM, "no room"}};
 #define ANSWERS (sizeof answers / sizeof answers[0])
 static uint64_t met[ANSWERS];
 
