@@ -21,6 +21,9 @@ int lum_pcap_fail_cut(const lum_pcap *reader, const char *what, uint64_t held,
                       uint64_t all, lum_error *error)
 {
     const lum_source *s = reader->source;
+    if (held == 0) {
+        return lum_pcap_fail(reader, error, "%s", s->error.text);
+    }
     if (all == 0) {
         return lum_pcap_fail(
             reader, error, "a %s is cut short: %llu bytes of it are there%s%s",

@@ -45,7 +45,7 @@ int lum_pcap_fail(const lum_pcap *reader, lum_error *error, const char *format,
 
 /** Say that the stream ended, or failed, within what begins at reader->at.
  * @param what "record" or "block".
- * @param held of its bytes.
+ * @param held of its bytes; 0: none, and the source has failed.
  * @param all  its bytes; 0: not known.
  * @return -1. */
 int lum_pcap_fail_cut(const lum_pcap *reader, const char *what, uint64_t held,

@@ -73,6 +73,10 @@ const char *lum_unpack_hint(lum_source *source)
         {{0x04, 0x22, 0x4d, 0x18}, 4, "; it is compressed: use lz4 -dc"},
         {{'P', 'K', 3, 4}, 4, "; it is a zip archive: use unzip"},
     };
+    if (source->packed != NULL && (is_gzip(source) || is_zstd(source))) {
+        return "; it is compressed twice: unpack it once with gzip -dc or zstd "
+               "-dc";
+    }
     if (is_gzip(source)) {
         return "; it is compressed, and this build has no zlib: use gzip -dc";
     }

@@ -49,6 +49,9 @@ struct lum_clock_fit {
     int64_t prior_ppb; /* the drift, where it is not measured */
     int64_t prior_error_ppb;
     struct run run;
+    bool has_stepped;             /* the host's clock, since the last restart */
+    int64_t step_us;              /* the first reading after that */
+    struct lum_clock_line before; /* of readings before it */
     uint64_t taken;
     uint64_t aside;
     uint64_t sensor_breaks;
@@ -210,6 +213,17 @@ static bool agrees(const lum_clock_fit *fit, const struct lum_clock_reading *r)
                                         fit->line.drift_ppb)) <= AGREE_NS;
 }
 
+/* Readings of before a restart cannot be told from later ones; those of before
+ * a step can, and may still be asked for. */
+static void note_break(lum_clock_fit *fit, const struct run *run)
+{
+    fit->sensor_breaks += run->is_sensor ? 1u : 0u;
+    fit->host_steps += run->is_sensor ? 0u : 1u;
+    fit->has_stepped = !run->is_sensor;
+    fit->step_us = run->first_us;
+    fit->before = fit->line;
+}
+
 /* A reading that contradicts the line. Breaks are told by several; a single one
  * is a damaged packet. */
 static lum_clock_fit_event set_aside(lum_clock_fit *fit,
@@ -233,8 +247,7 @@ static lum_clock_fit_event set_aside(lum_clock_fit *fit,
     }
     const bool is_of_sensor = run->is_sensor;
     const struct lum_clock_reading first = run->best;
-    fit->sensor_breaks += is_of_sensor ? 1u : 0u;
-    fit->host_steps += is_of_sensor ? 0u : 1u;
+    note_break(fit, run);
     fit->aside -= run->count - 1u;
     begin(fit, &first, run->count);
     return is_of_sensor ? LUM_CLOCK_FIT_SENSOR_BREAK : LUM_CLOCK_FIT_HOST_STEP;
@@ -291,12 +304,30 @@ lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
     return LUM_CLOCK_FIT_TAKEN;
 }
 
-lum_result lum_clock_fit_utc(const lum_clock_fit *fit, int64_t clock_us,
-                             lum_clock_time *out)
+/* The line that tells of a reading, and a reading nearby. */
+static struct lum_clock_line line_of(const lum_clock_fit *fit, int64_t clock_us,
+                                     int64_t *near_us)
 {
     const struct run *run = &fit->run;
     struct lum_clock_line line = fit->line;
-    int64_t near_us = fit->newest.clock_us;
+    *near_us = fit->newest.clock_us;
+    if (run->count > 0 && run->is_sensor &&
+        magnitude(clock_us - run->first_us) < magnitude(clock_us - *near_us)) {
+        *near_us = run->first_us;
+        line.at = run->best;
+        line.from_us = run->first_us;
+        line.to_us = run->first_us;
+        line.error_ns = LUM_CLOCK_SPREAD_NS;
+    } else if (fit->has_stepped && clock_us < fit->step_us) {
+        line = fit->before;
+    }
+    return line;
+}
+
+lum_result lum_clock_fit_utc(const lum_clock_fit *fit, int64_t clock_us,
+                             lum_clock_time *out)
+{
+    int64_t near_us = 0;
     if (!fit->has_begun) {
         return LUM_END;
     }
@@ -304,14 +335,7 @@ lum_result lum_clock_fit_utc(const lum_clock_fit *fit, int64_t clock_us,
         clock_us < -LUM_CLOCK_FIT_CLOCK_MAX_US) {
         return LUM_E_VALUE;
     }
-    if (run->count > 0 && run->is_sensor &&
-        magnitude(clock_us - run->first_us) < magnitude(clock_us - near_us)) {
-        near_us = run->first_us;
-        line.at = run->best;
-        line.from_us = near_us;
-        line.to_us = near_us;
-        line.error_ns = LUM_CLOCK_SPREAD_NS;
-    }
+    const struct lum_clock_line line = line_of(fit, clock_us, &near_us);
     if (magnitude(clock_us - near_us) > LUM_CLOCK_FIT_NEAR_US) {
         return LUM_E_VALUE;
     }

@@ -562,8 +562,8 @@ static void seal(lum_framer *f, struct sensor *s, struct draft *draft)
         info->is_first = s->has_joined && !is_before(s->joined, draft->number);
         info->is_last = f->is_flushing;
         lum_frame_seal(draft->frames[i], &end);
-        s->counters.points_cut += info->points_cut;
     }
+    s->counters.points_cut += first->info.points_cut;
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         s->lines_max[eye] = lum_frame_whole_rows(first, eye);
     }

@@ -137,10 +137,12 @@ void lum_reader_close(lum_reader *reader)
     free(reader);
 }
 
-/* At its end a source may have given up fragments, which are counted too. */
+/* At its end a source may have given up fragments, which are counted too; one
+ * that says nothing of them has not. */
 static void read_record(lum_reader *r)
 {
     lum_record *record = &r->record;
+    record->dropped_fragments = 0;
     const int status = r->source.next(r->source.context, record, &r->error);
     r->stage = PUSHING;
     if (status <= 0) {

@@ -146,10 +146,12 @@ void lum_keys_of_profile(lum_keys *out, const lum_profile *start)
     for (unsigned i = 0; i < LUM_TLV_USES; i++) {
         v[TLV + i].number = p->tlv[i];
     }
+    /* An offset that is set later needs a width. */
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
         v[FIELD(f) + AT].number =
             p->group[f].bytes == 0 ? NOWHERE : p->group[f].at;
-        v[FIELD(f) + BYTES].number = p->group[f].bytes;
+        v[FIELD(f) + BYTES].number =
+            p->group[f].bytes == 0 ? usual.group[f].bytes : p->group[f].bytes;
     }
     v[SAMPLES].number = p->samples_at;
 }

@@ -638,6 +638,27 @@ static void points_beyond_the_maximum_are_cut_and_counted(void **state)
     run_free(r);
 }
 
+/* As points are, and late ones. */
+static void points_cut_are_counted_of_the_first_view(void **state)
+{
+    (void)state;
+    lum_view views[2];
+    lum_view_default(&views[0]);
+    lum_view_default(&views[1]);
+    views[1].selection.edges = LUM_EDGES_BOTH;
+    const lum_framer_options options = {.struct_size = sizeof options,
+                                        .views = views,
+                                        .view_count = 2,
+                                        .points_max = 4500};
+    struct run *r = run_new(&options);
+    send_frame(r);
+    end(r);
+    const lum_framer_counters c = counters_of(r, 0);
+    assert_int_equal(c.points_cut, ALL_POINTS - 4500u);
+    assert_int_equal(lum_frame_count(r->frames[0]) + c.points_cut, c.points);
+    run_free(r);
+}
+
 /* Whatever line numbers a stream claims, the table of lines stays small. */
 static void lines_beyond_the_maximum_are_cut_and_counted(void **state)
 {
@@ -1195,6 +1216,63 @@ static void what_another_framer_learned_of_clocks_holds_at_once(void **state)
     run_free(r);
 }
 
+/* Lines whose packets come when their clock says, which is 0 at zero_ns. */
+static void send_frame_in_time(struct run *r, int64_t zero_ns)
+{
+    for (uint32_t line = 0; line < LINES; line++) {
+        r->time_ns = zero_ns + (int64_t)r->clock * 1000;
+        send(r, LUM_EYE_BLUE, line);
+        send(r, LUM_EYE_GREEN, line);
+        r->clock += PERIOD_US;
+    }
+}
+
+/* A frame is complete only when lines of the next have come, and by then the
+ * clock of a sensor that has restarted is another. */
+static void a_frame_before_a_restart_keeps_its_utc(void **state)
+{
+    (void)state;
+    struct run *r = run_default();
+    r->clock = 500000000;
+    const int64_t zero_ns = r->time_ns - (int64_t)r->clock * 1000;
+    for (unsigned i = 0; i < 4; i++) {
+        send_frame_in_time(r, zero_ns);
+    }
+    const int64_t zero_again_ns = r->time_ns + 2000000000;
+    r->clock = 1000;
+    for (unsigned i = 0; i < 4; i++) {
+        send_frame_in_time(r, zero_again_ns);
+    }
+    end(r);
+    assert_int_equal(r->count, 8);
+    for (size_t i = 0; i < r->count; i++) {
+        const lum_frame_info info = info_of(r->frames[i]);
+        assert_true(llabs(info.begin_utc_ns - info.begin_arrival_ns) < 20000);
+    }
+    run_free(r);
+}
+
+/* Likewise where the host's clock is stepped back. */
+static void a_frame_before_a_step_keeps_its_utc(void **state)
+{
+    (void)state;
+    struct run *r = run_default();
+    const int64_t zero_ns = r->time_ns - (int64_t)r->clock * 1000;
+    for (unsigned i = 0; i < 4; i++) {
+        send_frame_in_time(r, zero_ns);
+    }
+    for (unsigned i = 0; i < 4; i++) {
+        send_frame_in_time(r, zero_ns - 2000000000);
+    }
+    end(r);
+    assert_int_equal(r->count, 8);
+    for (size_t i = 0; i < r->count; i++) {
+        const lum_frame_info info = info_of(r->frames[i]);
+        assert_true(llabs(info.begin_utc_ns - info.begin_arrival_ns) < 20000);
+    }
+    run_free(r);
+}
+
 static void views_that_cannot_be_change_nothing(void **state)
 {
     (void)state;
@@ -1227,6 +1305,7 @@ int main(void)
         cmocka_unit_test(a_grid_has_each_point_at_its_place_and_marks_the_rest),
         cmocka_unit_test(a_grid_that_cannot_be_is_refused_and_writes_nothing),
         cmocka_unit_test(points_beyond_the_maximum_are_cut_and_counted),
+        cmocka_unit_test(points_cut_are_counted_of_the_first_view),
         cmocka_unit_test(lines_beyond_the_maximum_are_cut_and_counted),
         cmocka_unit_test(a_damaged_line_number_makes_no_frame_large),
         cmocka_unit_test(views_change_with_the_next_frame_that_begins),
@@ -1246,6 +1325,8 @@ int main(void)
             smaller_structs_of_older_callers_are_filled_no_further),
         cmocka_unit_test(options_that_cannot_be_are_refused_with_their_reason),
         cmocka_unit_test(a_frame_tells_when_it_began_in_utc),
+        cmocka_unit_test(a_frame_before_a_restart_keeps_its_utc),
+        cmocka_unit_test(a_frame_before_a_step_keeps_its_utc),
         cmocka_unit_test(what_another_framer_learned_of_clocks_holds_at_once),
         cmocka_unit_test(views_that_cannot_be_change_nothing),
     };

@@ -84,6 +84,27 @@ static void what_is_not_set_stays_as_it_began(void **state)
     assert_true(p.angle_lsb_pdeg == 1);
 }
 
+/* A field that is nowhere has no width to keep. */
+static void an_offset_brings_back_a_field_that_was_none(void **state)
+{
+    (void)state;
+    lum_keys keys;
+    lum_profile profile;
+    lum_profile p;
+    char text[LUM_KEY_VALUE_BYTES];
+    lum_profile_default(&profile);
+    const lum_field usual = profile.group[LUM_FIELD_TIMESTAMP];
+    profile.group[LUM_FIELD_TIMESTAMP] = (lum_field){0, 0};
+    lum_keys_of_profile(&keys, &profile);
+    assert_int_equal(lum_keys_get(&keys, "group.timestamp.bytes", text),
+                     LUM_OK);
+    set(&keys, "group.timestamp.bytes", text);
+    set(&keys, "group.timestamp.at", "20");
+    assert_int_equal(lum_keys_profile(&keys, &p, NULL), LUM_OK);
+    assert_int_equal(p.group[LUM_FIELD_TIMESTAMP].at, 20);
+    assert_int_equal(p.group[LUM_FIELD_TIMESTAMP].bytes, usual.bytes);
+}
+
 /* Sets each key to its limits, and just beyond. */
 static void check_limits(const lum_keys *keys)
 {
@@ -349,6 +370,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_value_reaches_its_field),
         cmocka_unit_test(what_is_not_set_stays_as_it_began),
+        cmocka_unit_test(an_offset_brings_back_a_field_that_was_none),
         cmocka_unit_test(every_key_takes_its_limits_and_no_more),
         cmocka_unit_test(a_key_is_described),
         cmocka_unit_test(what_is_wrong_is_said),

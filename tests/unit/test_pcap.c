@@ -851,6 +851,26 @@ static void interface_options_that_are_cut_are_refused(void **state)
     }
 }
 
+/* Nothing is cut short where the source fails between two packets. */
+static void a_source_that_fails_says_why(void **state)
+{
+    (void)state;
+    for (int is_pcapng = 0; is_pcapng < 2; is_pcapng++) {
+        image im = is_pcapng != 0 ? pcapng(false) : pcap(MICRO, 2, 4, 0, false);
+        struct reading r = begun(&im);
+        char text[80];
+        (void)snprintf(text, sizeof text, "byte %zu: the store is gone",
+                       im.len);
+        r.source->has_failed = true;
+        (void)lum_error_set(&r.source->error, "the store is gone");
+        lum_pcap_record record;
+        assert_int_equal(lum_pcap_next(r.reader, &record, &r.error), -1);
+        assert_string_equal(r.error.text, text);
+        end_reading(&r);
+        free(im.bytes);
+    }
+}
+
 /* Golden records, all kinds of blocks. */
 static image everything(bool is_big, bool is_pcapng)
 {
@@ -1029,6 +1049,7 @@ int main(void)
         cmocka_unit_test(every_truncation_keeps_what_is_before_it),
         cmocka_unit_test(pieces_of_any_size_give_the_same),
         cmocka_unit_test(options_are_handed_out_where_they_stand),
+        cmocka_unit_test(a_source_that_fails_says_why),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

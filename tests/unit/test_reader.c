@@ -218,6 +218,35 @@ static void records_of_a_caller_give_the_same(void **state)
     free(live);
 }
 
+/* One record, and an end that leaves it as it is. */
+static int next_only(void *context, lum_record *out, lum_error *error)
+{
+    (void)error;
+    bool *is_given = context;
+    if (*is_given) {
+        return 0;
+    }
+    *is_given = true;
+    *out = (lum_record){.kind = LUM_RECORD_FRAGMENT, .dropped_fragments = 3};
+    return 1;
+}
+
+static void fragments_are_counted_once(void **state)
+{
+    (void)state;
+    bool is_given = false;
+    const lum_record_source source = {.next = next_only, .context = &is_given};
+    const lum_reader_options options = {.struct_size = sizeof options,
+                                        .records = &source};
+    const lum_frame *frame = NULL;
+    lum_demux_counters total;
+    lum_reader *reader = open_reader(&options);
+    assert_int_equal(lum_reader_next_frame(reader, &frame, NULL), 0);
+    lum_demux_total(lum_framer_demux(lum_reader_framer(reader)), &total);
+    assert_int_equal(total.other, 3);
+    lum_reader_close(reader);
+}
+
 static void what_was_read_stands_before_the_error(void **state)
 {
     (void)state;
@@ -539,6 +568,7 @@ int main(void)
         cmocka_unit_test(memory_gives_the_same),
         cmocka_unit_test(a_callers_function_gives_the_same),
         cmocka_unit_test(records_of_a_caller_give_the_same),
+        cmocka_unit_test(fragments_are_counted_once),
         cmocka_unit_test(what_was_read_stands_before_the_error),
         cmocka_unit_test(a_capture_that_breaks_off_gives_what_there_is),
         cmocka_unit_test(events_come_as_they_are_asked_for),

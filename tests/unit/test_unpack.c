@@ -227,6 +227,26 @@ static void a_build_without_a_library_says_what_to_do(void **state)
     lum_source_close(s);
 }
 
+static void what_was_compressed_twice_is_told_so(void **state)
+{
+    /* the text above, compressed twice */
+    static const uint8_t twice[] = {
+        0x1f, 0x8b, 0x08, 0x00, 0x00, 0x00, 0x00, 0x00, 0x02, 0x03, 0x93, 0xef,
+        0xe6, 0x60, 0x00, 0x01, 0x26, 0x66, 0xef, 0x10, 0x0f, 0x3f, 0x1d, 0x0d,
+        0x4d, 0x5d, 0x2f, 0x56, 0x86, 0x96, 0x59, 0x5f, 0x9d, 0x38, 0x81, 0x82,
+        0x00, 0xe4, 0x57, 0x8e, 0x95, 0x1d, 0x00, 0x00, 0x00};
+    (void)state;
+    if (lum_unpack_gzip == NULL) {
+        skip();
+    }
+    lum_source *s = unpacked(twice, sizeof twice);
+    assert_true(lum_source_has(s, sizeof gzip));
+    assert_memory_equal(s->at, gzip, sizeof gzip);
+    expect_text(lum_unpack_hint(s), "compressed twice");
+    expect_text(lum_unpack_hint(s), "gzip -dc");
+    lum_source_close(s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -238,6 +258,7 @@ int main(void)
         cmocka_unit_test(behind_gzip_zeros_may_follow_and_nothing_else),
         cmocka_unit_test(a_failure_beneath_is_told),
         cmocka_unit_test(a_build_without_a_library_says_what_to_do),
+        cmocka_unit_test(what_was_compressed_twice_is_told_so),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

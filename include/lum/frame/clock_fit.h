@@ -21,8 +21,9 @@
  *   may differ, by no more than their errors.
  *
  * A sensor that restarts and a host whose clock is stepped are noticed, and the
- * fit begins anew with the drift that it knows. A host whose clock is slewed is
- * followed within the window of 16 s; meanwhile the error grows.
+ * fit begins anew with the drift that it knows. Readings before the latest step
+ * are still told by the fit before it. A host whose clock is slewed is followed
+ * within the window of 16 s; meanwhile the error grows.
  *
  * Integers alone; the same on every machine. The memory, about 5 KB, does not
  * grow. One fit is one thread's at a time; two share nothing. */

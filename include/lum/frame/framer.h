@@ -205,7 +205,8 @@ typedef struct lum_framer_counters {
                                    there is no view */
     uint64_t lines_late;      /**< lines whose frame had been handed out */
     uint64_t points_late;     /**< what the first view selects of them */
-    uint64_t points_cut;      /**< beyond the most points of a frame */
+    uint64_t points_cut;      /**< of the first view, beyond the most points of
+                                   a frame */
     lum_under_way under_way;  /**< no losses */
     double frames_per_second; /**< of whole frames, by arrival; 0: not known */
 } lum_framer_counters;

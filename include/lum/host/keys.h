@@ -1,7 +1,8 @@
 /** @file
  * Calibrations and wire profiles, set and read key by key as texts: what YAML
- * files, command lines and other languages have in common (docs/formats.md
- * lists the keys).
+ * files, command lines and other languages have in common. docs/protocol.md,
+ * section 8, lists the keys of a profile, calib/typical.yaml has those of a
+ * calibration.
  *
  * @code
  * lum_keys keys;
