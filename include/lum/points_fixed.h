@@ -16,7 +16,7 @@
 
 #include "lum/assembler.h"
 #include "lum/calibration.h"
-#include "lum/losses.h"
+#include "lum/point_losses.h"
 #include "lum/profile.h"
 #include "lum/result.h"
 

@@ -1,7 +1,7 @@
 #include "cloud.h"
 
 #include "le.h"
-#include "text_row.h"
+#include "text_columns.h"
 
 #include <stdarg.h>
 

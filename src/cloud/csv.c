@@ -1,4 +1,4 @@
-#include "text_row.h"
+#include "text_columns.h"
 #include "writer_internal.h"
 
 static const char header[] =

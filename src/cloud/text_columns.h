@@ -1,8 +1,8 @@
 /** @file
- * A row of text with all columns: CSV, and PLY and PCD in ascii. Internal to
- * cloud. */
-#ifndef LUM_CLOUD_TEXT_ROW_H
-#define LUM_CLOUD_TEXT_ROW_H
+ * The columns of a point as text: a row of CSV, and of PLY and PCD in ascii.
+ * Internal to cloud. */
+#ifndef LUM_CLOUD_TEXT_COLUMNS_H
+#define LUM_CLOUD_TEXT_COLUMNS_H
 
 #include "decimal.h"
 

@@ -1,7 +1,7 @@
 /** @file
  * Words of a line that give no point (docs/protocol.md, section 7). */
-#ifndef LUM_LOSSES_H
-#define LUM_LOSSES_H
+#ifndef LUM_POINT_LOSSES_H
+#define LUM_POINT_LOSSES_H
 
 #include <stdint.h>
 
