@@ -29,6 +29,7 @@ enum {
     OPT_RANGE,
     OPT_BOX,
     OPT_INCOMPLETE,
+    OPT_PACKETS,
     OPT_DURATION,
     OPT_CALIBRATION,
     OPT_PROFILE,
@@ -56,6 +57,7 @@ static const struct option long_options[] = {
     {"range", required_argument, NULL, OPT_RANGE},
     {"box", required_argument, NULL, OPT_BOX},
     {"incomplete", required_argument, NULL, OPT_INCOMPLETE},
+    {"packets", required_argument, NULL, OPT_PACKETS},
     {"duration", required_argument, NULL, OPT_DURATION},
     {"calibration", required_argument, NULL, OPT_CALIBRATION},
     {"profile", required_argument, NULL, OPT_PROFILE},
@@ -76,6 +78,7 @@ static const struct word clocks[] = {{"sensor", TIME_SENSOR},
                                      {"arrival", TIME_ARRIVAL},
                                      {NULL, 0}};
 static const struct word keeps[] = {{"keep", 0}, {"drop", 1}, {NULL, 0}};
+static const struct word packets[] = {{"lines", 0}, {"all", 1}, {NULL, 0}};
 static const struct word eyes[] = {{"blue", 1u << LUM_EYE_BLUE},
                                    {"green", 1u << LUM_EYE_GREEN},
                                    {"both", 3},
@@ -135,6 +138,10 @@ static bool set_choice(int option, const char *text, struct options *out)
     case OPT_INCOMPLETE:
         return values_choose("--incomplete", keeps, text, &value) &&
                ((out->drop_incomplete = value != 0), true);
+    case OPT_PACKETS:
+        out->has_packets = true;
+        return values_choose("--packets", packets, text, &value) &&
+               ((out->all_packets = value != 0), true);
     case OPT_EYE:
         return values_choose("--eye", eyes, text, &out->eyes);
     default:
