@@ -257,9 +257,9 @@ class Cut(Case):
         return out
 
     def points(self, *arguments):
-        """The rows but for the number of the frame, which begins anew in a part."""
+        """The rows but for the number of the frame, which begins anew in a part; the end closes one eye before the other."""
         rows = [row.split(b",") for row in self.csv(*arguments).splitlines()[1:]]
-        return [row[:8] + row[9:] for row in rows]
+        return sorted(b",".join(row[:8] + row[9:]) for row in rows)
 
     def check(self, source, *arguments):
         out = self.cut(source, *arguments)
