@@ -479,11 +479,14 @@ static void note_line(lum_framer *f, struct sensor *s)
     c->losses.no_angle += f->losses.no_angle;
     c->losses.no_range += f->losses.no_range;
     lum_under_way_take(&s->under_way, line, f->losses.no_angle);
-    if (is_wanted_line(f, line)) {
+    f->is_wanted = is_wanted_line(f, line);
+    if (f->is_wanted) {
         f->points = count_points(f);
         c->points += f->points;
-        f->in_hand = IN_HAND_LINE;
     }
+    f->in_hand = f->is_wanted || (f->wants & LUM_WANT_ALL_LINES) != 0
+                     ? IN_HAND_LINE
+                     : IN_HAND_NOTHING;
 }
 
 /* --- Drafts: frames under way --- */
@@ -652,7 +655,10 @@ static lum_framer_event place_line(lum_framer *f, struct sensor *s)
 
 static lum_framer_event go_on_with_line(lum_framer *f, struct sensor *s)
 {
-    if ((f->wants & LUM_WANT_FRAMES) != 0) {
+    const unsigned told =
+        f->is_wanted ? (unsigned)LUM_WANT_LINES | (unsigned)LUM_WANT_ALL_LINES
+                     : (unsigned)LUM_WANT_ALL_LINES;
+    if (f->is_wanted && (f->wants & LUM_WANT_FRAMES) != 0) {
         const lum_framer_event event = place_line(f, s);
         if (event != LUM_FRAMER_NONE) {
             return event;
@@ -660,7 +666,7 @@ static lum_framer_event go_on_with_line(lum_framer *f, struct sensor *s)
     }
     f->in_hand = IN_HAND_NOTHING;
     f->number = f->line->frame;
-    return (f->wants & LUM_WANT_LINES) != 0 ? LUM_FRAMER_LINE : LUM_FRAMER_NONE;
+    return (f->wants & told) != 0 ? LUM_FRAMER_LINE : LUM_FRAMER_NONE;
 }
 
 /* --- Ends of frames --- */
@@ -845,6 +851,11 @@ void lum_framer_skip_to(lum_framer *framer, int64_t frame)
 const lum_line *lum_framer_line(const lum_framer *framer)
 {
     return framer->line;
+}
+
+bool lum_framer_line_is_wanted(const lum_framer *framer)
+{
+    return framer->is_wanted;
 }
 
 size_t lum_framer_line_samples(lum_framer *framer, size_t view,

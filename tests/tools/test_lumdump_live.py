@@ -23,7 +23,7 @@ from support import BIN, Folder, frames_of, ip, line, read_csv, run, simulate, s
 ADDRESSES = (f"127.20.{8 * shards.index() + i // 250}.{i % 250 + 1}" for i in itertools.count())
 
 LIVE_KEYS = "received kernel_drops ring_drops foreign_source heartbeats_sent seconds laser".split()
-LIVE_ONLY = {"source", "sensors", *LIVE_KEYS}
+LIVE_ONLY = {"source", "sources", "sensors", *LIVE_KEYS}
 
 
 def count_rows(path):

@@ -243,5 +243,103 @@ class Rotation(Case):
         self.assertEqual(len(self.files(beats, "--rotate", "1s", name="b.pcap")), 2)
 
 
+def is_data(record):
+    return record[16 + 42 + 8] == 8
+
+
+class Cut(Case):
+    """A capture written by --frames, --eye or --incomplete holds the packets of those lines."""
+
+    def cut(self, source, *arguments):
+        out = self.folder / "cut.pcap"
+        r = run("lumdump", source, *arguments, "-o", out, "-q")
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        return out
+
+    def points(self, *arguments):
+        """The rows but for the number of the frame, which begins anew in a part; the end closes one eye before the other."""
+        rows = [row.split(b",") for row in self.csv(*arguments).splitlines()[1:]]
+        return sorted(b",".join(row[:8] + row[9:]) for row in rows)
+
+    def check(self, source, *arguments):
+        out = self.cut(source, *arguments)
+        want = self.points(source, *arguments)
+        self.assertGreater(len(want), 1000)
+        self.assertTrue(self.points(out) == want, "other points")
+        return summary(out)
+
+    def test_frames(self):
+        got = self.check(self.whole(), "--frames", "2:3")
+        self.assertEqual((got["frames"], got["lines"], got["lines_missing_angles"], got["lost_words"]), (2, 256, 0, 0))
+        self.assertEqual(got["records"], got["data"])
+        self.assertLess(got["records"], len(self.records) * 0.6)
+
+    def test_one_eye_of_frames(self):
+        got = self.check(self.whole(), "--eye", "green", "--frames", ":2")
+        self.assertEqual((got["lines_blue"], got["lines_green"]), (0, 128))
+
+    def test_lines_that_lack_something(self):
+        del self.__class__.records[500:505]
+        self.addCleanup(self.__class__.setUpClass)
+        self.assertGreater(summary(self.whole())["lines_missing_angles"] + summary(self.folder / "whole.pcap")["lost_words"], 0)
+        got = self.check(self.folder / "whole.pcap", "--incomplete", "drop")
+        self.assertEqual((got["lines_missing_angles"], got["lost_words"]), (0, 0))
+
+    def test_packets_that_are_lost_or_out_of_order(self):
+        source = simulate(self.folder / "bad.pcap", "--frames", "4", "--lines", "64", "--seed", "3", "--loss", "0.02",
+                          "--reorder", "0.05", "--duplicate", "0.02")
+        self.check(source, "--frames", "2:3")
+        self.check(source, "--eye", "blue")
+
+    def test_an_eye_that_falls_silent(self):
+        half = len(self.records) // 2
+        records = self.records[:half] + [r for r in self.records[half:] if r[16 + 42 + 13] == 0]
+        self.check(self.part("silent.pcap", records), "--frames", "1:3")
+
+    def test_other_packets_of_the_time_come_if_they_are_asked_for(self):
+        beat = udp(MAGIC + struct.pack("<I", 0))
+        records = []
+        for i, record in enumerate(self.records):
+            records.append(record)
+            if i % 100 == 0:
+                records.append(record[:8] + struct.pack("<II", len(beat), len(beat)) + beat)
+        source = self.part("beats.pcap", records)
+        beats = summary(source)["heartbeat"]
+        self.assertEqual(summary(self.cut(source, "--frames", "2:3"))["heartbeat"], 0)
+        self.assertEqual(summary(self.cut(source, "--frames", "2:3", "--packets", "lines"))["heartbeat"], 0)
+        got = summary(self.cut(source, "--frames", "2:3", "--packets", "all"))
+        self.assertAlmostEqual(got["heartbeat"], beats // 2, delta=1)
+        self.assertEqual(got["lines"], 256)
+        self.assertEqual(summary(self.cut(source))["heartbeat"], beats)
+
+    def test_one_of_several_sensors(self):
+        other = [r[:42] + bytes([10, 42, 0, 38]) + r[46:] for r in self.records]
+        source = self.part("two.pcap", [r for pair in zip(self.records, other) for r in pair])
+        out = self.cut(source, "--sensor", "10.42.0.38", "--frames", "2:2")
+        self.assertEqual([s["address"] for s in summary(out)["sensors"]], ["10.42.0.38"])
+        self.assertTrue(self.points(out) == self.points(source, "--sensor", "10.42.0.38", "--frames", "2:2"), "other points")
+
+    def test_beside_a_cloud_and_in_several_files(self):
+        r = run("lumdump", self.whole(), "--frames", "2:4", "--rotate", "200kB", "-o", self.folder / "c.pcap",
+                "-o", self.folder / "c.csv", "-q")
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        parts = [summary(p) for p in sorted(self.folder.path.glob("c-*.pcap"))]
+        self.assertEqual([(p["frames"], p["lines"]) for p in parts], [(1, 128)] * 3)
+        self.assertEqual(len(list(self.folder.path.glob("c-*.csv"))), 3)
+
+    def test_what_cannot_be_cut_is_refused(self):
+        source, out = self.whole(), self.folder / "x.pcap"
+        for arguments in (["--range", "2:80"], ["--box", ":,:,:4"], ["--return", "last"], ["--edge", "both"],
+                          ["--range", "2:80", "-o", self.folder / "x.csv"]):
+            with self.subTest(arguments):
+                self.refused(2, source, "-o", out, *arguments, message=f"{arguments[0]}: a packet holds many points")
+        self.refused(2, source, "-o", out, "--packets", "all", message="--packets goes with a pcap output that")
+        self.refused(2, source, "-o", self.folder / "x.csv", "--eye", "blue", "--packets", "all", message="--packets goes with")
+        for option in ["--eye", "blue"], ["--range", ":9"], ["--frames", "1:2"], ["--incomplete", "drop"]:
+            with self.subTest(option):
+                self.refused(2, "udp://127.0.0.1:9", "-o", out, *option, message="a recording holds all that comes")
+        self.assertEqual(self.folder.names(), ["whole.pcap"])
+
+
 if __name__ == "__main__":
     unittest.main()

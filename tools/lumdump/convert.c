@@ -46,6 +46,15 @@ static int write_line(struct pass *pass, lum_error *error)
         error);
 }
 
+static int take_line(struct pass *pass, lum_error *error)
+{
+    const bool is_wanted = lum_framer_line_is_wanted(pass->framer);
+    if (pass->cut != NULL) {
+        cut_take_line(pass->cut, lum_framer_line(pass->framer), is_wanted);
+    }
+    return is_wanted ? write_line(pass, error) : 0;
+}
+
 static int end_frame(struct pass *pass, lum_error *error)
 {
     return pass->outputs == NULL
@@ -61,7 +70,7 @@ static enum pass_result handle_event(struct pass *pass, lum_framer_event event,
     int result = 0;
     switch (event) {
     case LUM_FRAMER_LINE:
-        result = write_line(pass, error);
+        result = take_line(pass, error);
         break;
     case LUM_FRAMER_FRAME_END:
         result = end_frame(pass, error);
@@ -106,6 +115,26 @@ static int add_datagram(struct pass *pass, const lum_record *record,
     return outputs_add_datagram(pass->outputs, record, begins_frame, error);
 }
 
+/* What of the packets that are held can be decided on by now. */
+static int write_cut(struct pass *pass, lum_error *error)
+{
+    lum_record record;
+    int result = 0;
+    while (result == 0 && cut_next(pass->cut, &record)) {
+        result = add_datagram(pass, &record, error);
+    }
+    return result;
+}
+
+static int write_datagram(struct pass *pass, const lum_record *record,
+                          lum_error *error)
+{
+    if (pass->cut == NULL) {
+        return add_datagram(pass, record, error);
+    }
+    return cut_add(pass->cut, record, error) == 0 ? write_cut(pass, error) : -1;
+}
+
 /* A record of port 5517 that was counted as `kind`. */
 static enum pass_result note_ours(struct pass *pass, const lum_record *record,
                                   lum_packet_kind kind, lum_error *error)
@@ -118,7 +147,7 @@ static enum pass_result note_ours(struct pass *pass, const lum_record *record,
         diagnosis_note(&pass->diagnosis, record->payload, record->len, kind);
     }
     if (pass->outputs != NULL && !is_foreign &&
-        add_datagram(pass, record, error) != 0) {
+        write_datagram(pass, record, error) != 0) {
         return output_failed();
     }
     return PASS_DONE;
@@ -179,10 +208,14 @@ enum pass_result pass_flush(struct pass *pass, lum_error *error)
             return result;
         }
     }
-    return PASS_DONE;
+    if (pass->cut == NULL || pass->outputs == NULL) {
+        return PASS_DONE;
+    }
+    cut_end(pass->cut);
+    return write_cut(pass, error) == 0 ? PASS_DONE : output_failed();
 }
 
-/* A capture is copied as it is. */
+/* Of a capture its packets matter. */
 static bool asks_for_lines(const struct options *o)
 {
     for (size_t i = 0; i < o->output_count; i++) {
@@ -203,7 +236,9 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     view.smooth_order = o->smooth_order;
     pass->has_sensor = o->is_live || o->has_sensor;
     pass->sensor = o->is_live ? o->address.address : o->sensor;
-    const unsigned lines = asks_for_lines(o) ? (unsigned)LUM_WANT_LINES : 0u;
+    const bool cuts = cut_is_asked(o);
+    const unsigned lines = (asks_for_lines(o) ? (unsigned)LUM_WANT_LINES : 0u) |
+                           (cuts ? (unsigned)LUM_WANT_ALL_LINES : 0u);
     const lum_framer_options options = {.struct_size = sizeof options,
                                         .layout = pass->layout,
                                         .projector = pass->projector,
@@ -221,6 +256,11 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     if (lum_framer_new(&options, &pass->framer, error) != 0) {
         return PASS_FAILED;
     }
+    pass->cut = cuts ? cut_new(o, pass->layout) : NULL;
+    if (cuts && pass->cut == NULL) {
+        (void)lum_error_set(error, "out of memory");
+        return PASS_FAILED;
+    }
     pass->summary.source = o->source;
     pass->summary.framer = pass->framer;
     pass->summary.has_sensor = pass->has_sensor;
@@ -230,6 +270,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
 
 void pass_free(struct pass *pass)
 {
+    cut_free(pass->cut);
     lum_framer_free(pass->framer);
     lum_capture_close(pass->capture);
 }

@@ -3,6 +3,7 @@
 #ifndef LUMDUMP_CONVERT_H
 #define LUMDUMP_CONVERT_H
 
+#include "cut.h"
 #include "diagnosis.h"
 #include "frame_watch.h"
 #include "options.h"
@@ -31,6 +32,7 @@ struct pass {
 
     struct summary summary;
     struct diagnosis diagnosis;
+    struct cut *cut;           /* of captures; NULL: they are copied whole */
     struct frame_watch frames; /* for a rotation */
     bool has_sensor;           /* packets of one sensor alone matter */
     uint32_t sensor;

@@ -22,6 +22,8 @@ static const struct option_word clocks[] = {{"sensor", TIME_SENSOR},
                                             {"arrival", TIME_ARRIVAL},
                                             {NULL, 0}};
 static const struct option_word keeps[] = {{"keep", 0}, {"drop", 1}, {NULL, 0}};
+static const struct option_word packets[] = {
+    {"lines", 0}, {"all", 1}, {NULL, 0}};
 static const struct option_word eyes[] = {{"blue", 1u << LUM_EYE_BLUE},
                                           {"green", 1u << LUM_EYE_GREEN},
                                           {"both", 3},
@@ -93,6 +95,7 @@ static const struct option_spec specs[] = {
      .allowed = "XMIN:XMAX,YMIN:YMAX,ZMIN:ZMAX in metres, such as "
                 "0:50,-10:10,:4"},
     {"incomplete", WORD(keeps, drop_incomplete)},
+    {"packets", WORD(packets, all_packets), HAS(has_packets)},
     {"duration", CALL(values_take_duration),
      .allowed = "a number of seconds above 0"},
     {"calibration", TEXT(calibration)},

@@ -59,6 +59,8 @@ struct options {
     int64_t frame_last;
     int64_t duration_ns; /* 0: all */
     bool drop_incomplete;
+    bool has_packets;       /* --packets was given */
+    bool all_packets;       /* of the time range, into captures that are cut */
     uint32_t smooth_window; /* of angles; 0: none */
     uint32_t smooth_order;
     enum time_base time;

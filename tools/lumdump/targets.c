@@ -219,6 +219,84 @@ static int check_rotation(const struct options *options, lum_error *error)
                                    "files of a frame each do not");
 }
 
+static size_t count_captures(const struct options *o)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < o->output_count; i++) {
+        n += o->outputs[i].format == FORMAT_PCAP ? 1u : 0u;
+    }
+    return n;
+}
+
+/* The first option that chooses among the points of a line; NULL: none does. */
+static const char *find_point_option(const lum_selection *s)
+{
+    if (s->has_range) {
+        return "--range";
+    }
+    if (s->has_box) {
+        return "--box";
+    }
+    if (s->returns != LUM_RETURNS_ALL) {
+        return "--return";
+    }
+    return s->edges != LUM_EDGES_RISING ? "--edge" : NULL;
+}
+
+/* The first that chooses among lines. */
+static const char *find_line_option(const struct options *o)
+{
+    if (o->eyes != 3u) {
+        return "--eye";
+    }
+    if (o->frame_first != INT64_MIN || o->frame_last != INT64_MAX) {
+        return "--frames";
+    }
+    return o->drop_incomplete ? "--incomplete drop" : NULL;
+}
+
+/* A recording holds all that comes; of other outputs of the run what they
+ * choose is their matter. */
+static int check_recording(const struct options *o, lum_error *error)
+{
+    const char *points = find_point_option(&o->selection);
+    const char *option = points != NULL ? points : find_line_option(o);
+    if (o->has_packets) {
+        return lum_error_set(error,
+                             "--packets goes with a capture that is cut: "
+                             "a recording holds all that comes");
+    }
+    return option == NULL || count_captures(o) == 0 ||
+                   count_captures(o) < o->output_count
+               ? 0
+               : lum_error_set(error,
+                               "%s: a recording holds all that comes: record "
+                               "it, and cut the file by lumdump FILE %s ...",
+                               option, option);
+}
+
+/* What cannot be cut as it is asked for is not written at all. */
+static int check_cut(const struct options *o, lum_error *error)
+{
+    const char *points = find_point_option(&o->selection);
+    if (o->is_live) {
+        return check_recording(o, error);
+    }
+    if (count_captures(o) > 0 && points != NULL) {
+        return lum_error_set(error,
+                             "%s: a packet holds many points, so a pcap output "
+                             "cannot be cut by it; it can by --frames, --eye, "
+                             "--incomplete, --duration and --sensor",
+                             points);
+    }
+    return !o->has_packets ||
+                   (count_captures(o) > 0 && find_line_option(o) != NULL)
+               ? 0
+               : lum_error_set(error,
+                               "--packets goes with a pcap output that "
+                               "--frames, --eye or --incomplete drop cuts");
+}
+
 int targets_check(const struct options *options, lum_error *error)
 {
     for (size_t i = 0; i < options->output_count; i++) {
@@ -241,5 +319,5 @@ int targets_check(const struct options *options, lum_error *error)
         targets_check_inputs(options, "-", error) != 0) {
         return -1;
     }
-    return check_rotation(options, error);
+    return check_cut(options, error) == 0 ? check_rotation(options, error) : -1;
 }

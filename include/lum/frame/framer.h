@@ -74,9 +74,11 @@ typedef enum lum_framer_event {
 
 /** Which events are wanted, a bit each. */
 enum lum_framer_wants {
-    LUM_WANT_FRAMES = 1,    /**< LUM_FRAMER_FRAME; else none is made */
-    LUM_WANT_LINES = 2,     /**< LUM_FRAMER_LINE */
-    LUM_WANT_FRAME_ENDS = 4 /**< LUM_FRAMER_FRAME_END */
+    LUM_WANT_FRAMES = 1,     /**< LUM_FRAMER_FRAME; else none is made */
+    LUM_WANT_LINES = 2,      /**< LUM_FRAMER_LINE */
+    LUM_WANT_FRAME_ENDS = 4, /**< LUM_FRAMER_FRAME_END */
+    LUM_WANT_ALL_LINES = 8   /**< LUM_FRAMER_LINE also of lines that the options
+                                  leave out: lum_framer_line_is_wanted() */
 };
 
 /** Most points of a frame, where nothing else is asked for. */
@@ -157,6 +159,10 @@ void lum_framer_skip_to(lum_framer *framer, int64_t frame);
 
 /** The line that LUM_FRAMER_LINE told of; lives until the next call. */
 const lum_line *lum_framer_line(const lum_framer *framer);
+
+/** Whether the options ask for that line: its eye, its frame, whether it lacks
+ * anything. False comes with LUM_WANT_ALL_LINES alone. */
+bool lum_framer_line_is_wanted(const lum_framer *framer);
 
 /** The points of that line as a view selects and smooths them; the view's
  * columns do not matter.
