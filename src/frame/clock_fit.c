@@ -58,6 +58,8 @@ struct lum_clock_fit {
     uint64_t host_steps;
 };
 
+/* --- The window of readings --- */
+
 static int64_t magnitude(int64_t x)
 {
     return x < 0 ? -x : x;
@@ -185,6 +187,8 @@ static void take(lum_clock_fit *fit, const struct lum_clock_reading *r)
     }
 }
 
+/* --- Breaks of the sensor's clock and steps of the host's --- */
+
 /* By how much a reading contradicts the line, below 0 if it is too early; 0: it
  * does not. */
 static int64_t contradiction(const lum_clock_fit *fit,
@@ -253,6 +257,8 @@ static lum_clock_fit_event set_aside(lum_clock_fit *fit,
     return is_of_sensor ? LUM_CLOCK_FIT_SENSOR_BREAK : LUM_CLOCK_FIT_HOST_STEP;
 }
 
+/* --- Its life --- */
+
 lum_clock_fit *lum_clock_fit_new(void)
 {
     lum_clock_fit *fit = malloc(sizeof *fit);
@@ -303,6 +309,8 @@ lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
     take(fit, &r);
     return LUM_CLOCK_FIT_TAKEN;
 }
+
+/* --- What it tells --- */
 
 /* The line that tells of a reading, and a reading nearby. */
 static struct lum_clock_line line_of(const lum_clock_fit *fit, int64_t clock_us,

@@ -1,8 +1,9 @@
-/* Links the shared library of an installed copy, from two threads. Compiled as
- * C++ too. */
+/* Links the shared library of an installed copy, from two threads: lumsdk
+ * [CAPTURE], which has points. Compiled as C++ too. */
 #include <lum/base/time.h>
 #include <lum/cloud/writer.h>
 #include <lum/command.h>
+#include <lum/frame/reader.h>
 #include <lum/host/yscan_plan.h>
 #include <lum/net/sensor.h>
 #include <lum/packet.h>
@@ -15,6 +16,8 @@
 /* What a thread found; 0: all is as it should be. */
 struct work {
     char path[32];
+    const char *capture; /* NULL: none */
+    size_t points;       /* of its frames */
     int fault;
 };
 
@@ -63,16 +66,45 @@ static int write_points(const char *path)
     return lum_writer_close(writer, &error) != 0 || remove(path) != 0;
 }
 
+static int read_points(const char *capture, size_t *points)
+{
+    lum_reader_options options;
+    lum_reader *reader = NULL;
+    const lum_frame *frame = NULL;
+    lum_error error;
+    int status = 0;
+
+    memset(&options, 0, sizeof options);
+    options.struct_size = sizeof options;
+    options.path = capture;
+    if (lum_reader_open(&options, &reader, &error) != 0) {
+        return 1;
+    }
+    while ((status = lum_reader_next_frame(reader, &frame, &error)) > 0) {
+        if (lum_frame_floats(frame, LUM_COLUMN_X) == NULL) {
+            status = -1;
+            break;
+        }
+        *points += lum_frame_count(frame);
+    }
+    lum_reader_close(reader);
+    return status != 0 || *points == 0;
+}
+
 static void *run(void *context)
 {
     struct work *work = (struct work *)context;
-    work->fault = decode() != 0 || write_points(work->path) != 0;
+    work->fault = decode() != 0 || write_points(work->path) != 0 ||
+                  (work->capture != NULL &&
+                   read_points(work->capture, &work->points) != 0);
     return NULL;
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
-    struct work work[2] = {{"first.csv", 1}, {"second.csv", 1}};
+    const char *capture = argc > 1 ? argv[1] : NULL;
+    struct work work[2] = {{"first.csv", capture, 0, 1},
+                           {"second.csv", capture, 0, 1}};
     pthread_t thread[2];
 
     for (int i = 0; i < 2; i++) {
@@ -84,5 +116,6 @@ int main(void)
         (void)pthread_join(thread[i], NULL);
     }
     (void)puts("lumsdk " LUM_VERSION);
-    return work[0].fault != 0 || work[1].fault != 0;
+    return work[0].fault != 0 || work[1].fault != 0 ||
+           work[0].points != work[1].points;
 }
