@@ -1,4 +1,5 @@
-#define _XOPEN_SOURCE 700 /* POSIX 2008 with realpath() */
+#define _XOPEN_SOURCE    700 /* POSIX 2008 with realpath() */
+#define _DARWIN_C_SOURCE     /* O_NOFOLLOW */
 
 #include "base/outfile.h"
 
