@@ -62,6 +62,7 @@ struct sensor {
 /* What the next call goes on with, before it takes more. */
 enum in_hand {
     IN_HAND_NOTHING,
+    IN_HAND_NEW,  /* a line that is not counted */
     IN_HAND_LINE, /* counted, and in no frame yet */
     IN_HAND_END   /* of a frame */
 };
@@ -363,6 +364,9 @@ static struct sensor *current(lum_framer *f)
     struct sensor **s = &f->sensors[lum_demux_current_index(f->demux)];
     if (*s == NULL) {
         *s = new_sensor(f);
+        if (*s != NULL && f->is_flushing) {
+            lum_under_way_leave(&(*s)->under_way);
+        }
     }
     return *s;
 }
@@ -714,11 +718,21 @@ static lum_framer_event go_on_with_end(lum_framer *f, struct sensor *s)
 
 /* --- Events --- */
 
+static lum_framer_event go_on_with_new(lum_framer *f, struct sensor *s)
+{
+    f->in_hand = IN_HAND_NOTHING;
+    note_line(f, s);
+    return f->in_hand == IN_HAND_LINE ? go_on_with_line(f, s) : LUM_FRAMER_NONE;
+}
+
 /* Go on with what is in hand. */
 static lum_framer_event go_on(lum_framer *f)
 {
     struct sensor *s = NULL;
     switch (f->in_hand) {
+    case IN_HAND_NEW:
+        s = current(f);
+        return s != NULL ? go_on_with_new(f, s) : LUM_FRAMER_FAILED;
     case IN_HAND_LINE:
         s = current(f);
         return s != NULL ? go_on_with_line(f, s) : LUM_FRAMER_FAILED;
@@ -736,13 +750,9 @@ static lum_framer_event take(lum_framer *f, lum_result event)
     if (f->only_first && lum_demux_current_index(f->demux) > 0) {
         return LUM_FRAMER_NONE;
     }
-    struct sensor *s = current(f);
-    if (s == NULL) {
-        return LUM_FRAMER_FAILED;
-    }
     switch (event) {
     case LUM_LINE_READY:
-        note_line(f, s);
+        f->in_hand = IN_HAND_NEW;
         break;
     case LUM_FRAME_READY:
         f->in_hand = IN_HAND_END;

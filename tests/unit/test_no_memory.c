@@ -1,0 +1,97 @@
+/* Each allocation of a framer fails once; built with malloc() and calloc()
+ * wrapped. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "drive.h"
+
+#include "lum/frame/framer.h"
+
+#define LINES 12u
+
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t count, size_t size);
+void *__wrap_malloc(size_t size);
+void *__wrap_calloc(size_t count, size_t size);
+
+static long allocations;
+static long fails_at; /* 0: none */
+
+static int is_to_fail(void)
+{
+    return ++allocations == fails_at;
+}
+
+void *__wrap_malloc(size_t size)
+{
+    return is_to_fail() ? NULL : __real_malloc(size);
+}
+
+void *__wrap_calloc(size_t count, size_t size)
+{
+    return is_to_fail() ? NULL : __real_calloc(count, size);
+}
+
+static uint64_t take(const lum_framer *framer, lum_framer_event event)
+{
+    return event == LUM_FRAMER_FRAME
+               ? lum_frame_count(lum_framer_frame(framer, 0))
+               : 0;
+}
+
+/* Returns the points of all frames; failures are tried again. */
+static uint64_t points_of(lum_framer *framer)
+{
+    static struct drive_line packets;
+    lum_framer_event event = LUM_FRAMER_NONE;
+    uint64_t points = 0;
+    for (uint32_t i = 0; i < 2u * LINES; i++) {
+        drive_pixels(&packets, LUM_EYE_BLUE, i % LINES, 1000000u + 1000u * i, 0,
+                     LUM_LINE_PIXELS);
+        for (size_t k = 0; k < packets.count; k++) {
+            const lum_record record =
+                drive_record(&packets, k, DRIVE_SENSOR, i);
+            while ((event = lum_framer_push(framer, &record, NULL)) !=
+                   LUM_FRAMER_NONE) {
+                points += take(framer, event);
+            }
+        }
+    }
+    while ((event = lum_framer_flush(framer)) != LUM_FRAMER_NONE) {
+        points += take(framer, event);
+    }
+    return points;
+}
+
+static void what_failed_for_memory_loses_nothing_when_tried_again(void **state)
+{
+    const lum_framer_options options = {.struct_size = sizeof options};
+    long all = 1;
+    (void)state;
+    for (long at = 0; at <= all; at++) {
+        lum_framer *framer = NULL;
+        allocations = 0;
+        fails_at = at;
+        if (lum_framer_new(&options, &framer, NULL) != 0) {
+            assert_null(framer);
+            continue;
+        }
+        assert_int_equal(points_of(framer), 2u * LINES * LUM_LINE_PIXELS);
+        all = at == 0 ? allocations : all;
+        lum_framer_free(framer);
+    }
+    assert_true(all > 10);
+    fails_at = 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_failed_for_memory_loses_nothing_when_tried_again),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
