@@ -438,6 +438,16 @@ static void without_a_timestamp_the_clock_is_0(void **state)
     free(packet);
 }
 
+static void each_word_is_read_at_its_place(void **state)
+{
+    const uint8_t samples[12] = {1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 4};
+    const lum_group group = {.samples = samples, .num_samples = 3};
+    (void)state;
+    assert_int_equal(lum_group_word(&group, 0), 1);
+    assert_int_equal(lum_group_word(&group, 1), 2);
+    assert_int_equal(lum_group_word(&group, 2), 0x04000003);
+}
+
 static void words_hold_every_tof(void **state)
 {
     (void)state;
@@ -500,6 +510,7 @@ int main(void)
         cmocka_unit_test(fields_of_every_width_come_back),
         cmocka_unit_test(with_the_tag_on_the_type_the_tag_is_the_type),
         cmocka_unit_test(without_a_timestamp_the_clock_is_0),
+        cmocka_unit_test(each_word_is_read_at_its_place),
         cmocka_unit_test(words_hold_every_tof),
         cmocka_unit_test(bit_11_or_a_pixel_past_999_is_bad),
         cmocka_unit_test(any_alignment_will_do),
