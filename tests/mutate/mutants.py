@@ -26,6 +26,7 @@ WRAPPERS = {K.UNEXPOSED_EXPR, K.PAREN_EXPR}
 SIMPLE = {K.BINARY_OPERATOR, K.COMPOUND_ASSIGNMENT_OPERATOR, K.UNARY_OPERATOR, K.CALL_EXPR,
           K.RETURN_STMT, K.BREAK_STMT, K.CONTINUE_STMT}
 COMPOSED = {K.IF_STMT, K.FOR_STMT, K.WHILE_STMT, K.DO_STMT, K.SWITCH_STMT}
+SHUFFLE = "__builtin_shufflevector("
 EYES = 2
 EYE_NAMES = {"eye", "e"}
 SHOWN = 72
@@ -431,10 +432,21 @@ class Finder:
         in_block = kind in (K.COMPOUND_STMT, K.CASE_STMT, K.DEFAULT_STMT)
         if self._assigns(cursor):
             children.reverse()  # the variable has its value afterwards
+        constant = self._constants_of(cursor)
         for i, child in enumerate(children):
             if in_block and child.kind in SIMPLE | COMPOSED:
                 self._deletion(child)
-            self._walk(child, runtime and not (kind == K.CASE_STMT and i == 0), is_read)
+            self._walk(child, runtime and i not in constant, is_read)
+
+    def _constants_of(self, cursor):
+        """Which of its children have to be constant expressions: a label, and what a
+        shuffle of vectors takes from where."""
+        if cursor.kind == K.CASE_STMT:
+            return range(1)
+        start = self._span(cursor)[0]
+        if cursor.kind == K.UNEXPOSED_EXPR and self.source.startswith(SHUFFLE, start):
+            return range(2, sys.maxsize)
+        return range(0)
 
 
 def label(mutants):

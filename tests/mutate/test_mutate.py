@@ -88,14 +88,19 @@ class Run:
         return found[0].split(f"{mutant}: ")[1].split()[0]
 
 
-def found(source):
-    """The mutants of a function's body, by name."""
+def find_all(source):
+    """The mutants of a function's body."""
     with tempfile.NamedTemporaryFile("w", suffix=".c") as f:
         f.write(source)
         f.flush()
         all_of_them = mutants.Finder(f.name, []).find()
     mutants.label(all_of_them)
-    return [m.name for m in all_of_them]
+    return all_of_them
+
+
+def found(source):
+    """Their names."""
+    return [m.name for m in find_all(source)]
 
 
 class Mutation(unittest.TestCase):
@@ -209,6 +214,13 @@ class Finding(unittest.TestCase):
         self.assertIn("f: delete: c[0] = 1;", names)
         self.assertIn("f: delete: return c[0];", names)
 
+    def test_what_a_shuffle_takes_is_constant(self):
+        those = find_all("typedef int four __attribute__((vector_size(16))); "
+                         "four f(four a, four b) { return __builtin_shufflevector(a, b, 0, 4, 1, 5); }")
+        self.assertEqual([m.text for m in those if not m.runtime],
+                         ["(0 - 1)", "1", "3", "5", "0", "2", "4", "6"])
+        self.assertTrue(any(m.runtime for m in those))
+
     def test_another_variable_of_the_same_type_that_can_be_named(self):
         self.assertCountEqual(
             [n for n in found("int g(int); int f(int a, long b, const int c) { int d; if (a) { int x = 1; "
@@ -270,6 +282,17 @@ class Rooms(unittest.TestCase):
         self.assertIn("smooth.c", [p.name for p in picked[1][1]])
         with self.assertRaisesRegex(mutate.Trouble, "is in no room"):
             mutate.select(rooms, [mutate.ROOT / "script/mutate"])
+
+    def test_what_is_left_out_has_to_be_named(self):
+        rooms = mutate.all_rooms(pathlib.Path("out"))
+        files = [f.name for _, paths in mutate.select(rooms, []) for f in paths]
+        self.assertIn("normal.c", files)
+        self.assertIn("key_number.c", [f.name for _, paths in rooms for f in paths])
+        self.assertEqual([f for f in files if "key" in f or "columns" in f], [])
+        host = mutate.ROOT / "src/host"
+        self.assertNotIn("keys.c", [f.name for f in mutate.select(rooms, [host])[0][1]])
+        named = mutate.select(rooms, [host / "keys.c"])
+        self.assertEqual([f.name for _, paths in named for f in paths], ["keys.c"])
 
 
 if __name__ == "__main__":

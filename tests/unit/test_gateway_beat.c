@@ -203,6 +203,23 @@ static void a_hang_stops_when_what_was_seen_is_old(void **state)
     }
 }
 
+/* No tick watches the main loop then, however long it goes well. */
+static void a_stall_lasts_while_there_are_no_ticks(void **state)
+{
+    struct rig *const r = rig_informed(0);
+    (void)state;
+    for (uint32_t t = 0; t < 4u * HOLD; t += STEP) {
+        r->now += STEP;
+        show(r, BOTH, FAR_TOF, 1);
+        assert_true((reasons(r) & GATEWAY_STALLED) != 0);
+    }
+    pass(r, STEP, BOTH);
+    assert_true((reasons(r) & GATEWAY_STALLED) != 0);
+    pass(r, 2u * HOLD, BOTH);
+    assert_int_equal(reasons(r), 0);
+    rig_free(r);
+}
+
 /* The tick comes between a decision and the end of its round. */
 static void a_stall_that_no_decision_saw_is_held(void **state)
 {
@@ -373,6 +390,7 @@ int main(void)
         cmocka_unit_test(nothing_is_sent_until_the_sensor_has_timed_out),
         cmocka_unit_test(heartbeats_end_when_the_main_loop_hangs),
         cmocka_unit_test(a_hang_stops_when_what_was_seen_is_old),
+        cmocka_unit_test(a_stall_lasts_while_there_are_no_ticks),
         cmocka_unit_test(a_stall_that_no_decision_saw_is_held),
         cmocka_unit_test(the_watchdog_is_kicked_only_while_the_timer_goes_on),
         cmocka_unit_test(a_hang_lasts_beyond_a_wrap_of_the_clock),
