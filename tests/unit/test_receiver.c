@@ -26,7 +26,7 @@ static lum_fixed_projector projector;
 static lum_receiver receiver;
 static uint32_t room[ROOM];
 
-static void begin_with(uint32_t word_count)
+static void begin_with(uint32_t gap_us, uint32_t word_count)
 {
     lum_calibration calibration;
     lum_calibration_default(&calibration);
@@ -35,13 +35,14 @@ static void begin_with(uint32_t word_count)
     memset(&receiver, 0xa5, sizeof receiver);
     memset(room, 0xa5, sizeof room);
     assert_int_equal(
-        lum_receiver_init(&receiver, &layout, GAP, room, word_count), LUM_OK);
+        lum_receiver_init(&receiver, &layout, gap_us, room, word_count),
+        LUM_OK);
 }
 
 static void begin(void)
 {
     lum_layout_default(&layout);
-    begin_with(ROOM);
+    begin_with(GAP, ROOM);
 }
 
 static lum_result push(unsigned eye, unsigned tag, uint32_t line,
@@ -170,6 +171,22 @@ static void what_no_decoder_gives_is_refused(void **state)
     assert_memory_equal(&receiver, &before, sizeof before);
 }
 
+static void a_gap_and_a_span_of_0_are_taken(void **state)
+{
+    (void)state;
+    lum_layout_default(&layout);
+    begin_with(0, ROOM);
+    push_line(BLUE, 1, 7);
+    assert_int_equal(push_pixels(BLUE, 2, 8, 0, 1), LUM_E_STRAY);
+    assert_int_equal(push_pixels(BLUE, 2, 8, 0, 1), LUM_OK);
+    layout.profile.line_span_us = 0;
+    begin_with(GAP, ROOM);
+    push_line(BLUE, 1, 7);
+    assert_int_equal(push_pixels(BLUE, 1, 6, 5, 1), LUM_E_LATE);
+    assert_int_equal(push_pixels(BLUE, 1, 8, 0, 1), LUM_OK);
+    assert_int_equal(counted()->lines, 1);
+}
+
 /* Words and their angles */
 
 static void words_are_handed_out_with_the_angles_of_their_line(void **state)
@@ -233,7 +250,7 @@ static void angles_may_come_elevation_first(void **state)
     (void)state;
     lum_layout_default(&layout);
     layout.profile.angle_order = LUM_ELEVATION_AZIMUTH;
-    begin_with(ROOM);
+    begin_with(GAP, ROOM);
     assert_int_equal(push_angles(BLUE, 1, 0, 0, 10), LUM_OK);
     assert_int_equal(lum_receiver_line(&receiver)->angles[9].azimuth, 28);
     assert_int_equal(lum_receiver_line(&receiver)->angles[9].elevation, 9);
@@ -264,7 +281,9 @@ static void a_packet_partly_there_is_a_conflict(void **state)
     assert_int_equal(push_pixels(BLUE, 1, 0, 5, 1), LUM_OK);
     assert_int_equal(push_angles(BLUE, 1, 0, 9, 2), LUM_E_CONFLICT);
     assert_int_equal(push_angles(BLUE, 1, 0, 8, 2), LUM_E_DUPLICATE);
-    assert_int_equal(counted()->conflict, 2);
+    assert_int_equal(push_pixels(GREEN, 1, 0, 1, 1), LUM_OK);
+    assert_int_equal(push_pixels(GREEN, 1, 0, 0, 2), LUM_E_CONFLICT);
+    assert_int_equal(counted()->conflict, 3);
     assert_int_equal(counted()->duplicate, 1);
 }
 
@@ -290,12 +309,27 @@ static void more_words_than_room_are_dropped_whole(void **state)
 {
     (void)state;
     lum_layout_default(&layout);
-    begin_with(7);
+    begin_with(GAP, 7);
     assert_int_equal(push_pixels(BLUE, 1, 0, 0, 8), LUM_E_NO_ROOM);
     assert_int_equal(counted()->no_room, 1);
     assert_int_equal(room[7], 0xa5a5a5a5u);
     assert_int_equal(push_pixels(BLUE, 1, 0, 1, 7), LUM_OK);
     assert_int_equal(lum_receiver_line(&receiver)->word_count, 7);
+}
+
+static void bad_words_take_no_room(void **state)
+{
+    uint32_t words[9] = {1000u, 1001u};
+    (void)state;
+    lum_layout_default(&layout);
+    begin_with(GAP, 7);
+    for (uint32_t i = 0; i < 7; i++) {
+        words[2 + i] = lum_word_make(9, true, i);
+    }
+    assert_int_equal(push_words(BLUE, 1, 0, 0, words, 9), LUM_OK);
+    assert_int_equal(lum_receiver_line(&receiver)->word_count, 7);
+    assert_memory_equal(room, &words[2], 7 * sizeof room[0]);
+    assert_int_equal(counted()->bad_words, 2);
 }
 
 static void words_out_of_order_are_told(void **state)
@@ -397,6 +431,16 @@ static void what_is_older_than_two_packets_of_a_line_is_late(void **state)
     assert_int_equal(push_pixels(BLUE, 41, 70001, 0, 1), LUM_OK);
 }
 
+static void one_packet_of_a_line_makes_nothing_late(void **state)
+{
+    (void)state;
+    begin();
+    assert_int_equal(push_pixels(BLUE, 5, 100, 0, 1), LUM_OK);
+    assert_int_equal(push_pixels(BLUE, 0, 100, 0, 1), LUM_OK);
+    assert_int_equal(push_pixels(BLUE, 5, 50, 0, 1), LUM_OK);
+    assert_int_equal(counted()->lines, 2);
+}
+
 /* Of more than half a wrap ago, where a clock that is later looks earlier. */
 static void what_ended_long_ago_makes_nothing_late(void **state)
 {
@@ -417,7 +461,7 @@ static void without_a_clock_numbers_tell(void **state)
     (void)state;
     lum_layout_default(&layout);
     layout.profile.group[LUM_FIELD_TIMESTAMP].bytes = 0;
-    begin_with(ROOM);
+    begin_with(GAP, ROOM);
     for (uint32_t line = 0; line < 12; line++) {
         push_line(BLUE, line, 77 * line);
         assert_int_equal(lum_receiver_line(&receiver)->clock_us, 0);
@@ -472,6 +516,16 @@ static void a_step_of_the_gap_is_none(void **state)
     assert_int_equal(push_pixels(BLUE, 5, 999 + 2 * GAP, 0, 1), LUM_E_STRAY);
 }
 
+static void one_packet_tells_what_is_newest(void **state)
+{
+    (void)state;
+    begin();
+    assert_int_equal(push_pixels(BLUE, 2, 1000, 0, 1), LUM_OK);
+    assert_int_equal(push_pixels(BLUE, 1, 1001 + GAP, 0, 1), LUM_E_STRAY);
+    assert_int_equal(push_pixels(BLUE, 1, 400, 0, 1), LUM_OK);
+    assert_int_equal(push_pixels(BLUE, 3, 1000 + GAP, 0, 1), LUM_OK);
+}
+
 static void a_candidate_is_spent(void **state)
 {
     (void)state;
@@ -502,7 +556,7 @@ static void a_narrow_clock_goes_on(void **state)
     (void)state;
     lum_layout_default(&layout);
     layout.profile.group[LUM_FIELD_TIMESTAMP].bytes = 1;
-    begin_with(ROOM);
+    begin_with(GAP, ROOM);
     for (uint32_t i = 0; i < 100; i++) {
         const uint32_t clock = 50 + i * 100;
         assert_int_equal(push_pixels(BLUE, i, clock % 256, 0, 1), LUM_OK);
@@ -511,6 +565,24 @@ static void a_narrow_clock_goes_on(void **state)
     assert_int_equal(push_pixels(BLUE, 98, (50 + 99 * 100 - 100) % 256, 2, 1),
                      LUM_OK);
     assert_int_equal(lum_receiver_line(&receiver)->clock_us, 50 + 98 * 100);
+}
+
+/* Its clocks are compared as they go on, not as they come. */
+static void a_narrow_clock_that_has_wrapped_may_jump(void **state)
+{
+    uint32_t clock = 0;
+    (void)state;
+    lum_layout_default(&layout);
+    layout.profile.group[LUM_FIELD_TIMESTAMP].bytes = 1;
+    begin_with(20, ROOM);
+    for (uint32_t line = 0; line < 50; line++) {
+        clock = 20 * line;
+        assert_int_equal(push_pixels(BLUE, line, clock % 256, 0, 1), LUM_OK);
+    }
+    assert_int_equal(push_pixels(BLUE, 50, (clock + 60) % 256, 0, 1),
+                     LUM_E_STRAY);
+    assert_int_equal(push_pixels(BLUE, 50, (clock + 80) % 256, 0, 1), LUM_OK);
+    assert_int_equal(lum_receiver_line(&receiver)->clock_us, clock + 80);
 }
 
 static void any_clock_may_come_after_forgetting(void **state)
@@ -944,6 +1016,7 @@ int main(void)
         cmocka_unit_test(all_zero_refuses_all_packets),
         cmocka_unit_test(a_line_without_words_stands_before_the_first_packet),
         cmocka_unit_test(what_no_decoder_gives_is_refused),
+        cmocka_unit_test(a_gap_and_a_span_of_0_are_taken),
         cmocka_unit_test(words_are_handed_out_with_the_angles_of_their_line),
         cmocka_unit_test(words_before_their_angles_are_counted_and_lost),
         cmocka_unit_test(each_eye_has_its_own_line),
@@ -952,20 +1025,24 @@ int main(void)
         cmocka_unit_test(a_packet_partly_there_is_a_conflict),
         cmocka_unit_test(bad_words_are_skipped_alone),
         cmocka_unit_test(more_words_than_room_are_dropped_whole),
+        cmocka_unit_test(bad_words_take_no_room),
         cmocka_unit_test(words_out_of_order_are_told),
         cmocka_unit_test(a_newer_line_ends_the_one_before),
         cmocka_unit_test(a_number_comes_again_once_its_line_is_over),
         cmocka_unit_test(a_line_lasts_as_long_as_the_profile_says),
         cmocka_unit_test(one_packet_ahead_deafens_nobody),
         cmocka_unit_test(what_is_older_than_two_packets_of_a_line_is_late),
+        cmocka_unit_test(one_packet_of_a_line_makes_nothing_late),
         cmocka_unit_test(what_ended_long_ago_makes_nothing_late),
         cmocka_unit_test(without_a_clock_numbers_tell),
         cmocka_unit_test(a_short_frame_is_not_late),
         cmocka_unit_test(one_far_clock_is_a_stray_and_two_are_a_jump),
         cmocka_unit_test(a_step_of_the_gap_is_none),
+        cmocka_unit_test(one_packet_tells_what_is_newest),
         cmocka_unit_test(a_candidate_is_spent),
         cmocka_unit_test(the_clock_wraps),
         cmocka_unit_test(a_narrow_clock_goes_on),
+        cmocka_unit_test(a_narrow_clock_that_has_wrapped_may_jump),
         cmocka_unit_test(any_clock_may_come_after_forgetting),
         cmocka_unit_test(lines_that_did_not_come_are_counted),
         cmocka_unit_test(lost_words_are_counted),
