@@ -347,9 +347,12 @@ static void step(struct run *run)
         send_packet(run, type, take(run), false);
         break;
     }
-    default:
+    case STEP_HAZARDS:
         set_hazards(run);
         break;
+    case STEPS:
+    default:
+        abort();
     }
 }
 

@@ -223,10 +223,12 @@ static void check_event(const lum_sensor_event *e, bool was_waiting,
     case LUM_SENSOR_ALERT:
         check_tlvs(e);
         break;
-    default:
-        require(e->kind == LUM_SENSOR_LINK);
+    case LUM_SENSOR_LINK:
         require(e->is_up || e->error.text[0] != '\0');
         break;
+    case LUM_SENSOR_FAILED:
+    default:
+        abort();
     }
 }
 
