@@ -24,18 +24,18 @@ struct scene {
     lum_line line;
     lum_angle angles[LUM_LINE_PIXELS];
     uint32_t marks[LUM_PIXEL_MARK_WORDS];
-    uint32_t words[WORDS];
-    lum_return returns[WORDS];
+    uint32_t words[WORDS + 1u];
+    lum_return returns[WORDS + 1u];
     lum_sample_workspace workspace;
     lum_sample samples[WORDS];
     size_t count;
-    lum_return work_returns[WORDS];
+    lum_return work_returns[WORDS + 1u];
     lum_sample work_samples[WORDS];
-    uint8_t work_strongest[WORDS];
+    uint8_t work_strongest[WORDS + 1u];
     lum_column_work work;
-    float floats[7][WORDS];
-    uint16_t shorts[3][WORDS];
-    uint8_t bytes[2][WORDS];
+    float floats[7][WORDS + 1u];
+    uint16_t shorts[3][WORDS + 1u];
+    uint8_t bytes[2][WORDS + 1u];
 };
 
 static struct scene *scene_new(void)
@@ -47,6 +47,8 @@ static struct scene *scene_new(void)
     lum_calibration_default(&s->calibration);
     s->calibration.eye[1].tof_offset_fs = -12345678;
     s->calibration.eye[1].mount_um[2] = 1234567;
+    s->calibration.eye[1].azimuth_width_udeg -= 7654321;
+    s->calibration.eye[1].elevation_min_udeg += 1234567;
     assert_int_equal(
         lum_projector_init(&s->projector, &s->calibration, &layout), LUM_OK);
     s->workspace.returns = s->returns;
@@ -91,6 +93,7 @@ static void make_line(struct scene *s, unsigned eye, enum losses losses,
             s->words[n++] = lum_word_make(tof, r >> 20 & 1u, pixel);
         }
     }
+    s->words[n] = s->words[n - 1u]; /* not of the line */
     s->line.word_count = n;
 }
 
@@ -99,6 +102,18 @@ static void look_for(struct scene *s, const lum_selection *selection)
     lum_point_losses losses = {0, 0};
     s->count = lum_samples_compute(&s->projector, &s->line, selection,
                                    &s->workspace, s->samples, &losses);
+}
+
+/* Nothing of another line is left that could serve. */
+static void begin(struct scene *s)
+{
+    memset(s->work_returns, 0x7f, sizeof s->work_returns);
+    memset(s->work_samples, 0xff, sizeof s->work_samples);
+    memset(s->work_strongest, 0xff, sizeof s->work_strongest);
+    memset(s->work.samples.directions, 0xff, sizeof s->work.samples.directions);
+    memset(s->work.azimuth, 0xff, sizeof s->work.azimuth);
+    memset(s->work.elevation, 0xff, sizeof s->work.elevation);
+    lum_column_work_begin(&s->work);
 }
 
 /* Every column that has its bit. */
@@ -174,10 +189,28 @@ static void compute(struct scene *s, const lum_selection *selection,
                      s->count);
 }
 
+/* No column has room for more than the line's words. */
+static void assert_end(const struct scene *s)
+{
+    const uint32_t end = s->line.word_count;
+    uint32_t untouched;
+    memset(&untouched, 0xee, sizeof untouched);
+    for (unsigned c = 0; c < 7; c++) {
+        assert_memory_equal(&s->floats[c][end], &untouched, sizeof(float));
+    }
+    for (unsigned c = 0; c < 3; c++) {
+        assert_memory_equal(&s->shorts[c][end], &untouched, sizeof(uint16_t));
+    }
+    for (unsigned c = 0; c < 2; c++) {
+        assert_memory_equal(&s->bytes[c][end], &untouched, 1);
+    }
+}
+
 static void check(struct scene *s, const lum_selection *selection,
                   unsigned mask)
 {
     compute(s, selection, mask);
+    assert_end(s);
     for (size_t i = 0; i < s->count; i++) {
         assert_floats(s, mask, i);
         assert_integers(s, mask, i);
@@ -191,13 +224,13 @@ static void check_masks(struct scene *s, const lum_selection *selection,
 {
     look_for(s, selection);
     for (unsigned c = 0; c < 12; c++) {
-        lum_column_work_begin(&s->work);
+        begin(s);
         check(s, selection, 1u << c);
     }
-    lum_column_work_begin(&s->work);
+    begin(s);
     check(s, selection, MASK_ALL);
     check(s, selection, 0x7);
-    lum_column_work_begin(&s->work);
+    begin(s);
     for (unsigned i = 0; i < 4; i++) {
         check(s, selection, next_random(random) & MASK_ALL);
     }
@@ -250,7 +283,7 @@ static void assert_strongest(struct scene *s, const lum_selection *selection)
     lum_selection strongest = *selection;
     size_t at = 0;
     look_for(s, selection);
-    lum_column_work_begin(&s->work);
+    begin(s);
     compute(s, selection, MASK_ALL);
     strongest.returns = LUM_RETURNS_STRONGEST;
     look_for(s, &strongest);
@@ -285,6 +318,50 @@ static void the_strongest_are_marked_as_a_selection_chooses_them(void **state)
     free(s);
 }
 
+/* What is left out of a block moves the marks of those behind it. */
+static void marks_stay_with_their_points_where_others_are_lost(void **state)
+{
+    (void)state;
+    struct scene *s = scene_new();
+    uint64_t random = 5;
+    lum_selection selection;
+    lum_selection_default(&selection);
+    for (unsigned edges = LUM_EDGES_RISING; edges < LUM_EDGES_BOTH; edges++) {
+        selection.edges = (lum_edges)edges;
+        for (unsigned round = 0; round < ROUNDS; round++) {
+            make_line(s, round % 2u, NONE, &random);
+            assert_strongest(s, &selection);
+        }
+    }
+    free(s);
+}
+
+/* All words give points then, or none does. */
+static void lines_of_one_edge_hold_in_columns(void **state)
+{
+    (void)state;
+    struct scene *s = scene_new();
+    uint64_t random = 6;
+    lum_selection selection;
+    lum_selection_default(&selection);
+    for (unsigned round = 0; round < 6; round++) {
+        make_line(s, 0, NONE, &random);
+        for (uint32_t i = 0; i < s->line.word_count; i++) {
+            s->words[i] =
+                lum_word_make(lum_word_tof(s->words[i]), round % 2u != 0,
+                              lum_word_pixel(s->words[i]));
+        }
+        selection.edges = (lum_edges)(1u + round / 2u);
+        check_masks(s, &selection, &random);
+        assert_int_equal(
+            s->count,
+            ((unsigned)selection.edges >> (round % 2u != 0 ? 0 : 1) & 1u) != 0
+                ? s->line.word_count
+                : 0);
+    }
+    free(s);
+}
+
 static void a_line_without_words_gives_nothing(void **state)
 {
     (void)state;
@@ -306,6 +383,8 @@ int main(void)
         cmocka_unit_test(each_column_is_what_samples_say_in_any_company),
         cmocka_unit_test(choices_of_returns_and_limits_hold_in_columns),
         cmocka_unit_test(the_strongest_are_marked_as_a_selection_chooses_them),
+        cmocka_unit_test(marks_stay_with_their_points_where_others_are_lost),
+        cmocka_unit_test(lines_of_one_edge_hold_in_columns),
         cmocka_unit_test(a_line_without_words_gives_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

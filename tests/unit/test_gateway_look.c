@@ -208,6 +208,18 @@ static void lines_out_of_order_or_of_another_frame_do_not_count(void **state)
     assert_int_equal(serves(&l, 160), 1000);
 }
 
+static void a_first_look_may_be_of_any_frame_that_is_next_to_none(void **state)
+{
+    const int64_t last = UINT32_MAX / 2u - 1u;
+    look l;
+    (void)state;
+    look_init(&l);
+    take(&l, last, 0, 100);
+    take(&l, last, 1, 100);
+    take(&l, last, 2, 100);
+    assert_int_equal(serves(&l, 100), 1000);
+}
+
 static void a_look_goes_on_behind_the_highest_number_of_a_line(void **state)
 {
     look l;
@@ -301,6 +313,7 @@ int main(void)
         cmocka_unit_test(a_look_may_be_of_before_the_first_moment),
         cmocka_unit_test(a_whole_look_without_a_point_is_none),
         cmocka_unit_test(lines_out_of_order_or_of_another_frame_do_not_count),
+        cmocka_unit_test(a_first_look_may_be_of_any_frame_that_is_next_to_none),
         cmocka_unit_test(a_look_goes_on_behind_the_highest_number_of_a_line),
         cmocka_unit_test(lines_that_lack_something_do_not_count),
         cmocka_unit_test(a_frame_may_begin_with_a_line_that_does_not_count),

@@ -52,6 +52,7 @@ static void a_box_includes_its_faces(void **state)
 /* Exactly at an edge's slope, however far. */
 static void a_sector_includes_its_edges(void **state)
 {
+    zone wide = sector;
     (void)state;
     for (int32_t x = 2; x < MM(70); x += 2 * 997) {
         assert_true(holds(&sector, x, x, 0));
@@ -59,6 +60,13 @@ static void a_sector_includes_its_edges(void **state)
         assert_true(holds(&sector, x, -x / 2, 0));
         assert_false(holds(&sector, x, -x / 2 - 1, 0));
     }
+    for (unsigned axis = 0; axis < 3; axis++) {
+        wide.min[axis] = -MM(20000);
+        wide.max[axis] = MM(20000);
+    }
+    wide.range = MM(20000);
+    assert_true(holds(&wide, 2 * ZONE_SLOPE_ONE, 2 * ZONE_SLOPE_ONE, 0));
+    assert_false(holds(&wide, 2 * ZONE_SLOPE_ONE, 2 * ZONE_SLOPE_ONE + 1, 0));
 }
 
 static void a_sector_ends_at_its_range(void **state)
