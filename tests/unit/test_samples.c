@@ -235,6 +235,15 @@ static void returns_are_selected_by_pixel_and_edge(void **state)
     scene_free(s);
 }
 
+static void a_choice_that_is_none_is_every_return(void **state)
+{
+    struct scene *s = two_pixels();
+    (void)state;
+    s->selection.returns = (lum_return_choice)(LUM_RETURNS_NUMBER + 1);
+    ASSERT_TOFS(s, 100, 110, 200, 230, 300, 400, 450);
+    scene_free(s);
+}
+
 static void the_strongest_is_the_widest_pulse(void **state)
 {
     struct scene *s = two_pixels();
@@ -485,6 +494,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(angles_of_samples_follow_an_lsb),
     cmocka_unit_test(edges_are_selected),
     cmocka_unit_test(returns_are_selected_by_pixel_and_edge),
+    cmocka_unit_test(a_choice_that_is_none_is_every_return),
     cmocka_unit_test(the_strongest_is_the_widest_pulse),
     cmocka_unit_test(the_strongest_may_be_the_first_or_the_last),
     cmocka_unit_test(among_equals_the_first_is_the_strongest),
