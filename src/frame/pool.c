@@ -301,12 +301,15 @@ static bool reserve_row(lum_frame *frame)
     }
     const size_t room = store->row_room > 0 ? 2u * store->row_room : ROWS_MIN;
     lum_line_row *rows = realloc(store->rows, room * sizeof *rows);
-    store->rows = rows != NULL ? rows : store->rows;
-    int64_t *scratch = realloc(store->scratch, room * sizeof *scratch);
-    store->scratch = scratch != NULL ? scratch : store->scratch;
-    if (rows == NULL || scratch == NULL) {
+    if (rows == NULL) {
         return false;
     }
+    store->rows = rows;
+    int64_t *scratch = realloc(store->scratch, room * sizeof *scratch);
+    if (scratch == NULL) {
+        return false;
+    }
+    store->scratch = scratch;
     store->row_room = room;
     return true;
 }

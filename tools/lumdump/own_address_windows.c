@@ -31,10 +31,8 @@ static uint32_t of_route(lum_endpoint to)
     uint32_t found = 0;
     address.sin_addr.s_addr = htonl(to.address);
     const SOCKET s = socket(AF_INET, SOCK_DGRAM, 0);
-    if (s == INVALID_SOCKET) {
-        return 0;
-    }
-    if (connect(s, (const struct sockaddr *)&address, sizeof address) == 0 &&
+    if (s != INVALID_SOCKET &&
+        connect(s, (const struct sockaddr *)&address, sizeof address) == 0 &&
         getsockname(s, (struct sockaddr *)&own, &len) == 0) {
         found = ntohl(own.sin_addr.s_addr);
     }

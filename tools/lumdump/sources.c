@@ -83,7 +83,7 @@ void sources_free(struct sources *sources)
 
 bool sources_have(const struct sources *sources, const char *output)
 {
-    struct source_identity o;
+    struct source_identity o = {.path = output};
     return sources->identity_count > 0 && file_look(output, &o.look) &&
            o.look.kind == FILE_REGULAR &&
            bsearch(&o, sources->identities, sources->identity_count,

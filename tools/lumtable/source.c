@@ -45,7 +45,7 @@ static void put_origin(struct source *out, const char *what, const char *path)
     const char *slash = strrchr(path, '/');
     const char *name = slash != NULL ? slash + 1 : path;
     put(out, " *   %s: ", what);
-    for (size_t i = 0; name[i] != '\0' && i < 100; i++) {
+    for (size_t i = 0; i < 100 && name[i] != '\0'; i++) {
         put(out, "%c", strchr(plain, name[i]) != NULL ? name[i] : '?');
     }
     put(out, "\n");
