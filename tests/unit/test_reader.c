@@ -363,9 +363,9 @@ static size_t find_half(void)
 {
     size_t at = 24;
     while (at < byte_count / 2u) {
-        uint32_t len = 0;
-        memcpy(&len, bytes + at + 8, sizeof len);
-        at += 16u + len;
+        const uint8_t *const len = bytes + at + 8; /* little-endian */
+        at += 16u + ((size_t)len[0] | (size_t)len[1] << 8 |
+                     (size_t)len[2] << 16 | (size_t)len[3] << 24);
     }
     return at;
 }

@@ -1,13 +1,13 @@
 /* lumtable: what a controller needs of a sensor's YAML, as constants in C. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/outfile.h"
+#include "base/outfile_io.h"
 #include "lum/config/config.h"
 #include "options.h"
 #include "source.h"
 
 #include <errno.h>
 #include <stdio.h>
-#include <unistd.h>
 
 enum exit_status {
     EXIT_DONE = 0,
@@ -43,17 +43,18 @@ static int load(const struct options *o, lum_layout *layout,
     return 0;
 }
 
-static int write_all(const lum_outfile *file, const struct source *source,
+static int write_all(lum_outfile *file, const struct source *source,
                      lum_error *error)
 {
     size_t done = 0;
     while (done < source->len) {
-        const ssize_t n =
-            write(file->fd, source->text + done, source->len - done);
-        if (n < 0 && errno != EINTR) {
-            return lum_outfile_fail(file, errno, "cannot be written", error);
+        size_t written = 0;
+        const int failed = lum_outfile_put(file, source->text + done,
+                                           source->len - done, &written);
+        if (failed != 0) {
+            return lum_outfile_fail(file, failed, "cannot be written", error);
         }
-        done += n > 0 ? (size_t)n : 0;
+        done += written;
     }
     return 0;
 }
