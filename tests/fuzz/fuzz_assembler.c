@@ -26,7 +26,6 @@
 #define ASAN_UNPOISON_MEMORY_REGION(from, size) ((void)(from), (void)(size))
 #endif
 
-#define SAMPLES_MAX   369u /* of a datagram of 1,500 bytes */
 #define FRAME_NUMBERS 4096u
 #define LONG_LINE     4000u
 #define SLOTS_MOST    LUM_ASSEMBLER_SLOTS(LUM_OPEN_LINES_MAX)
@@ -486,77 +485,17 @@ static void flush(struct run *run, unsigned how)
 /* No packet that a decoder gives. */
 static void push_nonsense(struct run *run, lum_group g, unsigned which)
 {
-    switch (which % 4u) {
-    case 0:
-        g.eye = (uint8_t)(LUM_EYES + which / 4u);
-        break;
-    case 1:
-        g.tag = (uint8_t)(LUM_TAG_RANGES + 1u + which / 4u);
-        break;
-    case 2:
-        g.num_samples = 0;
-        break;
-    default:
-        g.tag = LUM_TAG_ANGLES;
-        g.first_sample_index = LUM_LINE_PIXELS - g.num_samples + 1u + which;
-        break;
-    }
+    call_spoil(&g, which);
     run->before = run->assembler;
     require_untouched(run, lum_assembler_push(&run->assembler, &g, 0),
                       LUM_E_VALUE);
     meet(MET_NONSENSE, true);
 }
 
-static void put_word(uint32_t word, uint8_t *out)
-{
-    out[0] = (uint8_t)word;
-    out[1] = (uint8_t)(word >> 8);
-    out[2] = (uint8_t)(word >> 16);
-    out[3] = (uint8_t)(word >> 24);
-}
-
-/* Samples of which neighbours are alike, as in a line; some are not. */
-static void make_samples(const uint8_t *b, uint32_t n, uint8_t *samples)
-{
-    uint32_t pixel = (uint32_t)(b[3] | (b[4] << 8)) % 1100u;
-    for (uint32_t i = 0; i < n; i++) {
-        const uint32_t word = ((uint32_t)b[5] * 7919u * (i + 1u)) << 12 |
-                              ((b[6] >> (i % 8u)) & 1u ? LUM_WORD_RISING : 0u) |
-                              (b[7] % 29u == i ? (uint32_t)LUM_WORD_ZERO : 0u) |
-                              (pixel & LUM_WORD_PIXEL);
-        put_word(word, samples + (size_t)LUM_SAMPLE_BYTES * i);
-        pixel += b[6] % 3u;
-        pixel ^= b[7] % 31u == i ? 5u : 0u;
-    }
-}
-
-static uint32_t step_of(uint8_t b)
-{
-    static const uint32_t steps[] = {
-        0,    0,     0,      100,    500,     1999,     2000, 2001,
-        5000, 99999, 100000, 100001, 1000000, 1u << 31, 50,   10};
-    const uint32_t step = steps[b % 16u];
-    return b & 0x80u ? 0u - step : step;
-}
-
 static void make_packet(struct run *run, const uint8_t *b, lum_group *g)
 {
-    const uint32_t small = 1u + (b[0] >> 2) % 32u;
-    const uint32_t n = run->is_large && (b[0] & 0x80u) != 0
-                           ? SAMPLES_MAX - 4u * (small - 1u)
-                           : small;
-    const uint32_t first = (uint32_t)(b[3] | (b[4] << 8));
-    *g = (lum_group){.samples = run->samples,
-                     .line = b[1] == 255 ? 0xffffffffu : b[1] % 80u,
-                     .num_samples = n,
-                     .first_sample_index = first,
-                     .eye = b[0] & 1u,
-                     .tag = b[0] & 2u ? LUM_TAG_ANGLES : LUM_TAG_RANGES};
-    if (g->tag == LUM_TAG_ANGLES) {
-        g->first_sample_index = first % (LUM_LINE_PIXELS + 1u - n);
-    }
-    make_samples(b, n, run->samples);
-    run->clock += step_of(b[2]);
+    call_packet(b, run->is_large, run->samples, g);
+    run->clock += call_step(b[2]);
     g->clock_raw = run->clock;
 }
 
@@ -585,8 +524,8 @@ static void make_part(uint32_t part, uint32_t parts, uint32_t n,
     const uint32_t first = LUM_LINE_PIXELS * part / parts;
     const uint32_t width = LUM_LINE_PIXELS * (part + 1u) / parts - first;
     for (uint32_t i = 0; i < n; i++) {
-        put_word(i << 12 | (first + i * width / n),
-                 samples + (size_t)LUM_SAMPLE_BYTES * i);
+        call_word(i << 12 | (first + i * width / n),
+                  samples + (size_t)LUM_SAMPLE_BYTES * i);
     }
 }
 
@@ -656,7 +595,7 @@ static void call(struct run *run, const uint8_t *b)
         break;
     case 3: /* what waits, with other samples */
         if (run->waits) {
-            make_samples(b, run->awaited.num_samples, run->samples);
+            call_samples(b, run->awaited.num_samples, run->samples);
             g = run->awaited;
             push(run, &g, b[0] & 1u);
             meet(MET_OTHER_SAMPLES, true);
