@@ -1,0 +1,61 @@
+#include "source_file.h"
+
+#include "source_internal.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct file {
+    int fd;
+};
+
+static int64_t read_some(void *context, void *buffer, size_t room,
+                         lum_error *error)
+{
+    const struct file *file = context;
+    return lum_source_file_read(file->fd, buffer, room, error);
+}
+
+static void close_file(void *context)
+{
+    struct file *file = context;
+    lum_source_file_close(file->fd);
+    free(file);
+}
+
+static lum_source *from_descriptor(const char *name, int fd)
+{
+    struct file *file = malloc(sizeof *file);
+    if (file == NULL) {
+        return NULL;
+    }
+    file->fd = fd;
+    const lum_source_functions functions = {read_some, close_file, file,
+                                            lum_source_file_bytes(fd)};
+    lum_source *source = lum_source_from_functions(name, &functions);
+    if (source == NULL) {
+        free(file);
+    }
+    return source;
+}
+
+int lum_source_open(const char *path, lum_source **out, lum_error *error)
+{
+    const char *name = strcmp(path, "-") == 0 ? "standard input" : path;
+    const int fd = lum_source_file_open(path);
+    if (fd < 0) {
+        return lum_error_set(
+            error,
+            "%s: cannot be opened: %s; a pcap or pcapng file is expected", name,
+            strerror(errno));
+    }
+    lum_source *source = from_descriptor(name, fd);
+    if (source == NULL) {
+        lum_source_file_close(fd);
+        errno = ENOMEM;
+        return lum_error_set(error, "%s: not enough memory to read it", name);
+    }
+    *out = source;
+    return 0;
+}

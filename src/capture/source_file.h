@@ -1,0 +1,24 @@
+/* Files of the system, as a source reads them. */
+#ifndef LUM_CAPTURE_SOURCE_FILE_H
+#define LUM_CAPTURE_SOURCE_FILE_H
+
+#include "lum/base/error.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* A descriptor, or -1 with the reason in errno. "-" is standard input, read
+ * through a descriptor of its own, so that closing it harms nobody. */
+int lum_source_file_open(const char *path);
+
+/* Some bytes; 0 at the end; -1 with the reason in error. A signal ends the
+ * waiting: the caller decides what it means. */
+int64_t lum_source_file_read(int fd, void *buffer, size_t room,
+                             lum_error *error);
+
+/* Of a regular file; 0: not known. */
+uint64_t lum_source_file_bytes(int fd);
+
+void lum_source_file_close(int fd);
+
+#endif
