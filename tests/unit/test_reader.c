@@ -540,11 +540,23 @@ static unsigned read_big(void)
 #endif
 #endif
 
+/* Valgrind loads libraries of its own into what it runs, and its memory counts
+ * as the program's. */
+static bool under_valgrind(void)
+{
+    const char *preload = getenv("LD_PRELOAD");
+    return preload != NULL && strstr(preload, "vgpreload") != NULL;
+}
+
 static void a_frame_of_1300000_points_of_all_columns_fits_80_mb(void **state)
 {
     (void)state;
 #if defined(__linux__) && !defined(HAS_SANITIZER)
     int status = 0;
+    if (under_valgrind()) {
+        assert_true(read_big() > 0);
+        return;
+    }
     const pid_t child = fork(); /* whose peak is its own */
     assert_true(child >= 0);
     if (child == 0) {
@@ -556,6 +568,7 @@ static void a_frame_of_1300000_points_of_all_columns_fits_80_mb(void **state)
     assert_true(WIFEXITED(status));
     assert_int_equal(WEXITSTATUS(status), 0);
 #else
+    (void)under_valgrind;
     assert_true(read_big() > 0); /* a sanitizer takes memory of its own */
 #endif
 }
