@@ -10,6 +10,7 @@
 #define LUM_CAPTURE_CAPTURE_H
 
 #include "lum/base/error.h"
+#include "lum/capture/record.h"
 #include "lum/capture/source.h"
 #include "lum/result.h"
 
@@ -20,29 +21,6 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/** What a record of a capture turned out to be. */
-typedef enum lum_record_kind {
-    LUM_RECORD_DATAGRAM,  /**< a whole UDP datagram over IPv4 */
-    LUM_RECORD_CUT_SHORT, /**< a datagram that the capture holds in part */
-    LUM_RECORD_FRAGMENT,  /**< kept or used up; nothing to count now */
-    LUM_RECORD_OTHER      /**< anything else */
-} lum_record_kind;
-
-/** A record of a capture. */
-typedef struct lum_record {
-    int64_t time_ns;           /**< capture time, ns since 1970 UTC */
-    const uint8_t *payload;    /**< datagrams: UDP payload; lives until the next
-                                    read */
-    size_t len;                /**< datagrams: bytes of payload */
-    uint32_t source;           /**< datagrams, also cut ones: host order */
-    uint32_t destination;      /**< likewise */
-    uint16_t source_port;      /**< likewise */
-    uint16_t destination_port; /**< likewise */
-    lum_record_kind kind;      /**< what it is */
-    uint32_t dropped_fragments; /**< fragments given up while this record was
-                                     read; each is one more *other* */
-} lum_record;
 
 /** An open capture. */
 typedef struct lum_capture lum_capture;
