@@ -665,6 +665,10 @@ static void a_shorter_info_of_an_older_program_is_filled(void **state)
     assert_int_equal(lum_clock_fit_get_info(s.fit, &info), LUM_OK);
     assert_int_equal(info.struct_size, offsetof(lum_clock_fit_info, error_ns));
     assert_true(info.taken > 0 && info.error_ns == before);
+    info.struct_size = 0;
+    info.taken = 0;
+    assert_int_equal(lum_clock_fit_get_info(s.fit, &info), LUM_E_VALUE);
+    assert_true(info.taken == 0);
     lum_clock_fit_free(s.fit);
 }
 
