@@ -9,6 +9,8 @@ struct lum_input {
     lum_source *source;
     lum_pcap *reader;
     uint64_t records;
+    uint32_t link_type; /* of the first interface that is supported; else of the
+                           first one */
 };
 
 /* Whether there is a first byte; a directory gives its error here. */
@@ -42,6 +44,14 @@ static bool is_supported(uint32_t link_type)
     return lum_link_find(link_type) != NULL;
 }
 
+static int refuse_link(const lum_input *in, lum_error *error)
+{
+    return lum_error_set(
+        error, "%s: link type %lu (%s) is not supported; supported are %s",
+        in->source->name, (unsigned long)in->link_type,
+        lum_link_name(in->link_type), lum_link_supported());
+}
+
 static void take_option(void *context, lum_pcap_place place, unsigned code,
                         const uint8_t *value, size_t len)
 {
@@ -53,25 +63,17 @@ static void take_option(void *context, lum_pcap_place place, unsigned code,
 static int begin(lum_input *in, lum_comments *comments, lum_error *error)
 {
     lum_error reason = {""};
-    uint32_t link_type = 0;
-    const char *name = in->source->name;
     lum_comments_rewind(comments);
     lum_pcap_take_options(in->reader, take_option, comments);
     const int begun =
-        lum_pcap_begin(in->reader, is_supported, &link_type, &reason);
+        lum_pcap_begin(in->reader, is_supported, &in->link_type, &reason);
     if (begun < 0) {
         return lum_error_set(
             error,
-            "%s: not a capture (%s); a pcap or pcapng file is expected%s", name,
-            reason.text, lum_unpack_hint(in->source));
+            "%s: not a capture (%s); a pcap or pcapng file is expected%s",
+            in->source->name, reason.text, lum_unpack_hint(in->source));
     }
-    if (begun == 0) {
-        return lum_error_set(
-            error, "%s: link type %lu (%s) is not supported; supported are %s",
-            name, (unsigned long)link_type, lum_link_name(link_type),
-            lum_link_supported());
-    }
-    return 0;
+    return begun > 0 ? 0 : refuse_link(in, error);
 }
 
 static int refuse_for_memory(const lum_source *source, lum_error *error)
@@ -117,6 +119,9 @@ int lum_input_next(lum_input *input, lum_pcap_record *out, lum_error *error)
 {
     lum_error reason = {""};
     const int got = lum_pcap_next(input->reader, out, &reason);
+    if (got == 0 && !lum_input_has_link(input)) {
+        return refuse_link(input, error);
+    }
     if (got >= 0) {
         input->records += (uint64_t)got;
         return got;
@@ -124,6 +129,11 @@ int lum_input_next(lum_input *input, lum_pcap_record *out, lum_error *error)
     return lum_error_set(error, "%s: cannot be read on after record %llu: %s",
                          input->source->name,
                          (unsigned long long)input->records, reason.text);
+}
+
+bool lum_input_has_link(const lum_input *input)
+{
+    return lum_pcap_has_wanted(input->reader);
 }
 
 const char *lum_input_name(const lum_input *input)

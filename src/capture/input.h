@@ -10,7 +10,8 @@
 /** An open capture file. */
 typedef struct lum_input lum_input;
 
-/** Open. Waits for the first interface that can be read.
+/** Open. Waits for the first interface that can be read, or a packet of
+ * another.
  * @param source   taken over: closed with the input, and on failure.
  * @param comments gets those of the sections, as they are read; kept until the
  *                 input is closed.
@@ -22,9 +23,13 @@ LUM_MUST_CHECK int lum_input_open(lum_source *source, lum_comments *comments,
 void lum_input_close(lum_input *input);
 
 /** Read the next record.
- * @return as lum_pcap_next(); the error names the file too. */
+ * @return as lum_pcap_next(); the error names the file too. At the end of a
+ * file without an interface that can be read, -1. */
 LUM_MUST_CHECK int lum_input_next(lum_input *input, lum_pcap_record *out,
                                   lum_error *error);
+
+/** Whether an interface was described that can be read. */
+bool lum_input_has_link(const lum_input *input);
 
 /** Its name in messages; lives as long as the input. */
 const char *lum_input_name(const lum_input *input);

@@ -223,8 +223,12 @@ static void read_part(lum_merge *m, struct part *p)
     if (got < 0) {
         note_broken(m, &error);
     }
-    if (got <= 0) {
-        end_part(m, p, got < 0 ? LUM_CAPTURE_BROKEN : LUM_CAPTURE_WHOLE);
+    if (got == 0) {
+        end_part(m, p, LUM_CAPTURE_WHOLE);
+    } else if (got < 0) {
+        end_part(m, p,
+                 lum_input_has_link(p->input) ? LUM_CAPTURE_BROKEN
+                                              : LUM_CAPTURE_UNREAD);
     }
 }
 

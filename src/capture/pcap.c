@@ -40,12 +40,18 @@ int lum_pcap_next(lum_pcap *reader, lum_pcap_record *out, lum_error *error)
 int lum_pcap_begin(lum_pcap *reader, bool (*is_wanted)(uint32_t link_type),
                    uint32_t *link_type, lum_error *error)
 {
+    reader->is_wanted = is_wanted;
     if (lum_pcapng_is(reader->source)) {
-        return lum_pcapng_begin(reader, is_wanted, link_type, error);
+        return lum_pcapng_begin(reader, link_type, error);
     }
     if (lum_pcap_records_begin(reader, error) != 0) {
         return -1;
     }
     *link_type = reader->interfaces[0].link_type;
-    return is_wanted == NULL || is_wanted(*link_type);
+    return reader->has_wanted;
+}
+
+bool lum_pcap_has_wanted(const lum_pcap *reader)
+{
+    return reader->has_wanted;
 }

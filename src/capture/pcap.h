@@ -82,11 +82,15 @@ void lum_pcap_take_options(lum_pcap *reader, lum_pcap_option_taker *take,
  * lum_pcap_next().
  * @param is_wanted   NULL: any is.
  * @param link_type   gets its link type; where none is wanted the first one's.
- * @return 1; 0 if none is wanted; -1 if it is no capture, with the reason in
- *         error, without the source's name. */
+ * @return 1; 2 if packets of other interfaces come first, behind which one that
+ *         is wanted may still be described; 0 if none is wanted; -1 if it is no
+ *         capture, with the reason in error, without the source's name. */
 LUM_MUST_CHECK int lum_pcap_begin(lum_pcap *reader,
                                   bool (*is_wanted)(uint32_t link_type),
                                   uint32_t *link_type, lum_error *error);
+
+/** Whether an interface whose link type is wanted was described so far. */
+bool lum_pcap_has_wanted(const lum_pcap *reader);
 
 /** Read the next record.
  * @return 1 with a record; 0 at the end; -1 where it cannot be read on, with

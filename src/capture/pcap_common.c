@@ -60,5 +60,7 @@ int lum_pcap_add_interface(lum_pcap *reader,
         reader->interface_room = room;
     }
     reader->interfaces[reader->interface_count++] = *interface;
+    reader->has_wanted = reader->has_wanted || reader->is_wanted == NULL ||
+                         reader->is_wanted(interface->link_type);
     return 0;
 }

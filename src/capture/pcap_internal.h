@@ -17,6 +17,8 @@ struct lum_pcap {
     lum_pcap_interface *interfaces;
     uint32_t interface_count;
     uint32_t interface_room;
+    bool (*is_wanted)(uint32_t link_type); /* NULL: any is */
+    bool has_wanted; /* an interface whose link type is was described */
     lum_pcap_option_taker *take_option;
     void *option_context;
 };
@@ -65,8 +67,7 @@ LUM_MUST_CHECK int lum_pcap_records_begin(lum_pcap *reader, lum_error *error);
 bool lum_pcapng_is(lum_source *source);
 
 /** lum_pcap_begin() of a pcapng file. */
-LUM_MUST_CHECK int lum_pcapng_begin(lum_pcap *reader,
-                                    bool (*is_wanted)(uint32_t link_type),
-                                    uint32_t *link_type, lum_error *error);
+LUM_MUST_CHECK int lum_pcapng_begin(lum_pcap *reader, uint32_t *link_type,
+                                    lum_error *error);
 
 #endif

@@ -472,8 +472,7 @@ static int next_packet(lum_pcap *r, lum_pcap_record *out, lum_error *error)
     return result;
 }
 
-int lum_pcapng_begin(lum_pcap *reader, bool (*is_wanted)(uint32_t link_type),
-                     uint32_t *link_type, lum_error *error)
+int lum_pcapng_begin(lum_pcap *reader, uint32_t *link_type, lum_error *error)
 {
     struct block b;
     int result = 0;
@@ -489,11 +488,11 @@ int lum_pcapng_begin(lum_pcap *reader, bool (*is_wanted)(uint32_t link_type),
             continue;
         }
         const uint32_t last = reader->interface_count - 1u;
-        const uint32_t type = reader->interfaces[last].link_type;
-        *link_type = has_any ? *link_type : type;
+        if (!has_any || reader->has_wanted) {
+            *link_type = reader->interfaces[last].link_type;
+        }
         has_any = true;
-        if (is_wanted == NULL || is_wanted(type)) {
-            *link_type = type;
+        if (reader->has_wanted) {
             return 1;
         }
     }
@@ -501,5 +500,5 @@ int lum_pcapng_begin(lum_pcap *reader, bool (*is_wanted)(uint32_t link_type),
         return lum_error_set(error, "it describes no interface before its "
                                     "first packet");
     }
-    return result < 0 ? -1 : 0;
+    return result == 1 ? 2 : result;
 }

@@ -1,6 +1,7 @@
 #include "lum/frame/clock_fit.h"
 
 #include "clock_line.h"
+#include "sized.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -28,8 +29,9 @@
 #define RUN_US   1000000
 #define AGREE_NS (250 * MS_NS)
 
-/* Readings come in about their order. */
-#define BACK_US 1000000
+/* Readings come in about their order; packets arrive nearly in it. */
+#define BACK_US  1000000
+#define ORDER_US 20000
 
 /* Arrivals that contradict the line and agree among themselves. */
 struct run {
@@ -202,12 +204,16 @@ static int64_t contradiction(const lum_clock_fit *fit,
     return 0;
 }
 
+/* Whose clock jumped: the one that moved further, but the sensor's where it
+ * went back while arrivals went on. A sensor that restarts soon after its start
+ * goes back by less than it is off. */
 static bool is_sensor(const lum_clock_fit *fit,
                       const struct lum_clock_reading *r)
 {
     const int64_t us = r->clock_us - fit->last.clock_us;
-    return us < -BACK_US || magnitude(us) * 1000 >
-                                magnitude(r->arrival_ns - fit->last.arrival_ns);
+    const int64_t ns = r->arrival_ns - fit->last.arrival_ns;
+    return us < -BACK_US || (us < -ORDER_US && ns > 0) ||
+           magnitude(us) * 1000 > magnitude(ns);
 }
 
 static bool agrees(const lum_clock_fit *fit, const struct lum_clock_reading *r)
@@ -369,8 +375,8 @@ lum_result lum_clock_fit_get_info(const lum_clock_fit *fit,
         info.drift_ppb = (int32_t)fit->line.drift_ppb;
         info.drift_error_ppb = (int32_t)fit->line.drift_error_ppb;
     }
-    const size_t asked = out->struct_size;
-    memcpy(out, &info, asked < sizeof info ? asked : sizeof info);
-    out->struct_size = asked;
+    if (!lum_sized_fill(out, &info, sizeof info)) {
+        return LUM_E_VALUE;
+    }
     return fit->has_begun ? LUM_OK : LUM_END;
 }

@@ -1,4 +1,5 @@
 #include "frame_internal.h"
+#include "sized.h"
 
 #include <string.h>
 
@@ -90,20 +91,10 @@ const uint8_t *lum_frame_uint8s(const lum_frame *frame, lum_column column)
     return find(frame, column, LUM_TYPE_UINT8);
 }
 
-/* As much as the caller knows of; its size stays. */
-static void copy_known(void *out, size_t out_size, const void *from,
-                       size_t from_size)
+lum_result lum_frame_get_info(const lum_frame *frame, lum_frame_info *out)
 {
-    const size_t n = out_size < from_size ? out_size : from_size;
-    if (n > sizeof(size_t)) {
-        memcpy((uint8_t *)out + sizeof(size_t),
-               (const uint8_t *)from + sizeof(size_t), n - sizeof(size_t));
-    }
-}
-
-void lum_frame_get_info(const lum_frame *frame, lum_frame_info *out)
-{
-    copy_known(out, out->struct_size, &frame->info, sizeof frame->info);
+    return lum_sized_fill(out, &frame->info, sizeof frame->info) ? LUM_OK
+                                                                 : LUM_E_VALUE;
 }
 
 size_t lum_frame_line_count(const lum_frame *frame)
@@ -126,8 +117,7 @@ bool lum_frame_get_line(const lum_frame *frame, size_t i, lum_frame_line *out)
                                  .lost_words = row->lost_words,
                                  .angle_count = row->angle_count,
                                  .eye = row->eye};
-    copy_known(out, out->struct_size, &line, sizeof line);
-    return true;
+    return lum_sized_fill(out, &line, sizeof line);
 }
 
 uint32_t lum_frame_rows(const lum_frame *frame, unsigned eye)
@@ -226,14 +216,15 @@ static void add_up(lum_frame_info *info, const lum_frame_part *part)
 
 void lum_frame_add(lum_frame *frame, const lum_frame_part *part)
 {
-    const size_t room = frame->points_max - frame->count;
-    if (frame->row_count == LUM_FRAME_LINES_MAX) {
-        frame->info.lines_cut++;
-        return;
-    }
+    const bool is_full = frame->row_count == LUM_FRAME_LINES_MAX;
+    const size_t room = is_full ? 0 : frame->points_max - frame->count;
     const bool has_points = frame->mask != 0 && part->line.line->word_count > 0;
     size_t n = has_points ? add_points(frame, part) : 0;
     frame->info.points_cut += n > room ? n - room : 0;
+    if (is_full) {
+        frame->info.lines_cut++;
+        return;
+    }
     n = n < room ? n : room;
     add_row(frame, part->line.line, n);
     add_up(&frame->info, part);

@@ -2,6 +2,7 @@
 
 #include "frame_internal.h"
 #include "pace.h"
+#include "sized.h"
 #include "under_way.h"
 
 #include "lum/smooth.h"
@@ -179,7 +180,8 @@ static int read_views(const lum_view *given, size_t count, struct views *out,
         memcpy(&size, at, sizeof size);
         if (size <= sizeof size || size != given->struct_size) {
             return lum_error_set(error, "struct_size of a view is not set; "
-                                        "lum_view_default() sets it");
+                                        "set it to sizeof(lum_view), as "
+                                        "lum_view_default() does");
         }
         if (read_view((const lum_view *)(const void *)at, &out->view[i],
                       error) != 0) {
@@ -300,7 +302,9 @@ int lum_framer_new(const lum_framer_options *options, lum_framer **out,
     lum_framer_options known;
     *out = NULL;
     if (options->struct_size <= sizeof options->struct_size) {
-        return lum_error_set(error, "struct_size of the options is not set");
+        return lum_error_set(error,
+                             "struct_size of the framer's options is not set; "
+                             "set it to sizeof(lum_framer_options)");
     }
     copy_options(&known, sizeof known, options, options->struct_size);
     lum_framer *f = calloc(1, sizeof *f);
@@ -571,6 +575,7 @@ static void seal(lum_framer *f, struct sensor *s, struct draft *draft)
         lum_frame_seal(draft->frames[i], &end);
     }
     s->counters.points_cut += first->info.points_cut;
+    s->counters.lines_cut += first->info.lines_cut;
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         s->lines_max[eye] = lum_frame_whole_rows(first, eye);
     }
@@ -886,14 +891,11 @@ const lum_frame *lum_framer_frame(const lum_framer *framer, size_t view)
 
 bool lum_framer_frame_view(const lum_framer *framer, size_t view, lum_view *out)
 {
-    const size_t size = out->struct_size;
     if (view >= framer->out.views.count || framer->out.frame_count == 0) {
         return false;
     }
     const lum_view *asked = &framer->out.views.view[view].asked;
-    memcpy(out, asked, size < sizeof *asked ? size : sizeof *asked);
-    out->struct_size = size;
-    return true;
+    return lum_sized_fill(out, asked, sizeof *asked);
 }
 
 int64_t lum_framer_frame_number(const lum_framer *framer)
@@ -906,11 +908,10 @@ size_t lum_framer_sensor(const lum_framer *framer)
     return lum_demux_current_index(framer->demux);
 }
 
-void lum_framer_count(const lum_framer *framer, size_t sensor,
-                      lum_framer_counters *out)
+lum_result lum_framer_count(const lum_framer *framer, size_t sensor,
+                            lum_framer_counters *out)
 {
     lum_framer_counters counters = {.struct_size = sizeof counters};
-    const size_t size = out->struct_size;
     const struct sensor *s =
         sensor < LUM_DEMUX_SENSORS_MAX ? framer->sensors[sensor] : NULL;
     if (s != NULL) {
@@ -918,8 +919,8 @@ void lum_framer_count(const lum_framer *framer, size_t sensor,
         counters.under_way = s->under_way.counts;
         counters.frames_per_second = lum_pace_rate(&s->pace);
     }
-    memcpy(out, &counters, size < sizeof counters ? size : sizeof counters);
-    out->struct_size = size;
+    return lum_sized_fill(out, &counters, sizeof counters) ? LUM_OK
+                                                           : LUM_E_VALUE;
 }
 
 bool lum_framer_range(const lum_framer *framer, size_t sensor, int64_t *first,

@@ -105,7 +105,9 @@ int lum_reader_open(const lum_reader_options *options, lum_reader **out,
     lum_reader_options o = {.struct_size = sizeof o};
     *out = NULL;
     if (options->struct_size <= sizeof options->struct_size) {
-        return lum_error_set(error, "struct_size of the options is not set");
+        return lum_error_set(error,
+                             "struct_size of the reader's options is not set; "
+                             "set it to sizeof(lum_reader_options)");
     }
     memcpy(&o, options,
            options->struct_size < sizeof o ? options->struct_size : sizeof o);

@@ -131,7 +131,7 @@ void lum_key_table_refuse_value(const lum_key_table *table, const char *path,
 static size_t distance(const char *a, size_t a_len, const char *b, size_t b_len)
 {
     size_t row[WORD_MAX + 1];
-    for (size_t j = 0; j <= b_len; j++) {
+    for (size_t j = 0; j <= WORD_MAX; j++) {
         row[j] = j;
     }
     for (size_t i = 1; i <= a_len; i++) {

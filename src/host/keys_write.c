@@ -1,10 +1,11 @@
 #include "keys_internal.h"
 
-/* Bytes of the mappings that two paths have in common, with the dot. */
+/* Bytes of the mappings that two paths have in common, with the dot. No path
+ * stands twice, so that they differ before their ends. */
 static size_t common(const char *a, const char *b)
 {
     size_t found = 0;
-    for (size_t i = 0; a[i] != '\0' && a[i] == b[i]; i++) {
+    for (size_t i = 0; a[i] == b[i]; i++) {
         if (a[i] == '.') {
             found = i + 1;
         }

@@ -28,14 +28,15 @@ enum {
 /* An offset that is none. */
 #define NOWHERE (-1)
 
-static const lum_key_word orders_of_ip[] = {
-    {"network", LUM_SET_IP_NETWORK}, {"little", LUM_SET_IP_LITTLE}, {NULL, 0}};
+static const lum_key_word orders_of_ip[] = {{"network", LUM_SET_IP_NETWORK},
+                                            {"little", LUM_SET_IP_LITTLE},
+                                            {.text = NULL}};
 static const lum_key_word orders_of_angles[] = {
     {"azimuth_elevation", LUM_AZIMUTH_ELEVATION},
     {"elevation_azimuth", LUM_ELEVATION_AZIMUTH},
-    {NULL, 0}};
-static const lum_key_word span[] = {{"span", 0}, {NULL, 0}};
-static const lum_key_word none[] = {{"none", NOWHERE}, {NULL, 0}};
+    {.text = NULL}};
+static const lum_key_word span[] = {{"span", 0}, {.text = NULL}};
+static const lum_key_word none[] = {{"none", NOWHERE}, {.text = NULL}};
 
 static const lum_key_rule packet_type = {
     .min = 0,
@@ -243,10 +244,9 @@ static void refuse_type(const refusal *r, lum_key_refusal *why)
 
 static void refuse_width(const refusal *r, lum_key_refusal *why)
 {
-    const unsigned index = FIELD(r->index) + BYTES;
-    lum_key_text text =
-        lum_key_refuse(why, width_paths[r->index], place_of(r, index));
-    add(&text, "no field has ", r->keys->values[index].number,
+    lum_key_text text = lum_key_refuse(why, width_paths[r->index],
+                                       place_of(r, FIELD(r->index) + BYTES));
+    add(&text, "no field has ", r->profile->group[r->index].bytes,
         " bytes; allowed: ");
     lum_key_text_add(&text, bytes.allowed);
 }
@@ -265,13 +265,13 @@ static unsigned last_byte(lum_field f)
     return f.at + (unsigned)f.bytes - 1u;
 }
 
-/* The first field before the given one that shares bytes with it. */
+/* The first field that shares bytes with the given one. Those before it exist:
+ * only the last of all may be nowhere. */
 static unsigned overlapped(const lum_profile *p, unsigned f)
 {
     unsigned other = 0;
-    while (other + 1 < f && (p->group[other].bytes == 0 ||
-                             p->group[other].at > last_byte(p->group[f]) ||
-                             last_byte(p->group[other]) < p->group[f].at)) {
+    while (p->group[other].at > last_byte(p->group[f]) ||
+           last_byte(p->group[other]) < p->group[f].at) {
         other++;
     }
     return other;
@@ -359,8 +359,7 @@ static void refuse_eyes(const refusal *r, lum_key_refusal *why)
 static void refuse_tlv(const refusal *r, lum_key_refusal *why)
 {
     unsigned other = 0;
-    while (other < LUM_TLV_USES - 1u &&
-           r->profile->tlv[other] != r->profile->tlv[r->index]) {
+    while (r->profile->tlv[other] != r->profile->tlv[r->index]) {
         other++;
     }
     const culprit c = {tlv_paths[r->index], place_of(r, TLV + r->index)};

@@ -94,7 +94,7 @@ static void require_grid(const lum_frame *frame, unsigned eye, unsigned returns)
 static void take_frame(struct run *run, const lum_frame *frame)
 {
     lum_frame_info info = {.struct_size = sizeof info};
-    lum_frame_get_info(frame, &info);
+    require(lum_frame_get_info(frame, &info) == LUM_OK);
     require(info.points == lum_frame_count(frame));
     require(info.points <= POINTS_MAX);
     require(info.lines[0] + (size_t)info.lines[1] ==
@@ -234,7 +234,7 @@ static void require_counted(const struct run *run)
     uint64_t cut = 0;
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
         lum_framer_counters c = {.struct_size = sizeof c};
-        lum_framer_count(run->framer, i, &c);
+        require(lum_framer_count(run->framer, i, &c) == LUM_OK);
         late += c.lines_late;
         late_points += c.points_late;
         points += c.points;

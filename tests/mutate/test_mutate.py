@@ -283,17 +283,6 @@ class Rooms(unittest.TestCase):
         with self.assertRaisesRegex(mutate.Trouble, "is in no room"):
             mutate.select(rooms, [mutate.ROOT / "script/mutate"])
 
-    def test_what_is_left_out_has_to_be_named(self):
-        rooms = mutate.all_rooms(pathlib.Path("out"))
-        files = [f.name for _, paths in mutate.select(rooms, []) for f in paths]
-        self.assertIn("normal.c", files)
-        self.assertIn("key_number.c", [f.name for _, paths in rooms for f in paths])
-        self.assertEqual([f for f in files if "key" in f or "columns" in f], [])
-        host = mutate.ROOT / "src/host"
-        self.assertNotIn("keys.c", [f.name for f in mutate.select(rooms, [host])[0][1]])
-        named = mutate.select(rooms, [host / "keys.c"])
-        self.assertEqual([f.name for _, paths in named for f in paths], ["keys.c"])
-
 
 if __name__ == "__main__":
     unittest.main()

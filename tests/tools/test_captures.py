@@ -125,6 +125,36 @@ class Formats(Case):
         self.assertEqual(got["points"], plain["points"])
         self.assertEqual(got["other"], plain["other"] + len(frames) + 1)
 
+    def test_ethernet_behind_packets_of_can(self):
+        frames = line_frames(3)
+        plain = summary(self.folder.write("plain.pcap", pcap(frames)))
+        can = section() + interface(227) + packet(b"can frame") * 5
+        behind = {
+            "section": section() + interface() + b"".join(packet(f) for f in frames),
+            "other-order": section(">") + interface(order=">") + b"".join(packet(f, order=">") for f in frames),
+            "interface": interface() + b"".join(packet(f, 1) for f in frames),
+        }
+        for name, data in behind.items():
+            with self.subTest(name):
+                got = summary(self.folder.write(f"{name}.pcapng", can + data))
+                self.assertEqual((got["points"], got["truncated"]), (plain["points"], False))
+                self.assertEqual(got["other"], plain["other"] + 5)
+
+    def test_nothing_but_can_is_refused(self):
+        can = section() + interface(227) + packet(b"can frame") * 5 + section() + interface(105) + packet(b"wi-fi")
+        source = self.folder.write("can.pcapng", can)
+        whole = self.folder.write("whole.pcap", pcap(line_frames()))
+        out = self.folder / "out.csv"
+        cut = self.folder.write("cut.pcapng", can[:-20])
+        for sources in [source], [source, whole], ["-"], [cut]:
+            with self.subTest(sources):
+                with open(source, "rb") as f:
+                    r = run("lumdump", *sources, "-o", out, stdin=f.read())
+                self.assertEqual((r.returncode, r.stdout), (1, ""))
+                wanted = "cut short" if sources == [cut] else "link type 227 (CAN) is not supported; supported are Ethernet"
+                self.assertIn(wanted, r.stderr)
+                self.assertFalse(out.exists())
+
     def test_a_merged_capture_of_two_links(self):
         if shutil.which("mergecap") is None or shutil.which("text2pcap") is None:
             self.skipTest("no mergecap")

@@ -267,9 +267,59 @@ static void without_a_link_that_is_read_the_first_is_named(void **state)
     put_interface(&im, 227);
     put_interface(&im, 105);
     expect_image_refused(im.bytes, im.len, "link type 227 (CAN)");
+}
+
+/* Two of CAN, behind which there is Ethernet in the same section or in another.
+ */
+static void a_link_that_is_read_may_come_behind_packets_of_others(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 3; i++) {
+        image im = {.len = 0};
+        lum_record r;
+        lum_error error;
+        put_section(&im);
+        put_interface(&im, 227);
+        put_packet(&im, 0, 5);
+        put_packet(&im, 0, 6);
+        if (i > 0) {
+            im.big_endian = i == 2;
+            put_section(&im);
+            put_interface(&im, 105);
+        }
+        put_interface(&im, ETHERNET);
+        put_packet(&im, 1, 7);
+        lum_capture *c = opened(&im);
+        for (int64_t t = 5; t < 7; t++) {
+            assert_int_equal(lum_capture_next(c, &r, &error), 1);
+            assert_int_equal(r.kind, LUM_RECORD_OTHER);
+            assert_true(r.time_ns == t);
+        }
+        expect_golden(c, 7);
+        expect_end(c);
+    }
+}
+
+/* It shows only at the end that there is none. */
+static void packets_of_others_alone_end_in_an_error(void **state)
+{
+    image im = {.len = 0};
+    lum_record r;
+    lum_error error = {""};
+    (void)state;
+    put_section(&im);
+    put_interface(&im, 227);
     put_packet(&im, 0, 1);
-    put_interface(&im, ETHERNET);
-    expect_image_refused(im.bytes, im.len, "link type 227 (CAN)");
+    put_section(&im);
+    put_interface(&im, 105);
+    put_packet(&im, 0, 2);
+    lum_capture *c = opened(&im);
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(lum_capture_next(c, &r, &error), 1);
+        assert_int_equal(r.kind, LUM_RECORD_OTHER);
+    }
+    expect_read_error(c, "link type 227 (CAN) is not supported; supported are "
+                         "Ethernet");
 }
 
 static void times_beyond_all_clocks_are_held(void **state)
@@ -911,6 +961,8 @@ int main(void)
         cmocka_unit_test(pcapng_is_read),
         cmocka_unit_test(packets_of_other_links_are_other),
         cmocka_unit_test(without_a_link_that_is_read_the_first_is_named),
+        cmocka_unit_test(a_link_that_is_read_may_come_behind_packets_of_others),
+        cmocka_unit_test(packets_of_others_alone_end_in_an_error),
         cmocka_unit_test(times_beyond_all_clocks_are_held),
         cmocka_unit_test(other_link_types_are_read),
         cmocka_unit_test(an_unsupported_link_type_is_named),

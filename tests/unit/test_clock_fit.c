@@ -363,6 +363,66 @@ static void a_restart_after_a_pause_is_one_of_the_sensor(void **state)
     lum_clock_fit_free(s.fit);
 }
 
+/* A sensor that ran for on_us, was off for off_ns and begins anew; its clock
+ * stands at a few milliseconds by its first line. */
+static lum_clock_fit_info restart(int64_t on_us, int64_t off_ns,
+                                  int64_t batch_ns)
+{
+    struct stream s = stream_of(LINE_64_US, 50.0, batch_ns);
+    s.clock_us = 2000;
+    (void)pass(&s, (double)on_us * 1e-6);
+    s.host_ns = truth_of(&s, clock_of(&s)) + off_ns;
+    s.clock_us = 2000;
+    s.line = 0.0;
+    const struct seen first = pass(&s, 1.5);
+    const lum_clock_fit_info info = info_of(s.fit);
+    assert_true(first.worst_ns < 10 * MS);
+    lum_clock_fit_free(s.fit);
+    return info;
+}
+
+static void a_restart_within_the_first_second_is_one_of_the_sensor(void **state)
+{
+    (void)state;
+    const int64_t on_us[] = {50000, 200000, 600000, 950000};
+    const int64_t off_ns[] = {300 * MS, 700 * MS, 3 * S, 60 * S, 3600 * S};
+    for (size_t i = 0; i < sizeof on_us / sizeof on_us[0]; i++) {
+        for (size_t k = 0; k < sizeof off_ns / sizeof off_ns[0]; k++) {
+            for (unsigned is_batch = 0; is_batch < 2u; is_batch++) {
+                const lum_clock_fit_info info =
+                    restart(on_us[i], off_ns[k], is_batch * 8 * MS);
+                assert_int_equal(info.sensor_breaks, 1);
+                assert_int_equal(info.host_steps, 0);
+                assert_int_equal(info.aside, 0);
+            }
+        }
+    }
+}
+
+/* The reading after the step is of a line before the last one. */
+static void a_step_between_lines_out_of_order_is_one_of_the_host(void **state)
+{
+    (void)state;
+    const int64_t steps_ns[] = {3 * S, 3600 * S, -3 * S};
+    const int64_t back_us[] = {1, 5000, 20000};
+    for (size_t i = 0; i < sizeof steps_ns / sizeof steps_ns[0]; i++) {
+        for (size_t k = 0; k < sizeof back_us / sizeof back_us[0]; k++) {
+            struct stream s = stream_of(LINE_64_US, 50.0, 0);
+            (void)pass(&s, 0.7);
+            const int64_t last_us = clock_of(&s) - (int64_t)LINE_64_US;
+            s.host_ns += steps_ns[i];
+            (void)lum_clock_fit_add(
+                s.fit, last_us - back_us[k],
+                arrival_of(&s, truth_of(&s, last_us - back_us[k])));
+            (void)pass(&s, 3.0);
+            const lum_clock_fit_info info = info_of(s.fit);
+            assert_int_equal(info.host_steps, 1);
+            assert_int_equal(info.sensor_breaks, 0);
+            lum_clock_fit_free(s.fit);
+        }
+    }
+}
+
 static void the_drift_is_known_over_a_break(void **state)
 {
     (void)state;
@@ -605,6 +665,10 @@ static void a_shorter_info_of_an_older_program_is_filled(void **state)
     assert_int_equal(lum_clock_fit_get_info(s.fit, &info), LUM_OK);
     assert_int_equal(info.struct_size, offsetof(lum_clock_fit_info, error_ns));
     assert_true(info.taken > 0 && info.error_ns == before);
+    info.struct_size = 0;
+    info.taken = 0;
+    assert_int_equal(lum_clock_fit_get_info(s.fit, &info), LUM_E_VALUE);
+    assert_true(info.taken == 0);
     lum_clock_fit_free(s.fit);
 }
 
@@ -626,6 +690,9 @@ int main(void)
         cmocka_unit_test(a_network_that_is_slow_for_a_moment_is_no_step),
         cmocka_unit_test(random_delays_are_no_steps),
         cmocka_unit_test(a_restart_after_a_pause_is_one_of_the_sensor),
+        cmocka_unit_test(
+            a_restart_within_the_first_second_is_one_of_the_sensor),
+        cmocka_unit_test(a_step_between_lines_out_of_order_is_one_of_the_host),
         cmocka_unit_test(the_drift_is_known_over_a_break),
         cmocka_unit_test(
             a_clock_that_is_slewed_is_followed_and_the_error_grows),

@@ -36,6 +36,7 @@ struct scene {
     float floats[7][WORDS + 1u];
     uint16_t shorts[3][WORDS + 1u];
     uint8_t bytes[2][WORDS + 1u];
+    uint8_t strongest[WORDS]; /* with all columns */
 };
 
 static struct scene *scene_new(void)
@@ -46,6 +47,8 @@ static struct scene *scene_new(void)
     lum_layout_default(&layout);
     lum_calibration_default(&s->calibration);
     s->calibration.eye[1].tof_offset_fs = -12345678;
+    s->calibration.eye[1].mount_um[0] = -7654321;
+    s->calibration.eye[1].mount_um[1] = 2345678;
     s->calibration.eye[1].mount_um[2] = 1234567;
     s->calibration.eye[1].azimuth_width_udeg -= 7654321;
     s->calibration.eye[1].elevation_min_udeg += 1234567;
@@ -175,6 +178,9 @@ static void assert_integers(const struct scene *s, unsigned mask, size_t i)
     if ((mask >> 10 & 1u) != 0) {
         assert_int_equal(s->bytes[0][i], p->edge);
     }
+    if ((mask >> 11 & 1u) != 0) {
+        assert_int_equal(s->bytes[1][i], s->strongest[i]);
+    }
 }
 
 static void compute(struct scene *s, const lum_selection *selection,
@@ -223,6 +229,9 @@ static void check_masks(struct scene *s, const lum_selection *selection,
                         uint64_t *random)
 {
     look_for(s, selection);
+    begin(s);
+    compute(s, selection, MASK_ALL);
+    memcpy(s->strongest, s->bytes[1], s->count);
     for (unsigned c = 0; c < 12; c++) {
         begin(s);
         check(s, selection, 1u << c);
@@ -336,6 +345,152 @@ static void marks_stay_with_their_points_where_others_are_lost(void **state)
     free(s);
 }
 
+/* Around the words that are worked on at a time, and their multiples. */
+static void lines_of_any_length_hold_in_columns(void **state)
+{
+    (void)state;
+    static const uint32_t counts[] = {1,   2,   3,    4,    5,    511,
+                                      512, 513, 1023, 1024, 1025, 1535};
+    struct scene *s = scene_new();
+    uint64_t random = 7;
+    lum_selection selection;
+    lum_selection_default(&selection);
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+        for (unsigned edges = LUM_EDGES_RISING; edges <= LUM_EDGES_BOTH;
+             edges++) {
+            make_line(s, i % 2u, NONE, &random);
+            assert_true(counts[i] < s->line.word_count);
+            s->line.word_count = counts[i];
+            selection.edges = (lum_edges)edges;
+            check_masks(s, &selection, &random);
+        }
+    }
+    free(s);
+}
+
+/* So that all but one word give a point, or as many as the line's number. */
+static void a_single_word_that_gives_no_point_is_left_out(void **state)
+{
+    (void)state;
+    struct scene *s = scene_new();
+    uint64_t random = 8;
+    lum_selection selection;
+    lum_selection_default(&selection);
+    for (unsigned rising = 0; rising < 2; rising++) {
+        make_line(s, 0, NONE, &random);
+        for (uint32_t i = 0; i < s->line.word_count; i++) {
+            const bool is_odd = i == s->line.word_count / 2u;
+            s->words[i] = lum_word_make(lum_word_tof(s->words[i]),
+                                        (rising != 0) != is_odd,
+                                        lum_word_pixel(s->words[i]));
+        }
+        for (unsigned edges = LUM_EDGES_RISING; edges <= LUM_EDGES_FALLING;
+             edges++) {
+            selection.edges = (lum_edges)edges;
+            look_for(s, &selection);
+            s->line.number = (uint32_t)s->count;
+            check_masks(s, &selection, &random);
+        }
+    }
+    free(s);
+}
+
+static void what_is_not_asked_for_is_not_worked_out(void **state)
+{
+    (void)state;
+    struct scene *s = scene_new();
+    uint64_t random = 9;
+    lum_selection selection;
+    lum_selection_default(&selection);
+    make_line(s, 0, NONE, &random);
+    look_for(s, &selection);
+    for (unsigned c = 0; c < 12; c++) {
+        begin(s);
+        compute(s, &selection, 1u << c);
+        assert_int_equal(s->work.has_directions, c <= 2);
+        assert_int_equal(s->work.has_degrees, c == 4 || c == 5);
+        assert_int_equal(s->work.has_returns,
+                         c == 6 || c == 8 || c == 9 || c == 11);
+        assert_int_equal(s->work.has_strongest, c == 11);
+    }
+    free(s);
+}
+
+/* Of all that a line's columns are made of, as it was at first. */
+static void assert_kept(struct scene *s, const lum_selection *selection,
+                        uint64_t *random)
+{
+    struct scene *before = malloc(sizeof *before);
+    assert_non_null(before);
+    compute(s, selection, MASK_ALL);
+    memcpy(before, s, sizeof *before);
+    for (uint32_t i = 0; i < LUM_LINE_PIXELS; i++) {
+        s->angles[i].azimuth = (int16_t)next_random(random);
+        s->angles[i].elevation = (int16_t)next_random(random);
+    }
+    memset(s->work_returns, 0x11, sizeof s->work_returns);
+    memset(s->work_strongest, 0x11, sizeof s->work_strongest);
+    const unsigned mask = 0x37; /* all that angles are in */
+    compute(s, selection, mask);
+    for (unsigned c = 0; c < 6; c++) {
+        if ((mask >> c & 1u) != 0) {
+            assert_memory_equal(s->floats[c], before->floats[c],
+                                s->count * sizeof(float));
+        }
+    }
+    compute(s, selection, 0xb40);
+    for (size_t i = 0; i < s->count; i++) {
+        assert_int_equal(s->shorts[1][i], 0x1111);
+        assert_int_equal(s->bytes[1][i], 0x11);
+    }
+    free(before);
+}
+
+/* Until lum_column_work_begin(): a frame asks for its columns in turns. */
+static void what_was_worked_out_serves_until_the_next_line(void **state)
+{
+    (void)state;
+    struct scene *s = scene_new();
+    uint64_t random = 10;
+    lum_selection selection;
+    lum_selection_default(&selection);
+    make_line(s, 1, NONE, &random);
+    look_for(s, &selection);
+    begin(s);
+    assert_kept(s, &selection, &random);
+    check_masks(s, &selection, &random);
+    free(s);
+}
+
+/* What samples needed is there for a choice that needs none. */
+static void what_samples_needed_serves_columns_of_the_line(void **state)
+{
+    (void)state;
+    struct scene *s = scene_new();
+    uint64_t random = 11;
+    lum_selection strongest;
+    lum_selection all;
+    lum_selection_default(&all);
+    lum_selection_default(&strongest);
+    strongest.returns = LUM_RETURNS_STRONGEST;
+    make_line(s, 1, NONE, &random);
+    look_for(s, &strongest);
+    begin(s);
+    compute(s, &strongest, 0x7);
+    assert_true(s->work.has_directions);
+    assert_true(s->work.has_returns);
+    assert_false(s->work.has_degrees);
+    assert_false(s->work.has_strongest);
+    look_for(s, &all);
+    check(s, &all, MASK_ALL & ~0x800u);
+    memset(s->work_returns, 0x11, sizeof s->work_returns);
+    compute(s, &all, 0x100);
+    for (size_t i = 0; i < s->count; i++) {
+        assert_int_equal(s->shorts[1][i], 0x1111);
+    }
+    free(s);
+}
+
 /* All words give points then, or none does. */
 static void lines_of_one_edge_hold_in_columns(void **state)
 {
@@ -384,6 +539,11 @@ int main(void)
         cmocka_unit_test(choices_of_returns_and_limits_hold_in_columns),
         cmocka_unit_test(the_strongest_are_marked_as_a_selection_chooses_them),
         cmocka_unit_test(marks_stay_with_their_points_where_others_are_lost),
+        cmocka_unit_test(lines_of_any_length_hold_in_columns),
+        cmocka_unit_test(a_single_word_that_gives_no_point_is_left_out),
+        cmocka_unit_test(what_is_not_asked_for_is_not_worked_out),
+        cmocka_unit_test(what_was_worked_out_serves_until_the_next_line),
+        cmocka_unit_test(what_samples_needed_serves_columns_of_the_line),
         cmocka_unit_test(lines_of_one_edge_hold_in_columns),
         cmocka_unit_test(a_line_without_words_gives_nothing),
     };

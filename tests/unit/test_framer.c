@@ -151,14 +151,14 @@ static void send_frame(struct run *r)
 static lum_frame_info info_of(const lum_frame *frame)
 {
     lum_frame_info info = {.struct_size = sizeof info};
-    lum_frame_get_info(frame, &info);
+    assert_int_equal(lum_frame_get_info(frame, &info), LUM_OK);
     return info;
 }
 
 static lum_framer_counters counters_of(const struct run *r, size_t sensor)
 {
     lum_framer_counters c = {.struct_size = sizeof c};
-    lum_framer_count(r->framer, sensor, &c);
+    assert_int_equal(lum_framer_count(r->framer, sensor, &c), LUM_OK);
     return c;
 }
 
@@ -663,19 +663,26 @@ static void points_cut_are_counted_of_the_first_view(void **state)
 static void lines_beyond_the_maximum_are_cut_and_counted(void **state)
 {
     (void)state;
-    struct run *r = run_with(0, LUM_EDGES_RISING);
-    for (uint32_t line = 0; line < LUM_FRAME_LINES_MAX / 2u + 100u; line++) {
+    struct run *r = run_with(LUM_COLUMN_BIT(LUM_COLUMN_X), LUM_EDGES_RISING);
+    const uint32_t most = LUM_FRAME_LINES_MAX / 2u;
+    for (uint32_t line = 0; line < most + 100u; line++) {
         for (unsigned eye = 0; eye < LUM_EYES; eye++) {
-            drive_make(&r->line, eye, line, r->clock, NULL, 0);
-            r->line.count = 2; /* as many as tell the frame */
+            const bool is_whole = line + 1u == most || line == most + 50u;
+            drive_pixels(&r->line, eye, line, r->clock, 0, 3);
+            r->line.count = is_whole ? r->line.count : 2; /* tell the frame */
             push_line(r, DRIVE_SENSOR);
         }
         r->clock += 10;
     }
     end(r);
     assert_int_equal(r->count, 1);
+    assert_int_equal(lum_frame_count(r->frames[0]), 6);
+    assert_int_equal(info_of(r->frames[0]).points_cut, 6);
+    assert_int_equal(counters_of(r, 0).points_cut, 6);
+    assert_int_equal(counters_of(r, 0).points, 12);
     assert_int_equal(lum_frame_line_count(r->frames[0]), LUM_FRAME_LINES_MAX);
     assert_int_equal(info_of(r->frames[0]).lines_cut, 200);
+    assert_int_equal(counters_of(r, 0).lines_cut, 200);
     run_free(r);
 }
 
@@ -1095,9 +1102,9 @@ static void smaller_structs_of_older_callers_are_filled_no_further(void **state)
     info.struct_size = offsetof(lum_frame_info, sensor);
     row.struct_size = offsetof(lum_frame_line, arrival_ns);
     counters.struct_size = offsetof(lum_framer_counters, rising);
-    lum_frame_get_info(r->frames[0], &info);
+    assert_int_equal(lum_frame_get_info(r->frames[0], &info), LUM_OK);
     assert_true(lum_frame_get_line(r->frames[0], 0, &row));
-    lum_framer_count(r->framer, 0, &counters);
+    assert_int_equal(lum_framer_count(r->framer, 0, &counters), LUM_OK);
     assert_int_equal(info.struct_size, offsetof(lum_frame_info, sensor));
     assert_int_equal(info.number, 1);
     assert_int_equal(info.sensor, 0x5a5a5a5a);
@@ -1105,6 +1112,44 @@ static void smaller_structs_of_older_callers_are_filled_no_further(void **state)
     assert_int_equal(row.number, 0x5a5a5a5a);
     assert_int_equal(counters.lines[0], LINES);
     assert_int_equal(counters.rising, 0x5a5a5a5a5a5a5a5a);
+    run_free(r);
+}
+
+/* A caller who forgot the size would go on with what was there before. */
+static void a_struct_without_its_size_is_refused(void **state)
+{
+    (void)state;
+    struct run *r = run_default();
+    lum_frame_info info;
+    lum_frame_line row;
+    lum_framer_counters counters;
+    lum_view view;
+    send_frame(r);
+    assert_int_equal(r->count, 0);
+    end(r);
+    for (size_t size = 0; size <= sizeof size; size += sizeof size) {
+        memset(&info, 0x5a, sizeof info);
+        memset(&row, 0x5a, sizeof row);
+        memset(&counters, 0x5a, sizeof counters);
+        memset(&view, 0x5a, sizeof view);
+        info.struct_size = size;
+        row.struct_size = size;
+        counters.struct_size = size;
+        view.struct_size = size;
+        assert_int_equal(lum_frame_get_info(r->frames[0], &info), LUM_E_VALUE);
+        assert_false(lum_frame_get_line(r->frames[0], 0, &row));
+        assert_int_equal(lum_framer_count(r->framer, 0, &counters),
+                         LUM_E_VALUE);
+        assert_false(lum_framer_frame_view(r->framer, 0, &view));
+        assert_int_equal(info.sensor, 0x5a5a5a5a);
+        assert_int_equal(row.number, 0x5a5a5a5a);
+        assert_int_equal(counters.points, 0x5a5a5a5a5a5a5a5a);
+        assert_int_equal(view.smooth_window, 0x5a5a5a5a);
+    }
+    info.struct_size = sizeof info;
+    counters.struct_size = sizeof counters;
+    assert_int_equal(lum_frame_get_info(r->frames[0], &info), LUM_OK);
+    assert_int_equal(lum_framer_count(r->framer, 0, &counters), LUM_OK);
     run_free(r);
 }
 
@@ -1126,7 +1171,8 @@ static void options_that_cannot_be_are_refused_with_their_reason(void **state)
     lum_calibration calibration;
     lum_assembler_config config;
     lum_framer_options o = {.struct_size = 0};
-    assert_refused(&o, "struct_size");
+    assert_refused(&o, "struct_size of the framer's options is not set; set it "
+                       "to sizeof(lum_framer_options)");
     o.struct_size = sizeof o;
     for (unsigned i = 0; i <= LUM_VIEWS_MAX; i++) {
         lum_view_default(&views[i]);
@@ -1145,7 +1191,8 @@ static void options_that_cannot_be_are_refused_with_their_reason(void **state)
     assert_refused(&o, "lum_view_default");
     lum_view_default(&views[1]);
     views[1].struct_size = 0;
-    assert_refused(&o, "struct_size of a view");
+    assert_refused(&o, "struct_size of a view is not set; set it to "
+                       "sizeof(lum_view)");
     o.views = NULL;
     lum_calibration_default(&calibration);
     calibration.tof_lsb_fs = 0;
@@ -1323,6 +1370,7 @@ int main(void)
         cmocka_unit_test(what_was_under_way_at_each_join_is_no_loss),
         cmocka_unit_test(
             smaller_structs_of_older_callers_are_filled_no_further),
+        cmocka_unit_test(a_struct_without_its_size_is_refused),
         cmocka_unit_test(options_that_cannot_be_are_refused_with_their_reason),
         cmocka_unit_test(a_frame_tells_when_it_began_in_utc),
         cmocka_unit_test(a_frame_before_a_restart_keeps_its_utc),

@@ -238,7 +238,13 @@ static void a_value_comes_from_a_place(void **state)
 {
     (void)state;
     lum_keys keys;
+    lum_key_refusal why;
     lum_keys_of_profile(&keys, NULL);
+    assert_int_equal(lum_keys_set(&keys, "tlv.debug", "9", 0, &why),
+                     LUM_E_VALUE);
+    assert_string_equal(why.key, "tlv.debug");
+    assert_string_equal(why.text,
+                        "a value that is set comes from a place above 0");
     assert_int_equal(lum_keys_set(&keys, "tlv.debug", "9", 0, NULL),
                      LUM_E_VALUE);
 }

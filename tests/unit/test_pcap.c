@@ -483,7 +483,7 @@ static void a_wanted_link_is_looked_for_up_to_the_first_packet(void **state)
     im.len = before;
     put_packet(&im, 0, 0, "x");
     put_interface(&im, CAN, 0);
-    assert_int_equal(begin_for_can(&im, &link_type), 0);
+    assert_int_equal(begin_for_can(&im, &link_type), 2);
     assert_int_equal(link_type, ETHERNET);
     free(im.bytes);
 }

@@ -395,7 +395,8 @@ static void a_reader_wants_one_source_and_closes_what_it_was_given(void **state)
         .next = next_live, .close = close_live, .context = &live};
     lum_framer_options framer = {.struct_size = 0};
     lum_reader_options o = {.struct_size = 0};
-    assert_refused(&o, "struct_size");
+    assert_refused(&o, "struct_size of the reader's options is not set; set it "
+                       "to sizeof(lum_reader_options)");
     o.struct_size = sizeof o;
     assert_refused(&o, "one source");
     o.path = drive;

@@ -24,7 +24,7 @@ enum {
 static lum_framer_counters count_sensor(const struct summary *s, size_t i)
 {
     lum_framer_counters c = {.struct_size = sizeof c};
-    lum_framer_count(s->framer, i, &c);
+    (void)lum_framer_count(s->framer, i, &c);
     return c;
 }
 
@@ -34,6 +34,7 @@ lum_framer_counters summary_count(const struct summary *s)
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
         const lum_framer_counters c = count_sensor(s, i);
         total.points += c.points;
+        total.lines_cut += c.lines_cut;
         total.losses.no_angle += c.losses.no_angle;
         total.losses.no_range += c.losses.no_range;
         total.under_way.lines += c.under_way.lines;
@@ -97,6 +98,7 @@ static size_t list_losses(const lum_demux_counters *c,
         {"lines_missing_angles", "lines that lack angles",
          a->lines_missing_angles},
         {"lines_skipped", "line numbers that never came", a->lines_skipped},
+        {"lines_cut", "lines beyond the most that a frame has", p->lines_cut},
         {"no_angle", "words whose pixel has no angles", p->losses.no_angle},
         {"no_range", "words without a range above zero", p->losses.no_range},
         {"bad_words", "words with a bit or pixel that cannot be", a->bad_words},

@@ -88,7 +88,7 @@ static void count_all(const struct decoder *d, struct totals *out)
     if (!d->has_shown) {
         return;
     }
-    lum_framer_count(d->framer, d->shown, &lines);
+    (void)lum_framer_count(d->framer, d->shown, &lines);
     lum_demux_get_sensor(lum_framer_demux(d->framer), d->shown, &sensor);
     const lum_demux_counters *c = &sensor.counters;
     for (unsigned i = 0; i < LUM_PACKET_KINDS; i++) {
@@ -97,7 +97,8 @@ static void count_all(const struct decoder *d, struct totals *out)
     out->points = lines.rising;
     out->lost_words = c->assembly.lost_words;
     out->lost_lines = c->assembly.lines_skipped +
-                      c->assembly.lines_missing_angles + lines.lines_late;
+                      c->assembly.lines_missing_angles + lines.lines_late +
+                      lines.lines_cut;
     out->joined_words = lines.under_way.words;
     out->joined_lines = lines.under_way.lines;
     out->refused =
@@ -206,7 +207,7 @@ static void take_views(struct decoder *d, struct picture *p)
     while (lum_framer_frame_view(d->framer, p->count, &view)) {
         const lum_frame *frame = lum_framer_frame(d->framer, p->count);
         lum_frame_info info = {.struct_size = sizeof info};
-        lum_frame_get_info(frame, &info);
+        (void)lum_frame_get_info(frame, &info);
         p->cut = info.points_cut > p->cut ? info.points_cut : p->cut;
         p->views[p->count] =
             (struct feed_view){view.selection.edges, view.smooth_window};
@@ -218,7 +219,7 @@ static void take_views(struct decoder *d, struct picture *p)
 static enum decoded take_frame(struct decoder *d)
 {
     lum_frame_info info = {.struct_size = sizeof info};
-    lum_frame_get_info(lum_framer_frame(d->framer, 0), &info);
+    (void)lum_frame_get_info(lum_framer_frame(d->framer, 0), &info);
     picture_drop(&d->complete);
     d->complete = (struct picture){.frame = info.number,
                                    .arrival_ns = info.begin_arrival_ns,

@@ -25,13 +25,14 @@ extern "C" {
 /** An open capture. */
 typedef struct lum_capture lum_capture;
 
-/** Open a capture. Waits for its first interface that can be read; packets of
- * other interfaces of a pcapng file are ::LUM_RECORD_OTHER.
+/** Open a capture. Waits for its first interface that can be read, or the first
+ * packet of another: these, in a pcapng file, are ::LUM_RECORD_OTHER. Whether
+ * any can be read may then show at its end, where lum_capture_next() fails if
+ * none could.
  * @param path  a file, or "-" for standard input.
  * @param out   gets a capture to be closed with lum_capture_close().
  * @param error gets the message on failure: missing, unreadable, a directory,
- *              not a capture, no link type that is supported before the first
- *              packet.
+ *              not a capture, no link type that is supported and no packet.
  * @return 0, or -1. */
 LUM_MUST_CHECK int lum_capture_open(const char *path, lum_capture **out,
                                     lum_error *error);
@@ -63,7 +64,8 @@ typedef enum lum_capture_end {
     LUM_CAPTURE_UNDER_WAY, /**< it has not come to its end */
     LUM_CAPTURE_WHOLE,     /**< it was read to its end */
     LUM_CAPTURE_BROKEN,    /**< it could not be read on */
-    LUM_CAPTURE_UNREAD     /**< it could not be opened when its turn came */
+    LUM_CAPTURE_UNREAD /**< it could not be opened when its turn came, or has
+                            no interface that can be read */
 } lum_capture_end;
 
 /** One source of a capture. */

@@ -127,7 +127,8 @@ typedef struct lum_clock_fit_info {
  * @param out struct_size is set by the caller; as much of the rest is
  *            overwritten.
  * @return LUM_OK; LUM_END before the first reading, then newest_us and what
- *         follows are 0. */
+ *         follows are 0; LUM_E_VALUE if struct_size is not set: then nothing is
+ *         written. */
 lum_result lum_clock_fit_get_info(const lum_clock_fit *fit,
                                   lum_clock_fit_info *out);
 

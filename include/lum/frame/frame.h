@@ -129,8 +129,9 @@ typedef struct lum_frame_info {
     uint32_t lines_missing_angles;    /**< lines with fewer than 1000 */
     uint64_t lost_words;              /**< range words known to be lost */
     lum_point_losses losses;          /**< words that gave no point */
-    uint64_t points_cut;              /**< beyond the most points of a frame */
-    uint64_t lines_cut;               /**< beyond the most lines of a frame */
+    uint64_t points_cut;  /**< beyond the most points of a frame, or of lines
+                               beyond its most lines */
+    uint64_t lines_cut;   /**< beyond the most lines of a frame */
     uint64_t lines_late;  /**< lines of earlier frames that came since the frame
                                before, and are in none: their frame had been
                                handed out */
@@ -143,12 +144,14 @@ typedef struct lum_frame_info {
 /** Read it.
  * @param out struct_size is set by the caller; as much of the rest is
  *            overwritten.
+ * @return LUM_OK; LUM_E_VALUE if struct_size is not set: then nothing is
+ *         written.
  *
  * @code
  * lum_frame_info info = {.struct_size = sizeof info};
- * lum_frame_get_info(frame, &info);
+ * (void)lum_frame_get_info(frame, &info);
  * @endcode */
-void lum_frame_get_info(const lum_frame *frame, lum_frame_info *out);
+lum_result lum_frame_get_info(const lum_frame *frame, lum_frame_info *out);
 
 /** Most lines of a frame, of both eyes together; the rest is cut off. */
 #define LUM_FRAME_LINES_MAX 65536u
@@ -173,7 +176,8 @@ size_t lum_frame_line_count(const lum_frame *frame);
  * eye rise, except where a line was late; lines of the two eyes alternate.
  * @param i   below lum_frame_line_count().
  * @param out as for lum_frame_get_info().
- * @return false if there are not so many; then out is untouched. */
+ * @return false if there are not so many, or struct_size is not set; then out
+ *         is untouched. */
 bool lum_frame_get_line(const lum_frame *frame, size_t i, lum_frame_line *out);
 
 /** Rows of an eye: its highest line number plus 1, or 0 if no line came. A

@@ -180,7 +180,8 @@ const lum_frame *lum_framer_frame(const lum_framer *framer, size_t view);
 /** The view that such a frame was made for: that of when it began.
  * @param out struct_size is set by the caller; as much of the rest is
  *            overwritten.
- * @return false if there is no such view. */
+ * @return false if there is no such view, or struct_size is not set: then
+ *         nothing is written. */
 bool lum_framer_frame_view(const lum_framer *framer, size_t view,
                            lum_view *out);
 
@@ -211,18 +212,20 @@ typedef struct lum_framer_counters {
                                    there is no view */
     uint64_t lines_late;      /**< lines whose frame had been handed out */
     uint64_t points_late;     /**< what the first view selects of them */
-    uint64_t points_cut;      /**< of the first view, beyond the most points of
-                                   a frame */
+    uint64_t points_cut;      /**< of the first view, beyond the most points or
+                                   lines of a frame */
     lum_under_way under_way;  /**< no losses */
     double frames_per_second; /**< of whole frames, by arrival; 0: not known */
+    uint64_t lines_cut;       /**< lines beyond LUM_FRAME_LINES_MAX of a frame;
+                                   their points are in points_cut */
 } lum_framer_counters;
 
 /** Read the counters of a sensor.
  * @param sensor an index of lum_demux_get_sensor(); of one that sent no line
  *               all are 0.
  * @param out    as for lum_frame_get_info(). */
-void lum_framer_count(const lum_framer *framer, size_t sensor,
-                      lum_framer_counters *out);
+lum_result lum_framer_count(const lum_framer *framer, size_t sensor,
+                            lum_framer_counters *out);
 
 /** The first and the last frame of a sensor that are complete so far, those
  * that were passed over too.

@@ -96,7 +96,7 @@ void Decoder::take_frame(const lum_frame &frame)
 {
     lum_frame_info info = {};
     info.struct_size = sizeof info;
-    lum_frame_get_info(&frame, &info);
+    (void)lum_frame_get_info(&frame, &info);
     if (lum_frame_line_count(&frame) == 0) {
         return;
     }
@@ -141,7 +141,7 @@ void Decoder::add_lines(DecoderCounts &to) const
     for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
         lum_framer_counters c = {};
         c.struct_size = sizeof c;
-        lum_framer_count(framer_.get(), i, &c);
+        (void)lum_framer_count(framer_.get(), i, &c);
         to.losses.no_angle += c.losses.no_angle;
         to.losses.no_range += c.losses.no_range;
         to.under_way += c.under_way.words + c.under_way.lines;
