@@ -72,7 +72,7 @@ LUM_MUST_CHECK lum_pcap *lum_pcap_new(lum_source *source);
 /** Free it. NULL is allowed. */
 void lum_pcap_free(lum_pcap *reader);
 
-/** Have the options of a pcapng file handed out while it is read.
+/** Hand out the options of a pcapng file while it is read.
  * @param take NULL: do not. */
 void lum_pcap_take_options(lum_pcap *reader, lum_pcap_option_taker *take,
                            void *context);
@@ -93,8 +93,8 @@ LUM_MUST_CHECK int lum_pcap_begin(lum_pcap *reader,
 bool lum_pcap_has_wanted(const lum_pcap *reader);
 
 /** Read the next record.
- * @return 1 with a record; 0 at the end; -1 where it cannot be read on, with
- * the byte of the stream and the reason in error. */
+ * @return 1 with a record; 0 at the end; -1 where it cannot be read any
+ *         further, with the byte of the stream and the reason in error. */
 LUM_MUST_CHECK int lum_pcap_next(lum_pcap *reader, lum_pcap_record *out,
                                  lum_error *error);
 

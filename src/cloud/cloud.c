@@ -190,7 +190,7 @@ static int add_binary(lum_writer *writer, const lum_line_samples *line,
                           error);
 }
 
-/* Numbers that 32 bits do not hold become the nearest. */
+/* Numbers that do not fit in 32 bits become the nearest that does. */
 int lum_cloud_add(lum_writer *writer, const lum_line_samples *line,
                   lum_error *error)
 {

@@ -1,5 +1,5 @@
-/* A pass over a capture, or two where an output has to know beforehand how many
- * points will come. */
+/* A pass over a capture, or two if an output has to know the number of points
+ * in advance. */
 #ifndef LUMDUMP_REPLAY_H
 #define LUMDUMP_REPLAY_H
 
