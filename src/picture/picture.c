@@ -10,7 +10,7 @@
 #define WIDTH  1600
 #define HEIGHT 1200
 #define MARGIN 20
-#define LABELS 42 /* where elevations stand, left of a range image */
+#define LABELS 58 /* where elevations stand, left of a range image */
 #define PANEL  (WIDTH / 2 - MARGIN - LABELS)
 
 static const lum_box panels[LUM_EYES] = {

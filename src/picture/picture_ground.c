@@ -4,7 +4,7 @@
 #include <stdio.h>
 
 #define CELLS  LUM_GROUND_CELLS
-#define FAINT  0.45f  /* how bright a single point is */
+#define FAINT  0.6f   /* how bright a single point is */
 #define SPARSE 200000 /* points below which each is drawn larger */
 #define RINGS  5
 

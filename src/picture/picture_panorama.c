@@ -123,8 +123,8 @@ static void count_gaps(strip s, unsigned *gaps)
     }
 }
 
-/* Half as much again as what nine of ten neighbours lie apart: wider gaps are
- * where nothing came back. */
+/* Half as much again as what nine of ten neighbours lie apart, and a pixel, by
+ * which rounding moves them: wider gaps are where nothing came back. */
 static int widest_gap(const unsigned *gaps, int n)
 {
     unsigned total = 0;
@@ -135,26 +135,40 @@ static int widest_gap(const unsigned *gaps, int n)
     for (int i = 0; i < n; i++) {
         below += gaps[i];
         if ((double)below >= 0.9 * total) {
-            return i + (i + 1) / 2;
+            return i + (i + 1) / 2 + 1;
         }
     }
     return 0;
 }
 
-/* Each half of a gap takes the range on its side. */
+/* Each half of a gap takes the range on its side, and so does half a gap before
+ * the border. */
+static void fill_gap(strip s, int before, int after, int widest)
+{
+    const bool has_before = before >= 0;
+    const bool has_after = after < s.n;
+    const int most = has_before && has_after ? widest : widest / 2;
+    if ((!has_before && !has_after) || after - before > most) {
+        return;
+    }
+    for (int i = before + 1; i < after; i++) {
+        const bool takes_before =
+            has_before && (!has_after || i - before <= after - i);
+        s.first[i * s.stride] =
+            s.first[(takes_before ? before : after) * s.stride];
+    }
+}
+
 static void fill_strip(strip s, int widest)
 {
     int last = -1;
     for (int i = 0; i < s.n; i++) {
         if (s.first[i * s.stride] > 0.0f) {
-            for (int j = last + 1; last >= 0 && i - last <= widest && j < i;
-                 j++) {
-                s.first[j * s.stride] =
-                    s.first[(j - last <= i - j ? last : i) * s.stride];
-            }
+            fill_gap(s, last, i, widest);
             last = i;
         }
     }
+    fill_gap(s, last, s.n, widest);
 }
 
 /* Sparse lines and pixels are stretched until they meet. */

@@ -46,9 +46,15 @@ static void draw_number(lum_canvas *canvas, lum_box box, lum_depth depth,
     lum_canvas_text(canvas, &style, tick.x + 14, y, text);
 }
 
+/* 1, 2 and 5 times a power of ten; each digit where that leaves too few. */
+static bool has_number(lum_depth depth, int digit)
+{
+    return depth.far_m < 6.0f * depth.near_m || digit == 1 || digit == 2 ||
+           digit == 5;
+}
+
 void lum_draw_scale(lum_canvas *canvas, lum_box box, lum_depth depth)
 {
-    static const float times[] = {1.0f, 2.0f, 5.0f};
     for (int y = 0; y < box.height; y++) {
         const lum_box row = {box.x, box.y + y, box.width, 1};
         const float part = 1.0f - (float)y / (float)(box.height - 1);
@@ -56,8 +62,10 @@ void lum_draw_scale(lum_canvas *canvas, lum_box box, lum_depth depth)
     }
     float ten = 0.1f;
     while (ten < 1e6f) {
-        for (int i = 0; i < 3; i++) {
-            draw_number(canvas, box, depth, ten * times[i]);
+        for (int digit = 1; digit <= 9; digit++) {
+            if (has_number(depth, digit)) {
+                draw_number(canvas, box, depth, ten * (float)digit);
+            }
         }
         ten *= 10.0f;
     }

@@ -33,12 +33,19 @@ def _paeth(a, b, c):
 
 
 def _unfilter(kind, line, above):
+    if kind == 0:
+        return line
+    if kind == 2:
+        return bytearray(a + b & 255 for a, b in zip(line, above))
     step = 3
     for i, value in enumerate(line):
         a = line[i - step] if i >= step else 0
+        if kind == 1:
+            line[i] = value + a & 255
+            continue
         c = above[i - step] if i >= step else 0
-        guess = (0, a, above[i], (a + above[i]) // 2, _paeth(a, above[i], c))[kind]
-        line[i] = (value + guess) & 255
+        guess = (a + above[i]) // 2 if kind == 3 else _paeth(a, above[i], c)
+        line[i] = value + guess & 255
     return line
 
 
@@ -50,9 +57,7 @@ def rows(data, end=None):
     above = bytearray(3 * width)
     out = []
     for y in range(min(height, end or height)):
-        line = bytearray(raw[y * stride + 1:(y + 1) * stride])
-        if raw[y * stride]:
-            _unfilter(raw[y * stride], line, above)
+        line = _unfilter(raw[y * stride], bytearray(raw[y * stride + 1:(y + 1) * stride]), above)
         out.append(bytes(line))
         above = line
     return out

@@ -9,7 +9,7 @@ PAPER = (24, 26, 32)
 PANEL = (12, 13, 16)
 # Where docs/formats.md has them: a title, below it the range images of both eyes.
 TITLE = range(18, 48)
-EYES = {"green": range(70, 790), "blue": range(850, 1570)}
+EYES = {"green": range(85, 795), "blue": range(865, 1575)}
 
 
 class Picture(unittest.TestCase):
@@ -26,7 +26,7 @@ class Picture(unittest.TestCase):
 
     def share_of_points(self, rows, eye):
         """How much of the middle of an eye's range image shows something."""
-        pixels = [c for row in rows[250:450:40] for c in png_rows.colours(row, EYES[eye].start, EYES[eye].stop)]
+        pixels = [c for row in rows[150:300:30] for c in png_rows.colours(row, EYES[eye].start, EYES[eye].stop)]
         return sum(c != PANEL for c in pixels) / len(pixels)
 
     def test_it_is_a_whole_png_of_the_size_that_is_documented(self):
@@ -57,12 +57,13 @@ class Picture(unittest.TestCase):
     def test_each_eye_has_its_place(self):
         for eye, other in (("green", "blue"), ("blue", "green")):
             with self.subTest(eye):
-                rows = png_rows.rows(self.draw("--eye", eye), 460)
+                rows = png_rows.rows(self.draw("--eye", eye), 300)
                 self.assertGreater(self.share_of_points(rows, eye), 0.98)
                 self.assertEqual(self.share_of_points(rows, other), 0)
 
     def test_a_picture_of_no_points_says_so_by_its_title(self):
-        full, none = (png_rows.rows(self.draw(*given), 460) for given in ((), ("--range", "900:999")))
+        full = png_rows.rows(self.draw(), TITLE.stop)
+        none = png_rows.rows(self.draw("--range", "900:999"), 300)
         self.assertEqual(self.share_of_points(none, "green"), 0)
         self.assertEqual(self.share_of_points(none, "blue"), 0)
 
@@ -72,9 +73,9 @@ class Picture(unittest.TestCase):
         self.assertGreater(text(full), text(none))
 
     def test_colours_are_ranges(self):
-        """The ground before the sensor is near: red to yellow; the end of the street is far: blue and violet."""
-        rows = png_rows.rows(self.draw(), 460)
-        near = png_rows.colours(rows[440], EYES["green"].start, EYES["green"].stop)
+        """The ground and cars before the sensor are near: red to green; the end of the street is far: blue and violet."""
+        rows = png_rows.rows(self.draw(), 300)
+        near = png_rows.colours(rows[299], EYES["blue"].start, EYES["blue"].stop)
         self.assertTrue(all(c == PANEL or c[0] > c[2] for c in near))
         far = png_rows.colours(rows[110], EYES["green"].start, EYES["green"].stop)
         self.assertGreater(sum(blue > red for red, _, blue in far), len(far) / 2)

@@ -425,6 +425,31 @@ static void sparse_lines_are_stretched_until_they_meet(void **state)
     lum_canvas_free(canvas);
 }
 
+/* Lines 2 degrees apart, points as wide as a pixel; holes of three pixels. */
+static void holes_between_pixels_are_closed_and_larger_ones_stay(void **state)
+{
+    lum_canvas *canvas = make_canvas();
+    lum_raster *raster = make_raster();
+    const lum_box box = {0, 0, 100, 50};
+    const lum_box small = {20, 0, 20, 50};
+    const lum_box large = {60, 0, 12, 50};
+    const lum_depth depth = {1.0f, 100.0f};
+    (void)state;
+    for (int line = 0; line < 10; line++) {
+        for (int x = 0; x < 100; x++) {
+            if ((x < 24 || x > 25) && (x < 62 || x > 69)) {
+                add(raster, LUM_EYE_BLUE, 29.7f - 0.6f * (float)x,
+                    -16.0f + 2.0f * (float)line, 10.0f);
+            }
+        }
+    }
+    lum_draw_panorama(canvas, box, &raster->eye[LUM_EYE_BLUE], depth);
+    assert_int_equal(count_painted(canvas, small), 20 * 50);
+    assert_in_range(count_painted(canvas, large), 3 * 50, 6 * 50);
+    free(raster);
+    lum_canvas_free(canvas);
+}
+
 static void pictures_of_nothing_and_of_one_point_can_be_drawn(void **state)
 {
     const lum_box box = {30, 10, 140, 60};
@@ -461,6 +486,30 @@ static void angles_stand_beside_a_range_image(void **state)
     assert_int_equal(count_painted(canvas, box), 0);
     free(raster);
     lum_canvas_free(canvas);
+}
+
+static int count_numbers(lum_depth depth)
+{
+    const lum_box bar = {10, 0, 20, HEIGHT};
+    lum_canvas *canvas = make_canvas();
+    int n = 0;
+    lum_draw_scale(canvas, bar, depth);
+    for (int y = 0; y < HEIGHT; y++) {
+        n += is_colour(canvas, 30, y, lum_ink);
+    }
+    lum_canvas_free(canvas);
+    return n;
+}
+
+static void a_short_scale_has_more_numbers_than_1_2_and_5(void **state)
+{
+    const lum_depth wide = {0.9f, 110.0f};
+    const lum_depth narrow = {3.5f, 8.5f};
+    const lum_depth narrowest = {8.1f, 16.2f};
+    (void)state;
+    assert_int_equal(count_numbers(wide), 7); /* 1 2 5 10 20 50 100 */
+    assert_int_equal(count_numbers(narrow), 5);
+    assert_int_equal(count_numbers(narrowest), 2);
 }
 
 static void the_scale_is_red_below_and_violet_above(void **state)
@@ -562,8 +611,10 @@ int main(void)
         cmocka_unit_test(ranges_have_shares),
         cmocka_unit_test(left_is_drawn_on_the_left_and_up_at_the_top),
         cmocka_unit_test(sparse_lines_are_stretched_until_they_meet),
+        cmocka_unit_test(holes_between_pixels_are_closed_and_larger_ones_stay),
         cmocka_unit_test(pictures_of_nothing_and_of_one_point_can_be_drawn),
         cmocka_unit_test(angles_stand_beside_a_range_image),
+        cmocka_unit_test(a_short_scale_has_more_numbers_than_1_2_and_5),
         cmocka_unit_test(the_scale_is_red_below_and_violet_above),
         cmocka_unit_test(rings_stand_behind_the_points),
         cmocka_unit_test(forward_is_up_in_the_view_from_above),
