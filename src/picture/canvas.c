@@ -1,120 +1,179 @@
 #include "canvas.h"
 
+#include <cairo.h>
 #include <errno.h>
-#include <png.h>
+#include <pthread.h>
 #include <stdlib.h>
-#include <string.h>
 
-#define GLYPH_COLUMNS 5
+/* Letters that are part of cairo: they look the same on every machine, and need
+ * no font on it. */
+#define LETTERS "@cairo:medium"
 
-/* Seven rows a glyph, the highest of five bits on the left. */
-static const struct glyph {
-    char character;
-    uint8_t rows[LUM_GLYPH_HEIGHT];
-} glyphs[] = {
-    {'0', {0x0e, 0x11, 0x13, 0x15, 0x19, 0x11, 0x0e}},
-    {'1', {0x04, 0x0c, 0x04, 0x04, 0x04, 0x04, 0x0e}},
-    {'2', {0x0e, 0x11, 0x01, 0x02, 0x04, 0x08, 0x1f}},
-    {'3', {0x1f, 0x02, 0x04, 0x02, 0x01, 0x11, 0x0e}},
-    {'4', {0x02, 0x06, 0x0a, 0x12, 0x1f, 0x02, 0x02}},
-    {'5', {0x1f, 0x10, 0x1e, 0x01, 0x01, 0x11, 0x0e}},
-    {'6', {0x06, 0x08, 0x10, 0x1e, 0x11, 0x11, 0x0e}},
-    {'7', {0x1f, 0x01, 0x02, 0x04, 0x08, 0x08, 0x08}},
-    {'8', {0x0e, 0x11, 0x11, 0x0e, 0x11, 0x11, 0x0e}},
-    {'9', {0x0e, 0x11, 0x11, 0x0f, 0x01, 0x02, 0x0c}},
-    {'A', {0x0e, 0x11, 0x11, 0x11, 0x1f, 0x11, 0x11}},
-    {'B', {0x1e, 0x11, 0x11, 0x1e, 0x11, 0x11, 0x1e}},
-    {'C', {0x0e, 0x11, 0x10, 0x10, 0x10, 0x11, 0x0e}},
-    {'D', {0x1c, 0x12, 0x11, 0x11, 0x11, 0x12, 0x1c}},
-    {'E', {0x1f, 0x10, 0x10, 0x1e, 0x10, 0x10, 0x1f}},
-    {'F', {0x1f, 0x10, 0x10, 0x1e, 0x10, 0x10, 0x10}},
-    {'G', {0x0e, 0x11, 0x10, 0x17, 0x11, 0x11, 0x0f}},
-    {'H', {0x11, 0x11, 0x11, 0x1f, 0x11, 0x11, 0x11}},
-    {'I', {0x0e, 0x04, 0x04, 0x04, 0x04, 0x04, 0x0e}},
-    {'J', {0x07, 0x02, 0x02, 0x02, 0x02, 0x12, 0x0c}},
-    {'K', {0x11, 0x12, 0x14, 0x18, 0x14, 0x12, 0x11}},
-    {'L', {0x10, 0x10, 0x10, 0x10, 0x10, 0x10, 0x1f}},
-    {'M', {0x11, 0x1b, 0x15, 0x15, 0x11, 0x11, 0x11}},
-    {'N', {0x11, 0x11, 0x19, 0x15, 0x13, 0x11, 0x11}},
-    {'O', {0x0e, 0x11, 0x11, 0x11, 0x11, 0x11, 0x0e}},
-    {'P', {0x1e, 0x11, 0x11, 0x1e, 0x10, 0x10, 0x10}},
-    {'Q', {0x0e, 0x11, 0x11, 0x11, 0x15, 0x12, 0x0d}},
-    {'R', {0x1e, 0x11, 0x11, 0x1e, 0x14, 0x12, 0x11}},
-    {'S', {0x0f, 0x10, 0x10, 0x0e, 0x01, 0x01, 0x1e}},
-    {'T', {0x1f, 0x04, 0x04, 0x04, 0x04, 0x04, 0x04}},
-    {'U', {0x11, 0x11, 0x11, 0x11, 0x11, 0x11, 0x0e}},
-    {'V', {0x11, 0x11, 0x11, 0x11, 0x11, 0x0a, 0x04}},
-    {'W', {0x11, 0x11, 0x11, 0x15, 0x15, 0x15, 0x0a}},
-    {'X', {0x11, 0x11, 0x0a, 0x04, 0x0a, 0x11, 0x11}},
-    {'Y', {0x11, 0x11, 0x11, 0x0a, 0x04, 0x04, 0x04}},
-    {'Z', {0x1f, 0x01, 0x02, 0x04, 0x08, 0x10, 0x1f}},
-    {'.', {0x00, 0x00, 0x00, 0x00, 0x00, 0x0c, 0x0c}},
-    {',', {0x00, 0x00, 0x00, 0x00, 0x0c, 0x04, 0x08}},
-    {':', {0x00, 0x0c, 0x0c, 0x00, 0x0c, 0x0c, 0x00}},
-    {'-', {0x00, 0x00, 0x00, 0x1f, 0x00, 0x00, 0x00}},
-    {'(', {0x02, 0x04, 0x08, 0x08, 0x08, 0x04, 0x02}},
-    {')', {0x08, 0x04, 0x02, 0x02, 0x02, 0x04, 0x08}},
-    {'/', {0x00, 0x01, 0x02, 0x04, 0x08, 0x10, 0x00}},
-    {'m', {0x00, 0x00, 0x1a, 0x15, 0x15, 0x15, 0x15}},
-    {'^', {0x0c, 0x12, 0x12, 0x0c, 0x00, 0x00, 0x00}},
+/* One thread draws at a time. Texts share cairo's fonts, and where threads make
+ * the same font at once cairo 1.16 races, as ThreadSanitizer tells. */
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+
+struct lum_canvas {
+    int width;
+    int height;
+    uint32_t *pixels; /* 0xrrggbb, which the surface draws into */
+    cairo_surface_t *surface;
+    cairo_t *cairo;
 };
+
+/* Nothing of how text looks may come from the machine's settings. */
+static void choose_letters(cairo_t *cairo)
+{
+    cairo_font_options_t *options = cairo_font_options_create();
+    cairo_font_options_set_antialias(options, CAIRO_ANTIALIAS_GRAY);
+    cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_NONE);
+    cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
+    cairo_set_font_options(cairo, options);
+    cairo_font_options_destroy(options);
+    cairo_select_font_face(cairo, LETTERS, CAIRO_FONT_SLANT_NORMAL,
+                           CAIRO_FONT_WEIGHT_NORMAL);
+}
+
+lum_canvas *lum_canvas_new(int width, int height)
+{
+    const size_t n = (size_t)width * (size_t)height;
+    const int stride = cairo_format_stride_for_width(CAIRO_FORMAT_RGB24, width);
+    lum_canvas *canvas = malloc(sizeof *canvas);
+    uint32_t *pixels = calloc(n, sizeof *pixels);
+    if (canvas == NULL || pixels == NULL) {
+        free(canvas);
+        free(pixels);
+        return NULL;
+    }
+    canvas->width = width;
+    canvas->height = height;
+    canvas->pixels = pixels;
+    (void)pthread_mutex_lock(&lock);
+    canvas->surface = cairo_image_surface_create_for_data(
+        (unsigned char *)pixels, CAIRO_FORMAT_RGB24, width, height, stride);
+    canvas->cairo = cairo_create(canvas->surface);
+    choose_letters(canvas->cairo);
+    (void)pthread_mutex_unlock(&lock);
+    return canvas;
+}
+
+void lum_canvas_free(lum_canvas *canvas)
+{
+    if (canvas != NULL) {
+        (void)pthread_mutex_lock(&lock);
+        cairo_destroy(canvas->cairo);
+        cairo_surface_destroy(canvas->surface);
+        (void)pthread_mutex_unlock(&lock);
+        free(canvas->pixels);
+        free(canvas);
+    }
+}
+
+static uint32_t *pixel_at(const lum_canvas *canvas, int x, int y)
+{
+    return x >= 0 && x < canvas->width && y >= 0 && y < canvas->height
+               ? &canvas->pixels[(size_t)y * (size_t)canvas->width + (size_t)x]
+               : NULL;
+}
 
 void lum_canvas_set(lum_canvas *canvas, int x, int y, lum_rgb colour)
 {
-    if (x >= 0 && x < canvas->width && y >= 0 && y < canvas->height) {
-        canvas->rgb[(size_t)y * (size_t)canvas->width + (size_t)x] = colour;
+    uint32_t *pixel = pixel_at(canvas, x, y);
+    if (pixel != NULL) {
+        *pixel = (uint32_t)colour.r << 16 | (uint32_t)colour.g << 8 | colour.b;
     }
+}
+
+lum_rgb lum_canvas_get(const lum_canvas *canvas, int x, int y)
+{
+    const uint32_t *pixel = pixel_at(canvas, x, y);
+    const uint32_t value = pixel != NULL ? *pixel : 0;
+    const lum_rgb colour = {(uint8_t)(value >> 16), (uint8_t)(value >> 8),
+                            (uint8_t)value};
+    return colour;
+}
+
+static void use_colour(lum_canvas *canvas, lum_rgb colour, double cover)
+{
+    cairo_set_source_rgba(canvas->cairo, colour.r / 255.0, colour.g / 255.0,
+                          colour.b / 255.0, cover);
+}
+
+/* Between begin_drawing() and end_drawing() the pixels are cairo's. */
+static void begin_drawing(lum_canvas *canvas)
+{
+    (void)pthread_mutex_lock(&lock);
+    cairo_surface_mark_dirty(canvas->surface);
+}
+
+static void end_drawing(lum_canvas *canvas)
+{
+    cairo_surface_flush(canvas->surface);
+    (void)pthread_mutex_unlock(&lock);
 }
 
 void lum_canvas_fill(lum_canvas *canvas, lum_box box, lum_rgb colour)
 {
-    for (int y = box.y; y < box.y + box.height; y++) {
-        for (int x = box.x; x < box.x + box.width; x++) {
-            lum_canvas_set(canvas, x, y, colour);
-        }
+    begin_drawing(canvas);
+    use_colour(canvas, colour, 1.0);
+    cairo_rectangle(canvas->cairo, box.x, box.y, box.width, box.height);
+    cairo_fill(canvas->cairo);
+    end_drawing(canvas);
+}
+
+void lum_canvas_circle(lum_canvas *canvas, lum_box box, float x, float y,
+                       float radius, lum_rgb colour)
+{
+    const double turn = 6.283185307179586;
+    cairo_t *cairo = canvas->cairo;
+    begin_drawing(canvas);
+    cairo_save(cairo);
+    cairo_rectangle(cairo, box.x, box.y, box.width, box.height);
+    cairo_clip(cairo);
+    cairo_new_path(cairo);
+    cairo_arc(cairo, (double)x, (double)y, (double)radius, 0.0, turn);
+    use_colour(canvas, colour, 1.0);
+    cairo_set_line_width(cairo, 1.0);
+    cairo_stroke(cairo);
+    cairo_restore(cairo);
+    end_drawing(canvas);
+}
+
+/* The left end of a text. */
+static double begin_of(const lum_style *style, int x, double width)
+{
+    switch (style->align) {
+    case LUM_ALIGN_MIDDLE:
+        return (double)x - width / 2.0;
+    case LUM_ALIGN_RIGHT:
+        return (double)x - width;
+    case LUM_ALIGN_LEFT:
+    default:
+        return (double)x;
     }
 }
 
-static const struct glyph *find_glyph(char character)
+void lum_canvas_text(lum_canvas *canvas, const lum_style *style, int x, int y,
+                     const char *text)
 {
-    for (size_t i = 0; i < sizeof glyphs / sizeof glyphs[0]; i++) {
-        if (glyphs[i].character == character) {
-            return &glyphs[i];
-        }
-    }
-    return NULL;
-}
-
-static void draw_glyph(lum_canvas *canvas, lum_box cell, lum_rgb colour,
-                       const struct glyph *glyph)
-{
-    for (int i = 0; i < LUM_GLYPH_HEIGHT * GLYPH_COLUMNS; i++) {
-        const int row = i / GLYPH_COLUMNS;
-        const int column = i % GLYPH_COLUMNS;
-        if ((glyph->rows[row] >> (GLYPH_COLUMNS - 1 - column) & 1) != 0) {
-            const lum_box dot = {cell.x + column * cell.width,
-                                 cell.y + row * cell.height, cell.width,
-                                 cell.height};
-            lum_canvas_fill(canvas, dot, colour);
-        }
-    }
-}
-
-void lum_canvas_text(lum_canvas *canvas, int x, int y, int scale,
-                     lum_rgb colour, const char *text)
-{
-    for (; *text != '\0'; text++, x += LUM_GLYPH_WIDTH * scale) {
-        const struct glyph *glyph = find_glyph(*text);
-        if (glyph != NULL) {
-            const lum_box cell = {x, y, scale, scale};
-            draw_glyph(canvas, cell, colour, glyph);
-        }
-    }
-}
-
-int lum_canvas_text_width(const char *text, int scale)
-{
-    return (int)strlen(text) * LUM_GLYPH_WIDTH * scale;
+    cairo_t *cairo = canvas->cairo;
+    cairo_text_extents_t whole;
+    cairo_text_extents_t digit;
+    begin_drawing(canvas);
+    cairo_set_font_size(cairo, (double)style->size);
+    cairo_text_extents(cairo, text, &whole);
+    cairo_text_extents(cairo, "0", &digit);
+    const double left = begin_of(style, x, whole.x_advance);
+    const double room = (double)style->size * 0.25;
+    use_colour(canvas, style->back, (double)style->cover);
+    cairo_rectangle(cairo, left - room, y - digit.height / 2.0 - room,
+                    whole.x_advance + 2.0 * room, digit.height + 2.0 * room);
+    cairo_fill(cairo);
+    use_colour(canvas, style->colour, 1.0);
+    cairo_move_to(cairo, left, y - digit.y_bearing - digit.height / 2.0);
+    cairo_show_text(cairo, text);
+    cairo_new_path(cairo);
+    end_drawing(canvas);
 }
 
 static uint8_t mix(uint8_t a, uint8_t b, float part)
@@ -147,38 +206,42 @@ lum_rgb lum_shade(lum_rgb colour, float light)
     return shaded;
 }
 
-static int write_png(png_image *image, const lum_canvas *canvas, void *bytes,
-                     lum_sink *sink, lum_error *error)
+/* Where a PNG goes, and what became of it. */
+typedef struct output {
+    lum_sink *sink;
+    lum_error *error;
+    bool failed;
+    int code; /* errno of that */
+} output;
+
+static cairo_status_t take_bytes(void *closure, const unsigned char *bytes,
+                                 unsigned n)
 {
-    png_alloc_size_t n = PNG_IMAGE_PNG_SIZE_MAX(*image);
-    if (png_image_write_to_memory(image, bytes, &n, 0, canvas->rgb, 0, NULL) ==
-        0) {
-        lum_error_set(error, "%s: libpng: %s", lum_sink_name(sink),
-                      image->message);
-        errno = EIO;
-        return -1;
+    output *out = closure;
+    if (lum_sink_write(out->sink, bytes, n, out->error) == 0) {
+        return CAIRO_STATUS_SUCCESS;
     }
-    return lum_sink_write(sink, bytes, (size_t)n, error);
+    out->failed = true;
+    out->code = errno;
+    return CAIRO_STATUS_WRITE_ERROR;
 }
 
 int lum_canvas_write(const lum_canvas *canvas, lum_sink *sink, lum_error *error)
 {
-    png_image image;
-    memset(&image, 0, sizeof image);
-    image.version = PNG_IMAGE_VERSION;
-    image.width = (png_uint_32)canvas->width;
-    image.height = (png_uint_32)canvas->height;
-    image.format = PNG_FORMAT_RGB;
-    void *bytes = malloc(PNG_IMAGE_PNG_SIZE_MAX(image));
-    if (bytes == NULL) {
-        lum_error_set(error, "%s: no memory for the picture",
-                      lum_sink_name(sink));
-        errno = ENOMEM;
-        return -1;
+    output out = {sink, error, false, 0};
+    cairo_status_t status = cairo_status(canvas->cairo);
+    if (status == CAIRO_STATUS_SUCCESS) {
+        status = cairo_surface_write_to_png_stream(canvas->surface, take_bytes,
+                                                   &out);
     }
-    const int result = write_png(&image, canvas, bytes, sink, error);
-    const int code = errno;
-    free(bytes);
-    errno = code;
-    return result;
+    if (status == CAIRO_STATUS_SUCCESS) {
+        return 0;
+    }
+    if (!out.failed) {
+        lum_error_set(error, "%s: cairo: %s", lum_sink_name(sink),
+                      cairo_status_to_string(status));
+        out.code = status == CAIRO_STATUS_NO_MEMORY ? ENOMEM : EIO;
+    }
+    errno = out.code;
+    return -1;
 }

@@ -1,6 +1,9 @@
 /** @file
- * A picture in memory: pixels, text, a colour scale, PNG. Internal to
- * picture. */
+ * A picture in memory that cairo draws: pixels, boxes, circles, text, a colour
+ * scale, PNG. Internal to picture.
+ *
+ * What lies outside of a canvas is not drawn. Where cairo runs out of memory
+ * the rest is not drawn either, and lum_canvas_write() tells it. */
 #ifndef LUM_PICTURE_CANVAS_H
 #define LUM_PICTURE_CANVAS_H
 
@@ -15,12 +18,8 @@ typedef struct lum_rgb {
     uint8_t b; /**< blue */
 } lum_rgb;
 
-/** Pixels, row by row from the top left. */
-typedef struct lum_canvas {
-    int width;    /**< pixels */
-    int height;   /**< pixels */
-    lum_rgb *rgb; /**< width x height */
-} lum_canvas;
+/** Pixels, x from the left, y from the top. */
+typedef struct lum_canvas lum_canvas;
 
 /** Part of a canvas. */
 typedef struct lum_box {
@@ -30,23 +29,46 @@ typedef struct lum_box {
     int height; /**< pixels */
 } lum_box;
 
-#define LUM_GLYPH_WIDTH  6 /**< of a character at scale 1, gap included */
-#define LUM_GLYPH_HEIGHT 7 /**< of a character at scale 1 */
+/** Which end of a text is where it was asked for. */
+typedef enum lum_align {
+    LUM_ALIGN_LEFT,   /**< its begin */
+    LUM_ALIGN_MIDDLE, /**< its middle */
+    LUM_ALIGN_RIGHT   /**< its end */
+} lum_align;
 
-/** Colour a pixel; outside of the canvas nothing happens. */
+/** How a text looks. */
+typedef struct lum_style {
+    float size;      /**< pixels from the top of a line to that of the next */
+    lum_align align; /**< about x */
+    lum_rgb colour;  /**< of the letters */
+    lum_rgb back;    /**< of a box behind them */
+    float cover;     /**< how much that box hides: 0 nothing, 1 all */
+} lum_style;
+
+/** Make a black canvas.
+ * @return NULL: no memory. */
+lum_canvas *lum_canvas_new(int width, int height);
+
+/** Free one. NULL is allowed. */
+void lum_canvas_free(lum_canvas *canvas);
+
+/** Colour a pixel. */
 void lum_canvas_set(lum_canvas *canvas, int x, int y, lum_rgb colour);
+
+/** The colour of a pixel; black outside. */
+lum_rgb lum_canvas_get(const lum_canvas *canvas, int x, int y);
 
 /** Colour a box. */
 void lum_canvas_fill(lum_canvas *canvas, lum_box box, lum_rgb colour);
 
-/** Write capitals, digits, blanks and . , : - ( ) / m (metres) ^ (degrees);
- * other characters stay blank.
- * @param scale pixels of canvas for a pixel of a letter. */
-void lum_canvas_text(lum_canvas *canvas, int x, int y, int scale,
-                     lum_rgb colour, const char *text);
+/** Draw the part of a circle that lies in a box, as a line of one pixel.
+ * @param x,y,radius pixels. */
+void lum_canvas_circle(lum_canvas *canvas, lum_box box, float x, float y,
+                       float radius, lum_rgb colour);
 
-/** How wide a text is at a scale. */
-int lum_canvas_text_width(const char *text, int scale);
+/** Write a text in printable ASCII; y is half way up its digits. */
+void lum_canvas_text(lum_canvas *canvas, const lum_style *style, int x, int y,
+                     const char *text);
 
 /** The colour scale: 0 is near, red; 1 is far, violet. */
 lum_rgb lum_colour(float part);

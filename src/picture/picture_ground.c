@@ -4,7 +4,7 @@
 #include <stdio.h>
 
 #define CELLS  LUM_GROUND_CELLS
-#define FAINT  0.45f  /* how bright a single point is */
+#define FAINT  0.6f   /* how bright a single point is */
 #define SPARSE 200000 /* points below which each is drawn larger */
 #define RINGS  5
 
@@ -107,17 +107,14 @@ static float light(int count)
 }
 
 static void paint_pixel(lum_canvas *canvas, int px, int py, const map *m,
-                        lum_depth depth, float x, float y, float ring)
+                        lum_depth depth, float x, float y)
 {
     const float distance = hypotf(x, y);
-    const float rings = roundf(distance / ring);
     const int count = distance <= m->reach ? count_at(m, x, y) : 0;
     if (count > 0) {
         lum_canvas_set(
             canvas, px, py,
             lum_shade(lum_depth_colour(depth, distance), light(count)));
-    } else if (fabsf(distance - rings * ring) < 0.5f / m->scale) {
-        lum_canvas_set(canvas, px, py, lum_grid);
     }
 }
 
@@ -132,7 +129,7 @@ static int row_of(const map *m, lum_box box, float x)
 }
 
 static void paint(lum_canvas *canvas, lum_box box, const map *m,
-                  lum_depth depth, float ring)
+                  lum_depth depth)
 {
     for (int i = 0; i < box.width * box.height; i++) {
         const int px = i % box.width;
@@ -140,22 +137,34 @@ static void paint(lum_canvas *canvas, lum_box box, const map *m,
         const float x = m->x_min + ((float)(box.height - py) - 0.5f) / m->scale;
         const float y =
             m->y_mid + ((float)box.width / 2.0f - (float)px - 0.5f) / m->scale;
-        paint_pixel(canvas, box.x + px, box.y + py, m, depth, x, y, ring);
+        paint_pixel(canvas, box.x + px, box.y + py, m, depth, x, y);
     }
 }
 
-/* Beside each ring, where it crosses the right edge of the view ahead. */
+static void draw_rings(lum_canvas *canvas, lum_box box, const map *m,
+                       float ring)
+{
+    const float x = (float)column_of(m, box, 0.0f) + 0.5f;
+    const float y = (float)row_of(m, box, 0.0f) + 0.5f;
+    const float most = (float)(box.width + box.height);
+    for (int i = 1; (float)i * ring * m->scale < most; i++) {
+        lum_canvas_circle(canvas, box, x, y, (float)i * ring * m->scale,
+                          lum_grid);
+    }
+}
+
+/* On each ring, straight ahead of the sensor. */
 static void label_rings(lum_canvas *canvas, lum_box box, const map *m,
                         float ring)
 {
+    const lum_style style = {18.0f, LUM_ALIGN_MIDDLE, lum_ink, lum_panel, 0.7f};
     for (int i = 1; (float)i * ring < 2.0f * m->radius; i++) {
         const float at = (float)i * ring;
         char text[32];
-        const int x = column_of(m, box, 0.0f) + 6;
-        const int y = row_of(m, box, at) + 4;
+        const int y = row_of(m, box, at);
         (void)snprintf(text, sizeof text, "%g m", (double)at);
-        if (y > box.y && y < box.y + box.height - 16) {
-            lum_canvas_text(canvas, x, y, 2, lum_ink, text);
+        if (y > box.y + 12 && y < box.y + box.height - 12) {
+            lum_canvas_text(canvas, &style, column_of(m, box, 0.0f), y, text);
         }
     }
 }
@@ -176,7 +185,8 @@ void lum_draw_ground(lum_canvas *canvas, lum_box box, const lum_raster *raster,
     const map m = make_map(raster, box);
     const float ring = lum_nice_step((float)box.height / m.scale, RINGS);
     lum_canvas_fill(canvas, box, lum_panel);
-    paint(canvas, box, &m, depth, ring);
+    draw_rings(canvas, box, &m, ring);
+    paint(canvas, box, &m, depth);
     label_rings(canvas, box, &m, ring);
     mark_sensor(canvas, box, &m);
 }

@@ -9,6 +9,7 @@
 #define SMALLEST 32 /* cells that a crop has at least, each way */
 #define DARKEST  0.35f
 #define EDGES    1.0f /* how much a step in depth darkens */
+#define TICK     6
 
 /* Ranges as they will be drawn; 0: nothing. */
 typedef struct view {
@@ -122,8 +123,8 @@ static void count_gaps(strip s, unsigned *gaps)
     }
 }
 
-/* Half as much again as what nine of ten neighbours lie apart: wider gaps are
- * where nothing came back. */
+/* Half as much again as what nine of ten neighbours lie apart, and a pixel, by
+ * which rounding moves them: wider gaps are where nothing came back. */
 static int widest_gap(const unsigned *gaps, int n)
 {
     unsigned total = 0;
@@ -134,26 +135,40 @@ static int widest_gap(const unsigned *gaps, int n)
     for (int i = 0; i < n; i++) {
         below += gaps[i];
         if ((double)below >= 0.9 * total) {
-            return i + (i + 1) / 2;
+            return i + (i + 1) / 2 + 1;
         }
     }
     return 0;
 }
 
-/* Each half of a gap takes the range on its side. */
+/* Each half of a gap takes the range on its side, and so does half a gap before
+ * the border. */
+static void fill_gap(strip s, int before, int after, int widest)
+{
+    const bool has_before = before >= 0;
+    const bool has_after = after < s.n;
+    const int most = has_before && has_after ? widest : widest / 2;
+    if ((!has_before && !has_after) || after - before > most) {
+        return;
+    }
+    for (int i = before + 1; i < after; i++) {
+        const bool takes_before =
+            has_before && (!has_after || i - before <= after - i);
+        s.first[i * s.stride] =
+            s.first[(takes_before ? before : after) * s.stride];
+    }
+}
+
 static void fill_strip(strip s, int widest)
 {
     int last = -1;
     for (int i = 0; i < s.n; i++) {
         if (s.first[i * s.stride] > 0.0f) {
-            for (int j = last + 1; last >= 0 && i - last <= widest && j < i;
-                 j++) {
-                s.first[j * s.stride] =
-                    s.first[(j - last <= i - j ? last : i) * s.stride];
-            }
+            fill_gap(s, last, i, widest);
             last = i;
         }
     }
+    fill_gap(s, last, s.n, widest);
 }
 
 /* Sparse lines and pixels are stretched until they meet. */
@@ -229,24 +244,23 @@ static float part_of(const axis *a, int label)
     return (a->high - (float)label * a->step) / (a->high - a->low);
 }
 
-static void put_degrees(lum_canvas *canvas, int x, int y, float degrees)
+static void put_degrees(lum_canvas *canvas, lum_align align, int x, int y,
+                        float degrees)
 {
+    const lum_style style = {16.0f, align, lum_ink, lum_paper, 0.0f};
     char text[32];
-    (void)snprintf(text, sizeof text, "%g^", (double)degrees);
-    const int width = lum_canvas_text_width(text, 1);
-    const lum_box back = {x - width / 2 - 1, y - 2, width + 2,
-                          LUM_GLYPH_HEIGHT + 4};
-    lum_canvas_fill(canvas, back, lum_paper);
-    lum_canvas_text(canvas, x - width / 2 + 1, y, 1, lum_ink, text);
+    (void)snprintf(text, sizeof text, "%g", (double)degrees);
+    lum_canvas_text(canvas, &style, x, y, text);
 }
 
 static void label_azimuth(lum_canvas *canvas, lum_box box, axis a)
 {
     for (int i = (int)ceilf(a.low / a.step); part_of(&a, i) >= 0.0f; i++) {
         const int x = box.x + (int)(part_of(&a, i) * (float)box.width);
-        const lum_box tick = {x, box.y + box.height, 1, 6};
+        const lum_box tick = {x, box.y + box.height, 1, TICK};
         lum_canvas_fill(canvas, tick, lum_ink);
-        put_degrees(canvas, x, tick.y + 9, (float)i * a.step);
+        put_degrees(canvas, LUM_ALIGN_MIDDLE, x, tick.y + TICK + 10,
+                    (float)i * a.step);
     }
 }
 
@@ -254,10 +268,9 @@ static void label_elevation(lum_canvas *canvas, lum_box box, axis a)
 {
     for (int i = (int)ceilf(a.low / a.step); part_of(&a, i) >= 0.0f; i++) {
         const int y = box.y + (int)(part_of(&a, i) * (float)box.height);
-        const lum_box tick = {box.x, y, 6, 1};
+        const lum_box tick = {box.x - TICK, y, TICK, 1};
         lum_canvas_fill(canvas, tick, lum_ink);
-        put_degrees(canvas, box.x + 24, y - LUM_GLYPH_HEIGHT / 2,
-                    (float)i * a.step);
+        put_degrees(canvas, LUM_ALIGN_RIGHT, tick.x - 4, y, (float)i * a.step);
     }
 }
 

@@ -6,6 +6,7 @@
 const lum_rgb lum_paper = {24, 26, 32};
 const lum_rgb lum_panel = {12, 13, 16};
 const lum_rgb lum_ink = {230, 232, 236};
+const lum_rgb lum_dim = {160, 165, 175};
 const lum_rgb lum_grid = {62, 66, 76};
 
 static float place(lum_depth depth, float range)
@@ -32,6 +33,7 @@ float lum_nice_step(float span, int n)
 static void draw_number(lum_canvas *canvas, lum_box box, lum_depth depth,
                         float range)
 {
+    const lum_style style = {18.0f, LUM_ALIGN_LEFT, lum_ink, lum_paper, 0.0f};
     char text[32];
     const float part = place(depth, range);
     if (part < -0.01f || part > 1.01f) {
@@ -41,13 +43,18 @@ static void draw_number(lum_canvas *canvas, lum_box box, lum_depth depth,
     const lum_box tick = {box.x + box.width, y, 8, 1};
     lum_canvas_fill(canvas, tick, lum_ink);
     (void)snprintf(text, sizeof text, "%g m", (double)range);
-    lum_canvas_text(canvas, tick.x + 12, y - LUM_GLYPH_HEIGHT, 2, lum_ink,
-                    text);
+    lum_canvas_text(canvas, &style, tick.x + 14, y, text);
+}
+
+/* 1, 2 and 5 times a power of ten; each digit where that leaves too few. */
+static bool has_number(lum_depth depth, int digit)
+{
+    return depth.far_m < 6.0f * depth.near_m || digit == 1 || digit == 2 ||
+           digit == 5;
 }
 
 void lum_draw_scale(lum_canvas *canvas, lum_box box, lum_depth depth)
 {
-    static const float times[] = {1.0f, 2.0f, 5.0f};
     for (int y = 0; y < box.height; y++) {
         const lum_box row = {box.x, box.y + y, box.width, 1};
         const float part = 1.0f - (float)y / (float)(box.height - 1);
@@ -55,8 +62,10 @@ void lum_draw_scale(lum_canvas *canvas, lum_box box, lum_depth depth)
     }
     float ten = 0.1f;
     while (ten < 1e6f) {
-        for (int i = 0; i < 3; i++) {
-            draw_number(canvas, box, depth, ten * times[i]);
+        for (int digit = 1; digit <= 9; digit++) {
+            if (has_number(depth, digit)) {
+                draw_number(canvas, box, depth, ten * (float)digit);
+            }
         }
         ten *= 10.0f;
     }

@@ -34,7 +34,6 @@ THIRD_PARTIES = {
     "zstd.h": ["capture", "cloud"],
     "lz4": ["cloud"],
     "yaml.h": ["config"],
-    "png.h": ["picture"],
     "cairo": ["picture"],
     "libwebsockets": ["lumview"],
     "editline": ["lumctl"],

@@ -171,10 +171,10 @@ class Faults(unittest.TestCase):
                          "src/attic/b.c: the room attic is in no arrow of tests/rooms/rooms.py")
 
     def test_third_parties(self):
-        found = self.faults(src__cloud__a_c="#include <png.h>\n#include <zlib.h>\n",
+        found = self.faults(src__cloud__a_c="#include <cairo.h>\n#include <zlib.h>\n",
                             src__capture__b_c="#include <zstd.h>\n# include <yaml.h>\n")
         self.assertEqual(found, ["src/capture/b.c: includes <yaml.h>, which belongs to config",
-                                 "src/cloud/a.c: includes <png.h>, which belongs to picture"])
+                                 "src/cloud/a.c: includes <cairo.h>, which belongs to picture"])
         self.assertIn("<pcap/pcap.h>", self.faults(src__capture__a_c="#include <pcap/pcap.h>\n")[0])
 
     def test_a_freestanding_room_includes_no_more_than_it_may(self):

@@ -159,7 +159,7 @@ static bool can_write(const struct output_options *output)
     }
     (void)fprintf(
         stderr,
-        "lumdump: '%s': this lumdump was built without libpng and "
+        "lumdump: '%s': this lumdump was built without cairo and "
         "draws no pictures; use .csv .ply .pcd .las .xyz .pcap or .pcapng\n",
         output->name);
     return false;

@@ -1,4 +1,4 @@
-/* What draws a picture: libpng, where lumdump was built with it. */
+/* What draws a picture: cairo, where lumdump was built with it. */
 #ifndef LUMDUMP_PICTURE_H
 #define LUMDUMP_PICTURE_H
 

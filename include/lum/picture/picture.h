@@ -1,5 +1,5 @@
 /** @file
- * Pictures as PNG: a format of lum/cloud/writer.h that needs libpng, so a room
+ * Pictures as PNG: a format of lum/cloud/writer.h that needs cairo, so a room
  * of its own. */
 #ifndef LUM_PICTURE_PICTURE_H
 #define LUM_PICTURE_PICTURE_H

@@ -1,0 +1,91 @@
+"""Pictures that lumdump draws: their size, their text, what stands where. Nothing here depends on the shape of letters."""
+import unittest
+
+import png_rows
+import shards
+from support import Folder, run
+
+PAPER = (24, 26, 32)
+PANEL = (12, 13, 16)
+# Where docs/formats.md has them: a title, below it the range images of both eyes.
+TITLE = range(18, 48)
+EYES = {"green": range(85, 795), "blue": range(865, 1575)}
+
+
+class Picture(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder(self)
+        self.capture = self.folder / "s.pcap"
+        self.assertEqual(run("lumsim", "-o", self.capture, "--frames", "1", "--lines", "64", "--seed", "1").returncode, 0)
+
+    def draw(self, *arguments, **options):
+        path = self.folder / "look.png"
+        r = run("lumdump", self.capture, "-q", *arguments, "-o", path, **options)
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        return path.read_bytes()
+
+    def share_of_points(self, rows, eye):
+        """How much of the middle of an eye's range image shows something."""
+        pixels = [c for row in rows[150:300:30] for c in png_rows.colours(row, EYES[eye].start, EYES[eye].stop)]
+        return sum(c != PANEL for c in pixels) / len(pixels)
+
+    def test_it_is_a_whole_png_of_the_size_that_is_documented(self):
+        data = self.draw()
+        self.assertEqual(png_rows.size(data), (1600, 1200))
+        rows = png_rows.rows(data, 10)
+        self.assertEqual({c for row in rows for c in png_rows.colours(row, 0, 1600)}, {PAPER})
+
+    def test_text_is_smooth(self):
+        rows = png_rows.rows(self.draw(), TITLE.stop)
+        seen = {c for y in TITLE for c in png_rows.colours(rows[y], 0, 1600)}
+        self.assertIn(PAPER, seen)
+        self.assertGreater(len(seen), 20, "letters of two colours have steps")
+
+    def test_the_title_has_lower_case(self):
+        """Of lower case letters more ink is in their lower half: few of them reach the top of capitals."""
+        rows = png_rows.rows(self.draw(), TITLE.stop)
+        ink = [sum(c != PAPER for c in png_rows.colours(rows[y], 0, 200)) for y in TITLE]
+        inked = [n for n in ink if n]
+        third = len(inked) // 3
+        self.assertLess(1.5 * sum(inked[:third]), sum(inked[third:2 * third]))
+
+    def test_it_is_the_same_whatever_fonts_a_machine_has(self):
+        data = self.draw()
+        bare = {"FONTCONFIG_FILE": "/nonexistent/fonts.conf", "HOME": "/nonexistent", "LC_ALL": "C"}
+        self.assertEqual(self.draw(env=bare), data)
+
+    def test_each_eye_has_its_place(self):
+        for eye, other in (("green", "blue"), ("blue", "green")):
+            with self.subTest(eye):
+                rows = png_rows.rows(self.draw("--eye", eye), 300)
+                self.assertGreater(self.share_of_points(rows, eye), 0.98)
+                self.assertEqual(self.share_of_points(rows, other), 0)
+
+    def test_a_picture_of_no_points_says_so_by_its_title(self):
+        full = png_rows.rows(self.draw(), TITLE.stop)
+        none = png_rows.rows(self.draw("--range", "900:999"), 300)
+        self.assertEqual(self.share_of_points(none, "green"), 0)
+        self.assertEqual(self.share_of_points(none, "blue"), 0)
+
+        def text(rows):
+            return max(x for y in TITLE for x, c in enumerate(png_rows.colours(rows[y], 0, 1600)) if c != PAPER)
+        self.assertGreater(text(none), 200)
+        self.assertGreater(text(full), text(none))
+
+    def test_colours_are_ranges(self):
+        """The ground and cars before the sensor are near: red to green; the end of the street is far: blue and violet."""
+        rows = png_rows.rows(self.draw(), 300)
+        near = png_rows.colours(rows[299], EYES["blue"].start, EYES["blue"].stop)
+        self.assertTrue(all(c == PANEL or c[0] > c[2] for c in near))
+        far = png_rows.colours(rows[110], EYES["green"].start, EYES["green"].stop)
+        self.assertGreater(sum(blue > red for red, _, blue in far), len(far) / 2)
+
+    def test_a_disk_that_is_full_is_told(self):
+        r = run("lumdump", self.capture, "-q", "--format", "png", "-o", "/dev/full")
+        self.assertEqual(r.returncode, 1)
+        self.assertIn("/dev/full: cannot write: No space left on device", r.stderr)
+        self.assertNotIn("cairo", r.stderr)
+
+
+if __name__ == "__main__":
+    shards.main()
