@@ -4,6 +4,7 @@
 #define LUMDUMP_OUTPUT_H
 
 #include "closer.h"
+#include "frame_lines.h"
 #include "options.h"
 
 #include "lum/base/error.h"
@@ -36,7 +37,9 @@ const char *output_name(const struct output *output);
  * out says so. */
 bool output_find_stale(const struct output *output, lum_error *out);
 
+/* Whether it is made of lines as they come, of whole frames. */
 bool output_wants_lines(const struct output *output);
+bool output_wants_frames(const struct output *output);
 
 /* Time goes on, in ns since 1970: what is added now may belong into a new
  * file, which begins with the next frame. */
@@ -44,6 +47,10 @@ int output_set_time(struct output *output, int64_t time_ns, lum_error *error);
 
 int output_add_line(struct output *output, const lum_line_samples *line,
                     lum_error *error);
+
+/* Frames come in rising order, before the end of each is told. */
+int output_add_frame(struct output *output, struct frame_lines *frame,
+                     lum_error *error);
 
 /* Datagrams matter to captures alone. begins_frame: a new file may begin here.
  */
@@ -65,7 +72,8 @@ int output_close(struct output *output, lum_error *error);
  * allowed. */
 void output_abort(struct output *output);
 
-/* Points that came after the file of their frame had been finished. */
+/* Points that came after the file of their frame had been finished, or that an
+ * organised cloud has no place for. */
 uint64_t output_left_out(const struct output *output);
 
 #endif
