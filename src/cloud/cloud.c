@@ -14,26 +14,6 @@
 #define HEADER_BYTES 2048u /* without its comment */
 #define PREFIX_BYTES 8u    /* the most of a comment's line */
 
-/* PLY types by the names that Open3D knows: it has no uint and no ushort, but
- * uint16. */
-const lum_cloud_column lum_cloud_columns[LUM_CLOUD_COLUMNS] = {
-    {"x", "float", 'F', 4},
-    {"y", "float", 'F', 4},
-    {"z", "float", 'F', 4},
-    {"intensity", "float", 'F', 4},
-    {"range", "float", 'F', 4},
-    {"azimuth", "float", 'F', 4},
-    {"elevation", "float", 'F', 4},
-    {"timestamp", "double", 'F', 8},
-    {"frame", "int", 'I', 4},
-    {"eye", "uchar", 'U', 1},
-    {"line", "int", 'U', 4},
-    {"pixel", "uint16", 'U', 2},
-    {"return_number", "uint16", 'U', 2},
-    {"number_of_returns", "uint16", 'U', 2},
-    {"edge", "uchar", 'U', 1},
-};
-
 void lum_cloud_print(lum_cloud_text *out, const char *format, ...)
 {
     va_list arguments;
@@ -97,7 +77,7 @@ static int make_header(lum_writer *writer, lum_cloud_header *header,
         errno = ENOMEM;
         return -1;
     }
-    header(out, options, count, (int)mentions * (20 - count_digits(count)));
+    header(out, writer, count, (int)mentions * (20 - count_digits(count)));
     return 0;
 }
 
@@ -126,7 +106,7 @@ int lum_cloud_begin(lum_writer *writer, lum_cloud_header *header,
 int lum_cloud_finish(lum_writer *writer, lum_cloud_header *header,
                      unsigned mentions, lum_error *error)
 {
-    return writer->was_rehearsed
+    return writer->was_rehearsed || writer->options.organized
                ? 0
                : put_header(writer, header, mentions, true, error);
 }
@@ -182,7 +162,8 @@ static int add_binary(lum_writer *writer, const lum_line_samples *line,
                       lum_error *error)
 {
     unsigned char shared[LINE_BYTES];
-    unsigned char *p = lum_put_f64(shared, (double)line->timestamp_us);
+    unsigned char *p =
+        lum_put_f64(shared, lum_timestamp_number(line->timestamp_us));
     p = lum_put_le32(p, (uint32_t)line->frame);
     p = lum_put_u8(p, line->eye);
     (void)lum_put_le32(p, line->line);
@@ -198,6 +179,10 @@ int lum_cloud_add(lum_writer *writer, const lum_line_samples *line,
     clipped.frame = lum_frame_i32(line->frame);
     if (line->line > INT32_MAX) {
         clipped.line = INT32_MAX;
+    }
+    if (writer->has_chosen) {
+        return lum_writer_put_chosen(writer, &clipped, writer->options.ascii,
+                                     ' ', error);
     }
     return writer->options.ascii ? add_ascii(writer, &clipped, error)
                                  : add_binary(writer, &clipped, error);

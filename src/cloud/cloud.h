@@ -1,5 +1,5 @@
 /** @file
- * What PLY and PCD have in common: their columns, rows in binary and in ascii,
+ * What PLY and PCD have in common: rows in binary and in ascii,
  * and a header that is written again, at the same length, once the count is
  * known. Internal to cloud. */
 #ifndef LUM_CLOUD_CLOUD_H
@@ -7,20 +7,6 @@
 
 #include "lum/base/error.h"
 #include "writer_internal.h"
-
-/** One column. */
-typedef struct lum_cloud_column {
-    const char *name;     /**< without prefix */
-    const char *ply_type; /**< as PLY names it */
-    char pcd_type;        /**< as PCD names it: F, I or U */
-    unsigned bytes;       /**< in binary */
-} lum_cloud_column;
-
-#define LUM_CLOUD_COLUMNS 15u /**< how many there are */
-#define LUM_CLOUD_PLAIN   4u  /**< x y z intensity: these come first */
-
-/** In the order of a row. */
-extern const lum_cloud_column lum_cloud_columns[LUM_CLOUD_COLUMNS];
 
 /** The text of a header. */
 typedef struct lum_cloud_text {
@@ -31,9 +17,8 @@ typedef struct lum_cloud_text {
 
 /** Append a header to a text.
  * @param padding characters that some comment has to be longer. */
-typedef void lum_cloud_header(lum_cloud_text *out,
-                              const lum_writer_options *options, uint64_t count,
-                              int padding);
+typedef void lum_cloud_header(lum_cloud_text *out, const lum_writer *writer,
+                              uint64_t count, int padding);
 
 /** Append to a text as printf does. */
 LUM_PRINTF(2, 3)

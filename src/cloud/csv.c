@@ -1,16 +1,20 @@
 #include "text_columns.h"
 #include "writer_internal.h"
 
-static const char header[] =
-    "x,y,z,range,azimuth,elevation,pulse_width,timestamp,frame,eye,line,pixel,"
-    "return_number,number_of_returns,edge\n";
-
 static int begin(lum_writer *writer, lum_error *error)
 {
+    char header[512] = "";
+    size_t n = 0;
+    for (unsigned i = 0; i < writer->columns.count; i++) {
+        const char *name = lum_file_column_specs[writer->columns.at[i]].name;
+        const size_t len = strlen(name);
+        memcpy(header + n, name, len);
+        n += len;
+        header[n++] = i + 1u < writer->columns.count ? ',' : '\n';
+    }
     return lum_writer_put_comment(writer, error) != 0
                ? -1
-               : lum_sink_write(writer->sink, header, sizeof header - 1u,
-                                error);
+               : lum_sink_write(writer->sink, header, n, error);
 }
 
 static char *put_rows(char *p, void *context, const lum_sample *samples,
@@ -26,10 +30,16 @@ static int add(lum_writer *writer, const lum_line_samples *line,
                lum_error *error)
 {
     lum_text_line text;
+    if (writer->has_chosen) {
+        return lum_writer_put_chosen(writer, line, true, ',', error);
+    }
     lum_text_line_begin(&text, line, ',');
     return lum_writer_put(writer, line, LUM_TEXT_ROW_ROOM, put_rows, &text,
                           error);
 }
 
-const lum_format_ops lum_csv_ops = {
-    .name = "CSV", .ending = ".csv", .begin = begin, .add = add};
+const lum_format_ops lum_csv_ops = {.name = "CSV",
+                                    .ending = ".csv",
+                                    .columns = &lum_csv_columns,
+                                    .begin = begin,
+                                    .add = add};

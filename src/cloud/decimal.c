@@ -71,13 +71,24 @@ static char *put_fraction(char *p, uint32_t fraction, unsigned decimals)
     return p + (decimals > 0 ? 1u + decimals : 0u);
 }
 
-char *lum_put_fixed(char *p, int64_t scaled, unsigned decimals)
+/* unit: 10^decimals. */
+static char *put_scaled(char *p, int64_t scaled, uint32_t unit,
+                        unsigned decimals)
 {
     const uint64_t magnitude = magnitude_of(scaled);
-    const uint32_t unit = lum_decimal_unit(decimals);
     *p = '-';
     p = lum_put_u64(p + (scaled < 0), magnitude / unit);
     return put_fraction(p, (uint32_t)(magnitude % unit), decimals);
+}
+
+char *lum_put_fixed(char *p, int64_t scaled, unsigned decimals)
+{
+    return put_scaled(p, scaled, lum_decimal_unit(decimals), decimals);
+}
+
+char *lum_put_nanoseconds(char *p, int64_t ns)
+{
+    return put_scaled(p, ns, 1000000000u, 9);
 }
 
 char *lum_put_large(char *p, float v, unsigned decimals)

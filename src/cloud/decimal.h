@@ -50,6 +50,9 @@ char *lum_put_i64(char *p, int64_t v);
 /** scaled / 10^decimals with that many decimals, any scaled. */
 char *lum_put_fixed(char *p, int64_t scaled, unsigned decimals);
 
+/** Nanoseconds as seconds with 9 decimals. */
+char *lum_put_nanoseconds(char *p, int64_t ns);
+
 /** Values that lum_put_column() leaves to it: 999 or more, nan and inf. */
 #if defined(__GNUC__)
 __attribute__((cold))

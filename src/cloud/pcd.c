@@ -7,13 +7,15 @@
 #define MENTIONS 2u
 
 /* One line of the header, an item for each column. */
-static void list(lum_cloud_text *out, const char *key, char what)
+static void list(lum_cloud_text *out, const lum_column_list *columns,
+                 const char *key, char what)
 {
     lum_cloud_print(out, "%s", key);
-    for (unsigned i = 0; i < LUM_CLOUD_COLUMNS; i++) {
-        const lum_cloud_column *column = &lum_cloud_columns[i];
+    for (unsigned i = 0; i < columns->count; i++) {
+        const lum_file_column_spec *column =
+            &lum_file_column_specs[columns->at[i]];
         if (what == 'N') {
-            lum_cloud_print(out, " %s", column->name);
+            lum_cloud_print(out, " %s", column->cloud_name);
         } else if (what == 'T') {
             lum_cloud_print(out, " %c", column->pcd_type);
         } else {
@@ -23,27 +25,48 @@ static void list(lum_cloud_text *out, const char *key, char what)
     lum_cloud_print(out, "\n");
 }
 
-static void header(lum_cloud_text *out, const lum_writer_options *options,
+/* How large it is; an organised cloud is as many rows of pixels. */
+static void print_size(lum_cloud_text *out, const lum_writer *writer,
+                       uint64_t count)
+{
+    const bool has_rows = writer->options.organized;
+    const uint64_t width = has_rows ? LUM_LINE_PIXELS : count;
+    const uint64_t height = has_rows ? writer->rows : 1u;
+    lum_cloud_print(out,
+                    "WIDTH %" PRIu64 "\nHEIGHT %" PRIu64 "\n"
+                    "VIEWPOINT 0 0 0 1 0 0 0\n"
+                    "POINTS %" PRIu64 "\nDATA %s\n",
+                    width, height, has_rows ? width * height : count,
+                    writer->options.ascii ? "ascii" : "binary");
+}
+
+static void header(lum_cloud_text *out, const lum_writer *writer,
                    uint64_t count, int padding)
 {
+    const lum_writer_options *options = &writer->options;
     lum_cloud_print(out,
                     "# .PCD v0.7 - Point Cloud Data file format\n"
                     "# lumsdk " LUM_VERSION
                     "; metres, degrees; intensity is the pulse width in ns; "
                     "timestamp in us %s\n",
                     lum_cloud_time_base(options));
+    if (lum_column_list_has(&writer->columns, LUM_FILE_TIME)) {
+        lum_cloud_print(out, "# time in s from the begin of the frame\n");
+    }
     lum_cloud_print_comment(out, options, "# ");
-    lum_cloud_print(out, "# %.*s\nVERSION 0.7\n", padding,
-                    "......................................");
-    list(out, "FIELDS", 'N');
-    list(out, "SIZE", 'S');
-    list(out, "TYPE", 'T');
-    list(out, "COUNT", 'C');
-    lum_cloud_print(out,
-                    "WIDTH %" PRIu64 "\nHEIGHT 1\n"
-                    "VIEWPOINT 0 0 0 1 0 0 0\n"
-                    "POINTS %" PRIu64 "\nDATA %s\n",
-                    count, count, options->ascii ? "ascii" : "binary");
+    if (options->organized) {
+        lum_cloud_print(out, "# organised: a row is a line, eye after eye, a "
+                             "column a pixel; NaN where there is no point\n");
+    } else {
+        lum_cloud_print(out, "# %.*s\n", padding,
+                        "......................................");
+    }
+    lum_cloud_print(out, "VERSION 0.7\n");
+    list(out, &writer->columns, "FIELDS", 'N');
+    list(out, &writer->columns, "SIZE", 'S');
+    list(out, &writer->columns, "TYPE", 'T');
+    list(out, &writer->columns, "COUNT", 'C');
+    print_size(out, writer, count);
 }
 
 static int begin(lum_writer *writer, lum_error *error)
@@ -59,6 +82,8 @@ static int finish(lum_writer *writer, lum_error *error)
 const lum_format_ops lum_pcd_ops = {.name = "PCD",
                                     .ending = ".pcd",
                                     .count_in_header = true,
+                                    .columns = &lum_cloud_columns,
+                                    .can_organize = true,
                                     .begin = begin,
                                     .add = lum_cloud_add,
                                     .finish = finish};

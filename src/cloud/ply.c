@@ -7,22 +7,27 @@
 #define MENTIONS 1u
 
 /* CloudCompare strips "scalar_" and makes a scalar field of what is left. */
-static void header(lum_cloud_text *out, const lum_writer_options *options,
+static void header(lum_cloud_text *out, const lum_writer *writer,
                    uint64_t count, int padding)
 {
+    const lum_writer_options *options = &writer->options;
     lum_cloud_print(out,
                     "ply\nformat %s 1.0\ncomment lumsdk " LUM_VERSION "\n"
                     "comment metres, degrees; intensity is the pulse width in "
                     "ns; timestamp in us %s\n",
                     options->ascii ? "ascii" : "binary_little_endian",
                     lum_cloud_time_base(options));
+    if (lum_column_list_has(&writer->columns, LUM_FILE_TIME)) {
+        lum_cloud_print(out, "comment time in s from the begin of the frame\n");
+    }
     lum_cloud_print_comment(out, options, "comment ");
     lum_cloud_print(out, "comment %.*s\nelement vertex %" PRIu64 "\n", padding,
                     "...................", count);
-    for (unsigned i = 0; i < LUM_CLOUD_COLUMNS; i++) {
-        lum_cloud_print(
-            out, "property %s %s%s\n", lum_cloud_columns[i].ply_type,
-            i < LUM_CLOUD_PLAIN ? "" : "scalar_", lum_cloud_columns[i].name);
+    for (unsigned i = 0; i < writer->columns.count; i++) {
+        const lum_file_column_spec *column =
+            &lum_file_column_specs[writer->columns.at[i]];
+        lum_cloud_print(out, "property %s %s%s\n", column->ply_type,
+                        column->is_plain ? "" : "scalar_", column->cloud_name);
     }
     lum_cloud_print(out, "end_header\n");
 }
@@ -40,6 +45,7 @@ static int finish(lum_writer *writer, lum_error *error)
 const lum_format_ops lum_ply_ops = {.name = "PLY",
                                     .ending = ".ply",
                                     .count_in_header = true,
+                                    .columns = &lum_cloud_columns,
                                     .begin = begin,
                                     .add = lum_cloud_add,
                                     .finish = finish};

@@ -8,6 +8,7 @@
 
 #include "lum/cloud/writer.h"
 
+#include <math.h>
 #include <stdbool.h>
 
 /** Room that a row takes at most, what the writing of decimals overruns
@@ -36,12 +37,25 @@ typedef struct lum_text_line {
     lum_text_memory elevation;        /**< of the row before */
 } lum_text_line;
 
+/** A timestamp as a number; NaN where there is none. */
+static inline double lum_timestamp_number(int64_t timestamp_us)
+{
+    return timestamp_us == LUM_TIMESTAMP_NONE ? (double)NAN
+                                              : (double)timestamp_us;
+}
+
 /** Begin a line: make the text of its own columns. */
 static inline void lum_text_line_begin(lum_text_line *text,
                                        const lum_line_samples *line,
                                        char separator)
 {
-    char *p = lum_put_i64(text->line, line->timestamp_us);
+    char *p = text->line;
+    if (line->timestamp_us == LUM_TIMESTAMP_NONE) {
+        memcpy(p, "nan", 3);
+        p += 3;
+    } else {
+        p = lum_put_i64(p, line->timestamp_us);
+    }
     *p++ = separator;
     p = lum_put_i64(p, line->frame);
     *p++ = separator;

@@ -10,6 +10,8 @@
 
 #define BATCH 128u /* rows that are made between two looks at the sink */
 
+/* --- Formats --- */
+
 static int refuse_picture(lum_writer *writer, lum_error *error)
 {
     errno = ENOTSUP;
@@ -50,6 +52,19 @@ bool lum_format_needs_count(lum_format format)
     return (unsigned)format < LUM_FORMATS && formats[format]->count_in_header;
 }
 
+bool lum_format_has_columns(lum_format format)
+{
+    return (unsigned)format < LUM_FORMATS && formats[format]->columns != NULL;
+}
+
+int lum_writer_check_columns(const char *names, lum_error *error)
+{
+    lum_column_list list;
+    return lum_column_list_read(names, &list, error);
+}
+
+/* --- For the formats --- */
+
 void *lum_writer_new_state(lum_writer *writer, size_t n, lum_error *error)
 {
     writer->state = calloc(1, n);
@@ -80,6 +95,25 @@ int lum_writer_put(lum_writer *writer, const lum_line_samples *line,
     return 0;
 }
 
+int lum_writer_put_chosen(lum_writer *writer, const lum_line_samples *line,
+                          bool is_text, char separator, lum_error *error)
+{
+    lum_file_rows rows;
+    if (line->times == NULL &&
+        lum_column_list_has(&writer->columns, LUM_FILE_TIME)) {
+        errno = EINVAL;
+        return lum_error_set(error,
+                             "%s: a line without times, and the file "
+                             "has a column of them",
+                             lum_sink_name(writer->sink));
+    }
+    lum_file_rows_begin(&rows, &writer->columns, line, separator);
+    return lum_writer_put(writer, line, LUM_FILE_ROW_ROOM,
+                          is_text ? lum_file_rows_put_text
+                                  : lum_file_rows_put_binary,
+                          &rows, error);
+}
+
 /* A line's end ends it; behind the last there may be none. */
 static size_t line_bytes(const char *line)
 {
@@ -100,6 +134,8 @@ int lum_writer_put_comment(lum_writer *writer, lum_error *error)
     }
     return 0;
 }
+
+/* --- Opening --- */
 
 /* No line is empty or too long for readers, and nothing ends a header but what
  * the format writes. */
@@ -145,6 +181,40 @@ static int keep_comment(lum_writer *writer, const char *path, lum_error *error)
     return 0;
 }
 
+/* Those of the format, or those that are asked for. */
+static int choose_columns(lum_writer *writer, const char *path,
+                          lum_error *error)
+{
+    const char *names = writer->options.columns;
+    const lum_column_list *own = writer->ops->columns;
+    lum_error why = {""};
+    writer->options.columns = NULL;
+    if (names == NULL) {
+        writer->columns = own != NULL ? *own : (lum_column_list){0};
+        return 0;
+    }
+    writer->has_chosen = true;
+    if (own == NULL) {
+        errno = EINVAL;
+        return lum_error_set(error, "%s: the columns of %s cannot be chosen",
+                             path, writer->ops->name);
+    }
+    return lum_column_list_read(names, &writer->columns, &why) == 0
+               ? 0
+               : lum_error_set(error, "%s: %s", path, why.text);
+}
+
+static int check_organized(const lum_writer *writer, const char *path,
+                           lum_error *error)
+{
+    if (!writer->options.organized || writer->ops->can_organize) {
+        return 0;
+    }
+    errno = EINVAL;
+    return lum_error_set(error, "%s: %s has no rows of pixels; PCD does", path,
+                         writer->ops->name);
+}
+
 /* Remember the first failure: whatever is called next repeats it. */
 static int remember(lum_writer *writer, lum_error *error)
 {
@@ -163,7 +233,8 @@ static int remember(lum_writer *writer, lum_error *error)
 static int check_output(const lum_writer *writer, lum_error *error)
 {
     if (!writer->ops->count_in_header || writer->rehearses ||
-        writer->was_rehearsed || lum_sink_seekable(writer->sink)) {
+        writer->was_rehearsed || writer->options.organized ||
+        lum_sink_seekable(writer->sink)) {
         return 0;
     }
     errno = ESPIPE;
@@ -177,11 +248,14 @@ static int check_output(const lum_writer *writer, lum_error *error)
 static int open_format(const char *path, lum_writer *writer, lum_error *error)
 {
     if (keep_comment(writer, path, error) != 0 ||
+        choose_columns(writer, path, error) != 0 ||
+        check_organized(writer, path, error) != 0 ||
         lum_sink_open(path, &writer->sink, error) != 0 ||
         check_output(writer, error) != 0) {
         return -1;
     }
-    const int result = writer->ops->begin(writer, error);
+    const int result =
+        writer->options.organized ? 0 : writer->ops->begin(writer, error);
     writer->options.projector = NULL;
     writer->options.rehearsal = NULL;
     return result;
@@ -232,12 +306,56 @@ int lum_writer_rehearse(const lum_writer_options *options, lum_writer **out,
     return open_writer("/dev/null", options, true, out, error);
 }
 
+/* --- Lines --- */
+
+static int begin_rows(lum_writer *writer, uint32_t rows, lum_error *error)
+{
+    if (!writer->options.organized || writer->has_rows ||
+        rows > LUM_WRITER_ROWS_MAX) {
+        errno = EINVAL;
+        return lum_error_set(
+            error, "%s: %lu rows: %s", lum_sink_name(writer->sink),
+            (unsigned long)rows,
+            !writer->options.organized ? "the file is not organised"
+            : writer->has_rows         ? "it has begun, and holds one frame"
+                                       : "there are too many");
+    }
+    writer->has_rows = true;
+    writer->rows = rows;
+    return writer->ops->begin(writer, error);
+}
+
+int lum_writer_set_rows(lum_writer *writer, uint32_t rows, lum_error *error)
+{
+    return writer->failed || begin_rows(writer, rows, &writer->failure) != 0
+               ? remember(writer, error)
+               : 0;
+}
+
+static int check_row(const lum_writer *writer, const lum_line_samples *line,
+                     lum_error *error)
+{
+    if (!writer->options.organized ||
+        (writer->has_rows && line->count == LUM_LINE_PIXELS &&
+         writer->points < (uint64_t)LUM_LINE_PIXELS * writer->rows)) {
+        return 0;
+    }
+    errno = EINVAL;
+    return lum_error_set(error,
+                         "%s: a line of %zu points: the file is of %lu rows of "
+                         "%u, and has %" PRIu64 " points",
+                         lum_sink_name(writer->sink), line->count,
+                         (unsigned long)writer->rows, LUM_LINE_PIXELS,
+                         writer->points);
+}
+
 int lum_writer_add(lum_writer *writer, const lum_line_samples *line,
                    lum_error *error)
 {
     if (writer->failed ||
         (line->count > 0 &&
-         writer->ops->add(writer, line, &writer->failure) != 0)) {
+         (check_row(writer, line, &writer->failure) != 0 ||
+          writer->ops->add(writer, line, &writer->failure) != 0))) {
         return remember(writer, error);
     }
     writer->points += line->count;
@@ -257,6 +375,28 @@ int lum_writer_flush(lum_writer *writer, lum_error *error)
     return 0;
 }
 
+/* --- The end --- */
+
+/* One without a frame has no rows. */
+static int finish_rows(lum_writer *writer, lum_error *error)
+{
+    const uint64_t wanted = (uint64_t)LUM_LINE_PIXELS * writer->rows;
+    if (!writer->options.organized) {
+        return 0;
+    }
+    if (!writer->has_rows) {
+        return begin_rows(writer, 0, error);
+    }
+    if (writer->points == wanted) {
+        return 0;
+    }
+    errno = EINVAL;
+    return lum_error_set(error,
+                         "%s: %" PRIu64 " points of an organised file of "
+                         "%" PRIu64,
+                         lum_sink_name(writer->sink), writer->points, wanted);
+}
+
 static int check_count(const lum_writer *writer, lum_error *error)
 {
     if (!writer->was_rehearsed || writer->rehearsed == writer->points) {
@@ -272,7 +412,7 @@ static int check_count(const lum_writer *writer, lum_error *error)
 
 static int finish_format(lum_writer *writer, lum_error *error)
 {
-    if (check_count(writer, error) != 0) {
+    if (check_count(writer, error) != 0 || finish_rows(writer, error) != 0) {
         return -1;
     }
     return writer->ops->finish != NULL ? writer->ops->finish(writer, error) : 0;

@@ -3,6 +3,7 @@
 #ifndef LUM_CLOUD_WRITER_INTERNAL_H
 #define LUM_CLOUD_WRITER_INTERNAL_H
 
+#include "file_columns.h"
 #include "sink.h"
 
 #include "lum/cloud/writer.h"
@@ -12,7 +13,11 @@ struct lum_format_ops {
     const char *name;     /**< for messages */
     const char *ending;   /**< of file names, with its dot, in lower case */
     bool count_in_header; /**< known beforehand, or patched at the end */
-    /** Write the header. May set lum_writer.state. */
+    const lum_column_list *columns; /**< those of its own; NULL: not to be
+                                         chosen */
+    bool can_organize;              /**< takes rows of a frame */
+    /** Write the header. May set lum_writer.state. Of an organised file, when
+     * its rows are known. */
     int (*begin)(lum_writer *writer, lum_error *error);
     /** Write a line's rows; never called for none. */
     int (*add)(lum_writer *writer, const lum_line_samples *line,
@@ -36,6 +41,10 @@ struct lum_writer {
                                      in begin() */
     char *comment;              /**< the same; NULL: none */
     lum_sink *sink;             /**< where bytes go */
+    lum_column_list columns;    /**< of the file */
+    bool has_chosen;            /**< whether these were asked for */
+    bool has_rows;              /**< organised: rows are known */
+    uint32_t rows;              /**< organised: lines to come in all */
     uint64_t points;            /**< added so far */
     uint64_t rehearsed;         /**< points that the rehearsal took */
     bool was_rehearsed;         /**< whether there was one */
@@ -58,6 +67,12 @@ LUM_MUST_CHECK int lum_writer_put(lum_writer *writer,
                                   const lum_line_samples *line, size_t room,
                                   lum_put_rows *put, void *context,
                                   lum_error *error);
+
+/** Put a line's rows into the sink, of columns that were asked for. */
+LUM_MUST_CHECK int lum_writer_put_chosen(lum_writer *writer,
+                                         const lum_line_samples *line,
+                                         bool is_text, char separator,
+                                         lum_error *error);
 
 /** Write the lines of the comment, if there is one, each behind a "# ". */
 LUM_MUST_CHECK int lum_writer_put_comment(lum_writer *writer, lum_error *error);

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""read_back.py [--utc] CSV FILE...: compare files of one capture, point by point and field by field.
+"""read_back.py [--utc] [--rows] CSV FILE...: compare files of one capture, point by point and field by field.
 
 Every FILE (.csv .ply .pcd .las .xyz) holds the points of CSV in another format. Each is read with libraries that
 are not this project's: numpy, plyfile, pypcd4, laspy, and Open3D where it is installed. All points and all fields
-have to agree, but for the rounding of the format. --utc: the files were written with UTC times.
+have to agree, but for the rounding of the format. --utc: the files were written with UTC times. --rows: they are
+organised clouds of one frame, and the CSV has a column time.
 Prints a line for each disagreement and "N passed, N failed"; the exit status is 1 if any failed.
 """
 import argparse
@@ -20,18 +21,19 @@ INTEGERS = FIELDS[7:]
 
 # Half a unit in the last place of the CSV, and what float32 adds to that.
 HALF = {name: 0.5e-4 for name in METRES} | {name: 0.5e-5 for name in DEGREES} | {name: 0.5e-3 for name in WIDTHS}
+TIME_HALF = {"time": 0.5e-9}
 FLOAT32 = 2.0**-24
 
 
 def read_csv(path):
     """Integers stay integers: a UTC time in microseconds is more than a float64 prints."""
-    types = [(name, "i8" if name in INTEGERS else "f8") for name in FIELDS]
     with open(path, encoding="ascii") as file:
         header = file.readline().rstrip("\n").split(",")
-    if header != FIELDS:
+    if header not in (FIELDS, [*FIELDS, "time"]):
         raise ValueError(f"the header is {header}")
+    types = [(name, "i8" if name in INTEGERS else "f8") for name in header]
     table = numpy.loadtxt(path, delimiter=",", skiprows=1, dtype=types, ndmin=1)
-    return {name: table[name] for name in FIELDS}
+    return {name: table[name] for name in header}
 
 
 def read_xyz(path):
@@ -67,6 +69,16 @@ def read_open3d(path):
     columns = {name: points[name].numpy().ravel() for name in points if name != "positions"}
     columns |= {name: points.positions.numpy()[:, i] for i, name in enumerate("xyz")}
     return renamed(columns)
+
+
+def in_rows(columns):
+    """The points of an organised cloud, if they are where they belong."""
+    at = numpy.nonzero(~numpy.isnan(columns["x"]))[0]
+    lines = len(columns["x"]) // 2000
+    place = (columns["eye"].astype("i8") * lines + columns["line"]) * 1000 + columns["pixel"]
+    if lines == 0 or (place != numpy.arange(lines * 2000)).any():
+        raise ValueError("a pixel is not in its place")
+    return {name: column[at] for name, column in columns.items()}
 
 
 def las_microseconds(las, utc):
@@ -123,7 +135,7 @@ def disagreement(name, want, got):
     else:
         got = numpy.asarray(got, "f8")
         # LAS and text round on their own: two roundings may lie one unit apart.
-        allowed = 2.02 * HALF[name] + FLOAT32 * abs(want)
+        allowed = 2.02 * (HALF | TIME_HALF)[name] + FLOAT32 * abs(want)
         differs = ~(abs(got - want) <= allowed)
     if not differs.any():
         return None
@@ -155,6 +167,13 @@ def readers(path, utc, points):
     return found
 
 
+def rows_only(found, want):
+    """As readers() tells, for organised clouds; sorts the CSV's points as their rows are."""
+    order = numpy.lexsort((want["pixel"], want["line"], want["eye"]))
+    want.update({name: column[order] for name, column in want.items()})
+    return {name: (lambda path, read=read: in_rows(read(path)), list(want)) for name, (read, _) in found.items()}
+
+
 def has_open3d():
     try:
         import open3d  # noqa: F401
@@ -167,13 +186,15 @@ def has_open3d():
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--utc", action="store_true", help="times are microseconds since 1970 UTC")
+    parser.add_argument("--rows", action="store_true", help="the files are organised")
     parser.add_argument("csv", type=pathlib.Path)
     parser.add_argument("files", type=pathlib.Path, nargs="+")
     arguments = parser.parse_args()
     want = read_csv(arguments.csv)
     passed = failed = 0
     for path in arguments.files:
-        for name, (reader, fields) in readers(path, arguments.utc, len(want["x"])).items():
+        found = readers(path, arguments.utc, len(want["x"]))
+        for name, (reader, fields) in (rows_only(found, want) if arguments.rows else found).items():
             try:
                 why = compare(want, reader(path), list(fields))
             except Exception as error:  # whatever a reader makes of a bad file

@@ -67,6 +67,14 @@ class Bash(unittest.TestCase):
         self.assertEqual(complete("lumctl", "yscan", "--shape", "ga"), ["gaussian:"])
         self.assertIn("tools", complete("lumctl", "yscan", "--shape", "csv", ":", str(FOLDER.parent)[:-1]).pop())
 
+    def test_columns_are_those_of_the_help(self):
+        text = re.search(r"--columns(.*?);", run("lumdump", "--help").stdout, re.S)[1]
+        named = re.sub(r"\s+", "", text.split("):")[1]).split(",")
+        self.assertEqual(complete("lumdump", "--columns", ""), named)
+        self.assertEqual(complete("lumdump", "--columns", "x,y,ti"), ["x,y,timestamp", "x,y,time"])
+        told = run("lumdump", "x", "-o", "x.csv", "--columns", "?").stderr.strip().split("columns are ")[1]
+        self.assertEqual(named, told.split(", "))
+
     def test_faults_are_those_of_the_help(self):
         text = re.search(r"--fault(.*?)--jitter", run("lumsim", "--help").stdout, re.S)[1]
         named = re.search(r"until T2:(.*?)Can be", text, re.S)[1]

@@ -201,6 +201,24 @@ class Recording(Case):
         self.assertGreaterEqual(len([n for n in self.folder.names() if n.startswith("f-")]), 5)
         self.assert_no_parts()
 
+    def test_frames_come_as_from_the_recorded_capture(self):
+        self.simulator()
+        raw = self.folder / "raw.pcap"
+        what = ["--columns", "frame,eye,line,pixel,x,time", "--organized", "--return", "last"]
+        r = self.dump("--laser", "--duration", "1", "-o", raw, *what, "-o", self.folder / "live.csv",
+                      "-o", self.folder / "live-%d.pcd")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        r = run("lumdump", raw, "-q", *what, "-o", self.folder / "again.csv", "-o", self.folder / "again-%d.pcd")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertGreater(count_rows(self.folder / "live.csv"), 10_000)
+        self.assertEqual((self.folder / "live.csv").read_bytes(), (self.folder / "again.csv").read_bytes())
+        live = [n for n in self.folder.names() if n.startswith("live-")]
+        self.assertGreaterEqual(len(live), 5)
+        for name in live:  # but for the source, which is told
+            got, want = ((self.folder / n).read_bytes().split(b"\nVERSION 0.7\n")[1]
+                         for n in (name, name.replace("live", "again")))
+            self.assertEqual(got, want)
+
     def test_utc_and_the_time_of_arrival_are_of_now(self):
         for clock in "arrival", "utc":
             with self.subTest(clock):

@@ -139,6 +139,23 @@ static void fixed_decimals_hold_any_integer(void **state)
     check_fixed(INT64_MIN, 0, "-9223372036854775808");
 }
 
+static void check_seconds(int64_t ns, const char *want)
+{
+    char got[LUM_DECIMAL_ROOM];
+    *lum_put_nanoseconds(got, ns) = '\0';
+    assert_string_equal(got, want);
+}
+
+static void seconds_have_nanoseconds(void **state)
+{
+    (void)state;
+    check_seconds(0, "0.000000000");
+    check_seconds(99995874, "0.099995874");
+    check_seconds(-1, "-0.000000001");
+    check_seconds(INT64_MAX, "9223372036.854775807");
+    check_seconds(INT64_MIN, "-9223372036.854775808");
+}
+
 static void check_integer(int64_t v)
 {
     char want[32];
@@ -191,6 +208,7 @@ int main(void)
         cmocka_unit_test(what_rounds_to_zero_has_no_sign),
         cmocka_unit_test(halves_round_away_from_zero),
         cmocka_unit_test(fixed_decimals_hold_any_integer),
+        cmocka_unit_test(seconds_have_nanoseconds),
         cmocka_unit_test(integers_of_every_length_are_right),
         cmocka_unit_test(numbers_of_three_digits_come_from_tables),
     };

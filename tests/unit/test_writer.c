@@ -587,6 +587,338 @@ static void frames_beyond_32_bits_become_the_nearest(void **state)
     free(bytes);
 }
 
+/* --- Chosen columns --- */
+
+#define CSV_NAMES                                                              \
+    "x,y,z,range,azimuth,elevation,pulse_width,timestamp,frame,eye,line,"      \
+    "pixel,return_number,number_of_returns,edge"
+#define CLOUD_NAMES                                                            \
+    "x,y,z,pulse_width,range,azimuth,elevation,timestamp,frame,eye,line,"      \
+    "pixel,return_number,number_of_returns,edge"
+
+static const float two_times[] = {0.0625f, -1.0f};
+
+/* A file of one line with such columns. */
+static char *write_columns(lum_format format, bool ascii, const char *columns,
+                           size_t *size)
+{
+    char names[256];
+    lum_line_samples timed = line;
+    lum_writer *writer = NULL;
+    lum_error error = {""};
+    timed.times = two_times;
+    snprintf(names, sizeof names, "%s", columns);
+    const lum_writer_options options = {
+        .format = format, .ascii = ascii, .columns = names};
+    assert_int_equal(lum_writer_open(path, &options, &writer, &error), 0);
+    memset(names, 'x', sizeof names); /* it was read */
+    assert_int_equal(lum_writer_add(writer, &timed, &error), 0);
+    assert_int_equal(lum_writer_close(writer, &error), 0);
+    return take_file(size);
+}
+
+static void columns_that_a_format_has_anyway_change_nothing(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 5; i++) {
+        static const lum_format formats[] = {LUM_FORMAT_CSV, LUM_FORMAT_PLY,
+                                             LUM_FORMAT_PCD};
+        size_t want_size;
+        size_t size;
+        const lum_format format = formats[(i + 1) / 2];
+        char *want = write_lines(format, i % 2 != 0, 1, &want_size);
+        char *got = write_columns(format, i % 2 != 0,
+                                  i == 0 ? CSV_NAMES : CLOUD_NAMES, &size);
+        assert_int_equal(size, want_size);
+        assert_memory_equal(got, want, size);
+        free(got);
+        free(want);
+    }
+}
+
+static void expect_columns(lum_format format, bool ascii, const char *columns,
+                           const char *says)
+{
+    size_t size;
+    char *got = write_columns(format, ascii, columns, &size);
+    assert_non_null(strstr(got, says));
+    free(got);
+}
+
+static void columns_stand_in_the_order_that_is_asked_for(void **state)
+{
+    (void)state;
+    expect_columns(LUM_FORMAT_CSV, false, "edge,time,eye,x,line,timestamp",
+                   "edge,time,eye,x,line,timestamp\n"
+                   "1,0.062500000,1,1.5000,639,1234567\n"
+                   "0,-1.000000000,1,-100.0000,639,1234567\n");
+    expect_columns(LUM_FORMAT_CSV, false, "time",
+                   "time\n0.062500000\n-1.000000000\n");
+    expect_columns(LUM_FORMAT_PLY, true, "time,pulse_width,z",
+                   "comment time in s from the begin of the frame\n");
+    expect_columns(LUM_FORMAT_PLY, true, "time,pulse_width,z",
+                   "property float scalar_time\nproperty float intensity\n"
+                   "property float z\nend_header\n0.062500000 4.797 0.0000\n");
+    expect_columns(LUM_FORMAT_PCD, true, "z,frame,time",
+                   "# time in s from the begin of the frame\n");
+    expect_columns(LUM_FORMAT_PCD, true, "z,frame,time",
+                   "FIELDS z frame time\nSIZE 4 4 4\nTYPE F I F\n"
+                   "COUNT 1 1 1\nWIDTH 2\n");
+}
+
+static void chosen_columns_are_exact_in_binary(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        size_t size;
+        char *bytes =
+            write_columns(i == 0 ? LUM_FORMAT_PLY : LUM_FORMAT_PCD, false,
+                          "time,edge,pixel,timestamp,frame", &size);
+        const char *row = bytes + size - 19;
+        assert_true(get_float(row, 0) == -1.0);
+        assert_int_equal(get(row, 4, 1), 0);
+        assert_int_equal(get(row, 5, 2), 7);
+        assert_true(get_double(row, 7) == 1234567.0);
+        assert_int_equal(get(row, 15, 4), UINT32_MAX - 2u);
+        assert_true(get_float(row - 19, 0) == 0.0625);
+        free(bytes);
+    }
+}
+
+static void any_time_is_written(void **state)
+{
+    const float times[] = {3.4e38f, NAN};
+    lum_line_samples timed = line;
+    lum_writer *writer = NULL;
+    size_t size;
+    (void)state;
+    timed.times = times;
+    const lum_writer_options options = {.columns = "time"};
+    assert_int_equal(lum_writer_open(path, &options, &writer, NULL), 0);
+    assert_int_equal(lum_writer_add(writer, &timed, NULL), 0);
+    assert_int_equal(lum_writer_close(writer, NULL), 0);
+    char *text = take_file(&size);
+    assert_non_null(strstr(text, "\nnan\n"));
+    assert_true(strtof(text + 5, NULL) == 3.4e38f);
+    free(text);
+}
+
+static void refuse_options(const lum_writer_options *options, const char *says)
+{
+    lum_writer *writer = NULL;
+    lum_error error = {""};
+    errno = 0;
+    assert_int_equal(lum_writer_open(path, options, &writer, &error), -1);
+    assert_int_equal(errno, EINVAL);
+    assert_non_null(strstr(error.text, says));
+    assert_int_equal(count_files(), 0);
+}
+
+static void columns_that_cannot_be_are_refused(void **state)
+{
+    static const struct {
+        const char *names;
+        const char *says;
+    } wrong[] = {{"", "'' is no column"},
+                 {"x,", "'' is no column; columns are x, y, z, range"},
+                 {"x,,y", "'' is no column"},
+                 {"x y", "'x y' is no column"},
+                 {"tim", "'tim' is no column"},
+                 {"times", "edge, time"},
+                 {"x,time,x", "x is named twice"}};
+    (void)state;
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        lum_error error = {""};
+        refuse_options(&(lum_writer_options){.columns = wrong[i].names},
+                       wrong[i].says);
+        assert_int_equal(lum_writer_check_columns(wrong[i].names, &error), -1);
+        assert_int_equal(errno, EINVAL);
+        assert_non_null(strstr(error.text, wrong[i].says));
+    }
+    assert_int_equal(lum_writer_check_columns(CSV_NAMES ",time", NULL), 0);
+    for (int i = 0; i < LUM_FORMATS; i++) {
+        const lum_writer_options options = {.format = (lum_format)i,
+                                            .picture = lum_picture_format(),
+                                            .columns = "x"};
+        assert_int_equal(lum_format_has_columns((lum_format)i),
+                         i <= LUM_FORMAT_PCD);
+        if (i > LUM_FORMAT_PCD) {
+            refuse_options(&options, "cannot be chosen");
+        }
+    }
+    assert_false(lum_format_has_columns(LUM_FORMATS));
+}
+
+static void a_line_without_times_fails_where_they_are_asked_for(void **state)
+{
+    const lum_writer_options options = {.columns = "x,time"};
+    lum_writer *writer = NULL;
+    lum_error error = {""};
+    (void)state;
+    assert_int_equal(lum_writer_open(path, &options, &writer, NULL), 0);
+    assert_int_equal(lum_writer_add(writer, &line, &error), -1);
+    assert_int_equal(errno, EINVAL);
+    assert_non_null(strstr(error.text, "without times"));
+    lum_writer_abort(writer);
+}
+
+/* --- Organised clouds --- */
+
+static lum_sample pixels[LUM_LINE_PIXELS];
+static float pixel_times[LUM_LINE_PIXELS];
+static const lum_line_samples row = {.samples = pixels,
+                                     .count = LUM_LINE_PIXELS,
+                                     .frame = 5,
+                                     .timestamp_us = LUM_TIMESTAMP_NONE,
+                                     .times = pixel_times};
+
+static lum_writer *open_rows(const char *name, bool ascii, uint32_t rows)
+{
+    const lum_writer_options options = {.format = LUM_FORMAT_PCD,
+                                        .ascii = ascii,
+                                        .columns = "z,timestamp,pixel,time",
+                                        .organized = true};
+    lum_writer *writer = NULL;
+    lum_error error = {""};
+    for (unsigned i = 0; i < LUM_LINE_PIXELS; i++) {
+        pixels[i] = (lum_sample){.z = NAN, .pixel = (uint16_t)i};
+        pixel_times[i] = NAN;
+    }
+    pixels[7].z = 1.5f;
+    pixel_times[7] = 0.25f;
+    assert_int_equal(lum_writer_open(name, &options, &writer, &error), 0);
+    assert_int_equal(lum_writer_set_rows(writer, rows, &error), 0);
+    return writer;
+}
+
+static void an_organised_cloud_is_rows_of_pixels(void **state)
+{
+    (void)state;
+    for (int ascii = 0; ascii < 2; ascii++) {
+        size_t size;
+        lum_writer *writer = open_rows(path, ascii != 0, 3);
+        for (int i = 0; i < 3; i++) {
+            assert_int_equal(lum_writer_add(writer, &row, NULL), 0);
+        }
+        assert_int_equal(lum_writer_close(writer, NULL), 0);
+        char *bytes = take_file(&size);
+        assert_non_null(strstr(bytes, "\nWIDTH 1000\nHEIGHT 3\nVIEWPOINT 0 0 0 "
+                                      "1 0 0 0\nPOINTS 3000\nDATA "));
+        assert_non_null(strstr(bytes, "\n# organised: "));
+        if (ascii != 0) {
+            assert_non_null(strstr(bytes, "ascii\nnan nan 0 nan\n"));
+            assert_non_null(strstr(bytes, "\n1.5000 nan 7 0.250000000\n"));
+        } else {
+            const char *last = bytes + size - 18000;
+            assert_true(isnan(get_float(last, 0)));
+            assert_true(isnan(get_double(last, 4)));
+            assert_int_equal(get(last, 12, 2), 0);
+            assert_true(isnan(get_float(last, 14)));
+            assert_true(get_float(last, 7 * 18) == 1.5);
+            assert_true(get_float(last, 7 * 18 + 14) == 0.25);
+        }
+        free(bytes);
+    }
+}
+
+static void an_organised_cloud_needs_no_output_that_can_seek(void **state)
+{
+    (void)state;
+    lum_writer *writer = open_rows("/dev/null", false, 1);
+    assert_int_equal(lum_writer_add(writer, &row, NULL), 0);
+    assert_int_equal(lum_writer_close(writer, NULL), 0);
+}
+
+static void an_organised_cloud_without_a_frame_has_no_rows(void **state)
+{
+    size_t size;
+    lum_writer *writer = NULL;
+    const lum_writer_options options = {.format = LUM_FORMAT_PCD,
+                                        .organized = true};
+    (void)state;
+    assert_int_equal(lum_writer_open(path, &options, &writer, NULL), 0);
+    assert_int_equal(lum_writer_close(writer, NULL), 0);
+    char *bytes = take_file(&size);
+    assert_non_null(strstr(bytes, "\nWIDTH 1000\nHEIGHT 0\n"));
+    assert_non_null(strstr(bytes, "\nPOINTS 0\nDATA binary\n"));
+    assert_string_equal(bytes + size - 12, "DATA binary\n");
+    free(bytes);
+}
+
+/* Adds so many rows, and one line of so many points if that is not 0. */
+static void expect_bad_rows(int rows, size_t points, const char *says)
+{
+    lum_error error = {""};
+    lum_line_samples other = row;
+    lum_writer *writer = open_rows(path, false, 2);
+    other.count = points;
+    for (int i = 0; i < rows; i++) {
+        assert_int_equal(lum_writer_add(writer, &row, NULL), 0);
+    }
+    errno = 0;
+    if (points != 0) {
+        assert_int_equal(lum_writer_add(writer, &other, &error), -1);
+        lum_writer_abort(writer);
+    } else {
+        assert_int_equal(lum_writer_close(writer, &error), -1);
+    }
+    assert_int_equal(errno, EINVAL);
+    assert_non_null(strstr(error.text, says));
+    assert_int_equal(count_files(), 0);
+}
+
+static void rows_that_do_not_fit_are_an_error(void **state)
+{
+    (void)state;
+    expect_bad_rows(0, 0, "0 points of an organised file of 2000");
+    expect_bad_rows(1, 0, "1000 points of an organised file of 2000");
+    expect_bad_rows(1, 999, "a line of 999 points");
+    expect_bad_rows(2, LUM_LINE_PIXELS, "of 2 rows of 1000");
+}
+
+static void expect_bad_begin(bool organized, uint32_t first, uint32_t rows,
+                             const char *says)
+{
+    const lum_writer_options options = {.format = LUM_FORMAT_PCD,
+                                        .organized = organized};
+    lum_writer *writer = NULL;
+    lum_error error = {""};
+    assert_int_equal(lum_writer_open(path, &options, &writer, NULL), 0);
+    if (first != 0) {
+        assert_int_equal(lum_writer_set_rows(writer, first, NULL), 0);
+    }
+    errno = 0;
+    assert_int_equal(lum_writer_set_rows(writer, rows, &error), -1);
+    assert_int_equal(errno, EINVAL);
+    assert_non_null(strstr(error.text, says));
+    lum_writer_abort(writer);
+}
+
+static void rows_are_told_once_and_of_organised_files_alone(void **state)
+{
+    lum_writer *writer = NULL;
+    const lum_writer_options options = {.format = LUM_FORMAT_PCD,
+                                        .organized = true};
+    (void)state;
+    expect_bad_begin(false, 0, 1, "not organised");
+    expect_bad_begin(true, 1, 1, "one frame");
+    expect_bad_begin(true, 0, LUM_WRITER_ROWS_MAX + 1u, "too many");
+    assert_int_equal(lum_writer_open(path, &options, &writer, NULL), 0);
+    assert_int_equal(lum_writer_add(writer, &row, NULL), -1);
+    lum_writer_abort(writer);
+    for (int i = 0; i < LUM_FORMATS; i++) {
+        if (i != LUM_FORMAT_PCD) {
+            refuse_options(
+                &(lum_writer_options){.format = (lum_format)i,
+                                      .picture = lum_picture_format(),
+                                      .organized = true},
+                "no rows of pixels");
+        }
+    }
+}
+
+/* --- Rehearsals, failures --- */
+
 /* A rehearsal of `lines` times the same line. */
 static lum_writer *rehearsal_of(lum_format format, unsigned lines)
 {
@@ -818,6 +1150,17 @@ int main(void)
         cmocka_unit_test(every_format_takes_the_longest_line),
         cmocka_unit_test(extreme_values_fit_every_format),
         cmocka_unit_test(frames_beyond_32_bits_become_the_nearest),
+        cmocka_unit_test(columns_that_a_format_has_anyway_change_nothing),
+        cmocka_unit_test(columns_stand_in_the_order_that_is_asked_for),
+        cmocka_unit_test(chosen_columns_are_exact_in_binary),
+        cmocka_unit_test(any_time_is_written),
+        cmocka_unit_test(columns_that_cannot_be_are_refused),
+        cmocka_unit_test(a_line_without_times_fails_where_they_are_asked_for),
+        cmocka_unit_test(an_organised_cloud_is_rows_of_pixels),
+        cmocka_unit_test(an_organised_cloud_needs_no_output_that_can_seek),
+        cmocka_unit_test(an_organised_cloud_without_a_frame_has_no_rows),
+        cmocka_unit_test(rows_that_do_not_fit_are_an_error),
+        cmocka_unit_test(rows_are_told_once_and_of_organised_files_alone),
         cmocka_unit_test(
             other_points_than_rehearsed_are_an_error_and_leave_nothing),
         cmocka_unit_test(what_cannot_seek_needs_a_rehearsal),

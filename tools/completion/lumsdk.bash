@@ -71,6 +71,12 @@ _lumsdk() {
         _lumsdk_choose "$words" "$current"
         return
         ;;
+    --columns)
+        words='x y z range azimuth elevation pulse_width timestamp frame eye line pixel return_number number_of_returns edge time'
+        compopt -o nospace 2>/dev/null
+        mapfile -t COMPREPLY < <(compgen -P "${current%"${current##*,}"}" -W "$words" -- "${current##*,}")
+        return
+        ;;
     --shape)
         _lumsdk_choose_open 'uniform gaussian: regions: csv:' "$current"
         return

@@ -115,10 +115,21 @@ static void warn_of_no_points(const struct pass *pass)
     warn(pass->options, text);
 }
 
+static void warn_of_left_out(const struct options *o, uint64_t left_out)
+{
+    char text[200];
+    (void)snprintf(
+        text, sizeof text,
+        "%" PRIu64 " point%s left out, %swhich came after the frame "
+        "was written",
+        left_out, left_out == 1 ? "" : "s",
+        o->organized ? "which an organised cloud has no place for or " : "");
+    warn(o, text);
+}
+
 static void warn_of_losses(const struct pass *pass, uint64_t left_out)
 {
     const struct options *o = pass->options;
-    char text[160];
     if (pass->summary.truncated && !o->quiet) {
         /* it names the source itself */
         (void)fprintf(stderr, "lumdump: warning: %s\n", pass->warning.text);
@@ -133,11 +144,7 @@ static void warn_of_losses(const struct pass *pass, uint64_t left_out)
     }
     warn_of_no_points(pass);
     if (left_out > 0) {
-        (void)snprintf(text, sizeof text,
-                       "%" PRIu64 " point%s came after the file of the frame "
-                       "was finished and left out",
-                       left_out, left_out == 1 ? "" : "s");
-        warn(o, text);
+        warn_of_left_out(o, left_out);
     }
 }
 
@@ -173,8 +180,8 @@ static enum exit_status finish(struct pass *pass, lum_error *error)
     uint64_t left_out = 0;
     if (pass->outputs != NULL) {
         struct outputs *outputs = pass->outputs;
+        left_out = pass_left_out(pass);
         pass->outputs = NULL;
-        left_out = outputs_left_out(outputs);
         const int closed = outputs_close(outputs, error);
         const int reason = errno;
         conclude_notes(pass);

@@ -13,18 +13,24 @@ static bool writes_lines(const struct pass *pass)
 }
 
 /* The line's packets came just now, so its clock is near what is known. */
-static int64_t timestamp_us(const struct pass *pass, const lum_line *line)
+static int64_t timestamp_us(const struct pass *pass, int64_t clock_us,
+                            int64_t arrival_ns)
 {
     const lum_clock_fit *clock =
         lum_framer_clock(pass->framer, lum_framer_sensor(pass->framer));
     lum_clock_time time;
     if (pass->options->time == TIME_SENSOR) {
-        return line->clock_us;
+        return clock_us;
     }
     return pass->options->time == TIME_UTC && clock != NULL &&
-                   lum_clock_fit_utc(clock, line->clock_us, &time) == LUM_OK
+                   lum_clock_fit_utc(clock, clock_us, &time) == LUM_OK
                ? time.utc_ns / 1000
-               : line->arrival / 1000;
+               : arrival_ns / 1000;
+}
+
+static int64_t clock_of_line(const void *pass, const lum_frame_line *line)
+{
+    return timestamp_us(pass, line->clock_us, line->arrival_ns);
 }
 
 static int write_line(struct pass *pass, lum_error *error)
@@ -37,12 +43,13 @@ static int write_line(struct pass *pass, lum_error *error)
     const size_t n = lum_framer_line_samples(pass->framer, 0, &samples);
     return outputs_add_line(
         pass->outputs,
-        &(lum_line_samples){.samples = samples,
-                            .count = n,
-                            .frame = line->frame,
-                            .timestamp_us = timestamp_us(pass, line),
-                            .line = line->number,
-                            .eye = line->eye},
+        &(lum_line_samples){
+            .samples = samples,
+            .count = n,
+            .frame = line->frame,
+            .timestamp_us = timestamp_us(pass, line->clock_us, line->arrival),
+            .line = line->number,
+            .eye = line->eye},
         error);
 }
 
@@ -53,6 +60,19 @@ static int take_line(struct pass *pass, lum_error *error)
         cut_take_line(pass->cut, lum_framer_line(pass->framer), is_wanted);
     }
     return is_wanted ? write_line(pass, error) : 0;
+}
+
+static int take_frame(struct pass *pass, lum_error *error)
+{
+    const lum_frame *frame = lum_framer_frame(pass->framer, 0);
+    if (pass->outputs == NULL || !outputs_want_frames(pass->outputs)) {
+        return 0;
+    }
+    if (frame_lines_take(pass->frame_lines, frame, pass->wants_rows) != 0) {
+        errno = ENOMEM;
+        return lum_error_set(error, "out of memory");
+    }
+    return outputs_add_frame(pass->outputs, pass->frame_lines, error);
 }
 
 static int end_frame(struct pass *pass, lum_error *error)
@@ -75,11 +95,13 @@ static enum pass_result handle_event(struct pass *pass, lum_framer_event event,
     case LUM_FRAMER_FRAME_END:
         result = end_frame(pass, error);
         break;
+    case LUM_FRAMER_FRAME:
+        result = take_frame(pass, error);
+        break;
     case LUM_FRAMER_FAILED:
         (void)lum_error_set(error, "out of memory");
         return PASS_FAILED;
     case LUM_FRAMER_NONE:
-    case LUM_FRAMER_FRAME:
     default:
         break;
     }
@@ -215,15 +237,49 @@ enum pass_result pass_flush(struct pass *pass, lum_error *error)
     return write_cut(pass, error) == 0 ? PASS_DONE : output_failed();
 }
 
-/* Of a capture its packets matter. */
-static bool asks_for_lines(const struct options *o)
+/* What the framer is to tell of. Of a capture its packets matter. */
+static unsigned find_wants(const struct pass *pass)
+{
+    const struct options *o = pass->options;
+    unsigned wants = LUM_WANT_FRAME_ENDS;
+    for (size_t i = 0; i < o->output_count && !pass->counts_alone; i++) {
+        if (options_takes_frames(o, i)) {
+            wants |= (unsigned)LUM_WANT_FRAMES;
+        } else if (!options_is_capture(o->outputs[i].format)) {
+            wants |= (unsigned)LUM_WANT_LINES;
+        }
+    }
+    return wants | (cut_is_asked(o) ? (unsigned)LUM_WANT_ALL_LINES : 0u);
+}
+
+static bool has_organized(const struct options *o)
 {
     for (size_t i = 0; i < o->output_count; i++) {
-        if (!options_is_capture(o->outputs[i].format)) {
+        if (options_is_organized(o, i)) {
             return true;
         }
     }
     return false;
+}
+
+/* What is needed besides the framer. */
+static int prepare_parts(struct pass *pass, unsigned wants)
+{
+    const struct options *o = pass->options;
+    if ((wants & (unsigned)LUM_WANT_ALL_LINES) != 0) {
+        pass->cut = cut_new(o, pass->layout);
+        if (pass->cut == NULL) {
+            return -1;
+        }
+    }
+    if ((wants & (unsigned)LUM_WANT_FRAMES) != 0) {
+        pass->wants_rows = has_organized(o);
+        pass->frame_lines = frame_lines_new(o->eyes, clock_of_line, pass);
+        if (pass->frame_lines == NULL) {
+            return -1;
+        }
+    }
+    return 0;
 }
 
 enum pass_result pass_prepare(struct pass *pass, lum_error *error)
@@ -236,16 +292,16 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     view.smooth_order = o->smooth_order;
     pass->has_sensor = o->is_live || o->has_sensor;
     pass->sensor = o->is_live ? o->address.address : o->sensor;
-    const bool cuts = cut_is_asked(o);
-    const unsigned lines = (asks_for_lines(o) ? (unsigned)LUM_WANT_LINES : 0u) |
-                           (cuts ? (unsigned)LUM_WANT_ALL_LINES : 0u);
+    const unsigned wants = find_wants(pass);
+    if ((wants & (unsigned)LUM_WANT_FRAMES) != 0) {
+        view.columns = FRAME_LINES_COLUMNS;
+    }
     const lum_framer_options options = {.struct_size = sizeof options,
                                         .layout = pass->layout,
                                         .projector = pass->projector,
                                         .views = &view,
                                         .view_count = 1,
-                                        .wants = lines |
-                                                 (unsigned)LUM_WANT_FRAME_ENDS,
+                                        .wants = wants,
                                         .eyes = o->eyes,
                                         .has_sensor = pass->has_sensor,
                                         .sensor = pass->sensor,
@@ -256,8 +312,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     if (lum_framer_new(&options, &pass->framer, error) != 0) {
         return PASS_FAILED;
     }
-    pass->cut = cuts ? cut_new(o, pass->layout) : NULL;
-    if (cuts && pass->cut == NULL) {
+    if (prepare_parts(pass, wants) != 0) {
         (void)lum_error_set(error, "out of memory");
         return PASS_FAILED;
     }
@@ -268,9 +323,21 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     return PASS_DONE;
 }
 
+/* What comes after its frame was handed out is in no frame. */
+uint64_t pass_left_out(const struct pass *pass)
+{
+    uint64_t n = outputs_left_out(pass->outputs);
+    if (pass->frame_lines != NULL) {
+        const lum_framer_counters c = summary_count(&pass->summary);
+        n += c.points_late + c.points_cut;
+    }
+    return n;
+}
+
 void pass_free(struct pass *pass)
 {
     cut_free(pass->cut);
+    frame_lines_free(pass->frame_lines);
     lum_framer_free(pass->framer);
     lum_capture_close(pass->capture);
 }

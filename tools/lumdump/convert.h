@@ -5,6 +5,7 @@
 
 #include "cut.h"
 #include "diagnosis.h"
+#include "frame_lines.h"
 #include "frame_watch.h"
 #include "options.h"
 #include "outputs.h"
@@ -28,7 +29,8 @@ struct pass {
     const lum_layout *layout;
     const lum_projector *projector;
     const struct provenance_source *about; /* the capture; NULL: not one */
-    bool has_changed; /* a later part of it says something else of itself */
+    bool has_changed;  /* a later part of it says something else of itself */
+    bool counts_alone; /* it gets no outputs */
     struct outputs *outputs; /* NULL: count alone */
     struct outputs_notes notes;
     size_t notes_told; /* as many of them */
@@ -40,6 +42,8 @@ struct pass {
     bool has_sensor;           /* only packets of one sensor are used */
     uint32_t sensor;
     lum_framer *framer;
+    struct frame_lines *frame_lines; /* NULL: frames are not wanted */
+    bool wants_rows;
     lum_capture *capture; /* open before it is read first; NULL: live */
     lum_error warning;    /* set where the source broke off */
 };
@@ -57,6 +61,9 @@ enum pass_result pass_record(struct pass *pass, const lum_record *record,
 
 /* The end of the source: lines that are still open come out. */
 enum pass_result pass_flush(struct pass *pass, lum_error *error);
+
+/* Points that came, were asked for and are in none of the outputs. */
+uint64_t pass_left_out(const struct pass *pass);
 
 void pass_free(struct pass *pass);
 

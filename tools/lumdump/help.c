@@ -1,6 +1,6 @@
 #include "help.h"
 
-const char help_text[] =
+const char help_output[] =
     "Usage: lumdump SOURCE... [-o OUTPUT]... [OPTION]...\n"
     "Turn packets of a Luminar Model G2 into point clouds, record them, or sum "
     "them\n"
@@ -36,6 +36,17 @@ const char help_text[] =
     "      --comments          where points come from, in lines of # (csv, "
     "xyz);\n"
     "                          ply, pcd, las, pcapng always say it\n"
+    "      --columns NAMES     these, in this order (csv, ply, pcd): "
+    "x,y,z,range,\n"
+    "                          "
+    "azimuth,elevation,pulse_width,timestamp,frame,eye,\n"
+    "                          "
+    "line,pixel,return_number,number_of_returns,edge,\n"
+    "                          time; time is seconds from the frame's begin\n"
+    "      --organized         rows of pixels, NaN where there is no point "
+    "(pcd): "
+    "a\n"
+    "                          file a frame, a point a pixel, see --return\n"
     "      --time sensor|utc|arrival\n"
     "                          timestamps: sensor clock (default), that clock "
     "fitted\n"
@@ -43,7 +54,9 @@ const char help_text[] =
     "packet\n"
     "      --json              the summary as one JSON object\n"
     "  -q, --quiet             no summary, no progress, no warnings\n"
-    "\n"
+    "\n";
+
+const char help_rest[] =
     "A sensor (udp://):\n"
     "      --laser             switch the laser on, and off at the end\n"
     "      --interface NAME    reach the sensor through this interface\n"
@@ -95,6 +108,8 @@ const char help_text[] =
     "  lumdump drive-*.pcap -o drive.ply       of a rotated recording\n"
     "  lumdump drive.pcap -o frame-%04d.pcd    one file a frame\n"
     "  lumdump drive.pcap --frames 1:1 -o look.png   a picture of one frame\n"
+    "  lumdump drive.pcap --organized --return last -o frame-%04d.pcd\n"
+    "  lumdump drive.pcap --columns x,y,z,pulse_width,time -o drive.ply\n"
     "  lumdump drive.pcap -o - --format csv --return last --range 2:80\n"
     "  tcpdump -w - udp port 5517 | lumdump - -o drive.csv\n"
     "  lumdump udp://10.42.0.37 --laser --duration 10 -o drive.pcap -o "

@@ -61,6 +61,7 @@ static int begin(struct live *l)
     }
     interrupt_insist(); /* heartbeats keep a laser on */
     interrupt_attach(l->cancel);
+    l->pass->counts_alone = true;
     return open_session(l, true, &l->session.sensor, &l->error) == 0 &&
                    pass_prepare(l->pass, &l->error) == PASS_DONE &&
                    lanes_open(&l->lanes, l->pass, &l->error) == 0 &&

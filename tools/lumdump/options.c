@@ -11,6 +11,8 @@
 #include <stdio.h>
 #include <string.h>
 
+/* --- The table --- */
+
 static const struct option_word formats[] = {
     {"csv", LUM_FORMAT_CSV}, {"ply", LUM_FORMAT_PLY},   {"pcd", LUM_FORMAT_PCD},
     {"las", LUM_FORMAT_LAS}, {"xyz", LUM_FORMAT_XYZ},   {"png", LUM_FORMAT_PNG},
@@ -40,7 +42,8 @@ static bool refuse(const char *why)
 
 static void show_help(void)
 {
-    (void)fputs(help_text, stdout);
+    (void)fputs(help_output, stdout);
+    (void)fputs(help_rest, stdout);
 }
 
 static void show_version(void)
@@ -75,6 +78,8 @@ static const struct option_spec specs[] = {
                 "or more, such as 60s or 10min"},
     {"ascii", FLAG(ascii)},
     {"comments", FLAG(comments)},
+    {"columns", CALL(values_take_columns)},
+    {"organized", FLAG(organized)},
     {"time", WORD(clocks, time)},
     {"json", FLAG(json)},
     {"laser", FLAG(laser)},
@@ -107,6 +112,8 @@ static const struct option_spec specs[] = {
     {"help", .kind = OPTION_SHOW, .show = show_help},
     {"version", .kind = OPTION_SHOW, .show = show_version},
 };
+
+/* --- Formats and sources --- */
 
 static bool has_ending(const char *name, const char *ending)
 {
@@ -209,6 +216,8 @@ static bool take_sources(int count, char **words, struct options *out)
                : take_captures((const char *const *)words, (size_t)count, out);
 }
 
+/* --- What goes together --- */
+
 static bool has_either(const struct options *o, unsigned one, unsigned other)
 {
     for (size_t i = 0; i < o->output_count; i++) {
@@ -251,8 +260,40 @@ static bool goes_with_source(const struct options *o)
     return true;
 }
 
+static bool has_columns(const struct options *o)
+{
+    for (size_t i = 0; i < o->output_count; i++) {
+        if (!options_is_capture(o->outputs[i].format) &&
+            lum_format_has_columns((lum_format)o->outputs[i].format)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool can_organize(const struct options *o)
+{
+    if (o->output_count == 0 ||
+        !has_either(o, LUM_FORMAT_PCD, LUM_FORMAT_PCD)) {
+        return refuse("--organized goes with pcd output only");
+    }
+    if (o->selection.returns == LUM_RETURNS_ALL) {
+        return refuse("--organized has room for one point of a pixel: choose "
+                      "it by --return first, last, strongest or a number");
+    }
+    return o->selection.edges != LUM_EDGES_BOTH ||
+           refuse("--organized has room for one point of a pixel: say --edge "
+                  "rising or falling, not both");
+}
+
 static bool is_consistent(const struct options *o)
 {
+    if (o->columns != NULL && !has_columns(o)) {
+        return refuse("--columns goes with csv, ply and pcd output only");
+    }
+    if (o->organized && !can_organize(o)) {
+        return false;
+    }
     if (o->ascii && !has_either(o, LUM_FORMAT_PLY, LUM_FORMAT_PCD)) {
         return refuse("--ascii goes with ply and pcd output only");
     }
@@ -268,9 +309,25 @@ static bool is_consistent(const struct options *o)
     return goes_with_source(o);
 }
 
+/* --- What is known of them --- */
+
 bool options_is_capture(unsigned format)
 {
     return format == FORMAT_PCAP || format == FORMAT_PCAPNG;
+}
+
+bool options_is_organized(const struct options *options, size_t i)
+{
+    return options->organized &&
+           options->outputs[i].format == (unsigned)LUM_FORMAT_PCD;
+}
+
+bool options_takes_frames(const struct options *options, size_t i)
+{
+    const unsigned format = options->outputs[i].format;
+    return options_is_organized(options, i) ||
+           (options->has_times && !options_is_capture(format) &&
+            lum_format_has_columns((lum_format)format));
 }
 
 static void add_filter(struct options *o, const char *name, const char *text,

@@ -75,7 +75,10 @@ struct options {
     uint32_t smooth_order;
     enum time_base time;
     bool ascii;
-    bool comments; /* in csv and xyz */
+    bool comments;       /* in csv and xyz */
+    const char *columns; /* of csv, ply and pcd; NULL: their own */
+    bool has_times;      /* these have a column of times */
+    bool organized;      /* pcd: a frame as rows of pixels */
     bool json;
     bool quiet;
     struct filter filters[FILTERS_MAX];
@@ -94,6 +97,14 @@ enum parsed {
 
 /* Whether a format is one of captures. */
 bool options_is_capture(unsigned format);
+
+/* Whether the i-th output is made of whole frames and not of lines as they
+ * come: in these alone it is known where a point stands, and when they began.
+ */
+bool options_takes_frames(const struct options *options, size_t i);
+
+/* Whether it is an organised cloud. */
+bool options_is_organized(const struct options *options, size_t i);
 
 /* The options point into argv. To be freed by options_free() whatever the
  * result. */

@@ -31,6 +31,8 @@ struct output {
     const struct options *options;
     const char *name;
     bool is_capture;
+    bool takes_frames;
+    bool is_organized;
     const struct provenance *about; /* a capture's; NULL: it has no room */
     bool is_pattern;
     bool is_in_place; /* read as it comes */
@@ -157,6 +159,15 @@ static const char *comment_of(const struct options *o, size_t i)
     return is_bare && !o->comments ? NULL : o->about_points->text;
 }
 
+static const char *columns_of(const struct options *o, size_t i)
+{
+    const unsigned format = o->outputs[i].format;
+    return !options_is_capture(format) &&
+                   lum_format_has_columns((lum_format)format)
+               ? o->columns
+               : NULL;
+}
+
 static struct output *new_output(const struct options *options, size_t i,
                                  const lum_projector *projector)
 {
@@ -168,6 +179,8 @@ static struct output *new_output(const struct options *options, size_t i,
     o->options = options;
     o->name = options->outputs[i].name;
     o->is_capture = options_is_capture(options->outputs[i].format);
+    o->takes_frames = options_takes_frames(options, i);
+    o->is_organized = options_is_organized(options, i);
     o->about = options->outputs[i].format == FORMAT_PCAPNG
                    ? options->about_packets
                    : NULL;
@@ -180,7 +193,9 @@ static struct output *new_output(const struct options *options, size_t i,
                              .utc = options->time != TIME_SENSOR,
                              .projector = projector,
                              .picture = picture_format(),
-                             .comment = comment_of(options, i)};
+                             .comment = comment_of(options, i),
+                             .columns = columns_of(options, i),
+                             .organized = o->is_organized};
     return o;
 }
 
@@ -262,7 +277,12 @@ bool output_find_stale(const struct output *o, lum_error *out)
 
 bool output_wants_lines(const struct output *output)
 {
-    return !output->is_capture;
+    return !output->is_capture && !output->takes_frames;
+}
+
+bool output_wants_frames(const struct output *output)
+{
+    return output->takes_frames;
 }
 
 /* --- Files that end, rotation --- */
@@ -432,11 +452,11 @@ static lum_writer *present_file(struct output *o, int64_t frame, bool *failed,
     return o->files[0].writer;
 }
 
-int output_add_line(struct output *o, const lum_line_samples *line,
+static int add_line(struct output *o, const lum_line_samples *line,
                     lum_error *error)
 {
     bool failed = false;
-    if (o->is_capture || line->count == 0) {
+    if (line->count == 0) {
         return 0;
     }
     lum_writer *writer = o->is_pattern
@@ -450,6 +470,60 @@ int output_add_line(struct output *o, const lum_line_samples *line,
         return 0;
     }
     return lum_writer_add(writer, line, error);
+}
+
+int output_add_line(struct output *o, const lum_line_samples *line,
+                    lum_error *error)
+{
+    return output_wants_lines(o) ? add_line(o, line, error) : 0;
+}
+
+/* A frame without any line has no file. */
+static int add_rows(struct output *o, struct frame_lines *frame,
+                    lum_error *error)
+{
+    const uint32_t rows = frame_lines_rows(frame);
+    bool failed = false;
+    int result = 0;
+    if (frame_lines_count(frame) == 0) {
+        return 0;
+    }
+    lum_writer *writer =
+        o->is_pattern
+            ? file_of_frame(o, frame_lines_number(frame), &failed, error)
+            : o->files[0].writer;
+    if (writer == NULL || lum_writer_set_rows(writer, rows, error) != 0) {
+        return failed || writer != NULL ? -1 : 0;
+    }
+    for (uint32_t i = 0; i < rows && result == 0; i++) {
+        lum_line_samples row;
+        frame_lines_get_row(frame, i, &row);
+        result = lum_writer_add(writer, &row, error);
+    }
+    o->left_out += frame_lines_left_out(frame);
+    return result;
+}
+
+static int add_lines(struct output *o, struct frame_lines *frame,
+                     lum_error *error)
+{
+    int result = 0;
+    for (size_t i = 0; i < frame_lines_count(frame) && result == 0; i++) {
+        lum_line_samples line;
+        frame_lines_get(frame, i, &line);
+        result = add_line(o, &line, error);
+    }
+    return result;
+}
+
+int output_add_frame(struct output *o, struct frame_lines *frame,
+                     lum_error *error)
+{
+    if (!o->takes_frames) {
+        return 0;
+    }
+    return o->is_organized ? add_rows(o, frame, error)
+                           : add_lines(o, frame, error);
 }
 
 int output_add_datagram(struct output *o, const lum_record *record,

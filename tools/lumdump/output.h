@@ -4,6 +4,7 @@
 #define LUMDUMP_OUTPUT_H
 
 #include "closer.h"
+#include "frame_lines.h"
 #include "options.h"
 
 #include "lum/base/error.h"
@@ -35,7 +36,9 @@ const char *output_name(const struct output *output);
  * out says so. */
 bool output_find_stale(const struct output *output, lum_error *out);
 
+/* Whether it is made of lines as they come, of whole frames. */
 bool output_wants_lines(const struct output *output);
+bool output_wants_frames(const struct output *output);
 
 /* Pass the time, in ns since 1970: data that is added from now on may belong to
  * a new file, which begins with the next frame. */
@@ -44,7 +47,11 @@ int output_set_time(struct output *output, int64_t time_ns, lum_error *error);
 int output_add_line(struct output *output, const lum_line_samples *line,
                     lum_error *error);
 
-/* Only captures use datagrams. begins_frame: a new file may begin here. / */
+/* Frames come in rising order, before the end of each is told. */
+int output_add_frame(struct output *output, struct frame_lines *frame,
+                     lum_error *error);
+
+/* Only captures use datagrams. begins_frame: a new file may begin here. */
 int output_add_datagram(struct output *output, const lum_record *record,
                         bool begins_frame, lum_error *error);
 
@@ -63,7 +70,8 @@ int output_close(struct output *output, lum_error *error);
  * allowed. */
 void output_abort(struct output *output);
 
-/* Points that came after the file of their frame had been finished. */
+/* Points that came after the file of their frame had been finished, or that an
+ * organised cloud has no place for. */
 uint64_t output_left_out(const struct output *output);
 
 #endif

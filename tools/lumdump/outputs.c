@@ -10,6 +10,7 @@ struct outputs {
     struct output *list[OUTPUTS_MAX]; /* NULL: left out */
     size_t count;
     bool want_lines;
+    bool want_frames;
     size_t failed; /* which has failed; count: none */
     struct outputs_notes *notes;
 };
@@ -40,6 +41,17 @@ static int open_rehearsed(const struct options *options, size_t i,
                : 0;
 }
 
+static void find_wants(struct outputs *outputs)
+{
+    outputs->want_lines = false;
+    outputs->want_frames = false;
+    for (size_t i = 0; i < outputs->count; i++) {
+        const struct output *o = outputs->list[i];
+        outputs->want_lines |= o != NULL && output_wants_lines(o);
+        outputs->want_frames |= o != NULL && output_wants_frames(o);
+    }
+}
+
 static int open_all(const struct options *options,
                     const lum_projector *projector,
                     const struct outputs *rehearsal, open_one *open,
@@ -58,9 +70,8 @@ static int open_all(const struct options *options,
             errno = code;
             return -1;
         }
-        all->want_lines |=
-            all->list[i] != NULL && output_wants_lines(all->list[i]);
     }
+    find_wants(all);
     *out = all;
     return 0;
 }
@@ -96,11 +107,17 @@ bool outputs_want_lines(const struct outputs *outputs)
     return outputs->want_lines;
 }
 
+bool outputs_want_frames(const struct outputs *outputs)
+{
+    return outputs->want_frames;
+}
+
 /* What is done to one of them. */
 struct action {
     enum {
         SET_TIME,
         ADD_LINE,
+        ADD_FRAME,
         ADD_DATAGRAM,
         END_FRAME,
         FLUSH
@@ -108,6 +125,7 @@ struct action {
     int64_t number; /* SET_TIME, END_FRAME, FLUSH; ADD_DATAGRAM: it begins a
                        frame */
     const lum_line_samples *line;
+    struct frame_lines *frame;
     const lum_record *record;
 };
 
@@ -119,6 +137,8 @@ static int act(struct output *output, const struct action *action,
         return output_set_time(output, action->number, error);
     case ADD_LINE:
         return output_add_line(output, action->line, error);
+    case ADD_FRAME:
+        return output_add_frame(output, action->frame, error);
     case ADD_DATAGRAM:
         return output_add_datagram(output, action->record, action->number != 0,
                                    error);
@@ -158,11 +178,7 @@ static int leave_out(struct outputs *outputs, size_t i)
     add_left(outputs->notes, output_name(outputs->list[i]));
     output_abort(outputs->list[i]);
     outputs->list[i] = NULL;
-    outputs->want_lines = false;
-    for (size_t k = 0; k < outputs->count; k++) {
-        outputs->want_lines |=
-            outputs->list[k] != NULL && output_wants_lines(outputs->list[k]);
-    }
+    find_wants(outputs);
     return 0;
 }
 
@@ -196,6 +212,13 @@ int outputs_add_line(struct outputs *outputs, const lum_line_samples *line,
 {
     return for_each(outputs, &(struct action){.kind = ADD_LINE, .line = line},
                     error);
+}
+
+int outputs_add_frame(struct outputs *outputs, struct frame_lines *frame,
+                      lum_error *error)
+{
+    return for_each(outputs,
+                    &(struct action){.kind = ADD_FRAME, .frame = frame}, error);
 }
 
 int outputs_add_datagram(struct outputs *outputs, const lum_record *record,

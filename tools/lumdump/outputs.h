@@ -30,14 +30,17 @@ int outputs_rehearse(const struct options *options,
 /* As output_finish_by(), for all. */
 void outputs_finish_by(struct outputs *outputs, struct closer *closer);
 
-/* Whether any takes lines. */
+/* Whether any takes lines, or frames. */
 bool outputs_want_lines(const struct outputs *outputs);
+bool outputs_want_frames(const struct outputs *outputs);
 
 /* As those of output.h, for all. */
 int outputs_set_time(struct outputs *outputs, int64_t time_ns,
                      lum_error *error);
 int outputs_add_line(struct outputs *outputs, const lum_line_samples *line,
                      lum_error *error);
+int outputs_add_frame(struct outputs *outputs, struct frame_lines *frame,
+                      lum_error *error);
 int outputs_add_datagram(struct outputs *outputs, const lum_record *record,
                          bool begins_frame, lum_error *error);
 int outputs_end_frame(struct outputs *outputs, int64_t frame, lum_error *error);

@@ -105,6 +105,7 @@ static enum pass_result read_all(struct pass *pass, struct progress *progress,
 static enum pass_result learn_clocks(struct pass *pass, lum_error *error)
 {
     struct pass ahead = {.options = pass->options,
+                         .counts_alone = true,
                          .layout = pass->layout,
                          .projector = pass->projector};
     enum pass_result result = PASS_DONE;

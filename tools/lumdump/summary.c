@@ -35,6 +35,8 @@ lum_framer_counters summary_count(const struct summary *s)
         const lum_framer_counters c = count_sensor(s, i);
         total.points += c.points;
         total.lines_cut += c.lines_cut;
+        total.points_late += c.points_late;
+        total.points_cut += c.points_cut;
         total.losses.no_angle += c.losses.no_angle;
         total.losses.no_range += c.losses.no_range;
         total.under_way.lines += c.under_way.lines;

@@ -20,7 +20,8 @@ int targets_pattern(const char *name)
 bool targets_rotates(const struct options *options, size_t i)
 {
     const char *name = options->outputs[i].name;
-    return (options->rotation.bytes != 0 || options->rotation.ns != 0) &&
+    return !options_is_organized(options, i) &&
+           (options->rotation.bytes != 0 || options->rotation.ns != 0) &&
            strcmp(name, "-") != 0 && targets_pattern(name) == 0;
 }
 
@@ -58,6 +59,7 @@ bool targets_needs_rehearsal(const struct options *options, size_t i)
 {
     const struct output_options *o = &options->outputs[i];
     return !options_is_capture(o->format) &&
+           !options_is_organized(options, i) &&
            lum_format_needs_count((lum_format)o->format) && !can_seek(o->name);
 }
 
@@ -77,6 +79,21 @@ static int check_pattern(const struct output_options *o, lum_error *error)
                              o->name);
     }
     return 0;
+}
+
+/* Rows are those of one frame. */
+static int check_organized(const struct options *options, size_t i,
+                           lum_error *error)
+{
+    const char *name = options->outputs[i].name;
+    return !options_is_organized(options, i) || targets_pattern(name) == 1 ||
+                   options->frame_first == options->frame_last
+               ? 0
+               : lum_error_set(error,
+                               "%s: --organized makes a file of each frame: "
+                               "put %%04d into the name, or choose one frame "
+                               "by --frames N:N",
+                               name);
 }
 
 /* The directory that a file is in. */
@@ -302,6 +319,7 @@ int targets_check(const struct options *options, lum_error *error)
     for (size_t i = 0; i < options->output_count; i++) {
         const struct output_options *o = &options->outputs[i];
         if (check_pattern(o, error) != 0 ||
+            check_organized(options, i, error) != 0 ||
             check_others(options, i, error) != 0 ||
             targets_check_inputs(options, o->name, error) != 0 ||
             check_all_numbered(options, i, error) != 0) {

@@ -244,6 +244,24 @@ bool values_take_smooth(void *options, const char *text, lum_error *why)
                                           out->smooth_order) == LUM_OK;
 }
 
+bool values_take_columns(void *options, const char *text, lum_error *why)
+{
+    struct options *out = options;
+    const char *p = text;
+    out->columns = text;
+    out->has_times = false;
+    if (lum_writer_check_columns(text, why) != 0) {
+        return false;
+    }
+    while (*p != '\0') {
+        const size_t n = strcspn(p, ",");
+        out->has_times =
+            out->has_times || (n == 4 && strncmp(p, "time", 4) == 0);
+        p += n + (p[n] != '\0' ? 1u : 0u);
+    }
+    return true;
+}
+
 static bool refuse_url(const char *text, const char *what)
 {
     (void)fprintf(stderr,

@@ -16,6 +16,7 @@ bool values_take_duration(void *options, const char *text, lum_error *why);
 bool values_take_rotation(void *options, const char *text, lum_error *why);
 bool values_take_smooth(void *options, const char *text, lum_error *why);
 bool values_take_buffer(void *options, const char *text, lum_error *why);
+bool values_take_columns(void *options, const char *text, lum_error *why);
 
 /* udp://ADDRESS[:PORT] */
 bool values_parse_url(const char *text, lum_endpoint *out);

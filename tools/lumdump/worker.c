@@ -166,8 +166,8 @@ static enum pass_result close_outputs(struct worker *w)
     lum_error others = {""};
     struct outputs *outputs = w->pass->outputs;
     const bool is_fine = w->result == PASS_DONE;
+    w->left_out = pass_left_out(w->pass);
     w->pass->outputs = NULL;
-    w->left_out = outputs_left_out(outputs);
     if (outputs_close(outputs, is_fine ? &w->error : &others) == 0 ||
         !is_fine) {
         return w->result;

@@ -42,6 +42,9 @@ bool lum_format_needs_count(lum_format format);
 /** How a format is written, for formats that are libraries of their own. */
 typedef struct lum_format_ops lum_format_ops;
 
+/** Most rows of an organised file. */
+#define LUM_WRITER_ROWS_MAX 1000000u
+
 /** Most bytes of lum_writer_options.comment. */
 #define LUM_WRITER_COMMENT_BYTES_MAX 60000u
 
@@ -66,7 +69,25 @@ typedef struct lum_writer_options {
                               of LAS, lines that begin with # in CSV and XYZ,
                               which many readers of these do not skip. PNG has
                               no place for it */
+    const char *columns; /**< CSV, PLY, PCD: the columns in their order, by
+                              their names in CSV with commas between them, such
+                              as "x,y,z,time"; NULL: those of the format. Read
+                              by lum_writer_open() and lum_writer_rehearse() */
+    bool organized; /**< PCD: one frame as a picture, LUM_LINE_PIXELS points
+                         wide; see lum_writer_set_rows() */
 } lum_writer_options;
+
+/** Whether lum_writer_options.columns can choose the columns of a format. */
+bool lum_format_has_columns(lum_format format);
+
+/** Check names for lum_writer_options.columns.
+ * @return 0, or -1 with the wrong name, and which there are, in error; then
+ *         errno is EINVAL. */
+LUM_MUST_CHECK int lum_writer_check_columns(const char *names,
+                                            lum_error *error);
+
+/** A timestamp that is not known, of a line that did not come; NaN in a PCD. */
+#define LUM_TIMESTAMP_NONE INT64_MIN
 
 /** The samples of one line. */
 typedef struct lum_line_samples {
@@ -76,6 +97,9 @@ typedef struct lum_line_samples {
     int64_t timestamp_us;      /**< of the line */
     uint32_t line;             /**< line number */
     uint8_t eye;               /**< an ::lum_eye */
+    const float *times;        /**< of each sample, seconds from the begin of
+                                    its frame, as ::LUM_COLUMN_TIME; only for
+                                    files with a column "time", else NULL */
 } lum_line_samples;
 
 /** A file being written. */
@@ -98,14 +122,27 @@ LUM_MUST_CHECK int lum_writer_rehearse(const lum_writer_options *options,
  *         permission, another run is writing a file of that name (then errno is
  *         EBUSY), the header needs a count and there is neither a rehearsal nor
  *         an output that can seek, a PNG without lum_writer_options.picture,
- *         a comment that cannot be (then errno is EINVAL). */
+ *         a comment that cannot be, columns or an organised file that the
+ *         format does not have (then errno is EINVAL). */
 LUM_MUST_CHECK int lum_writer_open(const char *path,
                                    const lum_writer_options *options,
                                    lum_writer **out, lum_error *error);
 
+/** Begin the one frame of an organised file, before its first line: so many
+ * lines follow, each with LUM_LINE_PIXELS samples, the i-th of pixel i. x, y
+ * and z of a pixel without a point are NaN.
+ * @param rows lines; at most LUM_WRITER_ROWS_MAX. A file that is closed without
+ *             this call has none.
+ * @return 0, or -1 with the reason in error: the file is not organised, or has
+ *         begun, or there are too many rows (then errno is EINVAL), or as
+ *         lum_writer_add(). */
+LUM_MUST_CHECK int lum_writer_set_rows(lum_writer *writer, uint32_t rows,
+                                       lum_error *error);
+
 /** Append a line's samples; they are copied.
  * @return 0, or -1 with the reason in error (the disk is full, the reader of
- *         the pipe has left: then errno is EPIPE). */
+ *         the pipe has left: then errno is EPIPE; the line lacks times, or is
+ *         no row of an organised file: then errno is EINVAL). */
 LUM_MUST_CHECK int lum_writer_add(lum_writer *writer,
                                   const lum_line_samples *line,
                                   lum_error *error);
@@ -124,7 +161,8 @@ LUM_MUST_CHECK int lum_writer_flush(lum_writer *writer, lum_error *error);
 /** Finish the file, wait until it is on the disk, give it its name, free the
  * writer.
  * @return 0, or -1 with the reason in error, such as other lines than were
- *         rehearsed; then nothing is left behind. */
+ *         rehearsed, or fewer than the rows of an organised file; then nothing
+ *         is left behind. */
 LUM_MUST_CHECK int lum_writer_close(lum_writer *writer, lum_error *error);
 
 /** Remove what was written and free the writer. NULL is allowed. */

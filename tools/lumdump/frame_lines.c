@@ -1,0 +1,299 @@
+#include "frame_lines.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A damaged packet can claim any number, and each row costs 52 kB. */
+#define LINES_MAX   8192u /* of an eye */
+#define LINES_GUESS 4096u /* as long as no whole line has told how many */
+#define LINES_MORE  64u /* that a frame may have beyond twice the whole ones */
+
+#define NO_LINE UINT32_MAX
+
+struct columns {
+    const float *x;
+    const float *y;
+    const float *z;
+    const float *range;
+    const float *azimuth;
+    const float *elevation;
+    const float *pulse_width;
+    const float *time;
+    const uint16_t *pixel;
+    const uint16_t *return_number;
+    const uint16_t *number_of_returns;
+    const uint8_t *edge;
+};
+
+struct frame_lines {
+    unsigned eyes;
+    frame_lines_clock *clock;
+    const void *context;
+    const lum_frame *frame;
+    struct columns columns; /* the frame's */
+    int64_t number;
+    uint32_t end_before; /* of the frame before: its highest line, and one */
+    uint32_t end;        /* of this one */
+    uint32_t rows;       /* of an eye */
+    uint64_t left_out;
+    uint32_t *points; /* eye x rows x pixels: indices, or LUM_FRAME_MISSING */
+    uint32_t *lines;  /* eye x rows: indices of lines, or NO_LINE */
+    size_t room;      /* rows, of both eyes together */
+    lum_sample samples[LUM_LINE_WORDS_MAX];
+    float times[LUM_LINE_PIXELS];
+};
+
+struct frame_lines *frame_lines_new(unsigned eyes, frame_lines_clock *clock,
+                                    const void *context)
+{
+    struct frame_lines *f = calloc(1, sizeof *f);
+    if (f != NULL) {
+        f->eyes = eyes;
+        f->clock = clock;
+        f->context = context;
+    }
+    return f;
+}
+
+void frame_lines_free(struct frame_lines *f)
+{
+    if (f != NULL) {
+        free(f->points);
+        free(f->lines);
+        free(f);
+    }
+}
+
+static lum_frame_line line_at(const struct frame_lines *f, size_t i)
+{
+    lum_frame_line line = {.struct_size = sizeof line};
+    (void)lum_frame_get_line(f->frame, i, &line);
+    return line;
+}
+
+/* --- How many rows --- */
+
+/* Lines of a frame, of the eye that has more. A whole line is of many packets
+ * that say the same, others are not believed far beyond those. */
+static uint32_t find_end(const struct frame_lines *f)
+{
+    uint32_t whole = 0;
+    uint32_t end = 0;
+    for (size_t i = 0; i < frame_lines_count(f); i++) {
+        const lum_frame_line line = line_at(f, i);
+        if (line.angle_count == LUM_LINE_PIXELS && line.number < LINES_MAX &&
+            line.number >= whole) {
+            whole = line.number + 1u;
+        }
+    }
+    const uint32_t known = whole > f->end_before ? whole : f->end_before;
+    const uint32_t limit = known > 0 ? 2u * known + LINES_MORE : LINES_GUESS;
+    for (size_t i = 0; i < frame_lines_count(f); i++) {
+        const lum_frame_line line = line_at(f, i);
+        if (line.point_count > 0 && line.number < limit &&
+            line.number < LINES_MAX && line.number >= end) {
+            end = line.number + 1u;
+        }
+    }
+    return end > whole ? end : whole;
+}
+
+static int make_room(struct frame_lines *f, size_t rows)
+{
+    if (rows <= f->room) {
+        return 0;
+    }
+    free(f->points);
+    free(f->lines);
+    f->room = 0;
+    f->points = malloc(rows * LUM_LINE_PIXELS * sizeof *f->points);
+    f->lines = malloc(rows * sizeof *f->lines);
+    if (f->points == NULL || f->lines == NULL) {
+        return -1;
+    }
+    f->room = rows;
+    return 0;
+}
+
+/* --- Laying out --- */
+
+static uint32_t *points_of(const struct frame_lines *f, unsigned eye)
+{
+    return f->points + (size_t)eye * f->rows * LUM_LINE_PIXELS;
+}
+
+/* The line of each row: of those of its number the first that has points, which
+ * is the one in the grid, or else the first. */
+static void find_lines(struct frame_lines *f)
+{
+    for (size_t i = 0; i < (size_t)LUM_EYES * f->rows; i++) {
+        f->lines[i] = NO_LINE;
+    }
+    for (size_t i = 0; i < frame_lines_count(f); i++) {
+        const lum_frame_line line = line_at(f, i);
+        if (line.number >= f->rows) {
+            continue;
+        }
+        uint32_t *at = &f->lines[(size_t)line.eye * f->rows + line.number];
+        if (*at == NO_LINE ||
+            (line.point_count > 0 && line_at(f, *at).point_count == 0)) {
+            *at = (uint32_t)i;
+        }
+    }
+}
+
+static void count_left_out(struct frame_lines *f)
+{
+    const size_t cells = (size_t)LUM_EYES * f->rows * LUM_LINE_PIXELS;
+    f->left_out = lum_frame_count(f->frame);
+    for (size_t i = 0; i < cells; i++) {
+        f->left_out -= f->points[i] != LUM_FRAME_MISSING ? 1u : 0u;
+    }
+}
+
+static int lay_out(struct frame_lines *f)
+{
+    f->end_before = f->end;
+    f->end = find_end(f);
+    f->rows = f->end > f->end_before ? f->end : f->end_before;
+    if (make_room(f, (size_t)LUM_EYES * f->rows) != 0) {
+        return -1;
+    }
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        (void)lum_frame_grid_index(f->frame, eye, f->rows, 1,
+                                   points_of(f, eye));
+    }
+    find_lines(f);
+    count_left_out(f);
+    return 0;
+}
+
+static struct columns columns_of(const lum_frame *f)
+{
+    return (struct columns){
+        .x = lum_frame_floats(f, LUM_COLUMN_X),
+        .y = lum_frame_floats(f, LUM_COLUMN_Y),
+        .z = lum_frame_floats(f, LUM_COLUMN_Z),
+        .range = lum_frame_floats(f, LUM_COLUMN_RANGE),
+        .azimuth = lum_frame_floats(f, LUM_COLUMN_AZIMUTH),
+        .elevation = lum_frame_floats(f, LUM_COLUMN_ELEVATION),
+        .pulse_width = lum_frame_floats(f, LUM_COLUMN_PULSE_WIDTH),
+        .time = lum_frame_floats(f, LUM_COLUMN_TIME),
+        .pixel = lum_frame_uint16s(f, LUM_COLUMN_PIXEL),
+        .return_number = lum_frame_uint16s(f, LUM_COLUMN_RETURN_NUMBER),
+        .number_of_returns = lum_frame_uint16s(f, LUM_COLUMN_NUMBER_OF_RETURNS),
+        .edge = lum_frame_uint8s(f, LUM_COLUMN_EDGE)};
+}
+
+int frame_lines_take(struct frame_lines *f, const lum_frame *frame,
+                     bool wants_rows)
+{
+    lum_frame_info info = {.struct_size = sizeof info};
+    lum_frame_get_info(frame, &info);
+    f->frame = frame;
+    f->columns = columns_of(frame);
+    f->number = info.number;
+    return wants_rows ? lay_out(f) : 0;
+}
+
+/* --- Asking --- */
+
+int64_t frame_lines_number(const struct frame_lines *f)
+{
+    return f->number;
+}
+
+static lum_sample sample_at(const struct columns *c, size_t i)
+{
+    return (lum_sample){.x = c->x[i],
+                        .y = c->y[i],
+                        .z = c->z[i],
+                        .range = c->range[i],
+                        .azimuth = c->azimuth[i],
+                        .elevation = c->elevation[i],
+                        .pulse_width = c->pulse_width[i],
+                        .pixel = c->pixel[i],
+                        .return_number = c->return_number[i],
+                        .number_of_returns = c->number_of_returns[i],
+                        .edge = c->edge[i]};
+}
+
+size_t frame_lines_count(const struct frame_lines *f)
+{
+    return lum_frame_line_count(f->frame);
+}
+
+void frame_lines_get(struct frame_lines *f, size_t i, lum_line_samples *out)
+{
+    const lum_frame_line line = line_at(f, i);
+    for (uint32_t k = 0; k < line.point_count; k++) {
+        f->samples[k] = sample_at(&f->columns, line.first_point + k);
+    }
+    *out = (lum_line_samples){.samples = f->samples,
+                              .count = line.point_count,
+                              .frame = f->number,
+                              .timestamp_us = f->clock(f->context, &line),
+                              .line = line.number,
+                              .eye = line.eye,
+                              .times = f->columns.time + line.first_point};
+}
+
+uint32_t frame_lines_rows(const struct frame_lines *f)
+{
+    return f->rows * ((f->eyes & 1u) + (f->eyes >> 1 & 1u));
+}
+
+static void put_missing(struct frame_lines *f, unsigned pixel)
+{
+    f->times[pixel] = NAN;
+    f->samples[pixel] = (lum_sample){.x = NAN,
+                                     .y = NAN,
+                                     .z = NAN,
+                                     .range = NAN,
+                                     .azimuth = NAN,
+                                     .elevation = NAN,
+                                     .pulse_width = NAN,
+                                     .pixel = (uint16_t)pixel};
+}
+
+static int64_t timestamp_of(const struct frame_lines *f, uint32_t i)
+{
+    lum_frame_line line;
+    if (i == NO_LINE) {
+        return LUM_TIMESTAMP_NONE;
+    }
+    line = line_at(f, i);
+    return f->clock(f->context, &line);
+}
+
+void frame_lines_get_row(struct frame_lines *f, uint32_t row,
+                         lum_line_samples *out)
+{
+    const unsigned eye = row / f->rows + ((f->eyes & 1u) != 0 ? 0u : 1u);
+    const uint32_t number = row % f->rows;
+    const uint32_t *points =
+        points_of(f, eye) + (size_t)number * LUM_LINE_PIXELS;
+    for (unsigned pixel = 0; pixel < LUM_LINE_PIXELS; pixel++) {
+        const uint32_t point = points[pixel];
+        if (point == LUM_FRAME_MISSING) {
+            put_missing(f, pixel);
+        } else {
+            f->samples[pixel] = sample_at(&f->columns, point);
+            f->times[pixel] = f->columns.time[point];
+        }
+    }
+    *out = (lum_line_samples){.samples = f->samples,
+                              .count = LUM_LINE_PIXELS,
+                              .frame = f->number,
+                              .timestamp_us = timestamp_of(
+                                  f, f->lines[(size_t)eye * f->rows + number]),
+                              .line = number,
+                              .eye = (uint8_t)eye,
+                              .times = f->times};
+}
+
+uint64_t frame_lines_left_out(const struct frame_lines *f)
+{
+    return f->left_out;
+}
