@@ -1,6 +1,6 @@
 #include "help.h"
 
-const char help_text[] =
+const char help_output[] =
     "Usage: lumdump SOURCE... [-o OUTPUT]... [OPTION]...\n"
     "Turn packets of a Luminar Model G2 into point clouds, record them, or sum "
     "them\n"
@@ -42,7 +42,9 @@ const char help_text[] =
     "                          UTC, or when the line's first packet came\n"
     "      --json              the summary as one JSON object\n"
     "  -q, --quiet             no summary, no progress, no warnings\n"
-    "\n"
+    "\n";
+
+const char help_rest[] =
     "A sensor (udp://):\n"
     "      --laser             switch the laser on, and off at the end\n"
     "      --interface NAME    reach the sensor there\n"
@@ -76,6 +78,10 @@ const char help_text[] =
     "      --profile FILE      YAML; layout of data packets, where it "
     "differs;\n"
     "                          default: the capture's own, or the usual one\n"
+    "      --set KEY=VALUE     a key of a calibration or of a profile, on top "
+    "of the\n"
+    "                          files, such as tof_lsb_ps=12.9; may be "
+    "repeated\n"
     "      --smooth WINDOW[:ORDER]  smooth the angles of each line over an "
     "odd\n"
     "                          number of pixels, 3 to 63, by a polynomial of "
