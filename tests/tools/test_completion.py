@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import unittest
 
-from support import BIN, run
+from support import BIN, Folder, run, simulate
 
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / "tools" / "completion"
 
@@ -23,6 +23,15 @@ def complete(*words):
     r = subprocess.run(["bash", "-c", script, str(FOLDER / "lumsdk.bash"), *words], capture_output=True, text=True,
                        env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"}, timeout=30)
     return r.stdout.split()
+
+
+def leaves(text):
+    """Paths of the values of YAML in lines."""
+    path = []
+    for indent, key, value in re.findall(r"^((?:  )*)([a-z_]+):(.*)$", text, re.M):
+        path = path[:len(indent) // 2] + [key]
+        if value:
+            yield ".".join(path)
 
 
 class Bash(unittest.TestCase):
@@ -59,6 +68,23 @@ class Bash(unittest.TestCase):
         self.assertEqual(complete("lumsim", "--lines", ""), ["64", "640"])
         self.assertEqual(complete("lumdump", "--format", ""), "csv ply pcd las xyz png pcap pcapng".split())
         self.assertEqual(complete("lumdump", "--format", "pc"), ["pcd", "pcap", "pcapng"])
+
+    def test_keys_are_those_of_the_files(self):
+        offered = complete("lumdump", "--set", "")
+        self.assertEqual(len(set(offered)), len(offered))
+        for key in offered:
+            r = run("lumdump", "none.pcap", "--set", key + "#")
+            self.assertRegex(r.stderr, f"^lumdump: --set: {re.escape(key[:-1])}: '#' is ")
+        source = simulate(Folder(self) / "one.pcap", "-n", 1)
+        r = run("lumdump", "-q", source, "-o", "-", "--format", "xyz", "--comments", "--set", "tof_lsb_ps=12", "--set",
+                "line_span_us=1")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        written = re.findall(r"# # lumsdk (?:calibration|profile) 1\n((?:# +?.*\n)*?)(?=# ---|[^#])", r.stdout)
+        self.assertEqual(len(written), 2)
+        for text in written:
+            for key in leaves(re.sub("^# ", "", text, flags=re.M)):
+                self.assertTrue(key == "version" or key + "=" in offered, key)
+        self.assertEqual(complete("lumview", "--set", "tof"), ["tof_lsb_ps="])
 
     def test_shapes_are_those_of_the_help(self):
         offered = complete("lumctl", "yscan", "--shape", "")

@@ -128,6 +128,24 @@ class Remembers(Case):
             r = self.ctl(FAILED, "127.61.0.8", word)
             self.assertIn("no setting that lumctl of this user on this host sent there is on record as acknowledged", r.stderr)
 
+    def test_a_table_is_shown_with_what_its_calibration_was(self):
+        Sensor(self, self.folder, address="127.61.0.12")
+        file = self.folder.write("front.yaml", "version: 1\n")
+        one, other = ["--set", "eyes.blue.elevation.max_deg=2"], ["--set", "eyes.green.elevation.max_deg=1.5"]
+        for words, said in (([], None), (["--calibration", file], f"with --calibration {file}"),
+                            (one, "with --set eyes.blue.elevation.max_deg=2"),
+                            ([*one, "--calibration", file, *other, "--set", "line_span_us=9"],
+                             f"with --calibration {file} {' '.join(one + other)}")):
+            with self.subTest(said):
+                self.ctl(DONE, "127.61.0.12", "yscan", "--shape", "uniform", "--lines", 64, *words)
+                shown = self.ctl(DONE, "127.61.0.12", "show").stdout
+                saved = self.ctl(DONE, "127.61.0.12", "save").stdout
+                if said is None:
+                    self.assertNotIn("the table was made", shown)
+                else:
+                    self.assertIn(f"  the table was made {said}\n", shown)
+                    self.assertIn(f"# {said}\n", saved)
+
     def test_a_change_of_lines_clears_a_table(self):
         Sensor(self, self.folder, "--lines", "640", address="127.61.0.9")
         self.ctl(DONE, "127.61.0.9", "yscan", "--shape", "uniform")

@@ -873,6 +873,24 @@ static void an_eyes_geometry_leads_back_to_its_angles(void **state)
     close_well(&v);
 }
 
+static void keys_that_are_set_reach_the_geometry(void **state)
+{
+    float mount[3];
+    float rotation[9];
+    struct viewer v;
+    lum_error error = {""};
+    (void)state;
+    viewer_init(&v, street);
+    assert_true(
+        set_keys_add(&v.options.set, "eyes.green.mount.y_m=2.5", &error));
+    viewer_open(&v);
+    feed_geometry(v.feed, LUM_EYE_GREEN, mount, rotation);
+    assert_true(mount[0] == 0.0f && mount[1] == 2.5f);
+    feed_geometry(v.feed, LUM_EYE_BLUE, mount, rotation);
+    assert_true(mount[1] == 0.0f);
+    close_well(&v);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -912,6 +930,7 @@ int main(void)
         cmocka_unit_test(a_pipe_is_played_once),
         cmocka_unit_test(a_pipe_in_which_nothing_comes_can_be_left),
         cmocka_unit_test(an_eyes_geometry_leads_back_to_its_angles),
+        cmocka_unit_test(keys_that_are_set_reach_the_geometry),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

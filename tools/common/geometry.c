@@ -11,6 +11,21 @@ int geometry_load(const char *calibration, const char *profile,
                          error);
 }
 
+int geometry_set(struct geometry *geometry, const struct set_keys *keys,
+                 lum_error *error)
+{
+    struct geometry *g = geometry;
+    if (set_keys_calibration(keys, !g->has_calibration, &g->calibration,
+                             error) != 0 ||
+        set_keys_profile(keys, !g->has_profile, &g->profile, error) != 0) {
+        return -1;
+    }
+    g->has_calibration =
+        g->has_calibration || set_keys_first(keys, false) != NULL;
+    g->has_profile = g->has_profile || set_keys_first(keys, true) != NULL;
+    return 0;
+}
+
 int geometry_make(const struct geometry *geometry, lum_layout *layout,
                   lum_projector *projector, lum_error *error)
 {

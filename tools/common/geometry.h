@@ -2,6 +2,8 @@
 #ifndef LUM_TOOLS_GEOMETRY_H
 #define LUM_TOOLS_GEOMETRY_H
 
+#include "set_keys.h"
+
 #include "lum/base/error.h"
 #include "lum/points.h"
 #include "lum/profile.h"
@@ -37,6 +39,10 @@ int geometry_parse_profile(const char *text, size_t len, const char *name,
  * with the reason in error. */
 int geometry_load(const char *calibration, const char *profile,
                   struct geometry *out, lum_error *error);
+
+/* Set keys on top of that. 0, or -1 with the reason in error. */
+int geometry_set(struct geometry *geometry, const struct set_keys *keys,
+                 lum_error *error);
 
 /* 0, or -1 with the reason in error. */
 int geometry_make(const struct geometry *geometry, lum_layout *layout,

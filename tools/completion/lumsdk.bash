@@ -29,6 +29,19 @@ _lumsdk_choose_open() {
     esac
 }
 
+# Keys of calibrations and profiles, for --set.
+_lumsdk_keys() {
+    local keys=(
+        speed_of_light tof_lsb_ps
+        eyes.{blue,green}.{tof_offset_ps,azimuth.{center_deg,width_deg},elevation.{min_deg,max_deg}}
+        eyes.{blue,green}.mount.{x_m,y_m,z_m,roll_deg,pitch_deg,yaw_deg}
+        data_packet_type set_ip_order angle_order angle_lsb_deg line_span_us
+        group.{tag,eye,line,num_samples,first_sample_index,timestamp}{,.at,.bytes} group.samples
+        eye_values.{blue,green} tlv.{command,status,debug,yscan}
+    )
+    printf '%s=\n' "${keys[@]}"
+}
+
 _lumctl_commands() {
     "$1" --help 2>/dev/null | sed -nE 's/^  ([a-z][a-z-]*) .*/\1/p' | grep -vx 'lumctl' | sort -u
 }
@@ -64,6 +77,11 @@ _lumsdk() {
     case $previous in
     --output | -o | --calibration | --profile | --log | --truth | --replay)
         _lumsdk_files "$current"
+        return
+        ;;
+    --set)
+        compopt -o nospace 2>/dev/null
+        _lumsdk_choose "$(_lumsdk_keys)" "$current"
         return
         ;;
     --interface)

@@ -101,6 +101,7 @@ static enum exit_status prepare_yscan(const struct ctl *ctl,
 static enum exit_status make_plan(struct ctl *ctl, const char *file,
                                   struct plan *out)
 {
+    char name[MEMORY_FROM_BYTES];
     lum_settings from;
     lum_error error = {""};
     memset(out, 0, sizeof *out);
@@ -115,7 +116,7 @@ static enum exit_status make_plan(struct ctl *ctl, const char *file,
         return status;
     }
     if (from.has_shape) {
-        remember_table(ctl, &from.shape, ctl->options.calibration);
+        remember_table(ctl, &from.shape, yscan_name_calibration(ctl, name));
     }
     for (size_t i = 0; i < SETTINGS; i++) {
         if (from.has[settings[i].id]) {

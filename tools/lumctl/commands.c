@@ -272,11 +272,28 @@ static void forget_own(struct ctl_options *options)
 static enum exit_status load_layout(struct ctl *ctl)
 {
     lum_error error = {""};
-    if (ctl->in_shell || ctl->options.profile == NULL) {
+    if (ctl->in_shell) {
         return EXIT_DONE;
     }
-    if (files_load_layout(ctl->options.profile, &ctl->layout, &error) != 0) {
+    if (files_load_layout(ctl->options.profile, &ctl->options.set, &ctl->layout,
+                          &error) != 0) {
         return ctl_complain(EXIT_BAD, "%s", error.text);
+    }
+    return EXIT_DONE;
+}
+
+/* A shell has one layout. */
+static enum exit_status check_set(const struct ctl *ctl)
+{
+    const struct set_keys *set = &ctl->options.set;
+    for (size_t i = ctl->shell_set; ctl->in_shell && i < set->count; i++) {
+        if (set->list[i].is_of_profile) {
+            return ctl_complain(EXIT_BAD,
+                                "--set %.120s: a key of a profile holds for a "
+                                "whole shell: leave it, and give it to lumctl "
+                                "shell",
+                                set->list[i].text);
+        }
     }
     return EXIT_DONE;
 }
@@ -309,6 +326,9 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
             EXIT_BAD, "--host, --port, --interface, --timeout, --retries and "
                       "--profile hold for a whole shell: leave it, and give "
                       "them to lumctl shell");
+    }
+    if (status == EXIT_DONE) {
+        status = check_set(ctl);
     }
     if (status == EXIT_DONE) {
         status = check_interface(ctl, command);

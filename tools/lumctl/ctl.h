@@ -4,6 +4,7 @@
 #define LUMCTL_CTL_H
 
 #include "../common/json.h"
+#include "../common/set_keys.h"
 #include "memory.h"
 
 #include "lum/base/error.h"
@@ -28,6 +29,7 @@ struct ctl_options {
     const char *interface;   /* NULL: as the routes say */
     const char *profile;     /* NULL: the default */
     const char *calibration; /* NULL: the default */
+    struct set_keys set;     /* on top of both */
     uint32_t timeout_ms;     /* of one try */
     uint32_t retries;
     bool has_retries; /* by --retries */
@@ -58,6 +60,7 @@ struct ctl {
     lum_sensor *sensor; /* NULL until ctl_open() */
     bool owns;          /* the session sends heartbeats and gets the data */
     bool in_shell;      /* a prompt follows; the session stays open */
+    size_t shell_set;   /* settings by key that the shell was given */
     bool has_status;    /* a status has been seen */
     uint16_t status;    /* the last one */
     bool has_packets;   /* of a dry run, in JSON: the array is open */

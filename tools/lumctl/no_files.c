@@ -10,15 +10,26 @@ static int refuse(const char *path, lum_error *error)
                          path);
 }
 
-int files_load_layout(const char *path, lum_layout *out, lum_error *error)
+int files_load_layout(const char *path, const struct set_keys *set,
+                      lum_layout *out, lum_error *error)
 {
-    lum_layout_default(out);
-    return path != NULL ? refuse(path, error) : 0;
+    lum_profile profile;
+    lum_profile_default(&profile);
+    if (path != NULL) {
+        return refuse(path, error);
+    }
+    if (set_keys_profile(set, true, &profile, error) != 0) {
+        return -1;
+    }
+    return lum_layout_init(out, &profile, NULL, NULL) == LUM_OK
+               ? 0
+               : lum_error_set(error, "this layout cannot be");
 }
 
-int files_load_calibration(const char *path, lum_calibration *out,
-                           lum_error *error)
+int files_load_calibration(const char *path, const struct set_keys *set,
+                           lum_calibration *out, lum_error *error)
 {
     lum_calibration_default(out);
-    return path != NULL ? refuse(path, error) : 0;
+    return path != NULL ? refuse(path, error)
+                        : set_keys_calibration(set, true, out, error);
 }

@@ -58,7 +58,13 @@ static bool take_host(void *options, const char *text, lum_error *why)
 }
 
 #define INTO(field) OPTION_INTO(struct ctl_options, field)
-#define HAS(field)  .has = offsetof(struct ctl_options, field)
+static bool take_set(void *options, const char *text, lum_error *why)
+{
+    struct ctl_options *o = options;
+    return set_keys_add(&o->set, text, why);
+}
+
+#define HAS(field) .has = offsetof(struct ctl_options, field)
 
 static const struct option_spec specs[] = {
     {"host", .kind = OPTION_CALL, .group = OWN_SESSION, .call = take_host,
@@ -82,6 +88,9 @@ static const struct option_spec specs[] = {
      .value = "FILE", .help = "YAML; layout of packets, if it differs"},
     {"calibration", .kind = OPTION_TEXT, INTO(calibration), .value = "FILE",
      .help = "YAML; default: the manual's typical values"},
+    {"set", .kind = OPTION_CALL, .call = take_set, .value = "KEY=VALUE",
+     .allowed = SET_KEYS_ALLOWED,
+     .help = "a key of either, on top of the file"},
     {"sequence", .kind = OPTION_WHOLE, INTO(sequence), HAS(has_sequence),
      .max = UINT32_MAX, .value = "N",
      .help = "number of the first request (default: any)"},

@@ -364,6 +364,7 @@ enum exit_status command_shell(struct ctl *ctl, int count, char **words)
         return opened;
     }
     ctl->in_shell = true;
+    ctl->shell_set = ctl->options.set.count;
     line_open("lumctl> ", history_path(path));
     loop(&s);
     line_close();

@@ -37,6 +37,14 @@ static const char *who(const struct remembered *r, char out[WHO_BYTES])
     return out;
 }
 
+/* Of a calibration without a file there is what was set alone. */
+static const char *how_made(const struct remembered *r)
+{
+    return strncmp(r->memory.table.from, "--set ", 6) == 0
+               ? "with"
+               : "with --calibration";
+}
+
 static bool is_known(const struct remembered *r, lum_command_id id)
 {
     return r->memory.entries[id].standing != MEMORY_NOTHING;
@@ -82,7 +90,7 @@ static void print_table(const struct remembered *r)
         r->memory.table.scan != MEMORY_DEGREES &&
         r->memory.table.from[0] != '\0') {
         (void)printf("  the table was made %s %s\n",
-                     r->memory.table.scan == MEMORY_SHAPE ? "with --calibration"
+                     r->memory.table.scan == MEMORY_SHAPE ? how_made(r)
                                                           : "from",
                      r->memory.table.from);
     }
@@ -314,7 +322,7 @@ static void put_value(const struct remembered *r, lum_command_id id)
                      : "");
     if (id == LUM_COMMAND_YSCAN && r->memory.table.scan == MEMORY_SHAPE) {
         if (r->memory.table.from[0] != '\0') {
-            (void)printf("# with --calibration %s\n", r->memory.table.from);
+            (void)printf("# %s %s\n", how_made(r), r->memory.table.from);
         }
         put_shape(&r->memory.table.shape);
     } else if (id == LUM_COMMAND_LINE_MODE) {

@@ -37,10 +37,22 @@ static void say_about(const struct job *job, bool of_packets,
     provenance_make(&run, &job->geometry, &job->source, out);
 }
 
+/* For a message; not the built-in one. */
+static const char *name_profile(const struct options *o)
+{
+    if (set_keys_first(&o->set, true) != NULL) {
+        return "of --set";
+    }
+    return o->profile != NULL ? o->profile : "of the capture";
+}
+
 /* What outputs say names what the run uses. */
 static int prepare(struct job *job, lum_error *error)
 {
     struct options *o = job->options;
+    if (geometry_set(&job->geometry, &o->set, error) != 0) {
+        return -1;
+    }
     if (geometry_make(&job->geometry, &job->layout, &job->projector, error) !=
         0) {
         return -1;
@@ -50,8 +62,7 @@ static int prepare(struct job *job, lum_error *error)
         return lum_error_set(error,
                              "--time utc: by the profile %s packets have no "
                              "timestamp to fit; use --time arrival",
-                             o->profile != NULL ? o->profile
-                                                : "of the capture");
+                             name_profile(o));
     }
     say_about(job, false, &job->about_points);
     say_about(job, true, &job->about_packets);

@@ -105,6 +105,7 @@ static const struct option_spec specs[] = {
      .allowed = "a number of seconds above 0"},
     {"calibration", TEXT(calibration)},
     {"profile", TEXT(profile)},
+    {"set", CALL(values_take_set), .allowed = SET_KEYS_ALLOWED},
     {"smooth", CALL(values_take_smooth),
      .allowed = "0 for off, an odd number of pixels up to 63, such as 31, or "
                 "WINDOW:ORDER, the order from 0 to 5 and below the window, "

@@ -57,6 +57,7 @@ struct options {
     struct output_options outputs[OUTPUTS_MAX];
     size_t output_count; /* 0: only a summary */
     struct rotation rotation;
+    struct set_keys set; /* on top of these */
     const char *calibration;
     const char *profile;
     unsigned format; /* what --format says */

@@ -216,6 +216,12 @@ bool values_take_buffer(void *options, const char *text, lum_error *why)
 }
 
 /* WINDOW or WINDOW:ORDER; 0 is off. */
+bool values_take_set(void *options, const char *text, lum_error *why)
+{
+    struct options *o = options;
+    return set_keys_add(&o->set, text, why);
+}
+
 bool values_take_smooth(void *options, const char *text, lum_error *why)
 {
     struct options *out = options;

@@ -5,7 +5,7 @@
 #include "../common/input_files.h"
 #include "../common/provenance.h"
 #include "../common/same_file.h"
-#include "sim/packets.h"
+#include "layout.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -53,16 +53,8 @@ bool files_check(const struct options *o)
     return true;
 }
 
-static bool complain_of_profile(const struct options *o, const char *why)
-{
-    (void)fprintf(stderr, "lumsim: %s: %s\n",
-                  o->profile != NULL ? o->profile : o->replay, why);
-    return false;
-}
-
 bool files_load(struct options *o)
 {
-    lum_render_options *r = &o->render;
     struct geometry geometry;
     lum_error error = {""};
     if (geometry_load(o->calibration, o->profile, &geometry, &error) != 0) {
@@ -72,14 +64,10 @@ bool files_load(struct options *o)
     if (o->mode == MODE_REPLAY) {
         provenance_ask("lumsim", o->replay, o->quiet, &geometry);
     }
-    r->calibration = geometry.calibration;
-    if (lum_layout_init(&r->layout, &geometry.profile, NULL, NULL) != LUM_OK) {
-        return complain_of_profile(o, "this layout cannot be");
+    if (geometry_set(&geometry, &o->set, &error) != 0) {
+        (void)fprintf(stderr, "lumsim: %s\n", error.text);
+        return false;
     }
-    if (lum_packets_check(&r->layout, r->lines) != LUM_OK) {
-        return complain_of_profile(
-            o, "a field of group is too narrow for what it has to hold; line, "
-               "num_samples and first_sample_index need 2 bytes");
-    }
-    return true;
+    o->render.calibration = geometry.calibration;
+    return layout_take(o, &geometry.profile);
 }

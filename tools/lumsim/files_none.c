@@ -1,5 +1,7 @@
 #include "files.h"
 
+#include "layout.h"
+
 #include <stdio.h>
 
 static bool refuse(const char *option, const char *kind)
@@ -28,8 +30,16 @@ bool files_check(const struct options *o)
 
 bool files_load(struct options *o)
 {
-    (void)o;
-    return true;
+    lum_error error = {""};
+    lum_profile profile;
+    lum_profile_default(&profile);
+    if (set_keys_calibration(&o->set, true, &o->render.calibration, &error) !=
+            0 ||
+        set_keys_profile(&o->set, true, &profile, &error) != 0) {
+        (void)fprintf(stderr, "lumsim: %s\n", error.text);
+        return false;
+    }
+    return layout_take(o, &profile);
 }
 
 int offline_run(const struct options *o)

@@ -3,6 +3,7 @@
 #include "../common/interrupt.h"
 #include "../common/terminal.h"
 #include "files.h"
+#include "layout.h"
 #include "lum/wire.h"
 #include "sim/fault.h"
 #include "sim/packets.h"
@@ -216,10 +217,13 @@ static int open_capture(struct run *run)
     const struct options *o = run->options;
     const struct provenance_run about = {.program = "lumsim",
                                          .source = "a simulated street"};
-    const struct geometry geometry = {.calibration = o->render.calibration,
-                                      .profile = o->render.layout.profile,
-                                      .has_calibration = o->calibration != NULL,
-                                      .has_profile = o->profile != NULL};
+    const struct geometry geometry = {
+        .calibration = o->render.calibration,
+        .profile = o->render.layout.profile,
+        .has_calibration =
+            o->calibration != NULL || set_keys_first(&o->set, false) != NULL,
+        .has_profile =
+            o->profile != NULL || set_keys_first(&o->set, true) != NULL};
     struct provenance *said = NULL;
     const size_t n = strlen(o->output);
     if (n > 7 && strcmp(o->output + n - 7, ".pcapng") == 0) {
@@ -259,7 +263,7 @@ static int execute(struct run *run)
         (void)fprintf(stderr,
                       "lumsim: %s: angle_lsb_deg is too small: 16 bits do not "
                       "reach the ends of the calibrated span\n",
-                      o->profile);
+                      layout_source(o));
         return 2;
     }
     lum_fault_init(&run->fault, o->faults, o->render.seed);

@@ -65,6 +65,12 @@ static bool take_sensor(void *options, const char *text, lum_error *why)
     return parse_host(text, &o->replayed, why);
 }
 
+static bool take_set(void *options, const char *text, lum_error *why)
+{
+    struct options *o = options;
+    return set_keys_add(&o->set, text, why);
+}
+
 static bool take_interface(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;
@@ -149,6 +155,7 @@ static const struct option_spec specs[] = {
     {"fault", .group = LIVE, CALL(take_fault), .allowed = "KIND@TIME"},
     {"calibration", .group = DRIVE, TEXT(calibration)},
     {"profile", .group = ALL, TEXT(profile)},
+    {"set", .group = ALL, CALL(take_set), .allowed = SET_KEYS_ALLOWED},
     {"address", .group = ALL, CALL(take_address), .allowed = HOST},
     {"port", .group = LIVE, WHOLE(port, 1, UINT16_MAX)},
     {"interface", .group = LIVE, CALL(take_interface),
@@ -207,6 +214,18 @@ static bool check_modes(const struct options *o,
                           reason(specs[i].group));
             return false;
         }
+    }
+    return true;
+}
+
+/* As --calibration. */
+static bool check_set(const struct options *o)
+{
+    const char *first = set_keys_first(&o->set, false);
+    if (o->mode == MODE_REPLAY && first != NULL) {
+        (void)fprintf(stderr, "lumsim: --set %s: a key of a calibration %s\n",
+                      first, reason(DRIVE));
+        return false;
     }
     return true;
 }
@@ -278,7 +297,8 @@ int options_parse(int argc, char **argv, struct options *out)
         return see_help();
     }
     choose_mode(out);
-    if (!check_choice(out) || !check_modes(out, &result) || !files_check(out)) {
+    if (!check_choice(out) || !check_modes(out, &result) || !check_set(out) ||
+        !files_check(out)) {
         return see_help();
     }
     return files_load(out) ? -1 : EXIT_USAGE;

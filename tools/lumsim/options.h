@@ -2,6 +2,7 @@
 #ifndef LUMSIM_OPTIONS_H
 #define LUMSIM_OPTIONS_H
 
+#include "../common/set_keys.h"
 #include "sim/fault.h"
 #include "sim/render.h"
 #include "timeline.h"
@@ -24,6 +25,7 @@ struct options {
     double answer_loss;             /* a probability */
     const char *output;             /* "-": standard output */
     const char *truth;
+    struct set_keys set; /* on top of these */
     const char *calibration;
     const char *profile;
     const char *interface;

@@ -35,6 +35,11 @@ static int load(const struct options *o, lum_layout *layout,
         lum_calibration_load(o->calibration, &calibration, error) != 0) {
         return -1;
     }
+    if (set_keys_profile(&o->set, o->profile == NULL, &profile, error) != 0 ||
+        set_keys_calibration(&o->set, o->calibration == NULL, &calibration,
+                             error) != 0) {
+        return -1;
+    }
     if (lum_layout_init(layout, &profile, NULL, NULL) != LUM_OK ||
         lum_fixed_projector_init(projector, &calibration, layout) != LUM_OK) {
         return lum_error_set(error, "the calibration or the profile is out of "
@@ -91,7 +96,7 @@ int main(int argc, char **argv)
         return complain(&error, EXIT_BAD);
     }
     const struct origin origin = {options.name, options.profile,
-                                  options.calibration};
+                                  options.calibration, &options.set};
     source_write(&source, &origin, &layout, &projector);
     if (source.is_cut) {
         (void)lum_error_set(&error, "the source is longer than expected");

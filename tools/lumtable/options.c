@@ -12,6 +12,7 @@
 enum {
     OPT_PROFILE = 256,
     OPT_CALIBRATION,
+    OPT_SET,
     OPT_NAME,
     OPT_HELP,
     OPT_VERSION
@@ -21,6 +22,7 @@ static const struct option long_options[] = {
     {"output", required_argument, NULL, 'o'},
     {"profile", required_argument, NULL, OPT_PROFILE},
     {"calibration", required_argument, NULL, OPT_CALIBRATION},
+    {"set", required_argument, NULL, OPT_SET},
     {"name", required_argument, NULL, OPT_NAME},
     {"help", no_argument, NULL, OPT_HELP},
     {"version", no_argument, NULL, OPT_VERSION},
@@ -67,6 +69,21 @@ static bool is_identifier(const char *name)
            strspn(name, others) == len;
 }
 
+static enum parsed add_setting(struct options *out)
+{
+    lum_error why = {""};
+    if (set_keys_add(&out->set, optarg, &why)) {
+        return PARSED_RUN;
+    }
+    if (why.text[0] != '\0') {
+        (void)fprintf(stderr, "lumtable: --set: %s\n", why.text);
+    } else {
+        (void)fprintf(stderr, "lumtable: --set: '%s' is not %s\n", optarg,
+                      SET_KEYS_ALLOWED);
+    }
+    return PARSED_BAD;
+}
+
 static enum parsed set_option(int option, struct options *out)
 {
     switch (option) {
@@ -82,6 +99,8 @@ static enum parsed set_option(int option, struct options *out)
     case OPT_CALIBRATION:
         out->calibration = optarg;
         return PARSED_RUN;
+    case OPT_SET:
+        return add_setting(out);
     case OPT_NAME:
         out->name = optarg;
         return PARSED_RUN;

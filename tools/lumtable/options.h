@@ -2,9 +2,12 @@
 #ifndef LUMTABLE_OPTIONS_H
 #define LUMTABLE_OPTIONS_H
 
+#include "../common/set_keys.h"
+
 #define NAME_MAX_LENGTH 40
 
 struct options {
+    struct set_keys set;     /* on top of files */
     const char *profile;     /* NULL: the built-in one */
     const char *calibration; /* NULL: typical values */
     const char *name;        /* of the constants */

@@ -32,23 +32,35 @@ static void put(struct source *out, const char *format, ...)
     out->len += (size_t)n;
 }
 
-/* A file's name inside of a comment, which it must not end. */
-static void put_origin(struct source *out, const char *what, const char *path)
+/* A text inside of a comment, which it must not end. */
+static void put_plain(struct source *out, const char *text)
 {
     static const char plain[] = "abcdefghijklmnopqrstuvwxyz"
                                 "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                "0123456789._-+ ";
+                                "0123456789._-+= ";
+    for (size_t i = 0; i < 100 && text[i] != '\0'; i++) {
+        put(out, "%c", strchr(plain, text[i]) != NULL ? text[i] : '?');
+    }
+    put(out, "\n");
+}
+
+static void put_origin(struct source *out, const char *what, const char *path)
+{
     if (path == NULL) {
         put(out, " *   %s: built in\n", what);
         return;
     }
     const char *slash = strrchr(path, '/');
-    const char *name = slash != NULL ? slash + 1 : path;
     put(out, " *   %s: ", what);
-    for (size_t i = 0; i < 100 && name[i] != '\0'; i++) {
-        put(out, "%c", strchr(plain, name[i]) != NULL ? name[i] : '?');
+    put_plain(out, slash != NULL ? slash + 1 : path);
+}
+
+static void put_settings(struct source *out, const struct set_keys *set)
+{
+    for (size_t i = 0; i < set->count; i++) {
+        put(out, " *   set: ");
+        put_plain(out, set->list[i].text);
     }
-    put(out, "\n");
 }
 
 static void put_head(struct source *out, const struct origin *o)
@@ -57,6 +69,7 @@ static void put_head(struct source *out, const struct origin *o)
         "/* Made by lumtable " LUM_VERSION "; not to be changed by hand.\n");
     put_origin(out, "profile", o->profile);
     put_origin(out, "calibration", o->calibration);
+    put_settings(out, o->set);
     put(out,
         " */\n"
         "/* clang-format off */\n"

@@ -2,12 +2,13 @@
 #ifndef LUMTABLE_SOURCE_H
 #define LUMTABLE_SOURCE_H
 
+#include "../common/set_keys.h"
 #include "lum/points_fixed.h"
 #include "lum/profile.h"
 
 #include <stddef.h>
 
-#define SOURCE_BYTES 8192u
+#define SOURCE_BYTES 16384u
 
 /* Text that is written; cut where there is no room, and is_cut says so. */
 struct source {
@@ -21,6 +22,7 @@ struct origin {
     const char *name; /* of the constants */
     const char *profile;
     const char *calibration;
+    const struct set_keys *set; /* on top of these */
 };
 
 void source_write(struct source *out, const struct origin *origin,

@@ -60,7 +60,10 @@ static int load_geometry(struct feed *feed, const struct options *o,
     if (!o->is_live) {
         provenance_ask("lumview", o->source, o->quiet, &geometry);
     }
-    return geometry_make(&geometry, &feed->layout, &feed->projector, error);
+    return geometry_set(&geometry, &o->set, error) == 0
+               ? geometry_make(&geometry, &feed->layout, &feed->projector,
+                               error)
+               : -1;
 }
 
 static void release(struct feed *feed)

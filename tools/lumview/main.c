@@ -1,6 +1,7 @@
 /* lumview: captures and sensors in a browser. */
 #define _POSIX_C_SOURCE 200809L
 
+#include "../common/geometry.h"
 #include "../common/input_files.h"
 #include "../common/interrupt.h"
 #include "../common/json.h"
@@ -10,8 +11,6 @@
 #include "options.h"
 #include "redirect.h"
 #include "server.h"
-
-#include "lum/config/config.h"
 
 #include <errno.h>
 #include <signal.h>
@@ -45,8 +44,7 @@ static enum exit_status finish_stdout(void)
  * from a bad source. */
 static int check_files(const struct options *o, lum_error *error)
 {
-    lum_calibration calibration;
-    lum_profile profile;
+    struct geometry geometry;
     const struct input_file inputs[] = {
         {o->is_live ? NULL : o->source, "the source itself"},
         {o->calibration, "the calibration"},
@@ -55,12 +53,9 @@ static int check_files(const struct options *o, lum_error *error)
                                      "-", error) != 0) {
         return -1;
     }
-    if (o->calibration != NULL &&
-        lum_calibration_load(o->calibration, &calibration, error) != 0) {
-        return -1;
-    }
-    return o->profile != NULL ? lum_profile_load(o->profile, &profile, error)
-                              : 0;
+    return geometry_load(o->calibration, o->profile, &geometry, error) == 0
+               ? geometry_set(&geometry, &o->set, error)
+               : -1;
 }
 
 static enum exit_status print_json(const struct guard *guard, const char *url)

@@ -45,6 +45,12 @@ static bool take_sensor(void *options, const char *text, lum_error *why)
     return host_parse(text, &o->sensor, why);
 }
 
+static bool take_set(void *options, const char *text, lum_error *why)
+{
+    struct options *o = options;
+    return set_keys_add(&o->set, text, why);
+}
+
 #define INTO(field) OPTION_INTO(struct options, field)
 #define HAS(field)  .has = offsetof(struct options, field)
 
@@ -67,6 +73,7 @@ static const struct option_spec specs[] = {
     {"paused", .kind = OPTION_FLAG, .group = CAPTURE, INTO(paused)},
     {"calibration", .kind = OPTION_TEXT, INTO(calibration)},
     {"profile", .kind = OPTION_TEXT, INTO(profile)},
+    {"set", .kind = OPTION_CALL, .call = take_set, .allowed = SET_KEYS_ALLOWED},
     {"help", .letter = 'h', .kind = OPTION_SHOW, .show = show_help},
     {"version", .kind = OPTION_SHOW, .show = show_version},
     {"licenses", .kind = OPTION_SHOW, .show = licenses_print},

@@ -2,6 +2,7 @@
 #ifndef LUMVIEW_OPTIONS_H
 #define LUMVIEW_OPTIONS_H
 
+#include "../common/set_keys.h"
 #include "lum/net/socket.h"
 
 #include <stdbool.h>
@@ -14,6 +15,7 @@ struct options {
     const char *interface;   /* live; may be NULL */
     bool laser;              /* live: switch it on, and off at the end */
     const char *calibration; /* NULL: the default */
+    struct set_keys set;     /* on top of files */
     const char *profile;     /* NULL: the default */
     bool has_sensor;         /* capture: of several sensors this one */
     uint32_t sensor;

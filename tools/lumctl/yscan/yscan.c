@@ -55,6 +55,7 @@ static enum exit_status make_table(struct ctl *ctl,
     const char *csv = yscan_csv_name(text);
     const size_t lines =
         ctl->options.lines != 0 ? ctl->options.lines : YSCAN_LINES;
+    char from[MEMORY_FROM_BYTES];
     lum_yscan_shape shape;
     enum exit_status status = EXIT_DONE;
     out->count = lines;
@@ -68,7 +69,7 @@ static enum exit_status make_table(struct ctl *ctl,
         status = yscan_parse_shape(text, &shape);
         if (status == EXIT_DONE) {
             status = yscan_fill(&shape, calibration, lines, out);
-            remember_table(ctl, &shape, ctl->options.calibration);
+            remember_table(ctl, &shape, yscan_name_calibration(ctl, from));
         }
     }
     return status == EXIT_DONE ? yscan_encode(ctl, calibration, out) : status;

@@ -23,6 +23,12 @@ struct yscan_table {
 /* Room for "640 lines from 2.98 down to -16.98 degrees". */
 #define YSCAN_TEXT_BYTES 64
 
+/* What the calibration is made from: the file and what is set on top of it, as
+ * on a command line behind --calibration; without a file it begins with --set.
+ * NULL: the default. */
+const char *yscan_name_calibration(const struct ctl *ctl,
+                                   char out[MEMORY_FROM_BYTES]);
+
 /* The calibration of --calibration, or the default. Complains. */
 enum exit_status yscan_load_calibration(const struct ctl *ctl,
                                         lum_calibration *out);

@@ -22,10 +22,28 @@ enum exit_status yscan_load_calibration(const struct ctl *ctl,
 {
     lum_error error = {""};
     lum_calibration_default(out);
-    if (files_load_calibration(ctl->options.calibration, out, &error) != 0) {
+    if (files_load_calibration(ctl->options.calibration, &ctl->options.set, out,
+                               &error) != 0) {
         return ctl_complain(EXIT_BAD, "%s", error.text);
     }
     return EXIT_DONE;
+}
+
+const char *yscan_name_calibration(const struct ctl *ctl,
+                                   char out[MEMORY_FROM_BYTES])
+{
+    const struct ctl_options *o = &ctl->options;
+    size_t n = 0;
+    (void)snprintf(out, MEMORY_FROM_BYTES, "%s",
+                   o->calibration != NULL ? o->calibration : "");
+    for (size_t i = 0; i < o->set.count; i++) {
+        n = strlen(out);
+        if (!o->set.list[i].is_of_profile) {
+            (void)snprintf(out + n, MEMORY_FROM_BYTES - n, "%s--set %s",
+                           n > 0 ? " " : "", o->set.list[i].text);
+        }
+    }
+    return out[0] != '\0' ? out : NULL;
 }
 
 enum exit_status yscan_find_span(const lum_calibration *calibration,
