@@ -111,7 +111,7 @@ class Pipe(unittest.TestCase):
         r = self.shell(15, "set-ip localhost\nset-ip --dry-run some.name\nstatus --host localhost\nstatus --host 127.32.0.15\n"
                            "status --host some.name:5517\n", "--heartbeat")
         self.assertEqual(r.returncode, 2)
-        self.assertEqual(r.stderr.count("no name is looked up while this shell keeps a sensor alive"), 4, r.stderr)
+        self.assertEqual(r.stderr.count("no name is looked up while this shell sends heartbeats"), 4, r.stderr)
         self.assertIn("hold for a whole shell", r.stderr)
         self.assertEqual(sensor.events("set_ip"), [])
         self.assertEqual(self.shell(15, "set-ip --dry-run localhost\n").returncode, 0)

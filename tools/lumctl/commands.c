@@ -35,12 +35,12 @@ static const struct command table[] = {
      .run = command_time},
     {.name = "set-ip",
      .arguments = "ADDRESS",
-     .summary = "give it another address, and prove it",
+     .summary = "give it another address, and check it",
      .own = OWN_FORCE,
      .run = command_set_ip},
     {.name = "laser",
      .arguments = "on|off",
-     .summary = "switch the laser, and see that it did",
+     .summary = "switch the laser, and check the result",
      .words = {"on", "off"},
      .run = command_laser},
     {.name = "power",
@@ -91,14 +91,14 @@ static const struct command table[] = {
      .summary = "the settings, as far as this host knows",
      .run = command_show},
     {.name = "save",
-     .summary = "these settings as YAML that apply takes",
+     .summary = "these settings as YAML for apply",
      .run = command_save},
     {.name = "heartbeat",
-     .summary = "be the session: keep laser and data alive",
+     .summary = "own the session: keep laser and data on",
      .own = OWN_RATE | OWN_DURATION,
      .run = command_heartbeat},
     {.name = "doctor",
-     .summary = "find what is wrong, and what mends it",
+     .summary = "find what is wrong, and how to fix it",
      .own = OWN_TRACE,
      .run = command_doctor},
     {.name = "shell",
@@ -156,7 +156,7 @@ static enum exit_status help_all(void)
     for (size_t i = 0; i < COMMANDS; i++) {
         help_row(table[i].name, table[i].arguments, table[i].summary);
     }
-    (void)puts("\nOptions, before or behind the command:");
+    (void)puts("\nOptions, before or after the command:");
     options_help(true, 0);
     (void)puts("\nOptions of single commands:");
     options_help(false, ~0u);

@@ -8,11 +8,11 @@
 static const char begin[] = "Usage: lumctl [OPTION]... COMMAND [WORD]...\n"
                             "Talk to a Luminar Model G2: look, set, switch.\n"
                             "\n"
-                            "Commands (more of each: lumctl COMMAND --help):\n";
+                            "Commands (for details: lumctl COMMAND --help):\n";
 
 static const char end[] =
     "\n"
-    "LUM_HOST in the environment stands for --host.\n"
+    "The environment variable LUM_HOST does the same as --host.\n"
     "\n"
     "Exit status: 0 done; 1 it failed; 2 bad arguments or configuration;\n"
     "3 the sensor does not answer; 4 it reports a hazard (status, laser on).\n"
@@ -30,17 +30,17 @@ static const struct {
 } details[] = {
     {"status",
      "Bits 0 to 8 are hazards: exit status 4. HEARTBEAT_TIMEOUT alone means\n"
-     "that nobody owns the session: that is idle, and exit status 0.\n"
-     "--watch asks twice a second; on a terminal it redraws, elsewhere it\n"
+     "that nobody owns the session: the sensor is idle, exit status 0.\n"
+     "--watch asks twice a second; on a terminal it redraws, otherwise it\n"
      "writes a line for each change.\n"},
-    {"time", "Eight exchanges, or with --watch one each second, a line for "
-             "each.\n"},
+    {"time", "Eight exchanges, or with --watch one each second, with a line "
+             "for each.\n"},
     {"set-ip",
-     "The sensor changes at once, and boots at 10.42.0.37 again when its\n"
-     "power was off. Addresses at which this host would not reach it any more\n"
-     "are refused, but for --force.\n"},
+     "The sensor changes its address at once, and boots at 10.42.0.37 again\n"
+     "when its power was off. Addresses at which this host could not reach\n"
+     "it any more are refused, except with --force.\n"},
     {"laser",
-     "It stays on only while some program sends heartbeats: lumdump\n"
+     "It stays on only while a program sends heartbeats: lumdump\n"
      "udp://ADDRESS, lumctl heartbeat, or lumctl shell --heartbeat. Keep\n"
      "people's eyes away from the beam.\n"},
     {"yscan",
@@ -61,33 +61,31 @@ static const struct {
      "11..30 y           Y scan, degrees\n"
      "150..250 h         holdoff, in steps of 10\n"
      "0..30 G, B         offset green, blue\n"
-     "Commands are parted by one space; each is checked before any is sent.\n"},
+     "Separate commands by one space; all are checked before any is sent.\n"},
     {"tlv",
      "TYPE is 0 to 65535, HEX the bytes of the value: 1:75 is the command u.\n"
-     "What comes back is shown.\n"},
+     "The answer is shown.\n"},
     {"apply", "--dry-run shows the plan and sends nothing.\n"},
     {"find",
-     "Asks each address of the subnets of each interface that is up for a "
-     "time\n"
-     "stamp, of wider ones than a /22 the part around this host's own; as "
-     "root\n"
-     "also asks by ARP and listens to what is on the wire, where no address\n"
-     "fits. Nothing else is sent. Simulators: --interface lo.\n"},
+     "Asks each address of the subnets of each interface that is up for a\n"
+     "time stamp; in a subnet larger than a /22, only the part around this\n"
+     "host's own address. As root it also asks by ARP and listens on the\n"
+     "wire, where this host has no address in the sensor's subnet. Nothing\n"
+     "else is sent. Simulators: --interface lo.\n"},
     {"show",
-     "The sensor cannot be asked for its settings: shown is what it last\n"
-     "acknowledged to this user of this host. Its clock tells of a restart,\n"
-     "which voids all of it.\n"},
-    {"save", "lumctl save > mine.yaml; lumctl apply mine.yaml. What cannot be\n"
-             "written is left out, and said.\n"},
+     "The sensor cannot be asked for its settings: this shows what it last\n"
+     "acknowledged to this user of this host. If its clock shows a restart,\n"
+     "all settings are forgotten.\n"},
+    {"save", "lumctl save > mine.yaml; lumctl apply mine.yaml. Settings that\n"
+             "cannot be written are left out and named.\n"},
     {"heartbeat",
      "Until Ctrl-C, or for --duration. The sensor sends its data here; it\n"
      "switches its laser off 3 s after the last heartbeat.\n"},
     {"doctor",
-     "Looks at the host, the way to the sensor and the sensor, in\n"
-     "order, and names the command that mends what is wrong. --trace,\n"
-     "as root, asks the kernel which firewall rule drops requests or\n"
-     "answers.\n"},
-    {"shell", "Takes commands as lumctl does, and the manual's text (50p).\n"
+     "Checks the host, the way to the sensor and the sensor, in order,\n"
+     "and prints the command that fixes what is wrong. --trace, as root,\n"
+     "asks the kernel which firewall rule drops requests or answers.\n"},
+    {"shell", "Takes commands like lumctl, and the manual's text (50p).\n"
               "quit or Ctrl-D ends it.\n"},
 };
 

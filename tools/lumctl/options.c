@@ -25,9 +25,9 @@ bool options_allow_host(const struct ctl_options *options, const char *text,
         return true;
     }
     (void)lum_error_set(why,
-                        "'%.80s': no name is looked up while this shell keeps "
-                        "a sensor alive, since its heartbeats would stop "
-                        "meanwhile; give the address, such as 10.42.0.38",
+                        "'%.80s': no name is looked up while this shell sends "
+                        "heartbeats, because they would stop during that "
+                        "time; give the address, such as 10.42.0.38",
                         text);
     return false;
 }
@@ -40,10 +40,11 @@ bool options_parse_host(const char *text, lum_endpoint *out, lum_error *why)
     }
     *out = found;
     if (!lum_address_is_host(found.address)) {
-        (void)lum_error_set(why,
-                            "'%.80s': no sensor can have this address; usual "
-                            "is 10.42.0.37",
-                            text);
+        (void)lum_error_set(
+            why,
+            "'%.80s': no sensor can have this address; the usual "
+            "one is 10.42.0.37",
+            text);
         return false;
     }
     return true;
@@ -69,7 +70,7 @@ static const struct option_spec specs[] = {
      .allowed = "a port from 1 to 65535", .help = "its port (default 5517)"},
     {"interface", .kind = OPTION_TEXT, .group = OWN_SESSION, INTO(interface),
      .value = "NAME", .allowed = "the name of an interface",
-     .help = "reach the sensor there alone"},
+     .help = "reach the sensor only through this"},
     {"timeout", .kind = OPTION_WHOLE, .group = OWN_SESSION, INTO(timeout_ms),
      .min = 1, .max = TIMEOUT_MAX_MS, .value = "MS",
      .allowed = "a whole number of milliseconds from 1 to 60000",
@@ -78,7 +79,7 @@ static const struct option_spec specs[] = {
      HAS(has_retries), .max = RETRIES_MAX, .value = "N",
      .help = "further tries without an answer (default 4)"},
     {"profile", .kind = OPTION_TEXT, .group = OWN_SESSION, INTO(profile),
-     .value = "FILE", .help = "YAML; layout of packets, where it differs"},
+     .value = "FILE", .help = "YAML; layout of packets, if it differs"},
     {"calibration", .kind = OPTION_TEXT, INTO(calibration), .value = "FILE",
      .help = "YAML; default: the manual's typical values"},
     {"sequence", .kind = OPTION_WHOLE, INTO(sequence), HAS(has_sequence),
@@ -91,18 +92,18 @@ static const struct option_spec specs[] = {
     {"quiet", .letter = 'q', .kind = OPTION_FLAG, INTO(quiet),
      .help = "no notes on standard error"},
     {"watch", .kind = OPTION_FLAG, .group = OWN_WATCH, INTO(watch),
-     .help = "go on until Ctrl-C (status, time)"},
+     .help = "continue until Ctrl-C (status, time)"},
     {"trace", .kind = OPTION_FLAG, .group = OWN_TRACE, INTO(trace),
      .help = "name the firewall rule that drops packets (doctor)"},
     {"heartbeat", .kind = OPTION_FLAG, .group = OWN_HEARTBEAT, INTO(heartbeat),
-     .help = "be the session (shell)"},
+     .help = "own the session (shell)"},
     {"rate", .kind = OPTION_REAL, .group = OWN_RATE, INTO(rate_hz),
      .low = RATE_MIN_HZ, .high = RATE_MAX_HZ, .value = "HZ",
      .help = "heartbeats a second, default 5 (heartbeat)"},
     {"duration", .kind = OPTION_REAL, .group = OWN_DURATION, INTO(duration_s),
      .low = DURATION_MIN_S, .high = DURATION_MAX_S, .value = "S",
      .allowed = "a number of seconds above 0",
-     .help = "end after so long (heartbeat, --watch)"},
+     .help = "end after this time (heartbeat, --watch)"},
     {"shape", .kind = OPTION_TEXT, .group = OWN_SHAPE, INTO(shape),
      .value = "SHAPE", .allowed = "a shape",
      .help = "how lines are distributed (yscan)"},
@@ -110,10 +111,10 @@ static const struct option_spec specs[] = {
      .max = LUM_YSCAN_LINES_MAX, .value = "N",
      .help = "lines of the distribution (yscan)"},
     {"force", .kind = OPTION_FLAG, .group = OWN_FORCE, INTO(force),
-     .help = "an address by which it may be lost, too (set-ip)"},
+     .help = "allow an unreachable address (set-ip)"},
     {"subnet", .kind = OPTION_TEXT, .group = OWN_SUBNET, INTO(subnet),
      .value = "ADDRESS/BITS", .allowed = "a subnet such as 10.42.0.0/24",
-     .help = "search there, a /22 at most (find)"},
+     .help = "search there; a /22 at most (find)"},
     {"help", .letter = 'h', .kind = OPTION_FLAG, INTO(wants_help)},
     {"version", .kind = OPTION_FLAG, INTO(wants_version)},
 };
