@@ -2,11 +2,11 @@
  * The right to write the file of a name, so that no two runs write one at the
  * same time. Internal.
  *
- * A mark, `.NAME.lumsdk`, stands beside the file as long as the right is held.
- * It is locked by flock(), on Windows by its share mode, so that the mark of a
- * run that was killed is told from that of one that lives; and it says which
- * unfinished file that run had, which the next run then removes. Where the file
- * system has no locks, all who ask are given the right. */
+ * A mark, `.NAME.lumsdk`, lies beside the file as long as the right is held. It
+ * is locked by flock(), on Windows by its share mode, so the mark of a killed
+ * run differs from that of a running one. It also names the unfinished file of
+ * its run, which the next run removes. On a file system without locks everybody
+ * who asks gets the right. */
 #ifndef LUM_BASE_CLAIM_H
 #define LUM_BASE_CLAIM_H
 
@@ -27,14 +27,14 @@ typedef struct lum_claim {
         NULL, -1                                                               \
     }
 
-/** Take the right to write a file, which need not be there. In a directory that
- * this process may not write in, nothing is taken.
+/** Take the right to write a file, which need not exist. In a directory that
+ * this process may not write to, nothing is taken.
  * @param path  of the file; links are not followed.
  * @param shown its name for messages.
  * @param out   to be given back by lum_claim_drop(), whatever is returned.
  * @return 0, or -1 with the reason in error and in errno: EBUSY if another
- *         holds it, EEXIST if what stands at the mark's place is no mark, or
- *         why none can be made, such as ENOENT. */
+ *         holds it, EEXIST if a file in the mark's place is not a mark, or why
+ *         no mark can be made, for example ENOENT. */
 LUM_MUST_CHECK int lum_claim_take(const char *path, const char *shown,
                                   lum_claim *out, lum_error *error);
 
@@ -49,7 +49,8 @@ void lum_claim_drop(lum_claim *claim);
  * @return to be freed; NULL: there is no memory. */
 char *lum_claim_beside(const char *path);
 
-/** Whether another has locked a file, as one does that writes it in place. */
+/** Whether another process has locked a file; a process that writes a file in
+ * place locks it. */
 bool lum_claim_is_locked(const char *path);
 
 /** Lock a file that is open, as long as it is.

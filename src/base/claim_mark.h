@@ -1,6 +1,6 @@
 /** @file
- * What stands in a mark, what files beside a file are called, and what is said
- * where a right cannot be had (base/claim.h). Internal. */
+ * The content of a mark, the names of files beside a file, and the messages
+ * when a right is refused (base/claim.h). Internal. */
 #ifndef LUM_BASE_CLAIM_MARK_H
 #define LUM_BASE_CLAIM_MARK_H
 

@@ -88,8 +88,8 @@ static void leave(int fd, const char *unfinished)
     (void)written;
 }
 
-/* One that was just made is empty, and another run may take it for one of a run
- * that was killed; then the lock is that one's. */
+/* A new mark is empty, and another run may take it for the mark of a killed
+ * run; then that run has the lock. */
 static enum attempt make_mark(lum_claim *claim)
 {
     if (lum_claim_lock(claim->fd) != 0 || !is_same(claim->fd, claim->mark)) {
@@ -100,8 +100,8 @@ static enum attempt make_mark(lum_claim *claim)
     return TAKEN;
 }
 
-/* One that is there: of a run that lives, or of one that was killed. The lock
- * is known to work before anything is removed. */
+/* An existing mark, of a running or a killed run. Nothing is removed before the
+ * lock is known to work. */
 static enum attempt look_at_mark(lum_claim *claim, const char *path,
                                  const char *shown, lum_error *error)
 {
@@ -132,8 +132,8 @@ static void release(lum_claim *claim)
     }
 }
 
-/* To lock it, some network file systems want it writable; one of another user
- * is not. */
+/* Some network file systems lock only writable files; a mark of another user is
+ * not writable. */
 static int open_mark(const char *path)
 {
     const int flags = O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC;

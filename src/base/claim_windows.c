@@ -9,8 +9,8 @@
 #include <string.h>
 #include <windows.h>
 
-/* The system's share modes are the locks: a mark is open to be written by one
- * process alone, and others may read in it who that is. */
+/* The system's share modes are the locks: only one process can open a mark for
+ * writing, and others may read in it which process that is. */
 
 static HANDLE open_mark(const char *path, DWORD access, DWORD share,
                         DWORD creation)
@@ -86,7 +86,8 @@ static void leave(HANDLE file, const char *unfinished)
     (void)SetEndOfFile(file);
 }
 
-/* The mark is open, and nobody else's: of a run that was killed, or new. */
+/* The mark is open and belongs to nobody else: it is of a killed run, or
+ * new. */
 static int settle(HANDLE file, const char *path, const char *shown,
                   lum_claim *claim, lum_error *error)
 {
@@ -157,7 +158,7 @@ void lum_claim_note(const lum_claim *claim, const char *unfinished)
     }
 }
 
-/* Another that opens it in between keeps it from being removed. */
+/* If another process opens it in between, it cannot be removed. */
 void lum_claim_drop(lum_claim *claim)
 {
     if (claim->fd >= 0) {
@@ -168,7 +169,7 @@ void lum_claim_drop(lum_claim *claim)
     forget(claim);
 }
 
-/* Whoever writes a file shares it with nobody who wants to write it too. */
+/* A process that writes a file does not share it with other writers. */
 bool lum_claim_is_locked(const char *path)
 {
     const HANDLE file =

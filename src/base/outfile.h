@@ -1,10 +1,11 @@
 /** @file
- * Where an output's bytes end up: in a file that gets its name when it is whole
- * or when it begins, or in place where the output is no regular file. Internal.
+ * Where an output's bytes go: to a file that gets its name when it is complete
+ * or when it begins, or directly to an output that is not a regular file.
+ * Internal.
  *
- * Until a file has its name it stands beside it as `NAME.0123456789ab.part`,
- * under a number that no other file has, and is locked. As long as an output is
- * open nobody else may write one of its name (base/claim.h). */
+ * Until a file has its name it is `NAME.0123456789ab.part` beside that name,
+ * with a number that no other file has, and is locked. While an output is open
+ * nobody else may write one of its name (base/claim.h). */
 #ifndef LUM_BASE_OUTFILE_H
 #define LUM_BASE_OUTFILE_H
 
@@ -30,19 +31,19 @@ typedef struct lum_outfile {
     char *part;       /**< its present name, while it is another */
     int fd;           /**< to write to */
     bool seekable;    /**< a regular file, not opened to append */
-    bool may_block;   /**< no regular file: its reader may take his time */
-    int64_t base;     /**< where our first byte stands; 0 if not seekable */
+    bool may_block;   /**< not a regular file: its reader may be slow */
+    int64_t base;     /**< offset of our first byte; 0 if not seekable */
     dev_t device;     /**< of the file made, to know it again */
     ino_t inode;      /**< likewise */
-    size_t unstarted; /**< bytes whose way to the disk has not begun */
-    bool owes_name;   /**< it has its name, and the disk need not */
+    size_t unstarted; /**< bytes not yet on their way to the disk */
+    bool owes_name;   /**< it has its name, perhaps not yet on the disk */
     lum_claim claim;  /**< to its name */
 } lum_outfile;
 
-/** Open an output. A file that is there stays as it is until it is replaced,
- * and gives its mode, and its owner where this process may, to what replaces
- * it; links to files are followed. Where a growing file cannot be made anew
- * since its directory may not be written in, the one that is there is emptied.
+/** Open an output. An existing file does not change until it is replaced. The
+ * new file gets its mode and, if this process may set it, its owner; links to
+ * files are followed. If no growing file can be made because its directory is
+ * not writable, the existing one is emptied.
  * @param path its name, or "-" for standard output, which is duplicated.
  * @param out  written only on success.
  * @return 0, or -1 with the reason in error and in errno: EBUSY if another
@@ -50,26 +51,26 @@ typedef struct lum_outfile {
 LUM_MUST_CHECK int lum_outfile_open(const char *path, lum_outfile_kind kind,
                                     lum_outfile *out, lum_error *error);
 
-/** Give it its name before it is whole, if it has another. From then on it
- * stays, whatever becomes of the rest. Does not wait for the disk, which gets
- * the name for certain by lum_outfile_finish().
+/** Give it its name before it is complete, if it has another. From then on the
+ * file stays, even if the rest fails. Does not wait for the disk; only
+ * lum_outfile_finish() makes sure that the name is there.
  * @return 0, or -1 with the reason in error and in errno. */
 LUM_MUST_CHECK int lum_outfile_show(lum_outfile *file, lum_error *error);
 
-/** Tell that n bytes more were written, so that the disk begins with them while
- * more are made. */
+/** Report that n more bytes were written, so that the disk can begin with them
+ * while the caller makes more. */
 void lum_outfile_wrote(lum_outfile *file, size_t n);
 
-/** Close it and give it its name, once its bytes are on the disk, and then wait
- * until the name is; those of what is written in place are the reader's.
- * lum_outfile_discard() has to follow.
+/** Close it, give it its name when its bytes are on the disk, and wait until
+ * the name is there too. Outputs that are written directly are only closed.
+ * Call lum_outfile_discard() after it.
  * @return 0, or -1 with the reason in error and in errno. */
 LUM_MUST_CHECK int lum_outfile_finish(lum_outfile *file, lum_error *error);
 
-/** Free it; what has not got its name is removed. */
+/** Free it; a file without its name is removed. */
 void lum_outfile_discard(lum_outfile *file);
 
-/** Say what could not be done to it, and why; leave code in errno.
+/** Make the message what failed, and why; leave code in errno.
  * @param code an errno.
  * @return -1. */
 int lum_outfile_fail(const lum_outfile *file, int code, const char *doing,

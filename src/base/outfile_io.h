@@ -7,14 +7,14 @@
 
 #include <stdio.h>
 
-/** Wait until it takes bytes: a reader may take his time. Windows has no such
- * question, and the next write waits.
+/** Wait until it takes bytes: its reader may be slow. Windows cannot ask this,
+ * so there the next write waits.
  * @return 1: it does; 0: not yet; -1 with the reason in errno. */
 int lum_outfile_wait(const lum_outfile *file, int patience_ms);
 
-/** Write some bytes at its end; no more than are taken at once after
- * lum_outfile_wait() has said 1, where the system tells how many those are.
- * @param written what was, 0 to n; n is not 0.
+/** Write some bytes at its end. After lum_outfile_wait() returned 1, only as
+ * many as are taken at once, if the system says how many these are.
+ * @param written number of bytes written, 0 to n; n is not 0.
  * @return 0, also if nothing could be written yet, or an errno. */
 LUM_MUST_CHECK int lum_outfile_put(lum_outfile *file, const void *bytes,
                                    size_t n, size_t *written);
@@ -25,15 +25,15 @@ LUM_MUST_CHECK int lum_outfile_put(lum_outfile *file, const void *bytes,
 LUM_MUST_CHECK int lum_outfile_put_at(lum_outfile *file, uint64_t offset,
                                       const void *bytes, size_t n);
 
-/** Whether nobody will read what is written; a pipe tells that without a write,
- * but not on Windows, where the next write tells it. */
+/** Whether the reader has left. A pipe shows this without a write, except on
+ * Windows, where the next write shows it. */
 bool lum_outfile_is_unread(const lum_outfile *file);
 
-/** A stream to its end, with a descriptor of its own, to be closed by fclose().
+/** A stream that appends, with its own descriptor; close it by fclose().
  * @return NULL with the reason in errno. */
 FILE *lum_outfile_stream(const lum_outfile *file);
 
-/** Have what a stream has buffered go nowhere. */
+/** Discard the buffered bytes of a stream. */
 void lum_outfile_turn_away(FILE *stream);
 
 #endif

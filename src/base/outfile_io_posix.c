@@ -15,7 +15,7 @@ int lum_outfile_wait(const lum_outfile *file, int patience_ms)
     return answer < 0 && errno == EINTR ? 0 : answer;
 }
 
-/* What one answer of write() means: 0 to go on, or an errno. */
+/* The meaning of a result of write(): 0 to continue, or an errno. */
 static int judge_write(ssize_t written)
 {
     if (written > 0) {
@@ -28,8 +28,7 @@ static int judge_write(ssize_t written)
                                                                      : errno;
 }
 
-/* A pipe that is writable takes PIPE_BUF bytes without blocking, and no more
- * for certain. */
+/* A writable pipe takes PIPE_BUF bytes without blocking; more may block. */
 int lum_outfile_put(lum_outfile *file, const void *bytes, size_t n,
                     size_t *written)
 {

@@ -6,8 +6,8 @@
 #include <limits.h>
 #include <windows.h>
 
-/* One WriteFile() that a reader who takes his time holds up for no longer than
- * he needs for so much. */
+/* Bytes of one WriteFile(): a slow reader blocks it only for the time that he
+ * needs for this many. */
 #define PIPE_BYTES 4096u
 
 int lum_outfile_wait(const lum_outfile *file, int patience_ms)

@@ -13,8 +13,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define TRIES      100                 /* to find a name that is free */
-#define BEGIN_SIZE ((size_t)8u << 20u) /* bytes that are worth a begin */
+#define TRIES 100 /* to find a name that is free */
+#define BEGIN_SIZE                                                             \
+    ((size_t)8u << 20u) /* so many bytes are worth starting a write */
 
 /* --- Messages --- */
 
@@ -61,7 +62,7 @@ static int refuse_busy(const lum_outfile *file, lum_error *error)
 
 /* --- The file that is filled --- */
 
-/* What replaces a file is open to nobody to whom that one was not. */
+/* The new file is readable only by those who could read the one it replaces. */
 static void keep_mode(const lum_outfile *file, const struct stat *old)
 {
     struct stat now;
@@ -74,7 +75,7 @@ static void keep_mode(const lum_outfile *file, const struct stat *old)
     (void)fchmod(file->fd, mode);
 }
 
-/* Under a number that is free. 0, or -1 with the reason in errno alone. */
+/* Opens it under a free number. 0, or -1 with the reason only in errno. */
 static int create_part(lum_outfile *file, mode_t mode)
 {
     int code = EEXIST;
@@ -113,7 +114,7 @@ static int settle(lum_outfile *file, lum_error *error)
     return 0;
 }
 
-/* What is there and cannot be replaced. */
+/* Opens an existing file that cannot be replaced. */
 static int empty(lum_outfile *file, lum_error *error)
 {
     file->fd = open(file->path, O_WRONLY | O_CLOEXEC);
@@ -128,8 +129,8 @@ static int empty(lum_outfile *file, lum_error *error)
                : lum_outfile_fail(file, errno, "cannot empty it", error);
 }
 
-/* A claim that fails for another reason than that somebody is in the way fails
- * as the file would. */
+/* If a claim fails, but not because another process has it, the file would fail
+ * in the same way. */
 static int claim(lum_outfile *file, lum_error *error)
 {
     lum_claim taken;
@@ -141,7 +142,7 @@ static int claim(lum_outfile *file, lum_error *error)
     return result;
 }
 
-/* old: what is to be replaced; NULL: there is none. */
+/* old: the file to be replaced; NULL: none. */
 static int make(lum_outfile *file, lum_outfile_kind kind,
                 const struct stat *old, lum_error *error)
 {
@@ -252,7 +253,7 @@ int lum_outfile_open(const char *path, lum_outfile_kind kind, lum_outfile *out,
 
 /* --- To the disk, and its name --- */
 
-/* Whether its present name still stands for it. */
+/* Whether its present name still belongs to it. */
 static bool is_ours(const lum_outfile *file)
 {
     struct stat status;
@@ -297,7 +298,7 @@ static int sync_directory(const lum_outfile *file, lum_error *error)
                                   error);
 }
 
-/* Give it its name, whenever the disk gets that. */
+/* Give it its name; the disk may get the name later. */
 static int give_name(lum_outfile *file, lum_error *error)
 {
     if (file->part == NULL || file->path == NULL) {
@@ -325,7 +326,7 @@ static int give_name(lum_outfile *file, lum_error *error)
 
 /* --- The public functions --- */
 
-/* The file's own lock takes the claim's place. */
+/* The file's own lock replaces the claim. */
 int lum_outfile_show(lum_outfile *file, lum_error *error)
 {
     const int result = give_name(file, error);

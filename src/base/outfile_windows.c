@@ -59,7 +59,7 @@ static int refuse_busy(const lum_outfile *file, lum_error *error)
                   "another name");
 }
 
-/* What the system says of the last call. */
+/* The system's error of the last call. */
 static int fail_last(const lum_outfile *file, const char *doing,
                      lum_error *error)
 {
@@ -151,7 +151,7 @@ static int open_standard_output(lum_outfile *file, lum_error *error)
     return 0;
 }
 
-/* A pipe or a device has a path too, and no name to be given. */
+/* A pipe or a device also has a path, but gets no name. */
 static int open_in_place(lum_outfile *file, const char *path, lum_error *error)
 {
     const HANDLE handle =
@@ -247,14 +247,14 @@ int lum_outfile_show(lum_outfile *file, lum_error *error)
     return result;
 }
 
-/* The system begins by itself. */
+/* The system starts writing by itself. */
 void lum_outfile_wrote(lum_outfile *file, size_t n)
 {
     (void)file;
     (void)n;
 }
 
-/* The name is written through by who gives it. */
+/* The call that renames also writes the name to the disk. */
 int lum_outfile_finish(lum_outfile *file, lum_error *error)
 {
     const int fd = file->fd;

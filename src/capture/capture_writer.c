@@ -84,7 +84,7 @@ static void put_ipv4(uint8_t *p, const lum_datagram *d)
     store_be16(p + 10, checksum(sum_words(p, IPV4_BYTES)));
 }
 
-/* Behind the IPv4 header, whose addresses are in the sum. */
+/* After the IPv4 header, whose addresses are in the sum. */
 static void put_udp(uint8_t *p, const lum_datagram *d)
 {
     const uint32_t len = (uint32_t)(UDP_BYTES + d->len);
@@ -243,7 +243,7 @@ int lum_capture_writer_flush(lum_capture_writer *writer, lum_error *error)
     return fflush(writer->file) == 0 ? 0 : failed(writer, error);
 }
 
-/* fclose() would do it too late to tell what goes wrong. */
+/* fclose() would do it too late to report an error. */
 int lum_capture_writer_close(lum_capture_writer *writer, lum_error *error)
 {
     if (writer == NULL) {
@@ -261,8 +261,7 @@ int lum_capture_writer_close(lum_capture_writer *writer, lum_error *error)
     return result;
 }
 
-/* What is buffered would be written by fclose(), which may wait for a reader.
- */
+/* fclose() would write the buffered bytes, and may wait for a reader. / */
 void lum_capture_writer_abort(lum_capture_writer *writer)
 {
     if (writer == NULL) {

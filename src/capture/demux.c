@@ -4,8 +4,7 @@
 
 #include <stdlib.h>
 
-/* Addresses whose packets are told apart; what comes from more is counted
- * together. */
+/* Addresses that are counted separately; further ones are counted together. */
 #define ADDRESSES_MAX 64u
 
 struct assembly {
@@ -171,8 +170,8 @@ static bool admit_sensor(lum_demux *demux, struct address *entry)
     return true;
 }
 
-/* Data is worth an entry of its own: an address that has sent none gives way,
- * and what was counted of it is counted with the rest. */
+/* An address with data gets its own entry. It replaces an address that has sent
+ * none, whose counts are added to the rest. */
 static struct address *claim_entry(lum_demux *demux, uint32_t address)
 {
     struct address *rest = &demux->addresses[ADDRESSES_MAX];

@@ -69,7 +69,7 @@ LUM_MUST_CHECK lum_pcap *lum_pcap_new(lum_source *source);
 /** Free it. NULL is allowed. */
 void lum_pcap_free(lum_pcap *reader);
 
-/** Have the options of a pcapng file handed out while it is read.
+/** Hand out the options of a pcapng file while it is read.
  * @param take NULL: do not. */
 void lum_pcap_take_options(lum_pcap *reader, lum_pcap_option_taker *take,
                            void *context);
@@ -78,7 +78,8 @@ void lum_pcap_take_options(lum_pcap *reader, lum_pcap_option_taker *take,
  * one, or a pcapng file's first such before its first packet. Once, before any
  * lum_pcap_next().
  * @param is_wanted   NULL: any is.
- * @param link_type   gets its link type; where none is wanted the first one's.
+ * @param link_type   gets its link type; if none is wanted, that of the first
+ *                    interface.
  * @return 1; 0 if none is wanted; -1 if it is no capture, with the reason in
  *         error, without the source's name. */
 LUM_MUST_CHECK int lum_pcap_begin(lum_pcap *reader,
@@ -86,8 +87,8 @@ LUM_MUST_CHECK int lum_pcap_begin(lum_pcap *reader,
                                   uint32_t *link_type, lum_error *error);
 
 /** Read the next record.
- * @return 1 with a record; 0 at the end; -1 where it cannot be read on, with
- * the byte of the stream and the reason in error. */
+ * @return 1 with a record; 0 at the end; -1 where it cannot be read any
+ *         further, with the byte of the stream and the reason in error. */
 LUM_MUST_CHECK int lum_pcap_next(lum_pcap *reader, lum_pcap_record *out,
                                  lum_error *error);
 

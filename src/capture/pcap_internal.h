@@ -31,7 +31,7 @@ static inline uint32_t load_u32(const lum_pcap *r, const uint8_t *p)
     return r->is_big ? load_be32(p) : load_le32(p);
 }
 
-/** What a limit of 0 means, and one that cannot be meant. */
+/** The meaning of a limit of 0 and of impossible limits. */
 static inline uint32_t lum_pcap_snap(uint32_t snap)
 {
     return snap == 0 || snap > INT32_MAX ? LUM_PCAP_BYTES_MAX : snap;

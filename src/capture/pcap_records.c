@@ -32,7 +32,7 @@ static bool is_swapped(const lum_pcap *r, const lum_pcap_record *out)
            (r->lengths == SMALLER_IS_HELD && out->len > out->whole);
 }
 
-/* What a file holds that was not written to its end. */
+/* A file that was not written to its end has this. */
 static bool is_zeros(const lum_pcap_record *record)
 {
     return record->time_ns == 0 && record->len == 0 && record->whole == 0;
@@ -82,7 +82,8 @@ static int next_record(lum_pcap *r, lum_pcap_record *out, lum_error *error)
     return 1;
 }
 
-/* Whether it is one of a pcap file's; sets what that says of the rest. */
+/* Whether it is the magic of a pcap file; sets the properties that it
+ * implies. */
 static bool read_magic(lum_pcap *r, const uint8_t *p)
 {
     static const struct {

@@ -57,7 +57,7 @@ static size_t padded(size_t len)
     return (len + 3u) / 4u * 4u;
 }
 
-/* Returns 1 with an option; 0 behind the last; -1 if it is cut short. */
+/* Returns 1 with an option; 0 after the last; -1 if it is cut short. */
 static int next_option(const lum_pcap *r, struct options *o, struct option *out)
 {
     if (o->left == 0) {
@@ -86,7 +86,7 @@ static struct options options_from(const struct block *b, size_t from)
     return (struct options){b->at + from, b->len - TRAILER_BYTES - from};
 }
 
-/* A broken one ends them; it may be another program's. */
+/* A broken option ends the list; other programs may write such options. */
 static void hand_out_options(const lum_pcap *r, lum_pcap_place place,
                              struct options o)
 {
@@ -208,7 +208,7 @@ static int read_section(lum_pcap *r, const struct block *b, lum_error *error)
     return 0;
 }
 
-/* A section says its byte order behind its length. */
+/* The byte order of a section comes after its length. */
 static int read_order(lum_pcap *r, lum_error *error)
 {
     lum_source *s = r->source;
@@ -331,8 +331,8 @@ static int next_block(lum_pcap *r, struct block *b, lum_error *error)
 
 /* --- Packets --- */
 
-/* rest * 10^9 / ticks, where rest is less than ticks. Without a remainder lost
- * on the way, for the product has up to 93 bits. */
+/* rest * 10^9 / ticks, where rest is less than ticks, without losing a
+ * remainder: the product has up to 93 bits. */
 static int64_t to_ns(uint64_t rest, uint64_t ticks)
 {
     const uint64_t billion = 1000000000;
@@ -348,7 +348,7 @@ static int64_t to_ns(uint64_t rest, uint64_t ticks)
     return (int64_t)(high / (ticks >> 32));
 }
 
-/* The seconds of a sum that no 64 bits need hold, within the limit. */
+/* The seconds of a sum that may not fit in 64 bits, limited to the limit. */
 static int64_t add_offset(uint64_t s, int64_t offset_s)
 {
     const uint64_t limit = (uint64_t)LUM_PCAP_SECONDS_MAX;

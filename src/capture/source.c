@@ -3,8 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Fits the second-level caches, so that what is read is still there when it is
- * looked at. */
+/* Fits in second-level caches, so that the bytes read are still there when they
+ * are used. */
 #define HALF_BYTES ((size_t)256 * 1024)
 
 /* The kernel copies to a page's start several times as fast as to 16 bytes
@@ -41,8 +41,8 @@ static bool fail(lum_source *s)
     return false;
 }
 
-/* What is left over goes to the end of the first half, so that what is read
- * begins where a page does. */
+/* Bytes that are left over go to the end of the first half, so that new bytes
+ * begin at the start of a page. */
 static void move_left_over(lum_source *s, uint8_t *buffer, size_t half)
 {
     uint8_t *to = buffer + half - s->left;

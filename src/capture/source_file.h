@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 /* A descriptor, or -1 with the reason in errno. "-" is standard input, read
- * through a descriptor of its own, so that closing it harms nobody. */
+ * through a separate descriptor, so that closing it has no effect on others. */
 int lum_source_file_open(const char *path);
 
 /* Some bytes; 0 at the end; -1 with the reason in error. A signal ends the

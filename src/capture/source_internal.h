@@ -1,6 +1,6 @@
 /** @file
- * A source's bytes through a window: what is at hand is looked at in place, and
- * moves only when more is asked for. Internal to the capture room. */
+ * A source's bytes through a window: bytes in the window are read in place, and
+ * move only when more are requested. Internal to the capture room. */
 #ifndef LUM_CAPTURE_SOURCE_INTERNAL_H
 #define LUM_CAPTURE_SOURCE_INTERNAL_H
 
@@ -18,7 +18,7 @@ struct lum_source {
     lum_source_functions functions;
     uint8_t *memory; /**< that buffer lies in; NULL: the bytes are in memory */
     uint8_t *buffer; /**< 2 * half bytes, from the start of a page */
-    size_t half;     /**< what is left over ends here, what is read begins */
+    size_t half;     /**< left-over bytes end and new bytes begin here */
     char *name;      /**< for messages */
     lum_source *packed; /**< what functions unpack, and close; or NULL */
     bool has_ended;     /**< there is nothing more to read */
@@ -26,28 +26,27 @@ struct lum_source {
     lum_error error;
 };
 
-/** Read until so many bytes are at hand, fewer only at the end. What at pointed
- * to has moved. At most LUM_SOURCE_WINDOW_MAX bytes.
- * @return whether there are so many. */
+/** Read until this many bytes are in the window, fewer only at the end. The
+ * bytes that at pointed to have moved. At most LUM_SOURCE_WINDOW_MAX bytes.
+ * @return whether there are this many. */
 LUM_MUST_CHECK bool lum_source_fill(lum_source *source, size_t bytes);
 
-/** Take bytes that need not be at hand.
- * @return whether there were so many. */
+/** Take bytes that need not be in the window.
+ * @return whether there were this many. */
 LUM_MUST_CHECK bool lum_source_skip(lum_source *source, uint64_t bytes);
 
-/** Bytes read, and in all, of what the stream was unpacked from if it was; a
+/** Bytes read and total bytes, of the compressed stream if it is compressed; a
  * total of 0: not known. */
 void lum_source_progress(const lum_source *source, uint64_t *done,
                          uint64_t *total);
 
-/** Whether so many bytes are at hand. */
+/** Whether this many bytes are in the window. */
 static inline bool lum_source_has(lum_source *source, size_t bytes)
 {
     return source->left >= bytes || lum_source_fill(source, bytes);
 }
 
-/** Take bytes that are at hand. They stay where they are until others are asked
- * for. */
+/** Take bytes of the window. They stay in place until more are requested. */
 static inline void lum_source_take(lum_source *source, size_t bytes)
 {
     source->at += bytes;

@@ -6,29 +6,28 @@
 
 #include "source_internal.h"
 
-/** Make the functions that unpack a source's bytes, which then need it. What
- * was readable of damaged or cut data is given, then the failure with the byte
- * where it was.
+/** Make functions that unpack a source's bytes; they need the source as long as
+ * they are used. They give the readable part of damaged or cut data, then the
+ * failure with its byte.
  * @param packed borrowed; stays open.
  * @param out    its close frees all but packed; written only on success.
  * @return 0; -1 without memory. */
 typedef int lum_unpacker(lum_source *packed, lum_source_functions *out);
 
-/** Of gzip data, also of several one behind another. NULL: not in this build.
- */
+/** Of gzip data, also with several members. NULL: not in this build. / */
 extern lum_unpacker *const lum_unpack_gzip;
 
 /** Of zstd data, also of several frames. NULL: not in this build. */
 extern lum_unpacker *const lum_unpack_zstd;
 
-/** Let *source be the unpacked bytes of what it is, if it is compressed in a
- * way that this build reads. Waits for the first bytes.
+/** Replace *source by its unpacked bytes, if it is compressed in a way that
+ * this build reads. Waits for the first bytes.
  * @param source on failure as it was.
  * @return 0; -1 without memory, with the reason in error. */
 LUM_MUST_CHECK int lum_unpack(lum_source **source, lum_error *error);
 
-/** What to do about a source that is no capture but often taken for one:
- * "; it is ...", or "". */
+/** Advice for a source that is not a capture but is often taken for one: "; it
+ * is ...", or "". */
 const char *lum_unpack_hint(lum_source *source);
 
 #endif

@@ -38,7 +38,7 @@ static int64_t end(const struct unpacker *u, lum_error *error)
     return u->in_member ? fail(u, "the gzip data are cut short", error) : 0;
 }
 
-/* Zeros may fill up what is behind the last member, as on a tape. */
+/* Zeros may follow the last member, as on a tape. */
 static void skip_zeros(const struct unpacker *u)
 {
     while (u->members != 0 && lum_source_has(u->packed, 1) &&

@@ -8,8 +8,8 @@
 #define LINE_BYTES 17u /* timestamp, frame, eye, line */
 #define ROW_BYTES  52u
 
-/* PLY types by the names that Open3D knows: it has no uint and no ushort, but
- * uint16. */
+/* PLY types by names that Open3D knows: it knows uint16, but not uint and
+ * ushort. */
 const lum_cloud_column lum_cloud_columns[LUM_CLOUD_COLUMNS] = {
     {"x", "float", 'F', 4},
     {"y", "float", 'F', 4},
@@ -53,8 +53,8 @@ static int count_digits(uint64_t count)
     return digits;
 }
 
-/* Leading zeros or blanks around a number trouble some readers, so a comment
- * takes up what the number leaves of 20 digits. */
+/* Some readers fail at leading zeros or blanks around a number, so a comment
+ * fills the space that the number leaves of 20 digits. */
 static size_t make_header(char out[LUM_CLOUD_HEADER_BYTES],
                           const lum_writer *writer, lum_cloud_header *header,
                           unsigned mentions)
@@ -144,7 +144,7 @@ static int add_binary(lum_writer *writer, const lum_line_samples *line,
                           error);
 }
 
-/* Numbers that 32 bits do not hold become the nearest. */
+/* Numbers that do not fit in 32 bits become the nearest that does. */
 int lum_cloud_add(lum_writer *writer, const lum_line_samples *line,
                   lum_error *error)
 {

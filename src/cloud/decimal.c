@@ -60,7 +60,7 @@ char *lum_put_i64(char *p, int64_t v)
     return lum_put_u64(p + (v < 0), magnitude_of(v));
 }
 
-/* The point and so many digits of fraction < 10^decimals. */
+/* The point and this number of digits of fraction < 10^decimals. */
 static char *put_fraction(char *p, uint32_t fraction, unsigned decimals)
 {
     for (unsigned i = decimals; i > 0; i--) {

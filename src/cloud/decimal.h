@@ -1,7 +1,7 @@
 /** @file
  * Numbers as fixed decimals, fast: from integers, without locale, printf or
- * libm. Half a unit in the last place rounds away from zero, and what rounds to
- * zero has no sign.
+ * libm. Half a unit in the last place rounds away from zero, and zero has no
+ * sign.
  *
  * Each function writes at p, which must have LUM_DECIMAL_ROOM bytes, and
  * returns the end of the text; bytes behind that end may be overwritten too. No
@@ -50,7 +50,7 @@ char *lum_put_i64(char *p, int64_t v);
 /** scaled / 10^decimals with that many decimals, any scaled. */
 char *lum_put_fixed(char *p, int64_t scaled, unsigned decimals);
 
-/** What lum_put_column() does not do at once: 999 or more, and no numbers. */
+/** Values that lum_put_column() leaves to it: 999 or more, nan and inf. */
 #if defined(__GNUC__)
 __attribute__((cold))
 #endif
@@ -128,7 +128,7 @@ LUM_ALWAYS_INLINE char *lum_put_short(char *p, uint32_t scaled,
 }
 
 /** A float of any size with 3 to 5 decimals, and a separator; "nan", "inf" and
- * "-inf" where it is no number. The product with a power of ten is exact in
+ * "-inf" if it is not a number. The product with a power of ten is exact in
  * double, and so is the rounding. */
 LUM_ALWAYS_INLINE char *lum_put_column(char *p, float v, unsigned decimals,
                                        char separator)

@@ -249,7 +249,7 @@ static bool stretch(float *min, float *max, float v)
     return v > -LIMIT && v < LIMIT;
 }
 
-/* Take a line into bounds and counts; false where a point does not fit. */
+/* Add a line to bounds and counts; false if a point does not fit. */
 static bool survey(las *state, const lum_line_samples *line)
 {
     bool fits = true;
