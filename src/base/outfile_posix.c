@@ -114,7 +114,7 @@ static int settle(lum_outfile *file, lum_error *error)
     return 0;
 }
 
-/* Opens an existing file that cannot be replaced. */
+/* Empties an existing file that cannot be replaced. */
 static int empty(lum_outfile *file, lum_error *error)
 {
     file->fd = open(file->path, O_WRONLY | O_CLOEXEC);

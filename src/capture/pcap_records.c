@@ -32,7 +32,7 @@ static bool is_swapped(const lum_pcap *r, const lum_pcap_record *out)
            (r->lengths == SMALLER_IS_HELD && out->len > out->whole);
 }
 
-/* A file that was not written to its end has this. */
+/* A file that was not written to its end may have such records. */
 static bool is_zeros(const lum_pcap_record *record)
 {
     return record->time_ns == 0 && record->len == 0 && record->whole == 0;

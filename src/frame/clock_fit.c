@@ -8,22 +8,22 @@
 #define MS_NS INT64_C(1000000)
 #define PPM   INT64_C(1000)
 
-/* Clocks differ by no more than this before anything is known. */
+/* The largest difference of rates that is assumed before any measurement. */
 #define DRIFT_KNOWN_PPB (500 * PPM)
 
 /* How much the drift may change over a break. */
 #define CHANGE_PPB (50 * PPM)
 
-/* Arrivals are as late as one another where they differ by less. */
+/* Arrivals that differ by less than this count as equally late. */
 #define SAME_NS 5000
 
-/* An arrival contradicts the line if it lies this far below what it allows, or
- * above. */
+/* An arrival contradicts the line if it lies this far below its lowest possible
+ * place, or this far above. */
 #define LOW_NS  MS_NS
 #define HIGH_NS (250 * MS_NS)
 
-/* Contradictions that agree are a break: so many, and where they only come late
- * for so long. */
+/* This many contradictions that agree are a break; if they are only late, they
+ * also have to last this long. */
 #define RUN_MIN  4u
 #define RUN_US   1000000
 #define AGREE_NS (250 * MS_NS)
@@ -99,7 +99,7 @@ static void refit(lum_clock_fit *fit)
     look(fit, &w);
     const bool has_drift =
         lum_clock_lay(&w, fit->prior_ppb, fit->prior_error_ppb, &line);
-    /* What was known before a gap, or before arrivals became doubtful. */
+    /* What was known before a gap, or before arrivals became uncertain. */
     if (fit->has_drift && !has_drift && lum_clock_holds(&w, &fit->line)) {
         lum_clock_look_back(&w, &fit->line);
         if (lum_clock_error(&fit->line, now_us) <=
@@ -111,7 +111,7 @@ static void refit(lum_clock_fit *fit)
     fit->line = line;
 }
 
-/* A reading that does not come with the one before ends a batch. */
+/* A reading that does not arrive together with the one before ends a batch. */
 static bool ends_batch(const struct lum_clock_reading *last,
                        const struct lum_clock_reading *r)
 {
@@ -149,7 +149,7 @@ static void know_drift_of_before(lum_clock_fit *fit)
     }
 }
 
-/* The first of a new fit; the drift of before is a begin. */
+/* The first reading of a new fit; the earlier drift is the starting value. */
 static void begin(lum_clock_fit *fit, const struct lum_clock_reading *r,
                   unsigned count)
 {
@@ -217,8 +217,8 @@ static bool agrees(const lum_clock_fit *fit, const struct lum_clock_reading *r)
                                         fit->line.drift_ppb)) <= AGREE_NS;
 }
 
-/* Readings of before a restart cannot be told from later ones; those of before
- * a step can, and may still be asked for. */
+/* Readings from before a restart look like later ones. Those from before a step
+ * do not, and callers may still ask for them. */
 static void note_break(lum_clock_fit *fit, const struct run *run)
 {
     fit->sensor_breaks += run->is_sensor ? 1u : 0u;
@@ -228,8 +228,8 @@ static void note_break(lum_clock_fit *fit, const struct run *run)
     fit->before = fit->line;
 }
 
-/* A reading that contradicts the line. Breaks are told by several; a single one
- * is a damaged packet. */
+/* A reading that contradicts the line. Several of them show a break; a single
+ * one is a damaged packet. */
 static lum_clock_fit_event set_aside(lum_clock_fit *fit,
                                      const struct lum_clock_reading *r,
                                      int64_t late_ns)
@@ -312,7 +312,7 @@ lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
 
 /* --- What it tells --- */
 
-/* The line that tells of a reading, and a reading nearby. */
+/* The line that applies to a reading, and a reading nearby. */
 static struct lum_clock_line line_of(const lum_clock_fit *fit, int64_t clock_us,
                                      int64_t *near_us)
 {

@@ -8,14 +8,15 @@
 /* How the drift changes within the window. */
 #define WANDER_PPB INT64_C(1000)
 
-/* The last second, which tells whether arrivals have left the line. */
+/* The last second; it shows whether arrivals have left the line. */
 #define RECENT 8
 
-/* So many steps of the lateness show that batches have shifted. */
+/* This many steps of the lateness show that batches have shifted. */
 #define SHIFTS_MIN 3u
 #define SHIFT_US   250000
 
-/* No error is told above this: arrivals come nearer, or contradict. */
+/* The largest error reported: arrivals come closer than that, or contradict the
+ * line. */
 #define ERROR_MAX_NS INT64_C(1000000000)
 
 /* The reading's own unit. */
@@ -47,7 +48,8 @@ int64_t lum_clock_above(const struct lum_clock_line *line,
     return lum_clock_lateness(&line->at, r, line->drift_ppb);
 }
 
-/* Of the line's time; grows away from what it rests on. */
+/* The error of the line's time; grows with the distance from the arrivals that
+ * it rests on. */
 int64_t lum_clock_error(const struct lum_clock_line *line, int64_t clock_us)
 {
     int64_t away_us = 0;
@@ -61,7 +63,7 @@ int64_t lum_clock_error(const struct lum_clock_line *line, int64_t clock_us)
     return error > line->recent_ns ? error : line->recent_ns;
 }
 
-/* The earliest arrival of readings from one to another, by a drift. */
+/* The earliest arrival among the readings of a range, for a given drift. */
 static const struct lum_clock_reading *find_best(
     const struct lum_clock_window *w, int64_t from_us, int64_t to_us,
     int64_t drift_ppb)
@@ -77,8 +79,9 @@ static const struct lum_clock_reading *find_best(
     return best;
 }
 
-/* The drift between the best of the first third of the window and of the last.
- * Which these are depends on the drift; the one of the line will do. */
+/* The drift between the best readings of the first and the last third of the
+ * window. The choice depends on the drift; the line's present one is good
+ * enough. */
 static bool measure_drift(const struct lum_clock_window *w,
                           struct lum_clock_line *line)
 {
@@ -124,8 +127,8 @@ static int64_t find_gap(int64_t *late_ns, size_t n)
     return gap;
 }
 
-/* How late the best of n spans may be, by the usual one of a span: the n-th
- * part if all delays are as likely, more if short ones are rare. */
+/* How late the best of n spans may be, from the usual lateness of a span: the
+ * n-th part if all delays are equally likely, more if short ones are rare. */
 static int64_t by_usual(int64_t usual_ns, size_t n)
 {
     int64_t root = 1;
@@ -135,7 +138,7 @@ static int64_t by_usual(int64_t usual_ns, size_t n)
     return 6 * usual_ns / root;
 }
 
-/* How often the lateness of the best stepped by more than this. */
+/* How often the lateness of the best reading changed by more than this. */
 static unsigned count_shifts(const struct lum_clock_window *w,
                              const struct lum_clock_line *line, int64_t step_ns)
 {
@@ -158,9 +161,9 @@ static unsigned count_shifts(const struct lum_clock_window *w,
     return shifts;
 }
 
-/* In batches the lateness of the best takes few values, until the clocks'
- * difference has shifted lines against batches: till then all may be as late as
- * lies between two of these. */
+/* With batches the lateness of the best readings has few values, until the
+ * drift has shifted lines against batches. Until then all may be late by the
+ * distance of two such values. */
 static int64_t by_batches(struct lum_clock_window *w,
                           const struct lum_clock_line *line)
 {
@@ -175,12 +178,12 @@ static int64_t by_batches(struct lum_clock_window *w,
                : 0;
 }
 
-/* How late the arrivals that the line lies under may be. */
+/* How late the arrivals on the line may be. */
 static int64_t find_error(struct lum_clock_window *w,
                           const struct lum_clock_line *line)
 {
-    /* With n batches the best is late by the n-th part, or so; and how late
-     * they are is only known with some. */
+    /* With n batches the best is late by about the n-th part; that needs
+     * several batches to be known. */
     int64_t error = LUM_CLOCK_SPREAD_NS / w->batches / w->batches;
     size_t n = 0;
     for (size_t i = 0; i < w->count; i++) {
@@ -199,7 +202,7 @@ static void lie_under(struct lum_clock_window *w, struct lum_clock_line *line)
     line->error_ns = find_error(w, line);
 }
 
-/* Whether the drift is told better by the window than by what is known. */
+/* Whether the window gives a better drift than the known one. */
 static bool fit_drift(struct lum_clock_window *w, int64_t known_error_ppb,
                       struct lum_clock_line *line)
 {

@@ -1,5 +1,5 @@
-/* A line under the earliest arrivals: how the sensor's clock and the host's go
- * together, and how far off that may be. */
+/* A line under the earliest arrivals: it converts the sensor's clock to the
+ * host's, and has an error. */
 #ifndef LUM_FRAME_CLOCK_LINE_H
 #define LUM_FRAME_CLOCK_LINE_H
 
@@ -7,7 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* The window: the earliest arrivals of so many spans of the sensor's clock. */
+/* The window: the earliest arrivals of this many spans of the sensor's
+ * clock. */
 #define LUM_CLOCK_BUCKETS   128
 #define LUM_CLOCK_BUCKET_US 125000
 
@@ -28,7 +29,7 @@ struct lum_clock_reading {
 struct lum_clock_bucket {
     int64_t index; /* of the span; LUM_CLOCK_NOTHING: unused */
     struct lum_clock_reading best;
-    int64_t next_ns;  /* by how much the next that is not the same is later;
+    int64_t next_ns;  /* how much later the next different one is;
                          LUM_CLOCK_NOTHING: there is none */
     uint32_t batches; /* that ended in it; without batches, readings */
 };
@@ -64,13 +65,13 @@ int64_t lum_clock_lateness(const struct lum_clock_reading *a,
 int64_t lum_clock_above(const struct lum_clock_line *line,
                         const struct lum_clock_reading *r);
 
-/* How far off the line may be; grows away from what it rests on. */
+/* The line's error; grows with the distance from the arrivals that it rests
+ * on. */
 int64_t lum_clock_error(const struct lum_clock_line *line, int64_t clock_us);
 
 /* Lay the line under a window that is not empty. Its drift is measured if that
- * tells more than what is known of it.
- * line: its drift is where the search begins; overwritten.
- * Returns whether the drift was measured. */
+ * is more exact than the known one. line: its drift is where the search begins;
+ * overwritten. Returns whether the drift was measured. */
 bool lum_clock_lay(struct lum_clock_window *window, int64_t known_ppb,
                    int64_t known_error_ppb, struct lum_clock_line *line);
 

@@ -155,8 +155,8 @@ static void *end_of(const lum_frame *frame, lum_column column)
                : NULL;
 }
 
-/* What is the same for all points of a line, and the pixels that times are made
- * of at the end. */
+/* Data that all points of a line share, and the pixels from which times are
+ * computed at the end. */
 static void fill_line(lum_frame *frame, const lum_line *line, size_t n,
                       const uint16_t *pixels)
 {

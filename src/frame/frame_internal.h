@@ -11,14 +11,14 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Memory of frames that are no longer needed, for those to come. Any thread. */
+/* Memory of frames that are no longer needed, for later ones. Any thread. */
 typedef struct lum_frame_pool lum_frame_pool;
 
 /* points_max: of a frame. spare_max: frames whose memory is kept. NULL without
  * memory. */
 lum_frame_pool *lum_frame_pool_new(size_t points_max, unsigned spare_max);
 
-/* No frame is begun any more; those that there are live on. NULL is allowed. */
+/* No new frame can begin; existing ones stay valid. NULL is allowed. */
 void lum_frame_pool_free(lum_frame_pool *pool);
 
 /* An array that begins at a multiple of 64 bytes. */
@@ -49,7 +49,7 @@ typedef struct lum_frame_store {
 } lum_frame_store;
 
 struct lum_frame {
-    lum_frame *self; /* for who may count references and change nothing else */
+    lum_frame *self; /* for callers that may only count references */
     lum_frame_pool *pool;
     lum_frame *next;     /* of the spare ones */
     unsigned references; /* guarded by the pool's lock */
@@ -64,8 +64,8 @@ struct lum_frame {
 /* An empty frame; NULL without memory. */
 lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask);
 
-/* Room for so many points behind those that there are, and for one more line.
- * False: there is no memory. */
+/* Make room for this many more points and one more line. False: there is no
+ * memory. */
 bool lum_frame_reserve(lum_frame *frame, size_t points);
 
 /* Points of a line, for a frame. */
@@ -87,11 +87,12 @@ typedef struct lum_frame_end {
     uint64_t lines_late;
 } lum_frame_end;
 
-/* Nothing is added any more: work out times and what is missing; the frame can
- * be shown to others. */
+/* Complete a frame: compute times and what is missing. After that nothing is
+ * added, and others may read it. */
 void lum_frame_seal(lum_frame *frame, const lum_frame_end *end);
 
-/* Lines of an eye as its whole lines tell: their highest number and one. */
+/* Number of lines of an eye, from its whole lines: their highest number plus
+ * one. */
 uint32_t lum_frame_whole_rows(const lum_frame *frame, unsigned eye);
 
 #endif

@@ -13,7 +13,7 @@
 #define DRAFTS_MAX 4u
 
 /* Frames whose memory is kept: in each view one that is handed out and one that
- * has begun meanwhile. */
+ * has already begun. */
 #define SPARE_MAX (2u * LUM_VIEWS_MAX)
 
 /* A view that was checked. */
@@ -31,8 +31,8 @@ struct views {
     size_t count;
 };
 
-/* A frame under way, in the views that were asked for when it began; without
- * any it has one without points. */
+/* An unfinished frame, in the views that were requested when it began; if there
+ * were none, it has one without points. */
 struct draft {
     bool is_used;
     int64_t number;
@@ -59,7 +59,7 @@ struct sensor {
     lum_framer_counters counters;
 };
 
-/* What the next call goes on with, before it takes more. */
+/* Work that the next call continues before it takes more records. */
 enum in_hand {
     IN_HAND_NOTHING,
     IN_HAND_NEW,  /* a line that is not counted */
@@ -633,8 +633,8 @@ static bool add_line(lum_framer *f, const struct draft *draft)
     return true;
 }
 
-/* Put the line in its frame. Where more frames are open than can be, the lowest
- * is handed out first. */
+/* Put the line in its frame. If too many frames are open, the lowest is handed
+ * out first. */
 static lum_framer_event place_line(lum_framer *f, struct sensor *s)
 {
     const int64_t number = f->line->frame;
@@ -675,7 +675,7 @@ static lum_framer_event go_on_with_line(lum_framer *f, struct sensor *s)
 
 /* --- Ends of frames --- */
 
-/* The frame that is complete, empty where not a line of it came. */
+/* The frame that is complete; empty if none of its lines came. */
 static lum_framer_event hand_out_end(lum_framer *f, struct sensor *s,
                                      int64_t number)
 {

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-/* A grid that is asked for: of indices, or of a column's numbers. */
+/* A requested grid: of indices, or of a column's numbers. */
 struct grid {
     const lum_frame *frame;
     unsigned eye;

@@ -1,5 +1,5 @@
-/* Frames a second, of whole frames alone: the first and the last frame of a
- * stream are seen in part. */
+/* Frames a second, from whole frames only: the first and the last frame of a
+ * stream are incomplete. */
 #ifndef LUM_FRAME_PACE_H
 #define LUM_FRAME_PACE_H
 

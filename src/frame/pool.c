@@ -8,8 +8,8 @@
 #define ALIGN    64u
 #define ROOM_MIN 65536u
 
-/* Up to here room is doubled, beyond it grows by an eighth: what a frame does
- * not use is memory too. */
+/* Up to this size room is doubled, above it grows by an eighth: unused room
+ * costs memory too. */
 #define ROOM_DOUBLES 262144u
 
 #define ROWS_MIN 256u
@@ -123,8 +123,8 @@ static lum_frame *take_spare(lum_frame_pool *pool, lum_columns mask,
     return frame;
 }
 
-/* What is far larger than what is needed now is not kept. Called with the lock.
- */
+/* Memory far larger than the present need is not kept. Called with the lock.
+ * / */
 static bool is_worth_keeping(const lum_frame_pool *pool, const lum_frame *frame)
 {
     const size_t room = frame->mask != 0 ? room_of(frame, frame->mask) : 0;
@@ -193,7 +193,8 @@ lum_frame *lum_frame_keep(const lum_frame *frame)
     return kept;
 }
 
-/* An empty one among large ones does not tell much. Called with the lock. */
+/* An empty frame among large ones says little about the need. Called with the
+ * lock. */
 static void note_size(lum_frame_pool *pool, const lum_frame *frame)
 {
     pool->latest /= 2u;
@@ -252,7 +253,7 @@ static size_t next_room(const lum_frame *frame, size_t needed)
     return room < most ? room : most;
 }
 
-/* One column after another, so that two of each are there at no time. */
+/* One column after another, so that never all columns exist twice. */
 static bool grow(lum_frame *frame, size_t needed)
 {
     const size_t room = next_room(frame, needed);
@@ -266,9 +267,9 @@ static bool grow(lum_frame *frame, size_t needed)
     return true;
 }
 
-/* A frame begins in the smallest memory there is, for few lines of the next one
- * come before this one is complete; then it moves into that of the one before.
- */
+/* A frame begins in the smallest memory available, because only few of its
+ * lines come before the frame before it is complete; then it moves into that
+ * frame's memory. / */
 static bool move_to_spare(lum_frame *frame, size_t needed)
 {
     lum_frame *spare = take_spare(frame->pool, frame->mask, needed);

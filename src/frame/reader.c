@@ -137,8 +137,8 @@ void lum_reader_close(lum_reader *reader)
     free(reader);
 }
 
-/* At its end a source may have given up fragments, which are counted too; one
- * that says nothing of them has not. */
+/* At its end a source may have given up fragments, which are counted too; a
+ * source that reports none has given up none. */
 static void read_record(lum_reader *r)
 {
     lum_record *record = &r->record;

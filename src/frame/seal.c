@@ -2,7 +2,7 @@
 
 #include <stdlib.h>
 
-/* A line that lasts longer is two, as far as anyone can tell. */
+/* A longer line is assumed to be two. */
 #define PERIOD_MAX_NS 100000000
 
 static int by_value(const void *a, const void *b)
@@ -17,8 +17,8 @@ static int64_t line_ns(const lum_line_row *row, bool has_clock)
     return has_clock ? row->clock_us * 1000 : row->arrival_ns;
 }
 
-/* How long a line lasts: the median of what lies between neighbours, lost lines
- * between them allowed for. 0: not known. */
+/* The duration of a line: the median time between neighbours, corrected for
+ * lost lines. 0: not known. */
 static int64_t find_period_ns(const lum_frame *frame, bool has_clock)
 {
     const lum_line_row *before[LUM_EYES] = {NULL, NULL};
@@ -83,8 +83,8 @@ uint32_t lum_frame_whole_rows(const lum_frame *frame, unsigned eye)
     return rows;
 }
 
-/* Line numbers below an end that did not come. A damaged packet can claim any
- * number, so whole lines alone tell where the end is. */
+/* Line numbers below the end that did not come. A damaged packet can have any
+ * number, so only whole lines show where the end is. */
 static uint32_t count_missing(const lum_frame *frame, unsigned eye,
                               uint32_t end)
 {

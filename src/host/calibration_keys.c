@@ -140,7 +140,7 @@ static void take(const lum_key_value *v, lum_calibration *c)
     }
 }
 
-/* The rules hold every value to its range; what is left is their order. */
+/* The rules check the range of every value; their order is checked here. */
 static void refuse_elevation(const lum_keys *keys, unsigned eye,
                              lum_key_refusal *why)
 {

@@ -85,7 +85,8 @@ static const lum_clock_exchange *last_of(const lum_clock_sync *sync)
     return &sync->recent[(sync->count - 1u) % LUM_CLOCK_EXCHANGES];
 }
 
-/* The ring's place depends on the count, so it goes on by whole rings. */
+/* The place in the ring depends on the count, so the count grows by whole
+ * rings. */
 static void keep(lum_clock_sync *sync, const lum_clock_exchange *e)
 {
     sync->recent[sync->count % LUM_CLOCK_EXCHANGES] = *e;
@@ -151,7 +152,7 @@ lum_result lum_clock_sync_add(lum_clock_sync *sync, int64_t sent_ns,
 }
 
 /* The drift between two exchanges; its bound is that of (change +- error) /
- * (sensor_ns -+ error). False if it says no more than what is known of any
+ * (sensor_ns -+ error). False if it is no better than what is known of any
  * clock. */
 static bool drift_between(const lum_clock_exchange *from,
                           const lum_clock_exchange *to, int64_t *drift_ppb,
@@ -187,7 +188,7 @@ static void find_drift(const lum_clock_sync *sync, lum_clock_estimate *out)
     }
 }
 
-/* The exchange that says most of the time of the last one. */
+/* The exchange that gives the most exact time of the last one. */
 static void find_offset(const lum_clock_sync *sync, lum_clock_estimate *out)
 {
     const int64_t rate_error =

@@ -2,8 +2,8 @@
 
 #include <stdbool.h>
 
-/* Digits at the beginning of a text; a value past 16 bits saturates, which no
- * command allows. */
+/* Digits at the beginning of a text. A value above 16 bits saturates; no
+ * command allows that value. */
 static size_t read_digits(const char *text, size_t len, uint32_t *value)
 {
     size_t n = 0;
@@ -28,8 +28,8 @@ static const lum_command_spec *find_spec(char letter, bool has_value)
     return NULL;
 }
 
-/* Steps over one space between commands; a space at the end or a second one
- * leaves *used short of a command, which the next parse refuses. */
+/* Skips one space between commands. After a space at the end or a second one,
+ * *used does not point to a command, and the next parse refuses it. */
 static bool is_separated(const char *text, size_t len, size_t *used)
 {
     if (*used == len) {

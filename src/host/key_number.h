@@ -1,6 +1,6 @@
 /** @file
- * Decimal numbers to integers in small units: exact, and blind to the locale,
- * which strtod() is not. Internal to host. */
+ * Decimal numbers to integers in small units: exact, and independent of the
+ * locale, unlike strtod(). Internal to host. */
 #ifndef LUM_HOST_KEY_NUMBER_H
 #define LUM_HOST_KEY_NUMBER_H
 
@@ -17,12 +17,12 @@ typedef enum lum_key_number {
     LUM_KEY_NUMBER_TOO_LARGE     /**< beyond 64 bits */
 } lum_key_number;
 
-/** Read `[+-]digits[.digits][e[+-]digits]`, nothing before or behind it.
+/** Read `[+-]digits[.digits][e[+-]digits]`, nothing before or after it.
  * @param text     len bytes; need not be terminated.
  * @param decimals 0..12; the result counts units of 10^-decimals.
  * @param whole    refuse a point and an exponent.
  * @param out      the number, rounded to the unit, half away from zero; written
- *                 only when all is fine. */
+ *                 only on success. */
 lum_key_number lum_key_number_parse(const char *text, size_t len, int decimals,
                                     bool whole, int64_t *out);
 

@@ -1,6 +1,6 @@
 /** @file
- * What the value of a key may be, for reading it and for messages alike.
- * Internal to host and config. */
+ * The allowed values of a key, for reading and for messages. Internal to host
+ * and config. */
 #ifndef LUM_HOST_KEY_RULE_H
 #define LUM_HOST_KEY_RULE_H
 
@@ -26,8 +26,8 @@ typedef struct lum_key_rule {
     const char *unit;          /**< the text's unit, such as "deg"; or NULL */
     const char *allowed;       /**< the numbers in words, if min and max do
                                     not say it all; or NULL */
-    const char *refusal;       /**< why the key may not be given, which then is
-                                    not among those allowed; or NULL */
+    const char *refusal; /**< why the key may not be given; such a key is not
+                            listed as allowed; or NULL */
 } lum_key_rule;
 
 /** A value as it is given. */

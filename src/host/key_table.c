@@ -127,7 +127,8 @@ void lum_key_table_refuse_value(const lum_key_table *table, const char *path,
     }
 }
 
-/* Letters to insert, remove or change to make one of the other. */
+/* Number of letters to insert, remove or change to get from one to the
+ * other. */
 static size_t distance(const char *a, size_t a_len, const char *b, size_t b_len)
 {
     size_t row[WORD_MAX + 1];

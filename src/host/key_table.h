@@ -1,9 +1,9 @@
 /** @file
- * Tables of keys by their paths, such as "eyes.blue.mount.x_m", and values held
- * against them. Internal to host and config.
+ * Tables of keys by their paths, such as "eyes.blue.mount.x_m", and the check
+ * of values. Internal to host and config.
  *
- * Keys of one mapping stand together; a mapping that can also be a single value
- * ("group.tag" beside "group.tag.at") has that first. */
+ * Keys of one mapping are neighbours; if a mapping can also be a single value
+ * ("group.tag" beside "group.tag.at"), that comes first. */
 #ifndef LUM_HOST_KEY_TABLE_H
 #define LUM_HOST_KEY_TABLE_H
 
@@ -26,7 +26,8 @@ typedef struct lum_key_table {
 /** Most entries of a table. */
 #define LUM_KEY_ENTRIES_MAX 72
 
-/** What follows a mapping's path in another, or NULL: it is not within. */
+/** The rest of a path after a mapping's path, or NULL: it is not in the
+ * mapping. */
 const char *lum_key_within(const char *other, const char *path);
 
 /** The first entry at or below a key of a mapping.
@@ -36,7 +37,7 @@ const char *lum_key_within(const char *other, const char *path);
 size_t lum_key_table_find(const lum_key_table *table, const char *path,
                           const char *name, size_t len);
 
-/** The entry of exactly this path, or NULL: it is a mapping alone. */
+/** The entry of exactly this path, or NULL: it is only a mapping. */
 const lum_key_entry *lum_key_table_entry(const lum_key_table *table,
                                          const char *path);
 
@@ -47,11 +48,13 @@ bool lum_key_table_is_mapping(const lum_key_table *table, const char *path);
 void lum_key_table_add_names(const lum_key_table *table, const char *path,
                              lum_key_text *text);
 
-/** Say that a path's value is refused: what is wrong, and what is allowed. */
+/** Make the message that a path's value is refused: what is wrong, and what is
+ * allowed. */
 void lum_key_table_refuse_value(const lum_key_table *table, const char *path,
                                 const char *what, lum_key_text *text);
 
-/** Say that a mapping has no such key: which may be meant, and which it has. */
+/** Make the message that a mapping has no such key: which one may be meant, and
+ * which exist. */
 void lum_key_table_refuse_key(const lum_key_table *table, const char *path,
                               const char *name, size_t len, lum_key_text *text);
 

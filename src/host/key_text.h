@@ -1,13 +1,13 @@
 /** @file
- * Text into an array of the caller's, without a C library. Internal to host
- * and config. */
+ * Text into an array that the caller provides, without a C library. Internal to
+ * host and config. */
 #ifndef LUM_HOST_KEY_TEXT_H
 #define LUM_HOST_KEY_TEXT_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-/** A text that grows; what does not fit is cut, and counted. */
+/** A text that grows; text that does not fit is cut, and counted. */
 typedef struct lum_key_text {
     char *out;   /**< size bytes, always terminated; NULL if size is 0 */
     size_t size; /**< how many */
@@ -27,7 +27,7 @@ void lum_key_text_add_bytes(lum_key_text *text, const char *bytes, size_t len);
  * @param decimals 0..12. */
 void lum_key_text_add_number(lum_key_text *text, int64_t number, int decimals);
 
-/** Add a piece of what was given, as plain ASCII, cut where it is long. */
+/** Add a piece of the input, as plain ASCII, cut if it is long. */
 void lum_key_text_add_quoted(lum_key_text *text, const char *bytes, size_t len);
 
 /** Bytes of a string before its end. */

@@ -17,8 +17,8 @@ static size_t part_length(const char *part)
     return len;
 }
 
-/* Follows a key as far as its mappings are known.
- * Returns the part that is not, or that lies below a value; NULL: all are. */
+/* Follows a key as far as its mappings are known. Returns the part that is
+ * unknown or lies below a value; NULL: all is known. */
 static const char *follow(const lum_key_table *table, const char *key,
                           char path[LUM_KEY_BYTES])
 {

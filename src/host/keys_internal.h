@@ -1,5 +1,5 @@
 /** @file
- * What the keys of a calibration and of a profile are to keys.c. Internal to
+ * What keys.c needs of the keys of a calibration and of a profile. Internal to
  * host and config. */
 #ifndef LUM_HOST_KEYS_INTERNAL_H
 #define LUM_HOST_KEYS_INTERNAL_H
@@ -25,12 +25,12 @@ extern const lum_key_table lum_profile_keys;
 /** The table of some keys. */
 const lum_key_table *lum_keys_table(const lum_keys *keys);
 
-/** Begin to say why a value is refused.
+/** Begin the message why a value is refused.
  * @param why may be NULL. */
 lum_key_text lum_key_refuse(lum_key_refusal *why, const char *key,
                             uint32_t place);
 
-/** What follows a value in a message: where it is from, if not set. */
+/** Text after a value in a message: where it comes from, if it was not set. */
 const char *lum_keys_origin(const lum_keys *keys, uint32_t place);
 
 #endif

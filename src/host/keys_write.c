@@ -36,8 +36,8 @@ static void add_path(const char *path, const char *before, lum_key_text *text)
     lum_key_text_add(text, ": ");
 }
 
-/* A key that is a mapping too is written as one, unless its value is a word,
- * such as none, which no key below it can say. */
+/* A key that can also be a mapping is written as one, unless its value is a
+ * word, for example none, which no key below it can express. */
 size_t lum_keys_write(const lum_keys *keys, char *out, size_t size)
 {
     const lum_key_table *table = lum_keys_table(keys);

@@ -203,7 +203,7 @@ static uint32_t place_of(const refusal *r, unsigned index)
     return r->keys->values[index].place;
 }
 
-/* A field's, of its offset and its width the one that was set later. */
+/* Of a field's offset and width, the one that was set later. */
 static culprit field_culprit(const refusal *r, unsigned f)
 {
     const uint32_t at = place_of(r, FIELD(f) + AT);
@@ -331,7 +331,7 @@ static void refuse_eye_width(const refusal *r, lum_key_refusal *why)
     add(&text, " wide; allowed: 0 to ", (INT64_C(1) << (8u * width)) - 1, "");
 }
 
-/* Two values that must differ; the first is to blame if it was set. */
+/* Two values that must differ; the message names the first if it was set. */
 static void refuse_equal(const refusal *r, culprit c, culprit o, int64_t number,
                          lum_key_refusal *why)
 {

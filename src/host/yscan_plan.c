@@ -45,8 +45,8 @@ lum_result lum_yscan_uniform(int32_t min_udeg, int32_t max_udeg,
     return LUM_OK;
 }
 
-/* Makes lines that fell together differ by a microdegree where there is room,
- * and none rise above the one before it. */
+/* Makes equal lines differ by a microdegree where there is room, and never lets
+ * a line rise above the one before it. */
 static void part_lines(int32_t min, int32_t max, int32_t *out, size_t n)
 {
     const int32_t step = (int64_t)max - min >= (int64_t)n ? 1 : 0;
@@ -110,8 +110,8 @@ static bool are_regions(const lum_yscan_region *regions, size_t count)
     return true;
 }
 
-/* Number of the line behind each region's last. Rounding where a region ends
- * and not how long it is makes the shares add up. */
+/* Number of the line after each region's last. The end of a region is rounded
+ * and not its length, so that the shares add up. */
 static void share_lines(const lum_yscan_region *regions, size_t count, size_t n,
                         size_t ends[LUM_YSCAN_REGIONS_MAX])
 {
@@ -205,7 +205,8 @@ static int64_t raw_of(const lum_eye_calibration *eye, raw_scale scale,
                           scale.by);
 }
 
-/* Whether the whole span falls on values but for its end by a single one. */
+/* Whether the whole span falls on raw values, except its end, which may be off
+ * by one. */
 static bool is_raw(int64_t raw, bool is_fraction_of_span)
 {
     return raw >= INT16_MIN && raw <= INT16_MAX + (is_fraction_of_span ? 1 : 0);

@@ -104,8 +104,9 @@ bool lum_exchange_beat(lum_exchange *x, int64_t now_ns)
     return true;
 }
 
-/* A resend of TLVs keeps its number, so that the sensor can tell that it is a
- * repeat; one of a time request has its own, so that we can. */
+/* A resend of TLVs keeps its number, so that the sensor sees that it is a
+ * repeat; a resend of a time request gets a new one, so that we can tell their
+ * answers apart. */
 static void try_again(lum_exchange *x, int64_t now_ns)
 {
     if (x->ask == LUM_ASK_TIME) {
@@ -124,7 +125,7 @@ static void try_again(lum_exchange *x, int64_t now_ns)
     x->due_ns = now_ns + x->config.timeout_ns;
 }
 
-/* An application that was held up does not know any more what it asks for. */
+/* An application that was delayed may no longer want what it asked for. */
 static bool is_stale(lum_exchange *x, int64_t now_ns)
 {
     x->is_stale = x->is_stale || now_ns - x->due_ns >= LUM_EXCHANGE_STALE_NS;

@@ -11,7 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Tries of a time request whose answers are still known by their time. */
+/* Tries of a time request whose answers can still be matched. */
 #define LUM_EXCHANGE_TRIES 16u
 
 /* What a request needs now. */

@@ -78,7 +78,7 @@ static void settle(const attempt *a)
                   &event);
 }
 
-/* The command and, where that shows it down, a second look. */
+/* The command and, if its answer shows the laser down, a second look. */
 static laser_look look_twice(const attempt *a)
 {
     const laser_look first = look(a, "d", a->end_ns);

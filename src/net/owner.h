@@ -1,6 +1,7 @@
-/* Who owns a sensor: heartbeats and data are one program's of a host at a time,
- * since the sensor sends data to whoever sent the last heartbeat. What the
- * system keeps of an owner ends with its process, however that ends. */
+/* Who owns a sensor: only one program of a host at a time may send heartbeats
+ * and get the data, because the sensor sends data to the sender of the last
+ * heartbeat. The system releases the right when the owner's process ends in any
+ * way. */
 #ifndef LUM_NET_OWNER_H
 #define LUM_NET_OWNER_H
 
@@ -9,10 +10,10 @@
 
 /* The right to a sensor. Its marks are ADDRESS:PORT and, where the interface is
  * known, ADDRESS:PORT%INTERFACE. A session that names no interface has the
- * first, whatever becomes of the routes, and the second of the interface that
- * they name now. One that names an interface has the second, and the first too
- * where the routes name the same. So the two ways to one sensor exclude each
- * other, and two sensors of one address on two interfaces do not. */
+ * first, even if the routes change, and the second for the interface that they
+ * name now. A session that names an interface has the second, and also the
+ * first if the routes name the same interface. So two sessions cannot own one
+ * sensor, but they can own two sensors of one address on two interfaces. */
 typedef struct lum_owner lum_owner;
 
 /* Take a sensor. interface: where it is reached; NULL: as the routes say.

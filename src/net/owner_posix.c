@@ -27,8 +27,8 @@ static lock_path path_of(const char *name)
     return out;
 }
 
-/* Not as the umask has it: other users lock the file too. Only its own user
- * may do this. */
+/* The umask must not apply: other users lock the file too. Only the owner may
+ * do this. */
 static int open_for_all(const char *path)
 {
     const mode_t everyone = 0666;
@@ -40,7 +40,7 @@ static int open_for_all(const char *path)
     return fd;
 }
 
-/* For whoever comes second; without it, that one knows only less. */
+/* For a second session; without it, its message only says less. */
 static void leave_process(int fd)
 {
     char text[32];

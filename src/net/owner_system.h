@@ -1,4 +1,5 @@
-/* What of an owner is the system's: a name that one process at a time holds. */
+/* The system's part of an owner: a name that only one process at a time
+ * holds. */
 #ifndef LUM_NET_OWNER_SYSTEM_H
 #define LUM_NET_OWNER_SYSTEM_H
 
@@ -10,8 +11,8 @@
 #define LUM_OWNER_NAME_BYTES 100
 
 /* Hold a name such as "10.42.0.37:5517%eth0". LUM_NET_OK: *held is for
- * lum_owner_system_drop(); LUM_NET_BUSY: *process has it, 0 when the system
- * does not tell; LUM_NET_FAILED with a message. */
+ * lum_owner_system_drop(); LUM_NET_BUSY: *process has it, 0 if the system does
+ * not say which; LUM_NET_FAILED with a message. */
 lum_net_result lum_owner_system_hold(const char *name, intptr_t *held,
                                      long *process, lum_error *error);
 

@@ -5,9 +5,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* The right is the mutex's existence, which ends with its last handle. The
- * process number stands beside, in memory that the session of the desktop
- * shares. */
+/* The right is the existence of the mutex, which ends with its last handle. The
+ * process number is in separate memory that the desktop session shares. */
 typedef struct holding {
     HANDLE mutex;
     HANDLE note;
@@ -17,7 +16,7 @@ typedef struct object_name {
     char text[LUM_OWNER_NAME_BYTES + 64];
 } object_name;
 
-/* Names of objects have no backslash but behind their room. */
+/* Names of objects have no backslash except after their namespace. */
 static object_name name_of(const char *room, const char *name)
 {
     object_name out;
@@ -31,7 +30,7 @@ static object_name name_of(const char *room, const char *name)
     return out;
 }
 
-/* Without the note, whoever comes second knows only less. */
+/* Without the note, the message of a second session only says less. */
 static HANDLE leave_process(const char *name)
 {
     const object_name note = name_of("Local", name);

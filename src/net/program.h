@@ -4,7 +4,7 @@
 
 #include "lum/net/socket.h"
 
-/* "lumctl (process 1234)", or less if the system tells less. */
+/* "lumctl (process 1234)", or less if the system gives less. */
 typedef struct lum_program_text {
     char text[64];
 } lum_program_text;

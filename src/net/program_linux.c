@@ -9,7 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* A program may call itself anything; only what prints goes into a message. */
+/* A program can have any name; only printable characters go into a message. */
 static void read_name(long process, char *out, size_t room)
 {
     char path[64];

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A process's program without its directories; empty: not told. */
+/* A process's program without its directories; empty: not known. */
 static void read_name(long process, char *out, size_t room)
 {
     char path[MAX_PATH];

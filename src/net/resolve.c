@@ -8,8 +8,8 @@
 
 static const char digits[] = "0123456789";
 
-/* A resolver may take such a last part for that of an address in another
- * notation: 10.42.0 for 10.42.0.0, and 0x7f.1. */
+/* A resolver may read a name with such a last part as an address in another
+ * notation: 10.42.0 as 10.42.0.0, and 0x7f.1. */
 static bool ends_as_number(const char *host)
 {
     const char *point = strrchr(host, '.');

@@ -8,7 +8,7 @@
 #include <stdint.h>
 #include <string.h>
 
-/* What a code of getaddrinfo() says. Returns -1. */
+/* Set the error for a code of getaddrinfo(). Returns -1. */
 typedef int (*lum_resolve_say)(const char *name, int code, lum_error *error);
 
 /* The first IPv4 address. 0; or what say returns. */

@@ -19,7 +19,7 @@ bool lum_system_parse_address(const char *text, uint32_t *out)
     return true;
 }
 
-/* A name that has other addresses alone is told in two ways. */
+/* Systems report in two ways that a name has only other addresses. */
 static bool lacks_address(int code)
 {
 #ifdef EAI_ADDRFAMILY

@@ -9,8 +9,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-/* The address that the host would send from: a connected UDP socket has it,
- * and nothing is sent for that. */
+/* The address that the host would send from: a connected UDP socket has it
+ * without sending anything. */
 static bool source_for(uint32_t address, struct sockaddr_in *out)
 {
     struct sockaddr_in to;
@@ -40,7 +40,8 @@ static bool is_address(const struct ifaddrs *entry, struct in_addr address)
     return theirs.sin_addr.s_addr == address.s_addr;
 }
 
-/* Every address of 127/8 is the loopback's, which has but the first. */
+/* Every address of 127/8 is the loopback's, although it lists only the
+ * first. */
 static struct in_addr as_listed(struct in_addr address)
 {
     if (ntohl(address.s_addr) >> 24 == 127u) {
@@ -49,7 +50,7 @@ static struct in_addr as_listed(struct in_addr address)
     return address;
 }
 
-/* Two interfaces of one address leave it open which is meant. */
+/* If two interfaces have one address, it is not clear which is meant. */
 bool lum_route_interface(uint32_t address, char *out, size_t room)
 {
     struct sockaddr_in source;

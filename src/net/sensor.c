@@ -41,7 +41,7 @@ static int check_options(const lum_sensor_options *options, lum_error *error)
     return 0;
 }
 
-/* Not a secret, only unlikely to be that of the session before. */
+/* Not a secret; it should only differ from that of the session before. */
 static uint32_t random_sequence(const lum_sensor *s)
 {
     lum_endpoint local;

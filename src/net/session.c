@@ -5,8 +5,8 @@
 
 #include <string.h>
 
-/* Batches of strangers' datagrams that are looked through for ours once the
- * deadline has passed: at most a thousand datagrams. */
+/* After the deadline, this many batches of other senders' datagrams are still
+ * searched for ours: at most a thousand datagrams. */
 #define LATE_BATCHES 16u
 
 lum_net_result lum_session_send(lum_sensor *s, const void *bytes, size_t len,
@@ -125,7 +125,7 @@ static bool next_found(lum_sensor *s, lum_sensor_event *out)
     return false;
 }
 
-/* A sensor that was moved sends from its new address at once. */
+/* A sensor with a new address sends from it at once. */
 static void note_stranger(lum_sensor *s, const lum_received *r)
 {
     uint8_t type = 0;

@@ -1,4 +1,4 @@
-/* What a session is made of, and its heart: what lum_sensor_receive() does. */
+/* The parts of a session, and the work of lum_sensor_receive(). */
 #ifndef LUM_NET_SESSION_H
 #define LUM_NET_SESSION_H
 
@@ -36,8 +36,8 @@ struct lum_sensor {
     lum_error failure;
 };
 
-/* Sends to the sensor. Counts in *counter or as a failure, and keeps what a
- * LINK event will tell. error may be NULL. */
+/* Sends to the sensor. Counts in *counter or as a failure, and keeps the
+ * content of a LINK event. error may be NULL. */
 lum_net_result lum_session_send(lum_sensor *s, const void *bytes, size_t len,
                                 uint64_t *counter, lum_error *error);
 

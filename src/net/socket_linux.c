@@ -16,7 +16,7 @@
 #define SO_MEMINFO 55
 #endif
 
-/* Room for a time stamp, a drop count and where it came in. */
+/* Room for a time stamp, a drop count and the interface of arrival. */
 typedef union control_room {
     size_t align; /* as struct cmsghdr has it */
     char bytes[CMSG_SPACE(sizeof(struct timespec)) +
@@ -29,8 +29,8 @@ int lum_system_socket(void)
     return socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
 }
 
-/* Without the right to bind to a device: send there, and look where arrivals
- * came in. */
+/* Without the right to bind to a device: send there, and check the interface of
+ * arrivals. */
 static int use_index(int fd, unsigned index)
 {
     const uint32_t wire = htonl(index);
@@ -72,8 +72,8 @@ static size_t granted(int fd)
     return (size_t)bytes;
 }
 
-/* The kernel doubles what is asked for, and counts about two bytes for each of
- * payload: what is asked for is what it holds. */
+/* The kernel doubles the requested size, and counts about two bytes for each
+ * byte of payload: so it holds the requested size of payload. */
 size_t lum_system_grow(int fd, size_t bytes, bool *enough)
 {
     const size_t most = INT_MAX / 2;
@@ -88,7 +88,7 @@ size_t lum_system_grow(int fd, size_t bytes, bool *enough)
     return granted(fd);
 }
 
-/* A kernel that refuses has neither; the calls work without. */
+/* A kernel that refuses supports neither; the calls work without them. */
 bool lum_system_tell(int fd)
 {
     const int on = 1;
@@ -96,7 +96,7 @@ bool lum_system_tell(int fd)
     return setsockopt(fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) == 0;
 }
 
-/* SO_RXQ_OVFL tells with the next datagram; this tells at once. */
+/* SO_RXQ_OVFL reports with the next datagram; this reports at once. */
 bool lum_system_drops(int fd, uint32_t *out)
 {
     uint32_t values[SK_MEMINFO_VARS] = {0};
@@ -187,7 +187,7 @@ int lum_system_send(int fd, const lum_outgoing *datagrams, size_t count)
     struct sockaddr_in peers[LUM_SOCKET_BATCH];
     for (size_t i = 0; i < count; i++) {
         peers[i] = lum_system_address(datagrams[i].to);
-        /* sendmsg() reads it only, but has no type that says so. */
+        /* sendmsg() only reads it, but its type does not say so. */
         memcpy(&vectors[i].iov_base, &datagrams[i].bytes, sizeof(void *));
         vectors[i].iov_len = datagrams[i].len;
         messages[i].msg_hdr = (struct msghdr){.msg_name = &peers[i],

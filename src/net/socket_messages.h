@@ -1,5 +1,5 @@
-/* What a socket's errors mean, and what helps. Codes are those of errno.h, to
- * which Winsock's are translated. */
+/* The meaning of a socket's errors, and what to do. Codes are those of errno.h,
+ * to which Winsock's are translated. */
 #ifndef LUM_NET_SOCKET_MESSAGES_H
 #define LUM_NET_SOCKET_MESSAGES_H
 

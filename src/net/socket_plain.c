@@ -15,7 +15,7 @@
 #define NS_PER_MS INT64_C(1000000)
 
 /* Systems refuse a receive buffer that is too large, instead of granting less;
- * below this they do not. */
+ * they accept sizes below this. */
 #define LEAST_BUFFER (64 * 1024)
 
 int lum_system_socket(void)

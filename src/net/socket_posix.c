@@ -15,7 +15,7 @@
 /* Holds a few full batches, where the system's default may not hold one. */
 #define SEND_BUFFER (4 * 1024 * 1024)
 
-/* Errors of datagrams sent earlier that one receive passes over. */
+/* Errors of datagrams sent earlier that one receive skips. */
 #define PENDING_ERRORS 16
 
 struct lum_socket {
@@ -105,7 +105,7 @@ lum_net_result lum_socket_open(const lum_socket_options *options,
         (void)lum_error_set(error, "no memory left for a socket");
         return LUM_NET_FAILED;
     }
-    /* Not the buffers: their pages stay untouched until data comes. */
+    /* The buffers are left out: their pages stay unused until data comes. */
     memset(socket, 0, offsetof(lum_socket, received));
     socket->fd = lum_system_socket();
     if (socket->fd < 0) {
@@ -153,7 +153,7 @@ bool lum_socket_counts_drops(const lum_socket *socket)
     return socket->counts_drops;
 }
 
-/* The cancel comes first: who raised it wants to be heard under load too. */
+/* The cancel comes first: it must work under load too. */
 static lum_net_result judge(const struct pollfd *set, nfds_t count)
 {
     if (set[0].revents != 0) {
@@ -205,7 +205,7 @@ lum_net_result lum_socket_wait(lum_socket *const *sockets, size_t count,
     return poll_until(set, (nfds_t)(count + 2u), deadline_ns);
 }
 
-/* Numbers that datagrams carry may be older than one read already. */
+/* The counts in datagrams may be older than one that was read already. */
 static void note_drops(lum_socket *socket, uint32_t seen)
 {
     const uint32_t step = seen - socket->drops_seen;
@@ -247,7 +247,7 @@ static size_t sort_out(lum_socket *socket, size_t count)
     return kept;
 }
 
-/* All else is of a datagram sent earlier, or passes. */
+/* All other errors are of a datagram sent earlier, or temporary. */
 static bool is_broken(int code)
 {
     return code == EBADF || code == ENOTSOCK || code == EINVAL ||
@@ -276,7 +276,7 @@ lum_net_result lum_socket_receive(lum_socket *socket, lum_received **out,
     return LUM_NET_OK;
 }
 
-/* A send may be told of the fate of one before; it is tried again then. */
+/* A send may report the error of an earlier one; then it is tried again. */
 static int send_some(int fd, const lum_outgoing *datagrams, size_t count)
 {
     int n = -1;

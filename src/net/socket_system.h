@@ -14,7 +14,7 @@
 
 /* Of a datagram, beside itself. */
 typedef struct lum_arrival {
-    unsigned interface; /* index of where it came in; 0: not told */
+    unsigned interface; /* index of the interface of arrival; 0: not known */
     uint32_t drops;     /* by the kernel, when it came */
     bool has_drops;
 } lum_arrival;
@@ -23,7 +23,7 @@ typedef struct lum_arrival {
 int lum_system_socket(void);
 
 /* Restrict to an interface, before the bind. May change local; *only gets the
- * interface that arrivals must be from, 0 when the system sees to it. */
+ * interface that arrivals must come from, 0 if the system ensures this. */
 lum_net_result lum_system_use_interface(int fd, const char *name,
                                         lum_endpoint *local, unsigned *only,
                                         lum_error *error);
@@ -32,10 +32,11 @@ lum_net_result lum_system_use_interface(int fd, const char *name,
  * *enough: they hold `bytes` of payload. */
 size_t lum_system_grow(int fd, size_t bytes, bool *enough);
 
-/* Switch on what tells times and drops of arrivals. Whether drops are told. */
+/* Switch on the reports of arrival times and drops. Returns whether drops are
+ * reported. */
 bool lum_system_tell(int fd);
 
-/* Drops up to now; false if the system tells them with arrivals only, or not
+/* Drops up to now; false if the system reports them only with arrivals, or not
  * at all. */
 bool lum_system_drops(int fd, uint32_t *out);
 
@@ -43,7 +44,8 @@ bool lum_system_drops(int fd, uint32_t *out);
 int lum_system_poll(struct pollfd *set, nfds_t count, int64_t wait_ns);
 
 /* Receive up to LUM_SOCKET_BATCH datagrams into buffers of LUM_SOCKET_BYTES
- * each; utc_ns stays 0 where it is not told. How many, or -1 and errno. */
+ * each; utc_ns stays 0 if it is not known. Returns how many, or -1 and errno.
+ */
 int lum_system_receive(int fd, uint8_t *buffers, lum_received *out,
                        lum_arrival *arrivals);
 

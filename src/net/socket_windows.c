@@ -16,7 +16,7 @@
 /* Holds a few full batches, where the system's default may not hold one. */
 #define SEND_BUFFER (4 * 1024 * 1024)
 
-/* Errors of datagrams sent earlier that one receive passes over. */
+/* Errors of datagrams sent earlier that one receive skips. */
 #define PENDING_ERRORS 16
 
 /* Older headers lack the name. */
@@ -190,7 +190,7 @@ static int left_until(int64_t deadline_ns)
     return (int)(left_ms < INT_MAX ? left_ms : INT_MAX);
 }
 
-/* A poll of nothing is refused, so that it is a sleep. */
+/* A poll without sockets is refused, so it is replaced by a sleep. */
 static int poll_some(WSAPOLLFD *set, ULONG count, int64_t deadline_ns)
 {
     if (count == 0) {
@@ -260,7 +260,7 @@ static int receive_one(lum_socket *socket, size_t n, int *code)
     return 0;
 }
 
-/* All else is of a datagram sent earlier, or passes. */
+/* All other errors are of a datagram sent earlier, or temporary. */
 static bool is_broken(int code)
 {
     return code == ENOTSOCK || code == EINVAL || code == EFAULT;

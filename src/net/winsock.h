@@ -19,8 +19,8 @@ void lum_winsock_stop(void);
 /* The last error as a code of errno.h, or as Winsock's if there is none. */
 int lum_winsock_errno(void);
 
-/* A UDP socket that does not block and is not told of the fate of what it
- * sent; INVALID_SOCKET and a message. */
+/* A UDP socket that does not block and gets no errors of earlier sends;
+ * INVALID_SOCKET and a message. */
 SOCKET lum_winsock_udp(lum_error *error);
 
 struct sockaddr_in lum_winsock_address(lum_endpoint endpoint);
