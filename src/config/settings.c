@@ -41,7 +41,7 @@ enum {
     VALUES = YSCAN + YSCAN_VALUES
 };
 
-/* The key of each command, and where its value stands; NULL: a file cannot have
+/* The key of each command, and the index of its value; NULL: a file cannot have
  * it. */
 static const struct command_key {
     const char *path;
@@ -252,7 +252,7 @@ static const struct shape_key {
     {"regions", REGIONS, LUM_YSCAN_REGIONS_MAX *REGION_VALUES},
 };
 
-/* Holds the keys that stand in the file against what their shape has. */
+/* Compares the keys of the file with those of their shape. */
 static int check_shape_keys(const check *c, const lum_key_value *v)
 {
     const struct shape_spec *spec = &shape_specs[v[SHAPE].number];
@@ -300,7 +300,7 @@ static int take_span(const check *c, const lum_key_value *v,
     return 0;
 }
 
-/* Inserts a region among those that lie higher and lower. */
+/* Inserts a region in the order of elevation. */
 static void insert_region(lum_yscan_shape *s, lum_yscan_region r)
 {
     size_t i = s->region_count++;

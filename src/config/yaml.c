@@ -103,7 +103,8 @@ static unsigned line_of(size_t mark)
     return (unsigned)mark + 1u;
 }
 
-/* Lines are counted here because libyaml places what is no text by byte. */
+/* Lines are counted here because libyaml gives the place of invalid text only
+ * as a byte. */
 static unsigned line_of_byte(const lum_yaml_source *source, size_t offset)
 {
     unsigned line = 1;
@@ -205,7 +206,8 @@ static bool has_tag(const yaml_event_t *e)
     }
 }
 
-/* Refuses what makes one place of a file depend on another. */
+/* Refuses anchors, aliases and tags, by which one place of a file depends on
+ * another. */
 static int refuse_links(reader *r)
 {
     if (r->event.type == YAML_ALIAS_EVENT) {
@@ -264,8 +266,8 @@ static int admit_key(reader *r, unsigned *seen)
     return 0;
 }
 
-/* Reads a key, adds it to the path and notes where it stands, by the first
- * entry of the table that is at it or below it. */
+/* Reads a key, adds it to the path and notes its line, at the first entry of
+ * the table that is at it or below it. */
 static int read_key(reader *r, unsigned seen[LUM_KEY_ENTRIES_MAX])
 {
     r->line = line_of(r->event.start_mark.line);
@@ -304,8 +306,8 @@ static int read_value(reader *r)
     return refuse_kind(r);
 }
 
-/* Reads from behind a mapping's start to its end. Calls itself no deeper than
- * the table's paths are. */
+/* Reads from after a mapping's start to its end. The recursion is no deeper
+ * than the table's paths. */
 static int read_mapping(reader *r)
 {
     unsigned seen[LUM_KEY_ENTRIES_MAX] = {0};

@@ -1,10 +1,10 @@
 /** @file
  * A strict reader of small YAML files: nested mappings of numbers and words,
- * held against a table of keys. Internal to config.
+ * compared with a table of keys. Internal to config.
  *
- * The table bounds the depth of what is read: what it does not name is refused
- * where it stands. Also refused: sequences, anchors, aliases, tags, a second
- * document, a file without keys. */
+ * The table limits the depth of the file: a key that it does not contain is
+ * refused at its place. Also refused: sequences, anchors, aliases, tags, a
+ * second document, a file without keys. */
 #ifndef LUM_CONFIG_YAML_H
 #define LUM_CONFIG_YAML_H
 

@@ -16,7 +16,7 @@
 /* Where the packet stands that an event waits for. */
 enum step {
     STEP_NONE,  /* no event waits */
-    STEP_NEW,   /* nothing was done of it yet: a frame was announced before */
+    STEP_NEW,   /* not processed yet: a frame was announced first */
     STEP_OPEN,  /* it opens a line once those before it have closed */
     STEP_BREAK, /* likewise, and it proved a jump of the clock */
 };
@@ -83,13 +83,13 @@ const lum_assembly_counters *lum_assembler_counters(const lum_assembler *a)
     return &a->counters;
 }
 
-/* Whether lum_assembler_init() has been here; all bytes are 0 else. */
+/* Whether lum_assembler_init() was called; otherwise all bytes are 0. */
 static bool is_begun(const lum_assembler *a)
 {
     return a->config.open_lines != 0;
 }
 
-/* The counters of drops stand first and in the order of their results. */
+/* The counters of drops come first and in the order of their results. */
 static void count_drop(lum_assembly_counters *c, lum_result r)
 {
     uint64_t *counters = &c->stray;
@@ -104,8 +104,8 @@ static lum_result refuse(lum_assembler *a)
     return LUM_E_ORDER;
 }
 
-/* The samples may have been copied elsewhere meanwhile. All behind them, from
- * the line to the tag, has no padding between. */
+/* The samples may have moved to another address since then. The members after
+ * them, from the line to the tag, have no padding between. */
 static bool is_awaited(const lum_group *awaited, const lum_group *group)
 {
     const size_t from = offsetof(lum_group, line);
@@ -114,8 +114,8 @@ static bool is_awaited(const lum_group *awaited, const lum_group *group)
                   (const uint8_t *)group + from, to - from) == 0;
 }
 
-/* The other eye tells the time by lines of more than one packet: one packet
- * ahead of its time makes nobody silent. */
+/* Only lines of more than one packet of the other eye count as time, so that
+ * one packet with a clock in the future makes no eye silent. */
 static bool is_silent(const lum_assembler *a, const lum_eye_state *eye,
                       const lum_eye_state *other)
 {

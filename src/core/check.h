@@ -1,6 +1,7 @@
-/* What a function of the core relies on: checked where LUM_CHECKED is defined,
- * as tests and fuzzers have it, and nothing at all elsewhere. Never of what a
- * caller or a packet says, which is judged and answered. */
+/* Assertions about what a function of the core relies on. They are active if
+ * LUM_CHECKED is defined, as in tests and fuzzers, and empty otherwise. Never
+ * for values of a caller or a packet: these are checked, and refused by a
+ * result. */
 #ifndef LUM_CORE_CHECK_H
 #define LUM_CORE_CHECK_H
 

@@ -1,4 +1,4 @@
-/* Counters that never wrap, on targets where 64 bits are dear. */
+/* Counters that never wrap, for targets where 64 bits are expensive. */
 #ifndef LUM_CORE_COUNTER_H
 #define LUM_CORE_COUNTER_H
 

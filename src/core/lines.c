@@ -185,7 +185,7 @@ lum_line *lum_lines_close(const lum_assembler *a, lum_eye_state *eye)
         eye->lines.low_clock_us = slot->low_clock_us;
     }
     line->frame = slot->frame;
-    /* The packets told positions up to words_end, but brought fewer words. */
+    /* The packets gave positions up to words_end, but brought fewer words. */
     if (slot->words_end > slot->words_seen) {
         line->lost_words = slot->words_end - slot->words_seen;
     }

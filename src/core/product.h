@@ -9,7 +9,7 @@
 #error "the right shift of a negative number has to keep its sign"
 #endif
 
-/* Such a processor takes one copy of what multiplies, too. */
+/* Such a processor also needs only one copy of the code that multiplies. */
 #if defined(__ARM_ARCH_6M__) || defined(__ARM_ARCH_8M_BASE__)
 #define LUM_BY_PARTS 1
 #define LUM_ONE_COPY __attribute__((noinline))
@@ -18,8 +18,8 @@
 #define LUM_ONE_COPY inline
 #endif
 
-/* A Cortex-M4 has an instruction for high_product(), which GCC does not use of
- * its own accord. */
+/* A Cortex-M4 has an instruction for high_product(), but GCC does not use it by
+ * itself. */
 #if defined(__ARM_FEATURE_DSP) && defined(__thumb2__) && defined(__GNUC__)
 #define LUM_SMMLA 1
 #else

@@ -13,9 +13,9 @@
 #define GAP_US_MAX (UINT32_C(1) << 30)
 #define REACH      8u /* lines */
 
-/* Whatever is compared here is of one eye and within gap_us of its newest
- * clock, else the eye has begun anew: so the low 32 bits of clocks tell which
- * is older. */
+/* All clocks compared here are of one eye and within gap_us of its newest
+ * clock; otherwise the eye has started again. So the low 32 bits show which is
+ * older. */
 
 /* A line of which nothing is known. */
 static LUM_ONE_COPY void clear_line(const lum_receiver *r, lum_line_slot *slot)
@@ -85,8 +85,8 @@ static uint32_t count_skipped(uint32_t last, uint32_t number)
     return last - number > REACH ? number : 0;
 }
 
-/* Two packets have agreed on the line: what is older than both is late from now
- * on, and once the line has ended, so is what comes of it. */
+/* Two packets have agreed on the line: packets older than both are late from
+ * now on, and once the line has ended, so are its own packets. */
 static void settle(lum_receiver *r, lum_receiver_eye *eye)
 {
     const lum_line *line = &eye->slot.line;
@@ -136,7 +136,7 @@ static void begin_anew(lum_receiver *r, lum_receiver_eye *eye)
     eye->has_settled = false;
 }
 
-/* A clock of fewer bits goes on by its signed difference. */
+/* A clock of fewer bits advances by its signed difference. */
 static uint32_t extend(const lum_receiver *r, uint32_t clock_raw)
 {
     const uint32_t unused = 32u - r->clock_bits;
@@ -148,7 +148,7 @@ static uint32_t extend(const lum_receiver *r, uint32_t clock_raw)
 }
 
 /* The clock of a packet (docs/protocol.md, section 6, Reassembly, rules 1 and
- * 2): whether it is no stray. */
+ * 2): returns false for a stray. */
 static LUM_ONE_COPY bool follow(lum_receiver *r, lum_receiver_eye *eye,
                                 uint32_t clock_raw)
 {
@@ -172,8 +172,9 @@ static LUM_ONE_COPY bool follow(lum_receiver *r, lum_receiver_eye *eye,
     return true;
 }
 
-/* Of a packet that is not of the current line. Clocks tell a line from the same
- * number of another frame; where they do not, numbers tell that it is older. */
+/* For a packet that is not of the current line. Clocks distinguish a line from
+ * the same number of another frame; if they do not, the numbers show that it is
+ * older. */
 static bool is_late(const lum_receiver *r, const lum_receiver_eye *eye,
                     uint32_t number, uint32_t clock_us)
 {
@@ -302,7 +303,7 @@ static lum_result take(lum_receiver *r, const lum_group *group)
     return accept(r, eye, group);
 }
 
-/* The counters of drops stand first and in the order of their results. */
+/* The counters of drops come first and in the order of their results. */
 static void count_drop(lum_receiver_counters *c, lum_result result)
 {
     uint64_t *counters = &c->stray;

@@ -15,8 +15,8 @@ lum_result lum_words_place_ranges(lum_assembler *a, lum_line_slot *slot,
                                   const lum_group *group);
 
 /* Takes note of how many words an accepted packet brought, and of where they
- * end within the line. Where the line cannot hold them, they tell nothing of
- * what it lost. */
+ * end within the line. If the line cannot hold them, they say nothing about its
+ * losses. */
 void lum_words_count_sent(lum_line_slot *slot, const lum_group *group,
                           uint32_t capacity);
 

@@ -6,8 +6,8 @@ void lum_selection_default(lum_selection *out)
         (lum_selection){.edges = LUM_EDGES_RISING, .returns = LUM_RETURNS_ALL};
 }
 
-/* The word of the widest pulse of a pixel and edge, the first among equals, as
- * far as the words of the line were looked at. */
+/* The word of the widest pulse of a pixel and edge, the first among equals,
+ * among the words of the line read so far. */
 struct strongest {
     uint32_t end;     /* of the pixel's words */
     uint32_t word[2]; /* by edge: falling, rising */
@@ -33,8 +33,8 @@ static void find_strongest(const lum_line *line, const lum_return *returns,
 static bool is_strongest(const lum_line *line, const lum_return *returns,
                          uint32_t i, struct strongest *strongest)
 {
-    /* words that are not asked for are passed over: the first of this pixel
-     * that is may not be its first */
+    /* words that are not requested are skipped, so the first requested word of
+     * this pixel may not be its first word */
     uint32_t first = i;
     if (i >= strongest->end) {
         const uint32_t pixel = lum_word_pixel(line->words[i]);

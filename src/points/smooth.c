@@ -20,9 +20,8 @@ static double multiply(const double *a, const double *b, uint32_t n)
     return sum;
 }
 
-/* The next higher polynomial: x times this one, less what the one before has in
- * common with that. x is 0 in the window's middle and half an integer or a
- * whole one. */
+/* The next higher polynomial: x times this one, minus its projection on the one
+ * before. x is 0 in the window's middle and half an integer or a whole one. */
 static void raise_order(struct basis *b, uint32_t n, double norm)
 {
     const double share = b->norm > 0.0 ? norm / b->norm : 0.0;
@@ -65,7 +64,8 @@ lum_result lum_smooth_init(lum_smooth *out, uint32_t window, uint32_t order)
         order > LUM_SMOOTH_ORDER_MAX || order >= window) {
         return LUM_E_VALUE;
     }
-    /* What a reading gives to its neighbours is what it gets from them. */
+    /* The weights are symmetric: a reading gives its neighbours what it gets
+     * from them. */
     const uint32_t half = window / 2u;
     one[half] = 1.0;
     fit(one, window, order, weights);

@@ -1,6 +1,6 @@
 /** @file
- * What a sensor does (docs/protocol.md, section 10), as a machine of datagrams
- * and time: no sockets, no clock of its own, no allocation.
+ * What a sensor does (docs/protocol.md, section 10), as a state machine of
+ * datagrams and time: no sockets, no clock, no allocation.
  *
  * The caller brings datagrams and the time, and does what the answer says: send
  * a reply, move to a new address, stream. Times are monotonic nanoseconds, the
@@ -21,10 +21,10 @@
 /** Longest reply. */
 #define LUM_DEVICE_REPLY_BYTES 1472u
 
-/** Time without a heartbeat after which laser and data go off. */
+/** Time without a heartbeat after which laser and data stop. */
 #define LUM_DEVICE_TIMEOUT_NS (LUM_HEARTBEAT_TIMEOUT_MS * INT64_C(1000000))
 
-/** Time after which the returns have come to full strength. */
+/** Time after which the returns have full strength. */
 #define LUM_DEVICE_WARM_UP_NS INT64_C(3000000000)
 
 /** Lines of a Y-scan table that are kept; a longer table is refused. */
@@ -36,16 +36,16 @@ typedef struct lum_device_peer {
     uint16_t port;    /**< UDP */
 } lum_device_peer;
 
-/** What commands set; a fresh sensor's values are lum_device_init()'s. */
+/** The settings; a new sensor has those of lum_device_init(). */
 typedef struct lum_device_settings {
     uint16_t power;               /**< percent */
     uint16_t threshold[LUM_EYES]; /**< percent, by ::lum_eye */
     uint16_t offset[LUM_EYES];    /**< 0..30 */
     uint16_t holdoff;             /**< 150..250 */
     uint16_t lines;               /**< 640 or 64 */
-    uint16_t fov_deg;             /**< of a uniform Y scan; 0: the whole span;
-                                       of no effect while there is a table */
-    size_t yscan_count;           /**< lines of the table; 0: none */
+    uint16_t fov_deg;   /**< of a uniform Y scan; 0: the whole span; no effect
+                           while there is a table */
+    size_t yscan_count; /**< lines of the table; 0: none */
     int16_t yscan[LUM_DEVICE_YSCAN_MAX]; /**< raw elevations */
 } lum_device_settings;
 
@@ -66,7 +66,7 @@ typedef struct lum_device {
 
 /** What came of a datagram or of time. */
 typedef struct lum_device_effects {
-    bool has_reply;         /**< send reply to whoever sent the datagram */
+    bool has_reply;         /**< send reply to the sender of the datagram */
     bool has_address;       /**< move to a new address at once */
     bool settings_changed;  /**< look at settings again */
     bool geometry_changed;  /**< of these: lines, fov or table */
@@ -80,8 +80,8 @@ typedef struct lum_device_effects {
                          "status poll"; NUL-terminated, printable ASCII */
 } lum_device_effects;
 
-/** Boot: laser off, clock 0, no client, settings as they come: power 100,
- * thresholds 50, offsets 0, holdoff 200, given lines, the whole span.
+/** Boot: laser off, clock 0, no client, default settings: power 100, thresholds
+ * 50, offsets 0, holdoff 200, given lines, the whole span.
  * @param layout copied.
  * @param lines  640 or 64.
  * @param clock_us what the clock shows at now_ns, 0 for a fresh boot. */
@@ -89,16 +89,16 @@ void lum_device_init(lum_device *out, const lum_layout *layout, uint16_t lines,
                      uint32_t clock_us, int64_t now_ns);
 
 /** Take a datagram: any bytes, any length. Time passes first, as in
- * lum_device_tick(), but a change that it brings is told by the effects alone:
- * whoever wants its alert calls lum_device_tick() before.
+ * lum_device_tick(), but a change that this causes only shows in the effects:
+ * to get its alert, call lum_device_tick() before.
  * @param out overwritten. */
 void lum_device_receive(lum_device *device, int64_t now_ns,
                         lum_device_peer from, const void *bytes, size_t len,
                         lum_device_effects *out);
 
 /** Let time pass: the heartbeat's timeout.
- * @param out overwritten; no reply but for an alert to the client, which tells
- *            a status that changed. */
+ * @param out overwritten; no reply except an alert to the client with a changed
+ *            status. */
 void lum_device_tick(lum_device *device, int64_t now_ns,
                      lum_device_effects *out);
 
@@ -106,10 +106,9 @@ void lum_device_tick(lum_device *device, int64_t now_ns,
 int64_t lum_device_next_ns(const lum_device *device);
 
 /** Set and clear bits of the status, as faults of the hardware would;
- * HEARTBEAT_TIMEOUT, TLV_CMD_ON and TLV_CMD_OFF are left alone. A laser that a
- * command has switched on comes up again when the last hazard goes. The effects
- * are those of lum_device_tick(): an alert to the client that tells the status.
- */
+ * HEARTBEAT_TIMEOUT, TLV_CMD_ON and TLV_CMD_OFF do not change. A laser that a
+ * command has switched on comes up again when the last hazard ends. The effects
+ * are those of lum_device_tick(): an alert to the client with the status. / */
 void lum_device_set_hazards(lum_device *device, uint16_t set, uint16_t clear,
                             int64_t now_ns, lum_device_effects *out);
 

@@ -8,13 +8,13 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Longest piece of what was received that a text repeats. */
+/* Longest piece of a received text that an answer repeats. */
 #define NAME_BYTES 40u
 
 /* Longest debug text. */
 #define TEXT_BYTES 160u
 
-/* Kept free for the text that counts what was refused without a text. */
+/* Reserved for the text that counts refusals without their own text. */
 #define LAST_TEXT_BYTES 48u
 
 /* An answer that is being made. */
@@ -26,7 +26,7 @@ struct answer {
     unsigned unnamed; /* refusals whose text had no room */
 };
 
-/* What was received, fit for a text: printable, and not too long. */
+/* The received bytes for a text: printable, and not too long. */
 static void make_name(char out[NAME_BYTES + 4], const char *text, size_t len)
 {
     const size_t n = len < NAME_BYTES ? len : NAME_BYTES;
@@ -46,7 +46,8 @@ static bool add_debug(struct answer *a, const char *text, size_t spare)
            lum_tlv_add(&a->writer, type, text, (uint16_t)len) == LUM_OK;
 }
 
-/* Names what was refused in the answer, and in the note without the reason. */
+/* Names the refused command in the answer, and without the reason in the
+ * note. */
 static void refuse(struct answer *a, const char *what, const char *why)
 {
     char text[TEXT_BYTES];
@@ -189,8 +190,8 @@ static void refuse_rest(struct answer *a, const char *text, size_t len)
     refuse(a, what, "one space parts commands, none stands at the ends");
 }
 
-/* Every command of a text stands for itself, as long as the text can be cut
- * into commands. */
+/* Each command of a text is handled separately, as long as the text can be
+ * split into commands. */
 static void take_text(struct answer *a, const char *text, size_t len)
 {
     if (len == 0) {

@@ -13,8 +13,8 @@ void lum_fault_init(lum_fault *out, const double probability[LUM_FAULT_KINDS],
     }
 }
 
-/* Decide on a fault, and draw the number that says how; both always, so that
- * every packet takes as many numbers. */
+/* Decide on a fault, and draw its parameter; always both, so that every packet
+ * uses the same number of random numbers. */
 static bool strikes(lum_fault *f, enum lum_fault_kind kind, uint32_t range,
                     uint32_t *how)
 {
@@ -82,8 +82,8 @@ void lum_fault_flush(lum_fault *fault)
     }
 }
 
-/* A packet on time leaves first, so that those that waited for it are behind
- * it. */
+/* A packet on time leaves first, so that the packets that wait for it come
+ * after it. */
 static size_t find_next(const lum_fault *f)
 {
     size_t found = f->held_count;

@@ -2,8 +2,8 @@
  * What a bad network does to datagrams, seeded: loss, repeats, reordering,
  * corruption.
  *
- * Each kind draws its own random numbers, so that changing one probability
- * leaves what the others do to a packet alone. Put a packet in, take packets
+ * Each kind has its own random numbers, so changing one probability does not
+ * change the effect of the others on a packet. Put a packet in, take packets
  * out until there are none:
  *
  * @code
@@ -22,7 +22,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** A reordered packet leaves behind 1 to this many later ones. */
+/** A reordered packet leaves after 1 to this many later ones. */
 #define LUM_FAULT_REACH 4u
 
 /** Kinds of faults. */
@@ -44,7 +44,7 @@ typedef struct lum_fault_held {
 /** Most packets that wait at a time. */
 #define LUM_FAULT_HELD_MAX (2u * (LUM_FAULT_REACH + 2u))
 
-/** Faults being done. Private but in size and counts. */
+/** State of the faults. Private except size and counts. */
 typedef struct lum_fault {
     double probability[LUM_FAULT_KINDS];     /**< private */
     lum_random random[LUM_FAULT_KINDS];      /**< private */
@@ -56,8 +56,8 @@ typedef struct lum_fault {
 } lum_fault;
 
 /** Begin.
- * @param probability 0..1, by ::lum_fault_kind: how likely a fault befalls a
- *                    packet. */
+ * @param probability 0..1, by ::lum_fault_kind: the probability of a fault for
+ *                    a packet. */
 void lum_fault_init(lum_fault *out, const double probability[LUM_FAULT_KINDS],
                     uint64_t seed);
 

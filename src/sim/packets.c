@@ -85,8 +85,8 @@ lum_result lum_packets_add_angles(const lum_layout *layout,
     return LUM_OK;
 }
 
-/* Where a packet that begins with a word ends: before the first pixel of which
- * not all words fit. */
+/* The end of a packet that begins with a word: before the first pixel whose
+ * words do not all fit. */
 static size_t end_of_packet(const lum_sim_line *line, size_t first, size_t room)
 {
     if (line->word_count - first <= room) {

@@ -10,7 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** Most bytes of a datagram: what fits Ethernet's 1500 behind IP and UDP. */
+/** Most bytes of a datagram: those that fit in Ethernet's 1500 after IP and
+ * UDP. */
 #define LUM_PACKET_BYTES_MAX 1472u
 
 /** Most packets of one eye's line: 3 of angles, the rest of ranges. */
@@ -29,7 +30,8 @@ typedef struct lum_packet_batch {
     lum_sim_packet packets[LUM_PACKETS_LINE_MAX]; /**< in their order */
 } lum_packet_batch;
 
-/** Whether packets of frames of so many lines fit the fields of a layout.
+/** Whether the packets of frames with this many lines fit the fields of a
+ * layout.
  * @param lines at least 1.
  * @return LUM_OK; LUM_E_VALUE if a field is too narrow. */
 LUM_MUST_CHECK lum_result lum_packets_check(const lum_layout *layout,
@@ -60,7 +62,7 @@ LUM_MUST_CHECK lum_result lum_packets_add_ranges(const lum_layout *layout,
                                                  const lum_sim_line *line,
                                                  lum_packet_batch *out);
 
-/** Set the clock of a data packet; nothing where the layout has none. */
+/** Set the clock of a data packet; does nothing if the layout has none. */
 void lum_packets_set_clock(const lum_layout *layout, uint32_t clock_us,
                            uint8_t *packet);
 

@@ -1,9 +1,10 @@
 /** @file
- * Seeded random numbers: the same on every machine, from integers alone.
+ * Seeded random numbers: the same on every machine, computed only with
+ * integers.
  *
  * The generator is xoshiro256**, its state filled by splitmix64. A stream
- * number sets generators of one seed apart, so that any line of any frame can
- * be rendered alone and still comes out the same. */
+ * number makes generators of one seed different, so that any line of any frame
+ * can be rendered separately with the same result. */
 #ifndef LUM_SIM_RANDOM_H
 #define LUM_SIM_RANDOM_H
 
@@ -13,12 +14,12 @@
 /** No normal number is further from 0 than this. */
 #define LUM_RANDOM_NORMAL_MAX 3.4642f
 
-/** One generator. Private but in size. */
+/** One generator. Private except its size. */
 typedef struct lum_random {
     uint64_t s[4]; /**< private; never all 0 */
 } lum_random;
 
-/** Begin a stream of a seed; any two numbers will do. Cannot fail. */
+/** Begin a stream of a seed, with any two numbers. Cannot fail. */
 void lum_random_init(lum_random *out, uint64_t seed, uint64_t stream);
 
 /** The next 64 random bits. */

@@ -40,8 +40,8 @@ static size_t count_strips(const lum_reel *reel)
     return (size_t)reel->frames * reel->lines * LUM_EYES;
 }
 
-/* Bytes of the range packets that so many echoes can fill: every packet but the
- * last lacks less than a pixel's words. */
+/* Bytes of the range packets that this many echoes can fill: every packet
+ * except the last is full, up to less than one pixel's words. */
 static size_t range_room(const lum_layout *layout, const lum_echo_line *line,
                          unsigned returns_max)
 {
@@ -149,7 +149,7 @@ static lum_result render_all(lum_reel *reel, lum_reel_stop stop)
         result = render_frame(reel, i, stop, work);
     }
     free(work);
-    /* Words need its scales alone. */
+    /* Words need only its scales. */
     lum_render_free(&reel->render);
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         lum_scan_aim(&reel->render.scan, eye, NULL);
@@ -220,7 +220,7 @@ uint32_t lum_reel_lines(const lum_reel *reel)
     return reel->lines;
 }
 
-/* The range packets of a strip, made anew if power or threshold changed. */
+/* The range packets of a strip, made again if power or threshold changed. */
 static void thin(lum_reel *reel, uint32_t line, unsigned eye, float gain,
                  float threshold, struct strip *strip)
 {

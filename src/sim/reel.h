@@ -1,12 +1,12 @@
 /** @file
- * Frames rendered beforehand, to be sent again and again as a live sensor's:
- * datagrams whose clocks are set as they go out, and whose returns are thinned
- * to what the laser's power and the thresholds let through.
+ * Frames rendered in advance, to be sent repeatedly like those of a live
+ * sensor: datagrams whose clocks are set when they are sent, and whose returns
+ * are reduced to those that the laser's power and the thresholds leave.
  *
  * Frames are rendered at full power and with the lowest threshold; each range
- * word's strength is kept beside it. Thinning a line is cheap and is done again
- * only when gain or thresholds changed. Rendering is slow, and can be done by
- * another thread than the one that plays another reel. */
+ * word's strength is kept beside it. Reducing a line is fast and is repeated
+ * only when gain or thresholds changed. Rendering is slow, and another thread
+ * can do it while this one plays another reel. */
 #ifndef LUM_SIM_REEL_H
 #define LUM_SIM_REEL_H
 
@@ -34,15 +34,15 @@ typedef struct lum_reel_packet {
     size_t len;           /**< of bytes */
 } lum_reel_packet;
 
-/** Whether a rendering is to end early, asked between lines, in the thread that
- * renders. */
+/** Whether a rendering should end early; called between lines, in the thread
+ * that renders. */
 typedef struct lum_reel_stop {
     bool (*ask)(void *context); /**< NULL: never */
     void *context;              /**< handed to ask */
 } lum_reel_stop;
 
 /** Render.
- * @param options what to render; gain and threshold are not looked at.
+ * @param options what to render; gain and threshold are ignored.
  * @param frames  how many, at least 1.
  * @param stop    its ask may be NULL.
  * @param out     to be freed with lum_reel_free() after LUM_OK.
@@ -64,8 +64,8 @@ uint32_t lum_reel_lines(const lum_reel *reel);
 /** Most datagrams of one line, both eyes. */
 #define LUM_REEL_LINE_PACKETS (2u * LUM_PACKETS_LINE_MAX)
 
-/** The datagrams of one line of both eyes, in the order they leave, eyes taking
- * turns, thinned and with a clock.
+/** The datagrams of one line of both eyes, reduced and with a clock, in the
+ * order in which they leave; the eyes take turns.
  * @param frame    below lum_reel_frames().
  * @param line     below lum_reel_lines().
  * @param clock_us the sensor's clock, for every one of them.

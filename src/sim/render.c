@@ -3,28 +3,28 @@
 #include <math.h>
 #include <string.h>
 
-/* Metres of range for a nanosecond of light's way there and back. */
+/* Metres of range for each nanosecond that light takes there and back. */
 #define M_PER_NS 0.15f
 
-/* Two pulses closer than this melt into one: the detector has to recover. More
+/* Two pulses closer than this become one: the detector has to recover. More
  * than twice the largest noise, so that edges keep their order. */
 #define RECOVERY_M 0.15f
 
 /* A white wall at 1 m, head on, returns this much at full power. */
 #define STRENGTH 1000.0f
 
-/* The weakest return that is seen at the usual threshold. */
+/* The weakest return that is detected at the usual threshold. */
 #define WEAKEST 0.0015f
 
-/* Pulse widths: of the faintest and, never reached, of the brightest return. */
+/* Pulse widths of the faintest return and, never reached, of the brightest. */
 #define WIDTH_MIN_NS  2.0f
 #define WIDTH_SPAN_NS 10.0f
 
 /* Numbers of a line's random streams. */
 #define LINE_STREAM 2u
 
-/* Sets the noise of echoes that are not seen at usual power and threshold apart
- * from all else of the line. */
+/* Stream number for the noise of echoes that are not detected at usual power
+ * and threshold, so that all else of the line stays the same. */
 #define FAINT_STREAM 3u
 
 typedef struct pulse {
@@ -47,7 +47,7 @@ void lum_render_options_default(lum_render_options *out)
     out->threshold = 1.0f;
 }
 
-/* Eyes that stand in one place share a scene. */
+/* Eyes at the same place share a scene. */
 static void share_scenes(lum_render *r)
 {
     const float *blue = lum_scan_mount(&r->scan, LUM_EYE_BLUE);
@@ -124,8 +124,8 @@ static float width_of(float strength)
     return WIDTH_MIN_NS + WIDTH_SPAN_NS * root / (root + 0.6f);
 }
 
-/* One more return: into the pulse before it when both touch, else a pulse of
- * its own if there is room. */
+/* One more return: added to the pulse before it if both touch, otherwise a new
+ * pulse if there is room. */
 static size_t add_pulse(pulse *pulses, size_t count, size_t room, pulse next)
 {
     if (count > 0) {
@@ -299,8 +299,8 @@ lum_result lum_render_line(lum_render *render, int64_t frame, uint32_t line,
 
 /* --- Lines kept as echoes, made words later --- */
 
-/* The noise of pulses that are seen at usual power and threshold is drawn as
- * for a rendered line; the other echoes have theirs from elsewhere. */
+/* The noise of pulses that are detected at usual power and threshold is drawn
+ * as for a rendered line; the other echoes use another stream. */
 static void add_noise(const lum_render *r, lum_random *random,
                       lum_random *faint, lum_echo *echoes, size_t n)
 {

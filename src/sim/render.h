@@ -2,8 +2,8 @@
  * A line of an eye, as the sensor would measure it: rays, returns, range words
  * and readings of the angles; and the exact points beside them.
  *
- * The scene stands still during a frame. A line depends on its seed, frame,
- * number and eye alone, in whatever order lines are rendered. */
+ * The scene does not change during a frame. A line depends only on its seed,
+ * frame, number and eye, not on the order of rendering. */
 #ifndef LUM_SIM_RENDER_H
 #define LUM_SIM_RENDER_H
 
@@ -30,7 +30,7 @@
 /** What to render. */
 typedef struct lum_render_options {
     lum_calibration calibration; /**< checked */
-    lum_layout layout;           /**< tells the scale of angles */
+    lum_layout layout;           /**< gives the scale of angles */
     uint64_t seed;               /**< of everything */
     uint32_t lines;              /**< of a frame, at least 1 */
     double rate_hz;              /**< frames a second, above 0 */
@@ -62,8 +62,8 @@ typedef struct lum_sim_line {
                                             words, in their order */
 } lum_sim_line;
 
-/** Strength below which lum_render_echoes() keeps nothing: of the weakest
- * return that is seen at usual threshold. */
+/** lum_render_echoes() drops echoes below this strength, as a fraction of the
+ * weakest return that is detected at the usual threshold. */
 #define LUM_RENDER_FAINTEST 0.25f
 
 /** A surface that a beam met, and what it sends back at full power. */
@@ -73,8 +73,8 @@ typedef struct lum_echo {
     float noise;    /**< of the range, metres */
 } lum_echo;
 
-/** What the detector of one eye could see of a line, before power and threshold
- * decide what it sees. */
+/** All that the detector of one eye could detect of a line, before power and
+ * threshold are applied. */
 typedef struct lum_echo_line {
     int64_t clock_us;                  /**< sensor clock at its beginning */
     size_t count;                      /**< of echoes */
@@ -84,7 +84,7 @@ typedef struct lum_echo_line {
                                                                 to far */
 } lum_echo_line;
 
-/** A renderer. Private but in size. */
+/** A renderer. Private except its size. */
 typedef struct lum_render {
     lum_render_options options;  /**< private */
     lum_scan scan;               /**< private */
@@ -125,9 +125,9 @@ LUM_MUST_CHECK lum_result lum_render_line(lum_render *render, int64_t frame,
                                           uint32_t line, unsigned eye,
                                           lum_sim_line *out);
 
-/** Render a line as far as power and threshold do not matter; options.gain and
- * options.threshold are not looked at.
- * Parameters and results as lum_render_line(). */
+/** Render the part of a line that does not depend on power and threshold;
+ * options.gain and options.threshold are ignored. Parameters and results as
+ * lum_render_line(). */
 LUM_MUST_CHECK lum_result lum_render_echoes(lum_render *render, int64_t frame,
                                             uint32_t line, unsigned eye,
                                             lum_echo_line *out);
@@ -137,8 +137,8 @@ LUM_MUST_CHECK lum_result lum_render_echoes(lum_render *render, int64_t frame,
  * @param counts    echoes of each of the LUM_LINE_PIXELS pixels.
  * @param echoes    all of them, by pixel.
  * @param gain      strength of all returns; with 0 there are none.
- * @param threshold weakest return that is seen; 1 is usual. Echoes below
- *                  LUM_RENDER_FAINTEST are missing, whatever it is.
+ * @param threshold weakest return that is detected; 1 is usual. Echoes below
+ *                  LUM_RENDER_FAINTEST are missing with any threshold.
  * @param words     room for two of each echo, and for LUM_RENDER_WORDS_MAX at
  *                  most.
  * @return how many words. */

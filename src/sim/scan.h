@@ -1,10 +1,10 @@
 /** @file
- * Where the beams of a line look: the mirror's motion, the true angles of each
- * pixel, and what the encoders read.
+ * The directions of a line's beams: the mirror's motion, the true angles of
+ * each pixel, and the readings of the encoders.
  *
- * Line 0 is the uppermost. Azimuth swings to and fro, lines of even number from
- * left to right, and slows down towards both ends of its swing. Both eyes move
- * alike. */
+ * Line 0 is the uppermost. Azimuth moves back and forth, lines of even number
+ * from left to right, and slows down towards both ends. Both eyes move in the
+ * same way. */
 #ifndef LUM_SIM_SCAN_H
 #define LUM_SIM_SCAN_H
 
@@ -48,7 +48,7 @@ typedef struct lum_scan_line {
     float azimuth[LUM_LINE_PIXELS];      /**< true, degrees, of the eye */
     float elevation[LUM_LINE_PIXELS];    /**< true, degrees, of the eye */
     float direction[LUM_LINE_PIXELS][3]; /**< unit, in the sensor's frame */
-    lum_angle reading[LUM_LINE_PIXELS];  /**< what goes on the wire */
+    lum_angle reading[LUM_LINE_PIXELS];  /**< as the packets have it */
 } lum_scan_line;
 
 /** Prepare a scan.
@@ -61,14 +61,14 @@ LUM_MUST_CHECK lum_result lum_scan_init(lum_scan *out,
                                         const lum_layout *layout,
                                         uint32_t lines);
 
-/** Say where the lines of an eye lie; after lum_scan_init() they cover the
+/** Set the elevations of an eye's lines; after lum_scan_init() they cover the
  * whole span evenly.
  * @param elevations_udeg one for each line, the eye's own; those outside the
- *                        span are taken to its end. Kept, not copied. NULL: the
+ *                        span are moved to its end. Kept, not copied. NULL: the
  *                        whole span. */
 void lum_scan_aim(lum_scan *scan, unsigned eye, const int32_t *elevations_udeg);
 
-/** Where an eye stands in the frame of the sensor; metres. */
+/** Place of an eye in the frame of the sensor; metres. */
 const float *lum_scan_mount(const lum_scan *scan, unsigned eye);
 
 /** Scan a line.

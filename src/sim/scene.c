@@ -91,7 +91,8 @@ static void find_columns(const float low[3], const float high[3], cells *out)
     }
 }
 
-/* The cells whose rays may meet a shape or, at its rim, half a beam of it. */
+/* The cells whose rays may hit a shape or, at its rim, pass within half a beam
+ * of it. */
 static cells cells_of(const lum_shape *s)
 {
     float low[3];
@@ -128,7 +129,7 @@ static int compare_distance(const void *a, const void *b)
     if (left->near_m != right->near_m) {
         return left->near_m < right->near_m ? -1 : 1;
     }
-    /* Any order will do among equals, if it is always the same. */
+    /* Equal ones may be in any order, if it is always the same. */
     for (int i = 0; i < 3; i++) {
         if (left->min[i] != right->min[i]) {
             return left->min[i] < right->min[i] ? -1 : 1;
@@ -221,7 +222,7 @@ void lum_scene_free(lum_scene *scene)
     scene->room = 0;
 }
 
-/* Hits from near to far; those beyond the last place are forgotten. */
+/* Hits from near to far; those beyond the last place are dropped. */
 static size_t insert(lum_hit *hits, size_t count, const lum_hit *hit)
 {
     size_t at = count;

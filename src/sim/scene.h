@@ -1,9 +1,9 @@
 /** @file
  * The street at a moment, as one eye sees it, ready for many rays.
  *
- * All rays start at the eye, so shapes are filed by the directions they cover:
- * a grid over azimuth and elevation, each cell with its shapes from near to
- * far. */
+ * All rays start at the eye, so shapes are stored by the directions that they
+ * cover: a grid over azimuth and elevation, each cell with its shapes from near
+ * to far. */
 #ifndef LUM_SIM_SCENE_H
 #define LUM_SIM_SCENE_H
 
@@ -17,7 +17,7 @@
 /** Most hits of one ray. */
 #define LUM_SCENE_HITS_MAX 16u
 
-/** A scene. Private but in size; begin with all zero. */
+/** A scene. Private except its size; begin with all zero. */
 typedef struct lum_scene {
     lum_shape_list shapes; /**< private: near to far */
     lum_ground ground;     /**< private */
@@ -35,8 +35,8 @@ int lum_scene_set(lum_scene *scene, uint64_t seed, double time_s,
 /** Free what a scene holds. */
 void lum_scene_free(lum_scene *scene);
 
-/** What a ray meets, from near to far, up to the first thing that stops all
- * that is left of the beam.
+/** The hits of a ray, from near to far, up to the first one that stops the rest
+ * of the beam.
  * @param hits room for ::LUM_SCENE_HITS_MAX.
  * @return how many; 0: the sky. */
 size_t lum_scene_cast(const lum_scene *scene, const lum_ray *ray,

@@ -164,8 +164,8 @@ static bool cast_facade(const lum_shape *s, const lum_ray *ray, lum_hit *hit)
     return true;
 }
 
-/* The share of a beam that something of this radius stops, when the beam's
- * axis passes its centre at this distance. */
+/* The share of a beam that an object of this radius stops, if the beam's axis
+ * passes its centre at this distance. */
 static float rim_cover(float radius, float distance, float range)
 {
     const float w = LUM_BEAM_HALF_WIDTH * range;
@@ -173,7 +173,7 @@ static float rim_cover(float radius, float distance, float range)
     return cover < 0.0f ? 0.0f : cover > 1.0f ? 1.0f : cover;
 }
 
-/* The flat end of a cylinder about axis c that the ray may come in by. */
+/* The flat end of a cylinder about axis c through which the ray may enter. */
 static bool cast_end(const lum_shape *s, const lum_ray *ray, const int axes[3],
                      lum_hit *hit)
 {

@@ -1,5 +1,5 @@
 /** @file
- * Solid things of a scene, and where a beam from the origin meets them.
+ * Solid objects of a scene, and where a beam from the origin hits them.
  *
  * Metres; x forward, y left, z up. All beams start at the origin, so a scene is
  * laid out around the eye that looks at it. */
@@ -22,7 +22,8 @@ typedef enum lum_shape_kind {
     LUM_SHAPES        /**< how many there are */
 } lum_shape_kind;
 
-/** How far the sides of a cabin's top stand back from its bottom's; metres. */
+/** How far the sides of a cabin's top are inside those of its bottom;
+ * metres. */
 typedef struct lum_shape_lean {
     float front; /**< towards +x */
     float back;  /**< towards -x */
@@ -73,9 +74,8 @@ typedef struct lum_hit {
  * @param d unit vector. */
 lum_ray lum_ray_make(const float d[3]);
 
-/** Where a ray meets a shape.
- * A beam that passes the rim of something round is stopped in part.
- * @param hit written only when the answer is true. */
+/** Where a ray hits a shape. A round shape's rim stops only part of a beam.
+ * @param hit written only if the result is true. */
 bool lum_shape_cast(const lum_shape *shape, const lum_ray *ray, lum_hit *hit);
 
 /** Shapes, in an array that grows. */
@@ -89,7 +89,7 @@ typedef struct lum_shape_list {
 /** Append a copy; sets failed when there is no memory. */
 void lum_shape_list_add(lum_shape_list *list, const lum_shape *shape);
 
-/** Free what a list holds; it is empty then. */
+/** Free the contents of a list; it is empty then. */
 void lum_shape_list_free(lum_shape_list *list);
 
 #endif

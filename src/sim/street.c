@@ -285,7 +285,7 @@ static void add_facade(street *s, float x, float length, float setback)
     const float door = x + (shape.opening.door + 0.3f) * shape.opening.bay;
     add_box(s, door, s->side * (HOUSES_Y + setback - 0.25f), PAVEMENT_Z,
             0.4f * shape.opening.bay, 0.5f, 0.16f, 0.4f);
-    /* Bay windows stand out from the upper floors of some houses. */
+    /* Some houses have bay windows on their upper floors. */
     if (lum_random_below(r, 3) == 0) {
         add_box(s, x + shape.opening.bay, s->side * (HOUSES_Y + setback - 0.3f),
                 3.3f, shape.opening.bay, 1.0f, 5.5f, 0.5f);
@@ -485,8 +485,8 @@ static float road_reflectivity(const lum_ground *g, float x, float y)
     return 0.18f;
 }
 
-/* A low ray comes to the road over a pavement, into a kerb's face, or onto it
- * from above; both kerbs are between the same two heights. */
+/* A low ray reaches the road over a pavement, hits a kerb's face, or comes from
+ * above; both kerbs are between the same two heights. */
 bool lum_ground_cast(const lum_ground *g, const lum_ray *ray, lum_hit *hit)
 {
     if (ray->d[2] >= 0.0f) {

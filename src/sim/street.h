@@ -1,9 +1,8 @@
 /** @file
- * The street that the simulated sensor drives along: what stands where at a
- * moment.
+ * The street that the simulated sensor drives along: its objects at a moment.
  *
- * It has no end: each lot of it comes from the seed and its own number, so only
- * what is in reach of the sensor has to exist. */
+ * It has no end: each lot is computed from the seed and its number, so only the
+ * part in reach of the sensor has to exist. */
 #ifndef LUM_SIM_STREET_H
 #define LUM_SIM_STREET_H
 
@@ -41,7 +40,7 @@ typedef struct lum_ground {
 void lum_street_lay_out(uint64_t seed, double time_s, const float eye[3],
                         lum_shape_list *out, lum_ground *ground);
 
-/** Where a ray meets the ground.
+/** Where a ray hits the ground.
  * @return whether it does within ::LUM_STREET_REACH. */
 bool lum_ground_cast(const lum_ground *ground, const lum_ray *ray,
                      lum_hit *hit);
