@@ -22,8 +22,7 @@ struct item {
     bool is_refused;
 };
 
-/* A file's settings in the order in which they are sent, and what has become of
- * them. */
+/* A file's settings in the order in which they are sent, and their results. */
 struct plan {
     const char *file;
     struct item items[LUM_COMMANDS];

@@ -11,7 +11,7 @@
 /* Whether somebody has an address. */
 typedef bool (*beside_is_taken)(void *context, uint32_t address);
 
-/* The lowest that neither the device nor anybody has; 0: none of them. */
+/* The lowest that neither the device nor anybody else has; 0: none of them. */
 uint32_t beside_find(uint32_t device, beside_is_taken is_taken, void *context);
 
 #endif

@@ -20,7 +20,7 @@ struct command {
     const char *arguments; /* as --help shows them; NULL: none */
     const char *summary;
     unsigned own;         /* own_options it has */
-    const char *words[2]; /* that may stand behind it */
+    const char *words[2]; /* that may follow it */
     ctl_command run;
 };
 
@@ -253,7 +253,7 @@ static enum exit_status check_watch(const struct ctl *ctl,
 
 /* --- Running a command --- */
 
-/* What holds for one command alone. */
+/* Rules for single commands. */
 static void forget_own(struct ctl_options *options)
 {
     options->watch = false;

@@ -48,7 +48,7 @@ struct ctl_options {
     const char *subnet; /* find; NULL: not given */
     bool wants_help;
     bool wants_version;
-    bool no_names; /* hosts by their addresses alone: no waiting */
+    bool no_names; /* hosts only by their addresses: no waiting */
 };
 
 struct ctl {
@@ -70,9 +70,8 @@ struct ctl {
 typedef enum exit_status (*ctl_command)(struct ctl *ctl, int count,
                                         char **words);
 
-/* Runs a command line, argv[0] the program: options and words in any
- * order, as typed in a shell too. Options that it gives hold for this command
- * alone. */
+/* Runs a command line, argv[0] the program: options and words in any order,
+ * also as typed in a shell. Its options apply only to this command. */
 enum exit_status ctl_run(struct ctl *ctl, int argc, char **argv);
 
 /* Opens the session where there is none. Complains. A command that needs to own
@@ -104,8 +103,8 @@ enum exit_status ctl_request(struct ctl *ctl, const void *tlvs, size_t len,
  * or as JSON. */
 enum exit_status ctl_command_text(struct ctl *ctl, const char *text);
 
-/* The same; people are told of it by the words that they typed, such as "power
- * 60" for 60p. JSON has the text itself. */
+/* The same; messages use the words that the user typed, for example "power 60"
+ * for 60p. JSON has the text itself. */
 enum exit_status ctl_command_words(struct ctl *ctl, const char *text,
                                    const char *typed);
 
@@ -124,12 +123,12 @@ enum exit_status ctl_complain(enum exit_status status, const char *format, ...);
 LUM_PRINTF(2, 3)
 void ctl_note(const struct ctl *ctl, const char *format, ...);
 
-/* EXIT_HAZARD where the status bears a hazard, HEARTBEAT_TIMEOUT alone not
- * counted unless some session of this host owns the sensor (is_owned); else
+/* EXIT_HAZARD if the status has a hazard; HEARTBEAT_TIMEOUT alone counts only
+ * if some session of this host owns the sensor (is_owned). Otherwise
  * EXIT_DONE. */
 enum exit_status ctl_status_exit(uint16_t status, bool is_owned);
 
-/* One for each command; each in a file of its own or with its like. */
+/* One for each command; similar commands share a file. */
 enum exit_status command_heartbeat(struct ctl *ctl, int count, char **words);
 enum exit_status command_status(struct ctl *ctl, int count, char **words);
 enum exit_status command_time(struct ctl *ctl, int count, char **words);
@@ -146,11 +145,11 @@ enum exit_status command_save(struct ctl *ctl, int count, char **words);
 enum exit_status command_shell(struct ctl *ctl, int count, char **words);
 enum exit_status command_doctor(struct ctl *ctl, int count, char **words);
 
-/* The commands' names, for completion: the i-th, NULL behind the last. */
+/* The commands' names, for completion: the i-th, NULL after the last. */
 const char *ctl_command_name(size_t i);
 
-/* Words that may stand behind a command's words so far ("laser" -> "on",
- * "off"): the i-th, NULL behind the last. */
+/* Words that may follow a command's words so far ("laser" -> "on", "off"): the
+ * i-th, NULL after the last. */
 const char *ctl_command_word(int count, char **words, size_t i);
 
 #endif

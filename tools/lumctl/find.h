@@ -1,5 +1,5 @@
-/* Sensors whose address is not known: whom to ask, asking, and what was found.
- * Nothing is sent but requests for a time stamp, and questions of ARP. */
+/* Sensors whose address is not known: which addresses to ask, asking them, and
+ * the results. Only requests for a time stamp and ARP requests are sent. */
 #ifndef LUMCTL_FIND_H
 #define LUMCTL_FIND_H
 
@@ -35,7 +35,7 @@ struct find_range {
 
 bool find_is_in(const struct find_range *range, uint32_t address);
 
-/* What was not looked at, and why; a sentence each. */
+/* What was not searched, and why; a sentence each. */
 struct find_left_out {
     char texts[FIND_LEFT_OUT_MAX + 1u][FIND_LEFT_OUT_BYTES];
     size_t count;
@@ -72,9 +72,9 @@ bool find_is_repeated(const struct find_plan *plan, size_t range,
                       uint32_t address);
 
 /* Fills ranges and left_out from the interfaces.
- * name    the one to search; NULL: every one that is up, but for the loopback.
- * subnet  the one to search; NULL: those of the interfaces, of wider ones than
- *         FIND_BITS_MIN the part around the own address. */
+ * name    the one to search; NULL: every one that is up, except the loopback.
+ * subnet  the one to search; NULL: those of the interfaces; of one larger than
+ *         FIND_BITS_MIN, the part around the own address. */
 void find_make_plan(struct find_plan *plan, const char *name,
                     const struct find_subnet *subnet);
 
@@ -112,7 +112,7 @@ struct find_subnet_beside {
 struct find_result {
     struct find_found found[FIND_FOUND_MAX];
     size_t count;
-    uint32_t lost[FIND_LOST_MAX]; /* who was seen and had no room there */
+    uint32_t lost[FIND_LOST_MAX]; /* addresses that were seen and did not fit */
     size_t lost_count;
     bool has_lost_more;
     struct find_subnet_beside besides[FIND_BESIDES_MAX];
@@ -125,7 +125,8 @@ struct find_result {
     bool is_cut_short;  /* by a signal */
 };
 
-/* Asks and listens. EXIT_DONE; else the socket's trouble, which is told. */
+/* Asks and listens. EXIT_DONE; otherwise an error of the socket, which is
+ * printed. */
 enum exit_status find_ask(struct ctl *ctl, struct find_plan *plan,
                           struct find_result *out);
 
@@ -137,8 +138,8 @@ struct find_found *find_entry(struct find_result *result, lum_endpoint host,
                               const struct host_interface *interface,
                               enum find_how how);
 
-/* Notes a MAC that has a finding's address. The one that packets of a sensor
- * came from stands first. */
+/* Notes a MAC that has a finding's address. The MAC of a sensor's packets comes
+ * first. */
 void find_note_mac(struct find_found *found,
                    const uint8_t mac[INTERFACE_MAC_BYTES], bool is_sensor);
 
@@ -146,7 +147,7 @@ void find_note_mac(struct find_found *found,
 bool find_needs_address(const struct find_plan *plan,
                         const struct find_found *found);
 
-/* Fills besides with the subnets of those who need an address; nobody is
+/* Fills besides with the subnets in which this host needs an address; nobody is
  * asked yet. */
 void find_plan_besides(const struct find_plan *plan,
                        struct find_result *result);
@@ -154,9 +155,9 @@ void find_plan_besides(const struct find_plan *plan,
 /* Sets the address's bit, if it is one that could be proposed in a /24. */
 void find_note_taken(uint32_t *taken, uint32_t network, uint32_t address);
 
-/* The command after which the host reaches a finding; empty where it does
- * already, where --interface tells it from another one, and where no address
- * is known to be free. */
+/* The command that lets the host reach a finding; empty if it already does, if
+ * --interface distinguishes it from another one, or if no address is known to
+ * be free. */
 const char *find_reach(const struct find_plan *plan, struct find_result *result,
                        const struct find_found *found,
                        char out[FIND_REACH_BYTES]);
@@ -165,8 +166,8 @@ const char *find_reach(const struct find_plan *plan, struct find_result *result,
 void find_print(const struct ctl *ctl, const struct find_plan *plan,
                 struct find_result *result);
 
-/* Hears IP frames of the sensors' port on an interface, whoever they are for,
- * where the system and the user's rights allow that. */
+/* Receives IP frames of the sensors' port on an interface, also those for
+ * others, if the system and the user's rights allow it. */
 struct find_ear;
 
 /* NULL: not allowed, or not on this system. */

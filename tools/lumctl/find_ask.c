@@ -141,7 +141,7 @@ static void add_ear(struct search *s, const struct find_range *range)
                      .ip = find_ear_open(interface, s->ctl->options.host.port)};
 }
 
-/* What would be asked by ARP alone, and cannot be. */
+/* Addresses that could only be asked by ARP, but cannot be. */
 static void leave_out_arp(struct search *s)
 {
     const struct host_interface *last = NULL;
@@ -163,7 +163,7 @@ static void leave_out_arp(struct search *s)
     }
 }
 
-/* What can be asked, and how much that is. */
+/* The addresses that can be asked, and how many they are. */
 static void count_all(struct search *s)
 {
     for (size_t i = 0; i < s->plan->range_count; i++) {
@@ -211,7 +211,8 @@ static void close_all(struct search *s)
 
 /* --- Answers of sensors --- */
 
-/* By which an address is asked for on this interface by UDP; NULL: by none. */
+/* The socket by which an address is asked on this interface by UDP; NULL:
+ * none. */
 static struct question *question_for(const struct search *s,
                                      const struct host_interface *on,
                                      uint32_t address)
@@ -262,7 +263,8 @@ static struct question *question_of(struct search *s, const uint8_t *bytes,
     return q->sent_ns != 0 ? q : NULL;
 }
 
-/* Whoever sent a packet with our magic; NULL: it has none, or no room. */
+/* The finding for the sender of a packet with our magic; NULL: it has no magic,
+ * or there is no room. */
 static struct find_found *take_packet(struct search *s,
                                       const struct host_interface *on,
                                       lum_endpoint from, const uint8_t *bytes,
@@ -337,8 +339,8 @@ static bool is_asked(const struct search *s, const struct ear *ear,
     return false;
 }
 
-/* Who has an address that this host might have taken is no finding: he was
- * asked for that alone. */
+/* A device that has an address proposed for this host is not a finding: it was
+ * asked only for that. */
 static bool is_beside(struct search *s, const struct ear *ear, uint32_t address)
 {
     for (size_t i = 0; i < s->out->beside_count; i++) {
@@ -352,8 +354,9 @@ static bool is_beside(struct search *s, const struct ear *ear, uint32_t address)
     return false;
 }
 
-/* Who is asked by UDP is no finding for having spoken ARP; two devices of one
- * address are, since one of them may be a sensor that nothing reaches. */
+/* A device that is asked by UDP is not a finding because of its ARP. Two
+ * devices of one address are, because one of them may be a sensor that no
+ * packet reaches. */
 static bool is_finding(struct search *s, const struct ear *ear,
                        const struct arp_speaker *speaker)
 {
@@ -476,7 +479,7 @@ static enum exit_status take_all(struct search *s)
     return EXIT_DONE;
 }
 
-/* A shell's session goes on: it may keep a laser alive. */
+/* A shell's session continues: it may keep a laser on. */
 static void keep_alive(struct search *s, int64_t now)
 {
     if (now >= s->alive_ns) {
@@ -485,7 +488,7 @@ static void keep_alive(struct search *s, int64_t now)
     }
 }
 
-/* Takes what comes until then. EXIT_FAILED also when it is to end. */
+/* Takes arrivals until then. EXIT_FAILED also when the command should end. */
 static enum exit_status listen_until(struct search *s, int64_t end)
 {
     for (;;) {
@@ -576,8 +579,8 @@ static bool ask_next(struct search *s, size_t range, unsigned *next,
     return true;
 }
 
-/* One address by UDP and, at each interface, one by ARP alone, which the
- * kernel's table knows nothing of. False: all were asked. */
+/* Asks one address by UDP and, at each interface, one only by ARP, without the
+ * kernel's table. False: all were asked. */
 static bool ask_step(struct search *s, unsigned next[FIND_RANGES_MAX],
                      unsigned pass)
 {
@@ -633,7 +636,7 @@ static enum exit_status ask_all(struct search *s)
     return EXIT_DONE;
 }
 
-/* --- Asking what was heard --- */
+/* --- Asking the addresses that were heard --- */
 
 static enum exit_status ask_beside(struct search *s,
                                    struct find_subnet_beside *b)
@@ -651,8 +654,8 @@ static enum exit_status ask_beside(struct search *s,
     return status;
 }
 
-/* Of whoever was found, all that have his address: whom UDP reached was not
- * asked twice, and a question may be lost. */
+/* For each finding, all devices with its address: one that UDP reached was not
+ * asked twice, and a request may be lost. */
 static enum exit_status ask_found(struct search *s)
 {
     enum exit_status status = EXIT_DONE;
@@ -689,8 +692,8 @@ static bool has_arp(const struct search *s)
     return false;
 }
 
-/* An address that another device has would take that one off the network, so
- * all that could be proposed are asked for first. */
+/* Using an address of another device would cut that device off the network, so
+ * all addresses that could be proposed are asked first. */
 static enum exit_status ask_again(struct search *s)
 {
     struct find_result *r = s->out;

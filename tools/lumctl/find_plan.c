@@ -182,7 +182,7 @@ struct names {
     size_t count;
 };
 
-/* What stands in the way of an interface that was to be searched. */
+/* Why an interface that should be searched cannot be. */
 struct lacks {
     struct names down;
     struct names no_link;

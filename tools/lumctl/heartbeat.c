@@ -16,15 +16,15 @@
 #define QUIET_NS INT64_C(2000000000)
 #define SHOW_NS  INT64_C(500000000)
 
-/* Nothing is written that would have to wait for a reader: heartbeats would
- * wait with it. What is left out is told when there is room again. */
+/* Never write where that has to wait for a reader: heartbeats would wait too. A
+ * later line reports what was left out. */
 struct beating {
     struct ctl *ctl;
     bool shows_line; /* a line of progress, where there is a terminal */
     bool is_quiet;   /* no data comes, and that was said */
     bool is_moved;   /* it comes from another address, and that was said */
     bool has_any;    /* something came from the sensor */
-    bool has_logged; /* a status was told */
+    bool has_logged; /* a status was printed */
     uint16_t logged; /* the last one */
     int64_t begun_ns;
     int64_t data_ns; /* when data came last */
@@ -125,7 +125,7 @@ static bool holds_data(const struct ctl *ctl, const lum_sensor_event *event)
     return false;
 }
 
-/* Only what is there has a session. */
+/* There is a session only once something has come from the sensor. */
 static void welcome(struct beating *b)
 {
     char name[SESSION_NAME_BYTES];

@@ -2,14 +2,14 @@
 #ifndef LUMCTL_HELP_H
 #define LUMCTL_HELP_H
 
-/* A name with what it takes (may be NULL), and what it is for. */
+/* A name with its arguments (may be NULL), and its purpose. */
 void help_row(const char *name, const char *takes, const char *text);
 
-/* What stands before and behind the rows of the commands and options. */
+/* The text before and after the rows of the commands and options. */
 void help_begin(void);
 void help_end(void);
 
-/* What stands before the options of one command. */
+/* The text before the options of one command. */
 void help_command(const char *name, const char *takes, const char *summary);
 
 #endif

@@ -8,13 +8,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Whether the devices of an address can be looked for: it is reached directly,
- * by an interface that has ARP, and the system tells so. */
+/* Whether the devices of an address can be searched: it is reached directly, by
+ * an interface with ARP, and the system says so. */
 bool holders_can(const struct ctl *ctl, uint32_t address);
 
-/* Asks by ARP, for at most a second. Where this program may not, the kernel's
- * table is read: something has to have been sent to the address before. The
- * heartbeats of a shell go on meanwhile. */
+/* Asks by ARP, for at most a second. If this program may not, the kernel's
+ * table is read; then a packet must have been sent to the address before. The
+ * heartbeats of a shell continue. */
 void holders_find(struct ctl *ctl, uint32_t address, struct arp_answers *out);
 
 /* The hardware address of one that is not among others, or NULL. */

@@ -17,8 +17,8 @@ enum line_event {
  * standard input is a terminal. */
 void line_open(const char *prompt, const char *history);
 
-/* Takes what was typed. *out lives until the next call. The prompt is gone
- * while a line is being carried out; line_prompt() shows it again. */
+/* Takes what was typed. *out lives until the next call. The prompt is hidden
+ * while a line is executed; line_prompt() shows it again. */
 enum line_event line_take(const char **out);
 
 void line_prompt(void);

@@ -1,5 +1,6 @@
-/* What this host knows of a sensor's settings, which cannot be asked for: what
- * was last acknowledged, as a value and as the text of a state file. */
+/* What this host knows of a sensor's settings, because a sensor cannot be
+ * asked: the last acknowledged ones, as a value and as the text of a state
+ * file. */
 #ifndef LUMCTL_MEMORY_H
 #define LUMCTL_MEMORY_H
 
@@ -39,7 +40,7 @@ struct memory_entry {
     int64_t utc_ns; /* when it was sent */
 };
 
-/* A Y-scan table and what it was made from. */
+/* A Y-scan table and its source. */
 struct memory_table {
     enum memory_scan scan;
     lum_yscan_shape shape;        /* MEMORY_SHAPE */
@@ -67,8 +68,8 @@ struct memory {
                                 anything */
 };
 
-/* Takes a command that was sent. The laser's are passed over, since the sensor
- * can be asked for that. */
+/* Takes a command that was sent. Commands of the laser are ignored, because the
+ * sensor can be asked for its state. */
 void memory_take(struct memory *memory, const lum_command *command,
                  enum memory_standing standing, int64_t utc_ns);
 
@@ -83,7 +84,7 @@ bool memory_has_any(const struct memory *memory);
 /* Adds later changes to what is known. */
 void memory_merge(struct memory *memory, const struct memory *changes);
 
-/* What a sensor's clock tells of its run. */
+/* What a sensor's clock says about a restart. */
 enum memory_run {
     MEMORY_SAME_RUN,
     MEMORY_OTHER_RUN, /* it has restarted, or is another sensor; or the host's
@@ -92,14 +93,15 @@ enum memory_run {
 };
 
 /* Compares two readings. *missed gets the chance, 0 to 1, that a restart in
- * between would not show, since the clock begins anew every 71.6 minutes and
- * both clocks drift; above MEMORY_MISSED_MAX nothing is told. */
+ * between does not show, because the clock returns to 0 every 71.6 minutes and
+ * both clocks drift; above MEMORY_MISSED_MAX the result is not known. */
 #define MEMORY_MISSED_MAX 0.1
 enum memory_run memory_compare(const struct memory_clock *before,
                                const struct memory_clock *now, double *missed);
 
 /* Takes a reading, or that there was none (is_known false). After a restart all
- * settings are gone; where a restart cannot be told, they become MEMORY_OLD. */
+ * settings are gone; if it is not known whether there was one, they become
+ * MEMORY_OLD. */
 enum memory_run memory_see_clock(struct memory *memory,
                                  const struct memory_clock *now,
                                  double *missed);

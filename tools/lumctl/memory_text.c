@@ -107,7 +107,7 @@ struct reading {
     const char *next;
     unsigned line;
     char text[MEMORY_FROM_BYTES + MEMORY_NAME_BYTES];
-    char *rest; /* of the line, behind the words that were taken */
+    char *rest; /* of the line, after the words that were taken */
     bool has_end;
 };
 

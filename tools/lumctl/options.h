@@ -1,4 +1,4 @@
-/* The options of lumctl, wherever they stand in a line. */
+/* The options of lumctl, at any place of a line. */
 #ifndef LUMCTL_OPTIONS_H
 #define LUMCTL_OPTIONS_H
 
@@ -33,14 +33,15 @@ enum exit_status options_parse(struct ctl_options *options, const char *help,
 /* An option's name for a person ("--watch"), of one of the own_options. */
 const char *options_name(unsigned own);
 
-/* What stands in --help about options: those of every command, and these. */
+/* The part of --help about options: those of every command, and these. */
 void options_help(bool general, unsigned own);
 
 /* Host and port, as --host has them. */
 bool options_parse_host(const char *text, lum_endpoint *out, lum_error *why);
 
-/* Whether a host may be given so. A name is refused, with why, where nothing
- * may wait for a resolver: heartbeats would stop meanwhile. */
+/* Whether a host may be given in this form. A name is refused, with the reason,
+ * if nothing may wait for a resolver: heartbeats would stop during that time.
+ */
 bool options_allow_host(const struct ctl_options *options, const char *text,
                         lum_error *why);
 

@@ -10,7 +10,7 @@
 struct parameter {
     const char *name;
     const char *side; /* NULL: it has none */
-    const char *unit; /* behind the limits */
+    const char *unit; /* after the limits */
     lum_command_id id;
 };
 
@@ -26,8 +26,8 @@ static const struct parameter table[] = {
 
 #define PARAMETERS (sizeof table / sizeof table[0])
 
-/* All settings but the Y scan, which is a command of its own. Else this does
- * not compile. */
+/* All settings except the Y scan, which is a separate command. Otherwise this
+ * does not compile. */
 typedef char every_setting_is_here[PARAMETERS == SETTINGS - 1u ? 1 : -1];
 
 static bool has_sides(const char *name)
@@ -62,7 +62,7 @@ static void describe(const struct parameter *p, char *out, size_t size)
     }
 }
 
-/* The mode's number; what is neither makes no command. */
+/* The mode's number; any other value makes no command. */
 static const char *mode_of(const char *lines)
 {
     return strcmp(lines, "640") == 0  ? "0"

@@ -60,7 +60,7 @@ static void gather(const struct ctl *ctl, lum_tlv_reader reader,
     }
 }
 
-/* A request that was sent, and what came of it. */
+/* A request that was sent, and its result. */
 struct sent {
     struct ctl *ctl;
     const struct ctl_answer *answer; /* NULL: none came */
@@ -405,8 +405,8 @@ static enum exit_status ask(struct ctl *ctl, struct memory_clock *out)
     return status;
 }
 
-/* Holds what is remembered against the clock, and writes that down. That this
- * cannot be written harms nothing: the next look has the older reading. */
+/* Compares the remembered settings with the clock, and stores the result. A
+ * failure to store does no harm: the next comparison uses the older reading. */
 static void see(const struct ctl *ctl, const char *folder, const char *path,
                 const struct memory_clock *clock, struct remembered *out)
 {

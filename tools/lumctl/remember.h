@@ -15,15 +15,15 @@ void remember_table(struct ctl *ctl, const lum_yscan_shape *shape,
 void remember_request(struct ctl *ctl, const void *tlvs, size_t len,
                       const struct ctl_answer *answer);
 
-/* Writes what the command that ends has changed. That this fails is a note, and
- * no failure of the command. */
+/* Writes the changes of the command that ends. If this fails, there is a note;
+ * the command does not fail. */
 void remember_changes(struct ctl *ctl);
 
-/* The sensor has another address now, and what is known of it goes along. */
+/* The sensor has another address now; its settings move there. */
 void remember_move(const struct ctl *ctl, lum_endpoint from, lum_endpoint to);
 
-/* What is known of the sensor that commands talk to, held against its clock,
- * which is asked for. */
+/* The known settings of the sensor that commands talk to, compared with its
+ * clock, which is asked for. */
 struct remembered {
     struct memory_key key;
     struct memory memory;

@@ -12,7 +12,7 @@
 #define RED    "\033[1;31m"
 #define NORMAL "\033[0m"
 
-/* What a bit tells, and what to do. */
+/* The meaning of a bit, and what to do. */
 static const char *const meanings[LUM_LASER_BITS] = {
     "blue azimuth mirror: its drive is faulty; power the sensor off and on, "
     "then have it serviced",

@@ -14,8 +14,8 @@ bool report_laser_is_up(uint16_t status);
 /* HEARTBEAT_TIMEOUT is the only hazard. */
 bool report_lacks_heartbeats(uint16_t status);
 
-/* Nobody sends heartbeats, and nobody should. Here and below is_owned, which
- * session_is_owned() tells, says that some session has to send them. */
+/* Nobody sends heartbeats, and nobody should. Here and below is_owned (from
+ * session_is_owned()) says that some session has to send them. */
 bool report_is_idle(uint16_t status, bool is_owned);
 
 /* A hazard other than idleness. */
@@ -26,7 +26,7 @@ bool report_has_hazard(uint16_t status, bool is_owned);
 const char *report_line(uint16_t status, bool is_owned,
                         char out[REPORT_LINE_BYTES]);
 
-/* What stands behind "laser down" in it: ", idle", that the owner is silent, or
+/* The text after "laser down": ", idle", that the owner is silent, or
  * nothing. */
 const char *report_aside(uint16_t status, bool is_owned);
 
@@ -39,7 +39,7 @@ void report_json(struct json *json, uint16_t status, bool is_owned);
 /* The key round_trip_ms; null where it is 0, which is not known. */
 void report_json_trip(struct json *json, int64_t round_trip_ns);
 
-/* Each line of what the sensor says. */
+/* Each line of the sensor's texts. */
 void report_debug(FILE *out, const char *text);
 
 /* Lines of a text as an array. */
@@ -49,8 +49,8 @@ void report_json_lines(struct json *json, const char *key, const char *text);
 #define REPORT_UTC_BYTES 64
 const char *report_utc(int64_t utc_ns, char out[REPORT_UTC_BYTES]);
 
-/* Hands on what was printed. False when nobody reads it any more, which is no
- * failure, or when it cannot be written. */
+/* Flushes the output. False if nobody reads it any more, which is not a
+ * failure, or if it cannot be written. */
 bool report_flush(void);
 
 /* Whether a stream is a terminal, and whether it may be coloured. */

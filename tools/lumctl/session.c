@@ -152,7 +152,7 @@ static bool may_tell(const struct ctl *ctl)
     return !ctl->owns || writable(stderr, 0);
 }
 
-/* Told whatever --quiet says: it is the sensor that speaks. */
+/* Printed even with --quiet, because it is a message of the sensor. */
 static void tell_debug(struct ctl *ctl, const lum_tlv *tlv)
 {
     char name[SESSION_NAME_BYTES];

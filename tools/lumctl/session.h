@@ -21,8 +21,8 @@ void session_replace(struct ctl *ctl, lum_sensor *sensor, bool owns);
  * a reader. */
 void session_tell(struct ctl *ctl, const lum_sensor_event *event);
 
-/* Waits for an event. What comes unasked is told on standard error, data is
- * left to the caller. */
+/* Waits for an event. Messages without a request are printed on standard error;
+ * data is left to the caller. */
 lum_sensor_event_kind session_wait(struct ctl *ctl, int64_t deadline_ns,
                                    lum_sensor_event *out);
 
@@ -30,18 +30,18 @@ lum_sensor_event_kind session_wait(struct ctl *ctl, int64_t deadline_ns,
  * Complains otherwise. */
 enum exit_status session_finish(struct ctl *ctl, lum_sensor_event *out);
 
-/* Lets time pass, and takes what comes meanwhile. */
+/* Lets time pass, and takes what arrives during that time. */
 void session_rest(struct ctl *ctl, int64_t ns);
 
-/* Lets the session that there may be send what is due, without a wait. What it
- * receives is not told. */
+/* Lets the session, if there is one, send what is due, without waiting. Packets
+ * that it receives are not reported. */
 void session_keep_alive(struct ctl *ctl);
 
 /* What an answer holds. */
 void session_read_answer(struct ctl *ctl, const lum_sensor_event *event,
                          struct ctl_answer *out);
 
-/* A status that came, told on standard error when it differs from the last. */
+/* A status that came; printed on standard error if it differs from the last. */
 void session_note_status(struct ctl *ctl, uint16_t status);
 
 /* The sensor's name for people: its address, with the port where that is not
@@ -53,7 +53,7 @@ const char *session_name(lum_endpoint host, char out[SESSION_NAME_BYTES]);
 lum_endpoint session_host(const struct ctl *ctl);
 
 /* Whether a session of this host has to send heartbeats: this one, or another
- * program's. Not looked for, and false, where the status shows no need. */
+ * program's. False, without a search, if the status shows no need. */
 bool session_is_owned(const struct ctl *ctl, uint16_t status);
 
 /* Nobody answered: says so and what to do. tries: of the request that had no

@@ -22,7 +22,7 @@
 #define LOOK_MS     200u
 #define FIRST_MS    100u /* before anything is sent */
 #define FIRST       3u
-#define SLOT_NS     (50 * MS_NS) /* longest that a session is left alone */
+#define SLOT_NS     (50 * MS_NS) /* longest time without serving a session */
 
 /* Where a sensor has been seen to answer. */
 enum found {
@@ -55,7 +55,7 @@ static lum_endpoint reverse(lum_endpoint host)
     return out;
 }
 
-/* Meanwhile the session of a shell goes on: it may own the sensor. */
+/* The session of a shell continues: it may own the sensor. */
 static bool await_time(struct ctl *ctl, lum_sensor *sensor, lum_error *error)
 {
     lum_sensor_event event;
@@ -113,8 +113,9 @@ static enum exit_status send_once(const struct move *m)
 
 /* --- Before: may it have the address --- */
 
-/* An answer at the new address proves a move only where nobody answered before;
- * and two sensors with one address could not be told apart any more. */
+/* An answer at the new address proves a move only if nobody answered there
+ * before; also, two sensors with one address could not be distinguished any
+ * more. */
 static bool is_taken(struct move *m)
 {
     const bool is_other = m->new.address != m->old.address;
@@ -138,7 +139,8 @@ static enum exit_status complain_taken(struct move *m)
                         session_name(m->new, new), session_name(m->old, old));
 }
 
-/* Who has the old address is the sensor, whatever it answers at the new one. */
+/* The device with the old address is the sensor, even if another one answers at
+ * the new address. */
 static void learn_sensor(struct move *m)
 {
     m->sensor = (struct arp_answers){0};
@@ -185,7 +187,7 @@ static enum exit_status check_others(struct move *m)
 
 /* --- Moving it --- */
 
-/* How long the sensor is looked for: as all tries of a request take. */
+/* How long to search for the sensor: as long as all tries of a request take. */
 static uint32_t look_ms(const struct move *m)
 {
     const struct ctl_options *o = &m->ctl->options;
@@ -229,7 +231,7 @@ static enum exit_status carry_out(struct move *m, enum found *found)
     return EXIT_DONE;
 }
 
-/* A shell goes on at the new address. */
+/* A shell continues at the new address. */
 static enum exit_status follow(struct move *m)
 {
     lum_sensor *sensor = NULL;

@@ -190,7 +190,7 @@ static void help(void)
                "quit, or the end of the input, ends the shell.");
 }
 
-/* The manual's raw text is a command of its own. */
+/* The manual's raw text is a separate command. */
 static bool is_raw_text(const char *text)
 {
     lum_command command;
@@ -293,7 +293,7 @@ static bool serve_input(struct shell *s)
 
 /* --- The loop and its end --- */
 
-/* Ctrl-C takes back what was typed; other signals end the shell. */
+/* Ctrl-C clears the typed line; other signals end the shell. */
 static bool serve_signal(void)
 {
     if (interrupt_signal() == SIGINT) {
@@ -316,17 +316,17 @@ static void loop(struct shell *s)
         const lum_net_result result = lum_sensor_wait_any(
             &s->ctl->sensor, 1, line_descriptor(), s->ctl->cancel,
             now + (can_wait ? POLL_NS : LOOK_NS));
-        /* Asked for whatever the result is: input that comes with a signal may
-         * hide it. */
+        /* Checked with any result: input that comes with a signal may hide the
+         * signal. */
         if (result == LUM_NET_FAILED || !serve_signal() || !serve_input(s)) {
             return;
         }
     }
 }
 
-/* Heartbeats end with the shell; a laser that may be on is not left to the
- * sensor's timeout, whatever the last status said: a `laser on` may be on its
- * way. */
+/* Heartbeats end with the shell. A laser that may be on is switched off instead
+ * of waiting for the sensor's timeout, with any last status: a `laser on` may
+ * be on its way. */
 static enum exit_status put_laser_down(struct shell *s)
 {
     uint16_t status = 0;

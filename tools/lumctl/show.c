@@ -42,7 +42,7 @@ static bool is_known(const struct remembered *r, lum_command_id id)
     return r->memory.entries[id].standing != MEMORY_NOTHING;
 }
 
-/* What the sensor's clock tells of the time since. */
+/* What the sensor's clock says about the time since. */
 static void print_run(FILE *out, const struct remembered *r, const char *before)
 {
     if (!r->has_answered) {
@@ -260,7 +260,7 @@ static void put_shape(const lum_yscan_shape *s)
     }
 }
 
-/* --- save: what is known and what is not --- */
+/* --- save: known and unknown settings --- */
 
 static bool is_sure(const struct remembered *r, lum_command_id id)
 {
@@ -334,7 +334,7 @@ static void put_lack(const struct remembered *r, lum_command_id id,
                  report_utc(r->memory.entries[id].utc_ns, when), lack);
 }
 
-/* A setting of both eyes: its key stands once. */
+/* A setting of both eyes: its key is written once. */
 static void put_eyes(const struct remembered *r, const char *key,
                      lum_command_id green, lum_command_id blue)
 {

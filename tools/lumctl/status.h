@@ -4,8 +4,8 @@
 
 #include "ctl.h"
 
-/* Prints a line, or a JSON object, with the time: has_status false tells that
- * the sensor does not answer. False when nobody reads. */
+/* Prints a line, or a JSON object, with the time: if has_status is false, the
+ * sensor does not answer. False if nobody reads. */
 bool status_log(const struct ctl *ctl, bool has_status, uint16_t status);
 
 /* Begins a poll. */

@@ -9,8 +9,7 @@
 
 #define STORE_PATH_BYTES 1024
 
-/* A lock on the folder: what is read, changed and written under it, no other
- * lumctl changes meanwhile. */
+/* A lock on the folder: while it is held, no other lumctl changes the files. */
 struct store_lock {
     intptr_t handle;
 };
@@ -20,8 +19,8 @@ struct store_lock {
  * home, with the reason in error. */
 int store_folder(char out[STORE_PATH_BYTES], lum_error *error);
 
-/* Makes the folder where it is not there, and waits for the lock so long at
- * most. 0, or -1 with the reason in error. */
+/* Makes the folder if it does not exist, and waits for the lock at most this
+ * long. 0, or -1 with the reason in error. */
 int store_lock(const char *folder, int64_t wait_ns, struct store_lock *out,
                lum_error *error);
 void store_unlock(const struct store_lock *lock);
@@ -30,8 +29,8 @@ void store_unlock(const struct store_lock *lock);
  * not there; -1 with the reason in error. */
 int store_read(const char *path, char *out, size_t size, lum_error *error);
 
-/* Replaces a file as a whole: whoever reads it has the old one or the new one.
- * 0, or -1 with the reason in error. */
+/* Replaces a file as a whole: a reader sees the old one or the new one. 0, or
+ * -1 with the reason in error. */
 int store_write(const char *path, const char *text, size_t len,
                 lum_error *error);
 

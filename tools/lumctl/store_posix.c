@@ -14,7 +14,7 @@
 
 #define LOOK_NS INT64_C(10000000)
 
-/* Room for what stands behind a name while its file is written. */
+/* Room for the suffix of a name while its file is written. */
 #define TEMPORARY_BYTES (STORE_PATH_BYTES + 32)
 
 int store_folder(char out[STORE_PATH_BYTES], lum_error *error)

@@ -11,7 +11,7 @@
 
 #define LOOK_NS INT64_C(10000000)
 
-/* Room for what stands behind a name while its file is written. */
+/* Room for the suffix of a name while its file is written. */
 #define TEMPORARY_BYTES (STORE_PATH_BYTES + 32)
 
 int store_folder(char out[STORE_PATH_BYTES], lum_error *error)
@@ -41,8 +41,8 @@ static bool is_separator(char c)
     return c == '\\' || c == '/' || c == '\0';
 }
 
-/* Makes a folder and all above it. What cannot be made, such as a drive, may be
- * there; opening the lock tells. */
+/* Makes a folder and all above it. A folder that cannot be made, for example a
+ * drive, may exist; opening the lock shows it. */
 static void make_folder(const char *folder)
 {
     char path[STORE_PATH_BYTES];

@@ -183,7 +183,7 @@ static bool refuses(const char *lower)
     return false;
 }
 
-/* Whether a line plainly says that what it names was done. */
+/* Whether a line clearly says that the command that it names was done. */
 static bool confirms(const char *lower)
 {
     static const char *const yes[] = {"set", "done", "ok", "accepted",

@@ -12,8 +12,8 @@ enum exit_status text_send(struct ctl *ctl, const char *text,
 #define TEXT_BYTES 1024 /* longest text of commands */
 
 /* A word with letters where digits belong, as the manual prints "Of" for 0f:
- * the command that it stands for, and what was taken for what. False: there is
- * none, also where the word is a command already. */
+ * the command that was meant, and which letter was read for which digit. False:
+ * there is none, also if the word already is a command. */
 bool text_find_digits(const char *word, size_t len, char *out, size_t size,
                       const char **what);
 
@@ -23,21 +23,21 @@ struct text_refusal {
     bool has_unnamed;           /* something that is not named, too */
 };
 
-/* Reads debug texts, a line each, as an answer to a text of commands parted by
- * spaces. A line that names a command refuses it, since the sensor names what
- * it refuses in words that are not known, unless the line plainly confirms it
- * ("50p set"). A line that speaks of a refusal and names no command refuses
- * something unnamed. False: nothing was refused. */
+/* Reads debug texts, a line each, as an answer to commands separated by spaces.
+ * A line that names a command refuses it, unless it clearly confirms it ("50p
+ * set"): the sensor names a refused command, but its other words are not known.
+ * A line that speaks of a refusal and names no command refuses something
+ * unnamed. False: nothing was refused. */
 bool text_find_refusal(const char *text, const char *debug,
                        struct text_refusal *out);
 
-/* Says what was refused, and the sensor's own words. typed: how the user said
+/* Prints what was refused, and the sensor's own words. typed: as the user typed
  * it. Returns EXIT_FAILED. */
 enum exit_status text_complain_refusal(const char *text, const char *typed,
                                        const struct text_refusal *refusal,
                                        const char *debug);
 
-/* Prints a command's outcome for people: what has become of it. */
+/* Prints a command's result for people. */
 void text_print_answer(const struct ctl *ctl, const char *what,
                        const struct ctl_answer *answer);
 

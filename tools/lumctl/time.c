@@ -24,7 +24,7 @@ struct timing {
     int64_t most_ns;
     bool has_any;
     bool is_silent;
-    uint32_t resets; /* told so far */
+    uint32_t resets; /* printed so far */
 };
 
 static lum_result ask(lum_sensor *sensor)

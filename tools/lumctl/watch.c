@@ -17,7 +17,7 @@ static int64_t end_of(const struct ctl *ctl, int64_t now)
     return s > 0.0 ? now + (int64_t)(s * 1e9) : INT64_MAX;
 }
 
-/* The next request is due; one that has fallen behind is not made up for. */
+/* The next request is due; missed requests are not repeated. */
 static void ask_when_due(struct ctl *ctl, const struct watch *watch,
                          int64_t now, int64_t *due)
 {

@@ -1,4 +1,4 @@
-/* Commands that go on: they ask again and again and show what comes. */
+/* Commands that continue: they ask repeatedly and show the answers. */
 #ifndef LUMCTL_WATCH_H
 #define LUMCTL_WATCH_H
 
@@ -11,9 +11,9 @@ struct watch {
     void *context;
 };
 
-/* Runs until --duration has passed or a signal comes, or take says so:
- * EXIT_DONE. EXIT_FAILED when the socket breaks. take gets every event, IDLE
- * at least twice a second; texts that come unasked have been told. */
+/* Runs until --duration has passed, a signal comes, or take ends it: EXIT_DONE.
+ * EXIT_FAILED if the socket fails. take gets every event, IDLE at least twice a
+ * second; texts without a request are already printed. */
 enum exit_status watch_run(struct ctl *ctl, const struct watch *watch);
 
 #endif

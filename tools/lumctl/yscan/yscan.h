@@ -1,4 +1,4 @@
-/* The Y-scan table: from how it was asked for to what is sent. */
+/* The Y-scan table: from the options to the packet. */
 #ifndef LUMCTL_YSCAN_H
 #define LUMCTL_YSCAN_H
 
@@ -11,7 +11,7 @@
 #define YSCAN_LINES     640u
 #define YSCAN_LINES_FEW 64u
 
-/* A table with what it was made from. */
+/* A table and its source. */
 struct yscan_table {
     size_t count;
     int32_t udeg[YSCAN_LINES]; /* as asked for */
@@ -42,8 +42,8 @@ enum exit_status yscan_encode(const struct ctl *ctl,
                               const lum_calibration *calibration,
                               struct yscan_table *table);
 
-/* A note if a uniform scan of so many degrees around the horizon leaves what an
- * eye sees. */
+/* A note if a uniform scan of this many degrees around the horizon exceeds what
+ * an eye sees. */
 void yscan_note_view(const struct ctl *ctl, const lum_calibration *calibration,
                      unsigned fov_deg);
 

@@ -7,7 +7,7 @@
 #include <stdio.h>
 
 /* Draws how many lines lie at each elevation from min to max, uppermost first,
- * the horizon marked; no line of it is wider than so many columns, at least
+ * the horizon marked; no line of it is wider than this many columns, at least
  * 40. */
 void yscan_draw(FILE *out, unsigned columns, const int32_t *udeg, size_t n,
                 int32_t min_udeg, int32_t max_udeg);

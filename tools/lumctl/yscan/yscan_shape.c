@@ -50,7 +50,7 @@ static enum exit_status refuse_degrees(const char *spec, const char *field)
     return refuse(spec, field, "a number of degrees from -90 to 90");
 }
 
-/* The lower end stands in text[0], the upper one in text[1]. */
+/* The lower end is in text[0], the upper one in text[1]. */
 static enum exit_status take_ends(const char *spec, char *const *text,
                                   int32_t *min, int32_t *max)
 {

@@ -67,8 +67,8 @@ static enum exit_status complain_shape(const lum_yscan_shape *shape,
                         degrees(min), degrees(max));
 }
 
-/* An end that was asked for and that the span does not reach. Lines stand in
- * the middle of their shares, so that a few might still fit. */
+/* A requested end that is outside the span. Lines are in the middle of their
+ * shares, so a few might still fit. */
 static bool find_excess(const lum_yscan_shape *shape, int32_t min, int32_t max,
                         int32_t *udeg)
 {
