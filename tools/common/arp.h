@@ -1,6 +1,6 @@
-/* Questions of ARP, sent and heard as they are on the wire: who has an address,
- * whatever the kernel believes. Needs the right to raw sockets: root, or
- * CAP_NET_RAW. One struct arp belongs to one thread. */
+/* ARP requests, sent and received on the wire: who has an address, independent
+ * of the kernel's table. Needs the right to raw sockets: root, or CAP_NET_RAW.
+ * One struct arp belongs to one thread. */
 #ifndef LUM_TOOLS_ARP_H
 #define LUM_TOOLS_ARP_H
 
@@ -19,21 +19,21 @@ enum arp_opened {
     ARP_NO_WAY    /* not on this system, or not on this interface */
 };
 
-/* Somebody who spoke: in an answer, or in a question of its own. */
+/* The sender of an ARP packet: of an answer, or of its own request. */
 struct arp_speaker {
     uint32_t address; /* host order, never 0 */
     uint8_t mac[INTERFACE_MAC_BYTES];
     bool is_answer;
 };
 
-/* Opens one interface, which has to have a MAC. out: arp_close() it; written on
- * ARP_OPENED alone, else error is set. */
+/* Opens one interface, which has to have a MAC. out: arp_close() it; written
+ * only on ARP_OPENED, otherwise error is set. */
 enum arp_opened arp_open(const struct host_interface *interface,
                          struct arp **out, lum_error *error);
 
-/* Asks who has an address, at once, from the interface's own address in a
- * subnet that holds it; where there is none, from 0.0.0.0 as a probe does,
- * which changes nobody's table. Returns 0; -1 with error set. */
+/* Asks at once who has an address, from the interface's own address in a subnet
+ * that contains it; if there is none, from 0.0.0.0 as a probe, which changes
+ * nobody's table. Returns 0; -1 with error set. */
 int arp_ask(struct arp *arp, uint32_t address, lum_error *error);
 
 /* The next one who spoke; waits for it until a time of lum_time_monotonic_ns(),

@@ -12,9 +12,9 @@
 #define ARP_ANSWERS_MAX 4u
 
 struct arp_answers {
-    bool is_heard; /* on the wire, just now: every device that answers is among
-                      them. Else told by the kernel's table, which may be of a
-                      device that has gone */
+    bool is_heard; /* from the wire, just now: every device that answers is
+                      among them. Otherwise from the kernel's table, where a
+                      device may have gone */
     size_t count;  /* different ones */
     char macs[ARP_ANSWERS_MAX][INTERFACE_MAC_TEXT_BYTES];
 };

@@ -17,7 +17,7 @@
 
 #define MS_NS INT64_C(1000000)
 
-/* A packet of RFC 826 for IPv4 on Ethernet, behind the Ethernet header. */
+/* A packet of RFC 826 for IPv4 on Ethernet, after the Ethernet header. */
 #define PACKET_BYTES   28u
 #define AT_OPERATION   6u
 #define AT_SENDER_MAC  8u
@@ -26,7 +26,8 @@
 #define PACKET_REQUEST 1u
 #define PACKET_REPLY   2u
 
-/* Whoever floods us with what is no ARP for us holds nobody up. */
+/* The limit of other packets that are read, so that a flood of them delays
+ * nobody. */
 #define PASS_OVER_MAX 1024u
 
 /* Ethernet, IPv4, 6 and 4 bytes long. */
@@ -142,7 +143,7 @@ int arp_ask(struct arp *arp, uint32_t address, lum_error *error)
     return 0;
 }
 
-/* False: not ARP of IPv4, or one who has no address yet. */
+/* False: not ARP of IPv4, or the sender has no address yet. */
 static bool read_packet(const uint8_t *packet, size_t len,
                         struct arp_speaker *out)
 {

@@ -5,7 +5,7 @@
 #include <stdint.h>
 
 /* utc_ns is the kernel's stamp; now_ns and now_utc_ns are the same moment. The
- * calendar's clock may be set meanwhile: a stamp of the future, or one that is
+ * calendar clock may be set in between: a stamp in the future, or one that is
  * older than 10 s, counts as now. */
 int64_t arrival_ns(int64_t utc_ns, int64_t now_ns, int64_t now_utc_ns);
 

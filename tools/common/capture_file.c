@@ -18,7 +18,7 @@ int capture_file_open(const char *path, struct capture_file *out,
     return lum_capture_writer_open_whole(path, &out->writer, error);
 }
 
-/* A disk that cannot be written to is told at once. */
+/* A disk that cannot be written to is reported at once. */
 int capture_file_record(const char *path, struct capture_file *out,
                         lum_error *error)
 {

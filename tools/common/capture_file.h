@@ -1,6 +1,6 @@
-/* The capture being written. One that is made from what is there already stands
- * under its name only when it is whole; one that records what will not come
- * again, from its first datagram on. */
+/* The capture being written. One that is made from existing data gets its name
+ * only when it is complete; a recording, which cannot be repeated, has its name
+ * from its first datagram on. */
 #ifndef LUM_TOOLS_CAPTURE_FILE_H
 #define LUM_TOOLS_CAPTURE_FILE_H
 
@@ -21,8 +21,8 @@ bool capture_file_is_in_place(const char *path);
 int capture_file_open(const char *path, struct capture_file *out,
                       lum_error *error);
 
-/* As capture_file_open(), under its own name from the first datagram on; what
- * was recorded stays, whatever becomes of the rest. */
+/* As capture_file_open(), with its final name from the first datagram on;
+ * recorded data stays, even if the rest fails. */
 int capture_file_record(const char *path, struct capture_file *out,
                         lum_error *error);
 
@@ -30,7 +30,7 @@ int capture_file_record(const char *path, struct capture_file *out,
 int capture_file_add(struct capture_file *file, const lum_datagram *datagram,
                      lum_error *error);
 
-/* Make what was added readable to others. 0, or -1 with the reason in error and
+/* Let others read what was added. 0, or -1 with the reason in error and
  * errno. */
 int capture_file_flush(struct capture_file *file, lum_error *error);
 
@@ -38,11 +38,11 @@ int capture_file_flush(struct capture_file *file, lum_error *error);
 uint64_t capture_file_bytes(const struct capture_file *file);
 
 /* Give the file its name. 0, or -1 with the reason in error and errno; then
- * nothing is left behind but what was recorded. */
+ * only a recording is left. */
 int capture_file_close(struct capture_file *file, lum_error *error);
 
-/* Remove what was written; of a recording it stays, if there is any. Does not
- * wait for whoever reads. */
+/* Remove what was written, except of a recording that is not empty. Does not
+ * wait for a reader. */
 void capture_file_abort(struct capture_file *file);
 
 #endif

@@ -1,4 +1,4 @@
-/* What a file's name stands for. */
+/* What kind of file a name is. */
 #ifndef LUM_TOOLS_FILE_LOOK_H
 #define LUM_TOOLS_FILE_LOOK_H
 

@@ -42,7 +42,7 @@ bool file_look_is_same(const struct file_look *a, const struct file_look *b)
     return a->volume == b->volume && a->number == b->number;
 }
 
-/* One that may not be opened is told at once. */
+/* A file that may not be opened is reported at once. */
 bool file_look_opens_late(const char *name)
 {
     struct file_look l;

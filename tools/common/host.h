@@ -9,7 +9,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* HOST: a.b.c.d, or a name that is looked up now, once. False: why tells. */
+/* HOST: a.b.c.d, or a name that is looked up now, once. False: why has the
+ * reason. */
 bool host_parse(const char *text, uint32_t *out, lum_error *why);
 
 /* Whether HOST or HOST:PORT would have to be looked up; that waits for the
@@ -20,7 +21,7 @@ bool host_is_name(const char *text);
  * success. */
 bool host_parse_endpoint(const char *text, lum_endpoint *out, lum_error *why);
 
-/* Whether this host has an interface of this name, or does not tell; else why
+/* Whether this host has an interface of this name, or cannot say; otherwise why
  * lists those that it has. */
 bool host_has_interface(const char *name, lum_error *why);
 

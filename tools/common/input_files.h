@@ -1,5 +1,5 @@
-/* The files that a run reads, which it must not write over, by whatever names.
- */
+/* The files that a run reads. It must not overwrite them, by any of their
+ * names. / */
 #ifndef LUM_TOOLS_INPUT_FILES_H
 #define LUM_TOOLS_INPUT_FILES_H
 

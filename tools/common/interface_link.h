@@ -1,4 +1,5 @@
-/* What a system tells of an interface's link beside its addresses. */
+/* What the system says about an interface's link, in addition to its
+ * addresses. */
 #ifndef LUM_TOOLS_INTERFACE_LINK_H
 #define LUM_TOOLS_INTERFACE_LINK_H
 
@@ -6,7 +7,7 @@
 
 #include <ifaddrs.h>
 
-/* Sets mac, has_mac and is_ethernet where the entry bears them. */
+/* Sets mac, has_mac and is_ethernet if the entry has them. */
 void interface_link(const struct ifaddrs *entry, struct host_interface *out);
 
 #endif

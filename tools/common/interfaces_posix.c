@@ -23,7 +23,7 @@ struct block {
     size_t address_count;
 };
 
-/* Labels of further addresses may bear ":1" behind the interface's name. */
+/* Labels of further addresses may have ":1" after the interface's name. */
 static size_t name_len(const struct ifaddrs *entry)
 {
     return strcspn(entry->ifa_name, ":");
@@ -74,7 +74,7 @@ static uint32_t address_of(const struct sockaddr *address)
     return ntohl(in.sin_addr.s_addr);
 }
 
-/* An interface's addresses are to stand side by side. */
+/* An interface's addresses must be neighbours. */
 static void add_addresses(struct block *block, const struct ifaddrs *list,
                           struct host_interface *to)
 {

@@ -4,10 +4,10 @@
 
 #include "lum/net/cancel.h"
 
-/* Note SIGINT, SIGTERM and SIGHUP from now on, but for those that the parent
- * has ignored; a write to a pipe without a reader fails with EPIPE instead of
+/* Note SIGINT, SIGTERM and SIGHUP from now on, except those that the parent has
+ * ignored; a write to a pipe without a reader fails with EPIPE instead of
  * killing the process. After a signal, waits for input and output end with
- * EINTR again and again; a second signal, or three seconds, end the process at
+ * EINTR repeatedly; a second signal, or three seconds, end the process at
  * once. */
 void interrupt_catch(void);
 
@@ -15,10 +15,10 @@ void interrupt_catch(void);
  * the process at once, as they did. */
 void interrupt_catch_none(void);
 
-/* What begins now may keep a laser on: note SIGINT, SIGTERM and SIGQUIT, even
- * if the parent has ignored or blocked them, as a shell without job control
- * does with SIGINT and SIGQUIT for what it runs in the background. SIGHUP stays
- * as it was inherited, for nohup. After interrupt_catch(). */
+/* From now on the program may keep a laser on: note SIGINT, SIGTERM and
+ * SIGQUIT, even if the parent has ignored or blocked them, as a shell without
+ * job control does with SIGINT and SIGQUIT for background commands. SIGHUP
+ * stays as it was inherited, for nohup. After interrupt_catch(). */
 void interrupt_insist(void);
 
 /* A cancel that a signal raises from now on; NULL: none. Only one at a time. */
@@ -30,14 +30,13 @@ int interrupt_signal(void);
 /* Signals that came so far; it may wrap. */
 unsigned interrupt_count(void);
 
-/* As if no signal had come: for a prompt that goes on after Ctrl-C. The cancel
- * that is attached is reset. */
+/* As if no signal had come: for a prompt that continues after Ctrl-C. The
+ * cancel that is attached is reset. */
 void interrupt_forget(void);
 
-/* What begins now needs its own time to end in good order, such as a laser that
- * has to be switched off: until interrupt_release() a signal is noted and
- * raises the cancel, and neither a second one nor three seconds end the
- * process. */
+/* From now on the program needs its own time to end in good order, for example
+ * to switch a laser off: until interrupt_release() a signal is noted and raises
+ * the cancel, but a second one or three seconds do not end the process. */
 void interrupt_hold(void);
 
 /* A cancel that a second signal raises while signals are held, for what may go
@@ -50,7 +49,8 @@ const lum_cancel *interrupt_second(void);
  * process, and three seconds do not. */
 void interrupt_linger(void);
 
-/* As before again; the three seconds of a signal that came meanwhile begin. */
+/* As before interrupt_hold(); the three seconds of a signal that came in
+ * between begin. */
 void interrupt_release(void);
 
 /* Die of the signal that came, as if it had never been caught. Safe in a signal

@@ -48,7 +48,7 @@ static void make_second(void)
     }
 }
 
-/* A process group of its own is started with Ctrl-C switched off. */
+/* A new process group starts with Ctrl-C switched off. */
 void interrupt_insist(void)
 {
     make_second();

@@ -20,14 +20,14 @@ void json_close_array(struct json *json);
 void json_int(struct json *json, const char *key, int64_t value);
 void json_uint(struct json *json, const char *key, uint64_t value);
 
-/* value has so many decimals, 0..9; NaN and infinities become null. */
+/* value with this many decimals, 0..9; NaN and infinities become null. */
 void json_real(struct json *json, const char *key, double value,
                unsigned decimals);
 void json_bool(struct json *json, const char *key, bool value);
 void json_text(struct json *json, const char *key, const char *text);
 void json_null(struct json *json, const char *key);
 
-/* The line's end, behind the outermost value. */
+/* The line's end, after the outermost value. */
 void json_end(struct json *json);
 
 #endif

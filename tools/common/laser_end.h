@@ -1,5 +1,5 @@
-/* How tools switch the laser off: for LUM_SENSOR_OFF_MS, and so long that a
- * person is told and may end it. */
+/* How tools switch the laser off: they try for LUM_SENSOR_OFF_MS; when it takes
+ * long, a message says so and the user may stop it. */
 #ifndef LUM_LASER_END_H
 #define LUM_LASER_END_H
 
@@ -7,10 +7,10 @@
 
 #include <stdint.h>
 
-/* In the first three seconds nothing ends it; by then a sensor that gets no
- * heartbeats is down by itself. Then a line on standard error says that it goes
- * on, unless a reader would have to be waited for, and a second signal ends it
- * where signals are held (interrupt.h).
+/* In the first three seconds nothing stops it; after that a sensor that gets no
+ * heartbeats is down by itself. Then a line on standard error says that it
+ * continues, unless this would have to wait for a reader, and a second signal
+ * stops it if signals are held (interrupt.h).
  * name    begins that line, such as "lumctl: 10.42.0.37".
  * status  as lum_sensor_laser_off(). */
 lum_laser_off laser_end(lum_sensor *sensor, const char *name, uint16_t *status);

@@ -6,14 +6,14 @@
 
 #define POLL_NS SECOND_NS
 
-/* A sensor that has just got its first heartbeat may still refuse the laser for
- * want of one. */
+/* A sensor that has just got its first heartbeat may still refuse the laser
+ * because of the timeout. */
 #define AGAIN_NS     (SECOND_NS / 5)
 #define ATTEMPTS_MAX 20u
 #define GIVE_UP_NS   (5 * SECOND_NS)
 
-/* A session that was held up for so long sends no laser on: its heartbeats have
- * ended, and nobody may expect it any more. */
+/* A session that was delayed for this long does not send laser on: its
+ * heartbeats have ended, and nobody may expect the laser any more. */
 #define HELD_UP_NS (LUM_SENSOR_STALE_MS * INT64_C(1000000))
 
 void laser_keeper_begin(struct laser_keeper *keeper, enum laser_fate fate,
@@ -51,8 +51,8 @@ static enum laser_news fall(struct laser_keeper *k, uint16_t status,
     return why;
 }
 
-/* Another program may switch on a laser that was left; where a hazard refuses
- * that, the command must not stand either. */
+/* Another program may switch on a laser that we leave alone; if a hazard
+ * refuses that, its command must not stay in effect either. */
 static enum laser_news follow_down(struct laser_keeper *k, int64_t now_ns)
 {
     const bool is_down = lum_laser_is_down(k->status);
@@ -123,9 +123,9 @@ static enum laser_news take_answer(struct laser_keeper *k,
     return event->has_status ? judge_status(k, now_ns) : LASER_NO_NEWS;
 }
 
-/* It may be older than what is known, so the sensor is asked, and its command
- * bits are not believed. A hazard counts at once: it may be over before the
- * answer. It is no reason to ask for the laser sooner. */
+/* An alert may be older than the known status, so the sensor is asked, and the
+ * alert's command bits are not used. A hazard counts at once: it may be over
+ * before the answer. An alert never makes us switch the laser on sooner. */
 static enum laser_news take_alert(struct laser_keeper *k,
                                   const lum_sensor_event *event, int64_t now_ns)
 {
@@ -142,8 +142,8 @@ static enum laser_news take_alert(struct laser_keeper *k,
     return LASER_NO_NEWS;
 }
 
-/* "On" is asked for again until it is given up, since it may have been heard;
- * "off" again and again. */
+/* "On" is sent again until it is given up, because it may have been received;
+ * "off" is sent repeatedly. */
 static enum laser_news take_no_answer(struct laser_keeper *k, int64_t now_ns)
 {
     const enum laser_request request = k->request;

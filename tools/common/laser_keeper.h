@@ -1,7 +1,8 @@
-/* The rules for a laser that a session was to switch on. It is asked for until
- * a status shows it up. Once it is down, or cannot be seen up, it is switched
- * off, so that it does not come up by itself when a hazard ends: only a person
- * switches it on again. In between, the status is asked for once a second.
+/* The rules for a laser that a session should switch on. The command is sent
+ * until a status shows the laser up. Once the laser is down, or no status shows
+ * it up, it is switched off, so that it does not come up by itself when a
+ * hazard ends: only a person switches it on again. In between, the status is
+ * read once a second.
  *
  * What of it a person is told is the caller's. Times are monotonic. Not for
  * several threads. */
@@ -31,19 +32,19 @@ enum laser_request {
 enum laser_news {
     LASER_NO_NEWS,
     LASER_WENT_OFF,
-    LASER_STAYS_DOWN, /* a hazard refuses it, or it was asked for in vain */
+    LASER_STAYS_DOWN, /* a hazard refuses it, or no answer showed it up */
     LASER_UNSEEN,     /* the answer to "on" had no status */
     LASER_UNANSWERED, /* an "on" had none, 5 s after the beginning or later */
-    LASER_HELD_UP,    /* the session stood still while it asked for it */
+    LASER_HELD_UP,    /* the session was delayed while it switched on */
     LASER_CAME_UP     /* after it was given up: another program did that */
 };
 
 struct laser_keeper {
     enum laser_fate fate;
     enum laser_request request; /* the one under way, or the last */
-    bool off_due;       /* the command "on" may stand: off has to be sent */
-    bool off_unseen;    /* off was answered, but no status has shown it */
-    uint16_t fell;      /* the status with which it was given up; 0: unknown */
+    bool off_due;    /* the command "on" may be in effect: off has to be sent */
+    bool off_unseen; /* off was answered, but no status has shown it */
+    uint16_t fell;   /* the status with which it was given up; 0: unknown */
     unsigned attempts;  /* at the laser */
     int64_t held_up_ns; /* how long the session stood still */
     bool has_status;
@@ -64,12 +65,12 @@ enum laser_news laser_keeper_take(struct laser_keeper *keeper,
                                   const lum_sensor_event *event,
                                   int64_t now_ns);
 
-/* Time goes on; to be called several times a second. */
+/* Pass the time; to be called several times a second. */
 enum laser_news laser_keeper_tick(struct laser_keeper *keeper, int64_t now_ns);
 
-/* Send what is due, if anything is and the session is idle; what cannot be sent
- * is tried at the next call. Off waits for nothing: what is under way is given
- * up, since it would be sent again. */
+/* Send what is due, if the session is idle; if it cannot be sent, the next call
+ * tries again. Off does not wait: the present request is given up, because it
+ * would be repeated. */
 void laser_keeper_ask(struct laser_keeper *keeper, lum_sensor *sensor,
                       int64_t now_ns);
 

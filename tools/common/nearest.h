@@ -4,8 +4,8 @@
 
 #include <stddef.h>
 
-/* The name that differs by the fewest letters, if by no more than two and less
- * than half of its own; NULL where none is near. */
+/* The name that differs by the fewest letters, if these are at most two and
+ * less than half of its own; NULL if none is near. */
 const char *nearest(const char *text, const char *const *names, size_t count);
 
 #endif

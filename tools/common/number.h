@@ -1,5 +1,5 @@
-/* Numbers of a command line, strictly: all of the text, no sign or space that
- * is not asked for, the point as decimal separator whatever the locale. */
+/* Numbers of a command line, strictly: the whole text, no unexpected sign or
+ * space, and a point as decimal separator in any locale. */
 #ifndef LUM_TOOLS_NUMBER_H
 #define LUM_TOOLS_NUMBER_H
 

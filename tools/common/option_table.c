@@ -40,8 +40,8 @@ static enum option_end refuse(const struct reader *r, const char *format, ...)
     return OPTIONS_REFUSED;
 }
 
-/* What getopt_long() is told: the options must stand before the words, which
- * next() keeps from it, and it says nothing itself. */
+/* The option string for getopt_long(): it stops at the first word, because
+ * next() handles the words, and prints no messages. */
 static void describe(struct reader *r)
 {
     const struct option_table *t = r->table;
@@ -85,7 +85,7 @@ static bool is_word(const struct reader *r, const char *text)
            (r->table->has_negatives && strchr(".0123456789", text[1]) != NULL);
 }
 
-/* The next option, as getopt_long() gives it; -1 behind the last. */
+/* The next option, as getopt_long() gives it; -1 after the last. */
 static int next(struct reader *r)
 {
     while (optind < r->argc && is_word(r, r->argv[optind])) {

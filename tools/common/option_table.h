@@ -1,7 +1,7 @@
-/* Options of a command line, by a table, above getopt_long(): where they stand,
- * what they take, what is said of those that are wrong. Options and words may
- * stand in any order; "--" ends the options. The names of options are written
- * out: a laser is not to be switched on by the beginning of one. */
+/* Options of a command line, by a table, on top of getopt_long(): their order,
+ * their values, and the messages for wrong ones. Options and words may come in
+ * any order; "--" ends the options. Names of options cannot be abbreviated: the
+ * beginning of a name must not switch a laser on. */
 #ifndef LUM_TOOLS_OPTION_TABLE_H
 #define LUM_TOOLS_OPTION_TABLE_H
 
@@ -39,7 +39,7 @@ struct option_spec {
     unsigned group; /* which commands or modes have it; the tool's own bits */
     size_t at;      /* its field in the tool's options, and how large it is */
     size_t size;
-    size_t has; /* a bool that it sets besides; 0: none */
+    size_t has; /* a bool that it also sets; 0: none */
     int64_t min;
     int64_t max;
     double low;
@@ -59,7 +59,7 @@ struct option_spec {
 
 struct option_table {
     const char *program; /* begins each message */
-    const char *help;    /* what tells more, such as "lumctl --help" */
+    const char *help;    /* where to find more, for example "lumctl --help" */
     const struct option_spec *specs;
     size_t count;
     bool has_negatives; /* words such as -1 and -.5 are no options */

@@ -5,8 +5,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Bytes of the wire as text: what is not printable ASCII becomes '?'. Cut to
- * size - 1 characters; size is at least 1. Returns out. */
+/* Bytes of the wire as text: bytes that are not printable ASCII become '?'. Cut
+ * to size - 1 characters; size is at least 1. Returns out. */
 const char *printable(const uint8_t *bytes, size_t len, char *out, size_t size);
 
 #endif

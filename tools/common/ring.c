@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What stands before an item's bytes. */
+/* The header before an item's bytes. */
 struct header {
     int64_t time_ns;
     size_t len;
@@ -71,8 +71,8 @@ static size_t place(const struct ring *ring, uint64_t position)
     return (size_t)(position % ring->size);
 }
 
-/* An empty ring begins anew at its first byte, so that while the taking side
- * keeps up, few bytes are used again and again and stay in the caches. */
+/* An empty ring starts again at its first byte, so that while the taking side
+ * keeps up, the same few bytes are reused and stay in the caches. */
 static void begin_batch(struct ring *ring)
 {
     (void)pthread_mutex_lock(&ring->lock);

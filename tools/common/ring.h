@@ -1,8 +1,8 @@
 /* A bounded queue of datagrams between one thread that may not wait and one
- * that may: what does not fit is refused.
+ * that may: a datagram that does not fit is refused.
  *
- * The lock is held for a few assignments for each batch: bytes are copied by
- * the one and read in place by the other outside it. */
+ * The lock is held for a few assignments for each batch: the one copies bytes
+ * and the other reads them in place without the lock. */
 #ifndef LUM_TOOLS_RING_H
 #define LUM_TOOLS_RING_H
 
@@ -34,7 +34,7 @@ void ring_free(struct ring *ring);
  * not fit now. */
 bool ring_put(struct ring *ring, const struct ring_item *item);
 
-/* Show what was put to the other side. */
+/* Make the items that were put visible to the other side. */
 void ring_publish(struct ring *ring);
 
 /* End the other side's wait, though there be nothing. */
@@ -45,12 +45,12 @@ void ring_close(struct ring *ring);
 
 /* The taking side. */
 
-/* Give back what was taken before, wait until there is something, or the wait
- * is ended, and take all there is. False: nothing is left, and no more will
+/* Give back the items taken before, wait until there is something or the wait
+ * is ended, and take all items. False: nothing is left, and no more will
  * come. */
 bool ring_take(struct ring *ring);
 
-/* The next item of what was taken; its bytes live until ring_take(). False:
+/* The next of the items taken; its bytes are valid until ring_take(). False:
  * none is left. */
 bool ring_next(struct ring *ring, struct ring_item *out);
 

@@ -10,8 +10,8 @@
 #define WRITABLE_BYTES 512u
 
 /* Whether a short text can be written now, or within a patience. A reader that
- * has left counts as one that reads: writing tells. Where the system cannot
- * say, it is true. */
+ * has left counts as one that reads: the write will show it. If the system
+ * cannot say, it is true. */
 bool writable(FILE *stream, int patience_ms);
 
 #endif

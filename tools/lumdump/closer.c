@@ -114,7 +114,7 @@ bool closer_has_room(struct closer *closer)
     return has_room;
 }
 
-/* Without a thread whoever comes finishes it, and is waited for. */
+/* Without a thread the caller finishes it, and waits. */
 int closer_put(struct closer *closer, const struct closing *file,
                lum_error *error)
 {

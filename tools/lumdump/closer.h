@@ -1,7 +1,6 @@
-/* Finishes the files of a live output in a thread of its own: that waits for
- * the disk, which may take as long as it likes, and what fills them does not
- * wait for that. Finished is one after another, in the order in which they
- * come. */
+/* Finishes the files of a live output in a separate thread. That thread waits
+ * for the disk for any time, and the thread that fills the files does not wait.
+ * Files are finished one after another, in the order of arrival. */
 #ifndef LUMDUMP_CLOSER_H
 #define LUMDUMP_CLOSER_H
 
@@ -46,7 +45,7 @@ int closer_wait(struct closer *closer, lum_error *error);
 /* Whether somebody waits for it now. Any thread's. */
 bool closer_is_waited_for(struct closer *closer);
 
-/* Waits for what it has. NULL is allowed. */
+/* Waits until its files are finished. NULL is allowed. */
 void closer_free(struct closer *closer);
 
 #endif

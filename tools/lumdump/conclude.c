@@ -82,7 +82,7 @@ bool conclude_lacks_data(const struct pass *pass)
            pass->diagnosis.shape_count > 0;
 }
 
-/* Where lines gave no point: why, as far as the counters tell. */
+/* If lines gave no point: why, as far as the counters show. */
 static void warn_of_no_points(const struct pass *pass)
 {
     const lum_framer_counters p = summary_count(&pass->summary);

@@ -1,4 +1,4 @@
-/* How a run ends: what is said, and its exit status. */
+/* The end of a run: its messages and its exit status. */
 #ifndef LUMDUMP_CONCLUDE_H
 #define LUMDUMP_CONCLUDE_H
 
@@ -15,7 +15,7 @@ enum exit_status {
 enum exit_status conclude_error(const lum_error *error,
                                 enum exit_status status);
 
-/* Tell what is to be told of the outputs and was not yet. */
+/* Print the messages of the outputs that were not printed yet. */
 void conclude_notes(struct pass *pass);
 
 /* Whether packets of ours came, and no data among them. */
@@ -27,7 +27,7 @@ bool conclude_lacks_data(const struct pass *pass);
 enum exit_status conclude(struct pass *pass, enum pass_result result,
                           lum_error *error);
 
-/* The same of a pass whose outputs are closed: warnings and summary alone. */
+/* The same for a pass whose outputs are closed: only warnings and summary. */
 enum exit_status conclude_summary(const struct pass *pass, uint64_t left_out);
 
 /* What was printed on standard output reaches it. */

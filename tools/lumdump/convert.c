@@ -115,7 +115,7 @@ static int add_datagram(struct pass *pass, const lum_record *record,
     return outputs_add_datagram(pass->outputs, record, begins_frame, error);
 }
 
-/* What of the packets that are held can be decided on by now. */
+/* Decide on the packets that are held, as far as possible now. */
 static int write_cut(struct pass *pass, lum_error *error)
 {
     lum_record record;
@@ -185,8 +185,8 @@ enum pass_result pass_take(struct pass *pass, const lum_record *record,
     return PASS_DONE;
 }
 
-/* A recording holds all that came from the sensor, so that it tells what the
- * run itself told. */
+/* A recording holds all packets of the sensor, so its summary is that of the
+ * run. */
 enum pass_result pass_record(struct pass *pass, const lum_record *record,
                              lum_error *error)
 {

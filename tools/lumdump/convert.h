@@ -17,7 +17,7 @@ enum pass_result {
     PASS_INTERRUPTED, /* a signal came */
     PASS_READER_LEFT, /* nobody reads an output any more */
     PASS_SENSORS,     /* an output, and several sensors: one must be named */
-    PASS_REFUSED,     /* the options ask for what cannot be; see the error */
+    PASS_REFUSED,     /* the options cannot be fulfilled; see the error */
     PASS_DROPPED,     /* its output stalled, and was given up */
     PASS_FAILED       /* see the error */
 };
@@ -26,7 +26,7 @@ struct pass {
     const struct options *options;
     const lum_layout *layout;
     const lum_projector *projector;
-    struct outputs *outputs; /* NULL: count alone */
+    struct outputs *outputs; /* NULL: only count */
     struct outputs_notes notes;
     size_t notes_told; /* as many of them */
 
@@ -34,7 +34,7 @@ struct pass {
     struct diagnosis diagnosis;
     struct cut *cut;           /* of captures; NULL: they are copied whole */
     struct frame_watch frames; /* for a rotation */
-    bool has_sensor;           /* packets of one sensor alone matter */
+    bool has_sensor;           /* only packets of one sensor are used */
     uint32_t sensor;
     lum_framer *framer;
     lum_capture *capture; /* being read; NULL: live */
@@ -48,11 +48,11 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error);
 enum pass_result pass_take(struct pass *pass, const lum_record *record,
                            lum_error *error);
 
-/* Take a record into captures alone, without a look at what is in it. */
+/* Write a record to captures only, without decoding it. */
 enum pass_result pass_record(struct pass *pass, const lum_record *record,
                              lum_error *error);
 
-/* The end of the source: what is still open comes out. */
+/* The end of the source: lines that are still open come out. */
 enum pass_result pass_flush(struct pass *pass, lum_error *error);
 
 void pass_free(struct pass *pass);

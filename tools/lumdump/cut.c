@@ -5,13 +5,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* An eye has four open lines: after so many more were handed out the line of a
- * packet is not to come, for it was late or stray. */
+/* An eye has four open lines: after this many more were handed out, the line of
+ * a packet will not come, because the packet was late or stray. */
 #define LINES_AWAITED 8u
 
-/* Where an eye falls silent its last lines stay open, and what comes of the
- * other waits behind their packets. At most so many bytes; then they are taken
- * for what their eye's line before was. */
+/* If an eye falls silent its last lines stay open, and packets of the other eye
+ * wait behind theirs. At most this many bytes wait; then these packets are
+ * treated like the line before of their eye. */
 #define BYTES_MAX ((size_t)32 * 1024 * 1024)
 
 enum fate {
@@ -49,8 +49,8 @@ struct cut {
     size_t end;
     size_t size;
     struct eye eyes[LUM_EYES];
-    bool is_inside; /* the last line was of the frames asked for, and of one
-                       before it packets were written */
+    bool is_inside; /* the last line was of the selected frames, and packets of
+                       an earlier line were written */
     bool has_ended;
 };
 
@@ -92,7 +92,7 @@ void cut_free(struct cut *cut)
     }
 }
 
-/* Room for one more behind the last; what was handed out before goes. */
+/* Room for one more after the last; items that were handed out are removed. */
 static bool make_room(struct cut *cut)
 {
     if (cut->first + cut->count < cut->room) {

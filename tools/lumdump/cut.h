@@ -1,7 +1,5 @@
-/* The packets that the lines which are asked for came from: a capture cut like
- * a cloud. Packets are held until their line has come, and go on in their
- * order.
- */
+/* The packets of the selected lines: a capture is cut like a cloud. Packets are
+ * held until their line has come, and leave in their order. / */
 #ifndef LUMDUMP_CUT_H
 #define LUMDUMP_CUT_H
 

@@ -86,7 +86,7 @@ void diagnosis_note(struct diagnosis *d, const uint8_t *bytes, size_t len,
     const bool may_be = may_be_data(kind);
     note_shape(d, type_of(bytes), len, kind);
     note_length(d, type_of(bytes), len, kind);
-    /* the longest that might be data tells most */
+    /* the longest packet that may be data is the most useful */
     if ((may_be && !d->sample_may_be_data) ||
         (may_be == d->sample_may_be_data && len > d->sample_len)) {
         d->sample_may_be_data = may_be;

@@ -19,8 +19,8 @@ struct frame_watch {
     uint64_t frames; /* most that an eye began */
 };
 
-/* Whether a packet is the first of a frame, of the eye that begins it. Looks at
- * the header alone. */
+/* Whether a packet is the first of a frame, of the eye that begins it. Reads
+ * only the header. */
 bool frame_watch_begins(struct frame_watch *watch, const lum_layout *layout,
                         const void *bytes, size_t len);
 

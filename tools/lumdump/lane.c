@@ -28,8 +28,8 @@ static int give_ring(struct lane *lane, size_t size, lum_error *error)
                                               size);
 }
 
-/* Files that may wait for their disk; a cloud holds blocks meanwhile, a picture
- * all of itself. */
+/* Files that may wait for their disk; a waiting cloud holds blocks, a waiting
+ * picture all of its memory. */
 static size_t closing_room(const struct lane *lane)
 {
     if (lane->is_recording) {

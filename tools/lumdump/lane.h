@@ -1,6 +1,6 @@
-/* Where a live run's datagrams go: a ring, and the thread behind it. Each
- * output has a lane of its own, so that one that stalls or fails stops no
- * other; so has the summary, whose lane has no output. */
+/* The ring and the thread of one output of a live run. Each output has its own
+ * lane, so that one that stalls or fails does not stop the others. The summary
+ * has a lane without an output. */
 #ifndef LUMDUMP_LANE_H
 #define LUMDUMP_LANE_H
 
@@ -12,7 +12,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* How an output stands, or ended. */
+/* The state of an output, or how it ended. */
 enum lane_end {
     LANE_LIVES,
     LANE_WHOLE,       /* finished */
@@ -48,9 +48,9 @@ struct lane {
     uint64_t dropped_before; /* as of then */
 };
 
-/* The lane of an output, open but for a pipe that still lacks its reader; that
- * is waited for by the lane's own thread.
- * run: what the summary's lane uses. NULL with the reason in error. */
+/* The lane of an output. The output is open, except a pipe without a reader:
+ * the lane's own thread waits for the reader. run: used by the summary's lane.
+ * NULL with the reason in error. */
 struct lane *lane_new(const struct pass *run, size_t output, size_t ring_size,
                       lum_error *error);
 
@@ -70,10 +70,11 @@ void lane_put(struct lane *lane, const struct ring_item *item);
 /* What it is called. */
 const char *lane_name(const struct lane *lane);
 
-/* Look how it stands; an end is noted. Whether it is news that it ended. */
+/* Check its state; an end is noted. Returns whether it has ended since the last
+ * check. */
 bool lane_look(struct lane *lane, int64_t now_ns);
 
-/* Whether its buffer is full and nothing of it was taken for so long. */
+/* Whether its buffer is full and nothing was taken from it for this long. */
 bool lane_stands_still(const struct lane *lane, int64_t now_ns, int64_t limit);
 
 /* Give up an output that stalls. */

@@ -9,10 +9,10 @@
 
 #define BUFFER_BYTES (UINT64_C(64) << 20)
 
-/* How long an output may stand still with its buffer full. */
+/* How long an output may make no progress with its buffer full. */
 #define STALL_NS (5 * SECOND_NS)
 
-/* How often drops are told of. */
+/* How often drops are reported. */
 #define DROPS_NS (10 * SECOND_NS)
 
 /* At the end. */
@@ -122,7 +122,7 @@ static void tell_end(const struct lane *lane, const char *then, struct say *say)
     }
 }
 
-/* While the run goes on. */
+/* During the run. */
 static void tell_ended(const struct lanes *lanes, const struct lane *lane,
                        struct say *say)
 {
@@ -133,7 +133,7 @@ static void tell_ended(const struct lanes *lanes, const struct lane *lane,
     }
 }
 
-/* What a recording lacks is told whatever --quiet says. */
+/* Losses of a recording are reported even with --quiet. */
 static void tell_drops(struct lane *lane, struct say *say, int64_t now_ns)
 {
     if (lane->end != LANE_LIVES || lane->dropped == lane->told ||
@@ -271,7 +271,7 @@ static void finish(struct lane *lane, bool keep, int64_t now_ns)
     }
 }
 
-/* The summary's lane waits for nothing but its turn. */
+/* The summary's lane waits only for its turn. */
 static bool is_summary_pending(struct lanes *lanes, struct say *say,
                                int64_t now_ns)
 {

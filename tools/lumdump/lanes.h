@@ -1,4 +1,4 @@
-/* All lanes of a live run, and what is said of them. */
+/* All lanes of a live run, and their messages. */
 #ifndef LUMDUMP_LANES_H
 #define LUMDUMP_LANES_H
 
@@ -24,9 +24,9 @@ void lanes_put(struct lanes *lanes, const struct ring_item *item);
 void lanes_publish(struct lanes *lanes);
 void lanes_wake(struct lanes *lanes);
 
-/* Look how they stand and say what is new: outputs that ended, datagrams that
- * were dropped, outputs that stall, which are given up where there are others.
- * False: there were outputs, and none is left. */
+/* Check their states and report changes: outputs that ended, dropped datagrams,
+ * outputs that stall, which are given up if there are others. False: there were
+ * outputs, and none is left. */
 bool lanes_watch(struct lanes *lanes, struct say *say, int64_t now_ns);
 
 /* What the summary has come to. */

@@ -139,9 +139,9 @@ static void switch_off(struct live *l)
     l->counts.laser = names[l->off];
 }
 
-/* A laser that was not seen down is told of whatever else there is; where
- * something has failed, one that was is too.
- * status: how the run ended otherwise. */
+/* A laser that was not seen down is always reported; if something failed, a
+ * laser that was seen down is reported too. status: the result of the run
+ * otherwise. */
 static enum exit_status tell_laser(const struct live *l,
                                    enum exit_status status)
 {
@@ -251,8 +251,8 @@ static void report_outputs(struct live *l)
     }
 }
 
-/* What a recording lacks is in the summary; where that is not printed, it is
- * told all the same. */
+/* The summary has the losses of a recording; if it is not printed, they are
+ * reported here. */
 static void tell_missing(const struct live *l)
 {
     const struct live_counts *c = &l->counts;
@@ -295,9 +295,9 @@ static enum exit_status tell_end(struct live *l)
     return status != EXIT_DONE ? status : printed;
 }
 
-/* From the laser's first moment to its last a signal ends the run in good
- * order. Then outputs have their time, and what is said at the end the usual
- * one; but that a laser is not off is said first. */
+/* While the laser may be on, a signal ends the run in good order. After that
+ * the outputs get their time, and the final messages come as usual, except that
+ * a laser that is not off is reported first. */
 static enum exit_status run(struct live *l)
 {
     enum exit_status laser = EXIT_DONE;

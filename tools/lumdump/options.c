@@ -115,7 +115,7 @@ static bool has_ending(const char *name, const char *ending)
     return n > m && strcmp(name + n - m, ending) == 0;
 }
 
-/* The format that a name's ending tells. */
+/* The format by a name's ending. */
 static bool tells_format(const char *name, unsigned *out)
 {
     lum_format format = LUM_FORMAT_CSV;

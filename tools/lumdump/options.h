@@ -29,14 +29,14 @@ enum time_base {
     TIME_ARRIVAL, /* when the line's first packet came */
 };
 
-/* When an output goes on in a new file; at most one is not 0. */
+/* When an output continues in a new file; at most one is not 0. */
 struct rotation {
     uint64_t bytes;
     int64_t ns;
 };
 
 struct options {
-    const char *source;     /* what it is called in messages */
+    const char *source;     /* its name in messages */
     struct sources sources; /* captures */
     bool is_live;
     lum_endpoint address;  /* live: the sensor's */
@@ -45,7 +45,7 @@ struct options {
     uint64_t buffer;       /* live: bytes between network and outputs; 0: as
                               many as are usual */
     struct output_options outputs[OUTPUTS_MAX];
-    size_t output_count; /* 0: a summary alone */
+    size_t output_count; /* 0: only a summary */
     struct rotation rotation;
     const char *calibration;
     const char *profile;
@@ -75,7 +75,7 @@ enum parsed {
     PARSED_BAD   /* a message was printed */
 };
 
-/* The options point into argv. To be freed by options_free() whatever the
+/* The options point into argv. Call options_free() after it, with any
  * result. */
 enum parsed options_parse(int argc, char **argv, struct options *out);
 

@@ -18,8 +18,8 @@
 /* Frames whose files are open at once; the eyes are seldom two apart. */
 #define OPEN_FRAMES_MAX 16u
 
-/* A new file begins with a frame; where no frame begins for so long after it
- * was due, anywhere. Longer than a frame lasts. */
+/* A new file begins with a frame. If no frame begins for this long after it was
+ * due, it begins at any packet. Longer than the duration of a frame. */
 #define OVERDUE_NS INT64_C(2000000000)
 
 struct frame_file {
@@ -122,8 +122,8 @@ static int open_numbered(struct output *o, lum_error *error)
     return open_named(o, name, error);
 }
 
-/* A run that makes files of a name has it to itself while it goes on. What else
- * is wrong with the name is told by its first file. */
+/* A run that makes several files of a name owns that name until its end. Other
+ * errors of the name are reported by its first file. */
 static int claim_name(struct output *o, lum_error *error)
 {
     const char *percent = strchr(o->name, '%');
@@ -324,7 +324,7 @@ static int rotate_at_frame(struct output *o, lum_error *error)
     return 0;
 }
 
-/* The present file goes on rather than that the disk is waited for. */
+/* The present file continues, so that nothing waits for the disk. */
 static bool may_rotate(const struct output *o)
 {
     return o->closer == NULL || closer_has_room(o->closer);

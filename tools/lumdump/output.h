@@ -11,9 +11,8 @@
 
 struct output;
 
-/* The i-th output of the options. A capture of a live run stands under its own
- * name from the start.
- * rehearsal: NULL, or an output that took the lines to come. */
+/* The i-th output of the options. A capture of a live run has its final name
+ * from the start. rehearsal: NULL, or an output that took the lines to come. */
 int output_open(const struct options *options, size_t i,
                 const lum_projector *projector, const struct output *rehearsal,
                 struct output **out, lum_error *error);
@@ -24,12 +23,12 @@ int output_rehearse(const struct options *options, size_t i,
                     const lum_projector *projector, struct output **out,
                     lum_error *error);
 
-/* Have its files finished by another thread. Then what fails there is told by
- * whatever is called next, and a file goes on past its limit while others wait
- * for a slow disk. Kept until the output is closed. */
+/* Have its files finished by another thread. Then the next call reports what
+ * fails there, and a file continues past its limit while others wait for a slow
+ * disk. Kept until the output is closed. */
 void output_finish_by(struct output *output, struct closer *closer);
 
-/* As it was asked for; "-" is standard output. */
+/* As the option gives it; "-" is standard output. */
 const char *output_name(const struct output *output);
 
 /* Whether files of an earlier, longer run follow the ones that were written;
@@ -38,30 +37,29 @@ bool output_find_stale(const struct output *output, lum_error *out);
 
 bool output_wants_lines(const struct output *output);
 
-/* Time goes on, in ns since 1970: what is added now may belong into a new
- * file, which begins with the next frame. */
+/* Pass the time, in ns since 1970: data that is added from now on may belong to
+ * a new file, which begins with the next frame. */
 int output_set_time(struct output *output, int64_t time_ns, lum_error *error);
 
 int output_add_line(struct output *output, const lum_line_samples *line,
                     lum_error *error);
 
-/* Datagrams matter to captures alone. begins_frame: a new file may begin here.
- */
+/* Only captures use datagrams. begins_frame: a new file may begin here. / */
 int output_add_datagram(struct output *output, const lum_record *record,
                         bool begins_frame, lum_error *error);
 
 /* No line of this frame or of one before it is to be expected. */
 int output_end_frame(struct output *output, int64_t frame, lum_error *error);
 
-/* Show what was added to whoever reads along: of what is read as it comes, and
- * where `files` of recordings too. */
+/* Show what was added to a reader of standard output or a pipe; with `files`,
+ * also to readers of recordings. */
 int output_flush(struct output *output, bool files, lum_error *error);
 
-/* Give the files their names, free the output. Nothing is left of files that
- * could not be finished, but of recordings. */
+/* Give the files their names, free the output. Files that could not be finished
+ * are removed, except recordings. */
 int output_close(struct output *output, lum_error *error);
 
-/* Remove what is not finished, but recordings; free the output. NULL is
+/* Remove unfinished files, except recordings; free the output. NULL is
  * allowed. */
 void output_abort(struct output *output);
 

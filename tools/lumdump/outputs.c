@@ -241,7 +241,7 @@ static int close_one(struct outputs *outputs, size_t i, bool has_others,
     return 0;
 }
 
-/* The first failure is the one that is told. */
+/* Only the first failure is reported. */
 int outputs_close(struct outputs *outputs, lum_error *error)
 {
     lum_error others = {""};

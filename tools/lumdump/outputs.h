@@ -1,6 +1,6 @@
-/* All outputs of a run, filled by one pass. What fails in one of them fails as
- * a whole. An output whose reader has left ends alone, which is noted; where it
- * was the last one, all fails, and errno tells EPIPE. */
+/* All outputs of a run, filled by one pass. A failure of one of them is a
+ * failure of all. If the reader of an output leaves, only that output ends,
+ * with a note; if it was the last one, all fail with EPIPE in errno. */
 #ifndef LUMDUMP_OUTPUTS_H
 #define LUMDUMP_OUTPUTS_H
 
@@ -8,8 +8,8 @@
 
 struct outputs;
 
-/* What is to be told of outputs that did not fail: a reader has left, older
- * files are in the way. Each output gives one of either kind at most. */
+/* Notes about outputs that did not fail: a reader has left, older files remain.
+ * Each output gives at most one of each kind. */
 struct outputs_notes {
     lum_error list[2u * OUTPUTS_MAX];
     size_t count;
@@ -22,7 +22,7 @@ int outputs_open(const struct options *options, const lum_projector *projector,
                  const struct outputs *rehearsal, struct outputs_notes *notes,
                  struct outputs **out, lum_error *error);
 
-/* As outputs_open(), of those alone that need a rehearsal. */
+/* As outputs_open(), only for those that need a rehearsal. */
 int outputs_rehearse(const struct options *options,
                      const lum_projector *projector, struct outputs **out,
                      lum_error *error);

@@ -6,9 +6,9 @@
 
 #include <stdint.h>
 
-/* The IPv4 address, in host order, by which an endpoint knows this host; 0
- * where that is not to be found out. Nothing is sent.
- * interface: what is sent on; NULL: as the routes say. */
+/* The IPv4 address, in host order, by which an endpoint knows this host; 0 if
+ * it cannot be found. Nothing is sent. interface: the one to send on; NULL: by
+ * the routes. */
 uint32_t own_address(lum_endpoint to, const char *interface);
 
 #endif

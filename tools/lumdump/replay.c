@@ -9,8 +9,8 @@
 /* Records between looks at signals and at the clock for the progress line. */
 #define RECORDS_A_LOOK 256u
 
-/* So much of a file is read beforehand to learn what the sensor's clock does:
- * a clock that is off by 50 ppm has shifted by 200 us then. */
+/* This much of a file is read in advance to learn about the sensor's clock: in
+ * this time a clock with an error of 50 ppm has shifted by 200 us. */
 #define LEARN_NS INT64_C(4000000000)
 
 static int open_sources(const struct options *o, lum_capture **out,
@@ -99,10 +99,9 @@ static enum pass_result read_all(struct pass *pass, struct progress *progress,
     return pass_take(pass, &record, error);
 }
 
-/* A fit is made of what came before, so that the first lines of a stream are
- * uncertain by a batch of the system's. Of a file its begin is read beforehand;
- * after that the fit knows enough. What
- * cannot be read is told when it is read again. */
+/* A fit uses only earlier packets, so the first lines of a stream are uncertain
+ * by a batch of the system. The beginning of a file is read in advance; after
+ * that the fit knows enough. Errors are reported when it is read again. */
 static enum pass_result learn_clocks(struct pass *pass, lum_error *error)
 {
     struct pass ahead = {.options = pass->options,
@@ -169,8 +168,8 @@ static bool needs_rehearsal(const struct options *o)
     return false;
 }
 
-/* The first of two passes; what it found out stays in pass where it did not
- * come to its end. */
+/* The first of two passes; if it does not come to its end, its results stay in
+ * pass. */
 static enum pass_result rehearse(struct pass *pass, struct outputs **rehearsal,
                                  lum_error *error)
 {

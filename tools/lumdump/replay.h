@@ -1,12 +1,12 @@
-/* A pass over a capture, or two where an output has to know beforehand how many
- * points will come. */
+/* A pass over a capture, or two if an output has to know the number of points
+ * in advance. */
 #ifndef LUMDUMP_REPLAY_H
 #define LUMDUMP_REPLAY_H
 
 #include "convert.h"
 
-/* Opens the outputs and reads the capture to its end. What was found out is in
- * pass, whatever the result; the outputs are still open. */
+/* Opens the outputs and reads the capture to its end. The results are in pass,
+ * also on failure; the outputs are still open. */
 enum pass_result replay(struct pass *pass, lum_error *error);
 
 #endif

@@ -68,7 +68,7 @@ static void append_left_out(struct say *say)
     }
 }
 
-/* kind: what stands before the time. */
+/* kind: the word before the time. */
 LUM_PRINTF(3, 0)
 static void add_line(struct say *say, const char *kind, const char *format,
                      va_list arguments)

@@ -1,6 +1,6 @@
 /* Standard error of a live run: warnings with their time, and a status line on
- * a terminal. Whoever reads it may stop reading without holding the run up,
- * since nothing is written that would have to wait. */
+ * a terminal. Its reader may stop reading without delaying the run, because
+ * nothing is written that would have to wait. */
 #ifndef LUMDUMP_SAY_H
 #define LUMDUMP_SAY_H
 
@@ -38,7 +38,7 @@ void say_status(struct say *say, const char *text);
 /* Write what could not be written before; to be called now and then. */
 void say_flush(struct say *say);
 
-/* Remove the status line, write what is left, waiting if need be. */
+/* Remove the status line and write the rest, waiting if necessary. */
 void say_end(struct say *say);
 
 #endif

@@ -8,7 +8,7 @@
 #define SAY_CLOCK_BYTES 16u
 
 /* To standard error. False: not now. gone: bytes that need not be written
- * again; who does not listen at all is not told again. */
+ * again; if nobody reads at all, that is all of them. */
 bool say_write(const char *bytes, size_t n, size_t *gone);
 
 /* The terminal's width, from 2. */

@@ -19,7 +19,7 @@
 /* Longest that is spent on what waits in the kernel at the end. */
 #define DRAIN_NS (SECOND_NS / 2)
 
-/* How often drops are told of. */
+/* How often drops are reported. */
 #define DROPS_NS (10 * SECOND_NS)
 
 static void note_first_data(struct session *s, int64_t now_ns)
@@ -30,7 +30,7 @@ static void note_first_data(struct session *s, int64_t now_ns)
     }
 }
 
-/* The first packet tells most often: nearly all that comes is data. */
+/* The first packet usually decides: nearly all packets are data. */
 static void look_for_data(struct session *s, const lum_sensor_event *event,
                           int64_t now_ns)
 {
@@ -95,7 +95,7 @@ static void take_event(struct session *s, const lum_sensor_event *event,
     }
 }
 
-/* Whether drops are to be told of now. */
+/* Whether drops should be reported now. */
 static bool is_news(struct session_drops *drops, uint64_t count, int64_t now_ns)
 {
     if (count == drops->told ||

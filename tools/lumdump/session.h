@@ -24,7 +24,7 @@ enum session_end {
     SESSION_BROKEN    /* the socket; see the error */
 };
 
-/* Datagrams lost in one place, as far as they were told of. */
+/* Datagrams lost in one place, and how many of them were reported. */
 struct session_drops {
     uint64_t told;
     int64_t told_ns;

@@ -20,16 +20,16 @@ struct sources {
     size_t identity_count;
 };
 
-/* paths: kept. To be freed by sources_free() whatever the result. 0; -1 with
- * the reason in error: there is no memory, or two are one file, by whatever
- * names. What cannot be opened is told when it is. */
+/* paths: kept. Call sources_free() after it, with any result. 0; -1 with the
+ * reason in error: there is no memory, or two names are of one file. A file
+ * that cannot be opened is reported when it is its turn. */
 int sources_init(struct sources *out, const char *const *paths, size_t count,
                  lum_error *error);
 
 void sources_free(struct sources *sources);
 
-/* Whether a name, "-" for standard output, stands for one of them. Only of
- * regular files: what else there is cannot be written over. */
+/* Whether a name, "-" for standard output, stands for one of them. Only for
+ * regular files: other files cannot be overwritten. */
 bool sources_have(const struct sources *sources, const char *output);
 
 /* Whether all can be read twice. */

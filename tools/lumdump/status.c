@@ -24,7 +24,7 @@ static const char *brief(uint64_t n, char out[24])
     return out;
 }
 
-/* What matters most stands first: a narrow terminal cuts the rest. */
+/* The most important comes first: a narrow terminal cuts the rest. */
 void status_format(const struct status_totals *before,
                    const struct status_totals *now, int64_t began_ns,
                    const char *laser, char *out, size_t room)

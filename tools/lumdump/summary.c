@@ -193,7 +193,7 @@ static size_t utf8_length(const unsigned char *p)
     return n;
 }
 
-/* A byte that is no UTF-8 stands as the character of its number. */
+/* A byte that is not UTF-8 is written as the character of its number. */
 static void print_json_text(const char *text, FILE *out)
 {
     const unsigned char *p = (const unsigned char *)text;
@@ -512,7 +512,7 @@ static void print_rates(const struct summary *s,
                   (double)points->points / seconds);
 }
 
-/* A loss that is wholly what was under way is none. */
+/* If all of a loss is in lines that were under way, it is not a loss. */
 static void leave_out_under_way(struct named *losses, size_t n,
                                 const lum_framer_counters *points)
 {

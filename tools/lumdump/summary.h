@@ -22,7 +22,7 @@ struct live_output {
     double seconds;     /* from the first data to its end, if that was early */
 };
 
-/* What a live run counts besides. */
+/* Further counters of a live run. */
 struct live_counts {
     uint64_t received;     /* datagrams of the sensor, while it was recorded */
     uint64_t kernel_drops; /* lost because this program was too slow */

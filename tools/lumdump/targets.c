@@ -44,8 +44,8 @@ int targets_check_inputs(const struct options *options, const char *name,
                              error);
 }
 
-/* A name that stands for no file yet will be one that can; of a directory the
- * opening says what is wrong. */
+/* A name without a file yet will be a file that can seek; for a directory the
+ * opening reports the error. */
 static bool can_seek(const char *output)
 {
     struct file_look look;
@@ -95,8 +95,8 @@ static bool find_directory(const char *path, struct file_look *out)
     return file_look(directory, out);
 }
 
-/* Whether two outputs are one file, by whatever names. What swallows or shows
- * all, a device, may be named by two. */
+/* Whether two outputs are one file, by any names. Two outputs may name one
+ * device. */
 static bool is_same_output(const char *a, const char *b)
 {
     struct file_look s;
@@ -115,8 +115,8 @@ static bool is_same_output(const char *a, const char *b)
            file_look_is_same(&s, &t);
 }
 
-/* The names of an output's files differ in a number alone: what is before it,
- * what divides them, and what is behind it. */
+/* The names of an output's files differ only in a number: the text before it,
+ * the separator, and the text after it. */
 struct numbered {
     const char *head;
     size_t head_len;
@@ -255,8 +255,8 @@ static const char *find_line_option(const struct options *o)
     return o->drop_incomplete ? "--incomplete drop" : NULL;
 }
 
-/* A recording holds all that comes; of other outputs of the run what they
- * choose is their matter. */
+/* A recording holds all packets; the options of selection apply to the other
+ * outputs of the run. */
 static int check_recording(const struct options *o, lum_error *error)
 {
     const char *points = find_point_option(&o->selection);
@@ -275,7 +275,7 @@ static int check_recording(const struct options *o, lum_error *error)
                                option, option);
 }
 
-/* What cannot be cut as it is asked for is not written at all. */
+/* An output that cannot be cut by these options is refused. */
 static int check_cut(const struct options *o, lum_error *error)
 {
     const char *points = find_point_option(&o->selection);

@@ -1,4 +1,4 @@
-/* What can be said of outputs by their names, before they are opened. */
+/* Checks of outputs by their names, before they are opened. */
 #ifndef LUMDUMP_TARGETS_H
 #define LUMDUMP_TARGETS_H
 
@@ -8,11 +8,11 @@
 
 #include <stdbool.h>
 
-/* Whether a name asks for one file a frame. 0 no, 1 yes, -1: it has a % that
- * cannot be a frame number. */
+/* Whether a name means one file for each frame. 0 no, 1 yes, -1: it has a %
+ * that cannot be a frame number. */
 int targets_pattern(const char *name);
 
-/* Whether the i-th output goes on in new files. */
+/* Whether the i-th output continues in new files. */
 bool targets_rotates(const struct options *options, size_t i);
 
 /* Whether a name may be written to: -1 with which file that is read would be
@@ -23,7 +23,7 @@ int targets_check_inputs(const struct options *options, const char *name,
 /* Whether the i-th output's header has to be known before it can begin. */
 bool targets_needs_rehearsal(const struct options *options, size_t i);
 
-/* 0, or -1 with what is wrong with the outputs asked for in error. */
+/* 0, or -1 with the reason why the outputs are refused in error. */
 int targets_check(const struct options *options, lum_error *error);
 
 #endif

@@ -127,7 +127,7 @@ static void take_answer(struct watch *watch, const lum_sensor_event *event,
     }
 }
 
-/* Laser off is asked for again and again. */
+/* Laser off is sent repeatedly. */
 static void take_no_off(struct watch *watch)
 {
     if (!watch->told_off_due) {
@@ -241,7 +241,7 @@ void watch_tick(struct watch *watch, int64_t now_ns)
     laser_keeper_ask(&watch->laser, watch->sensor, now_ns);
 }
 
-/* Data comes, so heartbeats arrive, whatever an early status says of them. */
+/* Data comes, so heartbeats arrive, even if an early status says otherwise. */
 bool watch_darkness(const struct watch *watch, char *out, size_t room)
 {
     char names[256];

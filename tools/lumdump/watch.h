@@ -24,7 +24,7 @@ struct watch {
     bool has_data;     /* data has come */
     int64_t data_ns;   /* the last time it did; monotonic */
     bool is_silent;    /* it stopped */
-    bool told_move;    /* its new address was told */
+    bool told_move;    /* its new address was reported */
 };
 
 /* Begin; where laser is set, it will be switched on. */
@@ -38,11 +38,11 @@ void watch_take(struct watch *watch, const lum_sensor_event *event,
 /* Data has come. */
 void watch_note_data(struct watch *watch, int64_t now_ns);
 
-/* Time goes on; to be called several times a second. */
+/* Pass the time; to be called several times a second. */
 void watch_tick(struct watch *watch, int64_t now_ns);
 
-/* Why lines have no ranges, as far as the last status tells. False: it tells
- * nothing, and out stays as it is. */
+/* Why lines have no ranges, as far as the last status shows. False: it shows
+ * nothing, and out does not change. */
 bool watch_darkness(const struct watch *watch, char *out, size_t room);
 
 /* The laser, for the status line. */

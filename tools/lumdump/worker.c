@@ -22,7 +22,7 @@ struct worker {
     struct ring *ring;
     pthread_t thread;
 
-    /* the thread's, then of whoever has joined it */
+    /* of the thread, then of the caller that joined it */
     enum pass_result result;
     uint64_t left_out;
     lum_error error;
@@ -86,8 +86,8 @@ static enum pass_result look_around(struct worker *w, bool is_idle)
     return flush(w, now_ns, is_idle);
 }
 
-/* The sensor's side is always shown as the port that all sensors have, by which
- * captures tell it, whatever port a relay offers it at. */
+/* In captures the sensor's side always has the port of all sensors, because
+ * readers find it by that port, even if a relay uses another one. */
 static lum_record record_of(const struct worker *w,
                             const struct ring_item *item)
 {

@@ -20,7 +20,7 @@ struct worker_view {
     uint64_t taken; /* datagrams, as of now; the rest as of the last tenth of a
                        second */
     uint64_t points;
-    uint64_t lost_words; /* without what was under way when it began */
+    uint64_t lost_words; /* without lines that were under way when it began */
     uint64_t lost_lines; /* skipped, or without all angles; likewise */
     uint64_t refused;    /* datagrams that reassembly could not use */
     bool has_ended;      /* its outputs are closed */
