@@ -78,7 +78,8 @@ static bool is_ignored(lum_packet_kind kind)
     return kind == LUM_PACKET_DATA || kind >= LUM_PACKET_FOREIGN;
 }
 
-/* Of a flood only so many lines a second, which tell how many came since. */
+/* During a flood only this many lines a second; each says how many came since
+ * the last. */
 static void log_ignored(struct live *live, int64_t t_ns, lum_packet_kind kind,
                         const lum_received *datagram)
 {

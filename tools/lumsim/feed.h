@@ -5,7 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* A feed that has fallen further behind than this skips. */
+/* A feed that is later than this skips lines. */
 #define FEED_LAG_MAX_NS INT64_C(200000000)
 
 /* One datagram. */

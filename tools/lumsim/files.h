@@ -10,13 +10,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Whether the files named can be what they are to be; complains. */
+/* Whether the named files can be used as intended; prints the error. */
 bool files_check(const struct options *o);
 
 /* Read calibration and profile into o->render; complains. */
 bool files_load(struct options *o);
 
-/* Write the capture that is asked for. Returns the exit status. */
+/* Write the capture of the options. Returns the exit status. */
 int offline_run(const struct options *o);
 
 /* The data packets of one sensor of a capture, as they were recorded. */
@@ -45,12 +45,12 @@ int recording_open(const char *path, const lum_layout *layout, uint32_t sensor,
                    struct recording **out, struct recording_facts *facts,
                    lum_error *error);
 
-/* 1 with a packet; 0 at the end, or where it cannot be read on; -1 with the
- * reason in error when it is not open. */
+/* 1 with a packet; 0 at the end, or where it cannot be read any further; -1
+ * with the reason in error if it is not open. */
 int recording_next(struct recording *recording, struct recorded *out,
                    lum_error *error);
 
-/* Begin anew. 0, or -1 with the reason in error. */
+/* Start again. 0, or -1 with the reason in error. */
 int recording_rewind(struct recording *recording, lum_error *error);
 
 /* NULL is allowed. */

@@ -21,8 +21,8 @@ struct journal {
  * error. */
 int journal_open(struct journal *out, const char *path, lum_error *error);
 
-/* Begin a line with "t" and "event". Returns what the rest is written to, or
- * NULL when there is no log. */
+/* Begin a line with "t" and "event". Returns the object for the rest of the
+ * line, or NULL if there is no log. */
 struct json *journal_begin(struct journal *journal, int64_t t_ns,
                            const char *event);
 

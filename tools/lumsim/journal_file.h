@@ -1,4 +1,5 @@
-/* The file of a log: there from its first line on, and one run's alone. */
+/* The file of a log: it exists from its first line on, and only one run can
+ * write it. */
 #ifndef LUMSIM_JOURNAL_FILE_H
 #define LUMSIM_JOURNAL_FILE_H
 
@@ -8,7 +9,8 @@
 
 struct journal_file;
 
-/* Make it anew. stream: to write to. 0, or -1 with the reason in error. */
+/* Create or replace it. stream: to write to. 0, or -1 with the reason in
+ * error. */
 int journal_file_open(const char *path, struct journal_file **out,
                       FILE **stream, lum_error *error);
 

@@ -34,7 +34,7 @@ struct live {
     lum_endpoint self;  /* where it listens */
     int64_t start_ns;   /* monotonic, as all times here */
     int64_t end_ns;     /* INT64_MAX: a signal ends it */
-    int64_t device_ns;  /* the latest that the device was told */
+    int64_t device_ns;  /* the latest time passed to the device */
     int64_t ignored_ns; /* when ignored datagrams were last logged */
     uint64_t ignored;   /* since then */
     int64_t skipped_ns; /* when skipped lines were last logged */
@@ -52,7 +52,7 @@ struct live {
     uint64_t answers_lost;
 };
 
-/* serve.c: take what has come, and do what the device says. */
+/* serve.c: take the datagrams that have come, and do what the device says. */
 void live_receive(struct live *live);
 void live_apply(struct live *live, const lum_device_effects *effects,
                 lum_device_peer from, int64_t now_ns);

@@ -1,4 +1,4 @@
-/* Answers on their way: delayed or lost as asked for. */
+/* Answers on their way: delayed or lost, by the options. */
 #ifndef LUMSIM_MAIL_H
 #define LUMSIM_MAIL_H
 
@@ -30,7 +30,8 @@ struct mail {
 
 void mail_init(struct mail *out, double delay_ms, double loss, uint64_t seed);
 
-/* Whether it will come; else it is lost, by chance or for want of room. */
+/* Whether it will be sent; otherwise it is lost, by chance or because there is
+ * no room. */
 bool mail_post(struct mail *mail, int64_t now_ns, lum_device_peer to,
                const void *bytes, size_t len);
 

@@ -29,7 +29,7 @@ struct run {
     lum_packet_batch batches[LUM_EYES];
     lum_fault fault;
     struct capture_file output;
-    struct truth *truth; /* NULL: not asked for */
+    struct truth *truth; /* NULL: not requested */
     lum_error error;
     int64_t frames;
     uint64_t packets;
@@ -37,7 +37,7 @@ struct run {
     bool progress; /* shown */
 };
 
-/* What the capture's clock shows when the sensor's has gone on by so much. */
+/* The capture's clock after the sensor's clock has advanced by this much. */
 static int64_t utc_of(const struct options *o, int64_t sensor_ns)
 {
     return EPOCH_NS + sensor_ns +

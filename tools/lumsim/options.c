@@ -211,7 +211,7 @@ static bool check_modes(const struct options *o,
     return true;
 }
 
-/* Whether what was asked for can be done in one run. */
+/* Whether the options can be combined in one run. */
 static bool check_choice(const struct options *o)
 {
     if (o->mode == MODE_SCENE && o->frames > LOOP_MAX) {

@@ -39,7 +39,7 @@ struct options {
     double duration_s; /* 0: until a signal comes */
     double jitter_ms;
     double drift_ppm; /* by which the capture's clock is faster */
-    double batch_ms;  /* 0: each packet has a stamp of its own */
+    double batch_ms;  /* 0: each packet has its own stamp */
     bool truth_is_utc;
     double answer_delay_ms;
     double speed; /* of a replay */

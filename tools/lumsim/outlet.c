@@ -106,7 +106,7 @@ static int64_t due_ns(struct outlet *o, int64_t now_ns)
                : now_ns;
 }
 
-/* Slots that pending points into stand right behind those that wait. */
+/* The slots that pending points into come directly after those that wait. */
 static void hold(struct outlet *o, const lum_sim_packet *packet, int64_t now_ns)
 {
     if (o->waiting + o->leaving == SLOTS) {
@@ -201,7 +201,7 @@ static void count_sent(struct outlet *o, size_t n)
     o->pending_next += n;
 }
 
-/* What would not leave for so long is given up: the line is gone. */
+/* A packet that cannot be sent for this long is given up: its line is over. */
 static bool wait_or_give_up(struct outlet *o, int64_t now_ns)
 {
     o->retries++;

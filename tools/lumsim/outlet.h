@@ -1,5 +1,5 @@
-/* The way of data out of the sensor: through the faults asked for, in batches,
- * to the client. */
+/* The way of data out of the sensor: through the faults of the options, in
+ * batches, to the client. */
 #ifndef LUMSIM_OUTLET_H
 #define LUMSIM_OUTLET_H
 
@@ -22,13 +22,13 @@ struct outlet {
     uint64_t order; /* of the next slot that is filled */
 
     struct outlet_slot *slots; /* NULL if direct */
-    uint32_t *heap;            /* slots that wait, by time; free ones behind */
+    uint32_t *heap; /* slots that wait, by time; free ones after them */
     size_t waiting;
 
     lum_outgoing pending[LUM_SOCKET_BATCH]; /* on the point of leaving */
     size_t pending_count;
     size_t pending_next;
-    size_t leaving;   /* slots that pending points into, behind the waiting */
+    size_t leaving; /* slots that pending points into, after the waiting ones */
     int64_t stuck_ns; /* since when nothing has left; 0: it flows */
     lum_error error;  /* why it was given up last */
 
@@ -62,7 +62,8 @@ int64_t outlet_next_ns(const struct outlet *outlet, int64_t now_ns);
 /* Forget all that has not left. */
 void outlet_drop(struct outlet *outlet);
 
-/* Forget what has not left and is not a copy: its bytes will go. */
+/* Forget packets that have not left and are not copies: their bytes will be
+ * reused. */
 void outlet_drop_borrowed(struct outlet *outlet);
 
 /* Whether something is stuck: nothing more is taken then. */

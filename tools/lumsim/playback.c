@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define BYTES_MAX 262144u /* of what is given at once */
+#define BYTES_MAX 262144u /* of packets given at once */
 
 /* Whether packets are held and changed on their way. */
 static bool bends(const struct options *o)

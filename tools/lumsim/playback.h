@@ -21,7 +21,7 @@ struct playback {
     struct recorded next;
     int64_t begin_ns;   /* when its first packet is due */
     int64_t delayed_ns; /* by which all came later than recorded */
-    uint8_t *bytes;     /* of what was given last */
+    uint8_t *bytes;     /* of the packets given last */
     uint64_t rounds;    /* times it was given whole */
 };
 

@@ -50,7 +50,7 @@ size_t scene_take(struct scene *scene, const lum_device *device, int64_t now_ns,
 /* When the next one is due; INT64_MAX without a reel. */
 int64_t scene_next_ns(const struct scene *scene);
 
-/* The laser went down: what is left of the line goes without ranges. */
+/* The laser went down: the rest of the line is sent without ranges. */
 void scene_darken(struct scene *scene, const lum_device *device);
 
 #endif

@@ -58,7 +58,7 @@ static void answer(struct live *live, const lum_device_effects *effects,
     live_post(live, now_ns);
 }
 
-/* A sensor is where it was told to be at once; a machine may not have the
+/* A sensor changes its address at once; a machine may not have the new
  * address. */
 static void move(struct live *live, uint32_t address, int64_t now_ns)
 {
@@ -83,7 +83,7 @@ static void move(struct live *live, uint32_t address, int64_t now_ns)
     live_log_move(live, now_ns, address, NULL);
 }
 
-/* A client that takes over gets the data as it goes on. */
+/* A new client gets the data from the present point on. */
 static void start_or_stop_data(struct live *live, int64_t now_ns)
 {
     if (live->device.is_streaming && !live->is_sending) {

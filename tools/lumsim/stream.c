@@ -144,7 +144,7 @@ static int64_t earlier(int64_t a, int64_t b)
     return a < b ? a : b;
 }
 
-/* When data is due; what is due soon waits for what follows it. */
+/* When data is due; data that is due soon waits for the data after it. */
 static int64_t data_next_ns(const struct live *live, int64_t now_ns)
 {
     const int64_t out_ns = outlet_next_ns(&live->outlet, now_ns);

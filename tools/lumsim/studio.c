@@ -21,10 +21,10 @@ struct studio {
     bool ends;
     lum_result result;
     lum_reel *reel;
-    struct order current; /* the thread's alone */
+    struct order current; /* used only by the thread */
 };
 
-/* Whether nobody waits for what is being rendered. */
+/* Whether nobody waits for the present rendering. */
 static bool is_in_vain(void *context)
 {
     struct studio *s = context;

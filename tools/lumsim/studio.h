@@ -1,5 +1,6 @@
-/* Renders reels in a thread of its own, so that the sensor answers meanwhile.
- * One reel at a time: asking for another one gives up the one under way. */
+/* Renders reels in a separate thread, so that the sensor can answer during that
+ * time. One reel at a time: a request for another one cancels the present
+ * one. */
 #ifndef LUMSIM_STUDIO_H
 #define LUMSIM_STUDIO_H
 

@@ -1,4 +1,4 @@
-/* What befalls the sensor at given times or signals: hazards, a reboot,
+/* Faults of the sensor at given times or signals: hazards, a reboot,
  * silence. */
 #ifndef LUMSIM_TIMELINE_H
 #define LUMSIM_TIMELINE_H
@@ -33,8 +33,8 @@ struct timeline {
     size_t next; /* the first that has not happened */
 };
 
-/* Add what NAME@T[s][-T2[s]] or NAME@USR1[-USR2] says. False if it says nothing
- * that is understood; *why then tells what would be right. */
+/* Add the fault NAME@T[s][-T2[s]] or NAME@USR1[-USR2]. False if the text is
+ * wrong; *why then says what would be right. */
 bool timeline_add(struct timeline *timeline, const char *text,
                   const char **why);
 

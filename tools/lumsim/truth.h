@@ -22,7 +22,7 @@ int truth_open(const char *path, const lum_layout *layout, bool is_utc,
 int truth_add(struct truth *truth, const lum_sim_line *line, int64_t utc_us,
               lum_error *error);
 
-/* 0, or -1 with the reason in error; then nothing is left behind. */
+/* 0, or -1 with the reason in error; then no file is left. */
 int truth_close(struct truth *truth, lum_error *error);
 
 /* Remove what was written. NULL is allowed. */

@@ -33,9 +33,9 @@ static enum parsed refuse(const char *why)
     return PARSED_BAD;
 }
 
-/* getopt_long() takes any beginning of a name; here as with the other tools it
- * is written out. The word that was taken stands before optind, or before its
- * value. */
+/* getopt_long() accepts any beginning of a name; here, as with the other tools,
+ * the full name is required. The word that was read is before optind, or before
+ * its value. */
 static bool is_spelt_out(char **argv, const struct option *option)
 {
     const char *word = argv[optind - 1];

@@ -99,7 +99,7 @@ static void set_view(struct clients *clients, struct client *client,
     }
 }
 
-/* Where it fails, a slow browser is further behind. */
+/* If it fails, a slow browser shows older frames. */
 static void bound_send_buffer(struct lws *wsi)
 {
     const int bytes = SEND_BUFFER_BYTES;
@@ -281,8 +281,8 @@ static int send_close(const struct client *client)
     return -1;
 }
 
-/* One message or piece at a time: whether the socket takes another is asked
- * anew. Texts go between frames. */
+/* One message or piece at a time; before the next, the socket is asked again
+ * whether it takes more. Texts go between frames. */
 int clients_write(struct clients *clients, struct client *client)
 {
     int failed = 0;
@@ -338,8 +338,8 @@ static void obey(struct clients *clients, struct client *client,
     }
 }
 
-/* The close goes out when what was written before is gone: libwebsockets would
- * leave it out otherwise. */
+/* The close is sent after all earlier data is sent: otherwise libwebsockets
+ * would leave it out. */
 static void refuse(struct client *client, const struct client_refusal *why)
 {
     client->refusal = why;

@@ -1,5 +1,5 @@
-/* The browsers that are connected: what each wants, and what it is being
- * sent. */
+/* The connected browsers: the view that each wants, and the data being sent to
+ * it. */
 #ifndef LUMVIEW_CLIENT_H
 #define LUMVIEW_CLIENT_H
 

@@ -22,7 +22,7 @@ struct decoder {
     size_t looked_at;     /* sensors */
     lum_packet_kind kind; /* of the record that is being pushed */
     uint64_t bytes;
-    struct totals skipped; /* what was counted while passing over */
+    struct totals skipped; /* counted while frames were skipped */
     struct totals mark;    /* as of the last begin of that */
 };
 
@@ -62,8 +62,8 @@ void decoder_free(struct decoder *decoder)
     free(decoder);
 }
 
-/* The sensor that is shown is the first that sent data, or the one that was
- * asked for. */
+/* The sensor that is shown is the first that sent data, or the one of
+ * --sensor. */
 static void look_for_shown(struct decoder *d)
 {
     lum_demux_sensor sensor;
@@ -79,7 +79,7 @@ static void look_for_shown(struct decoder *d)
     d->looked_at = count;
 }
 
-/* All there is so far, what was passed over too. */
+/* All counters so far, including skipped frames. */
 static void count_all(const struct decoder *d, struct totals *out)
 {
     lum_demux_sensor sensor;
@@ -107,7 +107,8 @@ static void count_all(const struct decoder *d, struct totals *out)
         c->packets[LUM_PACKET_UNKNOWN_TYPE] + c->packets[LUM_PACKET_FOREIGN];
 }
 
-/* Points were not counted meanwhile; a line's, where one ends it, are. */
+/* Points of skipped frames were not counted, except those of a line that ends
+ * the skipping. */
 static void end_skipping(struct decoder *d)
 {
     struct totals now;

@@ -18,7 +18,7 @@ struct decoder_options {
     const lum_projector *projector;
     bool has_sensor;
     uint32_t sensor;
-    struct stage *stage; /* tells the views that are wanted */
+    struct stage *stage; /* has the views that are wanted */
 };
 
 enum decoded {
@@ -31,7 +31,7 @@ enum decoded {
 struct decoder *decoder_new(const struct decoder_options *options);
 void decoder_free(struct decoder *decoder);
 
-/* Frames before this one are passed over: not made, told of or counted. */
+/* Frames before this one are skipped: not made, reported or counted. */
 void decoder_skip_to(struct decoder *decoder, int64_t frame);
 
 enum decoded decoder_push(struct decoder *decoder, const lum_record *record);
@@ -39,8 +39,7 @@ enum decoded decoder_push(struct decoder *decoder, const lum_record *record);
 /* The end of the source: as decoder_push(), until it returns DECODED_ALL. */
 enum decoded decoder_flush(struct decoder *decoder);
 
-/* The frame that DECODED_FRAME told of; to be shown or dropped before the next
- * push. */
+/* The frame of DECODED_FRAME; to be shown or dropped before the next push. */
 struct picture *decoder_picture(struct decoder *decoder);
 
 /* The first and the last frame so far, those that were passed over too. False:

@@ -139,7 +139,7 @@ void feed_geometry(const struct feed *feed, unsigned eye, float mount[3],
     }
 }
 
-/* At the end, to play is to begin anew. */
+/* At the end, play starts again. */
 void feed_play(struct feed *feed, bool plays)
 {
     struct orders *orders = stage_begin_order(&feed->stage);

@@ -1,5 +1,5 @@
-/* Frames of a source, capture or sensor, made by threads of its own. The
- * server, on its one thread, asks for the newest and tells what is wanted. */
+/* Frames of a source, capture or sensor, made by separate threads. The server,
+ * in its one thread, gets the newest frame and sets which views are wanted. */
 #ifndef LUMVIEW_FEED_H
 #define LUMVIEW_FEED_H
 
@@ -29,8 +29,8 @@ enum feed_state {
     FEED_FAILED  /* see message */
 };
 
-/* As of now; all counters since the start. Of a capture they count what was
- * played, not what was passed over on the way to a frame. */
+/* As of now; all counters since the start. For a capture they count the played
+ * frames, not the frames skipped on the way to one. */
 struct feed_status {
     enum feed_state state;
     bool is_live;
@@ -62,13 +62,14 @@ struct feed_status {
 
 struct feed;
 
-/* Open the source and begin. A capture plays from when a view is wanted first,
- * and stands while none is. wake(context) is called from the feed's threads
- * when there is a new frame or the state has changed; it must not wait. 0, or
- * -1 with the reason in error. */
+/* Open the source and begin. A capture plays only while a view is wanted.
+ * wake(context) is called from the feed's threads when there is a new frame or
+ * the state has changed; it must not wait. 0, or -1 with the reason in error.
+ */
 int feed_open(const struct options *options, void (*wake)(void *context),
               void *context, struct feed **out, lum_error *error);
-/* Ends the threads; live with --laser: the laser is off, or error tells. */
+/* Ends the threads; live with --laser: the laser is off, or error has the
+ * reason. */
 int feed_close(struct feed *feed, lum_error *error);
 
 /* The views that are wanted now replace those before. */
@@ -83,8 +84,8 @@ void feed_look(struct feed *feed, struct feed_status *out);
 void feed_geometry(const struct feed *feed, unsigned eye, float mount[3],
                    float rotation[9]);
 
-/* Of a capture; ignored live. What goes back is ignored where the source can be
- * read once. Jumps beyond the ends lead to the ends. */
+/* For a capture; ignored live. Steps back are ignored if the source can be read
+ * only once. Jumps beyond the ends go to the ends. */
 void feed_play(struct feed *feed, bool plays); /* at the end: from the start */
 void feed_step(struct feed *feed, int64_t frames); /* pauses; may be negative */
 void feed_seek(struct feed *feed,

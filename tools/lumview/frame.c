@@ -101,7 +101,7 @@ static bool enlarge(struct frame *frame, size_t count)
     return frame->bytes != NULL;
 }
 
-/* A frame with room for so many points. */
+/* A frame with room for this many points. */
 static struct frame *begin(struct frame_pool *pool, size_t count)
 {
     (void)pthread_mutex_lock(&pool->lock);
@@ -133,8 +133,8 @@ struct frame *frame_keep(struct frame *frame)
     return frame;
 }
 
-/* Called with the lock. What is far larger than what is needed now is not kept.
- */
+/* Called with the lock. Memory far larger than the present need is not kept.
+ * / */
 static bool is_worth_keeping(const struct frame_pool *pool,
                              const struct frame *frame)
 {
@@ -215,7 +215,7 @@ static inline uint16_t width_of(float ns)
     return hundredths < 65535.0f ? (uint16_t)hundredths : UINT16_MAX;
 }
 
-/* Where the array that has so many bytes of each point before it begins. */
+/* The start of the array that has this many bytes of each point before it. */
 static uint8_t *array_at(const struct frame *frame, unsigned before)
 {
     return frame->bytes + FRAME_HEAD_BYTES + before * frame->count;

@@ -37,7 +37,8 @@ bool guard_knows_origin(const struct guard *guard, const char *origin)
            guard_knows_host(guard, origin + len);
 }
 
-/* In a time that does not tell how much of it is right. */
+/* Takes constant time, so that the time does not show how much of it is
+ * right. */
 static bool is_token(const struct guard *guard, const char *text, size_t len)
 {
     unsigned differences = 0;

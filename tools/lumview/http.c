@@ -10,9 +10,9 @@
 #define HEAD_BYTES  2048u
 #define PIECE_BYTES 16384u
 #define VALUE_BYTES 512u
-#define HEADERS_MAX 3u /* of an answer, besides those that all have */
+#define HEADERS_MAX 3u /* of an answer, in addition to those of all answers */
 
-/* An answer that is not taken for so long is given up. */
+/* An answer that is not read for this long is given up. */
 #define PATIENCE_S 20
 
 void http_policy(const struct guard *guard, char out[HTTP_POLICY_BYTES])
@@ -75,7 +75,7 @@ static bool knows_token(struct lws *wsi, const struct guard *guard)
     return guard_knows_token(guard, value, has_cookies ? cookies : NULL);
 }
 
-/* What is wrong with who asks; NULL: nothing. */
+/* Why the sender of the request is refused; NULL: it is not. */
 static const struct reason *check(struct lws *wsi, const struct guard *guard,
                                   bool needs_origin)
 {
@@ -208,7 +208,7 @@ static bool takes_gzip(struct lws *wsi)
            (strchr(codings, '*') != NULL || strstr(codings, "gzip") != NULL);
 }
 
-/* What is not asked for in our way may have more behind it: no more is read. */
+/* A request of another kind may have a body: no more is read. */
 static int refuse_and_close(struct lws *wsi, const struct reason *reason)
 {
     (void)refuse(wsi, reason);

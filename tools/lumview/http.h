@@ -20,16 +20,16 @@ struct http_answer {
 /* The content security policy for a server at this place. */
 void http_policy(const struct guard *guard, char out[HTTP_POLICY_BYTES]);
 
-/* A request has come: its head is looked at and answered. As a callback of
- * libwebsockets returns. */
+/* A request has come: its head is checked and answered. Returns as a callback
+ * of libwebsockets. */
 int http_begin(struct lws *wsi, const struct guard *guard, const char *path,
                struct http_answer *answer);
 
 /* The socket takes more of the answer. */
 int http_go_on(struct lws *wsi, struct http_answer *answer);
 
-/* A WebSocket is asked for. 0: it may be; 1: it was refused with an answer;
- * -1: it was refused. */
+/* A request for a WebSocket. 0: it is allowed; 1: it was refused with an
+ * answer; -1: it was refused. */
 int http_check_upgrade(struct lws *wsi, const struct guard *guard,
                        const char *kind);
 

@@ -72,7 +72,7 @@ static int open_session(struct link *l, bool owns, lum_error *error)
     return lum_sensor_open(&options, &l->sensor, error) == LUM_NET_OK ? 0 : -1;
 }
 
-/* The first packet tells most often: nearly all that comes is data. */
+/* The first packet usually decides: nearly all packets are data. */
 static void look_for_data(struct link *l, const lum_sensor_event *event,
                           int64_t now_ns)
 {
@@ -188,8 +188,8 @@ static void close_broken(struct link *l)
     l->sensor = NULL;
 }
 
-/* A socket that broke is replaced as soon as that can be. The laser went down
- * for want of heartbeats, and is to stay so. */
+/* A broken socket is replaced as soon as possible. The laser went down without
+ * heartbeats, and must stay down. */
 static void mend(struct link *l)
 {
     const bool had_laser = l->options.laser;
@@ -252,8 +252,8 @@ static void *keep(void *argument)
 
 /* --- Decoding and its thread --- */
 
-/* The sensor's side is always shown as the port that all sensors have, by which
- * captures tell it, whatever port a relay offers it at. */
+/* In captures the sensor's side always has the port of all sensors, because
+ * readers find it by that port, even if a relay uses another one. */
 static lum_record record_of(const struct link *l, const struct ring_item *item)
 {
     return (lum_record){.time_ns = item->time_ns,

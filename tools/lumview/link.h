@@ -1,5 +1,5 @@
 /* A live sensor: one thread keeps the session and never waits for anything
- * else, one makes frames of what the ring holds. */
+ * else, another makes frames from the ring. */
 #ifndef LUMVIEW_LINK_H
 #define LUMVIEW_LINK_H
 

@@ -41,8 +41,8 @@ static enum exit_status finish_stdout(void)
     return EXIT_FAILED;
 }
 
-/* The feed loads them itself; here they tell a bad configuration from a bad
- * source. */
+/* The feed loads them itself; loading them here separates a bad configuration
+ * from a bad source. */
 static int check_files(const struct options *o, lum_error *error)
 {
     lum_calibration calibration;

@@ -17,8 +17,8 @@ extern char **environ;
 
 #define NAME_BYTES 4096u
 
-/* A session of its own, so that Ctrl-C here does not end it; signals as they
- * are by default. */
+/* A separate session, so that Ctrl-C here does not end it; signals have their
+ * defaults. */
 static int set_attributes(posix_spawnattr_t *attributes)
 {
     sigset_t none;
@@ -72,7 +72,7 @@ static bool start(char *program, char *url)
     return is_started;
 }
 
-/* The first of a list, parted by colons, that can be started. */
+/* The first of a list, separated by colons, that can be started. */
 static bool start_any(const char *list, char *url)
 {
     char name[NAME_BYTES];

@@ -30,8 +30,8 @@ static void show_version(void)
     (void)puts("lumview " LUM_VERSION);
 }
 
-/* Any address at all would be too many: a Host header could not be told from
- * one that another name brought here. */
+/* 0.0.0.0 is refused: then a Host header could not be distinguished from one by
+ * another name that points here. */
 static bool take_bind(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;

@@ -24,7 +24,7 @@ struct options {
     bool json;
     bool quiet;
     bool loops;   /* capture */
-    bool paused;  /* capture: stands on its first frame */
+    bool paused;  /* capture: begins paused at its first frame */
     double speed; /* capture; 1: as it was */
 };
 

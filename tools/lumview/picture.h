@@ -19,7 +19,7 @@ struct picture {
     struct frame *frames[FEED_VIEWS_MAX]; /* then; NULL: there was no memory */
 };
 
-/* Release what it has; it is empty then. */
+/* Release its frame; it is empty then. */
 void picture_drop(struct picture *picture);
 
 /* Make its frames, which can then be shown.

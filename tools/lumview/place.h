@@ -8,8 +8,8 @@
 
 #include <stdint.h>
 
-/* An address of this host and a port of it that is free now. 0, or -1 with who
- * has it. */
+/* An address of this host and a free port of it. 0, or -1 with the program that
+ * has it in the error. */
 int place_find(const struct options *options, uint32_t *address, uint16_t *port,
                lum_error *error);
 

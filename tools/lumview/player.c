@@ -49,7 +49,7 @@ struct player {
     struct decoder *decoder;
     struct totals before; /* of earlier passes */
     int64_t target;       /* pass over frames before it */
-    bool is_due;          /* the next frame is shown whatever the pace */
+    bool is_due;          /* the next frame is shown at any pace */
     bool is_remake;       /* it is the one that is shown already */
     bool has_shown;
     int64_t shown;
@@ -62,7 +62,7 @@ struct player {
     lum_error broken; /* why the source could not be read to its end */
 };
 
-/* --- What is told and shown --- */
+/* --- Reports and frames --- */
 
 static void tell(struct player *p)
 {
@@ -100,7 +100,7 @@ static void count(struct player *p)
     stage_set_totals(p->stage, &now);
 }
 
-/* Where in time a frame is behind the one that is shown. */
+/* The time of a frame after the one that is shown. */
 static int64_t distance_to(struct player *p, const struct picture *picture)
 {
     int64_t ns = picture->arrival_ns - p->shown_arrival_ns;
@@ -176,7 +176,7 @@ static bool runs(const struct orders *o)
     return o->plays && o->wanted > 0;
 }
 
-/* Where a jump leads from what was read so far. */
+/* The target of a jump, from the frames read so far. */
 enum jump {
     JUMP_NOWHERE,
     JUMP_BACK,
@@ -217,7 +217,7 @@ static enum jump jump(struct player *p, const struct orders *o,
 
 /* --- A frame that is due --- */
 
-/* Whether what is shown is to be made anew, in views that it lacks. */
+/* Whether the shown frame must be made again, in views that it lacks. */
 static bool needs_remake(const struct player *p, const struct orders *o)
 {
     return o->lacks_view && p->has_shown && p->scan != NULL;
@@ -243,7 +243,7 @@ static enum next judge(struct player *p, struct picture *pending,
     return WAIT;
 }
 
-/* WAIT: what is pending stays so. */
+/* WAIT: the pending picture stays pending. */
 static enum next follow_jump(struct player *p, const struct orders *o,
                              const struct picture *pending)
 {
@@ -384,7 +384,7 @@ static void tell_empty(struct player *p)
     }
 }
 
-/* Play goes on at the beginning. */
+/* Play continues at the beginning. */
 static enum next begin_anew(struct player *p, bool at_once)
 {
     p->target = INT64_MIN;
@@ -506,7 +506,7 @@ static bool is_regular(const char *path)
            S_ISREG(st.st_mode);
 }
 
-/* What cannot be opened is told at once. */
+/* A source that cannot be opened is reported at once. */
 static int try_open(const char *path, lum_error *error)
 {
     lum_capture *capture = NULL;

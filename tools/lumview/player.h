@@ -1,5 +1,5 @@
-/* The thread that plays a capture: at its pace, step by step, from wherever it
- * is told to. */
+/* The thread that plays a capture: at its pace or step by step, from any
+ * frame. */
 #ifndef LUMVIEW_PLAYER_H
 #define LUMVIEW_PLAYER_H
 

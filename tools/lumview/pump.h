@@ -1,5 +1,5 @@
-/* A source that can be read once, such as standard input, handed on through a
- * pipe by a thread: so that reading it ends when it is told to, though nothing
+/* A source that can be read only once, for example standard input. A thread
+ * passes it on through a pipe, so that reading can be ended even if nothing
  * comes. */
 #ifndef LUMVIEW_PUMP_H
 #define LUMVIEW_PUMP_H
@@ -14,7 +14,7 @@ int pump_start(const char *source, struct pump **out, lum_error *error);
 /* What to read instead of it, once. */
 const char *pump_path(const struct pump *pump);
 
-/* Whoever reads comes to the end. NULL is allowed. */
+/* The reader gets the end. NULL is allowed. */
 void pump_stop(struct pump *pump);
 
 /* Nobody reads any more. NULL is allowed. */

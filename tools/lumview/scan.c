@@ -19,7 +19,7 @@ struct scan {
     int64_t last;
 };
 
-/* False: it was broken off. What could not be read is told by who plays. */
+/* False: it was stopped. The player reports read errors. */
 static bool read_all(const struct scan *scan, lum_capture *capture,
                      struct decoder *decoder)
 {

@@ -1,5 +1,5 @@
 /* A thread that reads a capture to its end to find its first and last frame,
- * and tells the stage. */
+ * and passes them to the stage. */
 #ifndef LUMVIEW_SCAN_H
 #define LUMVIEW_SCAN_H
 

@@ -11,7 +11,7 @@
 
 #define SILENCE_NS (LUM_SENSOR_SILENCE_MS * INT64_C(1000000))
 
-/* What takes so long is told. */
+/* Something that takes this long is reported. */
 #define PATIENCE_NS (3 * SECOND_NS)
 
 void sentry_begin(struct sentry *sentry, lum_sensor *sensor,

@@ -1,5 +1,5 @@
-/* What is known of a sensor that is looked at: laser, hazards, silence, the way
- * to it; and what a person should be told of it. */
+/* The known state of the shown sensor: laser, hazards, silence, the way to it;
+ * and the messages about it. */
 #ifndef LUMVIEW_SENTRY_H
 #define LUMVIEW_SENTRY_H
 
@@ -23,8 +23,8 @@ struct sentry {
     int64_t data_ns;      /* the last time it did; monotonic */
 };
 
-/* Begin; what was known before is forgotten, but for the laser's fate, which
- * the caller gives. */
+/* Begin; all earlier state is forgotten, except the laser's, which the caller
+ * passes. */
 void sentry_begin(struct sentry *sentry, lum_sensor *sensor,
                   enum laser_fate laser, int64_t now_ns);
 
@@ -32,13 +32,13 @@ void sentry_begin(struct sentry *sentry, lum_sensor *sensor,
 void sentry_take(struct sentry *sentry, const lum_sensor_event *event,
                  int64_t now_ns);
 
-/* Time goes on; to be called several times a second. */
+/* Pass the time; to be called several times a second. */
 void sentry_tick(struct sentry *sentry, int64_t now_ns);
 
 /* Whether data has stopped. */
 bool sentry_is_silent(const struct sentry *sentry, int64_t now_ns);
 
-/* What to tell; "": nothing. Returns out. */
+/* The message; "": none. Returns out. */
 const char *sentry_message(const struct sentry *sentry, int64_t now_ns,
                            char *out, size_t room);
 

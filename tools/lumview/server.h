@@ -21,7 +21,7 @@ const struct guard *server_guard(const struct server *server);
 /* To be called by a feed's threads: there is something new. */
 void server_wake(void *server);
 
-/* Serve what the feed makes until a signal comes. 0, or -1: it cannot. */
+/* Serve the feed's frames until a signal comes. 0, or -1: it cannot. */
 int server_run(struct server *server, struct feed *feed, lum_error *error);
 
 #endif

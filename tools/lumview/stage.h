@@ -1,5 +1,5 @@
-/* What is shown, what is wanted and what is known, between the threads that
- * make frames and the one that asks for them. The lock is held for a few
+/* The shown frame, the wanted views and the status, shared by the threads that
+ * make frames and the one that gets them. The lock is held for a few
  * assignments at a time. */
 #ifndef LUMVIEW_STAGE_H
 #define LUMVIEW_STAGE_H
@@ -9,7 +9,7 @@
 
 #include <pthread.h>
 
-/* To whoever plays a capture. */
+/* An order to the player of a capture. */
 struct orders {
     bool closing;
     bool plays;
@@ -17,9 +17,9 @@ struct orders {
     double speed;
     bool has_seek;
     int64_t seek;
-    int64_t steps;   /* from there, or from what is shown */
+    int64_t steps;   /* from there, or from the shown frame */
     size_t wanted;   /* views */
-    bool lacks_view; /* what is shown is not there in all that are wanted */
+    bool lacks_view; /* the shown frame lacks a wanted view */
     unsigned serial; /* of the newest order */
 };
 
@@ -44,7 +44,7 @@ void totals_subtract(struct totals *from, const struct totals *less);
 struct stage {
     void (*wake)(void *context);
     void *context;
-    struct frame_pool *pool; /* of what is shown; whose owner outlives this */
+    struct frame_pool *pool; /* of the shown frame; its owner outlives this */
 
     pthread_mutex_t lock; /* guards what follows */
     pthread_cond_t changed;
@@ -88,14 +88,14 @@ void stage_fail(struct stage *stage, const char *message);
 void stage_set_range(struct stage *stage, int64_t first, int64_t last);
 void stage_set_totals(struct stage *stage, const struct totals *totals);
 
-/* Live: what was received and what was not. */
+/* Live: received and lost packets. */
 void stage_set_received(struct stage *stage, uint64_t packets, uint64_t bytes,
                         uint64_t kernel, uint64_t ring);
 void stage_set_laser(struct stage *stage, bool is_known, uint16_t status);
 
 /* The side that asks. */
 
-/* The status, and what is shown, hold still between these two. */
+/* The status and the shown frame do not change between these two. */
 const struct feed_status *stage_begin_look(struct stage *stage);
 void stage_end_look(struct stage *stage);
 

@@ -120,8 +120,8 @@ int status_hello(const struct options *options, const struct feed *feed,
     return end(room_before, out, stream, &json);
 }
 
-/* Whole frames, from one's end to another's: of what was looked at, a part of a
- * frame more or less would be a tenth of a second's. */
+/* Whole frames, from the end of one to the end of another: a part of a frame
+ * more or less would be an error of a tenth of a second. */
 static double frame_rate(const struct status_sample *a,
                          const struct status_sample *b)
 {
@@ -131,7 +131,8 @@ static double frame_rate(const struct status_sample *a,
                : 0;
 }
 
-/* A second and a half at most: what is shown is not to jump, nor to lag. */
+/* A second and a half at most: the displayed rate should neither jump nor
+ * lag. */
 static void write_rates(struct json *json, const struct status *status)
 {
     double points = 0;

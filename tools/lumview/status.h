@@ -25,7 +25,7 @@ struct status {
     unsigned browsers;
 };
 
-/* Take what the feed tells now. at_tick: half a second has passed since the
+/* Take the feed's present status. at_tick: half a second has passed since the
  * last such call, for the rates. */
 void status_update(struct status *status, const struct feed_status *feed,
                    int64_t now_ns, bool at_tick);
@@ -44,7 +44,7 @@ struct text {
 int status_hello(const struct options *options, const struct feed *feed,
                  size_t room_before, struct text *out);
 
-/* How it stands. skipped: frames that this browser did not get. */
+/* The status as JSON. skipped: frames that this browser did not get. */
 int status_text(const struct status *status, uint64_t skipped,
                 size_t room_before, struct text *out);
 
