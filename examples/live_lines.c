@@ -33,7 +33,7 @@ static int take(lum_framer *framer, uint32_t sensor,
     return lines;
 }
 
-/* Whether the lines came. lum_sensor_receive() keeps the heartbeats going. */
+/* Whether the lines came. lum_sensor_receive() sends the heartbeats. */
 static bool run(lum_sensor *sensor, uint32_t address, lum_framer *framer)
 {
     const int64_t end = lum_time_monotonic_ns() + 10 * NS_PER_S;
