@@ -15,6 +15,10 @@ enum exit_status {
 enum exit_status conclude_error(const lum_error *error,
                                 enum exit_status status);
 
+/* Print the messages about what the capture says of itself. */
+void conclude_about(const struct options *options,
+                    const struct provenance_source *about);
+
 /* Print the messages of the outputs that were not printed yet. */
 void conclude_notes(struct pass *pass);
 
