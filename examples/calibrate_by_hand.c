@@ -9,13 +9,13 @@
 #define WALL_UM INT64_C(10000000) /* from the eye, by tape measure */
 #define FIRST   496u              /* pixel of the first reading */
 
-/* Times of flight of pixels that look at the wall, taken from a capture. */
+/* Times of flight of pixels on the wall, taken from a capture. */
 static const int32_t readings[] = {5156, 5158, 5157, 5157,
                                    5156, 5159, 5157, 5156};
 
 #define READINGS (sizeof readings / sizeof readings[0])
 
-/* The time to the wall and back, less the mean of the readings. */
+/* The time to the wall and back, minus the mean of the readings. */
 static int64_t find_offset_fs(const lum_calibration *c)
 {
     const int64_t wall_fs = 2000000000 * WALL_UM / (int64_t)c->speed_of_light;

@@ -1,5 +1,5 @@
 /* Two datagrams of one line, as the sensor sends them, to angles and ranges.
- * Needs lumsdk::core alone, and no floating point. */
+ * Needs only lumsdk::core, and no floating point. */
 #include "lum/calibration.h"
 #include "lum/packet.h"
 

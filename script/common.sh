@@ -1,5 +1,5 @@
-# Sourced by the other scripts: the repository's top as working directory, and
-# what several of them need.
+# Sourced by the other scripts: sets the repository's top as working directory,
+# and has functions that several of them need.
 # shellcheck shell=bash
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit
@@ -27,17 +27,17 @@ build() {
     configure "$@" && quietly cmake --build "build/$1" -j "$jobs" -- --quiet
 }
 
-# is_built DIR PART: whether the build has it, by what CMake wrote down.
+# is_built DIR PART: whether the build has it, by CMake's record.
 is_built() {
     grep -qxF "$2: yes" "$1/summary.txt"
 }
 
-# left_out DIR: what the build could not have, a line each: PART: WHY.
+# left_out DIR: the parts that the build could not have, a line each: PART: WHY.
 left_out() {
     sed -n 's/: NO, /: /p' "$1/summary.txt"
 }
 
-# why_left_out DIR PART: also where it was switched off.
+# why_left_out DIR PART: also if it was switched off.
 why_left_out() {
     sed -n "s/^$2: [Nn][Oo], //p" "$1/summary.txt"
 }
@@ -63,9 +63,9 @@ quietly() {
     fi
 }
 
-# each SELF ARGUMENT... <ITEMS: runs SELF ARGUMENT... ITEM for every line, as many
-# at a time as there are processors. SELF says ok or FAIL first; the last line
-# counts. One that ends badly without a word is a failure too.
+# each SELF ARGUMENT... <ITEMS: runs SELF ARGUMENT... ITEM for every line, as
+# many at a time as there are processors. SELF prints ok or FAIL first; the last
+# line counts. One that ends with an error but prints nothing is a failure too.
 each() {
     local output good bad status=0
     output=$(xargs -r -P "$jobs" -n 1 "$@" 2>&1 </dev/stdin) || status=$?
@@ -78,7 +78,7 @@ each() {
     [ "$bad" -eq 0 ] && [ "$good" -gt 0 ]
 }
 
-# report NAME COMMAND...: what each expects of one item.
+# report NAME COMMAND...: the output that `each` expects for one item.
 report() {
     local name=$1 output
     shift
@@ -90,7 +90,7 @@ report() {
     fi
 }
 
-# need PROGRAM PACKAGE: a script that cannot run without it says so, with 77.
+# need PROGRAM PACKAGE: if it is missing, the script says so and exits with 77.
 need() {
     command -v "$1" >/dev/null || {
         printf '%s needs %s (Debian: %s)\n' "${0##*/}" "$1" "$2"

@@ -17,8 +17,8 @@ static bool is_zone(const zone *z)
            z->min[2] <= z->max[2] && z->range >= 0 && z->right <= z->left;
 }
 
-/* Other times would be safe too: the machine would never move, or in jerks. No
- * hold serves for 0 lines. */
+/* Other times would be safe too, but the machine would never move, or only in
+ * jerks. No hold is long enough for 0 lines. */
 static bool are_times(const gateway_config *c)
 {
     const uint64_t lines = 2u * (uint64_t)c->lines + GATEWAY_OPEN_LINES;
@@ -44,7 +44,7 @@ static bool is_begun(const gateway *g)
     return shared_load(&g->begun) == BEGUN;
 }
 
-/* A packet that is not old is no stray: two of them would prove a jump of the
+/* A packet that is not old is not a stray: two strays would prove a jump of the
  * clock. */
 static lum_result begin_assembly(gateway *g)
 {
@@ -113,9 +113,9 @@ static gateway_frame *place_of(gateway *g, uint32_t frame)
     return &g->frames[frame % GATEWAY_FRAMES];
 }
 
-/* Lines of a few frames come mixed, since packets are reordered. A line that is
- * later than that counts for the newer frame, rather than for none. Frame
- * numbers go round after 2^32. */
+/* Lines of a few frames come mixed, because packets are reordered. A line that
+ * is later than that counts for the newer frame instead of none. Frame numbers
+ * wrap after 2^32. */
 static zone_sight *sight_of(gateway *g, uint32_t frame)
 {
     gateway_frame *const f = place_of(g, frame);
@@ -234,8 +234,8 @@ static lum_result push(gateway *g, const lum_group *group)
     return r;
 }
 
-/* What was dropped for want of room or in a conflict may have been the end of
- * its line, which does not show then. */
+/* A packet dropped because of no room or a conflict may have been the end of
+ * its line; the line does not show this. */
 static void take_fresh_data(gateway *g, const lum_group *group)
 {
     lum_result r = push(g, group);
@@ -251,8 +251,8 @@ static void take_fresh_data(gateway *g, const lum_group *group)
     }
 }
 
-/* The assembler does not see old packets, which would prove a jump of the
- * clock to it. */
+/* The assembler does not get old packets: they would look like a jump of the
+ * clock. */
 static void take_data(gateway *g, const lum_group *group)
 {
     if (age_of(&g->age, group->clock_raw, g->now_ms) < g->config.silence_ms) {
@@ -271,14 +271,15 @@ static void take_answer(gateway *g, const uint8_t *bytes, size_t len)
     }
 }
 
-/* Whether a status answers a poll of lately: polls bear the time. */
+/* Whether a status answers a recent poll: the sequence number of a poll is the
+ * time. */
 static bool is_lately(const gateway *g, uint32_t sequence)
 {
     return (uint32_t)g->now_ms - sequence < g->config.silence_ms;
 }
 
-/* A packet with several statuses tells of a hazard if one of them does. That
- * the laser is up is believed only of an answer to a poll of lately. */
+/* A packet with several statuses shows a hazard if one of them does. Only an
+ * answer to a recent poll can show that the laser is up. */
 static void take_status(gateway *g, const uint8_t *bytes, size_t len)
 {
     lum_tlv_reader reader;
@@ -306,7 +307,7 @@ static void take_status(gateway *g, const uint8_t *bytes, size_t len)
     }
 }
 
-/* Time only goes on: where now_ms falls, it has gone round. */
+/* Time only advances: if now_ms falls, it has wrapped. */
 static void pass_time(gateway *g, uint32_t now_ms)
 {
     g->now_ms += (int64_t)(now_ms - (uint32_t)g->now_ms);
@@ -358,8 +359,8 @@ static void close_idle_lines(gateway *g)
     }
 }
 
-/* What the ring dropped is missing in some line. Asked before each datagram,
- * since those behind the missing one may close its line in the same round. */
+/* A datagram that the ring dropped is missing in some line. Checked before each
+ * datagram, because later ones may close that line in the same round. */
 static void look_for_drops(gateway *g)
 {
     const uint32_t dropped = ring_dropped(&g->ring);
@@ -371,7 +372,7 @@ static void look_for_drops(gateway *g)
     }
 }
 
-/* For how long what the eyes have shown serves. */
+/* How long the looks of the eyes are valid. */
 static uint32_t lasts(const gateway *g)
 {
     uint32_t shortest = UINT32_MAX;
@@ -386,7 +387,7 @@ static uint32_t lasts(const gateway *g)
     return shortest;
 }
 
-/* Also one that came and went between two decisions. */
+/* Also a stall that began and ended between two decisions. */
 static bool has_stalled(uint32_t stalls, uint32_t seen)
 {
     return stalls % 2u != 0 || stalls != seen;
@@ -410,8 +411,8 @@ static uint32_t find_causes(gateway *g, uint32_t stalls, bool is_blind)
     return causes;
 }
 
-/* A stall counts as seen once its reason stands, so that at no moment neither
- * tells of it. */
+/* A stall counts as seen only after its reason is set, so that there is always
+ * one of the two that shows it. */
 static void decide(gateway *g, bool is_blind)
 {
     const uint32_t stalls = heart_stalls(&g->heart);
@@ -430,7 +431,7 @@ static void decide(gateway *g, bool is_blind)
     shared_store(&g->stalls_seen, stalls);
 }
 
-/* A stopped machine needs no more than a sign of life. */
+/* A stopped machine only needs a sign of life. */
 static void take_turn(gateway *g)
 {
     const uint32_t lasts_ms = lasts(g);

@@ -1,6 +1,6 @@
 /* A gateway beside a sensor, for a controller without an operating system:
- * datagrams in, heartbeats out, and whether the machine has to stop. Needs the
- * core alone; no heap, no floating point, and of a C library mem*.
+ * datagrams in, heartbeats out, and whether the machine has to stop. Needs only
+ * the core; no heap, no floating point, and of a C library only mem*.
  *
  *   interrupt of the network   ring_claim(), ring_commit()
  *   interrupt of a timer       gateway_tick(), then sets the relay
@@ -10,8 +10,8 @@
  *
  * Each side watches the other: the timer stops the machine and the heartbeats
  * when the main loop hangs, and the watchdog resets when the timer is dead.
- * They share words that one side writes, and the ring has its own; no lock is
- * needed. The gateway never switches the laser on. It is an example, and no
+ * They share words that only one side writes, and so does the ring; no lock is
+ * needed. The gateway never switches the laser on. It is an example, not a
  * safety function. */
 #ifndef GATEWAY_H
 #define GATEWAY_H
@@ -68,27 +68,26 @@ enum gateway_reason {
 
 /* The machine may move only while each eye has shown a point within silence_ms
  * and all lines of a frame within hold_ms, and no object came within hold_ms;
- * all by the time of measuring. That holds for any numbers: those that do not
- * fit the sensor keep the machine stopped. */
+ * all by the time of measuring. This is true for any configuration: one that
+ * does not fit the sensor keeps the machine stopped. */
 typedef struct gateway_config {
     zone zone;
     uint32_t hits;     /* returns in the zone, of one frame, that are an object
                           and not rain; 1 or more */
-    uint32_t lines;    /* of a frame and eye, that have to come whole: as many
-                          as the sensor is set to, less what may be lost;
-                          1 or more */
+    uint32_t lines;    /* of a frame and eye, that have to come whole: the
+                          sensor's number, minus those that may be lost; 1 or
+                          more */
     uint32_t frame_ms; /* a frame takes at most; 1 or more */
-    uint32_t hold_ms;  /* how long a reason outlives its cause, and a look
-                          serves: more than two frames and the open lines. What
-                          is seen early in a frame and late in the next is
-                          nearly two apart. */
-    uint32_t silence_ms; /* what is older is left out. Longer than frame_ms, and
-                            than a round of the main loop ever takes; up to
-                            AGE_MAX_MS */
+    uint32_t hold_ms;  /* how long a reason lasts after its cause, and a look is
+                          valid: more than two frames and the open lines. An
+                          early line of a frame and a late line of the next are
+                          nearly two frames apart. */
+    uint32_t silence_ms; /* older packets are ignored. Longer than frame_ms, and
+                            than any round of the main loop; up to AGE_MAX_MS */
     uint8_t eyes;        /* which have to be heard: bit of each ::lum_eye */
 } gateway_config;
 
-/* What the gateway calls. context is passed to each. */
+/* Functions that the gateway calls. context is passed to each. */
 typedef struct gateway_output {
     void *context;
     heart_send *send; /* from gateway_tick() */
@@ -105,9 +104,9 @@ typedef struct gateway_frame {
     uint32_t number;
 } gateway_frame;
 
-/* Place it statically. It is aligned as the ring is. kinds, old_packets,
- * old_lines and the assembler's counters are for diagnosis; the rest is private
- * but for the ring, which is the driver's. */
+/* Place it statically. It is aligned like the ring. kinds, old_packets,
+ * old_lines and the assembler's counters are for diagnosis; the rest is
+ * private, except the ring, which the driver uses. */
 typedef struct gateway {
     ring ring;
     heart heart;
@@ -138,41 +137,40 @@ typedef struct gateway {
     lum_reach reach[LUM_ASSEMBLER_REACH(GATEWAY_REORDER_LINES)];
 } gateway;
 
-/* Begin, stopped: as GATEWAY_SILENT, until every eye was heard, and stalled,
- * until the first round. No interrupt may use it meanwhile.
- * config, output, layout: copied. calibration: used here only.
- * now_ms, here and below: of one clock, which may wrap but does not fall.
- * Returns LUM_OK; LUM_E_VALUE if a value of the configuration, of the zone or
- * of the calibration is out of range, or the layout's packets of data bear no
- * clock of 4 bytes. Then it stays stopped, sends nothing, takes nothing, and
- * gateway_may_kick() is false. */
+/* Begin, stopped: GATEWAY_SILENT until every eye has sent, and stalled until
+ * the first round. No interrupt may use it during this call. config, output,
+ * layout: copied. calibration: used only here. now_ms, here and below: of one
+ * clock, which may wrap but never goes back. Returns LUM_OK; LUM_E_VALUE if a
+ * value of the configuration, of the zone or of the calibration is out of
+ * range, or the layout's data packets have no clock of 4 bytes. Then it stays
+ * stopped, sends nothing, takes nothing, and gateway_may_kick() is false. */
 LUM_MUST_CHECK lum_result gateway_init(gateway *g, const gateway_config *config,
                                        const gateway_output *output,
                                        const lum_calibration *calibration,
                                        const lum_layout *layout,
                                        uint32_t now_ms);
 
-/* From the main loop, in every round: takes what the ring holds, and decides.
- * Returns the datagrams taken, RING_SLOTS at most. */
+/* From the main loop, in every round: takes the datagrams of the ring, and
+ * decides. Returns the number of datagrams taken, RING_SLOTS at most. */
 unsigned gateway_receive(gateway *g, uint32_t now_ms);
 
 /* What gateway_receive() does with each datagram; for a driver without a ring,
- * which calls gateway_receive() behind it. Any bytes, any length. */
+ * which calls gateway_receive() after it. Any bytes, any length. */
 void gateway_datagram(gateway *g, const uint8_t *bytes, size_t len,
                       uint32_t now_ms);
 
-/* From a timer's interrupt and nowhere else, every 100 ms or more often:
- * heartbeats, requests for the sensor's clock, polls of the laser's status, and
- * whether the main loop hangs for longer than what it saw serves.
- * Set the relay behind it. */
+/* Only from a timer's interrupt, every 100 ms or more often: heartbeats,
+ * requests for the sensor's clock, polls of the laser's status, and the check
+ * whether the main loop hangs for longer than its looks are valid. Set the
+ * relay after it. */
 void gateway_tick(gateway *g, uint32_t now_ms);
 
-/* From the main loop, behind gateway_receive(): whether to kick the watchdog.
- * True once for each time that the timer went on. */
+/* From the main loop, after gateway_receive(): whether to kick the watchdog.
+ * True once for each run of the timer. */
 bool gateway_may_kick(gateway *g);
 
-/* Bits of ::gateway_reason; 0: the machine may move. From any context, and of
- * a gateway that is all zeros, or was refused, too. */
+/* Bits of ::gateway_reason; 0: the machine may move. From any context, also for
+ * a gateway that is all zeros or was refused. */
 uint32_t gateway_reasons(const gateway *g);
 
 /* The stream's end: hands out the lines that are open. Only counters and

@@ -14,8 +14,8 @@ void heart_init(heart *h, heart_send *send, void *context, uint32_t now_ms)
                  .hung = true};
 }
 
-/* In this order: who sees the round sees how long it serves, or for how long a
- * later one does. */
+/* In this order: a reader that sees the round also sees how long it is valid,
+ * or how long a later one is. */
 void heart_beat(heart *h, uint32_t lasts_ms)
 {
     shared_store(&h->lasts_ms, lasts_ms);
@@ -82,7 +82,7 @@ static void ask_clock(heart *h, uint32_t now_ms)
     (void)try_to_send(h, packet, sizeof packet);
 }
 
-/* A TLV packet without TLVs is answered by the laser's status. */
+/* The answer to a TLV packet without TLVs is the laser's status. */
 static void poll_status(heart *h, uint32_t now_ms)
 {
     uint8_t packet[LUM_TLV_PACKET_BYTES];
@@ -103,7 +103,7 @@ static void schedule(heart *h, uint32_t now_ms)
     }
 }
 
-/* What is due and cannot be sent stays due, however long that takes. */
+/* A packet that is due and cannot be sent stays due for any time. */
 void heart_tick(heart *h, uint32_t now_ms)
 {
     uint8_t packet[LUM_HEARTBEAT_BYTES];

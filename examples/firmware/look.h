@@ -1,6 +1,6 @@
-/* What an eye has looked at, and for how long that serves. Two things make a
- * machine blind without an error: no light, and lines that do not come. So an
- * eye has to show points, and all lines of a frame.
+/* What an eye has seen, and how long that is valid. Two things make a machine
+ * blind without an error: no light, and lines that do not come. So an eye has
+ * to show points, and all lines of a frame.
  *
  * Times are those of measuring, not of arrival. */
 #ifndef LOOK_H
@@ -24,21 +24,21 @@ typedef struct look {
 /* Begin: nothing was seen. */
 void look_init(look *l);
 
-/* A line, in the order in which they are handed out. It counts if it came
- * whole, and above those of its frame that counted. A frame of which so many
- * lines counted is a whole look, that began with the oldest of its lines. */
+/* A line, in the order in which they are handed out. It counts if it is whole,
+ * and above those of its frame that counted before. A frame with enough lines
+ * that counted is a whole look, which began with its oldest line. */
 void look_take(look *l, const lum_line *line, int64_t measured_ms,
                uint32_t lines);
 
 /* That it had points. */
 void look_see(look *l, int64_t measured_ms);
 
-/* Something was lost of which the lines that are open tell nothing: what was
- * measured up to now does not count any more. */
+/* Data was lost, and the open lines do not show it: everything measured up to
+ * now no longer counts. */
 void look_spoil(look *l, int64_t now_ms);
 
-/* For how long, from now on, the newest point is younger than silence_ms and
- * all of the newest whole look than hold_ms. 0: the eye is blind. */
+/* How long, from now on, the newest point stays younger than silence_ms and all
+ * of the newest whole look younger than hold_ms. 0: the eye is blind. */
 uint32_t look_lasts(const look *l, uint32_t silence_ms, uint32_t hold_ms,
                     int64_t now_ms);
 

@@ -42,8 +42,8 @@ static void mix(uint64_t *digest, uint64_t value, unsigned bytes)
     }
 }
 
-/* The sensor of the drive cannot be asked for its clock any more: that goes on
- * from its newest packet. Before the first it does not answer. */
+/* The sensor of the recording cannot be asked for its clock: it advances from
+ * the newest packet. Before the first packet it does not answer. */
 static bool answer(void *context, const uint8_t *bytes, size_t len)
 {
     program *const p = context;
@@ -144,7 +144,7 @@ static void print_reasons(program *p)
     text_end(&p->out);
 }
 
-/* A round of the main loop. What it prints stands for the relay. */
+/* A round of the main loop. Its output takes the place of the relay. */
 static void turn(program *p)
 {
     p->waiting -= gateway_receive(&p->gateway, p->now_ms);
@@ -186,7 +186,8 @@ static uint64_t get_le(const uint8_t *in, unsigned bytes)
     return value;
 }
 
-/* The rest of a datagram that no slot can hold is read over it. */
+/* The rest of a datagram that is too long for a slot is read into the same
+ * slot. */
 static int fill(program *p, ring_slot *slot, uint32_t len)
 {
     uint32_t left = len;
@@ -201,7 +202,7 @@ static int fill(program *p, ring_slot *slot, uint32_t len)
     return 0;
 }
 
-/* What an interrupt of the network does, but for waiting. */
+/* The work of an interrupt of the network, without the waiting. */
 static int receive_one(program *p, uint32_t len)
 {
     ring_slot *const slot = ring_claim(&p->gateway.ring);
@@ -220,8 +221,8 @@ static int receive_one(program *p, uint32_t len)
     return 0;
 }
 
-/* The drive begins when the gateway has begun to ask and to beat. Returns 0 at
- * the file's end, -1 if it is cut or no flat file. */
+/* The recording begins after the gateway has started to ask and to beat.
+ * Returns 0 at the file's end, -1 if it is cut or not a flat file. */
 static int run(program *p)
 {
     uint8_t head[HEAD_BYTES];
@@ -291,8 +292,8 @@ static void report(program *p)
     print_digest(p, "digest of points", p->points_digest);
 }
 
-/* The way before a vehicle: 12 m long and 3 m wide, and where it begins no
- * wider than 30 degrees to either side. */
+/* The way in front of a vehicle: 12 m long and 3 m wide, and near the vehicle
+ * at most 30 degrees to either side. */
 static bool begin(program *p)
 {
     const gateway_config config = {

@@ -1,11 +1,11 @@
 /* Receive buffers between a driver and the main loop: one of each, no lock.
  *
  * The driver claims a slot, has its DMA or its interrupt fill it, and commits
- * it. The main loop looks at the oldest, and releases it when it is done: the
- * datagram is decoded where it lies. When all slots are full the driver gets
- * none, and the datagram is dropped and counted.
+ * it. The main loop reads the oldest, and releases it when it is done: the
+ * datagram is decoded in place. When all slots are full the driver gets none,
+ * and the datagram is dropped and counted.
  *
- * Where DMA fills slots behind a data cache (M7), the driver invalidates a
+ * If DMA fills slots on a core with a data cache (M7), the driver invalidates a
  * slot's bytes before it starts the DMA, and again before ring_commit(). The
  * bytes begin and end at cache lines, so nothing else is lost by that. */
 #ifndef RING_H
@@ -16,7 +16,7 @@
 
 #define RING_LINE_BYTES 32u /* of a data cache */
 
-/* A payload of Ethernet: 1500 less 28 of IP and UDP. A whole frame, of a MAC
+/* A payload of Ethernet: 1500 minus 28 of IP and UDP. A whole frame, of a MAC
  * without an IP stack, has 46 more with a VLAN tag: 1536. */
 #ifndef RING_SLOT_BYTES
 #define RING_SLOT_BYTES 1472u
@@ -40,14 +40,14 @@
 /* begin + len: RING_SLOT_BYTES at most. */
 typedef struct RING_ALIGNED ring_slot {
     uint8_t bytes[RING_SLOT_BYTES];
-    uint32_t begin; /* where in bytes the datagram begins: 0 as claimed, 42
-                       behind the headers of a frame, 46 with a VLAN tag */
+    uint32_t begin; /* byte at which the datagram begins: 0 as claimed, 42 after
+                       the headers of a frame, 46 with a VLAN tag */
     uint32_t len;   /* bytes of the datagram */
 } ring_slot;
 
 /* Aligned to RING_LINE_BYTES, so place it statically. Each index has one
  * writer: committed and dropped the driver, released the main loop. They count
- * on and on, modulo 2^32. */
+ * without end, modulo 2^32. */
 typedef struct ring {
     uint32_t committed;
     uint32_t dropped;

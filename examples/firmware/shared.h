@@ -1,7 +1,7 @@
-/* Words that an interrupt and the main loop share. What one side wrote before
- * it stores such a word, the other side sees after it loaded it. With a
- * compiler that lacks these builtins: a volatile access and a memory barrier.
- */
+/* Words that an interrupt and the main loop share. Data that one side wrote
+ * before it stores such a word is visible to the other side after it loaded the
+ * word. With a compiler without these builtins: a volatile access and a memory
+ * barrier. / */
 #ifndef SHARED_H
 #define SHARED_H
 

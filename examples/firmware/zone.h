@@ -1,4 +1,4 @@
-/* The room that has to be empty, and how near something in it is. */
+/* The space that has to be empty, and the distance of an object in it. */
 #ifndef ZONE_H
 #define ZONE_H
 
@@ -10,12 +10,12 @@
 #define ZONE_SLOPE_ONE 65536 /* a slope of 1: 45 degrees */
 
 /* Lengths in 1/LUM_FIXED_PER_MM mm, in the frame of the calibration's mount: x
- * forward, y left, z up. A box; and with a range, what of it is also in a
- * sector seen from above: between two edges, no further than the range. */
+ * forward, y left, z up. A box; with a range, only the part of it that is also
+ * in a sector seen from above: between two edges, no further than the range. */
 typedef struct zone {
     int32_t min[3]; /* x, y, z */
     int32_t max[3];
-    int32_t range; /* of a sector; 0: the box alone */
+    int32_t range; /* of a sector; 0: only the box */
     int32_t left;  /* slope y / x of its left edge, in 1/ZONE_SLOPE_ONE */
     int32_t right; /* of its right edge; not above left */
 } zone;

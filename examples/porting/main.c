@@ -1,5 +1,5 @@
-/* Datagrams to points on a controller: no heap, no float, no stdio of its own.
- * Here they come from an array; on a controller, from its Ethernet driver. */
+/* Datagrams to points on a controller: no heap, no float, no stdio. Here they
+ * come from an array; on a controller, from its Ethernet driver. */
 #include "lum/assembler.h"
 #include "lum/packet.h"
 #include "lum/points_fixed.h"
@@ -68,7 +68,7 @@ static void use_line(const lum_line *line)
         const size_t n = lum_points_fixed_compute(&projector, line, i, BLOCK,
                                                   block, &losses);
         for (size_t k = 0; k < n; k++) {
-            /* The end of a pulse is a point, too, and mostly not wanted. */
+            /* The end of a pulse is also a point, and usually not wanted. */
             if (lum_word_is_rising(block[k].word)) {
                 use_point(&block[k]);
             }

@@ -336,7 +336,7 @@ int lum_capture_writer_flush(lum_capture_writer *writer, lum_error *error)
 
 /* --- The end --- */
 
-/* fclose() would do it too late to tell what goes wrong. */
+/* fclose() would do it too late to report an error. */
 int lum_capture_writer_close(lum_capture_writer *writer, lum_error *error)
 {
     if (writer == NULL) {

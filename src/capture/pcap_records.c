@@ -69,7 +69,7 @@ static int next_record(lum_pcap *r, lum_pcap_record *out, lum_error *error)
                              (unsigned long)out->len, LUM_PCAP_BYTES_MAX);
     }
     if (is_zeros(out)) {
-        return lum_pcap_fail(r, error, "zeros stand where a record should");
+        return lum_pcap_fail(r, error, "zeros instead of a record");
     }
     const size_t all = r->header + out->len;
     if (!lum_source_has(s, all)) {

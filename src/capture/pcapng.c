@@ -217,8 +217,7 @@ static int read_order(lum_pcap *r, lum_error *error)
     }
     r->is_big = load_be32(s->at + HEADER_BYTES) == BYTE_ORDER;
     if (load_u32(r, s->at + HEADER_BYTES) != BYTE_ORDER) {
-        return lum_pcap_fail(r, error,
-                             "a section that does not tell its byte order");
+        return lum_pcap_fail(r, error, "a section without a valid byte order");
     }
     return 0;
 }

@@ -98,7 +98,7 @@ static int64_t step(struct unpacker *u, lum_error *error)
     return fail(u,
                 u->members == 0 || u->z.total_out != 0
                     ? "the gzip data are damaged"
-                    : "what is no gzip data follows the gzip data,",
+                    : "other data follows the gzip data,",
                 error);
 }
 

@@ -50,7 +50,7 @@ static int count_digits(uint64_t count)
     return digits;
 }
 
-/* For its lines, each behind its prefix. */
+/* For its lines, each after its prefix. */
 static size_t comment_room(const char *comment)
 {
     size_t n = 0;
@@ -60,8 +60,8 @@ static size_t comment_room(const char *comment)
     return n + PREFIX_BYTES + 1u;
 }
 
-/* Leading zeros or blanks around a number trouble some readers, so a comment
- * takes up what the number leaves of 20 digits. */
+/* Some readers fail at leading zeros or blanks around a number, so a comment
+ * fills the space that the number leaves of 20 digits. */
 static int make_header(lum_writer *writer, lum_cloud_header *header,
                        unsigned mentions, lum_cloud_text *out, lum_error *error)
 {

@@ -405,7 +405,7 @@ static int check_count(const lum_writer *writer, lum_error *error)
     errno = EINVAL;
     return lum_error_set(error,
                          "%s: %" PRIu64 " points were rehearsed and %" PRIu64
-                         " came; the source has changed meanwhile",
+                         " came; the source has changed in between",
                          lum_sink_name(writer->sink), writer->rehearsed,
                          writer->points);
 }

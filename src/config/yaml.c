@@ -260,7 +260,7 @@ static int admit_key(reader *r, unsigned *seen)
         return FAIL(r, "%s", entry->rule->refusal);
     }
     if (*seen != 0) {
-        return FAIL(r, "repeated; it stands on line %u already", *seen);
+        return FAIL(r, "repeated; it is already on line %u", *seen);
     }
     *seen = r->line;
     return 0;

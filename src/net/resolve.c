@@ -34,10 +34,10 @@ int lum_resolve(const char *host, uint32_t *address, lum_error *error)
         return 0;
     }
     if (strchr(host, ':') != NULL) {
-        return lum_error_set(error,
-                             "'%.80s': this is no IPv4 address, which sensors "
-                             "speak alone",
-                             host);
+        return lum_error_set(
+            error,
+            "'%.80s': this is not an IPv4 address; sensors use only IPv4",
+            host);
     }
     if (ends_as_number(host) || !may_be_name(host)) {
         return lum_error_set(error,

@@ -10,10 +10,9 @@ int lum_resolve_say_unknown(const char *name, lum_error *error)
 
 int lum_resolve_say_no_address(const char *name, lum_error *error)
 {
-    return lum_error_set(error,
-                         "'%.80s': this host has no IPv4 address, which "
-                         "sensors speak alone",
-                         name);
+    return lum_error_set(
+        error, "'%.80s': this host has no IPv4 address; sensors use only IPv4",
+        name);
 }
 
 int lum_resolve_say_failed(const char *name, const char *why, lum_error *error)

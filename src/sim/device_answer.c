@@ -187,7 +187,7 @@ static void refuse_rest(struct answer *a, const char *text, size_t len)
     char what[NAME_BYTES + 6];
     make_name(name, text, len);
     (void)snprintf(what, sizeof what, "\"%s\"", name);
-    refuse(a, what, "one space parts commands, none stands at the ends");
+    refuse(a, what, "separate commands by one space, with none at the ends");
 }
 
 /* Each command of a text is handled separately, as long as the text can be

@@ -23,14 +23,15 @@ struct stream {
     size_t count;
 };
 
-/* Both eyes' lines in turn, so many in all, with so many words a pixel. */
+/* Lines of both eyes in turn, with a total number and a number of words a
+ * pixel. */
 struct stream stream_make(const lum_layout *layout, uint32_t words_a_pixel,
                           uint32_t lines);
 void stream_free(struct stream *stream);
 
 double now_s(void);
 
-/* Of this process alone, for ratios on a machine that has other work. */
+/* Time of this process only, for ratios on a machine with other work. */
 double processor_s(void);
 
 /* Ends the program where there is none. */

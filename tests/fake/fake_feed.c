@@ -1,6 +1,5 @@
-/* A feed without a source: frames of a moving wave, so many points
- * (FAKE_POINTS) so many times a second (FAKE_HZ), for tests of the server that
- * need no decoder. */
+/* A feed without a source: frames of a moving wave, with FAKE_POINTS points and
+ * FAKE_HZ frames a second, for tests of the server that need no decoder. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "lumview/feed.h"

@@ -27,7 +27,7 @@ struct fake_net {
     bool receive_breaks;  /* a receive fails */
     bool wait_breaks;     /* a wait fails */
     bool is_raised;       /* every cancel */
-    bool floods;          /* behind what arrives stand strangers' datagrams */
+    bool floods;          /* other senders' datagrams come after each arrival */
     lum_endpoint flooder; /* who sends these */
     uint64_t drops;       /* lum_socket_drops() */
     void (*on_send)(const struct fake_sent *sent); /* may be NULL */

@@ -160,7 +160,7 @@ static void check_effects(const struct run *run)
     }
 }
 
-/* A status that tells the truth, then printable texts alone. */
+/* A true status, then only printable texts. */
 static void check_reply(const struct run *run, uint32_t sequence)
 {
     lum_tlv_reader reader;
@@ -296,7 +296,7 @@ static void send_datagram(struct run *run)
     receive(run, bytes, take_bytes(run, n, bytes));
 }
 
-/* What changed by itself is told to the client. */
+/* Changes without a command are reported to the client. */
 static void check_alert(const struct run *run)
 {
     const lum_device_effects *fx = &run->fx;

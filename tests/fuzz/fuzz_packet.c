@@ -41,7 +41,7 @@ static void read_profile(const uint8_t *b, lum_profile *p)
     p->angle_lsb_pdeg = (uint64_t)b[21] << (b[18] % 40u);
 }
 
-/* The first byte chooses a layout; tells how many bytes that took. */
+/* The first byte chooses a layout; returns how many bytes that used. */
 static size_t choose_layout(const uint8_t *data, size_t size, lum_layout *out)
 {
     lum_profile p;

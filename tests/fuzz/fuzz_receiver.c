@@ -1,8 +1,8 @@
 /* Any sequence of calls to a receiver, in any order of packets. Every input is
- * a list of calls; its form is that of fuzz_assembler.c. What
- * include/lum/receiver.h promises is checked after each, against what the
- * packets said that were accepted: no word is handed out beside an angle of
- * another line, and none twice. */
+ * a list of calls; its form is that of fuzz_assembler.c. The promises of
+ * include/lum/receiver.h are checked after each call, with the accepted
+ * packets: no word is handed out with an angle of another line, and none
+ * twice. */
 #include "calls.h"
 
 #include "lum/receiver.h"

@@ -89,7 +89,7 @@ static void check_beat(void)
             run.options.heartbeat_ms * MS + (fake.floods ? SLACK : 0));
 }
 
-/* Whatever leaves is a whole packet, and goes to the sensor. */
+/* Everything that is sent is a whole packet, and goes to the sensor. */
 static void on_send(const struct fake_sent *sent)
 {
     uint8_t type = 0;

@@ -190,7 +190,7 @@ static uint32_t word_at(const lum_group *group, uint32_t i)
            (uint32_t)b[3] << 24;
 }
 
-/* Words of a pixel keep their order, so the sum tells which one each is. */
+/* Words of a pixel keep their order, so the sum identifies each of them. */
 static uint64_t mixed_word(uint32_t word, uint32_t place)
 {
     return mixed((uint64_t)place << 32 | word);

@@ -1,7 +1,7 @@
-/* Reassembly as docs/protocol.md says it, section 6, rules 1 to 6, written
- * plainly and apart from the core: marks and sums stand for what a line holds,
- * and frames are left out. Whoever drives an assembler tells the model of each
- * event and compares. */
+/* Reassembly by docs/protocol.md, section 6, rules 1 to 6, written simply and
+ * independently of the core: marks and sums represent the contents of a line,
+ * and frames are left out. A test that drives an assembler passes each event to
+ * the model and compares. */
 #ifndef LUM_TESTS_FUZZ_MODEL_H
 #define LUM_TESTS_FUZZ_MODEL_H
 
@@ -64,18 +64,18 @@ struct model {
     /* of the packet at hand */
     enum model_place place;
     int64_t packet_us;
-    unsigned to_close; /* so many of its eye's lines before it */
+    unsigned to_close; /* number of its eye's lines before it */
     unsigned target;   /* MODEL_OPEN: which line */
 };
 
 void model_init(struct model *m, const lum_assembler_config *config,
                 const lum_layout *layout);
 
-/* A packet that has not been looked at yet: what has to close, and what it
- * belongs to then. */
+/* A new packet: the lines that have to close, and the line that it belongs to
+ * then. */
 void model_judge(struct model *m, const lum_group *group);
 
-/* The line that closes: of an eye, so many were opened before it. */
+/* The line that closes: its eye, and how many were opened before it. */
 struct model_line model_close(struct model *m, unsigned eye, unsigned index);
 
 /* A packet all of whose lines have closed. Returns what a push has to; bad
@@ -90,7 +90,7 @@ bool model_find_idle(const struct model *m, int64_t before, unsigned *eye,
 /* A flush came to its end. */
 void model_end(struct model *m);
 
-/* What a line holds must be what the model says, and in order. */
+/* The contents of a line must be those of the model, and in order. */
 bool model_agrees(const struct model_line *expected, const lum_line *line);
 
 #endif

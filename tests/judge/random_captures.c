@@ -35,7 +35,7 @@ static size_t below(size_t limit)
     return limit != 0 ? random_u32() % limit : 0;
 }
 
-/* Most fields stand at a multiple of 4. */
+/* Most fields are at a multiple of 4. */
 static size_t place(const struct capture *c, size_t len)
 {
     const size_t at = below(c->len - len + 1u);

@@ -1,9 +1,8 @@
-/* random_calls RUNS SEED: as many programs that misuse an assembler, or a
- * receiver, by chance, each of up to 300 calls. What they call and what is
- * expected of it is that of the fuzzers, tests/fuzz/fuzz_assembler.c and
- * fuzz_receiver.c; here it needs no fuzzer, so that it runs wherever the other
- * tests do, under sanitizers too. Fails where all that together has not met
- * what it is to meet. */
+/* random_calls RUNS SEED: this many random programs that misuse an assembler,
+ * or a receiver, each of up to 300 calls. The calls and the checks are those of
+ * the fuzzers, tests/fuzz/fuzz_assembler.c and fuzz_receiver.c; here it needs
+ * no fuzzer, so that it runs wherever the other tests do, under sanitizers too.
+ * Fails if all of them together have not reached the required situations. */
 #include "../fuzz/calls.h"
 
 #include <stdlib.h>

@@ -1,9 +1,9 @@
 /* Any sequence of calls: packets of any eye, line, clock and size, groups that
  * no decoder gives, another packet after an event, idle lines of any arrival
- * and flushes that are left before their end. What is handed out can be read to
- * its end. Storage has any content at init. words_contract.h stands
- * for words.c, which words.c here looks at; docs/proof.md argues what is
- * admitted. */
+ * and flushes that are left before their end. Lines that are handed out can be
+ * read to their end. Storage has any content at init. words_contract.h replaces
+ * words.c, which the driver words.c covers; docs/proof.md has the arguments for
+ * the admitted facts. */
 #include "lum/assembler.h"
 #include "unknown.h"
 #include "words_contract.h"

@@ -1,4 +1,4 @@
-/* Any calibration, whatever its bytes; and of one that passes its check, the
+/* Any calibration, with any bytes; and for one that passes its check, the
  * smallest time of flight. */
 #include "lum/calibration.h"
 #include "unknown.h"

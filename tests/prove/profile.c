@@ -1,6 +1,6 @@
-/* Any profile, whatever its bytes: no alarm, and what lum_layout_init() accepts
- * has its values in range and its fields below its samples. group.c and the
- * assembler's driver begin there. */
+/* Any profile, with any bytes: no alarm, and a profile that lum_layout_init()
+ * accepts has its values in range and its fields before its samples. group.c
+ * and the assembler's driver begin there. */
 #include "lum/profile.h"
 #include "unknown.h"
 

@@ -1,5 +1,5 @@
 /* What a datagram costs, in instructions, on a board that counts them: an
- * emulator whose clock goes on with each instruction. Prints one line for each
+ * emulator whose clock advances with each instruction. Prints one line for each
  * figure: its ticks, how often the clock was read for it, and of how many units
  * it is the sum; size.py divides. */
 #include "lum/assembler.h"

@@ -21,8 +21,8 @@ static int64_t now_ns(void)
     return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
 }
 
-/* Noise, our magic alone, types that are none, data that contradicts itself,
- * and a full-sized packet of zeros. */
+/* Noise, only our magic, unknown types, data that contradicts itself, and a
+ * full-sized packet of zeros. */
 static size_t make(unsigned kind, uint32_t number, uint8_t out[1472])
 {
     static const uint8_t magic[] = {0xed, 0xfe, 0xf3, 0xa1,

@@ -138,7 +138,7 @@ class Shape(Case):
     def test_without_lines_it_is_640_and_says_so(self):
         r = dry("yscan", "--shape", "uniform")
         self.assertEqual(len(table(bytes.fromhex(r.stdout.strip()))), 640)
-        self.assertIn("the table is for 640 lines, since a sensor cannot be asked", r.stderr)
+        self.assertIn("the table is for 640 lines, because a sensor cannot be asked", r.stderr)
 
     def test_uniform_between_two_elevations(self):
         raw = self.dry_table("--shape", "uniform:-5:-1", "--lines", 64)

@@ -525,7 +525,7 @@ class BadSources(Case):
         for n in [*range(24, 24 + 16 + 200), *range(300, len(data), 211), len(data) - 1]:
             r = run("lumdump", self.capture(data[:n]), "--json")
             if r.returncode == 1:
-                self.assertIn("not one of them", r.stderr)
+                self.assertIn("none of them", r.stderr)
                 continue
             self.assertEqual(r.returncode, 0, r.stderr)
             got = json.loads(r.stdout)

@@ -524,7 +524,7 @@ class Stalls(Case):
         drain.join()
         p.stdout.close()
         self.assertEqual(p.returncode, 0, said)
-        self.assertIn("standard output is too slow for what comes", said)
+        self.assertIn("standard output is too slow for the data", said)
         self.assertRegex(said, r"outputs +done  standard output, \d+ datagrams dropped")
         self.assertNotIn("recording_drops", said)
         self.assert_laser_went_on_and_off()
@@ -539,7 +539,7 @@ class Stalls(Case):
         self.assert_laser_went_on_and_off()
         p.stdout.close()
         said = self.end(p)
-        self.assertIn("standard output stands still and is given up", said)
+        self.assertIn("standard output makes no progress and is given up", said)
         self.assertRegex(said, "outputs +stalled  standard output")
 
     def test_a_second_signal_does_not_wait_for_an_output(self):
@@ -642,10 +642,10 @@ class Alone(Case):
         self.simulator()
         clouds = [self.fifo("before.csv"), self.fifo("after.xyz")]
         got = self.record_beside(clouds[0], self.folder / "raw.pcap", clouds[1], arguments=["--buffer", "32MiB"],
-                                 until="(?s)stands still.*stands still")
+                                 until="(?s)makes no progress.*makes no progress")
         self.assert_nothing_is_missing(got)
         for cloud in clouds:
-            self.assertEqual(self.said().count(f"{cloud} stands still and is given up"), 1)
+            self.assertEqual(self.said().count(f"{cloud} makes no progress and is given up"), 1)
             stalled = self.output(got, cloud.name)
             self.assertEqual(stalled["end"], "stalled")
             self.assertGreater(stalled["dropped"], 0)
@@ -661,7 +661,7 @@ class Alone(Case):
         self.assertEqual(p.returncode, 1)
         self.assert_nothing_is_missing(got)
         self.assert_laser_went_on_and_off()
-        self.assertIn(f"{cloud} stands still and is given up", self.said())
+        self.assertIn(f"{cloud} makes no progress and is given up", self.said())
 
     def test_a_reader_that_comes_late_gets_all(self):
         self.simulator()
@@ -710,7 +710,7 @@ class Alone(Case):
         self.simulator()
         p = self.start("--laser", "-q", "--buffer", "128KiB", "-o", self.fifo("slow.pcap"),
                        stderr=open(self.folder / "said", "wb"))
-        self.wait_for(lambda: re.search(r"slow.pcap is too slow for what comes: \d+ datagrams are missing from this recording",
+        self.wait_for(lambda: re.search(r"slow.pcap is too slow for the data: \d+ datagrams are missing from this recording",
                                         self.said()), "the news")
         p.send_signal(signal.SIGINT)
         self.assertEqual(p.wait(60), 1)
@@ -945,7 +945,7 @@ class Sensors(Case):
         profile = self.folder.write("p.yaml", "version: 1\ndata_packet_type: 9\n")
         r = self.dump("--profile", profile, "-o", self.folder / "c.csv")
         self.assertEqual(r.returncode, 1, r.stderr)
-        self.assertIn("not one of them is a data packet", r.stderr)
+        self.assertIn("none of them is a data packet", r.stderr)
         self.assertEqual(self.folder.names(), ["p.yaml", "sim.log"])
 
     def test_what_others_send_is_not_taken(self):
@@ -1193,7 +1193,7 @@ class Arguments(Case):
                 (["x.pcap", "--sensor", "sensor.invalid"], "--sensor: 'sensor.invalid'"), (["udp://10.42.0.37:0"], "port"), (["udp://10.42.0.37:99999"], "port"),
                 (["udp://10.42.0.37/x"], "udp://HOST"), (["udp://0.0.0.0"], "no sensor"),
                 (["udp://224.0.0.1"], "no sensor"), (["udp://255.255.255.255"], "no sensor"),
-                ([self.url, "--sensor", "10.42.0.37"], "names the one"), ([self.url, "--buffer", "1"], "256MB"),
+                ([self.url, "--sensor", "10.42.0.37"], "already names one"), ([self.url, "--buffer", "1"], "256MB"),
                 ([self.url, "--rotate", "1s"], "--rotate"), ([self.url, "--rotate", "5x", "-o", "a.csv"], "10min"),
                 ([self.url, "--rotate", "0s", "-o", "a.csv"], "10min"),
                 ([self.url, "-o", "-", "--format", "ply"], "cannot seek"),

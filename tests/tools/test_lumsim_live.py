@@ -740,11 +740,11 @@ class Ends(Live):
 class Options(unittest.TestCase):
     def test_options_that_do_not_go_together_are_refused(self):
         for arguments, says in [
-                (("--truth", "x"), "--truth goes with -o FILE alone"),
-                (("--client", "10.0.0.1"), "--client goes with -o FILE alone"),
-                (("--loop",), "--loop goes with --replay"),
-                (("--speed", 2), "--speed goes with --replay"),
-                (("--sensor", "10.0.0.1"), "--sensor goes with --replay"),
+                (("--truth", "x"), "--truth works only with -o FILE"),
+                (("--client", "10.0.0.1"), "--client works only with -o FILE"),
+                (("--loop",), "--loop works only with --replay"),
+                (("--speed", 2), "--speed works only with --replay"),
+                (("--sensor", "10.0.0.1"), "--sensor works only with --replay"),
                 (("--replay", "x", "--lines", 64), "--lines does not go with --replay"),
                 (("--replay", "x", "--calibration", "y"), "--calibration does not go with --replay"),
                 (("--replay", "x", "-o", "y"), "choose"),

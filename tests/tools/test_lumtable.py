@@ -96,7 +96,7 @@ class Arguments(Folder):
 
     def test_names_that_are_none_in_c(self):
         for name in ("", "9a", "_a", "a-b", "a b", "ä", "a" * 41):
-            self.assertIn("is no name in C", self.refused("--name", name))
+            self.assertIn("is not a name in C", self.refused("--name", name))
         self.assertEqual(run("lumtable", "--name", "a" * 40).returncode, 0)
         self.assertEqual(run("lumtable", "--name", "int").returncode, 0)
 

@@ -208,7 +208,7 @@ class Strangers(Case):
             self.assertEqual(self.get("/icon.svg", f"Origin: {origin}")[0], 403, origin)
         self.assertEqual(self.ask(upgrade(self.host, ""))[0], 403, "a browser always tells its origin")
         status, _, text = self.ask(upgrade(self.host, "http://evil.example"))
-        self.assertEqual(text, b"This server answers its own page alone.\n")
+        self.assertEqual(text, b"This server answers only its own page.\n")
         self.assertEqual(self.get("/icon.svg", f"Origin: http://{self.host}")[0], 200)
         self.browser(host=f"localhost:{self.port}").text("hello")
 
@@ -654,7 +654,7 @@ class Run(Case):
     def test_an_address_of_others_is_told(self):
         r = subprocess.run([FAKE, "--no-open", "--bind", "192.0.2.1", "x"], capture_output=True, text=True, timeout=30)
         self.assertEqual((r.returncode, r.stderr),
-                         (1, "lumview: --bind: 192.0.2.1 is no address of this host; see: ip addr\n"))
+                         (1, "lumview: --bind: 192.0.2.1 is not an address of this host; see: ip addr\n"))
 
     def test_the_browser_is_started_and_not_waited_for(self):
         seen = self.folder / "seen"

@@ -156,7 +156,7 @@ class Several(Case):
     def test_an_output_is_none_of_them(self):
         parts = self.rotated(3)
         self.refused(2, *parts, "-o", parts[2], "--format", "csv", message="is the source itself")
-        self.refused(2, *parts, "-o", self.folder / "r.pcap", "--rotate", "1MB", message="bears one of the names")
+        self.refused(2, *parts, "-o", self.folder / "r.pcap", "--rotate", "1MB", message="has one of the names")
 
     def test_a_sensor_is_alone(self):
         parts = self.rotated(2)
@@ -337,7 +337,7 @@ class Cut(Case):
         self.refused(2, source, "-o", self.folder / "x.csv", "--eye", "blue", "--packets", "all", message="--packets goes with")
         for option in ["--eye", "blue"], ["--range", ":9"], ["--frames", "1:2"], ["--incomplete", "drop"]:
             with self.subTest(option):
-                self.refused(2, "udp://127.0.0.1:9", "-o", out, *option, message="a recording holds all that comes")
+                self.refused(2, "udp://127.0.0.1:9", "-o", out, *option, message="a recording holds all packets")
         self.assertEqual(self.folder.names(), ["whole.pcap"])
 
 

@@ -373,7 +373,7 @@ class Fields(Case):
         fields(path, "lum.kind", options=("-Y", " or ".join(f"({f})" for f in filters)))
 
     def test_of_the_documentation_exist(self):
-        text = (ROOT / "docs" / "wireshark.md").read_text().split("| field | is |")[1].split("\n\n")[0]
+        text = (ROOT / "docs" / "wireshark.md").read_text().split("| field | meaning |")[1].split("\n\n")[0]
         names = set()
         for row in text.splitlines()[2:]:
             words = [w for w in row.split(" | ")[0].split("`")[1::2] if "NAME" not in w]

@@ -47,9 +47,9 @@ struct rig {
     lum_layout layout;
     uint32_t now;
     uint32_t line;
-    uint32_t boot_us; /* what the sensor's clock is ahead of now */
+    uint32_t boot_us; /* by how much the sensor's clock is ahead of now */
     bool refuses;
-    bool is_mute; /* the sensor does not tell its clock */
+    bool is_mute; /* the sensor does not answer requests for its clock */
     size_t sent_count;
     struct sent sent[SENT_MAX];
     size_t lines;
@@ -87,8 +87,8 @@ void next_line(struct rig *r);
 /* A line of some eyes, with n returns straight ahead, and no others. */
 void show(struct rig *r, unsigned eyes, int32_t tof, uint32_t n);
 
-/* So many more lines, each of a return outside the zone, that what was shown
- * comes out. */
+/* More lines, each with a return outside the zone, until the lines before them
+ * are handed out. */
 void show_out(struct rig *r);
 
 /* Time passes; some eyes see something outside the zone. */
@@ -104,7 +104,7 @@ struct rig *rig_going(uint32_t now);
 /* A tick each step, and a round of the main loop. */
 void run(struct rig *r, uint32_t ms, uint32_t step);
 
-/* The timer goes on, the main loop does not. */
+/* The timer runs, the main loop does not. */
 void hang(struct rig *r, uint32_t ms);
 
 #endif

@@ -79,7 +79,7 @@ const lum_line *find_line(const struct stream *s, unsigned eye, uint32_t number,
                           size_t n);
 int64_t frame_of(const struct stream *s, unsigned eye, uint32_t number,
                  size_t n);
-/* Where frame's completion stands among the events; -1 when it does not. */
+/* The index of frame's completion among the events; -1 if it is not there. */
 long frame_event(const struct stream *s, int64_t frame);
 /* The numbers of all lines handed out, in order. */
 void assert_lines(const struct stream *s, const uint32_t *numbers, size_t n);

@@ -1,4 +1,4 @@
-/* Needs a network of its own, which root alone may have: two ends of a wire, a0
+/* Needs a separate network, which only root may have: two ends of a wire, a0
  * and b0, on one host. */
 #define _GNU_SOURCE
 
@@ -123,7 +123,7 @@ static void an_interface_without_a_mac_is_refused(void **state)
     wire_close(&w);
 }
 
-/* The kernel answers for an address of b0 to whoever asks at b0. */
+/* The kernel answers every request for an address of b0 that comes to b0. */
 static char wiring[] =
     "exec >/dev/null 2>&1; set -e;"
     "ip link add a0 type veth peer name b0;"

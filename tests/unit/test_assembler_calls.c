@@ -14,7 +14,7 @@
 #define GREEN LUM_EYE_GREEN
 #define GAP   100000u
 
-/* Calls in any order: what each is answered, and what it must not touch. */
+/* Calls in any order: the answer to each, and what it must not change. */
 
 static const uint8_t samples[4u * LUM_SAMPLE_BYTES];
 
@@ -34,7 +34,7 @@ static lum_result push(struct stream *s, const lum_group *g)
     return lum_assembler_push(&s->assembler, g, s->arrival);
 }
 
-/* An answer that tells that nothing was done. */
+/* An answer that says that nothing was done. */
 static void assert_untouched(struct stream *s, const lum_assembler *before,
                              lum_result r, lum_result expected)
 {
@@ -412,8 +412,8 @@ static void any_clock_may_come_after_a_flush(void **state)
     stream_free(s);
 }
 
-/* The flush was left before its end, and the eye that comes then is taken for
- * one that is behind. */
+/* The flush was stopped before its end, and the eye that comes then counts as
+ * late. */
 static void a_frame_before_one_that_was_announced_is_counted(void **state)
 {
     struct stream *s = stream_open();

@@ -40,8 +40,8 @@ struct stream {
 /* What a while of a stream has shown. */
 struct seen {
     int64_t worst_ns; /* the largest error */
-    int64_t told_ns;  /* the largest that was told */
-    double beyond; /* share of the readings whose error was larger than told */
+    int64_t told_ns;  /* the largest error reported */
+    double beyond;    /* share of the readings with a larger error than that */
 };
 
 static struct stream stream_of(double line_us, double ppm, int64_t batch_ns)
@@ -187,7 +187,7 @@ static void batches_and_drift_leave_less_than_50_us(void **state)
     }
 }
 
-/* Where lines stand still against batches, the error can hardly be seen. */
+/* If lines do not shift against batches, the error is hard to detect. */
 static void the_error_that_is_told_is_honest(void **state)
 {
     (void)state;

@@ -174,7 +174,7 @@ static void a_clock_that_begins_anew_begins_the_estimate_anew(void **state)
     assert_in_range(e.drift_ppb + 200000, 90000, 110000);
 }
 
-/* The clock goes on by one second, and a little less or more. */
+/* The clock advances by one second, and a little less or more. */
 static uint32_t resets_after(int64_t jump_ns)
 {
     struct sensor s = {100 * S, 0};
@@ -293,7 +293,8 @@ static void a_drift_is_of_the_last_hundred_years(void **state)
     }
 }
 
-/* An exchange of half an hour's doubt cannot tell that the clock leapt. */
+/* An exchange with an error of half an hour cannot show that the clock
+ * jumped. */
 static void a_leap_that_a_slow_exchange_hid_is_no_drift(void **state)
 {
     const struct sensor before = {100 * S, 0};
@@ -310,7 +311,7 @@ static void a_leap_that_a_slow_exchange_hid_is_no_drift(void **state)
     assert_false(e.has_drift);
 }
 
-/* More exchanges than can be counted: the ring goes on where it was. */
+/* More exchanges than can be counted: the ring continues where it was. */
 static void the_count_ends_without_harm(void **state)
 {
     const struct sensor s = {100 * S, 1000};
@@ -382,7 +383,7 @@ static void a_change_beyond_errors_and_rate_is_a_jump(void **state)
     assert_int_equal(estimate_of_two(10000 * S + 5, limit + S + 1).resets, 1);
 }
 
-/* With the limit at half a wrap its number cannot be told any more. */
+/* With the limit at half a wrap its number is no longer known. */
 static void half_a_wrap_of_doubt_makes_what_was_known_worthless(void **state)
 {
     const int64_t half = INT64_C(0x80000000) * US;

@@ -223,8 +223,8 @@ static void check(struct scene *s, const lum_selection *selection,
     }
 }
 
-/* Each column alone, several, all; also in one line one after another, where
- * what was worked out for one mask serves the next. */
+/* Each column alone, several, all; also one after another for one line, where
+ * results of one mask are used for the next. */
 static void check_masks(struct scene *s, const lum_selection *selection,
                         uint64_t *random)
 {
@@ -327,7 +327,7 @@ static void the_strongest_are_marked_as_a_selection_chooses_them(void **state)
     free(s);
 }
 
-/* What is left out of a block moves the marks of those behind it. */
+/* Words that are left out of a block move the marks of those after them. */
 static void marks_stay_with_their_points_where_others_are_lost(void **state)
 {
     (void)state;

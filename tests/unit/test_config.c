@@ -314,7 +314,7 @@ static void what_is_no_plain_mapping_is_refused(void **state)
         {V1 "---\n" V1, "f:2: ", "a second document begins"},
         {V1 "...\n---\n", "f:3: ", "a second document begins"},
         {V1 "\nversion: 1\n",
-         "f:3: version: ", "repeated; it stands on line 1 already"},
+         "f:3: version: ", "repeated; it is already on line 1"},
         {V1 "'version': 1\n", "f:2: version: ", "repeated"},
         {V1 "verison: 1\n",
          "f:2: ", "unknown key 'verison'; did you mean 'version'?"},
@@ -493,7 +493,7 @@ static void every_level_of_a_calibration_names_its_keys(void **state)
     assert_refused(CALIBRATION, "eyes: {blue: {mount: {x_m: 3, x_m: 3}}}",
                    "f:1: eyes.blue.mount.x_m: ", "repeated");
     assert_refused(CALIBRATION, "eyes:\n  blue: {}\n  green: {}\n  blue: {}",
-                   "f:4: eyes.blue: ", "stands on line 2 already");
+                   "f:4: eyes.blue: ", "is already on line 2");
 }
 
 static void every_level_of_a_profile_names_its_keys(void **state)

@@ -77,7 +77,7 @@ static void heartbeat(struct fixture *f, lum_device_peer from)
     assert_false(f->fx.has_reply);
 }
 
-/* Reads the reply: its sequence, a status first, then debug texts alone. */
+/* Reads the reply: its sequence, a status first, then only debug texts. */
 static void read_reply(struct fixture *f, uint32_t sequence)
 {
     lum_tlv_reader reader;
@@ -528,12 +528,12 @@ static void each_refused_command_is_named_and_changes_nothing(void **state)
         {"1234567890123456789012345678901234567890p",
          "refused 1234567890123456789012345678901234567890...: p takes 0 to "
          "100\n"},
-        {" 5p", "refused \" 5p\": one space parts commands, none stands at "
+        {" 5p", "refused \" 5p\": separate commands by one space, with none at "
                 "the ends\n"},
-        {"5p ", "refused \"5p \": one space parts commands, none stands at "
+        {"5p ", "refused \"5p \": separate commands by one space, with none at "
                 "the ends\n"},
-        {" ",
-         "refused \" \": one space parts commands, none stands at the ends\n"},
+        {" ", "refused \" \": separate commands by one space, with none at the "
+              "ends\n"},
     };
     struct fixture *f = *state;
     heartbeat(f, alice);
@@ -714,7 +714,7 @@ static void elevations_follow_the_settings(void **state)
     assert_int_equal(udeg[63], -17000000);
 }
 
-/* Though the table fits only behind the line mode that follows it. */
+/* Although the table fits only after the line mode that follows it. */
 static void a_repeated_packet_changes_nothing(void **state)
 {
     struct fixture *f = *state;

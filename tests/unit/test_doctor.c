@@ -231,7 +231,7 @@ static void a_rule_whose_text_says_drop_need_not_drop(void **state)
     assert_null(trace_dropped(&r));
 }
 
-/* Whatever is read, it ends and stays inside. */
+/* With any input, reading ends and stays inside the buffer. */
 static void damaged_lines_are_survived(void **state)
 {
     struct trace_reader r = {.table = "lumctl_7"};

@@ -659,7 +659,7 @@ static void points_cut_are_counted_of_the_first_view(void **state)
     run_free(r);
 }
 
-/* Whatever line numbers a stream claims, the table of lines stays small. */
+/* With any line numbers of a stream, the table of lines stays small. */
 static void lines_beyond_the_maximum_are_cut_and_counted(void **state)
 {
     (void)state;
@@ -978,7 +978,7 @@ static void send_badly(struct run *r, unsigned eye, uint32_t line,
     }
 }
 
-/* Whatever comes: every line that the assembler hands out is in one frame, or
+/* With any input: every line that the assembler hands out is in one frame, or
  * is counted as late; every point of it is in that frame. */
 static void assert_all_counted(const struct run *r)
 {
@@ -1062,7 +1062,7 @@ static void rates_and_what_was_under_way_are_told(void **state)
     run_free(r);
 }
 
-/* After a flush the stream is joined anew. */
+/* After a flush the stream is joined again. */
 static void what_was_under_way_at_each_join_is_no_loss(void **state)
 {
     (void)state;

@@ -11,7 +11,7 @@
 #define GREEN LUM_EYE_GREEN
 #define R     8u
 
-/* Ends the stream and tells the frame of a line. */
+/* Ends the stream and returns the frame of a line. */
 static int64_t frame_at_end(struct stream *s, unsigned eye, uint32_t line,
                             size_t n)
 {
@@ -690,7 +690,7 @@ static void a_frame_is_complete_after_r_lines_of_the_next(void **state)
     stream_free(s);
 }
 
-/* Both eyes send line; tells whether that completed a frame. */
+/* Both eyes send line; returns whether that completed a frame. */
 static bool completes(struct stream *s, uint32_t line)
 {
     const size_t before = completions(s);
@@ -955,7 +955,7 @@ static void a_break_completes_the_frames_before_it(void **state)
     stream_free(s);
 }
 
-/* The sensor boots, or its clock is set: blue's packets tell first. */
+/* The sensor boots, or its clock is set: blue's packets show it first. */
 static void after_a_jump_of(uint32_t offset)
 {
     struct stream *s = stream_open();

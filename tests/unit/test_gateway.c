@@ -173,8 +173,8 @@ static void a_stop_outlives_its_cause_by_the_hold(void **state)
     rig_free(r);
 }
 
-/* Whether what stands in the way shows first in odd frames, and last in even
- * ones: two frames less a line apart. */
+/* Whether an object in the way shows first in odd frames, and last in even
+ * ones: two frames minus a line apart. */
 static bool is_in_sight(unsigned frame, uint32_t line)
 {
     return line == (frame % 2u != 0 ? 0 : LINES - 1u);
@@ -266,7 +266,7 @@ static void a_line_too_late_for_its_frame_counts_for_the_newer_one(void **state)
     rig_free(r);
 }
 
-/* As if so many frames had been. */
+/* As if there had been this many frames. */
 static void count_frames_to(struct rig *r, uint32_t frame)
 {
     lum_assembler *const a = &r->gateway.assembler;

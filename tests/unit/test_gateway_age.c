@@ -160,7 +160,8 @@ static struct rig *rig_tight(unsigned eyes)
     return r;
 }
 
-/* What shows in no line, since it may have been the last of its own. */
+/* A loss that shows in no line, because it may have been the last packet of its
+ * line. */
 static void what_the_gateway_loses_makes_no_whole_look(void **state)
 {
     static const struct {

@@ -327,7 +327,7 @@ static void a_slow_round_is_no_stall_while_nothing_is_seen(void **state)
     rig_free(r);
 }
 
-/* Whose view ends first is not who is looked at last. */
+/* The eye whose view ends first is not the one checked last. */
 static void a_hang_stops_when_either_eye_is_old(void **state)
 {
     static const unsigned alone[] = {BLUE, GREEN};

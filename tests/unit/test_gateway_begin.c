@@ -135,7 +135,7 @@ static void a_configuration_out_of_range_is_refused_and_stops(void **state)
     }
 }
 
-/* What a gateway begins with, whatever was in its memory. */
+/* The state with which a gateway begins, with any content of its memory. */
 static void a_gateway_begins_with_nothing_seen(void **state)
 {
     struct rig *const r = rig_at(77);
@@ -181,7 +181,7 @@ static void one_line_and_one_hit_are_enough_to_ask_for(void **state)
     rig_free(r);
 }
 
-/* What is fresh is no stray, whatever the silence. */
+/* A fresh packet is not a stray, after any silence. */
 static void the_gap_of_the_clock_is_no_less_than_the_silence(void **state)
 {
     static const struct {

@@ -1,4 +1,4 @@
-/* How old packets are, and what an eye has looked at. */
+/* How old packets are, and what an eye has seen. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

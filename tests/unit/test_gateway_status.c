@@ -133,8 +133,8 @@ static void tell_as(struct rig *r, uint32_t sequence, uint16_t status)
     (void)gateway_receive(&r->gateway, r->now);
 }
 
-/* An alert is believed; that all is well only of an answer to a poll of lately,
- * which bears the time. */
+/* An alert is believed. Only an answer to a recent poll, whose sequence number
+ * is the time, can show that all is well. */
 static void an_old_status_says_nothing_good(void **state)
 {
     struct rig *const r = rig_going(0);

@@ -1,8 +1,8 @@
-/* The gateway against a model of what it promises, at each millisecond and for
- * times of any relation: the machine may move only while each eye has shown
- * a point within the silence, and within the hold each line, whole and clear.
- * The model knows when each packet was measured, and which ones were handed to
- * the gateway; not how it judges. */
+/* The gateway compared with a model of its promises, at each millisecond and
+ * for times in any relation: the machine may move only while each eye has shown
+ * a point within the silence, and each line, whole and clear, within the hold.
+ * The model knows when each packet was measured, and which ones the gateway
+ * got, but not how the gateway decides. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -49,7 +49,7 @@ enum trouble {
     LOSS,
     HELD, /* a queue hands out late what was sent */
     HANG, /* the main loop makes no round */
-    MUTE, /* the sensor does not tell its clock */
+    MUTE, /* the sensor does not answer requests for its clock */
     SLOW_ANSWERS,
     OBJECT,
     RESTART,     /* of the sensor, whose clock then is anything */
@@ -185,8 +185,8 @@ static uint8_t *encode(const struct world *w, const struct packet *p,
     return encode_packet(&w->layout, &group, samples, len);
 }
 
-/* Whether a line came as whole as it can be told: nothing tells that its last
- * range packets are missing. */
+/* Whether a line seems whole: nothing shows that its last range packets are
+ * missing. */
 static bool is_whole(uint8_t parts)
 {
     return (parts & ANGLES) == ANGLES && (parts & RANGES) != LAST_RANGE;
@@ -375,7 +375,7 @@ static bool may_move(const struct world *w, unsigned eye, int64_t slack_ms)
            w->ms - w->point_ms[eye] < (int64_t)w->config.silence_ms + slack_ms;
 }
 
-/* A hang shows at a tick, and a round at the tick behind it. */
+/* A hang shows at a tick, and a round at the tick after it. */
 static void check(struct world *w)
 {
     const int64_t slack_ms = w->trouble == HANG ? 2 * TICK_MS : 0;
@@ -537,7 +537,8 @@ static void no_relation_of_the_times_lets_the_machine_move_unseeing(
     }
 }
 
-/* Each trouble alone, between two times of soundness: it goes on by itself. */
+/* Each trouble separately, between two times without trouble: the gateway
+ * recovers by itself. */
 static void after_each_trouble_the_machine_goes_on(void **state)
 {
     (void)state;

@@ -252,7 +252,7 @@ static void every_truncation_is_refused(void **state)
     }
 }
 
-/* Whatever a file holds, what is read of it is something that can be shown. */
+/* With any content of a file, the result of reading it can be printed. */
 static void every_changed_byte_is_refused_or_sound(void **state)
 {
     struct memory m;

@@ -25,7 +25,7 @@
 
 static char directory[] = "/tmp/lum-outfile-XXXXXX";
 
-/* What the disk is asked for, and what it answers. */
+/* Requests to the disk, and its answers. */
 static struct {
     unsigned calls;
     unsigned failing; /* the call that fails, from 1; 0: none */
@@ -306,7 +306,7 @@ static void a_growing_file_has_its_name_when_it_is_shown(void **state)
     expect_file("a", "new and more");
 }
 
-/* The lock follows the file; the name alone would not tell. */
+/* The lock follows the file; the name alone would not show it. */
 static void a_growing_file_is_known_by_another_name(void **state)
 {
     (void)state;
@@ -452,7 +452,7 @@ static void bytes_are_on_the_disk_before_the_name(void **state)
     assert_true(disk.had_name[1] && disk.was_directory[1]);
 }
 
-/* What records does not wait for it meanwhile. */
+/* The recording thread does not wait for it. */
 static void a_growing_file_waits_for_the_disk_at_its_end_alone(void **state)
 {
     (void)state;
@@ -512,7 +512,7 @@ static void a_file_system_that_cannot_sync_will_do(void **state)
     }
 }
 
-/* Then nobody is refused, and nothing of another is taken for what is left. */
+/* Then nobody is refused, and no file of another run counts as left over. */
 static void a_file_system_without_locks_will_do(void **state)
 {
     (void)state;

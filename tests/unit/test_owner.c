@@ -28,7 +28,8 @@
 /* What a child says that could not look. */
 #define SKIPPED 77
 
-/* A sensor of this test alone: 127.61.2.x, and processes may run it at once. */
+/* A sensor only for this test: 127.61.2.x; several processes may run it at the
+ * same time. */
 static lum_endpoint sensor(uint8_t last)
 {
     const uint32_t own = (uint32_t)getpid();

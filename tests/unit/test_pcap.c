@@ -726,7 +726,7 @@ static void interfaces_without_end_are_refused(void **state)
     free(im.bytes);
 }
 
-/* What is behind a good packet, and what is said of it. */
+/* The bytes after a good packet, and the message about them. */
 static void damaged_blocks_end_the_reading(void **state)
 {
     static const struct {
@@ -895,7 +895,7 @@ static image everything(bool is_big, bool is_pcapng)
     return im;
 }
 
-/* A prefix gives what is whole in it, and tells of what is not. */
+/* A prefix gives its complete records, and reports the incomplete one. */
 static void every_truncation_keeps_what_is_before_it(void **state)
 {
     (void)state;

@@ -455,7 +455,7 @@ static void what_ended_long_ago_makes_nothing_late(void **state)
     assert_int_equal(counted()->late + counted()->stray, 0);
 }
 
-/* With one clock for all, or none, numbers tell what is older. */
+/* With one clock for all packets, or none, the numbers show which is older. */
 static void without_a_clock_numbers_tell(void **state)
 {
     (void)state;
@@ -929,8 +929,8 @@ static size_t disturb(uint32_t reach)
     return n;
 }
 
-/* Each segment by itself: what a jump of the clock costs an assembler is none
- * of the disorder's. */
+/* Each segment separately: losses of an assembler by a jump of the clock do not
+ * come from the disorder. */
 static void in_disorder(unsigned seed, unsigned segments, uint32_t reach,
                         bool once)
 {

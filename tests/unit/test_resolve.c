@@ -70,8 +70,8 @@ static void names_of_any_length_are_harmless(void **state)
 static void an_ipv6_address_is_told(void **state)
 {
     (void)state;
-    expect_refused("::1", "no IPv4 address");
-    expect_refused("fe80::1", "no IPv4 address");
+    expect_refused("::1", "not an IPv4 address");
+    expect_refused("fe80::1", "not an IPv4 address");
 }
 
 /* A name that RFC 6761 keeps from being one. */

@@ -289,7 +289,7 @@ static void an_owner_gets_the_batch_and_then_what_it_holds(void **state)
     assert_int_equal(counters().alerts, 2);
 }
 
-/* Data, or whatever bears the magic. */
+/* Data, or any packet with the magic. */
 static void packets_from(lum_endpoint from, size_t count)
 {
     uint8_t packet[LUM_HEADER_BYTES + 4] = {0};
@@ -614,7 +614,7 @@ static void drops_of_the_kernel_are_counted(void **state)
     assert_int_equal(counters().kernel_drops, 5);
 }
 
-/* Switches off by a script; tells what the sensor was asked. */
+/* Switches off by a script; returns what the sensor was asked. */
 static lum_laser_off switch_off(uint16_t *status)
 {
     *status = 0x5a5a;

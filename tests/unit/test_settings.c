@@ -213,7 +213,7 @@ static void keys_unknown_or_repeated_are_refused(void **state)
 {
     (void)state;
     assert_refused("powr: 5", "f:1: ", "did you mean 'power'?");
-    assert_refused("power: 5\npower: 5", "f:2: power: ", "line 1 already");
+    assert_refused("power: 5\npower: 5", "f:2: power: ", "already on line 1");
     assert_refused("threshold: {red: 1}",
                    "f:1: threshold: ", "allowed here: green, blue");
     assert_refused("yscan: {fov: 1}", "f:1: yscan: ",

@@ -762,7 +762,7 @@ static unsigned count_bits(uint8_t x)
     return n;
 }
 
-/* Packets bear the low byte of their number 20 times, then the high one, so
+/* Packets have the low byte of their number 20 times, then the high one, so
  * that it survives three flipped bits. */
 static uint8_t most_frequent(const uint8_t *p)
 {

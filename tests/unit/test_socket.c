@@ -351,7 +351,7 @@ static void a_buffer_that_was_not_granted_is_told(void **state)
     expect_in_child(ask_for_more_than_allowed);
 }
 
-/* What a real stream needs: payload as much as was asked for, in datagrams of
+/* What a real stream needs: the requested amount of payload, in datagrams of
  * full size, without a drop. */
 static void the_room_holds_the_payload_asked_for(void **state)
 {
@@ -741,7 +741,7 @@ static void without_the_right_to_bind_it_is_the_same(void **state)
     expect_in_child(count_without_the_right);
 }
 
-/* A datagram tells of the drops before it. */
+/* A datagram reports the drops before it. */
 static bool counts_drops_with_arrivals(lum_socket *to, lum_socket *from)
 {
     static const uint8_t bytes[1000];

@@ -69,7 +69,7 @@ static lum_source *source_of(struct feed *f)
     return s;
 }
 
-/* What is asked for is there in one piece, whatever the pieces it came in. */
+/* Requested bytes are there in one piece, although they came in any pieces. */
 static void any_sizes_come_in_order(void **state)
 {
     uint8_t *bytes = make_bytes();
@@ -97,7 +97,7 @@ static void any_sizes_come_in_order(void **state)
     free(bytes);
 }
 
-/* What was looked at and not taken is there again with more behind it. */
+/* Bytes that were read but not taken are there again with more after them. */
 static void what_is_not_taken_stays(void **state)
 {
     uint8_t *bytes = make_bytes();

@@ -112,7 +112,7 @@ static void parts_behind_one_another_are_one(void **state)
     }
 }
 
-/* What was readable is given, and the byte told where it broke. */
+/* The readable part is given, and the byte where it broke. */
 static void every_truncation_is_told(void **state)
 {
     struct kind kinds[2];
@@ -178,11 +178,11 @@ static void behind_gzip_zeros_may_follow_and_nothing_else(void **state)
     assert_false(lum_source_has(s, TEXT + 1));
     assert_int_equal(s->left, TEXT);
     assert_true(s->has_failed);
-    expect_text(s->error.text, "no gzip data follows");
+    expect_text(s->error.text, "other data follows the gzip data");
     lum_source_close(s);
 }
 
-/* The failure of what it reads from is its own. */
+/* A failure of its source is its own failure. */
 static int64_t break_off(void *context, void *buffer, size_t room,
                          lum_error *error)
 {

@@ -32,7 +32,7 @@ int capture_file_open(const char *path, const struct provenance *about,
     return open_as(path, about, true, out, error);
 }
 
-/* A disk that cannot be written to is told at once. */
+/* A disk that cannot be written to is reported at once. */
 int capture_file_record(const char *path, const struct provenance *about,
                         struct capture_file *out, lum_error *error)
 {

@@ -24,8 +24,8 @@ bool capture_file_is_in_place(const char *path);
 int capture_file_open(const char *path, const struct provenance *about,
                       struct capture_file *out, lum_error *error);
 
-/* As capture_file_open(), under its own name from the first datagram on; what
- * was recorded stays, whatever becomes of the rest. */
+/* As capture_file_open(), with its final name from the first datagram on;
+ * recorded data stays, even if the rest fails. */
 int capture_file_record(const char *path, const struct provenance *about,
                         struct capture_file *out, lum_error *error);
 

@@ -1,8 +1,8 @@
 #include "utf8.h"
 
-/* Bytes of the UTF-8 sequence that begins so, and the least and the most that
- * its second may be: what is longer than it need be, a surrogate or beyond
- * Unicode is none. */
+/* Number of bytes of the UTF-8 sequence with this first byte, and the range of
+ * its second byte, which excludes overlong forms, surrogates and values beyond
+ * Unicode. */
 static const struct {
     unsigned char first;
     unsigned char last;

@@ -88,7 +88,7 @@ static enum exit_status prepare_yscan(const struct ctl *ctl,
     }
     if (from->has_shape && !from->has[LUM_COMMAND_LINE_MODE]) {
         ctl_note(ctl,
-                 "%s names no lines: the table is for %u, since a sensor "
+                 "%s names no lines: the table is for %u, because a sensor "
                  "cannot be asked",
                  plan->file, YSCAN_LINES);
     }
@@ -360,7 +360,7 @@ static enum exit_status finish(const struct ctl *ctl, const struct plan *plan)
     }
     return is_done ? EXIT_DONE
                    : ctl_complain(EXIT_FAILED,
-                                  "%s: the sensor's answer speaks of a refusal "
+                                  "%s: the sensor's answer reports a refusal "
                                   "and does not say of what",
                                   plan->file);
 }

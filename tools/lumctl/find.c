@@ -10,11 +10,11 @@ static enum exit_status check(const struct ctl *ctl, int count, char **words,
     const struct ctl_options *options = &ctl->options;
     if (count > 1) {
         return ctl_complain(
-            EXIT_BAD, "find: '%s': no word is expected behind find", words[1]);
+            EXIT_BAD, "find: '%s': no word is expected after find", words[1]);
     }
     if (options->dry_run) {
         return ctl_complain(EXIT_BAD, "--dry-run does not go with find, which "
-                                      "sends requests for a time stamp alone");
+                                      "sends only requests for a time stamp");
     }
     if (options->has_host && !ctl->in_shell) {
         return ctl_complain(EXIT_BAD,

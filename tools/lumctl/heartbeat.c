@@ -228,7 +228,7 @@ enum exit_status command_heartbeat(struct ctl *ctl, int count, char **words)
 {
     if (count > 1) {
         return ctl_complain(
-            EXIT_BAD, "heartbeat: '%s': no word is expected behind heartbeat",
+            EXIT_BAD, "heartbeat: '%s': no word is expected after heartbeat",
             words[1]);
     }
     if (ctl->options.dry_run) {

@@ -22,7 +22,7 @@ static enum exit_status complain_down(const struct ctl *ctl,
     (void)session_name(session_host(ctl), name);
     if (report_has_hazard(status, is_owned)) {
         (void)ctl_complain(EXIT_HAZARD,
-                           "the laser stays down while a hazard stands:");
+                           "the laser stays down during a hazard:");
         report_status(stderr, status, is_owned, report_may_colour(stderr));
         return EXIT_HAZARD;
     }
@@ -112,15 +112,15 @@ static void complain_undo(const struct ctl *ctl, enum laser_undo undo)
         (void)ctl_complain(
             EXIT_FAILED,
             "NOT taken back, since no answer shows it: the laser WILL COME UP "
-            "by itself when what keeps it down ends. Say lumctl --host %s "
-            "laser off, or end whatever sends heartbeats",
+            "by itself when what keeps it down ends. Run lumctl --host %s "
+            "laser off, or end the programs that send heartbeats",
             name);
         return;
     case LASER_IS_ON:
-        (void)ctl_complain(EXIT_FAILED,
-                           "taking it back failed: the laser is ON now, and "
-                           "stays up. End whatever sends heartbeats, or cut "
-                           "its power");
+        (void)ctl_complain(
+            EXIT_FAILED,
+            "taking it back failed: the laser is ON now, and stays up. End the "
+            "programs that send heartbeats, or cut its power");
         return;
     case LASER_STANDS:
     default:
@@ -270,7 +270,7 @@ static enum exit_status switch_off(struct ctl *ctl)
         return ctl_complain(
             EXIT_FAILED,
             "the laser is ON: it answers the command, and stays up (%s). End "
-            "whatever sends heartbeats, or cut its power",
+            "the programs that send heartbeats, or cut its power",
             report_line(status, false, line));
     }
     return EXIT_DONE;
@@ -290,8 +290,7 @@ enum exit_status command_laser(struct ctl *ctl, int count, char **words)
     }
     if (count > 2) {
         return ctl_complain(EXIT_BAD,
-                            "laser: '%s' is one word too many: on or "
-                            "off alone",
+                            "laser: '%s' is one word too many: only on or off",
                             words[2]);
     }
     if (strcmp(words[1], "on") == 0) {

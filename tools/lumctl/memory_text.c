@@ -321,14 +321,14 @@ int memory_read(const char *text, const struct memory_key *key,
     struct reading r = {.next = text};
     memset(out, 0, sizeof *out);
     if (!next_line(&r) || strcmp(r.text, HEAD) != 0) {
-        return lum_error_set(error, "is no state file of this lumctl");
+        return lum_error_set(error, "is not a state file of this lumctl");
     }
     if (!is_for(&r, key)) {
         return lum_error_set(error, "is of another sensor");
     }
     while (!r.has_end) {
         if (!next_line(&r)) {
-            return lum_error_set(error, "is cut short behind line %u", r.line);
+            return lum_error_set(error, "is cut short after line %u", r.line);
         }
         if (!read_line(&r, out)) {
             return lum_error_set(error, "line %u makes no sense", r.line);

@@ -266,8 +266,8 @@ static void note_restart(const struct ctl *ctl)
 {
     char name[SESSION_NAME_BYTES];
     ctl_note(ctl,
-             "the clock of %s has begun anew since its settings were "
-             "remembered: it has restarted, and those from before are gone",
+             "the clock of %s has started again since its settings were "
+             "remembered: it has restarted, and the old settings are gone",
              session_name(session_host(ctl), name));
 }
 

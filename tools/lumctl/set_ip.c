@@ -176,13 +176,12 @@ static enum exit_status check_others(struct move *m)
     if (m->ctl->options.force || !find_other(m, &who, mac)) {
         return EXIT_DONE;
     }
-    return ctl_complain(
-        EXIT_BAD,
-        "set-ip: another device has %s (%s%s), and the sensor would be lost "
-        "behind it: nothing was sent. Choose another address; --force sends it "
-        "all the same",
-        number_format_address(m->new.address, address), mac,
-        who.is_heard ? "" : ", as this host's ARP table says");
+    return ctl_complain(EXIT_BAD,
+                        "set-ip: another device has %s (%s%s), and the sensor "
+                        "would be lost behind it: nothing was sent. Choose "
+                        "another address; --force sends it anyway",
+                        number_format_address(m->new.address, address), mac,
+                        who.is_heard ? "" : ", as this host's ARP table says");
 }
 
 /* --- Moving it --- */
@@ -279,7 +278,7 @@ static enum exit_status complain_reversed(const struct move *m)
     return ctl_complain(
         EXIT_FAILED,
         "the sensor took the bytes in the other order and is at %s now: write "
-        "'version: 1' and 'set_ip_order: %s' to a file, and say lumctl "
+        "'version: 1' and 'set_ip_order: %s' to a file, and run lumctl "
         "--profile FILE --host %s set-ip %s",
         session_name(m->reversed, where),
         m->ctl->layout.profile.set_ip_order == LUM_SET_IP_NETWORK ? "little"
@@ -307,9 +306,8 @@ static enum exit_status complain_nowhere(struct move *m)
     }
     return ctl_complain(
         EXIT_NO_ANSWER,
-        "nobody answers at %s, nor at %s%s%s. The packet may have got through "
-        "all the same, and its answers been lost. To find out why: lumctl "
-        "doctor "
+        "nobody answers at %s, nor at %s%s%s. The packet may still have "
+        "arrived, and its answers been lost. To find out why: lumctl doctor "
         "--host %s. When its power was off, the sensor is at 10.42.0.37",
         session_name(m->new, new), session_name(m->old, old),
         has_reversed ? " or " : "",

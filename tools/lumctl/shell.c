@@ -185,9 +185,10 @@ static void help(void)
     for (size_t i = 0; ctl_command_name(i) != NULL; i++) {
         (void)printf(" %s", ctl_command_name(i));
     }
-    (void)puts("\nThe manual's raw text works too, such as 50p or u. "
-               "help COMMAND says more of one. "
-               "quit, or the end of the input, ends the shell.");
+    (void)puts(
+        "\n"
+        "The manual's raw text works too, such as 50p or u. help COMMAND "
+        "describes one. quit, or the end of the input, ends the shell.");
 }
 
 /* The manual's raw text is a separate command. */
@@ -237,10 +238,9 @@ static void run_line(struct shell *s, char *text)
     } else if (count == 1 && strcmp(words[0], "help") == 0) {
         help();
     } else if (count > 1 && is_end_word(words[0])) {
-        status = ctl_complain(EXIT_BAD,
-                              "%s: '%s' is one word too many: %s alone ends "
-                              "the shell",
-                              words[0], words[1], words[0]);
+        status = ctl_complain(
+            EXIT_BAD, "%s: '%s' is one word too many: just %s ends the shell",
+            words[0], words[1], words[0]);
     } else if (count > 0) {
         words[count] = NULL;
         status = run_words(s, 1 + count, argv);
@@ -348,9 +348,8 @@ enum exit_status command_shell(struct ctl *ctl, int count, char **words)
     struct shell s = {.ctl = ctl, .first = EXIT_DONE};
     char path[PATH_BYTES];
     if (count > 1) {
-        return ctl_complain(EXIT_BAD,
-                            "shell: '%s': no word is expected behind shell",
-                            words[1]);
+        return ctl_complain(
+            EXIT_BAD, "shell: '%s': no word is expected after shell", words[1]);
     }
     if (ctl->in_shell) {
         return ctl_complain(EXIT_BAD, "this is the shell already");

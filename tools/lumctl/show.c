@@ -64,10 +64,9 @@ static void print_run(FILE *out, const struct remembered *r, const char *before)
                       "in %.2g %% of cases.\n",
                       before, 100.0 * r->missed);
     } else if (r->run == MEMORY_RUN_UNKNOWN) {
-        (void)fprintf(out,
-                      "%sIts clock cannot tell whether it has restarted "
-                      "since.\n",
-                      before);
+        (void)fprintf(
+            out, "%sIts clock does not show whether it has restarted since.\n",
+            before);
     }
 }
 
@@ -181,7 +180,7 @@ static enum exit_status complain_nothing(const struct remembered *r)
 static enum exit_status check(const struct ctl *ctl, int count, char **words)
 {
     if (count > 1) {
-        return ctl_complain(EXIT_BAD, "%s: '%s': no word is expected behind %s",
+        return ctl_complain(EXIT_BAD, "%s: '%s': no word is expected after %s",
                             words[0], words[1], words[0]);
     }
     if (ctl->options.dry_run) {

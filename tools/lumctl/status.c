@@ -202,7 +202,7 @@ enum exit_status command_status(struct ctl *ctl, int count, char **words)
     bool was_sent = false;
     if (count > 1) {
         return ctl_complain(EXIT_BAD,
-                            "status: '%s': no word is expected behind status",
+                            "status: '%s': no word is expected after status",
                             words[1]);
     }
     if (ctl->options.watch && !ctl->options.dry_run) {

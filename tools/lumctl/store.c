@@ -21,7 +21,7 @@ int store_read(const char *path, char *out, size_t size, lum_error *error)
     const int result = ferror(file) != 0 ? fail(path, error) : 1;
     (void)fclose(file);
     if (result == 1 && (len == size || memchr(out, '\0', len) != NULL)) {
-        return lum_error_set(error, "%s: is no state file of lumctl", path);
+        return lum_error_set(error, "%s: is not a state file of lumctl", path);
     }
     out[len < size ? len : 0] = '\0';
     return result;

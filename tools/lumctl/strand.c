@@ -31,10 +31,9 @@ static const struct host_interface *owner_of(const struct move_plan *p,
 static enum exit_status refuse(uint32_t address, const char *why)
 {
     char text[16];
-    return ctl_complain(EXIT_BAD,
-                        "set-ip: %s %s: nothing was sent. --force sends it all "
-                        "the same",
-                        number_format_address(address, text), why);
+    return ctl_complain(
+        EXIT_BAD, "set-ip: %s %s: nothing was sent. --force sends it anyway",
+        number_format_address(address, text), why);
 }
 
 static enum exit_status check_own(const struct move_plan *p)

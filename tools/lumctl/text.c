@@ -123,8 +123,8 @@ static enum exit_status check_text(const char *text)
         if (result != LUM_OK) {
             return ctl_complain(
                 EXIT_BAD,
-                "'%s': '%.*s' is no command: u, d, or a whole number and one "
-                "of p g b f y h G B, parted by one space",
+                "'%s': '%.*s' is not a command: u, d, or a whole number and "
+                "one of p g b f y h G B, separated by one space",
                 text, len, at);
         }
     }
@@ -252,8 +252,8 @@ enum exit_status text_complain_refusal(const char *text, const char *typed,
     }
     if (refusal->names[0] == '\0') {
         return ctl_complain(EXIT_FAILED,
-                            "the answer to '%s' speaks of a refusal and does "
-                            "not name what was refused: %s",
+                            "the answer to '%s' reports a refusal and does not "
+                            "name what was refused: %s",
                             typed, reason);
     }
     return ctl_complain(EXIT_FAILED, "the sensor refused '%s'%s: %s",

@@ -128,7 +128,7 @@ static void put_all(const struct timing *t, const lum_clock_estimate *e)
                  (unsigned)e->exchanges);
     (void)printf("  drift       %s%s\n", drift_text(e, text),
                  e->has_drift ? "" : ": lumctl time --watch measures it");
-    (void)puts("  It counts from boot and begins anew every 71.6 minutes.");
+    (void)puts("  It counts from boot and returns to 0 every 71.6 minutes.");
 }
 
 static void put_line(const struct timing *t, const lum_clock_estimate *e)
@@ -154,7 +154,7 @@ static bool show_line(struct timing *t)
         return true;
     }
     if (e.resets != t->resets) {
-        ctl_note(t->ctl, "the sensor's clock began anew: it has restarted");
+        ctl_note(t->ctl, "the sensor's clock started again: it has restarted");
         t->resets = e.resets;
     }
     if (t->ctl->options.json) {
@@ -233,7 +233,7 @@ enum exit_status command_time(struct ctl *ctl, int count, char **words)
     struct timing t = {.ctl = ctl};
     if (count > 1) {
         return ctl_complain(
-            EXIT_BAD, "time: '%s': no word is expected behind time", words[1]);
+            EXIT_BAD, "time: '%s': no word is expected after time", words[1]);
     }
     if (ctl->options.dry_run) {
         const lum_timestamp request = {ctl->options.sequence, 0};

@@ -139,8 +139,8 @@ static void warn_of_losses(const struct pass *pass, uint64_t left_out)
                 "of its begin were used for all");
     }
     if (!pass->summary.has_time) {
-        warn(o, "no packet of a G2 was found: nothing whole to or from UDP "
-                "port 5517 bears its magic");
+        warn(o, "no packet of a G2 was found: no complete packet to or from "
+                "UDP port 5517 has its magic");
     }
     warn_of_no_points(pass);
     if (left_out > 0) {

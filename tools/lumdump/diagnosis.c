@@ -12,7 +12,7 @@ static const char *const kind_names[LUM_PACKET_KINDS] = {
     [LUM_PACKET_TLV] = "TLV",
     [LUM_PACKET_FOREIGN] = "foreign",
     [LUM_PACKET_UNKNOWN_TYPE] = "a type that is not known",
-    [LUM_PACKET_MALFORMED] = "a length or field that cannot be",
+    [LUM_PACKET_MALFORMED] = "an impossible length or field",
     [LUM_PACKET_UNKNOWN_TAG] = "neither angles nor ranges",
 };
 
@@ -133,7 +133,7 @@ static void print_profile_help(const struct diagnosis *d, FILE *out)
         "The layout of data packets is partly an assumption, which a wire "
         "profile corrects.\n"
         "Copy profile-default.yaml (installed in share/lumsdk), then:\n"
-        "  data_packet_type   the type that most packets bear, if not 8\n"
+        "  data_packet_type   the type of most packets, if not 8\n"
         "  group              the offsets of tag (2 or 3), eye, line,\n"
         "                     num_samples (4 bytes each fill the packet),\n"
         "                     first_sample_index, timestamp, and samples\n"
@@ -207,8 +207,8 @@ void diagnosis_print(const struct diagnosis *diagnosis, const char *source,
     struct diagnosis d = *diagnosis;
     sort_shapes(d.shapes, d.shape_count);
     (void)fprintf(out,
-                  "lumdump: %s: packets of a G2 came, and not one of them is "
-                  "a data packet:\n",
+                  "lumdump: %s: packets of a G2 came, but none of them is a "
+                  "data packet:\n",
                   source);
     for (size_t i = 0; i < d.shape_count; i++) {
         print_shape(&d.shapes[i], out);
@@ -221,11 +221,11 @@ void diagnosis_print(const struct diagnosis *diagnosis, const char *source,
     if (d.sample_may_be_data) {
         print_profile_help(&d, out);
     } else {
-        (void)fputs(
-            "All of these are of kinds that are known, so the layout is not "
-            "the trouble: the sensor sent no\ndata while this was captured, "
-            "or not past this interface. Data goes to whoever sent the last\n"
-            "heartbeat, and stops 3 s after it.\n",
-            out);
+        (void)fputs("All of these are of known kinds, so the layout is not the "
+                    "problem: the sensor sent no data while\n"
+                    "this was captured, or not past this interface. Data goes "
+                    "to the sender of the last heartbeat,\n"
+                    "and stops 3 s after it.\n",
+                    out);
     }
 }

@@ -103,11 +103,12 @@ static void tell_end(const struct lane *lane, const char *then, struct say *say)
         break;
     case LANE_STALLED:
     case LANE_ABANDONED:
-        say_error(
-            say, "%s %s given up; what was written of it is not whole%s%s",
-            lane_name(lane),
-            lane->is_cut_off ? "was waited for and is" : "stands still and is",
-            colon, rest);
+        say_error(say,
+                  "%s %s given up; what was written of it is not whole%s%s",
+                  lane_name(lane),
+                  lane->is_cut_off ? "was waited for and is"
+                                   : "makes no progress and is",
+                  colon, rest);
         break;
     case LANE_READER_LEFT:
         if (then != NULL) {
@@ -144,15 +145,15 @@ static void tell_drops(struct lane *lane, struct say *say, int64_t now_ns)
     lane->told_ns = now_ns;
     if (lane->is_recording) {
         say_error(say,
-                  "%s is too slow for what comes: %" PRIu64
+                  "%s is too slow for the data: %" PRIu64
                   " datagrams are missing from this recording so far; record "
                   "to a faster disk, or try a larger --buffer",
                   lane_name(lane), lane->dropped);
     } else if (lane->has_output) {
         say_warn(say,
-                 "%s is too slow for what comes: %" PRIu64
+                 "%s is too slow for the data: %" PRIu64
                  " datagrams are missing from it so far; write less (--eye, "
-                 "--frames, a pcap alone), to a faster disk, or try --buffer",
+                 "--frames, only a pcap), to a faster disk, or try --buffer",
                  lane_name(lane), lane->dropped);
     } else {
         say_warn(say,

@@ -149,12 +149,13 @@ static bool find_format(const struct options *o, struct output_options *output)
         return true;
     }
     if (strcmp(output->name, "-") == 0) {
-        return refuse("standard output has no ending to tell a format by: say "
+        return refuse("standard output has no ending that shows a format: give "
                       "--format csv, ply, pcd, las, xyz, png, pcap or pcapng");
     }
     (void)fprintf(stderr,
-                  "lumdump: '%s' tells no format by its ending: use .csv .ply "
-                  ".pcd .las .xyz .png .pcap or .pcapng, or say --format\n",
+                  "lumdump: '%s' has no ending that shows a format: use .csv "
+                  ".ply .pcd .las .xyz .png .pcap or .pcapng, or give "
+                  "--format\n",
                   output->name);
     return false;
 }
@@ -256,7 +257,7 @@ static bool goes_with_source(const struct options *o)
     }
     if (o->is_live && o->has_sensor) {
         return refuse("--sensor chooses among the sensors of a capture: "
-                      "udp://ADDRESS names the one already");
+                      "udp://ADDRESS already names one");
     }
     return true;
 }

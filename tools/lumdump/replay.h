@@ -9,8 +9,8 @@
 enum pass_result replay_open(const struct options *options, lum_capture **out,
                              lum_error *error);
 
-/* Opens the outputs and reads the capture to its end. What was found out is in
- * pass, whatever the result; the outputs are still open. pass->about is set. */
+/* Opens the outputs and reads the capture to its end. The results are in pass,
+ * also on failure; the outputs are still open. pass->about is set. */
 enum pass_result replay(struct pass *pass, lum_error *error);
 
 #endif

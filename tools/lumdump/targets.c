@@ -184,7 +184,7 @@ static int check_numbered(const struct options *options, size_t i,
         return 0;
     }
     return lum_error_set(error,
-                         "%s, which this run reads, bears one of the names of "
+                         "%s, which this run reads, has one of the names of "
                          "%s: name another output",
                          input, name);
 }
@@ -216,7 +216,7 @@ static int check_others(const struct options *options, size_t i,
         if (is_same_output(other, name)) {
             return lum_error_set(error,
                                  "%s: named twice as output, before as %s: "
-                                 "each needs a file of its own",
+                                 "each needs its own file",
                                  name, other);
         }
     }
@@ -229,11 +229,12 @@ static int check_rotation(const struct options *options, lum_error *error)
     for (size_t i = 0; i < options->output_count; i++) {
         is_used = is_used || targets_rotates(options, i);
     }
-    return is_used ? 0
-                   : lum_error_set(error,
-                                   "--rotate: there is no output that could "
-                                   "go on in a new file: standard output and "
-                                   "files of a frame each do not");
+    return is_used
+               ? 0
+               : lum_error_set(
+                     error,
+                     "--rotate: no output can continue in a new file: standard "
+                     "output and outputs with a file for each frame cannot");
 }
 
 static size_t count_captures(const struct options *o)
@@ -279,16 +280,15 @@ static int check_recording(const struct options *o, lum_error *error)
     const char *points = find_point_option(&o->selection);
     const char *option = points != NULL ? points : find_line_option(o);
     if (o->has_packets) {
-        return lum_error_set(error,
-                             "--packets goes with a capture that is cut: "
-                             "a recording holds all that comes");
+        return lum_error_set(error, "--packets goes with a capture that is "
+                                    "cut: a recording holds all packets");
     }
     return option == NULL || count_captures(o) == 0 ||
                    count_captures(o) < o->output_count
                ? 0
                : lum_error_set(error,
-                               "%s: a recording holds all that comes: record "
-                               "it, and cut the file by lumdump FILE %s ...",
+                               "%s: a recording holds all packets: record it, "
+                               "and cut the file by lumdump FILE %s ...",
                                option, option);
 }
 

@@ -291,7 +291,7 @@ bool values_parse_url(const char *text, lum_endpoint *out)
         return refuse_url(text, "there is no host in it");
     }
     if (strchr(host, '/') != NULL) {
-        return refuse_url(text, "nothing stands behind the host and its port");
+        return refuse_url(text, "nothing may follow the host and its port");
     }
     if (!host_parse_endpoint(host, out, &why)) {
         return refuse_url(text, why.text);

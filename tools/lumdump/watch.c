@@ -46,9 +46,9 @@ static void warn_of_laser(struct watch *watch, const char *what)
 {
     char names[256];
     say_warn(watch->say,
-             "the laser of %s %s (%s); it is not switched on again by itself: "
-             "when that is safe, lumctl --host %s laser on; the recording goes "
-             "on",
+             "the laser of %s %s (%s); it is not switched on again "
+             "automatically: when it is safe, run lumctl --host %s laser on; "
+             "the recording continues",
              watch->address, what,
              laser_bits_name(watch->laser.fell, LUM_LASER_ALL_DOWN, names,
                              sizeof names),

@@ -15,8 +15,8 @@ static void warn_of_capture(const struct live *live)
 {
     if (live->playback.facts.is_cut_off) {
         (void)fprintf(stderr,
-                      "lumsim: %s cannot be read to its end; what can be is "
-                      "replayed\n",
+                      "lumsim: %s cannot be read to its end; the readable part "
+                      "is replayed\n",
                       live->options->replay);
     }
 }

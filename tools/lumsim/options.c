@@ -194,9 +194,9 @@ static const char *reason(unsigned modes)
 {
     switch (modes) {
     case MODE_FILE:
-        return "goes with -o FILE alone, not with a sensor on the network";
+        return "works only with -o FILE, not with a sensor on the network";
     case MODE_REPLAY:
-        return "goes with --replay FILE alone";
+        return "works only with --replay FILE";
     case DRIVE:
         return "does not go with --replay: the capture decides that";
     default:

@@ -110,10 +110,10 @@ static int refuse_empty(const char *path, const struct senders *senders,
                              path, number_format_address(sensor, wanted),
                              number_format_address(senders->address[0], there));
     }
-    return lum_error_set(error,
-                         "%s: not one data packet of a sensor; 'lumdump %s' "
-                         "tells what is there",
-                         path, path);
+    return lum_error_set(
+        error,
+        "%s: not one data packet of a sensor; 'lumdump %s' shows what is there",
+        path, path);
 }
 
 static int examine(struct recording *r, struct recording_facts *facts,

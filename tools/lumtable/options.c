@@ -132,8 +132,8 @@ static enum parsed check(int argc, char **argv, const struct options *o)
     }
     if (!is_identifier(o->name)) {
         (void)fprintf(stderr,
-                      "lumtable: --name: '%s' is no name in C: a letter, then "
-                      "letters, digits and _, 40 at most\n",
+                      "lumtable: --name: '%s' is not a name in C: a letter, "
+                      "then letters, digits and _, 40 at most\n",
                       o->name);
         return PARSED_BAD;
     }

@@ -79,7 +79,7 @@ static void put_head(struct source *out, const struct origin *o)
         "#include <stdint.h>\n"
         "\n"
         "#if LUM_LAYOUT_VERSION != %d || LUM_FIXED_PROJECTOR_VERSION != %d\n"
-        "#error \"made for another version of lumsdk: make it anew with the "
+        "#error \"made for another version of lumsdk: make it again with the "
         "lumtable of this one\"\n"
         "#endif\n"
         "\n"

@@ -49,9 +49,9 @@ static const struct reason only_gzip = {
     "This is kept compressed: ask with Accept-Encoding: gzip.\n"};
 static const struct reason foreign_host = {
     HTTP_STATUS_FORBIDDEN,
-    "This server answers at the address alone that lumview printed.\n"};
+    "This server answers only at the address that lumview printed.\n"};
 static const struct reason foreign_origin = {
-    HTTP_STATUS_FORBIDDEN, "This server answers its own page alone.\n"};
+    HTTP_STATUS_FORBIDDEN, "This server answers only its own page.\n"};
 static const struct reason no_token = {
     HTTP_STATUS_FORBIDDEN,
     "The token is missing or wrong: open the whole URL that lumview "

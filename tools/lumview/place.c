@@ -27,10 +27,9 @@ static int explain(uint32_t address, uint16_t port, int reason,
                              (unsigned)port, text, who.text);
     }
     if (reason == EADDRNOTAVAIL) {
-        return lum_error_set(error,
-                             "--bind: %s is no address of this host; see: ip "
-                             "addr",
-                             text);
+        return lum_error_set(
+            error, "--bind: %s is not an address of this host; see: ip addr",
+            text);
     }
     return lum_error_set(error, "%s:%u: cannot be listened on: %s", text,
                          (unsigned)port, strerror(reason));

@@ -370,14 +370,13 @@ static void tell_empty(struct player *p)
 {
     lum_error text;
     if (p->broken.text[0] == '\0') {
-        (void)lum_error_set(&text,
-                            "%s: there is no frame in it%s; lumdump %s tells "
-                            "what it holds",
-                            p->options.source,
-                            p->options.decoder.has_sensor
-                                ? " of the sensor that was asked for"
-                                : "",
-                            p->options.source);
+        (void)lum_error_set(
+            &text,
+            "%s: there is no frame in it%s; lumdump %s shows what it holds",
+            p->options.source,
+            p->options.decoder.has_sensor ? " of the sensor that was asked for"
+                                          : "",
+            p->options.source);
         stage_set_message(p->stage, text.text);
     } else {
         tell(p);

@@ -152,8 +152,8 @@ static void say_waiting(const struct sentry *s, struct message *m)
 {
     if (s->has_unknown) {
         say(m,
-            "%s sends what is no data of the layout: is a --profile needed? "
-            "lumdump udp://%s tells more",
+            "%s sends packets that do not fit the layout: is a --profile "
+            "needed? lumdump udp://%s shows more",
             s->address, s->address);
     } else if (s->laser.has_status) {
         say(m,

@@ -11,7 +11,7 @@ long board_call(long operation, const void *arguments);
  * startup code ends with it. */
 void board_run(void);
 
-/* An exception that nobody expects: tells the host and exits. */
+/* An unexpected exception: reports to the host and exits. */
 void board_fault(void);
 
 #endif

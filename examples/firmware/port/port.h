@@ -1,4 +1,4 @@
-/* What a program of this directory needs from where it runs: a file, a text
+/* What a program of this directory needs from its environment: a file, a text
  * output, its exit status, and on a board a counter. port_host.c gives them by
  * stdio, port_semihosting.c by a debugger's host or an emulator. A program has
  * an ordinary main(); startup_*.c calls it with the words of the command line

@@ -7,7 +7,7 @@
 
 #define TEXT_MAX 128
 
-/* A line being written; what does not fit is cut. Begins as {0}. */
+/* A line being written; text that does not fit is cut. Begins as {0}. */
 typedef struct text {
     char line[TEXT_MAX];
     size_t len;

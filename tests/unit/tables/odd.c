@@ -9,7 +9,7 @@
 #include <stdint.h>
 
 #if LUM_LAYOUT_VERSION != 1 || LUM_FIXED_PROJECTOR_VERSION != 1
-#error "made for another version of lumsdk: make it anew with the lumtable of this one"
+#error "made for another version of lumsdk: make it again with the lumtable of this one"
 #endif
 
 extern const lum_layout odd_layout;

@@ -133,8 +133,8 @@ static enum exit_status send_shape(struct ctl *ctl)
     }
     if (ctl->options.lines == 0) {
         ctl_note(ctl,
-                 "the table is for %u lines, since a sensor cannot be "
-                 "asked; --lines %u if it runs at those",
+                 "the table is for %u lines, because a sensor cannot be asked; "
+                 "use --lines %u if it runs with those",
                  YSCAN_LINES, YSCAN_LINES_FEW);
     }
     yscan_note_eyes(ctl, &table);
