@@ -95,6 +95,25 @@ class Documents(unittest.TestCase):
                 self.assertEqual(there, f"\n| {word} |" in words)
 
 
+class Frames(unittest.TestCase):
+    """One place makes frames of packets; besides it only programs for controllers, which have the core alone."""
+
+    MAKERS = {
+        "lum_assembler": {"src/core/assembler.c", "src/capture/demux.c", "examples/firmware/gateway.c",
+                          "examples/porting/main.c"},
+        "lum_demux": {"src/capture/demux.c", "src/frame/framer.c"},
+    }
+
+    def test_no_other_source_calls_an_assembler(self):
+        for what, makers in self.MAKERS.items():
+            called = re.compile(rf"\b{what}_(?:new|init|push|flush)\s*\(")
+            found = {str(path.relative_to(TOP)) for folder in ("src", "tools", "examples")
+                     for path in (TOP / folder).rglob("*.[ch]*")
+                     if path.suffix in (".c", ".h", ".cpp", ".hpp") and called.search(rooms.NOISE.sub(" ", path.read_text()))}
+            with self.subTest(what):
+                self.assertEqual(found, makers)
+
+
 class Headings(unittest.TestCase):
     """A file that one does not see at once says what stands where."""
 
