@@ -10,6 +10,9 @@ foreach(room IN LISTS lum_optional_rooms)
     list(APPEND lum_headers_left_out PATTERN ${room} EXCLUDE)
   endif()
 endforeach()
+if(NOT TARGET lum_capture) # whose records it gives
+  list(APPEND lum_headers_left_out PATTERN live.h EXCLUDE)
+endif()
 set(lum_config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lumsdk)
 
 if(TARGET lumsdk)

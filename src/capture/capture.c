@@ -35,10 +35,8 @@ static int make_capture(lum_merge *files, lum_capture **out, lum_error *error)
 int lum_capture_open_source(lum_source *source, lum_capture **out,
                             lum_error *error)
 {
-    lum_input *input = NULL;
     lum_merge *files = NULL;
-    return lum_input_open(source, &input, error) == 0 &&
-                   lum_merge_one(input, &files, error) == 0
+    return lum_merge_one(source, &files, error) == 0
                ? make_capture(files, out, error)
                : -1;
 }
@@ -122,6 +120,23 @@ void lum_capture_get_source(const lum_capture *capture, size_t i,
                             lum_capture_source *out)
 {
     lum_merge_get(capture->files, i, out);
+}
+
+size_t lum_capture_comment_count(const lum_capture *capture, size_t source)
+{
+    return lum_comments_count(lum_merge_comments(capture->files, source));
+}
+
+const char *lum_capture_comment(const lum_capture *capture, size_t source,
+                                size_t i, size_t *len)
+{
+    return lum_comments_get(lum_merge_comments(capture->files, source), i, len);
+}
+
+uint64_t lum_capture_comments_left_out(const lum_capture *capture,
+                                       size_t source)
+{
+    return lum_comments_left_out(lum_merge_comments(capture->files, source));
 }
 
 void lum_capture_close(lum_capture *capture)

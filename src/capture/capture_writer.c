@@ -1,6 +1,7 @@
 #include "base/outfile_io.h"
 #include "byte_order.h"
 #include "lum/capture/capture.h"
+#include "pcapng_writer.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -30,10 +31,14 @@ struct lum_capture_writer {
     lum_outfile out;
     bool is_open;  /* out is */
     bool is_shown; /* or need not be */
-    char *buffer;  /* of file */
+    bool is_pcapng;
+    char *buffer; /* of file */
     uint64_t bytes;
-    uint8_t record[RECORD_HEADER_BYTES + HEADER_BYTES + PAYLOAD_BYTES_MAX];
+    uint8_t record[LUM_PCAPNG_HEAD_BYTES + HEADER_BYTES + PAYLOAD_BYTES_MAX +
+                   LUM_PCAPNG_TAIL_BYTES];
 };
+
+/* --- Frames --- */
 
 /* The sum of 16-bit words, not yet folded; an odd byte counts as the first of a
  * word. At most 65,536 bytes, so it cannot overflow. */
@@ -101,6 +106,8 @@ static void put_udp(uint8_t *p, const lum_datagram *d)
     store_be16(p + 6, sent == 0 ? 0xffffu : sent);
 }
 
+/* --- Opening --- */
+
 static int failed(const lum_capture_writer *w, lum_error *error)
 {
     return lum_outfile_fail(&w->out, errno, "cannot be written", error);
@@ -127,26 +134,73 @@ static int open_stream(lum_capture_writer *w)
                : -1;
 }
 
+static int write_start(lum_capture_writer *w, const void *bytes, size_t len,
+                       lum_error *error)
+{
+    w->bytes = len;
+    return fwrite(bytes, len, 1, w->file) == 1 ? 0 : failed(w, error);
+}
+
 /* Little-endian, as most hosts would write it. */
-static int begin(lum_capture_writer *w, lum_error *error)
+static int begin_pcap(lum_capture_writer *w, lum_error *error)
 {
     uint8_t header[FILE_HEADER_BYTES] = {0};
-    if (open_stream(w) != 0) {
-        return failed(w, error);
-    }
     store_le32(header, MAGIC_NANOSECONDS);
     store_le16(header + 4, VERSION);
     store_le16(header + 6, VERSION_MINOR);
     store_le32(header + 16, SNAP_BYTES);
     store_le32(header + 20, LINKTYPE_ETHERNET);
-    w->bytes = FILE_HEADER_BYTES;
-    return fwrite(header, sizeof header, 1, w->file) == 1 ? 0
-                                                          : failed(w, error);
+    return write_start(w, header, sizeof header, error);
 }
 
-static int open_writer(const char *path, lum_outfile_kind kind,
+static int begin_pcapng(lum_capture_writer *w,
+                        const lum_capture_writer_options *o, lum_error *error)
+{
+    const size_t len = lum_pcapng_start_bytes(o);
+    uint8_t *bytes = malloc(len);
+    if (bytes == NULL) {
+        return lum_error_set(error, "%s: not enough memory to write it",
+                             w->out.name);
+    }
+    lum_pcapng_put_start(bytes, o, SNAP_BYTES);
+    const int result = write_start(w, bytes, len, error);
+    const int code = errno;
+    free(bytes);
+    errno = code;
+    return result;
+}
+
+static int begin(lum_capture_writer *w, const lum_capture_writer_options *o,
+                 lum_error *error)
+{
+    if (open_stream(w) != 0) {
+        return failed(w, error);
+    }
+    return w->is_pcapng ? begin_pcapng(w, o, error) : begin_pcap(w, error);
+}
+
+static int check_options(const char *path, const lum_capture_writer_options *o,
+                         lum_error *error)
+{
+    const bool has_text = o->application != NULL || o->comment_count > 0;
+    if (o->format == LUM_CAPTURE_PCAPNG ? lum_pcapng_start_bytes(o) != 0
+                                        : !has_text) {
+        return 0;
+    }
+    (void)lum_error_set(error,
+                        "%s: a pcap file has no comments, a pcapng file at "
+                        "most %u of %u bytes each",
+                        path, LUM_CAPTURE_COMMENTS_MAX,
+                        LUM_CAPTURE_COMMENT_BYTES_MAX);
+    errno = EINVAL;
+    return -1;
+}
+
+static int open_writer(const char *path, const lum_capture_writer_options *o,
                        lum_capture_writer **out, lum_error *error)
 {
+    const lum_outfile_kind kind =
+        o->is_whole ? LUM_OUTFILE_WHOLE : LUM_OUTFILE_GROWS;
     lum_capture_writer *w = calloc(1, sizeof *w);
     char *buffer = malloc(BUFFER_BYTES);
     if (w == NULL || buffer == NULL) {
@@ -155,9 +209,10 @@ static int open_writer(const char *path, lum_outfile_kind kind,
         return lum_error_set(error, "%s: not enough memory to write it", path);
     }
     w->buffer = buffer;
-    w->is_shown = kind == LUM_OUTFILE_WHOLE;
+    w->is_shown = o->is_whole;
+    w->is_pcapng = o->format == LUM_CAPTURE_PCAPNG;
     w->is_open = lum_outfile_open(path, kind, &w->out, error) == 0;
-    if (!w->is_open || begin(w, error) != 0) {
+    if (!w->is_open || begin(w, o, error) != 0) {
         const int code = errno;
         release(w);
         errno = code;
@@ -167,17 +222,39 @@ static int open_writer(const char *path, lum_outfile_kind kind,
     return 0;
 }
 
+int lum_capture_writer_open_as(const char *path,
+                               const lum_capture_writer_options *options,
+                               lum_capture_writer **out, lum_error *error)
+{
+    lum_capture_writer_options o = {.struct_size = sizeof o};
+    if (options->struct_size <= sizeof options->struct_size) {
+        (void)lum_error_set(error, "struct_size of the options is not set");
+        errno = EINVAL;
+        return -1;
+    }
+    memcpy(&o, options,
+           options->struct_size < sizeof o ? options->struct_size : sizeof o);
+    return check_options(path, &o, error) == 0
+               ? open_writer(path, &o, out, error)
+               : -1;
+}
+
 int lum_capture_writer_open(const char *path, lum_capture_writer **out,
                             lum_error *error)
 {
-    return open_writer(path, LUM_OUTFILE_GROWS, out, error);
+    const lum_capture_writer_options o = {.struct_size = sizeof o};
+    return open_writer(path, &o, out, error);
 }
 
 int lum_capture_writer_open_whole(const char *path, lum_capture_writer **out,
                                   lum_error *error)
 {
-    return open_writer(path, LUM_OUTFILE_WHOLE, out, error);
+    const lum_capture_writer_options o = {.struct_size = sizeof o,
+                                          .is_whole = true};
+    return open_writer(path, &o, out, error);
 }
+
+/* --- Writing --- */
 
 static int check_datagram(const lum_capture_writer *w, const lum_datagram *d,
                           lum_error *error)
@@ -202,16 +279,30 @@ static int show(lum_capture_writer *w, lum_error *error)
     return lum_outfile_show(&w->out, error);
 }
 
-static void put_record(uint8_t *p, const lum_datagram *d)
+static void put_packet(uint8_t *p, const lum_datagram *d)
+{
+    put_ethernet(p, d);
+    put_ipv4(p + ETHERNET_BYTES, d);
+    put_udp(p + ETHERNET_BYTES + IPV4_BYTES, d);
+}
+
+/* Returns the record's bytes. */
+static size_t put_record(uint8_t *p, const lum_datagram *d)
 {
     const uint32_t len = (uint32_t)(HEADER_BYTES + d->len);
     store_le32(p, (uint32_t)(d->time_ns / 1000000000));
     store_le32(p + 4, (uint32_t)(d->time_ns % 1000000000));
     store_le32(p + 8, len);
     store_le32(p + 12, len);
-    put_ethernet(p + RECORD_HEADER_BYTES, d);
-    put_ipv4(p + RECORD_HEADER_BYTES + ETHERNET_BYTES, d);
-    put_udp(p + RECORD_HEADER_BYTES + ETHERNET_BYTES + IPV4_BYTES, d);
+    put_packet(p + RECORD_HEADER_BYTES, d);
+    return RECORD_HEADER_BYTES + len;
+}
+
+static size_t put_block(uint8_t *p, const lum_datagram *d)
+{
+    put_packet(p + LUM_PCAPNG_HEAD_BYTES, d);
+    return lum_pcapng_put_around(p, d->time_ns,
+                                 (uint32_t)(HEADER_BYTES + d->len));
 }
 
 int lum_capture_writer_add(lum_capture_writer *writer,
@@ -221,8 +312,8 @@ int lum_capture_writer_add(lum_capture_writer *writer,
         (!writer->is_shown && show(writer, error) != 0)) {
         return -1;
     }
-    const size_t len = RECORD_HEADER_BYTES + HEADER_BYTES + datagram->len;
-    put_record(writer->record, datagram);
+    const size_t len = writer->is_pcapng ? put_block(writer->record, datagram)
+                                         : put_record(writer->record, datagram);
     const bool is_good = fwrite(writer->record, len, 1, writer->file) == 1;
     writer->bytes += len;
     lum_outfile_wrote(&writer->out, len);
@@ -242,6 +333,8 @@ int lum_capture_writer_flush(lum_capture_writer *writer, lum_error *error)
     }
     return fflush(writer->file) == 0 ? 0 : failed(writer, error);
 }
+
+/* --- The end --- */
 
 /* fclose() would do it too late to tell what goes wrong. */
 int lum_capture_writer_close(lum_capture_writer *writer, lum_error *error)

@@ -42,11 +42,21 @@ static bool is_supported(uint32_t link_type)
     return lum_link_find(link_type) != NULL;
 }
 
-static int begin(lum_input *in, lum_error *error)
+static void take_option(void *context, lum_pcap_place place, unsigned code,
+                        const uint8_t *value, size_t len)
+{
+    if (place == LUM_PCAP_SECTION && code == LUM_PCAP_COMMENT) {
+        lum_comments_add(context, value, len);
+    }
+}
+
+static int begin(lum_input *in, lum_comments *comments, lum_error *error)
 {
     lum_error reason = {""};
     uint32_t link_type = 0;
     const char *name = in->source->name;
+    lum_comments_rewind(comments);
+    lum_pcap_take_options(in->reader, take_option, comments);
     const int begun =
         lum_pcap_begin(in->reader, is_supported, &link_type, &reason);
     if (begun < 0) {
@@ -70,7 +80,8 @@ static int refuse_for_memory(const lum_source *source, lum_error *error)
                          source->name);
 }
 
-int lum_input_open(lum_source *source, lum_input **out, lum_error *error)
+int lum_input_open(lum_source *source, lum_comments *comments, lum_input **out,
+                   lum_error *error)
 {
     lum_input *in = calloc(1, sizeof *in);
     if (in == NULL) {
@@ -82,7 +93,7 @@ int lum_input_open(lum_source *source, lum_input **out, lum_error *error)
     int result = start(in, error);
     if (result == 0) {
         in->reader = lum_pcap_new(in->source);
-        result = in->reader != NULL ? begin(in, error)
+        result = in->reader != NULL ? begin(in, comments, error)
                                     : refuse_for_memory(in->source, error);
     }
     if (result != 0) {

@@ -4,16 +4,19 @@
 #ifndef LUM_CAPTURE_INPUT_H
 #define LUM_CAPTURE_INPUT_H
 
+#include "comments.h"
 #include "pcap.h"
 
 /** An open capture file. */
 typedef struct lum_input lum_input;
 
 /** Open. Waits for the first interface that can be read.
- * @param source taken over: closed with the input, and on failure.
+ * @param source   taken over: closed with the input, and on failure.
+ * @param comments gets those of the sections, as they are read; kept until the
+ *                 input is closed.
  * @return 0, or -1 with the reason in error. */
-LUM_MUST_CHECK int lum_input_open(lum_source *source, lum_input **out,
-                                  lum_error *error);
+LUM_MUST_CHECK int lum_input_open(lum_source *source, lum_comments *comments,
+                                  lum_input **out, lum_error *error);
 
 /** Close. NULL is allowed. */
 void lum_input_close(lum_input *input);

@@ -9,7 +9,8 @@ struct part {
     const char *path; /* to open it by; NULL: it is open, or was */
     size_t place;     /* among those that were given */
     lum_input *input; /* NULL: not open */
-    bool has_record;  /* one is in hand */
+    lum_comments *comments;
+    bool has_record; /* one is in hand */
     lum_pcap_record record;
     int64_t sort_ns;  /* its first record's; without any before all times */
     int64_t first_ns; /* of those handed out */
@@ -47,8 +48,13 @@ static lum_merge *new_merge(size_t count)
         m->parts = calloc(count, sizeof *m->parts);
         m->count = m->parts != NULL ? count : 0;
     }
-    if (m != NULL && m->parts == NULL) {
-        free(m);
+    bool is_whole = m != NULL && m->parts != NULL;
+    for (size_t i = 0; is_whole && i < count; i++) {
+        m->parts[i].comments = lum_comments_new();
+        is_whole = m->parts[i].comments != NULL;
+    }
+    if (!is_whole) {
+        lum_merge_close(m);
         return NULL;
     }
     return m;
@@ -59,29 +65,33 @@ static int refuse_for_memory(const char *name, lum_error *error)
     return lum_error_set(error, "%s: not enough memory to read it", name);
 }
 
-int lum_merge_one(lum_input *input, lum_merge **out, lum_error *error)
+int lum_merge_one(lum_source *source, lum_merge **out, lum_error *error)
 {
     lum_merge *m = new_merge(1);
-    char *name = copy_text(lum_input_name(input));
-    if (m == NULL || name == NULL) {
-        (void)refuse_for_memory(lum_input_name(input), error);
-        free(name);
+    char *name = m != NULL ? copy_text(source->name) : NULL;
+    if (name == NULL) {
+        (void)refuse_for_memory(source->name, error);
         lum_merge_close(m);
-        lum_input_close(input);
+        lum_source_close(source);
         return -1;
     }
-    m->parts[0] = (struct part){.name = name, .input = input};
+    m->parts[0].name = name;
+    if (lum_input_open(source, m->parts[0].comments, &m->parts[0].input,
+                       error) != 0) {
+        lum_merge_close(m);
+        return -1;
+    }
     m->next = 1;
     m->given = &m->parts[0];
     *out = m;
     return 0;
 }
 
-static int open_input(const char *path, lum_input **out, lum_error *error)
+static int open_input(struct part *p, lum_error *error)
 {
     lum_source *source = NULL;
-    return lum_source_open(path, &source, error) == 0
-               ? lum_input_open(source, out, error)
+    return lum_source_open(p->path, &source, error) == 0
+               ? lum_input_open(source, p->comments, &p->input, error)
                : -1;
 }
 
@@ -91,7 +101,7 @@ static int probe(struct part *p, lum_error *error)
 {
     uint64_t done = 0;
     lum_error later = {""};
-    if (open_input(p->path, &p->input, error) != 0) {
+    if (open_input(p, error) != 0) {
         return -1;
     }
     const char *name = lum_input_name(p->input);
@@ -128,7 +138,8 @@ static int compare(const void *a, const void *b)
 static int probe_all(lum_merge *m, const char *const *paths, lum_error *error)
 {
     for (size_t i = 0; i < m->count; i++) {
-        m->parts[i] = (struct part){.path = paths[i], .place = i};
+        m->parts[i].path = paths[i];
+        m->parts[i].place = i;
         if (probe(&m->parts[i], error) != 0) {
             return -1;
         }
@@ -155,15 +166,15 @@ static int open_several(const char *const *paths, size_t count, lum_merge **out,
 int lum_merge_open(const char *const *paths, size_t count, lum_merge **out,
                    lum_error *error)
 {
-    lum_input *input = NULL;
+    lum_source *source = NULL;
     if (count == 0) {
         return lum_error_set(error, "no capture is named");
     }
     if (count > 1) {
         return open_several(paths, count, out, error);
     }
-    return open_input(paths[0], &input, error) == 0
-               ? lum_merge_one(input, out, error)
+    return lum_source_open(paths[0], &source, error) == 0
+               ? lum_merge_one(source, out, error)
                : -1;
 }
 
@@ -174,6 +185,7 @@ void lum_merge_close(lum_merge *merge)
     }
     for (size_t i = 0; i < merge->count; i++) {
         lum_input_close(merge->parts[i].input);
+        lum_comments_free(merge->parts[i].comments);
         free(merge->parts[i].name);
     }
     free(merge->parts);
@@ -220,7 +232,7 @@ static void begin_part(lum_merge *m)
 {
     lum_error error = {""};
     struct part *p = &m->parts[m->next++];
-    if (p->input == NULL && open_input(p->path, &p->input, &error) != 0) {
+    if (p->input == NULL && open_input(p, &error) != 0) {
         note_broken(m, &error);
         end_part(m, p, LUM_CAPTURE_UNREAD);
     } else if (!p->has_record) {
@@ -299,6 +311,11 @@ void lum_merge_get(const lum_merge *merge, size_t i, lum_capture_source *out)
                                 .first_ns = p->first_ns,
                                 .last_ns = p->last_ns,
                                 .end = p->end};
+}
+
+const lum_comments *lum_merge_comments(const lum_merge *merge, size_t i)
+{
+    return merge->parts[i].comments;
 }
 
 void lum_merge_progress(const lum_merge *merge, uint64_t *done, uint64_t *total)

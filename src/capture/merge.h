@@ -16,10 +16,10 @@
 /** The files. */
 typedef struct lum_merge lum_merge;
 
-/** One file that is open; nothing is read beforehand.
- * @param input taken over, also on failure.
- * @return 0, or -1 without memory, with the reason in error. */
-LUM_MUST_CHECK int lum_merge_one(lum_input *input, lum_merge **out,
+/** One file; no record is read beforehand.
+ * @param source taken over: closed with the files, and on failure.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_merge_one(lum_source *source, lum_merge **out,
                                  lum_error *error);
 
 /** Open all, read the first record of each, close them again.
@@ -39,6 +39,9 @@ LUM_MUST_CHECK int lum_merge_next(lum_merge *merge, lum_pcap_record *out,
 /** As lum_capture_source_count() and lum_capture_get_source(). */
 size_t lum_merge_count(const lum_merge *merge);
 void lum_merge_get(const lum_merge *merge, size_t i, lum_capture_source *out);
+
+/** Of a file, by its place as for lum_merge_get(). */
+const lum_comments *lum_merge_comments(const lum_merge *merge, size_t i);
 
 /** As lum_capture_progress(). */
 void lum_merge_progress(const lum_merge *merge, uint64_t *done,

@@ -51,8 +51,11 @@ typedef enum lum_pcap_place {
     LUM_PCAP_PACKET     /**< the packet that is handed out next */
 } lum_pcap_place;
 
+/** The code of an option that is a comment, in UTF-8 without a NUL. */
+#define LUM_PCAP_COMMENT 1u
+
 /** Takes an option of a pcapng file.
- * @param code  its number; 1 is a comment, in UTF-8 without a NUL.
+ * @param code  its number.
  * @param value live until it returns. */
 typedef void lum_pcap_option_taker(void *context, lum_pcap_place place,
                                    unsigned code, const uint8_t *value,

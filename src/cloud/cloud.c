@@ -3,10 +3,16 @@
 #include "le.h"
 #include "text_columns.h"
 
+#include <errno.h>
 #include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
 
 #define LINE_BYTES 17u /* timestamp, frame, eye, line */
 #define ROW_BYTES  52u
+
+#define HEADER_BYTES 2048u /* without its comment */
+#define PREFIX_BYTES 8u    /* the most of a comment's line */
 
 /* PLY types by the names that Open3D knows: it has no uint and no ushort, but
  * uint16. */
@@ -28,15 +34,26 @@ const lum_cloud_column lum_cloud_columns[LUM_CLOUD_COLUMNS] = {
     {"edge", "uchar", 'U', 1},
 };
 
-size_t lum_cloud_print(char out[LUM_CLOUD_HEADER_BYTES], size_t used,
-                       const char *format, ...)
+void lum_cloud_print(lum_cloud_text *out, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
     const int n =
-        vsnprintf(out + used, LUM_CLOUD_HEADER_BYTES - used, format, arguments);
+        vsnprintf(out->at + out->len, out->room - out->len, format, arguments);
     va_end(arguments);
-    return used + (n > 0 ? (size_t)n : 0u);
+    out->len += n > 0 ? (size_t)n : 0u;
+}
+
+void lum_cloud_print_comment(lum_cloud_text *out,
+                             const lum_writer_options *options,
+                             const char *prefix)
+{
+    const char *p = options->comment;
+    while (p != NULL && *p != '\0') {
+        const size_t n = strcspn(p, "\n");
+        lum_cloud_print(out, "%s%.*s\n", prefix, (int)n, p);
+        p += n + (p[n] != '\0' ? 1u : 0u);
+    }
 }
 
 const char *lum_cloud_time_base(const lum_writer_options *options)
@@ -53,36 +70,65 @@ static int count_digits(uint64_t count)
     return digits;
 }
 
+/* For its lines, each behind its prefix. */
+static size_t comment_room(const char *comment)
+{
+    size_t n = 0;
+    for (const char *p = comment; p != NULL && *p != '\0'; p++) {
+        n += 1u + (*p == '\n' ? PREFIX_BYTES : 0u);
+    }
+    return n + PREFIX_BYTES + 1u;
+}
+
 /* Leading zeros or blanks around a number trouble some readers, so a comment
  * takes up what the number leaves of 20 digits. */
-static size_t make_header(char out[LUM_CLOUD_HEADER_BYTES],
-                          const lum_writer *writer, lum_cloud_header *header,
-                          unsigned mentions)
+static int make_header(lum_writer *writer, lum_cloud_header *header,
+                       unsigned mentions, lum_cloud_text *out, lum_error *error)
 {
     const lum_writer_options *options = &writer->options;
     const uint64_t count =
         writer->was_rehearsed ? writer->rehearsed : writer->points;
-    return header(out, options, count,
-                  (int)mentions * (20 - count_digits(count)));
+    out->len = 0;
+    out->room = HEADER_BYTES + comment_room(options->comment);
+    out->at = malloc(out->room);
+    if (out->at == NULL) {
+        lum_error_set(error, "%s: no memory for its header",
+                      lum_sink_name(writer->sink));
+        errno = ENOMEM;
+        return -1;
+    }
+    header(out, options, count, (int)mentions * (20 - count_digits(count)));
+    return 0;
+}
+
+static int put_header(lum_writer *writer, lum_cloud_header *header,
+                      unsigned mentions, bool again, lum_error *error)
+{
+    lum_cloud_text text;
+    if (make_header(writer, header, mentions, &text, error) != 0) {
+        return -1;
+    }
+    const int result =
+        again ? lum_sink_patch(writer->sink, 0, text.at, text.len, error)
+              : lum_sink_write(writer->sink, text.at, text.len, error);
+    const int code = errno;
+    free(text.at);
+    errno = code;
+    return result;
 }
 
 int lum_cloud_begin(lum_writer *writer, lum_cloud_header *header,
                     unsigned mentions, lum_error *error)
 {
-    char text[LUM_CLOUD_HEADER_BYTES];
-    const size_t n = make_header(text, writer, header, mentions);
-    return lum_sink_write(writer->sink, text, n, error);
+    return put_header(writer, header, mentions, false, error);
 }
 
 int lum_cloud_finish(lum_writer *writer, lum_cloud_header *header,
                      unsigned mentions, lum_error *error)
 {
-    char text[LUM_CLOUD_HEADER_BYTES];
-    if (writer->was_rehearsed) {
-        return 0;
-    }
-    const size_t n = make_header(text, writer, header, mentions);
-    return lum_sink_patch(writer->sink, 0, text, n, error);
+    return writer->was_rehearsed
+               ? 0
+               : put_header(writer, header, mentions, true, error);
 }
 
 static char *put_ascii_rows(char *p, void *context, const lum_sample *samples,

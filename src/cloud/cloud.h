@@ -22,22 +22,28 @@ typedef struct lum_cloud_column {
 /** In the order of a row. */
 extern const lum_cloud_column lum_cloud_columns[LUM_CLOUD_COLUMNS];
 
-/** Room for a header. */
-#define LUM_CLOUD_HEADER_BYTES 2048u
+/** The text of a header. */
+typedef struct lum_cloud_text {
+    char *at;    /**< its NUL included */
+    size_t len;  /**< bytes without it */
+    size_t room; /**< bytes with it */
+} lum_cloud_text;
 
-/** Write a header as text, its NUL included.
- * @param padding characters that some comment has to be longer.
- * @return its length. */
-typedef size_t lum_cloud_header(char out[LUM_CLOUD_HEADER_BYTES],
-                                const lum_writer_options *options,
-                                uint64_t count, int padding);
+/** Append a header to a text.
+ * @param padding characters that some comment has to be longer. */
+typedef void lum_cloud_header(lum_cloud_text *out,
+                              const lum_writer_options *options, uint64_t count,
+                              int padding);
 
-/** Append to a header's text as printf does.
- * @param used how long it is.
- * @return how long it has become. */
-LUM_PRINTF(3, 4)
-size_t lum_cloud_print(char out[LUM_CLOUD_HEADER_BYTES], size_t used,
-                       const char *format, ...);
+/** Append to a text as printf does. */
+LUM_PRINTF(2, 3)
+void lum_cloud_print(lum_cloud_text *out, const char *format, ...);
+
+/** Append the lines of the options' comment, each behind a prefix of at most 8
+ * bytes. */
+void lum_cloud_print_comment(lum_cloud_text *out,
+                             const lum_writer_options *options,
+                             const char *prefix);
 
 /** Words that say what timestamps count. */
 const char *lum_cloud_time_base(const lum_writer_options *options);

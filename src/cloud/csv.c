@@ -7,7 +7,10 @@ static const char header[] =
 
 static int begin(lum_writer *writer, lum_error *error)
 {
-    return lum_sink_write(writer->sink, header, sizeof header - 1u, error);
+    return lum_writer_put_comment(writer, error) != 0
+               ? -1
+               : lum_sink_write(writer->sink, header, sizeof header - 1u,
+                                error);
 }
 
 static char *put_rows(char *p, void *context, const lum_sample *samples,

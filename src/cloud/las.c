@@ -9,6 +9,7 @@
 #define VLR_HEAD_BYTES   54u
 #define DESCRIPTOR_BYTES 192u
 #define POINT_BYTES      30u /* of format 6 */
+#define COMMENT_ID       1u  /* of the user lumsdk */
 #define RETURNS          15u /* a point holds numbers up to this */
 #define EXTRAS           11u
 #define EXTRA_BYTES      32u
@@ -85,10 +86,18 @@ static unsigned char *put_zeros(unsigned char *p, size_t n)
     return p + n;
 }
 
-static uint32_t points_at(void)
+static size_t comment_bytes(const lum_writer *writer)
 {
+    return writer->options.comment != NULL ? strlen(writer->options.comment)
+                                           : 0u;
+}
+
+static uint32_t points_at(const lum_writer *writer)
+{
+    const size_t comment = comment_bytes(writer);
     return HEADER_BYTES + 2u * VLR_HEAD_BYTES + (uint32_t)sizeof about - 1u +
-           EXTRAS * DESCRIPTOR_BYTES;
+           EXTRAS * DESCRIPTOR_BYTES +
+           (comment > 0 ? VLR_HEAD_BYTES + (uint32_t)comment : 0u);
 }
 
 static unsigned char *put_bounds(unsigned char *p, const las *state)
@@ -116,8 +125,8 @@ static void make_header(unsigned char out[HEADER_BYTES],
     p = put_text(p, "lumsdk " LUM_VERSION, 32);
     p = put_zeros(p, 4); /* no date: equal points make equal files */
     p = lum_put_le16(p, HEADER_BYTES);
-    p = lum_put_le32(p, points_at());
-    p = lum_put_le32(p, 2); /* variable length records */
+    p = lum_put_le32(p, points_at(writer));
+    p = lum_put_le32(p, comment_bytes(writer) > 0 ? 3 : 2); /* records */
     p = lum_put_u8(p, 6);
     p = lum_put_le16(p, POINT_BYTES + EXTRA_BYTES);
     p = put_zeros(p, 24); /* legacy counts */
@@ -133,11 +142,12 @@ static void make_header(unsigned char out[HEADER_BYTES],
     }
 }
 
-static unsigned char *put_vlr_head(unsigned char *p, uint16_t id, size_t length,
+static unsigned char *put_vlr_head(unsigned char *p, const char *user,
+                                   uint16_t id, size_t length,
                                    const char *description)
 {
     p = put_zeros(p, 2);
-    p = put_text(p, "LASF_Spec", 16);
+    p = put_text(p, user, 16);
     p = lum_put_le16(p, id);
     p = lum_put_le16(p, (uint16_t)length);
     return put_text(p, description, 32);
@@ -146,7 +156,8 @@ static unsigned char *put_vlr_head(unsigned char *p, uint16_t id, size_t length,
 static int write_about(lum_writer *writer, lum_error *error)
 {
     unsigned char head[VLR_HEAD_BYTES];
-    (void)put_vlr_head(head, 3, sizeof about - 1u, "what the fields mean");
+    (void)put_vlr_head(head, "LASF_Spec", 3, sizeof about - 1u,
+                       "what the fields mean");
     return lum_sink_write(writer->sink, head, sizeof head, error) != 0 ||
                    lum_sink_write(writer->sink, about, sizeof about - 1u,
                                   error) != 0
@@ -157,8 +168,8 @@ static int write_about(lum_writer *writer, lum_error *error)
 static int write_extras(lum_writer *writer, lum_error *error)
 {
     unsigned char vlr[VLR_HEAD_BYTES + EXTRAS * DESCRIPTOR_BYTES];
-    unsigned char *p =
-        put_vlr_head(vlr, 4, EXTRAS * DESCRIPTOR_BYTES, "extra bytes");
+    unsigned char *p = put_vlr_head(vlr, "LASF_Spec", 4,
+                                    EXTRAS * DESCRIPTOR_BYTES, "extra bytes");
     for (unsigned i = 0; i < EXTRAS; i++) {
         p = put_zeros(p, 2);
         p = lum_put_u8(p, extras[i].type);
@@ -168,6 +179,20 @@ static int write_extras(lum_writer *writer, lum_error *error)
         p = put_text(p, extras[i].description, 32);
     }
     return lum_sink_write(writer->sink, vlr, sizeof vlr, error);
+}
+
+static int write_comment(lum_writer *writer, lum_error *error)
+{
+    unsigned char head[VLR_HEAD_BYTES];
+    const size_t n = comment_bytes(writer);
+    (void)put_vlr_head(head, "lumsdk", COMMENT_ID, n,
+                       "where the points come from");
+    return n == 0 || (lum_sink_write(writer->sink, head, sizeof head, error) ==
+                          0 &&
+                      lum_sink_write(writer->sink, writer->options.comment, n,
+                                     error) == 0)
+               ? 0
+               : -1;
 }
 
 static int begin(lum_writer *writer, lum_error *error)
@@ -180,7 +205,8 @@ static int begin(lum_writer *writer, lum_error *error)
                 writer->was_rehearsed ? writer->options.rehearsal : writer);
     return lum_sink_write(writer->sink, bytes, sizeof bytes, error) != 0 ||
                    write_about(writer, error) != 0 ||
-                   write_extras(writer, error) != 0
+                   write_extras(writer, error) != 0 ||
+                   write_comment(writer, error) != 0
                ? -1
                : 0;
 }

@@ -7,24 +7,24 @@
 #define MENTIONS 1u
 
 /* CloudCompare strips "scalar_" and makes a scalar field of what is left. */
-static size_t header(char out[LUM_CLOUD_HEADER_BYTES],
-                     const lum_writer_options *options, uint64_t count,
-                     int padding)
+static void header(lum_cloud_text *out, const lum_writer_options *options,
+                   uint64_t count, int padding)
 {
-    size_t n = lum_cloud_print(
-        out, 0,
-        "ply\nformat %s 1.0\ncomment lumsdk " LUM_VERSION "\n"
-        "comment metres, degrees; intensity is the pulse width in ns; "
-        "timestamp in us %s\n"
-        "comment %.*s\nelement vertex %" PRIu64 "\n",
-        options->ascii ? "ascii" : "binary_little_endian",
-        lum_cloud_time_base(options), padding, "...................", count);
+    lum_cloud_print(out,
+                    "ply\nformat %s 1.0\ncomment lumsdk " LUM_VERSION "\n"
+                    "comment metres, degrees; intensity is the pulse width in "
+                    "ns; timestamp in us %s\n",
+                    options->ascii ? "ascii" : "binary_little_endian",
+                    lum_cloud_time_base(options));
+    lum_cloud_print_comment(out, options, "comment ");
+    lum_cloud_print(out, "comment %.*s\nelement vertex %" PRIu64 "\n", padding,
+                    "...................", count);
     for (unsigned i = 0; i < LUM_CLOUD_COLUMNS; i++) {
-        n = lum_cloud_print(
-            out, n, "property %s %s%s\n", lum_cloud_columns[i].ply_type,
+        lum_cloud_print(
+            out, "property %s %s%s\n", lum_cloud_columns[i].ply_type,
             i < LUM_CLOUD_PLAIN ? "" : "scalar_", lum_cloud_columns[i].name);
     }
-    return lum_cloud_print(out, n, "end_header\n");
+    lum_cloud_print(out, "end_header\n");
 }
 
 static int begin(lum_writer *writer, lum_error *error)

@@ -80,6 +80,71 @@ int lum_writer_put(lum_writer *writer, const lum_line_samples *line,
     return 0;
 }
 
+/* A line's end ends it; behind the last there may be none. */
+static size_t line_bytes(const char *line)
+{
+    return strcspn(line, "\n");
+}
+
+int lum_writer_put_comment(lum_writer *writer, lum_error *error)
+{
+    const char *p = writer->options.comment;
+    while (p != NULL && *p != '\0') {
+        const size_t n = line_bytes(p);
+        if (lum_sink_write(writer->sink, "# ", 2, error) != 0 ||
+            lum_sink_write(writer->sink, p, n, error) != 0 ||
+            lum_sink_write(writer->sink, "\n", 1, error) != 0) {
+            return -1;
+        }
+        p += n + (p[n] != '\0' ? 1u : 0u);
+    }
+    return 0;
+}
+
+/* No line is empty or too long for readers, and nothing ends a header but what
+ * the format writes. */
+static bool is_comment(const char *text)
+{
+    const char *p = text;
+    while (*p != '\0') {
+        const size_t n = line_bytes(p);
+        if (n == 0 || n > LUM_WRITER_COMMENT_LINE_MAX) {
+            return false;
+        }
+        for (size_t i = 0; i < n; i++) {
+            if (p[i] < ' ' || p[i] > '~') {
+                return false;
+            }
+        }
+        p += n + (p[n] != '\0' ? 1u : 0u);
+    }
+    return (size_t)(p - text) <= LUM_WRITER_COMMENT_BYTES_MAX;
+}
+
+static int keep_comment(lum_writer *writer, const char *path, lum_error *error)
+{
+    const char *comment = writer->options.comment;
+    if (comment == NULL) {
+        return 0;
+    }
+    if (!is_comment(comment)) {
+        errno = EINVAL;
+        return lum_error_set(error,
+                             "%s: a comment is lines of 1 to %u printable "
+                             "ASCII characters, at most %u in all",
+                             path, LUM_WRITER_COMMENT_LINE_MAX,
+                             LUM_WRITER_COMMENT_BYTES_MAX);
+    }
+    writer->comment = strdup(comment);
+    writer->options.comment = writer->comment;
+    if (writer->comment == NULL) {
+        lum_error_set(error, "%s: no memory to open it", path);
+        errno = ENOMEM;
+        return -1;
+    }
+    return 0;
+}
+
 /* Remember the first failure: whatever is called next repeats it. */
 static int remember(lum_writer *writer, lum_error *error)
 {
@@ -111,7 +176,8 @@ static int check_output(const lum_writer *writer, lum_error *error)
 
 static int open_format(const char *path, lum_writer *writer, lum_error *error)
 {
-    if (lum_sink_open(path, &writer->sink, error) != 0 ||
+    if (keep_comment(writer, path, error) != 0 ||
+        lum_sink_open(path, &writer->sink, error) != 0 ||
         check_output(writer, error) != 0) {
         return -1;
     }
@@ -218,6 +284,7 @@ static void destroy(lum_writer *writer)
         writer->ops->release(writer);
     }
     free(writer->state);
+    free(writer->comment);
     free(writer);
 }
 

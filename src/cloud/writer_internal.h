@@ -32,7 +32,9 @@ extern const lum_format_ops lum_xyz_ops; /**< xyz.c */
 /** A writer; the formats read it and set state alone. */
 struct lum_writer {
     const lum_format_ops *ops;  /**< the format */
-    lum_writer_options options; /**< its pointers are valid only in begin() */
+    lum_writer_options options; /**< its pointers, but comment, are valid only
+                                     in begin() */
+    char *comment;              /**< the same; NULL: none */
     lum_sink *sink;             /**< where bytes go */
     uint64_t points;            /**< added so far */
     uint64_t rehearsed;         /**< points that the rehearsal took */
@@ -56,6 +58,9 @@ LUM_MUST_CHECK int lum_writer_put(lum_writer *writer,
                                   const lum_line_samples *line, size_t room,
                                   lum_put_rows *put, void *context,
                                   lum_error *error);
+
+/** Write the lines of the comment, if there is one, each behind a "# ". */
+LUM_MUST_CHECK int lum_writer_put_comment(lum_writer *writer, lum_error *error);
 
 /** Allocate lum_writer.state, zeroed.
  * @return it, or NULL with the reason in error and in errno. */

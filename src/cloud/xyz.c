@@ -5,9 +5,7 @@
 
 static int begin(lum_writer *writer, lum_error *error)
 {
-    (void)writer;
-    (void)error;
-    return 0;
+    return lum_writer_put_comment(writer, error);
 }
 
 static char *put_rows(char *p, void *context, const lum_sample *samples,

@@ -30,6 +30,20 @@ static void check_record(const lum_record *r)
     (void)last;
 }
 
+static void check_comments(const lum_capture *capture)
+{
+    const size_t count = lum_capture_comment_count(capture, 0);
+    require(count <= LUM_CAPTURE_COMMENTS_MAX);
+    for (size_t i = 0; i < count; i++) {
+        size_t len = 0;
+        const char *text = lum_capture_comment(capture, 0, i, &len);
+        require(len <= LUM_CAPTURE_COMMENT_BYTES_MAX);
+        require(text[len] == '\0');
+    }
+    require(count == LUM_CAPTURE_COMMENTS_MAX ||
+            lum_capture_comments_left_out(capture, 0) == 0);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     lum_capture *capture = NULL;
@@ -55,6 +69,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     require(dropped <= kept);
     require(lum_capture_next(capture, &record, &error) == 0);
     require(record.dropped_fragments == 0);
+    check_comments(capture);
     lum_capture_close(capture);
     return 0;
 }

@@ -16,7 +16,7 @@ ARROWS = {
     "host": ["core"],
     "points": ["core"],
     "base": [],
-    "net": ["host", "base", "core"],
+    "net": ["capture", "host", "base", "core"],
     "capture": ["base", "core"],
     "frame": ["capture", "host", "points", "base", "core"],
     "cloud": ["frame", "points", "base", "core"],

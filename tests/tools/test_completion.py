@@ -57,8 +57,8 @@ class Bash(unittest.TestCase):
     def test_words_of_options(self):
         self.assertEqual(complete("lumdump", "--edge", ""), ["rising", "falling", "both"])
         self.assertEqual(complete("lumsim", "--lines", ""), ["64", "640"])
-        self.assertEqual(complete("lumdump", "--format", ""), "csv ply pcd las xyz png pcap".split())
-        self.assertEqual(complete("lumdump", "--format", "pc"), ["pcd", "pcap"])
+        self.assertEqual(complete("lumdump", "--format", ""), "csv ply pcd las xyz png pcap pcapng".split())
+        self.assertEqual(complete("lumdump", "--format", "pc"), ["pcd", "pcap", "pcapng"])
 
     def test_shapes_are_those_of_the_help(self):
         offered = complete("lumctl", "yscan", "--shape", "")

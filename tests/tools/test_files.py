@@ -86,8 +86,8 @@ class Rivals(Case):
         for kind in "csv", "ply", "las", "png", "pcap":
             with self.subTest(kind):
                 out = self.folder / f"out.{kind}"
-                self.assertEqual(run("lumdump", source, "-o", out).returncode, 0)
-                want = out.read_bytes()
+                self.assertEqual(run("lumdump", "-", "-o", out, stdin=two_lines()).returncode, 0)
+                want = out.read_bytes()  # which says that it came by standard input
                 for there in True, False:
                     if not there:
                         out.unlink()
@@ -118,6 +118,8 @@ class Rivals(Case):
         mine = self.folder.write("out.csv.part", "mine")
         for kind in "csv", "pcap":
             p = self.start("lumdump", "-", "-o", self.folder / f"out.{kind}", stdin=subprocess.PIPE)
+            p.stdin.write(two_lines()[:24])  # outputs begin when it is known what the source says of itself
+            p.stdin.flush()
             self.wait_for(lambda: any(n.startswith(f"out.{kind}.") and n != mine.name for n in self.folder.names()),
                           "its output")
             self.wait_for(lambda: "unfinished" in (self.folder / f".out.{kind}.lumsdk").read_text(), "its note")

@@ -302,6 +302,22 @@ class Rotation(Case):
 class Several(Case):
     """Several outputs of a capture."""
 
+    def test_a_recording_as_pcapng_knows_its_calibration(self):
+        calibration = self.folder.write("front.yaml", "version: 1\neyes: {blue: {mount: {x_m: 10.0}}}\n")
+        self.simulator()
+        r = self.dump("--laser", "--duration", "0.5", "--calibration", calibration, "-q",
+                      "-o", self.folder / "a.pcap", "-o", self.folder / "a.pcapng")
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        rows = []
+        for name, arguments in (("a.pcap", ["--calibration", calibration]), ("a.pcapng", [])):
+            out = self.folder / f"{name}.csv"
+            r = run("lumdump", self.folder / name, *arguments, "-o", out, "-q")
+            self.assertEqual((r.returncode, r.stderr), (0, ""))
+            rows.append(out.read_bytes())
+        self.assertGreater(len(rows[0]), 100000)
+        self.assertTrue(rows[0] == rows[1])
+        self.assertIn(f'source: "{self.url}"\n'.encode(), (self.folder / "a.pcapng").read_bytes())
+
     def test_each_is_as_if_it_were_alone(self):
         source = simulate(self.folder / "s.pcap", "--frames", "2", "--lines", "64", "--seed", "1")
         kinds = "csv ply pcd las xyz png pcap".split()

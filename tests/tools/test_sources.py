@@ -333,7 +333,7 @@ class Cut(Case):
                           ["--range", "2:80", "-o", self.folder / "x.csv"]):
             with self.subTest(arguments):
                 self.refused(2, source, "-o", out, *arguments, message=f"{arguments[0]}: a packet holds many points")
-        self.refused(2, source, "-o", out, "--packets", "all", message="--packets goes with a pcap output that")
+        self.refused(2, source, "-o", out, "--packets", "all", message="--packets goes with a capture that")
         self.refused(2, source, "-o", self.folder / "x.csv", "--eye", "blue", "--packets", "all", message="--packets goes with")
         for option in ["--eye", "blue"], ["--range", ":9"], ["--frames", "1:2"], ["--incomplete", "drop"]:
             with self.subTest(option):

@@ -198,6 +198,18 @@ class Files(unittest.TestCase):
                 subprocess.run([native, str(self.capture), "-q", "-o", str(there)], check=True)
                 self.assertEqual(here.read_bytes(), there.read_bytes())
 
+    def test_a_capture_brings_its_calibration_where_yaml_is_read(self):
+        native, known = self.native("lumdump"), self.folder / "known.pcapng"
+        front = self.folder / "front.yaml"
+        front.write_text("version: 1\neyes: {blue: {mount: {x_m: 7}}}\n")
+        subprocess.run([native, str(self.capture), "-q", "--calibration", str(front), "-o", str(known)], check=True)
+        here, there = self.folder / "w.csv", self.folder / "n.csv"
+        said = dump(known, "-o", here).stderr
+        subprocess.run([native, str(known if HAS["config"] else self.capture), "-q", "-o", str(there)], check=True)
+        self.assertEqual(here.read_bytes(), there.read_bytes())
+        self.assertEqual("its calibration cannot be read: this build reads no YAML; the built-in one is used" in said,
+                         not HAS["config"], said)
+
     def test_the_simulator_writes_the_same_capture(self):
         other = self.folder / "native.pcap"
         subprocess.run([self.native("lumsim"), "-o", str(other), "--frames", "2", "--lines", "64", "--seed", "3"], check=True,

@@ -139,6 +139,87 @@ static void expect_text(lum_format format, bool ascii, const char *want)
     free(got);
 }
 
+static char *write_comment(lum_format format, const char *comment,
+                           bool is_ascii, size_t *size)
+{
+    const lum_writer_options options = {
+        .format = format, .ascii = is_ascii, .comment = comment};
+    lum_writer *writer = NULL;
+    assert_int_equal(lum_writer_open(path, &options, &writer, NULL), 0);
+    for (int i = 0; i < 5000; i++) {
+        assert_int_equal(lum_writer_add(writer, &line, NULL), 0);
+    }
+    assert_int_equal(lum_writer_close(writer, NULL), 0);
+    return take_file(size);
+}
+
+static void expect_comment(lum_format format, bool is_ascii, const char *lines)
+{
+    size_t size;
+    char text[] = "# one\na: 1\n  b: 2";
+    const size_t added = strlen(lines);
+    char *got = write_comment(format, text, is_ascii, &size);
+    char *at = strstr(got, lines);
+    assert_non_null(at);
+    memmove(at, at + added, size - added - (size_t)(at - got));
+    size_t bare_size;
+    char *bare = write_lines(format, is_ascii, 5000, &bare_size);
+    assert_int_equal(size, bare_size + added);
+    assert_memory_equal(got, bare, bare_size);
+    free(got);
+    free(bare);
+}
+
+static void comments_stand_where_a_format_has_them(void **state)
+{
+    (void)state;
+    for (int is_ascii = 0; is_ascii < 2; is_ascii++) {
+        expect_comment(LUM_FORMAT_PLY, is_ascii != 0,
+                       "comment # one\ncomment a: 1\ncomment   b: 2\n");
+        expect_comment(LUM_FORMAT_PCD, is_ascii != 0,
+                       "# # one\n# a: 1\n#   b: 2\n");
+    }
+    expect_comment(LUM_FORMAT_CSV, false, "# # one\n# a: 1\n#   b: 2\n");
+    expect_comment(LUM_FORMAT_XYZ, false, "# # one\n# a: 1\n#   b: 2\n");
+}
+
+static void the_longest_comment_is_written(void **state)
+{
+    static char text[LUM_WRITER_COMMENT_BYTES_MAX + 2u];
+    size_t size;
+    (void)state;
+    for (size_t i = 0; i < LUM_WRITER_COMMENT_BYTES_MAX; i++) {
+        text[i] = i % 2u != 0 ? '\n' : 'x'; /* as many lines as there can be */
+    }
+    for (int f = 0; f <= LUM_FORMAT_XYZ; f++) {
+        free(write_comment((lum_format)f, text, false, &size));
+        assert_true(size > LUM_WRITER_COMMENT_BYTES_MAX);
+    }
+    text[LUM_WRITER_COMMENT_BYTES_MAX] = 'x';
+    lum_writer *writer = NULL;
+    const lum_writer_options options = {.comment = text};
+    assert_int_equal(lum_writer_open(path, &options, &writer, NULL), -1);
+    assert_int_equal(errno, EINVAL);
+}
+
+static void what_is_no_comment_is_refused(void **state)
+{
+    static char longer[LUM_WRITER_COMMENT_LINE_MAX + 2u];
+    static const char *const wrong[] = {"a\rend_header", "a\n\nb",   "\n",
+                                        "t\tab",         "\xc3\xa4", longer};
+    (void)state;
+    memset(longer, 'x', sizeof longer - 1u);
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        lum_writer *writer = NULL;
+        lum_error error = {""};
+        const lum_writer_options options = {.comment = wrong[i]};
+        assert_int_equal(lum_writer_open(path, &options, &writer, &error), -1);
+        assert_int_equal(errno, EINVAL);
+        assert_non_null(strstr(error.text, "printable"));
+        assert_int_equal(count_files(), 0);
+    }
+}
+
 #define CSV_HEADER                                                             \
     "x,y,z,range,azimuth,elevation,pulse_width,timestamp,frame,eye,line,"      \
     "pixel,return_number,number_of_returns,edge\n"
@@ -345,6 +426,32 @@ static void las_points_hold_every_value(void **state)
     assert_int_equal(get(p, 58, 2), 21);
     assert_int_equal(get(p, 60, 2), 0x0001);
     free(b);
+}
+
+static void las_has_a_record_for_the_comment(void **state)
+{
+    static const char text[] = "# one\na: 1\n";
+    enum {
+        HEAD = 54
+    };
+    size_t size;
+    size_t bare_size;
+    (void)state;
+    char *bare = write_lines(LUM_FORMAT_LAS, false, 5000, &bare_size);
+    char *b = write_comment(LUM_FORMAT_LAS, text, false, &size);
+    const size_t points = (size_t)get(b, 96, 4);
+    const size_t bare_points = (size_t)get(bare, 96, 4);
+    assert_int_equal(get(bare, 100, 4), 2);
+    assert_int_equal(get(b, 100, 4), 3);
+    assert_int_equal(points, bare_points + HEAD + sizeof text - 1u);
+    const char *record = b + bare_points;
+    assert_string_equal(record + 2, "lumsdk");
+    assert_int_equal(get(record, 18, 2), 1);
+    assert_int_equal(get(record, 20, 2), sizeof text - 1u);
+    assert_memory_equal(record + HEAD, text, sizeof text - 1u);
+    assert_memory_equal(b + points, bare + bare_points, size - points);
+    free(b);
+    free(bare);
 }
 
 static void las_in_utc_has_adjusted_gps_time(void **state)
@@ -700,6 +807,10 @@ int main(void)
         cmocka_unit_test(a_longer_count_leaves_the_header_as_long),
         cmocka_unit_test(las_header_tells_bounds_and_counts),
         cmocka_unit_test(las_points_hold_every_value),
+        cmocka_unit_test(comments_stand_where_a_format_has_them),
+        cmocka_unit_test(the_longest_comment_is_written),
+        cmocka_unit_test(what_is_no_comment_is_refused),
+        cmocka_unit_test(las_has_a_record_for_the_comment),
         cmocka_unit_test(las_in_utc_has_adjusted_gps_time),
         cmocka_unit_test(las_refuses_points_that_it_cannot_hold),
         cmocka_unit_test(every_format_writes_an_empty_cloud),

@@ -11,19 +11,32 @@ bool capture_file_is_in_place(const char *path)
            (file_look(path, &look) && look.kind != FILE_REGULAR);
 }
 
-int capture_file_open(const char *path, struct capture_file *out,
-                      lum_error *error)
+static int open_as(const char *path, const struct provenance *about,
+                   bool is_whole, struct capture_file *out, lum_error *error)
 {
+    lum_capture_writer_options o = {.struct_size = sizeof o,
+                                    .is_whole = is_whole};
+    if (about != NULL) {
+        o.format = LUM_CAPTURE_PCAPNG;
+        o.application = about->program;
+        o.comments = about->comments;
+        o.comment_count = about->comment_count;
+    }
     *out = (struct capture_file){0};
-    return lum_capture_writer_open_whole(path, &out->writer, error);
+    return lum_capture_writer_open_as(path, &o, &out->writer, error);
+}
+
+int capture_file_open(const char *path, const struct provenance *about,
+                      struct capture_file *out, lum_error *error)
+{
+    return open_as(path, about, true, out, error);
 }
 
 /* A disk that cannot be written to is told at once. */
-int capture_file_record(const char *path, struct capture_file *out,
-                        lum_error *error)
+int capture_file_record(const char *path, const struct provenance *about,
+                        struct capture_file *out, lum_error *error)
 {
-    *out = (struct capture_file){0};
-    if (lum_capture_writer_open(path, &out->writer, error) != 0) {
+    if (open_as(path, about, false, out, error) != 0) {
         return -1;
     }
     if (capture_file_flush(out, error) != 0) {

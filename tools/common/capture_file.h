@@ -4,6 +4,8 @@
 #ifndef LUM_TOOLS_CAPTURE_FILE_H
 #define LUM_TOOLS_CAPTURE_FILE_H
 
+#include "provenance.h"
+
 #include "lum/base/error.h"
 #include "lum/capture/capture.h"
 
@@ -17,14 +19,15 @@ struct capture_file {
 /* Whether a path is written as it is: standard output, a pipe, a device. */
 bool capture_file_is_in_place(const char *path);
 
-/* 0, or -1 with the reason in error. A link is followed. */
-int capture_file_open(const char *path, struct capture_file *out,
-                      lum_error *error);
+/* A pcapng file that says what about has, or, where that is NULL, a pcap file.
+ * 0, or -1 with the reason in error. A link is followed. */
+int capture_file_open(const char *path, const struct provenance *about,
+                      struct capture_file *out, lum_error *error);
 
 /* As capture_file_open(), under its own name from the first datagram on; what
  * was recorded stays, whatever becomes of the rest. */
-int capture_file_record(const char *path, struct capture_file *out,
-                        lum_error *error);
+int capture_file_record(const char *path, const struct provenance *about,
+                        struct capture_file *out, lum_error *error);
 
 /* 0, or -1 with the reason in error and errno. */
 int capture_file_add(struct capture_file *file, const lum_datagram *datagram,

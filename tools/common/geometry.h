@@ -1,10 +1,23 @@
-/* Calibration and wire profile of a command line, made ready for use. */
+/* Calibration and wire profile, made ready for use. */
 #ifndef LUM_TOOLS_GEOMETRY_H
 #define LUM_TOOLS_GEOMETRY_H
 
 #include "lum/base/error.h"
 #include "lum/points.h"
 #include "lum/profile.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+struct geometry {
+    lum_calibration calibration;
+    lum_profile profile;
+    bool has_calibration; /* not the built-in one */
+    bool has_profile;     /* likewise */
+};
+
+/* Whether this build reads YAML. */
+bool geometry_has_yaml(void);
 
 /* Files of YAML into what holds the defaults. Names may be NULL: that one stays
  * as it is. Where this build has no YAML, names are refused. 0, or -1 with the
@@ -13,9 +26,20 @@ int geometry_read(const char *calibration_name, const char *profile_name,
                   lum_calibration *calibration, lum_profile *profile,
                   lum_error *error);
 
-/* Files' names; NULL: the default. 0, or -1 with the reason in error. */
+/* Texts of YAML, called by a name in messages, into what holds the defaults. 0,
+ * or -1 with the reason in error: it is wrong, or this build has no YAML. */
+int geometry_parse_calibration(const char *text, size_t len, const char *name,
+                               lum_calibration *calibration, lum_error *error);
+int geometry_parse_profile(const char *text, size_t len, const char *name,
+                           lum_profile *profile, lum_error *error);
+
+/* Read those of a command line. Files' names; NULL: the built-in one. 0, or -1
+ * with the reason in error. */
 int geometry_load(const char *calibration, const char *profile,
-                  lum_layout *layout, lum_projector *projector,
-                  lum_error *error);
+                  struct geometry *out, lum_error *error);
+
+/* 0, or -1 with the reason in error. */
+int geometry_make(const struct geometry *geometry, lum_layout *layout,
+                  lum_projector *projector, lum_error *error);
 
 #endif

@@ -2,6 +2,11 @@
 
 #include <stddef.h>
 
+bool geometry_has_yaml(void)
+{
+    return false;
+}
+
 int geometry_read(const char *calibration_name, const char *profile_name,
                   lum_calibration *calibration, lum_profile *profile,
                   lum_error *error)
@@ -14,4 +19,28 @@ int geometry_read(const char *calibration_name, const char *profile_name,
             calibration_name != NULL ? calibration_name : profile_name);
     }
     return 0;
+}
+
+static int refuse(const char *name, lum_error *error)
+{
+    return lum_error_set(error, "%s cannot be read: this build reads no YAML",
+                         name);
+}
+
+int geometry_parse_calibration(const char *text, size_t len, const char *name,
+                               lum_calibration *calibration, lum_error *error)
+{
+    (void)text;
+    (void)len;
+    (void)calibration;
+    return refuse(name, error);
+}
+
+int geometry_parse_profile(const char *text, size_t len, const char *name,
+                           lum_profile *profile, lum_error *error)
+{
+    (void)text;
+    (void)len;
+    (void)profile;
+    return refuse(name, error);
 }

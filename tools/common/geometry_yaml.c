@@ -2,6 +2,11 @@
 
 #include "lum/config/config.h"
 
+bool geometry_has_yaml(void)
+{
+    return true;
+}
+
 int geometry_read(const char *calibration_name, const char *profile_name,
                   lum_calibration *calibration, lum_profile *profile,
                   lum_error *error)
@@ -13,4 +18,16 @@ int geometry_read(const char *calibration_name, const char *profile_name,
     return profile_name == NULL
                ? 0
                : lum_profile_load(profile_name, profile, error);
+}
+
+int geometry_parse_calibration(const char *text, size_t len, const char *name,
+                               lum_calibration *calibration, lum_error *error)
+{
+    return lum_calibration_parse(text, len, name, calibration, error);
+}
+
+int geometry_parse_profile(const char *text, size_t len, const char *name,
+                           lum_profile *profile, lum_error *error)
+{
+    return lum_profile_parse(text, len, name, profile, error);
 }

@@ -237,6 +237,7 @@ static enum option_end take_option(const struct reader *r, size_t i)
         *(bool *)((uint8_t *)r->options + s->has) = true;
     }
     r->out->given |= UINT64_C(1) << i;
+    r->out->text[i] = optarg;
     return s->kind == OPTION_SHOW ? OPTIONS_SHOWN : OPTIONS_READ;
 }
 
@@ -288,7 +289,7 @@ enum option_end option_table_read(const struct option_table *table, int argc,
         .table = table, .argc = argc, .argv = argv, .options = options};
     enum option_end end = OPTIONS_READ;
     r.out = out;
-    *out = (struct option_result){0, 0};
+    *out = (struct option_result){.count = 0};
     describe(&r);
     restart(&r);
     while (end == OPTIONS_READ) {

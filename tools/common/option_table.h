@@ -69,6 +69,8 @@ struct option_table {
 struct option_result {
     int count;      /* words, now from argv[1] on */
     uint64_t given; /* a bit for each option, by its place in the table */
+    const char *text[OPTIONS_MAX]; /* what it took last, by the same; NULL:
+                                      nothing */
 };
 
 enum option_end {

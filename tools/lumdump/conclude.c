@@ -20,6 +20,15 @@ static void warn(const struct options *o, const char *text)
     }
 }
 
+/* They name the source themselves. */
+void conclude_about(const struct options *options,
+                    const struct provenance_source *about)
+{
+    for (size_t i = 0; i < about->note_count && !options->quiet; i++) {
+        (void)fprintf(stderr, "lumdump: warning: %s\n", about->notes[i].text);
+    }
+}
+
 void conclude_notes(struct pass *pass)
 {
     while (pass->notes_told < pass->notes.count) {
@@ -113,6 +122,10 @@ static void warn_of_losses(const struct pass *pass, uint64_t left_out)
     if (pass->summary.truncated && !o->quiet) {
         /* it names the source itself */
         (void)fprintf(stderr, "lumdump: warning: %s\n", pass->warning.text);
+    }
+    if (pass->has_changed) {
+        warn(o, "a later part of it has another calibration or profile: those "
+                "of its begin were used for all");
     }
     if (!pass->summary.has_time) {
         warn(o, "no packet of a G2 was found: nothing whole to or from UDP "

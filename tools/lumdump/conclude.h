@@ -15,6 +15,10 @@ enum exit_status {
 enum exit_status conclude_error(const lum_error *error,
                                 enum exit_status status);
 
+/* Tell what is to be told of what the capture says of itself. */
+void conclude_about(const struct options *options,
+                    const struct provenance_source *about);
+
 /* Tell what is to be told of the outputs and was not yet. */
 void conclude_notes(struct pass *pass);
 

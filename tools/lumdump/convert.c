@@ -219,7 +219,7 @@ enum pass_result pass_flush(struct pass *pass, lum_error *error)
 static bool asks_for_lines(const struct options *o)
 {
     for (size_t i = 0; i < o->output_count; i++) {
-        if (o->outputs[i].format != FORMAT_PCAP) {
+        if (!options_is_capture(o->outputs[i].format)) {
             return true;
         }
     }

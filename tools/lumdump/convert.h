@@ -11,6 +11,7 @@
 #include "summary.h"
 
 #include "lum/base/error.h"
+#include "lum/capture/capture.h"
 
 enum pass_result {
     PASS_DONE,        /* the source was read to its end */
@@ -26,6 +27,8 @@ struct pass {
     const struct options *options;
     const lum_layout *layout;
     const lum_projector *projector;
+    const struct provenance_source *about; /* the capture; NULL: not one */
+    bool has_changed; /* a later part of it says something else of itself */
     struct outputs *outputs; /* NULL: count alone */
     struct outputs_notes notes;
     size_t notes_told; /* as many of them */
@@ -37,7 +40,7 @@ struct pass {
     bool has_sensor;           /* packets of one sensor alone matter */
     uint32_t sensor;
     lum_framer *framer;
-    lum_capture *capture; /* being read; NULL: live */
+    lum_capture *capture; /* open before it is read first; NULL: live */
     lum_error warning;    /* set where the source broke off */
 };
 

@@ -57,7 +57,7 @@ struct cut {
 static bool writes_capture(const struct options *o)
 {
     for (size_t i = 0; i < o->output_count; i++) {
-        if (o->outputs[i].format == FORMAT_PCAP) {
+        if (options_is_capture(o->outputs[i].format)) {
             return true;
         }
     }

@@ -7,44 +7,141 @@
 #include "replay.h"
 #include "targets.h"
 
-static enum exit_status run_capture(struct pass *pass)
+#include <stdio.h>
+#include <stdlib.h>
+
+/* All that a run works with, once its source is open. */
+struct job {
+    struct options *options;
+    struct geometry geometry;
+    struct provenance_source source;
+    struct provenance about_points;
+    struct provenance about_packets;
+    lum_layout layout;
+    lum_projector projector;
+    struct pass pass;
+};
+
+static void say_about(const struct job *job, bool of_packets,
+                      struct provenance *out)
+{
+    const char *texts[FILTERS_MAX];
+    struct provenance_run run = {
+        .program = "lumdump", .source = job->options->source, .options = texts};
+    for (size_t i = 0; i < job->options->filter_count; i++) {
+        const struct filter *f = &job->options->filters[i];
+        if (f->is_of_packets || !of_packets) {
+            texts[run.option_count++] = f->text;
+        }
+    }
+    provenance_make(&run, &job->geometry, &job->source, out);
+}
+
+/* What outputs say names what the run uses. */
+static int prepare(struct job *job, lum_error *error)
+{
+    struct options *o = job->options;
+    if (geometry_make(&job->geometry, &job->layout, &job->projector, error) !=
+        0) {
+        return -1;
+    }
+    if (o->time == TIME_UTC &&
+        job->layout.profile.group[LUM_FIELD_TIMESTAMP].bytes == 0) {
+        return lum_error_set(error,
+                             "--time utc: by the profile %s packets have no "
+                             "timestamp to fit; use --time arrival",
+                             o->profile != NULL ? o->profile
+                                                : "of the capture");
+    }
+    say_about(job, false, &job->about_points);
+    say_about(job, true, &job->about_packets);
+    o->about_points = &job->about_points;
+    o->about_packets = &job->about_packets;
+    job->pass = (struct pass){.options = o,
+                              .capture = job->pass.capture,
+                              .about = &job->source,
+                              .layout = &job->layout,
+                              .projector = &job->projector};
+    return 0;
+}
+
+/* A pcap file that a pcapng file becomes says less than that. */
+static void warn_of_pcap(const struct job *job)
+{
+    const struct options *o = job->options;
+    const bool has_any =
+        (job->geometry.has_calibration && o->calibration == NULL) ||
+        (job->geometry.has_profile && o->profile == NULL);
+    for (size_t i = 0; i < o->output_count && has_any && !o->quiet; i++) {
+        if (o->outputs[i].format == FORMAT_PCAP) {
+            (void)fprintf(stderr,
+                          "lumdump: warning: %s: pcap has no room for the "
+                          "calibration and the profile that %s has: write "
+                          "pcapng to keep them\n",
+                          o->outputs[i].name, o->source);
+        }
+    }
+}
+
+static enum exit_status run_live(struct job *job)
 {
     lum_error error = {""};
-    const enum pass_result result = replay(pass, &error);
+    return prepare(job, &error) == 0 ? live_run(&job->pass)
+                                     : conclude_error(&error, EXIT_BAD);
+}
+
+static enum exit_status read_capture(struct job *job)
+{
+    lum_error error = {""};
+    struct pass *pass = &job->pass;
+    enum pass_result result = replay_open(job->options, &pass->capture, &error);
+    if (result == PASS_DONE) {
+        provenance_take(pass->capture, &job->geometry, &job->source);
+        conclude_about(job->options, &job->source);
+        warn_of_pcap(job);
+        if (prepare(job, &error) != 0) {
+            return conclude_error(&error, EXIT_BAD);
+        }
+        result = replay(pass, &error);
+    }
     const enum exit_status status = conclude(pass, result, &error);
     conclude_notes(pass);
-    outputs_abort(pass->outputs);
-    pass_free(pass);
+    return status;
+}
+
+static enum exit_status run_capture(struct job *job)
+{
+    const enum exit_status status = read_capture(job);
+    outputs_abort(job->pass.outputs);
+    pass_free(&job->pass);
     if (interrupt_signal() != 0) {
         interrupt_die();
     }
     return status;
 }
 
-static enum exit_status run(const struct options *o)
+static enum exit_status run(struct options *o)
 {
     lum_error error = {""};
-    lum_layout layout;
-    lum_projector projector;
-    if (geometry_load(o->calibration, o->profile, &layout, &projector,
-                      &error) != 0 ||
+    struct job *job = calloc(1, sizeof *job);
+    if (job == NULL) {
+        (void)lum_error_set(&error, "out of memory");
+        return conclude_error(&error, EXIT_FAILED);
+    }
+    job->options = o;
+    enum exit_status status = EXIT_BAD;
+    if (geometry_load(o->calibration, o->profile, &job->geometry, &error) !=
+            0 ||
         targets_check(o, &error) != 0) {
-        return conclude_error(&error, EXIT_BAD);
+        status = conclude_error(&error, EXIT_BAD);
+    } else {
+        status = o->is_live ? run_live(job) : run_capture(job);
     }
-    if (o->time == TIME_UTC &&
-        layout.profile.group[LUM_FIELD_TIMESTAMP].bytes == 0) {
-        (void)lum_error_set(&error,
-                            "--time utc: by the profile %s packets have no "
-                            "timestamp to fit; use --time arrival",
-                            o->profile);
-        return conclude_error(&error, EXIT_BAD);
-    }
-    struct pass pass = {
-        .options = o, .layout = &layout, .projector = &projector};
-    return o->is_live ? live_run(&pass) : run_capture(&pass);
+    free(job);
+    return status;
 }
 
-static enum exit_status act(enum parsed parsed, const struct options *options)
+static enum exit_status act(enum parsed parsed, struct options *options)
 {
     switch (parsed) {
     case PARSED_DONE:

@@ -12,10 +12,9 @@
 #include <string.h>
 
 static const struct option_word formats[] = {
-    {"csv", LUM_FORMAT_CSV}, {"ply", LUM_FORMAT_PLY},
-    {"pcd", LUM_FORMAT_PCD}, {"las", LUM_FORMAT_LAS},
-    {"xyz", LUM_FORMAT_XYZ}, {"png", LUM_FORMAT_PNG},
-    {"pcap", FORMAT_PCAP},   {NULL, 0},
+    {"csv", LUM_FORMAT_CSV}, {"ply", LUM_FORMAT_PLY},   {"pcd", LUM_FORMAT_PCD},
+    {"las", LUM_FORMAT_LAS}, {"xyz", LUM_FORMAT_XYZ},   {"png", LUM_FORMAT_PNG},
+    {"pcap", FORMAT_PCAP},   {"pcapng", FORMAT_PCAPNG}, {NULL, 0},
 };
 static const struct option_word clocks[] = {{"sensor", TIME_SENSOR},
                                             {"utc", TIME_UTC},
@@ -75,6 +74,7 @@ static const struct option_spec specs[] = {
      .allowed = "a size of 10kB or more, such as 100MB or 1GB, or a time of 1s "
                 "or more, such as 60s or 10min"},
     {"ascii", FLAG(ascii)},
+    {"comments", FLAG(comments)},
     {"time", WORD(clocks, time)},
     {"json", FLAG(json)},
     {"laser", FLAG(laser)},
@@ -119,8 +119,8 @@ static bool has_ending(const char *name, const char *ending)
 static bool tells_format(const char *name, unsigned *out)
 {
     lum_format format = LUM_FORMAT_CSV;
-    if (has_ending(name, ".pcap")) {
-        *out = FORMAT_PCAP;
+    if (has_ending(name, ".pcap") || has_ending(name, ".pcapng")) {
+        *out = has_ending(name, ".pcap") ? FORMAT_PCAP : FORMAT_PCAPNG;
         return true;
     }
     if (lum_format_from_name(name, &format) != 0) {
@@ -142,11 +142,11 @@ static bool find_format(const struct options *o, struct output_options *output)
     }
     if (strcmp(output->name, "-") == 0) {
         return refuse("standard output has no ending to tell a format by: say "
-                      "--format csv, ply, pcd, las, xyz, png or pcap");
+                      "--format csv, ply, pcd, las, xyz, png, pcap or pcapng");
     }
     (void)fprintf(stderr,
                   "lumdump: '%s' tells no format by its ending: use .csv .ply "
-                  ".pcd .las .xyz .png or .pcap, or say --format\n",
+                  ".pcd .las .xyz .png .pcap or .pcapng, or say --format\n",
                   output->name);
     return false;
 }
@@ -157,10 +157,11 @@ static bool can_write(const struct output_options *output)
         picture_format() != NULL) {
         return true;
     }
-    (void)fprintf(stderr,
-                  "lumdump: '%s': this lumdump was built without libpng and "
-                  "draws no pictures; use .csv .ply .pcd .las .xyz or .pcap\n",
-                  output->name);
+    (void)fprintf(
+        stderr,
+        "lumdump: '%s': this lumdump was built without libpng and "
+        "draws no pictures; use .csv .ply .pcd .las .xyz .pcap or .pcapng\n",
+        output->name);
     return false;
 }
 
@@ -208,11 +209,10 @@ static bool take_sources(int count, char **words, struct options *out)
                : take_captures((const char *const *)words, (size_t)count, out);
 }
 
-static bool has_text_formats(const struct options *o)
+static bool has_either(const struct options *o, unsigned one, unsigned other)
 {
     for (size_t i = 0; i < o->output_count; i++) {
-        if (o->outputs[i].format == LUM_FORMAT_PLY ||
-            o->outputs[i].format == LUM_FORMAT_PCD) {
+        if (o->outputs[i].format == one || o->outputs[i].format == other) {
             return true;
         }
     }
@@ -253,14 +253,65 @@ static bool goes_with_source(const struct options *o)
 
 static bool is_consistent(const struct options *o)
 {
-    if (o->ascii && !has_text_formats(o)) {
+    if (o->ascii && !has_either(o, LUM_FORMAT_PLY, LUM_FORMAT_PCD)) {
         return refuse("--ascii goes with ply and pcd output only");
+    }
+    if (o->comments && (o->output_count == 0 ||
+                        !has_either(o, LUM_FORMAT_CSV, LUM_FORMAT_XYZ))) {
+        return refuse("--comments goes with csv and xyz output only: ply, pcd, "
+                      "las and pcapng always have them");
     }
     if (o->json && has_standard_output(o)) {
         return refuse("--json and -o - would both write to standard output: "
                       "name a file");
     }
     return goes_with_source(o);
+}
+
+bool options_is_capture(unsigned format)
+{
+    return format == FORMAT_PCAP || format == FORMAT_PCAPNG;
+}
+
+static void add_filter(struct options *o, const char *name, const char *text,
+                       bool is_of_packets)
+{
+    struct filter *f = &o->filters[o->filter_count++];
+    (void)snprintf(f->text, sizeof f->text, "--%s=%s", name, text);
+    f->is_of_packets = is_of_packets;
+}
+
+/* --smooth 0 is as if it were not there. */
+static bool is_off(const struct options *o, const char *name)
+{
+    return strcmp(name, "smooth") == 0 && o->smooth_window == 0;
+}
+
+/* A recording is cut by its end alone. */
+static bool cuts_captures(const struct options *o, const char *name)
+{
+    return !o->is_live || strcmp(name, "duration") == 0;
+}
+
+static void note_filters(const struct option_result *given, struct options *o)
+{
+    static const struct {
+        const char *name;
+        bool is_of_packets;
+    } filters[] = {{"sensor", true},   {"eye", true},        {"edge", false},
+                   {"return", false},  {"frames", true},     {"range", false},
+                   {"box", false},     {"incomplete", true}, {"packets", true},
+                   {"duration", true}, {"smooth", false},    {"time", false}};
+    for (size_t i = 0; i < sizeof filters / sizeof filters[0]; i++) {
+        for (size_t k = 0; k < sizeof specs / sizeof specs[0]; k++) {
+            if (option_table_has(given, k) && !is_off(o, specs[k].name) &&
+                strcmp(specs[k].name, filters[i].name) == 0) {
+                add_filter(o, filters[i].name, given->text[k],
+                           filters[i].is_of_packets &&
+                               cuts_captures(o, filters[i].name));
+            }
+        }
+    }
 }
 
 enum parsed options_parse(int argc, char **argv, struct options *out)
@@ -277,10 +328,12 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
     if (end != OPTIONS_READ) {
         return end == OPTIONS_SHOWN ? PARSED_DONE : PARSED_BAD;
     }
-    return take_sources(result.count, argv + 1, out) && find_formats(out) &&
-                   is_consistent(out)
-               ? PARSED_RUN
-               : PARSED_BAD;
+    if (!take_sources(result.count, argv + 1, out) || !find_formats(out) ||
+        !is_consistent(out)) {
+        return PARSED_BAD;
+    }
+    note_filters(&result, out);
+    return PARSED_RUN;
 }
 
 void options_free(struct options *options)

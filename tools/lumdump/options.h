@@ -2,6 +2,7 @@
 #ifndef LUMDUMP_OPTIONS_H
 #define LUMDUMP_OPTIONS_H
 
+#include "../common/provenance.h"
 #include "sources.h"
 
 #include "lum/cloud/writer.h"
@@ -13,13 +14,22 @@
 #include <stdint.h>
 
 /* A cloud in one of the library's formats, or the datagrams themselves. */
-#define FORMAT_PCAP LUM_FORMATS
+#define FORMAT_PCAP   LUM_FORMATS
+#define FORMAT_PCAPNG (LUM_FORMATS + 1u)
 
 #define OUTPUTS_MAX 16u
 
 struct output_options {
     const char *name;
-    unsigned format; /* a lum_format, or FORMAT_PCAP */
+    unsigned format; /* a lum_format, or FORMAT_PCAP or FORMAT_PCAPNG */
+};
+
+/* Options that choose or change what comes out, as they were given. */
+#define FILTERS_MAX 12u
+
+struct filter {
+    char text[256];     /* such as "--eye=blue" */
+    bool is_of_packets; /* captures too are chosen by it */
 };
 
 /* What the points' times are. */
@@ -65,8 +75,15 @@ struct options {
     uint32_t smooth_order;
     enum time_base time;
     bool ascii;
+    bool comments; /* in csv and xyz */
     bool json;
     bool quiet;
+    struct filter filters[FILTERS_MAX];
+    size_t filter_count;
+    /* What outputs say of themselves: clouds, and captures. Not the command
+     * line's; known once the source is open. */
+    const struct provenance *about_points;
+    const struct provenance *about_packets;
 };
 
 enum parsed {
@@ -74,6 +91,9 @@ enum parsed {
     PARSED_DONE, /* help or version was printed */
     PARSED_BAD   /* a message was printed */
 };
+
+/* Whether a format is one of captures. */
+bool options_is_capture(unsigned format);
 
 /* The options point into argv. To be freed by options_free() whatever the
  * result. */

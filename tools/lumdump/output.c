@@ -31,6 +31,7 @@ struct output {
     const struct options *options;
     const char *name;
     bool is_capture;
+    const struct provenance *about; /* a capture's; NULL: it has no room */
     bool is_pattern;
     bool is_in_place; /* read as it comes */
     bool rotates;
@@ -100,8 +101,8 @@ static int open_named(struct output *o, const char *name, lum_error *error)
 {
     if (o->is_capture) {
         return o->options->is_live
-                   ? capture_file_record(name, &o->capture, error)
-                   : capture_file_open(name, &o->capture, error);
+                   ? capture_file_record(name, o->about, &o->capture, error)
+                   : capture_file_open(name, o->about, &o->capture, error);
     }
     if (lum_writer_open(name, &o->writer_options, &o->files[0].writer, error) !=
         0) {
@@ -148,6 +149,14 @@ static int open_first(struct output *o, lum_error *error)
     return o->rotates ? open_numbered(o, error) : open_named(o, o->name, error);
 }
 
+/* Many readers of text do not skip comments. */
+static const char *comment_of(const struct options *o, size_t i)
+{
+    const unsigned format = o->outputs[i].format;
+    const bool is_bare = format == LUM_FORMAT_CSV || format == LUM_FORMAT_XYZ;
+    return is_bare && !o->comments ? NULL : o->about_points->text;
+}
+
 static struct output *new_output(const struct options *options, size_t i,
                                  const lum_projector *projector)
 {
@@ -158,7 +167,10 @@ static struct output *new_output(const struct options *options, size_t i,
     o->claim = (lum_claim)LUM_CLAIM_NONE;
     o->options = options;
     o->name = options->outputs[i].name;
-    o->is_capture = options->outputs[i].format == FORMAT_PCAP;
+    o->is_capture = options_is_capture(options->outputs[i].format);
+    o->about = options->outputs[i].format == FORMAT_PCAPNG
+                   ? options->about_packets
+                   : NULL;
     o->is_pattern = targets_pattern(o->name) == 1;
     o->is_in_place = !o->is_pattern && capture_file_is_in_place(o->name);
     o->rotates = targets_rotates(options, i);
@@ -167,7 +179,8 @@ static struct output *new_output(const struct options *options, size_t i,
                              .ascii = options->ascii,
                              .utc = options->time != TIME_SENSOR,
                              .projector = projector,
-                             .picture = picture_format()};
+                             .picture = picture_format(),
+                             .comment = comment_of(options, i)};
     return o;
 }
 

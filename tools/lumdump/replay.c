@@ -136,6 +136,15 @@ static enum pass_result learn_clocks(struct pass *pass, lum_error *error)
     return result;
 }
 
+enum pass_result replay_open(const struct options *options, lum_capture **out,
+                             lum_error *error)
+{
+    if (open_sources(options, out, error) == 0) {
+        return PASS_DONE;
+    }
+    return interrupt_signal() != 0 ? PASS_INTERRUPTED : PASS_FAILED;
+}
+
 static enum pass_result run(struct pass *pass, lum_error *error)
 {
     struct progress progress;
@@ -143,11 +152,11 @@ static enum pass_result run(struct pass *pass, lum_error *error)
     if (result == PASS_DONE) {
         result = learn_clocks(pass, error);
     }
+    if (result == PASS_DONE && pass->capture == NULL) {
+        result = replay_open(pass->options, &pass->capture, error);
+    }
     if (result != PASS_DONE) {
         return result;
-    }
-    if (open_sources(pass->options, &pass->capture, error) != 0) {
-        return interrupt_signal() != 0 ? PASS_INTERRUPTED : PASS_FAILED;
     }
     progress_init(&progress, pass->options->quiet);
     pass->summary.capture = pass->capture;
@@ -155,6 +164,7 @@ static enum pass_result run(struct pass *pass, lum_error *error)
     if (result == PASS_DONE) {
         result = pass_flush(pass, error);
     }
+    pass->has_changed = provenance_has_changed(pass->capture, pass->about);
     progress_clear(&progress);
     return result;
 }
@@ -192,6 +202,7 @@ static enum pass_result rehearse(struct pass *pass, struct outputs **rehearsal,
     if (result == PASS_DONE) {
         pass_free(pass);
         *pass = fresh;
+        pass->capture = NULL; /* it was read */
     }
     return result;
 }

@@ -57,7 +57,7 @@ static bool can_seek(const char *output)
 bool targets_needs_rehearsal(const struct options *options, size_t i)
 {
     const struct output_options *o = &options->outputs[i];
-    return o->format != FORMAT_PCAP &&
+    return !options_is_capture(o->format) &&
            lum_format_needs_count((lum_format)o->format) && !can_seek(o->name);
 }
 
@@ -70,7 +70,7 @@ static int check_pattern(const struct output_options *o, lum_error *error)
                              "number and has to read %%d or %%04d, once",
                              o->name);
     }
-    if (pattern == 1 && o->format == FORMAT_PCAP) {
+    if (pattern == 1 && options_is_capture(o->format)) {
         return lum_error_set(error,
                              "%s: a capture holds packets, not frames: "
                              "name one file",
@@ -223,7 +223,7 @@ static size_t count_captures(const struct options *o)
 {
     size_t n = 0;
     for (size_t i = 0; i < o->output_count; i++) {
-        n += o->outputs[i].format == FORMAT_PCAP ? 1u : 0u;
+        n += options_is_capture(o->outputs[i].format) ? 1u : 0u;
     }
     return n;
 }
@@ -284,7 +284,7 @@ static int check_cut(const struct options *o, lum_error *error)
     }
     if (count_captures(o) > 0 && points != NULL) {
         return lum_error_set(error,
-                             "%s: a packet holds many points, so a pcap output "
+                             "%s: a packet holds many points, so a capture "
                              "cannot be cut by it; it can by --frames, --eye, "
                              "--incomplete, --duration and --sensor",
                              points);
@@ -293,7 +293,7 @@ static int check_cut(const struct options *o, lum_error *error)
                    (count_captures(o) > 0 && find_line_option(o) != NULL)
                ? 0
                : lum_error_set(error,
-                               "--packets goes with a pcap output that "
+                               "--packets goes with a capture that "
                                "--frames, --eye or --incomplete drop cuts");
 }
 

@@ -3,6 +3,7 @@
 
 #include "../common/geometry.h"
 #include "../common/input_files.h"
+#include "../common/provenance.h"
 #include "../common/same_file.h"
 #include "sim/packets.h"
 
@@ -54,21 +55,25 @@ bool files_check(const struct options *o)
 
 static bool complain_of_profile(const struct options *o, const char *why)
 {
-    (void)fprintf(stderr, "lumsim: %s: %s\n", o->profile, why);
+    (void)fprintf(stderr, "lumsim: %s: %s\n",
+                  o->profile != NULL ? o->profile : o->replay, why);
     return false;
 }
 
 bool files_load(struct options *o)
 {
     lum_render_options *r = &o->render;
+    struct geometry geometry;
     lum_error error = {""};
-    lum_profile profile = r->layout.profile;
-    if (geometry_read(o->calibration, o->profile, &r->calibration, &profile,
-                      &error) != 0) {
+    if (geometry_load(o->calibration, o->profile, &geometry, &error) != 0) {
         (void)fprintf(stderr, "lumsim: %s\n", error.text);
         return false;
     }
-    if (lum_layout_init(&r->layout, &profile, NULL, NULL) != LUM_OK) {
+    if (o->mode == MODE_REPLAY) {
+        provenance_ask("lumsim", o->replay, o->quiet, &geometry);
+    }
+    r->calibration = geometry.calibration;
+    if (lum_layout_init(&r->layout, &geometry.profile, NULL, NULL) != LUM_OK) {
         return complain_of_profile(o, "this layout cannot be");
     }
     if (lum_packets_check(&r->layout, r->lines) != LUM_OK) {

@@ -210,10 +210,37 @@ static int finish(struct run *run)
     return EXIT_SUCCESS;
 }
 
+/* A scene is its own source. */
+static int open_capture(struct run *run)
+{
+    const struct options *o = run->options;
+    const struct provenance_run about = {.program = "lumsim",
+                                         .source = "a simulated street"};
+    const struct geometry geometry = {.calibration = o->render.calibration,
+                                      .profile = o->render.layout.profile,
+                                      .has_calibration = o->calibration != NULL,
+                                      .has_profile = o->profile != NULL};
+    struct provenance *said = NULL;
+    const size_t n = strlen(o->output);
+    if (n > 7 && strcmp(o->output + n - 7, ".pcapng") == 0) {
+        said = malloc(sizeof *said);
+        if (said == NULL) {
+            return lum_error_set(&run->error, "not enough memory");
+        }
+        provenance_make(&about, &geometry, NULL, said);
+    }
+    const int result =
+        capture_file_open(o->output, said, &run->output, &run->error);
+    const int code = errno;
+    free(said);
+    errno = code;
+    return result;
+}
+
 static int open_outputs(struct run *run)
 {
     const struct options *o = run->options;
-    if (capture_file_open(o->output, &run->output, &run->error) != 0) {
+    if (open_capture(run) != 0) {
         return fail(run, 0);
     }
     if (o->truth != NULL &&

@@ -1,7 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "feed.h"
 
-#include "../common/geometry.h"
+#include "../common/provenance.h"
 #include "link.h"
 #include "player.h"
 #include "stage.h"
@@ -49,6 +49,20 @@ static int start(struct feed *feed, const struct options *o, lum_error *error)
     return link_start(&options, &feed->link, error);
 }
 
+/* What a stream says of itself comes too late: the page is there before. */
+static int load_geometry(struct feed *feed, const struct options *o,
+                         lum_error *error)
+{
+    struct geometry geometry;
+    if (geometry_load(o->calibration, o->profile, &geometry, error) != 0) {
+        return -1;
+    }
+    if (!o->is_live) {
+        provenance_ask("lumview", o->source, o->quiet, &geometry);
+    }
+    return geometry_make(&geometry, &feed->layout, &feed->projector, error);
+}
+
 static void release(struct feed *feed)
 {
     stage_end(&feed->stage);
@@ -70,9 +84,7 @@ int feed_open(const struct options *options, void (*wake)(void *context),
     feed->stage.status.is_live = options->is_live;
     feed->pool = frame_pool_new();
     feed->stage.pool = feed->pool;
-    if (feed->pool == NULL ||
-        geometry_load(options->calibration, options->profile, &feed->layout,
-                      &feed->projector, error) != 0 ||
+    if (feed->pool == NULL || load_geometry(feed, options, error) != 0 ||
         start(feed, options, error) != 0) {
         release(feed);
         return -1;

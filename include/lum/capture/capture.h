@@ -10,6 +10,7 @@
 #define LUM_CAPTURE_CAPTURE_H
 
 #include "lum/base/error.h"
+#include "lum/capture/record.h"
 #include "lum/capture/source.h"
 #include "lum/result.h"
 
@@ -20,29 +21,6 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/** What a record of a capture turned out to be. */
-typedef enum lum_record_kind {
-    LUM_RECORD_DATAGRAM,  /**< a whole UDP datagram over IPv4 */
-    LUM_RECORD_CUT_SHORT, /**< a datagram that the capture holds in part */
-    LUM_RECORD_FRAGMENT,  /**< kept or used up; nothing to count now */
-    LUM_RECORD_OTHER      /**< anything else */
-} lum_record_kind;
-
-/** A record of a capture. */
-typedef struct lum_record {
-    int64_t time_ns;           /**< capture time, ns since 1970 UTC */
-    const uint8_t *payload;    /**< datagrams: UDP payload; lives until the next
-                                    read */
-    size_t len;                /**< datagrams: bytes of payload */
-    uint32_t source;           /**< datagrams, also cut ones: host order */
-    uint32_t destination;      /**< likewise */
-    uint16_t source_port;      /**< likewise */
-    uint16_t destination_port; /**< likewise */
-    lum_record_kind kind;      /**< what it is */
-    uint32_t dropped_fragments; /**< fragments given up while this record was
-                                     read; each is one more *other* */
-} lum_record;
 
 /** An open capture. */
 typedef struct lum_capture lum_capture;
@@ -115,6 +93,31 @@ void lum_capture_get_source(const lum_capture *capture, size_t i,
 LUM_MUST_CHECK int lum_capture_next(lum_capture *capture, lum_record *out,
                                     lum_error *error);
 
+/** Most comments of a source. */
+#define LUM_CAPTURE_COMMENTS_MAX 16u
+
+/** Most bytes of a comment, which a pcapng file can hold. */
+#define LUM_CAPTURE_COMMENT_BYTES_MAX 65535u
+
+/** How many comments the headers of a pcapng file's sections hold, as far as it
+ * was read; equal ones count once. Those of the first section of each source
+ * are there when a capture is open. Any bytes may be in them.
+ * @param source below lum_capture_source_count(). */
+size_t lum_capture_comment_count(const lum_capture *capture, size_t source);
+
+/** A comment.
+ * @param source below lum_capture_source_count().
+ * @param i      below lum_capture_comment_count().
+ * @param len    gets its bytes; a NUL follows them.
+ * @return it, which lives until the capture is closed. */
+const char *lum_capture_comment(const lum_capture *capture, size_t source,
+                                size_t i, size_t *len);
+
+/** Comments that are not among these, for there are too many or there is no
+ * memory. */
+uint64_t lum_capture_comments_left_out(const lum_capture *capture,
+                                       size_t source);
+
 /** How far the reading has come, in the file as it is, compressed or not.
  * @param done  bytes read so far.
  * @param total bytes of the file; 0 where that is not known. */
@@ -124,7 +127,25 @@ void lum_capture_progress(const lum_capture *capture, uint64_t *done,
 /** Close. NULL is allowed. */
 void lum_capture_close(lum_capture *capture);
 
-/** A pcap file being written: Ethernet, nanoseconds. */
+/** Formats of captures. */
+typedef enum lum_capture_format {
+    LUM_CAPTURE_PCAP,  /**< pcap; has no comments */
+    LUM_CAPTURE_PCAPNG /**< pcapng */
+} lum_capture_format;
+
+/** How a capture is written. All bytes 0 but for struct_size is the default. */
+typedef struct lum_capture_writer_options {
+    size_t struct_size;          /**< sizeof(lum_capture_writer_options) */
+    lum_capture_format format;   /**< which */
+    bool is_whole;               /**< it gets its name when it is closed */
+    const char *application;     /**< pcapng: what writes it, UTF-8; may be
+                                      NULL */
+    const char *const *comments; /**< pcapng: UTF-8, of the section's header */
+    size_t comment_count; /**< at most LUM_CAPTURE_COMMENTS_MAX, each of at most
+                             LUM_CAPTURE_COMMENT_BYTES_MAX bytes */
+} lum_capture_writer_options;
+
+/** A capture being written: Ethernet, nanoseconds. */
 typedef struct lum_capture_writer lum_capture_writer;
 
 /** A datagram to be written. */
@@ -156,6 +177,15 @@ LUM_MUST_CHECK int lum_capture_writer_open(const char *path,
 LUM_MUST_CHECK int lum_capture_writer_open_whole(const char *path,
                                                  lum_capture_writer **out,
                                                  lum_error *error);
+
+/** Begin a capture, as lum_capture_writer_open() or
+ * lum_capture_writer_open_whole().
+ * @param options read, with all that it points to, and not kept.
+ * @return as lum_capture_writer_open(); errno is EINVAL if the options cannot
+ *         be. */
+LUM_MUST_CHECK int lum_capture_writer_open_as(
+    const char *path, const lum_capture_writer_options *options,
+    lum_capture_writer **out, lum_error *error);
 
 /** Append a datagram, with Ethernet, IPv4 and UDP headers of its own and right
  * checksums; above 1500 bytes as one jumbo packet.

@@ -42,6 +42,10 @@ bool lum_format_needs_count(lum_format format);
 /** How a format is written, for formats that are libraries of their own. */
 typedef struct lum_format_ops lum_format_ops;
 
+/** Most bytes of lum_writer_options.comment, and of a line of it. */
+#define LUM_WRITER_COMMENT_BYTES_MAX 60000u
+#define LUM_WRITER_COMMENT_LINE_MAX  400u
+
 /** What a writer has to know. */
 typedef struct lum_writer_options {
     lum_format format; /**< which */
@@ -54,6 +58,12 @@ typedef struct lum_writer_options {
     const lum_projector *projector; /**< PNG: scale of angles; may be NULL */
     const lum_format_ops *picture;  /**< PNG: lum_picture_format(); other
                                          formats ignore it */
+    const char *comment; /**< NULL, or what the header is to say besides, such
+                              as where the points come from: lines of printable
+                              ASCII; copied. Comments of PLY and PCD, a record
+                              of LAS, lines that begin with # in CSV and XYZ,
+                              which many readers of these do not skip. PNG has
+                              no place for it */
 } lum_writer_options;
 
 /** The samples of one line. */
@@ -85,7 +95,8 @@ LUM_MUST_CHECK int lum_writer_rehearse(const lum_writer_options *options,
  * @return 0, or -1 with the reason in error: the directory is missing, no
  *         permission, another run is writing a file of that name (then errno is
  *         EBUSY), the header needs a count and there is neither a rehearsal nor
- *         an output that can seek, a PNG without lum_writer_options.picture. */
+ *         an output that can seek, a PNG without lum_writer_options.picture,
+ *         a comment that cannot be (then errno is EINVAL). */
 LUM_MUST_CHECK int lum_writer_open(const char *path,
                                    const lum_writer_options *options,
                                    lum_writer **out, lum_error *error);

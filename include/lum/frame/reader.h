@@ -22,6 +22,7 @@
 
 #include "lum/base/error.h"
 #include "lum/capture/capture.h"
+#include "lum/capture/record.h"
 #include "lum/capture/source.h"
 #include "lum/frame/framer.h"
 #include "lum/result.h"
@@ -33,21 +34,6 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/** Where records come from, if not out of the bytes of a capture: a live
- * session, a caller's own. */
-typedef struct lum_record_source {
-    /** The next record. It, and its payload, live until the next call.
-     * @return 1; 0 at the end; -1 when it cannot be read on, with the reason in
-     *         error. At an end dropped_fragments of out counts. */
-    int (*next)(void *context, lum_record *out, lum_error *error);
-    /** As lum_capture_progress(); NULL: not known. */
-    void (*progress)(void *context, uint64_t *done, uint64_t *total);
-    /** Called once, when the reader is closed or could not be opened; may be
-     * NULL. */
-    void (*close)(void *context);
-    void *context; /**< handed to these */
-} lum_record_source;
 
 /** What a reader has to know. All bytes but struct_size and a source may be 0:
  * these are the defaults. */

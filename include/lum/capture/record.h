@@ -1,0 +1,58 @@
+/** @file
+ * Records: datagrams with their time and their ends, from a capture or from
+ * elsewhere. */
+#ifndef LUM_CAPTURE_RECORD_H
+#define LUM_CAPTURE_RECORD_H
+
+#include "lum/base/error.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** What a record of a capture turned out to be. */
+typedef enum lum_record_kind {
+    LUM_RECORD_DATAGRAM,  /**< a whole UDP datagram over IPv4 */
+    LUM_RECORD_CUT_SHORT, /**< a datagram that the capture holds in part */
+    LUM_RECORD_FRAGMENT,  /**< kept or used up; nothing to count now */
+    LUM_RECORD_OTHER      /**< anything else */
+} lum_record_kind;
+
+/** A record of a capture. */
+typedef struct lum_record {
+    int64_t time_ns;           /**< capture time, ns since 1970 UTC */
+    const uint8_t *payload;    /**< datagrams: UDP payload; lives until the next
+                                    read */
+    size_t len;                /**< datagrams: bytes of payload */
+    uint32_t source;           /**< datagrams, also cut ones: host order */
+    uint32_t destination;      /**< likewise */
+    uint16_t source_port;      /**< likewise */
+    uint16_t destination_port; /**< likewise */
+    lum_record_kind kind;      /**< what it is */
+    uint32_t dropped_fragments; /**< fragments given up while this record was
+                                     read; each is one more *other* */
+} lum_record;
+
+/** Where records come from, if not out of the bytes of a capture: a live
+ * sensor (lum/net/live.h), a caller's own. */
+typedef struct lum_record_source {
+    /** The next record. It, and its payload, live until the next call.
+     * @return 1; 0 at the end; -1 when it cannot be read on, with the reason in
+     *         error. At an end dropped_fragments of out counts. */
+    int (*next)(void *context, lum_record *out, lum_error *error);
+    /** As lum_capture_progress(); NULL: not known. */
+    void (*progress)(void *context, uint64_t *done, uint64_t *total);
+    /** Called once, when the reader is closed or could not be opened; may be
+     * NULL. */
+    void (*close)(void *context);
+    void *context; /**< handed to these */
+} lum_record_source;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,65 @@
+/** @file
+ * A live sensor as a source of records, for the reader of lum/frame/reader.h.
+ *
+ * The session's heartbeats are sent inside the reader's calls and nowhere else:
+ * a program that stops reading lets the sensor switch its laser off after 3 s.
+ *
+ * @code
+ * lum_live_options live = {.struct_size = sizeof live, .sensor = sensor};
+ * lum_record_source records;
+ * int status = lum_live_source(&live, &records, &error);
+ * lum_reader_options options = {.struct_size = sizeof options,
+ *                               .records = &records};
+ * if (status == 0) {
+ *     status = lum_reader_open(&options, &reader, &error);
+ * }
+ * @endcode */
+#ifndef LUM_NET_LIVE_H
+#define LUM_NET_LIVE_H
+
+#include "lum/base/error.h"
+#include "lum/capture/record.h"
+#include "lum/net/sensor.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** What a live source has to know. All bytes but struct_size and sensor may be
+ * 0. */
+typedef struct lum_live_options {
+    size_t struct_size; /**< sizeof(lum_live_options) */
+    lum_sensor *sensor; /**< an owner's session, which stays the caller's and is
+                           closed after the source */
+    uint32_t duration_ms; /**< end after so long; 0: go on */
+    uint32_t silence_ms;  /**< fail when nothing came from the sensor for so
+                               long; 0: LUM_SENSOR_SILENCE_MS */
+    /** Gets each event that brings no datagrams: answers to the caller's
+     * requests, alerts, a link that went down. It may begin requests, and must
+     * not receive. NULL: they are passed over.
+     * @return whether to go on; false ends the stream. */
+    bool (*on_event)(void *context, const lum_sensor_event *event);
+    void *context; /**< handed to on_event */
+} lum_live_options;
+
+/** Make a source of all datagrams that come from the sensor, beginning now. It
+ * ends after the duration, when the session's cancel is raised, or when
+ * on_event says so. It fails when the socket breaks and when the sensor falls
+ * silent. What the system dropped is in lum_sensor_count().
+ * @param options read and not kept, but for the sensor and the context.
+ * @param out     to be given to lum_reader_open(), or closed by its own close.
+ * @param error   gets the message on failure: struct_size or the sensor is not
+ *                set, no memory.
+ * @return 0, or -1. */
+LUM_MUST_CHECK int lum_live_source(const lum_live_options *options,
+                                   lum_record_source *out, lum_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,31 @@
+/** @file
+ * The comments of a capture file's sections. Internal to the capture room. */
+#ifndef LUM_CAPTURE_COMMENTS_H
+#define LUM_CAPTURE_COMMENTS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/** Comments of one file. */
+typedef struct lum_comments lum_comments;
+
+/** @return NULL without memory. */
+lum_comments *lum_comments_new(void);
+
+/** Free. NULL is allowed. */
+void lum_comments_free(lum_comments *comments);
+
+/** The file is read from its begin again: what it says again counts once. */
+void lum_comments_rewind(lum_comments *comments);
+
+/** Add a copy of one that is not there yet. Counted where there is no room. */
+void lum_comments_add(lum_comments *comments, const void *text, size_t len);
+
+/** As lum_capture_comment_count(), lum_capture_comment() and
+ * lum_capture_comments_left_out(). */
+size_t lum_comments_count(const lum_comments *comments);
+const char *lum_comments_get(const lum_comments *comments, size_t i,
+                             size_t *len);
+uint64_t lum_comments_left_out(const lum_comments *comments);
+
+#endif

@@ -1,0 +1,134 @@
+#include "pcapng_writer.h"
+
+#include "byte_order.h"
+
+#include <string.h>
+
+enum {
+    BLOCK_SECTION = 0x0a0d0d0a,
+    BLOCK_INTERFACE = 1,
+    BLOCK_PACKET = 6,
+    SECTION_BYTES = 24, /* before the options */
+    INTERFACE_BYTES = 16,
+    OPTION_BYTES = 4, /* before the value */
+    TRAILER_BYTES = 4,
+    END_BYTES = OPTION_BYTES + TRAILER_BYTES, /* of the options and the block */
+    BYTE_ORDER = 0x1a2b3c4d,
+    VERSION = 1,
+    LINKTYPE_ETHERNET = 1,
+    OPTION_COMMENT = 1,
+    OPTION_APPLICATION = 4,
+    OPTION_RESOLUTION = 9,
+    NANOSECONDS = 9 /* 10^-9 */
+};
+
+static size_t padded(size_t len)
+{
+    return (len + 3u) / 4u * 4u;
+}
+
+static size_t option_bytes(const char *text)
+{
+    return OPTION_BYTES + padded(strlen(text));
+}
+
+static size_t section_bytes(const lum_capture_writer_options *o)
+{
+    size_t n = SECTION_BYTES + END_BYTES;
+    n += o->application != NULL ? option_bytes(o->application) : 0u;
+    for (size_t i = 0; i < o->comment_count; i++) {
+        n += option_bytes(o->comments[i]);
+    }
+    return n;
+}
+
+static size_t interface_bytes(void)
+{
+    return INTERFACE_BYTES + OPTION_BYTES + 4u + END_BYTES;
+}
+
+size_t lum_pcapng_start_bytes(const lum_capture_writer_options *options)
+{
+    const lum_capture_writer_options *o = options;
+    if (o->comment_count > LUM_CAPTURE_COMMENTS_MAX ||
+        (o->application != NULL &&
+         strlen(o->application) > LUM_CAPTURE_COMMENT_BYTES_MAX)) {
+        return 0;
+    }
+    for (size_t i = 0; i < o->comment_count; i++) {
+        if (strlen(o->comments[i]) > LUM_CAPTURE_COMMENT_BYTES_MAX) {
+            return 0;
+        }
+    }
+    return section_bytes(o) + interface_bytes();
+}
+
+static uint8_t *put_option(uint8_t *p, unsigned code, const void *value,
+                           size_t len)
+{
+    store_le16(p, code);
+    store_le16(p + 2, (uint32_t)len);
+    memset(p + OPTION_BYTES, 0, padded(len));
+    memcpy(p + OPTION_BYTES, value, len);
+    return p + OPTION_BYTES + padded(len);
+}
+
+static uint8_t *put_end(uint8_t *p, size_t len)
+{
+    memset(p, 0, OPTION_BYTES);
+    store_le32(p + OPTION_BYTES, (uint32_t)len);
+    return p + END_BYTES;
+}
+
+static uint8_t *put_section(uint8_t *p, const lum_capture_writer_options *o)
+{
+    const size_t len = section_bytes(o);
+    store_le32(p, BLOCK_SECTION);
+    store_le32(p + 4, (uint32_t)len);
+    store_le32(p + 8, BYTE_ORDER);
+    store_le16(p + 12, VERSION);
+    store_le16(p + 14, 0);
+    memset(p + 16, 0xff, 8); /* its length is not known */
+    p += SECTION_BYTES;
+    if (o->application != NULL) {
+        p = put_option(p, OPTION_APPLICATION, o->application,
+                       strlen(o->application));
+    }
+    for (size_t i = 0; i < o->comment_count; i++) {
+        p = put_option(p, OPTION_COMMENT, o->comments[i],
+                       strlen(o->comments[i]));
+    }
+    return put_end(p, len);
+}
+
+void lum_pcapng_put_start(uint8_t *out,
+                          const lum_capture_writer_options *options,
+                          uint32_t snap)
+{
+    const uint8_t resolution = NANOSECONDS;
+    uint8_t *p = put_section(out, options);
+    store_le32(p, BLOCK_INTERFACE);
+    store_le32(p + 4, (uint32_t)interface_bytes());
+    store_le16(p + 8, LINKTYPE_ETHERNET);
+    store_le16(p + 10, 0);
+    store_le32(p + 12, snap);
+    p = put_option(p + INTERFACE_BYTES, OPTION_RESOLUTION, &resolution, 1);
+    (void)put_end(p, interface_bytes());
+}
+
+size_t lum_pcapng_put_around(uint8_t *block, int64_t time_ns, uint32_t len)
+{
+    const uint64_t time = (uint64_t)time_ns;
+    const size_t tail = LUM_PCAPNG_HEAD_BYTES + padded(len);
+    const size_t all = tail + TRAILER_BYTES;
+    store_le32(block, BLOCK_PACKET);
+    store_le32(block + 4, (uint32_t)all);
+    store_le32(block + 8, 0); /* the interface */
+    store_le32(block + 12, (uint32_t)(time >> 32));
+    store_le32(block + 16, (uint32_t)(time & UINT32_MAX));
+    store_le32(block + 20, len);
+    store_le32(block + 24, len);
+    memset(block + LUM_PCAPNG_HEAD_BYTES + len, 0, padded(len) - len);
+    store_le32(block + tail, (uint32_t)all);
+    return all;
+}

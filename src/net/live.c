@@ -1,0 +1,136 @@
+#include "lum/net/live.h"
+
+#include "lum/base/time.h"
+#include "lum/wire.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define NS_PER_MS INT64_C(1000000)
+
+struct live {
+    lum_live_options options;
+    lum_sensor_event event; /* the last one */
+    size_t next;            /* of its datagrams */
+    int64_t end_ns;         /* of the stream; INT64_MAX: none */
+    int64_t heard_ns;       /* when the sensor was last heard */
+    lum_endpoint sensor;
+    lum_endpoint client;
+};
+
+/* The sensor's side is shown as the port that all sensors have, whatever port a
+ * relay offers it at. */
+static lum_record record_of(const struct live *l, const lum_received *datagram)
+{
+    return (lum_record){.time_ns = datagram->utc_ns,
+                        .payload = datagram->bytes,
+                        .len = datagram->len,
+                        .source = l->sensor.address,
+                        .destination = l->client.address,
+                        .source_port = LUM_PORT,
+                        .destination_port = l->client.port,
+                        .kind = datagram->cut_short ? LUM_RECORD_CUT_SHORT
+                                                    : LUM_RECORD_DATAGRAM};
+}
+
+static int64_t silent_ns(const struct live *l)
+{
+    return l->heard_ns + NS_PER_MS * (int64_t)l->options.silence_ms;
+}
+
+/* 0: the stream is over. */
+static int idle(const struct live *l, lum_error *error)
+{
+    const int64_t now_ns = lum_time_monotonic_ns();
+    if (now_ns >= l->end_ns) {
+        return 0;
+    }
+    return now_ns < silent_ns(l)
+               ? 1
+               : lum_error_set(error,
+                               "nothing came from the sensor for %u ms; is its "
+                               "laser on, and does it reach this host?",
+                               (unsigned)l->options.silence_ms);
+}
+
+static int tell(const struct live *l)
+{
+    return l->options.on_event == NULL ||
+           l->options.on_event(l->options.context, &l->event);
+}
+
+/* As lum_record_source.next, but for the record: 1 is to look again. */
+static int receive(struct live *l, lum_error *error)
+{
+    const int64_t limit_ns = silent_ns(l);
+    lum_sensor_receive(l->options.sensor,
+                       limit_ns < l->end_ns ? limit_ns : l->end_ns, &l->event);
+    l->next = 0;
+    switch (l->event.kind) {
+    case LUM_SENSOR_DATAGRAMS:
+        l->heard_ns = lum_time_monotonic_ns();
+        return 1;
+    case LUM_SENSOR_IDLE:
+        return idle(l, error);
+    case LUM_SENSOR_CANCELLED:
+        return 0;
+    case LUM_SENSOR_FAILED:
+        return lum_error_set(error, "%s", l->event.error.text);
+    case LUM_SENSOR_ANSWER:
+    case LUM_SENSOR_TIME:
+    case LUM_SENSOR_NO_ANSWER:
+    case LUM_SENSOR_ALERT:
+    case LUM_SENSOR_LINK:
+    default:
+        return tell(l);
+    }
+}
+
+static bool has_datagram(const struct live *l)
+{
+    return l->event.kind == LUM_SENSOR_DATAGRAMS &&
+           l->next < l->event.datagram_count;
+}
+
+/* The end is looked at here too: a sensor that sends without a pause would
+ * otherwise never let the wait reach it. */
+static int next(void *context, lum_record *out, lum_error *error)
+{
+    struct live *l = context;
+    int status = 1;
+    while (status > 0 && !has_datagram(l)) {
+        status = lum_time_monotonic_ns() < l->end_ns ? receive(l, error) : 0;
+    }
+    if (status > 0) {
+        *out = record_of(l, &l->event.datagrams[l->next++]);
+    }
+    return status;
+}
+
+int lum_live_source(const lum_live_options *options, lum_record_source *out,
+                    lum_error *error)
+{
+    const size_t size = options->struct_size;
+    if (size < offsetof(lum_live_options, duration_ms) ||
+        options->sensor == NULL) {
+        return lum_error_set(
+            error, "struct_size and sensor of a live source are to be set");
+    }
+    struct live *l = calloc(1, sizeof *l);
+    if (l == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    memcpy(&l->options, options,
+           size < sizeof l->options ? size : sizeof l->options);
+    if (l->options.silence_ms == 0) {
+        l->options.silence_ms = LUM_SENSOR_SILENCE_MS;
+    }
+    l->heard_ns = lum_time_monotonic_ns();
+    l->end_ns = l->options.duration_ms == 0
+                    ? INT64_MAX
+                    : l->heard_ns + NS_PER_MS * (int64_t)l->options.duration_ms;
+    l->sensor = lum_sensor_endpoint(l->options.sensor);
+    lum_socket_local(lum_sensor_socket(l->options.sensor), &l->client);
+    *out = (lum_record_source){.next = next, .close = free, .context = l};
+    return 0;
+}
