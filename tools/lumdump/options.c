@@ -179,21 +179,16 @@ static bool take_captures(const char *const *paths, size_t count,
                           struct options *out)
 {
     lum_error why = {""};
+    if (sources_init(&out->sources, paths, count, &why) != 0) {
+        return refuse(why.text);
+    }
+    out->source = out->sources.name;
     for (size_t i = 0; i < count; i++) {
-        if (count > 1 && strncmp(paths[i], "udp://", 6) == 0) {
-            (void)fprintf(stderr,
-                          "lumdump: %s: a sensor is the only source of its "
-                          "run; several sources are captures\n",
-                          paths[i]);
-            return false;
-        }
         if (!values_is_no_url(paths[i])) {
             return false;
         }
     }
-    const int made = sources_init(&out->sources, paths, count, &why);
-    out->source = out->sources.name;
-    return made == 0 || refuse(why.text);
+    return true;
 }
 
 static bool take_sources(int count, char **words, struct options *out)

@@ -70,7 +70,8 @@ bool files_load(struct options *o)
         return false;
     }
     if (o->mode == MODE_REPLAY) {
-        provenance_ask("lumsim", o->replay, o->quiet, &geometry);
+        const struct sources one = {.paths = &o->replay, .count = 1};
+        provenance_ask("lumsim", &one, o->quiet, &geometry);
     }
     r->calibration = geometry.calibration;
     if (lum_layout_init(&r->layout, &geometry.profile, NULL, NULL) != LUM_OK) {

@@ -120,23 +120,29 @@ static enum parsed check_kinds(const struct options *o,
     return PARSED_RUN;
 }
 
-static enum parsed take_source(struct options *o, int count, char **words)
+static enum parsed take_captures(struct options *o, int count, char **words)
+{
+    lum_error why = {""};
+    if (sources_init(&o->sources, (const char *const *)words, (size_t)count,
+                     &why) != 0) {
+        (void)fprintf(stderr, "lumview: %s\n", why.text);
+        return PARSED_BAD;
+    }
+    o->source = count == 1 ? words[0] : o->sources.name;
+    return PARSED_RUN;
+}
+
+static enum parsed take_sources(struct options *o, int count, char **words)
 {
     if (count == 0) {
-        (void)fputs("lumview: no SOURCE: name a capture, - for standard input, "
+        (void)fputs("lumview: no SOURCE: name captures, - for standard input, "
                     "or udp://ADDRESS; see lumview --help\n",
                     stderr);
         return PARSED_BAD;
     }
-    if (count > 1) {
-        (void)fprintf(stderr,
-                      "lumview: one SOURCE only: '%s' is one too many\n",
-                      words[1]);
-        return PARSED_BAD;
-    }
     o->source = words[0];
-    o->is_live = strncmp(o->source, "udp://", 6) == 0;
-    return o->is_live ? parse_url(o) : PARSED_RUN;
+    o->is_live = count == 1 && strncmp(o->source, "udp://", 6) == 0;
+    return o->is_live ? parse_url(o) : take_captures(o, count, words);
 }
 
 enum parsed options_parse(int argc, char **argv, struct options *out)
@@ -151,11 +157,16 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
     if (end != OPTIONS_READ) {
         return end == OPTIONS_SHOWN ? PARSED_DONE : PARSED_BAD;
     }
-    if (take_source(out, result.count, argv + 1) != PARSED_RUN) {
+    if (take_sources(out, result.count, argv + 1) != PARSED_RUN) {
         return PARSED_BAD;
     }
     if (out->interface != NULL && !host_has_interface(out->interface, &why)) {
         return refuse("--interface", why.text);
     }
     return check_kinds(out, &result);
+}
+
+void options_free(struct options *options)
+{
+    sources_free(&options->sources);
 }

@@ -2,13 +2,15 @@
 #ifndef LUMVIEW_OPTIONS_H
 #define LUMVIEW_OPTIONS_H
 
+#include "../common/sources.h"
 #include "lum/net/socket.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
 struct options {
-    const char *source; /* a capture, "-", or udp://ADDRESS */
+    const char *source;     /* what it is called: captures, or udp://ADDRESS */
+    struct sources sources; /* captures; "-": on standard input */
     bool is_live;
     lum_endpoint address;    /* live: the sensor's */
     const char *interface;   /* live; may be NULL */
@@ -34,6 +36,9 @@ enum parsed {
     PARSED_BAD   /* a message was printed */
 };
 
+/* out: to be freed by options_free() whatever the result. */
 enum parsed options_parse(int argc, char **argv, struct options *out);
+
+void options_free(struct options *options);
 
 #endif

@@ -1,6 +1,6 @@
 #include "sources.h"
 
-#include "../common/file_look.h"
+#include "file_look.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -57,11 +57,27 @@ static int check_twice(const struct sources *s, lum_error *error)
     return 0;
 }
 
+static int check_sensors(const struct sources *s, lum_error *error)
+{
+    for (size_t i = 0; i < s->count && s->count > 1; i++) {
+        if (strncmp(s->paths[i], "udp://", 6) == 0) {
+            return lum_error_set(error,
+                                 "%s: a sensor is the only source of its run; "
+                                 "several sources are captures",
+                                 s->paths[i]);
+        }
+    }
+    return 0;
+}
+
 int sources_init(struct sources *out, const char *const *paths, size_t count,
                  lum_error *error)
 {
     *out = (struct sources){.paths = paths, .count = count};
     name_them(out);
+    if (check_sensors(out, error) != 0) {
+        return -1;
+    }
     out->identities = calloc(count, sizeof *out->identities);
     if (out->identities == NULL) {
         return lum_error_set(error, "out of memory");
@@ -88,6 +104,23 @@ bool sources_have(const struct sources *sources, const char *output)
            o.look.kind == FILE_REGULAR &&
            bsearch(&o, sources->identities, sources->identity_count,
                    sizeof *sources->identities, compare) != NULL;
+}
+
+int sources_check(const struct sources *sources,
+                  const struct input_file *inputs, size_t count,
+                  const char *output, lum_error *error)
+{
+    if (!sources_have(sources, output)) {
+        return input_files_check(inputs, count, output, error);
+    }
+    return strcmp(output, "-") == 0
+               ? lum_error_set(error, "standard output is the source itself, "
+                                      "which this run reads: lead it "
+                                      "elsewhere")
+               : lum_error_set(error,
+                               "%s is the source itself, which this run reads: "
+                               "name another output",
+                               output);
 }
 
 bool sources_are_files(const struct sources *sources)
