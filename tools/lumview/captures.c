@@ -105,11 +105,6 @@ void captures_free(struct captures *captures)
 
 /* --- Names --- */
 
-const struct sources *captures_sources(const struct captures *captures)
-{
-    return captures->sources;
-}
-
 bool captures_are_files(const struct captures *captures)
 {
     return captures->are_files;

@@ -24,9 +24,6 @@ void captures_stop(struct captures *captures);
 /* Nobody reads any more. NULL is allowed. */
 void captures_free(struct captures *captures);
 
-/* What they are called together. */
-const struct sources *captures_sources(const struct captures *captures);
-
 /* Whether they can be read again. */
 bool captures_are_files(const struct captures *captures);
 
