@@ -1,6 +1,7 @@
 #include "sources.h"
 
 #include "file_look.h"
+#include "source_url.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -57,14 +58,17 @@ static int check_twice(const struct sources *s, lum_error *error)
     return 0;
 }
 
-static int check_sensors(const struct sources *s, lum_error *error)
+static int check_names(const struct sources *s, lum_error *error)
 {
-    for (size_t i = 0; i < s->count && s->count > 1; i++) {
-        if (strncmp(s->paths[i], "udp://", 6) == 0) {
+    for (size_t i = 0; i < s->count; i++) {
+        if (s->count > 1 && source_url_is_sensor(s->paths[i])) {
             return lum_error_set(error,
                                  "%s: a sensor is the only source of its run; "
                                  "several sources are captures",
                                  s->paths[i]);
+        }
+        if (!source_url_is_none(s->paths[i], error)) {
+            return -1;
         }
     }
     return 0;
@@ -75,7 +79,7 @@ int sources_init(struct sources *out, const char *const *paths, size_t count,
 {
     *out = (struct sources){.paths = paths, .count = count};
     name_them(out);
-    if (check_sensors(out, error) != 0) {
+    if (check_names(out, error) != 0) {
         return -1;
     }
     out->identities = calloc(count, sizeof *out->identities);

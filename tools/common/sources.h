@@ -27,8 +27,9 @@ struct sources {
 };
 
 /* paths: kept. To be freed by sources_free() whatever the result. 0; -1 with
- * the reason in error: there is no memory, one of several is a sensor, or two
- * are one file, by whatever names. What cannot be opened is told when it is. */
+ * the reason in error: there is no memory, one of several is a sensor, one is
+ * an address and no file, or two are one file, by whatever names. What cannot
+ * be opened is told when it is. */
 int sources_init(struct sources *out, const char *const *paths, size_t count,
                  lum_error *error);
 

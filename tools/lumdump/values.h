@@ -1,5 +1,4 @@
-/* Values of options, as the table of options calls for them, and the names of
- * sources, which say on standard error what is wrong with them. */
+/* Values of options, as the table of options calls for them. */
 #ifndef LUMDUMP_VALUES_H
 #define LUMDUMP_VALUES_H
 
@@ -16,12 +15,5 @@ bool values_take_duration(void *options, const char *text, lum_error *why);
 bool values_take_rotation(void *options, const char *text, lum_error *why);
 bool values_take_smooth(void *options, const char *text, lum_error *why);
 bool values_take_buffer(void *options, const char *text, lum_error *why);
-
-/* udp://ADDRESS[:PORT] */
-bool values_parse_url(const char *text, lum_endpoint *out);
-
-/* Whether the name of a capture is none: neither an address without udp:// nor
- * udp: with other slashes, unless there is such a file. */
-bool values_is_no_url(const char *text);
 
 #endif
