@@ -143,10 +143,12 @@ static void find_times(lum_frame *frame, bool has_clock)
     }
 }
 
-static void find_utc(lum_frame_info *info, const lum_clock_fit *clock)
+/* A frame without a line has no begin. */
+static void find_utc(lum_frame *frame, const lum_clock_fit *clock)
 {
+    lum_frame_info *info = &frame->info;
     lum_clock_time begin = {0, 0};
-    if (clock != NULL &&
+    if (clock != NULL && frame->row_count > 0 &&
         lum_clock_fit_utc(clock, info->begin_clock_us, &begin) == LUM_OK) {
         info->begin_utc_ns = begin.utc_ns;
         info->utc_error_ns = begin.error_ns;
@@ -157,7 +159,7 @@ void lum_frame_seal(lum_frame *frame, const lum_frame_end *end)
 {
     frame->info.points = frame->count;
     find_times(frame, end->has_clock);
-    find_utc(&frame->info, end->clock);
+    find_utc(frame, end->clock);
     find_missing(frame, end);
     if (frame->count > 0 &&
         (frame->mask & LUM_COLUMN_BIT(LUM_COLUMN_TIME)) != 0) {

@@ -80,6 +80,7 @@ static void put_head(uint8_t *head, const struct feed *feed,
                             1e5 * (double)feed->shown,
                             1.7e9 + 0.1 * (double)feed->shown};
     const uint32_t lines = feed->points / COLUMNS;
+    const double error = 1e-4;
     const double now = (double)lum_time_monotonic_ns() * 1e-9;
     (void)memset(head, 0, FRAME_HEAD_BYTES);
     put(head, &magic, 4);
@@ -88,9 +89,11 @@ static void put_head(uint8_t *head, const struct feed *feed,
     put(head + 32, &feed->points, 4);
     head[36] = (uint8_t)view->edges;
     head[37] = (uint8_t)view->smooth;
+    head[38] = FRAME_TIME_FITTED;
     put(head + 40, &lines, 4);
     put(head + 52, &feed->shown, 4);
     put(head + 56, &now, 8);
+    put(head + 64, &error, 8);
 }
 
 static void put_point(uint8_t *arrays, const struct feed *feed, uint32_t i)

@@ -1,7 +1,7 @@
 """rooms.py [TOP]: prints what goes against the rooms and arrows of docs/design.md.
 
 That is: an include along no arrow, a third-party header outside its room, a header of the C library that a freestanding
-room does without, headers that include each other in a circle, two files of a room that call each other. Only sources
+room does without, headers that include each other in a circle, files of a room that call each other in a circle. Only sources
 are read, so that the files of every platform are looked at on each.
 """
 
@@ -43,7 +43,7 @@ THIRD_PARTIES = {
 FREESTANDING = {"stdint.h", "stddef.h", "stdbool.h", "string.h"}
 BARE = {"core": FREESTANDING, "host": FREESTANDING, "points": FREESTANDING | {"math.h", "float.h"}}
 
-# Two files that may call each other, and why.
+# Calls that may close a circle, and why.
 MEANT = {
     ("tools/lumctl/commands.c", "tools/lumctl/shell.c"): "the shell is a command, and runs commands",
 }
@@ -217,13 +217,13 @@ def calls(all_sources):
 
 
 def call_circles(all_sources):
-    """Two files of a room that call each other: one module, or cut wrong."""
+    """Files of a room that call each other in a circle: one module, or cut wrong."""
     for _, edges in calls(all_sources):
-        for path in sorted(edges):
-            for other in sorted(edges[path]):
-                if path < other and path in edges.get(other, {}) and (path, other) not in MEANT:
-                    yield (f"{path} and {other} call each other: {', '.join(edges[path][other])}; "
-                           f"{', '.join(edges[other][path])}")
+        kept = {path: {other for other in others if (path, other) not in MEANT} for path, others in edges.items()}
+        for group in circles(kept):
+            why = (f"{path}: {', '.join(edges[path][other])} of {other}"
+                   for path in group for other in sorted(kept.get(path, set()) & set(group)))
+            yield f"{', '.join(group)} call each other: {'; '.join(why)}"
 
 
 def faults(top):

@@ -22,6 +22,7 @@ import urllib.parse
 import shards
 from live import Process, wait_until
 from support import BIN, Folder, read_csv, run, simulate, summary
+from test_sources import later, split
 from websocket import (BINARY, PING, PONG, TEXT, Browser, Closed, Connection, frame, request, upgrade)
 
 PAGE = pathlib.Path(__file__).parent / "../../tools/lumview/page"
@@ -39,10 +40,10 @@ class Case(unittest.TestCase):
     def setUp(self):
         self.folder = Folder(self)
 
-    def serve(self, *arguments, points=1000, rate=20, source=None):
+    def serve(self, *arguments, points=1000, rate=20, source=None, sources=None):
         environment = {"FAKE_POINTS": str(points), "FAKE_HZ": str(rate)}
         command = ["env", *(f"{k}={v}" for k, v in environment.items()), self.tool, "--no-open", "--json", *arguments,
-                   source or self.source]
+                   *(sources or [source or self.source])]
         self.server = Process(self, self.folder, *command, name="lumview")
         place = json.loads(wait_until(lambda: self.server.stdout() if self.server.stdout().endswith("\n") else
                                       self.fail(self.server.stderr()) if self.server.p.poll() is not None else "",
@@ -799,8 +800,10 @@ class Arguments(unittest.TestCase):
     def test_what_is_wrong_is_told_and_what_would_be_right(self):
         one_address = "one address of this host, such as 192.168.1.5"
         for arguments, message in (
-                ([], "no SOURCE: name a capture, - for standard input, or udp://ADDRESS; see lumview --help"),
-                (["a", "b"], "one SOURCE only: 'b' is one too many"),
+                ([], "no SOURCE: name captures, - for standard input, or udp://ADDRESS; see lumview --help"),
+                (["a", "udp://127.0.0.1"], "udp://127.0.0.1: a sensor is the only source of its run; several sources are captures"),
+                (["udp://127.0.0.1", "a"], "udp://127.0.0.1: a sensor is the only source of its run; several sources are captures"),
+                (["--laser", "a", "b"], "--laser goes with a sensor, udp://ADDRESS"),
                 (["--what", "a"], "--what: no such option; see lumview --help"),
                 (["--no", "a"], "--no: no such option; did you mean --no-open? See lumview --help"),
                 (["--por", "1", "a"], "--por: no such option; did you mean --port? See lumview --help"),
@@ -822,7 +825,12 @@ class Arguments(unittest.TestCase):
                 (["--speed", "1", "udp://127.0.0.1"], "--speed goes with a capture, not with a sensor"),
                 (["--paused", "udp://127.0.0.1"], "--paused goes with a capture, not with a sensor"),
                 (["--sensor", "1.2.3.4", "udp://127.0.0.1"], "--sensor goes with a capture, not with a sensor"),
-                (["udp://255.255.255.255"], "udp://255.255.255.255: no sensor can have this address")):
+                (["udp://255.255.255.255"], "udp://255.255.255.255: no sensor can have this address; right is udp://HOST or "
+                 "udp://HOST:PORT, such as udp://10.42.0.37"),
+                (["udp://"], "udp://: there is no host in it; right is udp://HOST or udp://HOST:PORT, such as udp://10.42.0.37"),
+                (["127.0.0.1"], "127.0.0.1: there is no such file; a sensor is named as udp://127.0.0.1"),
+                (["a", "udp:/127.0.0.1:5517"], "udp:/127.0.0.1:5517: there is no such file; a sensor is named as "
+                 "udp://127.0.0.1:5517")):
             self.assertEqual(self.refused(*arguments), message)
         for url in ("udp://", "udp://host.invalid", "udp://1.2.3", "udp://1.2.3.4:0", "udp://1.2.3.4:65536", "udp://1.2.3.4/"):
             self.assertIn("right is udp://HOST or udp://HOST:PORT", self.refused(url))
@@ -842,10 +850,27 @@ class Arguments(unittest.TestCase):
             self.assertIn(name, r.stderr)
             self.assertEqual(r.stderr.count("\n"), 1, r.stderr)
 
+    def test_one_of_several_that_is_none_is_named(self):
+        folder = Folder(self)
+        good = [simulate(folder / f"r-{i}.pcap", "--frames", "1", "--lines", "64", "--seed", str(i)) for i in (1, 2)]
+        folder.write("notes.txt", "not a capture, but long enough to be looked at")
+        for name, message in (("r-3.pcap", "cannot be opened: No such file or directory"), ("notes.txt", "not a capture")):
+            for sources in ([*good, folder / name], [folder / name, *good]):
+                r = run("lumview", "--no-open", *sources)
+                self.assertEqual((r.returncode, r.stdout, r.stderr.count("\n")), (1, "", 1), r.stderr)
+                self.assertTrue(r.stderr.startswith(f"lumview: {folder / name}: {message}"), r.stderr)
+        os.link(good[0], folder / "same.pcap")
+        for other in good[0], folder / "same.pcap":
+            self.assertIn("are one file: name each source once", self.refused("--no-open", *good, other))
+        with open(good[1], "rb+") as out:
+            r = subprocess.run([BIN / "lumview", "--no-open", "--json", *good], stdout=out, stderr=subprocess.PIPE, timeout=60)
+        self.assertEqual((r.returncode, r.stderr), (2, b"lumview: standard output is the source itself, which this run reads: "
+                                                       b"lead it elsewhere\n"))
+
     def test_help_and_version(self):
         r = run("lumview", "--help")
         self.assertEqual((r.returncode, r.stderr), (0, ""))
-        self.assertTrue(r.stdout.startswith("Usage: lumview [OPTION]... SOURCE\n"))
+        self.assertTrue(r.stdout.startswith("Usage: lumview [OPTION]... SOURCE...\n"))
         self.assertTrue(all(len(line) <= 80 for line in r.stdout.split("\n")))
         self.assertEqual(run("lumview", "-h").stdout, r.stdout)
         self.assertRegex(run("lumview", "--version").stdout, r"^lumview \d+\.\d+\.\d+\n$")
@@ -917,6 +942,149 @@ class Capture(Case):
         b.say("play")
         b.cloud(lambda c: c.frame == end["first_frame"])
         b.status(lambda s: s["state"] == "playing" and s["loop"])
+
+
+class Several(Case):
+    """Captures that are named together are one stream."""
+
+    tool = BIN / "lumview"
+
+    def setUp(self):
+        super().setUp()
+        self.whole = simulate(self.folder / "whole.pcap", "--frames", "4", "--lines", "64", "--seed", "1")
+        self.header, self.records = split(self.whole.read_bytes())
+
+    def part(self, name, records):
+        return self.folder.write(name, self.header + b"".join(records))
+
+    def rotated(self, count):
+        cuts = [len(self.records) * i // count for i in range(count + 1)]
+        return [self.part(f"r-{i + 1}.pcap", self.records[cuts[i]:cuts[i + 1]]) for i in range(count)]
+
+    def two(self, seconds):
+        """Halves of the recording, so far apart."""
+        half = len(self.records) // 2
+        return self.part("a.pcap", self.records[:half]), self.part("b.pcap", [later(r, seconds) for r in self.records[half:]])
+
+    def fifo(self, path):
+        """A pipe, by name, that gives what the file has."""
+        name = self.folder / f"{path.name}.fifo"
+        os.mkfifo(name)
+        feeder = Process(self, self.folder, "sh", "-c", f"exec cat {path} > {name}", name="feeder")
+        self.addCleanup(feeder.end)
+        return name
+
+    def watch(self, *sources):
+        self.serve("--paused", sources=sources)
+        return self.browser()
+
+    def clouds(self, *sources):
+        """All frames: number, points and the time of their begin."""
+        b = self.watch(*sources)
+        status = b.status(lambda s: s["first_frame"] is not None)
+        for number in range(status["first_frame"], status["last_frame"] + 1):
+            b.say(f"seek {number}")
+            cloud = b.cloud(lambda c, n=number: c.frame == n)
+            yield number, cloud.points, cloud.clock, cloud.utc, cloud.utc_error, cloud.data[72:]
+
+    def test_rotated_files_give_every_point_of_the_whole(self):
+        whole = list(self.clouds(self.whole))
+        self.assertEqual(len(whole), 4)
+        self.assertGreater(min(points for _, points, *_ in whole), 1000)
+        self.assertTrue(list(self.clouds(*self.rotated(3)[::-1])) == whole, "other points, or other times")
+
+    def test_they_have_a_name_together(self):
+        parts = self.rotated(3)
+        self.assertEqual(self.watch(*parts).text("hello")["source"], f"{parts[0]} and 2 more")
+
+    def test_a_gap_between_files_is_told_before_they_are_played(self):
+        a, b = self.two(12)
+        told = self.watch(a, b).status(lambda s: s["message"])
+        self.assertRegex(told["message"], rf"^12\.\d{{3}} seconds without a capture before {re.escape(str(b))}$")
+
+    def test_what_follows_without_a_gap_is_told_nothing(self):
+        self.assertEqual(self.watch(*self.rotated(3)).status(lambda s: s["last_frame"] is not None)["message"], "")
+
+    def test_a_gap_before_a_pipe_is_told_by_its_name(self):
+        a, b = self.two(12)
+        name = self.fifo(b)
+        self.serve(sources=[a, name])
+        end = self.browser().status(lambda s: s["state"] == "ended")
+        self.assertRegex(end["message"], rf"^12\.\d{{3}} seconds without a capture before {re.escape(str(name))}$")
+        self.assertEqual((end["first_frame"], end["frame"]), (None, summary(a, b)["sensors"][0]["frames"]))
+
+    def test_one_that_breaks_off_ends_alone_and_is_named(self):
+        parts = self.rotated(4)
+        parts[1].write_bytes(parts[1].read_bytes()[:-10])
+        self.serve("--speed", "100", sources=parts)
+        end = self.browser().status(lambda s: s["state"] == "ended")
+        self.assertRegex(end["message"], rf"^{re.escape(str(parts[1]))}: cannot be read on after record \d+")
+        self.assertEqual(end["packets"], len(self.records) - 1)
+
+    def test_what_is_to_be_said_is_said_together(self):
+        a, b = self.two(12)
+        a.write_bytes(a.read_bytes()[:-10])
+        self.serve("--speed", "100", sources=[a, b])
+        end = self.browser().status(lambda s: s["state"] == "ended" and "without" in s["message"])
+        self.assertRegex(end["message"], r"a\.pcap: cannot be read on .*; 12\.\d{3} seconds without a capture before .*b\.pcap$")
+
+    def test_a_pipe_that_is_no_capture_is_told_by_its_name(self):
+        name = self.fifo(self.folder.write("notes.txt", "not a capture, but long enough to be looked at"))
+        self.serve(sources=[self.whole, name])
+        failed = self.browser().status(lambda s: s["state"] == "failed")
+        self.assertTrue(failed["message"].startswith(f"{name}: not a capture"), failed["message"])
+
+
+class Times(Case):
+    """Stamps in batches of 8 ms, and a clock that is off by 50 ppm: the sensor's clock tells the truth."""
+
+    tool = BIN / "lumview"
+    UNKNOWN, ARRIVAL, FITTED = range(3)
+    EPOCH = 1767225600
+
+    def setUp(self):
+        super().setUp()
+        self.source = simulate(self.folder / "batched.pcap", "--frames", "5", "--lines", "64", "--batch", "8", "--drift", "50")
+
+    def clouds(self, *arguments):
+        self.serve("--paused", *arguments)
+        b = self.browser()
+        status = b.status(lambda s: s["first_frame"] is not None)
+        for number in range(status["first_frame"], status["last_frame"] + 1):
+            b.say(f"seek {number}")
+            yield b.cloud(lambda c, n=number: c.frame == n)
+
+    def test_a_frame_began_when_the_sensors_clock_says(self):
+        clouds = list(self.clouds())
+        self.assertEqual([c.time_kind for c in clouds], [self.FITTED] * len(clouds))
+        off = [c.utc - self.EPOCH - c.clock * 1.00005e-6 for c in clouds]
+        delay = 1e-4  # of each line's first packet; nobody can see that
+        self.assertTrue(-5e-5 < min(off) <= max(off) < delay + 5e-5, off)
+        self.assertTrue(all(5e-6 < c.utc_error < 4e-3 for c in clouds), [c.utc_error for c in clouds])
+        arrivals = self.arrivals()
+        self.assertGreater(max(arrivals[c.frame] - c.utc for c in clouds), 1e-3)
+
+    def arrivals(self):
+        """When the first point of each frame came, by lumdump."""
+        table = self.folder / "arrival.csv"
+        r = run("lumdump", self.source, "-o", table, "--time", "arrival", "-q")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        first = {}
+        for row in read_csv(table):
+            at = int(row["timestamp"]) * 1e-6
+            first[int(row["frame"])] = min(at, first.get(int(row["frame"]), at))
+        return first
+
+    def test_without_a_clock_it_is_the_arrival(self):
+        profile = self.folder.write("no_clock.yaml", "version: 1\ngroup: {timestamp: none}\n")
+        clouds = list(self.clouds("--profile", profile))
+        self.assertEqual({(c.time_kind, c.utc_error) for c in clouds}, {(self.ARRIVAL, 0.0)})
+        self.assertAlmostEqual(clouds[0].utc, min(self.arrivals().values()), delta=1e-5)
+
+    def test_without_any_time_it_is_unknown(self):
+        header, records = split(self.source.read_bytes())
+        self.source = self.folder.write("timeless.pcap", header + b"".join(struct.pack("<II", 0, 0) + r[8:] for r in records))
+        self.assertEqual({(c.time_kind, c.utc, c.utc_error) for c in self.clouds()}, {(self.UNKNOWN, 0.0, 0.0)})
 
 
 class Live(Case):

@@ -18,16 +18,17 @@
 
 #define LINE 3u
 
-static const struct frame_head head = {.frame = 3,
-                                       .clock_us = 1500,
-                                       .utc_ns = INT64_C(2500000000),
-                                       .complete_ns = INT64_C(500000000),
-                                       .edges = LUM_EDGES_BOTH,
-                                       .smooth = 31,
-                                       .lines = 128,
-                                       .lost_words = 9,
-                                       .sensor = 0x0a2a0025u,
-                                       .shown = 17};
+static const struct frame_head head = {
+    .frame = 3,
+    .clock_us = 1500,
+    .begin = {FRAME_TIME_FITTED, INT64_C(2500000000), INT64_C(250000000)},
+    .complete_ns = INT64_C(500000000),
+    .edges = LUM_EDGES_BOTH,
+    .smooth = 31,
+    .lines = 128,
+    .lost_words = 9,
+    .sensor = 0x0a2a0025u,
+    .shown = 17};
 
 /* A frame of one line of the green eye, with every column that is needed. */
 static lum_frame *frame_of(const uint32_t *words, uint32_t count,
@@ -92,14 +93,15 @@ static void put_floats(uint8_t *to, const lum_frame *points, size_t i)
 static void a_frame_is_the_bytes_of_its_layout(void **state)
 {
     uint8_t want[] = {                                  /* head */
-                      'L', 'U', 'M', 'F', 2, 0, 64, 0,  /* */
+                      'L', 'U', 'M', 'F', 3, 0, 72, 0,  /* */
                       0, 0, 0, 0, 0, 0, 0x08, 0x40,     /* 3.0 */
                       0, 0, 0, 0, 0, 0x70, 0x97, 0x40,  /* 1500.0 */
                       0, 0, 0, 0, 0, 0, 0x04, 0x40,     /* 2.5 */
-                      5, 0, 0, 0, 3, 31, 0, 0,          /* */
+                      5, 0, 0, 0, 3, 31, 2, 0,          /* */
                       128, 0, 0, 0, 9, 0, 0, 0,         /* */
                       0x25, 0, 0x2a, 0x0a, 17, 0, 0, 0, /* */
                       0, 0, 0, 0, 0, 0, 0xe0, 0x3f,     /* 0.5 */
+                      0, 0, 0, 0, 0, 0, 0xd0, 0x3f,     /* 0.25 */
                       /* x y z: below */
                       0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, /* */
                       0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, /* */

@@ -1238,6 +1238,30 @@ static void a_frame_tells_when_it_began_in_utc(void **state)
     run_free(r);
 }
 
+static void a_frame_without_a_line_began_at_no_time(void **state)
+{
+    (void)state;
+    const lum_framer_options options = {.struct_size = sizeof options,
+                                        .eyes = LUM_EYES_BLUE};
+    struct run *r = run_new(&options);
+    for (unsigned frame = 0; frame < 3; frame++) {
+        for (uint32_t line = 0; line < LINES; line++) {
+            send(r, LUM_EYE_GREEN, line);
+            r->clock += PERIOD_US;
+            r->time_ns += PERIOD_US * 1000;
+        }
+    }
+    end(r);
+    assert_int_equal(r->count, 3);
+    for (size_t i = 0; i < r->count; i++) {
+        const lum_frame_info info = info_of(r->frames[i]);
+        assert_int_equal(lum_frame_line_count(r->frames[i]), 0);
+        assert_int_equal(info.begin_utc_ns, 0);
+        assert_int_equal(info.utc_error_ns, 0);
+    }
+    run_free(r);
+}
+
 /* The first arrival is late, which one who knows the stream is not misled by.
  */
 static void what_another_framer_learned_of_clocks_holds_at_once(void **state)
@@ -1373,6 +1397,7 @@ int main(void)
         cmocka_unit_test(a_struct_without_its_size_is_refused),
         cmocka_unit_test(options_that_cannot_be_are_refused_with_their_reason),
         cmocka_unit_test(a_frame_tells_when_it_began_in_utc),
+        cmocka_unit_test(a_frame_without_a_line_began_at_no_time),
         cmocka_unit_test(a_frame_before_a_restart_keeps_its_utc),
         cmocka_unit_test(a_frame_before_a_step_keeps_its_utc),
         cmocka_unit_test(what_another_framer_learned_of_clocks_holds_at_once),

@@ -15,6 +15,8 @@
 void viewer_init(struct viewer *viewer, const char *source)
 {
     *viewer = (struct viewer){.options = {.source = source, .speed = 1.0}};
+    viewer->options.sources =
+        (struct sources){.paths = &viewer->options.source, .count = 1};
     (void)pthread_mutex_init(&viewer->lock, NULL);
     (void)pthread_cond_init(&viewer->woken, NULL);
 }

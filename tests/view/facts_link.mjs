@@ -214,7 +214,17 @@ async function joined({ browser, capture, folder }) {
     assert.equal(await page.locator("#losses .bad").count(), 0);
 }
 
+async function withoutAClock({ browser, capture, folder }) {
+    const profile = path.join(folder, "no_clock.yaml");
+    writeFileSync(profile, "version: 1\ngroup: {timestamp: none}\n");
+    const page = await open(browser, (await view("--paused", "--profile", profile, capture)).url);
+    assert.equal((await probe(page, "began")).kind, "arrival");
+    assert.match(await page.locator("#frame-time").textContent(), / UTC, arrival$/);
+    assert.match(await page.locator("#frame-time").getAttribute("title"), /when its first packet came/);
+}
+
 export const linkFacts = [
+    ["without a clock to fit the arrival is told", withoutAClock],
     ["a page with a token is opened by a file, and keeps its script and style", byFile],
     ["a killed server gives a message, and back the page recovers", killed],
     ["so does one that hangs", hung],

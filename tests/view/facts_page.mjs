@@ -1,6 +1,7 @@
 // The page itself: keyboard, help, names and contrast for everyone.
 import assert from "node:assert/strict";
 import { camera, counts, drawn, probe, settings, shoot, SIZE, until } from "./page.mjs";
+import { dump } from "./tools.mjs";
 
 const CONTROLS = "a, button, select, input, #canvas";
 
@@ -239,7 +240,25 @@ async function policy({ page }) {
     assert.equal(ran, false);
 }
 
+// The capture has no jitter, so a frame began about when its first packet came.
+async function tellsTheTime({ page, capture }) {
+    const frame = await probe(page, "frame");
+    const points = dump(capture, "--time", "arrival", "--frames", `${frame}:${frame}`);
+    const came = points.reduce((first, row) => Math.min(first, row.timestamp), Infinity) / 1e6;
+    const { utc, kind, error } = await probe(page, "began");
+    assert.equal(kind, "fitted");
+    assert.ok(Math.abs(utc - came) < 1e-3, `${utc}, ${came}`);
+    assert.ok(error > 0 && error < 0.01, String(error));
+    const shown = await page.locator("#frame-time").textContent();
+    assert.match(shown, /^\d\d:\d\d:\d\d\.\d{4} UTC, fitted$/);
+    const [day, time] = new Date(utc * 1000).toISOString().split("T");
+    assert.equal(shown.slice(0, 8), time.slice(0, 8));
+    const hint = await page.locator("#frame-time").getAttribute("title");
+    assert.ok(hint.includes(day) && hint.includes("±"), hint);
+}
+
 export const pageFacts = [
+    ["the time of a frame is told, and which it is", tellsTheTime],
     ["Tab reaches every control, with a focus ring", tabReachesAll],
     ["each key changes its setting and no other", keysChangeSettings],
     ["keys hide and show controls and statistics", keysHideParts],

@@ -237,7 +237,7 @@ const table = (rows) => new Map(rows.map((row) => [rowKey(row), row]));
 async function picksPoints({ page, capture }) {
     await picks(page, table(dump(capture, ...FRAME)));
     const shown = await page.locator("#pick-data").textContent();
-    for (const word of ["range", "azimuth", "elevation", "line", "pixel", "return", "edge", "pulse width"]) {
+    for (const word of ["range", "azimuth", "elevation", "line", "pixel", "return", "edge", "pulse width", "frame began", "fitted"]) {
         assert.ok(shown.includes(word), word);
     }
     await shoot(page, "lumview-pick");

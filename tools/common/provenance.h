@@ -8,6 +8,7 @@
 #define LUM_TOOLS_PROVENANCE_H
 
 #include "geometry.h"
+#include "sources.h"
 
 #include "lum/capture/capture.h"
 #include "lum/host/keys.h"
@@ -71,11 +72,11 @@ struct provenance {
 void provenance_take(const lum_capture *capture, struct geometry *geometry,
                      struct provenance_source *out);
 
-/* The same of a file, for a tool that opens it later. Prints the notes, unless
- * it is to be quiet. Of a stream, or what cannot be opened, nothing is taken.
- */
-void provenance_ask(const char *program, const char *path, bool is_quiet,
-                    struct geometry *geometry);
+/* The same of files, for a tool that opens them later. Prints the notes, unless
+ * it is to be quiet. Where one is a stream, or cannot be opened, nothing is
+ * taken. */
+void provenance_ask(const char *program, const struct sources *sources,
+                    bool is_quiet, struct geometry *geometry);
 
 /* Whether what has been read of the capture since brought another calibration
  * or another profile, of those that are taken from it. */

@@ -1,6 +1,5 @@
 #include "provenance.h"
 
-#include "file_look.h"
 #include "printable.h"
 
 #include <stdarg.h>
@@ -341,14 +340,13 @@ void provenance_take(const lum_capture *capture, struct geometry *geometry,
     note_left_out(&r);
 }
 
-void provenance_ask(const char *program, const char *path, bool is_quiet,
-                    struct geometry *geometry)
+void provenance_ask(const char *program, const struct sources *sources,
+                    bool is_quiet, struct geometry *geometry)
 {
-    struct file_look look;
     lum_capture *capture = NULL;
-    if (strcmp(path, "-") == 0 || !file_look(path, &look) ||
-        look.kind != FILE_REGULAR ||
-        lum_capture_open(path, &capture, NULL) != 0) {
+    if (!sources_are_files(sources) ||
+        lum_capture_open_several(sources->paths, sources->count, &capture,
+                                 NULL) != 0) {
         return;
     }
     struct provenance_source *said = malloc(sizeof *said);

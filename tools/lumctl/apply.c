@@ -166,19 +166,18 @@ static void read_answer(struct plan *plan, size_t first, size_t end)
 {
     const char *debug = plan->answer.debug;
     char all[PLAN_BYTES] = "";
-    struct text_refusal refusal;
+    struct refusal refusal;
     plan->has_answer = true;
     for (size_t i = first; i < end; i++) {
         struct item *item = &plan->items[i];
         item->was_answered = true;
-        item->is_refused =
-            plan->has_table && i == plan->table_at
-                ? yscan_is_refused(debug)
-                : text_find_refusal(item->command, debug, &refusal) &&
-                      refusal.names[0] != '\0';
+        item->is_refused = plan->has_table && i == plan->table_at
+                               ? yscan_is_refused(debug)
+                               : refusal_find(item->command, debug, &refusal) &&
+                                     refusal.names[0] != '\0';
         gather(all, item->command);
     }
-    (void)text_find_refusal(all, debug, &refusal);
+    (void)refusal_find(all, debug, &refusal);
     plan->has_unnamed = plan->has_unnamed || refusal.has_unnamed;
 }
 

@@ -186,14 +186,14 @@ enum exit_status laser_give_up(struct ctl *ctl, enum laser_wish wish,
 static enum exit_status switch_on(struct ctl *ctl)
 {
     struct ctl_answer answer;
-    struct text_refusal refusal;
+    struct refusal refusal;
     bool was_sent = false;
     const enum exit_status status = text_send(ctl, "u", &answer, &was_sent);
     if (status != EXIT_DONE || !was_sent) {
         return laser_give_up(ctl, LASER_ON, status, was_sent);
     }
     const enum laser_undo undo = laser_take_back(ctl, LASER_ON, &answer);
-    const bool is_refused = text_find_refusal("u", answer.debug, &refusal);
+    const bool is_refused = refusal_find("u", answer.debug, &refusal);
     const bool is_on = laser_is_as(LASER_ON, &answer);
     const bool is_up = is_on && !is_refused;
     if (ctl->options.json) {

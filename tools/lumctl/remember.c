@@ -1,9 +1,9 @@
 #include "remember.h"
 
 #include "../common/printable.h"
+#include "refusal.h"
 #include "session.h"
 #include "store.h"
-#include "text.h"
 #include "yscan/yscan.h"
 
 #include "lum/base/time.h"
@@ -75,7 +75,7 @@ static enum memory_standing standing_of(const struct sent *s)
 
 static bool is_refused(const struct sent *s, const lum_command *command)
 {
-    struct text_refusal refusal;
+    struct refusal refusal;
     char text[LUM_COMMAND_TEXT_BYTES + 1];
     size_t len = 0;
     if (s->answer == NULL ||
@@ -83,7 +83,7 @@ static bool is_refused(const struct sent *s, const lum_command *command)
         return false;
     }
     text[len] = '\0';
-    return text_find_refusal(text, s->answer->debug, &refusal) &&
+    return refusal_find(text, s->answer->debug, &refusal) &&
            refusal.names[0] != '\0';
 }
 
@@ -124,7 +124,7 @@ void remember_request(struct ctl *ctl, const void *tlvs, size_t len,
     const uint16_t *numbers = ctl->layout.profile.tlv;
     struct sent s = {ctl, answer, false, lum_time_utc_ns()};
     lum_tlv_reader reader = {tlvs, len};
-    struct text_refusal refusal;
+    struct refusal refusal;
     char text[TEXT_BYTES + 1];
     lum_tlv tlv;
     if (len == 0) {
@@ -132,7 +132,7 @@ void remember_request(struct ctl *ctl, const void *tlvs, size_t len,
     }
     gather(ctl, reader, text);
     s.has_unnamed = answer != NULL &&
-                    text_find_refusal(text, answer->debug, &refusal) &&
+                    refusal_find(text, answer->debug, &refusal) &&
                     refusal.has_unnamed;
     while (lum_tlv_next(&reader, &tlv) == LUM_OK) {
         if (tlv.type == numbers[LUM_TLV_COMMAND]) {

@@ -15,7 +15,7 @@ enum exit_status ctl_command_words(struct ctl *ctl, const char *text,
                                    const char *typed)
 {
     struct ctl_answer answer;
-    struct text_refusal refusal;
+    struct refusal refusal;
     char what[TEXT_BYTES + 16];
     bool was_sent = false;
     const enum exit_status status = text_send(ctl, text, &answer, &was_sent);
@@ -24,7 +24,7 @@ enum exit_status ctl_command_words(struct ctl *ctl, const char *text,
         return laser_give_up(ctl, wish, status, was_sent);
     }
     const enum laser_undo undo = laser_take_back(ctl, wish, &answer);
-    const bool is_refused = text_find_refusal(text, answer.debug, &refusal);
+    const bool is_refused = refusal_find(text, answer.debug, &refusal);
     const bool is_as_wished = laser_is_as(wish, &answer);
     const bool is_done = !is_refused && is_as_wished;
     if (ctl->options.json) {

@@ -25,7 +25,7 @@ struct closer {
 int closing_finish(struct closing *file, lum_error *error)
 {
     return file->cloud != NULL ? lum_writer_close(file->cloud, error)
-                               : capture_file_close(&file->capture, error);
+                               : lum_capture_writer_close(file->capture, error);
 }
 
 struct closer *closer_new(size_t room, lum_error *error)

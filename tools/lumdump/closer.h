@@ -4,7 +4,7 @@
 #ifndef LUMDUMP_CLOSER_H
 #define LUMDUMP_CLOSER_H
 
-#include "../common/capture_file.h"
+#include "lum/capture/capture.h"
 #include "lum/cloud/writer.h"
 
 #include <stdbool.h>
@@ -17,7 +17,7 @@ struct closer;
 /* What is to be finished: one of them. */
 struct closing {
     lum_writer *cloud; /* NULL: the capture */
-    struct capture_file capture;
+    lum_capture_writer *capture;
 };
 
 /* Finish it here. 0, or -1 with the reason in error and errno. */

@@ -2,6 +2,7 @@
 
 #include "../common/host.h"
 #include "../common/option_table.h"
+#include "../common/source_url.h"
 
 #include "help.h"
 #include "lum/version.h"
@@ -184,38 +185,25 @@ static bool find_formats(struct options *o)
     return true;
 }
 
-static bool take_captures(const char *const *paths, size_t count,
-                          struct options *out)
-{
-    lum_error why = {""};
-    for (size_t i = 0; i < count; i++) {
-        if (count > 1 && strncmp(paths[i], "udp://", 6) == 0) {
-            (void)fprintf(stderr,
-                          "lumdump: %s: a sensor is the only source of its "
-                          "run; several sources are captures\n",
-                          paths[i]);
-            return false;
-        }
-        if (!values_is_no_url(paths[i])) {
-            return false;
-        }
-    }
-    const int made = sources_init(&out->sources, paths, count, &why);
-    out->source = out->sources.name;
-    return made == 0 || refuse(why.text);
-}
-
 static bool take_sources(int count, char **words, struct options *out)
 {
+    lum_error why = {""};
     if (count == 0) {
         return refuse("no SOURCE: name captures, - for standard input, or "
                       "udp://ADDRESS; see lumdump --help");
     }
     out->source = words[0];
-    out->is_live = count == 1 && strncmp(out->source, "udp://", 6) == 0;
-    return out->is_live
-               ? values_parse_url(out->source, &out->address)
-               : take_captures((const char *const *)words, (size_t)count, out);
+    out->is_live = count == 1 && source_url_is_sensor(out->source);
+    if (out->is_live) {
+        return source_url_parse(out->source, &out->address, &why) ||
+               refuse(why.text);
+    }
+    if (sources_init(&out->sources, (const char *const *)words, (size_t)count,
+                     &why) != 0) {
+        return refuse(why.text);
+    }
+    out->source = out->sources.name;
+    return true;
 }
 
 /* --- What goes together --- */

@@ -3,7 +3,7 @@
 #define LUMDUMP_OPTIONS_H
 
 #include "../common/provenance.h"
-#include "sources.h"
+#include "../common/sources.h"
 
 #include "lum/cloud/writer.h"
 #include "lum/net/socket.h"

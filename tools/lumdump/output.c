@@ -45,7 +45,7 @@ struct output {
     bool has_ended;
     int64_t ended; /* frames up to this one are finished */
     uint64_t left_out;
-    struct capture_file capture; /* no writer: no capture */
+    lum_capture_writer *capture; /* NULL: no capture */
     bool has_time;
     int64_t began_ns; /* when the present file was to begin */
     int64_t now_ns;
@@ -308,7 +308,7 @@ static int close_file(struct output *o, size_t i, lum_error *error)
 static int close_capture(struct output *o, lum_error *error)
 {
     const struct closing file = {.capture = o->capture};
-    o->capture.writer = NULL;
+    o->capture = NULL;
     return finish(o, file, error);
 }
 
@@ -365,7 +365,7 @@ static bool may_rotate(const struct output *o)
 
 static uint64_t present_bytes(const struct output *o)
 {
-    return o->is_capture ? capture_file_bytes(&o->capture)
+    return o->is_capture ? lum_capture_writer_bytes(o->capture)
                          : lum_writer_bytes(o->files[0].writer);
 }
 
@@ -543,7 +543,7 @@ int output_add_datagram(struct output *o, const lum_record *record,
                                    .source_port = record->source_port,
                                    .destination_port =
                                        record->destination_port};
-    return capture_file_add(&o->capture, &datagram, error);
+    return lum_capture_writer_add(o->capture, &datagram, error);
 }
 
 int output_end_frame(struct output *o, int64_t frame, lum_error *error)
@@ -577,8 +577,9 @@ int output_flush(struct output *o, bool files, lum_error *error)
         return -1;
     }
     if (o->is_capture) {
-        return o->is_in_place || files ? capture_file_flush(&o->capture, error)
-                                       : 0;
+        return o->is_in_place || files
+                   ? lum_capture_writer_flush(o->capture, error)
+                   : 0;
     }
     return o->is_in_place ? lum_writer_flush(o->files[0].writer, error) : 0;
 }
@@ -586,7 +587,7 @@ int output_flush(struct output *o, bool files, lum_error *error)
 int output_close(struct output *o, lum_error *error)
 {
     int result = 0;
-    if (o->capture.writer != NULL) {
+    if (o->capture != NULL) {
         result = close_capture(o, error);
     }
     while (result == 0 && o->file_count > 0) {
@@ -612,9 +613,7 @@ void output_abort(struct output *o)
     for (size_t i = 0; i < o->file_count; i++) {
         lum_writer_abort(o->files[i].writer);
     }
-    if (o->capture.writer != NULL) {
-        capture_file_abort(&o->capture);
-    }
+    lum_capture_writer_abort(o->capture);
     lum_claim_drop(&o->claim);
     free(o);
 }

@@ -9,10 +9,6 @@
 /* Records between looks at signals and at the clock for the progress line. */
 #define RECORDS_A_LOOK 256u
 
-/* This much of a file is read in advance to learn about the sensor's clock: in
- * this time a clock with an error of 50 ppm has shifted by 200 us. */
-#define LEARN_NS INT64_C(4000000000)
-
 static int open_sources(const struct options *o, lum_capture **out,
                         lum_error *error)
 {
@@ -121,7 +117,7 @@ static enum pass_result learn_clocks(struct pass *pass, lum_error *error)
     while (result == PASS_DONE && interrupt_signal() == 0 &&
            lum_capture_next(capture, &record, NULL) > 0) {
         first_ns = first_ns != INT64_MAX ? first_ns : record.time_ns;
-        if (record.time_ns - first_ns > LEARN_NS) {
+        if (record.time_ns - first_ns > SOURCES_LEARN_NS) {
             break;
         }
         result = pass_take(&ahead, &record, error);

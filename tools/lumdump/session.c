@@ -1,8 +1,8 @@
 #include "session.h"
 
+#include "../common/heard.h"
 #include "../common/interrupt.h"
 #include "lum/base/time.h"
-#include "lum/packet.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -30,26 +30,17 @@ static void note_first_data(struct session *s, int64_t now_ns)
     }
 }
 
-/* The first packet usually decides: nearly all packets are data. */
 static void look_for_data(struct session *s, const lum_sensor_event *event,
                           int64_t now_ns)
 {
-    for (size_t i = 0; i < event->datagram_count; i++) {
-        const lum_received *d = &event->datagrams[i];
-        lum_group group;
-        const lum_packet_kind kind =
-            lum_packet_decode(s->layout, d->bytes, d->len, &group);
-        if (kind == LUM_PACKET_DATA) {
-            if (!s->watch.has_data) {
-                note_first_data(s, now_ns);
-            }
-            watch_note_data(&s->watch, now_ns);
-            return;
-        }
-        s->has_unknown |= kind == LUM_PACKET_MALFORMED ||
-                          kind == LUM_PACKET_UNKNOWN_TYPE ||
-                          kind == LUM_PACKET_UNKNOWN_TAG;
+    const struct heard heard = heard_in(event, s->layout);
+    if (heard.has_data && !s->watch.has_data) {
+        note_first_data(s, now_ns);
     }
+    if (heard.has_data) {
+        watch_note_data(&s->watch, now_ns);
+    }
+    s->has_unknown |= heard.has_unknown;
 }
 
 static void take_datagrams(struct session *s, const lum_sensor_event *event,

@@ -1,10 +1,8 @@
 #include "stream.h"
 
-#include <inttypes.h>
+#include "../common/source_walk.h"
 
-/* Longer than a sensor with a session is silent: it answers five heartbeats a
- * second. */
-#define GAP_NS INT64_C(500000000)
+#include <inttypes.h>
 
 /* More than packets of several queues of one network card are out of order. */
 #define OVERLAP_NS INT64_C(10000000)
@@ -12,53 +10,18 @@
 /* Rows of gaps and overlaps; JSON has all. */
 #define ROWS_MAX 20u
 
-/* A walk over the sources that were read. */
-struct walk {
-    const lum_capture *capture;
-    size_t next;
-    lum_capture_source source; /* the present one */
-    bool has_before;
-    int64_t reach_ns; /* latest time of those before it */
-    int64_t gap_ns;   /* from there; below 0: an overlap */
-};
-
-/* False: there is no other. One without a record has no gap. */
-static bool step(struct walk *w)
+static void print_gap(const struct source_walk *w, FILE *out)
 {
-    if (w->next > 0 && w->source.records > 0) {
-        w->reach_ns = w->has_before && w->reach_ns > w->source.last_ns
-                          ? w->reach_ns
-                          : w->source.last_ns;
-        w->has_before = true;
-    }
-    if (w->next == lum_capture_source_count(w->capture)) {
-        return false;
-    }
-    lum_capture_get_source(w->capture, w->next++, &w->source);
-    w->gap_ns = w->has_before && w->source.records > 0
-                    ? w->source.first_ns - w->reach_ns
-                    : 0;
-    return true;
-}
-
-static void print_gap(const struct walk *w, FILE *out)
-{
+    char text[SOURCE_WALK_TEXT_BYTES];
     const double seconds = (double)w->gap_ns * 1e-9;
-    if (w->gap_ns > 0) {
-        (void)fprintf(out,
-                      "%-10s %14.3f  seconds without a capture before %s\n", "",
-                      seconds, w->source.name);
-    } else {
-        (void)fprintf(out,
-                      "%-10s %14.3f  seconds by which %s begins before the end "
-                      "of those before it\n",
-                      "", -seconds, w->source.name);
-    }
+    (void)fprintf(out, "%-10s %14.3f  %s\n", "",
+                  seconds < 0 ? -seconds : seconds,
+                  source_walk_text(w, text, sizeof text));
 }
 
 void stream_print_text(const lum_capture *capture, FILE *out)
 {
-    struct walk walk = {.capture = capture};
+    struct source_walk walk = {.capture = capture};
     size_t rows = 0;
     const size_t n = lum_capture_source_count(capture);
     if (n < 2) {
@@ -66,8 +29,8 @@ void stream_print_text(const lum_capture *capture, FILE *out)
     }
     (void)fprintf(out, "%-10s %14zu  captures, read as one stream\n", "sources",
                   n);
-    while (step(&walk)) {
-        if (walk.gap_ns < GAP_NS && walk.gap_ns > -OVERLAP_NS) {
+    while (source_walk_step(&walk)) {
+        if (!source_walk_is_gap(&walk) && walk.gap_ns > -OVERLAP_NS) {
             continue;
         }
         if (++rows <= ROWS_MAX) {
@@ -80,7 +43,7 @@ void stream_print_text(const lum_capture *capture, FILE *out)
     }
 }
 
-static void print_source(const struct walk *w,
+static void print_source(const struct source_walk *w,
                          void (*print_text)(const char *text, FILE *out),
                          FILE *out)
 {
@@ -107,10 +70,10 @@ void stream_print_json(const lum_capture *capture,
                        void (*print_text)(const char *text, FILE *out),
                        FILE *out)
 {
-    struct walk walk = {.capture = capture};
+    struct source_walk walk = {.capture = capture};
     const char *divider = "\n";
     (void)fputs("  \"sources\": [", out);
-    while (step(&walk)) {
+    while (source_walk_step(&walk)) {
         (void)fputs(divider, out);
         print_source(&walk, print_text, out);
         divider = ",\n";

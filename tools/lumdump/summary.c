@@ -64,11 +64,8 @@ static size_t list_kinds(const lum_demux_counters *c, struct named *out)
         {"timestamp", "timestamp", k[LUM_PACKET_TIMESTAMP]},
         {"tlv", "TLV", k[LUM_PACKET_TLV]},
     };
-    const size_t n = sizeof rows / sizeof rows[0];
-    for (size_t i = 0; i < n; i++) {
-        out[i] = rows[i];
-    }
-    return n;
+    memcpy(out, rows, sizeof rows);
+    return sizeof rows / sizeof rows[0];
 }
 
 static size_t list_content(const lum_demux_counters *c,
@@ -83,11 +80,8 @@ static size_t list_content(const lum_demux_counters *c,
          c->assembly.words},
         {"points", "points", p->points},
     };
-    const size_t n = sizeof rows / sizeof rows[0];
-    for (size_t i = 0; i < n; i++) {
-        out[i] = rows[i];
-    }
-    return n;
+    memcpy(out, rows, sizeof rows);
+    return sizeof rows / sizeof rows[0];
 }
 
 static size_t list_losses(const lum_demux_counters *c,
@@ -120,11 +114,8 @@ static size_t list_losses(const lum_demux_counters *c,
          k[LUM_PACKET_FOREIGN]},
         {"other", "records that are not ours", c->other},
     };
-    const size_t n = sizeof rows / sizeof rows[0];
-    for (size_t i = 0; i < n; i++) {
-        out[i] = rows[i];
-    }
-    return n;
+    memcpy(out, rows, sizeof rows);
+    return sizeof rows / sizeof rows[0];
 }
 
 /* What of the losses is none. */
@@ -420,11 +411,8 @@ static size_t list_live_losses(const struct live_counts *c, struct named *out)
          c->recording_drops},
         {"foreign_source", "datagrams of others, not taken", c->foreign_source},
     };
-    const size_t n = sizeof rows / sizeof rows[0];
-    for (size_t i = 0; i < n; i++) {
-        out[i] = rows[i];
-    }
-    return n;
+    memcpy(out, rows, sizeof rows);
+    return sizeof rows / sizeof rows[0];
 }
 
 /* Those that lack something. */

@@ -31,18 +31,8 @@ int targets_check_inputs(const struct options *options, const char *name,
     const struct input_file inputs[] = {
         {options->calibration, "the calibration"},
         {options->profile, "the profile"}};
-    if (sources_have(&options->sources, name)) {
-        return strcmp(name, "-") == 0
-                   ? lum_error_set(error, "standard output is the source "
-                                          "itself, which this run reads: lead "
-                                          "it elsewhere")
-                   : lum_error_set(error,
-                                   "%s is the source itself, which this run "
-                                   "reads: name another output",
-                                   name);
-    }
-    return input_files_check(inputs, sizeof inputs / sizeof inputs[0], name,
-                             error);
+    return sources_check(&options->sources, inputs,
+                         sizeof inputs / sizeof inputs[0], name, error);
 }
 
 /* A name without a file yet will be a file that can seek; for a directory the

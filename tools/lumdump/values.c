@@ -6,12 +6,10 @@
 #include "../common/option_table.h"
 #include "../common/ring.h"
 #include "lum/smooth.h"
-#include "lum/wire.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
 static const struct option_word returns[] = {
     {"all", LUM_RETURNS_ALL},
@@ -266,58 +264,4 @@ bool values_take_columns(void *options, const char *text, lum_error *why)
         p += n + (p[n] != '\0' ? 1u : 0u);
     }
     return true;
-}
-
-static bool refuse_url(const char *text, const char *what)
-{
-    (void)fprintf(stderr,
-                  "lumdump: %s: %s; right is udp://HOST or "
-                  "udp://HOST:PORT, such as udp://10.42.0.37\n",
-                  text, what);
-    return false;
-}
-
-static bool is_sensors(uint32_t address)
-{
-    return address >> 24 != 0 && address >> 28 < 14;
-}
-
-bool values_parse_url(const char *text, lum_endpoint *out)
-{
-    lum_error why = {""};
-    const char *host = text + strlen("udp://");
-    out->port = LUM_PORT;
-    if (*host == '\0' || (*host == ':' && host[1] != ':')) {
-        return refuse_url(text, "there is no host in it");
-    }
-    if (strchr(host, '/') != NULL) {
-        return refuse_url(text, "nothing may follow the host and its port");
-    }
-    if (!host_parse_endpoint(host, out, &why)) {
-        return refuse_url(text, why.text);
-    }
-    return is_sensors(out->address) ||
-           refuse_url(text, "no sensor can have this address");
-}
-
-bool values_is_no_url(const char *text)
-{
-    const bool is_udp = strncmp(text, "udp:", 4) == 0;
-    const char *host = is_udp ? text + 4 + strspn(text + 4, "/") : text;
-    const size_t len = strcspn(host, ":");
-    char address[16] = "";
-    uint32_t number = 0;
-    if (len < sizeof address) {
-        (void)memcpy(address, host, len);
-        address[len] = '\0';
-    }
-    if ((!is_udp && !number_parse_address(address, &number)) ||
-        access(text, F_OK) == 0) {
-        return true;
-    }
-    (void)fprintf(stderr,
-                  "lumdump: %s: there is no such file; a sensor is named as "
-                  "udp://%s\n",
-                  text, host[0] != '\0' ? host : "10.42.0.37");
-    return false;
 }

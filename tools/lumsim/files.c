@@ -62,7 +62,8 @@ bool files_load(struct options *o)
         return false;
     }
     if (o->mode == MODE_REPLAY) {
-        provenance_ask("lumsim", o->replay, o->quiet, &geometry);
+        const struct sources one = {.paths = &o->replay, .count = 1};
+        provenance_ask("lumsim", &one, o->quiet, &geometry);
     }
     if (geometry_set(&geometry, &o->set, &error) != 0) {
         (void)fprintf(stderr, "lumsim: %s\n", error.text);

@@ -29,7 +29,7 @@ struct run {
     lum_sim_line line;
     lum_packet_batch batches[LUM_EYES];
     lum_fault fault;
-    struct capture_file output;
+    lum_capture_writer *output;
     struct truth *truth; /* NULL: not requested */
     lum_error error;
     int64_t frames;
@@ -65,7 +65,7 @@ static int write_packet(struct run *run, const lum_sim_packet *packet)
                                    .source_port = LUM_PORT,
                                    .destination_port = o->client_port};
     run->packets++;
-    return capture_file_add(&run->output, &datagram, &run->error);
+    return lum_capture_writer_add(run->output, &datagram, &run->error);
 }
 
 static int write_what_leaves(struct run *run)
@@ -167,7 +167,7 @@ static int give_up(struct run *run)
     const int reason = errno;
     clear_progress(run);
     truth_abort(run->truth);
-    capture_file_abort(&run->output);
+    lum_capture_writer_abort(run->output);
     if (interrupt_signal() != 0) {
         interrupt_die();
     }
@@ -201,10 +201,10 @@ static int finish(struct run *run)
     clear_progress(run);
     if (run->truth != NULL && truth_close(run->truth, &run->error) != 0) {
         const int reason = errno;
-        capture_file_abort(&run->output);
+        lum_capture_writer_abort(run->output);
         return fail(run, reason);
     }
-    if (capture_file_close(&run->output, &run->error) != 0) {
+    if (lum_capture_writer_close(run->output, &run->error) != 0) {
         return fail(run, errno);
     }
     sum_up(run);
@@ -250,7 +250,7 @@ static int open_outputs(struct run *run)
     if (o->truth != NULL &&
         truth_open(o->truth, &o->render.layout, o->truth_is_utc, &run->truth,
                    &run->error) != 0) {
-        capture_file_abort(&run->output);
+        lum_capture_writer_abort(run->output);
         return fail(run, 0);
     }
     return 0;

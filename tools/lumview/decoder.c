@@ -133,6 +133,11 @@ void decoder_skip_to(struct decoder *decoder, int64_t frame)
     picture_drop(&decoder->complete);
 }
 
+bool decoder_learn(struct decoder *decoder, const struct decoder *from)
+{
+    return lum_framer_learn_clocks(decoder->framer, from->framer) == 0;
+}
+
 void decoder_count(const struct decoder *decoder, struct totals *out)
 {
     count_all(decoder, out);
@@ -224,6 +229,8 @@ static enum decoded take_frame(struct decoder *d)
     picture_drop(&d->complete);
     d->complete = (struct picture){.frame = info.number,
                                    .arrival_ns = info.begin_arrival_ns,
+                                   .begin_utc_ns = info.begin_utc_ns,
+                                   .utc_error_ns = info.utc_error_ns,
                                    .clock_us = info.begin_clock_us,
                                    .lines = info.lines[LUM_EYE_BLUE] +
                                             info.lines[LUM_EYE_GREEN],

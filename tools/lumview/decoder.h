@@ -34,6 +34,10 @@ void decoder_free(struct decoder *decoder);
 /* Frames before this one are skipped: not made, reported or counted. */
 void decoder_skip_to(struct decoder *decoder, int64_t frame);
 
+/* What the other has learned of the sensors' clocks is known from the first
+ * line on. Called before any push. False: there was no memory. */
+bool decoder_learn(struct decoder *decoder, const struct decoder *from);
+
 enum decoded decoder_push(struct decoder *decoder, const lum_record *record);
 
 /* The end of the source: as decoder_push(), until it returns DECODED_ALL. */

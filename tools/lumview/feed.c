@@ -36,7 +36,7 @@ static int start(struct feed *feed, const struct options *o, lum_error *error)
                                       .sensor = o->sensor,
                                       .stage = &feed->stage};
     if (!o->is_live) {
-        const struct player_options options = {.source = o->source,
+        const struct player_options options = {.sources = &o->sources,
                                                .decoder = decoder};
         return player_start(&options, &feed->player, error);
     }
@@ -58,7 +58,7 @@ static int load_geometry(struct feed *feed, const struct options *o,
         return -1;
     }
     if (!o->is_live) {
-        provenance_ask("lumview", o->source, o->quiet, &geometry);
+        provenance_ask("lumview", &o->sources, o->quiet, &geometry);
     }
     return geometry_set(&geometry, &o->set, error) == 0
                ? geometry_make(&geometry, &feed->layout, &feed->projector,

@@ -1,5 +1,6 @@
 # From a source to frames.
 add_library(lum_view_feed OBJECT
+            captures.c
             decoder.c
             feed.c
             frame.c

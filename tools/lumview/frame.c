@@ -282,16 +282,18 @@ static void put_head(const struct frame *frame, const struct frame_head *head)
     put16(to + 6, FRAME_HEAD_BYTES);
     put_double(to + 8, (double)head->frame);
     put_double(to + 16, (double)head->clock_us);
-    put_double(to + 24, (double)head->utc_ns * 1e-9);
+    put_double(to + 24, (double)head->begin.utc_ns * 1e-9);
     put32(to + 32, (uint32_t)frame->count);
     to[36] = (uint8_t)head->edges;
     to[37] = (uint8_t)head->smooth;
-    put16(to + 38, 0);
+    to[38] = (uint8_t)head->begin.kind;
+    to[39] = 0;
     put32(to + 40, head->lines);
     put32(to + 44, fit32(head->lost_words));
     put32(to + 48, head->sensor);
     put32(to + 52, fit32(head->shown));
     put_double(to + 56, (double)head->complete_ns * 1e-9);
+    put_double(to + 64, (double)head->begin.error_ns * 1e-9);
 }
 
 struct frame *frame_make(struct frame_pool *pool, const lum_frame *points,

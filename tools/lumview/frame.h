@@ -3,27 +3,29 @@
  *
  *  at        type   what
  *  0         u32    0x464d554c, "LUMF"
- *  4         u16    version, 2
- *  6         u16    bytes of this head, 64
+ *  4         u16    version, 3
+ *  6         u16    bytes of this head, 72
  *  8         f64    frame number
  *  16        f64    sensor clock of its earliest line, microseconds
- *  24        f64    when that line came, seconds of UTC; 0: not known
+ *  24        f64    when that line began, seconds of UTC; 0: not known
  *  32        u32    N, points
  *  36        u8     edges, an enum lum_edges
  *  37        u8     smoothing window, 0: none
- *  38        u16    0
+ *  38        u8     what that time is, an enum frame_time
+ *  39        u8     0
  *  40        u32    lines
  *  44        u32    lost words, from below
  *  48        u32    sensor's address
  *  52        u32    count of frames shown so far, this one included
  *  56        f64    when it was complete, seconds of the monotonic clock
- *  64        f32    x y z of each point, metres            3 N
- *  64 + 12 N u16    pulse width, 0.01 ns, at most 65535    N
- *  64 + 14 N u16    line number, at most 65535             N
- *  64 + 16 N u16    pixel                                  N
- *  64 + 18 N u8     bits 0..6: return number, at most 127,
+ *  64        f64    seconds by which the time may be off, where it is fitted
+ *  72        f32    x y z of each point, metres            3 N
+ *  72 + 12 N u16    pulse width, 0.01 ns, at most 65535    N
+ *  72 + 14 N u16    line number, at most 65535             N
+ *  72 + 16 N u16    pixel                                  N
+ *  72 + 18 N u8     bits 0..6: return number, at most 127,
  *                   bit 7: strongest of its pixel and edge N
- *  64 + 19 N u8     bit 0: eye (0 blue, 1 green), bit 1: rising edge,
+ *  72 + 19 N u8     bit 0: eye (0 blue, 1 green), bit 1: rising edge,
  *                   bits 2..7: number of returns, at most 63   N
  */
 #ifndef LUMVIEW_FRAME_H
@@ -33,9 +35,17 @@
 #include <stdint.h>
 
 #define FRAME_MAGIC       0x464d554cu
-#define FRAME_VERSION     2u
-#define FRAME_HEAD_BYTES  64u
+#define FRAME_VERSION     3u
+#define FRAME_HEAD_BYTES  72u
 #define FRAME_POINT_BYTES 20u
+
+/* What the time of a frame is. */
+enum frame_time {
+    FRAME_TIME_UNKNOWN,
+    FRAME_TIME_ARRIVAL, /* when its earliest line came: nothing is fitted */
+    FRAME_TIME_FITTED   /* when that line began, by the sensor's clock fitted to
+                           arrivals */
+};
 
 /* Counted by reference: a slow browser keeps the one that it is being sent
  * while newer ones come and go. Any thread. */

@@ -30,11 +30,18 @@ struct frame_pool *frame_pool_new(void);
 /* No frame is made any more; those that there are live on. NULL is allowed. */
 void frame_pool_free(struct frame_pool *pool);
 
+/* When a frame began. */
+struct frame_moment {
+    enum frame_time kind;
+    int64_t utc_ns;   /* 0: not known */
+    int64_t error_ns; /* how far off it may be, where it is fitted */
+};
+
 /* The rest of the head. */
 struct frame_head {
     int64_t frame;
     int64_t clock_us;
-    int64_t utc_ns; /* 0: not known */
+    struct frame_moment begin;
     int64_t complete_ns;
     lum_edges edges;
     unsigned smooth;

@@ -1,12 +1,12 @@
 #define _POSIX_C_SOURCE 200809L
 #include "link.h"
 
+#include "../common/heard.h"
 #include "../common/laser_bits.h"
 #include "../common/laser_end.h"
 #include "../common/number.h"
 #include "../common/ring.h"
 #include "lum/base/time.h"
-#include "lum/packet.h"
 #include "lum/wire.h"
 #include "sentry.h"
 #include "thread.h"
@@ -72,24 +72,15 @@ static int open_session(struct link *l, bool owns, lum_error *error)
     return lum_sensor_open(&options, &l->sensor, error) == LUM_NET_OK ? 0 : -1;
 }
 
-/* The first packet usually decides: nearly all packets are data. */
 static void look_for_data(struct link *l, const lum_sensor_event *event,
                           int64_t now_ns)
 {
-    for (size_t i = 0; i < event->datagram_count; i++) {
-        const lum_received *d = &event->datagrams[i];
-        lum_group group;
-        const lum_packet_kind kind = lum_packet_decode(
-            l->options.decoder.layout, d->bytes, d->len, &group);
-        if (kind == LUM_PACKET_DATA) {
-            l->sentry.has_data = true;
-            l->sentry.data_ns = now_ns;
-            return;
-        }
-        l->sentry.has_unknown |= kind == LUM_PACKET_MALFORMED ||
-                                 kind == LUM_PACKET_UNKNOWN_TYPE ||
-                                 kind == LUM_PACKET_UNKNOWN_TAG;
+    const struct heard heard = heard_in(event, l->options.decoder.layout);
+    if (heard.has_data) {
+        l->sentry.has_data = true;
+        l->sentry.data_ns = now_ns;
     }
+    l->sentry.has_unknown |= heard.has_unknown;
 }
 
 static void take_datagrams(struct link *l, const lum_sensor_event *event,

@@ -45,12 +45,11 @@ static enum exit_status finish_stdout(void)
 static int check_files(const struct options *o, lum_error *error)
 {
     struct geometry geometry;
-    const struct input_file inputs[] = {
-        {o->is_live ? NULL : o->source, "the source itself"},
-        {o->calibration, "the calibration"},
-        {o->profile, "the profile"}};
-    if (o->json && input_files_check(inputs, sizeof inputs / sizeof inputs[0],
-                                     "-", error) != 0) {
+    const struct input_file inputs[] = {{o->calibration, "the calibration"},
+                                        {o->profile, "the profile"}};
+    if (o->json &&
+        sources_check(&o->sources, inputs, sizeof inputs / sizeof inputs[0],
+                      "-", error) != 0) {
         return -1;
     }
     return geometry_load(o->calibration, o->profile, &geometry, error) == 0
@@ -162,17 +161,24 @@ static enum exit_status run(const struct options *o)
     return status;
 }
 
-int main(int argc, char **argv)
+static int parse_and_run(int argc, char **argv, struct options *options)
 {
-    struct options options;
-    interrupt_catch();
-    switch (options_parse(argc, argv, &options)) {
+    switch (options_parse(argc, argv, options)) {
     case PARSED_DONE:
         return (int)finish_stdout();
     case PARSED_BAD:
         return EXIT_BAD;
     case PARSED_RUN:
     default:
-        return (int)run(&options);
+        return (int)run(options);
     }
+}
+
+int main(int argc, char **argv)
+{
+    struct options options;
+    interrupt_catch();
+    const int status = parse_and_run(argc, argv, &options);
+    options_free(&options);
+    return status;
 }

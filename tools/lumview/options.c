@@ -2,10 +2,10 @@
 
 #include "../common/host.h"
 #include "../common/option_table.h"
+#include "../common/source_url.h"
 #include "help.h"
 #include "licenses.h"
 #include "lum/version.h"
-#include "lum/wire.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -81,33 +81,10 @@ static const struct option_spec specs[] = {
 
 #define OPTIONS (sizeof specs / sizeof specs[0])
 
-static enum parsed refuse(const char *what, const char *why)
+static enum parsed refuse(const char *why)
 {
-    (void)fprintf(stderr, "lumview: %s: %s\n", what, why);
+    (void)fprintf(stderr, "lumview: %s\n", why);
     return PARSED_BAD;
-}
-
-static enum parsed check_address(const struct options *o)
-{
-    const uint32_t address = o->address.address;
-    return address >> 24 != 0 && address >> 28 < 14
-               ? PARSED_RUN
-               : refuse(o->source, "no sensor can have this address");
-}
-
-static enum parsed parse_url(struct options *o)
-{
-    char text[LUM_ERROR_BYTES + 80];
-    lum_error why = {""};
-    o->address.port = LUM_PORT;
-    if (host_parse_endpoint(o->source + strlen("udp://"), &o->address, &why)) {
-        return check_address(o);
-    }
-    (void)snprintf(text, sizeof text,
-                   "%s; right is udp://HOST or udp://HOST:PORT, such as "
-                   "udp://10.42.0.37",
-                   why.text);
-    return refuse(o->source, text);
 }
 
 static enum parsed check_kinds(const struct options *o,
@@ -127,23 +104,26 @@ static enum parsed check_kinds(const struct options *o,
     return PARSED_RUN;
 }
 
-static enum parsed take_source(struct options *o, int count, char **words)
+static enum parsed take_sources(struct options *o, int count, char **words)
 {
+    lum_error why = {""};
     if (count == 0) {
-        (void)fputs("lumview: no SOURCE: name a capture, - for standard input, "
-                    "or udp://ADDRESS; see lumview --help\n",
-                    stderr);
-        return PARSED_BAD;
-    }
-    if (count > 1) {
-        (void)fprintf(stderr,
-                      "lumview: one SOURCE only: '%s' is one too many\n",
-                      words[1]);
-        return PARSED_BAD;
+        return refuse("no SOURCE: name captures, - for standard input, or "
+                      "udp://ADDRESS; see lumview --help");
     }
     o->source = words[0];
-    o->is_live = strncmp(o->source, "udp://", 6) == 0;
-    return o->is_live ? parse_url(o) : PARSED_RUN;
+    o->is_live = count == 1 && source_url_is_sensor(o->source);
+    if (o->is_live) {
+        return source_url_parse(o->source, &o->address, &why)
+                   ? PARSED_RUN
+                   : refuse(why.text);
+    }
+    if (sources_init(&o->sources, (const char *const *)words, (size_t)count,
+                     &why) != 0) {
+        return refuse(why.text);
+    }
+    o->source = count == 1 ? words[0] : o->sources.name;
+    return PARSED_RUN;
 }
 
 enum parsed options_parse(int argc, char **argv, struct options *out)
@@ -158,11 +138,17 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
     if (end != OPTIONS_READ) {
         return end == OPTIONS_SHOWN ? PARSED_DONE : PARSED_BAD;
     }
-    if (take_source(out, result.count, argv + 1) != PARSED_RUN) {
+    if (take_sources(out, result.count, argv + 1) != PARSED_RUN) {
         return PARSED_BAD;
     }
     if (out->interface != NULL && !host_has_interface(out->interface, &why)) {
-        return refuse("--interface", why.text);
+        (void)fprintf(stderr, "lumview: --interface: %s\n", why.text);
+        return PARSED_BAD;
     }
     return check_kinds(out, &result);
+}
+
+void options_free(struct options *options)
+{
+    sources_free(&options->sources);
 }

@@ -3,13 +3,15 @@
 #define LUMVIEW_OPTIONS_H
 
 #include "../common/set_keys.h"
+#include "../common/sources.h"
 #include "lum/net/socket.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
 struct options {
-    const char *source; /* a capture, "-", or udp://ADDRESS */
+    const char *source;     /* what it is called: captures, or udp://ADDRESS */
+    struct sources sources; /* captures; "-": on standard input */
     bool is_live;
     lum_endpoint address;    /* live: the sensor's */
     const char *interface;   /* live; may be NULL */
@@ -36,6 +38,9 @@ enum parsed {
     PARSED_BAD   /* a message was printed */
 };
 
+/* out: to be freed by options_free() whatever the result. */
 enum parsed options_parse(int argc, char **argv, struct options *out);
+
+void options_free(struct options *options);
 
 #endif

@@ -9,18 +9,33 @@ void picture_drop(struct picture *picture)
     *picture = (struct picture){0};
 }
 
+/* Arrivals of 0 are those of packets without a time, to which nothing can be
+ * fitted. */
+static struct frame_moment moment_of(const struct picture *picture)
+{
+    if (picture->arrival_ns <= 0) {
+        return (struct frame_moment){.kind = FRAME_TIME_UNKNOWN};
+    }
+    if (picture->begin_utc_ns <= 0) {
+        return (struct frame_moment){.kind = FRAME_TIME_ARRIVAL,
+                                     .utc_ns = picture->arrival_ns};
+    }
+    return (struct frame_moment){.kind = FRAME_TIME_FITTED,
+                                 .utc_ns = picture->begin_utc_ns,
+                                 .error_ns = picture->utc_error_ns};
+}
+
 void picture_seal(struct picture *picture, struct frame_pool *pool,
                   int64_t complete_ns, uint64_t shown)
 {
-    struct frame_head head = {
-        .frame = picture->frame,
-        .clock_us = picture->clock_us,
-        .utc_ns = picture->arrival_ns > 0 ? picture->arrival_ns : 0,
-        .complete_ns = complete_ns,
-        .lines = picture->lines,
-        .lost_words = picture->lost_words,
-        .sensor = picture->sensor,
-        .shown = shown};
+    struct frame_head head = {.frame = picture->frame,
+                              .clock_us = picture->clock_us,
+                              .begin = moment_of(picture),
+                              .complete_ns = complete_ns,
+                              .lines = picture->lines,
+                              .lost_words = picture->lost_words,
+                              .sensor = picture->sensor,
+                              .shown = shown};
     for (size_t i = 0; i < picture->count; i++) {
         head.edges = picture->views[i].edges;
         head.smooth = picture->views[i].smooth;

@@ -7,8 +7,10 @@
 
 struct picture {
     int64_t frame;
-    int64_t arrival_ns; /* of its earliest line; UTC, 0 or below: not known */
-    int64_t clock_us;   /* likewise */
+    int64_t arrival_ns;   /* of its earliest line; UTC, 0 or below: not known */
+    int64_t clock_us;     /* likewise */
+    int64_t begin_utc_ns; /* when clock_us was, by the fit; 0: there is none */
+    int64_t utc_error_ns; /* how far off that may be */
     uint32_t lines;
     uint64_t lost_words;
     uint32_t sensor;

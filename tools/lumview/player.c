@@ -2,8 +2,8 @@
 #include "player.h"
 
 #include "../common/number.h"
+#include "captures.h"
 #include "lum/base/time.h"
-#include "pump.h"
 #include "scan.h"
 #include "thread.h"
 
@@ -11,7 +11,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #define SECOND_NS INT64_C(1000000000)
 
@@ -41,16 +40,17 @@ struct player {
     struct player_options options;
     struct stage *stage;
     pthread_t thread;
-    struct pump *pump; /* of a source that can be read once */
-    struct scan *scan; /* of one that cannot */
+    struct captures *captures;
+    struct scan *scan; /* NULL: they can be read once */
 
     /* the thread's */
     lum_capture *capture;
     struct decoder *decoder;
-    struct totals before; /* of earlier passes */
-    int64_t target;       /* pass over frames before it */
-    bool is_due;          /* the next frame is shown at any pace */
-    bool is_remake;       /* it is the one that is shown already */
+    struct decoder *learned; /* of the begin of files; NULL: nothing */
+    struct totals before;    /* of earlier passes */
+    int64_t target;          /* pass over frames before it */
+    bool is_due;             /* the next frame is shown whatever the pace */
+    bool is_remake;          /* it is the one that is shown already */
     bool has_shown;
     int64_t shown;
     int64_t shown_ns; /* when it was, or should have been; monotonic */
@@ -90,6 +90,16 @@ static void tell(struct player *p)
                        p->cut);
     }
     stage_set_message(p->stage, text);
+}
+
+/* Of files the look ahead tells them. */
+static void tell_gaps(struct player *p)
+{
+    char text[LUM_ERROR_BYTES];
+    if (p->scan == NULL) {
+        stage_set_gaps(p->stage, captures_gaps(p->captures, p->capture, text,
+                                               sizeof text));
+    }
 }
 
 static void count(struct player *p)
@@ -135,6 +145,7 @@ static void show(struct player *p, struct picture *picture, int64_t due_ns,
     }
     count(p);
     tell(p);
+    tell_gaps(p);
     stage_show(p->stage, picture, now_ns);
 }
 
@@ -302,7 +313,7 @@ static enum next fail(struct player *p, const lum_error *error)
 static enum next fail_for_memory(struct player *p)
 {
     lum_error error;
-    (void)lum_error_set(&error, "%s: out of memory", p->options.source);
+    (void)lum_error_set(&error, "%s: out of memory", p->options.sources->name);
     return fail(p, &error);
 }
 
@@ -349,7 +360,7 @@ static enum next read_all(struct player *p)
     for (uint64_t i = 0; status > 0; i++) {
         enum next next = i % RECORDS_A_LOOK == 0 ? look(p) : GO_ON;
         if (next == GO_ON) {
-            status = lum_capture_next(p->capture, &record, &error);
+            status = captures_next(p->captures, p->capture, &record, &error);
         }
         if (next == GO_ON && status > 0) {
             next = take(p, &record);
@@ -369,18 +380,26 @@ static enum next read_all(struct player *p)
 static void tell_empty(struct player *p)
 {
     lum_error text;
-    if (p->broken.text[0] == '\0') {
-        (void)lum_error_set(
-            &text,
-            "%s: there is no frame in it%s; lumdump %s shows what it holds",
-            p->options.source,
-            p->options.decoder.has_sensor ? " of the sensor that was asked for"
-                                          : "",
-            p->options.source);
-        stage_set_message(p->stage, text.text);
-    } else {
+    const struct sources *sources = p->options.sources;
+    const char *whose = p->options.decoder.has_sensor
+                            ? " of the sensor that was asked for"
+                            : "";
+    if (p->broken.text[0] != '\0') {
         tell(p);
+        return;
     }
+    if (sources->count > 1) {
+        (void)lum_error_set(&text,
+                            "%s: there is no frame in them%s; lumdump tells "
+                            "what they hold",
+                            sources->name, whose);
+    } else {
+        (void)lum_error_set(&text,
+                            "%s: there is no frame in it%s; lumdump %s tells "
+                            "what it holds",
+                            sources->name, whose, sources->name);
+    }
+    stage_set_message(p->stage, text.text);
 }
 
 /* Play continues at the beginning. */
@@ -427,6 +446,7 @@ static enum next finish(struct player *p)
     } else {
         tell_empty(p);
     }
+    tell_gaps(p);
     count(p);
     if (can_go && p->is_due && !(p->has_shown && p->shown == last)) {
         return reopen_at(p, last, p->is_remake);
@@ -449,19 +469,15 @@ static enum next finish(struct player *p)
 
 /* --- The thread --- */
 
-static const char *path_of(const struct player *p)
-{
-    return p->pump != NULL ? pump_path(p->pump) : p->options.source;
-}
-
 static enum next pass(struct player *p)
 {
     lum_error error = {""};
-    if (lum_capture_open(path_of(p), &p->capture, &error) != 0) {
+    if (captures_open(p->captures, &p->capture, &error) != 0) {
         return fail(p, &error);
     }
     p->decoder = decoder_new(&p->options.decoder);
-    if (p->decoder == NULL) {
+    if (p->decoder == NULL ||
+        (p->learned != NULL && !decoder_learn(p->decoder, p->learned))) {
         return fail_for_memory(p);
     }
     if (p->target != INT64_MIN) {
@@ -484,11 +500,47 @@ static void end_pass(struct player *p)
     p->capture = NULL;
 }
 
+static void learn_from(struct player *p, lum_capture *capture)
+{
+    lum_record record;
+    int64_t end_ns = INT64_MAX;
+    bool goes_on = true;
+    for (uint64_t i = 0;
+         goes_on && captures_next(p->captures, capture, &record, NULL) > 0;
+         i++) {
+        end_ns =
+            i == 0 ? add_clamped(record.time_ns, SOURCES_LEARN_NS) : end_ns;
+        goes_on = record.time_ns <= end_ns &&
+                  (i % RECORDS_A_LOOK != 0 || !stage_is_closing(p->stage)) &&
+                  decoder_push(p->learned, &record) == DECODED_ALL;
+    }
+}
+
+/* The time of the first frames is known as well as that of the rest. What
+ * cannot be read is told when it is read again. */
+static void learn(struct player *p)
+{
+    lum_capture *capture = NULL;
+    if (!captures_are_files(p->captures) ||
+        captures_open(p->captures, &capture, NULL) != 0) {
+        return;
+    }
+    p->learned = decoder_new(&p->options.decoder);
+    if (p->learned != NULL) {
+        decoder_skip_to(p->learned, INT64_MAX);
+        learn_from(p, capture);
+    }
+    lum_capture_close(capture);
+}
+
 /* A recording does not pass before somebody looks. */
 static void *run(void *argument)
 {
     struct player *p = argument;
     enum next next = stage_wait_wanted(p->stage) ? REOPEN : STOP;
+    if (next != STOP) {
+        learn(p);
+    }
     while (next != STOP) {
         next = pass(p);
         end_pass(p);
@@ -498,36 +550,22 @@ static void *run(void *argument)
 
 /* --- Starting and ending --- */
 
-static bool is_regular(const char *path)
-{
-    struct stat st;
-    return strcmp(path, "-") != 0 && stat(path, &st) == 0 &&
-           S_ISREG(st.st_mode);
-}
-
-/* A source that cannot be opened is reported at once. */
-static int try_open(const char *path, lum_error *error)
-{
-    lum_capture *capture = NULL;
-    const int result = lum_capture_open(path, &capture, error);
-    lum_capture_close(capture);
-    return result;
-}
-
 static int start_reading(struct player *p, lum_error *error)
 {
-    const char *source = p->options.source;
-    if (!is_regular(source)) {
-        struct stat st;
-        const bool is_stream = strcmp(source, "-") == 0 ||
-                               (stat(source, &st) == 0 && !S_ISDIR(st.st_mode));
-        return is_stream ? pump_start(source, &p->pump, error)
-                         : try_open(source, error);
-    }
-    if (try_open(source, error) != 0) {
+    if (captures_new(p->options.sources, &p->captures, error) != 0) {
         return -1;
     }
-    return scan_start(source, &p->options.decoder, &p->scan, error);
+    return captures_are_files(p->captures)
+               ? scan_start(p->captures, &p->options.decoder, &p->scan, error)
+               : 0;
+}
+
+static void release(struct player *p)
+{
+    scan_end(p->scan);
+    captures_free(p->captures);
+    decoder_free(p->learned);
+    free(p);
 }
 
 int player_start(const struct player_options *options, struct player **out,
@@ -544,9 +582,7 @@ int player_start(const struct player_options *options, struct player **out,
     p->distance_ns = DISTANCE_NS;
     if (start_reading(p, error) != 0 ||
         thread_start(&p->thread, run, p, error) != 0) {
-        scan_end(p->scan);
-        pump_end(p->pump);
-        free(p);
+        release(p);
         return -1;
     }
     *out = p;
@@ -558,9 +594,7 @@ void player_end(struct player *player)
     if (player == NULL) {
         return;
     }
-    pump_stop(player->pump);
+    captures_stop(player->captures);
     (void)pthread_join(player->thread, NULL);
-    scan_end(player->scan);
-    pump_end(player->pump);
-    free(player);
+    release(player);
 }

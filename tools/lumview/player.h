@@ -3,6 +3,7 @@
 #ifndef LUMVIEW_PLAYER_H
 #define LUMVIEW_PLAYER_H
 
+#include "../common/sources.h"
 #include "decoder.h"
 #include "stage.h"
 
@@ -11,12 +12,12 @@
 struct player;
 
 struct player_options {
-    const char *source;
+    const struct sources *sources; /* kept */
     struct decoder_options decoder;
 };
 
-/* Begin. A source that can be read once is played from its beginning to its
- * end. 0, or -1 with the reason in error. */
+/* Begin. What can be read once is played from its beginning to its end. 0, or
+ * -1 with the reason in error. */
 int player_start(const struct player_options *options, struct player **out,
                  lum_error *error);
 

@@ -9,7 +9,7 @@
 #define RECORDS_A_LOOK 64u
 
 struct scan {
-    const char *source;
+    const struct captures *captures;
     struct decoder_options options;
     pthread_t thread;
 
@@ -26,7 +26,8 @@ static bool read_all(const struct scan *scan, lum_capture *capture,
     lum_record record;
     bool goes_on = true;
     for (uint64_t i = 0;
-         goes_on && lum_capture_next(capture, &record, NULL) > 0; i++) {
+         goes_on && captures_next(scan->captures, capture, &record, NULL) > 0;
+         i++) {
         goes_on = (i % RECORDS_A_LOOK != 0 ||
                    !stage_is_closing(scan->options.stage)) &&
                   decoder_push(decoder, &record) == DECODED_ALL;
@@ -53,12 +54,15 @@ static void *run(void *argument)
 {
     struct scan *scan = argument;
     lum_capture *capture = NULL;
+    char text[LUM_ERROR_BYTES];
     struct decoder *decoder = decoder_new(&scan->options);
-    if (decoder != NULL &&
-        lum_capture_open(scan->source, &capture, NULL) == 0) {
+    if (decoder != NULL && captures_open(scan->captures, &capture, NULL) == 0) {
         decoder_skip_to(decoder, INT64_MAX);
         if (read_all(scan, capture, decoder)) {
             note(scan, decoder);
+            stage_set_gaps(
+                scan->options.stage,
+                captures_gaps(scan->captures, capture, text, sizeof text));
         }
     }
     lum_capture_close(capture);
@@ -66,14 +70,15 @@ static void *run(void *argument)
     return NULL;
 }
 
-int scan_start(const char *source, const struct decoder_options *decoder,
-               struct scan **out, lum_error *error)
+int scan_start(const struct captures *captures,
+               const struct decoder_options *decoder, struct scan **out,
+               lum_error *error)
 {
     struct scan *scan = calloc(1, sizeof *scan);
     if (scan == NULL) {
         return lum_error_set(error, "out of memory");
     }
-    scan->source = source;
+    scan->captures = captures;
     scan->options = *decoder;
     (void)pthread_mutex_init(&scan->lock, NULL);
     if (thread_start(&scan->thread, run, scan, error) != 0) {

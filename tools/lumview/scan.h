@@ -1,8 +1,9 @@
-/* A thread that reads a capture to its end to find its first and last frame,
- * and passes them to the stage. */
+/* A thread that reads captures to their end to find the first and the last
+ * frame and where a recording is missing, and tells the stage. */
 #ifndef LUMVIEW_SCAN_H
 #define LUMVIEW_SCAN_H
 
+#include "captures.h"
 #include "decoder.h"
 
 #include "lum/base/error.h"
@@ -12,9 +13,10 @@
 
 struct scan;
 
-/* source: a file. 0, or -1 with the reason in error. */
-int scan_start(const char *source, const struct decoder_options *decoder,
-               struct scan **out, lum_error *error);
+/* captures: kept; they are files. 0, or -1 with the reason in error. */
+int scan_start(const struct captures *captures,
+               const struct decoder_options *decoder, struct scan **out,
+               lum_error *error);
 
 /* Ends early when the stage is closing. NULL is allowed. */
 void scan_end(struct scan *scan);

@@ -153,6 +153,16 @@ void stage_show(struct stage *stage, struct picture *picture,
 }
 
 /* Called with the lock. Whether that was news. */
+static bool set_text(char *to, size_t room, const char *text)
+{
+    const bool is_news = strncmp(to, text, room - 1u) != 0;
+    if (is_news) {
+        (void)snprintf(to, room, "%s", text);
+    }
+    return is_news;
+}
+
+/* Likewise. */
 static bool set_state(struct stage *stage, enum feed_state state)
 {
     const bool is_news = !stage->has_failed && stage->status.state != state;
@@ -162,16 +172,12 @@ static bool set_state(struct stage *stage, enum feed_state state)
     return is_news;
 }
 
+/* Likewise. */
 static bool set_message(struct stage *stage, const char *message)
 {
-    char *to = stage->status.message;
-    const size_t room = sizeof stage->status.message;
-    const bool is_news =
-        !stage->has_failed && strncmp(to, message, room - 1u) != 0;
-    if (is_news) {
-        (void)snprintf(to, room, "%s", message);
-    }
-    return is_news;
+    return !stage->has_failed &&
+           set_text(stage->status.message, sizeof stage->status.message,
+                    message);
 }
 
 void stage_set_state(struct stage *stage, enum feed_state state)
@@ -184,6 +190,13 @@ void stage_set_message(struct stage *stage, const char *message)
 {
     lock(stage);
     unlock_and_wake(stage, set_message(stage, message));
+}
+
+void stage_set_gaps(struct stage *stage, const char *gaps)
+{
+    lock(stage);
+    unlock_and_wake(
+        stage, set_text(stage->status.gaps, sizeof stage->status.gaps, gaps));
 }
 
 void stage_fail(struct stage *stage, const char *message)

@@ -82,6 +82,8 @@ void stage_show(struct stage *stage, struct picture *picture,
 
 void stage_set_state(struct stage *stage, enum feed_state state);
 void stage_set_message(struct stage *stage, const char *message);
+/* Where a recording is missing, as text. */
+void stage_set_gaps(struct stage *stage, const char *gaps);
 /* All is over: state and message stay from here on. */
 void stage_fail(struct stage *stage, const char *message);
 

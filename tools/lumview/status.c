@@ -42,7 +42,8 @@ bool status_differs(const struct feed_status *a, const struct feed_status *b)
     return a->state != b->state || a->loops != b->loops ||
            a->speed < b->speed || a->speed > b->speed ||
            a->has_range != b->has_range || a->has_laser != b->has_laser ||
-           a->laser != b->laser || strcmp(a->message, b->message) != 0;
+           a->laser != b->laser || strcmp(a->message, b->message) != 0 ||
+           strcmp(a->gaps, b->gaps) != 0;
 }
 
 static int begin(size_t room_before, struct text *out, FILE **stream,
@@ -192,6 +193,15 @@ static void write_losses(struct json *json, const struct feed_status *f)
     json_close_object(json);
 }
 
+static void write_message(struct json *json, const struct feed_status *f)
+{
+    char text[sizeof f->message + sizeof f->gaps + 2u];
+    const char *divider =
+        f->message[0] != '\0' && f->gaps[0] != '\0' ? "; " : "";
+    (void)snprintf(text, sizeof text, "%s%s%s", f->message, divider, f->gaps);
+    json_text(json, "message", text);
+}
+
 static void write_place(struct json *json, const struct feed_status *f)
 {
     json_int(json, "frame", f->frame);
@@ -218,7 +228,7 @@ int status_text(const struct status *status, uint64_t skipped,
     json_text(&json, "type", "status");
     json_text(&json, "state", states[f->state]);
     json_bool(&json, "live", f->is_live);
-    json_text(&json, "message", f->message);
+    write_message(&json, f);
     write_place(&json, f);
     json_uint(&json, "packets", f->packets);
     json_uint(&json, "bytes", f->bytes);

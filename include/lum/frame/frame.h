@@ -137,7 +137,8 @@ typedef struct lum_frame_info {
                                handed out */
     int64_t begin_utc_ns; /**< when begin_clock_us was, ns since 1970 UTC, as
                                lum_clock_fit_utc() tells it; ::LUM_COLUMN_TIME
-                               counts from there. 0: the layout has no clock */
+                               counts from there. 0: the layout has no clock,
+                               or no line came */
     int64_t utc_error_ns; /**< how far off that may be */
 } lum_frame_info;
 

@@ -7,6 +7,7 @@
 #include "../ctl.h"
 
 #include "lum/assembler.h"
+#include "lum/frame/framer.h"
 #include "lum/host/clock_sync.h"
 #include "lum/packet.h"
 
@@ -56,6 +57,7 @@ struct doctor_stream {
     uint32_t clock_us; /* the latest data packet's, as sent */
     int64_t clock_ns;  /* when the kernel had it */
     lum_assembly_counters assembly;
+    bool lacks_memory; /* for lines: they were not looked at */
     lum_sensor_counters session;
     bool counts_drops;
     uint64_t came_in; /* at least so many datagrams, by the interface, before
@@ -69,8 +71,6 @@ struct doctor_exchange {
     int64_t received_ns;
     uint32_t clock_us;
 };
-
-struct doctor_storage;
 
 struct doctor {
     struct ctl *ctl;
@@ -106,7 +106,7 @@ struct doctor {
     bool has_status;
     uint16_t status;
     struct doctor_stream stream;
-    struct doctor_storage *storage;
+    lum_framer *framer; /* data to lines; NULL: none came to be taken */
 };
 
 /* What a check says; the text is a sentence without its full stop. */
@@ -190,13 +190,12 @@ void doctor_check_strangers(struct doctor *d, struct doctor_finding *out);
 void doctor_check_clock(struct doctor *d, struct doctor_finding *out);
 void doctor_check_status(struct doctor *d, struct doctor_finding *out);
 
-/* The stream's storage is the heap's; NULL storage is allowed. */
+/* False without memory. */
 bool doctor_stream_open(struct doctor *d);
 void doctor_stream_take(struct doctor *d, const lum_received *datagram,
                         int64_t arrived_ns);
 /* Datagrams that this host dropped between interface and program, but for want
  * of buffer; 0: none, or not known. */
 uint64_t doctor_stream_filtered(const struct doctor *d);
-void doctor_stream_free(struct doctor_storage *storage);
 
 #endif

@@ -200,7 +200,7 @@ enum exit_status command_doctor(struct ctl *ctl, int count, char **words)
     lum_clock_sync_init(&d.clock);
     const enum exit_status status = examine(&d);
     lum_sensor_close(d.session);
-    doctor_stream_free(d.storage);
+    lum_framer_free(d.framer);
     free(d.interfaces);
     return status;
 }

@@ -455,6 +455,9 @@ void doctor_check_data(struct doctor *d, struct doctor_finding *out)
     }
     if (take_data(d, &error) || error.text[0] == '\0') {
         say_data(d, out);
+        if (d->stream.lacks_memory) {
+            doctor_lack(d, DOCTOR_NEEDS_DATA, "out of memory");
+        }
     } else {
         doctor_wrong(out, "%s", error.text);
         doctor_lack(d, DOCTOR_NEEDS_DATA, "the session broke");

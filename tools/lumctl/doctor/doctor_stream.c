@@ -3,57 +3,34 @@
 
 #include "../session.h"
 
+#include "lum/capture/demux.h"
+#include "lum/frame/framer.h"
+#include "lum/wire.h"
+
 #include <inttypes.h>
 #include <stdio.h>
-#include <stdlib.h>
 
 #define FEW 16u /* datagrams */
 
-struct doctor_storage {
-    lum_assembler assembler;
-    unsigned open_lines; /* of an eye: so many may be under way */
-    lum_line_slot *slots;
-    uint32_t *words;
-    lum_reach *reach;
-};
-
-bool doctor_stream_open(struct doctor *d)
+/* Lines of an eye that may be under way at once. */
+static unsigned open_lines(void)
 {
     lum_assembler_config config;
     lum_assembler_config_default(&config);
-    lum_assembler_storage a = {
-        .slot_count = LUM_ASSEMBLER_SLOTS(config.open_lines),
-        .word_count =
-            LUM_ASSEMBLER_WORDS(config.open_lines, config.words_per_line),
-        .reach_count = LUM_ASSEMBLER_REACH(config.reorder_lines)};
-    struct doctor_storage *s = calloc(1, sizeof *s);
-    if (s == NULL) {
-        return false;
-    }
-    d->storage = s;
-    s->open_lines = config.open_lines;
-    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
-        d->stream.pass_over[eye] = s->open_lines;
-    }
-    s->slots = calloc(a.slot_count, sizeof *s->slots);
-    s->words = calloc(a.word_count, sizeof *s->words);
-    s->reach = calloc(a.reach_count, sizeof *s->reach);
-    a.slots = s->slots;
-    a.words = s->words;
-    a.reach = s->reach;
-    return s->slots != NULL && s->words != NULL && s->reach != NULL &&
-           lum_assembler_init(&s->assembler, &config, &d->ctl->layout, &a) ==
-               LUM_OK;
+    return config.open_lines;
 }
 
-void doctor_stream_free(struct doctor_storage *storage)
+/* Lines alone, without points. */
+bool doctor_stream_open(struct doctor *d)
 {
-    if (storage != NULL) {
-        free(storage->slots);
-        free(storage->words);
-        free(storage->reach);
-        free(storage);
+    const lum_framer_options options = {.struct_size = sizeof options,
+                                        .layout = &d->ctl->layout,
+                                        .wants = LUM_WANT_LINES};
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        d->stream.pass_over[eye] = open_lines();
     }
+    return lum_framer_new(&options, &d->framer, NULL) == 0 &&
+           lum_framer_set_views(d->framer, NULL, 0, NULL) == 0;
 }
 
 /* What was under way when the doctor began to listen has come in part, and
@@ -69,21 +46,48 @@ static void take_line(struct doctor_stream *s, const lum_line *line)
     s->lost_words += line->lost_words;
 }
 
-static void take_group(struct doctor *d, const lum_group *group)
+static void take_event(struct doctor *d, lum_framer_event event)
 {
-    lum_assembler *a = &d->storage->assembler;
-    lum_result r = LUM_OK;
-    while ((r = lum_assembler_push(a, group, 0)) > 0) {
-        if (r == LUM_LINE_READY) {
-            take_line(&d->stream, lum_assembler_line(a));
-        }
+    switch (event) {
+    case LUM_FRAMER_LINE:
+        take_line(&d->stream, lum_framer_line(d->framer));
+        break;
+    case LUM_FRAMER_FAILED:
+        d->stream.lacks_memory = true;
+        break;
+    case LUM_FRAMER_NONE:
+    case LUM_FRAMER_FRAME:
+    case LUM_FRAMER_FRAME_END:
+    default: /* not asked for */
+        break;
     }
-    if (r == LUM_E_STRAY) {
+}
+
+/* The sensor's side is the port that all sensors have, whatever port a relay
+ * offers it at. */
+static void take_data(struct doctor *d, const lum_received *datagram,
+                      int64_t arrived_ns, unsigned eye)
+{
+    const uint64_t stray = d->stream.assembly.stray;
+    const lum_record record = {.time_ns = arrived_ns,
+                               .payload = datagram->bytes,
+                               .len = datagram->len,
+                               .source = d->sensor.address,
+                               .source_port = LUM_PORT,
+                               .kind = LUM_RECORD_DATAGRAM};
+    lum_framer_event event = LUM_FRAMER_NONE;
+    do {
+        event = lum_framer_push(d->framer, &record, NULL);
+        take_event(d, event);
+    } while (event != LUM_FRAMER_NONE && event != LUM_FRAMER_FAILED);
+    lum_demux_counters counters;
+    lum_demux_total(lum_framer_demux(d->framer), &counters);
+    d->stream.assembly = counters.assembly;
+    if (counters.assembly.stray > stray) {
         /* Where the clock jumps, the first packet is dropped here and not on
          * the wire: behind the lines that are open its own follows. */
-        d->stream.pass_over[group->eye] = 2u * d->storage->open_lines;
+        d->stream.pass_over[eye] = 2u * open_lines();
     }
-    d->stream.assembly = *lum_assembler_counters(a);
 }
 
 static uint32_t type_of(const uint8_t *bytes)
@@ -105,7 +109,7 @@ void doctor_stream_take(struct doctor *d, const lum_received *datagram,
         s->has_clock = layout->profile.group[LUM_FIELD_TIMESTAMP].bytes == 4;
         s->clock_us = group.clock_raw;
         s->clock_ns = arrived_ns;
-        take_group(d, &group);
+        take_data(d, datagram, arrived_ns, group.eye);
     } else if (kind >= LUM_PACKET_UNKNOWN_TYPE) {
         s->odd_type = type_of(datagram->bytes);
         s->odd_len = datagram->len;

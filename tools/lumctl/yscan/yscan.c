@@ -78,9 +78,9 @@ static enum exit_status make_table(struct ctl *ctl,
 static enum exit_status finish(const struct ctl *ctl, const char *what,
                                const struct ctl_answer *answer)
 {
-    struct text_refusal refusal;
+    struct refusal refusal;
     const bool is_refused = yscan_is_refused(answer->debug) ||
-                            text_find_refusal("table", answer->debug, &refusal);
+                            refusal_find("table", answer->debug, &refusal);
     char text[YSCAN_TEXT_BYTES + 32];
     if (ctl->options.json) {
         const struct text_outcome outcome = {

@@ -9,6 +9,7 @@ import { attachKeys } from "./keys.js";
 import { makeLayout } from "./layout.js";
 import { makeLegend } from "./legend.js";
 import { makeLink } from "./link.js";
+import { hintOf, shortMoment } from "./moment.js";
 import { makePace } from "./pace.js";
 import { makePalette } from "./palette.js";
 import { makePanel } from "./panel.js";
@@ -98,6 +99,8 @@ function placeGround() {
 
 function showFacts(frame) {
     at("frame-number").textContent = `frame ${frame.number}`;
+    at("frame-time").textContent = shortMoment(frame.began);
+    at("frame-time").title = hintOf(frame.began);
     at("frame-points").textContent = `${countPoints().toLocaleString("en")} points`;
 }
 
@@ -308,6 +311,7 @@ new ResizeObserver(resize).observe(at("view"));
 exposeProbe({
     connected: () => link.connected,
     frame: () => cloud.newest?.number ?? null,
+    began: () => structuredClone(cloud.newest?.began ?? null),
     smooth: () => cloud.newest?.smooth ?? null,
     shown: () => tally.shown,
     received: () => tally.received,

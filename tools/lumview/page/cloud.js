@@ -139,6 +139,7 @@ function fill(slot, frame) {
     renew(slot, frame.count);
     slot.size = frame.count;
     slot.number = frame.number;
+    slot.began = frame.began;
     slot.smooth = frame.smooth;
     slot.filling = ++fillings;
 }

@@ -1,9 +1,11 @@
 // A binary message of the server as a frame: views into the message, nothing
 // is copied. The layout is that of tools/lumview/frame.h.
 
+import { makeMoment } from "./moment.js";
+
 const MAGIC = 0x464d554c;
-const VERSION = 2;
-const HEAD_BYTES = 64;
+const VERSION = 3;
+const HEAD_BYTES = 72;
 const POINT_BYTES = 20;
 const EDGES = [null, "rising", "falling", "both"];
 
@@ -36,7 +38,7 @@ export function parseFrame(buffer) {
     return {
         number: head.getFloat64(8, true),
         clock: head.getFloat64(16, true),
-        utc: head.getFloat64(24, true),
+        began: makeMoment(head.getFloat64(24, true), head.getUint8(38), head.getFloat64(64, true)),
         count,
         edges: EDGES[head.getUint8(36)],
         smooth: head.getUint8(37),

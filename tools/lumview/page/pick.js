@@ -2,6 +2,7 @@
 import * as THREE from "three";
 import { EYE_BIT, RISING_BIT } from "./frame.js";
 import { makeFilter, returnOf } from "./filter.js";
+import { kindOf, timeOf } from "./moment.js";
 
 const NEAR_PX = 4; // within it the point in front is meant
 const FAR_PX = 14; // beyond it none is
@@ -56,7 +57,7 @@ function fromEye(position, { mount: m, rotation: r }) {
 
 // All that is known of a point.
 export function describe({ slot, index: i }, eyes) {
-    const { points: p, number } = slot;
+    const { points: p, number, began } = slot;
     const flags = p.flags[i];
     const position = [p.xyz[3 * i], p.xyz[3 * i + 1], p.xyz[3 * i + 2]];
     const eye = eyes[flags & EYE_BIT];
@@ -71,6 +72,7 @@ export function describe({ slot, index: i }, eyes) {
         edge: flags & RISING_BIT ? "rising" : "falling",
         pulse: p.pulse[i] * 0.01,
         frame: number,
+        began,
     };
 }
 
@@ -87,6 +89,8 @@ const ROWS = [
     ["edge", (p) => p.edge],
     ["pulse width", (p) => (p.pulse > 0 ? `${p.pulse.toFixed(2)} ns` : "unknown")],
     ["frame", (p) => p.frame],
+    ["frame began", (p) => timeOf(p.began)],
+    ["its time is", (p) => kindOf(p.began)],
 ];
 
 // Between two positions.

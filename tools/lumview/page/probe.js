@@ -3,6 +3,8 @@
 //
 // connected      whether there is a connection
 // frame          number of the newest frame shown, null before the first
+// began          { utc, kind, error }: when that frame began, seconds; kind is "fitted" or
+//                "arrival"; null: not known
 // smooth         window of its smoothing
 // shown          frame messages that became a picture
 // received       frame messages that came

@@ -1,11 +1,17 @@
 /* The captures that a run reads. */
-#ifndef LUMDUMP_SOURCES_H
-#define LUMDUMP_SOURCES_H
+#ifndef LUM_TOOLS_SOURCES_H
+#define LUM_TOOLS_SOURCES_H
 
+#include "input_files.h"
 #include "lum/base/error.h"
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
+
+/* So much of a file is read beforehand to learn what the sensor's clock does: a
+ * clock that is off by 50 ppm has shifted by 200 us then. */
+#define SOURCES_LEARN_NS INT64_C(4000000000)
 
 /* Room for what several are called together. */
 #define SOURCES_NAME_BYTES 1024u
@@ -20,9 +26,10 @@ struct sources {
     size_t identity_count;
 };
 
-/* paths: kept. Call sources_free() after it, with any result. 0; -1 with the
- * reason in error: there is no memory, or two names are of one file. A file
- * that cannot be opened is reported when it is its turn. */
+/* paths: kept. To be freed by sources_free() whatever the result. 0; -1 with
+ * the reason in error: there is no memory, one of several is a sensor, one is
+ * an address and no file, or two are one file, by whatever names. What cannot
+ * be opened is told when it is. */
 int sources_init(struct sources *out, const char *const *paths, size_t count,
                  lum_error *error);
 
@@ -31,6 +38,12 @@ void sources_free(struct sources *sources);
 /* Whether a name, "-" for standard output, stands for one of them. Only for
  * regular files: other files cannot be overwritten. */
 bool sources_have(const struct sources *sources, const char *output);
+
+/* Look at one output, as input_files_check(): it is none of the sources, nor of
+ * the other files that the run reads. */
+int sources_check(const struct sources *sources,
+                  const struct input_file *inputs, size_t count,
+                  const char *output, lum_error *error);
 
 /* Whether all can be read twice. */
 bool sources_are_files(const struct sources *sources);

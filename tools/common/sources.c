@@ -1,6 +1,7 @@
 #include "sources.h"
 
-#include "../common/file_look.h"
+#include "file_look.h"
+#include "source_url.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -57,11 +58,30 @@ static int check_twice(const struct sources *s, lum_error *error)
     return 0;
 }
 
+static int check_names(const struct sources *s, lum_error *error)
+{
+    for (size_t i = 0; i < s->count; i++) {
+        if (s->count > 1 && source_url_is_sensor(s->paths[i])) {
+            return lum_error_set(error,
+                                 "%s: a sensor is the only source of its run; "
+                                 "several sources are captures",
+                                 s->paths[i]);
+        }
+        if (!source_url_is_none(s->paths[i], error)) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
 int sources_init(struct sources *out, const char *const *paths, size_t count,
                  lum_error *error)
 {
     *out = (struct sources){.paths = paths, .count = count};
     name_them(out);
+    if (check_names(out, error) != 0) {
+        return -1;
+    }
     out->identities = calloc(count, sizeof *out->identities);
     if (out->identities == NULL) {
         return lum_error_set(error, "out of memory");
@@ -88,6 +108,23 @@ bool sources_have(const struct sources *sources, const char *output)
            o.look.kind == FILE_REGULAR &&
            bsearch(&o, sources->identities, sources->identity_count,
                    sizeof *sources->identities, compare) != NULL;
+}
+
+int sources_check(const struct sources *sources,
+                  const struct input_file *inputs, size_t count,
+                  const char *output, lum_error *error)
+{
+    if (!sources_have(sources, output)) {
+        return input_files_check(inputs, count, output, error);
+    }
+    return strcmp(output, "-") == 0
+               ? lum_error_set(error, "standard output is the source itself, "
+                                      "which this run reads: lead it "
+                                      "elsewhere")
+               : lum_error_set(error,
+                               "%s is the source itself, which this run reads: "
+                               "name another output",
+                               output);
 }
 
 bool sources_are_files(const struct sources *sources)

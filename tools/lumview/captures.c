@@ -1,0 +1,194 @@
+#define _POSIX_C_SOURCE 200809L
+#include "captures.h"
+
+#include "../common/source_walk.h"
+#include "pump.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+struct captures {
+    const struct sources *sources;
+    const char **paths;  /* to read them by */
+    struct pump **pumps; /* of those that can be read once; else NULL */
+    bool are_files;
+};
+
+/* --- Opening and closing --- */
+
+static int try_open(const char *path, lum_error *error)
+{
+    lum_capture *capture = NULL;
+    const int result = lum_capture_open(path, &capture, error);
+    lum_capture_close(capture);
+    return result;
+}
+
+/* Standard input, a pipe, a device. */
+static bool is_stream(const char *path)
+{
+    struct stat st;
+    return strcmp(path, "-") == 0 ||
+           (stat(path, &st) == 0 && !S_ISREG(st.st_mode) &&
+            !S_ISDIR(st.st_mode));
+}
+
+static int start(struct captures *c, size_t i, lum_error *error)
+{
+    c->paths[i] = c->sources->paths[i];
+    if (!is_stream(c->paths[i])) {
+        return try_open(c->paths[i], error);
+    }
+    c->are_files = false;
+    if (pump_start(c->paths[i], &c->pumps[i], error) != 0) {
+        return -1;
+    }
+    c->paths[i] = pump_path(c->pumps[i]);
+    return 0;
+}
+
+static int start_all(struct captures *c, lum_error *error)
+{
+    const size_t count = c->sources->count;
+    c->paths = calloc(count, sizeof *c->paths);
+    c->pumps = calloc(count, sizeof(struct pump *));
+    if (c->paths == NULL || c->pumps == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    for (size_t i = 0; i < count; i++) {
+        if (start(c, i, error) != 0) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+int captures_new(const struct sources *sources, struct captures **out,
+                 lum_error *error)
+{
+    struct captures *c = calloc(1, sizeof *c);
+    if (c == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    c->sources = sources;
+    c->are_files = true;
+    if (start_all(c, error) != 0) {
+        captures_free(c);
+        return -1;
+    }
+    *out = c;
+    return 0;
+}
+
+void captures_stop(struct captures *captures)
+{
+    for (size_t i = 0; captures != NULL && i < captures->sources->count; i++) {
+        pump_stop(captures->pumps[i]);
+    }
+}
+
+void captures_free(struct captures *captures)
+{
+    if (captures == NULL) {
+        return;
+    }
+    for (size_t i = 0; captures->pumps != NULL && i < captures->sources->count;
+         i++) {
+        pump_end(captures->pumps[i]);
+    }
+    free(captures->paths);
+    free(captures->pumps);
+    free(captures);
+}
+
+/* --- Names --- */
+
+bool captures_are_files(const struct captures *captures)
+{
+    return captures->are_files;
+}
+
+static const char *name_of(const struct captures *c, size_t i)
+{
+    const char *path = c->sources->paths[i];
+    return strcmp(path, "-") == 0 ? "standard input" : path;
+}
+
+static bool is_at(const char *text, const char *path)
+{
+    const size_t len = strlen(path);
+    return strncmp(text, path, len) == 0 &&
+           (text[len] < '0' || text[len] > '9');
+}
+
+/* In what is said, a pump stands for its source. */
+static void name_source(const struct captures *c, size_t i, char *text,
+                        size_t room)
+{
+    char rest[LUM_ERROR_BYTES];
+    char *at = text;
+    while (*at != '\0' && !is_at(at, c->paths[i])) {
+        at++;
+    }
+    if (*at != '\0') {
+        (void)snprintf(rest, sizeof rest, "%s", at + strlen(c->paths[i]));
+        (void)snprintf(at, room - (size_t)(at - text), "%s%s", name_of(c, i),
+                       rest);
+    }
+}
+
+static void name_sources(const struct captures *c, char *text, size_t room)
+{
+    for (size_t i = 0; i < c->sources->count; i++) {
+        if (c->pumps[i] != NULL) {
+            name_source(c, i, text, room);
+        }
+    }
+}
+
+/* --- Reading --- */
+
+int captures_open(const struct captures *captures, lum_capture **out,
+                  lum_error *error)
+{
+    const int result = lum_capture_open_several(
+        captures->paths, captures->sources->count, out, error);
+    if (result != 0 && error != NULL) {
+        name_sources(captures, error->text, sizeof error->text);
+    }
+    return result;
+}
+
+int captures_next(const struct captures *captures, lum_capture *capture,
+                  lum_record *out, lum_error *error)
+{
+    const int status = lum_capture_next(capture, out, error);
+    if (status < 0 && error != NULL) {
+        name_sources(captures, error->text, sizeof error->text);
+    }
+    return status;
+}
+
+const char *captures_gaps(const struct captures *captures,
+                          const lum_capture *capture, char *out, size_t room)
+{
+    struct source_walk walk = {.capture = capture};
+    size_t gaps = 0;
+    char first[LUM_ERROR_BYTES / 2];
+    *out = '\0';
+    while (source_walk_step(&walk)) {
+        if (source_walk_is_gap(&walk) && ++gaps == 1u) {
+            (void)snprintf(out, room, "%.3f %s", (double)walk.gap_ns * 1e-9,
+                           source_walk_text(&walk, first, sizeof first));
+        }
+    }
+    if (gaps > 1u) {
+        const size_t len = strlen(out);
+        (void)snprintf(out + len, room - len, "; there are %zu more gaps",
+                       gaps - 1u);
+    }
+    name_sources(captures, out, room);
+    return out;
+}

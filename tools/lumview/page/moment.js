@@ -1,0 +1,37 @@
+// When a frame began, for people.
+
+const STEPS = 1e4; // of a second: what is shown is rounded to these
+const KINDS = [null, "arrival", "fitted"];
+
+// From the head of a frame: { utc, kind, error } in seconds; null where no time is known.
+export const makeMoment = (utc, kind, error) => (KINDS[kind] ? { utc, kind: KINDS[kind], error } : null);
+
+// Day and time of day, in UTC.
+function partsOf(utc) {
+    const steps = Math.round(utc * STEPS);
+    const seconds = Math.floor(steps / STEPS);
+    const [day, time] = new Date(seconds * 1000).toISOString().slice(0, 19).split("T");
+    return [day, `${time}.${String(steps - seconds * STEPS).padStart(4, "0")}`];
+}
+
+function errorText(seconds) {
+    return seconds < 1e-3 ? `${Math.ceil(seconds * 1e6)} µs` : `${(seconds * 1e3).toFixed(1)} ms`;
+}
+
+const HINTS = {
+    fitted: ({ error }) => `UTC, by the sensor's clock fitted to when packets came; ± ${errorText(error)}`,
+    arrival: () => "UTC, when its first packet came; nothing could be fitted to the sensor's clock",
+};
+
+// One line: the time, and which it is.
+export const shortMoment = (moment) => (moment ? `${timeOf(moment)}, ${moment.kind}` : "");
+
+// What that means, and the day.
+export const hintOf = (moment) => (moment ? `began on ${partsOf(moment.utc)[0]}, ${HINTS[moment.kind](moment)}` : "");
+
+// The same in two rows.
+export const timeOf = (moment) => (moment ? `${partsOf(moment.utc)[1]} UTC` : "unknown");
+
+export function kindOf(moment) {
+    return !moment ? "unknown" : moment.kind === "fitted" ? `fitted, ± ${errorText(moment.error)}` : moment.kind;
+}
