@@ -1,5 +1,7 @@
 #include "lum/points.h"
 
+#include "lanes.h"
+
 #include <string.h>
 
 static inline bool has_angles(const uint32_t *marks, uint32_t pixel)
@@ -28,33 +30,13 @@ static uint32_t compute_ranges(const lum_eye_projector *p,
     return without;
 }
 
-#if defined(__GNUC__)
-typedef float lanes __attribute__((vector_size(16)));
-
-static inline lanes load_lanes(const lum_direction *d)
-{
-    lanes v;
-    memcpy(&v, d, sizeof v);
-    return v;
-}
-
-/* All four lanes at once; the word then takes the place of the fourth. */
+/* The word takes the place of the fourth number. */
 static inline void put_point(lum_point *to, float range, const lum_direction *d,
                              const lum_direction *mount, uint32_t word)
 {
-    const lanes at = {range, range, range, range};
-    const lanes v = at * load_lanes(d) + load_lanes(mount);
-    memcpy(to, &v, sizeof *to);
+    lum_put_lanes(to, range, d, mount);
     to->word = word;
 }
-#else
-static inline void put_point(lum_point *to, float range, const lum_direction *d,
-                             const lum_direction *mount, uint32_t word)
-{
-    *to = (lum_point){range * d->x + mount->x, range * d->y + mount->y,
-                      range * d->z + mount->z, word};
-}
-#endif
 
 static size_t put_all(const uint32_t *words, uint32_t n, const float *ranges,
                       const lum_direction *directions,
