@@ -163,7 +163,9 @@ size_t lum_samples_compute(const lum_projector *projector, const lum_line *line,
     const lum_return *const returns = workspace->returns;
     struct strongest strongest = {.end = 0};
     lum_sample *to = out;
-    count_losses(projector, line, losses);
+    if (losses != NULL) {
+        count_losses(projector, line, losses);
+    }
     lum_directions_compute(projector, line, workspace->directions);
     lum_returns_compute(line->words, line->word_count, workspace->returns);
     for (uint32_t i = 0; i < count; i++) {
