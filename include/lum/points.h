@@ -159,7 +159,8 @@ void lum_selection_default(lum_selection *out);
  * @param workspace caller-owned; its returns hold line->word_count entries.
  * @param out       room for line->word_count samples.
  * @param losses    words without a point are added, of all edges and returns,
- *                  selected or not.
+ *                  selected or not; NULL: they are not counted, which is
+ *                  faster.
  * @return how many samples were written. Linear. */
 size_t lum_samples_compute(const lum_projector *projector, const lum_line *line,
                            const lum_selection *selection,

@@ -117,7 +117,8 @@ void lum_input_close(lum_input *input)
 
 int lum_input_next(lum_input *input, lum_pcap_record *out, lum_error *error)
 {
-    lum_error reason = {""};
+    lum_error reason;
+    reason.text[0] = '\0';
     const int got = lum_pcap_next(input->reader, out, &reason);
     if (got == 0 && !lum_input_has_link(input)) {
         return refuse_link(input, error);

@@ -217,7 +217,8 @@ static void end_part(lum_merge *m, struct part *p, lum_capture_end end)
 
 static void read_part(lum_merge *m, struct part *p)
 {
-    lum_error error = {""};
+    lum_error error;
+    error.text[0] = '\0';
     const int got = lum_input_next(p->input, &p->record, &error);
     p->has_record = got > 0;
     if (got < 0) {

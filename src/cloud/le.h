@@ -7,6 +7,15 @@
 #include <stdint.h>
 #include <string.h>
 
+/* Where memory has this order, a number is copied: compilers do not see that of
+ * shifts when other memory is read between. */
+#if defined(__BYTE_ORDER__) && defined(__ORDER_LITTLE_ENDIAN__) &&             \
+    __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+#define LUM_IS_LITTLE_ENDIAN 1
+#else
+#define LUM_IS_LITTLE_ENDIAN 0
+#endif
+
 /** One byte. */
 static inline unsigned char *lum_put_u8(unsigned char *p, uint8_t v)
 {
@@ -17,6 +26,10 @@ static inline unsigned char *lum_put_u8(unsigned char *p, uint8_t v)
 /** Two bytes. */
 static inline unsigned char *lum_put_le16(unsigned char *p, uint16_t v)
 {
+    if (LUM_IS_LITTLE_ENDIAN) {
+        memcpy(p, &v, sizeof v);
+        return p + sizeof v;
+    }
     p[0] = (unsigned char)(v & 0xffu);
     p[1] = (unsigned char)(v >> 8);
     return p + 2;
@@ -25,6 +38,10 @@ static inline unsigned char *lum_put_le16(unsigned char *p, uint16_t v)
 /** Four bytes. */
 static inline unsigned char *lum_put_le32(unsigned char *p, uint32_t v)
 {
+    if (LUM_IS_LITTLE_ENDIAN) {
+        memcpy(p, &v, sizeof v);
+        return p + sizeof v;
+    }
     p[0] = (unsigned char)(v & 0xffu);
     p[1] = (unsigned char)(v >> 8 & 0xffu);
     p[2] = (unsigned char)(v >> 16 & 0xffu);

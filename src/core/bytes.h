@@ -11,6 +11,16 @@
 #define LUM_LOAD_INLINE inline
 #endif
 
+/* Whether compilers make vector code for this target; 0 and 1 can be asked for,
+ * and give the same lines. */
+#ifndef LUM_VECTORS
+#if defined(__SSE2__) || defined(__ARM_NEON) || defined(__ALTIVEC__)
+#define LUM_VECTORS 1
+#else
+#define LUM_VECTORS 0
+#endif
+#endif
+
 static inline uint16_t load_u16(const uint8_t *p)
 {
     return (uint16_t)(p[0] | ((unsigned)p[1] << 8));

@@ -40,7 +40,9 @@ static lum_result flip_marks(uint32_t *marks, uint32_t first, uint32_t n)
     return clear == 0 ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
 }
 
-/* An int16_t may be written as its unsigned type, bit by bit as it came. */
+/* An int16_t may be written as its unsigned type, bit by bit as it came. With
+ * vectors, angles in the order of lum_angle are copied as one row of numbers.
+ */
 static void copy_angles(lum_angle *angles, const lum_group *group,
                         uint8_t angle_order)
 {
@@ -49,6 +51,14 @@ static void copy_angles(lum_angle *angles, const lum_group *group,
     const uint8_t *restrict from = group->samples;
     const uint8_t *const end =
         from + (size_t)LUM_SAMPLE_BYTES * group->num_samples;
+#if LUM_VECTORS
+    if (swap == 0) {
+        for (uint32_t i = 0; i < 2u * group->num_samples; i++) {
+            to[i] = load_u16(from + (size_t)2 * i);
+        }
+        return;
+    }
+#endif
     for (; from != end; from += LUM_SAMPLE_BYTES) {
         to[swap] = load_u16(from);
         to[swap ^ 1u] = load_u16(from + 2);
@@ -80,10 +90,31 @@ static uint32_t place_of(uint32_t word)
 }
 
 /* Copies words and tells whether all are good and in order of pixels, from
- * first on. It has no branch for each word, so that compilers make vector code:
- * where a place is below the one before it, the difference is negative and sets
- * the highest bit of borrow. If the places only rise, only the last can be too
- * high. */
+ * first on. The caller has checked the first of them. There is no branch for
+ * each word: where a place is below the one before it, the difference is
+ * negative and sets the highest bit of borrow. If the places only rise, only
+ * the last can be too high. */
+#if LUM_VECTORS
+/* Compilers make vector code of a loop whose turns need nothing of each other.
+ * So the word before is read again. */
+static bool copy_in_order(uint32_t *restrict to, const uint8_t *restrict from,
+                          uint32_t n, uint32_t first)
+{
+    const size_t end = (size_t)LUM_SAMPLE_BYTES * n;
+    uint32_t borrow = 0;
+    (void)first;
+    to[0] = load_u32(from);
+    for (uint32_t i = 1; i < n; i++) {
+        const size_t at = (size_t)LUM_SAMPLE_BYTES * i;
+        const uint32_t word = load_u32(from + at);
+        const uint32_t before = load_u32(from + at - LUM_SAMPLE_BYTES);
+        to[i] = word;
+        borrow |= place_of(word) - place_of(before);
+    }
+    return borrow >> 31 == 0 &&
+           place_of(load_u32(from + end - LUM_SAMPLE_BYTES)) < LUM_LINE_PIXELS;
+}
+#else
 static bool copy_in_order(uint32_t *restrict to, const uint8_t *restrict from,
                           uint32_t n, uint32_t first)
 {
@@ -97,6 +128,7 @@ static bool copy_in_order(uint32_t *restrict to, const uint8_t *restrict from,
     }
     return borrow >> 31 == 0 && first < LUM_LINE_PIXELS;
 }
+#endif
 
 /* The usual case: the packet's words are all good, in order of pixels, behind
  * all that the line has, and few enough. What was copied counts only once

@@ -397,12 +397,11 @@ static void look_through(lum_framer *f, const struct view *view)
 
 static const lum_sample *compute_samples(lum_framer *f, const struct view *view)
 {
-    lum_point_losses losses = {0, 0};
     if (f->sampled_by != view) {
         look_through(f, view);
         f->sample_count =
             lum_samples_compute(&f->projector, &f->seen, &view->selection,
-                                &f->work.samples, f->work.sample, &losses);
+                                &f->work.samples, f->work.sample, NULL);
         f->sampled_by = view;
     }
     return f->work.sample;

@@ -1,5 +1,7 @@
 #include "lum/points.h"
 
+#include "lanes.h"
+
 #include <string.h>
 
 static inline bool has_angles(const uint32_t *marks, uint32_t pixel)
@@ -28,33 +30,13 @@ static uint32_t compute_ranges(const lum_eye_projector *p,
     return without;
 }
 
-#if defined(__GNUC__)
-typedef float lanes __attribute__((vector_size(16)));
-
-static inline lanes load_lanes(const lum_direction *d)
-{
-    lanes v;
-    memcpy(&v, d, sizeof v);
-    return v;
-}
-
-/* All four lanes at once; the word then takes the place of the fourth. */
+/* The word takes the place of the fourth number. */
 static inline void put_point(lum_point *to, float range, const lum_direction *d,
                              const lum_direction *mount, uint32_t word)
 {
-    const lanes at = {range, range, range, range};
-    const lanes v = at * load_lanes(d) + load_lanes(mount);
-    memcpy(to, &v, sizeof *to);
+    lum_put_lanes(to, range, d, mount);
     to->word = word;
 }
-#else
-static inline void put_point(lum_point *to, float range, const lum_direction *d,
-                             const lum_direction *mount, uint32_t word)
-{
-    *to = (lum_point){range * d->x + mount->x, range * d->y + mount->y,
-                      range * d->z + mount->z, word};
-}
-#endif
 
 static size_t put_all(const uint32_t *words, uint32_t n, const float *ranges,
                       const lum_direction *directions,
@@ -143,37 +125,30 @@ size_t lum_points_compute(const lum_projector *projector, const lum_line *line,
     return n;
 }
 
-static void count_each(const lum_line *line, int32_t min_tof, uint32_t *rising,
-                       uint32_t *all)
+static inline int32_t as_signed(uint32_t word)
 {
-    *rising = 0;
-    *all = 0;
-    for (uint32_t i = 0; i < line->word_count; i++) {
-        const uint32_t word = line->words[i];
-        if (lum_word_tof(word) >= min_tof) {
-            (*all)++;
-            *rising += lum_word_is_rising(word) ? 1u : 0u;
-        }
-    }
+    int32_t v = 0;
+    memcpy(&v, &word, sizeof v);
+    return v;
 }
 
-/* Sums of bit 10 stay below 2^32. */
+/* A time of flight is a word's upper 20 bits, signed, so words compare as these
+ * do; min_tof is at most LUM_TOF_MAX. Sums of bit 10 stay below 2^32. There is
+ * no branch for each word, so that compilers make vector code. */
 static void count_whole(const lum_line *line, int32_t min_tof, uint32_t *rising,
                         uint32_t *all)
 {
     const uint32_t *words = line->words;
+    const int32_t least = min_tof * 4096;
     uint32_t edges = 0;
-    uint32_t borrow = 0;
+    uint32_t without = 0;
     for (uint32_t i = 0; i < line->word_count; i++) {
-        const uint32_t tof = (words[i] ^ 0x80000000u) >> 12;
-        borrow |= tof - (uint32_t)(min_tof + 0x80000);
-        edges += words[i] & LUM_WORD_RISING;
+        const uint32_t is_below = as_signed(words[i]) < least ? 1u : 0u;
+        without += is_below;
+        edges += words[i] & LUM_WORD_RISING & (is_below - 1u);
     }
     *rising = edges / LUM_WORD_RISING;
-    *all = line->word_count;
-    if (borrow >> 31 != 0) {
-        count_each(line, min_tof, rising, all);
-    }
+    *all = line->word_count - without;
 }
 
 static void count_marked(const lum_line *line, int32_t min_tof,
@@ -202,7 +177,7 @@ void lum_points_count(const lum_projector *projector, const lum_line *line,
     uint64_t no_angle = 0;
     if (line->angle_count < LUM_LINE_PIXELS) {
         count_marked(line, min_tof, &up, &all, &no_angle);
-    } else {
+    } else if (min_tof <= LUM_TOF_MAX) {
         count_whole(line, min_tof, &up, &all);
     }
     *rising = up;

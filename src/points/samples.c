@@ -1,5 +1,7 @@
 #include "lum/points.h"
 
+#include "lanes.h"
+
 void lum_selection_default(lum_selection *out)
 {
     *out =
@@ -87,20 +89,38 @@ struct maker {
     const lum_direction *directions;
     const lum_angle *angles;
     lum_eye_projector eye;
+    lum_direction mount;
     double tof_lsb_ns;
+    bool asks[2]; /* by edge: falling, rising */
+    bool is_whole;
 };
+
+static struct maker make_maker(const lum_projector *projector,
+                               const lum_line *line,
+                               const lum_selection *selection,
+                               const lum_direction *directions)
+{
+    const lum_eye_projector *eye = &projector->eye[line->eye];
+    const unsigned edges = (unsigned)selection->edges;
+    return (struct maker){
+        .directions = directions,
+        .angles = line->angles,
+        .eye = *eye,
+        .mount = {eye->mount[0], eye->mount[1], eye->mount[2], 0.0f},
+        .tof_lsb_ns = projector->tof_lsb_ns,
+        .asks = {(edges & LUM_EDGES_FALLING) != 0,
+                 (edges & LUM_EDGES_RISING) != 0},
+        .is_whole = line->angle_count == LUM_LINE_PIXELS};
+}
 
 static inline void fill_sample(const struct maker *m, uint32_t word,
                                lum_return r, lum_sample *restrict out)
 {
     const uint32_t pixel = lum_word_pixel(word);
-    const lum_direction d = m->directions[pixel];
     const float range =
         (float)(lum_word_tof(word) * m->eye.range_lsb + m->eye.range_offset);
-    out->x = range * d.x + m->eye.mount[0];
-    out->y = range * d.y + m->eye.mount[1];
-    out->z = range * d.z + m->eye.mount[2];
-    out->range = range;
+    lum_put_lanes(&out->x, range, &m->directions[pixel], &m->mount);
+    out->range = range; /* in the place of the fourth number */
     out->azimuth = (float)(m->eye.azimuth_center +
                            m->angles[pixel].azimuth * m->eye.azimuth_deg);
     out->elevation = (float)(m->eye.elevation_center +
@@ -114,14 +134,12 @@ static inline void fill_sample(const struct maker *m, uint32_t word,
 }
 
 /* Whether a word is of an edge that is asked for and gives a point. */
-static bool gives_point(const lum_line *line, uint32_t word, unsigned edges,
-                        int32_t min_tof)
+static inline bool gives_point(const struct maker *m, const lum_line *line,
+                               uint32_t word)
 {
-    const unsigned edge =
-        lum_word_is_rising(word) ? LUM_EDGES_RISING : LUM_EDGES_FALLING;
-    return (edges & edge) != 0 && lum_word_tof(word) >= min_tof &&
-           (line->angle_count == LUM_LINE_PIXELS ||
-            lum_line_has_angles(line, lum_word_pixel(word)));
+    return m->asks[lum_word_is_rising(word) ? 1 : 0] &&
+           lum_word_tof(word) >= m->eye.min_tof &&
+           (m->is_whole || lum_line_has_angles(line, lum_word_pixel(word)));
 }
 
 static void count_losses(const lum_projector *projector, const lum_line *line,
@@ -137,24 +155,26 @@ size_t lum_samples_compute(const lum_projector *projector, const lum_line *line,
                            lum_sample_workspace *workspace, lum_sample *out,
                            lum_point_losses *losses)
 {
-    const struct maker maker = {.directions = workspace->directions,
-                                .angles = line->angles,
-                                .eye = projector->eye[line->eye],
-                                .tof_lsb_ns = projector->tof_lsb_ns};
-    const unsigned edges = (unsigned)selection->edges;
-    const lum_return *returns = workspace->returns;
+    const struct maker maker =
+        make_maker(projector, line, selection, workspace->directions);
+    const bool has_limits = selection->has_range || selection->has_box;
+    const uint32_t *const words = line->words;
+    const uint32_t count = line->word_count;
+    const lum_return *const returns = workspace->returns;
     struct strongest strongest = {.end = 0};
-    size_t n = 0;
-    count_losses(projector, line, losses);
+    lum_sample *to = out;
+    if (losses != NULL) {
+        count_losses(projector, line, losses);
+    }
     lum_directions_compute(projector, line, workspace->directions);
     lum_returns_compute(line->words, line->word_count, workspace->returns);
-    for (uint32_t i = 0; i < line->word_count; i++) {
-        const uint32_t word = line->words[i];
-        if (gives_point(line, word, edges, maker.eye.min_tof) &&
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t word = words[i];
+        if (gives_point(&maker, line, word) &&
             is_chosen(selection, line, returns, i, &strongest)) {
-            fill_sample(&maker, word, returns[i], &out[n]);
-            n += is_inside(selection, &out[n]) ? 1u : 0u;
+            fill_sample(&maker, word, returns[i], to);
+            to += !has_limits || is_inside(selection, to) ? 1 : 0;
         }
     }
-    return n;
+    return (size_t)(to - out);
 }

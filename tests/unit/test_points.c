@@ -417,6 +417,32 @@ static void a_line_of_nothing_but_words_without_range_is_counted(void **state)
     }
 }
 
+/* Only times of flight from some value on have a range: from the lowest of all,
+ * the highest, and none. */
+static void the_ends_of_all_times_of_flight_are_counted(void **state)
+{
+    static const struct {
+        int64_t offset_fs;
+        size_t count;
+    } cases[] = {{524289, 6},  {524288, 4},  {524287, 2},      {0, 2},
+                 {-524286, 2}, {-524287, 0}, {-10000000000, 0}};
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct scene *s = scene_new();
+        s->calibration.tof_lsb_fs = 1;
+        s->calibration.eye[0].tof_offset_fs = cases[i].offset_fs;
+        for (unsigned edge = 0; edge < 2; edge++) {
+            put(s, LUM_TOF_MIN, edge != 0, edge);
+            put(s, LUM_TOF_MIN + 1, edge != 0, edge);
+            put(s, LUM_TOF_MAX, edge != 0, edge);
+        }
+        project(s);
+        assert_int_equal(s->count, cases[i].count);
+        assert_counted(s);
+        scene_free(s);
+    }
+}
+
 static void a_full_line_is_counted(void **state)
 {
     struct scene *s = scene_new();
@@ -447,6 +473,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(lines_of_every_length_are_projected),
     cmocka_unit_test(a_line_of_nothing_but_words_without_range_is_counted),
     cmocka_unit_test(a_full_line_is_counted),
+    cmocka_unit_test(the_ends_of_all_times_of_flight_are_counted),
 };
 
 int main(void)

@@ -188,6 +188,21 @@ static void angles_of_samples_follow_an_lsb(void **state)
     scene_free(s);
 }
 
+static void losses_need_not_be_counted(void **state)
+{
+    struct scene *s = scene_new();
+    (void)state;
+    put(s, 1000, true, 0);
+    put(s, 0, true, 1);
+    compute(s);
+    assert_int_equal(s->losses.no_range, 1);
+    assert_int_equal(lum_samples_compute(&s->projector, &s->line, &s->selection,
+                                         &s->workspace, s->out, NULL),
+                     1);
+    assert_int_equal(s->losses.no_range, 1);
+    scene_free(s);
+}
+
 /* Three rising and two falling words of pixel 4, one of each of pixel 9. */
 static struct scene *two_pixels(void)
 {
@@ -492,6 +507,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(the_default_is_all_rising_returns),
     cmocka_unit_test(a_sample_has_all_that_is_known),
     cmocka_unit_test(angles_of_samples_follow_an_lsb),
+    cmocka_unit_test(losses_need_not_be_counted),
     cmocka_unit_test(edges_are_selected),
     cmocka_unit_test(returns_are_selected_by_pixel_and_edge),
     cmocka_unit_test(a_choice_that_is_none_is_every_return),
