@@ -114,18 +114,33 @@ class Values(unittest.TestCase):
         r"(?<![\d.:])5517u?(?!\d)": {"include/lum/wire.h"},
         r"#define +\w*HEARTBEAT\w*_(?:M|U|N)?S +\(?(?:\w+\()?\d": {"include/lum/wire.h", "include/lum/net/sensor.h"},
         r"SILENCE_NS +.*\b3\b|silence_ns = \d": set(),
+        r"(?:rate|beat)\w*_hz\b[^;]*\?[^;:]*: *\d": set(),
+    }
+    # The same in comments and messages.
+    WORDS = {
+        r"\b(?:five|5(?:\.0+)?)(?: heartbeats)?[\s*/]+(?:a|per)[\s*/]+second": {"include/lum/wire.h"},
+        r"\bfive heartbeats": set(),
     }
 
-    def test_each_stands_in_its_home_alone(self):
+    def files(self):
         files = dict(rooms.sources(TOP))
         for folder in ("examples", "tools/ros"):
             for path in (TOP / folder).rglob("*.[ch]*"):
                 files[str(path.relative_to(TOP))] = path.read_text()
-        for pattern, homes in self.HOMES.items():
-            found = {path for path, text in files.items()
-                     if re.search(pattern, re.sub(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"', "", text, flags=re.S))}
+        return files
+
+    def check(self, files, all_homes):
+        for pattern, homes in all_homes.items():
+            found = {path for path, text in files.items() if re.search(pattern, text)}
             with self.subTest(pattern):
                 self.assertEqual(found, homes)
+
+    def test_each_stands_in_its_home_alone(self):
+        self.check({path: re.sub(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"', "", text, flags=re.S)
+                    for path, text in self.files().items()}, self.HOMES)
+
+    def test_no_text_repeats_it(self):
+        self.check(self.files(), self.WORDS)
 
 
 class Faults(unittest.TestCase):

@@ -189,10 +189,11 @@ static void sum_up(const struct beating *b)
 
 static void announce(const struct ctl *ctl)
 {
+    const double usual_hz = 1000.0 / LUM_SENSOR_HEARTBEAT_MS;
     char name[SESSION_NAME_BYTES];
     ctl_note(ctl, "heartbeats go to %s, %.3g a second; %s",
              session_name(session_host(ctl), name),
-             ctl->options.rate_hz > 0.0 ? ctl->options.rate_hz : 5.0,
+             ctl->options.rate_hz > 0.0 ? ctl->options.rate_hz : usual_hz,
              ctl->options.duration_s > 0.0 ? "Ctrl-C ends it sooner"
                                            : "Ctrl-C ends it");
 }

@@ -1,10 +1,11 @@
 #include "stream.h"
 
+#include "lum/wire.h"
+
 #include <inttypes.h>
 
-/* Longer than a sensor with a session is silent: it answers five heartbeats a
- * second. */
-#define GAP_NS INT64_C(500000000)
+/* Longer than a sensor with a session is silent: it answers every heartbeat. */
+#define GAP_NS (INT64_C(2500000) * LUM_HEARTBEAT_MS)
 
 /* More than packets of several queues of one network card are out of order. */
 #define OVERLAP_NS INT64_C(10000000)

@@ -5,6 +5,7 @@
 #include "stream.h"
 
 #include <inttypes.h>
+#include <stddef.h>
 #include <string.h>
 
 /* A counter by its name in the protocol, as JSON shows it, and in words. */
@@ -28,21 +29,33 @@ static lum_framer_counters count_sensor(const struct summary *s, size_t i)
     return c;
 }
 
+/* Whole numbers stand from the lines on, and the rate alone behind them. Else
+ * this does not compile, and a counter would be in no total. */
+#define NUMBERS_AT  offsetof(lum_framer_counters, lines)
+#define NUMBERS_END offsetof(lum_framer_counters, frames_per_second)
+typedef char every_number_is_added
+    [NUMBERS_END + sizeof(double) == sizeof(lum_framer_counters) ? 1 : -1];
+
+static void add_numbers(lum_framer_counters *to,
+                        const lum_framer_counters *more)
+{
+    for (size_t at = NUMBERS_AT; at < NUMBERS_END; at += sizeof(uint64_t)) {
+        uint64_t sum = 0;
+        uint64_t number = 0;
+        memcpy(&sum, (const char *)to + at, sizeof sum);
+        memcpy(&number, (const char *)more + at, sizeof number);
+        sum += number;
+        memcpy((char *)to + at, &sum, sizeof sum);
+    }
+}
+
 lum_framer_counters summary_count(const struct summary *s)
 {
     lum_framer_counters total = {.struct_size = sizeof total};
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
         const lum_framer_counters c = count_sensor(s, i);
-        total.points += c.points;
-        total.losses.no_angle += c.losses.no_angle;
-        total.losses.no_range += c.losses.no_range;
-        total.under_way.lines += c.under_way.lines;
-        total.under_way.words += c.under_way.words;
-        total.under_way.no_angle += c.under_way.no_angle;
+        add_numbers(&total, &c);
         total.frames_per_second += c.frames_per_second;
-        for (unsigned e = 0; e < LUM_EYES; e++) {
-            total.lines[e] += c.lines[e];
-        }
     }
     return total;
 }
