@@ -47,28 +47,28 @@ static void typical_values_are_those_of_init(void **state)
     assert_tables(&profile, &calibration, &typical_layout, &typical_projector);
 }
 
-/* tables/odd.profile.yaml */
-static void make_odd_profile(lum_profile *p)
-{
-    p->data_packet_type = 200;
-    p->group[LUM_FIELD_TAG] = (lum_field){60, 1};
-    p->group[LUM_FIELD_EYE] = (lum_field){30, 4};
-    p->group[LUM_FIELD_LINE] = (lum_field){16, 4};
-    p->group[LUM_FIELD_NUM_SAMPLES] = (lum_field){40, 1};
-    p->group[LUM_FIELD_FIRST_SAMPLE_INDEX] = (lum_field){44, 4};
-    p->group[LUM_FIELD_TIMESTAMP] = (lum_field){50, 2};
-    p->samples_at = 63;
-    p->set_ip_order = LUM_SET_IP_LITTLE;
-    p->angle_order = LUM_ELEVATION_AZIMUTH;
-    p->eye_values[LUM_EYE_BLUE] = UINT32_C(4294967295);
-    p->eye_values[LUM_EYE_GREEN] = 7;
-    p->tlv[LUM_TLV_COMMAND] = 65535;
-    p->tlv[LUM_TLV_STATUS] = 20;
-    p->tlv[LUM_TLV_DEBUG] = 300;
-    p->tlv[LUM_TLV_YSCAN] = 4000;
-    p->angle_lsb_pdeg = 1234567891;
-    p->line_span_us = 1000000000;
-}
+/* tables/odd.profile.yaml. Without the members' names, so that the build fails
+ * for one more. None is 0, which the tables would have of one that lumtable
+ * forgot. */
+static const lum_profile odd_profile = {
+    200,
+    {[LUM_FIELD_TAG] = {60, 1},
+     [LUM_FIELD_EYE] = {30, 4},
+     [LUM_FIELD_LINE] = {16, 4},
+     [LUM_FIELD_NUM_SAMPLES] = {40, 1},
+     [LUM_FIELD_FIRST_SAMPLE_INDEX] = {44, 4},
+     [LUM_FIELD_TIMESTAMP] = {50, 2}},
+    63,
+    LUM_SET_IP_LITTLE,
+    LUM_ELEVATION_AZIMUTH,
+    {[LUM_EYE_BLUE] = UINT32_C(4294967295), [LUM_EYE_GREEN] = 7},
+    {[LUM_TLV_COMMAND] = 65535,
+     [LUM_TLV_STATUS] = 20,
+     [LUM_TLV_DEBUG] = 300,
+     [LUM_TLV_YSCAN] = 4000},
+    1234567891,
+    1000000000,
+};
 
 /* tables/odd.calibration.yaml */
 static void make_odd_calibration(lum_calibration *c)
@@ -103,12 +103,16 @@ static void make_odd_calibration(lum_calibration *c)
 
 static void odd_values_are_those_of_init(void **state)
 {
-    static lum_profile profile;
     static lum_calibration calibration;
     (void)state;
-    make_odd_profile(&profile);
+    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
+        assert_true(odd_profile.group[f].bytes > 0);
+    }
+    for (unsigned i = 0; i < LUM_TLV_USES; i++) {
+        assert_true(odd_profile.tlv[i] > 0);
+    }
     make_odd_calibration(&calibration);
-    assert_tables(&profile, &calibration, &odd_layout, &odd_projector);
+    assert_tables(&odd_profile, &calibration, &odd_layout, &odd_projector);
 }
 
 int main(void)
