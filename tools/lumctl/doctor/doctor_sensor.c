@@ -47,9 +47,20 @@ lum_net_result doctor_open(struct doctor *d, bool owns, lum_error *error)
 
 static bool is_ending(lum_sensor_event_kind kind)
 {
-    return kind == LUM_SENSOR_ANSWER || kind == LUM_SENSOR_TIME ||
-           kind == LUM_SENSOR_NO_ANSWER || kind == LUM_SENSOR_CANCELLED ||
-           kind == LUM_SENSOR_FAILED;
+    switch (kind) {
+    case LUM_SENSOR_ANSWER:
+    case LUM_SENSOR_TIME:
+    case LUM_SENSOR_NO_ANSWER:
+    case LUM_SENSOR_CANCELLED:
+    case LUM_SENSOR_FAILED:
+        return true;
+    case LUM_SENSOR_IDLE:
+    case LUM_SENSOR_DATAGRAMS:
+    case LUM_SENSOR_ALERT:
+    case LUM_SENSOR_LINK:
+        break;
+    }
+    return false;
 }
 
 static void note_status(struct doctor *d, const lum_sensor_event *event)

@@ -360,7 +360,11 @@ void Laser::take(const lum_sensor_event &event, int64_t now_ns)
                        ? std::string("sending works again")
                        : std::string("sending fails: ") + event.error.text);
         break;
-    default:
+    case LUM_SENSOR_IDLE:
+    case LUM_SENSOR_CANCELLED:
+    case LUM_SENSOR_DATAGRAMS:
+    case LUM_SENSOR_TIME:
+    case LUM_SENSOR_FAILED:
         break;
     }
 }
