@@ -70,40 +70,32 @@ static const lum_profile odd_profile = {
     1000000000,
 };
 
-/* tables/odd.calibration.yaml */
-static void make_odd_calibration(lum_calibration *c)
-{
-    lum_eye_calibration *e = &c->eye[LUM_EYE_BLUE];
-    c->speed_of_light = 299792458;
-    c->tof_lsb_fs = 12345;
-    e->tof_offset_fs = INT64_C(-10000000000);
-    e->azimuth_center_udeg = -179500000;
-    e->azimuth_width_udeg = 359900000;
-    e->elevation_min_udeg = -89500000;
-    e->elevation_max_udeg = 12250000;
-    e->mount_um[0] = -1000000000;
-    e->mount_um[1] = 1000000000;
-    e->mount_um[2] = -123456;
-    e->mount_roll_udeg = 33300000;
-    e->mount_pitch_udeg = -44400000;
-    e->mount_yaw_udeg = 355500000;
-    e = &c->eye[LUM_EYE_GREEN];
-    e->tof_offset_fs = 66700;
-    e->azimuth_center_udeg = 10500000;
-    e->azimuth_width_udeg = 500000;
-    e->elevation_min_udeg = 1500000;
-    e->elevation_max_udeg = 2750000;
-    e->mount_um[0] = 500000;
-    e->mount_um[1] = -250000;
-    e->mount_um[2] = 999999999;
-    e->mount_roll_udeg = -180000000;
-    e->mount_pitch_udeg = 90000000;
-    e->mount_yaw_udeg = -12345678;
-}
+/* tables/odd.calibration.yaml, likewise. */
+static const lum_calibration odd_calibration = {
+    299792458,
+    12345,
+    {{INT64_C(-10000000000),
+      -179500000,
+      359900000,
+      -89500000,
+      12250000,
+      {-1000000000, 1000000000, -123456},
+      33300000,
+      -44400000,
+      355500000},
+     {66700,
+      10500000,
+      500000,
+      1500000,
+      2750000,
+      {500000, -250000, 999999999},
+      -180000000,
+      90000000,
+      -12345678}},
+};
 
 static void odd_values_are_those_of_init(void **state)
 {
-    static lum_calibration calibration;
     (void)state;
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
         assert_true(odd_profile.group[f].bytes > 0);
@@ -111,8 +103,7 @@ static void odd_values_are_those_of_init(void **state)
     for (unsigned i = 0; i < LUM_TLV_USES; i++) {
         assert_true(odd_profile.tlv[i] > 0);
     }
-    make_odd_calibration(&calibration);
-    assert_tables(&odd_profile, &calibration, &odd_layout, &odd_projector);
+    assert_tables(&odd_profile, &odd_calibration, &odd_layout, &odd_projector);
 }
 
 int main(void)

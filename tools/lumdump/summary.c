@@ -15,9 +15,14 @@ struct named {
     uint64_t value;
 };
 
+/* Rows of each list: where one has more, this does not compile. */
 enum {
-    NAMED_MAX = 40,
-    UNDER_WAY = 3
+    KINDS = 7,
+    CONTENT = 6,
+    LOSSES = 17,
+    UNDER_WAY = 3,
+    LIVE_LOSSES = 4,
+    NAMED_MAX = KINDS + CONTENT + LOSSES + UNDER_WAY + LIVE_LOSSES
 };
 
 /* --- Counting --- */
@@ -65,7 +70,7 @@ lum_framer_counters summary_count(const struct summary *s)
 static size_t list_kinds(const lum_demux_counters *c, struct named *out)
 {
     const uint64_t *k = c->packets;
-    const struct named rows[] = {
+    const struct named rows[KINDS] = {
         {"data", "data", k[LUM_PACKET_DATA]},
         {"angle_packets", "angle packets", c->angle_packets},
         {"range_packets", "range packets", c->range_packets},
@@ -74,17 +79,16 @@ static size_t list_kinds(const lum_demux_counters *c, struct named *out)
         {"timestamp", "timestamp", k[LUM_PACKET_TIMESTAMP]},
         {"tlv", "TLV", k[LUM_PACKET_TLV]},
     };
-    const size_t n = sizeof rows / sizeof rows[0];
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < KINDS; i++) {
         out[i] = rows[i];
     }
-    return n;
+    return KINDS;
 }
 
 static size_t list_content(const lum_demux_counters *c,
                            const lum_framer_counters *p, struct named *out)
 {
-    const struct named rows[] = {
+    const struct named rows[CONTENT] = {
         {"frames", "frames", c->assembly.frames},
         {"lines", "lines", c->assembly.lines},
         {"lines_blue", "lines of the blue eye", p->lines[LUM_EYE_BLUE]},
@@ -93,11 +97,10 @@ static size_t list_content(const lum_demux_counters *c,
          c->assembly.words},
         {"points", "points", p->points},
     };
-    const size_t n = sizeof rows / sizeof rows[0];
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < CONTENT; i++) {
         out[i] = rows[i];
     }
-    return n;
+    return CONTENT;
 }
 
 static size_t list_losses(const lum_demux_counters *c,
@@ -105,7 +108,7 @@ static size_t list_losses(const lum_demux_counters *c,
 {
     const lum_assembly_counters *a = &c->assembly;
     const uint64_t *k = c->packets;
-    const struct named rows[] = {
+    const struct named rows[LOSSES] = {
         {"lost_words", "range words lost on the way, at least", a->lost_words},
         {"lines_missing_angles", "lines that lack angles",
          a->lines_missing_angles},
@@ -129,11 +132,10 @@ static size_t list_losses(const lum_demux_counters *c,
          k[LUM_PACKET_FOREIGN]},
         {"other", "records that are not ours", c->other},
     };
-    const size_t n = sizeof rows / sizeof rows[0];
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < LOSSES; i++) {
         out[i] = rows[i];
     }
-    return n;
+    return LOSSES;
 }
 
 /* What of the losses is none. */
@@ -420,7 +422,7 @@ static void print_sensors(const struct summary *s, FILE *out)
 
 static size_t list_live_losses(const struct live_counts *c, struct named *out)
 {
-    const struct named rows[] = {
+    const struct named rows[LIVE_LOSSES] = {
         {"kernel_drops", "datagrams: this program was too slow",
          c->kernel_drops},
         {"ring_drops", "datagrams: this machine was too busy to decode them",
@@ -429,11 +431,10 @@ static size_t list_live_losses(const struct live_counts *c, struct named *out)
          c->recording_drops},
         {"foreign_source", "datagrams of others, not taken", c->foreign_source},
     };
-    const size_t n = sizeof rows / sizeof rows[0];
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < LIVE_LOSSES; i++) {
         out[i] = rows[i];
     }
-    return n;
+    return LIVE_LOSSES;
 }
 
 /* Those that lack something. */
