@@ -25,7 +25,7 @@ static void every_hazard_is_a_fault(void **state)
     const char *list = strstr(why, "one of ");
     assert_non_null(list);
     assert_true(strlen(list) < sizeof names);
-    strcpy(names, list + strlen("one of "));
+    (void)snprintf(names, sizeof names, "%s", list + strlen("one of "));
     for (char *name = strtok(names, ", "); name != NULL;
          name = strtok(NULL, ", ")) {
         struct timeline timeline = {.count = 0};
