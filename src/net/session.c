@@ -126,9 +126,9 @@ static bool next_found(lum_sensor *s, lum_sensor_event *out)
         if (r->cut_short) {
             continue;
         }
-        const lum_sensor_event_kind event = count_found(
-            &s->counters,
-            lum_exchange_take(&s->exchange, r->bytes, r->len, &found));
+        const lum_sensor_event_kind event =
+            count_found(&s->counters, lum_exchange_take(&s->exchange, r->bytes,
+                                                        r->len, &found));
         if (event != LUM_SENSOR_IDLE) {
             fill_found(out, event, &found);
             out->received_ns = s->batch_ns;
