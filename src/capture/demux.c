@@ -107,35 +107,25 @@ static struct address *find_address(lum_demux *demux, uint32_t address)
     return &demux->addresses[i];
 }
 
-static void add_assembly(lum_assembly_counters *to,
-                         const lum_assembly_counters *from)
+/* Counters are numbers of 64 bits alone, so a sum needs no list of them, in
+ * which one could be forgotten. */
+static void add_numbers(void *to, const void *more, size_t bytes)
 {
-    to->late += from->late;
-    to->duplicate += from->duplicate;
-    to->conflict += from->conflict;
-    to->no_room += from->no_room;
-    to->stray += from->stray;
-    to->bad_words += from->bad_words;
-    to->lines += from->lines;
-    to->lines_missing_angles += from->lines_missing_angles;
-    to->lines_skipped += from->lines_skipped;
-    to->words += from->words;
-    to->lost_words += from->lost_words;
-    to->frames += from->frames;
+    uint64_t *sums = to;
+    const uint64_t *numbers = more;
+    for (size_t i = 0; i < bytes / sizeof *sums; i++) {
+        sums[i] += numbers[i];
+    }
 }
 
+/* An address has no *other*, and its assembler's counters are there alone. */
 static void add_address(lum_demux_counters *to, const struct address *entry)
 {
-    const lum_demux_counters *from = &entry->counters;
-    for (unsigned i = 0; i < LUM_PACKET_KINDS; i++) {
-        to->packets[i] += from->packets[i];
-    }
-    to->angle_packets += from->angle_packets;
-    to->range_packets += from->range_packets;
-    to->cut_short += from->cut_short;
+    add_numbers(to, &entry->counters, sizeof *to);
     if (entry->assembly != NULL) {
-        add_assembly(&to->assembly,
-                     lum_assembler_counters(&entry->assembly->assembler));
+        add_numbers(&to->assembly,
+                    lum_assembler_counters(&entry->assembly->assembler),
+                    sizeof to->assembly);
     }
 }
 

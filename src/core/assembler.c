@@ -90,6 +90,16 @@ static bool is_begun(const lum_assembler *a)
 }
 
 /* The counters of drops come first and in the order of their results. */
+#define IS_DROP(member, result)                                                \
+    (offsetof(lum_assembly_counters, member) ==                                \
+     sizeof(uint64_t) * (size_t)(LUM_E_STRAY - (result)))
+LUM_CHECK_BUILD(drops_stand_in_the_order_of_their_results,
+                IS_DROP(stray, LUM_E_STRAY) && IS_DROP(late, LUM_E_LATE) &&
+                    IS_DROP(duplicate, LUM_E_DUPLICATE) &&
+                    IS_DROP(conflict, LUM_E_CONFLICT) &&
+                    IS_DROP(no_room, LUM_E_NO_ROOM) &&
+                    IS_DROP(refused, LUM_E_ORDER));
+
 static void count_drop(lum_assembly_counters *c, lum_result r)
 {
     uint64_t *counters = &c->stray;
@@ -106,6 +116,12 @@ static lum_result refuse(lum_assembler *a)
 
 /* The samples may have moved to another address since then. The members after
  * them, from the line to the tag, have no padding between. */
+LUM_CHECK_BUILD(all_from_line_to_tag_is_compared,
+                offsetof(lum_group, samples) == 0 &&
+                    offsetof(lum_group, line) == sizeof(const uint8_t *) &&
+                    offsetof(lum_group, tag) + 1u ==
+                        offsetof(lum_group, line) + 4u * sizeof(uint32_t) + 2u);
+
 static bool is_awaited(const lum_group *awaited, const lum_group *group)
 {
     const size_t from = offsetof(lum_group, line);

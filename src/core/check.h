@@ -11,4 +11,11 @@
 #define LUM_CHECK(fact) ((void)0)
 #endif
 
+/* The same of what the compiler knows: where it is not so, nothing is built.
+ * The name says why it has to be. */
+#define LUM_CHECK_BUILD(name, fact)                                            \
+    enum {                                                                     \
+        name = 1 / ((fact) ? 1 : 0)                                            \
+    }
+
 #endif

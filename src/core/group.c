@@ -1,6 +1,7 @@
 #include "lum/group.h"
 
 #include "bytes.h"
+#include "check.h"
 #include "group.h"
 #include "lum/wire.h"
 
@@ -84,6 +85,9 @@ static uint8_t header_type(const lum_profile *p, const lum_group *g)
                ? g->tag
                : (uint8_t)p->data_packet_type;
 }
+
+LUM_CHECK_BUILD(the_clock_is_the_last_field,
+                LUM_FIELD_TIMESTAMP + 1 == LUM_GROUP_FIELDS);
 
 lum_result lum_group_encode(const lum_layout *layout, const lum_group *group,
                             void *out, size_t size, size_t *len)

@@ -304,6 +304,15 @@ static lum_result take(lum_receiver *r, const lum_group *group)
 }
 
 /* The counters of drops come first and in the order of their results. */
+#define IS_DROP(member, result)                                                \
+    (offsetof(lum_receiver_counters, member) ==                                \
+     sizeof(uint64_t) * (size_t)(LUM_E_STRAY - (result)))
+LUM_CHECK_BUILD(drops_stand_in_the_order_of_their_results,
+                IS_DROP(stray, LUM_E_STRAY) && IS_DROP(late, LUM_E_LATE) &&
+                    IS_DROP(duplicate, LUM_E_DUPLICATE) &&
+                    IS_DROP(conflict, LUM_E_CONFLICT) &&
+                    IS_DROP(no_room, LUM_E_NO_ROOM));
+
 static void count_drop(lum_receiver_counters *c, lum_result result)
 {
     uint64_t *counters = &c->stray;

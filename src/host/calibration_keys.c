@@ -81,6 +81,9 @@ static const lum_key_entry entries[] = {
 };
 const lum_key_table lum_calibration_keys = {entries, COUNT(entries)};
 
+/* Else this does not compile. */
+typedef char every_value_has_its_key[COUNT(entries) == VALUES ? 1 : -1];
+
 /* The first value of each eye, by lum_eye. */
 static const unsigned eyes[LUM_EYES] = {BLUE, GREEN};
 

@@ -69,29 +69,7 @@ static const lum_key_rule offset_or_none = {.words = none,
 static const lum_key_rule bytes = {
     .min = 1, .max = 4, .whole = true, .allowed = "1, 2 or 4"};
 
-/* By lum_group_field, then the samples. */
 #define FIELD(f) (GROUP + FIELD_VALUES * (f))
-static const char *const field_paths[LUM_GROUP_FIELDS + 1] = {
-    "group.tag",
-    "group.eye",
-    "group.line",
-    "group.num_samples",
-    "group.first_sample_index",
-    "group.timestamp",
-    "group.samples",
-};
-static const char *const width_paths[LUM_GROUP_FIELDS] = {
-    "group.tag.bytes",
-    "group.eye.bytes",
-    "group.line.bytes",
-    "group.num_samples.bytes",
-    "group.first_sample_index.bytes",
-    "group.timestamp.bytes",
-};
-static const char *const eye_paths[LUM_EYES] = {"eye_values.blue",
-                                                "eye_values.green"};
-static const char *const tlv_paths[LUM_TLV_USES] = {"tlv.command", "tlv.status",
-                                                    "tlv.debug", "tlv.yscan"};
 
 /* An offset alone leaves the width as it is. */
 #define GROUP_FIELD(name, field, rule)                                         \
@@ -123,6 +101,21 @@ static const lum_key_entry entries[] = {
     {"line_span_us", LINE_SPAN, &line_span},
 };
 const lum_key_table lum_profile_keys = {entries, COUNT(entries)};
+
+/* Each value has a key, and the offset of a field two. Else this does not
+ * compile. */
+typedef char every_value_has_its_key
+    [COUNT(entries) == VALUES + (size_t)LUM_GROUP_FIELDS ? 1 : -1];
+
+/* The shortest key of a value, for messages. */
+static const char *path_of(unsigned index)
+{
+    size_t i = 0;
+    while (i + 1u < COUNT(entries) && entries[i].index != index) {
+        i++;
+    }
+    return entries[i].path;
+}
 
 /* --- Values of a profile, and back --- */
 
@@ -209,7 +202,7 @@ static culprit field_culprit(const refusal *r, unsigned f)
 {
     const uint32_t at = place_of(r, FIELD(f) + AT);
     const uint32_t width = place_of(r, FIELD(f) + BYTES);
-    return (culprit){field_paths[f], width > at ? width : at};
+    return (culprit){path_of(FIELD(f) + AT), width > at ? width : at};
 }
 
 static const char *origin(const refusal *r, const culprit *c)
@@ -244,8 +237,8 @@ static void refuse_type(const refusal *r, lum_key_refusal *why)
 
 static void refuse_width(const refusal *r, lum_key_refusal *why)
 {
-    lum_key_text text = lum_key_refuse(why, width_paths[r->index],
-                                       place_of(r, FIELD(r->index) + BYTES));
+    const unsigned index = FIELD(r->index) + BYTES;
+    lum_key_text text = lum_key_refuse(why, path_of(index), place_of(r, index));
     add(&text, "no field has ", r->profile->group[r->index].bytes,
         " bytes; allowed: ");
     lum_key_text_add(&text, bytes.allowed);
@@ -300,7 +293,7 @@ static void refuse_overlap(const refusal *r, lum_key_refusal *why)
 static void refuse_samples(const refusal *r, lum_key_refusal *why)
 {
     static const char rule[] = "; samples come behind every field";
-    const culprit s = {field_paths[LUM_GROUP_FIELDS], place_of(r, SAMPLES)};
+    const culprit s = {path_of(SAMPLES), place_of(r, SAMPLES)};
     const culprit f = field_culprit(r, r->index);
     const unsigned last = last_byte(r->profile->group[r->index]);
     const unsigned at = r->profile->samples_at;
@@ -323,7 +316,7 @@ static void refuse_eye_width(const refusal *r, lum_key_refusal *why)
 {
     const unsigned width = r->profile->group[LUM_FIELD_EYE].bytes;
     const culprit f = field_culprit(r, LUM_FIELD_EYE);
-    const culprit c = {eye_paths[r->index], place_of(r, EYE + r->index)};
+    const culprit c = {path_of(EYE + r->index), place_of(r, EYE + r->index)};
     lum_key_text text = begin(why, &c);
     add(&text, "", r->profile->eye_values[r->index], " does not fit ");
     lum_key_text_add(&text, f.path);
@@ -349,9 +342,9 @@ static void refuse_equal(const refusal *r, culprit c, culprit o, int64_t number,
 
 static void refuse_eyes(const refusal *r, lum_key_refusal *why)
 {
-    const culprit green = {eye_paths[LUM_EYE_GREEN],
+    const culprit green = {path_of(EYE + LUM_EYE_GREEN),
                            place_of(r, EYE + LUM_EYE_GREEN)};
-    const culprit blue = {eye_paths[LUM_EYE_BLUE],
+    const culprit blue = {path_of(EYE + LUM_EYE_BLUE),
                           place_of(r, EYE + LUM_EYE_BLUE)};
     refuse_equal(r, green, blue, r->profile->eye_values[LUM_EYE_GREEN], why);
 }
@@ -362,8 +355,8 @@ static void refuse_tlv(const refusal *r, lum_key_refusal *why)
     while (r->profile->tlv[other] != r->profile->tlv[r->index]) {
         other++;
     }
-    const culprit c = {tlv_paths[r->index], place_of(r, TLV + r->index)};
-    const culprit o = {tlv_paths[other], place_of(r, TLV + other)};
+    const culprit c = {path_of(TLV + r->index), place_of(r, TLV + r->index)};
+    const culprit o = {path_of(TLV + other), place_of(r, TLV + other)};
     refuse_equal(r, c, o, r->profile->tlv[r->index], why);
 }
 

@@ -90,33 +90,47 @@ static bool tell_link(lum_sensor *s, lum_sensor_event *out)
     return true;
 }
 
+/* Counts what came. The event that it is; LUM_SENSOR_IDLE: none. */
+static lum_sensor_event_kind count_found(lum_sensor_counters *c,
+                                         lum_exchange_kind kind)
+{
+    switch (kind) {
+    case LUM_EXCHANGE_ANSWER:
+        c->answers++;
+        return LUM_SENSOR_ANSWER;
+    case LUM_EXCHANGE_TIME:
+        c->answers++;
+        return LUM_SENSOR_TIME;
+    case LUM_EXCHANGE_ALERT:
+        c->alerts++;
+        return LUM_SENSOR_ALERT;
+    case LUM_EXCHANGE_DROPPED:
+        c->answers_dropped++;
+        break;
+    case LUM_EXCHANGE_MALFORMED:
+        c->malformed++;
+        break;
+    case LUM_EXCHANGE_OTHER:
+    case LUM_EXCHANGE_KINDS:
+        break;
+    }
+    return LUM_SENSOR_IDLE;
+}
+
 /* The next event that the batch holds. */
 static bool next_found(lum_sensor *s, lum_sensor_event *out)
 {
-    lum_sensor_counters *c = &s->counters;
-    uint64_t *const counters[LUM_EXCHANGE_KINDS] = {
-        [LUM_EXCHANGE_ANSWER] = &c->answers,
-        [LUM_EXCHANGE_TIME] = &c->answers,
-        [LUM_EXCHANGE_ALERT] = &c->alerts,
-        [LUM_EXCHANGE_DROPPED] = &c->answers_dropped,
-        [LUM_EXCHANGE_MALFORMED] = &c->malformed};
-    static const lum_sensor_event_kind events[LUM_EXCHANGE_KINDS] = {
-        [LUM_EXCHANGE_ANSWER] = LUM_SENSOR_ANSWER,
-        [LUM_EXCHANGE_TIME] = LUM_SENSOR_TIME,
-        [LUM_EXCHANGE_ALERT] = LUM_SENSOR_ALERT};
     while (s->batch_next < s->batch_count) {
         const lum_received *r = &s->batch[s->batch_next++];
         lum_exchange_found found;
         if (r->cut_short) {
             continue;
         }
-        const lum_exchange_kind kind =
-            lum_exchange_take(&s->exchange, r->bytes, r->len, &found);
-        if (counters[kind] != NULL) {
-            (*counters[kind])++;
-        }
-        if (events[kind] != LUM_SENSOR_IDLE) {
-            fill_found(out, events[kind], &found);
+        const lum_sensor_event_kind event =
+            count_found(&s->counters, lum_exchange_take(&s->exchange, r->bytes,
+                                                        r->len, &found));
+        if (event != LUM_SENSOR_IDLE) {
+            fill_found(out, event, &found);
             out->received_ns = s->batch_ns;
             out->received_utc_ns = r->utc_ns;
             return true;

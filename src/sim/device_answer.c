@@ -4,6 +4,7 @@
 #include "lum/host/command_text.h"
 #include "lum/host/yscan.h"
 #include "lum/laser.h"
+#include "lum/wire.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -132,6 +133,15 @@ static void set_value(lum_device_settings *s, const lum_command *command)
     }
 }
 
+static void refuse_unheard(struct answer *a, const char *text)
+{
+    char why[80];
+    (void)snprintf(why, sizeof why,
+                   "no heartbeat; send one first, and then %.3g a second",
+                   1000.0 / LUM_HEARTBEAT_MS);
+    refuse(a, text, why);
+}
+
 static void carry_out(struct answer *a, const lum_command *command)
 {
     char text[LUM_COMMAND_TEXT_BYTES + 1];
@@ -140,7 +150,7 @@ static void carry_out(struct answer *a, const lum_command *command)
     text[result == LUM_OK ? len : 0] = '\0';
     const bool on = command->id == LUM_COMMAND_LASER_ON;
     if (on && (a->device->status & LUM_LASER_HEARTBEAT_TIMEOUT) != 0) {
-        refuse(a, text, "no heartbeat; send one first, and then 5 a second");
+        refuse_unheard(a, text);
         return;
     }
     if (on || command->id == LUM_COMMAND_LASER_OFF) {

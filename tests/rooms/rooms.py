@@ -16,28 +16,28 @@ ARROWS = {
     "host": ["core"],
     "points": ["core"],
     "base": [],
-    "net": ["capture", "host", "base", "core"],
+    "net": ["capture", "base", "core"],
     "capture": ["base", "core"],
-    "frame": ["capture", "host", "points", "base", "core"],
-    "cloud": ["frame", "points", "base", "core"],
-    "picture": ["cloud", "frame", "points", "base", "core"],
+    "frame": ["capture", "points", "base", "core"],
+    "cloud": ["points", "base"],
+    "picture": ["cloud"],
     "config": ["host", "base", "core"],
     "sim": ["host", "points", "core"],
 }
-TOOLS = ["common", "lumctl", "lumdump", "lumsim", "lumview", "wireshark"]
+TOOLS = ["common", "lumctl", "lumdump", "lumsim", "lumtable", "lumview", "ros", "wireshark"]
 # Words of the compiler and the version: they belong to nobody.
 EVERYBODY = {"lum/result.h", "lum/version.h"}
 # Headers of third parties, and who may need them.
 THIRD_PARTIES = {
     "pcap": [],  # judges the reader in tests
-    "zlib.h": ["capture", "cloud"],
-    "zstd.h": ["capture", "cloud"],
-    "lz4": ["cloud"],
+    "lz4": [],
+    "zlib.h": ["capture"],
+    "zstd.h": ["capture"],
     "yaml.h": ["config"],
     "cairo": ["picture"],
     "libwebsockets": ["lumview"],
     "editline": ["lumctl"],
-    "histedit.h": ["lumctl"],
+    "histedit.h": [],
 }
 # Rooms that a computer's operating system is unknown to; what they may include of the C library.
 FREESTANDING = {"stdint.h", "stddef.h", "stdbool.h", "string.h"}
@@ -79,7 +79,7 @@ def room_of(path):
     if parts[:2] == ["include", "lum"]:
         if len(parts) == 4:
             return parts[2]
-        return "points" if parts[2] == "points.h" else "core"
+        return "points" if parts[2] in ("points.h", "smooth.h") else "core"
     if len(parts) > 2 and parts[0] in ("src", "tools"):
         return parts[1]
     return None
@@ -96,7 +96,7 @@ def sources(top):
         for folder, _, names in os.walk(top / root):
             for name in names:
                 path = str(Path(folder, name).relative_to(top))
-                if name.endswith((".c", ".h")) and is_looked_at(path):
+                if name.endswith((".c", ".h", ".cpp", ".hpp")) and is_looked_at(path):
                     found[path] = Path(folder, name).read_text(encoding="utf-8")
     return found
 
@@ -115,6 +115,20 @@ def includes(all_sources):
     for path in sorted(all_sources):
         for quote, name in INCLUDE.findall(all_sources[path]):
             yield path, quote == '"', name, resolve(path, name, all_sources) if quote == '"' else None
+
+
+def unused(all_sources):
+    """Arrows that no include follows, and third parties that a room could need and does not."""
+    followed, needed = set(), set()
+    for path, is_quoted, name, target in includes(all_sources):
+        if target is not None and name not in EVERYBODY:
+            followed.add((room_of(path), room_of(target)))
+        elif not is_quoted:
+            needed |= {(room_of(path), prefix) for prefix in THIRD_PARTIES if name.startswith(prefix)}
+    for room, others in ARROWS.items():
+        yield from (f"the arrow from {room} to {other}" for other in others if (room, other) not in followed)
+    for prefix, owners in THIRD_PARTIES.items():
+        yield from (f"{prefix} for {room}" for room in owners if (room, prefix) not in needed)
 
 
 def owner_of_third_party(name):
@@ -138,7 +152,7 @@ def against_arrows(all_sources):
         elif not is_quoted:
             owners = owner_of_third_party(name)
             if owners is not None and room not in owners:
-                yield f"{path}: includes <{name}>, which belongs to {' and '.join(owners)}"
+                yield f"{path}: includes <{name}>, which belongs to {' and '.join(owners) or 'no room'}"
             if room in BARE and name not in BARE[room]:
                 yield f"{path}: includes <{name}>, which {room} does without"
 
@@ -203,7 +217,7 @@ def calls(all_sources):
     """Of each room: which source calls which, by the words that are functions of the other."""
     rooms = {}
     for path, text in all_sources.items():
-        if path.endswith(".c"):
+        if path.endswith((".c", ".cpp")):
             rooms.setdefault(room_of(path), {})[path] = read_functions(text)
     for room in sorted(rooms):
         files = rooms[room]

@@ -23,7 +23,27 @@ class Tree(unittest.TestCase):
         there = {path.name for path in (TOP / "src").iterdir() if path.is_dir()}
         self.assertEqual(there - seen, set())
         self.assertEqual(there - set(rooms.ARROWS), set())
-        self.assertEqual({"common", "lumctl", "lumdump", "lumsim", "lumview"} - seen, set())
+        tools = {path.name for path in (TOP / "tools").iterdir() if path.is_dir()} - {"completion"}
+        self.assertEqual(tools - seen, set())
+        self.assertEqual(tools, set(rooms.TOOLS))
+
+    def test_no_arrow_is_there_that_nothing_follows(self):
+        self.assertEqual(list(rooms.unused(rooms.sources(TOP))), [])
+
+    def test_arrows_are_those_of_the_picture(self):
+        text = (TOP / "docs/design.md").read_text()
+        picture = re.search(r"^tools ─.*?^```", text, re.M | re.S)[0]
+        drawn = {room: set() for room in rooms.ARROWS}
+        for line in picture.splitlines():
+            parts = re.split(r"─*>", line)
+            for left, right in zip(parts, parts[1:]):
+                for room in set(re.findall(r"\w+", left)) & set(drawn):
+                    drawn[room] |= set(re.findall(r"\w+", right))
+        for room, others in rooms.ARROWS.items():
+            with self.subTest(room):  # the picture need not repeat what several arrows lead to; all lead to core
+                drawn_far = drawn[room] | {far for near in drawn[room] for far in drawn.get(near, ())} | {"core"}
+                self.assertLessEqual(set(others), drawn_far)
+                self.assertLessEqual(drawn[room], rooms.reach(room))
 
     def test_quoted_includes_are_found(self):
         sources = rooms.sources(TOP)
@@ -44,18 +64,18 @@ class Documents(unittest.TestCase):
     def tables(self):
         text = (TOP / "docs/design.md").read_text()
         core = text[text.index("| core | does |"):]
-        found = {"src/core": set(re.findall(r"`([\w*]+\.c)`", core[:core.index("\n\n")]))}
+        found = {"src/core": set(re.findall(r"`([\w*]+\.c(?:pp)?)`", core[:core.index("\n\n")]))}
         for section in re.split(r"^### ", text[text.index("\n## Files"):], flags=re.M)[1:]:
             found[section.split("\n")[0]] = set(re.findall(r"^\| (.*?) \|", section, flags=re.M))
         for folder in set(found) - {"src/core"}:
-            found[folder] = set(re.findall(r"`([\w*]+\.c)`", " ".join(found[folder])))
+            found[folder] = set(re.findall(r"`([\w*]+\.c(?:pp)?)`", " ".join(found[folder])))
         return found
 
     def test_every_source_has_its_line(self):
         tables = self.tables()
         for path in rooms.sources(TOP):
             folder, name = os.path.split(path)
-            if name.endswith(".c"):
+            if name.endswith((".c", ".cpp")):
                 with self.subTest(path):
                     self.assertTrue(any(fnmatch.fnmatch(name, pattern) for pattern in tables.get(folder, ())),
                                     f"docs/design.md, Files, {folder}: no line for {name}")
@@ -133,18 +153,32 @@ class Values(unittest.TestCase):
         r"(?<![\d.:])5517u?(?!\d)": {"include/lum/wire.h"},
         r"#define +\w*HEARTBEAT\w*_(?:M|U|N)?S +\(?(?:\w+\()?\d": {"include/lum/wire.h", "include/lum/net/sensor.h"},
         r"SILENCE_NS +.*\b3\b|silence_ns = \d": set(),
+        r"(?:rate|beat)\w*_hz\b[^;]*\?[^;:]*: *\d": set(),
+    }
+    # The same in comments and messages.
+    WORDS = {
+        r"\b(?:five|5(?:\.0+)?)(?: heartbeats)?[\s*/]+(?:a|per)[\s*/]+second": {"include/lum/wire.h"},
+        r"\bfive heartbeats": set(),
     }
 
-    def test_each_stands_in_its_home_alone(self):
+    def files(self):
         files = dict(rooms.sources(TOP))
-        for folder in ("examples", "tools/ros"):
-            for path in (TOP / folder).rglob("*.[ch]*"):
-                files[str(path.relative_to(TOP))] = path.read_text()
-        for pattern, homes in self.HOMES.items():
-            found = {path for path, text in files.items()
-                     if re.search(pattern, re.sub(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"', "", text, flags=re.S))}
+        for path in (TOP / "examples").rglob("*.[ch]*"):
+            files[str(path.relative_to(TOP))] = path.read_text()
+        return files
+
+    def check(self, files, all_homes):
+        for pattern, homes in all_homes.items():
+            found = {path for path, text in files.items() if re.search(pattern, text)}
             with self.subTest(pattern):
                 self.assertEqual(found, homes)
+
+    def test_each_stands_in_its_home_alone(self):
+        self.check({path: re.sub(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"', "", text, flags=re.S)
+                    for path, text in self.files().items()}, self.HOMES)
+
+    def test_no_text_repeats_it(self):
+        self.check(self.files(), self.WORDS)
 
 
 class Faults(unittest.TestCase):
@@ -190,11 +224,16 @@ class Faults(unittest.TestCase):
                          "src/attic/b.c: the room attic is in no arrow of tests/rooms/rooms.py")
 
     def test_third_parties(self):
-        found = self.faults(src__cloud__a_c="#include <cairo.h>\n#include <zlib.h>\n",
-                            src__capture__b_c="#include <zstd.h>\n# include <yaml.h>\n")
+        found = self.faults(src__cloud__a_c="#include <cairo.h>\n#include <math.h>\n",
+                            src__capture__b_c="#include <zstd.h>\n#include <zlib.h>\n# include <yaml.h>\n")
         self.assertEqual(found, ["src/capture/b.c: includes <yaml.h>, which belongs to config",
                                  "src/cloud/a.c: includes <cairo.h>, which belongs to picture"])
-        self.assertIn("<pcap/pcap.h>", self.faults(src__capture__a_c="#include <pcap/pcap.h>\n")[0])
+        self.assertEqual(self.faults(src__capture__a_c="#include <pcap/pcap.h>\n"),
+                         ["src/capture/a.c: includes <pcap/pcap.h>, which belongs to no room"])
+
+    def test_an_arrow_that_nothing_follows(self):
+        self.assertIn("the arrow from cloud to points", list(rooms.unused({"src/cloud/a.c": ""})))
+        self.assertIn("cairo for picture", list(rooms.unused({"src/picture/a.c": ""})))
 
     def test_a_freestanding_room_includes_no_more_than_it_may(self):
         self.assertEqual(self.faults(src__core__a_c="#include <string.h>\n#include <stdio.h>\n"),

@@ -34,6 +34,35 @@ def leaves(text):
             yield ".".join(path)
 
 
+def faults():
+    """Those that lumsim knows, out of its complaint about another."""
+    return sorted(run("lumsim", "--fault", "none@1").stderr.split("one of ")[1].strip().split(", "))
+
+
+class Faults(unittest.TestCase):
+    """The names of --fault stand in several texts."""
+
+    def check(self, text):
+        words = set(re.findall(r"[a-z][a-z-]*[a-z]", text))
+        self.assertLessEqual(set(faults()), words)
+        self.assertFalse([w for w in words if re.fullmatch(r"galvo-\w+", w) and w not in faults()])
+
+    def test_help(self):
+        self.check(re.search(r"--fault(.*?)--jitter", run("lumsim", "--help").stdout, re.S)[1])
+
+    def test_manual(self):
+        text = (FOLDER.parents[1] / "docs/man/lumsim.1").read_text()
+        self.check(re.search(r"\.It Fl \\-fault(.*?)\.It Fl \\-jitter", text, re.S)[1])
+
+    def test_zsh(self):
+        found = re.search(r"--fault\)\s+compadd -S '' (.*)", (FOLDER / "_lumsdk").read_text())[1]
+        self.assertEqual(sorted(found.split()), [name + "@" for name in faults()])
+
+    def test_there_are_some(self):
+        self.assertIn("fan", faults())
+        self.assertGreater(len(faults()), 9)
+
+
 class Bash(unittest.TestCase):
     def test_commands_are_those_of_lumctl(self):
         text = run("lumctl", "--help").stdout
@@ -101,11 +130,8 @@ class Bash(unittest.TestCase):
         told = run("lumdump", "x", "-o", "x.csv", "--columns", "?").stderr.strip().split("columns are ")[1]
         self.assertEqual(named, told.split(", "))
 
-    def test_faults_are_those_of_the_help(self):
-        text = re.search(r"--fault(.*?)--jitter", run("lumsim", "--help").stdout, re.S)[1]
-        named = re.search(r"until T2:(.*?)Can be", text, re.S)[1]
-        offered = complete("lumsim", "--fault", "")
-        self.assertEqual(offered, [w + "@" for w in re.sub(r"\(.*?\)|[,;.]", " ", named, flags=re.S).split()])
+    def test_faults_are_those_of_lumsim(self):
+        self.assertEqual(sorted(complete("lumsim", "--fault", "")), [name + "@" for name in faults()])
 
     def test_a_live_source(self):
         self.assertEqual(complete("lumdump", "ud"), ["udp://"])

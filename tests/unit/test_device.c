@@ -465,6 +465,47 @@ static void every_command_sets_its_own_setting(void **state)
     assert_int_equal(s->fov_deg, 11);
 }
 
+static bool set_changes(struct fixture *f, unsigned id, uint16_t value)
+{
+    char text[16];
+    (void)snprintf(text, sizeof text, "%u%c", (unsigned)value,
+                   lum_command_specs[id].letter);
+    command(f, text);
+    assert_int_equal(f->debugs, 0);
+    return f->fx.settings_changed;
+}
+
+/* Of all commands that there are. */
+static void another_value_is_a_change_of_settings(void **state)
+{
+    struct fixture *f = *state;
+    for (unsigned id = 0; id < LUM_COMMANDS; id++) {
+        const lum_command_spec *spec = &lum_command_specs[id];
+        if (spec->has_value) {
+            (void)set_changes(f, id, spec->min);
+            assert_true(set_changes(f, id, spec->max));
+            assert_false(set_changes(f, id, spec->max));
+            assert_true(set_changes(f, id, spec->min));
+        }
+    }
+}
+
+/* But for the Y scan, which begins without a width. */
+static void a_fresh_sensor_has_values_that_can_be_set(void **state)
+{
+    for (unsigned id = 0; id < LUM_COMMANDS; id++) {
+        const lum_command_spec *spec = &lum_command_specs[id];
+        bool is_there = !spec->has_value || id == LUM_COMMAND_YSCAN;
+        for (unsigned v = spec->min; v <= spec->max && !is_there;
+             v += spec->step) {
+            assert_int_equal(tear_down(state), 0);
+            assert_int_equal(set_up(state), 0);
+            is_there = !set_changes(*state, id, (uint16_t)v);
+        }
+        assert_true(is_there);
+    }
+}
+
 static void commands_may_come_in_several_tlvs(void **state)
 {
     struct fixture *f = *state;
@@ -903,6 +944,8 @@ int main(void)
         FACT(hazards_leave_the_bits_of_commands_alone),
         FACT(nobody_is_alerted_before_a_client_came),
         FACT(every_command_sets_its_own_setting),
+        FACT(another_value_is_a_change_of_settings),
+        FACT(a_fresh_sensor_has_values_that_can_be_set),
         FACT(each_command_of_the_table_has_an_effect),
         FACT(commands_may_come_in_several_tlvs),
         FACT(a_packet_without_tlvs_polls_the_status),

@@ -355,6 +355,78 @@ static void columns_are_aligned_and_only_those_that_were_asked_for(void **state)
 }
 
 /* Seconds from the earliest line, a pixel a thousandth of a line. */
+#define POISON 0xee /* as a float, a line, a pixel, a mark: none has it */
+
+static const size_t column_bytes[] = {[LUM_TYPE_FLOAT] = sizeof(float),
+                                      [LUM_TYPE_UINT32] = sizeof(uint32_t),
+                                      [LUM_TYPE_UINT16] = sizeof(uint16_t),
+                                      [LUM_TYPE_UINT8] = sizeof(uint8_t)};
+
+/* The bytes of a column, to be written over. */
+static uint8_t *bytes_of(const lum_frame *f, unsigned column, size_t *size)
+{
+    *size = lum_frame_count(f) *
+            column_bytes[lum_column_get_type((lum_column)column)];
+    return (uint8_t *)(uintptr_t)lum_frame_column(f, (lum_column)column);
+}
+
+static size_t count_poisoned(const lum_frame *f, unsigned column)
+{
+    const size_t one = column_bytes[lum_column_get_type((lum_column)column)];
+    uint8_t poison[sizeof(uint64_t)];
+    size_t size = 0;
+    size_t count = 0;
+    const uint8_t *bytes = bytes_of(f, column, &size);
+    memset(poison, POISON, sizeof poison);
+    for (size_t at = 0; at < size; at += one) {
+        count += memcmp(bytes + at, poison, one) == 0 ? 1u : 0u;
+    }
+    return count;
+}
+
+/* What one frame leaves in memory, the next one may have. */
+static void poison_and_release(struct run *r, uint8_t *memory[LUM_COLUMN_COUNT])
+{
+    for (unsigned c = 0; c < LUM_COLUMN_COUNT; c++) {
+        size_t size = 0;
+        memory[c] = bytes_of(r->frames[0], c, &size);
+        memset(memory[c], POISON, size);
+    }
+    lum_frame_release(r->frames[0]);
+    r->count = 0;
+}
+
+/* Each is one of the enumeration, so that a new one is asked for too; in both
+ * ways of computing them. */
+static void every_column_is_filled_for_every_point(void **state)
+{
+    (void)state;
+    for (unsigned by_samples = 0; by_samples < 2; by_samples++) {
+        uint8_t *memory[LUM_COLUMN_COUNT];
+        lum_view view;
+        lum_view_default(&view);
+        view.columns = LUM_COLUMNS_ALL;
+        view.selection.has_range = by_samples != 0;
+        view.selection.range_max = 1e9f;
+        const lum_framer_options options = {
+            .struct_size = sizeof options, .views = &view, .view_count = 1};
+        struct run *r = run_new(&options);
+        send_frame(r);
+        end(r);
+        assert_int_equal(r->count, 1);
+        poison_and_release(r, memory);
+        send_frame(r);
+        end(r);
+        assert_int_equal(lum_frame_count(r->frames[0]), ALL_POINTS);
+        for (unsigned c = 0; c < LUM_COLUMN_COUNT; c++) {
+            size_t size = 0;
+            assert_ptr_equal(bytes_of(r->frames[0], c, &size), memory[c]);
+            assert_int_equal(count_poisoned(r->frames[0], c), 0);
+        }
+        run_free(r);
+    }
+}
+
 static void times_run_through_lines_and_frames(void **state)
 {
     (void)state;
@@ -1367,6 +1439,7 @@ int main(void)
         cmocka_unit_test(a_frame_has_the_points_of_its_lines_in_their_order),
         cmocka_unit_test(
             columns_are_aligned_and_only_those_that_were_asked_for),
+        cmocka_unit_test(every_column_is_filled_for_every_point),
         cmocka_unit_test(times_run_through_lines_and_frames),
         cmocka_unit_test(a_line_that_lacks_is_missing_by_eye),
         cmocka_unit_test(

@@ -369,6 +369,26 @@ static void the_encoder_refuses_what_a_narrow_field_cannot_hold(void **state)
     assert_int_equal(encode(&layout, &g, 24), LUM_E_VALUE);
 }
 
+/* Of all fields that there are, but the tag, of which no larger one is known,
+ * and the clock, which is cut. */
+static void no_field_is_cut_without_a_word(void **state)
+{
+    const lum_group g = {.line = 256,
+                         .num_samples = 256,
+                         .first_sample_index = 256,
+                         .tag = LUM_TAG_RANGES};
+    (void)state;
+    for (unsigned f = LUM_FIELD_TAG + 1; f < LUM_GROUP_FIELDS; f++) {
+        lum_layout layout = standard();
+        layout.profile.group[LUM_FIELD_EYE].bytes = 2;
+        layout.profile.eye_values[g.eye] = 256;
+        assert_int_equal(encode(&layout, &g, 24), LUM_OK);
+        layout.profile.group[f].bytes = 1;
+        assert_int_equal(encode(&layout, &g, 24),
+                         f == LUM_FIELD_TIMESTAMP ? LUM_OK : LUM_E_VALUE);
+    }
+}
+
 static void fields_of_every_width_come_back(void **state)
 {
     static const uint8_t widths[] = {1, 2, 4};
@@ -507,6 +527,7 @@ int main(void)
         cmocka_unit_test(each_field_comes_back_at_its_limits),
         cmocka_unit_test(the_encoder_refuses_what_no_decoder_takes),
         cmocka_unit_test(the_encoder_refuses_what_a_narrow_field_cannot_hold),
+        cmocka_unit_test(no_field_is_cut_without_a_word),
         cmocka_unit_test(fields_of_every_width_come_back),
         cmocka_unit_test(with_the_tag_on_the_type_the_tag_is_the_type),
         cmocka_unit_test(without_a_timestamp_the_clock_is_0),

@@ -7,30 +7,48 @@
 
 #include "lum/host/laser_name.h"
 
+/* The manual's names. A switch, so that a new bit has to be named here too. */
+static const char *name_of(enum lum_laser_bit bit)
+{
+    switch (bit) {
+    case LUM_LASER_GALVO_AMP_BX_BAD:
+        return "GALVO_AMP_BX_BAD";
+    case LUM_LASER_GALVO_AMP_BY_BAD:
+        return "GALVO_AMP_BY_BAD";
+    case LUM_LASER_GALVO_AMP_GX_BAD:
+        return "GALVO_AMP_GX_BAD";
+    case LUM_LASER_GALVO_AMP_GY_BAD:
+        return "GALVO_AMP_GY_BAD";
+    case LUM_LASER_HEARTBEAT_TIMEOUT:
+        return "HEARTBEAT_TIMEOUT";
+    case LUM_LASER_BOARD_OVER_105:
+        return "BOARD_OVER_105";
+    case LUM_LASER_FAN_PWM_BAD:
+        return "FAN_PWM_BAD";
+    case LUM_LASER_HW_SAFETY_BAD:
+        return "HW_SAFETY_BAD";
+    case LUM_LASER_SYS_ON_SW_OFF:
+        return "SYS_ON_SW_OFF";
+    case LUM_LASER_TLV_CMD_OFF:
+        return "TLV_CMD_OFF";
+    case LUM_LASER_TLV_CMD_ON:
+        return "TLV_CMD_ON";
+    }
+    return NULL;
+}
+
 static void bits_bear_the_manuals_names(void **state)
 {
-    static const struct {
-        unsigned bit;
-        uint16_t mask;
-        const char *name;
-    } rows[] = {
-        {0, LUM_LASER_GALVO_AMP_BX_BAD, "GALVO_AMP_BX_BAD"},
-        {1, LUM_LASER_GALVO_AMP_BY_BAD, "GALVO_AMP_BY_BAD"},
-        {2, LUM_LASER_GALVO_AMP_GX_BAD, "GALVO_AMP_GX_BAD"},
-        {3, LUM_LASER_GALVO_AMP_GY_BAD, "GALVO_AMP_GY_BAD"},
-        {4, LUM_LASER_HEARTBEAT_TIMEOUT, "HEARTBEAT_TIMEOUT"},
-        {5, LUM_LASER_BOARD_OVER_105, "BOARD_OVER_105"},
-        {6, LUM_LASER_FAN_PWM_BAD, "FAN_PWM_BAD"},
-        {7, LUM_LASER_HW_SAFETY_BAD, "HW_SAFETY_BAD"},
-        {8, LUM_LASER_SYS_ON_SW_OFF, "SYS_ON_SW_OFF"},
-        {9, LUM_LASER_TLV_CMD_OFF, "TLV_CMD_OFF"},
-        {11, LUM_LASER_TLV_CMD_ON, "TLV_CMD_ON"},
-    };
+    unsigned named = 0;
     (void)state;
-    for (unsigned i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        assert_int_equal(rows[i].mask, 1u << rows[i].bit);
-        assert_string_equal(lum_laser_bit_name(rows[i].bit), rows[i].name);
+    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
+        const char *name = name_of((enum lum_laser_bit)(1u << bit));
+        if (name != NULL) {
+            assert_string_equal(lum_laser_bit_name(bit), name);
+            named |= 1u << bit;
+        }
     }
+    assert_int_equal(named, 0x0bff);
 }
 
 static void bits_without_a_name_are_not_hidden(void **state)

@@ -7,6 +7,7 @@
 
 #include "capture/link.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -151,6 +152,75 @@ static void other_link_types_have_no_reader(void **state)
     assert_non_null(lum_link_supported());
 }
 
+/* Of each link type that has a reader the words by which messages and the
+ * protocol name it. */
+static const struct {
+    uint32_t link_type;
+    const char *words;
+} named[] = {
+    {ETHERNET, "Ethernet"},     {COOKED, "Linux cooked v1"},
+    {COOKED_V2, "v2"},          {RAW, "raw IP"},
+    {RAW_OLD, "raw IP"},        {IPV4, "raw IP"},
+    {BSD_NULL, "BSD loopback"}, {BSD_LOOP, "BSD loopback"},
+};
+
+static const char *words_of(uint32_t link_type)
+{
+    for (size_t i = 0; i < sizeof named / sizeof named[0]; i++) {
+        if (named[i].link_type == link_type) {
+            return named[i].words;
+        }
+    }
+    return NULL;
+}
+
+static bool is_golden(uint32_t link_type)
+{
+    size_t i = 0;
+    while (i < GOLDENS && goldens[i].link_type != link_type) {
+        i++;
+    }
+    return i < GOLDENS;
+}
+
+/* The sentence of the protocol, without its line breaks. */
+static void read_sentence(char *out, size_t size)
+{
+    static char text[200000];
+    FILE *file = fopen(LUM_SOURCE_DIR "/docs/protocol.md", "r");
+    assert_non_null(file);
+    text[fread(text, 1, sizeof text - 1u, file)] = '\0';
+    assert_int_equal(fclose(file), 0);
+    const char *from = strstr(text, "Link types:");
+    assert_non_null(from);
+    size_t n = strcspn(from, ".");
+    assert_true(n < size);
+    memcpy(out, from, n);
+    out[n] = '\0';
+    while (n > 0) {
+        n--;
+        out[n] = out[n] == '\n' ? ' ' : out[n];
+    }
+}
+
+/* A file has at most 16 bits of it. */
+static void every_reader_is_named_and_tested(void **state)
+{
+    char sentence[400];
+    (void)state;
+    read_sentence(sentence, sizeof sentence);
+    for (uint32_t type = 0; type <= UINT16_MAX; type++) {
+        const char *words = words_of(type);
+        assert_int_equal(lum_link_find(type) != NULL, words != NULL);
+        if (words != NULL) {
+            assert_non_null(strstr(lum_link_supported(), words));
+            assert_non_null(strstr(sentence, words));
+            assert_true(is_golden(type));
+            assert_string_equal(lum_link_name(type), "unknown");
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -159,6 +229,7 @@ int main(void)
         cmocka_unit_test(other_protocols_are_not_ipv4),
         cmocka_unit_test(a_frame_of_nothing_but_tags_ends),
         cmocka_unit_test(other_link_types_have_no_reader),
+        cmocka_unit_test(every_reader_is_named_and_tested),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -191,9 +191,11 @@ static void the_longest_comment_is_written(void **state)
     for (size_t i = 0; i < LUM_WRITER_COMMENT_BYTES_MAX; i++) {
         text[i] = i % 2u != 0 ? '\n' : 'x'; /* as many lines as there can be */
     }
-    for (int f = 0; f <= LUM_FORMAT_XYZ; f++) {
-        free(write_comment((lum_format)f, text, false, &size));
-        assert_true(size > LUM_WRITER_COMMENT_BYTES_MAX);
+    for (int f = 0; f < LUM_FORMATS; f++) {
+        if (f != LUM_FORMAT_PNG) { /* it needs more than the writer's options */
+            free(write_comment((lum_format)f, text, false, &size));
+            assert_true(size > LUM_WRITER_COMMENT_BYTES_MAX);
+        }
     }
     text[LUM_WRITER_COMMENT_BYTES_MAX] = 'x';
     lum_writer *writer = NULL;

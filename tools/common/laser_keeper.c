@@ -158,14 +158,22 @@ static enum laser_news take_no_answer(struct laser_keeper *k, int64_t now_ns)
 enum laser_news laser_keeper_take(struct laser_keeper *keeper,
                                   const lum_sensor_event *event, int64_t now_ns)
 {
-    if (event->kind == LUM_SENSOR_ANSWER) {
+    switch (event->kind) {
+    case LUM_SENSOR_ANSWER:
         return take_answer(keeper, event, now_ns);
-    }
-    if (event->kind == LUM_SENSOR_ALERT) {
+    case LUM_SENSOR_ALERT:
         return take_alert(keeper, event, now_ns);
+    case LUM_SENSOR_NO_ANSWER:
+        return take_no_answer(keeper, now_ns);
+    case LUM_SENSOR_IDLE:
+    case LUM_SENSOR_CANCELLED:
+    case LUM_SENSOR_DATAGRAMS:
+    case LUM_SENSOR_TIME:
+    case LUM_SENSOR_LINK:
+    case LUM_SENSOR_FAILED:
+        break;
     }
-    return event->kind == LUM_SENSOR_NO_ANSWER ? take_no_answer(keeper, now_ns)
-                                               : LASER_NO_NEWS;
+    return LASER_NO_NEWS;
 }
 
 enum laser_news laser_keeper_tick(struct laser_keeper *keeper, int64_t now_ns)

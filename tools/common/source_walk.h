@@ -4,6 +4,7 @@
 #define LUM_TOOLS_SOURCE_WALK_H
 
 #include "lum/capture/capture.h"
+#include "lum/wire.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -11,7 +12,7 @@
 
 /* Longer than a sensor with a session is silent: it answers five heartbeats a
  * second. */
-#define SOURCE_WALK_GAP_NS INT64_C(500000000)
+#define SOURCE_WALK_GAP_NS (INT64_C(2500000) * LUM_HEARTBEAT_MS)
 
 /* Room for what source_walk_text() writes of any usual name. */
 #define SOURCE_WALK_TEXT_BYTES 4352u

@@ -143,13 +143,23 @@ static bool take(void *context, const lum_sensor_event *event)
     const int64_t now = lum_time_monotonic_ns();
     bool has_data = false;
     bool goes_on = true;
-    if (event->kind == LUM_SENSOR_DATAGRAMS) {
+    switch (event->kind) {
+    case LUM_SENSOR_DATAGRAMS:
         has_data = holds_data(b->ctl, event);
         welcome(b);
-    } else if (event->kind == LUM_SENSOR_ANSWER ||
-               event->kind == LUM_SENSOR_ALERT) {
+        break;
+    case LUM_SENSOR_ANSWER:
+    case LUM_SENSOR_ALERT:
         welcome(b);
         goes_on = !event->has_status || show_status(b, event);
+        break;
+    case LUM_SENSOR_IDLE:
+    case LUM_SENSOR_CANCELLED:
+    case LUM_SENSOR_TIME:
+    case LUM_SENSOR_NO_ANSWER:
+    case LUM_SENSOR_LINK:
+    case LUM_SENSOR_FAILED:
+        break;
     }
     look_at_data(b, now, has_data);
     look_at_move(b);
@@ -189,10 +199,11 @@ static void sum_up(const struct beating *b)
 
 static void announce(const struct ctl *ctl)
 {
+    const double usual_hz = 1000.0 / LUM_SENSOR_HEARTBEAT_MS;
     char name[SESSION_NAME_BYTES];
     ctl_note(ctl, "heartbeats go to %s, %.3g a second; %s",
              session_name(session_host(ctl), name),
-             ctl->options.rate_hz > 0.0 ? ctl->options.rate_hz : 5.0,
+             ctl->options.rate_hz > 0.0 ? ctl->options.rate_hz : usual_hz,
              ctl->options.duration_s > 0.0 ? "Ctrl-C ends it sooner"
                                            : "Ctrl-C ends it");
 }

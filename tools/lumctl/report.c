@@ -12,29 +12,38 @@
 #define RED    "\033[1;31m"
 #define NORMAL "\033[0m"
 
-/* The meaning of a bit, and what to do. */
-static const char *const meanings[LUM_LASER_BITS] = {
-    "blue azimuth mirror: its drive is faulty; power the sensor off and on, "
-    "then have it serviced",
-    "blue elevation mirror: its drive is faulty; power the sensor off and on, "
-    "then have it serviced",
-    "green azimuth mirror: its drive is faulty; power the sensor off and on, "
-    "then have it serviced",
-    "green elevation mirror: its drive is faulty; power the sensor off and "
-    "on, then have it serviced",
-    "no heartbeat for 3 s; lumdump udp://... or lumctl heartbeat sends them",
-    "a board is above 105 degrees; let the sensor cool",
-    "the fan does not turn as it should; look whether it is blocked",
-    "the hardware interlock is open; look at the interlock's wiring",
-    "the SYS_ON switch is off; switch it on",
-    "switched off by a command",
-    "",
-    "switched on by a command",
-    "",
-    "",
-    "",
-    "",
-};
+#define SERVICE "; power the sensor off and on, then have it serviced"
+
+/* The meaning of a bit, and what to do; "" for a bit without one. */
+static const char *meaning_of(unsigned bit)
+{
+    switch ((enum lum_laser_bit)(1u << bit)) {
+    case LUM_LASER_GALVO_AMP_BX_BAD:
+        return "blue azimuth mirror: its drive is faulty" SERVICE;
+    case LUM_LASER_GALVO_AMP_BY_BAD:
+        return "blue elevation mirror: its drive is faulty" SERVICE;
+    case LUM_LASER_GALVO_AMP_GX_BAD:
+        return "green azimuth mirror: its drive is faulty" SERVICE;
+    case LUM_LASER_GALVO_AMP_GY_BAD:
+        return "green elevation mirror: its drive is faulty" SERVICE;
+    case LUM_LASER_HEARTBEAT_TIMEOUT:
+        return "no heartbeat for 3 s; lumdump udp://... or lumctl heartbeat "
+               "sends them";
+    case LUM_LASER_BOARD_OVER_105:
+        return "a board is above 105 degrees; let the sensor cool";
+    case LUM_LASER_FAN_PWM_BAD:
+        return "the fan does not turn as it should; look whether it is blocked";
+    case LUM_LASER_HW_SAFETY_BAD:
+        return "the hardware interlock is open; look at the interlock's wiring";
+    case LUM_LASER_SYS_ON_SW_OFF:
+        return "the SYS_ON switch is off; switch it on";
+    case LUM_LASER_TLV_CMD_OFF:
+        return "switched off by a command";
+    case LUM_LASER_TLV_CMD_ON:
+        return "switched on by a command";
+    }
+    return "";
+}
 
 bool report_laser_is_up(uint16_t status)
 {
@@ -105,12 +114,13 @@ void report_status(FILE *out, uint16_t status, bool is_owned, bool in_colour)
         if (!has_bit(status, bit)) {
             continue;
         }
+        const char *meaning = meaning_of(bit);
         const bool is_red =
             in_colour && is_hazard(bit) && !report_is_idle(status, is_owned);
         (void)fprintf(out, "  %s%-6s  %-17s%s%s%s\n", is_red ? RED : "",
                       kind_of(status, is_owned, bit), lum_laser_bit_name(bit),
-                      is_red ? NORMAL : "", *meanings[bit] != '\0' ? "  " : "",
-                      meanings[bit]);
+                      is_red ? NORMAL : "", *meaning != '\0' ? "  " : "",
+                      meaning);
     }
 }
 

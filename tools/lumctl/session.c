@@ -186,17 +186,35 @@ static void tell_texts(struct ctl *ctl, const lum_sensor_event *event)
     }
 }
 
+static void tell_link(struct ctl *ctl, const lum_sensor_event *event)
+{
+    if (event->is_up) {
+        ctl_note(ctl, "sending works again");
+    } else {
+        (void)ctl_complain(EXIT_FAILED, "%s", event->error.text);
+    }
+}
+
 void session_tell(struct ctl *ctl, const lum_sensor_event *event)
 {
     if (!may_tell(ctl)) {
         return;
     }
-    if (event->kind == LUM_SENSOR_ALERT) {
+    switch (event->kind) {
+    case LUM_SENSOR_ALERT:
         tell_texts(ctl, event);
-    } else if (event->kind == LUM_SENSOR_LINK && event->is_up) {
-        ctl_note(ctl, "sending works again");
-    } else if (event->kind == LUM_SENSOR_LINK) {
-        (void)ctl_complain(EXIT_FAILED, "%s", event->error.text);
+        break;
+    case LUM_SENSOR_LINK:
+        tell_link(ctl, event);
+        break;
+    case LUM_SENSOR_IDLE:
+    case LUM_SENSOR_CANCELLED:
+    case LUM_SENSOR_DATAGRAMS:
+    case LUM_SENSOR_ANSWER:
+    case LUM_SENSOR_TIME:
+    case LUM_SENSOR_NO_ANSWER:
+    case LUM_SENSOR_FAILED:
+        break;
     }
 }
 

@@ -65,14 +65,21 @@ static bool await_time(struct ctl *ctl, lum_sensor *sensor, lum_error *error)
     for (;;) {
         session_keep_alive(ctl);
         lum_sensor_receive(sensor, lum_time_monotonic_ns() + SLOT_NS, &event);
-        if (event.kind == LUM_SENSOR_LINK && !event.is_up) {
-            *error = event.error;
-        } else if (event.kind == LUM_SENSOR_TIME) {
+        switch (event.kind) {
+        case LUM_SENSOR_TIME:
             return true;
-        } else if (event.kind == LUM_SENSOR_NO_ANSWER ||
-                   event.kind == LUM_SENSOR_CANCELLED ||
-                   event.kind == LUM_SENSOR_FAILED) {
+        case LUM_SENSOR_NO_ANSWER:
+        case LUM_SENSOR_CANCELLED:
+        case LUM_SENSOR_FAILED:
             return false;
+        case LUM_SENSOR_LINK:
+            *error = event.is_up ? *error : event.error;
+            break;
+        case LUM_SENSOR_IDLE:
+        case LUM_SENSOR_DATAGRAMS:
+        case LUM_SENSOR_ANSWER:
+        case LUM_SENSOR_ALERT:
+            break;
         }
     }
 }

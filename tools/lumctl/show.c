@@ -341,27 +341,51 @@ static void put_lack(const struct remembered *r, lum_command_id id,
                  report_utc(r->memory.entries[id].utc_ns, when), lack);
 }
 
-/* A setting of both eyes: its key is written once. */
-static void put_eyes(const struct remembered *r, const char *key,
-                     lum_command_id green, lum_command_id blue)
+/* Such as "threshold" of "threshold green". */
+static size_t key_length(size_t i)
 {
-    const bool has_green = is_sure(r, green);
-    const bool has_blue = is_sure(r, blue);
-    const struct memory_entry *e = r->memory.entries;
-    if (has_green && has_blue) {
-        (void)printf("%s: {green: %u, blue: %u}\n", key,
-                     (unsigned)e[green].value, (unsigned)e[blue].value);
-    } else if (has_green || has_blue) {
-        (void)printf("%s: {%s: %u}\n", key, has_green ? "green" : "blue",
-                     (unsigned)e[has_green ? green : blue].value);
-    }
+    return strcspn(settings[i].name, " ");
 }
 
-static bool is_of_eyes(lum_command_id id)
+/* A setting of each eye has a key that both share. */
+static bool is_of_eyes(size_t i)
 {
-    return id == LUM_COMMAND_THRESHOLD_GREEN ||
-           id == LUM_COMMAND_THRESHOLD_BLUE || id == LUM_COMMAND_OFFSET_GREEN ||
-           id == LUM_COMMAND_OFFSET_BLUE;
+    return settings[i].name[key_length(i)] != '\0';
+}
+
+static bool is_same_key(size_t i, size_t k)
+{
+    const size_t len = key_length(i);
+    return len == key_length(k) &&
+           memcmp(settings[i].name, settings[k].name, len) == 0;
+}
+
+static bool has_key_before(size_t i)
+{
+    size_t k = 0;
+    while (!is_same_key(i, k)) {
+        k++;
+    }
+    return k < i;
+}
+
+/* The key stands once, for those eyes whose value is sure. */
+static void put_eyes(const struct remembered *r, size_t first)
+{
+    unsigned count = 0;
+    for (size_t i = first; i < SETTINGS; i++) {
+        if (!is_same_key(i, first) || !is_sure(r, settings[i].id)) {
+            continue;
+        }
+        if (count == 0) {
+            (void)printf("%.*s: {", (int)key_length(i), settings[i].name);
+        }
+        (void)printf("%s%s: %u", count > 0 ? ", " : "",
+                     settings[i].name + key_length(i) + 1,
+                     (unsigned)r->memory.entries[settings[i].id].value);
+        count++;
+    }
+    (void)fputs(count > 0 ? "}\n" : "", stdout);
 }
 
 /* --- save: the file --- */
@@ -383,13 +407,15 @@ static unsigned put_yaml(const struct ctl *ctl, const struct remembered *r)
             (void)ctl_complain(EXIT_FAILED, "%s is left out: %s",
                                settings[i].name, lack);
             left_out++;
-        } else if (is_known(r, settings[i].id) && !is_of_eyes(settings[i].id)) {
+        } else if (is_known(r, settings[i].id) && !is_of_eyes(i)) {
             put_value(r, settings[i].id);
         }
     }
-    put_eyes(r, "threshold", LUM_COMMAND_THRESHOLD_GREEN,
-             LUM_COMMAND_THRESHOLD_BLUE);
-    put_eyes(r, "offset", LUM_COMMAND_OFFSET_GREEN, LUM_COMMAND_OFFSET_BLUE);
+    for (size_t i = 0; i < SETTINGS; i++) {
+        if (is_of_eyes(i) && !has_key_before(i)) {
+            put_eyes(r, i);
+        }
+    }
     if (r->run != MEMORY_SAME_RUN) {
         ctl_note(ctl, "whether the sensor has restarted since is not known");
     }

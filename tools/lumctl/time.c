@@ -165,19 +165,35 @@ static bool show_line(struct timing *t)
     return report_flush();
 }
 
-static bool take(void *context, const lum_sensor_event *event)
+static void note_silence(struct timing *t)
 {
-    struct timing *t = context;
-    if (event->kind == LUM_SENSOR_TIME) {
-        t->is_silent = false;
-        add(t, event);
-        return show_line(t);
-    }
-    if (event->kind == LUM_SENSOR_NO_ANSWER && !t->is_silent) {
+    if (!t->is_silent) {
         char name[SESSION_NAME_BYTES];
         t->is_silent = true;
         ctl_note(t->ctl, "%s does not answer",
                  session_name(session_host(t->ctl), name));
+    }
+}
+
+static bool take(void *context, const lum_sensor_event *event)
+{
+    struct timing *t = context;
+    switch (event->kind) {
+    case LUM_SENSOR_TIME:
+        t->is_silent = false;
+        add(t, event);
+        return show_line(t);
+    case LUM_SENSOR_NO_ANSWER:
+        note_silence(t);
+        break;
+    case LUM_SENSOR_IDLE:
+    case LUM_SENSOR_CANCELLED:
+    case LUM_SENSOR_DATAGRAMS:
+    case LUM_SENSOR_ANSWER:
+    case LUM_SENSOR_ALERT:
+    case LUM_SENSOR_LINK:
+    case LUM_SENSOR_FAILED:
+        break;
     }
     return true;
 }

@@ -5,6 +5,7 @@
 #include "stream.h"
 
 #include <inttypes.h>
+#include <stddef.h>
 #include <string.h>
 
 /* A counter by its name in the protocol, as JSON shows it, and in words. */
@@ -14,9 +15,14 @@ struct named {
     uint64_t value;
 };
 
+/* Rows of each list: where one has more, this does not compile. */
 enum {
-    NAMED_MAX = 40,
-    UNDER_WAY = 3
+    KINDS = 7,
+    CONTENT = 6,
+    LOSSES = 18,
+    UNDER_WAY = 3,
+    LIVE_LOSSES = 4,
+    NAMED_MAX = KINDS + CONTENT + LOSSES + UNDER_WAY + LIVE_LOSSES
 };
 
 /* --- Counting --- */
@@ -28,24 +34,33 @@ static lum_framer_counters count_sensor(const struct summary *s, size_t i)
     return c;
 }
 
+/* Whole numbers stand from the lines on, and the rate alone behind them. Else
+ * this does not compile, and a counter would be in no total. */
+#define NUMBERS_AT  offsetof(lum_framer_counters, lines)
+#define NUMBERS_END offsetof(lum_framer_counters, frames_per_second)
+typedef char every_number_is_added
+    [NUMBERS_END + sizeof(double) == sizeof(lum_framer_counters) ? 1 : -1];
+
+static void add_numbers(lum_framer_counters *to,
+                        const lum_framer_counters *more)
+{
+    for (size_t at = NUMBERS_AT; at < NUMBERS_END; at += sizeof(uint64_t)) {
+        uint64_t sum = 0;
+        uint64_t number = 0;
+        memcpy(&sum, (const char *)to + at, sizeof sum);
+        memcpy(&number, (const char *)more + at, sizeof number);
+        sum += number;
+        memcpy((char *)to + at, &sum, sizeof sum);
+    }
+}
+
 lum_framer_counters summary_count(const struct summary *s)
 {
     lum_framer_counters total = {.struct_size = sizeof total};
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
         const lum_framer_counters c = count_sensor(s, i);
-        total.points += c.points;
-        total.lines_cut += c.lines_cut;
-        total.points_late += c.points_late;
-        total.points_cut += c.points_cut;
-        total.losses.no_angle += c.losses.no_angle;
-        total.losses.no_range += c.losses.no_range;
-        total.under_way.lines += c.under_way.lines;
-        total.under_way.words += c.under_way.words;
-        total.under_way.no_angle += c.under_way.no_angle;
+        add_numbers(&total, &c);
         total.frames_per_second += c.frames_per_second;
-        for (unsigned e = 0; e < LUM_EYES; e++) {
-            total.lines[e] += c.lines[e];
-        }
     }
     return total;
 }
@@ -55,7 +70,7 @@ lum_framer_counters summary_count(const struct summary *s)
 static size_t list_kinds(const lum_demux_counters *c, struct named *out)
 {
     const uint64_t *k = c->packets;
-    const struct named rows[] = {
+    const struct named rows[KINDS] = {
         {"data", "data", k[LUM_PACKET_DATA]},
         {"angle_packets", "angle packets", c->angle_packets},
         {"range_packets", "range packets", c->range_packets},
@@ -64,14 +79,16 @@ static size_t list_kinds(const lum_demux_counters *c, struct named *out)
         {"timestamp", "timestamp", k[LUM_PACKET_TIMESTAMP]},
         {"tlv", "TLV", k[LUM_PACKET_TLV]},
     };
-    memcpy(out, rows, sizeof rows);
-    return sizeof rows / sizeof rows[0];
+    for (size_t i = 0; i < KINDS; i++) {
+        out[i] = rows[i];
+    }
+    return KINDS;
 }
 
 static size_t list_content(const lum_demux_counters *c,
                            const lum_framer_counters *p, struct named *out)
 {
-    const struct named rows[] = {
+    const struct named rows[CONTENT] = {
         {"frames", "frames", c->assembly.frames},
         {"lines", "lines", c->assembly.lines},
         {"lines_blue", "lines of the blue eye", p->lines[LUM_EYE_BLUE]},
@@ -80,8 +97,10 @@ static size_t list_content(const lum_demux_counters *c,
          c->assembly.words},
         {"points", "points", p->points},
     };
-    memcpy(out, rows, sizeof rows);
-    return sizeof rows / sizeof rows[0];
+    for (size_t i = 0; i < CONTENT; i++) {
+        out[i] = rows[i];
+    }
+    return CONTENT;
 }
 
 static size_t list_losses(const lum_demux_counters *c,
@@ -89,7 +108,7 @@ static size_t list_losses(const lum_demux_counters *c,
 {
     const lum_assembly_counters *a = &c->assembly;
     const uint64_t *k = c->packets;
-    const struct named rows[] = {
+    const struct named rows[LOSSES] = {
         {"lost_words", "range words lost on the way, at least", a->lost_words},
         {"lines_missing_angles", "lines that lack angles",
          a->lines_missing_angles},
@@ -114,8 +133,10 @@ static size_t list_losses(const lum_demux_counters *c,
          k[LUM_PACKET_FOREIGN]},
         {"other", "records that are not ours", c->other},
     };
-    memcpy(out, rows, sizeof rows);
-    return sizeof rows / sizeof rows[0];
+    for (size_t i = 0; i < LOSSES; i++) {
+        out[i] = rows[i];
+    }
+    return LOSSES;
 }
 
 /* What of the losses is none. */
@@ -402,7 +423,7 @@ static void print_sensors(const struct summary *s, FILE *out)
 
 static size_t list_live_losses(const struct live_counts *c, struct named *out)
 {
-    const struct named rows[] = {
+    const struct named rows[LIVE_LOSSES] = {
         {"kernel_drops", "datagrams: this program was too slow",
          c->kernel_drops},
         {"ring_drops", "datagrams: this machine was too busy to decode them",
@@ -411,8 +432,10 @@ static size_t list_live_losses(const struct live_counts *c, struct named *out)
          c->recording_drops},
         {"foreign_source", "datagrams of others, not taken", c->foreign_source},
     };
-    memcpy(out, rows, sizeof rows);
-    return sizeof rows / sizeof rows[0];
+    for (size_t i = 0; i < LIVE_LOSSES; i++) {
+        out[i] = rows[i];
+    }
+    return LIVE_LOSSES;
 }
 
 /* Those that lack something. */

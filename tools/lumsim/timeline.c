@@ -3,16 +3,11 @@
 #include "../common/number.h"
 #include "lum/laser.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #define SECONDS_MAX 1e6
 #define TIME_BYTES  32
-
-static const char how[] =
-    "NAME@SECONDS or NAME@SECONDS-SECONDS, such as fan@10 or silence@5-8, or "
-    "at "
-    "signals NAME@USR1 or NAME@USR1-USR2; NAME is one of galvo-bx, galvo-by, "
-    "galvo-gx, galvo-gy, board, fan, interlock, switch, reboot, silence";
 
 static const struct {
     const char *name;
@@ -30,6 +25,24 @@ static const struct {
     {"reboot", MISHAP_REBOOT, 0},
     {"silence", MISHAP_SILENCE, 0},
 };
+
+#define HOW_BYTES 512
+
+/* What an event may be, with the names of all. */
+static const char *tell_how(void)
+{
+    static char how[HOW_BYTES];
+    int n = snprintf(how, sizeof how,
+                     "NAME@SECONDS or NAME@SECONDS-SECONDS, such as fan@10 or "
+                     "silence@5-8, or at signals NAME@USR1 or NAME@USR1-USR2; "
+                     "NAME is one of");
+    for (size_t i = 0; i < sizeof known / sizeof known[0] && n < HOW_BYTES;
+         i++) {
+        n += snprintf(how + n, sizeof how - (size_t)n, "%s %s",
+                      i == 0 ? "" : ",", known[i].name);
+    }
+    return how;
+}
 
 /* Before those that happen later; after those of the same time. */
 static void insert(struct timeline *timeline, struct timeline_event event)
@@ -120,7 +133,7 @@ bool timeline_add(struct timeline *timeline, const char *text, const char **why)
     const size_t name_len = strcspn(text, "@");
     const char *times = text + name_len + (text[name_len] == '@' ? 1 : 0);
     const size_t first = strcspn(times, "-");
-    *why = how;
+    *why = tell_how();
     if (!find(text, name_len, &begin) || !parse_time(times, first, &begin)) {
         return false;
     }

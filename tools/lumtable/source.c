@@ -89,21 +89,34 @@ static void put_head(struct source *out, const struct origin *o)
         LUM_LAYOUT_VERSION, LUM_FIXED_PROJECTOR_VERSION, o->name, o->name);
 }
 
+static const char *name_of(enum lum_group_field field)
+{
+    switch (field) {
+    case LUM_FIELD_TAG:
+        return "TAG";
+    case LUM_FIELD_EYE:
+        return "EYE";
+    case LUM_FIELD_LINE:
+        return "LINE";
+    case LUM_FIELD_NUM_SAMPLES:
+        return "NUM_SAMPLES";
+    case LUM_FIELD_FIRST_SAMPLE_INDEX:
+        return "FIRST_SAMPLE_INDEX";
+    case LUM_FIELD_TIMESTAMP:
+        return "TIMESTAMP";
+    case LUM_GROUP_FIELDS:
+        break;
+    }
+    return "";
+}
+
 static void put_fields(struct source *out, const lum_field *group)
 {
-    static const char *const names[LUM_GROUP_FIELDS] = {
-        [LUM_FIELD_TAG] = "TAG",
-        [LUM_FIELD_EYE] = "EYE",
-        [LUM_FIELD_LINE] = "LINE",
-        [LUM_FIELD_NUM_SAMPLES] = "NUM_SAMPLES",
-        [LUM_FIELD_FIRST_SAMPLE_INDEX] = "FIRST_SAMPLE_INDEX",
-        [LUM_FIELD_TIMESTAMP] = "TIMESTAMP",
-    };
     put(out, "            .group =\n                {\n");
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
         put(out,
             "                    [LUM_FIELD_%s] = {.at = %u, .bytes = %u},\n",
-            names[f], group[f].at, group[f].bytes);
+            name_of((enum lum_group_field)f), group[f].at, group[f].bytes);
     }
     put(out, "                },\n");
 }

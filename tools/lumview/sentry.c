@@ -40,12 +40,23 @@ static void note_news(struct sentry *s, enum laser_news news)
 void sentry_take(struct sentry *sentry, const lum_sensor_event *event,
                  int64_t now_ns)
 {
-    if (event->kind == LUM_SENSOR_ANSWER) {
+    switch (event->kind) {
+    case LUM_SENSOR_ANSWER:
         sentry->is_unheard = false;
-    } else if (event->kind == LUM_SENSOR_NO_ANSWER) {
+        break;
+    case LUM_SENSOR_NO_ANSWER:
         sentry->is_unheard = true;
-    } else if (event->kind == LUM_SENSOR_LINK) {
+        break;
+    case LUM_SENSOR_LINK:
         take_link(sentry, event);
+        break;
+    case LUM_SENSOR_IDLE:
+    case LUM_SENSOR_CANCELLED:
+    case LUM_SENSOR_DATAGRAMS:
+    case LUM_SENSOR_TIME:
+    case LUM_SENSOR_ALERT:
+    case LUM_SENSOR_FAILED:
+        break;
     }
     note_news(sentry, laser_keeper_take(&sentry->laser, event, now_ns));
 }

@@ -17,28 +17,25 @@ int64_t add_clamped(int64_t a, int64_t b)
     return a < INT64_MIN - b ? INT64_MIN : a + b;
 }
 
+/* Totals are numbers of 64 bits alone, so none can be left out of a sum. To
+ * take away is to add -1 times as much. */
+static void add_numbers(void *to, const void *more, uint64_t times)
+{
+    uint64_t *sums = to;
+    const uint64_t *numbers = more;
+    for (size_t i = 0; i < sizeof(struct totals) / sizeof *sums; i++) {
+        sums[i] += times * numbers[i];
+    }
+}
+
 void totals_add(struct totals *to, const struct totals *more)
 {
-    to->packets += more->packets;
-    to->bytes += more->bytes;
-    to->points += more->points;
-    to->lost_words += more->lost_words;
-    to->lost_lines += more->lost_lines;
-    to->joined_words += more->joined_words;
-    to->joined_lines += more->joined_lines;
-    to->refused += more->refused;
+    add_numbers(to, more, 1);
 }
 
 void totals_subtract(struct totals *from, const struct totals *less)
 {
-    from->packets -= less->packets;
-    from->bytes -= less->bytes;
-    from->points -= less->points;
-    from->lost_words -= less->lost_words;
-    from->lost_lines -= less->lost_lines;
-    from->joined_words -= less->joined_words;
-    from->joined_lines -= less->joined_lines;
-    from->refused -= less->refused;
+    add_numbers(from, less, UINT64_MAX);
 }
 
 void stage_init(struct stage *stage, void (*wake)(void *context), void *context)

@@ -214,10 +214,10 @@ typedef struct lum_framer_counters {
     uint64_t points_late;     /**< what the first view selects of them */
     uint64_t points_cut;      /**< of the first view, beyond the most points or
                                    lines of a frame */
-    lum_under_way under_way;  /**< no losses */
-    double frames_per_second; /**< of whole frames, by arrival; 0: not known */
     uint64_t lines_cut;       /**< lines beyond LUM_FRAME_LINES_MAX of a frame;
                                    their points are in points_cut */
+    lum_under_way under_way;  /**< no losses */
+    double frames_per_second; /**< of whole frames, by arrival; 0: not known */
 } lum_framer_counters;
 
 /** Read the counters of a sensor.

@@ -10,6 +10,7 @@
 #include "lum/wire.h"
 
 #include <inttypes.h>
+#include <limits.h>
 #include <stdio.h>
 
 #define MS_NS         INT64_C(1000000)
@@ -46,9 +47,20 @@ lum_net_result doctor_open(struct doctor *d, bool owns, lum_error *error)
 
 static bool is_ending(lum_sensor_event_kind kind)
 {
-    return kind == LUM_SENSOR_ANSWER || kind == LUM_SENSOR_TIME ||
-           kind == LUM_SENSOR_NO_ANSWER || kind == LUM_SENSOR_CANCELLED ||
-           kind == LUM_SENSOR_FAILED;
+    switch (kind) {
+    case LUM_SENSOR_ANSWER:
+    case LUM_SENSOR_TIME:
+    case LUM_SENSOR_NO_ANSWER:
+    case LUM_SENSOR_CANCELLED:
+    case LUM_SENSOR_FAILED:
+        return true;
+    case LUM_SENSOR_IDLE:
+    case LUM_SENSOR_DATAGRAMS:
+    case LUM_SENSOR_ALERT:
+    case LUM_SENSOR_LINK:
+        break;
+    }
+    return false;
 }
 
 static void note_status(struct doctor *d, const lum_sensor_event *event)
@@ -592,35 +604,61 @@ void doctor_check_clock(struct doctor *d, struct doctor_finding *out)
     }
 }
 
-/* What to do about a hazard. */
-static const struct {
-    uint16_t bits;
-    const char *mend;
-} remedies[] = {
-    {LUM_LASER_SYS_ON_SW_OFF, "turn the SYS_ON switch on"},
-    {LUM_LASER_HW_SAFETY_BAD, "close the hardware interlock"},
-    {LUM_LASER_BOARD_OVER_105, "switch the sensor off and let it cool"},
-    {LUM_LASER_FAN_PWM_BAD, "free the fan, switch the sensor off and on"},
-    {LUM_LASER_GALVO_AMP_BX_BAD | LUM_LASER_GALVO_AMP_BY_BAD |
-         LUM_LASER_GALVO_AMP_GX_BAD | LUM_LASER_GALVO_AMP_GY_BAD,
-     "switch the sensor off and on; if the bit comes back, its mirror drive is "
-     "broken"},
+/* --- Check: status --- */
+
+/* What to do about a hazard; of several the lowest rank is the first. */
+struct remedy {
+    unsigned rank;
+    const char *mend; /* NULL: nothing, it is none */
 };
 
-/* --- Check: status --- */
+static struct remedy remedy_of(unsigned bit)
+{
+    switch ((enum lum_laser_bit)(1u << bit)) {
+    case LUM_LASER_SYS_ON_SW_OFF:
+        return (struct remedy){1, "turn the SYS_ON switch on"};
+    case LUM_LASER_HW_SAFETY_BAD:
+        return (struct remedy){2, "close the hardware interlock"};
+    case LUM_LASER_BOARD_OVER_105:
+        return (struct remedy){3, "switch the sensor off and let it cool"};
+    case LUM_LASER_FAN_PWM_BAD:
+        return (struct remedy){4, "free the fan, switch the sensor off and on"};
+    case LUM_LASER_GALVO_AMP_BX_BAD:
+    case LUM_LASER_GALVO_AMP_BY_BAD:
+    case LUM_LASER_GALVO_AMP_GX_BAD:
+    case LUM_LASER_GALVO_AMP_GY_BAD:
+        return (struct remedy){5, "switch the sensor off and on; if the bit "
+                                  "comes back, its mirror drive is broken"};
+    case LUM_LASER_HEARTBEAT_TIMEOUT: /* the checks of the session say it */
+    case LUM_LASER_TLV_CMD_OFF:
+    case LUM_LASER_TLV_CMD_ON:
+        break;
+    }
+    return (struct remedy){UINT_MAX, NULL};
+}
+
+static struct remedy first_remedy(uint16_t status)
+{
+    struct remedy first = {UINT_MAX, NULL};
+    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
+        const struct remedy r = remedy_of(bit);
+        if (((unsigned)status >> bit & 1u) != 0 && r.rank < first.rank) {
+            first = r;
+        }
+    }
+    return first;
+}
 
 static void say_hazard(struct doctor *d, bool is_owned,
                        struct doctor_finding *out)
 {
     char line[REPORT_LINE_BYTES];
+    const struct remedy remedy = first_remedy(d->status);
     d->has_hazard = true;
     doctor_wrong(out, "hazard, 0x%04x, %s", (unsigned)d->status,
                  report_line(d->status, is_owned, line));
-    for (size_t i = 0; i < sizeof remedies / sizeof remedies[0]; i++) {
-        if ((d->status & remedies[i].bits) != 0) {
-            doctor_mend(out, "%s", remedies[i].mend);
-            return;
-        }
+    if (remedy.mend != NULL) {
+        doctor_mend(out, "%s", remedy.mend);
     }
 }
 

@@ -75,6 +75,8 @@ bool has_lasting_hazard(uint16_t status)
 
 } // namespace
 
+/* --- Commands --- */
+
 std::string bit_names(unsigned bits)
 {
     std::string names;
@@ -136,6 +138,8 @@ bool Laser::send(Request request, const std::string &text)
     return r == LUM_OK;
 }
 
+/* --- Asking --- */
+
 // Off comes before all else.
 void Laser::ask(int64_t now_ns)
 {
@@ -186,6 +190,8 @@ void Laser::give_up()
     lum_sensor_give_up(sensor_);
     request_ = Request::none;
 }
+
+/* --- Status --- */
 
 void Laser::show_texts(lum_tlv_reader tlvs)
 {
@@ -253,6 +259,8 @@ void Laser::note_status(uint16_t status, int64_t now_ns)
     follow(status);
     take_hazard(status);
 }
+
+/* --- Answers --- */
 
 // The answer to u.
 void Laser::judge_on(int64_t now_ns)
@@ -360,7 +368,11 @@ void Laser::take(const lum_sensor_event &event, int64_t now_ns)
                        ? std::string("sending works again")
                        : std::string("sending fails: ") + event.error.text);
         break;
-    default:
+    case LUM_SENSOR_IDLE:
+    case LUM_SENSOR_CANCELLED:
+    case LUM_SENSOR_DATAGRAMS:
+    case LUM_SENSOR_TIME:
+    case LUM_SENSOR_FAILED:
         break;
     }
 }
