@@ -377,10 +377,15 @@ class Loopback(Doctor):
 
     def test_a_signal_ends_it_and_the_session_is_free(self):
         sensor = self.sensor(address=NET + "17")
-        p = Process(self, self.folder, BIN / "lumctl", "--host", NET + "17", "doctor")
-        wait_until(lambda: sensor.events("heartbeat"), 10, "a heartbeat")
-        self.assertEqual(p.end(signal.SIGINT), -signal.SIGINT)
-        self.assertNotIn("nothing is wrong", p.stdout())
+        for _ in range(5):  # until the signal comes before the verdict, as it does unless this test is held up
+            before = len(sensor.events("heartbeat"))
+            p = Process(self, self.folder, BIN / "lumctl", "--host", NET + "17", "doctor")
+            wait_until(lambda before=before: len(sensor.events("heartbeat")) > before, 10, "a heartbeat")
+            status = p.end(signal.SIGINT)
+            if not re.search("(nothing|something) is wrong", p.stdout()):
+                break
+        self.assertEqual(status, -signal.SIGINT)
+        self.assertNotRegex(p.stdout(), "(nothing|something) is wrong")
         self.assertEqual(self.examine(NET + "17")["session"], "fine")
 
     def test_troubleshooting_has_a_section_for_each_check(self):
