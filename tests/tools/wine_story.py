@@ -4,6 +4,7 @@ N failed, N skipped.
 
 summary.txt beside BIN, which CMake wrote, tells what the build has; LUM_NATIVE_BIN in the environment names
 the folder of this system's programs."""
+import gzip
 import json
 import os
 import pathlib
@@ -19,7 +20,8 @@ ADDRESS = "127.0.0.1"  # under wine a socket sends from here, wherever it is bou
 PORT = "5617"
 ENVIRONMENT = {**os.environ, "WINEDEBUG": "-all", "WINEPREFIX": os.environ.get("WINEPREFIX", str(BIN / "wine"))}
 
-HAS = {part: f"{part}: yes" in (BIN.parent / "summary.txt").read_text().splitlines() for part in ("config", "picture")}
+GZIP, ZSTD = "captures compressed by gzip", "captures compressed by zstd"
+HAS = {part: f"{part}: yes" in (BIN.parent / "summary.txt").read_text().splitlines() for part in ("config", "picture", GZIP, ZSTD)}
 
 # Debian's package of wine64 alone puts nothing on the PATH.
 WINE = shutil.which("wine64") or "/usr/lib/wine/wine64"
@@ -308,6 +310,22 @@ class Files(unittest.TestCase):
         else:
             self.assertEqual(r.returncode, 2, r.stderr)
             self.assertIn("no YAML", r.stderr)
+
+    def test_a_compressed_capture_is_read_or_refused_by_name(self):
+        dump(self.capture, "-q", "-o", self.folder / "whole.csv")
+        for part, library, packed in ((GZIP, "zlib", self.folder / "street.pcap.gz"), (ZSTD, "libzstd", self.folder / "street.pcap.zst")):
+            with self.subTest(part):
+                if part == GZIP:
+                    packed.write_bytes(gzip.compress(self.capture.read_bytes()))
+                else:
+                    subprocess.run(["zstd", "-q", str(self.capture), "-o", str(packed)], check=True)
+                r = run("lumdump", packed, "-q", "-o", self.folder / "cloud.csv")
+                if HAS[part]:
+                    self.assertEqual(r.returncode, 0, r.stderr)
+                    self.assertEqual(lines_of(self.folder / "cloud.csv"), lines_of(self.folder / "whole.csv"))
+                else:
+                    self.assertNotEqual(r.returncode, 0)
+                    self.assertIn(f"no {library}", r.stderr)
 
     def test_a_picture_is_drawn_or_refused_by_name(self):
         r = run("lumdump", self.capture, "-q", "-o", self.folder / "street.png")
