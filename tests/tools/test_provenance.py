@@ -9,11 +9,6 @@ import unittest
 
 from support import BIN, Folder, line, pcap, read_csv, run, simulate, udp, word
 
-try:
-    import laspy
-except ImportError:
-    laspy = None
-
 CALIBRATION = "version: 1\neyes: {blue: {mount: {x_m: 10.0, yaw_deg: 12.5}}}\n"
 PROFILE = "version: 1\neye_values: {blue: 1, green: 0}\n"
 FAR = "version: 1\ndata_packet_type: 9\n"
@@ -39,11 +34,22 @@ def packets(lines=(0, 1)):
                     for i, f in enumerate(map(udp, payloads)))
 
 
+def las_records(las):
+    """The variable length records of a LAS file 1.4, by who made them and their number."""
+    records = {}
+    size, count = struct.unpack_from("<H4xI", las, 94)
+    for _ in range(count):
+        maker, number, n = struct.unpack_from("<2x16sHH", las, size)
+        records[maker.rstrip(b"\0"), number] = las[size + 54:size + 54 + n]
+        size += 54 + n
+    assert size == struct.unpack_from("<I", las, 96)[0], "points begin elsewhere"
+    return records
+
+
 def text_of(path):
     """What a cloud says of itself."""
     if path.suffix == ".las":
-        records = [v for v in laspy.read(path).vlrs if v.user_id == "lumsdk" and v.record_id == 1]
-        return records[0].record_data.decode() if records else ""
+        return las_records(path.read_bytes()).get((b"lumsdk", 1), b"").decode()
     prefix = "comment " if path.suffix == ".ply" else "# "
     head = path.read_bytes()[:20000].decode("ascii", "replace").splitlines()
     return "".join(s[len(prefix):] + "\n" for s in head if s.startswith(prefix))
@@ -341,6 +347,7 @@ class Others(Case):
                          "--calibration", calibration)
         self.assertEqual(self.points(out), self.points(plain, "--profile", self.profile, "--calibration", calibration))
 
+    @unittest.skipUnless((BIN / "lumview").exists(), "the build has no lumview")
     def test_a_view_knows_it_too(self):
         for arguments, says in (([], ""), (["--profile", self.profile], "it has a profile of its own, which is not used")):
             p = subprocess.Popen([BIN / "lumview", self.known, "--no-open", "--json", "--port", "0", *arguments],
@@ -356,10 +363,9 @@ class Clouds(Case):
     def test_each_format_says_where_it_comes_from(self):
         self.expect(self.folder / f"out.{kind}" for kind in KINDS)
 
-    @unittest.skipUnless(laspy, "needs laspy")
     def test_las_says_it_too(self):
         self.expect([self.folder / "out.las"])
-        self.assertEqual(len(laspy.read(self.folder / "out.las").points), 2)
+        self.assertEqual(struct.unpack_from("<Q", (self.folder / "out.las").read_bytes(), 247)[0], 2)
 
     def expect(self, outs):
         outs = list(outs)
