@@ -42,9 +42,11 @@ bool lum_format_needs_count(lum_format format);
 /** How a format is written, for formats that are libraries of their own. */
 typedef struct lum_format_ops lum_format_ops;
 
-/** Most bytes of lum_writer_options.comment, and of a line of it. */
+/** Most bytes of lum_writer_options.comment. */
 #define LUM_WRITER_COMMENT_BYTES_MAX 60000u
-#define LUM_WRITER_COMMENT_LINE_MAX  400u
+
+/** Most bytes of a line of it. */
+#define LUM_WRITER_COMMENT_LINE_MAX 400u
 
 /** What a writer has to know. */
 typedef struct lum_writer_options {
