@@ -1,5 +1,6 @@
 #include "lum/frame/clock_fit.h"
 
+#include "base/sized.h"
 #include "clock_line.h"
 
 #include <stdlib.h>
@@ -369,8 +370,6 @@ lum_result lum_clock_fit_get_info(const lum_clock_fit *fit,
         info.drift_ppb = (int32_t)fit->line.drift_ppb;
         info.drift_error_ppb = (int32_t)fit->line.drift_error_ppb;
     }
-    const size_t asked = out->struct_size;
-    memcpy(out, &info, asked < sizeof info ? asked : sizeof info);
-    out->struct_size = asked;
+    (void)lum_sized_fill(out, &info, sizeof info);
     return fit->has_begun ? LUM_OK : LUM_END;
 }

@@ -1,5 +1,7 @@
 #include "frame_internal.h"
 
+#include "base/sized.h"
+
 #include <string.h>
 
 static const struct {
@@ -90,20 +92,9 @@ const uint8_t *lum_frame_uint8s(const lum_frame *frame, lum_column column)
     return find(frame, column, LUM_TYPE_UINT8);
 }
 
-/* As much as the caller knows of; its size stays. */
-static void copy_known(void *out, size_t out_size, const void *from,
-                       size_t from_size)
-{
-    const size_t n = out_size < from_size ? out_size : from_size;
-    if (n > sizeof(size_t)) {
-        memcpy((uint8_t *)out + sizeof(size_t),
-               (const uint8_t *)from + sizeof(size_t), n - sizeof(size_t));
-    }
-}
-
 void lum_frame_get_info(const lum_frame *frame, lum_frame_info *out)
 {
-    copy_known(out, out->struct_size, &frame->info, sizeof frame->info);
+    (void)lum_sized_fill(out, &frame->info, sizeof frame->info);
 }
 
 size_t lum_frame_line_count(const lum_frame *frame)
@@ -126,8 +117,7 @@ bool lum_frame_get_line(const lum_frame *frame, size_t i, lum_frame_line *out)
                                  .lost_words = row->lost_words,
                                  .angle_count = row->angle_count,
                                  .eye = row->eye};
-    copy_known(out, out->struct_size, &line, sizeof line);
-    return true;
+    return lum_sized_fill(out, &line, sizeof line);
 }
 
 uint32_t lum_frame_rows(const lum_frame *frame, unsigned eye)

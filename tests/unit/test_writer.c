@@ -100,7 +100,8 @@ static const lum_sample two[] = {
      .edge = 0},
 };
 
-static const lum_line_samples line = {.samples = two,
+static const lum_line_samples line = {.struct_size = sizeof line,
+                                      .samples = two,
                                       .count = 2,
                                       .frame = -3,
                                       .timestamp_us = 1234567,
@@ -109,7 +110,8 @@ static const lum_line_samples line = {.samples = two,
 
 static lum_writer *open_writer(lum_format format, bool ascii, bool utc)
 {
-    const lum_writer_options options = {.format = format,
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = format,
                                         .ascii = ascii,
                                         .utc = utc,
                                         .picture = lum_picture_format()};
@@ -142,8 +144,10 @@ static void expect_text(lum_format format, bool ascii, const char *want)
 static char *write_comment(lum_format format, const char *comment,
                            bool is_ascii, size_t *size)
 {
-    const lum_writer_options options = {
-        .format = format, .ascii = is_ascii, .comment = comment};
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = format,
+                                        .ascii = is_ascii,
+                                        .comment = comment};
     lum_writer *writer = NULL;
     assert_int_equal(lum_writer_open(path, &options, &writer, NULL), 0);
     for (int i = 0; i < 5000; i++) {
@@ -197,7 +201,8 @@ static void the_longest_comment_is_written(void **state)
     }
     text[LUM_WRITER_COMMENT_BYTES_MAX] = 'x';
     lum_writer *writer = NULL;
-    const lum_writer_options options = {.comment = text};
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .comment = text};
     assert_int_equal(lum_writer_open(path, &options, &writer, NULL), -1);
     assert_int_equal(errno, EINVAL);
 }
@@ -212,7 +217,8 @@ static void what_is_no_comment_is_refused(void **state)
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         lum_writer *writer = NULL;
         lum_error error = {""};
-        const lum_writer_options options = {.comment = wrong[i]};
+        const lum_writer_options options = {.struct_size = sizeof options,
+                                            .comment = wrong[i]};
         assert_int_equal(lum_writer_open(path, &options, &writer, &error), -1);
         assert_int_equal(errno, EINVAL);
         assert_non_null(strstr(error.text, "printable"));
@@ -503,7 +509,8 @@ static void every_format_writes_an_empty_cloud(void **state)
 
 static void a_line_without_samples_adds_nothing(void **state)
 {
-    const lum_line_samples none = {.samples = NULL, .count = 0};
+    const lum_line_samples none = {
+        .struct_size = sizeof none, .samples = NULL, .count = 0};
     size_t size;
     (void)state;
     lum_writer *writer = open_writer(LUM_FORMAT_CSV, false, false);
@@ -549,7 +556,8 @@ static void extreme_values_fit_every_format(void **state)
     for (int i = 0; i < LUM_FORMATS * 2; i++) {
         size_t size;
         lum_sample s[200];
-        lum_line_samples l = {.samples = s,
+        lum_line_samples l = {.struct_size = sizeof l,
+                              .samples = s,
                               .count = 200,
                               .frame = i % 2 != 0 ? INT64_MIN : INT64_MAX,
                               .timestamp_us = INT64_MIN,
@@ -590,7 +598,8 @@ static void frames_beyond_32_bits_become_the_nearest(void **state)
 /* A rehearsal of `lines` times the same line. */
 static lum_writer *rehearsal_of(lum_format format, unsigned lines)
 {
-    const lum_writer_options options = {.format = format,
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = format,
                                         .picture = lum_picture_format()};
     lum_writer *rehearsal = NULL;
     assert_int_equal(lum_writer_rehearse(&options, &rehearsal, NULL), 0);
@@ -606,7 +615,8 @@ static void other_points_than_rehearsed_are_an_error_and_leave_nothing(
     (void)state;
     for (unsigned lines = 0; lines <= 2; lines++) {
         lum_writer *rehearsal = rehearsal_of(LUM_FORMAT_PLY, lines);
-        const lum_writer_options options = {.format = LUM_FORMAT_PLY,
+        const lum_writer_options options = {.struct_size = sizeof options,
+                                            .format = LUM_FORMAT_PLY,
                                             .rehearsal = rehearsal};
         lum_writer *writer = NULL;
         lum_error error = {""};
@@ -630,7 +640,8 @@ static void open_null(lum_format format, bool rehearses, bool opens,
                       const char *says)
 {
     lum_writer *rehearsal = rehearses ? rehearsal_of(format, 1) : NULL;
-    const lum_writer_options options = {.format = format,
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = format,
                                         .rehearsal = rehearsal,
                                         .picture = lum_picture_format()};
     lum_writer *writer = NULL;
@@ -666,7 +677,8 @@ static void a_rehearsed_header_and_a_patched_one_give_equal_files(void **state)
     (void)state;
     for (size_t i = 0; i < sizeof formats / sizeof formats[0]; i++) {
         lum_writer *rehearsal = rehearsal_of(formats[i], 1);
-        const lum_writer_options options = {.format = formats[i],
+        const lum_writer_options options = {.struct_size = sizeof options,
+                                            .format = formats[i],
                                             .rehearsal = rehearsal};
         lum_writer *writer = NULL;
         size_t patched_size;
@@ -689,7 +701,8 @@ static void a_full_disk_fails_every_format(void **state)
     (void)state;
     for (int i = 0; i < LUM_FORMATS; i++) {
         lum_writer *rehearsal = rehearsal_of((lum_format)i, 1);
-        const lum_writer_options options = {.format = (lum_format)i,
+        const lum_writer_options options = {.struct_size = sizeof options,
+                                            .format = (lum_format)i,
                                             .rehearsal = rehearsal,
                                             .picture = lum_picture_format()};
         lum_writer *writer = NULL;
@@ -706,7 +719,8 @@ static void a_full_disk_fails_every_format(void **state)
 
 static void a_failure_is_repeated_by_what_follows(void **state)
 {
-    const lum_writer_options options = {.format = LUM_FORMAT_CSV};
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = LUM_FORMAT_CSV};
     lum_writer *writer = NULL;
     lum_error error = {""};
     int result = 0;
@@ -740,7 +754,8 @@ static void an_abort_leaves_nothing(void **state)
 
 static void a_format_that_is_none_is_refused(void **state)
 {
-    const lum_writer_options options = {.format = LUM_FORMATS};
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = LUM_FORMATS};
     lum_writer *writer = NULL;
     (void)state;
     assert_int_equal(lum_writer_open(path, &options, &writer, NULL), -1);
@@ -750,7 +765,8 @@ static void a_format_that_is_none_is_refused(void **state)
 
 static void a_picture_that_nothing_draws_is_refused(void **state)
 {
-    const lum_writer_options options = {.format = LUM_FORMAT_PNG};
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = LUM_FORMAT_PNG};
     lum_writer *writer = NULL;
     lum_error error = {""};
     (void)state;

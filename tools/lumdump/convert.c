@@ -37,7 +37,8 @@ static int write_line(struct pass *pass, lum_error *error)
     const size_t n = lum_framer_line_samples(pass->framer, 0, &samples);
     return outputs_add_line(
         pass->outputs,
-        &(lum_line_samples){.samples = samples,
+        &(lum_line_samples){.struct_size = sizeof(lum_line_samples),
+                            .samples = samples,
                             .count = n,
                             .frame = line->frame,
                             .timestamp_us = timestamp_us(pass, line),

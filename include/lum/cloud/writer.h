@@ -48,12 +48,14 @@ typedef struct lum_format_ops lum_format_ops;
 /** Most bytes of a line of it. */
 #define LUM_WRITER_COMMENT_LINE_MAX 400u
 
-/** What a writer has to know. */
+/** What a writer has to know. All bytes 0 but for struct_size is the default.
+ */
 typedef struct lum_writer_options {
-    lum_format format; /**< which */
-    bool ascii;        /**< PLY, PCD: text instead of binary */
-    bool utc;          /**< timestamps are microseconds since 1970 UTC and
-                            not of the sensor clock */
+    size_t struct_size; /**< sizeof(lum_writer_options) */
+    lum_format format;  /**< which */
+    bool ascii;         /**< PLY, PCD: text instead of binary */
+    bool utc;           /**< timestamps are microseconds since 1970 UTC and
+                             not of the sensor clock */
     const struct lum_writer *rehearsal; /**< NULL, or what lum_writer_rehearse()
                                  gave and has taken the lines to come; read by
                                  lum_writer_open() alone */
@@ -70,6 +72,7 @@ typedef struct lum_writer_options {
 
 /** The samples of one line. */
 typedef struct lum_line_samples {
+    size_t struct_size;        /**< sizeof(lum_line_samples) */
     const lum_sample *samples; /**< in order */
     size_t count;              /**< how many, may be 0 */
     int64_t frame;             /**< frame number */
@@ -98,14 +101,16 @@ LUM_MUST_CHECK int lum_writer_rehearse(const lum_writer_options *options,
  *         permission, another run is writing a file of that name (then errno is
  *         EBUSY), the header needs a count and there is neither a rehearsal nor
  *         an output that can seek, a PNG without lum_writer_options.picture,
- *         a comment that cannot be (then errno is EINVAL). */
+ *         a comment that cannot be, or a struct_size that is not set (then
+ *         errno is EINVAL). */
 LUM_MUST_CHECK int lum_writer_open(const char *path,
                                    const lum_writer_options *options,
                                    lum_writer **out, lum_error *error);
 
 /** Append a line's samples; they are copied.
  * @return 0, or -1 with the reason in error (the disk is full, the reader of
- *         the pipe has left: then errno is EPIPE). */
+ *         the pipe has left: then errno is EPIPE; struct_size of the line is
+ *         not set: then errno is EINVAL). */
 LUM_MUST_CHECK int lum_writer_add(lum_writer *writer,
                                   const lum_line_samples *line,
                                   lum_error *error);
