@@ -32,7 +32,7 @@ static bool run(lum_sensor *sensor, lum_error *error)
                                       .wants = LUM_WANT_LINES};
     const lum_live_options live = {
         .struct_size = sizeof live, .sensor = sensor, .duration_ms = 10000};
-    lum_record_source records;
+    lum_record_source records = {.struct_size = sizeof records};
     const lum_reader_options options = {
         .struct_size = sizeof options, .records = &records, .framer = &lines};
     lum_reader *reader = NULL;

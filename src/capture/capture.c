@@ -1,4 +1,6 @@
 #include "lum/capture/capture.h"
+
+#include "base/sized.h"
 #include "fragments.h"
 #include "link.h"
 #include "merge.h"
@@ -116,10 +118,12 @@ size_t lum_capture_source_count(const lum_capture *capture)
     return lum_merge_count(capture->files);
 }
 
-void lum_capture_get_source(const lum_capture *capture, size_t i,
-                            lum_capture_source *out)
+lum_result lum_capture_get_source(const lum_capture *capture, size_t i,
+                                  lum_capture_source *out)
 {
-    lum_merge_get(capture->files, i, out);
+    lum_capture_source source;
+    lum_merge_get(capture->files, i, &source);
+    return lum_sized_fill(out, &source, sizeof source) ? LUM_OK : LUM_E_VALUE;
 }
 
 size_t lum_capture_comment_count(const lum_capture *capture, size_t source)

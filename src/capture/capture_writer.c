@@ -1,4 +1,5 @@
 #include "base/outfile_io.h"
+#include "base/sized.h"
 #include "byte_order.h"
 #include "lum/capture/capture.h"
 #include "pcapng_writer.h"
@@ -226,15 +227,10 @@ int lum_capture_writer_open_as(const char *path,
                                const lum_capture_writer_options *options,
                                lum_capture_writer **out, lum_error *error)
 {
-    lum_capture_writer_options o = {.struct_size = sizeof o};
-    if (options->struct_size <= sizeof options->struct_size) {
-        (void)lum_error_set(error, "struct_size of the options is not set");
-        errno = EINVAL;
-        return -1;
-    }
-    memcpy(&o, options,
-           options->struct_size < sizeof o ? options->struct_size : sizeof o);
-    return check_options(path, &o, error) == 0
+    lum_capture_writer_options o;
+    return lum_sized_take(&o, sizeof o, options, "the capture writer's options",
+                          "lum_capture_writer_options", error) == 0 &&
+                   check_options(path, &o, error) == 0
                ? open_writer(path, &o, out, error)
                : -1;
 }

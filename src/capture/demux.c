@@ -1,5 +1,6 @@
 #include "lum/capture/demux.h"
 
+#include "base/sized.h"
 #include "lum/wire.h"
 
 #include <stdlib.h>
@@ -72,13 +73,23 @@ static struct assembly *new_assembly(const lum_demux_options *options)
     return assembly;
 }
 
-lum_demux *lum_demux_new(const lum_demux_options *options)
+int lum_demux_new(const lum_demux_options *options, lum_demux **out,
+                  lum_error *error)
 {
-    lum_demux *demux = calloc(1, sizeof *demux);
-    if (demux != NULL) {
-        demux->options = *options;
+    lum_demux_options known;
+    *out = NULL;
+    if (lum_sized_take(&known, sizeof known, options,
+                       "the demultiplexer's options", "lum_demux_options",
+                       error) != 0) {
+        return -1;
     }
-    return demux;
+    lum_demux *demux = calloc(1, sizeof *demux);
+    if (demux == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    demux->options = known;
+    *out = demux;
+    return 0;
 }
 
 void lum_demux_free(lum_demux *demux)
@@ -121,7 +132,8 @@ static void add_numbers(void *to, const void *more, size_t bytes)
 /* An address has no *other*, and its assembler's counters are there alone. */
 static void add_address(lum_demux_counters *to, const struct address *entry)
 {
-    add_numbers(to, &entry->counters, sizeof *to);
+    add_numbers(&to->packets, &entry->counters.packets,
+                sizeof *to - offsetof(lum_demux_counters, packets));
     if (entry->assembly != NULL) {
         add_numbers(&to->assembly,
                     lum_assembler_counters(&entry->assembly->assembler),
@@ -331,22 +343,28 @@ size_t lum_demux_sensor_count(const lum_demux *demux)
     return demux->sensor_count;
 }
 
-void lum_demux_get_sensor(const lum_demux *demux, size_t i,
-                          lum_demux_sensor *out)
+uint32_t lum_demux_address(const lum_demux *demux, size_t i)
 {
-    const struct address *entry = &demux->addresses[demux->sensors[i]];
-    *out = (lum_demux_sensor){.address = entry->address};
-    add_address(&out->counters, entry);
+    return demux->addresses[demux->sensors[i]].address;
 }
 
-void lum_demux_total(const lum_demux *demux, lum_demux_counters *out)
+lum_result lum_demux_count(const lum_demux *demux, size_t i,
+                           lum_demux_counters *out)
 {
-    *out = (lum_demux_counters){.other = demux->other};
+    lum_demux_counters c = {.struct_size = sizeof c};
+    add_address(&c, &demux->addresses[demux->sensors[i]]);
+    return lum_sized_fill(out, &c, sizeof c) ? LUM_OK : LUM_E_VALUE;
+}
+
+lum_result lum_demux_total(const lum_demux *demux, lum_demux_counters *out)
+{
+    lum_demux_counters c = {.struct_size = sizeof c, .other = demux->other};
     for (size_t i = 0; i < demux->address_count; i++) {
         const struct address *entry = &demux->addresses[i];
         if (!entry->is_sensor || is_asked_for(demux, entry)) {
-            add_address(out, entry);
+            add_address(&c, entry);
         }
     }
-    add_address(out, &demux->addresses[ADDRESSES_MAX]);
+    add_address(&c, &demux->addresses[ADDRESSES_MAX]);
+    return lum_sized_fill(out, &c, sizeof c) ? LUM_OK : LUM_E_VALUE;
 }

@@ -311,7 +311,8 @@ size_t lum_merge_count(const lum_merge *merge)
 void lum_merge_get(const lum_merge *merge, size_t i, lum_capture_source *out)
 {
     const struct part *p = &merge->parts[i];
-    *out = (lum_capture_source){.name = p->name,
+    *out = (lum_capture_source){.struct_size = sizeof *out,
+                                .name = p->name,
                                 .records = p->records,
                                 .first_ns = p->first_ns,
                                 .last_ns = p->last_ns,

@@ -1,5 +1,8 @@
 #include "source_internal.h"
 
+#include "base/sized.h"
+
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -92,16 +95,27 @@ lum_source *lum_source_from_memory(const char *name, const void *bytes,
 }
 
 lum_source *lum_source_from_functions(const char *name,
-                                      const lum_source_functions *functions)
+                                      const lum_source_functions *functions,
+                                      lum_error *error)
 {
-    lum_source *s = new_source(name);
-    if (s != NULL && !make_room(s, HALF_BYTES)) {
-        lum_source_close(s);
+    lum_source_functions known;
+    if (lum_sized_take(&known, sizeof known, functions,
+                       "the source's functions", "lum_source_functions",
+                       error) != 0) {
         return NULL;
     }
-    if (s != NULL) {
-        s->functions = *functions;
+    if (known.read == NULL) {
+        errno = EINVAL;
+        (void)lum_error_set(error, "a source needs a function that reads");
+        return NULL;
     }
+    lum_source *s = new_source(name);
+    if (s == NULL || !make_room(s, HALF_BYTES)) {
+        lum_source_close(s);
+        (void)lum_error_set(error, "out of memory");
+        return NULL;
+    }
+    s->functions = known;
     return s;
 }
 

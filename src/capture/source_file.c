@@ -31,9 +31,12 @@ static lum_source *from_descriptor(const char *name, int fd)
         return NULL;
     }
     file->fd = fd;
-    const lum_source_functions functions = {read_some, close_file, file,
-                                            lum_source_file_bytes(fd)};
-    lum_source *source = lum_source_from_functions(name, &functions);
+    const lum_source_functions functions = {.struct_size = sizeof functions,
+                                            .read = read_some,
+                                            .close = close_file,
+                                            .context = file,
+                                            .total = lum_source_file_bytes(fd)};
+    lum_source *source = lum_source_from_functions(name, &functions, NULL);
     if (source == NULL) {
         free(file);
     }

@@ -47,7 +47,7 @@ int lum_unpack(lum_source **source, lum_error *error)
     }
     lum_source *s = NULL;
     if (unpacker(packed, &functions) == 0) {
-        s = lum_source_from_functions(packed->name, &functions);
+        s = lum_source_from_functions(packed->name, &functions, NULL);
         if (s == NULL) {
             functions.close(functions.context);
         }

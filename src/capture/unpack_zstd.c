@@ -75,8 +75,10 @@ static int unpack(lum_source *packed, lum_source_functions *out)
     }
     u->stream = stream;
     u->packed = packed;
-    *out = (lum_source_functions){
-        .read = read_some, .close = close_unpacker, .context = u};
+    *out = (lum_source_functions){.struct_size = sizeof *out,
+                                  .read = read_some,
+                                  .close = close_unpacker,
+                                  .context = u};
     return 0;
 }
 

@@ -1,5 +1,6 @@
 #define _POSIX_C_SOURCE 200809L
 
+#include "base/sized.h"
 #include "writer_internal.h"
 
 #include <errno.h>
@@ -294,16 +295,26 @@ static int open_writer(const char *path, const lum_writer_options *options,
     return 0;
 }
 
+static int open_known(const char *path, const lum_writer_options *options,
+                      bool rehearses, lum_writer **out, lum_error *error)
+{
+    lum_writer_options known;
+    return lum_sized_take(&known, sizeof known, options, "the writer's options",
+                          "lum_writer_options", error) == 0
+               ? open_writer(path, &known, rehearses, out, error)
+               : -1;
+}
+
 int lum_writer_open(const char *path, const lum_writer_options *options,
                     lum_writer **out, lum_error *error)
 {
-    return open_writer(path, options, false, out, error);
+    return open_known(path, options, false, out, error);
 }
 
 int lum_writer_rehearse(const lum_writer_options *options, lum_writer **out,
                         lum_error *error)
 {
-    return open_writer("/dev/null", options, true, out, error);
+    return open_known("/dev/null", options, true, out, error);
 }
 
 /* --- Lines --- */
@@ -352,13 +363,18 @@ static int check_row(const lum_writer *writer, const lum_line_samples *line,
 int lum_writer_add(lum_writer *writer, const lum_line_samples *line,
                    lum_error *error)
 {
+    lum_line_samples known;
+    if (lum_sized_take(&known, sizeof known, line, "the line",
+                       "lum_line_samples", error) != 0) {
+        return -1;
+    }
     if (writer->failed ||
-        (line->count > 0 &&
-         (check_row(writer, line, &writer->failure) != 0 ||
-          writer->ops->add(writer, line, &writer->failure) != 0))) {
+        (known.count > 0 &&
+         (check_row(writer, &known, &writer->failure) != 0 ||
+          writer->ops->add(writer, &known, &writer->failure) != 0))) {
         return remember(writer, error);
     }
-    writer->points += line->count;
+    writer->points += known.count;
     return 0;
 }
 

@@ -17,6 +17,8 @@
  * clock; otherwise the eye has started again. So the low 32 bits show which is
  * older. */
 
+/* --- Opening --- */
+
 /* A line of which nothing is known. */
 static LUM_ONE_COPY void clear_line(const lum_receiver *r, lum_line_slot *slot)
 {
@@ -63,6 +65,8 @@ const lum_receiver_counters *lum_receiver_counted(const lum_receiver *r)
 {
     return &r->counters;
 }
+
+/* --- Lines --- */
 
 static bool is_within(uint32_t ahead_us, uint32_t reach_us)
 {
@@ -127,6 +131,8 @@ static void open_line(const lum_receiver *r, lum_receiver_eye *eye,
     slot->line.number = group->line;
     slot->line.clock_us = r->clock_us;
 }
+
+/* --- Clocks --- */
 
 /* Any clock may come next. */
 static void begin_anew(lum_receiver *r, lum_receiver_eye *eye)
@@ -208,6 +214,8 @@ static LUM_ONE_COPY bool go_to_line(lum_receiver *r, lum_receiver_eye *eye,
     open_line(r, eye, group);
     return true;
 }
+
+/* --- Words and packets --- */
 
 static bool is_marked(const uint32_t *marks, uint32_t pixel)
 {

@@ -1,7 +1,7 @@
 #include "lum/frame/clock_fit.h"
 
+#include "base/sized.h"
 #include "clock_line.h"
-#include "sized.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,6 @@
 #include "frame_internal.h"
-#include "sized.h"
+
+#include "base/sized.h"
 
 #include <string.h>
 

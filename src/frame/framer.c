@@ -1,8 +1,8 @@
 #include "lum/frame/framer.h"
 
+#include "base/sized.h"
 #include "frame_internal.h"
 #include "pace.h"
-#include "sized.h"
 #include "under_way.h"
 
 #include "lum/smooth.h"
@@ -122,20 +122,14 @@ static void drop_draft(struct draft *draft)
     draft->is_used = false;
 }
 
-/* As much as the caller knows of. */
-static void copy_options(void *out, size_t size, const void *from,
-                         size_t from_size)
-{
-    memset(out, 0, size);
-    memcpy(out, from, from_size < size ? from_size : size);
-}
-
 /* --- Options and views --- */
 
 static int read_view(const lum_view *given, struct view *out, lum_error *error)
 {
     lum_view v;
-    copy_options(&v, sizeof v, given, given->struct_size);
+    if (lum_sized_take(&v, sizeof v, given, "a view", "lum_view", error) != 0) {
+        return -1;
+    }
     out->asked = v;
     out->selection = v.selection;
     out->columns = v.columns;
@@ -255,21 +249,24 @@ static int allocate(lum_framer *f, const lum_demux_options *demux,
 {
     const size_t words = demux->config.words_per_line;
     lum_column_work *w = &f->work;
-    f->demux = lum_demux_new(demux);
+    if (lum_demux_new(demux, &f->demux, error) != 0) {
+        return -1;
+    }
     f->pool = lum_frame_pool_new(points_max, SPARE_MAX);
     w->samples.returns = malloc(words * sizeof *w->samples.returns);
     w->sample = malloc(words * sizeof *w->sample);
     w->strongest = malloc(words * sizeof *w->strongest);
     w->pixel = malloc(words * sizeof *w->pixel);
-    return f->demux != NULL && f->pool != NULL && w->samples.returns != NULL &&
-                   w->sample != NULL && w->strongest != NULL && w->pixel != NULL
+    return f->pool != NULL && w->samples.returns != NULL && w->sample != NULL &&
+                   w->strongest != NULL && w->pixel != NULL
                ? 0
                : lum_error_set(error, "out of memory");
 }
 
 static int set_up(lum_framer *f, const lum_framer_options *o, lum_error *error)
 {
-    lum_demux_options demux = {.has_sensor = o->has_sensor,
+    lum_demux_options demux = {.struct_size = sizeof demux,
+                               .has_sensor = o->has_sensor,
                                .sensor = o->sensor};
     lum_layout_default(&demux.layout);
     lum_assembler_config_default(&demux.config);
@@ -301,12 +298,10 @@ int lum_framer_new(const lum_framer_options *options, lum_framer **out,
 {
     lum_framer_options known;
     *out = NULL;
-    if (options->struct_size <= sizeof options->struct_size) {
-        return lum_error_set(error,
-                             "struct_size of the framer's options is not set; "
-                             "set it to sizeof(lum_framer_options)");
+    if (lum_sized_take(&known, sizeof known, options, "the framer's options",
+                       "lum_framer_options", error) != 0) {
+        return -1;
     }
-    copy_options(&known, sizeof known, options, options->struct_size);
     lum_framer *f = calloc(1, sizeof *f);
     if (f == NULL) {
         return lum_error_set(error, "out of memory");
@@ -558,17 +553,17 @@ static struct draft *find_lowest(struct sensor *s)
 
 static void seal(lum_framer *f, struct sensor *s, struct draft *draft)
 {
-    lum_demux_sensor sensor;
+    const uint32_t sensor =
+        lum_demux_address(f->demux, lum_demux_current_index(f->demux));
     const lum_frame *first = draft->frames[0];
     lum_frame_end end = {.has_clock = f->has_clock,
                          .clock = s->clock,
                          .lines_late = s->lines_late};
     memcpy(end.lines_max, s->lines_max, sizeof end.lines_max);
-    lum_demux_get_sensor(f->demux, lum_demux_current_index(f->demux), &sensor);
     for (size_t i = 0; i < draft->frame_count; i++) {
         lum_frame_info *info = &draft->frames[i]->info;
         info->number = draft->number;
-        info->sensor = sensor.address;
+        info->sensor = sensor;
         info->is_first = s->has_joined && !is_before(s->joined, draft->number);
         info->is_last = f->is_flushing;
         lum_frame_seal(draft->frames[i], &end);

@@ -1,7 +1,8 @@
 #include "lum/frame/reader.h"
 
+#include "base/sized.h"
+
 #include <stdlib.h>
-#include <string.h>
 
 /* What the reader is about. */
 enum stage {
@@ -43,12 +44,11 @@ static void close_records(const lum_record_source *records)
 }
 
 /* What was given is the reader's now. */
-static int refuse(const lum_reader_options *o, lum_error *error)
+static int refuse(const lum_reader_options *o, const lum_record_source *records,
+                  lum_error *error)
 {
     lum_source_close(o->source);
-    if (o->records != NULL) {
-        close_records(o->records);
-    }
+    close_records(records);
     return lum_error_set(error, "a reader needs one source: a path, paths, "
                                 "bytes or records");
 }
@@ -70,21 +70,22 @@ static int open_capture(const lum_reader_options *o, lum_capture **out,
                : lum_capture_open_several(o->paths, o->path_count, out, error);
 }
 
+/* out holds the caller's records, if there are any. */
 static int open_source(const lum_reader_options *o, lum_record_source *out,
                        lum_error *error)
 {
     lum_capture *capture = NULL;
     if (count_given(o) != 1u) {
-        return refuse(o, error);
+        return refuse(o, out, error);
     }
     if (o->records != NULL) {
-        *out = *o->records;
         return 0;
     }
     if (open_capture(o, &capture, error) != 0) {
         return -1;
     }
-    *out = (lum_record_source){.next = capture_next,
+    *out = (lum_record_source){.struct_size = sizeof *out,
+                               .next = capture_next,
                                .progress = capture_progress,
                                .close = capture_close,
                                .context = capture};
@@ -102,16 +103,19 @@ static int open_framer(lum_reader *r, const lum_reader_options *o,
 int lum_reader_open(const lum_reader_options *options, lum_reader **out,
                     lum_error *error)
 {
-    lum_reader_options o = {.struct_size = sizeof o};
+    lum_reader_options o;
+    lum_record_source source = {.struct_size = sizeof source};
     *out = NULL;
-    if (options->struct_size <= sizeof options->struct_size) {
-        return lum_error_set(error,
-                             "struct_size of the reader's options is not set; "
-                             "set it to sizeof(lum_reader_options)");
+    if (lum_sized_take(&o, sizeof o, options, "the reader's options",
+                       "lum_reader_options", error) != 0) {
+        return -1;
     }
-    memcpy(&o, options,
-           options->struct_size < sizeof o ? options->struct_size : sizeof o);
-    lum_record_source source = {.next = NULL};
+    if (o.records != NULL && lum_sized_take(&source, sizeof source, o.records,
+                                            "the source of records",
+                                            "lum_record_source", error) != 0) {
+        lum_source_close(o.source);
+        return -1;
+    }
     if (open_source(&o, &source, error) != 0) {
         return -1;
     }

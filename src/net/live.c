@@ -1,10 +1,10 @@
 #include "lum/net/live.h"
 
+#include "base/sized.h"
 #include "lum/base/time.h"
 #include "lum/wire.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #define NS_PER_MS INT64_C(1000000)
 
@@ -110,18 +110,27 @@ static int next(void *context, lum_record *out, lum_error *error)
 int lum_live_source(const lum_live_options *options, lum_record_source *out,
                     lum_error *error)
 {
-    const size_t size = options->struct_size;
-    if (size < offsetof(lum_live_options, duration_ms) ||
-        options->sensor == NULL) {
-        return lum_error_set(
-            error, "struct_size and sensor of a live source are to be set");
+    const lum_record_source none = {.struct_size = sizeof none};
+    lum_live_options known;
+    if (lum_sized_take(&known, sizeof known, options,
+                       "the live source's options", "lum_live_options",
+                       error) != 0) {
+        return -1;
+    }
+    if (known.sensor == NULL) {
+        return lum_error_set(error,
+                             "a live source needs the session of a sensor");
+    }
+    if (!lum_sized_fill(out, &none, sizeof none)) {
+        return lum_error_set(error,
+                             "struct_size of the source of records is not set; "
+                             "set it to sizeof(lum_record_source)");
     }
     struct live *l = calloc(1, sizeof *l);
     if (l == NULL) {
         return lum_error_set(error, "out of memory");
     }
-    memcpy(&l->options, options,
-           size < sizeof l->options ? size : sizeof l->options);
+    l->options = known;
     if (l->options.silence_ms == 0) {
         l->options.silence_ms = LUM_SENSOR_SILENCE_MS;
     }
@@ -131,6 +140,10 @@ int lum_live_source(const lum_live_options *options, lum_record_source *out,
                     : l->heard_ns + NS_PER_MS * (int64_t)l->options.duration_ms;
     l->sensor = lum_sensor_endpoint(l->options.sensor);
     lum_socket_local(lum_sensor_socket(l->options.sensor), &l->client);
-    *out = (lum_record_source){.next = next, .close = free, .context = l};
+    const lum_record_source source = {.struct_size = sizeof source,
+                                      .next = next,
+                                      .close = free,
+                                      .context = l};
+    (void)lum_sized_fill(out, &source, sizeof source);
     return 0;
 }

@@ -1,22 +1,12 @@
 #include "lum/net/sensor.h"
 
+#include "base/sized.h"
 #include "lum/base/time.h"
 #include "net/endpoint.h"
 #include "net/session.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-void lum_sensor_options_default(lum_sensor_options *out)
-{
-    memset(out, 0, sizeof *out);
-    out->sensor = (lum_endpoint){LUM_BOOT_ADDRESS, LUM_PORT};
-    lum_layout_default(&out->layout);
-    out->heartbeat_ms = LUM_SENSOR_HEARTBEAT_MS;
-    out->timeout_ms = LUM_SENSOR_TIMEOUT_MS;
-    out->retries = LUM_SENSOR_RETRIES;
-    out->receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
-}
 
 static int check_options(const lum_sensor_options *options, lum_error *error)
 {
@@ -72,6 +62,7 @@ static lum_net_result open_parts(lum_sensor *s,
                                  lum_error *error)
 {
     const lum_socket_options wanted = {
+        .struct_size = sizeof wanted,
         .interface_name = options->interface_name,
         .receive_buffer = options->receive_buffer};
     if (options->owns) {
@@ -84,12 +75,9 @@ static lum_net_result open_parts(lum_sensor *s,
     return lum_socket_open(&wanted, &s->socket, error);
 }
 
-lum_net_result lum_sensor_open(const lum_sensor_options *options,
-                               lum_sensor **out, lum_error *error)
+static lum_net_result open_known(const lum_sensor_options *options,
+                                 lum_sensor **out, lum_error *error)
 {
-    if (check_options(options, error) != 0) {
-        return LUM_NET_FAILED;
-    }
     lum_sensor *s = calloc(1, sizeof *s);
     if (s == NULL) {
         (void)lum_error_set(error, "no memory for a session");
@@ -110,6 +98,18 @@ lum_net_result lum_sensor_open(const lum_sensor_options *options,
     begin_exchange(s, options);
     *out = s;
     return LUM_NET_OK;
+}
+
+lum_net_result lum_sensor_open(const lum_sensor_options *options,
+                               lum_sensor **out, lum_error *error)
+{
+    lum_sensor_options known;
+    if (lum_sized_take(&known, sizeof known, options, "the session's options",
+                       "lum_sensor_options", error) != 0 ||
+        check_options(&known, error) != 0) {
+        return LUM_NET_FAILED;
+    }
+    return open_known(&known, out, error);
 }
 
 bool lum_sensor_is_owned(lum_endpoint sensor, const char *interface_name,
@@ -228,10 +228,12 @@ lum_net_result lum_sensor_set_ip(lum_sensor *sensor, uint32_t address,
     return lum_session_send(sensor, packet, sizeof packet, &sent, error);
 }
 
-void lum_sensor_count(lum_sensor *sensor, lum_sensor_counters *out)
+lum_result lum_sensor_count(lum_sensor *sensor, lum_sensor_counters *out)
 {
-    *out = sensor->counters;
-    out->kernel_drops = lum_socket_drops(sensor->socket);
+    sensor->counters.kernel_drops = lum_socket_drops(sensor->socket);
+    return lum_sized_fill(out, &sensor->counters, sizeof sensor->counters)
+               ? LUM_OK
+               : LUM_E_VALUE;
 }
 
 bool lum_sensor_moved_to(const lum_sensor *sensor, lum_endpoint *out)

@@ -1,4 +1,5 @@
 #define _POSIX_C_SOURCE 200809L
+#include "base/sized.h"
 #include "lum/base/time.h"
 #include "net/cancel_handle.h"
 #include "net/socket_messages.h"
@@ -100,6 +101,11 @@ static lum_net_result set_up(lum_socket *socket,
 lum_net_result lum_socket_open(const lum_socket_options *options,
                                lum_socket **out, lum_error *error)
 {
+    lum_socket_options known;
+    if (lum_sized_take(&known, sizeof known, options, "the socket's options",
+                       "lum_socket_options", error) != 0) {
+        return LUM_NET_FAILED;
+    }
     lum_socket *socket = malloc(sizeof *socket);
     if (socket == NULL) {
         (void)lum_error_set(error, "no memory left for a socket");
@@ -114,7 +120,7 @@ lum_net_result lum_socket_open(const lum_socket_options *options,
         lum_socket_close(socket);
         return LUM_NET_FAILED;
     }
-    const lum_net_result result = set_up(socket, options, error);
+    const lum_net_result result = set_up(socket, &known, error);
     if (result != LUM_NET_OK) {
         lum_socket_close(socket);
         return result;

@@ -1,5 +1,6 @@
 #include "net/winsock.h"
 
+#include "base/sized.h"
 #include "lum/base/time.h"
 #include "net/adapter.h"
 #include "net/cancel_handle.h"
@@ -133,10 +134,13 @@ static lum_net_result open_started(const lum_socket_options *options,
 lum_net_result lum_socket_open(const lum_socket_options *options,
                                lum_socket **out, lum_error *error)
 {
-    if (lum_winsock_start(error) != 0) {
+    lum_socket_options known;
+    if (lum_sized_take(&known, sizeof known, options, "the socket's options",
+                       "lum_socket_options", error) != 0 ||
+        lum_winsock_start(error) != 0) {
         return LUM_NET_FAILED;
     }
-    const lum_net_result result = open_started(options, out, error);
+    const lum_net_result result = open_started(&known, out, error);
     if (result != LUM_NET_OK) {
         lum_winsock_stop();
     }

@@ -116,7 +116,8 @@ static int print_csv(struct context *c, const char *source)
 static int make_csv(const char *source, const char *path)
 {
     struct context *c = calloc(1, sizeof *c);
-    lum_demux_options options = {.has_sensor = false};
+    lum_demux_options options = {.struct_size = sizeof options,
+                                 .has_sensor = false};
     lum_calibration calibration;
     if (c == NULL) {
         return fail("memory");
@@ -126,9 +127,8 @@ static int make_csv(const char *source, const char *path)
     lum_calibration_default(&calibration);
     lum_selection_default(&c->selection);
     c->workspace.returns = c->returns;
-    c->demux = lum_demux_new(&options);
     c->out = fopen(path, "wx");
-    if (c->demux == NULL || c->out == NULL ||
+    if (lum_demux_new(&options, &c->demux, NULL) != 0 || c->out == NULL ||
         lum_projector_init(&c->projector, &calibration, &options.layout) !=
             LUM_OK) {
         return fail(path);

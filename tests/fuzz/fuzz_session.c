@@ -352,7 +352,7 @@ static void step(void)
 
 static void check_counters(void)
 {
-    lum_sensor_counters c;
+    lum_sensor_counters c = {.struct_size = sizeof c};
     lum_sensor_count(run.sensor, &c);
     const int64_t passed = fake.now_ns - run.start_ns;
     const uint64_t beats =

@@ -6,7 +6,7 @@
 int main(void)
 {
     lum_writer *writer = NULL;
-    lum_writer_options options = {0};
+    lum_writer_options options = {.struct_size = sizeof options};
     lum_error error;
 
     options.format = LUM_FORMAT_LAS;

@@ -51,7 +51,9 @@ static int write_points(const char *path)
     memset(&options, 0, sizeof options);
     memset(&sample, 0, sizeof sample);
     memset(&line, 0, sizeof line);
+    options.struct_size = sizeof options;
     options.format = LUM_FORMAT_CSV;
+    line.struct_size = sizeof line;
     line.samples = &sample;
     line.count = 1;
     if (lum_writer_open(path, &options, &writer, &error) != 0) {

@@ -58,6 +58,22 @@ class Tree(unittest.TestCase):
             self.assertTrue(any(set(pair) <= set(group) for group in rooms.circles(files)))
 
 
+class Structs(unittest.TestCase):
+    """What liblumsdk and its callers hand each other, in rooms that are not for firmware (docs/design.md)."""
+
+    STRUCT = re.compile(r"/\*\*((?:[^*]|\*(?!/))*)\*/\s*typedef struct (lum_\w+) \{\s*([^;]*;)")
+
+    def test_every_public_struct_tells_its_size_or_never_grows(self):
+        headers = [path for room in ("base", "capture", "cloud", "frame", "net") for path in (TOP / "include/lum" / room).glob("*.h")]
+        found = [(path, *match.groups()) for path in sorted(headers) for match in self.STRUCT.finditer(path.read_text())]
+        self.assertEqual(len(found), sum(len(re.findall(r"^typedef struct \w+ \{", path.read_text(), re.M)) for path in headers))
+        for path, comment, name, member in found:
+            with self.subTest(name):
+                is_sized = member == "size_t struct_size;"
+                is_fixed = "never grows" in " ".join(comment.replace("*", " ").split())
+                self.assertNotEqual(is_sized, is_fixed, f"{path}: {name} begins with struct_size, or its comment says that it never grows")
+
+
 class Documents(unittest.TestCase):
     """docs/design.md has each source in the table of its folder, and nothing else."""
 

@@ -122,7 +122,8 @@ static void note_line(const lum_projector *projector, const lum_line *line)
 
 static void look_into(const char *path)
 {
-    lum_demux_options options = {.has_sensor = false};
+    lum_demux_options options = {.struct_size = sizeof options,
+                                 .has_sensor = false};
     lum_calibration calibration;
     lum_projector projector;
     lum_profile profile;
@@ -136,7 +137,8 @@ static void look_into(const char *path)
                      LUM_OK);
     assert_int_equal(
         lum_projector_init(&projector, &calibration, &options.layout), LUM_OK);
-    lum_demux *demux = lum_demux_new(&options);
+    lum_demux *demux = NULL;
+    assert_int_equal(lum_demux_new(&options, &demux, NULL), 0);
     assert_int_equal(lum_capture_open(path, &capture, NULL), 0);
     while (lum_capture_next(capture, &record, NULL) > 0) {
         content.packets++;

@@ -1014,7 +1014,7 @@ static void of_the_first_sensor_alone_frames_are_made(void **state)
     const lum_framer_options options = {.struct_size = sizeof options,
                                         .only_first = true};
     struct run *r = run_new(&options);
-    lum_demux_counters total;
+    lum_demux_counters total = {.struct_size = sizeof total};
     for (uint32_t line = 0; line < LINES; line++) {
         drive_pixels(&r->line, LUM_EYE_BLUE, line, r->clock, 0, 1000);
         push_line(r, DRIVE_SENSOR + 5u);

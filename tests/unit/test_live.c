@@ -19,7 +19,7 @@
 static const lum_endpoint sensor_at = {DRIVE_SENSOR, 40001}; /* a relay's */
 
 static lum_sensor *sensor;
-static lum_record_source source;
+static lum_record_source source = {.struct_size = sizeof source};
 static lum_record record;
 static lum_error error;
 
@@ -227,16 +227,33 @@ static void a_cancel_ends_the_stream(void **state)
 static void options_without_a_size_or_a_sensor_are_refused(void **state)
 {
     (void)state;
-    const lum_live_options cases[] = {
-        {.struct_size = 0, .sensor = sensor},
-        {.struct_size = sizeof(size_t), .sensor = sensor},
-        {.struct_size = sizeof(lum_live_options), .sensor = NULL}};
+    static const char unset[] = "struct_size of the live source's options is "
+                                "not set; set it to sizeof(lum_live_options)";
+    const struct {
+        lum_live_options options;
+        const char *says;
+    } cases[] = {{{.struct_size = 0, .sensor = sensor}, unset},
+                 {{.struct_size = sizeof(size_t), .sensor = sensor}, unset},
+                 {{.struct_size = sizeof(lum_live_options), .sensor = NULL},
+                  "a live source needs the session of a sensor"}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        assert_int_equal(lum_live_source(&cases[i], &source, &error), -1);
-        assert_string_equal(
-            error.text,
-            "struct_size and sensor of a live source are to be set");
+        assert_int_equal(lum_live_source(&cases[i].options, &source, &error),
+                         -1);
+        assert_string_equal(error.text, cases[i].says);
     }
+}
+
+static void a_source_without_a_size_is_refused(void **state)
+{
+    const lum_live_options options = {.struct_size = sizeof options,
+                                      .sensor = sensor};
+    lum_record_source unset = {.next = NULL};
+    (void)state;
+    assert_int_equal(lum_live_source(&options, &unset, &error), -1);
+    assert_string_equal(error.text,
+                        "struct_size of the source of records is not set; set "
+                        "it to sizeof(lum_record_source)");
+    assert_null(unset.context);
 }
 
 static void options_of_a_shorter_version_have_defaults_beyond(void **state)
@@ -255,7 +272,7 @@ static void options_of_a_shorter_version_have_defaults_beyond(void **state)
 static void a_reader_makes_frames_of_a_live_sensor(void **state)
 {
     static struct drive_line line;
-    lum_record_source live;
+    lum_record_source live = {.struct_size = sizeof live};
     lum_reader *reader = NULL;
     const lum_frame *frame = NULL;
     size_t points = 0;
@@ -300,6 +317,7 @@ int main(void)
         FRESH(without_a_listener_events_are_passed_over),
         FRESH(a_cancel_ends_the_stream),
         FRESH(options_without_a_size_or_a_sensor_are_refused),
+        FRESH(a_source_without_a_size_is_refused),
         FRESH(options_of_a_shorter_version_have_defaults_beyond),
         FRESH(a_reader_makes_frames_of_a_live_sensor),
     };

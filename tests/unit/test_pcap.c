@@ -953,7 +953,10 @@ static void pieces_of_any_size_give_the_same(void **state)
         struct reading r = {.exact = NULL};
         r.source = lum_source_from_functions(
             "pieces",
-            &(lum_source_functions){.read = read_piece, .context = &p});
+            &(lum_source_functions){.struct_size = sizeof(lum_source_functions),
+                                    .read = read_piece,
+                                    .context = &p},
+            NULL);
         assert_non_null(r.source);
         r.reader = lum_pcap_new(r.source);
         assert_non_null(r.reader);

@@ -111,7 +111,8 @@ static void add(lum_raster *raster, uint8_t eye, float azimuth, float elevation,
 {
     const lum_sample sample = {
         .x = range, .range = range, .azimuth = azimuth, .elevation = elevation};
-    const lum_line_samples line = {.samples = &sample, .count = 1, .eye = eye};
+    const lum_line_samples line = {
+        .struct_size = sizeof line, .samples = &sample, .count = 1, .eye = eye};
     lum_raster_add(raster, &line);
 }
 

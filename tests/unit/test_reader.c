@@ -163,11 +163,13 @@ static void a_callers_function_gives_the_same(void **state)
 {
     (void)state;
     struct pieces pieces = {0, 0};
-    const lum_source_functions functions = {
-        .read = read_piece, .close = close_pieces, .context = &pieces};
+    const lum_source_functions functions = {.struct_size = sizeof functions,
+                                            .read = read_piece,
+                                            .close = close_pieces,
+                                            .context = &pieces};
     const lum_reader_options options = {
         .struct_size = sizeof options,
-        .source = lum_source_from_functions("pieces", &functions)};
+        .source = lum_source_from_functions("pieces", &functions, NULL)};
     assert_whole(open_reader(&options));
     assert_int_equal(pieces.closed, 1);
 }
@@ -208,8 +210,10 @@ static void records_of_a_caller_give_the_same(void **state)
 {
     (void)state;
     struct live *live = calloc(1, sizeof *live);
-    const lum_record_source source = {
-        .next = next_live, .close = close_live, .context = live};
+    const lum_record_source source = {.struct_size = sizeof source,
+                                      .next = next_live,
+                                      .close = close_live,
+                                      .context = live};
     const lum_reader_options options = {.struct_size = sizeof options,
                                         .records = &source};
     assert_non_null(live);
@@ -235,11 +239,12 @@ static void fragments_are_counted_once(void **state)
 {
     (void)state;
     bool is_given = false;
-    const lum_record_source source = {.next = next_only, .context = &is_given};
+    const lum_record_source source = {
+        .struct_size = sizeof source, .next = next_only, .context = &is_given};
     const lum_reader_options options = {.struct_size = sizeof options,
                                         .records = &source};
     const lum_frame *frame = NULL;
-    lum_demux_counters total;
+    lum_demux_counters total = {.struct_size = sizeof total};
     lum_reader *reader = open_reader(&options);
     assert_int_equal(lum_reader_next_frame(reader, &frame, NULL), 0);
     lum_demux_total(lum_framer_demux(lum_reader_framer(reader)), &total);
@@ -251,11 +256,13 @@ static void what_was_read_stands_before_the_error(void **state)
 {
     (void)state;
     struct live *live = calloc(1, sizeof *live);
-    const lum_record_source source = {
-        .next = next_live, .close = close_live, .context = live};
+    const lum_record_source source = {.struct_size = sizeof source,
+                                      .next = next_live,
+                                      .close = close_live,
+                                      .context = live};
     const lum_reader_options options = {.struct_size = sizeof options,
                                         .records = &source};
-    lum_demux_counters total;
+    lum_demux_counters total = {.struct_size = sizeof total};
     lum_error error = {""};
     size_t frames = 0;
     uint64_t points = 0;
@@ -391,8 +398,10 @@ static void a_reader_wants_one_source_and_closes_what_it_was_given(void **state)
 {
     (void)state;
     struct live live = {.closed = 0};
-    const lum_record_source source = {
-        .next = next_live, .close = close_live, .context = &live};
+    const lum_record_source source = {.struct_size = sizeof source,
+                                      .next = next_live,
+                                      .close = close_live,
+                                      .context = &live};
     lum_framer_options framer = {.struct_size = 0};
     lum_reader_options o = {.struct_size = 0};
     assert_refused(&o, "struct_size of the reader's options is not set; set it "
@@ -512,7 +521,8 @@ static int next_big(void *context, lum_record *out, lum_error *error)
 static unsigned read_big(void)
 {
     static struct live live;
-    const lum_record_source source = {.next = next_big, .context = &live};
+    const lum_record_source source = {
+        .struct_size = sizeof source, .next = next_big, .context = &live};
     struct rusage usage;
     lum_view view;
     lum_error error = {""};

@@ -32,7 +32,8 @@ struct peer {
 
 static void peer_open(struct peer *p, unsigned host, uint16_t port)
 {
-    const lum_socket_options options = {.local = {HERE + host, port}};
+    const lum_socket_options options = {.struct_size = sizeof options,
+                                        .local = {HERE + host, port}};
     lum_error error = {""};
     memset(p, 0, sizeof *p);
     if (lum_socket_open(&options, &p->socket, &error) != LUM_NET_OK) {
@@ -128,7 +129,7 @@ static lum_sensor_event expect(lum_sensor *sensor, lum_sensor_event_kind kind)
 
 static lum_sensor_counters counters(lum_sensor *sensor)
 {
-    lum_sensor_counters c;
+    lum_sensor_counters c = {.struct_size = sizeof c};
     lum_sensor_count(sensor, &c);
     return c;
 }

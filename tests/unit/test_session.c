@@ -124,7 +124,7 @@ static lum_sensor_event_kind receive_for(int64_t ns)
 
 static lum_sensor_counters counters(void)
 {
-    lum_sensor_counters c;
+    lum_sensor_counters c = {.struct_size = sizeof c};
     lum_sensor_count(sensor, &c);
     return c;
 }

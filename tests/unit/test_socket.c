@@ -53,7 +53,8 @@ static lum_socket *open_with(const lum_socket_options *options)
 
 static lum_socket *open_here(size_t receive_buffer)
 {
-    const lum_socket_options options = {.local = {.address = HERE},
+    const lum_socket_options options = {.struct_size = sizeof options,
+                                        .local = {.address = HERE},
                                         .receive_buffer = receive_buffer};
     return open_with(&options);
 }
@@ -329,7 +330,8 @@ static void what_the_kernel_granted_is_looked_at(void **state)
 static int ask_for_more_than_allowed(void)
 {
     const long most = number_from("/proc/sys/net/core/rmem_max");
-    const lum_socket_options options = {.local = {.address = HERE},
+    const lum_socket_options options = {.struct_size = sizeof options,
+                                        .local = {.address = HERE},
                                         .receive_buffer = (size_t)most * 4u};
     lum_socket *socket = NULL;
     if (most <= 0 || most > INT_MAX / 8 ||
@@ -405,13 +407,15 @@ static void a_port_that_is_taken_names_the_program(void **state)
     char says[160];
     (void)state;
     lum_socket *first = open_here(0);
-    const lum_socket_options options = {.local = end_of(first)};
+    const lum_socket_options options = {.struct_size = sizeof options,
+                                        .local = end_of(first)};
     assert_int_equal(refuse(&options, &error), LUM_NET_BUSY);
     own_name(name, sizeof name);
     snprintf(says, sizeof says, "UDP port 127.61.1.1:%u is taken by %s: ",
              (unsigned)options.local.port, name);
     expect_says(&error, says);
-    const lum_socket_options any = {.local = {.port = options.local.port}};
+    const lum_socket_options any = {.struct_size = sizeof any,
+                                    .local = {.port = options.local.port}};
     assert_int_equal(refuse(&any, &error), LUM_NET_BUSY);
     lum_socket_close(first);
     lum_socket_close(open_with(&options));
@@ -420,7 +424,8 @@ static void a_port_that_is_taken_names_the_program(void **state)
 static void an_interface_that_is_not_there_is_refused(void **state)
 {
     lum_error error = {""};
-    const lum_socket_options options = {.interface_name = "nonesuch0"};
+    const lum_socket_options options = {.struct_size = sizeof options,
+                                        .interface_name = "nonesuch0"};
     (void)state;
     assert_int_equal(refuse(&options, &error), LUM_NET_FAILED);
     expect_says(&error, "there is no interface nonesuch0; this host has: ");
@@ -431,6 +436,7 @@ static void an_address_of_another_host_is_refused(void **state)
 {
     lum_error error = {""};
     const lum_socket_options options = {
+        .struct_size = sizeof options,
         .local = {.address = UINT32_C(0xc0000201), .port = 5517}};
     (void)state;
     assert_int_equal(refuse(&options, &error), LUM_NET_FAILED);
@@ -442,7 +448,8 @@ static int open_a_low_port(void)
 {
     lum_error error = {""};
     lum_socket *socket = NULL;
-    const lum_socket_options options = {.local = {HERE, 100}};
+    const lum_socket_options options = {.struct_size = sizeof options,
+                                        .local = {HERE, 100}};
     if (number_from("/proc/sys/net/ipv4/ip_unprivileged_port_start") <= 100 ||
         (geteuid() == 0 && setuid(65534) != 0)) {
         return SKIPPED;
@@ -633,7 +640,8 @@ static void programs_that_are_started_do_not_get_the_descriptor(void **state)
 
 static void the_loopback_can_be_named(void **state)
 {
-    const lum_socket_options options = {.local = {.address = HERE},
+    const lum_socket_options options = {.struct_size = sizeof options,
+                                        .local = {.address = HERE},
                                         .interface_name = "lo"};
     (void)state;
     lum_socket *to = open_with(&options);
@@ -666,8 +674,10 @@ static bool other_interface(char *name)
  * interface alone; negative: it cannot be opened. */
 static int count_on(const char *interface)
 {
-    const lum_socket_options to_options = {.interface_name = interface};
-    const lum_socket_options from_options = {.local = {.address = HERE}};
+    const lum_socket_options to_options = {.struct_size = sizeof to_options,
+                                           .interface_name = interface};
+    const lum_socket_options from_options = {.struct_size = sizeof from_options,
+                                             .local = {.address = HERE}};
     lum_socket *to = NULL;
     lum_socket *from = NULL;
     lum_received *out = NULL;
@@ -783,7 +793,8 @@ static void drops_are_told_by_the_next_datagram_at_the_latest(void **state)
 
 static int send_without_a_network(void)
 {
-    const lum_socket_options options = {.receive_buffer = 0};
+    const lum_socket_options options = {.struct_size = sizeof options,
+                                        .receive_buffer = 0};
     const lum_outgoing datagram = {"x", 1, {UINT32_C(0x0a2a0025), 5517}};
     lum_socket *socket = NULL;
     lum_error error = {""};

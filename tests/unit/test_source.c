@@ -63,8 +63,12 @@ static uint8_t *make_bytes(void)
 
 static lum_source *source_of(struct feed *f)
 {
-    const lum_source_functions functions = {read_feed, close_feed, f, f->len};
-    lum_source *s = lum_source_from_functions("feed", &functions);
+    const lum_source_functions functions = {.struct_size = sizeof functions,
+                                            .read = read_feed,
+                                            .close = close_feed,
+                                            .context = f,
+                                            .total = f->len};
+    lum_source *s = lum_source_from_functions("feed", &functions, NULL);
     assert_non_null(s);
     return s;
 }

@@ -205,7 +205,11 @@ static void a_failure_beneath_is_told(void **state)
         skip();
     }
     lum_source *s = lum_source_from_functions(
-        "x", &(lum_source_functions){.read = break_off, .context = &given});
+        "x",
+        &(lum_source_functions){.struct_size = sizeof(lum_source_functions),
+                                .read = break_off,
+                                .context = &given},
+        NULL);
     assert_non_null(s);
     assert_int_equal(lum_unpack(&s, &error), 0);
     assert_false(lum_source_has(s, TEXT));

@@ -100,7 +100,8 @@ static const lum_sample two[] = {
      .edge = 0},
 };
 
-static const lum_line_samples line = {.samples = two,
+static const lum_line_samples line = {.struct_size = sizeof line,
+                                      .samples = two,
                                       .count = 2,
                                       .frame = -3,
                                       .timestamp_us = 1234567,
@@ -109,7 +110,8 @@ static const lum_line_samples line = {.samples = two,
 
 static lum_writer *open_writer(lum_format format, bool ascii, bool utc)
 {
-    const lum_writer_options options = {.format = format,
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = format,
                                         .ascii = ascii,
                                         .utc = utc,
                                         .picture = lum_picture_format()};
@@ -142,8 +144,10 @@ static void expect_text(lum_format format, bool ascii, const char *want)
 static char *write_comment(lum_format format, const char *comment,
                            bool is_ascii, size_t *size)
 {
-    const lum_writer_options options = {
-        .format = format, .ascii = is_ascii, .comment = comment};
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = format,
+                                        .ascii = is_ascii,
+                                        .comment = comment};
     lum_writer *writer = NULL;
     assert_int_equal(lum_writer_open(path, &options, &writer, NULL), 0);
     for (int i = 0; i < 5000; i++) {
@@ -199,7 +203,8 @@ static void the_longest_comment_is_written(void **state)
     }
     text[LUM_WRITER_COMMENT_BYTES_MAX] = 'x';
     lum_writer *writer = NULL;
-    const lum_writer_options options = {.comment = text};
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .comment = text};
     assert_int_equal(lum_writer_open(path, &options, &writer, NULL), -1);
     assert_int_equal(errno, EINVAL);
 }
@@ -214,7 +219,8 @@ static void what_is_no_comment_is_refused(void **state)
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         lum_writer *writer = NULL;
         lum_error error = {""};
-        const lum_writer_options options = {.comment = wrong[i]};
+        const lum_writer_options options = {.struct_size = sizeof options,
+                                            .comment = wrong[i]};
         assert_int_equal(lum_writer_open(path, &options, &writer, &error), -1);
         assert_int_equal(errno, EINVAL);
         assert_non_null(strstr(error.text, "printable"));
@@ -505,7 +511,8 @@ static void every_format_writes_an_empty_cloud(void **state)
 
 static void a_line_without_samples_adds_nothing(void **state)
 {
-    const lum_line_samples none = {.samples = NULL, .count = 0};
+    const lum_line_samples none = {
+        .struct_size = sizeof none, .samples = NULL, .count = 0};
     size_t size;
     (void)state;
     lum_writer *writer = open_writer(LUM_FORMAT_CSV, false, false);
@@ -551,7 +558,8 @@ static void extreme_values_fit_every_format(void **state)
     for (int i = 0; i < LUM_FORMATS * 2; i++) {
         size_t size;
         lum_sample s[200];
-        lum_line_samples l = {.samples = s,
+        lum_line_samples l = {.struct_size = sizeof l,
+                              .samples = s,
                               .count = 200,
                               .frame = i % 2 != 0 ? INT64_MIN : INT64_MAX,
                               .timestamp_us = INT64_MIN,
@@ -610,8 +618,10 @@ static char *write_columns(lum_format format, bool ascii, const char *columns,
     lum_error error = {""};
     timed.times = two_times;
     snprintf(names, sizeof names, "%s", columns);
-    const lum_writer_options options = {
-        .format = format, .ascii = ascii, .columns = names};
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = format,
+                                        .ascii = ascii,
+                                        .columns = names};
     assert_int_equal(lum_writer_open(path, &options, &writer, &error), 0);
     memset(names, 'x', sizeof names); /* it was read */
     assert_int_equal(lum_writer_add(writer, &timed, &error), 0);
@@ -695,7 +705,8 @@ static void any_time_is_written(void **state)
     size_t size;
     (void)state;
     timed.times = times;
-    const lum_writer_options options = {.columns = "time"};
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .columns = "time"};
     assert_int_equal(lum_writer_open(path, &options, &writer, NULL), 0);
     assert_int_equal(lum_writer_add(writer, &timed, NULL), 0);
     assert_int_equal(lum_writer_close(writer, NULL), 0);
@@ -731,15 +742,18 @@ static void columns_that_cannot_be_are_refused(void **state)
     (void)state;
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         lum_error error = {""};
-        refuse_options(&(lum_writer_options){.columns = wrong[i].names},
-                       wrong[i].says);
+        refuse_options(
+            &(lum_writer_options){.struct_size = sizeof(lum_writer_options),
+                                  .columns = wrong[i].names},
+            wrong[i].says);
         assert_int_equal(lum_writer_check_columns(wrong[i].names, &error), -1);
         assert_int_equal(errno, EINVAL);
         assert_non_null(strstr(error.text, wrong[i].says));
     }
     assert_int_equal(lum_writer_check_columns(CSV_NAMES ",time", NULL), 0);
     for (int i = 0; i < LUM_FORMATS; i++) {
-        const lum_writer_options options = {.format = (lum_format)i,
+        const lum_writer_options options = {.struct_size = sizeof options,
+                                            .format = (lum_format)i,
                                             .picture = lum_picture_format(),
                                             .columns = "x"};
         assert_int_equal(lum_format_has_columns((lum_format)i),
@@ -753,7 +767,8 @@ static void columns_that_cannot_be_are_refused(void **state)
 
 static void a_line_without_times_fails_where_they_are_asked_for(void **state)
 {
-    const lum_writer_options options = {.columns = "x,time"};
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .columns = "x,time"};
     lum_writer *writer = NULL;
     lum_error error = {""};
     (void)state;
@@ -768,7 +783,8 @@ static void a_line_without_times_fails_where_they_are_asked_for(void **state)
 
 static lum_sample pixels[LUM_LINE_PIXELS];
 static float pixel_times[LUM_LINE_PIXELS];
-static const lum_line_samples row = {.samples = pixels,
+static const lum_line_samples row = {.struct_size = sizeof row,
+                                     .samples = pixels,
                                      .count = LUM_LINE_PIXELS,
                                      .frame = 5,
                                      .timestamp_us = LUM_TIMESTAMP_NONE,
@@ -776,7 +792,8 @@ static const lum_line_samples row = {.samples = pixels,
 
 static lum_writer *open_rows(const char *name, bool ascii, uint32_t rows)
 {
-    const lum_writer_options options = {.format = LUM_FORMAT_PCD,
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = LUM_FORMAT_PCD,
                                         .ascii = ascii,
                                         .columns = "z,timestamp,pixel,time",
                                         .organized = true};
@@ -835,7 +852,8 @@ static void an_organised_cloud_without_a_frame_has_no_rows(void **state)
 {
     size_t size;
     lum_writer *writer = NULL;
-    const lum_writer_options options = {.format = LUM_FORMAT_PCD,
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = LUM_FORMAT_PCD,
                                         .organized = true};
     (void)state;
     assert_int_equal(lum_writer_open(path, &options, &writer, NULL), 0);
@@ -881,7 +899,8 @@ static void rows_that_do_not_fit_are_an_error(void **state)
 static void expect_bad_begin(bool organized, uint32_t first, uint32_t rows,
                              const char *says)
 {
-    const lum_writer_options options = {.format = LUM_FORMAT_PCD,
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = LUM_FORMAT_PCD,
                                         .organized = organized};
     lum_writer *writer = NULL;
     lum_error error = {""};
@@ -899,7 +918,8 @@ static void expect_bad_begin(bool organized, uint32_t first, uint32_t rows,
 static void rows_are_told_once_and_of_organised_files_alone(void **state)
 {
     lum_writer *writer = NULL;
-    const lum_writer_options options = {.format = LUM_FORMAT_PCD,
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = LUM_FORMAT_PCD,
                                         .organized = true};
     (void)state;
     expect_bad_begin(false, 0, 1, "not organised");
@@ -911,7 +931,8 @@ static void rows_are_told_once_and_of_organised_files_alone(void **state)
     for (int i = 0; i < LUM_FORMATS; i++) {
         if (i != LUM_FORMAT_PCD) {
             refuse_options(
-                &(lum_writer_options){.format = (lum_format)i,
+                &(lum_writer_options){.struct_size = sizeof(lum_writer_options),
+                                      .format = (lum_format)i,
                                       .picture = lum_picture_format(),
                                       .organized = true},
                 "no rows of pixels");
@@ -924,7 +945,8 @@ static void rows_are_told_once_and_of_organised_files_alone(void **state)
 /* A rehearsal of `lines` times the same line. */
 static lum_writer *rehearsal_of(lum_format format, unsigned lines)
 {
-    const lum_writer_options options = {.format = format,
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = format,
                                         .picture = lum_picture_format()};
     lum_writer *rehearsal = NULL;
     assert_int_equal(lum_writer_rehearse(&options, &rehearsal, NULL), 0);
@@ -940,7 +962,8 @@ static void other_points_than_rehearsed_are_an_error_and_leave_nothing(
     (void)state;
     for (unsigned lines = 0; lines <= 2; lines++) {
         lum_writer *rehearsal = rehearsal_of(LUM_FORMAT_PLY, lines);
-        const lum_writer_options options = {.format = LUM_FORMAT_PLY,
+        const lum_writer_options options = {.struct_size = sizeof options,
+                                            .format = LUM_FORMAT_PLY,
                                             .rehearsal = rehearsal};
         lum_writer *writer = NULL;
         lum_error error = {""};
@@ -964,7 +987,8 @@ static void open_null(lum_format format, bool rehearses, bool opens,
                       const char *says)
 {
     lum_writer *rehearsal = rehearses ? rehearsal_of(format, 1) : NULL;
-    const lum_writer_options options = {.format = format,
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = format,
                                         .rehearsal = rehearsal,
                                         .picture = lum_picture_format()};
     lum_writer *writer = NULL;
@@ -1000,7 +1024,8 @@ static void a_rehearsed_header_and_a_patched_one_give_equal_files(void **state)
     (void)state;
     for (size_t i = 0; i < sizeof formats / sizeof formats[0]; i++) {
         lum_writer *rehearsal = rehearsal_of(formats[i], 1);
-        const lum_writer_options options = {.format = formats[i],
+        const lum_writer_options options = {.struct_size = sizeof options,
+                                            .format = formats[i],
                                             .rehearsal = rehearsal};
         lum_writer *writer = NULL;
         size_t patched_size;
@@ -1023,7 +1048,8 @@ static void a_full_disk_fails_every_format(void **state)
     (void)state;
     for (int i = 0; i < LUM_FORMATS; i++) {
         lum_writer *rehearsal = rehearsal_of((lum_format)i, 1);
-        const lum_writer_options options = {.format = (lum_format)i,
+        const lum_writer_options options = {.struct_size = sizeof options,
+                                            .format = (lum_format)i,
                                             .rehearsal = rehearsal,
                                             .picture = lum_picture_format()};
         lum_writer *writer = NULL;
@@ -1040,7 +1066,8 @@ static void a_full_disk_fails_every_format(void **state)
 
 static void a_failure_is_repeated_by_what_follows(void **state)
 {
-    const lum_writer_options options = {.format = LUM_FORMAT_CSV};
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = LUM_FORMAT_CSV};
     lum_writer *writer = NULL;
     lum_error error = {""};
     int result = 0;
@@ -1074,7 +1101,8 @@ static void an_abort_leaves_nothing(void **state)
 
 static void a_format_that_is_none_is_refused(void **state)
 {
-    const lum_writer_options options = {.format = LUM_FORMATS};
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = LUM_FORMATS};
     lum_writer *writer = NULL;
     (void)state;
     assert_int_equal(lum_writer_open(path, &options, &writer, NULL), -1);
@@ -1084,7 +1112,8 @@ static void a_format_that_is_none_is_refused(void **state)
 
 static void a_picture_that_nothing_draws_is_refused(void **state)
 {
-    const lum_writer_options options = {.format = LUM_FORMAT_PNG};
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = LUM_FORMAT_PNG};
     lum_writer *writer = NULL;
     lum_error error = {""};
     (void)state;

@@ -278,7 +278,7 @@ static void note_others(const struct reading *r)
 {
     struct provenance_source *out = r->out;
     size_t first = 0;
-    lum_capture_source other;
+    lum_capture_source other = {.struct_size = sizeof other};
     out->others = count_others(r->capture, out, &first);
     if (out->others > 0) {
         lum_capture_get_source(r->capture, first, &other);
@@ -293,7 +293,7 @@ static void note_left_out(const struct reading *r)
 {
     const size_t n = lum_capture_source_count(r->capture);
     for (size_t i = 0; i < n; i++) {
-        lum_capture_source source;
+        lum_capture_source source = {.struct_size = sizeof source};
         if (lum_capture_comments_left_out(r->capture, i) > 0) {
             lum_capture_get_source(r->capture, i, &source);
             note(r->out,
@@ -324,7 +324,7 @@ void provenance_take(const lum_capture *capture, struct geometry *geometry,
                      struct provenance_source *out)
 {
     const struct geometry before = *geometry;
-    lum_capture_source speaker;
+    lum_capture_source speaker = {.struct_size = sizeof speaker};
     memset(out, 0, sizeof *out);
     out->speaker = find_speaker(capture);
     out->looked_at = lum_capture_comment_count(capture, out->speaker);

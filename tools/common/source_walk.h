@@ -10,8 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Longer than a sensor with a session is silent: it answers five heartbeats a
- * second. */
+/* Longer than a sensor with a session is silent: it answers every heartbeat. */
 #define SOURCE_WALK_GAP_NS (INT64_C(2500000) * LUM_HEARTBEAT_MS)
 
 /* Room for what source_walk_text() writes of any usual name. */

@@ -74,6 +74,7 @@ static enum exit_status add_socket(struct search *s,
                                    int *at)
 {
     const lum_socket_options options = {
+        .struct_size = sizeof options,
         .interface_name = interface != NULL ? interface->name : NULL};
     lum_error error = {""};
     for (size_t i = 0; i < s->socket_count; i++) {

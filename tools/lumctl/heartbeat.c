@@ -41,7 +41,7 @@ static void clear_line(const struct beating *b)
 
 static void show_line(struct beating *b, int64_t now)
 {
-    lum_sensor_counters c;
+    lum_sensor_counters c = {.struct_size = sizeof c};
     char name[SESSION_NAME_BYTES];
     if (!b->shows_line || now < b->shown_ns + SHOW_NS ||
         !terminal_is_foreground(stderr) || !writable(stderr, 0)) {
@@ -173,7 +173,7 @@ static void sum_up(const struct beating *b)
     const double s = (double)(lum_time_monotonic_ns() - b->begun_ns) / 1e9;
     char name[SESSION_NAME_BYTES];
     struct json json;
-    lum_sensor_counters c;
+    lum_sensor_counters c = {.struct_size = sizeof c};
     lum_sensor_count(ctl->sensor, &c);
     if (!ctl->options.json) {
         ctl_note(ctl,

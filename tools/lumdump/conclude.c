@@ -38,13 +38,12 @@ void conclude_notes(struct pass *pass)
 
 static void print_sensors(const struct pass *pass)
 {
-    for (size_t i = 0;
-         i < lum_demux_sensor_count(lum_framer_demux(pass->framer)); i++) {
-        lum_demux_sensor sensor;
+    const lum_demux *demux = lum_framer_demux(pass->framer);
+    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
         char address[16];
-        lum_demux_get_sensor(lum_framer_demux(pass->framer), i, &sensor);
-        (void)fprintf(stderr, " %s",
-                      number_format_address(sensor.address, address));
+        (void)fprintf(
+            stderr, " %s",
+            number_format_address(lum_demux_address(demux, i), address));
     }
     (void)fputc('\n', stderr);
 }
@@ -61,16 +60,13 @@ static enum exit_status name_sensors(const struct pass *pass)
 
 static bool lacks_asked_sensor(const struct pass *pass)
 {
-    for (size_t i = 0;
-         i < lum_demux_sensor_count(lum_framer_demux(pass->framer)); i++) {
-        lum_demux_sensor sensor;
-        lum_demux_get_sensor(lum_framer_demux(pass->framer), i, &sensor);
-        if (sensor.address == pass->options->sensor) {
+    const lum_demux *demux = lum_framer_demux(pass->framer);
+    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
+        if (lum_demux_address(demux, i) == pass->options->sensor) {
             return false;
         }
     }
-    return pass->options->has_sensor &&
-           lum_demux_sensor_count(lum_framer_demux(pass->framer)) > 0;
+    return pass->options->has_sensor && lum_demux_sensor_count(demux) > 0;
 }
 
 static enum exit_status refuse_sensor(const struct pass *pass)
@@ -85,7 +81,7 @@ static enum exit_status refuse_sensor(const struct pass *pass)
 
 bool conclude_lacks_data(const struct pass *pass)
 {
-    lum_demux_counters total;
+    lum_demux_counters total = {.struct_size = sizeof total};
     lum_demux_total(lum_framer_demux(pass->framer), &total);
     return total.packets[LUM_PACKET_DATA] == 0 &&
            pass->diagnosis.shape_count > 0;
@@ -98,7 +94,7 @@ static void warn_of_no_points(const struct pass *pass)
     const struct live_counts *live = pass->summary.live;
     const char *why = "the selection leaves none";
     char text[400];
-    lum_demux_counters c;
+    lum_demux_counters c = {.struct_size = sizeof c};
     lum_demux_total(lum_framer_demux(pass->framer), &c);
     if (p.points > 0 || p.lines[LUM_EYE_BLUE] + p.lines[LUM_EYE_GREEN] == 0) {
         return;

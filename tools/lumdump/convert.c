@@ -44,6 +44,7 @@ static int write_line(struct pass *pass, lum_error *error)
     return outputs_add_line(
         pass->outputs,
         &(lum_line_samples){
+            .struct_size = sizeof(lum_line_samples),
             .samples = samples,
             .count = n,
             .frame = line->frame,

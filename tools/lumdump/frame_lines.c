@@ -230,7 +230,8 @@ void frame_lines_get(struct frame_lines *f, size_t i, lum_line_samples *out)
     for (uint32_t k = 0; k < line.point_count; k++) {
         f->samples[k] = sample_at(&f->columns, line.first_point + k);
     }
-    *out = (lum_line_samples){.samples = f->samples,
+    *out = (lum_line_samples){.struct_size = sizeof *out,
+                              .samples = f->samples,
                               .count = line.point_count,
                               .frame = f->number,
                               .timestamp_us = f->clock(f->context, &line),
@@ -283,7 +284,8 @@ void frame_lines_get_row(struct frame_lines *f, uint32_t row,
             f->times[pixel] = f->columns.time[point];
         }
     }
-    *out = (lum_line_samples){.samples = f->samples,
+    *out = (lum_line_samples){.struct_size = sizeof *out,
+                              .samples = f->samples,
                               .count = LUM_LINE_PIXELS,
                               .frame = f->number,
                               .timestamp_us = timestamp_of(

@@ -86,7 +86,7 @@ static void release(struct live *l, enum exit_status status)
 static void count(struct live *l)
 {
     const struct session *s = &l->session;
-    lum_sensor_counters c;
+    lum_sensor_counters c = {.struct_size = sizeof c};
     (void)watch_darkness(&s->watch, l->counts.darkness,
                          sizeof l->counts.darkness);
     lum_sensor_count(s->sensor, &c);

@@ -188,7 +188,8 @@ static struct output *new_output(const struct options *options, size_t i,
     o->is_in_place = !o->is_pattern && capture_file_is_in_place(o->name);
     o->rotates = targets_rotates(options, i);
     o->writer_options =
-        (lum_writer_options){.format = (lum_format)options->outputs[i].format,
+        (lum_writer_options){.struct_size = sizeof o->writer_options,
+                             .format = (lum_format)options->outputs[i].format,
                              .ascii = options->ascii,
                              .utc = options->time != TIME_SENSOR,
                              .projector = projector,

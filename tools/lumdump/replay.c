@@ -51,7 +51,7 @@ static bool lacks_source(const struct pass *pass)
 {
     const size_t n = lum_capture_source_count(pass->capture);
     for (size_t i = 0; i < n; i++) {
-        lum_capture_source source;
+        lum_capture_source source = {.struct_size = sizeof source};
         lum_capture_get_source(pass->capture, i, &source);
         if (source.end == LUM_CAPTURE_UNREAD) {
             return true;

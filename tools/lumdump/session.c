@@ -143,7 +143,7 @@ static void show_status(struct session *s, const lum_sensor_counters *c,
 
 static void tick(struct session *s, int64_t now_ns)
 {
-    lum_sensor_counters counters;
+    lum_sensor_counters counters = {.struct_size = sizeof counters};
     s->tick_ns = now_ns + TICK_NS;
     lanes_wake(s->lanes);
     say_flush(&s->say);

@@ -21,7 +21,8 @@ static void print_gap(const struct source_walk *w, FILE *out)
 
 void stream_print_text(const lum_capture *capture, FILE *out)
 {
-    struct source_walk walk = {.capture = capture};
+    struct source_walk walk = {.capture = capture,
+                               .source.struct_size = sizeof walk.source};
     size_t rows = 0;
     const size_t n = lum_capture_source_count(capture);
     if (n < 2) {
@@ -70,7 +71,8 @@ void stream_print_json(const lum_capture *capture,
                        void (*print_text)(const char *text, FILE *out),
                        FILE *out)
 {
-    struct source_walk walk = {.capture = capture};
+    struct source_walk walk = {.capture = capture,
+                               .source.struct_size = sizeof walk.source};
     const char *divider = "\n";
     (void)fputs("  \"sources\": [", out);
     while (source_walk_step(&walk)) {

@@ -228,9 +228,9 @@ static void print_json_text(const char *text, FILE *out)
     (void)fputc('"', out);
 }
 
-static bool is_shown(const struct summary *s, const lum_demux_sensor *sensor)
+static bool is_shown(const struct summary *s, uint32_t address)
 {
-    return !s->has_sensor || sensor->address == s->sensor;
+    return !s->has_sensor || address == s->sensor;
 }
 
 /* False: there is no clock, or no line yet. */
@@ -262,22 +262,24 @@ static void print_json_clock(const struct summary *s, size_t sensor, FILE *out)
 
 static void print_json_sensors(const struct summary *s, FILE *out)
 {
-    const size_t n = lum_demux_sensor_count(lum_framer_demux(s->framer));
+    const lum_demux *demux = lum_framer_demux(s->framer);
+    const size_t n = lum_demux_sensor_count(demux);
     bool is_first = true;
     (void)fputs("  \"sensors\": [", out);
     for (size_t i = 0; i < n; i++) {
-        lum_demux_sensor sensor;
+        lum_demux_counters counters = {.struct_size = sizeof counters};
+        const uint32_t sensor = lum_demux_address(demux, i);
         char address[16];
-        lum_demux_get_sensor(lum_framer_demux(s->framer), i, &sensor);
-        if (!is_shown(s, &sensor)) {
+        if (!is_shown(s, sensor)) {
             continue;
         }
         (void)fprintf(out, "%s\n    {\n      \"address\": \"%s\",\n",
                       is_first ? "" : ",",
-                      number_format_address(sensor.address, address));
+                      number_format_address(sensor, address));
         const lum_framer_counters points = count_sensor(s, i);
         print_json_clock(s, i, out);
-        print_members(&sensor.counters, &points, "      ", out);
+        lum_demux_count(demux, i, &counters);
+        print_members(&counters, &points, "      ", out);
         (void)fputs("    }", out);
         is_first = false;
     }
@@ -335,7 +337,7 @@ void summary_print_json(const struct summary *s, FILE *out)
 {
     const lum_framer_counters points = summary_count(s);
     const double seconds = duration_s(s);
-    lum_demux_counters total;
+    lum_demux_counters total = {.struct_size = sizeof total};
     lum_demux_total(lum_framer_demux(s->framer), &total);
     (void)fputs("{\n  \"source\": ", out);
     print_json_text(s->source, out);
@@ -395,19 +397,21 @@ static void print_nonzero(const char *title, const struct named *rows, size_t n,
 
 static void print_sensors(const struct summary *s, FILE *out)
 {
-    const size_t n = lum_demux_sensor_count(lum_framer_demux(s->framer));
+    const lum_demux *demux = lum_framer_demux(s->framer);
+    const size_t n = lum_demux_sensor_count(demux);
     const char *title = "sensor";
     for (size_t i = 0; i < n; i++) {
-        lum_demux_sensor sensor;
+        lum_demux_counters counters = {.struct_size = sizeof counters};
+        const uint32_t sensor = lum_demux_address(demux, i);
         char address[16];
-        lum_demux_get_sensor(lum_framer_demux(s->framer), i, &sensor);
         (void)fprintf(
             out, "%-10s %14s%s\n", title,
-            number_format_address(sensor.address, address),
-            is_shown(s, &sensor) ? "" : "  left out: another was asked for");
+            number_format_address(sensor, address),
+            is_shown(s, sensor) ? "" : "  left out: another was asked for");
         title = "";
-        if (n > 1 && is_shown(s, &sensor)) {
-            const lum_assembly_counters *a = &sensor.counters.assembly;
+        if (n > 1 && is_shown(s, sensor)) {
+            lum_demux_count(demux, i, &counters);
+            const lum_assembly_counters *a = &counters.assembly;
             const uint64_t points = count_sensor(s, i).points;
             (void)fprintf(out,
                           "%-26s %" PRIu64 " line%s, %" PRIu64
@@ -496,14 +500,13 @@ static void print_clocks(const struct summary *s, FILE *out)
     const lum_demux *demux = lum_framer_demux(s->framer);
     const size_t n = lum_demux_sensor_count(demux);
     for (size_t i = 0; i < n; i++) {
-        lum_demux_sensor sensor;
+        const uint32_t sensor = lum_demux_address(demux, i);
         lum_clock_fit_info clock;
         char address[16];
-        lum_demux_get_sensor(demux, i, &sensor);
-        if (is_shown(s, &sensor) && find_clock(s, i, &clock)) {
+        if (is_shown(s, sensor) && find_clock(s, i, &clock)) {
             if (n > 1) {
                 (void)fprintf(out, "%-10s %14s\n", "clock",
-                              number_format_address(sensor.address, address));
+                              number_format_address(sensor, address));
             }
             print_clock(n > 1 ? "" : "clock", &clock, out);
         }
@@ -565,7 +568,7 @@ void summary_print_text(const struct summary *s, FILE *out)
 {
     const lum_framer_counters points = summary_count(s);
     struct named rows[NAMED_MAX];
-    lum_demux_counters total;
+    lum_demux_counters total = {.struct_size = sizeof total};
     lum_demux_total(lum_framer_demux(s->framer), &total);
     (void)fprintf(out, "%s%s\n", s->source,
                   s->truncated ? " (broken off: see the warning)" : "");

@@ -39,7 +39,7 @@ struct worker {
 static void make_view(struct worker *w)
 {
     struct worker_view view = {0};
-    lum_demux_counters c;
+    lum_demux_counters c = {.struct_size = sizeof c};
     if (w->setup.only_records) {
         return;
     }

@@ -184,8 +184,10 @@ static void run(struct live *live)
 
 static int open_socket(struct live *live)
 {
-    const lum_socket_options options = {
-        .local = live->self, .interface_name = live->options->interface};
+    const lum_socket_options options = {.struct_size = sizeof options,
+                                        .local = live->self,
+                                        .interface_name =
+                                            live->options->interface};
     return lum_socket_open(&options, &live->socket, &live->error) == LUM_NET_OK
                ? 0
                : -1;

@@ -63,6 +63,7 @@ static void answer(struct live *live, const lum_device_effects *effects,
 static void move(struct live *live, uint32_t address, int64_t now_ns)
 {
     const lum_socket_options options = {
+        .struct_size = sizeof options,
         .local = {.address = address, .port = live->self.port},
         .interface_name = live->options->interface};
     lum_socket *there = NULL;

@@ -28,8 +28,8 @@ struct truth {
 int truth_open(const char *path, const lum_layout *layout, bool is_utc,
                struct truth **out, lum_error *error)
 {
-    const lum_writer_options options = {.format = LUM_FORMAT_CSV,
-                                        .utc = is_utc};
+    const lum_writer_options options = {
+        .struct_size = sizeof options, .format = LUM_FORMAT_CSV, .utc = is_utc};
     lum_assembler_config config;
     struct truth *t = calloc(1, sizeof *t);
     if (t == NULL) {
@@ -68,7 +68,8 @@ int truth_add(struct truth *truth, const lum_sim_line *line, int64_t utc_us,
     truth->count[eye]++;
     const int64_t clock_us = lum_packets_clock_us(&truth->layout, line);
     h->line =
-        (lum_line_samples){.samples = h->samples,
+        (lum_line_samples){.struct_size = sizeof h->line,
+                           .samples = h->samples,
                            .count = line->truth_count,
                            .frame = line->frame,
                            .timestamp_us = truth->is_utc ? utc_us : clock_us,

@@ -174,7 +174,8 @@ int captures_next(const struct captures *captures, lum_capture *capture,
 const char *captures_gaps(const struct captures *captures,
                           const lum_capture *capture, char *out, size_t room)
 {
-    struct source_walk walk = {.capture = capture};
+    struct source_walk walk = {.capture = capture,
+                               .source.struct_size = sizeof walk.source};
     size_t gaps = 0;
     char first[LUM_ERROR_BYTES / 2];
     *out = '\0';

@@ -66,15 +66,13 @@ void decoder_free(struct decoder *decoder)
  * --sensor. */
 static void look_for_shown(struct decoder *d)
 {
-    lum_demux_sensor sensor;
     const lum_demux *demux = lum_framer_demux(d->framer);
     const size_t count = lum_demux_sensor_count(demux);
     for (size_t i = d->looked_at; i < count && !d->has_shown; i++) {
-        lum_demux_get_sensor(demux, i, &sensor);
+        d->address = lum_demux_address(demux, i);
         d->has_shown =
-            !d->options.has_sensor || sensor.address == d->options.sensor;
+            !d->options.has_sensor || d->address == d->options.sensor;
         d->shown = i;
-        d->address = sensor.address;
     }
     d->looked_at = count;
 }
@@ -82,30 +80,29 @@ static void look_for_shown(struct decoder *d)
 /* All counters so far, including skipped frames. */
 static void count_all(const struct decoder *d, struct totals *out)
 {
-    lum_demux_sensor sensor;
+    lum_demux_counters c = {.struct_size = sizeof c};
     lum_framer_counters lines = {.struct_size = sizeof lines};
     *out = (struct totals){.bytes = d->bytes};
     if (!d->has_shown) {
         return;
     }
     (void)lum_framer_count(d->framer, d->shown, &lines);
-    lum_demux_get_sensor(lum_framer_demux(d->framer), d->shown, &sensor);
-    const lum_demux_counters *c = &sensor.counters;
+    (void)lum_demux_count(lum_framer_demux(d->framer), d->shown, &c);
     for (unsigned i = 0; i < LUM_PACKET_KINDS; i++) {
-        out->packets += c->packets[i];
+        out->packets += c.packets[i];
     }
     out->points = lines.rising;
-    out->lost_words = c->assembly.lost_words;
-    out->lost_lines = c->assembly.lines_skipped +
-                      c->assembly.lines_missing_angles + lines.lines_late +
+    out->lost_words = c.assembly.lost_words;
+    out->lost_lines = c.assembly.lines_skipped +
+                      c.assembly.lines_missing_angles + lines.lines_late +
                       lines.lines_cut;
     out->joined_words = lines.under_way.words;
     out->joined_lines = lines.under_way.lines;
-    out->refused =
-        c->assembly.late + c->assembly.conflict + c->assembly.no_room +
-        c->assembly.stray + c->packets[LUM_PACKET_MALFORMED] +
-        c->packets[LUM_PACKET_UNKNOWN_TAG] +
-        c->packets[LUM_PACKET_UNKNOWN_TYPE] + c->packets[LUM_PACKET_FOREIGN];
+    out->refused = c.assembly.late + c.assembly.conflict + c.assembly.no_room +
+                   c.assembly.stray + c.packets[LUM_PACKET_MALFORMED] +
+                   c.packets[LUM_PACKET_UNKNOWN_TAG] +
+                   c.packets[LUM_PACKET_UNKNOWN_TYPE] +
+                   c.packets[LUM_PACKET_FOREIGN];
 }
 
 /* Points of skipped frames were not counted, except those of a line that ends
@@ -161,19 +158,17 @@ struct picture *decoder_picture(struct decoder *decoder)
 const char *decoder_others(const struct decoder *decoder, uint32_t *shown,
                            char *out, size_t room)
 {
-    lum_demux_sensor sensor;
     char address[16];
     size_t len = 0;
     *out = '\0';
     *shown = decoder->address;
     const lum_demux *demux = lum_framer_demux(decoder->framer);
     for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
-        lum_demux_get_sensor(demux, i, &sensor);
         if ((!decoder->has_shown || i != decoder->shown) &&
             len + 2u + sizeof address < room) {
-            const int n =
-                snprintf(out + len, room - len, "%s%s", len > 0 ? ", " : "",
-                         number_format_address(sensor.address, address));
+            const int n = snprintf(
+                out + len, room - len, "%s%s", len > 0 ? ", " : "",
+                number_format_address(lum_demux_address(demux, i), address));
             len += n > 0 ? (size_t)n : 0;
         }
     }

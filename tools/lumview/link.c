@@ -128,7 +128,7 @@ static void take_event(struct link *l, const lum_sensor_event *event,
 static void tell(struct link *l, int64_t now_ns)
 {
     char message[LUM_ERROR_BYTES];
-    lum_sensor_counters c;
+    lum_sensor_counters c = {.struct_size = sizeof c};
     enum feed_state state = l->sentry.has_data ? FEED_PLAYING : FEED_WAITING;
     if (sentry_is_silent(&l->sentry, now_ns)) {
         state = FEED_SILENT;
@@ -172,7 +172,7 @@ static void step(struct link *l)
 
 static void close_broken(struct link *l)
 {
-    lum_sensor_counters c;
+    lum_sensor_counters c = {.struct_size = sizeof c};
     lum_sensor_count(l->sensor, &c);
     l->kernel_drops += c.kernel_drops;
     lum_sensor_close(l->sensor);

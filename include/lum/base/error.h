@@ -26,7 +26,7 @@ extern "C" {
 #define LUM_ERROR_BYTES 512
 
 /** A message for a person: what was wrong, where, and what would be right; one
- * line, no newline at its end. Caller-owned. */
+ * line, no newline at its end. Caller-owned. It never grows. */
 typedef struct lum_error {
     char text[LUM_ERROR_BYTES]; /**< NUL-terminated; empty: none */
 } lum_error;

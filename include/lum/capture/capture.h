@@ -70,6 +70,7 @@ typedef enum lum_capture_end {
 
 /** One source of a capture. */
 typedef struct lum_capture_source {
+    size_t struct_size;  /**< sizeof(lum_capture_source), set by the caller */
     const char *name;    /**< of its file; lives as long as the capture */
     uint64_t records;    /**< that were read of it */
     int64_t first_ns;    /**< time of the first of them; 0 without any */
@@ -82,9 +83,12 @@ size_t lum_capture_source_count(const lum_capture *capture);
 
 /** A source, in the order of their first records.
  * @param i   below lum_capture_source_count().
- * @param out overwritten. */
-void lum_capture_get_source(const lum_capture *capture, size_t i,
-                            lum_capture_source *out);
+ * @param out struct_size is set by the caller; as much of the rest is
+ *            overwritten as that holds.
+ * @return LUM_OK; LUM_E_VALUE if struct_size is not set: then nothing is
+ *         written. */
+lum_result lum_capture_get_source(const lum_capture *capture, size_t i,
+                                  lum_capture_source *out);
 
 /** Read the next record.
  * @return 1 with a record; 0 at the end of the file; -1 when the file cannot be
@@ -150,7 +154,8 @@ typedef struct lum_capture_writer_options {
 /** A capture being written: Ethernet, nanoseconds. */
 typedef struct lum_capture_writer lum_capture_writer;
 
-/** A datagram to be written. */
+/** A datagram to be written. It never grows, since it is filled in for each
+ * packet. */
 typedef struct lum_datagram {
     int64_t time_ns;           /**< ns since 1970 UTC, 0 or above */
     const uint8_t *payload;    /**< UDP payload */

@@ -28,6 +28,7 @@ extern "C" {
 
 /** What a demultiplexer has to know. */
 typedef struct lum_demux_options {
+    size_t struct_size;          /**< sizeof(lum_demux_options) */
     lum_layout layout;           /**< of data packets */
     lum_assembler_config config; /**< for each sensor's assembler */
     bool has_sensor; /**< one sensor is asked for: data of others is not
@@ -37,6 +38,7 @@ typedef struct lum_demux_options {
 
 /** What was counted, of one address or of all. */
 typedef struct lum_demux_counters {
+    size_t struct_size; /**< sizeof(lum_demux_counters), set by the caller */
     uint64_t packets[LUM_PACKET_KINDS]; /**< by ::lum_packet_kind */
     uint64_t angle_packets;             /**< of the data: angles */
     uint64_t range_packets;             /**< of the data: ranges */
@@ -46,19 +48,17 @@ typedef struct lum_demux_counters {
     lum_assembly_counters assembly;     /**< of all the sensors' assemblers */
 } lum_demux_counters;
 
-/** One sensor of the stream. */
-typedef struct lum_demux_sensor {
-    uint32_t address;            /**< host order */
-    lum_demux_counters counters; /**< other is always 0 */
-} lum_demux_sensor;
-
 /** A demultiplexer. */
 typedef struct lum_demux lum_demux;
 
 /** Make a demultiplexer.
  * @param options copied; the config is valid.
- * @return to be freed with lum_demux_free(); NULL without memory. */
-lum_demux *lum_demux_new(const lum_demux_options *options);
+ * @param out     to be freed with lum_demux_free(); NULL on failure.
+ * @param error   may be NULL; gets the message on failure: struct_size is not
+ *                set, or there is no memory.
+ * @return 0, or -1. */
+LUM_MUST_CHECK int lum_demux_new(const lum_demux_options *options,
+                                 lum_demux **out, lum_error *error);
 
 /** Free it. NULL is allowed. */
 void lum_demux_free(lum_demux *demux);
@@ -82,22 +82,33 @@ LUM_MUST_CHECK lum_result lum_demux_flush(lum_demux *demux);
  * lum_assembler_frame(). */
 const lum_assembler *lum_demux_current(const lum_demux *demux);
 
-/** Which sensor that is: an index for lum_demux_get_sensor(). */
+/** Which sensor that is: an index for lum_demux_address() and
+ * lum_demux_count(). */
 size_t lum_demux_current_index(const lum_demux *demux);
 
 /** How many sensors sent data so far; with a sensor asked for, others too, for
  * they are known, though not decoded. */
 size_t lum_demux_sensor_count(const lum_demux *demux);
 
-/** The i-th sensor, in order of their first data.
+/** The address of the i-th sensor, in order of their first data.
+ * @param i below lum_demux_sensor_count().
+ * @return it, in host order. */
+uint32_t lum_demux_address(const lum_demux *demux, size_t i);
+
+/** Counters of the i-th sensor; other is always 0.
  * @param i   below lum_demux_sensor_count().
- * @param out overwritten. */
-void lum_demux_get_sensor(const lum_demux *demux, size_t i,
-                          lum_demux_sensor *out);
+ * @param out struct_size is set by the caller; as much of the rest is
+ *            overwritten as that holds.
+ * @return LUM_OK; LUM_E_VALUE if struct_size is not set: then nothing is
+ *         written. */
+lum_result lum_demux_count(const lum_demux *demux, size_t i,
+                           lum_demux_counters *out);
 
 /** Counters of the whole stream, without those of sensors that were not asked
- * for. */
-void lum_demux_total(const lum_demux *demux, lum_demux_counters *out);
+ * for.
+ * @param out as for lum_demux_count().
+ * @return as lum_demux_count(). */
+lum_result lum_demux_total(const lum_demux *demux, lum_demux_counters *out);
 
 #ifdef __cplusplus
 }

@@ -21,7 +21,8 @@ typedef enum lum_record_kind {
     LUM_RECORD_OTHER      /**< anything else */
 } lum_record_kind;
 
-/** A record of a capture. */
+/** A record of a capture. It never grows, since it is filled in for each
+ * packet. */
 typedef struct lum_record {
     int64_t time_ns;           /**< capture time, ns since 1970 UTC */
     const uint8_t *payload;    /**< datagrams: UDP payload; lives until the next
@@ -37,8 +38,10 @@ typedef struct lum_record {
 } lum_record;
 
 /** Where records come from, if not out of the bytes of a capture: a live
- * sensor (lum/net/live.h), a caller's own. */
+ * sensor (lum/net/live.h), a caller's own. All bytes but struct_size and next
+ * may be 0. */
 typedef struct lum_record_source {
+    size_t struct_size; /**< sizeof(lum_record_source) */
     /** The next record. It, and its payload, live until the next call.
      * @return 1; 0 at the end; -1 when it cannot be read on, with the reason in
      *         error. At an end dropped_fragments of out counts. */

@@ -19,8 +19,10 @@ extern "C" {
 /** A source of bytes, read once from its start to its end. */
 typedef struct lum_source lum_source;
 
-/** What a caller gives to be a source. */
+/** What a caller gives to be a source. All bytes but struct_size and read may
+ * be 0. */
 typedef struct lum_source_functions {
+    size_t struct_size; /**< sizeof(lum_source_functions) */
     /** Read the next bytes. May wait for them; gives some as soon as there are
      * any. Not called again after 0 or -1.
      * @param context as in lum_source_functions.
@@ -55,10 +57,12 @@ LUM_MUST_CHECK lum_source *lum_source_from_memory(const char *name,
 /** A source that a function reads. Takes 512 KB.
  * @param name      stands for a file's name in messages; copied.
  * @param functions copied.
- * @return to be closed with lum_source_close(); NULL without memory, and then
+ * @param error     may be NULL; gets the message on failure: struct_size or
+ *                  read is not set, or there is no memory.
+ * @return to be closed with lum_source_close(); NULL on failure, and then
  *         nothing is called. */
 LUM_MUST_CHECK lum_source *lum_source_from_functions(
-    const char *name, const lum_source_functions *functions);
+    const char *name, const lum_source_functions *functions, lum_error *error);
 
 /** Close. NULL is allowed. */
 void lum_source_close(lum_source *source);

@@ -51,12 +51,17 @@ typedef struct lum_format_ops lum_format_ops;
 /** Most bytes of a line of it. */
 #define LUM_WRITER_COMMENT_LINE_MAX 400u
 
-/** What a writer has to know. */
+/** Most bytes of a line of it. */
+#define LUM_WRITER_COMMENT_LINE_MAX 400u
+
+/** What a writer has to know. All bytes 0 but for struct_size is the default.
+ */
 typedef struct lum_writer_options {
-    lum_format format; /**< which */
-    bool ascii;        /**< PLY, PCD: text instead of binary */
-    bool utc;          /**< timestamps are microseconds since 1970 UTC and
-                            not of the sensor clock */
+    size_t struct_size; /**< sizeof(lum_writer_options) */
+    lum_format format;  /**< which */
+    bool ascii;         /**< PLY, PCD: text instead of binary */
+    bool utc;           /**< timestamps are microseconds since 1970 UTC and
+                             not of the sensor clock */
     const struct lum_writer *rehearsal; /**< NULL, or what lum_writer_rehearse()
                                  gave and has taken the lines to come; read by
                                  lum_writer_open() alone */
@@ -91,6 +96,7 @@ LUM_MUST_CHECK int lum_writer_check_columns(const char *names,
 
 /** The samples of one line. */
 typedef struct lum_line_samples {
+    size_t struct_size;        /**< sizeof(lum_line_samples) */
     const lum_sample *samples; /**< in order */
     size_t count;              /**< how many, may be 0 */
     int64_t frame;             /**< frame number */
@@ -123,7 +129,8 @@ LUM_MUST_CHECK int lum_writer_rehearse(const lum_writer_options *options,
  *         EBUSY), the header needs a count and there is neither a rehearsal nor
  *         an output that can seek, a PNG without lum_writer_options.picture,
  *         a comment that cannot be, columns or an organised file that the
- *         format does not have (then errno is EINVAL). */
+ *         format does not have, or a struct_size that is not set (then errno is
+ *         EINVAL). */
 LUM_MUST_CHECK int lum_writer_open(const char *path,
                                    const lum_writer_options *options,
                                    lum_writer **out, lum_error *error);
@@ -141,8 +148,9 @@ LUM_MUST_CHECK int lum_writer_set_rows(lum_writer *writer, uint32_t rows,
 
 /** Append a line's samples; they are copied.
  * @return 0, or -1 with the reason in error (the disk is full, the reader of
- *         the pipe has left: then errno is EPIPE; the line lacks times, or is
- *         no row of an organised file: then errno is EINVAL). */
+ *         the pipe has left: then errno is EPIPE; the line lacks times, is no
+ *         row of an organised file, or its struct_size is not set: then errno
+ * is EINVAL). */
 LUM_MUST_CHECK int lum_writer_add(lum_writer *writer,
                                   const lum_line_samples *line,
                                   lum_error *error);

@@ -23,7 +23,8 @@
 extern "C" {
 #endif
 
-/** What a file names. */
+/** What a file names. It grows with the table of commands, so that a program is
+ * compiled with the header of the library that it links. */
 typedef struct lum_settings {
     bool has[LUM_COMMANDS];       /**< by ::lum_command_id; never the laser's */
     uint16_t value[LUM_COMMANDS]; /**< one that the command's spec allows */

@@ -90,7 +90,7 @@ typedef enum lum_clock_fit_event {
 lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
                                       int64_t arrival_ns);
 
-/** A moment. */
+/** A moment. It never grows. */
 typedef struct lum_clock_time {
     int64_t utc_ns;   /**< ns since 1970 UTC */
     int64_t error_ns; /**< how far off it may be, either way, not counting what

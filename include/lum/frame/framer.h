@@ -192,7 +192,7 @@ int64_t lum_framer_frame_number(const lum_framer *framer);
 size_t lum_framer_sensor(const lum_framer *framer);
 
 /** What is missing in lines that were under way when the stream was joined or
- * when it ended. It was not lost. */
+ * when it ended. It was not lost. It never grows. */
 typedef struct lum_under_way {
     uint64_t lines;    /**< of lines_missing_angles */
     uint64_t words;    /**< of lost_words */
@@ -221,7 +221,7 @@ typedef struct lum_framer_counters {
 } lum_framer_counters;
 
 /** Read the counters of a sensor.
- * @param sensor an index of lum_demux_get_sensor(); of one that sent no line
+ * @param sensor an index of lum_demux_address(); of one that sent no line
  *               all are 0.
  * @param out    as for lum_frame_get_info(). */
 lum_result lum_framer_count(const lum_framer *framer, size_t sensor,
@@ -234,7 +234,7 @@ bool lum_framer_range(const lum_framer *framer, size_t sensor, int64_t *first,
                       int64_t *last);
 
 /** The clock of a sensor against when its lines came: UTC of any line, drift.
- * @param sensor an index of lum_demux_get_sensor().
+ * @param sensor an index of lum_demux_address().
  * @return the framer's; NULL before its first line, or where the layout has no
  *         clock. */
 const lum_clock_fit *lum_framer_clock(const lum_framer *framer, size_t sensor);

@@ -6,7 +6,7 @@
  *
  * @code
  * lum_live_options live = {.struct_size = sizeof live, .sensor = sensor};
- * lum_record_source records;
+ * lum_record_source records = {.struct_size = sizeof records};
  * int status = lum_live_source(&live, &records, &error);
  * lum_reader_options options = {.struct_size = sizeof options,
  *                               .records = &records};
@@ -51,9 +51,10 @@ typedef struct lum_live_options {
  * on_event says so. It fails when the socket breaks and when the sensor falls
  * silent. What the system dropped is in lum_sensor_count().
  * @param options read and not kept, but for the sensor and the context.
- * @param out     to be given to lum_reader_open(), or closed by its own close.
- * @param error   gets the message on failure: struct_size or the sensor is not
- *                set, no memory.
+ * @param out     its struct_size is set by the caller; to be given to
+ *                lum_reader_open(), or closed by its own close.
+ * @param error   gets the message on failure: a struct_size or the sensor is
+ *                not set, no memory.
  * @return 0, or -1. */
 LUM_MUST_CHECK int lum_live_source(const lum_live_options *options,
                                    lum_record_source *out, lum_error *error);

@@ -25,6 +25,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -49,6 +50,8 @@ extern "C" {
 
 /** What a session has to know. */
 typedef struct lum_sensor_options {
+    size_t struct_size;         /**< sizeof(lum_sensor_options), which
+                                     lum_sensor_options_default() sets */
     lum_endpoint sensor;        /**< who it is */
     const char *interface_name; /**< reach it there; NULL: as the routes say */
     lum_layout layout;          /**< numbers of TLVs, order of addresses */
@@ -76,7 +79,8 @@ typedef enum lum_sensor_event_kind {
     LUM_SENSOR_FAILED     /**< the socket broke; see the error */
 } lum_sensor_event_kind;
 
-/** An event. Pointers in it live until the session's next receive. */
+/** An event. Pointers in it live until the session's next receive. It never
+ * grows: what is new gets functions of the session. */
 typedef struct lum_sensor_event {
     lum_sensor_event_kind kind;    /**< what follows depends on it */
     const lum_received *datagrams; /**< DATAGRAMS: in order of arrival */
@@ -97,6 +101,8 @@ typedef struct lum_sensor_event {
 
 /** What was counted since the session began. */
 typedef struct lum_sensor_counters {
+    size_t struct_size;       /**< sizeof(lum_sensor_counters), set by the
+                                   caller */
     uint64_t datagrams;       /**< from the sensor */
     uint64_t bytes;           /**< of payload in them */
     uint64_t foreign_source;  /**< from others, dropped */
@@ -119,7 +125,18 @@ typedef struct lum_sensor lum_sensor;
 
 /** Usual options: LUM_BOOT_ADDRESS and LUM_PORT, the default layout, not the
  * owner, LUM_SENSOR_HEARTBEAT_MS, _TIMEOUT_MS and _RETRIES. Cannot fail. */
-void lum_sensor_options_default(lum_sensor_options *out);
+static inline void lum_sensor_options_default(lum_sensor_options *out)
+{
+    memset(out, 0, sizeof *out);
+    out->struct_size = sizeof *out;
+    out->sensor.address = LUM_BOOT_ADDRESS;
+    out->sensor.port = LUM_PORT;
+    lum_layout_default(&out->layout);
+    out->heartbeat_ms = LUM_SENSOR_HEARTBEAT_MS;
+    out->timeout_ms = LUM_SENSOR_TIMEOUT_MS;
+    out->retries = LUM_SENSOR_RETRIES;
+    out->receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
+}
 
 /** Begin a session. Nothing is sent yet.
  * @param options copied, interface too; cancel is kept.
@@ -127,7 +144,7 @@ void lum_sensor_options_default(lum_sensor_options *out);
  * @param error   gets the message otherwise.
  * @return LUM_NET_OK; LUM_NET_BUSY when another program of this host owns the
  *         sensor, named in error with its process number; LUM_NET_DENIED;
- *         LUM_NET_FAILED. */
+ *         LUM_NET_FAILED, also for options that cannot be. */
 LUM_MUST_CHECK lum_net_result lum_sensor_open(const lum_sensor_options *options,
                                               lum_sensor **out,
                                               lum_error *error);
@@ -241,8 +258,12 @@ lum_laser_off lum_sensor_laser_off_within(lum_sensor *sensor, uint32_t ms,
                                           const lum_cancel *cancel,
                                           uint16_t *status);
 
-/** Counters up to now. */
-void lum_sensor_count(lum_sensor *sensor, lum_sensor_counters *out);
+/** Counters up to now.
+ * @param out struct_size is set by the caller; as much of the rest is
+ *            overwritten as that holds.
+ * @return LUM_OK; LUM_E_VALUE if struct_size is not set: then nothing is
+ *         written. */
+lum_result lum_sensor_count(lum_sensor *sensor, lum_sensor_counters *out);
 
 /** Datagrams with the magic that must come from one other address, and none
  * from the sensor among them, for lum_sensor_moved_to(). */

@@ -46,14 +46,16 @@ typedef enum lum_net_result {
     LUM_NET_FAILED = -3    /**< anything else; the error says what */
 } lum_net_result;
 
-/** An address and a port. */
+/** An address and a port. It never grows. */
 typedef struct lum_endpoint {
     uint32_t address; /**< IPv4, host order */
     uint16_t port;    /**< UDP */
 } lum_endpoint;
 
-/** What a socket is to be. */
+/** What a socket is to be. All bytes 0 but for struct_size is a socket of any
+ * address and port. */
 typedef struct lum_socket_options {
+    size_t struct_size;         /**< sizeof(lum_socket_options) */
     lum_endpoint local;         /**< 0.0.0.0: any address; port 0: any port */
     const char *interface_name; /**< send and receive on it alone; NULL: as the
                                 routes say */
@@ -64,7 +66,7 @@ typedef struct lum_socket_options {
 /** A UDP socket. */
 typedef struct lum_socket lum_socket;
 
-/** A datagram that was received. */
+/** A datagram that was received. It never grows, since they come in arrays. */
 typedef struct lum_received {
     const uint8_t *bytes; /**< payload; lives until the socket's next receive */
     size_t len;           /**< bytes there are of it */
@@ -73,7 +75,7 @@ typedef struct lum_received {
     bool cut_short;       /**< it was longer than LUM_SOCKET_BYTES */
 } lum_received;
 
-/** A datagram to be sent. */
+/** A datagram to be sent. It never grows, since they come in arrays. */
 typedef struct lum_outgoing {
     const void *bytes; /**< payload; not kept */
     size_t len;        /**< its bytes */
@@ -84,7 +86,8 @@ typedef struct lum_outgoing {
  * @param out   gets it on LUM_NET_OK; to be closed with lum_socket_close().
  * @param error gets the message otherwise.
  * @return LUM_NET_OK; LUM_NET_BUSY if the local port is taken; LUM_NET_DENIED;
- *         LUM_NET_FAILED (no such interface, address not of this host, ...). */
+ *         LUM_NET_FAILED (no such interface, address not of this host,
+ *         struct_size is not set, ...). */
 LUM_MUST_CHECK lum_net_result lum_socket_open(const lum_socket_options *options,
                                               lum_socket **out,
                                               lum_error *error);

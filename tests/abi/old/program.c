@@ -38,14 +38,17 @@ static int64_t give(void *context, void *buffer, size_t room, lum_error *error)
 static int read_frames(void)
 {
     struct place place = {0};
-    const lum_source_functions functions = {give, NULL, &place, sizeof capture};
+    const lum_source_functions functions = {.struct_size = sizeof functions,
+                                            .read = give,
+                                            .context = &place,
+                                            .total = sizeof capture};
     lum_reader_options options = {.struct_size = sizeof options};
     lum_reader *reader = NULL;
     const lum_frame *frame = NULL;
     lum_error error = {""};
     int frames = 0;
     int status = 0;
-    options.source = lum_source_from_functions("memory", &functions);
+    options.source = lum_source_from_functions("memory", &functions, &error);
     status = lum_reader_open(&options, &reader, &error);
     while (status >= 0 &&
            (status = lum_reader_next_frame(reader, &frame, &error)) > 0) {
@@ -58,9 +61,11 @@ static int read_frames(void)
 
 static int write_cloud(void)
 {
-    const lum_writer_options options = {.format = LUM_FORMAT_XYZ};
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = LUM_FORMAT_XYZ};
     const lum_sample sample = {.return_number = 1};
-    const lum_line_samples line = {.samples = &sample, .count = 1};
+    const lum_line_samples line = {
+        .struct_size = sizeof line, .samples = &sample, .count = 1};
     lum_writer *writer = NULL;
     lum_error error = {""};
     if (lum_writer_open("-", &options, &writer, &error) != 0) {

@@ -32,7 +32,9 @@ void doctor_check_interface(struct doctor *d, struct doctor_finding *out)
 /* A datagram that cannot leave has no way. */
 void doctor_check_route(struct doctor *d, struct doctor_finding *out)
 {
-    const lum_socket_options options = {{0, 0}, d->ctl->options.interface, 0};
+    const lum_socket_options options = {.struct_size = sizeof options,
+                                        .interface_name =
+                                            d->ctl->options.interface};
     uint8_t packet[LUM_TIMESTAMP_BYTES];
     const lum_timestamp request = {1, 0};
     const lum_outgoing datagram = {packet, sizeof packet, d->sensor};

@@ -169,8 +169,9 @@ void doctor_check_session(struct doctor *d, struct doctor_finding *out)
 
 void doctor_check_buffer(struct doctor *d, struct doctor_finding *out)
 {
-    const lum_socket_options options = {
-        {0, 0}, NULL, LUM_SOCKET_RECEIVE_BUFFER};
+    const lum_socket_options options = {.struct_size = sizeof options,
+                                        .receive_buffer =
+                                            LUM_SOCKET_RECEIVE_BUFFER};
     lum_socket *socket = NULL;
     lum_error error = {""};
     if (lum_socket_open(&options, &socket, &error) != LUM_NET_OK) {
@@ -385,6 +386,7 @@ static bool take_data(struct doctor *d, lum_error *error)
     }
     *error = event.kind == LUM_SENSOR_FAILED ? event.error : (lum_error){""};
     d->stream.duration_ns = lum_time_monotonic_ns() - begin;
+    d->stream.session.struct_size = sizeof d->stream.session;
     lum_sensor_count(d->session, &d->stream.session);
     d->stream.counts_drops =
         lum_socket_counts_drops(lum_sensor_socket(d->session));

@@ -16,18 +16,19 @@ namespace
 // More than both eyes can have in a frame of 640 lines, all returns counted.
 constexpr uint32_t points_max = uint32_t{1} << 24;
 
-// All of it are counters of 64 bits.
+// All of it but struct_size are counters of 64 bits.
 void add(lum_demux_counters &to, const lum_demux_counters &from)
 {
-    uint64_t a[sizeof to / sizeof(uint64_t)];
-    uint64_t b[sizeof from / sizeof(uint64_t)];
-    static_assert(sizeof a == sizeof to, "counters of 64 bits alone");
-    std::memcpy(a, &to, sizeof a);
-    std::memcpy(b, &from, sizeof b);
+    constexpr size_t first = offsetof(lum_demux_counters, packets);
+    uint64_t a[(sizeof to - first) / sizeof(uint64_t)];
+    uint64_t b[(sizeof from - first) / sizeof(uint64_t)];
+    static_assert(first + sizeof a == sizeof to, "counters of 64 bits alone");
+    std::memcpy(a, reinterpret_cast<const char *>(&to) + first, sizeof a);
+    std::memcpy(b, reinterpret_cast<const char *>(&from) + first, sizeof b);
     for (size_t i = 0; i < sizeof a / sizeof *a; i++) {
         a[i] += b[i];
     }
-    std::memcpy(&to, a, sizeof a);
+    std::memcpy(reinterpret_cast<char *>(&to) + first, a, sizeof a);
 }
 
 } // namespace
@@ -135,7 +136,8 @@ void Decoder::finish()
 void Decoder::add_lines(DecoderCounts &to) const
 {
     const lum_demux *demux = lum_framer_demux(framer_.get());
-    lum_demux_counters total;
+    lum_demux_counters total = {};
+    total.struct_size = sizeof total;
     lum_demux_total(demux, &total);
     add(to.demux, total);
     for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {

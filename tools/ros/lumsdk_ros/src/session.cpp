@@ -71,6 +71,7 @@ void Session::make_view()
 {
     const std::lock_guard<std::mutex> guard(lock_);
     if (!is_broken_) { // else it may only be closed
+        view_.counters.struct_size = sizeof view_.counters;
         lum_sensor_count(sensor_.get(), &view_.counters);
     }
     view_.channel_drops = drops_;
