@@ -90,15 +90,16 @@ static bool is_begun(const lum_assembler *a)
 }
 
 /* The counters of drops come first and in the order of their results. */
-#define IS_DROP(member, result)                                                \
-    (offsetof(lum_assembly_counters, member) ==                                \
-     sizeof(uint64_t) * (size_t)(LUM_E_STRAY - (result)))
-LUM_CHECK_BUILD(drops_stand_in_the_order_of_their_results,
-                IS_DROP(stray, LUM_E_STRAY) && IS_DROP(late, LUM_E_LATE) &&
-                    IS_DROP(duplicate, LUM_E_DUPLICATE) &&
-                    IS_DROP(conflict, LUM_E_CONFLICT) &&
-                    IS_DROP(no_room, LUM_E_NO_ROOM) &&
-                    IS_DROP(refused, LUM_E_ORDER));
+#define CHECK_DROP(name, member, result)                                       \
+    LUM_CHECK_BUILD(name,                                                      \
+                    offsetof(lum_assembly_counters, member) ==                 \
+                        sizeof(uint64_t) * (size_t)(LUM_E_STRAY - (result)))
+CHECK_DROP(stray_is_where_its_result_says, stray, LUM_E_STRAY);
+CHECK_DROP(late_is_where_its_result_says, late, LUM_E_LATE);
+CHECK_DROP(duplicate_is_where_its_result_says, duplicate, LUM_E_DUPLICATE);
+CHECK_DROP(conflict_is_where_its_result_says, conflict, LUM_E_CONFLICT);
+CHECK_DROP(no_room_is_where_its_result_says, no_room, LUM_E_NO_ROOM);
+CHECK_DROP(refused_is_where_its_result_says, refused, LUM_E_ORDER);
 
 static void count_drop(lum_assembly_counters *c, lum_result r)
 {
@@ -116,11 +117,12 @@ static lum_result refuse(lum_assembler *a)
 
 /* The samples may have moved to another address since then. The members after
  * them, from the line to the tag, have no padding between. */
+LUM_CHECK_BUILD(the_line_follows_the_samples,
+                offsetof(lum_group, line) ==
+                    offsetof(lum_group, samples) + sizeof(const uint8_t *));
 LUM_CHECK_BUILD(all_from_line_to_tag_is_compared,
-                offsetof(lum_group, samples) == 0 &&
-                    offsetof(lum_group, line) == sizeof(const uint8_t *) &&
-                    offsetof(lum_group, tag) + 1u ==
-                        offsetof(lum_group, line) + 4u * sizeof(uint32_t) + 2u);
+                offsetof(lum_group, tag) + 1u ==
+                    offsetof(lum_group, line) + 4u * sizeof(uint32_t) + 2u);
 
 static bool is_awaited(const lum_group *awaited, const lum_group *group)
 {

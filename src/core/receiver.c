@@ -312,14 +312,15 @@ static lum_result take(lum_receiver *r, const lum_group *group)
 }
 
 /* The counters of drops come first and in the order of their results. */
-#define IS_DROP(member, result)                                                \
-    (offsetof(lum_receiver_counters, member) ==                                \
-     sizeof(uint64_t) * (size_t)(LUM_E_STRAY - (result)))
-LUM_CHECK_BUILD(drops_stand_in_the_order_of_their_results,
-                IS_DROP(stray, LUM_E_STRAY) && IS_DROP(late, LUM_E_LATE) &&
-                    IS_DROP(duplicate, LUM_E_DUPLICATE) &&
-                    IS_DROP(conflict, LUM_E_CONFLICT) &&
-                    IS_DROP(no_room, LUM_E_NO_ROOM));
+#define CHECK_DROP(name, member, result)                                       \
+    LUM_CHECK_BUILD(name,                                                      \
+                    offsetof(lum_receiver_counters, member) ==                 \
+                        sizeof(uint64_t) * (size_t)(LUM_E_STRAY - (result)))
+CHECK_DROP(stray_is_where_its_result_says, stray, LUM_E_STRAY);
+CHECK_DROP(late_is_where_its_result_says, late, LUM_E_LATE);
+CHECK_DROP(duplicate_is_where_its_result_says, duplicate, LUM_E_DUPLICATE);
+CHECK_DROP(conflict_is_where_its_result_says, conflict, LUM_E_CONFLICT);
+CHECK_DROP(no_room_is_where_its_result_says, no_room, LUM_E_NO_ROOM);
 
 static void count_drop(lum_receiver_counters *c, lum_result result)
 {

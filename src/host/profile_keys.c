@@ -107,11 +107,11 @@ const lum_key_table lum_profile_keys = {entries, COUNT(entries)};
 typedef char every_value_has_its_key
     [COUNT(entries) == VALUES + (size_t)LUM_GROUP_FIELDS ? 1 : -1];
 
-/* The shortest key of a value, for messages. */
+/* The shortest key of a value, for messages; each has one. */
 static const char *path_of(unsigned index)
 {
     size_t i = 0;
-    while (i + 1u < COUNT(entries) && entries[i].index != index) {
+    while (entries[i].index != index) {
         i++;
     }
     return entries[i].path;
