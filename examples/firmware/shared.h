@@ -1,7 +1,7 @@
 /* Words that an interrupt and the main loop share. Data that one side wrote
  * before it stores such a word is visible to the other side after it loaded the
  * word. With a compiler without these builtins: a volatile access and a memory
- * barrier. / */
+ * barrier. */
 #ifndef SHARED_H
 #define SHARED_H
 

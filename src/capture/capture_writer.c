@@ -184,15 +184,21 @@ static int check_options(const char *path, const lum_capture_writer_options *o,
                          lum_error *error)
 {
     const bool has_text = o->application != NULL || o->comment_count > 0;
-    if (o->format == LUM_CAPTURE_PCAPNG ? lum_pcapng_start_bytes(o) != 0
-                                        : !has_text) {
+    if (o->format != LUM_CAPTURE_PCAP && o->format != LUM_CAPTURE_PCAPNG) {
+        (void)lum_error_set(error, "%s: there is no format %u of captures",
+                            path, (unsigned)o->format);
+    } else if (o->format == LUM_CAPTURE_PCAP && has_text) {
+        (void)lum_error_set(error, "%s: a pcap file has no comments", path);
+    } else if (o->format == LUM_CAPTURE_PCAPNG &&
+               lum_pcapng_start_bytes(o) == 0) {
+        (void)lum_error_set(error,
+                            "%s: a pcapng file has at most %u comments; each, "
+                            "and the application, at most %u bytes",
+                            path, LUM_CAPTURE_COMMENTS_MAX,
+                            LUM_CAPTURE_COMMENT_BYTES_MAX);
+    } else {
         return 0;
     }
-    (void)lum_error_set(error,
-                        "%s: a pcap file has no comments, a pcapng file at "
-                        "most %u of %u bytes each",
-                        path, LUM_CAPTURE_COMMENTS_MAX,
-                        LUM_CAPTURE_COMMENT_BYTES_MAX);
     errno = EINVAL;
     return -1;
 }
@@ -350,7 +356,7 @@ int lum_capture_writer_close(lum_capture_writer *writer, lum_error *error)
     return result;
 }
 
-/* fclose() would write the buffered bytes, and may wait for a reader. / */
+/* fclose() would write the buffered bytes, and may wait for a reader. */
 void lum_capture_writer_abort(lum_capture_writer *writer)
 {
     if (writer == NULL) {

@@ -14,7 +14,7 @@
  * @return 0; -1 without memory. */
 typedef int lum_unpacker(lum_source *packed, lum_source_functions *out);
 
-/** Of gzip data, also with several members. NULL: not in this build. / */
+/** Of gzip data, also with several members. NULL: not in this build. */
 extern lum_unpacker *const lum_unpack_gzip;
 
 /** Of zstd data, also of several frames. NULL: not in this build. */

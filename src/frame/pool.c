@@ -123,8 +123,7 @@ static lum_frame *take_spare(lum_frame_pool *pool, lum_columns mask,
     return frame;
 }
 
-/* Memory far larger than the present need is not kept. Called with the lock.
- * / */
+/* Memory far larger than the present need is not kept. The lock is held. */
 static bool is_worth_keeping(const lum_frame_pool *pool, const lum_frame *frame)
 {
     const size_t room = frame->mask != 0 ? room_of(frame, frame->mask) : 0;
@@ -269,7 +268,7 @@ static bool grow(lum_frame *frame, size_t needed)
 
 /* A frame begins in the smallest memory available, because only few of its
  * lines come before the frame before it is complete; then it moves into that
- * frame's memory. / */
+ * frame's memory. */
 static bool move_to_spare(lum_frame *frame, size_t needed)
 {
     lum_frame *spare = take_spare(frame->pool, frame->mask, needed);

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Bits that commands and heartbeats set; hardware faults set the others. / */
+/* Bits that commands and heartbeats set; hardware faults set the others. */
 #define OWN_BITS                                                               \
     (LUM_LASER_HEARTBEAT_TIMEOUT | LUM_LASER_TLV_CMD_OFF | LUM_LASER_TLV_CMD_ON)
 

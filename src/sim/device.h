@@ -108,7 +108,7 @@ int64_t lum_device_next_ns(const lum_device *device);
 /** Set and clear bits of the status, as faults of the hardware would;
  * HEARTBEAT_TIMEOUT, TLV_CMD_ON and TLV_CMD_OFF do not change. A laser that a
  * command has switched on comes up again when the last hazard ends. The effects
- * are those of lum_device_tick(): an alert to the client with the status. / */
+ * are those of lum_device_tick(): an alert to the client with the status. */
 void lum_device_set_hazards(lum_device *device, uint16_t set, uint16_t clear,
                             int64_t now_ns, lum_device_effects *out);
 

@@ -182,7 +182,7 @@ static uint32_t load(bool is_big, const uint8_t *p)
     return is_big ? load_be32(p) : load_le32(p);
 }
 
-/* Whether libpcap ignores some of the blocks before the first interface. / */
+/* Whether libpcap ignores some of the blocks before the first interface. */
 static bool is_odd_start(const struct both *b, const uint8_t *bytes, size_t len)
 {
     const bool is_big = bytes[8] == 0x1a;

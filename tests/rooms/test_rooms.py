@@ -63,15 +63,32 @@ class Structs(unittest.TestCase):
 
     STRUCT = re.compile(r"/\*\*((?:[^*]|\*(?!/))*)\*/\s*typedef struct (lum_\w+) \{\s*([^;]*;)")
 
-    def test_every_public_struct_tells_its_size_or_never_grows(self):
+    def structs(self):
         headers = [path for room in ("base", "capture", "cloud", "frame", "net") for path in (TOP / "include/lum" / room).glob("*.h")]
         found = [(path, *match.groups()) for path in sorted(headers) for match in self.STRUCT.finditer(path.read_text())]
         self.assertEqual(len(found), sum(len(re.findall(r"^typedef struct \w+ \{", path.read_text(), re.M)) for path in headers))
+        return found
+
+    def test_every_public_struct_tells_its_size_or_never_grows(self):
+        found = self.structs()
         for path, comment, name, member in found:
             with self.subTest(name):
                 is_sized = member == "size_t struct_size;"
                 is_fixed = "never grows" in " ".join(comment.replace("*", " ").split())
                 self.assertNotEqual(is_sized, is_fixed, f"{path}: {name} begins with struct_size, or its comment says that it never grows")
+
+    def test_each_has_its_size_before_it_is_filled(self):
+        """Without it nothing is filled in, and no caller has to look at the result."""
+        sized = "|".join(name for _, _, name, member in self.structs() if member == "size_t struct_size;")
+        headers = " ".join(path.read_text() for path in (TOP / "include/lum").rglob("*.h"))
+        fill = re.findall(rf"\b(lum_\w+)\([^;()]*(?<!const )\b(?:{sized}) \*\w+\);", headers)
+        self.assertIn("lum_demux_total", fill)
+        for path, text in rooms.sources(TOP).items():
+            for body in re.findall(r"^\{$(.*?)^\}$", text, re.M | re.S):
+                for name in re.findall(rf"^ +(?:static )?(?:{sized}) (\w+);$", body, re.M):
+                    if re.search(rf"\b(?:{'|'.join(fill)})\([^;]*&{name}\)", body):
+                        with self.subTest(f"{path}: {name}"):
+                            self.assertRegex(body, rf"\b{name}(?:\.struct_size)? =|_default\(&{name}\)")
 
 
 class Documents(unittest.TestCase):

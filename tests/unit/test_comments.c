@@ -205,6 +205,10 @@ static void what_a_file_has_no_room_for_is_refused(void **state)
     o.comment_count = LUM_CAPTURE_COMMENTS_MAX + 1u;
     refuse(&o);
     o.comment_count = 0;
+    o.application = NULL;
+    o.format = (lum_capture_format)7;
+    refuse(&o);
+    o.format = LUM_CAPTURE_PCAPNG;
     o.struct_size = 0;
     refuse(&o);
 }

@@ -13,7 +13,7 @@
 /* What lumtable made of the files in tables/, which
  * tests/tools/test_lumtable.py holds against them: here each target compares it
  * with what it makes itself. If one differs, raise LUM_LAYOUT_VERSION or
- * LUM_FIXED_PROJECTOR_VERSION, and make these again. / */
+ * LUM_FIXED_PROJECTOR_VERSION, and make these again. */
 /* NOLINTBEGIN(bugprone-suspicious-include): they need no line in a build */
 #include "tables/odd.c"
 #include "tables/typical.c"

@@ -1,5 +1,5 @@
 /* The files that a run reads. It must not overwrite them, by any of their
- * names. / */
+ * names. */
 #ifndef LUM_TOOLS_INPUT_FILES_H
 #define LUM_TOOLS_INPUT_FILES_H
 

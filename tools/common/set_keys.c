@@ -1,6 +1,7 @@
 #include "set_keys.h"
 
 #include "nearest.h"
+#include "printable.h"
 
 #include "lum/host/keys.h"
 
@@ -72,11 +73,31 @@ static bool refuse_key(const char *text, const lum_key_refusal *calibration,
     } else {
         (void)lum_error_set(why,
                             "'%.*s' is no key of a calibration and none of a "
-                            "profile; calib/typical.yaml has those, "
-                            "calib/profile-default.yaml these",
+                            "profile; see calib/typical.yaml and "
+                            "calib/profile-default.yaml",
                             shown, text);
     }
     return false;
+}
+
+/* What could upset a terminal, or make two lines of a message, is in no key and
+ * in no value. */
+static bool refuse_bytes(const char *text, lum_error *why)
+{
+    char shown[SHOWN_MAX + 1u];
+    (void)lum_error_set(
+        why, "'%s': a key and its value are printable ASCII",
+        printable((const uint8_t *)text, strlen(text), shown, sizeof shown));
+    return false;
+}
+
+static bool is_printable(const char *text)
+{
+    const unsigned char *p = (const unsigned char *)text;
+    while (*p >= 0x20 && *p < 0x7f) {
+        p++;
+    }
+    return *p == '\0';
 }
 
 static bool refuse_value(const lum_key_refusal *refusal, lum_error *why)
@@ -93,8 +114,11 @@ bool set_keys_add(struct set_keys *keys, const char *text, lum_error *why)
     if (text[0] == '=' || strchr(text, '=') == NULL) {
         return false;
     }
+    if (!is_printable(text)) {
+        return refuse_bytes(text, why);
+    }
     if (strncmp(text, "version=", 8) == 0) {
-        (void)lum_error_set(why, "version is a key of files alone");
+        (void)lum_error_set(why, "version is a key of files only");
         return false;
     }
     if (keys->count == SET_KEYS_MAX) {

@@ -22,7 +22,8 @@ int files_load_layout(const char *path, const struct set_keys *set,
         return -1;
     }
     if (lum_layout_init(out, &profile, NULL, NULL) != LUM_OK) {
-        return lum_error_set(error, "%s: this layout cannot be", path);
+        return lum_error_set(error, "%s: this layout cannot be",
+                             path != NULL ? path : "--set");
     }
     return 0;
 }

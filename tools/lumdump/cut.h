@@ -1,5 +1,5 @@
 /* The packets of the selected lines: a capture is cut like a cloud. Packets are
- * held until their line has come, and leave in their order. / */
+ * held until their line has come, and leave in their order. */
 #ifndef LUMDUMP_CUT_H
 #define LUMDUMP_CUT_H
 

@@ -213,13 +213,13 @@ bool values_take_buffer(void *options, const char *text, lum_error *why)
     return is_size;
 }
 
-/* WINDOW or WINDOW:ORDER; 0 is off. */
 bool values_take_set(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;
     return set_keys_add(&o->set, text, why);
 }
 
+/* WINDOW or WINDOW:ORDER; 0 is off. */
 bool values_take_smooth(void *options, const char *text, lum_error *why)
 {
     struct options *out = options;

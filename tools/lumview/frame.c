@@ -133,8 +133,7 @@ struct frame *frame_keep(struct frame *frame)
     return frame;
 }
 
-/* Called with the lock. Memory far larger than the present need is not kept.
- * / */
+/* Memory far larger than the present need is not kept. The lock is held. */
 static bool is_worth_keeping(const struct frame_pool *pool,
                              const struct frame *frame)
 {

@@ -146,7 +146,8 @@ typedef struct lum_capture_writer_options {
     bool is_whole;               /**< it gets its name when it is closed */
     const char *application;     /**< pcapng: what writes it, UTF-8; may be
                                       NULL */
-    const char *const *comments; /**< pcapng: UTF-8, of the section's header */
+    const char *const *comments; /**< pcapng: UTF-8, of the section's header;
+                                      none NULL */
     size_t comment_count; /**< at most LUM_CAPTURE_COMMENTS_MAX, each of at most
                              LUM_CAPTURE_COMMENT_BYTES_MAX bytes */
 } lum_capture_writer_options;
@@ -188,8 +189,9 @@ LUM_MUST_CHECK int lum_capture_writer_open_whole(const char *path,
 /** Begin a capture, as lum_capture_writer_open() or
  * lum_capture_writer_open_whole().
  * @param options read, with all that it points to, and not kept.
- * @return as lum_capture_writer_open(); errno is EINVAL if the options cannot
- *         be. */
+ * @return as lum_capture_writer_open(); errno is EINVAL if there is no such
+ *         format, if a pcap file is to have comments or an application, or if
+ *         there are too many comments or too long ones. */
 LUM_MUST_CHECK int lum_capture_writer_open_as(
     const char *path, const lum_capture_writer_options *options,
     lum_capture_writer **out, lum_error *error);

@@ -51,9 +51,6 @@ typedef struct lum_format_ops lum_format_ops;
 /** Most bytes of a line of it. */
 #define LUM_WRITER_COMMENT_LINE_MAX 400u
 
-/** Most bytes of a line of it. */
-#define LUM_WRITER_COMMENT_LINE_MAX 400u
-
 /** What a writer has to know. All bytes 0 but for struct_size is the default.
  */
 typedef struct lum_writer_options {
@@ -150,7 +147,7 @@ LUM_MUST_CHECK int lum_writer_set_rows(lum_writer *writer, uint32_t rows,
  * @return 0, or -1 with the reason in error (the disk is full, the reader of
  *         the pipe has left: then errno is EPIPE; the line lacks times, is no
  *         row of an organised file, or its struct_size is not set: then errno
- * is EINVAL). */
+ *         is EINVAL). */
 LUM_MUST_CHECK int lum_writer_add(lum_writer *writer,
                                   const lum_line_samples *line,
                                   lum_error *error);

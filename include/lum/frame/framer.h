@@ -223,7 +223,9 @@ typedef struct lum_framer_counters {
 /** Read the counters of a sensor.
  * @param sensor an index of lum_demux_address(); of one that sent no line
  *               all are 0.
- * @param out    as for lum_frame_get_info(). */
+ * @param out    as for lum_frame_get_info().
+ * @return LUM_OK; LUM_E_VALUE if struct_size is not set: then nothing is
+ *         written. */
 lum_result lum_framer_count(const lum_framer *framer, size_t sensor,
                             lum_framer_counters *out);
 

@@ -43,8 +43,7 @@ typedef struct lum_reader_options {
                              source, records and paths is given */
     lum_source *source; /**< bytes of a capture, from memory or a function of
                            the caller's; taken over, also on failure */
-    const lum_record_source *records; /**< copied; closed also on
-                                           failure */
+    const lum_record_source *records; /**< copied; closed also on failure */
     const lum_framer_options *framer; /**< what is wanted; NULL: the default */
     const char *const *paths; /**< in place of path: path_count captures, read
                                  as one by lum_capture_open_several() */

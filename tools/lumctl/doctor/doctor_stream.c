@@ -80,7 +80,7 @@ static void take_data(struct doctor *d, const lum_received *datagram,
         event = lum_framer_push(d->framer, &record, NULL);
         take_event(d, event);
     } while (event != LUM_FRAMER_NONE && event != LUM_FRAMER_FAILED);
-    lum_demux_counters counters;
+    lum_demux_counters counters = {.struct_size = sizeof counters};
     lum_demux_total(lum_framer_demux(d->framer), &counters);
     d->stream.assembly = counters.assembly;
     if (counters.assembly.stray > stray) {
