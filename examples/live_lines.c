@@ -38,6 +38,7 @@ static bool run(lum_sensor *sensor, lum_error *error)
     lum_reader *reader = NULL;
     lum_framer_event event;
     int count = 0;
+    uint64_t words = 0;
     if (lum_live_source(&live, &records, error) != 0 ||
         lum_reader_open(&options, &reader, error) != 0) {
         return false;
@@ -50,7 +51,12 @@ static bool run(lum_sensor *sensor, lum_error *error)
                      (long long)line->frame, line->eye,
                      (unsigned long)line->number,
                      (unsigned long)line->word_count);
+        words += line->word_count;
         count++;
+    }
+    if (count > 0 && words == 0) {
+        (void)fputs("no line has ranges: is the laser on? lumctl laser on\n",
+                    stderr);
     }
     lum_reader_close(reader);
     return count == LINES ||

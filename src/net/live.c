@@ -13,7 +13,8 @@ struct live {
     lum_sensor_event event; /* the last one */
     size_t next;            /* of its datagrams */
     int64_t end_ns;         /* of the stream; INT64_MAX: none */
-    int64_t heard_ns;       /* when the sensor was last heard */
+    int64_t heard_ns;       /* when the sensor was last heard, or the begin */
+    bool was_heard;
     lum_endpoint sensor;
     lum_endpoint client;
 };
@@ -38,19 +39,28 @@ static int64_t silent_ns(const struct live *l)
     return l->heard_ns + NS_PER_MS * (int64_t)l->options.silence_ms;
 }
 
+static int fail_silent(uint32_t ms, lum_error *error)
+{
+    return lum_error_set(error,
+                         "nothing came from the sensor for %u ms; is it on, "
+                         "connected, and at this address?",
+                         (unsigned)ms);
+}
+
 /* 0: the stream is over. */
+static int end(const struct live *l, lum_error *error)
+{
+    return l->was_heard ? 0 : fail_silent(l->options.duration_ms, error);
+}
+
 static int idle(const struct live *l, lum_error *error)
 {
     const int64_t now_ns = lum_time_monotonic_ns();
     if (now_ns >= l->end_ns) {
-        return 0;
+        return end(l, error);
     }
-    return now_ns < silent_ns(l)
-               ? 1
-               : lum_error_set(error,
-                               "nothing came from the sensor for %u ms; is its "
-                               "laser on, and does it reach this host?",
-                               (unsigned)l->options.silence_ms);
+    return now_ns < silent_ns(l) ? 1
+                                 : fail_silent(l->options.silence_ms, error);
 }
 
 static int tell(const struct live *l)
@@ -69,6 +79,7 @@ static int receive(struct live *l, lum_error *error)
     switch (l->event.kind) {
     case LUM_SENSOR_DATAGRAMS:
         l->heard_ns = lum_time_monotonic_ns();
+        l->was_heard = true;
         return 1;
     case LUM_SENSOR_IDLE:
         return idle(l, error);
@@ -99,7 +110,8 @@ static int next(void *context, lum_record *out, lum_error *error)
     struct live *l = context;
     int status = 1;
     while (status > 0 && !has_datagram(l)) {
-        status = lum_time_monotonic_ns() < l->end_ns ? receive(l, error) : 0;
+        status = lum_time_monotonic_ns() < l->end_ns ? receive(l, error)
+                                                     : end(l, error);
     }
     if (status > 0) {
         *out = record_of(l, &l->event.datagrams[l->next++]);

@@ -56,6 +56,14 @@ static int next(void)
     return source.next(source.context, &record, &error);
 }
 
+/* One datagram at once. */
+static void hear(void)
+{
+    const uint8_t byte = 1;
+    fake_arrive(fake.now_ns, sensor_at, &byte, 1);
+    assert_int_equal(next(), 1);
+}
+
 static void close_live(void)
 {
     source.close(source.context);
@@ -88,6 +96,7 @@ static void heartbeats_are_sent_while_records_are_read(void **state)
 {
     (void)state;
     open_live((lum_live_options){.duration_ms = 2000});
+    hear();
     assert_int_equal(next(), 0);
     assert_true(fake_count_sent(LUM_TYPE_HEARTBEAT) >= 10);
     close_live();
@@ -120,8 +129,8 @@ static void silence_is_a_failure_that_says_so(void **state)
     assert_int_equal(next(), 1);
     assert_int_equal(next(), -1);
     assert_string_equal(error.text,
-                        "nothing came from the sensor for 3000 ms; is its "
-                        "laser on, and does it reach this host?");
+                        "nothing came from the sensor for 3000 ms; is it on, "
+                        "connected, and at this address?");
     assert_int_equal(fake.now_ns,
                      start_ns + 2 * SECOND + LUM_SENSOR_SILENCE_MS * MS);
     close_live();
@@ -131,9 +140,21 @@ static void a_duration_that_ends_in_the_silence_is_an_end(void **state)
 {
     (void)state;
     open_live((lum_live_options){.duration_ms = 100, .silence_ms = 100});
+    hear();
     assert_int_equal(next(), 0);
     close_live();
     open_live((lum_live_options){.duration_ms = 101, .silence_ms = 100});
+    hear();
+    assert_int_equal(next(), -1);
+    close_live();
+}
+
+static void a_duration_without_a_datagram_is_a_failure(void **state)
+{
+    (void)state;
+    open_live((lum_live_options){.duration_ms = 2000});
+    assert_int_equal(next(), -1);
+    assert_non_null(strstr(error.text, "for 2000 ms"));
     assert_int_equal(next(), -1);
     close_live();
 }
@@ -176,6 +197,7 @@ static void what_brings_no_datagrams_is_told(void **state)
                                  .on_event = take_event,
                                  .context = &told,
                                  .duration_ms = 10000});
+    hear();
     ask_status(); /* nobody answers */
     assert_int_equal(next(), 0);
     assert_int_equal(told.count, 1);
@@ -200,6 +222,7 @@ static void without_a_listener_events_are_passed_over(void **state)
 {
     (void)state;
     open_live((lum_live_options){.silence_ms = 60000, .duration_ms = 10000});
+    hear();
     ask_status();
     assert_int_equal(next(), 0);
     close_live();
@@ -311,6 +334,7 @@ int main(void)
         FRESH(a_sensor_that_never_pauses_does_not_prolong_a_duration),
         FRESH(silence_is_a_failure_that_says_so),
         FRESH(a_duration_that_ends_in_the_silence_is_an_end),
+        FRESH(a_duration_without_a_datagram_is_a_failure),
         FRESH(a_socket_that_breaks_is_a_failure),
         FRESH(what_brings_no_datagrams_is_told),
         FRESH(who_is_told_can_end_the_stream),

@@ -35,7 +35,7 @@ typedef struct lum_live_options {
     size_t struct_size; /**< sizeof(lum_live_options) */
     lum_sensor *sensor; /**< an owner's session, which stays the caller's and is
                            closed after the source */
-    uint32_t duration_ms; /**< end after so long; 0: go on */
+    uint32_t duration_ms; /**< end after this time; 0: go on */
     uint32_t silence_ms;  /**< fail when nothing came from the sensor for so
                                long; 0: LUM_SENSOR_SILENCE_MS */
     /** Gets each event that brings no datagrams: answers to the caller's
@@ -48,8 +48,10 @@ typedef struct lum_live_options {
 
 /** Make a source of all datagrams that come from the sensor, beginning now. It
  * ends after the duration, when the session's cancel is raised, or when
- * on_event says so. It fails when the socket breaks and when the sensor falls
- * silent. What the system dropped is in lum_sensor_count().
+ * on_event says so. It fails when the socket breaks, when the sensor falls
+ * silent, and when nothing came in the whole duration. The laser stays as it
+ * is: while it is off, lines come without words. What the system dropped is in
+ * lum_sensor_count().
  * @param options read and not kept, but for the sensor and the context.
  * @param out     its struct_size is set by the caller; to be given to
  *                lum_reader_open(), or closed by its own close.
