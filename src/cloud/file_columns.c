@@ -7,8 +7,8 @@
 
 #define NS_MAX 9e18
 
-/* PLY types by the names that Open3D knows: it has no uint and no ushort, but
- * uint16. */
+/* PLY types by the names that Open3D knows: it knows uint16, but not uint or
+ * ushort. */
 const lum_file_column_spec lum_file_column_specs[LUM_FILE_COLUMNS] = {
     [LUM_FILE_X] = {"x", "x", "float", 'F', 4, true},
     [LUM_FILE_Y] = {"y", "y", "float", 'F', 4, true},
@@ -108,7 +108,7 @@ int lum_column_list_read(const char *names, lum_column_list *out,
 
 /* Where a column's numbers are. */
 enum kind {
-    OF_LINE,  /* made once a line; `at` is which */
+    OF_LINE,  /* made once for each line; `at` is its index */
     OF_FLOAT, /* of a sample; `at` is its offset */
     OF_COUNT,
     OF_EDGE,
@@ -189,7 +189,7 @@ static char *put_seconds(char *p, float seconds)
                : lum_put_large(p, seconds, 0);
 }
 
-/* A cell, and its separator. */
+/* A cell and its separator. */
 static char *put_cell(char *p, const lum_file_rows *rows, unsigned column,
                       const lum_sample *s)
 {

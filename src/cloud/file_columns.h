@@ -1,7 +1,7 @@
 /** @file
  * The columns that CSV, PLY and PCD files may have: one table, lists of them,
- * and rows of any list. Rows of the lists that formats have by themselves are
- * written faster elsewhere. Internal to cloud. */
+ * and rows of any list. Rows of the default lists of the formats are written by
+ * faster code elsewhere. Internal to cloud. */
 #ifndef LUM_CLOUD_FILE_COLUMNS_H
 #define LUM_CLOUD_FILE_COLUMNS_H
 
@@ -12,7 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** What a file can say of a point. */
+/** What a file can contain of a point. */
 typedef enum lum_file_column {
     LUM_FILE_X,
     LUM_FILE_Y,
@@ -33,12 +33,12 @@ typedef enum lum_file_column {
     LUM_FILE_COLUMNS /**< how many there are */
 } lum_file_column;
 
-/** How a column is called and stored. */
+/** Name and type of a column. */
 typedef struct lum_file_column_spec {
-    const char *name;       /**< in CSV, and of options */
-    const char *cloud_name; /**< in PCD, and in PLY behind its prefix */
-    const char *ply_type;   /**< as PLY names it */
-    char pcd_type;          /**< as PCD names it: F, I or U */
+    const char *name;       /**< in CSV and in options */
+    const char *cloud_name; /**< in PCD, and in PLY after its prefix */
+    const char *ply_type;   /**< its name in PLY */
+    char pcd_type;          /**< its name in PCD: F, I or U */
     uint8_t bytes;          /**< in binary */
     bool is_plain;          /**< no prefix in PLY */
 } lum_file_column_spec;
@@ -52,7 +52,7 @@ typedef struct lum_column_list {
     uint8_t at[LUM_FILE_COLUMNS]; /**< each a ::lum_file_column */
 } lum_column_list;
 
-/** What CSV, and what PLY and PCD have by themselves. */
+/** The default lists of CSV, and of PLY and PCD. */
 extern const lum_column_list lum_csv_columns, lum_cloud_columns;
 
 /** Read names with commas between them.
@@ -71,7 +71,7 @@ typedef struct lum_file_rows {
     const lum_column_list *columns; /**< which */
     char separator;                 /**< between them, in text */
     const lum_sample *samples;      /**< of the line, its first */
-    const float *times;             /**< likewise; NULL: not asked for */
+    const float *times;             /**< likewise; NULL: not requested */
     char text[4][24];               /**< of the columns of the line itself */
     uint8_t text_bytes[4];          /**< of those */
     unsigned char bytes[4][8];      /**< the same in binary */

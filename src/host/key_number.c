@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-/* Beyond the digits of any text that is read. */
+/* More than the digits of any text that is read. */
 #define EXPONENT_MAX 1000000
 
 typedef struct digits {
@@ -36,7 +36,7 @@ static bool scan_sign(const char **p, const char *end)
     return false;
 }
 
-/* Reads the digits behind an e; false when there are none. */
+/* Reads the digits after an e; false if there are none. */
 static bool scan_exponent(const char **p, const char *end, int64_t *out)
 {
     const bool negative = scan_sign(p, end);
@@ -73,7 +73,7 @@ static bool scan_decimal(const char *p, const char *end, decimal *d)
     return p == end;
 }
 
-/* The i-th digit of a number that goes on in zeros. */
+/* The i-th digit of a number, which is followed by zeros. */
 static int digit_at(const decimal *d, size_t i)
 {
     if (i < d->integer.count) {

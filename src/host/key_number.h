@@ -13,7 +13,8 @@ typedef enum lum_key_number {
     LUM_KEY_NUMBER_FINE,         /**< read */
     LUM_KEY_NUMBER_NONE,         /**< not a decimal number */
     LUM_KEY_NUMBER_NOT_WHOLE,    /**< has a point or an exponent */
-    LUM_KEY_NUMBER_LEADING_ZERO, /**< octal to some, decimal to others */
+    LUM_KEY_NUMBER_LEADING_ZERO, /**< some read it as octal, others as
+                                      decimal */
     LUM_KEY_NUMBER_TOO_LARGE     /**< beyond 64 bits */
 } lum_key_number;
 

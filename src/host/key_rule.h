@@ -12,7 +12,7 @@
 
 /** A word that stands for a number. */
 typedef struct lum_key_word {
-    const char *text; /**< NULL behind the last one */
+    const char *text; /**< NULL after the last one */
     int64_t number;   /**< what the value becomes */
 } lum_key_word;
 
@@ -21,11 +21,11 @@ typedef struct lum_key_rule {
     const lum_key_word *words; /**< or NULL */
     int64_t min;               /**< smallest number */
     int64_t max;               /**< largest number; below min: none allowed */
-    int decimals;              /**< units of 10^-decimals of the text's */
+    int decimals;              /**< units of 10^-decimals of the text's unit */
     bool whole;                /**< no point, no exponent */
     const char *unit;          /**< the text's unit, such as "deg"; or NULL */
-    const char *allowed;       /**< the numbers in words, if min and max do
-                                    not say it all; or NULL */
+    const char *allowed;       /**< the allowed numbers in words, if min and max
+                                    do not describe them; or NULL */
     const char *refusal; /**< why the key may not be given; such a key is not
                             listed as allowed; or NULL */
 } lum_key_rule;
@@ -34,7 +34,7 @@ typedef struct lum_key_rule {
 typedef struct lum_key_given {
     const char *text; /**< len bytes; need not be terminated */
     size_t len;       /**< how many */
-    bool is_quoted;   /**< it may be a word, but no number */
+    bool is_quoted;   /**< it may be a word, but not a number */
 } lum_key_given;
 
 /** Read a value.

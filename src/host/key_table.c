@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#define WORD_MAX 32 /* longest key that is held against the known ones */
+#define WORD_MAX 32 /* longest key that is compared with the known ones */
 
 static size_t min_of(size_t a, size_t b)
 {

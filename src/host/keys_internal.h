@@ -1,6 +1,6 @@
 /** @file
- * What keys.c needs of the keys of a calibration and of a profile. Internal to
- * host and config. */
+ * What keys.c needs to know of the keys of a calibration and of a profile.
+ * Internal to host and config. */
 #ifndef LUM_HOST_KEYS_INTERNAL_H
 #define LUM_HOST_KEYS_INTERNAL_H
 

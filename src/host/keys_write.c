@@ -1,7 +1,7 @@
 #include "keys_internal.h"
 
-/* Bytes of the mappings that two paths have in common, with the dot. No path
- * stands twice, so that they differ before their ends. */
+/* Bytes of the mappings that two paths have in common, with the dot. No path is
+ * there twice, so two paths differ before their ends. */
 static size_t common(const char *a, const char *b)
 {
     size_t found = 0;
@@ -37,8 +37,8 @@ static void add_path(const char *path, const char *before, lum_key_text *text)
     lum_key_text_add(text, ": ");
 }
 
-/* A key that can also be a mapping is written as one, unless its value is a
- * word, for example none, which no key below it can express. */
+/* A key that can also be a mapping is written as a mapping, unless its value is
+ * a word, for example none, which no key below it can express. */
 size_t lum_keys_write(const lum_keys *keys, char *out, size_t size)
 {
     const lum_key_table *table = lum_keys_table(keys);

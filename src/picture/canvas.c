@@ -5,23 +5,23 @@
 #include <pthread.h>
 #include <stdlib.h>
 
-/* Letters that are part of cairo: they look the same on every machine, and need
- * no font on it. */
+/* Letters that are part of cairo: they look the same on every machine and need
+ * no installed font. */
 #define LETTERS "@cairo:medium"
 
-/* One thread draws at a time. Texts share cairo's fonts, and where threads make
- * the same font at once cairo 1.16 races, as ThreadSanitizer tells. */
+/* One thread draws at a time. Texts share cairo's fonts, and cairo 1.16 has a
+ * race if threads make the same font at once (found by ThreadSanitizer). */
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 
 struct lum_canvas {
     int width;
     int height;
-    uint32_t *pixels; /* 0xrrggbb, which the surface draws into */
+    uint32_t *pixels; /* 0xrrggbb; the surface draws into it */
     cairo_surface_t *surface;
     cairo_t *cairo;
 };
 
-/* Nothing of how text looks may come from the machine's settings. */
+/* The look of text must not depend on the machine's settings. */
 static void choose_letters(cairo_t *cairo)
 {
     cairo_font_options_t *options = cairo_font_options_create();
@@ -99,7 +99,7 @@ static void use_colour(lum_canvas *canvas, lum_rgb colour, double cover)
                           colour.b / 255.0, cover);
 }
 
-/* Between begin_drawing() and end_drawing() the pixels are cairo's. */
+/* Only cairo may use the pixels between begin_drawing() and end_drawing(). */
 static void begin_drawing(lum_canvas *canvas)
 {
     (void)pthread_mutex_lock(&lock);
@@ -206,12 +206,12 @@ lum_rgb lum_shade(lum_rgb colour, float light)
     return shaded;
 }
 
-/* Where a PNG goes, and what became of it. */
+/* Where a PNG is written, and the result. */
 typedef struct output {
     lum_sink *sink;
     lum_error *error;
     bool failed;
-    int code; /* errno of that */
+    int code; /* its errno */
 } output;
 
 static cairo_status_t take_bytes(void *closure, const unsigned char *bytes,

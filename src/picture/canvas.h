@@ -2,8 +2,8 @@
  * A picture in memory that cairo draws: pixels, boxes, circles, text, a colour
  * scale, PNG. Internal to picture.
  *
- * What lies outside of a canvas is not drawn. Where cairo runs out of memory
- * the rest is not drawn either, and lum_canvas_write() tells it. */
+ * What lies outside a canvas is not drawn. If cairo runs out of memory, the
+ * rest is not drawn either, and lum_canvas_write() reports it. */
 #ifndef LUM_PICTURE_CANVAS_H
 #define LUM_PICTURE_CANVAS_H
 
@@ -29,9 +29,9 @@ typedef struct lum_box {
     int height; /**< pixels */
 } lum_box;
 
-/** Which end of a text is where it was asked for. */
+/** Which part of a text is at the given place. */
 typedef enum lum_align {
-    LUM_ALIGN_LEFT,   /**< its begin */
+    LUM_ALIGN_LEFT,   /**< its beginning */
     LUM_ALIGN_MIDDLE, /**< its middle */
     LUM_ALIGN_RIGHT   /**< its end */
 } lum_align;
@@ -42,7 +42,7 @@ typedef struct lum_style {
     lum_align align; /**< about x */
     lum_rgb colour;  /**< of the letters */
     lum_rgb back;    /**< of a box behind them */
-    float cover;     /**< how much that box hides: 0 nothing, 1 all */
+    float cover;     /**< opacity of that box: 0 hides nothing, 1 all */
 } lum_style;
 
 /** Make a black canvas.
@@ -73,7 +73,7 @@ void lum_canvas_text(lum_canvas *canvas, const lum_style *style, int x, int y,
 /** The colour scale: 0 is near, red; 1 is far, violet. */
 lum_rgb lum_colour(float part);
 
-/** A colour, darkened: 1 leaves it, 0 is black. */
+/** A colour, darkened: 1 does not change it, 0 is black. */
 lum_rgb lum_shade(lum_rgb colour, float light);
 
 /** Write a canvas as PNG.

@@ -10,7 +10,7 @@
 #define WIDTH  1600
 #define HEIGHT 1200
 #define MARGIN 20
-#define LABELS 58 /* where elevations stand, left of a range image */
+#define LABELS 58 /* for elevations, left of a range image */
 #define PANEL  (WIDTH / 2 - MARGIN - LABELS)
 
 static const lum_box panels[LUM_EYES] = {
@@ -43,7 +43,7 @@ static int add(lum_writer *writer, const lum_line_samples *line,
     return 0;
 }
 
-/* From what 2 % fall short of to what 2 % exceed. */
+/* From the range that 2 % are below to the range that 2 % are above. */
 static lum_depth find_depth(const lum_raster *raster)
 {
     lum_depth depth = {lum_raster_range(raster, 0.02),
@@ -57,7 +57,7 @@ static lum_depth find_depth(const lum_raster *raster)
     return depth;
 }
 
-/* A number with its thousands apart. */
+/* A number with separated thousands. */
 static void put_number(char *text, size_t size, uint64_t number)
 {
     char digits[24];
@@ -83,7 +83,7 @@ static void draw_title(lum_canvas *canvas, uint64_t points)
     lum_canvas_text(canvas, &style, MARGIN, 32, title);
 }
 
-/* Above a box: what it is at the left, its units at the right. */
+/* Above a box: its title at the left, its units at the right. */
 static void draw_caption(lum_canvas *canvas, lum_box box, const char *name,
                          const char *units)
 {

@@ -11,7 +11,7 @@
 /* Where the scene lies in the box. */
 typedef struct map {
     const uint8_t (*counts)[CELLS];
-    float reach;  /* metres that counts covers each way */
+    float reach;  /* metres that counts covers in each direction */
     float radius; /* metres that are drawn */
     float x_min;  /* metres at the lower edge */
     float y_mid;  /* metres in the middle */

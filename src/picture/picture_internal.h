@@ -15,7 +15,7 @@ typedef struct lum_depth {
 extern const lum_rgb lum_paper; /**< background */
 extern const lum_rgb lum_panel; /**< background where data could be */
 extern const lum_rgb lum_ink;   /**< text */
-extern const lum_rgb lum_dim;   /**< text that matters less */
+extern const lum_rgb lum_dim;   /**< less important text */
 extern const lum_rgb lum_grid;  /**< lines behind data */
 
 /** The colour of a range. */
@@ -24,9 +24,9 @@ lum_rgb lum_depth_colour(lum_depth depth, float range);
 /** A step of 1, 2 or 5 times a power of ten, so that a span has about n. */
 float lum_nice_step(float span, int n);
 
-/** Draw an eye's range image, highest elevation and largest azimuth at the top
- * left, cropped to what holds data; its angles stand left of the box and below
- * it. */
+/** Draw an eye's range image, with the highest elevation and the largest
+ * azimuth at the top left. It is cropped to the part with data; its angles are
+ * left of the box and below it. */
 void lum_draw_panorama(lum_canvas *canvas, lum_box box,
                        const lum_panorama *panorama, lum_depth depth);
 

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #define CELLS    LUM_PANORAMA_CELLS
-#define SMALLEST 32 /* cells that a crop has at least, each way */
+#define SMALLEST 32 /* smallest size of a crop in cells, in each direction */
 #define DARKEST  0.35f
 #define EDGES    1.0f /* how much a step in depth darkens */
 #define TICK     6
@@ -123,8 +123,9 @@ static void count_gaps(strip s, unsigned *gaps)
     }
 }
 
-/* Half as much again as what nine of ten neighbours lie apart, and a pixel, by
- * which rounding moves them: wider gaps are where nothing came back. */
+/* One and a half times the distance that nine of ten neighbours do not exceed,
+ * and one more pixel, because rounding can move them by that. In wider gaps
+ * nothing came back. */
 static int widest_gap(const unsigned *gaps, int n)
 {
     unsigned total = 0;
@@ -141,8 +142,8 @@ static int widest_gap(const unsigned *gaps, int n)
     return 0;
 }
 
-/* Each half of a gap takes the range on its side, and so does half a gap before
- * the border. */
+/* Each half of a gap takes the range on its side. At the border, half a gap
+ * does so too. */
 static void fill_gap(strip s, int before, int after, int widest)
 {
     const bool has_before = before >= 0;
@@ -194,8 +195,8 @@ static float behind(const view *v, int x, int y, float range)
     return other > 0.0f && other < range ? logf(range / other) : 0.0f;
 }
 
-/* Darker next to what is nearer: edges of things stand out. The nearest
- * neighbour does not count, so that a lone point casts no shadow. */
+/* Darker beside nearer points, so that edges of objects are visible. The
+ * nearest neighbour does not count, so that a single point casts no shadow. */
 static float light(const view *v, int x, int y, float range)
 {
     float sum = 0.0f;
@@ -238,7 +239,7 @@ static axis make_axis(float min, float cell, span cells, int labels)
     return a;
 }
 
-/* How far below the upper end, in parts of the axis. */
+/* Distance below the upper end, as a fraction of the axis. */
 static float part_of(const axis *a, int label)
 {
     return (a->high - (float)label * a->step) / (a->high - a->low);

@@ -2,7 +2,7 @@
 
 #define HALF_SCALE 32768.0
 
-/* Degrees of the typical calibration, for want of another. */
+/* Degrees of the typical calibration, used if there is no other. */
 static const float typical[4] = {-30.0f, 60.0f, -17.0f, 20.0f};
 
 static void set_axis(float *min, float *step, double center, double half,
@@ -36,7 +36,7 @@ void lum_raster_begin(lum_raster *raster, const lum_projector *projector)
     }
 }
 
-/* -1: outside, or not a number. */
+/* -1: outside, or NaN. */
 static int cell(float at, int cells)
 {
     return at >= 0.0f && at < (float)cells ? (int)at : -1;

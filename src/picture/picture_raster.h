@@ -1,7 +1,7 @@
 /** @file
- * What a picture remembers of the points, in bounded memory: a range image of
- * each eye, the ground seen from above at several scales, and how ranges are
- * spread. Internal to picture. */
+ * What a picture keeps of the points, in bounded memory: a range image of each
+ * eye, the ground seen from above at several scales, and the distribution of
+ * ranges. Internal to picture. */
 #ifndef LUM_PICTURE_PICTURE_RASTER_H
 #define LUM_PICTURE_PICTURE_RASTER_H
 
@@ -24,7 +24,7 @@ typedef struct lum_panorama {
                              elevation and azimuth; 0: nothing */
 } lum_panorama;
 
-/** All of it; more than 40 MB, most of which a scene never touches. */
+/** All of it; more than 40 MB, but a scene uses only a small part. */
 typedef struct lum_raster {
     lum_panorama eye[LUM_EYES]; /**< range images */
     uint8_t ground[LUM_GROUND_LEVELS][LUM_GROUND_CELLS]

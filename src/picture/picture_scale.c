@@ -46,7 +46,7 @@ static void draw_number(lum_canvas *canvas, lum_box box, lum_depth depth,
     lum_canvas_text(canvas, &style, tick.x + 14, y, text);
 }
 
-/* 1, 2 and 5 times a power of ten; each digit where that leaves too few. */
+/* 1, 2 and 5 times a power of ten; each digit if these are too few. */
 static bool has_number(lum_depth depth, int digit)
 {
     return depth.far_m < 6.0f * depth.near_m || digit == 1 || digit == 2 ||

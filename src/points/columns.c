@@ -3,11 +3,11 @@
 #include <float.h>
 #include <string.h>
 
-/* Words of which one column after another is made, while they are in the
- * first-level cache. */
+/* Number of words in a block. The columns of a block are made one after
+ * another, while its words are in the first-level cache. */
 #define BLOCK 512u
 
-/* Words that all give a point which is asked for. */
+/* Words that all give a requested point. */
 struct chunk {
     const uint32_t *words;
     const lum_return *returns; /* of each; NULL: not needed */
@@ -15,7 +15,7 @@ struct chunk {
     uint32_t count;
 };
 
-/* Where chosen words are gathered. */
+/* Where the chosen words are collected. */
 struct gathered {
     uint32_t words[BLOCK];
     lum_return returns[BLOCK];
@@ -45,8 +45,8 @@ static void compute_degrees(const lum_eye_projector *eye, const lum_line *line,
     }
 }
 
-/* Words of a pixel from first to the end that is returned; each edge's widest
- * pulse is marked, the first among equals. */
+/* Words of a pixel, from first to the returned end. The widest pulse of each
+ * edge is marked, the first among equals. */
 static uint32_t mark_pixel(const lum_line *line, const lum_return *returns,
                            uint32_t first, uint8_t *marks)
 {
@@ -84,7 +84,7 @@ static bool needs_returns(const lum_column_places *p)
            p->number_of_returns != NULL || p->strongest != NULL;
 }
 
-/* What the columns are made of, as far as it is not there yet. */
+/* Computes what the columns are made of, unless it is there already. */
 static void prepare(const lum_column_line *l, lum_column_work *work,
                     const lum_column_places *p)
 {
@@ -111,7 +111,7 @@ static void prepare(const lum_column_line *l, lum_column_work *work,
 
 /* --- Coordinates --- */
 
-/* Through double, as lum_samples_compute() does. */
+/* Computed in double, as in lum_samples_compute(). */
 static void compute_ranges(const lum_eye_projector *eye, const uint32_t *words,
                            uint32_t n, float *restrict out)
 {
@@ -135,7 +135,8 @@ static void put_points_each(const struct chunk *c, uint32_t from,
     }
 }
 
-/* Where floats are worked out as such, so that both ways give the same. */
+/* Only where float expressions are evaluated as float, so that both ways give
+ * the same. */
 #if defined(__has_builtin) && FLT_EVAL_METHOD == 0
 #if __has_builtin(__builtin_shufflevector)
 #define HAS_SHUFFLES
@@ -153,8 +154,8 @@ static inline lanes direction_at(const lum_direction *directions,
     return d;
 }
 
-/* Where the direction of each word stands: no multiplication is left for the
- * loop that reads them. */
+/* The offset of each word's direction, so that the loop that reads them needs
+ * no multiplication. */
 static void find_directions(const struct chunk *c, uint32_t *restrict bytes)
 {
     for (uint32_t i = 0; i < c->count; i++) {
@@ -211,7 +212,7 @@ static void put_points(const struct chunk *c, const float *ranges,
 }
 #endif
 
-/* Range, and x y z; of these, what is not asked for goes nowhere. */
+/* Range, and x y z; those that were not requested are not kept. */
 static void put_space(const lum_eye_projector *eye, const struct chunk *c,
                       const lum_column_work *work, const lum_column_places *p)
 {
@@ -306,12 +307,12 @@ static void put_chunk(const lum_column_line *l, const struct chunk *c,
     move_on(p, c->count);
 }
 
-/* Which words give a point that is asked for. */
+/* Which words give a requested point. */
 struct sieve {
     const lum_line *line;
     unsigned edges;
     int32_t min_tof;
-    bool all; /* every one does */
+    bool all; /* all of them do */
 };
 
 /* --- Selections --- */
@@ -370,7 +371,8 @@ static size_t put_words(const lum_column_line *l, const struct sieve *sieve,
 
 /* --- All columns of a line --- */
 
-/* Samples stand in the words' order, so each one's word is ahead. */
+/* Samples are in the order of the words, so the word of each sample is
+ * ahead. */
 static void put_strongest(const lum_line *line, const lum_column_work *work,
                           size_t n, uint8_t *out)
 {
@@ -413,7 +415,7 @@ static void put_integers(const lum_sample *s, size_t n,
     PUT(p->edge, edge)
 }
 
-/* What is asked for in ways that only whole samples can tell. */
+/* For selections that need whole samples. */
 static size_t put_samples(const lum_column_line *l,
                           const lum_selection *selection, lum_column_work *work,
                           const lum_column_places *p)

@@ -1,6 +1,6 @@
-/* Points of a line to columns: what frames are made with. Each number is the
- * one that lum_samples_compute() gives, bit by bit, whichever columns are asked
- * for; what is not asked for costs nothing. */
+/* Points of a line to columns, for frames. Each number is the same as that of
+ * lum_samples_compute(), bit by bit, whichever columns are requested. Columns
+ * that are not requested cost nothing. */
 #ifndef LUM_POINTS_COLUMNS_H
 #define LUM_POINTS_COLUMNS_H
 
@@ -10,8 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Where a line's points go; NULL: not asked for. The rest has room for
- * line->word_count numbers. */
+/* Where the points of a line are written; NULL: not requested. The others have
+ * room for line->word_count numbers. */
 typedef struct lum_column_places {
     float *x;
     float *y;
@@ -27,10 +27,10 @@ typedef struct lum_column_places {
     uint8_t *strongest;
 } lum_column_places;
 
-/* Working memory: of a line, for all that is asked of it. The arrays that are
- * pointed to hold as many entries as a line can have words; the caller's. */
+/* Working memory for one line, for all that is computed from it. The caller
+ * owns the arrays; each has as many entries as a line can have words. */
 typedef struct lum_column_work {
-    lum_sample_workspace samples; /* its returns are the caller's */
+    lum_sample_workspace samples; /* the caller owns its returns */
     lum_sample *sample;
     uint8_t *strongest; /* of each word */
     uint16_t *pixel;    /* for a caller who needs pixels and has no column */
@@ -42,7 +42,7 @@ typedef struct lum_column_work {
     float elevation[LUM_LINE_PIXELS];
 } lum_column_work;
 
-/* A line, and what lum_points_count() says of it. */
+/* A line, and its result of lum_points_count(). */
 typedef struct lum_column_line {
     const lum_projector *projector;
     const lum_line *line;
@@ -50,11 +50,11 @@ typedef struct lum_column_line {
     uint64_t falling;
 } lum_column_line;
 
-/* Another line comes, or the same with other angles. */
+/* Begin another line, or the same line with other angles. */
 void lum_column_work_begin(lum_column_work *work);
 
-/* The points of a line that a selection asks for, in the words' order. How many
- * there are; linear. */
+/* The points of a line that a selection requests, in the order of the words.
+ * Returns their number. The time is linear. */
 size_t lum_columns_compute(const lum_column_line *line,
                            const lum_selection *selection,
                            lum_column_work *work,
