@@ -6,8 +6,8 @@
 
 /* A damaged packet can claim any number, and each row costs 52 kB. */
 #define LINES_MAX   8192u /* of an eye */
-#define LINES_GUESS 4096u /* as long as no whole line has told how many */
-#define LINES_MORE  64u /* that a frame may have beyond twice the whole ones */
+#define LINES_GUESS 4096u /* until a whole line has shown the number */
+#define LINES_MORE  64u   /* allowed above twice the whole lines */
 
 #define NO_LINE UINT32_MAX
 
@@ -33,7 +33,7 @@ struct frame_lines {
     const lum_frame *frame;
     struct columns columns; /* the frame's */
     int64_t number;
-    uint32_t end_before; /* of the frame before: its highest line, and one */
+    uint32_t end_before; /* of the frame before: its highest line, plus 1 */
     uint32_t end;        /* of this one */
     uint32_t rows;       /* of an eye */
     uint64_t left_out;
@@ -74,8 +74,9 @@ static lum_frame_line line_at(const struct frame_lines *f, size_t i)
 
 /* --- How many rows --- */
 
-/* Lines of a frame, of the eye that has more. A whole line is of many packets
- * that say the same, others are not believed far beyond those. */
+/* Lines of a frame, of the eye that has more. A whole line comes from many
+ * packets that agree, so its number is believed. The number of another line is
+ * not believed if it is far above these. */
 static uint32_t find_end(const struct frame_lines *f)
 {
     uint32_t whole = 0;
@@ -123,8 +124,8 @@ static uint32_t *points_of(const struct frame_lines *f, unsigned eye)
     return f->points + (size_t)eye * f->rows * LUM_LINE_PIXELS;
 }
 
-/* The line of each row: of those of its number the first that has points, which
- * is the one in the grid, or else the first. */
+/* The line of each row. If several lines have its number, it is the first one
+ * with points, which is the one in the grid, or else the first. */
 static void find_lines(struct frame_lines *f)
 {
     for (size_t i = 0; i < (size_t)LUM_EYES * f->rows; i++) {

@@ -11,8 +11,8 @@
 
 struct captures {
     const struct sources *sources;
-    const char **paths;  /* to read them by */
-    struct pump **pumps; /* of those that can be read once; else NULL */
+    const char **paths;  /* for reading them */
+    struct pump **pumps; /* of inputs that can be read only once; else NULL */
     bool are_files;
 };
 
@@ -123,7 +123,7 @@ static bool is_at(const char *text, const char *path)
            (text[len] < '0' || text[len] > '9');
 }
 
-/* In what is said, a pump stands for its source. */
+/* In messages, the name of a pump is replaced by that of its source. */
 static void name_source(const struct captures *c, size_t i, char *text,
                         size_t room)
 {

@@ -1,6 +1,6 @@
-/* The captures that are played, as one stream. Files are read as often as is
- * wanted; what can be read once, such as standard input, is handed on by a pump
- * of its own. */
+/* The captures that are played, as one stream. Files can be read any number of
+ * times. An input that can be read only once, for example standard input, gets
+ * its own pump. */
 #ifndef LUMVIEW_CAPTURES_H
 #define LUMVIEW_CAPTURES_H
 
@@ -13,22 +13,22 @@
 
 struct captures;
 
-/* What cannot be opened is told at once, and which of them it is. sources:
- * kept. 0, or -1 with the reason in error. */
+/* If a source cannot be opened, this is reported at once, with its name.
+ * sources: kept. 0, or -1 with the reason in error. */
 int captures_new(const struct sources *sources, struct captures **out,
                  lum_error *error);
 
-/* Reading comes to an end soon, though nothing comes. NULL is allowed. */
+/* Makes reading end soon, even if nothing comes. NULL is allowed. */
 void captures_stop(struct captures *captures);
 
-/* Nobody reads any more. NULL is allowed. */
+/* To be called when no thread reads any more. NULL is allowed. */
 void captures_free(struct captures *captures);
 
-/* Whether they can be read again. */
+/* Whether all of them can be read again. */
 bool captures_are_files(const struct captures *captures);
 
-/* From their beginning. 0, or -1 with the reason in error, which may be NULL.
- */
+/* Begins to read from their beginning. 0, or -1 with the reason in error, which
+ * may be NULL. */
 int captures_open(const struct captures *captures, lum_capture **out,
                   lum_error *error);
 
@@ -36,8 +36,8 @@ int captures_open(const struct captures *captures, lum_capture **out,
 int captures_next(const struct captures *captures, lum_capture *capture,
                   lum_record *out, lum_error *error);
 
-/* Where a recording is missing between those that were read so far, as text;
- * "": nowhere. Returns out. */
+/* Where a recording is missing between those that were read so far, as text; ""
+ * if none is missing. Returns out. */
 const char *captures_gaps(const struct captures *captures,
                           const lum_capture *capture, char *out, size_t room);
 

@@ -1,5 +1,6 @@
-/* What keeps a sensor from being used: a row of checks, each of which finds
- * one thing fine, wrong, worth a note, or could not look at it. */
+/* Finds what keeps a sensor from being used, by a list of checks. Each check
+ * looks at one thing: it is fine, wrong, worth a note, or could not be
+ * checked. */
 #ifndef LUMCTL_DOCTOR_H
 #define LUMCTL_DOCTOR_H
 
@@ -32,12 +33,12 @@ struct doctor_finding {
     char mend[DOCTOR_MEND_BYTES]; /* a command; empty: none */
 };
 
-/* What a check builds on. Each needs all before it, too. */
+/* What a check needs. Each of these needs all before it, too. */
 enum doctor_need {
     DOCTOR_NEEDS_NOTHING,
     DOCTOR_NEEDS_INTERFACE, /* one in the sensor's subnet */
     DOCTOR_NEEDS_ROUTE,
-    DOCTOR_NEEDS_NEIGHBOUR, /* somebody has the address */
+    DOCTOR_NEEDS_NEIGHBOUR, /* some device has the address */
     DOCTOR_NEEDS_ANSWER,    /* a sensor answers */
     DOCTOR_NEEDS_SESSION,   /* heartbeats may be sent */
     DOCTOR_NEEDS_DATA,
@@ -49,13 +50,13 @@ struct doctor_stream {
     uint64_t kinds[LUM_PACKET_KINDS];
     uint32_t odd_type; /* of the last data packet that did not decode */
     size_t odd_len;
-    uint64_t lines; /* judged: not those that were under way */
+    uint64_t lines; /* judged; without those that were under way */
     uint64_t lines_missing_angles;
     uint64_t lost_words;
     unsigned pass_over[LUM_EYES]; /* lines that are not judged, still to come */
     bool has_clock;
     uint32_t clock_us; /* the latest data packet's, as sent */
-    int64_t clock_ns;  /* when the kernel had it */
+    int64_t clock_ns;  /* when the kernel received it */
     lum_assembly_counters assembly;
     bool lacks_memory; /* for lines: they were not looked at */
     lum_sensor_counters session;
@@ -77,8 +78,8 @@ struct doctor {
     lum_endpoint sensor;
     char address[16];
     const char *lacks[DOCTOR_NEEDS]; /* why not; NULL: it is there */
-    bool is_silent;                  /* it was asked, and nothing came */
-    bool has_rival;                  /* another device has its address, too */
+    bool is_silent;                  /* a request was sent, and nothing came */
+    bool has_rival;                  /* another device also has its address */
     bool has_hazard;
     /* The host's side. */
     struct host_interface *interfaces; /* the heap's */
@@ -86,16 +87,17 @@ struct doctor {
     const struct host_interface
         *chosen;             /* in the sensor's subnet; NULL: none */
     uint32_t chosen_address; /* this host's, there */
-    bool chosen_answers;     /* somebody was seen there who has the address */
-    bool is_reach_known;     /* whether a sensor answers on the kernel's way */
+    bool chosen_answers;     /* a device with the address was seen there */
+    bool is_reach_known;     /* whether a sensor answers by the kernel's
+                                route */
     bool is_reached;
     char interface[DOCTOR_NAME_BYTES]; /* the way goes out there; empty: not
                                           known */
-    uint32_t source;                   /* this host's address on that way */
+    uint32_t source;                   /* this host's address on that route */
     uint32_t next_hop;
     bool is_local;    /* the sensor's address is one of this host's */
     char own[64];     /* where: "10.42.0.37/24 dev eth0"; empty: 127/8 */
-    bool was_refused; /* the host there says that nobody listens */
+    bool was_refused; /* the host there says that no program listens */
     /* The wire's side. */
     lum_sensor *session;
     lum_clock_sync clock;
@@ -106,7 +108,7 @@ struct doctor {
     bool has_status;
     uint16_t status;
     struct doctor_stream stream;
-    lum_framer *framer; /* data to lines; NULL: none came to be taken */
+    lum_framer *framer; /* data to lines; NULL: no data was taken */
 };
 
 /* What a check says; the text is a sentence without its full stop. */
@@ -124,28 +126,28 @@ void doctor_mend(struct doctor_finding *out, const char *command, ...);
 LUM_PRINTF(2, 3)
 void doctor_add(struct doctor_finding *out, const char *text, ...);
 
-/* Where somebody listens, as options have it: "127.0.0.1 --port 5518"; the port
- * only where it is not the usual one. */
+/* Where a program listens, as options: "127.0.0.1 --port 5518"; the port only
+ * if it is not the usual one. */
 #define DOCTOR_PLACE_BYTES 40u
 const char *doctor_place(uint32_t address, uint16_t port,
                          char out[DOCTOR_PLACE_BYTES]);
 
-/* Where a simulator of this host is, when there is one that may be named; else
- * false, and nothing is written. otherwise: a command for those who have
+/* Where a simulator of this host is, if there is one that may be named; else
+ * false, and nothing is written. otherwise: a command for users who have
  * another sensor, may be empty. */
 bool doctor_mend_simulator(struct doctor_finding *out, const char *otherwise);
 
 /* Where else the sensor may be. */
 void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out);
 
-/* From now on what a check needs is not there, nor what builds on it. why is
- * kept; an earlier reason stays. */
+/* Marks a need as missing, and all needs after it. why is kept, not copied; an
+ * earlier reason stays. */
 void doctor_lack(struct doctor *d, enum doctor_need need, const char *why);
 
-/* Whether a signal ended it all. */
+/* Whether a signal ended the run. */
 bool doctor_is_cancelled(const struct doctor *d);
 
-/* Heartbeats of a shell's session go on while the doctor looks. */
+/* Continues the heartbeats of a shell's session during the checks. */
 void doctor_keep_alive(struct doctor *d);
 
 /* Opens a session of the doctor's own. */
@@ -159,18 +161,19 @@ void doctor_check_arp(struct doctor *d, struct doctor_finding *out);
 void doctor_check_port(struct doctor *d, struct doctor_finding *out);
 void doctor_check_firewall(struct doctor *d, struct doctor_finding *out);
 void doctor_check_mtu(struct doctor *d, struct doctor_finding *out);
-/* 0, or -1 with error set: this host cannot be traced by this program. */
+/* 0, or -1 with error set: this program cannot trace this host. */
 int doctor_can_trace(lum_error *error);
-/* The port from which answers come that is not the sensor's; 0: none, or not
+/* A port other than the sensor's from which answers come; 0: none, or not
  * known. */
 uint16_t doctor_other_port(const struct doctor *d);
 /* Counts what comes in by the interface from the sensor to one of our ports,
- * before this host can drop it. -1: it cannot be done, and 0 is counted. */
+ * before this host can drop it. -1: this is not possible, and the count is
+ * 0. */
 int doctor_count_begin(const struct doctor *d, uint16_t to_port);
 uint64_t doctor_count_end(int counter);
 /* Whether a sensor answers at another port of the address, from that port. */
 bool doctor_answers_at(const struct doctor *d, uint16_t port);
-/* The command that shows packets as they pass; filter as tcpdump has it, why: a
+/* The command that shows packets as they pass. filter: as for tcpdump; why: a
  * comment. */
 void doctor_mend_watch(const struct doctor *d, struct doctor_finding *out,
                        const char *filter, const char *why);
@@ -194,8 +197,8 @@ void doctor_check_status(struct doctor *d, struct doctor_finding *out);
 bool doctor_stream_open(struct doctor *d);
 void doctor_stream_take(struct doctor *d, const lum_received *datagram,
                         int64_t arrived_ns);
-/* Datagrams that this host dropped between interface and program, but for want
- * of buffer; 0: none, or not known. */
+/* Datagrams that this host dropped between interface and program, except those
+ * for which the buffer was full; 0: none, or not known. */
 uint64_t doctor_stream_filtered(const struct doctor *d);
 
 #endif

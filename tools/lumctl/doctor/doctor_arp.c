@@ -1,4 +1,4 @@
-/* Whether anybody has the sensor's address, and nobody else. */
+/* Whether a device has the sensor's address, and only one. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "doctor_host.h"
@@ -17,13 +17,13 @@
 #define ARP_NS   (1500 * MS_NS)
 #define ARP_LOOK 50 /* ms */
 
-/* A route to the sensor alone takes nothing from the interface that has its
+/* A route to only the sensor takes nothing from the interface that has its
  * subnet. */
 static void say_other(struct doctor *d, const struct host_interface *on,
                       struct doctor_finding *out)
 {
     char address[16];
-    d->is_silent = false; /* it was asked at the wrong place */
+    d->is_silent = false; /* the request went to the wrong place */
     doctor_wrong(out, "nobody on %s answers for %s, but a device on %s does",
                  d->interface, d->address, on->name);
     if (interfaces_subnet(on, d->sensor.address) != NULL) {
@@ -77,7 +77,7 @@ static void say_two(struct doctor *d, const struct arp_answers *who,
                 hop, d->interface);
 }
 
-/* What the wire says, beside what the kernel believes. */
+/* What is on the network, beside what the kernel believes. */
 static void add_wire(struct doctor *d, const struct arp_answers *who,
                      struct doctor_finding *out)
 {
@@ -89,8 +89,8 @@ static void add_wire(struct doctor *d, const struct arp_answers *who,
     }
 }
 
-/* Where this host has the sensor's address, what it sends there never leaves;
- * the sensor may be there all the same. */
+/* If this host has the sensor's address, what it sends there never leaves the
+ * host; the sensor may still be there. */
 static void look_at_local(struct doctor *d, struct doctor_finding *out)
 {
     struct arp_answers who;
@@ -111,7 +111,7 @@ static void look_at_local(struct doctor *d, struct doctor_finding *out)
     doctor_mend(out, "sudo ip addr del %s", d->own);
 }
 
-/* The kernel's table may be of a device that has gone. */
+/* The entry in the kernel's table may be of a device that has gone. */
 static void say_neighbour(struct doctor *d, const char *mac, bool has_spoken,
                           struct doctor_finding *out)
 {

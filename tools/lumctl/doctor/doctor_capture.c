@@ -14,14 +14,14 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-/* Where things are in an IPv4 header, and in UDP's behind it. */
+/* Positions in an IPv4 header, and in the UDP header after it. */
 #define AT_PROTOCOL  9u
 #define AT_SOURCE    12u
 #define AT_FROM_PORT 0u
 #define AT_TO_PORT   2u
 
-/* In the kernel: the sensor may be sending its data to another program. On
- * loopback every packet is seen as it leaves, too. */
+/* This filter runs in the kernel: the sensor may be sending its data to another
+ * program. On loopback, each packet is also seen as it leaves. */
 static bool set_filter(int fd, lum_endpoint sensor, uint16_t to_port)
 {
     struct sock_filter code[] = {
@@ -48,8 +48,9 @@ static bool set_filter(int fd, lum_endpoint sensor, uint16_t to_port)
                       sizeof program) == 0;
 }
 
-/* Bound last: nothing comes before the filter stands. All protocols: those who
- * ask for one alone stand behind the device's own chains. */
+/* Bound last, so that nothing comes before the filter is set. For all
+ * protocols, because sockets for only one come after the device's own
+ * chains. */
 int capture_open(const char *interface, lum_endpoint sensor, uint16_t to_port)
 {
     struct sockaddr_ll link;
@@ -83,7 +84,7 @@ bool capture_saw(int fd, int wait_ms)
     return take(fd) || (poll(&wait, 1, wait_ms) > 0 && take(fd));
 }
 
-/* Those that found no room are among them, so that none has to be read. */
+/* This includes packets that found no room, so none has to be read. */
 uint64_t capture_count(int fd)
 {
     struct tpacket_stats stats = {0, 0};

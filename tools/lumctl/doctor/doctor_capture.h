@@ -9,14 +9,14 @@
 #include <stdint.h>
 
 /* Opens a capture of what the sensor sends to a UDP port of this host. Returns
- * a descriptor to close(); -1: this program may not, or there is no such
+ * a descriptor to close(); -1: this is not allowed, or there is no such
  * interface. */
 int capture_open(const char *interface, lum_endpoint sensor, uint16_t to_port);
 
-/* Whether something came; waits so long for it. */
+/* Whether something came; waits for this time at most. */
 bool capture_saw(int fd, int wait_ms);
 
-/* How many came since it was opened, or counted last. */
+/* Number of packets since it was opened, or since the last count. */
 uint64_t capture_count(int fd);
 
 #endif

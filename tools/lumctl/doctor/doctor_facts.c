@@ -64,8 +64,8 @@ enum arp_state facts_arp(FILE *in, uint32_t address, const char *device,
     return ARP_UNKNOWN;
 }
 
-/* The kernel prints the word as this host holds it, whose bytes are in network
- * order. */
+/* The bytes are in network order, and the kernel prints them as a number of
+ * this host. */
 static uint32_t from_network(uint32_t word)
 {
     uint8_t b[4];
@@ -74,7 +74,8 @@ static uint32_t from_network(uint32_t word)
            ((uint32_t)b[2] << 8) | b[3];
 }
 
-/* ADDRESS:PORT; false too for IPv6 that is neither any nor a mapped IPv4. */
+/* ADDRESS:PORT; also false for an IPv6 address that is neither any nor a mapped
+ * IPv4. */
 static bool parse_local(const char *text, uint32_t *address, uint32_t *port)
 {
     const char *colon = strchr(text, ':');

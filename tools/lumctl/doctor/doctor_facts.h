@@ -1,4 +1,4 @@
-/* What Linux tells in its files, read line by line. */
+/* Information from Linux in its files, read line by line. */
 #ifndef LUMCTL_DOCTOR_FACTS_H
 #define LUMCTL_DOCTOR_FACTS_H
 
@@ -8,8 +8,8 @@
 #include <stdio.h>
 
 enum arp_state {
-    ARP_UNKNOWN,    /* nobody asked */
-    ARP_INCOMPLETE, /* asked, no answer */
+    ARP_UNKNOWN,    /* no request was sent */
+    ARP_INCOMPLETE, /* a request was sent, no answer came */
     ARP_COMPLETE
 };
 
@@ -27,8 +27,8 @@ struct udp_user {
     uint64_t inode;
 };
 
-/* /proc/net/udp or udp6: sockets bound to a port, 0: to whichever; those of
- * IPv6 that cannot take IPv4 are left out. Returns how many, at most room. */
+/* /proc/net/udp or udp6: sockets bound to a port, 0: to any port. IPv6 sockets
+ * that cannot take IPv4 are left out. Returns how many, at most room. */
 size_t facts_udp(FILE *in, uint16_t port, struct udp_user *out, size_t room);
 
 #endif

@@ -1,5 +1,5 @@
-/* Whether this Linux host drops what the sensor sends, or what it sends to it
- * itself; and, where it may be asked, the rule that does. */
+/* Whether this Linux host drops what the sensor sends, or what the host sends
+ * to the sensor; and, if the kernel may be asked, the rule that does it. */
 #define _GNU_SOURCE
 
 #include "doctor.h"
@@ -19,10 +19,10 @@
 #define TRIES       6
 #define WAIT_MS     200
 #define TRACE_MS    150
-#define READY_TRIES 20 /* looks whether the trace stands, TRACE_MS each */
-#define LOST_MAX    2  /* of as many packets, on their way */
+#define READY_TRIES 20 /* checks whether the trace is ready, TRACE_MS each */
+#define LOST_MAX    2  /* of TRIES packets, may get lost on the way */
 
-/* What became of requests to the sensor. */
+/* What happened to requests to the sensor. */
 struct fate {
     bool was_denied; /* the kernel refused to send */
     bool was_heard;  /* an answer came */
@@ -48,8 +48,8 @@ static bool is_over(const struct experiment *e)
                            (e->fate.was_heard && trace_saw(r, false));
 }
 
-/* What is seen on the wire and not heard is dropped in between; a request or an
- * answer may get lost, so it is done more than once. */
+/* What is seen at the interface but not received is dropped in between. A
+ * request or an answer may get lost, so this is repeated. */
 static void run(struct doctor *d, struct experiment *e)
 {
     for (int i = 0; i < TRIES && !is_over(e) && !doctor_is_cancelled(d); i++) {
@@ -93,8 +93,8 @@ static bool is_builtin(const char *chain)
     return false;
 }
 
-/* A rule that lets the sensor's packets through, in the chain that drops them
- * and before all others; by the program that keeps that chain. */
+/* A rule that lets the sensor's packets through. It is the first in the chain
+ * that drops them, and is made by the program that manages this chain. */
 static void mend_rule(const struct doctor *d, const struct trace_way *way,
                       struct doctor_finding *out)
 {
@@ -161,8 +161,9 @@ static unsigned read_filter(const char *interface)
 
 /* --- Filtered datagrams, and rules of iptables-legacy --- */
 
-/* No rule: a strict kernel takes nothing by an interface by which it would not
- * send to the sender itself. The greater of two settings holds; 2 is loose. */
+/* This is not a rule: a strict kernel takes a packet only from the interface by
+ * which it would send to the sender. Of two settings the greater one is used; 2
+ * is loose. */
 static bool is_filtered(const struct doctor *d)
 {
     struct way way;
@@ -183,7 +184,7 @@ static void say_filtered(const struct doctor *d, struct doctor_finding *out)
                 d->interface);
 }
 
-/* Rules of the old kind are not traced. */
+/* Rules of iptables-legacy are not traced. */
 static bool has_legacy_rules(void)
 {
     char name[32];
@@ -213,7 +214,7 @@ static bool read_legacy(struct legacy_rules *out)
     return is_read && out->count > 0;
 }
 
-/* They count the packets that they drop: ours among them. */
+/* They count the packets that they drop, including ours. */
 static const struct legacy_rule *find_legacy(struct doctor *d,
                                              const struct experiment *e,
                                              struct legacy_rules lists[2])
@@ -283,7 +284,7 @@ static void say_dropped(struct doctor *d, struct experiment *e,
     if (e->trace == NULL) {
         mend_by_trace(d, out);
     } else if (has_legacy_rules()) {
-        end_trace(e); /* which tells nothing of them */
+        end_trace(e); /* which gives no information about them */
         say_legacy(d, e, out);
     } else {
         doctor_add(out, ", though no rule of nftables does");

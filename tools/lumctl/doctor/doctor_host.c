@@ -1,4 +1,4 @@
-/* What Linux tells of this host's side beside its interfaces. */
+/* What Linux says about this host, besides its interfaces. */
 #include "doctor.h"
 
 #include "doctor_capture.h"
@@ -35,7 +35,7 @@ void doctor_mend_watch(const struct doctor *d, struct doctor_finding *out,
                 d->interface[0] != '\0' ? d->interface : "any", filter, why);
 }
 
-/* The kernel doubles what is asked for, for its own overhead. */
+/* The kernel doubles the requested size, for its own overhead. */
 size_t doctor_buffer_payload(size_t granted)
 {
     return granted / 2u;

@@ -1,5 +1,5 @@
 /* Which interface of a Linux host the sensor is on, and whether the kernel's
- * way leads there. */
+ * route leads there. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "doctor_host.h"
@@ -82,7 +82,8 @@ bool host_spare(struct doctor *d, struct doctor_finding *out)
     return true;
 }
 
-/* One that the kernel would not choose has to be better, and not as good. */
+/* An interface that the kernel would not choose must be better, not just as
+ * good. */
 static int rank(const struct candidate *c, const struct way *way)
 {
     return (c->is_sensor ? 4 : 0) + (c->has_neighbour ? 2 : 0) +
@@ -134,9 +135,9 @@ static const struct interface_address *find_near(const struct doctor *d,
     return NULL;
 }
 
-/* How likely the sensor's cable is there. Cables are named e... by every
- * distribution; bridges and containers' ends are not. One with an address
- * beside the sensor's was meant for it. */
+/* How likely the sensor's cable is there. Every distribution names cables e...,
+ * but not bridges and the ends of containers. An interface with an address in
+ * the sensor's subnet was set up for it. */
 static int likelihood(const struct doctor *d, const struct host_interface *w)
 {
     if (!host_is_asked_for(d, w) || w->is_loopback) {
@@ -163,7 +164,7 @@ static const struct host_interface *likeliest(const struct doctor *d)
     return best;
 }
 
-/* Where somebody answers for it, if that can be heard; else a guess. */
+/* Where a device answers for it, if that can be heard; else a guess. */
 static const struct host_interface *where(struct doctor *d)
 {
     const struct host_interface *found = neighbours_search(d, NULL);
@@ -269,7 +270,7 @@ static void mend_subnet(struct doctor *d, const struct host_interface *w,
 
 /* --- What is said of it --- */
 
-/* Another interface than the one that was asked for, on which the sensor is. */
+/* The sensor is on another interface than the requested one. */
 static const struct host_interface *find_elsewhere(struct doctor *d)
 {
     const char *only = d->ctl->options.interface;
@@ -296,7 +297,7 @@ static const struct host_interface *find_elsewhere(struct doctor *d)
 }
 
 /* A second interface in the sensor's subnet would take the route sooner or
- * later, and no other is needed. */
+ * later, and it is not needed. */
 static bool point_elsewhere(struct doctor *d, struct doctor_finding *out)
 {
     const struct host_interface *w = find_elsewhere(d);
@@ -531,8 +532,8 @@ void host_mend_interface(const struct doctor *d, const char *interface,
                 interface, interface);
 }
 
-/* --interface changes nothing on this host; a route has to be set where even
- * on the right interface another one leads to a gateway. */
+/* --interface changes nothing on this host. A route must be set if another
+ * route leads to a gateway even on the right interface. */
 static void mend_astray(const struct doctor *d, struct doctor_finding *out)
 {
     struct way there;
@@ -548,7 +549,7 @@ static void mend_astray(const struct doctor *d, struct doctor_finding *out)
     }
 }
 
-/* Whether somebody answers on the interface in the sensor's subnet. */
+/* Whether a device answers on the interface in the sensor's subnet. */
 static bool chosen_answers(struct doctor *d)
 {
     struct arp_answers who;
@@ -559,8 +560,8 @@ static bool chosen_answers(struct doctor *d)
     return d->chosen_answers;
 }
 
-/* The kernel sends it past the interface in the sensor's subnet. Only where
- * the sensor is seen there is that wrong. */
+/* The kernel does not send by the interface in the sensor's subnet. This is
+ * wrong only if the sensor is seen there. */
 static void say_astray(struct doctor *d, const struct way *way,
                        struct doctor_finding *out)
 {

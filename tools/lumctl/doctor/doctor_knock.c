@@ -46,7 +46,7 @@ static struct sockaddr_in address_of(lum_endpoint to)
     return address;
 }
 
-/* -1: none, or the interface may not be chosen. */
+/* -1: none, or choosing the interface is not allowed. */
 static int open_socket(const char *interface)
 {
     const int fd =
@@ -146,7 +146,7 @@ bool knock_reaches(lum_endpoint to, const char *interface)
     return answer == KNOCK_ANSWERED;
 }
 
-/* Not connected: what comes from any port is heard. */
+/* Not connected, so that it receives from any port. */
 static uint16_t hear_from(int fd, uint32_t address)
 {
     struct pollfd wait = {.fd = fd, .events = POLLIN};

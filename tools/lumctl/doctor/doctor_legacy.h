@@ -24,12 +24,13 @@ struct legacy_rules {
     struct legacy_rule all[LEGACY_MAX];
 };
 
-/* What `iptables-legacy-save -c` prints; others than those that drop or reject
- * are left out. */
+/* Reads the output of `iptables-legacy-save -c`. Only rules that drop or reject
+ * are kept. */
 void legacy_read(FILE *in, struct legacy_rules *out);
 
-/* The one that dropped at least so many packets in between, and of several the
- * one that dropped the fewest more; NULL: none. Of the latter list. */
+/* The rule, from the second list, that dropped at least this number of packets
+ * in between. Of several, it is the one that dropped the fewest more; NULL:
+ * none. */
 const struct legacy_rule *legacy_grown(const struct legacy_rules *before,
                                        const struct legacy_rules *after,
                                        uint64_t packets);

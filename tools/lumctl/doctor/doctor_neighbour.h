@@ -1,4 +1,5 @@
-/* Who answers ARP for an address on an interface of this Linux host. */
+/* Which devices answer ARP for an address on an interface of this Linux
+ * host. */
 #ifndef LUMCTL_DOCTOR_NEIGHBOUR_H
 #define LUMCTL_DOCTOR_NEIGHBOUR_H
 
@@ -10,26 +11,26 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Hears them on the wire. Takes up to a second and a half where nobody answers.
- * False: this program may not, or the interface has no ARP. */
+/* Hears them on the network. Takes up to a second and a half if no device
+ * answers. False: this is not allowed, or the interface has no ARP. */
 bool neighbours_hear(struct doctor *d, const struct host_interface *on,
                      uint32_t address, struct arp_answers *out);
 
-/* As above, or, where that may not be, sends a packet to the sensor there and
+/* As above. If that is not allowed, sends a packet to the sensor there and
  * looks at the kernel's table. */
 void neighbours_find(struct doctor *d, const struct host_interface *on,
                      struct arp_answers *out);
 
-/* The interface, of all that are up, on which somebody answers for the sensor's
- * address, whatever addresses it has; heard on all at once, for at most a
- * second and a half. but: the name of one that is left out, or NULL. NULL:
- * nobody does, or this program may not hear it. */
+/* Of all interfaces that are up, the one on which a device answers for the
+ * sensor's address, whatever addresses the interface has. Listens on all at
+ * once, for at most a second and a half. but: the name of one that is left out,
+ * or NULL. Returns NULL if no device answers, or listening is not allowed. */
 const struct host_interface *neighbours_search(struct doctor *d,
                                                const char *but);
 
-/* Sends the sensor a packet by an interface (NULL: as the routes say), and
- * looks until an answer comes, or the kernel's table has the MAC of hop on an
- * interface, for at most a second and a half. */
+/* Sends a packet to the sensor by an interface (NULL: as the routes say). Then
+ * waits, for at most a second and a half, until an answer comes or the kernel's
+ * table has the MAC of hop on an interface. */
 enum knock_answer neighbours_probe(struct doctor *d, const char *by,
                                    uint32_t hop, const char *on,
                                    char mac[MAC_BYTES], enum arp_state *state);

@@ -1,5 +1,5 @@
-/* Fewer looks at this host, where its kernel does not tell as Linux does: what
- * the net library can do everywhere. */
+/* Fewer checks of this host, for systems whose kernel does not say as much as
+ * Linux: only what the net library can do everywhere. */
 #include "doctor.h"
 
 #include "../../common/number.h"
@@ -29,7 +29,7 @@ void doctor_check_interface(struct doctor *d, struct doctor_finding *out)
             subnet | ((d->sensor.address & 0xffu) == 1u ? 2u : 1u), address));
 }
 
-/* A datagram that cannot leave has no way. */
+/* A datagram that cannot leave has no route. */
 void doctor_check_route(struct doctor *d, struct doctor_finding *out)
 {
     const lum_socket_options options = {.struct_size = sizeof options,

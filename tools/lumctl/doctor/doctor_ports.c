@@ -1,4 +1,4 @@
-/* Who has the sensor's port on this Linux host. */
+/* Which program has the sensor's port on this Linux host. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "doctor.h"
@@ -96,7 +96,7 @@ bool doctor_mend_simulator(struct doctor_finding *out, const char *otherwise)
     return true;
 }
 
-/* Somebody else listens, but not where the sensor is to be. */
+/* Another program listens, but not where the sensor should be. */
 static void say_elsewhere(const struct doctor *d, const struct udp_user *user,
                           struct doctor_finding *out)
 {
@@ -131,7 +131,7 @@ static void say_nothing_listens(const struct doctor *d,
                 doctor_place(d->sensor.address, d->sensor.port, place));
 }
 
-/* The sensor is to be a program of this host. */
+/* The sensor should be a program of this host. */
 static void look_at_own(struct doctor *d, const struct udp_user *users,
                         size_t n, struct doctor_finding *out)
 {

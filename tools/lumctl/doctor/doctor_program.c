@@ -34,8 +34,8 @@ struct program program_none(void)
     return (struct program){0, -1, -1};
 }
 
-/* In the new process. The kernel ends it when this program is killed, and it
- * may have been before the kernel was asked to. */
+/* Runs in the new process. The kernel ends it when this program is killed; this
+ * program may have been killed before the kernel was asked to do so. */
 static void become(pid_t parent, const int to[2], const int from[2],
                    const char *path, char *const arguments[])
 {
@@ -101,8 +101,8 @@ bool program_read(struct program *p, FILE *out)
     return false;
 }
 
-/* Killed, since one that is stuck would hold us up; what nft owns goes all the
- * same. */
+/* It is killed, because we would wait for one that hangs; the kernel still
+ * removes what nft owns. */
 void program_end(struct program *p)
 {
     if (p->process > 0) {

@@ -1,5 +1,5 @@
-/* Another program of this Linux host that is talked to, and that ends with
- * this one whatever happens. */
+/* Another program of this Linux host, with pipes to it and from it. It always
+ * ends when this one does. */
 #ifndef LUMCTL_DOCTOR_PROGRAM_H
 #define LUMCTL_DOCTOR_PROGRAM_H
 
@@ -15,7 +15,7 @@ struct program {
     int out;       /* from it; its errors too */
 };
 
-/* Where administrators' programs are, whatever PATH says. */
+/* The folders of programs for administrators, whatever PATH says. */
 bool program_find(const char *name, char path[PROGRAM_PATH_BYTES]);
 
 struct program program_none(void);
@@ -23,8 +23,8 @@ struct program program_none(void);
 /* arguments[0] is its name. False: it is not there, or cannot be started. */
 bool program_start(struct program *p, char *const arguments[]);
 
-/* All that it prints, within a second and a half. False: it did not end by
- * then, or memory is short. */
+/* All that it prints, within a second and a half. False: it did not end in this
+ * time, or there is no memory. */
 bool program_read(struct program *p, FILE *out);
 
 /* Ends its input, and the program. */

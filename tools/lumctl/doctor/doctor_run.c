@@ -16,7 +16,7 @@ struct check {
     bool explains_silence; /* mend it before the sensor is blamed */
 };
 
-/* In this order people get them wrong. */
+/* The order is that in which people get them wrong. */
 static const struct check checks[] = {
     {"interface", DOCTOR_NEEDS_NOTHING, doctor_check_interface, true},
     {"route", DOCTOR_NEEDS_INTERFACE, doctor_check_route, true},
@@ -48,7 +48,7 @@ static const struct {
     [DOCTOR_UNSEEN] = {"-", "not looked at", "\033[2m"},
 };
 
-/* False when nobody reads it, or nobody can. */
+/* False if the reader has left, or the output cannot be written. */
 static bool print_finding(const struct check *check,
                           const struct doctor_finding *f)
 {
@@ -89,13 +89,13 @@ static void look(struct doctor *d, const struct check *check,
     }
 }
 
-/* A hazard first; a silent sensor is blamed only when nothing on this host
+/* A hazard first; a silent sensor is blamed only if nothing on this host
  * explains the silence. */
 static enum exit_status verdict(const struct doctor *d,
                                 const struct doctor_finding *findings)
 {
     bool is_wrong = false;
-    bool is_explained = d->has_rival; /* that one may have been asked */
+    bool is_explained = d->has_rival; /* the other device may have been asked */
     for (size_t i = 0; i < CHECKS; i++) {
         const bool wrong = findings[i].result == DOCTOR_WRONG;
         is_wrong = is_wrong || wrong;
@@ -149,7 +149,8 @@ static void print_verdict(const struct doctor *d, enum exit_status status)
     }
 }
 
-/* A reader that has left is no failure; others are told of at the end. */
+/* It is not a failure if the reader has left; other errors are reported at the
+ * end. */
 static enum exit_status stop_printing(void)
 {
     if (errno != EPIPE) {

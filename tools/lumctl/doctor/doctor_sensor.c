@@ -77,8 +77,8 @@ static int64_t round_trip_ns(const struct doctor_exchange *e)
     return e->received_ns - e->sent_ns;
 }
 
-/* The rate is that between two exchanges: of those at the beginning and of
- * those at the end, the one that was under way for the shortest time. */
+/* The rate is measured between two exchanges: the one with the shortest round
+ * trip at the beginning, and the one with the shortest at the end. */
 static void keep_for_rate(struct doctor *d, const struct doctor_exchange *e)
 {
     if (!d->has_time) {
@@ -108,7 +108,7 @@ static void note_time(struct doctor *d, const lum_sensor_event *event)
     }
 }
 
-/* What the request under way ends with. */
+/* The result of the request under way. */
 static lum_sensor_event_kind finish_request(struct doctor *d)
 {
     lum_sensor_event event;
@@ -129,7 +129,7 @@ static lum_sensor_event_kind ask_time(struct doctor *d)
                : LUM_SENSOR_FAILED;
 }
 
-/* Some times, while answers come. */
+/* Asks for the time repeatedly, as long as answers come. */
 static void ask_times(struct doctor *d)
 {
     lum_sensor_event_kind kind = LUM_SENSOR_TIME;
@@ -148,7 +148,7 @@ static lum_sensor_event_kind ask_status(struct doctor *d)
 
 /* --- Checks: session, buffer --- */
 
-/* Takes the ownership for a moment; nothing is sent. */
+/* Becomes the owner for a moment; nothing is sent. */
 void doctor_check_session(struct doctor *d, struct doctor_finding *out)
 {
     lum_error error = {""};
@@ -186,7 +186,7 @@ void doctor_check_buffer(struct doctor *d, struct doctor_finding *out)
                     "of a second at 125 MB/s",
                     (double)room / MIB);
     } else {
-        /* a simulator's data on this host is no full line */
+        /* the data of a simulator on this host does not fill the link */
         (d->is_local ? doctor_note : doctor_wrong)(
             out,
             "the kernel grants a receive buffer of %.1f MiB only; a quarter of "
@@ -211,7 +211,7 @@ void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out)
     }
 }
 
-/* It answers, but not from where it was asked. */
+/* It answers, but from another place than the request went to. */
 static void say_other_port(struct doctor *d, uint16_t port,
                            struct doctor_finding *out)
 {
@@ -277,7 +277,7 @@ static void say_silent(struct doctor *d, struct doctor_finding *out)
     }
 }
 
-/* Data belongs to whoever drives the sensor from another host. */
+/* If another host drives the sensor, the data is for that host. */
 static void respect_others(struct doctor *d, struct doctor_finding *out)
 {
     if (ask_status(d) != LUM_SENSOR_ANSWER || !d->has_status ||
@@ -314,8 +314,8 @@ void doctor_check_answer(struct doctor *d, struct doctor_finding *out)
 
 /* --- Receiving data --- */
 
-/* One slot of the session's time: something is always under way, so that the
- * clock is measured to its end. */
+/* One slot of the session's time. A request is always under way, so that the
+ * clock is measured until the end. */
 static void ask_next(struct doctor *d, unsigned slot)
 {
     if (!lum_sensor_is_waiting(d->session)) {
@@ -348,7 +348,7 @@ static int begin_count(const struct doctor *d)
     return doctor_count_begin(d, local.port);
 }
 
-/* What was counted and still waits has arrived. False: it does not end. */
+/* Takes what was counted and is still waiting. False: it does not end. */
 static bool take_rest(struct doctor *d, lum_sensor_event *event)
 {
     const int64_t end = lum_time_monotonic_ns() + REST_NS;
@@ -360,7 +360,7 @@ static bool take_rest(struct doctor *d, lum_sensor_event *event)
     return event->kind != LUM_SENSOR_DATAGRAMS;
 }
 
-/* False when it broke or was cancelled. */
+/* False if it failed or was cancelled. */
 static bool take_data(struct doctor *d, lum_error *error)
 {
     const int counter = begin_count(d);
@@ -482,8 +482,8 @@ void doctor_check_data(struct doctor *d, struct doctor_finding *out)
 
 /* --- Check: clock --- */
 
-/* Microseconds by which the data's clock is behind the sensor's, as its
- * timestamps tell it. */
+/* Microseconds by which the data's clock is behind the sensor's clock of the
+ * timestamps. */
 static int64_t data_clock_lag(const struct doctor *d,
                               const lum_clock_estimate *e)
 {
@@ -513,9 +513,8 @@ static void look_at_data_clock(const struct doctor *d,
     }
 }
 
-/* Billionths by which this host's clock runs faster than the sensor's, and how
- * sure that is. The estimate of the offset believes in good clocks; this does
- * not. */
+/* Billionths by which this host's clock runs faster than the sensor's, and the
+ * error. The estimate of the offset assumes good clocks; this does not. */
 struct rate {
     int64_t ppb;
     int64_t error_ppb;
@@ -533,8 +532,8 @@ static struct rate rate_of(const struct doctor *d)
                          (int64_t)((double)error_ns * scale)};
 }
 
-/* Timestamps far enough from the early ones, without heartbeats, so that no
- * data is under way with them. */
+/* Asks for timestamps at a sufficient distance from the early ones. No
+ * heartbeats are sent, so that no data is under way at the same time. */
 static void wait_for_rate(struct doctor *d)
 {
     const int64_t end = d->early.sent_ns + RATE_NS;
@@ -608,10 +607,11 @@ void doctor_check_clock(struct doctor *d, struct doctor_finding *out)
 
 /* --- Check: status --- */
 
-/* What to do about a hazard; of several the lowest rank is the first. */
+/* What to do about a hazard; if there are several, the lowest rank comes
+ * first. */
 struct remedy {
     unsigned rank;
-    const char *mend; /* NULL: nothing, it is none */
+    const char *mend; /* NULL: nothing to do, it is not a hazard */
 };
 
 static struct remedy remedy_of(unsigned bit)

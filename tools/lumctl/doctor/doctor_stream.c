@@ -1,4 +1,4 @@
-/* The data that comes while the doctor is the session, judged. */
+/* Judges the data that comes while the doctor has the session. */
 #include "doctor.h"
 
 #include "../session.h"
@@ -20,7 +20,7 @@ static unsigned open_lines(void)
     return config.open_lines;
 }
 
-/* Lines alone, without points. */
+/* Only lines, without points. */
 bool doctor_stream_open(struct doctor *d)
 {
     const lum_framer_options options = {.struct_size = sizeof options,
@@ -33,8 +33,8 @@ bool doctor_stream_open(struct doctor *d)
            lum_framer_set_views(d->framer, NULL, 0, NULL) == 0;
 }
 
-/* What was under way when the doctor began to listen has come in part, and
- * proves no loss. */
+/* What was under way when the doctor began to listen is incomplete, and does
+ * not prove a loss. */
 static void take_line(struct doctor_stream *s, const lum_line *line)
 {
     if (s->pass_over[line->eye] > 0) {
@@ -58,13 +58,13 @@ static void take_event(struct doctor *d, lum_framer_event event)
     case LUM_FRAMER_NONE:
     case LUM_FRAMER_FRAME:
     case LUM_FRAMER_FRAME_END:
-    default: /* not asked for */
+    default: /* not requested */
         break;
     }
 }
 
-/* The sensor's side is the port that all sensors have, whatever port a relay
- * offers it at. */
+/* On the sensor's side, the port is the one that all sensors have, whatever
+ * port a relay uses. */
 static void take_data(struct doctor *d, const lum_received *datagram,
                       int64_t arrived_ns, unsigned eye)
 {
@@ -84,8 +84,8 @@ static void take_data(struct doctor *d, const lum_received *datagram,
     lum_demux_total(lum_framer_demux(d->framer), &counters);
     d->stream.assembly = counters.assembly;
     if (counters.assembly.stray > stray) {
-        /* Where the clock jumps, the first packet is dropped here and not on
-         * the wire: behind the lines that are open its own follows. */
+        /* If the clock jumps, the first packet is dropped here and was not lost
+         * on the way. Its own line follows the open lines. */
         d->stream.pass_over[eye] = 2u * open_lines();
     }
 }

@@ -19,7 +19,7 @@
 /* Before every other chain. */
 #define FIRST "-2147483647"
 
-/* Lines that a program prints, whole ones. */
+/* Whole lines that a program prints. */
 struct lines {
     char bytes[LINE_BYTES];
     size_t len;
@@ -52,7 +52,7 @@ int trace_allowed(lum_error *error)
 static bool fill(struct lines *l, int fd)
 {
     if (l->len == sizeof l->bytes) {
-        l->len = 0; /* a line that long is none of ours */
+        l->len = 0; /* a line of this length is not one of ours */
     }
     const ssize_t n = read(fd, l->bytes + l->len, sizeof l->bytes - l->len);
     l->len += n > 0 ? (size_t)n : 0;
@@ -74,7 +74,7 @@ static bool next_line(struct lines *l, char out[LINE_BYTES])
     return true;
 }
 
-/* Whether a program printed more until a time. */
+/* Whether a program printed more; waits until the given time. */
 static bool wait_for(struct lines *l, int fd, int64_t end_ns)
 {
     const int64_t left = end_ns - lum_time_monotonic_ns();
@@ -83,9 +83,9 @@ static bool wait_for(struct lines *l, int fd, int64_t end_ns)
            fill(l, fd);
 }
 
-/* Only packets between the sensor and one socket of ours are marked: another
- * program's data passes as ever. Devices' own chains are not in every kernel,
- * so theirs is a table of its own. */
+/* Only packets between the sensor and one socket of ours are marked; data of
+ * other programs passes as before. Not every kernel has chains of devices, so
+ * these chains have a separate table. */
 static bool add_tables(struct trace *t, const char *interface,
                        lum_endpoint sensor, uint16_t port)
 {
@@ -109,7 +109,8 @@ static bool add_tables(struct trace *t, const char *interface,
            write(t->editor.in, text, (size_t)n) == n;
 }
 
-/* nft lists the table once it is there; else it complains of the line. */
+/* nft lists the table once it is there; else it prints an error for the
+ * line. */
 int trace_ready(struct trace *t, int wait_ms, lum_error *error)
 {
     const int64_t end = lum_time_monotonic_ns() + wait_ms * MS_NS;

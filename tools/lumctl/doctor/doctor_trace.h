@@ -13,10 +13,10 @@
 #define TRACE_NAME_BYTES 256u
 #define TRACE_IDS_MAX    32u
 
-/* One packet's way, its end so far. */
+/* The way of one packet, as far as it is known. */
 struct trace_way {
     char id[16];
-    bool is_out; /* it left; else it came */
+    bool is_out; /* it was sent; else it was received */
     bool is_dropped;
     bool has_ufw; /* it passed a chain of ufw's */
     char family[16];
@@ -28,36 +28,36 @@ struct trace_way {
 
 /* All that was traced. */
 struct trace_reader {
-    const char *table; /* our own: it tells which way a packet goes */
+    const char *table; /* our own table: it shows the direction of a packet */
     size_t count;
     struct trace_way ways[TRACE_IDS_MAX];
 };
 
-/* Takes a line of `nft monitor trace`; lines of another kind are passed over.
- */
+/* Takes a line of `nft monitor trace`; ignores other kinds of lines. */
 void trace_read(struct trace_reader *reader, const char *line);
 
-/* A packet that was dropped, one that came before one that left; NULL: none. */
+/* A packet that was dropped: a received one rather than a sent one; NULL:
+ * none. */
 const struct trace_way *trace_dropped(const struct trace_reader *reader);
 
-/* Whether a packet of this way was seen at all. */
+/* Whether any packet of this direction was seen. */
 bool trace_saw(const struct trace_reader *reader, bool is_out);
 
-/* A trace under way. What it adds to the rules, a table that marks the packets
- * between the sensor and one UDP port of this host, belongs to a process of
- * nft: the kernel takes it out when that ends, which it does when this program
- * does, however that comes about. */
+/* A trace under way. It adds a table to the rules, which marks the packets
+ * between the sensor and one UDP port of this host. The table belongs to a
+ * process of nft, and the kernel removes it when this process ends. The process
+ * always ends when this program does. */
 struct trace;
 
 /* Starts it. Returns 0, with *out to trace_stop(); -1 with error set. */
 int trace_start(const char *interface, lum_endpoint sensor, uint16_t port,
                 struct trace **out, lum_error *error);
 
-/* Whether it stands: 1; 0 with error set: not after so many milliseconds; -1
+/* 1: it is ready; 0 with error set: not after this number of milliseconds; -1
  * with error set: nft or the kernel cannot do it. */
 int trace_ready(struct trace *trace, int wait_ms, lum_error *error);
 
-/* Reads what comes in so many milliseconds. */
+/* Reads what comes within this number of milliseconds. */
 const struct trace_reader *trace_follow(struct trace *trace, int wait_ms);
 
 /* NULL is allowed. */

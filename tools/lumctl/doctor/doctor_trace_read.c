@@ -31,7 +31,8 @@ static struct trace_way *find(struct trace_reader *reader, const char *id)
     return way;
 }
 
-/* The last of a line: a rule's own text may hold the same words. */
+/* The last one in a line, because the text of a rule may contain the same
+ * words. */
 static const char *find_verdict(const char *rest)
 {
     const char *found = NULL;
@@ -65,8 +66,8 @@ static void take_end(struct trace_way *way, const char *kind, const char *rest)
     }
 }
 
-/* Another table, or the same one by another hook, whose chain is then the first
- * of a new "packet:" line. */
+/* Another table, or the same one from another hook, whose chain is then the
+ * first after a new "packet:" line. */
 static void take_place(struct trace_way *way, const char *family,
                        const char *table, const char *chain, const char *kind)
 {

@@ -27,7 +27,7 @@ unsigned way_mtu(const char *interface)
     return is_known && request.ifr_mtu > 0 ? (unsigned)request.ifr_mtu : 0;
 }
 
-/* A request for a route, as rtnetlink(7) has it. */
+/* A request for a route, see rtnetlink(7). */
 struct route_request {
     struct nlmsghdr header;
     struct rtmsg route;
@@ -102,7 +102,7 @@ static void take_attributes(const char *p, size_t len, struct way *out)
     }
 }
 
-/* One message answers. */
+/* The answer is one message. */
 static bool take_reply(const char *bytes, size_t len, struct way *out,
                        struct rtmsg *route)
 {
@@ -141,7 +141,7 @@ static bool ask(int fd, uint32_t address, unsigned index, unsigned flags,
     return n > 0 && take_reply(reply, (size_t)n, out, route);
 }
 
-/* Asked twice: for the way, and for the entry of the table that gave it. */
+/* Asked twice: for the route, and for the entry of the table that gave it. */
 bool way_find(uint32_t address, const char *interface, struct way *out)
 {
     const struct timeval limit = {0, 500000};
