@@ -1,7 +1,7 @@
 /** @file
  * Captures: pcap and pcapng files to datagrams and back (docs/protocol.md,
- * section 9). Files compressed by gzip or zstd are read in place, where the
- * build has zlib or libzstd.
+ * section 9). Files compressed by gzip or zstd are read directly, if the build
+ * has zlib or libzstd.
  *
  * Only one thread at a time may use a capture or a writer; two of them share
  * nothing. Records are not allocated. Only fragments are: 66 KB for each of at
@@ -25,14 +25,15 @@ extern "C" {
 /** An open capture. */
 typedef struct lum_capture lum_capture;
 
-/** Open a capture. Waits for its first interface that can be read, or the first
- * packet of another: these, in a pcapng file, are ::LUM_RECORD_OTHER. Whether
- * any can be read may then show at its end, where lum_capture_next() fails if
- * none could.
+/** Open a capture. Waits for its first interface that can be read, or for the
+ * first packet of another interface. In a pcapng file, packets of other
+ * interfaces are ::LUM_RECORD_OTHER. Then it may not be known before the end
+ * whether any interface can be read; if none could, lum_capture_next() fails
+ * there.
  * @param path  a file, or "-" for standard input.
  * @param out   gets a capture to be closed with lum_capture_close().
  * @param error gets the message on failure: missing, unreadable, a directory,
- *              not a capture, no link type that is supported and no packet.
+ *              not a capture, or no supported link type and no packet.
  * @return 0, or -1. */
 LUM_MUST_CHECK int lum_capture_open(const char *path, lum_capture **out,
                                     lum_error *error);
@@ -42,14 +43,14 @@ LUM_MUST_CHECK int lum_capture_open(const char *path, lum_capture **out,
 LUM_MUST_CHECK int lum_capture_open_source(lum_source *source,
                                            lum_capture **out, lum_error *error);
 
-/** Open several captures as one stream, such as the files of a rotated
+/** Open several captures as one stream, for example the files of a rotated
  * recording, or a capture of each network interface. They are read in the order
- * of their first record; where their times overlap, records come by time. A
+ * of their first record; if their times overlap, records are ordered by time. A
  * datagram whose fragments are in two files is put together.
  *
- * The first record of each is read now. A file is then open only while it is
- * read, so that thousands may follow each other; a pipe is open from the start.
- * A file that breaks off ends alone, and the rest is read.
+ * The first record of each is read now. After that, a file is open only while
+ * it is read, so that thousands may follow each other; a pipe is open from the
+ * start. If a file breaks off, the others are still read.
  * @param paths count of them, as for lum_capture_open(); not kept. Each must be
  *              another file: records of one that is named twice come twice.
  * @param count at least 1.
@@ -59,11 +60,11 @@ LUM_MUST_CHECK int lum_capture_open_several(const char *const *paths,
                                             size_t count, lum_capture **out,
                                             lum_error *error);
 
-/** How the reading of one source of a capture stands. */
+/** The state of reading one source of a capture. */
 typedef enum lum_capture_end {
-    LUM_CAPTURE_UNDER_WAY, /**< it has not come to its end */
+    LUM_CAPTURE_UNDER_WAY, /**< it is not at its end yet */
     LUM_CAPTURE_WHOLE,     /**< it was read to its end */
-    LUM_CAPTURE_BROKEN,    /**< it could not be read on */
+    LUM_CAPTURE_BROKEN,    /**< the rest could not be read */
     LUM_CAPTURE_UNREAD /**< it could not be opened when its turn came, or has
                             no interface that can be read */
 } lum_capture_end;
@@ -72,10 +73,10 @@ typedef enum lum_capture_end {
 typedef struct lum_capture_source {
     size_t struct_size;  /**< sizeof(lum_capture_source), set by the caller */
     const char *name;    /**< of its file; lives as long as the capture */
-    uint64_t records;    /**< that were read of it */
-    int64_t first_ns;    /**< time of the first of them; 0 without any */
-    int64_t last_ns;     /**< the latest time of them */
-    lum_capture_end end; /**< how it stands */
+    uint64_t records;    /**< read from it so far */
+    int64_t first_ns;    /**< time of the first record; 0 without any */
+    int64_t last_ns;     /**< the latest time of a record */
+    lum_capture_end end; /**< its state */
 } lum_capture_source;
 
 /** How many sources a capture has. */
@@ -91,42 +92,42 @@ lum_result lum_capture_get_source(const lum_capture *capture, size_t i,
                                   lum_capture_source *out);
 
 /** Read the next record.
- * @return 1 with a record; 0 at the end of the file; -1 when the file cannot be
- *         read on, with the byte and the reason in error; of several files
- *         after all the others were read to their end. After 0 or -1 the
- * fragments still waiting have been given up: *out then holds only their
- * number, in dropped_fragments. */
+ * @return 1 with a record; 0 at the end of the file; -1 if the rest of the file
+ *         cannot be read, with the byte and the reason in error. Of several
+ *         files, -1 comes after all the others were read to their end. After 0
+ *         or -1, the fragments that still waited have been given up: *out then
+ *         has only their number, in dropped_fragments. */
 LUM_MUST_CHECK int lum_capture_next(lum_capture *capture, lum_record *out,
                                     lum_error *error);
 
 /** Most comments of a source. */
 #define LUM_CAPTURE_COMMENTS_MAX 16u
 
-/** Most bytes of a comment, which a pcapng file can hold. */
+/** Most bytes of a comment: no more fit in a pcapng file. */
 #define LUM_CAPTURE_COMMENT_BYTES_MAX 65535u
 
-/** How many comments the headers of a pcapng file's sections hold, as far as it
- * was read; equal ones count once. Those of the first section of each source
- * are there when a capture is open. Any bytes may be in them.
+/** Number of comments in the headers of a pcapng file's sections, as far as the
+ * file was read; equal ones count once. Those of the first section of each
+ * source are known once a capture is open. They may contain any bytes.
  * @param source below lum_capture_source_count(). */
 size_t lum_capture_comment_count(const lum_capture *capture, size_t source);
 
 /** A comment.
  * @param source below lum_capture_source_count().
  * @param i      below lum_capture_comment_count().
- * @param len    gets its bytes; a NUL follows them.
- * @return it, which lives until the capture is closed. */
+ * @param len    gets its length in bytes; a NUL follows them.
+ * @return its text, which lives until the capture is closed. */
 const char *lum_capture_comment(const lum_capture *capture, size_t source,
                                 size_t i, size_t *len);
 
-/** Comments that are not among these, for there are too many or there is no
- * memory. */
+/** Number of comments that are not among these, because there are too many or
+ * there is no memory. */
 uint64_t lum_capture_comments_left_out(const lum_capture *capture,
                                        size_t source);
 
-/** How far the reading has come, in the file as it is, compressed or not.
+/** The progress of the reading, in bytes of the file, compressed or not.
  * @param done  bytes read so far.
- * @param total bytes of the file; 0 where that is not known. */
+ * @param total bytes of the file; 0 if that is not known. */
 void lum_capture_progress(const lum_capture *capture, uint64_t *done,
                           uint64_t *total);
 
@@ -139,13 +140,14 @@ typedef enum lum_capture_format {
     LUM_CAPTURE_PCAPNG /**< pcapng */
 } lum_capture_format;
 
-/** How a capture is written. All bytes 0 but for struct_size is the default. */
+/** How a capture is written. All bytes 0 except struct_size are the defaults.
+ */
 typedef struct lum_capture_writer_options {
     size_t struct_size;          /**< sizeof(lum_capture_writer_options) */
     lum_capture_format format;   /**< which */
     bool is_whole;               /**< it gets its name when it is closed */
-    const char *application;     /**< pcapng: what writes it, UTF-8; may be
-                                      NULL */
+    const char *application;     /**< pcapng: the program that writes it, UTF-8;
+                                      may be NULL */
     const char *const *comments; /**< pcapng: UTF-8, of the section's header */
     size_t comment_count; /**< at most LUM_CAPTURE_COMMENTS_MAX, each of at most
                              LUM_CAPTURE_COMMENT_BYTES_MAX bytes */
@@ -167,9 +169,9 @@ typedef struct lum_datagram {
 } lum_datagram;
 
 /** Begin a pcap file that records live data: it gets its name with the first
- * datagram, and then stays even if the recording fails later. A file
- * of that name is replaced, or emptied where its directory may not be written
- * in; until the first datagram it stays as it is.
+ * datagram, and then stays even if the recording fails later. A file of that
+ * name is replaced, or emptied if its directory cannot be written; until the
+ * first datagram it does not change.
  * @param path a file, or "-" for standard output.
  * @return 0, or -1 with the reason in error; errno is EBUSY if another run is
  *         writing a file of that name. */
@@ -177,8 +179,8 @@ LUM_MUST_CHECK int lum_capture_writer_open(const char *path,
                                            lum_capture_writer **out,
                                            lum_error *error);
 
-/** Begin a pcap file that gets its name when it is closed, so that it is only
- * ever whole. A file of that name stays as it is until then.
+/** Begin a pcap file that gets its name when it is closed, so that a file of
+ * this name is always complete. A file of that name does not change until then.
  * @param path as for lum_capture_writer_open().
  * @return as lum_capture_writer_open(). */
 LUM_MUST_CHECK int lum_capture_writer_open_whole(const char *path,
@@ -188,33 +190,33 @@ LUM_MUST_CHECK int lum_capture_writer_open_whole(const char *path,
 /** Begin a capture, as lum_capture_writer_open() or
  * lum_capture_writer_open_whole().
  * @param options read, with all that it points to, and not kept.
- * @return as lum_capture_writer_open(); errno is EINVAL if the options cannot
- *         be. */
+ * @return as lum_capture_writer_open(); errno is EINVAL if the options are not
+ *         allowed. */
 LUM_MUST_CHECK int lum_capture_writer_open_as(
     const char *path, const lum_capture_writer_options *options,
     lum_capture_writer **out, lum_error *error);
 
-/** Append a datagram, with Ethernet, IPv4 and UDP headers of its own and right
+/** Append a datagram, with new Ethernet, IPv4 and UDP headers and correct
  * checksums; above 1500 bytes as one jumbo packet.
  * @return 0, or -1 with the reason in error. */
 LUM_MUST_CHECK int lum_capture_writer_add(lum_capture_writer *writer,
                                           const lum_datagram *datagram,
                                           lum_error *error);
 
-/** Bytes of the file so far, those that are still buffered included. */
+/** Bytes of the file so far, including those that are still buffered. */
 uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer);
 
-/** Write what is buffered, so that others can read it, also when this process
- * dies. Tells that the reader of a pipe has left even when there is nothing to
- * write: then errno is EPIPE.
+/** Write what is buffered, so that others can read it even if this process
+ * dies. If the reader of a pipe has left, this fails even if there is nothing
+ * to write: then errno is EPIPE.
  * @return 0, or -1 with the reason in error. */
 LUM_MUST_CHECK int lum_capture_writer_flush(lum_capture_writer *writer,
                                             lum_error *error);
 
 /** Write what is buffered, wait until it is on the disk, give the file its name
  * if it has none yet, and close. NULL is allowed.
- * @return 0, or -1 with the reason in error; closed either way. What has no
- *         name then is removed. */
+ * @return 0, or -1 with the reason in error; closed either way. A file that has
+ *         no name then is removed. */
 LUM_MUST_CHECK int lum_capture_writer_close(lum_capture_writer *writer,
                                             lum_error *error);
 

@@ -2,8 +2,8 @@
  * Records of a capture, or of a socket, to the lines of each sensor
  * (docs/protocol.md, section 9).
  *
- * A sensor is the address on the side of port 5517 that sent data; each has an
- * assembler of its own. Events are returned as lum_assembler_push() does.
+ * A sensor is the address on the side of port 5517 that sent data; each has its
+ * own assembler. Events are returned as by lum_assembler_push().
  *
  * Only one thread at a time may use a demultiplexer. A sensor's assembler is
  * allocated at its first data: about 550 KB with the default constants. */
@@ -26,13 +26,13 @@ extern "C" {
 /** Most sensors in one stream; data of more counts as *other*. */
 #define LUM_DEMUX_SENSORS_MAX 16u
 
-/** What a demultiplexer has to know. */
+/** Options of a demultiplexer. */
 typedef struct lum_demux_options {
     size_t struct_size;          /**< sizeof(lum_demux_options) */
     lum_layout layout;           /**< of data packets */
     lum_assembler_config config; /**< for each sensor's assembler */
-    bool has_sensor; /**< one sensor is asked for: data of others is not
-                        assembled, nor anything of theirs counted */
+    bool has_sensor; /**< only one sensor is requested: data of others is not
+                        assembled, and nothing of theirs is counted */
     uint32_t sensor; /**< its address, host order */
 } lum_demux_options;
 
@@ -43,8 +43,8 @@ typedef struct lum_demux_counters {
     uint64_t angle_packets;             /**< of the data: angles */
     uint64_t range_packets;             /**< of the data: ranges */
     uint64_t cut_short;                 /**< datagrams captured in part */
-    uint64_t other;                     /**< what is not ours, dropped
-                                             fragments among it */
+    uint64_t other;                     /**< what is not ours, including
+                                             dropped fragments */
     lum_assembly_counters assembly;     /**< of all the sensors' assemblers */
 } lum_demux_counters;
 
@@ -65,7 +65,7 @@ void lum_demux_free(lum_demux *demux);
 
 /** Take a record.
  * @param record its time is the arrival that lines are handed out with.
- * @param kind   may be NULL; gets what the datagram is where it is one of port
+ * @param kind   may be NULL; gets the kind of the datagram if it is one of port
  *               5517 and counted, else LUM_PACKET_KINDS.
  * @return LUM_OK: consumed. LUM_LINE_READY, LUM_FRAME_READY: an event of
  *         lum_demux_current(); push the same record again. LUM_E_SPACE: no
@@ -86,13 +86,13 @@ const lum_assembler *lum_demux_current(const lum_demux *demux);
  * lum_demux_count(). */
 size_t lum_demux_current_index(const lum_demux *demux);
 
-/** How many sensors sent data so far; with a sensor asked for, others too, for
- * they are known, though not decoded. */
+/** How many sensors sent data so far. If one sensor is requested, the others
+ * count too: they are known, but not decoded. */
 size_t lum_demux_sensor_count(const lum_demux *demux);
 
 /** The address of the i-th sensor, in order of their first data.
  * @param i below lum_demux_sensor_count().
- * @return it, in host order. */
+ * @return the address, in host order. */
 uint32_t lum_demux_address(const lum_demux *demux, size_t i);
 
 /** Counters of the i-th sensor; other is always 0.
@@ -104,8 +104,8 @@ uint32_t lum_demux_address(const lum_demux *demux, size_t i);
 lum_result lum_demux_count(const lum_demux *demux, size_t i,
                            lum_demux_counters *out);
 
-/** Counters of the whole stream, without those of sensors that were not asked
- * for.
+/** Counters of the whole stream, without those of sensors that were not
+ * requested.
  * @param out as for lum_demux_count().
  * @return as lum_demux_count(). */
 lum_result lum_demux_total(const lum_demux *demux, lum_demux_counters *out);

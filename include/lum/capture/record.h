@@ -13,15 +13,15 @@
 extern "C" {
 #endif
 
-/** What a record of a capture turned out to be. */
+/** The kind of a record of a capture. */
 typedef enum lum_record_kind {
     LUM_RECORD_DATAGRAM,  /**< a whole UDP datagram over IPv4 */
-    LUM_RECORD_CUT_SHORT, /**< a datagram that the capture holds in part */
+    LUM_RECORD_CUT_SHORT, /**< a datagram that the capture has only in part */
     LUM_RECORD_FRAGMENT,  /**< kept or used up; nothing to count now */
     LUM_RECORD_OTHER      /**< anything else */
 } lum_record_kind;
 
-/** A record of a capture. It never grows, since it is filled in for each
+/** A record of a capture. It never grows, because it is filled in for each
  * packet. */
 typedef struct lum_record {
     int64_t time_ns;           /**< capture time, ns since 1970 UTC */
@@ -37,14 +37,14 @@ typedef struct lum_record {
                                      read; each is one more *other* */
 } lum_record;
 
-/** Where records come from, if not out of the bytes of a capture: a live
- * sensor (lum/net/live.h), a caller's own. All bytes but struct_size and next
- * may be 0. */
+/** A source of records other than the bytes of a capture: a live sensor
+ * (lum/net/live.h), or functions of the caller. All bytes except struct_size
+ * and next may be 0. */
 typedef struct lum_record_source {
     size_t struct_size; /**< sizeof(lum_record_source) */
     /** The next record. It, and its payload, live until the next call.
-     * @return 1; 0 at the end; -1 when it cannot be read on, with the reason in
-     *         error. At an end dropped_fragments of out counts. */
+     * @return 1; 0 at the end; -1 if the rest cannot be read, with the reason
+     *         in error. At the end, dropped_fragments of out counts too. */
     int (*next)(void *context, lum_record *out, lum_error *error);
     /** As lum_capture_progress(); NULL: not known. */
     void (*progress)(void *context, uint64_t *done, uint64_t *total);

@@ -1,6 +1,6 @@
 /** @file
  * Where the bytes of a capture come from: a file, a pipe, memory, or a function
- * of the caller's, such as one that reads from an object store.
+ * of the caller, for example one that reads from an object store.
  *
  * Only one thread at a time may use a source; two share nothing. */
 #ifndef LUM_CAPTURE_SOURCE_H
@@ -19,11 +19,11 @@ extern "C" {
 /** A source of bytes, read once from its start to its end. */
 typedef struct lum_source lum_source;
 
-/** What a caller gives to be a source. All bytes but struct_size and read may
- * be 0. */
+/** The functions of a source that a caller provides. All bytes except
+ * struct_size and read may be 0. */
 typedef struct lum_source_functions {
     size_t struct_size; /**< sizeof(lum_source_functions) */
-    /** Read the next bytes. May wait for them; gives some as soon as there are
+    /** Read the next bytes. May wait for them; returns as soon as there are
      * any. Not called again after 0 or -1.
      * @param context as in lum_source_functions.
      * @param buffer  to be filled; room is at least 1.
@@ -33,7 +33,7 @@ typedef struct lum_source_functions {
     /** Called once, when the source is closed; may be NULL. */
     void (*close)(void *context);
     void *context;  /**< given to both */
-    uint64_t total; /**< bytes in all, for the progress of a reading; 0 where
+    uint64_t total; /**< bytes in all, for the progress of a reading; 0 if
                          that is not known */
 } lum_source_functions;
 
@@ -47,15 +47,15 @@ LUM_MUST_CHECK int lum_source_open(const char *path, lum_source **out,
                                    lum_error *error);
 
 /** A source of bytes in memory.
- * @param name  stands for a file's name in messages; copied.
- * @param bytes not copied: to be kept until the source is closed.
+ * @param name  used as the file's name in messages; copied.
+ * @param bytes not copied: keep them until the source is closed.
  * @return to be closed with lum_source_close(); NULL without memory. */
 LUM_MUST_CHECK lum_source *lum_source_from_memory(const char *name,
                                                   const void *bytes,
                                                   size_t len);
 
 /** A source that a function reads. Takes 512 KB.
- * @param name      stands for a file's name in messages; copied.
+ * @param name      used as the file's name in messages; copied.
  * @param functions copied.
  * @param error     may be NULL; gets the message on failure: struct_size or
  *                  read is not set, or there is no memory.

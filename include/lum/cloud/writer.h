@@ -1,9 +1,9 @@
 /** @file
- * Point clouds to files: CSV, PLY, PCD, LAS, XYZ, and, with what
- * lum/picture/picture.h gives, a picture as PNG (docs/formats.md).
+ * Point clouds to files: CSV, PLY, PCD, LAS, XYZ, and, with the format of
+ * lum/picture/picture.h, a picture as PNG (docs/formats.md).
  *
- * Only one thread at a time may use a writer. The writer has a thread of its
- * own, which writes its 3 blocks of 1 MiB. */
+ * Only one thread at a time may use a writer. The writer starts a thread, which
+ * writes its 3 blocks of 1 MiB. */
 #ifndef LUM_CLOUD_WRITER_H
 #define LUM_CLOUD_WRITER_H
 
@@ -25,18 +25,18 @@ typedef enum lum_format {
     LUM_FORMAT_PLY, /**< binary little-endian or ascii */
     LUM_FORMAT_PCD, /**< version 0.7, binary or ascii */
     LUM_FORMAT_LAS, /**< version 1.4, point format 6, extra bytes */
-    LUM_FORMAT_XYZ, /**< text, x y z alone */
+    LUM_FORMAT_XYZ, /**< text, only x y z */
     LUM_FORMAT_PNG, /**< a picture: range images and a bird's-eye view; needs
                          lum_writer_options.picture */
     LUM_FORMATS     /**< how many there are */
 } lum_format;
 
-/** The format that a file name's ending tells, in any case of letters.
- * @return 0, or -1 if it tells none. */
+/** The format by the ending of a file name, in upper or lower case.
+ * @return 0, or -1 if the ending is of no format. */
 LUM_MUST_CHECK int lum_format_from_name(const char *name, lum_format *out);
 
-/** Whether the format's header holds a count, so that the output must be
- * seekable, or a rehearsal must come first (lum_writer_rehearse()). */
+/** Whether the format's header contains the number of points. Then the output
+ * must be seekable, or a rehearsal must come first (lum_writer_rehearse()). */
 bool lum_format_needs_count(lum_format format);
 
 /** How a format is written, for formats that are libraries of their own. */
@@ -54,8 +54,7 @@ typedef struct lum_format_ops lum_format_ops;
 /** Most bytes of a line of it. */
 #define LUM_WRITER_COMMENT_LINE_MAX 400u
 
-/** What a writer has to know. All bytes 0 but for struct_size is the default.
- */
+/** Options of a writer. All bytes 0 except struct_size are the defaults. */
 typedef struct lum_writer_options {
     size_t struct_size; /**< sizeof(lum_writer_options) */
     lum_format format;  /**< which */
@@ -63,35 +62,35 @@ typedef struct lum_writer_options {
     bool utc;           /**< timestamps are microseconds since 1970 UTC and
                              not of the sensor clock */
     const struct lum_writer *rehearsal; /**< NULL, or what lum_writer_rehearse()
-                                 gave and has taken the lines to come; read by
-                                 lum_writer_open() alone */
+                                 gave; it has taken the same lines already.
+                                 Only lum_writer_open() reads it */
     const lum_projector *projector; /**< PNG: scale of angles; may be NULL */
     const lum_format_ops *picture;  /**< PNG: lum_picture_format(); other
                                          formats ignore it */
-    const char *comment; /**< NULL, or what the header is to say besides, such
-                              as where the points come from: lines of printable
-                              ASCII; copied. Comments of PLY and PCD, a record
-                              of LAS, lines that begin with # in CSV and XYZ,
-                              which many readers of these do not skip. PNG has
-                              no place for it */
+    const char *comment; /**< NULL, or more text for the header, for example
+                              where the points come from: lines of printable
+                              ASCII; copied. They become comments of PLY and
+                              PCD, a record of LAS, and lines that begin with #
+                              in CSV and XYZ, which many readers of these
+                              formats do not skip. PNG has no place for it */
     const char *columns; /**< CSV, PLY, PCD: the columns in their order, by
                               their names in CSV with commas between them, such
                               as "x,y,z,time"; NULL: those of the format. Read
                               by lum_writer_open() and lum_writer_rehearse() */
-    bool organized; /**< PCD: one frame as a picture, LUM_LINE_PIXELS points
-                         wide; see lum_writer_set_rows() */
+    bool organized; /**< PCD: one frame as an image of LUM_LINE_PIXELS columns;
+                         see lum_writer_set_rows() */
 } lum_writer_options;
 
 /** Whether lum_writer_options.columns can choose the columns of a format. */
 bool lum_format_has_columns(lum_format format);
 
 /** Check names for lum_writer_options.columns.
- * @return 0, or -1 with the wrong name, and which there are, in error; then
+ * @return 0, or -1 with the wrong name and the list of names in error; then
  *         errno is EINVAL. */
 LUM_MUST_CHECK int lum_writer_check_columns(const char *names,
                                             lum_error *error);
 
-/** A timestamp that is not known, of a line that did not come; NaN in a PCD. */
+/** An unknown timestamp, of a line that did not come; NaN in a PCD. */
 #define LUM_TIMESTAMP_NONE INT64_MIN
 
 /** The samples of one line. */
@@ -103,8 +102,8 @@ typedef struct lum_line_samples {
     int64_t timestamp_us;      /**< of the line */
     uint32_t line;             /**< line number */
     uint8_t eye;               /**< an ::lum_eye */
-    const float *times;        /**< of each sample, seconds from the begin of
-                                    its frame, as ::LUM_COLUMN_TIME; only for
+    const float *times;        /**< of each sample, seconds from the beginning
+                                    of its frame, as ::LUM_COLUMN_TIME; only for
                                     files with a column "time", else NULL */
 } lum_line_samples;
 
@@ -112,32 +111,32 @@ typedef struct lum_line_samples {
 typedef struct lum_writer lum_writer;
 
 /** Begin a rehearsal: a writer that takes lines and writes nothing, so that a
- * second pass over them knows what to write into its header. To be ended
- * with lum_writer_abort().
- * @param options copied; the same that the file will be written with.
+ * second pass over them knows the values of its header. End it with
+ * lum_writer_abort().
+ * @param options copied; the same as those for writing the file.
  * @return 0, or -1 with the reason in error. */
 LUM_MUST_CHECK int lum_writer_rehearse(const lum_writer_options *options,
                                        lum_writer **out, lum_error *error);
 
 /** Begin a file.
  * @param path    its name, or "-" for standard output. A file is written under
- *                another name and renamed by lum_writer_close(), so that PATH
- * is only ever whole.
+ *                another name and renamed by lum_writer_close(), so that a file
+ *                of this name is always complete.
  * @param options copied.
  * @return 0, or -1 with the reason in error: the directory is missing, no
  *         permission, another run is writing a file of that name (then errno is
  *         EBUSY), the header needs a count and there is neither a rehearsal nor
  *         an output that can seek, a PNG without lum_writer_options.picture,
- *         a comment that cannot be, columns or an organised file that the
+ *         a comment that is not allowed, columns or an organised file that the
  *         format does not have, or a struct_size that is not set (then errno is
  *         EINVAL). */
 LUM_MUST_CHECK int lum_writer_open(const char *path,
                                    const lum_writer_options *options,
                                    lum_writer **out, lum_error *error);
 
-/** Begin the one frame of an organised file, before its first line: so many
- * lines follow, each with LUM_LINE_PIXELS samples, the i-th of pixel i. x, y
- * and z of a pixel without a point are NaN.
+/** Begin the only frame of an organised file, before its first line. This
+ * number of lines must follow, each with LUM_LINE_PIXELS samples, the i-th of
+ * pixel i. x, y and z of a pixel without a point are NaN.
  * @param rows lines; at most LUM_WRITER_ROWS_MAX. A file that is closed without
  *             this call has none.
  * @return 0, or -1 with the reason in error: the file is not organised, or has
@@ -148,29 +147,29 @@ LUM_MUST_CHECK int lum_writer_set_rows(lum_writer *writer, uint32_t rows,
 
 /** Append a line's samples; they are copied.
  * @return 0, or -1 with the reason in error (the disk is full, the reader of
- *         the pipe has left: then errno is EPIPE; the line lacks times, is no
- *         row of an organised file, or its struct_size is not set: then errno
- * is EINVAL). */
+ *         the pipe has left: then errno is EPIPE; the line lacks times, is not
+ *         a row of an organised file, or its struct_size is not set: then errno
+ *         is EINVAL). */
 LUM_MUST_CHECK int lum_writer_add(lum_writer *writer,
                                   const lum_line_samples *line,
                                   lum_error *error);
 
-/** Bytes that the output has been given so far. What a format keeps until its
- * end is not among them. */
+/** Bytes that were given to the output so far, without those that a format
+ * keeps until its end. */
 uint64_t lum_writer_bytes(const lum_writer *writer);
 
 /** Begin to write what was added, for an output that is read while it is
- * written; does not wait. While a slow reader has not taken what came before,
- * the rest stays: call again later. Tells that the reader has left even when
- * there is nothing to write.
+ * written; does not wait. As long as a slow reader has not taken what came
+ * before, the rest stays: call again later. If the reader has left, this is
+ * reported even if there is nothing to write.
  * @return as lum_writer_add(). */
 LUM_MUST_CHECK int lum_writer_flush(lum_writer *writer, lum_error *error);
 
 /** Finish the file, wait until it is on the disk, give it its name, free the
  * writer.
- * @return 0, or -1 with the reason in error, such as other lines than were
- *         rehearsed, or fewer than the rows of an organised file; then nothing
- *         is left behind. */
+ * @return 0, or -1 with the reason in error, for example that the lines differ
+ *         from those of the rehearsal, or are fewer than the rows of an
+ *         organised file; then no file is left. */
 LUM_MUST_CHECK int lum_writer_close(lum_writer *writer, lum_error *error);
 
 /** Remove what was written and free the writer. NULL is allowed. */
