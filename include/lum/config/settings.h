@@ -23,8 +23,8 @@
 extern "C" {
 #endif
 
-/** What a file names. It grows with the table of commands, so that a program is
- * compiled with the header of the library that it links. */
+/** The settings of a file. It grows with the table of commands, so compile a
+ * program with the header of the library that it links. */
 typedef struct lum_settings {
     bool has[LUM_COMMANDS];       /**< by ::lum_command_id; never the laser's */
     uint16_t value[LUM_COMMANDS]; /**< one that the command's spec allows */
@@ -42,7 +42,7 @@ LUM_MUST_CHECK int lum_settings_load(const char *path, lum_settings *out,
 
 /** Read settings from memory.
  * @param text  len bytes; need not be terminated.
- * @param name  stands for the file's name in messages. */
+ * @param name  used as the file's name in messages. */
 LUM_MUST_CHECK int lum_settings_parse(const char *text, size_t len,
                                       const char *name, lum_settings *out,
                                       lum_error *error);

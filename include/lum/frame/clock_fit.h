@@ -1,32 +1,33 @@
 /** @file
- * The sensor's clock to UTC, out of when its packets arrived.
+ * The sensor's clock to UTC, from the arrival times of its packets.
  *
- * An arrival stamp says when the host took notice of a packet: up to
- * milliseconds late, and many packets at once where the system takes them in
- * batches. The sensor's clock has no such jitter, but its own zero and rate.
- * So the two are fitted: no packet arrives before it was sent, hence the true
- * time of a clock reading lies on a line below all arrivals. The fit keeps the
- * earliest arrival of each eighth of a second, for the last 16 s, and lays the
- * line under them.
+ * An arrival stamp says when the host noticed a packet. This is up to
+ * milliseconds late, and many packets get one stamp if the system takes them in
+ * batches. The sensor's clock has no such jitter, but its own zero and rate. So
+ * the two are fitted: no packet arrives before it was sent, so the true time of
+ * a clock reading lies on a line below all arrivals. The fit keeps the earliest
+ * arrival of each eighth of a second, for the last 16 s, and lays the line
+ * under them.
  *
- * What it can and cannot tell:
- * - Time that every packet needs at least (the cable, the switch, a line that
- *   is sent after it was measured) is in none of the arrivals, and therefore in
- *   the answer. It is not part of the error that is told.
+ * What it can and cannot know:
+ * - The time that every packet needs at least (the cable, the switch, a line
+ *   that is sent after it was measured) cannot be seen in the arrivals, so it
+ *   is in the answer. It is not part of the estimated error.
  * - UTC is that of the host's clock. If it is wrong, so is the answer.
- * - At the beginning little is known, and the error that is told is large: with
+ * - At the beginning little is known, and the estimated error is large: with
  *   stamps in batches of 8 ms it falls below 1 ms within some tenths of a
  *   second, and below 100 us within some seconds.
- * - An answer is made of what came before it; a later one for the same reading
- *   may differ, by no more than their errors.
+ * - An answer is made of what came before it. A later answer for the same
+ *   reading may differ, but not by more than their errors.
  *
- * A sensor that restarts and a host whose clock is stepped are noticed, and the
- * fit begins anew with the drift that it knows. Readings before the latest step
- * are still told by the fit before it. A host whose clock is slewed is followed
- * within the window of 16 s; meanwhile the error grows.
+ * If a sensor restarts or the host's clock is stepped, this is noticed, and a
+ * new fit begins with the drift that is known. Readings before the latest step
+ * still use the fit before it. If the host's clock is slewed, the fit follows
+ * within the window of 16 s; during this time the error grows.
  *
- * Integers alone; the same on every machine. The memory, about 5 KB, does not
- * grow. One fit is one thread's at a time; two share nothing. */
+ * It uses only integers, and is the same on every machine. The memory, about
+ * 5 KB, does not grow. Only one thread at a time may use a fit; two share
+ * nothing. */
 #ifndef LUM_FRAME_CLOCK_FIT_H
 #define LUM_FRAME_CLOCK_FIT_H
 
@@ -40,7 +41,8 @@
 extern "C" {
 #endif
 
-/** How far from the newest reading lum_clock_fit_utc() answers. */
+/** Largest distance from the newest reading for which lum_clock_fit_utc()
+ * answers. */
 #define LUM_CLOCK_FIT_NEAR_US INT64_C(60000000)
 
 /** Readings lie within +-this: 17 years. */
@@ -62,17 +64,17 @@ void lum_clock_fit_free(lum_clock_fit *fit);
 /** Forget all, as after lum_clock_fit_new(). */
 void lum_clock_fit_reset(lum_clock_fit *fit);
 
-/** Know from the first reading on what another fit has learned of the same
- * stream, as where the begin of a file was read beforehand. Readings that the
- * other has taken may be taken again. Nothing is learned from one that met a
- * break. */
+/** Use from the first reading on what another fit has learned of the same
+ * stream, for example from the first part of a file, read in advance. Readings
+ * that the other has taken may be taken again. Nothing is learned from a fit
+ * that met a break. */
 void lum_clock_fit_learn(lum_clock_fit *to, const lum_clock_fit *from);
 
-/** What became of a reading. */
+/** What happened to a reading. */
 typedef enum lum_clock_fit_event {
     LUM_CLOCK_FIT_TAKEN,        /**< it went into the fit */
     LUM_CLOCK_FIT_ASIDE,        /**< it contradicts those before: a single one
-                                     is left out, more of its kind will be a
+                                     is left out, several that agree are a
                                      restart or a step */
     LUM_CLOCK_FIT_SENSOR_BREAK, /**< the sensor's clock jumped, as when it
                                      restarts: the fit began anew */
@@ -80,9 +82,9 @@ typedef enum lum_clock_fit_event {
     LUM_CLOCK_FIT_REFUSED       /**< a value is outside its range */
 } lum_clock_fit_event;
 
-/** Take a reading. In about the order of arrival; what comes late, by up to the
- * window, is taken too. Time is bounded: that of sorting 256 numbers, a few
- * times a second.
+/** Take a reading. Readings come in about the order of arrival; one that is
+ * late, by up to the window, is taken too. Time is bounded: that of sorting 256
+ * numbers, a few times a second.
  * @param clock_us   the sensor's clock, extended beyond its 32 bits: that of a
  *                   lum_line, or of a packet by lum_clock_extend().
  * @param arrival_ns when the packet that bears it arrived, ns since 1970 UTC.
@@ -93,14 +95,14 @@ lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
 /** A moment. It never grows. */
 typedef struct lum_clock_time {
     int64_t utc_ns;   /**< ns since 1970 UTC */
-    int64_t error_ns; /**< how far off it may be, either way, not counting what
-                           every packet needs at least */
+    int64_t error_ns; /**< its estimated error in both directions, without
+                           the time that every packet needs at least */
 } lum_clock_time;
 
 /** When the sensor's clock showed a reading.
  * @param clock_us as for lum_clock_fit_add(); need not have been added.
- * @param out      overwritten on LUM_OK. Of a reading that was set aside and
- *                 may be that of a sensor that has restarted, this is as good
+ * @param out      overwritten on LUM_OK. If the reading was set aside and may
+ *                 come from a sensor that has restarted, this is only as exact
  *                 as its arrival.
  * @return LUM_OK; LUM_END before the first reading; LUM_E_VALUE if it is
  *         further than ::LUM_CLOCK_FIT_NEAR_US from the newest. */
@@ -108,7 +110,7 @@ LUM_MUST_CHECK lum_result lum_clock_fit_utc(const lum_clock_fit *fit,
                                             int64_t clock_us,
                                             lum_clock_time *out);
 
-/** How a fit stands. */
+/** The state of a fit. */
 typedef struct lum_clock_fit_info {
     size_t struct_size; /**< sizeof(lum_clock_fit_info), set by the caller */
     uint64_t taken;     /**< readings that were taken */
@@ -120,10 +122,10 @@ typedef struct lum_clock_fit_info {
     bool has_drift;          /**< it was measured since the last break */
     int32_t drift_ppb;       /**< billionths by which the host's clock runs
                                   faster than the sensor's */
-    int32_t drift_error_ppb; /**< how far off that may be, either way */
+    int32_t drift_error_ppb; /**< its estimated error in both directions */
 } lum_clock_fit_info;
 
-/** Read it.
+/** Read the state of a fit.
  * @param out struct_size is set by the caller; as much of the rest is
  *            overwritten.
  * @return LUM_OK; LUM_END before the first reading, then newest_us and what

@@ -4,10 +4,10 @@
  *
  * Frames are made by a lum_reader (lum/frame/reader.h) or a lum_framer
  * (lum/frame/framer.h). A frame that was handed out does not change any more,
- * so any number of threads can read it. It is counted by reference: to use
- * it for longer than its maker promises, call lum_frame_keep(), and then
+ * so any number of threads can read it. Its references are counted: to use it
+ * for longer than its maker promises, call lum_frame_keep(), and later
  * lum_frame_release(). Both are allowed in any thread, also after the maker has
- * been freed. Memory that was released is used again for later frames. */
+ * been freed. The memory of released frames is used again for later ones. */
 #ifndef LUM_FRAME_FRAME_H
 #define LUM_FRAME_FRAME_H
 
@@ -30,7 +30,7 @@ typedef enum lum_column {
     LUM_COLUMN_AZIMUTH,           /**< float, degrees, of the eye */
     LUM_COLUMN_ELEVATION,         /**< float, degrees, of the eye */
     LUM_COLUMN_PULSE_WIDTH,       /**< float, nanoseconds; 0: not known */
-    LUM_COLUMN_TIME,              /**< float, seconds from the frame's begin */
+    LUM_COLUMN_TIME,              /**< float, seconds from the frame's start */
     LUM_COLUMN_LINE,              /**< uint32_t, line number */
     LUM_COLUMN_PIXEL,             /**< uint16_t, 0..999 */
     LUM_COLUMN_RETURN_NUMBER,     /**< uint16_t, from 1 */
@@ -67,8 +67,8 @@ typedef enum lum_column_type {
 /** The type of a column. */
 lum_column_type lum_column_get_type(lum_column column);
 
-/** The name of a column, as CSV files have it: "x", "pulse_width"; NULL where
- * there is no such column. Static. */
+/** The name of a column, as in CSV files: "x", "pulse_width"; NULL if there is
+ * no such column. Static. */
 const char *lum_column_name(lum_column column);
 
 /** A frame. */
@@ -77,10 +77,10 @@ typedef struct lum_frame lum_frame;
 /** Keep a frame; returns it. Any thread. */
 lum_frame *lum_frame_keep(const lum_frame *frame);
 
-/** Give back what was kept; NULL is allowed. Any thread. */
+/** Release a frame that was kept; NULL is allowed. Any thread. */
 void lum_frame_release(lum_frame *frame);
 
-/** How many points it has: as many numbers are in each column. */
+/** How many points it has. Each column has this number of values. */
 size_t lum_frame_count(const lum_frame *frame);
 
 /** Which columns it has. */
@@ -89,8 +89,8 @@ lum_columns lum_frame_columns(const lum_frame *frame);
 /** The numbers of a column, one a point, beginning at a multiple of 64 bytes;
  * they live as long as the frame.
  *
- * Points stand line after line as lum_frame_get_line() counts them, and within
- * a line by pixel, then in the order of the returns.
+ * Points are in the order of their lines, as lum_frame_get_line() counts them,
+ * and within a line by pixel, then in the order of the returns.
  * @return of the type of lum_column_get_type(); NULL if the frame has no such
  *         column; not NULL if it has the column and no points. */
 const void *lum_frame_column(const lum_frame *frame, lum_column column);
@@ -114,8 +114,8 @@ typedef struct lum_frame_info {
     int64_t number;     /**< frame number */
     uint32_t sensor;    /**< its address, host order */
     bool is_complete;   /**< nothing is known to be missing */
-    bool is_first;      /**< of its sensor: it was under way when the
-                             stream was joined, and may lack its begin */
+    bool is_first;      /**< first of its sensor: it was under way when the
+                             stream was joined, and may lack its start */
     bool is_last;       /**< the stream ended with it: it may lack its end */
     int64_t begin_clock_us;   /**< sensor clock of the earliest line */
     int64_t end_clock_us;     /**< sensor clock of the latest line */
@@ -123,9 +123,9 @@ typedef struct lum_frame_info {
     int64_t end_arrival_ns;   /**< when the latest line came */
     uint64_t points;          /**< as lum_frame_count() */
     uint32_t lines[LUM_EYES]; /**< lines that came, by ::lum_eye */
-    uint32_t lines_missing[LUM_EYES]; /**< line numbers that did not: up to the
-                                           highest of this frame and of the one
-                                           before */
+    uint32_t lines_missing[LUM_EYES]; /**< line numbers that did not come, up to
+                                           the highest of this frame and of the
+                                           one before */
     uint32_t lines_missing_angles;    /**< lines with fewer than 1000 */
     uint64_t lost_words;              /**< range words known to be lost */
     lum_point_losses losses;          /**< words that gave no point */
@@ -133,16 +133,16 @@ typedef struct lum_frame_info {
                                beyond its most lines */
     uint64_t lines_cut;   /**< beyond the most lines of a frame */
     uint64_t lines_late;  /**< lines of earlier frames that came since the frame
-                               before, and are in none: their frame had been
-                               handed out */
-    int64_t begin_utc_ns; /**< when begin_clock_us was, ns since 1970 UTC, as
-                               lum_clock_fit_utc() tells it; ::LUM_COLUMN_TIME
-                               counts from there. 0: the layout has no clock,
-                               or no line came */
-    int64_t utc_error_ns; /**< how far off that may be */
+                               before; they are in no frame, because theirs had
+                               been handed out */
+    int64_t begin_utc_ns; /**< time of begin_clock_us, ns since 1970 UTC, by
+                               lum_clock_fit_utc(); ::LUM_COLUMN_TIME counts
+                               from it. 0: the layout has no clock, or no line
+                               came */
+    int64_t utc_error_ns; /**< the estimated error of that time */
 } lum_frame_info;
 
-/** Read it.
+/** Read the info of a frame.
  * @param out struct_size is set by the caller; as much of the rest is
  *            overwritten.
  * @return LUM_OK; LUM_E_VALUE if struct_size is not set: then nothing is
@@ -174,7 +174,7 @@ typedef struct lum_frame_line {
 size_t lum_frame_line_count(const lum_frame *frame);
 
 /** The i-th line, in the order in which they were complete. The numbers of one
- * eye rise, except where a line was late; lines of the two eyes alternate.
+ * eye rise, except if a line was late; lines of the two eyes alternate.
  * @param i   below lum_frame_line_count().
  * @param out as for lum_frame_get_info().
  * @return false if there are not so many, or struct_size is not set; then out
@@ -191,12 +191,13 @@ uint32_t lum_frame_rows(const lum_frame *frame, unsigned eye);
 /** A frame of one eye as a grid of lines x 1000 pixels x returns.
  *
  * Cell ((row x 1000) + pixel) x returns + k is the k-th point, from 0, of that
- * line and pixel among those of the frame. Where a line number came twice, the
- * first counts; lines from rows on, and points beyond returns, are left out.
+ * line and pixel among those of the frame. If a line number came twice, the
+ * first line counts; line numbers from rows on, and points beyond returns, are
+ * left out.
  * @param eye     an ::lum_eye.
- * @param rows    lines to be written; lum_frame_rows() tells how many came, but
- *                a damaged packet can make that large: take what the sensor
- * has.
+ * @param rows    lines to be written. lum_frame_rows() gives the number that
+ *                came, but a damaged packet can make it large: use the number
+ *                of lines that the sensor has.
  * @param returns cells of a pixel, at least 1.
  * @param out     rows x 1000 x returns indices of points, or LUM_FRAME_MISSING.
  * @return false if the frame lacks ::LUM_COLUMN_PIXEL or there is no such eye;

@@ -1,7 +1,7 @@
 /** @file
- * Records to lines and frames: records are pushed in, events come out. For
- * programs that have records one at a time, as from a socket. For a file, use a
- * lum_reader (lum/frame/reader.h), which is a framer and its source.
+ * Records to lines and frames: records are pushed in, events come out. It is
+ * for programs that have records one at a time, for example from a socket. For
+ * a file, use a lum_reader (lum/frame/reader.h): a framer with its source.
  *
  * A framer keeps a demultiplexer, and for each sensor the frames under way.
  * There are no callbacks: an event is returned before the record is consumed,
@@ -15,8 +15,8 @@
  * @endcode
  *
  * At the end of the stream, do the same with lum_framer_flush(): without it the
- * last frame does not come. Have the compiler check that a switch names all
- * events (-Wswitch-enum): one that is new is then never taken for another.
+ * last frame does not come. Let the compiler check that a switch names all
+ * events (-Wswitch-enum): then a new event is never mistaken for another.
  *
  * Only one thread at a time may use a framer; two share nothing. Its memory
  * does not grow with the stream: it is that of the sensors (550 KB each), and
@@ -81,19 +81,18 @@ enum lum_framer_wants {
                                   leave out: lum_framer_line_is_wanted() */
 };
 
-/** Most points of a frame, where nothing else is asked for. */
+/** Most points of a frame by default. */
 #define LUM_FRAME_POINTS_MAX 8000000u
 
 /** Which eyes are wanted, a bit each. */
 enum lum_eyes {
-    LUM_EYES_BLUE = 1,  /**< blue alone */
-    LUM_EYES_GREEN = 2, /**< green alone */
+    LUM_EYES_BLUE = 1,  /**< only blue */
+    LUM_EYES_GREEN = 2, /**< only green */
     LUM_EYES_BOTH = 3   /**< both */
 };
 
-/** What a framer has to know. If all bytes but struct_size are 0, these are the
- * defaults: both eyes of all sensors, every frame, x y z of all rising returns.
- */
+/** Options of a framer. All bytes 0 except struct_size are the defaults: both
+ * eyes of all sensors, every frame, x y z of all rising returns. */
 typedef struct lum_framer_options {
     size_t struct_size;                 /**< sizeof(lum_framer_options) */
     const lum_layout *layout;           /**< NULL: lum_layout_default() */
@@ -105,11 +104,11 @@ typedef struct lum_framer_options {
     size_t view_count;     /**< at most LUM_VIEWS_MAX */
     unsigned wants;        /**< ::lum_framer_wants; 0: frames */
     unsigned eyes;         /**< ::lum_eyes; 0: both */
-    bool only_first; /**< if no sensor is asked for, take the first that sends
+    bool only_first; /**< if no sensor is requested, take the first that sends
                           data; of others only packets are counted */
-    bool has_sensor; /**< one sensor is asked for; others are left out */
+    bool has_sensor; /**< only one sensor is requested */
     uint32_t sensor; /**< its address, host order */
-    bool has_range;  /**< frames of a range are asked for */
+    bool has_range;  /**< only a range of frames is requested */
     int64_t frame_first;  /**< the first of them */
     int64_t frame_last;   /**< the last of them */
     bool drop_incomplete; /**< leave out lines that lack angles or words */
@@ -123,8 +122,8 @@ typedef struct lum_framer lum_framer;
  * @param options read, with all that it points to, and not kept.
  * @param out     to be freed with lum_framer_free().
  * @param error   may be NULL; gets what is wrong: a value of the calibration,
- *                the constants, a view's smoothing, columns or count, or
- * memory.
+ *                the constants, a view's smoothing, columns or count, or there
+ *                is no memory.
  * @return 0, or -1. */
 LUM_MUST_CHECK int lum_framer_new(const lum_framer_options *options,
                                   lum_framer **out, lum_error *error);
@@ -133,8 +132,8 @@ LUM_MUST_CHECK int lum_framer_new(const lum_framer_options *options,
 void lum_framer_free(lum_framer *framer);
 
 /** Take a record.
- * @param record a lum_capture's, or one made of a datagram; its time is when it
- *               came.
+ * @param record from a lum_capture, or made of a datagram; its time is that of
+ *               its arrival.
  * @param kind   may be NULL; as for lum_demux_push().
  * @return an event; LUM_FRAMER_NONE: the record was consumed. */
 LUM_MUST_CHECK lum_framer_event lum_framer_push(lum_framer *framer,
@@ -157,11 +156,11 @@ LUM_MUST_CHECK int lum_framer_set_views(lum_framer *framer,
  * their points are not counted. Those that have begun are dropped. */
 void lum_framer_skip_to(lum_framer *framer, int64_t frame);
 
-/** The line that LUM_FRAMER_LINE told of; lives until the next call. */
+/** The line of the event LUM_FRAMER_LINE; lives until the next call. */
 const lum_line *lum_framer_line(const lum_framer *framer);
 
-/** Whether the options ask for that line: its eye, its frame, whether it lacks
- * anything. False comes with LUM_WANT_ALL_LINES alone. */
+/** Whether the options select that line, by its eye, its frame and whether it
+ * lacks anything. Can be false only with LUM_WANT_ALL_LINES. */
 bool lum_framer_line_is_wanted(const lum_framer *framer);
 
 /** The points of that line as a view selects and smooths them; the view's
@@ -172,12 +171,12 @@ bool lum_framer_line_is_wanted(const lum_framer *framer);
 size_t lum_framer_line_samples(lum_framer *framer, size_t view,
                                const lum_sample **out);
 
-/** The frame that LUM_FRAMER_FRAME told of, in a view.
+/** The frame of the event LUM_FRAMER_FRAME, in a view.
  * @return NULL if there is no such view; else lives until the next push or
  *         flush, longer with lum_frame_keep(). */
 const lum_frame *lum_framer_frame(const lum_framer *framer, size_t view);
 
-/** The view that such a frame was made for: that of when it began.
+/** The view that this frame was made for: the one set when the frame began.
  * @param out struct_size is set by the caller; as much of the rest is
  *            overwritten.
  * @return false if there is no such view, or struct_size is not set: then
@@ -199,7 +198,7 @@ typedef struct lum_under_way {
     uint64_t no_angle; /**< of words whose pixel has no angles */
 } lum_under_way;
 
-/** What was made of the lines of one sensor. What its packets were:
+/** Counters of the lines of one sensor. Those of its packets:
  * lum_framer_demux(). */
 typedef struct lum_framer_counters {
     size_t struct_size;       /**< sizeof(lum_framer_counters) */
@@ -207,9 +206,8 @@ typedef struct lum_framer_counters {
     uint64_t rising;          /**< words that give a point, of rising edges */
     uint64_t falling;         /**< likewise, of falling edges */
     lum_point_losses losses;  /**< words that give none */
-    uint64_t points;          /**< what the first view selects of the lines that
-                                   are wanted; of all of rising edges where
-                                   there is no view */
+    uint64_t points;          /**< what the first view selects of the wanted
+                                   lines; without a view, all rising ones */
     uint64_t lines_late;      /**< lines whose frame had been handed out */
     uint64_t points_late;     /**< what the first view selects of them */
     uint64_t points_cut;      /**< of the first view, beyond the most points or
@@ -229,22 +227,23 @@ typedef struct lum_framer_counters {
 lum_result lum_framer_count(const lum_framer *framer, size_t sensor,
                             lum_framer_counters *out);
 
-/** The first and the last frame of a sensor that are complete so far, those
- * that were passed over too.
+/** The first and the last frame of a sensor that are complete so far, including
+ * skipped ones.
  * @return false: there is none. */
 bool lum_framer_range(const lum_framer *framer, size_t sensor, int64_t *first,
                       int64_t *last);
 
-/** The clock of a sensor against when its lines came: UTC of any line, drift.
+/** The clock of a sensor, fitted to the arrival of its lines: UTC of any line,
+ * drift.
  * @param sensor an index of lum_demux_address().
- * @return the framer's; NULL before its first line, or where the layout has no
- *         clock. */
+ * @return owned by the framer; NULL before the sensor's first line, or if the
+ *         layout has no clock. */
 const lum_clock_fit *lum_framer_clock(const lum_framer *framer, size_t sensor);
 
-/** Know from the first line on what another framer has learned of the clocks
- * in the same stream: of a file whose begin was read beforehand.
+/** Use from the first line on what another framer has learned of the clocks in
+ * the same stream, for example from the first part of a file, read in advance.
  * @param framer has taken nothing yet.
- * @param from   had the same options, but for what is wanted.
+ * @param from   had the same options, except for what is wanted.
  * @return 0, or -1 without memory. */
 LUM_MUST_CHECK int lum_framer_learn_clocks(lum_framer *framer,
                                            const lum_framer *from);

@@ -14,9 +14,9 @@
  * lum_reader_close(reader);
  * @endcode
  *
- * The last frame comes too, also of a source that breaks off: first what was
- * read, then the error. Only one thread at a time may use a reader.
- * Its memory does not grow with the stream. */
+ * The last frame comes too, also if the source breaks off: first what was read,
+ * then the error. Only one thread at a time may use a reader. Its memory does
+ * not grow with the stream. */
 #ifndef LUM_FRAME_READER_H
 #define LUM_FRAME_READER_H
 
@@ -35,17 +35,17 @@
 extern "C" {
 #endif
 
-/** What a reader has to know. All bytes but struct_size and a source may be 0:
+/** Options of a reader. All bytes except struct_size and a source may be 0:
  * these are the defaults. */
 typedef struct lum_reader_options {
     size_t struct_size; /**< sizeof(lum_reader_options) */
-    const char *path;   /**< a capture, "-": standard input; one of this,
-                             source, records and paths is given */
+    const char *path;   /**< a capture, "-": standard input; set exactly one of
+                             path, source, records and paths */
     lum_source *source; /**< bytes of a capture, from memory or a function of
-                           the caller's; taken over, also on failure */
+                           the caller; taken over, also on failure */
     const lum_record_source *records; /**< copied; closed also on failure */
     const lum_framer_options *framer; /**< what is wanted; NULL: the default */
-    const char *const *paths; /**< in place of path: path_count captures, read
+    const char *const *paths; /**< instead of path: path_count captures, read
                                  as one by lum_capture_open_several() */
     size_t path_count;        /**< 0: none */
 } lum_reader_options;
@@ -58,26 +58,26 @@ typedef struct lum_reader lum_reader;
  * @param out     to be closed with lum_reader_close(); NULL on failure.
  * @param error   may be NULL; gets the message on failure: as for
  *                lum_capture_open() and lum_framer_new(), or that there is not
- *                one source.
+ *                exactly one source.
  * @return 0, or -1. */
 LUM_MUST_CHECK int lum_reader_open(const lum_reader_options *options,
                                    lum_reader **out, lum_error *error);
 
-/** Close. Frames that were kept live on. NULL is allowed. */
+/** Close. Frames that were kept stay valid. NULL is allowed. */
 void lum_reader_close(lum_reader *reader);
 
-/** Read on to the next event.
- * @param event gets an event: never LUM_FRAMER_NONE or LUM_FRAMER_FAILED. Which
- *              come is what lum_framer_options.wants says; all that the framer
- *              of lum_reader_framer() tells of it is to be had until the next
+/** Read until the next event.
+ * @param event gets an event: never LUM_FRAMER_NONE or LUM_FRAMER_FAILED.
+ *              lum_framer_options.wants says which ones come. The framer of
+ *              lum_reader_framer() has the data of the event until the next
  *              call.
- * @return 1; 0 at the end; -1 if it cannot be read on or there is no memory,
+ * @return 1; 0 at the end; -1 if the rest cannot be read or there is no memory,
  *         with the reason in error. Before 0 or -1 for the source, all that was
- *         read has come out. After that the same again. */
+ *         read has come out. Further calls return the same again. */
 LUM_MUST_CHECK int lum_reader_next(lum_reader *reader, lum_framer_event *event,
                                    lum_error *error);
 
-/** Read on to the next frame; other events are passed over.
+/** Read until the next frame; other events are skipped.
  * @param out gets the frame in the first view; lives until the next call,
  *            longer with lum_frame_keep().
  * @return as lum_reader_next(). */
@@ -85,11 +85,11 @@ LUM_MUST_CHECK int lum_reader_next_frame(lum_reader *reader,
                                          const lum_frame **out,
                                          lum_error *error);
 
-/** What the events are about, counters, views, jumps ahead. Records are the
- * reader's to push. */
+/** The framer, for the data of events, counters, views and skipping. Only the
+ * reader may push records. */
 lum_framer *lum_reader_framer(lum_reader *reader);
 
-/** How far the reading has come; as lum_capture_progress(). */
+/** The progress of the reading, as lum_capture_progress(). */
 void lum_reader_progress(const lum_reader *reader, uint64_t *done,
                          uint64_t *total);
 

@@ -1,8 +1,8 @@
 /** @file
  * A live sensor as a source of records, for the reader of lum/frame/reader.h.
  *
- * The session's heartbeats are sent inside the reader's calls and nowhere else:
- * a program that stops reading lets the sensor switch its laser off after 3 s.
+ * The session's heartbeats are sent only inside the reader's calls: if a
+ * program stops reading, the sensor switches its laser off after 3 s.
  *
  * @code
  * lum_live_options live = {.struct_size = sizeof live, .sensor = sensor};
@@ -29,30 +29,30 @@
 extern "C" {
 #endif
 
-/** What a live source has to know. All bytes but struct_size and sensor may be
- * 0. */
+/** Options of a live source. All bytes except struct_size and sensor may be 0.
+ */
 typedef struct lum_live_options {
-    size_t struct_size; /**< sizeof(lum_live_options) */
-    lum_sensor *sensor; /**< an owner's session, which stays the caller's and is
-                           closed after the source */
-    uint32_t duration_ms; /**< end after this time; 0: go on */
-    uint32_t silence_ms;  /**< fail when nothing came from the sensor for so
-                               long; 0: LUM_SENSOR_SILENCE_MS */
+    size_t struct_size;   /**< sizeof(lum_live_options) */
+    lum_sensor *sensor;   /**< a session that owns the sensor; the caller closes
+                             it after the source */
+    uint32_t duration_ms; /**< end after this time; 0: never */
+    uint32_t silence_ms;  /**< fail if nothing came from the sensor for this
+                               time; 0: LUM_SENSOR_SILENCE_MS */
     /** Gets each event that brings no datagrams: answers to the caller's
-     * requests, alerts, a link that went down. It may begin requests, and must
-     * not receive. NULL: they are passed over.
+     * requests, alerts, a link that went down. It may begin requests, but must
+     * not receive. NULL: these events are ignored.
      * @return whether to go on; false ends the stream. */
     bool (*on_event)(void *context, const lum_sensor_event *event);
     void *context; /**< handed to on_event */
 } lum_live_options;
 
-/** Make a source of all datagrams that come from the sensor, beginning now. It
+/** Make a source of all datagrams that come from the sensor from now on. It
  * ends after the duration, when the session's cancel is raised, or when
- * on_event says so. It fails when the socket breaks, when the sensor falls
- * silent, and when nothing came in the whole duration. The laser stays as it
- * is: while it is off, lines come without words. What the system dropped is in
- * lum_sensor_count().
- * @param options read and not kept, but for the sensor and the context.
+ * on_event says so. It fails if the socket fails, if the sensor is silent, and
+ * if nothing came in the whole duration. The laser stays as it is: while it is
+ * off, lines come without words. lum_sensor_count() has what the system
+ * dropped.
+ * @param options read and not kept, except for the sensor and the context.
  * @param out     its struct_size is set by the caller; to be given to
  *                lum_reader_open(), or closed by its own close.
  * @param error   gets the message on failure: a struct_size or the sensor is

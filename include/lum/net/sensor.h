@@ -10,8 +10,8 @@
  * program that still listens can keep a laser on.
  *
  * A session that *owns* the sensor sends heartbeats and gets its data, because
- * the sensor sends data to whoever sent the last heartbeat. One program of a
- * host can own a sensor at a time; the others can still request.
+ * the sensor sends data to the host that sent the last heartbeat. One program
+ * of a host can own a sensor at a time; the others can still send requests.
  *
  * Only one thread at a time may use a session. One process can have any number
  * of sessions, and one thread can serve several by lum_sensor_wait_any(). */
@@ -39,16 +39,16 @@ extern "C" {
 #define LUM_SENSOR_TIMEOUT_MS 400u /**< wait for an answer before a resend */
 #define LUM_SENSOR_RETRIES    4u   /**< resends before giving up */
 
-/** A session without data for so long is worth telling somebody. */
+/** After this time without data, a person should be informed. */
 #define LUM_SENSOR_SILENCE_MS 3000u
 
 /** A request that should have been sent, or sent again, this long ago is not
- * sent any more and ends with NO_ANSWER: the application did not call for so
- * long, and sent no heartbeats either. */
+ * sent any more and ends with NO_ANSWER: the application made no call during
+ * this time, and sent no heartbeats. */
 #define LUM_SENSOR_STALE_MS      2000u
 #define LUM_SENSOR_REQUEST_BYTES 1472u /**< longest request */
 
-/** What a session has to know. */
+/** Options of a session. */
 typedef struct lum_sensor_options {
     size_t struct_size;         /**< sizeof(lum_sensor_options), which
                                      lum_sensor_options_default() sets */
@@ -74,13 +74,13 @@ typedef enum lum_sensor_event_kind {
     LUM_SENSOR_ANSWER,    /**< the TLV answer to the request under way */
     LUM_SENSOR_TIME,      /**< the answer to a time request */
     LUM_SENSOR_NO_ANSWER, /**< the request was given up after its last try */
-    LUM_SENSOR_ALERT,     /**< a TLV packet that nobody asked for */
+    LUM_SENSOR_ALERT,     /**< a TLV packet that was not requested */
     LUM_SENSOR_LINK,      /**< sending began to fail, or works again */
     LUM_SENSOR_FAILED     /**< the socket broke; see the error */
 } lum_sensor_event_kind;
 
 /** An event. Pointers in it live until the session's next receive. It never
- * grows: what is new gets functions of the session. */
+ * grows: new data gets functions of the session. */
 typedef struct lum_sensor_event {
     lum_sensor_event_kind kind;    /**< what follows depends on it */
     const lum_received *datagrams; /**< DATAGRAMS: in order of arrival */
@@ -115,7 +115,7 @@ typedef struct lum_sensor_counters {
     uint64_t resends;         /**< sent again */
     uint64_t answers;         /**< that fitted the request under way */
     uint64_t answers_dropped; /**< late or repeated */
-    uint64_t alerts;          /**< TLV packets that nobody asked for */
+    uint64_t alerts;          /**< TLV packets that were not requested */
     uint64_t malformed;       /**< answers that contradict themselves */
     uint64_t send_failures;   /**< datagrams that did not leave */
 } lum_sensor_counters;
@@ -144,16 +144,16 @@ static inline void lum_sensor_options_default(lum_sensor_options *out)
  * @param error   gets the message otherwise.
  * @return LUM_NET_OK; LUM_NET_BUSY when another program of this host owns the
  *         sensor, named in error with its process number; LUM_NET_DENIED;
- *         LUM_NET_FAILED, also for options that cannot be. */
+ *         LUM_NET_FAILED, also for options that are not allowed. */
 LUM_MUST_CHECK lum_net_result lum_sensor_open(const lum_sensor_options *options,
                                               lum_sensor **out,
                                               lum_error *error);
 
-/** Whether some session of this host, of this program or of another, owns a
- * sensor, whether or not it sends heartbeats as it should. The answer is of
- * this moment: an owner can come or go at any time. To find out, the right to
- * own is taken and given back at once; a session that begins in that moment may
- * find the sensor owned.
+/** Whether a session of this host, of this program or of another, owns a
+ * sensor, even if it does not send heartbeats as it should. The answer is true
+ * only for this moment: an owner can come or go at any time. To find out, the
+ * right to own is taken and given back at once; a session that begins in that
+ * moment may find the sensor owned.
  * @param sensor         who it is.
  * @param interface_name as lum_sensor_options; NULL: as the routes say.
  * @param who            gets a sentence that names the owner's program and
@@ -242,8 +242,8 @@ typedef enum lum_laser_off {
  * whatever the options' timeout is. Answers without a status end it after
  * retries + 1 of them. At most 3 s more than that pass. Not ended by the
  * cancel, which is the most usual reason to call it. An owner sends no
- * heartbeats meanwhile, so that a sensor that receives none of this switches
- * itself off within 3 s. Data that comes meanwhile is dropped.
+ * heartbeats during this time, so that a sensor that receives none of this
+ * switches itself off within 3 s. Data that comes during this time is dropped.
  * @param status gets the last status that was answered, and stays as it is when
  *               there was none; may be NULL. */
 lum_laser_off lum_sensor_laser_off(lum_sensor *sensor, uint16_t *status);
@@ -269,9 +269,10 @@ lum_result lum_sensor_count(lum_sensor *sensor, lum_sensor_counters *out);
  * from the sensor among them, for lum_sensor_moved_to(). */
 #define LUM_SENSOR_MOVED_COUNT 8u
 
-/** Whether the sensor seems to have got another address: a sensor that is moved
- * goes on sending to whom it did, for as long as heartbeats of before hold (3
- * s). The session stays with the old address, where its heartbeats go.
+/** Whether the sensor seems to have got another address: a sensor whose address
+ * is changed continues to send to the same host until 3 s after the last
+ * heartbeat. The session stays with the old address and sends its heartbeats
+ * there.
  * @param out where datagrams come from instead; written when true.
  * @return true until something comes from the session's own address again. */
 bool lum_sensor_moved_to(const lum_sensor *sensor, lum_endpoint *out);
@@ -279,7 +280,7 @@ bool lum_sensor_moved_to(const lum_sensor *sensor, lum_endpoint *out);
 /** The session's socket, for its buffer and its local endpoint. */
 lum_socket *lum_sensor_socket(lum_sensor *sensor);
 
-/** Who the sensor is. */
+/** Address and port of the sensor. */
 lum_endpoint lum_sensor_endpoint(const lum_sensor *sensor);
 
 #ifdef __cplusplus

@@ -3,9 +3,10 @@
  * which each came, and what the kernel had to drop (docs/protocol.md,
  * section 1).
  *
- * POSIX or Winsock. Where a system lacks recvmmsg(), sendmmsg(), kernel time
- * stamps or drop counts, the same calls work without: one datagram at a time,
- * the time of the call, a drop count of 0 (lum_socket_counts_drops() tells).
+ * POSIX or Winsock. If a system lacks recvmmsg(), sendmmsg(), kernel time
+ * stamps or drop counts, the same calls work without them: one datagram at a
+ * time, the time of the call, a drop count of 0 (see
+ * lum_socket_counts_drops()).
  *
  * Only one thread at a time may use a socket. Addresses and ports are in host
  * order. */
@@ -27,7 +28,7 @@ extern "C" {
 /** Most datagrams that one receive or one send handles. */
 #define LUM_SOCKET_BATCH 64u
 
-/** Longest datagram that is received whole: a jumbo frame's. */
+/** Longest datagram that is received whole: that of a jumbo frame. */
 #define LUM_SOCKET_BYTES 9216u
 
 /** Receive buffer that holds a sensor's data for a quarter of a second. */
@@ -52,12 +53,12 @@ typedef struct lum_endpoint {
     uint16_t port;    /**< UDP */
 } lum_endpoint;
 
-/** What a socket is to be. All bytes 0 but for struct_size is a socket of any
+/** Options of a socket. All bytes 0 except struct_size give a socket of any
  * address and port. */
 typedef struct lum_socket_options {
     size_t struct_size;         /**< sizeof(lum_socket_options) */
     lum_endpoint local;         /**< 0.0.0.0: any address; port 0: any port */
-    const char *interface_name; /**< send and receive on it alone; NULL: as the
+    const char *interface_name; /**< send and receive only on it; NULL: as the
                                 routes say */
     size_t receive_buffer; /**< bytes of payload to buffer in the kernel; 0: the
                                 system's default */
@@ -66,16 +67,17 @@ typedef struct lum_socket_options {
 /** A UDP socket. */
 typedef struct lum_socket lum_socket;
 
-/** A datagram that was received. It never grows, since they come in arrays. */
+/** A datagram that was received. It never grows, because it is used in arrays.
+ */
 typedef struct lum_received {
     const uint8_t *bytes; /**< payload; lives until the socket's next receive */
     size_t len;           /**< bytes there are of it */
     lum_endpoint from;    /**< who sent it */
-    int64_t utc_ns;       /**< when the kernel had it, ns since 1970 UTC */
+    int64_t utc_ns;       /**< when the kernel received it, ns since 1970 UTC */
     bool cut_short;       /**< it was longer than LUM_SOCKET_BYTES */
 } lum_received;
 
-/** A datagram to be sent. It never grows, since they come in arrays. */
+/** A datagram to be sent. It never grows, because it is used in arrays. */
 typedef struct lum_outgoing {
     const void *bytes; /**< payload; not kept */
     size_t len;        /**< its bytes */
@@ -102,7 +104,7 @@ void lum_socket_local(const lum_socket *socket, lum_endpoint *out);
  * and its own overhead). */
 size_t lum_socket_receive_buffer(const lum_socket *socket);
 
-/** Whether the receive buffer asked for was granted. */
+/** Whether the requested receive buffer was granted. */
 bool lum_socket_has_room(const lum_socket *socket);
 
 /** Wait until one of several sockets has a datagram.

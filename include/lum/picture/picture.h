@@ -1,6 +1,6 @@
 /** @file
- * Pictures as PNG: a format of lum/cloud/writer.h that needs cairo, so a room
- * of its own. */
+ * Pictures as PNG: a format for lum/cloud/writer.h. It needs cairo, so it is a
+ * separate library. */
 #ifndef LUM_PICTURE_PICTURE_H
 #define LUM_PICTURE_PICTURE_H
 
@@ -10,7 +10,7 @@
 extern "C" {
 #endif
 
-/** What draws: for lum_writer_options.picture.
+/** The format, for lum_writer_options.picture.
  * @return the same at each call, never NULL. Thread-safe. */
 const lum_format_ops *lum_picture_format(void);
 
