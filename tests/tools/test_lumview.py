@@ -40,11 +40,12 @@ class Case(unittest.TestCase):
     def setUp(self):
         self.folder = Folder(self)
 
-    def serve(self, *arguments, points=1000, rate=20, source=None, sources=None):
+    def serve(self, *arguments, points=1000, rate=20, source=None, sources=None, stdin=os.devnull):
         environment = {"FAKE_POINTS": str(points), "FAKE_HZ": str(rate)}
         command = ["env", *(f"{k}={v}" for k, v in environment.items()), self.tool, "--no-open", "--json", *arguments,
                    *(sources or [source or self.source])]
-        self.server = Process(self, self.folder, *command, name="lumview")
+        with open(stdin, "rb") as f:
+            self.server = Process(self, self.folder, *command, name="lumview", stdin=f)
         place = json.loads(wait_until(lambda: self.server.stdout() if self.server.stdout().endswith("\n") else
                                       self.fail(self.server.stderr()) if self.server.p.poll() is not None else "",
                                       seconds=60, what="lumview's JSON"))
@@ -942,6 +943,29 @@ class Capture(Case):
         b.say("play")
         b.cloud(lambda c: c.frame == end["first_frame"])
         b.status(lambda s: s["state"] == "playing" and s["loop"])
+
+
+class Configuration(Case):
+    """A calibration and a profile on standard input, which can be read only once."""
+
+    tool = BIN / "lumview"
+
+    def test_a_calibration_on_standard_input_is_used(self):
+        self.source = simulate(self.folder / "s.pcap", "--frames", "1", "--lines", "64")
+        calibration = self.folder.write("c.yaml", "version: 1\neyes: {blue: {mount: {x_m: 10.0, yaw_deg: 12.5}}}\n")
+        told = []
+        for name, stdin in ((calibration, os.devnull), ("-", calibration)):
+            self.serve("--calibration", name, stdin=stdin)
+            told.append(self.browser().text("hello")["eyes"])
+        self.assertEqual(*told)
+        self.assertIn("10", json.dumps(told[1]))
+
+    def test_a_profile_on_standard_input_is_used(self):
+        profile = self.folder.write("p.yaml", "version: 1\ndata_packet_type: 9\n")
+        self.source = simulate(self.folder / "s.pcap", "--frames", "1", "--lines", "64", "--profile", profile)
+        self.serve("--profile", "-", stdin=profile)
+        end = self.browser().status(lambda s: s["state"] == "ended")
+        self.assertEqual((end["message"], end["frame"]), ("", end["last_frame"]))
 
 
 class Several(Case):

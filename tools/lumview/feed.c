@@ -50,13 +50,10 @@ static int start(struct feed *feed, const struct options *o, lum_error *error)
 }
 
 /* What a stream says of itself comes too late: the page is there before. */
-static int load_geometry(struct feed *feed, const struct options *o,
-                         lum_error *error)
+static int complete(struct feed *feed, const struct options *o,
+                    const struct geometry *loaded, lum_error *error)
 {
-    struct geometry geometry;
-    if (geometry_load(o->calibration, o->profile, &geometry, error) != 0) {
-        return -1;
-    }
+    struct geometry geometry = *loaded;
     if (!o->is_live) {
         provenance_ask("lumview", &o->sources, o->quiet, &geometry);
     }
@@ -73,8 +70,9 @@ static void release(struct feed *feed)
     free(feed);
 }
 
-int feed_open(const struct options *options, void (*wake)(void *context),
-              void *context, struct feed **out, lum_error *error)
+int feed_open(const struct options *options, const struct geometry *geometry,
+              void (*wake)(void *context), void *context, struct feed **out,
+              lum_error *error)
 {
     struct feed *feed = calloc(1, sizeof *feed);
     if (feed == NULL) {
@@ -87,7 +85,7 @@ int feed_open(const struct options *options, void (*wake)(void *context),
     feed->stage.status.is_live = options->is_live;
     feed->pool = frame_pool_new();
     feed->stage.pool = feed->pool;
-    if (feed->pool == NULL || load_geometry(feed, options, error) != 0 ||
+    if (feed->pool == NULL || complete(feed, options, geometry, error) != 0 ||
         start(feed, options, error) != 0) {
         release(feed);
         return -1;
