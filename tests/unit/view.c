@@ -40,7 +40,8 @@ static int open_feed(struct viewer *viewer, lum_error *error)
 {
     const struct options *o = &viewer->options;
     struct geometry geometry;
-    return geometry_load(o->calibration, o->profile, &geometry, error) == 0
+    return geometry_load(o->calibration, o->profile, &o->sources, &geometry,
+                         error) == 0
                ? feed_open(o, &geometry, wake, viewer, &viewer->feed, error)
                : -1;
 }

@@ -127,6 +127,16 @@ int sources_check(const struct sources *sources,
                                output);
 }
 
+const char *sources_find_stdin(const struct sources *sources)
+{
+    for (size_t i = 0; i < sources->count; i++) {
+        if (input_files_is_stdin(sources->paths[i])) {
+            return sources->paths[i];
+        }
+    }
+    return NULL;
+}
+
 bool sources_are_files(const struct sources *sources)
 {
     for (size_t i = 0; i < sources->count; i++) {

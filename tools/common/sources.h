@@ -45,6 +45,9 @@ int sources_check(const struct sources *sources,
                   const struct input_file *inputs, size_t count,
                   const char *output, lum_error *error);
 
+/* The name by which standard input is one of them; NULL: it is none. */
+const char *sources_find_stdin(const struct sources *sources);
+
 /* Whether all can be read twice. */
 bool sources_are_files(const struct sources *sources);
 

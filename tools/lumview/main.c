@@ -53,7 +53,8 @@ static int load_files(const struct options *o, struct geometry *out,
                       "-", error) != 0) {
         return -1;
     }
-    if (geometry_load(o->calibration, o->profile, out, error) != 0) {
+    if (geometry_load(o->calibration, o->profile, &o->sources, out, error) !=
+        0) {
         return -1;
     }
     tried = *out;
