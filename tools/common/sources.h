@@ -48,7 +48,10 @@ int sources_check(const struct sources *sources,
 /* The name by which standard input is one of them; NULL: it is none. */
 const char *sources_find_stdin(const struct sources *sources);
 
-/* Whether all can be read twice. */
+/* Whether it can be read twice. */
+bool sources_is_file(const char *path);
+
+/* Whether all can. */
 bool sources_are_files(const struct sources *sources);
 
 #endif

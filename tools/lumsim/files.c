@@ -55,6 +55,7 @@ bool files_check(const struct options *o)
 
 bool files_load(struct options *o)
 {
+    static struct provenance_source said;
     const struct sources replayed = {.paths = &o->replay, .count = 1};
     const struct sources *sources = o->mode == MODE_REPLAY ? &replayed : NULL;
     struct geometry geometry;
@@ -65,7 +66,7 @@ bool files_load(struct options *o)
         return false;
     }
     if (sources != NULL) {
-        provenance_ask("lumsim", sources, o->quiet, &geometry);
+        provenance_ask("lumsim", sources, o->quiet, &geometry, &said);
     }
     if (geometry_set(&geometry, &o->set, &error) != 0) {
         (void)fprintf(stderr, "lumsim: %s\n", error.text);

@@ -37,6 +37,7 @@ struct feed_status {
     bool is_live;
     char message[512]; /* what a person should know: failure, laser off,
                           silence; "" */
+    char others[512];  /* whose calibration or profile is not used; "" */
     char gaps[512];    /* where a recording is missing between captures; "" */
     int64_t frame;     /* newest shown */
     bool has_range;    /* capture: first and last frame are known; never of a
