@@ -173,9 +173,11 @@ static double read_number(const char *name, double fallback)
     return text != NULL ? strtod(text, NULL) : fallback;
 }
 
-int feed_open(const struct options *options, void (*wake)(void *context),
-              void *context, struct feed **out, lum_error *error)
+int feed_open(const struct options *options, const struct geometry *geometry,
+              void (*wake)(void *context), void *context, struct feed **out,
+              lum_error *error)
 {
+    (void)geometry;
     struct feed *feed = calloc(1, sizeof *feed);
     if (feed == NULL) {
         return lum_error_set(error, "no memory");

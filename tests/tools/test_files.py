@@ -307,6 +307,37 @@ class Inputs(Case):
             for path in self.inputs:
                 self.appended(path, "lumview", "--no-open", "--json", *self.read)
 
+    def test_standard_input_is_one_of_them_at_most(self):
+        settings = self.folder.write("s.yaml", "power: 50\n")
+        one, both = "standard input can be read only once: ", " both name it"
+        c, p, profile = "--calibration", "--profile", self.profile.read_bytes()
+        commands = [("lumdump", words) for words in ([p, "-", "-"], [p, "-", self.source, "-"], [c, "-", "-"], [c, "-", p, "-", "x"])]
+        commands += [("lumview", ["--no-open", *words]) for _, words in commands]
+        commands += [("lumdump", [c, "-", p, "-", "udp://127.47.0.6"]), ("lumview", [c, "-", p, "-", "udp://127.47.0.6"]),
+                     ("lumsim", [c, "-", p, "-", "-o", self.folder / "x.pcap"]), ("lumsim", [p, "-", "--replay", "-"]),
+                     ("lumtable", [c, "-", p, "-"])]
+        ctl = ["--dry-run", p, "-"]
+        commands += [("lumctl", words) for words in ([*ctl, "yscan", "--shape", "uniform", c, "-"], [*ctl, "apply", "-"],
+                                                     [*ctl, "yscan", "--shape", "csv:-"], [p, "-", "shell"], [c, "-", "shell"])]
+        others = {"apply": "apply", "csv:-": "--shape", "shell": "the shell"}
+        for tool, words in commands:
+            if (BIN / tool).exists():
+                with self.subTest(tool=tool, words=words):
+                    named = [w for w in (c, p) if w in words]
+                    other = next((others[w] for w in words if w in others), "the source")
+                    first, second = named if len(named) == 2 else (named[0], other)
+                    r = self.refused(2, tool, *words, says=f"{one}{first} and {second}{both}", stdin=profile)
+                    self.assertEqual((r.stdout, r.stderr.count("\n")), ("", 1), r.stderr)
+        self.refused(0, "lumdump", p, "-", self.source, says="", stdin=profile)
+        self.refused(0, "lumctl", *ctl, "apply", settings, says="", stdin=profile)
+        r = run("lumctl", "shell", "--host", "127.47.0.6", stdin=b"--dry-run yscan --shape uniform --calibration -\nquit\n")
+        self.assertIn(f"{one}--calibration and the shell{both}", r.stderr)
+
+    @unittest.skipUnless(os.path.exists("/dev/stdin"), "has no /dev/stdin")
+    def test_standard_input_is_known_by_its_other_name(self):
+        for words in (["--profile", "-", "/dev/stdin"], ["--calibration", "/dev/stdin", "-"]):
+            self.refused(2, "lumdump", *words, says="and the source both name it", stdin=self.profile.read_bytes())
+
     def test_lumsim_writes_over_none_of_them(self):
         fresh = self.folder / "fresh.pcap"
         for path, option in (self.calibration, "--calibration"), (self.profile, "--profile"):

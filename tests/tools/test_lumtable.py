@@ -103,7 +103,7 @@ class Arguments(Folder):
     def test_arguments_that_it_has_not(self):
         self.assertIn("did you mean --profile", self.refused("--prof", "a.yaml"))
         self.assertIn("sensor.yaml", self.refused("sensor.yaml"))
-        self.assertIn("both be standard input", self.refused("--profile", "-", "--calibration", "-"))
+        self.assertIn("--calibration and --profile both name it", self.refused("--profile", "-", "--calibration", "-"))
         self.assertEqual(run("lumtable", "--nothing").returncode, 2)
 
     def test_files_that_are_wrong(self):

@@ -22,6 +22,7 @@ import urllib.parse
 import shards
 from live import Process, wait_until
 from support import BIN, Folder, read_csv, run, simulate, summary
+from test_provenance import mounted, packets, section
 from test_sources import later, split
 from websocket import (BINARY, PING, PONG, TEXT, Browser, Closed, Connection, frame, request, upgrade)
 
@@ -40,11 +41,12 @@ class Case(unittest.TestCase):
     def setUp(self):
         self.folder = Folder(self)
 
-    def serve(self, *arguments, points=1000, rate=20, source=None, sources=None):
+    def serve(self, *arguments, points=1000, rate=20, source=None, sources=None, stdin=os.devnull):
         environment = {"FAKE_POINTS": str(points), "FAKE_HZ": str(rate)}
         command = ["env", *(f"{k}={v}" for k, v in environment.items()), self.tool, "--no-open", "--json", *arguments,
                    *(sources or [source or self.source])]
-        self.server = Process(self, self.folder, *command, name="lumview")
+        with open(stdin, "rb") as f:
+            self.server = Process(self, self.folder, *command, name="lumview", stdin=f)
         place = json.loads(wait_until(lambda: self.server.stdout() if self.server.stdout().endswith("\n") else
                                       self.fail(self.server.stderr()) if self.server.p.poll() is not None else "",
                                       seconds=60, what="lumview's JSON"))
@@ -944,6 +946,29 @@ class Capture(Case):
         b.status(lambda s: s["state"] == "playing" and s["loop"])
 
 
+class Configuration(Case):
+    """A calibration and a profile on standard input, which can be read only once."""
+
+    tool = BIN / "lumview"
+
+    def test_a_calibration_on_standard_input_is_used(self):
+        self.source = simulate(self.folder / "s.pcap", "--frames", "1", "--lines", "64")
+        calibration = self.folder.write("c.yaml", "version: 1\neyes: {blue: {mount: {x_m: 10.0, yaw_deg: 12.5}}}\n")
+        told = []
+        for name, stdin in ((calibration, os.devnull), ("-", calibration)):
+            self.serve("--calibration", name, stdin=stdin)
+            told.append(self.browser().text("hello")["eyes"])
+        self.assertEqual(*told)
+        self.assertIn("10", json.dumps(told[1]))
+
+    def test_a_profile_on_standard_input_is_used(self):
+        profile = self.folder.write("p.yaml", "version: 1\ndata_packet_type: 9\n")
+        self.source = simulate(self.folder / "s.pcap", "--frames", "1", "--lines", "64", "--profile", profile)
+        self.serve("--profile", "-", stdin=profile)
+        end = self.browser().status(lambda s: s["state"] == "ended")
+        self.assertEqual((end["message"], end["frame"]), ("", end["last_frame"]))
+
+
 class Several(Case):
     """Captures that are named together are one stream."""
 
@@ -1033,6 +1058,79 @@ class Several(Case):
         self.serve(sources=[self.whole, name])
         failed = self.browser().status(lambda s: s["state"] == "failed")
         self.assertTrue(failed["message"].startswith(f"{name}: not a capture"), failed["message"])
+
+
+class Others(Case):
+    """Captures with a calibration of their own that is not used: the page tells."""
+
+    tool = BIN / "lumview"
+
+    def part(self, name, number, *comments):
+        return self.folder.write(name, section(*comments) + packets([number]))
+
+    def told(self, *sources, stdin=os.devnull, mount=None):
+        """What the page says at the end. mount: of the blue eye, along x."""
+        self.serve(sources=sources, stdin=stdin)
+        b = self.browser()
+        x = b.text("hello")["eyes"][0]["mount"][0]
+        if mount is not None:
+            self.assertEqual(x, mount)
+        return b.status(lambda s: s["state"] == "ended")["message"]
+
+    def of_stream(self, what="calibration", name="standard input"):
+        return (f"{name}: it has a {what} of its own, which is not used: save it as a file and show that, or name its {what} by "
+                f"--{what}")
+
+    def test_a_streams_own_is_told(self):
+        for comment, what in (mounted(7), "calibration"), (b"# lumsdk profile 1\nversion: 1\n", "profile"):
+            path = self.part("s.pcapng", 0, comment)
+            self.assertEqual(self.told("-", stdin=path), self.of_stream(what))
+            option = self.folder.write("o.yaml", "version: 1\n")
+            self.assertEqual(self.told(f"--{what}", option, "-", stdin=path), "")
+
+    def test_a_stream_with_none_is_told_nothing(self):
+        for comments in ([], [b"a drive in rain"], [b"# lumsdk origin 1\nsource: \"x\"\n"]):
+            self.assertEqual(self.told("-", stdin=self.part("s.pcapng", 0, *comments)), "")
+
+    def test_a_later_part_of_a_stream_too(self):
+        path = self.part("s.pcapng", 0)
+        path.write_bytes(path.read_bytes() + section(mounted(7)) + packets([1]))
+        self.assertEqual(self.told("-", stdin=path), self.of_stream())
+
+    def test_a_pipe_is_told_by_its_name(self):
+        name = self.folder / "p.fifo"
+        os.mkfifo(name)
+        feeder = Process(self, self.folder, "sh", "-c", f"exec cat {self.part('s.pcapng', 0, mounted(7))} > {name}", name="feeder")
+        self.addCleanup(feeder.end)
+        self.assertEqual(self.told(name), self.of_stream(name=name))
+
+    def test_a_file_beside_a_stream_keeps_its_own(self):
+        file = self.part("f.pcapng", 0, mounted(7))
+        for stream, message in ((self.part("same.pcapng", 1, mounted(7)), ""), (self.part("none.pcapng", 1), ""),
+                                (self.part("other.pcapng", 1, mounted(8)), self.of_stream())):
+            for sources in ([file, "-"], ["-", file]):
+                self.assertEqual(self.told(*sources, stdin=stream, mount=7), message)
+
+    def test_a_file_that_has_none_does_not_take_a_streams(self):
+        self.assertEqual(self.told(self.part("f.pcapng", 0), "-", stdin=self.part("s.pcapng", 1, mounted(7))), self.of_stream())
+
+    def test_a_later_part_of_a_file_is_told_before_it_is_played(self):
+        path = self.part("f.pcapng", 0, mounted(7))
+        same = path.read_bytes() * 2
+        path.write_bytes(path.read_bytes() + section(mounted(8)) + packets([1]))
+        message = (f"{path}: a later part of it has another calibration or profile: those of its begin are used for all")
+        self.serve("--paused", sources=[path])
+        self.assertEqual(self.browser().status(lambda s: s["message"])["message"], message)
+        self.assertEqual(self.told(path, mount=7), message)
+        path.write_bytes(same)
+        self.assertEqual(self.told(path, mount=7), "")
+
+    def test_of_several_files_it_is_told_whose_is_used(self):
+        parts = [self.part(f"p-{i}.pcapng", i, mounted(7)) for i in range(2)]
+        self.assertEqual(self.told(*parts, mount=7), "")
+        parts[1].write_bytes(parts[1].read_bytes() + section(mounted(8)) + packets([2]))
+        self.assertEqual(self.told(*parts, mount=7), f"{parts[1]}: its calibration or its profile is not that of {parts[0]}, "
+                                                     "which is used for all")
 
 
 class Times(Case):

@@ -36,10 +36,20 @@ void viewer_want(struct viewer *viewer, lum_edges edges, unsigned smooth)
     feed_want(viewer->feed, &view, 1);
 }
 
+static int open_feed(struct viewer *viewer, lum_error *error)
+{
+    const struct options *o = &viewer->options;
+    struct geometry geometry;
+    return geometry_load(o->calibration, o->profile, &o->sources, &geometry,
+                         error) == 0
+               ? feed_open(o, &geometry, wake, viewer, &viewer->feed, error)
+               : -1;
+}
+
 void viewer_open(struct viewer *viewer)
 {
     lum_error error = {""};
-    if (feed_open(&viewer->options, wake, viewer, &viewer->feed, &error) != 0) {
+    if (open_feed(viewer, &error) != 0) {
         fail_msg("%s", error.text);
     }
     viewer_want(viewer, LUM_EDGES_RISING, 0);
@@ -53,8 +63,7 @@ static void end(struct viewer *viewer)
 
 void viewer_open_badly(struct viewer *viewer, lum_error *error)
 {
-    assert_int_not_equal(
-        feed_open(&viewer->options, wake, viewer, &viewer->feed, error), 0);
+    assert_int_not_equal(open_feed(viewer, error), 0);
     end(viewer);
 }
 

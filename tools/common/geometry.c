@@ -1,8 +1,17 @@
 #include "geometry.h"
 
 int geometry_load(const char *calibration, const char *profile,
-                  struct geometry *out, lum_error *error)
+                  const struct sources *sources, struct geometry *out,
+                  lum_error *error)
 {
+    const struct input_file inputs[] = {
+        {calibration, "--calibration"},
+        {profile, "--profile"},
+        {sources != NULL ? sources_find_stdin(sources) : NULL, "the source"}};
+    if (input_files_check_once(inputs, sizeof inputs / sizeof inputs[0],
+                               error) != 0) {
+        return -1;
+    }
     *out = (struct geometry){.has_calibration = calibration != NULL,
                              .has_profile = profile != NULL};
     lum_calibration_default(&out->calibration);

@@ -3,6 +3,7 @@
 #define LUM_TOOLS_GEOMETRY_H
 
 #include "set_keys.h"
+#include "sources.h"
 
 #include "lum/base/error.h"
 #include "lum/points.h"
@@ -35,10 +36,12 @@ int geometry_parse_calibration(const char *text, size_t len, const char *name,
 int geometry_parse_profile(const char *text, size_t len, const char *name,
                            lum_profile *profile, lum_error *error);
 
-/* Read those of a command line. Files' names; NULL: the built-in one. 0, or -1
- * with the reason in error. */
+/* Read those of a command line. Files' names; NULL: the built-in one. sources:
+ * what the run reads too; NULL: nothing. 0, or -1 with the reason in error: one
+ * cannot be read, or standard input is more than one of all. */
 int geometry_load(const char *calibration, const char *profile,
-                  struct geometry *out, lum_error *error);
+                  const struct sources *sources, struct geometry *out,
+                  lum_error *error);
 
 /* Set keys on top of that. 0, or -1 with the reason in error. */
 int geometry_set(struct geometry *geometry, const struct set_keys *keys,

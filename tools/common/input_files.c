@@ -1,5 +1,6 @@
 #include "input_files.h"
 
+#include "file_look.h"
 #include "same_file.h"
 
 #include <string.h>
@@ -20,6 +21,36 @@ int input_files_check(const struct input_file *inputs, size_t count,
                                    "%s is %s, which this run reads: name "
                                    "another output",
                                    output, inputs[i].what);
+    }
+    return 0;
+}
+
+/* A regular file can be opened again. */
+bool input_files_is_stdin(const char *path)
+{
+    struct file_look file;
+    struct file_look standard;
+    return strcmp(path, "-") == 0 ||
+           (file_look_input(path, &file) && file_look_input("-", &standard) &&
+            file.kind != FILE_REGULAR && (file.volume | file.number) != 0 &&
+            file_look_is_same(&file, &standard));
+}
+
+int input_files_check_once(const struct input_file *inputs, size_t count,
+                           lum_error *error)
+{
+    const char *first = NULL;
+    for (size_t i = 0; i < count; i++) {
+        if (inputs[i].path == NULL || !input_files_is_stdin(inputs[i].path)) {
+            continue;
+        }
+        if (first != NULL) {
+            return lum_error_set(error,
+                                 "standard input can be read only once: %s and "
+                                 "%s both name it",
+                                 first, inputs[i].what);
+        }
+        first = inputs[i].what;
     }
     return 0;
 }

@@ -38,6 +38,8 @@ struct provenance_source {
                          calibration and a profile are taken from it alone */
     size_t looked_at; /* as many of the speaker's comments */
     size_t others;    /* comments of other sources that differ from these */
+    const char *path; /* the speaker's, of what provenance_ask() found; NULL:
+                         nothing */
     bool takes_calibration; /* the command line names none */
     bool takes_profile;     /* likewise */
 };
@@ -73,10 +75,26 @@ void provenance_take(const lum_capture *capture, struct geometry *geometry,
                      struct provenance_source *out);
 
 /* The same of files, for a tool that opens them later. Prints the notes, unless
- * it is to be quiet. Where one is a stream, or cannot be opened, nothing is
- * taken. */
+ * it is to be quiet. Streams are not asked; where there are only such, or one
+ * cannot be opened, nothing is taken. out: points into sources. */
 void provenance_ask(const char *program, const struct sources *sources,
-                    bool is_quiet, struct geometry *geometry);
+                    bool is_quiet, struct geometry *geometry,
+                    struct provenance_source *out);
+
+/* A source that has a calibration or a profile that is not used. */
+struct provenance_other {
+    const char *source;  /* lives as long as the capture, and so does speaker */
+    const char *speaker; /* whose is used for all; the same as source: it says
+                            else later on; NULL: nobody's */
+    const char *what;    /* "calibration" or "profile" */
+};
+
+/* Find the first of them that has been read, of the sources of
+ * provenance_ask(). What the command line names is no matter. False: there is
+ * none. */
+bool provenance_find_other(const lum_capture *capture,
+                           const struct provenance_source *asked,
+                           struct provenance_other *out);
 
 /* Whether what has been read of the capture since brought another calibration
  * or another profile, of those that are taken from it. */

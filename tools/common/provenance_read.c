@@ -241,11 +241,11 @@ static bool is_taken(const struct provenance_source *s, const struct comment *c)
            (kind == KIND_PROFILE && s->takes_profile);
 }
 
-static bool is_said(const lum_capture *capture,
-                    const struct provenance_source *s, const struct comment *c)
+static bool is_said(const lum_capture *capture, size_t speaker,
+                    size_t looked_at, const struct comment *c)
 {
-    for (size_t i = 0; i < s->looked_at; i++) {
-        const struct comment said = comment_at(capture, s->speaker, i);
+    for (size_t i = 0; i < looked_at; i++) {
+        const struct comment said = comment_at(capture, speaker, i);
         if (said.len == c->len && memcmp(said.text, c->text, c->len) == 0) {
             return true;
         }
@@ -253,20 +253,28 @@ static bool is_said(const lum_capture *capture,
     return false;
 }
 
+/* One of a source's comments. */
+struct place {
+    size_t source;
+    enum kind kind;
+};
+
 /* What sources say of a calibration or a profile and the speaker did not. first
  * gets the first of them; NULL: any. */
 static size_t count_others(const lum_capture *capture,
-                           const struct provenance_source *s, size_t *first)
+                           const struct provenance_source *s, size_t speaker,
+                           struct place *first)
 {
     const size_t sources = lum_capture_source_count(capture);
     size_t n = 0;
     for (size_t i = 0; i < sources; i++) {
         for (size_t k = 0; k < lum_capture_comment_count(capture, i); k++) {
             const struct comment c = comment_at(capture, i, k);
-            if (is_taken(s, &c) && !is_said(capture, s, &c)) {
+            if (is_taken(s, &c) &&
+                !is_said(capture, speaker, s->looked_at, &c)) {
                 n++;
                 if (n == 1 && first != NULL) {
-                    *first = i;
+                    *first = (struct place){i, kind_of(&c)};
                 }
             }
         }
@@ -277,11 +285,11 @@ static size_t count_others(const lum_capture *capture,
 static void note_others(const struct reading *r)
 {
     struct provenance_source *out = r->out;
-    size_t first = 0;
+    struct place first = {0, KIND_NONE};
     lum_capture_source other = {.struct_size = sizeof other};
-    out->others = count_others(r->capture, out, &first);
+    out->others = count_others(r->capture, out, out->speaker, &first);
     if (out->others > 0) {
-        lum_capture_get_source(r->capture, first, &other);
+        lum_capture_get_source(r->capture, first.source, &other);
         note(out,
              "%.200s: its calibration or its profile is not that of %.200s, "
              "which is used for all",
@@ -340,29 +348,85 @@ void provenance_take(const lum_capture *capture, struct geometry *geometry,
     note_left_out(&r);
 }
 
-void provenance_ask(const char *program, const struct sources *sources,
-                    bool is_quiet, struct geometry *geometry)
+/* --- Sources of which some are streams --- */
+
+static const char *name_of(const lum_capture *capture, size_t i)
 {
-    lum_capture *capture = NULL;
-    if (!sources_are_files(sources) ||
-        lum_capture_open_several(sources->paths, sources->count, &capture,
-                                 NULL) != 0) {
-        return;
+    lum_capture_source source = {.struct_size = sizeof source};
+    lum_capture_get_source(capture, i, &source);
+    return source.name;
+}
+
+/* The names in sources stay when the capture is closed. */
+static const char *find_path(const struct sources *sources, const char *name)
+{
+    size_t i = 0;
+    while (i < sources->count && strcmp(sources->paths[i], name) != 0) {
+        i++;
     }
-    struct provenance_source *said = malloc(sizeof *said);
-    if (said != NULL) {
-        provenance_take(capture, geometry, said);
-        for (size_t i = 0; i < said->note_count && !is_quiet; i++) {
-            (void)fprintf(stderr, "%s: warning: %s\n", program,
-                          said->notes[i].text);
+    return i < sources->count ? sources->paths[i] : NULL;
+}
+
+static int open_files(const struct sources *sources, lum_capture **out)
+{
+    const char **paths = calloc(sources->count, sizeof *paths);
+    size_t count = 0;
+    for (size_t i = 0; paths != NULL && i < sources->count; i++) {
+        if (sources_is_file(sources->paths[i])) {
+            paths[count++] = sources->paths[i];
         }
     }
-    free(said);
+    const int result =
+        count > 0 ? lum_capture_open_several(paths, count, out, NULL) : -1;
+    free(paths);
+    return result;
+}
+
+void provenance_ask(const char *program, const struct sources *sources,
+                    bool is_quiet, struct geometry *geometry,
+                    struct provenance_source *out)
+{
+    lum_capture *capture = NULL;
+    memset(out, 0, sizeof *out);
+    out->takes_calibration = !geometry->has_calibration;
+    out->takes_profile = !geometry->has_profile;
+    if (open_files(sources, &capture) != 0) {
+        return;
+    }
+    provenance_take(capture, geometry, out);
+    out->path = find_path(sources, name_of(capture, out->speaker));
+    for (size_t i = 0; i < out->note_count && !is_quiet; i++) {
+        (void)fprintf(stderr, "%s: warning: %s\n", program, out->notes[i].text);
+    }
     lum_capture_close(capture);
+}
+
+bool provenance_find_other(const lum_capture *capture,
+                           const struct provenance_source *asked,
+                           struct provenance_other *out)
+{
+    const size_t count = lum_capture_source_count(capture);
+    struct place first = {0, KIND_NONE};
+    size_t speaker = 0;
+    while (asked->path != NULL && speaker < count &&
+           strcmp(name_of(capture, speaker), asked->path) != 0) {
+        speaker++;
+    }
+    if (count_others(capture, asked, speaker, &first) == 0) {
+        return false;
+    }
+    *out = (struct provenance_other){.source = name_of(capture, first.source),
+                                     .speaker = asked->path,
+                                     .what = kind_names[first.kind]};
+    if (asked->path != NULL && first.source == speaker) {
+        out->speaker = out->source;
+    }
+    return true;
 }
 
 bool provenance_has_changed(const lum_capture *capture,
                             const struct provenance_source *source)
 {
-    return count_others(capture, source, NULL) > source->others;
+    return count_others(capture, source, source->speaker, NULL) >
+           source->others;
 }

@@ -127,12 +127,27 @@ int sources_check(const struct sources *sources,
                                output);
 }
 
+const char *sources_find_stdin(const struct sources *sources)
+{
+    for (size_t i = 0; i < sources->count; i++) {
+        if (input_files_is_stdin(sources->paths[i])) {
+            return sources->paths[i];
+        }
+    }
+    return NULL;
+}
+
+bool sources_is_file(const char *path)
+{
+    struct file_look look;
+    return strcmp(path, "-") != 0 && file_look(path, &look) &&
+           look.kind == FILE_REGULAR;
+}
+
 bool sources_are_files(const struct sources *sources)
 {
     for (size_t i = 0; i < sources->count; i++) {
-        struct file_look look;
-        if (strcmp(sources->paths[i], "-") == 0 ||
-            !file_look(sources->paths[i], &look) || look.kind != FILE_REGULAR) {
+        if (!sources_is_file(sources->paths[i])) {
             return false;
         }
     }

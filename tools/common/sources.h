@@ -45,7 +45,13 @@ int sources_check(const struct sources *sources,
                   const struct input_file *inputs, size_t count,
                   const char *output, lum_error *error);
 
-/* Whether all can be read twice. */
+/* The name by which standard input is one of them; NULL: it is none. */
+const char *sources_find_stdin(const struct sources *sources);
+
+/* Whether it can be read twice. */
+bool sources_is_file(const char *path);
+
+/* Whether all can. */
 bool sources_are_files(const struct sources *sources);
 
 #endif

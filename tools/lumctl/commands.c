@@ -1,6 +1,7 @@
 #include "ctl.h"
 
 #include "../common/host.h"
+#include "../common/input_files.h"
 #include "../common/nearest.h"
 #include "files.h"
 #include "help.h"
@@ -8,6 +9,7 @@
 #include "remember.h"
 #include "session.h"
 #include "text.h"
+#include "yscan/yscan_shape.h"
 
 #include "lum/version.h"
 
@@ -311,6 +313,42 @@ static enum exit_status check_interface(const struct ctl *ctl,
     return ctl_complain(EXIT_BAD, "--interface: %s", why.text);
 }
 
+/* What a command reads besides profile and calibration. Typed in a shell, it is
+ * the command itself that refuses standard input. */
+static struct input_file find_input(const struct ctl *ctl,
+                                    const struct command *command,
+                                    const struct options_found *found,
+                                    char **words)
+{
+    const char *shape = ctl->options.shape;
+    if (ctl->in_shell || command->run == command_shell) {
+        return (struct input_file){"-", "the shell"};
+    }
+    if (command->run == command_apply && found->count > 1) {
+        return (struct input_file){words[1], "apply"};
+    }
+    return (struct input_file){shape != NULL ? yscan_csv_name(shape) : NULL,
+                               "--shape"};
+}
+
+/* A shell has its profile already. */
+static enum exit_status check_stdin(const struct ctl *ctl,
+                                    const struct command *command,
+                                    const struct options_found *found,
+                                    char **words)
+{
+    const struct ctl_options *o = &ctl->options;
+    const struct input_file inputs[] = {
+        {o->calibration, "--calibration"},
+        {ctl->in_shell ? NULL : o->profile, "--profile"},
+        find_input(ctl, command, found, words)};
+    lum_error why = {""};
+    return input_files_check_once(inputs, sizeof inputs / sizeof inputs[0],
+                                  &why) == 0
+               ? EXIT_DONE
+               : ctl_complain(EXIT_BAD, "%s", why.text);
+}
+
 static enum exit_status run(struct ctl *ctl, const struct command *command,
                             const struct options_found *found, char **words)
 {
@@ -332,6 +370,9 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
     }
     if (status == EXIT_DONE) {
         status = check_interface(ctl, command);
+    }
+    if (status == EXIT_DONE) {
+        status = check_stdin(ctl, command, found, words);
     }
     if (status == EXIT_DONE) {
         status = load_layout(ctl);

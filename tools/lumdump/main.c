@@ -141,8 +141,8 @@ static enum exit_status run(struct options *o)
     }
     job->options = o;
     enum exit_status status = EXIT_BAD;
-    if (geometry_load(o->calibration, o->profile, &job->geometry, &error) !=
-            0 ||
+    if (geometry_load(o->calibration, o->profile, &o->sources, &job->geometry,
+                      &error) != 0 ||
         targets_check(o, &error) != 0) {
         status = conclude_error(&error, EXIT_BAD);
     } else {

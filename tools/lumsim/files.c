@@ -55,15 +55,18 @@ bool files_check(const struct options *o)
 
 bool files_load(struct options *o)
 {
+    static struct provenance_source said;
+    const struct sources replayed = {.paths = &o->replay, .count = 1};
+    const struct sources *sources = o->mode == MODE_REPLAY ? &replayed : NULL;
     struct geometry geometry;
     lum_error error = {""};
-    if (geometry_load(o->calibration, o->profile, &geometry, &error) != 0) {
+    if (geometry_load(o->calibration, o->profile, sources, &geometry, &error) !=
+        0) {
         (void)fprintf(stderr, "lumsim: %s\n", error.text);
         return false;
     }
-    if (o->mode == MODE_REPLAY) {
-        const struct sources one = {.paths = &o->replay, .count = 1};
-        provenance_ask("lumsim", &one, o->quiet, &geometry);
+    if (sources != NULL) {
+        provenance_ask("lumsim", sources, o->quiet, &geometry, &said);
     }
     if (geometry_set(&geometry, &o->set, &error) != 0) {
         (void)fprintf(stderr, "lumsim: %s\n", error.text);

@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "options.h"
 
+#include "../common/input_files.h"
 #include "help.h"
 #include "lum/version.h"
 
@@ -112,13 +113,11 @@ static enum parsed set_option(int option, struct options *out)
     }
 }
 
-static bool is_stdin(const char *path)
-{
-    return path != NULL && strcmp(path, "-") == 0;
-}
-
 static enum parsed check(int argc, char **argv, const struct options *o)
 {
+    const struct input_file inputs[] = {{o->calibration, "--calibration"},
+                                        {o->profile, "--profile"}};
+    lum_error why = {""};
     if (optind < argc) {
         (void)fprintf(stderr,
                       "lumtable: '%s': files are named by --profile and "
@@ -126,9 +125,9 @@ static enum parsed check(int argc, char **argv, const struct options *o)
                       argv[optind]);
         return PARSED_BAD;
     }
-    if (is_stdin(o->profile) && is_stdin(o->calibration)) {
-        return refuse("--profile and --calibration cannot both be standard "
-                      "input");
+    if (input_files_check_once(inputs, sizeof inputs / sizeof inputs[0],
+                               &why) != 0) {
+        return refuse(why.text);
     }
     if (!is_identifier(o->name)) {
         (void)fprintf(stderr,

@@ -193,3 +193,52 @@ const char *captures_gaps(const struct captures *captures,
     name_sources(captures, out, room);
     return out;
 }
+
+/* --- What they say of themselves --- */
+
+static bool is_pumped(const struct captures *c, const char *path)
+{
+    for (size_t i = 0; i < c->sources->count; i++) {
+        if (c->pumps[i] != NULL && strcmp(c->paths[i], path) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static void write_other(const struct captures *c,
+                        const struct provenance_other *o, char *out,
+                        size_t room)
+{
+    if (is_pumped(c, o->source)) {
+        (void)snprintf(out, room,
+                       "%.200s: it has a %s of its own, which is not used: "
+                       "save it as a file and show that, or name its %s by "
+                       "--%s",
+                       o->source, o->what, o->what, o->what);
+    } else if (o->speaker == NULL || strcmp(o->speaker, o->source) == 0) {
+        (void)snprintf(out, room,
+                       "%.200s: a later part of it has another calibration or "
+                       "profile: those of its begin are used for all",
+                       o->source);
+    } else {
+        (void)snprintf(out, room,
+                       "%.200s: its calibration or its profile is not that of "
+                       "%.200s, which is used for all",
+                       o->source, o->speaker);
+    }
+    name_sources(c, out, room);
+}
+
+void captures_tell_others(const struct captures *captures,
+                          const lum_capture *capture,
+                          const struct provenance_source *said,
+                          struct stage *stage)
+{
+    char text[LUM_ERROR_BYTES];
+    struct provenance_other other;
+    if (provenance_find_other(capture, said, &other)) {
+        write_other(captures, &other, text, sizeof text);
+        stage_set_others(stage, text);
+    }
+}

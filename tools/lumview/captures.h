@@ -4,9 +4,11 @@
 #ifndef LUMVIEW_CAPTURES_H
 #define LUMVIEW_CAPTURES_H
 
+#include "../common/provenance.h"
 #include "../common/sources.h"
 #include "lum/base/error.h"
 #include "lum/capture/capture.h"
+#include "stage.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -40,5 +42,12 @@ int captures_next(const struct captures *captures, lum_capture *capture,
  * if none is missing. Returns out. */
 const char *captures_gaps(const struct captures *captures,
                           const lum_capture *capture, char *out, size_t room);
+
+/* Tell the stage whose calibration or profile is not used, of what was read so
+ * far; what has been told stays. said: of the files. */
+void captures_tell_others(const struct captures *captures,
+                          const lum_capture *capture,
+                          const struct provenance_source *said,
+                          struct stage *stage);
 
 #endif

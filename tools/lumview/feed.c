@@ -18,6 +18,7 @@ struct feed {
     struct stage stage;
     lum_layout layout;
     lum_projector projector;
+    struct provenance_source said; /* of a capture's files */
     struct frame_pool *pool;
     struct player *player; /* of a capture */
     struct link *link;     /* of a sensor */
@@ -36,8 +37,8 @@ static int start(struct feed *feed, const struct options *o, lum_error *error)
                                       .sensor = o->sensor,
                                       .stage = &feed->stage};
     if (!o->is_live) {
-        const struct player_options options = {.sources = &o->sources,
-                                               .decoder = decoder};
+        const struct player_options options = {
+            .sources = &o->sources, .said = &feed->said, .decoder = decoder};
         return player_start(&options, &feed->player, error);
     }
     decoder.has_sensor = true;
@@ -49,16 +50,15 @@ static int start(struct feed *feed, const struct options *o, lum_error *error)
     return link_start(&options, &feed->link, error);
 }
 
-/* What a stream says of itself comes too late: the page is there before. */
-static int load_geometry(struct feed *feed, const struct options *o,
-                         lum_error *error)
+/* What a stream says of itself comes too late, as the page is there before: the
+ * player tells that. */
+static int complete(struct feed *feed, const struct options *o,
+                    const struct geometry *loaded, lum_error *error)
 {
-    struct geometry geometry;
-    if (geometry_load(o->calibration, o->profile, &geometry, error) != 0) {
-        return -1;
-    }
+    struct geometry geometry = *loaded;
     if (!o->is_live) {
-        provenance_ask("lumview", &o->sources, o->quiet, &geometry);
+        provenance_ask("lumview", &o->sources, o->quiet, &geometry,
+                       &feed->said);
     }
     return geometry_set(&geometry, &o->set, error) == 0
                ? geometry_make(&geometry, &feed->layout, &feed->projector,
@@ -73,8 +73,9 @@ static void release(struct feed *feed)
     free(feed);
 }
 
-int feed_open(const struct options *options, void (*wake)(void *context),
-              void *context, struct feed **out, lum_error *error)
+int feed_open(const struct options *options, const struct geometry *geometry,
+              void (*wake)(void *context), void *context, struct feed **out,
+              lum_error *error)
 {
     struct feed *feed = calloc(1, sizeof *feed);
     if (feed == NULL) {
@@ -87,7 +88,7 @@ int feed_open(const struct options *options, void (*wake)(void *context),
     feed->stage.status.is_live = options->is_live;
     feed->pool = frame_pool_new();
     feed->stage.pool = feed->pool;
-    if (feed->pool == NULL || load_geometry(feed, options, error) != 0 ||
+    if (feed->pool == NULL || complete(feed, options, geometry, error) != 0 ||
         start(feed, options, error) != 0) {
         release(feed);
         return -1;

@@ -3,6 +3,7 @@
 #ifndef LUMVIEW_FEED_H
 #define LUMVIEW_FEED_H
 
+#include "../common/geometry.h"
 #include "frame.h"
 #include "options.h"
 
@@ -36,6 +37,7 @@ struct feed_status {
     bool is_live;
     char message[512]; /* what a person should know: failure, laser off,
                           silence; "" */
+    char others[512];  /* whose calibration or profile is not used; "" */
     char gaps[512];    /* where a recording is missing between captures; "" */
     int64_t frame;     /* newest shown */
     bool has_range;    /* capture: first and last frame are known; never of a
@@ -63,12 +65,15 @@ struct feed_status {
 
 struct feed;
 
-/* Open the source and begin. A capture plays only while a view is wanted.
- * wake(context) is called from the feed's threads when there is a new frame or
- * the state has changed; it must not wait. 0, or -1 with the reason in error.
+/* Open the source and begin. geometry: of the command line's files; what the
+ * source says of itself is taken, and then the options' keys. A capture plays
+ * only while a view is wanted. wake(context) is called from the feed's threads
+ * when there is a new frame or the state has changed; it must not wait. 0, or
+ * -1 with the reason in error.
  */
-int feed_open(const struct options *options, void (*wake)(void *context),
-              void *context, struct feed **out, lum_error *error);
+int feed_open(const struct options *options, const struct geometry *geometry,
+              void (*wake)(void *context), void *context, struct feed **out,
+              lum_error *error);
 /* Ends the threads; live with --laser: the laser is off, or error has the
  * reason. */
 int feed_close(struct feed *feed, lum_error *error);

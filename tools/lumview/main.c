@@ -40,11 +40,12 @@ static enum exit_status finish_stdout(void)
     return EXIT_FAILED;
 }
 
-/* The feed loads them itself; loading them here separates a bad configuration
- * from a bad source. */
-static int check_files(const struct options *o, lum_error *error)
+/* What a source says of itself comes under the keys that are set: they are only
+ * tried here, which separates a bad configuration from a bad source. */
+static int load_files(const struct options *o, struct geometry *out,
+                      lum_error *error)
 {
-    struct geometry geometry;
+    struct geometry tried;
     const struct input_file inputs[] = {{o->calibration, "the calibration"},
                                         {o->profile, "the profile"}};
     if (o->json &&
@@ -52,9 +53,12 @@ static int check_files(const struct options *o, lum_error *error)
                       "-", error) != 0) {
         return -1;
     }
-    return geometry_load(o->calibration, o->profile, &geometry, error) == 0
-               ? geometry_set(&geometry, &o->set, error)
-               : -1;
+    if (geometry_load(o->calibration, o->profile, &o->sources, out, error) !=
+        0) {
+        return -1;
+    }
+    tried = *out;
+    return geometry_set(&tried, &o->set, error);
 }
 
 static enum exit_status print_json(const struct guard *guard, const char *url)
@@ -102,14 +106,15 @@ static enum exit_status announce(const struct options *o,
 }
 
 /* Signals are for the main thread, which waits: the feed's would not notice. */
-static int open_feed(const struct options *o, struct server *server,
-                     struct feed **feed, lum_error *error)
+static int open_feed(const struct options *o, const struct geometry *geometry,
+                     struct server *server, struct feed **feed,
+                     lum_error *error)
 {
     sigset_t all;
     sigset_t before;
     (void)sigfillset(&all);
     (void)pthread_sigmask(SIG_BLOCK, &all, &before);
-    const int failed = feed_open(o, server_wake, server, feed, error);
+    const int failed = feed_open(o, geometry, server_wake, server, feed, error);
     (void)pthread_sigmask(SIG_SETMASK, &before, NULL);
     return failed;
 }
@@ -127,12 +132,14 @@ static enum exit_status close_feed(const struct options *o, struct feed *feed)
     return failed == 0 ? EXIT_DONE : complain(&error, EXIT_FAILED);
 }
 
-static enum exit_status serve(const struct options *o, struct server *server)
+static enum exit_status serve(const struct options *o,
+                              const struct geometry *geometry,
+                              struct server *server)
 {
     lum_error error = {""};
     struct feed *feed = NULL;
     struct redirect redirect = {.folder = ""};
-    if (open_feed(o, server, &feed, &error) != 0) {
+    if (open_feed(o, geometry, server, &feed, &error) != 0) {
         return complain(&error, EXIT_FAILED);
     }
     enum exit_status status = announce(o, server_guard(server), &redirect);
@@ -148,14 +155,15 @@ static enum exit_status run(const struct options *o)
 {
     lum_error error = {""};
     struct server *server = NULL;
+    struct geometry geometry;
     if (o->is_live) {
         interrupt_insist(); /* its heartbeats keep a laser on */
     }
-    if (check_files(o, &error) != 0) {
+    if (load_files(o, &geometry, &error) != 0) {
         return complain(&error, EXIT_BAD);
     }
     const enum exit_status status = server_open(o, &server, &error) == 0
-                                        ? serve(o, server)
+                                        ? serve(o, &geometry, server)
                                         : complain(&error, EXIT_FAILED);
     server_close(server);
     return status;

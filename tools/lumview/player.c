@@ -92,11 +92,17 @@ static void tell(struct player *p)
     stage_set_message(p->stage, text);
 }
 
-/* Of files the look ahead tells them. */
-static void tell_gaps(struct player *p)
+static void tell_others(struct player *p)
+{
+    captures_tell_others(p->captures, p->capture, p->options.said, p->stage);
+}
+
+/* Of files the look ahead tells it. */
+static void tell_of_sources(struct player *p)
 {
     char text[LUM_ERROR_BYTES];
     if (p->scan == NULL) {
+        tell_others(p);
         stage_set_gaps(p->stage, captures_gaps(p->captures, p->capture, text,
                                                sizeof text));
     }
@@ -145,7 +151,7 @@ static void show(struct player *p, struct picture *picture, int64_t due_ns,
     }
     count(p);
     tell(p);
-    tell_gaps(p);
+    tell_of_sources(p);
     stage_show(p->stage, picture, now_ns);
 }
 
@@ -446,7 +452,8 @@ static enum next finish(struct player *p)
     } else {
         tell_empty(p);
     }
-    tell_gaps(p);
+    tell_others(p);
+    tell_of_sources(p);
     count(p);
     if (can_go && p->is_due && !(p->has_shown && p->shown == last)) {
         return reopen_at(p, last, p->is_remake);
@@ -475,6 +482,7 @@ static enum next pass(struct player *p)
     if (captures_open(p->captures, &p->capture, &error) != 0) {
         return fail(p, &error);
     }
+    tell_others(p);
     p->decoder = decoder_new(&p->options.decoder);
     if (p->decoder == NULL ||
         (p->learned != NULL && !decoder_learn(p->decoder, p->learned))) {
@@ -556,7 +564,8 @@ static int start_reading(struct player *p, lum_error *error)
         return -1;
     }
     return captures_are_files(p->captures)
-               ? scan_start(p->captures, &p->options.decoder, &p->scan, error)
+               ? scan_start(p->captures, p->options.said, &p->options.decoder,
+                            &p->scan, error)
                : 0;
 }
 

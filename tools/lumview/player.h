@@ -3,6 +3,7 @@
 #ifndef LUMVIEW_PLAYER_H
 #define LUMVIEW_PLAYER_H
 
+#include "../common/provenance.h"
 #include "../common/sources.h"
 #include "decoder.h"
 #include "stage.h"
@@ -12,7 +13,8 @@
 struct player;
 
 struct player_options {
-    const struct sources *sources; /* kept */
+    const struct sources *sources;        /* kept */
+    const struct provenance_source *said; /* of the files; kept */
     struct decoder_options decoder;
 };
 

@@ -10,6 +10,7 @@
 
 struct scan {
     const struct captures *captures;
+    const struct provenance_source *said;
     struct decoder_options options;
     pthread_t thread;
 
@@ -60,6 +61,8 @@ static void *run(void *argument)
         decoder_skip_to(decoder, INT64_MAX);
         if (read_all(scan, capture, decoder)) {
             note(scan, decoder);
+            captures_tell_others(scan->captures, capture, scan->said,
+                                 scan->options.stage);
             stage_set_gaps(
                 scan->options.stage,
                 captures_gaps(scan->captures, capture, text, sizeof text));
@@ -71,6 +74,7 @@ static void *run(void *argument)
 }
 
 int scan_start(const struct captures *captures,
+               const struct provenance_source *said,
                const struct decoder_options *decoder, struct scan **out,
                lum_error *error)
 {
@@ -79,6 +83,7 @@ int scan_start(const struct captures *captures,
         return lum_error_set(error, "out of memory");
     }
     scan->captures = captures;
+    scan->said = said;
     scan->options = *decoder;
     (void)pthread_mutex_init(&scan->lock, NULL);
     if (thread_start(&scan->thread, run, scan, error) != 0) {

@@ -1,5 +1,6 @@
 /* A thread that reads captures to their end to find the first and the last
- * frame and where a recording is missing, and tells the stage. */
+ * frame, where a recording is missing, and what later parts say of themselves,
+ * and tells the stage. */
 #ifndef LUMVIEW_SCAN_H
 #define LUMVIEW_SCAN_H
 
@@ -13,8 +14,10 @@
 
 struct scan;
 
-/* captures: kept; they are files. 0, or -1 with the reason in error. */
+/* captures and said, which is of them: kept; they are files. 0, or -1 with the
+ * reason in error. */
 int scan_start(const struct captures *captures,
+               const struct provenance_source *said,
                const struct decoder_options *decoder, struct scan **out,
                lum_error *error);
 

@@ -196,6 +196,13 @@ void stage_set_gaps(struct stage *stage, const char *gaps)
         stage, set_text(stage->status.gaps, sizeof stage->status.gaps, gaps));
 }
 
+void stage_set_others(struct stage *stage, const char *others)
+{
+    lock(stage);
+    unlock_and_wake(stage, set_text(stage->status.others,
+                                    sizeof stage->status.others, others));
+}
+
 void stage_fail(struct stage *stage, const char *message)
 {
     lock(stage);

@@ -84,6 +84,7 @@ void stage_set_state(struct stage *stage, enum feed_state state);
 void stage_set_message(struct stage *stage, const char *message);
 /* Where a recording is missing, as text. */
 void stage_set_gaps(struct stage *stage, const char *gaps);
+void stage_set_others(struct stage *stage, const char *others);
 /* All is over: state and message stay from here on. */
 void stage_fail(struct stage *stage, const char *message);
 

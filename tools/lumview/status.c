@@ -43,7 +43,7 @@ bool status_differs(const struct feed_status *a, const struct feed_status *b)
            a->speed < b->speed || a->speed > b->speed ||
            a->has_range != b->has_range || a->has_laser != b->has_laser ||
            a->laser != b->laser || strcmp(a->message, b->message) != 0 ||
-           strcmp(a->gaps, b->gaps) != 0;
+           strcmp(a->others, b->others) != 0 || strcmp(a->gaps, b->gaps) != 0;
 }
 
 static int begin(size_t room_before, struct text *out, FILE **stream,
@@ -195,10 +195,16 @@ static void write_losses(struct json *json, const struct feed_status *f)
 
 static void write_message(struct json *json, const struct feed_status *f)
 {
-    char text[sizeof f->message + sizeof f->gaps + 2u];
-    const char *divider =
-        f->message[0] != '\0' && f->gaps[0] != '\0' ? "; " : "";
-    (void)snprintf(text, sizeof text, "%s%s%s", f->message, divider, f->gaps);
+    const char *const parts[] = {f->message, f->others, f->gaps};
+    char text[sizeof f->message + sizeof f->others + sizeof f->gaps + 4u] = "";
+    size_t len = 0;
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
+        if (parts[i][0] != '\0') {
+            (void)snprintf(text + len, sizeof text - len, "%s%s",
+                           len > 0 ? "; " : "", parts[i]);
+            len = strlen(text);
+        }
+    }
     json_text(json, "message", text);
 }
 
