@@ -90,11 +90,29 @@ class Dump(Case):
         self.done("lumdump", source, "--calibration", file, "-o", known, "-q")
         both = self.folder.write("both.yaml", CALIBRATION.replace("-3.0", "7"))
         self.assertEqual(self.points(source, "--calibration", both), self.points(known, "--set", "eyes.blue.mount.y_m=7"))
-        # nor is it what the capture has that is said to have no room
-        r = self.done("lumdump", source, "--set", "tof_lsb_ps=12", "-o", self.folder / "copy.pcap")
-        self.assertNotIn("warning", r.stderr)
-        r = self.done("lumdump", known, "--set", "line_span_us=3000", "-o", self.folder / "copy.pcap")
-        self.assertIn("pcap has no room for the calibration and the profile that", r.stderr)
+
+    def test_what_a_pcap_file_has_no_room_for_is_said(self):
+        source = self.capture()
+        calibration = self.folder.write("c.yaml", CALIBRATION)
+        profile = self.folder.write("p.yaml", "version: 1\nline_span_us: 3000\n")
+        known = self.folder / "known.pcapng"
+        self.done("lumdump", source, "--calibration", calibration, "-o", known, "-q")
+        out = self.folder / "copy.pcap"
+        one, other, both = "the calibration that is", "the profile that is", "the calibration and the profile that are"
+        for words, said in (((source,), None), ((known,), one),
+                            ((source, "--set", "tof_lsb_ps=12"), one), ((source, "--calibration", calibration), one),
+                            ((source, "--set", "line_span_us=3000"), other), ((source, "--profile", profile), other),
+                            ((known, "--set", "line_span_us=3000"), both), ((known, "--profile", profile), both)):
+            with self.subTest(words=words[1:]):
+                text = self.done("lumdump", *words, "-o", out).stderr
+                if said is None:
+                    self.assertNotIn("no room", text)
+                else:
+                    pronoun = "them" if said is both else "it"
+                    self.assertIn(f"lumdump: warning: {out}: pcap has no room for {said} used: write pcapng to keep "
+                                  f"{pronoun}\n", text)
+                    self.assertNotIn("no room", self.done("lumdump", *words, "-o", self.folder / "c.pcapng").stderr)
+                    self.assertEqual(self.done("lumdump", *words, "-o", out, "-q").stderr, "")
 
     def test_what_is_wrong_is_said_with_what_is_right(self):
         source = self.capture()
