@@ -23,7 +23,7 @@ from support import BIN, Folder, frames_of, ip, line, read_csv, run, simulate, s
 ADDRESSES = (f"127.20.{8 * shards.index() + i // 250}.{i % 250 + 1}" for i in itertools.count())
 
 LIVE_KEYS = "received kernel_drops ring_drops foreign_source heartbeats_sent seconds laser".split()
-LIVE_ONLY = {"source", "sources", "sensors", *LIVE_KEYS}
+LIVE_ONLY = {"source", "sources", "left_out", "sensors", *LIVE_KEYS}
 
 
 def count_rows(path):
@@ -1177,6 +1177,29 @@ class HandmadeSensors(Case):
         self.assertIn("though it answers", r.stderr)
         self.assertEqual(sensor.commands, [b"u", b"d"])
         self.assertEqual(self.folder.names(), [])
+
+    def test_points_left_out_are_told_of_each_output(self):
+        """A line number that is damaged has no row."""
+        def answers(packet):
+            yield from Handmade.answers(sensor, packet)
+            if packet[8] == 8:
+                yield from line([word(1000, 5)], 0, 60_000, sensor.clock + 1000)
+        sensor = self.sensor()
+        sensor.answers = answers
+        lacking, whole, raw = (self.folder / n for n in ("f-%d.pcd", "whole.csv", "raw.pcap"))
+        p = self.start("--organized", "--return", "first", "-o", raw, "-o", whole, "-o", lacking,
+                       "--json", stdout=subprocess.PIPE)
+        self.wait_for(lambda: sensor.clock > 5 * 2500, "lines")
+        p.send_signal(signal.SIGINT)
+        got = json.loads(p.stdout.read())
+        p.stdout.close()
+        said = self.end(p)
+        self.assertEqual(p.returncode, 0, said)
+        count = got["left_out"][0]["no_place"]
+        self.assertGreater(count, 1)
+        self.assertEqual(got["left_out"], [{"output": str(lacking), "late": 0, "cut": 0, "no_place": count}])
+        self.assertEqual([text for text in said.splitlines() if "left out" in text],
+                         [f"lumdump: warning: {lacking}: {count} points left out, which have no place in an organised cloud"])
 
     def test_what_the_sensor_says_cannot_upset_a_terminal(self):
         self.sensor()
