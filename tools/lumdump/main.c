@@ -79,21 +79,19 @@ static int prepare(struct job *job, lum_error *error)
 /* Who has the packets alone would read them by the built-in ones. */
 static void warn_of_pcap(const struct job *job)
 {
+    static const char *const lost[] = {
+        "the calibration that is used: write pcapng to keep it",
+        "the profile that is used: write pcapng to keep it",
+        "the calibration and the profile that are used: write pcapng to keep "
+        "them"};
     const struct options *o = job->options;
-    const struct geometry *g = &job->geometry;
-    const bool has_both = g->has_calibration && g->has_profile;
-    const bool has_any = g->has_calibration || g->has_profile;
-    for (size_t i = 0; i < o->output_count && has_any && !o->quiet; i++) {
+    const unsigned what = (job->geometry.has_calibration ? 1u : 0u) +
+                          (job->geometry.has_profile ? 2u : 0u);
+    for (size_t i = 0; i < o->output_count && what > 0 && !o->quiet; i++) {
         if (o->outputs[i].format == FORMAT_PCAP) {
-            (void)fprintf(
-                stderr,
-                "lumdump: warning: %s: pcap has no room for %s that %s used: "
-                "write pcapng to keep %s\n",
-                o->outputs[i].name,
-                has_both             ? "the calibration and the profile"
-                : g->has_calibration ? "the calibration"
-                                     : "the profile",
-                has_both ? "are" : "is", has_both ? "them" : "it");
+            (void)fprintf(stderr,
+                          "lumdump: warning: %s: pcap has no room for %s\n",
+                          o->outputs[i].name, lost[what - 1u]);
         }
     }
 }
