@@ -194,8 +194,32 @@ class Others(Case):
         self.assertNotEqual(by_file, self.done(*words).stdout)
         self.assertEqual(by_file, self.done(*words, "--set", "eyes.blue.elevation.max_deg=-5").stdout)
 
+    def test_commands_of_lumctl_that_use_no_calibration_refuse_it(self):
+        owners = "yscan, apply, shell"
+        commands = [("status",), ("time", "--watch"), ("set-ip", "10.42.0.38"), ("laser", "off"), ("power", 50), ("lines", 64),
+                    ("send", "50p"), ("tlv", "1:00"), ("find",), ("show",), ("save",), ("heartbeat",), ("doctor",)]
+        for command in commands:
+            with self.subTest(command):
+                self.assertEqual(self.refused("lumctl", "--host", "127.0.0.1", *command, "--calibration", "nofile"),
+                                 f"lumctl: --calibration does not go with {command[0]}; it goes with {owners}\n")
+                self.assertEqual(self.refused("lumctl", "--set", "line_span_us=9", "--set", "tof_lsb_ps=3", *command),
+                                 "lumctl: --set tof_lsb_ps=3: a key of a calibration does not go with "
+                                 f"{command[0]}; it goes with {owners}\n")
+
+    def test_a_shell_of_lumctl_takes_a_calibration_for_its_commands(self):
+        top = "eyes.blue.elevation.max_deg=-5"
+        words = ["--dry-run", "--sequence", "7", "yscan", "--shape", "uniform"]
+        wanted = self.done("lumctl", *words, "--set", top).stdout
+        r = run("lumctl", "--host", "127.0.0.1", "shell", "--set", top, stdin=(
+            " ".join(words) + "\nset-ip 10.42.0.38 --dry-run --sequence 7\npower 5 --dry-run --set tof_lsb_ps=3\n"
+            "set-ip 10.42.0.38 --dry-run --profile nofile\n").encode())
+        plain = self.done("lumctl", "--dry-run", "--sequence", 7, "set-ip", "10.42.0.38").stdout
+        self.assertEqual(r.stdout, wanted + plain)
+        self.assertIn("--set tof_lsb_ps=3: a key of a calibration does not go with power", r.stderr)
+        self.assertIn("and --profile hold for a whole shell", r.stderr)
+
     def test_a_shell_of_lumctl_has_one_layout(self):
-        words = [b"set-ip 10.42.0.38", b"set-ip 10.42.0.38 --set tlv.debug=9", b"set-ip 10.42.0.38 --set tof_lsb_ps=12"]
+        words = [b"set-ip 10.42.0.38", b"set-ip 10.42.0.38 --set tlv.debug=9", b"set-ip 10.42.0.38"]
         r = run("lumctl", "--host", "127.0.0.1", "--set", "set_ip_order=little", "shell",
                 stdin=b"".join(w + b" --dry-run --sequence 7\n" for w in words))
         little = self.done("lumctl", "--dry-run", "--sequence", 7, "set-ip", "10.42.0.38", "--set",
