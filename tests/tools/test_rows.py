@@ -1,5 +1,6 @@
 """What the rows of a cloud's file are: columns that were asked for, times in a frame, rows of pixels (--organized)."""
 import collections
+import json
 import math
 import struct
 import unittest
@@ -9,6 +10,7 @@ from support import Folder, group, line, pcap, read_csv, run, simulate, udp, wor
 
 LINES = 20  # of a frame of each eye, in what is made by hand
 PERIOD_US = 1500
+FRAME_LINES_MAX = 65536  # of both eyes, that a frame can hold
 NAMES = ("x y z range azimuth elevation pulse_width timestamp frame eye line pixel return_number number_of_returns "
          "edge").split()
 TYPES = {("F", 4): "f", ("F", 8): "d", ("I", 4): "i", ("U", 4): "I", ("U", 2): "H", ("U", 1): "B"}
@@ -66,6 +68,19 @@ class Case(unittest.TestCase):
         r = run("lumdump", source, "-q", *arguments, **options)
         self.assertEqual(r.returncode, status, r.stderr)
         return r
+
+    def assert_left_out(self, source, *arguments, says, late=0, cut=0, no_place=0):
+        """A cloud of these options lacks points, and one of lines as they come beside it lacks none."""
+        lacking = self.folder / "lacking.pcd"
+        outputs = ["-o", lacking, "-o", self.folder / "whole.xyz"]
+        r = run("lumdump", source, *arguments, *outputs)
+        self.assertEqual(r.returncode, 0, r.stderr)
+        told = [text for text in r.stderr.splitlines() if "left out" in text]
+        self.assertEqual(told, [f"lumdump: warning: {lacking}: {late + cut + no_place} points left out, which {says}"])
+        r = self.dump(source, *arguments, *outputs, "--json")
+        self.assertEqual(r.stderr, "")
+        self.assertEqual(json.loads(r.stdout)["left_out"],
+                         [{"output": str(lacking), "late": late, "cut": cut, "no_place": no_place}])
 
     def refused(self, *arguments, says):
         r = self.dump(self.folder.write("in.pcap", drive(frames=1)), *arguments, status=2)
@@ -179,8 +194,26 @@ class Times(Case):
         self.dump(self.folder / "in.pcap", "-o", self.folder / "plain.csv")
         late = len(read_csv(self.folder / "plain.csv")) - len(rows)
         self.assertGreater(late, 0)
-        r = run("lumdump", self.folder / "in.pcap", "--columns", "x,time", "-o", self.folder / "t.csv")
-        self.assertIn(f": {late} points left out, which came after the frame was written\n", r.stderr)
+        self.assert_left_out(self.folder / "in.pcap", "--columns", "x,time", late=late,
+                             says="came after their frame had been written")
+
+    def test_points_that_a_full_frame_has_no_room_for_are_told(self):
+        """So many lines in one frame, without angles but for the last one."""
+        data = [udp(group(3, eye, number, [word(1, 1)], 0, clock_of(1, number, eye)))
+                for number in range(FRAME_LINES_MAX // 2 + 50) for eye in (0, 1)]
+        last = FRAME_LINES_MAX // 2 + 50
+        data += [udp(p) for p in line(words_of(0), 0, last, clock_of(1, last, 0))]
+        source = self.folder.write("in.pcap", pcap(data))
+        self.dump(source, "-o", self.folder / "plain.csv")
+        cut = len(read_csv(self.folder / "plain.csv"))
+        self.assertGreater(cut, 0)
+        self.assert_left_out(source, "--columns", "x,time", cut=cut, says="are beyond the most that a frame can hold")
+
+    def test_the_outputs_that_lack_nothing_are_not_named(self):
+        source = self.folder.write("in.pcap", drive())
+        r = run("lumdump", source, "--columns", "x,time", "-o", self.folder / "t.csv", "--json")
+        self.assertEqual((json.loads(r.stdout)["left_out"], r.stderr), ([], ""))
+        self.assertEqual(json.loads(run("lumdump", source, "--json").stdout)["left_out"], [])
 
     def test_files_that_rotate_hold_them_all(self):
         source = self.street()
@@ -326,7 +359,9 @@ class Organized(Case):
             self.check_shape(cloud, 2 * LINES)
         self.assertEqual(sum(not math.isnan(p["x"]) for c in clouds.values() for p in c.points),
                          len(read_csv(plain)) - 2)
-        self.assertIn(": 2 points left out, which an organised cloud has no place for or ", self.said.stderr)
+        self.assertIn(": 2 points left out, which have no place in an organised cloud\n", self.said.stderr)
+        self.assert_left_out(self.folder / "in.pcap", "--organized", "--return", "first", "--frames", "2:2", no_place=2,
+                             says="have no place in an organised cloud")
 
     def test_one_frame_may_have_one_name(self):
         clouds = self.clouds(drive())

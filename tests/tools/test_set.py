@@ -90,11 +90,29 @@ class Dump(Case):
         self.done("lumdump", source, "--calibration", file, "-o", known, "-q")
         both = self.folder.write("both.yaml", CALIBRATION.replace("-3.0", "7"))
         self.assertEqual(self.points(source, "--calibration", both), self.points(known, "--set", "eyes.blue.mount.y_m=7"))
-        # nor is it what the capture has that is said to have no room
-        r = self.done("lumdump", source, "--set", "tof_lsb_ps=12", "-o", self.folder / "copy.pcap")
-        self.assertNotIn("warning", r.stderr)
-        r = self.done("lumdump", known, "--set", "line_span_us=3000", "-o", self.folder / "copy.pcap")
-        self.assertIn("pcap has no room for the calibration and the profile that", r.stderr)
+
+    def test_what_a_pcap_file_has_no_room_for_is_said(self):
+        source = self.capture()
+        calibration = self.folder.write("c.yaml", CALIBRATION)
+        profile = self.folder.write("p.yaml", "version: 1\nline_span_us: 3000\n")
+        known = self.folder / "known.pcapng"
+        self.done("lumdump", source, "--calibration", calibration, "-o", known, "-q")
+        out = self.folder / "copy.pcap"
+        one, other, both = "the calibration that is", "the profile that is", "the calibration and the profile that are"
+        for words, said in (((source,), None), ((known,), one),
+                            ((source, "--set", "tof_lsb_ps=12"), one), ((source, "--calibration", calibration), one),
+                            ((source, "--set", "line_span_us=3000"), other), ((source, "--profile", profile), other),
+                            ((known, "--set", "line_span_us=3000"), both), ((known, "--profile", profile), both)):
+            with self.subTest(words=words[1:]):
+                text = self.done("lumdump", *words, "-o", out).stderr
+                if said is None:
+                    self.assertNotIn("no room", text)
+                else:
+                    pronoun = "them" if said is both else "it"
+                    self.assertIn(f"lumdump: warning: {out}: pcap has no room for {said} used: write pcapng to keep "
+                                  f"{pronoun}\n", text)
+                    self.assertNotIn("no room", self.done("lumdump", *words, "-o", self.folder / "c.pcapng").stderr)
+                    self.assertEqual(self.done("lumdump", *words, "-o", out, "-q").stderr, "")
 
     def test_what_is_wrong_is_said_with_what_is_right(self):
         source = self.capture()
@@ -178,8 +196,32 @@ class Others(Case):
         self.assertNotEqual(by_file, self.done(*words).stdout)
         self.assertEqual(by_file, self.done(*words, "--set", "eyes.blue.elevation.max_deg=-5").stdout)
 
+    def test_commands_of_lumctl_that_use_no_calibration_refuse_it(self):
+        owners = "yscan, apply, shell"
+        commands = [("status",), ("time", "--watch"), ("set-ip", "10.42.0.38"), ("laser", "off"), ("power", 50), ("lines", 64),
+                    ("send", "50p"), ("tlv", "1:00"), ("find",), ("show",), ("save",), ("heartbeat",), ("doctor",)]
+        for command in commands:
+            with self.subTest(command):
+                self.assertEqual(self.refused("lumctl", "--host", "127.0.0.1", *command, "--calibration", "nofile"),
+                                 f"lumctl: --calibration does not go with {command[0]}; it goes with {owners}\n")
+                self.assertEqual(self.refused("lumctl", "--set", "line_span_us=9", "--set", "tof_lsb_ps=3", *command),
+                                 "lumctl: --set tof_lsb_ps=3: a key of a calibration does not go with "
+                                 f"{command[0]}; it goes with {owners}\n")
+
+    def test_a_shell_of_lumctl_takes_a_calibration_for_its_commands(self):
+        top = "eyes.blue.elevation.max_deg=-5"
+        words = ["--dry-run", "--sequence", "7", "yscan", "--shape", "uniform"]
+        wanted = self.done("lumctl", *words, "--set", top).stdout
+        r = run("lumctl", "--host", "127.0.0.1", "shell", "--set", top, stdin=(
+            " ".join(words) + "\nset-ip 10.42.0.38 --dry-run --sequence 7\npower 5 --dry-run --set tof_lsb_ps=3\n"
+            "set-ip 10.42.0.38 --dry-run --profile nofile\n").encode())
+        plain = self.done("lumctl", "--dry-run", "--sequence", 7, "set-ip", "10.42.0.38").stdout
+        self.assertEqual(r.stdout, wanted + plain)
+        self.assertIn("--set tof_lsb_ps=3: a key of a calibration does not go with power", r.stderr)
+        self.assertIn("and --profile hold for a whole shell", r.stderr)
+
     def test_a_shell_of_lumctl_has_one_layout(self):
-        words = [b"set-ip 10.42.0.38", b"set-ip 10.42.0.38 --set tlv.debug=9", b"set-ip 10.42.0.38 --set tof_lsb_ps=12"]
+        words = [b"set-ip 10.42.0.38", b"set-ip 10.42.0.38 --set tlv.debug=9", b"set-ip 10.42.0.38"]
         r = run("lumctl", "--host", "127.0.0.1", "--set", "set_ip_order=little", "shell",
                 stdin=b"".join(w + b" --dry-run --sequence 7\n" for w in words))
         little = self.done("lumctl", "--dry-run", "--sequence", 7, "set-ip", "10.42.0.38", "--set",

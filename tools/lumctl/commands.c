@@ -62,7 +62,7 @@ static const struct command table[] = {
     {.name = "yscan",
      .arguments = "FOV|--shape SHAPE",
      .summary = "spread the lines over elevations",
-     .own = OWN_SHAPE | OWN_LINES,
+     .own = OWN_SHAPE | OWN_LINES | OWN_CALIBRATION,
      .run = command_yscan},
     {.name = "holdoff",
      .arguments = "N",
@@ -84,6 +84,7 @@ static const struct command table[] = {
     {.name = "apply",
      .arguments = "FILE",
      .summary = "settings from a YAML file",
+     .own = OWN_CALIBRATION,
      .run = command_apply},
     {.name = "find",
      .summary = "sensors whose address was forgotten",
@@ -105,7 +106,7 @@ static const struct command table[] = {
      .run = command_doctor},
     {.name = "shell",
      .summary = "a prompt that takes all of these",
-     .own = OWN_HEARTBEAT,
+     .own = OWN_HEARTBEAT | OWN_CALIBRATION,
      .run = command_shell},
 };
 
@@ -220,24 +221,35 @@ static enum exit_status complain_unknown(const struct ctl *ctl,
                         ctl->in_shell ? "help" : "lumctl --help");
 }
 
+#define NAMES_BYTES 128u
+
+/* The commands that have an option. */
+static const char *list_owners(unsigned own, char names[NAMES_BYTES])
+{
+    size_t n = 0;
+    names[0] = '\0';
+    for (size_t i = 0; i < COMMANDS; i++) {
+        if ((table[i].own & own) != 0) {
+            n += (size_t)snprintf(names + n, NAMES_BYTES - n, "%s%s",
+                                  n != 0 ? ", " : "", table[i].name);
+        }
+    }
+    return names;
+}
+
 /* An option that belongs to other commands. */
 static enum exit_status check_own(const struct command *command, unsigned given)
 {
-    const unsigned wrong = given & ~(command->own | OWN_SESSION);
-    char names[128] = "";
-    size_t n = 0;
+    const unsigned wrong =
+        given & ~(command->own | (unsigned)(OWN_SESSION | OWN_PROFILE));
+    char names[NAMES_BYTES];
     if (wrong == 0) {
         return EXIT_DONE;
     }
     const unsigned first = wrong & (~wrong + 1u);
-    for (size_t i = 0; i < COMMANDS; i++) {
-        if ((table[i].own & first) != 0) {
-            n += (size_t)snprintf(names + n, sizeof names - n, "%s%s",
-                                  n != 0 ? ", " : "", table[i].name);
-        }
-    }
     return ctl_complain(EXIT_BAD, "--%s does not go with %s; it goes with %s",
-                        options_name(first), command->name, names);
+                        options_name(first), command->name,
+                        list_owners(first, names));
 }
 
 static enum exit_status check_watch(const struct ctl *ctl,
@@ -284,17 +296,42 @@ static enum exit_status load_layout(struct ctl *ctl)
     return EXIT_DONE;
 }
 
-/* A shell has one layout. */
-static enum exit_status check_set(const struct ctl *ctl)
+/* A shell has one layout, even of dry runs. */
+static enum exit_status check_shell(const struct ctl *ctl, unsigned given)
+{
+    const unsigned fixed =
+        ctl->options.dry_run ? OWN_PROFILE : OWN_PROFILE | OWN_SESSION;
+    if (!ctl->in_shell || (given & fixed) == 0) {
+        return EXIT_DONE;
+    }
+    return ctl_complain(EXIT_BAD,
+                        "--host, --port, --interface, --timeout, --retries and "
+                        "--profile hold for a whole shell: leave it, and give "
+                        "them to lumctl shell");
+}
+
+/* Keys as the files that they lie on top of. What a shell was given is for
+ * those of its commands that use it. */
+static enum exit_status check_set(const struct ctl *ctl,
+                                  const struct command *command)
 {
     const struct set_keys *set = &ctl->options.set;
-    for (size_t i = ctl->shell_set; ctl->in_shell && i < set->count; i++) {
-        if (set->list[i].is_of_profile) {
+    char names[NAMES_BYTES];
+    for (size_t i = ctl->in_shell ? ctl->shell_set : 0; i < set->count; i++) {
+        const struct set_key *key = &set->list[i];
+        if (key->is_of_profile && ctl->in_shell) {
             return ctl_complain(EXIT_BAD,
                                 "--set %.120s: a key of a profile holds for a "
                                 "whole shell: leave it, and give it to lumctl "
                                 "shell",
-                                set->list[i].text);
+                                key->text);
+        }
+        if (!key->is_of_profile && (command->own & OWN_CALIBRATION) == 0) {
+            return ctl_complain(EXIT_BAD,
+                                "--set %.120s: a key of a calibration does not "
+                                "go with %s; it goes with %s",
+                                key->text, command->name,
+                                list_owners(OWN_CALIBRATION, names));
         }
     }
     return EXIT_DONE;
@@ -358,15 +395,11 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
     if (status == EXIT_DONE) {
         status = check_watch(ctl, command);
     }
-    if (status == EXIT_DONE && ctl->in_shell &&
-        (found->own & OWN_SESSION) != 0 && !ctl->options.dry_run) {
-        status = ctl_complain(
-            EXIT_BAD, "--host, --port, --interface, --timeout, --retries and "
-                      "--profile hold for a whole shell: leave it, and give "
-                      "them to lumctl shell");
+    if (status == EXIT_DONE) {
+        status = check_shell(ctl, found->own);
     }
     if (status == EXIT_DONE) {
-        status = check_set(ctl);
+        status = check_set(ctl, command);
     }
     if (status == EXIT_DONE) {
         status = check_interface(ctl, command);

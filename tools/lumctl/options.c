@@ -84,13 +84,14 @@ static const struct option_spec specs[] = {
     {"retries", .kind = OPTION_WHOLE, .group = OWN_SESSION, INTO(retries),
      HAS(has_retries), .max = RETRIES_MAX, .value = "N",
      .help = "further tries without an answer (default 4)"},
-    {"profile", .kind = OPTION_TEXT, .group = OWN_SESSION, INTO(profile),
+    {"profile", .kind = OPTION_TEXT, .group = OWN_PROFILE, INTO(profile),
      .value = "FILE", .help = "YAML; layout of packets, if it differs"},
-    {"calibration", .kind = OPTION_TEXT, INTO(calibration), .value = "FILE",
-     .help = "YAML; default: the manual's typical values"},
+    {"calibration", .kind = OPTION_TEXT, .group = OWN_CALIBRATION,
+     INTO(calibration), .value = "FILE",
+     .help = "YAML; default: typical values (yscan, apply)"},
     {"set", .kind = OPTION_CALL, .call = take_set, .value = "KEY=VALUE",
      .allowed = SET_KEYS_ALLOWED,
-     .help = "a key of either, on top of the file"},
+     .help = "a key of a profile or calibration, on top"},
     {"sequence", .kind = OPTION_WHOLE, INTO(sequence), HAS(has_sequence),
      .max = UINT32_MAX, .value = "N",
      .help = "number of the first request (default: any)"},
@@ -145,7 +146,8 @@ void options_help(bool general, unsigned own)
     for (size_t i = 0; i < OPTIONS; i++) {
         const struct option_spec *s = &specs[i];
         char name[24];
-        const bool is_general = s->group == 0 || s->group == OWN_SESSION;
+        const bool is_general =
+            (s->group & ~(unsigned)(OWN_SESSION | OWN_PROFILE)) == 0;
         if (s->help == NULL ||
             (is_general ? !general : (s->group & own) == 0)) {
             continue;

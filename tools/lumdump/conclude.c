@@ -111,19 +111,34 @@ static void warn_of_no_points(const struct pass *pass)
     warn(pass->options, text);
 }
 
-static void warn_of_left_out(const struct options *o, uint64_t left_out)
+static void warn_of_points(const struct options *o, const char *name,
+                           uint64_t n, const char *why)
 {
-    char text[200];
-    (void)snprintf(
-        text, sizeof text,
-        "%" PRIu64 " point%s left out, %swhich came after the frame "
-        "was written",
-        left_out, left_out == 1 ? "" : "s",
-        o->organized ? "which an organised cloud has no place for or " : "");
-    warn(o, text);
+    if (n > 0 && !o->quiet) {
+        (void)fprintf(stderr,
+                      "lumdump: warning: %s: %" PRIu64
+                      " point%s left out, which %s\n",
+                      strcmp(name, "-") == 0 ? "standard output" : name, n,
+                      n == 1 ? "" : "s", why);
+    }
 }
 
-static void warn_of_losses(const struct pass *pass, uint64_t left_out)
+static void warn_of_left_out(const struct pass *pass)
+{
+    const struct options *o = pass->options;
+    const struct summary *s = &pass->summary;
+    for (size_t i = 0; i < s->left_out_count; i++) {
+        const struct left_out *l = &s->left_out[i];
+        warn_of_points(o, l->name, l->late,
+                       "came after their frame had been written");
+        warn_of_points(o, l->name, l->cut,
+                       "are beyond the most that a frame can hold");
+        warn_of_points(o, l->name, l->no_place,
+                       "have no place in an organised cloud");
+    }
+}
+
+static void warn_of_losses(const struct pass *pass)
 {
     const struct options *o = pass->options;
     if (pass->summary.truncated && !o->quiet) {
@@ -139,9 +154,7 @@ static void warn_of_losses(const struct pass *pass, uint64_t left_out)
                 "UDP port 5517 has its magic");
     }
     warn_of_no_points(pass);
-    if (left_out > 0) {
-        warn_of_left_out(o, left_out);
-    }
+    warn_of_left_out(pass);
 }
 
 /* A reader that has left is no failure. */
@@ -158,10 +171,10 @@ enum exit_status conclude_stdout(void)
     return EXIT_FAILED;
 }
 
-enum exit_status conclude_summary(const struct pass *pass, uint64_t left_out)
+enum exit_status conclude_summary(const struct pass *pass)
 {
     const struct options *o = pass->options;
-    warn_of_losses(pass, left_out);
+    warn_of_losses(pass);
     if (o->json) {
         summary_print_json(&pass->summary, stdout);
     } else if (!o->quiet) {
@@ -173,10 +186,9 @@ enum exit_status conclude_summary(const struct pass *pass, uint64_t left_out)
 
 static enum exit_status finish(struct pass *pass, lum_error *error)
 {
-    uint64_t left_out = 0;
     if (pass->outputs != NULL) {
         struct outputs *outputs = pass->outputs;
-        left_out = pass_left_out(pass);
+        pass_note_left_out(pass);
         pass->outputs = NULL;
         const int closed = outputs_close(outputs, error);
         const int reason = errno;
@@ -186,7 +198,7 @@ static enum exit_status finish(struct pass *pass, lum_error *error)
                                    : conclude_error(error, EXIT_FAILED);
         }
     }
-    return conclude_summary(pass, left_out);
+    return conclude_summary(pass);
 }
 
 enum exit_status conclude(struct pass *pass, enum pass_result result,

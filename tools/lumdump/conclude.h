@@ -26,13 +26,12 @@ void conclude_notes(struct pass *pass);
 bool conclude_lacks_data(const struct pass *pass);
 
 /* Say how a pass ended, finish its outputs if it came to its end, print the
- * summary. left_out: points that came too late for files that are closed
- * already. */
+ * summary. */
 enum exit_status conclude(struct pass *pass, enum pass_result result,
                           lum_error *error);
 
 /* The same for a pass whose outputs are closed: only warnings and summary. */
-enum exit_status conclude_summary(const struct pass *pass, uint64_t left_out);
+enum exit_status conclude_summary(const struct pass *pass);
 
 /* What was printed on standard output reaches it. */
 enum exit_status conclude_stdout(void);

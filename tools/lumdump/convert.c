@@ -325,14 +325,17 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
 }
 
 /* What comes after its frame was handed out is in no frame. */
-uint64_t pass_left_out(const struct pass *pass)
+void pass_note_left_out(struct pass *pass)
 {
-    uint64_t n = outputs_left_out(pass->outputs);
+    struct summary *s = &pass->summary;
+    struct left_out of_frames = {.late = 0};
     if (pass->frame_lines != NULL) {
-        const lum_framer_counters c = summary_count(&pass->summary);
-        n += c.points_late + c.points_cut;
+        const lum_framer_counters c = summary_count(s);
+        of_frames.late = c.points_late;
+        of_frames.cut = c.points_cut;
     }
-    return n;
+    s->left_out_count =
+        outputs_left_out(pass->outputs, &of_frames, s->left_out);
 }
 
 void pass_free(struct pass *pass)

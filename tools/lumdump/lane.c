@@ -154,8 +154,7 @@ static enum lane_end end_of(enum pass_result result)
 
 static void join(struct lane *lane)
 {
-    const enum lane_end end =
-        end_of(worker_join(lane->worker, &lane->left_out, &lane->error));
+    const enum lane_end end = end_of(worker_join(lane->worker, &lane->error));
     lane->worker = NULL;
     if (lane->end == LANE_LIVES) {
         lane->end = end;

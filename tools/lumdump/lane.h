@@ -37,8 +37,7 @@ struct lane {
 
     enum lane_end end;
     lum_error error;
-    int64_t ended_ns; /* monotonic; 0: with the run */
-    uint64_t left_out;
+    int64_t ended_ns;        /* monotonic; 0: with the run */
     struct worker_view view; /* as last looked */
     uint64_t dropped;        /* datagrams that the ring had no room for */
     uint64_t told;           /* of them */

@@ -320,13 +320,15 @@ bool lanes_have_no_reader(const struct lanes *lanes)
     return have;
 }
 
-uint64_t lanes_left_out(const struct lanes *lanes)
+void lanes_note_left_out(const struct lanes *lanes, struct summary *summary)
 {
-    uint64_t n = 0;
     for (size_t i = 0; i < lanes->count; i++) {
-        n += lanes->outputs[i]->left_out;
+        const struct lane *lane = lanes->outputs[i];
+        if (lane->worker == NULL && lane->own.summary.left_out_count > 0) {
+            summary->left_out[summary->left_out_count++] =
+                lane->own.summary.left_out[0];
+        }
     }
-    return n;
 }
 
 bool lanes_free(struct lanes *lanes)

@@ -290,8 +290,8 @@ static enum exit_status tell_end(struct live *l)
     }
     report_outputs(l);
     l->pass->summary.live = &l->counts;
-    const enum exit_status printed =
-        conclude_summary(l->pass, lanes_left_out(&l->lanes));
+    lanes_note_left_out(&l->lanes, &l->pass->summary);
+    const enum exit_status printed = conclude_summary(l->pass);
     tell_missing(l);
     return status != EXIT_DONE ? status : printed;
 }

@@ -76,20 +76,22 @@ static int prepare(struct job *job, lum_error *error)
     return 0;
 }
 
-/* A pcap file that a pcapng file becomes says less than that. */
+/* Who has the packets alone would read them by the built-in ones. */
 static void warn_of_pcap(const struct job *job)
 {
+    static const char *const lost[] = {
+        "the calibration that is used: write pcapng to keep it",
+        "the profile that is used: write pcapng to keep it",
+        "the calibration and the profile that are used: write pcapng to keep "
+        "them"};
     const struct options *o = job->options;
-    const bool has_any =
-        (job->geometry.has_calibration && o->calibration == NULL) ||
-        (job->geometry.has_profile && o->profile == NULL);
-    for (size_t i = 0; i < o->output_count && has_any && !o->quiet; i++) {
+    const unsigned what = (job->geometry.has_calibration ? 1u : 0u) +
+                          (job->geometry.has_profile ? 2u : 0u);
+    for (size_t i = 0; i < o->output_count && what > 0 && !o->quiet; i++) {
         if (o->outputs[i].format == FORMAT_PCAP) {
             (void)fprintf(stderr,
-                          "lumdump: warning: %s: pcap has no room for the "
-                          "calibration and the profile that %s has: write "
-                          "pcapng to keep them\n",
-                          o->outputs[i].name, o->source);
+                          "lumdump: warning: %s: pcap has no room for %s\n",
+                          o->outputs[i].name, lost[what - 1u]);
         }
     }
 }
@@ -97,8 +99,11 @@ static void warn_of_pcap(const struct job *job)
 static enum exit_status run_live(struct job *job)
 {
     lum_error error = {""};
-    return prepare(job, &error) == 0 ? live_run(&job->pass)
-                                     : conclude_error(&error, EXIT_BAD);
+    if (prepare(job, &error) != 0) {
+        return conclude_error(&error, EXIT_BAD);
+    }
+    warn_of_pcap(job);
+    return live_run(&job->pass);
 }
 
 static enum exit_status read_capture(struct job *job)
@@ -109,10 +114,10 @@ static enum exit_status read_capture(struct job *job)
     if (result == PASS_DONE) {
         provenance_take(pass->capture, &job->geometry, &job->source);
         conclude_about(job->options, &job->source);
-        warn_of_pcap(job);
         if (prepare(job, &error) != 0) {
             return conclude_error(&error, EXIT_BAD);
         }
+        warn_of_pcap(job);
         result = replay(pass, &error);
     }
     const enum exit_status status = conclude(pass, result, &error);

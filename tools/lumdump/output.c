@@ -44,7 +44,8 @@ struct output {
     size_t file_count;
     bool has_ended;
     int64_t ended; /* frames up to this one are finished */
-    uint64_t left_out;
+    uint64_t late; /* points without a file */
+    uint64_t no_place;
     lum_capture_writer *capture; /* NULL: no capture */
     bool has_time;
     int64_t began_ns; /* when the present file was to begin */
@@ -467,7 +468,7 @@ static int add_line(struct output *o, const lum_line_samples *line,
         return -1;
     }
     if (writer == NULL) {
-        o->left_out += line->count;
+        o->late += line->count;
         return 0;
     }
     return lum_writer_add(writer, line, error);
@@ -501,7 +502,7 @@ static int add_rows(struct output *o, struct frame_lines *frame,
         frame_lines_get_row(frame, i, &row);
         result = lum_writer_add(writer, &row, error);
     }
-    o->left_out += frame_lines_left_out(frame);
+    o->no_place += frame_lines_left_out(frame);
     return result;
 }
 
@@ -619,7 +620,8 @@ void output_abort(struct output *o)
     free(o);
 }
 
-uint64_t output_left_out(const struct output *o)
+void output_left_out(const struct output *o, struct left_out *out)
 {
-    return o->left_out;
+    *out = (struct left_out){
+        .name = o->name, .late = o->late, .no_place = o->no_place};
 }

@@ -12,6 +12,14 @@
 
 struct output;
 
+/* Points that an output was to have and has not. */
+struct left_out {
+    const char *name;  /* the output's; "-" is standard output */
+    uint64_t late;     /* they came after their frame had been written */
+    uint64_t cut;      /* beyond the most points or lines of a frame */
+    uint64_t no_place; /* in an organised cloud */
+};
+
 /* The i-th output of the options. A capture of a live run has its final name
  * from the start. rehearsal: NULL, or an output that took the lines to come. */
 int output_open(const struct options *options, size_t i,
@@ -70,8 +78,7 @@ int output_close(struct output *output, lum_error *error);
  * allowed. */
 void output_abort(struct output *output);
 
-/* Points that came after the file of their frame had been finished, or that an
- * organised cloud has no place for. */
-uint64_t output_left_out(const struct output *output);
+/* As far as it knows itself: not what is in none of the frames it got. */
+void output_left_out(const struct output *output, struct left_out *out);
 
 #endif

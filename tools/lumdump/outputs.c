@@ -296,11 +296,27 @@ void outputs_abort(struct outputs *outputs)
     free(outputs);
 }
 
-uint64_t outputs_left_out(const struct outputs *outputs)
+static bool lacks_any(const struct left_out *l)
 {
-    uint64_t n = 0;
+    return l->late > 0 || l->cut > 0 || l->no_place > 0;
+}
+
+size_t outputs_left_out(const struct outputs *outputs,
+                        const struct left_out *of_frames,
+                        struct left_out out[OUTPUTS_MAX])
+{
+    size_t n = 0;
     for (size_t i = 0; i < outputs->count; i++) {
-        n += outputs->list[i] != NULL ? output_left_out(outputs->list[i]) : 0;
+        const struct output *o = outputs->list[i];
+        if (o == NULL) {
+            continue;
+        }
+        output_left_out(o, &out[n]);
+        if (output_wants_frames(o)) {
+            out[n].late += of_frames->late;
+            out[n].cut += of_frames->cut;
+        }
+        n += lacks_any(&out[n]) ? 1u : 0u;
     }
     return n;
 }

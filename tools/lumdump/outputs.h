@@ -53,6 +53,10 @@ int outputs_close(struct outputs *outputs, lum_error *error);
 /* Abort all, free them. NULL is allowed. */
 void outputs_abort(struct outputs *outputs);
 
-uint64_t outputs_left_out(const struct outputs *outputs);
+/* What those that are still there lack. of_frames: points that are in no frame,
+ * added to each that takes frames. */
+size_t outputs_left_out(const struct outputs *outputs,
+                        const struct left_out *of_frames,
+                        struct left_out out[OUTPUTS_MAX]);
 
 #endif

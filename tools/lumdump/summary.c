@@ -333,6 +333,23 @@ static void print_json_live(const struct live_counts *c, FILE *out)
     print_json_outputs(c, out);
 }
 
+static void print_json_left_out(const struct summary *s, FILE *out)
+{
+    (void)fputs("  \"left_out\": [", out);
+    for (size_t i = 0; i < s->left_out_count; i++) {
+        const struct left_out *l = &s->left_out[i];
+        (void)fputs(i > 0 ? ",\n    {\"output\": " : "\n    {\"output\": ",
+                    out);
+        print_json_text(strcmp(l->name, "-") == 0 ? "standard output" : l->name,
+                        out);
+        (void)fprintf(out,
+                      ", \"late\": %" PRIu64 ", \"cut\": %" PRIu64
+                      ", \"no_place\": %" PRIu64 "}",
+                      l->late, l->cut, l->no_place);
+    }
+    (void)fputs(s->left_out_count > 0 ? "\n  ],\n" : "],\n", out);
+}
+
 void summary_print_json(const struct summary *s, FILE *out)
 {
     const lum_framer_counters points = summary_count(s);
@@ -359,6 +376,7 @@ void summary_print_json(const struct summary *s, FILE *out)
     if (s->live != NULL) {
         print_json_live(s->live, out);
     }
+    print_json_left_out(s, out);
     print_json_sensors(s, out);
     print_members(&total, &points, "  ", out);
     (void)fputs("}\n", out);

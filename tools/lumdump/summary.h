@@ -2,7 +2,7 @@
 #ifndef LUMDUMP_SUMMARY_H
 #define LUMDUMP_SUMMARY_H
 
-#include "options.h"
+#include "output.h"
 
 #include "lum/frame/framer.h"
 
@@ -49,6 +49,8 @@ struct summary {
     uint64_t records; /* of the capture */
     bool has_time;
     bool truncated;
+    struct left_out left_out[OUTPUTS_MAX]; /* of outputs that lack points */
+    size_t left_out_count;
 };
 
 /* What was made of the lines of all sensors. */

@@ -24,7 +24,6 @@ struct worker {
 
     /* of the thread, then of the caller that joined it */
     enum pass_result result;
-    uint64_t left_out;
     lum_error error;
     int64_t pipes_ns; /* when they were flushed */
     int64_t files_ns;
@@ -166,7 +165,7 @@ static enum pass_result close_outputs(struct worker *w)
     lum_error others = {""};
     struct outputs *outputs = w->pass->outputs;
     const bool is_fine = w->result == PASS_DONE;
-    w->left_out = pass_left_out(w->pass);
+    pass_note_left_out(w->pass);
     w->pass->outputs = NULL;
     if (outputs_close(outputs, is_fine ? &w->error : &others) == 0 ||
         !is_fine) {
@@ -256,12 +255,10 @@ void worker_drop(struct worker *worker)
     ring_close(worker->ring);
 }
 
-enum pass_result worker_join(struct worker *worker, uint64_t *left_out,
-                             lum_error *error)
+enum pass_result worker_join(struct worker *worker, lum_error *error)
 {
     (void)pthread_join(worker->thread, NULL);
     const enum pass_result result = worker->result;
-    *left_out = worker->left_out;
     if (result == PASS_FAILED) {
         *error = worker->error;
     }

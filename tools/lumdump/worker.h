@@ -55,8 +55,7 @@ void worker_finish(struct worker *worker, bool keep);
  */
 void worker_drop(struct worker *worker);
 
-/* Wait for its end, free it. left_out: see outputs_left_out(). */
-enum pass_result worker_join(struct worker *worker, uint64_t *left_out,
-                             lum_error *error);
+/* Wait for its end, free it. */
+enum pass_result worker_join(struct worker *worker, lum_error *error);
 
 #endif
