@@ -338,6 +338,12 @@ int lum_capture_writer_flush(lum_capture_writer *writer, lum_error *error)
 
 /* --- The end --- */
 
+/* A recording that nothing was recorded to takes no other file's place. */
+static bool is_empty_recording(const lum_capture_writer *w)
+{
+    return !w->is_shown && w->out.part != NULL;
+}
+
 /* fclose() would do it too late to report an error. */
 int lum_capture_writer_close(lum_capture_writer *writer, lum_error *error)
 {
@@ -347,7 +353,7 @@ int lum_capture_writer_close(lum_capture_writer *writer, lum_error *error)
     int result = 0;
     if (ferror(writer->file) || fflush(writer->file) != 0) {
         result = failed(writer, error);
-    } else {
+    } else if (!is_empty_recording(writer)) {
         result = lum_outfile_finish(&writer->out, error);
     }
     const int reason = errno;

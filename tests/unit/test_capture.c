@@ -872,12 +872,14 @@ static void a_link_is_written_through(void **state)
     lum_error error;
     (void)snprintf(link, sizeof link, "%s.link", s->path);
     assert_int_equal(symlink(s->path, link), 0);
+    const lum_datagram d = datagram_of(s, 100, 5);
     assert_int_equal(lum_capture_writer_open(link, &w, &error), 0);
+    assert_int_equal(lum_capture_writer_add(w, &d, &error), 0);
     assert_int_equal(lum_capture_writer_close(w, &error), 0);
     assert_int_equal(lstat(link, &st), 0);
     assert_true(S_ISLNK(st.st_mode));
     assert_int_equal(stat(s->path, &st), 0);
-    assert_int_equal(st.st_size, FILE_HEADER);
+    assert_int_equal(st.st_size, FILE_HEADER + RECORD_HEADER + 42 + 100);
     assert_int_equal(unlink(link), 0);
 }
 
@@ -894,17 +896,53 @@ static void a_recording_replaces_with_its_first_datagram(void **state)
     lum_capture_writer *w = NULL;
     const lum_datagram d = datagram_of(s, 100, 5);
     const long whole = FILE_HEADER + RECORD_HEADER + 42 + 100;
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < 3; i++) {
         assert_int_equal(lum_capture_writer_open(s->path, &w, NULL), 0);
         assert_int_equal(lum_capture_writer_flush(w, NULL), 0);
         assert_int_equal(size_of(s->path), i == 0 ? 0 : whole);
         if (i == 0) {
             assert_int_equal(lum_capture_writer_add(w, &d, NULL), 0);
         }
-        lum_capture_writer_abort(w);
+        if (i < 2) {
+            lum_capture_writer_abort(w);
+        } else {
+            assert_int_equal(lum_capture_writer_close(w, NULL), 0);
+        }
         assert_int_equal(size_of(s->path), whole);
     }
     lum_capture_writer_abort(NULL);
+}
+
+static void a_recording_of_nothing_leaves_no_file(void **state)
+{
+    scratch *s = *state;
+    char name[80];
+    lum_capture_writer *w = NULL;
+    (void)snprintf(name, sizeof name, "%s.new", s->path);
+    assert_int_equal(lum_capture_writer_open(name, &w, NULL), 0);
+    assert_int_equal(lum_capture_writer_close(w, NULL), 0);
+    assert_int_equal(size_of(name), -1);
+    assert_int_equal(lum_capture_writer_open_whole(name, &w, NULL), 0);
+    assert_int_equal(lum_capture_writer_close(w, NULL), 0);
+    assert_int_equal(size_of(name), FILE_HEADER);
+    assert_int_equal(unlink(name), 0);
+}
+
+/* Its reader gets a capture without records. */
+static void a_pipe_gets_the_header_of_a_recording_of_nothing(void **state)
+{
+    int ends[2];
+    char name[32];
+    uint8_t bytes[FILE_HEADER + 1];
+    lum_capture_writer *w = NULL;
+    (void)state;
+    assert_int_equal(pipe(ends), 0);
+    (void)snprintf(name, sizeof name, "/dev/fd/%d", ends[1]);
+    assert_int_equal(lum_capture_writer_open(name, &w, NULL), 0);
+    assert_int_equal(lum_capture_writer_close(w, NULL), 0);
+    assert_int_equal(read(ends[0], bytes, sizeof bytes), FILE_HEADER);
+    (void)close(ends[0]);
+    (void)close(ends[1]);
 }
 
 static void a_whole_capture_replaces_at_its_end(void **state)
@@ -991,6 +1029,8 @@ int main(void)
         WRITER_FACT(a_full_disk_is_told_while_writing),
         WRITER_FACT(a_link_is_written_through),
         WRITER_FACT(a_recording_replaces_with_its_first_datagram),
+        WRITER_FACT(a_recording_of_nothing_leaves_no_file),
+        cmocka_unit_test(a_pipe_gets_the_header_of_a_recording_of_nothing),
         WRITER_FACT(a_whole_capture_replaces_at_its_end),
         WRITER_FACT(an_abort_does_not_wait_for_a_reader),
     };

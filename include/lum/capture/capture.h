@@ -214,7 +214,9 @@ LUM_MUST_CHECK int lum_capture_writer_flush(lum_capture_writer *writer,
                                             lum_error *error);
 
 /** Write what is buffered, wait until it is on the disk, give the file its name
- * if it has none yet, and close. NULL is allowed.
+ * if it has none yet, and close. A file of lum_capture_writer_open() without a
+ * datagram gets no name: it is removed, and one of that name stays as it is.
+ * NULL is allowed.
  * @return 0, or -1 with the reason in error; closed either way. What has no
  *         name then is removed. */
 LUM_MUST_CHECK int lum_capture_writer_close(lum_capture_writer *writer,
