@@ -1256,6 +1256,28 @@ class HandmadeSensors(Case):
             self.assertEqual(path.read_text(), "old")
             self.assertEqual(self.folder.names(), ["keep.pcap"])
 
+    def test_how_many_signals_end_a_long_laser_off(self):
+        sensor = self.sensor()
+        sensor.mute = {b"d"}
+        for before, told in (0, "for 7 s more; Ctrl-C twice gives up\n"), (1, "for 7 s more; Ctrl-C gives up\n"), (2, ""):
+            with self.subTest(before):
+                sensor.commands.clear()
+                p = self.start("--laser", *([] if before else ["--duration", "0.2"]), "-q",
+                               stderr=open(self.folder / "said", "wb"), stdout=subprocess.DEVNULL)
+                self.wait_for(lambda: b"u" in sensor.commands, "laser on")
+                for sent in range(before):
+                    p.send_signal(signal.SIGINT)
+                    self.wait_for(lambda: b"d" in sensor.commands, "laser off")
+                if told:
+                    self.wait_for(lambda: "laser off is repeated" in self.said(), "the news")
+                    self.assertIn(told, self.said())
+                for sent in range(before, 2):
+                    p.send_signal(signal.SIGINT)
+                    time.sleep(0.1)  # two that come together are one
+                self.assertEqual(p.wait(30), 1, self.said())
+                self.assertEqual("laser off is repeated" in self.said(), told != "", self.said())
+                self.assertIn("laser off was not answered", self.said())
+
     def test_what_the_sensor_says_cannot_upset_a_terminal(self):
         self.sensor()
         r = self.dump("--duration", "0.3")
