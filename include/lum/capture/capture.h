@@ -169,8 +169,8 @@ typedef struct lum_datagram {
 
 /** Begin a pcap file that records live data: it gets its name with the first
  * datagram, and then stays even if the recording fails later. A file
- * of that name is replaced, or emptied where its directory may not be written
- * in; until the first datagram it stays as it is.
+ * of that name is then replaced, or emptied where its directory may not be
+ * written in; until the first datagram it stays as it is.
  * @param path a file, or "-" for standard output.
  * @return 0, or -1 with the reason in error; errno is EBUSY if another run is
  *         writing a file of that name. */
