@@ -37,13 +37,15 @@ typedef struct lum_outfile {
     ino_t inode;      /**< likewise */
     size_t unstarted; /**< bytes not yet on their way to the disk */
     bool owes_name;   /**< it has its name, perhaps not yet on the disk */
+    bool is_older;    /**< a file that was there, to be emptied when shown */
     lum_claim claim;  /**< to its name */
 } lum_outfile;
 
 /** Open an output. An existing file does not change until it is replaced. The
  * new file gets its mode and, if this process may set it, its owner; links to
  * files are followed. If no growing file can be made because its directory is
- * not writable, the existing one is emptied.
+ * not writable, lum_outfile_show() empties the existing one, and until then
+ * nothing may be written.
  * @param path its name, or "-" for standard output, which is duplicated.
  * @param out  written only on success.
  * @return 0, or -1 with the reason in error and in errno: EBUSY if another

@@ -114,19 +114,15 @@ static int settle(lum_outfile *file, lum_error *error)
     return 0;
 }
 
-/* Empties an existing file that cannot be replaced. */
-static int empty(lum_outfile *file, lum_error *error)
+/* Opens an existing file that cannot be replaced. */
+static int take(lum_outfile *file, lum_error *error)
 {
+    file->is_older = true;
     file->fd = open(file->path, O_WRONLY | O_CLOEXEC);
     if (file->fd < 0) {
         return lum_outfile_fail(file, errno, "cannot open it", error);
     }
-    if (settle(file, error) != 0) {
-        return -1;
-    }
-    return ftruncate(file->fd, 0) == 0
-               ? 0
-               : lum_outfile_fail(file, errno, "cannot empty it", error);
+    return settle(file, error);
 }
 
 /* If a claim fails, but not because another process has it, the file would fail
@@ -159,7 +155,7 @@ static int make(lum_outfile *file, lum_outfile_kind kind,
     if (create_part(file, old != NULL ? S_IRUSR | S_IWUSR : everyone) != 0) {
         return old != NULL && kind == LUM_OUTFILE_GROWS &&
                        (errno == EACCES || errno == EROFS)
-                   ? empty(file, error)
+                   ? take(file, error)
                    : fail_create(file, errno, error);
     }
     lum_claim_note(&file->claim, file->part);
@@ -329,6 +325,12 @@ static int give_name(lum_outfile *file, lum_error *error)
 /* The file's own lock replaces the claim. */
 int lum_outfile_show(lum_outfile *file, lum_error *error)
 {
+    if (file->is_older) {
+        if (ftruncate(file->fd, 0) != 0) {
+            return lum_outfile_fail(file, errno, "cannot empty it", error);
+        }
+        file->is_older = false;
+    }
     const int result = give_name(file, error);
     if (file->owes_name) {
         lum_claim_drop(&file->claim);

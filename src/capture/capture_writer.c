@@ -22,7 +22,9 @@ enum {
     LINKTYPE_ETHERNET = 1,
     FILE_HEADER_BYTES = 24,
     RECORD_HEADER_BYTES = 16,
-    BUFFER_BYTES = 1024 * 1024
+    /* more than all that comes before the first datagram */
+    BUFFER_BYTES =
+        (LUM_CAPTURE_COMMENTS_MAX + 2u) * (LUM_CAPTURE_COMMENT_BYTES_MAX + 1u)
 };
 
 #define MAGIC_NANOSECONDS 0xa1b23c4du
@@ -116,6 +118,9 @@ static int failed(const lum_capture_writer *w, lum_error *error)
 
 static void release(lum_capture_writer *w)
 {
+    if (w->file != NULL && w->out.is_older) {
+        lum_outfile_turn_away(w->file);
+    }
     if (w->file != NULL) {
         (void)fclose(w->file);
     }
@@ -327,16 +332,28 @@ uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer)
     return writer->bytes;
 }
 
+/* An older file stays as it is until it is emptied. */
+static int flush(const lum_capture_writer *w)
+{
+    return w->out.is_older ? 0 : fflush(w->file);
+}
+
 int lum_capture_writer_flush(lum_capture_writer *writer, lum_error *error)
 {
     if (lum_outfile_is_unread(&writer->out)) {
         errno = EPIPE;
         return failed(writer, error);
     }
-    return fflush(writer->file) == 0 ? 0 : failed(writer, error);
+    return flush(writer) == 0 ? 0 : failed(writer, error);
 }
 
 /* --- The end --- */
+
+/* A recording that nothing was recorded to takes no other file's place. */
+static bool is_empty_recording(const lum_capture_writer *w)
+{
+    return !w->is_shown && (w->out.part != NULL || w->out.is_older);
+}
 
 /* fclose() would do it too late to report an error. */
 int lum_capture_writer_close(lum_capture_writer *writer, lum_error *error)
@@ -345,9 +362,9 @@ int lum_capture_writer_close(lum_capture_writer *writer, lum_error *error)
         return 0;
     }
     int result = 0;
-    if (ferror(writer->file) || fflush(writer->file) != 0) {
+    if (ferror(writer->file) || flush(writer) != 0) {
         result = failed(writer, error);
-    } else {
+    } else if (!is_empty_recording(writer)) {
         result = lum_outfile_finish(&writer->out, error);
     }
     const int reason = errno;

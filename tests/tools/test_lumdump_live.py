@@ -868,6 +868,67 @@ class Sensors(Case):
         self.assertIn("doctor", r.stderr)
         self.assertEqual(self.folder.names(), [])
 
+    def old_files(self):
+        """Outputs of an earlier run, by their names."""
+        names = "keep.ply keep.csv keep.pcap keep.pcapng".split()
+        for name in names:
+            self.folder.write(name, "old")
+        return [a for n in names for a in ("-o", self.folder / n)]
+
+    def assert_old_files_stay(self):
+        for name in "keep.ply keep.csv keep.pcap keep.pcapng".split():
+            self.assertEqual((self.folder / name).read_text(), "old", name)
+
+    def wait_for_outputs(self, n):
+        """Until that many are open; they have no name yet."""
+        self.wait_for(lambda: len([x for x in self.folder.names() if x.endswith(".part")]) == n, "open outputs")
+
+    def test_a_signal_before_the_first_data_leaves_all_as_it_was(self):
+        outputs = self.old_files()
+        before = self.folder.names()
+        for number in signal.SIGINT, signal.SIGTERM:
+            for extra in [], ["-q"], ["--json"]:
+                with self.subTest(number=number, extra=extra):
+                    p = self.start(*outputs, "-o", self.folder / "new.pcap", *extra, stdout=subprocess.PIPE)
+                    self.addCleanup(p.stdout.close)
+                    self.wait_for_outputs(5)
+                    p.send_signal(number)
+                    self.assertEqual(p.stdout.read(), b"")
+                    said = self.end(p)
+                    self.assertEqual(p.returncode, 3, said)
+                    self.assertRegex(said, rf"no data from {re.escape(self.address)} within \d+\.\d s, nor any answer")
+                    self.assertNotIn("5517", said)
+                    self.assertEqual(said.count("\n"), 1, said)
+                    self.assert_old_files_stay()
+                    self.assertEqual(self.folder.names(), before)
+
+    def test_a_reader_gets_a_whole_header_if_a_signal_comes_before_the_first_data(self):
+        p = self.start("-o", "-", "--format", "pcap", stdout=subprocess.PIPE)
+        header = p.stdout.read(24)
+        p.send_signal(signal.SIGINT)
+        self.assertEqual(p.stdout.read(), b"")
+        p.stdout.close()
+        said = self.end(p)
+        self.assertEqual((p.returncode, len(header)), (3, 24), said)
+        self.assertIn(f"no data from {self.address}", said)
+
+    def test_a_reader_that_leaves_before_the_first_data_is_no_failure(self):
+        p = self.start("-o", "-", "--format", "csv", stdout=subprocess.PIPE)
+        self.assertTrue(p.stdout.readline())
+        p.stdout.close()
+        self.assertEqual((self.end(p), p.returncode), ("", 0))
+
+    def test_why_no_data_came_is_told_before_the_laser_is_switched_off(self):
+        p = self.start("--laser", "-o", self.folder / "c.csv", stderr=open(self.folder / "said", "wb"))
+        self.wait_for(lambda: "repeated for 7 s more" in self.said(), "the second part of laser off")
+        first, second = self.said().splitlines()
+        self.assertIn(f"no data from {self.address} within 5 s, nor any answer", first)
+        self.assertIn("laser off is repeated for 7 s more; Ctrl-C twice gives up", second)
+        p.send_signal(signal.SIGINT)
+        self.wait_for(lambda: p.send_signal(signal.SIGINT) or p.poll() is not None, "the end")
+        self.assertEqual(p.returncode, 3, self.said())
+        self.assertEqual(self.said().count("no data from"), 1, self.said())
+
     def test_a_second_session_is_refused_and_harms_nothing(self):
         self.simulator()
         p = self.start_recording()
@@ -1103,6 +1164,7 @@ class Handmade(threading.Thread):
         self.status = 0x0210
         self.ends = False
         self.clock = 0
+        self.heard = 0  # requests
 
     def run(self):
         while not self.ends:
@@ -1119,6 +1181,7 @@ class Handmade(threading.Thread):
             self.clock += 2500
             yield from line([word(1000, 5)], 0, self.clock // 2500 % 64, self.clock)
         if packet[8] == 7:
+            self.heard += 1
             if len(packet) > 16:
                 self.take(packet[20:])
             if packet[20:] in self.mute:
@@ -1217,6 +1280,43 @@ class HandmadeSensors(Case):
         self.assertEqual(got["left_out"], [{"output": str(lacking), "late": 0, "cut": 0, "no_place": count}])
         self.assertEqual([text for text in said.splitlines() if "left out" in text],
                          [f"lumdump: warning: {lacking}: {count} points left out, which have no place in an organised cloud"])
+
+    def test_answers_alone_replace_no_recording(self):
+        sensor = self.sensor(has_data=False)
+        path = self.folder.write("keep.pcap", "old")
+        for has_signal in True, False:
+            sensor.heard = 0
+            p = self.start("-o", path)
+            if has_signal:
+                self.wait_for(lambda: sensor.heard > 2, "requests, which were answered")
+                p.send_signal(signal.SIGINT)
+            said = self.end(p)
+            self.assertEqual(p.returncode, 3, said)
+            self.assertRegex(said, r"no data from \S+ within \S+ s, though it answers")
+            self.assertEqual(path.read_text(), "old")
+            self.assertEqual(self.folder.names(), ["keep.pcap"])
+
+    def test_how_many_signals_end_a_long_laser_off(self):
+        sensor = self.sensor()
+        sensor.mute = {b"d"}
+        for before, told in (0, "for 7 s more; Ctrl-C twice gives up\n"), (1, "for 7 s more; Ctrl-C gives up\n"), (2, ""):
+            with self.subTest(before):
+                sensor.commands.clear()
+                p = self.start("--laser", *([] if before else ["--duration", "0.2"]), "-q",
+                               stderr=open(self.folder / "said", "wb"), stdout=subprocess.DEVNULL)
+                self.wait_for(lambda: b"u" in sensor.commands, "laser on")
+                for sent in range(before):
+                    p.send_signal(signal.SIGINT)
+                    self.wait_for(lambda: b"d" in sensor.commands, "laser off")
+                if told:
+                    self.wait_for(lambda: "laser off is repeated" in self.said(), "the news")
+                    self.assertIn(told, self.said())
+                for sent in range(before, 2):
+                    p.send_signal(signal.SIGINT)
+                    time.sleep(0.1)  # two that come together are one
+                self.assertEqual(p.wait(30), 1, self.said())
+                self.assertEqual("laser off is repeated" in self.said(), told != "", self.said())
+                self.assertIn("laser off was not answered", self.said())
 
     def test_what_the_sensor_says_cannot_upset_a_terminal(self):
         self.sensor()

@@ -15,6 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -872,12 +873,14 @@ static void a_link_is_written_through(void **state)
     lum_error error;
     (void)snprintf(link, sizeof link, "%s.link", s->path);
     assert_int_equal(symlink(s->path, link), 0);
+    const lum_datagram d = datagram_of(s, 100, 5);
     assert_int_equal(lum_capture_writer_open(link, &w, &error), 0);
+    assert_int_equal(lum_capture_writer_add(w, &d, &error), 0);
     assert_int_equal(lum_capture_writer_close(w, &error), 0);
     assert_int_equal(lstat(link, &st), 0);
     assert_true(S_ISLNK(st.st_mode));
     assert_int_equal(stat(s->path, &st), 0);
-    assert_int_equal(st.st_size, FILE_HEADER);
+    assert_int_equal(st.st_size, FILE_HEADER + RECORD_HEADER + 42 + 100);
     assert_int_equal(unlink(link), 0);
 }
 
@@ -894,17 +897,109 @@ static void a_recording_replaces_with_its_first_datagram(void **state)
     lum_capture_writer *w = NULL;
     const lum_datagram d = datagram_of(s, 100, 5);
     const long whole = FILE_HEADER + RECORD_HEADER + 42 + 100;
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < 3; i++) {
         assert_int_equal(lum_capture_writer_open(s->path, &w, NULL), 0);
         assert_int_equal(lum_capture_writer_flush(w, NULL), 0);
         assert_int_equal(size_of(s->path), i == 0 ? 0 : whole);
         if (i == 0) {
             assert_int_equal(lum_capture_writer_add(w, &d, NULL), 0);
         }
-        lum_capture_writer_abort(w);
+        if (i < 2) {
+            lum_capture_writer_abort(w);
+        } else {
+            assert_int_equal(lum_capture_writer_close(w, NULL), 0);
+        }
         assert_int_equal(size_of(s->path), whole);
     }
     lum_capture_writer_abort(NULL);
+}
+
+static void a_recording_of_nothing_leaves_no_file(void **state)
+{
+    scratch *s = *state;
+    char name[80];
+    lum_capture_writer *w = NULL;
+    (void)snprintf(name, sizeof name, "%s.new", s->path);
+    assert_int_equal(lum_capture_writer_open(name, &w, NULL), 0);
+    assert_int_equal(lum_capture_writer_close(w, NULL), 0);
+    assert_int_equal(size_of(name), -1);
+    assert_int_equal(lum_capture_writer_open_whole(name, &w, NULL), 0);
+    assert_int_equal(lum_capture_writer_close(w, NULL), 0);
+    assert_int_equal(size_of(name), FILE_HEADER);
+    assert_int_equal(unlink(name), 0);
+}
+
+/* Root may write everywhere, so it becomes nobody first. 0, or what failed. */
+static int record_as_nobody(const scratch *s, const char *name)
+{
+    const lum_datagram d = datagram_of(s, 100, 5);
+    lum_capture_writer *w = NULL;
+    if (geteuid() == 0 && (setgid(NOBODY) != 0 || setuid(NOBODY) != 0)) {
+        return 1;
+    }
+    for (int i = 0; i < 2; i++) {
+        if (lum_capture_writer_open(name, &w, NULL) != 0 ||
+            lum_capture_writer_flush(w, NULL) != 0 || size_of(name) != 5) {
+            return 2;
+        }
+        if (i == 0) {
+            lum_capture_writer_abort(w);
+        } else if (lum_capture_writer_close(w, NULL) != 0) {
+            return 3;
+        }
+        if (size_of(name) != 5) {
+            return 4;
+        }
+    }
+    return lum_capture_writer_open(name, &w, NULL) == 0 &&
+                   lum_capture_writer_add(w, &d, NULL) == 0 &&
+                   lum_capture_writer_close(w, NULL) == 0 &&
+                   size_of(name) == FILE_HEADER + RECORD_HEADER + 42 + 100
+               ? 0
+               : 5;
+}
+
+static void a_file_in_a_closed_directory_stays_until_the_first_datagram(
+    void **state)
+{
+    scratch *s = *state;
+    char directory[] = "/tmp/lum-capture-closed-XXXXXX";
+    char name[80];
+    int status = -1;
+    assert_non_null(mkdtemp(directory));
+    (void)snprintf(name, sizeof name, "%s/a.pcap", directory);
+    FILE *file = fopen(name, "w");
+    assert_non_null(file);
+    assert_int_equal(fputs("older", file) >= 0 && fclose(file) == 0, 1);
+    assert_int_equal(chmod(name, 0666), 0);
+    assert_int_equal(chmod(directory, 0555), 0);
+    fflush(NULL);
+    const pid_t child = fork();
+    if (child == 0) {
+        _exit(record_as_nobody(s, name));
+    }
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_int_equal(status, 0);
+    assert_int_equal(chmod(directory, 0755), 0);
+    assert_int_equal(unlink(name), 0);
+    assert_int_equal(rmdir(directory), 0);
+}
+
+/* Its reader gets a capture without records. */
+static void a_pipe_gets_the_header_of_a_recording_of_nothing(void **state)
+{
+    int ends[2];
+    char name[32];
+    uint8_t bytes[FILE_HEADER + 1];
+    lum_capture_writer *w = NULL;
+    (void)state;
+    assert_int_equal(pipe(ends), 0);
+    (void)snprintf(name, sizeof name, "/dev/fd/%d", ends[1]);
+    assert_int_equal(lum_capture_writer_open(name, &w, NULL), 0);
+    assert_int_equal(lum_capture_writer_close(w, NULL), 0);
+    assert_int_equal(read(ends[0], bytes, sizeof bytes), FILE_HEADER);
+    (void)close(ends[0]);
+    (void)close(ends[1]);
 }
 
 static void a_whole_capture_replaces_at_its_end(void **state)
@@ -991,6 +1086,10 @@ int main(void)
         WRITER_FACT(a_full_disk_is_told_while_writing),
         WRITER_FACT(a_link_is_written_through),
         WRITER_FACT(a_recording_replaces_with_its_first_datagram),
+        WRITER_FACT(a_recording_of_nothing_leaves_no_file),
+        WRITER_FACT(
+            a_file_in_a_closed_directory_stays_until_the_first_datagram),
+        cmocka_unit_test(a_pipe_gets_the_header_of_a_recording_of_nothing),
         WRITER_FACT(a_whole_capture_replaces_at_its_end),
         WRITER_FACT(an_abort_does_not_wait_for_a_reader),
     };

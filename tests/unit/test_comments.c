@@ -46,6 +46,7 @@ static lum_capture_writer *open_pcapng(const char *const *comments,
 {
     const lum_capture_writer_options o = {.struct_size = sizeof o,
                                           .format = LUM_CAPTURE_PCAPNG,
+                                          .is_whole = true,
                                           .application = "test",
                                           .comments = comments,
                                           .comment_count = count};

@@ -565,9 +565,11 @@ static int write_as_nobody(void)
         errno != EACCES || strstr(error.text, "directory") == NULL) {
         return 2;
     }
+    struct stat status;
     if (lum_outfile_open(in_directory("a"), LUM_OUTFILE_GROWS, &file, &error) !=
             0 ||
-        write(file.fd, "new", 3) != 3) {
+        stat(in_directory("a"), &status) != 0 || status.st_size != 5 ||
+        lum_outfile_show(&file, &error) != 0 || write(file.fd, "new", 3) != 3) {
         return 3;
     }
     lum_outfile other;

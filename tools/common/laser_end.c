@@ -4,9 +4,37 @@
 #include "number.h"
 #include "writable.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 
 #define ALONE_MS 3000u
+
+/* How a person ends it from now on: the signals that came before count. */
+static const char *way_out(void)
+{
+    if (interrupt_second() == NULL) {
+        return "";
+    }
+    return interrupt_signal() != 0 ? "; Ctrl-C gives up"
+                                   : "; Ctrl-C twice gives up";
+}
+
+static bool is_given_up(void)
+{
+    const lum_cancel *second = interrupt_second();
+    return second != NULL && lum_cancel_is_raised(second);
+}
+
+static void tell_rest(const char *name, lum_laser_off end)
+{
+    if (!is_given_up() && writable(stderr, 0)) {
+        (void)fprintf(stderr, "%s: %s: laser off is repeated for %u s more%s\n",
+                      name,
+                      end == LUM_LASER_OFF_REFUSED ? "the laser is still on"
+                                                   : "no answer yet",
+                      (LUM_SENSOR_OFF_MS - ALONE_MS) / 1000u, way_out());
+    }
+}
 
 lum_laser_off laser_end(lum_sensor *sensor, const char *name, uint16_t *status)
 {
@@ -15,15 +43,7 @@ lum_laser_off laser_end(lum_sensor *sensor, const char *name, uint16_t *status)
     if (end == LUM_LASER_OFF_SEEN || end == LUM_LASER_OFF_UNSEEN) {
         return end;
     }
-    if (writable(stderr, 0)) {
-        (void)fprintf(stderr,
-                      "%s: %s: laser off is repeated for %u s more; Ctrl-C "
-                      "twice gives up\n",
-                      name,
-                      end == LUM_LASER_OFF_REFUSED ? "the laser is still on"
-                                                   : "no answer yet",
-                      (LUM_SENSOR_OFF_MS - ALONE_MS) / 1000u);
-    }
+    tell_rest(name, end);
     return lum_sensor_laser_off_within(sensor, LUM_SENSOR_OFF_MS - ALONE_MS,
                                        interrupt_second(), status);
 }

@@ -8,9 +8,10 @@
 #include <stdint.h>
 
 /* In the first three seconds nothing stops it; after that a sensor that gets no
- * heartbeats is down by itself. Then a line on standard error says that it
- * continues, unless this would have to wait for a reader, and a second signal
- * stops it if signals are held (interrupt.h).
+ * heartbeats is down by itself. Then a second signal stops it if signals are
+ * held (interrupt.h); the first may have come before. A line on standard error
+ * says that it continues, and how many signals stop it, unless two have come or
+ * the line would have to wait for a reader.
  * name    begins that line, such as "lumctl: 10.42.0.37".
  * status  as lum_sensor_laser_off(). */
 lum_laser_off laser_end(lum_sensor *sensor, const char *name, uint16_t *status);

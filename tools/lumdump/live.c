@@ -26,6 +26,8 @@ struct live {
     lum_error error;
 };
 
+/* --- Begin and end --- */
+
 static int open_session(const struct live *l, bool owns, lum_sensor **out,
                         lum_error *error)
 {
@@ -100,6 +102,8 @@ static void count(struct live *l)
             (double)(lum_time_monotonic_ns() - s->first_data_ns) * 1e-9;
     }
 }
+
+/* --- The laser --- */
 
 static lum_laser_off put_down(struct live *l, lum_sensor *sensor)
 {
@@ -186,21 +190,7 @@ static enum exit_status tell_laser(const struct live *l,
     return EXIT_FAILED;
 }
 
-static enum exit_status tell_no_data(const struct live *l)
-{
-    const struct watch *w = &l->session.watch;
-    (void)fprintf(stderr,
-                  "lumdump: %s: no data from %s within 5 s%s; look with lumctl "
-                  "--host %s doctor\n",
-                  l->options->source, w->address,
-                  w->laser.has_status
-                      ? ", though it answers: is a profile needed, or "
-                        "does a firewall drop what is not an answer?"
-                      : ", nor any answer: is it on, connected and "
-                        "at this address? It boots at 10.42.0.37",
-                  w->address);
-    return EXIT_NO_ANSWER;
-}
+/* --- What is said at the end --- */
 
 /* Packets that may be data, and none that is. */
 static bool has_unknown_layout(const struct session *s)
@@ -208,9 +198,34 @@ static bool has_unknown_layout(const struct session *s)
     return !s->watch.has_data && s->has_unknown;
 }
 
-static bool keeps_outputs(const struct session *s)
+/* The sensor sent none, as far as anybody waited for it. */
+static bool lacks_data(const struct session *s)
 {
-    return s->end != SESSION_NO_DATA && !has_unknown_layout(s);
+    return !s->watch.has_data && !s->has_unknown &&
+           (s->end == SESSION_NO_DATA || s->end == SESSION_SIGNAL);
+}
+
+/* Before the laser is switched off, which may take long. Waits for no reader.
+ */
+static void tell_no_data(struct session *s)
+{
+    const struct watch *w = &s->watch;
+    const bool is_late = s->end == SESSION_NO_DATA;
+    char limit[32] = "5";
+    if (!is_late) {
+        (void)snprintf(limit, sizeof limit, "%.1f",
+                       (double)(s->ended_ns - s->began_ns) * 1e-9);
+    }
+    say_error(&s->say,
+              "no data from %s within %s s%s; look with lumctl --host %s "
+              "doctor",
+              w->address, limit,
+              w->laser.has_status
+                  ? ", though it answers: is a profile needed, or does a "
+                    "firewall drop what is not an answer?"
+                  : ", nor any answer: is it on, connected and at this "
+                    "address? It boots at 10.42.0.37",
+              w->address);
 }
 
 static void tell_notes(struct live *l)
@@ -279,13 +294,13 @@ static enum exit_status tell_end(struct live *l)
         diagnosis_print(&l->pass->diagnosis, l->options->source, stderr);
         return EXIT_FAILED;
     }
-    if (l->session.end == SESSION_NO_DATA) {
-        return tell_no_data(l);
+    if (lacks_data(&l->session)) {
+        return EXIT_NO_ANSWER;
     }
     if (l->session.end == SESSION_BROKEN) {
         status = conclude_error(&l->session.error, EXIT_FAILED);
     }
-    if (lanes_have_no_reader(&l->lanes)) {
+    if (lanes_have_no_reader(&l->lanes) || !l->session.watch.has_data) {
         return status;
     }
     report_outputs(l);
@@ -295,6 +310,8 @@ static enum exit_status tell_end(struct live *l)
     tell_missing(l);
     return status != EXIT_DONE ? status : printed;
 }
+
+/* --- The run --- */
 
 /* While the laser may be on, a signal ends the run in good order. After that
  * the outputs get their time, and the final messages come as usual, except that
@@ -311,6 +328,9 @@ static enum exit_status run(struct live *l)
         session_drain(&l->session);
     }
     count(l);
+    if (lacks_data(&l->session)) {
+        tell_no_data(&l->session);
+    }
     switch_off(l);
     interrupt_linger();
     const bool is_down = l->off == LUM_LASER_OFF_SEEN;
@@ -318,7 +338,7 @@ static enum exit_status run(struct live *l)
         say_end(&l->session.say);
         laser = tell_laser(l, EXIT_DONE);
     }
-    lanes_end(&l->lanes, keeps_outputs(&l->session), &l->session.say);
+    lanes_end(&l->lanes, l->session.watch.has_data, &l->session.say);
     interrupt_release();
     say_end(&l->session.say);
     const enum exit_status status = tell_end(l);

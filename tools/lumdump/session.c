@@ -43,6 +43,8 @@ static void look_for_data(struct session *s, const lum_sensor_event *event,
     s->has_unknown |= heard.has_unknown;
 }
 
+/* Answers wait in the buffers until data comes: without any, nothing is
+ * written, and no recording gets its name. */
 static void take_datagrams(struct session *s, const lum_sensor_event *event,
                            int64_t now_ns)
 {
@@ -55,9 +57,11 @@ static void take_datagrams(struct session *s, const lum_sensor_event *event,
         s->bytes += d->len;
         lanes_put(s->lanes, &item);
     }
-    lanes_publish(s->lanes);
     s->received += event->datagram_count;
     look_for_data(s, event, now_ns);
+    if (s->watch.has_data || s->has_unknown) {
+        lanes_publish(s->lanes);
+    }
 }
 
 static void take_event(struct session *s, const lum_sensor_event *event,
@@ -197,6 +201,7 @@ void session_run(struct session *session)
     while (session->end == SESSION_GOES_ON) {
         step(session);
     }
+    session->ended_ns = lum_time_monotonic_ns();
 }
 
 void session_drain(struct session *session)

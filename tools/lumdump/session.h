@@ -42,6 +42,7 @@ struct session {
     enum session_end end;
     lum_error error;
     int64_t began_ns; /* all times are monotonic */
+    int64_t ended_ns;
     int64_t first_data_ns;
     int64_t end_ns; /* of the duration; far away: none */
     int64_t tick_ns;

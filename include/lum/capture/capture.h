@@ -171,7 +171,7 @@ typedef struct lum_datagram {
 
 /** Begin a pcap file that records live data: it gets its name with the first
  * datagram, and then stays even if the recording fails later. A file of that
- * name is replaced, or emptied if its directory cannot be written; until the
+ * name is then replaced, or emptied if its directory cannot be written; until the
  * first datagram it does not change.
  * @param path a file, or "-" for standard output.
  * @return 0, or -1 with the reason in error; errno is EBUSY if another run is
@@ -216,9 +216,11 @@ LUM_MUST_CHECK int lum_capture_writer_flush(lum_capture_writer *writer,
                                             lum_error *error);
 
 /** Write what is buffered, wait until it is on the disk, give the file its name
- * if it has none yet, and close. NULL is allowed.
- * @return 0, or -1 with the reason in error; closed either way. A file that has
- *         no name then is removed. */
+ * if it has none yet, and close. A file of lum_capture_writer_open() without a
+ * datagram gets no name: it is removed, and one of that name stays as it is.
+ * NULL is allowed.
+ * @return 0, or -1 with the reason in error; closed either way. What has no
+ *         name then is removed. */
 LUM_MUST_CHECK int lum_capture_writer_close(lum_capture_writer *writer,
                                             lum_error *error);
 
