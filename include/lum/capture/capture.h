@@ -171,8 +171,8 @@ typedef struct lum_datagram {
 
 /** Begin a pcap file that records live data: it gets its name with the first
  * datagram, and then stays even if the recording fails later. A file of that
- * name is then replaced, or emptied if its directory cannot be written; until the
- * first datagram it does not change.
+ * name is then replaced, or emptied if its directory cannot be written; until
+ * the first datagram it does not change.
  * @param path a file, or "-" for standard output.
  * @return 0, or -1 with the reason in error; errno is EBUSY if another run is
  *         writing a file of that name. */
