@@ -379,6 +379,28 @@ def calibration_is_used():
     check(abs(up - math.cos(pitch) * math.sin(roll)) < 1e-6, f"the blue eye's roll: {up}")
 
 
+def what_a_capture_has_of_its_own_is_warned_of():
+    """The node does not use it: it says so unless a parameter says what to use."""
+    calibration = WORK / "own.yaml"
+    calibration.write_text("version: 1\ntof_lsb_ps: 12.5\n", encoding="ascii")
+    profile = WORK / "own-profile.yaml"
+    profile.write_text("version: 1\nline_span_us: 3000\n", encoding="ascii")
+    known = capture("own.pcapng", "--frames", 1, "--lines", 64, "--calibration", calibration, "--profile", profile)
+    plain = capture("plain.pcapng", "--frames", 1, "--lines", 64)
+    both = {"calibration", "profile"}
+    subprocess.run(["rosparam", "delete", "/lumsdk_node"], capture_output=True, timeout=60, check=False)  # of a launch before
+    for path, arguments, kinds in ((known, [], both), (known, [f"_calibration:={calibration}"], {"profile"}), (plain, [], set()),
+                                   (known, [f"_calibration:={calibration}", f"_profile:={profile}"], set())):
+        listener = clouds()
+        p = node(f"_source:={path}", "_wait_for:=[points]", *arguments)
+        listener.wait_for_silence()
+        PROCESSES.end(p, signal.SIGTERM)
+        listener.stop()
+        run("rosparam", "delete", "/lumsdk_node")
+        said = {k for k in both if f"{path} has a {k} of its own, which this node does not use: give it by ~{k}" in text_of(p)}
+        check(said == kinds, f"{path.name} {arguments}: warned of {said}, not {kinds}")
+
+
 def parameters_hold_a_calibration():
     """What rosparam load makes of the YAML file serves as well as its path."""
     shot = capture("one.pcap", "--frames", 1, "--lines", 64)
@@ -683,7 +705,8 @@ def rviz_shows_the_cloud():
 
 CHECKS = [the_documentation_builds_as_the_readme, neighbours_of_a_ring_are_neighbours,
           rings_follow_the_number_of_lines, eyes_have_topics_of_their_own, two_sensors_have_topics_of_their_own,
-          capture_is_lumdumps, rough_capture_is_lumdumps, calibration_is_used, parameters_hold_a_calibration,
+          capture_is_lumdumps, rough_capture_is_lumdumps, calibration_is_used,
+          what_a_capture_has_of_its_own_is_warned_of, parameters_hold_a_calibration,
           bag_is_the_capture, bag_launch_plays_a_bag, live_sensor, live_recording, laser_is_safe,
           two_nodes_cannot_own_a_sensor, a_moved_sensor_is_named,
           a_second_signal_ends_a_long_laser_off, bad_parameters_are_told, rviz_shows_the_cloud]

@@ -34,14 +34,33 @@ Capture open_capture(const std::string &path)
     return Capture(capture);
 }
 
+// Whether a capture brings a text of this kind (docs/formats.md, "Provenance").
+bool has_text(const lum_capture *capture, const std::string &kind)
+{
+    const std::string mark = "# lumsdk " + kind + " ";
+    for (size_t s = 0; s < lum_capture_source_count(capture); s++) {
+        for (size_t i = 0; i < lum_capture_comment_count(capture, s); i++) {
+            size_t len = 0;
+            const char *text = lum_capture_comment(capture, s, i, &len);
+            if (len > mark.size() &&
+                mark.compare(0, mark.size(), text, mark.size()) == 0) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
 class CaptureSource : public Source
 {
   public:
     CaptureSource(const Options &options, const Outlet &outlet, Notes &notes)
         : options_(options), outlet_(outlet), notes_(notes),
-          pipeline_(options, outlet), capture_(open_capture(options.source)),
-          thread_([this] { run(); })
+          pipeline_(options, outlet), capture_(open_capture(options.source))
     {
+        warn_of_text("calibration", options.has_calibration);
+        warn_of_text("profile", options.has_profile);
+        thread_ = std::thread([this] { run(); });
     }
 
     ~CaptureSource() override
@@ -65,6 +84,18 @@ class CaptureSource : public Source
     }
 
   private:
+    // The transforms are out before it is open.
+    void warn_of_text(const std::string &kind, bool is_given)
+    {
+        if (!is_given && has_text(capture_.get(), kind)) {
+            notes_.add(Note::warning,
+                       options_.source + " has a " + kind +
+                           " of its own, which this node does not use: give "
+                           "it by ~" +
+                           kind);
+        }
+    }
+
     void run()
     {
         try {

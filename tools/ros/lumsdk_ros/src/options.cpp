@@ -91,6 +91,7 @@ void read_calibration(Parameters &p, Options &o)
     if (!p.yaml("calibration", path, tree)) {
         return;
     }
+    o.has_calibration = true;
     const int result =
         tree.empty()
             ? lum_calibration_load(path.c_str(), &o.calibration, &error)
@@ -111,6 +112,7 @@ void read_profile(Parameters &p, Options &o)
     if (!p.yaml("profile", path, tree)) {
         return;
     }
+    o.has_profile = true;
     const int result = tree.empty()
                            ? lum_profile_load(path.c_str(), &profile, &error)
                            : lum_profile_parse(tree.data(), tree.size(),

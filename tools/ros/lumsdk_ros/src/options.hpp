@@ -25,6 +25,8 @@ struct Options {
     lum_endpoint endpoint = {0, LUM_PORT}; // of a live sensor
     bool has_sensor = false;               // one of several
     uint32_t sensor = 0;                   // its address
+    bool has_calibration = false; // by a parameter
+    bool has_profile = false;     // likewise
     lum_calibration calibration = {};
     lum_layout layout = {};
     lum_selection selection = {};
