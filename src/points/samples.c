@@ -114,11 +114,13 @@ static struct maker make_maker(const lum_projector *projector,
 }
 
 /* x, y, z and the range are written as four lanes. */
-typedef char
-    the_range_follows_z[offsetof(lum_sample, range) ==
-                                offsetof(lum_sample, x) + 3u * sizeof(float)
-                            ? 1
-                            : -1];
+enum {
+    the_range_follows_z =
+        1 / (offsetof(lum_sample, range) ==
+                     offsetof(lum_sample, x) + sizeof(float) * 3u
+                 ? 1
+                 : 0)
+};
 
 static inline void fill_sample(const struct maker *m, uint32_t word,
                                lum_return r, lum_sample *restrict out)

@@ -388,6 +388,7 @@ def what_a_capture_has_of_its_own_is_warned_of():
     known = capture("own.pcapng", "--frames", 1, "--lines", 64, "--calibration", calibration, "--profile", profile)
     plain = capture("plain.pcapng", "--frames", 1, "--lines", 64)
     both = {"calibration", "profile"}
+    subprocess.run(["rosparam", "delete", "/lumsdk_node"], capture_output=True, timeout=60, check=False)  # of a launch before
     for path, arguments, kinds in ((known, [], both), (known, [f"_calibration:={calibration}"], {"profile"}), (plain, [], set()),
                                    (known, [f"_calibration:={calibration}", f"_profile:={profile}"], set())):
         listener = clouds()
