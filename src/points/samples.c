@@ -113,15 +113,6 @@ static struct maker make_maker(const lum_projector *projector,
         .is_whole = line->angle_count == LUM_LINE_PIXELS};
 }
 
-/* x, y, z and the range are written as four lanes. */
-enum {
-    the_range_follows_z =
-        1 / (offsetof(lum_sample, range) ==
-                     offsetof(lum_sample, x) + sizeof(float) * 3u
-                 ? 1
-                 : 0)
-};
-
 static inline void fill_sample(const struct maker *m, uint32_t word,
                                lum_return r, lum_sample *restrict out)
 {

@@ -503,7 +503,20 @@ static void a_line_without_words_has_no_samples(void **state)
     scene_free(s);
 }
 
+/* lum_samples_compute() writes these as four numbers in a row. */
+static void the_range_follows_x_y_and_z(void **state)
+{
+    (void)state;
+    assert_int_equal(offsetof(lum_sample, y),
+                     offsetof(lum_sample, x) + sizeof(float));
+    assert_int_equal(offsetof(lum_sample, z),
+                     offsetof(lum_sample, y) + sizeof(float));
+    assert_int_equal(offsetof(lum_sample, range),
+                     offsetof(lum_sample, z) + sizeof(float));
+}
+
 static const struct CMUnitTest tests[] = {
+    cmocka_unit_test(the_range_follows_x_y_and_z),
     cmocka_unit_test(the_default_is_all_rising_returns),
     cmocka_unit_test(a_sample_has_all_that_is_known),
     cmocka_unit_test(angles_of_samples_follow_an_lsb),
