@@ -82,8 +82,8 @@ static void warn_of_pcap(const struct job *job)
     static const char *const lost[] = {
         "the calibration that is used: write pcapng to keep it",
         "the profile that is used: write pcapng to keep it",
-        "the calibration and the profile that are used: write pcapng to keep "
-        "them"};
+        ("the calibration and the profile that are used: write pcapng to keep "
+         "them")};
     const struct options *o = job->options;
     const unsigned what = (job->geometry.has_calibration ? 1u : 0u) +
                           (job->geometry.has_profile ? 2u : 0u);
