@@ -712,7 +712,8 @@ static void any_time_is_written(void **state)
     assert_int_equal(lum_writer_close(writer, NULL), 0);
     char *text = take_file(&size);
     assert_non_null(strstr(text, "\nnan\n"));
-    assert_true(strtof(text + 5, NULL) == 3.4e38f);
+    const float largest = strtof(text + 5, NULL);
+    assert_true(largest == times[0]); /* a literal may be more exact than it */
     free(text);
 }
 
