@@ -32,6 +32,19 @@ def run(tool, *arguments, stdin=b"", timeout=120, **options):
     return r
 
 
+def signal_and_see(process, number):
+    """Send a signal to a running program and return once it has taken it. Of two that wait to be taken, one is lost."""
+    process.send_signal(number)
+    while process.poll() is None:
+        try:
+            status = pathlib.Path(f"/proc/{process.pid}/status").read_text()
+        except OSError:
+            return  # it has just ended
+        pending = [int(line.split()[1], 16) for line in status.splitlines() if line.startswith(("SigPnd", "ShdPnd"))]
+        if not any(bits >> (number - 1) & 1 for bits in pending):
+            return
+
+
 def ip(address):
     return bytes(int(part) for part in address.split("."))
 

@@ -18,7 +18,7 @@ import time
 import unittest
 
 import shards
-from support import BIN, Folder, frames_of, ip, line, read_csv, run, simulate, summary, word
+from support import BIN, Folder, frames_of, ip, line, read_csv, run, signal_and_see, simulate, summary, word
 
 ADDRESSES = (f"127.20.{8 * shards.index() + i // 250}.{i % 250 + 1}" for i in itertools.count())
 
@@ -924,9 +924,9 @@ class Sensors(Case):
         first, second = self.said().splitlines()
         self.assertIn(f"no data from {self.address} within 5 s, nor any answer", first)
         self.assertIn("laser off is repeated for 7 s more; Ctrl-C twice gives up", second)
-        p.send_signal(signal.SIGINT)
-        self.wait_for(lambda: p.send_signal(signal.SIGINT) or p.poll() is not None, "the end")
-        self.assertEqual(p.returncode, 3, self.said())
+        signal_and_see(p, signal.SIGINT)
+        signal_and_see(p, signal.SIGINT)
+        self.assertEqual(p.wait(30), 3, self.said())
         self.assertEqual(self.said().count("no data from"), 1, self.said())
 
     def test_a_second_session_is_refused_and_harms_nothing(self):
@@ -1312,8 +1312,7 @@ class HandmadeSensors(Case):
                     self.wait_for(lambda: "laser off is repeated" in self.said(), "the news")
                     self.assertIn(told, self.said())
                 for sent in range(before, 2):
-                    p.send_signal(signal.SIGINT)
-                    time.sleep(0.1)  # two that come together are one
+                    signal_and_see(p, signal.SIGINT)
                 self.assertEqual(p.wait(30), 1, self.said())
                 self.assertEqual("laser off is repeated" in self.said(), told != "", self.said())
                 self.assertIn("laser off was not answered", self.said())
