@@ -1,0 +1,31 @@
+"""The C library: its functions by their names, and what every call of one needs."""
+from __future__ import annotations
+
+import pathlib
+import sys
+from typing import Any
+
+from ._declarations import ffi  # made of the headers by the build
+from ._errors import Error
+
+_NAMES = {"darwin": "liblumsdk.dylib", "win32": "liblumsdk.dll", "cygwin": "liblumsdk.dll"}
+
+lib: Any = ffi.dlopen(str(pathlib.Path(__file__).with_name(_NAMES.get(sys.platform, "liblumsdk.so"))))
+
+
+def sized(name: str, **values: Any) -> Any:
+    """A struct that tells its size, otherwise zero but for the values."""
+    made = ffi.new(f"{name} *", values)
+    made.struct_size = ffi.sizeof(name)
+    return made
+
+
+def text(pointer: Any) -> str:
+    """A C string, whatever its bytes are."""
+    raw: bytes = ffi.string(pointer)
+    return raw.decode(errors="replace")
+
+
+def failure(error: Any, kind: type[Error] = Error) -> Error:
+    """The exception for a message of the library."""
+    return kind(text(error.text))

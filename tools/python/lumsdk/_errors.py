@@ -1,0 +1,17 @@
+"""What is raised. Messages are those of lumdump: what was wrong, where, and what would be right."""
+
+
+class Error(Exception):
+    """Anything that lumsdk refuses or cannot do."""
+
+
+class CaptureError(Error, OSError):
+    """A capture cannot be read, or not to its end."""
+
+
+class OptionError(Error, ValueError):
+    """An option, a calibration or a profile has a value that is not allowed."""
+
+
+class ClosedError(Error, ValueError):
+    """A source or a sensor is used after it was closed."""
