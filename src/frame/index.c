@@ -22,7 +22,7 @@ void lum_index_entry_free(lum_index_entry *entry)
 void lum_index_clear(lum_index *index)
 {
     for (size_t i = 0; i < index->count; i++) {
-        lum_index_entry_free(index->entries[i]);
+        lum_index_entry_free(index->entries[i].entry);
     }
     for (size_t i = 0; i < index->birth_count; i++) {
         free(index->births[i].capture);
@@ -33,7 +33,8 @@ void lum_index_clear(lum_index *index)
 
 static size_t bytes_of(const lum_index_entry *entry)
 {
-    return sizeof *entry + sizeof entry + entry->capture_len + entry->state_len;
+    return sizeof *entry + sizeof(lum_index_slot) + entry->capture_len +
+           entry->state_len;
 }
 
 /* Every other entry of each sensor goes. */
@@ -42,9 +43,9 @@ static void thin_out(lum_index *index)
     uint64_t seen[LUM_DEMUX_SENSORS_MAX] = {0};
     size_t kept = 0;
     for (size_t i = 0; i < index->count; i++) {
-        lum_index_entry *entry = index->entries[i];
+        lum_index_entry *entry = index->entries[i].entry;
         if (seen[entry->sensor]++ % 2u == 0) {
-            index->entries[kept++] = entry;
+            index->entries[kept++].entry = entry;
         } else {
             index->bytes -= bytes_of(entry);
             lum_index_entry_free(entry);
@@ -60,8 +61,7 @@ static bool make_room(lum_index *index)
         return true;
     }
     const size_t room = index->room != 0 ? 2u * index->room : ENTRIES_MIN;
-    lum_index_entry **more =
-        realloc((void *)index->entries, room * sizeof *more);
+    lum_index_slot *more = realloc(index->entries, room * sizeof *more);
     if (more == NULL) {
         return false;
     }
@@ -76,7 +76,7 @@ void lum_index_add(lum_index *index, lum_index_entry *entry)
         lum_index_entry_free(entry);
         return;
     }
-    index->entries[index->count++] = entry;
+    index->entries[index->count++].entry = entry;
     index->bytes += bytes_of(entry);
     while (index->bytes > LUM_INDEX_BYTES_MAX && index->count > 1) {
         const size_t before = index->count;
@@ -92,8 +92,8 @@ void lum_index_add(lum_index *index, lum_index_entry *entry)
 const lum_index_entry *lum_index_at(const lum_index *index, uint64_t order)
 {
     for (size_t i = index->count; i-- > 0;) {
-        if (index->entries[i]->order <= order) {
-            return index->entries[i];
+        if (index->entries[i].entry->order <= order) {
+            return index->entries[i].entry;
         }
     }
     return NULL;
@@ -103,7 +103,7 @@ const lum_index_entry *lum_index_of(const lum_index *index, uint32_t sensor,
                                     uint64_t order)
 {
     for (size_t i = index->count; i-- > 0;) {
-        const lum_index_entry *entry = index->entries[i];
+        const lum_index_entry *entry = index->entries[i].entry;
         if (entry->sensor == sensor && entry->order <= order) {
             return entry;
         }
@@ -115,7 +115,7 @@ const lum_index_entry *lum_index_at_number(const lum_index *index,
                                            uint32_t sensor, int64_t number)
 {
     for (size_t i = index->count; i-- > 0;) {
-        const lum_index_entry *entry = index->entries[i];
+        const lum_index_entry *entry = index->entries[i].entry;
         const uint32_t ahead = (uint32_t)number - (uint32_t)entry->number;
         if (entry->sensor == sensor && ahead >> 31 == 0) {
             return entry;
@@ -128,8 +128,8 @@ const lum_index_entry *lum_index_at_time(const lum_index *index,
                                          int64_t time_ns)
 {
     for (size_t i = index->count; i-- > 0;) {
-        if (index->entries[i]->highest_ns < time_ns) {
-            return index->entries[i];
+        if (index->entries[i].entry->highest_ns < time_ns) {
+            return index->entries[i].entry;
         }
     }
     return NULL;
@@ -228,7 +228,7 @@ static void read_entries(lum_pack *p, lum_index *index, uint32_t count)
         pack_entry(p, entry, index);
         const bool rises =
             index->count == 0 ||
-            index->entries[index->count - 1u]->order < entry->order;
+            index->entries[index->count - 1u].entry->order < entry->order;
         if (lum_pack_check(p, rises)) {
             lum_index_add(index, entry);
         } else {
@@ -254,7 +254,7 @@ static void pack_body(lum_pack *p, lum_index *index)
         (void)lum_pack_check(p, p->at == p->end);
     }
     for (size_t i = 0; i < count && !lum_pack_is_reading(p); i++) {
-        pack_entry(p, index->entries[i], index);
+        pack_entry(p, index->entries[i].entry, index);
     }
 }
 

@@ -41,11 +41,16 @@ typedef struct lum_index_birth {
     size_t capture_len;
 } lum_index_birth;
 
+/* A place in the list of entries. */
+typedef struct lum_index_slot {
+    lum_index_entry *entry;
+} lum_index_slot;
+
 /* An index. All bytes 0, and stride 1: it is empty. */
 typedef struct lum_index {
     lum_index_birth births[LUM_DEMUX_SENSORS_MAX];
     size_t birth_count;
-    lum_index_entry **entries; /* by order */
+    lum_index_slot *entries; /* by order */
     size_t count;
     size_t room;
     size_t bytes;

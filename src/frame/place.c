@@ -123,14 +123,21 @@ static lum_index_entry *make_entry(lum_reader *r, size_t sensor, uint32_t from)
     return e;
 }
 
+/* The oldest of them are no longer pending. */
+static void take_off(struct followed *s, size_t count)
+{
+    s->pending_count -= count;
+    for (size_t i = 0; i < s->pending_count; i++) {
+        s->pending[i] = s->pending[i + count];
+    }
+}
+
 /* The oldest goes where there are too many. */
 static void add_pending(struct followed *s, lum_index_entry *entry)
 {
     if (s->pending_count == LUM_PLACE_PENDING_MAX) {
         lum_index_entry_free(s->pending[0]);
-        s->pending_count--;
-        memmove((void *)&s->pending[0], (const void *)&s->pending[1],
-                s->pending_count * sizeof s->pending[0]);
+        take_off(s, 1);
     }
     s->pending[s->pending_count++] = entry;
 }
@@ -227,15 +234,14 @@ static void finish_entries(struct place *p, struct followed *s,
         e->highest_ns = p->highest_ns;
         memcpy(e->lines, lines, sizeof e->lines);
         if (i + 1u == done &&
-            (x->count == 0 || x->entries[x->count - 1u]->order < p->order)) {
+            (x->count == 0 ||
+             x->entries[x->count - 1u].entry->order < p->order)) {
             lum_index_add(&p->index, e);
         } else {
             lum_index_entry_free(e);
         }
     }
-    s->pending_count -= done;
-    memmove((void *)&s->pending[0], (const void *)&s->pending[done],
-            s->pending_count * sizeof s->pending[0]);
+    take_off(s, done);
 }
 
 /* --- Frames come --- */

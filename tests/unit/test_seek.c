@@ -229,52 +229,68 @@ static int by_sort(const void *a, const void *b)
     return (p->sort > q->sort) - (p->sort < q->sort);
 }
 
+static bool happens(const struct recipe *recipe, unsigned what, uint32_t in)
+{
+    return (recipe->disturbances & what) != 0 && random_below(in) == 0;
+}
+
+/* A packet at its turn, or not. */
+static void disturb(const struct recipe *recipe, struct sent *s)
+{
+    if (happens(recipe, DISORDERED, 10)) {
+        s->sort += random_below(600);
+    }
+    if (happens(recipe, LATE, 25)) {
+        s->sort += random_below(5000);
+    }
+    if (happens(recipe, DAMAGED, 60)) {
+        s->bytes[8u + random_below(20)] ^= (uint8_t)(1u << random_below(8));
+    }
+}
+
+/* None, one or two of each packet of a line. */
+static size_t send_line(const struct recipe *recipe,
+                        const struct drive_line *line, struct sent of,
+                        struct sent *out)
+{
+    size_t count = 0;
+    for (size_t p = 0; p < line->count; p++) {
+        const unsigned lost = happens(recipe, LOST, 40) ? 1u : 0u;
+        const unsigned times = happens(recipe, REPEATED, 30) ? 2u : 1u;
+        for (unsigned n = lost; n < times; n++) {
+            struct sent *s = &out[count++];
+            *s = of;
+            s->sort += 10u * p;
+            s->time_ns += random_below(300000);
+            s->len = line->len[p];
+            memcpy(s->bytes, line->bytes[p], s->len);
+            disturb(recipe, s);
+        }
+    }
+    return count;
+}
+
 /* The datagrams of a drive, disturbed. */
 static struct sent *send_all(const struct recipe *recipe, size_t *count)
 {
     static struct drive_line line;
-    struct sent *all = calloc(FRAMES * LINES * SENSORS * 2u * 8u, sizeof *all);
-    const unsigned d = recipe->disturbances;
+    struct sent *all = calloc(FRAMES * LINES * SENSORS * 2u * 16u, sizeof *all);
     uint64_t turn = 0;
     assert_non_null(all);
     *count = 0;
     for (uint32_t i = 0; i < FRAMES * LINES; i++) {
         for (unsigned k = 0; k < 2u * recipe->sensors; k++) {
             const uint32_t sensor = k / 2u;
-            const uint32_t row = i + 7u * sensor;
-            if (recipe->one_stops && sensor == 1 && i > FRAMES * LINES / 2u) {
-                continue;
-            }
-            drive_pixels(&line, k % 2u, row % LINES,
+            const bool is_off =
+                recipe->one_stops && sensor == 1 && i > FRAMES * LINES / 2u;
+            const struct sent of = {.sort = turn,
+                                    .time_ns = START_NS + 1000000 * (int64_t)i,
+                                    .sensor = DRIVE_SENSOR + sensor};
+            drive_pixels(&line, k % 2u, (i + 7u * sensor) % LINES,
                          recipe->clock + 1000u * i + 17u * sensor,
                          10u * (i % 50u), 60u + i % 7u);
-            for (size_t p = 0; p < line.count; p++) {
-                const bool is_lost = (d & LOST) != 0 && random_below(40) == 0;
-                const bool is_twice =
-                    (d & REPEATED) != 0 && random_below(30) == 0;
-                turn += 10;
-                for (unsigned n = is_lost ? 1u : 0u; n < (is_twice ? 2u : 1u);
-                     n++) {
-                    struct sent *s = &all[(*count)++];
-                    *s = (struct sent){.sort = turn,
-                                       .time_ns = START_NS +
-                                                  1000000 * (int64_t)i +
-                                                  random_below(300000),
-                                       .sensor = DRIVE_SENSOR + sensor,
-                                       .len = line.len[p]};
-                    memcpy(s->bytes, line.bytes[p], s->len);
-                    if ((d & DISORDERED) != 0 && random_below(10) == 0) {
-                        s->sort += random_below(600);
-                    }
-                    if ((d & LATE) != 0 && random_below(25) == 0) {
-                        s->sort += random_below(5000);
-                    }
-                    if ((d & DAMAGED) != 0 && random_below(60) == 0) {
-                        s->bytes[8u + random_below(20)] ^=
-                            (uint8_t)(1u << random_below(8));
-                    }
-                }
-            }
+            turn += 10u * line.count;
+            *count += is_off ? 0 : send_line(recipe, &line, of, all + *count);
         }
     }
     qsort(all, *count, sizeof *all, by_sort);
