@@ -34,7 +34,8 @@ enum disturbance {
     DISORDERED = 4,
     DAMAGED = 8,    /* line numbers and clocks */
     FRAGMENTS = 16, /* of one datagram in ten */
-    LATE = 32       /* by many lines */
+    LATE = 32,      /* by many lines */
+    RAGGED = 64     /* the last lines of a frame lack angles */
 };
 
 /* How a capture is made. */
@@ -64,6 +65,7 @@ static const struct recipe recipes[] = {
      .disturbances = LOST | LATE | DISORDERED,
      .sensors = 1,
      .clock = 10},
+    {.name = "ragged", .disturbances = RAGGED, .sensors = 1, .clock = 10},
     {.name = "two sensors",
      .disturbances = LOST | DISORDERED | REPEATED | DAMAGED,
      .sensors = 2,
@@ -250,11 +252,11 @@ static void disturb(const struct recipe *recipe, struct sent *s)
 
 /* None, one or two of each packet of a line. */
 static size_t send_line(const struct recipe *recipe,
-                        const struct drive_line *line, struct sent of,
-                        struct sent *out)
+                        const struct drive_line *line, size_t first,
+                        struct sent of, struct sent *out)
 {
     size_t count = 0;
-    for (size_t p = 0; p < line->count; p++) {
+    for (size_t p = first; p < line->count; p++) {
         const unsigned lost = happens(recipe, LOST, 40) ? 1u : 0u;
         const unsigned times = happens(recipe, REPEATED, 30) ? 2u : 1u;
         for (unsigned n = lost; n < times; n++) {
@@ -290,7 +292,11 @@ static struct sent *send_all(const struct recipe *recipe, size_t *count)
                          recipe->clock + 1000u * i + 17u * sensor,
                          10u * (i % 50u), 60u + i % 7u);
             turn += 10u * line.count;
-            *count += is_off ? 0 : send_line(recipe, &line, of, all + *count);
+            const bool lacks = (recipe->disturbances & RAGGED) != 0 &&
+                               i % LINES >= 6u + i / LINES * 7u % 13u;
+            *count += is_off ? 0
+                             : send_line(recipe, &line, lacks ? 1u : 0u, of,
+                                         all + *count);
         }
     }
     qsort(all, *count, sizeof *all, by_sort);
@@ -622,7 +628,7 @@ static void without_an_index_a_seek_reads_from_the_start(void **state)
 {
     (void)state;
     struct bytes b;
-    make_capture(&recipes[5], &b);
+    make_capture(&recipes[6], &b);
     read_all(&b);
     lum_reader *reader =
         open_reader((lum_reader_options){.keeps_index = false}, b.at, b.len);
@@ -956,7 +962,7 @@ static void a_callers_function_may_seek(void **state)
 {
     (void)state;
     struct bytes b;
-    make_capture(&recipes[5], &b);
+    make_capture(&recipes[6], &b);
     read_all(&b);
     for (unsigned can = 0; can < 2; can++) {
         struct pieces pieces = {.bytes = &b};
