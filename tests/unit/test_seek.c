@@ -292,11 +292,15 @@ static struct sent *send_all(const struct recipe *recipe, size_t *count)
                          recipe->clock + 1000u * i + 17u * sensor,
                          10u * (i % 50u), 60u + i % 7u);
             turn += 10u * line.count;
-            const bool lacks = (recipe->disturbances & RAGGED) != 0 &&
-                               i % LINES >= 6u + i / LINES * 7u % 13u;
-            *count += is_off ? 0
-                             : send_line(recipe, &line, lacks ? 1u : 0u, of,
-                                         all + *count);
+            /* angles lack in one frame, and whole lines in the next */
+            const bool is_ragged = (recipe->disturbances & RAGGED) != 0;
+            const bool is_odd = i / LINES % 2u != 0;
+            const bool lacks = is_ragged && is_odd && i % LINES >= 13u;
+            const bool is_gone = is_ragged && !is_odd && i % LINES >= 10u;
+            *count += is_off || is_gone
+                          ? 0
+                          : send_line(recipe, &line, lacks ? 1u : 0u, of,
+                                      all + *count);
         }
     }
     qsort(all, *count, sizeof *all, by_sort);
