@@ -29,3 +29,11 @@ def text(pointer: Any) -> str:
 def failure(error: Any, kind: type[Error] = Error) -> Error:
     """The exception for a message of the library."""
     return kind(text(error.text))
+
+
+def address_of(number: int) -> str:
+    """An address in host order as a.b.c.d."""
+    return ".".join(str(number >> shift & 255) for shift in (24, 16, 8, 0))
+
+
+VERSION = f"{lib.LUM_VERSION_MAJOR}.{lib.LUM_VERSION_MINOR}.{lib.LUM_VERSION_PATCH}"

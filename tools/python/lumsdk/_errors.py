@@ -1,4 +1,4 @@
-"""What is raised. Messages are those of lumdump: what was wrong, where, and what would be right."""
+"""What is raised. Messages are those of lumdump and lumctl: what was wrong, where, and what would be right."""
 
 
 class Error(Exception):
@@ -15,3 +15,15 @@ class OptionError(Error, ValueError):
 
 class ClosedError(Error, ValueError):
     """A source or a sensor is used after it was closed."""
+
+
+class SensorError(Error, OSError):
+    """A sensor cannot be reached, or does not do what it was told."""
+
+
+class LaserError(SensorError):
+    """The laser cannot be switched on, or was not seen to go off."""
+
+
+class CaptureWarning(UserWarning):
+    """A capture can be read, but something of it is not as it should be."""
