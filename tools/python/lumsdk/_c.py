@@ -5,11 +5,12 @@ import pathlib
 import sys
 from typing import Any
 
-from ._declarations import ffi  # made of the headers by the build
+from ._declarations import ffi as _ffi  # type: ignore[import-not-found,import-untyped,unused-ignore]
 from ._errors import Error
 
 _NAMES = {"darwin": "liblumsdk.dylib", "win32": "liblumsdk.dll", "cygwin": "liblumsdk.dll"}
 
+ffi: Any = _ffi
 lib: Any = ffi.dlopen(str(pathlib.Path(__file__).with_name(_NAMES.get(sys.platform, "liblumsdk.so"))))
 
 

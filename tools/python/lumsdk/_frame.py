@@ -11,12 +11,12 @@ import numpy as np
 from ._c import address_of, ffi, lib, sized, text
 
 if TYPE_CHECKING:
-    import pandas
-    import pyarrow
+    import pandas  # type: ignore[import-untyped,unused-ignore]
+    import pyarrow  # type: ignore[import-untyped,unused-ignore]
 
-Array = np.ndarray[Any, Any] if TYPE_CHECKING else np.ndarray
+    Array = np.ndarray[Any, np.dtype[Any]]
 
-_TYPES = {lib.LUM_TYPE_FLOAT: np.dtype("f4"), lib.LUM_TYPE_UINT32: np.dtype("u4"),
+_TYPES: dict[int, np.dtype[Any]] = {lib.LUM_TYPE_FLOAT: np.dtype("f4"), lib.LUM_TYPE_UINT32: np.dtype("u4"),
           lib.LUM_TYPE_UINT16: np.dtype("u2"), lib.LUM_TYPE_UINT8: np.dtype("u1")}
 
 _NUMBERS: dict[str, int] = {text(lib.lum_column_name(c)): c for c in range(lib.LUM_COLUMN_COUNT)}
@@ -404,7 +404,7 @@ class Frame:
         return _restore, (self._info.values(), self.to_dict(), self.lines)
 
 
-def _count(value: object, name: str) -> int:
+def _count(value: Any, name: str) -> int:
     """A whole number from 0 on."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
         raise TypeError(f"{name} is {value!r}; right is a whole number")

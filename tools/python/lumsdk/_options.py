@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 
-from ._c import ffi, lib, sized, text
+from ._c import ffi, lib, sized
 from ._errors import OptionError
 from ._frame import COLUMNS
 from ._settings import Calibration, Profile, setting_of
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
         broken: Literal["raise", "warn"]
         progress: Optional[Progress]
 
-DEFAULT_COLUMNS = tuple(COLUMNS)
+DEFAULT_COLUMNS = ("x", "y", "z", "range", "pulse_width", "line", "pixel", "eye")
 
 _ALLOWED = {
     "returns": '"all", "first", "last", "strongest" or a number from 1',
@@ -86,14 +86,14 @@ def _word(name: str, value: object) -> int:
     return _WORDS[name][value]
 
 
-def _number(name: str, value: object, whole: object) -> float:
+def _number(name: str, value: Any, whole: object) -> float:
     if isinstance(value, str):
         if not re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", value):
             raise _wrong(name, whole)
         return float(value)
     if isinstance(value, bool) or not hasattr(value, "__float__"):
         raise _wrong_type(name, whole)
-    return float(value)  # type: ignore[arg-type]
+    return float(value)
 
 
 def _limits(name: str, value: Any, whole: object) -> tuple[float, float]:
@@ -249,12 +249,17 @@ class Choice:
         self.view = self._view(options)
 
     def _settings(self, options: Mapping[str, Any]) -> tuple[Calibration, Profile]:
+        """Those that are named, without what set= has on top."""
         self.names_calibration = "calibration" in options
         self.names_profile = "profile" in options
-        calibration, profile = options.get("calibration"), options.get("profile")
-        made = (calibration if isinstance(calibration, Calibration) else Calibration(calibration),
-                profile if isinstance(profile, Profile) else Profile(profile))
-        return setting_of(*made, options["set"]) if "set" in options else made
+        self._set = options.get("set", ())
+        made = Calibration(options.get("calibration")), Profile(options.get("profile"))
+        self.with_set(*made)
+        return made
+
+    def with_set(self, calibration: Calibration, profile: Profile) -> tuple[Calibration, Profile]:
+        """Both with what set= has on top."""
+        return setting_of(calibration, profile, self._set) if self._set else (calibration, profile)
 
     @staticmethod
     def _view(options: Mapping[str, Any]) -> Any:
@@ -279,7 +284,3 @@ class Choice:
             made.has_range, made.frame_first, made.frame_last = True, self.range.first, self.range.last
         return made, [layout, geometry, self.view]
 
-
-def message(error: Any) -> str:
-    """The text of a lum_error."""
-    return text(error.text)

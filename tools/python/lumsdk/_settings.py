@@ -1,15 +1,58 @@
 """Calibrations and wire profiles, by key."""
 from __future__ import annotations
 
+import difflib
 import os
-from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Optional, TypeVar, Union
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Optional, TypeVar, Union
 
 from ._c import ffi, lib, text
-from ._errors import Error, OptionError
+from ._errors import OptionError
+from ._keys import Key, describe
 
 Value = Union[int, float, str]
 _S = TypeVar("_S", bound="_Settings")
+
+if TYPE_CHECKING:
+    Given = Union[Mapping[str, Any], str, os.PathLike[str], None]
+
+_SET = ("right is a mapping of keys to values, such as {'group.line.at': 14}, or texts KEY=VALUE, such as "
+        "['group.line.at=14']")
+_KNOWN: dict[int, dict[str, Key]] = {}
+
+
+def _known(keys: Any) -> dict[str, Key]:
+    """All keys of a kind; they are the same always."""
+    if keys.kind not in _KNOWN:
+        _KNOWN[keys.kind] = describe(keys)
+    return _KNOWN[keys.kind]
+
+
+def _refusal(why: Any) -> str:
+    key, said = text(why.key), text(why.text)
+    return f"{key}: {said}" if key else said
+
+
+def _written(value: Any) -> Optional[str]:
+    """A value as a YAML file has it; None: it cannot be one."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool):
+        return None
+    if hasattr(value, "__index__"):
+        return str(value.__index__())
+    return repr(float(value)) if hasattr(value, "__float__") else None
+
+
+def _flat(values: Mapping[str, Any], name: str, above: str = "") -> Iterator[tuple[str, Any]]:
+    """Nested mappings as keys with dots."""
+    for key, value in values.items():
+        if not isinstance(key, str):
+            raise TypeError(f"{name}: a key is a text such as 'tof_lsb_ps', not {type(key).__name__}")
+        if isinstance(value, Mapping):
+            yield from _flat(value, name, f"{above}{key}.")
+        else:
+            yield above + key, value
 
 
 class _Settings(Mapping[str, Value]):
@@ -20,106 +63,111 @@ class _Settings(Mapping[str, Value]):
     _begin: ClassVar[Any]
     _take: ClassVar[Any]
 
-    def __init__(self, values: Union[Mapping[str, Any], str, os.PathLike[str], None] = None) -> None:
-        """The defaults, with values on top: a mapping (nested or with dots), a path of a YAML file, or its text."""
+    def __init__(self, values: Given = None) -> None:
+        """The defaults with values on top: a mapping, nested or with dots; the path of a YAML file; or its text."""
         self._keys = ffi.new("lum_keys *")
         type(self)._begin(self._keys, ffi.NULL)
         self._name = f"the {self._kind}"
-        if values is None:
-            pass
-        elif isinstance(values, _Settings):
+        self._usual = values is None  # else messages do not call what is left the default
+        if isinstance(values, _Settings):
             if not isinstance(values, type(self)):
                 raise TypeError(f"a {values._kind} is given where a {self._kind} belongs")
             self._keys[0] = values._keys[0]
         elif isinstance(values, Mapping):
-            self._set_all(values)
+            self._set_all(_flat(values, self._name), f"{self._name}: ")
         elif isinstance(values, (str, os.PathLike)):
             self._read(values)
-        else:
+        elif values is not None:
             raise TypeError(f"a {self._kind} is a path, a text of YAML, a mapping or a lumsdk.{type(self).__name__}, "
                             f"not {type(values).__name__}")
-        self._check()
+
+    # Where values come from.
 
     def _read(self, values: Union[str, os.PathLike[str]]) -> None:
+        if isinstance(values, str) and "\n" in values:
+            self._parse(values.encode(errors="surrogateescape"), "text")
+            return
+        name = os.fsdecode(values)
+        try:
+            with open(values, "rb") as file:
+                content = file.read(lib.LUM_CONFIG_BYTES_MAX + 1)
+        except IsADirectoryError:
+            raise OptionError(f"{name}: is a directory; a YAML file is needed") from None
+        except OSError as error:
+            raise OptionError(f"{name}: cannot be read: {error.strerror}") from error
+        self._parse(content, name)
+
+    @classmethod
+    def _of_text(cls: type[_S], content: bytes, name: str) -> _S:
+        """One of a text that has this name in messages."""
+        made = cls()
+        made._usual = False
+        made._parse(content, name)
+        return made
+
+    def _parse(self, content: bytes, name: str) -> None:
         from ._yaml import read_keys
 
-        if isinstance(values, str) and "\n" in values:
-            name, content = "text", values.encode()
-        else:
-            name = os.fsdecode(values)
-            try:
-                with open(values, "rb") as file:
-                    content = file.read(lib.LUM_CONFIG_BYTES_MAX + 1)
-            except OSError as error:
-                raise OptionError(f"{name}: {error.strerror}") from error
-        self._name = name
-        read_keys(content, name, self._keys, self._kind)
-
-    def _refusal(self, why: Any) -> OptionError:
-        key, said = text(why.key), text(why.text)
-        return OptionError(f"{self._name}: {key}: {said}" if key else f"{self._name}: {said}")
-
-    def _set(self, key: str, value: Any) -> None:
+        self._name = read_keys(content, name, self._keys, self._kind == "profile")
         why = ffi.new("lum_key_refusal *")
-        if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-            raise TypeError(f"{self._name}: {key}: a value is a number or a word, not {type(value).__name__}")
-        written = value if isinstance(value, str) else repr(value)
-        if lib.lum_keys_set(self._keys, key.encode(), written.encode(), 1, why) != lib.LUM_OK:
-            raise self._refusal(why)
+        if type(self)._take(self._keys, ffi.new(f"{self._struct} *"), why) != lib.LUM_OK:
+            line = f":{why.place}" if why.place else ""
+            raise OptionError(f"{self._name}{line}: {_refusal(why)}")
 
-    def _set_all(self, values: Mapping[str, Any], above: str = "") -> None:
-        for key, value in values.items():
-            if not isinstance(key, str):
-                raise TypeError(f"{self._name}: a key is a text, not {type(key).__name__}")
-            if isinstance(value, Mapping):
-                self._set_all(value, f"{above}{key}.")
-            else:
-                self._set(above + key, value)
+    def _set_all(self, values: Iterable[tuple[str, Any]], above: str) -> None:
+        """Set values, check them one by one and together."""
+        why, entries = ffi.new("lum_key_refusal *"), list(values)
+        for place, (key, value) in enumerate(entries, 1):
+            written = _written(value)
+            if written is None:
+                raise TypeError(f"{above}{key}: a value is a number or a word, not {type(value).__name__}")
+            if lib.lum_keys_set(self._keys, key.encode(), written.encode(), place, why) != lib.LUM_OK:
+                raise OptionError(f"{above}{_refusal(why)}")
+        if type(self)._take(self._keys, ffi.new(f"{self._struct} *"), why) != lib.LUM_OK:
+            raise OptionError(f"{above}{_refusal(why)}")
 
-    def _check(self) -> None:
-        self._to_c()
+    def replace(self: _S, values: Mapping[str, Any]) -> _S:
+        """One with other values on top of these, such as {"eyes.blue.mount.x_m": 0.1}."""
+        return self._replace(_flat(values, self._name), f"{self._name}: ")
+
+    def _replace(self: _S, values: Iterable[tuple[str, Any]], above: str) -> _S:
+        made = type(self)()
+        if not self._usual:
+            type(self)._begin(made._keys, self._to_c())
+        made._usual, made._name = False, self._name
+        made._set_all(values, above)
+        return made
 
     def _to_c(self) -> Any:
         """The struct of the library."""
         out, why = ffi.new(f"{self._struct} *"), ffi.new("lum_key_refusal *")
         if type(self)._take(self._keys, out, why) != lib.LUM_OK:
-            raise self._refusal(why)
+            raise OptionError(_refusal(why))
         return out
 
-    def replace(self: _S, values: Optional[Mapping[str, Any]] = None) -> _S:
-        """One with other values on top of these."""
-        made = type(self)(self)
-        made._set_all(values or {})
-        made._check()
-        return made
-
-    def _names(self) -> Iterator[str]:
-        key, i = ffi.new("lum_key *"), 0
-        while lib.lum_keys_describe(self._keys, i, key) == lib.LUM_OK:
-            yield text(key.name)
-            i += 1
+    # As a mapping.
 
     def __iter__(self) -> Iterator[str]:
-        return (name for name in self._names() if self._get(name) is not None)
+        """Its keys. "group.line.at" is "group.line", by which it is found too."""
+        known = _known(self._keys)
+        return (name for name in known if not (name.endswith(".at") and name[:-3] in known))
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
 
-    def _get(self, key: str) -> Optional[str]:
-        out = ffi.new("char[]", int(lib.LUM_KEY_VALUE_BYTES))
-        return text(out) if lib.lum_keys_get(self._keys, key.encode(), out) == lib.LUM_OK else None
-
     def __getitem__(self, key: str) -> Value:
         """A value, such as that of "eyes.blue.mount.x_m": a number, or a word such as "none"."""
-        got = self._get(key) if isinstance(key, str) else None
-        if got is None:
-            raise KeyError(f"a {self._kind} has no key {key!r}; it has {', '.join(self)}")
-        for number in (int, float):
-            try:
-                return number(got)
-            except ValueError:
-                pass
-        return got
+        known = _known(self._keys)
+        if not isinstance(key, str) or key not in known:
+            near = difflib.get_close_matches(str(key), known, 1)
+            raise KeyError(f"a {self._kind} has no key {key!r}" +
+                           (f"; did you mean {near[0]!r}?" if near else f"; it has {', '.join(self)}"))
+        out = ffi.new("char[]", int(lib.LUM_KEY_VALUE_BYTES))
+        lib.lum_keys_get(self._keys, key.encode(), out)
+        got = text(out)
+        if known[key].is_word or got in known[key].words:
+            return got
+        return int(got) if known[key].is_whole else float(got)
 
     def to_yaml(self) -> str:
         """As the text of a YAML file, which reads back exactly."""
@@ -129,18 +177,18 @@ class _Settings(Mapping[str, Value]):
         return text(out)
 
     def __eq__(self, other: object) -> bool:
-        return type(other) is type(self) and self.to_yaml() == other.to_yaml()  # type: ignore[attr-defined]
+        return isinstance(other, _Settings) and type(other) is type(self) and self.to_yaml() == other.to_yaml()
 
     def __hash__(self) -> int:
         return hash((type(self).__name__, self.to_yaml()))
 
     def __repr__(self) -> str:
         usual = type(self)()
-        other = {key: value for key, value in self.items() if usual.get(key) != value}
-        return f"{type(self).__name__}({other if other else ''})"
+        other = {key: value for key, value in self.items() if usual[key] != value}
+        return f"{type(self).__name__}({other or ''})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (dict(self),)
+        return type(self), (self.to_yaml(),)
 
 
 class Calibration(_Settings):
@@ -161,23 +209,37 @@ class Profile(_Settings):
     _take = lib.lum_keys_profile
 
 
+def _entries(settings: Any) -> list[tuple[str, Any]]:
+    """What set= names."""
+    if isinstance(settings, Mapping):
+        return list(_flat(settings, "set"))
+    entries = [settings] if isinstance(settings, str) else settings
+    try:
+        pairs = [tuple(entry.split("=", 1)) for entry in entries]
+    except (TypeError, AttributeError):
+        raise TypeError(f"set is {settings!r}; {_SET}") from None
+    if any(len(pair) != 2 or not pair[0] for pair in pairs):
+        raise OptionError(f"set is {settings!r}; {_SET}")
+    return [(key, value) for key, value in pairs]
+
+
 def setting_of(calibration: Calibration, profile: Profile, settings: Any) -> tuple[Calibration, Profile]:
     """Both, with the option set= on top: {key: value}, or ["key=value", ...]."""
-    if isinstance(settings, str):
-        settings = [settings]
-    if not isinstance(settings, Mapping):
-        try:
-            settings = dict(entry.split("=", 1) for entry in settings)
-        except (TypeError, ValueError, AttributeError):
-            raise OptionError(f"set is {settings!r}; right is a mapping of keys to values, or texts KEY=VALUE, such as "
-                              "group.line.at=14") from None
-    for key, value in settings.items():
-        of_calibration = key in set(calibration._names())
-        try:
-            if of_calibration:
-                calibration = calibration.replace({key: value})
-            else:
-                profile = profile.replace({key: value})
-        except Error as error:
-            raise OptionError(f"set: {error}") from None
+    of: dict[str, list[tuple[str, Any]]] = {"calibration": [], "profile": []}
+    entries = _entries(settings)
+    for key, _ in entries:
+        if key == "version":
+            raise OptionError("set: version is a key of files only")
+        kinds = [made for made in (calibration, profile) if key in _known(made._keys)]
+        if not kinds:
+            every = {**_known(calibration._keys), **_known(profile._keys)}
+            near = difflib.get_close_matches(key, every, 1)
+            raise OptionError(f"set: unknown key '{key}'; did you mean '{near[0]}'?" if near else
+                              f"set: '{key}' is no key of a calibration and none of a profile; they have "
+                              f"{', '.join(every)}")
+        of[kinds[0]._kind].extend(entry for entry in entries if entry[0] == key)
+    if of["calibration"]:
+        calibration = calibration._replace(of["calibration"], "set: ")
+    if of["profile"]:
+        profile = profile._replace(of["profile"], "set: ")
     return calibration, profile

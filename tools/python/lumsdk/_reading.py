@@ -1,0 +1,218 @@
+"""One pass over a capture, from its start."""
+from __future__ import annotations
+
+import threading
+import time
+import warnings
+from typing import TYPE_CHECKING, Any, Optional
+
+from ._c import address_of, ffi, lib, sized, text
+from ._errors import CaptureError, CaptureWarning, ClosedError, Error
+from ._frame import Frame
+
+if TYPE_CHECKING:
+    from ._inputs import Functions, Input
+    from ._options import Choice
+    from ._settings import Calibration, Profile
+
+_PROGRESS_S = 0.1
+
+_KINDS = {"data": lib.LUM_PACKET_DATA, "heartbeat": lib.LUM_PACKET_HEARTBEAT, "set_ip": lib.LUM_PACKET_SET_IP,
+          "timestamp": lib.LUM_PACKET_TIMESTAMP, "tlv": lib.LUM_PACKET_TLV}
+_BAD_KINDS = {"malformed": lib.LUM_PACKET_MALFORMED, "unknown_tag": lib.LUM_PACKET_UNKNOWN_TAG,
+              "unknown_type": lib.LUM_PACKET_UNKNOWN_TYPE, "foreign": lib.LUM_PACKET_FOREIGN}
+LOSSES = ("lost_words", "lines_missing_angles", "lines_skipped", "lines_cut", "no_angle", "no_range", "bad_words",
+          "late", "duplicate", "conflict", "no_room", "stray", "malformed", "unknown_tag", "unknown_type", "cut_short",
+          "foreign", "other", "lines_under_way", "words_under_way", "no_angle_under_way")
+
+
+def _of_packets(c: Any) -> dict[str, int]:
+    """lum_demux_counters by lumdump's names."""
+    a = c.assembly
+    found = {name: c.packets[kind] for name, kind in {**_KINDS, **_BAD_KINDS}.items()}
+    found.update({name: getattr(c, name) for name in ("angle_packets", "range_packets", "cut_short", "other")})
+    found.update({name: getattr(a, name) for name in (
+        "frames", "lines", "words", "lost_words", "lines_missing_angles", "lines_skipped", "bad_words", "late",
+        "duplicate", "conflict", "no_room", "stray")})
+    return found
+
+
+def _of_lines(c: Any) -> dict[str, int]:
+    """lum_framer_counters by lumdump's names."""
+    return {"lines_blue": c.lines[lib.LUM_EYE_BLUE], "lines_green": c.lines[lib.LUM_EYE_GREEN], "points": c.points,
+            "lines_cut": c.lines_cut, "no_angle": c.losses.no_angle, "no_range": c.losses.no_range,
+            "lines_under_way": c.under_way.lines, "words_under_way": c.under_way.words,
+            "no_angle_under_way": c.under_way.no_angle}
+
+
+class Counts:
+    """What was counted: counts by lumdump's names, and the sensors that sent data."""
+
+    def __init__(self, reader: Any) -> None:
+        framer = lib.lum_reader_framer(reader)
+        demux = lib.lum_framer_demux(framer)
+        total, of_sensor = sized("lum_demux_counters"), sized("lum_framer_counters")
+        lib.lum_demux_total(demux, total)
+        self.sensors = [address_of(lib.lum_demux_address(demux, i)) for i in range(lib.lum_demux_sensor_count(demux))]
+        lines = _of_lines(of_sensor)
+        for i in range(len(self.sensors)):
+            lib.lum_framer_count(framer, i, of_sensor)
+            for name, count in _of_lines(of_sensor).items():
+                lines[name] += count
+        self.counts: dict[str, int] = {**_of_packets(total), **lines}
+
+    @property
+    def packets(self) -> int:
+        """Packets of a G2."""
+        return sum(self.counts[name] for name in (*_KINDS, *_BAD_KINDS) if name != "foreign")
+
+
+class Reading:
+    """One pass, used by one thread at a time."""
+
+    def __init__(self, source: Input, choice: Choice, settings: tuple[Calibration, Profile]) -> None:
+        self._choice, self._name = choice, source.name
+        self._busy = threading.Lock()
+        self._reader: Any = None
+        self._problem: Optional[BaseException] = None
+        self._told_s = time.monotonic()
+        self._error, self._out = ffi.new("lum_error *"), ffi.new("const lum_frame **")
+        self._counts: Optional[Counts] = None
+        self._progress = ffi.new("uint64_t[2]")
+        self.ended = False
+        self.truncated = False
+        self.frames = 0
+        self._kept: list[Any] = []
+        framer, kept = choice.framer_options(*settings)
+        self._kept += [framer, kept]
+        members, self._functions = source.begin(self._kept)
+        self._open(framer, members)
+
+    _functions: Optional[Functions]
+
+    def _open(self, framer: Any, members: dict[str, Any]) -> None:
+        reader = ffi.new("lum_reader **")
+        status = lib.lum_reader_open(sized("lum_reader_options", framer=framer, **members), reader, self._error)
+        self._raise_problem()
+        if status != 0:
+            raise CaptureError(text(self._error.text))
+        self._reader = ffi.gc(reader[0], lib.lum_reader_close)
+
+    def _raise_problem(self) -> None:
+        """What Python code raised that the library called."""
+        problem, self._problem = self._problem, None
+        if problem is None and self._functions is not None and not isinstance(self._functions.problem, Exception):
+            problem, self._functions.problem = self._functions.problem, None
+        if problem is not None:
+            self.ended = True
+            raise problem
+
+    def _lock(self) -> None:
+        if not self._busy.acquire(blocking=False):
+            raise Error(f"{self._name}: it is being read, by another thread or by the function that was called now; "
+                        "open a source for each thread")
+
+    # Frames.
+
+    def next(self) -> Optional[Frame]:
+        """The next frame; None at the end."""
+        self._lock()
+        try:
+            if self._reader is None:
+                raise ClosedError(f"{self._name}: the source is closed; open it again to read it")
+            return None if self.ended else self._next()
+        finally:
+            self._busy.release()
+
+    def _next(self) -> Optional[Frame]:
+        status = lib.lum_reader_next_frame(self._reader, self._out, self._error)
+        self._raise_problem()
+        frame = Frame(self._out[0]) if status > 0 else None
+        if frame is not None:
+            self.frames += 1
+        else:
+            self.ended = True
+            self.truncated = status < 0
+        if self._choice.progress is not None:
+            self._choice.progress(*self._measure())
+        if frame is None:
+            self._conclude()
+        return frame
+
+    # Its end.
+
+    def _conclude(self) -> None:
+        """As lumdump concludes: raises for what it refuses, and warns as it warns."""
+        if self._functions is not None and self._functions.problem is not None:
+            raise self._functions.problem
+        counts = Counts(self._reader)
+        if self.truncated and not self._choice.warns:
+            raise CaptureError(text(self._error.text))
+        self._check_sensor(counts)
+        if counts.counts["data"] == 0 and counts.packets:
+            kinds = ", ".join(f"{name} {counts.counts[name]}" for name in (*_KINDS, *_BAD_KINDS) if counts.counts[name])
+            raise CaptureError(f"{self._name}: packets of a G2 came, but none of them is a data packet: {kinds}; lumdump "
+                               "shows their types and lengths, and how to write a wire profile")
+        if self.truncated:
+            self._warn(text(self._error.text))
+        if not counts.packets:
+            self._warn(f"{self._name}: no packet of a G2 was found: no complete packet to or from UDP port 5517 has its "
+                       "magic")
+        self._check_points(counts.counts)
+
+    def _check_sensor(self, counts: Counts) -> None:
+        wanted = self._choice.sensor
+        if wanted is not None and counts.sensors and address_of(wanted) not in counts.sensors:
+            raise CaptureError(f"{self._name}: no data of {address_of(wanted)} in it, but of {' '.join(counts.sensors)}")
+
+    def _check_points(self, counts: dict[str, int]) -> None:
+        if counts["points"] or not counts["lines_blue"] + counts["lines_green"]:
+            return
+        why = "the selection leaves none"
+        if not counts["words"]:
+            why = "there are no ranges, as when the laser is off"
+        elif counts["no_angle"] + counts["no_range"]:
+            why = "see no_angle and no_range in the losses, and the selection"
+        self._warn(f"{self._name}: lines came, but no point is left of them: {why}")
+
+    @staticmethod
+    def _warn(said: str) -> None:
+        warnings.warn(said, CaptureWarning, stacklevel=6)
+
+    # What is known of it.
+
+    def _measure(self) -> tuple[int, int]:
+        lib.lum_reader_progress(self._reader, self._progress, self._progress + 1)
+        return self._progress[0], self._progress[1]
+
+    def progress(self) -> tuple[int, int]:
+        """Bytes that were read, and all of them; 0: not known."""
+        if self._reader is not None and self._busy.acquire(blocking=False):
+            try:
+                self._measure()
+            finally:
+                self._busy.release()
+        return self._progress[0], self._progress[1]
+
+    def count(self) -> Counts:
+        """What was counted so far."""
+        if self._reader is None:
+            assert self._counts is not None
+            return self._counts
+        self._lock()
+        try:
+            return Counts(self._reader)
+        finally:
+            self._busy.release()
+
+    def close(self) -> None:
+        """Close it; what was counted stays."""
+        self._lock()
+        try:
+            if self._reader is not None:
+                self._counts = Counts(self._reader)
+                self._measure()
+                ffi.release(self._reader)
+                self._reader = None
+        finally:
+            self._busy.release()
