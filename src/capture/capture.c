@@ -1,6 +1,7 @@
 #include "lum/capture/capture.h"
 
 #include "base/sized.h"
+#include "capture_open.h"
 #include "fragments.h"
 #include "link.h"
 #include "merge.h"
@@ -34,22 +35,30 @@ static int make_capture(lum_merge *files, lum_capture **out, lum_error *error)
     return 0;
 }
 
+int lum_capture_open_from(const lum_capture_from *from, lum_capture **out,
+                          lum_error *error)
+{
+    lum_merge *files = NULL;
+    const int opened =
+        from->source != NULL
+            ? lum_merge_one(from->source, from->go_on, &files, error)
+            : lum_merge_open(from->paths, from->count, from->go_on, &files,
+                             error);
+    return opened == 0 ? make_capture(files, out, error) : -1;
+}
+
 int lum_capture_open_source(lum_source *source, lum_capture **out,
                             lum_error *error)
 {
-    lum_merge *files = NULL;
-    return lum_merge_one(source, &files, error) == 0
-               ? make_capture(files, out, error)
-               : -1;
+    const lum_capture_from from = {.source = source};
+    return lum_capture_open_from(&from, out, error);
 }
 
 int lum_capture_open_several(const char *const *paths, size_t count,
                              lum_capture **out, lum_error *error)
 {
-    lum_merge *files = NULL;
-    return lum_merge_open(paths, count, &files, error) == 0
-               ? make_capture(files, out, error)
-               : -1;
+    const lum_capture_from from = {.paths = paths, .count = count};
+    return lum_capture_open_from(&from, out, error);
 }
 
 int lum_capture_open(const char *path, lum_capture **out, lum_error *error)

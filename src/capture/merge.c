@@ -27,6 +27,7 @@ struct lum_merge {
     size_t next;        /* the first that was not begun */
     size_t first_open;  /* none before it is being read */
     struct part *given; /* whose record was handed out last; or NULL */
+    lum_go_on *go_on;
     size_t broken;
     lum_error error; /* of the first that is */
 };
@@ -41,10 +42,11 @@ static char *copy_text(const char *text)
     return copy;
 }
 
-static lum_merge *new_merge(size_t count)
+static lum_merge *new_merge(size_t count, lum_go_on *go_on)
 {
     lum_merge *m = calloc(1, sizeof *m);
     if (m != NULL) {
+        m->go_on = go_on;
         m->parts = calloc(count, sizeof *m->parts);
         m->count = m->parts != NULL ? count : 0;
     }
@@ -65,9 +67,10 @@ static int refuse_for_memory(const char *name, lum_error *error)
     return lum_error_set(error, "%s: not enough memory to read it", name);
 }
 
-int lum_merge_one(lum_source *source, lum_merge **out, lum_error *error)
+int lum_merge_one(lum_source *source, lum_go_on *go_on, lum_merge **out,
+                  lum_error *error)
 {
-    lum_merge *m = new_merge(1);
+    lum_merge *m = new_merge(1, go_on);
     char *name = m != NULL ? copy_text(source->name) : NULL;
     if (name == NULL) {
         (void)refuse_for_memory(source->name, error);
@@ -76,6 +79,7 @@ int lum_merge_one(lum_source *source, lum_merge **out, lum_error *error)
         return -1;
     }
     m->parts[0].name = name;
+    source->go_on = go_on;
     if (lum_input_open(source, m->parts[0].comments, &m->parts[0].input,
                        error) != 0) {
         lum_merge_close(m);
@@ -87,21 +91,23 @@ int lum_merge_one(lum_source *source, lum_merge **out, lum_error *error)
     return 0;
 }
 
-static int open_input(struct part *p, lum_error *error)
+static int open_input(struct part *p, lum_go_on *go_on, lum_error *error)
 {
     lum_source *source = NULL;
-    return lum_source_open(p->path, &source, error) == 0
-               ? lum_input_open(source, p->comments, &p->input, error)
-               : -1;
+    if (lum_source_open(p->path, &source, error) != 0) {
+        return -1;
+    }
+    source->go_on = go_on;
+    return lum_input_open(source, p->comments, &p->input, error);
 }
 
 /* Read its first record. A file that can be opened again is closed until its
  * turn comes; what is wrong behind its header is told then. */
-static int probe(struct part *p, lum_error *error)
+static int probe(struct part *p, lum_go_on *go_on, lum_error *error)
 {
     uint64_t done = 0;
     lum_error later = {""};
-    if (open_input(p, error) != 0) {
+    if (open_input(p, go_on, error) != 0) {
         return -1;
     }
     const char *name = lum_input_name(p->input);
@@ -140,7 +146,7 @@ static int probe_all(lum_merge *m, const char *const *paths, lum_error *error)
     for (size_t i = 0; i < m->count; i++) {
         m->parts[i].path = paths[i];
         m->parts[i].place = i;
-        if (probe(&m->parts[i], error) != 0) {
+        if (probe(&m->parts[i], m->go_on, error) != 0) {
             return -1;
         }
     }
@@ -148,10 +154,10 @@ static int probe_all(lum_merge *m, const char *const *paths, lum_error *error)
     return 0;
 }
 
-static int open_several(const char *const *paths, size_t count, lum_merge **out,
-                        lum_error *error)
+static int open_several(const char *const *paths, size_t count,
+                        lum_go_on *go_on, lum_merge **out, lum_error *error)
 {
-    lum_merge *m = new_merge(count);
+    lum_merge *m = new_merge(count, go_on);
     if (m == NULL) {
         return refuse_for_memory(paths[0], error);
     }
@@ -163,18 +169,18 @@ static int open_several(const char *const *paths, size_t count, lum_merge **out,
     return 0;
 }
 
-int lum_merge_open(const char *const *paths, size_t count, lum_merge **out,
-                   lum_error *error)
+int lum_merge_open(const char *const *paths, size_t count, lum_go_on *go_on,
+                   lum_merge **out, lum_error *error)
 {
     lum_source *source = NULL;
     if (count == 0) {
         return lum_error_set(error, "no capture is named");
     }
     if (count > 1) {
-        return open_several(paths, count, out, error);
+        return open_several(paths, count, go_on, out, error);
     }
     return lum_source_open(paths[0], &source, error) == 0
-               ? lum_merge_one(source, out, error)
+               ? lum_merge_one(source, go_on, out, error)
                : -1;
 }
 
@@ -237,7 +243,7 @@ static void begin_part(lum_merge *m)
 {
     lum_error error = {""};
     struct part *p = &m->parts[m->next++];
-    if (p->input == NULL && open_input(p, &error) != 0) {
+    if (p->input == NULL && open_input(p, m->go_on, &error) != 0) {
         note_broken(m, &error);
         end_part(m, p, LUM_CAPTURE_UNREAD);
     } else if (!p->has_record) {

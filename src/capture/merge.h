@@ -18,14 +18,16 @@ typedef struct lum_merge lum_merge;
 
 /** One file; no record is read beforehand.
  * @param source taken over: closed with the files, and on failure.
+ * @param go_on  kept; as for lum_capture_open_from().
  * @return 0, or -1 with the reason in error. */
-LUM_MUST_CHECK int lum_merge_one(lum_source *source, lum_merge **out,
-                                 lum_error *error);
+LUM_MUST_CHECK int lum_merge_one(lum_source *source, lum_go_on *go_on,
+                                 lum_merge **out, lum_error *error);
 
 /** Open all, read the first record of each, close them again.
  * @return 0, or -1 with the reason in error, which names the file. */
 LUM_MUST_CHECK int lum_merge_open(const char *const *paths, size_t count,
-                                  lum_merge **out, lum_error *error);
+                                  lum_go_on *go_on, lum_merge **out,
+                                  lum_error *error);
 
 /** Close. NULL is allowed. */
 void lum_merge_close(lum_merge *merge);

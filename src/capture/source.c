@@ -119,8 +119,24 @@ lum_source *lum_source_from_functions(const char *name,
     return s;
 }
 
+/* Whoever is asked is asked during a wait too. */
+static bool may_read(lum_source *s)
+{
+    bool is_ready = s->go_on == NULL;
+    while (!is_ready && lum_go_on_ask(s->go_on)) {
+        is_ready =
+            s->wait == NULL || s->wait(s->functions.context, LUM_GO_ON_WAIT_MS);
+    }
+    return is_ready;
+}
+
 static void read_more(lum_source *s)
 {
+    if (!may_read(s)) {
+        (void)lum_error_set(&s->error, "%s", LUM_GO_ON_STOPPED);
+        (void)fail(s);
+        return;
+    }
     uint8_t *to = s->buffer + (s->at - s->buffer) + s->left;
     const size_t room = (size_t)(s->buffer + 2u * s->half - to);
     const int64_t got =

@@ -17,6 +17,12 @@ static int64_t read_some(void *context, void *buffer, size_t room,
     return lum_source_file_read(file->fd, buffer, room, error);
 }
 
+static bool wait_for_some(void *context, int ms)
+{
+    const struct file *file = context;
+    return lum_source_file_wait(file->fd, ms);
+}
+
 static void close_file(void *context)
 {
     struct file *file = context;
@@ -39,7 +45,9 @@ static lum_source *from_descriptor(const char *name, int fd)
     lum_source *source = lum_source_from_functions(name, &functions, NULL);
     if (source == NULL) {
         free(file);
+        return NULL;
     }
+    source->wait = functions.total == 0 ? wait_for_some : NULL;
     return source;
 }
 

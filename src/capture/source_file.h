@@ -4,6 +4,7 @@
 
 #include "lum/base/error.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -15,6 +16,10 @@ int lum_source_file_open(const char *path);
  * waiting: the caller decides what it means. */
 int64_t lum_source_file_read(int fd, void *buffer, size_t room,
                              lum_error *error);
+
+/* Whether there is something to read, or a failure to be told; false: not in
+ * this time. A signal ends the waiting. */
+bool lum_source_file_wait(int fd, int ms);
 
 /* Of a regular file; 0: not known. */
 uint64_t lum_source_file_bytes(int fd);

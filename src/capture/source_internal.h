@@ -4,6 +4,7 @@
 #ifndef LUM_CAPTURE_SOURCE_INTERNAL_H
 #define LUM_CAPTURE_SOURCE_INTERNAL_H
 
+#include "base/go_on.h"
 #include "lum/capture/source.h"
 
 #include <stdbool.h>
@@ -21,8 +22,12 @@ struct lum_source {
     size_t half;     /**< left-over bytes end and new bytes begin here */
     char *name;      /**< for messages */
     lum_source *packed; /**< what functions unpack, and close; or NULL */
-    bool has_ended;     /**< there is nothing more to read */
-    bool has_failed;    /**< and error says why */
+    lum_go_on *go_on;   /**< asked before each reading; or NULL */
+    bool (*wait)(void *context, int ms); /**< for bytes; returns whether to
+                                              read. NULL: reading never waits
+                                              for long */
+    bool has_ended;                      /**< there is nothing more to read */
+    bool has_failed;                     /**< and error says why */
     lum_error error;
 };
 

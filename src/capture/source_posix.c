@@ -32,6 +32,13 @@ int64_t lum_source_file_read(int fd, void *buffer, size_t room,
     return got >= 0 ? got : lum_error_set(error, "%s", strerror(errno));
 }
 
+bool lum_source_file_wait(int fd, int ms)
+{
+    struct pollfd look = {.fd = fd, .events = POLLIN};
+    const int ready = poll(&look, 1, ms);
+    return ready > 0 || (ready < 0 && errno != EINTR);
+}
+
 uint64_t lum_source_file_bytes(int fd)
 {
     struct stat st;

@@ -1,3 +1,4 @@
+#define WIN32_LEAN_AND_MEAN
 #include "source_file.h"
 
 #include <errno.h>
@@ -6,6 +7,7 @@
 #include <limits.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <windows.h>
 
 int lum_source_file_open(const char *path)
 {
@@ -25,6 +27,25 @@ int64_t lum_source_file_read(int fd, void *buffer, size_t room,
     const unsigned limit = room < INT_MAX ? (unsigned)room : INT_MAX;
     const int got = _read(fd, buffer, limit);
     return got >= 0 ? got : lum_error_set(error, "%s", strerror(errno));
+}
+
+/* Pipes cannot be waited for here, so they are looked at again and again. */
+bool lum_source_file_wait(int fd, int ms)
+{
+    const HANDLE handle = (HANDLE)_get_osfhandle(fd);
+    const ULONGLONG end = GetTickCount64() + (ULONGLONG)ms;
+    DWORD bytes = 0;
+    if (handle == INVALID_HANDLE_VALUE ||
+        GetFileType(handle) != FILE_TYPE_PIPE) {
+        return true;
+    }
+    while (PeekNamedPipe(handle, NULL, 0, NULL, &bytes, NULL) && bytes == 0) {
+        if (GetTickCount64() >= end) {
+            return false;
+        }
+        Sleep(1);
+    }
+    return true;
 }
 
 uint64_t lum_source_file_bytes(int fd)

@@ -57,6 +57,7 @@ int lum_unpack(lum_source **source, lum_error *error)
                              packed->name);
     }
     s->packed = packed;
+    s->go_on = packed->go_on;
     *source = s;
     return 0;
 }

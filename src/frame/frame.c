@@ -92,6 +92,15 @@ const uint8_t *lum_frame_uint8s(const lum_frame *frame, lum_column column)
     return find(frame, column, LUM_TYPE_UINT8);
 }
 
+const float *lum_frame_xyz(const lum_frame *frame, size_t *spacing)
+{
+    if ((frame->mask & LUM_COLUMNS_XYZ) != LUM_COLUMNS_XYZ) {
+        return NULL;
+    }
+    *spacing = frame->count > 0 ? frame->store.columns[LUM_COLUMN_X].room : 0;
+    return lum_frame_floats(frame, LUM_COLUMN_X);
+}
+
 lum_result lum_frame_get_info(const lum_frame *frame, lum_frame_info *out)
 {
     return lum_sized_fill(out, &frame->info, sizeof frame->info) ? LUM_OK

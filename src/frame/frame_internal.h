@@ -43,6 +43,8 @@ typedef struct lum_line_row {
 /* The arrays of a frame, which pass from one to another. */
 typedef struct lum_frame_store {
     lum_column_array columns[LUM_COLUMN_COUNT];
+    void *xyz; /* the block of x, y and z, which have no own; NULL: the frame
+                  lacks one of them */
     lum_line_row *rows;
     int64_t *scratch; /* as many as rows have room */
     size_t row_room;

@@ -14,6 +14,11 @@
 
 #define ROWS_MIN 256u
 
+#define XYZ_COUNT 3u
+
+/* Numbers of 4 bytes that take ALIGN bytes. */
+#define ALIGN_COUNT (ALIGN / (uint32_t)sizeof(float))
+
 struct lum_frame_pool {
     size_t points_max; /* of a frame */
     unsigned spare_max;
@@ -60,6 +65,7 @@ static void free_frame(lum_frame *frame)
     for (unsigned c = 0; c < LUM_COLUMN_COUNT; c++) {
         free(frame->store.columns[c].block);
     }
+    free(frame->store.xyz);
     free(frame->store.rows);
     free(frame->store.scratch);
     free(frame);
@@ -90,10 +96,23 @@ void lum_frame_pool_free(lum_frame_pool *pool)
     }
 }
 
+static bool has_xyz(lum_columns mask)
+{
+    return (mask & LUM_COLUMNS_XYZ) == LUM_COLUMNS_XYZ;
+}
+
+/* Whether its memory of x, y and z has the form that these columns need: one
+ * block for all three, or a block each. */
+static bool has_form(const lum_frame *frame, lum_columns mask)
+{
+    return (mask & LUM_COLUMNS_XYZ) == 0 ||
+           has_xyz(mask) == (frame->store.xyz != NULL);
+}
+
 /* Points that fit without allocating. */
 static size_t room_of(const lum_frame *frame, lum_columns mask)
 {
-    size_t room = SIZE_MAX;
+    size_t room = has_form(frame, mask) ? SIZE_MAX : 0;
     for (unsigned c = 0; c < LUM_COLUMN_COUNT; c++) {
         const size_t here = frame->store.columns[c].room;
         room = (mask & LUM_COLUMN_BIT(c)) != 0 && here < room ? here : room;
@@ -149,9 +168,14 @@ static void give_back(lum_frame_pool *pool, lum_frame *frame)
 
 static void drop_columns(lum_frame *frame, lum_columns mask)
 {
+    if (has_xyz(mask) != (frame->store.xyz != NULL)) {
+        mask &= ~LUM_COLUMNS_XYZ;
+        free(frame->store.xyz);
+        frame->store.xyz = NULL;
+    }
     for (unsigned c = 0; c < LUM_COLUMN_COUNT; c++) {
         lum_column_array *array = &frame->store.columns[c];
-        if ((mask & LUM_COLUMN_BIT(c)) == 0 && array->block != NULL) {
+        if ((mask & LUM_COLUMN_BIT(c)) == 0 && array->at != NULL) {
             free(array->block);
             *array = (lum_column_array){NULL, NULL, 0};
         }
@@ -224,6 +248,12 @@ void lum_frame_release(lum_frame *frame)
     }
 }
 
+static uint8_t *aligned(void *block)
+{
+    uint8_t *at = block;
+    return at + (ALIGN - (uintptr_t)block % ALIGN) % ALIGN;
+}
+
 static bool grow_column(lum_column_array *array, size_t bytes, size_t count,
                         size_t room)
 {
@@ -231,12 +261,42 @@ static bool grow_column(lum_column_array *array, size_t bytes, size_t count,
     if (block == NULL) {
         return false;
     }
-    uint8_t *at = block + (ALIGN - (uintptr_t)block % ALIGN) % ALIGN;
+    uint8_t *at = aligned(block);
     if (count > 0) {
         memcpy(at, array->at, count * bytes);
     }
     free(array->block);
     *array = (lum_column_array){block, at, room};
+    return true;
+}
+
+/* Systems move the pages of a large block, so that it exists once. Each column
+ * moves to a higher address, and so the last one first; only x may move to a
+ * lower one, by the difference of the alignments. */
+static bool grow_xyz(lum_frame_store *store, size_t count, size_t room)
+{
+    lum_column_array *arrays = &store->columns[LUM_COLUMN_X];
+    const size_t before = arrays->room;
+    const size_t begin =
+        store->xyz != NULL
+            ? (size_t)((uint8_t *)arrays->at - (uint8_t *)store->xyz)
+            : 0;
+    const size_t spacing =
+        (room + ALIGN_COUNT - 1u) / ALIGN_COUNT * ALIGN_COUNT;
+    uint8_t *block =
+        realloc(store->xyz, XYZ_COUNT * spacing * sizeof(float) + ALIGN);
+    if (block == NULL) {
+        return false;
+    }
+    for (size_t c = XYZ_COUNT; c-- > 0;) {
+        float *at = (float *)(void *)aligned(block) + c * spacing;
+        if (count > 0) {
+            memmove(at, block + begin + c * before * sizeof *at,
+                    count * sizeof *at);
+        }
+        arrays[c] = (lum_column_array){NULL, at, spacing};
+    }
+    store->xyz = block;
     return true;
 }
 
@@ -256,9 +316,18 @@ static size_t next_room(const lum_frame *frame, size_t needed)
 static bool grow(lum_frame *frame, size_t needed)
 {
     const size_t room = next_room(frame, needed);
+    lum_frame_store *store = &frame->store;
+    lum_columns own = frame->mask; /* columns with a block of their own */
+    if (has_xyz(own)) {
+        own &= ~LUM_COLUMNS_XYZ;
+        if (store->columns[LUM_COLUMN_X].room < needed &&
+            !grow_xyz(store, frame->count, room)) {
+            return false;
+        }
+    }
     for (unsigned c = 0; c < LUM_COLUMN_COUNT; c++) {
-        lum_column_array *array = &frame->store.columns[c];
-        if ((frame->mask & LUM_COLUMN_BIT(c)) != 0 && array->room < needed &&
+        lum_column_array *array = &store->columns[c];
+        if ((own & LUM_COLUMN_BIT(c)) != 0 && array->room < needed &&
             !grow_column(array, bytes_of((lum_column)c), frame->count, room)) {
             return false;
         }
@@ -285,6 +354,11 @@ static bool move_to_spare(lum_frame *frame, size_t needed)
             frame->store.columns[c] = to;
             spare->store.columns[c] = from;
         }
+    }
+    if (has_xyz(frame->mask)) {
+        void *xyz = frame->store.xyz;
+        frame->store.xyz = spare->store.xyz;
+        spare->store.xyz = xyz;
     }
     spare->mask = frame->mask;
     drop_columns(spare, spare->mask);

@@ -1,6 +1,8 @@
 #include "lum/frame/reader.h"
 
+#include "base/go_on.h"
 #include "base/sized.h"
+#include "capture/capture_open.h"
 
 #include <stdlib.h>
 
@@ -12,8 +14,17 @@ enum stage {
     ENDED
 };
 
+/* Bytes of payload that take a fraction of a millisecond; reading a clock for
+ * each record would take longer than the record. A record counts as at least so
+ * many. */
+#define WORK_BYTES   65536u
+#define RECORD_BYTES 512u
+
 struct lum_reader {
     lum_record_source source;
+    lum_go_on go_on;
+    size_t work_bytes; /* most between two questions */
+    size_t work;       /* since the last one */
     lum_framer *framer;
     enum stage stage;
     lum_record record;
@@ -43,12 +54,8 @@ static void close_records(const lum_record_source *records)
     }
 }
 
-/* What was given is the reader's now. */
-static int refuse(const lum_reader_options *o, const lum_record_source *records,
-                  lum_error *error)
+static int refuse(lum_error *error)
 {
-    lum_source_close(o->source);
-    close_records(records);
     return lum_error_set(error, "a reader needs one source: a path, paths, "
                                 "bytes or records");
 }
@@ -59,37 +66,41 @@ static unsigned count_given(const lum_reader_options *o)
            (o->records != NULL ? 1u : 0u) + (o->path_count != 0 ? 1u : 0u);
 }
 
-static int open_capture(const lum_reader_options *o, lum_capture **out,
+static int open_capture(lum_reader *r, const lum_reader_options *o,
                         lum_error *error)
 {
-    if (o->source != NULL) {
-        return lum_capture_open_source(o->source, out, error);
-    }
-    return o->path != NULL
-               ? lum_capture_open(o->path, out, error)
-               : lum_capture_open_several(o->paths, o->path_count, out, error);
-}
-
-/* out holds the caller's records, if there are any. */
-static int open_source(const lum_reader_options *o, lum_record_source *out,
-                       lum_error *error)
-{
     lum_capture *capture = NULL;
-    if (count_given(o) != 1u) {
-        return refuse(o, out, error);
-    }
-    if (o->records != NULL) {
-        return 0;
-    }
-    if (open_capture(o, &capture, error) != 0) {
+    const lum_capture_from from = {
+        .source = o->source,
+        .paths = o->path != NULL ? &o->path : o->paths,
+        .count = o->path != NULL ? 1u : o->path_count,
+        .go_on = &r->go_on};
+    if (lum_capture_open_from(&from, &capture, error) != 0) {
         return -1;
     }
-    *out = (lum_record_source){.struct_size = sizeof *out,
-                               .next = capture_next,
-                               .progress = capture_progress,
-                               .close = capture_close,
-                               .context = capture};
+    r->source = (lum_record_source){.struct_size = sizeof r->source,
+                                    .next = capture_next,
+                                    .progress = capture_progress,
+                                    .close = capture_close,
+                                    .context = capture};
+    r->work_bytes = WORK_BYTES;
     return 0;
+}
+
+/* A source that asks and is told no ends the reading too. */
+static bool ask(void *context)
+{
+    lum_reader *r = context;
+    return lum_go_on_ask(&r->go_on);
+}
+
+/* Records of the caller may come slowly, so each is looked at. */
+static void begin_records(lum_reader *r)
+{
+    r->work_bytes = 0;
+    if (r->source.set_go_on != NULL && r->go_on.function != NULL) {
+        r->source.set_go_on(r->source.context, ask, r);
+    }
 }
 
 static int open_framer(lum_reader *r, const lum_reader_options *o,
@@ -98,6 +109,33 @@ static int open_framer(lum_reader *r, const lum_reader_options *o,
     const lum_framer_options defaults = {.struct_size = sizeof defaults};
     return lum_framer_new(o->framer != NULL ? o->framer : &defaults, &r->framer,
                           error);
+}
+
+static bool has_stopped(const lum_reader *r)
+{
+    return r->go_on.has_stopped;
+}
+
+static int fail_stopped(lum_error *error)
+{
+    return lum_error_set(error, "%s", LUM_GO_ON_STOPPED);
+}
+
+/* The caller's source of bytes is taken over, also on failure. */
+static int open_all(lum_reader *r, const lum_reader_options *o,
+                    lum_error *error)
+{
+    r->go_on = (lum_go_on){.function = o->go_on, .context = o->go_on_context};
+    if (count_given(o) != 1u || !lum_go_on_ask(&r->go_on)) {
+        lum_source_close(o->source);
+        return has_stopped(r) ? fail_stopped(error) : refuse(error);
+    }
+    if (o->records != NULL) {
+        begin_records(r);
+    } else if (open_capture(r, o, error) != 0) {
+        return has_stopped(r) ? fail_stopped(error) : -1;
+    }
+    return open_framer(r, o, error);
 }
 
 int lum_reader_open(const lum_reader_options *options, lum_reader **out,
@@ -116,16 +154,14 @@ int lum_reader_open(const lum_reader_options *options, lum_reader **out,
         lum_source_close(o.source);
         return -1;
     }
-    if (open_source(&o, &source, error) != 0) {
-        return -1;
-    }
     lum_reader *r = calloc(1, sizeof *r);
     if (r == NULL) {
+        lum_source_close(o.source);
         close_records(&source);
         return lum_error_set(error, "out of memory");
     }
     r->source = source;
-    if (open_framer(r, &o, error) != 0) {
+    if (open_all(r, &o, error) != 0) {
         lum_reader_close(r);
         return -1;
     }
@@ -158,6 +194,18 @@ static void read_record(lum_reader *r)
         r->status = status;
         r->stage = FLUSHING;
     }
+}
+
+/* Whoever says no ends the reading at once: what is under way is dropped. */
+static bool goes_on(lum_reader *r)
+{
+    const size_t bytes = r->record.len;
+    r->work += bytes > RECORD_BYTES ? bytes : RECORD_BYTES;
+    if (r->work >= r->work_bytes) {
+        r->work = 0;
+        return lum_go_on_ask(&r->go_on);
+    }
+    return !has_stopped(r);
 }
 
 static lum_framer_event push(lum_reader *r)
@@ -201,8 +249,11 @@ int lum_reader_next(lum_reader *reader, lum_framer_event *event,
                     lum_error *error)
 {
     lum_framer_event e = LUM_FRAMER_NONE;
-    while (e == LUM_FRAMER_NONE && reader->stage != ENDED) {
+    while (e == LUM_FRAMER_NONE && reader->stage != ENDED && goes_on(reader)) {
         e = step(reader);
+    }
+    if (has_stopped(reader)) {
+        return fail_stopped(error);
     }
     if (e == LUM_FRAMER_FAILED) {
         return lum_error_set(error, "out of memory");

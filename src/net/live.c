@@ -1,5 +1,6 @@
 #include "lum/net/live.h"
 
+#include "base/go_on.h"
 #include "base/sized.h"
 #include "lum/base/time.h"
 #include "lum/wire.h"
@@ -17,6 +18,7 @@ struct live {
     bool was_heard;
     lum_endpoint sensor;
     lum_endpoint client;
+    lum_go_on go_on;
 };
 
 /* The sensor's side is shown as the port that all sensors have, whatever port a
@@ -53,6 +55,11 @@ static int end(const struct live *l, lum_error *error)
     return l->was_heard ? 0 : fail_silent(l->options.duration_ms, error);
 }
 
+static int fail_stopped(lum_error *error)
+{
+    return lum_error_set(error, "%s", LUM_GO_ON_STOPPED);
+}
+
 static int idle(const struct live *l, lum_error *error)
 {
     const int64_t now_ns = lum_time_monotonic_ns();
@@ -69,12 +76,25 @@ static int tell(const struct live *l)
            l->options.on_event(l->options.context, &l->event);
 }
 
+static int64_t earlier(int64_t a_ns, int64_t b_ns)
+{
+    return a_ns < b_ns ? a_ns : b_ns;
+}
+
+/* How long a receive may wait. */
+static int64_t limit_of(const struct live *l)
+{
+    const int64_t limit_ns = earlier(silent_ns(l), l->end_ns);
+    return l->go_on.function == NULL
+               ? limit_ns
+               : earlier(limit_ns, lum_time_monotonic_ns() +
+                                       LUM_GO_ON_WAIT_MS * NS_PER_MS);
+}
+
 /* As lum_record_source.next, but for the record: 1 is to look again. */
 static int receive(struct live *l, lum_error *error)
 {
-    const int64_t limit_ns = silent_ns(l);
-    lum_sensor_receive(l->options.sensor,
-                       limit_ns < l->end_ns ? limit_ns : l->end_ns, &l->event);
+    lum_sensor_receive(l->options.sensor, limit_of(l), &l->event);
     l->next = 0;
     switch (l->event.kind) {
     case LUM_SENSOR_DATAGRAMS:
@@ -110,6 +130,9 @@ static int next(void *context, lum_record *out, lum_error *error)
     struct live *l = context;
     int status = 1;
     while (status > 0 && !has_datagram(l)) {
+        if (!lum_go_on_ask(&l->go_on)) {
+            return fail_stopped(error);
+        }
         status = lum_time_monotonic_ns() < l->end_ns ? receive(l, error)
                                                      : end(l, error);
     }
@@ -117,6 +140,13 @@ static int next(void *context, lum_record *out, lum_error *error)
         *out = record_of(l, &l->event.datagrams[l->next++]);
     }
     return status;
+}
+
+static void set_go_on(void *context, bool (*go_on)(void *go_on_context),
+                      void *go_on_context)
+{
+    struct live *l = context;
+    l->go_on = (lum_go_on){.function = go_on, .context = go_on_context};
 }
 
 int lum_live_source(const lum_live_options *options, lum_record_source *out,
@@ -155,7 +185,8 @@ int lum_live_source(const lum_live_options *options, lum_record_source *out,
     const lum_record_source source = {.struct_size = sizeof source,
                                       .next = next,
                                       .close = free,
-                                      .context = l};
+                                      .context = l,
+                                      .set_go_on = set_go_on};
     (void)lum_sized_fill(out, &source, sizeof source);
     return 0;
 }

@@ -65,11 +65,16 @@ static struct run *run_with(lum_columns columns, lum_edges edges)
     return run_new(&options);
 }
 
+static void release_all(struct run *r)
+{
+    while (r->count > 0) {
+        lum_frame_release(r->frames[--r->count]);
+    }
+}
+
 static void run_free(struct run *r)
 {
-    for (size_t i = 0; i < r->count; i++) {
-        lum_frame_release(r->frames[i]);
-    }
+    release_all(r);
     lum_framer_free(r->framer);
     free(r);
 }
@@ -351,6 +356,101 @@ static void columns_are_aligned_and_only_those_that_were_asked_for(void **state)
     assert_non_null(lum_frame_uint32s(f, LUM_COLUMN_LINE));
     assert_non_null(lum_frame_uint16s(f, LUM_COLUMN_PIXEL));
     assert_non_null(lum_frame_uint8s(f, LUM_COLUMN_EYE));
+    run_free(r);
+}
+
+/* Enough lines for the columns to grow several times. */
+#define MANY_LINES 60u
+
+static void send_large_frame(struct run *r)
+{
+    for (uint32_t line = 0; line < MANY_LINES; line++) {
+        send_returns(r, LUM_EYE_BLUE, line);
+        send_returns(r, LUM_EYE_GREEN, line);
+        r->clock += PERIOD_US;
+    }
+}
+
+static void assert_rows(const lum_frame *f, const lum_frame *x_z,
+                        const lum_frame *y)
+{
+    const size_t bytes = lum_frame_count(f) * sizeof(float);
+    size_t spacing = 0;
+    const float *xyz = lum_frame_xyz(f, &spacing);
+    assert_non_null(xyz);
+    assert_true(spacing >= lum_frame_count(f));
+    assert_int_equal(spacing * sizeof *xyz % 64u, 0);
+    assert_ptr_equal(xyz, lum_frame_floats(f, LUM_COLUMN_X));
+    assert_ptr_equal(xyz + spacing, lum_frame_floats(f, LUM_COLUMN_Y));
+    assert_ptr_equal(xyz + 2u * spacing, lum_frame_floats(f, LUM_COLUMN_Z));
+    for (unsigned c = 0; c < 3; c++) {
+        assert_int_equal((uintptr_t)(xyz + c * spacing) % 64u, 0);
+    }
+    assert_memory_equal(xyz, lum_frame_floats(x_z, LUM_COLUMN_X), bytes);
+    assert_memory_equal(xyz + spacing, lum_frame_floats(y, LUM_COLUMN_Y),
+                        bytes);
+    assert_memory_equal(xyz + 2u * spacing, lum_frame_floats(x_z, LUM_COLUMN_Z),
+                        bytes);
+}
+
+/* However they grow and move, and whatever columns their memory had before. */
+static void x_y_and_z_are_rows_of_one_block(void **state)
+{
+    (void)state;
+    const lum_columns xyz = LUM_COLUMNS_XYZ | LUM_COLUMN_BIT(LUM_COLUMN_EYE);
+    const lum_columns x_z =
+        LUM_COLUMN_BIT(LUM_COLUMN_X) | LUM_COLUMN_BIT(LUM_COLUMN_Z);
+    const lum_columns y = LUM_COLUMN_BIT(LUM_COLUMN_Y);
+    const lum_columns turns[] = {y, xyz, x_z, xyz, xyz};
+    struct run *r = run_default();
+    struct run *with_x_z = run_with(x_z, LUM_EDGES_BOTH);
+    struct run *with_y = run_with(y, LUM_EDGES_BOTH);
+    for (size_t i = 0; i < sizeof turns / sizeof turns[0]; i++) {
+        size_t spacing = 7;
+        lum_view view;
+        lum_view_default(&view);
+        view.columns = turns[i];
+        view.selection.edges = LUM_EDGES_BOTH;
+        assert_int_equal(lum_framer_set_views(r->framer, &view, 1, NULL), 0);
+        send_large_frame(r);
+        end(r);
+        send_large_frame(with_x_z);
+        end(with_x_z);
+        send_large_frame(with_y);
+        end(with_y);
+        const lum_frame *f = r->frames[r->count - 1u];
+        if (turns[i] == xyz) {
+            assert_rows(f, with_x_z->frames[0], with_y->frames[0]);
+        } else {
+            assert_null(lum_frame_xyz(f, &spacing));
+            assert_int_equal(spacing, 7);
+        }
+        release_all(with_x_z);
+        release_all(with_y);
+        if (i != 3) {
+            release_all(r);
+        }
+    }
+    run_free(r);
+    run_free(with_x_z);
+    run_free(with_y);
+}
+
+static void a_frame_without_points_has_rows_too(void **state)
+{
+    (void)state;
+    struct run *r = run_default();
+    size_t spacing = 7;
+    for (uint32_t line = 0; line < LINES; line++) {
+        drive_make(&r->line, LUM_EYE_GREEN, line, r->clock, NULL, 0);
+        push_line(r, DRIVE_SENSOR);
+        r->clock += PERIOD_US;
+    }
+    end(r);
+    assert_int_equal(r->count, 1);
+    assert_int_equal(lum_frame_count(r->frames[0]), 0);
+    assert_non_null(lum_frame_xyz(r->frames[0], &spacing));
+    assert_int_equal(spacing, 0);
     run_free(r);
 }
 
@@ -1439,6 +1539,8 @@ int main(void)
         cmocka_unit_test(a_frame_has_the_points_of_its_lines_in_their_order),
         cmocka_unit_test(
             columns_are_aligned_and_only_those_that_were_asked_for),
+        cmocka_unit_test(x_y_and_z_are_rows_of_one_block),
+        cmocka_unit_test(a_frame_without_points_has_rows_too),
         cmocka_unit_test(every_column_is_filled_for_every_point),
         cmocka_unit_test(times_run_through_lines_and_frames),
         cmocka_unit_test(a_line_that_lacks_is_missing_by_eye),

@@ -324,6 +324,48 @@ static void a_reader_makes_frames_of_a_live_sensor(void **state)
     lum_reader_close(reader);
 }
 
+/* --- Whether to go on --- */
+
+static unsigned questions;
+static int64_t asked_ns;
+
+/* Never longer than 50 ms after the last time. */
+static bool answer(void *context)
+{
+    const int64_t *until_ns = context;
+    assert_true(questions == 0 || fake.now_ns - asked_ns <= 50 * MS);
+    asked_ns = fake.now_ns;
+    questions++;
+    return fake.now_ns < *until_ns;
+}
+
+static void whoever_reads_is_asked_while_nothing_comes(void **state)
+{
+    lum_record_source live = {.struct_size = sizeof live};
+    lum_reader *reader = NULL;
+    const lum_frame *frame = NULL;
+    const int64_t until_ns = fake.now_ns + 2 * SECOND;
+    (void)state;
+    questions = 0;
+    const lum_live_options options = {.struct_size = sizeof options,
+                                      .sensor = sensor};
+    assert_int_equal(lum_live_source(&options, &live, &error), 0);
+    const lum_reader_options from = {.struct_size = sizeof from,
+                                     .records = &live,
+                                     .go_on = answer,
+                                     .go_on_context =
+                                         (void *)(uintptr_t)&until_ns};
+    assert_int_equal(lum_reader_open(&from, &reader, &error), 0);
+    for (unsigned i = 0; i < 2; i++) {
+        error.text[0] = '\0';
+        assert_int_equal(lum_reader_next_frame(reader, &frame, &error), -1);
+        assert_string_equal(error.text, "stopped by the caller");
+        assert_in_range(fake.now_ns, until_ns, until_ns + 50 * MS);
+    }
+    assert_true(fake_count_sent(LUM_TYPE_HEARTBEAT) >= 10);
+    lum_reader_close(reader);
+}
+
 #define FRESH(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
 
 int main(void)
@@ -344,6 +386,7 @@ int main(void)
         FRESH(a_source_without_a_size_is_refused),
         FRESH(options_of_a_shorter_version_have_defaults_beyond),
         FRESH(a_reader_makes_frames_of_a_live_sensor),
+        FRESH(whoever_reads_is_asked_while_nothing_comes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

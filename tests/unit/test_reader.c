@@ -9,6 +9,7 @@
 
 #include "drive.h"
 
+#include "lum/base/time.h"
 #include "lum/frame/reader.h"
 
 #include <pthread.h>
@@ -221,6 +222,181 @@ static void records_of_a_caller_give_the_same(void **state)
     assert_int_equal(live->closed, 1);
     free(live);
 }
+
+/* --- Asking the caller whether to go on --- */
+
+/* Whom the reader asks. */
+struct asked {
+    unsigned calls;
+    unsigned last; /* the call that says no; 0: none does */
+    bool is_last;  /* the next one says no */
+};
+
+static bool answer(void *context)
+{
+    struct asked *a = context;
+    a->calls++;
+    return a->calls != a->last && !a->is_last;
+}
+
+static void assert_stopped(int status, const lum_error *error)
+{
+    assert_int_equal(status, -1);
+    assert_string_equal(error->text, "stopped by the caller");
+}
+
+/* More time passes than between two questions. */
+static void pass_time(void)
+{
+    const int64_t until_ns = lum_time_monotonic_ns() + 6000000;
+    while (lum_time_monotonic_ns() < until_ns) {
+        lum_time_sleep_until(until_ns);
+    }
+}
+
+static int64_t read_slowly(void *context, void *buffer, size_t room,
+                           lum_error *error)
+{
+    const struct pieces *p = context;
+    if (p->at / 777u % 50u == 0) {
+        pass_time();
+    }
+    return read_piece(context, buffer, room, error);
+}
+
+static int next_slowly(void *context, lum_record *out, lum_error *error)
+{
+    struct live *l = context;
+    if (l->packet == l->line.count) {
+        pass_time();
+    }
+    return next_live(context, out, error);
+}
+
+/* Frames come before the no, and none after it, not even the one under way. */
+static void assert_stops_after_a_frame(lum_reader *reader, struct asked *asked)
+{
+    const lum_frame *frame = NULL;
+    lum_error error = {""};
+    assert_int_equal(lum_reader_next_frame(reader, &frame, &error), 1);
+    assert_true(asked->calls > 1);
+    asked->is_last = true;
+    const unsigned calls = asked->calls;
+    for (unsigned i = 0; i < 3; i++) {
+        error.text[0] = '\0';
+        assert_stopped(lum_reader_next_frame(reader, &frame, &error), &error);
+    }
+    assert_int_equal(asked->calls, calls + 1u);
+    lum_reader_close(reader);
+}
+
+static void a_caller_can_stop_a_reading(void **state)
+{
+    (void)state;
+    struct asked asked = {0};
+    struct pieces pieces = {0, 0};
+    const lum_source_functions functions = {.struct_size = sizeof functions,
+                                            .read = read_slowly,
+                                            .close = close_pieces,
+                                            .context = &pieces};
+    const lum_reader_options options = {
+        .struct_size = sizeof options,
+        .source = lum_source_from_functions("slow", &functions, NULL),
+        .go_on = answer,
+        .go_on_context = &asked};
+    assert_stops_after_a_frame(open_reader(&options), &asked);
+    assert_int_equal(pieces.closed, 1);
+}
+
+static void a_caller_can_stop_the_reading_of_records(void **state)
+{
+    (void)state;
+    struct asked asked = {0};
+    struct live *live = calloc(1, sizeof *live);
+    const lum_record_source source = {.struct_size = sizeof source,
+                                      .next = next_slowly,
+                                      .close = close_live,
+                                      .context = live};
+    const lum_reader_options options = {.struct_size = sizeof options,
+                                        .records = &source,
+                                        .go_on = answer,
+                                        .go_on_context = &asked};
+    assert_non_null(live);
+    assert_stops_after_a_frame(open_reader(&options), &asked);
+    assert_int_equal(live->closed, 1);
+    free(live);
+}
+
+static void a_caller_can_stop_an_opening(void **state)
+{
+    (void)state;
+    struct asked asked = {.last = 1};
+    struct live live = {.closed = 0};
+    struct pieces pieces = {0, 0};
+    lum_reader *reader = NULL;
+    lum_error error = {""};
+    const lum_record_source source = {.struct_size = sizeof source,
+                                      .next = next_live,
+                                      .close = close_live,
+                                      .context = &live};
+    const lum_source_functions functions = {.struct_size = sizeof functions,
+                                            .read = read_piece,
+                                            .close = close_pieces,
+                                            .context = &pieces};
+    lum_reader_options options = {.struct_size = sizeof options,
+                                  .path = drive,
+                                  .go_on = answer,
+                                  .go_on_context = &asked};
+    assert_stopped(lum_reader_open(&options, &reader, &error), &error);
+    options.path = NULL;
+    options.records = &source;
+    asked.calls = 0;
+    assert_stopped(lum_reader_open(&options, &reader, &error), &error);
+    assert_int_equal(live.closed, 1);
+    options.records = NULL;
+    options.source = lum_source_from_functions("pieces", &functions, NULL);
+    asked.calls = 0;
+    assert_stopped(lum_reader_open(&options, &reader, &error), &error);
+    assert_int_equal(pieces.closed, 1);
+    assert_null(reader);
+}
+
+/* A pipe that nobody writes to. */
+static void a_caller_can_stop_a_wait(void **state)
+{
+    (void)state;
+    struct asked asked = {.last = 3};
+    char path[32];
+    int ends[2];
+    lum_reader *reader = NULL;
+    lum_error error = {""};
+    assert_int_equal(pipe(ends), 0);
+    (void)snprintf(path, sizeof path, "/dev/fd/%d", ends[0]);
+    const lum_reader_options options = {.struct_size = sizeof options,
+                                        .path = path,
+                                        .go_on = answer,
+                                        .go_on_context = &asked};
+    (void)alarm(60); /* in place of waiting for ever */
+    assert_stopped(lum_reader_open(&options, &reader, &error), &error);
+    (void)alarm(0);
+    assert_int_equal(asked.calls, 3);
+    (void)close(ends[0]);
+    (void)close(ends[1]);
+}
+
+static void whoever_says_yes_changes_nothing(void **state)
+{
+    (void)state;
+    struct asked asked = {0};
+    const lum_reader_options options = {.struct_size = sizeof options,
+                                        .path = drive,
+                                        .go_on = answer,
+                                        .go_on_context = &asked};
+    assert_whole(open_reader(&options));
+    assert_true(asked.calls > 0);
+}
+
+/* --- More of records --- */
 
 /* One record, and an end that leaves it as it is. */
 static int next_only(void *context, lum_record *out, lum_error *error)
@@ -592,6 +768,11 @@ int main(void)
         cmocka_unit_test(memory_gives_the_same),
         cmocka_unit_test(a_callers_function_gives_the_same),
         cmocka_unit_test(records_of_a_caller_give_the_same),
+        cmocka_unit_test(a_caller_can_stop_a_reading),
+        cmocka_unit_test(a_caller_can_stop_the_reading_of_records),
+        cmocka_unit_test(a_caller_can_stop_an_opening),
+        cmocka_unit_test(a_caller_can_stop_a_wait),
+        cmocka_unit_test(whoever_says_yes_changes_nothing),
         cmocka_unit_test(fragments_are_counted_once),
         cmocka_unit_test(what_was_read_stands_before_the_error),
         cmocka_unit_test(a_capture_that_breaks_off_gives_what_there_is),

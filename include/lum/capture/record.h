@@ -6,6 +6,7 @@
 
 #include "lum/base/error.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -52,6 +53,12 @@ typedef struct lum_record_source {
      * NULL. */
     void (*close)(void *context);
     void *context; /**< handed to these */
+    /** For a source that waits: gets the function of
+     * lum_reader_options.go_on once, before the first record. From then on,
+     * next() calls it at least every 50 ms, also while it waits, and returns -1
+     * when it says false. NULL: the reader itself asks, between records. */
+    void (*set_go_on)(void *context, bool (*go_on)(void *go_on_context),
+                      void *go_on_context);
 } lum_record_source;
 
 #ifdef __cplusplus

@@ -108,6 +108,17 @@ const uint16_t *lum_frame_uint16s(const lum_frame *frame, lum_column column);
 /** A column of bytes, as lum_frame_floats(). */
 const uint8_t *lum_frame_uint8s(const lum_frame *frame, lum_column column);
 
+/** x, y and z as one array of three rows: x of point i is at [i], y at
+ * [spacing + i], z at [2 * spacing + i]. They are the numbers of
+ * lum_frame_column(), and each row begins at a multiple of 64 bytes. So
+ * whatever takes rows at equal distances can use them without a copy.
+ * @param spacing gets the distance of two rows in numbers, at least
+ *                lum_frame_count(); 0 if the frame has no points. Untouched on
+ *                NULL.
+ * @return lives as long as the frame; NULL if the frame lacks one of the three;
+ *         not NULL if it has them and no points. */
+const float *lum_frame_xyz(const lum_frame *frame, size_t *spacing);
+
 /** What is known of a frame as a whole. */
 typedef struct lum_frame_info {
     size_t struct_size; /**< sizeof(lum_frame_info), set by the caller */

@@ -48,6 +48,15 @@ typedef struct lum_reader_options {
     const char *const *paths; /**< instead of path: path_count captures, read
                                  as one by lum_capture_open_several() */
     size_t path_count;        /**< 0: none */
+    /** Asked every few milliseconds while the reader opens, reads, waits or
+     * seeks, in the thread of that call: to stop it, or to show its progress.
+     * It must not call functions of this reader, except lum_reader_progress()
+     * once the reader is open. NULL: nobody is asked.
+     * @return whether to go on; false ends the reading: the call that is under
+     *         way and all later ones return -1, with the error "stopped by the
+     *         caller". Frames under way are dropped. */
+    bool (*go_on)(void *context);
+    void *go_on_context; /**< handed to go_on */
 } lum_reader_options;
 
 /** A reader. */

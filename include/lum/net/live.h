@@ -48,10 +48,11 @@ typedef struct lum_live_options {
 
 /** Make a source of all datagrams that come from the sensor from now on. It
  * ends after the duration, when the session's cancel is raised, or when
- * on_event says so. It fails if the socket fails, if the sensor is silent, and
- * if nothing came in the whole duration. The laser stays as it is: while it is
- * off, lines come without words. lum_sensor_count() has what the system
- * dropped.
+ * on_event says so. lum_reader_options.go_on is asked at least every 50 ms,
+ * also while nothing comes; heartbeats go on meanwhile. It fails if the socket
+ * fails, if the sensor is silent, and if nothing came in the whole duration.
+ * The laser stays as it is: while it is off, lines come without words.
+ * lum_sensor_count() has what the system dropped.
  * @param options read and not kept, except for the sensor and the context.
  * @param out     its struct_size is set by the caller; to be given to
  *                lum_reader_open(), or closed by its own close.
