@@ -33,6 +33,8 @@ LINE_DTYPE = np.dtype([("number", "u4"), ("eye", "u1"), ("first_point", "u4"), (
                        ("angle_count", "u2"), ("lost_words", "u4"), ("clock_us", "i8"), ("arrival_ns", "i8")])
 """The fields of Frame.lines."""
 
+_FLOAT = np.dtype("f4")
+
 _EPOCH = datetime.datetime(1970, 1, 1, tzinfo=datetime.timezone.utc)
 
 
@@ -265,9 +267,11 @@ class Frame:
 
     def _make_xyz(self) -> Array:
         if self._c is not None:
-            x, y, z = (self._address(name) for name in "xyz")
-            if x and x < y and y - x == z - y:
-                return np.asarray(_Memory(self._c, x, (self._count, 3), (4, y - x), np.dtype("f4")))
+            spacing = ffi.new("size_t *")
+            first = lib.lum_frame_xyz(self._c, spacing)
+            if first:
+                address = int(ffi.cast("uintptr_t", first))
+                return np.asarray(_Memory(self._c, address, (self._count, 3), (4, 4 * max(spacing[0], 1)), _FLOAT))
         block = np.empty((3, self._count), "f4")
         for i, name in enumerate("xyz"):
             block[i] = self[name]

@@ -20,22 +20,21 @@ def _raise(error: Any) -> None:
     raise CaptureError(text(error.text))
 
 
-class Functions:
-    """A binary file object as the functions of a lum_source. What the object raises is kept in problem."""
+class _File:
+    """A binary file object, as the library calls it. It does not know its callback, so that no cycle keeps a file open."""
 
     def __init__(self, file: Any, name: str) -> None:
-        self.file, self.name = file, name
+        self.name = name
         self.problem: Optional[BaseException] = None
+        self._file = file
         self._into = getattr(file, "readinto", None)
-        self._read = ffi.callback("int64_t(void *, void *, size_t, lum_error *)", self._fill, error=-1,
-                                  onerror=self._note)
-        self.functions = sized("lum_source_functions", read=self._read)
 
-    def _note(self, _: Any, problem: Any, __: Any) -> None:
+    def note(self, _: Any, problem: Any, __: Any) -> None:
+        """What fill() raised."""
         self.problem = problem
 
-    def _fill(self, _: Any, buffer: Any, room: int, error: Any) -> int:
-        """Called by the library, in the thread that reads."""
+    def fill(self, _: Any, buffer: Any, room: int, error: Any) -> int:
+        """Called in the thread that reads."""
         try:
             return self._take(buffer, room)
         except BaseException as problem:
@@ -47,7 +46,7 @@ class Functions:
         if self._into is not None:
             count = self._into(memoryview(ffi.buffer(buffer, room)).cast("B"))
         else:
-            got = self.file.read(room)
+            got = self._file.read(room)
             if got is not None and not isinstance(got, (bytes, bytearray, memoryview)):
                 raise TypeError(f"its read() gives {type(got).__name__}; right is bytes, as of a file that is opened "
                                 'with mode "rb"')
@@ -61,10 +60,26 @@ class Functions:
         return int(count)
 
 
+class Functions:
+    """The functions of a lum_source for a binary file object. What the object raises is kept."""
+
+    def __init__(self, file: Any, name: str) -> None:
+        self._state = _File(file, name)
+        self._read = ffi.callback("int64_t(void *, void *, size_t, lum_error *)", self._state.fill, error=-1,
+                                  onerror=self._state.note)
+        self.functions = sized("lum_source_functions", read=self._read)
+
+    @property
+    def problem(self) -> Optional[BaseException]:
+        """What the object raised."""
+        return self._state.problem
+
+
 class Input:
     """A source of bytes that readers can be opened on."""
 
     name: str
+    is_kept = False  # whether an index can stand beside it
 
     def ask(self) -> Any:
         """An open capture for its comments, as by ffi.gc(); None: there is none that can be asked."""

@@ -67,6 +67,46 @@ class Counts:
         return sum(self.counts[name] for name in (*_KINDS, *_BAD_KINDS) if name != "foreign")
 
 
+class _Watch:
+    """Asked by the library every few milliseconds: takes Ctrl-C, and tells the progress.
+
+    It does not know its callback, so that no cycle keeps a reader open."""
+
+    def __init__(self, tell: Any) -> None:
+        self._tell = tell
+        self._told_s = time.monotonic()
+        self.problem: Optional[BaseException] = None
+        self.reader: Any = None
+        self.bytes = ffi.new("uint64_t[2]")
+
+    def note(self, _: Any, problem: Any, __: Any) -> None:
+        """What go_on() raised, or a signal during it."""
+        self.problem = problem
+
+    def go_on(self, _: Any) -> bool:
+        """Called in the thread that reads."""
+        if self._tell is not None and self.reader is not None and time.monotonic() - self._told_s >= _PROGRESS_S:
+            self.tell()
+        return True
+
+    def tell(self) -> None:
+        """Tell the progress to whoever asked for it."""
+        self._told_s = time.monotonic()
+        if self._tell is not None:
+            self.measure()
+            self._tell(self.bytes[0], self.bytes[1])
+
+    def measure(self) -> None:
+        """Find out how much was read."""
+        lib.lum_reader_progress(self.reader, self.bytes, self.bytes + 1)
+
+    def raise_problem(self) -> None:
+        """What was raised, in the call that it ended."""
+        problem, self.problem = self.problem, None
+        if problem is not None:
+            raise problem
+
+
 class Reading:
     """One pass, used by one thread at a time."""
 
@@ -74,36 +114,37 @@ class Reading:
         self._choice, self._name = choice, source.name
         self._busy = threading.Lock()
         self._reader: Any = None
-        self._problem: Optional[BaseException] = None
-        self._told_s = time.monotonic()
         self._error, self._out = ffi.new("lum_error *"), ffi.new("const lum_frame **")
         self._counts: Optional[Counts] = None
-        self._progress = ffi.new("uint64_t[2]")
+        self._watch = _Watch(choice.progress)
         self.ended = False
         self.truncated = False
         self.frames = 0
         self._kept: list[Any] = []
         framer, kept = choice.framer_options(*settings)
         self._kept += [framer, kept]
+        self._functions: Optional[Functions]
         members, self._functions = source.begin(self._kept)
         self._open(framer, members)
 
-    _functions: Optional[Functions]
-
     def _open(self, framer: Any, members: dict[str, Any]) -> None:
         reader = ffi.new("lum_reader **")
-        status = lib.lum_reader_open(sized("lum_reader_options", framer=framer, **members), reader, self._error)
-        self._raise_problem()
+        go_on = ffi.callback("bool(void *)", self._watch.go_on, error=False, onerror=self._watch.note)
+        self._kept.append(go_on)
+        options = sized("lum_reader_options", framer=framer, go_on=go_on, **members)
+        status = lib.lum_reader_open(options, reader, self._error)
+        self._watch.raise_problem()
         if status != 0:
             raise CaptureError(text(self._error.text))
         self._reader = ffi.gc(reader[0], lib.lum_reader_close)
+        self._watch.reader = reader[0]
 
     def _raise_problem(self) -> None:
-        """What Python code raised that the library called."""
-        problem, self._problem = self._problem, None
-        if problem is None and self._functions is not None and not isinstance(self._functions.problem, Exception):
-            problem, self._functions.problem = self._functions.problem, None
-        if problem is not None:
+        """What ended the call that was under way: Ctrl-C, or the function for the progress."""
+        self.ended = self.ended or self._watch.problem is not None
+        self._watch.raise_problem()
+        problem = self._functions.problem if self._functions is not None else None
+        if problem is not None and not isinstance(problem, Exception):
             self.ended = True
             raise problem
 
@@ -133,8 +174,7 @@ class Reading:
         else:
             self.ended = True
             self.truncated = status < 0
-        if self._choice.progress is not None:
-            self._choice.progress(*self._measure())
+        self._watch.tell()
         if frame is None:
             self._conclude()
         return frame
@@ -181,18 +221,14 @@ class Reading:
 
     # What is known of it.
 
-    def _measure(self) -> tuple[int, int]:
-        lib.lum_reader_progress(self._reader, self._progress, self._progress + 1)
-        return self._progress[0], self._progress[1]
-
     def progress(self) -> tuple[int, int]:
         """Bytes that were read, and all of them; 0: not known."""
         if self._reader is not None and self._busy.acquire(blocking=False):
             try:
-                self._measure()
+                self._watch.measure()
             finally:
                 self._busy.release()
-        return self._progress[0], self._progress[1]
+        return self._watch.bytes[0], self._watch.bytes[1]
 
     def count(self) -> Counts:
         """What was counted so far."""
@@ -211,7 +247,8 @@ class Reading:
         try:
             if self._reader is not None:
                 self._counts = Counts(self._reader)
-                self._measure()
+                self._watch.measure()
+                self._watch.reader = None
                 ffi.release(self._reader)
                 self._reader = None
         finally:
