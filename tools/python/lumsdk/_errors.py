@@ -13,6 +13,12 @@ class OptionError(Error, ValueError):
     """An option, a calibration or a profile has a value that is not allowed."""
 
 
+class UnknownKeyError(Error, KeyError):
+    """A frame has no such column, or a calibration or profile no such key."""
+
+    __str__ = Exception.__str__  # that of KeyError puts quotes around the sentence
+
+
 class ClosedError(Error, ValueError):
     """A source or a sensor is used after it was closed."""
 
