@@ -18,8 +18,16 @@ def structs():
     typedefs, tagged, _ = c.ffi.list_types()
     for name in [*typedefs, *(f"struct {tag}" for tag in tagged)]:
         kind = c.ffi.typeof(name)
-        if kind.kind == "struct" and kind.fields is not None:
+        if kind.kind == "struct" and has_members(name):
             yield name, kind
+
+
+def has_members(name):
+    """Whether it is defined in a public header."""
+    try:
+        return c.ffi.sizeof(name) > 0
+    except c.ffi.error:
+        return False
 
 
 def enums():
