@@ -6,7 +6,7 @@ import pickle
 import lumsdk
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 
@@ -184,7 +184,7 @@ class _nothing:
 
 
 @given(st.lists(st.sampled_from(["keep frame", "keep x", "keep xyz", "keep grid", "drop", "next", "close"]), max_size=30))
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25)
 def test_arrays_outlive_their_frame_and_their_source(path, frames, steps):
     """Whatever is kept has its values at the end, though memory of frames that were dropped is used again."""
     want = {frame.number: frame for frame in lumsdk.open(path)}

@@ -5,7 +5,7 @@ import lumsdk
 import numpy as np
 import pytest
 from conftest import BIN
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 
@@ -116,7 +116,7 @@ TEXTS = {"frames": st.one_of(st.just("1:2"), st.text("0123:- +", max_size=6)),
 
 
 @given(st.sampled_from(sorted(TEXTS)).flatmap(lambda name: st.tuples(st.just(name), TEXTS[name])))
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60)
 def test_a_text_is_right_where_lumdump_takes_it(make_capture, named):
     name, text = named
     capture = make_capture("-n", 1, "--loss", 0.99)

@@ -18,7 +18,7 @@ import lumsdk
 import numpy as np
 import pytest
 from conftest import BIN
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 
@@ -133,7 +133,7 @@ def rotated(tmp_path_factory, make_capture):
 
 
 @given(st.data())
-@settings(max_examples=5, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=5)
 def test_several_are_one_stream_in_any_order(rotated, data):
     parts, drive = rotated
     got, want = list(lumsdk.open(data.draw(st.permutations(parts)))), list(lumsdk.open(drive))
