@@ -3,9 +3,11 @@ import gc
 import gzip
 import io
 import mmap
+import multiprocessing
 import operator
 import os
 import pathlib
+import pickle
 import signal
 import subprocess
 import sys
@@ -306,6 +308,15 @@ def test_a_closed_source_says_so(path, frames):
     assert frame == frames[0] and frame.grid("range", "blue").shape == (64, 1000)
     assert source.counts["frames"] >= 1 and source.sensors == ["10.42.0.37"] and source.progress[0] > 0
     assert repr(source) == f"<Source {path}: closed>"
+
+
+def test_a_source_is_not_sent_to_another_process(path):
+    with pytest.raises(TypeError, match="its frames can be sent"):
+        pickle.dumps(lumsdk.open(path))
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        (sent, *_) = lumsdk.open(path)
+        assert pool.apply(operator.attrgetter("info"), (sent,)) == sent.info
+        assert pool.apply(operator.itemgetter("x"), (sent,)).tobytes() == sent["x"].tobytes()
 
 
 def test_losses_grow_as_it_is_read(path):

@@ -269,6 +269,10 @@ class Source:
         done, total = self._latest.progress()
         return f"<Source {self.name}: {frames}" + (f", {100 * done // total} %>" if total else ">")
 
+    def __reduce__(self) -> Any:
+        raise TypeError(f"{self.name}: an open source cannot be sent to another process, or copied: open it there; its "
+                        "frames can be sent")
+
     # Its end.
 
     def close(self) -> None:
