@@ -164,3 +164,20 @@ def test_a_capture_that_breaks_off(path, frames, tmp_path):
         with pytest.raises(IndexError):
             source[COUNT - 1]
         assert source[3] == frames[3]
+
+
+def test_a_jump_that_was_interrupted_can_be_tried_again(path, frames):
+    stops = iter([False, True, False, True])
+
+    def tell(done, total):
+        if next(stops, False):
+            raise KeyboardInterrupt
+
+    with lumsdk.open(path, columns="all", progress=tell) as source:
+        with pytest.raises(KeyboardInterrupt):
+            for place in (4, 9):
+                assert source[place] == frames[place]
+        assert source[3] == frames[3]
+        with pytest.raises(KeyboardInterrupt):
+            list(source)
+        assert source[-1] == frames[-1] and list(source) == frames

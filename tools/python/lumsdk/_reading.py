@@ -121,6 +121,7 @@ class Reading:
         self.frames = 0
         self.place: Optional[int] = 0  # of the frame that comes next; None: not known
         self.was_sought = False
+        self.was_stopped = False  # by Ctrl-C, or by what the program's functions raised: it cannot be used any more
         self._broken = ""
         self._kept: list[Any] = []
         framer, kept = choice.framer_options(*settings)
@@ -144,11 +145,12 @@ class Reading:
 
     def _raise_problem(self) -> None:
         """What ended the call that was under way: Ctrl-C, or the function for the progress."""
-        self.ended = self.ended or self._watch.problem is not None
+        if self._watch.problem is not None:
+            self.ended = self.was_stopped = True
         self._watch.raise_problem()
         problem = self._functions.problem if self._functions is not None else None
         if problem is not None and not isinstance(problem, Exception):
-            self.ended = True
+            self.ended = self.was_stopped = True
             raise problem
 
     def _lock(self) -> None:

@@ -148,8 +148,9 @@ class Source:
     def _jumping(self) -> Reading:
         """The reading for frames by their place: one that has ended and knows them all, or one more."""
         self._check_open()
-        if self._jumper is None:
-            if self._latest.can_jump and self._latest.ended and not self._latest.truncated:
+        if self._jumper is None or self._jumper.was_stopped:
+            latest = self._latest
+            if latest.can_jump and latest.ended and not (latest.truncated or latest.was_stopped):
                 self._jumper = self._latest
             else:
                 self._jumper = self._read()
