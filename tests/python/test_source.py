@@ -114,6 +114,14 @@ def test_a_url_is_read(path, frames):
     assert list(lumsdk.open([f"file://{path}"])) == frames
 
 
+def test_several_urls_are_one_stream(rotated):
+    pytest.importorskip("fsspec")
+    parts, drive = rotated
+    want = list(lumsdk.open(drive))
+    assert list(lumsdk.open([f"file://{part}" for part in parts])) == want
+    assert list(lumsdk.open(f"file://{parts[0].parent}/part-*.pcap")) == want
+
+
 def test_a_url_without_fsspec_says_what_to_install(path, monkeypatch):
     monkeypatch.setitem(sys.modules, "fsspec", None)
     with pytest.raises(lumsdk.OptionError, match=r"pip install lumsdk\[url\]"):
