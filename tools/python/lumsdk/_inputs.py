@@ -233,6 +233,14 @@ class Stream(Input):
         self._used = True
         return self._shared
 
+    def _rewind(self) -> Any:
+        """The file object at its start, for a program that reads it itself."""
+        shared = self._share()
+        if shared.start is not None:
+            shared.file.seek(shared.start)
+            shared.user = None
+        return shared.file
+
     def ask(self) -> Any:
         shared = self._share()
         functions = Functions(shared)
