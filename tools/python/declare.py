@@ -10,16 +10,24 @@ import sys
 
 import cffi
 
+
 def headers(include):
     """The public headers, as they are named in #include."""
     return sorted(path.relative_to(include).as_posix() for path in include.glob("lum/**/*.h"))
 
 
-def preprocess(compiler, include, names):
+def preprocess(compiler, include, names, *options):
     """The headers with their macros expanded, and with marks that tell the file of each line."""
     text = "".join(f"#include <{name}>\n" for name in names)
-    command = [*compiler, "-E", "-x", "c", "-std=c99", "-I", str(include), "-D__attribute__(x)=", "-"]
+    command = [*compiler, "-E", *options, "-x", "c", "-std=c99", "-I", str(include), "-D__attribute__(x)=", "-"]
     return subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout
+
+
+def numbers(compiler, include, names):
+    """The macros that are whole numbers."""
+    macros = preprocess(compiler, include, names, "-dM")
+    found = re.findall(r"^#define (LUM_\w+) (?:\(?U?INT\d+_C\()?(0x[0-9A-Fa-f]+|\d+)[uUlL]*\)*$", macros, re.MULTILINE)
+    return "".join(f"#define {name} {value}\n" for name, value in sorted(found))
 
 
 def lines_of(text, include):
@@ -48,12 +56,15 @@ def without_bodies(text):
 
 
 def declarations(compiler, include):
+    """What cffi reads."""
     include = pathlib.Path(include).resolve()
-    text = "\n".join(lines_of(preprocess(compiler, include, headers(include)), include))
-    return re.sub(r"\b_Bool\b", "bool", without_bodies(text))
+    names = headers(include)
+    text = "\n".join(lines_of(preprocess(compiler, include, names), include))
+    return numbers(compiler, include, names) + re.sub(r"\b_Bool\b", "bool", without_bodies(text))
 
 
 def main(compiler, include, output):
+    """Write the module."""
     ffi = cffi.FFI()
     ffi.set_source("lumsdk._declarations", None)
     ffi.cdef(declarations(compiler.split(";"), include))

@@ -1,14 +1,43 @@
 """Captures and live sensors of the Luminar Model G2 as arrays.
 
-    with lumsdk.open("drive.pcap") as source:
+    with lumsdk.open("drive-*.pcap") as source:
         for frame in source:
             use(frame.xyz, frame["range"])
+
+Units are metres, degrees and nanoseconds; x looks forward, y left, z up. Options are those of lumdump, by the same names.
 """
-from ._c import lib as _lib
-from ._errors import CaptureError, ClosedError, Error, OptionError
-from ._frame import Frame
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ._c import VERSION as __version__
+from ._errors import CaptureError, CaptureWarning, ClosedError, Error, LaserError, OptionError, SensorError, UnknownKeyError
+from ._frame import COLUMNS, Frame
+from ._settings import Calibration, Profile
 from ._source import Source, open
 
-__all__ = ["CaptureError", "ClosedError", "Error", "Frame", "OptionError", "Source", "open"]
-__version__ = "0.1.0"
-del _lib
+if TYPE_CHECKING:
+    from ._convert import convert
+    from ._sensor import Sensor
+    from ._simulate import simulate
+
+__all__ = ["COLUMNS", "Calibration", "CaptureError", "CaptureWarning", "ClosedError", "Error", "Frame", "LaserError",
+           "OptionError", "Profile", "Sensor", "SensorError", "Source", "UnknownKeyError", "__version__", "convert", "open",
+           "simulate"]
+
+# What few programs need is imported when it is asked for.
+_LATER = {"Sensor": "_sensor", "convert": "_convert", "simulate": "_simulate"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATER:
+        raise AttributeError(f"module 'lumsdk' has no attribute '{name}'")
+    import importlib
+
+    value = getattr(importlib.import_module(f".{_LATER[name]}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_LATER})

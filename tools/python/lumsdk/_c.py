@@ -5,11 +5,12 @@ import pathlib
 import sys
 from typing import Any
 
-from ._declarations import ffi  # made of the headers by the build
+from ._declarations import ffi as _ffi  # type: ignore[import-not-found,import-untyped,unused-ignore]
 from ._errors import Error
 
 _NAMES = {"darwin": "liblumsdk.dylib", "win32": "liblumsdk.dll", "cygwin": "liblumsdk.dll"}
 
+ffi: Any = _ffi
 lib: Any = ffi.dlopen(str(pathlib.Path(__file__).with_name(_NAMES.get(sys.platform, "liblumsdk.so"))))
 
 
@@ -29,3 +30,11 @@ def text(pointer: Any) -> str:
 def failure(error: Any, kind: type[Error] = Error) -> Error:
     """The exception for a message of the library."""
     return kind(text(error.text))
+
+
+def address_of(number: int) -> str:
+    """An address in host order as a.b.c.d."""
+    return ".".join(str(number >> shift & 255) for shift in (24, 16, 8, 0))
+
+
+VERSION = f"{lib.LUM_VERSION_MAJOR}.{lib.LUM_VERSION_MINOR}.{lib.LUM_VERSION_PATCH}"

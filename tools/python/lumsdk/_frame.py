@@ -1,61 +1,435 @@
 """A frame: all points of one sweep of one sensor, as arrays."""
 from __future__ import annotations
 
-from typing import Any
+import datetime
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Optional, Union
 
 import numpy as np
 
-from ._c import ffi, lib, sized, text
+from ._c import address_of, ffi, lib, sized, text
+from ._errors import UnknownKeyError
 
-_TYPES = {lib.LUM_TYPE_FLOAT: np.dtype("f4"), lib.LUM_TYPE_UINT32: np.dtype("u4"),
+if TYPE_CHECKING:
+    import pandas  # type: ignore[import-untyped,unused-ignore]
+    import pyarrow  # type: ignore[import-untyped,unused-ignore]
+
+    Array = np.ndarray[Any, np.dtype[Any]]
+
+_TYPES: dict[int, np.dtype[Any]] = {lib.LUM_TYPE_FLOAT: np.dtype("f4"), lib.LUM_TYPE_UINT32: np.dtype("u4"),
           lib.LUM_TYPE_UINT16: np.dtype("u2"), lib.LUM_TYPE_UINT8: np.dtype("u1")}
 
-COLUMNS: dict[str, int] = {text(lib.lum_column_name(c)): c for c in range(lib.LUM_COLUMN_COUNT)}
-"""The name of every column, and its number in C."""
+_NUMBERS: dict[str, int] = {text(lib.lum_column_name(c)): c for c in range(lib.LUM_COLUMN_COUNT)}
 
-DTYPES: dict[str, np.dtype[Any]] = {name: _TYPES[lib.lum_column_get_type(c)] for name, c in COLUMNS.items()}
-"""The type of every column."""
+COLUMNS: Mapping[str, np.dtype[Any]] = MappingProxyType(
+    {name: _TYPES[lib.lum_column_get_type(c)] for name, c in _NUMBERS.items()})
+"""Every column that a frame can have, and the type of its numbers."""
+
+EYES = ("blue", "green")
+
+PIXELS = int(lib.LUM_LINE_PIXELS)
+
+LINE_DTYPE = np.dtype([("number", "u4"), ("eye", "u1"), ("first_point", "u4"), ("point_count", "u4"),
+                       ("angle_count", "u2"), ("lost_words", "u4"), ("clock_us", "i8"), ("arrival_ns", "i8")])
+"""The fields of Frame.lines."""
+
+_FLOAT = np.dtype("f4")
+
+_EPOCH = datetime.datetime(1970, 1, 1, tzinfo=datetime.timezone.utc)
 
 
 class _Memory:
     """Memory of a frame, which keeps the frame alive: the base of every array of it."""
 
-    def __init__(self, owner: Any, address: int, shape: tuple[int, ...], strides: tuple[int, ...] | None, dtype: np.dtype[Any]):
+    __slots__ = ("__array_interface__", "owner")
+
+    def __init__(self, owner: Any, address: int, shape: tuple[int, ...], strides: Optional[tuple[int, ...]],
+                 dtype: np.dtype[Any]) -> None:
         self.owner = owner
         self.__array_interface__ = {"version": 3, "data": (address, False), "shape": shape, "strides": strides,
                                     "typestr": dtype.str}
 
 
+def _c_lines() -> np.dtype[Any]:
+    """The layout of lum_frame_line, which is filled in C."""
+    fields = [name for name, _ in ffi.typeof("lum_frame_line").fields]
+    types = {"struct_size": np.dtype(f"u{ffi.sizeof('size_t')}")}
+    types.update({name: np.dtype(LINE_DTYPE[name]) for name in LINE_DTYPE.names or ()})
+    return np.dtype({"names": fields, "formats": [types[name] for name in fields],
+                     "offsets": [ffi.offsetof("lum_frame_line", name) for name in fields],
+                     "itemsize": ffi.sizeof("lum_frame_line")})
+
+
+_C_LINES = _c_lines()
+
+
+class _Info:
+    """What is known of a frame as a whole, apart from its arrays."""
+
+    __slots__ = ("number", "sensor", "is_complete", "is_first", "is_last", "begin_clock_us", "end_clock_us",
+                 "begin_arrival_ns", "end_arrival_ns", "begin_utc_ns", "utc_error_ns", "lines", "rows", "losses")
+
+    number: int
+    sensor: int
+    is_complete: bool
+    is_first: bool
+    is_last: bool
+    begin_clock_us: int
+    end_clock_us: int
+    begin_arrival_ns: int
+    end_arrival_ns: int
+    begin_utc_ns: int
+    utc_error_ns: int
+    lines: tuple[int, int]
+    rows: tuple[int, int]
+    losses: dict[str, int]
+
+    def __init__(self, values: Mapping[str, Any]) -> None:
+        for name in self.__slots__:
+            setattr(self, name, values[name])
+
+    def values(self) -> dict[str, Any]:
+        """As a dictionary."""
+        return {name: getattr(self, name) for name in self.__slots__}
+
+    @classmethod
+    def of(cls, frame: Any) -> _Info:
+        """That of a frame of the library."""
+        i = sized("lum_frame_info")
+        lib.lum_frame_get_info(frame, i)
+        losses = {"lost_words": i.lost_words, "lines_missing_angles": i.lines_missing_angles,
+                  "lines_skipped": sum(i.lines_missing), "lines_cut": i.lines_cut, "lines_late": i.lines_late,
+                  "points_cut": i.points_cut, "no_angle": i.losses.no_angle, "no_range": i.losses.no_range}
+        values = {name: getattr(i, name) for name in cls.__slots__[:11]}
+        values.update(lines=tuple(i.lines), losses=losses,
+                      rows=tuple(lib.lum_frame_rows(frame, eye) for eye in range(len(EYES))))
+        return cls(values)
+
+
 class Frame:
-    """All points of one sweep of one sensor. Its arrays stay valid after it, and after its source."""
+    """All points of one sweep of one sensor.
+
+    ``frame["range"]`` is a column, one value a point; ``frame.columns`` names them. Points are in the order of their
+    lines. Arrays are views of the frame's memory, nothing is copied; they stay valid after the frame and after its
+    source. A frame can be pickled: what comes back has the same values in memory of its own.
+    """
+
+    __slots__ = ("_arrays", "_c", "_count", "_info_made", "_lines_made", "__weakref__")
 
     def __init__(self, pointer: Any) -> None:
-        """Keep a frame of the library."""
+        """Keep a frame of the library. Programs get frames from a source or a sensor."""
         self._c = ffi.gc(lib.lum_frame_keep(pointer), lib.lum_frame_release)
-        self._info = sized("lum_frame_info")
-        lib.lum_frame_get_info(self._c, self._info)
         self._count: int = lib.lum_frame_count(self._c)
+        self._arrays: dict[str, Array] = {}
+        self._info_made: Optional[_Info] = None
+        self._lines_made: Optional[Array] = None
 
-    def __len__(self) -> int:
-        return self._count
+    # What is known of it as a whole.
+
+    @property
+    def _info(self) -> _Info:
+        if self._info_made is None:
+            self._info_made = _Info.of(self._c)
+        return self._info_made
 
     @property
     def number(self) -> int:
-        """Frame number."""
-        return int(self._info.number)
+        """The frame's number."""
+        return self._info.number
+
+    @property
+    def sensor(self) -> str:
+        """The address of its sensor, such as "10.42.0.37"."""
+        return address_of(self._info.sensor)
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing of it is known to be missing."""
+        return self._info.is_complete
+
+    @property
+    def first(self) -> bool:
+        """Whether it is the first of its sensor. It was under way when the recording began, and may lack its start."""
+        return self._info.is_first
+
+    @property
+    def last(self) -> bool:
+        """Whether the recording ended with it. It may lack its end."""
+        return self._info.is_last
+
+    @property
+    def utc_ns(self) -> int:
+        """When its earliest line was measured, in nanoseconds since 1970 UTC.
+
+        It is the sensor's clock converted to UTC by a fit to the arrival times of the packets. Where the profile has
+        no timestamp, it is the arrival of that line, and utc_error_ns is None.
+        """
+        return self._info.begin_utc_ns or self._info.begin_arrival_ns
+
+    @property
+    def utc_error_ns(self) -> Optional[int]:
+        """The estimated error of utc_ns in both directions; None: not known, since there is no clock."""
+        return self._info.utc_error_ns if self._info.begin_utc_ns else None
+
+    @property
+    def time(self) -> datetime.datetime:
+        """utc_ns as a datetime in UTC, down to the microsecond."""
+        return _EPOCH + datetime.timedelta(microseconds=self.utc_ns // 1000)
+
+    @property
+    def duration(self) -> float:
+        """Seconds from its earliest line to its latest, on the sensor's clock."""
+        return (self._info.end_clock_us - self._info.begin_clock_us) * 1e-6
+
+    @property
+    def losses(self) -> dict[str, int]:
+        """What is missing in it, by cause, with lumdump's names.
+
+        no_range counts words without a range above zero, which are no damage. lines_late are lines of earlier
+        frames that came after theirs had been handed out.
+        """
+        return dict(self._info.losses)
+
+    @property
+    def info(self) -> dict[str, Any]:
+        """All that is known of it as a whole: numbers, clocks, lines of both eyes, and what losses has."""
+        values = self._info.values()
+        losses = values.pop("losses")
+        values["sensor"] = self.sensor
+        for name in ("lines", "rows"):
+            both = values.pop(name)
+            values.update({f"{name}_{eye}": both[i] for i, eye in enumerate(EYES)})
+        return {**values, "points": self._count, **losses}
+
+    # Its arrays.
+
+    def __len__(self) -> int:
+        """How many points it has."""
+        return self._count
+
+    def __bool__(self) -> bool:
+        """A frame is one, even without a point."""
+        return True
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The columns that the frame has."""
+        """The names of its columns, as open(columns=...) chose them."""
+        if self._c is None:
+            return tuple(name for name in _NUMBERS if name in self._arrays)
         mask = lib.lum_frame_columns(self._c)
-        return tuple(name for name, c in COLUMNS.items() if mask >> c & 1)
+        return tuple(name for name, c in _NUMBERS.items() if mask >> c & 1)
 
-    def __getitem__(self, name: str) -> np.ndarray[Any, Any]:
-        """A column: one value a point, a view of the frame's memory."""
-        pointer = lib.lum_frame_column(self._c, COLUMNS[name])
-        return np.asarray(_Memory(self._c, int(ffi.cast("uintptr_t", pointer)), (self._count,), None, DTYPES[name]))
+    def _refuse(self, name: object) -> UnknownKeyError:
+        if name in COLUMNS:
+            return UnknownKeyError(f"the frame has no column {name!r}: name it in columns= when the source is opened, or "
+                                   f'say columns="all"; it has {", ".join(self.columns) or "none"}')
+        return UnknownKeyError(f"there is no column {name!r}; there are {', '.join(COLUMNS)}")
+
+    def _address(self, name: str) -> int:
+        """Where a column begins; 0: the frame does not have it."""
+        return int(ffi.cast("uintptr_t", lib.lum_frame_column(self._c, _NUMBERS[name])))
+
+    def __getitem__(self, name: str) -> Array:
+        """A column: (n,), of the type that COLUMNS tells. A view of the frame's memory."""
+        try:
+            return self._arrays[name]
+        except (KeyError, TypeError):
+            pass
+        if self._c is None or not isinstance(name, str) or name not in _NUMBERS:
+            raise self._refuse(name)
+        address = self._address(name)
+        if not address:
+            raise self._refuse(name)
+        made = np.asarray(_Memory(self._c, address, (self._count,), None, COLUMNS[name]))
+        self._arrays[name] = made
+        return made
+
+    def __contains__(self, name: object) -> bool:
+        """Whether it has a column."""
+        return name in self.columns
+
+    def __iter__(self) -> Iterator[str]:
+        """The names of its columns, as of a dictionary."""
+        return iter(self.columns)
+
+    def keys(self) -> tuple[str, ...]:
+        """The names of its columns: with this, dict(frame) works."""
+        return self.columns
 
     @property
-    def xyz(self) -> np.ndarray[Any, Any]:
-        """x, y and z in metres: (n, 3) float32."""
-        return np.column_stack([self["x"], self["y"], self["z"]])
+    def xyz(self) -> Array:
+        """x, y and z in metres: (n, 3) float32, a view of the frame's memory. x forward, y left, z up."""
+        if "xyz" in self._arrays:
+            return self._arrays["xyz"]
+        made = self._make_xyz()
+        self._arrays["xyz"] = made
+        return made
+
+    def _make_xyz(self) -> Array:
+        if self._c is not None:
+            spacing = ffi.new("size_t *")
+            first = lib.lum_frame_xyz(self._c, spacing)
+            if first:
+                address = int(ffi.cast("uintptr_t", first))
+                return np.asarray(_Memory(self._c, address, (self._count, 3), (4, 4 * max(spacing[0], 1)), _FLOAT))
+        block = np.empty((3, self._count), "f4")
+        for i, name in enumerate("xyz"):
+            block[i] = self[name]
+        return block.T
+
+    @property
+    def lines(self) -> Array:
+        """Its lines, in the order in which they were complete: a structured array.
+
+        number, eye (0 blue, 1 green), first_point and point_count (its points are those from first_point on),
+        angle_count (pixels with angles, of 1000), lost_words, clock_us (the sensor's clock), arrival_ns (since 1970).
+        """
+        if self._lines_made is None:
+            made = np.zeros(lib.lum_frame_line_count(self._c), _C_LINES)
+            made["struct_size"] = _C_LINES.itemsize
+            if len(made):
+                first = ffi.cast("lum_frame_line *", ffi.from_buffer(made))
+                get, frame = lib.lum_frame_get_line, self._c
+                for i in range(len(made)):
+                    get(frame, i, first + i)
+            out = np.empty(len(made), LINE_DTYPE)
+            for name in LINE_DTYPE.names or ():
+                out[name] = made[name]
+            self._lines_made = out
+        return self._lines_made
+
+    def _eye(self, eye: Union[str, int, None]) -> int:
+        if eye is None:
+            present = [i for i, count in enumerate(self._info.lines) if count]
+            if len(present) > 1:
+                raise ValueError('the frame has lines of both eyes: say eye="blue" or eye="green"')
+            return present[0] if present else 0
+        if isinstance(eye, str) and eye in EYES:
+            return EYES.index(eye)
+        raise ValueError(f'eye is {eye!r}; right is "blue" or "green"')
+
+    def grid(self, column: str, eye: Union[str, None] = None, returns: int = 1, lines: Optional[int] = None) -> Array:
+        """A column as a grid: (lines, 1000) float32, or (lines, 1000, returns) where returns is above 1.
+
+        Cells without a point are NaN. Cell [line, pixel, k] is the k-th point of that pixel among those of the frame.
+        Needs the column "pixel". eye may be left out where the frame has lines of one eye alone. lines is the
+        number of rows; without it, it is the highest line number of this eye and one more.
+        """
+        which = self._eye(eye)
+        if column not in self.columns:
+            raise self._refuse(column)
+        if "pixel" not in self.columns:
+            raise self._refuse("pixel")
+        rows = self._info.rows[which] if lines is None else _count(lines, "lines")
+        if _count(returns, "returns") < 1:
+            raise ValueError("returns is 0; right is a whole number from 1")
+        out = np.empty((rows, PIXELS, returns), "f4")
+        if self._c is None:
+            self._fill(column, which, out)
+        elif out.size:
+            lib.lum_frame_grid_floats(self._c, _NUMBERS[column], which, rows, returns,
+                                      ffi.cast("float *", ffi.from_buffer(out)))
+        return out if returns > 1 else out[:, :, 0]
+
+    def _fill(self, column: str, eye: int, out: Array) -> None:
+        """As lum_frame_grid_floats(), of arrays."""
+        out.fill(np.nan)
+        rows, _, returns = out.shape
+        seen = set()
+        for line in self.lines:
+            number = int(line["number"])
+            if line["eye"] != eye or number >= rows or number in seen:
+                continue
+            seen.add(number)
+            part = slice(int(line["first_point"]), int(line["first_point"]) + int(line["point_count"]))
+            pixels = self["pixel"][part].astype(np.intp)
+            if not len(pixels):
+                continue
+            starts = np.r_[True, pixels[1:] != pixels[:-1]]
+            indices = np.arange(len(pixels))
+            rank = indices - np.maximum.accumulate(np.where(starts, indices, 0))
+            kept = rank < returns
+            out[number, pixels[kept], rank[kept]] = self[column][part][kept]
+
+    # Into other forms.
+
+    def to_dict(self) -> dict[str, Array]:
+        """Its columns by their names, as views."""
+        return {name: self[name] for name in self.columns}
+
+    def to_structured(self) -> Array:
+        """A copy as a structured array: (n,), with a field for each column."""
+        names = self.columns
+        out = np.empty(self._count, np.dtype([(name, COLUMNS[name]) for name in names]))
+        for name in names:
+            out[name] = self[name]
+        return out
+
+    def to_arrow(self, **options: Any) -> pyarrow.Table:
+        """As a table of Arrow, without a copy where Arrow has the type. Needs pyarrow."""
+        from ._table import to_arrow
+
+        return to_arrow(self, **options)
+
+    def to_pandas(self, **options: Any) -> pandas.DataFrame:
+        """As a DataFrame. Needs pandas."""
+        from ._table import to_pandas
+
+        return to_pandas(self, **options)
+
+    def _repr_html_(self) -> Optional[str]:
+        """In a notebook: its range images, if matplotlib is there."""
+        try:
+            from ._notebook import to_html
+        except ImportError:
+            return None
+        made: Optional[str] = to_html(self)
+        return made
+
+    # As a value.
+
+    def __repr__(self) -> str:
+        info = self._info
+        state = "complete" if info.is_complete else "incomplete"
+        lines = ", ".join(f"{count} {eye}" for eye, count in zip(EYES, info.lines))
+        return f"<Frame {info.number} of {self.sensor}: {self._count} points, lines {lines}, {state}>"
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all columns, lines and clocks are the same, bit by bit."""
+        if not isinstance(other, Frame):
+            return NotImplemented
+        return (self.columns == other.columns and self._info.values() == other._info.values()
+                and np.array_equal(self.lines, other.lines)
+                and all(self[name].tobytes() == other[name].tobytes() for name in self.columns))
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restore, (self._info.values(), self.to_dict(), self.lines)
+
+
+def _count(value: Any, name: str) -> int:
+    """A whole number from 0 on."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise TypeError(f"{name} is {value!r}; right is a whole number")
+    if value < 0:
+        raise ValueError(f"{name} is {value}; right is a whole number from 0")
+    return int(value)
+
+
+def _restore(info: Mapping[str, Any], arrays: Mapping[str, Array], lines: Array) -> Frame:
+    """A frame of values, in memory of its own."""
+    made = Frame.__new__(Frame)
+    made._c = None
+    made._info_made = _Info(info)
+    made._lines_made = lines
+    made._arrays = dict(arrays)
+    made._count = len(next(iter(arrays.values()))) if arrays else 0
+    if all(name in arrays for name in "xyz"):
+        block = np.empty((3, made._count), "f4")
+        for i, name in enumerate("xyz"):
+            block[i] = arrays[name]
+            made._arrays[name] = block[i]
+        made._arrays["xyz"] = block.T
+    return made

@@ -1,53 +1,385 @@
 """Captures as sources of frames."""
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator
-from typing import Any
+import datetime
+import itertools
+import math
+import operator
+import weakref
+from collections.abc import Iterable, Iterator, Sequence
+from typing import IO, TYPE_CHECKING, Any, Optional, Union, overload
 
-from ._c import failure, ffi, lib, sized
-from ._errors import CaptureError, ClosedError
+from ._errors import ClosedError, warn
 from ._frame import Frame
+from ._inputs import Input, open_input
+from ._options import Choice
+from ._reading import LOSSES, Reading
+from ._settings import Calibration, Profile
+
+if TYPE_CHECKING:
+    import os
+
+    from typing_extensions import Buffer, Unpack
+
+    from ._options import Options
+
+    Path = Union[str, os.PathLike[str]]
+    Given = Union[Path, Sequence[Path], Buffer, IO[bytes]]
+
+
+class Frames(Iterator[Frame]):
+    """The frames of one pass over a source."""
+
+    def __init__(self, source: Source, reading: Reading) -> None:
+        """Made by iter() of a source."""
+        self._source, self._reading = source, reading
+        self._has_ended = False
+
+    def __next__(self) -> Frame:
+        self._source._check_open()
+        frame = None if self._has_ended else self._reading.next()
+        if frame is None:
+            self._has_ended = True
+            self._source._note_end(self._reading)
+            raise StopIteration
+        return frame
+
+    def __length_hint__(self) -> int:
+        """About how many frames are left: for progress bars."""
+        total = 0 if self._has_ended else self._source.__length_hint__()
+        return max(total - self._reading.frames, 0)
 
 
 class Source:
-    """A capture, or several as one. Iteration gives its frames."""
+    """A capture, or several as one: a source of frames, made by open().
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
-        self._kept = [ffi.new("char[]", os.fsencode(path))]
-        options = sized("lum_reader_options", path=self._kept[0])
-        error = ffi.new("lum_error *")
-        reader = ffi.new("lum_reader **")
-        if lib.lum_reader_open(options, reader, error) != 0:
-            raise failure(error, CaptureError)
-        self._reader: Any = reader[0]
+    Each iteration gives its frames from the start. Only one thread at a time may use an iteration; two sources share
+    nothing, so each thread opens its own. Frames, and arrays of them, stay valid after the source is closed.
+    """
 
-    def __iter__(self) -> Iterator[Frame]:
-        out = ffi.new("const lum_frame **")
-        error = ffi.new("lum_error *")
-        while True:
-            if not self._reader:
-                raise ClosedError("the source is closed")
-            status = lib.lum_reader_next_frame(self._reader, out, error)
-            if status < 0:
-                raise failure(error, CaptureError)
-            if status == 0:
-                return
-            yield Frame(out[0])
+    def __init__(self, source: Input, choice: Choice) -> None:
+        """Programs use open()."""
+        self._input, self._choice = source, choice
+        self._closed = False
+        self._readings: weakref.WeakSet[Reading] = weakref.WeakSet()
+        self._origins: list[str] = []
+        self._frame_count: Optional[int] = None
+        self._settings = self._ask()
+        self._ready: Optional[Reading] = self._read()
+        self._latest: Reading = self._ready
+        self._jumper: Optional[Reading] = None
+
+    def _ask(self) -> tuple[Calibration, Profile]:
+        """The calibration and the profile, those of the capture where none is named."""
+        choice = self._choice
+        named = choice.calibration, choice.profile
+        capture = self._input.ask()
+        if capture is not None:
+            from ._provenance import Provenance
+
+            found = Provenance(capture, *named, (choice.names_calibration, choice.names_profile))
+            for note in found.notes:
+                warn(note)
+            named = found.calibration, found.profile
+            self._origins = found.origins
+        return choice.with_set(*named)
+
+    def _read(self) -> Reading:
+        reading = Reading(self._input, self._choice, self._settings)
+        self._readings.add(reading)
+        return reading
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise ClosedError(f"{self.name}: the source is closed; open it again to read it")
+
+    def _note_end(self, reading: Reading) -> None:
+        if not reading.was_sought:
+            self._frame_count = reading.frames
+
+    # Frames.
+
+    def __iter__(self) -> Frames:
+        """Begin at the start: the first frame comes next, also if another iteration is under way."""
+        self._check_open()
+        reading, self._ready = self._ready, None
+        self._latest = reading or self._read()
+        return Frames(self, self._latest)
+
+    def __length_hint__(self) -> int:
+        """About how many frames there are. It is exact once all were read, and 0 while nothing is known."""
+        if self._frame_count is not None:
+            return self._frame_count
+        done, total = self._latest.progress()
+        return self._latest.frames * total // done if done else 0
+
+    @overload
+    def __getitem__(self, index: int) -> Frame: ...
+    @overload
+    def __getitem__(self, index: slice) -> Selection: ...
+
+    def __getitem__(self, index: Union[int, slice]) -> Union[Frame, Selection]:
+        """Frames by their place in the order of the stream: source[100], source[-1], source[10:20].
+
+        A frame is the one that iteration gives, in each column and clock. Places below 0 count from the end, for which
+        the whole capture is read once. A slice is a sequence whose frames are read when they are asked for.
+        """
+        self._check_open()
+        if isinstance(index, slice):
+            return Selection(self, index)
+        place = _place(index)
+        return self._at(place if place >= 0 else self._from_end(place))
+
+    def _from_end(self, place: int) -> int:
+        count = self.index()
+        if place + count < 0:
+            raise IndexError(f"{self.name}: there is no frame {place}: it has {count}")
+        return place + count
+
+    def _at(self, place: int) -> Frame:
+        """The frame of a place from 0 on."""
+        reading = self._jumping()
+        reading.seek_frame(place)
+        frame = reading.next()
+        if frame is None:
+            raise IndexError(f"{self.name}: there is no frame {place}: it has {reading.known()[0]}")
+        return frame
+
+    def _jumping(self) -> Reading:
+        """The reading for frames by their place: one that has ended and knows them all, or one more."""
+        self._check_open()
+        if self._jumper is None or self._jumper.was_stopped:
+            latest = self._latest
+            if latest.can_jump and latest.ended and not (latest.truncated or latest.was_stopped):
+                self._jumper = self._latest
+            else:
+                self._jumper = self._read()
+                self._jumper.load_index()
+        return self._jumper
+
+    def index(self, keep: bool = False) -> int:
+        """Find all frames, reading what was not read yet, and tell how many there are.
+
+        Then each can be read at once. keep: write what was found beside the capture, as its name with ".lumindex"; a
+        later source[...] and seek() use it if capture and options are the same.
+        """
+        reading = self._jumping()
+        count, is_whole = reading.known()
+        if not is_whole:
+            reading.seek_frame(2 ** 62)
+            if reading.next() is None:
+                count, _ = reading.known()
+        if keep:
+            reading.save_index()
+        self._frame_count = count
+        return count
+
+    def seek(self, time: Union[datetime.datetime, int, float]) -> Source:
+        """Let the next iteration begin with the first frame that begins at a time or later; returns this source.
+
+        time is a datetime with its time zone; a whole number, nanoseconds since 1970 UTC as Frame.utc_ns; or a float,
+        seconds from the beginning of the first frame. Counts and losses are then those from about there on.
+        """
+        self._check_open()
+        utc_ns = self._utc_ns(time)
+        reading = self._read()
+        reading.load_index()
+        reading.seek_time(utc_ns)
+        if self._ready is not None and self._ready is not self._latest:
+            self._ready.close()
+        self._ready = reading
+        return self
+
+    def _utc_ns(self, time: Any) -> int:
+        if isinstance(time, datetime.datetime):
+            if time.tzinfo is None:
+                raise ValueError(f"{time!r} has no time zone; right is one such as tzinfo=datetime.timezone.utc")
+            since = time - datetime.datetime(1970, 1, 1, tzinfo=datetime.timezone.utc)
+            return (since.days * 86400 + since.seconds) * 10 ** 9 + since.microseconds * 1000
+        if hasattr(time, "__index__") and not isinstance(time, bool):
+            return int(time.__index__())
+        if isinstance(time, bool) or not hasattr(time, "__float__"):
+            raise TypeError(f"a time is given as {type(time).__name__}; right is a datetime, nanoseconds since 1970 as a "
+                            "whole number, or seconds from the first frame as a float")
+        if not math.isfinite(time):
+            raise ValueError(f"{time} is no time")
+        return self._at(0).utc_ns + round(float(time) * 1e9)
+
+    # What is known of it.
+
+    @property
+    def name(self) -> str:
+        """What it is called in messages: its path, or the first of several."""
+        return self._input.name
+
+    @property
+    def calibration(self) -> Calibration:
+        """The calibration that points are made with: that of the option, else the capture's own, else the built-in."""
+        return self._settings[0]
+
+    @property
+    def profile(self) -> Profile:
+        """The wire profile that packets are read with, chosen as the calibration is."""
+        return self._settings[1]
+
+    @property
+    def provenance(self) -> list[str]:
+        """Where the capture says that it comes from: texts of YAML, the nearest origin first."""
+        return list(self._origins)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """What was counted so far in the latest iteration, with the names of `lumdump --json`: packets, lines, losses."""
+        return dict(self._latest.count().counts)
+
+    @property
+    def losses(self) -> dict[str, int]:
+        """What was lost so far in the latest iteration, by cause, with lumdump's names.
+
+        no_range counts words without a range above zero. Those that end with under_way are parts of
+        lines_missing_angles, lost_words and no_angle that are no losses: they come from lines that were under way when
+        the recording began or ended.
+        """
+        counts = self._latest.count().counts
+        return {name: counts[name] for name in LOSSES}
+
+    @property
+    def sensors(self) -> list[str]:
+        """The addresses of the sensors that sent data so far in the latest iteration, such as "10.42.0.37"."""
+        return list(self._latest.count().sensors)
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Bytes that the latest iteration has read, and all of them; 0: not known."""
+        return self._latest.progress()
+
+    @property
+    def truncated(self) -> bool:
+        """Whether the latest iteration found that the capture breaks off before its end."""
+        return self._latest.truncated
+
+    @property
+    def closed(self) -> bool:
+        """Whether it was closed."""
+        return self._closed
+
+    def __repr__(self) -> str:
+        if self._closed:
+            return f"<Source {self.name}: closed>"
+        frames = f"{self._latest.frames} frames read"
+        done, total = self._latest.progress()
+        return f"<Source {self.name}: {frames}" + (f", {100 * done // total} %>" if total else ">")
+
+    def __reduce__(self) -> Any:
+        raise TypeError(f"{self.name}: an open source cannot be sent to another process, or copied: open it there; its "
+                        "frames can be sent")
+
+    # Its end.
 
     def close(self) -> None:
-        """Close; frames and arrays of it stay valid."""
-        if self._reader:
-            lib.lum_reader_close(self._reader)
-        self._reader = None
+        """Close it. Its frames, and arrays of them, stay valid. What was counted can still be asked for."""
+        for reading in list(self._readings):
+            reading.close()
+        self._closed, self._ready, self._jumper = True, None, None
+        self._input.close()
 
     def __enter__(self) -> Source:
+        self._check_open()
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
 
 
-def open(path: str | os.PathLike[str]) -> Source:
-    """Open a capture."""
-    return Source(path)
+class Selection(Sequence[Frame]):
+    """Some frames of a source, as source[10:20] gives them. Each is read when it is asked for, and not kept."""
+
+    def __init__(self, source: Source, part: slice) -> None:
+        """Made by a source."""
+        self._source = source
+        self._part = slice(*(None if value is None else _place(value) for value in (part.start, part.stop, part.step)))
+        if self._part.step == 0:
+            raise ValueError("the step of a slice is 0")
+        self._found: Optional[range] = None
+
+    @property
+    def _places(self) -> range:
+        """The places of its frames, for which all frames have to be known."""
+        if self._found is None:
+            self._found = range(*self._part.indices(self._source.index()))
+        return self._found
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    @overload
+    def __getitem__(self, index: int) -> Frame: ...
+    @overload
+    def __getitem__(self, index: slice) -> Selection: ...
+
+    def __getitem__(self, index: Union[int, slice]) -> Union[Frame, Selection]:
+        if isinstance(index, slice):
+            places = self._places[index]
+            made = Selection(self._source, slice(None))
+            made._found = places
+            return made
+        return self._source._at(self._places[_place(index)])
+
+    def __iter__(self) -> Iterator[Frame]:
+        start, stop, step = self._part.start or 0, self._part.stop, self._part.step or 1
+        if self._found is None and start >= 0 and step > 0 and (stop is None or stop >= 0):
+            places: Iterable[int] = itertools.count(start, step) if stop is None else range(start, stop, step)
+        else:
+            places = self._places
+        for place in places:
+            try:
+                frame = self._source._at(place)
+            except IndexError:
+                return
+            yield frame
+
+    def __repr__(self) -> str:
+        known = f"{len(self)} frames" if self._found is not None else "frames"
+        return f"<Selection of {self._source.name}: {known}>"
+
+
+def _place(index: Any) -> int:
+    try:
+        return operator.index(index)
+    except TypeError:
+        raise TypeError(f"a frame is asked for by {index!r}, of type {type(index).__name__}; right is a whole number, its "
+                        "place in the stream from 0 on, or a slice; open(frames=...) chooses by number, seek() by time"
+                        ) from None
+
+
+def open(source: Given, **options: Unpack[Options]) -> Source:
+    """Open a capture, or several as one.
+
+    source is a path; a pattern such as "drive-*.pcap"; a list of these; the bytes of a capture; a binary file object,
+    which is read from where it stands; or a URL, by fsspec. Captures are pcap or pcapng, also compressed by gzip or
+    zstd. Several are read as one stream, by their times.
+
+    Options are those of lumdump, by the same names; all but set and progress may be texts as lumdump takes them:
+
+    columns      names of columns, or "all"; x y z range pulse_width line pixel eye if not given (COLUMNS has all)
+    returns      "all", "first", "last", "strongest", or the one of a number from 1, of each pixel
+    edge         "rising", "falling" or "both"
+    eye          "blue", "green" or "both"
+    sensor       only this one, such as "10.42.0.37"
+    frames       numbers of frames: (first, last), both included and either None, or one number
+    range        (min, max) metres from the eye, both included and either None
+    box          three such pairs for x, y and z in metres
+    incomplete   "keep" or "drop" lines that lack angles or words
+    smooth       0 for off, a window such as 31, or (window, order): angles are smoothed along each line
+    calibration  a path, a mapping, a text of YAML, or a Calibration
+    profile      likewise a Profile
+    set          single keys of both, {"group.line.at": 14} or ["group.line.at=14"]
+    broken       "raise" a CaptureError where a capture breaks off, once all frames before that have come; or "warn",
+                 as lumdump does
+    progress     a function that is called with the bytes read and the bytes in all (0: not known)
+
+    Raises CaptureError if a source cannot be read, OptionError for a value that is not allowed, TypeError for one of a
+    wrong type and for an option that is not known.
+    """
+    choice = Choice(options)
+    return Source(open_input(source), choice)

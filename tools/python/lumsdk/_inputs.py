@@ -1,0 +1,371 @@
+"""Where the bytes of captures come from: files, memory, file objects, URLs."""
+from __future__ import annotations
+
+import glob
+import io
+import os
+import re
+import stat
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any, Optional
+
+from ._c import ffi, lib, sized, text
+from ._errors import CaptureError, Error, OptionError
+
+RIGHT = ('right is a path, a pattern such as "drive-*.pcap", a list of paths, the bytes of a capture, a binary file '
+         "object or a URL")
+
+
+def _raise(error: Any) -> None:
+    raise CaptureError(text(error.text))
+
+
+class _Shared:
+    """A binary file object that several readings use by turns, each at its own place."""
+
+    def __init__(self, file: Any, name: str) -> None:
+        self.file, self.name = file, name
+        self.lock = threading.Lock()
+        self.user: Any = None  # a token of who read it last
+        self.into = getattr(file, "readinto", None)
+        self.start: Optional[int] = None  # where it begins; None: it cannot be read again
+        self.total = 0
+        try:
+            if file.seekable():
+                start = int(file.tell())
+                self.total = max(int(file.seek(0, os.SEEK_END)) - start, 0)
+                file.seek(start)
+                self.start = start
+        except (AttributeError, OSError, ValueError):
+            pass
+
+    def take(self, buffer: Any, room: int) -> int:
+        """Read into memory of the library."""
+        if self.into is not None:
+            count = self.into(memoryview(ffi.buffer(buffer, room)).cast("B"))
+        else:
+            got = self.file.read(room)
+            if got is not None and not isinstance(got, (bytes, bytearray, memoryview)):
+                raise TypeError(f"its read() gives {type(got).__name__}; right is bytes, as of a file that is opened "
+                                'with mode "rb"')
+            count = None if got is None else len(got)
+            if count is not None and count <= room:
+                ffi.memmove(buffer, got, count)
+        if count is None:
+            raise BlockingIOError("it has no bytes at present; right is a file that waits for them")
+        if not 0 <= count <= room:
+            raise ValueError(f"{count} bytes were read where {room} were asked for")
+        return int(count)
+
+
+class _User:
+    """One reading of a file object, as the library calls it. It does not know its callbacks, so that no cycle keeps a
+    file open."""
+
+    def __init__(self, shared: _Shared) -> None:
+        self.shared = shared
+        self.problem: Optional[BaseException] = None
+        self.token = object()
+        self.at = 0
+
+    def note(self, _: Any, problem: Any, __: Any) -> None:
+        """What a callback raised."""
+        self.problem = problem
+
+    def read(self, _: Any, buffer: Any, room: int, error: Any) -> int:
+        """Called in the thread that reads."""
+        shared = self.shared
+        try:
+            with shared.lock:
+                if shared.user is not self.token and shared.start is not None:
+                    shared.file.seek(shared.start + self.at)
+                shared.user = self.token
+                count = shared.take(buffer, room)
+            self.at += count
+            return count
+        except BaseException as problem:
+            said = f"{shared.name}: {type(problem).__name__}: {problem}".encode(errors="replace")
+            ffi.memmove(error.text, said[:lib.LUM_ERROR_BYTES - 1] + b"\0", min(len(said) + 1, lib.LUM_ERROR_BYTES))
+            raise
+
+    def seek(self, _: Any, offset: int, __: Any) -> int:
+        """Go on from another place, with the next read."""
+        self.at, self.shared.user = offset, None
+        return 0
+
+
+class Functions:
+    """The functions of a lum_source for a binary file object. What the object raises is kept."""
+
+    def __init__(self, shared: _Shared) -> None:
+        self._user = _User(shared)
+        self._read = ffi.callback("int64_t(void *, void *, size_t, lum_error *)", self._user.read, error=-1,
+                                  onerror=self._user.note)
+        self._functions = sized("lum_source_functions", read=self._read, total=shared.total)
+        if shared.start is not None:
+            self._seek = ffi.callback("int(void *, uint64_t, lum_error *)", self._user.seek, error=-1,
+                                      onerror=self._user.note)
+            self._functions.seek = self._seek
+
+    def open(self) -> Any:
+        """A source of the library."""
+        error = ffi.new("lum_error *")
+        made = lib.lum_source_from_functions(self._user.shared.name.encode(errors="replace"), self._functions, error)
+        if not made:
+            _raise(error)
+        return made
+
+    @property
+    def problem(self) -> Optional[BaseException]:
+        """What the object raised."""
+        return self._user.problem
+
+
+class Input:
+    """A source of bytes that readers can be opened on."""
+
+    name: str
+
+    def ask(self) -> Any:
+        """An open capture for its comments, as by ffi.gc(); None: there is none that can be asked."""
+        return None
+
+    def begin(self, kept: list[Any]) -> tuple[dict[str, Any], Optional[Functions]]:
+        """The members of lum_reader_options for a reading from the start. kept gets what has to outlive it."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Nothing is read any more."""
+
+
+def _is_regular(path: Any) -> bool:
+    try:
+        return stat.S_ISREG(os.stat(path).st_mode)
+    except OSError:
+        return False
+
+
+class Files(Input):
+    """Paths, read as one."""
+
+    def __init__(self, paths: Sequence[Any]) -> None:
+        self.paths = [os.fsdecode(path) for path in paths]
+        more = len(paths) - 1
+        self.name = f"{self.paths[0]} and {more} more" if more else self.paths[0]
+        self._check_twice()
+
+    def _check_twice(self) -> None:
+        seen: dict[tuple[int, int], str] = {}
+        for path in self.paths:
+            try:
+                found = os.stat(path)
+            except OSError:
+                if not re.fullmatch(r"(\d+\.){3}\d+(:\d+)?", path):
+                    continue
+                raise CaptureError(f"{path}: there is no such file; a sensor is read by lumsdk.Sensor({path!r})") from None
+            key = found.st_dev, found.st_ino
+            if found.st_ino and key in seen:
+                raise OptionError(f"{seen[key]} and {path} are one file: name each source once")
+            seen[key] = path
+
+    def _array(self, paths: Sequence[str], kept: list[Any]) -> Any:
+        names = [ffi.new("char[]", os.fsencode(path)) for path in paths]
+        made = ffi.new("const char *[]", names)
+        kept += [*names, made]
+        return made
+
+    def ask(self) -> Any:
+        paths = [path for path in self.paths if _is_regular(path)]
+        kept: list[Any] = []
+        if not paths:
+            return None
+        out = ffi.new("lum_capture **")
+        if lib.lum_capture_open_several(self._array(paths, kept), len(paths), out, ffi.NULL) != 0:
+            return None  # the reader tells why
+        return ffi.gc(out[0], lib.lum_capture_close)
+
+    def begin(self, kept: list[Any]) -> tuple[dict[str, Any], Optional[Functions]]:
+        array = self._array(self.paths, kept)
+        if len(self.paths) == 1:
+            return {"path": array[0]}, None
+        return {"paths": array, "path_count": len(self.paths)}, None
+
+
+class Memory(Input):
+    """The bytes of a capture."""
+
+    def __init__(self, content: Any) -> None:
+        self._buffer = ffi.from_buffer(content)
+        self.name = f"{len(self._buffer)} bytes"
+
+    def _source(self) -> Any:
+        made = lib.lum_source_from_memory(self.name.encode(), self._buffer, len(self._buffer))
+        if not made:
+            raise MemoryError
+        return made
+
+    def ask(self) -> Any:
+        out = ffi.new("lum_capture **")
+        if lib.lum_capture_open_source(self._source(), out, ffi.NULL) != 0:
+            return None
+        return ffi.gc(out[0], lib.lum_capture_close)
+
+    def begin(self, kept: list[Any]) -> tuple[dict[str, Any], Optional[Functions]]:
+        kept.append(self._buffer)
+        return {"source": self._source()}, None
+
+
+class Stream(Input):
+    """A file object. One that cannot seek is read once: the capture that was asked for its comments is read on."""
+
+    def __init__(self, file: Any, name: str, is_own: bool = False) -> None:
+        self.name = name
+        self._files = [file] if is_own else []  # to be closed
+        self._shared = _Shared(file, name)
+        self._opened: Optional[tuple[Any, Functions]] = None
+        self._used = False
+
+    def _share(self) -> _Shared:
+        """The file object for a reading."""
+        if self._used and self._shared.start is None:
+            raise Error(f"{self.name}: it can be read only once, since it cannot seek; open it again, or give a path")
+        self._used = True
+        return self._shared
+
+    def _rewind(self) -> Any:
+        """The file object at its start, for a program that reads it itself."""
+        shared = self._share()
+        if shared.start is not None:
+            shared.file.seek(shared.start)
+            shared.user = None
+        return shared.file
+
+    def ask(self) -> Any:
+        shared = self._share()
+        functions = Functions(shared)
+        out, error = ffi.new("lum_capture **"), ffi.new("lum_error *")
+        status = lib.lum_capture_open_source(functions.open(), out, error)
+        if functions.problem is not None:
+            raise functions.problem
+        if status != 0:
+            _raise(error)
+        capture = ffi.gc(out[0], lib.lum_capture_close)
+        self._opened = (capture, functions) if shared.start is None else None
+        return capture
+
+    def begin(self, kept: list[Any]) -> tuple[dict[str, Any], Optional[Functions]]:
+        opened, self._opened = self._opened, None
+        if opened is None:
+            functions = Functions(self._share())
+            kept.append(functions)
+            return {"source": functions.open()}, functions
+        capture, functions = opened
+        ffi.gc(capture, None)  # the reader's now
+        records = sized("lum_record_source", context=capture,
+                        next=ffi.cast("int (*)(void *, lum_record *, lum_error *)", lib.lum_capture_next),
+                        progress=ffi.cast("void (*)(void *, uint64_t *, uint64_t *)", lib.lum_capture_progress),
+                        close=ffi.cast("void (*)(void *)", lib.lum_capture_close))
+        kept += [functions, records]
+        return {"records": records}, functions
+
+    def close(self) -> None:
+        self._opened = None
+        for file in self._files:
+            file.close()
+        self._files.clear()
+
+
+class Opened(Stream):
+    """A file object of our own that is opened anew for each reading."""
+
+    def __init__(self, opener: Callable[[], Any], name: str) -> None:
+        super().__init__(opener(), name, True)
+        self._opener = opener
+
+    def _share(self) -> _Shared:
+        if self._used and self._shared.start is None:
+            self._files.append(self._opener())
+            self._shared = _Shared(self._files[-1], self.name)
+        self._used = True
+        return self._shared
+
+
+def _is_url(name: str) -> bool:
+    return re.match(r"[A-Za-z][A-Za-z0-9+.-]*(::[A-Za-z][A-Za-z0-9+.-]*)*://", name) is not None
+
+
+def _fsspec(url: str) -> Any:
+    if url.startswith("udp://"):
+        raise OptionError(f"{url}: a sensor is no capture; it is read by lumsdk.Sensor({url[6:]!r})")
+    try:
+        import fsspec  # type: ignore[import-untyped,unused-ignore]
+    except ImportError:
+        raise OptionError(f"{url}: a URL needs fsspec: pip install lumsdk[url]") from None
+    return fsspec
+
+
+def _open_url(url: str) -> Input:
+    fsspec = _fsspec(url)
+    try:
+        files = fsspec.open_files(url, "rb")
+    except ImportError as error:
+        raise OptionError(f"{url}: {error}") from error
+    if not files:
+        raise CaptureError(f"{url}: no file has such a name")
+    if len(files) > 1:
+        return Files(_fetch(url))
+    return Opened(files[0].open, url)
+
+
+def _fetch(url: str) -> list[str]:
+    """Files of several URLs on this machine: they are read as one, by their times."""
+    return [str(path) for path in _fsspec(url).open_local(f"simplecache::{url}", mode="rb")] \
+        if glob.has_magic(url) else [str(_fsspec(url).open_local(f"simplecache::{url}", mode="rb"))]
+
+
+def _paths(given: Any) -> list[Any]:
+    """A path, or those that a pattern means."""
+    if isinstance(given, str) and _is_url(given):
+        return _fetch(given)
+    if not isinstance(given, (str, os.PathLike)):
+        raise TypeError(f"a source in a list is {given!r}, of type {type(given).__name__}; right is a path, a pattern "
+                        "or a URL: captures in memory and file objects are read alone")
+    name = os.fsdecode(given)
+    if not glob.has_magic(name) or os.path.lexists(name):
+        return [given]
+    found = sorted(glob.glob(name))
+    if not found:
+        raise CaptureError(f"{name}: no file has such a name")
+    return list(found)
+
+
+def _of_files(paths: list[Any]) -> Input:
+    """Files; standard input and pipes are waited for in Python, so that Ctrl-C ends that too."""
+    if not paths:
+        raise OptionError("no capture is named; " + RIGHT)
+    name = os.fsdecode(paths[0])
+    if len(paths) == 1 and name == "-":
+        return Stream(open(0, "rb", closefd=False, buffering=0), "standard input", True)
+    if len(paths) == 1 and os.path.exists(name) and not os.path.isdir(name) and not _is_regular(name):
+        return Stream(open(name, "rb", buffering=0), name, True)
+    return Files(paths)
+
+
+def open_input(given: Any) -> Input:
+    """The input that a program names."""
+    if isinstance(given, str) and _is_url(given):
+        return _open_url(given)
+    if isinstance(given, (str, os.PathLike)):
+        return _of_files(_paths(given))
+    if isinstance(given, (list, tuple)):
+        return _of_files([path for each in given for path in _paths(each)])
+    try:
+        return Memory(given)
+    except (TypeError, BufferError, ValueError):
+        pass
+    if isinstance(given, io.TextIOBase):
+        raise TypeError('the file object is opened as text; right is mode "rb"')
+    if callable(getattr(given, "read", None)):
+        return Stream(given, str(getattr(given, "name", "the file object")))
+    raise TypeError(f"a source is given as {type(given).__name__}; {RIGHT}")

@@ -1,0 +1,40 @@
+"""The keys of calibrations and profiles: what there is to say about each."""
+from __future__ import annotations
+
+from typing import Any
+
+from ._c import ffi, lib, text
+
+
+_QUOTED_MAX = 55
+
+
+def quoted(value: str) -> str:
+    """A text as messages have it: in printable ASCII, and not too long."""
+    out = ""
+    for byte in value.encode(errors="surrogatepass"):
+        if len(out) > _QUOTED_MAX:
+            return out + "..."
+        out += chr(byte) if 0x20 <= byte < 0x7f else f"\\x{byte:02x}"
+    return out
+
+
+class Key:
+    """What there is to say about a key."""
+
+    def __init__(self, c: Any) -> None:
+        self.name = text(c.name)
+        self.allowed = text(c.allowed)
+        self.words = [text(word) for word in c.words if word]
+        self.is_word = c.kind == lib.LUM_KEY_WORD
+        self.is_whole = c.kind in (lib.LUM_KEY_WHOLE, lib.LUM_KEY_WORD_OR_WHOLE)
+
+
+def describe(keys: Any) -> dict[str, Key]:
+    """All keys of a kind, by name."""
+    found: dict[str, Key] = {}
+    c = ffi.new("lum_key *")
+    while lib.lum_keys_describe(keys, len(found), c) == lib.LUM_OK:
+        key = Key(c)
+        found[key.name] = key
+    return found

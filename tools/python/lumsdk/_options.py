@@ -1,0 +1,286 @@
+"""The options of open(): those of lumdump, by the same names."""
+from __future__ import annotations
+
+import difflib
+import math
+import os
+import re
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
+
+from ._c import ffi, lib, sized
+from ._errors import OptionError
+from ._frame import COLUMNS
+from ._settings import Calibration, Profile, setting_of
+
+if TYPE_CHECKING:
+    from typing_extensions import Literal, TypedDict
+
+    Limits = Union[str, tuple[Optional[float], Optional[float]]]
+    Progress = Callable[[int, int], object]
+
+    class Options(TypedDict, total=False):
+        """The options of open(), each as open() tells."""
+
+        columns: Union[str, Iterable[str]]
+        returns: Union[Literal["all", "first", "last", "strongest"], int, str]
+        edge: Literal["rising", "falling", "both"]
+        eye: Literal["blue", "green", "both"]
+        sensor: str
+        frames: Union[str, int, tuple[Optional[int], Optional[int]]]
+        range: Limits
+        box: Union[str, tuple[Limits, Limits, Limits]]
+        incomplete: Literal["keep", "drop"]
+        smooth: Union[str, int, tuple[int, int]]
+        calibration: Union[str, os.PathLike[str], Mapping[str, Any], Calibration]
+        profile: Union[str, os.PathLike[str], Mapping[str, Any], Profile]
+        set: Union[Mapping[str, Any], Iterable[str]]
+        broken: Literal["raise", "warn"]
+        progress: Optional[Progress]
+
+DEFAULT_COLUMNS = ("x", "y", "z", "range", "pulse_width", "line", "pixel", "eye")
+
+_ALLOWED = {
+    "returns": '"all", "first", "last", "strongest" or a number from 1',
+    "frames": '"FIRST:LAST", such as "10:20" or "10:", (10, 20) or one number',
+    "range": '"MIN:MAX" in metres, such as "2:80", or (2, 80)',
+    "box": '"XMIN:XMAX,YMIN:YMAX,ZMIN:ZMAX" in metres, such as "0:50,-10:10,:4", or three pairs such as '
+           "((0, 50), (-10, 10), (None, 4))",
+    "smooth": '0 for off, an odd number of pixels up to 63, such as 31, or "WINDOW:ORDER" or (WINDOW, ORDER), the '
+              "order from 0 to 5 and below the window, such as (31, 2)",
+    "sensor": 'an address such as "10.42.0.37"',
+    "columns": f'"all" or names of {", ".join(COLUMNS)}, such as ["x", "y", "z"] or "x,y,z"',
+}
+_WORDS: dict[str, dict[str, int]] = {
+    "edge": {"rising": lib.LUM_EDGES_RISING, "falling": lib.LUM_EDGES_FALLING, "both": lib.LUM_EDGES_BOTH},
+    "eye": {"blue": lib.LUM_EYES_BLUE, "green": lib.LUM_EYES_GREEN, "both": lib.LUM_EYES_BOTH},
+    "incomplete": {"keep": 0, "drop": 1},
+    "broken": {"raise": 0, "warn": 1},
+}
+_RETURNS = {"all": lib.LUM_RETURNS_ALL, "first": lib.LUM_RETURNS_FIRST, "last": lib.LUM_RETURNS_LAST,
+            "strongest": lib.LUM_RETURNS_STRONGEST}
+_NAMES = ("columns", "returns", "edge", "eye", "sensor", "frames", "range", "box", "incomplete", "smooth",
+          "calibration", "profile", "set", "broken", "progress")
+_INT64 = (-2 ** 63, 2 ** 63 - 1)
+
+
+def _wrong(name: str, value: object, allowed: Optional[str] = None) -> OptionError:
+    return OptionError(f"{name} is {value!r}; right is {allowed or _ALLOWED[name]}")
+
+
+def _wrong_type(name: str, value: object, allowed: Optional[str] = None) -> TypeError:
+    return TypeError(f"{name} is {value!r}, of type {type(value).__name__}; right is {allowed or _ALLOWED[name]}")
+
+
+def _is_whole(value: object) -> bool:
+    return hasattr(value, "__index__") and not isinstance(value, bool)
+
+
+def _word(name: str, value: object) -> int:
+    words = list(_WORDS[name])
+    allowed = ", ".join(f'"{word}"' for word in words[:-1]) + f' or "{words[-1]}"'
+    if not isinstance(value, str):
+        raise _wrong_type(name, value, allowed)
+    if value not in _WORDS[name]:
+        raise _wrong(name, value, allowed)
+    return _WORDS[name][value]
+
+
+def _number(name: str, value: Any, whole: object) -> float:
+    if isinstance(value, str):
+        if not re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", value):
+            raise _wrong(name, whole)
+        return float(value)
+    if isinstance(value, bool) or not hasattr(value, "__float__"):
+        raise _wrong_type(name, whole)
+    return float(value)
+
+
+def _limits(name: str, value: Any, whole: object) -> tuple[float, float]:
+    """(MIN, MAX), each of which may be missing."""
+    if isinstance(value, str):
+        parts: list[Any] = [part or None for part in value.split(":")]
+    elif isinstance(value, (tuple, list)):
+        parts = list(value)
+    else:
+        raise _wrong_type(name, whole)
+    if len(parts) != 2:
+        raise _wrong(name, whole)
+    low = -math.inf if parts[0] is None else _number(name, parts[0], whole)
+    high = math.inf if parts[1] is None else _number(name, parts[1], whole)
+    if not low <= high or any(math.isfinite(v) and abs(v) > 1e6 for v in (low, high)):
+        raise _wrong(name, whole)
+    return low, high
+
+
+def _whole(name: str, value: Any, whole: object) -> int:
+    if isinstance(value, str):
+        if not re.fullmatch(r"-?\d+", value):
+            raise _wrong(name, whole)
+        return int(value)
+    if not _is_whole(value):
+        raise _wrong_type(name, whole)
+    return int(value.__index__())
+
+
+class FrameRange(NamedTuple):
+    """Frames of these numbers, both included."""
+
+    first: int = _INT64[0]
+    last: int = _INT64[1]
+
+
+def _frames(value: Any) -> FrameRange:
+    if isinstance(value, str):
+        parts: list[Any] = [part or None for part in value.split(":")]
+    elif _is_whole(value):
+        parts = [value, value]
+    elif isinstance(value, range):
+        parts = [value[0], value[-1]] if value.step == 1 and len(value) else []
+    elif isinstance(value, (tuple, list)):
+        parts = list(value)
+    else:
+        raise _wrong_type("frames", value)
+    if len(parts) != 2:
+        raise _wrong("frames", value)
+    low = _INT64[0] if parts[0] is None else _whole("frames", parts[0], value)
+    high = _INT64[1] if parts[1] is None else _whole("frames", parts[1], value)
+    if not _INT64[0] <= low <= high <= _INT64[1]:
+        raise _wrong("frames", value)
+    return FrameRange(low, high)
+
+
+def _columns(value: Any) -> int:
+    """The bits of columns."""
+    if isinstance(value, str):
+        names = list(COLUMNS) if value == "all" else value.split(",") if value else []
+    else:
+        try:
+            names = list(value)
+        except TypeError:
+            raise _wrong_type("columns", value) from None
+    mask = 0
+    for name in names:
+        if not isinstance(name, str):
+            raise _wrong_type("columns", value)
+        if name not in COLUMNS:
+            near = difflib.get_close_matches(name, COLUMNS, 1)
+            hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(COLUMNS)}"
+            raise OptionError(f"columns: unknown column {name!r}; {hint}")
+        mask |= 1 << list(COLUMNS).index(name)
+    return mask
+
+
+def _address(value: Any) -> int:
+    if not isinstance(value, str):
+        raise _wrong_type("sensor", value)
+    parts = value.split(".")
+    if len(parts) != 4 or not all(re.fullmatch(r"0|[1-9]\d{0,2}", part) and int(part) < 256 for part in parts):
+        raise _wrong("sensor", value)
+    number = 0
+    for part in parts:
+        number = number << 8 | int(part)
+    return number
+
+
+def _smooth(value: Any) -> tuple[int, int]:
+    if isinstance(value, str):
+        parts: list[Any] = value.split(":")
+    elif isinstance(value, (tuple, list)):
+        parts = list(value)
+    else:
+        parts = [value]
+    if len(parts) not in (1, 2):
+        raise _wrong("smooth", value)
+    window = _whole("smooth", parts[0], value)
+    order = _whole("smooth", parts[1], value) if len(parts) == 2 else 2 if window > 3 else 1 if window > 1 else 0
+    if not (0 <= window <= lib.LUM_SMOOTH_WINDOW_MAX and 0 <= order <= lib.LUM_SMOOTH_ORDER_MAX):
+        raise _wrong("smooth", value)
+    if window and lib.lum_smooth_init(ffi.new("lum_smooth *"), window, order) != lib.LUM_OK:
+        raise _wrong("smooth", value)
+    return window, order
+
+
+def _fill_selection(selection: Any, options: Mapping[str, Any]) -> None:
+    returns = options.get("returns", "all")
+    if isinstance(returns, str) and returns in _RETURNS:
+        selection.returns = _RETURNS[returns]
+    else:
+        number = _whole("returns", returns, returns)
+        if not 1 <= number <= 65535:
+            raise _wrong("returns", returns)
+        selection.returns, selection.return_number = lib.LUM_RETURNS_NUMBER, number
+    selection.edges = _word("edge", options.get("edge", "rising"))
+    if "range" in options:
+        selection.has_range = True
+        selection.range_min, selection.range_max = _limits("range", options["range"], options["range"])
+    if "box" in options:
+        box = options["box"]
+        axes = box.split(",") if isinstance(box, str) else box
+        if not isinstance(axes, (tuple, list)):
+            raise _wrong_type("box", box)
+        if len(axes) != 3:
+            raise _wrong("box", box)
+        selection.has_box = True
+        for i, axis in enumerate(axes):
+            selection.box_min[i], selection.box_max[i] = _limits("box", axis, box)
+
+
+class Choice:
+    """What open() was asked for, checked, as the library takes it."""
+
+    def __init__(self, given: Mapping[str, Any]) -> None:
+        options = {name: value for name, value in given.items() if value is not None}
+        for name in given:
+            if name not in _NAMES:
+                near = difflib.get_close_matches(name, _NAMES, 1)
+                raise TypeError(f"there is no option {name}" + (f"; did you mean {near[0]}?" if near else
+                                                                f"; there are {', '.join(_NAMES)}"))
+        self.progress: Any = options.get("progress")
+        if self.progress is not None and not callable(self.progress):
+            raise _wrong_type("progress", self.progress, "a function of two numbers: bytes read, and all of them")
+        self.warns = bool(_word("broken", options.get("broken", "raise")))
+        self.given = {name: value for name, value in options.items() if name != "progress"}
+        self.calibration, self.profile = self._settings(options)
+        self.range = _frames(options["frames"]) if "frames" in options else FrameRange()
+        self.sensor: Optional[int] = _address(options["sensor"]) if "sensor" in options else None
+        self.eyes = _word("eye", options.get("eye", "both"))
+        self.drops_incomplete = bool(_word("incomplete", options.get("incomplete", "keep")))
+        self.view = self._view(options)
+
+    def _settings(self, options: Mapping[str, Any]) -> tuple[Calibration, Profile]:
+        """Those that are named, without what set= has on top."""
+        self.names_calibration = "calibration" in options
+        self.names_profile = "profile" in options
+        self._set = options.get("set", ())
+        made = Calibration(options.get("calibration")), Profile(options.get("profile"))
+        self.with_set(*made)
+        return made
+
+    def with_set(self, calibration: Calibration, profile: Profile) -> tuple[Calibration, Profile]:
+        """Both with what set= has on top."""
+        return setting_of(calibration, profile, self._set) if self._set else (calibration, profile)
+
+    @staticmethod
+    def _view(options: Mapping[str, Any]) -> Any:
+        view = sized("lum_view")
+        lib.lum_selection_default(ffi.addressof(view, "selection"))
+        _fill_selection(view.selection, options)
+        view.columns = _columns(options.get("columns", DEFAULT_COLUMNS))
+        view.smooth_window, view.smooth_order = _smooth(options.get("smooth", 0))
+        return view
+
+    def framer_options(self, calibration: Calibration, profile: Profile) -> tuple[Any, list[Any]]:
+        """For lum_framer_new(), and what has to live as long as it is read."""
+        layout, fault = ffi.new("lum_layout *"), ffi.new("lum_profile_fault *")
+        if lib.lum_layout_init(layout, profile._to_c(), fault, ffi.NULL) != lib.LUM_OK:
+            raise OptionError("the calibration or the profile is out of range")
+        geometry = calibration._to_c()
+        made = sized("lum_framer_options", layout=layout, calibration=geometry, views=self.view, view_count=1,
+                     eyes=self.eyes, drop_incomplete=self.drops_incomplete)
+        if self.sensor is not None:
+            made.has_sensor, made.sensor = True, self.sensor
+        if self.range != FrameRange():
+            made.has_range, made.frame_first, made.frame_last = True, self.range.first, self.range.last
+        return made, [layout, geometry, self.view]
+

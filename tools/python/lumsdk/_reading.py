@@ -1,0 +1,318 @@
+"""One pass over a capture, from its start."""
+from __future__ import annotations
+
+import threading
+import time
+from typing import TYPE_CHECKING, Any, Optional
+
+from ._c import address_of, ffi, lib, sized, text
+from ._errors import CaptureError, ClosedError, Error, warn
+from ._frame import Frame
+
+if TYPE_CHECKING:
+    from ._inputs import Functions, Input
+    from ._options import Choice
+    from ._settings import Calibration, Profile
+
+_PROGRESS_S = 0.1
+
+_KINDS = {"data": lib.LUM_PACKET_DATA, "heartbeat": lib.LUM_PACKET_HEARTBEAT, "set_ip": lib.LUM_PACKET_SET_IP,
+          "timestamp": lib.LUM_PACKET_TIMESTAMP, "tlv": lib.LUM_PACKET_TLV}
+_BAD_KINDS = {"malformed": lib.LUM_PACKET_MALFORMED, "unknown_tag": lib.LUM_PACKET_UNKNOWN_TAG,
+              "unknown_type": lib.LUM_PACKET_UNKNOWN_TYPE, "foreign": lib.LUM_PACKET_FOREIGN}
+LOSSES = ("lost_words", "lines_missing_angles", "lines_skipped", "lines_cut", "no_angle", "no_range", "bad_words",
+          "late", "duplicate", "conflict", "no_room", "stray", "malformed", "unknown_tag", "unknown_type", "cut_short",
+          "foreign", "other", "lines_under_way", "words_under_way", "no_angle_under_way")
+
+
+def _of_packets(c: Any) -> dict[str, int]:
+    """lum_demux_counters by lumdump's names."""
+    a = c.assembly
+    found = {name: c.packets[kind] for name, kind in {**_KINDS, **_BAD_KINDS}.items()}
+    found.update({name: getattr(c, name) for name in ("angle_packets", "range_packets", "cut_short", "other")})
+    found.update({name: getattr(a, name) for name in (
+        "frames", "lines", "words", "lost_words", "lines_missing_angles", "lines_skipped", "bad_words", "late",
+        "duplicate", "conflict", "no_room", "stray")})
+    return found
+
+
+def _of_lines(c: Any) -> dict[str, int]:
+    """lum_framer_counters by lumdump's names."""
+    return {"lines_blue": c.lines[lib.LUM_EYE_BLUE], "lines_green": c.lines[lib.LUM_EYE_GREEN], "points": c.points,
+            "lines_cut": c.lines_cut, "no_angle": c.losses.no_angle, "no_range": c.losses.no_range,
+            "lines_under_way": c.under_way.lines, "words_under_way": c.under_way.words,
+            "no_angle_under_way": c.under_way.no_angle}
+
+
+class Counts:
+    """What was counted: counts by lumdump's names, and the sensors that sent data."""
+
+    def __init__(self, reader: Any) -> None:
+        framer = lib.lum_reader_framer(reader)
+        demux = lib.lum_framer_demux(framer)
+        total, of_sensor = sized("lum_demux_counters"), sized("lum_framer_counters")
+        lib.lum_demux_total(demux, total)
+        self.sensors = [address_of(lib.lum_demux_address(demux, i)) for i in range(lib.lum_demux_sensor_count(demux))]
+        lines = _of_lines(of_sensor)
+        for i in range(len(self.sensors)):
+            lib.lum_framer_count(framer, i, of_sensor)
+            for name, count in _of_lines(of_sensor).items():
+                lines[name] += count
+        self.counts: dict[str, int] = {**_of_packets(total), **lines}
+
+    @property
+    def packets(self) -> int:
+        """Packets of a G2."""
+        return sum(self.counts[name] for name in (*_KINDS, *_BAD_KINDS) if name != "foreign")
+
+
+class _Watch:
+    """Asked by the library every few milliseconds: takes Ctrl-C, and tells the progress.
+
+    It does not know its callback, so that no cycle keeps a reader open."""
+
+    def __init__(self, tell: Any) -> None:
+        self._tell = tell
+        self._told_s = time.monotonic()
+        self.problem: Optional[BaseException] = None
+        self.reader: Any = None
+        self.bytes = ffi.new("uint64_t[2]")
+
+    def note(self, _: Any, problem: Any, __: Any) -> None:
+        """What go_on() raised, or a signal during it."""
+        self.problem = problem
+
+    def go_on(self, _: Any) -> bool:
+        """Called in the thread that reads."""
+        if self._tell is not None and self.reader is not None and time.monotonic() - self._told_s >= _PROGRESS_S:
+            self.tell()
+        return True
+
+    def tell(self) -> None:
+        """Tell the progress to whoever asked for it."""
+        self._told_s = time.monotonic()
+        if self._tell is not None:
+            self.measure()
+            self._tell(self.bytes[0], self.bytes[1])
+
+    def measure(self) -> None:
+        """Find out how much was read."""
+        lib.lum_reader_progress(self.reader, self.bytes, self.bytes + 1)
+
+    def raise_problem(self) -> None:
+        """What was raised, in the call that it ended."""
+        problem, self.problem = self.problem, None
+        if problem is not None:
+            raise problem
+
+
+class Reading:
+    """One pass, used by one thread at a time."""
+
+    def __init__(self, source: Input, choice: Choice, settings: tuple[Calibration, Profile]) -> None:
+        self._choice, self._name = choice, source.name
+        self._busy = threading.Lock()
+        self._reader: Any = None
+        self._error, self._out = ffi.new("lum_error *"), ffi.new("const lum_frame **")
+        self._counts: Optional[Counts] = None
+        self._watch = _Watch(choice.progress)
+        self.ended = False
+        self.truncated = False
+        self.frames = 0
+        self.place: Optional[int] = 0  # of the frame that comes next; None: not known
+        self.was_sought = False
+        self.was_stopped = False  # by Ctrl-C, or by what the program's functions raised: it cannot be used any more
+        self._broken = ""
+        self._kept: list[Any] = []
+        framer, kept = choice.framer_options(*settings)
+        self._kept += [framer, kept]
+        self._functions: Optional[Functions]
+        members, self._functions = source.begin(self._kept)
+        self.can_jump = "records" not in members
+        self._open(framer, members)
+
+    def _open(self, framer: Any, members: dict[str, Any]) -> None:
+        reader = ffi.new("lum_reader **")
+        go_on = ffi.callback("bool(void *)", self._watch.go_on, error=False, onerror=self._watch.note)
+        self._kept.append(go_on)
+        options = sized("lum_reader_options", framer=framer, go_on=go_on, keeps_index=True, **members)
+        status = lib.lum_reader_open(options, reader, self._error)
+        self._watch.raise_problem()
+        if status != 0:
+            raise CaptureError(text(self._error.text))
+        self._reader = ffi.gc(reader[0], lib.lum_reader_close)
+        self._watch.reader = reader[0]
+
+    def _raise_problem(self) -> None:
+        """What ended the call that was under way: Ctrl-C, or the function for the progress."""
+        if self._watch.problem is not None:
+            self.ended = self.was_stopped = True
+        self._watch.raise_problem()
+        problem = self._functions.problem if self._functions is not None else None
+        if problem is not None and not isinstance(problem, Exception):
+            self.ended = self.was_stopped = True
+            raise problem
+
+    def _lock(self) -> None:
+        if not self._busy.acquire(blocking=False):
+            raise Error(f"{self._name}: it is being read, by another thread or by the function that was called now; "
+                        "open a source for each thread")
+
+    def _check_open(self) -> None:
+        if self._reader is None:
+            raise ClosedError(f"{self._name}: the source is closed; open it again to read it")
+
+    # Frames.
+
+    def next(self) -> Optional[Frame]:
+        """The next frame; None at the end."""
+        self._lock()
+        try:
+            self._check_open()
+            return None if self.ended else self._next()
+        finally:
+            self._busy.release()
+
+    def _next(self) -> Optional[Frame]:
+        status = lib.lum_reader_next_frame(self._reader, self._out, self._error)
+        self._raise_problem()
+        frame = Frame(self._out[0]) if status > 0 else None
+        if frame is not None:
+            self.frames += not self.was_sought
+            self.place = None if self.place is None else self.place + 1
+        else:
+            self.ended = True
+            self.truncated = status < 0
+        self._watch.tell()
+        if frame is None:
+            self._conclude()
+        return frame
+
+    # Places.
+
+    def _seek(self, function: Any, *place: Any) -> None:
+        """Go to a place. What was counted until now stays what count() gives."""
+        self._lock()
+        try:
+            self._check_open()
+            if self._counts is None:
+                self._counts = Counts(self._reader)
+            self.was_sought, self.ended, self.truncated = True, False, False
+            self.place = None
+            status = function(self._reader, *place, self._error)
+            self._raise_problem()
+            if status != 0:
+                self.ended = True
+                raise CaptureError(f"{self._name}: {text(self._error.text)}")
+        finally:
+            self._busy.release()
+
+    def seek_frame(self, place: int) -> None:
+        """Let a frame come next, by its place in the order of the stream."""
+        if self.place != place:
+            self._seek(lib.lum_reader_seek_frame, place)
+            self.place = place
+
+    def seek_time(self, utc_ns: int) -> None:
+        """Let the first frame come next that begins at a time or later."""
+        self._seek(lib.lum_reader_seek_time, utc_ns)
+
+    def known(self) -> tuple[int, bool]:
+        """How many frames are known, and whether these are all."""
+        info = sized("lum_reader_index")
+        self._lock()
+        try:
+            self._check_open()
+            lib.lum_reader_get_index(self._reader, info)
+        finally:
+            self._busy.release()
+        return info.frames, info.is_whole
+
+    def load_index(self) -> None:
+        """Use the index that stands beside the capture, if it fits."""
+        lib.lum_reader_load_index(self._reader, ffi.NULL, ffi.NULL)
+
+    def save_index(self) -> None:
+        """Write the index beside the capture."""
+        self._lock()
+        try:
+            self._check_open()
+            if lib.lum_reader_save_index(self._reader, ffi.NULL, self._error) != 0:
+                raise CaptureError(text(self._error.text))
+        finally:
+            self._busy.release()
+
+    # Its end.
+
+    def _conclude(self) -> None:
+        """As lumdump concludes: raises for what it refuses, and warns as it warns."""
+        if self._functions is not None and self._functions.problem is not None:
+            raise self._functions.problem
+        if self.truncated:
+            self._broken = text(self._error.text)
+        if self._broken and not self._choice.warns:
+            raise CaptureError(self._broken)
+        if self.truncated:
+            warn(self._broken)
+        if not self.was_sought:
+            self._check_all(Counts(self._reader))
+
+    def _check_all(self, counts: Counts) -> None:
+        """What only a whole pass tells."""
+        self._check_sensor(counts)
+        if counts.counts["data"] == 0 and counts.packets:
+            kinds = ", ".join(f"{name} {counts.counts[name]}" for name in (*_KINDS, *_BAD_KINDS) if counts.counts[name])
+            raise CaptureError(f"{self._name}: packets of a G2 came, but none of them is a data packet: {kinds}; lumdump "
+                               "shows their types and lengths, and how to write a wire profile")
+        if not counts.packets:
+            warn(f"{self._name}: no packet of a G2 was found: no complete packet to or from UDP port 5517 has its magic")
+        self._check_points(counts.counts)
+
+    def _check_sensor(self, counts: Counts) -> None:
+        wanted = self._choice.sensor
+        if wanted is not None and counts.sensors and address_of(wanted) not in counts.sensors:
+            raise CaptureError(f"{self._name}: no data of {address_of(wanted)} in it, but of {' '.join(counts.sensors)}")
+
+    def _check_points(self, counts: dict[str, int]) -> None:
+        if counts["points"] or not counts["lines_blue"] + counts["lines_green"]:
+            return
+        why = "the selection leaves none"
+        if not counts["words"]:
+            why = "there are no ranges, as when the laser is off"
+        elif counts["no_angle"] + counts["no_range"]:
+            why = "see no_angle and no_range in the losses, and the selection"
+        warn(f"{self._name}: lines came, but no point is left of them: {why}")
+
+    # What is known of it.
+
+    def progress(self) -> tuple[int, int]:
+        """Bytes that were read, and all of them; 0: not known."""
+        if self._reader is not None and self._busy.acquire(blocking=False):
+            try:
+                self._watch.measure()
+            finally:
+                self._busy.release()
+        return self._watch.bytes[0], self._watch.bytes[1]
+
+    def count(self) -> Counts:
+        """What was counted so far."""
+        if self._counts is not None:
+            return self._counts
+        self._lock()
+        try:
+            return Counts(self._reader)
+        finally:
+            self._busy.release()
+
+    def close(self) -> None:
+        """Close it; what was counted stays."""
+        self._lock()
+        try:
+            if self._reader is not None:
+                self._counts = self._counts or Counts(self._reader)
+                self._watch.measure()
+                self._watch.reader = None
+                ffi.release(self._reader)
+                self._reader = None
+        finally:
+            self._busy.release()
