@@ -2,7 +2,10 @@
  * A live sensor as a source of records, for the reader of lum/frame/reader.h.
  *
  * The session's heartbeats are sent only inside the reader's calls: if a
- * program stops reading, the sensor switches its laser off after 3 s.
+ * program stops reading, the sensor switches its laser off after 3 s. Between
+ * two of the reader's calls nobody else may receive from the session: records
+ * that the reader has not seen yet would be overwritten. Requests can go over
+ * another session meanwhile, one that does not own the sensor.
  *
  * @code
  * lum_live_options live = {.struct_size = sizeof live, .sensor = sensor};

@@ -11,7 +11,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ._c import VERSION as __version__
-from ._errors import CaptureError, CaptureWarning, ClosedError, Error, LaserError, OptionError, SensorError, UnknownKeyError
+from ._errors import (CaptureError, CaptureWarning, ClosedError, Error, HazardError, LaserError, OptionError, SensorError,
+                      SensorWarning, UnknownKeyError)
 from ._frame import COLUMNS, Frame
 from ._settings import Calibration, Profile
 from ._source import Source, open
@@ -19,14 +20,16 @@ from ._source import Source, open
 if TYPE_CHECKING:
     from ._convert import convert
     from ._sensor import Sensor
-    from ._simulate import simulate
+    from ._session import Answer, Clock, Status
+    from ._simulate import SimulatedSensor, simulate
 
-__all__ = ["COLUMNS", "Calibration", "CaptureError", "CaptureWarning", "ClosedError", "Error", "Frame", "LaserError",
-           "OptionError", "Profile", "Sensor", "SensorError", "Source", "UnknownKeyError", "__version__", "convert", "open",
-           "simulate"]
+__all__ = ["COLUMNS", "Answer", "Calibration", "CaptureError", "CaptureWarning", "Clock", "ClosedError", "Error", "Frame",
+           "HazardError", "LaserError", "OptionError", "Profile", "Sensor", "SensorError", "SensorWarning",
+           "SimulatedSensor", "Source", "Status", "UnknownKeyError", "__version__", "convert", "open", "simulate"]
 
 # What few programs need is imported when it is asked for.
-_LATER = {"Sensor": "_sensor", "convert": "_convert", "simulate": "_simulate"}
+_LATER = {"Answer": "_session", "Clock": "_session", "Sensor": "_sensor", "SimulatedSensor": "_simulate",
+          "Status": "_session", "convert": "_convert", "simulate": "_simulate"}
 
 
 def __getattr__(name: str) -> Any:

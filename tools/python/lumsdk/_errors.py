@@ -36,6 +36,14 @@ class LaserError(SensorError):
     """The laser cannot be switched on, or was not seen to go off."""
 
 
+class HazardError(LaserError):
+    """The sensor reports a hazard, which keeps its laser down: where lumctl ends with status 4."""
+
+
+class SensorWarning(UserWarning):
+    """A sensor reports something, or does not do all that it should, and the work goes on."""
+
+
 class CaptureWarning(UserWarning):
     """A capture can be read, but something of it is not as it should be."""
 

@@ -1,0 +1,361 @@
+"""Simulated captures and sensors, by the program lumsim."""
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time as clock
+from collections.abc import Callable, Iterable, Mapping
+from typing import IO, TYPE_CHECKING, Any, Optional, Union, overload
+
+from ._errors import ClosedError, Error, OptionError, SensorError
+from ._settings import Calibration, Profile, Value
+
+if TYPE_CHECKING:
+    from typing_extensions import Literal
+
+    Path = Union[str, os.PathLike[str]]
+    Settings = Union[Path, Mapping[str, Any]]
+
+_READY_S = 120.0
+_END_S = 10.0
+_LOG_MAX = 200_000
+
+
+# Ctrl-C is for this program, which switches the laser off before the sensor ends.
+_GROUP: int = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
+
+
+def _program() -> str:
+    from ._programs import find
+
+    return find("lumsim")
+
+
+# --- Options ---
+
+
+def _word(name: str, value: Any) -> str:
+    """An option's value as lumsim takes it, which checks it."""
+    if isinstance(value, bool) or not isinstance(value, (str, int, float, os.PathLike)):
+        if hasattr(value, "__index__"):
+            return str(value.__index__())
+        raise TypeError(f"{name} is {value!r}, of type {type(value).__name__}; lumsim --help tells what is right")
+    return os.fspath(value) if isinstance(value, os.PathLike) else str(value)
+
+
+class _Files:
+    """Calibrations and profiles that are no files yet, as files that lumsim reads."""
+
+    def __init__(self) -> None:
+        self._paths: list[str] = []
+
+    def add(self, name: str, kind: type[Union[Calibration, Profile]], value: Any) -> str:
+        """The path of one."""
+        if isinstance(value, (str, os.PathLike)):
+            return os.fspath(value)
+        made = value if isinstance(value, kind) else kind(value)
+        handle, path = tempfile.mkstemp(suffix=f"-{name}.yaml")
+        self._paths.append(path)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(made.to_yaml())
+        return path
+
+    def remove(self) -> None:
+        """Once they have been read."""
+        while self._paths:
+            os.unlink(self._paths.pop())
+
+
+def _settings(value: Any) -> list[str]:
+    if isinstance(value, str):
+        value = [value]
+    pairs = [f"{key}={part}" for key, part in value.items()] if isinstance(value, Mapping) else list(value)
+    return [word for pair in pairs for word in ("--set", str(pair))]
+
+
+def _several(value: Any) -> list[Any]:
+    return [value] if isinstance(value, str) or not isinstance(value, Iterable) else list(value)
+
+
+def _arguments(options: Mapping[str, Any], files: _Files) -> list[str]:
+    """Options by their names as arguments; None: not given."""
+    words: list[str] = []
+    for name, value in options.items():
+        option = f"--{name.replace('_', '-')}"
+        if value is None or value is False:
+            continue
+        if value is True:
+            words.append(option)
+        elif name == "calibration":
+            words += [option, files.add(name, Calibration, value)]
+        elif name == "profile":
+            words += [option, files.add(name, Profile, value)]
+        elif name == "set":
+            words += _settings(value)
+        elif name == "fault":
+            words += [word for fault in _several(value) for word in (option, _word(name, fault))]
+        else:
+            words += [option, _word(name, value)]
+    return words
+
+
+def _complaint(said: bytes, returncode: int) -> Error:
+    """What lumsim said last, without its name."""
+    lines = [line for line in said.decode(errors="replace").splitlines() if line and not line.startswith("Try '")]
+    told = lines[-1] if lines else f"lumsim ended with status {returncode}"
+    told = told[len("lumsim: "):] if told.startswith("lumsim: ") else told
+    return OptionError(told) if returncode == 2 else Error(told)
+
+
+# --- Captures ---
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """Ask a program to end, so that it leaves nothing behind; then see that it does."""
+    if process.poll() is None:
+        process.terminate()
+        try:
+            process.wait(_END_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def _run(arguments: list[str]) -> bytes:
+    process = subprocess.Popen([_program(), *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE)
+    try:
+        out, said = process.communicate()
+    except BaseException:
+        _end(process)
+        raise
+    if process.returncode != 0:
+        raise _complaint(said, process.returncode)
+    return out
+
+
+@overload
+def simulate(path: Path, frames: int = ..., lines: Literal[64, 640] = ..., seed: int = ..., *, rate: float = ...,
+             returns_max: int = ..., loss: float = ..., duplicate: float = ..., reorder: float = ...,
+             corrupt: float = ..., truth: Optional[Path] = ..., time: Literal["sensor", "utc", None] = ...,
+             drift: float = ..., batch: float = ..., calibration: Optional[Settings] = ...,
+             profile: Optional[Settings] = ..., set: Union[Mapping[str, Value], Iterable[str], None] = ...,
+             address: Optional[str] = ..., client: Optional[str] = ...) -> str: ...
+@overload
+def simulate(path: None = ..., frames: int = ..., lines: Literal[64, 640] = ..., seed: int = ..., *, rate: float = ...,
+             returns_max: int = ..., loss: float = ..., duplicate: float = ..., reorder: float = ...,
+             corrupt: float = ..., truth: Optional[Path] = ..., time: Literal["sensor", "utc", None] = ...,
+             drift: float = ..., batch: float = ..., calibration: Optional[Settings] = ...,
+             profile: Optional[Settings] = ..., set: Union[Mapping[str, Value], Iterable[str], None] = ...,
+             address: Optional[str] = ..., client: Optional[str] = ...) -> bytes: ...
+
+
+def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 640] = 64, seed: int = 1, *,
+             rate: float = 10.0, returns_max: int = 4, loss: float = 0.0, duplicate: float = 0.0, reorder: float = 0.0,
+             corrupt: float = 0.0, truth: Optional[Path] = None, time: Literal["sensor", "utc", None] = None,
+             drift: float = 0.0, batch: float = 0.0, calibration: Optional[Settings] = None,
+             profile: Optional[Settings] = None, set: Union[Mapping[str, Value], Iterable[str], None] = None,
+             address: Optional[str] = None, client: Optional[str] = None) -> Union[str, bytes]:
+    """A capture of a sensor that drives along a simulated street, written to a path, which is returned; without a
+    path, its bytes, for lumsdk.open().
+
+    The same arguments give the same bytes. A name that ends in .pcapng gives pcapng, with the calibration and the
+    profile in it; all else is pcap.
+
+    frames, lines (64 or 640), rate (frames a second, 0.2 to 100), seed (of street, noise and faults) and returns_max
+    (of a pixel, 1 to 8) say what is recorded. loss, duplicate, reorder and corrupt are probabilities from 0 to 1 for
+    each data packet. truth is a path that gets the exact points as CSV, with times by time. drift (parts in a million)
+    and batch (milliseconds) are what the capture's clock does. calibration and profile are a path, a mapping or an
+    object of lumsdk, set has single keys of them. address is the sensor's, client the receiver's HOST or HOST:PORT.
+
+    Raises OptionError for what lumsim refuses, and Error where it fails, both with its sentence.
+    """
+    if path is not None and not isinstance(path, (str, os.PathLike)):
+        raise TypeError(f"the path is {path!r}, of type {type(path).__name__}; right is a path, or None for bytes")
+    name = None if path is None else os.fspath(path)
+    options = {"frames": frames, "lines": lines, "seed": seed, "rate": rate, "returns_max": returns_max, "loss": loss,
+               "duplicate": duplicate, "reorder": reorder, "corrupt": corrupt, "truth": truth, "time": time,
+               "drift": drift, "batch": batch, "calibration": calibration, "profile": profile, "set": set,
+               "address": address, "client": client}
+    files = _Files()
+    try:
+        # A name such as -x is a path too.
+        output = "-" if name is None else os.path.join(os.curdir, name) if name.startswith("-") else name
+        out = _run(["--quiet", "--output", output, *_arguments(options, files)])
+    finally:
+        files.remove()
+    return out if name is None else name
+
+
+# --- Sensors ---
+
+
+class _Log:
+    """What a sensor writes, read by threads that do not keep the object alive of which it is the log."""
+
+    def __init__(self) -> None:
+        self.events: list[dict[str, Any]] = []
+        self.said = b""
+        self.news = threading.Condition()
+
+    def read(self, process: subprocess.Popen[bytes]) -> list[threading.Thread]:
+        """Begin to read."""
+        readers = [threading.Thread(target=self._read_events, args=(process.stdout,), daemon=True),
+                   threading.Thread(target=self._read_said, args=(process.stderr,), daemon=True)]
+        for reader in readers:
+            reader.start()
+        return readers
+
+    def _read_events(self, pipe: IO[bytes]) -> None:
+        for line in pipe:
+            with self.news:
+                if line.endswith(b"\n") and len(self.events) < _LOG_MAX:
+                    self.events.append(json.loads(line))
+                    self.news.notify_all()
+        pipe.close()
+
+    def _read_said(self, pipe: IO[bytes]) -> None:
+        self.said = pipe.read()
+        pipe.close()
+
+
+class SimulatedSensor:
+    """A sensor on this machine's network, for tests and tutorials, as long as the block lasts.
+
+        with lumsdk.SimulatedSensor("127.0.0.2") as simulated, lumsdk.Sensor(simulated.host) as sensor:
+            ...
+
+    It is ready when the block begins. On Linux every address of 127.0.0.0/8 exists, so that any number can run at a
+    time. The options are those of lumsim on the network. log is what it received and did so far, as `man lumsim` has
+    it under LOG.
+    """
+
+    def __init__(self, address: str = "127.0.0.1", *, port: Optional[int] = None, lines: Literal[64, 640, None] = None,
+                 frames: Optional[int] = None, rate: Optional[float] = None, seed: int = 1,
+                 returns_max: Optional[int] = None, loss: float = 0.0, duplicate: float = 0.0, reorder: float = 0.0,
+                 corrupt: float = 0.0, jitter: float = 0.0, answer_delay: float = 0.0, answer_loss: float = 0.0,
+                 fault: Union[str, Iterable[str]] = (), clock: Optional[int] = None,
+                 duration: Optional[float] = None, interface: Optional[str] = None, replay: Optional[Path] = None,
+                 speed: Optional[float] = None, loop: bool = False, sensor: Optional[str] = None,
+                 calibration: Optional[Settings] = None, profile: Optional[Settings] = None,
+                 set: Union[Mapping[str, Value], Iterable[str], None] = None) -> None:
+        """Start it, and wait until it is ready.
+
+        frames of lines (64 or 640) are rendered with seed and played in a loop, rate of them a second; replay sends
+        the data of a capture instead, speed times as fast, once or in a loop. loss, duplicate, reorder and corrupt are
+        probabilities from 0 to 1 for each data packet, answer_loss for each answer. jitter and answer_delay are
+        milliseconds. fault is one or several of NAME@T, NAME@T-T2 or NAME@USR1-USR2, such as "fan@10-12"; cue() makes
+        those with USR1 and USR2 happen. clock is its clock at the start in microseconds.
+
+        Raises OptionError for what lumsim refuses, SensorError where it cannot run there, both with its sentence.
+        """
+        options = {"address": address, "port": port, "lines": lines, "frames": frames, "rate": rate, "seed": seed,
+                   "returns_max": returns_max, "loss": loss, "duplicate": duplicate, "reorder": reorder,
+                   "corrupt": corrupt, "jitter": jitter, "answer_delay": answer_delay, "answer_loss": answer_loss,
+                   "fault": fault, "clock": clock, "duration": duration, "interface": interface, "replay": replay,
+                   "speed": speed, "loop": loop, "sensor": sensor, "calibration": calibration, "profile": profile,
+                   "set": set}
+        if not isinstance(address, str):
+            raise TypeError(f"the address is {address!r}; right is a text, such as \"127.0.0.1\"")
+        if replay is not None:
+            options["seed"] = None if seed == 1 else seed
+        self.address = address
+        """Where it listens."""
+        self.host = address if port is None else f"{address}:{port}"
+        """What lumsdk.Sensor() takes."""
+        self._log = _Log()
+        self._files = _Files()
+        self._process: Optional[subprocess.Popen[bytes]] = None
+        try:
+            self._start(_arguments(options, self._files), "start" if replay is not None else "frames")
+        finally:
+            self._files.remove()
+
+    def _start(self, arguments: list[str], ready: str) -> None:
+        process = subprocess.Popen([_program(), "--quiet", "--log", "-", *arguments], stdin=subprocess.DEVNULL,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, creationflags=_GROUP,
+                                   start_new_session=sys.platform != "win32")
+        self._process = process
+        self._readers = self._log.read(process)
+        try:
+            self.wait_for(lambda: any(e["event"] == ready for e in self._log.events), _READY_S)
+        except SensorError:
+            returncode = process.wait(_END_S) if not self._readers[0].is_alive() else 1
+            self.close()
+            problem = _complaint(self._log.said, returncode)
+            raise problem if isinstance(problem, OptionError) else SensorError(str(problem)) from None
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def log(self) -> list[dict[str, Any]]:
+        """What it received and did so far; the first 200,000 events."""
+        with self._log.news:
+            return list(self._log.events)
+
+    def events(self, kind: str, after: float = 0.0) -> list[dict[str, Any]]:
+        """The events of a kind, such as "laser", after a time of its log."""
+        return [event for event in self.log if event["event"] == kind and event["t"] > after]
+
+    @property
+    def laser_on(self) -> bool:
+        """Whether its laser is up."""
+        changes = self.events("laser")
+        return bool(changes) and bool(changes[-1]["up"])
+
+    def wait_for(self, condition: Callable[[], Any], seconds: float = 10.0) -> Any:
+        """Wait until a condition of its log holds, and return what it gave. Raises SensorError if that does not come
+        in time, or if the sensor has ended."""
+        end = clock.monotonic() + seconds
+        with self._log.news:
+            while True:
+                found = condition()
+                if found:
+                    return found
+                if not self._readers[0].is_alive():
+                    raise SensorError("the simulated sensor has ended")
+                if clock.monotonic() >= end:
+                    raise SensorError(f"what was waited for did not come in {seconds:g} s")
+                # In short pieces, so that Ctrl-C is taken on every system.
+                self._log.news.wait(0.05)
+
+    def cue(self, number: int) -> None:
+        """Make the faults happen that wait for USR1 (1) or USR2 (2). Not on Windows."""
+        names = {1: "SIGUSR1", 2: "SIGUSR2"}
+        if number not in names:
+            raise OptionError(f"a cue is {number!r}; right is 1 or 2")
+        if not hasattr(signal, names[number]):
+            raise Error(f"{sys.platform} has no such signals: name times in fault=")
+        if self._process is None:
+            raise ClosedError("the simulated sensor has ended")
+        self._process.send_signal(getattr(signal, names[number]))
+
+    def close(self) -> None:
+        """End it; its log stays."""
+        process, self._process = self._process, None
+        if process is not None:
+            _end(process)
+            for reader in self._readers:
+                reader.join(_END_S)
+
+    def __enter__(self) -> SimulatedSensor:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        process = getattr(self, "_process", None)
+        if process is not None:
+            process.kill()
+            process.wait()
+
+    def __repr__(self) -> str:
+        state = "ended" if self._process is None else "laser on" if self.laser_on else "laser off"
+        return f"<SimulatedSensor {self.host}: {state}>"
