@@ -1,0 +1,698 @@
+"""convert(): each format read back by its library, whole files or none, and what is refused."""
+import contextlib
+import io
+import itertools
+import json
+import os
+import pathlib
+import stat
+import subprocess
+import sys
+import threading
+import time
+import warnings
+import weakref
+
+import lumsdk
+import numpy as np
+import pytest
+from lumsdk import _table
+
+OF_LUMDUMP = ("csv", "ply", "pcd", "las", "xyz", "pcapng")
+NEEDS = {"laz": ("laspy", "lazrs"), "parquet": ("pyarrow",), "feather": ("pyarrow",)}
+OURS = ("laz", "parquet", "feather", "npy", "npz", "bin")
+COLUMNS = list(_table.FILE_COLUMNS)
+
+
+def need(kind):
+    for module in NEEDS.get(kind, ()):
+        pytest.importorskip(module)
+
+
+@pytest.fixture(scope="session")
+def drive(make_capture):
+    """Two frames, and some losses."""
+    return make_capture("-n", 2, "--returns-max", 1, "--loss", 0.005, "--duplicate", 0.002)
+
+
+@pytest.fixture(scope="session")
+def frames(drive):
+    return list(lumsdk.open(drive, columns="all"))
+
+
+@pytest.fixture(scope="session")
+def two_sensors(make_capture):
+    """A capture of each of two sensors, of the same time."""
+    return [make_capture("-n", 2, "--address", f"10.42.0.{n}", name=f"{n}.pcap") for n in (37, 38)]
+
+
+def expected(frames, name, time="sensor"):
+    return np.concatenate([_table.value(frame, name, time) for frame in frames])
+
+
+def left_in(folder):
+    """The names in a folder, hidden ones too."""
+    return sorted(entry.name for entry in os.scandir(folder))
+
+
+# --- What lumdump writes ---
+
+
+@pytest.mark.parametrize("kind", [*OF_LUMDUMP, "png"])
+def test_bytes_are_those_of_lumdump(drive, lumdump, tmp_path, kind):
+    selects = kind not in ("pcapng",)
+    options = dict(returns="last", range=(2, 80), box=((0, None), (-20, 20), (None, 4))) if selects else {}
+    arguments = ["--return=last", "--range=2:80", "--box=0:,-20:20,:4"] if selects else []
+    lumdump(drive, "-o", tmp_path / f"theirs.{kind}", *arguments, "--frames=1:2", "--eye=blue")
+    made = lumsdk.convert(drive, tmp_path / f"ours.{kind}", frames=(1, 2), eye="blue", **options)
+    ours, theirs = (tmp_path / f"{name}.{kind}" for name in ("ours", "theirs"))
+    assert made["outputs"] == [str(ours)] and made["bytes"] == ours.stat().st_size and made["format"] == kind
+    if kind in ("csv", "xyz", "png"):
+        assert ours.read_bytes() == theirs.read_bytes()
+    else:  # the origin names the options in the order in which they were given
+        assert ours.stat().st_size == theirs.stat().st_size
+        assert ours.read_bytes()[-50000:] == theirs.read_bytes()[-50000:]
+
+
+def test_options_of_the_output_go_to_lumdump(drive, lumdump, tmp_path):
+    lumdump(drive, "-o", tmp_path / "a.ply", "--ascii", "--columns=x,time", "--time=arrival", "--smooth=31:2",
+            "--set=line_span_us=4000", "--edge=both", "--incomplete=drop")
+    lumsdk.convert(drive, tmp_path / "b.ply", ascii=True, columns=["x", "time"], time="arrival", smooth=(31, 2),
+                   set={"line_span_us": 4000}, edge="both", incomplete="drop")
+    first, second = ((tmp_path / name).read_text().split("end_header\n") for name in ("a.ply", "b.ply"))
+    assert first[1] == second[1]
+    assert set(first[0].splitlines()) == set(second[0].splitlines())
+
+
+@pytest.mark.parametrize("given", ["bytes", "file", "list", "pattern"])
+def test_every_kind_of_source_gives_the_same_points(drive, lumdump, tmp_path, given):
+    rows = lumdump(drive, "-o", "-", "--format", "csv", "-q")
+    with open(drive, "rb") as file:
+        source = {"bytes": drive.read_bytes(), "file": file, "list": [str(drive)], "pattern": str(drive)[:-1] + "?"}[given]
+        made = lumsdk.convert(source, tmp_path / "a.csv")
+    assert (tmp_path / "a.csv").read_bytes() == rows
+    assert made["points"] == rows.count(b"\n") - 1
+
+
+def test_a_calibration_of_python_is_used(drive, lumdump, tmp_path):
+    calibration = lumsdk.Calibration({"eyes.blue.mount.yaw_deg": -20})
+    text = tmp_path / "c.yaml"
+    text.write_text(calibration.to_yaml())
+    lumdump(drive, "-o", tmp_path / "a.csv", "--calibration", text)
+    for given in (calibration, text, str(text), {"eyes": {"blue": {"mount": {"yaw_deg": -20}}}}):
+        lumsdk.convert(drive, tmp_path / "b.csv", calibration=given)
+        assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+def test_a_file_of_each_frame_and_rotation(drive, tmp_path, frames):
+    made = lumsdk.convert(drive, tmp_path / "f-%03d.pcd")
+    assert made["outputs"] == [str(tmp_path / f"f-{frame.number:03d}.pcd") for frame in frames]
+    assert made["bytes"] == sum(os.path.getsize(name) for name in made["outputs"])
+    again = lumsdk.convert(drive, tmp_path / "r.csv", rotate="4MB")
+    assert again["outputs"] == [str(tmp_path / f"r-{i:04d}.csv") for i in range(1, len(again["outputs"]) + 1)]
+    assert len(again["outputs"]) > 1
+
+
+# --- What Python writes ---
+
+
+@pytest.mark.parametrize("time", ["sensor", "arrival"])
+def test_laz_is_las_of_lumdump_compressed(drive, lumdump, tmp_path, time):
+    need("laz")
+    laspy = pytest.importorskip("laspy")
+    lumdump(drive, "-o", tmp_path / "a.las", "--time", time, "--edge=both")
+    lumsdk.convert(drive, tmp_path / "b.laz", time=time, edge="both")
+    theirs, ours = laspy.read(tmp_path / "a.las"), laspy.read(tmp_path / "b.laz")
+    assert len(ours.points) == len(theirs.points)
+    order = [np.lexsort([cloud[name] for name in ("return_number", "edge", "pixel", "eye", "line", "frame")])
+             for cloud in (ours, theirs)]
+    assert list(ours.point_format.dimension_names) == list(theirs.point_format.dimension_names)
+    for name in ours.point_format.dimension_names:
+        assert np.array_equal(np.asarray(ours[name])[order[0]], np.asarray(theirs[name])[order[1]]), name
+    for name in ("version", "point_count", "system_identifier", "creation_date", "uuid"):
+        assert getattr(ours.header, name) == getattr(theirs.header, name), name
+    for name in ("mins", "maxs", "scales", "offsets", "number_of_points_by_return"):
+        assert np.array_equal(getattr(ours.header, name), getattr(theirs.header, name)), name
+    assert ours.header.global_encoding.wkt and ours.header.point_format.id == 6
+    assert ours.header.global_encoding.gps_time_type == theirs.header.global_encoding.gps_time_type
+    assert [(r.user_id, r.record_id) for r in ours.header.vlrs if r.user_id == "lumsdk"] == [("lumsdk", 1)]
+
+
+def test_laz_says_where_its_points_come_from(make_capture, lumdump, tmp_path):
+    need("laz")
+    laspy = pytest.importorskip("laspy")
+    kept = tmp_path / "kept.pcapng"
+    lumdump(make_capture("-n", 1), "-o", kept, "--set=eyes.blue.mount.yaw_deg=-20")
+    lumdump(kept, "-o", tmp_path / "a.las", "--eye=blue")
+    lumsdk.convert(kept, tmp_path / "b.laz", eye="blue")
+    theirs, ours = (laspy.read(tmp_path / name).header.vlrs.get_by_id("lumsdk")[0].record_data.decode()
+                    for name in ("a.las", "b.laz"))
+    assert ours == theirs.replace('"lumdump', '"lumsdk', 1)
+    assert "# lumsdk calibration 1" in ours and ours.count("# lumsdk origin 1") == 2
+
+
+def test_laz_is_the_same_for_the_same_points(drive, tmp_path):
+    need("laz")
+    for name in "ab":
+        lumsdk.convert(drive, tmp_path / f"{name}.laz")
+    assert (tmp_path / "a.laz").read_bytes() == (tmp_path / "b.laz").read_bytes()
+    assert (tmp_path / "a.laz").read_bytes()[90:94] == bytes(4)
+
+
+def test_parquet_has_a_row_group_a_frame_and_metadata(drive, frames, tmp_path):
+    need("parquet")
+    pq = pytest.importorskip("pyarrow.parquet")
+    made = lumsdk.convert(drive, tmp_path / "a.parquet", eye="both")
+    table = pq.read_table(tmp_path / "a.parquet")
+    assert table.column_names == COLUMNS
+    for name in COLUMNS:
+        assert np.array_equal(table[name].to_numpy(), expected(frames, name)), name
+        assert table.schema.field(name).metadata.get(b"unit", b"").decode() == _table.COLUMNS[name].unit
+    file = pq.ParquetFile(tmp_path / "a.parquet")
+    assert [file.metadata.row_group(i).num_rows for i in range(file.num_row_groups)] == [len(f) for f in frames]
+    about = {key.decode(): value.decode() for key, value in file.metadata.metadata.items()}
+    assert about["lumsdk.program"] == f"lumsdk {lumsdk.__version__}" and about["lumsdk.source"] == "drive.pcap"
+    assert json.loads(about["lumsdk.options"]) == ["--eye=both"]
+    assert lumsdk.Calibration(about["lumsdk.calibration"]) == lumsdk.Calibration()
+    assert lumsdk.Profile(about["lumsdk.profile"]) == lumsdk.Profile()
+    assert [frame["number"] for frame in json.loads(about["lumsdk.frames"])] == [frame.number for frame in frames]
+    assert json.loads(about["lumsdk.losses"]) == made["losses"]
+
+
+def test_feather_has_a_batch_a_frame(drive, frames, tmp_path):
+    need("feather")
+    feather, ipc = pytest.importorskip("pyarrow.feather"), pytest.importorskip("pyarrow.ipc")
+    for compression in (None, "zstd", "none"):
+        lumsdk.convert(drive, tmp_path / "a.feather", columns="range,time,strongest", compression=compression)
+        table = feather.read_table(tmp_path / "a.feather")
+        assert table.column_names == ["range", "time", "strongest"]
+        for name in table.column_names:
+            assert np.array_equal(table[name].to_numpy(), expected(frames, name)), name
+        assert table.schema.field("time").metadata[b"unit"] == b"s"
+    with ipc.open_file(tmp_path / "a.feather") as file:
+        for i, frame in enumerate(frames):
+            batch, about = file.get_batch_with_custom_metadata(i)
+            assert batch.num_rows == len(frame)
+            assert json.loads(about[b"lumsdk.frame"])["number"] == frame.number
+
+
+def test_argoverse_sweeps_by_pandas(drive, frames, tmp_path):
+    need("feather")
+    pd = pytest.importorskip("pandas")
+    made = lumsdk.convert(drive, tmp_path / "{utc_ns}.feather", preset="argoverse2")
+    assert [int(pathlib.Path(name).stem) for name in made["outputs"]] == [frame.utc_ns for frame in frames]
+    sweep = pd.read_feather(made["outputs"][1])
+    assert list(map(str, sweep.dtypes)) == ["float16"] * 3 + ["uint8"] * 2 + ["int32"]
+    assert np.array_equal(sweep["x"].to_numpy(), frames[1].xyz[:, 0].astype("f2"))
+
+
+def test_npy_and_npz(drive, frames, tmp_path):
+    columns = [*COLUMNS, "time", "strongest", "sensor"]
+    lumsdk.convert(drive, tmp_path / "a.npy", columns=columns)
+    lumsdk.convert(drive, tmp_path / "a.npz", columns=columns)
+    records = np.load(tmp_path / "a.npy", mmap_mode="r")
+    arrays = np.load(tmp_path / "a.npz")
+    assert list(records.dtype.names) == columns and set(arrays) == {*columns, "metadata"}
+    for name in columns:
+        assert np.array_equal(records[name], expected(frames, name)), name
+        assert np.array_equal(arrays[name], expected(frames, name)) and arrays[name].dtype == records[name].dtype
+    about = json.loads(str(arrays["metadata"]))
+    assert about["lumsdk.source"] == "drive.pcap" and len(about["lumsdk.frames"]) == len(frames)
+
+
+def test_kitti(drive, frames, tmp_path):
+    made = lumsdk.convert(drive, tmp_path / "%06d.bin")
+    assert [pathlib.Path(name).name for name in made["outputs"]] == [f"{frame.number:06d}.bin" for frame in frames]
+    for frame, name in zip(frames, made["outputs"]):
+        points = np.fromfile(name, "<f4").reshape(-1, 4)
+        assert np.array_equal(points[:, :3], frame.xyz)
+        assert np.allclose(points[:, 3], np.minimum(frame["pulse_width"] / 25.5, 1), atol=1e-6)
+    lumsdk.convert(drive, tmp_path / "all.bin")
+    assert (tmp_path / "all.bin").read_bytes() == b"".join(pathlib.Path(name).read_bytes() for name in made["outputs"])
+
+
+def test_open3d_reads_ply_and_pcd_of_frames(frames, tmp_path):
+    o3d = pytest.importorskip("open3d")
+    for kind in ("ply", "pcd"):
+        lumsdk.convert(frames[1], tmp_path / f"a.{kind}")
+        cloud = o3d.t.io.read_point_cloud(str(tmp_path / f"a.{kind}"))
+        assert np.array_equal(cloud.point.positions.numpy(), frames[1].xyz)
+
+
+@pytest.mark.parametrize("kind", OURS)
+def test_counts_are_those_of_lumdump(drive, lumdump, tmp_path, kind):
+    need(kind)
+    summary = json.loads(lumdump(drive, "--json", "--return=last"))
+    made = lumsdk.convert(drive, tmp_path / f"a.{kind}", returns="last")
+    assert {name: made[name] for name in ("source", "frames", "points", "truncated")} == {
+        name: summary[name] for name in ("source", "frames", "points", "truncated")}
+    assert made["losses"] == {name: summary[name] for name in made["losses"]} and made["losses"]["lost_words"] > 0
+    assert made["sensors"] == ["10.42.0.37"] and made["bytes"] == os.path.getsize(tmp_path / f"a.{kind}")
+    assert made["left_out"] == 0
+
+
+@pytest.mark.parametrize("kind", OURS)
+def test_frames_without_points_and_no_frames(drive, tmp_path, kind):
+    need(kind)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        made = lumsdk.convert(drive, tmp_path / f"a.{kind}", range="900:901")
+    assert made["points"] == 0 and made["frames"] == 2
+    none = lumsdk.convert(iter([]), tmp_path / f"b.{kind}")
+    assert none["points"] == none["frames"] == 0
+    for name in "ab":
+        assert points_in(tmp_path / f"{name}.{kind}") == 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert lumsdk.convert(drive, tmp_path / f"%d.{kind}", range="900:901")["outputs"] == []
+
+
+def wait_for_writers():
+    """What was interrupted cleans up behind the exception."""
+    for thread in threading.enumerate():
+        if thread.name == "lumsdk-convert":
+            thread.join()
+
+
+def points_in(path):
+    """By the library that reads the format."""
+    kind = path.suffix[1:]
+    if kind == "laz":
+        import laspy
+        return len(laspy.read(path).points)
+    if kind in ("parquet", "feather"):
+        import pyarrow.feather
+        import pyarrow.parquet
+        return (pyarrow.parquet if kind == "parquet" else pyarrow.feather).read_table(path).num_rows
+    if kind == "bin":
+        return len(np.fromfile(path, "<f4")) // 4
+    return len(np.load(path)["x"])
+
+
+# --- Frames as the source ---
+
+
+@pytest.mark.parametrize("kind", ["csv", "xyz"])
+def test_text_of_frames_has_the_rows_of_lumdump(drive, frames, lumdump, tmp_path, kind):
+    rows = lumdump(drive, "-o", "-", "--format", kind, "-q").splitlines()
+    lumsdk.convert(frames, tmp_path / f"a.{kind}")
+    assert sorted((tmp_path / f"a.{kind}").read_bytes().splitlines()) == sorted(rows)
+
+
+def test_las_and_ply_of_frames_have_the_points_of_lumdump(drive, frames, lumdump, tmp_path):
+    for kind in ("las", "ply"):
+        lumdump(drive, "-o", tmp_path / f"a.{kind}")
+        with lumsdk.open(drive, columns="all") as source:
+            made = lumsdk.convert(source, tmp_path / f"b.{kind}")
+        assert made["points"] == sum(map(len, frames))
+        theirs, ours = ((tmp_path / name).read_bytes() for name in (f"a.{kind}", f"b.{kind}"))
+        size = {"las": 62, "ply": 52}[kind]
+        count = made["points"]
+        points = [np.sort(np.frombuffer(whole, f"V{size}", offset=len(whole) - size * count)) for whole in (theirs, ours)]
+        assert np.array_equal(*points)
+
+
+def test_frames_of_any_kind_and_time(frames, tmp_path):
+    for given in (frames, tuple(frames), iter(frames), (frame for frame in frames)):
+        lumsdk.convert(given, tmp_path / "a.npy", time="utc", columns="timestamp,time")
+        times = np.load(tmp_path / "a.npy")
+        utc = times["timestamp"][0] / 1e6
+        assert abs(utc - frames[0].utc_ns / 1e9) < 1
+        assert np.abs(np.diff(times["timestamp"])).max() < 1e6
+    lumsdk.convert(frames[0], tmp_path / "a.ply", columns="x,time", ascii=True)
+    assert b"property float x\nproperty float scalar_time\n" in (tmp_path / "a.ply").read_bytes()
+
+
+def test_frames_that_lack_a_column_are_refused(drive, tmp_path):
+    with lumsdk.open(drive, columns="x,y,z,range") as source:
+        for kind in ("csv", "las", "npy"):
+            with pytest.raises(lumsdk.OptionError, match="has no column '.*', only x, y, z, range; name it in"):
+                lumsdk.convert(source, tmp_path / f"a.{kind}")
+        assert left_in(tmp_path) == []
+        lumsdk.convert(source, tmp_path / "a.csv", columns="range,x")
+        lumsdk.convert(source, tmp_path / "a.xyz")
+
+
+def test_memory_does_not_grow_with_the_frames(drive, tmp_path, monkeypatch):
+    from lumsdk import _formats
+
+    made, most = [], 0
+    add = _formats.Kitti.add
+
+    def slow(self, frame):
+        """The first time, until the reader has come as far as it comes."""
+        while len(made) < 40:
+            count = len(made)
+            time.sleep(0.3)
+            if count == len(made):
+                break
+        add(self, frame)
+        monkeypatch.setattr(_formats.Kitti, "add", add)
+
+    monkeypatch.setattr(_formats.Kitti, "add", slow)
+
+    def many():
+        nonlocal most
+        for _ in range(20):
+            for frame in lumsdk.open(drive, columns="x,y,z,pulse_width"):
+                made.append(weakref.ref(frame))
+                most = max(most, sum(ref() is not None for ref in made))
+                yield frame
+
+    assert lumsdk.convert(many(), tmp_path / "a.bin")["frames"] == 40
+    assert most <= 6
+
+
+# --- Whole files or none ---
+
+
+@pytest.mark.parametrize("problem", [RuntimeError("no more"), KeyboardInterrupt()])
+@pytest.mark.parametrize("kind", [*OURS, "csv", "las"])
+def test_nothing_is_left_after_a_failure(frames, tmp_path, kind, problem):
+    need(kind)
+
+    def failing():
+        yield from frames[:2]
+        raise problem
+
+    old = tmp_path / f"a.{kind}"
+    old.write_text("as it was")
+    with pytest.raises(type(problem)):
+        lumsdk.convert(failing(), old)
+    wait_for_writers()
+    assert old.read_text() == "as it was"
+    assert left_in(tmp_path) == [old.name]
+
+
+@pytest.mark.parametrize("kind", ["ply", "npy"])
+def test_a_file_object_that_fails_in_the_middle(drive, tmp_path, kind):
+    class Failing(io.BytesIO):
+        def read(self, size=-1):
+            if self.tell() > 500000:
+                raise TimeoutError("the network is gone")
+            return super().read(min(size, 100000))
+
+        readinto = None
+
+    with pytest.raises(TimeoutError, match="the network is gone"):
+        lumsdk.convert(Failing(drive.read_bytes()), tmp_path / f"a.{kind}")
+    assert left_in(tmp_path) == []
+
+
+@pytest.mark.parametrize("kind", ["npy", "csv"])
+def test_control_c_ends_it_and_leaves_nothing(drive, tmp_path, kind):
+    need(kind)
+    program = """
+import os, signal, sys, lumsdk
+def stream():
+    with open(sys.argv[1], "rb") as file:
+        head = file.read(24)
+        rest = file.read()
+    yield head
+    while True:
+        yield rest
+class Endless:
+    def __init__(self): self.blocks, self.count = stream(), 0
+    def read(self, size=-1):
+        self.count += 1
+        if self.count == 4: print("reading", flush=True)
+        kept = getattr(self, "kept", b"") or next(self.blocks)
+        self.kept = kept[size:]
+        return kept[:size]
+try:
+    lumsdk.convert(Endless(), sys.argv[2])
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+    process = subprocess.Popen([sys.executable, "-c", program, str(drive), str(tmp_path / f"a.{kind}")],
+                               stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "reading\n"
+    process.send_signal(2)
+    assert process.stdout.readline() == "interrupted\n"
+    assert process.wait() == 0
+    assert left_in(tmp_path) == []
+    process.stdout.close()
+
+
+def test_a_file_is_replaced_with_its_mode_and_through_a_link(drive, tmp_path):
+    real = tmp_path / "real.npy"
+    real.write_text("old")
+    real.chmod(0o640)
+    (tmp_path / "link.npy").symlink_to(real)
+    lumsdk.convert(drive, tmp_path / "link.npy")
+    assert (tmp_path / "link.npy").is_symlink() and stat.S_IMODE(real.stat().st_mode) == 0o640
+    assert len(np.load(real)) and left_in(tmp_path) == ["link.npy", "real.npy"]
+
+
+def test_two_runs_do_not_write_one_file(frames, tmp_path, drive):
+    def slow():
+        yield frames[0]
+        with pytest.raises(lumsdk.Error, match="this run is writing it already"):
+            lumsdk.convert(frames, tmp_path / "a.npy")
+        found = subprocess.run([os.path.join(os.environ["LUM_BIN"], "lumdump"), drive, "--format=csv", "-o", "a.npy"],
+                               cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert found.returncode == 1 and f"another run is writing it (process {os.getpid()})" in found.stderr
+        yield frames[1]
+
+    assert lumsdk.convert(slow(), tmp_path / "a.npy")["frames"] == 2
+    assert left_in(tmp_path) == ["a.npy"]
+
+
+def test_what_a_killed_run_left_is_removed(drive, tmp_path):
+    program = ("import lumsdk, os, sys\ndef frames():\n    yield next(iter(lumsdk.open(sys.argv[1], columns='all')))\n"
+               "    os.kill(os.getpid(), 9)\nlumsdk.convert(frames(), sys.argv[2])")
+    killed = [sys.executable, "-c", program, str(drive), str(tmp_path / "a.npy")]
+    assert subprocess.run(killed, check=False).returncode == -9
+    assert len(left_in(tmp_path)) == 2
+    lumsdk.convert(drive, tmp_path / "a.npy")
+    assert left_in(tmp_path) == ["a.npy"]
+    assert subprocess.run(killed, check=False).returncode == -9
+    subprocess.run([os.path.join(os.environ["LUM_BIN"], "lumdump"), drive, "--format=csv", "-o", tmp_path / "a.npy", "-q"],
+                   check=True)
+    assert left_in(tmp_path) == ["a.npy"]
+
+
+def test_a_foreign_mark_is_left_alone(drive, tmp_path):
+    (tmp_path / ".a.npy.lumsdk").write_text("mine")
+    with pytest.raises(lumsdk.Error, match="rename that one, or choose another name"):
+        lumsdk.convert(drive, tmp_path / "a.npy")
+    assert (tmp_path / ".a.npy.lumsdk").read_text() == "mine"
+
+
+def test_the_source_is_not_overwritten(drive, tmp_path):
+    copy = tmp_path / "a.npy"
+    copy.write_bytes(drive.read_bytes())
+    (tmp_path / "b.npy").symlink_to(copy)
+    for name in ("a.npy", "b.npy"):
+        with pytest.raises(lumsdk.OptionError, match="is the source itself, which this run reads: name another output"):
+            lumsdk.convert(copy, tmp_path / name)
+    with pytest.raises(lumsdk.OptionError, match="is the source itself"):
+        lumsdk.convert(copy, copy, format="csv")
+    assert copy.read_bytes() == drive.read_bytes()
+
+
+@pytest.mark.parametrize("kind", ["npy", "csv"])
+def test_an_interruption_does_not_wait_for_what_is_written(frames, tmp_path, monkeypatch, kind):
+    from lumsdk import _formats, _points_file
+
+    began, goes_on, released = threading.Event(), threading.Event(), []
+
+    def slow(self, frame):
+        began.set()
+        released.append(goes_on.wait(60))
+
+    def interrupted():
+        yield frames[0]
+        began.wait()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(_formats.Npy, "add", slow)
+    monkeypatch.setattr(_points_file.PointsFile, "add", slow)
+    with pytest.raises(KeyboardInterrupt):
+        lumsdk.convert(interrupted(), tmp_path / f"a.{kind}")
+    goes_on.set()
+    wait_for_writers()
+    assert released == [True] and left_in(tmp_path) == []
+
+
+# --- What is refused ---
+
+
+@pytest.mark.parametrize("name, options, said", [
+    ("a.foo", {}, r"'.*a\.foo' has no ending that shows a format: use \.csv .*\.laz .*, or give format="),
+    ("a", {}, "has no ending that shows a format"),
+    ("a.npy", {"format": "e57"}, "format is 'e57'; formats are csv, ply, .*laz, parquet"),
+    ("a.copc.laz", {}, "by pdal translate or untwine"),
+    ("a%s.npy", {}, r"a % in the name stands for the frame number and has to read %d or %04d, once"),
+    ("a%d%d.npy", {}, "has to read %d or %04d, once"),
+    ("a.npy", {"columns": ["x", "colour"]}, "'colour' is no column; columns are x, y, z"),
+    ("a.bin", {"columns": ["x"]}, "columns does not go with the format bin; it goes with csv, ply, pcd, parquet"),
+    ("a.npy", {"ascii": True}, "ascii does not go with the format npy; it goes with ply, pcd"),
+    ("a.npy", {"time": "gps"}, 'time is \'gps\'; right is "sensor", "utc", "arrival"'),
+    ("a.npy", {"rotate": "1GB"}, "rotate does not go with the format npy"),
+    ("a.csv", {"compression": "zstd"}, "compression does not go with the format csv"),
+    ("a.csv", {"preset": "argoverse2"}, "preset does not go with the format csv"),
+    ("a.npy", {"returns": "some"}, "returns is 'some'; right is"),
+    ("{utc_ns}.csv", {}, "use %04d, the number of the frame"),
+    ("-", {"format": "csv"}, "standard output, which convert"),
+    ("a.ply", {"comments": True}, "comments"),
+    ("a.csv", {"columns": ["x", "colour"]}, "--columns: 'colour' is no column; columns are x, y"),
+    ("a.pcd", {"organized": True, "returns": "last"}, "--organized makes a file of each frame"),
+    ("a.pcapng", {"range": "2:80"}, "a packet holds many points"),
+])
+def test_wrong_options_are_refused(drive, tmp_path, monkeypatch, name, options, said):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(lumsdk.OptionError, match=said):
+        lumsdk.convert(drive, name, **options)
+    assert left_in(tmp_path) == []
+
+
+@pytest.mark.parametrize("source, name, options, said", [
+    (3, "a.npy", {}, "a source is given as int"),
+    ([1, 2], "a.npy", {}, "a source in a list is 1"),
+    (iter([1]), "a.npy", {}, "gives int and not frames"),
+    ("drive", 7, {}, "the destination is 7; right is a path or a URL"),
+    ("drive", "a.npy", {"colums": "x"}, "there is no option colums"),
+])
+def test_wrong_types_are_refused(tmp_path, monkeypatch, source, name, options, said):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(TypeError, match=said):
+        lumsdk.convert(source, name, **options)
+    assert left_in(tmp_path) == []
+
+
+def test_what_frames_do_not_take_is_refused(frames, tmp_path):
+    for name, options, said in (("a.npy", {"returns": "last"}, "returns: frames have been read already"),
+                                ("a.pcd", {"organized": True}, "organized needs a capture as source"),
+                                ("a.png", {}, "png needs a capture as source"), ("a.pcap", {}, "pcap needs a capture"),
+                                ("a.ply", {"columns": "x,sensor"}, "columns: ply has x, y, z")):
+        with pytest.raises(lumsdk.OptionError, match=said):
+            lumsdk.convert(frames, tmp_path / name, **options)
+    assert left_in(tmp_path) == []
+
+
+@pytest.mark.parametrize("kind", ["npy", "csv"])
+def test_sources_and_places_that_are_not_there(drive, tmp_path, kind):
+    with pytest.raises(lumsdk.CaptureError, match="nope.pcap: cannot be opened: No such file"):
+        lumsdk.convert(tmp_path / "nope.pcap", tmp_path / f"a.{kind}")
+    with pytest.raises(lumsdk.Error, match="cannot create it: the directory does not exist; create it or write elsewhere"):
+        lumsdk.convert(drive, tmp_path / "no" / f"a.{kind}")
+    (tmp_path / "bad.pcap").write_text("hi")
+    with pytest.raises(lumsdk.CaptureError, match="bad.pcap: not a capture"):
+        lumsdk.convert(tmp_path / "bad.pcap", tmp_path / f"a.{kind}")
+    with pytest.raises(lumsdk.OptionError, match="it is read by lumsdk.Sensor"):
+        lumsdk.convert("udp://10.42.0.37", tmp_path / f"a.{kind}")
+    assert left_in(tmp_path) == ["bad.pcap"]
+
+
+@pytest.mark.parametrize("kind", ["npy", "csv"])
+def test_a_capture_that_breaks_off(drive, tmp_path, kind):
+    cut = tmp_path / "cut.pcap"
+    cut.write_bytes(drive.read_bytes()[:drive.stat().st_size * 3 // 5])
+    with pytest.warns(lumsdk.CaptureWarning, match="cut.pcap: cannot be read on after record"):
+        made = lumsdk.convert(cut, tmp_path / f"a.{kind}")
+    assert made["truncated"] and made["points"] > 0
+    os.unlink(tmp_path / f"a.{kind}")
+    with pytest.raises(lumsdk.CaptureError, match="cannot be read on after record"):
+        lumsdk.convert(cut, tmp_path / f"a.{kind}", broken="raise")
+    assert left_in(tmp_path) == ["cut.pcap"]
+
+
+def test_several_sensors(two_sensors, tmp_path):
+    for kind in ("csv", "npy", "bin"):
+        with pytest.raises(lumsdk.OptionError, match="packets of several sensors; choose one by"):
+            lumsdk.convert(two_sensors, tmp_path / f"a.{kind}")
+    assert left_in(tmp_path) == []
+    made = lumsdk.convert(two_sensors, tmp_path / "a.npy", columns=["x", "sensor"])
+    assert made["sensors"] == ["10.42.0.37", "10.42.0.38"]
+    assert set(np.load(tmp_path / "a.npy")["sensor"] & 255) == {37, 38}
+    one = lumsdk.convert(two_sensors, tmp_path / "b.npy", sensor="10.42.0.38")
+    assert 0 < one["points"] < made["points"]
+
+
+@pytest.mark.parametrize("kind, module, extra", [("laz", "laspy", "laz"), ("laz", "lazrs", "laz"),
+                                                 ("parquet", "pyarrow", "parquet"), ("feather", "pyarrow", "parquet")])
+def test_a_missing_library_is_named_with_its_extra(drive, tmp_path, monkeypatch, kind, module, extra):
+    if module == "lazrs":
+        need("laz")
+    monkeypatch.setitem(sys.modules, module, None)
+    monkeypatch.setitem(sys.modules, f"{module}.parquet", None)
+    with pytest.raises(lumsdk.Error, match=rf"{module} is missing: pip install lumsdk\[{extra}\]"):
+        lumsdk.convert(drive, tmp_path / f"a.{kind}")
+    assert left_in(tmp_path) == []
+
+
+def test_progress_is_told(drive, tmp_path):
+    size = drive.stat().st_size
+    for kind in ("npy", "ply"):
+        told = []
+        lumsdk.convert(drive, tmp_path / f"a.{kind}", progress=lambda *numbers, told=told: told.append(numbers))
+        assert told[-1] == (size, size) and told == sorted(told)
+
+
+# --- URLs ---
+
+
+@pytest.fixture
+def store():
+    """A place for objects, in memory."""
+    fsspec = pytest.importorskip("fsspec")
+    fs = fsspec.filesystem("memory")
+    fs.store.clear()
+    yield fs
+    fs.store.clear()
+
+
+@pytest.mark.parametrize("kind", ["npy", "csv", "las"])
+def test_a_url_gets_the_whole_file(store, drive, tmp_path, kind):
+    made = lumsdk.convert(drive, f"memory://b/a.{kind}")
+    lumsdk.convert(drive, tmp_path / f"a.{kind}")
+    assert store.cat(f"/b/a.{kind}") == (tmp_path / f"a.{kind}").read_bytes()
+    assert made["outputs"] == [f"memory://b/a.{kind}"] and list(store.store) == [f"/b/a.{kind}"]
+
+
+def test_urls_of_frames_and_from_a_url(store, drive, frames):
+    store.pipe("/in/drive.pcap", drive.read_bytes())
+    made = lumsdk.convert("memory://in/drive.pcap", "memory://out/%04d.pcd")
+    assert made["outputs"] == [f"memory://out/{frame.number:04d}.pcd" for frame in frames]
+    made = lumsdk.convert("memory://in/drive.pcap", "memory://out/%04d.bin")
+    assert sorted(store.store) == ["/in/drive.pcap", *(f"/out/{f.number:04d}.{k}" for f in frames for k in ("bin", "pcd"))]
+    lumsdk.convert(frames, "memory://out/a.xyz")
+    assert store.cat("/out/a.xyz").count(b"\n") == made["points"]
+
+
+@pytest.mark.parametrize("kind", ["npy", "csv"])
+def test_nothing_is_left_at_a_url_after_a_failure(store, frames, drive, monkeypatch, kind):
+    def failing():
+        yield frames[0]
+        raise RuntimeError("no more")
+
+    with pytest.raises(RuntimeError):
+        lumsdk.convert(failing(), f"memory://b/a.{kind}")
+    assert not store.store
+
+    def full(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(type(store), "mv", full)
+    with pytest.raises(lumsdk.Error, match="memory://b/a.* cannot write it: No space left on device"):
+        lumsdk.convert(drive, f"memory://b/a.{kind}")
+    assert not store.store
+
+
+def test_a_url_of_no_known_kind(drive):
+    pytest.importorskip("fsspec")
+    with pytest.raises(lumsdk.OptionError, match="nosuch"):
+        lumsdk.convert(drive, "nosuch://b/a.npy")
+
+
+def test_a_full_disk_is_told_and_leaves_nothing(frames, tmp_path):
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with contextlib.ExitStack() as kept:
+        kept.callback(resource.setrlimit, resource.RLIMIT_FSIZE, before)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, before[1]))
+        for kind in ("npy", "bin", "npz"):
+            with pytest.raises(OSError, match="File too large"):
+                lumsdk.convert(itertools.chain(frames, frames), tmp_path / f"a.{kind}")
+    assert left_in(tmp_path) == []

@@ -1,0 +1,552 @@
+"""convert(): captures and frames into files of other formats."""
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import queue
+import re
+import tempfile
+import threading
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, Optional, TypedDict, Union
+
+from . import _lumdump
+from ._c import VERSION
+from ._errors import Error, OptionError
+from ._formats import WRITERS, About, AnyTarget, Job, Writer
+from ._frame import Frame
+from ._inputs import Files, Stream, open_input
+from ._options import Choice
+from ._points_file import FORMATS, PointsFile
+from ._reading import LOSSES
+from ._settings import Calibration, Profile
+from ._source import Source, open
+from ._table import FILE_COLUMNS, TIMES, Layout, check_names, check_preset
+from ._target import Target, UrlTarget, is_url, local_for
+
+_OF_LUMDUMP = ("csv", "ply", "pcd", "las", "xyz", "png", "pcap", "pcapng")
+_OF_TABLES = ("parquet", "feather", "npy", "npz")
+_ALL = (*_OF_LUMDUMP, *WRITERS)
+
+_APPLIES: Mapping[str, tuple[str, ...]] = {
+    "ascii": ("ply", "pcd"),
+    "columns": ("csv", "ply", "pcd", *_OF_TABLES),
+    "comments": ("csv", "xyz"),
+    "compression": tuple(name for name, kind in WRITERS.items() if kind.compressions),
+    "duration": _OF_LUMDUMP,
+    "organized": ("pcd",),
+    "packets": ("pcap", "pcapng"),
+    "preset": ("parquet", "feather"),
+    "rotate": _OF_LUMDUMP,
+    "time": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng", "bin", "xyz")),
+}
+"""The options of outputs, and the formats that have them."""
+
+_ONLY_BY_LUMDUMP = ("duration", "organized", "packets", "rotate")
+
+_UNTOLD = ("calibration", "profile", "set", "columns", "broken", "progress")
+"""Options that the origin of a file does not name: what they give is in it."""
+
+
+# --- What is asked for ---
+
+
+def _format_of(name: str, given: Optional[str]) -> str:
+    if given is not None:
+        if not isinstance(given, str):
+            raise TypeError(f"format is {given!r}; right is one of {', '.join(_ALL)}")
+        if given not in _ALL:
+            raise OptionError(f"format is {given!r}; formats are {', '.join(_ALL)}")
+        return given
+    lowered = name.lower()
+    if lowered.endswith(".copc.laz"):
+        raise OptionError(f"{name}: COPC keeps points in an octree, which lumsdk does not make: write a .laz, and from that "
+                          "make a .copc.laz by pdal translate or untwine")
+    ending = lowered.rsplit(".", 1)[-1] if "." in lowered else ""
+    if ending not in _ALL:
+        raise OptionError(f"'{name}' has no ending that shows a format: use {' '.join('.' + f for f in _ALL)}, or give "
+                          "format=")
+    return ending
+
+
+_PATTERN = re.compile(r"%(0?)(\d{0,2})d")
+
+
+def _check_pattern(name: str) -> bool:
+    """Whether a name stands for a file a frame."""
+    if "%" not in name:
+        return "{utc_ns}" in name
+    if name.count("%") != 1 or not _PATTERN.search(name):
+        raise OptionError(f"{name}: a % in the name stands for the frame number and has to read %d or %04d, once")
+    return True
+
+
+def _name_for(pattern: str, frame: Frame) -> str:
+    made = pattern % frame.number if "%" in pattern else pattern
+    return made.replace("{utc_ns}", str(frame.utc_ns))
+
+
+class _Plan:
+    """A conversion: what was asked for, checked."""
+
+    def __init__(self, source: Any, destination: Any, options: dict[str, Any]) -> None:
+        self.source: Any = [source] if isinstance(source, Frame) else source
+        if not isinstance(destination, (str, os.PathLike)):
+            raise TypeError(f"the destination is {destination!r}; right is a path or a URL, such as \"drive.laz\"")
+        self.name = os.fsdecode(destination)
+        if self.name == "-":
+            raise OptionError("'-' is standard output, which convert() does not write to: name a file")
+        options = {name: value for name, value in options.items() if value is not None}
+        self.paths: list[str] = []
+        """Files that the run reads."""
+        self.storage: dict[str, Any] = dict(options.pop("storage_options", None) or {})
+        self.format = _format_of(self.name, options.pop("format", None))
+        self.output = {name: options.pop(name) for name in tuple(options) if name in _APPLIES}
+        self.read = options
+        self.is_pattern = _check_pattern(self.name)
+        self.is_of_frames = self._is_of_frames()
+        choice = Choice(self.read)
+        self.progress: Optional[Callable[[int, int], object]] = choice.progress
+        if self.is_of_frames and self.read:
+            raise OptionError(f"{', '.join(self.read)}: frames have been read already: give such options when the source is "
+                              "opened")
+        self.raises = self.read.get("broken") == "raise"
+        self.by_lumdump = self.format in _OF_LUMDUMP and not self.is_of_frames and not self.raises
+        self._check_output()
+
+    def _is_of_frames(self) -> bool:
+        given = self.source
+        if isinstance(given, Source):
+            return True
+        if isinstance(given, (str, os.PathLike, bytes, bytearray, memoryview)) or callable(getattr(given, "read", None)):
+            return False
+        if isinstance(given, (list, tuple)):
+            return bool(given) and all(isinstance(item, Frame) for item in given)
+        if isinstance(given, Iterable):
+            return True
+        raise TypeError(f"a source is given as {type(given).__name__}; right is what open() takes, a Source, or frames")
+
+    def _check_output(self) -> None:
+        for name, value in self.output.items():
+            applies = _APPLIES[name]
+            if self.by_lumdump and name not in ("compression", "preset"):
+                continue
+            if self.format not in applies:
+                raise OptionError(f"{name} does not go with the format {self.format}; it goes with {', '.join(applies)}")
+            if name in _ONLY_BY_LUMDUMP:
+                raise OptionError(f"{name} needs a capture as source and not frames, and not broken=\"raise\": lumdump does it")
+            if name == "time" and value not in TIMES:
+                raise OptionError(f"time is {value!r}; right is " + ", ".join(f'"{time}"' for time in TIMES))
+        if not self.by_lumdump and self.format in ("png", "pcap", "pcapng"):
+            raise OptionError(f"{self.format} needs a capture as source and not frames, and not broken=\"raise\": lumdump "
+                              "writes it")
+
+    @property
+    def time(self) -> str:
+        """What timestamps are."""
+        return str(self.output.get("time", "sensor"))
+
+    def layout(self) -> Layout:
+        """The columns of a table."""
+        preset = self.output.get("preset")
+        columns = self.output.get("columns")
+        if preset is not None:
+            check_preset(preset, columns)
+            return Layout((), preset)
+        kind = WRITERS.get(self.format)
+        if kind is not None and kind.needs is not None:
+            return Layout(kind.needs)
+        names = check_names(columns, ("x", "y", "z") if self.format == "xyz" else FILE_COLUMNS)
+        if self.format in FORMATS and not set(names) <= {*FILE_COLUMNS, "time"}:
+            raise OptionError(f"columns: {self.format} has {', '.join(FILE_COLUMNS)} and time")
+        return Layout(names, time=self.time)
+
+
+# --- By lumdump ---
+
+
+def _sources(plan: _Plan, kept: contextlib.ExitStack) -> Any:
+    """What lumdump reads: paths, or an object with read()."""
+    given = open_input(plan.source)
+    kept.callback(given.close)
+    if isinstance(given, Files):
+        plan.paths = given.paths
+        return given.paths
+    return given._rewind() if isinstance(given, Stream) else io.BytesIO(plan.source)
+
+
+def _made_by(name: str, rotates: bool) -> dict[str, tuple[int, int]]:
+    """The files that outputs of this name have, and what tells one from another of the same name."""
+    folder, base = os.path.split(name)
+    if "%" in base:
+        before, after = _PATTERN.split(base)[0], _PATTERN.split(base)[-1]
+        pattern = re.escape(before) + r" *\d+" + re.escape(after)
+    elif rotates:
+        stem, dot, ending = base.rpartition(".")
+        pattern = re.escape(stem if dot else base) + r"-\d{4,}" + re.escape(dot + ending if dot else "")
+    else:
+        pattern = re.escape(base)
+    out = {}
+    with contextlib.suppress(OSError):
+        for entry in os.scandir(folder or "."):
+            if re.fullmatch(pattern, entry.name):
+                status = entry.stat()
+                out[os.path.join(folder, entry.name)] = status.st_ino, status.st_mtime_ns
+    return out
+
+
+def _bytes_of(source: Any) -> int:
+    if isinstance(source, io.BytesIO):
+        return len(source.getbuffer())
+    return sum(os.path.getsize(path) for path in source if os.path.isfile(path)) if isinstance(source, list) else 0
+
+
+def _by_lumdump(plan: _Plan) -> Summary:
+    if "{utc_ns}" in plan.name:
+        raise OptionError(f"{plan.name}: {{utc_ns}} goes with {', '.join(WRITERS)}; use %04d, the number of the frame")
+    options = {name: value for name, value in {**plan.read, **plan.output}.items() if name not in ("broken", "progress")}
+    with contextlib.ExitStack() as kept:
+        source = _sources(plan, kept)
+        folder = kept.enter_context(tempfile.TemporaryDirectory(prefix="lumsdk-"))
+        arguments = [f"--format={plan.format}", *_lumdump.arguments(options, folder)]
+        total = _bytes_of(source)
+        if plan.progress is not None:
+            plan.progress(0, total)
+        with local_for(plan.name, plan.storage) as local:
+            before = _made_by(local, "rotate" in options)
+            said = _lumdump.run(source, local, arguments)
+            made = {name: mark for name, mark in _made_by(local, "rotate" in options).items() if before.get(name) != mark}
+            size = sum(os.path.getsize(name) for name in made)
+        if plan.progress is not None:
+            plan.progress(total, total)
+    names = sorted(made)
+    if is_url(plan.name):
+        names = [plan.name.rsplit("/", 1)[0] + "/" + os.path.basename(name) for name in names]
+    return Summary(source=said["source"], format=plan.format, outputs=names, frames=said["frames"], points=said["points"],
+                   bytes=size, truncated=said["truncated"], sensors=[sensor["address"] for sensor in said["sensors"]],
+                   losses={cause: said[cause] for cause in LOSSES if cause in said},
+                   left_out=sum(output[why] for output in said["left_out"] for why in ("late", "cut", "no_place")))
+
+
+# --- Of frames ---
+
+
+class _Cancelled(Exception):
+    """The output was given up."""
+
+
+class _File:
+    """A file that grows frame by frame: one that Python writes, or one of the library."""
+
+    def __init__(self, plan: _Plan, about: About, layout: Layout, name: str) -> None:
+        self.name = name
+        self._url: Optional[contextlib.ExitStack] = None
+        self._target: Optional[AnyTarget] = None
+        self.bytes = 0
+        if plan.format in FORMATS:
+            self._begin_points(plan, about)
+        else:
+            self._begin(plan, about, layout)
+
+    def _begin(self, plan: _Plan, about: About, layout: Layout) -> None:
+        self._target = UrlTarget(self.name, plan.storage) if is_url(self.name) else Target(self.name)
+        try:
+            compression = plan.output.get("compression")
+            kind = WRITERS[plan.format]
+            if compression is not None and compression not in kind.compressions:
+                raise OptionError(f"compression is {compression!r}; right for {plan.format} is one of "
+                                  f"{', '.join(kind.compressions)}")
+            self._writer: Union[Writer, PointsFile] = kind(Job(self._target, about, layout, plan.time, compression))
+        except BaseException:
+            self._target.discard()
+            raise
+
+    def _begin_points(self, plan: _Plan, about: About) -> None:
+        self._url = contextlib.ExitStack()
+        self._local = self._url.enter_context(local_for(self.name, plan.storage))
+        has_comment = plan.format not in _APPLIES["comments"] or bool(plan.output.get("comments"))
+        columns = check_names(plan.output["columns"], ()) if "columns" in plan.output else None
+        try:
+            self._writer = PointsFile(self._local, plan.format, about.text() if has_comment else "", columns,
+                                      bool(plan.output.get("ascii")), plan.time)
+        except BaseException:
+            self._forget()
+            raise
+
+    def _forget(self) -> None:
+        """Send nothing to the URL."""
+        with contextlib.suppress(_Cancelled):
+            if self._url is not None:
+                self._url.__exit__(_Cancelled, _Cancelled(), None)
+
+    def add(self, frame: Frame) -> None:
+        """Append a frame."""
+        self._writer.add(frame)
+
+    def finish(self, losses: dict[str, int], last_look: Callable[[], None]) -> None:
+        """Complete it; then it has its name, unless last_look() raises before."""
+        if isinstance(self._writer, PointsFile):
+            assert self._url is not None
+            self._writer.finish()
+            self.bytes = os.path.getsize(self._local)
+            self._url.close()
+        else:
+            assert self._target is not None
+            self._writer.finish(losses)
+            self.bytes = self._target.finish(last_look)
+
+    def discard(self) -> None:
+        """Leave nothing of it."""
+        if isinstance(self._writer, PointsFile):
+            self._writer.discard()
+            self._forget()
+        else:
+            assert self._target is not None
+            with contextlib.suppress(Exception):
+                self._writer.abort()
+            self._target.discard()
+
+
+class _Output:
+    """The file, or the file of each frame."""
+
+    def __init__(self, plan: _Plan, about: About) -> None:
+        self._plan, self._about, self._layout = plan, about, plan.layout()
+        self.names: list[str] = []
+        self.bytes = self.frames = self.points = 0
+        self.cancelled = False
+        """Whether nothing is to be left of it; set by another thread."""
+        self._sensor: Optional[str] = None
+        self._file: Optional[_File] = None if plan.is_pattern else self._open(plan.name)
+
+    def _open(self, name: str) -> _File:
+        for path in self._plan.paths:
+            if not is_url(name) and os.path.exists(name) and os.path.exists(path) and os.path.samefile(name, path):
+                raise OptionError(f"{name} is the source itself, which this run reads: name another output")
+        return _File(self._plan, self._about, self._layout, name)
+
+    def _check_sensor(self, frame: Frame) -> None:
+        self._sensor = self._sensor or frame.sensor
+        if frame.sensor != self._sensor and (self._plan.is_pattern or "sensor" not in self._layout.columns):
+            raise OptionError(f"{self._about.source}: packets of several sensors; choose one by sensor=: {self._sensor} "
+                              f"{frame.sensor}" + ("; a table can have a column \"sensor\""
+                                                   if self._plan.format in _OF_TABLES else ""))
+
+    def _check_cancelled(self) -> None:
+        if self.cancelled:
+            raise _Cancelled
+
+    def add(self, frame: Frame) -> None:
+        """Append a frame."""
+        self._check_cancelled()
+        self._check_sensor(frame)
+        if self._plan.is_pattern:
+            if not len(frame):
+                self.frames += 1
+                return
+            self._file = self._open(_name_for(self._plan.name, frame))
+        assert self._file is not None
+        self._file.add(frame)
+        self.frames += 1
+        self.points += len(frame)
+        if self._plan.is_pattern:
+            self.finish(frame.losses)
+
+    def finish(self, losses: dict[str, int]) -> None:
+        """Complete it."""
+        self._check_cancelled()
+        if self._file is not None:
+            self._file.finish(losses, self._check_cancelled)
+            self.names.append(self._file.name)
+            self.bytes += self._file.bytes
+        self._file = None
+
+    def discard(self) -> None:
+        """Leave nothing of what is not complete."""
+        if self._file is not None:
+            self._file.discard()
+        self._file = None
+
+
+_WAIT_S = 0.05
+_LAST = None
+
+
+class _Thread(threading.Thread):
+    """Writes frames while the next ones are read, and so that Ctrl-C need not wait for it.
+
+    From its start on the output is its own. It is no daemon, so that a program ends only when nothing is left of an
+    output that was given up.
+    """
+
+    def __init__(self, output: _Output) -> None:
+        super().__init__(name="lumsdk-convert", daemon=False)
+        self._output = output
+        self._queue: queue.Queue[Optional[Frame]] = queue.Queue(2)
+        self._losses: dict[str, int] = {}
+        self.error: Optional[BaseException] = None
+
+    def run(self) -> None:
+        try:
+            for frame in iter(self._queue.get, _LAST):
+                self._output.add(frame)
+            self._output.finish(self._losses)
+        except BaseException as error:
+            self.error = error
+            self._output.discard()
+
+    def _put(self, frame: Optional[Frame]) -> None:
+        while self.error is None:
+            with contextlib.suppress(queue.Full):
+                self._queue.put(frame, timeout=_WAIT_S)
+                return
+
+    def write(self, frames: Iterable[Frame], losses: Callable[[], dict[str, int]]) -> None:
+        """Write all of them, and complete the output."""
+        for frame in frames:
+            if not isinstance(frame, Frame):
+                raise TypeError(f"the source gives {type(frame).__name__} and not frames")
+            self._put(frame)
+            if self.error is not None:
+                raise self.error
+        self._losses = losses()
+        self._put(_LAST)
+        while self.is_alive():
+            self.join(_WAIT_S)
+        if self.error is not None:
+            raise self.error
+
+    def stop(self, waits: bool) -> None:
+        """End it early, and leave nothing of the output.
+
+        Args:
+            waits: until that is done; else what it is doing just now goes on for a while.
+        """
+        self._output.cancelled = True
+        with contextlib.suppress(queue.Full):
+            self._queue.put_nowait(_LAST)
+        self.join(None if waits else _WAIT_S)
+
+
+def _about(source: Optional[Source], read: Mapping[str, Any]) -> About:
+    told = {name: value for name, value in read.items() if name not in _UNTOLD}
+    options = _lumdump.arguments(told, "")
+    if source is None:
+        return About(f"lumsdk {VERSION}", "frames", options)
+    calibration, profile = source.calibration, source.profile
+    name = source.name.replace("\\", "/").rsplit("/", 1)[-1]
+    return About(f"lumsdk {VERSION}", name, options, calibration.to_yaml(), profile.to_yaml(),
+                 calibration == Calibration(), profile == Profile(), source.provenance)
+
+
+def _write(plan: _Plan, frames: Iterable[Frame], source: Optional[Source]) -> Summary:
+    about = _about(source, plan.read)
+    output = _Output(plan, about)
+    thread = _Thread(output)
+    thread.start()
+    try:
+        thread.write(frames, lambda: source.losses if source is not None else {})
+    except BaseException as error:
+        thread.stop(isinstance(error, Exception))
+        raise
+    summary = Summary(source=about.source, format=plan.format, outputs=output.names, frames=output.frames,
+                      points=output.points, bytes=output.bytes, truncated=False, sensors=[], losses={}, left_out=0)
+    if source is not None:
+        counts = source.counts
+        summary["source"], summary["sensors"], summary["losses"] = source.name, source.sensors, source.losses
+        summary["frames"], summary["truncated"] = counts["frames"], source.truncated
+        summary["left_out"] = max(0, counts["points"] - output.points)
+    return summary
+
+
+def _paths_of(source: Source) -> list[str]:
+    return source._input.paths if isinstance(source._input, Files) else []
+
+
+def _by_frames(plan: _Plan) -> Summary:
+    if isinstance(plan.source, Source):
+        plan.paths = _paths_of(plan.source)
+        return _write(plan, plan.source, plan.source)
+    if plan.is_of_frames:
+        return _write(plan, plan.source, None)
+    kind = WRITERS.get(plan.format)
+    needs = kind.needs if kind is not None and kind.needs is not None else plan.layout().needs
+    if plan.format == "las":
+        needs = WRITERS["laz"].needs or ()
+    options: dict[str, Any] = {"broken": "warn", **plan.read, "columns": list(needs)}
+    with open(plan.source, **options) as source:
+        plan.paths = _paths_of(source)
+        return _write(plan, source, source)
+
+
+# --- The function ---
+
+
+class Summary(TypedDict):
+    """What a conversion did: a dictionary. Where lumdump's JSON has the same facts, they are the same."""
+
+    source: str
+    """Its name."""
+    format: str
+    """The name of the format."""
+    outputs: list[str]
+    """The files that were made."""
+    frames: int
+    """Frames of the capture, or how many frames were given."""
+    points: int
+    """Points that were written."""
+    bytes: int
+    """Size of the outputs together."""
+    truncated: bool
+    """Whether the capture breaks off before its end."""
+    sensors: list[str]
+    """Addresses of the sensors."""
+    losses: dict[str, int]
+    """What is missing in the capture, by cause, with lumdump's names; empty if frames were given."""
+    left_out: int
+    """Points that were asked for and are in no file, since their line came too late or was beyond the most of a frame."""
+
+
+def convert(source: Any, destination: Union[str, os.PathLike[str]], **options: Any) -> Summary:
+    """Write a capture, or frames, to a file of another format.
+
+        lumsdk.convert("drive.pcap", "drive.laz", returns="last")
+        lumsdk.convert("drive.pcap", "frames/%04d.bin", range=(2, 80))
+        lumsdk.convert(sensor.frames(duration=5), "now.parquet")
+
+    Memory does not grow with the capture. A file has its name only when it is whole and on the disk: an interruption or
+    an exception leaves nothing, and a file that is replaced stays as it is until then.
+
+    Args:
+        source: what open() takes, a Source, or frames: one, a list, or anything that gives them one by one.
+        destination: a path, or a URL (fsspec; sent under a temporary key, which gets the name at the end). Its ending is
+            the format: .csv .ply .pcd .las .xyz .png .pcap .pcapng, which lumdump writes with the same bytes as by
+            itself, and .laz .parquet .feather .npy .npz .bin (KITTI). A %d or %04d in it stands for the number of a
+            frame: then each frame has a file. Also {utc_ns} of those formats that lumdump does not write.
+
+    Options, all of open(), and of the output:
+        format       of the destination, whatever its ending is
+        columns      of csv, ply, pcd, parquet, feather, npy and npz: names, or "all"; x y z range azimuth elevation
+                     pulse_width timestamp frame eye line pixel return_number number_of_returns edge if not given;
+                     also time, and of the latter four strongest and sensor
+        time         what timestamps are: "sensor", the sensor's clock; "utc"; "arrival"
+        preset       of parquet and feather: "argoverse2", its columns in its types
+        compression  of parquet and feather: "zstd", "lz4", "none" and so on
+        ascii, comments, organized, rotate, duration, packets: as of lumdump, for what it writes
+        storage_options  a mapping for fsspec
+
+    Unlike open(), convert() warns of a capture that breaks off (broken="warn"), as lumdump does.
+
+    Returns:
+        What was done: a mapping with source, format, outputs, frames, points, bytes, truncated, sensors, losses (by
+        cause) and left_out.
+
+    Raises:
+        OptionError: an option is not allowed, or does not go with the format.
+        CaptureError: the capture cannot be read.
+        Error: the file cannot be written (also an OSError), or a library is missing; the message names its extra.
+        TypeError: the source or an option is of a wrong type.
+    """
+    plan = _Plan(source, destination, options)
+    return _by_lumdump(plan) if plan.by_lumdump else _by_frames(plan)

@@ -1,0 +1,350 @@
+"""The formats that Python writes: LAZ, Parquet, Feather, npy, npz and KITTI's bin. A writer takes frames one by one."""
+from __future__ import annotations
+
+import json
+import shutil
+import struct
+import tempfile
+import uuid
+import zipfile
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, BinaryIO, ClassVar, Optional, Union
+
+import numpy as np
+
+from ._errors import Error, OptionError
+from ._table import Array, Layout, about_frame, arrow_batch, arrow_schema, extra, value
+from ._target import Target, UrlTarget
+
+if TYPE_CHECKING:
+    from ._frame import Frame
+
+AnyTarget = Union[Target, UrlTarget]
+
+
+# --- Where the points come from ---
+
+
+@dataclass
+class About:
+    """Where the points of a file come from."""
+
+    program: str
+    source: str
+    options: list[str] = field(default_factory=list)
+    calibration: str = ""
+    """YAML with all keys."""
+    profile: str = ""
+    """YAML with all keys."""
+    usual_calibration: bool = True
+    usual_profile: bool = True
+    earlier: list[str] = field(default_factory=list)
+    """What the source itself says of its origin."""
+
+    def text(self) -> str:
+        """As lumdump writes it into files: YAML documents, with --- between them."""
+        lines = ["# lumsdk origin 1", f"program: {json.dumps(self.program)}", f"source: {json.dumps(self.source)}"]
+        if self.options:
+            lines += ["options:", *(f"  - {json.dumps(option)}" for option in self.options)]
+        lines.append(f"calibration: {'built-in' if self.usual_calibration else 'below'}")
+        lines.append(f"profile: {'built-in' if self.usual_profile else 'below'}")
+        documents = ["\n".join(lines) + "\n"]
+        if not self.usual_calibration:
+            documents.append(f"# lumsdk calibration 1\n{self.calibration}")
+        if not self.usual_profile:
+            documents.append(f"# lumsdk profile 1\n{self.profile}")
+        return "---\n".join(documents + self.earlier)
+
+    def metadata(self) -> dict[str, str]:
+        """As keys and texts."""
+        return {"lumsdk.program": self.program, "lumsdk.source": self.source, "lumsdk.options": json.dumps(self.options),
+                "lumsdk.calibration": self.calibration, "lumsdk.profile": self.profile}
+
+
+@dataclass
+class Job:
+    """What a writer is to write."""
+
+    target: AnyTarget
+    about: About
+    layout: Layout
+    time: str = "sensor"
+    compression: Optional[str] = None
+
+
+class Writer:
+    """A file of one format. Frames are added one by one, then finish() completes what is in the file."""
+
+    name: ClassVar[str]
+    extra: ClassVar[str] = ""
+    module: ClassVar[str] = ""
+    has_columns: ClassVar[bool] = True
+    compressions: ClassVar[tuple[str, ...]] = ()
+    needs: ClassVar[Optional[tuple[str, ...]]] = None
+    """The columns of frames if the layout does not decide."""
+
+    def __init__(self, job: Job) -> None:
+        self._job = job
+        self._file: BinaryIO = job.target.file
+
+    def add(self, frame: Frame) -> None:
+        """Append the points of a frame."""
+        raise NotImplementedError
+
+    def finish(self, losses: dict[str, int]) -> None:
+        """Complete what is in the file."""
+
+    def abort(self) -> None:
+        """Let go of all that the file needed; what is in it does not matter any more."""
+
+
+# --- LAZ ---
+
+_SCALE = 0.0001
+_LIMIT = 214748.0
+_UNIX_TO_ADJUSTED_S = 1315964782
+_ABOUT_LAS = ("Points of a Luminar Model G2: metres, x forward, y left, z up. intensity: pulse width in units of 0.01 ns, "
+              "655.35 ns or more as 65535. gps_time: adjusted standard GPS time (UTC + 18 s) if the global encoding says "
+              "so, else seconds of the sensor's clock. return_number and number_of_returns above 15 stand as 15; the "
+              "extra bytes hold them whole. scanner_channel: 0 blue eye, 1 green eye. scan_angle: azimuth.")
+_EXTRAS = (("range", "f4", "metres from the eye"), ("azimuth", "f4", "degrees, of the eye"),
+           ("elevation", "f4", "degrees, of the eye"), ("pulse_width", "f4", "nanoseconds, 0 if unknown"),
+           ("frame", "i4", "number of the frame"), ("line", "u4", "number of the line"),
+           ("pixel", "u2", "of the line, 0 to 999"), ("full_return_number", "u2", "from 1, of the edge"),
+           ("full_number_of_returns", "u2", "of the pixel and edge"), ("eye", "u1", "0 blue, 1 green"),
+           ("edge", "u1", "1 rising, 0 falling"))
+_DATE_AT = 90
+
+
+def _away(scaled: Array) -> Array:
+    """Rounded, half a unit away from zero."""
+    return np.asarray(np.trunc(scaled + np.copysign(0.5, scaled)))
+
+
+class Laz(Writer):
+    """LAS 1.4, point format 6 with extra bytes, compressed: field by field what lumdump writes as LAS."""
+
+    name = "laz"
+    extra = "laz"
+    module = "laspy"
+    has_columns = False
+    needs = ("x", "y", "z", "range", "azimuth", "elevation", "pulse_width", "line", "pixel", "return_number",
+             "number_of_returns", "eye", "edge")
+
+    def __init__(self, job: Job) -> None:
+        super().__init__(job)
+        self._laspy = extra("laspy", "laz")
+        extra("lazrs", "laz")
+        header = self._header()
+        self._dtype = header.point_format.dtype()
+        self._format = header.point_format
+        self._writer = self._laspy.LasWriter(self._file, header, do_compress=True, closefd=False,
+                                             laz_backend=self._laspy.LazBackend.LazrsParallel)
+
+    def _header(self) -> Any:
+        laspy = self._laspy
+        header = laspy.LasHeader(point_format=6, version="1.4")
+        header.add_extra_dims([laspy.ExtraBytesParams(name, dtype, about) for name, dtype, about in _EXTRAS])
+        header.scales, header.offsets = np.full(3, _SCALE), np.zeros(3)
+        header.system_identifier = "Luminar Model G2"
+        header.generating_software = self._job.about.program
+        header.uuid = uuid.UUID(int=0)
+        header.global_encoding.wkt = True
+        if self._job.time != "sensor":
+            header.global_encoding.gps_time_type = laspy.header.GpsTimeType.STANDARD
+        header.vlrs.append(laspy.VLR("LASF_Spec", 3, "what the fields mean", _ABOUT_LAS.encode()))
+        header.vlrs.append(laspy.VLR("lumsdk", 1, "where the points come from", self._job.about.text().encode()))
+        return header
+
+    def add(self, frame: Frame) -> None:
+        if len(frame):
+            self._writer.write_points(self._laspy.PackedPointRecord(self._points(frame), self._format))
+
+    def _points(self, frame: Frame) -> Any:
+        out: Any = np.zeros(len(frame), self._dtype)
+        for name in "xyz":
+            metres = value(frame, name)
+            if not np.all(np.abs(metres) < _LIMIT):
+                raise OptionError(f"a point of frame {frame.number} lies farther than {_LIMIT:.0f} m from the origin, which "
+                                  f"LAS cannot hold at a scale of {_SCALE:g} m")
+            out[name.upper()] = _away(metres.astype("f8") / _SCALE)
+        width = value(frame, "pulse_width")
+        out["intensity"] = np.clip(np.floor(width.astype("f8") * 100.0 + 0.5), 0, 65535)
+        number, count = (np.minimum(value(frame, name), 15).astype("u1") for name in ("return_number", "number_of_returns"))
+        out["bit_fields"] = number | count << 4
+        out["classification_flags"] = (value(frame, "eye") & 3) << 4
+        out["scan_angle"] = np.clip(_away(value(frame, "azimuth").astype("f8") / 0.006), -30000, 30000)
+        out["gps_time"] = self._seconds(value(frame, "timestamp", self._job.time))
+        for name, _, _ in _EXTRAS:
+            out[name] = value(frame, name[5:] if name.startswith("full_") else name)
+        return out
+
+    def _seconds(self, us: Array) -> Array:
+        whole = np.trunc(us / 1000000).astype("i8")
+        shift = 0 if self._job.time == "sensor" else _UNIX_TO_ADJUSTED_S
+        return np.asarray((whole - shift).astype("f8") + (us - whole * 1000000).astype("f8") / 1e6)
+
+    def finish(self, losses: dict[str, int]) -> None:
+        self._writer.close()
+        self._file.seek(_DATE_AT)
+        self._file.write(bytes(4))  # no date: equal points make equal files
+        self._file.seek(0, 2)
+
+    def abort(self) -> None:
+        self._writer.close()
+
+
+# --- Parquet and Feather ---
+
+
+class Parquet(Writer):
+    """Parquet: a row group a frame, metadata of the file and of each column."""
+
+    name = "parquet"
+    extra = "parquet"
+    module = "pyarrow"
+    compressions = ("zstd", "snappy", "gzip", "lz4", "none")
+
+    def __init__(self, job: Job) -> None:
+        super().__init__(job)
+        pq = extra("pyarrow.parquet", "parquet")
+        if not hasattr(pq.ParquetWriter, "add_key_value_metadata"):
+            raise Error("pyarrow is too old: 16 or later is needed: pip install -U lumsdk[parquet]")
+        self._schema = arrow_schema(job.layout, job.about.metadata())
+        self._writer = pq.ParquetWriter(self._file, self._schema, compression=job.compression or "zstd")
+        self._frames: list[str] = []
+
+    def add(self, frame: Frame) -> None:
+        batch = arrow_batch(self._job.layout, frame, self._schema)
+        self._writer.write_batch(batch, row_group_size=max(1, len(frame)))
+        self._frames.append(json.dumps(about_frame(frame)))
+
+    def finish(self, losses: dict[str, int]) -> None:
+        self._writer.add_key_value_metadata({"lumsdk.frames": f"[{', '.join(self._frames)}]",
+                                             "lumsdk.losses": json.dumps(losses)})
+        self._writer.close()
+
+    def abort(self) -> None:
+        self._writer.close()
+
+
+class Feather(Writer):
+    """Feather version 2, which is Arrow's IPC file: a record batch a frame."""
+
+    name = "feather"
+    extra = "parquet"
+    module = "pyarrow"
+    compressions = ("lz4", "zstd", "none")
+
+    def __init__(self, job: Job) -> None:
+        super().__init__(job)
+        pa = extra("pyarrow", "parquet")
+        compression = job.compression or "lz4"
+        options = pa.ipc.IpcWriteOptions(compression=None if compression == "none" else compression)
+        self._schema = arrow_schema(job.layout, job.about.metadata())
+        self._writer = pa.ipc.new_file(self._file, self._schema, options=options)
+
+    def add(self, frame: Frame) -> None:
+        batch = arrow_batch(self._job.layout, frame, self._schema)
+        self._writer.write_batch(batch, custom_metadata={"lumsdk.frame": json.dumps(about_frame(frame))})
+
+    def finish(self, losses: dict[str, int]) -> None:
+        self._writer.close()
+
+    def abort(self) -> None:
+        self._writer.close()
+
+
+# --- npy, npz and KITTI ---
+
+
+def npy_header(dtype: np.dtype[Any], count: Optional[int]) -> bytes:
+    """The header of an npy file of one dimension. It has the same length for every count; None is scalar."""
+    shape = "()" if count is None else f"({count},)"
+    text = f"{{'descr': {np.lib.format.dtype_to_descr(dtype)!r}, 'fortran_order': False, 'shape': {shape}, }}"
+    room = len(text) - len(shape) + 24
+    total = -(-(10 + room + 1) // 64) * 64
+    return b"\x93NUMPY\x01\x00" + struct.pack("<H", total - 10) + text.encode().ljust(total - 11) + b"\n"
+
+
+class Npy(Writer):
+    """An array of records, a field a column, of all frames."""
+
+    name = "npy"
+
+    def __init__(self, job: Job) -> None:
+        super().__init__(job)
+        self._dtype = job.layout.dtype()
+        self._count = 0
+        self._file.write(npy_header(self._dtype, 0))
+
+    def add(self, frame: Frame) -> None:
+        self._count += len(frame)
+        self._file.write(self._job.layout.structured(frame).tobytes())
+
+    def finish(self, losses: dict[str, int]) -> None:
+        self._file.seek(0)
+        self._file.write(npy_header(self._dtype, self._count))
+        self._file.seek(0, 2)
+
+
+_BLOCK = 1 << 20
+
+
+class Npz(Writer):
+    """An array a column, of all frames, and "metadata", a text of JSON.
+
+    Each column grows in a file of its own beside the target until the end, so that memory does not grow.
+    """
+
+    name = "npz"
+
+    def __init__(self, job: Job) -> None:
+        super().__init__(job)
+        self._columns = [tempfile.TemporaryFile(dir=job.target.folder) for _ in job.layout.columns]
+        self._count = 0
+        self._frames: list[dict[str, Any]] = []
+
+    def add(self, frame: Frame) -> None:
+        for file, column in zip(self._columns, self._job.layout.values(frame)):
+            file.write(np.ascontiguousarray(column).tobytes())
+        self._count += len(frame)
+        self._frames.append(about_frame(frame))
+
+    def finish(self, losses: dict[str, int]) -> None:
+        with zipfile.ZipFile(self._file, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
+            for name, file in zip(self._job.layout.columns, self._columns):
+                with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
+                    member.write(npy_header(self._job.layout.about(name)[0], self._count))
+                    file.seek(0)
+                    shutil.copyfileobj(file, member, _BLOCK)
+            about = {**self._job.about.metadata(), "lumsdk.frames": self._frames, "lumsdk.losses": losses}
+            text = np.array(json.dumps(about))
+            archive.writestr(zipfile.ZipInfo("metadata.npy"), npy_header(text.dtype, None) + text.tobytes())
+        self.abort()
+
+    def abort(self) -> None:
+        for file in self._columns:
+            file.close()
+
+
+_FULL_NS = np.float32(25.5)
+
+
+class Kitti(Writer):
+    """KITTI's bin: x, y, z and reflectance as float32, without a header."""
+
+    name = "bin"
+    has_columns = False
+    needs = ("x", "y", "z", "pulse_width")
+
+    def add(self, frame: Frame) -> None:
+        out = np.empty((len(frame), 4), "<f4")
+        for i, name in enumerate("xyz"):
+            out[:, i] = value(frame, name)
+        np.minimum(value(frame, "pulse_width") / _FULL_NS, 1, out=out[:, 3])
+        self._file.write(out.tobytes())
+
+
+WRITERS: dict[str, type[Writer]] = {kind.name: kind for kind in (Laz, Parquet, Feather, Npy, Npz, Kitti)}
+"""The formats that Python writes, by name; the ending of a file is a dot and this name."""

@@ -1,0 +1,205 @@
+"""Conversions that the program lumdump does: it writes, and its summary and its messages come back."""
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import signal
+import subprocess
+import tempfile
+import threading
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import IO, Any, Optional, Union
+
+from ._errors import CaptureError, CaptureWarning, Error, OptionError
+from ._programs import find
+from ._settings import Calibration, Profile
+
+_BLOCK = 1 << 20
+_END_S = 10.0
+
+
+# --- Options as arguments ---
+
+
+def _number(value: object) -> str:
+    if value is None or (isinstance(value, float) and math.isinf(value)):
+        return ""
+    return str(value)
+
+
+def _limits(value: Any) -> str:
+    return value if isinstance(value, str) else ":".join(_number(v) for v in value)
+
+
+def _box(value: Any) -> str:
+    return value if isinstance(value, str) else ",".join(_limits(axis) for axis in value)
+
+
+def _frames(value: Any) -> str:
+    if isinstance(value, range):
+        value = (value[0], value[-1])
+    return f"{value}:{value}" if hasattr(value, "__index__") else _limits(value)
+
+
+def _smooth(value: Any) -> str:
+    return ":".join(map(str, value)) if isinstance(value, (tuple, list)) else str(value)
+
+
+def _columns(value: Any) -> str:
+    return value if isinstance(value, str) else ",".join(value)
+
+
+_TEXTS: Mapping[str, Callable[[Any], str]] = {"range": _limits, "box": _box, "frames": _frames, "smooth": _smooth,
+                                              "columns": _columns}
+_NAMES = {"returns": "return"}
+_FLAGS = ("ascii", "comments", "organized")
+
+
+def flatten(settings: Any) -> list[str]:
+    """The option set= as texts KEY=VALUE."""
+    if isinstance(settings, str):
+        return [settings]
+    if not isinstance(settings, Mapping):
+        return [str(entry) for entry in settings]
+    out = []
+    for key, value in settings.items():
+        if isinstance(value, Mapping):
+            out += [f"{key}.{entry}" for entry in flatten(value)]
+        else:
+            out.append(f"{key}={value}")
+    return out
+
+
+def _setting_file(name: str, value: Any, folder: str) -> str:
+    """The path of a calibration or a profile."""
+    if isinstance(value, os.PathLike) or (isinstance(value, str) and "\n" not in value):
+        return os.fsdecode(value)
+    kind: type[Union[Calibration, Profile]] = Calibration if name == "calibration" else Profile
+    path = os.path.join(folder, f"{name}.yaml")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write((value if isinstance(value, kind) else kind(value)).to_yaml())
+    return path
+
+
+def arguments(options: Mapping[str, Any], folder: str) -> list[str]:
+    """Options of Python, which were checked, as those of lumdump.
+
+    Args:
+        options: by their names in Python.
+        folder: for files with values that have none.
+    """
+    out = []
+    for name, value in options.items():
+        if name in _FLAGS:
+            out += [f"--{name}"] if value else []
+        elif name == "set":
+            out += [f"--set={entry}" for entry in flatten(value)]
+        elif name in ("calibration", "profile"):
+            out.append(f"--{name}={_setting_file(name, value, folder)}")
+        else:
+            out.append(f"--{_NAMES.get(name, name)}={_TEXTS.get(name, str)(value)}")
+    return out
+
+
+# --- The run ---
+
+
+def _feed(file: Any, pipe: IO[bytes], failed: list[BaseException], process: subprocess.Popen[bytes]) -> None:
+    """The bytes of a file object to the program. If they end in a failure, the program must not take that for the end."""
+    try:
+        with contextlib.suppress(BrokenPipeError):
+            while True:
+                block = file.read(_BLOCK)
+                if not isinstance(block, (bytes, bytearray, memoryview)):
+                    raise TypeError(f"read() gives {type(block).__name__} and not bytes: open the file with mode \"rb\"")
+                if not len(block):
+                    break
+                pipe.write(block)
+    except BaseException as error:
+        failed.append(error)
+        process.terminate()
+    finally:
+        with contextlib.suppress(OSError):
+            pipe.close()
+
+
+def _gather(pipe: IO[bytes], into: list[bytes]) -> None:
+    for block in iter(lambda: pipe.read(_BLOCK), b""):
+        into.append(block)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End the program, which removes what it has begun."""
+    if os.name == "nt":
+        process.terminate()
+    else:
+        process.send_signal(signal.SIGINT)
+    try:
+        process.wait(_END_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+def _say(lines: Sequence[str], status: int) -> None:
+    """Warnings of the program as warnings; its last sentence as an exception if it failed."""
+    said = []
+    for line in lines:
+        text = line[len("lumdump: "):] if line.startswith("lumdump: ") else ""
+        if text.startswith("warning: "):
+            warnings.warn(text[len("warning: "):], CaptureWarning, stacklevel=5)
+        elif text:
+            said.append(text)
+    if status == 0:
+        return
+    sentence = said[-1] if said else "\n".join(lines[-3:]) or f"lumdump ended with status {status}"
+    raise (OptionError if status == 2 else CaptureError)(sentence)
+
+
+def run(source: Union[Sequence[str], Any], output: str, options: Iterable[str]) -> dict[str, Any]:
+    """Convert.
+
+    Args:
+        source: paths, or an object with read() of bytes, which is read once.
+        output: the name of the output, as lumdump takes it.
+        options: further arguments.
+
+    Returns:
+        The summary that lumdump prints as JSON.
+
+    Raises:
+        OptionError, CaptureError: what lumdump says when it refuses or fails.
+        Whatever read() raises.
+    """
+    is_paths = isinstance(source, (list, tuple))
+    command = [find("lumdump"), *options, "--json", "-o", output, "--", *(source if is_paths else ["-"])]
+    with tempfile.TemporaryFile() as errors:
+        given = None if is_paths and "-" in source else subprocess.DEVNULL if is_paths else subprocess.PIPE
+        process = subprocess.Popen(command, stdin=given, stdout=subprocess.PIPE, stderr=errors)
+        printed: list[bytes] = []
+        failed: list[BaseException] = []
+        threads = [threading.Thread(target=_gather, args=(process.stdout, printed), daemon=True)]
+        if not is_paths:
+            threads.append(threading.Thread(target=_feed, args=(source, process.stdin, failed, process), daemon=True))
+        try:
+            for thread in threads:
+                thread.start()
+            process.wait()
+        except BaseException:
+            _end(process)
+            raise
+        for thread in threads:
+            thread.join()
+        if failed:
+            raise failed[0]
+        errors.seek(0)
+        lines = errors.read().decode(errors="replace").splitlines()
+    _say(lines, process.returncode)
+    try:
+        summary: dict[str, Any] = json.loads(b"".join(printed))
+    except ValueError as error:
+        raise Error(f"lumdump printed no summary: {error}") from error
+    return summary

@@ -1,0 +1,109 @@
+"""Frames into the formats of the library's writer of clouds: csv, ply, pcd, las and xyz."""
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, Optional
+
+import numpy as np
+
+from ._c import ffi, lib, sized, text
+from ._errors import Error, OptionError
+from ._table import Array, value
+from ._target import TargetError
+
+if TYPE_CHECKING:
+    from ._frame import Frame
+
+FORMATS = {"csv": lib.LUM_FORMAT_CSV, "ply": lib.LUM_FORMAT_PLY, "pcd": lib.LUM_FORMAT_PCD, "las": lib.LUM_FORMAT_LAS,
+           "xyz": lib.LUM_FORMAT_XYZ}
+"""The formats, by name."""
+
+_OF_SAMPLE = ("x", "y", "z", "range", "azimuth", "elevation", "pulse_width", "pixel", "return_number",
+              "number_of_returns", "edge")
+_TYPES = {"float": "f4", "uint16_t": "u2", "uint8_t": "u1"}
+
+
+def _sample_dtype() -> np.dtype[Any]:
+    fields = dict(ffi.typeof("lum_sample").fields)
+    return np.dtype({"names": list(fields), "formats": [_TYPES[f.type.cname] for f in fields.values()],
+                     "offsets": [f.offset for f in fields.values()], "itemsize": ffi.sizeof("lum_sample")})
+
+
+_SAMPLE = _sample_dtype()
+
+
+def _check(status: int, error: Any, kind: type[Error] = TargetError) -> None:
+    if status != 0:
+        raise kind(text(error.text))
+
+
+class PointsFile:
+    """A file that the library writes. It has its name after finish(); until then nothing of it is seen."""
+
+    def __init__(self, name: str, kind: str, comment: str, columns: Optional[tuple[str, ...]], is_ascii: bool,
+                 time: str) -> None:
+        """Begin.
+
+        Args:
+            name: of the file.
+            kind: one of FORMATS.
+            comment: where the points come from; empty: the file does not say it.
+            columns: of csv, ply and pcd; None: those of the format.
+            is_ascii: ply, pcd: text.
+            time: what timestamps are: "sensor", "utc" or "arrival".
+        """
+        self._error = ffi.new("lum_error *")
+        self._time = time
+        self._has_time = columns is not None and "time" in columns
+        self._names = ("x", "y", "z") if kind == "xyz" else tuple(
+            c for c in _OF_SAMPLE if columns is None or c in columns or c in "xyz" and kind == "las")
+        kept = [ffi.new("char[]", comment.encode())] if comment else []
+        if columns is not None:
+            kept.append(ffi.new("char[]", ",".join(columns).encode()))
+        options = sized("lum_writer_options", format=FORMATS[kind], ascii=is_ascii, utc=time != "sensor")
+        options.comment = kept[0] if comment else ffi.NULL
+        options.columns = kept[-1] if columns is not None else ffi.NULL
+        if columns is not None:
+            _check(lib.lum_writer_check_columns(options.columns, self._error), self._error, OptionError)
+        out = ffi.new("lum_writer **")
+        _check(lib.lum_writer_open(os.fsencode(name), options, out, self._error), self._error)
+        self._writer: Any = out[0]
+
+    def add(self, frame: Frame) -> None:
+        """Append the points of a frame, line by line."""
+        samples = self._samples(frame)
+        base = ffi.cast("char *", ffi.from_buffer(samples)) if len(samples) else ffi.NULL
+        times = value(frame, "time") if self._has_time else None
+        at = ffi.cast("char *", ffi.from_buffer(np.ascontiguousarray(times))) if times is not None and len(times) else None
+        stamps = self._stamps(frame)
+        line = sized("lum_line_samples", frame=frame.number)
+        found: Any
+        for found in frame.lines:
+            first, count = int(found["first_point"]), int(found["point_count"])
+            if not count:
+                continue
+            line.samples = ffi.cast("lum_sample *", base + first * _SAMPLE.itemsize)
+            line.count, line.timestamp_us = count, int(stamps[first])
+            line.line, line.eye = int(found["number"]), int(found["eye"])
+            line.times = ffi.NULL if at is None else ffi.cast("float *", at + 4 * first)
+            _check(lib.lum_writer_add(self._writer, line, self._error), self._error)
+
+    def _samples(self, frame: Frame) -> Array:
+        out = np.zeros(len(frame), _SAMPLE)
+        for name in self._names:
+            out[name] = value(frame, name)
+        return out
+
+    def _stamps(self, frame: Frame) -> Array:
+        return value(frame, "timestamp", self._time)
+
+    def finish(self) -> None:
+        """Complete it, and give it its name."""
+        writer, self._writer = self._writer, None
+        _check(lib.lum_writer_close(writer, self._error), self._error)
+
+    def discard(self) -> None:
+        """Remove what was written. Nothing happens after finish()."""
+        if self._writer is not None:
+            lib.lum_writer_abort(self._writer)
+        self._writer = None

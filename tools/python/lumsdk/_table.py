@@ -1,0 +1,318 @@
+"""Columns of frames as tables: what each column is, and frames as Arrow tables and data frames."""
+from __future__ import annotations
+
+import importlib
+import ipaddress
+import json
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, Union
+
+import numpy as np
+
+from ._errors import Error, OptionError
+
+if TYPE_CHECKING:
+    from ._frame import Frame
+
+Array = np.ndarray[Any, Any]
+Names = Union[str, Sequence[str], None]
+
+
+class Column(NamedTuple):
+    """What a column is."""
+
+    dtype: np.dtype[Any]
+    unit: str
+    """Of its numbers, empty if they have none."""
+    description: str
+
+
+def _column(dtype: str, unit: str, description: str) -> Column:
+    return Column(np.dtype(dtype), unit, description)
+
+
+COLUMNS: Mapping[str, Column] = {
+    "x": _column("f4", "m", "forward"),
+    "y": _column("f4", "m", "to the left"),
+    "z": _column("f4", "m", "up"),
+    "range": _column("f4", "m", "distance from the eye"),
+    "azimuth": _column("f4", "deg", "of the eye, positive to the left"),
+    "elevation": _column("f4", "deg", "of the eye, positive up"),
+    "pulse_width": _column("f4", "ns", "of the return; 0 if it is unknown"),
+    "timestamp": _column("i8", "us", "of the line: the sensor's clock, or since 1970-01-01 UTC"),
+    "frame": _column("i8", "", "number of the frame"),
+    "eye": _column("u1", "", "0 blue, 1 green"),
+    "line": _column("u4", "", "number of the line within the frame, from the top"),
+    "pixel": _column("u2", "", "of the line, 0 to 999"),
+    "return_number": _column("u2", "", "from 1, among the returns of the pixel and edge"),
+    "number_of_returns": _column("u2", "", "of the pixel and edge"),
+    "edge": _column("u1", "", "1 rising, 0 falling"),
+    "time": _column("f4", "s", "from the beginning of the frame"),
+    "strongest": _column("u1", "", "1 for the widest pulse of its pixel and edge"),
+    "sensor": _column("u4", "", "IPv4 address of the sensor as a number, its first part the highest"),
+}
+"""Every column of a table, with its type, its unit and its meaning."""
+
+FILE_COLUMNS = tuple(COLUMNS)[:15]
+"""The columns of a file if none are chosen: those of lumdump."""
+
+_OF_LINES = {"timestamp", "frame", "sensor"}
+"""Columns that a frame has for its lines or as a whole, and not for each point."""
+
+TIMES = ("sensor", "utc", "arrival")
+"""What can be in the column timestamp, by lumdump's names."""
+
+
+# --- Names ---
+
+
+def needed(columns: Sequence[str]) -> list[str]:
+    """The columns that frames must have, so that a table can have these."""
+    return [name for name in columns if name not in _OF_LINES]
+
+
+def available(frame: Frame) -> tuple[str, ...]:
+    """The columns that a table of a frame can have, without being asked for more than lumdump's."""
+    return tuple(name for name in COLUMNS if name in frame.columns or name in ("timestamp", "frame"))
+
+
+def check_names(columns: Names, default: Sequence[str]) -> tuple[str, ...]:
+    """Names as the user gives them: a sequence, or one text with commas."""
+    if columns is None:
+        return tuple(default)
+    if columns == "all":
+        return tuple(COLUMNS)
+    names = tuple(columns.split(",")) if isinstance(columns, str) else tuple(columns)
+    for name in names:
+        if not isinstance(name, str):
+            raise TypeError(f"columns: {name!r} is no name; give names such as [\"x\", \"range\"]")
+        if name not in COLUMNS:
+            raise OptionError(f"columns: '{name}' is no column; columns are {', '.join(COLUMNS)}")
+        if names.count(name) > 1:
+            raise OptionError(f"columns: '{name}' is there twice; give each column once")
+    if not names:
+        raise OptionError("columns: no column is named; give at least one")
+    return names
+
+
+# --- Values ---
+
+
+def _line_times(frame: Frame, time: str) -> Array:
+    lines = frame.lines
+    if time == "arrival":
+        return np.asarray(lines["arrival_ns"] // 1000)
+    clocks = np.asarray(lines["clock_us"])
+    if time == "sensor" or not len(clocks):
+        return clocks
+    if frame.utc_error_ns is None:
+        raise OptionError("time: 'utc' needs packets with a clock, which the profile does not have; "
+                          "use \"arrival\"")
+    return np.asarray(clocks - frame.info["begin_clock_us"] + frame.utc_ns // 1000)
+
+
+def sensor_number(frame: Frame) -> int:
+    """The address of the frame's sensor as a number."""
+    return int(ipaddress.IPv4Address(frame.sensor))
+
+
+def value(frame: Frame, name: str, time: str = "sensor") -> Array:
+    """A column of a frame, without a copy if the frame has it.
+
+    Args:
+        frame: the frame.
+        name: one of COLUMNS.
+        time: what the column timestamp is, one of TIMES.
+
+    Raises:
+        OptionError: the frame lacks the column.
+    """
+    if name == "timestamp":
+        return np.repeat(_line_times(frame, time).astype("i8"), frame.lines["point_count"])
+    if name == "frame":
+        return np.full(len(frame), frame.number, "i8")
+    if name == "sensor":
+        return np.full(len(frame), sensor_number(frame), "u4")
+    if name not in frame.columns:
+        raise OptionError(f"frame {frame.number} has no column '{name}', only {', '.join(frame.columns)}; "
+                          "name it in the option columns when the source is opened")
+    return frame[name]
+
+
+# --- Presets ---
+
+Preset = Mapping[str, "tuple[np.dtype[Any], str, str, Callable[[Frame], Array]]"]
+"""Of each column the type, the unit, what it is, and how it is made."""
+
+INTENSITY_NS = 0.1
+"""Nanoseconds of pulse width in a step of an intensity of 8 bits."""
+
+_RINGS = 32
+"""Laser numbers of each eye in Argoverse 2."""
+
+
+def intensity(frame: Frame) -> Array:
+    """Pulse widths as intensities from 0 to 255: steps of 0.1 ns; 25.5 ns and more are 255."""
+    steps = value(frame, "pulse_width") / np.float32(INTENSITY_NS)
+    return np.asarray(np.clip(np.rint(steps), 0, 255).astype("u1"))
+
+
+def _laser_number(frame: Frame) -> Array:
+    lines = value(frame, "line")
+    highest = int(np.max(frame.lines["number"])) if len(frame.lines) else 0
+    count = 64 if highest < 64 else max(640, highest + 1)
+    rings = lines.astype("u8") * _RINGS // count
+    return (rings + value(frame, "eye") * np.uint64(_RINGS)).astype("u1")
+
+
+def _offset_ns(frame: Frame) -> Array:
+    offsets = np.rint(value(frame, "time").astype("f8") * 1e9)
+    if len(offsets) and offsets.max() > np.iinfo("i4").max:
+        raise OptionError(f"frame {frame.number} lasts longer than 2.147 s, which offset_ns of Argoverse 2 cannot hold; "
+                          "use another format")
+    return offsets.astype("i4")
+
+
+def _half(name: str) -> Callable[[Frame], Array]:
+    return lambda frame: value(frame, name).astype("f2")
+
+
+PRESETS: Mapping[str, Preset] = {
+    "argoverse2": {
+        "x": (np.dtype("f2"), "m", "forward", _half("x")),
+        "y": (np.dtype("f2"), "m", "to the left", _half("y")),
+        "z": (np.dtype("f2"), "m", "up", _half("z")),
+        "intensity": (np.dtype("u1"), "0.1 ns", "pulse width; 255 for 25.5 ns and more", intensity),
+        "laser_number": (np.dtype("u1"), "", "0 to 31 blue eye from the top, 32 to 63 green eye", _laser_number),
+        "offset_ns": (np.dtype("i4"), "ns", "from the beginning of the frame", _offset_ns),
+    },
+}
+"""Columns as data sets have them, by the name of the preset."""
+
+PRESET_NEEDS: Mapping[str, tuple[str, ...]] = {
+    "argoverse2": ("x", "y", "z", "pulse_width", "line", "eye", "time"),
+}
+"""The columns that frames must have for a preset."""
+
+
+def check_preset(preset: str, columns: Names) -> None:
+    """Refuse a preset that is not known, or that comes with columns."""
+    if preset not in PRESETS:
+        raise OptionError(f"preset: '{preset}' is none; presets are {', '.join(PRESETS)}")
+    if columns is not None:
+        raise OptionError(f"columns: the preset '{preset}' has its own; leave one of the two out")
+
+
+class Layout:
+    """The columns of a table, and how they are made of a frame."""
+
+    def __init__(self, columns: Sequence[str], preset: str | None = None, time: str = "sensor") -> None:
+        self._time = time
+        self._preset = PRESETS[preset] if preset is not None else None
+        self.columns = tuple(self._preset) if self._preset is not None else tuple(columns)
+        self.needs = PRESET_NEEDS[preset] if preset is not None else tuple(needed(columns))
+
+    def about(self, name: str) -> tuple[np.dtype[Any], str, str]:
+        """Type, unit and description of a column."""
+        if self._preset is not None:
+            return self._preset[name][:3]
+        column = COLUMNS[name]
+        if name != "timestamp":
+            return column.dtype, column.unit, column.description
+        zero = "the sensor's clock" if self._time == "sensor" else "since 1970-01-01 UTC"
+        return column.dtype, column.unit, f"of the line: {zero}"
+
+    def values(self, frame: Frame) -> list[Array]:
+        """The columns of a frame."""
+        if self._preset is not None:
+            return [make(frame) for _, _, _, make in self._preset.values()]
+        return [value(frame, name, self._time) for name in self.columns]
+
+    def dtype(self) -> np.dtype[Any]:
+        """A point as a structured type."""
+        return np.dtype([(name, self.about(name)[0]) for name in self.columns])
+
+    def structured(self, frame: Frame) -> Any:
+        """The points of a frame as an array of records."""
+        out: Any = np.empty(len(frame), self.dtype())
+        for name, column in zip(self.columns, self.values(frame)):
+            out[name] = column
+        return out
+
+
+# --- Arrow and pandas ---
+
+
+def extra(module: str, name: str) -> Any:
+    """A module that an extra of the package installs."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise Error(f"{module.split('.')[0]} is missing: pip install lumsdk[{name}]") from error
+
+
+def about_frame(frame: Frame) -> dict[str, Any]:
+    """What is known of a frame as a whole, for metadata."""
+    return {"number": frame.number, "sensor": str(frame.sensor), "points": len(frame), "utc_ns": frame.utc_ns,
+            "utc_error_ns": frame.utc_error_ns, "complete": frame.complete}
+
+
+def arrow_schema(layout: Layout, metadata: Mapping[str, str]) -> Any:
+    """The schema of a table: types, and each field's unit and description as metadata."""
+    pa = extra("pyarrow", "parquet")
+    fields = []
+    for name in layout.columns:
+        dtype, unit, description = layout.about(name)
+        about = {"unit": unit, "description": description} if unit else {"description": description}
+        fields.append(pa.field(name, pa.from_numpy_dtype(dtype), nullable=False, metadata=about))
+    return pa.schema(fields, metadata=dict(metadata))
+
+
+def arrow_batch(layout: Layout, frame: Frame, schema: Any) -> Any:
+    """The points of a frame as a record batch."""
+    pa = extra("pyarrow", "parquet")
+    return pa.record_batch([pa.array(column) for column in layout.values(frame)], schema=schema)
+
+
+def _layout_for(frame: Frame, columns: Names, preset: str | None) -> Layout:
+    if preset is not None:
+        check_preset(preset, columns)
+        return Layout((), preset)
+    return Layout(check_names(columns, available(frame)))
+
+
+def to_arrow(frame: Frame, columns: Names = None, preset: str | None = None) -> Any:
+    """A frame as a pyarrow.Table.
+
+    Columns that lie together in the frame's memory are not copied; the table keeps that memory. Each field has its unit
+    and description as metadata; the schema's metadata has the frame as JSON, under "lumsdk.frame".
+
+    Args:
+        frame: the frame.
+        columns: names; by default those that the frame has, its number and the clock of each point's line (us).
+        preset: instead of columns, those of a data set: "argoverse2".
+
+    Raises:
+        OptionError: the frame lacks a column, or there is no such column or preset.
+        Error: pyarrow is missing.
+    """
+    pa = extra("pyarrow", "parquet")
+    layout = _layout_for(frame, columns, preset)
+    schema = arrow_schema(layout, {"lumsdk.frame": json.dumps(about_frame(frame))})
+    return pa.Table.from_batches([arrow_batch(layout, frame, schema)])
+
+
+def to_pandas(frame: Frame, columns: Names = None, preset: str | None = None) -> Any:
+    """A frame as a pandas.DataFrame, a row a point.
+
+    Columns are not copied where pandas allows it. `attrs` of the data frame has the frame's number, sensor and time
+    under "frame" and the units under "units".
+
+    Args and errors are those of to_arrow(); pandas is needed, and not pyarrow.
+    """
+    pd = extra("pandas", "pandas")
+    layout = _layout_for(frame, columns, preset)
+    table = pd.DataFrame(dict(zip(layout.columns, layout.values(frame))), copy=False)
+    table.attrs["frame"] = about_frame(frame)
+    table.attrs["units"] = {name: layout.about(name)[1] for name in layout.columns}
+    return table
