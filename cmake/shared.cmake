@@ -49,12 +49,13 @@ if(BUILD_SHARED_LIBS)
 
   add_library(lumsdk SHARED ${objects})
   add_library(lumsdk::lumsdk ALIAS lumsdk)
-  # Before 1.0 a new minor version may break what was built with an older one.
-  set_target_properties(lumsdk PROPERTIES
-                        LINKER_LANGUAGE C
-                        VERSION ${PROJECT_VERSION}
-                        SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
-                        LINK_DEPENDS ${lum_exports})
+  set_target_properties(lumsdk PROPERTIES LINKER_LANGUAGE C LINK_DEPENDS ${lum_exports})
+  # Before 1.0 a new minor version may break what was built with an older one. In a
+  # wheel the library belongs to its package, and has one name.
+  if(NOT SKBUILD)
+    set_target_properties(lumsdk PROPERTIES VERSION ${PROJECT_VERSION}
+                          SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+  endif()
   target_include_directories(lumsdk PUBLIC
                              $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
