@@ -26,12 +26,11 @@ zig_tools() {
     done
 }
 
-# compile_static TOOLS ARCHIVE FLAG... -- FILE...: a static library by TOOLScc and
-# TOOLSar.
+# compile_static COMPILER AR ARCHIVE FLAG... -- FILE...: a static library.
 compile_static() {
-    local tools=$1 archive=$2
+    local compiler=$1 ar=$2 archive=$3
     local -a flags=()
-    shift 2
+    shift 3
     while [ "$1" != -- ]; do
         flags+=("$1")
         shift
@@ -42,8 +41,8 @@ compile_static() {
     # shellcheck disable=SC2016,SC2154 # the inner shell's; of common.sh
     printf '%s\0' "$@" |
         xargs -0 -P "$jobs" -I SOURCE sh -c 'source=$1 objects=$2; shift 2; exec "$@" -c "$source" -o "$objects/${source##*/}.o"' \
-            compile SOURCE "$archive.objects" "${tools}cc" -O2 -w "${flags[@]}" || return 1
-    "${tools}ar" rcs "$archive" "$archive.objects"/*.o || return 1
+            compile SOURCE "$archive.objects" "$compiler" -O2 -w "${flags[@]}" || return 1
+    "$ar" rcs "$archive" "$archive.objects"/*.o || return 1
     rm -r "$archive.objects"
 }
 
@@ -67,33 +66,33 @@ write_pkg_config() {
     mv "$1/pkg-config.new" "$1/pkg-config"
 }
 
-# build_yaml TOOLS SOURCE ROOT
+# build_yaml COMPILER AR SOURCE ROOT
 build_yaml() {
     local version
     local -a part
-    cp "$2/include/yaml.h" "$3/include/"
-    version=$(sed -n 's/^set (YAML_VERSION_[A-Z]* \([0-9]*\))/\1/p' "$2/CMakeLists.txt" | paste -sd.)
+    cp "$3/include/yaml.h" "$4/include/"
+    version=$(sed -n 's/^set (YAML_VERSION_[A-Z]* \([0-9]*\))/\1/p' "$3/CMakeLists.txt" | paste -sd.)
     IFS=. read -ra part <<<"$version"
-    compile_static "$1" "$3/lib/libyaml.a" -fPIC -fvisibility=hidden "-I$2/include" -DYAML_DECLARE_STATIC \
+    compile_static "$1" "$2" "$4/lib/libyaml.a" -fPIC -fvisibility=hidden "-I$3/include" -DYAML_DECLARE_STATIC \
         "-DYAML_VERSION_STRING=\"$version\"" "-DYAML_VERSION_MAJOR=${part[0]}" \
-        "-DYAML_VERSION_MINOR=${part[1]}" "-DYAML_VERSION_PATCH=${part[2]}" -- "$2"/src/*.c || return 1
-    describe_static "$3" yaml-0.1 "$version" yaml '' -DYAML_DECLARE_STATIC
+        "-DYAML_VERSION_MINOR=${part[1]}" "-DYAML_VERSION_PATCH=${part[2]}" -- "$3"/src/*.c || return 1
+    describe_static "$4" yaml-0.1 "$version" yaml '' -DYAML_DECLARE_STATIC
 }
 
-# build_zlib TOOLS SOURCE ROOT: what unpacks. Its header takes fdopen from macOS, unless
+# build_zlib COMPILER AR SOURCE ROOT: what unpacks. Its header takes fdopen from macOS, unless
 # that is a macro.
 build_zlib() {
-    cp "$2"/{zlib,zconf}.h "$3/include/"
-    compile_static "$1" "$3/lib/libz.a" -fPIC -fvisibility=hidden -Dfdopen=fdopen -- "$2"/{adler32,crc32,inffast,inflate,inftrees,zutil}.c || return 1
-    describe_static "$3" zlib "$(sed -n 's/^#define ZLIB_VERSION "\(.*\)"/\1/p' "$2/zlib.h")" z '' ''
+    cp "$3"/{zlib,zconf}.h "$4/include/"
+    compile_static "$1" "$2" "$4/lib/libz.a" -fPIC -fvisibility=hidden -Dfdopen=fdopen -- "$3"/{adler32,crc32,inffast,inflate,inftrees,zutil}.c || return 1
+    describe_static "$4" zlib "$(sed -n 's/^#define ZLIB_VERSION "\(.*\)"/\1/p' "$3/zlib.h")" z '' ''
 }
 
-# build_zstd TOOLS SOURCE ROOT: what unpacks.
+# build_zstd COMPILER AR SOURCE ROOT: what unpacks.
 build_zstd() {
     local version
-    compile_static "$1" "$3/lib/libzstd.a" -fPIC -fvisibility=hidden -DZSTD_DISABLE_ASM -DZSTD_LEGACY_SUPPORT=0 \
-        -DZSTDLIB_VISIBLE= -DZSTDERRORLIB_VISIBLE= -- "$2"/lib/common/*.c "$2"/lib/decompress/*.c || return 1
-    cp "$2"/lib/zstd.h "$2"/lib/zstd_errors.h "$3/include/" || return 1
-    version=$(sed -n 's/^#define ZSTD_VERSION_[A-Z]* *\([0-9]*\)$/\1/p' "$2/lib/zstd.h" | paste -sd.)
-    describe_static "$3" libzstd "$version" zstd '' ''
+    compile_static "$1" "$2" "$4/lib/libzstd.a" -fPIC -fvisibility=hidden -DZSTD_DISABLE_ASM -DZSTD_LEGACY_SUPPORT=0 \
+        -DZSTDLIB_VISIBLE= -DZSTDERRORLIB_VISIBLE= -- "$3"/lib/common/*.c "$3"/lib/decompress/*.c || return 1
+    cp "$3"/lib/zstd.h "$3"/lib/zstd_errors.h "$4/include/" || return 1
+    version=$(sed -n 's/^#define ZSTD_VERSION_[A-Z]* *\([0-9]*\)$/\1/p' "$3/lib/zstd.h" | paste -sd.)
+    describe_static "$4" libzstd "$version" zstd '' ''
 }

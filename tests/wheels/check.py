@@ -42,7 +42,7 @@ class Skipped(Exception):
 
 
 def run(*command, **options):
-    made = subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=240, check=False, **options)
+    made = subprocess.run([*map(str, command)], capture_output=True, text=True, timeout=240, check=False, **options)
     if made.returncode != 0:
         raise AssertionError(f"{' '.join(map(str, command))} ended with {made.returncode}:\n{made.stdout}{made.stderr}")
     return made.stdout
@@ -63,7 +63,8 @@ def public_functions():
 
 def package_sources():
     folder = TOP / "tools/python"
-    return {path.relative_to(folder).as_posix() for path in folder.glob("lumsdk/**/*") if path.suffix == ".py" or path.name == "py.typed"}
+    files = (path for path in folder.glob("lumsdk/**/*") if path.suffix == ".py" or path.name == "py.typed")
+    return {path.relative_to(folder).as_posix() for path in files}
 
 
 class Wheel:
@@ -126,6 +127,15 @@ def holds_the_package_its_library_and_programs_and_nothing_else(w):
     wanted |= {f"{w.about}/{name}" for name in ("METADATA", "WHEEL", "RECORD", "licenses/LICENSE", "licenses/third-party.txt")}
     wanted |= {f"{w.about}/entry_points.txt"} if "[project.scripts]" in (TOP / "pyproject.toml").read_text() else set()
     same(sorted(w.names ^ wanted), [], "too many, or missing")
+
+
+def has_yaml_and_what_unpacks_within(w):
+    has = (TOP / "build/wheels" / w.platform / "build/summary.txt").read_text().splitlines()
+    for part in ("config", "captures compressed by gzip", "captures compressed by zstd", "lumctl", "lumdump", "lumsim"):
+        same(f"{part}: yes" in has, True, f"{part} is in the build")
+    told = (w.folder / w.about / "licenses/third-party.txt").read_text()
+    for name in ("libyaml", "zlib", "Zstandard"):
+        same(f"\n{name}\n=" in told, True, f"{name} is among the licences")
 
 
 def names_its_platform_and_the_version_of_the_headers(w):
@@ -263,7 +273,8 @@ def serves_a_fresh_python_as_the_readme_says(w, _):
     run(folder / "bin/python", "-I", TOP / "tests/python/readme_loop.py", cwd=w.folder, env=environment)
 
 
-FACTS = (holds_the_package_its_library_and_programs_and_nothing_else, names_its_platform_and_the_version_of_the_headers,
+FACTS = (holds_the_package_its_library_and_programs_and_nothing_else, has_yaml_and_what_unpacks_within,
+         names_its_platform_and_the_version_of_the_headers,
          is_smaller_than_1_5_mb, exports_what_the_public_headers_declare_and_nothing_else, needs_libraries_of_the_system_alone,
          runs_on_the_oldest_system_of_its_tag, has_no_folder_of_its_builder_no_symbols_and_no_stack_that_runs,
          is_what_auditwheel_and_twine_take)
@@ -314,10 +325,11 @@ class Count:
 
 
 def print_table(wheels):
-    print(f"{'wheel':58}{'bytes':>10}{'library':>9}" + "".join(f"{name:>9}" for name in PROGRAMS))
+    print(f"{'wheel':58}{'bytes':>10}{'library':>9}{''.join(f'{name:>9}' for name in PROGRAMS)}")
     for w in wheels:
         sizes = [w.path.stat().st_size, *(path.stat().st_size for path in w.binaries())]
-        print(f"{w.path.name.partition('none-')[2][:-4]:58}{sizes[0]:>10,}" + "".join(f"{size // 1000:>6} KB" for size in sizes[1:]))
+        tags = w.path.name.partition("none-")[2][:-4]
+        print(f"{tags:58}{sizes[0]:>10,}" + "".join(f"{size // 1000:>6} KB" for size in sizes[1:]))
 
 
 TAGS = {"manylinux_x86_64": "manylinux*_x86_64", "manylinux_aarch64": "manylinux*_aarch64", "musllinux_x86_64": "musllinux*_x86_64",

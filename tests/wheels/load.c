@@ -1,4 +1,5 @@
-/* load LIBRARY CAPTURE: the library is found at run time, as Python does it. Prints its frames and points. */
+/* load LIBRARY CAPTURE: the library is found at run time, as Python does it.
+ * Prints its frames and points. */
 #include <lum/frame/reader.h>
 
 #include <stdio.h>
@@ -40,7 +41,8 @@ static struct {
     void (*close)(lum_reader *);
 } lum;
 
-/* A pointer to an object becomes one to a function, which C leaves to the system. */
+/* A pointer to an object becomes one to a function, which C leaves to the
+ * system. */
 static int take(void *library, const char *name, void *into)
 {
     const function found = find(library, name);
