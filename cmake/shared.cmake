@@ -26,6 +26,39 @@ function(lum_write_exports symbols)
   set(lum_exports ${file} PARENT_SCOPE)
 endfunction()
 
+# lum_hide_internals(ROOM...): zig's linker for macOS exports all that can be seen, and
+# not only what is listed. So only what a public header declares can be seen.
+function(lum_hide_internals)
+  set(text "#pragma GCC visibility push(default)\n")
+  foreach(folder IN ITEMS . ${ARGN})
+    file(GLOB headers RELATIVE ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/include/lum/${folder}/*.h)
+    foreach(header IN LISTS headers)
+      string(APPEND text "#include <${header}>\n")
+    endforeach()
+  endforeach()
+  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/lumsdk_public.h CONTENT "${text}#pragma GCC visibility pop\n" @ONLY)
+  foreach(room IN LISTS ARGN)
+    if(TARGET lum_${room})
+      # The header comes before what a source says of the system's headers.
+      target_compile_options(lum_${room} PRIVATE -fvisibility=hidden -D_DARWIN_C_SOURCE=
+                             -include ${PROJECT_BINARY_DIR}/lumsdk_public.h)
+    endif()
+  endforeach()
+endfunction()
+
+if(BUILD_SHARED_LIBS AND APPLE)
+  lum_hide_internals(${lum_shared_rooms})
+elseif(BUILD_SHARED_LIBS AND NOT WIN32)
+  # Its own calls stay its own. A linker that cannot tell functions apart binds the one
+  # variable too, which a program that is linked with the library would have a copy of.
+  include(CheckLinkerFlag)
+  check_linker_flag(C -Wl,-Bsymbolic-functions LUM_HAS_SYMBOLIC_FUNCTIONS)
+  set(lum_symbolic -Bsymbolic-functions)
+  if(NOT LUM_HAS_SYMBOLIC_FUNCTIONS)
+    set(lum_symbolic -Bsymbolic)
+  endif()
+endif()
+
 if(BUILD_SHARED_LIBS)
   set(symbols "")
   set(objects "")
@@ -49,12 +82,15 @@ if(BUILD_SHARED_LIBS)
 
   add_library(lumsdk SHARED ${objects})
   add_library(lumsdk::lumsdk ALIAS lumsdk)
-  # Before 1.0 a new minor version may break what was built with an older one.
-  set_target_properties(lumsdk PROPERTIES
-                        LINKER_LANGUAGE C
-                        VERSION ${PROJECT_VERSION}
-                        SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
-                        LINK_DEPENDS ${lum_exports})
+  set_target_properties(lumsdk PROPERTIES LINKER_LANGUAGE C LINK_DEPENDS ${lum_exports})
+  # Before 1.0 a new minor version may break what was built with an older one. In a
+  # wheel the library belongs to its package, and has one name.
+  if(SKBUILD)
+    set_target_properties(lumsdk PROPERTIES INSTALL_NAME_DIR @rpath BUILD_WITH_INSTALL_NAME_DIR ON)
+  else()
+    set_target_properties(lumsdk PROPERTIES VERSION ${PROJECT_VERSION}
+                          SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+  endif()
   target_include_directories(lumsdk PUBLIC
                              $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
@@ -65,8 +101,7 @@ if(BUILD_SHARED_LIBS)
   elseif(APPLE)
     target_link_options(lumsdk PRIVATE -Wl,-exported_symbols_list,${lum_exports})
   else()
-    # Its own calls stay its own.
-    target_link_options(lumsdk PRIVATE -Wl,--version-script=${lum_exports} -Wl,-Bsymbolic-functions)
+    target_link_options(lumsdk PRIVATE -Wl,--version-script=${lum_exports} -Wl,${lum_symbolic})
     # It names all that it needs; what sanitizers need comes with the program.
     if(NOT LUM_SANITIZE AND NOT LUM_FUZZ)
       target_link_options(lumsdk PRIVATE -Wl,-z,defs)
