@@ -7,6 +7,8 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
+import warnings
 from typing import Any, NoReturn, Optional
 
 from ._errors import FleetError, Usage
@@ -21,7 +23,11 @@ FILES = ("calibration", "profile")
 KEYWORDS = {"columns": "columns", "time": "time", "sensor": "sensor", "eye": "eye", "edge": "edge", "return": "returns",
             "frames": "frames", "range": "range", "box": "box", "incomplete": "incomplete", "smooth": "smooth"}
 
-FORMATS = (*PYTHON_FORMATS[:2], *PYTHON_FORMATS[2:], *LUMDUMP_FORMATS)
+EMPTY_PCAP = bytes.fromhex("d4c3b2a1020004000000000000000000ffff000001000000")
+# Those that only it has.
+OF_CONVERT = ("preset", "compression")
+
+FORMATS = (*PYTHON_FORMATS, *LUMDUMP_FORMATS)
 
 HELP = f"""\
 Usage: lumfleet IN... --out OUT --format FORMAT [OPTION]...
@@ -38,6 +44,9 @@ Output:
       --out OUT               folder, is made if it is not there
       --format {"|".join(FORMATS[:6])}|
                {"|".join(FORMATS[6:])}
+      --preset NAME           columns of another project (parquet, feather):
+                              argoverse2
+      --compression NAME      of tables (parquet, feather)
       --again                 convert all, also what is there and unchanged
       --dry-run               say what would be done; nothing is written
       --json                  the summary as one JSON object
@@ -68,7 +77,7 @@ arguments or configuration.
 Examples:
   lumfleet drives/ --out clouds/ --format las
   lumfleet 'drives/2026-11-*/**/*.pcap' --out last/ --format ply --return last
-  lumfleet s3://fleet/raw --out s3://fleet/points --format parquet --address auto
+  lumfleet s3://raw/2026 --out s3://points --format parquet --address auto
 """
 
 
@@ -96,7 +105,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("-q", "--quiet", action="store_true")
     parser.add_argument("--jobs", type=_count(1), default=0)
     parser.add_argument("--retries", type=_count(0), default=4)
-    for name in ("address", "endpoint", *VALUES, *FILES):
+    for name in ("address", "endpoint", *VALUES, *OF_CONVERT, *FILES):
         parser.add_argument(f"--{name}")
     parser.add_argument("--set", action="append", default=[])
     options = parser.parse_intermixed_args(arguments)
@@ -115,7 +124,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
 def job(options: argparse.Namespace, run: str, version: str) -> Job:
     """What all captures have in common. Wrong values are refused with lumdump's sentence."""
     files = {name: _read(name, getattr(options, name)) for name in FILES if getattr(options, name) is not None}
-    said: dict[str, Any] = {name: getattr(options, name) for name in VALUES if getattr(options, name) is not None}
+    said: dict[str, Any] = {name: getattr(options, name) for name in (*VALUES, *OF_CONVERT) if getattr(options, name) is not None}
     said.update({name: True for name in FLAGS if getattr(options, name)})
     made = Job(run=run, out=options.out, endpoint=options.endpoint, format=options.format,
                arguments=_arguments(options, said), keywords={}, files={_name(n, options): data for n, data in files.items()},
@@ -165,11 +174,11 @@ def _text(options: argparse.Namespace, said: dict[str, Any], files: dict[str, by
 def _check(made: Job, said: dict[str, Any], options: argparse.Namespace) -> None:
     """Ask lumdump whether it takes them: it looks at its options before its source, here an empty one."""
     is_ours = made.format in LUMDUMP_FORMATS
-    if not is_ours:
-        for name in said:
-            if name not in KEYWORDS:
-                raise Usage(f"--{name} goes with {', '.join(LUMDUMP_FORMATS)} only, not with {made.format}")
-    arguments = list(_arguments(options, {n: v for n, v in said.items() if is_ours or n not in ("columns", "time")}))
+    for name in said:
+        if name in OF_CONVERT if is_ours else name not in (*KEYWORDS, *OF_CONVERT):
+            raise Usage(f"--{name} does not go with {made.format}; it goes with"
+                        f" {', '.join(PYTHON_FORMATS if is_ours else LUMDUMP_FORMATS)}")
+    arguments = list(_arguments(options, {n: v for n, v in said.items() if is_ours or n not in ("columns", "time", *OF_CONVERT)}))
     for name in FILES:
         if getattr(options, name) is not None:
             arguments[arguments.index(f"--{name}") + 1] = getattr(options, name)
@@ -183,12 +192,34 @@ def _check(made: Job, said: dict[str, Any], options: argparse.Namespace) -> None
 
 
 def _with_keywords(made: Job, said: dict[str, Any], options: argparse.Namespace) -> Job:
-    keywords: dict[str, object] = {KEYWORDS[name]: value for name, value in said.items()}
-    keywords.update({name: made_name for name in FILES if getattr(options, name) is not None
-                     for made_name in [_name(name, options)]})
+    keywords: dict[str, object] = {KEYWORDS.get(name, name): value for name, value in said.items()}
+    for name in FILES:
+        if getattr(options, name) is not None:
+            keywords[name] = _name(name, options)
     if options.set:
         keywords["set"] = options.set
+    _try_convert(made, keywords)
     return Job(**{**made.__dict__, "keywords": keywords})
+
+
+def _try_convert(made: Job, keywords: dict[str, object]) -> None:
+    """An empty capture shows whether convert() takes the options, and has what the format needs."""
+    import lumsdk
+
+    from ._work import in_folder
+
+    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for name, data in {**made.files, "empty.pcap": EMPTY_PCAP}.items():
+            with open(os.path.join(folder, name), "wb") as file:
+                file.write(data)
+        try:
+            with in_folder(folder):
+                lumsdk.convert("empty.pcap", f"made.{made.format}", **keywords)
+        except (lumsdk.OptionError, ImportError) as error:
+            raise Usage(str(error)) from error
+        except lumsdk.Error:
+            pass  # that it is empty
 
 
 def local_jobs(options: argparse.Namespace) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 import argparse
 import logging
 import os
+import secrets
 import shutil
 import tempfile
 from typing import Optional
@@ -14,7 +15,7 @@ from ._errors import FleetError
 LONGEST_FOLDER = 35
 _folder: Optional[str] = None
 
-QUIET = {"RAY_USAGE_STATS_ENABLED": "0", "RAY_DEDUP_LOGS": "0", "RAY_SCHEDULER_EVENTS": "0", "RAY_BACKEND_LOG_LEVEL": "fatal",
+QUIET = {"RAY_USAGE_STATS_ENABLED": "0", "RAY_DEDUP_LOGS": "0", "RAY_SCHEDULER_EVENTS": "0",
          "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0", "RAY_ENABLE_UV_RUN_RUNTIME_ENV": "0"}
 
 
@@ -22,6 +23,10 @@ def connect(options: argparse.Namespace, work: str, object_store: int, jobs: int
     """The number of captures at a time."""
     for name, value in QUIET.items():
         os.environ.setdefault(name, value)
+    if not options.address:
+        # A secret of this run alone, instead of a file in the user's home.
+        os.environ.setdefault("RAY_AUTH_MODE", "token")
+        os.environ.setdefault("RAY_AUTH_TOKEN", secrets.token_hex(32))
     try:
         import ray
     except ImportError as error:

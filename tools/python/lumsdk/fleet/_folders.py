@@ -14,7 +14,7 @@ class WorkFolder:
     """A folder in TMPDIR that is locked while its process lives."""
 
     def __init__(self) -> None:
-        _remove_dead()
+        remove_dead()
         self.path = tempfile.mkdtemp(prefix=PREFIX)
         self._lock: IO[bytes] = open(os.path.join(self.path, "lock"), "wb")
         _lock(self._lock)
@@ -36,7 +36,8 @@ def _lock(file: IO[bytes]) -> bool:
     return True
 
 
-def _remove_dead() -> None:
+def remove_dead() -> None:
+    """Removes those whose process was killed."""
     for path in glob.glob(os.path.join(glob.escape(tempfile.gettempdir()), PREFIX + "*", "lock")):
         try:
             with open(path, "rb") as file:

@@ -11,7 +11,7 @@ from ._errors import FleetError
 
 LUMDUMP_FORMATS = ("ply", "pcd", "las", "csv", "xyz", "png", "pcap", "pcapng")
 # Written by lumsdk.convert().
-PYTHON_FORMATS = ("parquet", "feather", "laz", "npy", "bin")
+PYTHON_FORMATS = ("parquet", "feather", "laz", "npy", "npz", "bin")
 
 
 @dataclass(frozen=True)
@@ -31,20 +31,24 @@ class Job:
 
 
 def find_lumdump(likely: str = "") -> str:
-    """lumdump's path: as this machine's package finds it, or as another machine of the cluster did."""
-    try:
-        programs = importlib.import_module("lumsdk._programs")
-    except ImportError:
-        programs = None
-    if programs is not None:
-        try:
-            return str(programs.find("lumdump"))
-        except Exception as error:  # lumsdk.Error, whose module needs the library
-            if not (likely and os.access(likely, os.X_OK)):
-                raise FleetError(str(error)) from error
-            return likely
+    """lumdump's path: in the folder LUM_BIN of the environment if that is set, else as the package finds
+    it, else where another machine of the cluster has it."""
     folder = os.environ.get("LUM_BIN")
-    for found in (folder and shutil.which("lumdump", path=folder), shutil.which("lumdump"), likely):
-        if found and os.access(found, os.X_OK):
-            return found
-    raise FleetError("lumdump is not installed: pip install lumsdk, or name its folder in LUM_BIN")
+    found = folder and shutil.which("lumdump", path=folder)
+    if found:
+        return found
+    try:
+        return _programs("lumdump")
+    except FleetError:
+        if likely and os.access(likely, os.X_OK):
+            return likely
+        raise
+
+
+def _programs(name: str) -> str:
+    import lumsdk
+
+    try:
+        return str(importlib.import_module("lumsdk._programs").find(name))
+    except lumsdk.Error as error:
+        raise FleetError(str(error)) from error

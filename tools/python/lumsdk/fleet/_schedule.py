@@ -16,6 +16,7 @@ from ._work import Converter
 TASKS_OF_WORKER = 2
 WAIT_S = 0.2
 PATIENCE_S = 15.0
+CLOSE_S = 3.0
 
 
 @dataclass
@@ -59,7 +60,10 @@ class Schedule:
             self._tell_idle()
 
     def close(self) -> None:
-        """Ends the workers and what they do."""
+        """Ends the workers and what they do. Those that have nothing to do leave nothing on their machines."""
+        idle = [worker.actor.close.remote() for worker in self._workers if worker.ready is None and not worker.tasks]
+        if idle:
+            self._ray.wait(idle, num_returns=len(idle), timeout=CLOSE_S)
         for worker in self._workers:
             self._kill(worker)
         self._workers.clear()

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -18,7 +19,7 @@ from ._errors import FleetError
 from ._folders import WorkFolder
 from ._job import LUMDUMP_FORMATS, Job, find_lumdump
 from ._ledger import Record, Task
-from ._manifest import COUNTS
+from ._manifest import COUNTS, LOSSES
 from ._places import BLOCK, Entry, Local, Remote, place
 
 MARK = ".lumfleet/run"
@@ -177,17 +178,30 @@ class Converter:
         import lumsdk
 
         try:
-            summary = lumsdk.convert(path, made, **self._job.keywords)
+            with in_folder(self._work.path), warnings.catch_warnings(record=True) as said:
+                warnings.simplefilter("always")
+                summary = lumsdk.convert(path, made, **self._job.keywords)
         except lumsdk.Error as error:
             raise _Failed(str(error).replace(path, task.source).replace(made, self._out.where(task.output))) from error
-        return counted(summary)
+        words = dict.fromkeys(f"warning: {warning.message}" for warning in said)
+        return {**counted(summary), "message": "; ".join(words).replace(path, task.source)}
+
+
+@contextmanager
+def in_folder(path: str) -> Iterator[None]:
+    """Calibration and profile are named as they are on every machine."""
+    before = os.getcwd()
+    os.chdir(path)
+    try:
+        yield
+    finally:
+        os.chdir(before)
 
 
 def counted(summary: Any) -> Record:
-    """lumsdk.convert()'s summary as columns of the manifest."""
-    losses = summary.get("losses", {})
-    return {"truncated": bool(summary.get("truncated", False)),
-            **{name: int(summary[name] if name in summary else losses.get(name, 0)) for name in COUNTS}}
+    """lumsdk.convert()'s summary as columns of the manifest; it does not tell all of them."""
+    return {"truncated": bool(summary["truncated"]), **{name: summary.get(name) for name in COUNTS},
+            **{name: summary["losses"].get(name, 0) for name in LOSSES}}
 
 
 def version() -> str:

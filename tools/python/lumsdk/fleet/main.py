@@ -11,7 +11,7 @@ from typing import Any, Optional
 
 from . import _arguments, _journal, _manifest
 from ._errors import FleetError, Stopped
-from ._folders import WorkFolder
+from ._folders import WorkFolder, remove_dead
 from ._inputs import captures
 from ._job import Job
 from ._journal import Journal
@@ -228,6 +228,7 @@ class Run:
     def close(self) -> None:
         self._ledger.close()
         self._work.remove()
+        remove_dead()
 
 
 def run_name() -> str:
