@@ -158,6 +158,9 @@ class Nodes:
     def kill_node(self, at):
         self._cluster.remove_node(self.nodes.pop(at), allow_graceful=False)
 
+    def ids(self):
+        return [node.node_id for node in self.nodes]
+
     def raylets(self):
         return [info.process.pid for node in self.nodes
                 for info in node.all_processes.get("raylet", [])]

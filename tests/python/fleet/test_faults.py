@@ -75,15 +75,16 @@ class Filler:
             except ray.exceptions.ObjectStoreFullError:
                 pass
         return "full"
-fillers = [Filler.options(scheduling_strategy=NodeAffinitySchedulingStrategy(node["NodeID"], soft=False)).remote()
-           for node in ray.nodes() if node["Alive"]]
+fillers = [Filler.options(scheduling_strategy=NodeAffinitySchedulingStrategy(node, soft=False)).remote()
+           for node in sys.argv[2:]]
 print("found", *set(ray.get([filler.fill.remote() for filler in fillers])), flush=True)
 sys.stdin.read()
 """
 
 
 def test_the_object_store_is_full(fleet, nodes, undisturbed, tmp_path):
-    filler = subprocess.Popen([sys.executable, "-c", FILL, nodes.address], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    filler = subprocess.Popen([sys.executable, "-c", FILL, nodes.address, *nodes.ids()], stdin=subprocess.PIPE,
+                              stdout=subprocess.PIPE, text=True)
     try:
         found = next(line for line in filler.stdout if line.startswith("found"))
         assert found == "found full\n"

@@ -38,7 +38,7 @@ pattern in quotes with * ? [] and ** for any folders; OUT is a folder. Both can
 be of this machine or of an object store: s3://BUCKET/FOLDER.
 Each capture becomes one file, with the folders that it has in IN. OUT gets
 manifest.parquet too: a row for each capture, with its digest, its counts, its
-losses, or why it failed. A second run does only what is missing or has changed.
+losses, or why it failed. A second run does what is missing or has changed.
 
 Output:
       --out OUT               folder, is made if it is not there
