@@ -17,6 +17,7 @@ import time
 TOP = pathlib.Path(__file__).resolve().parents[3]
 BIN = pathlib.Path(os.environ.get("LUM_BIN", TOP / "build/release/bin"))
 PACKAGE = BIN.parent / "python"
+OBJECT_STORE = 80 << 20  # the least that Ray takes, and a little
 LONG_S = 240  # for what should take seconds: a machine can be busy
 DAMAGED = "not a capture (it does not begin as one does); a pcap or pcapng file is expected"
 
@@ -145,7 +146,7 @@ class Nodes:
         os.environ["RAY_TMPDIR"] = self.folder
         os.mkdir(os.path.join(self.folder, "ray"))
         self._cluster = Cluster(initialize_head=True, connect=False, head_node_args={
-            "num_cpus": 0, "object_store_memory": 80 << 20, "include_dashboard": False,
+            "num_cpus": 0, "object_store_memory": OBJECT_STORE, "include_dashboard": False,
             "_system_config": {"automatic_object_spilling_enabled": False}})
         self.nodes = []
         for _ in range(count):
@@ -153,7 +154,7 @@ class Nodes:
         self.address = self._cluster.address
 
     def add(self):
-        self.nodes.append(self._cluster.add_node(num_cpus=1, object_store_memory=80 << 20, wait=False))
+        self.nodes.append(self._cluster.add_node(num_cpus=1, object_store_memory=OBJECT_STORE, wait=False))
 
     def kill_node(self, at):
         self._cluster.remove_node(self.nodes.pop(at), allow_graceful=False)

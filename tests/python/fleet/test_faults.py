@@ -65,29 +65,22 @@ from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 ray.init(address=sys.argv[1], logging_level="ERROR", log_to_driver=False)
 @ray.remote(num_cpus=0)
 class Filler:
-    def fill(self):
-        self.kept = []
-        for size in (8 << 20, 1 << 20, 1 << 16):
-            try:
-                for _ in range(100):
-                    self.kept.append(ray.put(bytes(size)))
-                return "never full"
-            except ray.exceptions.ObjectStoreFullError:
-                pass
-        return "full"
+    def fill(self, count):
+        self.kept = [ray.put(bytes(8 << 20)) for _ in range(count)]
+        return len(self.kept)
 fillers = [Filler.options(scheduling_strategy=NodeAffinitySchedulingStrategy(node, soft=False)).remote()
-           for node in sys.argv[2:]]
-print("found", *set(ray.get([filler.fill.remote() for filler in fillers])), flush=True)
+           for node in sys.argv[3:]]
+print("filled by", *set(ray.get([filler.fill.remote(int(sys.argv[2])) for filler in fillers])), flush=True)
 sys.stdin.read()
 """
 
 
 def test_the_object_store_is_full(fleet, nodes, undisturbed, tmp_path):
-    filler = subprocess.Popen([sys.executable, "-c", FILL, nodes.address, *nodes.ids()], stdin=subprocess.PIPE,
+    more_than_room = support.OBJECT_STORE // (8 << 20) + 2
+    filler = subprocess.Popen([sys.executable, "-c", FILL, nodes.address, str(more_than_room), *nodes.ids()], stdin=subprocess.PIPE,
                               stdout=subprocess.PIPE, text=True)
     try:
-        found = next(line for line in filler.stdout if line.startswith("found"))
-        assert found == "found full\n"
+        assert f"filled by {more_than_room}\n" in filler.stdout
         ended = lumfleet(fleet[0], "--out", tmp_path, "--format", "ply", "--address", nodes.address, "-q")
     finally:
         filler.kill()

@@ -6,6 +6,7 @@ import logging
 import os
 import secrets
 import shutil
+import socket
 import tempfile
 from typing import Optional
 
@@ -13,6 +14,7 @@ from ._errors import FleetError
 
 # Ray makes sockets below its folder; the system takes 107 bytes of name, Ray needs 70 of them.
 LONGEST_FOLDER = 35
+CONNECT_S = 10.0
 _folder: Optional[str] = None
 
 QUIET = {"RAY_USAGE_STATS_ENABLED": "0", "RAY_DEDUP_LOGS": "0", "RAY_SCHEDULER_EVENTS": "0",
@@ -21,6 +23,8 @@ QUIET = {"RAY_USAGE_STATS_ENABLED": "0", "RAY_DEDUP_LOGS": "0", "RAY_SCHEDULER_E
 
 def connect(options: argparse.Namespace, work: str, object_store: int, jobs: int) -> int:
     """The number of captures at a time."""
+    if options.address:
+        _check_address(options.address)
     for name, value in QUIET.items():
         os.environ.setdefault(name, value)
     if not options.address:
@@ -42,6 +46,22 @@ def connect(options: argparse.Namespace, work: str, object_store: int, jobs: int
         leave()
         where = f"the cluster {options.address}" if options.address else "Ray on this machine"
         raise FleetError(f"{where} cannot be reached: {str(error).strip().splitlines()[0] if str(error) else error!r}") from error
+
+
+def _check_address(address: str) -> None:
+    """Ray itself takes minutes to find that nobody answers."""
+    if "://" in address:
+        raise FleetError(f"--address: '{address}' is not HOST:PORT of a cluster's first machine, such as ray-head:6379, and not"
+                         " auto; run lumfleet on a machine of the cluster", 2)
+    host, colon, port = address.rpartition(":")
+    if not colon or not port.isdigit():
+        if address != "auto":
+            raise FleetError(f"--address: '{address}' is not HOST:PORT, such as ray-head:6379, and not auto", 2)
+        return
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), timeout=CONNECT_S).close()
+    except OSError as error:
+        raise FleetError(f"the cluster {address} cannot be reached: {error.strerror or error}") from error
 
 
 def _ray_folder(work: str) -> str:

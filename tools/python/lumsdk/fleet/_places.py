@@ -9,6 +9,7 @@ import errno
 import os
 import shutil
 from collections.abc import Iterator
+from datetime import datetime
 from typing import Any, Callable, NamedTuple, Optional, Union
 
 from ._errors import FleetError, Usage
@@ -230,10 +231,12 @@ Place = Union[Local, Remote]
 
 
 def stamp_of(info: dict[str, Any]) -> str:
-    """What a store says of a file's state."""
+    """What a store says of a file's state. Lists have fractions of seconds that a single file lacks."""
     for key in ("ETag", "etag", "md5", "checksum", "mtime", "LastModified", "last_modified", "updated", "created"):
-        if info.get(key):
-            return f"{key.lower()}:{str(info[key]).strip(chr(34))}"
+        value = info.get(key)
+        if value:
+            whole = int(value.timestamp()) if isinstance(value, datetime) else str(value).strip('"')
+            return f"{key.lower()}:{whole}"
     return ""
 
 
