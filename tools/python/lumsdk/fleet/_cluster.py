@@ -8,7 +8,7 @@ import secrets
 import shutil
 import socket
 import tempfile
-from typing import Optional
+from typing import Any, Optional
 
 from ._errors import FleetError
 
@@ -32,9 +32,10 @@ def connect(options: argparse.Namespace, work: str, object_store: int, jobs: int
         os.environ.setdefault("RAY_AUTH_MODE", "token")
         os.environ.setdefault("RAY_AUTH_TOKEN", secrets.token_hex(32))
     try:
-        import ray
+        import ray as module
     except ImportError as error:
         raise FleetError("Ray is not installed: pip install 'lumsdk[fleet]'") from error
+    ray: Any = module
     try:
         if options.address:
             ray.init(address=options.address, logging_level=logging.ERROR, log_to_driver=False, configure_logging=False)

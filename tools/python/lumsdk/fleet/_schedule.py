@@ -39,7 +39,7 @@ class Schedule:
         self._jobs = jobs
         self._retries = retries
         self._tell = tell
-        self._actor = ray.remote(num_cpus=1, max_restarts=0, max_task_retries=0)(Converter)
+        self._actor: Any = ray.remote(num_cpus=1, max_restarts=0, max_task_retries=0)(Converter)
         self._workers: list[Worker] = []
         self._again: deque[Task] = deque()
         self._tried: dict[str, int] = {}

@@ -137,7 +137,7 @@ class Run:
     def _by_ray(self) -> None:
         from ._cluster import connect, leave
 
-        sizes = {}
+        sizes: dict[str, int] = {}
         workers = connect(self._options, self._work.path, OBJECT_STORE, _arguments.local_jobs(self._options))
         self._signals.install()  # Ray has its own
         try:
