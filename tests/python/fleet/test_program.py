@@ -60,7 +60,7 @@ def test_a_second_run_does_only_what_is_missing_or_has_changed(drives, nodes, tm
     out = tmp_path / "out"
 
     def run(*more):
-        ended = lumfleet(drives, "--out", out, "--format", "ply", "--address", nodes.address, "--json", *more)
+        ended = lumfleet(drives, "--out", out, "--format", "ply", "--jobs", "2", "--address", nodes.address, "--json", *more)
         said = json.loads(ended.stdout)
         assert ended.returncode == (1 if said["failed"] else 0), ended
         return said["converted"], said["unchanged"], said["failed"]
@@ -81,17 +81,16 @@ def test_a_second_run_does_only_what_is_missing_or_has_changed(drives, nodes, tm
     assert [r["message"] for r in rows(out) if r["status"] == "failed"] == \
         [f"{drives}/day1/drive3.pcap: is empty; a pcap or pcapng file is expected"]
     assert run("--eye", "blue") == (4, 0, 1)
-    assert run("--eye", "blue", "--again") == (4, 0, 1)
     # Captures of another day are added to the same table.
     (tmp_path / "more").mkdir()
     shutil.copy(drives / "day0/drive0.pcap", tmp_path / "more/other.pcap")
-    ended = lumfleet(tmp_path / "more", "--out", out, "--format", "ply", "--address", nodes.address, "-q")
+    ended = lumfleet(tmp_path / "more", "--out", out, "--format", "ply", "--jobs", "2", "--address", nodes.address, "-q")
     assert (ended.returncode, ended.stdout, ended.stderr) == (0, "", "")
     assert len(rows(out)) == 6
     # Another capture would take an output's name.
     shutil.copytree(drives / "day0", tmp_path / "again" / "day0")
     before = outputs(out)
-    ended = lumfleet(tmp_path / "again", "--out", out, "--format", "ply", "--address", nodes.address)
+    ended = lumfleet(tmp_path / "again", "--out", out, "--format", "ply", "--jobs", "2", "--address", nodes.address)
     assert ended.returncode == 2 and "was made of" in ended.stderr
     assert outputs(out) == before
 
@@ -121,7 +120,7 @@ def test_a_full_disk_fails_what_does_not_fit(drives, nodes, tmp_path):
     try:
         for n in range(4):
             os.link(drives / "day0/drive0.pcap", drives / f"few{n}.pcap")
-        arguments = (drives, "--out", out, "--format", "ply", "--address", nodes.address, "-q")
+        arguments = (drives, "--out", out, "--format", "ply", "--jobs", "2", "--address", nodes.address, "-q")
         ended = lumfleet(*arguments)
         assert ended.returncode == 1, ended
         status = {r["output"]: r["status"] for r in rows(out)}
@@ -140,7 +139,7 @@ def test_a_full_disk_fails_what_does_not_fit(drives, nodes, tmp_path):
 
 
 def test_another_run_in_the_same_folder_is_refused(drives, nodes, tmp_path):
-    arguments = (drives, "--out", tmp_path / "out", "--format", "ply", "--address", nodes.address, "-q")
+    arguments = (drives, "--out", tmp_path / "out", "--format", "ply", "--jobs", "2", "--address", nodes.address, "-q")
     with Gate() as gate, started(*arguments) as first:
         until("a conversion", lambda: support.held(nodes), first)
         second = lumfleet(*arguments)
@@ -152,13 +151,13 @@ def test_another_run_in_the_same_folder_is_refused(drives, nodes, tmp_path):
 def test_a_capture_that_kills_each_of_its_workers_is_given_up(drives, nodes, tmp_path):
     """A bounded number of times; the others are converted."""
     one = drives / "day0/drive0.pcap"
-    with Gate() as gate, started(one, "--out", tmp_path / "out", "--format", "ply", "--address", nodes.address, "--retries", "2",
+    with Gate() as gate, started(one, "--out", tmp_path / "out", "--format", "ply", "--jobs", "2", "--address", nodes.address, "--retries", "2",
                                  "--json") as process:
         for _ in range(3):
             until("its worker", lambda: support.held(nodes), process)
-            for pid in support.held(nodes):
-                support.kill(pid)
-            until("the end of the worker", lambda: not support.held(nodes) or process.poll() is not None or True, process)
+            pid, = support.held(nodes)
+            support.kill(pid)
+            until("its end", lambda: pid not in support.held(nodes))
         process.wait(support.LONG_S)
         gate.open()
     assert process.returncode == 1
@@ -173,13 +172,13 @@ def test_ctrl_c_before_the_first_capture(drives, tmp_path):
         until("the begin", lambda: (out / ".lumfleet/run").exists(), process)
         process.send_signal(signal.SIGINT)
         assert process.wait(support.LONG_S) == -signal.SIGINT, process.said()
-    assert rows(out) == [] or all(r["status"] == "done" for r in rows(out))
-    assert "Traceback" not in process.said()
+        assert "Traceback" not in process.said()
+    assert all(r["status"] == "done" for r in rows(out))
 
 
 def test_progress_on_a_terminal_alone(drives, nodes, tmp_path):
     main, other = pty.openpty()
-    process = subprocess.Popen(support.command(drives, "--out", tmp_path / "out", "--format", "ply", "--address", nodes.address),
+    process = subprocess.Popen(support.command(drives, "--out", tmp_path / "out", "--format", "ply", "--jobs", "2", "--address", nodes.address),
                                stdout=subprocess.PIPE, stderr=other, text=True)
     os.close(other)
     shown = b""
@@ -208,6 +207,4 @@ def test_help_and_version():
 def test_the_manual_has_every_option():
     manual = (support.TOP / "docs/man/lumfleet.1").read_text()
     for name in re.findall(r"--([a-z-]+)", lumfleet("--help").stdout):
-        assert f"Fl \\-{name}".replace("-", "\\-", 0) in manual or f"Fl \\-{name.replace('-', chr(92) + '-')}" in manual, name
-
-
+        assert re.search(r"\\-" + name.replace("-", r"\\-") + r"\b", manual), name

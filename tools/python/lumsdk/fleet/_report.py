@@ -74,7 +74,7 @@ class Progress:
         now = time.monotonic()
         if self._is_on and now - self._shown >= PERIOD_S:
             self._shown = now
-            room = max(20, os.get_terminal_size(sys.stderr.fileno()).columns - 1)
+            room = (os.get_terminal_size(sys.stderr.fileno()).columns or 80) - 1
             text = self.line()[:room]
             sys.stderr.write("\r" + text.ljust(self._width))
             sys.stderr.flush()
