@@ -45,7 +45,7 @@ class Progress:
     def __init__(self, totals: Totals, is_on: bool) -> None:
         self._totals = totals
         self._is_on = is_on and sys.stderr.isatty()
-        self._begin = time.monotonic()
+        self._begin = self._begun = time.monotonic()
         self._shown = 0.0
         self._width = 0
         self.done = self.size = self.failed = 0
@@ -55,12 +55,19 @@ class Progress:
         self.size += planned_size
         self.failed += record["status"] != "done"
 
+    def begin(self, when: float) -> None:
+        """The first worker is ready; rates count from here."""
+        self._begun = when
+
+    def starting(self) -> float:
+        return self._begun - self._begin
+
     def seconds(self) -> float:
         return time.monotonic() - self._begin
 
     def line(self) -> str:
         """Done of all, rates, time left: of bytes or of captures, whichever takes longer."""
-        passed = max(self.seconds(), 1e-3)
+        passed = max(self.seconds() - self.starting(), 1e-3)
         text = f"{self.done:,} of {captures(self._totals.todo)}, {size(self.size)} of {size(self._totals.todo_size)}," \
                f" {self.size / passed / 1e9:.2f} GB/s, {self.done / passed:.1f} captures/s"
         if self.failed:
@@ -98,7 +105,7 @@ class Summary:
         self.losses: Counter[str] = Counter()
         self.causes: Counter[str] = Counter()
         self.other_versions = 0
-        self.seconds = 0.0
+        self.seconds = self.starting = 0.0
         self.workers = 0
         self.lost = 0
         self.interrupted = False
@@ -134,9 +141,10 @@ class Summary:
 
     def text(self) -> str:
         t = self._totals
+        passed = max(self.seconds - self.starting, 1e-3)
         lines = [f"{captures(t.captures)}, {size(t.size)}, to {self._out} as {self._format}",
-                 f"  converted   {self.converted:,}, {size(self.size)}, in {span(self.seconds)}: "
-                 f"{self.size / max(self.seconds, 1e-3) / 1e9:.2f} GB/s, {self.converted / max(self.seconds, 1e-3):.1f} captures/s"
+                 f"  converted   {self.converted:,}, {size(self.size)}, in {span(passed)}: "
+                 f"{self.size / passed / 1e9:.2f} GB/s, {self.converted / passed:.1f} captures/s"
                  f" with {self.workers} worker{'' if self.workers == 1 else 's'}"]
         if self.unchanged:
             lines.append(f"  unchanged   {self.unchanged:,}")
@@ -167,7 +175,8 @@ class Summary:
             "converted_bytes": self.size, "unchanged": self.unchanged, "failed": self.failed, "not_begun": self.left,
             "frames": self.frames, "points": self.points, "output_bytes": self.out_size, "truncated": self.truncated,
             "losses": dict(sorted(self.losses.items())), "other_versions": self.other_versions, "retried": self.lost,
-            "interrupted": self.interrupted, "seconds": round(self.seconds, 3), "workers": self.workers,
+            "interrupted": self.interrupted, "seconds": round(self.seconds, 3),
+            "starting_seconds": round(self.starting, 3), "workers": self.workers,
             "manifest": self.manifest}
         return json.dumps(data, indent=2)
 

@@ -47,6 +47,7 @@ class Schedule:
         self._failed_starts = 0
         self._idle_since: Optional[float] = time.monotonic()
         self.lost = 0
+        self.begun: Optional[float] = None  # when the first worker could begin
 
     def run(self, tasks: Iterator[Task], stop: Callable[[], bool], tick: Callable[[], None]) -> Iterator[Record]:
         """The rows in the order in which they are finished. Ends early when stop() says so."""
@@ -135,6 +136,7 @@ class Schedule:
 
     def _welcome(self, worker: Worker, result: dict[str, Any]) -> None:
         worker.ready = None
+        self.begun = self.begun or time.monotonic()
         self._failed_starts = 0
         self._idle_since = None
         if "error" in result:

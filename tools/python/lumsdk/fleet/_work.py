@@ -212,9 +212,10 @@ def version() -> str:
 
 def _digest(path: str) -> str:
     sha = hashlib.sha256()
+    room = memoryview(bytearray(BLOCK))
     with open(path, "rb", buffering=0) as file:
-        while block := file.read(4 * BLOCK):
-            sha.update(block)
+        while count := file.readinto(room):
+            sha.update(room[:count])
     return sha.hexdigest()
 
 

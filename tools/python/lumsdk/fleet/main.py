@@ -124,7 +124,7 @@ class Run:
                 self._by_ray()
             except FleetError as error:
                 trouble = error
-        self.summary.seconds = self._progress.seconds()
+        self.summary.seconds, self.summary.starting = self._progress.seconds(), self._progress.starting()
         self._progress.clear()
         self._write_manifest()
         self._tell_summary()
@@ -147,7 +147,7 @@ class Run:
             self.summary.workers = min(workers, self.totals.todo)
             try:
                 tasks = self._remember(sizes)
-                for record in schedule.run(tasks, lambda: bool(self._signals.caught), self._tick):
+                for record in schedule.run(tasks, lambda: bool(self._signals.caught), lambda: self._tick(schedule.begun)):
                     self._take(record, sizes.pop(record["output"]))
             finally:
                 self.summary.lost = schedule.lost
@@ -160,7 +160,9 @@ class Run:
             sizes[task.output] = task.size
             yield task
 
-    def _tick(self) -> None:
+    def _tick(self, begun: Optional[float]) -> None:
+        if begun is not None:
+            self._progress.begin(begun)
         self._journal.tick()
         self._progress.show()
 
