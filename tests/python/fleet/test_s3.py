@@ -146,6 +146,13 @@ def test_a_store_without_the_bucket(store, s3nodes):
     assert ended.returncode == 1 and "s3://none" in ended.stderr, ended
 
 
+def test_a_store_that_does_not_answer(tmp_path):
+    ended = lumfleet("s3://captures", "--out", tmp_path / "out", "--format", "ply", "--endpoint", f"http://127.0.0.1:{free_port()}",
+                     env={**os.environ, **KEYS})
+    assert ended.returncode == 1 and ended.stderr.startswith("lumfleet: ") and "Could not connect" in ended.stderr, ended
+    assert "Traceback" not in ended.stderr
+
+
 def test_from_a_store_to_a_folder(store, s3nodes, tmp_path):
     ended = lumfleet("s3://captures/car*/drive[01].pcap", "--out", tmp_path / "out", "--format", "csv", "--endpoint", store.endpoint,
                      "--address", s3nodes.address, "-q")

@@ -9,6 +9,7 @@ import errno
 import os
 import shutil
 from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import datetime
 from typing import Any, Callable, NamedTuple, Optional, Union
 
@@ -118,6 +119,29 @@ class Local:
             pass
 
 
+class _Files:
+    """A file system of fsspec. Some raise errors of their own for what the network did: here all are OSError."""
+
+    def __init__(self, files: Any) -> None:
+        self._files = files
+
+    def __getattr__(self, name: str) -> Any:
+        def call(*arguments: Any, **options: Any) -> Any:
+            with _as_oserror():
+                return getattr(self._files, name)(*arguments, **options)
+        return call
+
+
+@contextmanager
+def _as_oserror() -> Iterator[None]:
+    try:
+        yield
+    except OSError:
+        raise
+    except Exception as error:
+        raise OSError(f"{type(error).__name__}: {error}") from error
+
+
 class Remote:
     """A folder of an object store, or of anything else that fsspec knows."""
 
@@ -135,7 +159,7 @@ class Remote:
             if endpoint:
                 options["endpoint_url"] = endpoint
         try:
-            self._files: Any = fsspec.filesystem(protocol, **options)
+            self._files = _Files(fsspec.filesystem(protocol, **options))
         except ImportError as error:
             raise Usage(f"{url}: {error}") from error
         except ValueError as error:
@@ -191,7 +215,7 @@ class Remote:
 
     def fetch(self, name: str, path: str, take: Callable[[bytes], object]) -> None:
         """Copy to a file of this machine; every block is given to take()."""
-        with self._files.open(self._key(name), "rb", block_size=16 << 20, cache_type="readahead") as source, \
+        with _as_oserror(), self._files.open(self._key(name), "rb", block_size=16 << 20, cache_type="readahead") as source, \
                 open(path, "wb") as target:
             while True:
                 block = source.read(4 * BLOCK)

@@ -101,6 +101,7 @@ class Summary:
     def __init__(self, out: str, form: str, totals: Totals) -> None:
         self._out, self._format, self._totals = out, form, totals
         self.converted = self.unchanged = self.failed = self.truncated = self.lossy = 0
+        self.unchanged_now = 0  # of those that had to be looked into
         self.points = self.frames = self.out_size = self.size = 0
         self.losses: Counter[str] = Counter()
         self.causes: Counter[str] = Counter()
@@ -136,8 +137,6 @@ class Summary:
     @property
     def left(self) -> int:
         return self._totals.todo - self.converted - self.unchanged_now - self.failed
-
-    unchanged_now = 0
 
     def text(self) -> str:
         t = self._totals

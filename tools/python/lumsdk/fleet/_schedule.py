@@ -166,8 +166,8 @@ class Schedule:
 
     def _may_try_again(self, task: Task, why: str) -> bool:
         tried = self._tried[task.output] = self._tried.get(task.output, 0) + 1
-        self.lost += 1
         if tried <= self._retries:
+            self.lost += 1
             self._tell(f"{task.source}: {why}; it is tried again")
         return tried <= self._retries
 
