@@ -34,7 +34,7 @@ class Schedule:
     def __init__(self, job: Job, jobs: int, retries: int, tell: Callable[[str], None]) -> None:
         import ray
 
-        self._ray = ray
+        self._ray: Any = ray
         self._job = job
         self._jobs = jobs
         self._retries = retries
