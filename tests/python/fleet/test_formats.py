@@ -1,0 +1,128 @@
+"""Formats that Python writes, and a worker by itself, without Ray."""
+import json
+import os
+
+import pytest
+import support
+from support import run_tool
+
+from lumsdk.fleet import _arguments, _work
+from lumsdk.fleet._ledger import Task
+
+
+@pytest.fixture
+def worker(tmp_path):
+    """Makes a worker of lumfleet with options, and its OUT."""
+    made = []
+
+    def make(*arguments):
+        options = _arguments.parse(["x", "--out", str(tmp_path / "out"), *arguments])
+        made.append(_work.Converter(_arguments.job(options, "run", "0")))
+        return made[-1]
+    yield make
+    for one in made:
+        one.close()
+
+
+def convert(worker, path, output="a/b.out", digest=""):
+    info = os.stat(path)
+    return worker.convert(Task(str(path), info.st_size, f"mtime:{info.st_mtime_ns}", output, digest), "run-1")
+
+
+def summary(path, *arguments):
+    return json.loads(run_tool("lumdump", path, "--json", *arguments).stdout)
+
+
+@pytest.mark.parametrize("form", ["parquet", "feather", "laz", "npy"])
+def test_formats_of_python_hold_lumdump_s_points(worker, small, tmp_path, form):
+    pytest.importorskip("lumsdk._convert")
+    got = convert(worker("--format", form, "--return", "strongest", "--range", "5:60"), small[1], f"a/b.{form}")
+    said = summary(small[1], "--return", "strongest", "--range", "5:60")
+    assert got["status"] == "done" and got["message"] == "" and got["points"] == said["points"] > 100
+    assert {n: got[n] for n in ("frames", "lost_words", "no_range")} == {n: said[n] for n in ("frames", "lost_words", "no_range")}
+    path = tmp_path / f"out/a/b.{form}"
+    assert got["output_size"] == path.stat().st_size
+    assert points_of(path) == said["points"]
+
+
+def points_of(path):
+    if path.suffix == ".parquet":
+        import pyarrow.parquet
+        return pyarrow.parquet.read_table(path).num_rows
+    if path.suffix == ".feather":
+        import pyarrow.feather
+        return pyarrow.feather.read_table(path).num_rows
+    if path.suffix == ".laz":
+        import laspy
+        return len(laspy.read(path).points)
+    import numpy
+    return len(numpy.load(path))
+
+
+@pytest.mark.parametrize("form", ["ply", "parquet"])
+def test_a_damaged_capture_has_lumdump_s_sentence(worker, tmp_path, form):
+    if form == "parquet":
+        pytest.importorskip("lumsdk._convert")
+    bad = tmp_path / "bad.pcap"
+    bad.write_bytes(b"no capture" * 10)
+    got = convert(worker("--format", form), bad)
+    assert (got["status"], got["message"]) == ("failed", f"{bad}: {support.DAMAGED}")
+    assert not support.outputs(tmp_path / "out")
+
+
+@pytest.mark.parametrize("form", ["ply", "parquet"])
+def test_a_capture_that_breaks_off_is_converted_with_a_warning(worker, small, tmp_path, form):
+    if form == "parquet":
+        pytest.importorskip("lumsdk._convert")
+    cut = tmp_path / "cut.pcap"
+    cut.write_bytes(small[1].read_bytes()[:100_000])
+    got = convert(worker("--format", form), cut)
+    assert got["status"] == "done" and got["truncated"] is True and got["points"] == summary(cut)["points"]
+    assert f"{cut}: cannot be read on after record" in got["message"]
+
+
+def test_a_capture_that_changes_meanwhile_fails(worker, small, tmp_path):
+    """Its first bytes and its last would be of two captures."""
+    path = tmp_path / "a.pcap"
+    path.write_bytes(small[0].read_bytes())
+    one = worker("--format", "ply")
+    by_lumdump = one._by_lumdump
+
+    def and_changed(*arguments):
+        got = by_lumdump(*arguments)
+        path.write_bytes(small[1].read_bytes())
+        return got
+    one._by_lumdump = and_changed
+    got = convert(one, path)
+    assert (got["status"], got["message"]) == ("failed", f"{path}: it changed while it was read")
+    assert not support.outputs(tmp_path / "out")
+
+
+def test_a_capture_that_is_gone_fails(worker, tmp_path, small):
+    path = tmp_path / "a.pcap"
+    path.write_bytes(small[0].read_bytes())
+    info = os.stat(path)
+    path.unlink()
+    got = worker("--format", "ply").convert(Task(str(path), info.st_size, "", "a.ply", ""), "run-1")
+    assert got["status"] == "failed" and f"{path}: cannot be read: it is no longer there" in got["message"]
+
+
+def test_the_same_bytes_are_not_converted_again(worker, small, tmp_path):
+    one = worker("--format", "ply")
+    first = convert(one, small[0])
+    output = tmp_path / "out/a/b.out"
+    before = output.stat()
+    again = convert(one, small[0], digest=first["digest"])
+    assert again["unchanged"] and output.stat() == before
+    assert "unchanged" not in convert(one, small[1], digest=first["digest"])
+    assert output.stat() != before
+
+
+def test_lumdump_killed_is_an_attempt_lost(worker, small):
+    one = worker("--format", "ply")
+    killer = os.path.join(one._work.path, "killed")
+    with open(killer, "w") as file:
+        file.write("#!/bin/sh\nkill -9 $$\n")
+    os.chmod(killer, 0o755)
+    one._lumdump = killer
+    assert convert(one, small[0])["lost"] == "lumdump was ended by SIGKILL"
