@@ -43,7 +43,8 @@ static size_t read_frames(const char *path)
     int status = lum_reader_open(&options, &reader, &error);
     while (status >= 0 && (status = lum_reader_next_frame(reader, &frame,
                                                           &error)) > 0) {
-        escape(lum_frame_floats(frame, LUM_COLUMN_X));
+        size_t spacing = 0;
+        escape(lum_frame_xyz(frame, &spacing));
         count += lum_frame_count(frame);
     }
     if (status < 0) {

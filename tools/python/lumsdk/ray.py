@@ -78,7 +78,7 @@ def _frames(stream: _Stream, options: Mapping[str, Any]) -> Iterator[Frame]:
     Where a stream fails, the library still gives what had come of the last frames. These are kept back: Ray reads again
     and leaves out as many blocks as it had, and must not take a part of a frame for the frame.
     """
-    with lumsdk.open(stream, **options) as source:  # type: ignore[arg-type, misc]
+    with lumsdk.open(stream, **options) as source:  # type: ignore[arg-type]
         for frame in source:
             if stream.problem is not None:
                 raise stream.problem
@@ -134,10 +134,9 @@ class _Metadata(DefaultFileMetadataProvider):
         super().__init__()
         self.ratio = ratio
 
-    def _get_block_metadata(self, paths: list[str], *, rows_per_file: Optional[int],
-                            file_sizes: list[Optional[int]]) -> BlockMetadata:
-        scaled = [None if size is None else int(size * self.ratio) for size in file_sizes]
-        return super()._get_block_metadata(paths, rows_per_file=rows_per_file, file_sizes=scaled)
+    def _get_block_metadata(self, paths: list[str], **known: Any) -> BlockMetadata:
+        known["file_sizes"] = [None if size is None else int(size * self.ratio) for size in known["file_sizes"]]
+        return super()._get_block_metadata(paths, **known)
 
 
 class _Captures(FileBasedDatasource):
@@ -213,7 +212,7 @@ def _match(path: str, filesystem: Any) -> list[str]:
     """The paths that a pattern means."""
     if filesystem is None and "://" not in path:
         return [path] if os.path.exists(path) else sorted(glob.glob(path, recursive=True))
-    if hasattr(filesystem, "glob"):  # fsspec's
+    if filesystem is not None and hasattr(filesystem, "glob"):  # fsspec's
         return sorted(filesystem.glob(path))
     begin = "".join(path[:min(path.index(mark) for mark in "*?[" if mark in path)].rpartition("/")[:2])
     folder, wanted = begin.rstrip("/") or begin, path[len(begin):]
@@ -283,8 +282,7 @@ def _portable(options: Mapping[str, Any]) -> dict[str, Any]:
     return made
 
 
-def read_captures(paths: Paths, *, columns: Union[str, Iterable[str], None] = None,
-                  rows: Literal["points", "frames"] = "points", keys: Iterable[str] = ("source", "frame"),
+def read_captures(paths: Paths, *, rows: Literal["points", "frames"] = "points", keys: Iterable[str] = ("source", "frame"),
                   filesystem: Any = None, shuffle: Any = None, ignore_missing_paths: bool = False,
                   override_num_blocks: Optional[int] = None, concurrency: Optional[int] = None,
                   ray_remote_args: Optional[dict[str, Any]] = None, **options: Unpack[Options]) -> ray.data.Dataset:
@@ -301,7 +299,7 @@ def read_captures(paths: Paths, *, columns: Union[str, Iterable[str], None] = No
     keys are added to every row, of "source" (the path, as the file system names it), "frame" (its number, int64),
     "sensor" (its address) and "utc" (its begin, in nanoseconds). Of points, the texts are dictionaries of Arrow.
 
-    The options are those of lumsdk.open(), without progress. A calibration or a profile named by a path is read here, once.
+    The options are those of lumsdk.open(), such as columns, without progress. A calibration or a profile named by a path is read here, once.
     shuffle, ignore_missing_paths, override_num_blocks, concurrency and ray_remote_args are those of Ray's own functions.
 
     A block is a frame, made while it is read; a capture is read by one task, a megabyte or so at a time. Blocks come again
@@ -316,10 +314,11 @@ def read_captures(paths: Paths, *, columns: Union[str, Iterable[str], None] = No
     for key in added:
         if key not in _KEYS:
             raise OptionError(f"keys has {key!r}; right is some of {', '.join(_KEYS)}")
-    form = _Form(_choose(columns, rows), tuple(dict.fromkeys(added)), rows == "frames")
+    form = _Form(_choose(options.get("columns"), rows), tuple(dict.fromkeys(added)), rows == "frames")
     portable = _portable({**options, "columns": form.needed()})
     named = _expand(paths, filesystem)
     source = _Captures(named, form, portable, filesystem=filesystem, shuffle=shuffle,
                        partition_filter=_is_capture(named), ignore_missing_paths=ignore_missing_paths)
-    return ray.data.read_datasource(source, override_num_blocks=override_num_blocks, concurrency=concurrency,
-                                    ray_remote_args=ray_remote_args)
+    made: ray.data.Dataset = ray.data.read_datasource(source, override_num_blocks=override_num_blocks, concurrency=concurrency,
+                                                      ray_remote_args=ray_remote_args)
+    return made
