@@ -1,14 +1,14 @@
 # shellcheck shell=bash
-# Completion of lumctl, lumdump, lumsim, lumtable, lumview for bash. Options and the words they
+# Completion of lumctl, lumdump, lumfleet, lumsim, lumtable, lumview for bash. Options and the words they
 # take are read from the tools' own --help, so this file does not have to know them.
 
 _lumsdk_options() {
     "$1" --help 2>/dev/null | grep -oE -- '(^|[ ,])--[a-z][a-z-]*' | grep -oE -- '--[a-z-]+' | sort -u
 }
 
-# The words of "--option a|b|c" in the help.
+# The words of "--option a|b|c" in the help, where a line that ends in | goes on.
 _lumsdk_words() {
-    "$1" --help 2>/dev/null | sed -nE "s/.*$2 ([a-z0-9]+(\|[A-Za-z0-9]+)+).*/\1/p" | head -n 1 | tr '|' '\n'
+    "$1" --help 2>/dev/null | sed -e ':again' -e '/|$/ { N; s/\n *//; b again' -e '}' | sed -nE "s/.*$2 ([a-z0-9]+(\|[A-Za-z0-9]+)+).*/\1/p" | head -n 1 | tr '|' '\n'
 }
 
 _lumsdk_files() {
@@ -75,7 +75,7 @@ _lumsdk() {
         return
     fi
     case $previous in
-    --output | -o | --calibration | --profile | --log | --truth | --replay)
+    --out | --output | -o | --calibration | --profile | --log | --truth | --replay)
         _lumsdk_files "$current"
         return
         ;;
@@ -123,7 +123,9 @@ _lumsdk() {
         else
             _lumsdk_files "$current"
         fi
+    elif [[ ${tool##*/} == lumfleet ]]; then
+        _lumsdk_files "$current"
     fi
 }
 
-complete -F _lumsdk lumctl lumdump lumsim lumtable lumview
+complete -F _lumsdk lumctl lumdump lumfleet lumsim lumtable lumview

@@ -1,0 +1,21 @@
+"""What ends a run before it begins, or makes it stop."""
+from __future__ import annotations
+
+
+class FleetError(Exception):
+    """A run cannot begin or go on. The text is for the user; status is that of the program."""
+
+    def __init__(self, text: str, status: int = 1) -> None:
+        super().__init__(text)
+        self.status = status
+
+
+class Usage(FleetError):
+    """Arguments that are wrong."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text, 2)
+
+
+class Stopped(BaseException):
+    """A signal came."""

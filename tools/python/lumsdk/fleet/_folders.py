@@ -1,0 +1,47 @@
+"""Folders for a process's own work, removed by a later process if it dies."""
+from __future__ import annotations
+
+import glob
+import os
+import shutil
+import tempfile
+from typing import IO
+
+PREFIX = "lumfleet-"
+
+
+class WorkFolder:
+    """A folder in TMPDIR that is locked while its process lives."""
+
+    def __init__(self) -> None:
+        remove_dead()
+        self.path = tempfile.mkdtemp(prefix=PREFIX)
+        self._lock: IO[bytes] = open(os.path.join(self.path, "lock"), "wb")
+        _lock(self._lock)
+
+    def remove(self) -> None:
+        self._lock.close()
+        shutil.rmtree(self.path, ignore_errors=True)
+
+
+def _lock(file: IO[bytes]) -> bool:
+    try:
+        import fcntl
+    except ImportError:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def remove_dead() -> None:
+    """Removes those whose process was killed."""
+    for path in glob.glob(os.path.join(glob.escape(tempfile.gettempdir()), PREFIX + "*", "lock")):
+        try:
+            with open(path, "rb") as file:
+                if _lock(file):
+                    shutil.rmtree(os.path.dirname(path), ignore_errors=True)
+        except OSError:
+            continue

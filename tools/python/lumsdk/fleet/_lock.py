@@ -1,0 +1,99 @@
+"""One run at a time in an OUT: two would take each other's files for left ones."""
+from __future__ import annotations
+
+import json
+import os
+import socket
+import threading
+import time
+from typing import IO, Any, Optional
+
+from ._errors import FleetError
+from ._places import Local, Place
+
+LEASE = ".lumfleet/lease.json"
+LEASE_S = 60.0
+RENEW_S = 15.0
+
+
+class FolderLock:
+    """The system's lock of a file, which ends with its process."""
+
+    def __init__(self, out: Local) -> None:
+        path = out.where(".lumfleet/lock")
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        self._file: Optional[IO[str]] = open(path, "a+", encoding="utf-8")
+        try:
+            import fcntl
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except ImportError:
+            return
+        except OSError as error:
+            self._file.close()
+            if not isinstance(error, BlockingIOError):
+                return  # a file system without locks
+            raise FleetError(f"{out.url}: another lumfleet is writing to it; two at once would spoil each other's files") from error
+
+    def release(self) -> None:
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+
+class Lease:
+    """An object that its holder renews; a store has no locks. A holder that died on this machine is
+    known at once, another one after a minute."""
+
+    def __init__(self, out: Place, run: str) -> None:
+        self._out = out
+        self._text = {"run": run, "host": socket.gethostname(), "pid": os.getpid()}
+        held = self._read()
+        if held and not _is_over(held):
+            raise FleetError(f"{out.url}: another lumfleet is writing to it, process {held.get('pid')} of {held.get('host')};"
+                             f" if that has ended, try again in {LEASE_S:.0f} s")
+        self._write()
+        if (self._read() or {}).get("run") != run:
+            raise FleetError(f"{out.url}: another lumfleet began to write to it at the same time")
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._renew, daemon=True)
+        self._thread.start()
+
+    def _read(self) -> Optional[dict[str, Any]]:
+        try:
+            held: dict[str, Any] = json.loads(self._out.read(LEASE))
+        except (FileNotFoundError, ValueError):
+            return None
+        return held
+
+    def _write(self) -> None:
+        self._out.write(LEASE, json.dumps({**self._text, "time": time.time()}).encode())
+
+    def _renew(self) -> None:
+        while not self._end.wait(RENEW_S):
+            try:
+                self._write()
+            except OSError:
+                continue  # the next one in time will do
+
+    def release(self) -> None:
+        self._end.set()
+        self._thread.join()
+        self._out.remove(LEASE)
+
+
+def _is_over(held: dict[str, Any]) -> bool:
+    if held.get("host") == socket.gethostname():
+        if held.get("pid") == os.getpid():
+            return True
+        try:
+            os.kill(int(held["pid"]), 0)
+        except ProcessLookupError:
+            return True
+        except (OSError, KeyError, ValueError):
+            pass
+    return time.time() - float(held.get("time", 0)) > LEASE_S
+
+
+def lock(out: Place, run: str) -> FolderLock | Lease:
+    """Refuses an OUT to which another run writes."""
+    return FolderLock(out) if isinstance(out, Local) else Lease(out, run)

@@ -1,0 +1,70 @@
+"""The table of OUT: a row for each capture, by the outputs' names, in manifest.parquet."""
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from ._errors import FleetError
+from ._places import Place
+
+NAME = "manifest.parquet"
+ROWS = 10_000
+
+LOSSES = ("lost_words", "lines_missing_angles", "lines_skipped", "lines_cut", "no_angle", "no_range", "bad_words", "late",
+          "duplicate", "conflict", "no_room", "stray", "malformed", "unknown_tag", "unknown_type", "cut_short", "foreign", "other",
+          "lines_under_way", "words_under_way", "no_angle_under_way")
+COUNTS = ("records", "frames", "lines", "points", *LOSSES)
+TEXTS = ("output", "source", "stamp", "digest", "options", "version", "status", "message")
+
+
+def schema() -> Any:
+    import pyarrow as pa
+
+    columns = [("output", pa.string()), ("source", pa.string()), ("size", pa.int64()), ("stamp", pa.string()),
+               ("digest", pa.string()), ("options", pa.string()), ("version", pa.string()), ("status", pa.string()),
+               ("message", pa.string()), ("output_size", pa.int64()), ("truncated", pa.bool_())]
+    columns += [(name, pa.int64()) for name in COUNTS]
+    return pa.schema([*columns, ("seconds", pa.float64())])
+
+
+def read(out: Place) -> Iterator[dict[str, Any]]:
+    """The rows of an earlier run, none if there was none."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    if out.entry(NAME) is None:
+        return
+    try:
+        table = pq.ParquetFile(pa.BufferReader(out.read(NAME)) if not out.is_local else out.where(NAME))
+        for batch in table.iter_batches(batch_size=ROWS):
+            yield from batch.select([c for c in schema().names if c in batch.schema.names]).to_pylist()
+    except (pa.ArrowException, OSError) as error:
+        raise FleetError(f"{out.where(NAME)}: cannot be read: {error}; remove it, and all is converted again") from error
+
+
+def write(out: Place, rows: Iterable[dict[str, Any]], folder: str, attempt: str) -> None:
+    """Written whole in a folder of this machine, or of OUT if that is one, then named."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    path = out.where(attempt) if out.is_local else os.path.join(folder, NAME)
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    form = schema()
+    with pq.ParquetWriter(path, form, compression="zstd") as file:
+        for batch in _batches(rows):
+            file.write_table(pa.Table.from_pylist([{name: row.get(name) for name in form.names} for row in batch], schema=form))
+    with open(path, "rb+") as written:
+        os.fsync(written.fileno())
+    out.name_as(path, NAME, attempt)
+
+
+def _batches(rows: Iterable[dict[str, Any]]) -> Iterator[list[dict[str, Any]]]:
+    batch = []
+    for row in rows:
+        batch.append(row)
+        if len(batch) == ROWS:
+            yield batch
+            batch = []
+    if batch:
+        yield batch

@@ -1,0 +1,187 @@
+"""What the user sees: progress on a terminal, and the summary."""
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+from collections import Counter
+from typing import Any, Optional
+
+from ._ledger import Record, Totals
+from ._manifest import LOSSES
+
+PERIOD_S = 0.5
+SHOWN_FAILURES = 10
+
+
+def size(count: float) -> str:
+    """Bytes for people."""
+    for unit in ("B", "kB", "MB", "GB", "TB"):
+        if count < 1000:
+            break
+        count /= 1000
+    else:
+        unit = "PB"
+    return f"{count:.0f} {unit}" if unit == "B" or count >= 99.95 else f"{count:.1f} {unit}"
+
+
+def span(seconds: float) -> str:
+    """Seconds for people."""
+    whole = int(seconds + 0.5)
+    if whole < 100:
+        return f"{whole} s"
+    hours, minutes = divmod(whole // 60, 60)
+    return f"{hours} h {minutes:02} min" if hours else f"{minutes} min {whole % 60:02} s"
+
+
+def captures(count: int) -> str:
+    return f"{count:,} capture{'' if count == 1 else 's'}"
+
+
+class Progress:
+    """One line on a terminal; nothing elsewhere."""
+
+    def __init__(self, totals: Totals, is_on: bool) -> None:
+        self._totals = totals
+        self._is_on = is_on and sys.stderr.isatty()
+        self._begin = time.monotonic()
+        self._shown = 0.0
+        self._width = 0
+        self.done = self.size = self.failed = 0
+
+    def add(self, record: Record, planned_size: int) -> None:
+        self.done += 1
+        self.size += planned_size
+        self.failed += record["status"] != "done"
+
+    def seconds(self) -> float:
+        return time.monotonic() - self._begin
+
+    def line(self) -> str:
+        """Done of all, rates, time left: of bytes or of captures, whichever takes longer."""
+        passed = max(self.seconds(), 1e-3)
+        text = f"{self.done:,} of {captures(self._totals.todo)}, {size(self.size)} of {size(self._totals.todo_size)}," \
+               f" {self.size / passed / 1e9:.2f} GB/s, {self.done / passed:.1f} captures/s"
+        if self.failed:
+            text += f", {self.failed:,} failed"
+        if self.done:
+            left = max((self._totals.todo - self.done) / self.done, (self._totals.todo_size - self.size) / max(self.size, 1))
+            text += f", {span(passed * left)} left"
+        return text
+
+    def show(self) -> None:
+        now = time.monotonic()
+        if self._is_on and now - self._shown >= PERIOD_S:
+            self._shown = now
+            room = max(20, os.get_terminal_size(sys.stderr.fileno()).columns - 1)
+            text = self.line()[:room]
+            sys.stderr.write("\r" + text.ljust(self._width))
+            sys.stderr.flush()
+            self._width = len(text)
+
+    def clear(self) -> None:
+        if self._is_on and self._width:
+            sys.stderr.write("\r" + " " * self._width + "\r")
+            sys.stderr.flush()
+            self._width = 0
+            self._shown = 0.0
+
+
+class Summary:
+    """Counts of a run."""
+
+    def __init__(self, out: str, form: str, totals: Totals) -> None:
+        self._out, self._format, self._totals = out, form, totals
+        self.converted = self.unchanged = self.failed = self.truncated = self.lossy = 0
+        self.points = self.frames = self.out_size = self.size = 0
+        self.losses: Counter[str] = Counter()
+        self.causes: Counter[str] = Counter()
+        self.other_versions = 0
+        self.seconds = 0.0
+        self.workers = 0
+        self.lost = 0
+        self.interrupted = False
+        self.manifest = ""
+
+    def add_made(self, record: Record) -> None:
+        """A capture that this run converted or tried to."""
+        if record["status"] != "done":
+            self.failed += 1
+            self.causes[record["message"].replace(record["source"], "CAPTURE")] += 1
+            return
+        self.converted += 1
+        self.size += record["size"]
+
+    def add_row(self, record: Record, version: str) -> None:
+        """A row of the manifest, of this run's captures."""
+        if record["status"] != "done":
+            return
+        self.points += record.get("points") or 0
+        self.frames += record.get("frames") or 0
+        self.out_size += record.get("output_size") or 0
+        self.truncated += bool(record.get("truncated"))
+        self.other_versions += record["version"] != version
+        lost = {name: record[name] for name in LOSSES if record.get(name) and not name.endswith("under_way") and name != "no_range"}
+        self.lossy += bool(lost)
+        self.losses.update(lost)
+
+    @property
+    def left(self) -> int:
+        return self._totals.todo - self.converted - self.unchanged_now - self.failed
+
+    unchanged_now = 0
+
+    def text(self) -> str:
+        t = self._totals
+        lines = [f"{captures(t.captures)}, {size(t.size)}, to {self._out} as {self._format}",
+                 f"  converted   {self.converted:,}, {size(self.size)}, in {span(self.seconds)}: "
+                 f"{self.size / max(self.seconds, 1e-3) / 1e9:.2f} GB/s, {self.converted / max(self.seconds, 1e-3):.1f} captures/s"
+                 f" with {self.workers} worker{'' if self.workers == 1 else 's'}"]
+        if self.unchanged:
+            lines.append(f"  unchanged   {self.unchanged:,}")
+        if self.failed:
+            lines.append(f"  failed      {self.failed:,}, for these reasons:")
+            for cause, count in sorted(self.causes.items(), key=lambda pair: (-pair[1], pair[0]))[:SHOWN_FAILURES]:
+                lines.append(f"    {count:,} x {cause}")
+            if len(self.causes) > SHOWN_FAILURES:
+                lines.append(f"    and {len(self.causes) - SHOWN_FAILURES:,} other reasons")
+        if self.left:
+            lines.append(f"  not begun   {self.left:,}; the same command goes on")
+        lines.append(f"  in OUT now  {self.frames:,} frames, {self.points:,} points, {size(self.out_size)}")
+        if self.losses:
+            lines.append(f"  losses in   {captures(self.lossy)}: " + ", ".join(f"{n} {c:,}" for n, c in sorted(self.losses.items())))
+        if self.truncated:
+            lines.append(f"  broken off  {captures(self.truncated)}, converted as far as they go")
+        if self.other_versions:
+            lines.append(f"  versions    {captures(self.other_versions)} converted by another version; --again makes them anew")
+        if self.lost:
+            lines.append(f"  retried     {self.lost:,}, because a worker or a machine died")
+        lines.append(f"  manifest    {self.manifest}")
+        return "\n".join(lines)
+
+    def json(self) -> str:
+        t = self._totals
+        data: dict[str, Any] = {
+            "out": self._out, "format": self._format, "captures": t.captures, "bytes": t.size, "converted": self.converted,
+            "converted_bytes": self.size, "unchanged": self.unchanged, "failed": self.failed, "not_begun": self.left,
+            "frames": self.frames, "points": self.points, "output_bytes": self.out_size, "truncated": self.truncated,
+            "losses": dict(sorted(self.losses.items())), "other_versions": self.other_versions, "retried": self.lost,
+            "interrupted": self.interrupted, "seconds": round(self.seconds, 3), "workers": self.workers,
+            "manifest": self.manifest}
+        return json.dumps(data, indent=2)
+
+
+def plan_json(totals: Totals, out: str, form: str) -> str:
+    """What --dry-run says with --json."""
+    return json.dumps({"out": out, "format": form, "captures": totals.captures, "bytes": totals.size,
+                       "to_convert": totals.todo, "to_convert_bytes": totals.todo_size,
+                       "unchanged": totals.captures - totals.todo}, indent=2)
+
+
+def plan_text(totals: Totals, out: str, form: str) -> str:
+    """What --dry-run says at its end."""
+    unchanged: Optional[str] = None
+    if totals.captures > totals.todo:
+        unchanged = f", {totals.captures - totals.todo:,} are there and unchanged"
+    return f"{captures(totals.todo)}, {size(totals.todo_size)}, would be converted to {out} as {form}{unchanged or ''}"

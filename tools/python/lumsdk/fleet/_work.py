@@ -1,0 +1,237 @@
+"""The conversion of a capture, in a worker that lives for many of them."""
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import warnings
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import Any, Optional
+
+from ._errors import FleetError
+from ._folders import WorkFolder
+from ._job import LUMDUMP_FORMATS, Job, find_lumdump
+from ._ledger import Record, Task
+from ._manifest import COUNTS, LOSSES
+from ._places import BLOCK, Entry, Local, Remote, place
+
+MARK = ".lumfleet/run"
+PARTS = ".lumfleet/parts"
+LONGEST_MESSAGE = 2000
+
+
+class _Failed(Exception):
+    """The capture cannot be converted; another attempt would end in the same way."""
+
+
+class Lost(Exception):
+    """The attempt ended for a reason that is not the capture's."""
+
+
+class Converter:
+    """Converts captures one after another. A Ray actor, or used as it is."""
+
+    def __init__(self, job: Job) -> None:
+        self._job = job
+        self._work = WorkFolder()
+        self._out = place(job.out, job.endpoint)
+        self._lumdump = find_lumdump(job.lumdump) if job.format in LUMDUMP_FORMATS else ""
+        self._threads = ThreadPoolExecutor(1)
+        self._die_with_us = _death_signal()
+        for name, data in job.files.items():
+            with open(os.path.join(self._work.path, name), "wb") as file:
+                file.write(data)
+
+    def ready(self) -> dict[str, Any]:
+        """Says where it is, once it can begin."""
+        try:
+            mark = self._out.read(MARK).decode()
+        except FileNotFoundError:
+            mark = ""
+        if mark != self._job.run:
+            return {"error": f"{os.uname().nodename} does not see {self._job.out}: all machines of a cluster need it by this"
+                             " name; name a shared folder or an object store"}
+        return {"pid": os.getpid(), "version": version()}
+
+    def close(self) -> None:
+        """Removes what it has on this machine."""
+        self._threads.shutdown()
+        self._work.remove()
+
+    def convert(self, task: Task, attempt: str) -> Record:
+        """The row of the manifest. `lost` in it: the attempt has to be made again."""
+        begin = time.monotonic()
+        record: Record = {"output": task.output, "source": task.source, "size": task.size, "stamp": task.stamp,
+                          "options": self._job.options, "version": self._job.version, "message": "", "status": "failed"}
+        try:
+            self._convert(task, f"{PARTS}/{attempt}", record)
+        except _Failed as failure:
+            record["message"] = str(failure)
+        except Lost as lost:
+            record["lost"] = str(lost)
+        except OSError as error:
+            record["message"] = _sentence(error, task)
+            if not self._out.is_local or "://" in task.source:
+                record["lost"] = record["message"]
+        record["message"] = record["message"][:LONGEST_MESSAGE]
+        record["seconds"] = round(time.monotonic() - begin, 3)
+        return record
+
+    def _convert(self, task: Task, part: str, record: Record) -> None:
+        with self._at_hand(task, record) as path:
+            if path is None:
+                return
+            made = self._room(part)
+            try:
+                record.update(self._made(path, made, task))
+                self._check_unchanged(task, record)
+                record["output_size"] = os.path.getsize(made)
+                self._out.name_as(made, task.output, f"{part}/made")
+                record["status"] = "done"
+            finally:
+                shutil.rmtree(os.path.dirname(made), ignore_errors=True)
+
+    # The capture
+
+    @contextmanager
+    def _at_hand(self, task: Task, record: Record) -> Iterator[Optional[str]]:
+        """The capture as a file of this machine; None if its output is there and its bytes are the same.
+        Fills in its state and, at the end, its digest."""
+        entry, source = self._entry(task)
+        record.update(size=entry.size, stamp=entry.stamp)
+        if isinstance(source, Remote):
+            folder = os.path.join(self._work.path, "capture")
+            os.makedirs(folder, exist_ok=True)
+            path = os.path.join(folder, entry.name)
+            try:
+                sha = hashlib.sha256()
+                source.fetch(entry.name, path, sha.update)
+                record["digest"] = sha.hexdigest()
+                yield None if self._is_same(task, record) else path
+            finally:
+                shutil.rmtree(folder, ignore_errors=True)
+            return
+        path = source.where(entry.name)
+        if task.digest:
+            record["digest"] = _digest(path)
+            yield None if self._is_same(task, record) else path
+            return
+        digest = self._threads.submit(_digest, path)
+        try:
+            yield path
+        finally:
+            record["digest"] = digest.result()
+
+    def _is_same(self, task: Task, record: Record) -> bool:
+        if task.digest and record["digest"] == task.digest:
+            self._check_unchanged(task, record)
+            record["unchanged"] = True
+        return "unchanged" in record
+
+    def _entry(self, task: Task) -> tuple[Entry, Local | Remote]:
+        folder, _, name = task.source.rpartition("/" if "://" in task.source else os.sep)
+        source = place(folder or os.sep, self._job.endpoint)
+        entry = source.entry(name)
+        if entry is None:
+            raise _Failed(f"{task.source}: cannot be read: it is no longer there, or not on {os.uname().nodename}")
+        return entry, source
+
+    def _check_unchanged(self, task: Task, record: Record) -> None:
+        entry, _ = self._entry(task)
+        if (entry.size, entry.stamp) != (record["size"], record["stamp"]):
+            raise _Failed(f"{task.source}: it changed while it was read")
+
+    # The output
+
+    def _room(self, part: str) -> str:
+        """Where to write: on OUT's own disk, so that it only has to be named, or on ours, to be sent."""
+        folder = self._out.where(part) if self._out.is_local else os.path.join(self._work.path, "made")
+        os.makedirs(folder, exist_ok=True)
+        return os.path.join(folder, f"made.{self._job.format}")
+
+    def _made(self, path: str, made: str, task: Task) -> Record:
+        if self._job.format in LUMDUMP_FORMATS:
+            return self._by_lumdump(path, made, task)
+        return self._by_convert(path, made, task)
+
+    def _by_lumdump(self, path: str, made: str, task: Task) -> Record:
+        command = [self._lumdump, path, "-o", made, "--format", self._job.format, "--json", *self._job.arguments]
+        ended = subprocess.run(command, capture_output=True, text=True, errors="replace", cwd=self._work.path, check=False,
+                               stdin=subprocess.DEVNULL, preexec_fn=self._die_with_us)
+        lines = [line.split("lumdump: ", 1)[-1] for line in ended.stderr.splitlines() if line.strip()]
+        said = "; ".join(lines).replace(path, task.source).replace(made, self._out.where(task.output))
+        if ended.returncode < 0:
+            raise Lost(f"lumdump was ended by {signal.Signals(-ended.returncode).name}")
+        if ended.returncode:
+            raise _Failed(said or f"lumdump ended with status {ended.returncode}")
+        summary = json.loads(ended.stdout)
+        return {"message": said, "truncated": summary["truncated"], **{name: summary[name] for name in COUNTS}}
+
+    def _by_convert(self, path: str, made: str, task: Task) -> Record:
+        import lumsdk
+
+        try:
+            with in_folder(self._work.path), warnings.catch_warnings(record=True) as said:
+                warnings.simplefilter("always")
+                summary = lumsdk.convert(path, made, **self._job.keywords)
+        except lumsdk.Error as error:
+            raise _Failed(str(error).replace(path, task.source).replace(made, self._out.where(task.output))) from error
+        words = dict.fromkeys(f"warning: {warning.message}" for warning in said)
+        return {**counted(summary), "message": "; ".join(words).replace(path, task.source)}
+
+
+@contextmanager
+def in_folder(path: str) -> Iterator[None]:
+    """Calibration and profile are named as they are on every machine."""
+    before = os.getcwd()
+    os.chdir(path)
+    try:
+        yield
+    finally:
+        os.chdir(before)
+
+
+def counted(summary: Any) -> Record:
+    """lumsdk.convert()'s summary as columns of the manifest; it does not tell all of them."""
+    return {"truncated": bool(summary["truncated"]), **{name: summary.get(name) for name in COUNTS},
+            **{name: summary["losses"].get(name, 0) for name in LOSSES}}
+
+
+def version() -> str:
+    import lumsdk
+
+    return lumsdk.__version__
+
+
+def _digest(path: str) -> str:
+    sha = hashlib.sha256()
+    with open(path, "rb", buffering=0) as file:
+        while block := file.read(4 * BLOCK):
+            sha.update(block)
+    return sha.hexdigest()
+
+
+def _sentence(error: OSError, task: Task) -> str:
+    """What the system said, with a name that the user knows."""
+    why = error.strerror or str(error)
+    return f"{task.source}: {why}" if error.filename in (None, task.source) else f"{task.output}: {why}"
+
+
+def _death_signal() -> Any:
+    """Makes lumdump end when its worker is killed, where the system can do that."""
+    if not sys.platform.startswith("linux"):
+        return None
+    import ctypes
+
+    prctl = ctypes.CDLL(None, use_errno=True).prctl
+    return lambda: prctl(1, signal.SIGKILL)
+
+
+__all__ = ["Converter", "FleetError", "Lost", "MARK", "PARTS", "counted", "version"]

@@ -1,0 +1,275 @@
+"""The program lumfleet."""
+from __future__ import annotations
+
+import argparse
+import os
+import secrets
+import signal
+import sys
+import time
+from typing import Any, Optional
+
+from . import _arguments, _journal, _manifest
+from ._errors import FleetError, Stopped
+from ._folders import WorkFolder, remove_dead
+from ._inputs import captures
+from ._job import Job
+from ._journal import Journal
+from ._ledger import Ledger, Record
+from ._lock import lock
+from ._places import Local, Place, place
+from ._report import Progress, Summary, plan_json, plan_text
+from ._work import MARK, PARTS, version
+
+RESERVE = ".lumfleet/reserve"
+RESERVE_OF_ROW = 512
+RESERVE_LEAST = 32 << 10
+OBJECT_STORE = 80 << 20
+SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")
+
+
+class Signals:
+    """The first signal stops the run, the next one ends the program at once."""
+
+    def __init__(self) -> None:
+        self.caught = 0
+        self.waits = False  # the run looks at `caught` itself
+
+    def install(self) -> None:
+        for name in SIGNALS:
+            number = getattr(signal, name, None)
+            if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+                signal.signal(number, self._take)
+
+    def _take(self, number: int, _: object) -> None:
+        if self.caught:
+            die_of(number)
+        self.caught = number
+        if not self.waits:
+            raise Stopped
+
+
+def die_of(number: int) -> None:
+    """As the house's tools: the caller sees the signal."""
+    signal.signal(number, signal.SIG_DFL)
+    os.kill(os.getpid(), number)
+
+
+class Run:
+    """A run: plan, convert, manifest."""
+
+    def __init__(self, options: argparse.Namespace, job: Job, signals: Signals) -> None:
+        self._options, self._job, self._signals = options, job, signals
+        self._out: Place = place(options.out, options.endpoint)
+        self._work = WorkFolder()
+        self._ledger = Ledger(self._work.path)
+        self._rays = False
+
+    # Plan
+
+    def plan(self) -> None:
+        """Refuses what cannot be done as a whole, before anything is written."""
+        o = self._options
+        if self._out.kind() == "file":
+            raise FleetError(f"--out: {o.out}: is a file; a folder is needed", 2)
+        self._ledger.plan(captures(o.inputs, o.endpoint, self._out.url), o.format)
+        is_there = False
+        for record in self._known():
+            self._ledger.put(record)
+            is_there = True
+        if is_there:
+            self._ledger.see(self._out.walk(apart=self._out.where(".lumfleet")))
+            self._ledger.compare(self._job.options, o.again)
+        self.totals = self._ledger.totals()
+
+    def _known(self) -> Any:
+        yield from _manifest.read(self._out)
+        yield from _journal.earlier(self._out)
+
+    def dry(self) -> int:
+        if self._options.json:
+            print(plan_json(self.totals, self._out.url, self._job.format))
+            return 0
+        if not self._options.quiet:
+            for task in self._ledger.tasks():
+                print(f"{task.source} -> {self._out.where(task.output)}")
+        print(plan_text(self.totals, self._out.url, self._job.format))
+        return 0
+
+    # Convert
+
+    def convert(self) -> int:
+        """Status 0 or 1; -N for the signal N."""
+        held = lock(self._out, self._job.run)
+        try:
+            self._out.remove_folder(PARTS)
+            self._out.write(MARK, self._job.run.encode())
+            self._reserve()
+            return self._convert_locked()
+        finally:
+            self._out.remove(MARK)
+            self._out.remove_folder(PARTS)
+            held.release()
+
+    def _convert_locked(self) -> int:
+        o = self._options
+        self._journal = Journal(self._out, self._job.run)
+        self.summary = Summary(self._out.url, self._job.format, self.totals)
+        self.summary.unchanged = self.totals.captures - self.totals.todo
+        self._progress = Progress(self.totals, not o.quiet)
+        trouble: Optional[FleetError] = None
+        self._signals.waits = True
+        if self.totals.todo and not self._signals.caught:
+            try:
+                self._by_ray()
+            except FleetError as error:
+                trouble = error
+        self.summary.seconds = self._progress.seconds()
+        self._progress.clear()
+        self._write_manifest()
+        self._tell_summary()
+        if trouble is not None:
+            raise trouble
+        if self._signals.caught:
+            return -self._signals.caught
+        return 1 if self.summary.failed or not self.summary.manifest else 0
+
+    def _by_ray(self) -> None:
+        from ._cluster import connect, leave
+
+        sizes = {}
+        workers = connect(self._options, self._work.path, OBJECT_STORE, _arguments.local_jobs(self._options))
+        self._signals.install()  # Ray has its own
+        try:
+            from ._schedule import Schedule
+
+            schedule = Schedule(self._job, min(workers, self.totals.todo), self._options.retries, self._tell)
+            self.summary.workers = min(workers, self.totals.todo)
+            try:
+                tasks = self._remember(sizes)
+                for record in schedule.run(tasks, lambda: bool(self._signals.caught), self._tick):
+                    self._take(record, sizes.pop(record["output"]))
+            finally:
+                self.summary.lost = schedule.lost
+                schedule.close()
+        finally:
+            leave()
+
+    def _remember(self, sizes: dict[str, int]) -> Any:
+        for task in self._ledger.tasks():
+            sizes[task.output] = task.size
+            yield task
+
+    def _tick(self) -> None:
+        self._journal.tick()
+        self._progress.show()
+
+    def _take(self, record: Record, size: int) -> None:
+        if record.pop("unchanged", False):
+            record = {**(self._ledger.row(record["output"]) or {}), **{n: record[n] for n in ("source", "size", "stamp", "digest")}}
+            self.summary.unchanged += 1
+            self.summary.unchanged_now += 1
+        else:
+            self.summary.add_made(record)
+            if record["status"] != "done":
+                self._tell_failed(record)
+        self._ledger.put(record)
+        self._journal.add(record)
+        self._progress.add(record, size)
+
+    # The manifest
+
+    def _reserve(self) -> None:
+        """Room for the manifest, if the disk becomes full."""
+        if isinstance(self._out, Local) and hasattr(os, "posix_fallocate"):
+            path = self._out.where(RESERVE)
+            try:
+                with open(path, "wb") as file:
+                    os.posix_fallocate(file.fileno(), 0, RESERVE_LEAST + RESERVE_OF_ROW * self.totals.captures)
+            except OSError:
+                self._out.remove(RESERVE)
+
+    def _write_manifest(self) -> None:
+        """Also of a run that was stopped. What cannot be written stays in the journal."""
+        self._journal.tick(now=True)
+        self._journal.close()
+        self._out.remove_folder(PARTS)
+        self._out.remove(RESERVE)
+        try:
+            _manifest.write(self._out, self._ledger.rows(), self._work.path, f"{PARTS}/{self._job.run}-manifest")
+        except OSError as error:
+            _arguments.told(f"{self._out.where(_manifest.NAME)}: cannot be written: {error.strerror or error}"
+                            "; the same command goes on when this is mended")
+            return
+        _journal.forget(self._out)
+        self.summary.manifest = self._out.where(_manifest.NAME)
+
+    # Words
+
+    def _tell(self, text: str) -> None:
+        if not self._options.quiet:
+            self._progress.clear()
+            _arguments.told(f"warning: {text}")
+
+    def _tell_failed(self, record: Record) -> None:
+        self._progress.clear()
+        text = record["message"]
+        _arguments.told(text if record["source"] in text else f"{record['source']}: {text}")
+
+    def _tell_summary(self) -> None:
+        self.summary.interrupted = bool(self._signals.caught)
+        for record in self._ledger.planned_rows():
+            self.summary.add_row(record, self._job.version)
+        if self._options.json:
+            print(self.summary.json(), flush=True)
+        elif not self._options.quiet:
+            print(self.summary.text(), flush=True)
+
+    def close(self) -> None:
+        self._ledger.close()
+        self._work.remove()
+        remove_dead()
+
+
+def run_name() -> str:
+    """Later runs sort later."""
+    return f"{time.strftime('%Y%m%dT%H%M%S', time.gmtime())}-{time.time_ns() % 10**9:09}-{secrets.token_hex(3)}"
+
+
+def work(arguments: list[str], signals: Signals) -> int:
+    options = _arguments.parse(arguments)
+    if options.help:
+        print(_arguments.HELP, end="")
+        return 0
+    if options.version:
+        print(f"lumfleet {version()}")
+        return 0
+    run = Run(options, _arguments.job(options, run_name(), version()), signals)
+    try:
+        run.plan()
+        return run.dry() if options.dry_run else run.convert()
+    finally:
+        run.close()
+
+
+def main(arguments: Optional[list[str]] = None) -> int:
+    """Exit status 0 done, 1 failed, 2 bad arguments; a signal ends it as a signal does."""
+    signals = Signals()
+    signals.install()
+    try:
+        status = work(sys.argv[1:] if arguments is None else arguments, signals)
+    except FleetError as error:
+        _arguments.told(str(error))
+        status = error.status
+    except OSError as error:
+        _arguments.told(str(error))
+        status = 1
+    except Stopped:
+        status = -signals.caught
+    if status < 0:
+        die_of(-status)
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())
