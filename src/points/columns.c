@@ -364,16 +364,16 @@ static void gather(const struct sieve *s, const struct chunk *from,
     unmark_without_angles(s->line, from, marks);
     for (uint32_t i = 0; i < from->count; i++) {
         to->words[n] = from->words[i];
-        n += marks[i];
+        n += marks[i] & 1u;
     }
     for (uint32_t i = 0, k = 0; from->returns != NULL && i < from->count; i++) {
         to->returns[k] = from->returns[i];
-        k += marks[i];
+        k += marks[i] & 1u;
     }
     for (uint32_t i = 0, k = 0; from->strongest != NULL && i < from->count;
          i++) {
         to->strongest[k] = from->strongest[i];
-        k += marks[i];
+        k += marks[i] & 1u;
     }
     *out = (struct chunk){to->words, from->returns != NULL ? to->returns : NULL,
                           from->strongest != NULL ? to->strongest : NULL, n};

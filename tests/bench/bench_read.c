@@ -41,8 +41,8 @@ static size_t read_frames(const char *path)
     lum_error error = {""};
     size_t count = 0;
     int status = lum_reader_open(&options, &reader, &error);
-    while (status >= 0 && (status = lum_reader_next_frame(reader, &frame,
-                                                          &error)) > 0) {
+    while (status >= 0 &&
+           (status = lum_reader_next_frame(reader, &frame, &error)) > 0) {
         size_t spacing = 0;
         escape(lum_frame_xyz(frame, &spacing));
         count += lum_frame_count(frame);

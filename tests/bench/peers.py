@@ -13,7 +13,7 @@ VENV = HERE.parents[1] / "build" / "venv-peers"
 PACKAGES = ("ouster-sdk==1.0.1", "velodyne-decoder==3.1.0", "cffi", "PyYAML")
 NEEDS = ("bench/bench_read", "python/lumsdk/__init__.py")
 
-FRAMES = 24  # of 640 lines, both eyes
+FRAMES = 48  # of 640 lines, both eyes
 TINY_FRAMES = 10_000
 FASTER, OF_C, OVERHEAD_S, IMPORT_S, GROWTH_MB = 1.5, 0.85, 0.2e-3, 0.15, 4.0
 
