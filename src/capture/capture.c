@@ -2,6 +2,7 @@
 
 #include "base/sized.h"
 #include "capture_open.h"
+#include "capture_state.h"
 #include "fragments.h"
 #include "link.h"
 #include "merge.h"
@@ -120,6 +121,20 @@ void lum_capture_progress(const lum_capture *capture, uint64_t *done,
                           uint64_t *total)
 {
     lum_merge_progress(capture->files, done, total);
+}
+
+bool lum_capture_can_seek(const lum_capture *capture)
+{
+    return lum_merge_can_seek(capture->files);
+}
+
+int lum_capture_pack(lum_capture *capture, lum_pack *pack, lum_error *error)
+{
+    if (lum_merge_pack(capture->files, pack, error) != 0) {
+        return -1;
+    }
+    capture->ended = lum_pack_is_reading(pack) ? false : capture->ended;
+    return lum_fragments_pack(capture->fragments, pack) ? 0 : -1;
 }
 
 size_t lum_capture_source_count(const lum_capture *capture)

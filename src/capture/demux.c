@@ -1,9 +1,11 @@
 #include "lum/capture/demux.h"
 
 #include "base/sized.h"
+#include "demux_state.h"
 #include "lum/wire.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* Addresses that are counted separately; further ones are counted together. */
 #define ADDRESSES_MAX 64u
@@ -18,6 +20,7 @@ struct assembly {
 struct address {
     uint32_t address;
     bool is_sensor;
+    bool is_held;        /* its data is passed over */
     size_t sensor_index; /* valid if it is one */
     lum_demux_counters counters;
     struct assembly *assembly;
@@ -235,7 +238,7 @@ static lum_result take_data(lum_demux *demux, struct address *entry)
         demux->kind = LUM_PACKET_KINDS;
         return LUM_OK;
     }
-    if (!is_asked_for(demux, entry)) {
+    if (!is_asked_for(demux, entry) || entry->is_held) {
         return LUM_OK;
     }
     if (entry->assembly == NULL) {
@@ -324,6 +327,97 @@ lum_result lum_demux_flush(lum_demux *demux)
     }
     demux->flushing = 0;
     return LUM_OK;
+}
+
+/* --- From a place in the middle --- */
+
+static void pack_profile(lum_profile p, lum_pack *pack)
+{
+    lum_pack_u32(pack, &p.data_packet_type);
+    for (unsigned i = 0; i < LUM_GROUP_FIELDS; i++) {
+        lum_pack_u8(pack, &p.group[i].at);
+        lum_pack_u8(pack, &p.group[i].bytes);
+    }
+    lum_pack_u8(pack, &p.samples_at);
+    lum_pack_u8(pack, &p.angle_order);
+    lum_pack_u32(pack, &p.eye_values[LUM_EYE_BLUE]);
+    lum_pack_u32(pack, &p.eye_values[LUM_EYE_GREEN]);
+    lum_pack_u32(pack, &p.line_span_us);
+}
+
+void lum_demux_pack_options(const lum_demux *demux, lum_pack *pack)
+{
+    lum_demux_options o = demux->options;
+    pack_profile(o.layout.profile, pack);
+    lum_pack_u8(pack, &o.config.open_lines);
+    lum_pack_u8(pack, &o.config.reorder_lines);
+    lum_pack_u32(pack, &o.config.words_per_line);
+    lum_pack_u32(pack, &o.config.gap_us);
+    lum_pack_bool(pack, &o.has_sensor);
+    lum_pack_u32(pack, &o.sensor);
+}
+
+void lum_demux_restart(lum_demux *demux)
+{
+    const lum_demux_options options = demux->options;
+    for (size_t i = 0; i < demux->address_count; i++) {
+        free_assembly(demux->addresses[i].assembly);
+    }
+    memset(demux, 0, sizeof *demux);
+    demux->options = options;
+    demux->current = demux->addresses;
+}
+
+void lum_demux_admit(lum_demux *demux, uint32_t address)
+{
+    (void)admit_sensor(demux, find_address(demux, address));
+}
+
+static struct address *sensor_at(lum_demux *demux, size_t sensor)
+{
+    return &demux->addresses[demux->sensors[sensor]];
+}
+
+bool lum_demux_is_asked(const lum_demux *demux, size_t sensor)
+{
+    return is_asked_for(demux, &demux->addresses[demux->sensors[sensor]]);
+}
+
+void lum_demux_hold(lum_demux *demux, size_t sensor, bool is_held)
+{
+    sensor_at(demux, sensor)->is_held = is_held;
+}
+
+bool lum_demux_newest(const lum_demux *demux, size_t *sensor, uint32_t *frame)
+{
+    const struct address *entry = demux->current;
+    if (entry == NULL || entry->assembly == NULL) {
+        return false;
+    }
+    const lum_eye_state *eyes = entry->assembly->assembler.eye;
+    const lum_eye_frames *blue = &eyes[LUM_EYE_BLUE].frames;
+    const lum_eye_frames *green = &eyes[LUM_EYE_GREEN].frames;
+    const bool is_blue =
+        blue->begun &&
+        (!green->begun || (blue->frame - green->frame) >> 31 == 0);
+    *sensor = entry->sensor_index;
+    *frame = is_blue ? blue->frame : green->frame;
+    return blue->begun || green->begun;
+}
+
+bool lum_demux_pack_sensor(lum_demux *demux, size_t sensor, uint32_t from,
+                           lum_pack *pack)
+{
+    struct address *entry = sensor_at(demux, sensor);
+    if (entry->assembly == NULL) {
+        entry->assembly = new_assembly(&demux->options);
+    }
+    if (entry->assembly == NULL) {
+        pack->has_failed = true;
+        return false;
+    }
+    demux->current = lum_pack_is_reading(pack) ? entry : demux->current;
+    return lum_assembler_pack(&entry->assembly->assembler, from, pack);
 }
 
 /* --- What is known --- */

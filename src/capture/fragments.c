@@ -158,6 +158,59 @@ void lum_fragments_add(lum_fragments *fragments, const lum_fragment *fragment,
     }
 }
 
+static bool has_unit(const datagram *d, uint32_t unit)
+{
+    return (d->has[unit / 8u] >> (unit % 8u) & 1u) != 0;
+}
+
+static void pack_datagram(lum_pack *pack, datagram *d)
+{
+    lum_pack_i64(pack, &d->first_ns);
+    lum_pack_u32(pack, &d->source);
+    lum_pack_u32(pack, &d->destination);
+    lum_pack_u16(pack, &d->id);
+    lum_pack_u32(pack, &d->fragments);
+    lum_pack_u32(pack, &d->held);
+    lum_pack_u32(pack, &d->reach);
+    lum_pack_u32(pack, &d->total);
+    lum_pack_bytes(pack, d->has, sizeof d->has);
+    (void)lum_pack_check(pack, d->held <= sizeof d->bytes &&
+                                   d->reach <= sizeof d->bytes &&
+                                   d->total <= sizeof d->bytes);
+    for (uint32_t unit = 0; unit < UNITS && !pack->has_failed; unit++) {
+        if (has_unit(d, unit)) {
+            lum_pack_bytes(pack, d->bytes + (size_t)unit * UNIT, UNIT);
+        }
+    }
+}
+
+bool lum_fragments_pack(lum_fragments *fragments, lum_pack *pack)
+{
+    lum_fragments *f = fragments;
+    uint32_t count = (uint32_t)f->waiting;
+    lum_pack_u32(pack, &count);
+    if (lum_pack_is_reading(pack)) {
+        (void)lum_fragments_drop_all(f);
+        (void)lum_pack_check(pack, count <= DATAGRAMS);
+    }
+    for (uint32_t i = 0; i < count && !pack->has_failed; i++) {
+        datagram *d = lum_pack_is_reading(pack) ? vacant(f) : waiting_at(f, i);
+        if (d == NULL) {
+            pack->has_failed = true;
+        } else if (lum_pack_is_reading(pack)) {
+            memset(d, 0, sizeof *d);
+            f->waiting++;
+        }
+        if (d != NULL) {
+            pack_datagram(pack, d);
+        }
+    }
+    if (pack->has_failed && lum_pack_is_reading(pack)) {
+        (void)lum_fragments_drop_all(f);
+    }
+    return !pack->has_failed;
+}
+
 uint32_t lum_fragments_expire(lum_fragments *fragments, int64_t now_ns)
 {
     uint32_t dropped = 0;

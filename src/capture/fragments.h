@@ -9,6 +9,7 @@
 #ifndef LUM_CAPTURE_FRAGMENTS_H
 #define LUM_CAPTURE_FRAGMENTS_H
 
+#include "base/pack.h"
 #include "ipv4.h"
 
 /** Most datagrams that wait at a time. */
@@ -38,6 +39,10 @@ void lum_fragments_free(lum_fragments *fragments);
  *               dropped. */
 void lum_fragments_add(lum_fragments *fragments, const lum_fragment *fragment,
                        lum_record *record);
+
+/** Those that wait, in either direction.
+ * @return false if something failed; then none waits. */
+bool lum_fragments_pack(lum_fragments *fragments, lum_pack *pack);
 
 /** Drop those that have waited too long.
  * @param now_ns within +-2^62.

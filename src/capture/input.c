@@ -132,6 +132,30 @@ int lum_input_next(lum_input *input, lum_pcap_record *out, lum_error *error)
                          (unsigned long long)input->records, reason.text);
 }
 
+bool lum_input_can_seek(const lum_input *input)
+{
+    return lum_source_can_seek(input->source);
+}
+
+int lum_input_pack(lum_input *input, lum_pack *pack, lum_error *error)
+{
+    lum_error reason = {""};
+    uint64_t offset = lum_source_offset(input->source);
+    (void)lum_error_set(error, "%s", "");
+    lum_pack_u64(pack, &offset);
+    lum_pack_u64(pack, &input->records);
+    if (!lum_pcap_pack(input->reader, pack)) {
+        return -1;
+    }
+    if (lum_pack_is_reading(pack) &&
+        lum_source_seek(input->source, offset, &reason) != 0) {
+        return lum_error_set(error, "%s: cannot be read from byte %llu: %s",
+                             input->source->name, (unsigned long long)offset,
+                             reason.text);
+    }
+    return 0;
+}
+
 bool lum_input_has_link(const lum_input *input)
 {
     return lum_pcap_has_wanted(input->reader);

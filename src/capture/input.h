@@ -28,6 +28,13 @@ void lum_input_close(lum_input *input);
 LUM_MUST_CHECK int lum_input_next(lum_input *input, lum_pcap_record *out,
                                   lum_error *error);
 
+/** Whether it can go on from another place. */
+bool lum_input_can_seek(const lum_input *input);
+
+/** Its place, in either direction; as lum_capture_pack(). */
+LUM_MUST_CHECK int lum_input_pack(lum_input *input, lum_pack *pack,
+                                  lum_error *error);
+
 /** Whether an interface was described that can be read. */
 bool lum_input_has_link(const lum_input *input);
 

@@ -32,6 +32,8 @@ struct lum_merge {
     lum_error error; /* of the first that is */
 };
 
+/* --- Opening --- */
+
 static char *copy_text(const char *text)
 {
     const size_t len = strlen(text) + 1u;
@@ -198,6 +200,33 @@ void lum_merge_close(lum_merge *merge)
     free(merge);
 }
 
+/* --- The place of one file --- */
+
+/* Then it stays open at its end. */
+bool lum_merge_can_seek(const lum_merge *merge)
+{
+    return merge->count == 1 && merge->parts[0].input != NULL &&
+           lum_input_can_seek(merge->parts[0].input);
+}
+
+int lum_merge_pack(lum_merge *merge, lum_pack *pack, lum_error *error)
+{
+    struct part *p = &merge->parts[0];
+    lum_pack_u64(pack, &p->records);
+    lum_pack_i64(pack, &p->first_ns);
+    lum_pack_i64(pack, &p->last_ns);
+    if (lum_pack_is_reading(pack)) {
+        p->has_record = false;
+        p->end = LUM_CAPTURE_UNDER_WAY;
+        merge->first_open = 0;
+        merge->given = p;
+        merge->broken = 0;
+    }
+    return lum_input_pack(p->input, pack, error);
+}
+
+/* --- Reading --- */
+
 static void note_broken(lum_merge *m, const lum_error *error)
 {
     if (m->broken == 0) {
@@ -211,8 +240,10 @@ static void end_part(lum_merge *m, struct part *p, lum_capture_end end)
     if (p->input != NULL) {
         lum_input_progress(p->input, &p->done, &p->total);
     }
-    lum_input_close(p->input);
-    p->input = NULL;
+    if (!lum_merge_can_seek(m)) {
+        lum_input_close(p->input);
+        p->input = NULL;
+    }
     p->has_record = false;
     p->end = end;
     while (m->first_open < m->next &&
@@ -308,6 +339,8 @@ int lum_merge_next(lum_merge *merge, lum_pcap_record *out, lum_error *error)
     *out = lowest->record;
     return 1;
 }
+
+/* --- What is known --- */
 
 size_t lum_merge_count(const lum_merge *merge)
 {

@@ -38,6 +38,11 @@ void lum_merge_close(lum_merge *merge);
 LUM_MUST_CHECK int lum_merge_next(lum_merge *merge, lum_pcap_record *out,
                                   lum_error *error);
 
+/** As lum_capture_can_seek() and lum_capture_pack(), without fragments. */
+bool lum_merge_can_seek(const lum_merge *merge);
+LUM_MUST_CHECK int lum_merge_pack(lum_merge *merge, lum_pack *pack,
+                                  lum_error *error);
+
 /** As lum_capture_source_count() and lum_capture_get_source(). */
 size_t lum_merge_count(const lum_merge *merge);
 void lum_merge_get(const lum_merge *merge, size_t i, lum_capture_source *out);

@@ -11,6 +11,7 @@
 #ifndef LUM_CAPTURE_PCAP_H
 #define LUM_CAPTURE_PCAP_H
 
+#include "base/pack.h"
 #include "source_internal.h"
 
 /** Most bytes of a packet that a pcap file may hold, as libpcap has it. */
@@ -97,6 +98,11 @@ bool lum_pcap_has_wanted(const lum_pcap *reader);
  *         further, with the byte of the stream and the reason in error. */
 LUM_MUST_CHECK int lum_pcap_next(lum_pcap *reader, lum_pcap_record *out,
                                  lum_error *error);
+
+/** The place of the next record and what was described before it, in either
+ * direction; the source is at that place.
+ * @return false if something failed. */
+bool lum_pcap_pack(lum_pcap *reader, lum_pack *pack);
 
 /** An interface of the section that the last record was of, or of the pcap
  * file.

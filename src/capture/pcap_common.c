@@ -38,6 +38,51 @@ int lum_pcap_fail_cut(const lum_pcap *reader, const char *what, uint64_t held,
                          s->has_failed ? s->error.text : "");
 }
 
+/* What a description can say, without more interfaces than there is memory
+ * for. */
+static void pack_interface(lum_pack *pack, lum_pcap_interface *interface)
+{
+    lum_pack_u64(pack, &interface->ticks);
+    lum_pack_i64(pack, &interface->offset_s);
+    lum_pack_u32(pack, &interface->snap);
+    lum_pack_u32(pack, &interface->link_type);
+}
+
+static void read_interfaces(lum_pcap *r, lum_pack *pack, uint32_t count,
+                            bool is_pcapng)
+{
+    lum_pcap_interface interface;
+    r->interface_count = 0;
+    for (uint32_t i = 0; i < count && !pack->has_failed; i++) {
+        pack_interface(pack, &interface);
+        if (!lum_pack_check(pack, interface.ticks != 0 || !is_pcapng) ||
+            lum_pcap_add_interface(r, &interface, NULL) != 0) {
+            pack->has_failed = true;
+        }
+    }
+}
+
+bool lum_pcap_pack(lum_pcap *reader, lum_pack *pack)
+{
+    const bool is_pcapng = reader->scale == 0;
+    uint32_t count = reader->interface_count;
+    bool has_wanted = reader->has_wanted;
+    lum_pack_bool(pack, &reader->is_big);
+    lum_pack_bool(pack, &has_wanted);
+    lum_pack_u32(pack, &count);
+    if (!lum_pack_check(pack, is_pcapng || count == 1u)) {
+        return false;
+    }
+    if (lum_pack_is_reading(pack)) {
+        read_interfaces(reader, pack, count, is_pcapng);
+        reader->has_wanted = has_wanted;
+    }
+    for (uint32_t i = 0; i < count && !lum_pack_is_reading(pack); i++) {
+        pack_interface(pack, &reader->interfaces[i]);
+    }
+    return !pack->has_failed;
+}
+
 int lum_pcap_add_interface(lum_pcap *reader,
                            const lum_pcap_interface *interface,
                            lum_error *error)

@@ -180,6 +180,40 @@ bool lum_source_skip(lum_source *source, uint64_t bytes)
     return true;
 }
 
+bool lum_source_can_seek(const lum_source *source)
+{
+    return source->packed == NULL &&
+           (source->functions.read == NULL || source->functions.seek != NULL);
+}
+
+static int seek_memory(lum_source *s, uint64_t offset, lum_error *error)
+{
+    if (offset > s->end) {
+        return lum_error_set(error, "it has only %llu bytes",
+                             (unsigned long long)s->end);
+    }
+    s->at = s->at - lum_source_offset(s) + offset;
+    s->left = (size_t)(s->end - offset);
+    return 0;
+}
+
+int lum_source_seek(lum_source *source, uint64_t offset, lum_error *error)
+{
+    lum_source *s = source;
+    if (s->functions.read == NULL) {
+        return seek_memory(s, offset, error);
+    }
+    if (s->functions.seek(s->functions.context, offset, error) != 0) {
+        return -1;
+    }
+    s->at = s->buffer + s->half;
+    s->left = 0;
+    s->end = offset;
+    s->has_ended = false;
+    s->has_failed = false;
+    return 0;
+}
+
 void lum_source_progress(const lum_source *source, uint64_t *done,
                          uint64_t *total)
 {

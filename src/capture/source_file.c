@@ -23,6 +23,12 @@ static bool wait_for_some(void *context, int ms)
     return lum_source_file_wait(file->fd, ms);
 }
 
+static int seek_file(void *context, uint64_t offset, lum_error *error)
+{
+    const struct file *file = context;
+    return lum_source_file_seek(file->fd, offset, error);
+}
+
 static void close_file(void *context)
 {
     struct file *file = context;
@@ -37,11 +43,14 @@ static lum_source *from_descriptor(const char *name, int fd)
         return NULL;
     }
     file->fd = fd;
+    const uint64_t total = lum_source_file_bytes(fd);
     const lum_source_functions functions = {.struct_size = sizeof functions,
                                             .read = read_some,
                                             .close = close_file,
                                             .context = file,
-                                            .total = lum_source_file_bytes(fd)};
+                                            .total = total,
+                                            .seek =
+                                                total != 0 ? seek_file : NULL};
     lum_source *source = lum_source_from_functions(name, &functions, NULL);
     if (source == NULL) {
         free(file);

@@ -24,6 +24,9 @@ bool lum_source_file_wait(int fd, int ms);
 /* Of a regular file; 0: not known. */
 uint64_t lum_source_file_bytes(int fd);
 
+/* 0, or -1 with the reason in error. */
+int lum_source_file_seek(int fd, uint64_t offset, lum_error *error);
+
 void lum_source_file_close(int fd);
 
 #endif

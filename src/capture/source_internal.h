@@ -45,6 +45,15 @@ LUM_MUST_CHECK bool lum_source_skip(lum_source *source, uint64_t bytes);
 void lum_source_progress(const lum_source *source, uint64_t *done,
                          uint64_t *total);
 
+/** Whether it can be read from another place: it is in memory or has a function
+ * for that, and is not unpacked. */
+bool lum_source_can_seek(const lum_source *source);
+
+/** Go on from another place, whether or not it has ended or failed.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_source_seek(lum_source *source, uint64_t offset,
+                                   lum_error *error);
+
 /** Whether this many bytes are in the window. */
 static inline bool lum_source_has(lum_source *source, size_t bytes)
 {

@@ -46,6 +46,17 @@ uint64_t lum_source_file_bytes(int fd)
                                                       : 0;
 }
 
+int lum_source_file_seek(int fd, uint64_t offset, lum_error *error)
+{
+    const off_t to = (off_t)offset;
+    if (to < 0 || (uint64_t)to != offset) {
+        return lum_error_set(error, "%s", strerror(EOVERFLOW));
+    }
+    return lseek(fd, to, SEEK_SET) >= 0
+               ? 0
+               : lum_error_set(error, "%s", strerror(errno));
+}
+
 void lum_source_file_close(int fd)
 {
     (void)close(fd);

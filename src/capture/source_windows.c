@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <io.h>
 #include <limits.h>
+#include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <windows.h>
@@ -54,6 +55,13 @@ uint64_t lum_source_file_bytes(int fd)
     return _fstati64(fd, &st) == 0 && (st.st_mode & _S_IFMT) == _S_IFREG
                ? (uint64_t)st.st_size
                : 0;
+}
+
+int lum_source_file_seek(int fd, uint64_t offset, lum_error *error)
+{
+    return offset <= INT64_MAX && _lseeki64(fd, (int64_t)offset, SEEK_SET) >= 0
+               ? 0
+               : lum_error_set(error, "%s", strerror(errno));
 }
 
 void lum_source_file_close(int fd)

@@ -316,6 +316,120 @@ lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
     return LUM_CLOCK_FIT_TAKEN;
 }
 
+/* --- As bytes --- */
+
+/* Far above all that is measured, and sums of them fit. */
+#define NS_MAX  (INT64_C(1) << 61)
+#define PPB_MAX INT64_C(1000000000)
+
+static bool is_within(int64_t x, int64_t most)
+{
+    return x >= -most && x <= most;
+}
+
+static void pack_reading(lum_pack *p, struct lum_clock_reading *r,
+                         const struct lum_clock_reading *near)
+{
+    lum_pack_near(p, &r->clock_us, near->clock_us);
+    lum_pack_near(p, &r->arrival_ns, near->arrival_ns);
+    (void)lum_pack_check(
+        p, is_within(r->clock_us, LUM_CLOCK_FIT_CLOCK_MAX_US) &&
+               is_within(r->arrival_ns, LUM_CLOCK_FIT_ARRIVAL_MAX_NS));
+}
+
+static void pack_limited(lum_pack *p, int64_t *value, int64_t most)
+{
+    lum_pack_i64(p, value);
+    (void)lum_pack_check(p, is_within(*value, most));
+}
+
+static void pack_line(lum_pack *p, struct lum_clock_line *line,
+                      const struct lum_clock_reading *near)
+{
+    pack_reading(p, &line->at, near);
+    pack_limited(p, &line->drift_ppb, PPB_MAX);
+    pack_limited(p, &line->drift_error_ppb, PPB_MAX);
+    lum_pack_near(p, &line->from_us, line->at.clock_us);
+    lum_pack_near(p, &line->to_us, line->at.clock_us);
+    pack_limited(p, &line->error_ns, NS_MAX);
+    pack_limited(p, &line->recent_ns, NS_MAX);
+    (void)lum_pack_check(
+        p, is_within(line->from_us, LUM_CLOCK_FIT_CLOCK_MAX_US) &&
+               is_within(line->to_us, LUM_CLOCK_FIT_CLOCK_MAX_US));
+}
+
+/* Its place follows from its reading. */
+static void pack_bucket(lum_pack *p, struct lum_clock_bucket *b,
+                        const struct lum_clock_reading *near)
+{
+    bool is_used = b->index != LUM_CLOCK_NOTHING;
+    bool has_next = b->next_ns != LUM_CLOCK_NOTHING;
+    lum_pack_bool(p, &is_used);
+    if (!is_used) {
+        b->index = LUM_CLOCK_NOTHING;
+        return;
+    }
+    pack_reading(p, &b->best, near);
+    b->index = index_of(b->best.clock_us);
+    lum_pack_bool(p, &has_next);
+    if (has_next) {
+        pack_limited(p, &b->next_ns, NS_MAX);
+    } else {
+        b->next_ns = LUM_CLOCK_NOTHING;
+    }
+    lum_pack_u32(p, &b->batches);
+}
+
+static void pack_run(lum_pack *p, struct run *run,
+                     const struct lum_clock_reading *near)
+{
+    uint32_t count = run->count;
+    lum_pack_u32(p, &count);
+    run->count = count;
+    lum_pack_bool(p, &run->is_sensor);
+    lum_pack_i64(p, &run->first_us);
+    (void)lum_pack_check(p,
+                         is_within(run->first_us, LUM_CLOCK_FIT_CLOCK_MAX_US) &&
+                             count < RUN_MIN * (uint32_t)RUN_US);
+    pack_reading(p, &run->best, near);
+}
+
+static void pack_window(lum_clock_fit *fit, lum_pack *p)
+{
+    for (size_t i = 0; i < LUM_CLOCK_BUCKETS && !p->has_failed; i++) {
+        pack_bucket(p, &fit->buckets[i], &fit->newest);
+    }
+    /* The bucket of the newest reading is in use. */
+    const int64_t newest = index_of(fit->newest.clock_us);
+    (void)lum_pack_check(p, slot_of(fit, newest)->index == newest);
+}
+
+bool lum_clock_fit_pack(lum_clock_fit *fit, lum_pack *pack)
+{
+    static const struct lum_clock_reading zero = {0, 0};
+    lum_pack *p = pack;
+    lum_pack_bool(p, &fit->has_begun);
+    if (!fit->has_begun) {
+        return !p->has_failed;
+    }
+    lum_pack_bool(p, &fit->has_drift);
+    lum_pack_bool(p, &fit->has_stepped);
+    pack_reading(p, &fit->newest, &zero);
+    pack_reading(p, &fit->last, &fit->newest);
+    pack_line(p, &fit->line, &fit->newest);
+    pack_limited(p, &fit->prior_ppb, PPB_MAX);
+    pack_limited(p, &fit->prior_error_ppb, PPB_MAX);
+    pack_run(p, &fit->run, &fit->newest);
+    pack_limited(p, &fit->step_us, LUM_CLOCK_FIT_CLOCK_MAX_US);
+    pack_line(p, &fit->before, &fit->newest);
+    lum_pack_u64(p, &fit->taken);
+    lum_pack_u64(p, &fit->aside);
+    lum_pack_u64(p, &fit->sensor_breaks);
+    lum_pack_u64(p, &fit->host_steps);
+    pack_window(fit, p);
+    return !p->has_failed;
+}
+
 /* --- What it tells --- */
 
 /* The line that applies to a reading, and a reading nearby. */

@@ -3,6 +3,9 @@
 #ifndef LUM_FRAME_CLOCK_LINE_H
 #define LUM_FRAME_CLOCK_LINE_H
 
+#include "base/pack.h"
+#include "lum/frame/clock_fit.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -52,6 +55,10 @@ struct lum_clock_window {
     int64_t late_ns[2 * LUM_CLOCK_BUCKETS]; /* what the search for the error
                                                sorts */
 };
+
+/* The state of a fit, in either direction. False: something failed; then what
+ * was read is of no use. */
+bool lum_clock_fit_pack(lum_clock_fit *fit, lum_pack *pack);
 
 /* us x ppb, in ns. */
 int64_t lum_clock_scale(int64_t us, int64_t ppb);

@@ -1,7 +1,10 @@
 #include "lum/frame/framer.h"
 
 #include "base/sized.h"
+#include "capture/demux_state.h"
+#include "clock_line.h"
 #include "frame_internal.h"
+#include "framer_state.h"
 #include "pace.h"
 #include "under_way.h"
 
@@ -54,6 +57,9 @@ struct sensor {
     int64_t last;
     uint32_t lines_max[LUM_EYES]; /* of the frame before */
     uint64_t lines_late;          /* since the frame before */
+    bool has_given;               /* lines_given count for this frame */
+    int64_t given;
+    uint32_t lines_given[LUM_EYES];
     lum_pace pace;
     lum_clock_fit *clock; /* NULL: the layout has none */
     lum_under_way_state under_way;
@@ -321,6 +327,15 @@ static void drop_drafts(struct sensor *s)
     }
 }
 
+static void free_sensor(struct sensor *s)
+{
+    if (s != NULL) {
+        drop_drafts(s);
+        lum_clock_fit_free(s->clock);
+        free(s);
+    }
+}
+
 void lum_framer_free(lum_framer *framer)
 {
     if (framer == NULL) {
@@ -328,11 +343,7 @@ void lum_framer_free(lum_framer *framer)
     }
     drop_draft(&framer->out);
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
-        if (framer->sensors[i] != NULL) {
-            drop_drafts(framer->sensors[i]);
-            lum_clock_fit_free(framer->sensors[i]->clock);
-            free(framer->sensors[i]);
-        }
+        free_sensor(framer->sensors[i]);
     }
     lum_frame_pool_free(framer->pool);
     lum_demux_free(framer->demux);
@@ -551,6 +562,15 @@ static struct draft *find_lowest(struct sensor *s)
     return lowest;
 }
 
+/* After a jump to this frame, the one before has not all of its lines. */
+static void take_given(struct sensor *s, int64_t number)
+{
+    if (s->has_given && !is_before(number, s->given)) {
+        memcpy(s->lines_max, s->lines_given, sizeof s->lines_max);
+        s->has_given = false;
+    }
+}
+
 static void seal(lum_framer *f, struct sensor *s, struct draft *draft)
 {
     const uint32_t sensor =
@@ -559,6 +579,7 @@ static void seal(lum_framer *f, struct sensor *s, struct draft *draft)
     lum_frame_end end = {.has_clock = f->has_clock,
                          .clock = s->clock,
                          .lines_late = s->lines_late};
+    take_given(s, draft->number);
     memcpy(end.lines_max, s->lines_max, sizeof end.lines_max);
     for (size_t i = 0; i < draft->frame_count; i++) {
         lum_frame_info *info = &draft->frames[i]->info;
@@ -852,6 +873,170 @@ void lum_framer_skip_to(lum_framer *framer, int64_t frame)
             memset(s->lines_max, 0, sizeof s->lines_max);
             s->lines_late = 0;
         }
+    }
+}
+
+/* --- From a place in the middle --- */
+
+void lum_framer_restart(lum_framer *framer)
+{
+    drop_draft(&framer->out);
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        free_sensor(framer->sensors[i]);
+        framer->sensors[i] = NULL;
+    }
+    lum_demux_restart(framer->demux);
+    framer->in_hand = IN_HAND_NOTHING;
+    framer->is_flushing = false;
+    framer->has_from = false;
+    framer->seen_by = NULL;
+    framer->sampled_by = NULL;
+}
+
+lum_demux *lum_framer_sensors(lum_framer *framer)
+{
+    return framer->demux;
+}
+
+bool lum_framer_gives(const lum_framer *framer, size_t sensor)
+{
+    return (framer->wants & LUM_WANT_FRAMES) != 0 &&
+           (!framer->only_first || sensor == 0);
+}
+
+bool lum_framer_is_skipping(const lum_framer *framer)
+{
+    return framer->has_from;
+}
+
+void lum_framer_pack_options(const lum_framer *framer, lum_pack *pack)
+{
+    lum_framer f = *framer;
+    uint32_t eyes = f.eyes;
+    lum_demux_pack_options(f.demux, pack);
+    lum_pack_u32(pack, &eyes);
+    lum_pack_bool(pack, &f.has_range);
+    lum_pack_i64(pack, &f.frame_first);
+    lum_pack_i64(pack, &f.frame_last);
+    lum_pack_bool(pack, &f.drop_incomplete);
+    lum_pack_bool(pack, &f.only_first);
+}
+
+/* Only sensors that it was taught of are known so early. */
+bool lum_framer_pack_taught(lum_framer *framer, lum_pack *pack)
+{
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX && !pack->has_failed; i++) {
+        bool is_known = framer->sensors[i] != NULL;
+        lum_pack_bool(pack, &is_known);
+        if (is_known && framer->sensors[i] == NULL) {
+            framer->sensors[i] = new_sensor(framer);
+        }
+        const struct sensor *s = is_known ? framer->sensors[i] : NULL;
+        if (is_known && s == NULL) {
+            pack->has_failed = true;
+        } else if (is_known && s->clock != NULL) {
+            (void)lum_clock_fit_pack(s->clock, pack);
+        }
+    }
+    return !pack->has_failed;
+}
+
+/* Numbers go round 32 bits, and times are those of a capture. */
+static void pack_number(lum_pack *p, int64_t *number)
+{
+    lum_pack_i64(p, number);
+    (void)lum_pack_check(p, *number >= 0 && *number <= UINT32_MAX);
+}
+
+static void pack_time(lum_pack *p, int64_t *time_ns)
+{
+    lum_pack_i64(p, time_ns);
+    (void)lum_pack_check(p, *time_ns >= -(INT64_C(1) << 62) &&
+                                *time_ns < INT64_C(1) << 62);
+}
+
+static void pack_pace(lum_pack *p, lum_pace *pace)
+{
+    lum_pack_bool(p, &pace->has_frame);
+    lum_pack_bool(p, &pace->has_begin);
+    pack_number(p, &pace->frame);
+    pack_number(p, &pace->first);
+    pack_time(p, &pace->first_ns);
+    pack_time(p, &pace->last_ns);
+}
+
+/* Frames under way are there again, but empty. */
+static void pack_drafts(lum_framer *f, struct sensor *s, lum_pack *p)
+{
+    for (size_t i = 0; i < DRAFTS_MAX && !p->has_failed; i++) {
+        struct draft *d = &s->drafts[i];
+        bool is_used = d->is_used;
+        int64_t number = d->number;
+        lum_pack_bool(p, &is_used);
+        if (is_used) {
+            pack_number(p, &number);
+        }
+        if (is_used && lum_pack_is_reading(p) && !p->has_failed &&
+            !begin_draft(f, d, number)) {
+            p->has_failed = true;
+        }
+    }
+}
+
+static void pack_own(struct sensor *s, lum_pack *p)
+{
+    lum_under_way_state *u = &s->under_way;
+    lum_pack_bool(p, &s->has_joined);
+    pack_number(p, &s->joined);
+    lum_pack_bool(p, &s->has_done);
+    pack_number(p, &s->done);
+    lum_pack_bool(p, &s->has_range);
+    pack_number(p, &s->first);
+    pack_number(p, &s->last);
+    lum_pack_u64(p, &s->lines_late);
+    lum_pack_bool(p, &u->has_joined[LUM_EYE_BLUE]);
+    lum_pack_bool(p, &u->has_joined[LUM_EYE_GREEN]);
+    pack_pace(p, &s->pace);
+}
+
+bool lum_framer_pack_sensor(lum_framer *framer, size_t sensor, uint32_t from,
+                            lum_pack *pack)
+{
+    struct sensor **s = &framer->sensors[sensor];
+    if (*s == NULL && lum_pack_is_reading(pack)) {
+        *s = new_sensor(framer);
+    }
+    if (*s == NULL) {
+        pack->has_failed = true;
+        return false;
+    }
+    if (lum_demux_pack_sensor(framer->demux, sensor, from, pack)) {
+        pack_own(*s, pack);
+        pack_drafts(framer, *s, pack);
+    }
+    if ((*s)->clock != NULL && !pack->has_failed) {
+        (void)lum_clock_fit_pack((*s)->clock, pack);
+    }
+    return !pack->has_failed;
+}
+
+void lum_framer_get_lines(const lum_framer *framer, size_t sensor,
+                          uint32_t out[LUM_EYES])
+{
+    const struct sensor *s = framer->sensors[sensor];
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        out[eye] = s != NULL ? s->lines_max[eye] : 0;
+    }
+}
+
+void lum_framer_set_lines(lum_framer *framer, size_t sensor, int64_t frame,
+                          const uint32_t lines[LUM_EYES])
+{
+    struct sensor *s = framer->sensors[sensor];
+    if (s != NULL) {
+        s->has_given = true;
+        s->given = frame;
+        memcpy(s->lines_given, lines, sizeof s->lines_given);
     }
 }
 

@@ -44,6 +44,8 @@ static size_t bytes_of(lum_column column)
     }
 }
 
+/* --- The pool --- */
+
 lum_frame_pool *lum_frame_pool_new(size_t points_max, unsigned spare_max)
 {
     lum_frame_pool *pool = calloc(1, sizeof *pool);
@@ -95,6 +97,8 @@ void lum_frame_pool_free(lum_frame_pool *pool)
         end_pool(pool);
     }
 }
+
+/* --- Spare frames --- */
 
 static bool has_xyz(lum_columns mask)
 {
@@ -182,6 +186,8 @@ static void drop_columns(lum_frame *frame, lum_columns mask)
     }
 }
 
+/* --- Frames --- */
+
 lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask)
 {
     lum_frame *frame = take_spare(pool, mask, 0);
@@ -247,6 +253,8 @@ void lum_frame_release(lum_frame *frame)
         end_pool(pool);
     }
 }
+
+/* --- Growing --- */
 
 static uint8_t *aligned(void *block)
 {

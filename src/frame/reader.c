@@ -1,58 +1,15 @@
-#include "lum/frame/reader.h"
+#include "reader_internal.h"
 
-#include "base/go_on.h"
 #include "base/sized.h"
-#include "capture/capture_open.h"
+#include "capture/capture_state.h"
 
 #include <stdlib.h>
-
-/* What the reader is about. */
-enum stage {
-    READING,
-    PUSHING,  /* the record gave an event: push it again */
-    FLUSHING, /* the source has ended */
-    ENDED
-};
 
 /* Bytes of payload that take a fraction of a millisecond; reading a clock for
  * each record would take longer than the record. A record counts as at least so
  * many. */
 #define WORK_BYTES   65536u
 #define RECORD_BYTES 512u
-
-struct lum_reader {
-    lum_record_source source;
-    lum_go_on go_on;
-    size_t work_bytes; /* most between two questions */
-    size_t work;       /* since the last one */
-    lum_framer *framer;
-    enum stage stage;
-    lum_record record;
-    int status;      /* how the source ended: 0 or -1 */
-    lum_error error; /* why */
-};
-
-static int capture_next(void *context, lum_record *out, lum_error *error)
-{
-    return lum_capture_next(context, out, error);
-}
-
-static void capture_progress(void *context, uint64_t *done, uint64_t *total)
-{
-    lum_capture_progress(context, done, total);
-}
-
-static void capture_close(void *context)
-{
-    lum_capture_close(context);
-}
-
-static void close_records(const lum_record_source *records)
-{
-    if (records->close != NULL) {
-        records->close(records->context);
-    }
-}
 
 static int refuse(lum_error *error)
 {
@@ -66,26 +23,7 @@ static unsigned count_given(const lum_reader_options *o)
            (o->records != NULL ? 1u : 0u) + (o->path_count != 0 ? 1u : 0u);
 }
 
-static int open_capture(lum_reader *r, const lum_reader_options *o,
-                        lum_error *error)
-{
-    lum_capture *capture = NULL;
-    const lum_capture_from from = {
-        .source = o->source,
-        .paths = o->path != NULL ? &o->path : o->paths,
-        .count = o->path != NULL ? 1u : o->path_count,
-        .go_on = &r->go_on};
-    if (lum_capture_open_from(&from, &capture, error) != 0) {
-        return -1;
-    }
-    r->source = (lum_record_source){.struct_size = sizeof r->source,
-                                    .next = capture_next,
-                                    .progress = capture_progress,
-                                    .close = capture_close,
-                                    .context = capture};
-    r->work_bytes = WORK_BYTES;
-    return 0;
-}
+/* --- Opening --- */
 
 /* A source that asks and is told no ends the reading too. */
 static bool ask(void *context)
@@ -130,11 +68,14 @@ static int open_all(lum_reader *r, const lum_reader_options *o,
         lum_source_close(o->source);
         return has_stopped(r) ? fail_stopped(error) : refuse(error);
     }
+    r->work_bytes = WORK_BYTES;
     if (o->records != NULL) {
         begin_records(r);
-    } else if (open_capture(r, o, error) != 0) {
+    } else if (lum_reader_open_source(r, o, error) != 0) {
         return has_stopped(r) ? fail_stopped(error) : -1;
     }
+    r->place.keeps_index = o->keeps_index && r->capture != NULL &&
+                           lum_capture_can_seek(r->capture);
     return open_framer(r, o, error);
 }
 
@@ -157,7 +98,9 @@ int lum_reader_open(const lum_reader_options *options, lum_reader **out,
     lum_reader *r = calloc(1, sizeof *r);
     if (r == NULL) {
         lum_source_close(o.source);
-        close_records(&source);
+        if (source.close != NULL) {
+            source.close(source.context);
+        }
         return lum_error_set(error, "out of memory");
     }
     r->source = source;
@@ -174,19 +117,28 @@ void lum_reader_close(lum_reader *reader)
     if (reader == NULL) {
         return;
     }
-    close_records(&reader->source);
+    lum_reader_close_source(reader);
+    lum_place_free(&reader->place);
     lum_framer_free(reader->framer);
     free(reader);
 }
+
+/* --- Reading --- */
 
 /* At its end a source may have given up fragments, which are counted too; a
  * source that reports none has given up none. */
 static void read_record(lum_reader *r)
 {
+    if (lum_place_approach(r, &r->error) != 0) {
+        r->status = -1;
+        r->stage = ENDED;
+        return;
+    }
     lum_record *record = &r->record;
     record->dropped_fragments = 0;
     const int status = r->source.next(r->source.context, record, &r->error);
     r->stage = PUSHING;
+    r->place.records++;
     if (status <= 0) {
         const uint32_t dropped = record->dropped_fragments;
         *record = (lum_record){.kind = LUM_RECORD_FRAGMENT,
@@ -213,6 +165,7 @@ static lum_framer_event push(lum_reader *r)
     const lum_framer_event event = lum_framer_push(r->framer, &r->record, NULL);
     if (event == LUM_FRAMER_NONE) {
         r->stage = READING;
+        lum_place_note_record(r);
     }
     return event;
 }
@@ -222,6 +175,7 @@ static lum_framer_event flush(lum_reader *r)
     const lum_framer_event event = lum_framer_flush(r->framer);
     if (event == LUM_FRAMER_NONE) {
         r->stage = ENDED;
+        lum_place_note_end(r);
     }
     return event;
 }
@@ -245,13 +199,25 @@ static lum_framer_event step(lum_reader *r)
     }
 }
 
+/* --- Events --- */
+
+static lum_framer_event next_event(lum_reader *r)
+{
+    lum_framer_event e = LUM_FRAMER_NONE;
+    while (e == LUM_FRAMER_NONE && r->stage != ENDED && goes_on(r)) {
+        e = step(r);
+        if (e != LUM_FRAMER_NONE && !lum_place_shows(r, e)) {
+            e = LUM_FRAMER_NONE;
+        }
+    }
+    return e;
+}
+
 int lum_reader_next(lum_reader *reader, lum_framer_event *event,
                     lum_error *error)
 {
-    lum_framer_event e = LUM_FRAMER_NONE;
-    while (e == LUM_FRAMER_NONE && reader->stage != ENDED && goes_on(reader)) {
-        e = step(reader);
-    }
+    lum_place_begin(reader);
+    const lum_framer_event e = next_event(reader);
     if (has_stopped(reader)) {
         return fail_stopped(error);
     }

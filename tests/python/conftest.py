@@ -5,6 +5,10 @@ import subprocess
 import sys
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+settings.register_profile("lumsdk", deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+settings.load_profile("lumsdk")
 
 BIN = pathlib.Path(os.environ.get("LUM_BIN", pathlib.Path(__file__).parents[2] / "build/release/bin")).resolve()
 PACKAGE = BIN.parent / "python"

@@ -56,6 +56,7 @@ def without_bodies(text):
 
 
 def declarations(compiler, include):
+    """What cffi reads."""
     include = pathlib.Path(include).resolve()
     names = headers(include)
     text = "\n".join(lines_of(preprocess(compiler, include, names), include))
@@ -63,6 +64,7 @@ def declarations(compiler, include):
 
 
 def main(compiler, include, output):
+    """Write the module."""
     ffi = cffi.FFI()
     ffi.set_source("lumsdk._declarations", None)
     ffi.cdef(declarations(compiler.split(";"), include))

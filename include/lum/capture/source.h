@@ -16,7 +16,8 @@
 extern "C" {
 #endif
 
-/** A source of bytes, read once from its start to its end. */
+/** A source of bytes, read from its start to its end, or from another place if
+ * it allows that. */
 typedef struct lum_source lum_source;
 
 /** The functions of a source that a caller provides. All bytes except
@@ -32,9 +33,16 @@ typedef struct lum_source_functions {
     int64_t (*read)(void *context, void *buffer, size_t room, lum_error *error);
     /** Called once, when the source is closed; may be NULL. */
     void (*close)(void *context);
-    void *context;  /**< given to both */
+    void *context;  /**< given to these */
     uint64_t total; /**< bytes in all, for the progress of a reading; 0 if
                          that is not known */
+    /** Go on reading from another place, for lum_reader_seek_frame() and the
+     * like; also after read returned 0 or -1. NULL: only from the start to the
+     * end.
+     * @param offset from the start, in bytes.
+     * @param error  gets the message on failure; never NULL.
+     * @return 0, or -1 on failure. */
+    int (*seek)(void *context, uint64_t offset, lum_error *error);
 } lum_source_functions;
 
 /** Open a file.

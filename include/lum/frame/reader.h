@@ -57,6 +57,9 @@ typedef struct lum_reader_options {
      *         caller". Frames under way are dropped. */
     bool (*go_on)(void *context);
     void *go_on_context; /**< handed to go_on */
+    bool keeps_index; /**< note while reading where frames are, so that they can
+                           be sought fast; takes at most 16 MB, and about a
+                           hundredth of the time */
 } lum_reader_options;
 
 /** A reader. */
@@ -101,6 +104,82 @@ lum_framer *lum_reader_framer(lum_reader *reader);
 /** The progress of the reading, as lum_capture_progress(). */
 void lum_reader_progress(const lum_reader *reader, uint64_t *done,
                          uint64_t *total);
+
+/** Go to a frame by its place in the order in which frames come, from 0 on:
+ * lum_reader_next() or lum_reader_next_frame() gives it next, and then all
+ * behind it. They are the same, in each column, line and info, as in a reading
+ * from the start; events before it do not come. Frames that were not kept are
+ * gone.
+ *
+ * The time is that of some frames (milliseconds) if the index has an entry
+ * before the frame, see lum_reader_options.keeps_index, that of a reading from
+ * the present place if it is before the frame, or else of one from the start.
+ * A pipe cannot be read again from its start. Several captures read as one, and
+ * compressed ones, have no index: they are opened again. If a sensor has
+ * stopped sending or sends its frames rarely, the time is longer.
+ *
+ * Counters (lum_framer_count(), lum_demux_count()) begin at 0 again, and have
+ * a little from before the frame. lum_framer_skip_to() does not apply any more.
+ * @param frame if there are not so many, the reading is at its end.
+ * @param error may be NULL; gets what is wrong: records that are no capture, a
+ *              reader that gives no frames or was stopped, a source that cannot
+ *              be read again, no memory.
+ * @return 0, or -1. The work is done by the next reading, with its errors. */
+LUM_MUST_CHECK int lum_reader_seek_frame(lum_reader *reader, uint64_t frame,
+                                         lum_error *error);
+
+/** Go to the frame of a sensor that has a number, or to its first with a higher
+ * one; as lum_reader_seek_frame().
+ * @param sensor its address, host order.
+ * @param number 0 to 2^32 - 1. */
+LUM_MUST_CHECK int lum_reader_seek_number(lum_reader *reader, uint32_t sensor,
+                                          int64_t number, lum_error *error);
+
+/** Go to the first frame, in the order in which they come, that begins at a
+ * time or later: by its begin_utc_ns, or if its layout has no clock, by its
+ * begin_arrival_ns. As lum_reader_seek_frame(). */
+LUM_MUST_CHECK int lum_reader_seek_time(lum_reader *reader, int64_t utc_ns,
+                                        lum_error *error);
+
+/** The state of an index. */
+typedef struct lum_reader_index {
+    size_t struct_size; /**< sizeof(lum_reader_index), set by the caller */
+    uint64_t frames;    /**< that are known so far, in all */
+    bool is_whole;      /**< there are no more */
+    bool is_kept;       /**< entries are made: lum_reader_options.keeps_index,
+                             and the source allows it */
+    uint64_t entries;   /**< frames that reading can begin with */
+    uint64_t bytes;     /**< of memory that they take */
+    uint64_t next;      /**< place of the frame that comes next, from 0 on */
+} lum_reader_index;
+
+/** Read the state of the index.
+ * @param out struct_size is set by the caller; as much of the rest is
+ *            overwritten.
+ * @return LUM_OK; LUM_E_VALUE if struct_size is not set: then nothing is
+ *         written. */
+lum_result lum_reader_get_index(const lum_reader *reader,
+                                lum_reader_index *out);
+
+/** Write the index to a file (docs/formats.md, Index), which gets its name when
+ * it is whole.
+ * @param path NULL: the capture's name with ".lumindex" behind it.
+ * @param error may be NULL; gets what is wrong: there is no index, since it was
+ *              not asked for or the source is not one file, or the file cannot
+ *              be written.
+ * @return 0, or -1. */
+LUM_MUST_CHECK int lum_reader_save_index(lum_reader *reader, const char *path,
+                                         lum_error *error);
+
+/** Use an index that was written. One that is damaged, of another capture, of
+ * other options or of another version is not used, and one that knows less than
+ * the reader's own is passed over.
+ * @param path  as for lum_reader_save_index().
+ * @param error may be NULL; gets why it is not used.
+ * @return 1 if it is used or passed over; 0 if there is no such file; -1 if it
+ *         is not used. Either way, the reader goes on as before. */
+LUM_MUST_CHECK int lum_reader_load_index(lum_reader *reader, const char *path,
+                                         lum_error *error);
 
 #ifdef __cplusplus
 }

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ._c import VERSION as __version__
-from ._errors import CaptureError, CaptureWarning, ClosedError, Error, LaserError, OptionError, SensorError
+from ._errors import CaptureError, CaptureWarning, ClosedError, Error, LaserError, OptionError, SensorError, UnknownKeyError
 from ._frame import COLUMNS, Frame
 from ._settings import Calibration, Profile
 from ._source import Source, open
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from ._simulate import simulate
 
 __all__ = ["COLUMNS", "Calibration", "CaptureError", "CaptureWarning", "ClosedError", "Error", "Frame", "LaserError",
-           "OptionError", "Profile", "Sensor", "SensorError", "Source", "__version__", "convert", "open", "simulate"]
+           "OptionError", "Profile", "Sensor", "SensorError", "Source", "UnknownKeyError", "__version__", "convert", "open",
+           "simulate"]
 
 # What few programs need is imported when it is asked for.
 _LATER = {"Sensor": "_sensor", "convert": "_convert", "simulate": "_simulate"}

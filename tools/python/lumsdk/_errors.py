@@ -1,4 +1,9 @@
 """What is raised. Messages are those of lumdump and lumctl: what was wrong, where, and what would be right."""
+from __future__ import annotations
+
+import os
+import sys
+import warnings
 
 
 class Error(Exception):
@@ -11,6 +16,12 @@ class CaptureError(Error, OSError):
 
 class OptionError(Error, ValueError):
     """An option, a calibration or a profile has a value that is not allowed."""
+
+
+class UnknownKeyError(Error, KeyError):
+    """A frame has no such column, or a calibration or profile no such key."""
+
+    __str__ = Exception.__str__  # that of KeyError puts quotes around the sentence
 
 
 class ClosedError(Error, ValueError):
@@ -27,3 +38,14 @@ class LaserError(SensorError):
 
 class CaptureWarning(UserWarning):
     """A capture can be read, but something of it is not as it should be."""
+
+
+_FOLDER = os.path.dirname(__file__) + os.sep
+
+
+def warn(said: str) -> None:
+    """Warn of a capture, at the line of the program that uses this package."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_FOLDER):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(said, CaptureWarning, stacklevel=level)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 import numpy as np
 
 from ._c import address_of, ffi, lib, sized, text
+from ._errors import UnknownKeyError
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped,unused-ignore]
@@ -219,11 +220,11 @@ class Frame:
         mask = lib.lum_frame_columns(self._c)
         return tuple(name for name, c in _NUMBERS.items() if mask >> c & 1)
 
-    def _refuse(self, name: object) -> KeyError:
+    def _refuse(self, name: object) -> UnknownKeyError:
         if name in COLUMNS:
-            return KeyError(f"the frame has no column {name!r}: name it in columns= when the source is opened, or say "
-                            f'columns="all"; it has {", ".join(self.columns) or "none"}')
-        return KeyError(f"there is no column {name!r}; there are {', '.join(COLUMNS)}")
+            return UnknownKeyError(f"the frame has no column {name!r}: name it in columns= when the source is opened, or "
+                                   f'say columns="all"; it has {", ".join(self.columns) or "none"}')
+        return UnknownKeyError(f"there is no column {name!r}; there are {', '.join(COLUMNS)}")
 
     def _address(self, name: str) -> int:
         """Where a column begins; 0: the frame does not have it."""

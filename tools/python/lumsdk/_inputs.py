@@ -6,6 +6,7 @@ import io
 import os
 import re
 import stat
+import threading
 from collections.abc import Callable, Sequence
 from typing import Any, Optional
 
@@ -20,33 +21,31 @@ def _raise(error: Any) -> None:
     raise CaptureError(text(error.text))
 
 
-class _File:
-    """A binary file object, as the library calls it. It does not know its callback, so that no cycle keeps a file open."""
+class _Shared:
+    """A binary file object that several readings use by turns, each at its own place."""
 
     def __init__(self, file: Any, name: str) -> None:
-        self.name = name
-        self.problem: Optional[BaseException] = None
-        self._file = file
-        self._into = getattr(file, "readinto", None)
-
-    def note(self, _: Any, problem: Any, __: Any) -> None:
-        """What fill() raised."""
-        self.problem = problem
-
-    def fill(self, _: Any, buffer: Any, room: int, error: Any) -> int:
-        """Called in the thread that reads."""
+        self.file, self.name = file, name
+        self.lock = threading.Lock()
+        self.user: Any = None  # a token of who read it last
+        self.into = getattr(file, "readinto", None)
+        self.start: Optional[int] = None  # where it begins; None: it cannot be read again
+        self.total = 0
         try:
-            return self._take(buffer, room)
-        except BaseException as problem:
-            said = f"{self.name}: {type(problem).__name__}: {problem}".encode(errors="replace")
-            ffi.memmove(error.text, said[:lib.LUM_ERROR_BYTES - 1] + b"\0", min(len(said) + 1, lib.LUM_ERROR_BYTES))
-            raise
+            if file.seekable():
+                start = int(file.tell())
+                self.total = max(int(file.seek(0, os.SEEK_END)) - start, 0)
+                file.seek(start)
+                self.start = start
+        except (AttributeError, OSError, ValueError):
+            pass
 
-    def _take(self, buffer: Any, room: int) -> int:
-        if self._into is not None:
-            count = self._into(memoryview(ffi.buffer(buffer, room)).cast("B"))
+    def take(self, buffer: Any, room: int) -> int:
+        """Read into memory of the library."""
+        if self.into is not None:
+            count = self.into(memoryview(ffi.buffer(buffer, room)).cast("B"))
         else:
-            got = self._file.read(room)
+            got = self.file.read(room)
             if got is not None and not isinstance(got, (bytes, bytearray, memoryview)):
                 raise TypeError(f"its read() gives {type(got).__name__}; right is bytes, as of a file that is opened "
                                 'with mode "rb"')
@@ -60,26 +59,73 @@ class _File:
         return int(count)
 
 
+class _User:
+    """One reading of a file object, as the library calls it. It does not know its callbacks, so that no cycle keeps a
+    file open."""
+
+    def __init__(self, shared: _Shared) -> None:
+        self.shared = shared
+        self.problem: Optional[BaseException] = None
+        self.token = object()
+        self.at = 0
+
+    def note(self, _: Any, problem: Any, __: Any) -> None:
+        """What a callback raised."""
+        self.problem = problem
+
+    def read(self, _: Any, buffer: Any, room: int, error: Any) -> int:
+        """Called in the thread that reads."""
+        shared = self.shared
+        try:
+            with shared.lock:
+                if shared.user is not self.token and shared.start is not None:
+                    shared.file.seek(shared.start + self.at)
+                shared.user = self.token
+                count = shared.take(buffer, room)
+            self.at += count
+            return count
+        except BaseException as problem:
+            said = f"{shared.name}: {type(problem).__name__}: {problem}".encode(errors="replace")
+            ffi.memmove(error.text, said[:lib.LUM_ERROR_BYTES - 1] + b"\0", min(len(said) + 1, lib.LUM_ERROR_BYTES))
+            raise
+
+    def seek(self, _: Any, offset: int, __: Any) -> int:
+        """Go on from another place, with the next read."""
+        self.at, self.shared.user = offset, None
+        return 0
+
+
 class Functions:
     """The functions of a lum_source for a binary file object. What the object raises is kept."""
 
-    def __init__(self, file: Any, name: str) -> None:
-        self._state = _File(file, name)
-        self._read = ffi.callback("int64_t(void *, void *, size_t, lum_error *)", self._state.fill, error=-1,
-                                  onerror=self._state.note)
-        self.functions = sized("lum_source_functions", read=self._read)
+    def __init__(self, shared: _Shared) -> None:
+        self._user = _User(shared)
+        self._read = ffi.callback("int64_t(void *, void *, size_t, lum_error *)", self._user.read, error=-1,
+                                  onerror=self._user.note)
+        self._functions = sized("lum_source_functions", read=self._read, total=shared.total)
+        if shared.start is not None:
+            self._seek = ffi.callback("int(void *, uint64_t, lum_error *)", self._user.seek, error=-1,
+                                      onerror=self._user.note)
+            self._functions.seek = self._seek
+
+    def open(self) -> Any:
+        """A source of the library."""
+        error = ffi.new("lum_error *")
+        made = lib.lum_source_from_functions(self._user.shared.name.encode(errors="replace"), self._functions, error)
+        if not made:
+            _raise(error)
+        return made
 
     @property
     def problem(self) -> Optional[BaseException]:
         """What the object raised."""
-        return self._state.problem
+        return self._user.problem
 
 
 class Input:
     """A source of bytes that readers can be opened on."""
 
     name: str
-    is_kept = False  # whether an index can stand beside it
 
     def ask(self) -> Any:
         """An open capture for its comments, as by ffi.gc(); None: there is none that can be asked."""
@@ -91,12 +137,6 @@ class Input:
 
     def close(self) -> None:
         """Nothing is read any more."""
-
-
-def _capture(status: int, out: Any, error: Any) -> Any:
-    if status != 0:
-        _raise(error)
-    return ffi.gc(out[0], lib.lum_capture_close)
 
 
 def _is_regular(path: Any) -> bool:
@@ -177,46 +217,42 @@ class Memory(Input):
 
 
 class Stream(Input):
-    """A file object. The capture that was asked is the one that is read: what has been read cannot be read again."""
+    """A file object. One that cannot seek is read once: the capture that was asked for its comments is read on."""
 
-    def __init__(self, file: Any, name: str) -> None:
+    def __init__(self, file: Any, name: str, is_own: bool = False) -> None:
         self.name = name
-        self._file = file
-        self._start = self._tell()
+        self._files = [file] if is_own else []  # to be closed
+        self._shared = _Shared(file, name)
         self._opened: Optional[tuple[Any, Functions]] = None
         self._used = False
 
-    def _tell(self) -> Optional[int]:
-        """Where it begins; None: it cannot be read again."""
-        try:
-            return int(self._file.tell()) if self._file.seekable() else None
-        except Exception:
-            return None
-
-    def _rewind(self) -> Any:
-        if self._used:
-            if self._start is None:
-                raise Error(f"{self.name}: it can be read only once, since it cannot seek; open it again, or give a path")
-            self._file.seek(self._start)
+    def _share(self) -> _Shared:
+        """The file object for a reading."""
+        if self._used and self._shared.start is None:
+            raise Error(f"{self.name}: it can be read only once, since it cannot seek; open it again, or give a path")
         self._used = True
-        return self._file
-
-    def _open(self) -> tuple[Any, Functions]:
-        functions = Functions(self._rewind(), self.name)
-        out, error = ffi.new("lum_capture **"), ffi.new("lum_error *")
-        source = lib.lum_source_from_functions(self.name.encode(errors="replace"), functions.functions, error)
-        status = lib.lum_capture_open_source(source, out, error) if source else -1
-        if functions.problem is not None:
-            raise functions.problem
-        return _capture(status, out, error), functions
+        return self._shared
 
     def ask(self) -> Any:
-        self._opened = self._open()
-        return self._opened[0]
+        shared = self._share()
+        functions = Functions(shared)
+        out, error = ffi.new("lum_capture **"), ffi.new("lum_error *")
+        status = lib.lum_capture_open_source(functions.open(), out, error)
+        if functions.problem is not None:
+            raise functions.problem
+        if status != 0:
+            _raise(error)
+        capture = ffi.gc(out[0], lib.lum_capture_close)
+        self._opened = (capture, functions) if shared.start is None else None
+        return capture
 
     def begin(self, kept: list[Any]) -> tuple[dict[str, Any], Optional[Functions]]:
         opened, self._opened = self._opened, None
-        capture, functions = opened or self._open()
+        if opened is None:
+            functions = Functions(self._share())
+            kept.append(functions)
+            return {"source": functions.open()}, functions
+        capture, functions = opened
         ffi.gc(capture, None)  # the reader's now
         records = sized("lum_record_source", context=capture,
                         next=ffi.cast("int (*)(void *, lum_record *, lum_error *)", lib.lum_capture_next),
@@ -227,25 +263,24 @@ class Stream(Input):
 
     def close(self) -> None:
         self._opened = None
-
-
-class Opened(Stream):
-    """A file object of our own, opened anew for each reading."""
-
-    def __init__(self, opener: Callable[[], Any], name: str) -> None:
-        self._opener = opener
-        self._files: list[Any] = []
-        super().__init__(None, name)
-
-    def _rewind(self) -> Any:
-        self._files.append(self._opener())
-        return self._files[-1]
-
-    def close(self) -> None:
-        super().close()
         for file in self._files:
             file.close()
         self._files.clear()
+
+
+class Opened(Stream):
+    """A file object of our own that is opened anew for each reading."""
+
+    def __init__(self, opener: Callable[[], Any], name: str) -> None:
+        super().__init__(opener(), name, True)
+        self._opener = opener
+
+    def _share(self) -> _Shared:
+        if self._used and self._shared.start is None:
+            self._files.append(self._opener())
+            self._shared = _Shared(self._files[-1], self.name)
+        self._used = True
+        return self._shared
 
 
 def _is_url(name: str) -> bool:
@@ -303,9 +338,9 @@ def _of_files(paths: list[Any]) -> Input:
         raise OptionError("no capture is named; " + RIGHT)
     name = os.fsdecode(paths[0])
     if len(paths) == 1 and name == "-":
-        return Opened(lambda: open(0, "rb", closefd=False, buffering=0), "standard input")
+        return Stream(open(0, "rb", closefd=False, buffering=0), "standard input", True)
     if len(paths) == 1 and os.path.exists(name) and not os.path.isdir(name) and not _is_regular(name):
-        return Opened(lambda: open(name, "rb", buffering=0), name)
+        return Stream(open(name, "rb", buffering=0), name, True)
     return Files(paths)
 
 

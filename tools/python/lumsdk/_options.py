@@ -133,16 +133,16 @@ class FrameRange(NamedTuple):
 def _frames(value: Any) -> FrameRange:
     if isinstance(value, str):
         parts: list[Any] = [part or None for part in value.split(":")]
-        if len(parts) != 2:
-            raise _wrong("frames", value)
     elif _is_whole(value):
         parts = [value, value]
-    elif isinstance(value, (tuple, list)) and len(value) == 2:
+    elif isinstance(value, range):
+        parts = [value[0], value[-1]] if value.step == 1 and len(value) else []
+    elif isinstance(value, (tuple, list)):
         parts = list(value)
-    elif isinstance(value, range) and value.step == 1 and len(value):
-        parts = [value[0], value[-1]]
     else:
         raise _wrong_type("frames", value)
+    if len(parts) != 2:
+        raise _wrong("frames", value)
     low = _INT64[0] if parts[0] is None else _whole("frames", parts[0], value)
     high = _INT64[1] if parts[1] is None else _whole("frames", parts[1], value)
     if not _INT64[0] <= low <= high <= _INT64[1]:

@@ -40,8 +40,7 @@ def comments(capture: Any) -> list[tuple[str, list[Comment]]]:
 
 def _is_plain(content: bytes) -> bool:
     lines = content.split(b"\n")
-    return (content.endswith(b"\n") and len(content) < _ORIGIN_BYTES and not lines[0] == b""
-            and b"\n\n" not in content
+    return (content.endswith(b"\n") and len(content) < _ORIGIN_BYTES and b"\n\n" not in content
             and all(len(line) <= _LINE_MAX and all(0x20 <= byte <= 0x7e for byte in line) for line in lines))
 
 

@@ -3,11 +3,10 @@ from __future__ import annotations
 
 import threading
 import time
-import warnings
 from typing import TYPE_CHECKING, Any, Optional
 
 from ._c import address_of, ffi, lib, sized, text
-from ._errors import CaptureError, CaptureWarning, ClosedError, Error
+from ._errors import CaptureError, ClosedError, Error, warn
 from ._frame import Frame
 
 if TYPE_CHECKING:
@@ -120,18 +119,22 @@ class Reading:
         self.ended = False
         self.truncated = False
         self.frames = 0
+        self.place: Optional[int] = 0  # of the frame that comes next; None: not known
+        self.was_sought = False
+        self._broken = ""
         self._kept: list[Any] = []
         framer, kept = choice.framer_options(*settings)
         self._kept += [framer, kept]
         self._functions: Optional[Functions]
         members, self._functions = source.begin(self._kept)
+        self.can_jump = "records" not in members
         self._open(framer, members)
 
     def _open(self, framer: Any, members: dict[str, Any]) -> None:
         reader = ffi.new("lum_reader **")
         go_on = ffi.callback("bool(void *)", self._watch.go_on, error=False, onerror=self._watch.note)
         self._kept.append(go_on)
-        options = sized("lum_reader_options", framer=framer, go_on=go_on, **members)
+        options = sized("lum_reader_options", framer=framer, go_on=go_on, keeps_index=True, **members)
         status = lib.lum_reader_open(options, reader, self._error)
         self._watch.raise_problem()
         if status != 0:
@@ -153,14 +156,17 @@ class Reading:
             raise Error(f"{self._name}: it is being read, by another thread or by the function that was called now; "
                         "open a source for each thread")
 
+    def _check_open(self) -> None:
+        if self._reader is None:
+            raise ClosedError(f"{self._name}: the source is closed; open it again to read it")
+
     # Frames.
 
     def next(self) -> Optional[Frame]:
         """The next frame; None at the end."""
         self._lock()
         try:
-            if self._reader is None:
-                raise ClosedError(f"{self._name}: the source is closed; open it again to read it")
+            self._check_open()
             return None if self.ended else self._next()
         finally:
             self._busy.release()
@@ -170,7 +176,8 @@ class Reading:
         self._raise_problem()
         frame = Frame(self._out[0]) if status > 0 else None
         if frame is not None:
-            self.frames += 1
+            self.frames += not self.was_sought
+            self.place = None if self.place is None else self.place + 1
         else:
             self.ended = True
             self.truncated = status < 0
@@ -179,25 +186,84 @@ class Reading:
             self._conclude()
         return frame
 
+    # Places.
+
+    def _seek(self, function: Any, *place: Any) -> None:
+        """Go to a place. What was counted until now stays what count() gives."""
+        self._lock()
+        try:
+            self._check_open()
+            if self._counts is None:
+                self._counts = Counts(self._reader)
+            self.was_sought, self.ended, self.truncated = True, False, False
+            self.place = None
+            status = function(self._reader, *place, self._error)
+            self._raise_problem()
+            if status != 0:
+                self.ended = True
+                raise CaptureError(f"{self._name}: {text(self._error.text)}")
+        finally:
+            self._busy.release()
+
+    def seek_frame(self, place: int) -> None:
+        """Let a frame come next, by its place in the order of the stream."""
+        if self.place != place:
+            self._seek(lib.lum_reader_seek_frame, place)
+            self.place = place
+
+    def seek_time(self, utc_ns: int) -> None:
+        """Let the first frame come next that begins at a time or later."""
+        self._seek(lib.lum_reader_seek_time, utc_ns)
+
+    def known(self) -> tuple[int, bool]:
+        """How many frames are known, and whether these are all."""
+        info = sized("lum_reader_index")
+        self._lock()
+        try:
+            self._check_open()
+            lib.lum_reader_get_index(self._reader, info)
+        finally:
+            self._busy.release()
+        return info.frames, info.is_whole
+
+    def load_index(self) -> None:
+        """Use the index that stands beside the capture, if it fits."""
+        lib.lum_reader_load_index(self._reader, ffi.NULL, ffi.NULL)
+
+    def save_index(self) -> None:
+        """Write the index beside the capture."""
+        self._lock()
+        try:
+            self._check_open()
+            if lib.lum_reader_save_index(self._reader, ffi.NULL, self._error) != 0:
+                raise CaptureError(text(self._error.text))
+        finally:
+            self._busy.release()
+
     # Its end.
 
     def _conclude(self) -> None:
         """As lumdump concludes: raises for what it refuses, and warns as it warns."""
         if self._functions is not None and self._functions.problem is not None:
             raise self._functions.problem
-        counts = Counts(self._reader)
-        if self.truncated and not self._choice.warns:
-            raise CaptureError(text(self._error.text))
+        if self.truncated:
+            self._broken = text(self._error.text)
+        if self._broken and not self._choice.warns:
+            raise CaptureError(self._broken)
+        if self.truncated:
+            warn(self._broken)
+        if not self.was_sought:
+            self._check_all(Counts(self._reader))
+
+    def _check_all(self, counts: Counts) -> None:
+        """What only a whole pass tells."""
         self._check_sensor(counts)
         if counts.counts["data"] == 0 and counts.packets:
             kinds = ", ".join(f"{name} {counts.counts[name]}" for name in (*_KINDS, *_BAD_KINDS) if counts.counts[name])
             raise CaptureError(f"{self._name}: packets of a G2 came, but none of them is a data packet: {kinds}; lumdump "
                                "shows their types and lengths, and how to write a wire profile")
-        if self.truncated:
-            self._warn(text(self._error.text))
         if not counts.packets:
-            self._warn(f"{self._name}: no packet of a G2 was found: no complete packet to or from UDP port 5517 has its "
-                       "magic")
+            warn(f"{self._name}: no packet of a G2 was found: no complete packet to or from UDP port 5517 has its magic")
         self._check_points(counts.counts)
 
     def _check_sensor(self, counts: Counts) -> None:
@@ -213,11 +279,7 @@ class Reading:
             why = "there are no ranges, as when the laser is off"
         elif counts["no_angle"] + counts["no_range"]:
             why = "see no_angle and no_range in the losses, and the selection"
-        self._warn(f"{self._name}: lines came, but no point is left of them: {why}")
-
-    @staticmethod
-    def _warn(said: str) -> None:
-        warnings.warn(said, CaptureWarning, stacklevel=6)
+        warn(f"{self._name}: lines came, but no point is left of them: {why}")
 
     # What is known of it.
 
@@ -232,8 +294,7 @@ class Reading:
 
     def count(self) -> Counts:
         """What was counted so far."""
-        if self._reader is None:
-            assert self._counts is not None
+        if self._counts is not None:
             return self._counts
         self._lock()
         try:
@@ -246,7 +307,7 @@ class Reading:
         self._lock()
         try:
             if self._reader is not None:
-                self._counts = Counts(self._reader)
+                self._counts = self._counts or Counts(self._reader)
                 self._watch.measure()
                 self._watch.reader = None
                 ffi.release(self._reader)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Optional, TypeVar, Union
 
 from ._c import ffi, lib, text
-from ._errors import OptionError
+from ._errors import OptionError, UnknownKeyError
 from ._keys import Key, describe
 
 Value = Union[int, float, str]
@@ -160,8 +160,8 @@ class _Settings(Mapping[str, Value]):
         known = _known(self._keys)
         if not isinstance(key, str) or key not in known:
             near = difflib.get_close_matches(str(key), known, 1)
-            raise KeyError(f"a {self._kind} has no key {key!r}" +
-                           (f"; did you mean {near[0]!r}?" if near else f"; it has {', '.join(self)}"))
+            raise UnknownKeyError(f"a {self._kind} has no key {key!r}" +
+                                  (f"; did you mean {near[0]!r}?" if near else f"; it has {', '.join(self)}"))
         out = ffi.new("char[]", int(lib.LUM_KEY_VALUE_BYTES))
         lib.lum_keys_get(self._keys, key.encode(), out)
         got = text(out)

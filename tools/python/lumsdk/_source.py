@@ -2,11 +2,14 @@
 from __future__ import annotations
 
 import datetime
-import warnings
-from collections.abc import Iterator, Sequence
+import itertools
+import math
+import operator
+import weakref
+from collections.abc import Iterable, Iterator, Sequence
 from typing import IO, TYPE_CHECKING, Any, Optional, Union, overload
 
-from ._errors import CaptureWarning, ClosedError
+from ._errors import ClosedError, warn
 from ._frame import Frame
 from ._inputs import Input, open_input
 from ._options import Choice
@@ -30,17 +33,20 @@ class Frames(Iterator[Frame]):
     def __init__(self, source: Source, reading: Reading) -> None:
         """Made by iter() of a source."""
         self._source, self._reading = source, reading
+        self._has_ended = False
 
     def __next__(self) -> Frame:
-        frame = self._reading.next()
+        self._source._check_open()
+        frame = None if self._has_ended else self._reading.next()
         if frame is None:
+            self._has_ended = True
             self._source._note_end(self._reading)
             raise StopIteration
         return frame
 
     def __length_hint__(self) -> int:
         """About how many frames are left: for progress bars."""
-        total = self._source.__length_hint__()
+        total = 0 if self._has_ended else self._source.__length_hint__()
         return max(total - self._reading.frames, 0)
 
 
@@ -55,11 +61,13 @@ class Source:
         """Programs use open()."""
         self._input, self._choice = source, choice
         self._closed = False
+        self._readings: weakref.WeakSet[Reading] = weakref.WeakSet()
         self._origins: list[str] = []
         self._frame_count: Optional[int] = None
         self._settings = self._ask()
         self._ready: Optional[Reading] = self._read()
         self._latest: Reading = self._ready
+        self._jumper: Optional[Reading] = None
 
     def _ask(self) -> tuple[Calibration, Profile]:
         """The calibration and the profile, those of the capture where none is named."""
@@ -71,20 +79,23 @@ class Source:
 
             found = Provenance(capture, *named, (choice.names_calibration, choice.names_profile))
             for note in found.notes:
-                warnings.warn(note, CaptureWarning, stacklevel=4)
+                warn(note)
             named = found.calibration, found.profile
             self._origins = found.origins
         return choice.with_set(*named)
 
     def _read(self) -> Reading:
-        return Reading(self._input, self._choice, self._settings)
+        reading = Reading(self._input, self._choice, self._settings)
+        self._readings.add(reading)
+        return reading
 
     def _check_open(self) -> None:
         if self._closed:
             raise ClosedError(f"{self.name}: the source is closed; open it again to read it")
 
     def _note_end(self, reading: Reading) -> None:
-        self._frame_count = reading.frames
+        if not reading.was_sought:
+            self._frame_count = reading.frames
 
     # Frames.
 
@@ -105,13 +116,93 @@ class Source:
     @overload
     def __getitem__(self, index: int) -> Frame: ...
     @overload
-    def __getitem__(self, index: slice) -> list[Frame]: ...
+    def __getitem__(self, index: slice) -> Selection: ...
 
-    def __getitem__(self, index: Union[int, slice]) -> Union[Frame, list[Frame]]:
-        """Frames by their place in the order of the stream, from 0; below 0 from its end."""
+    def __getitem__(self, index: Union[int, slice]) -> Union[Frame, Selection]:
+        """Frames by their place in the order of the stream: source[100], source[-1], source[10:20].
+
+        A frame is the one that iteration gives, in each column and clock. Places below 0 count from the end, for which
+        the whole capture is read once. A slice is a sequence whose frames are read when they are asked for.
+        """
         self._check_open()
-        frames = list(Frames(self, self._read()))
-        return frames[index]
+        if isinstance(index, slice):
+            return Selection(self, index)
+        place = _place(index)
+        return self._at(place if place >= 0 else self._from_end(place))
+
+    def _from_end(self, place: int) -> int:
+        count = self.index()
+        if place + count < 0:
+            raise IndexError(f"{self.name}: there is no frame {place}: it has {count}")
+        return place + count
+
+    def _at(self, place: int) -> Frame:
+        """The frame of a place from 0 on."""
+        reading = self._jumping()
+        reading.seek_frame(place)
+        frame = reading.next()
+        if frame is None:
+            raise IndexError(f"{self.name}: there is no frame {place}: it has {reading.known()[0]}")
+        return frame
+
+    def _jumping(self) -> Reading:
+        """The reading for frames by their place: one that has ended and knows them all, or one more."""
+        self._check_open()
+        if self._jumper is None:
+            if self._latest.can_jump and self._latest.ended and not self._latest.truncated:
+                self._jumper = self._latest
+            else:
+                self._jumper = self._read()
+                self._jumper.load_index()
+        return self._jumper
+
+    def index(self, keep: bool = False) -> int:
+        """Find all frames, reading what was not read yet, and tell how many there are.
+
+        Then each can be read at once. keep: write what was found beside the capture, as its name with ".lumindex"; a
+        later source[...] and seek() use it if capture and options are the same.
+        """
+        reading = self._jumping()
+        count, is_whole = reading.known()
+        if not is_whole:
+            reading.seek_frame(2 ** 62)
+            if reading.next() is None:
+                count, _ = reading.known()
+        if keep:
+            reading.save_index()
+        self._frame_count = count
+        return count
+
+    def seek(self, time: Union[datetime.datetime, int, float]) -> Source:
+        """Let the next iteration begin with the first frame that begins at a time or later; returns this source.
+
+        time is a datetime with its time zone; a whole number, nanoseconds since 1970 UTC as Frame.utc_ns; or a float,
+        seconds from the beginning of the first frame. Counts and losses are then those from about there on.
+        """
+        self._check_open()
+        utc_ns = self._utc_ns(time)
+        reading = self._read()
+        reading.load_index()
+        reading.seek_time(utc_ns)
+        if self._ready is not None and self._ready is not self._latest:
+            self._ready.close()
+        self._ready = reading
+        return self
+
+    def _utc_ns(self, time: Any) -> int:
+        if isinstance(time, datetime.datetime):
+            if time.tzinfo is None:
+                raise ValueError(f"{time!r} has no time zone; right is one such as tzinfo=datetime.timezone.utc")
+            since = time - datetime.datetime(1970, 1, 1, tzinfo=datetime.timezone.utc)
+            return (since.days * 86400 + since.seconds) * 10 ** 9 + since.microseconds * 1000
+        if hasattr(time, "__index__") and not isinstance(time, bool):
+            return int(time.__index__())
+        if isinstance(time, bool) or not hasattr(time, "__float__"):
+            raise TypeError(f"a time is given as {type(time).__name__}; right is a datetime, nanoseconds since 1970 as a "
+                            "whole number, or seconds from the first frame as a float")
+        if not math.isfinite(time):
+            raise ValueError(f"{time} is no time")
+        return self._at(0).utc_ns + round(float(time) * 1e9)
 
     # What is known of it.
 
@@ -178,14 +269,17 @@ class Source:
         done, total = self._latest.progress()
         return f"<Source {self.name}: {frames}" + (f", {100 * done // total} %>" if total else ">")
 
+    def __reduce__(self) -> Any:
+        raise TypeError(f"{self.name}: an open source cannot be sent to another process, or copied: open it there; its "
+                        "frames can be sent")
+
     # Its end.
 
     def close(self) -> None:
         """Close it. Its frames, and arrays of them, stay valid. What was counted can still be asked for."""
-        for reading in (self._latest, self._ready):
-            if reading is not None:
-                reading.close()
-        self._closed, self._ready = True, None
+        for reading in list(self._readings):
+            reading.close()
+        self._closed, self._ready, self._jumper = True, None, None
         self._input.close()
 
     def __enter__(self) -> Source:
@@ -195,9 +289,66 @@ class Source:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def seek(self, time: Union[datetime.datetime, int, float]) -> None:
-        """Let the next iteration begin at a time."""
-        raise NotImplementedError
+
+class Selection(Sequence[Frame]):
+    """Some frames of a source, as source[10:20] gives them. Each is read when it is asked for, and not kept."""
+
+    def __init__(self, source: Source, part: slice) -> None:
+        """Made by a source."""
+        self._source = source
+        self._part = slice(*(None if value is None else _place(value) for value in (part.start, part.stop, part.step)))
+        if self._part.step == 0:
+            raise ValueError("the step of a slice is 0")
+        self._found: Optional[range] = None
+
+    @property
+    def _places(self) -> range:
+        """The places of its frames, for which all frames have to be known."""
+        if self._found is None:
+            self._found = range(*self._part.indices(self._source.index()))
+        return self._found
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    @overload
+    def __getitem__(self, index: int) -> Frame: ...
+    @overload
+    def __getitem__(self, index: slice) -> Selection: ...
+
+    def __getitem__(self, index: Union[int, slice]) -> Union[Frame, Selection]:
+        if isinstance(index, slice):
+            places = self._places[index]
+            made = Selection(self._source, slice(None))
+            made._found = places
+            return made
+        return self._source._at(self._places[_place(index)])
+
+    def __iter__(self) -> Iterator[Frame]:
+        start, stop, step = self._part.start or 0, self._part.stop, self._part.step or 1
+        if self._found is None and start >= 0 and step > 0 and (stop is None or stop >= 0):
+            places: Iterable[int] = itertools.count(start, step) if stop is None else range(start, stop, step)
+        else:
+            places = self._places
+        for place in places:
+            try:
+                frame = self._source._at(place)
+            except IndexError:
+                return
+            yield frame
+
+    def __repr__(self) -> str:
+        known = f"{len(self)} frames" if self._found is not None else "frames"
+        return f"<Selection of {self._source.name}: {known}>"
+
+
+def _place(index: Any) -> int:
+    try:
+        return operator.index(index)
+    except TypeError:
+        raise TypeError(f"a frame is asked for by {index!r}, of type {type(index).__name__}; right is a whole number, its "
+                        "place in the stream from 0 on, or a slice; open(frames=...) chooses by number, seek() by time"
+                        ) from None
 
 
 def open(source: Given, **options: Unpack[Options]) -> Source:

@@ -1,0 +1,191 @@
+#include "demux_state.h"
+
+#include "lum/group.h"
+
+#include <string.h>
+
+/* Clocks of packets lie within 2^61 us of 0 and a stray's less than 2^32
+ * farther; what is not set yet is 2^62 before 0 (src/core/stream.c). */
+#define CLOCK_MIN (INT64_MIN / 2)
+#define CLOCK_MAX ((INT64_C(1) << 61) + (INT64_C(1) << 33))
+
+/* More frames are never waited for at a time. */
+#define FRAMES_MAX 1000u
+
+static void pack_clock(lum_pack *p, int64_t *clock_us, int64_t near_us)
+{
+    lum_pack_near(p, clock_us, near_us);
+    (void)lum_pack_check(p, *clock_us >= CLOCK_MIN && *clock_us <= CLOCK_MAX);
+}
+
+/* --- Words and angles of an open line --- */
+
+static uint32_t pixel_of(uint32_t word)
+{
+    return word & LUM_WORD_PIXEL;
+}
+
+/* Pixels rise; of lines that do not matter only they are kept. */
+static void pack_words(lum_pack *p, lum_line_slot *slot, bool matters)
+{
+    uint32_t before = 0;
+    for (uint32_t i = 0; i < slot->line.word_count; i++) {
+        uint32_t *word = &slot->words[i];
+        if (matters) {
+            lum_pack_u32(p, word);
+        } else {
+            uint32_t step = pixel_of(*word) - before;
+            lum_pack_u32(p, &step);
+            *word = lum_pack_is_reading(p) ? before + step : *word;
+        }
+        const uint32_t place = *word & (LUM_WORD_ZERO | LUM_WORD_PIXEL);
+        if (!lum_pack_check(p, place >= before && place < LUM_LINE_PIXELS &&
+                                   (matters || *word == place))) {
+            return;
+        }
+        before = pixel_of(*word);
+    }
+}
+
+static uint16_t count_bits(const uint32_t *marks)
+{
+    uint16_t count = 0;
+    for (uint32_t i = 0; i < LUM_LINE_PIXELS; i++) {
+        count = (uint16_t)(count + (marks[i / 32u] >> (i % 32u) & 1u));
+    }
+    return count;
+}
+
+static void pack_angles(lum_pack *p, lum_line_slot *slot, bool matters)
+{
+    for (size_t i = 0; i < LUM_PIXEL_MARK_WORDS; i++) {
+        uint32_t mark = ~slot->angle_marks[i]; /* most are whole */
+        lum_pack_u32(p, &mark);
+        slot->angle_marks[i] = ~mark;
+    }
+    const uint32_t last = slot->angle_marks[LUM_PIXEL_MARK_WORDS - 1u];
+    if (!lum_pack_check(p, last >> (LUM_LINE_PIXELS % 32u) == 0)) {
+        return;
+    }
+    slot->line.angle_count = count_bits(slot->angle_marks);
+    if (lum_pack_is_reading(p)) {
+        memset(slot->angles, 0, sizeof slot->angles);
+    }
+    for (uint32_t i = 0; i < LUM_LINE_PIXELS; i++) {
+        if (matters && (slot->angle_marks[i / 32u] >> (i % 32u) & 1u) != 0) {
+            int64_t azimuth = slot->angles[i].azimuth;
+            int64_t elevation = slot->angles[i].elevation;
+            lum_pack_i64(p, &azimuth);
+            lum_pack_i64(p, &elevation);
+            slot->angles[i] = (lum_angle){(int16_t)azimuth, (int16_t)elevation};
+        }
+    }
+}
+
+/* --- Open and closed lines --- */
+
+static void pack_slot(lum_pack *p, const lum_assembler *a, uint32_t from,
+                      lum_line_slot *slot)
+{
+    lum_line *line = &slot->line;
+    const uint32_t words_max = a->config.words_per_line;
+    lum_pack_u32(p, &line->number);
+    pack_clock(p, &line->clock_us, a->stream.clock_us);
+    lum_pack_i64(p, &line->arrival);
+    lum_pack_near(p, &slot->last_arrival, line->arrival);
+    lum_pack_u32(p, &slot->accepted);
+    lum_pack_u32(p, &slot->frame);
+    lum_pack_u32(p, &slot->words_seen);
+    lum_pack_u32(p, &slot->words_end);
+    lum_pack_u32(p, &line->word_count);
+    if (!lum_pack_check(p, slot->accepted <= 2u &&
+                               slot->words_seen <= words_max &&
+                               slot->words_end <= words_max &&
+                               line->word_count <= words_max)) {
+        line->word_count = 0;
+        return;
+    }
+    if (slot->accepted != 0) {
+        pack_clock(p, &slot->low_clock_us, line->clock_us);
+    } else {
+        slot->low_clock_us = INT64_MAX;
+    }
+    line->lost_words = 0;
+    const bool matters = slot->accepted < 2u || (slot->frame - from) >> 31 == 0;
+    pack_angles(p, slot, matters);
+    pack_words(p, slot, matters);
+}
+
+static void pack_lines(lum_pack *p, const lum_assembler *a, uint32_t from,
+                       lum_eye_state *eye)
+{
+    lum_eye_lines *lines = &eye->lines;
+    lum_line_slot *slot = lines->oldest;
+    lum_pack_u8(p, &lines->open_count);
+    lum_pack_u8(p, &lines->closed_next);
+    pack_clock(p, &lines->low_clock_us, a->stream.clock_us);
+    if (!lum_pack_check(p, lines->open_count <= a->config.open_lines &&
+                               lines->closed_next < a->config.reorder_lines)) {
+        lines->open_count = 0;
+        lines->closed_next = 0;
+        return;
+    }
+    for (unsigned i = 0; i < lines->open_count; i++) {
+        pack_slot(p, a, from, slot);
+        slot = slot->next;
+    }
+    lines->unused = slot;
+    for (unsigned i = 0; i < a->config.reorder_lines; i++) {
+        pack_clock(p, &eye->reach[i].clock_us, a->stream.clock_us);
+        lum_pack_u32(p, &eye->reach[i].number);
+        lum_pack_u32(p, &eye->reach[i].frame);
+    }
+}
+
+/* --- Frames and clocks --- */
+
+static void pack_frames(lum_pack *p, lum_eye_frames *f)
+{
+    lum_pack_u8(p, &f->straggling);
+    lum_pack_bool(p, &f->begun);
+    lum_pack_bool(p, &f->after_break);
+    lum_pack_u32(p, &f->frame);
+    lum_pack_u32(p, &f->top);
+    lum_pack_u32(p, &f->previous_top);
+    lum_pack_u32(p, &f->gap);
+}
+
+static void pack_stream(lum_pack *p, const lum_assembler *a, lum_eye_stream *s)
+{
+    lum_pack_u32(p, &s->seen);
+    pack_clock(p, &s->newest_us, a->stream.clock_us);
+    pack_clock(p, &s->heard_us, a->stream.clock_us);
+    pack_clock(p, &s->candidate_us, a->stream.clock_us);
+}
+
+/* Frames are announced one by one, and so few may be left to announce. */
+static void pack_span(lum_pack *p, lum_frame_span *span)
+{
+    lum_pack_u32(p, &span->announced);
+    lum_pack_u32(p, &span->next);
+    lum_pack_u32(p, &span->first);
+    lum_pack_u32(p, &span->highest);
+    const uint32_t left = span->highest + 1u - span->next;
+    if (left > FRAMES_MAX && left >> 31 == 0) {
+        p->has_failed = true;
+    }
+}
+
+bool lum_assembler_pack(lum_assembler *a, uint32_t from, lum_pack *pack)
+{
+    lum_pack *p = pack;
+    pack_span(p, &a->frames);
+    lum_pack_u32(p, &a->stream.begun);
+    pack_clock(p, &a->stream.clock_us, 0);
+    for (unsigned e = 0; e < LUM_EYES && !p->has_failed; e++) {
+        pack_frames(p, &a->eye[e].frames);
+        pack_stream(p, a, &a->eye[e].stream);
+        pack_lines(p, a, from, &a->eye[e]);
+    }
+    return !p->has_failed;
+}

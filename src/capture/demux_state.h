@@ -1,0 +1,43 @@
+/** @file
+ * The state of a demultiplexer's sensors, to go on from a place in the middle
+ * of a capture. Internal. */
+#ifndef LUM_CAPTURE_DEMUX_STATE_H
+#define LUM_CAPTURE_DEMUX_STATE_H
+
+#include "base/pack.h"
+#include "lum/capture/demux.h"
+
+/** What decides which lines there are: only to be compared. */
+void lum_demux_pack_options(const lum_demux *demux, lum_pack *pack);
+
+/** Forget all sensors and counters, as after lum_demux_new(). */
+void lum_demux_restart(lum_demux *demux);
+
+/** Whether a sensor's data is assembled: it, or all, were requested. */
+bool lum_demux_is_asked(const lum_demux *demux, size_t sensor);
+
+/** Know a sensor before its first data. */
+void lum_demux_admit(lum_demux *demux, uint32_t address);
+
+/** Pass over the data of a sensor that is known, or no longer. */
+void lum_demux_hold(lum_demux *demux, size_t sensor, bool is_held);
+
+/** The sensor whose data came last.
+ * @param frame gets the highest frame that a packet of it has begun.
+ * @return false: there is none, or it has begun no frame. */
+bool lum_demux_newest(const lum_demux *demux, size_t *sensor, uint32_t *frame);
+
+/** The state of a sensor's assembler, but for its counters, in either
+ * direction. No event is under way.
+ * @param from the first frame whose lines matter: of those before, only what
+ *             decides which packets are accepted is kept, without the values of
+ *             angles and words.
+ * @return false, and what was read is of no use, if something failed. */
+bool lum_demux_pack_sensor(lum_demux *demux, size_t sensor, uint32_t from,
+                           lum_pack *pack);
+
+/** The same of an assembler with all its storage, begun and empty where it is
+ * read. */
+bool lum_assembler_pack(lum_assembler *a, uint32_t from, lum_pack *pack);
+
+#endif

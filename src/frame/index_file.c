@@ -1,0 +1,268 @@
+#include "reader_internal.h"
+
+#include "base/outfile.h"
+#include "base/outfile_io.h"
+#include "base/sized.h"
+#include "capture/source_file.h"
+#include "framer_state.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Bytes of a capture's begin and end that tell it from others. */
+#define END_BYTES 65536u
+
+/* More than an index ever has. */
+#define FILE_BYTES_MAX (4u * LUM_INDEX_BYTES_MAX)
+
+/* Between two looks whether a slow reader takes more. */
+#define PATIENCE_MS 100
+
+static const char suffix[] = ".lumindex";
+
+/* --- What it is an index of --- */
+
+/* All bytes, or -1. */
+static int read_all(int fd, uint8_t *to, size_t len, lum_error *error)
+{
+    while (len > 0) {
+        const int64_t got = lum_source_file_read(fd, to, len, error);
+        if (got <= 0) {
+            return got < 0 ? -1 : lum_error_set(error, "it has become shorter");
+        }
+        to += got;
+        len -= (size_t)got;
+    }
+    return 0;
+}
+
+static int sum_ends(int fd, uint8_t *buffer, lum_index_key *key,
+                    lum_error *error)
+{
+    const size_t len = key->bytes < END_BYTES ? (size_t)key->bytes : END_BYTES;
+    if (read_all(fd, buffer, len, error) != 0) {
+        return -1;
+    }
+    key->ends = lum_index_sum(0, buffer, len);
+    if (lum_source_file_seek(fd, key->bytes - len, error) != 0 ||
+        read_all(fd, buffer, len, error) != 0) {
+        return -1;
+    }
+    key->ends = lum_index_sum(key->ends, buffer, len);
+    return 0;
+}
+
+static int sum_capture(const char *path, lum_index_key *key, lum_error *error)
+{
+    lum_error reason = {""};
+    int result = -1;
+    const int fd = lum_source_file_open(path);
+    uint8_t *buffer = malloc(END_BYTES);
+    if (fd < 0 || buffer == NULL) {
+        (void)lum_error_set(&reason, "%s", strerror(fd < 0 ? errno : ENOMEM));
+    } else {
+        key->bytes = lum_source_file_bytes(fd);
+        result = sum_ends(fd, buffer, key, &reason);
+    }
+    if (fd >= 0) {
+        lum_source_file_close(fd);
+    }
+    free(buffer);
+    return result == 0 ? 0
+                       : lum_error_set(error, "%s: cannot be read: %s", path,
+                                       reason.text);
+}
+
+/* What the reader was taught of clocks is one of the options. */
+static int find_key(lum_reader *r, lum_index_key *key, lum_error *error)
+{
+    const struct place *p = &r->place;
+    lum_pack options = {.written = NULL};
+    lum_framer_pack_options(r->framer, &options);
+    key->options = lum_index_sum(0, options.written, options.len);
+    if (p->taught.len != 0) {
+        key->options =
+            lum_index_sum(key->options, p->taught.written, p->taught.len);
+    }
+    const bool has_failed = options.has_failed;
+    lum_pack_reset(&options);
+    return has_failed ? lum_error_set(error, "out of memory")
+                      : sum_capture(r->paths[0], key, error);
+}
+
+/* --- Its file --- */
+
+/* To be freed; NULL without memory. */
+static char *name_file(const lum_reader *r, const char *path)
+{
+    const char *name = path != NULL ? path : r->paths[0];
+    const size_t len = strlen(name);
+    char *full = malloc(len + sizeof suffix);
+    if (full != NULL) {
+        memcpy(full, name, len + 1u);
+        if (path == NULL) {
+            memcpy(full + len, suffix, sizeof suffix);
+        }
+    }
+    return full;
+}
+
+/* Whether there can be an index. */
+static int check(lum_reader *r, lum_error *error)
+{
+    lum_place_begin(r);
+    if (r->paths == NULL || r->path_count != 1u || r->place.start.len == 0) {
+        return lum_error_set(error, "only one capture file that is not "
+                                    "compressed has an index");
+    }
+    return r->place.keeps_index
+               ? 0
+               : lum_error_set(error, "this reader keeps no index; "
+                                      "lum_reader_options.keeps_index");
+}
+
+static int put_all(lum_outfile *file, const uint8_t *bytes, size_t len,
+                   lum_error *error)
+{
+    while (len > 0) {
+        size_t written = 0;
+        const int code = lum_outfile_put(file, bytes, len, &written);
+        if (code != 0) {
+            return lum_outfile_fail(file, code, "cannot be written", error);
+        }
+        bytes += written;
+        len -= written;
+        if (len > 0 && written == 0) {
+            (void)lum_outfile_wait(file, PATIENCE_MS);
+        }
+    }
+    return 0;
+}
+
+static int write_file(const char *name, const lum_pack *pack, lum_error *error)
+{
+    lum_outfile file;
+    if (lum_outfile_open(name, LUM_OUTFILE_WHOLE, &file, error) != 0) {
+        return -1;
+    }
+    int result = put_all(&file, pack->written, pack->len, error);
+    if (result == 0) {
+        result = lum_outfile_finish(&file, error);
+    }
+    lum_outfile_discard(&file);
+    return result;
+}
+
+int lum_reader_save_index(lum_reader *reader, const char *path,
+                          lum_error *error)
+{
+    lum_index_key key = {0, 0, 0};
+    lum_pack pack = {.written = NULL};
+    if (check(reader, error) != 0 || find_key(reader, &key, error) != 0) {
+        return -1;
+    }
+    char *name = name_file(reader, path);
+    int result = -1;
+    if (name != NULL && lum_index_write(&reader->place.index, &key, &pack)) {
+        result = write_file(name, &pack, error);
+    } else {
+        (void)lum_error_set(error, "not enough memory to write an index");
+    }
+    lum_pack_reset(&pack);
+    free(name);
+    return result;
+}
+
+/* 1; 0: there is none; -1. */
+static int read_file(const char *name, uint8_t **bytes, size_t *len,
+                     lum_error *error)
+{
+    const int fd = lum_source_file_open(name);
+    if (fd < 0) {
+        return errno == ENOENT ? 0
+                               : lum_error_set(error, "%s", strerror(errno));
+    }
+    const uint64_t size = lum_source_file_bytes(fd);
+    int result = -1;
+    if (size > FILE_BYTES_MAX) {
+        (void)lum_error_set(error, "it is too long for an index");
+    } else {
+        *len = (size_t)size;
+        *bytes = malloc(*len + 1u);
+        if (*bytes == NULL) {
+            (void)lum_error_set(error, "%s", strerror(ENOMEM));
+        } else {
+            result = read_all(fd, *bytes, *len, error) == 0 ? 1 : -1;
+        }
+    }
+    lum_source_file_close(fd);
+    return result;
+}
+
+/* The one that knows more. */
+static void use(struct place *p, lum_index *index)
+{
+    lum_index *worse = index;
+    if (index->known >= p->index.known) {
+        const lum_index other = p->index;
+        p->index = *index;
+        *worse = other;
+    }
+    lum_index_clear(worse);
+}
+
+static int load_file(lum_reader *r, const char *name, lum_error *error)
+{
+    lum_index_key key = {0, 0, 0};
+    lum_index index = {.stride = 1};
+    lum_error reason = {""};
+    uint8_t *bytes = NULL;
+    size_t len = 0;
+    int result = read_file(name, &bytes, &len, &reason);
+    if (result > 0 &&
+        (find_key(r, &key, &reason) != 0 ||
+         lum_index_read(&index, &key, bytes, len, &reason) != 0)) {
+        result = -1;
+    }
+    free(bytes);
+    if (result > 0) {
+        use(&r->place, &index);
+    }
+    return result >= 0
+               ? result
+               : lum_error_set(error, "%s: is not used: %s", name, reason.text);
+}
+
+int lum_reader_load_index(lum_reader *reader, const char *path,
+                          lum_error *error)
+{
+    const struct place *p = &reader->place;
+    if (check(reader, error) != 0) {
+        return -1;
+    }
+    if (p->awaited_next < p->awaited_count) {
+        return lum_error_set(error, "an index cannot be loaded between a seek "
+                                    "and the frame that was sought");
+    }
+    char *name = name_file(reader, path);
+    if (name == NULL) {
+        return lum_error_set(error, "not enough memory to read an index");
+    }
+    const int result = load_file(reader, name, error);
+    free(name);
+    return result;
+}
+
+lum_result lum_reader_get_index(const lum_reader *reader, lum_reader_index *out)
+{
+    const struct place *p = &reader->place;
+    const lum_reader_index state = {.struct_size = sizeof state,
+                                    .frames = p->index.frames,
+                                    .is_whole = p->index.is_whole,
+                                    .is_kept = p->keeps_index,
+                                    .entries = p->index.count,
+                                    .bytes = p->index.bytes,
+                                    .next = p->order};
+    return lum_sized_fill(out, &state, sizeof state) ? LUM_OK : LUM_E_VALUE;
+}

@@ -1,0 +1,510 @@
+"""Sources: what they read, how they end, what they refuse, and how they behave among threads and signals."""
+import gc
+import gzip
+import io
+import mmap
+import multiprocessing
+import operator
+import os
+import pathlib
+import pickle
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import tracemalloc
+import warnings
+
+import lumsdk
+import numpy as np
+import pytest
+from conftest import BIN
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+
+@pytest.fixture(scope="module")
+def path(make_capture):
+    return make_capture("-n", 5, "--loss", 0.01, "--seed", 5)
+
+
+@pytest.fixture(scope="module")
+def content(path):
+    return path.read_bytes()
+
+
+@pytest.fixture(scope="module")
+def frames(path):
+    return list(lumsdk.open(path))
+
+
+# --- Kinds of sources ---
+
+
+class Reads:
+    """An object with read() alone, which gives as many bytes as it likes."""
+
+    def __init__(self, content, most=70001):
+        self.file, self.most = io.BytesIO(content), most
+
+    def read(self, size):
+        return self.file.read(min(size, self.most))
+
+
+def test_every_kind_of_source_gives_the_same(path, content, frames, tmp_path):
+    packed = tmp_path / "drive.pcap.gz"
+    packed.write_bytes(gzip.compress(content, 1))
+    with open(path, "rb") as file, open(path, "rb", buffering=0) as raw, gzip.open(packed) as unpacked, \
+            mmap.mmap(os.open(path, os.O_RDONLY), 0, access=mmap.ACCESS_READ) as mapped:
+        for source in [str(path), path, [path], (path,), str(path)[:-2] + "?p", [str(path)[:-1] + "*"], content,
+                       bytearray(content), memoryview(content), np.frombuffer(content, "u1"), io.BytesIO(content), file,
+                       raw, unpacked, Reads(content), Reads(content, 1000), packed]:
+            assert list(lumsdk.open(source)) == frames, source
+        source = lumsdk.open(mapped)
+        assert list(source) == frames
+        source.close()
+        del source
+        gc.collect()
+
+
+def test_a_pipe_and_standard_input_are_read(path, frames):
+    code = "import lumsdk, sys; s = lumsdk.open(sys.argv[1]); print(sum(len(f) for f in s), s.losses['lost_words'])"
+    want = f"{sum(map(len, frames))} {sum(frame.losses['lost_words'] for frame in frames)}"
+    with open(path, "rb") as file:
+        for name in ["-", "/dev/stdin"] if sys.platform == "linux" else ["-"]:
+            file.seek(0)
+            done = subprocess.run([sys.executable, "-c", code, name], stdin=file, capture_output=True, text=True, check=True)
+            assert done.stdout.split() == want.split()
+    done = subprocess.run([sys.executable, "-c", code, "-"], input=path.read_bytes(), capture_output=True, check=True)
+    assert done.stdout.decode().split() == want.split()
+
+
+def test_a_file_object_is_read_from_where_it_stands(content, frames):
+    file = io.BytesIO(b"some head" + content)
+    file.seek(9)
+    source = lumsdk.open(file)
+    assert list(source) == frames
+    assert list(source) == frames, "it can seek, so it is read again"
+
+
+def test_what_cannot_be_read_again_says_so(content):
+    source = lumsdk.open(Reads(content))
+    assert len(list(source)) == 5
+    with pytest.raises(lumsdk.Error, match="it can be read only once"):
+        iter(source)
+
+
+def test_an_iteration_begins_at_the_start(path, frames):
+    with lumsdk.open(path) as source:
+        one, other = iter(source), iter(source)
+        assert next(one) == next(other) == frames[0]
+        assert next(one) == frames[1] and list(other) == frames[1:] and next(one) == frames[2]
+
+
+def test_a_url_is_read(path, frames):
+    pytest.importorskip("fsspec")
+    assert list(lumsdk.open(f"file://{path}")) == frames
+    with lumsdk.open(f"file://{path}") as source:
+        assert list(source) == list(source) == frames
+    with pytest.raises(OSError):
+        lumsdk.open(f"file://{path}-none")
+    with pytest.raises(lumsdk.CaptureError, match="no file has such a name"):
+        lumsdk.open(f"file://{path}-none-*")
+    assert list(lumsdk.open([f"file://{path}"])) == frames
+
+
+def test_a_url_without_fsspec_says_what_to_install(path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "fsspec", None)
+    with pytest.raises(lumsdk.OptionError, match=r"pip install lumsdk\[url\]"):
+        lumsdk.open(f"s3://bucket/{path.name}")
+
+
+# --- Several ---
+
+
+@pytest.fixture(scope="module")
+def rotated(tmp_path_factory, make_capture):
+    """A recording in several files, and all of it in one."""
+    drive = make_capture("-n", 6, "--seed", 9)
+    out = tmp_path_factory.mktemp("rotated")
+    subprocess.run([BIN / "lumdump", drive, "-q", "--rotate", "3MB", "-o", out / "part.pcap"], check=True)
+    parts = sorted(out.glob("*.pcap"))
+    assert len(parts) > 2
+    return parts, drive
+
+
+@given(st.data())
+@settings(max_examples=5)
+def test_several_are_one_stream_in_any_order(rotated, data):
+    parts, drive = rotated
+    got, want = list(lumsdk.open(data.draw(st.permutations(parts)))), list(lumsdk.open(drive))
+    assert got == want
+
+
+def test_a_pattern_means_all_that_it_finds(rotated):
+    parts, _ = rotated
+    folder = parts[0].parent
+    with lumsdk.open(folder / "*.pcap") as source:
+        assert len(list(source)) == 6 and source.name == f"{parts[0]} and {len(parts) - 1} more"
+    with pytest.raises(lumsdk.CaptureError, match=r"x\*\.pcap: no file has such a name"):
+        lumsdk.open(str(folder / "x*.pcap"))
+    odd = folder / "a[1].pcap"
+    odd.write_bytes(parts[0].read_bytes())
+    assert list(lumsdk.open(odd)) == list(lumsdk.open(parts[0]))
+    odd.unlink()
+
+
+def test_a_file_that_is_named_twice_is_refused(rotated):
+    parts, _ = rotated
+    link = parts[0].parent / "link"
+    link.symlink_to(parts[0])
+    with pytest.raises(lumsdk.OptionError, match="are one file: name each source once"):
+        lumsdk.open([parts[0], link])
+    link.unlink()
+
+
+# --- What cannot be read ---
+
+
+@pytest.mark.parametrize("given, kind, said", [
+    (3, TypeError, "a source is given as int; right is a path, a pattern"),
+    (None, TypeError, "a source is given as NoneType; right is"),
+    ([3], TypeError, "a source in a list is 3, of type int"),
+    ([b"abc"], TypeError, "captures in memory and file objects are read alone"),
+    (io.StringIO("text"), TypeError, 'opened as text; right is mode "rb"'),
+    ([], lumsdk.OptionError, "no capture is named"),
+    ("none.pcap", lumsdk.CaptureError, "none.pcap: cannot be opened: No such file"),
+    (b"", lumsdk.CaptureError, "0 bytes: "),
+    (b"not a capture, but long enough to be looked at", lumsdk.CaptureError, "46 bytes: not a"),
+    (io.BytesIO(b"not a capture, but long enough to be looked at"), lumsdk.CaptureError, "not a"),
+    ("10.42.0.37", lumsdk.CaptureError, "there is no such file; a sensor is read by lumsdk.Sensor('10.42.0.37')"),
+    ("udp://10.42.0.37", lumsdk.OptionError, "lumsdk.Sensor('10.42.0.37')"),
+])
+def test_what_cannot_be_read_is_told(given, kind, said):
+    with pytest.raises(kind) as caught:
+        lumsdk.open(given)
+    assert said in str(caught.value)
+
+
+def test_a_folder_is_refused_as_lumdump_refuses_it(tmp_path):
+    done = subprocess.run([BIN / "lumdump", tmp_path], capture_output=True, text=True, check=False)
+    with pytest.raises(lumsdk.CaptureError) as caught:
+        lumsdk.open(tmp_path)
+    assert f"lumdump: {caught.value}" == done.stderr.strip()
+
+
+def test_a_capture_that_breaks_off_gives_its_frames_first(content, tmp_path):
+    path = tmp_path / "cut.pcap"
+    path.write_bytes(content[:-5000])
+    got = []
+    with pytest.raises(lumsdk.CaptureError) as caught:
+        for frame in lumsdk.open(path):
+            got.append(frame.number)
+    done = subprocess.run([BIN / "lumdump", path], capture_output=True, text=True, check=False)
+    assert got == [1, 2, 3, 4, 5] and f"warning: {caught.value}\n" in done.stderr
+    with pytest.warns(lumsdk.CaptureWarning, match="cut.pcap: "):
+        source = lumsdk.open(path, broken="warn")
+        assert len(list(source)) == 5 and source.truncated
+
+
+def test_a_sensor_that_is_not_in_it_is_refused(path):
+    with lumsdk.open(path, sensor="10.42.0.37") as source:
+        assert len(list(source)) == 5 and source.sensors == ["10.42.0.37"]
+    with pytest.raises(lumsdk.CaptureError, match="no data of 10.42.0.99 in it, but of 10.42.0.37"):
+        list(lumsdk.open(path, sensor="10.42.0.99"))
+
+
+def test_a_capture_of_another_layout_is_refused(path):
+    with pytest.raises(lumsdk.CaptureError, match="packets of a G2 came, but none of them is a data packet: .*unknown_type"):
+        list(lumsdk.open(path, profile={"data_packet_type": 77}))
+
+
+def test_a_capture_without_a_sensor_gives_a_warning(tmp_path, content):
+    with pytest.warns(lumsdk.CaptureWarning, match="no packet of a G2 was found"):
+        assert list(lumsdk.open(content[:24])) == []
+
+
+# --- File objects that fail ---
+
+
+class Broken(io.RawIOBase):
+    """A file that fails after some bytes."""
+
+    def __init__(self, content, after, problem):
+        self.file, self.left, self.problem = io.BytesIO(content), after, problem
+
+    def readable(self):
+        return True
+
+    def readinto(self, buffer):
+        if self.left <= 0:
+            raise self.problem
+        size = min(len(buffer), self.left)
+        self.left -= size
+        return self.file.readinto(memoryview(buffer)[:size])
+
+
+@pytest.mark.parametrize("problem", [OSError(5, "the network is gone"), RuntimeError("odd"), MemoryError()])
+def test_what_a_file_object_raises_comes_out_after_the_frames(content, problem):
+    got = []
+    with pytest.raises(type(problem)) as caught:
+        for frame in lumsdk.open(Broken(content, len(content) * 3 // 5, problem)):
+            got.append(frame.number)
+    assert caught.value is problem and got[:2] == [1, 2] and len(got) in (3, 4)
+
+
+def test_what_a_file_object_raises_at_first_comes_out_of_open(content):
+    with pytest.raises(OSError, match="at once"):
+        lumsdk.open(Broken(content, 0, OSError("at once")))
+    with pytest.raises(KeyboardInterrupt):
+        lumsdk.open(Broken(content, 0, KeyboardInterrupt()))
+
+
+def test_ctrl_c_in_a_file_object_comes_out_at_once(content):
+    source = lumsdk.open(Broken(content, len(content) // 2, KeyboardInterrupt()))
+    got = []
+    with pytest.raises(KeyboardInterrupt):
+        for frame in source:
+            got.append(frame.number)
+    assert len(got) < 3
+
+
+@pytest.mark.parametrize("gives, kind, said", [("text", TypeError, "its read() gives str"), (None, BlockingIOError, "waits"),
+                                               (b"x" * 10 ** 6, ValueError, "bytes were read where")])
+def test_a_file_object_that_gives_nonsense_is_refused(gives, kind, said):
+    class Odd:
+        def read(self, _):
+            return gives
+
+    with pytest.raises(kind) as caught:
+        lumsdk.open(Odd())
+    assert said in str(caught.value)
+
+
+def test_a_file_object_is_let_go(content):
+    class File(io.BytesIO):
+        pass
+
+    import weakref
+    file = File(content)
+    alive = weakref.ref(file)
+    assert len(list(lumsdk.open(file))) == 5
+    del file
+    assert alive() is None, "a cycle keeps it until the collector comes"
+
+
+# --- Its end ---
+
+
+def test_a_closed_source_says_so(path, frames):
+    with lumsdk.open(path) as source:
+        iterator = iter(source)
+        frame = next(iterator)
+    source.close()
+    for use in [lambda: iter(source), lambda: next(iterator), lambda: source[0], lambda: source.__enter__()]:
+        with pytest.raises(lumsdk.ClosedError, match="the source is closed; open it again"):
+            use()
+    assert frame == frames[0] and frame.grid("range", "blue").shape == (64, 1000)
+    assert source.counts["frames"] >= 1 and source.sensors == ["10.42.0.37"] and source.progress[0] > 0
+    assert repr(source) == f"<Source {path}: closed>"
+
+
+def test_a_source_is_not_sent_to_another_process(path):
+    with pytest.raises(TypeError, match="its frames can be sent"):
+        pickle.dumps(lumsdk.open(path))
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        (sent, *_) = lumsdk.open(path)
+        assert pool.apply(operator.attrgetter("info"), (sent,)) == sent.info
+        assert pool.apply(operator.itemgetter("x"), (sent,)).tobytes() == sent["x"].tobytes()
+
+
+def test_losses_grow_as_it_is_read(path):
+    source = lumsdk.open(path)
+    assert set(source.losses.values()) == {0} and source.sensors == []
+    list(source)
+    assert source.losses["lost_words"] > 0 and list(source.losses)[0] == "lost_words"
+    assert source.counts["frames"] == 5 and source.counts["points"] > 0
+
+
+def test_progress_and_the_hint_of_its_length(path, content):
+    told = []
+    source = lumsdk.open(path, progress=lambda done, total: told.append((done, total)))
+    assert operator.length_hint(source) == 0
+    iterator = iter(source)
+    next(iterator)
+    assert 2 <= operator.length_hint(source) <= 10
+    rest = list(iterator)
+    assert operator.length_hint(source) == 5 == 1 + len(rest) and operator.length_hint(iterator) == 0
+    assert told == sorted(told) and told[-1] == (len(content), len(content)) == source.progress
+    assert f"{source!r}".endswith("5 frames read, 100 %>")
+
+
+def test_what_the_progress_function_raises_comes_out(path):
+    def stop(done, total):
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        list(lumsdk.open(path, progress=stop))
+
+
+def test_the_progress_function_cannot_use_the_source(path):
+    source = lumsdk.open(path, progress=lambda *_: source.losses)
+    with pytest.raises(lumsdk.Error, match="it is being read"):
+        list(source)
+
+
+# --- Threads, signals, memory ---
+
+
+def test_sources_in_threads_share_nothing(path, frames):
+    results = [None] * 4
+
+    def read(i):
+        results[i] = list(lumsdk.open(path)) == frames
+
+    threads = [threading.Thread(target=read, args=(i,)) for i in range(len(results))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert results == [True] * 4
+
+
+def test_c_works_without_the_lock_of_python(content):
+    """While one thread waits in C for a file, another one runs Python."""
+    begun, go = threading.Event(), threading.Event()
+
+    class Waits(io.BytesIO):
+        def readinto(self, buffer):
+            begun.set()
+            go.wait()
+            return super().readinto(buffer)
+
+    got = []
+    thread = threading.Thread(target=lambda: got.extend(lumsdk.open(Waits(content))))
+    thread.start()
+    begun.wait()
+    go.set()
+    thread.join()
+    assert len(got) == 5
+
+
+def test_a_source_in_two_threads_raises(content):
+    begun, go = threading.Event(), threading.Event()
+
+    class Waits(io.BytesIO):
+        def readinto(self, buffer):
+            if self.tell() > len(content) // 2:
+                begun.set()
+                go.wait()
+            return super().readinto(buffer)
+
+    source = lumsdk.open(Waits(content))
+    iterator = iter(source)
+    thread = threading.Thread(target=lambda: list(iterator))
+    thread.start()
+    begun.wait()
+    for use in [lambda: next(iterator), lambda: source.losses, source.close]:
+        with pytest.raises(lumsdk.Error, match="it is being read, by another thread"):
+            use()
+    go.set()
+    thread.join()
+    source.close()
+
+
+INTERRUPTED = """
+    import os, signal, sys, threading
+    import lumsdk
+
+    class Endless:
+        '''A capture that never ends, and never has a frame of its own.'''
+        def __init__(self, content):
+            self.head, self.rest, self.at, self.told = content[:24], content[24:], -24, False
+
+        def read(self, size):
+            if self.at < 0:
+                self.at = 0
+                return self.head
+            if self.at > 10 ** 7 and not self.told:
+                print('reading', flush=True)
+                self.told = True
+            got = self.rest[self.at % len(self.rest):][:size]
+            self.at += len(got)
+            return got
+
+    what = sys.argv[2]
+    try:
+        if what == 'frames':
+            for frame in lumsdk.open(Endless(open(sys.argv[1], 'rb').read()), frames='1000000:'):
+                pass
+        elif what == 'pipe':
+            print('reading', flush=True)
+            list(lumsdk.open('-'))
+        else:
+            class Told:
+                count = 0
+            def tell(done, total):
+                Told.count += 1
+                if Told.count == 2:
+                    print('reading', flush=True)
+            while True:
+                for frame in lumsdk.open(sys.argv[1], progress=tell):
+                    pass
+    except KeyboardInterrupt:
+        print('interrupted', flush=True)
+        os._exit(0)
+    """
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a signal cannot be sent to a single program")
+@pytest.mark.parametrize("what", ["frames", "pipe", "loop"])
+def test_ctrl_c_ends_reading(path, what):
+    """It would not end without: the capture has no end, or nobody writes into the pipe."""
+    with subprocess.Popen([sys.executable, "-c", textwrap.dedent(INTERRUPTED), str(path), what], stdin=subprocess.PIPE,
+                          stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline() == "reading\n"
+        process.send_signal(signal.SIGINT)
+        lines = process.stdout.readlines()
+        assert [line for line in lines if line != "reading\n"] == ["interrupted\n"]
+        assert process.wait() == 0
+
+
+def rss_kb():
+    for line in pathlib.Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmRSS"):
+            return int(line.split()[1])
+    raise AssertionError
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_memory_does_not_grow(make_capture):
+    """Many small frames, read and dropped, and many sources that are never closed."""
+    content = make_capture("-n", 40, "--loss", 0.97, "--seed", 2).read_bytes()
+
+    def use(times):
+        for _ in range(times):
+            for frame in lumsdk.open(content):
+                frame.xyz, frame["range"], frame.grid("range", "blue"), frame.lines, frame.losses, repr(frame)
+
+    use(3)
+    gc.disable()
+    try:
+        tracemalloc.start()
+        use(3)
+        before, (python, _) = rss_kb(), tracemalloc.get_traced_memory()
+        use(12)
+        after, (python_after, _) = rss_kb(), tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+        gc.enable()
+    assert after - before < 8000, f"{after - before} KB more after 480 frames of 12 sources"
+    assert python_after - python < 500_000
+
+
+def test_warnings_name_the_line_that_reads(tmp_path, content):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for _ in lumsdk.open(content[:24]):
+            pass
+    assert [pathlib.Path(warning.filename).name for warning in caught] == [pathlib.Path(__file__).name]

@@ -1,0 +1,1049 @@
+#define _POSIX_C_SOURCE 200809L
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "drive.h"
+
+#include "lum/frame/reader.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define LINES      20u
+#define FRAMES     26u
+#define FRAMES_MAX 128u
+#define SENSORS    2u
+#define SEEKS      100u
+#define OTHER      (DRIVE_SENSOR + 1u)
+#define STRAY      (DRIVE_SENSOR + 9u)
+#define START_NS   INT64_C(1700000000000000000)
+
+/* --- Captures of all kinds --- */
+
+enum disturbance {
+    LOST = 1,
+    REPEATED = 2,
+    DISORDERED = 4,
+    DAMAGED = 8,    /* line numbers and clocks */
+    FRAGMENTS = 16, /* of one datagram in ten */
+    LATE = 32       /* by many lines */
+};
+
+/* How a capture is made. */
+struct recipe {
+    const char *name;
+    unsigned disturbances;
+    unsigned sensors;
+    uint32_t clock; /* of its first line */
+    bool is_pcapng; /* of several sections and interfaces */
+    bool has_stray; /* a sensor of one packet */
+    bool one_stops; /* the second sensor, halfway */
+    bool is_cut;    /* within a record */
+};
+
+static const struct recipe recipes[] = {
+    {.name = "plain", .sensors = 1, .clock = 1000},
+    {.name = "a wrap of the clock", .sensors = 1, .clock = 0xfffc0000u},
+    {.name = "loss",
+     .disturbances = LOST | REPEATED | DAMAGED,
+     .sensors = 1,
+     .clock = 5000},
+    {.name = "disorder",
+     .disturbances = LOST | DISORDERED | REPEATED,
+     .sensors = 1,
+     .clock = 0xffff0000u},
+    {.name = "late",
+     .disturbances = LOST | LATE | DISORDERED,
+     .sensors = 1,
+     .clock = 10},
+    {.name = "two sensors",
+     .disturbances = LOST | DISORDERED | REPEATED | DAMAGED,
+     .sensors = 2,
+     .clock = 9000,
+     .has_stray = true},
+    {.name = "one stops",
+     .disturbances = LOST,
+     .sensors = 2,
+     .clock = 9000,
+     .one_stops = true},
+    {.name = "pcapng",
+     .disturbances = LOST | DISORDERED,
+     .sensors = 2,
+     .clock = 7000,
+     .is_pcapng = true},
+    {.name = "fragments",
+     .disturbances = LOST | FRAGMENTS,
+     .sensors = 2,
+     .clock = 7000,
+     .is_pcapng = true},
+    {.name = "cut", .disturbances = LOST, .sensors = 1, .is_cut = true},
+};
+
+#define RECIPES (sizeof recipes / sizeof recipes[0])
+
+/* A datagram on its way. */
+struct sent {
+    uint64_t sort;
+    int64_t time_ns;
+    uint32_t sensor;
+    size_t len;
+    uint8_t bytes[DRIVE_BYTES];
+};
+
+struct bytes {
+    uint8_t *at;
+    size_t len;
+    size_t room;
+};
+
+static uint64_t seed;
+
+static uint32_t random_below(uint32_t n)
+{
+    seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return (uint32_t)(seed >> 33) % n;
+}
+
+static void put(struct bytes *b, const void *from, size_t len)
+{
+    if (b->len + len > b->room) {
+        b->room = 2u * (b->len + len);
+        b->at = realloc(b->at, b->room);
+        assert_non_null(b->at);
+    }
+    if (len > 0) {
+        memcpy(b->at + b->len, from, len);
+    }
+    b->len += len;
+}
+
+static void put_le(struct bytes *b, uint64_t value, size_t len)
+{
+    for (size_t i = 0; i < len; i++) {
+        const uint8_t byte = (uint8_t)(value >> (8u * i) & 0xffu);
+        put(b, &byte, 1);
+    }
+}
+
+static void put_be(struct bytes *b, uint64_t value, size_t len)
+{
+    for (size_t i = len; i-- > 0;) {
+        const uint8_t byte = (uint8_t)(value >> (8u * i) & 0xffu);
+        put(b, &byte, 1);
+    }
+}
+
+/* An IPv4 packet of some of a datagram's bytes, UDP header included. */
+static void put_ipv4(struct bytes *b, const struct sent *s, uint16_t id,
+                     size_t from, size_t len, bool more)
+{
+    struct bytes udp = {NULL, 0, 0};
+    put_be(&udp, 5517, 2);
+    put_be(&udp, 50000, 2);
+    put_be(&udp, 8u + s->len, 2);
+    put_be(&udp, 0, 2);
+    put(&udp, s->bytes, s->len);
+    put_be(b, 0x4500, 2);
+    put_be(b, 20u + len, 2);
+    put_be(b, id, 2);
+    put_be(b, (more ? 0x2000u : 0u) | from / 8u, 2);
+    put_be(b, 0x4011, 2);
+    put_be(b, 0, 2);
+    put_be(b, s->sensor, 4);
+    put_be(b, DRIVE_CLIENT, 4);
+    put(b, udp.at + from, len);
+    free(udp.at);
+}
+
+static void put_section(struct bytes *b)
+{
+    put_le(b, 0x0a0d0d0a, 4);
+    put_le(b, 28, 4);
+    put_le(b, 0x1a2b3c4d, 4);
+    put_le(b, 1, 4);
+    put_le(b, UINT64_MAX, 8);
+    put_le(b, 28, 4);
+}
+
+/* Raw IPv4, in microseconds or nanoseconds. */
+static void put_interface(struct bytes *b, unsigned exponent)
+{
+    put_le(b, 1, 4);
+    put_le(b, 32, 4);
+    put_le(b, 228, 4);
+    put_le(b, 0, 4);
+    put_le(b, 0x00010009, 4);
+    put_le(b, exponent, 4);
+    put_le(b, 0, 4);
+    put_le(b, 32, 4);
+}
+
+static void put_record(struct bytes *b, const struct recipe *recipe,
+                       int64_t time_ns, const struct bytes *packet,
+                       size_t number)
+{
+    if (!recipe->is_pcapng) {
+        put_le(b, (uint64_t)time_ns / 1000000000u, 4);
+        put_le(b, (uint64_t)time_ns % 1000000000u, 4);
+        put_le(b, packet->len, 4);
+        put_le(b, packet->len, 4);
+        put(b, packet->at, packet->len);
+        return;
+    }
+    if (number % 700u == 0) {
+        put_section(b);
+        put_interface(b, number % 1400u == 0 ? 6 : 9);
+    } else if (number % 700u == 300u) {
+        put_interface(b, 9);
+    }
+    const bool is_second = number % 700u > 400u && number % 2u == 0;
+    const bool is_us = !is_second && number / 700u % 2u == 0;
+    const uint64_t ticks =
+        is_us ? (uint64_t)time_ns / 1000u : (uint64_t)time_ns;
+    const size_t padding = (4u - packet->len % 4u) % 4u;
+    const size_t all = 32u + packet->len + padding;
+    put_le(b, 6, 4);
+    put_le(b, all, 4);
+    put_le(b, is_second ? 1 : 0, 4);
+    put_le(b, ticks >> 32, 4);
+    put_le(b, ticks & UINT32_MAX, 4);
+    put_le(b, packet->len, 4);
+    put_le(b, packet->len, 4);
+    put(b, packet->at, packet->len);
+    put_le(b, 0, padding);
+    put_le(b, all, 4);
+}
+
+static int by_sort(const void *a, const void *b)
+{
+    const struct sent *p = a;
+    const struct sent *q = b;
+    return (p->sort > q->sort) - (p->sort < q->sort);
+}
+
+/* The datagrams of a drive, disturbed. */
+static struct sent *send_all(const struct recipe *recipe, size_t *count)
+{
+    static struct drive_line line;
+    struct sent *all = calloc(FRAMES * LINES * SENSORS * 2u * 8u, sizeof *all);
+    const unsigned d = recipe->disturbances;
+    uint64_t turn = 0;
+    assert_non_null(all);
+    *count = 0;
+    for (uint32_t i = 0; i < FRAMES * LINES; i++) {
+        for (unsigned k = 0; k < 2u * recipe->sensors; k++) {
+            const uint32_t sensor = k / 2u;
+            const uint32_t row = i + 7u * sensor;
+            if (recipe->one_stops && sensor == 1 && i > FRAMES * LINES / 2u) {
+                continue;
+            }
+            drive_pixels(&line, k % 2u, row % LINES,
+                         recipe->clock + 1000u * i + 17u * sensor,
+                         10u * (i % 50u), 60u + i % 7u);
+            for (size_t p = 0; p < line.count; p++) {
+                const bool is_lost = (d & LOST) != 0 && random_below(40) == 0;
+                const bool is_twice =
+                    (d & REPEATED) != 0 && random_below(30) == 0;
+                turn += 10;
+                for (unsigned n = is_lost ? 1u : 0u; n < (is_twice ? 2u : 1u);
+                     n++) {
+                    struct sent *s = &all[(*count)++];
+                    *s = (struct sent){.sort = turn,
+                                       .time_ns = START_NS +
+                                                  1000000 * (int64_t)i +
+                                                  random_below(300000),
+                                       .sensor = DRIVE_SENSOR + sensor,
+                                       .len = line.len[p]};
+                    memcpy(s->bytes, line.bytes[p], s->len);
+                    if ((d & DISORDERED) != 0 && random_below(10) == 0) {
+                        s->sort += random_below(600);
+                    }
+                    if ((d & LATE) != 0 && random_below(25) == 0) {
+                        s->sort += random_below(5000);
+                    }
+                    if ((d & DAMAGED) != 0 && random_below(60) == 0) {
+                        s->bytes[8u + random_below(20)] ^=
+                            (uint8_t)(1u << random_below(8));
+                    }
+                }
+            }
+        }
+    }
+    qsort(all, *count, sizeof *all, by_sort);
+    return all;
+}
+
+static void make_capture(const struct recipe *recipe, struct bytes *out)
+{
+    size_t count = 0;
+    size_t number = 0;
+    seed = 7;
+    struct sent *all = send_all(recipe, &count);
+    *out = (struct bytes){NULL, 0, 0};
+    if (recipe->has_stray) {
+        all[1].sensor = STRAY;
+    }
+    if (!recipe->is_pcapng) {
+        put_le(out, 0xa1b23c4d, 4);
+        put_le(out, 0x00040002, 4);
+        put_le(out, 0, 8);
+        put_le(out, 65535, 4);
+        put_le(out, 228, 4);
+    }
+    for (size_t i = 0; i < count; i++) {
+        const size_t udp = all[i].len + 8u;
+        const bool is_parted = (recipe->disturbances & FRAGMENTS) != 0 &&
+                               i % 10u == 0 && udp > 800u;
+        const size_t first = is_parted ? 800u : udp;
+        struct bytes packet = {NULL, 0, 0};
+        put_ipv4(&packet, &all[i], (uint16_t)i, 0, first, is_parted);
+        put_record(out, recipe, all[i].time_ns, &packet, number++);
+        packet.len = 0;
+        /* the rest comes some packets later */
+        const size_t back = i >= 5u ? i - 5u : count;
+        if ((recipe->disturbances & FRAGMENTS) != 0 && back % 10u == 0 &&
+            back < count && all[back].len + 8u > 800u) {
+            put_ipv4(&packet, &all[back], (uint16_t)back, 800u,
+                     all[back].len + 8u - 800u, false);
+            put_record(out, recipe, all[i].time_ns, &packet, number++);
+        }
+        free(packet.at);
+    }
+    free(all);
+    out->len -= recipe->is_cut ? 100u : 0u;
+}
+
+/* --- What a frame is --- */
+
+struct digest {
+    uint64_t sum;
+    uint32_t sensor;
+    int64_t number;
+    int64_t begin_ns;
+};
+
+static void add(uint64_t *sum, const void *bytes, size_t len)
+{
+    const uint8_t *at = bytes;
+    for (size_t i = 0; i < len; i++) {
+        *sum = (*sum ^ at[i]) * UINT64_C(1099511628211);
+    }
+}
+
+static void add_number(uint64_t *sum, uint64_t value)
+{
+    add(sum, &value, sizeof value);
+}
+
+/* All of its info but for struct_size, whatever is between members. */
+static void add_info(uint64_t *sum, const lum_frame_info *i)
+{
+    const uint64_t numbers[] = {(uint64_t)i->number,
+                                i->sensor,
+                                i->is_complete,
+                                i->is_first,
+                                i->is_last,
+                                (uint64_t)i->begin_clock_us,
+                                (uint64_t)i->end_clock_us,
+                                (uint64_t)i->begin_arrival_ns,
+                                (uint64_t)i->end_arrival_ns,
+                                i->points,
+                                i->lines[0],
+                                i->lines[1],
+                                i->lines_missing[0],
+                                i->lines_missing[1],
+                                i->lines_missing_angles,
+                                i->lost_words,
+                                i->losses.no_angle,
+                                i->losses.no_range,
+                                i->points_cut,
+                                i->lines_cut,
+                                i->lines_late,
+                                (uint64_t)i->begin_utc_ns,
+                                (uint64_t)i->utc_error_ns};
+    add(sum, numbers, sizeof numbers);
+}
+
+static void add_lines(uint64_t *sum, const lum_frame *frame)
+{
+    lum_frame_line l = {.struct_size = sizeof l};
+    for (size_t i = 0; i < lum_frame_line_count(frame); i++) {
+        assert_true(lum_frame_get_line(frame, i, &l));
+        const uint64_t numbers[] = {(uint64_t)l.clock_us,
+                                    (uint64_t)l.arrival_ns,
+                                    l.number,
+                                    l.first_point,
+                                    l.point_count,
+                                    l.lost_words,
+                                    l.angle_count,
+                                    l.eye};
+        add(sum, numbers, sizeof numbers);
+    }
+}
+
+static struct digest digest_of(const lum_frame *frame)
+{
+    static const size_t sizes[] = {[LUM_TYPE_FLOAT] = 4,
+                                   [LUM_TYPE_UINT32] = 4,
+                                   [LUM_TYPE_UINT16] = 2,
+                                   [LUM_TYPE_UINT8] = 1};
+    lum_frame_info info = {.struct_size = sizeof info};
+    struct digest d = {.sum = UINT64_C(14695981039346656037)};
+    assert_int_equal(lum_frame_get_info(frame, &info), LUM_OK);
+    add_info(&d.sum, &info);
+    add_lines(&d.sum, frame);
+    for (unsigned c = 0; c < LUM_COLUMN_COUNT; c++) {
+        add(&d.sum, lum_frame_column(frame, (lum_column)c),
+            lum_frame_count(frame) * sizes[lum_column_get_type((lum_column)c)]);
+    }
+    add_number(&d.sum, lum_frame_count(frame));
+    d.sensor = info.sensor;
+    d.number = info.number;
+    d.begin_ns =
+        info.lines[0] + info.lines[1] > 0 ? info.begin_utc_ns : INT64_MIN;
+    return d;
+}
+
+/* --- Readings --- */
+
+static struct digest frames[FRAMES_MAX];
+static size_t frame_count;
+
+static lum_reader *open_reader(lum_reader_options options, const void *bytes,
+                               size_t len)
+{
+    lum_view view;
+    lum_reader *reader = NULL;
+    lum_error error = {""};
+    lum_view_default(&view);
+    view.columns = LUM_COLUMNS_ALL;
+    const lum_framer_options framer = {
+        .struct_size = sizeof framer, .views = &view, .view_count = 1};
+    options.struct_size = sizeof options;
+    options.framer = options.framer != NULL ? options.framer : &framer;
+    options.source = bytes != NULL ? lum_source_from_memory("drive", bytes, len)
+                                   : options.source;
+    if (lum_reader_open(&options, &reader, &error) != 0) {
+        fail_msg("%s", error.text);
+    }
+    return reader;
+}
+
+static lum_reader *open_bytes(const struct bytes *b)
+{
+    return open_reader((lum_reader_options){.keeps_index = true}, b->at,
+                       b->len);
+}
+
+/* All frames of a reading from the start. */
+static void read_all(const struct bytes *b)
+{
+    const lum_frame *frame = NULL;
+    lum_reader *reader =
+        open_reader((lum_reader_options){.keeps_index = false}, b->at, b->len);
+    frame_count = 0;
+    while (lum_reader_next_frame(reader, &frame, NULL) > 0) {
+        assert_true(frame_count < FRAMES_MAX);
+        frames[frame_count++] = digest_of(frame);
+    }
+    lum_reader_close(reader);
+    assert_true(frame_count >= FRAMES - 1u);
+}
+
+static lum_reader_index index_of(const lum_reader *reader)
+{
+    lum_reader_index index = {.struct_size = sizeof index};
+    assert_int_equal(lum_reader_get_index(reader, &index), LUM_OK);
+    return index;
+}
+
+/* The next frames are those of the reading from the start. */
+static void assert_frames(lum_reader *reader, size_t from, size_t count)
+{
+    const lum_frame *frame = NULL;
+    for (size_t i = from; i < from + count && i < frame_count; i++) {
+        lum_error error = {""};
+        if (lum_reader_next_frame(reader, &frame, &error) != 1) {
+            fail_msg("frame %zu of %zu does not come: %s", i, frame_count,
+                     error.text);
+        }
+        const struct digest d = digest_of(frame);
+        if (d.sum != frames[i].sum) {
+            lum_frame_info info = {.struct_size = sizeof info};
+            (void)lum_frame_get_info(frame, &info);
+            fail_msg("frame %zu, number %lld of %08x instead of %lld of %08x, "
+                     "differs",
+                     i, (long long)d.number, d.sensor,
+                     (long long)frames[i].number, frames[i].sensor);
+        }
+        assert_int_equal(index_of(reader).next, i + 1u);
+    }
+}
+
+static void assert_end(lum_reader *reader, bool is_cut)
+{
+    const lum_frame *frame = NULL;
+    lum_error error = {""};
+    assert_int_equal(lum_reader_next_frame(reader, &frame, &error),
+                     is_cut ? -1 : 0);
+}
+
+static size_t find_number(uint32_t sensor, int64_t number)
+{
+    size_t i = 0;
+    while (i < frame_count &&
+           (frames[i].sensor != sensor || frames[i].number < number)) {
+        i++;
+    }
+    return i;
+}
+
+static size_t find_time(int64_t time_ns)
+{
+    size_t i = 0;
+    while (i < frame_count && frames[i].begin_ns < time_ns) {
+        i++;
+    }
+    return i;
+}
+
+/* One seek of any kind, and some frames. */
+static void seek_somewhere(lum_reader *reader, bool is_cut)
+{
+    const size_t any = random_below((uint32_t)frame_count);
+    const uint32_t sensor = frames[any].sensor;
+    lum_error error = {""};
+    size_t to = any;
+    int status = 0;
+    switch (random_below(4)) {
+    case 0: {
+        const int64_t number = frames[any].number + (int64_t)random_below(2);
+        status = lum_reader_seek_number(reader, sensor, number, &error);
+        to = find_number(sensor, number);
+        break;
+    }
+    case 1: {
+        const int64_t time_ns =
+            frames[any].begin_ns == INT64_MIN
+                ? START_NS
+                : frames[any].begin_ns + (int64_t)random_below(3) - 1;
+        status = lum_reader_seek_time(reader, time_ns, &error);
+        to = find_time(time_ns);
+        break;
+    }
+    default:
+        status = lum_reader_seek_frame(reader, any, &error);
+        break;
+    }
+    if (status != 0) {
+        fail_msg("%s", error.text);
+    }
+    assert_frames(reader, to, 1u + random_below(4));
+    if (to == frame_count) {
+        assert_end(reader, is_cut);
+    }
+}
+
+/* --- Facts --- */
+
+static void a_sought_frame_is_that_of_a_reading_from_the_start(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < RECIPES; i++) {
+        struct bytes b;
+        make_capture(&recipes[i], &b);
+        print_message("%s: %zu bytes\n", recipes[i].name, b.len);
+        read_all(&b);
+        lum_reader *reader = open_bytes(&b);
+        assert_frames(reader, 0, frame_count);
+        assert_end(reader, recipes[i].is_cut);
+        assert_true(index_of(reader).is_whole);
+        assert_int_equal(index_of(reader).frames, frame_count);
+        assert_true(index_of(reader).entries + 6u >=
+                    (recipes[i].one_stops ? frame_count / 2u : frame_count));
+        seed = 1000 + i;
+        for (unsigned k = 0; k < SEEKS; k++) {
+            seek_somewhere(reader, recipes[i].is_cut);
+        }
+        assert_int_equal(lum_reader_seek_frame(reader, 3, NULL), 0);
+        assert_frames(reader, 3, frame_count);
+        assert_end(reader, recipes[i].is_cut);
+        assert_int_equal(index_of(reader).frames, frame_count);
+        lum_reader_close(reader);
+        free(b.at);
+    }
+}
+
+/* The index grows by what a seek passes over. */
+static void seeks_before_a_reading_are_right_too(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < RECIPES; i++) {
+        struct bytes b;
+        make_capture(&recipes[i], &b);
+        read_all(&b);
+        for (unsigned turn = 0; turn < 4; turn++) {
+            lum_reader *reader = open_bytes(&b);
+            seed = 99u * i + turn;
+            for (unsigned k = 0; k < 12; k++) {
+                seek_somewhere(reader, recipes[i].is_cut);
+            }
+            lum_reader_close(reader);
+        }
+        free(b.at);
+    }
+}
+
+static void without_an_index_a_seek_reads_from_the_start(void **state)
+{
+    (void)state;
+    struct bytes b;
+    make_capture(&recipes[5], &b);
+    read_all(&b);
+    lum_reader *reader =
+        open_reader((lum_reader_options){.keeps_index = false}, b.at, b.len);
+    seed = 5;
+    for (unsigned k = 0; k < 6; k++) {
+        seek_somewhere(reader, false);
+        assert_int_equal(index_of(reader).entries, 0);
+    }
+    lum_reader_close(reader);
+    free(b.at);
+}
+
+static void a_frame_that_is_not_there_is_the_end(void **state)
+{
+    (void)state;
+    struct bytes b;
+    make_capture(&recipes[0], &b);
+    read_all(&b);
+    for (unsigned turn = 0; turn < 2; turn++) {
+        lum_reader *reader = open_bytes(&b);
+        if (turn == 1) {
+            assert_frames(reader, 0, frame_count);
+            assert_end(reader, false);
+        }
+        assert_int_equal(lum_reader_seek_frame(reader, frame_count, NULL), 0);
+        assert_end(reader, false);
+        assert_end(reader, false);
+        assert_int_equal(lum_reader_seek_frame(reader, 4, NULL), 0);
+        assert_frames(reader, 4, 2);
+        assert_int_equal(lum_reader_seek_time(reader, INT64_MAX, NULL), 0);
+        assert_end(reader, false);
+        assert_int_equal(lum_reader_seek_number(reader, STRAY, 1, NULL), 0);
+        assert_end(reader, false);
+        assert_int_equal(lum_reader_seek_frame(reader, 1, NULL), 0);
+        assert_frames(reader, 1, frame_count);
+        lum_reader_close(reader);
+    }
+    free(b.at);
+}
+
+/* --- Files --- */
+
+static char directory[] = "/tmp/lum-seek-XXXXXX";
+static char drive[64];
+static char index_path[96];
+
+static void write_file(const char *path, const void *bytes, size_t len)
+{
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(bytes, 1, len, file), len);
+    assert_int_equal(fclose(file), 0);
+}
+
+static struct bytes read_file(const char *path)
+{
+    struct bytes b = {NULL, 0, 0};
+    char buffer[4096];
+    size_t got = 0;
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    while ((got = fread(buffer, 1, sizeof buffer, file)) > 0) {
+        put(&b, buffer, got);
+    }
+    assert_int_equal(fclose(file), 0);
+    return b;
+}
+
+static int make_directory(void **state)
+{
+    (void)state;
+    assert_non_null(mkdtemp(directory));
+    (void)snprintf(drive, sizeof drive, "%s/drive.pcap", directory);
+    (void)snprintf(index_path, sizeof index_path, "%s.lumindex", drive);
+    return 0;
+}
+
+static int remove_directory(void **state)
+{
+    (void)state;
+    (void)remove(drive);
+    (void)remove(index_path);
+    return rmdir(directory);
+}
+
+static lum_reader *open_file(void)
+{
+    return open_reader((lum_reader_options){.path = drive, .keeps_index = true},
+                       NULL, 0);
+}
+
+/* A capture, all its frames, and its index in a file. */
+static void make_file(const struct recipe *recipe)
+{
+    struct bytes b;
+    make_capture(recipe, &b);
+    write_file(drive, b.at, b.len);
+    read_all(&b);
+    free(b.at);
+    lum_reader *reader = open_file();
+    lum_error error = {""};
+    assert_frames(reader, 0, frame_count);
+    assert_end(reader, recipe->is_cut);
+    if (lum_reader_save_index(reader, NULL, &error) != 0) {
+        fail_msg("%s", error.text);
+    }
+    lum_reader_close(reader);
+}
+
+static void an_index_can_be_kept_beside_the_capture(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < RECIPES; i++) {
+        make_file(&recipes[i]);
+        lum_reader *reader = open_file();
+        lum_error error = {""};
+        if (lum_reader_load_index(reader, NULL, &error) != 1) {
+            fail_msg("%s", error.text);
+        }
+        assert_true(index_of(reader).is_whole);
+        assert_int_equal(index_of(reader).frames, frame_count);
+        assert_true(index_of(reader).entries > 5u);
+        assert_true(index_of(reader).bytes > 5000u);
+        const uint64_t entries = index_of(reader).entries;
+        seed = i;
+        for (unsigned k = 0; k < SEEKS / 4u; k++) {
+            seek_somewhere(reader, recipes[i].is_cut);
+        }
+        assert_int_equal(index_of(reader).entries, entries);
+        lum_reader_close(reader);
+    }
+}
+
+/* The index says how far a seek has to read. */
+static void a_seek_reads_little_of_a_long_capture(void **state)
+{
+    (void)state;
+    uint64_t done = 0;
+    uint64_t total = 0;
+    make_file(&recipes[0]);
+    for (unsigned stray = 0; stray < 2; stray++) {
+        if (stray == 1) {
+            struct recipe recipe = recipes[0];
+            recipe.has_stray = true;
+            make_file(&recipe);
+        }
+        lum_reader *reader = open_file();
+        assert_int_equal(lum_reader_load_index(reader, NULL, NULL), 1);
+        assert_int_equal(lum_reader_seek_frame(reader, frame_count - 3u, NULL),
+                         0);
+        assert_frames(reader, frame_count - 3u, 1);
+        assert_int_equal(lum_reader_seek_frame(reader, 5, NULL), 0);
+        assert_frames(reader, 5, 1);
+        lum_reader_progress(reader, &done, &total);
+        assert_true(done < total / 2u);
+        lum_reader_close(reader);
+    }
+}
+
+static void assert_not_used(const char *says)
+{
+    lum_error error = {""};
+    lum_reader *reader = open_file();
+    assert_int_equal(lum_reader_load_index(reader, NULL, &error), -1);
+    assert_non_null(strstr(error.text, "drive.pcap.lumindex: is not used: "));
+    if (strstr(error.text, says) == NULL) {
+        fail_msg("\"%s\" instead of \"%s\"", error.text, says);
+    }
+    assert_int_equal(lum_reader_seek_frame(reader, 3, NULL), 0);
+    assert_frames(reader, 3, 2);
+    lum_reader_close(reader);
+}
+
+static void an_index_that_does_not_fit_is_not_used(void **state)
+{
+    (void)state;
+    make_file(&recipes[0]);
+    struct bytes index = read_file(index_path);
+    struct bytes capture = read_file(drive);
+    for (size_t at = 0; at < index.len; at += at < 40u ? 1u : index.len / 97u) {
+        index.at[at] ^= 0x10u;
+        write_file(index_path, index.at, index.len);
+        assert_not_used(at < 8u ? "it is no index" : "");
+        index.at[at] ^= 0x10u;
+    }
+    for (size_t len = 0; len < index.len; len += 1u + index.len / 31u) {
+        write_file(index_path, index.at, len);
+        assert_not_used(len < 14u ? "it is no index" : "damaged or cut short");
+    }
+    index.at[8] = 2;
+    write_file(index_path, index.at, index.len);
+    assert_not_used("its format is 2; 1 can be read");
+    index.at[8] = 1;
+    write_file(index_path, index.at, index.len);
+    capture.at[capture.len - 5u] ^= 1u;
+    write_file(drive, capture.at, capture.len);
+    read_all(&capture);
+    assert_not_used("it is of another capture, or the capture has changed");
+    write_file(drive, capture.at, capture.len - 3u);
+    capture.len -= 3u;
+    read_all(&capture);
+    assert_not_used("it is of another capture, or the capture has changed");
+    free(index.at);
+    free(capture.at);
+}
+
+static void other_options_need_another_index(void **state)
+{
+    (void)state;
+    lum_error error = {""};
+    make_file(&recipes[0]);
+    const lum_framer_options framers[] = {
+        {.struct_size = sizeof framers[0], .eyes = LUM_EYES_BLUE},
+        {.struct_size = sizeof framers[0], .drop_incomplete = true},
+        {.struct_size = sizeof framers[0], .only_first = true},
+        {.struct_size = sizeof framers[0],
+         .has_sensor = true,
+         .sensor = DRIVE_SENSOR},
+        {.struct_size = sizeof framers[0], .has_range = true, .frame_last = 9}};
+    for (size_t i = 0; i < sizeof framers / sizeof framers[0]; i++) {
+        lum_reader *reader = open_reader(
+            (lum_reader_options){
+                .path = drive, .framer = &framers[i], .keeps_index = true},
+            NULL, 0);
+        assert_int_equal(lum_reader_load_index(reader, NULL, &error), -1);
+        assert_non_null(strstr(error.text, "it was made with other options"));
+        lum_reader_close(reader);
+    }
+    /* points are none of them */
+    lum_view view;
+    lum_view_default(&view);
+    const lum_framer_options other = {.struct_size = sizeof other,
+                                      .views = &view,
+                                      .view_count = 1,
+                                      .points_max = 1000};
+    lum_reader *reader = open_reader((lum_reader_options){.path = drive,
+                                                          .framer = &other,
+                                                          .keeps_index = true},
+                                     NULL, 0);
+    assert_int_equal(lum_reader_load_index(reader, NULL, &error), 1);
+    lum_reader_close(reader);
+}
+
+static void what_has_no_index_says_so(void **state)
+{
+    (void)state;
+    lum_error error = {""};
+    struct bytes b;
+    make_capture(&recipes[0], &b);
+    lum_reader *reader = open_bytes(&b);
+    assert_int_equal(lum_reader_save_index(reader, index_path, &error), -1);
+    assert_string_equal(error.text, "only one capture file that is not "
+                                    "compressed has an index");
+    lum_reader_close(reader);
+    write_file(drive, b.at, b.len);
+    (void)remove(index_path);
+    reader = open_reader((lum_reader_options){.path = drive}, NULL, 0);
+    assert_int_equal(lum_reader_load_index(reader, NULL, &error), -1);
+    assert_string_equal(error.text, "this reader keeps no index; "
+                                    "lum_reader_options.keeps_index");
+    lum_reader_close(reader);
+    reader = open_file();
+    assert_int_equal(lum_reader_load_index(reader, NULL, &error), 0);
+    lum_reader_close(reader);
+    free(b.at);
+}
+
+/* Files that follow one another are opened again. */
+static void several_captures_are_sought_from_the_start(void **state)
+{
+    (void)state;
+    struct bytes b;
+    char second[80];
+    (void)snprintf(second, sizeof second, "%s/second.pcap", directory);
+    make_capture(&recipes[0], &b);
+    size_t half = 24; /* a record's begin */
+    while (half < b.len / 2u) {
+        half += 16u + (size_t)b.at[half + 8u] + 256u * b.at[half + 9u];
+    }
+    struct bytes rest = {NULL, 0, 0};
+    put(&rest, b.at, 24);
+    put(&rest, b.at + half, b.len - half);
+    write_file(drive, b.at, half);
+    write_file(second, rest.at, rest.len);
+    read_all(&b);
+    const char *const paths[] = {drive, second};
+    lum_reader *reader = open_reader((lum_reader_options){.paths = paths,
+                                                          .path_count = 2,
+                                                          .keeps_index = true},
+                                     NULL, 0);
+    seed = 3;
+    for (unsigned k = 0; k < 8; k++) {
+        seek_somewhere(reader, false);
+    }
+    assert_false(index_of(reader).is_kept);
+    lum_reader_close(reader);
+    assert_int_equal(remove(second), 0);
+    free(b.at);
+    free(rest.at);
+}
+
+/* --- What cannot be sought --- */
+
+struct pieces {
+    const struct bytes *bytes;
+    size_t at;
+    unsigned seeks;
+};
+
+static int64_t read_piece(void *context, void *buffer, size_t room,
+                          lum_error *error)
+{
+    struct pieces *p = context;
+    const size_t left = p->bytes->len - p->at;
+    const size_t n = left < room ? left : room;
+    (void)error;
+    memcpy(buffer, p->bytes->at + p->at, n);
+    p->at += n;
+    return (int64_t)n;
+}
+
+static int seek_piece(void *context, uint64_t offset, lum_error *error)
+{
+    struct pieces *p = context;
+    p->at = (size_t)offset;
+    p->seeks++;
+    return p->seeks < 1000u ? 0 : lum_error_set(error, "it is worn out");
+}
+
+static void a_callers_function_may_seek(void **state)
+{
+    (void)state;
+    struct bytes b;
+    make_capture(&recipes[5], &b);
+    read_all(&b);
+    for (unsigned can = 0; can < 2; can++) {
+        struct pieces pieces = {.bytes = &b};
+        lum_error error = {""};
+        const lum_source_functions functions = {.struct_size = sizeof functions,
+                                                .read = read_piece,
+                                                .seek = can != 0 ? seek_piece
+                                                                 : NULL,
+                                                .context = &pieces};
+        lum_reader *reader = open_reader(
+            (lum_reader_options){
+                .source = lum_source_from_functions("pieces", &functions, NULL),
+                .keeps_index = true},
+            NULL, 0);
+        assert_int_equal(lum_reader_seek_frame(reader, 5, NULL), 0);
+        assert_frames(reader, 5, 2);
+        assert_int_equal(lum_reader_seek_frame(reader, 9, NULL), 0);
+        assert_frames(reader, 9, 1);
+        if (can != 0) {
+            for (unsigned k = 0; k < 9; k++) {
+                seek_somewhere(reader, false);
+            }
+            pieces.seeks = 1000;
+            for (unsigned k = 0; k < 2; k++) {
+                assert_int_equal(lum_reader_seek_frame(reader, 2, &error), -1);
+                assert_non_null(strstr(error.text, "it is worn out"));
+                const lum_frame *frame = NULL;
+                assert_int_equal(lum_reader_next_frame(reader, &frame, NULL),
+                                 -1);
+            }
+        } else {
+            assert_int_equal(lum_reader_seek_frame(reader, 9, &error), -1);
+            assert_string_equal(error.text,
+                                "pieces: cannot be read again from its start; "
+                                "only frames behind the present one can be "
+                                "sought");
+            assert_frames(reader, 10, 1);
+        }
+        lum_reader_close(reader);
+    }
+    free(b.at);
+}
+
+static int next_none(void *context, lum_record *out, lum_error *error)
+{
+    (void)context;
+    (void)out;
+    (void)error;
+    return 0;
+}
+
+static bool say_no(void *context)
+{
+    (void)context;
+    return *(const bool *)context;
+}
+
+static void what_cannot_be_sought_says_so(void **state)
+{
+    (void)state;
+    lum_error error = {""};
+    bool goes_on = true;
+    struct bytes b;
+    const lum_record_source records = {.struct_size = sizeof records,
+                                       .next = next_none};
+    const lum_framer_options lines = {.struct_size = sizeof lines,
+                                      .wants = LUM_WANT_LINES};
+    make_capture(&recipes[0], &b);
+    lum_reader *reader =
+        open_reader((lum_reader_options){.records = &records}, NULL, 0);
+    assert_int_equal(lum_reader_seek_frame(reader, 0, &error), -1);
+    assert_string_equal(error.text,
+                        "records that are no capture cannot be sought in");
+    lum_reader_close(reader);
+    reader = open_reader((lum_reader_options){.framer = &lines}, b.at, b.len);
+    assert_int_equal(lum_reader_seek_frame(reader, 0, &error), -1);
+    assert_non_null(strstr(error.text, "that gives no frames cannot seek"));
+    lum_reader_close(reader);
+    reader = open_reader(
+        (lum_reader_options){.go_on = say_no, .go_on_context = &goes_on}, b.at,
+        b.len);
+    assert_int_equal(lum_reader_seek_number(reader, DRIVE_SENSOR, -1, &error),
+                     -1);
+    assert_string_equal(error.text, "a frame's number is from 0 to 4294967295");
+    lum_reader_close(reader);
+    free(b.at);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_sought_frame_is_that_of_a_reading_from_the_start),
+        cmocka_unit_test(seeks_before_a_reading_are_right_too),
+        cmocka_unit_test(without_an_index_a_seek_reads_from_the_start),
+        cmocka_unit_test(a_frame_that_is_not_there_is_the_end),
+        cmocka_unit_test(an_index_can_be_kept_beside_the_capture),
+        cmocka_unit_test(a_seek_reads_little_of_a_long_capture),
+        cmocka_unit_test(an_index_that_does_not_fit_is_not_used),
+        cmocka_unit_test(other_options_need_another_index),
+        cmocka_unit_test(what_has_no_index_says_so),
+        cmocka_unit_test(several_captures_are_sought_from_the_start),
+        cmocka_unit_test(a_callers_function_may_seek),
+        cmocka_unit_test(what_cannot_be_sought_says_so),
+    };
+    return cmocka_run_group_tests(tests, make_directory, remove_directory);
+}
