@@ -27,6 +27,7 @@ import pyarrow.fs  # noqa: E402
 from failing_files import NETWORK, Failing  # noqa: E402
 
 STORE_BYTES = 200_000_000
+SYSTEM = {"health_check_period_ms": 500, "health_check_timeout_ms": 5000, "health_check_failure_threshold": 3}
 XYZR = ("x", "y", "z", "range")
 
 
@@ -69,7 +70,7 @@ class Nodes:
 
         ray.shutdown()  # that of one machine
         node = {"num_cpus": 1, "object_store_memory": STORE_BYTES}
-        self.cluster = Cluster(initialize_head=True, head_node_args={**node, "include_dashboard": False})
+        self.cluster = Cluster(initialize_head=True, head_node_args={**node, "include_dashboard": False, "_system_config": SYSTEM})
         self.others = [self.cluster.add_node(**node) for _ in range(2)]
         ray.init(address=self.cluster.address, logging_level="ERROR", log_to_driver=False)
         self.cluster.wait_for_nodes()
