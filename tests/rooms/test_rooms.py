@@ -23,7 +23,7 @@ class Tree(unittest.TestCase):
         there = {path.name for path in (TOP / "src").iterdir() if path.is_dir()}
         self.assertEqual(there - seen, set())
         self.assertEqual(there - set(rooms.ARROWS), set())
-        tools = {path.name for path in (TOP / "tools").iterdir() if path.is_dir()} - {"completion"}
+        tools = {path.name for path in (TOP / "tools").iterdir() if path.is_dir()} - {"completion", "python"}  # no C
         self.assertEqual(tools - seen, set())
         self.assertEqual(tools, set(rooms.TOOLS))
 
@@ -112,6 +112,15 @@ class Documents(unittest.TestCase):
                 with self.subTest(path):
                     self.assertTrue(any(fnmatch.fnmatch(name, pattern) for pattern in tables.get(folder, ())),
                                     f"docs/design.md, Files, {folder}: no line for {name}")
+
+    def test_every_module_of_python_has_its_line(self):
+        text = (TOP / "docs/design.md").read_text()
+        for folder in sorted({path.parent for path in (TOP / "tools/python").rglob("*.py")}):
+            name = str(folder.relative_to(TOP))
+            section = re.search(rf"^### {name}\n\n(.*?)(?=^#|\Z)", text, re.M | re.S)
+            listed = set(re.findall(r"`(\w+\.py)`", " ".join(re.findall(r"^\| (.*?) \|", section[1] if section else "", re.M))))
+            with self.subTest(name):
+                self.assertEqual(listed - {"__init__.py"}, {path.name for path in folder.glob("*.py")} - {"__init__.py"}, f"docs/design.md, Files, {name}")
 
     def test_every_line_has_its_source(self):
         there = {}

@@ -14,7 +14,7 @@ import threading
 import time
 import unittest
 
-from support import BIN, Folder, frames_of, line, pcap, run, simulate, summary, udp, word
+from support import BIN, Folder, line, pcap, run, simulate, summary, udp, word
 
 JUDGE = os.environ.get("LUM_JUDGE", "")
 ENDINGS = (".gz", ".zst")

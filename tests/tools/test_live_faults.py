@@ -3,7 +3,6 @@
 import json
 import os
 import pathlib
-import random
 import signal
 import socket
 import subprocess
@@ -11,8 +10,8 @@ import threading
 import time
 import unittest
 
-from live import Hosts, Process, Sensor, needs_namespaces, tool, wait_until
-from support import BIN, MAGIC, Folder, run
+from live import Hosts, Sensor, needs_namespaces, tool, wait_until
+from support import BIN, Folder, run
 
 
 class Faults(unittest.TestCase):

@@ -361,22 +361,22 @@ def open(source: Given, **options: Unpack[Options]) -> Source:
 
     Options are those of lumdump, by the same names; all but set and progress may be texts as lumdump takes them:
 
-    columns      names of columns, or "all"; x y z range pulse_width line pixel eye if not given (COLUMNS has all)
-    returns      "all", "first", "last", "strongest", or the one of a number from 1, of each pixel
-    edge         "rising", "falling" or "both"
-    eye          "blue", "green" or "both"
-    sensor       only this one, such as "10.42.0.37"
-    frames       numbers of frames: (first, last), both included and either None, or one number
-    range        (min, max) metres from the eye, both included and either None
-    box          three such pairs for x, y and z in metres
-    incomplete   "keep" or "drop" lines that lack angles or words
-    smooth       0 for off, a window such as 31, or (window, order): angles are smoothed along each line
-    calibration  a path, a mapping, a text of YAML, or a Calibration
-    profile      likewise a Profile
-    set          single keys of both, {"group.line.at": 14} or ["group.line.at=14"]
-    broken       "raise" a CaptureError where a capture breaks off, once all frames before that have come; or "warn",
-                 as lumdump does
-    progress     a function that is called with the bytes read and the bytes in all (0: not known)
+        columns      names of columns, or "all"; x y z range pulse_width line pixel eye if not given (COLUMNS has all)
+        returns      "all", "first", "last", "strongest", or the one of a number from 1, of each pixel
+        edge         "rising", "falling" or "both"
+        eye          "blue", "green" or "both"
+        sensor       only this one, such as "10.42.0.37"
+        frames       numbers of frames: (first, last), both included and either None, or one number
+        range        (min, max) metres from the eye, both included and either None
+        box          three such pairs for x, y and z in metres
+        incomplete   "keep" or "drop" lines that lack angles or words
+        smooth       0 for off, a window such as 31, or (window, order): angles are smoothed along each line
+        calibration  a path, a mapping, a text of YAML, or a Calibration
+        profile      likewise a Profile
+        set          single keys of both, {"group.line.at": 14} or ["group.line.at=14"]
+        broken       "raise" a CaptureError where a capture breaks off, once all frames before that have come; or "warn",
+                     as lumdump does
+        progress     a function that is called with the bytes read and the bytes in all (0: not known)
 
     Raises CaptureError if a source cannot be read, OptionError for a value that is not allowed, TypeError for one of a
     wrong type and for an option that is not known.

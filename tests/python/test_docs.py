@@ -1,0 +1,180 @@
+"""The pages of docs/python say what is so: their code runs, their tables name what there is, every public name is in the
+reference and has a docstring."""
+import inspect
+import json
+import os
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+
+import lumsdk
+import pages
+import pytest
+from conftest import BIN, run
+
+TOP = pathlib.Path(__file__).resolve().parents[2]
+DOCS = TOP / "docs/python"
+PAGES = sorted(DOCS.glob("*.md"))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """What the pages have at hand: a drive, the same in parts, one with losses, one that was cut."""
+    made = tmp_path_factory.mktemp("pages")
+    run("lumsim", "-q", "-o", made / "street.pcap", "--frames", 20)
+    run("lumdump", "-q", made / "street.pcap", "-o", made / "drive.pcap", "--rotate", "1s")
+    (made / "street.pcap").rename(made / "drive.pcap")
+    run("lumsim", "-q", "-o", made / "lossy.pcap", "--frames", 5, "--loss", 0.01)
+    whole = (made / "lossy.pcap").read_bytes()
+    (made / "cut.pcap").write_bytes(whole[:len(whole) * 2 // 3])
+    return made
+
+
+def in_reach_of_a_sensor(command, folder):
+    """A command in a network of its own, where a simulated sensor has the address that a real one boots with."""
+    if subprocess.run(["unshare", "--net", "true"], capture_output=True, check=False).returncode != 0 or not shutil.which("ip"):
+        pytest.skip("a network of its own needs root, util-linux and iproute2")
+    script = folder / "with_sensor.sh"
+    script.write_text(f"""set -e
+ip link set lo up
+ip addr add 10.42.0.37/32 dev lo
+exec 3< <(exec {shlex.quote(str(BIN / "lumsim"))} --address 10.42.0.37 --frames 2 2>&1)
+sensor=$!
+trap 'kill $sensor' EXIT
+read -r ready <&3
+{shlex.join(command)}
+""")
+    return ["unshare", "--net", "bash", str(script)]
+
+
+@pytest.mark.parametrize("page", [TOP / "README.md", *PAGES], ids=lambda page: page.name)
+def test_code_of_a_page_runs(page, folder, tmp_path):
+    for capture in folder.iterdir():
+        os.link(capture, tmp_path / capture.name)
+    command = [sys.executable, "-B", "-W", "error", str(pathlib.Path(pages.__file__)), str(page)]
+    done = subprocess.run(in_reach_of_a_sensor(command, tmp_path) if "Sensor(\"10.42.0.37\")" in page.read_text() else command,
+                          cwd=tmp_path, capture_output=True, text=True, timeout=180, check=False)
+    if done.returncode == 77:
+        pytest.skip(done.stdout.strip().splitlines()[-1])
+    assert done.returncode == 0, done.stderr
+
+
+def test_pages_have_code():
+    assert sum(1 for page in PAGES for _ in pages.blocks(page)) > 10
+
+
+def rows(page, head):
+    """The cells of the table under a row of these heads."""
+    lines = page.read_text().splitlines()
+    begin = next(i for i, line in enumerate(lines) if line.startswith(f"| {head} |"))
+    for line in lines[begin + 2:]:
+        if not line.startswith("|"):
+            break
+        yield [cell.strip() for cell in line.strip("|").split(" | ")]
+
+
+def code(cell):
+    """What stands between backticks."""
+    return re.findall(r"`([^`]+)`", cell)
+
+
+def test_every_option_is_one_of_open_and_of_lumdump(capture):
+    help_text = run("lumdump", "--help").decode()
+    shared = {code(name)[0]: code(tool)[0] for name, tool, *_ in rows(DOCS / "concepts.md", "option | of `lumdump`")}
+    own = {code(name)[0] for name, *_ in rows(DOCS / "concepts.md", "option | takes")}
+    for name, tool in shared.items():
+        assert re.search(rf"^ +(?:-\w, |   )?{tool}\b", help_text, re.M), f"lumdump has no {tool}"
+        assert tool.lstrip("-") in (name, name[:-1]), f"{name} is {tool} in lumdump"
+    with pytest.raises(TypeError, match="there is no option") as refusal:
+        lumsdk.open(capture, **{"": 0})
+    listed = re.search(r"there are (.*)", str(refusal.value))[1].split(", ")
+    assert sorted([*shared, *own]) == sorted(listed)
+
+
+def test_values_of_options_are_taken(capture):
+    """Each value between backticks, where it is one of Python."""
+    for name, _, values, *_ in rows(DOCS / "concepts.md", "option | of `lumdump`"):
+        for value in code(values):
+            if name in ("`set`", "`calibration`", "`profile`") or value[0] not in "\"(":
+                continue
+            if value != "(window, order)":
+                lumsdk.open(capture, **{name.strip("`"): eval(value)}).close()
+
+
+def test_columns_are_those_of_the_package():
+    listed = {name: kind for names, kind, *_ in rows(DOCS / "concepts.md", "column | type") for name in code(names)}
+    assert listed == {name: kind.name for name, kind in lumsdk.COLUMNS.items()}
+
+
+def test_columns_that_a_frame_has_by_default_are_told(capture):
+    rest = " ".join((DOCS / "concepts.md").read_text().split()).split("A frame has `x`", 1)[1]
+    told = ["x", *code(rest.split(", or the columns", 1)[0])]
+    assert tuple(told) == next(iter(lumsdk.open(capture))).columns
+
+
+def test_exceptions_are_those_of_the_package():
+    listed = {code(name)[0].split(".")[1]: code(also) for name, also, *_ in rows(DOCS / "errors.md", "exception | is also")}
+    there = {name for name in lumsdk.__all__ if inspect.isclass(getattr(lumsdk, name)) and issubclass(getattr(lumsdk, name), lumsdk.Error)}
+    assert set(listed) == there
+    for name, also in listed.items():
+        for other in also:
+            assert other in {base.__name__ for base in getattr(lumsdk, name).__mro__}, f"{name} is no {other}"
+
+
+PUBLIC = [name for name in lumsdk.__all__ if not name.startswith("__")]
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_a_public_name_is_in_the_reference(name):
+    listed = re.findall(r"^::: lumsdk\.(\w+)$", (DOCS / "reference.md").read_text(), re.M)
+    assert listed.count(name) == 1
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_a_public_name_has_a_docstring_and_so_have_its_members(name):
+    value = getattr(lumsdk, name)
+    if not callable(value):
+        return  # data, whose docstring the sources have
+    assert value.__doc__, name
+    if not inspect.isclass(value):
+        return
+    for member, thing in vars(value).items():
+        if member.startswith("_") or not (callable(thing) or isinstance(thing, (property, classmethod, staticmethod))):
+            continue
+        assert inspect.getdoc(thing), f"{name}.{member}"
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_docstrings_indent_their_tables(name):
+    """Four spaces keep its columns, in the reference too."""
+    value = getattr(lumsdk, name)
+    for thing in (value, *(vars(value).values() if inspect.isclass(value) else ())):
+        text = inspect.getdoc(thing) if callable(thing) or isinstance(thing, property) else None
+        assert not re.findall(r"^\w+ {2,}\S.*", text or "", re.M), thing
+
+
+def test_reference_has_no_name_that_is_gone():
+    for name in re.findall(r"^::: lumsdk\.(\w+)$", (DOCS / "reference.md").read_text(), re.M):
+        assert name in lumsdk.__all__
+
+
+def test_every_page_is_in_the_navigation():
+    listed = set(re.findall(r": python/([\w-]+\.(?:md|ipynb))$", (DOCS / "mkdocs.yml").read_text(), re.M))
+    assert {path.name for path in (*PAGES, *DOCS.glob("*.ipynb"))} <= listed  # the site's build tells the opposite
+
+
+def test_notebooks_are_kept_without_outputs():
+    for path in DOCS.glob("*.ipynb"):
+        notebook = json.loads(path.read_text())
+        for cell in notebook["cells"]:
+            assert not cell.get("outputs") and not cell.get("execution_count"), f"{path.name}: strip the outputs of {cell['source']}"
+            assert set(cell["metadata"]) == set(), path.name
+
+
+def test_tutorial_checks_what_it_tells():
+    notebook = json.loads((DOCS / "tutorial.ipynb").read_text())
+    cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert sum("assert " in cell for cell in cells) >= 5

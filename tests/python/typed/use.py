@@ -1,0 +1,60 @@
+"""What a user writes, for the type checkers alone: every line that ends with `# wrong` is an error, and no other is."""
+# pyright: strict
+from __future__ import annotations
+
+import datetime
+import pathlib
+from typing import Any
+
+import lumsdk
+import numpy as np
+from typing_extensions import assert_type
+
+
+def read(path: pathlib.Path) -> float:
+    with lumsdk.open(path, returns="last", range=(2, 80), columns=["x", "y", "z", "range"]) as source:
+        assert_type(source, lumsdk.Source)
+        nearest = float("inf")
+        for frame in source:
+            assert_type(frame, lumsdk.Frame)
+            xyz: np.ndarray[Any, Any] = frame.xyz
+            nearest = min(nearest, float(frame["range"].min()), float(xyz.max()))
+        lost: int = source.losses["lost_words"]
+        return nearest + lost
+
+
+def look(source: lumsdk.Source) -> None:
+    assert_type(source[0], lumsdk.Frame)
+    for frame in source[2:5]:
+        assert_type(frame, lumsdk.Frame)
+        assert_type(frame.time, datetime.datetime)
+        assert_type(frame.utc_ns, int)
+        assert_type(frame.complete, bool)
+        assert_type(frame.columns, tuple[str, ...])
+        image: np.ndarray[Any, Any] = frame.grid("range", eye="blue", returns=2)
+        print(image.shape)
+    source.seek(datetime.datetime.now(datetime.timezone.utc))
+    source.seek(1.5)
+
+
+def kinds_of_sources() -> None:
+    lumsdk.open("drive-*.pcap")
+    lumsdk.open(["a.pcap", pathlib.Path("b.pcap")])
+    lumsdk.open(b"")
+    with open("drive.pcap", "rb") as file:
+        lumsdk.open(file, calibration={"eyes": {"blue": {"mount": {"yaw_deg": -30}}}}, set={"tof_lsb_ps": 12.9})
+
+
+def mistakes(source: lumsdk.Source) -> None:
+    lumsdk.open(5)  # wrong
+    lumsdk.open("drive.pcap", retruns="last")  # wrong
+    lumsdk.open("drive.pcap", edge="up")  # wrong
+    lumsdk.open("drive.pcap", eye=1)  # wrong
+    lumsdk.open("drive.pcap", range=2)  # wrong
+    source["range"]  # wrong
+    source.seek("now")  # wrong
+    source[0].complete = True  # wrong
+    source[0][0]  # wrong
+    source[0].grid("range", returns="2")  # wrong
+    number: str = source[0].number  # wrong
+    print(number)
