@@ -33,7 +33,7 @@ def main():
     for name in opened(block):
         for i in range(2 if "*" in name else 1):
             subprocess.run([_programs.find("lumsim"), "-q", "-o", name.replace("*", str(i)), "--frames", "2", "--lines", "64",
-                            "--seed", str(i + 1)], check=True)
+                            "--seed", str(i + 1), "--address", f"10.42.0.{37 + i}"], check=True)
         with lumsdk.open(name) as source:
             points = [len(frame) for frame in source]
         if not points or not all(points):
