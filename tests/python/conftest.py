@@ -5,13 +5,15 @@ import subprocess
 import sys
 
 import pytest
-from hypothesis import HealthCheck, settings
-
-settings.register_profile("lumsdk", deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-settings.load_profile("lumsdk")
 
 BIN = pathlib.Path(os.environ.get("LUM_BIN", pathlib.Path(__file__).parents[2] / "build/release/bin")).resolve()
 PACKAGE = BIN.parent / "python"
+os.environ.setdefault("HYPOTHESIS_STORAGE_DIRECTORY", str(BIN.parent / "hypothesis"))
+
+from hypothesis import HealthCheck, settings  # noqa: E402, what it reads is set
+
+settings.register_profile("lumsdk", deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+settings.load_profile("lumsdk")
 
 if "LUM_INSTALLED" not in os.environ:  # else the package is one that pip has installed
     sys.path.insert(0, str(PACKAGE))
