@@ -45,12 +45,13 @@ class Progress:
     def __init__(self, totals: Totals, is_on: bool) -> None:
         self._totals = totals
         self._is_on = is_on and sys.stderr.isatty()
-        self._begin = self._begun = time.monotonic()
+        self._begin = self._begun = self._last = time.monotonic()
         self._shown = 0.0
         self._width = 0
         self.done = self.size = self.failed = 0
 
     def add(self, record: Record, planned_size: int) -> None:
+        self._last = time.monotonic()
         self.done += 1
         self.size += planned_size
         self.failed += record["status"] != "done"
@@ -59,15 +60,16 @@ class Progress:
         """The first worker is ready; rates count from here."""
         self._begun = when
 
-    def starting(self) -> float:
-        return self._begun - self._begin
+    def converting(self) -> float:
+        """Without the start and the end of Ray."""
+        return max(self._last - self._begun, 0.0)
 
     def seconds(self) -> float:
         return time.monotonic() - self._begin
 
     def line(self) -> str:
         """Done of all, rates, time left: of bytes or of captures, whichever takes longer."""
-        passed = max(self.seconds() - self.starting(), 1e-3)
+        passed = max(time.monotonic() - self._begun, 1e-3)
         text = f"{self.done:,} of {captures(self._totals.todo)}, {size(self.size)} of {size(self._totals.todo_size)}," \
                f" {self.size / passed / 1e9:.2f} GB/s, {self.done / passed:.1f} captures/s"
         if self.failed:
@@ -106,7 +108,7 @@ class Summary:
         self.losses: Counter[str] = Counter()
         self.causes: Counter[str] = Counter()
         self.other_versions = 0
-        self.seconds = self.starting = 0.0
+        self.seconds = self.converting = 0.0
         self.workers = 0
         self.lost = 0
         self.interrupted = False
@@ -140,7 +142,7 @@ class Summary:
 
     def text(self) -> str:
         t = self._totals
-        passed = max(self.seconds - self.starting, 1e-3)
+        passed = max(self.converting, 1e-3)
         lines = [f"{captures(t.captures)}, {size(t.size)}, to {self._out} as {self._format}",
                  f"  converted   {self.converted:,}, {size(self.size)}, in {span(passed)}: "
                  f"{self.size / passed / 1e9:.2f} GB/s, {self.converted / passed:.1f} captures/s"
@@ -175,7 +177,7 @@ class Summary:
             "frames": self.frames, "points": self.points, "output_bytes": self.out_size, "truncated": self.truncated,
             "losses": dict(sorted(self.losses.items())), "other_versions": self.other_versions, "retried": self.lost,
             "interrupted": self.interrupted, "seconds": round(self.seconds, 3),
-            "starting_seconds": round(self.starting, 3), "workers": self.workers,
+            "converting_seconds": round(self.converting, 3), "workers": self.workers,
             "manifest": self.manifest}
         return json.dumps(data, indent=2)
 

@@ -124,7 +124,7 @@ class Run:
                 self._by_ray()
             except FleetError as error:
                 trouble = error
-        self.summary.seconds, self.summary.starting = self._progress.seconds(), self._progress.starting()
+        self.summary.seconds, self.summary.converting = self._progress.seconds(), self._progress.converting()
         self._progress.clear()
         self._write_manifest()
         self._tell_summary()
