@@ -8,12 +8,12 @@ import queue
 import re
 import tempfile
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Optional, TypedDict, Union
 
 from . import _lumdump
 from ._c import VERSION
-from ._errors import Error, OptionError
+from ._errors import OptionError
 from ._formats import WRITERS, About, AnyTarget, Job, Writer
 from ._frame import Frame
 from ._inputs import Files, Stream, open_input

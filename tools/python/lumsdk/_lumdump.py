@@ -11,7 +11,7 @@ import tempfile
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import IO, Any, Optional, Union
+from typing import IO, Any, Union
 
 from ._errors import CaptureError, CaptureWarning, Error, OptionError
 from ._programs import find

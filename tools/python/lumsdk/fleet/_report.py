@@ -13,17 +13,16 @@ from ._manifest import LOSSES
 
 PERIOD_S = 0.5
 SHOWN_FAILURES = 10
+UNITS = ("B", "kB", "MB", "GB", "TB", "PB")
 
 
 def size(count: float) -> str:
     """Bytes for people."""
-    for unit in ("B", "kB", "MB", "GB", "TB"):
-        if count < 1000:
-            break
+    unit = 0
+    while count >= 1000 and unit < len(UNITS) - 1:
         count /= 1000
-    else:
-        unit = "PB"
-    return f"{count:.0f} {unit}" if unit == "B" or count >= 99.95 else f"{count:.1f} {unit}"
+        unit += 1
+    return f"{count:.0f} {UNITS[unit]}" if unit == 0 or count >= 99.95 else f"{count:.1f} {UNITS[unit]}"
 
 
 def span(seconds: float) -> str:

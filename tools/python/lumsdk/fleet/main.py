@@ -36,6 +36,7 @@ class Signals:
         self.waits = False  # the run looks at `caught` itself
 
     def install(self) -> None:
+        """Catch them from now on."""
         for name in SIGNALS:
             number = getattr(signal, name, None)
             if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
@@ -87,6 +88,7 @@ class Run:
         yield from _journal.earlier(self._out)
 
     def dry(self) -> int:
+        """Tell what a run would do; its exit status."""
         if self._options.json:
             print(plan_json(self.totals, self._out.url, self._job.format))
             return 0
@@ -228,6 +230,7 @@ class Run:
             print(self.summary.text(), flush=True)
 
     def close(self) -> None:
+        """Remove what only this run needs."""
         self._ledger.close()
         self._work.remove()
         remove_dead()
@@ -239,6 +242,7 @@ def run_name() -> str:
 
 
 def work(arguments: list[str], signals: Signals) -> int:
+    """Do what the command line asks for; the exit status."""
     options = _arguments.parse(arguments)
     if options.help:
         print(_arguments.HELP, end="")
