@@ -7,9 +7,11 @@
 
 #include <cmocka.h>
 
+#include "capture/demux_state.h"
 #include "drive.h"
 #include "frame/index.h"
 
+#include "lum/assembler.h"
 #include "lum/frame/reader.h"
 #include "lum/group.h"
 #include "lum/wire.h"
@@ -1149,6 +1151,96 @@ static void a_time_that_was_passed_is_sought_before(void **state)
     free(s.bytes.at);
 }
 
+/* --- Lines that only decide which packets are accepted --- */
+
+#define OPEN_LINES 4u
+#define REORDER    8u
+#define WORDS_MAX  2200u
+
+struct assembly {
+    lum_assembler a;
+    lum_line_slot slots[LUM_ASSEMBLER_SLOTS(OPEN_LINES)];
+    uint32_t words[LUM_ASSEMBLER_WORDS(OPEN_LINES, WORDS_MAX)];
+    lum_reach reach[LUM_ASSEMBLER_REACH(REORDER)];
+};
+
+static void begin_assembly(struct assembly *s)
+{
+    lum_layout layout;
+    const lum_assembler_config config = {.open_lines = OPEN_LINES,
+                                         .reorder_lines = REORDER,
+                                         .words_per_line = WORDS_MAX,
+                                         .gap_us = 100000};
+    const lum_assembler_storage storage =
+        LUM_ASSEMBLER_STORAGE(s->slots, s->words, s->reach);
+    lum_layout_default(&layout);
+    assert_int_equal(lum_assembler_init(&s->a, &config, &layout, &storage),
+                     LUM_OK);
+}
+
+/* All that comes of a packet. */
+static uint64_t push(struct assembly *s, const lum_group *group)
+{
+    uint64_t sum = 0;
+    lum_result r = LUM_OK;
+    do {
+        r = lum_assembler_push(&s->a, group, 1000);
+        add_number(&sum, (uint64_t)(int64_t)r);
+    } while (r > 0);
+    return sum;
+}
+
+/* Words with some pixels two or three times, or angles, of one of the latest
+ * lines. */
+static lum_group make_group(uint32_t turn, uint8_t *samples)
+{
+    const uint32_t at = turn / 12u + 4u - random_below(4);
+    lum_group g = {.line = at % LINES,
+                   .num_samples = 60u + random_below(100),
+                   .first_sample_index = 100u * random_below(8),
+                   .clock_raw = 5000u + 1000u * at,
+                   .eye = (uint8_t)random_below(2),
+                   .tag = LUM_TAG_RANGES,
+                   .samples = samples};
+    uint32_t pixel = g.first_sample_index + random_below(20);
+    for (uint32_t i = 0; i < g.num_samples; i++) {
+        lum_word_encode(lum_word_make((int32_t)random_below(9000), true, pixel),
+                        samples + (size_t)LUM_SAMPLE_BYTES * i);
+        pixel += random_below(4) != 0 ? 1u : 0u;
+    }
+    g.tag = random_below(4) == 0 ? LUM_TAG_ANGLES : LUM_TAG_RANGES;
+    return g;
+}
+
+/* A packet is accepted or not as it was without the words' values. */
+static void a_state_without_values_accepts_the_same(void **state)
+{
+    (void)state;
+    static struct assembly first;
+    static struct assembly second;
+    static uint8_t samples[160u * LUM_SAMPLE_BYTES];
+    begin_assembly(&first);
+    begin_assembly(&second);
+    seed = 21;
+    for (uint32_t turn = 0; turn < 20000u; turn++) {
+        if (turn % 24u == 0) {
+            const uint32_t none = first.a.frames.highest + 2u;
+            lum_pack pack = {.written = NULL};
+            assert_true(lum_assembler_pack(&first.a, none, &pack));
+            lum_pack read = lum_pack_of(pack.written, pack.len);
+            begin_assembly(&second);
+            assert_true(lum_assembler_pack(&second.a, none, &read));
+            assert_ptr_equal(read.at, read.end);
+            lum_pack_reset(&pack);
+        }
+        const lum_group group = make_group(turn, samples);
+        const uint64_t sum = push(&first, &group);
+        assert_int_equal(push(&second, &group), sum);
+    }
+    assert_true(lum_assembler_counters(&first.a)->duplicate > 100u);
+    assert_true(lum_assembler_counters(&first.a)->conflict > 100u);
+}
+
 /* --- Many frames --- */
 
 /* A packet of a small line: angles, or words. */
@@ -1423,6 +1515,7 @@ int main(void)
         cmocka_unit_test(lines_are_late_behind_the_same_line),
         cmocka_unit_test(late_lines_before_a_frame_are_told_by_it),
         cmocka_unit_test(a_time_that_was_passed_is_sought_before),
+        cmocka_unit_test(a_state_without_values_accepts_the_same),
         cmocka_unit_test(an_index_that_becomes_too_large_is_thinned),
         cmocka_unit_test(the_bound_holds_for_any_entries),
         cmocka_unit_test(a_callers_function_may_seek),
