@@ -179,6 +179,25 @@ def test_parquet_has_a_row_group_a_frame_and_metadata(drive, frames, tmp_path):
     assert json.loads(about["lumsdk.losses"]) == made["losses"]
 
 
+@pytest.mark.parametrize("kind", ["csv", "npy"])
+def test_options_of_generators_are_those_of_lists(drive, tmp_path, kind):
+    options = {"set": ["eyes.blue.mount.x_m=1.5"], "columns": ["x", "range"]}
+    lumsdk.convert(drive, tmp_path / f"list.{kind}", **options)
+    lumsdk.convert(drive, tmp_path / f"once.{kind}", **{name: iter(value) for name, value in options.items()})
+    lumsdk.convert(drive, tmp_path / f"other.{kind}", columns=options["columns"])
+    once = (tmp_path / f"once.{kind}").read_bytes()
+    assert once == (tmp_path / f"list.{kind}").read_bytes() != (tmp_path / f"other.{kind}").read_bytes()
+
+
+def test_the_origin_names_the_options_of_an_open_source(drive, tmp_path):
+    need("parquet")
+    pq = pytest.importorskip("pyarrow.parquet")
+    with lumsdk.open(drive, returns="last", range=(2, 80), columns="all", broken="warn") as source:
+        lumsdk.convert(source, tmp_path / "a.parquet")
+    about = pq.read_metadata(tmp_path / "a.parquet").metadata
+    assert json.loads(about[b"lumsdk.options"]) == ["--return=last", "--range=2:80"]
+
+
 def test_feather_has_a_batch_a_frame(drive, frames, tmp_path):
     need("feather")
     feather, ipc = pytest.importorskip("pyarrow.feather"), pytest.importorskip("pyarrow.ipc")

@@ -13,7 +13,7 @@ from typing import Any, Optional, TypedDict, Union
 
 from . import _lumdump
 from ._c import VERSION
-from ._errors import Error, OptionError
+from ._errors import OptionError
 from ._formats import WRITERS, About, AnyTarget, Job, Writer
 from ._frame import Frame
 from ._inputs import Files, Stream, open_input
@@ -97,7 +97,9 @@ class _Plan:
         self.name = os.fsdecode(destination)
         if self.name == "-":
             raise OptionError("'-' is standard output, which convert() does not write to: name a file")
-        options = {name: value for name, value in options.items() if value is not None}
+        # What can be gone through once, as a generator, is needed several times.
+        options = {name: list(value) if isinstance(value, Iterator) else value
+                   for name, value in options.items() if value is not None}
         self.paths: list[str] = []
         """Files that the run reads."""
         self.storage: dict[str, Any] = dict(options.pop("storage_options", None) or {})
@@ -426,7 +428,8 @@ class _Thread(threading.Thread):
         self._output.cancelled = True
         with contextlib.suppress(queue.Full):
             self._queue.put_nowait(_LAST)
-        self.join(None if waits else _WAIT_S)
+        if self.ident is not None:  # else it was interrupted before it began
+            self.join(None if waits else _WAIT_S)
 
 
 def _about(source: Optional[Source], read: Mapping[str, Any]) -> About:
@@ -441,11 +444,11 @@ def _about(source: Optional[Source], read: Mapping[str, Any]) -> About:
 
 
 def _write(plan: _Plan, frames: Iterable[Frame], source: Optional[Source]) -> Summary:
-    about = _about(source, plan.read)
+    about = _about(source, plan.read if source is None else source._choice.given)
     output = _Output(plan, about)
     thread = _Thread(output)
-    thread.start()
     try:
+        thread.start()
         thread.write(frames, lambda: source.losses if source is not None else {})
     except BaseException as error:
         thread.stop(isinstance(error, Exception))
