@@ -5,6 +5,7 @@ import itertools
 import json
 import os
 import pathlib
+import signal
 import stat
 import subprocess
 import sys
@@ -404,18 +405,36 @@ def test_nothing_is_left_after_a_failure(frames, tmp_path, kind, problem):
 
 
 @pytest.mark.parametrize("kind", ["ply", "npy"])
-def test_a_file_object_that_fails_in_the_middle(drive, tmp_path, kind):
+@pytest.mark.parametrize("problem", [TimeoutError, BrokenPipeError])
+def test_a_file_object_that_fails_in_the_middle(drive, tmp_path, kind, problem):
     class Failing(io.BytesIO):
         def read(self, size=-1):
             if self.tell() > 500000:
-                raise TimeoutError("the network is gone")
+                raise problem("the network is gone")
             return super().read(min(size, 100000))
 
         readinto = None
 
-    with pytest.raises(TimeoutError, match="the network is gone"):
+    with pytest.raises(problem, match="the network is gone"):
         lumsdk.convert(Failing(drive.read_bytes()), tmp_path / f"a.{kind}")
     assert left_in(tmp_path) == []
+
+
+def test_a_file_object_that_waits_is_not_waited_for_once_it_is_refused(tmp_path):
+    released, waited = threading.Event(), []
+
+    class Waiting:
+        def read(self, size=-1):
+            if waited:
+                released.wait(60)
+                waited.append("to the end")
+            waited.append("once")
+            return bytes(65536)
+
+    with pytest.raises(lumsdk.CaptureError):
+        lumsdk.convert(Waiting(), tmp_path / "a.csv")
+    assert "to the end" not in waited
+    released.set()
 
 
 @pytest.mark.parametrize("kind", ["npy", "csv"])
@@ -451,6 +470,38 @@ except KeyboardInterrupt:
     assert process.wait() == 0
     assert left_in(tmp_path) == []
     process.stdout.close()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals of POSIX")
+def test_control_c_at_a_terminal_ends_lumdump_once(drive, tmp_path):
+    """A terminal sends it to all of its programs, and a second one ends lumdump before it has tidied up."""
+    program = tmp_path / "lumdump"
+    program.write_text(f"""#!{sys.executable}
+import pathlib, signal
+signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+print(flush=True)
+pathlib.Path("begun").touch()
+signal.sigwait([signal.SIGINT])
+again = signal.sigtimedwait([signal.SIGINT], 1)
+pathlib.Path("interrupts").write_text("one" if again is None else "several")
+""")
+    program.chmod(0o755)
+    user = f"""
+import lumsdk
+from lumsdk import _lumdump
+_lumdump.find = lambda name: {str(program)!r}
+try:
+    lumsdk.convert({str(drive)!r}, "a.csv")
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+    process = subprocess.Popen([sys.executable, "-c", user], cwd=tmp_path, start_new_session=True, stdout=subprocess.PIPE)
+    while not (tmp_path / "begun").exists():
+        assert process.poll() is None
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGINT)
+    assert process.communicate()[0] == b"interrupted\n"
+    assert (tmp_path / "interrupts").read_text() == "one"
 
 
 def test_a_file_is_replaced_with_its_mode_and_through_a_link(drive, tmp_path):
