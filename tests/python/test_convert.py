@@ -721,6 +721,17 @@ def test_a_url_gets_the_whole_file(store, drive, tmp_path, kind):
     assert made["outputs"] == [f"memory://b/a.{kind}"] and list(store.store) == [f"/b/a.{kind}"]
 
 
+@pytest.mark.parametrize("kind", ["npy", "csv"])
+def test_a_fault_of_a_store_is_told_with_its_url(store, drive, monkeypatch, kind):
+    def fail(*_, **__):
+        raise RuntimeError("no credentials")
+
+    monkeypatch.setattr(type(store), "put_file", fail)
+    with pytest.raises(lumsdk.Error, match=f"memory://b/a.{kind}: cannot write it: RuntimeError: no credentials"):
+        lumsdk.convert(drive, f"memory://b/a.{kind}")
+    assert not store.store
+
+
 def test_urls_of_frames_and_from_a_url(store, drive, frames):
     store.pipe("/in/drive.pcap", drive.read_bytes())
     made = lumsdk.convert("memory://in/drive.pcap", "memory://out/%04d.pcd")

@@ -6,6 +6,7 @@ import io
 import os
 import queue
 import re
+import reprlib
 import tempfile
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -93,7 +94,8 @@ class _Plan:
     def __init__(self, source: Any, destination: Any, options: dict[str, Any]) -> None:
         self.source: Any = [source] if isinstance(source, Frame) else source
         if not isinstance(destination, (str, os.PathLike)):
-            raise TypeError(f"the destination is {destination!r}; right is a path or a URL, such as \"drive.laz\"")
+            raise TypeError(f"the destination is {reprlib.repr(destination)}; right is a path or a URL, such as "
+                            '"drive.laz"')
         self.name = os.fsdecode(destination)
         if self.name == "-":
             raise OptionError("'-' is standard output, which convert() does not write to: name a file")
