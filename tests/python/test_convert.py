@@ -5,7 +5,6 @@ import itertools
 import json
 import os
 import pathlib
-import signal
 import stat
 import subprocess
 import sys
@@ -17,6 +16,7 @@ import weakref
 import lumsdk
 import numpy as np
 import pytest
+from conftest import interrupts_at_a_terminal
 from lumsdk import _table
 
 OF_LUMDUMP = ("csv", "ply", "pcd", "las", "xyz", "pcapng")
@@ -474,34 +474,7 @@ except KeyboardInterrupt:
 
 @pytest.mark.skipif(os.name == "nt", reason="needs signals of POSIX")
 def test_control_c_at_a_terminal_ends_lumdump_once(drive, tmp_path):
-    """A terminal sends it to all of its programs, and a second one ends lumdump before it has tidied up."""
-    program = tmp_path / "lumdump"
-    program.write_text(f"""#!{sys.executable}
-import pathlib, signal
-signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
-print(flush=True)
-pathlib.Path("begun").touch()
-signal.sigwait([signal.SIGINT])
-again = signal.sigtimedwait([signal.SIGINT], 1)
-pathlib.Path("interrupts").write_text("one" if again is None else "several")
-""")
-    program.chmod(0o755)
-    user = f"""
-import lumsdk
-from lumsdk import _lumdump
-_lumdump.find = lambda name: {str(program)!r}
-try:
-    lumsdk.convert({str(drive)!r}, "a.csv")
-except KeyboardInterrupt:
-    print("interrupted")
-"""
-    process = subprocess.Popen([sys.executable, "-c", user], cwd=tmp_path, start_new_session=True, stdout=subprocess.PIPE)
-    while not (tmp_path / "begun").exists():
-        assert process.poll() is None
-        time.sleep(0.01)
-    os.killpg(process.pid, signal.SIGINT)
-    assert process.communicate()[0] == b"interrupted\n"
-    assert (tmp_path / "interrupts").read_text() == "one"
+    assert interrupts_at_a_terminal(tmp_path, f"lumsdk.convert({str(drive)!r}, 'a.csv')") == "one"
 
 
 def test_a_file_is_replaced_with_its_mode_and_through_a_link(drive, tmp_path):
