@@ -582,6 +582,8 @@ def test_an_interruption_does_not_wait_for_what_is_written(frames, tmp_path, mon
     ("a.csv", {"columns": ["x", "colour"]}, "--columns: 'colour' is no column; columns are x, y"),
     ("a.pcd", {"organized": True, "returns": "last"}, "--organized makes a file of each frame"),
     ("a.pcapng", {"range": "2:80"}, "a packet holds many points"),
+    ("a.npy", {"storage_options": {"anon": True}}, "storage_options does not go with a.npy: it is for a URL"),
+    ("a.csv", {"storage_options": {"anon": True}}, "storage_options does not go with a.csv"),
 ])
 def test_wrong_options_are_refused(drive, tmp_path, monkeypatch, name, options, said):
     monkeypatch.chdir(tmp_path)

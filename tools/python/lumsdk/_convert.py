@@ -104,7 +104,9 @@ class _Plan:
                    for name, value in options.items() if value is not None}
         self.paths: list[str] = []
         """Files that the run reads."""
-        self.storage: dict[str, Any] = dict(options.pop("storage_options", None) or {})
+        self.storage: dict[str, Any] = dict(options.pop("storage_options", {}))
+        if self.storage and not is_url(self.name):
+            raise OptionError(f"storage_options does not go with {self.name}: it is for a URL")
         self.format = _format_of(self.name, options.pop("format", None))
         self.output = {name: options.pop(name) for name in tuple(options) if name in _APPLIES}
         self.read = options
