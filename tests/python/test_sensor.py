@@ -205,6 +205,17 @@ with lumsdk.Sensor(sys.argv[1], timeout=60) as sensor:
         assert out == "interrupted\n"
 
 
+def test_an_interruption_of_frames_is_raised_once(simulated):
+    with lumsdk.Sensor(simulated.host) as sensor:
+        frames = sensor.frames()
+        next(frames)
+        frames._stream.failure = KeyboardInterrupt()
+        with pytest.raises(KeyboardInterrupt):
+            next(frames)
+        with pytest.raises(StopIteration):
+            next(frames)
+
+
 def test_laser_off_that_is_not_answered_is_an_error_and_ends_the_heartbeats(monkeypatch):
     monkeypatch.setattr(_sensor, "put_down", functools.partial(_session.put_down, seconds=0.5))
     with start(address(), fault="silence@USR1") as sim:
