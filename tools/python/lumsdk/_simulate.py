@@ -74,10 +74,9 @@ class _Files:
 
 
 def _settings(value: Any) -> list[str]:
-    if isinstance(value, str):
-        value = [value]
-    pairs = [f"{key}={part}" for key, part in value.items()] if isinstance(value, Mapping) else list(value)
-    return [word for pair in pairs for word in ("--set", str(pair))]
+    from ._lumdump import flatten
+
+    return [word for pair in flatten(value) for word in ("--set", pair)]
 
 
 def _several(value: Any) -> list[Any]:
