@@ -5,6 +5,7 @@ import itertools
 import json
 import os
 import pathlib
+import shutil
 import stat
 import subprocess
 import sys
@@ -197,6 +198,17 @@ def test_the_origin_names_the_options_of_an_open_source(drive, tmp_path):
         lumsdk.convert(source, tmp_path / "a.parquet")
     about = pq.read_metadata(tmp_path / "a.parquet").metadata
     assert json.loads(about[b"lumsdk.options"]) == ["--return=last", "--range=2:80"]
+
+
+@pytest.mark.parametrize("kind", OURS)
+def test_a_name_may_have_bytes_that_are_no_text(drive, tmp_path, kind):
+    need(kind)
+    source = os.path.join(os.fsencode(tmp_path), b"dr\xffive.pcap")
+    try:
+        shutil.copy(drive, source)
+    except OSError:
+        pytest.skip("this file system has no such names")
+    assert lumsdk.convert(os.fsdecode(source), tmp_path / f"a.{kind}")["frames"]
 
 
 def test_feather_has_a_batch_a_frame(drive, frames, tmp_path):
