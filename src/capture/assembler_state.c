@@ -25,25 +25,79 @@ static uint32_t pixel_of(uint32_t word)
     return word & LUM_WORD_PIXEL;
 }
 
-/* Pixels rise; of lines that do not matter only they are kept. */
-static void pack_words(lum_pack *p, lum_line_slot *slot, bool matters)
+/* How many words a pixel has, from this one on. */
+static uint32_t count_words(const lum_line_slot *slot, uint32_t from,
+                            uint32_t pixel)
 {
-    uint32_t before = 0;
-    for (uint32_t i = 0; i < slot->line.word_count; i++) {
-        uint32_t *word = &slot->words[i];
-        if (matters) {
-            lum_pack_u32(p, word);
-        } else {
-            uint32_t step = pixel_of(*word) - before;
-            lum_pack_u32(p, &step);
-            *word = lum_pack_is_reading(p) ? before + step : *word;
-        }
-        const uint32_t place = *word & (LUM_WORD_ZERO | LUM_WORD_PIXEL);
-        if (!lum_pack_check(p, place >= before && place < LUM_LINE_PIXELS &&
-                                   (matters || *word == place))) {
+    uint32_t i = from;
+    while (i < slot->line.word_count && pixel_of(slot->words[i]) == pixel) {
+        i++;
+    }
+    return i - from;
+}
+
+/* How many pixels in turn have as many words as this one. */
+static uint32_t count_pixels(const lum_line_slot *slot, uint32_t from,
+                             uint32_t pixel, uint32_t words)
+{
+    uint32_t next = pixel;
+    while (next < LUM_LINE_PIXELS && count_words(slot, from, next) == words) {
+        from += words;
+        next++;
+    }
+    return next - pixel;
+}
+
+/* Words of some pixels in turn; returns how many. */
+static uint32_t put_pixels(lum_line_slot *slot, uint32_t from, uint32_t pixel,
+                           uint32_t pixels, uint32_t words)
+{
+    for (uint32_t i = 0; i < pixels * words; i++) {
+        slot->words[from + i] = pixel + i / words;
+    }
+    return pixels * words;
+}
+
+/* Pixels rise, and most have as many words as the one before. */
+static void pack_pixels(lum_pack *p, lum_line_slot *slot)
+{
+    const bool is_reading = lum_pack_is_reading(p);
+    uint32_t at = 0;
+    uint32_t pixel = 0;
+    while (pixel < LUM_LINE_PIXELS) {
+        const uint32_t left = slot->line.word_count - at;
+        uint32_t words = is_reading ? 0 : count_words(slot, at, pixel);
+        uint32_t pixels = is_reading ? 0 : count_pixels(slot, at, pixel, words);
+        lum_pack_u32(p, &words);
+        lum_pack_u32(p, &pixels);
+        if (!lum_pack_check(p, pixels > 0 &&
+                                   pixels <= LUM_LINE_PIXELS - pixel &&
+                                   (uint64_t)pixels * words <= left)) {
             return;
         }
-        before = pixel_of(*word);
+        at += is_reading ? put_pixels(slot, at, pixel, pixels, words)
+                         : pixels * words;
+        pixel += pixels;
+    }
+    (void)lum_pack_check(p, at == slot->line.word_count);
+}
+
+/* Pixels rise. */
+static void pack_words(lum_pack *p, lum_line_slot *slot)
+{
+    int64_t before = 0;
+    for (uint32_t i = 0; i < slot->line.word_count; i++) {
+        int64_t word = slot->words[i];
+        lum_pack_near(p, &word, before);
+        const uint32_t place =
+            (uint32_t)word & (LUM_WORD_ZERO | LUM_WORD_PIXEL);
+        if (!lum_pack_check(p, word >= 0 && word <= UINT32_MAX &&
+                                   place >= pixel_of((uint32_t)before) &&
+                                   place < LUM_LINE_PIXELS)) {
+            return;
+        }
+        slot->words[i] = (uint32_t)word;
+        before = word;
     }
 }
 
@@ -58,6 +112,7 @@ static uint16_t count_bits(const uint32_t *marks)
 
 static void pack_angles(lum_pack *p, lum_line_slot *slot, bool matters)
 {
+    lum_angle before = {.azimuth = 0};
     for (size_t i = 0; i < LUM_PIXEL_MARK_WORDS; i++) {
         uint32_t mark = ~slot->angle_marks[i]; /* most are whole */
         lum_pack_u32(p, &mark);
@@ -75,9 +130,10 @@ static void pack_angles(lum_pack *p, lum_line_slot *slot, bool matters)
         if (matters && (slot->angle_marks[i / 32u] >> (i % 32u) & 1u) != 0) {
             int64_t azimuth = slot->angles[i].azimuth;
             int64_t elevation = slot->angles[i].elevation;
-            lum_pack_i64(p, &azimuth);
-            lum_pack_i64(p, &elevation);
+            lum_pack_near(p, &azimuth, before.azimuth);
+            lum_pack_near(p, &elevation, before.elevation);
             slot->angles[i] = (lum_angle){(int16_t)azimuth, (int16_t)elevation};
+            before = slot->angles[i];
         }
     }
 }
@@ -113,7 +169,11 @@ static void pack_slot(lum_pack *p, const lum_assembler *a, uint32_t from,
     line->lost_words = 0;
     const bool matters = slot->accepted < 2u || (slot->frame - from) >> 31 == 0;
     pack_angles(p, slot, matters);
-    pack_words(p, slot, matters);
+    if (matters) {
+        pack_words(p, slot);
+    } else {
+        pack_pixels(p, slot);
+    }
 }
 
 static void pack_lines(lum_pack *p, const lum_assembler *a, uint32_t from,

@@ -55,6 +55,14 @@ static void thin_out(lum_index *index)
     index->stride *= index->stride < UINT32_MAX / 2u ? 2u : 1u;
 }
 
+/* One of each sensor is left, and they are too long. */
+static void drop_last(lum_index *index)
+{
+    lum_index_entry *entry = index->entries[--index->count].entry;
+    index->bytes -= bytes_of(entry);
+    lum_index_entry_free(entry);
+}
+
 static bool make_room(lum_index *index)
 {
     if (index->count < index->room) {
@@ -78,11 +86,11 @@ void lum_index_add(lum_index *index, lum_index_entry *entry)
     }
     index->entries[index->count++].entry = entry;
     index->bytes += bytes_of(entry);
-    while (index->bytes > LUM_INDEX_BYTES_MAX && index->count > 1) {
+    while (index->bytes > LUM_INDEX_BYTES_MAX) {
         const size_t before = index->count;
         thin_out(index);
         if (index->count == before) {
-            break;
+            drop_last(index);
         }
     }
 }

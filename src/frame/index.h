@@ -12,7 +12,7 @@
 #include <stdint.h>
 
 /* Most bytes of an index; above it, every other entry goes. */
-#define LUM_INDEX_BYTES_MAX ((size_t)16 * 1024 * 1024)
+#define LUM_INDEX_BYTES_MAX ((size_t)4 * 1024 * 1024)
 
 /* A frame that reading can begin with. Records are counted from 1 on; a state
  * "after" a record holds before the next one. */
@@ -66,8 +66,8 @@ void lum_index_clear(lum_index *index);
 /* NULL is allowed. */
 void lum_index_entry_free(lum_index_entry *entry);
 
-/* Take an entry over, whose order is above all others. Without memory it is
- * dropped: then a seek takes longer. */
+/* Take an entry over, whose order is above all others. Without memory or room
+ * it is dropped: then a seek takes longer. */
 void lum_index_add(lum_index *index, lum_index_entry *entry);
 
 /* The last entry with an order of at most this; of any sensor, or of one. NULL:

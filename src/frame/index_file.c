@@ -14,7 +14,7 @@
 #define END_BYTES 65536u
 
 /* More than an index ever has. */
-#define FILE_BYTES_MAX (4u * LUM_INDEX_BYTES_MAX)
+#define FILE_BYTES_MAX (8u * LUM_INDEX_BYTES_MAX)
 
 /* Between two looks whether a slow reader takes more. */
 #define PATIENCE_MS 100

@@ -1,9 +1,13 @@
 #!/usr/bin/env python3
 """make_corpus.py: writes the seeds of the fuzzers to corpus/ beside this script;
-the same bytes each time."""
+the same bytes each time. Those of fuzz_index hold states of the decoder: they are
+written if lumsdk can be imported (PYTHONPATH=build/release/python), and have to be
+written again, as what a campaign adds, when a state gets another form."""
+import importlib.util
 import pathlib
 import random
 import struct
+import tempfile
 import zlib
 
 MAGIC = bytes.fromhex("edfef3a1efbe3412")
@@ -13,8 +17,8 @@ def packet(kind, body=b""):
     return MAGIC + bytes((kind, 0, 0, 0)) + body
 
 
-def data(tag, eye, line, first, samples):
-    head = struct.pack("<BBHHHI", tag, eye, line, len(samples), first, 7)
+def data(tag, eye, line, first, samples, clock=7):
+    head = struct.pack("<BBHHHI", tag, eye, line, len(samples), first, clock)
     return packet(8, head + b"".join(samples))
 
 
@@ -289,6 +293,44 @@ def zstd_stored(content):
     return b"\x28\xb5\x2f\xfd\x20" + bytes((len(content),)) + (len(content) << 3 | 1).to_bytes(3, "little") + content
 
 
+def index_capture():
+    """The one of fuzz_index.c: three frames of ten lines."""
+    out = struct.pack("<IHHIIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 228)
+    for i in range(30):
+        for k in range(4):
+            first = 5 * (k // 2)
+            words = [struct.pack("<I", 3000 << 12 | 0x400 | first + n) for n in range(5)]
+            datagram = data(3, k % 2, i % 10, first, words, 1000 * i)
+            udp = struct.pack(">HHHH", 5517, 50000, 8 + len(datagram), 0) + datagram
+            packet = struct.pack(">BBHHHBBH4B4B", 0x45, 0, 20 + len(udp), 0, 0, 64, 17, 0, 10, 42, 0, 37, 10, 42, 0, 1) + udp
+            out += struct.pack("<IIII", 1700000000, 1000 * i, len(packet), len(packet)) + packet
+    return out
+
+
+def index_seeds():
+    """Where to go, and the body of the index of that capture. None without lumsdk."""
+    if importlib.util.find_spec("lumsdk") is None:
+        return None
+    import lumsdk
+
+    with tempfile.TemporaryDirectory() as folder:
+        capture = pathlib.Path(folder) / "capture.pcap"
+        capture.write_bytes(index_capture())
+        with lumsdk.open(capture) as source:
+            count = source.index(keep=True)
+        index = (capture.parent / "capture.pcap.lumindex").read_bytes()
+    at = 14
+    at += 1 + index[at]
+    for _ in range(3):  # the numbers of the key
+        while index[at] > 127:
+            at += 1
+        at += 1
+    places = {kind: [3 * n + kind for n in range(count + 1)] for kind in range(2)}
+    places[2] = [2, 2 + 3 * 9, 2 + 3 * 19, 2 + 3 * 40]
+    names = ("frame", "number", "time")
+    return {f"{names[kind]}-{n}": bytes((where,)) + index[at:] for kind, list_of in places.items() for n, where in enumerate(list_of)}
+
+
 def block(kind, body, order="<"):
     size = struct.pack(order + "I", len(body) + 12)
     return struct.pack(order + "I", kind) + size + body + size
@@ -397,7 +439,11 @@ def main():
                         ("session", session_seeds()),
                         ("capture", capture_seeds()),
                         ("pcap", pcap_seeds()),
-                        ("yaml", yaml_seeds())):
+                        ("yaml", yaml_seeds()),
+                        ("index", index_seeds())):
+        if seeds is None:
+            print(f"{name}: not written, since lumsdk cannot be imported")
+            continue
         (corpus / name).mkdir(parents=True, exist_ok=True)
         for seed, content in seeds.items():
             (corpus / name / seed).write_bytes(content)

@@ -1,8 +1,10 @@
 """What the tests of the Python package share: captures of lumsim, and the package of the build that LUM_BIN names."""
 import os
 import pathlib
+import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -26,6 +28,37 @@ def run(program, *arguments, **options):
     done = subprocess.run([str(BIN / program), *map(str, arguments)], capture_output=True, check=False, **options)
     assert done.returncode == 0, done.stderr.decode(errors="replace")
     return done.stdout
+
+
+def interrupts_at_a_terminal(folder, call):
+    """How often a program of the package is told to end, "one" or "several", if Ctrl-C at a terminal comes during a call: that
+    goes to all programs of the terminal, and a second one ends them before they have tidied up."""
+    program = folder / "program"
+    program.write_text(f"""#!{sys.executable}
+import pathlib, signal
+ends = [signal.SIGINT, signal.SIGTERM]
+signal.pthread_sigmask(signal.SIG_BLOCK, ends)
+pathlib.Path("begun").touch()
+signal.sigwait(ends)
+again = signal.sigtimedwait(ends, 1)
+pathlib.Path("interrupts").write_text("one" if again is None else "several")
+""")
+    program.chmod(0o755)
+    user = f"""
+import lumsdk._programs
+lumsdk._programs.find = lambda name: {str(program)!r}
+try:
+    {call}
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+    process = subprocess.Popen([sys.executable, "-c", user], cwd=folder, start_new_session=True, stdout=subprocess.PIPE)
+    while not (folder / "begun").exists():
+        assert process.poll() is None
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGINT)
+    assert process.communicate()[0] == b"interrupted\n"
+    return (folder / "interrupts").read_text()
 
 
 @pytest.fixture(scope="session")

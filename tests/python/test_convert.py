@@ -5,6 +5,7 @@ import itertools
 import json
 import os
 import pathlib
+import shutil
 import stat
 import subprocess
 import sys
@@ -16,6 +17,7 @@ import weakref
 import lumsdk
 import numpy as np
 import pytest
+from conftest import interrupts_at_a_terminal
 from lumsdk import _table
 
 OF_LUMDUMP = ("csv", "ply", "pcd", "las", "xyz", "pcapng")
@@ -177,6 +179,36 @@ def test_parquet_has_a_row_group_a_frame_and_metadata(drive, frames, tmp_path):
     assert lumsdk.Profile(about["lumsdk.profile"]) == lumsdk.Profile()
     assert [frame["number"] for frame in json.loads(about["lumsdk.frames"])] == [frame.number for frame in frames]
     assert json.loads(about["lumsdk.losses"]) == made["losses"]
+
+
+@pytest.mark.parametrize("kind", ["csv", "npy"])
+def test_options_of_generators_are_those_of_lists(drive, tmp_path, kind):
+    options = {"set": ["eyes.blue.mount.x_m=1.5"], "columns": ["x", "range"]}
+    lumsdk.convert(drive, tmp_path / f"list.{kind}", **options)
+    lumsdk.convert(drive, tmp_path / f"once.{kind}", **{name: iter(value) for name, value in options.items()})
+    lumsdk.convert(drive, tmp_path / f"other.{kind}", columns=options["columns"])
+    once = (tmp_path / f"once.{kind}").read_bytes()
+    assert once == (tmp_path / f"list.{kind}").read_bytes() != (tmp_path / f"other.{kind}").read_bytes()
+
+
+def test_the_origin_names_the_options_of_an_open_source(drive, tmp_path):
+    need("parquet")
+    pq = pytest.importorskip("pyarrow.parquet")
+    with lumsdk.open(drive, returns="last", range=(2, 80), columns="all", broken="warn") as source:
+        lumsdk.convert(source, tmp_path / "a.parquet")
+    about = pq.read_metadata(tmp_path / "a.parquet").metadata
+    assert json.loads(about[b"lumsdk.options"]) == ["--return=last", "--range=2:80"]
+
+
+@pytest.mark.parametrize("kind", OURS)
+def test_a_name_may_have_bytes_that_are_no_text(drive, tmp_path, kind):
+    need(kind)
+    source = os.path.join(os.fsencode(tmp_path), b"dr\xffive.pcap")
+    try:
+        shutil.copy(drive, source)
+    except OSError:
+        pytest.skip("this file system has no such names")
+    assert lumsdk.convert(os.fsdecode(source), tmp_path / f"a.{kind}")["frames"]
 
 
 def test_feather_has_a_batch_a_frame(drive, frames, tmp_path):
@@ -385,18 +417,36 @@ def test_nothing_is_left_after_a_failure(frames, tmp_path, kind, problem):
 
 
 @pytest.mark.parametrize("kind", ["ply", "npy"])
-def test_a_file_object_that_fails_in_the_middle(drive, tmp_path, kind):
+@pytest.mark.parametrize("problem", [TimeoutError, BrokenPipeError])
+def test_a_file_object_that_fails_in_the_middle(drive, tmp_path, kind, problem):
     class Failing(io.BytesIO):
         def read(self, size=-1):
             if self.tell() > 500000:
-                raise TimeoutError("the network is gone")
+                raise problem("the network is gone")
             return super().read(min(size, 100000))
 
         readinto = None
 
-    with pytest.raises(TimeoutError, match="the network is gone"):
+    with pytest.raises(problem, match="the network is gone"):
         lumsdk.convert(Failing(drive.read_bytes()), tmp_path / f"a.{kind}")
     assert left_in(tmp_path) == []
+
+
+def test_a_file_object_that_waits_is_not_waited_for_once_it_is_refused(tmp_path):
+    released, waited = threading.Event(), []
+
+    class Waiting:
+        def read(self, size=-1):
+            if waited:
+                released.wait(60)
+                waited.append("to the end")
+            waited.append("once")
+            return bytes(65536)
+
+    with pytest.raises(lumsdk.CaptureError):
+        lumsdk.convert(Waiting(), tmp_path / "a.csv")
+    assert "to the end" not in waited
+    released.set()
 
 
 @pytest.mark.parametrize("kind", ["npy", "csv"])
@@ -432,6 +482,11 @@ except KeyboardInterrupt:
     assert process.wait() == 0
     assert left_in(tmp_path) == []
     process.stdout.close()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals of POSIX")
+def test_control_c_at_a_terminal_ends_lumdump_once(drive, tmp_path):
+    assert interrupts_at_a_terminal(tmp_path, f"lumsdk.convert({str(drive)!r}, 'a.csv')") == "one"
 
 
 def test_a_file_is_replaced_with_its_mode_and_through_a_link(drive, tmp_path):
@@ -539,6 +594,8 @@ def test_an_interruption_does_not_wait_for_what_is_written(frames, tmp_path, mon
     ("a.csv", {"columns": ["x", "colour"]}, "--columns: 'colour' is no column; columns are x, y"),
     ("a.pcd", {"organized": True, "returns": "last"}, "--organized makes a file of each frame"),
     ("a.pcapng", {"range": "2:80"}, "a packet holds many points"),
+    ("a.npy", {"storage_options": {"anon": True}}, "storage_options does not go with a.npy: it is for a URL"),
+    ("a.csv", {"storage_options": {"anon": True}}, "storage_options does not go with a.csv"),
 ])
 def test_wrong_options_are_refused(drive, tmp_path, monkeypatch, name, options, said):
     monkeypatch.chdir(tmp_path)
@@ -649,6 +706,17 @@ def test_a_url_gets_the_whole_file(store, drive, tmp_path, kind):
     lumsdk.convert(drive, tmp_path / f"a.{kind}")
     assert store.cat(f"/b/a.{kind}") == (tmp_path / f"a.{kind}").read_bytes()
     assert made["outputs"] == [f"memory://b/a.{kind}"] and list(store.store) == [f"/b/a.{kind}"]
+
+
+@pytest.mark.parametrize("kind", ["npy", "csv"])
+def test_a_fault_of_a_store_is_told_with_its_url(store, drive, monkeypatch, kind):
+    def fail(*_, **__):
+        raise RuntimeError("no credentials")
+
+    monkeypatch.setattr(type(store), "put_file", fail)
+    with pytest.raises(lumsdk.Error, match=f"memory://b/a.{kind}: cannot write it: RuntimeError: no credentials"):
+        lumsdk.convert(drive, f"memory://b/a.{kind}")
+    assert not store.store
 
 
 def test_urls_of_frames_and_from_a_url(store, drive, frames):

@@ -1,5 +1,6 @@
 """Frames by their place and by time: the same as in an iteration, in every column and clock."""
 import datetime
+import gzip
 import io
 import itertools
 import operator
@@ -164,6 +165,40 @@ def test_a_capture_that_breaks_off(path, frames, tmp_path):
         with pytest.raises(IndexError):
             source[COUNT - 1]
         assert source[3] == frames[3]
+
+
+def test_a_file_that_went_away_is_told_each_time(path, tmp_path):
+    packed = tmp_path / "drive.pcap.gz"
+    packed.write_bytes(gzip.compress(path.read_bytes(), 1))
+    with lumsdk.open(packed) as source:
+        assert source[3].number == 4
+        packed.unlink()
+        for _ in range(2):
+            with pytest.raises(lumsdk.CaptureError) as told:
+                source[1]
+            assert str(told.value).count("drive.pcap.gz") == 1 and "No such file" in str(told.value)
+
+
+@pytest.mark.parametrize("problem, raised", [(IndexError, IndexError), (StopIteration, RuntimeError)])
+@pytest.mark.parametrize("of", [lambda source: source, lambda source: source[0:]], ids=["all", "slice"])
+def test_what_a_file_object_raises_is_no_end(path, of, problem, raised):
+    class Failing(io.BytesIO):
+        def readinto(self, room):
+            if self.tell() > 2 * 10 ** 6:
+                raise problem("a fault")
+            return super().readinto(room)
+
+    with lumsdk.open(Failing(path.read_bytes())) as source, pytest.raises(raised, match="a fault|StopIteration"):
+        for _ in of(source):  # list() would ask for the length first
+            pass
+
+
+def test_what_tells_the_progress_is_no_end(path):
+    def tell(done, total):
+        raise StopIteration
+
+    with lumsdk.open(path, progress=tell) as source, pytest.raises(RuntimeError, match="raised StopIteration"):
+        list(source)
 
 
 def test_a_jump_that_was_interrupted_can_be_tried_again(path, frames):

@@ -110,6 +110,13 @@ def test_a_key_is_set_on_top(content):
         assert source.profile["line_span_us"] == 900
 
 
+def test_a_generator_is_as_good_as_a_list(content):
+    keys = ["eyes.blue.mount.x_m=1.5", "eyes.green.mount.x_m=2.5"]
+    with lumsdk.open(content, set=(key for key in keys), columns=(name for name in ("x", "range"))) as source:
+        assert source.calibration == lumsdk.open(content, set=keys).calibration
+        assert next(iter(source)).columns == ("x", "range")
+
+
 TEXTS = {"frames": st.one_of(st.just("1:2"), st.text("0123:- +", max_size=6)),
          "range": st.text("0123.e-+:", max_size=8), "return": st.text("0129alst+-", max_size=5),
          "smooth": st.text("0123579:-", max_size=5), "box": st.text("01:,-.", max_size=12)}

@@ -154,6 +154,14 @@ class TestPoints:
         calibration.unlink()
         assert as_frames(dataset) == wanted and len(wanted) == 2
 
+    @pytest.mark.parametrize("make", [dict, lambda keys: (f"{key}={value}" for key, value in keys.items())])
+    def test_single_keys_are_set_on_top_of_what_the_capture_says_of_itself(self, local, make_capture, make):
+        capture = str(make_capture("-n", 2, "--set", "eyes.green.mount.x_m=0.75", name="own.pcapng"))
+        keys = {"eyes.blue.mount.x_m": 1.5}
+        wanted = expected([capture], set=keys)
+        assert wanted != expected([capture])
+        assert as_frames(lumray.read_captures(capture, columns=XYZR, set=make(keys))) == wanted
+
     def test_keys_are_added_to_each_point(self, local, drives):
         dataset = lumray.read_captures(drives[0], columns=["line", "eye"], keys=["utc", "sensor", "frame"])
         assert dataset.columns() == ["utc", "sensor", "frame", "line", "eye"]

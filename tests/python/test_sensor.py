@@ -205,6 +205,17 @@ with lumsdk.Sensor(sys.argv[1], timeout=60) as sensor:
         assert out == "interrupted\n"
 
 
+def test_an_interruption_of_frames_is_raised_once(simulated):
+    with lumsdk.Sensor(simulated.host) as sensor:
+        frames = sensor.frames()
+        next(frames)
+        frames._stream.failure = KeyboardInterrupt()
+        with pytest.raises(KeyboardInterrupt):
+            next(frames)
+        with pytest.raises(StopIteration):
+            next(frames)
+
+
 def test_laser_off_that_is_not_answered_is_an_error_and_ends_the_heartbeats(monkeypatch):
     monkeypatch.setattr(_sensor, "put_down", functools.partial(_session.put_down, seconds=0.5))
     with start(address(), fault="silence@USR1") as sim:
@@ -218,6 +229,23 @@ def test_laser_off_that_is_not_answered_is_an_error_and_ends_the_heartbeats(monk
         with pytest.raises(lumsdk.ClosedError, match="laser off was not seen"):
             sensor.status()
         sensor.close()
+
+
+def test_a_laser_that_was_not_seen_to_go_off_in_its_block_stays_the_error(monkeypatch):
+    monkeypatch.setattr(_sensor, "put_down", functools.partial(_session.put_down, seconds=0.5))
+    with start(address(), fault="silence@USR1") as sim:
+        sensor = lumsdk.Sensor(sim.host)
+        with pytest.raises(lumsdk.LaserError, match="laser off was not answered"), sensor.laser():
+            sim.cue(1)
+            sim.wait_for(lambda: sim.events("fault"))
+            sensor.laser_off()
+        sensor.close()
+
+
+def test_a_closed_sensor_ends_the_block_of_its_laser(simulated):
+    with lumsdk.Sensor(simulated.host) as sensor, sensor.laser():
+        sensor.close()
+    assert not simulated.laser_on
 
 
 def test_laser_off_is_repeated_with_a_word_and_given_up(silent, monkeypatch):

@@ -34,6 +34,18 @@ def test_a_path_gets_the_capture_and_is_returned(tmp_path):
     assert os.listdir(tmp_path) == ["street.pcap"]
 
 
+def test_single_keys_are_set_as_for_a_source():
+    expected = lumsdk.simulate(frames=1, set=["eyes.blue.mount.x_m=1.5"])
+    assert lumsdk.simulate(frames=1, set={"eyes.blue.mount.x_m": 1.5}) == expected
+    assert lumsdk.simulate(frames=1, set={"eyes": {"blue": {"mount": {"x_m": 1.5}}}}) == expected
+    assert lumsdk.simulate(frames=1, set="eyes.blue.mount.x_m=1.5") == expected != lumsdk.simulate(frames=1)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals of POSIX")
+def test_control_c_at_a_terminal_ends_lumsim_once(tmp_path):
+    assert conftest.interrupts_at_a_terminal(tmp_path, "lumsdk.simulate('a.pcap')") == "one"
+
+
 def test_a_path_may_look_like_an_option(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert lumsdk.simulate("-x.pcap", frames=1) == "-x.pcap"

@@ -107,8 +107,11 @@ def test_a_url_is_read(path, frames):
     assert list(lumsdk.open(f"file://{path}")) == frames
     with lumsdk.open(f"file://{path}") as source:
         assert list(source) == list(source) == frames
-    with pytest.raises(OSError):
-        lumsdk.open(f"file://{path}-none")
+    for missing in (f"file://{path}-none", [f"file://{path}-none"]):
+        with pytest.raises(lumsdk.CaptureError, match="-none: cannot be opened: there is no such file"):
+            lumsdk.open(missing)
+    with pytest.raises(lumsdk.OptionError, match="nosuch://a/b.pcap: Protocol not known"):
+        lumsdk.open("nosuch://a/b.pcap")
     with pytest.raises(lumsdk.CaptureError, match="no file has such a name"):
         lumsdk.open(f"file://{path}-none-*")
     assert list(lumsdk.open([f"file://{path}"])) == frames
@@ -120,6 +123,25 @@ def test_several_urls_are_one_stream(rotated):
     want = list(lumsdk.open(drive))
     assert list(lumsdk.open([f"file://{part}" for part in parts])) == want
     assert list(lumsdk.open(f"file://{parts[0].parent}/part-*.pcap")) == want
+
+
+def test_a_fault_of_a_store_is_told_with_its_url(monkeypatch):
+    memory = pytest.importorskip("fsspec.implementations.memory")
+
+    def fail(*_, **__):
+        raise RuntimeError("no credentials")
+
+    monkeypatch.setattr(memory.MemoryFileSystem, "_open", fail)
+    with pytest.raises(lumsdk.CaptureError, match="memory://a.pcap: cannot be opened: RuntimeError: no credentials"):
+        lumsdk.open("memory://a.pcap")
+
+
+def test_a_message_does_not_have_a_whole_capture(path):
+    content = path.read_bytes()
+    for call in (lambda: lumsdk.open([content]), lambda: lumsdk.convert("drive.npy", content)):
+        with pytest.raises(TypeError) as told:
+            call()
+        assert len(str(told.value)) < 500
 
 
 def test_a_url_without_fsspec_says_what_to_install(path, monkeypatch):

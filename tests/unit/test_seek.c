@@ -7,9 +7,14 @@
 
 #include <cmocka.h>
 
+#include "capture/demux_state.h"
 #include "drive.h"
+#include "frame/index.h"
 
+#include "lum/assembler.h"
 #include "lum/frame/reader.h"
+#include "lum/group.h"
+#include "lum/wire.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,12 +24,20 @@
 
 #define LINES      20u
 #define FRAMES     26u
-#define FRAMES_MAX 128u
+#define FRAMES_MAX 8192u
 #define SENSORS    2u
 #define SEEKS      100u
 #define OTHER      (DRIVE_SENSOR + 1u)
 #define STRAY      (DRIVE_SENSOR + 9u)
 #define START_NS   INT64_C(1700000000000000000)
+
+/* What docs/reader.md promises of an index. */
+#define INDEX_BYTES_MAX (4u * 1024u * 1024u)
+
+/* Small frames of each sensor, for an index that exceeds it several times. */
+#define SMALL_FRAMES 2400u
+#define SMALL_LINES  10u
+#define SMALL_PIXELS 10u
 
 /* --- Captures of all kinds --- */
 
@@ -307,6 +320,15 @@ static struct sent *send_all(const struct recipe *recipe, size_t *count)
     return all;
 }
 
+static void put_header(struct bytes *out)
+{
+    put_le(out, 0xa1b23c4d, 4);
+    put_le(out, 0x00040002, 4);
+    put_le(out, 0, 8);
+    put_le(out, 65535, 4);
+    put_le(out, 228, 4);
+}
+
 static void make_capture(const struct recipe *recipe, struct bytes *out)
 {
     size_t count = 0;
@@ -318,11 +340,7 @@ static void make_capture(const struct recipe *recipe, struct bytes *out)
         all[1].sensor = STRAY;
     }
     if (!recipe->is_pcapng) {
-        put_le(out, 0xa1b23c4d, 4);
-        put_le(out, 0x00040002, 4);
-        put_le(out, 0, 8);
-        put_le(out, 65535, 4);
-        put_le(out, 228, 4);
+        put_header(out);
     }
     for (size_t i = 0; i < count; i++) {
         const size_t udp = all[i].len + 8u;
@@ -354,6 +372,7 @@ struct digest {
     uint32_t sensor;
     int64_t number;
     int64_t begin_ns;
+    uint64_t lines_late;
 };
 
 static void add(uint64_t *sum, const void *bytes, size_t len)
@@ -433,6 +452,7 @@ static struct digest digest_of(const lum_frame *frame)
     add_number(&d.sum, lum_frame_count(frame));
     d.sensor = info.sensor;
     d.number = info.number;
+    d.lines_late = info.lines_late;
     d.begin_ns =
         info.lines[0] + info.lines[1] > 0 ? info.begin_utc_ns : INT64_MIN;
     return d;
@@ -934,6 +954,428 @@ static void several_captures_are_sought_from_the_start(void **state)
     free(rest.at);
 }
 
+/* --- What an entry has to know --- */
+
+/* A capture that is made line by line. */
+struct script {
+    struct bytes bytes;
+    size_t records;
+    uint32_t clock; /* of the latest line */
+};
+
+static void begin_script(struct script *s)
+{
+    *s = (struct script){.clock = 5000};
+    put_header(&s->bytes);
+}
+
+static void send_packets(struct script *s, const struct drive_line *line,
+                         size_t count, uint32_t sensor, uint32_t clock)
+{
+    static struct sent of;
+    for (size_t p = 0; p < count; p++) {
+        struct bytes packet = {NULL, 0, 0};
+        of.sensor = sensor;
+        of.len = line->len[p];
+        memcpy(of.bytes, line->bytes[p], of.len);
+        put_ipv4(&packet, &of, 0, 0, of.len + 8u, false);
+        put_record(&s->bytes, &recipes[0], START_NS + 1000 * (int64_t)clock,
+                   &packet, s->records++);
+        free(packet.at);
+    }
+}
+
+/* The first packets of a line. */
+static void send(struct script *s, unsigned eye, uint32_t line, uint32_t clock,
+                 size_t packets)
+{
+    static struct drive_line of;
+    drive_pixels(&of, eye, line, clock, 10u * (line % 50u), 60u + line % 7u);
+    send_packets(s, &of, packets < of.count ? packets : of.count, DRIVE_SENSOR,
+                 clock);
+}
+
+/* Whole lines of both eyes, a millisecond each. */
+static void send_lines(struct script *s, uint32_t from, uint32_t to)
+{
+    for (uint32_t line = from; line < to; line++) {
+        s->clock += 1000u;
+        send(s, LUM_EYE_BLUE, line, s->clock, DRIVE_PACKETS);
+        send(s, LUM_EYE_GREEN, line, s->clock, DRIVE_PACKETS);
+    }
+}
+
+static uint64_t count_late(void)
+{
+    uint64_t late = 0;
+    for (size_t i = 0; i < frame_count; i++) {
+        late += frames[i].lines_late;
+    }
+    return late;
+}
+
+/* Each frame by its own entry; the script is freed. */
+static void assert_sought(struct script *s)
+{
+    read_all(&s->bytes);
+    lum_reader *reader = open_bytes(&s->bytes);
+    assert_frames(reader, 0, frame_count);
+    assert_end(reader, false);
+    assert_true(index_of(reader).entries + 6u >= frame_count);
+    for (size_t i = frame_count; i-- > 0;) {
+        assert_int_equal(lum_reader_seek_frame(reader, i, NULL), 0);
+        assert_frames(reader, i, 2);
+    }
+    lum_reader_close(reader);
+    free(s->bytes.at);
+}
+
+/* The last line of a frame comes behind the first of the next one. */
+static void a_line_that_was_overtaken_is_of_its_frame(void **state)
+{
+    (void)state;
+    struct script s;
+    begin_script(&s);
+    for (uint32_t i = 0; i < FRAMES; i++) {
+        send_lines(&s, 1, LINES - 1u);
+        const uint32_t clock = s.clock;
+        s.clock += 1000u;
+        send_lines(&s, 0, 1);
+        for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+            send(&s, eye, LINES - 1u, clock + 1000u, DRIVE_PACKETS);
+        }
+    }
+    assert_sought(&s);
+}
+
+/* Line 12 is near the first of its frame, and near the last of the one before,
+ * and is none of that. */
+static void a_frame_that_lacks_its_begin_is_one_frame(void **state)
+{
+    (void)state;
+    struct script s;
+    begin_script(&s);
+    for (uint32_t i = 0; i < FRAMES; i++) {
+        s.clock += 5000u;
+        send_lines(&s, 5, 6);
+        s.clock += 6000u;
+        send_lines(&s, 12, LINES);
+    }
+    assert_sought(&s);
+}
+
+/* Blue has decided a reach of lines of its next frame, and green is silent:
+ * the frame ends at once, and what green sends then is late. */
+static void lines_are_late_behind_the_same_line(void **state)
+{
+    (void)state;
+    struct script s;
+    uint32_t green = 0; /* its line's clock */
+    begin_script(&s);
+    for (uint32_t i = 0; i < FRAMES; i++) {
+        for (uint32_t line = 0; line < LINES; line++) {
+            s.clock += 10000u;
+            send(&s, LUM_EYE_BLUE, line, s.clock, DRIVE_PACKETS);
+            for (uint32_t late = 11; i > 0 && line == 7u && late < LINES;
+                 late++) {
+                green += 10000u;
+                send(&s, LUM_EYE_GREEN, late, green, DRIVE_PACKETS);
+            }
+            if (line >= 8u && line <= 10u) {
+                green = s.clock;
+                send(&s, LUM_EYE_GREEN, line, green, DRIVE_PACKETS);
+            }
+        }
+    }
+    read_all(&s.bytes);
+    assert_true(count_late() >= FRAMES - 1u);
+    assert_sought(&s);
+}
+
+/* The clock jumps in both eyes, and the frame ends. Lines of a single packet
+ * belong to it, until one of more packets begins the next: they are late. */
+static void late_lines_before_a_frame_are_told_by_it(void **state)
+{
+    (void)state;
+    struct script s;
+    begin_script(&s);
+    for (uint32_t i = 0; i < FRAMES; i++) {
+        for (uint32_t line = 0; i > 0 && line < 6u; line++) {
+            s.clock += line > 0 ? 1000u : 1000000u;
+            send(&s, LUM_EYE_BLUE, line, s.clock, 1);
+            send(&s, LUM_EYE_GREEN, line, s.clock, 1);
+        }
+        send_lines(&s, 6, LINES);
+    }
+    read_all(&s.bytes);
+    assert_true(count_late() >= FRAMES - 1u);
+    assert_sought(&s);
+}
+
+/* Frames of the second sensor are three times as long, so that many come when
+ * later ones have come already. */
+static void a_time_that_was_passed_is_sought_before(void **state)
+{
+    (void)state;
+    static struct drive_line line;
+    struct script s;
+    unsigned passed = 0;
+    begin_script(&s);
+    for (uint32_t i = 0; i < FRAMES * LINES; i++) {
+        s.clock += 1000u;
+        for (unsigned k = 0; k < 2u * SENSORS; k++) {
+            const uint32_t sensor = k / 2u;
+            drive_pixels(&line, k % 2u, i % (sensor == 0 ? LINES : 3u * LINES),
+                         s.clock, 100, 20);
+            send_packets(&s, &line, line.count, DRIVE_SENSOR + sensor, s.clock);
+        }
+    }
+    read_all(&s.bytes);
+    lum_reader *reader = open_bytes(&s.bytes);
+    assert_frames(reader, 0, frame_count);
+    int64_t highest_ns = frames[0].begin_ns;
+    for (size_t i = 1; i < frame_count; i++) {
+        for (size_t k = 0; frames[i].begin_ns < highest_ns && k < i; k++) {
+            const int64_t time_ns = frames[k].begin_ns;
+            assert_int_equal(lum_reader_seek_frame(reader, i, NULL), 0);
+            assert_frames(reader, i, 1);
+            assert_int_equal(lum_reader_seek_time(reader, time_ns, NULL), 0);
+            assert_frames(reader, find_time(time_ns), 1);
+            passed++;
+        }
+        highest_ns =
+            frames[i].begin_ns > highest_ns ? frames[i].begin_ns : highest_ns;
+    }
+    assert_true(passed > 50u);
+    lum_reader_close(reader);
+    free(s.bytes.at);
+}
+
+/* --- Lines that only decide which packets are accepted --- */
+
+#define OPEN_LINES 4u
+#define REORDER    8u
+#define WORDS_MAX  2200u
+
+struct assembly {
+    lum_assembler a;
+    lum_line_slot slots[LUM_ASSEMBLER_SLOTS(OPEN_LINES)];
+    uint32_t words[LUM_ASSEMBLER_WORDS(OPEN_LINES, WORDS_MAX)];
+    lum_reach reach[LUM_ASSEMBLER_REACH(REORDER)];
+};
+
+static void begin_assembly(struct assembly *s)
+{
+    lum_layout layout;
+    const lum_assembler_config config = {.open_lines = OPEN_LINES,
+                                         .reorder_lines = REORDER,
+                                         .words_per_line = WORDS_MAX,
+                                         .gap_us = 100000};
+    const lum_assembler_storage storage =
+        LUM_ASSEMBLER_STORAGE(s->slots, s->words, s->reach);
+    lum_layout_default(&layout);
+    assert_int_equal(lum_assembler_init(&s->a, &config, &layout, &storage),
+                     LUM_OK);
+}
+
+/* All that comes of a packet. */
+static uint64_t push(struct assembly *s, const lum_group *group)
+{
+    uint64_t sum = 0;
+    lum_result r = LUM_OK;
+    do {
+        r = lum_assembler_push(&s->a, group, 1000);
+        add_number(&sum, (uint64_t)(int64_t)r);
+    } while (r > 0);
+    return sum;
+}
+
+/* Words with some pixels two or three times, or angles, of one of the latest
+ * lines. */
+static lum_group make_group(uint32_t turn, uint8_t *samples)
+{
+    const uint32_t at = turn / 12u + 4u - random_below(4);
+    lum_group g = {.line = at % LINES,
+                   .num_samples = 60u + random_below(100),
+                   .first_sample_index = 100u * random_below(8),
+                   .clock_raw = 5000u + 1000u * at,
+                   .eye = (uint8_t)random_below(2),
+                   .tag = LUM_TAG_RANGES,
+                   .samples = samples};
+    uint32_t pixel = g.first_sample_index + random_below(20);
+    for (uint32_t i = 0; i < g.num_samples; i++) {
+        lum_word_encode(lum_word_make((int32_t)random_below(9000), true, pixel),
+                        samples + (size_t)LUM_SAMPLE_BYTES * i);
+        pixel += random_below(4) != 0 ? 1u : 0u;
+    }
+    g.tag = random_below(4) == 0 ? LUM_TAG_ANGLES : LUM_TAG_RANGES;
+    return g;
+}
+
+/* A packet is accepted or not as it was without the words' values. */
+static void a_state_without_values_accepts_the_same(void **state)
+{
+    (void)state;
+    static struct assembly first;
+    static struct assembly second;
+    static uint8_t samples[160u * LUM_SAMPLE_BYTES];
+    begin_assembly(&first);
+    begin_assembly(&second);
+    seed = 21;
+    for (uint32_t turn = 0; turn < 20000u; turn++) {
+        if (turn % 24u == 0) {
+            const uint32_t none = first.a.frames.highest + 2u;
+            lum_pack pack = {.written = NULL};
+            assert_true(lum_assembler_pack(&first.a, none, &pack));
+            lum_pack read = lum_pack_of(pack.written, pack.len);
+            begin_assembly(&second);
+            assert_true(lum_assembler_pack(&second.a, none, &read));
+            assert_ptr_equal(read.at, read.end);
+            lum_pack_reset(&pack);
+        }
+        const lum_group group = make_group(turn, samples);
+        const uint64_t sum = push(&first, &group);
+        assert_int_equal(push(&second, &group), sum);
+    }
+    assert_true(lum_assembler_counters(&first.a)->duplicate > 100u);
+    assert_true(lum_assembler_counters(&first.a)->conflict > 100u);
+}
+
+/* --- Many frames --- */
+
+/* A packet of a small line: angles, or words. */
+static void make_small(struct drive_line *out, const lum_group *group)
+{
+    lum_layout layout;
+    size_t head = 0;
+    uint8_t *bytes = out->bytes[out->count];
+    lum_layout_default(&layout);
+    assert_int_equal(
+        lum_group_encode(&layout, group, bytes, DRIVE_BYTES, &head), LUM_OK);
+    for (uint32_t i = 0; i < group->num_samples; i++) {
+        uint8_t *to = bytes + head + (size_t)LUM_SAMPLE_BYTES * i;
+        const uint32_t pixel = SMALL_PIXELS * group->line + i;
+        const lum_angle angle = {(int16_t)(50 * (int32_t)pixel),
+                                 (int16_t)(100 * (int32_t)group->line)};
+        if (group->tag == LUM_TAG_ANGLES) {
+            lum_angle_encode(&layout, angle, to);
+        } else {
+            lum_word_encode(
+                lum_word_make(2000 + (int32_t)random_below(9000), true, pixel),
+                to);
+        }
+    }
+    out->len[out->count++] =
+        head + (size_t)LUM_SAMPLE_BYTES * group->num_samples;
+}
+
+/* Now and then a packet is lost. */
+static void send_small(struct script *s, uint32_t sensor, unsigned eye,
+                       uint32_t line)
+{
+    static struct drive_line of;
+    lum_group group = {.line = line,
+                       .num_samples = SMALL_PIXELS,
+                       .first_sample_index = SMALL_PIXELS * line,
+                       .clock_raw = s->clock,
+                       .eye = (uint8_t)eye,
+                       .tag = LUM_TAG_ANGLES};
+    of.count = 0;
+    if (random_below(50) != 0) {
+        make_small(&of, &group);
+    }
+    group.first_sample_index = 0; /* a range group counts its words */
+    group.tag = LUM_TAG_RANGES;
+    if (random_below(50) != 0) {
+        make_small(&of, &group);
+    }
+    send_packets(s, &of, of.count, DRIVE_SENSOR + sensor, s->clock);
+}
+
+static void make_small_frames(struct script *s)
+{
+    begin_script(s);
+    seed = 11;
+    for (uint32_t i = 0; i < SMALL_FRAMES * SMALL_LINES; i++) {
+        s->clock += 12000u;
+        for (unsigned k = 0; k < 2u * SENSORS; k++) {
+            const uint32_t at = i + 3u * (k / 2u);
+            send_small(s, k / 2u, k % 2u, at % SMALL_LINES * 5u);
+        }
+    }
+}
+
+/* Every frame is read, and the index stays within its bound. Returns how often
+ * it became smaller. */
+static unsigned assert_bound(lum_reader *reader)
+{
+    unsigned count = 0;
+    uint64_t before = 0;
+    for (size_t i = 0; i < frame_count; i++) {
+        assert_frames(reader, i, 1);
+        const lum_reader_index index = index_of(reader);
+        assert_true(index.bytes <= INDEX_BYTES_MAX);
+        count += index.entries < before ? 1u : 0u;
+        before = index.entries;
+    }
+    return count;
+}
+
+static void an_index_that_becomes_too_large_is_thinned(void **state)
+{
+    (void)state;
+    struct script s;
+    make_small_frames(&s);
+    write_file(drive, s.bytes.at, s.bytes.len);
+    read_all(&s.bytes);
+    free(s.bytes.at);
+    assert_true(frame_count >= SENSORS * SMALL_FRAMES);
+    lum_reader *reader = open_file();
+    assert_in_range(assert_bound(reader), 3, 5);
+    assert_end(reader, false);
+    assert_int_equal(index_of(reader).frames, frame_count);
+    /* it is not thinner than it has to be */
+    assert_true(index_of(reader).bytes > INDEX_BYTES_MAX / 3u);
+    assert_true(index_of(reader).entries > frame_count / 16u);
+    for (unsigned k = 0; k < SEEKS; k++) {
+        seek_somewhere(reader, false);
+    }
+    assert_int_equal(lum_reader_save_index(reader, NULL, NULL), 0);
+    const uint64_t entries = index_of(reader).entries;
+    lum_reader_close(reader);
+    struct bytes file = read_file(index_path);
+    assert_true(file.len <= INDEX_BYTES_MAX);
+    free(file.at);
+    reader = open_file();
+    assert_int_equal(lum_reader_load_index(reader, NULL, NULL), 1);
+    assert_int_equal(index_of(reader).entries, entries);
+    for (unsigned k = 0; k < SEEKS / 4u; k++) {
+        seek_somewhere(reader, false);
+    }
+    lum_reader_close(reader);
+}
+
+/* Entries so long that not each sensor can have one. */
+static void the_bound_holds_for_any_entries(void **state)
+{
+    (void)state;
+    lum_index index = {.stride = 1};
+    for (uint32_t i = 0; i < 64u; i++) {
+        lum_index_entry *entry = calloc(1, sizeof *entry);
+        assert_non_null(entry);
+        entry->sensor = i % LUM_DEMUX_SENSORS_MAX;
+        entry->order = i;
+        entry->state_len = INDEX_BYTES_MAX / 5u;
+        entry->state = malloc(entry->state_len);
+        assert_non_null(entry->state);
+        lum_index_add(&index, entry);
+        assert_true(index.bytes <= INDEX_BYTES_MAX);
+        assert_in_range(index.count, i < 2u ? i + 1u : 3u, 4);
+        assert_non_null(lum_index_of(&index, 0, i));
+    }
+    lum_index_clear(&index);
+}
+
 /* --- What cannot be sought --- */
 
 struct pieces {
@@ -1068,6 +1510,14 @@ int main(void)
         cmocka_unit_test(other_options_need_another_index),
         cmocka_unit_test(what_has_no_index_says_so),
         cmocka_unit_test(several_captures_are_sought_from_the_start),
+        cmocka_unit_test(a_line_that_was_overtaken_is_of_its_frame),
+        cmocka_unit_test(a_frame_that_lacks_its_begin_is_one_frame),
+        cmocka_unit_test(lines_are_late_behind_the_same_line),
+        cmocka_unit_test(late_lines_before_a_frame_are_told_by_it),
+        cmocka_unit_test(a_time_that_was_passed_is_sought_before),
+        cmocka_unit_test(a_state_without_values_accepts_the_same),
+        cmocka_unit_test(an_index_that_becomes_too_large_is_thinned),
+        cmocka_unit_test(the_bound_holds_for_any_entries),
         cmocka_unit_test(a_callers_function_may_seek),
         cmocka_unit_test(what_cannot_be_sought_says_so),
     };

@@ -58,7 +58,7 @@ typedef struct lum_reader_options {
     bool (*go_on)(void *context);
     void *go_on_context; /**< handed to go_on */
     bool keeps_index; /**< note while reading where frames are, so that they can
-                           be sought fast; takes at most 16 MB, and about a
+                           be sought fast; takes at most 4 MiB, and about a
                            hundredth of the time */
 } lum_reader_options;
 

@@ -6,6 +6,7 @@ import io
 import os
 import queue
 import re
+import reprlib
 import tempfile
 import threading
 from collections.abc import Callable, Iterable, Mapping
@@ -93,14 +94,19 @@ class _Plan:
     def __init__(self, source: Any, destination: Any, options: dict[str, Any]) -> None:
         self.source: Any = [source] if isinstance(source, Frame) else source
         if not isinstance(destination, (str, os.PathLike)):
-            raise TypeError(f"the destination is {destination!r}; right is a path or a URL, such as \"drive.laz\"")
+            raise TypeError(f"the destination is {reprlib.repr(destination)}; right is a path or a URL, such as "
+                            '"drive.laz"')
         self.name = os.fsdecode(destination)
         if self.name == "-":
             raise OptionError("'-' is standard output, which convert() does not write to: name a file")
-        options = {name: value for name, value in options.items() if value is not None}
+        # What can be gone through once, as a generator, is needed several times.
+        options = {name: list(value) if isinstance(value, Iterator) else value
+                   for name, value in options.items() if value is not None}
         self.paths: list[str] = []
         """Files that the run reads."""
-        self.storage: dict[str, Any] = dict(options.pop("storage_options", None) or {})
+        self.storage: dict[str, Any] = dict(options.pop("storage_options", {}))
+        if self.storage and not is_url(self.name):
+            raise OptionError(f"storage_options does not go with {self.name}: it is for a URL")
         self.format = _format_of(self.name, options.pop("format", None))
         self.output = {name: options.pop(name) for name in tuple(options) if name in _APPLIES}
         self.read = options
@@ -426,7 +432,8 @@ class _Thread(threading.Thread):
         self._output.cancelled = True
         with contextlib.suppress(queue.Full):
             self._queue.put_nowait(_LAST)
-        self.join(None if waits else _WAIT_S)
+        if self.ident is not None:  # else it was interrupted before it began
+            self.join(None if waits else _WAIT_S)
 
 
 def _about(source: Optional[Source], read: Mapping[str, Any]) -> About:
@@ -441,11 +448,11 @@ def _about(source: Optional[Source], read: Mapping[str, Any]) -> About:
 
 
 def _write(plan: _Plan, frames: Iterable[Frame], source: Optional[Source]) -> Summary:
-    about = _about(source, plan.read)
+    about = _about(source, plan.read if source is None else source._choice.given)
     output = _Output(plan, about)
     thread = _Thread(output)
-    thread.start()
     try:
+        thread.start()
         thread.write(frames, lambda: source.losses if source is not None else {})
     except BaseException as error:
         thread.stop(isinstance(error, Exception))

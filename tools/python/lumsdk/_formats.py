@@ -56,8 +56,9 @@ class About:
         return "---\n".join(documents + self.earlier)
 
     def metadata(self) -> dict[str, str]:
-        """As keys and texts."""
-        return {"lumsdk.program": self.program, "lumsdk.source": self.source, "lumsdk.options": json.dumps(self.options),
+        """As keys and texts. A name may have bytes that are no text."""
+        source = self.source.encode(errors="surrogateescape").decode(errors="replace")
+        return {"lumsdk.program": self.program, "lumsdk.source": source, "lumsdk.options": json.dumps(self.options),
                 "lumsdk.calibration": self.calibration, "lumsdk.profile": self.profile}
 
 

@@ -1,13 +1,15 @@
 """Where the bytes of captures come from: files, memory, file objects, URLs."""
 from __future__ import annotations
 
+import contextlib
 import glob
 import io
 import os
 import re
+import reprlib
 import stat
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Optional
 
 from ._c import ffi, lib, sized, text
@@ -305,23 +307,41 @@ def _fsspec(url: str) -> Any:
     return fsspec
 
 
-def _open_url(url: str) -> Input:
-    fsspec = _fsspec(url)
+@contextlib.contextmanager
+def _of_url(url: str) -> Iterator[None]:
+    """File systems of fsspec have errors of their own, which do not name the URL."""
     try:
-        files = fsspec.open_files(url, "rb")
-    except ImportError as error:
+        yield
+    except Error:
+        raise
+    except (ImportError, ValueError) as error:
         raise OptionError(f"{url}: {error}") from error
-    if not files:
-        raise CaptureError(f"{url}: no file has such a name")
-    if len(files) > 1:
-        return Files(_fetch(url))
-    return Opened(files[0].open, url)
+    except FileNotFoundError as error:
+        raise CaptureError(f"{url}: cannot be opened: there is no such file") from error
+    except Exception as error:
+        raise CaptureError(f"{url}: cannot be opened: {type(error).__name__}: {error}") from error
+
+
+def _open_url(url: str) -> Input:
+    with _of_url(url):
+        files = _fsspec(url).open_files(url, "rb")
+        if not files:
+            raise CaptureError(f"{url}: no file has such a name")
+        if len(files) > 1:
+            return Files(_fetch(url))
+
+        def opener() -> Any:
+            with _of_url(url):
+                return files[0].open()
+
+        return Opened(opener, url)
 
 
 def _fetch(url: str) -> list[str]:
     """Files of several URLs on this machine: they are read as one, by their times."""
-    return [str(path) for path in _fsspec(url).open_local(f"simplecache::{url}", mode="rb")] \
-        if glob.has_magic(url) else [str(_fsspec(url).open_local(f"simplecache::{url}", mode="rb"))]
+    with _of_url(url):
+        found = _fsspec(url).open_local(f"simplecache::{url}", mode="rb")
+        return [str(path) for path in found] if glob.has_magic(url) else [str(found)]
 
 
 def _paths(given: Any) -> list[Any]:
@@ -329,8 +349,8 @@ def _paths(given: Any) -> list[Any]:
     if isinstance(given, str) and _is_url(given):
         return _fetch(given)
     if not isinstance(given, (str, os.PathLike)):
-        raise TypeError(f"a source in a list is {given!r}, of type {type(given).__name__}; right is a path, a pattern "
-                        "or a URL: captures in memory and file objects are read alone")
+        raise TypeError(f"a source in a list is {reprlib.repr(given)}, of type {type(given).__name__}; right is a path, a "
+                        "pattern or a URL: captures in memory and file objects are read alone")
     name = os.fsdecode(given)
     if not glob.has_magic(name) or os.path.lexists(name):
         return [given]

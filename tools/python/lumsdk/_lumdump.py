@@ -19,6 +19,7 @@ from ._settings import Calibration, Profile
 
 _BLOCK = 1 << 20
 _END_S = 10.0
+_WAIT_S = 0.05
 
 
 # --- Options as arguments ---
@@ -110,25 +111,28 @@ def arguments(options: Mapping[str, Any], folder: str) -> list[str]:
 def _feed(file: Any, pipe: IO[bytes], failed: list[BaseException], process: subprocess.Popen[bytes]) -> None:
     """The bytes of a file object to the program. If they end in a failure, the program must not take that for the end."""
     try:
-        with contextlib.suppress(BrokenPipeError):
-            while True:
-                block = file.read(_BLOCK)
-                if not isinstance(block, (bytes, bytearray, memoryview)):
-                    raise TypeError(f"read() gives {type(block).__name__} and not bytes: open the file with mode \"rb\"")
-                if not len(block):
-                    break
+        while True:
+            block = file.read(_BLOCK)
+            if not isinstance(block, (bytes, bytearray, memoryview)):
+                raise TypeError(f"read() gives {type(block).__name__} and not bytes: open the file with mode \"rb\"")
+            if not len(block):
+                break
+            try:
                 pipe.write(block)
+            except OSError:  # the program has ended, and says why
+                break
     except BaseException as error:
         failed.append(error)
         process.terminate()
+        process.wait()
     finally:
         with contextlib.suppress(OSError):
             pipe.close()
 
 
 def _gather(pipe: IO[bytes], into: list[bytes]) -> None:
-    for block in iter(lambda: pipe.read(_BLOCK), b""):
-        into.append(block)
+    with pipe:
+        into.append(pipe.read())
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
@@ -138,10 +142,12 @@ def _end(process: subprocess.Popen[bytes]) -> None:
     else:
         process.send_signal(signal.SIGINT)
     try:
-        process.wait(_END_S)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(_END_S)
+    finally:
+        if process.returncode is None:  # it does not end, or Ctrl-C came again
+            process.kill()
+            process.wait()
 
 
 def _say(lines: Sequence[str], status: int) -> None:
@@ -178,7 +184,9 @@ def run(source: Union[Sequence[str], Any], output: str, options: Iterable[str]) 
     command = [find("lumdump"), *options, "--json", "-o", output, "--", *(source if is_paths else ["-"])]
     with tempfile.TemporaryFile() as errors:
         given = None if is_paths and "-" in source else subprocess.DEVNULL if is_paths else subprocess.PIPE
-        process = subprocess.Popen(command, stdin=given, stdout=subprocess.PIPE, stderr=errors)
+        # A session of its own: Ctrl-C is for this program, which ends the other once.
+        process = subprocess.Popen(command, stdin=given, stdout=subprocess.PIPE, stderr=errors,
+                                   start_new_session=os.name != "nt")
         printed: list[bytes] = []
         failed: list[BaseException] = []
         threads = [threading.Thread(target=_gather, args=(process.stdout, printed), daemon=True)]
@@ -187,12 +195,14 @@ def run(source: Union[Sequence[str], Any], output: str, options: Iterable[str]) 
         try:
             for thread in threads:
                 thread.start()
+            while threads[0].is_alive():  # wait() would take Ctrl-C a quarter of a second late
+                threads[0].join(_WAIT_S)
             process.wait()
         except BaseException:
             _end(process)
             raise
-        for thread in threads:
-            thread.join()
+        # A file object may wait for bytes that nobody needs any more.
+        threads[-1].join(_WAIT_S)
         if failed:
             raise failed[0]
         errors.seek(0)

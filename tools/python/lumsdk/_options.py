@@ -5,7 +5,7 @@ import difflib
 import math
 import os
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 
 from ._c import ffi, lib, sized
@@ -230,7 +230,9 @@ class Choice:
     """What open() was asked for, checked, as the library takes it."""
 
     def __init__(self, given: Mapping[str, Any]) -> None:
-        options = {name: value for name, value in given.items() if value is not None}
+        # What can be gone through once, as a generator, is needed several times.
+        options = {name: list(value) if isinstance(value, Iterator) else value
+                   for name, value in given.items() if value is not None}
         for name in given:
             if name not in _NAMES:
                 near = difflib.get_close_matches(name, _NAMES, 1)

@@ -121,7 +121,7 @@ class Reading:
         self.frames = 0
         self.place: Optional[int] = 0  # of the frame that comes next; None: not known
         self.was_sought = False
-        self.was_stopped = False  # by Ctrl-C, or by what the program's functions raised: it cannot be used any more
+        self.was_stopped = False  # by Ctrl-C, what the program's functions raised, or a failure: it cannot be used any more
         self._broken = ""
         self._kept: list[Any] = []
         framer, kept = choice.framer_options(*settings)
@@ -170,6 +170,8 @@ class Reading:
         try:
             self._check_open()
             return None if self.ended else self._next()
+        except StopIteration as problem:  # a loop would take it for the end
+            raise RuntimeError(f"{self._name}: a function of the program that was called raised StopIteration") from problem
         finally:
             self._busy.release()
 
@@ -202,8 +204,9 @@ class Reading:
             status = function(self._reader, *place, self._error)
             self._raise_problem()
             if status != 0:
-                self.ended = True
-                raise CaptureError(f"{self._name}: {text(self._error.text)}")
+                self.ended = self.was_stopped = True
+                told = text(self._error.text)
+                raise CaptureError(told if told.startswith(f"{self._name}: ") else f"{self._name}: {told}")
         finally:
             self._busy.release()
 

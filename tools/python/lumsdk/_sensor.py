@@ -76,7 +76,9 @@ class Laser:
 
     def __exit__(self, kind: Optional[type[BaseException]], value: Optional[BaseException],
                  traceback: Optional[TracebackType]) -> None:
-        self._sensor.laser_off()
+        # What ended the session in the block has switched the laser off, or has said that it could not.
+        if self._sensor._session:
+            self._sensor.laser_off()
 
 
 # --- The sensor ---

@@ -1,6 +1,7 @@
 """Simulated captures and sensors, by the program lumsim."""
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 _READY_S = 120.0
 _END_S = 10.0
+_WAIT_S = 0.05  # without it, Ctrl-C is taken a quarter of a second late
 _LOG_MAX = 200_000
 
 
@@ -72,10 +74,9 @@ class _Files:
 
 
 def _settings(value: Any) -> list[str]:
-    if isinstance(value, str):
-        value = [value]
-    pairs = [f"{key}={part}" for key, part in value.items()] if isinstance(value, Mapping) else list(value)
-    return [word for pair in pairs for word in ("--set", str(pair))]
+    from ._lumdump import flatten
+
+    return [word for pair in flatten(value) for word in ("--set", pair)]
 
 
 def _several(value: Any) -> list[Any]:
@@ -127,13 +128,18 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def _run(arguments: list[str]) -> bytes:
+    # A session of its own: Ctrl-C is for this program, which ends the other once.
     process = subprocess.Popen([_program(), *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                               stderr=subprocess.PIPE)
+                               stderr=subprocess.PIPE, start_new_session=sys.platform != "win32")
+    ended = None
     try:
-        out, said = process.communicate()
+        while ended is None:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                ended = process.communicate(timeout=_WAIT_S)
     except BaseException:
         _end(process)
         raise
+    out, said = ended
     if process.returncode != 0:
         raise _complaint(said, process.returncode)
     return out

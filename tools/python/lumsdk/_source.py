@@ -136,13 +136,17 @@ class Source:
             raise IndexError(f"{self.name}: there is no frame {place}: it has {count}")
         return place + count
 
-    def _at(self, place: int) -> Frame:
-        """The frame of a place from 0 on."""
+    def _find(self, place: int) -> Optional[Frame]:
+        """The frame of a place from 0 on; None: there are not so many."""
         reading = self._jumping()
         reading.seek_frame(place)
-        frame = reading.next()
+        return reading.next()
+
+    def _at(self, place: int) -> Frame:
+        """The frame of a place from 0 on."""
+        frame = self._find(place)
         if frame is None:
-            raise IndexError(f"{self.name}: there is no frame {place}: it has {reading.known()[0]}")
+            raise IndexError(f"{self.name}: there is no frame {place}: it has {self._jumping().known()[0]}")
         return frame
 
     def _jumping(self) -> Reading:
@@ -332,9 +336,8 @@ class Selection(Sequence[Frame]):
         else:
             places = self._places
         for place in places:
-            try:
-                frame = self._source._at(place)
-            except IndexError:
+            frame = self._source._find(place)
+            if frame is None:
                 return
             yield frame
 

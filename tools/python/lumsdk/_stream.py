@@ -195,8 +195,9 @@ class Stream:
         if isinstance(self.failure, LaserError) and self._sensor._laser_is_due:
             self._sensor._put_down_after(self.failure)
         if self.failure is not None and not isinstance(self.failure, Error):
+            problem, self.failure = self.failure, None
             self.close()
-            raise self.failure
+            raise problem
         if status > 0:
             self._ready.append(Frame(self._out[0]))
             return True

@@ -268,6 +268,8 @@ def upload(local: str, url: str, options: Mapping[str, Any]) -> None:
             fs.rm_file(part)
         if isinstance(error, OSError):
             raise TargetError(f"{url}: cannot write it: {_reason(error)}") from error
+        if isinstance(error, Exception):  # file systems of fsspec have errors of their own
+            raise TargetError(f"{url}: cannot write it: {type(error).__name__}: {error}") from error
         raise
 
 

@@ -274,10 +274,10 @@ def _portable(options: Mapping[str, Any]) -> dict[str, Any]:
     if options.get("progress") is not None:
         raise TypeError("progress is not an option here: Ray shows the progress of a Dataset")
     choice = Choice(options)
-    made = {name: value for name, value in options.items() if value is not None and name != "set"}
-    if choice.names_calibration or "set" in options:
+    made = dict(choice.given)
+    if choice.names_calibration:
         made["calibration"] = choice.calibration
-    if choice.names_profile or "set" in options:
+    if choice.names_profile:
         made["profile"] = choice.profile
     return made
 
