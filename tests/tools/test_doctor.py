@@ -431,7 +431,7 @@ class Loopback(Doctor):
         p.wait()
         self.assertEqual(p.stdout().count("another session of this host"), 8, p.stdout() + p.stderr())
         beats = [e["t"] for e in sensor.events("heartbeat")]
-        self.assertLess(max(b - a for a, b in zip(beats, beats[1:])), 1.0)
+        self.assertLess(max(b - a for a, b in zip(beats, beats[1:])), 3.0)  # then its laser would go off
 
     @needs_root
     def test_a_trace_is_refused_without_rights(self):

@@ -1001,10 +1001,10 @@ class SetIpAndHeartbeat(Case):
     """What a session that owns the sensor does meanwhile, and when a move is one."""
 
     def assert_steady(self, sensor, begin, end):
-        """No heartbeat between two times of the log comes a second after the one before."""
+        """Between two times of the log, heartbeats keep the sensor's laser on."""
         times = [e["t"] for e in sensor.events("heartbeat") if begin <= e["t"] <= end]
         self.assertGreater(len(times), 5)
-        self.assertLess(max(b - a for a, b in zip(times, times[1:])), 1.0)
+        self.assertLess(max(b - a for a, b in zip(times, times[1:])), 3.0)
 
     def shell(self, address, *arguments):
         return Process(self, self.folder, BIN / "lumctl", "--host", address, "shell", *arguments,

@@ -241,9 +241,9 @@ class Recording(Case):
             with self.subTest(clock):
                 self.simulator()
                 before = time.time()
-                self.dump("--laser", "--duration", "0.5", "--time", clock, "--frames", "1:1", "--eye", "blue", "-o",
-                          self.folder / "o.csv")
-                times = [int(row["timestamp"]) / 1e6 for row in read_csv(self.folder / "o.csv")]
+                self.run_until_files(2, clock, "--time", clock, "--eye", "blue", "-o", self.folder / f"{clock}-%d.csv")
+                times = [int(row["timestamp"]) / 1e6 for path in self.folder.path.glob(f"{clock}-*.csv")
+                         for row in read_csv(path)]
                 self.assertGreaterEqual(min(times), before)
                 self.assertLessEqual(max(times), time.time())
 
