@@ -2,6 +2,8 @@
 import datetime
 import gc
 import pickle
+import subprocess
+import sys
 
 import lumsdk
 import numpy as np
@@ -211,3 +213,16 @@ def test_arrays_outlive_their_frame_and_their_source(path, frames, steps):
         else:
             assert np.array_equal(value, {"x": frame["x"], "xyz": frame.xyz[::7],
                                           "grid": frame.grid("range", "blue")}[what], equal_nan=True)
+
+
+def test_the_library_is_there_until_the_process_ends():
+    """What is freed last, when the interpreter has dropped its modules, calls the library still."""
+    code = """
+import ctypes
+from lumsdk._c import ffi, lib
+release = int(ffi.cast("uintptr_t", lib.lum_frame_release))
+ffi.dlclose(lib)
+ctypes.CFUNCTYPE(None, ctypes.c_void_p)(release)(None)
+print("released")
+"""
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60).stdout == "released\n"

@@ -11,7 +11,20 @@ from ._errors import Error
 _NAMES = {"darwin": "liblumsdk.dylib", "win32": "liblumsdk.dll", "cygwin": "liblumsdk.dll"}
 
 ffi: Any = _ffi
-lib: Any = ffi.dlopen(str(pathlib.Path(__file__).with_name(_NAMES.get(sys.platform, "liblumsdk.so"))))
+
+
+def _load() -> Any:
+    """The library, for good: what is freed at the very end of the interpreter calls it still."""
+    path = str(pathlib.Path(__file__).with_name(_NAMES.get(sys.platform, "liblumsdk.so")))
+    if hasattr(ffi, "RTLD_NODELETE"):
+        return ffi.dlopen(path, ffi.RTLD_NOW | ffi.RTLD_NODELETE)
+    import ctypes  # Windows has no such flag, but counts who has loaded it
+
+    ctypes.CDLL(path)
+    return ffi.dlopen(path)
+
+
+lib: Any = _load()
 
 
 def sized(name: str, **values: Any) -> Any:

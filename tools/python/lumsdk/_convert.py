@@ -9,7 +9,7 @@ import re
 import reprlib
 import tempfile
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Optional, TypedDict, Union
 
 from . import _lumdump
