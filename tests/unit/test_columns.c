@@ -395,6 +395,55 @@ static void a_single_word_that_gives_no_point_is_left_out(void **state)
     free(s);
 }
 
+static void a_line_that_lacks_one_pixel_s_angles_lacks_its_points(void **state)
+{
+    (void)state;
+    struct scene *s = scene_new();
+    uint64_t random = 9;
+    lum_selection selection;
+    lum_selection_default(&selection);
+    make_line(s, 0, NONE, &random);
+    s->marks[500 / 32] &= ~(UINT32_C(1) << 500 % 32);
+    s->line.angle_count--;
+    for (unsigned edges = LUM_EDGES_RISING; edges <= LUM_EDGES_BOTH; edges++) {
+        selection.edges = (lum_edges)edges;
+        look_for(s, &selection);
+        assert_true(s->count < s->line.word_count);
+        check_masks(s, &selection, &random);
+    }
+    free(s);
+}
+
+/* With so large a limit, a word of the time before it is nearer to it, as a
+ * number, than the limit's share of a word's lower 12 bits. */
+static void a_range_below_zero_gives_no_point_whatever_its_pixel(void **state)
+{
+    (void)state;
+    struct scene *s = scene_new();
+    uint64_t random = 10;
+    lum_selection selection;
+    lum_layout layout;
+    lum_layout_default(&layout);
+    lum_selection_default(&selection);
+    selection.edges = LUM_EDGES_BOTH;
+    s->calibration.eye[0].tof_offset_fs =
+        -4000 * (int64_t)s->calibration.tof_lsb_fs;
+    assert_int_equal(
+        lum_projector_init(&s->projector, &s->calibration, &layout), LUM_OK);
+    const int32_t least = lum_calibration_min_tof(&s->calibration, 0);
+    assert_int_equal(least, 4001);
+    make_line(s, 0, NONE, &random);
+    for (uint32_t i = 0; i < s->line.word_count; i++) {
+        const uint32_t pixel = lum_word_pixel(s->words[i]);
+        const int32_t tof = least - (pixel % 2u == 0 ? 1 : 0);
+        s->words[i] = lum_word_make(tof, true, pixel);
+    }
+    look_for(s, &selection);
+    assert_in_range(s->count, 1, s->line.word_count - 1u);
+    check_masks(s, &selection, &random);
+    free(s);
+}
+
 static void what_is_not_asked_for_is_not_worked_out(void **state)
 {
     (void)state;
@@ -541,6 +590,8 @@ int main(void)
         cmocka_unit_test(marks_stay_with_their_points_where_others_are_lost),
         cmocka_unit_test(lines_of_any_length_hold_in_columns),
         cmocka_unit_test(a_single_word_that_gives_no_point_is_left_out),
+        cmocka_unit_test(a_line_that_lacks_one_pixel_s_angles_lacks_its_points),
+        cmocka_unit_test(a_range_below_zero_gives_no_point_whatever_its_pixel),
         cmocka_unit_test(what_is_not_asked_for_is_not_worked_out),
         cmocka_unit_test(what_was_worked_out_serves_until_the_next_line),
         cmocka_unit_test(what_samples_needed_serves_columns_of_the_line),
