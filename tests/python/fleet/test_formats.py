@@ -126,3 +126,16 @@ def test_lumdump_killed_is_an_attempt_lost(worker, small):
     os.chmod(killer, 0o755)
     one._lumdump = killer
     assert convert(one, small[0])["lost"] == "lumdump was ended by SIGKILL"
+
+
+@pytest.mark.parametrize("form", ["ply", "parquet"])
+def test_a_name_that_is_no_text_is_converted(worker, small, tmp_path, form):
+    path = tmp_path / os.fsdecode(b"a\xff.pcap")
+    path.write_bytes(small[0].read_bytes())
+    one = worker("--format", form)
+    got = convert(one, path, os.fsdecode(b"a\xff.out"))
+    assert (got["status"], got["source"], got["output"]) == ("done", f"{tmp_path}/a\\xff.pcap", r"a\xff.out")
+    assert b"a\xff.out" in os.listdir(os.fsencode(tmp_path / "out"))
+    path.write_bytes(b"no capture" * 10)
+    got = convert(one, path, os.fsdecode(b"a\xff.out"))
+    assert (got["status"], got["message"]) == ("failed", f"{tmp_path}/a\\xff.pcap: {support.DAMAGED}")

@@ -14,6 +14,7 @@ from lumsdk.fleet._errors import FleetError
 from lumsdk.fleet._inputs import captures, stem, translate
 from lumsdk.fleet._ledger import Ledger
 from lumsdk.fleet._lock import Lease, lock
+from lumsdk.fleet._names import to_name, to_text
 from lumsdk.fleet._places import Entry, Local, place
 
 
@@ -164,6 +165,54 @@ def test_an_output_of_another_capture_is_not_replaced(ledger, tmp_path):
 def test_the_largest_come_first(ledger, tmp_path):
     plan(ledger, tmp_path, "a.pcap", "longer.pcap", "z.pcap")
     assert [task.output for task in ledger.tasks()] == ["longer.ply", "a.ply", "z.ply"]
+
+
+# Names that are no text
+
+NAMES = ["a\udcff.pcap", "a\\xff.pcap", "a\\x5cxff.pcap", "a\\\udcff.pcap", "a\\x5c.pcap", "\udc80\\x80\\.pcap", "a\\ud800.pcap", "C:\\xa.pcap",
+         "ä.pcap", "\\x5\udc80"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_comes_back_from_its_text(name):
+    text = to_text(name)
+    assert text.encode().decode() == text and to_name(text) == name
+    assert to_text("drives\\2026/a.pcap") == "drives\\2026/a.pcap"
+
+
+def test_names_that_differ_have_texts_that_differ():
+    assert len({to_text(name) for name in NAMES}) == len(NAMES)
+
+
+def test_a_surrogate_that_is_no_byte_is_text_too():
+    assert to_text("a\ud800") == "a\\ud800" and to_name("a\\ud800") == "a\ud800"
+
+
+def test_names_that_are_no_text_are_planned_and_kept(ledger, tmp_path):
+    (tmp_path / "in").mkdir()
+    names = [b"a\xff.pcap", rb"a\xff.pcap", b"a\xfe.pcap"]
+    for name in names:
+        (pathlib.Path(tmp_path, "in") / os.fsdecode(name)).write_bytes(b"x")
+    ledger.plan(captures([str(tmp_path / "in")], None, "/nowhere"), "ply")
+    tasks = list(ledger.tasks())
+    assert {os.fsencode(os.path.basename(task.source)) for task in tasks} == set(names)
+    assert {os.fsencode(task.output) for task in tasks} == {name.replace(b"pcap", b"ply") for name in names}
+    # What a run writes is found by the next one.
+    out = Local(str(tmp_path / os.fsdecode(b"out\xfe")))
+    journal = _journal.Journal(out, "run")
+    for task in tasks:
+        journal.add({"status": "done", "options": "{}", "output_size": 7, "digest": "d", "output": to_text(task.output), "source": to_text(task.source), "stamp": task.stamp, "size": 1})
+        out.write(out.name_of(task.output), b"seven b")
+    journal.close()
+    for record in _journal.earlier(out):
+        ledger.put(record)
+    _manifest.write(out, ledger.rows(), str(tmp_path), ".lumfleet/parts/m")
+    assert [r["output"] for r in _manifest.read(out)] == [r"a\x5cxff.ply", r"a\xfe.ply", r"a\xff.ply"]
+    for record in _manifest.read(out):
+        ledger.put(record)
+    ledger.see(out.outputs(apart=out.where(".lumfleet")))
+    ledger.compare("{}", again=False)
+    assert ledger.totals().todo == 0
 
 
 # The manifest and the journal

@@ -13,6 +13,7 @@ from typing import Any, NoReturn, Optional
 
 from ._errors import FleetError, Usage
 from ._job import LUMDUMP_FORMATS, PYTHON_FORMATS, Job, find_lumdump
+from ._names import printable
 
 # The options of lumdump that apply to a capture that becomes one file.
 VALUES = ("columns", "time", "sensor", "eye", "edge", "return", "frames", "range", "box", "incomplete", "packets", "duration",
@@ -234,4 +235,4 @@ def local_jobs(options: argparse.Namespace) -> int:
 
 def told(text: str, prefix: Optional[str] = "lumfleet: ") -> None:
     """A line for the user, apart from the summary."""
-    print(f"{prefix}{text}", file=sys.stderr, flush=True)
+    print(printable(f"{prefix}{text}"), file=sys.stderr, flush=True)

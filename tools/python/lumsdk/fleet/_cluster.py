@@ -36,6 +36,7 @@ def connect(options: argparse.Namespace, work: str, object_store: int, jobs: int
     except ImportError as error:
         raise FleetError("Ray is not installed: pip install 'lumsdk[fleet]'") from error
     ray: Any = module
+    _name_ourselves(ray)
     try:
         if options.address:
             ray.init(address=options.address, logging_level=logging.ERROR, log_to_driver=False, configure_logging=False)
@@ -47,6 +48,13 @@ def connect(options: argparse.Namespace, work: str, object_store: int, jobs: int
         leave()
         where = f"the cluster {options.address}" if options.address else "Ray on this machine"
         raise FleetError(f"{where} cannot be reached: {str(error).strip().splitlines()[0] if str(error) else error!r}") from error
+
+
+def _name_ourselves(ray: Any) -> None:
+    """Ray notes the command line, and does not begin if a name in it is no text."""
+    utils = getattr(getattr(ray, "_private", None), "utils", None)
+    if hasattr(utils, "get_entrypoint_name"):
+        utils.get_entrypoint_name = lambda: "lumfleet"
 
 
 def _check_address(address: str) -> None:

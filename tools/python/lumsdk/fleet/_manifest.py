@@ -1,6 +1,7 @@
 """The table of OUT: a row for each capture, by the outputs' names, in manifest.parquet."""
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -36,9 +37,10 @@ def read(out: Place) -> Iterator[dict[str, Any]]:
     if out.entry(NAME) is None:
         return
     try:
-        table = pq.ParquetFile(pa.BufferReader(out.read(NAME)) if not out.is_local else out.where(NAME))
-        for batch in table.iter_batches(batch_size=ROWS):
-            yield from batch.select([c for c in schema().names if c in batch.schema.names]).to_pylist()
+        # Files and not paths: pyarrow refuses a path that is no text.
+        with open(out.where(NAME), "rb") if out.is_local else io.BytesIO(out.read(NAME)) as file:
+            for batch in pq.ParquetFile(file).iter_batches(batch_size=ROWS):
+                yield from batch.select([c for c in schema().names if c in batch.schema.names]).to_pylist()
     except (pa.ArrowException, OSError) as error:
         raise FleetError(f"{out.where(NAME)}: cannot be read: {error}; remove it, and all is converted again") from error
 
@@ -51,11 +53,12 @@ def write(out: Place, rows: Iterable[dict[str, Any]], folder: str, attempt: str)
     path = out.where(attempt) if out.is_local else os.path.join(folder, NAME)
     os.makedirs(os.path.dirname(path), exist_ok=True)
     form = schema()
-    with pq.ParquetWriter(path, form, compression="zstd") as file:
-        for batch in _batches(rows):
-            file.write_table(pa.Table.from_pylist([{name: row.get(name) for name in form.names} for row in batch], schema=form))
-    with open(path, "rb+") as written:
-        os.fsync(written.fileno())
+    with open(path, "wb") as file:
+        with pq.ParquetWriter(file, form, compression="zstd") as table:
+            for batch in _batches(rows):
+                table.write_table(pa.Table.from_pylist([{name: row.get(name) for name in form.names} for row in batch], schema=form))
+        file.flush()
+        os.fsync(file.fileno())
     out.name_as(path, NAME, attempt)
 
 

@@ -14,6 +14,7 @@ from datetime import datetime
 from typing import Any, Callable, NamedTuple, Optional, Union
 
 from ._errors import FleetError, Usage
+from ._names import to_text
 
 BLOCK = 1 << 20
 
@@ -74,6 +75,15 @@ class Local:
                     elif child.is_file():
                         info = child.stat()
                         yield Entry(name, info.st_size, f"mtime:{info.st_mtime_ns}")
+
+    @staticmethod
+    def name_of(output: str) -> str:
+        """The name here of an output: the bytes of its capture's name."""
+        return output
+
+    def outputs(self, apart: str) -> Iterator[Entry]:
+        """What walk() finds, by names as the manifest has them."""
+        return (entry._replace(name=to_text(entry.name)) for entry in self.walk(apart))
 
     def read(self, name: str) -> bytes:
         with open(self.where(name), "rb") as file:
@@ -205,6 +215,15 @@ class Remote:
                         folders.append(path)
                 elif path != folder:
                     yield Entry(path[len(self._top) + 1:], int(info["size"]), stamp_of(info))
+
+    @staticmethod
+    def name_of(output: str) -> str:
+        """The name here of an output: a store takes only text."""
+        return to_text(output)
+
+    def outputs(self, apart: str) -> Iterator[Entry]:
+        """What walk() finds, by names as the manifest has them."""
+        return self.walk(apart)
 
     def read(self, name: str) -> bytes:
         data: bytes = self._files.cat_file(self._key(name))

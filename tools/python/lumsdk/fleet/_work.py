@@ -20,6 +20,7 @@ from ._folders import WorkFolder
 from ._job import LUMDUMP_FORMATS, Job, find_lumdump
 from ._ledger import Record, Task
 from ._manifest import COUNTS, LOSSES
+from ._names import printable, to_text
 from ._places import BLOCK, Entry, Local, Remote, place
 
 MARK = ".lumfleet/run"
@@ -68,7 +69,7 @@ class Converter:
     def convert(self, task: Task, attempt: str) -> Record:
         """The row of the manifest. `lost` in it: the attempt has to be made again."""
         begin = time.monotonic()
-        record: Record = {"output": task.output, "source": task.source, "size": task.size, "stamp": task.stamp,
+        record: Record = {"output": to_text(task.output), "source": to_text(task.source), "size": task.size, "stamp": task.stamp,
                           "options": self._job.options, "version": self._job.version, "message": "", "status": "failed"}
         try:
             self._convert(task, f"{PARTS}/{attempt}", record)
@@ -80,7 +81,8 @@ class Converter:
             record["message"] = _sentence(error, task)
             if not self._out.is_local or "://" in task.source:
                 record["lost"] = record["message"]
-        record["message"] = record["message"][:LONGEST_MESSAGE]
+        for key in {"message", "lost"} & record.keys():
+            record[key] = printable(record[key].replace(task.source, record["source"]))[:LONGEST_MESSAGE]
         record["seconds"] = round(time.monotonic() - begin, 3)
         return record
 
@@ -93,7 +95,7 @@ class Converter:
                 record.update(self._made(path, made, task))
                 self._check_unchanged(task, record)
                 record["output_size"] = os.path.getsize(made)
-                self._out.name_as(made, task.output, f"{part}/made")
+                self._out.name_as(made, self._out.name_of(task.output), f"{part}/made")
                 record["status"] = "done"
             finally:
                 shutil.rmtree(os.path.dirname(made), ignore_errors=True)
@@ -163,10 +165,10 @@ class Converter:
 
     def _by_lumdump(self, path: str, made: str, task: Task) -> Record:
         command = [self._lumdump, path, "-o", made, "--format", self._job.format, "--json", *self._job.arguments]
-        ended = subprocess.run(command, capture_output=True, text=True, errors="replace", cwd=self._work.path, check=False,
+        ended = subprocess.run(command, capture_output=True, text=True, errors="surrogateescape", cwd=self._work.path, check=False,
                                stdin=subprocess.DEVNULL, preexec_fn=self._die_with_us)
         lines = [line.split("lumdump: ", 1)[-1] for line in ended.stderr.splitlines() if line.strip()]
-        said = "; ".join(lines).replace(path, task.source).replace(made, self._out.where(task.output))
+        said = self._named("; ".join(lines), path, made, task)
         if ended.returncode < 0:
             raise Lost(f"lumdump was ended by {signal.Signals(-ended.returncode).name}")
         if ended.returncode:
@@ -182,9 +184,16 @@ class Converter:
                 warnings.simplefilter("always")
                 summary = lumsdk.convert(path, made, **self._job.keywords)
         except lumsdk.Error as error:
-            raise _Failed(str(error).replace(path, task.source).replace(made, self._out.where(task.output))) from error
+            raise _Failed(self._named(str(error), path, made, task)) from error
         words = dict.fromkeys(f"warning: {warning.message}" for warning in said)
-        return {**counted(summary), "message": "; ".join(words).replace(path, task.source)}
+        return {**counted(summary), "message": self._named("; ".join(words), path, made, task)}
+
+    def _named(self, words: str, path: str, made: str, task: Task) -> str:
+        """Words with the names that the user knows. The library's have U+FFFD for what is no text in a name."""
+        for ours, known in ((path, task.source), (made, self._out.where(task.output))):
+            for written in (ours, os.fsencode(ours).decode(errors="replace")):
+                words = words.replace(written, known)
+        return words
 
 
 @contextmanager

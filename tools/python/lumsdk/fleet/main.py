@@ -16,6 +16,7 @@ from ._inputs import captures
 from ._job import Job
 from ._journal import Journal
 from ._ledger import Ledger, Record
+from ._names import printable, to_text
 from ._lock import lock
 from ._places import Local, Place, place
 from ._report import Progress, Summary, plan_json, plan_text
@@ -79,7 +80,7 @@ class Run:
             self._ledger.put(record)
             is_there = True
         if is_there:
-            self._ledger.see(self._out.walk(apart=self._out.where(".lumfleet")))
+            self._ledger.see(self._out.outputs(apart=self._out.where(".lumfleet")))
             self._ledger.compare(self._job.options, o.again)
         self.totals = self._ledger.totals()
 
@@ -90,12 +91,12 @@ class Run:
     def dry(self) -> int:
         """Tell what a run would do; its exit status."""
         if self._options.json:
-            print(plan_json(self.totals, self._out.url, self._job.format))
+            print(plan_json(self.totals, printable(self._out.url), self._job.format))
             return 0
         if not self._options.quiet:
             for task in self._ledger.tasks():
-                print(f"{task.source} -> {self._out.where(task.output)}")
-        print(plan_text(self.totals, self._out.url, self._job.format))
+                print(printable(f"{to_text(task.source)} -> {self._out.where(to_text(task.output))}"))
+        print(plan_text(self.totals, printable(self._out.url), self._job.format))
         return 0
 
     # Convert
@@ -116,7 +117,7 @@ class Run:
     def _convert_locked(self) -> int:
         o = self._options
         self._journal = Journal(self._out, self._job.run)
-        self.summary = Summary(self._out.url, self._job.format, self.totals)
+        self.summary = Summary(printable(self._out.url), self._job.format, self.totals)
         self.summary.unchanged = self.totals.captures - self.totals.todo
         self._progress = Progress(self.totals, not o.quiet)
         trouble: Optional[FleetError] = None
@@ -159,7 +160,7 @@ class Run:
 
     def _remember(self, sizes: dict[str, int]) -> Any:
         for task in self._ledger.tasks():
-            sizes[task.output] = task.size
+            sizes[to_text(task.output)] = task.size
             yield task
 
     def _tick(self, begun: Optional[float]) -> None:
@@ -206,7 +207,7 @@ class Run:
                             "; the same command goes on when this is mended")
             return
         _journal.forget(self._out)
-        self.summary.manifest = self._out.where(_manifest.NAME)
+        self.summary.manifest = printable(self._out.where(_manifest.NAME))
 
     # Words
 
