@@ -185,7 +185,10 @@ def _check(made: Job, said: dict[str, Any], options: argparse.Namespace) -> None
             arguments[arguments.index(f"--{name}") + 1] = getattr(options, name)
     form = made.format if is_ours else "ply"
     command = [made.lumdump, os.devnull, "-o", f"lumfleet-never-made.{form}", *arguments]
-    ended = subprocess.run(command, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL, check=False)
+    try:
+        ended = subprocess.run(command, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL, check=False)
+    except OSError as error:
+        raise FleetError(f"{made.lumdump}: cannot be started: {error.strerror or error}") from error
     if ended.returncode == 2:
         raise Usage(ended.stderr.strip().split("lumdump: ", 1)[-1].replace("lumdump --help", "lumfleet --help"))
     if ended.returncode != 1:

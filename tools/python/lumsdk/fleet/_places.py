@@ -232,16 +232,21 @@ class Remote:
     def write(self, name: str, data: bytes) -> None:
         self._files.pipe_file(self._key(name), data)
 
-    def fetch(self, name: str, path: str, take: Callable[[bytes], object]) -> None:
-        """Copy to a file of this machine; every block is given to take()."""
+    def fetch(self, name: str, path: str, size: int, take: Callable[[bytes], object]) -> None:
+        """Copy to a file of this machine; every block is given to take(). A part of its bytes is an error: a capture that
+        ends at a record would look whole."""
+        count = 0
         with _as_oserror(), self._files.open(self._key(name), "rb", block_size=16 << 20, cache_type="readahead") as source, \
                 open(path, "wb") as target:
             while True:
                 block = source.read(4 * BLOCK)
                 if not block:
-                    return
+                    break
+                count += len(block)
                 take(block)
                 target.write(block)
+        if count != size:
+            raise OSError(f"the store gave {count} of its {size} bytes")
 
     def name_as(self, path: str, name: str, attempt: str) -> None:
         """Send a whole file of this machine under the attempt's key, then name it: many stores would

@@ -81,6 +81,8 @@ class Converter:
             record["message"] = _sentence(error, task)
             if not self._out.is_local or "://" in task.source:
                 record["lost"] = record["message"]
+        except Exception as error:  # whatever one capture does, the others go on
+            record["message"] = _unexpected(error, task)
         for key in {"message", "lost"} & record.keys():
             record[key] = printable(record[key].replace(task.source, record["source"]))[:LONGEST_MESSAGE]
         record["seconds"] = round(time.monotonic() - begin, 3)
@@ -114,7 +116,7 @@ class Converter:
             path = os.path.join(folder, entry.name)
             try:
                 sha = hashlib.sha256()
-                source.fetch(entry.name, path, sha.update)
+                source.fetch(entry.name, path, entry.size, sha.update)
                 record["digest"] = sha.hexdigest()
                 yield None if self._is_same(task, record) else path
             finally:
@@ -165,8 +167,11 @@ class Converter:
 
     def _by_lumdump(self, path: str, made: str, task: Task) -> Record:
         command = [self._lumdump, path, "-o", made, "--format", self._job.format, "--json", *self._job.arguments]
-        ended = subprocess.run(command, capture_output=True, text=True, errors="surrogateescape", cwd=self._work.path, check=False,
-                               stdin=subprocess.DEVNULL, preexec_fn=self._die_with_us)
+        try:
+            ended = subprocess.run(command, capture_output=True, text=True, errors="surrogateescape", cwd=self._work.path, check=False,
+                                   stdin=subprocess.DEVNULL, preexec_fn=self._die_with_us)
+        except OSError as error:
+            raise Lost(f"{self._lumdump} on {os.uname().nodename} cannot be started: {error.strerror or error}") from error
         lines = [line.split("lumdump: ", 1)[-1] for line in ended.stderr.splitlines() if line.strip()]
         said = self._named("; ".join(lines), path, made, task)
         if ended.returncode < 0:
@@ -232,6 +237,14 @@ def _sentence(error: OSError, task: Task) -> str:
     """What the system said, with a name that the user knows."""
     why = error.strerror or str(error)
     return f"{task.source}: {why}" if error.filename in (None, task.source) else f"{task.output}: {why}"
+
+
+def _unexpected(error: Exception, task: Task) -> str:
+    """A sentence for what is none of the errors that a conversion is known to raise."""
+    if isinstance(error, MemoryError):
+        return f"{task.source}: the conversion needs more memory than there is; fewer --jobs leave more for each"
+    words = " ".join(str(error).split())
+    return f"{task.source}: the conversion ended with {type(error).__name__}{': ' + words if words else ''}"
 
 
 def _death_signal() -> Any:
