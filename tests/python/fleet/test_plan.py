@@ -9,7 +9,7 @@ import sys
 import pytest
 import support  # noqa: F401  the package's place
 
-from lumsdk.fleet import _arguments, _folders, _journal, _manifest, _report
+from lumsdk.fleet import _arguments, _folders, _journal, _manifest, _report, main
 from lumsdk.fleet._errors import FleetError
 from lumsdk.fleet._inputs import captures, stem, translate
 from lumsdk.fleet._ledger import Ledger
@@ -293,6 +293,54 @@ def test_a_lease_of_another_machine_ends_by_itself(tmp_path, seconds, is_held, m
             Lease(out, "y")
     else:
         Lease(out, "y").release()
+
+
+OTHER = {"run": "other", "host": "elsewhere", "pid": 7, "time": 9e12}
+
+
+@pytest.mark.parametrize("text, sentence", [
+    (json.dumps(OTHER), "another lumfleet took it over, process 7 of elsewhere"), (None, "lease.json was removed")])
+def test_a_lease_that_another_run_took_is_noticed_and_left(tmp_path, monkeypatch, text, sentence):
+    monkeypatch.setattr("lumsdk.fleet._lock.RENEW_S", 0.01)
+    out = Local(str(tmp_path))
+    held = Lease(out, "one")
+    held.check(again=True)
+    path = tmp_path / ".lumfleet/lease.json"
+    if text is None:
+        out.remove(".lumfleet/lease.json")
+    else:
+        out.write(".lumfleet/lease.json", text.encode())
+    held._thread.join(support.LONG_S)  # it ends when it has looked
+    with pytest.raises(FleetError, match=sentence):
+        held.check()
+    held.release()
+    assert path.read_text() == text if text else not path.exists()
+
+
+def test_a_run_whose_lease_was_taken_stops_and_leaves_the_other_s_files(tmp_path, monkeypatch):
+    tree(tmp_path, "in/a.pcap")
+    options = _arguments.parse([str(tmp_path / "in"), "--out", str(tmp_path / "out"), "--format", "ply"])
+    run = main.Run(options, _arguments.job(options, "run", "0"), main.Signals())
+    others = {".lumfleet/run": "other", ".lumfleet/parts/other-1/made": "part", ".lumfleet/lease.json": json.dumps(OTHER)}
+
+    def taken(self):
+        for name, text in others.items():
+            self._out.write(name, text.encode())
+        self._held._thread.join(support.LONG_S)
+        self._tick(None)
+        raise AssertionError("it went on")
+    monkeypatch.setattr("lumsdk.fleet._lock.RENEW_S", 0.01)
+    monkeypatch.setattr(main, "lock", Lease)
+    monkeypatch.setattr(main.Run, "_by_ray", taken)
+    try:
+        run.plan()
+        with pytest.raises(FleetError, match="took it over") as refused:
+            run.convert()
+    finally:
+        run.close()
+    assert refused.value.status == 1
+    left = {str(p.relative_to(tmp_path / "out")): p.read_text() for p in (tmp_path / "out").rglob("*") if p.is_file()}
+    assert left.pop(".lumfleet/reserve", "") is not None and left == others
 
 
 def test_a_dead_process_s_folder_is_removed_by_the_next(tmp_path, monkeypatch):

@@ -7,10 +7,11 @@ import secrets
 import signal
 import sys
 import time
+from contextlib import suppress
 from typing import Any, Optional
 
 from . import _arguments, _journal, _manifest
-from ._errors import FleetError, Stopped
+from ._errors import FleetError, LockTaken, Stopped
 from ._folders import WorkFolder, remove_dead
 from ._inputs import captures
 from ._job import Job
@@ -103,16 +104,22 @@ class Run:
 
     def convert(self) -> int:
         """Status 0 or 1; -N for the signal N."""
-        held = lock(self._out, self._job.run)
+        self._held = lock(self._out, self._job.run)
         try:
             self._out.remove_folder(PARTS)
             self._out.write(MARK, self._job.run.encode())
             self._reserve()
             return self._convert_locked()
         finally:
+            self._tidy()
+            self._held.release()
+
+    def _tidy(self) -> None:
+        """Removes what is only of this run; what is there is another's if that took OUT."""
+        with suppress(LockTaken):
+            self._held.check(again=True)
             self._out.remove(MARK)
             self._out.remove_folder(PARTS)
-            held.release()
 
     def _convert_locked(self) -> int:
         o = self._options
@@ -125,10 +132,15 @@ class Run:
         if self.totals.todo and not self._signals.caught:
             try:
                 self._by_ray()
+            except LockTaken:
+                self._progress.clear()
+                self._journal.close()
+                raise
             except FleetError as error:
                 trouble = error
         self.summary.seconds, self.summary.converting = self._progress.seconds(), self._progress.converting()
         self._progress.clear()
+        self._held.check(again=True)
         self._write_manifest()
         self._tell_summary()
         if trouble is not None:
@@ -166,6 +178,7 @@ class Run:
     def _tick(self, begun: Optional[float]) -> None:
         if begun is not None:
             self._progress.begin(begun)
+        self._held.check()
         self._journal.tick()
         self._progress.show()
 
