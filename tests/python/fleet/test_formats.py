@@ -10,9 +10,11 @@ import pytest
 import support
 from support import run_tool
 
-from lumsdk.fleet import _arguments, _work
+import lumsdk
+from lumsdk.fleet import _arguments, _manifest, _report, _work
 from lumsdk.fleet._errors import FleetError
-from lumsdk.fleet._ledger import Task
+from lumsdk.fleet._ledger import Task, Totals
+from lumsdk.fleet._places import Local
 
 
 @pytest.fixture
@@ -197,3 +199,28 @@ def test_a_store_that_gives_a_part_of_a_capture_is_asked_again(worker, small, st
     assert got["status"] == "failed" and got["lost"] == f"memory://captures/a.pcap: the store gave {record} of its {len(data)} bytes"
     assert "digest" not in got
     assert one.convert(task, "run-2")["digest"] == hashlib.sha256(data).hexdigest()
+
+
+@pytest.mark.parametrize("form", ["ply", "parquet"])
+def test_points_that_are_left_out_are_told(worker, small, tmp_path, monkeypatch, form):
+    one = worker("--format", form)
+    assert convert(one, small[0])["left_out"] == 0
+    if form == "ply":
+        program = tmp_path / "lumdump"
+        left = r'"left_out": [{"output": "a", "late": 1, "cut": 2, "no_place": 4}, {"output": "b", "late": 8, "cut": 0, "no_place": 0}]'
+        program.write_text(f"""#!/bin/sh
+{support.BIN}/lumdump "$@" | sed 's/"left_out": *[[][]]/{left}/'
+""")
+        program.chmod(0o755)
+        one._lumdump = str(program)
+    else:
+        by_lumsdk = lumsdk.convert
+        monkeypatch.setattr("lumsdk.convert", lambda *a, **b: {**by_lumsdk(*a, **b), "left_out": 15})
+    got = convert(one, small[0])
+    assert (got["status"], got["left_out"]) == ("done", 15)
+    _manifest.write(Local(str(tmp_path / "out")), [got], str(tmp_path), ".lumfleet/parts/m")
+    assert support.rows(tmp_path / "out")[0]["left_out"] == 15
+    told = _report.Summary("out", form, Totals(1, 1, 1, 1))
+    told.add_row(got, "0")
+    told.add_row({**got, "left_out": None}, "0")  # of an earlier version
+    assert "left out    15 points" in told.text() and json.loads(told.json())["left_out"] == 15

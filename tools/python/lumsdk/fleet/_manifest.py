@@ -6,15 +6,13 @@ import os
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from .._reading import LOSSES
 from ._errors import FleetError
 from ._places import Place
 
 NAME = "manifest.parquet"
 ROWS = 10_000
 
-LOSSES = ("lost_words", "lines_missing_angles", "lines_skipped", "lines_cut", "no_angle", "no_range", "bad_words", "late",
-          "duplicate", "conflict", "no_room", "stray", "malformed", "unknown_tag", "unknown_type", "cut_short", "foreign", "other",
-          "lines_under_way", "words_under_way", "no_angle_under_way")
 COUNTS = ("records", "frames", "lines", "points", *LOSSES)
 TEXTS = ("output", "source", "stamp", "digest", "options", "version", "status", "message")
 
@@ -25,7 +23,7 @@ def schema() -> Any:
     columns = [("output", pa.string()), ("source", pa.string()), ("size", pa.int64()), ("stamp", pa.string()),
                ("digest", pa.string()), ("options", pa.string()), ("version", pa.string()), ("status", pa.string()),
                ("message", pa.string()), ("output_size", pa.int64()), ("truncated", pa.bool_())]
-    columns += [(name, pa.int64()) for name in COUNTS]
+    columns += [(name, pa.int64()) for name in (*COUNTS, "left_out")]
     return pa.schema([*columns, ("seconds", pa.float64())])
 
 

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from datetime import datetime
 from typing import Any, Callable, NamedTuple, Optional, Union
 
+from .._target import is_url
 from ._errors import FleetError, Usage
 from ._names import to_text
 
@@ -292,6 +293,6 @@ def place(url: str, endpoint: Optional[str] = None) -> Place:
     """The folder of this name."""
     if url.startswith("file://"):
         url = url[len("file://"):]
-    if "://" in url:
+    if is_url(url):
         return Remote(url, endpoint)
     return Local(url)

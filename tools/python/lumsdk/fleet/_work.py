@@ -15,11 +15,14 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any, Optional
 
+from .._lumdump import left_out_of
+from .._reading import LOSSES
+from .._target import is_url
 from ._errors import FleetError
 from ._folders import WorkFolder
 from ._job import LUMDUMP_FORMATS, Job, find_lumdump
 from ._ledger import Record, Task
-from ._manifest import COUNTS, LOSSES
+from ._manifest import COUNTS
 from ._names import printable, to_text
 from ._places import BLOCK, Entry, Local, Remote, place
 
@@ -79,7 +82,7 @@ class Converter:
             record["lost"] = str(lost)
         except OSError as error:
             record["message"] = _sentence(error, task)
-            if not self._out.is_local or "://" in task.source:
+            if not self._out.is_local or is_url(task.source):
                 record["lost"] = record["message"]
         except Exception as error:  # whatever one capture does, the others go on
             record["message"] = _unexpected(error, task)
@@ -140,7 +143,7 @@ class Converter:
         return "unchanged" in record
 
     def _entry(self, task: Task) -> tuple[Entry, Local | Remote]:
-        folder, _, name = task.source.rpartition("/" if "://" in task.source else os.sep)
+        folder, _, name = task.source.rpartition("/" if is_url(task.source) else os.sep)
         source = place(folder or os.sep, self._job.endpoint)
         entry = source.entry(name)
         if entry is None:
@@ -179,7 +182,8 @@ class Converter:
         if ended.returncode:
             raise _Failed(said or f"lumdump ended with status {ended.returncode}")
         summary = json.loads(ended.stdout)
-        return {"message": said, "truncated": summary["truncated"], **{name: summary[name] for name in COUNTS}}
+        return {"message": said, "truncated": summary["truncated"], "left_out": left_out_of(summary),
+                **{name: summary[name] for name in COUNTS}}
 
     def _by_convert(self, path: str, made: str, task: Task) -> Record:
         import lumsdk
@@ -214,7 +218,7 @@ def in_folder(path: str) -> Iterator[None]:
 
 def counted(summary: Any) -> Record:
     """lumsdk.convert()'s summary as columns of the manifest; it does not tell all of them."""
-    return {"truncated": bool(summary["truncated"]), **{name: summary.get(name) for name in COUNTS},
+    return {"truncated": bool(summary["truncated"]), "left_out": summary["left_out"], **{name: summary.get(name) for name in COUNTS},
             **{name: summary["losses"].get(name, 0) for name in LOSSES}}
 
 
