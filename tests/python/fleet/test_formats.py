@@ -14,7 +14,7 @@ import lumsdk
 from lumsdk.fleet import _arguments, _manifest, _report, _work
 from lumsdk.fleet._errors import FleetError
 from lumsdk.fleet._ledger import Task, Totals
-from lumsdk.fleet._places import Local
+from lumsdk.fleet._places import Local, place
 
 
 @pytest.fixture
@@ -224,3 +224,12 @@ def test_points_that_are_left_out_are_told(worker, small, tmp_path, monkeypatch,
     told.add_row(got, "0")
     told.add_row({**got, "left_out": None}, "0")  # of an earlier version
     assert "left out    15 points" in told.text() and json.loads(told.json())["left_out"] == 15
+
+
+def test_a_name_that_is_no_text_is_text_in_a_store(worker, small, tmp_path, store):
+    path = tmp_path / os.fsdecode(b"a\xff.pcap")
+    path.write_bytes(small[0].read_bytes())
+    got = convert(worker("--format", "ply", "--out", "memory://captures/made"), path, os.fsdecode(b"b/a\xff.ply"))
+    assert (got["status"], got["output"]) == ("done", r"b/a\xff.ply")
+    out = place("memory://captures/made")
+    assert [entry.name for entry in out.outputs(apart=out.where(".lumfleet"))] == [r"b/a\xff.ply"]
