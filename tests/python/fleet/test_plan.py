@@ -9,11 +9,12 @@ import sys
 import pytest
 import support  # noqa: F401  the package's place
 
-from lumsdk.fleet import _arguments, _folders, _journal, _manifest, _report
+from lumsdk.fleet import _arguments, _folders, _journal, _manifest, _report, main
 from lumsdk.fleet._errors import FleetError
 from lumsdk.fleet._inputs import captures, stem, translate
 from lumsdk.fleet._ledger import Ledger
 from lumsdk.fleet._lock import Lease, lock
+from lumsdk.fleet._names import to_name, to_text
 from lumsdk.fleet._places import Entry, Local, place
 
 
@@ -166,6 +167,54 @@ def test_the_largest_come_first(ledger, tmp_path):
     assert [task.output for task in ledger.tasks()] == ["longer.ply", "a.ply", "z.ply"]
 
 
+# Names that are no text
+
+NAMES = ["a\udcff.pcap", "a\\xff.pcap", "a\\x5cxff.pcap", "a\\\udcff.pcap", "a\\x5c.pcap", "\udc80\\x80\\.pcap", "a\\ud800.pcap", "C:\\xa.pcap",
+         "ä.pcap", "\\x5\udc80"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_comes_back_from_its_text(name):
+    text = to_text(name)
+    assert text.encode().decode() == text and to_name(text) == name
+    assert to_text("drives\\2026/a.pcap") == "drives\\2026/a.pcap"
+
+
+def test_names_that_differ_have_texts_that_differ():
+    assert len({to_text(name) for name in NAMES}) == len(NAMES)
+
+
+def test_a_surrogate_that_is_no_byte_is_text_too():
+    assert to_text("a\ud800") == "a\\ud800" and to_name("a\\ud800") == "a\ud800"
+
+
+def test_names_that_are_no_text_are_planned_and_kept(ledger, tmp_path):
+    (tmp_path / "in").mkdir()
+    names = [b"a\xff.pcap", rb"a\xff.pcap", b"a\xfe.pcap"]
+    for name in names:
+        (pathlib.Path(tmp_path, "in") / os.fsdecode(name)).write_bytes(b"x")
+    ledger.plan(captures([str(tmp_path / "in")], None, "/nowhere"), "ply")
+    tasks = list(ledger.tasks())
+    assert {os.fsencode(os.path.basename(task.source)) for task in tasks} == set(names)
+    assert {os.fsencode(task.output) for task in tasks} == {name.replace(b"pcap", b"ply") for name in names}
+    # What a run writes is found by the next one.
+    out = Local(str(tmp_path / os.fsdecode(b"out\xfe")))
+    journal = _journal.Journal(out, "run")
+    for task in tasks:
+        journal.add({"status": "done", "options": "{}", "output_size": 7, "digest": "d", "output": to_text(task.output), "source": to_text(task.source), "stamp": task.stamp, "size": 1})
+        out.write(out.name_of(task.output), b"seven b")
+    journal.close()
+    for record in _journal.earlier(out):
+        ledger.put(record)
+    _manifest.write(out, ledger.rows(), str(tmp_path), ".lumfleet/parts/m")
+    assert [r["output"] for r in _manifest.read(out)] == [r"a\x5cxff.ply", r"a\xfe.ply", r"a\xff.ply"]
+    for record in _manifest.read(out):
+        ledger.put(record)
+    ledger.see(out.outputs(apart=out.where(".lumfleet")))
+    ledger.compare("{}", again=False)
+    assert ledger.totals().todo == 0
+
+
 # The manifest and the journal
 
 
@@ -244,6 +293,54 @@ def test_a_lease_of_another_machine_ends_by_itself(tmp_path, seconds, is_held, m
             Lease(out, "y")
     else:
         Lease(out, "y").release()
+
+
+OTHER = {"run": "other", "host": "elsewhere", "pid": 7, "time": 9e12}
+
+
+@pytest.mark.parametrize("text, sentence", [
+    (json.dumps(OTHER), "another lumfleet took it over, process 7 of elsewhere"), (None, "lease.json was removed")])
+def test_a_lease_that_another_run_took_is_noticed_and_left(tmp_path, monkeypatch, text, sentence):
+    monkeypatch.setattr("lumsdk.fleet._lock.RENEW_S", 0.01)
+    out = Local(str(tmp_path))
+    held = Lease(out, "one")
+    held.check(again=True)
+    path = tmp_path / ".lumfleet/lease.json"
+    if text is None:
+        out.remove(".lumfleet/lease.json")
+    else:
+        out.write(".lumfleet/lease.json", text.encode())
+    held._thread.join(support.LONG_S)  # it ends when it has looked
+    with pytest.raises(FleetError, match=sentence):
+        held.check()
+    held.release()
+    assert path.read_text() == text if text else not path.exists()
+
+
+def test_a_run_whose_lease_was_taken_stops_and_leaves_the_other_s_files(tmp_path, monkeypatch):
+    tree(tmp_path, "in/a.pcap")
+    options = _arguments.parse([str(tmp_path / "in"), "--out", str(tmp_path / "out"), "--format", "ply"])
+    run = main.Run(options, _arguments.job(options, "run", "0"), main.Signals())
+    others = {".lumfleet/run": "other", ".lumfleet/parts/other-1/made": "part", ".lumfleet/lease.json": json.dumps(OTHER)}
+
+    def taken(self):
+        for name, text in others.items():
+            self._out.write(name, text.encode())
+        self._held._thread.join(support.LONG_S)
+        self._tick(None)
+        raise AssertionError("it went on")
+    monkeypatch.setattr("lumsdk.fleet._lock.RENEW_S", 0.01)
+    monkeypatch.setattr(main, "lock", Lease)
+    monkeypatch.setattr(main.Run, "_by_ray", taken)
+    try:
+        run.plan()
+        with pytest.raises(FleetError, match="took it over") as refused:
+            run.convert()
+    finally:
+        run.close()
+    assert refused.value.status == 1
+    left = {str(p.relative_to(tmp_path / "out")): p.read_text() for p in (tmp_path / "out").rglob("*") if p.is_file()}
+    assert left.pop(".lumfleet/reserve", "") is not None and left == others
 
 
 def test_a_dead_process_s_folder_is_removed_by_the_next(tmp_path, monkeypatch):

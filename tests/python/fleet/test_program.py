@@ -208,3 +208,25 @@ def test_the_manual_has_every_option():
     manual = (support.TOP / "docs/man/lumfleet.1").read_text()
     for name in re.findall(r"--([a-z-]+)", lumfleet("--help").stdout):
         assert re.search(r"\\-" + name.replace("-", r"\\-") + r"\b", manual), name
+
+
+def test_names_that_are_no_text(small, tmp_path):
+    """In a folder, on the command line, as OUT, and in a second run; one that only looks like another's text too."""
+    folder = tmp_path / "in"
+    folder.mkdir()
+    for name in (b"a\xff.pcap", rb"a\xff.pcap"):
+        shutil.copy2(small[0], folder / os.fsdecode(name))
+    (folder / os.fsdecode(b"bad\xfe.pcap")).write_bytes(b"no capture" * 10)
+    out = tmp_path / os.fsdecode(b"out\xfd")
+    arguments = (folder, folder / os.fsdecode(b"a\xff.pcap"), "--out", out, "--format", "ply", "--jobs", "1")
+    for done in ("converted   2,", "unchanged   2"):
+        ended = lumfleet(*arguments)
+        assert ended.returncode == 1 and done in ended.stdout, ended
+        assert ended.stderr == f"lumfleet: {folder}/bad\\xfe.pcap: {support.DAMAGED}\n"
+        assert rf"{tmp_path}/out\xfd/manifest.parquet" in ended.stdout
+    assert [name for name in sorted(os.listdir(os.fsencode(out))) if name.endswith(b"ply")] == [rb"a\xff.ply", b"a\xff.ply"]
+    with open(out / "manifest.parquet", "rb") as file:
+        table = rows(file)
+    assert [(row["output"], row["status"]) for row in table] == \
+        [(r"a\x5cxff.ply", "done"), (r"a\xff.ply", "done"), (r"bad\xfe.ply", "failed")]
+    assert rf"{folder}/a\xff.pcap -> {tmp_path}/out\xfd/a\xff.ply" in lumfleet(*arguments, "--again", "--dry-run").stdout

@@ -232,7 +232,7 @@ def _by_lumdump(plan: _Plan) -> Summary:
     return Summary(source=said["source"], format=plan.format, outputs=names, frames=said["frames"], points=said["points"],
                    bytes=size, truncated=said["truncated"], sensors=[sensor["address"] for sensor in said["sensors"]],
                    losses={cause: said[cause] for cause in LOSSES if cause in said},
-                   left_out=sum(output[why] for output in said["left_out"] for why in ("late", "cut", "no_place")))
+                   left_out=_lumdump.left_out_of(said))
 
 
 # --- Of frames ---

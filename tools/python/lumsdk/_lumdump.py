@@ -213,3 +213,8 @@ def run(source: Union[Sequence[str], Any], output: str, options: Iterable[str]) 
     except ValueError as error:
         raise Error(f"lumdump printed no summary: {error}") from error
     return summary
+
+
+def left_out_of(said: Mapping[str, Any]) -> int:
+    """Points that lumdump left out of its outputs, by its JSON."""
+    return sum(output[why] for output in said["left_out"] for why in ("late", "cut", "no_place"))

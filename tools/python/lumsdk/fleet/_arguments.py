@@ -13,6 +13,7 @@ from typing import Any, NoReturn, Optional
 
 from ._errors import FleetError, Usage
 from ._job import LUMDUMP_FORMATS, PYTHON_FORMATS, Job, find_lumdump
+from ._names import printable
 
 # The options of lumdump that apply to a capture that becomes one file.
 VALUES = ("columns", "time", "sensor", "eye", "edge", "return", "frames", "range", "box", "incomplete", "packets", "duration",
@@ -184,7 +185,10 @@ def _check(made: Job, said: dict[str, Any], options: argparse.Namespace) -> None
             arguments[arguments.index(f"--{name}") + 1] = getattr(options, name)
     form = made.format if is_ours else "ply"
     command = [made.lumdump, os.devnull, "-o", f"lumfleet-never-made.{form}", *arguments]
-    ended = subprocess.run(command, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL, check=False)
+    try:
+        ended = subprocess.run(command, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL, check=False)
+    except OSError as error:
+        raise FleetError(f"{made.lumdump}: cannot be started: {error.strerror or error}") from error
     if ended.returncode == 2:
         raise Usage(ended.stderr.strip().split("lumdump: ", 1)[-1].replace("lumdump --help", "lumfleet --help"))
     if ended.returncode != 1:
@@ -234,4 +238,4 @@ def local_jobs(options: argparse.Namespace) -> int:
 
 def told(text: str, prefix: Optional[str] = "lumfleet: ") -> None:
     """A line for the user, apart from the summary."""
-    print(f"{prefix}{text}", file=sys.stderr, flush=True)
+    print(printable(f"{prefix}{text}"), file=sys.stderr, flush=True)

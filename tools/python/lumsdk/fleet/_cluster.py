@@ -10,6 +10,7 @@ import socket
 import tempfile
 from typing import Any, Optional
 
+from .._target import is_url
 from ._errors import FleetError
 
 # Ray makes sockets below its folder; the system takes 107 bytes of name, Ray needs 70 of them.
@@ -36,6 +37,7 @@ def connect(options: argparse.Namespace, work: str, object_store: int, jobs: int
     except ImportError as error:
         raise FleetError("Ray is not installed: pip install 'lumsdk[fleet]'") from error
     ray: Any = module
+    _name_ourselves(ray)
     try:
         if options.address:
             ray.init(address=options.address, logging_level=logging.ERROR, log_to_driver=False, configure_logging=False)
@@ -49,9 +51,16 @@ def connect(options: argparse.Namespace, work: str, object_store: int, jobs: int
         raise FleetError(f"{where} cannot be reached: {str(error).strip().splitlines()[0] if str(error) else error!r}") from error
 
 
+def _name_ourselves(ray: Any) -> None:
+    """Ray notes the command line, and does not begin if a name in it is no text."""
+    utils: Any = getattr(getattr(ray, "_private", None), "utils", None)
+    if hasattr(utils, "get_entrypoint_name"):
+        utils.get_entrypoint_name = lambda: "lumfleet"
+
+
 def _check_address(address: str) -> None:
     """Ray itself takes minutes to find that nobody answers."""
-    if "://" in address:
+    if is_url(address):
         raise FleetError(f"--address: '{address}' is not HOST:PORT of a cluster's first machine, such as ray-head:6379, and not"
                          " auto; run lumfleet on a machine of the cluster", 2)
     host, colon, port = address.rpartition(":")

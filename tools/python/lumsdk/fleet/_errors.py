@@ -10,6 +10,10 @@ class FleetError(Exception):
         self.status = status
 
 
+class LockTaken(FleetError):
+    """Another run writes to OUT: this one may not touch it any more."""
+
+
 class Usage(FleetError):
     """Arguments that are wrong."""
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple, Optional
 
+from .._target import is_url
 from ._errors import FleetError, Usage
 from ._places import Place, place
 
@@ -75,14 +76,14 @@ def _of_pattern(name: str, endpoint: Optional[str], out: str) -> Iterator[Captur
 
 def _split(name: str) -> tuple[str, str, str]:
     """Folder, /, last part; the folder of a bare name is the present one."""
-    folder, slash, last = (name if "://" in name else name.replace(os.sep, "/")).rpartition("/")
+    folder, slash, last = (name if is_url(name) else name.replace(os.sep, "/")).rpartition("/")
     return folder or (slash or "."), slash, last
 
 
 def _cut(name: str) -> tuple[str, str]:
     """A pattern's folder that has no wildcards, and the rest."""
-    name = name if "://" in name else name.replace(os.sep, "/")
-    head, slash, rest = name.partition("://") if "://" in name else ("", "", name)
+    name = name if is_url(name) else name.replace(os.sep, "/")
+    head, slash, rest = name.partition("://") if is_url(name) else ("", "", name)
     parts = rest.split("/")
     first = next(i for i, part in enumerate(parts) if re.search(r"[*?[]", part))
     fixed = "/".join(parts[:first])

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Optional
 
 from ._errors import FleetError
 from ._inputs import Capture
+from ._names import to_name, to_text
 from ._places import Entry
 
 Record = dict[str, Any]
@@ -43,7 +44,7 @@ class Totals(NamedTuple):
 
 
 class Ledger:
-    """The plan of a run and the rows of its manifest, both by the outputs' names."""
+    """The plan of a run and the rows of its manifest, both by the outputs' names as to_text() writes them."""
 
     def __init__(self, folder: str) -> None:
         self._path = os.path.join(folder, "ledger.sqlite")
@@ -59,12 +60,12 @@ class Ledger:
     def plan(self, found: Iterable[Capture], ending: str) -> None:
         """Refuses two captures with one output, before anything was made."""
         for capture in found:
-            output = f"{capture.stem}.{ending}"
+            output, source = to_text(f"{capture.stem}.{ending}"), to_text(capture.source)
             try:
                 self._base.execute("INSERT INTO plan VALUES (?, ?, ?, ?, '', 1)",
-                                   (output, capture.source, capture.size, capture.stamp))
+                                   (output, source, capture.size, capture.stamp))
             except sqlite3.IntegrityError:
-                self._refuse_second(output, capture.source)
+                self._refuse_second(output, source)
 
     def _refuse_second(self, output: str, source: str) -> None:
         first = self._base.execute("SELECT source FROM plan WHERE output = ?", (output,)).fetchone()[0]
@@ -74,7 +75,7 @@ class Ledger:
                          " quotes, so that the outputs keep the folders' names", 2)
 
     def see(self, entries: Iterable[Entry]) -> None:
-        """The outputs that are there."""
+        """The outputs that are there, by their names in the manifest."""
         self._base.executemany("INSERT OR REPLACE INTO present VALUES (?, ?)", ((e.name, e.size) for e in entries))
 
     def compare(self, options: str, again: bool) -> None:
@@ -99,7 +100,8 @@ class Ledger:
         """What is to be made, the largest first: then no large one is left alone at the end."""
         for row in self._base.cursor().execute("SELECT source, size, stamp, output, digest FROM plan WHERE todo = 1"
                                            " ORDER BY size DESC, output"):
-            yield Task(*row)
+            source, size, stamp, output, digest = row
+            yield Task(to_name(source), size, stamp, to_name(output), digest)
 
     # The rows of the manifest
 

@@ -6,9 +6,10 @@ import os
 import socket
 import threading
 import time
+from contextlib import suppress
 from typing import IO, Any, Optional
 
-from ._errors import FleetError
+from ._errors import FleetError, LockTaken
 from ._places import Local, Place
 
 LEASE = ".lumfleet/lease.json"
@@ -34,6 +35,9 @@ class FolderLock:
                 return  # a file system without locks
             raise FleetError(f"{out.url}: another lumfleet is writing to it; two at once would spoil each other's files") from error
 
+    def check(self, again: bool = False) -> None:
+        """The system takes it from nobody."""
+
     def release(self) -> None:
         if self._file is not None:
             self._file.close()
@@ -42,7 +46,7 @@ class FolderLock:
 
 class Lease:
     """An object that its holder renews; a store has no locks. A holder that died on this machine is
-    known at once, another one after a minute."""
+    known at once, another one after a minute. One that only slept for so long finds that it is another's."""
 
     def __init__(self, out: Place, run: str) -> None:
         self._out = out
@@ -54,6 +58,7 @@ class Lease:
         self._write()
         if (self._read() or {}).get("run") != run:
             raise FleetError(f"{out.url}: another lumfleet began to write to it at the same time")
+        self._taken = ""
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._renew, daemon=True)
         self._thread.start()
@@ -69,16 +74,37 @@ class Lease:
         self._out.write(LEASE, json.dumps({**self._text, "time": time.time()}).encode())
 
     def _renew(self) -> None:
-        while not self._end.wait(RENEW_S):
+        while not self._taken and not self._end.wait(RENEW_S):
             try:
-                self._write()
+                self._look()
+                if not self._taken:
+                    self._write()
             except OSError:
                 continue  # the next one in time will do
+
+    def _look(self) -> None:
+        held = self._read()
+        if held is None:
+            self._taken = "its .lumfleet/lease.json was removed, perhaps by another lumfleet that is done"
+        elif held.get("run") != self._text["run"]:
+            self._taken = f"another lumfleet took it over, process {held.get('pid')} of {held.get('host')}, because this one" \
+                          f" did not renew its lease for {LEASE_S:.0f} s"
+
+    def check(self, again: bool = False) -> None:
+        """Raises LockTaken if another run has it; looks for that itself if `again`, else the renewals have looked."""
+        if again and not self._taken:
+            with suppress(OSError):
+                self._look()
+        if self._taken:
+            raise LockTaken(f"{self._out.url}: {self._taken}; this run ends without a manifest, and the same command goes on"
+                            " later")
 
     def release(self) -> None:
         self._end.set()
         self._thread.join()
-        self._out.remove(LEASE)
+        with suppress(LockTaken):
+            self.check(again=True)
+            self._out.remove(LEASE)
 
 
 def _is_over(held: dict[str, Any]) -> bool:

@@ -1,19 +1,18 @@
 """The table of OUT: a row for each capture, by the outputs' names, in manifest.parquet."""
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from .._reading import LOSSES
 from ._errors import FleetError
 from ._places import Place
 
 NAME = "manifest.parquet"
 ROWS = 10_000
 
-LOSSES = ("lost_words", "lines_missing_angles", "lines_skipped", "lines_cut", "no_angle", "no_range", "bad_words", "late",
-          "duplicate", "conflict", "no_room", "stray", "malformed", "unknown_tag", "unknown_type", "cut_short", "foreign", "other",
-          "lines_under_way", "words_under_way", "no_angle_under_way")
 COUNTS = ("records", "frames", "lines", "points", *LOSSES)
 TEXTS = ("output", "source", "stamp", "digest", "options", "version", "status", "message")
 
@@ -24,7 +23,7 @@ def schema() -> Any:
     columns = [("output", pa.string()), ("source", pa.string()), ("size", pa.int64()), ("stamp", pa.string()),
                ("digest", pa.string()), ("options", pa.string()), ("version", pa.string()), ("status", pa.string()),
                ("message", pa.string()), ("output_size", pa.int64()), ("truncated", pa.bool_())]
-    columns += [(name, pa.int64()) for name in COUNTS]
+    columns += [(name, pa.int64()) for name in (*COUNTS, "left_out")]
     return pa.schema([*columns, ("seconds", pa.float64())])
 
 
@@ -36,9 +35,10 @@ def read(out: Place) -> Iterator[dict[str, Any]]:
     if out.entry(NAME) is None:
         return
     try:
-        table = pq.ParquetFile(pa.BufferReader(out.read(NAME)) if not out.is_local else out.where(NAME))
-        for batch in table.iter_batches(batch_size=ROWS):
-            yield from batch.select([c for c in schema().names if c in batch.schema.names]).to_pylist()
+        # Files and not paths: pyarrow refuses a path that is no text.
+        with open(out.where(NAME), "rb") if out.is_local else io.BytesIO(out.read(NAME)) as file:
+            for batch in pq.ParquetFile(file).iter_batches(batch_size=ROWS):
+                yield from batch.select([c for c in schema().names if c in batch.schema.names]).to_pylist()
     except (pa.ArrowException, OSError) as error:
         raise FleetError(f"{out.where(NAME)}: cannot be read: {error}; remove it, and all is converted again") from error
 
@@ -51,11 +51,12 @@ def write(out: Place, rows: Iterable[dict[str, Any]], folder: str, attempt: str)
     path = out.where(attempt) if out.is_local else os.path.join(folder, NAME)
     os.makedirs(os.path.dirname(path), exist_ok=True)
     form = schema()
-    with pq.ParquetWriter(path, form, compression="zstd") as file:
-        for batch in _batches(rows):
-            file.write_table(pa.Table.from_pylist([{name: row.get(name) for name in form.names} for row in batch], schema=form))
-    with open(path, "rb+") as written:
-        os.fsync(written.fileno())
+    with open(path, "wb") as file:
+        with pq.ParquetWriter(file, form, compression="zstd") as table:
+            for batch in _batches(rows):
+                table.write_table(pa.Table.from_pylist([{name: row.get(name) for name in form.names} for row in batch], schema=form))
+        file.flush()
+        os.fsync(file.fileno())
     out.name_as(path, NAME, attempt)
 
 

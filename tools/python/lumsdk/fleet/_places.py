@@ -13,7 +13,9 @@ from contextlib import contextmanager
 from datetime import datetime
 from typing import Any, Callable, NamedTuple, Optional, Union
 
+from .._target import is_url
 from ._errors import FleetError, Usage
+from ._names import to_text
 
 BLOCK = 1 << 20
 
@@ -74,6 +76,15 @@ class Local:
                     elif child.is_file():
                         info = child.stat()
                         yield Entry(name, info.st_size, f"mtime:{info.st_mtime_ns}")
+
+    @staticmethod
+    def name_of(output: str) -> str:
+        """The name here of an output: the bytes of its capture's name."""
+        return output
+
+    def outputs(self, apart: str) -> Iterator[Entry]:
+        """What walk() finds, by names as the manifest has them."""
+        return (entry._replace(name=to_text(entry.name)) for entry in self.walk(apart))
 
     def read(self, name: str) -> bytes:
         with open(self.where(name), "rb") as file:
@@ -206,6 +217,15 @@ class Remote:
                 elif path != folder:
                     yield Entry(path[len(self._top) + 1:], int(info["size"]), stamp_of(info))
 
+    @staticmethod
+    def name_of(output: str) -> str:
+        """The name here of an output: a store takes only text."""
+        return to_text(output)
+
+    def outputs(self, apart: str) -> Iterator[Entry]:
+        """What walk() finds, by names as the manifest has them."""
+        return self.walk(apart)
+
     def read(self, name: str) -> bytes:
         data: bytes = self._files.cat_file(self._key(name))
         return data
@@ -213,16 +233,21 @@ class Remote:
     def write(self, name: str, data: bytes) -> None:
         self._files.pipe_file(self._key(name), data)
 
-    def fetch(self, name: str, path: str, take: Callable[[bytes], object]) -> None:
-        """Copy to a file of this machine; every block is given to take()."""
+    def fetch(self, name: str, path: str, size: int, take: Callable[[bytes], object]) -> None:
+        """Copy to a file of this machine; every block is given to take(). A part of its bytes is an error: a capture that
+        ends at a record would look whole."""
+        count = 0
         with _as_oserror(), self._files.open(self._key(name), "rb", block_size=16 << 20, cache_type="readahead") as source, \
                 open(path, "wb") as target:
             while True:
                 block = source.read(4 * BLOCK)
                 if not block:
-                    return
+                    break
+                count += len(block)
                 take(block)
                 target.write(block)
+        if count != size:
+            raise OSError(f"the store gave {count} of its {size} bytes")
 
     def name_as(self, path: str, name: str, attempt: str) -> None:
         """Send a whole file of this machine under the attempt's key, then name it: many stores would
@@ -268,6 +293,6 @@ def place(url: str, endpoint: Optional[str] = None) -> Place:
     """The folder of this name."""
     if url.startswith("file://"):
         url = url[len("file://"):]
-    if "://" in url:
+    if is_url(url):
         return Remote(url, endpoint)
     return Local(url)

@@ -8,8 +8,8 @@ import time
 from collections import Counter
 from typing import Any, Optional
 
+from .._reading import LOSSES
 from ._ledger import Record, Totals
-from ._manifest import LOSSES
 
 PERIOD_S = 0.5
 SHOWN_FAILURES = 10
@@ -106,7 +106,7 @@ class Summary:
         self.points = self.frames = self.out_size = self.size = 0
         self.losses: Counter[str] = Counter()
         self.causes: Counter[str] = Counter()
-        self.other_versions = 0
+        self.other_versions = self.left_out = 0
         self.seconds = self.converting = 0.0
         self.workers = 0
         self.lost = 0
@@ -130,6 +130,7 @@ class Summary:
         self.frames += record.get("frames") or 0
         self.out_size += record.get("output_size") or 0
         self.truncated += bool(record.get("truncated"))
+        self.left_out += record.get("left_out") or 0
         self.other_versions += record["version"] != version
         lost = {name: record[name] for name in LOSSES if record.get(name) and not name.endswith("under_way") and name != "no_range"}
         self.lossy += bool(lost)
@@ -157,16 +158,24 @@ class Summary:
         if self.left:
             lines.append(f"  not begun   {self.left:,}; the same command goes on")
         lines.append(f"  in OUT now  {self.frames:,} frames, {self.points:,} points, {size(self.out_size)}")
-        if self.losses:
-            lines.append(f"  losses in   {captures(self.lossy)}: " + ", ".join(f"{n} {c:,}" for n, c in sorted(self.losses.items())))
-        if self.truncated:
-            lines.append(f"  broken off  {captures(self.truncated)}, converted as far as they go")
-        if self.other_versions:
-            lines.append(f"  versions    {captures(self.other_versions)} converted by another version; --again makes them anew")
+        lines += self._lacks()
         if self.lost:
             lines.append(f"  retried     {self.lost:,}, because a worker or a machine died")
         lines.append(f"  manifest    {self.manifest}")
         return "\n".join(lines)
+
+    def _lacks(self) -> list[str]:
+        """What is not in the outputs, or may not be."""
+        lines = []
+        if self.losses:
+            lines.append(f"  losses in   {captures(self.lossy)}: " + ", ".join(f"{n} {c:,}" for n, c in sorted(self.losses.items())))
+        if self.left_out:
+            lines.append(f"  left out    {self.left_out:,} points, which came too late or were beyond the most of a frame")
+        if self.truncated:
+            lines.append(f"  broken off  {captures(self.truncated)}, converted as far as they go")
+        if self.other_versions:
+            lines.append(f"  versions    {captures(self.other_versions)} converted by another version; --again makes them anew")
+        return lines
 
     def json(self) -> str:
         t = self._totals
@@ -174,9 +183,9 @@ class Summary:
             "out": self._out, "format": self._format, "captures": t.captures, "bytes": t.size, "converted": self.converted,
             "converted_bytes": self.size, "unchanged": self.unchanged, "failed": self.failed, "not_begun": self.left,
             "frames": self.frames, "points": self.points, "output_bytes": self.out_size, "truncated": self.truncated,
-            "losses": dict(sorted(self.losses.items())), "other_versions": self.other_versions, "retried": self.lost,
-            "interrupted": self.interrupted, "seconds": round(self.seconds, 3),
-            "converting_seconds": round(self.converting, 3), "workers": self.workers,
+            "losses": dict(sorted(self.losses.items())), "left_out": self.left_out,
+            "other_versions": self.other_versions, "retried": self.lost, "interrupted": self.interrupted,
+            "seconds": round(self.seconds, 3), "converting_seconds": round(self.converting, 3), "workers": self.workers,
             "manifest": self.manifest}
         return json.dumps(data, indent=2)
 

@@ -9,6 +9,7 @@ from typing import Any, Callable, Optional
 
 from ._errors import FleetError
 from ._job import Job
+from ._names import to_text
 from ._ledger import Record, Task
 from ._work import Converter
 
@@ -168,14 +169,14 @@ class Schedule:
         tried = self._tried[task.output] = self._tried.get(task.output, 0) + 1
         if tried <= self._retries:
             self.lost += 1
-            self._tell(f"{task.source}: {why}; it is tried again")
+            self._tell(f"{to_text(task.source)}: {why}; it is tried again")
         return tried <= self._retries
 
     def _gave_up(self, why: str) -> str:
         return f"{why}, {self._retries + 1} times"
 
     def _given_up(self, task: Task) -> Record:
-        return {"output": task.output, "source": task.source, "size": task.size, "stamp": task.stamp,
+        return {"output": to_text(task.output), "source": to_text(task.source), "size": task.size, "stamp": task.stamp,
                 "options": self._job.options, "version": self._job.version, "status": "failed", "seconds": 0.0,
                 "message": self._gave_up("its worker or its machine died") + "; too little memory is the usual cause"}
 

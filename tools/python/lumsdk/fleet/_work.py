@@ -15,11 +15,15 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any, Optional
 
+from .._lumdump import left_out_of
+from .._reading import LOSSES
+from .._target import is_url
 from ._errors import FleetError
 from ._folders import WorkFolder
 from ._job import LUMDUMP_FORMATS, Job, find_lumdump
 from ._ledger import Record, Task
-from ._manifest import COUNTS, LOSSES
+from ._manifest import COUNTS
+from ._names import printable, to_text
 from ._places import BLOCK, Entry, Local, Remote, place
 
 MARK = ".lumfleet/run"
@@ -68,7 +72,7 @@ class Converter:
     def convert(self, task: Task, attempt: str) -> Record:
         """The row of the manifest. `lost` in it: the attempt has to be made again."""
         begin = time.monotonic()
-        record: Record = {"output": task.output, "source": task.source, "size": task.size, "stamp": task.stamp,
+        record: Record = {"output": to_text(task.output), "source": to_text(task.source), "size": task.size, "stamp": task.stamp,
                           "options": self._job.options, "version": self._job.version, "message": "", "status": "failed"}
         try:
             self._convert(task, f"{PARTS}/{attempt}", record)
@@ -78,9 +82,12 @@ class Converter:
             record["lost"] = str(lost)
         except OSError as error:
             record["message"] = _sentence(error, task)
-            if not self._out.is_local or "://" in task.source:
+            if not self._out.is_local or is_url(task.source):
                 record["lost"] = record["message"]
-        record["message"] = record["message"][:LONGEST_MESSAGE]
+        except Exception as error:  # whatever one capture does, the others go on
+            record["message"] = _unexpected(error, task)
+        for key in {"message", "lost"} & record.keys():
+            record[key] = printable(record[key].replace(task.source, record["source"]))[:LONGEST_MESSAGE]
         record["seconds"] = round(time.monotonic() - begin, 3)
         return record
 
@@ -93,7 +100,7 @@ class Converter:
                 record.update(self._made(path, made, task))
                 self._check_unchanged(task, record)
                 record["output_size"] = os.path.getsize(made)
-                self._out.name_as(made, task.output, f"{part}/made")
+                self._out.name_as(made, self._out.name_of(task.output), f"{part}/made")
                 record["status"] = "done"
             finally:
                 shutil.rmtree(os.path.dirname(made), ignore_errors=True)
@@ -112,7 +119,7 @@ class Converter:
             path = os.path.join(folder, entry.name)
             try:
                 sha = hashlib.sha256()
-                source.fetch(entry.name, path, sha.update)
+                source.fetch(entry.name, path, entry.size, sha.update)
                 record["digest"] = sha.hexdigest()
                 yield None if self._is_same(task, record) else path
             finally:
@@ -136,7 +143,7 @@ class Converter:
         return "unchanged" in record
 
     def _entry(self, task: Task) -> tuple[Entry, Local | Remote]:
-        folder, _, name = task.source.rpartition("/" if "://" in task.source else os.sep)
+        folder, _, name = task.source.rpartition("/" if is_url(task.source) else os.sep)
         source = place(folder or os.sep, self._job.endpoint)
         entry = source.entry(name)
         if entry is None:
@@ -163,16 +170,20 @@ class Converter:
 
     def _by_lumdump(self, path: str, made: str, task: Task) -> Record:
         command = [self._lumdump, path, "-o", made, "--format", self._job.format, "--json", *self._job.arguments]
-        ended = subprocess.run(command, capture_output=True, text=True, errors="replace", cwd=self._work.path, check=False,
-                               stdin=subprocess.DEVNULL, preexec_fn=self._die_with_us)
+        try:
+            ended = subprocess.run(command, capture_output=True, text=True, errors="surrogateescape", cwd=self._work.path, check=False,
+                                   stdin=subprocess.DEVNULL, preexec_fn=self._die_with_us)
+        except OSError as error:
+            raise Lost(f"{self._lumdump} on {os.uname().nodename} cannot be started: {error.strerror or error}") from error
         lines = [line.split("lumdump: ", 1)[-1] for line in ended.stderr.splitlines() if line.strip()]
-        said = "; ".join(lines).replace(path, task.source).replace(made, self._out.where(task.output))
+        said = self._named("; ".join(lines), path, made, task)
         if ended.returncode < 0:
             raise Lost(f"lumdump was ended by {signal.Signals(-ended.returncode).name}")
         if ended.returncode:
             raise _Failed(said or f"lumdump ended with status {ended.returncode}")
         summary = json.loads(ended.stdout)
-        return {"message": said, "truncated": summary["truncated"], **{name: summary[name] for name in COUNTS}}
+        return {"message": said, "truncated": summary["truncated"], "left_out": left_out_of(summary),
+                **{name: summary[name] for name in COUNTS}}
 
     def _by_convert(self, path: str, made: str, task: Task) -> Record:
         import lumsdk
@@ -182,9 +193,16 @@ class Converter:
                 warnings.simplefilter("always")
                 summary = lumsdk.convert(path, made, **self._job.keywords)
         except lumsdk.Error as error:
-            raise _Failed(str(error).replace(path, task.source).replace(made, self._out.where(task.output))) from error
+            raise _Failed(self._named(str(error), path, made, task)) from error
         words = dict.fromkeys(f"warning: {warning.message}" for warning in said)
-        return {**counted(summary), "message": "; ".join(words).replace(path, task.source)}
+        return {**counted(summary), "message": self._named("; ".join(words), path, made, task)}
+
+    def _named(self, words: str, path: str, made: str, task: Task) -> str:
+        """Words with the names that the user knows. The library's have U+FFFD for what is no text in a name."""
+        for ours, known in ((path, task.source), (made, self._out.where(task.output))):
+            for written in (ours, os.fsencode(ours).decode(errors="replace")):
+                words = words.replace(written, known)
+        return words
 
 
 @contextmanager
@@ -200,7 +218,7 @@ def in_folder(path: str) -> Iterator[None]:
 
 def counted(summary: Any) -> Record:
     """lumsdk.convert()'s summary as columns of the manifest; it does not tell all of them."""
-    return {"truncated": bool(summary["truncated"]), **{name: summary.get(name) for name in COUNTS},
+    return {"truncated": bool(summary["truncated"]), "left_out": summary["left_out"], **{name: summary.get(name) for name in COUNTS},
             **{name: summary["losses"].get(name, 0) for name in LOSSES}}
 
 
@@ -223,6 +241,14 @@ def _sentence(error: OSError, task: Task) -> str:
     """What the system said, with a name that the user knows."""
     why = error.strerror or str(error)
     return f"{task.source}: {why}" if error.filename in (None, task.source) else f"{task.output}: {why}"
+
+
+def _unexpected(error: Exception, task: Task) -> str:
+    """A sentence for what is none of the errors that a conversion is known to raise."""
+    if isinstance(error, MemoryError):
+        return f"{task.source}: the conversion needs more memory than there is; fewer --jobs leave more for each"
+    words = " ".join(str(error).split())
+    return f"{task.source}: the conversion ended with {type(error).__name__}{': ' + words if words else ''}"
 
 
 def _death_signal() -> Any:

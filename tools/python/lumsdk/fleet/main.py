@@ -7,15 +7,17 @@ import secrets
 import signal
 import sys
 import time
+from contextlib import suppress
 from typing import Any, Optional
 
 from . import _arguments, _journal, _manifest
-from ._errors import FleetError, Stopped
+from ._errors import FleetError, LockTaken, Stopped
 from ._folders import WorkFolder, remove_dead
 from ._inputs import captures
 from ._job import Job
 from ._journal import Journal
 from ._ledger import Ledger, Record
+from ._names import printable, to_text
 from ._lock import lock
 from ._places import Local, Place, place
 from ._report import Progress, Summary, plan_json, plan_text
@@ -79,7 +81,7 @@ class Run:
             self._ledger.put(record)
             is_there = True
         if is_there:
-            self._ledger.see(self._out.walk(apart=self._out.where(".lumfleet")))
+            self._ledger.see(self._out.outputs(apart=self._out.where(".lumfleet")))
             self._ledger.compare(self._job.options, o.again)
         self.totals = self._ledger.totals()
 
@@ -90,33 +92,39 @@ class Run:
     def dry(self) -> int:
         """Tell what a run would do; its exit status."""
         if self._options.json:
-            print(plan_json(self.totals, self._out.url, self._job.format))
+            print(plan_json(self.totals, printable(self._out.url), self._job.format))
             return 0
         if not self._options.quiet:
             for task in self._ledger.tasks():
-                print(f"{task.source} -> {self._out.where(task.output)}")
-        print(plan_text(self.totals, self._out.url, self._job.format))
+                print(printable(f"{to_text(task.source)} -> {self._out.where(to_text(task.output))}"))
+        print(plan_text(self.totals, printable(self._out.url), self._job.format))
         return 0
 
     # Convert
 
     def convert(self) -> int:
         """Status 0 or 1; -N for the signal N."""
-        held = lock(self._out, self._job.run)
+        self._held = lock(self._out, self._job.run)
         try:
             self._out.remove_folder(PARTS)
             self._out.write(MARK, self._job.run.encode())
             self._reserve()
             return self._convert_locked()
         finally:
+            self._tidy()
+            self._held.release()
+
+    def _tidy(self) -> None:
+        """Removes what is only of this run; what is there is another's if that took OUT."""
+        with suppress(LockTaken):
+            self._held.check(again=True)
             self._out.remove(MARK)
             self._out.remove_folder(PARTS)
-            held.release()
 
     def _convert_locked(self) -> int:
         o = self._options
         self._journal = Journal(self._out, self._job.run)
-        self.summary = Summary(self._out.url, self._job.format, self.totals)
+        self.summary = Summary(printable(self._out.url), self._job.format, self.totals)
         self.summary.unchanged = self.totals.captures - self.totals.todo
         self._progress = Progress(self.totals, not o.quiet)
         trouble: Optional[FleetError] = None
@@ -124,10 +132,15 @@ class Run:
         if self.totals.todo and not self._signals.caught:
             try:
                 self._by_ray()
+            except LockTaken:
+                self._progress.clear()
+                self._journal.close()
+                raise
             except FleetError as error:
                 trouble = error
         self.summary.seconds, self.summary.converting = self._progress.seconds(), self._progress.converting()
         self._progress.clear()
+        self._held.check(again=True)
         self._write_manifest()
         self._tell_summary()
         if trouble is not None:
@@ -159,12 +172,13 @@ class Run:
 
     def _remember(self, sizes: dict[str, int]) -> Any:
         for task in self._ledger.tasks():
-            sizes[task.output] = task.size
+            sizes[to_text(task.output)] = task.size
             yield task
 
     def _tick(self, begun: Optional[float]) -> None:
         if begun is not None:
             self._progress.begin(begun)
+        self._held.check()
         self._journal.tick()
         self._progress.show()
 
@@ -206,7 +220,7 @@ class Run:
                             "; the same command goes on when this is mended")
             return
         _journal.forget(self._out)
-        self.summary.manifest = self._out.where(_manifest.NAME)
+        self.summary.manifest = printable(self._out.where(_manifest.NAME))
 
     # Words
 
