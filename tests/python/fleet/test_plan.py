@@ -127,15 +127,15 @@ def test_a_capture_that_is_named_twice_is_one(ledger, tmp_path):
     assert ledger.totals().captures == 1
 
 
-@pytest.mark.parametrize("changes, there, todo", [
+@pytest.mark.parametrize("changes, there, pending", [
     ({}, 7, False), ({}, None, True), ({}, 8, True), ({"status": "failed"}, 7, True), ({"options": "{1}"}, 7, True),
     ({"size": 1}, 7, True), ({"version": "other"}, 7, False)])
-def test_only_what_is_missing_or_has_changed(ledger, tmp_path, changes, there, todo):
+def test_only_what_is_missing_or_has_changed(ledger, tmp_path, changes, there, pending):
     plan(ledger, tmp_path, "a.pcap")
     ledger.put(row(tmp_path, **changes))
     ledger.see([Entry("a.ply", there, "")] if there is not None else [])
     ledger.compare("{}", again=False)
-    assert [task.digest for task in ledger.tasks()] == ([""] if todo else [])
+    assert [task.digest for task in ledger.tasks()] == ([""] if pending else [])
 
 
 def test_a_new_stamp_is_looked_into(ledger, tmp_path):
@@ -151,7 +151,7 @@ def test_again_is_all(ledger, tmp_path):
     ledger.put(row(tmp_path))
     ledger.see([Entry("a.ply", 7, "")])
     ledger.compare("{}", again=True)
-    assert ledger.totals().todo == 1
+    assert ledger.totals().pending == 1
 
 
 def test_an_output_of_another_capture_is_not_replaced(ledger, tmp_path):
@@ -212,7 +212,7 @@ def test_names_that_are_no_text_are_planned_and_kept(ledger, tmp_path):
         ledger.put(record)
     ledger.see(out.outputs(apart=out.where(".lumfleet")))
     ledger.compare("{}", again=False)
-    assert ledger.totals().todo == 0
+    assert ledger.totals().pending == 0
 
 
 # The manifest and the journal

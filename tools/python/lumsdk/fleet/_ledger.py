@@ -18,7 +18,7 @@ Record = dict[str, Any]
 TABLES = """
     PRAGMA journal_mode = OFF;
     PRAGMA synchronous = OFF;
-    CREATE TABLE plan (output TEXT PRIMARY KEY, source TEXT, size INTEGER, stamp TEXT, digest TEXT, todo INTEGER) WITHOUT ROWID;
+    CREATE TABLE plan (output TEXT PRIMARY KEY, source TEXT, size INTEGER, stamp TEXT, digest TEXT, pending INTEGER) WITHOUT ROWID;
     CREATE TABLE rows (output TEXT PRIMARY KEY, status TEXT, record TEXT) WITHOUT ROWID;
     CREATE TABLE present (output TEXT PRIMARY KEY, size INTEGER) WITHOUT ROWID;
 """
@@ -39,8 +39,8 @@ class Totals(NamedTuple):
 
     captures: int
     size: int
-    todo: int
-    todo_size: int
+    pending: int
+    pending_size: int
 
 
 class Ledger:
@@ -88,17 +88,17 @@ class Ledger:
             record: Record = json.loads(text)
             self._mark(output, *_state(record, source, size, stamp, options, there))
 
-    def _mark(self, output: str, todo: bool, digest: str) -> None:
-        self._base.execute("UPDATE plan SET todo = ?, digest = ? WHERE output = ?", (int(todo), digest, output))
+    def _mark(self, output: str, pending: bool, digest: str) -> None:
+        self._base.execute("UPDATE plan SET pending = ?, digest = ? WHERE output = ?", (int(pending), digest, output))
 
     def totals(self) -> Totals:
-        row = self._base.execute("SELECT COUNT(*), IFNULL(SUM(size), 0), IFNULL(SUM(todo), 0), IFNULL(SUM(size * todo), 0)"
+        row = self._base.execute("SELECT COUNT(*), IFNULL(SUM(size), 0), IFNULL(SUM(pending), 0), IFNULL(SUM(size * pending), 0)"
                                  " FROM plan").fetchone()
         return Totals(*row)
 
     def tasks(self) -> Iterator[Task]:
         """What is to be made, the largest first: then no large one is left alone at the end."""
-        for row in self._base.cursor().execute("SELECT source, size, stamp, output, digest FROM plan WHERE todo = 1"
+        for row in self._base.cursor().execute("SELECT source, size, stamp, output, digest FROM plan WHERE pending = 1"
                                            " ORDER BY size DESC, output"):
             source, size, stamp, output, digest = row
             yield Task(to_name(source), size, stamp, to_name(output), digest)

@@ -69,12 +69,12 @@ class Progress:
     def line(self) -> str:
         """Done of all, rates, time left: of bytes or of captures, whichever takes longer."""
         passed = max(time.monotonic() - self._begun, 1e-3)
-        text = f"{self.done:,} of {captures(self._totals.todo)}, {size(self.size)} of {size(self._totals.todo_size)}," \
+        text = f"{self.done:,} of {captures(self._totals.pending)}, {size(self.size)} of {size(self._totals.pending_size)}," \
                f" {self.size / passed / 1e9:.2f} GB/s, {self.done / passed:.1f} captures/s"
         if self.failed:
             text += f", {self.failed:,} failed"
         if self.done:
-            left = max((self._totals.todo - self.done) / self.done, (self._totals.todo_size - self.size) / max(self.size, 1))
+            left = max((self._totals.pending - self.done) / self.done, (self._totals.pending_size - self.size) / max(self.size, 1))
             text += f", {span(passed * left)} left"
         return text
 
@@ -138,7 +138,7 @@ class Summary:
 
     @property
     def left(self) -> int:
-        return self._totals.todo - self.converted - self.unchanged_now - self.failed
+        return self._totals.pending - self.converted - self.unchanged_now - self.failed
 
     def text(self) -> str:
         t = self._totals
@@ -193,13 +193,13 @@ class Summary:
 def plan_json(totals: Totals, out: str, form: str) -> str:
     """What --dry-run says with --json."""
     return json.dumps({"out": out, "format": form, "captures": totals.captures, "bytes": totals.size,
-                       "to_convert": totals.todo, "to_convert_bytes": totals.todo_size,
-                       "unchanged": totals.captures - totals.todo}, indent=2)
+                       "to_convert": totals.pending, "to_convert_bytes": totals.pending_size,
+                       "unchanged": totals.captures - totals.pending}, indent=2)
 
 
 def plan_text(totals: Totals, out: str, form: str) -> str:
     """What --dry-run says at its end."""
     unchanged: Optional[str] = None
-    if totals.captures > totals.todo:
-        unchanged = f", {totals.captures - totals.todo:,} are there and unchanged"
-    return f"{captures(totals.todo)}, {size(totals.todo_size)}, would be converted to {out} as {form}{unchanged or ''}"
+    if totals.captures > totals.pending:
+        unchanged = f", {totals.captures - totals.pending:,} are there and unchanged"
+    return f"{captures(totals.pending)}, {size(totals.pending_size)}, would be converted to {out} as {form}{unchanged or ''}"

@@ -125,11 +125,11 @@ class Run:
         o = self._options
         self._journal = Journal(self._out, self._job.run)
         self.summary = Summary(printable(self._out.url), self._job.format, self.totals)
-        self.summary.unchanged = self.totals.captures - self.totals.todo
+        self.summary.unchanged = self.totals.captures - self.totals.pending
         self._progress = Progress(self.totals, not o.quiet)
         trouble: Optional[FleetError] = None
         self._signals.waits = True
-        if self.totals.todo and not self._signals.caught:
+        if self.totals.pending and not self._signals.caught:
             try:
                 self._by_ray()
             except LockTaken:
@@ -158,8 +158,8 @@ class Run:
         try:
             from ._schedule import Schedule
 
-            schedule = Schedule(self._job, min(workers, self.totals.todo), self._options.retries, self._tell)
-            self.summary.workers = min(workers, self.totals.todo)
+            schedule = Schedule(self._job, min(workers, self.totals.pending), self._options.retries, self._tell)
+            self.summary.workers = min(workers, self.totals.pending)
             try:
                 tasks = self._remember(sizes)
                 for record in schedule.run(tasks, lambda: bool(self._signals.caught), lambda: self._tick(schedule.begun)):
