@@ -1,5 +1,7 @@
 #include "merge.h"
 
+#include "base/text.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -34,16 +36,6 @@ struct lum_merge {
 
 /* --- Opening --- */
 
-static char *copy_text(const char *text)
-{
-    const size_t len = strlen(text) + 1u;
-    char *copy = malloc(len);
-    if (copy != NULL) {
-        memcpy(copy, text, len);
-    }
-    return copy;
-}
-
 static lum_merge *new_merge(size_t count, lum_go_on *go_on)
 {
     lum_merge *m = calloc(1, sizeof *m);
@@ -73,7 +65,7 @@ int lum_merge_one(lum_source *source, lum_go_on *go_on, lum_merge **out,
                   lum_error *error)
 {
     lum_merge *m = new_merge(1, go_on);
-    char *name = m != NULL ? copy_text(source->name) : NULL;
+    char *name = m != NULL ? lum_text_copy(source->name) : NULL;
     if (name == NULL) {
         (void)refuse_for_memory(source->name, error);
         lum_merge_close(m);
@@ -113,7 +105,7 @@ static int probe(struct part *p, lum_go_on *go_on, lum_error *error)
         return -1;
     }
     const char *name = lum_input_name(p->input);
-    p->name = copy_text(name);
+    p->name = lum_text_copy(name);
     if (p->name == NULL) {
         return refuse_for_memory(name, error);
     }

@@ -1,6 +1,7 @@
 #include "source_internal.h"
 
 #include "base/sized.h"
+#include "base/text.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -14,20 +15,10 @@
  * behind it, where malloc() begins. */
 #define ALIGN ((size_t)4096)
 
-static char *copy_text(const char *text)
-{
-    const size_t len = strlen(text) + 1u;
-    char *copy = malloc(len);
-    if (copy != NULL) {
-        memcpy(copy, text, len);
-    }
-    return copy;
-}
-
 static lum_source *new_source(const char *name)
 {
     lum_source *s = calloc(1, sizeof *s);
-    char *copy = copy_text(name);
+    char *copy = lum_text_copy(name);
     if (s == NULL || copy == NULL) {
         free(s);
         free(copy);

@@ -1,5 +1,6 @@
 #include "reader_internal.h"
 
+#include "base/text.h"
 #include "capture/capture_open.h"
 
 #include <stdlib.h>
@@ -42,16 +43,6 @@ static int open_capture(lum_reader *r, const lum_capture_from *from,
     return 0;
 }
 
-static char *copy_text(const char *text)
-{
-    const size_t len = strlen(text) + 1u;
-    char *copy = malloc(len);
-    if (copy != NULL) {
-        memcpy(copy, text, len);
-    }
-    return copy;
-}
-
 void lum_reader_close_source(lum_reader *r)
 {
     close_records(&r->source);
@@ -79,7 +70,7 @@ static int keep_paths(lum_reader *r, const lum_capture_from *from,
     r->paths = calloc(from->count, sizeof *r->paths);
     r->path_count = from->count;
     for (size_t i = 0; r->paths != NULL && i < from->count; i++) {
-        r->paths[i] = copy_text(from->paths[i]);
+        r->paths[i] = lum_text_copy(from->paths[i]);
         can_open = can_open && r->paths[i] != NULL;
     }
     return r->paths != NULL && can_open ? 0
