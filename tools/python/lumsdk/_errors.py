@@ -51,9 +51,9 @@ class CaptureWarning(UserWarning):
 _FOLDER = os.path.dirname(__file__) + os.sep
 
 
-def warn(said: str) -> None:
-    """Warn of a capture, at the line of the program that uses this package."""
+def warn(said: str, kind: type[UserWarning] = CaptureWarning) -> None:
+    """Warn at the line of the program that uses this package."""
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_FOLDER):
         level, frame = level + 1, frame.f_back
-    warnings.warn(said, CaptureWarning, stacklevel=level)
+    warnings.warn(said, kind, stacklevel=level)

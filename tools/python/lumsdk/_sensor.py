@@ -15,11 +15,11 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from ._c import ffi, lib, sized, text
-from ._errors import ClosedError, HazardError, LaserError, OptionError, SensorError, SensorWarning
+from ._errors import ClosedError, HazardError, LaserError, OptionError, SensorError, SensorWarning, warn
 from ._options import Choice
 from ._refusal import refusal_of
 from ._session import (Answer, Clock, Event, Off, Plan, Status, hazards_of, lacks_heartbeats, names_of, new_cancel,
-                       printable, put_down, receive, show, status_of, warn)
+                       printable, put_down, receive, show, status_of)
 from ._settings import Calibration, Profile, setting_of
 from ._stream import Frames, Stream, losses_of
 
@@ -306,7 +306,7 @@ class Sensor:
             told.append(f"sending to {self.address} works again" if event.is_up else
                         f"sending to {self.address} fails: {event.error}; it is tried again and again")
         for line in told:
-            warn(line)
+            warn(line, SensorWarning)
 
     def _rest(self, seconds: float) -> None:
         """Pause, with heartbeats."""
@@ -352,7 +352,7 @@ class Sensor:
         with self._use():
             event = self._request(lambda line: int(lib.lum_sensor_request(line, ffi.NULL, 0)))
             for line in self._texts(event):
-                warn(line)
+                warn(line, SensorWarning)
         if event.status is None:
             raise SensorError("the answer bore no status; where the sensor's number of it differs, a profile says so "
                               "(tlv.status); lumctl tlv shows what it sends")

@@ -5,14 +5,12 @@ import contextlib
 import dataclasses
 import ipaddress
 import re
-import sys
 import threading
 import time
-import warnings
 from typing import Any, NamedTuple, Optional
 
 from ._c import address_of, failure, ffi, lib, sized, text
-from ._errors import OptionError, SensorError, SensorWarning
+from ._errors import OptionError, SensorError, SensorWarning, warn
 
 SLICE_NS = 50_000_000
 """Longest wait in C, so that Ctrl-C is taken soon."""
@@ -24,14 +22,6 @@ _OFF_SLICE_MS = 200
 _OFF_ALONE_S = 3.0
 _HAZARDS = int(lib.LUM_LASER_HAZARDS)
 _TIMEOUT_BIT = int(lib.LUM_LASER_HEARTBEAT_TIMEOUT)
-
-
-def warn(told: str) -> None:
-    """A SensorWarning at the line of the program that called the package."""
-    level, frame = 2, sys._getframe(1)
-    while frame.f_back is not None and frame.f_globals.get("__package__") == __package__:
-        level, frame = level + 1, frame.f_back
-    warnings.warn(told, SensorWarning, stacklevel=level)
 
 
 # --- What a sensor says ---
@@ -273,7 +263,7 @@ class Off(NamedTuple):
 def _tell_rest(name: str, result: int) -> None:
     state = "the laser is still on" if result == lib.LUM_LASER_OFF_REFUSED else "no answer yet"
     with contextlib.suppress(SensorWarning):  # where warnings are errors, this one comes first
-        warn(f"{name}: {state}: laser off is repeated for 7 s more; Ctrl-C gives up")
+        warn(f"{name}: {state}: laser off is repeated for 7 s more; Ctrl-C gives up", SensorWarning)
 
 
 def put_down(session: Any, name: str, seconds: float = lib.LUM_SENSOR_OFF_MS / 1000) -> Off:

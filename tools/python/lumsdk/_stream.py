@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Optional
 
 from ._c import failure, ffi, lib, sized
-from ._errors import ClosedError, Error, LaserError, SensorError
+from ._errors import ClosedError, Error, LaserError, SensorError, SensorWarning, warn
 from ._frame import Frame
 from ._reading import LOSSES, Counts
-from ._session import Event, hazards_of, is_down, names_of, show, warn
+from ._session import Event, hazards_of, is_down, names_of, show
 
 if TYPE_CHECKING:
     from ._sensor import Sensor
@@ -211,7 +211,7 @@ class Stream:
         while not self._ready and self.read():
             pass
         while self._warnings:
-            warn(self._warnings.pop(0))
+            warn(self._warnings.pop(0), SensorWarning)
         if self._ready:
             return self._ready.popleft()
         problem, self.failure = self.failure, None
