@@ -18,6 +18,9 @@ from ._errors import CaptureError, Error, OptionError
 RIGHT = ('right is a path, a pattern such as "drive-*.pcap", a list of paths, the bytes of a capture, a binary file '
          "object or a URL")
 
+ENDINGS = re.compile(r"\.(pcap|pcapng|cap)(\.(gz|zst))?$", re.I)
+"""What the names of captures end in, where a folder has other files too."""
+
 
 def _raise(error: Any) -> None:
     raise CaptureError(text(error.text))

@@ -31,6 +31,7 @@ import lumsdk
 
 from ._errors import OptionError
 from ._frame import COLUMNS
+from ._inputs import ENDINGS
 from ._options import DEFAULT_COLUMNS, Choice
 
 if TYPE_CHECKING:
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
 __all__ = ["read_captures"]
 
 _KEYS = ("source", "frame", "sensor", "utc")
-_ENDINGS = tuple(f".{kind}{packed}" for kind in ("pcap", "pcapng", "cap") for packed in ("", ".gz", ".zst"))
 _UTC = pyarrow.timestamp("ns", "UTC")
 
 # What is read of the start of some captures, to learn how many bytes of blocks come of one of a capture.
@@ -249,7 +249,7 @@ def _is_capture(named: Sequence[str]) -> Callable[[Sequence[str]], list[str]]:
     files = tuple(name.partition("://")[2] or name for name in named)
 
     def keep(paths: Sequence[str]) -> list[str]:
-        return [path for path in paths if path.lower().endswith(_ENDINGS)
+        return [path for path in paths if ENDINGS.search(path)
                 or any(path == name or path.endswith("/" + name.lstrip("./")) for name in files)]
     return keep
 

@@ -6,11 +6,11 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple, Optional
 
+from .._inputs import ENDINGS
 from .._target import is_url
 from ._errors import FleetError, Usage
 from ._places import Place, place
 
-ENDINGS = re.compile(r"\.(pcap|pcapng|cap)(\.(gz|zst))?$", re.I)
 
 
 class Capture(NamedTuple):
