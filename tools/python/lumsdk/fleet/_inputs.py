@@ -12,7 +12,6 @@ from ._errors import FleetError, Usage
 from ._places import Place, place
 
 
-
 class Capture(NamedTuple):
     """A capture: where it is, its state, and the name of its output, without an ending."""
 
