@@ -255,7 +255,8 @@ static void take_fresh_data(gateway *g, const lum_group *group)
  * clock. */
 static void take_data(gateway *g, const lum_group *group)
 {
-    if (age_of(&g->age, group->clock_raw, g->now_ms) < g->config.silence_ms) {
+    if (age_of(&g->age, (uint32_t)group->clock_raw, g->now_ms) <
+        g->config.silence_ms) {
         take_fresh_data(g, group);
     } else {
         g->old_packets++;

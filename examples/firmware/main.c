@@ -71,7 +71,7 @@ static void note_clock(program *p, const ring_slot *slot)
 
     if (lum_packet_decode(&p->gateway.layout, slot->bytes, slot->len, &group) ==
         LUM_PACKET_DATA) {
-        p->clock_us = group.clock_raw;
+        p->clock_us = (uint32_t)group.clock_raw;
         p->clock_ms = p->now_ms;
         p->has_clock = true;
     }

@@ -29,9 +29,11 @@ typedef struct lum_group {
     uint32_t num_samples;   /**< at least 1 */
     uint32_t first_sample_index; /**< angles: the first pixel; ranges: the
                                       first word's index within the line */
-    uint32_t clock_raw;          /**< sensor clock as sent; microseconds */
     uint8_t eye;                 /**< an ::lum_eye */
     uint8_t tag;                 /**< LUM_TAG_ANGLES or LUM_TAG_RANGES */
+    uint8_t sample_order;        /**< a ::lum_byte_order, of the samples */
+    uint64_t clock_raw;          /**< sensor clock as sent, in ticks of the
+                                      profile's clock_unit_ns */
 } lum_group;
 
 /** Read a datagram already known to be a data packet by its header, which

@@ -26,10 +26,22 @@ enum lum_eye {
     LUM_EYES = 2       /**< how many there are */
 };
 
-/** Where an unsigned little-endian field stands in a data packet. */
+/** Order of the bytes of a number. */
+enum lum_byte_order {
+    LUM_ORDER_LITTLE, /**< the lowest byte first */
+    LUM_ORDER_BIG     /**< the highest byte first */
+};
+
+/** Where an unsigned field stands in a data packet. What an initialiser leaves
+ * out is 0: a field of {12, 2} has all bits of two bytes, the lower first. */
 typedef struct lum_field {
     uint8_t at;    /**< offset from the packet's first byte, 8..64 */
-    uint8_t bytes; /**< width: 1, 2 or 4; 0 where the field does not exist */
+    uint8_t bytes; /**< width: 1, 2, 4 or 8; 0 where the field does not exist,
+                        as timestamp and num_samples may */
+    uint8_t order; /**< a ::lum_byte_order */
+    uint8_t low;   /**< the lowest of its bits, 0..63; 0 is the lowest of the
+                        value of these bytes */
+    uint8_t bits;  /**< how many; 0: all, and low is 0 */
 } lum_field;
 
 /** The fields of a data packet, in the order of lum_profile.group. */
@@ -37,9 +49,10 @@ enum lum_group_field {
     LUM_FIELD_TAG,                /**< 2 angles, 3 ranges */
     LUM_FIELD_EYE,                /**< one of lum_profile.eye_values */
     LUM_FIELD_LINE,               /**< line number within the frame */
-    LUM_FIELD_NUM_SAMPLES,        /**< samples in this packet */
+    LUM_FIELD_NUM_SAMPLES,        /**< samples in this packet; without it, as
+                                       many as stand in the datagram */
     LUM_FIELD_FIRST_SAMPLE_INDEX, /**< first pixel, or first word */
-    LUM_FIELD_TIMESTAMP,          /**< sensor clock, microseconds */
+    LUM_FIELD_TIMESTAMP,          /**< sensor clock, in ticks */
     LUM_GROUP_FIELDS              /**< how many there are */
 };
 
@@ -72,11 +85,15 @@ typedef struct lum_profile {
     uint8_t samples_at;                /**< offset of the first sample */
     uint8_t set_ip_order;              /**< an ::lum_set_ip_order */
     uint8_t angle_order;               /**< an ::lum_angle_order */
+    uint8_t sample_order;              /**< a ::lum_byte_order, of the angles
+                                            and words */
     uint32_t eye_values[LUM_EYES];     /**< on the wire, by ::lum_eye */
     uint16_t tlv[LUM_TLV_USES];        /**< type numbers by ::lum_tlv_use */
     uint64_t angle_lsb_pdeg; /**< 1e-12 degree a bit; 0: full scale is half
                                   the calibrated span */
     uint32_t line_span_us;   /**< longest a line lasts on the sensor clock */
+    uint32_t clock_unit_ns;  /**< length of a tick of the sensor clock in data
+                                  packets, 1..::LUM_CLOCK_UNIT_MAX_NS */
 } lum_profile;
 
 /** What is wrong with a profile, for a message to a person. */
@@ -84,10 +101,11 @@ typedef enum lum_profile_fault {
     LUM_PROFILE_FINE,              /**< nothing */
     LUM_PROFILE_DATA_PACKET_TYPE,  /**< above 255, or 5, 6 or 7 */
     LUM_PROFILE_FIELD_OFFSET,      /**< an offset outside 8..64 */
-    LUM_PROFILE_FIELD_WIDTH,       /**< a width other than 1, 2 or 4 */
+    LUM_PROFILE_FIELD_WIDTH,       /**< a width other than 1, 2, 4 or 8 */
     LUM_PROFILE_FIELD_ON_TYPE,     /**< a field other than a tag at 8 on the
                                         packet type's bytes 8..11 */
-    LUM_PROFILE_FIELDS_OVERLAP,    /**< two fields share a byte */
+    LUM_PROFILE_FIELDS_OVERLAP,    /**< two fields share a byte, and are not
+                                        separate bits of the same bytes */
     LUM_PROFILE_SAMPLES_IN_HEADER, /**< samples begin before a field ends */
     LUM_PROFILE_SET_IP_ORDER,      /**< not an ::lum_set_ip_order */
     LUM_PROFILE_ANGLE_ORDER,       /**< not an ::lum_angle_order */
@@ -95,7 +113,11 @@ typedef enum lum_profile_fault {
     LUM_PROFILE_EYE_VALUE_WIDTH,   /**< a value its field cannot hold */
     LUM_PROFILE_TLV_EQUAL,         /**< two uses have the same number */
     LUM_PROFILE_ANGLE_LSB,         /**< above ::LUM_ANGLE_LSB_MAX_PDEG */
-    LUM_PROFILE_LINE_SPAN          /**< above ::LUM_LINE_SPAN_MAX_US */
+    LUM_PROFILE_LINE_SPAN,         /**< above ::LUM_LINE_SPAN_MAX_US */
+    LUM_PROFILE_FIELD_ORDER,       /**< not a ::lum_byte_order */
+    LUM_PROFILE_FIELD_BITS,        /**< bits that its bytes do not have */
+    LUM_PROFILE_SAMPLE_ORDER,      /**< not a ::lum_byte_order */
+    LUM_PROFILE_CLOCK_UNIT         /**< 0, or above ::LUM_CLOCK_UNIT_MAX_NS */
 } lum_profile_fault;
 
 /** Largest angle_lsb_pdeg: 1 degree a bit. */
@@ -104,9 +126,12 @@ typedef enum lum_profile_fault {
 /** Largest line_span_us: 1000 s. */
 #define LUM_LINE_SPAN_MAX_US UINT32_C(1000000000)
 
+/** Largest clock_unit_ns: 1 s. */
+#define LUM_CLOCK_UNIT_MAX_NS UINT32_C(1000000000)
+
 /** Raised where a ::lum_layout that was made elsewhere, as lumtable makes them,
  * would no longer be what lum_layout_init() makes of the same profile. */
-#define LUM_LAYOUT_VERSION 1
+#define LUM_LAYOUT_VERSION 2
 
 /** A profile that has been checked: what decoders and encoders take.
  * Private: set by lum_layout_init() alone, read by everyone, shared by any

@@ -116,19 +116,21 @@ static lum_result refuse(lum_assembler *a)
 }
 
 /* The samples may have moved to another address since then. The members after
- * them, from the line to the tag, have no padding between. */
+ * them, from the line to the order of the samples, have no padding between. */
 LUM_CHECK_BUILD(the_line_follows_the_samples,
                 offsetof(lum_group, line) ==
                     offsetof(lum_group, samples) + sizeof(const uint8_t *));
-LUM_CHECK_BUILD(all_from_line_to_tag_is_compared,
-                offsetof(lum_group, tag) + 1u ==
-                    offsetof(lum_group, line) + 4u * sizeof(uint32_t) + 2u);
+LUM_CHECK_BUILD(all_from_line_to_order_is_compared,
+                offsetof(lum_group, sample_order) + 1u ==
+                    offsetof(lum_group, line) + 3u * sizeof(uint32_t) + 3u);
 
 static bool is_awaited(const lum_group *awaited, const lum_group *group)
 {
     const size_t from = offsetof(lum_group, line);
-    const size_t to = offsetof(lum_group, tag) + sizeof group->tag;
-    return memcmp((const uint8_t *)awaited + from,
+    const size_t to =
+        offsetof(lum_group, sample_order) + sizeof group->sample_order;
+    return awaited->clock_raw == group->clock_raw &&
+           memcmp((const uint8_t *)awaited + from,
                   (const uint8_t *)group + from, to - from) == 0;
 }
 
@@ -181,8 +183,9 @@ static lum_result place(lum_assembler *a, lum_eye_state *eye,
                         lum_line_slot **found)
 {
     lum_awaited *p = &a->awaited;
-    p->clock_us = lum_clock_extend(a->stream.clock_us, p->group.clock_raw,
-                                   (unsigned)a->stream.clock_bytes);
+    p->clock_us =
+        lum_clock_extend(a->stream.clock_us, (uint32_t)p->group.clock_raw,
+                         (unsigned)a->stream.clock_bytes);
     const enum lum_stream_place where =
         lum_stream_judge(&eye->stream, &p->clock_us, a->config.gap_us);
     lum_stream_take(a, &eye->stream, where);

@@ -104,7 +104,7 @@ lum_result lum_group_encode(const lum_layout *layout, const lum_group *group,
         [LUM_FIELD_LINE] = group->line,
         [LUM_FIELD_NUM_SAMPLES] = group->num_samples,
         [LUM_FIELD_FIRST_SAMPLE_INDEX] = group->first_sample_index,
-        [LUM_FIELD_TIMESTAMP] = group->clock_raw,
+        [LUM_FIELD_TIMESTAMP] = (uint32_t)group->clock_raw,
     };
     for (unsigned f = 0; f < LUM_FIELD_TIMESTAMP; f++) {
         if (!fits(values[f], &p->group[f])) {

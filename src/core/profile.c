@@ -13,20 +13,22 @@ void lum_profile_default(lum_profile *out)
         .data_packet_type = 8,
         .group =
             {
-                [LUM_FIELD_TAG] = {12, 1},
-                [LUM_FIELD_EYE] = {13, 1},
-                [LUM_FIELD_LINE] = {14, 2},
-                [LUM_FIELD_NUM_SAMPLES] = {16, 2},
-                [LUM_FIELD_FIRST_SAMPLE_INDEX] = {18, 2},
-                [LUM_FIELD_TIMESTAMP] = {20, 4},
+                [LUM_FIELD_TAG] = {.at = 12, .bytes = 1},
+                [LUM_FIELD_EYE] = {.at = 13, .bytes = 1},
+                [LUM_FIELD_LINE] = {.at = 14, .bytes = 2},
+                [LUM_FIELD_NUM_SAMPLES] = {.at = 16, .bytes = 2},
+                [LUM_FIELD_FIRST_SAMPLE_INDEX] = {.at = 18, .bytes = 2},
+                [LUM_FIELD_TIMESTAMP] = {.at = 20, .bytes = 4},
             },
         .samples_at = 24,
         .set_ip_order = LUM_SET_IP_NETWORK,
         .angle_order = LUM_AZIMUTH_ELEVATION,
+        .sample_order = LUM_ORDER_LITTLE,
         .eye_values = {0, 1},
         .tlv = {1, 2, 3, 4},
         .angle_lsb_pdeg = 0,
         .line_span_us = 2000,
+        .clock_unit_ns = 1000,
     };
 }
 

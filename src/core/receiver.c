@@ -302,7 +302,7 @@ static LUM_ONE_COPY lum_result accept(lum_receiver *r, lum_receiver_eye *eye,
 static lum_result take(lum_receiver *r, const lum_group *group)
 {
     lum_receiver_eye *eye = &r->eye[group->eye];
-    if (!follow(r, eye, group->clock_raw)) {
+    if (!follow(r, eye, (uint32_t)group->clock_raw)) {
         return LUM_E_STRAY;
     }
     if (!go_to_line(r, eye, group)) {

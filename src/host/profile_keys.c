@@ -152,8 +152,9 @@ void lum_keys_of_profile(lum_keys *out, const lum_profile *start)
 
 static lum_field take_field(const lum_key_value *v)
 {
-    const lum_field nowhere = {0, 0};
-    const lum_field there = {(uint8_t)v[AT].number, (uint8_t)v[BYTES].number};
+    const lum_field nowhere = {.bytes = 0};
+    const lum_field there = {.at = (uint8_t)v[AT].number,
+                             .bytes = (uint8_t)v[BYTES].number};
     return v[AT].number == NOWHERE ? nowhere : there;
 }
 
@@ -165,6 +166,7 @@ static void take(const lum_key_value *v, lum_profile *p)
     p->angle_order = (uint8_t)v[ANGLE_ORDER].number;
     p->angle_lsb_pdeg = (uint64_t)v[ANGLE_LSB].number;
     p->line_span_us = (uint32_t)v[LINE_SPAN].number;
+    p->clock_unit_ns = 1000;
     for (unsigned i = 0; i < LUM_EYES; i++) {
         p->eye_values[i] = (uint32_t)v[EYE + i].number;
     }

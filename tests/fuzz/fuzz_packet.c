@@ -54,7 +54,7 @@ static size_t choose_layout(const uint8_t *data, size_t size, lum_layout *out)
         p.group[LUM_FIELD_TAG].at = 8;
         break;
     case 2:
-        p.group[LUM_FIELD_TIMESTAMP] = (lum_field){0, 0};
+        p.group[LUM_FIELD_TIMESTAMP] = (lum_field){.at = 0, .bytes = 0};
         p.angle_order = LUM_ELEVATION_AZIMUTH;
         break;
     case 3:

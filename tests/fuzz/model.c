@@ -86,8 +86,8 @@ static void find_line(struct model *m, const struct model_eye *eye,
 void model_judge(struct model *m, const lum_group *group)
 {
     struct model_eye *eye = &m->eye[group->eye];
-    m->packet_us =
-        lum_clock_extend(m->clock_us, group->clock_raw, m->clock_bytes);
+    m->packet_us = lum_clock_extend(m->clock_us, (uint32_t)group->clock_raw,
+                                    m->clock_bytes);
     m->to_close = 0;
     if (is_stray(m, eye)) {
         return;

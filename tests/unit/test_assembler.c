@@ -1221,7 +1221,8 @@ static void words_of_a_pixel_are_counted_beyond_16_bits(void **state)
     uint32_t *words = malloc((n + 1u) * sizeof *words);
     (void)state;
     assert_non_null(words);
-    s->layout.profile.group[LUM_FIELD_NUM_SAMPLES] = (lum_field){24, 4};
+    s->layout.profile.group[LUM_FIELD_NUM_SAMPLES] =
+        (lum_field){.at = 24, .bytes = 4};
     s->layout.profile.samples_at = 28;
     stream_begin(s);
     for (uint32_t i = 0; i < n; i++) {
@@ -1748,7 +1749,8 @@ static void sums_beyond_a_lines_words_are_not_believed(void **state)
 static void an_index_at_the_end_of_32_bits_is_not_believed(void **state)
 {
     struct stream *s = stream_new();
-    s->layout.profile.group[LUM_FIELD_FIRST_SAMPLE_INDEX] = (lum_field){24, 4};
+    s->layout.profile.group[LUM_FIELD_FIRST_SAMPLE_INDEX] =
+        (lum_field){.at = 24, .bytes = 4};
     s->layout.profile.samples_at = 28;
     stream_begin(s);
     (void)state;

@@ -130,7 +130,8 @@ static void all_zero_refuses_all_calls(void **state)
 
 /* Every member, without their names: the build fails for one more, which then
  * has to be among those that are compared, and to be changed below. */
-static const lum_group one_of_each = {NULL, 1, 1, 0, 0, BLUE, LUM_TAG_ANGLES};
+static const lum_group one_of_each = {
+    NULL, 1, 1, 0, BLUE, LUM_TAG_ANGLES, LUM_ORDER_LITTLE, 0};
 
 static void an_event_waits_for_its_packet(void **state)
 {
@@ -224,7 +225,7 @@ static void after_a_jump_the_packet_is_waited_for_line_by_line(void **state)
     for (unsigned i = 1; i <= 3; i++) {
         assert_int_equal(push(s, &g), LUM_LINE_READY);
         assert_int_equal(lum_assembler_line(&s->assembler)->number, i);
-        lum_group other = packet(GREEN, 1, g.clock_raw, 1);
+        lum_group other = packet(GREEN, 1, (uint32_t)g.clock_raw, 1);
         const lum_assembler before = s->assembler;
         assert_untouched(s, &before, push(s, &other), LUM_E_ORDER);
     }

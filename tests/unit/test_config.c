@@ -259,16 +259,22 @@ static void every_key_of_a_profile_reaches_its_field(void **state)
         "angle_order: \"elevation_azimuth\"\nangle_lsb_deg: 0.0009155\n"
         "tlv: {command: 65535, status: 0, debug: 7, yscan: 8}\n"
         "line_span_us: 5000\n";
-    static const lum_profile want = {
-        3,
-        {{33, 2}, {30, 2}, {12, 4}, {18, 1}, {24, 4}, {20, 2}},
-        40,
-        LUM_SET_IP_LITTLE,
-        LUM_ELEVATION_AZIMUTH,
-        {1000, 48},
-        {65535, 0, 7, 8},
-        UINT64_C(915500000),
-        5000};
+    static const lum_profile want = {3,
+                                     {{33, 2, 0, 0, 0},
+                                      {30, 2, 0, 0, 0},
+                                      {12, 4, 0, 0, 0},
+                                      {18, 1, 0, 0, 0},
+                                      {24, 4, 0, 0, 0},
+                                      {20, 2, 0, 0, 0}},
+                                     40,
+                                     LUM_SET_IP_LITTLE,
+                                     LUM_ELEVATION_AZIMUTH,
+                                     LUM_ORDER_LITTLE,
+                                     {1000, 48},
+                                     {65535, 0, 7, 8},
+                                     UINT64_C(915500000),
+                                     5000,
+                                     1000};
     output out;
     parse_fine(PROFILE, text, &out);
     assert_same_profile(&out.profile, &want);

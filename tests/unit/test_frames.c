@@ -583,7 +583,7 @@ static void the_gaps_of_both_eyes_are_added_at_the_end(void **state)
 static void the_widest_gap_is_counted(void **state)
 {
     struct stream *s = stream_new();
-    s->layout.profile.group[LUM_FIELD_LINE] = (lum_field){24, 4};
+    s->layout.profile.group[LUM_FIELD_LINE] = (lum_field){.at = 24, .bytes = 4};
     s->layout.profile.samples_at = 28;
     stream_begin(s);
     (void)state;

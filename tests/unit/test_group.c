@@ -269,7 +269,7 @@ static void angles_past_every_width_are_malformed(void **state)
     lum_group g;
     (void)state;
     lum_profile_default(&p);
-    p.group[LUM_FIELD_FIRST_SAMPLE_INDEX] = (lum_field){24, 4};
+    p.group[LUM_FIELD_FIRST_SAMPLE_INDEX] = (lum_field){.at = 24, .bytes = 4};
     p.samples_at = 28;
     const lum_layout layout = checked(&p);
     bytes[12] = LUM_TAG_ANGLES;
@@ -397,7 +397,8 @@ static void fields_of_every_width_come_back(void **state)
         lum_profile p;
         lum_profile_default(&p);
         for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
-            p.group[f] = (lum_field){(uint8_t)(60 - 5 * f), widths[i]};
+            p.group[f] =
+                (lum_field){.at = (uint8_t)(60 - 5 * f), .bytes = widths[i]};
         }
         p.samples_at = 64;
         p.data_packet_type = 255;
@@ -447,7 +448,7 @@ static void without_a_timestamp_the_clock_is_0(void **state)
     size_t len = 0;
     (void)state;
     lum_profile_default(&p);
-    p.group[LUM_FIELD_TIMESTAMP] = (lum_field){0, 0};
+    p.group[LUM_FIELD_TIMESTAMP] = (lum_field){.at = 0, .bytes = 0};
     p.samples_at = 20;
     const lum_layout layout = checked(&p);
     const lum_group in = {.num_samples = 1, .clock_raw = 5, .tag = 3};

@@ -76,7 +76,7 @@ static void what_is_not_set_stays_as_it_began(void **state)
     assert_int_equal(lum_keys_calibration(&keys, &c, NULL), LUM_OK);
     assert_memory_equal(&c, &start, sizeof c);
     lum_profile_default(&profile);
-    profile.group[LUM_FIELD_TIMESTAMP] = (lum_field){0, 0};
+    profile.group[LUM_FIELD_TIMESTAMP] = (lum_field){.at = 0, .bytes = 0};
     profile.angle_lsb_pdeg = 1;
     lum_keys_of_profile(&keys, &profile);
     assert_int_equal(lum_keys_profile(&keys, &p, NULL), LUM_OK);
@@ -94,7 +94,7 @@ static void an_offset_brings_back_a_field_that_was_none(void **state)
     char text[LUM_KEY_VALUE_BYTES];
     lum_profile_default(&profile);
     const lum_field usual = profile.group[LUM_FIELD_TIMESTAMP];
-    profile.group[LUM_FIELD_TIMESTAMP] = (lum_field){0, 0};
+    profile.group[LUM_FIELD_TIMESTAMP] = (lum_field){.at = 0, .bytes = 0};
     lum_keys_of_profile(&keys, &profile);
     assert_int_equal(lum_keys_get(&keys, "group.timestamp.bytes", text),
                      LUM_OK);

@@ -39,8 +39,9 @@ static lum_profile defaults(void)
 
 static void the_default_is_the_documents(void **state)
 {
-    static const lum_field group[] = {{12, 1}, {13, 1}, {14, 2},
-                                      {16, 2}, {18, 2}, {20, 4}};
+    static const lum_field group[] = {
+        {.at = 12, .bytes = 1}, {.at = 13, .bytes = 1}, {.at = 14, .bytes = 2},
+        {.at = 16, .bytes = 2}, {.at = 18, .bytes = 2}, {.at = 20, .bytes = 4}};
     static const uint16_t tlv[] = {1, 2, 3, 4};
     const lum_profile p = defaults();
     (void)state;
@@ -116,7 +117,7 @@ static void only_the_tag_may_stand_on_the_type(void **state)
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
         for (uint8_t at = 8; at < 12; at++) {
             lum_profile p = defaults();
-            p.group[f] = (lum_field){at, 1};
+            p.group[f] = (lum_field){.at = at, .bytes = 1};
             const int is_fine = f == LUM_FIELD_TAG && at == 8;
             assert_fault(&p,
                          is_fine ? LUM_PROFILE_FINE : LUM_PROFILE_FIELD_ON_TYPE,
@@ -132,7 +133,7 @@ static void a_width_is_1_2_or_4(void **state)
         for (unsigned bytes = 0; bytes < 256; bytes++) {
             lum_profile p = defaults();
             p.samples_at = 60;
-            p.group[f] = (lum_field){40, (uint8_t)bytes};
+            p.group[f] = (lum_field){.at = 40, .bytes = (uint8_t)bytes};
             const int is_fine = bytes == 1 || bytes == 2 || bytes == 4 ||
                                 (bytes == 0 && f == LUM_FIELD_TIMESTAMP);
             assert_fault(&p,
@@ -150,8 +151,9 @@ static void no_two_fields_share_a_byte(void **state)
             for (int apart = -6; apart <= 6; apart++) {
                 lum_profile p = defaults();
                 p.samples_at = 64;
-                p.group[f] = (lum_field){40, 4};
-                p.group[g] = (lum_field){(uint8_t)(40 + apart), 4};
+                p.group[f] = (lum_field){.at = 40, .bytes = 4};
+                p.group[g] =
+                    (lum_field){.at = (uint8_t)(40 + apart), .bytes = 4};
                 const int is_fine = apart <= -4 || apart >= 4;
                 assert_fault(
                     &p, is_fine ? LUM_PROFILE_FINE : LUM_PROFILE_FIELDS_OVERLAP,
@@ -168,7 +170,7 @@ static void samples_follow_every_field(void **state)
         for (uint8_t samples = 40; samples < 64; samples++) {
             lum_profile p = defaults();
             p.samples_at = samples;
-            p.group[f] = (lum_field){50, 2};
+            p.group[f] = (lum_field){.at = 50, .bytes = 2};
             const int is_fine = samples >= 52;
             assert_fault(
                 &p, is_fine ? LUM_PROFILE_FINE : LUM_PROFILE_SAMPLES_IN_HEADER,
@@ -198,7 +200,8 @@ static void a_timestamp_that_is_none_stands_in_nobodys_way(void **state)
     (void)state;
     for (unsigned i = 0; i < sizeof offsets; i++) {
         lum_profile p = defaults();
-        p.group[LUM_FIELD_TIMESTAMP] = (lum_field){offsets[i], 0};
+        p.group[LUM_FIELD_TIMESTAMP] =
+            (lum_field){.at = offsets[i], .bytes = 0};
         p.samples_at = 20;
         assert_fault(&p, LUM_PROFILE_FINE, 0);
     }
@@ -237,7 +240,8 @@ static void eye_values_fit_their_field(void **state)
         const unsigned eye = i % 2;
         lum_profile p = defaults();
         p.samples_at = 64;
-        p.group[LUM_FIELD_EYE] = (lum_field){40, rows[row].bytes};
+        p.group[LUM_FIELD_EYE] =
+            (lum_field){.at = 40, .bytes = rows[row].bytes};
         p.eye_values[eye] = rows[row].value;
         const int is_fine = rows[row].fault == LUM_PROFILE_FINE;
         assert_fault(&p, rows[row].fault, is_fine ? 0 : eye);

@@ -219,7 +219,7 @@ static void a_field_that_was_none_gets_its_usual_width(void **state)
     lum_profile p;
     lum_keys keys;
     lum_profile_default(&start);
-    start.group[LUM_FIELD_TIMESTAMP] = (lum_field){30, 0};
+    start.group[LUM_FIELD_TIMESTAMP] = (lum_field){.at = 30, .bytes = 0};
     lum_keys_of_profile(&keys, &start);
     take(&keys, &p);
     assert_int_equal(p.group[LUM_FIELD_TIMESTAMP].at, 0);

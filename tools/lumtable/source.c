@@ -11,9 +11,9 @@
 
 /* A field that is new has to be written too. Where 64 bits are aligned as 32,
  * structs are shorter. */
-typedef char all_of_a_field[sizeof(lum_field) == 2 ? 1 : -1];
+typedef char all_of_a_field[sizeof(lum_field) == 5 ? 1 : -1];
 typedef char all_of_a_profile
-    [sizeof(lum_profile) == 56 || sizeof(lum_profile) == 48 ? 1 : -1];
+    [sizeof(lum_profile) == 72 || sizeof(lum_profile) == 68 ? 1 : -1];
 typedef char all_of_an_eye
     [sizeof(lum_fixed_eye) == 104 || sizeof(lum_fixed_eye) == 100 ? 1 : -1];
 
@@ -110,13 +110,21 @@ static const char *name_of(enum lum_group_field field)
     return "";
 }
 
+static const char *order_of(uint8_t byte_order)
+{
+    return byte_order == LUM_ORDER_LITTLE ? "LUM_ORDER_LITTLE"
+                                          : "LUM_ORDER_BIG";
+}
+
 static void put_fields(struct source *out, const lum_field *group)
 {
     put(out, "            .group =\n                {\n");
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
         put(out,
-            "                    [LUM_FIELD_%s] = {.at = %u, .bytes = %u},\n",
-            name_of((enum lum_group_field)f), group[f].at, group[f].bytes);
+            "                    [LUM_FIELD_%s] = {.at = %u, .bytes = %u, "
+            ".order = %s, .low = %u, .bits = %u},\n",
+            name_of((enum lum_group_field)f), group[f].at, group[f].bytes,
+            order_of(group[f].order), group[f].low, group[f].bits);
     }
     put(out, "                },\n");
 }
@@ -134,12 +142,14 @@ static void put_layout(struct source *out, const char *name,
     put(out,
         "            .samples_at = %u,\n"
         "            .set_ip_order = %s,\n"
-        "            .angle_order = %s,\n",
+        "            .angle_order = %s,\n"
+        "            .sample_order = %s,\n",
         p->samples_at,
         p->set_ip_order == LUM_SET_IP_NETWORK ? "LUM_SET_IP_NETWORK"
                                               : "LUM_SET_IP_LITTLE",
         p->angle_order == LUM_AZIMUTH_ELEVATION ? "LUM_AZIMUTH_ELEVATION"
-                                                : "LUM_ELEVATION_AZIMUTH");
+                                                : "LUM_ELEVATION_AZIMUTH",
+        order_of(p->sample_order));
     put(out,
         "            .eye_values = {[LUM_EYE_BLUE] = UINT32_C(%" PRIu32
         "), [LUM_EYE_GREEN] = UINT32_C(%" PRIu32 ")},\n",
@@ -152,10 +162,11 @@ static void put_layout(struct source *out, const char *name,
     put(out,
         "            .angle_lsb_pdeg = UINT64_C(%" PRIu64 "),\n"
         "            .line_span_us = UINT32_C(%" PRIu32 "),\n"
+        "            .clock_unit_ns = UINT32_C(%" PRIu32 "),\n"
         "        },\n"
         "};\n"
         "\n",
-        p->angle_lsb_pdeg, p->line_span_us);
+        p->angle_lsb_pdeg, p->line_span_us, p->clock_unit_ns);
 }
 
 static void put_axis(struct source *out, const char *name,

@@ -107,7 +107,7 @@ void doctor_stream_take(struct doctor *d, const lum_received *datagram,
     s->kinds[kind]++;
     if (kind == LUM_PACKET_DATA) {
         s->has_clock = layout->profile.group[LUM_FIELD_TIMESTAMP].bytes == 4;
-        s->clock_us = group.clock_raw;
+        s->clock_us = (uint32_t)group.clock_raw;
         s->clock_ns = arrived_ns;
         take_data(d, datagram, arrived_ns, group.eye);
     } else if (kind >= LUM_PACKET_UNKNOWN_TYPE) {
