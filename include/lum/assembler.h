@@ -133,9 +133,10 @@ typedef struct lum_reach {
 
 /** The clock of the sensor's packets. Private: only stream.c changes it. */
 typedef struct lum_stream {
-    uint32_t clock_bytes; /**< private: width of the clock; 0: there is none */
-    uint32_t begun;       /**< private: a packet came since start or flush */
-    int64_t clock_us;     /**< private: of the last packet but strays */
+    uint32_t begun;   /**< private: a packet came since start or flush */
+    uint32_t unit_ns; /**< private: length of a tick */
+    uint64_t mask;    /**< private: bits of the clock; 0: there is none */
+    uint64_t ticks;   /**< private: of the last packet but strays */
 } lum_stream;
 
 /** The same of one eye. Private: only stream.c changes it. */
@@ -189,6 +190,7 @@ typedef struct lum_awaited {
     uint8_t step;     /**< private */
     uint8_t to_close; /**< private */
     lum_group group;  /**< private: but its samples */
+    uint64_t ticks;   /**< private */
     int64_t clock_us; /**< private */
     int64_t arrival;  /**< private */
 } lum_awaited;

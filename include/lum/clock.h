@@ -1,5 +1,5 @@
 /** @file
- * The sensor's clock beyond its 32 bits (docs/protocol.md, section 6).
+ * The sensor's clock beyond its bits (docs/protocol.md, section 6).
  * Integers alone, reentrant, constant time. */
 #ifndef LUM_CLOCK_H
 #define LUM_CLOCK_H
@@ -11,12 +11,20 @@ extern "C" {
 #endif
 
 /** Extend a wrapped clock by its signed difference from the reading before.
- * @param before the extended reading before this one.
+ * @param before the extended reading before this one, in ticks.
  * @param raw    the new reading; bits above its width are ignored.
- * @param bytes  width of the reading on the wire: 1, 2 or 4; with 0 there is
- *               no clock and the answer is before.
- * @return the extended reading, within half the wrap of before. */
-int64_t lum_clock_extend(int64_t before, uint32_t raw, unsigned bytes);
+ * @param bits   width of the reading on the wire, 1..63; with 0 there is no
+ *               clock and the answer is before.
+ * @return the extended reading, within half the wrap of before. A clock below 0
+ *         is below 2^64 as much. */
+uint64_t lum_clock_extend(uint64_t before, uint64_t raw, unsigned bits);
+
+/** Ticks in microseconds, rounded down.
+ * @param ticks   an extended reading; from 2^64 - 2^61 on, it is below 0.
+ * @param unit_ns length of a tick, 1..::LUM_CLOCK_UNIT_MAX_NS.
+ * @return exact within 2^61 us of 0; of what is farther away, something that
+ *         is farther away. */
+int64_t lum_clock_us(uint64_t ticks, uint32_t unit_ns);
 
 #ifdef __cplusplus
 }

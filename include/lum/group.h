@@ -25,6 +25,8 @@ extern "C" {
 /** A data packet, as a view of its datagram. */
 typedef struct lum_group {
     const uint8_t *samples; /**< num_samples x 4 bytes inside the datagram */
+    uint64_t clock_raw;     /**< sensor clock as sent, in ticks of the
+                                 profile's clock_unit_ns */
     uint32_t line;          /**< line number within the frame */
     uint32_t num_samples;   /**< at least 1 */
     uint32_t first_sample_index; /**< angles: the first pixel; ranges: the
@@ -32,16 +34,15 @@ typedef struct lum_group {
     uint8_t eye;                 /**< an ::lum_eye */
     uint8_t tag;                 /**< LUM_TAG_ANGLES or LUM_TAG_RANGES */
     uint8_t sample_order;        /**< a ::lum_byte_order, of the samples */
-    uint64_t clock_raw;          /**< sensor clock as sent, in ticks of the
-                                      profile's clock_unit_ns */
 } lum_group;
 
 /** Read a datagram already known to be a data packet by its header, which
  * lum_packet_decode() finds out.
  * @param out its samples point into bytes.
  * @return LUM_OK; LUM_E_MALFORMED if it is shorter than its fields or its
- *         samples, has none, or has the value of neither eye, or has angles
- * past the line's last pixel; LUM_E_UNKNOWN_TAG. Constant time. */
+ *         samples, has none, has the value of neither eye, has a line, count or
+ *         index above 2^32 - 1, or angles past the line's last pixel;
+ * LUM_E_UNKNOWN_TAG. Constant time. */
 LUM_MUST_CHECK lum_result lum_group_decode(const lum_layout *layout,
                                            const void *bytes, size_t len,
                                            lum_group *out);
@@ -76,8 +77,12 @@ void lum_angle_encode(const lum_layout *layout, lum_angle angle,
 /** Read sample i of a packet of ranges; i < num_samples. */
 uint32_t lum_group_word(const lum_group *group, uint32_t i);
 
-/** Write a range word. */
+/** Write a range word, its lowest byte first, as the default profile has it. */
 void lum_word_encode(uint32_t word, uint8_t out[LUM_SAMPLE_BYTES]);
+
+/** Write a range word in the order of a layout's samples. */
+void lum_group_word_encode(const lum_layout *layout, uint32_t word,
+                           uint8_t out[LUM_SAMPLE_BYTES]);
 
 #define LUM_TOF_MIN (-524288) /**< smallest time of flight of a word */
 #define LUM_TOF_MAX 524287    /**< largest time of flight of a word */

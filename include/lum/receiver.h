@@ -114,7 +114,6 @@ typedef struct lum_receiver_eye {
  * packets. */
 typedef struct lum_receiver {
     uint8_t angle_order;            /**< private */
-    uint8_t clock_bits;             /**< private: width; 0: there is none */
     bool is_sorted;                 /**< private */
     uint32_t line_span_us;          /**< private */
     uint32_t gap_us;                /**< private */
@@ -122,6 +121,9 @@ typedef struct lum_receiver {
     uint32_t word_room;             /**< private */
     lum_line *line;                 /**< private: of the packet at hand */
     uint32_t clock_us;              /**< private: of the last but strays */
+    uint32_t unit_ns;               /**< private: length of a tick */
+    uint64_t mask;                  /**< private: bits of the clock; 0: none */
+    uint64_t ticks;                 /**< private: of the last but strays */
     lum_receiver_counters counters; /**< private */
     lum_receiver_eye eye[LUM_EYES]; /**< private */
 } lum_receiver;

@@ -1,11 +1,12 @@
 #include "demux_state.h"
 
+#include "lum/clock.h"
 #include "lum/group.h"
 
 #include <string.h>
 
-/* Clocks of packets lie within 2^61 us of 0 and a stray's less than 2^32
- * farther; what is not set yet is 2^62 before 0 (src/core/stream.c). */
+/* Clocks of packets lie within 2^61 us of 0, a stray's too; what is not set yet
+ * is 2^62 before 0 (src/core/stream.c). */
 #define CLOCK_MIN (INT64_MIN / 2)
 #define CLOCK_MAX ((INT64_C(1) << 61) + (INT64_C(1) << 33))
 
@@ -140,13 +141,19 @@ static void pack_angles(lum_pack *p, lum_line_slot *slot, bool matters)
 
 /* --- Open and closed lines --- */
 
+/* The clock of the last packet, which others are near. */
+static int64_t last_us(const lum_assembler *a)
+{
+    return lum_clock_us(a->stream.ticks, a->stream.unit_ns);
+}
+
 static void pack_slot(lum_pack *p, const lum_assembler *a, uint32_t from,
                       lum_line_slot *slot)
 {
     lum_line *line = &slot->line;
     const uint32_t words_max = a->config.words_per_line;
     lum_pack_u32(p, &line->number);
-    pack_clock(p, &line->clock_us, a->stream.clock_us);
+    pack_clock(p, &line->clock_us, last_us(a));
     lum_pack_i64(p, &line->arrival);
     lum_pack_near(p, &slot->last_arrival, line->arrival);
     lum_pack_u32(p, &slot->accepted);
@@ -183,7 +190,7 @@ static void pack_lines(lum_pack *p, const lum_assembler *a, uint32_t from,
     lum_line_slot *slot = lines->oldest;
     lum_pack_u8(p, &lines->open_count);
     lum_pack_u8(p, &lines->closed_next);
-    pack_clock(p, &lines->low_clock_us, a->stream.clock_us);
+    pack_clock(p, &lines->low_clock_us, last_us(a));
     if (!lum_pack_check(p, lines->open_count <= a->config.open_lines &&
                                lines->closed_next < a->config.reorder_lines)) {
         lines->open_count = 0;
@@ -196,7 +203,7 @@ static void pack_lines(lum_pack *p, const lum_assembler *a, uint32_t from,
     }
     lines->unused = slot;
     for (unsigned i = 0; i < a->config.reorder_lines; i++) {
-        pack_clock(p, &eye->reach[i].clock_us, a->stream.clock_us);
+        pack_clock(p, &eye->reach[i].clock_us, last_us(a));
         lum_pack_u32(p, &eye->reach[i].number);
         lum_pack_u32(p, &eye->reach[i].frame);
     }
@@ -218,9 +225,9 @@ static void pack_frames(lum_pack *p, lum_eye_frames *f)
 static void pack_stream(lum_pack *p, const lum_assembler *a, lum_eye_stream *s)
 {
     lum_pack_u32(p, &s->seen);
-    pack_clock(p, &s->newest_us, a->stream.clock_us);
-    pack_clock(p, &s->heard_us, a->stream.clock_us);
-    pack_clock(p, &s->candidate_us, a->stream.clock_us);
+    pack_clock(p, &s->newest_us, last_us(a));
+    pack_clock(p, &s->heard_us, last_us(a));
+    pack_clock(p, &s->candidate_us, last_us(a));
 }
 
 /* Frames are announced one by one, and so few may be left to announce. */
@@ -241,7 +248,8 @@ bool lum_assembler_pack(lum_assembler *a, uint32_t from, lum_pack *pack)
     lum_pack *p = pack;
     pack_span(p, &a->frames);
     lum_pack_u32(p, &a->stream.begun);
-    pack_clock(p, &a->stream.clock_us, 0);
+    lum_pack_u64(p, &a->stream.ticks);
+    (void)lum_pack_check(p, last_us(a) >= CLOCK_MIN && last_us(a) <= CLOCK_MAX);
     for (unsigned e = 0; e < LUM_EYES && !p->has_failed; e++) {
         pack_frames(p, &a->eye[e].frames);
         pack_stream(p, a, &a->eye[e].stream);

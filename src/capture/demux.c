@@ -337,12 +337,17 @@ static void pack_profile(lum_profile p, lum_pack *pack)
     for (unsigned i = 0; i < LUM_GROUP_FIELDS; i++) {
         lum_pack_u8(pack, &p.group[i].at);
         lum_pack_u8(pack, &p.group[i].bytes);
+        lum_pack_u8(pack, &p.group[i].order);
+        lum_pack_u8(pack, &p.group[i].low);
+        lum_pack_u8(pack, &p.group[i].bits);
     }
     lum_pack_u8(pack, &p.samples_at);
     lum_pack_u8(pack, &p.angle_order);
+    lum_pack_u8(pack, &p.sample_order);
     lum_pack_u32(pack, &p.eye_values[LUM_EYE_BLUE]);
     lum_pack_u32(pack, &p.eye_values[LUM_EYE_GREEN]);
     lum_pack_u32(pack, &p.line_span_us);
+    lum_pack_u32(pack, &p.clock_unit_ns);
 }
 
 void lum_demux_pack_options(const lum_demux *demux, lum_pack *pack)

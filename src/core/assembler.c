@@ -1,11 +1,11 @@
 #include "lum/assembler.h"
 
 #include "check.h"
+#include "clock.h"
 #include "counter.h"
 #include "frames.h"
 #include "group.h"
 #include "lines.h"
-#include "lum/clock.h"
 #include "stream.h"
 #include "words.h"
 
@@ -64,7 +64,7 @@ lum_result lum_assembler_init(lum_assembler *a,
     a->angle_order = profile->angle_order;
     lum_lines_init(a, storage);
     lum_frames_init(a);
-    lum_stream_init(a, profile->group[LUM_FIELD_TIMESTAMP].bytes);
+    lum_stream_init(a, profile);
     return LUM_OK;
 }
 
@@ -116,21 +116,20 @@ static lum_result refuse(lum_assembler *a)
 }
 
 /* The samples may have moved to another address since then. The members after
- * them, from the line to the order of the samples, have no padding between. */
-LUM_CHECK_BUILD(the_line_follows_the_samples,
-                offsetof(lum_group, line) ==
-                    offsetof(lum_group, samples) + sizeof(const uint8_t *));
-LUM_CHECK_BUILD(all_from_line_to_order_is_compared,
+ * them, from the clock to the order of the samples, have no padding between. */
+LUM_CHECK_BUILD(the_clock_follows_the_samples,
+                offsetof(lum_group, clock_raw) <= sizeof(uint64_t));
+LUM_CHECK_BUILD(all_from_clock_to_order_is_compared,
                 offsetof(lum_group, sample_order) + 1u ==
-                    offsetof(lum_group, line) + 3u * sizeof(uint32_t) + 3u);
+                    offsetof(lum_group, clock_raw) + sizeof(uint64_t) +
+                        3u * sizeof(uint32_t) + 3u);
 
 static bool is_awaited(const lum_group *awaited, const lum_group *group)
 {
-    const size_t from = offsetof(lum_group, line);
+    const size_t from = offsetof(lum_group, clock_raw);
     const size_t to =
         offsetof(lum_group, sample_order) + sizeof group->sample_order;
-    return awaited->clock_raw == group->clock_raw &&
-           memcmp((const uint8_t *)awaited + from,
+    return memcmp((const uint8_t *)awaited + from,
                   (const uint8_t *)group + from, to - from) == 0;
 }
 
@@ -183,9 +182,9 @@ static lum_result place(lum_assembler *a, lum_eye_state *eye,
                         lum_line_slot **found)
 {
     lum_awaited *p = &a->awaited;
-    p->clock_us =
-        lum_clock_extend(a->stream.clock_us, (uint32_t)p->group.clock_raw,
-                         (unsigned)a->stream.clock_bytes);
+    p->ticks =
+        lum_clock_follow(a->stream.ticks, p->group.clock_raw, a->stream.mask);
+    p->clock_us = lum_clock_us(p->ticks, a->stream.unit_ns);
     const enum lum_stream_place where =
         lum_stream_judge(&eye->stream, &p->clock_us, a->config.gap_us);
     lum_stream_take(a, &eye->stream, where);

@@ -1,6 +1,8 @@
-/* Little-endian integers by shifts: any alignment, any host. */
+/* Integers by shifts: any alignment, any host. */
 #ifndef LUM_CORE_BYTES_H
 #define LUM_CORE_BYTES_H
+
+#include "lum/profile.h"
 
 #include <stdint.h>
 
@@ -32,6 +34,18 @@ static LUM_LOAD_INLINE uint32_t load_u32(const uint8_t *p)
            ((uint32_t)p[3] << 24);
 }
 
+static inline uint32_t swapped32(uint32_t v)
+{
+    return v >> 24 | (v >> 8 & 0xff00u) | (v & 0xff00u) << 8 | v << 24;
+}
+
+/* order: an ::lum_byte_order. */
+static inline uint32_t load_sample(const uint8_t *p, uint8_t order)
+{
+    const uint32_t v = load_u32(p);
+    return order == LUM_ORDER_LITTLE ? v : swapped32(v);
+}
+
 static inline void store_u16(uint8_t *p, uint32_t v)
 {
     p[0] = (uint8_t)(v & 0xffu);
@@ -53,6 +67,11 @@ static inline int16_t signed16(uint16_t v)
 static inline int32_t signed32(uint32_t v)
 {
     return v <= INT32_MAX ? (int32_t)v : -(int32_t)~v - 1;
+}
+
+static inline int64_t signed64(uint64_t v)
+{
+    return v <= INT64_MAX ? (int64_t)v : -(int64_t)~v - 1;
 }
 
 #endif

@@ -1,12 +1,58 @@
-#include "lum/clock.h"
+#include "clock.h"
 
-int64_t lum_clock_extend(int64_t before, uint32_t raw, unsigned bytes)
+#include "bytes.h"
+#include "product.h"
+
+uint64_t lum_clock_extend(uint64_t before, uint64_t raw, unsigned bits)
 {
-    if (bytes == 0) {
-        return before;
+    return lum_clock_follow(before, raw, lum_clock_mask(bits));
+}
+
+/* Shifted as often as it takes: 32 bits of address have no room for more. */
+uint64_t lum_clock_mask(unsigned bits)
+{
+    uint64_t mask = 0;
+    for (; bits > 0; bits--) {
+        mask += mask + 1u;
     }
-    const uint32_t half = UINT32_C(1) << (8u * bytes - 1u);
-    const uint32_t mask = half | (half - 1u);
-    const uint32_t ahead = (raw - (uint32_t)((uint64_t)before)) & mask;
-    return before + (int64_t)(ahead ^ half) - (int64_t)half;
+    return mask;
+}
+
+uint64_t lum_clock_follow(uint64_t before, uint64_t raw, uint64_t mask)
+{
+    const uint64_t half = (mask >> 1) + 1u;
+    return before + (((raw - before) & mask) ^ half) - half;
+}
+
+/* The upper half of a product with 2^38 / 1000: whole for any ns. */
+static uint32_t whole_us(uint32_t ns)
+{
+    return (uint32_t)(product_unsigned(ns, UINT32_C(0x10624dd3)) >> 32) >> 6;
+}
+
+/* As on paper, by digits of 32 bits, the highest first: 2^32 is 4294967 times
+ * 1000, and 296. Below 0, the floor of -1 - x is -1 - the floor of x. */
+int64_t lum_clock_us(uint64_t ticks, uint32_t unit_ns)
+{
+    const uint32_t high = (uint32_t)(ticks >> 32);
+    const uint32_t below = high >> 29 == 7u ? UINT32_MAX : 0;
+    uint32_t digits[3];
+    uint32_t rest = 0;
+    if (unit_ns == 1000u) {
+        return signed64(ticks);
+    }
+    uint64_t ns = product_unsigned((uint32_t)ticks ^ below, unit_ns) +
+                  ((unit_ns - 1u) & below);
+    digits[0] = (uint32_t)ns;
+    ns = product_unsigned(high ^ below, unit_ns) + (ns >> 32);
+    digits[1] = (uint32_t)ns;
+    digits[2] = (uint32_t)(ns >> 32);
+    for (unsigned i = 3; i-- > 0;) {
+        const uint32_t us = whole_us(digits[i]);
+        const uint32_t left = digits[i] - 1000u * us + 296u * rest;
+        const uint32_t more = whole_us(left);
+        digits[i] = 4294967u * rest + us + more;
+        rest = left - 1000u * more;
+    }
+    return signed64((uint64_t)(digits[1] ^ below) << 32 | (digits[0] ^ below));
 }

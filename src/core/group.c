@@ -2,26 +2,42 @@
 
 #include "bytes.h"
 #include "check.h"
+#include "field.h"
 #include "group.h"
 #include "lum/wire.h"
 
 #include <string.h>
 
-/* Four bytes can be read at any field: a sample at least is behind them. */
-static uint32_t load_field(const uint8_t *packet, const lum_field *field)
+/* Bytes from the one with a field's highest bit to the one with its lowest. Of
+ * a width that is a power of 2, the byte at i in the other order is at i ^
+ * (width
+ * - 1). */
+static uint64_t load_field(const uint8_t *packet, const lum_field *field)
 {
-    if (field->bytes == 0) {
-        return 0;
+    const uint8_t *from = packet + field->at;
+    const unsigned bits = field_bits(field);
+    const unsigned end = field->low + bits;
+    const unsigned flip = field_flip(field);
+    uint32_t mask = 0xffu >> ((0u - end) % 8u);
+    uint32_t high = 0;
+    uint32_t low = 0;
+    for (unsigned i = (end + 7u) / 8u; i-- > field->low / 8u;) {
+        high = high << 8 | low >> 24;
+        low = low << 8 | (from[i ^ flip] & mask);
+        mask = 0xffu;
     }
-    const unsigned spare = 32u - 8u * field->bytes;
-    return load_u32(packet + field->at) << spare >> spare;
+    return ((uint64_t)high << 32 | low) >> field->low % 8u;
 }
 
-static void store_field(uint8_t *packet, const lum_field *field, uint32_t value)
+/* Bits of other fields in the same bytes stay as they are. */
+static void store_field(uint8_t *packet, const lum_field *field, uint64_t value)
 {
-    for (unsigned i = 0; i < field->bytes; i++) {
-        packet[field->at + i] = (uint8_t)(value & 0xffu);
-        value >>= 8;
+    const unsigned flip = field_flip(field);
+    uint8_t *to = packet + field->at;
+    for (unsigned i = 0; i < field_bits(field); i++) {
+        const unsigned bit = field->low + i;
+        const unsigned set = (unsigned)(value >> i) & 1u;
+        to[bit / 8u ^ flip] |= (uint8_t)(set << bit % 8u);
     }
 }
 
@@ -38,44 +54,65 @@ lum_result lum_group_check(uint32_t tag, uint32_t n, uint32_t first)
     return tag == LUM_TAG_RANGES ? LUM_OK : LUM_E_UNKNOWN_TAG;
 }
 
+/* A line, a count or an index of more than 32 bits is none, nor is there an eye
+ * of such a value. */
+static bool is_wide(const uint64_t *v)
+{
+    return (v[LUM_FIELD_EYE] | v[LUM_FIELD_LINE] | v[LUM_FIELD_NUM_SAMPLES] |
+            v[LUM_FIELD_FIRST_SAMPLE_INDEX]) >>
+               32 !=
+           0;
+}
+
+static uint8_t find_eye(const lum_profile *p, uint32_t value)
+{
+    return value == p->eye_values[LUM_EYE_BLUE] ? LUM_EYE_BLUE : LUM_EYE_GREEN;
+}
+
 lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
                             size_t len, lum_group *out)
 {
     const lum_profile *p = &layout->profile;
     const uint8_t *b = bytes;
-    uint32_t v[LUM_GROUP_FIELDS];
+    uint64_t v[LUM_GROUP_FIELDS];
     if (len < p->samples_at + LUM_SAMPLE_BYTES) {
         return LUM_E_MALFORMED;
     }
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
         v[f] = load_field(b, &p->group[f]);
     }
-    const uint32_t n = v[LUM_FIELD_NUM_SAMPLES];
-    const uint8_t eye = v[LUM_FIELD_EYE] == p->eye_values[LUM_EYE_BLUE]
-                            ? LUM_EYE_BLUE
-                            : LUM_EYE_GREEN;
-    if (n > (len - p->samples_at) / LUM_SAMPLE_BYTES ||
-        v[LUM_FIELD_EYE] != p->eye_values[eye]) {
+    const uint32_t value = (uint32_t)v[LUM_FIELD_EYE];
+    const uint8_t eye = find_eye(p, value);
+    const size_t room = (len - p->samples_at) / LUM_SAMPLE_BYTES;
+    if (p->group[LUM_FIELD_NUM_SAMPLES].bytes == 0) {
+        v[LUM_FIELD_NUM_SAMPLES] = room;
+    }
+    const uint32_t n = (uint32_t)v[LUM_FIELD_NUM_SAMPLES];
+    if (is_wide(v) || n > room || value != p->eye_values[eye]) {
         return LUM_E_MALFORMED;
     }
-    const lum_result r =
-        lum_group_check(v[LUM_FIELD_TAG], n, v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
+    const uint32_t first = (uint32_t)v[LUM_FIELD_FIRST_SAMPLE_INDEX];
+    const uint32_t tag =
+        v[LUM_FIELD_TAG] >> 32 == 0 ? (uint32_t)v[LUM_FIELD_TAG] : 0;
+    const lum_result r = lum_group_check(tag, n, first);
     if (r != LUM_OK) {
         return r;
     }
     out->samples = b + p->samples_at;
-    out->line = v[LUM_FIELD_LINE];
-    out->num_samples = n;
-    out->first_sample_index = v[LUM_FIELD_FIRST_SAMPLE_INDEX];
     out->clock_raw = v[LUM_FIELD_TIMESTAMP];
+    out->line = (uint32_t)v[LUM_FIELD_LINE];
+    out->num_samples = n;
+    out->first_sample_index = first;
     out->eye = eye;
-    out->tag = (uint8_t)v[LUM_FIELD_TAG];
+    out->tag = (uint8_t)tag;
+    out->sample_order = p->sample_order;
     return LUM_OK;
 }
 
-static bool fits(uint32_t value, const lum_field *field)
+static bool fits(uint64_t value, const lum_field *field)
 {
-    return field->bytes == 4 || value >> (8u * field->bytes) == 0;
+    const unsigned bits = field_bits(field);
+    return bits == 0 || value >> (bits - 1u) <= 1u;
 }
 
 /* With the tag on the packet type's byte the tag is the type. */
@@ -98,13 +135,13 @@ lum_result lum_group_encode(const lum_layout *layout, const lum_group *group,
                         group->first_sample_index) != LUM_OK) {
         return LUM_E_VALUE;
     }
-    const uint32_t values[LUM_GROUP_FIELDS] = {
+    const uint64_t values[LUM_GROUP_FIELDS] = {
         [LUM_FIELD_TAG] = group->tag,
         [LUM_FIELD_EYE] = p->eye_values[group->eye],
         [LUM_FIELD_LINE] = group->line,
         [LUM_FIELD_NUM_SAMPLES] = group->num_samples,
         [LUM_FIELD_FIRST_SAMPLE_INDEX] = group->first_sample_index,
-        [LUM_FIELD_TIMESTAMP] = (uint32_t)group->clock_raw,
+        [LUM_FIELD_TIMESTAMP] = group->clock_raw,
     };
     for (unsigned f = 0; f < LUM_FIELD_TIMESTAMP; f++) {
         if (!fits(values[f], &p->group[f])) {
@@ -127,29 +164,44 @@ lum_angle lum_group_angle(const lum_layout *layout, const lum_group *group,
                           uint32_t i)
 {
     const uint8_t *p = group->samples + (size_t)LUM_SAMPLE_BYTES * i;
-    const int16_t a = signed16(load_u16(p));
-    const int16_t b = signed16(load_u16(p + 2));
+    const unsigned low = group->sample_order == LUM_ORDER_LITTLE ? 0 : 1u;
+    const int16_t a = signed16((uint16_t)(p[low] | (unsigned)p[low ^ 1u] << 8));
+    const int16_t b =
+        signed16((uint16_t)(p[low ^ 2u] | (unsigned)p[low ^ 3u] << 8));
     return layout->profile.angle_order == LUM_AZIMUTH_ELEVATION
                ? (lum_angle){a, b}
                : (lum_angle){b, a};
 }
 
+/* The first angle is the lower half of a word, or the upper one of a word in
+ * the other order. */
 void lum_angle_encode(const lum_layout *layout, lum_angle angle,
                       uint8_t out[LUM_SAMPLE_BYTES])
 {
-    const bool swapped = layout->profile.angle_order == LUM_ELEVATION_AZIMUTH;
-    const int16_t a = swapped ? angle.elevation : angle.azimuth;
-    const int16_t b = swapped ? angle.azimuth : angle.elevation;
-    store_u16(out, (uint32_t)a & 0xffffu);
-    store_u16(out + 2, (uint32_t)b & 0xffffu);
+    const lum_profile *p = &layout->profile;
+    const bool is_first = (p->angle_order == LUM_AZIMUTH_ELEVATION) ==
+                          (p->sample_order == LUM_ORDER_LITTLE);
+    const int16_t low = is_first ? angle.azimuth : angle.elevation;
+    const int16_t high = is_first ? angle.elevation : angle.azimuth;
+    lum_group_word_encode(
+        layout, ((uint32_t)low & 0xffffu) | (uint32_t)high << 16, out);
 }
 
 uint32_t lum_group_word(const lum_group *group, uint32_t i)
 {
-    return load_u32(group->samples + (size_t)LUM_SAMPLE_BYTES * i);
+    return load_sample(group->samples + (size_t)LUM_SAMPLE_BYTES * i,
+                       group->sample_order);
 }
 
 void lum_word_encode(uint32_t word, uint8_t out[LUM_SAMPLE_BYTES])
 {
     store_u32(out, word);
+}
+
+void lum_group_word_encode(const lum_layout *layout, uint32_t word,
+                           uint8_t out[LUM_SAMPLE_BYTES])
+{
+    store_u32(out, layout->profile.sample_order == LUM_ORDER_LITTLE
+                       ? word
+                       : swapped32(word));
 }

@@ -1,12 +1,5 @@
 #include "product.h"
 
-/* A call inside of each would take a quarter of its time. */
-#if LUM_BY_PARTS
-#define LUM_IN_PLACE inline __attribute__((always_inline))
-#else
-#define LUM_IN_PLACE inline
-#endif
-
 /* a = ah x 2^16 + al, where al is not negative, and b likewise. Each sum of a
  * product and what was carried into it still fits. */
 static LUM_IN_PLACE int32_t upper_half(int32_t a, int32_t b)

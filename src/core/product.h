@@ -18,6 +18,8 @@
 #define LUM_ONE_COPY inline
 #endif
 
+#define LUM_IN_PLACE inline __attribute__((always_inline))
+
 /* A Cortex-M4 has an instruction for high_product(), but GCC does not use it by
  * itself. */
 #if defined(__ARM_FEATURE_DSP) && defined(__thumb2__) && defined(__GNUC__)

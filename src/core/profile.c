@@ -1,5 +1,6 @@
 #include "lum/profile.h"
 
+#include "field.h"
 #include "lum/wire.h"
 
 #include <stdbool.h>
@@ -53,13 +54,19 @@ static unsigned end_of(lum_field field)
     return (unsigned)field.at + field.bytes;
 }
 
-static lum_profile_fault check_field(const lum_profile *p, unsigned f)
+/* Whether a field's bits lie in its bytes. Without a number all do. */
+static bool has_bits(lum_field field)
+{
+    return field.bits == 0
+               ? field.low == 0
+               : (unsigned)field.low + field.bits <= 8u * field.bytes;
+}
+
+static lum_profile_fault check_bytes(const lum_profile *p, unsigned f)
 {
     const lum_field field = p->group[f];
-    if (field.bytes == 0 && f == LUM_FIELD_TIMESTAMP) {
-        return LUM_PROFILE_FINE;
-    }
-    if (field.bytes != 1 && field.bytes != 2 && field.bytes != 4) {
+    const unsigned bytes = field.bytes;
+    if (bytes == 0 || bytes > 8 || (bytes & (bytes - 1u)) != 0) {
         return LUM_PROFILE_FIELD_WIDTH;
     }
     if (!is_offset(field.at)) {
@@ -69,9 +76,40 @@ static lum_profile_fault check_field(const lum_profile *p, unsigned f)
         (f != LUM_FIELD_TAG || field.at != FIELD_AT_MIN)) {
         return LUM_PROFILE_FIELD_ON_TYPE;
     }
+    if (field.order > LUM_ORDER_BIG) {
+        return LUM_PROFILE_FIELD_ORDER;
+    }
+    return has_bits(field) ? LUM_PROFILE_FINE : LUM_PROFILE_FIELD_BITS;
+}
+
+/* Other bits of the same bytes are no overlap. */
+static bool overlap(lum_field a, lum_field b)
+{
+    if (a.at >= end_of(b) || b.at >= end_of(a)) {
+        return false;
+    }
+    return a.bits == 0 || b.bits == 0 || a.at != b.at || a.bytes != b.bytes ||
+           a.order != b.order ||
+           (a.low < b.low + b.bits && b.low < a.low + a.bits);
+}
+
+static bool may_be_nowhere(unsigned f)
+{
+    return f == LUM_FIELD_TIMESTAMP || f == LUM_FIELD_NUM_SAMPLES;
+}
+
+static lum_profile_fault check_field(const lum_profile *p, unsigned f)
+{
+    if (p->group[f].bytes == 0 && may_be_nowhere(f)) {
+        return LUM_PROFILE_FINE;
+    }
+    const lum_profile_fault fault = check_bytes(p, f);
+    if (fault != LUM_PROFILE_FINE) {
+        return fault;
+    }
     for (unsigned other = 0; other < f; other++) {
-        const lum_field o = p->group[other];
-        if (field.at < end_of(o) && o.at < end_of(field)) {
+        if (p->group[other].bytes > 0 &&
+            overlap(p->group[f], p->group[other])) {
             return LUM_PROFILE_FIELDS_OVERLAP;
         }
     }
@@ -99,9 +137,9 @@ static unsigned check_group(const lum_profile *p)
 
 static unsigned check_eyes(const lum_profile *p)
 {
-    const unsigned bytes = p->group[LUM_FIELD_EYE].bytes;
+    const unsigned bits = field_bits(&p->group[LUM_FIELD_EYE]);
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
-        if (bytes < 4 && p->eye_values[eye] >> (8u * bytes) != 0) {
+        if (bits < 32 && p->eye_values[eye] >> bits != 0) {
             return fault_at(LUM_PROFILE_EYE_VALUE_WIDTH, eye);
         }
     }
@@ -133,6 +171,12 @@ static unsigned check_scalars(const lum_profile *p)
     }
     if (p->angle_order > LUM_ELEVATION_AZIMUTH) {
         return LUM_PROFILE_ANGLE_ORDER;
+    }
+    if (p->sample_order > LUM_ORDER_BIG) {
+        return LUM_PROFILE_SAMPLE_ORDER;
+    }
+    if (p->clock_unit_ns - 1u >= LUM_CLOCK_UNIT_MAX_NS) {
+        return LUM_PROFILE_CLOCK_UNIT;
     }
     if (p->angle_lsb_pdeg > LUM_ANGLE_LSB_MAX_PDEG) {
         return LUM_PROFILE_ANGLE_LSB;

@@ -1,8 +1,9 @@
 #include "lum/receiver.h"
 
-#include "bytes.h"
 #include "check.h"
+#include "clock.h"
 #include "counter.h"
+#include "field.h"
 #include "group.h"
 #include "product.h"
 #include "words.h"
@@ -41,7 +42,9 @@ lum_result lum_receiver_init(lum_receiver *r, const lum_layout *layout,
     }
     memset(r, 0, sizeof *r);
     r->angle_order = profile->angle_order;
-    r->clock_bits = (uint8_t)(8u * profile->group[LUM_FIELD_TIMESTAMP].bytes);
+    r->mask = lum_clock_mask(clock_bits(&profile->group[LUM_FIELD_TIMESTAMP]));
+    r->ticks = r->mask ^ r->mask >> 1;
+    r->unit_ns = profile->clock_unit_ns;
     r->line_span_us = profile->line_span_us;
     r->gap_us = gap_us;
     r->words = words;
@@ -142,23 +145,13 @@ static void begin_anew(lum_receiver *r, lum_receiver_eye *eye)
     eye->has_settled = false;
 }
 
-/* A clock of fewer bits advances by its signed difference. */
-static uint32_t extend(const lum_receiver *r, uint32_t clock_raw)
-{
-    const uint32_t unused = 32u - r->clock_bits;
-    if (unused == 32u) {
-        return 0;
-    }
-    const uint32_t ahead = (clock_raw - r->clock_us) << unused;
-    return r->clock_us + (uint32_t)(signed32(ahead) >> unused);
-}
-
 /* The clock of a packet (docs/protocol.md, section 6, Reassembly, rules 1 and
  * 2): returns false for a stray. */
 static LUM_ONE_COPY bool follow(lum_receiver *r, lum_receiver_eye *eye,
-                                uint32_t clock_raw)
+                                uint64_t clock_raw)
 {
-    const uint32_t clock_us = extend(r, clock_raw);
+    const uint64_t ticks = lum_clock_follow(r->ticks, clock_raw, r->mask);
+    const uint32_t clock_us = (uint32_t)lum_clock_us(ticks, r->unit_ns);
     const uint32_t gap_us = r->gap_us;
     if (eye->has_heard && !is_within(clock_us - eye->newest_us, gap_us)) {
         if (!eye->has_candidate ||
@@ -175,6 +168,7 @@ static LUM_ONE_COPY bool follow(lum_receiver *r, lum_receiver_eye *eye,
     }
     eye->has_heard = true;
     r->clock_us = clock_us;
+    r->ticks = ticks;
     return true;
 }
 
@@ -226,14 +220,12 @@ static bool is_marked(const uint32_t *marks, uint32_t pixel)
 static lum_result copy_words(lum_receiver *r, const lum_receiver_eye *eye,
                              const lum_group *group, uint32_t *count)
 {
-    const uint8_t *from = group->samples;
     bool is_there = false;
     uint32_t good = 0;
     uint32_t before = 0;
     for (uint32_t i = 0; i < group->num_samples; i++) {
-        const uint32_t word = load_u32(from);
+        const uint32_t word = lum_group_word(group, i);
         const uint32_t pixel = lum_word_pixel(word);
-        from += LUM_SAMPLE_BYTES;
         if (!lum_word_is_good(word)) {
             continue;
         }
@@ -302,7 +294,7 @@ static LUM_ONE_COPY lum_result accept(lum_receiver *r, lum_receiver_eye *eye,
 static lum_result take(lum_receiver *r, const lum_group *group)
 {
     lum_receiver_eye *eye = &r->eye[group->eye];
-    if (!follow(r, eye, (uint32_t)group->clock_raw)) {
+    if (!follow(r, eye, group->clock_raw)) {
         return LUM_E_STRAY;
     }
     if (!go_to_line(r, eye, group)) {

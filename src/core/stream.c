@@ -2,6 +2,8 @@
 
 #include "bytes.h"
 #include "check.h"
+#include "clock.h"
+#include "field.h"
 
 int32_t lum_stream_lead(const int64_t *clock_us, const int64_t *other_us)
 {
@@ -13,17 +15,17 @@ int32_t lum_stream_lead(const int64_t *clock_us, const int64_t *other_us)
 
 /* In the middle of all values, so that the first is extended to itself. The
  * first packet of an eye sets all else. */
-void lum_stream_init(lum_assembler *a, uint8_t clock_bytes)
+void lum_stream_init(lum_assembler *a, const lum_profile *profile)
 {
-    a->stream.clock_bytes = clock_bytes;
-    if (clock_bytes > 0) {
-        a->stream.clock_us = UINT32_C(1) << (8u * clock_bytes - 1u);
-    }
+    const uint64_t mask =
+        lum_clock_mask(clock_bits(&profile->group[LUM_FIELD_TIMESTAMP]));
+    a->stream.mask = mask;
+    a->stream.ticks = mask ^ mask >> 1;
+    a->stream.unit_ns = profile->clock_unit_ns;
 }
 
-/* Within 2^61 us of 0, 70,000 years: sums and differences of clocks fit, also
- * of a stray farther off, as it is less than 2^32 from a clock. Only forged
- * packets lead there. */
+/* Within 2^61 us of 0, 70,000 years: sums and differences of clocks fit. Only
+ * forged packets lead farther. */
 static bool is_clock(const int64_t *us)
 {
     return ((uint64_t)*us + (UINT64_C(1) << 61)) >> 62 == 0;
@@ -50,12 +52,12 @@ void lum_stream_take(lum_assembler *a, lum_eye_stream *s,
 {
     const int64_t *clock_us = &a->awaited.clock_us;
     if (place == STREAM_STRAY) {
-        s->candidate_us = *clock_us;
+        s->candidate_us = is_clock(clock_us) ? *clock_us : STREAM_LONG_AGO;
         return;
     }
     LUM_CHECK(is_clock(clock_us));
     s->candidate_us = STREAM_LONG_AGO;
-    a->stream.clock_us = *clock_us;
+    a->stream.ticks = a->awaited.ticks;
     if (place == STREAM_BREAK || a->stream.begun == 0) {
         /* silence of either eye is counted from here on */
         a->eye[LUM_EYE_BLUE].stream.heard_us = *clock_us;

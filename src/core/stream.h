@@ -15,7 +15,7 @@ enum lum_stream_place {
     STREAM_BREAK, /* the stream has jumped to it */
 };
 
-void lum_stream_init(lum_assembler *a, uint8_t clock_bytes);
+void lum_stream_init(lum_assembler *a, const lum_profile *profile);
 
 /* Judges a clock. */
 enum lum_stream_place lum_stream_judge(const lum_eye_stream *eye,

@@ -74,8 +74,7 @@ static uint32_t in_order(const lum_layout *layout, uint32_t address)
     if (layout->profile.set_ip_order != LUM_SET_IP_NETWORK) {
         return address;
     }
-    return address >> 24 | (address >> 8 & 0xff00u) | (address & 0xff00u) << 8 |
-           address << 24;
+    return swapped32(address);
 }
 
 lum_result lum_set_ip_encode(uint8_t out[LUM_SET_IP_BYTES],

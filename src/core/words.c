@@ -47,12 +47,13 @@ static void copy_angles(lum_angle *angles, const lum_group *group,
                         uint8_t angle_order)
 {
     const unsigned swap = angle_order == LUM_AZIMUTH_ELEVATION ? 0 : 1;
+    const unsigned low = group->sample_order == LUM_ORDER_LITTLE ? 0 : 1;
     uint16_t *restrict to = (uint16_t *)angles;
     const uint8_t *restrict from = group->samples;
     const uint8_t *const end =
         from + (size_t)LUM_SAMPLE_BYTES * group->num_samples;
 #if LUM_VECTORS
-    if (swap == 0) {
+    if (swap == 0 && low == 0) {
         for (uint32_t i = 0; i < 2u * group->num_samples; i++) {
             to[i] = load_u16(from + (size_t)2 * i);
         }
@@ -60,8 +61,9 @@ static void copy_angles(lum_angle *angles, const lum_group *group,
     }
 #endif
     for (; from != end; from += LUM_SAMPLE_BYTES) {
-        to[swap] = load_u16(from);
-        to[swap ^ 1u] = load_u16(from + 2);
+        to[swap] = (uint16_t)(from[low] | (unsigned)from[low ^ 1u] << 8);
+        to[swap ^ 1u] =
+            (uint16_t)(from[low ^ 2u] | (unsigned)from[low ^ 3u] << 8);
         to += 2;
     }
 }
@@ -93,34 +95,39 @@ static uint32_t place_of(uint32_t word)
  * first on. The caller has checked the first of them. There is no branch for
  * each word: where a place is below the one before it, the difference is
  * negative and sets the highest bit of borrow. If the places only rise, only
- * the last can be too high. */
+ * the last can be too high. It is made once for each order of bytes. */
 #if LUM_VECTORS
 /* Compilers make vector code of a loop whose turns need nothing of each other.
  * So the word before is read again. */
-static bool copy_in_order(uint32_t *restrict to, const uint8_t *restrict from,
-                          uint32_t n, uint32_t first)
+static LUM_IN_PLACE bool copy_in_order(uint32_t *restrict to,
+                                       const uint8_t *restrict from, uint32_t n,
+                                       uint32_t first, uint8_t order)
 {
     const size_t end = (size_t)LUM_SAMPLE_BYTES * n;
     uint32_t borrow = 0;
     (void)first;
-    to[0] = load_u32(from);
+    to[0] = load_sample(from, order);
     for (uint32_t i = 1; i < n; i++) {
         const size_t at = (size_t)LUM_SAMPLE_BYTES * i;
-        const uint32_t word = load_u32(from + at);
-        const uint32_t before = load_u32(from + at - LUM_SAMPLE_BYTES);
+        const uint32_t word = load_sample(from + at, order);
+        const uint32_t before =
+            load_sample(from + at - LUM_SAMPLE_BYTES, order);
         to[i] = word;
         borrow |= place_of(word) - place_of(before);
     }
     return borrow >> 31 == 0 &&
-           place_of(load_u32(from + end - LUM_SAMPLE_BYTES)) < LUM_LINE_PIXELS;
+           place_of(load_sample(from + end - LUM_SAMPLE_BYTES, order)) <
+               LUM_LINE_PIXELS;
 }
 #else
-static bool copy_in_order(uint32_t *restrict to, const uint8_t *restrict from,
-                          uint32_t n, uint32_t first)
+static LUM_IN_PLACE bool copy_in_order(uint32_t *restrict to,
+                                       const uint8_t *restrict from, uint32_t n,
+                                       uint32_t first, uint8_t order)
 {
     uint32_t borrow = 0;
     for (uint32_t i = 0; i < n; i++) {
-        const uint32_t word = load_u32(from + (size_t)LUM_SAMPLE_BYTES * i);
+        const uint32_t word =
+            load_sample(from + (size_t)LUM_SAMPLE_BYTES * i, order);
         const uint32_t place = place_of(word);
         to[i] = word;
         borrow |= place - first;
@@ -143,12 +150,17 @@ static bool append(const lum_assembler *a, lum_line_slot *slot,
         return false;
     }
     const uint32_t first = count > 0 ? place_of(to[-1]) + 1u : 0;
-    if (place_of(load_u32(group->samples)) < first ||
-        !copy_in_order(to, group->samples, n, first)) {
+    if (place_of(lum_group_word(group, 0)) < first) {
         return false;
     }
-    slot->line.word_count = count + n;
-    return true;
+    const bool is_in_order =
+        group->sample_order == LUM_ORDER_LITTLE
+            ? copy_in_order(to, group->samples, n, first, LUM_ORDER_LITTLE)
+            : copy_in_order(to, group->samples, n, first, LUM_ORDER_BIG);
+    if (is_in_order) {
+        slot->line.word_count = count + n;
+    }
+    return is_in_order;
 }
 
 /* Any other packet is merged into the words of the line, in place:
@@ -174,13 +186,11 @@ struct merge {
 /* Step 1: how many words are good, as far as a line can hold them. */
 static uint32_t count_good(struct merge *m, const lum_group *group)
 {
-    const uint8_t *sample = group->samples;
     uint32_t good = 0;
     uint32_t low = LUM_LINE_PIXELS;
     uint32_t end = 0;
-    for (uint32_t i = group->num_samples; i > 0; i--) {
-        const uint32_t pixel = place_of(load_u32(sample));
-        sample += LUM_SAMPLE_BYTES;
+    for (uint32_t i = 0; i < group->num_samples; i++) {
+        const uint32_t pixel = place_of(lum_group_word(group, i));
         if (pixel < LUM_LINE_PIXELS && m->table[pixel] <= LUM_LINE_WORDS_MAX) {
             m->table[pixel]++;
             good++;
@@ -245,11 +255,9 @@ static void make_room(const struct merge *m, uint32_t count, uint32_t good)
 /* Step 4. */
 static void fill_room(const struct merge *m, const lum_group *group)
 {
-    const uint8_t *sample = group->samples;
-    for (uint32_t i = group->num_samples; i > 0; i--) {
-        const uint32_t word = load_u32(sample);
+    for (uint32_t i = 0; i < group->num_samples; i++) {
+        const uint32_t word = lum_group_word(group, i);
         const uint32_t pixel = place_of(word);
-        sample += LUM_SAMPLE_BYTES;
         if (pixel < LUM_LINE_PIXELS) {
             m->words[m->table[pixel]++] = word;
         }

@@ -114,8 +114,9 @@ static void follow(lum_clock_sync *sync, lum_clock_exchange *e, uint32_t raw)
     const int64_t passed = elapsed(last->middle_ns, e->middle_ns);
     const int64_t slack =
         last->error_ns + e->error_ns + scale(magnitude(passed), DRIFT_MAX_PPB);
+    const uint64_t about_us = (uint64_t)(sync->clock_us + passed / STEP_NS);
     const int64_t clock_us =
-        lum_clock_extend(sync->clock_us + passed / STEP_NS, raw, 4);
+        lum_clock_us(lum_clock_extend(about_us, raw, 32), STEP_NS);
     set_offset(e, clock_us);
     const int64_t jump = magnitude(elapsed(last->offset_ns, e->offset_ns));
     sync->clock_us = clock_us;

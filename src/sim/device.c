@@ -40,7 +40,12 @@ void lum_device_init(lum_device *out, const lum_layout *layout, uint16_t lines,
 
 uint32_t lum_device_clock_us(const lum_device *device, int64_t now_ns)
 {
-    return (uint32_t)((now_ns - device->boot_ns) / 1000);
+    return (uint32_t)lum_device_since_boot_us(device, now_ns);
+}
+
+int64_t lum_device_since_boot_us(const lum_device *device, int64_t now_ns)
+{
+    return (now_ns - device->boot_ns) / 1000;
 }
 
 float lum_device_gain(const lum_device *device, int64_t now_ns)

@@ -115,6 +115,9 @@ void lum_device_set_hazards(lum_device *device, uint16_t set, uint16_t clear,
 /** The sensor's clock, 32 bits of microseconds since boot. */
 uint32_t lum_device_clock_us(const lum_device *device, int64_t now_ns);
 
+/** The same before it wraps. */
+int64_t lum_device_since_boot_us(const lum_device *device, int64_t now_ns);
+
 /** Whether the laser is up: switched on by a command, and no bit of
  * LUM_LASER_ALL_DOWN set. */
 bool lum_device_laser_is_up(const lum_device *device);

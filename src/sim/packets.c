@@ -1,5 +1,7 @@
 #include "packets.h"
 
+#include "lum/clock.h"
+
 #include <stdbool.h>
 
 /* As a sensor cuts the angles of a line. */
@@ -25,14 +27,26 @@ lum_result lum_packets_check(const lum_layout *layout, uint32_t lines)
                : lum_group_encode(layout, &ranges, head, sizeof head, &len);
 }
 
+static unsigned bits_of(const lum_field *field)
+{
+    return field->bits > 0 ? field->bits : 8u * field->bytes;
+}
+
+static uint64_t ticks_of(const lum_layout *layout, int64_t clock_us)
+{
+    return (uint64_t)clock_us * 1000u / layout->profile.clock_unit_ns;
+}
+
 int64_t lum_packets_clock_us(const lum_layout *layout, const lum_sim_line *line)
 {
-    const unsigned bytes = layout->profile.group[LUM_FIELD_TIMESTAMP].bytes;
-    const int64_t span = INT64_C(1) << (8u * bytes);
-    if (bytes == 0) {
+    const unsigned bits = bits_of(&layout->profile.group[LUM_FIELD_TIMESTAMP]);
+    if (bits == 0) {
         return 0;
     }
-    return LUM_RENDER_CLOCK_US % span + line->clock_us - LUM_RENDER_CLOCK_US;
+    const uint64_t first = ticks_of(layout, LUM_RENDER_CLOCK_US);
+    const uint64_t since = ticks_of(layout, line->clock_us) - first;
+    const uint64_t mask = bits < 64 ? (UINT64_C(1) << bits) - 1u : UINT64_MAX;
+    return lum_clock_us((first & mask) + since, layout->profile.clock_unit_ns);
 }
 
 static lum_sim_packet *begin(const lum_layout *layout, const lum_sim_line *line,
@@ -51,13 +65,13 @@ static lum_sim_packet *begin(const lum_layout *layout, const lum_sim_line *line,
     return p;
 }
 
-static lum_group group_of(const lum_sim_line *line, uint8_t tag, uint32_t first,
-                          uint32_t n)
+static lum_group group_of(const lum_layout *layout, const lum_sim_line *line,
+                          uint8_t tag, uint32_t first, uint32_t n)
 {
     const lum_group group = {.line = line->number,
                              .num_samples = n,
                              .first_sample_index = first,
-                             .clock_raw = (uint32_t)line->clock_us,
+                             .clock_raw = ticks_of(layout, line->clock_us),
                              .eye = line->eye,
                              .tag = tag};
     return group;
@@ -70,7 +84,8 @@ lum_result lum_packets_add_angles(const lum_layout *layout,
     uint32_t first = 0;
     for (size_t i = 0; i < sizeof angle_cuts / sizeof angle_cuts[0]; i++) {
         const uint32_t n = angle_cuts[i];
-        const lum_group group = group_of(line, LUM_TAG_ANGLES, first, n);
+        const lum_group group =
+            group_of(layout, line, LUM_TAG_ANGLES, first, n);
         lum_sim_packet *p = begin(layout, line, &group, out);
         if (p == NULL) {
             return LUM_E_VALUE;
@@ -108,14 +123,16 @@ lum_result lum_packets_add_ranges(const lum_layout *layout,
         (LUM_PACKET_BYTES_MAX - layout->profile.samples_at) / LUM_SAMPLE_BYTES;
     for (size_t first = 0; first < line->word_count;) {
         const size_t end = end_of_packet(line, first, room);
-        const lum_group group = group_of(line, LUM_TAG_RANGES, (uint32_t)first,
-                                         (uint32_t)(end - first));
+        const lum_group group =
+            group_of(layout, line, LUM_TAG_RANGES, (uint32_t)first,
+                     (uint32_t)(end - first));
         lum_sim_packet *p = begin(layout, line, &group, out);
         if (p == NULL) {
             return LUM_E_VALUE;
         }
         for (; first < end; first++) {
-            lum_word_encode(line->words[first], p->bytes + p->len);
+            lum_group_word_encode(layout, line->words[first],
+                                  p->bytes + p->len);
             p->len += LUM_SAMPLE_BYTES;
         }
     }
@@ -131,12 +148,20 @@ lum_result lum_packets_build(const lum_layout *layout, const lum_sim_line *line,
                             : lum_packets_add_ranges(layout, line, out);
 }
 
-void lum_packets_set_clock(const lum_layout *layout, uint32_t clock_us,
+/* Other fields may have the other bits of its bytes. */
+void lum_packets_set_clock(const lum_layout *layout, int64_t clock_us,
                            uint8_t *packet)
 {
     const lum_field field = layout->profile.group[LUM_FIELD_TIMESTAMP];
-    for (unsigned i = 0; i < field.bytes; i++) {
-        packet[field.at + i] = (uint8_t)(clock_us >> (8u * i) & 0xffu);
+    const uint64_t ticks = ticks_of(layout, clock_us);
+    for (unsigned i = 0; i < bits_of(&field); i++) {
+        const unsigned bit = field.low + i;
+        const unsigned place = field.order == LUM_ORDER_LITTLE
+                                   ? bit / 8u
+                                   : field.bytes - 1u - bit / 8u;
+        uint8_t *to = &packet[field.at + place];
+        const unsigned set = (unsigned)(ticks >> i) & 1u;
+        *to = (uint8_t)((*to & ~(1u << bit % 8u)) | set << bit % 8u);
     }
 }
 

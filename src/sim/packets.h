@@ -62,8 +62,10 @@ LUM_MUST_CHECK lum_result lum_packets_add_ranges(const lum_layout *layout,
                                                  const lum_sim_line *line,
                                                  lum_packet_batch *out);
 
-/** Set the clock of a data packet; does nothing if the layout has none. */
-void lum_packets_set_clock(const lum_layout *layout, uint32_t clock_us,
+/** Set the clock of a data packet, in the layout's ticks; does nothing if it
+ * has no clock.
+ * @param clock_us 0 to 2^53. */
+void lum_packets_set_clock(const lum_layout *layout, int64_t clock_us,
                            uint8_t *packet);
 
 /** Spread the packets of both eyes over the time of a line: the eyes take

@@ -243,7 +243,7 @@ static void thin(lum_reel *reel, uint32_t line, unsigned eye, float gain,
 }
 
 size_t lum_reel_line(lum_reel *reel, unsigned frame, uint32_t line,
-                     const lum_reel_settings *settings, uint32_t clock_us,
+                     const lum_reel_settings *settings, int64_t clock_us,
                      lum_reel_packet *out)
 {
     struct strip *strips = strip_of(reel, frame, line, 0);

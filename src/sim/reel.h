@@ -68,11 +68,12 @@ uint32_t lum_reel_lines(const lum_reel *reel);
  * order in which they leave; the eyes take turns.
  * @param frame    below lum_reel_frames().
  * @param line     below lum_reel_lines().
- * @param clock_us the sensor's clock, for every one of them.
+ * @param clock_us the sensor's clock, which has not wrapped, for every one of
+ *                 them.
  * @param out      room for LUM_REEL_LINE_PACKETS.
  * @return how many. */
 size_t lum_reel_line(lum_reel *reel, unsigned frame, uint32_t line,
-                     const lum_reel_settings *settings, uint32_t clock_us,
+                     const lum_reel_settings *settings, int64_t clock_us,
                      lum_reel_packet *out);
 
 #endif

@@ -9,9 +9,11 @@ void model_init(struct model *m, const lum_assembler_config *config,
 {
     m->config = *config;
     m->line_span_us = layout->profile.line_span_us;
-    m->clock_bytes = layout->profile.group[LUM_FIELD_TIMESTAMP].bytes;
-    m->clock_us =
-        m->clock_bytes == 0 ? 0 : INT64_C(1) << (8 * m->clock_bytes - 1);
+    const lum_field *clock = &layout->profile.group[LUM_FIELD_TIMESTAMP];
+    m->clock_bits = clock->bits > 0 ? clock->bits : 8u * clock->bytes;
+    m->clock_bits = m->clock_bits < 64u ? m->clock_bits : 63u;
+    m->unit_ns = layout->profile.clock_unit_ns;
+    m->ticks = m->clock_bits == 0 ? 0 : UINT64_C(1) << (m->clock_bits - 1u);
     for (unsigned e = 0; e < LUM_EYES; e++) {
         m->eye[e].open_count = 0;
     }
@@ -43,7 +45,7 @@ static bool is_stray(struct model *m, struct model_eye *eye)
     }
     eye->has_newest = true;
     eye->has_candidate = false;
-    m->clock_us = us;
+    m->ticks = m->packet_ticks;
     return false;
 }
 
@@ -86,8 +88,9 @@ static void find_line(struct model *m, const struct model_eye *eye,
 void model_judge(struct model *m, const lum_group *group)
 {
     struct model_eye *eye = &m->eye[group->eye];
-    m->packet_us = lum_clock_extend(m->clock_us, (uint32_t)group->clock_raw,
-                                    m->clock_bytes);
+    m->packet_ticks =
+        lum_clock_extend(m->ticks, group->clock_raw, m->clock_bits);
+    m->packet_us = lum_clock_us(m->packet_ticks, m->unit_ns);
     m->to_close = 0;
     if (is_stray(m, eye)) {
         return;

@@ -58,8 +58,10 @@ enum model_place {
 struct model {
     lum_assembler_config config;
     uint32_t line_span_us;
-    uint8_t clock_bytes;
-    int64_t clock_us;
+    unsigned clock_bits;
+    uint32_t unit_ns;
+    uint64_t ticks;        /* of the last packet but strays */
+    uint64_t packet_ticks; /* of the packet at hand */
     struct model_eye eye[LUM_EYES];
     /* of the packet at hand */
     enum model_place place;

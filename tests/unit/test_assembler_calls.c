@@ -131,17 +131,17 @@ static void all_zero_refuses_all_calls(void **state)
 /* Every member, without their names: the build fails for one more, which then
  * has to be among those that are compared, and to be changed below. */
 static const lum_group one_of_each = {
-    NULL, 1, 1, 0, BLUE, LUM_TAG_ANGLES, LUM_ORDER_LITTLE, 0};
+    NULL, 0, 1, 1, 0, BLUE, LUM_TAG_ANGLES, LUM_ORDER_LITTLE};
 
 static void an_event_waits_for_its_packet(void **state)
 {
     lum_group g;
     struct stream *s = open_waiting(&g);
     const lum_assembler before = s->assembler;
-    lum_group others[6];
+    lum_group others[7];
     (void)state;
     (void)one_of_each;
-    for (unsigned i = 0; i < 6; i++) {
+    for (unsigned i = 0; i < 7; i++) {
         others[i] = g;
     }
     others[0].line++;
@@ -150,7 +150,8 @@ static void an_event_waits_for_its_packet(void **state)
     others[3].clock_raw++;
     others[4].eye = GREEN;
     others[5].tag = LUM_TAG_RANGES;
-    for (unsigned i = 0; i < 6; i++) {
+    others[6].sample_order = LUM_ORDER_BIG;
+    for (unsigned i = 0; i < 7; i++) {
         s->assembler = before;
         assert_untouched(s, &before, push(s, &others[i]), LUM_E_ORDER);
         assert_ptr_equal(lum_assembler_line(&s->assembler),

@@ -7,34 +7,40 @@
 
 #include "lum/clock.h"
 
+/* As numbers that may be below 0. */
+static int64_t extend(int64_t before, uint64_t raw, unsigned bits)
+{
+    return lum_clock_us(lum_clock_extend((uint64_t)before, raw, bits), 1000);
+}
+
 static void a_clock_goes_on_over_its_wrap(void **state)
 {
     (void)state;
-    assert_true(lum_clock_extend(0xfffffff0, 0x10, 4) == 0x100000010);
-    assert_true(lum_clock_extend(0xfff0, 0x10, 2) == 0x10010);
-    assert_true(lum_clock_extend(0xf0, 0x10, 1) == 0x110);
+    assert_true(extend(0xfffffff0, 0x10, 32) == 0x100000010);
+    assert_true(extend(0xfff0, 0x10, 16) == 0x10010);
+    assert_true(extend(0xf0, 0x10, 8) == 0x110);
 }
 
 static void a_clock_goes_back_over_its_wrap(void **state)
 {
     (void)state;
-    assert_true(lum_clock_extend(0x10, 0xfffffff0u, 4) == -0x10);
-    assert_true(lum_clock_extend(0x100000010, 0xfffffff0u, 4) == 0xfffffff0);
-    assert_true(lum_clock_extend(0x10, 0xfff0, 2) == -0x10);
-    assert_true(lum_clock_extend(0x10, 0xf0, 1) == -0x10);
+    assert_true(extend(0x10, 0xfffffff0u, 32) == -0x10);
+    assert_true(extend(0x100000010, 0xfffffff0u, 32) == 0xfffffff0);
+    assert_true(extend(0x10, 0xfff0, 16) == -0x10);
+    assert_true(extend(0x10, 0xf0, 8) == -0x10);
 }
 
 static void half_a_wrap_is_backwards(void **state)
 {
     const int64_t half = INT64_C(0x80000000);
     (void)state;
-    assert_true(lum_clock_extend(0, 0x7fffffffu, 4) == half - 1);
-    assert_true(lum_clock_extend(0, 0x80000000u, 4) == -half);
-    assert_true(lum_clock_extend(0, 0x80000001u, 4) == 1 - half);
-    assert_true(lum_clock_extend(0, 0x7f, 1) == 127);
-    assert_true(lum_clock_extend(0, 0x80, 1) == -128);
-    assert_true(lum_clock_extend(0, 0x7fff, 2) == 32767);
-    assert_true(lum_clock_extend(0, 0x8000, 2) == -32768);
+    assert_true(extend(0, 0x7fffffffu, 32) == half - 1);
+    assert_true(extend(0, 0x80000000u, 32) == -half);
+    assert_true(extend(0, 0x80000001u, 32) == 1 - half);
+    assert_true(extend(0, 0x7f, 8) == 127);
+    assert_true(extend(0, 0x80, 8) == -128);
+    assert_true(extend(0, 0x7fff, 16) == 32767);
+    assert_true(extend(0, 0x8000, 16) == -32768);
 }
 
 static void every_byte_is_within_half_a_wrap(void **state)
@@ -42,7 +48,7 @@ static void every_byte_is_within_half_a_wrap(void **state)
     (void)state;
     for (int64_t before = -600; before < 600; before++) {
         for (uint32_t raw = 0; raw < 256; raw++) {
-            const int64_t t = lum_clock_extend(before, raw, 1);
+            const int64_t t = extend(before, raw, 8);
             assert_int_equal((uint64_t)t & 0xffu, raw);
             assert_true(t - before >= -128 && t - before <= 127);
         }
@@ -52,23 +58,23 @@ static void every_byte_is_within_half_a_wrap(void **state)
 static void a_negative_clock_is_extended_too(void **state)
 {
     (void)state;
-    assert_true(lum_clock_extend(-0x100000000, 5, 4) == -0x100000000 + 5);
-    assert_true(lum_clock_extend(-1, 0, 4) == 0);
-    assert_true(lum_clock_extend(-5000000000, 0, 4) == -4294967296);
+    assert_true(extend(-0x100000000, 5, 32) == -0x100000000 + 5);
+    assert_true(extend(-1, 0, 32) == 0);
+    assert_true(extend(-5000000000, 0, 32) == -4294967296);
 }
 
 static void without_a_clock_time_stands_still(void **state)
 {
     (void)state;
-    assert_true(lum_clock_extend(0, 1234, 0) == 0);
-    assert_true(lum_clock_extend(-77, 0xffffffffu, 0) == -77);
+    assert_true(extend(0, 1234, 0) == 0);
+    assert_true(extend(-77, 0xffffffffu, 0) == -77);
 }
 
 static void bits_above_the_width_are_ignored(void **state)
 {
     (void)state;
-    assert_true(lum_clock_extend(0, 0xabcdef01u, 1) == 1);
-    assert_true(lum_clock_extend(0, 0xabcd0001u, 2) == 1);
+    assert_true(extend(0, 0xabcdef01u, 8) == 1);
+    assert_true(extend(0, 0xabcd0001u, 16) == 1);
 }
 
 int main(void)

@@ -73,10 +73,10 @@ static void make_line(struct scene *scene, const lum_device *device,
     const int64_t lines = (int64_t)lum_reel_lines(scene->reel);
     const int64_t frames = (int64_t)lum_reel_frames(scene->reel);
     const lum_reel_settings settings = settings_of(device, scene->current_ns);
-    scene->count = lum_reel_line(scene->reel, (unsigned)(line / lines % frames),
-                                 (uint32_t)(line % lines), &settings,
-                                 lum_device_clock_us(device, scene->current_ns),
-                                 scene->packets);
+    scene->count = lum_reel_line(
+        scene->reel, (unsigned)(line / lines % frames),
+        (uint32_t)(line % lines), &settings,
+        lum_device_since_boot_us(device, scene->current_ns), scene->packets);
 }
 
 /* When the next packet of the line under way leaves: evenly over its time. */
