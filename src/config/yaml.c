@@ -9,6 +9,7 @@
 
 #define PATH_BYTES    96  /* of the longest path of the tables' keys */
 #define NAME_BYTES    208 /* of a file's name in a message */
+#define PAIR_BYTES    64  /* of two numbers; more are cut, and none of it */
 #define MESSAGE_BYTES LUM_KEY_MESSAGE_BYTES
 
 typedef struct reader {
@@ -235,6 +236,37 @@ static int read_scalar(reader *r, const lum_key_entry *entry)
     return 0;
 }
 
+/* The plain values of a sequence as one text, "[0, 14]". */
+static int read_pair(reader *r, const lum_key_entry *entry)
+{
+    char pair[PAIR_BYTES];
+    char message[MESSAGE_BYTES];
+    lum_key_text text = lum_key_text_begin(pair, sizeof pair);
+    lum_key_value *value = &r->values[entry->index];
+    lum_key_text_add(&text, "[");
+    for (;;) {
+        if (next(r) != 0 || refuse_links(r) != 0) {
+            return -1;
+        }
+        if (r->event.type == YAML_SEQUENCE_END_EVENT) {
+            break;
+        }
+        if (r->event.type != YAML_SCALAR_EVENT || !is_plain(r)) {
+            return refuse_value(r, "only numbers belong in [ ]");
+        }
+        lum_key_text_add(&text, text.len > 1 ? ", " : "");
+        lum_key_text_add_bytes(&text, scalar_text(r), scalar_len(r));
+    }
+    lum_key_text_add(&text, "]");
+    const lum_key_given given = {pair, strlen(pair), false};
+    lum_key_text said = lum_key_text_begin(message, sizeof message);
+    if (!lum_key_table_read(r->table, entry, given, &value->number, &said)) {
+        return FAIL(r, "%s", message);
+    }
+    value->place = r->line;
+    return 0;
+}
+
 static int refuse_kind(reader *r)
 {
     if (is_empty(r)) {
@@ -302,6 +334,10 @@ static int read_value(reader *r)
     }
     if (r->event.type == YAML_SCALAR_EVENT && entry != NULL && !is_empty(r)) {
         return read_scalar(r, entry);
+    }
+    if (r->event.type == YAML_SEQUENCE_START_EVENT && entry != NULL &&
+        entry->rule->pair) {
+        return read_pair(r, entry);
     }
     return refuse_kind(r);
 }

@@ -23,6 +23,52 @@ bool lum_key_rule_takes_numbers(const lum_key_rule *rule)
     return rule->min <= rule->max;
 }
 
+/* The number from at on and behind blanks, if that character ends it; the place
+ * behind it, or 0. */
+static size_t read_part(lum_key_given given, size_t at, char end, int64_t *out)
+{
+    while (at < given.len && given.text[at] == ' ') {
+        at++;
+    }
+    size_t behind = at;
+    while (behind < given.len && given.text[behind] != end) {
+        behind++;
+    }
+    return behind < given.len &&
+                   lum_key_number_parse(given.text + at, behind - at, 0, true,
+                                        out) == LUM_KEY_NUMBER_FINE
+               ? behind + 1u
+               : 0;
+}
+
+static const char *read_pair(const lum_key_rule *rule, lum_key_given given,
+                             int64_t *out)
+{
+    static const char none[] = "is not [LOW, HIGH], two whole numbers";
+    int64_t low = 0;
+    int64_t high = 0;
+    if (given.is_quoted) {
+        return "is text; write [LOW, HIGH], without quotes";
+    }
+    if (given.len == 0 || given.text[0] != '[') {
+        return none;
+    }
+    size_t at = read_part(given, 1, ',', &low);
+    at = at > 0 ? read_part(given, at, ']', &high) : 0;
+    if (at != given.len) {
+        return none;
+    }
+    if (low < rule->min || low > rule->max || high < rule->min ||
+        high > rule->max) {
+        return "is out of range";
+    }
+    if (high < low) {
+        return "has the higher number first";
+    }
+    *out = LUM_KEY_PAIR(low, high);
+    return NULL;
+}
+
 static const char *read_number(const lum_key_rule *rule, lum_key_given given,
                                int64_t *out)
 {
@@ -57,7 +103,8 @@ const char *lum_key_rule_read(const lum_key_rule *rule, lum_key_given given,
 {
     const lum_key_word *word = find_word(rule, given);
     if (word == NULL) {
-        return read_number(rule, given, out);
+        return rule->pair ? read_pair(rule, given, out)
+                          : read_number(rule, given, out);
     }
     *out = word->number;
     return NULL;
@@ -86,6 +133,12 @@ void lum_key_rule_add_value(const lum_key_rule *rule, int64_t number,
     const char *word = word_of(rule, number);
     if (word != NULL) {
         lum_key_text_add(text, word);
+    } else if (rule->pair) {
+        lum_key_text_add(text, "[");
+        lum_key_text_add_number(text, LUM_KEY_PAIR_LOW(number), 0);
+        lum_key_text_add(text, ", ");
+        lum_key_text_add_number(text, LUM_KEY_PAIR_HIGH(number), 0);
+        lum_key_text_add(text, "]");
     } else {
         lum_key_text_add_number(text, number, rule->decimals);
     }

@@ -23,12 +23,18 @@ typedef struct lum_key_rule {
     int64_t max;               /**< largest number; below min: none allowed */
     int decimals;              /**< units of 10^-decimals of the text's unit */
     bool whole;                /**< no point, no exponent */
+    bool pair;                 /**< two whole numbers, [LOW, HIGH] */
     const char *unit;          /**< the text's unit, such as "deg"; or NULL */
     const char *allowed;       /**< the allowed numbers in words, if min and max
                                     do not describe them; or NULL */
     const char *refusal; /**< why the key may not be given; such a key is not
                             listed as allowed; or NULL */
 } lum_key_rule;
+
+/** A pair as one number, and its parts; both are 0 to 255. */
+#define LUM_KEY_PAIR(low, high) ((low) | (high) << 8)
+#define LUM_KEY_PAIR_LOW(pair)  ((pair)&0xff)
+#define LUM_KEY_PAIR_HIGH(pair) ((pair) >> 8)
 
 /** A value as it is given. */
 typedef struct lum_key_given {

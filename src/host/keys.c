@@ -100,6 +100,9 @@ static lum_key_kind kind_of(const lum_key_rule *rule)
     if (!lum_key_rule_takes_numbers(rule)) {
         return LUM_KEY_WORD;
     }
+    if (rule->pair) {
+        return LUM_KEY_WORD_OR_PAIR;
+    }
     if (rule->words != NULL) {
         return rule->whole ? LUM_KEY_WORD_OR_WHOLE : LUM_KEY_WORD_OR_DECIMAL;
     }

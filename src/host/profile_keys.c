@@ -1,14 +1,16 @@
 #include "keys_internal.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 #define COUNT(array) (sizeof(array) / sizeof(array)[0])
 
-/* The values in order; a group field has two, its offset and its
- * width. */
+/* The values in order; a group field has four. */
 enum {
     AT,
     BYTES,
+    ORDER,
+    BITS,
     FIELD_VALUES
 };
 enum {
@@ -16,8 +18,10 @@ enum {
     DATA_PACKET_TYPE,
     SET_IP_ORDER,
     ANGLE_ORDER,
+    SAMPLE_ORDER,
     ANGLE_LSB,
     LINE_SPAN,
+    CLOCK_UNIT,
     EYE,
     TLV = EYE + LUM_EYES,
     GROUP = TLV + LUM_TLV_USES,
@@ -28,6 +32,9 @@ enum {
 /* An offset that is none. */
 #define NOWHERE (-1)
 
+/* Bits that are not named. */
+#define ALL_BITS (-1)
+
 static const lum_key_word orders_of_ip[] = {{"network", LUM_SET_IP_NETWORK},
                                             {"little", LUM_SET_IP_LITTLE},
                                             {.text = NULL}};
@@ -35,6 +42,9 @@ static const lum_key_word orders_of_angles[] = {
     {"azimuth_elevation", LUM_AZIMUTH_ELEVATION},
     {"elevation_azimuth", LUM_ELEVATION_AZIMUTH},
     {.text = NULL}};
+static const lum_key_word byte_orders[] = {
+    {"little", LUM_ORDER_LITTLE}, {"big", LUM_ORDER_BIG}, {.text = NULL}};
+static const lum_key_word all[] = {{"all", ALL_BITS}, {.text = NULL}};
 static const lum_key_word span[] = {{"span", 0}, {.text = NULL}};
 static const lum_key_word none[] = {{"none", NOWHERE}, {.text = NULL}};
 
@@ -47,6 +57,16 @@ static const lum_key_rule ip_order = {
     .words = orders_of_ip, .min = 0, .max = -1};
 static const lum_key_rule angle_order = {
     .words = orders_of_angles, .min = 0, .max = -1};
+static const lum_key_rule byte_order = {
+    .words = byte_orders, .min = 0, .max = -1};
+static const lum_key_rule bit_pair = {
+    .words = all,
+    .min = 0,
+    .max = 63,
+    .pair = true,
+    .allowed = "[LOW, HIGH], both included, 0 to 63"};
+static const lum_key_rule clock_unit = {
+    .min = 1, .max = LUM_CLOCK_UNIT_MAX_NS, .whole = true, .unit = "ns"};
 static const lum_key_rule angle_lsb = {.words = span,
                                        .min = 1,
                                        .max = (int64_t)LUM_ANGLE_LSB_MAX_PDEG,
@@ -67,7 +87,7 @@ static const lum_key_rule offset_or_none = {.words = none,
                                             .allowed =
                                                 "an offset from 8 to 64"};
 static const lum_key_rule bytes = {
-    .min = 1, .max = 4, .whole = true, .allowed = "1, 2 or 4"};
+    .min = 1, .max = 8, .whole = true, .allowed = "1, 2, 4 or 8"};
 
 #define FIELD(f) (GROUP + FIELD_VALUES * (f))
 
@@ -75,8 +95,10 @@ static const lum_key_rule bytes = {
 #define GROUP_FIELD(name, field, rule)                                         \
     {"group." name, FIELD(field) + AT, rule},                                  \
         {"group." name ".at", FIELD(field) + AT, &offset},                     \
+        {"group." name ".bytes", FIELD(field) + BYTES, &bytes},                \
+        {"group." name ".order", FIELD(field) + ORDER, &byte_order},           \
     {                                                                          \
-        "group." name ".bytes", FIELD(field) + BYTES, &bytes                   \
+        "group." name ".bits", FIELD(field) + BITS, &bit_pair                  \
     }
 
 static const lum_key_entry entries[] = {
@@ -86,13 +108,15 @@ static const lum_key_entry entries[] = {
     GROUP_FIELD("tag", LUM_FIELD_TAG, &offset),
     GROUP_FIELD("eye", LUM_FIELD_EYE, &offset),
     GROUP_FIELD("line", LUM_FIELD_LINE, &offset),
-    GROUP_FIELD("num_samples", LUM_FIELD_NUM_SAMPLES, &offset),
+    GROUP_FIELD("num_samples", LUM_FIELD_NUM_SAMPLES, &offset_or_none),
     GROUP_FIELD("first_sample_index", LUM_FIELD_FIRST_SAMPLE_INDEX, &offset),
     GROUP_FIELD("timestamp", LUM_FIELD_TIMESTAMP, &offset_or_none),
+    {"group.timestamp.unit_ns", CLOCK_UNIT, &clock_unit},
     {"group.samples", SAMPLES, &offset},
     {"eye_values.blue", EYE + LUM_EYE_BLUE, &eye_value},
     {"eye_values.green", EYE + LUM_EYE_GREEN, &eye_value},
     {"angle_order", ANGLE_ORDER, &angle_order},
+    {"sample_order", SAMPLE_ORDER, &byte_order},
     {"angle_lsb_deg", ANGLE_LSB, &angle_lsb},
     {"tlv.command", TLV + LUM_TLV_COMMAND, &tlv_number},
     {"tlv.status", TLV + LUM_TLV_STATUS, &tlv_number},
@@ -119,6 +143,17 @@ static const char *path_of(unsigned index)
 
 /* --- Values of a profile, and back --- */
 
+static void put_field(lum_key_value *v, const lum_field *field)
+{
+    v[AT].number = field->at;
+    v[BYTES].number = field->bytes;
+    v[ORDER].number = field->order;
+    v[BITS].number = field->bits == 0
+                         ? ALL_BITS
+                         : LUM_KEY_PAIR((int64_t)field->low,
+                                        (int64_t)field->low + field->bits - 1);
+}
+
 void lum_keys_of_profile(lum_keys *out, const lum_profile *start)
 {
     lum_profile usual;
@@ -134,6 +169,7 @@ void lum_keys_of_profile(lum_keys *out, const lum_profile *start)
     v[ANGLE_ORDER].number = p->angle_order;
     v[ANGLE_LSB].number = (int64_t)p->angle_lsb_pdeg;
     v[LINE_SPAN].number = p->line_span_us;
+    v[SAMPLE_ORDER].number = p->sample_order;
     for (unsigned i = 0; i < LUM_EYES; i++) {
         v[EYE + i].number = p->eye_values[i];
     }
@@ -142,19 +178,30 @@ void lum_keys_of_profile(lum_keys *out, const lum_profile *start)
     }
     /* An offset that is set later needs a width. */
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
-        v[FIELD(f) + AT].number =
-            p->group[f].bytes == 0 ? NOWHERE : p->group[f].at;
-        v[FIELD(f) + BYTES].number =
-            p->group[f].bytes == 0 ? usual.group[f].bytes : p->group[f].bytes;
+        const bool is_nowhere = p->group[f].bytes == 0;
+        put_field(v + FIELD(f), is_nowhere ? &usual.group[f] : &p->group[f]);
+        if (is_nowhere) {
+            v[FIELD(f) + AT].number = NOWHERE;
+        }
     }
+    v[CLOCK_UNIT].number = p->group[LUM_FIELD_TIMESTAMP].bytes == 0
+                               ? usual.clock_unit_ns
+                               : p->clock_unit_ns;
     v[SAMPLES].number = p->samples_at;
 }
 
 static lum_field take_field(const lum_key_value *v)
 {
     const lum_field nowhere = {.bytes = 0};
-    const lum_field there = {.at = (uint8_t)v[AT].number,
-                             .bytes = (uint8_t)v[BYTES].number};
+    lum_field there = {.at = (uint8_t)v[AT].number,
+                       .bytes = (uint8_t)v[BYTES].number,
+                       .order = (uint8_t)v[ORDER].number};
+    if (v[BITS].number != ALL_BITS) {
+        const int64_t low = LUM_KEY_PAIR_LOW(v[BITS].number);
+        const int64_t high = LUM_KEY_PAIR_HIGH(v[BITS].number);
+        there.low = (uint8_t)low;
+        there.bits = (uint8_t)(high - low + 1);
+    }
     return v[AT].number == NOWHERE ? nowhere : there;
 }
 
@@ -166,7 +213,8 @@ static void take(const lum_key_value *v, lum_profile *p)
     p->angle_order = (uint8_t)v[ANGLE_ORDER].number;
     p->angle_lsb_pdeg = (uint64_t)v[ANGLE_LSB].number;
     p->line_span_us = (uint32_t)v[LINE_SPAN].number;
-    p->clock_unit_ns = 1000;
+    p->clock_unit_ns = (uint32_t)v[CLOCK_UNIT].number;
+    p->sample_order = (uint8_t)v[SAMPLE_ORDER].number;
     for (unsigned i = 0; i < LUM_EYES; i++) {
         p->eye_values[i] = (uint32_t)v[EYE + i].number;
     }
@@ -199,12 +247,15 @@ static uint32_t place_of(const refusal *r, unsigned index)
     return r->keys->values[index].place;
 }
 
-/* Of a field's offset and width, the one that was set later. */
+/* Of a field's values, the one that was set last. */
 static culprit field_culprit(const refusal *r, unsigned f)
 {
-    const uint32_t at = place_of(r, FIELD(f) + AT);
-    const uint32_t width = place_of(r, FIELD(f) + BYTES);
-    return (culprit){path_of(FIELD(f) + AT), width > at ? width : at};
+    culprit c = {path_of(FIELD(f) + AT), 0};
+    for (unsigned i = 0; i < FIELD_VALUES; i++) {
+        const uint32_t place = place_of(r, FIELD(f) + i);
+        c.place = place > c.place ? place : c.place;
+    }
+    return c;
 }
 
 static const char *origin(const refusal *r, const culprit *c)
@@ -246,6 +297,20 @@ static void refuse_width(const refusal *r, lum_key_refusal *why)
     lum_key_text_add(&text, bytes.allowed);
 }
 
+static void refuse_bits(const refusal *r, lum_key_refusal *why)
+{
+    const lum_field field = r->profile->group[r->index];
+    const unsigned width = FIELD(r->index) + BYTES;
+    culprit c = {path_of(FIELD(r->index) + BITS),
+                 place_of(r, FIELD(r->index) + BITS)};
+    c.place = place_of(r, width) > c.place ? place_of(r, width) : c.place;
+    lum_key_text text = begin(why, &c);
+    add(&text, "bit ", (int64_t)field.low + field.bits - 1, " is not one of ");
+    lum_key_text_add(&text, path_of(width));
+    add(&text, ", ", field.bytes, "; allowed: 0 to ");
+    lum_key_text_add_number(&text, 8 * (int64_t)field.bytes - 1, 0);
+}
+
 static void refuse_on_type(const refusal *r, lum_key_refusal *why)
 {
     const culprit c = field_culprit(r, r->index);
@@ -260,16 +325,49 @@ static unsigned last_byte(lum_field f)
     return f.at + (unsigned)f.bytes - 1u;
 }
 
-/* The first field that shares bytes with the given one. Those before it exist:
- * only the last of all may be nowhere. */
+static bool has_all_bits(lum_field f)
+{
+    return f.bits == 0;
+}
+
+static bool share_bytes(lum_field a, lum_field b)
+{
+    return b.bytes > 0 && b.at <= last_byte(a) && last_byte(b) >= a.at;
+}
+
+/* Two fields that name different bits of the same bytes. */
+static bool are_apart(lum_field a, lum_field b)
+{
+    return !has_all_bits(a) && !has_all_bits(b) && a.at == b.at &&
+           a.bytes == b.bytes && a.order == b.order &&
+           (a.low >= b.low + b.bits || b.low >= a.low + a.bits);
+}
+
+/* The first field that overlaps the given one. */
 static unsigned overlapped(const lum_profile *p, unsigned f)
 {
     unsigned other = 0;
-    while (p->group[other].at > last_byte(p->group[f]) ||
-           last_byte(p->group[other]) < p->group[f].at) {
+    while (!share_bytes(p->group[f], p->group[other]) ||
+           are_apart(p->group[f], p->group[other])) {
         other++;
     }
     return other;
+}
+
+/* Why two fields may not share these bytes. */
+static const char *reason(lum_field a, lum_field b)
+{
+    if (has_all_bits(a) && has_all_bits(b)) {
+        return "; fields must not share bytes, unless both name bits";
+    }
+    if (has_all_bits(a) || has_all_bits(b)) {
+        return "; fields that share bytes must both name bits";
+    }
+    if (a.at != b.at || a.bytes != b.bytes || a.order != b.order) {
+        return "; fields that share bytes must have the same at, bytes and "
+               "order";
+    }
+    return "; fields must not share a bit";
 }
 
 static void refuse_overlap(const refusal *r, lum_key_refusal *why)
@@ -289,7 +387,7 @@ static void refuse_overlap(const refusal *r, lum_key_refusal *why)
     lum_key_text_add(&text, o.path);
     add(&text, ", ", g[other].at, " to ");
     add(&text, "", last_byte(g[other]), origin(r, &o));
-    lum_key_text_add(&text, "; fields must not share bytes");
+    lum_key_text_add(&text, reason(g[named], g[other]));
 }
 
 static void refuse_samples(const refusal *r, lum_key_refusal *why)
@@ -316,14 +414,17 @@ static void refuse_samples(const refusal *r, lum_key_refusal *why)
 
 static void refuse_eye_width(const refusal *r, lum_key_refusal *why)
 {
-    const unsigned width = r->profile->group[LUM_FIELD_EYE].bytes;
+    const lum_field field = r->profile->group[LUM_FIELD_EYE];
+    const unsigned width = has_all_bits(field) ? field.bytes : field.bits;
+    const unsigned bits = has_all_bits(field) ? 8u * field.bytes : field.bits;
     const culprit f = field_culprit(r, LUM_FIELD_EYE);
     const culprit c = {path_of(EYE + r->index), place_of(r, EYE + r->index)};
     lum_key_text text = begin(why, &c);
     add(&text, "", r->profile->eye_values[r->index], " does not fit ");
     lum_key_text_add(&text, f.path);
-    add(&text, ", ", width, width == 1 ? " byte" : " bytes");
-    add(&text, " wide; allowed: 0 to ", (INT64_C(1) << (8u * width)) - 1, "");
+    add(&text, ", ", width, has_all_bits(field) ? " byte" : " bit");
+    lum_key_text_add(&text, width == 1 ? "" : "s");
+    add(&text, " wide; allowed: 0 to ", (INT64_C(1) << bits) - 1, "");
 }
 
 /* Two values that must differ; the message names the first if it was set. */
@@ -371,6 +472,7 @@ static void refuse(const refusal *r, lum_profile_fault fault,
     static void (*const by_fault[])(const refusal *, lum_key_refusal *) = {
         [LUM_PROFILE_DATA_PACKET_TYPE] = refuse_type,
         [LUM_PROFILE_FIELD_WIDTH] = refuse_width,
+        [LUM_PROFILE_FIELD_BITS] = refuse_bits,
         [LUM_PROFILE_FIELD_ON_TYPE] = refuse_on_type,
         [LUM_PROFILE_FIELDS_OVERLAP] = refuse_overlap,
         [LUM_PROFILE_SAMPLES_IN_HEADER] = refuse_samples,

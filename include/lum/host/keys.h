@@ -69,11 +69,13 @@ typedef struct lum_key_refusal {
 
 /** What a key's value may be. */
 typedef enum lum_key_kind {
-    LUM_KEY_WHOLE,          /**< a whole number in digits */
-    LUM_KEY_DECIMAL,        /**< a decimal number */
-    LUM_KEY_WORD,           /**< one of some words */
-    LUM_KEY_WORD_OR_WHOLE,  /**< one of some words, or a whole number */
-    LUM_KEY_WORD_OR_DECIMAL /**< one of some words, or a decimal number */
+    LUM_KEY_WHOLE,           /**< a whole number in digits */
+    LUM_KEY_DECIMAL,         /**< a decimal number */
+    LUM_KEY_WORD,            /**< one of some words */
+    LUM_KEY_WORD_OR_WHOLE,   /**< one of some words, or a whole number */
+    LUM_KEY_WORD_OR_DECIMAL, /**< one of some words, or a decimal number */
+    LUM_KEY_WORD_OR_PAIR     /**< one of some words, or two whole numbers such
+                                  as "[0, 14]" */
 } lum_key_kind;
 
 /** What there is to say about a key. */

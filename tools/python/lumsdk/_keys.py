@@ -27,6 +27,7 @@ class Key:
         self.allowed = text(c.allowed)
         self.words = [text(word) for word in c.words if word]
         self.is_word = c.kind == lib.LUM_KEY_WORD
+        self.is_pair = c.kind == lib.LUM_KEY_WORD_OR_PAIR
         self.is_whole = c.kind in (lib.LUM_KEY_WHOLE, lib.LUM_KEY_WORD_OR_WHOLE)
 
 

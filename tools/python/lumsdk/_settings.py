@@ -39,6 +39,9 @@ def _written(value: Any) -> Optional[str]:
         return value
     if isinstance(value, bool):
         return None
+    if isinstance(value, (list, tuple)):
+        parts = [_written(part) for part in value]
+        return None if None in parts else f"[{', '.join(map(str, parts))}]"
     if hasattr(value, "__index__"):
         return str(value.__index__())
     return repr(float(value)) if hasattr(value, "__float__") else None
@@ -156,7 +159,7 @@ class _Settings(Mapping[str, Value]):
         return sum(1 for _ in self)
 
     def __getitem__(self, key: str) -> Value:
-        """A value, such as that of "eyes.blue.mount.x_m": a number, or a word such as "none"."""
+        """A value, such as that of "eyes.blue.mount.x_m": a number, or a text such as "none" or "[0, 14]"."""
         known = _known(self._keys)
         if not isinstance(key, str) or key not in known:
             near = difflib.get_close_matches(str(key), known, 1)
@@ -165,7 +168,7 @@ class _Settings(Mapping[str, Value]):
         out = ffi.new("char[]", int(lib.LUM_KEY_VALUE_BYTES))
         lib.lum_keys_get(self._keys, key.encode(), out)
         got = text(out)
-        if known[key].is_word or got in known[key].words:
+        if known[key].is_word or known[key].is_pair or got in known[key].words:
             return got
         return int(got) if known[key].is_whole else float(got)
 

@@ -9,6 +9,7 @@ from ._c import ffi, lib, text
 from ._errors import OptionError
 from ._keys import describe, quoted
 
+_PAIR_MAX = 63  # bytes of two numbers; more are cut, and none of it
 _MARK = b"\xef\xbb\xbf"  # of UTF-8, at the begin of some files
 
 
@@ -112,6 +113,8 @@ class _Reader:
     def read_scalar(self) -> None:
         key, value = self.known[self.path], self.event.value
         if value not in key.words:
+            if not self.is_plain() and key.is_pair:
+                self.refuse_value(f"'{quoted(value)}' is text; write [LOW, HIGH], without quotes")
             if not self.is_plain() and not key.is_word:
                 self.refuse_value(f"'{quoted(value)}' is text; write a number, without quotes")
             if not value.isascii() or not value.isprintable():
@@ -122,6 +125,19 @@ class _Reader:
             self.fail(text(why.text))
         self.has_version |= self.path == "version"
 
+    def read_pair(self) -> None:
+        """The plain values of a sequence, such as [0, 14]."""
+        found = []
+        while not isinstance(self.next(), yaml.SequenceEndEvent):
+            self.refuse_links()
+            if not isinstance(self.event, yaml.ScalarEvent) or not self.is_plain():
+                self.refuse_value("only numbers belong in [ ]")
+            found.append(self.event.value)
+        written = f"[{', '.join(found)}]"[:_PAIR_MAX]
+        why = ffi.new("lum_key_refusal *")
+        if lib.lum_keys_set(self.keys, self.path.encode(), written.encode(), self.line, why) != lib.LUM_OK:
+            self.fail(text(why.text))
+
     def read_value(self) -> None:
         self.refuse_links()
         if isinstance(self.event, yaml.MappingStartEvent) and self.names(self.path):
@@ -130,6 +146,8 @@ class _Reader:
             self.read_scalar()
         elif self.is_empty():
             self.refuse_value("no value")
+        elif isinstance(self.event, yaml.SequenceStartEvent) and self.path in self.known and self.known[self.path].is_pair:
+            self.read_pair()
         elif isinstance(self.event, yaml.SequenceStartEvent):
             self.refuse_value("a sequence does not belong here")
         elif isinstance(self.event, yaml.MappingStartEvent):
