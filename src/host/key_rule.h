@@ -24,6 +24,9 @@ typedef struct lum_key_rule {
     int decimals;              /**< units of 10^-decimals of the text's unit */
     bool whole;                /**< no point, no exponent */
     bool pair;                 /**< two whole numbers, [LOW, HIGH] */
+    bool rare;                 /**< not written where it is usual, so that
+                                    earlier versions read the rest */
+    int64_t usual;             /**< of a rare value */
     const char *unit;          /**< the text's unit, such as "deg"; or NULL */
     const char *allowed;       /**< the allowed numbers in words, if min and max
                                     do not describe them; or NULL */

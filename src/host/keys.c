@@ -120,13 +120,24 @@ static void describe_words(const lum_key_rule *rule, lum_key *out)
     }
 }
 
+/* Of a pair, one of twice that number. */
+static void add_limit(const lum_key_rule *rule, int64_t number,
+                      lum_key_text *text)
+{
+    if (rule->pair) {
+        lum_key_rule_add_value(rule, LUM_KEY_PAIR(number, number), text);
+    } else {
+        lum_key_text_add_number(text, number, rule->decimals);
+    }
+}
+
 static void describe_numbers(const lum_key_rule *rule, lum_key *out)
 {
     lum_key_text min = lum_key_text_begin(out->min, sizeof out->min);
     lum_key_text max = lum_key_text_begin(out->max, sizeof out->max);
     if (lum_key_rule_takes_numbers(rule)) {
-        lum_key_text_add_number(&min, rule->min, rule->decimals);
-        lum_key_text_add_number(&max, rule->max, rule->decimals);
+        add_limit(rule, rule->min, &min);
+        add_limit(rule, rule->max, &max);
     }
 }
 

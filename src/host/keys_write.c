@@ -38,7 +38,8 @@ static void add_path(const char *path, const char *before, lum_key_text *text)
 }
 
 /* A key that can also be a mapping is written as a mapping, unless its value is
- * a word, for example none, which no key below it can express. */
+ * a word, for example none, which no key below it can express. Rare values are
+ * left out where they are usual. */
 size_t lum_keys_write(const lum_keys *keys, char *out, size_t size)
 {
     const lum_key_table *table = lum_keys_table(keys);
@@ -53,6 +54,9 @@ size_t lum_keys_write(const lum_keys *keys, char *out, size_t size)
         }
         word = lum_key_rule_is_word(e->rule, number) ? e : NULL;
         if (word == NULL && lum_key_table_is_mapping(table, e->path)) {
+            continue;
+        }
+        if (e->rule->rare && number == e->rule->usual) {
             continue;
         }
         add_path(e->path, before, &text);

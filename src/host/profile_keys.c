@@ -57,16 +57,25 @@ static const lum_key_rule ip_order = {
     .words = orders_of_ip, .min = 0, .max = -1};
 static const lum_key_rule angle_order = {
     .words = orders_of_angles, .min = 0, .max = -1};
-static const lum_key_rule byte_order = {
-    .words = byte_orders, .min = 0, .max = -1};
+static const lum_key_rule byte_order = {.words = byte_orders,
+                                        .min = 0,
+                                        .max = -1,
+                                        .rare = true,
+                                        .usual = LUM_ORDER_LITTLE};
 static const lum_key_rule bit_pair = {
     .words = all,
     .min = 0,
     .max = 63,
     .pair = true,
+    .rare = true,
+    .usual = ALL_BITS,
     .allowed = "[LOW, HIGH], both included, 0 to 63"};
-static const lum_key_rule clock_unit = {
-    .min = 1, .max = LUM_CLOCK_UNIT_MAX_NS, .whole = true, .unit = "ns"};
+static const lum_key_rule clock_unit = {.min = 1,
+                                        .max = LUM_CLOCK_UNIT_MAX_NS,
+                                        .whole = true,
+                                        .rare = true,
+                                        .usual = 1000,
+                                        .unit = "ns"};
 static const lum_key_rule angle_lsb = {.words = span,
                                        .min = 1,
                                        .max = (int64_t)LUM_ANGLE_LSB_MAX_PDEG,

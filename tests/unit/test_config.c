@@ -138,6 +138,8 @@ static void assert_same_profile(const lum_profile *a, const lum_profile *b)
     assert_memory_equal(a->tlv, b->tlv, sizeof a->tlv);
     assert_true(a->angle_lsb_pdeg == b->angle_lsb_pdeg);
     assert_int_equal(a->line_span_us, b->line_span_us);
+    assert_int_equal(a->clock_unit_ns, b->clock_unit_ns);
+    assert_int_equal(a->sample_order, b->sample_order);
 }
 
 static void the_sample_files_equal_what_is_built_in(void **state)
@@ -663,8 +665,15 @@ static void every_limit_of_a_profile_holds(void **state)
             "eye_values: {blue: 7, green: ",
          "}", "f:3: eye_values.green: ", "0", "4294967295", "-1", "4294967296",
          "allowed: 0 to 4294967295"},
-        {V1 "group: {line: {at: 32, bytes: ", "}, samples: 36}",
-         "f:2: group.line.bytes: ", "1", "4", "0", "5", "allowed: 1, 2 or 4"},
+        {V1 "group: {line: {at: 32, bytes: ", "}, samples: 40}",
+         "f:2: group.line.bytes: ", "1", "8", "0", "9",
+         "allowed: 1, 2, 4 or 8"},
+        {V1 "group: {timestamp: {unit_ns: ", "}}",
+         "f:2: group.timestamp.unit_ns: ", "1", "1000000000", "0", "1000000001",
+         "allowed: 1 to 1000000000 ns"},
+        {V1 "group: {samples: 40, line: {at: 32, bytes: 8, bits: ", "}}",
+         "f:2: group.line.bits: ", "[0, 0]", "[63, 63]", "[0, 64]", "[-1, 3]",
+         "allowed: all, or [LOW, HIGH], both included, 0 to 63"},
         {V1 "group: {samples: ", "}", "f:2: group.samples: ", "24", "64", "7",
          "65", "an offset from 8 to 64"},
         {V1 "group: {samples: 64, line: {at: ", "}}", "f:2: group.line.at: ",
@@ -726,8 +735,8 @@ static void what_the_core_refuses_bears_the_line_of_its_key(void **state)
          "5 is the type of other packets; allowed: 0 to 255, but not 5"},
         {"data_packet_type: 6", "f:2: data_packet_type: ", "6 is the type"},
         {"data_packet_type: 7", "f:2: data_packet_type: ", "7 is the type"},
-        {"group:\n  line: {at: 40,\n    bytes: 3}",
-         "f:4: group.line.bytes: ", "no field has 3 bytes; allowed: 1, 2 or 4"},
+        {"group:\n  line: {at: 40,\n    bytes: 3}", "f:4: group.line.bytes: ",
+         "no field has 3 bytes; allowed: 1, 2, 4 or 8"},
         {"group: {eye: 8}", "f:2: group.eye: ",
          "8 lies on the packet type (bytes 8 to 11); allowed: 12 to 64, or 8 "
          "for group.tag"},

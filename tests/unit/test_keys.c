@@ -184,9 +184,9 @@ static void what_is_wrong_is_said(void **state)
          "unknown key 'lin'; did you mean 'line'? allowed here: tag, eye, "
          "line, num_samples, first_sample_index, timestamp, samples"},
         {"group.line.to", "14", LUM_E_TYPE, "group.line",
-         "unknown key 'to'; allowed here: at, bytes"},
+         "unknown key 'to'; allowed here: at, bytes, order, bits"},
         {"group.line.", "14", LUM_E_TYPE, "group.line",
-         "unknown key ''; allowed here: at, bytes"},
+         "unknown key ''; allowed here: at, bytes, order, bits"},
         {"eye_values", "1", LUM_E_TYPE, "eye_values",
          "a single value does not belong here; allowed: a mapping of blue, "
          "green"},
@@ -199,7 +199,8 @@ static void what_is_wrong_is_said(void **state)
          "allowed: an offset from 8 to 64"},
         {"group.timestamp", "never", LUM_E_VALUE, "group.timestamp",
          "'never' is not a decimal number; allowed: none, or an offset from 8 "
-         "to 64, or a mapping of at, bytes"},
+         "to 64, or a mapping of at, bytes, order, "
+         "bits, unit_ns"},
         {"set_ip_order", "big", LUM_E_VALUE, "set_ip_order",
          "'big' is not known; allowed: network or little"},
         {"tlv.yscan", "4\n\xff", LUM_E_VALUE, "tlv.yscan",
@@ -265,7 +266,8 @@ static void of_values_that_clash_the_one_that_was_set_is_blamed(void **state)
     assert_int_equal(why.place, 3);
     assert_string_equal(why.text,
                         "bytes 14 to 14 overlap group.line, 14 to 15 (the "
-                        "default); fields must not share bytes");
+                        "default); fields must not share bytes, unless "
+                        "both name bits");
     assert_int_equal(p.group[LUM_FIELD_TAG].at, 12);
     lum_keys_of_profile(&keys, &p);
     set(&keys, "tlv.command", "4");

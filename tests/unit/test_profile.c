@@ -126,16 +126,18 @@ static void only_the_tag_may_stand_on_the_type(void **state)
     }
 }
 
-static void a_width_is_1_2_or_4(void **state)
+static void a_width_is_1_2_4_or_8(void **state)
 {
     (void)state;
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
         for (unsigned bytes = 0; bytes < 256; bytes++) {
             lum_profile p = defaults();
-            p.samples_at = 60;
+            p.samples_at = 64;
             p.group[f] = (lum_field){.at = 40, .bytes = (uint8_t)bytes};
-            const int is_fine = bytes == 1 || bytes == 2 || bytes == 4 ||
-                                (bytes == 0 && f == LUM_FIELD_TIMESTAMP);
+            const int is_fine =
+                bytes == 1 || bytes == 2 || bytes == 4 || bytes == 8 ||
+                (bytes == 0 &&
+                 (f == LUM_FIELD_TIMESTAMP || f == LUM_FIELD_NUM_SAMPLES));
             assert_fault(&p,
                          is_fine ? LUM_PROFILE_FINE : LUM_PROFILE_FIELD_WIDTH,
                          is_fine ? 0 : f);
@@ -304,7 +306,7 @@ int main(void)
         cmocka_unit_test(the_data_packet_type_is_no_other_packets),
         cmocka_unit_test(an_offset_is_8_to_64),
         cmocka_unit_test(only_the_tag_may_stand_on_the_type),
-        cmocka_unit_test(a_width_is_1_2_or_4),
+        cmocka_unit_test(a_width_is_1_2_4_or_8),
         cmocka_unit_test(no_two_fields_share_a_byte),
         cmocka_unit_test(samples_follow_every_field),
         cmocka_unit_test(samples_stand_at_8_to_64),

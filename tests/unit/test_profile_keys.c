@@ -8,12 +8,14 @@
 #include "lum/host/keys.h"
 
 #include <stdbool.h>
+#include <stdio.h>
 #include <string.h>
 
 #define COUNT(array) (sizeof(array) / sizeof(array)[0])
 
 #define OFFSET "an offset from 8 to 64"
-#define WIDTH  "1, 2 or 4"
+#define WIDTH  "1, 2, 4 or 8"
+#define BITS   "all, or [LOW, HIGH], both included, 0 to 63"
 #define TYPES  "0 to 255, but not 5, 6 or 7 (set IP, timestamp, TLV)"
 
 /* --- What a key is --- */
@@ -32,23 +34,44 @@ static const struct {
     {"set_ip_order", LUM_KEY_WORD, "", "", "network or little", "network"},
     {"group.tag", LUM_KEY_WHOLE, "8", "64", OFFSET, "12"},
     {"group.tag.at", LUM_KEY_WHOLE, "8", "64", OFFSET, "12"},
-    {"group.tag.bytes", LUM_KEY_WHOLE, "1", "4", WIDTH, "1"},
+    {"group.tag.bytes", LUM_KEY_WHOLE, "1", "8", WIDTH, "1"},
+    {"group.tag.order", LUM_KEY_WORD, "", "", "little or big", "little"},
+    {"group.tag.bits", LUM_KEY_WORD_OR_PAIR, "[0, 0]", "[63, 63]", BITS, "all"},
     {"group.eye", LUM_KEY_WHOLE, "8", "64", OFFSET, "13"},
     {"group.eye.at", LUM_KEY_WHOLE, "8", "64", OFFSET, "13"},
-    {"group.eye.bytes", LUM_KEY_WHOLE, "1", "4", WIDTH, "1"},
+    {"group.eye.bytes", LUM_KEY_WHOLE, "1", "8", WIDTH, "1"},
+    {"group.eye.order", LUM_KEY_WORD, "", "", "little or big", "little"},
+    {"group.eye.bits", LUM_KEY_WORD_OR_PAIR, "[0, 0]", "[63, 63]", BITS, "all"},
     {"group.line", LUM_KEY_WHOLE, "8", "64", OFFSET, "14"},
     {"group.line.at", LUM_KEY_WHOLE, "8", "64", OFFSET, "14"},
-    {"group.line.bytes", LUM_KEY_WHOLE, "1", "4", WIDTH, "2"},
-    {"group.num_samples", LUM_KEY_WHOLE, "8", "64", OFFSET, "16"},
+    {"group.line.bytes", LUM_KEY_WHOLE, "1", "8", WIDTH, "2"},
+    {"group.line.order", LUM_KEY_WORD, "", "", "little or big", "little"},
+    {"group.line.bits", LUM_KEY_WORD_OR_PAIR, "[0, 0]", "[63, 63]", BITS,
+     "all"},
+    {"group.num_samples", LUM_KEY_WORD_OR_WHOLE, "8", "64", "none, or " OFFSET,
+     "16"},
     {"group.num_samples.at", LUM_KEY_WHOLE, "8", "64", OFFSET, "16"},
-    {"group.num_samples.bytes", LUM_KEY_WHOLE, "1", "4", WIDTH, "2"},
+    {"group.num_samples.bytes", LUM_KEY_WHOLE, "1", "8", WIDTH, "2"},
+    {"group.num_samples.order", LUM_KEY_WORD, "", "", "little or big",
+     "little"},
+    {"group.num_samples.bits", LUM_KEY_WORD_OR_PAIR, "[0, 0]", "[63, 63]", BITS,
+     "all"},
     {"group.first_sample_index", LUM_KEY_WHOLE, "8", "64", OFFSET, "18"},
     {"group.first_sample_index.at", LUM_KEY_WHOLE, "8", "64", OFFSET, "18"},
-    {"group.first_sample_index.bytes", LUM_KEY_WHOLE, "1", "4", WIDTH, "2"},
+    {"group.first_sample_index.bytes", LUM_KEY_WHOLE, "1", "8", WIDTH, "2"},
+    {"group.first_sample_index.order", LUM_KEY_WORD, "", "", "little or big",
+     "little"},
+    {"group.first_sample_index.bits", LUM_KEY_WORD_OR_PAIR, "[0, 0]",
+     "[63, 63]", BITS, "all"},
     {"group.timestamp", LUM_KEY_WORD_OR_WHOLE, "8", "64", "none, or " OFFSET,
      "20"},
     {"group.timestamp.at", LUM_KEY_WHOLE, "8", "64", OFFSET, "20"},
-    {"group.timestamp.bytes", LUM_KEY_WHOLE, "1", "4", WIDTH, "4"},
+    {"group.timestamp.bytes", LUM_KEY_WHOLE, "1", "8", WIDTH, "4"},
+    {"group.timestamp.order", LUM_KEY_WORD, "", "", "little or big", "little"},
+    {"group.timestamp.bits", LUM_KEY_WORD_OR_PAIR, "[0, 0]", "[63, 63]", BITS,
+     "all"},
+    {"group.timestamp.unit_ns", LUM_KEY_WHOLE, "1", "1000000000",
+     "1 to 1000000000 ns", "1000"},
     {"group.samples", LUM_KEY_WHOLE, "8", "64", OFFSET, "24"},
     {"eye_values.blue", LUM_KEY_WHOLE, "0", "4294967295", "0 to 4294967295",
      "0"},
@@ -56,6 +79,7 @@ static const struct {
      "1"},
     {"angle_order", LUM_KEY_WORD, "", "",
      "azimuth_elevation or elevation_azimuth", "azimuth_elevation"},
+    {"sample_order", LUM_KEY_WORD, "", "", "little or big", "little"},
     {"angle_lsb_deg", LUM_KEY_WORD_OR_DECIMAL, "0.000000000001", "1",
      "span, or above 0, at most 1 deg", "span"},
     {"tlv.command", LUM_KEY_WHOLE, "0", "65535", "0 to 65535", "1"},
@@ -93,12 +117,16 @@ static void words_and_units_are_told(void **state)
     for (size_t i = 0; lum_keys_describe(&keys, i, &key) == LUM_OK; i++) {
         const bool is_lsb = strcmp(key.name, "angle_lsb_deg") == 0;
         const bool is_span = strcmp(key.name, "line_span_us") == 0;
-        assert_string_equal(key.unit, is_lsb ? "deg" : is_span ? "us" : "");
+        const bool is_tick = strcmp(key.name, "group.timestamp.unit_ns") == 0;
+        assert_string_equal(key.unit, is_lsb    ? "deg"
+                                      : is_span ? "us"
+                                      : is_tick ? "ns"
+                                                : "");
         if (strcmp(key.name, "set_ip_order") == 0) {
             assert_string_equal(key.words[0], "network");
             assert_string_equal(key.words[1], "little");
             assert_null(key.words[2]);
-        } else if (strcmp(key.name, "group.timestamp") == 0) {
+        } else if (key.kind == LUM_KEY_WORD_OR_WHOLE) {
             assert_string_equal(key.words[0], "none");
             assert_null(key.words[1]);
         } else if (key.kind == LUM_KEY_WHOLE) {
@@ -137,6 +165,8 @@ static void assert_same(const lum_profile *a, const lum_profile *b)
     assert_memory_equal(a->tlv, b->tlv, sizeof a->tlv);
     assert_true(a->angle_lsb_pdeg == b->angle_lsb_pdeg);
     assert_int_equal(a->line_span_us, b->line_span_us);
+    assert_int_equal(a->clock_unit_ns, b->clock_unit_ns);
+    assert_int_equal(a->sample_order, b->sample_order);
 }
 
 /* A profile that differs from the default in everything. */
@@ -144,7 +174,12 @@ static lum_profile other_profile(void)
 {
     return (lum_profile){
         .data_packet_type = 3,
-        .group = {{44, 2}, {40, 4}, {36, 4}, {32, 1}, {30, 1}, {24, 2}},
+        .group = {{44, 2, LUM_ORDER_BIG, 1, 15},
+                  {40, 4, LUM_ORDER_BIG, 24, 8},
+                  {36, 4, LUM_ORDER_BIG, 0, 31},
+                  {32, 1, LUM_ORDER_BIG, 0, 8},
+                  {30, 1, LUM_ORDER_BIG, 2, 3},
+                  {16, 8, LUM_ORDER_BIG, 1, 63}},
         .samples_at = 50,
         .set_ip_order = LUM_SET_IP_LITTLE,
         .angle_order = LUM_ELEVATION_AZIMUTH,
@@ -152,6 +187,8 @@ static lum_profile other_profile(void)
         .tlv = {11, 12, 13, 14},
         .angle_lsb_pdeg = 500000001,
         .line_span_us = 1999,
+        .clock_unit_ns = 999999999,
+        .sample_order = LUM_ORDER_BIG,
     };
 }
 
@@ -182,8 +219,22 @@ static void each_key_reaches_its_field(void **state)
         {"group.num_samples.bytes", "1"},
         {"group.first_sample_index", "30"},
         {"group.first_sample_index.bytes", "1"},
-        {"group.timestamp", "24"},
-        {"group.timestamp.bytes", "2"},
+        {"group.timestamp", "16"},
+        {"group.timestamp.bytes", "8"},
+        {"group.tag.order", "big"},
+        {"group.tag.bits", "[1, 15]"},
+        {"group.eye.order", "big"},
+        {"group.eye.bits", "[24, 31]"},
+        {"group.line.order", "big"},
+        {"group.line.bits", "[0, 30]"},
+        {"group.num_samples.order", "big"},
+        {"group.num_samples.bits", "[0, 7]"},
+        {"group.first_sample_index.order", "big"},
+        {"group.first_sample_index.bits", "[2, 4]"},
+        {"group.timestamp.order", "big"},
+        {"group.timestamp.bits", "[1, 63]"},
+        {"group.timestamp.unit_ns", "999999999"},
+        {"sample_order", "big"},
         {"group.samples", "50"},
         {"eye_values.blue", "66"},
         {"eye_values.green", "71"},
@@ -365,7 +416,7 @@ static void fields_on_the_type_are_refused(void **state)
             {"group.tag", "9", 4});
 }
 
-#define SHARE "; fields must not share bytes"
+#define SHARE "; fields must not share bytes, unless both name bits"
 
 static void fields_that_overlap_name_each_other(void **state)
 {
@@ -431,6 +482,99 @@ static void a_field_is_of_the_line_that_changed_it_last(void **state)
 }
 
 #define BEHIND "; samples come behind every field"
+
+static void bits_that_are_shared_are_refused(void **state)
+{
+    (void)state;
+    REFUSED("group.eye", 6,
+            "bytes 12 to 12 overlap group.tag, 12 to 12; fields that share "
+            "bytes must both name bits",
+            {"group.tag.bits", "[0, 3]", 5}, {"group.eye", "12", 6});
+    REFUSED("group.eye", 7,
+            "bytes 12 to 12 overlap group.tag, 12 to 12; fields must not share "
+            "a bit",
+            {"group.tag.bits", "[0, 3]", 5}, {"group.eye", "12", 6},
+            {"group.eye.bits", "[3, 7]", 7});
+    REFUSED("group.line", 7,
+            "bytes 13 to 14 overlap group.eye, 13 to 13; fields that share "
+            "bytes must have the same at, bytes and order",
+            {"group.eye.bits", "[0, 0]", 5}, {"group.line", "13", 6},
+            {"group.line.bits", "[1, 9]", 7});
+}
+
+static void bits_that_a_width_has_not_are_refused(void **state)
+{
+    (void)state;
+    REFUSED("group.line.bits", 5,
+            "bit 16 is not one of group.line.bytes, 2; allowed: 0 to 15",
+            {"group.line.bits", "[16, 16]", 5});
+    REFUSED("group.line.bits", 6,
+            "bit 15 is not one of group.line.bytes, 1; allowed: 0 to 7",
+            {"group.line.bits", "[8, 15]", 5}, {"group.line.bytes", "1", 6});
+    REFUSED("eye_values.green", 6,
+            "4 does not fit group.eye, 2 bits wide; allowed: 0 to 3",
+            {"group.eye.bits", "[6, 7]", 5}, {"eye_values.green", "4", 6});
+    REFUSED("eye_values.green", 6,
+            "2 does not fit group.eye, 1 bit wide; allowed: 0 to 1",
+            {"group.eye.bits", "[7, 7]", 5}, {"eye_values.green", "2", 6});
+}
+
+static void assert_no_pair(const char *value, const char *says)
+{
+    lum_keys keys;
+    lum_key_refusal why;
+    char text[LUM_KEY_MESSAGE_BYTES];
+    lum_keys_of_profile(&keys, NULL);
+    assert_int_equal(lum_keys_set(&keys, "group.line.bits", value, 1, &why),
+                     LUM_E_VALUE);
+    (void)snprintf(text, sizeof text, "'%s' %s; allowed: " BITS, value, says);
+    assert_string_equal(why.text, text);
+}
+
+static void pairs_are_read_as_they_are_written(void **state)
+{
+    static const char *const none[] = {
+        "",       "3",        "[",         "[]",      "[1]",      "[1, 2",
+        "1, 2]",  "[1, 2, 3", "[1, 2, 3]", "[1, 2]x", "[1.5, 2]", "[a, b]",
+        "[1; 2]", "[, 2]",    "[1, ]",     "[1 , 2]", "some"};
+    lum_keys keys;
+    char text[LUM_KEY_VALUE_BYTES];
+    (void)state;
+    for (size_t i = 0; i < COUNT(none); i++) {
+        assert_no_pair(none[i], "is not [LOW, HIGH], two whole numbers");
+    }
+    assert_no_pair("[0, 64]", "is out of range");
+    assert_no_pair("[64, 64]", "is out of range");
+    assert_no_pair("[-1, 0]", "is out of range");
+    assert_no_pair("[3, 2]", "has the higher number first");
+    lum_keys_of_profile(&keys, NULL);
+    set(&keys, "group.line.bits", "[0,14]", 1);
+    assert_int_equal(lum_keys_get(&keys, "group.line.bits", text), LUM_OK);
+    assert_string_equal(text, "[0, 14]");
+    set(&keys, "group.line.bits", "all", 1);
+    assert_int_equal(lum_keys_get(&keys, "group.line.bits", text), LUM_OK);
+    assert_string_equal(text, "all");
+}
+
+/* A tick's length belongs to a clock. */
+static void what_is_none_has_nothing_to_keep(void **state)
+{
+    lum_keys keys;
+    lum_profile p;
+    lum_profile start;
+    (void)state;
+    lum_profile_default(&start);
+    start.group[LUM_FIELD_TIMESTAMP].bytes = 0;
+    start.group[LUM_FIELD_NUM_SAMPLES].bytes = 0;
+    start.clock_unit_ns = 7;
+    lum_keys_of_profile(&keys, &start);
+    take(&keys, &p);
+    assert_int_equal(p.clock_unit_ns, 1000);
+    assert_int_equal(p.group[LUM_FIELD_NUM_SAMPLES].bytes, 0);
+    set(&keys, "group.num_samples", "16", 1);
+    take(&keys, &p);
+    assert_int_equal(p.group[LUM_FIELD_NUM_SAMPLES].bytes, 2);
+}
 
 static void samples_before_a_field_are_refused(void **state)
 {
@@ -556,6 +700,10 @@ int main(void)
         cmocka_unit_test(fields_that_do_not_overlap_are_not_named),
         cmocka_unit_test(of_fields_that_overlap_the_one_that_was_set_is_blamed),
         cmocka_unit_test(a_field_is_of_the_line_that_changed_it_last),
+        cmocka_unit_test(bits_that_are_shared_are_refused),
+        cmocka_unit_test(bits_that_a_width_has_not_are_refused),
+        cmocka_unit_test(pairs_are_read_as_they_are_written),
+        cmocka_unit_test(what_is_none_has_nothing_to_keep),
         cmocka_unit_test(samples_before_a_field_are_refused),
         cmocka_unit_test(eye_values_fit_their_field),
         cmocka_unit_test(eye_values_differ),
