@@ -101,7 +101,8 @@ static bool may_be_nowhere(unsigned f)
 static lum_profile_fault check_field(const lum_profile *p, unsigned f)
 {
     if (p->group[f].bytes == 0 && may_be_nowhere(f)) {
-        return LUM_PROFILE_FINE;
+        return has_bits(p->group[f]) ? LUM_PROFILE_FINE
+                                     : LUM_PROFILE_FIELD_BITS;
     }
     const lum_profile_fault fault = check_bytes(p, f);
     if (fault != LUM_PROFILE_FINE) {

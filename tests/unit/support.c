@@ -178,7 +178,8 @@ lum_result send_words(struct stream *s, unsigned eye, uint32_t line,
                          .eye = (uint8_t)eye,
                          .tag = LUM_TAG_RANGES};
     for (uint32_t i = 0; i < n; i++) {
-        lum_word_encode(words[i], samples + LUM_SAMPLE_BYTES * i);
+        lum_group_word_encode(&s->layout, words[i],
+                              samples + LUM_SAMPLE_BYTES * i);
     }
     const lum_result r = send_group(s, &g, samples);
     free(samples);
