@@ -7,9 +7,10 @@
 
 #include <string.h>
 
-#define BEGUN       UINT32_C(0x6c756d67) /* hardly by chance */
-#define US_PER_MS   1000u
-#define CLOCK_BYTES 4u /* of the sensor, in packets of data as in answers */
+#define BEGUN      UINT32_C(0x6c756d67) /* hardly by chance */
+#define US_PER_MS  1000u
+#define NS_PER_US  1000u
+#define CLOCK_BITS 32u /* of the sensor, in packets of data as in answers */
 
 static bool is_zone(const zone *z)
 {
@@ -36,7 +37,10 @@ static bool is_config(const gateway_config *c)
 
 static bool has_clock(const lum_layout *layout)
 {
-    return layout->profile.group[LUM_FIELD_TIMESTAMP].bytes == CLOCK_BYTES;
+    const lum_field *clock = &layout->profile.group[LUM_FIELD_TIMESTAMP];
+    const unsigned bits = clock->bits > 0 ? clock->bits : 8u * clock->bytes;
+
+    return bits == CLOCK_BITS && layout->profile.clock_unit_ns == NS_PER_US;
 }
 
 static bool is_begun(const gateway *g)

@@ -275,6 +275,21 @@ class Truth(Lumsim):
         both = ("--calibration", calibration, "--profile", profile)
         self.agree(*self.compare(*both, dump=both))
 
+    def test_truth_holds_with_wider_profiles(self):
+        for text in (
+                "sample_order: big\ngroup: {line: {at: 14, bytes: 2, bits: [0, 14]}, eye: {at: 14, bytes: 2, "
+                "bits: [15, 15]}, num_samples: none, timestamp: {at: 24, bytes: 8, order: big, unit_ns: 1}, samples: 32}\n",
+                "sample_order: big\nangle_order: elevation_azimuth\ngroup: {tag: {at: 12, bytes: 8, order: big, "
+                "bits: [40, 41]}, eye: {at: 12, bytes: 8, order: big, bits: [3, 3]}, line: {at: 20, bytes: 4, order: big}, "
+                "num_samples: {at: 24, bytes: 8}, first_sample_index: {at: 32, bytes: 2, order: big}, "
+                "timestamp: {at: 34, bytes: 2, bits: [0, 10], unit_ns: 100000}, samples: 40}\nline_span_us: 200000\n",
+                "group: {timestamp: {at: 20, bytes: 4, bits: [4, 31], unit_ns: 333}}\n"):
+            with self.subTest(profile=text):
+                profile = self.dir / "profile.yaml"
+                profile.write_text("version: 1\n" + text)
+                both = ("--profile", profile)
+                self.agree(*self.compare(*both, dump=both))
+
     def test_640_lines_make_one_frame(self):
         truth = self.dir / "truth.csv"
         self.simulate("--lines", 640, "--truth", truth)

@@ -50,6 +50,15 @@ class Dump(Case):
         self.assertEqual(wanted, self.points(source, *[f"--set={v}" for v in values]))
         self.assertEqual(wanted, self.points("-", *[f"--set={v}" for v in values], stdin=source.read_bytes()))
 
+    def test_bits_are_a_pair(self):
+        source = self.capture()
+        bits = ("--set", "group.line.bits=[0, 14]", "--set", "group.num_samples=none")
+        self.assertEqual(self.points(source), self.points(source, *bits))
+        self.assertIn("group.line.bits: '[0, 16' is not [LOW, HIGH], two whole numbers; allowed: all, or [LOW, HIGH]",
+                      self.refused("lumdump", source, "--set", "group.line.bits=[0, 16"))
+        self.assertIn("bit 16 is not one of group.line.bytes, 2; allowed: 0 to 15",
+                      self.refused("lumdump", source, "--set", "group.line.bits=[0, 16]"))
+
     def test_it_lies_on_top_of_the_file(self):
         source = self.capture()
         file = self.folder.write("c.yaml", CALIBRATION)

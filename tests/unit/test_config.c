@@ -645,6 +645,48 @@ static void elevations_out_of_order_are_refused(void **state)
             "32", "60", "7", "65", "an offset from 8 to 64"                    \
     }
 
+static void bits_are_a_sequence(void **state)
+{
+    static const char *const wrong[] = {"[]",
+                                        "[1]",
+                                        "[1, 2, 3]",
+                                        "[a, b]",
+                                        "[1.0, 2]",
+                                        "[1, ]",
+                                        "[01, 2]",
+                                        "[1, 2, 3, 4, 5, 6, 7, 8, "
+                                        "9, 10, 11, 12, 13, 14, "
+                                        "15, 16, 17, 18, 19, 20]"};
+    output out;
+    (void)state;
+    parse_fine(PROFILE, V1 "group:\n  line:\n    bits:\n    - 2\n    - 9\n",
+               &out);
+    assert_int_equal(out.profile.group[LUM_FIELD_LINE].low, 2);
+    assert_int_equal(out.profile.group[LUM_FIELD_LINE].bits, 8);
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        char text[256];
+        (void)snprintf(text, sizeof text, V1 "group: {line: {bits: %s}}",
+                       wrong[i]);
+        assert_refused(PROFILE, text, "f:2: group.line.bits: ",
+                       "is not [LOW, HIGH], two whole numbers; allowed: all");
+    }
+    assert_refused(PROFILE, V1 "group: {line: {bits: [[0], 1]}}",
+                   "f:2: group.line.bits: ", "only numbers belong in [ ]");
+    assert_refused(PROFILE, V1 "group: {line: {bits: ['0', 1]}}",
+                   "f:2: group.line.bits: ", "only numbers belong in [ ]");
+    assert_refused(PROFILE, V1 "group: {line: {bits: [&a 0, 1]}}",
+                   "f:2: group.line.bits: ", "anchors (&) are not accepted");
+    assert_refused(PROFILE, V1 "group: {line: {bits: [0, 1}}",
+                   "f:2: ", "not valid YAML");
+    assert_refused(
+        PROFILE, V1 "group: {line: {bits: '[0, 1]'}}",
+        "f:2: group.line.bits: ", "is text; write [LOW, HIGH], without quotes");
+    assert_refused(PROFILE, V1 "group: {line: {bits: 3}}",
+                   "f:2: group.line.bits: ", "'3' is not [LOW, HIGH]");
+    assert_refused(PROFILE, V1 "group: {line: {bytes: [1, 2]}}",
+                   "f:2: group.line.bytes: ", "a sequence does not belong");
+}
+
 static void every_limit_of_a_profile_holds(void **state)
 {
     (void)state;
@@ -1175,6 +1217,7 @@ int main(void)
         cmocka_unit_test(every_level_of_a_profile_names_its_keys),
         cmocka_unit_test(every_limit_of_a_calibration_holds),
         cmocka_unit_test(elevations_out_of_order_are_refused),
+        cmocka_unit_test(bits_are_a_sequence),
         cmocka_unit_test(every_limit_of_a_profile_holds),
         cmocka_unit_test(words_are_those_of_the_table),
         cmocka_unit_test(a_profile_needs_a_version),

@@ -49,6 +49,10 @@ static void break_config(struct rig *r, unsigned i)
     } else if (i < 6) {
         r->layout.profile.group[LUM_FIELD_TIMESTAMP].bytes =
             (uint8_t)(i == 4 ? 0 : 2);
+    } else if (i == 6) {
+        r->layout.profile.group[LUM_FIELD_TIMESTAMP].bits = 31;
+    } else if (i == 7) {
+        r->layout.profile.clock_unit_ns = 100;
     } else {
         r->calibration.tof_lsb_fs = 0;
     }
@@ -119,7 +123,7 @@ static void a_zone_may_be_a_point(void **state)
 static void a_configuration_out_of_range_is_refused_and_stops(void **state)
 {
     (void)state;
-    for (unsigned i = 0; i < 18; i++) {
+    for (unsigned i = 0; i < 20; i++) {
         struct rig *const r = rig_new();
         assert_int_equal(rig_init(r), LUM_OK);
         if (i < 5) {

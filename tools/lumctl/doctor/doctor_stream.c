@@ -90,6 +90,14 @@ static void take_data(struct doctor *d, const lum_received *datagram,
     }
 }
 
+/* Whether data has the clock that answers have: 32 bits of microseconds. */
+static bool is_clock_of_answers(const lum_profile *profile)
+{
+    const lum_field *clock = &profile->group[LUM_FIELD_TIMESTAMP];
+    const unsigned bits = clock->bits > 0 ? clock->bits : 8u * clock->bytes;
+    return bits == 32u && profile->clock_unit_ns == 1000u;
+}
+
 static uint32_t type_of(const uint8_t *bytes)
 {
     return (uint32_t)bytes[8] | ((uint32_t)bytes[9] << 8) |
@@ -106,7 +114,7 @@ void doctor_stream_take(struct doctor *d, const lum_received *datagram,
         lum_packet_decode(layout, datagram->bytes, datagram->len, &group);
     s->kinds[kind]++;
     if (kind == LUM_PACKET_DATA) {
-        s->has_clock = layout->profile.group[LUM_FIELD_TIMESTAMP].bytes == 4;
+        s->has_clock = is_clock_of_answers(&layout->profile);
         s->clock_us = (uint32_t)group.clock_raw;
         s->clock_ns = arrived_ns;
         take_data(d, datagram, arrived_ns, group.eye);
