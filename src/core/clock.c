@@ -47,7 +47,8 @@ int64_t lum_clock_us(uint64_t ticks, uint32_t unit_ns)
     ns = product_unsigned(high ^ below, unit_ns) + (ns >> 32);
     digits[1] = (uint32_t)ns;
     digits[2] = (uint32_t)(ns >> 32);
-    for (unsigned i = 3; i-- > 0;) {
+    for (unsigned k = 0; k < 3u; k++) {
+        const unsigned i = 2u - k;
         const uint32_t us = whole_us(digits[i]);
         const uint32_t left = digits[i] - 1000u * us + 296u * rest;
         const uint32_t more = whole_us(left);

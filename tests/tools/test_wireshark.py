@@ -260,6 +260,22 @@ class Vectors(Case):
         self.assertGreater(found["data"], 50)
 
 
+    def test_a_wider_layout_is_one_too(self):
+        profile = self.folder.write("wide.yaml", "version: 1\nsample_order: big\ngroup: {line: {at: 14, bytes: 2, order: big, "
+                                    "bits: [0, 14]}, eye: {at: 14, bytes: 2, order: big, bits: [15, 15]}, num_samples: none, "
+                                    "timestamp: {at: 24, bytes: 8, order: big, unit_ns: 1}, samples: 32}\n")
+        path = self.folder / "wide.pcap"
+        self.assertEqual(run("lumsim", "-o", path, "--frames", 1, "--profile", profile).returncode, 0)
+        layout = ("-o", "lum.layout:line=14/2/big/0-14 eye=14/2/big/15-15 num_samples=none timestamp=24/8/big unit_ns=1 "
+                  "samples=32 sample_order=big")
+        want, found = summary(path, "--profile", profile), counts(path, *layout)
+        self.assertEqual({k: found[k] for k in KINDS}, {k: want[k] for k in KINDS})
+        rows = fields(path, "lum.data.timestamp", "lum.data.eye_value", "lum.data.line", "lum.data.num_samples", options=layout)
+        self.assertEqual(rows[0], ["5000000000", "0", "0", "334"])
+        self.assertEqual({row[1] for row in rows}, {"0", "1"})
+        self.assertEqual({int(row[2]) for row in rows}, set(range(64)))
+
+
 class Fields(Case):
     def one(self, payload, *names, to_sensor=False, options=()):
         return fields(self.capture(payload, to_sensor=to_sensor), *names, options=options)[0]
@@ -436,7 +452,8 @@ class Faults(Case):
 
     def test_of_a_layout_are_told_and_the_default_stands(self):
         path = self.capture(control(8), group(3, 1, 17, [word(1, 1)]))
-        for layout in "nonsense=1", "tag=7", "tag=65", "samples=20", "blue", "angle_order=up", "angle_lsb_deg=0":
+        for layout in "nonsense=1", "tag=7", "tag=65", "samples=20", "blue", "angle_order=up", "angle_lsb_deg=0", \
+                "line=14/3", "line=14/2/7-3", "line=14/2/9-16", "line=14/", "eye=none", "sample_order=up", "unit_ns=0":
             with self.subTest(layout):
                 rows = fields(path, "lum.kind", "_ws.expert.message", options=("-o", "lum.layout:" + layout))
                 self.assertEqual([r[0] for r in rows], ["heartbeat", "data"])

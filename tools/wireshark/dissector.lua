@@ -66,7 +66,7 @@ local f = {
     line = ProtoField.uint32("lum.data.line", "Line"),
     num_samples = ProtoField.uint32("lum.data.num_samples", "Samples"),
     first_sample_index = ProtoField.uint32("lum.data.first_sample_index", "Index of the first sample"),
-    timestamp = ProtoField.uint32("lum.data.timestamp", "Sensor clock (us)"),
+    timestamp = ProtoField.uint64("lum.data.timestamp", "Sensor clock (ticks)"),
     bad_words = ProtoField.uint32("lum.data.bad_words", "Bad words"),
     missing = ProtoField.uint32("lum.data.missing", "Samples of the line not seen before this packet"),
     samples = ProtoField.bytes("lum.data.samples", "Samples"),
@@ -113,6 +113,7 @@ local fault_list = {
     {"tlv_short", "TLV packet shorter than " .. tables.bytes.tlv .. " bytes", MALFORMED, ERROR},
     {"data_short", "data packet shorter than the offset of its samples", MALFORMED, ERROR},
     {"no_samples", "num_samples is 0", MALFORMED, ERROR},
+    {"wide", "a line, num_samples or first_sample_index above 4294967295", MALFORMED, ERROR},
     {"samples_short", "data packet shorter than its samples", MALFORMED, ERROR},
     {"eye", "the eye is neither of the two values", MALFORMED, ERROR},
     {"tag", "the tag is neither angles nor ranges", UNDECODED, WARN},
@@ -171,7 +172,7 @@ lum.prefs.samples = Pref.uint("Samples in the tree", DEFAULT_SAMPLES,
                               "Show at most so many samples of a data packet; 0 shows none")
 lum.prefs.layout = Pref.string("Layout", "",
                                "Keys of a wire profile that differ from the default, such as: "
-                               .. "tag=13 eye=12/1 line=16/2 samples=28 blue=66 green=71 "
+                               .. "tag=13 eye=12/1 line=16/2/big/0-14 samples=28 blue=66 green=71 "
                                .. "angle_order=elevation_azimuth")
 
 local layout        -- what the decoders go by
@@ -193,25 +194,53 @@ local function whole_number(text, max)
     return n and n <= max and n or nil
 end
 
--- A field: OFFSET, OFFSET/BYTES, or none for the timestamp.
-local function set_field(l, key, text)
-    local at, bytes = text:match("^(%d+)/([124])$")
-    if key == "timestamp" and text == "none" then
-        l.group.timestamp.bytes = 0
-        return true
-    end
-    at = whole_number(at or text, 64)
-    if not at or at < 8 then
+local function set_bits(field, text)
+    local low, high = text:match("^(%d+)-(%d+)$")
+    low, high = tonumber(low), tonumber(high)
+    if not low or high < low then
         return false
     end
-    l.group[key].at = at
-    l.group[key].bytes = tonumber(bytes) or l.group[key].bytes
+    field.low, field.bits = low, high - low + 1
     return true
+end
+
+-- A part behind a field's offset: its bytes, its order or its bits.
+local function set_part(field, text)
+    if text:match("^[1248]$") then
+        field.bytes = tonumber(text)
+    elseif text == "little" or text == "big" then
+        field.order = text
+    else
+        return set_bits(field, text)
+    end
+    return true
+end
+
+-- A field: OFFSET[/BYTES][/ORDER][/LOW-HIGH], or none for the timestamp and the count.
+local function set_field(l, key, text)
+    local field = l.group[key]
+    if text == "none" and (key == "timestamp" or key == "num_samples") then
+        field.bytes = 0
+        return true
+    end
+    local at, parts = text:match("^(%d+)(.*)$")
+    at = at and whole_number(at, 64)
+    if not at or at < 8 or parts:gsub("/[^/]+", "") ~= "" then
+        return false
+    end
+    field.at = at
+    for part in parts:gmatch("/([^/]+)") do
+        if not set_part(field, part) then
+            return false
+        end
+    end
+    return field.low + field.bits <= 8 * field.bytes
 end
 
 local words = {
     set_ip_order = {network = true, little = true},
     angle_order = {azimuth_elevation = true, elevation_azimuth = true},
+    sample_order = {little = true, big = true},
 }
 
 local function set_number(part, key, text, max)
@@ -231,6 +260,8 @@ local function set_key(l, key, text)
         return set_number(l.tlv, key, text, 0xffff)
     elseif key == "data_packet_type" then
         return set_number(l, key, text, 255)
+    elseif key == "unit_ns" then
+        return set_number(l, key, text, 1000000000) and l.unit_ns > 0
     elseif key == "samples" then
         return set_number(l, key, text, 64)
     elseif words[key] and words[key][text] then
@@ -373,11 +404,26 @@ end
 
 -- What a datagram is: lum_packet_decode() in Lua -----------------------------
 
+-- The value of a field, as 64 bits.
 local function load_field(tvb, field)
     if field.bytes == 0 then
-        return 0
+        return UInt64(0)
     end
-    return tvb(field.at, field.bytes):le_uint()
+    local range = tvb(field.at, field.bytes)
+    local value = field.order == "little" and range:le_uint64() or range:uint64()
+    local bits = field.bits > 0 and field.bits or 8 * field.bytes
+    return value:lshift(64 - field.low - bits):rshift(64 - bits)
+end
+
+local wide_fields = {"eye", "line", "num_samples", "first_sample_index"}
+
+local function is_wide(group)
+    for _, name in ipairs(wide_fields) do
+        if group[name] > 0xffffffff then
+            return true
+        end
+    end
+    return false
 end
 
 local function is_data_type(number)
@@ -394,7 +440,11 @@ end
 local function read_group(tvb)
     local group = {}
     for name, field in pairs(layout.group) do
-        group[name] = load_field(tvb, field)
+        local value = load_field(tvb, field)
+        group[name] = name == "timestamp" and value or value:tonumber()
+    end
+    if layout.group.num_samples.bytes == 0 then
+        group.num_samples = math.floor((tvb:len() - layout.samples) / tables.sample_bytes)
     end
     group.eye_name = eye_names[group.eye]
     group.tag_name = tag_names[group.tag]
@@ -411,6 +461,8 @@ local function classify_data(tvb)
     local room = math.floor((length - layout.samples) / tables.sample_bytes)
     if group.num_samples == 0 then
         return "malformed", "no_samples", group
+    elseif is_wide(group) and group.eye <= 0xffffffff then
+        return "malformed", "wide", group
     elseif group.num_samples > room then
         return "malformed", "samples_short", group
     elseif not group.eye_name then
@@ -795,18 +847,27 @@ local function angle_at(tvb, at)
     return b, a
 end
 
+-- Samples are in the order of bytes that the layout says.
+local function int_of(range)
+    return layout.sample_order == "little" and range:le_int() or range:int()
+end
+
+local function add_sample(tree, field, range)
+    return layout.sample_order == "little" and tree:add_le(field, range) or tree:add(field, range)
+end
+
 local function show_angle(tree, tvb, at, group, i)
     local azimuth_range, elevation_range = angle_at(tvb, at)
-    local azimuth_raw, elevation_raw = azimuth_range:le_int(), elevation_range:le_int()
+    local azimuth_raw, elevation_raw = int_of(azimuth_range), int_of(elevation_range)
     local azimuth = azimuth_of(azimuth_raw, group.eye_name)
     local elevation = elevation_of(elevation_raw, group.eye_name)
     local pixel = group.first_sample_index + i
     local item = tree:add(f.angle, tvb(at, tables.sample_bytes))
     item:set_text(string.format("Pixel %d: azimuth %.4f, elevation %.4f degrees", pixel, azimuth, elevation))
     item:add(f.angle_pixel, tvb(at, tables.sample_bytes), pixel):set_generated()
-    item:add_le(f.azimuth_raw, azimuth_range)
+    add_sample(item, f.azimuth_raw, azimuth_range)
     item:add(f.azimuth, azimuth_range, azimuth):set_generated()
-    item:add_le(f.elevation_raw, elevation_range)
+    add_sample(item, f.elevation_raw, elevation_range)
     item:add(f.elevation, elevation_range, elevation):set_generated()
 end
 
@@ -828,11 +889,10 @@ end
 
 local function show_word(tree, range, word, eye_name, fault, number)
     local tof, rising = tof_of(word), has_bits(word, tables.word.rising)
-    local item = tree:add_le(f.word, range)
-    item:add_le(f.tof, range)
-    item:add_le(f.zero, range)
-    item:add_le(f.rising, range)
-    item:add_le(f.pixel, range)
+    local item = add_sample(tree, f.word, range)
+    for _, field in ipairs({f.tof, f.zero, f.rising, f.pixel}) do
+        add_sample(item, field, range)
+    end
     if fault then
         add_fault(item, fault)
         item:set_text(string.format("Bad word 0x%08x", word))
@@ -858,7 +918,7 @@ local function show_words(tree, tvb, group, limit)
     local returns = {}
     for i = 0, group.num_samples - 1 do
         local range = tvb(layout.samples + tables.sample_bytes * i, tables.sample_bytes)
-        local word = range:le_uint()
+        local word = layout.sample_order == "little" and range:le_uint() or range:uint()
         local fault = word_fault(word)
         bad = bad + (fault and 1 or 0)
         if i < limit or fault then
@@ -902,12 +962,16 @@ end
 
 local group_order = {"tag", "eye", "line", "num_samples", "first_sample_index", "timestamp"}
 
-local function show_group_field(tree, name, range)
-    if name ~= "eye" then
-        return tree:add_le(f[name], range)
+local function show_group_field(tree, name, range, value)
+    if name == "timestamp" then
+        return tree:add(f[name], range, value):append_text(string.format(" of %d ns", layout.unit_ns))
     end
-    local item = tree:add(f.eye, range, eye_names[range:le_uint()] or "unknown")
-    item:add_le(f.eye_value, range)
+    local number = value:lower()
+    if name ~= "eye" then
+        return tree:add(f[name], range, number)
+    end
+    local item = tree:add(f.eye, range, eye_names[value:tonumber()] or "unknown")
+    item:add(f.eye_value, range, number)
     return item
 end
 
@@ -917,7 +981,7 @@ local function show_group(tree, tvb)
     for _, name in ipairs(group_order) do
         local field = layout.group[name]
         if field.bytes > 0 and field.at + field.bytes <= tvb:len() then
-            items[name] = show_group_field(tree, name, tvb(field.at, field.bytes))
+            items[name] = show_group_field(tree, name, tvb(field.at, field.bytes), load_field(tvb, field))
         end
     end
     return items
@@ -933,6 +997,10 @@ end
 
 local function show_data(tree, tvb, way, kind, fault, group)
     local items = show_group(tree, tvb)
+    if group and not items.num_samples then
+        items.num_samples = tree:add(f.num_samples, group.num_samples)
+        items.num_samples:set_generated()
+    end
     if fault then
         add_fault(items[fault_fields[fault]] or tree, fault)
         return rejected_info(kind, fault)
@@ -947,8 +1015,8 @@ local function show_data(tree, tvb, way, kind, fault, group)
         add_fault(item, "missing", tostring(lost))
     end
     local bad = show_samples(tree, tvb, group)
-    return string.format("Data %s line %d %s %d samples from %d clock %d%s", group.eye_name, group.line,
-                         group.tag_name, group.num_samples, group.first_sample_index, group.timestamp,
+    return string.format("Data %s line %d %s %d samples from %d clock %s%s", group.eye_name, group.line,
+                         group.tag_name, group.num_samples, group.first_sample_index, tostring(group.timestamp),
                          bad > 0 and string.format(" [%d bad]", bad) or "")
 end
 

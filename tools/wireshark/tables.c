@@ -196,6 +196,11 @@ static void print_named(const char *table, const char *const names[],
     printf("},\n");
 }
 
+static const char *order_of(uint8_t byte_order)
+{
+    return byte_order == LUM_ORDER_LITTLE ? "little" : "big";
+}
+
 static void print_profile(void)
 {
     lum_profile p;
@@ -208,6 +213,7 @@ static void print_profile(void)
         {"data_packet_type", p.data_packet_type},
         {"samples", p.samples_at},
         {"angle_lsb_pdeg", (int64_t)p.angle_lsb_pdeg},
+        {"unit_ns", p.clock_unit_ns},
     };
     printf("    profile = {\n");
     PRINT_NUMBERS("        ", rows);
@@ -216,10 +222,14 @@ static void print_profile(void)
     printf("        angle_order = \"%s\",\n",
            p.angle_order == LUM_AZIMUTH_ELEVATION ? "azimuth_elevation"
                                                   : "elevation_azimuth");
+    printf("        sample_order = \"%s\",\n", order_of(p.sample_order));
     printf("        group = {\n");
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
-        printf("            %s = {at = %u, bytes = %u},\n", name_of(fields, f),
-               (unsigned)p.group[f].at, (unsigned)p.group[f].bytes);
+        printf("            %s = {at = %u, bytes = %u, order = \"%s\", low = %u, "
+               "bits = %u},\n",
+               name_of(fields, f), (unsigned)p.group[f].at,
+               (unsigned)p.group[f].bytes, order_of(p.group[f].order),
+               (unsigned)p.group[f].low, (unsigned)p.group[f].bits);
     }
     printf("        },\n");
     print_named("eye_values", eyes, p.eye_values, LUM_EYES);
