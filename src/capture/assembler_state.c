@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-/* Clocks of packets lie within 2^61 us of 0, a stray's too; what is not set yet
+/* Clocks of packets but strays lie within 2^61 us of 0; what is not set yet
  * is 2^62 before 0 (src/core/stream.c). */
 #define CLOCK_MIN (INT64_MIN / 2)
 #define CLOCK_MAX ((INT64_C(1) << 61) + (INT64_C(1) << 33))
@@ -227,7 +227,7 @@ static void pack_stream(lum_pack *p, const lum_assembler *a, lum_eye_stream *s)
     lum_pack_u32(p, &s->seen);
     pack_clock(p, &s->newest_us, last_us(a));
     pack_clock(p, &s->heard_us, last_us(a));
-    pack_clock(p, &s->candidate_us, last_us(a));
+    lum_pack_i64(p, &s->candidate_us);
 }
 
 /* Frames are announced one by one, and so few may be left to announce. */

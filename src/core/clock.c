@@ -5,17 +5,7 @@
 
 uint64_t lum_clock_extend(uint64_t before, uint64_t raw, unsigned bits)
 {
-    return lum_clock_follow(before, raw, lum_clock_mask(bits));
-}
-
-/* Shifted as often as it takes: 32 bits of address have no room for more. */
-uint64_t lum_clock_mask(unsigned bits)
-{
-    uint64_t mask = 0;
-    for (; bits > 0; bits--) {
-        mask += mask + 1u;
-    }
-    return mask;
+    return lum_clock_follow(before, raw, lum_low_bits(bits));
 }
 
 uint64_t lum_clock_follow(uint64_t before, uint64_t raw, uint64_t mask)
@@ -30,21 +20,23 @@ static uint32_t whole_us(uint32_t ns)
     return (uint32_t)(product_unsigned(ns, UINT32_C(0x10624dd3)) >> 32) >> 6;
 }
 
+/* So many ticks, and 1000 times less units, are added meanwhile: nothing is
+ * below 0. It is 4,000 seconds of the shortest ticks. */
+#define AHEAD 1000u /* x 2^32 */
+
 /* As on paper, by digits of 32 bits, the highest first: 2^32 is 4294967 times
- * 1000, and 296. Below 0, the floor of -1 - x is -1 - the floor of x. */
+ * 1000, and 296. */
 int64_t lum_clock_us(uint64_t ticks, uint32_t unit_ns)
 {
-    const uint32_t high = (uint32_t)(ticks >> 32);
-    const uint32_t below = high >> 29 == 7u ? UINT32_MAX : 0;
     uint32_t digits[3];
     uint32_t rest = 0;
     if (unit_ns == 1000u) {
         return signed64(ticks);
     }
-    uint64_t ns = product_unsigned((uint32_t)ticks ^ below, unit_ns) +
-                  ((unit_ns - 1u) & below);
+    uint64_t ns = product_unsigned((uint32_t)ticks, unit_ns);
     digits[0] = (uint32_t)ns;
-    ns = product_unsigned(high ^ below, unit_ns) + (ns >> 32);
+    ns =
+        product_unsigned((uint32_t)(ticks >> 32) + AHEAD, unit_ns) + (ns >> 32);
     digits[1] = (uint32_t)ns;
     digits[2] = (uint32_t)(ns >> 32);
     for (unsigned k = 0; k < 3u; k++) {
@@ -55,5 +47,5 @@ int64_t lum_clock_us(uint64_t ticks, uint32_t unit_ns)
         digits[i] = 4294967u * rest + us + more;
         rest = left - 1000u * more;
     }
-    return signed64((uint64_t)(digits[1] ^ below) << 32 | (digits[0] ^ below));
+    return signed64((uint64_t)(digits[1] - unit_ns) << 32 | digits[0]);
 }

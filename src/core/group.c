@@ -5,28 +5,27 @@
 #include "field.h"
 #include "group.h"
 #include "lum/wire.h"
+#include "product.h"
 
 #include <string.h>
 
-/* Bytes from the one with a field's highest bit to the one with its lowest. Of
- * a width that is a power of 2, the byte at i in the other order is at i ^
- * (width
- * - 1). */
-static uint64_t load_field(const uint8_t *packet, const lum_field *field)
+/* Of a width that is a power of 2, the byte at i in the other order is at i ^
+ * (width - 1). */
+static LUM_ONE_COPY uint64_t load_field(const uint8_t *packet,
+                                        const lum_field *field)
 {
     const uint8_t *from = packet + field->at;
-    const unsigned bits = field_bits(field);
-    const unsigned end = field->low + bits;
     const unsigned flip = field_flip(field);
-    uint32_t mask = 0xffu >> ((0u - end) % 8u);
     uint32_t high = 0;
     uint32_t low = 0;
-    for (unsigned i = (end + 7u) / 8u; i-- > field->low / 8u;) {
+    for (unsigned i = field->bytes; i-- > 0;) {
         high = high << 8 | low >> 24;
-        low = low << 8 | (from[i ^ flip] & mask);
-        mask = 0xffu;
+        low = low << 8 | from[i ^ flip];
     }
-    return ((uint64_t)high << 32 | low) >> field->low % 8u;
+    const uint64_t value = (uint64_t)high << 32 | low;
+    return field->bits == 0
+               ? value
+               : shift_down(value, field->low) & lum_low_bits(field->bits);
 }
 
 /* Bits of other fields in the same bytes stay as they are. */
@@ -54,55 +53,46 @@ lum_result lum_group_check(uint32_t tag, uint32_t n, uint32_t first)
     return tag == LUM_TAG_RANGES ? LUM_OK : LUM_E_UNKNOWN_TAG;
 }
 
-/* A line, a count or an index of more than 32 bits is none, nor is there an eye
- * of such a value. */
-static bool is_wide(const uint64_t *v)
-{
-    return (v[LUM_FIELD_EYE] | v[LUM_FIELD_LINE] | v[LUM_FIELD_NUM_SAMPLES] |
-            v[LUM_FIELD_FIRST_SAMPLE_INDEX]) >>
-               32 !=
-           0;
-}
-
-static uint8_t find_eye(const lum_profile *p, uint32_t value)
-{
-    return value == p->eye_values[LUM_EYE_BLUE] ? LUM_EYE_BLUE : LUM_EYE_GREEN;
-}
-
 lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
                             size_t len, lum_group *out)
 {
     const lum_profile *p = &layout->profile;
     const uint8_t *b = bytes;
-    uint64_t v[LUM_GROUP_FIELDS];
+    uint32_t v[LUM_GROUP_FIELDS];
+    uint32_t high[LUM_GROUP_FIELDS];
     if (len < p->samples_at + LUM_SAMPLE_BYTES) {
         return LUM_E_MALFORMED;
     }
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
-        v[f] = load_field(b, &p->group[f]);
+        const uint64_t value = load_field(b, &p->group[f]);
+        v[f] = (uint32_t)value;
+        high[f] = (uint32_t)(value >> 32);
     }
-    const uint32_t value = (uint32_t)v[LUM_FIELD_EYE];
-    const uint8_t eye = find_eye(p, value);
-    const size_t room = (len - p->samples_at) / LUM_SAMPLE_BYTES;
-    if (p->group[LUM_FIELD_NUM_SAMPLES].bytes == 0) {
-        v[LUM_FIELD_NUM_SAMPLES] = room;
-    }
-    const uint32_t n = (uint32_t)v[LUM_FIELD_NUM_SAMPLES];
-    if (is_wide(v) || n > room || value != p->eye_values[eye]) {
+    const uint32_t room = (uint32_t)((len - p->samples_at) / LUM_SAMPLE_BYTES);
+    const uint32_t n = p->group[LUM_FIELD_NUM_SAMPLES].bytes == 0
+                           ? room
+                           : v[LUM_FIELD_NUM_SAMPLES];
+    const uint8_t eye = v[LUM_FIELD_EYE] == p->eye_values[LUM_EYE_BLUE]
+                            ? LUM_EYE_BLUE
+                            : LUM_EYE_GREEN;
+    if ((high[LUM_FIELD_EYE] | high[LUM_FIELD_LINE] |
+         high[LUM_FIELD_NUM_SAMPLES] | high[LUM_FIELD_FIRST_SAMPLE_INDEX]) !=
+            0 ||
+        n > room || v[LUM_FIELD_EYE] != p->eye_values[eye]) {
         return LUM_E_MALFORMED;
     }
-    const uint32_t first = (uint32_t)v[LUM_FIELD_FIRST_SAMPLE_INDEX];
-    const uint32_t tag =
-        v[LUM_FIELD_TAG] >> 32 == 0 ? (uint32_t)v[LUM_FIELD_TAG] : 0;
-    const lum_result r = lum_group_check(tag, n, first);
+    const uint32_t tag = high[LUM_FIELD_TAG] == 0 ? v[LUM_FIELD_TAG] : 0;
+    const lum_result r =
+        lum_group_check(tag, n, v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
     if (r != LUM_OK) {
         return r;
     }
     out->samples = b + p->samples_at;
-    out->clock_raw = v[LUM_FIELD_TIMESTAMP];
-    out->line = (uint32_t)v[LUM_FIELD_LINE];
+    out->clock_raw =
+        (uint64_t)high[LUM_FIELD_TIMESTAMP] << 32 | v[LUM_FIELD_TIMESTAMP];
+    out->line = v[LUM_FIELD_LINE];
     out->num_samples = n;
-    out->first_sample_index = first;
+    out->first_sample_index = v[LUM_FIELD_FIRST_SAMPLE_INDEX];
     out->eye = eye;
     out->tag = (uint8_t)tag;
     out->sample_order = p->sample_order;

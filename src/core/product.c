@@ -33,3 +33,16 @@ uint64_t lum_unsigned_by_parts(uint32_t a, uint32_t b)
     return (uint64_t)lum_product_by_parts((int32_t)a, (int32_t)b) +
            ((uint64_t)high << 32);
 }
+
+uint64_t lum_low_bits(unsigned bits)
+{
+#if LUM_BY_PARTS
+    uint64_t mask = 0;
+    for (; bits > 0; bits--) {
+        mask += mask + 1u;
+    }
+    return mask;
+#else
+    return bits == 0 ? 0 : UINT64_MAX >> (64u - bits);
+#endif
+}

@@ -33,6 +33,23 @@ int32_t lum_high_by_parts(int32_t a, int32_t b, int32_t sum);
 int64_t lum_product_by_parts(int32_t a, int32_t b);
 uint64_t lum_unsigned_by_parts(uint32_t a, uint32_t b);
 
+/* So many low bits set, 0..64. */
+uint64_t lum_low_bits(unsigned bits);
+
+/* A right shift by less than 64 bits; bit by bit where there is no instruction
+ * for it. */
+static inline uint64_t shift_down(uint64_t value, unsigned bits)
+{
+#if LUM_BY_PARTS
+    for (; bits > 0; bits--) {
+        value >>= 1;
+    }
+    return value;
+#else
+    return value >> bits;
+#endif
+}
+
 /* The upper half of a product, rounded down, and a sum. */
 static inline int32_t high_product(int32_t a, int32_t b, int32_t sum)
 {

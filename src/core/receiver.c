@@ -42,7 +42,7 @@ lum_result lum_receiver_init(lum_receiver *r, const lum_layout *layout,
     }
     memset(r, 0, sizeof *r);
     r->angle_order = profile->angle_order;
-    r->mask = lum_clock_mask(clock_bits(&profile->group[LUM_FIELD_TIMESTAMP]));
+    r->mask = lum_low_bits(clock_bits(&profile->group[LUM_FIELD_TIMESTAMP]));
     r->ticks = r->mask ^ r->mask >> 1;
     r->unit_ns = profile->clock_unit_ns;
     r->line_span_us = profile->line_span_us;

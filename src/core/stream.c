@@ -4,13 +4,14 @@
 #include "check.h"
 #include "clock.h"
 #include "field.h"
+#include "product.h"
 
 int32_t lum_stream_lead(const int64_t *clock_us, const int64_t *other_us)
 {
-    const int64_t us = *clock_us - *other_us;
+    const uint64_t us = (uint64_t)*clock_us - (uint64_t)*other_us;
     const int32_t low = signed32((uint32_t)us);
-    const int32_t limit = us < 0 ? INT32_MIN : INT32_MAX;
-    return us == low ? low : limit;
+    const int32_t limit = us >> 63 != 0 ? INT32_MIN : INT32_MAX;
+    return us == (uint64_t)low ? low : limit;
 }
 
 /* In the middle of all values, so that the first is extended to itself. The
@@ -18,14 +19,15 @@ int32_t lum_stream_lead(const int64_t *clock_us, const int64_t *other_us)
 void lum_stream_init(lum_assembler *a, const lum_profile *profile)
 {
     const uint64_t mask =
-        lum_clock_mask(clock_bits(&profile->group[LUM_FIELD_TIMESTAMP]));
+        lum_low_bits(clock_bits(&profile->group[LUM_FIELD_TIMESTAMP]));
     a->stream.mask = mask;
     a->stream.ticks = mask ^ mask >> 1;
     a->stream.unit_ns = profile->clock_unit_ns;
 }
 
 /* Within 2^61 us of 0, 70,000 years: sums and differences of clocks fit. Only
- * forged packets lead farther. */
+ * forged packets lead farther; of these, a stray, it is known that it is far
+ * from all clocks. */
 static bool is_clock(const int64_t *us)
 {
     return ((uint64_t)*us + (UINT64_C(1) << 61)) >> 62 == 0;
@@ -52,7 +54,7 @@ void lum_stream_take(lum_assembler *a, lum_eye_stream *s,
 {
     const int64_t *clock_us = &a->awaited.clock_us;
     if (place == STREAM_STRAY) {
-        s->candidate_us = is_clock(clock_us) ? *clock_us : STREAM_LONG_AGO;
+        s->candidate_us = *clock_us;
         return;
     }
     LUM_CHECK(is_clock(clock_us));

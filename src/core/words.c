@@ -40,6 +40,14 @@ static lum_result flip_marks(uint32_t *marks, uint32_t first, uint32_t n)
     return clear == 0 ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
 }
 
+/* Numbers of the other byte order. */
+static void swap_bytes(uint16_t *numbers, uint32_t n)
+{
+    for (uint32_t i = 0; i < n; i++) {
+        numbers[i] = (uint16_t)(numbers[i] >> 8 | (unsigned)numbers[i] << 8);
+    }
+}
+
 /* An int16_t may be written as its unsigned type, bit by bit as it came. With
  * vectors, angles in the order of lum_angle are copied as one row of numbers.
  */
@@ -47,13 +55,12 @@ static void copy_angles(lum_angle *angles, const lum_group *group,
                         uint8_t angle_order)
 {
     const unsigned swap = angle_order == LUM_AZIMUTH_ELEVATION ? 0 : 1;
-    const unsigned low = group->sample_order == LUM_ORDER_LITTLE ? 0 : 1;
     uint16_t *restrict to = (uint16_t *)angles;
     const uint8_t *restrict from = group->samples;
     const uint8_t *const end =
         from + (size_t)LUM_SAMPLE_BYTES * group->num_samples;
 #if LUM_VECTORS
-    if (swap == 0 && low == 0) {
+    if (swap == 0) {
         for (uint32_t i = 0; i < 2u * group->num_samples; i++) {
             to[i] = load_u16(from + (size_t)2 * i);
         }
@@ -61,9 +68,8 @@ static void copy_angles(lum_angle *angles, const lum_group *group,
     }
 #endif
     for (; from != end; from += LUM_SAMPLE_BYTES) {
-        to[swap] = (uint16_t)(from[low] | (unsigned)from[low ^ 1u] << 8);
-        to[swap ^ 1u] =
-            (uint16_t)(from[low ^ 2u] | (unsigned)from[low ^ 3u] << 8);
+        to[swap] = load_u16(from);
+        to[swap ^ 1u] = load_u16(from + 2);
         to += 2;
     }
 }
@@ -80,6 +86,9 @@ lum_result lum_words_place_angles(lum_line_slot *slot, const lum_group *group,
     }
     slot->line.angle_count = (uint16_t)(slot->line.angle_count + n);
     copy_angles(&slot->angles[first], group, angle_order);
+    if (group->sample_order != LUM_ORDER_LITTLE) {
+        swap_bytes((uint16_t *)&slot->angles[first], 2u * n);
+    }
     return LUM_OK;
 }
 
@@ -99,9 +108,9 @@ static uint32_t place_of(uint32_t word)
 #if LUM_VECTORS
 /* Compilers make vector code of a loop whose turns need nothing of each other.
  * So the word before is read again. */
-static LUM_IN_PLACE bool copy_in_order(uint32_t *restrict to,
-                                       const uint8_t *restrict from, uint32_t n,
-                                       uint32_t first, uint8_t order)
+static LUM_IN_PLACE bool copy_words(uint32_t *restrict to,
+                                    const uint8_t *restrict from, uint32_t n,
+                                    uint32_t first, uint8_t order)
 {
     const size_t end = (size_t)LUM_SAMPLE_BYTES * n;
     uint32_t borrow = 0;
@@ -120,9 +129,9 @@ static LUM_IN_PLACE bool copy_in_order(uint32_t *restrict to,
                LUM_LINE_PIXELS;
 }
 #else
-static LUM_IN_PLACE bool copy_in_order(uint32_t *restrict to,
-                                       const uint8_t *restrict from, uint32_t n,
-                                       uint32_t first, uint8_t order)
+static LUM_IN_PLACE bool copy_words(uint32_t *restrict to,
+                                    const uint8_t *restrict from, uint32_t n,
+                                    uint32_t first, uint8_t order)
 {
     uint32_t borrow = 0;
     for (uint32_t i = 0; i < n; i++) {
@@ -137,6 +146,20 @@ static LUM_IN_PLACE bool copy_in_order(uint32_t *restrict to,
 }
 #endif
 
+/* Where flash is dear, words of the other order go the longer way. */
+static bool copy_in_order(uint32_t *to, const lum_group *group, uint32_t first)
+{
+    const uint32_t n = group->num_samples;
+    if (group->sample_order == LUM_ORDER_LITTLE) {
+        return copy_words(to, group->samples, n, first, LUM_ORDER_LITTLE);
+    }
+#if LUM_BY_PARTS
+    return false;
+#else
+    return copy_words(to, group->samples, n, first, LUM_ORDER_BIG);
+#endif
+}
+
 /* The usual case: the packet's words are all good, in order of pixels, behind
  * all that the line has, and few enough. What was copied counts only once
  * word_count says so. */
@@ -150,17 +173,12 @@ static bool append(const lum_assembler *a, lum_line_slot *slot,
         return false;
     }
     const uint32_t first = count > 0 ? place_of(to[-1]) + 1u : 0;
-    if (place_of(lum_group_word(group, 0)) < first) {
+    if (place_of(lum_group_word(group, 0)) < first ||
+        !copy_in_order(to, group, first)) {
         return false;
     }
-    const bool is_in_order =
-        group->sample_order == LUM_ORDER_LITTLE
-            ? copy_in_order(to, group->samples, n, first, LUM_ORDER_LITTLE)
-            : copy_in_order(to, group->samples, n, first, LUM_ORDER_BIG);
-    if (is_in_order) {
-        slot->line.word_count = count + n;
-    }
-    return is_in_order;
+    slot->line.word_count = count + n;
+    return true;
 }
 
 /* Any other packet is merged into the words of the line, in place:

@@ -225,11 +225,12 @@ static void print_profile(void)
     printf("        sample_order = \"%s\",\n", order_of(p.sample_order));
     printf("        group = {\n");
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
-        printf("            %s = {at = %u, bytes = %u, order = \"%s\", low = %u, "
-               "bits = %u},\n",
-               name_of(fields, f), (unsigned)p.group[f].at,
-               (unsigned)p.group[f].bytes, order_of(p.group[f].order),
-               (unsigned)p.group[f].low, (unsigned)p.group[f].bits);
+        printf(
+            "            %s = {at = %u, bytes = %u, order = \"%s\", low = %u, "
+            "bits = %u},\n",
+            name_of(fields, f), (unsigned)p.group[f].at,
+            (unsigned)p.group[f].bytes, order_of(p.group[f].order),
+            (unsigned)p.group[f].low, (unsigned)p.group[f].bits);
     }
     printf("        },\n");
     print_named("eye_values", eyes, p.eye_values, LUM_EYES);
