@@ -40,7 +40,7 @@ static inline uint32_t swapped32(uint32_t v)
 }
 
 /* order: an ::lum_byte_order. */
-static inline uint32_t load_sample(const uint8_t *p, uint8_t order)
+static LUM_LOAD_INLINE uint32_t load_sample(const uint8_t *p, uint8_t order)
 {
     const uint32_t v = load_u32(p);
     return order == LUM_ORDER_LITTLE ? v : swapped32(v);

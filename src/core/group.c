@@ -53,20 +53,27 @@ lum_result lum_group_check(uint32_t tag, uint32_t n, uint32_t first)
     return tag == LUM_TAG_RANGES ? LUM_OK : LUM_E_UNKNOWN_TAG;
 }
 
+LUM_CHECK_BUILD(the_tag_is_the_first_field, LUM_FIELD_TAG == 0);
+LUM_CHECK_BUILD(the_clock_is_the_last_field,
+                LUM_FIELD_TIMESTAMP + 1 == LUM_GROUP_FIELDS);
+
+/* All but the tag and the clock have to fit 32 bits, or there is no eye of such
+ * a value; a longer tag is unknown. */
 lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
                             size_t len, lum_group *out)
 {
     const lum_profile *p = &layout->profile;
     const uint8_t *b = bytes;
-    uint32_t v[LUM_GROUP_FIELDS];
-    uint32_t high[LUM_GROUP_FIELDS];
+    uint32_t v[LUM_FIELD_TIMESTAMP];
+    uint32_t excess = 0;
     if (len < p->samples_at + LUM_SAMPLE_BYTES) {
         return LUM_E_MALFORMED;
     }
-    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
+    const uint64_t tag = load_field(b, &p->group[LUM_FIELD_TAG]);
+    for (unsigned f = LUM_FIELD_EYE; f < LUM_FIELD_TIMESTAMP; f++) {
         const uint64_t value = load_field(b, &p->group[f]);
         v[f] = (uint32_t)value;
-        high[f] = (uint32_t)(value >> 32);
+        excess |= (uint32_t)(value >> 32);
     }
     const uint32_t room = (uint32_t)((len - p->samples_at) / LUM_SAMPLE_BYTES);
     const uint32_t n = p->group[LUM_FIELD_NUM_SAMPLES].bytes == 0
@@ -75,21 +82,16 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
     const uint8_t eye = v[LUM_FIELD_EYE] == p->eye_values[LUM_EYE_BLUE]
                             ? LUM_EYE_BLUE
                             : LUM_EYE_GREEN;
-    if ((high[LUM_FIELD_EYE] | high[LUM_FIELD_LINE] |
-         high[LUM_FIELD_NUM_SAMPLES] | high[LUM_FIELD_FIRST_SAMPLE_INDEX]) !=
-            0 ||
-        n > room || v[LUM_FIELD_EYE] != p->eye_values[eye]) {
+    if (excess != 0 || n > room || v[LUM_FIELD_EYE] != p->eye_values[eye]) {
         return LUM_E_MALFORMED;
     }
-    const uint32_t tag = high[LUM_FIELD_TAG] == 0 ? v[LUM_FIELD_TAG] : 0;
-    const lum_result r =
-        lum_group_check(tag, n, v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
+    const lum_result r = lum_group_check(tag >> 32 == 0 ? (uint32_t)tag : 0, n,
+                                         v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
     if (r != LUM_OK) {
         return r;
     }
     out->samples = b + p->samples_at;
-    out->clock_raw =
-        (uint64_t)high[LUM_FIELD_TIMESTAMP] << 32 | v[LUM_FIELD_TIMESTAMP];
+    out->clock_raw = load_field(b, &p->group[LUM_FIELD_TIMESTAMP]);
     out->line = v[LUM_FIELD_LINE];
     out->num_samples = n;
     out->first_sample_index = v[LUM_FIELD_FIRST_SAMPLE_INDEX];
@@ -112,9 +114,6 @@ static uint8_t header_type(const lum_profile *p, const lum_group *g)
                ? g->tag
                : (uint8_t)p->data_packet_type;
 }
-
-LUM_CHECK_BUILD(the_clock_is_the_last_field,
-                LUM_FIELD_TIMESTAMP + 1 == LUM_GROUP_FIELDS);
 
 lum_result lum_group_encode(const lum_layout *layout, const lum_group *group,
                             void *out, size_t size, size_t *len)

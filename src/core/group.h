@@ -2,7 +2,20 @@
 #ifndef LUM_CORE_GROUP_H
 #define LUM_CORE_GROUP_H
 
+#include "bytes.h"
 #include "lum/group.h"
+#include "product.h"
+
+/* As lum_group_word(), which is shorter where it takes many instructions. */
+static inline uint32_t group_word(const lum_group *group, uint32_t i)
+{
+#if LUM_BY_PARTS
+    return lum_group_word(group, i);
+#else
+    return load_sample(group->samples + (size_t)LUM_SAMPLE_BYTES * i,
+                       group->sample_order);
+#endif
+}
 
 /* n: num_samples; first: first_sample_index.
  * LUM_OK, LUM_E_MALFORMED or LUM_E_UNKNOWN_TAG. */

@@ -1,5 +1,6 @@
 #include "lum/receiver.h"
 
+#include "bytes.h"
 #include "check.h"
 #include "clock.h"
 #include "counter.h"
@@ -224,7 +225,7 @@ static lum_result copy_words(lum_receiver *r, const lum_receiver_eye *eye,
     uint32_t good = 0;
     uint32_t before = 0;
     for (uint32_t i = 0; i < group->num_samples; i++) {
-        const uint32_t word = lum_group_word(group, i);
+        const uint32_t word = group_word(group, i);
         const uint32_t pixel = lum_word_pixel(word);
         if (!lum_word_is_good(word)) {
             continue;

@@ -3,6 +3,7 @@
 #include "bytes.h"
 #include "check.h"
 #include "counter.h"
+#include "group.h"
 #include "product.h"
 
 #include <string.h>
@@ -173,7 +174,7 @@ static bool append(const lum_assembler *a, lum_line_slot *slot,
         return false;
     }
     const uint32_t first = count > 0 ? place_of(to[-1]) + 1u : 0;
-    if (place_of(lum_group_word(group, 0)) < first ||
+    if (place_of(group_word(group, 0)) < first ||
         !copy_in_order(to, group, first)) {
         return false;
     }
@@ -208,7 +209,7 @@ static uint32_t count_good(struct merge *m, const lum_group *group)
     uint32_t low = LUM_LINE_PIXELS;
     uint32_t end = 0;
     for (uint32_t i = 0; i < group->num_samples; i++) {
-        const uint32_t pixel = place_of(lum_group_word(group, i));
+        const uint32_t pixel = place_of(group_word(group, i));
         if (pixel < LUM_LINE_PIXELS && m->table[pixel] <= LUM_LINE_WORDS_MAX) {
             m->table[pixel]++;
             good++;
@@ -274,7 +275,7 @@ static void make_room(const struct merge *m, uint32_t count, uint32_t good)
 static void fill_room(const struct merge *m, const lum_group *group)
 {
     for (uint32_t i = 0; i < group->num_samples; i++) {
-        const uint32_t word = lum_group_word(group, i);
+        const uint32_t word = group_word(group, i);
         const uint32_t pixel = place_of(word);
         if (pixel < LUM_LINE_PIXELS) {
             m->words[m->table[pixel]++] = word;

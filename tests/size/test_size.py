@@ -45,7 +45,7 @@ class Figures(unittest.TestCase):
         figures = {tuple(key): bar for *key, bar in size.BARS}
         self.assertEqual(size.over_bars(figures), [])
         figures["Stack, bytes", "**the core**", "M4F -O2"] = 257
-        self.assertEqual(size.over_bars(figures), ["Stack, bytes, the core, M4F -O2: 257 is over the bar of 152"])
+        self.assertEqual(size.over_bars(figures), ["Stack, bytes, the core, M4F -O2: 257 is over the bar of 160"])
 
     def test_growth_is_a_failing_status(self):
         tables = [table(size.BARS[0][-1])]
