@@ -12,7 +12,7 @@ static inline uint32_t group_word(const lum_group *group, uint32_t i)
 #if LUM_BY_PARTS
     return lum_group_word(group, i);
 #else
-    return load_sample(group->samples + (size_t)LUM_SAMPLE_BYTES * i,
+    return load_sample(&group->samples[(size_t)LUM_SAMPLE_BYTES * i],
                        group->sample_order);
 #endif
 }

@@ -38,7 +38,7 @@ uint64_t lum_low_bits(unsigned bits)
 {
 #if LUM_BY_PARTS
     uint64_t mask = 0;
-    for (; bits > 0; bits--) {
+    for (unsigned i = 0; i < bits; i++) {
         mask += mask + 1u;
     }
     return mask;

@@ -41,10 +41,11 @@ uint64_t lum_low_bits(unsigned bits);
 static inline uint64_t shift_down(uint64_t value, unsigned bits)
 {
 #if LUM_BY_PARTS
-    for (; bits > 0; bits--) {
-        value >>= 1;
+    uint64_t shifted = value;
+    for (unsigned i = 0; i < bits; i++) {
+        shifted >>= 1;
     }
-    return value;
+    return shifted;
 #else
     return value >> bits;
 #endif

@@ -41,11 +41,18 @@ static lum_result flip_marks(uint32_t *marks, uint32_t first, uint32_t n)
     return clear == 0 ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
 }
 
-/* Numbers of the other byte order. */
-static void swap_bytes(uint16_t *numbers, uint32_t n)
+static int16_t swapped(int16_t number)
+{
+    const unsigned bits = (uint16_t)number;
+    return signed16((uint16_t)(bits >> 8 | bits << 8));
+}
+
+/* Angles of the other byte order. */
+static void swap_bytes(lum_angle *angles, uint32_t n)
 {
     for (uint32_t i = 0; i < n; i++) {
-        numbers[i] = (uint16_t)(numbers[i] >> 8 | (unsigned)numbers[i] << 8);
+        angles[i].azimuth = swapped(angles[i].azimuth);
+        angles[i].elevation = swapped(angles[i].elevation);
     }
 }
 
@@ -88,7 +95,7 @@ lum_result lum_words_place_angles(lum_line_slot *slot, const lum_group *group,
     slot->line.angle_count = (uint16_t)(slot->line.angle_count + n);
     copy_angles(&slot->angles[first], group, angle_order);
     if (group->sample_order != LUM_ORDER_LITTLE) {
-        swap_bytes((uint16_t *)&slot->angles[first], 2u * n);
+        swap_bytes(&slot->angles[first], n);
     }
     return LUM_OK;
 }
