@@ -51,16 +51,16 @@ static void typical_values_are_those_of_init(void **state)
  * forgot. */
 static const lum_profile odd_profile = {
     200,
-    {[LUM_FIELD_TAG] = {.at = 60, .bytes = 1},
+    {[LUM_FIELD_TAG] = {60, 1, LUM_ORDER_BIG, 2, 5},
      [LUM_FIELD_EYE] = {.at = 30, .bytes = 4},
-     [LUM_FIELD_LINE] = {.at = 16, .bytes = 4},
+     [LUM_FIELD_LINE] = {16, 4, LUM_ORDER_BIG, 1, 30},
      [LUM_FIELD_NUM_SAMPLES] = {.at = 40, .bytes = 1},
      [LUM_FIELD_FIRST_SAMPLE_INDEX] = {.at = 44, .bytes = 4},
-     [LUM_FIELD_TIMESTAMP] = {.at = 50, .bytes = 2}},
+     [LUM_FIELD_TIMESTAMP] = {50, 8, LUM_ORDER_BIG, 3, 59}},
     63,
     LUM_SET_IP_LITTLE,
     LUM_ELEVATION_AZIMUTH,
-    LUM_ORDER_LITTLE,
+    LUM_ORDER_BIG,
     {[LUM_EYE_BLUE] = UINT32_C(4294967295), [LUM_EYE_GREEN] = 7},
     {[LUM_TLV_COMMAND] = 65535,
      [LUM_TLV_STATUS] = 20,
@@ -68,7 +68,7 @@ static const lum_profile odd_profile = {
      [LUM_TLV_YSCAN] = 4000},
     1234567891,
     1000000000,
-    1000,
+    999,
 };
 
 /* tables/odd.calibration.yaml, likewise. */

@@ -21,22 +21,22 @@ const lum_layout odd_layout = {
             .data_packet_type = 200u,
             .group =
                 {
-                    [LUM_FIELD_TAG] = {.at = 60, .bytes = 1, .order = LUM_ORDER_LITTLE, .low = 0, .bits = 0},
+                    [LUM_FIELD_TAG] = {.at = 60, .bytes = 1, .order = LUM_ORDER_BIG, .low = 2, .bits = 5},
                     [LUM_FIELD_EYE] = {.at = 30, .bytes = 4, .order = LUM_ORDER_LITTLE, .low = 0, .bits = 0},
-                    [LUM_FIELD_LINE] = {.at = 16, .bytes = 4, .order = LUM_ORDER_LITTLE, .low = 0, .bits = 0},
+                    [LUM_FIELD_LINE] = {.at = 16, .bytes = 4, .order = LUM_ORDER_BIG, .low = 1, .bits = 30},
                     [LUM_FIELD_NUM_SAMPLES] = {.at = 40, .bytes = 1, .order = LUM_ORDER_LITTLE, .low = 0, .bits = 0},
                     [LUM_FIELD_FIRST_SAMPLE_INDEX] = {.at = 44, .bytes = 4, .order = LUM_ORDER_LITTLE, .low = 0, .bits = 0},
-                    [LUM_FIELD_TIMESTAMP] = {.at = 50, .bytes = 2, .order = LUM_ORDER_LITTLE, .low = 0, .bits = 0},
+                    [LUM_FIELD_TIMESTAMP] = {.at = 50, .bytes = 8, .order = LUM_ORDER_BIG, .low = 3, .bits = 59},
                 },
             .samples_at = 63,
             .set_ip_order = LUM_SET_IP_LITTLE,
             .angle_order = LUM_ELEVATION_AZIMUTH,
-            .sample_order = LUM_ORDER_LITTLE,
+            .sample_order = LUM_ORDER_BIG,
             .eye_values = {[LUM_EYE_BLUE] = UINT32_C(4294967295), [LUM_EYE_GREEN] = UINT32_C(7)},
             .tlv = {[LUM_TLV_COMMAND] = 65535u, [LUM_TLV_STATUS] = 20u, [LUM_TLV_DEBUG] = 300u, [LUM_TLV_YSCAN] = 4000u},
             .angle_lsb_pdeg = UINT64_C(1234567891),
             .line_span_us = UINT32_C(1000000000),
-            .clock_unit_ns = UINT32_C(1000),
+            .clock_unit_ns = UINT32_C(999),
         },
 };
 
