@@ -196,23 +196,26 @@ static void assert_fault(const lum_profile *p, lum_profile_fault fault,
     assert_int_equal(at, index);
 }
 
+static void assert_bits(uint8_t bytes, unsigned low, unsigned bits)
+{
+    const int fine = bits == 0 ? low == 0 : low + bits <= 8u * bytes;
+    lum_profile p = usual();
+    p.samples_at = 40;
+    p.group[LUM_FIELD_LINE] =
+        (lum_field){30, bytes, 0, (uint8_t)low, (uint8_t)bits};
+    assert_fault(&p, fine ? LUM_PROFILE_FINE : LUM_PROFILE_FIELD_BITS,
+                 fine ? 0 : LUM_FIELD_LINE);
+}
+
 static void bits_lie_in_their_bytes(void **state)
 {
-    static const uint8_t widths[] = {1, 2, 4, 8};
     (void)state;
-    for (size_t w = 0; w < COUNT(widths); w++) {
-        for (unsigned low = 0; low < 66; low++) {
-            for (unsigned bits = 0; bits < 66; bits++) {
-                lum_profile p = usual();
-                p.samples_at = 40;
-                p.group[LUM_FIELD_LINE] =
-                    (lum_field){30, widths[w], 0, (uint8_t)low, (uint8_t)bits};
-                const int fine =
-                    bits == 0 ? low == 0 : low + bits <= 8u * widths[w];
-                assert_fault(&p,
-                             fine ? LUM_PROFILE_FINE : LUM_PROFILE_FIELD_BITS,
-                             fine ? 0 : LUM_FIELD_LINE);
-            }
+    for (unsigned low = 0; low < 66; low++) {
+        for (unsigned bits = 0; bits < 66; bits++) {
+            assert_bits(1, low, bits);
+            assert_bits(2, low, bits);
+            assert_bits(4, low, bits);
+            assert_bits(8, low, bits);
         }
     }
 }
