@@ -8,7 +8,8 @@
 
 /* Two pulses closer than this become one: the detector has to recover. More
  * than twice the largest noise, so that edges keep their order. */
-#define RECOVERY_M 0.15f
+#define RECOVERY_M          0.15f
+#define RECOVERY_DEVIATIONS 7.0f
 
 /* A white wall at 1 m, head on, returns this much at full power. */
 #define STRENGTH 1000.0f
@@ -45,17 +46,19 @@ void lum_render_options_default(lum_render_options *out)
     out->returns_max = 4;
     out->gain = 1.0f;
     out->threshold = 1.0f;
+    for (unsigned i = 0; i < LUM_RENDER_RETURNS_MAX; i++) {
+        out->noise_m[i] = LUM_RENDER_NOISE_M;
+    }
 }
 
-/* Eyes at the same place share a scene. */
-static void share_scenes(lum_render *r)
+static float recovery_of(const lum_render_options *options)
 {
-    const float *blue = lum_scan_mount(&r->scan, LUM_EYE_BLUE);
-    const float *green = lum_scan_mount(&r->scan, LUM_EYE_GREEN);
-    const bool same =
-        blue[0] == green[0] && blue[1] == green[1] && blue[2] == green[2];
-    r->scene_of[LUM_EYE_BLUE] = LUM_EYE_BLUE;
-    r->scene_of[LUM_EYE_GREEN] = same ? LUM_EYE_BLUE : LUM_EYE_GREEN;
+    float recovery = RECOVERY_M;
+    for (unsigned i = 0; i < LUM_RENDER_RETURNS_MAX; i++) {
+        const float needed = RECOVERY_DEVIATIONS * options->noise_m[i];
+        recovery = needed > recovery ? needed : recovery;
+    }
+    return recovery;
 }
 
 lum_result lum_render_init(lum_render *out, const lum_render_options *options)
@@ -77,15 +80,18 @@ lum_result lum_render_init(lum_render *out, const lum_render_options *options)
     }
     out->tof_per_m = 2.0 / (double)c->speed_of_light / lsb_s;
     out->tof_per_ns = 1e-9 / lsb_s;
-    share_scenes(out);
+    out->recovery_m = recovery_of(options);
+    lum_sight_init(&out->sight, &options->place, options->seed, &out->scan,
+                   options->rate_hz);
+    const lum_place *place = lum_sight_place(&out->sight);
+    out->noise_seed = lum_place_noise_seed(place);
+    lum_scan_distort(&out->scan, lum_place_encoder_deg(place), options->seed);
     return LUM_OK;
 }
 
 void lum_render_free(lum_render *render)
 {
-    for (unsigned i = 0; i < LUM_EYES; i++) {
-        lum_scene_free(&render->scenes[i]);
-    }
+    lum_sight_free(&render->sight);
 }
 
 int64_t lum_render_clock_us(const lum_render *render, int64_t frame,
@@ -98,24 +104,6 @@ int64_t lum_render_clock_us(const lum_render *render, int64_t frame,
     return LUM_RENDER_CLOCK_US + (int64_t)(lines * period_us);
 }
 
-static lum_result set_scenes(lum_render *r, int64_t frame)
-{
-    if (r->frame == frame) {
-        return LUM_OK;
-    }
-    const double time_s = (double)(frame - 1) / r->options.rate_hz;
-    r->frame = 0;
-    for (unsigned i = 0; i < LUM_EYES; i++) {
-        if (r->scene_of[i] == i &&
-            lum_scene_set(&r->scenes[i], r->options.seed, time_s,
-                          lum_scan_mount(&r->scan, i)) != 0) {
-            return LUM_E_SPACE;
-        }
-    }
-    r->frame = frame;
-    return LUM_OK;
-}
-
 /* --- Echoes of a beam --- */
 
 static float width_of(float strength)
@@ -126,19 +114,20 @@ static float width_of(float strength)
 
 /* One more return: added to the pulse before it if both touch, otherwise a new
  * pulse if there is room. */
-static size_t add_pulse(pulse *pulses, size_t count, size_t room, pulse next)
+static size_t add_pulse(const lum_render *r, pulse *pulses, size_t count,
+                        pulse next)
 {
     if (count > 0) {
         pulse *last = &pulses[count - 1];
         const float end = last->range + last->width_ns * M_PER_NS;
-        if (next.range < end + RECOVERY_M) {
+        if (next.range < end + r->recovery_m) {
             const float joint =
                 (next.range - last->range) / M_PER_NS + next.width_ns;
             last->width_ns = joint > last->width_ns ? joint : last->width_ns;
             return count;
         }
     }
-    if (count < room) {
+    if (count < r->options.returns_max) {
         pulses[count++] = next;
     }
     return count;
@@ -156,15 +145,16 @@ static void weigh(const lum_hit *hits, size_t n, lum_random *random,
                                hit->cosine * speckle /
                                (hit->range * hit->range);
         left *= 1.0f - hit->cover;
-        out[i] = (lum_echo){.range = hit->range, .strength = strength};
+        out[i] =
+            (lum_echo){.range = hit->range + hit->bias, .strength = strength};
     }
 }
 
 /* --- Echoes to words --- */
 
 /* What the detector makes of the echoes of a pixel. */
-static size_t detect(const lum_echo *echoes, size_t n, float gain,
-                     float threshold, unsigned returns_max, pulse *pulses)
+static size_t detect(const lum_render *r, const lum_echo *echoes, size_t n,
+                     float gain, float threshold, pulse *pulses)
 {
     const float weakest = WEAKEST * threshold;
     size_t count = 0;
@@ -172,15 +162,10 @@ static size_t detect(const lum_echo *echoes, size_t n, float gain,
         const float strength = gain * echoes[i].strength;
         if (strength >= weakest) {
             const pulse next = {echoes[i].range, width_of(strength), i};
-            count = add_pulse(pulses, count, returns_max, next);
+            count = add_pulse(r, pulses, count, next);
         }
     }
     return count;
-}
-
-static float draw_noise(lum_random *random)
-{
-    return LUM_RENDER_NOISE_M * lum_random_normal(random);
 }
 
 /* To the nearest integer; x above -2^20, as a cast rounds down above 0. */
@@ -207,17 +192,17 @@ static bool make_words(const lum_render *r, unsigned eye, const pulse *p,
     return true;
 }
 
-static void add_truth(const lum_render *r, const pulse *p, uint32_t pixel,
-                      lum_sim_line *out)
+static void add_truth(const lum_render *r, const pulse *p, float range,
+                      uint32_t pixel, lum_sim_line *out)
 {
     const float *d = r->line.direction[pixel];
     const float *mount = lum_scan_mount(&r->scan, out->eye);
     lum_sample *s = &out->truth[out->truth_count++];
     memset(s, 0, sizeof *s);
-    s->x = d[0] * p->range + mount[0];
-    s->y = d[1] * p->range + mount[1];
-    s->z = d[2] * p->range + mount[2];
-    s->range = p->range;
+    s->x = d[0] * range + mount[0];
+    s->y = d[1] * range + mount[1];
+    s->z = d[2] * range + mount[2];
+    s->range = range;
     s->azimuth = r->line.azimuth[pixel];
     s->elevation = r->line.elevation[pixel];
     s->pulse_width = p->width_ns;
@@ -235,33 +220,22 @@ static void number_returns(lum_sample *samples, size_t n)
 
 /* --- Pixels and lines --- */
 
-/* The echoes of a pixel, without noise. */
-static size_t find_echoes(const lum_render *r, unsigned eye, uint32_t pixel,
-                          lum_random *random, lum_echo *out)
-{
-    lum_hit hits[LUM_SCENE_HITS_MAX];
-    const lum_ray ray = lum_ray_make(r->line.direction[pixel]);
-    const size_t n = lum_scene_cast(&r->scenes[r->scene_of[eye]], &ray, hits);
-    weigh(hits, n, random, out);
-    return n;
-}
-
 static void render_pixel(const lum_render *r, uint32_t pixel,
-                         lum_random *random, lum_sim_line *out)
+                         const lum_hit *hits, size_t n, lum_random *random,
+                         lum_sim_line *out)
 {
     lum_echo echoes[LUM_SCENE_HITS_MAX];
     pulse pulses[LUM_RENDER_RETURNS_MAX];
-    const size_t n = find_echoes(r, out->eye, pixel, random, echoes);
+    weigh(hits, n, random, echoes);
     const size_t count =
-        detect(echoes, n, r->options.gain, r->options.threshold,
-               r->options.returns_max, pulses);
+        detect(r, echoes, n, r->options.gain, r->options.threshold, pulses);
     const size_t first = out->truth_count;
     for (size_t i = 0; i < count; i++) {
-        const float noise = draw_noise(random);
+        const float noise = r->options.noise_m[i] * lum_random_normal(random);
         if (make_words(r, out->eye, &pulses[i], noise, pixel,
                        &out->words[out->word_count])) {
             out->word_count += 2;
-            add_truth(r, &pulses[i], pixel, out);
+            add_truth(r, &pulses[i], hits[pulses[i].echo].range, pixel, out);
         }
     }
     number_returns(&out->truth[first], out->truth_count - first);
@@ -270,7 +244,7 @@ static void render_pixel(const lum_render *r, uint32_t pixel,
 static void init_random(const lum_render *r, int64_t frame, uint32_t line,
                         unsigned eye, unsigned stream, lum_random *out)
 {
-    lum_random_init(out, r->options.seed,
+    lum_random_init(out, r->noise_seed,
                     ((uint64_t)frame << 24) | ((uint64_t)line << 8) |
                         (eye << 4) | stream);
 }
@@ -279,11 +253,13 @@ lum_result lum_render_line(lum_render *render, int64_t frame, uint32_t line,
                            unsigned eye, lum_sim_line *out)
 {
     lum_random random;
-    if (set_scenes(render, frame) != LUM_OK) {
-        return LUM_E_SPACE;
-    }
+    const lum_sight_line *seen = NULL;
     init_random(render, frame, line, eye, LINE_STREAM, &random);
     lum_scan_compute(&render->scan, eye, line, &random, &render->line);
+    if (lum_sight_look(&render->sight, frame, line, eye, &render->line,
+                       &seen) != LUM_OK) {
+        return LUM_E_SPACE;
+    }
     out->frame = frame;
     out->clock_us = lum_render_clock_us(render, frame, line);
     out->number = line;
@@ -291,8 +267,10 @@ lum_result lum_render_line(lum_render *render, int64_t frame, uint32_t line,
     out->word_count = 0;
     out->truth_count = 0;
     memcpy(out->angles, render->line.reading, sizeof out->angles);
+    const lum_hit *hits = seen->hits;
     for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
-        render_pixel(render, p, &random, out);
+        render_pixel(render, p, hits, seen->counts[p], &random, out);
+        hits += seen->counts[p];
     }
     return LUM_OK;
 }
@@ -305,12 +283,11 @@ static void add_noise(const lum_render *r, lum_random *random,
                       lum_random *faint, lum_echo *echoes, size_t n)
 {
     pulse pulses[LUM_RENDER_RETURNS_MAX];
-    const size_t count =
-        detect(echoes, n, 1.0f, 1.0f, r->options.returns_max, pulses);
+    const size_t count = detect(r, echoes, n, 1.0f, 1.0f, pulses);
     size_t next = 0;
     for (size_t i = 0; i < n; i++) {
         const bool is_seen = next < count && pulses[next].echo == i;
-        echoes[i].noise = draw_noise(is_seen ? random : faint);
+        echoes[i].noise = lum_random_normal(is_seen ? random : faint);
         next += is_seen;
     }
 }
@@ -332,18 +309,23 @@ lum_result lum_render_echoes(lum_render *render, int64_t frame, uint32_t line,
 {
     lum_random random;
     lum_random faint;
-    if (set_scenes(render, frame) != LUM_OK) {
-        return LUM_E_SPACE;
-    }
+    const lum_sight_line *seen = NULL;
     init_random(render, frame, line, eye, LINE_STREAM, &random);
     init_random(render, frame, line, eye, FAINT_STREAM, &faint);
     lum_scan_compute(&render->scan, eye, line, &random, &render->line);
+    if (lum_sight_look(&render->sight, frame, line, eye, &render->line,
+                       &seen) != LUM_OK) {
+        return LUM_E_SPACE;
+    }
     out->clock_us = lum_render_clock_us(render, frame, line);
     out->count = 0;
     memcpy(out->angles, render->line.reading, sizeof out->angles);
+    const lum_hit *hits = seen->hits;
     for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
         lum_echo echoes[LUM_SCENE_HITS_MAX];
-        const size_t n = find_echoes(render, eye, p, &random, echoes);
+        const size_t n = seen->counts[p];
+        weigh(hits, n, &random, echoes);
+        hits += n;
         add_noise(render, &random, &faint, echoes, n);
         keep_echoes(echoes, n, p, out);
     }
@@ -360,10 +342,11 @@ size_t lum_render_words(const lum_render *render, unsigned eye,
     }
     for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
         pulse pulses[LUM_RENDER_RETURNS_MAX];
-        const size_t count = detect(echoes, counts[p], gain, threshold,
-                                    render->options.returns_max, pulses);
+        const size_t count =
+            detect(render, echoes, counts[p], gain, threshold, pulses);
         for (size_t i = 0; i < count; i++) {
-            const float noise = echoes[pulses[i].echo].noise;
+            const float noise =
+                render->options.noise_m[i] * echoes[pulses[i].echo].noise;
             n += make_words(render, eye, &pulses[i], noise, p, &words[n]) ? 2u
                                                                           : 0u;
         }

@@ -12,8 +12,10 @@
 #include "lum/points.h"
 #include "lum/profile.h"
 #include "lum/result.h"
+#include "place.h"
 #include "scan.h"
 #include "scene.h"
+#include "sight.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -21,7 +23,7 @@
 /** Most returns of a pixel. */
 #define LUM_RENDER_RETURNS_MAX 8u
 
-/** Standard deviation of a range, metres. */
+/** Usual standard deviation of a range, metres. */
 #define LUM_RENDER_NOISE_M 0.02f
 
 /** Sensor clock at the beginning of the drive: some time after boot. */
@@ -31,10 +33,13 @@
 typedef struct lum_render_options {
     lum_calibration calibration; /**< checked */
     lum_layout layout;           /**< gives the scale of angles */
+    lum_place_options place;     /**< what it looks at */
     uint64_t seed;               /**< of everything */
     uint32_t lines;              /**< of a frame, at least 1 */
     double rate_hz;              /**< frames a second, above 0 */
     unsigned returns_max;        /**< of a pixel, 1..LUM_RENDER_RETURNS_MAX */
+    float noise_m[LUM_RENDER_RETURNS_MAX]; /**< standard deviation of the range
+                                                of each return, metres */
     float gain;      /**< strength of all returns; 1 at full power */
     float threshold; /**< weakest return that is seen; 1 is usual */
     const int32_t *elevations_udeg[LUM_EYES]; /**< of each line, by ::lum_eye,
@@ -68,9 +73,9 @@ typedef struct lum_sim_line {
 
 /** A surface that a beam met, and what it sends back at full power. */
 typedef struct lum_echo {
-    float range;    /**< metres */
+    float range;    /**< as measured without noise, metres */
     float strength; /**< 1: the weakest that is seen at usual threshold */
-    float noise;    /**< of the range, metres */
+    float noise;    /**< of the range, in standard deviations */
 } lum_echo;
 
 /** All that the detector of one eye could detect of a line, before power and
@@ -84,21 +89,21 @@ typedef struct lum_echo_line {
                                                                 to far */
 } lum_echo_line;
 
-/** A renderer. Private except its size. */
+/** A renderer. Private except its size; not to be moved. */
 typedef struct lum_render {
     lum_render_options options;  /**< private */
     lum_scan scan;               /**< private */
-    lum_scene scenes[LUM_EYES];  /**< private */
-    int64_t frame;               /**< private: that the scenes are set for */
+    lum_sight sight;             /**< private */
     lum_scan_line line;          /**< private */
     double tof_per_m;            /**< private */
     double tof_offset[LUM_EYES]; /**< private */
     double tof_per_ns;           /**< private */
-    unsigned scene_of[LUM_EYES]; /**< private */
+    uint64_t noise_seed;         /**< private */
+    float recovery_m;            /**< private */
 } lum_render;
 
-/** Usual options: default calibration and layout, 64 lines, 10 Hz, 4 returns,
- * full power. Cannot fail. */
+/** Usual options: the drive along the street, default calibration and layout,
+ * 64 lines, 10 Hz, 4 returns, full power. Cannot fail. */
 void lum_render_options_default(lum_render_options *out);
 
 /** Begin.

@@ -1,7 +1,10 @@
 #include "scan.h"
 
+#include "rotation.h"
+
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 /* The mirror swings a little less than the span, so that no reading's noise
  * leaves it. */
@@ -14,6 +17,9 @@
 /* How far a line bends, in line pitches. */
 #define BEND 0.2
 
+/* Stream of random numbers. */
+#define STREAM_ENCODER 5u
+
 static double radians(double degrees)
 {
     return degrees * 3.14159265358979323846 / 180.0;
@@ -24,30 +30,11 @@ static double degrees_of(int32_t udeg)
     return (double)udeg * 1e-6;
 }
 
-/* Rz(yaw) Ry(pitch) Rx(roll), row by row. */
 static void make_rotation(const lum_eye_calibration *c, float out[9])
 {
-    const double roll = radians(degrees_of(c->mount_roll_udeg));
-    const double pitch = radians(degrees_of(c->mount_pitch_udeg));
-    const double yaw = radians(degrees_of(c->mount_yaw_udeg));
-    const double cr = cos(roll);
-    const double sr = sin(roll);
-    const double cp = cos(pitch);
-    const double sp = sin(pitch);
-    const double cy = cos(yaw);
-    const double sy = sin(yaw);
-    const double m[9] = {cy * cp,
-                         cy * sp * sr - sy * cr,
-                         cy * sp * cr + sy * sr,
-                         sy * cp,
-                         sy * sp * sr + cy * cr,
-                         sy * sp * cr - cy * sr,
-                         -sp,
-                         cp * sr,
-                         cp * cr};
-    for (int i = 0; i < 9; i++) {
-        out[i] = (float)m[i];
-    }
+    lum_rotation_make(degrees_of(c->mount_roll_udeg),
+                      degrees_of(c->mount_pitch_udeg),
+                      degrees_of(c->mount_yaw_udeg), out);
 }
 
 static void make_sweep(lum_scan_eye *e, double half_width)
@@ -83,7 +70,10 @@ static lum_result eye_init(lum_scan_eye *e, const lum_eye_calibration *c,
     const double half_el = (high - low) / 2.0;
     const double lsb = (double)layout->profile.angle_lsb_pdeg * 1e-12;
     e->elevations_udeg = NULL;
+    e->wrong_height = 0.0;
+    memset(e->wrong_deg, 0, sizeof e->wrong_deg);
     e->azimuth_center = degrees_of(c->azimuth_center_udeg);
+    e->azimuth_span = 2.0 * half_az;
     e->elevation_center = (low + high) / 2.0;
     e->elevation_span = high - low;
     e->azimuth_bits = lsb > 0.0 ? 1.0 / lsb : 32768.0 / half_az;
@@ -119,6 +109,37 @@ void lum_scan_aim(lum_scan *scan, unsigned eye, const int32_t *elevations_udeg)
     scan->eye[eye].elevations_udeg = elevations_udeg;
 }
 
+static double draw_phase(lum_random *random)
+{
+    return radians(360.0 * (double)lum_random_unit(random));
+}
+
+void lum_scan_distort(lum_scan *scan, double height_deg, uint64_t seed)
+{
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        lum_scan_eye *e = &scan->eye[eye];
+        lum_random random;
+        lum_random_init(&random, seed, (eye << 8) | STREAM_ENCODER);
+        const double phase = draw_phase(&random);
+        e->wrong_height = height_deg;
+        e->wrong_phase = draw_phase(&random);
+        for (unsigned p = 0; p < LUM_LINE_PIXELS; p++) {
+            const double turn =
+                ((double)e->azimuth_deg[p] - e->azimuth_center) /
+                e->azimuth_span;
+            e->wrong_deg[p] = height_deg * sin(radians(360.0 * turn) + phase);
+        }
+    }
+}
+
+static double elevation_wrong_deg(const lum_scan_eye *e, double elevation)
+{
+    const double turn = (elevation - e->elevation_center) / e->elevation_span;
+    return e->wrong_height <= 0.0
+               ? 0.0
+               : e->wrong_height * sin(radians(360.0 * turn) + e->wrong_phase);
+}
+
 const float *lum_scan_mount(const lum_scan *scan, unsigned eye)
 {
     return scan->eye[eye].mount;
@@ -150,18 +171,12 @@ static int16_t read_encoder(double degrees, double bits, lum_random *random)
                                     : (int32_t)(raw + 32768.5) - 32768);
 }
 
-static void rotate(const float m[9], const float v[3], float out[3])
-{
-    for (int i = 0; i < 3; i++) {
-        out[i] = m[3 * i] * v[0] + m[3 * i + 1] * v[1] + m[3 * i + 2] * v[2];
-    }
-}
-
 void lum_scan_compute(const lum_scan *scan, unsigned eye, uint32_t line,
                       lum_random *random, lum_scan_line *out)
 {
     const lum_scan_eye *e = &scan->eye[eye];
     const double line_el = elevation_of(e, line, scan->lines);
+    const double line_wrong = elevation_wrong_deg(e, line_el);
     const float sine = (float)sin(radians(line_el));
     const float cosine = (float)cos(radians(line_el));
     for (unsigned p = 0; p < LUM_LINE_PIXELS; p++) {
@@ -170,13 +185,14 @@ void lum_scan_compute(const lum_scan *scan, unsigned eye, uint32_t line,
         const float c = cosine * e->bend_cos[p] - sine * e->bend_sin[p];
         const float v[3] = {c * e->azimuth_cos[at], c * e->azimuth_sin[at], s};
         const double elevation = line_el + (double)e->bend_deg[p];
-        rotate(e->rotation, v, out->direction[p]);
+        lum_rotation_turn(e->rotation, v, out->direction[p]);
         out->azimuth[p] = e->azimuth_deg[at];
         out->elevation[p] = (float)elevation;
-        out->reading[p].azimuth =
-            read_encoder((double)e->azimuth_deg[at] - e->azimuth_center,
-                         e->azimuth_bits, random);
-        out->reading[p].elevation = read_encoder(
-            elevation - e->elevation_center, e->elevation_bits, random);
+        out->reading[p].azimuth = read_encoder(
+            (double)e->azimuth_deg[at] - e->azimuth_center + e->wrong_deg[at],
+            e->azimuth_bits, random);
+        out->reading[p].elevation =
+            read_encoder(elevation - e->elevation_center + line_wrong,
+                         e->elevation_bits, random);
     }
 }

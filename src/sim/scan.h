@@ -28,12 +28,16 @@ typedef struct lum_scan_eye {
     float bend_sin[LUM_LINE_PIXELS];    /**< private */
     float bend_cos[LUM_LINE_PIXELS];    /**< private */
     double azimuth_center;              /**< private: degrees */
+    double azimuth_span;                /**< private: degrees */
     double elevation_center;            /**< private: degrees */
     double elevation_span;              /**< private: degrees */
     double azimuth_bits;                /**< private: of a degree */
     double elevation_bits;              /**< private: of a degree */
     float rotation[9];                  /**< private: eye to sensor */
     float mount[3];                     /**< private: metres */
+    double wrong_deg[LUM_LINE_PIXELS];  /**< private: of an even line */
+    double wrong_height;                /**< private: of a sine, degrees */
+    double wrong_phase;                 /**< private: that of elevation */
     const int32_t *elevations_udeg;     /**< private: NULL: the whole span */
 } lum_scan_eye;
 
@@ -67,6 +71,12 @@ LUM_MUST_CHECK lum_result lum_scan_init(lum_scan *out,
  *                        span are moved to its end. Kept, not copied. NULL: the
  *                        whole span. */
 void lum_scan_aim(lum_scan *scan, unsigned eye, const int32_t *elevations_udeg);
+
+/** Make the encoders wrong by a sine of one period over the span of each angle;
+ * after lum_scan_init() they are right but for their noise.
+ * @param height_deg height of the sine.
+ * @param seed       gives the phases, of each eye and angle. */
+void lum_scan_distort(lum_scan *scan, double height_deg, uint64_t seed);
 
 /** Place of an eye in the frame of the sensor; metres. */
 const float *lum_scan_mount(const lum_scan *scan, unsigned eye);

@@ -189,8 +189,8 @@ static int make_room(lum_scene *scene, size_t count)
     return 0;
 }
 
-int lum_scene_set(lum_scene *scene, uint64_t seed, double time_s,
-                  const float eye[3])
+int lum_scene_set(lum_scene *scene, const lum_place *place, double time_s,
+                  const float mount[3])
 {
     if (scene->cells == NULL) {
         scene->cells = malloc((CELLS + 1) * sizeof *scene->cells);
@@ -198,7 +198,7 @@ int lum_scene_set(lum_scene *scene, uint64_t seed, double time_s,
     if (scene->cells == NULL) {
         return -1;
     }
-    lum_street_lay_out(seed, time_s, eye, &scene->shapes, &scene->ground);
+    lum_place_lay_out(place, time_s, mount, &scene->shapes, &scene->ground);
     if (scene->shapes.failed) {
         return -1;
     }
@@ -246,7 +246,7 @@ size_t lum_scene_cast(const lum_scene *scene, const lum_ray *ray, lum_hit *hits)
                         (size_t)column_of(ray->d[0], ray->d[1]);
     const uint32_t end = scene->cells[cell + 1];
     size_t count = 0;
-    lum_hit last = {LUM_STREET_REACH, 0.0f, 0.0f, 0.0f};
+    lum_hit last = {LUM_STREET_REACH, 0.0f, 0.0f, 0.0f, 0.0f};
     lum_hit hit;
     if (lum_ground_cast(&scene->ground, ray, &hit)) {
         last = hit;

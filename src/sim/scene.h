@@ -1,5 +1,5 @@
 /** @file
- * The street at a moment, as one eye sees it, ready for many rays.
+ * A place at a moment, as one eye sees it, ready for many rays.
  *
  * All rays start at the eye, so shapes are stored by the directions that they
  * cover: a grid over azimuth and elevation, each cell with its shapes from near
@@ -7,6 +7,7 @@
 #ifndef LUM_SIM_SCENE_H
 #define LUM_SIM_SCENE_H
 
+#include "place.h"
 #include "shape.h"
 #include "street.h"
 
@@ -26,11 +27,11 @@ typedef struct lum_scene {
     size_t room;           /**< private: of entries */
 } lum_scene;
 
-/** Set the scene for a moment.
- * @param eye as lum_street_lay_out().
+/** Set the scene for a moment. Parameters as lum_place_lay_out().
+ * @param place stays where it is as long as the scene is used.
  * @return 0, or -1 when there is no memory. */
-int lum_scene_set(lum_scene *scene, uint64_t seed, double time_s,
-                  const float eye[3]);
+int lum_scene_set(lum_scene *scene, const lum_place *place, double time_s,
+                  const float mount[3]);
 
 /** Free what a scene holds. */
 void lum_scene_free(lum_scene *scene);

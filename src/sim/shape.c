@@ -9,7 +9,7 @@ typedef struct span {
     int axis; /* whose side the ray enters by */
 } span;
 
-static const lum_hit no_hit = {0.0f, 1.0f, 0.0f, 0.0f};
+static const lum_hit no_hit = {0.0f, 1.0f, 0.0f, 0.0f, 0.0f};
 
 lum_ray lum_ray_make(const float d[3])
 {
@@ -271,12 +271,26 @@ static bool cast_leaves(const lum_shape *s, const lum_ray *ray, lum_hit *hit)
     return true;
 }
 
+static bool cast_face(const lum_shape *s, const lum_ray *ray, lum_hit *hit)
+{
+    const float middle[3] = {0.5f * (s->min[0] + s->max[0]),
+                             0.5f * (s->min[1] + s->max[1]),
+                             0.5f * (s->min[2] + s->max[2])};
+    if (!lum_face_cast(s->face, middle, ray->d, &hit->range, &hit->cosine) ||
+        hit->range <= LUM_SHAPE_NEAREST) {
+        return false;
+    }
+    hit->reflectivity = s->reflectivity;
+    hit->bias = s->face->bias_m;
+    return true;
+}
+
 bool lum_shape_cast(const lum_shape *shape, const lum_ray *ray, lum_hit *hit)
 {
     static bool (*const casts[LUM_SHAPES])(const lum_shape *, const lum_ray *,
                                            lum_hit *) = {
         cast_box,   cast_cabin, cast_facade, cast_pillar,
-        cast_wheel, cast_ball,  cast_leaves,
+        cast_wheel, cast_ball,  cast_leaves, cast_face,
     };
     lum_hit found = no_hit;
     if (!casts[shape->kind](shape, ray, &found)) {

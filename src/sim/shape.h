@@ -6,6 +6,8 @@
 #ifndef LUM_SIM_SHAPE_H
 #define LUM_SIM_SHAPE_H
 
+#include "face.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -19,6 +21,7 @@ typedef enum lum_shape_kind {
     LUM_SHAPE_WHEEL,  /**< a cylinder whose axis lies along y */
     LUM_SHAPE_BALL,   /**< a sphere */
     LUM_SHAPE_LEAVES, /**< a sphere of leaves that lets part of a beam pass */
+    LUM_SHAPE_FACE,   /**< a face, in the middle of the box */
     LUM_SHAPES        /**< how many there are */
 } lum_shape_kind;
 
@@ -47,6 +50,7 @@ typedef struct lum_shape {
     float cover;                /**< leaves: share of a beam they stop */
     lum_shape_lean lean;        /**< cabins only */
     lum_shape_openings opening; /**< facades only */
+    const lum_face *face;       /**< faces only: kept, not copied */
     lum_shape_kind kind;        /**< which */
 } lum_shape;
 
@@ -62,6 +66,7 @@ typedef struct lum_hit {
     float cover;        /**< share of the beam that is stopped, above 0 to 1 */
     float reflectivity; /**< 0..1 */
     float cosine;       /**< of the angle of incidence, 0..1 */
+    float bias;         /**< on top of the range that is measured, metres */
 } lum_hit;
 
 /** Nothing nearer than this is hit; metres. */

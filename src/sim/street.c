@@ -33,6 +33,7 @@ typedef struct street {
     float z;    /* the road */
     float side; /* +1 left, -1 right */
     double time_s;
+    double ahead_m; /* the sensor, of its place in the drive */
 } street;
 
 /* --- Shapes --- */
@@ -425,7 +426,8 @@ static void add_movers(street *s)
     for (size_t i = 0; i < sizeof movers / sizeof movers[0]; i++) {
         const mover *m = &movers[i];
         const double along =
-            ((double)m->speed - LUM_STREET_SENSOR_SPEED) * s->time_s;
+            ((double)m->speed - LUM_STREET_SENSOR_SPEED) * s->time_s -
+            s->ahead_m;
         s->x = wrap((double)m->x + along, -BEHIND_M, AHEAD_M);
         m->add(s, 0.0f, m->y, m->speed > 0.0f ? 1.0f : -1.0f, m->paint);
     }
@@ -440,23 +442,26 @@ static void add_crossing(street *s, float x)
     add_person(s, 2.4f, -y * 0.8f, 0.0f, 1.0f);
 }
 
-void lum_street_lay_out(uint64_t seed, double time_s, const float eye[3],
-                        lum_shape_list *out, lum_ground *ground)
+void lum_street_lay_out(uint64_t seed, double time_s, double ahead_m,
+                        const float eye[3], lum_shape_list *out,
+                        lum_ground *ground)
 {
-    const double x = LUM_STREET_SENSOR_SPEED * time_s;
+    const double x = LUM_STREET_SENSOR_SPEED * time_s + ahead_m;
     const int64_t first = (int64_t)floor((x - BEHIND_M) / LOT_M);
     const int64_t last = (int64_t)floor((x + AHEAD_M) / LOT_M);
     const double block = LOT_M * LOTS_A_BLOCK;
     street s = {.list = out,
                 .y = LANE_Y - eye[1],
                 .z = (float)-LUM_STREET_SENSOR_HEIGHT - eye[2],
-                .time_s = time_s};
+                .time_s = time_s,
+                .ahead_m = ahead_m};
     out->count = 0;
     for (int64_t lot = first; lot <= last; lot++) {
         s.x = (float)((double)lot * LOT_M - x) - eye[0];
         add_lot(&s, seed, lot, 0);
         add_lot(&s, seed, lot, 1);
     }
+    ground->is_there = true;
     ground->road_z = s.z;
     ground->pavement_z = s.z + PAVEMENT_Z;
     ground->kerb_right_y = s.y - KERB_Y;
@@ -489,7 +494,7 @@ static float road_reflectivity(const lum_ground *g, float x, float y)
  * above; both kerbs are between the same two heights. */
 bool lum_ground_cast(const lum_ground *g, const lum_ray *ray, lum_hit *hit)
 {
-    if (ray->d[2] >= 0.0f) {
+    if (!g->is_there || ray->d[2] >= 0.0f) {
         return false;
     }
     const float high = g->pavement_z * ray->inverse[2];
@@ -500,6 +505,7 @@ bool lum_ground_cast(const lum_ground *g, const lum_ray *ray, lum_hit *hit)
     const float low = g->road_z * ray->inverse[2];
     hit->cover = 1.0f;
     hit->cosine = -ray->d[2];
+    hit->bias = 0.0f;
     if (!on_road) {
         hit->range = high;
         hit->reflectivity = 0.3f;

@@ -8,6 +8,7 @@
 
 #include "shape.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /** Height of the sensor above the road, metres. */
@@ -22,6 +23,7 @@
 /** The road between its kerbs, and the pavements beyond them. Metres, around
  * the eye. */
 typedef struct lum_ground {
+    bool is_there;      /**< else nothing below counts, and no ray hits it */
     float road_z;       /**< height of the road */
     float pavement_z;   /**< height of the pavements, above road_z */
     float kerb_right_y; /**< y of the right kerb */
@@ -33,12 +35,14 @@ typedef struct lum_ground {
 /** Lay out the street.
  * @param seed   of the street.
  * @param time_s since the beginning of the drive.
+ * @param ahead_m how far ahead of its place in the drive the sensor is.
  * @param eye    where the eye is mounted, in the frame of the sensor; all
  *               that is laid out is relative to it.
  * @param out    emptied, then filled; failed is set when there is no memory.
  * @param ground gets the ground. */
-void lum_street_lay_out(uint64_t seed, double time_s, const float eye[3],
-                        lum_shape_list *out, lum_ground *ground);
+void lum_street_lay_out(uint64_t seed, double time_s, double ahead_m,
+                        const float eye[3], lum_shape_list *out,
+                        lum_ground *ground);
 
 /** Where a ray hits the ground.
  * @return whether it does within ::LUM_STREET_REACH. */

@@ -1,0 +1,226 @@
+#include "place.h"
+
+#include "blocks.h"
+#include "random.h"
+#include "rotation.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Across the street, from the lane of the sensor: what is free of houses; and
+ * up, from the road. Metres. */
+#define STREET_RIGHT_M (-7.5)
+#define STREET_LEFT_M  11.0
+#define STREET_HIGH_M  30.0
+
+/* What the usual heights above the floor of a room and a yard are. */
+#define ROOM_Z 1.2
+#define YARD_Z 1.5
+
+/* --- Where the sensor stands --- */
+
+lum_pose lum_place_usual_pose(lum_place_kind kind)
+{
+    const double z = kind == LUM_PLACE_ROOM   ? ROOM_Z
+                     : kind == LUM_PLACE_YARD ? YARD_Z
+                                              : LUM_STREET_SENSOR_HEIGHT;
+    return (lum_pose){.at = {0.0, 0.0, z}};
+}
+
+bool lum_place_is_still(const lum_place *place)
+{
+    return place->options.has_pose;
+}
+
+void lum_place_turn(const lum_place *place, const float sensor[3], float out[3])
+{
+    if (place->options.has_pose) {
+        lum_rotation_turn(place->rotation, sensor, out);
+    } else {
+        memcpy(out, sensor, 3 * sizeof out[0]);
+    }
+}
+
+/* To millionths, so that texts of one pose are one pose. */
+static uint64_t micro(double x)
+{
+    return (uint64_t)(int64_t)floor(x * 1e6 + 0.5);
+}
+
+uint64_t lum_place_noise_seed(const lum_place *place)
+{
+    const lum_pose *p = &place->options.pose;
+    const uint64_t parts[] = {micro(p->at[0]),     micro(p->at[1]),
+                              micro(p->at[2]),     micro(p->roll_deg),
+                              micro(p->pitch_deg), micro(p->yaw_deg)};
+    uint64_t seed = place->seed;
+    if (!place->options.has_pose) {
+        return seed;
+    }
+    for (unsigned i = 0; i < sizeof parts / sizeof parts[0]; i++) {
+        lum_random random;
+        lum_random_init(&random, seed, parts[i]);
+        seed = lum_random_next(&random);
+    }
+    return seed;
+}
+
+/* Where an eye is in the place. */
+static void find_eye(const lum_place *place, const float mount[3],
+                     double out[3])
+{
+    float turned[3];
+    lum_place_turn(place, mount, turned);
+    for (int i = 0; i < 3; i++) {
+        out[i] = place->options.pose.at[i] + (double)turned[i];
+    }
+}
+
+/* --- Faces --- */
+
+static lum_blocks blocks_of(lum_place_kind kind)
+{
+    switch (kind) {
+    case LUM_PLACE_ROOM:
+        return lum_blocks_of_room();
+    case LUM_PLACE_YARD:
+        return lum_blocks_of_yard();
+    case LUM_PLACE_STREET:
+    default:
+        return (lum_blocks){NULL, 0};
+    }
+}
+
+/* How many times as rough as mild walls. */
+static double roughness(const lum_place *place)
+{
+    return (double)place->options.walls;
+}
+
+double lum_place_encoder_deg(const lum_place *place)
+{
+    return roughness(place) * LUM_WALLS_ENCODER_DEG;
+}
+
+/* The face of a block at the end of an axis. */
+static void add_face(lum_place *place, const lum_block *block,
+                     const float turn[9], int axis, float sign)
+{
+    const int along = (axis + 1) % 3;
+    const int up = (axis + 2) % 3;
+    const unsigned n = place->face_count++;
+    lum_face *face = &place->faces[n];
+    for (int i = 0; i < 3; i++) {
+        face->normal[i] = turn[3 * i + axis];
+        face->along[i] = turn[3 * i + along];
+        face->up[i] = turn[3 * i + up];
+        place->middle[n][i] = block->middle[i] +
+                              sign * 0.5f * block->size[axis] * face->normal[i];
+    }
+    face->half[0] = 0.5f * block->size[along];
+    face->half[1] = 0.5f * block->size[up];
+    place->reflectivity[n] = block->reflectivity;
+    lum_face_roughen(face, place->seed, n, roughness(place) * LUM_WALLS_RMS_M,
+                     roughness(place) * LUM_WALLS_BIAS_M);
+}
+
+static void add_block(lum_place *place, const lum_block *block)
+{
+    float turn[9];
+    lum_rotation_make((double)block->turn_deg[0], (double)block->turn_deg[1],
+                      (double)block->turn_deg[2], turn);
+    for (int axis = 0; axis < 3; axis++) {
+        add_face(place, block, turn, axis, -1.0f);
+        if (axis < 2 || !block->is_open) {
+            add_face(place, block, turn, axis, 1.0f);
+        }
+    }
+}
+
+void lum_place_init(lum_place *out, const lum_place_options *options,
+                    uint64_t seed)
+{
+    const lum_blocks blocks = blocks_of(options->kind);
+    memset(out, 0, sizeof *out);
+    out->options = *options;
+    out->seed = seed;
+    if (options->kind != LUM_PLACE_STREET && !options->has_pose) {
+        out->options.has_pose = true;
+        out->options.pose = lum_place_usual_pose(options->kind);
+    }
+    const lum_pose *p = &out->options.pose;
+    lum_rotation_make(p->roll_deg, p->pitch_deg, p->yaw_deg, out->rotation);
+    for (size_t i = 0; i < blocks.count; i++) {
+        add_block(out, &blocks.list[i]);
+    }
+}
+
+/* The face as a shape, around an eye. */
+static lum_shape shape_of(const lum_place *place, unsigned n,
+                          const double eye[3])
+{
+    const lum_face *face = &place->faces[n];
+    lum_shape shape = {.reflectivity = place->reflectivity[n],
+                       .face = face,
+                       .kind = LUM_SHAPE_FACE};
+    for (int i = 0; i < 3; i++) {
+        const float at = (float)((double)place->middle[n][i] - eye[i]);
+        const float half = fabsf(face->along[i]) * face->half[0] +
+                           fabsf(face->up[i]) * face->half[1];
+        shape.min[i] = at - half;
+        shape.max[i] = at + half;
+    }
+    return shape;
+}
+
+/* --- Laying out --- */
+
+bool lum_place_is_open(const lum_place *place, const float mount[3])
+{
+    double eye[3];
+    find_eye(place, mount, eye);
+    if (!place->options.has_pose) {
+        return true;
+    }
+    if (place->options.kind == LUM_PLACE_STREET) {
+        return eye[1] >= STREET_RIGHT_M && eye[1] <= STREET_LEFT_M &&
+               eye[2] >= (double)LUM_SHAPE_NEAREST && eye[2] <= STREET_HIGH_M;
+    }
+    return lum_blocks_leave_open(blocks_of(place->options.kind), eye,
+                                 (double)LUM_SHAPE_NEAREST);
+}
+
+/* One that stands does so at the beginning of the drive, or ahead of it. */
+static void lay_out_street(const lum_place *place, double time_s,
+                           const float mount[3], lum_shape_list *out,
+                           lum_ground *ground)
+{
+    const lum_pose *p = &place->options.pose;
+    float eye[3];
+    if (!place->options.has_pose) {
+        lum_street_lay_out(place->seed, time_s, 0.0, mount, out, ground);
+        return;
+    }
+    lum_place_turn(place, mount, eye);
+    eye[1] = (float)((double)eye[1] + p->at[1]);
+    eye[2] = (float)((double)eye[2] + p->at[2] - LUM_STREET_SENSOR_HEIGHT);
+    lum_street_lay_out(place->seed, 0.0, p->at[0], eye, out, ground);
+}
+
+void lum_place_lay_out(const lum_place *place, double time_s,
+                       const float mount[3], lum_shape_list *out,
+                       lum_ground *ground)
+{
+    double eye[3];
+    if (place->options.kind == LUM_PLACE_STREET) {
+        lay_out_street(place, time_s, mount, out, ground);
+        return;
+    }
+    find_eye(place, mount, eye);
+    out->count = 0;
+    ground->is_there = false;
+    for (unsigned n = 0; n < place->face_count; n++) {
+        const lum_shape shape = shape_of(place, n, eye);
+        lum_shape_list_add(out, &shape);
+    }
+}
