@@ -28,19 +28,36 @@ static bool check_inputs(const struct options *o, const char *option,
     return false;
 }
 
+static bool is_same(const char *a, const char *b)
+{
+    return strcmp(a, b) == 0 || same_file(a, b);
+}
+
+/* No file gets two things. The true calibration's name differs from that of the
+ * exact points, but one can be a link. */
+static bool check_truth(const struct options *o, const char *path)
+{
+    const bool is_output = path != NULL && is_same(o->output, path);
+    const bool is_points = path != NULL && path == o->true_calibration &&
+                           o->truth != NULL && is_same(o->truth, path);
+    if (is_output || is_points) {
+        (void)fprintf(stderr,
+                      "lumsim: --truth: '%s' is the %s too; give them "
+                      "different names\n",
+                      path, is_output ? "capture's output" : "other --truth");
+    }
+    return !is_output && !is_points;
+}
+
 bool files_check(const struct options *o)
 {
     if (!check_inputs(o, "--output", o->output) ||
         !check_inputs(o, "--truth", o->truth) ||
+        !check_inputs(o, "--truth", o->true_calibration) ||
         !check_inputs(o, "--log", o->log)) {
         return false;
     }
-    if (o->truth != NULL &&
-        (strcmp(o->output, o->truth) == 0 || same_file(o->output, o->truth))) {
-        (void)fprintf(stderr,
-                      "lumsim: --truth: '%s' is the capture's output too; "
-                      "give them different names\n",
-                      o->truth);
+    if (!check_truth(o, o->truth) || !check_truth(o, o->true_calibration)) {
         return false;
     }
     if (o->output != NULL && strcmp(o->output, "-") == 0 &&

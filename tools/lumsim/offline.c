@@ -8,7 +8,9 @@
 #include "sim/fault.h"
 #include "sim/packets.h"
 #include "sim/render.h"
+#include "standing.h"
 #include "truth.h"
+#include "truth_yaml.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -19,7 +21,7 @@
 
 #define FRAMES 10
 
-/* The drive begins on the first of January 2026, UTC. */
+/* The recording begins on the first of January 2026, UTC. */
 #define EPOCH_NS (INT64_C(1767225600) * 1000000000)
 
 /* Too large for a stack. */
@@ -31,6 +33,7 @@ struct run {
     lum_fault fault;
     lum_capture_writer *output;
     struct truth *truth; /* NULL: not requested */
+    struct truth_yaml *true_calibration;
     lum_error error;
     int64_t frames;
     uint64_t packets;
@@ -152,10 +155,15 @@ static int simulate(struct run *run)
     return write_what_leaves(run);
 }
 
+static bool has_truth(const struct options *o)
+{
+    return o->truth != NULL || o->true_calibration != NULL;
+}
+
 /* The reader of a pipe that has seen enough is no failure. */
 static int fail(const struct run *run, int reason)
 {
-    if (reason == EPIPE && run->options->truth == NULL) {
+    if (reason == EPIPE && !has_truth(run->options)) {
         return EXIT_SUCCESS;
     }
     (void)fprintf(stderr, "lumsim: %s\n", run->error.text);
@@ -167,6 +175,7 @@ static int give_up(struct run *run)
     const int reason = errno;
     clear_progress(run);
     truth_abort(run->truth);
+    truth_yaml_abort(run->true_calibration);
     lum_capture_writer_abort(run->output);
     if (interrupt_signal() != 0) {
         interrupt_die();
@@ -196,10 +205,23 @@ static void sum_up(const struct run *run)
     (void)fputc('\n', stderr);
 }
 
+static int close_truth(struct run *run)
+{
+    if (run->truth != NULL && truth_close(run->truth, &run->error) != 0) {
+        const int reason = errno;
+        truth_yaml_abort(run->true_calibration);
+        errno = reason;
+        return -1;
+    }
+    return run->true_calibration != NULL
+               ? truth_yaml_close(run->true_calibration, &run->error)
+               : 0;
+}
+
 static int finish(struct run *run)
 {
     clear_progress(run);
-    if (run->truth != NULL && truth_close(run->truth, &run->error) != 0) {
+    if (close_truth(run) != 0) {
         const int reason = errno;
         lum_capture_writer_abort(run->output);
         return fail(run, reason);
@@ -215,8 +237,8 @@ static int finish(struct run *run)
 static int open_capture(struct run *run)
 {
     const struct options *o = run->options;
-    const struct provenance_run about = {.program = "lumsim",
-                                         .source = "a simulated street"};
+    char source[32];
+    const struct provenance_run about = {.program = "lumsim", .source = source};
     const struct geometry geometry = {
         .calibration = o->render.calibration,
         .profile = o->render.layout.profile,
@@ -225,6 +247,7 @@ static int open_capture(struct run *run)
         .has_profile =
             o->profile != NULL || set_keys_first(&o->set, true) != NULL};
     struct provenance *said = NULL;
+    (void)snprintf(source, sizeof source, "a simulated %s", standing_scene(o));
     const size_t n = strlen(o->output);
     if (n > 7 && strcmp(o->output + n - 7, ".pcapng") == 0) {
         said = malloc(sizeof *said);
@@ -241,15 +264,27 @@ static int open_capture(struct run *run)
     return result;
 }
 
-static int open_outputs(struct run *run)
+static int open_truth(struct run *run)
 {
     const struct options *o = run->options;
-    if (open_capture(run) != 0) {
-        return fail(run, 0);
-    }
     if (o->truth != NULL &&
         truth_open(o->truth, &o->render.layout, o->truth_is_utc, &run->truth,
                    &run->error) != 0) {
+        return -1;
+    }
+    return o->true_calibration != NULL
+               ? truth_yaml_open(o->true_calibration, o, &run->true_calibration,
+                                 &run->error)
+               : 0;
+}
+
+static int open_outputs(struct run *run)
+{
+    if (open_capture(run) != 0) {
+        return fail(run, 0);
+    }
+    if (open_truth(run) != 0) {
+        truth_abort(run->truth);
         lum_capture_writer_abort(run->output);
         return fail(run, 0);
     }
@@ -278,7 +313,7 @@ static int execute(struct run *run)
  * for the reader of a pipe. */
 static void prepare_for_signals(const struct options *o)
 {
-    if (o->truth == NULL && capture_file_is_in_place(o->output)) {
+    if (!has_truth(o) && capture_file_is_in_place(o->output)) {
         interrupt_catch_none();
     } else {
         interrupt_catch();

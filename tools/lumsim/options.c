@@ -1,3 +1,4 @@
+#define _POSIX_C_SOURCE 200809L /* strcasecmp */
 #include "options.h"
 
 #include "../common/host.h"
@@ -6,9 +7,11 @@
 #include "files.h"
 #include "lum/version.h"
 #include "lum/wire.h"
+#include "standing.h"
 
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 #define FRAMES_MAX   10000000
 #define LOOP_MAX     1000        /* frames that are held in memory */
@@ -30,7 +33,8 @@ static const struct option_word clocks[] = {
 
 static void show_help(void)
 {
-    (void)fputs(options_help, stdout);
+    (void)fputs(options_help_outputs, stdout);
+    (void)fputs(options_help_scene, stdout);
 }
 
 static void show_version(void)
@@ -63,6 +67,36 @@ static bool take_sensor(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;
     return parse_host(text, &o->replayed, why);
+}
+
+static bool take_pose(void *options, const char *text, lum_error *why)
+{
+    return standing_take_pose(options, text, why);
+}
+
+static bool take_noise(void *options, const char *text, lum_error *why)
+{
+    return standing_take_noise(options, text, why);
+}
+
+/* The true calibration and the exact points are told apart by the name. */
+static bool take_truth(void *options, const char *text, lum_error *why)
+{
+    struct options *o = options;
+    const char *ending = strrchr(text, '.');
+    const bool is_yaml = ending != NULL && (strcasecmp(ending, ".yaml") == 0 ||
+                                            strcasecmp(ending, ".yml") == 0);
+    const char **path = is_yaml ? &o->true_calibration : &o->truth;
+    if (*path != NULL) {
+        (void)lum_error_set(why,
+                            "'%.200s': '%.200s' is the %s already; one file "
+                            "ends in .yaml, and one does not",
+                            text, *path,
+                            is_yaml ? "true calibration" : "exact points");
+        return false;
+    }
+    *path = text;
+    return text[0] != '\0';
 }
 
 static bool take_set(void *options, const char *text, lum_error *why)
@@ -123,6 +157,7 @@ static bool take_fault(void *options, const char *text, lum_error *why)
 #define INTO(field)  OPTION_INTO(struct options, field)
 #define FLAG(field)  .kind = OPTION_FLAG, INTO(field)
 #define TEXT(field)  .kind = OPTION_TEXT, INTO(field)
+#define HAS(field)   .has = offsetof(struct options, field)
 #define CALL(called) .kind = OPTION_CALL, .call = (called)
 #define WHOLE(field, from, to)                                                 \
     .kind = OPTION_WHOLE, INTO(field), .min = (from), .max = (to)
@@ -135,11 +170,18 @@ static const struct option_spec specs[] = {
     {"output", .letter = 'o', .group = ALL, TEXT(output)},
     {"frames", .letter = 'n', .group = DRIVE, WHOLE(frames, 1, FRAMES_MAX)},
     {"quiet", .letter = 'q', .group = ALL, FLAG(quiet)},
-    {"truth", .group = MODE_FILE, TEXT(truth)},
+    {"truth", .group = MODE_FILE, CALL(take_truth),
+     .allowed = "the name of a file"},
     {"time", .group = MODE_FILE, .kind = OPTION_WORD, INTO(truth_is_utc),
      .words = clocks},
     {"drift", .group = MODE_FILE, REAL(drift_ppm, -DRIFT_MAX, DRIFT_MAX)},
     {"batch", .group = MODE_FILE, REAL(batch_ms, 0.0, BATCH_MAX_MS)},
+    {"scene", .group = DRIVE, .kind = OPTION_WORD, INTO(render.place.kind),
+     .words = standing_scenes},
+    {"walls", .group = DRIVE, .kind = OPTION_WORD, INTO(render.place.walls),
+     .words = standing_walls, HAS(has_walls)},
+    {"pose", .group = DRIVE, CALL(take_pose), .allowed = STANDING_POSE},
+    {"noise", .group = DRIVE, CALL(take_noise), .allowed = STANDING_NOISE},
     {"lines", .group = DRIVE, CALL(take_lines), .allowed = "64 or 640"},
     {"rate", .group = DRIVE, REAL(render.rate_hz, RATE_MIN_HZ, RATE_MAX_HZ)},
     {"seed", .group = ALL, WHOLE(render.seed, 0, INT64_MAX)},
@@ -241,9 +283,10 @@ static bool check_choice(const struct options *o)
         return false;
     }
     if (o->truth_is_utc && o->truth == NULL) {
-        (void)fputs("lumsim: --time utc is about the times in --truth FILE; "
-                    "name one\n",
-                    stderr);
+        (void)fputs(
+            "lumsim: --time utc is about the times of the exact points in "
+            "--truth FILE; name one\n",
+            stderr);
         return false;
     }
     if (o->output != NULL && o->replay != NULL) {
@@ -298,8 +341,8 @@ int options_parse(int argc, char **argv, struct options *out)
     }
     choose_mode(out);
     if (!check_choice(out) || !check_modes(out, &result) || !check_set(out) ||
-        !files_check(out)) {
+        !standing_check(out) || !files_check(out)) {
         return see_help();
     }
-    return files_load(out) ? -1 : EXIT_USAGE;
+    return files_load(out) && standing_is_open(out) ? -1 : EXIT_USAGE;
 }

@@ -13,7 +13,7 @@
 /* What a run is; options say with which of them they go. */
 enum mode {
     MODE_FILE = 1,  /* writes a capture */
-    MODE_SCENE = 2, /* a sensor on the network that looks at a street */
+    MODE_SCENE = 2, /* a sensor on the network that looks at a scene */
     MODE_REPLAY = 4 /* one that sends what a capture holds */
 };
 
@@ -24,8 +24,9 @@ struct options {
     double faults[LUM_FAULT_KINDS]; /* probabilities */
     double answer_loss;             /* a probability */
     const char *output;             /* "-": standard output */
-    const char *truth;
-    struct set_keys set; /* on top of these */
+    const char *truth;              /* the exact points */
+    const char *true_calibration;   /* as YAML */
+    struct set_keys set;            /* on top of these */
     const char *calibration;
     const char *profile;
     const char *interface;
@@ -43,6 +44,7 @@ struct options {
     double drift_ppm; /* by which the capture's clock is faster */
     double batch_ms;  /* 0: each packet has its own stamp */
     bool truth_is_utc;
+    bool has_walls; /* --walls was given */
     double answer_delay_ms;
     double speed; /* of a replay */
     struct timeline timeline;
@@ -54,7 +56,8 @@ struct options {
  * Returns -1 when the run may begin, else the exit status. */
 int options_parse(int argc, char **argv, struct options *out);
 
-/* What --help prints. */
-extern const char options_help[];
+/* What --help prints, in two parts. */
+extern const char options_help_outputs[];
+extern const char options_help_scene[];
 
 #endif

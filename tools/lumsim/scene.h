@@ -1,4 +1,4 @@
-/* The data of a sensor that looks at a street: a reel, played in a loop, at the
+/* The data of a sensor that looks at a scene: a reel, played in a loop, at the
  * pace and with the clock of the sensor. */
 #ifndef LUMSIM_SCENE_H
 #define LUMSIM_SCENE_H

@@ -1,0 +1,163 @@
+#include "standing.h"
+
+#include "../common/number.h"
+#include "../common/option_table.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define POSE_NUMBERS 6
+#define PLACE_MAX_M  1000.0
+#define TURN_MAX_DEG 360.0
+#define NOISE_MAX_M  1.0
+#define TEXT_MAX     64
+
+const struct option_word standing_scenes[] = {{"street", LUM_PLACE_STREET},
+                                              {"room", LUM_PLACE_ROOM},
+                                              {"yard", LUM_PLACE_YARD},
+                                              {NULL, 0}};
+const struct option_word standing_walls[] = {{"flat", LUM_WALLS_FLAT},
+                                             {"mild", LUM_WALLS_MILD},
+                                             {"rough", LUM_WALLS_ROUGH},
+                                             {NULL, 0}};
+
+static const char *word_of(const struct option_word *words, unsigned number)
+{
+    while (words->text != NULL && words->number != number) {
+        words++;
+    }
+    return words->text;
+}
+
+const char *standing_scene(const struct options *o)
+{
+    return word_of(standing_scenes, (unsigned)o->render.place.kind);
+}
+
+/* The number before the next comma; NULL: it is none within the bounds, else
+ * what follows it. */
+static const char *take_number(const char *text, double low, double high,
+                               double *out)
+{
+    char number[TEXT_MAX];
+    const size_t len = strcspn(text, ",");
+    if (len >= sizeof number) {
+        return NULL;
+    }
+    (void)memcpy(number, text, len);
+    number[len] = '\0';
+    return number_parse_real(number, low, high, out) ? text + len : NULL;
+}
+
+bool standing_take_pose(struct options *o, const char *text, lum_error *why)
+{
+    static const char *const names[POSE_NUMBERS] = {"x",    "y",     "z",
+                                                    "roll", "pitch", "yaw"};
+    lum_pose *p = &o->render.place.pose;
+    double *const values[POSE_NUMBERS] = {&p->at[0],     &p->at[1],
+                                          &p->at[2],     &p->roll_deg,
+                                          &p->pitch_deg, &p->yaw_deg};
+    const char *at = text;
+    for (int i = 0; i < POSE_NUMBERS; i++) {
+        const double most = i < 3 ? PLACE_MAX_M : TURN_MAX_DEG;
+        const char *rest = take_number(at, -most, most, values[i]);
+        const char *end = i + 1 < POSE_NUMBERS ? "," : "";
+        if (rest == NULL) {
+            (void)lum_error_set(why,
+                                "'%.200s': %s is not a number from %g to %g; "
+                                "right is %s",
+                                text, names[i], -most, most, STANDING_POSE);
+            return false;
+        }
+        if (*rest != *end) {
+            return false;
+        }
+        at = rest + (*end != '\0');
+    }
+    o->render.place.has_pose = true;
+    return true;
+}
+
+/* The last number is that of all further returns. */
+bool standing_take_noise(struct options *o, const char *text, lum_error *why)
+{
+    float *noise = o->render.noise_m;
+    const char *at = text;
+    unsigned n = 0;
+    for (bool ends = false; !ends; n++) {
+        double m = 0.0;
+        const char *rest = n < LUM_RENDER_RETURNS_MAX
+                               ? take_number(at, 0.0, NOISE_MAX_M, &m)
+                               : NULL;
+        if (rest == NULL) {
+            (void)lum_error_set(why, "'%.200s' is not %s; at most %u", text,
+                                STANDING_NOISE, LUM_RENDER_RETURNS_MAX);
+            return false;
+        }
+        noise[n] = (float)m;
+        ends = *rest == '\0';
+        at = rest + 1;
+    }
+    for (; n < LUM_RENDER_RETURNS_MAX; n++) {
+        noise[n] = noise[n - 1];
+    }
+    return true;
+}
+
+bool standing_check(const struct options *o)
+{
+    if (o->has_walls && o->render.place.kind == LUM_PLACE_STREET) {
+        (void)fputs("lumsim: --walls is about the faces of --scene room and "
+                    "--scene yard; a street has none that are flat\n",
+                    stderr);
+        return false;
+    }
+    return true;
+}
+
+static bool refuse(const struct options *o, const char *eye)
+{
+    (void)fprintf(stderr,
+                  "lumsim: %s: the %s eye would be outside the %s or less than "
+                  "%g m from something in it; ",
+                  o->render.place.has_pose ? "--pose" : "the mount of an eye",
+                  eye, standing_scene(o), (double)LUM_SHAPE_NEAREST);
+    switch (o->render.place.kind) {
+    case LUM_PLACE_ROOM:
+        (void)fputs("x goes from -3.4 to 4.6 m, y from -3.4 to 2.6 m, z from 0 "
+                    "to 3 m\n",
+                    stderr);
+        break;
+    case LUM_PLACE_YARD:
+        (void)fputs("x goes from -15 to 15 m, y from -10 to 10 m, z from 0 to "
+                    "9 m\n",
+                    stderr);
+        break;
+    case LUM_PLACE_STREET:
+    default:
+        (void)fputs("y goes from -7.5 to 11 m, z from 0.5 to 30 m above the "
+                    "road\n",
+                    stderr);
+    }
+    return false;
+}
+
+bool standing_is_open(const struct options *o)
+{
+    static const char *const names[LUM_EYES] = {
+        [LUM_EYE_BLUE] = "blue", [LUM_EYE_GREEN] = "green"};
+    lum_place place;
+    lum_place_init(&place, &o->render.place, o->render.seed);
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        float mount[3];
+        for (int i = 0; i < 3; i++) {
+            mount[i] =
+                (float)((double)o->render.calibration.eye[eye].mount_um[i] *
+                        1e-6);
+        }
+        if (!lum_place_is_open(&place, mount)) {
+            return refuse(o, names[eye]);
+        }
+    }
+    return true;
+}
