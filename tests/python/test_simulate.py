@@ -70,7 +70,33 @@ def test_frames_of_a_simulation_are_read(tmp_path):
     assert points == len(truth.read_text().splitlines()) - 1
 
 
+def test_a_room_is_simulated_with_its_true_calibration(tmp_path):
+    truth, points = tmp_path / "true.yaml", tmp_path / "points.csv"
+    made = lumsdk.simulate(frames=1, scene="room", pose=(0, 0.1, 1.25, 0, 0, -20), walls="mild", noise=[0.01, 0.03],
+                           truth=[truth, points], set={"eyes.blue.mount.x_m": 0.05})
+    assert made == conftest.run("lumsim", "-q", "-o", "-", "-n", "1", "--scene", "room", "--pose", "0,0.1,1.25,0,0,-20",
+                                "--walls", "mild", "--noise", "0.01,0.03", "--set", "eyes.blue.mount.x_m=0.05")
+    assert lumsdk.Calibration(truth)["eyes.blue.mount.x_m"] == 0.05
+    with lumsdk.open(made, calibration=truth) as source:
+        assert sum(len(frame) for frame in source) == len(points.read_text().splitlines()) - 1
+
+
+def test_noise_is_one_number_or_several():
+    assert lumsdk.simulate(frames=1, noise=0.01) == lumsdk.simulate(frames=1, noise=[0.01, 0.01])
+    assert lumsdk.simulate(frames=1, noise=0.02) == lumsdk.simulate(frames=1) != lumsdk.simulate(frames=1, noise=0)
+
+
+def test_a_sensor_stands_in_a_room():
+    with lumsdk.SimulatedSensor(address(), scene="room", pose="0,0,1.2,0,0,25", walls="rough", noise=0.03, frames=1) as simulated:
+        with lumsdk.Sensor(simulated.host) as sensor, sensor.laser():
+            frame = next(f for f in sensor.frames() if len(f) > 100_000)
+    assert float(frame.xyz[:, 2].min()) > -1.4
+    assert float(frame["range"].max()) < 6.5
+
+
 @pytest.mark.parametrize(("options", "arguments"), [
+    ({"scene": "room", "pose": [9, 0, 1, 0, 0, 0]}, ["--scene", "room", "--pose", "9,0,1,0,0,0"]),
+    ({"noise": [2]}, ["--noise", "2"]), ({"walls": "mild"}, ["--walls", "mild"]),
     ({"frames": 0}, ["-n", "0"]), ({"lines": 65}, ["--lines", "65"]), ({"loss": 2}, ["--loss", "2"]),
     ({"time": "utc"}, ["--time", "utc"]), ({"set": ["a=b"]}, ["--set", "a=b"])])
 def test_what_lumsim_refuses_raises_its_sentence(options, arguments):

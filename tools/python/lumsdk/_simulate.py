@@ -100,6 +100,10 @@ def _arguments(options: Mapping[str, Any], files: _Files) -> list[str]:
             words += _settings(value)
         elif name == "fault":
             words += [word for fault in _several(value) for word in (option, _word(name, fault))]
+        elif name == "truth":
+            words += [word for path in _several(value) for word in (option, _word(name, path))]
+        elif name in ("pose", "noise"):
+            words += [f"{option}={','.join(_word(name, number) for number in _several(value))}"]
         else:
             words += [option, _word(name, value)]
     return words
@@ -148,14 +152,20 @@ def _run(arguments: list[str]) -> bytes:
 @overload
 def simulate(path: Path, frames: int = ..., lines: Literal[64, 640] = ..., seed: int = ..., *, rate: float = ...,
              returns_max: int = ..., loss: float = ..., duplicate: float = ..., reorder: float = ...,
-             corrupt: float = ..., truth: Optional[Path] = ..., time: Literal["sensor", "utc", None] = ...,
+             corrupt: float = ..., scene: Literal["street", "room", "yard", None] = ...,
+             pose: Union[str, Iterable[float], None] = ..., walls: Literal["flat", "mild", "rough", None] = ...,
+             noise: Union[float, Iterable[float], None] = ..., truth: Union[Path, Iterable[Path], None] = ...,
+             time: Literal["sensor", "utc", None] = ...,
              drift: float = ..., batch: float = ..., calibration: Optional[Settings] = ...,
              profile: Optional[Settings] = ..., set: Union[Mapping[str, Value], Iterable[str], None] = ...,
              address: Optional[str] = ..., client: Optional[str] = ...) -> str: ...
 @overload
 def simulate(path: None = ..., frames: int = ..., lines: Literal[64, 640] = ..., seed: int = ..., *, rate: float = ...,
              returns_max: int = ..., loss: float = ..., duplicate: float = ..., reorder: float = ...,
-             corrupt: float = ..., truth: Optional[Path] = ..., time: Literal["sensor", "utc", None] = ...,
+             corrupt: float = ..., scene: Literal["street", "room", "yard", None] = ...,
+             pose: Union[str, Iterable[float], None] = ..., walls: Literal["flat", "mild", "rough", None] = ...,
+             noise: Union[float, Iterable[float], None] = ..., truth: Union[Path, Iterable[Path], None] = ...,
+             time: Literal["sensor", "utc", None] = ...,
              drift: float = ..., batch: float = ..., calibration: Optional[Settings] = ...,
              profile: Optional[Settings] = ..., set: Union[Mapping[str, Value], Iterable[str], None] = ...,
              address: Optional[str] = ..., client: Optional[str] = ...) -> bytes: ...
@@ -163,21 +173,28 @@ def simulate(path: None = ..., frames: int = ..., lines: Literal[64, 640] = ...,
 
 def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 640] = 64, seed: int = 1, *,
              rate: float = 10.0, returns_max: int = 4, loss: float = 0.0, duplicate: float = 0.0, reorder: float = 0.0,
-             corrupt: float = 0.0, truth: Optional[Path] = None, time: Literal["sensor", "utc", None] = None,
+             corrupt: float = 0.0, scene: Literal["street", "room", "yard", None] = None,
+             pose: Union[str, Iterable[float], None] = None, walls: Literal["flat", "mild", "rough", None] = None,
+             noise: Union[float, Iterable[float], None] = None, truth: Union[Path, Iterable[Path], None] = None,
+             time: Literal["sensor", "utc", None] = None,
              drift: float = 0.0, batch: float = 0.0, calibration: Optional[Settings] = None,
              profile: Optional[Settings] = None, set: Union[Mapping[str, Value], Iterable[str], None] = None,
              address: Optional[str] = None, client: Optional[str] = None) -> Union[str, bytes]:
-    """A capture of a sensor that drives along a simulated street, written to a path, which is returned; without a
-    path, its bytes, for lumsdk.open().
+    """A capture of a sensor that drives along a simulated street, or stands in a room or a yard, written to a path,
+    which is returned; without a path, its bytes, for lumsdk.open().
 
     The same arguments give the same bytes. A name that ends in .pcapng gives pcapng, with the calibration and the
     profile in it; all else is pcap.
 
     frames, lines (64 or 640), rate (frames a second, 0.2 to 100), seed (of street, noise and faults) and returns_max
     (of a pixel, 1 to 8) say what is recorded. loss, duplicate, reorder and corrupt are probabilities from 0 to 1 for
-    each data packet. truth is a path that gets the exact points as CSV, with times by time. drift (parts in a million)
-    and batch (milliseconds) are what the capture's clock does. calibration and profile are a path, a mapping or an
-    object of lumsdk, set has single keys of them. address is the sensor's, client the receiver's HOST or HOST:PORT.
+    each data packet. scene is "street", "room" or "yard". With a pose (x, y, z in metres, roll, pitch, yaw in degrees)
+    the sensor stands still there, as it always does in a room and a yard, whose walls are "flat", "mild" or "rough".
+    noise is the standard deviation of ranges in metres, of all returns or of the first, the second and so on. truth is
+    a path that gets the exact points as CSV, with times by time; one that ends in .yaml gets the true calibration, and
+    two paths get both. drift (parts in a million) and batch (milliseconds) are what the capture's clock does.
+    calibration and profile are a path, a mapping or an object of lumsdk, set has single keys of them. address is the
+    sensor's, client the receiver's HOST or HOST:PORT.
 
     Raises OptionError for what lumsim refuses, and Error where it fails, both with its sentence.
     """
@@ -185,9 +202,9 @@ def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 64
         raise TypeError(f"the path is {path!r}, of type {type(path).__name__}; right is a path, or None for bytes")
     name = None if path is None else os.fspath(path)
     options = {"frames": frames, "lines": lines, "seed": seed, "rate": rate, "returns_max": returns_max, "loss": loss,
-               "duplicate": duplicate, "reorder": reorder, "corrupt": corrupt, "truth": truth, "time": time,
-               "drift": drift, "batch": batch, "calibration": calibration, "profile": profile, "set": set,
-               "address": address, "client": client}
+               "duplicate": duplicate, "reorder": reorder, "corrupt": corrupt, "scene": scene, "pose": pose,
+               "walls": walls, "noise": noise, "truth": truth, "time": time, "drift": drift, "batch": batch,
+               "calibration": calibration, "profile": profile, "set": set, "address": address, "client": client}
     files = _Files()
     try:
         # A name such as -x is a path too.
@@ -248,15 +265,18 @@ class SimulatedSensor:
                  fault: Union[str, Iterable[str]] = (), clock: Optional[int] = None,
                  duration: Optional[float] = None, interface: Optional[str] = None, replay: Optional[Path] = None,
                  speed: Optional[float] = None, loop: bool = False, sensor: Optional[str] = None,
-                 calibration: Optional[Settings] = None, profile: Optional[Settings] = None,
-                 set: Union[Mapping[str, Value], Iterable[str], None] = None) -> None:
+                 scene: Literal["street", "room", "yard", None] = None,
+                 pose: Union[str, Iterable[float], None] = None, walls: Literal["flat", "mild", "rough", None] = None,
+                 noise: Union[float, Iterable[float], None] = None, calibration: Optional[Settings] = None,
+                 profile: Optional[Settings] = None, set: Union[Mapping[str, Value], Iterable[str], None] = None) -> None:
         """Start it, and wait until it is ready.
 
-        frames of lines (64 or 640) are rendered with seed and played in a loop, rate of them a second; replay sends
-        the data of a capture instead, speed times as fast, once or in a loop. loss, duplicate, reorder and corrupt are
-        probabilities from 0 to 1 for each data packet, answer_loss for each answer. jitter and answer_delay are
-        milliseconds. fault is one or several of NAME@T, NAME@T-T2 or NAME@USR1-USR2, such as "fan@10-12"; cue() makes
-        those with USR1 and USR2 happen. clock is its clock at the start in microseconds.
+        frames of lines (64 or 640) are rendered with seed and played in a loop, rate of them a second; scene, pose,
+        walls and noise are those of simulate(). replay sends the data of a capture instead, speed times as fast, once
+        or in a loop. loss, duplicate, reorder and corrupt are probabilities from 0 to 1 for each data packet,
+        answer_loss for each answer. jitter and answer_delay are milliseconds. fault is one or several of NAME@T,
+        NAME@T-T2 or NAME@USR1-USR2, such as "fan@10-12"; cue() makes those with USR1 and USR2 happen. clock is its clock
+        at the start in microseconds.
 
         Raises OptionError for what lumsim refuses, SensorError where it cannot run there, both with its sentence.
         """
@@ -264,8 +284,8 @@ class SimulatedSensor:
                    "returns_max": returns_max, "loss": loss, "duplicate": duplicate, "reorder": reorder,
                    "corrupt": corrupt, "jitter": jitter, "answer_delay": answer_delay, "answer_loss": answer_loss,
                    "fault": fault, "clock": clock, "duration": duration, "interface": interface, "replay": replay,
-                   "speed": speed, "loop": loop, "sensor": sensor, "calibration": calibration, "profile": profile,
-                   "set": set}
+                   "speed": speed, "loop": loop, "sensor": sensor, "scene": scene, "pose": pose, "walls": walls,
+                   "noise": noise, "calibration": calibration, "profile": profile, "set": set}
         if not isinstance(address, str):
             raise TypeError(f"the address is {address!r}; right is a text, such as \"127.0.0.1\"")
         if replay is not None:
