@@ -16,7 +16,7 @@ endmacro()
 find_package(Threads)
 
 # The rooms that a build can leave out; each after those that it needs.
-set(lum_optional_rooms capture frame cloud config picture)
+set(lum_optional_rooms capture frame infer cloud config picture)
 
 # lum_find_room(ROOM PREFIX MODULE PACKAGE): LUM_WITH_ROOM, and what it lacks in
 # lum_missing_ROOM.
@@ -56,6 +56,13 @@ if(LUM_BUILD_FRAME AND LUM_WITH_CAPTURE)
 elseif(LUM_BUILD_FRAME)
   set(lum_missing_frame "capture")
 endif()
+set(LUM_WITH_INFER OFF)
+set(lum_missing_infer "")
+if(LUM_BUILD_INFER AND LUM_WITH_CAPTURE)
+  set(LUM_WITH_INFER ON)
+elseif(LUM_BUILD_INFER)
+  set(lum_missing_infer "capture")
+endif()
 lum_find_optional(ZLIB LUM_USE_ZLIB LUM_ZLIB zlib)
 lum_find_optional(ZSTD LUM_USE_ZSTD LUM_ZSTD libzstd)
 lum_find_room(config LUM_YAML yaml-0.1 libyaml-dev)
@@ -72,10 +79,10 @@ if(LUM_WITH_PICTURE AND NOT LUM_WITH_CLOUD)
   set(lum_missing_picture "cloud")
 endif()
 
-# What lumdump and the files of lumsim need: captures, frames and clouds. Without
+# What lumdump and the files of lumsim need: captures, frames, layouts and clouds. Without
 # YAML they take no calibration and no profile, and say so.
 set(LUM_WITH_FILES OFF)
-if(LUM_WITH_CAPTURE AND LUM_WITH_FRAME AND LUM_WITH_CLOUD)
+if(LUM_WITH_CAPTURE AND LUM_WITH_FRAME AND LUM_WITH_INFER AND LUM_WITH_CLOUD)
   set(LUM_WITH_FILES ON)
 endif()
 

@@ -19,6 +19,7 @@ ARROWS = {
     "net": ["capture", "base", "core"],
     "capture": ["base", "core"],
     "frame": ["capture", "points", "base", "core"],
+    "infer": ["capture", "base", "core"],
     "cloud": ["points", "base"],
     "picture": ["cloud"],
     "config": ["host", "base", "core"],
