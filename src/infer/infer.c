@@ -1,11 +1,29 @@
 #include "lum/infer/infer.h"
 
 #include "base/sized.h"
+#include "clocks.h"
+#include "fields.h"
+#include "group.h"
+#include "lines.h"
+#include "report.h"
+#include "samples.h"
+#include "shape.h"
+#include "store.h"
 
+#include "lum/wire.h"
+
+#include <errno.h>
 #include <stdlib.h>
+#include <string.h>
+
+/* Fewer packets of data, or fewer beginnings of lines, tell too little: a
+ * field's bits must differ often enough to be told apart. */
+#define DATA_MIN  24u
+#define LINES_MIN 6u
 
 struct lum_infer {
     lum_infer_options options;
+    lum_infer_store store;
 };
 
 int lum_infer_create(const lum_infer_options *options, lum_infer **out,
@@ -22,31 +40,308 @@ int lum_infer_create(const lum_infer_options *options, lum_infer **out,
         free(infer);
         return -1;
     }
+    const uint32_t wanted = infer->options.packets_max;
+    const uint32_t max = wanted == 0 ? LUM_INFER_PACKETS_MAX : wanted;
+    if (max > LUM_INFER_PACKETS_MAX) {
+        free(infer);
+        errno = EINVAL;
+        return lum_error_set(error, "packets_max is %u; use at most %u",
+                             (unsigned)max, LUM_INFER_PACKETS_MAX);
+    }
+    if (lum_infer_store_init(&infer->store, max) != 0) {
+        free(infer);
+        return lum_error_set(error, "no memory");
+    }
     *out = infer;
     return 0;
 }
 
 int lum_infer_push(lum_infer *infer, const lum_record *record, lum_error *error)
 {
-    (void)infer, (void)record, (void)error;
-    return 1;
-}
-
-int lum_infer_solve(lum_infer *infer, lum_infer_result *out, lum_error *error)
-{
-    (void)infer, (void)error;
-    out->verdict = LUM_INFER_TOO_LITTLE;
-    return 1;
+    if (record->kind != LUM_RECORD_DATAGRAM) {
+        return 1;
+    }
+    const bool is_from = record->source_port == LUM_PORT;
+    const uint32_t sensor = is_from ? record->source : record->destination;
+    if ((!is_from && record->destination_port != LUM_PORT) ||
+        (infer->options.has_sensor && sensor != infer->options.sensor)) {
+        return 1;
+    }
+    const int more = lum_infer_store_add(&infer->store, record, sensor);
+    return more < 0 ? lum_error_set(error, "no memory for the packets") : more;
 }
 
 void lum_infer_free(lum_infer *infer)
 {
-    free(infer);
+    if (infer != NULL) {
+        lum_infer_store_free(&infer->store);
+        free(infer);
+    }
 }
 
-size_t lum_infer_write_yaml(const lum_infer_result *result, char *out,
-                            size_t room)
+/* Sensor by sensor, in the order of their arrival. */
+static void sort(const lum_infer_store *store, lum_infer_packets *out)
 {
-    (void)result, (void)out, (void)room;
+    out->count = 0;
+    for (unsigned s = 0; s < store->sensor_count; s++) {
+        for (uint32_t i = 0; i < store->count; i++) {
+            if (store->packets[i].sensor == s) {
+                out->at[out->count] = &store->packets[i];
+                out->count++;
+            }
+        }
+    }
+}
+
+static size_t of_type(const lum_infer_state *state, unsigned type,
+                      lum_infer_kind kind)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < state->all.count; i++) {
+        const lum_infer_packet *p = state->all.at[i];
+        n += p->is_reserved_0 && p->bytes[8] == type && p->kind == kind;
+    }
+    return n;
+}
+
+/* The type that most packets of samples have, or the tags as types. */
+static void find_type(lum_infer_state *state)
+{
+    size_t most = 0;
+    for (unsigned type = 0; type < 256; type++) {
+        const size_t n = of_type(state, type, LUM_INFER_ANGLES) +
+                         of_type(state, type, LUM_INFER_RANGES);
+        if (n > most) {
+            most = n;
+            state->type = type;
+        }
+    }
+    const size_t angles = of_type(state, 2, LUM_INFER_ANGLES);
+    const size_t ranges = of_type(state, 3, LUM_INFER_RANGES);
+    state->is_tag_type = angles > 0 && ranges > 0 && angles + ranges > most &&
+                         of_type(state, 2, LUM_INFER_RANGES) * 20 < ranges &&
+                         of_type(state, 3, LUM_INFER_ANGLES) * 20 < angles;
+}
+
+static bool is_data(const lum_infer_state *state, const lum_infer_packet *p)
+{
+    const unsigned type = p->bytes[8];
+    return p->is_reserved_0 &&
+           (state->is_tag_type ? type == 2 || type == 3 : type == state->type);
+}
+
+static void choose_data(lum_infer_state *state)
+{
+    state->data.count = 0;
+    state->good.count = 0;
+    for (size_t i = 0; i < state->all.count; i++) {
+        lum_infer_packet *p = state->all.at[i];
+        if (is_data(state, p)) {
+            state->data.at[state->data.count] = p;
+            state->data.count++;
+            if (p->kind != LUM_INFER_UNKNOWN) {
+                state->good.at[state->good.count] = p;
+                state->good.count++;
+            }
+        }
+    }
+}
+
+/* Fields of the profile that was found. */
+static void fill_profile(const lum_infer_state *state, lum_profile *out)
+{
+    lum_profile_default(out);
+    if (!state->is_tag_type) {
+        out->data_packet_type = state->type;
+    }
+    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
+        out->group[f] = state->field[f].field;
+    }
+    out->samples_at = (uint8_t)state->samples.at;
+    out->sample_order =
+        state->samples.is_big ? LUM_ORDER_BIG : LUM_ORDER_LITTLE;
+    out->angle_order = state->samples.is_el_first ? LUM_ELEVATION_AZIMUTH
+                                                  : LUM_AZIMUTH_ELEVATION;
+    out->eye_values[LUM_EYE_BLUE] = state->eye_value[LUM_EYE_BLUE];
+    out->eye_values[LUM_EYE_GREEN] = state->eye_value[LUM_EYE_GREEN];
+    out->clock_unit_ns = state->unit_taken;
+    out->line_span_us = state->line_span_us;
+}
+
+/* Whether the profile explains a packet: what a decoder demands, and that its
+ * samples are what the tag says. */
+static bool explains(const lum_infer_state *state, const lum_infer_packet *p)
+{
+    uint64_t value[LUM_GROUP_FIELDS];
+    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
+        const lum_field field = state->field[f].field;
+        value[f] = field.bytes == 0 ? 0 : lum_infer_value(p->bytes, field);
+    }
+    const uint32_t room = lum_infer_room(p, state->samples.at);
+    const bool is_counted = state->field[LUM_FIELD_NUM_SAMPLES].field.bytes > 0;
+    const uint64_t n = is_counted ? value[LUM_FIELD_NUM_SAMPLES] : room;
+    const uint64_t tag = value[LUM_FIELD_TAG];
+    if (n == 0 || n > room || tag < 2 || tag > 3 ||
+        (value[LUM_FIELD_EYE] != state->eye_value[0] &&
+         value[LUM_FIELD_EYE] != state->eye_value[1])) {
+        return false;
+    }
+    const bool is_angles = tag == 2;
+    if (is_angles &&
+        value[LUM_FIELD_FIRST_SAMPLE_INDEX] + n > LUM_LINE_PIXELS) {
+        return false;
+    }
+    return p->kind == LUM_INFER_UNKNOWN ||
+           is_angles == (p->kind == LUM_INFER_ANGLES);
+}
+
+static void count_fit(lum_infer_state *state)
+{
+    state->fit = 0;
+    for (size_t i = 0; i < state->data.count; i++) {
+        state->fit += explains(state, state->data.at[i]);
+    }
+}
+
+/* Why there is no profile. */
+static int none(lum_infer_result *out, lum_infer_verdict verdict,
+                const char *why)
+{
+    lum_error text;
+    (void)lum_error_set(&text, "%s", why);
+    out->verdict = verdict;
+    memcpy(out->text, text.text, sizeof out->text);
+    return 1;
+}
+
+static int find_group(lum_infer_state *state, lum_infer_result *out)
+{
+    lum_infer_find_tag(state);
+    if (state->field[LUM_FIELD_TAG].field.bytes == 0) {
+        return none(out, LUM_INFER_NOTHING_FITS,
+                    "no field is 2 where samples are angles and 3 where they "
+                    "are ranges: there is no tag");
+    }
+    lum_infer_find_num_samples(state);
+    lum_infer_find_first(state);
+    if (state->field[LUM_FIELD_FIRST_SAMPLE_INDEX].field.bytes == 0) {
+        return none(out, LUM_INFER_NOTHING_FITS,
+                    "no field is 0, 334 and 668 in the packets of angles: "
+                    "there is no first_sample_index");
+    }
     return 0;
+}
+
+static int find_samples(lum_infer_state *state, lum_infer_result *out)
+{
+    if (state->all.count == 0) {
+        return none(out, LUM_INFER_TOO_LITTLE,
+                    "there is no packet of data, only control packets or "
+                    "none: record while the sensor gets heartbeats");
+    }
+    if (!lum_infer_find_samples(state)) {
+        return none(out, LUM_INFER_NOTHING_FITS,
+                    "no packet has samples that sweep as angles do, or words "
+                    "whose pixels rise with bit 11 clear");
+    }
+    find_type(state);
+    choose_data(state);
+    lum_infer_place_samples(state);
+    out->packets = (uint32_t)state->data.count;
+    if (state->data.count < DATA_MIN) {
+        return none(out, LUM_INFER_TOO_LITTLE,
+                    "there are too few packets of data: record at least one "
+                    "whole frame");
+    }
+    if (state->samples.angles == 0) {
+        return none(out, LUM_INFER_NOTHING_FITS,
+                    "no packet has samples that sweep as angles do");
+    }
+    if (state->samples.ranges == 0) {
+        return none(out, LUM_INFER_TOO_LITTLE,
+                    "there are angles, and no words of ranges whose pixels "
+                    "rise: record with the laser on");
+    }
+    return 0;
+}
+
+static int find_lines(lum_infer_state *state, lum_infer_result *out)
+{
+    if (lum_infer_find_lines(state) != 0 || lum_infer_find_clock(state) != 0) {
+        return -1;
+    }
+    if (state->lines < LINES_MIN) {
+        return none(out, LUM_INFER_TOO_LITTLE,
+                    "there are too few lines: record at least one whole frame");
+    }
+    if (state->field[LUM_FIELD_LINE].field.bytes == 0 ||
+        state->field[LUM_FIELD_LINE].share < 0.5) {
+        return none(out, LUM_INFER_NOTHING_FITS,
+                    "no field rises by 1 from line to line: there is no line "
+                    "number");
+    }
+    if (state->field[LUM_FIELD_EYE].field.bytes == 0) {
+        return none(out, LUM_INFER_NOTHING_FITS,
+                    "no field tells the two eyes apart");
+    }
+    return 0;
+}
+
+static int solve(lum_infer_state *state, lum_infer_result *out)
+{
+    int r = find_samples(state, out);
+    r = r == 0 ? find_group(state, out) : r;
+    r = r == 0 ? find_lines(state, out) : r;
+    if (r != 0) {
+        return r;
+    }
+    lum_infer_shape(state);
+    count_fit(state);
+    out->fit = state->fit;
+    if (state->fit * 2 < state->data.count) {
+        return none(out, LUM_INFER_NOTHING_FITS,
+                    "the best reading explains fewer than half of the packets");
+    }
+    out->has_profile = true;
+    fill_profile(state, &out->profile);
+    lum_infer_report(state, out);
+    return 0;
+}
+
+static lum_infer_packet **three_lists(lum_infer_state *state, uint32_t count)
+{
+    lum_infer_packet **lists =
+        calloc(3u * ((size_t)count + 1u), sizeof(void *));
+    state->all.at = lists;
+    state->data.at = lists == NULL ? NULL : lists + count;
+    state->good.at = lists == NULL ? NULL : lists + 2u * (size_t)count;
+    return lists;
+}
+
+int lum_infer_solve(lum_infer *infer, lum_infer_result *out, lum_error *error)
+{
+    lum_infer_result *result = calloc(1, sizeof *result);
+    lum_infer_state *state = calloc(1, sizeof *state);
+    lum_infer_packet **lists =
+        state == NULL ? NULL : three_lists(state, infer->store.count);
+    int r = -1;
+    if (result != NULL && lists != NULL) {
+        result->struct_size = sizeof *result;
+        result->foreign = infer->store.foreign;
+        result->control = infer->store.control;
+        result->sensors = infer->store.sensor_count;
+        sort(&infer->store, &state->all);
+        r = solve(state, result);
+    }
+    if (r < 0) {
+        (void)lum_error_set(error, "no memory to find the layout");
+    } else if (!lum_sized_fill(out, result, sizeof *result)) {
+        errno = EINVAL;
+        r = lum_error_set(error, "struct_size of the result is not set; set "
+                                 "it to sizeof(lum_infer_result)");
+    }
+    free(lists);
+    free(state);
+    free(result);
+    return r;
 }

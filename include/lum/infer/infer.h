@@ -105,21 +105,21 @@ typedef struct lum_infer_finding {
 
 /** The answer. Filled in by lum_infer_solve(). */
 typedef struct lum_infer_result {
-    size_t struct_size;        /**< sizeof(lum_infer_result), set by the caller */
-    lum_infer_verdict verdict; /**< what came of it */
-    bool has_profile;          /**< profile is set: found or unsure */
-    lum_profile profile;       /**< the best reading, valid */
-    bool has_second;           /**< second is set */
-    lum_profile second;        /**< the best reading that gives other points */
-    double margin;             /**< percentage points of the packets by which
-                                    the best reading explains more than the
-                                    second, or than chance explains */
-    uint32_t packets;          /**< datagrams that were looked at: ours by
-                                    their magic, of the data's packet type */
-    uint32_t fit;              /**< of them, those that the profile explains */
-    uint32_t foreign;          /**< to or from port 5517, without the magic */
-    uint32_t control;          /**< heartbeats, commands and answers */
-    uint32_t sensors;          /**< addresses that sent what was looked at */
+    size_t struct_size; /**< sizeof(lum_infer_result), set by the caller */
+    lum_infer_verdict verdict;  /**< what came of it */
+    bool has_profile;           /**< profile is set: found or unsure */
+    lum_profile profile;        /**< the best reading, valid */
+    bool has_second;            /**< second is set */
+    lum_profile second;         /**< the best reading that gives other points */
+    double margin;              /**< percentage points of the packets by which
+                                     the best reading explains more than the
+                                     second, or than chance explains */
+    uint32_t packets;           /**< datagrams that were looked at: ours by
+                                     their magic, of the data's packet type */
+    uint32_t fit;               /**< of them, those that the profile explains */
+    uint32_t foreign;           /**< to or from port 5517, without the magic */
+    uint32_t control;           /**< heartbeats, commands and answers */
+    uint32_t sensors;           /**< addresses that sent what was looked at */
     char text[LUM_ERROR_BYTES]; /**< one line: what was found, what is missing,
                                      or which identity fails */
     size_t finding_count;       /**< of findings; 0 without a profile */

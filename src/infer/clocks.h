@@ -1,0 +1,13 @@
+/** @file
+ * The sensor's clock, and how long its ticks and lines are. Internal. */
+#ifndef LUM_INFER_CLOCKS_H
+#define LUM_INFER_CLOCKS_H
+
+#include "infer/state.h"
+
+/** Find the clock: it rises as the time of capture does. Its unit and the
+ * length of lines come with it.
+ * @return 0, or -1 without memory. */
+int lum_infer_find_clock(lum_infer_state *state);
+
+#endif

@@ -1,0 +1,36 @@
+/** @file
+ * Fields of headers: their values, and the bits that they take. Internal. */
+#ifndef LUM_INFER_FIELDS_H
+#define LUM_INFER_FIELDS_H
+
+#include "infer/state.h"
+
+/** The field's value. */
+uint64_t lum_infer_value(const uint8_t *head, lum_field field);
+
+/** The bits of a field, in the order of the header. */
+lum_infer_bits lum_infer_bits_of(lum_field field);
+
+/** Whether two have a bit in common. */
+bool lum_infer_overlap(const lum_infer_bits *a, const lum_infer_bits *b);
+
+/** Take the bits of a field. */
+void lum_infer_take(lum_infer_state *state, lum_field field);
+
+/** Whether all bits of a field are free. */
+bool lum_infer_is_free(const lum_infer_state *state, lum_field field);
+
+/** Most fields of whole bytes: 52 offsets, four widths, two orders of all but
+ * the narrowest. */
+#define LUM_INFER_WHOLE_MAX 364u
+
+/** All fields of whole bytes in front of the samples.
+ * @return how many. */
+size_t lum_infer_whole(const lum_infer_state *state,
+                       lum_field out[LUM_INFER_WHOLE_MAX]);
+
+/** Where a bit of a field stands in the header: 8 times the byte, and the bit.
+ * @param bit from the field's lowest bit of its bytes. */
+unsigned lum_infer_bit_at(lum_field field, unsigned bit);
+
+#endif

@@ -1,0 +1,347 @@
+#include "report.h"
+
+#include "fields.h"
+#include "samples.h"
+#include "shape.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char *const names[LUM_INFER_KEYS] = {
+    [LUM_INFER_DATA_PACKET_TYPE] = "data_packet_type",
+    [LUM_INFER_TAG] = "group.tag",
+    [LUM_INFER_EYE] = "group.eye",
+    [LUM_INFER_LINE] = "group.line",
+    [LUM_INFER_NUM_SAMPLES] = "group.num_samples",
+    [LUM_INFER_FIRST_SAMPLE_INDEX] = "group.first_sample_index",
+    [LUM_INFER_TIMESTAMP] = "group.timestamp",
+    [LUM_INFER_CLOCK_UNIT] = "group.timestamp.unit_ns",
+    [LUM_INFER_SAMPLES] = "group.samples",
+    [LUM_INFER_EYE_VALUES] = "eye_values",
+    [LUM_INFER_ANGLE_ORDER] = "angle_order",
+    [LUM_INFER_ANGLE_LSB] = "angle_lsb_deg",
+    [LUM_INFER_SAMPLE_ORDER] = "sample_order",
+    [LUM_INFER_LINE_SPAN] = "line_span_us"};
+
+/* Where no field counts samples, packets of angles have 334 or 332 of them at
+ * least in this share. */
+#define CUT_MIN 0.5
+
+LUM_PRINTF(2, 3)
+static void say(char out[LUM_INFER_TEXT_BYTES], const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(out, LUM_INFER_TEXT_BYTES, format, arguments);
+    va_end(arguments);
+}
+
+static double percent(double share)
+{
+    return 100.0 * share;
+}
+
+/* A field as it stands in a profile, with more behind its last key. */
+static void say_field(char out[LUM_INFER_TEXT_BYTES], lum_field field,
+                      const char *more)
+{
+    char bits[32] = "";
+    if (field.bits != 0) {
+        (void)snprintf(bits, sizeof bits, ", bits: [%u, %u]",
+                       (unsigned)field.low, field.low + field.bits - 1u);
+    }
+    if (field.bytes == 0) {
+        say(out, "none");
+    } else {
+        say(out, "{at: %u, bytes: %u%s%s%s}", (unsigned)field.at,
+            (unsigned)field.bytes,
+            field.order == LUM_ORDER_BIG ? ", order: big" : "", bits, more);
+    }
+}
+
+/* Of a field that could as well be wider. */
+static void say_wider(const lum_infer_state *state, lum_infer_finding *f,
+                      lum_field field)
+{
+    lum_field wide;
+    if (lum_infer_wider(state, field, &wide)) {
+        char text[LUM_INFER_TEXT_BYTES];
+        say_field(text, wide, "");
+        say(f->equal, "%s, since the further bytes are always 0", text);
+    }
+}
+
+static void of_type(const lum_infer_state *state, lum_infer_finding *f)
+{
+    if (state->is_tag_type) {
+        say(f->value, "8");
+        say(f->evidence, "not used: types 2 and 3 are the tags themselves");
+        return;
+    }
+    f->is_told = true;
+    say(f->value, "%u", state->type);
+    say(f->evidence,
+        "%zu packets of this type have samples of angles or "
+        "ranges, more than of any other",
+        state->good.count);
+}
+
+static void of_tag(const lum_infer_state *state, lum_infer_finding *f)
+{
+    f->is_told = true;
+    say(f->evidence,
+        "2 where samples sweep as angles, 3 where pixels rise as in ranges: "
+        "%.1f %% of %zu packets; the next best field %.1f %%",
+        percent(state->field[LUM_FIELD_TAG].share), state->good.count,
+        percent(state->field[LUM_FIELD_TAG].second));
+}
+
+static void of_eye(const lum_infer_state *state, lum_infer_finding *f)
+{
+    f->is_told = !state->is_one_eye;
+    if (state->is_one_eye) {
+        say(f->evidence, "lines rise by 1 without any field that tells two "
+                         "eyes apart: one eye alone was recorded");
+        say(f->equal, "every other byte that is always the same");
+        say(f->look, "record both eyes");
+    } else {
+        say(f->evidence,
+            "two values, %u and %u, take turns; within each, lines rise by 1",
+            (unsigned)state->eye_value[0], (unsigned)state->eye_value[1]);
+        say_wider(state, f, state->field[LUM_FIELD_EYE].field);
+    }
+}
+
+static void of_line(const lum_infer_state *state, lum_infer_finding *f)
+{
+    const lum_infer_choice *line = &state->field[LUM_FIELD_LINE];
+    f->is_told = true;
+    say(f->evidence,
+        "rises by 1, or begins again with the elevations, at %.1f %% of %zu "
+        "steps from line to line of an eye; the next best field %.1f %%",
+        percent(line->share), state->line_steps, percent(line->second));
+    say_wider(state, f, line->field);
+}
+
+static void of_num_samples(const lum_infer_state *state, lum_infer_finding *f)
+{
+    const lum_infer_choice *n = &state->field[LUM_FIELD_NUM_SAMPLES];
+    f->is_told = true;
+    if (n->field.bytes == 0) {
+        say(f->evidence,
+            "no field times 4, and the %u bytes before the samples, is the "
+            "length (best %.1f %%); %.1f %% of lengths are %u + 4 n",
+            state->samples.at, percent(n->second),
+            percent(state->samples.equal), state->samples.at);
+        return;
+    }
+    say(f->evidence,
+        "4 times it, and the %u bytes before the samples, is the length of "
+        "%.1f %% of packets; the next best field %.1f %%",
+        state->samples.at, percent(n->share), percent(n->second));
+    say_wider(state, f, n->field);
+    if (f->equal[0] == '\0' && state->samples.equal > 0.97) {
+        say(f->equal, "none: the datagram's length tells the same");
+    }
+}
+
+static void of_first(const lum_infer_state *state, lum_infer_finding *f)
+{
+    const lum_infer_choice *first = &state->field[LUM_FIELD_FIRST_SAMPLE_INDEX];
+    f->is_told = true;
+    say(f->evidence,
+        "0, 334 and 668 of angles; of ranges, the words that came before: "
+        "%.1f %% of packets; the next best field %.1f %%",
+        percent(first->share), percent(first->second));
+    say_wider(state, f, first->field);
+}
+
+static void of_clock(const lum_infer_state *state, lum_infer_finding *f)
+{
+    const lum_infer_choice *clock = &state->field[LUM_FIELD_TIMESTAMP];
+    f->is_told = true;
+    if (clock->field.bytes == 0) {
+        say(f->evidence, "no field rises as the time of capture does");
+        return;
+    }
+    say(f->evidence,
+        "rises as the time of capture does, %.1f %% of the time off it",
+        percent(1.0 - clock->share));
+    say_wider(state, f, clock->field);
+}
+
+static void of_unit(const lum_infer_state *state, lum_infer_finding *f)
+{
+    say(f->value, "%u", (unsigned)state->unit_taken);
+    if (state->unit_ns <= 0.0) {
+        say(f->evidence, "there is no clock to measure");
+        return;
+    }
+    f->is_told = state->is_unit_told;
+    say(f->evidence,
+        "a tick lasts %.6g ns of capture time, measured over %.3f s; %s",
+        state->unit_ns, (double)state->time_ns * 1e-9,
+        state->is_unit_told
+            ? "a round unit within 2 %, or a long recording, is believed"
+            : "the recording is too short or the clock too narrow to be sure");
+    if (!state->is_unit_told) {
+        say(f->look, "infer again from a recording of a second or more, with "
+                     "the times that it was captured at");
+    }
+}
+
+static void of_samples(const lum_infer_state *state, lum_infer_finding *f)
+{
+    const lum_infer_samples *s = &state->samples;
+    f->is_told = true;
+    say(f->value, "%u", s->at);
+    say(f->evidence,
+        "%.1f %% of angle packets go on smoothly from here on, %.1f %% one "
+        "sample before; %.1f %% of them have 334 or 332 samples then",
+        percent(s->smooth), percent(s->before), percent(s->cut));
+}
+
+static void of_eye_values(const lum_infer_state *state, lum_infer_finding *f)
+{
+    say(f->value, "{blue: %u, green: %u}", (unsigned)state->eye_value[0],
+        (unsigned)state->eye_value[1]);
+    say(f->evidence, "%s",
+        state->is_one_eye
+            ? "one eye alone was recorded; its name is not in the packets"
+            : "the packets have both values, and not which is called blue: "
+              "the lower one, as in the default");
+    say(f->equal, "{blue: %u, green: %u}", (unsigned)state->eye_value[1],
+        (unsigned)state->eye_value[0]);
+    say(f->look, "lumview with both profiles side by side: with the right one, "
+                 "blue looks to the right, and a wall goes on from eye to eye");
+}
+
+static void of_angle_order(const lum_infer_state *state, lum_infer_finding *f)
+{
+    f->is_told = true;
+    say(f->value, "%s",
+        state->samples.is_el_first ? "elevation_azimuth" : "azimuth_elevation");
+    say(f->evidence,
+        "within a line the %s value of a pair sweeps, the other hardly changes",
+        state->samples.is_el_first ? "second" : "first");
+}
+
+static void of_angle_lsb(const lum_infer_state *state, lum_infer_finding *f)
+{
+    const lum_infer_samples *s = &state->samples;
+    const int az = s->high[0] - s->low[0];
+    const int el = s->high[1] - s->low[1];
+    say(f->value, "span");
+    say(f->evidence,
+        "azimuths reach %d to %d, elevations %d to %d, of -32768 to 32767; "
+        "the scale is not in the packets",
+        s->low[0], s->high[0], s->low[1], s->high[1]);
+    if (az > 0) {
+        say(f->equal,
+            "%.7f, if azimuths reach over 60 degrees; elevations "
+            "then reach over %.1f degrees",
+            60.0 / az, 60.0 * el / az);
+    }
+    say(f->look, "lumview on a recording of a straight wall that passes from "
+                 "eye to eye: with the right scale it is straight");
+}
+
+static void of_sample_order(const lum_infer_state *state, lum_infer_finding *f)
+{
+    f->is_told = true;
+    say(f->value, "%s", state->samples.is_big ? "big" : "little");
+    say(f->evidence,
+        "%zu packets sweep and %zu rise by pixel when read so; the other order "
+        "breaks them",
+        state->samples.angles, state->samples.ranges);
+}
+
+static void of_line_span(const lum_infer_state *state, lum_infer_finding *f)
+{
+    say(f->value, "%u", (unsigned)state->line_span_us);
+    f->is_told = state->unit_ns > 0.0;
+    say(f->evidence,
+        f->is_told
+            ? "nine of ten lines last up to %.0f us by the sensor's clock"
+            : "there is no clock to measure lines by (%.0f us)",
+        state->line_us);
+}
+
+static void of_field(const lum_infer_state *state, lum_infer_finding *f,
+                     unsigned field)
+{
+    say_field(f->value, state->field[field].field, "");
+}
+
+static void find_all(const lum_infer_state *state, lum_infer_result *out)
+{
+    static void (*const of[LUM_INFER_KEYS])(const lum_infer_state *,
+                                            lum_infer_finding *) = {
+        of_type,         of_tag,        of_eye,         of_line,
+        of_num_samples,  of_first,      of_clock,       of_unit,
+        of_samples,      of_eye_values, of_angle_order, of_angle_lsb,
+        of_sample_order, of_line_span};
+    for (unsigned key = 0; key < LUM_INFER_KEYS; key++) {
+        lum_infer_finding *f = &out->findings[key];
+        f->key = (lum_infer_key)key;
+        f->name = names[key];
+        if (key >= LUM_INFER_TAG && key <= LUM_INFER_TIMESTAMP) {
+            of_field(state, f, key - LUM_INFER_TAG);
+        }
+        of[key](state, f);
+    }
+    out->finding_count = LUM_INFER_KEYS;
+}
+
+/* The field whose best rival is nearest, and by how much. */
+static double nearest(const lum_infer_state *state, unsigned *which)
+{
+    static const unsigned judged[] = {LUM_FIELD_TAG, LUM_FIELD_LINE,
+                                      LUM_FIELD_NUM_SAMPLES,
+                                      LUM_FIELD_FIRST_SAMPLE_INDEX};
+    double least = 1.0;
+    *which = LUM_GROUP_FIELDS;
+    for (unsigned i = 0; i < sizeof judged / sizeof judged[0]; i++) {
+        const lum_infer_choice *c = &state->field[judged[i]];
+        if (c->field.bytes > 0 && c->share - c->second < least) {
+            least = c->share - c->second;
+            *which = judged[i];
+        }
+    }
+    return percent(least);
+}
+
+static void judge(const lum_infer_state *state, lum_infer_result *out)
+{
+    unsigned which = 0;
+    lum_layout layout;
+    out->margin = nearest(state, &which);
+    if (state->field[LUM_FIELD_NUM_SAMPLES].field.bytes == 0 &&
+        state->samples.cut < CUT_MIN) {
+        /* Nothing then confirms where samples begin. */
+        out->margin = 0.0;
+    }
+    out->verdict = out->margin < LUM_INFER_MARGIN_SURE ? LUM_INFER_UNSURE
+                                                       : LUM_INFER_FOUND;
+    if (which < LUM_GROUP_FIELDS && state->field[which].rival.bytes > 0) {
+        out->second = out->profile;
+        out->second.group[which] = state->field[which].rival;
+        out->has_second =
+            lum_layout_init(&layout, &out->second, NULL, NULL) == LUM_OK;
+    }
+    lum_error text;
+    (void)lum_error_set(
+        &text,
+        "%u of %u packets fit; the margin to the second best reading is "
+        "%.1f %% of packets%s",
+        (unsigned)out->fit, (unsigned)out->packets, out->margin,
+        out->verdict == LUM_INFER_UNSURE ? ": unsure" : "");
+    memcpy(out->text, text.text, sizeof out->text);
+}
+
+void lum_infer_report(const lum_infer_state *state, lum_infer_result *out)
+{
+    find_all(state, out);
+    judge(state, out);
+}

@@ -1,0 +1,324 @@
+#include "samples.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define SAMPLE_BYTES 4u
+#define PHASES       4u
+#define ORDERS       2u
+
+/* Fewer samples tell nothing about their kind. */
+#define WORDS_MIN  6u
+#define ANGLES_MIN 16u
+
+/* Enough packets to tell the order and the place. */
+#define TRIAL 2000u
+
+/* A share of packets that loss, disorder and corruption leave, and that
+ * nothing else reaches. */
+#define MOST 0.85
+
+/* The two values of an angle sample, and how they change. */
+typedef struct series {
+    int first;
+    int last;
+    int low;
+    int high;
+    int64_t path; /* sum of all steps, without their sign */
+    int64_t bend; /* sum of what steps differ by, without sign */
+} series;
+
+static unsigned read_16(const uint8_t *p, bool is_big)
+{
+    return is_big ? (unsigned)p[0] << 8 | p[1] : (unsigned)p[1] << 8 | p[0];
+}
+
+static int read_i16(const uint8_t *p, bool is_big)
+{
+    const int value = (int)read_16(p, is_big);
+    return value < 0x8000 ? value : value - 0x10000;
+}
+
+static uint32_t read_word(const uint8_t *p, bool is_big)
+{
+    const uint32_t one = read_16(p, is_big);
+    const uint32_t two = read_16(p + 2, is_big);
+    return is_big ? one << 16 | two : two << 16 | one;
+}
+
+uint32_t lum_infer_room(const lum_infer_packet *packet, unsigned samples_at)
+{
+    return packet->len < samples_at ? 0
+                                    : (packet->len - samples_at) / SAMPLE_BYTES;
+}
+
+/* Samples from an offset on that were kept. */
+static size_t kept(const lum_infer_packet *packet, unsigned at)
+{
+    return packet->kept < at ? 0 : (packet->kept - at) / SAMPLE_BYTES;
+}
+
+static bool is_ranges(const lum_infer_packet *packet, unsigned at, bool is_big)
+{
+    const size_t n = kept(packet, at);
+    size_t good = 0;
+    size_t rising = 0;
+    uint32_t before = 0;
+    uint32_t first = 0;
+    for (size_t i = 0; i < n; i++) {
+        const uint32_t word =
+            read_word(packet->bytes + at + SAMPLE_BYTES * i, is_big);
+        const uint32_t pixel = word & 0x3ffu;
+        good += (word & 0x800u) == 0 && pixel < LUM_LINE_PIXELS;
+        rising += pixel >= before;
+        first = i == 0 ? pixel : first;
+        before = pixel;
+    }
+    return n >= WORDS_MIN && before > first && good * 100 >= n * 95 &&
+           rising * 100 >= n * 95;
+}
+
+static void add(series *s, size_t i, int value, int *step)
+{
+    const int change = value - s->last;
+    if (i == 0) {
+        *s = (series){value, value, value, value, 0, 0};
+        return;
+    }
+    s->path += abs(change);
+    s->bend += i > 1 ? abs(change - *step) : 0;
+    s->low = value < s->low ? value : s->low;
+    s->high = value > s->high ? value : s->high;
+    s->last = value;
+    *step = change;
+}
+
+static size_t follow(const lum_infer_packet *packet, unsigned at, bool is_big,
+                     series out[2])
+{
+    const size_t n = kept(packet, at);
+    int step[2] = {0, 0};
+    memset(out, 0, 2 * sizeof *out);
+    for (size_t i = 0; i < n; i++) {
+        const uint8_t *p = packet->bytes + at + SAMPLE_BYTES * i;
+        add(&out[0], i, read_i16(p, is_big), &step[0]);
+        add(&out[1], i, read_i16(p + 2, is_big), &step[1]);
+    }
+    return n;
+}
+
+/* It goes one way, by more than its noise. */
+static bool is_sweep(const series *s, size_t n)
+{
+    const int64_t way = abs(s->last - s->first);
+    return 2 * way >= s->path && s->path * 4 >= (int64_t)n;
+}
+
+/* Beside a sweep it stands still. */
+static bool is_calm(const series *s, const series *sweep)
+{
+    return s->path <= sweep->path &&
+           (int64_t)(s->high - s->low) * 4 <= sweep->high - sweep->low;
+}
+
+/* @return 0: no angles; 1: the first value sweeps; 2: the second. */
+static int sweeping(const lum_infer_packet *packet, unsigned at, bool is_big,
+                    series out[2])
+{
+    const size_t n = follow(packet, at, is_big, out);
+    if (n < ANGLES_MIN) {
+        return 0;
+    }
+    for (int i = 0; i < 2; i++) {
+        if (is_sweep(&out[i], n) && is_calm(&out[1 - i], &out[i])) {
+            return i + 1;
+        }
+    }
+    return 0;
+}
+
+/* The first offset of a phase from which on all is samples. */
+static unsigned behind_head(unsigned phase)
+{
+    return LUM_INFER_SAMPLES_AT_MAX + phase % PHASES;
+}
+
+typedef struct tally {
+    size_t angles;
+    size_t ranges;
+} tally;
+
+static void count(const lum_infer_packets *packets, unsigned phase, bool is_big,
+                  tally *out)
+{
+    const unsigned at = behind_head(phase);
+    const size_t stride = packets->count / TRIAL + 1;
+    series s[2];
+    *out = (tally){0, 0};
+    for (size_t i = 0; i < packets->count; i += stride) {
+        if (is_ranges(packets->at[i], at, is_big)) {
+            out->ranges++;
+        } else if (sweeping(packets->at[i], at, is_big, s) != 0) {
+            out->angles++;
+        }
+    }
+}
+
+/* Angles look the same when they are read from their second value on; ranges,
+ * or else the lengths, tell which it is. */
+static size_t weight(const lum_infer_packets *packets, unsigned phase,
+                     const tally *t)
+{
+    size_t equal = 0;
+    const size_t stride = packets->count / TRIAL + 1;
+    for (size_t i = 0; i < packets->count; i += stride) {
+        equal += packets->at[i]->len % SAMPLE_BYTES == phase;
+    }
+    return t->angles * 4 + t->ranges * 8 + (t->angles > 0 ? equal : 0);
+}
+
+static void mark(const lum_infer_packets *packets, unsigned phase, bool is_big)
+{
+    const unsigned at = behind_head(phase);
+    series s[2];
+    for (size_t i = 0; i < packets->count; i++) {
+        lum_infer_packet *p = packets->at[i];
+        p->kind = LUM_INFER_UNKNOWN;
+        if (is_ranges(p, at, is_big)) {
+            p->kind = LUM_INFER_RANGES;
+        } else {
+            const int which = sweeping(p, at, is_big, s);
+            p->kind = which != 0 ? LUM_INFER_ANGLES : LUM_INFER_UNKNOWN;
+        }
+    }
+}
+
+bool lum_infer_find_samples(lum_infer_state *state)
+{
+    size_t best = 0;
+    unsigned best_phase = 0;
+    bool best_order = false;
+    for (unsigned i = 0; i < PHASES * ORDERS; i++) {
+        const unsigned phase = i % PHASES;
+        tally t;
+        count(&state->all, phase, i >= PHASES, &t);
+        const size_t w = weight(&state->all, phase, &t);
+        if (t.angles + t.ranges > 0 && w > best) {
+            best = w;
+            best_phase = phase;
+            best_order = i >= PHASES;
+        }
+    }
+    state->samples.at = best_phase;
+    state->samples.is_big = best_order;
+    if (best == 0) {
+        return false;
+    }
+    mark(&state->all, best_phase, best_order);
+    return true;
+}
+
+/* Whether a pair at an offset goes on where the ones behind it point. */
+static bool continues(const lum_infer_packet *p, unsigned probe, bool is_big,
+                      const series s[2], size_t n)
+{
+    for (unsigned i = 0; i < 2; i++) {
+        const uint8_t *b = p->bytes + probe + 2 * i;
+        const int zero = read_i16(b, is_big);
+        const int one = read_i16(b + SAMPLE_BYTES, is_big);
+        const int two = read_i16(b + 2 * SAMPLE_BYTES, is_big);
+        const int64_t noise = s[i].bend / (int64_t)(n + 1u) + 1;
+        if (abs(zero - 2 * one + two) > 8 * noise + 8) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* The share of angle packets whose samples go on at an offset. */
+static double share_at(const lum_infer_packets *packets, unsigned probe,
+                       bool is_big)
+{
+    const unsigned behind = behind_head(probe % PHASES);
+    const size_t stride = packets->count / TRIAL + 1;
+    size_t angles = 0;
+    size_t good = 0;
+    for (size_t i = 0; i < packets->count; i += stride) {
+        const lum_infer_packet *p = packets->at[i];
+        series s[2];
+        if (p->kind == LUM_INFER_ANGLES) {
+            const size_t n = follow(p, behind, is_big, s);
+            angles++;
+            good += continues(p, probe, is_big, s, n);
+        }
+    }
+    return angles == 0 ? 0.0 : (double)good / (double)angles;
+}
+
+/* The range of a value. */
+static void stretch(lum_infer_samples *m, unsigned which, const series *of)
+{
+    m->low[which] = of->low < m->low[which] ? of->low : m->low[which];
+    m->high[which] = of->high > m->high[which] ? of->high : m->high[which];
+}
+
+/* @return whether the second value of a pair sweeps. */
+static bool measure_angles(lum_infer_samples *m, lum_infer_packet *p)
+{
+    series s[2];
+    const bool is_second = sweeping(p, m->at, m->is_big, s) == 2;
+    const series *sweep = &s[is_second ? 1 : 0];
+    const series *calm = &s[is_second ? 0 : 1];
+    p->calm = (int16_t)calm->first;
+    m->angles++;
+    stretch(m, 0, sweep);
+    stretch(m, 1, calm);
+    return is_second;
+}
+
+static double share_of(size_t n, size_t all)
+{
+    return all == 0 ? 0.0 : (double)n / (double)all;
+}
+
+static void measure(lum_infer_state *state)
+{
+    lum_infer_samples *m = &state->samples;
+    size_t cut = 0;
+    size_t equal = 0;
+    size_t second = 0;
+    for (size_t i = 0; i < state->data.count; i++) {
+        lum_infer_packet *p = state->data.at[i];
+        const uint32_t room = lum_infer_room(p, m->at);
+        equal += (p->len - m->at) % SAMPLE_BYTES == 0;
+        m->ranges += p->kind == LUM_INFER_RANGES;
+        if (p->kind == LUM_INFER_ANGLES) {
+            second += measure_angles(m, p);
+            cut += room == 334 || room == 332;
+        }
+    }
+    m->is_el_first = second * 2 > m->angles;
+    m->cut = share_of(cut, m->angles);
+    m->equal = share_of(equal, state->data.count);
+}
+
+void lum_infer_place_samples(lum_infer_state *state)
+{
+    lum_infer_samples *m = &state->samples;
+    unsigned at = LUM_INFER_SAMPLES_AT_MAX;
+    at -= (at - m->at) % PHASES;
+    m->smooth = share_at(&state->data, at, m->is_big);
+    m->before = 0.0;
+    while (at >= LUM_INFER_FIELDS_AT + SAMPLE_BYTES) {
+        const double share =
+            share_at(&state->data, at - SAMPLE_BYTES, m->is_big);
+        if (share < MOST) {
+            m->before = share;
+            break;
+        }
+        m->smooth = share;
+        at -= SAMPLE_BYTES;
+    }
+    m->at = at;
+    measure(state);
+}

@@ -1,0 +1,105 @@
+/** @file
+ * What the steps of an inference hand to each other. Internal. */
+#ifndef LUM_INFER_STATE_H
+#define LUM_INFER_STATE_H
+
+#include "lum/infer/infer.h"
+#include "lum/profile.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Bytes of a payload that can be read, whatever its length: a field of 8 bytes
+ * may begin at 64. */
+#define LUM_INFER_HEAD_BYTES 72u
+
+/* Where fields and samples may stand. */
+#define LUM_INFER_FIELDS_AT      12u
+#define LUM_INFER_SAMPLES_AT_MAX 64u
+
+/* Most sensors that are told apart. */
+#define LUM_INFER_SENSORS_MAX 16u
+
+/** What a packet's samples look like, whatever its header says. */
+typedef enum lum_infer_kind {
+    LUM_INFER_UNKNOWN, /**< too few, or neither */
+    LUM_INFER_ANGLES,  /**< one value sweeps, the other is calm */
+    LUM_INFER_RANGES   /**< bit 11 clear, pixels 0..999 rise */
+} lum_infer_kind;
+
+/** A packet that is looked at. */
+typedef struct lum_infer_packet {
+    const uint8_t *bytes; /**< the first kept of them, and zeros up to
+                               ::LUM_INFER_HEAD_BYTES */
+    int64_t time_ns;      /**< of its capture */
+    uint32_t len;         /**< of the whole payload */
+    uint32_t kept;        /**< bytes of the payload that are there */
+    uint8_t sensor;       /**< which */
+    uint8_t kind;         /**< a ::lum_infer_kind */
+    bool is_reserved_0;   /**< bytes 9..11 are 0 */
+    int16_t calm;         /**< angles: the value that hardly changes */
+} lum_infer_packet;
+
+/** Packets in the order of their arrival, sensor by sensor. */
+typedef struct lum_infer_packets {
+    lum_infer_packet **at;
+    size_t count;
+} lum_infer_packets;
+
+/** The bits of a header that a field has taken, 8 for each byte, bit 0 the
+ * lowest of a byte. */
+typedef struct lum_infer_bits {
+    uint8_t byte[LUM_INFER_HEAD_BYTES];
+} lum_infer_bits;
+
+/** How the samples are read. */
+typedef struct lum_infer_samples {
+    unsigned at;      /**< offset of the first */
+    bool is_big;      /**< byte order */
+    bool is_el_first; /**< the second of a pair sweeps */
+    size_t angles;    /**< packets that look like angles */
+    size_t ranges;    /**< and like ranges */
+    double smooth;    /**< share of angle packets that go on smoothly at at */
+    double before;    /**< and one sample before */
+    double cut;       /**< share of angle packets of 334 or 332 samples */
+    double equal;     /**< share of lengths that are at + 4 n */
+    int low[2];       /**< least azimuth and elevation */
+    int high[2];      /**< largest */
+} lum_infer_samples;
+
+/** A field with the share of packets that it explains. */
+typedef struct lum_infer_choice {
+    lum_field field; /**< bytes 0: none */
+    double share;    /**< 0..1 */
+    double second;   /**< of the best that gives other values */
+    lum_field rival; /**< that one; bytes 0: none */
+} lum_infer_choice;
+
+/** All that has been found out. */
+typedef struct lum_infer_state {
+    lum_infer_packets all;  /**< what may be data */
+    lum_infer_packets data; /**< of the data's type */
+    lum_infer_packets good; /**< of these, with a kind */
+    size_t by_type[256];    /**< packets by type */
+    unsigned type;          /**< of the data */
+    bool is_tag_type;       /**< types 2 and 3 are the tags */
+    lum_infer_samples samples;
+    lum_infer_choice field[LUM_GROUP_FIELDS];
+    lum_infer_bits used;
+    uint32_t eye_value[LUM_EYES];
+    bool is_one_eye;
+    bool is_filled;        /**< bytes between fields bear filler */
+    uint8_t filler;        /**< what */
+    size_t lines;          /**< beginnings of lines */
+    size_t line_steps;     /**< steps from line to line that were judged */
+    int64_t time_ns;       /**< that the packets of the clock span */
+    double unit_ns;        /**< length of a tick, as measured; 0: not */
+    uint32_t unit_taken;   /**< what is taken */
+    bool is_unit_told;     /**< it was measured */
+    double line_us;        /**< longest line */
+    uint32_t line_span_us; /**< what is taken */
+    uint32_t fit;          /**< packets that the profile explains */
+} lum_infer_state;
+
+#endif

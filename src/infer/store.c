@@ -1,0 +1,139 @@
+#include "store.h"
+
+#include "lum/wire.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define BLOCK_BYTES  ((size_t)1 << 20)
+#define BLOCKS_MAX   44u
+#define PAYLOAD_MAX  4096u
+#define PACKETS_STEP 1024u
+
+int lum_infer_store_init(lum_infer_store *store, uint32_t max)
+{
+    memset(store, 0, sizeof *store);
+    store->max = max;
+    store->blocks = calloc(BLOCKS_MAX, sizeof *store->blocks);
+    return store->blocks == NULL ? -1 : 0;
+}
+
+void lum_infer_store_free(lum_infer_store *store)
+{
+    for (size_t i = 0; i < store->block_count; i++) {
+        free(store->blocks[i]);
+    }
+    free(store->blocks);
+    free(store->packets);
+    memset(store, 0, sizeof *store);
+}
+
+/* @return room for bytes, NULL without memory. */
+static uint8_t *bytes_of(lum_infer_store *store, size_t bytes)
+{
+    if (store->block_count == 0 || BLOCK_BYTES - store->used < bytes) {
+        uint8_t *block =
+            store->block_count == BLOCKS_MAX ? NULL : malloc(BLOCK_BYTES);
+        if (block == NULL) {
+            return NULL;
+        }
+        store->blocks[store->block_count] = block;
+        store->block_count++;
+        store->used = 0;
+    }
+    uint8_t *out = store->blocks[store->block_count - 1] + store->used;
+    store->used += bytes;
+    return out;
+}
+
+static bool is_full(const lum_infer_store *store)
+{
+    return store->count >= store->max ||
+           (store->block_count == BLOCKS_MAX &&
+            BLOCK_BYTES - store->used < PAYLOAD_MAX);
+}
+
+/* The packet's sensor; LUM_INFER_SENSORS_MAX: there are too many. */
+static unsigned sensor_of(lum_infer_store *store, uint32_t address)
+{
+    for (unsigned i = 0; i < store->sensor_count; i++) {
+        if (store->sensors[i] == address) {
+            return i;
+        }
+    }
+    if (store->sensor_count < LUM_INFER_SENSORS_MAX) {
+        store->sensors[store->sensor_count] = address;
+        store->sensor_count++;
+        return store->sensor_count - 1u;
+    }
+    return LUM_INFER_SENSORS_MAX;
+}
+
+static lum_infer_packet *next_packet(lum_infer_store *store)
+{
+    if (store->count == store->room) {
+        const uint32_t room = store->room + PACKETS_STEP;
+        lum_infer_packet *p =
+            realloc(store->packets, room * sizeof *store->packets);
+        if (p == NULL) {
+            return NULL;
+        }
+        store->packets = p;
+        store->room = room;
+    }
+    return &store->packets[store->count];
+}
+
+/* Commands, answers and heartbeats: the types that the manual states. */
+static bool is_control(const lum_record *record)
+{
+    const uint8_t *p = record->payload;
+    const bool is_reserved_0 = p[9] == 0 && p[10] == 0 && p[11] == 0;
+    return record->len == LUM_HEADER_BYTES ||
+           (is_reserved_0 && p[8] >= 5 && p[8] <= 7);
+}
+
+static int keep(lum_infer_store *store, const lum_record *record,
+                unsigned sensor)
+{
+    const size_t kept = record->len < PAYLOAD_MAX ? record->len : PAYLOAD_MAX;
+    const size_t bytes =
+        kept < LUM_INFER_HEAD_BYTES ? LUM_INFER_HEAD_BYTES : kept;
+    uint8_t *copy = bytes_of(store, bytes);
+    lum_infer_packet *p = copy == NULL ? NULL : next_packet(store);
+    if (p == NULL) {
+        return -1;
+    }
+    memcpy(copy, record->payload, kept);
+    memset(copy + kept, 0, bytes - kept);
+    *p = (lum_infer_packet){.bytes = copy,
+                            .time_ns = record->time_ns,
+                            .len = (uint32_t)record->len,
+                            .kept = (uint32_t)kept,
+                            .sensor = (uint8_t)sensor,
+                            .is_reserved_0 =
+                                copy[9] == 0 && copy[10] == 0 && copy[11] == 0};
+    store->count++;
+    return is_full(store) ? 0 : 1;
+}
+
+int lum_infer_store_add(lum_infer_store *store, const lum_record *record,
+                        uint32_t sensor)
+{
+    static const uint8_t magic[] = {0xed, 0xfe, 0xf3, 0xa1,
+                                    0xef, 0xbe, 0x34, 0x12};
+    if (is_full(store)) {
+        return 0;
+    }
+    if (record->len < LUM_HEADER_BYTES ||
+        memcmp(record->payload, magic, sizeof magic) != 0) {
+        store->foreign++;
+        return 1;
+    }
+    if (is_control(record)) {
+        store->control++;
+        return 1;
+    }
+    const unsigned index = sensor_of(store, sensor);
+    return index == LUM_INFER_SENSORS_MAX ? 1 : keep(store, record, index);
+}
