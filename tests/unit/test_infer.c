@@ -1,0 +1,770 @@
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "lum/group.h"
+#include "lum/infer/infer.h"
+#include "lum/packet.h"
+#include "lum/wire.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define SENSOR   0x0a2a0025u
+#define HOST     0x0a2a0001u
+#define KEPT_MAX 4000u
+#define BYTES    1500u
+
+/* A sensor that sends lines in a layout. */
+struct maker {
+    lum_profile profile;
+    lum_layout layout;
+    lum_infer *infer;
+    uint32_t seed;
+    uint32_t sensor;
+    int64_t time_ns;
+    uint64_t ticks;         /* of its clock */
+    uint64_t ticks_line;    /* from line to line */
+    int64_t line_ns;        /* the same in capture time */
+    unsigned eyes;          /* 1: blue alone */
+    unsigned loss;          /* in 1000 packets */
+    unsigned disorder;      /* likewise: behind the next packet */
+    unsigned corrupt;       /* likewise */
+    bool has_laser;         /* ranges come */
+    uint8_t filler;         /* of bytes between fields */
+    uint8_t held[BYTES];    /* a packet that comes later */
+    size_t held_len;        /* 0: none */
+    uint8_t (*kept)[BYTES]; /* what was sent, before any fault */
+    size_t kept_len[KEPT_MAX];
+    size_t kept_count;
+};
+
+static uint32_t random_of(struct maker *m, uint32_t below)
+{
+    m->seed = m->seed * 1664525u + 1013904223u;
+    return (m->seed >> 8) % below;
+}
+
+static void begin(struct maker *m, const lum_profile *profile)
+{
+    const lum_infer_options options = {.struct_size = sizeof options};
+    memset(m, 0, sizeof *m);
+    m->profile = *profile;
+    assert_int_equal(lum_layout_init(&m->layout, profile, NULL, NULL), LUM_OK);
+    assert_int_equal(lum_infer_create(&options, &m->infer, NULL), 0);
+    m->kept = malloc(KEPT_MAX * sizeof *m->kept);
+    assert_non_null(m->kept);
+    m->seed = 7;
+    m->sensor = SENSOR;
+    m->time_ns = INT64_C(1767225600000000000);
+    m->ticks = 1000000;
+    m->ticks_line = 1500;
+    m->line_ns = 1500000;
+    m->eyes = 2;
+    m->has_laser = true;
+}
+
+static void end(struct maker *m)
+{
+    lum_infer_free(m->infer);
+    free(m->kept);
+}
+
+static void push(struct maker *m, const uint8_t *bytes, size_t len)
+{
+    const lum_record record = {.time_ns = m->time_ns,
+                               .payload = bytes,
+                               .len = len,
+                               .source = m->sensor,
+                               .destination = HOST,
+                               .source_port = LUM_PORT,
+                               .destination_port = 50000,
+                               .kind = LUM_RECORD_DATAGRAM};
+    assert_true(lum_infer_push(m->infer, &record, NULL) >= 0);
+    m->time_ns += 10000;
+}
+
+static void push_held(struct maker *m)
+{
+    if (m->held_len > 0) {
+        push(m, m->held, m->held_len);
+        m->held_len = 0;
+    }
+}
+
+/* Send a packet, with the faults that are due. */
+static void post(struct maker *m, uint8_t *bytes, size_t len)
+{
+    if (m->kept_count < KEPT_MAX) {
+        memcpy(m->kept[m->kept_count], bytes, len);
+        m->kept_len[m->kept_count] = len;
+        m->kept_count++;
+    }
+    if (random_of(m, 1000) < m->loss) {
+        return;
+    }
+    if (random_of(m, 1000) < m->corrupt) {
+        const uint32_t bit = random_of(m, (uint32_t)(8 * len));
+        bytes[bit / 8] ^= (uint8_t)(1u << bit % 8u);
+    }
+    if (m->held_len == 0 && random_of(m, 1000) < m->disorder) {
+        memcpy(m->held, bytes, len);
+        m->held_len = len;
+        return;
+    }
+    push(m, bytes, len);
+    push_held(m);
+}
+
+/* Bytes of the header that no field has. */
+static void fill(const struct maker *m, uint8_t *bytes)
+{
+    for (unsigned at = 12; at < m->profile.samples_at; at++) {
+        bool is_free = true;
+        for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
+            const lum_field field = m->profile.group[f];
+            is_free = is_free &&
+                      (at < field.at || at >= (unsigned)field.at + field.bytes);
+        }
+        bytes[at] = is_free ? m->filler : bytes[at];
+    }
+}
+
+static size_t head(struct maker *m, const lum_group *group, uint8_t *bytes)
+{
+    size_t len = 0;
+    assert_int_equal(lum_group_encode(&m->layout, group, bytes, BYTES, &len),
+                     LUM_OK);
+    fill(m, bytes);
+    return len;
+}
+
+static void angles(struct maker *m, lum_group group, uint32_t line,
+                   uint32_t lines)
+{
+    uint8_t bytes[BYTES];
+    group.tag = LUM_TAG_ANGLES;
+    for (unsigned i = 0; i < 3; i++) {
+        group.first_sample_index = 334 * i;
+        group.num_samples = i == 2 ? 332 : 334;
+        size_t len = head(m, &group, bytes);
+        for (uint32_t k = 0; k < group.num_samples; k++) {
+            const int pixel = (int)(334 * i + k);
+            const int up = (line & 1) != 0 ? -1 : 1;
+            const lum_angle angle = {
+                (int16_t)(up * (65 * pixel - 32000) + (int)random_of(m, 9)),
+                (int16_t)(30000 - (int)(60000u / lines * line) +
+                          (int)random_of(m, 9))};
+            lum_angle_encode(&m->layout, angle, bytes + len);
+            len += LUM_SAMPLE_BYTES;
+        }
+        post(m, bytes, len);
+    }
+}
+
+static void ranges(struct maker *m, lum_group group)
+{
+    uint8_t bytes[BYTES];
+    group.tag = LUM_TAG_RANGES;
+    for (uint32_t first = 0; first < 400; first += group.num_samples) {
+        group.first_sample_index = first;
+        group.num_samples = first == 0 ? 350 - random_of(m, 5) : 50;
+        size_t len = head(m, &group, bytes);
+        for (uint32_t k = 0; k < group.num_samples; k++) {
+            const uint32_t pixel = 2 * (first + k);
+            const uint32_t word = (3000 + pixel + random_of(m, 20)) << 12 |
+                                  LUM_WORD_RISING | (pixel & LUM_WORD_PIXEL);
+            lum_group_word_encode(&m->layout, word, bytes + len);
+            len += LUM_SAMPLE_BYTES;
+        }
+        post(m, bytes, len);
+    }
+}
+
+static uint64_t within(const struct maker *m, uint64_t ticks)
+{
+    const lum_field clock = m->profile.group[LUM_FIELD_TIMESTAMP];
+    const unsigned bits = clock.bits != 0 ? clock.bits : 8u * clock.bytes;
+    return bits == 0 || bits >= 64 ? ticks
+                                   : ticks & ((UINT64_C(1) << bits) - 1u);
+}
+
+static void send_line(struct maker *m, uint32_t line, uint32_t lines)
+{
+    const int64_t begin_ns = m->time_ns;
+    for (unsigned eye = 0; eye < m->eyes; eye++) {
+        lum_group group = {.line = line, .eye = (uint8_t)eye};
+        group.clock_raw = within(m, m->ticks + 7u * eye);
+        angles(m, group, line, lines);
+        if (m->has_laser) {
+            ranges(m, group);
+        }
+    }
+    m->ticks += m->ticks_line;
+    m->time_ns = begin_ns + m->line_ns;
+}
+
+static void send_frames(struct maker *m, uint32_t frames, uint32_t lines)
+{
+    for (uint32_t frame = 0; frame < frames; frame++) {
+        for (uint32_t line = 0; line < lines; line++) {
+            send_line(m, line, lines);
+        }
+    }
+    push_held(m);
+}
+
+static void solve(struct maker *m, lum_infer_result *out, int expected)
+{
+    memset(out, 0, sizeof *out);
+    out->struct_size = sizeof *out;
+    assert_int_equal(lum_infer_solve(m->infer, out, NULL), expected);
+}
+
+/* All packets, as they were before any fault, decode alike. */
+static void check_profile(const struct maker *m, const lum_profile *found)
+{
+    lum_layout layout;
+    lum_group a;
+    lum_group b;
+    assert_int_equal(lum_layout_init(&layout, found, NULL, NULL), LUM_OK);
+    for (size_t i = 0; i < m->kept_count; i++) {
+        assert_int_equal(
+            lum_group_decode(&m->layout, m->kept[i], m->kept_len[i], &a),
+            LUM_OK);
+        assert_int_equal(
+            lum_group_decode(&layout, m->kept[i], m->kept_len[i], &b), LUM_OK);
+        assert_int_equal(a.tag, b.tag);
+        assert_int_equal(a.eye, b.eye);
+        assert_int_equal(a.line, b.line);
+        assert_int_equal(a.num_samples, b.num_samples);
+        assert_int_equal(a.first_sample_index, b.first_sample_index);
+        assert_true(a.clock_raw == b.clock_raw);
+        if (a.tag == LUM_TAG_ANGLES) {
+            const lum_angle x = lum_group_angle(&m->layout, &a, 300);
+            const lum_angle y = lum_group_angle(&layout, &b, 300);
+            assert_int_equal(x.azimuth, y.azimuth);
+            assert_int_equal(x.elevation, y.elevation);
+        } else {
+            assert_int_equal(lum_group_word(&a, 0), lum_group_word(&b, 0));
+        }
+    }
+}
+
+static void finds_it(struct maker *m)
+{
+    lum_infer_result r;
+    solve(m, &r, 0);
+    assert_int_equal(r.verdict, LUM_INFER_FOUND);
+    assert_true(r.has_profile);
+    check_profile(m, &r.profile);
+    assert_int_equal(r.profile.clock_unit_ns, m->profile.clock_unit_ns);
+    assert_true(r.margin >= LUM_INFER_MARGIN_SURE);
+    assert_int_equal(r.finding_count, LUM_INFER_KEYS);
+}
+
+static lum_profile default_profile(void)
+{
+    lum_profile profile;
+    lum_profile_default(&profile);
+    return profile;
+}
+
+/* Clocks of eight bytes, counts of the other order, an eye above the line. */
+static lum_profile wide_profile(void)
+{
+    lum_profile p = default_profile();
+    p.data_packet_type = 3;
+    p.group[LUM_FIELD_TIMESTAMP] =
+        (lum_field){.at = 12, .bytes = 8, .order = LUM_ORDER_BIG};
+    p.group[LUM_FIELD_LINE] =
+        (lum_field){.at = 22, .bytes = 2, .order = LUM_ORDER_BIG, .bits = 15};
+    p.group[LUM_FIELD_EYE] = (lum_field){
+        .at = 22, .bytes = 2, .order = LUM_ORDER_BIG, .low = 15, .bits = 1};
+    p.group[LUM_FIELD_TAG] = (lum_field){.at = 21, .bytes = 1};
+    p.group[LUM_FIELD_FIRST_SAMPLE_INDEX] =
+        (lum_field){.at = 26, .bytes = 2, .order = LUM_ORDER_BIG};
+    p.group[LUM_FIELD_NUM_SAMPLES] = (lum_field){.bytes = 0};
+    p.samples_at = 29;
+    p.sample_order = LUM_ORDER_BIG;
+    p.angle_order = LUM_ELEVATION_AZIMUTH;
+    p.clock_unit_ns = 100;
+    return p;
+}
+
+static void one_frame_of_the_default_layout_is_enough(void **state)
+{
+    (void)state;
+    struct maker m;
+    const lum_profile profile = default_profile();
+    begin(&m, &profile);
+    send_frames(&m, 1, 64);
+    finds_it(&m);
+    end(&m);
+}
+
+static void a_wide_layout_is_found(void **state)
+{
+    (void)state;
+    struct maker m;
+    const lum_profile profile = wide_profile();
+    begin(&m, &profile);
+    m.filler = 0xa5;
+    m.ticks_line = 15000;
+    send_frames(&m, 2, 64);
+    finds_it(&m);
+    end(&m);
+}
+
+static void loss_disorder_and_corruption_do_no_harm(void **state)
+{
+    (void)state;
+    struct maker m;
+    const lum_profile profile = wide_profile();
+    begin(&m, &profile);
+    m.filler = 0xff;
+    m.ticks_line = 15000;
+    m.loss = 50;
+    m.disorder = 50;
+    m.corrupt = 20;
+    send_frames(&m, 2, 64);
+    finds_it(&m);
+    end(&m);
+}
+
+static void the_tag_can_be_the_type(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_profile profile = default_profile();
+    profile.group[LUM_FIELD_TAG] = (lum_field){.at = 8, .bytes = 1};
+    begin(&m, &profile);
+    send_frames(&m, 1, 64);
+    finds_it(&m);
+    end(&m);
+}
+
+static void tag_and_eye_can_share_a_byte(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_profile profile = default_profile();
+    profile.group[LUM_FIELD_TAG] =
+        (lum_field){.at = 12, .bytes = 1, .low = 4, .bits = 4};
+    profile.group[LUM_FIELD_EYE] = (lum_field){.at = 12, .bytes = 1, .bits = 4};
+    profile.eye_values[LUM_EYE_BLUE] = 6;
+    profile.eye_values[LUM_EYE_GREEN] = 9;
+    begin(&m, &profile);
+    m.filler = 0x11;
+    send_frames(&m, 1, 64);
+    finds_it(&m);
+    end(&m);
+}
+
+static void a_layout_needs_no_clock(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    lum_profile profile = default_profile();
+    profile.group[LUM_FIELD_TIMESTAMP] = (lum_field){.bytes = 0};
+    begin(&m, &profile);
+    m.filler = 0x33;
+    send_frames(&m, 1, 64);
+    finds_it(&m);
+    solve(&m, &r, 0);
+    assert_int_equal(r.profile.group[LUM_FIELD_TIMESTAMP].bytes, 0);
+    end(&m);
+}
+
+static void narrow_clocks_and_their_wraps_are_found(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_profile profile = default_profile();
+    profile.group[LUM_FIELD_TIMESTAMP] = (lum_field){.at = 20, .bytes = 2};
+    begin(&m, &profile);
+    m.filler = 0x33;
+    send_frames(&m, 3, 64);
+    finds_it(&m);
+    end(&m);
+}
+
+static void a_clock_can_wrap(void **state)
+{
+    (void)state;
+    struct maker m;
+    const lum_profile profile = default_profile();
+    begin(&m, &profile);
+    m.ticks = UINT64_C(0xffffffff) - 50000;
+    send_frames(&m, 2, 64);
+    finds_it(&m);
+    end(&m);
+}
+
+static void frames_of_640_lines_are_read(void **state)
+{
+    (void)state;
+    struct maker m;
+    const lum_profile profile = default_profile();
+    begin(&m, &profile);
+    m.line_ns = 150000;
+    m.ticks_line = 150;
+    send_frames(&m, 1, 640);
+    finds_it(&m);
+    end(&m);
+}
+
+static void a_few_lines_in_the_middle_are_enough(void **state)
+{
+    (void)state;
+    struct maker m;
+    const lum_profile profile = default_profile();
+    begin(&m, &profile);
+    for (uint32_t line = 24; line < 31; line++) {
+        send_line(&m, line, 64);
+    }
+    finds_it(&m);
+    end(&m);
+}
+
+/* The line's other neighbour is the highest byte of the clock, which is 0. */
+static void an_eye_above_the_line_outweighs_the_order_of_the_counts(
+    void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_profile profile = default_profile();
+    profile.group[LUM_FIELD_TAG] = (lum_field){.at = 8, .bytes = 1};
+    profile.group[LUM_FIELD_FIRST_SAMPLE_INDEX] =
+        (lum_field){.at = 14, .bytes = 4, .order = LUM_ORDER_BIG};
+    profile.group[LUM_FIELD_NUM_SAMPLES] = (lum_field){.at = 19, .bytes = 2};
+    profile.group[LUM_FIELD_TIMESTAMP] = (lum_field){.at = 21, .bytes = 4};
+    profile.group[LUM_FIELD_LINE] =
+        (lum_field){.at = 25, .bytes = 2, .bits = 15};
+    profile.group[LUM_FIELD_EYE] =
+        (lum_field){.at = 25, .bytes = 2, .low = 15, .bits = 1};
+    profile.samples_at = 29;
+    begin(&m, &profile);
+    m.ticks = 5000000;
+    send_frames(&m, 2, 64);
+    finds_it(&m);
+    end(&m);
+}
+
+static void a_unit_that_is_not_round_is_measured(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    lum_profile profile = default_profile();
+    profile.clock_unit_ns = 30517;
+    begin(&m, &profile);
+    m.ticks_line = 50;
+    m.line_ns = 50 * 30517;
+    send_frames(&m, 2, 64);
+    solve(&m, &r, 0);
+    check_profile(&m, &r.profile);
+    assert_in_range(r.profile.clock_unit_ns, 30400, 30600);
+    assert_true(r.findings[LUM_INFER_CLOCK_UNIT].is_told);
+    end(&m);
+}
+
+static void one_eye_alone_is_said(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    const lum_profile profile = default_profile();
+    begin(&m, &profile);
+    m.eyes = 1;
+    send_frames(&m, 2, 64);
+    solve(&m, &r, 0);
+    assert_false(r.findings[LUM_INFER_EYE].is_told);
+    check_profile(&m, &r.profile);
+    end(&m);
+}
+
+static void sensors_are_kept_apart(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    const lum_profile profile = default_profile();
+    uint8_t foreign[100] = {1, 2, 3};
+    begin(&m, &profile);
+    for (uint32_t line = 0; line < 128; line++) {
+        m.sensor = SENSOR + line % 2;
+        m.ticks += line % 2 == 0 ? 77777777u : (uint64_t)0 - 77777777u;
+        send_line(&m, line / 2, 64);
+        push(&m, foreign, sizeof foreign);
+    }
+    solve(&m, &r, 0);
+    check_profile(&m, &r.profile);
+    assert_int_equal(r.sensors, 2);
+    assert_int_equal(r.foreign, 128);
+    end(&m);
+}
+
+static void what_is_not_told_is_said(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    char text[LUM_INFER_YAML_BYTES];
+    char cut[100];
+    const lum_profile profile = default_profile();
+    begin(&m, &profile);
+    send_frames(&m, 1, 64);
+    solve(&m, &r, 0);
+    assert_false(r.findings[LUM_INFER_EYE_VALUES].is_told);
+    assert_false(r.findings[LUM_INFER_ANGLE_LSB].is_told);
+    assert_true(r.findings[LUM_INFER_EYE_VALUES].look[0] != '\0');
+    for (unsigned key = 0; key < LUM_INFER_KEYS; key++) {
+        assert_int_equal(r.findings[key].key, key);
+        assert_non_null(r.findings[key].name);
+        assert_true(r.findings[key].value[0] != '\0');
+        assert_true(r.findings[key].evidence[0] != '\0');
+    }
+    const size_t len = lum_infer_write_yaml(&r, text, sizeof text);
+    assert_int_equal(len, strlen(text));
+    assert_non_null(strstr(text, "\nversion: 1\n"));
+    assert_non_null(strstr(text, "\n  samples: 24\n"));
+    assert_int_equal(lum_infer_write_yaml(&r, cut, sizeof cut), len);
+    assert_int_equal(strlen(cut), sizeof cut - 1);
+    assert_int_equal(lum_infer_write_yaml(&r, NULL, 0), len);
+    end(&m);
+}
+
+/* No profile, with a verdict and a reason. */
+static void finds_nothing(struct maker *m, lum_infer_verdict verdict)
+{
+    lum_infer_result r;
+    char text[64];
+    solve(m, &r, 1);
+    assert_int_equal(r.verdict, verdict);
+    assert_false(r.has_profile);
+    assert_int_equal(r.finding_count, 0);
+    assert_true(r.text[0] != '\0');
+    assert_int_equal(lum_infer_write_yaml(&r, text, sizeof text), 0);
+}
+
+static void put_head(uint8_t *bytes, uint8_t type)
+{
+    static const uint8_t magic[] = {0xed, 0xfe, 0xf3, 0xa1,
+                                    0xef, 0xbe, 0x34, 0x12};
+    memcpy(bytes, magic, sizeof magic);
+    memset(bytes + 8, 0, 4);
+    bytes[8] = type;
+}
+
+static void random_bytes_are_no_layout(void **state)
+{
+    (void)state;
+    struct maker m;
+    const lum_profile profile = default_profile();
+    uint8_t bytes[BYTES];
+    begin(&m, &profile);
+    for (unsigned i = 0; i < 2000; i++) {
+        for (size_t k = 0; k < sizeof bytes; k++) {
+            bytes[k] = (uint8_t)random_of(&m, 256);
+        }
+        put_head(bytes, 8);
+        push(&m, bytes, 900 + random_of(&m, 500));
+    }
+    finds_nothing(&m, LUM_INFER_NOTHING_FITS);
+    end(&m);
+}
+
+/* Blocks of an azimuth and 32 ranges with a reflectivity, as other lidars have
+ * them. */
+static void packets_of_another_maker_are_no_layout(void **state)
+{
+    (void)state;
+    struct maker m;
+    const lum_profile profile = default_profile();
+    uint8_t bytes[BYTES];
+    begin(&m, &profile);
+    for (unsigned i = 0; i < 2000; i++) {
+        put_head(bytes, 8);
+        size_t at = 12;
+        for (unsigned block = 0; block < 12; block++) {
+            const unsigned azimuth = (12 * i + block) * 20 % 36000;
+            bytes[at++] = 0xff;
+            bytes[at++] = 0xee;
+            bytes[at++] = (uint8_t)(azimuth & 0xffu);
+            bytes[at++] = (uint8_t)(azimuth >> 8);
+            for (unsigned k = 0; k < 32; k++) {
+                const unsigned range = 2000 + 100 * k + random_of(&m, 10);
+                bytes[at++] = (uint8_t)(range & 0xffu);
+                bytes[at++] = (uint8_t)(range >> 8);
+                bytes[at++] = (uint8_t)random_of(&m, 100);
+            }
+        }
+        push(&m, bytes, at);
+    }
+    finds_nothing(&m, LUM_INFER_NOTHING_FITS);
+    end(&m);
+}
+
+static void control_packets_alone_are_too_little(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    const lum_profile profile = default_profile();
+    uint8_t bytes[BYTES] = {0};
+    begin(&m, &profile);
+    for (unsigned i = 0; i < 300; i++) {
+        put_head(bytes, (uint8_t)(5 + i % 4));
+        push(&m, bytes, i % 4 == 3 ? 12 : 22);
+    }
+    finds_nothing(&m, LUM_INFER_TOO_LITTLE);
+    solve(&m, &r, 1);
+    assert_int_equal(r.control, 300);
+    end(&m);
+}
+
+static void nothing_and_a_few_lines_are_too_little(void **state)
+{
+    (void)state;
+    struct maker m;
+    const lum_profile profile = default_profile();
+    begin(&m, &profile);
+    finds_nothing(&m, LUM_INFER_TOO_LITTLE);
+    send_line(&m, 0, 64);
+    send_line(&m, 1, 64);
+    finds_nothing(&m, LUM_INFER_TOO_LITTLE);
+    end(&m);
+}
+
+static void angles_alone_are_too_little(void **state)
+{
+    (void)state;
+    struct maker m;
+    const lum_profile profile = default_profile();
+    begin(&m, &profile);
+    m.has_laser = false;
+    send_frames(&m, 1, 64);
+    finds_nothing(&m, LUM_INFER_TOO_LITTLE);
+    end(&m);
+}
+
+/* Packets of our samples whose headers are random. */
+static void headers_without_fields_are_no_layout(void **state)
+{
+    (void)state;
+    struct maker m;
+    const lum_profile profile = default_profile();
+    begin(&m, &profile);
+    send_frames(&m, 1, 64);
+    lum_infer_free(m.infer);
+    const lum_infer_options options = {.struct_size = sizeof options};
+    assert_int_equal(lum_infer_create(&options, &m.infer, NULL), 0);
+    for (size_t i = 0; i < m.kept_count; i++) {
+        for (size_t at = 12; at < 24; at++) {
+            m.kept[i][at] = (uint8_t)random_of(&m, 256);
+        }
+        push(&m, m.kept[i], m.kept_len[i]);
+    }
+    finds_nothing(&m, LUM_INFER_NOTHING_FITS);
+    end(&m);
+}
+
+static void only_the_sensor_that_was_asked_for_counts(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    const lum_profile profile = default_profile();
+    const lum_infer_options options = {.struct_size = sizeof options,
+                                       .has_sensor = true,
+                                       .sensor = SENSOR + 1};
+    begin(&m, &profile);
+    lum_infer_free(m.infer);
+    assert_int_equal(lum_infer_create(&options, &m.infer, NULL), 0);
+    send_frames(&m, 1, 64);
+    solve(&m, &r, 1);
+    assert_int_equal(r.verdict, LUM_INFER_TOO_LITTLE);
+    assert_int_equal(r.packets, 0);
+    end(&m);
+}
+
+static void it_says_when_it_has_enough(void **state)
+{
+    (void)state;
+    lum_infer *infer = NULL;
+    uint8_t bytes[100] = {0};
+    const lum_infer_options options = {.struct_size = sizeof options,
+                                       .packets_max = 10};
+    const lum_record record = {.payload = bytes,
+                               .len = sizeof bytes,
+                               .source_port = LUM_PORT,
+                               .kind = LUM_RECORD_DATAGRAM};
+    const lum_record other = {.kind = LUM_RECORD_OTHER};
+    assert_int_equal(lum_infer_create(&options, &infer, NULL), 0);
+    put_head(bytes, 8);
+    for (unsigned i = 0; i < 9; i++) {
+        assert_int_equal(lum_infer_push(infer, &record, NULL), 1);
+        assert_int_equal(lum_infer_push(infer, &other, NULL), 1);
+    }
+    assert_int_equal(lum_infer_push(infer, &record, NULL), 0);
+    assert_int_equal(lum_infer_push(infer, &record, NULL), 0);
+    lum_infer_free(infer);
+    lum_infer_free(NULL);
+}
+
+static void wrong_options_are_refused(void **state)
+{
+    (void)state;
+    lum_error error;
+    lum_infer *infer = NULL;
+    lum_infer_result r = {.struct_size = 0};
+    lum_infer_options options = {.struct_size = 0};
+    assert_int_equal(lum_infer_create(&options, &infer, &error), -1);
+    assert_null(infer);
+    options.struct_size = sizeof options;
+    options.packets_max = LUM_INFER_PACKETS_MAX + 1;
+    assert_int_equal(lum_infer_create(&options, &infer, &error), -1);
+    assert_non_null(strstr(error.text, "20000"));
+    options.packets_max = 0;
+    assert_int_equal(lum_infer_create(&options, &infer, &error), 0);
+    assert_int_equal(lum_infer_solve(infer, &r, &error), -1);
+    assert_non_null(strstr(error.text, "struct_size"));
+    lum_infer_free(infer);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(one_frame_of_the_default_layout_is_enough),
+        cmocka_unit_test(a_wide_layout_is_found),
+        cmocka_unit_test(loss_disorder_and_corruption_do_no_harm),
+        cmocka_unit_test(the_tag_can_be_the_type),
+        cmocka_unit_test(tag_and_eye_can_share_a_byte),
+        cmocka_unit_test(a_layout_needs_no_clock),
+        cmocka_unit_test(narrow_clocks_and_their_wraps_are_found),
+        cmocka_unit_test(a_clock_can_wrap),
+        cmocka_unit_test(frames_of_640_lines_are_read),
+        cmocka_unit_test(a_few_lines_in_the_middle_are_enough),
+        cmocka_unit_test(
+            an_eye_above_the_line_outweighs_the_order_of_the_counts),
+        cmocka_unit_test(a_unit_that_is_not_round_is_measured),
+        cmocka_unit_test(one_eye_alone_is_said),
+        cmocka_unit_test(sensors_are_kept_apart),
+        cmocka_unit_test(what_is_not_told_is_said),
+        cmocka_unit_test(random_bytes_are_no_layout),
+        cmocka_unit_test(packets_of_another_maker_are_no_layout),
+        cmocka_unit_test(control_packets_alone_are_too_little),
+        cmocka_unit_test(nothing_and_a_few_lines_are_too_little),
+        cmocka_unit_test(angles_alone_are_too_little),
+        cmocka_unit_test(headers_without_fields_are_no_layout),
+        cmocka_unit_test(only_the_sensor_that_was_asked_for_counts),
+        cmocka_unit_test(it_says_when_it_has_enough),
+        cmocka_unit_test(wrong_options_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
