@@ -174,10 +174,11 @@ static double read_number(const char *name, double fallback)
 }
 
 int feed_open(const struct options *options, const struct geometry *geometry,
-              void (*wake)(void *context), void *context, struct feed **out,
-              lum_error *error)
+              const lum_profile *second, void (*wake)(void *context),
+              void *context, struct feed **out, lum_error *error)
 {
     (void)geometry;
+    (void)second;
     struct feed *feed = calloc(1, sizeof *feed);
     if (feed == NULL) {
         return lum_error_set(error, "no memory");
@@ -265,6 +266,14 @@ void feed_geometry(const struct feed *feed, unsigned eye, float mount[3],
     mount[0] = 0.0f;
     mount[1] = eye == 0 ? 0.1f : -0.1f;
     mount[2] = 0.0f;
+}
+
+/* No source: no profile. */
+const lum_profile *feed_profile(const struct feed *feed, bool is_second)
+{
+    (void)feed;
+    (void)is_second;
+    return NULL;
 }
 
 /* Go to a frame and show it at once. */

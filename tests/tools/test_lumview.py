@@ -21,7 +21,7 @@ import urllib.parse
 
 import shards
 from live import Process, wait_until
-from support import BIN, Folder, read_csv, run, simulate, summary
+from support import BIN, Folder, frames_of, read_csv, run, simulate, summary
 from test_provenance import mounted, packets, section
 from test_sources import later, split
 from websocket import (BINARY, PING, PONG, TEXT, Browser, Closed, Connection, frame, request, upgrade)
@@ -972,6 +972,141 @@ class Configuration(Case):
         self.assertEqual((end["message"], end["frame"]), ("", end["last_frame"]))
 
 
+class Beside(Case):
+    """Two profiles side by side: the second's points follow the first's in each frame."""
+
+    tool = BIN / "lumview"
+    swapped = "version: 1\neye_values: {blue: 1, green: 0}\n"
+
+    def setUp(self):
+        super().setUp()
+        self.source = simulate(self.folder / "s.pcap", "--frames", "8", "--lines", "64")
+        self.one = self.folder.write("one.yaml", "version: 1\n")
+        self.other = self.folder.write("other.yaml", self.swapped)
+
+    def rows(self, number, profile):
+        table = self.folder / "points.csv"
+        r = run("lumdump", self.source, "--profile", profile, "--frames", f"{number}:{number}", "-o", table)
+        self.assertEqual(r.returncode, 0, r.stderr)
+        return sorted((int(row["line"]), int(row["pixel"]), int(row["eye"]), float(row["x"]), float(row["y"]), float(row["z"]))
+                      for row in read_csv(table))
+
+    def assert_points(self, cloud, first, last, rows):
+        got = sorted(list(zip(cloud.line_numbers(), cloud.pixels(), (bits & 1 for bits in cloud.bits()), *zip(*cloud.xyz())))[first:last])
+        self.assertEqual([g[:3] for g in got], [r[:3] for r in rows])
+        self.assertLess(max(abs(a - b) for g, r in zip(got, rows) for a, b in zip(g[3:], r[3:])), 0.0011)
+
+    def test_each_frame_has_the_points_of_both_also_after_jumps(self):
+        self.serve("--paused", "--profile", self.one, "--profile", self.other)
+        b = self.browser()
+        profiles = b.text("hello")["profiles"]
+        self.assertEqual((profiles["one"], profiles["other"]), (str(self.one), str(self.other)))
+        self.assertEqual(profiles["differences"], [{"key": "eye_values.blue", "one": "0", "other": "1"},
+                                                   {"key": "eye_values.green", "one": "1", "other": "0"}])
+        b.status(lambda s: s["first_frame"] is not None)
+        for number in (1, 2, 8, 3):
+            b.say(f"seek {number}")
+            cloud = b.cloud(lambda c, n=number: c.frame == n)
+            split = cloud.points - cloud.second
+            self.assert_points(cloud, 0, split, self.rows(number, self.one))
+            self.assert_points(cloud, split, cloud.points, self.rows(number, self.other))
+
+    def test_frames_that_end_together_are_each_beside_its_own(self):
+        """The last frame has begun and has too few lines to end the one before: the end of the capture ends both."""
+        at = packets = 0
+        data = self.source.read_bytes()
+        wanted = 3 * summary(self.source)["data"] // 8 + 60
+        for packets, record in enumerate(frames_of(data)):
+            at += 16 + len(record)
+            if packets == wanted:
+                break
+        self.source = self.folder.write("cut.pcap", data[:24 + at])
+        self.assertEqual(summary(self.source)["frames"], 4)
+        self.serve("--paused", "--profile", self.one, "--profile", self.other)
+        b = self.browser()
+        b.status(lambda s: s["first_frame"] is not None)
+        for number in (3, 4):
+            b.say(f"seek {number}")
+            cloud = b.cloud(lambda c, n=number: c.frame == n)
+            split = cloud.points - cloud.second
+            self.assert_points(cloud, 0, split, self.rows(number, self.one))
+            self.assert_points(cloud, split, cloud.points, self.rows(number, self.other))
+
+    def test_what_came_long_before_is_not_shown_as_if_it_were_new(self):
+        """Packets by the second profile come during the first two of eight frames alone."""
+        data = self.source.read_bytes()
+        records, at = [], 24
+        for record in frames_of(data):
+            records.append((data[at:at + 16], record))
+            at += 16 + len(record)
+        out = [data[:24]]
+        for i, (head, record) in enumerate(records):
+            out += ([head, record[:50] + b"\x09" + record[51:]] if i < len(records) // 4 else []) + [head, record]
+        self.source = self.folder.write("c.pcap", b"".join(out))
+        late = self.folder.write("late.yaml", "version: 1\ndata_packet_type: 9\n")
+        self.serve("--paused", "--profile", self.one, "--profile", late)
+        b = self.browser()
+        b.status(lambda s: s["first_frame"] is not None)
+        for number, is_there in ((1, True), (2, True), (3, True), (4, False), (7, False), (1, True)):
+            b.say(f"seek {number}")
+            self.assertEqual(b.cloud(lambda c, n=number: c.frame == n).second > 0, is_there, number)
+
+    def test_the_first_tells_the_time_and_the_second_may_have_none(self):
+        wrong = self.folder.write("wrong.yaml", "version: 1\ndata_packet_type: 9\n")
+        self.serve("--paused", "--profile", self.one, "--profile", wrong)
+        cloud = self.browser().cloud(lambda c: c.frame == 1)
+        self.assertEqual((cloud.second, cloud.points), (0, len(self.rows(1, self.one))))
+
+    def test_one_profile_has_no_second(self):
+        self.serve("--paused", "--profile", self.one)
+        b = self.browser()
+        self.assertIsNone(b.text("hello")["profiles"])
+        self.assertEqual(b.cloud(lambda c: c.frame == 1).second, 0)
+
+    def test_keys_that_are_set_are_of_both(self):
+        self.serve("--paused", "--profile", self.one, "--profile", self.other, "--set", "line_span_us=3000", "--set", "eye_values.blue=7")
+        self.assertEqual([d["key"] for d in self.browser().text("hello")["profiles"]["differences"]], ["eye_values.green"])
+
+    def test_what_cannot_be_is_refused(self):
+        bad = self.folder.write("bad.yaml", "nonsense: 1\n")
+        for arguments, message in (
+                (["--profile", self.one, "--profile", self.other, "--profile", self.one], "two profiles are shown side by side, and no third"),
+                (["--profile", self.one, "--profile", bad], "bad.yaml"),
+                (["--profile", self.one, "--profile", self.other, "--set", "eye_values.green=1"], "eye_values"),
+                (["--profile", "-", "--profile", "-"], "standard input can be read only once"),
+                (["--profile", self.one, "--profile", ""], "--profile")):
+            r = run("lumview", "--no-open", *arguments, self.source)
+            self.assertEqual((r.returncode, r.stdout), (2, ""), r.stderr)
+            self.assertIn(message, r.stderr)
+
+
+class Layout(Case):
+    """Where packets do not decode, the page has the command that finds their layout."""
+
+    tool = BIN / "lumview"
+
+    def told(self, *arguments):
+        self.serve(*arguments)
+        return self.browser().status(lambda s: s["state"] == "ended")["message"]
+
+    def test_the_command_is_told_where_nothing_decodes(self):
+        profile = self.folder.write("p.yaml", "version: 1\ndata_packet_type: 9\n")
+        self.source = simulate(self.folder / "s.pcap", "--frames", "1", "--lines", "64", "--profile", profile)
+        self.assertRegex(self.told(), rf"(\d+) of \1 packets that may be data do not fit the layout: lumdump {self.source} "
+                                      r"--infer -o profile\.yaml finds the layout")
+        self.assertEqual(self.told("--profile", profile), "")
+
+    def test_it_is_told_where_something_decodes(self):
+        """By this profile other bytes are the number of samples: some packets have room for so many."""
+        self.source = simulate(self.folder / "s.pcap", "--frames", "2", "--lines", "64")
+        profile = self.folder.write("p.yaml", "version: 1\ngroup: {num_samples: 18, first_sample_index: 16}\n")
+        self.assertIn("--infer", self.told("--profile", profile))
+
+    def test_a_bad_network_is_no_other_layout(self):
+        self.source = simulate(self.folder / "s.pcap", "--frames", "2", "--lines", "64", "--corrupt", "0.02", "--loss", "0.05")
+        self.assertNotIn("--infer", self.told())
+
+
 class Several(Case):
     """Captures that are named together are one stream."""
 
@@ -1013,7 +1148,7 @@ class Several(Case):
         for number in range(status["first_frame"], status["last_frame"] + 1):
             b.say(f"seek {number}")
             cloud = b.cloud(lambda c, n=number: c.frame == n)
-            yield number, cloud.points, cloud.clock, cloud.utc, cloud.utc_error, cloud.data[72:]
+            yield number, cloud.points, cloud.clock, cloud.utc, cloud.utc_error, cloud.data[80:]
 
     def test_rotated_files_give_every_point_of_the_whole(self):
         whole = list(self.clouds(self.whole))

@@ -199,17 +199,17 @@ class Browser(Connection):
 class Cloud:
     """A frame as the page gets it; see tools/lumview/frame.h."""
 
-    HEAD = struct.Struct("<IHHdddIBBBBIIIIdd")
+    HEAD = struct.Struct("<IHHdddIBBBBIIIIddII")
 
     def __init__(self, data):
         self.data = data
         (magic, version, head, self.frame, self.clock, self.utc, self.points, self.edges, self.smooth, self.time_kind, _,
-         self.lines, self.lost, self.sensor, self.shown, self.complete, self.utc_error) = self.HEAD.unpack_from(data)
-        assert (magic, version, head) == (0x464D554C, 3, 72), data[:8]
-        assert len(data) == 72 + 20 * self.points, (len(data), self.points)
+         self.lines, self.lost, self.sensor, self.shown, self.complete, self.utc_error, self.second, _) = self.HEAD.unpack_from(data)
+        assert (magic, version, head) == (0x464D554C, 4, 80), data[:8]
+        assert len(data) == 80 + 20 * self.points, (len(data), self.points)
 
     def array(self, at, letter, count=1):
-        return struct.unpack_from(f"<{count * self.points}{letter}", self.data, 72 + at * self.points)
+        return struct.unpack_from(f"<{count * self.points}{letter}", self.data, 80 + at * self.points)
 
     def xyz(self):
         numbers = self.array(0, "f", 3)

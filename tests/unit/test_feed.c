@@ -237,6 +237,35 @@ static void each_frame_has_the_points_that_are_in_it(void **state)
     close_well(&v);
 }
 
+/* The second profile's points are behind, of the same frame, wherever a jump
+ * leads. By it both eyes' packets are the other's. */
+static void a_second_profile_follows_the_first(void **state)
+{
+    static const size_t jumps[] = {1, FRAMES, 2, 3, 1};
+    lum_profile second;
+    struct viewer v;
+    (void)state;
+    lum_profile_default(&second);
+    second.eye_values[LUM_EYE_BLUE] = 1;
+    second.eye_values[LUM_EYE_GREEN] = 0;
+    viewer_init(&v, street);
+    v.second = &second;
+    v.options.paused = true;
+    viewer_open(&v);
+    (void)viewer_wait(&v, has_range, 0);
+    assert_int_equal(feed_profile(v.feed, true)->eye_values[LUM_EYE_BLUE], 1);
+    for (size_t i = 0; i < sizeof jumps / sizeof jumps[0]; i++) {
+        feed_seek(v.feed, (int64_t)jumps[i]);
+        (void)viewer_wait(&v, shows_frame, (int64_t)jumps[i]);
+        struct frame *frame = viewer_wait_frame(&v, LUM_EDGES_RISING, 0);
+        const uint64_t points = content.rising[jumps[i]];
+        assert_frame(frame, jumps[i], 2u * points);
+        assert_int_equal(frame_u32(frame, 72), points);
+        frame_release(frame);
+    }
+    close_well(&v);
+}
+
 static void a_capture_plays_to_its_end_and_counts_what_lumdump_counts(
     void **state)
 {
@@ -897,6 +926,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_frame_has_the_points_that_are_in_it),
+        cmocka_unit_test(a_second_profile_follows_the_first),
         cmocka_unit_test(
             a_capture_plays_to_its_end_and_counts_what_lumdump_counts),
         cmocka_unit_test(

@@ -93,7 +93,7 @@ static void put_floats(uint8_t *to, const lum_frame *points, size_t i)
 static void a_frame_is_the_bytes_of_its_layout(void **state)
 {
     uint8_t want[] = {                                  /* head */
-                      'L', 'U', 'M', 'F', 3, 0, 72, 0,  /* */
+                      'L', 'U', 'M', 'F', 4, 0, 80, 0,  /* */
                       0, 0, 0, 0, 0, 0, 0x08, 0x40,     /* 3.0 */
                       0, 0, 0, 0, 0, 0x70, 0x97, 0x40,  /* 1500.0 */
                       0, 0, 0, 0, 0, 0, 0x04, 0x40,     /* 2.5 */
@@ -102,6 +102,7 @@ static void a_frame_is_the_bytes_of_its_layout(void **state)
                       0x25, 0, 0x2a, 0x0a, 17, 0, 0, 0, /* */
                       0, 0, 0, 0, 0, 0, 0xe0, 0x3f,     /* 0.5 */
                       0, 0, 0, 0, 0, 0, 0xd0, 0x3f,     /* 0.25 */
+                      0, 0, 0, 0, 0, 0, 0, 0,           /* */
                       /* x y z: below */
                       0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, /* */
                       0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, /* */
@@ -188,6 +189,39 @@ static float x_of(const struct arrays *a, size_t i)
     float x = 0.0f;
     memcpy(&x, &bits, sizeof x);
     return x;
+}
+
+/* Each array has first the points of the one, then those of the other. */
+static void points_of_two_profiles_stand_one_behind_the_other(void **state)
+{
+    (void)state;
+    const uint32_t words[] = {lum_word_make(3000, true, 5)};
+    struct frame_pool *pool = frame_pool_new();
+    lum_frame *one = near_and_far();
+    lum_frame *other = frame_of(words, 1, LUM_EDGES_BOTH);
+    struct frame *frame = frame_make_pair(pool, one, other, &head);
+    struct frame *alone[2] = {frame_make(pool, one, &head),
+                              frame_make(pool, other, &head)};
+    const struct arrays a = arrays_of(frame);
+    size_t len = 0;
+    assert_int_equal(a.count, 6);
+    assert_int_equal(frame_bytes(frame, &len)[72], 1);
+    for (size_t i = 0; i < 6; i++) {
+        const struct arrays w = arrays_of(alone[i / 5u]);
+        const size_t k = i % 5u;
+        assert_memory_equal(a.xyz + 12u * i, w.xyz + 12u * k, 12);
+        assert_int_equal(read16(a.width, i), read16(w.width, k));
+        assert_int_equal(read16(a.line, i), read16(w.line, k));
+        assert_int_equal(read16(a.pixel, i), read16(w.pixel, k));
+        assert_int_equal(a.number[i], w.number[k]);
+        assert_int_equal(a.bits[i], w.bits[k]);
+    }
+    lum_frame_release(one);
+    lum_frame_release(other);
+    frame_release(alone[0]);
+    frame_release(alone[1]);
+    frame_release(frame);
+    frame_pool_free(pool);
 }
 
 static void what_does_not_fit_its_field_is_the_most_it_can_be(void **state)
@@ -288,6 +322,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_frame_is_the_bytes_of_its_layout),
         cmocka_unit_test(a_frame_without_points_is_its_head),
+        cmocka_unit_test(points_of_two_profiles_stand_one_behind_the_other),
         cmocka_unit_test(what_does_not_fit_its_field_is_the_most_it_can_be),
         cmocka_unit_test(a_buffer_is_used_again_when_nobody_needs_it),
         cmocka_unit_test(a_small_buffer_is_enlarged_for_a_large_frame),

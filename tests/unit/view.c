@@ -42,7 +42,8 @@ static int open_feed(struct viewer *viewer, lum_error *error)
     struct geometry geometry;
     return geometry_load(o->calibration, o->profile, &o->sources, &geometry,
                          error) == 0
-               ? feed_open(o, &geometry, wake, viewer, &viewer->feed, error)
+               ? feed_open(o, &geometry, viewer->second, wake, viewer,
+                           &viewer->feed, error)
                : -1;
 }
 

@@ -13,6 +13,7 @@
 /* A feed and who looks at it. */
 struct viewer {
     struct options options;
+    const lum_profile *second; /* a profile to show beside; or NULL */
     struct feed *feed;
     pthread_mutex_t lock;
     pthread_cond_t woken;

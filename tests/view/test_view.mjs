@@ -6,6 +6,7 @@
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
+import { besideFacts } from "./facts_beside.mjs";
 import { cameraFacts } from "./facts_camera.mjs";
 import { linkFacts } from "./facts_link.mjs";
 import { pageFacts } from "./facts_page.mjs";
@@ -73,7 +74,7 @@ const context = { folder, capture: path.join(folder, "street.pcap"), browser: aw
 run("lumsim", "-q", "-o", context.capture, "--frames", 10);
 try {
     await captureFacts(context);
-    for (const fact of linkFacts.filter(isWanted)) {
+    for (const fact of [...besideFacts, ...linkFacts].filter(isWanted)) {
         await check(fact, context);
         await Promise.all(context.browser.contexts().map((one) => one.close()));
         await stopAll();

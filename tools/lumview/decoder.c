@@ -1,16 +1,28 @@
 #include "decoder.h"
 
+#include "../common/misfit.h"
 #include "../common/number.h"
 #include "lum/frame/framer.h"
-#include "lum/smooth.h"
+#include "second.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+/* Frames before the first that is wanted whose points the second makes. */
+#define SECOND_EARLY 4
+
+/* Frames beside which one of the second's is shown: a profile that does not fit
+ * may bring none any more. */
+#define SECOND_SHOWN 3
+
 struct decoder {
     struct decoder_options options;
     lum_framer *framer;
+    struct second *second; /* NULL: there is one profile */
+    bool has_gone_ahead;   /* it has taken the record that is being pushed */
+    bool second_is_first;  /* the second's newest frame came before any other */
+    int64_t second_behind; /* else behind this one */
     struct feed_view views[FEED_VIEWS_MAX]; /* that it makes */
     size_t view_count;
     struct picture complete;
@@ -25,6 +37,15 @@ struct decoder {
     struct totals skipped; /* counted while frames were skipped */
     struct totals mark;    /* as of the last begin of that */
 };
+
+static bool open_second(struct decoder *d)
+{
+    if (d->options.second_layout == NULL) {
+        return true;
+    }
+    d->second = second_new(&d->options);
+    return d->second != NULL;
+}
 
 struct decoder *decoder_new(const struct decoder_options *options)
 {
@@ -45,7 +66,8 @@ struct decoder *decoder_new(const struct decoder_options *options)
     d->from = INT64_MIN;
     d->kind = LUM_PACKET_KINDS;
     if (lum_framer_new(&framer, &d->framer, NULL) != 0 ||
-        lum_framer_set_views(d->framer, NULL, 0, NULL) != 0) {
+        lum_framer_set_views(d->framer, NULL, 0, NULL) != 0 ||
+        !open_second(d)) {
         decoder_free(d);
         return NULL;
     }
@@ -58,6 +80,7 @@ void decoder_free(struct decoder *decoder)
         return;
     }
     picture_drop(&decoder->complete);
+    second_free(decoder->second);
     lum_framer_free(decoder->framer);
     free(decoder);
 }
@@ -175,63 +198,43 @@ const char *decoder_others(const struct decoder *decoder, uint32_t *shown,
     return out;
 }
 
+bool decoder_misfit(const struct decoder *decoder, char *out, size_t room)
+{
+    lum_demux_counters total = {.struct_size = sizeof total};
+    (void)lum_demux_total(lum_framer_demux(decoder->framer), &total);
+    return misfit_find(&total, out, room);
+}
+
 /* The views that are wanted now are those of the next frame that begins. */
 static bool follow_views(struct decoder *d)
 {
     struct feed_view wanted[FEED_VIEWS_MAX];
-    lum_view views[LUM_VIEWS_MAX];
     const size_t count = stage_views(d->options.stage, wanted);
-    size_t same = 0;
-    while (same < count && same < d->view_count &&
-           wanted[same].edges == d->views[same].edges &&
-           wanted[same].smooth == d->views[same].smooth) {
-        same++;
-    }
-    if (same == count && same == d->view_count) {
+    if (count == d->view_count && views_are_same(wanted, d->views, count)) {
         return true;
     }
-    for (size_t i = 0; i < count; i++) {
-        lum_view_default(&views[i]);
-        views[i].selection.edges = wanted[i].edges;
-        views[i].smooth_window = wanted[i].smooth;
-        views[i].smooth_order = LUM_SMOOTH_ORDER(wanted[i].smooth);
-        views[i].columns = FRAME_COLUMNS;
-        d->views[i] = wanted[i];
-    }
+    memcpy(d->views, wanted, count * sizeof *wanted);
     d->view_count = count;
-    return lum_framer_set_views(d->framer, views, count, NULL) == 0;
+    return views_set(d->framer, wanted, count);
 }
 
-static void take_views(struct decoder *d, struct picture *p)
+static bool is_second_new(const struct decoder *d)
 {
-    lum_view view = {.struct_size = sizeof view};
-    while (lum_framer_frame_view(d->framer, p->count, &view)) {
-        const lum_frame *frame = lum_framer_frame(d->framer, p->count);
-        lum_frame_info info = {.struct_size = sizeof info};
-        (void)lum_frame_get_info(frame, &info);
-        p->cut = info.points_cut > p->cut ? info.points_cut : p->cut;
-        p->views[p->count] =
-            (struct feed_view){view.selection.edges, view.smooth_window};
-        p->points[p->count] = lum_frame_keep(frame);
-        p->count++;
+    int64_t behind = d->second_behind;
+    int64_t last = 0;
+    if (d->second_is_first && decoder_range(d, &behind, &last)) {
+        behind = add_clamped(behind, -1);
     }
+    return d->complete.frame <= add_clamped(behind, SECOND_SHOWN);
 }
 
 static enum decoded take_frame(struct decoder *d)
 {
-    lum_frame_info info = {.struct_size = sizeof info};
-    (void)lum_frame_get_info(lum_framer_frame(d->framer, 0), &info);
     picture_drop(&d->complete);
-    d->complete = (struct picture){.frame = info.number,
-                                   .arrival_ns = info.begin_arrival_ns,
-                                   .begin_utc_ns = info.begin_utc_ns,
-                                   .utc_error_ns = info.utc_error_ns,
-                                   .clock_us = info.begin_clock_us,
-                                   .lines = info.lines[LUM_EYE_BLUE] +
-                                            info.lines[LUM_EYE_GREEN],
-                                   .lost_words = info.lost_words,
-                                   .sensor = info.sensor};
-    take_views(d, &d->complete);
+    picture_take(&d->complete, d->framer);
+    if (d->second != NULL && is_second_new(d)) {
+        second_join(d->second, &d->complete);
+    }
     return DECODED_FRAME;
 }
 
@@ -272,9 +275,47 @@ static void count_bytes(struct decoder *d, const lum_record *record)
     d->kind = LUM_PACKET_KINDS;
 }
 
+/* Frames that are passed over need no points. The second's frames have numbers
+ * of their own, so those shortly before the first that is wanted have them. */
+static bool passes_over(const struct decoder *d)
+{
+    int64_t first = 0;
+    int64_t last = 0;
+    return d->is_skipping && decoder_range(d, &first, &last) &&
+           last < add_clamped(d->from, -SECOND_EARLY);
+}
+
+/* The second takes each record before, as far as its next frame: then that is
+ * there when the first's is complete. */
+static bool push_second(struct decoder *d, const lum_record *record)
+{
+    if (d->second == NULL || d->has_gone_ahead) {
+        return true;
+    }
+    const enum decoded decoded = second_push(
+        d->second, record, d->views, passes_over(d) ? 0 : d->view_count);
+    d->has_gone_ahead = decoded == DECODED_ALL;
+    if (decoded == DECODED_FRAME) {
+        int64_t first = 0;
+        d->second_is_first = !decoder_range(d, &first, &d->second_behind);
+    }
+    return decoded != DECODED_FAILED;
+}
+
+/* The first has taken a record: so does the second. */
+static bool end_record(struct decoder *d, const lum_record *record)
+{
+    bool goes_on = true;
+    while (goes_on && d->second != NULL && !d->has_gone_ahead) {
+        goes_on = push_second(d, record);
+    }
+    d->has_gone_ahead = false;
+    return goes_on;
+}
+
 enum decoded decoder_push(struct decoder *decoder, const lum_record *record)
 {
-    if (!follow_views(decoder)) {
+    if (!follow_views(decoder) || !push_second(decoder, record)) {
         return DECODED_FAILED;
     }
     lum_framer_event event = LUM_FRAMER_NONE;
@@ -283,6 +324,9 @@ enum decoded decoder_push(struct decoder *decoder, const lum_record *record)
     } while (is_line(decoder, event));
     if (event == LUM_FRAMER_NONE) {
         count_bytes(decoder, record);
+        if (!end_record(decoder, record)) {
+            return DECODED_FAILED;
+        }
     }
     return take_event(decoder, event);
 }
@@ -290,6 +334,9 @@ enum decoded decoder_push(struct decoder *decoder, const lum_record *record)
 enum decoded decoder_flush(struct decoder *decoder)
 {
     lum_framer_event event = LUM_FRAMER_NONE;
+    if (!push_second(decoder, NULL)) {
+        return DECODED_FAILED;
+    }
     do {
         event = lum_framer_flush(decoder->framer);
     } while (is_line(decoder, event));

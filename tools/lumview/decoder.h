@@ -16,6 +16,8 @@ struct decoder;
 struct decoder_options {
     const lum_layout *layout;
     const lum_projector *projector;
+    const lum_layout *second_layout; /* of a profile beside it; or NULL */
+    const lum_projector *second_projector;
     bool has_sensor;
     uint32_t sensor;
     struct stage *stage; /* has the views that are wanted */
@@ -52,6 +54,9 @@ bool decoder_range(const struct decoder *decoder, int64_t *first,
                    int64_t *last);
 
 void decoder_count(const struct decoder *decoder, struct totals *out);
+
+/* What does not fit the layout, as misfit_find(). */
+bool decoder_misfit(const struct decoder *decoder, char *out, size_t room);
 
 /* Sensors that are not shown, as text: "" or "10.42.0.38, 10.42.0.39". Returns
  * out. shown gets the one that is, 0 before it was heard. */

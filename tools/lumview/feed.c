@@ -18,6 +18,9 @@ struct feed {
     struct stage stage;
     lum_layout layout;
     lum_projector projector;
+    bool has_second; /* another profile's */
+    lum_layout second_layout;
+    lum_projector second_projector;
     struct provenance_source said; /* of a capture's files */
     struct frame_pool *pool;
     struct player *player; /* of a capture */
@@ -36,6 +39,10 @@ static int start(struct feed *feed, const struct options *o, lum_error *error)
                                       .has_sensor = o->has_sensor,
                                       .sensor = o->sensor,
                                       .stage = &feed->stage};
+    if (feed->has_second) {
+        decoder.second_layout = &feed->second_layout;
+        decoder.second_projector = &feed->second_projector;
+    }
     if (!o->is_live) {
         const struct player_options options = {
             .sources = &o->sources, .said = &feed->said, .decoder = decoder};
@@ -50,20 +57,36 @@ static int start(struct feed *feed, const struct options *o, lum_error *error)
     return link_start(&options, &feed->link, error);
 }
 
+static int make(const struct options *o, const struct geometry *from,
+                lum_layout *layout, lum_projector *projector, lum_error *error)
+{
+    struct geometry geometry = *from;
+    return geometry_set(&geometry, &o->set, error) == 0
+               ? geometry_make(&geometry, layout, projector, error)
+               : -1;
+}
+
 /* What a stream says of itself comes too late, as the page is there before: the
  * player tells that. */
 static int complete(struct feed *feed, const struct options *o,
-                    const struct geometry *loaded, lum_error *error)
+                    const struct geometry *loaded, const lum_profile *second,
+                    lum_error *error)
 {
     struct geometry geometry = *loaded;
     if (!o->is_live) {
         provenance_ask("lumview", &o->sources, o->quiet, &geometry,
                        &feed->said);
     }
-    return geometry_set(&geometry, &o->set, error) == 0
-               ? geometry_make(&geometry, &feed->layout, &feed->projector,
-                               error)
-               : -1;
+    if (make(o, &geometry, &feed->layout, &feed->projector, error) != 0) {
+        return -1;
+    }
+    if (second == NULL) {
+        return 0;
+    }
+    feed->has_second = true;
+    geometry.profile = *second;
+    return make(o, &geometry, &feed->second_layout, &feed->second_projector,
+                error);
 }
 
 static void release(struct feed *feed)
@@ -74,8 +97,8 @@ static void release(struct feed *feed)
 }
 
 int feed_open(const struct options *options, const struct geometry *geometry,
-              void (*wake)(void *context), void *context, struct feed **out,
-              lum_error *error)
+              const lum_profile *second, void (*wake)(void *context),
+              void *context, struct feed **out, lum_error *error)
 {
     struct feed *feed = calloc(1, sizeof *feed);
     if (feed == NULL) {
@@ -88,7 +111,8 @@ int feed_open(const struct options *options, const struct geometry *geometry,
     feed->stage.status.is_live = options->is_live;
     feed->pool = frame_pool_new();
     feed->stage.pool = feed->pool;
-    if (feed->pool == NULL || complete(feed, options, geometry, error) != 0 ||
+    if (feed->pool == NULL ||
+        complete(feed, options, geometry, second, error) != 0 ||
         start(feed, options, error) != 0) {
         release(feed);
         return -1;
@@ -153,6 +177,14 @@ void feed_geometry(const struct feed *feed, unsigned eye, float mount[3],
             (float)((double)r[0] * sa + (double)r[1] * ca);
         rotation[3u * row + 2u] = r[2];
     }
+}
+
+const lum_profile *feed_profile(const struct feed *feed, bool is_second)
+{
+    if (is_second && !feed->has_second) {
+        return NULL;
+    }
+    return is_second ? &feed->second_layout.profile : &feed->layout.profile;
 }
 
 /* At the end, play starts again. */

@@ -9,6 +9,7 @@ add_library(lum_view_feed OBJECT
             player.c
             pump.c
             scan.c
+            second.c
             sentry.c
             stage.c
             thread.c)

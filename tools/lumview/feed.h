@@ -38,6 +38,7 @@ struct feed_status {
     char message[512]; /* what a person should know: failure, laser off,
                           silence; "" */
     char others[512];  /* whose calibration or profile is not used; "" */
+    char doubt[512];   /* what suggests another layout, and what finds it; "" */
     char gaps[512];    /* where a recording is missing between captures; "" */
     int64_t frame;     /* newest shown */
     bool has_range;    /* capture: first and last frame are known; never of a
@@ -66,14 +67,15 @@ struct feed_status {
 struct feed;
 
 /* Open the source and begin. geometry: of the command line's files; what the
- * source says of itself is taken, and then the options' keys. A capture plays
+ * source says of itself is taken, and then the options' keys. second: a profile
+ * by which the same points are shown beside; NULL: none. A capture plays
  * only while a view is wanted. wake(context) is called from the feed's threads
  * when there is a new frame or the state has changed; it must not wait. 0, or
  * -1 with the reason in error.
  */
 int feed_open(const struct options *options, const struct geometry *geometry,
-              void (*wake)(void *context), void *context, struct feed **out,
-              lum_error *error);
+              const lum_profile *second, void (*wake)(void *context),
+              void *context, struct feed **out, lum_error *error);
 /* Ends the threads; live with --laser: the laser is off, or error has the
  * reason. */
 int feed_close(struct feed *feed, lum_error *error);
@@ -89,6 +91,9 @@ void feed_look(struct feed *feed, struct feed_status *out);
 /* Mount and rotation of an eye, for the page to compute range and angles. */
 void feed_geometry(const struct feed *feed, unsigned eye, float mount[3],
                    float rotation[9]);
+
+/* The profile in use; the second one, or NULL: there is none. */
+const lum_profile *feed_profile(const struct feed *feed, bool is_second);
 
 /* For a capture; ignored live. Steps back are ignored if the source can be read
  * only once. Jumps beyond the ends go to the ends. */

@@ -214,21 +214,33 @@ static inline uint16_t width_of(float ns)
     return hundredths < 65535.0f ? (uint16_t)hundredths : UINT16_MAX;
 }
 
-/* The start of the array that has this many bytes of each point before it. */
-static uint8_t *array_at(const struct frame *frame, unsigned before)
+/* Points of a frame of the library, and where they go. */
+struct part {
+    const struct frame *frame;
+    const lum_frame *points;
+    size_t first;
+    size_t count;
+};
+
+/* The start of the part's elements of the array that has this many bytes of
+ * each point before it. */
+static uint8_t *array_at(const struct part *part, unsigned before,
+                         unsigned bytes)
 {
-    return frame->bytes + FRAME_HEAD_BYTES + before * frame->count;
+    return part->frame->bytes + FRAME_HEAD_BYTES + before * part->frame->count +
+           bytes * part->first;
 }
 
-static void put_space(const struct frame *frame, const lum_frame *points)
+static void put_space(const struct part *part)
 {
+    const lum_frame *points = part->points;
     const float *x = lum_frame_floats(points, LUM_COLUMN_X);
     const float *y = lum_frame_floats(points, LUM_COLUMN_Y);
     const float *z = lum_frame_floats(points, LUM_COLUMN_Z);
     const float *width = lum_frame_floats(points, LUM_COLUMN_PULSE_WIDTH);
-    uint8_t *to = array_at(frame, 0);
-    uint8_t *to_width = array_at(frame, WIDTH_AT);
-    for (size_t i = 0; i < frame->count; i++) {
+    uint8_t *to = array_at(part, 0, WIDTH_AT);
+    uint8_t *to_width = array_at(part, WIDTH_AT, 2);
+    for (size_t i = 0; i < part->count; i++) {
         put_float(to + WIDTH_AT * i, x[i]);
         put_float(to + WIDTH_AT * i + 4, y[i]);
         put_float(to + WIDTH_AT * i + 8, z[i]);
@@ -236,21 +248,23 @@ static void put_space(const struct frame *frame, const lum_frame *points)
     }
 }
 
-static void put_places(const struct frame *frame, const lum_frame *points)
+static void put_places(const struct part *part)
 {
+    const lum_frame *points = part->points;
     const uint32_t *line = lum_frame_uint32s(points, LUM_COLUMN_LINE);
     const uint16_t *pixel = lum_frame_uint16s(points, LUM_COLUMN_PIXEL);
-    uint8_t *to_line = array_at(frame, LINE_AT);
-    uint8_t *to_pixel = array_at(frame, PIXEL_AT);
-    for (size_t i = 0; i < frame->count; i++) {
+    uint8_t *to_line = array_at(part, LINE_AT, 2);
+    uint8_t *to_pixel = array_at(part, PIXEL_AT, 2);
+    for (size_t i = 0; i < part->count; i++) {
         put16(to_line + 2 * i,
               line[i] < UINT16_MAX ? (uint16_t)line[i] : UINT16_MAX);
         put16(to_pixel + 2 * i, pixel[i]);
     }
 }
 
-static void put_returns(const struct frame *frame, const lum_frame *points)
+static void put_returns(const struct part *part)
 {
+    const lum_frame *points = part->points;
     const uint16_t *numbers =
         lum_frame_uint16s(points, LUM_COLUMN_RETURN_NUMBER);
     const uint16_t *counts =
@@ -258,9 +272,9 @@ static void put_returns(const struct frame *frame, const lum_frame *points)
     const uint8_t *eye = lum_frame_uint8s(points, LUM_COLUMN_EYE);
     const uint8_t *edge = lum_frame_uint8s(points, LUM_COLUMN_EDGE);
     const uint8_t *strongest = lum_frame_uint8s(points, LUM_COLUMN_STRONGEST);
-    uint8_t *to_return = array_at(frame, RETURN_AT);
-    uint8_t *to_bits = array_at(frame, BITS_AT);
-    for (size_t i = 0; i < frame->count; i++) {
+    uint8_t *to_return = array_at(part, RETURN_AT, 1);
+    uint8_t *to_bits = array_at(part, BITS_AT, 1);
+    for (size_t i = 0; i < part->count; i++) {
         const unsigned number = numbers[i] < 127u ? numbers[i] : 127u;
         const unsigned count = counts[i] < 63u ? counts[i] : 63u;
         to_return[i] = (uint8_t)(number | (unsigned)strongest[i] << 7);
@@ -273,7 +287,8 @@ static uint32_t fit32(uint64_t value)
     return value < UINT32_MAX ? (uint32_t)value : UINT32_MAX;
 }
 
-static void put_head(const struct frame *frame, const struct frame_head *head)
+static void put_head(const struct frame *frame, const struct frame_head *head,
+                     size_t second_count)
 {
     uint8_t *to = frame->bytes;
     put32(to, FRAME_MAGIC);
@@ -293,20 +308,37 @@ static void put_head(const struct frame *frame, const struct frame_head *head)
     put32(to + 52, fit32(head->shown));
     put_double(to + 56, (double)head->complete_ns * 1e-9);
     put_double(to + 64, (double)head->begin.error_ns * 1e-9);
+    put32(to + 72, (uint32_t)second_count);
+    put32(to + 76, 0);
+}
+
+static void put_part(const struct part *part)
+{
+    if (part->count > 0) {
+        put_space(part);
+        put_places(part);
+        put_returns(part);
+    }
+}
+
+struct frame *frame_make_pair(struct frame_pool *pool, const lum_frame *points,
+                              const lum_frame *second,
+                              const struct frame_head *head)
+{
+    const size_t count = lum_frame_count(points);
+    const size_t more = second != NULL ? lum_frame_count(second) : 0;
+    struct frame *frame = begin(pool, count + more);
+    if (frame == NULL) {
+        return NULL;
+    }
+    put_head(frame, head, more);
+    put_part(&(struct part){frame, points, 0, count});
+    put_part(&(struct part){frame, second, count, more});
+    return frame;
 }
 
 struct frame *frame_make(struct frame_pool *pool, const lum_frame *points,
                          const struct frame_head *head)
 {
-    struct frame *frame = begin(pool, lum_frame_count(points));
-    if (frame == NULL) {
-        return NULL;
-    }
-    put_head(frame, head);
-    if (frame->count > 0) {
-        put_space(frame, points);
-        put_places(frame, points);
-        put_returns(frame, points);
-    }
-    return frame;
+    return frame_make_pair(pool, points, NULL, head);
 }

@@ -3,8 +3,8 @@
  *
  *  at        type   what
  *  0         u32    0x464d554c, "LUMF"
- *  4         u16    version, 3
- *  6         u16    bytes of this head, 72
+ *  4         u16    version, 4
+ *  6         u16    bytes of this head, 80
  *  8         f64    frame number
  *  16        f64    sensor clock of its earliest line, microseconds
  *  24        f64    when that line began, seconds of UTC; 0: not known
@@ -19,13 +19,16 @@
  *  52        u32    count of frames shown so far, this one included
  *  56        f64    when it was complete, seconds of the monotonic clock
  *  64        f64    seconds by which the time may be off, where it is fitted
- *  72        f32    x y z of each point, metres            3 N
- *  72 + 12 N u16    pulse width, 0.01 ns, at most 65535    N
- *  72 + 14 N u16    line number, at most 65535             N
- *  72 + 16 N u16    pixel                                  N
- *  72 + 18 N u8     bits 0..6: return number, at most 127,
+ *  72        u32    of the N points, those by the second profile, which are the
+ *                   last ones; 0 without one
+ *  76        u32    0
+ *  80        f32    x y z of each point, metres            3 N
+ *  80 + 12 N u16    pulse width, 0.01 ns, at most 65535    N
+ *  80 + 14 N u16    line number, at most 65535             N
+ *  80 + 16 N u16    pixel                                  N
+ *  80 + 18 N u8     bits 0..6: return number, at most 127,
  *                   bit 7: strongest of its pixel and edge N
- *  72 + 19 N u8     bit 0: eye (0 blue, 1 green), bit 1: rising edge,
+ *  80 + 19 N u8     bit 0: eye (0 blue, 1 green), bit 1: rising edge,
  *                   bits 2..7: number of returns, at most 63   N
  */
 #ifndef LUMVIEW_FRAME_H
@@ -35,8 +38,8 @@
 #include <stdint.h>
 
 #define FRAME_MAGIC       0x464d554cu
-#define FRAME_VERSION     3u
-#define FRAME_HEAD_BYTES  72u
+#define FRAME_VERSION     4u
+#define FRAME_HEAD_BYTES  80u
 #define FRAME_POINT_BYTES 20u
 
 /* What the time of a frame is. */

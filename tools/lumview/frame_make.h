@@ -56,4 +56,9 @@ struct frame_head {
 struct frame *frame_make(struct frame_pool *pool, const lum_frame *points,
                          const struct frame_head *head);
 
+/* The same with the points by a second profile behind; NULL: there are none. */
+struct frame *frame_make_pair(struct frame_pool *pool, const lum_frame *points,
+                              const lum_frame *second,
+                              const struct frame_head *head);
+
 #endif

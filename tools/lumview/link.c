@@ -4,6 +4,7 @@
 #include "../common/heard.h"
 #include "../common/laser_bits.h"
 #include "../common/laser_end.h"
+#include "../common/misfit.h"
 #include "../common/number.h"
 #include "../common/ring.h"
 #include "lum/base/time.h"
@@ -13,6 +14,7 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define SECOND_NS INT64_C(1000000000)
 
@@ -264,11 +266,29 @@ static int64_t completion_ns(const struct ring_item *item)
            (lag_ns > 0 && lag_ns < LAG_MAX_NS ? lag_ns : 0);
 }
 
+/* What has been told stays. A recording needs the session. */
+static void tell_doubt(struct link *l)
+{
+    char what[160];
+    char source[40] = "udp://";
+    char advice[400];
+    char text[600];
+    if (decoder_misfit(l->decoder, what, sizeof what)) {
+        (void)number_format_address(l->options.address.address,
+                                    source + strlen(source));
+        misfit_advise(source, NULL, advice, sizeof advice);
+        (void)snprintf(text, sizeof text, "%s: end lumview, then %s", what,
+                       advice);
+        stage_set_doubt(l->stage, text);
+    }
+}
+
 static void count(struct link *l)
 {
     struct totals totals;
     decoder_count(l->decoder, &totals);
     stage_set_totals(l->stage, &totals);
+    tell_doubt(l);
 }
 
 static bool take(struct link *l, const struct ring_item *item)

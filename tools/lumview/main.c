@@ -40,25 +40,61 @@ static enum exit_status finish_stdout(void)
     return EXIT_FAILED;
 }
 
+/* What a run is told of the sensor. */
+struct files {
+    struct geometry geometry;
+    lum_profile second; /* where there is one */
+};
+
+/* Of the second profile too standard input is one input at most. */
+static int check_stdin(const struct options *o, lum_error *error)
+{
+    const struct input_file inputs[] = {
+        {o->calibration, "--calibration"},
+        {o->profile, "the first --profile"},
+        {o->second, "the second --profile"},
+        {sources_find_stdin(&o->sources), "the source"}};
+    return o->second == NULL
+               ? 0
+               : input_files_check_once(
+                     inputs, sizeof inputs / sizeof inputs[0], error);
+}
+
+static int load_second(const struct options *o, struct files *out,
+                       lum_error *error)
+{
+    struct geometry tried = out->geometry;
+    lum_profile_default(&out->second);
+    if (geometry_read(NULL, o->second, NULL, &out->second, error) != 0) {
+        return -1;
+    }
+    tried.profile = out->second;
+    return geometry_set(&tried, &o->set, error);
+}
+
 /* What a source says of itself comes under the keys that are set: they are only
  * tried here, which separates a bad configuration from a bad source. */
-static int load_files(const struct options *o, struct geometry *out,
+static int load_files(const struct options *o, struct files *out,
                       lum_error *error)
 {
-    struct geometry tried;
     const struct input_file inputs[] = {{o->calibration, "the calibration"},
-                                        {o->profile, "the profile"}};
+                                        {o->profile, "the profile"},
+                                        {o->second, "the second profile"}};
     if (o->json &&
         sources_check(&o->sources, inputs, sizeof inputs / sizeof inputs[0],
                       "-", error) != 0) {
         return -1;
     }
-    if (geometry_load(o->calibration, o->profile, &o->sources, out, error) !=
-        0) {
+    if (check_stdin(o, error) != 0 ||
+        geometry_load(o->calibration, o->profile, &o->sources, &out->geometry,
+                      error) != 0) {
         return -1;
     }
-    tried = *out;
-    return geometry_set(&tried, &o->set, error);
+    struct geometry tried = out->geometry;
+    if (geometry_set(&tried, &o->set, error) != 0) {
+        return -1;
+    }
+    return o->second != NULL ? load_second(o, out, error) : 0;
 }
 
 static enum exit_status print_json(const struct guard *guard, const char *url)
@@ -106,7 +142,7 @@ static enum exit_status announce(const struct options *o,
 }
 
 /* Signals are for the main thread, which waits: the feed's would not notice. */
-static int open_feed(const struct options *o, const struct geometry *geometry,
+static int open_feed(const struct options *o, const struct files *files,
                      struct server *server, struct feed **feed,
                      lum_error *error)
 {
@@ -114,7 +150,9 @@ static int open_feed(const struct options *o, const struct geometry *geometry,
     sigset_t before;
     (void)sigfillset(&all);
     (void)pthread_sigmask(SIG_BLOCK, &all, &before);
-    const int failed = feed_open(o, geometry, server_wake, server, feed, error);
+    const int failed = feed_open(o, &files->geometry,
+                                 o->second != NULL ? &files->second : NULL,
+                                 server_wake, server, feed, error);
     (void)pthread_sigmask(SIG_SETMASK, &before, NULL);
     return failed;
 }
@@ -133,13 +171,12 @@ static enum exit_status close_feed(const struct options *o, struct feed *feed)
 }
 
 static enum exit_status serve(const struct options *o,
-                              const struct geometry *geometry,
-                              struct server *server)
+                              const struct files *files, struct server *server)
 {
     lum_error error = {""};
     struct feed *feed = NULL;
     struct redirect redirect = {.folder = ""};
-    if (open_feed(o, geometry, server, &feed, &error) != 0) {
+    if (open_feed(o, files, server, &feed, &error) != 0) {
         return complain(&error, EXIT_FAILED);
     }
     enum exit_status status = announce(o, server_guard(server), &redirect);
@@ -155,15 +192,15 @@ static enum exit_status run(const struct options *o)
 {
     lum_error error = {""};
     struct server *server = NULL;
-    struct geometry geometry;
+    struct files files;
     if (o->is_live) {
         interrupt_insist(); /* its heartbeats keep a laser on */
     }
-    if (load_files(o, &geometry, &error) != 0) {
+    if (load_files(o, &files, &error) != 0) {
         return complain(&error, EXIT_BAD);
     }
     const enum exit_status status = server_open(o, &server, &error) == 0
-                                        ? serve(o, &geometry, server)
+                                        ? serve(o, &files, server)
                                         : complain(&error, EXIT_FAILED);
     server_close(server);
     return status;

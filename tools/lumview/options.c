@@ -51,6 +51,19 @@ static bool take_set(void *options, const char *text, lum_error *why)
     return set_keys_add(&o->set, text, why);
 }
 
+/* A second one is shown beside the first. */
+static bool take_profile(void *options, const char *text, lum_error *why)
+{
+    struct options *o = options;
+    if (o->second != NULL) {
+        (void)lum_error_set(why, "two profiles are shown side by side, and no "
+                                 "third");
+        return false;
+    }
+    *(o->profile == NULL ? &o->profile : &o->second) = text;
+    return *text != '\0';
+}
+
 #define INTO(field) OPTION_INTO(struct options, field)
 #define HAS(field)  .has = offsetof(struct options, field)
 
@@ -72,7 +85,8 @@ static const struct option_spec specs[] = {
      .low = SPEED_MIN, .high = SPEED_MAX},
     {"paused", .kind = OPTION_FLAG, .group = CAPTURE, INTO(paused)},
     {"calibration", .kind = OPTION_TEXT, INTO(calibration)},
-    {"profile", .kind = OPTION_TEXT, INTO(profile)},
+    {"profile", .kind = OPTION_CALL, .call = take_profile,
+     .allowed = "the name of a file"},
     {"set", .kind = OPTION_CALL, .call = take_set, .allowed = SET_KEYS_ALLOWED},
     {"help", .letter = 'h', .kind = OPTION_SHOW, .show = show_help},
     {"version", .kind = OPTION_SHOW, .show = show_version},

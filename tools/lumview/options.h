@@ -19,6 +19,7 @@ struct options {
     const char *calibration; /* NULL: the default */
     struct set_keys set;     /* on top of files */
     const char *profile;     /* NULL: the default */
+    const char *second;      /* another to show beside it; NULL: none */
     bool has_sensor;         /* capture: of several sensors this one */
     uint32_t sensor;
     uint16_t port;     /* 0: any that is free */

@@ -1,10 +1,73 @@
 #include "picture.h"
 
+#include "lum/smooth.h"
+
+static bool is_same(const struct feed_view *a, const struct feed_view *b)
+{
+    return a->edges == b->edges && a->smooth == b->smooth;
+}
+
+bool views_are_same(const struct feed_view *a, const struct feed_view *b,
+                    size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (!is_same(&a[i], &b[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool views_set(lum_framer *framer, const struct feed_view *views, size_t count)
+{
+    lum_view out[FEED_VIEWS_MAX];
+    for (size_t i = 0; i < count; i++) {
+        lum_view_default(&out[i]);
+        out[i].selection.edges = views[i].edges;
+        out[i].smooth_window = views[i].smooth;
+        out[i].smooth_order = LUM_SMOOTH_ORDER(views[i].smooth);
+        out[i].columns = FRAME_COLUMNS;
+    }
+    return lum_framer_set_views(framer, out, count, NULL) == 0;
+}
+
+static void take_views(struct picture *p, const lum_framer *framer)
+{
+    lum_view view = {.struct_size = sizeof view};
+    while (lum_framer_frame_view(framer, p->count, &view)) {
+        const lum_frame *frame = lum_framer_frame(framer, p->count);
+        lum_frame_info info = {.struct_size = sizeof info};
+        (void)lum_frame_get_info(frame, &info);
+        p->cut = info.points_cut > p->cut ? info.points_cut : p->cut;
+        p->views[p->count] =
+            (struct feed_view){view.selection.edges, view.smooth_window};
+        p->points[p->count] = lum_frame_keep(frame);
+        p->count++;
+    }
+}
+
+void picture_take(struct picture *picture, const lum_framer *framer)
+{
+    lum_frame_info info = {.struct_size = sizeof info};
+    (void)lum_frame_get_info(lum_framer_frame(framer, 0), &info);
+    *picture = (struct picture){.frame = info.number,
+                                .arrival_ns = info.begin_arrival_ns,
+                                .begin_utc_ns = info.begin_utc_ns,
+                                .utc_error_ns = info.utc_error_ns,
+                                .clock_us = info.begin_clock_us,
+                                .lines = info.lines[LUM_EYE_BLUE] +
+                                         info.lines[LUM_EYE_GREEN],
+                                .lost_words = info.lost_words,
+                                .sensor = info.sensor};
+    take_views(picture, framer);
+}
+
 void picture_drop(struct picture *picture)
 {
     for (size_t i = 0; i < picture->count; i++) {
         frame_release(picture->frames[i]);
         lum_frame_release(picture->points[i]);
+        lum_frame_release(picture->second[i]);
     }
     *picture = (struct picture){0};
 }
@@ -39,20 +102,29 @@ void picture_seal(struct picture *picture, struct frame_pool *pool,
     for (size_t i = 0; i < picture->count; i++) {
         head.edges = picture->views[i].edges;
         head.smooth = picture->views[i].smooth;
-        picture->frames[i] = frame_make(pool, picture->points[i], &head);
+        picture->frames[i] = frame_make_pair(pool, picture->points[i],
+                                             picture->second[i], &head);
         lum_frame_release(picture->points[i]);
+        lum_frame_release(picture->second[i]);
         picture->points[i] = NULL;
+        picture->second[i] = NULL;
     }
 }
 
 static size_t find(const struct picture *picture, const struct feed_view *view)
 {
     size_t i = 0;
-    while (i < picture->count && (picture->views[i].edges != view->edges ||
-                                  picture->views[i].smooth != view->smooth)) {
+    while (i < picture->count && !is_same(&picture->views[i], view)) {
         i++;
     }
     return i;
+}
+
+const lum_frame *picture_points(const struct picture *picture,
+                                const struct feed_view *view)
+{
+    const size_t i = find(picture, view);
+    return i < picture->count ? picture->points[i] : NULL;
 }
 
 struct frame *picture_find(const struct picture *picture,

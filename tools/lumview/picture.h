@@ -5,6 +5,8 @@
 #include "feed.h"
 #include "frame_make.h"
 
+#include "lum/frame/framer.h"
+
 struct picture {
     int64_t frame;
     int64_t arrival_ns;   /* of its earliest line; UTC, 0 or below: not known */
@@ -18,8 +20,24 @@ struct picture {
     size_t count;
     struct feed_view views[FEED_VIEWS_MAX];
     lum_frame *points[FEED_VIEWS_MAX];    /* until it is sealed */
+    lum_frame *second[FEED_VIEWS_MAX];    /* by the second profile, likewise;
+                                             NULL: none */
     struct frame *frames[FEED_VIEWS_MAX]; /* then; NULL: there was no memory */
 };
+
+/* Whether the views are those. */
+bool views_are_same(const struct feed_view *a, const struct feed_view *b,
+                    size_t count);
+
+/* Ask a framer for views. False: there was no memory. */
+bool views_set(lum_framer *framer, const struct feed_view *views, size_t count);
+
+/* Make it the framer's frame, in all views of that; it is empty before. */
+void picture_take(struct picture *picture, const lum_framer *framer);
+
+/* The points of a view, until it is sealed; NULL: it has none. */
+const lum_frame *picture_points(const struct picture *picture,
+                                const struct feed_view *view);
 
 /* Release its frame; it is empty then. */
 void picture_drop(struct picture *picture);

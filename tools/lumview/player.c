@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "player.h"
 
+#include "../common/misfit.h"
 #include "../common/number.h"
 #include "captures.h"
 #include "lum/base/time.h"
@@ -108,12 +109,27 @@ static void tell_of_sources(struct player *p)
     }
 }
 
+/* What has been told stays. */
+static void tell_doubt(struct player *p)
+{
+    char what[160];
+    char advice[400];
+    char text[600];
+    if (decoder_misfit(p->decoder, what, sizeof what)) {
+        misfit_advise("", misfit_capture(p->options.sources), advice,
+                      sizeof advice);
+        (void)snprintf(text, sizeof text, "%s: %s", what, advice);
+        stage_set_doubt(p->stage, text);
+    }
+}
+
 static void count(struct player *p)
 {
     struct totals now;
     decoder_count(p->decoder, &now);
     totals_add(&now, &p->before);
     stage_set_totals(p->stage, &now);
+    tell_doubt(p);
 }
 
 /* The time of a frame after the one that is shown. */
@@ -533,7 +549,9 @@ static void learn(struct player *p)
         captures_open(p->captures, &capture, NULL) != 0) {
         return;
     }
-    p->learned = decoder_new(&p->options.decoder);
+    struct decoder_options alone = p->options.decoder;
+    alone.second_layout = NULL;
+    p->learned = decoder_new(&alone);
     if (p->learned != NULL) {
         decoder_skip_to(p->learned, INT64_MAX);
         learn_from(p, capture);

@@ -85,6 +85,7 @@ int scan_start(const struct captures *captures,
     scan->captures = captures;
     scan->said = said;
     scan->options = *decoder;
+    scan->options.second_layout = NULL; /* the first tells the time */
     (void)pthread_mutex_init(&scan->lock, NULL);
     if (thread_start(&scan->thread, run, scan, error) != 0) {
         (void)pthread_mutex_destroy(&scan->lock);

@@ -163,9 +163,9 @@ static void say_waiting(const struct sentry *s, struct message *m)
 {
     if (s->has_unknown) {
         say(m,
-            "%s sends packets that do not fit the layout: is a --profile "
-            "needed? lumdump udp://%s shows more",
-            s->address, s->address);
+            "%s sends packets, and none of them fits the layout: is a "
+            "--profile needed?",
+            s->address);
     } else if (s->laser.has_status) {
         say(m,
             "%s answers, but sends no data: does a firewall drop it? look with "

@@ -203,6 +203,13 @@ void stage_set_others(struct stage *stage, const char *others)
                                     sizeof stage->status.others, others));
 }
 
+void stage_set_doubt(struct stage *stage, const char *doubt)
+{
+    lock(stage);
+    unlock_and_wake(stage, set_text(stage->status.doubt,
+                                    sizeof stage->status.doubt, doubt));
+}
+
 void stage_fail(struct stage *stage, const char *message)
 {
     lock(stage);

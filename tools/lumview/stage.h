@@ -85,6 +85,8 @@ void stage_set_message(struct stage *stage, const char *message);
 /* Where a recording is missing, as text. */
 void stage_set_gaps(struct stage *stage, const char *gaps);
 void stage_set_others(struct stage *stage, const char *others);
+/* Why the layout may be another one. */
+void stage_set_doubt(struct stage *stage, const char *doubt);
 /* All is over: state and message stay from here on. */
 void stage_fail(struct stage *stage, const char *message);
 

@@ -2,6 +2,7 @@
 #include "status.h"
 
 #include "../common/json.h"
+#include "../common/profile_difference.h"
 #include "lum/host/laser_name.h"
 #include "lum/laser.h"
 #include "lum/smooth.h"
@@ -43,7 +44,8 @@ bool status_differs(const struct feed_status *a, const struct feed_status *b)
            a->speed < b->speed || a->speed > b->speed ||
            a->has_range != b->has_range || a->has_laser != b->has_laser ||
            a->laser != b->laser || strcmp(a->message, b->message) != 0 ||
-           strcmp(a->others, b->others) != 0 || strcmp(a->gaps, b->gaps) != 0;
+           strcmp(a->others, b->others) != 0 ||
+           strcmp(a->doubt, b->doubt) != 0 || strcmp(a->gaps, b->gaps) != 0;
 }
 
 static int begin(size_t room_before, struct text *out, FILE **stream,
@@ -104,6 +106,37 @@ static void write_eyes(struct json *json, const struct feed *feed)
     json_close_array(json);
 }
 
+static void write_differences(struct json *json, const struct feed *feed)
+{
+    struct profile_difference all[LUM_KEYS_MAX];
+    const size_t count = profile_differences(feed_profile(feed, false),
+                                             feed_profile(feed, true), all);
+    json_open_array(json, "differences");
+    for (size_t i = 0; i < count; i++) {
+        json_open_object(json, NULL);
+        json_text(json, "key", all[i].key);
+        json_text(json, "one", all[i].one);
+        json_text(json, "other", all[i].other);
+        json_close_object(json);
+    }
+    json_close_array(json);
+}
+
+/* Of two that are shown side by side. */
+static void write_profiles(struct json *json, const struct options *options,
+                           const struct feed *feed)
+{
+    if (feed_profile(feed, true) == NULL) {
+        json_null(json, "profiles");
+        return;
+    }
+    json_open_object(json, "profiles");
+    json_text(json, "one", options->profile);
+    json_text(json, "other", options->second);
+    write_differences(json, feed);
+    json_close_object(json);
+}
+
 int status_hello(const struct options *options, const struct feed *feed,
                  size_t room_before, struct text *out)
 {
@@ -117,6 +150,7 @@ int status_hello(const struct options *options, const struct feed *feed,
     json_text(&json, "source", options->source);
     json_bool(&json, "live", options->is_live);
     write_eyes(&json, feed);
+    write_profiles(&json, options, feed);
     json_uint(&json, "smooth_max", LUM_SMOOTH_WINDOW_MAX);
     return end(room_before, out, stream, &json);
 }
@@ -195,8 +229,9 @@ static void write_losses(struct json *json, const struct feed_status *f)
 
 static void write_message(struct json *json, const struct feed_status *f)
 {
-    const char *const parts[] = {f->message, f->others, f->gaps};
-    char text[sizeof f->message + sizeof f->others + sizeof f->gaps + 4u] = "";
+    const char *const parts[] = {f->message, f->doubt, f->others, f->gaps};
+    char text[sizeof f->message + sizeof f->doubt + sizeof f->others +
+              sizeof f->gaps + 6u] = "";
     size_t len = 0;
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
         if (parts[i][0] != '\0') {

@@ -13,6 +13,7 @@ import { hintOf, shortMoment } from "./moment.js";
 import { makePace } from "./pace.js";
 import { makePalette } from "./palette.js";
 import { makePanel } from "./panel.js";
+import { makePanes } from "./panes.js";
 import { makePick, makeProjection } from "./pick.js";
 import { makePlayer } from "./player.js";
 import { attachPointer } from "./pointer.js";
@@ -33,6 +34,7 @@ const renderer = makeRenderer();
 const surroundings = makeScene();
 const palette = makePalette(values.map);
 const cloud = makeCloud(surroundings.scene, palette);
+const panes = makePanes(canvas, renderer);
 const pace = makePace(renderer.getContext());
 const drawLegend = makeLegend();
 const showStats = makeStats();
@@ -101,7 +103,8 @@ function showFacts(frame) {
     at("frame-number").textContent = `frame ${frame.number}`;
     at("frame-time").textContent = shortMoment(frame.began);
     at("frame-time").title = hintOf(frame.began);
-    at("frame-points").textContent = `${countPoints().toLocaleString("en")} points`;
+    const counts = panes.names ? cloud.count() : [countPoints()];
+    at("frame-points").textContent = `${counts.map((n) => n.toLocaleString("en")).join(" | ")} points`;
 }
 
 // A picture that is held stays, unless other edges or smoothing are wanted: what
@@ -136,7 +139,7 @@ function takeFrame() {
 
 function render() {
     surroundings.prepare(camera);
-    renderer.render(surroundings.scene, camera.active);
+    panes.render(cloud.choose, () => renderer.render(surroundings.scene, camera.active));
     tally.pictures++;
 }
 
@@ -168,7 +171,8 @@ function resize() {
     renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
     renderer.setSize(width, height, false);
     cloud.apply(values, renderer.getPixelRatio());
-    camera.resize({ width: Math.max(1, width), height: Math.max(1, height), ...layout.covered(width) });
+    const covered = panes.names ? { left: 0, right: 0 } : layout.covered(width);
+    camera.resize({ width: Math.max(1, panes.width), height: Math.max(1, height), isPane: panes.names !== null, ...covered });
 }
 
 // How far a view should reach: most points of the frame.
@@ -203,6 +207,8 @@ function greet(message) {
     at("source").title = message.source;
     document.title = `${name} - lumview`;
     panel.setSmoothings(message.smooth_max);
+    panes.show(message.profiles);
+    resize();
     sendView();
 }
 
@@ -246,7 +252,7 @@ const mark = (...positions) => {
     surroundings.mark(...positions);
     invalidate();
 };
-const pick = makePick({ canvas, camera, cloud, settings, eyes: () => eyes, mark });
+const pick = makePick({ canvas, camera, panes, cloud, settings, eyes: () => eyes, mark });
 
 function shot() {
     cloud.thin(1);
@@ -258,7 +264,7 @@ function shot() {
         values,
         domain,
         bytes: palette.bytes,
-        caption: `${source}, frame ${frame}`,
+        caption: `${source}, frame ${frame}${panes.names ? `: ${panes.names.join(" | ")}` : ""}`,
         name: `lumview-${frame}.png`,
     });
 }
@@ -319,6 +325,7 @@ exposeProbe({
     drawn: () => tally.drawn,
     moving: isMoving,
     points: countPoints,
+    sides: () => cloud.count(),
     counts: () => () => count(cloud.slots, values, eyes),
     camera: () => camera.look,
     settings: () => () => ({ ...values }),
@@ -333,10 +340,11 @@ exposeProbe({
 
 function placeOf(i) {
     const out = {};
-    const project = makeProjection(camera.active, canvas.clientWidth, canvas.clientHeight);
-    const isInside = project(cloud.newest.points.xyz, i, out);
+    const project = makeProjection(camera.active, panes.width, canvas.clientHeight);
+    const isInside = project(cloud.newest.points.xyz, i, out) && out.x >= 0 && out.x < panes.width;
     const visible = isInside && makeFilter(values, eyes)(cloud.newest.points, i);
-    return { x: out.x, y: out.y, depth: out.depth, visible, range: rangeOf(cloud.newest.points, i, eyes) };
+    const x = out.x + panes.left(panes.names && i >= cloud.newest.split ? 1 : 0);
+    return { x, y: out.y, depth: out.depth, visible, range: rangeOf(cloud.newest.points, i, eyes) };
 }
 
 placeGround();

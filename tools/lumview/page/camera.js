@@ -181,9 +181,11 @@ export function makeCamera(canvas, changed) {
             const at = place.clone().project(active());
             return { x: (at.x * size.width) / 2, y: (-at.y * size.height) / 2 };
         },
-        // left, right: pixels that something lies over.
+        // left, right: pixels that something lies over; isPane: it is one of
+        // several, so the controls do not know where in it the pointer is.
         resize(next) {
             size = next;
+            controls.zoomToCursor = !next.isPane;
             update();
             changed();
         },

@@ -138,6 +138,7 @@ function fill(slot, frame) {
     }
     renew(slot, frame.count);
     slot.size = frame.count;
+    slot.split = frame.split;
     slot.number = frame.number;
     slot.began = frame.began;
     slot.smooth = frame.smooth;
@@ -158,6 +159,14 @@ function thin(slot, part, stride) {
         }
     }
     renew(part, count);
+    part.size = count;
+    // One of both profiles' points would be either's.
+    part.ends = [Math.floor(slot.split / stride), Math.ceil(slot.split / stride)];
+}
+
+function setRange({ geometry }, [end, begin], size, side) {
+    const [from, to] = side === 0 ? [0, end] : [Math.min(begin, size), size];
+    geometry.setDrawRange(from, to - from);
 }
 
 const finite = (v) => Math.max(-1e9, Math.min(1e9, v));
@@ -263,6 +272,17 @@ export function makeCloud(scene, palette) {
             }
             return drawn;
         },
+        // Draws the points by one of the profiles alone.
+        choose(side) {
+            for (const { object, split, size, thinned } of slots) {
+                setRange(object, [split, split], size, side);
+                if (thinned) {
+                    setRange(thinned.object, thinned.ends, thinned.size, side);
+                }
+            }
+        },
+        // How many points there are by the first profile, and by the second.
+        count: () => slots.reduce(([one, other], { split, size }) => [one + split, other + size - split], [0, 0]),
         // The next frame is the first of its kind, and replaces all others.
         refresh() {
             isFresh = true;

@@ -4,8 +4,8 @@
 import { makeMoment } from "./moment.js";
 
 const MAGIC = 0x464d554c;
-const VERSION = 3;
-const HEAD_BYTES = 72;
+const VERSION = 4;
+const HEAD_BYTES = 80;
 const POINT_BYTES = 20;
 const EDGES = [null, "rising", "falling", "both"];
 
@@ -40,6 +40,7 @@ export function parseFrame(buffer) {
         clock: head.getFloat64(16, true),
         began: makeMoment(head.getFloat64(24, true), head.getUint8(38), head.getFloat64(64, true)),
         count,
+        split: count - head.getUint32(72, true), // behind it are points by the second profile
         edges: EDGES[head.getUint8(36)],
         smooth: head.getUint8(37),
         lines: head.getUint32(40, true),

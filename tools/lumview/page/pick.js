@@ -28,12 +28,14 @@ function isBetter(near, distance, depth, best) {
     return near ? depth < best.depth : distance < best.distance;
 }
 
-// { slot, index } of the point meant by a click at x, y, or null.
-export function findPoint(slots, project, passes, x, y) {
+// { slot, index } of the point meant by a click at x, y, or null. rangeOf: the
+// points of a slot that are looked at.
+export function findPoint(slots, rangeOf, project, passes, x, y) {
     const at = {};
     let best = { near: false, distance: FAR_PX, depth: Infinity, slot: null };
     for (const slot of slots) {
-        for (let i = 0; i < slot.size; i++) {
+        const [from, to] = rangeOf(slot);
+        for (let i = from; i < to; i++) {
             if (!project(slot.points.xyz, i, at)) {
                 continue;
             }
@@ -118,15 +120,17 @@ function fillList(list, rows, of) {
 const at = (id) => document.getElementById(id);
 
 // mark(from, to): where signs are to stand, null for none.
-export function makePick({ canvas, camera, cloud, settings, eyes, mark }) {
+export function makePick({ canvas, camera, panes, cloud, settings, eyes, mark }) {
     let picked = null; // { slot, index, filling, data }
     let from = null; // likewise: the other end of a distance
 
     const distance = () => (from && picked && from !== picked ? measure(from.data.position, picked.data.position) : null);
 
     function look(x, y) {
-        const project = makeProjection(camera.active, canvas.clientWidth, canvas.clientHeight);
-        const found = findPoint(cloud.slots, project, makeFilter(settings.values, eyes()), x, y);
+        const pane = panes.find(x);
+        const project = makeProjection(camera.active, panes.width, canvas.clientHeight);
+        const passes = makeFilter(settings.values, eyes());
+        const found = findPoint(cloud.slots, (slot) => panes.range(slot, pane.side), project, passes, pane.x, y);
         return found && { ...found, filling: found.slot.filling, data: describe(found, eyes()) };
     }
 

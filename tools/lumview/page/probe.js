@@ -10,6 +10,7 @@
 // received       frame messages that came
 // pictures       pictures drawn
 // points         points in the frames shown, before any filter
+// sides          those by the first profile, and by the second
 // drawn          those of them in the last picture: fewer while the camera moves
 // moving         whether the camera moves
 // counts()       { total, shown, blue, green, rising, falling, returns }: what

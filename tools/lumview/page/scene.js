@@ -189,9 +189,9 @@ export function makeScene() {
 const BIN = 0.1; // metres
 
 // Where the ground lies: the height of most points below the sensor.
-export function groundOf({ points, size }) {
+export function groundOf({ points, split }) {
     const bins = new Map();
-    for (let i = 0; i < size; i += 7) {
+    for (let i = 0; i < split; i += 7) {
         const bin = Math.round(points.xyz[3 * i + 2] / BIN);
         if (bin < 0) {
             bins.set(bin, (bins.get(bin) ?? 0) + 1);

@@ -1,0 +1,39 @@
+#include "text_file.h"
+
+#include "base/outfile.h"
+#include "base/outfile_io.h"
+
+#include <errno.h>
+
+static int write_all(lum_outfile *file, const char *text, size_t len,
+                     lum_error *error)
+{
+    size_t done = 0;
+    while (done < len) {
+        size_t written = 0;
+        const int failed =
+            lum_outfile_put(file, text + done, len - done, &written);
+        if (failed != 0) {
+            return lum_outfile_fail(file, failed, "cannot be written", error);
+        }
+        done += written;
+    }
+    return 0;
+}
+
+int text_file_save(const char *path, const char *text, size_t len,
+                   lum_error *error)
+{
+    lum_outfile file;
+    if (lum_outfile_open(path, LUM_OUTFILE_WHOLE, &file, error) != 0) {
+        return -1;
+    }
+    int result = write_all(&file, text, len, error);
+    if (result == 0) {
+        result = lum_outfile_finish(&file, error);
+    }
+    const int reason = errno;
+    lum_outfile_discard(&file);
+    errno = reason;
+    return result;
+}

@@ -1,0 +1,25 @@
+/* The same records by a second profile. It follows a decoder, which tells the
+ * time: each of its frames is shown beside the newest complete one of these. */
+#ifndef LUMVIEW_SECOND_H
+#define LUMVIEW_SECOND_H
+
+#include "decoder.h"
+
+struct second;
+
+/* To be freed by second_free(); NULL without memory. */
+struct second *second_new(const struct decoder_options *options);
+void second_free(struct second *second); /* NULL is allowed */
+
+/* Take a record, before the decoder does, or the end of the source: NULL. It
+ * is as decoder_push(): of several frames that one record completes, each is
+ * there in its turn. views: count that the next frames are to have; none while
+ * frames are passed over. */
+enum decoded second_push(struct second *second, const lum_record *record,
+                         const struct feed_view *views, size_t count);
+
+/* Put its newest frame beside those of the picture, in the views that both
+ * have. */
+void second_join(const struct second *second, struct picture *picture);
+
+#endif
