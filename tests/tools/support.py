@@ -131,7 +131,7 @@ class Folder:
 
     def write(self, name, data):
         path = self.path / name
-        path.write_bytes(data if isinstance(data, bytes) else data.encode())
+        path.write_bytes(data.encode() if isinstance(data, str) else data)
         return path
 
     def names(self):

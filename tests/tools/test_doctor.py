@@ -264,8 +264,13 @@ class Loopback(Doctor):
         found = self.examine(NET + "9")
         self.assertEqual((found.status, found["data"], found["layout"]), (1, "fine", "wrong"), str(found))
         self.assertIn("type 9", found.text("layout"))
-        self.assertIn("--profile", found.mend("layout"))
         self.assertEqual(found["loss"], "not looked at")
+        commands = found.mend("layout").partition("#")[0].strip()
+        self.assertEqual(commands, f"lumdump udp://{NET}9 --laser --duration 3 -o look.pcap; lumdump look.pcap --infer -o profile.yaml")
+        r = subprocess.run(commands, shell=True, cwd=self.folder.path, capture_output=True, text=True, timeout=60,
+                           env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"})
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assert_fine(self.examine(NET + "9", "--profile", self.folder / "profile.yaml"), but=("buffer", "loss"))
         self.assert_fine(self.examine(NET + "9", "--profile", profile), but=("buffer", "loss"))
 
     def test_a_clock_at_another_place_of_the_packet_shows(self):

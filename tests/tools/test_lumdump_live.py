@@ -1024,7 +1024,18 @@ class Sensors(Case):
         r = self.dump("--profile", profile, "-o", self.folder / "c.csv")
         self.assertEqual(r.returncode, 1, r.stderr)
         self.assertIn("none of them is a data packet", r.stderr)
+        self.assertIn(f"  lumdump {self.url} --laser --duration 3 -o look.pcap\n  lumdump look.pcap --infer -o profile.yaml\n", r.stderr)
         self.assertEqual(self.folder.names(), ["p.yaml", "sim.log"])
+
+    def test_a_recording_of_another_layout_is_kept_and_named(self):
+        self.simulator()
+        profile = self.folder.write("p.yaml", "version: 1\ndata_packet_type: 9\n")
+        out = self.folder / "raw.pcap"
+        r = self.dump("--profile", profile, "-o", out)
+        self.assertEqual(r.returncode, 1, r.stderr)
+        self.assertIn(f"  lumdump {out} --infer -o profile.yaml\n", r.stderr)
+        self.assertNotIn("look.pcap", r.stderr)
+        self.assertGreater(summary(out)["data"], 100)
 
     def test_what_others_send_is_not_taken(self):
         self.simulator()

@@ -1386,6 +1386,13 @@ class Live(Case):
         self.server.send(signal.SIGINT)
         self.server.wait()
 
+    def test_where_nothing_decodes_the_commands_that_find_the_layout_are_told(self):
+        self.serve("--profile", self.folder.write("p.yaml", "version: 1\ndata_packet_type: 9\n"))
+        b = self.browser()
+        b.status(lambda s: "none of them fits the layout" in s["message"] and
+                 f"end lumview, then record it by lumdump udp://{self.sensor} --laser --duration 3 -o look.pcap; "
+                 "lumdump look.pcap --infer -o profile.yaml finds the layout" in s["message"])
+
     def test_a_sensor_that_is_moved_is_named_with_its_new_address(self):
         self.serve()
         b = self.browser()

@@ -1,6 +1,9 @@
 #include "conclude.h"
 
+#include "../common/misfit.h"
 #include "../common/number.h"
+
+#include "targets.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -11,6 +14,18 @@ enum exit_status conclude_error(const lum_error *error, enum exit_status status)
 {
     (void)fprintf(stderr, "lumdump: %s\n", error->text);
     return status;
+}
+
+const char *conclude_capture(const struct options *options)
+{
+    for (size_t i = 0; options->is_live && i < options->output_count; i++) {
+        const struct output_options *output = &options->outputs[i];
+        if (options_is_capture(output->format) &&
+            !targets_rotates(options, i) && sources_is_file(output->name)) {
+            return output->name;
+        }
+    }
+    return options->is_live ? NULL : misfit_capture(&options->sources);
 }
 
 static void warn(const struct options *o, const char *text)
@@ -138,6 +153,23 @@ static void warn_of_left_out(const struct pass *pass)
     }
 }
 
+/* Packets that a corrupted network brings are too few for it. */
+static void warn_of_layout(const struct pass *pass)
+{
+    const struct options *o = pass->options;
+    lum_demux_counters total = {.struct_size = sizeof total};
+    char what[160];
+    char advice[400];
+    char text[600];
+    lum_demux_total(lum_framer_demux(pass->framer), &total);
+    if (!misfit_find(&total, what, sizeof what)) {
+        return;
+    }
+    misfit_advise(o->source, conclude_capture(o), advice, sizeof advice);
+    (void)snprintf(text, sizeof text, "%s: %s", what, advice);
+    warn(o, text);
+}
+
 static void warn_of_losses(const struct pass *pass)
 {
     const struct options *o = pass->options;
@@ -153,6 +185,7 @@ static void warn_of_losses(const struct pass *pass)
         warn(o, "no packet of a G2 was found: no complete packet to or from "
                 "UDP port 5517 has its magic");
     }
+    warn_of_layout(pass);
     warn_of_no_points(pass);
     warn_of_left_out(pass);
 }
@@ -223,7 +256,8 @@ enum exit_status conclude(struct pass *pass, enum pass_result result,
         return refuse_sensor(pass);
     }
     if (conclude_lacks_data(pass)) {
-        diagnosis_print(&pass->diagnosis, pass->options->source, stderr);
+        diagnosis_print(&pass->diagnosis, pass->options->source,
+                        conclude_capture(pass->options), stderr);
         return EXIT_FAILED;
     }
     return finish(pass, error);

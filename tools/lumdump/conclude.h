@@ -15,6 +15,10 @@ enum exit_status {
 enum exit_status conclude_error(const lum_error *error,
                                 enum exit_status status);
 
+/* The capture that can tell the layout: of a sensor the recording of this run.
+ * NULL: there is none. */
+const char *conclude_capture(const struct options *options);
+
 /* Print the messages about what the capture says of itself. */
 void conclude_about(const struct options *options,
                     const struct provenance_source *about);

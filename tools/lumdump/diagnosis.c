@@ -122,6 +122,24 @@ static bool has_type(const struct diagnosis *d, uint32_t type)
     return false;
 }
 
+/* The commands that find the layout. */
+static void print_infer_help(const char *source, const char *capture, FILE *out)
+{
+    (void)fputs("The layout of data packets is partly an assumption, which a "
+                "wire profile corrects.\n"
+                "A capture with ranges tells it:\n",
+                out);
+    if (capture == NULL) {
+        capture = "look.pcap";
+        (void)fprintf(out, "  lumdump %s --laser --duration 3 -o %s\n", source,
+                      capture);
+    }
+    (void)fprintf(out,
+                  "  lumdump %s --infer -o profile.yaml\n"
+                  "  lumdump %s --profile profile.yaml\n",
+                  capture, capture);
+}
+
 static void print_profile_help(const struct diagnosis *d, FILE *out)
 {
     if (has_type(d, 2) && has_type(d, 3)) {
@@ -130,9 +148,8 @@ static void print_profile_help(const struct diagnosis *d, FILE *out)
                     out);
     }
     (void)fputs(
-        "The layout of data packets is partly an assumption, which a wire "
-        "profile corrects.\n"
-        "Copy profile-default.yaml (installed in share/lumsdk), then:\n"
+        "By hand: copy profile-default.yaml (installed in share/lumsdk), "
+        "then:\n"
         "  data_packet_type   the type of most packets, if not 8\n"
         "  group              the offsets of tag (2 or 3), eye, line,\n"
         "                     num_samples (4 bytes each fill the packet),\n"
@@ -202,7 +219,7 @@ static void sort_shapes(struct packet_shape *shapes, size_t n)
 }
 
 void diagnosis_print(const struct diagnosis *diagnosis, const char *source,
-                     FILE *out)
+                     const char *capture, FILE *out)
 {
     struct diagnosis d = *diagnosis;
     sort_shapes(d.shapes, d.shape_count);
@@ -219,6 +236,7 @@ void diagnosis_print(const struct diagnosis *diagnosis, const char *source,
     }
     print_hex(&d, out);
     if (d.sample_may_be_data) {
+        print_infer_help(source, capture, out);
         print_profile_help(&d, out);
     } else {
         (void)fputs("All of these are of known kinds, so the layout is not the "

@@ -45,7 +45,9 @@ struct diagnosis {
 void diagnosis_note(struct diagnosis *diagnosis, const uint8_t *bytes,
                     size_t len, lum_packet_kind kind);
 
+/* capture: what can be read to find the layout; NULL: the source is a sensor,
+ * of which none was made. */
 void diagnosis_print(const struct diagnosis *diagnosis, const char *source,
-                     FILE *out);
+                     const char *capture, FILE *out);
 
 #endif

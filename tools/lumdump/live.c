@@ -291,7 +291,8 @@ static enum exit_status tell_end(struct live *l)
         lanes_have_failed(&l->lanes) ? EXIT_FAILED : EXIT_DONE;
     tell_notes(l);
     if (has_unknown_layout(&l->session)) {
-        diagnosis_print(&l->pass->diagnosis, l->options->source, stderr);
+        diagnosis_print(&l->pass->diagnosis, l->options->source,
+                        conclude_capture(l->options), stderr);
         return EXIT_FAILED;
     }
     if (lacks_data(&l->session)) {

@@ -2,6 +2,7 @@
 #include "../common/geometry.h"
 #include "../common/interrupt.h"
 #include "conclude.h"
+#include "infer.h"
 #include "live.h"
 #include "options.h"
 #include "replay.h"
@@ -166,7 +167,7 @@ static enum exit_status act(enum parsed parsed, struct options *options)
         return EXIT_BAD;
     case PARSED_RUN:
     default:
-        return run(options);
+        return options->infer ? infer_run(options) : run(options);
     }
 }
 

@@ -83,6 +83,7 @@ static const struct option_spec specs[] = {
     {"organized", FLAG(organized)},
     {"time", WORD(clocks, time)},
     {"json", FLAG(json)},
+    {"infer", FLAG(infer)},
     {"laser", FLAG(laser)},
     {"interface", TEXT(interface), .allowed = "the name of an interface"},
     {"buffer", CALL(values_take_buffer),
@@ -299,6 +300,67 @@ static bool is_consistent(const struct options *o)
     return goes_with_source(o);
 }
 
+/* --- Finding a layout --- */
+
+static bool goes_with_infer(const char *name)
+{
+    static const char *const names[] = {"infer", "output", "sensor", "json",
+                                        "quiet"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        if (strcmp(name, names[i]) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool has_others(const struct option_result *given)
+{
+    for (size_t i = 0; i < sizeof specs / sizeof specs[0]; i++) {
+        if (option_table_has(given, i) && !goes_with_infer(specs[i].name)) {
+            (void)fprintf(stderr,
+                          "lumdump: --%s does not go with --infer, which looks "
+                          "at packets and makes no points: it goes with "
+                          "--output, --sensor, --json and --quiet\n",
+                          specs[i].name);
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool can_write_profile(const struct options *o)
+{
+    unsigned format = 0;
+    if (o->output_count > 1) {
+        return refuse("--infer writes one profile: name one output");
+    }
+    if (o->output_count == 1 && tells_format(o->outputs[0].name, &format)) {
+        (void)fprintf(stderr,
+                      "lumdump: '%s': --infer writes a profile, which is YAML: "
+                      "use a name such as profile.yaml\n",
+                      o->outputs[0].name);
+        return false;
+    }
+    return !o->json || !has_standard_output(o) ||
+           refuse("--json and -o - would both write to standard output: name a "
+                  "file");
+}
+
+static bool can_infer(const struct options *o,
+                      const struct option_result *given)
+{
+    if (o->is_live) {
+        (void)fprintf(stderr,
+                      "lumdump: --infer looks at a capture: record one by "
+                      "lumdump %s --laser --duration 3 -o look.pcap, then use "
+                      "lumdump look.pcap --infer\n",
+                      o->source);
+        return false;
+    }
+    return !has_others(given) && can_write_profile(o);
+}
+
 /* --- What is known of them --- */
 
 bool options_is_capture(unsigned format)
@@ -375,8 +437,13 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
     if (end != OPTIONS_READ) {
         return end == OPTIONS_SHOWN ? PARSED_DONE : PARSED_BAD;
     }
-    if (!take_sources(result.count, argv + 1, out) || !find_formats(out) ||
-        !is_consistent(out)) {
+    if (!take_sources(result.count, argv + 1, out)) {
+        return PARSED_BAD;
+    }
+    if (out->infer) {
+        return can_infer(out, &result) ? PARSED_RUN : PARSED_BAD;
+    }
+    if (!find_formats(out) || !is_consistent(out)) {
         return PARSED_BAD;
     }
     note_filters(&result, out);

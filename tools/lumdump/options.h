@@ -80,6 +80,7 @@ struct options {
     const char *columns; /* of csv, ply and pcd; NULL: their own */
     bool has_times;      /* these have a column of times */
     bool organized;      /* pcd: a frame as rows of pixels */
+    bool infer;          /* find the layout, and nothing else */
     bool json;
     bool quiet;
     struct filter filters[FILTERS_MAX];

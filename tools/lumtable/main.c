@@ -1,12 +1,9 @@
 /* lumtable: what a controller needs of a sensor's YAML, as constants in C. */
-#define _POSIX_C_SOURCE 200809L
-#include "base/outfile.h"
-#include "base/outfile_io.h"
+#include "../common/text_file.h"
 #include "lum/config/config.h"
 #include "options.h"
 #include "source.h"
 
-#include <errno.h>
 #include <stdio.h>
 
 enum exit_status {
@@ -48,36 +45,6 @@ static int load(const struct options *o, lum_layout *layout,
     return 0;
 }
 
-static int write_all(lum_outfile *file, const struct source *source,
-                     lum_error *error)
-{
-    size_t done = 0;
-    while (done < source->len) {
-        size_t written = 0;
-        const int failed = lum_outfile_put(file, source->text + done,
-                                           source->len - done, &written);
-        if (failed != 0) {
-            return lum_outfile_fail(file, failed, "cannot be written", error);
-        }
-        done += written;
-    }
-    return 0;
-}
-
-static int save(const char *path, const struct source *source, lum_error *error)
-{
-    lum_outfile file;
-    if (lum_outfile_open(path, LUM_OUTFILE_WHOLE, &file, error) != 0) {
-        return -1;
-    }
-    int result = write_all(&file, source, error);
-    if (result == 0) {
-        result = lum_outfile_finish(&file, error);
-    }
-    lum_outfile_discard(&file);
-    return result;
-}
-
 int main(int argc, char **argv)
 {
     static struct source source;
@@ -102,7 +69,7 @@ int main(int argc, char **argv)
         (void)lum_error_set(&error, "the source is longer than expected");
         return complain(&error, EXIT_FAILED);
     }
-    return save(options.output, &source, &error) == 0
+    return text_file_save(options.output, source.text, source.len, &error) == 0
                ? EXIT_DONE
                : complain(&error, EXIT_FAILED);
 }

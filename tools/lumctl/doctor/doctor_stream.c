@@ -134,8 +134,9 @@ static void mend_layout(const struct doctor *d, struct doctor_finding *out)
 {
     char name[SESSION_NAME_BYTES];
     doctor_mend(out,
-                "lumdump udp://%s --duration 2    # shows a packet, and "
-                "how to write a --profile FILE",
+                "lumdump udp://%s --laser --duration 3 -o look.pcap; lumdump "
+                "look.pcap --infer -o profile.yaml    # records 3 s with the "
+                "laser on, and finds the layout for --profile profile.yaml",
                 session_name(d->sensor, name));
 }
 

@@ -1,0 +1,172 @@
+#include "infer.h"
+
+#include "../common/interrupt.h"
+#include "../common/misfit.h"
+#include "../common/text_file.h"
+#include "infer_report.h"
+#include "replay.h"
+#include "targets.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Records between looks at signals. */
+#define RECORDS_A_LOOK 256u
+
+struct inference {
+    const struct options *options;
+    lum_infer *infer;
+    lum_capture *capture;
+    struct infer_report report;
+};
+
+/* --- Reading --- */
+
+/* What cannot be read to its end is looked at as far as it can. */
+static void note_break(struct inference *f, const lum_error *why)
+{
+    f->report.is_truncated = true;
+    if (!f->options->quiet) {
+        (void)fprintf(stderr, "lumdump: warning: %s\n", why->text);
+    }
+}
+
+static enum pass_result read_all(struct inference *f, lum_error *error)
+{
+    lum_record record;
+    lum_error broken = {""};
+    int wants = 1;
+    int status = 1;
+    while (wants > 0 &&
+           (status = lum_capture_next(f->capture, &record, &broken)) > 0) {
+        wants = lum_infer_push(f->infer, &record, error);
+        f->report.records++;
+        if (f->report.records % RECORDS_A_LOOK == 0 &&
+            interrupt_signal() != 0) {
+            return PASS_INTERRUPTED;
+        }
+    }
+    if (interrupt_signal() != 0) {
+        return PASS_INTERRUPTED;
+    }
+    if (status < 0) {
+        note_break(f, &broken);
+    }
+    return wants < 0 ? PASS_FAILED : PASS_DONE;
+}
+
+static enum pass_result solve(struct inference *f, lum_error *error)
+{
+    const struct options *o = f->options;
+    const lum_infer_options options = {.struct_size = sizeof options,
+                                       .has_sensor = o->has_sensor,
+                                       .sensor = o->sensor};
+    enum pass_result result = replay_open(o, &f->capture, error);
+    if (result != PASS_DONE) {
+        return result;
+    }
+    if (lum_infer_create(&options, &f->infer, error) != 0) {
+        return PASS_FAILED;
+    }
+    result = read_all(f, error);
+    if (result != PASS_DONE) {
+        return result;
+    }
+    f->report.result.struct_size = sizeof f->report.result;
+    const int solved = lum_infer_solve(f->infer, &f->report.result, error);
+    if (interrupt_signal() != 0) {
+        return PASS_INTERRUPTED;
+    }
+    return solved < 0 ? PASS_FAILED : PASS_DONE;
+}
+
+/* --- Telling --- */
+
+/* Where the profile goes; NULL: with --json, into that alone. */
+static const char *target_of(const struct options *o)
+{
+    if (o->output_count > 0) {
+        return o->outputs[0].name;
+    }
+    return o->json ? NULL : "-";
+}
+
+static const char *name_file(const char *target)
+{
+    return target == NULL || strcmp(target, "-") == 0 ? NULL : target;
+}
+
+/* The report comes first: on a terminal the profile follows it. */
+static enum exit_status tell(struct inference *f, lum_error *error)
+{
+    const struct options *o = f->options;
+    const char *target = target_of(o);
+    const bool is_found = f->report.result.has_profile;
+    if (is_found) {
+        (void)lum_infer_write_yaml(&f->report.result, f->report.yaml,
+                                   sizeof f->report.yaml);
+    }
+    if (!is_found || (!o->json && !o->quiet)) {
+        infer_report_text(&f->report, stderr);
+    }
+    if (is_found && target != NULL &&
+        text_file_save(target, f->report.yaml, strlen(f->report.yaml), error) !=
+            0) {
+        return errno == EPIPE ? EXIT_DONE : conclude_error(error, EXIT_FAILED);
+    }
+    if (o->json) {
+        infer_report_json(&f->report, stdout);
+    }
+    const enum exit_status printed = conclude_stdout();
+    return is_found ? printed : EXIT_FAILED;
+}
+
+static enum exit_status conclude_inference(struct inference *f,
+                                           enum pass_result result,
+                                           lum_error *error)
+{
+    switch (result) {
+    case PASS_DONE:
+        return tell(f, error);
+    case PASS_FAILED:
+        return conclude_error(error, EXIT_FAILED);
+    case PASS_INTERRUPTED:
+    case PASS_READER_LEFT:
+    case PASS_SENSORS:
+    case PASS_REFUSED:
+    case PASS_DROPPED:
+    default:
+        return EXIT_DONE;
+    }
+}
+
+enum exit_status infer_run(const struct options *options)
+{
+    lum_error error = {""};
+    const char *target = target_of(options);
+    if ((target != NULL &&
+         targets_check_inputs(options, target, &error) != 0) ||
+        (options->json && targets_check_inputs(options, "-", &error) != 0)) {
+        return conclude_error(&error, EXIT_BAD);
+    }
+    struct inference *f = calloc(1, sizeof *f);
+    if (f == NULL) {
+        (void)lum_error_set(&error, "out of memory");
+        return conclude_error(&error, EXIT_FAILED);
+    }
+    f->options = options;
+    f->report.source = options->source;
+    f->report.capture = misfit_capture(&options->sources);
+    f->report.profile = name_file(target);
+    const enum pass_result result = solve(f, &error);
+    const enum exit_status status = conclude_inference(f, result, &error);
+    lum_infer_free(f->infer);
+    lum_capture_close(f->capture);
+    free(f);
+    if (interrupt_signal() != 0) {
+        interrupt_die();
+    }
+    return status;
+}

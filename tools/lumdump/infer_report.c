@@ -1,0 +1,197 @@
+#include "infer_report.h"
+
+#include "../common/json.h"
+#include "../common/profile_difference.h"
+
+#include <inttypes.h>
+
+static const char *name_verdict(lum_infer_verdict verdict)
+{
+    switch (verdict) {
+    case LUM_INFER_FOUND:
+        return "found";
+    case LUM_INFER_UNSURE:
+        return "unsure";
+    case LUM_INFER_TOO_LITTLE:
+        return "too little";
+    case LUM_INFER_NOTHING_FITS:
+    default:
+        return "nothing fits";
+    }
+}
+
+/* --- Text --- */
+
+static const char *plural(uint64_t n)
+{
+    return n == 1 ? "" : "s";
+}
+
+static void print_head(const struct infer_report *report, FILE *out)
+{
+    const lum_infer_result *r = &report->result;
+    (void)fprintf(out, "lumdump: %s: %s: %s\n", report->source,
+                  name_verdict(r->verdict), r->text);
+    (void)fprintf(
+        out,
+        "looked at  %" PRIu32 " packet%s that may be data, of %" PRIu32
+        " sensor%s; %" PRIu32 " of other kinds, %" PRIu32 " foreign\n",
+        r->packets, plural(r->packets), r->sensors, plural(r->sensors),
+        r->control, r->foreign);
+}
+
+static void print_finding(const lum_infer_finding *f, FILE *out)
+{
+    (void)fprintf(out, "\n%s: %s\n", f->name, f->value);
+    (void)fprintf(out, "    %s%s\n",
+                  f->is_told ? "" : "not told by the packets: ", f->evidence);
+    if (f->equal[0] != '\0') {
+        (void)fprintf(out, "    fits equally well: %s\n", f->equal);
+    }
+    if (f->look[0] != '\0') {
+        (void)fprintf(out, "    what decides: %s\n", f->look);
+    }
+}
+
+static void print_second(const lum_infer_result *r, FILE *out)
+{
+    struct profile_difference all[LUM_KEYS_MAX];
+    const char *divider = "";
+    if (!r->has_second) {
+        return;
+    }
+    const size_t count = profile_differences(&r->profile, &r->second, all);
+    (void)fputs("second best reading: ", out);
+    for (size_t i = 0; i < count; i++) {
+        (void)fprintf(out, "%s%s %s", divider, all[i].key,
+                      all[i].other[0] != '\0' ? all[i].other : "none");
+        divider = ", ";
+    }
+    (void)fputc('\n', out);
+}
+
+static void print_margin(const lum_infer_result *r, FILE *out)
+{
+    (void)fprintf(out,
+                  "explained  %" PRIu32 " of %" PRIu32
+                  " packets; margin %.1f %% of packets (sure from %.1f)\n",
+                  r->fit, r->packets, r->margin, LUM_INFER_MARGIN_SURE);
+    print_second(r, out);
+    if (r->verdict == LUM_INFER_UNSURE) {
+        (void)fputs("A small margin: look at the points before you rely on "
+                    "this profile, or take a longer capture.\n",
+                    out);
+    }
+}
+
+static bool needs_look(const lum_infer_result *r)
+{
+    for (size_t i = 0; i < r->finding_count; i++) {
+        if (r->findings[i].look[0] != '\0') {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* How two readings are looked at. */
+static void print_look(const struct infer_report *report, FILE *out)
+{
+    if (needs_look(&report->result)) {
+        (void)fprintf(out,
+                      "\nTo look at two readings side by side, copy the "
+                      "profile, change the key in the copy, and:\n"
+                      "  lumview %s --profile %s --profile other.yaml\n",
+                      report->capture,
+                      report->profile != NULL ? report->profile
+                                              : "profile.yaml");
+    }
+    (void)fputc('\n', out);
+}
+
+void infer_report_text(const struct infer_report *report, FILE *out)
+{
+    const lum_infer_result *r = &report->result;
+    print_head(report, out);
+    if (!r->has_profile) {
+        return;
+    }
+    print_margin(r, out);
+    for (size_t i = 0; i < r->finding_count; i++) {
+        print_finding(&r->findings[i], out);
+    }
+    print_look(report, out);
+}
+
+/* --- JSON --- */
+
+static void put_texts(struct json *json, const lum_infer_finding *f)
+{
+    json_text(json, "key", f->name);
+    json_text(json, "value", f->value);
+    json_bool(json, "told", f->is_told);
+    json_text(json, "evidence", f->evidence);
+    json_text(json, "equal", f->equal);
+    json_text(json, "look", f->look);
+}
+
+static void put_findings(struct json *json, const lum_infer_result *r)
+{
+    json_open_array(json, "findings");
+    for (size_t i = 0; i < r->finding_count; i++) {
+        json_open_object(json, NULL);
+        put_texts(json, &r->findings[i]);
+        json_close_object(json);
+    }
+    json_close_array(json);
+}
+
+static void put_second(struct json *json, const lum_infer_result *r)
+{
+    struct profile_difference all[LUM_KEYS_MAX];
+    if (!r->has_second) {
+        json_null(json, "second");
+        return;
+    }
+    const size_t count = profile_differences(&r->profile, &r->second, all);
+    json_open_object(json, "second");
+    for (size_t i = 0; i < count; i++) {
+        json_text(json, all[i].key, all[i].other);
+    }
+    json_close_object(json);
+}
+
+static void put_counts(struct json *json, const struct infer_report *report)
+{
+    const lum_infer_result *r = &report->result;
+    json_uint(json, "records", report->records);
+    json_bool(json, "truncated", report->is_truncated);
+    json_uint(json, "packets", r->packets);
+    json_uint(json, "fit", r->fit);
+    json_uint(json, "control", r->control);
+    json_uint(json, "foreign", r->foreign);
+    json_uint(json, "sensors", r->sensors);
+}
+
+void infer_report_json(const struct infer_report *report, FILE *out)
+{
+    const lum_infer_result *r = &report->result;
+    struct json json;
+    json_init(&json, out);
+    json_open_object(&json, NULL);
+    json_text(&json, "source", report->source);
+    json_text(&json, "verdict", name_verdict(r->verdict));
+    json_text(&json, "text", r->text);
+    put_counts(&json, report);
+    if (r->has_profile) {
+        json_real(&json, "margin", r->margin, 3);
+        json_text(&json, "profile", report->yaml);
+    } else {
+        json_null(&json, "margin");
+        json_null(&json, "profile");
+    }
+    put_second(&json, r);
+    put_findings(&json, r);
+    json_close_object(&json);
+    json_end(&json);
+}
