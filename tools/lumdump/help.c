@@ -53,6 +53,16 @@ const char help_output[] =
     "packet\n"
     "      --json              the summary as one JSON object\n"
     "  -q, --quiet             no summary, no progress, no warnings\n"
+    "\n"
+    "A layout that is not known:\n"
+    "      --infer             find the layout of the capture's data packets: "
+    "the\n"
+    "                          profile goes to standard output or to -o FILE, "
+    "the\n"
+    "                          evidence to standard error; with --json as one "
+    "JSON\n"
+    "                          object. --sensor chooses one of several "
+    "sensors\n"
     "\n";
 
 const char help_rest[] =
@@ -117,6 +127,8 @@ const char help_rest[] =
     "  lumdump drive.pcap --columns x,y,z,pulse_width,time -o drive.ply\n"
     "  lumdump drive.pcap -o - --format csv --return last --range 2:80\n"
     "  tcpdump -w - udp port 5517 | lumdump - -o drive.csv\n"
+    "  lumdump drive.pcap --infer -o profile.yaml   packets that do not "
+    "decode\n"
     "  lumdump udp://10.42.0.37 --laser --duration 10 -o drive.pcap -o "
     "drive.ply\n"
     "  lumdump udp://10.42.0.37 --laser -o drive.pcap --rotate 10min\n";
