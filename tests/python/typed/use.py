@@ -45,6 +45,15 @@ def kinds_of_sources() -> None:
         lumsdk.open(file, calibration={"eyes": {"blue": {"mount": {"yaw_deg": -30}}}}, set={"tof_lsb_ps": 12.9})
 
 
+def find_a_layout() -> None:
+    found = lumsdk.infer(["a.pcap", "b.pcap"], sensor="10.42.0.37")
+    assert_type(found, lumsdk.Inference)
+    assert_type(found.findings, tuple[lumsdk.Finding, ...])
+    if found.profile is not None:
+        lumsdk.open("a.pcap", profile=found.profile)
+    lumsdk.infer("a.pcap", sensor=5)  # wrong
+
+
 def mistakes(source: lumsdk.Source) -> None:
     lumsdk.open(5)  # wrong
     lumsdk.open("drive.pcap", retruns="last")  # wrong

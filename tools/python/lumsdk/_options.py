@@ -171,7 +171,8 @@ def _columns(value: Any) -> int:
     return mask
 
 
-def _address(value: Any) -> int:
+def parse_address(value: Any) -> int:
+    """The address of a sensor, in host order."""
     if not isinstance(value, str):
         raise _wrong_type("sensor", value)
     parts = value.split(".")
@@ -245,7 +246,7 @@ class Choice:
         self.given = {name: value for name, value in options.items() if name != "progress"}
         self.calibration, self.profile = self._settings(options)
         self.range = _frames(options["frames"]) if "frames" in options else FrameRange()
-        self.sensor: Optional[int] = _address(options["sensor"]) if "sensor" in options else None
+        self.sensor: Optional[int] = parse_address(options["sensor"]) if "sensor" in options else None
         self.eyes = _word("eye", options.get("eye", "both"))
         self.drops_incomplete = bool(_word("incomplete", options.get("incomplete", "keep")))
         self.view = self._view(options)

@@ -1,0 +1,159 @@
+"""The layout of a capture's data packets, found from the packets alone."""
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any, Optional
+
+from ._c import failure, ffi, lib, sized, text
+from ._errors import CaptureError, Error, warn
+from ._inputs import Functions, Input, open_input
+from ._options import parse_address
+from ._settings import Profile
+
+if TYPE_CHECKING:
+    from ._source import Given
+
+_VERDICTS = {lib.LUM_INFER_FOUND: "found", lib.LUM_INFER_UNSURE: "unsure", lib.LUM_INFER_TOO_LITTLE: "too little",
+             lib.LUM_INFER_NOTHING_FITS: "nothing fits"}
+
+
+@dataclasses.dataclass(frozen=True)
+class Finding:
+    """What was found out about one key of the profile."""
+
+    key: str
+    """Such as "group.tag"."""
+    value: str
+    """As it stands in the YAML."""
+    told: bool
+    """Whether the packets tell it; else it is kept at the default."""
+    evidence: str
+    """Why, in one line."""
+    equal: str
+    """What fits equally well; empty: nothing does."""
+    look: str
+    """The look that decides; empty: none is needed."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Inference:
+    """What infer() found out."""
+
+    verdict: str
+    """ "found"; "unsure", where another reading is about as good; "too little"; "nothing fits"."""
+    text: str
+    """One line: what was found, what is missing, or which identity fails."""
+    profile: Optional[Profile]
+    """The layout that explains the packets; None: there is none."""
+    second: Optional[Profile]
+    """The next best reading that gives other points; None: there is none."""
+    margin: float
+    """By how many percent of the packets the best reading explains more than the second, or than chance."""
+    packets: int
+    """Packets that were looked at."""
+    fit: int
+    """Of them, those that the profile explains."""
+    findings: tuple[Finding, ...]
+    """What each key is, and why; empty without a profile."""
+    yaml: str
+    """The profile as a file, with the evidence as comments; empty without one."""
+
+
+def _open(source: Input, kept: list[Any]) -> tuple[Any, Optional[Functions]]:
+    """A capture of the library, as by ffi.gc()."""
+    given, functions = source.begin(kept)
+    out, error = ffi.new("lum_capture **"), ffi.new("lum_error *")
+    if "path" in given:
+        status = lib.lum_capture_open(given["path"], out, error)
+    elif "paths" in given:
+        status = lib.lum_capture_open_several(given["paths"], given["path_count"], out, error)
+    else:
+        status = lib.lum_capture_open_source(given["source"], out, error)
+    if functions is not None and functions.problem is not None:
+        raise functions.problem
+    if status != 0:
+        raise failure(error, CaptureError)
+    return ffi.gc(out[0], lib.lum_capture_close), functions
+
+
+def _read(made: Any, capture: Any, functions: Optional[Functions]) -> None:
+    """As much of a capture as is needed. What cannot be read to its end is used as far as it can."""
+    record, error = ffi.new("lum_record *"), ffi.new("lum_error *")
+    wants, status = 1, 1
+    while wants > 0:
+        status = lib.lum_capture_next(capture, record, error)
+        if status <= 0:
+            break
+        wants = lib.lum_infer_push(made, record, error)
+    if functions is not None and functions.problem is not None:
+        raise functions.problem
+    if wants < 0:
+        raise failure(error)
+    if status < 0:
+        warn(text(error.text))
+
+
+def _profile(found: Any) -> Profile:
+    made = Profile()
+    lib.lum_keys_of_profile(made._keys, found)
+    made._usual = False
+    return made
+
+
+def _finding(found: Any) -> Finding:
+    return Finding(text(found.name), text(found.value), bool(found.is_told), text(found.evidence), text(found.equal),
+                   text(found.look))
+
+
+def _yaml(result: Any) -> str:
+    out = ffi.new("char[]", lib.LUM_INFER_YAML_BYTES)
+    lib.lum_infer_write_yaml(result, out, lib.LUM_INFER_YAML_BYTES)
+    return text(out)
+
+
+def _solve(made: Any) -> Inference:
+    result, error = sized("lum_infer_result"), ffi.new("lum_error *")
+    if lib.lum_infer_solve(made, result, error) < 0:
+        raise failure(error)
+    return Inference(
+        verdict=_VERDICTS[result.verdict], text=text(result.text),
+        profile=_profile(ffi.addressof(result, "profile")) if result.has_profile else None,
+        second=_profile(ffi.addressof(result, "second")) if result.has_second else None,
+        margin=float(result.margin), packets=int(result.packets), fit=int(result.fit),
+        findings=tuple(_finding(result.findings[i]) for i in range(result.finding_count)), yaml=_yaml(result))
+
+
+def infer(source: Given, *, sensor: Optional[str] = None) -> Inference:
+    """Find the layout of the data packets of captures that do not decode, as lumdump --infer does.
+
+    Nothing but the packets is used; a profile that the capture bears is not. At most 20,000 of them are looked at.
+
+        found = lumsdk.infer("drive.pcap")
+        if found.profile is not None:
+            source = lumsdk.open("drive.pcap", profile=found.profile)
+
+    Args:
+        source: What open() takes: paths, a pattern, the bytes of a capture, a binary file object, a URL.
+        sensor: The address of one of several sensors.
+
+    Raises:
+        CaptureError: A capture cannot be opened.
+        OptionError: The address is none.
+    """
+    options, error = sized("lum_infer_options"), ffi.new("lum_error *")
+    if sensor is not None:
+        options.has_sensor, options.sensor = True, parse_address(sensor)
+    opened, kept = open_input(source), list[Any]()
+    try:
+        out = ffi.new("lum_infer **")
+        if lib.lum_infer_create(options, out, error) != 0:
+            raise failure(error, Error)
+        made = ffi.gc(out[0], lib.lum_infer_free)
+        capture, functions = _open(opened, kept)
+        try:
+            _read(made, capture, functions)
+        finally:
+            ffi.release(capture)
+        return _solve(made)
+    finally:
+        opened.close()
