@@ -1,0 +1,1 @@
+"""Calibration of a sensor from recordings of flat faces: lumcal. Needs SciPy and matplotlib (pip install lumsdk[calibrate])."""

@@ -1,0 +1,98 @@
+"""What a calibration finds: values with their standard deviations, residuals and planes."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+@dataclass
+class Parameter:
+    """A number of the calibration."""
+
+    key: str
+    """As in a calibration file, below "eyes", such as "green.mount.yaw_deg" or "blue.tof_offset_ps"."""
+    value: float
+    before: float
+    """As it was before."""
+    sigma: float
+    """Standard deviation, in the unit of the key; inf where it is held."""
+    held: str = ""
+    """Why it is held, and which recording would tell it; "" where it is measured."""
+
+
+@dataclass
+class Residuals:
+    """What is left of the ranges, each the mean of some neighbouring cells of a face: arrays of one length."""
+
+    eye: Array
+    """0 blue, 1 green."""
+    range_m: Array
+    azimuth_deg: Array
+    """Azimuth and elevation are those of the eye, before the mount."""
+    elevation_deg: Array
+    plane: Array
+    """An index into Solution.planes."""
+    capture: Array
+    """An index into Solution.captures."""
+    before_m: Array
+    """Measured less expected range with the calibration as it was, and the best poses and planes for that."""
+    after_m: Array
+
+
+@dataclass
+class Plane:
+    """A flat face that the captures share, in the frame of the first capture's sensor."""
+
+    normal: Array
+    """A unit vector towards the sensor: (3,)."""
+    offset: float
+    """normal . point of all its points, in metres."""
+    captures: tuple[int, ...]
+    """Those that see it: indices into Solution.captures."""
+    eyes: tuple[int, ...]
+    """Those that see it: 0 blue, 1 green."""
+    cells: int
+    """Cells of the grids that lie on it."""
+    points: Array
+    """Some of its points in metres, in the frame of the first capture's sensor: (n, 3)."""
+    rms_before_m: float
+    rms_after_m: float
+
+
+@dataclass
+class Solution:
+    """A calibration that was found."""
+
+    parameters: list[Parameter]
+    residuals: Residuals
+    planes: list[Plane]
+    captures: list[str]
+    rms_before_m: float
+    rms_after_m: float
+    held_out_before_m: float
+    """Root mean square on planes that the solution had not seen; nan where there is no plane to spare."""
+    held_out_after_m: float
+    is_better: bool
+    """Whether the planes that were held out are no worse than before."""
+    base: dict[str, Any] = field(default_factory=dict)
+    """The calibration as it was, nested as in a file."""
+    notes: list[str] = field(default_factory=list)
+
+    def calibration(self) -> dict[str, Any]:
+        """Nested as in a calibration file: as it was, with the values that were measured."""
+        made: dict[str, Any] = {key: _copy(value) for key, value in self.base.items()}
+        for parameter in self.parameters:
+            place = made.setdefault("eyes", {})
+            *above, name = parameter.key.split(".")
+            for part in above:
+                place = place.setdefault(part, {})
+            place[name] = parameter.value
+        return made
+
+
+def _copy(value: Any) -> Any:
+    return {key: _copy(part) for key, part in value.items()} if isinstance(value, dict) else value
