@@ -5,7 +5,29 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from ._result import Solution
+import numpy as np
+
+from .._frame import EYES
+from .._settings import Calibration
+from ._match import Pose, Seen, View, assign, look, place_all
+from ._model import CALIBRATION_COUNT, KEYS, Cells, Eye, Fixed, State, fixed_of, priors, tangents, values_of
+from ._planes import Grid, grid
+from ._result import Array, Parameter, Plane, Residuals, Solution
+from ._solve import SPOT_M, TILE_M, TILES_MAX, Fit, Group, Problem, covariance, estimate_spread, group_cells, number_tiles, solve
+
+_ROUNDS = ((8.0, 0.4, 0.1), (3.0, 0.12, 0.03), (1.2, 0.05, 0.01))
+"""Faces are joined within so many degrees and metres, and fitted with so much patience."""
+
+_COARSE_CELLS = 1500
+"""Cells of a patch in the first rounds."""
+
+_FINE_LINES, _FINE_PIXELS = 64, 2
+_WORTH = 0.5
+"""What leaves more than this share of what was known before is not observable."""
+
+_NEARER = 0.02, 0.0002
+_HELD_OUT = 3
+_SHOWN_POINTS = 400
 
 
 @dataclass
@@ -20,16 +42,204 @@ class Options:
     """More options of lumsdk.open(), such as sensor= and set=."""
 
 
-def run(options: Options) -> Solution:
-    """Calibrate. Raises lumsdk.OptionError, lumsdk.CaptureError, or ValueError where the captures do not suffice."""
-    raise NotImplementedError
+# --- Views to cells ---
 
 
-def to_yaml(solution: Solution) -> str:
-    """A calibration file with standard deviations and provenance as comments; it loads as it is."""
-    raise NotImplementedError
+@dataclass
+class Scene:
+    """Captures with their faces."""
+
+    views: list[View]
+    seen: list[Seen]
+    fixed: Fixed
+    before: Array
 
 
-def to_json(solution: Solution) -> dict[str, Any]:
-    """What --json prints."""
-    raise NotImplementedError
+def _cells(scene: Scene, of: Array, choose: Any) -> list[Cells]:
+    """Cells of all patches by capture and eye; choose(patch) tells which of a patch."""
+    made = []
+    for k, view in enumerate(scene.views):
+        for e in range(len(EYES)):
+            mine = [(index, s) for index, s in enumerate(scene.seen) if s.capture == k and s.patch.eye == e and of[index] >= 0]
+            if not mine:
+                continue
+            at = [choose(s.patch.cells) for _, s in mine]
+            plane = np.concatenate([np.full(len(cells), of[index]) for (index, _), cells in zip(mine, at)])
+            cells = np.concatenate(at)
+            g = view.grid
+            made.append(Cells(k, e, g.azimuth[e].ravel()[cells], g.elevation[e].ravel()[cells], g.range_m[e].ravel()[cells],
+                              g.sigma_m[e].ravel()[cells] ** 2, plane))
+    return made
+
+
+def _sparse(cells: Array) -> Array:
+    return cells[::max(1, len(cells) // _COARSE_CELLS)]
+
+
+def _single(cells: Cells) -> Group:
+    """Each cell as an observation."""
+    count = len(cells.plane)
+    return Group(cells, np.arange(count), np.ones(count), cells.plane, np.full(count, -1), cells.variance)
+
+
+def _state(scene: Scene, poses: list[Pose], faces: list[tuple[Array, float]], values: Array) -> State:
+    return State(values.copy(), np.zeros((2, 2, 3)), poses, np.array([f[0] for f in faces]), np.array([f[1] for f in faces]),
+                 np.zeros(len(faces)))
+
+
+def _replace(scene: Scene, state: State, of: Array) -> None:
+    """Fit each patch again, as the state sees it."""
+    for index, s in enumerate(scene.seen):
+        cells = _cells_of(scene, s, _sparse(s.patch.cells), int(of[index]))
+        eye = Eye(cells, state, scene.fixed)
+        world = eye.points + (eye.residual / eye.expected)[:, None] * (eye.points - eye.origin)
+        centre = np.median(world, 0)
+        rest = world - centre
+        normal = np.linalg.eigh(rest.T @ rest)[1][:, 0]
+        normal = normal if normal @ (eye.origin - centre) > 0 else -normal
+        s.normal, s.centre, s.offset = normal, centre, float(normal @ centre)
+
+
+def _cells_of(scene: Scene, s: Seen, cells: Array, plane: int) -> Cells:
+    g, e = scene.views[s.capture].grid, s.patch.eye
+    return Cells(s.capture, e, g.azimuth[e].ravel()[cells], g.elevation[e].ravel()[cells], g.range_m[e].ravel()[cells],
+                 g.sigma_m[e].ravel()[cells] ** 2, np.full(len(cells), plane))
+
+
+def _begin(views: list[View], poses: list[Pose]) -> list[Seen]:
+    made = []
+    for k, view in enumerate(views):
+        for patch in view.patches:
+            normal = poses[k].turn @ patch.normal
+            offset = patch.offset + float(normal @ poses[k].place)
+            centre = poses[k].turn @ (patch.normal * patch.offset) + poses[k].place
+            made.append(Seen(k, patch, normal, offset, centre))
+    return made
+
+
+def _join(scene: Scene, poses: list[Pose]) -> tuple[State, Array]:
+    """Join patches to faces and fit them, in rounds that grow stricter."""
+    values = scene.before
+    bends = np.zeros((2, 2, 3))
+    state: State
+    of: Array
+    for number, (angle, offset, loss) in enumerate(_ROUNDS):
+        of, faces = assign(scene.seen, angle, offset)
+        state = _state(scene, poses, faces, values)
+        state.bends = bends
+        groups = [_single(cells) for cells in _cells(scene, of, _sparse)]
+        problem = Problem(groups, scene.fixed, scene.before, len(scene.views), loss_m=loss)
+        state = solve(problem, state, 12 if number == 0 else 6).state
+        values, poses, bends = state.values, state.poses, state.bends
+        _replace(scene, state, of)
+    of, faces = assign(scene.seen, *_ROUNDS[-1][:2])
+    final = _state(scene, poses, faces, values)
+    final.bends = bends
+    return final, of
+
+
+# --- Cells to observations ---
+
+
+def _fine(scene: Scene, state: State, cells: Cells) -> Cells:
+    """Without outliers, and in the mean of neighbouring cells: each mean stands on the ray of the mean angles."""
+    eye = Eye(cells, state, scene.fixed)
+    off = np.abs(eye.residual * eye.slope)
+    limit = np.full(len(state.offsets), 0.01)
+    for plane in np.unique(cells.plane):
+        limit[plane] = max(0.01, 4 * 1.4826 * float(np.median(off[cells.plane == plane])))
+    kept = off < limit[cells.plane]
+    return Cells(cells.capture, cells.eye, cells.azimuth[kept], cells.elevation[kept], cells.range_m[kept], cells.variance[kept],
+                 cells.plane[kept])
+
+
+def _shrink(scene: Scene, state: State, s: Seen, plane: int) -> Cells:
+    """The cells of a patch as means of neighbours where an eye has more lines than are needed."""
+    at = s.patch.cells
+    lines, pixels = scene.views[s.capture].grid.range_m.shape[1:]
+    fine = _fine(scene, state, _cells_of(scene, s, at, plane)) if lines <= 2 * _FINE_LINES else None
+    if fine is not None:
+        return fine
+    cells = _cells_of(scene, s, at, plane)
+    key = (at // pixels // (lines // _FINE_LINES)) * pixels + at % pixels // _FINE_PIXELS
+    _, of = np.unique(key, return_inverse=True)
+    of = of.ravel()
+    count = np.bincount(of)
+
+    def mean(values: Array) -> Array:
+        made: Array = np.bincount(of, values) / count
+        return made
+
+    residual = Eye(cells, state, scene.fixed).residual
+    made = Cells(cells.capture, cells.eye, mean(cells.azimuth), mean(cells.elevation), np.zeros(len(count)),
+                 mean(cells.variance) / count, np.full(len(count), plane))
+    made.range_m = mean(residual) - Eye(made, state, scene.fixed).residual
+    return _fine(scene, state, made)
+
+
+def _joined(parts: list[Cells]) -> Cells:
+    def all_of(name: str) -> Array:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return Cells(parts[0].capture, parts[0].eye, all_of("azimuth"), all_of("elevation"), all_of("range_m"), all_of("variance"),
+                 all_of("plane"))
+
+
+def _observe(scene: Scene, state: State, of: Array) -> tuple[list[Group], int]:
+    """Squares of faces as observations, with their tiles numbered; and how many tiles there are."""
+    parts: dict[tuple[int, int], list[Cells]] = {}
+    for index, s in enumerate(scene.seen):
+        parts.setdefault((s.capture, s.patch.eye), []).append(_shrink(scene, state, s, int(of[index])))
+    joined = [_joined(part) for _, part in sorted(parts.items())]
+    scale = 1.0
+    while True:
+        made = [group_cells(cells, state, scene.fixed, SPOT_M * scale, TILE_M * scale) for cells in joined]
+        groups, names = [group for group, _ in made], [name for _, name in made]
+        tiles = number_tiles(groups, names)
+        if tiles <= TILES_MAX:
+            return groups, tiles
+        scale *= max(1.1, float(np.sqrt(tiles / TILES_MAX)))
+
+
+# --- The solution ---
+
+
+@dataclass
+class Found:
+    """A solution with what is held."""
+
+    fit: Fit
+    problem: Problem
+    held: Array
+    covariance: Array
+
+
+def _settle(problem: Problem, state: State) -> Found:
+    """Estimate the variance components, then hold what the captures do not tell."""
+    fit = solve(problem, state)
+    for _ in range(2):
+        problem.spread = estimate_spread(problem, fit)
+        fit = solve(problem, fit.state, 4)
+    held = np.zeros(CALIBRATION_COUNT, bool)
+    while True:
+        known = covariance(fit, held)
+        unknown = (np.sqrt(np.diag(known)) > _WORTH * priors()) & ~held
+        if not unknown.any():
+            return Found(fit, problem, held, known)
+        held |= unknown
+        problem.held = held
+        start = fit.state.copy()
+        start.values[held] = problem.before[held]
+        fit = solve(problem, start)
+
+
+def _calibrate(grids: Sequence[Grid], calibration: Calibration) -> tuple[Scene, State, Array, list[Group], int]:
+    views = [look(g, calibration) for g in grids]
+    for view in views:
+        if not view.patches:
+            raise ValueError(f"{view.grid.name}: shows no flat face; record a room or a yard with walls")
+    poses = place_all(views)
+    scene = Scene(views, _begin(views, poses), fixed_of(calibration, all(g.is_span for g in grids)), values_of(calibration))
+    state, of = _join(scene, poses)
+    groups, tiles = _observe(scene, state, of)
+    return scene, state, of, groups, tiles

@@ -19,6 +19,7 @@ _TILT = float(np.cos(np.radians(60.0)))
 _KEPT = 60
 """Ways to place a capture that are looked at closely."""
 
+_STAYS = 0.02
 _SEEN_M = 0.2
 _SAMPLES = 1500
 
@@ -120,11 +121,9 @@ def _places(a: View, b: View, turn: Array) -> list[tuple[float, Pose]]:
     if not len(triples):
         return []
     sides = normal[triples]
-    volume = np.abs(np.linalg.det(sides))
-    triples, sides = triples[volume > 0.3], sides[volume > 0.3]
-    if not len(triples):
-        return []
-    places = np.linalg.solve(sides, rise[triples][..., None])[..., 0]
+    # Where no three faces fix a direction, the sensor has hardly moved in it.
+    square = sides.transpose(0, 2, 1) @ sides + _STAYS * np.eye(3)
+    places = np.linalg.solve(square, sides.transpose(0, 2, 1) @ rise[triples][..., None])[..., 0]
     fits = np.abs(places @ normal.T - rise) < _OFFSET_M
     score = np.zeros(len(places))
     for index in range(len(b.patches)):

@@ -1,0 +1,353 @@
+"""Robust least squares of calibration, poses and faces together, and what it knows of its own errors.
+
+Neighbouring cells of a face count as one observation. Faces are neither flat nor equally bright: tiles of a face may stand
+out from it together, each observation a little more, and each face has a bias of range. The size of the first two is
+estimated from the captures (restricted maximum likelihood), before any prior is trusted.
+"""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Optional
+
+import numpy as np
+from scipy import sparse
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.optimize import minimize
+
+from ._match import Pose
+from ._model import BEND_COUNT, CALIBRATION_COUNT, Cells, Eye, Fixed, State, priors, tangents, turned
+from ._result import Array
+
+BIAS_M = 0.004
+BEND_DEG = 0.01
+
+TILE_M = 1.0
+SPOT_M = TILE_M / 3
+"""Cells of so large a square of a face are one observation."""
+
+TILES_MAX = 1200
+_NEAR_ZERO_M = 5e-5
+_HUBER = 3.0
+_FREE = 1e-12
+_TIGHT = 1e18
+
+
+@dataclass
+class Group:
+    """Cells, and the observation that each belongs to."""
+
+    cells: Cells
+    of: Array
+    count: Array
+    plane: Array
+    tile: Array
+    """The tile of each observation; -1 without tiles."""
+    noise: Array
+    """Variance of each observation by the noise of ranges."""
+
+    def mean(self, values: Array) -> Array:
+        made: Array = np.bincount(self.of, values, len(self.count)) / self.count
+        return made
+
+
+@dataclass
+class Linear:
+    """Observations about a state."""
+
+    residual: Array
+    """Measured less expected, without tiles."""
+    matrix: sparse.csr_matrix
+    """Derivatives of the residual."""
+    noise: Array
+    slant: Array
+    """1 / (normal . direction)^2: how much more a range changes than the face."""
+
+
+@dataclass
+class Spread:
+    """Variance components, as standard deviations in metres."""
+
+    tile: float = 0.002
+    spot: float = 0.002
+
+
+@dataclass
+class Layout:
+    """Where each unknown stands."""
+
+    captures: int
+    planes: int
+    tiles: int
+
+    @property
+    def poses(self) -> int:
+        return CALIBRATION_COUNT + BEND_COUNT
+
+    @property
+    def faces(self) -> int:
+        return self.poses + 6 * (self.captures - 1)
+
+    @property
+    def biases(self) -> int:
+        return self.faces + 3 * self.planes
+
+    @property
+    def heights(self) -> int:
+        return self.biases + self.planes
+
+    @property
+    def size(self) -> int:
+        return self.heights + self.tiles
+
+
+@dataclass
+class Problem:
+    """What is solved: observations, what is known before, and what is held."""
+
+    groups: list[Group]
+    fixed: Fixed
+    before: Array
+    captures: int
+    tiles: int = 0
+    spread: Spread = field(default_factory=Spread)
+    held: Array = field(default_factory=lambda: np.zeros(CALIBRATION_COUNT, bool))
+    loss_m: float = 0.0
+    """Observations further off than this count less, in the first rounds; 0: by their standard deviations."""
+
+
+# --- Cells to observations ---
+
+
+def group_cells(cells: Cells, state: State, fixed: Fixed, spot_m: float, tile_m: float) -> tuple[Group, Array]:
+    """Squares of faces as observations; and the names of their tiles: (n, 3), of plane, row and column."""
+    points = Eye(cells, state, fixed).points
+    first, second = tangents(state.normals)
+    s = (first[cells.plane] * points).sum(1)
+    t = (second[cells.plane] * points).sum(1)
+    row, column = np.floor(s / spot_m).astype("i8"), np.floor(t / spot_m).astype("i8")
+    key = (cells.plane.astype("i8") << 40) + ((row + (1 << 19)) << 20) + column + (1 << 19)
+    _, index, of = np.unique(key, return_index=True, return_inverse=True)
+    of = of.ravel()
+    count = np.bincount(of).astype("f8")
+    noise = np.bincount(of, cells.variance) / count ** 2
+    step = round(tile_m / spot_m)
+    names = np.stack((cells.plane[index], row[index] // step, column[index] // step), 1)
+    group = Group(cells, of, count, cells.plane[index], np.full(len(count), -1), noise)
+    return group, names
+
+
+def number_tiles(groups: Sequence[Group], names: Sequence[Array]) -> int:
+    """Give the tiles numbers over all captures: they stand out for all alike. Returns how many there are."""
+    _, of = np.unique(np.concatenate(names), axis=0, return_inverse=True)
+    of = of.ravel()
+    at = 0
+    for group in groups:
+        group.tile = of[at:at + len(group.count)]
+        at += len(group.count)
+    return int(of.max()) + 1 if len(of) else 0
+
+
+# --- The linear problem ---
+
+
+def _columns(group: Group, state: State, fixed: Fixed, layout: Layout) -> tuple[Eye, list[tuple[Array, Array]]]:
+    """Columns of the matrix for a group: (number of the unknown for each observation, derivative)."""
+    eye = Eye(group.cells, state, fixed)
+    same = np.zeros(len(group.count), "i8")
+    made: list[tuple[Array, Array]] = []
+
+    def add(first: int, columns: Sequence[Array], spacing: Optional[Array] = None) -> None:
+        for index, column in enumerate(columns):
+            made.append((same + first + index + (0 if spacing is None else spacing), group.mean(column)))
+
+    own, bends = eye.eye_columns()
+    add(4 * group.cells.eye, own)
+    add(CALIBRATION_COUNT + BEND_COUNT // 2 * group.cells.eye, bends)
+    if group.cells.eye == 1:
+        add(8, eye.mount_columns())
+    if group.cells.capture > 0:
+        add(layout.poses + 6 * (group.cells.capture - 1), eye.pose_columns())
+    add(layout.faces, eye.plane_columns(), 3 * group.plane)
+    add(layout.biases, [np.full_like(eye.expected, -1.0)], group.plane)
+    if layout.tiles:
+        add(layout.heights, [-1 / eye.slope], group.tile)
+    return eye, made
+
+
+def linearise(problem: Problem, state: State) -> tuple[Linear, Layout]:
+    """The observations about a state."""
+    layout = Layout(problem.captures, len(state.offsets), problem.tiles)
+    residual, noise, slant, rows, where, values = [], [], [], [], [], []
+    at = 0
+    for group in problem.groups:
+        eye, columns = _columns(group, state, problem.fixed, layout)
+        count = len(group.count)
+        residual.append(group.mean(eye.residual))
+        slant.append(group.mean(1 / eye.slope ** 2))
+        noise.append(group.noise)
+        for number, column in columns:
+            rows.append(np.arange(at, at + count))
+            where.append(number)
+            values.append(column)
+        at += count
+    matrix = sparse.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(where))), (at, layout.size))
+    return Linear(np.concatenate(residual), matrix, np.concatenate(noise), np.concatenate(slant)), layout
+
+
+def _prior(problem: Problem, state: State, layout: Layout, spread: Spread) -> tuple[Array, Array]:
+    """Weight of what is known of each unknown, and how far the state is from that."""
+    weight, away = np.full(layout.size, _FREE), np.zeros(layout.size)
+    weight[:CALIBRATION_COUNT] = np.where(problem.held, _TIGHT, 1.0) / priors() ** 2
+    away[:CALIBRATION_COUNT] = problem.before - state.values
+    weight[CALIBRATION_COUNT:layout.poses] = BEND_DEG ** -2
+    away[CALIBRATION_COUNT:layout.poses] = -state.bends.ravel()
+    weight[layout.biases:layout.heights] = BIAS_M ** -2
+    away[layout.biases:layout.heights] = -state.biases
+    weight[layout.heights:] = spread.tile ** -2
+    return weight, away
+
+
+def _variance(linear: Linear, spread: Spread) -> Array:
+    made: Array = linear.noise + spread.spot ** 2 * linear.slant
+    return made
+
+
+@dataclass
+class Normal:
+    """Normal equations."""
+
+    matrix: Array
+    right: Array
+    square: float
+    """Weighted squares of residuals and of what is known."""
+
+
+def _normal(linear: Linear, weight: Array, prior: tuple[Array, Array]) -> Normal:
+    weighted = linear.matrix.multiply(weight[:, None]).tocsr()
+    matrix = (linear.matrix.T @ weighted).toarray()
+    matrix[np.diag_indices_from(matrix)] += prior[0]
+    right = -(weighted.T @ linear.residual) + prior[0] * prior[1]
+    square = float(weight @ linear.residual ** 2 + prior[0] @ prior[1] ** 2)
+    return Normal(matrix, right, square)
+
+
+def _factor(matrix: Array) -> tuple[tuple[Array, bool], Array]:
+    """Cholesky factor of the matrix scaled to a diagonal of 1, and the scale."""
+    scale = 1 / np.sqrt(np.diag(matrix))
+    scaled = matrix * scale[:, None] * scale
+    try:
+        return cho_factor(scaled, lower=True), scale
+    except LinAlgError:
+        return cho_factor(scaled + 1e-9 * np.eye(len(scaled)), lower=True), scale
+
+
+def _robust(problem: Problem, linear: Linear, left: Array, spread: Spread) -> Array:
+    """Weights of the observations, less for those that are far off."""
+    variance = _variance(linear, spread)
+    if problem.loss_m > 0:
+        made: Array = 1 / (problem.loss_m ** 2 + left ** 2)
+        return made
+    off = np.abs(left) / np.sqrt(variance)
+    return np.minimum(1.0, _HUBER / np.maximum(off, 1e-12)) / variance
+
+
+def _moved(state: State, step: Array, layout: Layout) -> State:
+    """The state after a step."""
+    made = state.copy()
+    made.values += step[:CALIBRATION_COUNT]
+    made.bends += step[CALIBRATION_COUNT:layout.poses].reshape(made.bends.shape)
+    for k in range(1, layout.captures):
+        part = step[layout.poses + 6 * (k - 1):][:6]
+        pose = state.poses[k]
+        made.poses[k] = Pose(turned(part[:3]) @ pose.turn, pose.place + part[3:])
+    face = step[layout.faces:layout.biases].reshape(-1, 3)
+    first, second = tangents(state.normals)
+    made.normals = state.normals + face[:, :1] * first + face[:, 1:2] * second
+    length = np.linalg.norm(made.normals, axis=1)
+    made.normals /= length[:, None]
+    made.offsets = (state.offsets + face[:, 2]) / length
+    made.biases += step[layout.biases:layout.heights]
+    return made
+
+
+@dataclass
+class Fit:
+    """A state with all that is known of it."""
+
+    state: State
+    linear: Linear
+    layout: Layout
+    left: Array
+    """Residuals of the observations, tiles taken off."""
+    normal: Normal
+    heights: Array
+
+
+def solve(problem: Problem, state: State, rounds: int = 8) -> Fit:
+    """Gauss-Newton, with weights renewed in each round."""
+    heights = np.zeros(problem.tiles)
+    size = np.inf
+    for turn in range(rounds):
+        linear, layout = linearise(problem, state)
+        left = linear.residual + linear.matrix[:, layout.heights:] @ heights
+        weight = _robust(problem, linear, left, problem.spread)
+        prior = _prior(problem, state, layout, problem.spread)
+        normal = _normal(linear, weight, prior)
+        if size < 1e-3 or turn == rounds - 1:
+            break
+        factor, scale = _factor(normal.matrix)
+        step = scale * cho_solve(factor, scale * normal.right)
+        heights = step[layout.heights:]
+        state = _moved(state, step, layout)
+        size = float(np.abs(step[:layout.heights] / np.maximum(np.r_[priors(), np.full(layout.heights - CALIBRATION_COUNT, 0.02)],
+                                                              1e-9)).max())
+    return Fit(state, linear, layout, left, normal, heights)
+
+
+# --- How uneven the faces are ---
+
+
+def estimate_spread(problem: Problem, fit: Fit) -> Spread:
+    """Standard deviations of tiles and of single observations that make the residuals most likely."""
+    weight = _robust(problem, fit.linear, fit.left, problem.spread) * _variance(fit.linear, problem.spread)
+    linear, layout = fit.linear, fit.layout
+
+    def cost(logs: Array) -> float:
+        spread = Spread(*np.exp(np.clip(logs, np.log(_NEAR_ZERO_M), np.log(0.05))))
+        variance = _variance(linear, spread) / weight
+        prior = _prior(problem, fit.state, layout, spread)
+        normal = _normal(linear, 1 / variance, prior)
+        factor, scale = _factor(normal.matrix)
+        determinant = 2 * np.log(np.diag(factor[0])).sum() - 2 * np.log(scale).sum()
+        explained = float((scale * normal.right) @ cho_solve(factor, scale * normal.right))
+        excess = float(np.log(spread.tile / _NEAR_ZERO_M) + np.log(spread.spot / _NEAR_ZERO_M)) * 1e-3
+        return float(np.log(variance).sum() + 2 * layout.tiles * np.log(spread.tile) + determinant + normal.square - explained + excess)
+
+    start = np.log([problem.spread.tile, problem.spread.spot])
+    found = minimize(cost, start, method="Nelder-Mead",
+                     options={"xatol": 0.05, "fatol": 0.3, "maxfev": 50, "initial_simplex": start + [[0, 0], [-1.5, 0], [0, -1.5]]})
+    tile, spot = np.exp(np.clip(found.x, np.log(_NEAR_ZERO_M), np.log(0.05)))
+    return Spread(float(tile), float(spot))
+
+
+# --- What is known of the result ---
+
+
+def covariance(fit: Fit, held: Array) -> Array:
+    """Covariance of the calibration, what is held being as uncertain as its prior."""
+    keep = np.ones(fit.layout.size, bool)
+    keep[:CALIBRATION_COUNT] = ~held
+    factor, scale = _factor(fit.normal.matrix[np.ix_(keep, keep)])
+    free = CALIBRATION_COUNT - int(held.sum())
+    right = np.zeros((len(scale), free))
+    right[np.arange(free), np.arange(free)] = scale[:free]
+    own = (scale[:, None] * cho_solve(factor, right))[:free]
+    cross = fit.normal.matrix[np.ix_(keep, ~keep)]
+    pulled = (scale[:, None] * cho_solve(factor, scale[:, None] * cross))[:free]
+    made = np.zeros((CALIBRATION_COUNT, CALIBRATION_COUNT))
+    known = own + pulled * priors()[held] ** 2 @ pulled.T
+    index = np.flatnonzero(~held)
+    made[np.ix_(index, index)] = known
+    made[held, held] = priors()[held] ** 2
+    return made
