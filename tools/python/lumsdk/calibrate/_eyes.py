@@ -13,7 +13,7 @@ from ._match import Pose, Seen, View, assign, look, place_all
 from ._model import CALIBRATION_COUNT, KEYS, Cells, Eye, Fixed, State, fixed_of, priors, tangents, values_of
 from ._planes import Grid, grid
 from ._result import Array, Parameter, Plane, Residuals, Solution
-from ._solve import SPOT_M, TILE_M, TILES_MAX, Fit, Group, Problem, covariance, estimate_spread, group_cells, number_tiles, solve
+from ._solve import TILE_M, TILES_MAX, Fit, Group, Problem, covariance, estimate_spread, group_cells, number_tiles, solve
 
 _ROUNDS = ((8.0, 0.4, 0.1), (3.0, 0.12, 0.03), (1.2, 0.05, 0.01))
 """Faces are joined within so many degrees and metres, and fitted with so much patience."""
@@ -185,20 +185,20 @@ def _joined(parts: list[Cells]) -> Cells:
                  all_of("plane"))
 
 
-def _observe(scene: Scene, state: State, of: Array) -> tuple[list[Group], int]:
-    """Squares of faces as observations, with their tiles numbered; and how many tiles there are."""
+def _observe(scene: Scene, state: State, of: Array) -> tuple[list[Group], Array]:
+    """Squares of faces as observations, with their tiles; and plane and place in metres of those."""
     parts: dict[tuple[int, int], list[Cells]] = {}
     for index, s in enumerate(scene.seen):
         parts.setdefault((s.capture, s.patch.eye), []).append(_shrink(scene, state, s, int(of[index])))
     joined = [_joined(part) for _, part in sorted(parts.items())]
     scale = 1.0
     while True:
-        made = [group_cells(cells, state, scene.fixed, SPOT_M * scale, TILE_M * scale) for cells in joined]
+        made = [group_cells(cells, state, scene.fixed, TILE_M * scale) for cells in joined]
         groups, names = [group for group, _ in made], [name for _, name in made]
         tiles = number_tiles(groups, names)
-        if tiles <= TILES_MAX:
-            return groups, tiles
-        scale *= max(1.1, float(np.sqrt(tiles / TILES_MAX)))
+        if len(tiles) <= TILES_MAX:
+            return groups, tiles * [1.0, TILE_M * scale, TILE_M * scale]
+        scale *= max(1.1, float(np.sqrt(len(tiles) / TILES_MAX)))
 
 
 # --- The solution ---
@@ -233,7 +233,7 @@ def _settle(problem: Problem, state: State) -> Found:
         fit = solve(problem, start)
 
 
-def _calibrate(grids: Sequence[Grid], calibration: Calibration) -> tuple[Scene, State, Array, list[Group], int]:
+def _calibrate(grids: Sequence[Grid], calibration: Calibration) -> tuple[Scene, State, Array, list[Group], Array]:
     views = [look(g, calibration) for g in grids]
     for view in views:
         if not view.patches:

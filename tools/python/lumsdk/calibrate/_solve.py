@@ -1,8 +1,9 @@
 """Robust least squares of calibration, poses and faces together, and what it knows of its own errors.
 
-Neighbouring cells of a face count as one observation. Faces are neither flat nor equally bright: tiles of a face may stand
-out from it together, each observation a little more, and each face has a bias of range. The size of the first two is
-estimated from the captures (restricted maximum likelihood), before any prior is trusted.
+Neighbouring cells of a face count as one observation. Faces are neither flat nor equally bright: tiles of a face stand out
+from it, neighbours alike; each observation errs a little more; and each face has a bias of range. How far tiles stand out,
+over which length they are alike, and how much observations err, is estimated from the captures (restricted maximum
+likelihood) before any prior is trusted.
 """
 from __future__ import annotations
 
@@ -14,6 +15,7 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.optimize import minimize
+from scipy.spatial.distance import cdist
 
 from ._match import Pose
 from ._model import BEND_COUNT, CALIBRATION_COUNT, Cells, Eye, Fixed, State, priors, tangents, turned
@@ -22,12 +24,12 @@ from ._result import Array
 BIAS_M = 0.004
 BEND_DEG = 0.01
 
-TILE_M = 1.0
-SPOT_M = TILE_M / 3
-"""Cells of so large a square of a face are one observation."""
+TILE_M = 1 / 3
+"""Cells of so large a square of a face are one observation for each eye and capture."""
 
-TILES_MAX = 1200
+TILES_MAX = 1000
 _NEAR_ZERO_M = 5e-5
+_LENGTH_M, _LENGTH_SPREAD = 0.7, 0.7
 _HUBER = 3.0
 _FREE = 1e-12
 _TIGHT = 1e18
@@ -69,7 +71,9 @@ class Spread:
     """Variance components, as standard deviations in metres."""
 
     tile: float = 0.002
-    spot: float = 0.002
+    spot: float = 0.001
+    length: float = 0.7
+    """Metres over which tiles are alike."""
 
 
 @dataclass
@@ -109,7 +113,8 @@ class Problem:
     fixed: Fixed
     before: Array
     captures: int
-    tiles: int = 0
+    tiles: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    """Plane and place on it of each tile."""
     spread: Spread = field(default_factory=Spread)
     held: Array = field(default_factory=lambda: np.zeros(CALIBRATION_COUNT, bool))
     loss_m: float = 0.0
@@ -119,33 +124,46 @@ class Problem:
 # --- Cells to observations ---
 
 
-def group_cells(cells: Cells, state: State, fixed: Fixed, spot_m: float, tile_m: float) -> tuple[Group, Array]:
+def group_cells(cells: Cells, state: State, fixed: Fixed, tile_m: float) -> tuple[Group, Array]:
     """Squares of faces as observations; and the names of their tiles: (n, 3), of plane, row and column."""
     points = Eye(cells, state, fixed).points
     first, second = tangents(state.normals)
     s = (first[cells.plane] * points).sum(1)
     t = (second[cells.plane] * points).sum(1)
-    row, column = np.floor(s / spot_m).astype("i8"), np.floor(t / spot_m).astype("i8")
+    row, column = np.floor(s / tile_m).astype("i8"), np.floor(t / tile_m).astype("i8")
     key = (cells.plane.astype("i8") << 40) + ((row + (1 << 19)) << 20) + column + (1 << 19)
     _, index, of = np.unique(key, return_index=True, return_inverse=True)
     of = of.ravel()
     count = np.bincount(of).astype("f8")
     noise = np.bincount(of, cells.variance) / count ** 2
-    step = round(tile_m / spot_m)
-    names = np.stack((cells.plane[index], row[index] // step, column[index] // step), 1)
+    names = np.stack((cells.plane[index], row[index], column[index]), 1)
     group = Group(cells, of, count, cells.plane[index], np.full(len(count), -1), noise)
     return group, names
 
 
-def number_tiles(groups: Sequence[Group], names: Sequence[Array]) -> int:
-    """Give the tiles numbers over all captures: they stand out for all alike. Returns how many there are."""
-    _, of = np.unique(np.concatenate(names), axis=0, return_inverse=True)
+def number_tiles(groups: Sequence[Group], names: Sequence[Array]) -> Array:
+    """Give the tiles numbers over all captures: they stand out for all alike. Returns their names."""
+    made, of = np.unique(np.concatenate(names), axis=0, return_inverse=True)
     of = of.ravel()
     at = 0
     for group in groups:
         group.tile = of[at:at + len(group.count)]
         at += len(group.count)
-    return int(of.max()) + 1 if len(of) else 0
+    return np.asarray(made)
+
+
+def _unevenness(tiles: Array, spread: Spread) -> tuple[Array, float]:
+    """What is known of the tiles: the inverse of their covariance, and the logarithm of its determinant."""
+    inverse, determinant = np.zeros((len(tiles), len(tiles))), 0.0
+    for plane in np.unique(tiles[:, 0]):
+        at = np.flatnonzero(tiles[:, 0] == plane)
+        near = cdist(tiles[at, 1:], tiles[at, 1:]) * (np.sqrt(3) / spread.length)
+        matrix = (1 + near) * np.exp(-near)
+        matrix[np.diag_indices_from(matrix)] += 1e-6
+        factor = cho_factor(matrix, lower=True)
+        inverse[np.ix_(at, at)] = cho_solve(factor, np.eye(len(at))) / spread.tile ** 2
+        determinant += 2 * float(np.log(np.diag(factor[0])).sum() + len(at) * np.log(spread.tile))
+    return inverse, determinant
 
 
 # --- The linear problem ---
@@ -177,7 +195,7 @@ def _columns(group: Group, state: State, fixed: Fixed, layout: Layout) -> tuple[
 
 def linearise(problem: Problem, state: State) -> tuple[Linear, Layout]:
     """The observations about a state."""
-    layout = Layout(problem.captures, len(state.offsets), problem.tiles)
+    layout = Layout(problem.captures, len(state.offsets), len(problem.tiles))
     residual, noise, slant, rows, where, values = [], [], [], [], [], []
     at = 0
     for group in problem.groups:
@@ -195,8 +213,8 @@ def linearise(problem: Problem, state: State) -> tuple[Linear, Layout]:
     return Linear(np.concatenate(residual), matrix, np.concatenate(noise), np.concatenate(slant)), layout
 
 
-def _prior(problem: Problem, state: State, layout: Layout, spread: Spread) -> tuple[Array, Array]:
-    """Weight of what is known of each unknown, and how far the state is from that."""
+def _prior(problem: Problem, state: State, layout: Layout) -> tuple[Array, Array]:
+    """Weight of what is known of each unknown but the tiles, and how far the state is from that."""
     weight, away = np.full(layout.size, _FREE), np.zeros(layout.size)
     weight[:CALIBRATION_COUNT] = np.where(problem.held, _TIGHT, 1.0) / priors() ** 2
     away[:CALIBRATION_COUNT] = problem.before - state.values
@@ -204,7 +222,7 @@ def _prior(problem: Problem, state: State, layout: Layout, spread: Spread) -> tu
     away[CALIBRATION_COUNT:layout.poses] = -state.bends.ravel()
     weight[layout.biases:layout.heights] = BIAS_M ** -2
     away[layout.biases:layout.heights] = -state.biases
-    weight[layout.heights:] = spread.tile ** -2
+    weight[layout.heights:] = 0
     return weight, away
 
 
@@ -223,10 +241,11 @@ class Normal:
     """Weighted squares of residuals and of what is known."""
 
 
-def _normal(linear: Linear, weight: Array, prior: tuple[Array, Array]) -> Normal:
+def _normal(linear: Linear, weight: Array, prior: tuple[Array, Array], tiles: Array) -> Normal:
     weighted = linear.matrix.multiply(weight[:, None]).tocsr()
     matrix = (linear.matrix.T @ weighted).toarray()
     matrix[np.diag_indices_from(matrix)] += prior[0]
+    matrix[len(matrix) - len(tiles):, len(matrix) - len(tiles):] += tiles
     right = -(weighted.T @ linear.residual) + prior[0] * prior[1]
     square = float(weight @ linear.residual ** 2 + prior[0] @ prior[1] ** 2)
     return Normal(matrix, right, square)
@@ -286,14 +305,14 @@ class Fit:
 
 def solve(problem: Problem, state: State, rounds: int = 8) -> Fit:
     """Gauss-Newton, with weights renewed in each round."""
-    heights = np.zeros(problem.tiles)
+    heights = np.zeros(len(problem.tiles))
+    tiles = _unevenness(problem.tiles, problem.spread)[0]
     size = np.inf
     for turn in range(rounds):
         linear, layout = linearise(problem, state)
         left = linear.residual + linear.matrix[:, layout.heights:] @ heights
         weight = _robust(problem, linear, left, problem.spread)
-        prior = _prior(problem, state, layout, problem.spread)
-        normal = _normal(linear, weight, prior)
+        normal = _normal(linear, weight, _prior(problem, state, layout), tiles)
         if size < 1e-3 or turn == rounds - 1:
             break
         factor, scale = _factor(normal.matrix)
@@ -313,22 +332,28 @@ def estimate_spread(problem: Problem, fit: Fit) -> Spread:
     weight = _robust(problem, fit.linear, fit.left, problem.spread) * _variance(fit.linear, problem.spread)
     linear, layout = fit.linear, fit.layout
 
+    prior = _prior(problem, fit.state, layout)
+
     def cost(logs: Array) -> float:
-        spread = Spread(*np.exp(np.clip(logs, np.log(_NEAR_ZERO_M), np.log(0.05))))
+        spread = _spread(logs)
         variance = _variance(linear, spread) / weight
-        prior = _prior(problem, fit.state, layout, spread)
-        normal = _normal(linear, 1 / variance, prior)
+        tiles, of_tiles = _unevenness(problem.tiles, spread)
+        normal = _normal(linear, 1 / variance, prior, tiles)
         factor, scale = _factor(normal.matrix)
         determinant = 2 * np.log(np.diag(factor[0])).sum() - 2 * np.log(scale).sum()
         explained = float((scale * normal.right) @ cho_solve(factor, scale * normal.right))
-        excess = float(np.log(spread.tile / _NEAR_ZERO_M) + np.log(spread.spot / _NEAR_ZERO_M)) * 1e-3
-        return float(np.log(variance).sum() + 2 * layout.tiles * np.log(spread.tile) + determinant + normal.square - explained + excess)
+        usual = ((logs[2] - np.log(_LENGTH_M)) / _LENGTH_SPREAD) ** 2
+        return float(np.log(variance).sum() + of_tiles + determinant + normal.square - explained + usual)
 
-    start = np.log([problem.spread.tile, problem.spread.spot])
-    found = minimize(cost, start, method="Nelder-Mead",
-                     options={"xatol": 0.05, "fatol": 0.3, "maxfev": 50, "initial_simplex": start + [[0, 0], [-1.5, 0], [0, -1.5]]})
-    tile, spot = np.exp(np.clip(found.x, np.log(_NEAR_ZERO_M), np.log(0.05)))
-    return Spread(float(tile), float(spot))
+    start = np.log([problem.spread.tile, problem.spread.spot, problem.spread.length])
+    found = minimize(cost, start, method="Nelder-Mead", options={
+        "xatol": 0.08, "fatol": 0.3, "maxfev": 60, "initial_simplex": start + [[0, 0, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 0.5]]})
+    return _spread(found.x)
+
+
+def _spread(logs: Array) -> Spread:
+    tile, spot = np.exp(np.clip(logs[:2], np.log(_NEAR_ZERO_M), np.log(0.05)))
+    return Spread(float(tile), float(spot), float(np.exp(np.clip(logs[2], np.log(0.2), np.log(4.0)))))
 
 
 # --- What is known of the result ---
