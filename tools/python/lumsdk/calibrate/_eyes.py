@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Optional
 
 import numpy as np
 
@@ -15,10 +15,12 @@ from ._planes import Grid, grid
 from ._result import Array, Parameter, Plane, Residuals, Solution
 from ._solve import TILE_M, TILES_MAX, Fit, Group, Problem, covariance, estimate_spread, group_cells, number_tiles, solve
 
-_ROUNDS = ((8.0, 0.4, 0.1), (3.0, 0.12, 0.03), (1.2, 0.05, 0.01))
-"""Faces are joined within so many degrees and metres, and fitted with so much patience."""
+_STARTS_M = 0.1, 0.05, 0.2, 0.4
+_ROUNDS = ((8.0, 1.0, 0.05), (4.0, 0.6, 0.03), (2.0, 0.4, 0.02), (1.0, 0.2, 0.01))
+"""Faces are joined within so many degrees and parts of a start, and fitted with so much patience."""
 
-_COARSE_CELLS = 1500
+_JOINT_M = 0.02
+_COARSE_CELLS = 250
 """Cells of a patch in the first rounds."""
 
 _FINE_LINES, _FINE_PIXELS = 64, 2
@@ -82,9 +84,9 @@ def _single(cells: Cells) -> Group:
     return Group(cells, np.arange(count), np.ones(count), cells.plane, np.full(count, -1), cells.variance)
 
 
-def _state(scene: Scene, poses: list[Pose], faces: list[tuple[Array, float]], values: Array) -> State:
-    return State(values.copy(), np.zeros((2, 2, 3)), poses, np.array([f[0] for f in faces]), np.array([f[1] for f in faces]),
-                 np.zeros(len(faces)))
+def _state(poses: list[Pose], faces: list[tuple[Array, float]], values: Array, bends: Optional[Array] = None) -> State:
+    return State(values.copy(), np.zeros((2, 2, 3)) if bends is None else bends.copy(), list(poses),
+                 np.array([f[0] for f in faces]).reshape(-1, 3), np.array([f[1] for f in faces]), np.zeros(len(faces)))
 
 
 def _replace(scene: Scene, state: State, of: Array) -> None:
@@ -117,25 +119,36 @@ def _begin(views: list[View], poses: list[Pose]) -> list[Seen]:
     return made
 
 
-def _join(scene: Scene, poses: list[Pose]) -> tuple[State, Array]:
-    """Join patches to faces and fit them, in rounds that grow stricter."""
-    values = scene.before
-    bends = np.zeros((2, 2, 3))
-    state: State
-    of: Array
-    for number, (angle, offset, loss) in enumerate(_ROUNDS):
-        of, faces = assign(scene.seen, angle, offset)
-        state = _state(scene, poses, faces, values)
-        state.bends = bends
+def _try(scene: Scene, poses: list[Pose], start_m: float) -> tuple[float, State, Array]:
+    """Join patches to faces and fit them, in rounds that grow stricter; and how good that is.
+
+    Each patch that finds a face speaks for it; a calibration that is not likely, and patches that do not fit their faces,
+    against it.
+    """
+    scene.seen = _begin(scene.views, poses)
+    state = _state(poses, [], scene.before)
+    for number, (angle, share, loss) in enumerate(_ROUNDS):
+        of, faces = assign(scene.seen, angle, max(_JOINT_M, start_m * share))
+        state = _state(state.poses, faces, state.values, state.bends)
         groups = [_single(cells) for cells in _cells(scene, of, _sparse)]
         problem = Problem(groups, scene.fixed, scene.before, len(scene.views), loss_m=loss)
-        state = solve(problem, state, 12 if number == 0 else 6).state
-        values, poses, bends = state.values, state.poses, state.bends
+        state = solve(problem, state, 10 if number == 0 else 5).state
         _replace(scene, state, of)
-    of, faces = assign(scene.seen, *_ROUNDS[-1][:2])
-    final = _state(scene, poses, faces, values)
-    final.bends = bends
-    return final, of
+    of, faces = assign(scene.seen, _ROUNDS[-1][0], _JOINT_M)
+    away = (state.values - scene.before) / priors()
+    joined = len(scene.seen) - len(faces)
+    return joined - 0.5 * float(away @ away), _state(state.poses, faces, state.values, state.bends), of
+
+
+def _join(scene: Scene, poses: list[Pose]) -> tuple[State, Array]:
+    """The best of several starts: faces that lie near each other must not be taken for one."""
+    best = -np.inf
+    for start_m in _STARTS_M:
+        score, state, of = _try(scene, poses, start_m)
+        if score > best:
+            best, found = score, (state, of, scene.seen)
+    scene.seen = found[2]
+    return found[:2]
 
 
 # --- Cells to observations ---
