@@ -1,7 +1,8 @@
 """lumcal eyes: from captures of a room to a calibration."""
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Optional
 
@@ -9,27 +10,24 @@ import numpy as np
 
 from .._frame import EYES
 from .._settings import Calibration
-from ._match import Pose, Seen, View, assign, look, place_all
-from ._model import CALIBRATION_COUNT, KEYS, Cells, Eye, Fixed, State, fixed_of, priors, tangents, values_of
+from ._faces import Scene, begin, join, observe, without
+from ._match import look, place_all
+from ._model import CALIBRATION_COUNT, KEYS, Eye, State, fixed_of, priors, tangents, values_of
 from ._planes import Grid, grid
 from ._result import Array, Parameter, Plane, Residuals, Solution
-from ._solve import TILE_M, TILES_MAX, Fit, Group, Problem, covariance, estimate_spread, group_cells, number_tiles, solve
+from ._solve import Fit, Group, Problem, Spread, covariance, estimate_spread, linearise, solve
 
-_STARTS_M = 0.1, 0.05, 0.2, 0.4
-_ROUNDS = ((8.0, 1.0, 0.05), (4.0, 0.6, 0.03), (2.0, 0.4, 0.02), (1.0, 0.2, 0.01))
-"""Faces are joined within so many degrees and parts of a start, and fitted with so much patience."""
-
-_JOINT_M = 0.02
-_COARSE_CELLS = 250
-"""Cells of a patch in the first rounds."""
-
-_FINE_LINES, _FINE_PIXELS = 64, 2
 _WORTH = 0.5
 """What leaves more than this share of what was known before is not observable."""
 
-_NEARER = 0.02, 0.0002
 _HELD_OUT = 3
+_FACES_LEFT = 5
+_WORSE = 1.02, 0.0002
 _SHOWN_POINTS = 400
+_FRAMES = 20
+
+CAPTURES = 3
+"""As many suffice."""
 
 
 @dataclass
@@ -41,193 +39,23 @@ class Options:
     """What it was before: a lumsdk.Calibration, a path or None for the typical one."""
     profile: Any = None
     reading: dict[str, Any] = field(default_factory=dict)
-    """More options of lumsdk.open(), such as sensor= and set=."""
-
-
-# --- Views to cells ---
+    """More options of lumsdk.open(), such as sensor=."""
 
 
 @dataclass
-class Scene:
-    """Captures with their faces."""
+class _Found:
+    """A solution with what is held."""
 
-    views: list[View]
-    seen: list[Seen]
-    fixed: Fixed
-    before: Array
-
-
-def _cells(scene: Scene, of: Array, choose: Any) -> list[Cells]:
-    """Cells of all patches by capture and eye; choose(patch) tells which of a patch."""
-    made = []
-    for k, view in enumerate(scene.views):
-        for e in range(len(EYES)):
-            mine = [(index, s) for index, s in enumerate(scene.seen) if s.capture == k and s.patch.eye == e and of[index] >= 0]
-            if not mine:
-                continue
-            at = [choose(s.patch.cells) for _, s in mine]
-            plane = np.concatenate([np.full(len(cells), of[index]) for (index, _), cells in zip(mine, at)])
-            cells = np.concatenate(at)
-            g = view.grid
-            made.append(Cells(k, e, g.azimuth[e].ravel()[cells], g.elevation[e].ravel()[cells], g.range_m[e].ravel()[cells],
-                              g.sigma_m[e].ravel()[cells] ** 2, plane))
-    return made
-
-
-def _sparse(cells: Array) -> Array:
-    return cells[::max(1, len(cells) // _COARSE_CELLS)]
-
-
-def _single(cells: Cells) -> Group:
-    """Each cell as an observation."""
-    count = len(cells.plane)
-    return Group(cells, np.arange(count), np.ones(count), cells.plane, np.full(count, -1), cells.variance)
-
-
-def _state(poses: list[Pose], faces: list[tuple[Array, float]], values: Array, bends: Optional[Array] = None) -> State:
-    return State(values.copy(), np.zeros((2, 2, 3)) if bends is None else bends.copy(), list(poses),
-                 np.array([f[0] for f in faces]).reshape(-1, 3), np.array([f[1] for f in faces]), np.zeros(len(faces)))
-
-
-def _replace(scene: Scene, state: State, of: Array) -> None:
-    """Fit each patch again, as the state sees it."""
-    for index, s in enumerate(scene.seen):
-        cells = _cells_of(scene, s, _sparse(s.patch.cells), int(of[index]))
-        eye = Eye(cells, state, scene.fixed)
-        world = eye.points + (eye.residual / eye.expected)[:, None] * (eye.points - eye.origin)
-        centre = np.median(world, 0)
-        rest = world - centre
-        normal = np.linalg.eigh(rest.T @ rest)[1][:, 0]
-        normal = normal if normal @ (eye.origin - centre) > 0 else -normal
-        s.normal, s.centre, s.offset = normal, centre, float(normal @ centre)
-
-
-def _cells_of(scene: Scene, s: Seen, cells: Array, plane: int) -> Cells:
-    g, e = scene.views[s.capture].grid, s.patch.eye
-    return Cells(s.capture, e, g.azimuth[e].ravel()[cells], g.elevation[e].ravel()[cells], g.range_m[e].ravel()[cells],
-                 g.sigma_m[e].ravel()[cells] ** 2, np.full(len(cells), plane))
-
-
-def _begin(views: list[View], poses: list[Pose]) -> list[Seen]:
-    made = []
-    for k, view in enumerate(views):
-        for patch in view.patches:
-            normal = poses[k].turn @ patch.normal
-            offset = patch.offset + float(normal @ poses[k].place)
-            centre = poses[k].turn @ (patch.normal * patch.offset) + poses[k].place
-            made.append(Seen(k, patch, normal, offset, centre))
-    return made
-
-
-def _try(scene: Scene, poses: list[Pose], start_m: float) -> tuple[float, State, Array]:
-    """Join patches to faces and fit them, in rounds that grow stricter; and how good that is.
-
-    Each patch that finds a face speaks for it; a calibration that is not likely, and patches that do not fit their faces,
-    against it.
-    """
-    scene.seen = _begin(scene.views, poses)
-    state = _state(poses, [], scene.before)
-    for number, (angle, share, loss) in enumerate(_ROUNDS):
-        of, faces = assign(scene.seen, angle, max(_JOINT_M, start_m * share))
-        state = _state(state.poses, faces, state.values, state.bends)
-        groups = [_single(cells) for cells in _cells(scene, of, _sparse)]
-        problem = Problem(groups, scene.fixed, scene.before, len(scene.views), loss_m=loss)
-        state = solve(problem, state, 10 if number == 0 else 5).state
-        _replace(scene, state, of)
-    of, faces = assign(scene.seen, _ROUNDS[-1][0], _JOINT_M)
-    away = (state.values - scene.before) / priors()
-    joined = len(scene.seen) - len(faces)
-    return joined - 0.5 * float(away @ away), _state(state.poses, faces, state.values, state.bends), of
-
-
-def _join(scene: Scene, poses: list[Pose]) -> tuple[State, Array]:
-    """The best of several starts: faces that lie near each other must not be taken for one."""
-    best = -np.inf
-    for start_m in _STARTS_M:
-        score, state, of = _try(scene, poses, start_m)
-        if score > best:
-            best, found = score, (state, of, scene.seen)
-    scene.seen = found[2]
-    return found[:2]
-
-
-# --- Cells to observations ---
-
-
-def _fine(scene: Scene, state: State, cells: Cells) -> Cells:
-    """Without outliers, and in the mean of neighbouring cells: each mean stands on the ray of the mean angles."""
-    eye = Eye(cells, state, scene.fixed)
-    off = np.abs(eye.residual * eye.slope)
-    limit = np.full(len(state.offsets), 0.01)
-    for plane in np.unique(cells.plane):
-        limit[plane] = max(0.01, 4 * 1.4826 * float(np.median(off[cells.plane == plane])))
-    kept = off < limit[cells.plane]
-    return Cells(cells.capture, cells.eye, cells.azimuth[kept], cells.elevation[kept], cells.range_m[kept], cells.variance[kept],
-                 cells.plane[kept])
-
-
-def _shrink(scene: Scene, state: State, s: Seen, plane: int) -> Cells:
-    """The cells of a patch as means of neighbours where an eye has more lines than are needed."""
-    at = s.patch.cells
-    lines, pixels = scene.views[s.capture].grid.range_m.shape[1:]
-    fine = _fine(scene, state, _cells_of(scene, s, at, plane)) if lines <= 2 * _FINE_LINES else None
-    if fine is not None:
-        return fine
-    cells = _cells_of(scene, s, at, plane)
-    key = (at // pixels // (lines // _FINE_LINES)) * pixels + at % pixels // _FINE_PIXELS
-    _, of = np.unique(key, return_inverse=True)
-    of = of.ravel()
-    count = np.bincount(of)
-
-    def mean(values: Array) -> Array:
-        made: Array = np.bincount(of, values) / count
-        return made
-
-    residual = Eye(cells, state, scene.fixed).residual
-    made = Cells(cells.capture, cells.eye, mean(cells.azimuth), mean(cells.elevation), np.zeros(len(count)),
-                 mean(cells.variance) / count, np.full(len(count), plane))
-    made.range_m = mean(residual) - Eye(made, state, scene.fixed).residual
-    return _fine(scene, state, made)
-
-
-def _joined(parts: list[Cells]) -> Cells:
-    def all_of(name: str) -> Array:
-        return np.concatenate([getattr(part, name) for part in parts])
-
-    return Cells(parts[0].capture, parts[0].eye, all_of("azimuth"), all_of("elevation"), all_of("range_m"), all_of("variance"),
-                 all_of("plane"))
-
-
-def _observe(scene: Scene, state: State, of: Array) -> tuple[list[Group], Array]:
-    """Squares of faces as observations, with their tiles; and plane and place in metres of those."""
-    parts: dict[tuple[int, int], list[Cells]] = {}
-    for index, s in enumerate(scene.seen):
-        parts.setdefault((s.capture, s.patch.eye), []).append(_shrink(scene, state, s, int(of[index])))
-    joined = [_joined(part) for _, part in sorted(parts.items())]
-    scale = 1.0
-    while True:
-        made = [group_cells(cells, state, scene.fixed, TILE_M * scale) for cells in joined]
-        groups, names = [group for group, _ in made], [name for _, name in made]
-        tiles = number_tiles(groups, names)
-        if len(tiles) <= TILES_MAX:
-            return groups, tiles * [1.0, TILE_M * scale, TILE_M * scale]
-        scale *= max(1.1, float(np.sqrt(len(tiles) / TILES_MAX)))
+    fit: Fit
+    held: Array
+    covariance: Array
+    spread: Spread
 
 
 # --- The solution ---
 
 
-@dataclass
-class Found:
-    """A solution with what is held."""
-
-    fit: Fit
-    problem: Problem
-    held: Array
-    covariance: Array
-
-
-def _settle(problem: Problem, state: State) -> Found:
+def _settle(problem: Problem, state: State) -> _Found:
     """Estimate the variance components, then hold what the captures do not tell."""
     fit = solve(problem, state)
     for _ in range(2):
@@ -238,21 +66,272 @@ def _settle(problem: Problem, state: State) -> Found:
         known = covariance(fit, held)
         unknown = (np.sqrt(np.diag(known)) > _WORTH * priors()) & ~held
         if not unknown.any():
-            return Found(fit, problem, held, known)
-        held |= unknown
+            return _Found(fit, held, known, problem.spread)
+        held = held | unknown
         problem.held = held
         start = fit.state.copy()
         start.values[held] = problem.before[held]
         fit = solve(problem, start)
 
 
-def _calibrate(grids: Sequence[Grid], calibration: Calibration) -> tuple[Scene, State, Array, list[Group], Array]:
+def _with_values(problem: Problem, state: State, values: Array) -> State:
+    """Poses and faces that fit best where the calibration is given, as a file has it: without bends of the mirrors."""
+    total = float(np.hypot(problem.spread.tile, problem.spread.spot))
+    given = Problem(problem.groups, problem.fixed, values, problem.captures, held=np.ones(CALIBRATION_COUNT, bool),
+                    spread=Spread(0.0, total), is_bent=False)
+    start = state.copy()
+    start.values, start.bends = values.copy(), np.zeros_like(state.bends)
+    return solve(given, start).state
+
+
+def _residuals(groups: Sequence[Group], state: State, problem: Problem) -> Array:
+    """Residuals of observations across their faces, in metres."""
+    made = []
+    for group in groups:
+        eye = Eye(group.cells, state, problem.fixed)
+        made.append(group.mean(eye.residual * eye.slope))
+    return np.concatenate(made)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values ** 2))) if len(values) else float("nan")
+
+
+# --- Faces that are held out ---
+
+
+def _spare_faces(problem: Problem, state: State) -> Array:
+    """Faces that can be held out: seen more than once, and of a middling size."""
+    count = len(state.offsets)
+    size, seen = np.zeros(count), np.zeros(count)
+    for group in problem.groups:
+        cells = np.bincount(group.plane, minlength=count)
+        size += cells
+        seen += cells > 0
+    spare = np.flatnonzero(seen > 1)
+    most = min(_HELD_OUT, max(0, (seen > 1).sum() - _FACES_LEFT))
+    order = spare[np.argsort(-size[spare], kind="stable")]
+    first = len(order) // 3
+    return np.asarray(order[first:first + most])
+
+
+def _fit_faces(problem: Problem, state: State) -> Array:
+    """Residuals across faces once each face is fitted, poses and calibration as they are."""
+    for _ in range(3):
+        linear, layout = linearise(problem, state)
+        columns = linear.matrix[:, layout.faces:layout.biases].toarray()
+        weight = 1 / np.sqrt(linear.slant)[:, None]
+        step = np.linalg.lstsq(columns * weight, -linear.residual * weight[:, 0], rcond=1e-9)[0].reshape(-1, 3)
+        first, second = tangents(state.normals)
+        state = state.copy()
+        state.normals = state.normals + step[:, :1] * first + step[:, 1:2] * second
+        length = np.linalg.norm(state.normals, axis=1)
+        state.normals /= length[:, None]
+        state.offsets = (state.offsets + step[:, 2]) / length
+    return _residuals(problem.groups, state, problem)
+
+
+def _held_out(problem: Problem, found: _Found) -> tuple[float, float]:
+    """Root mean squares on faces that the solution has not seen, before and after; nan where none can be spared."""
+    spare = _spare_faces(problem, found.fit.state)
+    if not len(spare):
+        return float("nan"), float("nan")
+    is_spare = np.zeros(len(found.fit.state.offsets), bool)
+    is_spare[spare] = True
+    rest = problem.of(without(problem.groups, is_spare))
+    kept = problem.of(without(problem.groups, ~is_spare))
+    values = solve(rest, found.fit.state).state.values
+    made = [_rms(_fit_faces(kept, _with_values(rest, found.fit.state, v))) for v in (problem.before, values)]
+    return made[0], made[1]
+
+
+# --- What is told ---
+
+
+_CENTRE = ("is the same as the yaw of the eye's mount, which means both together; no recording of still faces tells them "
+           "apart")
+
+
+def _why_held(key: str, captures: int) -> str:
+    what = "where green sits and looks against blue" if ".mount." in key else "it"
+    if captures == 1:
+        return (f"one capture does not tell {what}: add two of the same room, the sensor turned by 20 to 30 degrees to either "
+                "side so that both eyes see the same faces, one of them rolled by about 12 degrees")
+    if captures < CAPTURES:
+        return (f"two captures do not tell {what} well enough: add a third of the same room, the sensor turned by 20 to 30 degrees "
+                "and rolled by about 12")
+    return (f"these captures do not tell {what} well enough: record a room with faces in more directions, floor and ceiling "
+            "among them, the sensor turned by 20 to 30 degrees between captures and rolled by about 12 in some")
+
+
+def _parameters(problem: Problem, found: _Found) -> list[Parameter]:
+    sigma = np.sqrt(np.diag(found.covariance))
+    made = []
+    for index, key in enumerate(KEYS):
+        is_held = bool(found.held[index])
+        made.append(Parameter(key, float(found.fit.state.values[index]), float(problem.before[index]),
+                              float("inf") if is_held else float(sigma[index]), _why_held(key, problem.captures) if is_held else ""))
+        if is_held:
+            made[-1].value = made[-1].before
+    for eye, centre in zip(EYES, problem.fixed.centres):
+        made.append(Parameter(f"{eye}.azimuth.center_deg", float(centre), float(centre), float("inf"), _CENTRE))
+    return made
+
+
+def _tell_residuals(problem: Problem, before: State, after: State) -> Residuals:
+    parts: dict[str, list[Array]] = {name: [] for name in Residuals.__dataclass_fields__}
+    for group in problem.groups:
+        eye, old = Eye(group.cells, after, problem.fixed), Eye(group.cells, before, problem.fixed)
+        count = len(group.count)
+        for name, values in (("eye", np.full(count, group.cells.eye)), ("range_m", group.mean(eye.expected)),
+                             ("azimuth_deg", group.mean(eye.azimuth_deg)), ("elevation_deg", group.mean(eye.elevation_deg)),
+                             ("plane", group.plane), ("capture", np.full(count, group.cells.capture)),
+                             ("before_m", group.mean(old.residual)), ("after_m", group.mean(eye.residual))):
+            parts[name].append(values)
+    return Residuals(**{name: np.concatenate(values) for name, values in parts.items()})
+
+
+def _tell_planes(problem: Problem, before: Array, after: Array, state: State) -> list[Plane]:
+    plane = np.concatenate([group.plane for group in problem.groups])
+    made = []
+    for j in range(len(state.offsets)):
+        mine = [(group, group.cells.plane == j) for group in problem.groups]
+        mine = [(group, at) for group, at in mine if at.any()]
+        points = [Eye(group.cells, state, problem.fixed).points[at] for group, at in mine]
+        every = np.concatenate(points) if points else np.empty((0, 3))
+        made.append(Plane(state.normals[j], float(state.offsets[j]), tuple(sorted({group.cells.capture for group, _ in mine})),
+                          tuple(sorted({group.cells.eye for group, _ in mine})), len(every),
+                          every[::max(1, len(every) // _SHOWN_POINTS)], _rms(before[plane == j]), _rms(after[plane == j])))
+    return made
+
+
+def _notes(grids: Sequence[Grid]) -> Iterator[str]:
+    for g in grids:
+        if g.frames < _FRAMES:
+            yield f"{g.name}: {g.frames} whole frames; {_FRAMES} or more measure better"
+    if len(grids) < CAPTURES:
+        yield (f"{len(grids)} capture{'s' if len(grids) > 1 else ''}; {CAPTURES} suffice and 5 are better, the sensor turned by 20 to 30 "
+               "degrees between them, some rolled by about 12")
+
+
+# --- All of it ---
+
+
+def _scene(grids: Sequence[Grid], calibration: Calibration) -> tuple[Scene, State, Array]:
     views = [look(g, calibration) for g in grids]
     for view in views:
         if not view.patches:
             raise ValueError(f"{view.grid.name}: shows no flat face; record a room or a yard with walls")
     poses = place_all(views)
-    scene = Scene(views, _begin(views, poses), fixed_of(calibration, all(g.is_span for g in grids)), values_of(calibration))
-    state, of = _join(scene, poses)
-    groups, tiles = _observe(scene, state, of)
-    return scene, state, of, groups, tiles
+    if len({g.is_span for g in grids}) > 1:
+        raise ValueError("some captures have angles in degrees, others as parts of the span: they are not of one sensor")
+    scene = Scene(views, begin(views, poses), fixed_of(calibration, grids[0].is_span), values_of(calibration))
+    state, of = join(scene, poses)
+    return scene, state, of
+
+
+def solve_grids(grids: Sequence[Grid], calibration: Calibration) -> Solution:
+    """Calibrate from grids of captures."""
+    scene, state, of = _scene(grids, calibration)
+    groups, tiles = observe(scene, state, of)
+    problem = Problem(groups, scene.fixed, scene.before, len(grids), tiles)
+    found = _settle(problem, state)
+    old = _with_values(problem, state, problem.before)
+    new = _with_values(problem, found.fit.state, found.fit.state.values)
+    before, after = _residuals(groups, old, problem), _residuals(groups, new, problem)
+    held_out = _held_out(problem, found)
+    compared = held_out if np.isfinite(held_out[0]) else (_rms(before), _rms(after))
+    notes = list(_notes(grids))
+    if not np.isfinite(held_out[0]):
+        notes.append("too few faces to hold one out: whether the calibration is better was judged on the faces it is made of")
+    return Solution(_parameters(problem, found), _tell_residuals(problem, old, new), _tell_planes(problem, before, after, new),
+                    [g.name for g in grids], _rms(before), _rms(after), *held_out,
+                    is_better=compared[1] <= compared[0] * _WORSE[0] + _WORSE[1], base=_nested(calibration), notes=notes)
+
+
+def run(options: Options) -> Solution:
+    """Calibrate. Raises lumsdk.OptionError, lumsdk.CaptureError, or ValueError where the captures do not suffice."""
+    given = options.calibration
+    calibration = given if isinstance(given, Calibration) else Calibration(given)
+    return solve_grids([grid(capture, options.profile, calibration=calibration, **options.reading) for capture in options.captures],
+                       calibration)
+
+
+# --- As a file ---
+
+
+def _nested(calibration: Calibration) -> dict[str, Any]:
+    made: dict[str, Any] = {}
+    for key, value in calibration.items():
+        place = made
+        *above, name = key.split(".")
+        for part in above:
+            place = place.setdefault(part, {})
+        place[name] = value
+    return made
+
+
+_DIGITS = {"deg": 5, "ps": 2, "m": 6}
+_BLUE = "as it was: the frame of the sensor follows from it"
+
+
+def _written(key: str, value: float) -> str:
+    return f"{value:.{_DIGITS.get(key.rsplit('_', 1)[-1], 6)}f}"
+
+
+def _comment(key: str, parameter: Optional[Parameter]) -> str:
+    if parameter is None:
+        return f"  # {_BLUE}" if key.startswith("eyes.blue.mount.") else ""
+    if parameter.held:
+        return f"  # held: {parameter.held}"
+    was = _written(key, parameter.before)
+    return f"  # +- {_written(key, parameter.sigma)}, was {was}"
+
+
+def _lines(values: dict[str, Any], parameters: dict[str, Parameter], above: str = "") -> Iterator[str]:
+    for name, value in values.items():
+        key, indent = above + name, "  " * above.count(".")
+        if isinstance(value, dict):
+            yield f"{indent}{name}:"
+            yield from _lines(value, parameters, key + ".")
+        else:
+            told = _written(key, value) if key.startswith("eyes.") else f"{value!r}"
+            yield f"{indent}{name}: {told}{_comment(key, parameters.get(key))}"
+
+
+def _printable(name: str) -> str:
+    return "".join(c if c.isprintable() else "?" for c in os.fsdecode(name))
+
+
+def to_yaml(solution: Solution) -> str:
+    """A calibration file with standard deviations and provenance as comments; it loads as it is."""
+    from .. import __version__
+
+    told = [f"Calibration by lumcal eyes of lumsdk {__version__}, from", *(f"    {_printable(name)}" for name in solution.captures),
+            "Behind each value stand its standard deviation and the value before.",
+            f"{len(solution.planes)} faces, root mean square {solution.rms_before_m * 1e3:.2f} mm before, "
+            f"{solution.rms_after_m * 1e3:.2f} mm after"]
+    if np.isfinite(solution.held_out_before_m):
+        told.append(f"on faces held out {solution.held_out_before_m * 1e3:.2f} mm before, {solution.held_out_after_m * 1e3:.2f} mm after")
+    told += map(_printable, solution.notes)
+    parameters = {f"eyes.{parameter.key}": parameter for parameter in solution.parameters}
+    return "\n".join([*(f"# {line}" for line in told), *_lines(solution.calibration(), parameters), ""])
+
+
+def _number(value: float) -> Optional[float]:
+    return float(value) if np.isfinite(value) else None
+
+
+def to_json(solution: Solution) -> dict[str, Any]:
+    """What --json prints. A standard deviation is null where the value is held."""
+    return {
+        "captures": [os.fsdecode(name) for name in solution.captures],
+        "parameters": [{"key": f"eyes.{p.key}", "value": p.value, "before": p.before, "sigma": _number(p.sigma), "held": p.held or None}
+                       for p in solution.parameters],
+        "planes": [{"normal": [float(x) for x in p.normal], "offset_m": p.offset, "captures": list(p.captures),
+                    "eyes": [EYES[e] for e in p.eyes], "cells": p.cells, "rms_before_m": _number(p.rms_before_m),
+                    "rms_after_m": _number(p.rms_after_m)} for p in solution.planes],
+        "rms_before_m": _number(solution.rms_before_m), "rms_after_m": _number(solution.rms_after_m),
+        "held_out_before_m": _number(solution.held_out_before_m), "held_out_after_m": _number(solution.held_out_after_m),
+        "is_better": solution.is_better, "notes": solution.notes,
+    }

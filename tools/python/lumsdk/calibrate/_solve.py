@@ -8,7 +8,7 @@ likelihood) before any prior is trusted.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Optional
 
 import numpy as np
@@ -119,6 +119,12 @@ class Problem:
     held: Array = field(default_factory=lambda: np.zeros(CALIBRATION_COUNT, bool))
     loss_m: float = 0.0
     """Observations further off than this count less, in the first rounds; 0: by their standard deviations."""
+    is_bent: bool = True
+    """Whether the readings of mirrors may be bent."""
+
+    def of(self, groups: list[Group]) -> Problem:
+        """The same with other observations."""
+        return replace(self, groups=groups)
 
 
 # --- Cells to observations ---
@@ -218,7 +224,7 @@ def _prior(problem: Problem, state: State, layout: Layout) -> tuple[Array, Array
     weight, away = np.full(layout.size, _FREE), np.zeros(layout.size)
     weight[:CALIBRATION_COUNT] = np.where(problem.held, _TIGHT, 1.0) / priors() ** 2
     away[:CALIBRATION_COUNT] = problem.before - state.values
-    weight[CALIBRATION_COUNT:layout.poses] = BEND_DEG ** -2
+    weight[CALIBRATION_COUNT:layout.poses] = BEND_DEG ** -2 * (1.0 if problem.is_bent else _TIGHT)
     away[CALIBRATION_COUNT:layout.poses] = -state.bends.ravel()
     weight[layout.biases:layout.heights] = BIAS_M ** -2
     away[layout.biases:layout.heights] = -state.biases

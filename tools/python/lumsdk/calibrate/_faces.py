@@ -1,0 +1,208 @@
+"""Patches joined to faces over captures and eyes, and the observations that a solution needs of them."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Optional
+
+import numpy as np
+
+from .._frame import EYES
+from ._match import Pose, Seen, View, assign
+from ._model import Cells, Eye, Fixed, State, priors
+from ._result import Array
+from ._solve import TILE_M, TILES_MAX, Group, Problem, group_cells, number_tiles, solve
+
+_STARTS_M = 0.1, 0.05, 0.2, 0.4
+_ROUNDS = ((8.0, 1.0, 0.05), (4.0, 0.6, 0.03), (2.0, 0.4, 0.02), (1.0, 0.2, 0.01))
+"""Faces are joined within so many degrees and parts of a start, and fitted with so much patience."""
+
+_JOINT_M = 0.02
+_COARSE_CELLS = 250
+"""Cells of a patch in the first rounds."""
+
+_FINE_LINES, _FINE_PIXELS = 64, 2
+
+
+# --- Views to cells ---
+
+
+@dataclass
+class Scene:
+    """Captures with their faces."""
+
+    views: list[View]
+    seen: list[Seen]
+    fixed: Fixed
+    before: Array
+
+
+def _cells(scene: Scene, of: Array, choose: Any) -> list[Cells]:
+    """Cells of all patches by capture and eye; choose(patch) tells which of a patch."""
+    made = []
+    for k, view in enumerate(scene.views):
+        for e in range(len(EYES)):
+            mine = [(index, s) for index, s in enumerate(scene.seen) if s.capture == k and s.patch.eye == e and of[index] >= 0]
+            if not mine:
+                continue
+            at = [choose(s.patch.cells) for _, s in mine]
+            plane = np.concatenate([np.full(len(cells), of[index]) for (index, _), cells in zip(mine, at)])
+            cells = np.concatenate(at)
+            g = view.grid
+            made.append(Cells(k, e, g.azimuth[e].ravel()[cells], g.elevation[e].ravel()[cells], g.range_m[e].ravel()[cells],
+                              g.sigma_m[e].ravel()[cells] ** 2, plane))
+    return made
+
+
+def _sparse(cells: Array) -> Array:
+    return cells[::max(1, len(cells) // _COARSE_CELLS)]
+
+
+def _single(cells: Cells) -> Group:
+    """Each cell as an observation."""
+    count = len(cells.plane)
+    return Group(cells, np.arange(count), np.ones(count), cells.plane, np.full(count, -1), cells.variance)
+
+
+def _state(poses: list[Pose], faces: list[tuple[Array, float]], values: Array, bends: Optional[Array] = None) -> State:
+    return State(values.copy(), np.zeros((2, 2, 3)) if bends is None else bends.copy(), list(poses),
+                 np.array([f[0] for f in faces]).reshape(-1, 3), np.array([f[1] for f in faces]), np.zeros(len(faces)))
+
+
+def _replace(scene: Scene, state: State, of: Array) -> None:
+    """Fit each patch again, as the state sees it."""
+    for index, s in enumerate(scene.seen):
+        cells = _cells_of(scene, s, _sparse(s.patch.cells), int(of[index]))
+        eye = Eye(cells, state, scene.fixed)
+        world = eye.points + (eye.residual / eye.expected)[:, None] * (eye.points - eye.origin)
+        centre = np.median(world, 0)
+        rest = world - centre
+        normal = np.linalg.eigh(rest.T @ rest)[1][:, 0]
+        normal = normal if normal @ (eye.origin - centre) > 0 else -normal
+        s.normal, s.centre, s.offset = normal, centre, float(normal @ centre)
+
+
+def _cells_of(scene: Scene, s: Seen, cells: Array, plane: int) -> Cells:
+    g, e = scene.views[s.capture].grid, s.patch.eye
+    return Cells(s.capture, e, g.azimuth[e].ravel()[cells], g.elevation[e].ravel()[cells], g.range_m[e].ravel()[cells],
+                 g.sigma_m[e].ravel()[cells] ** 2, np.full(len(cells), plane))
+
+
+def begin(views: list[View], poses: list[Pose]) -> list[Seen]:
+    made = []
+    for k, view in enumerate(views):
+        for patch in view.patches:
+            normal = poses[k].turn @ patch.normal
+            offset = patch.offset + float(normal @ poses[k].place)
+            centre = poses[k].turn @ (patch.normal * patch.offset) + poses[k].place
+            made.append(Seen(k, patch, normal, offset, centre))
+    return made
+
+
+def _try(scene: Scene, poses: list[Pose], start_m: float) -> tuple[float, State, Array]:
+    """Join patches to faces and fit them, in rounds that grow stricter; and how good that is.
+
+    Each patch that finds a face speaks for it; a calibration that is not likely, and patches that do not fit their faces,
+    against it.
+    """
+    scene.seen = begin(scene.views, poses)
+    state = _state(poses, [], scene.before)
+    for number, (angle, share, loss) in enumerate(_ROUNDS):
+        of, faces = assign(scene.seen, angle, max(_JOINT_M, start_m * share))
+        state = _state(state.poses, faces, state.values, state.bends)
+        groups = [_single(cells) for cells in _cells(scene, of, _sparse)]
+        problem = Problem(groups, scene.fixed, scene.before, len(scene.views), loss_m=loss)
+        state = solve(problem, state, 10 if number == 0 else 5).state
+        _replace(scene, state, of)
+    of, faces = assign(scene.seen, _ROUNDS[-1][0], _JOINT_M)
+    away = (state.values - scene.before) / priors()
+    joined = len(scene.seen) - len(faces)
+    return joined - 0.5 * float(away @ away), _state(state.poses, faces, state.values, state.bends), of
+
+
+def join(scene: Scene, poses: list[Pose]) -> tuple[State, Array]:
+    """The best of several starts: faces that lie near each other must not be taken for one."""
+    best = -np.inf
+    for start_m in _STARTS_M:
+        score, state, of = _try(scene, poses, start_m)
+        if score > best:
+            best, found = score, (state, of, scene.seen)
+    scene.seen = found[2]
+    return found[:2]
+
+
+# --- Cells to observations ---
+
+
+def _fine(scene: Scene, state: State, cells: Cells) -> Cells:
+    """Without outliers, and in the mean of neighbouring cells: each mean stands on the ray of the mean angles."""
+    eye = Eye(cells, state, scene.fixed)
+    off = np.abs(eye.residual * eye.slope)
+    limit = np.full(len(state.offsets), 0.01)
+    for plane in np.unique(cells.plane):
+        limit[plane] = max(0.01, 4 * 1.4826 * float(np.median(off[cells.plane == plane])))
+    kept = off < limit[cells.plane]
+    return Cells(cells.capture, cells.eye, cells.azimuth[kept], cells.elevation[kept], cells.range_m[kept], cells.variance[kept],
+                 cells.plane[kept])
+
+
+def _shrink(scene: Scene, state: State, s: Seen, plane: int) -> Cells:
+    """The cells of a patch as means of neighbours where an eye has more lines than are needed."""
+    at = s.patch.cells
+    lines, pixels = scene.views[s.capture].grid.range_m.shape[1:]
+    fine = _fine(scene, state, _cells_of(scene, s, at, plane)) if lines <= 2 * _FINE_LINES else None
+    if fine is not None:
+        return fine
+    cells = _cells_of(scene, s, at, plane)
+    key = (at // pixels // (lines // _FINE_LINES)) * pixels + at % pixels // _FINE_PIXELS
+    _, of = np.unique(key, return_inverse=True)
+    of = of.ravel()
+    count = np.bincount(of)
+
+    def mean(values: Array) -> Array:
+        made: Array = np.bincount(of, values) / count
+        return made
+
+    residual = Eye(cells, state, scene.fixed).residual
+    made = Cells(cells.capture, cells.eye, mean(cells.azimuth), mean(cells.elevation), np.zeros(len(count)),
+                 mean(cells.variance) / count, np.full(len(count), plane))
+    made.range_m = mean(residual) - Eye(made, state, scene.fixed).residual
+    return _fine(scene, state, made)
+
+
+def _joined(parts: list[Cells]) -> Cells:
+    def all_of(name: str) -> Array:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return Cells(parts[0].capture, parts[0].eye, all_of("azimuth"), all_of("elevation"), all_of("range_m"), all_of("variance"),
+                 all_of("plane"))
+
+
+def observe(scene: Scene, state: State, of: Array) -> tuple[list[Group], Array]:
+    """Squares of faces as observations, with their tiles; and plane and place in metres of those."""
+    parts: dict[tuple[int, int], list[Cells]] = {}
+    for index, s in enumerate(scene.seen):
+        parts.setdefault((s.capture, s.patch.eye), []).append(_shrink(scene, state, s, int(of[index])))
+    joined = [_joined(part) for _, part in sorted(parts.items())]
+    scale = 1.0
+    while True:
+        made = [group_cells(cells, state, scene.fixed, TILE_M * scale) for cells in joined]
+        groups, names = [group for group, _ in made], [name for _, name in made]
+        tiles = number_tiles(groups, names)
+        if len(tiles) <= TILES_MAX:
+            return groups, tiles * [1.0, TILE_M * scale, TILE_M * scale]
+        scale *= max(1.1, float(np.sqrt(len(tiles) / TILES_MAX)))
+
+
+def without(groups: list[Group], is_out: Array) -> list[Group]:
+    """The observations of all faces but those that are out."""
+    made = []
+    for group in groups:
+        kept = ~is_out[group.plane]
+        if not kept.any():
+            continue
+        at = kept[group.of]
+        c = group.cells
+        cells = Cells(c.capture, c.eye, c.azimuth[at], c.elevation[at], c.range_m[at], c.variance[at], c.plane[at])
+        number = np.cumsum(kept) - 1
+        made.append(Group(cells, number[group.of[at]], group.count[kept], group.plane[kept], group.tile[kept], group.noise[kept]))
+    return made
