@@ -22,6 +22,9 @@ _WORTH = 0.5
 
 _HELD_OUT = 3
 _FACES_LEFT = 5
+_BENT = 0.004, 6.0
+"""A face whose residuals are usually so many metres, and so many times those of other faces, is none."""
+
 _WORSE = 1.02, 0.0002
 _SHOWN_POINTS = 400
 _FRAMES = 20
@@ -55,9 +58,25 @@ class _Found:
 # --- The solution ---
 
 
-def _settle(problem: Problem, state: State) -> _Found:
+def _without_bent(problem: Problem, fit: Fit) -> Optional[Problem]:
+    """The problem without faces that are no planes, or several; None: there is none."""
+    off = np.abs(fit.left) / np.sqrt(fit.linear.slant)
+    plane = np.concatenate([group.plane for group in problem.groups])
+    usual = np.full(len(fit.state.offsets), np.nan)
+    for j in np.unique(plane):
+        usual[j] = np.median(off[plane == j])
+    is_bent = usual > max(_BENT[0], _BENT[1] * float(np.nanmedian(usual)))
+    return problem.of(without(problem.groups, is_bent)) if is_bent.any() else None
+
+
+def _settle(problem: Problem, state: State) -> tuple[Problem, _Found]:
     """Estimate the variance components, then hold what the captures do not tell."""
     fit = solve(problem, state)
+    for _ in range(3):
+        fewer = _without_bent(problem, fit)
+        if fewer is None:
+            break
+        problem, fit = fewer, solve(fewer, state)
     for _ in range(2):
         problem.spread = estimate_spread(problem, fit)
         fit = solve(problem, fit.state, 4)
@@ -66,7 +85,7 @@ def _settle(problem: Problem, state: State) -> _Found:
         known = covariance(fit, held)
         unknown = (np.sqrt(np.diag(known)) > _WORTH * priors()) & ~held
         if not unknown.any():
-            return _Found(fit, held, known, problem.spread)
+            return problem, _Found(fit, held, known, problem.spread)
         held = held | unknown
         problem.held = held
         start = fit.state.copy()
@@ -225,7 +244,7 @@ def _scene(grids: Sequence[Grid], calibration: Calibration) -> tuple[Scene, Stat
     poses = place_all(views)
     if len({g.is_span for g in grids}) > 1:
         raise ValueError("some captures have angles in degrees, others as parts of the span: they are not of one sensor")
-    scene = Scene(views, begin(views, poses), fixed_of(calibration, grids[0].is_span), values_of(calibration))
+    scene = Scene(views, begin(views, poses, calibration), fixed_of(calibration, grids[0].is_span), values_of(calibration))
     state, of = join(scene, poses)
     return scene, state, of
 
@@ -234,8 +253,8 @@ def solve_grids(grids: Sequence[Grid], calibration: Calibration) -> Solution:
     """Calibrate from grids of captures."""
     scene, state, of = _scene(grids, calibration)
     groups, tiles = observe(scene, state, of)
-    problem = Problem(groups, scene.fixed, scene.before, len(grids), tiles)
-    found = _settle(problem, state)
+    problem, found = _settle(Problem(groups, scene.fixed, scene.before, len(grids), tiles), state)
+    groups = problem.groups
     old = _with_values(problem, state, problem.before)
     new = _with_values(problem, found.fit.state, found.fit.state.values)
     before, after = _residuals(groups, old, problem), _residuals(groups, new, problem)

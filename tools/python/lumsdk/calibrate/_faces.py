@@ -1,26 +1,31 @@
 """Patches joined to faces over captures and eyes, and the observations that a solution needs of them."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Optional
 
 import numpy as np
 
 from .._frame import EYES
+from .._settings import Calibration
 from ._match import Pose, Seen, View, assign
 from ._model import Cells, Eye, Fixed, State, priors
+from ._planes import points
 from ._result import Array
 from ._solve import TILE_M, TILES_MAX, Group, Problem, group_cells, number_tiles, solve
 
 _STARTS_M = 0.1, 0.05, 0.2, 0.4
-_ROUNDS = ((8.0, 1.0, 0.05), (4.0, 0.6, 0.03), (2.0, 0.4, 0.02), (1.0, 0.2, 0.01))
+_ROUNDS = ((8.0, 1.0, 0.05), (6.0, 0.6, 0.03), (5.0, 0.4, 0.02), (4.0, 0.2, 0.01), (4.0, 0.2, 0.005))
 """Faces are joined within so many degrees and parts of a start, and fitted with so much patience."""
 
 _JOINT_M = 0.02
 _COARSE_CELLS = 250
 """Cells of a patch in the first rounds."""
 
-_FINE_LINES, _FINE_PIXELS = 64, 2
+_FINE_LINES, _FINE_PIXELS = 64, 4
+_GRAZING = 0.12
+_SQUARES_MIN = 8
+"""Fewest observations of a face."""
 
 
 # --- Views to cells ---
@@ -71,14 +76,13 @@ def _state(poses: list[Pose], faces: list[tuple[Array, float]], values: Array, b
 def _replace(scene: Scene, state: State, of: Array) -> None:
     """Fit each patch again, as the state sees it."""
     for index, s in enumerate(scene.seen):
-        cells = _cells_of(scene, s, _sparse(s.patch.cells), int(of[index]))
-        eye = Eye(cells, state, scene.fixed)
-        world = eye.points + (eye.residual / eye.expected)[:, None] * (eye.points - eye.origin)
-        centre = np.median(world, 0)
-        rest = world - centre
+        eye = Eye(_cells_of(scene, s, _sparse(s.patch.cells), int(of[index])), state, scene.fixed)
+        s.points = eye.points + (eye.residual / eye.expected)[:, None] * (eye.points - eye.origin)
+        centre = np.median(s.points, 0)
+        rest = s.points - centre
         normal = np.linalg.eigh(rest.T @ rest)[1][:, 0]
-        normal = normal if normal @ (eye.origin - centre) > 0 else -normal
-        s.normal, s.centre, s.offset = normal, centre, float(normal @ centre)
+        s.normal = normal if normal @ (eye.origin - centre) > 0 else -normal
+        s.offset = float(s.normal @ centre)
 
 
 def _cells_of(scene: Scene, s: Seen, cells: Array, plane: int) -> Cells:
@@ -87,24 +91,28 @@ def _cells_of(scene: Scene, s: Seen, cells: Array, plane: int) -> Cells:
                  g.sigma_m[e].ravel()[cells] ** 2, np.full(len(cells), plane))
 
 
-def begin(views: list[View], poses: list[Pose]) -> list[Seen]:
+def begin(views: list[View], poses: list[Pose], calibration: Calibration) -> list[Seen]:
+    """The patches of all captures in the world, except those at which rays only graze."""
     made = []
     for k, view in enumerate(views):
+        every = [points(view.grid, eye, calibration) for eye in range(len(EYES))]
         for patch in view.patches:
+            mine = every[patch.eye][_sparse(patch.cells)]
+            if -patch.offset < _GRAZING * float(np.median(np.linalg.norm(mine, axis=1))):
+                continue
             normal = poses[k].turn @ patch.normal
             offset = patch.offset + float(normal @ poses[k].place)
-            centre = poses[k].turn @ (patch.normal * patch.offset) + poses[k].place
-            made.append(Seen(k, patch, normal, offset, centre))
+            made.append(Seen(k, patch, normal, offset, mine @ poses[k].turn.T + poses[k].place))
     return made
 
 
-def _try(scene: Scene, poses: list[Pose], start_m: float) -> tuple[float, State, Array]:
+def _try(scene: Scene, seen: list[Seen], poses: list[Pose], start_m: float) -> tuple[float, State, Array]:
     """Join patches to faces and fit them, in rounds that grow stricter; and how good that is.
 
     Each patch that finds a face speaks for it; a calibration that is not likely, and patches that do not fit their faces,
     against it.
     """
-    scene.seen = begin(scene.views, poses)
+    scene.seen = [replace(s) for s in seen]
     state = _state(poses, [], scene.before)
     for number, (angle, share, loss) in enumerate(_ROUNDS):
         of, faces = assign(scene.seen, angle, max(_JOINT_M, start_m * share))
@@ -121,9 +129,9 @@ def _try(scene: Scene, poses: list[Pose], start_m: float) -> tuple[float, State,
 
 def join(scene: Scene, poses: list[Pose]) -> tuple[State, Array]:
     """The best of several starts: faces that lie near each other must not be taken for one."""
-    best = -np.inf
+    best, seen = -np.inf, scene.seen
     for start_m in _STARTS_M:
-        score, state, of = _try(scene, poses, start_m)
+        score, state, of = _try(scene, seen, poses, start_m)
         if score > best:
             best, found = score, (state, of, scene.seen)
     scene.seen = found[2]
@@ -133,27 +141,20 @@ def join(scene: Scene, poses: list[Pose]) -> tuple[State, Array]:
 # --- Cells to observations ---
 
 
-def _fine(scene: Scene, state: State, cells: Cells) -> Cells:
-    """Without outliers, and in the mean of neighbouring cells: each mean stands on the ray of the mean angles."""
+def _fine(scene: Scene, state: State, cells: Cells, at: Array) -> tuple[Cells, Array]:
+    """Cells of a patch, and their places in the grid, without outliers."""
     eye = Eye(cells, state, scene.fixed)
     off = np.abs(eye.residual * eye.slope)
-    limit = np.full(len(state.offsets), 0.01)
-    for plane in np.unique(cells.plane):
-        limit[plane] = max(0.01, 4 * 1.4826 * float(np.median(off[cells.plane == plane])))
-    kept = off < limit[cells.plane]
+    kept = off < max(0.01, 4 * 1.4826 * float(np.median(off)))
     return Cells(cells.capture, cells.eye, cells.azimuth[kept], cells.elevation[kept], cells.range_m[kept], cells.variance[kept],
-                 cells.plane[kept])
+                 cells.plane[kept]), at[kept]
 
 
 def _shrink(scene: Scene, state: State, s: Seen, plane: int) -> Cells:
-    """The cells of a patch as means of neighbours where an eye has more lines than are needed."""
-    at = s.patch.cells
+    """The cells of a patch without outliers, as means of neighbours: each stands on the ray of its mean angles."""
     lines, pixels = scene.views[s.capture].grid.range_m.shape[1:]
-    fine = _fine(scene, state, _cells_of(scene, s, at, plane)) if lines <= 2 * _FINE_LINES else None
-    if fine is not None:
-        return fine
-    cells = _cells_of(scene, s, at, plane)
-    key = (at // pixels // (lines // _FINE_LINES)) * pixels + at % pixels // _FINE_PIXELS
+    cells, at = _fine(scene, state, _cells_of(scene, s, s.patch.cells, plane), s.patch.cells)
+    key = (at // pixels // max(1, lines // _FINE_LINES)) * pixels + at % pixels // _FINE_PIXELS
     _, of = np.unique(key, return_inverse=True)
     of = of.ravel()
     count = np.bincount(of)
@@ -166,7 +167,7 @@ def _shrink(scene: Scene, state: State, s: Seen, plane: int) -> Cells:
     made = Cells(cells.capture, cells.eye, mean(cells.azimuth), mean(cells.elevation), np.zeros(len(count)),
                  mean(cells.variance) / count, np.full(len(count), plane))
     made.range_m = mean(residual) - Eye(made, state, scene.fixed).residual
-    return _fine(scene, state, made)
+    return made
 
 
 def _joined(parts: list[Cells]) -> Cells:
@@ -187,9 +188,10 @@ def observe(scene: Scene, state: State, of: Array) -> tuple[list[Group], Array]:
     while True:
         made = [group_cells(cells, state, scene.fixed, TILE_M * scale) for cells in joined]
         groups, names = [group for group, _ in made], [name for _, name in made]
+        size = np.bincount(np.concatenate([group.plane for group in groups]), minlength=len(state.offsets))
         tiles = number_tiles(groups, names)
         if len(tiles) <= TILES_MAX:
-            return groups, tiles * [1.0, TILE_M * scale, TILE_M * scale]
+            return without(groups, size < _SQUARES_MIN), tiles * [1.0, TILE_M * scale, TILE_M * scale]
         scale *= max(1.1, float(np.sqrt(len(tiles) / TILES_MAX)))
 
 

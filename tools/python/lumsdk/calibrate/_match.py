@@ -203,27 +203,24 @@ class Seen:
     patch: Patch
     normal: Array
     offset: float
-    centre: Array
+    points: Array
+    """Some of its points."""
 
 
 def assign(seen: list[Seen], angle_deg: float, offset_m: float) -> tuple[Array, list[tuple[Array, float]]]:
     """The face of each patch, the largest patches first, and normal and offset of each face."""
     faces: list[tuple[Array, float]] = []
-    sizes: list[float] = []
     of = np.full(len(seen), -1)
     for index in sorted(range(len(seen)), key=lambda i: -len(seen[i].patch.cells)):
         s = seen[index]
         best, at = 1.0, -1
         for number, (normal, offset) in enumerate(faces):
             turn = np.degrees(np.arccos(min(1.0, float(normal @ s.normal)))) / angle_deg
-            away = abs(float(normal @ s.centre) - offset) / offset_m
+            away = float(np.sqrt(np.mean((s.points @ normal - offset) ** 2))) / offset_m
             if max(turn, away) < best:
                 best, at = max(turn, away), number
-        size = float(len(s.patch.cells))
         if at < 0:
-            of[index] = len(faces)
+            at = len(faces)
             faces.append((s.normal, s.offset))
-            sizes.append(size)
-            continue
         of[index] = at
     return of, faces

@@ -31,7 +31,8 @@ TILES_MAX = 1000
 _NEAR_ZERO_M = 5e-5
 _LENGTH_M, _LENGTH_SPREAD = 0.7, 0.7
 _HUBER = 3.0
-_FREE = 1e-12
+_LOOSE = 1.0
+"""What keeps a pose or a face that hardly anything measures: a radian or a metre a round."""
 _TIGHT = 1e18
 
 
@@ -221,7 +222,7 @@ def linearise(problem: Problem, state: State) -> tuple[Linear, Layout]:
 
 def _prior(problem: Problem, state: State, layout: Layout) -> tuple[Array, Array]:
     """Weight of what is known of each unknown but the tiles, and how far the state is from that."""
-    weight, away = np.full(layout.size, _FREE), np.zeros(layout.size)
+    weight, away = np.full(layout.size, _LOOSE), np.zeros(layout.size)
     weight[:CALIBRATION_COUNT] = np.where(problem.held, _TIGHT, 1.0) / priors() ** 2
     away[:CALIBRATION_COUNT] = problem.before - state.values
     weight[CALIBRATION_COUNT:layout.poses] = BEND_DEG ** -2 * (1.0 if problem.is_bent else _TIGHT)
