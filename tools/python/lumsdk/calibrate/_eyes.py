@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Optional
 
 import numpy as np
@@ -15,7 +15,7 @@ from ._match import look, place_all
 from ._model import CALIBRATION_COUNT, KEYS, Eye, State, fixed_of, priors, tangents, values_of
 from ._planes import Grid, grid
 from ._result import Array, Parameter, Plane, Residuals, Solution
-from ._solve import Fit, Group, Problem, Spread, covariance, estimate_spread, linearise, solve
+from ._solve import Fit, Group, Problem, Spread, covariance, estimate_bends, estimate_spread, linearise, solve
 
 _WORTH = 0.5
 """What leaves more than this share of what was known before is not observable."""
@@ -80,6 +80,8 @@ def _settle(problem: Problem, state: State) -> tuple[Problem, _Found]:
     for _ in range(2):
         problem.spread = estimate_spread(problem, fit)
         fit = solve(problem, fit.state, 4)
+        problem.spread = estimate_bends(problem, fit)
+        fit = solve(problem, fit.state, 4)
     held = np.zeros(CALIBRATION_COUNT, bool)
     while True:
         known = covariance(fit, held)
@@ -97,7 +99,7 @@ def _with_values(problem: Problem, state: State, values: Array) -> State:
     """Poses and faces that fit best where the calibration is given, as a file has it: without bends of the mirrors."""
     total = float(np.hypot(problem.spread.tile, problem.spread.spot))
     given = Problem(problem.groups, problem.fixed, values, problem.captures, held=np.ones(CALIBRATION_COUNT, bool),
-                    spread=Spread(0.0, total), is_bent=False)
+                    spread=replace(problem.spread, tile=0.0, spot=total), is_bent=False)
     start = state.copy()
     start.values, start.bends = values.copy(), np.zeros_like(state.bends)
     return solve(given, start).state

@@ -21,8 +21,8 @@ from ._match import Pose
 from ._model import BEND_COUNT, CALIBRATION_COUNT, Cells, Eye, Fixed, State, priors, tangents, turned
 from ._result import Array
 
-BIAS_M = 0.004
-BEND_DEG = 0.01
+BEND_DEG, BIAS_M = 0.01, 0.004
+"""What is known of the bends of mirrors and of the biases of faces, give or take a factor of e."""
 
 TILE_M = 1 / 3
 """Cells of so large a square of a face are one observation for each eye and capture."""
@@ -75,6 +75,8 @@ class Spread:
     spot: float = 0.001
     length: float = 0.7
     """Metres over which tiles are alike."""
+    bend_deg: float = BEND_DEG
+    bias: float = BIAS_M
 
 
 @dataclass
@@ -225,9 +227,9 @@ def _prior(problem: Problem, state: State, layout: Layout) -> tuple[Array, Array
     weight, away = np.full(layout.size, _LOOSE), np.zeros(layout.size)
     weight[:CALIBRATION_COUNT] = np.where(problem.held, _TIGHT, 1.0) / priors() ** 2
     away[:CALIBRATION_COUNT] = problem.before - state.values
-    weight[CALIBRATION_COUNT:layout.poses] = BEND_DEG ** -2 * (1.0 if problem.is_bent else _TIGHT)
+    weight[CALIBRATION_COUNT:layout.poses] = problem.spread.bend_deg ** -2 * (1.0 if problem.is_bent else _TIGHT)
     away[CALIBRATION_COUNT:layout.poses] = -state.bends.ravel()
-    weight[layout.biases:layout.heights] = BIAS_M ** -2
+    weight[layout.biases:layout.heights] = problem.spread.bias ** -2
     away[layout.biases:layout.heights] = -state.biases
     weight[layout.heights:] = 0
     return weight, away
@@ -342,7 +344,7 @@ def estimate_spread(problem: Problem, fit: Fit) -> Spread:
     prior = _prior(problem, fit.state, layout)
 
     def cost(logs: Array) -> float:
-        spread = _spread(logs)
+        spread = _spread(logs, problem.spread)
         variance = _variance(linear, spread) / weight
         tiles, of_tiles = _unevenness(problem.tiles, spread)
         normal = _normal(linear, 1 / variance, prior, tiles)
@@ -355,12 +357,43 @@ def estimate_spread(problem: Problem, fit: Fit) -> Spread:
     start = np.log([problem.spread.tile, problem.spread.spot, problem.spread.length])
     found = minimize(cost, start, method="Nelder-Mead", options={
         "xatol": 0.08, "fatol": 0.3, "maxfev": 60, "initial_simplex": start + [[0, 0, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 0.5]]})
-    return _spread(found.x)
+    return _spread(found.x, problem.spread)
 
 
-def _spread(logs: Array) -> Spread:
+def _spread(logs: Array, usual: Spread) -> Spread:
     tile, spot = np.exp(np.clip(logs[:2], np.log(_NEAR_ZERO_M), np.log(0.05)))
-    return Spread(float(tile), float(spot), float(np.exp(np.clip(logs[2], np.log(0.2), np.log(4.0)))))
+    return replace(usual, tile=float(tile), spot=float(spot), length=float(np.exp(np.clip(logs[2], np.log(0.2), np.log(4.0)))))
+
+
+def estimate_bends(problem: Problem, fit: Fit) -> Spread:
+    """Standard deviations of bends and biases that make the residuals most likely: on the normal equations of those alone."""
+    layout, spread = fit.layout, problem.spread
+    is_own = np.zeros(layout.size, bool)
+    is_own[CALIBRATION_COUNT:layout.poses] = is_own[layout.biases:layout.heights] = True
+    is_bend = np.flatnonzero(is_own) < layout.poses
+    now = np.r_[fit.state.bends.ravel(), fit.state.biases]
+
+    def weights(logs: Array) -> Array:
+        return np.where(is_bend, np.exp(-2 * logs[0]), np.exp(-2 * logs[1]))
+
+    usual = np.log([spread.bend_deg, spread.bias])
+    factor, scale = _factor(fit.normal.matrix[np.ix_(~is_own, ~is_own)])
+    cross = fit.normal.matrix[np.ix_(~is_own, is_own)]
+    solved = scale[:, None] * cho_solve(factor, scale[:, None] * np.c_[cross, fit.normal.right[~is_own]])
+    matrix = fit.normal.matrix[np.ix_(is_own, is_own)] - cross.T @ solved[:, :-1] - np.diag(weights(usual))
+    right = fit.normal.right[is_own] - cross.T @ solved[:, -1] + weights(usual) * now
+
+    def cost(logs: Array) -> float:
+        weight = weights(logs)
+        inner, size = _factor(matrix + np.diag(weight))
+        vector = size * (right - weight * now)
+        determinant = 2 * np.log(np.diag(inner[0])).sum() - 2 * np.log(size).sum() - np.log(weight).sum()
+        known = ((logs - np.log([BEND_DEG, BIAS_M])) ** 2).sum()
+        return float(determinant - vector @ cho_solve(inner, vector) + weight @ now ** 2 + known)
+
+    found = minimize(cost, usual, method="Nelder-Mead", options={"xatol": 0.05, "fatol": 0.05, "maxfev": 80}).x
+    bend, bias = np.exp(np.clip(found, np.log([5e-4, 2e-4]), np.log([0.1, 0.05])))
+    return replace(spread, bend_deg=float(bend), bias=float(bias))
 
 
 # --- What is known of the result ---
