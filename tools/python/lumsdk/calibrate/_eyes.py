@@ -97,9 +97,9 @@ def _settle(problem: Problem, state: State) -> tuple[Problem, _Found]:
 
 def _with_values(problem: Problem, state: State, values: Array) -> State:
     """Poses and faces that fit best where the calibration is given, as a file has it: without bends of the mirrors."""
-    total = float(np.hypot(problem.spread.tile, problem.spread.spot))
+    total = float(np.linalg.norm([problem.spread.tile, problem.spread.spot, problem.spread.bow]))
     given = Problem(problem.groups, problem.fixed, values, problem.captures, held=np.ones(CALIBRATION_COUNT, bool),
-                    spread=replace(problem.spread, tile=0.0, spot=total), is_bent=False)
+                    spread=replace(problem.spread, spot=total), is_bent=False)
     start = state.copy()
     start.values, start.bends = values.copy(), np.zeros_like(state.bends)
     return solve(given, start).state

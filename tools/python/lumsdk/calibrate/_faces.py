@@ -12,7 +12,7 @@ from ._match import Pose, Seen, View, assign
 from ._model import Cells, Eye, Fixed, State, priors
 from ._planes import points
 from ._result import Array
-from ._solve import TILE_M, TILES_MAX, Group, Problem, group_cells, number_tiles, solve
+from ._solve import TILE_M, TILES_MAX, Group, Problem, Surface, group_cells, number_tiles, solve
 
 _STARTS_M = 0.1, 0.05, 0.2, 0.4
 _ROUNDS = ((8.0, 1.0, 0.05), (6.0, 0.6, 0.03), (5.0, 0.4, 0.02), (4.0, 0.2, 0.01), (4.0, 0.2, 0.005))
@@ -178,8 +178,8 @@ def _joined(parts: list[Cells]) -> Cells:
                  all_of("plane"))
 
 
-def observe(scene: Scene, state: State, of: Array) -> tuple[list[Group], Array]:
-    """Squares of faces as observations, with their tiles; and plane and place in metres of those."""
+def observe(scene: Scene, state: State, of: Array) -> tuple[list[Group], Surface]:
+    """Squares of faces as observations, with their tiles."""
     parts: dict[tuple[int, int], list[Cells]] = {}
     for index, s in enumerate(scene.seen):
         parts.setdefault((s.capture, s.patch.eye), []).append(_shrink(scene, state, s, int(of[index])))
@@ -191,7 +191,7 @@ def observe(scene: Scene, state: State, of: Array) -> tuple[list[Group], Array]:
         size = np.bincount(np.concatenate([group.plane for group in groups]), minlength=len(state.offsets))
         tiles = number_tiles(groups, names)
         if len(tiles) <= TILES_MAX:
-            return without(groups, size < _SQUARES_MIN), tiles * [1.0, TILE_M * scale, TILE_M * scale]
+            return without(groups, size < _SQUARES_MIN), Surface(tiles * [1.0, TILE_M * scale, TILE_M * scale])
         scale *= max(1.1, float(np.sqrt(len(tiles) / TILES_MAX)))
 
 

@@ -16,6 +16,7 @@ from scipy import sparse
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.optimize import minimize
 from scipy.spatial.distance import cdist
+from scipy.special import j0
 
 from ._match import Pose
 from ._model import BEND_COUNT, CALIBRATION_COUNT, Cells, Eye, Fixed, State, priors, tangents, turned
@@ -28,8 +29,15 @@ TILE_M = 1 / 3
 """Cells of so large a square of a face are one observation for each eye and capture."""
 
 TILES_MAX = 1000
-_NEAR_ZERO_M = 5e-5
-_LENGTH_M, _LENGTH_SPREAD = 0.7, 0.7
+_NEAR_ZERO_M = 1e-5
+
+_WAVES_M = np.geomspace(0.8, 4.0, 9)
+"""How long the waves of walls are."""
+
+_BOW_M = 3.0
+_OWN = 0.01
+"""Share of a tile's variance that its neighbours do not have."""
+
 _HUBER = 3.0
 _LOOSE = 1.0
 """What keeps a pose or a face that hardly anything measures: a radian or a metre a round."""
@@ -71,10 +79,12 @@ class Linear:
 class Spread:
     """Variance components, as standard deviations in metres."""
 
-    tile: float = 0.002
-    spot: float = 0.001
-    length: float = 0.7
-    """Metres over which tiles are alike."""
+    tile: float = 0.0015
+    """Waves of faces."""
+    spot: float = 0.0005
+    """What each observation errs on its own."""
+    bow: float = 0.001
+    """Faces that are bent as a whole."""
     bend_deg: float = BEND_DEG
     bias: float = BIAS_M
 
@@ -116,8 +126,7 @@ class Problem:
     fixed: Fixed
     before: Array
     captures: int
-    tiles: Array = field(default_factory=lambda: np.zeros((0, 3)))
-    """Plane and place on it of each tile."""
+    tiles: Surface = field(default_factory=lambda: Surface(np.zeros((0, 3))))
     spread: Spread = field(default_factory=Spread)
     held: Array = field(default_factory=lambda: np.zeros(CALIBRATION_COUNT, bool))
     loss_m: float = 0.0
@@ -161,18 +170,43 @@ def number_tiles(groups: Sequence[Group], names: Sequence[Array]) -> Array:
     return np.asarray(made)
 
 
-def _unevenness(tiles: Array, spread: Spread) -> tuple[Array, float]:
-    """What is known of the tiles: the inverse of their covariance, and the logarithm of its determinant."""
-    inverse, determinant = np.zeros((len(tiles), len(tiles))), 0.0
-    for plane in np.unique(tiles[:, 0]):
-        at = np.flatnonzero(tiles[:, 0] == plane)
-        near = cdist(tiles[at, 1:], tiles[at, 1:]) * (np.sqrt(3) / spread.length)
-        matrix = (1 + near) * np.exp(-near)
-        matrix[np.diag_indices_from(matrix)] += 1e-6
-        factor = cho_factor(matrix, lower=True)
-        inverse[np.ix_(at, at)] = cho_solve(factor, np.eye(len(at))) / spread.tile ** 2
-        determinant += 2 * float(np.log(np.diag(factor[0])).sum() + len(at) * np.log(spread.tile))
-    return inverse, determinant
+@dataclass
+class _Face:
+    """Which tiles are of a face, and how alike they are by waves and by a bow."""
+
+    at: Array
+    waves: Array
+    bow: Array
+
+
+class Surface:
+    """The tiles of all faces, by plane and place on it in metres: (n, 3)."""
+
+    def __init__(self, tiles: Array) -> None:
+        self.tiles = tiles
+        self._faces = [self._face(np.flatnonzero(tiles[:, 0] == plane)) for plane in np.unique(tiles[:, 0])]
+
+    def __len__(self) -> int:
+        return len(self.tiles)
+
+    def _face(self, at: Array) -> _Face:
+        away = cdist(self.tiles[at, 1:], self.tiles[at, 1:])
+        waves = np.zeros_like(away)
+        for length in _WAVES_M:
+            waves += j0(2 * np.pi / length * away) / len(_WAVES_M)
+        bow = away * (np.sqrt(3) / _BOW_M)
+        return _Face(at, waves, (1 + bow) * np.exp(-bow))
+
+    def known(self, spread: Spread) -> tuple[Array, float]:
+        """What is known of the tiles: the inverse of their covariance, and the logarithm of its determinant."""
+        inverse, determinant = np.zeros((len(self), len(self))), 0.0
+        for face in self._faces:
+            matrix = spread.tile ** 2 * face.waves + spread.bow ** 2 * face.bow
+            matrix[np.diag_indices_from(matrix)] += _OWN * (spread.tile ** 2 + spread.bow ** 2)
+            factor = cho_factor(matrix, lower=True)
+            inverse[np.ix_(face.at, face.at)] = cho_solve(factor, np.eye(len(face.at)))
+            determinant += 2 * float(np.log(np.diag(factor[0])).sum())
+        return inverse, determinant
 
 
 # --- The linear problem ---
@@ -315,7 +349,7 @@ class Fit:
 def solve(problem: Problem, state: State, rounds: int = 8) -> Fit:
     """Gauss-Newton, with weights renewed in each round."""
     heights = np.zeros(len(problem.tiles))
-    tiles = _unevenness(problem.tiles, problem.spread)[0]
+    tiles = problem.tiles.known(problem.spread)[0]
     size = np.inf
     for turn in range(rounds):
         linear, layout = linearise(problem, state)
@@ -346,23 +380,22 @@ def estimate_spread(problem: Problem, fit: Fit) -> Spread:
     def cost(logs: Array) -> float:
         spread = _spread(logs, problem.spread)
         variance = _variance(linear, spread) / weight
-        tiles, of_tiles = _unevenness(problem.tiles, spread)
+        tiles, of_tiles = problem.tiles.known(spread)
         normal = _normal(linear, 1 / variance, prior, tiles)
         factor, scale = _factor(normal.matrix)
         determinant = 2 * np.log(np.diag(factor[0])).sum() - 2 * np.log(scale).sum()
         explained = float((scale * normal.right) @ cho_solve(factor, scale * normal.right))
-        usual = ((logs[2] - np.log(_LENGTH_M)) / _LENGTH_SPREAD) ** 2
-        return float(np.log(variance).sum() + of_tiles + determinant + normal.square - explained + usual)
+        return float(np.log(variance).sum() + of_tiles + determinant + normal.square - explained)
 
-    start = np.log([problem.spread.tile, problem.spread.spot, problem.spread.length])
+    start = np.log([problem.spread.tile, problem.spread.spot, problem.spread.bow])
     found = minimize(cost, start, method="Nelder-Mead", options={
-        "xatol": 0.08, "fatol": 0.3, "maxfev": 60, "initial_simplex": start + [[0, 0, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 0.5]]})
+        "xatol": 0.08, "fatol": 0.3, "maxfev": 60, "initial_simplex": start + [[0, 0, 0], [-1, 0, 0], [0, -1, 0], [0, 0, -1]]})
     return _spread(found.x, problem.spread)
 
 
 def _spread(logs: Array, usual: Spread) -> Spread:
-    tile, spot = np.exp(np.clip(logs[:2], np.log(_NEAR_ZERO_M), np.log(0.05)))
-    return replace(usual, tile=float(tile), spot=float(spot), length=float(np.exp(np.clip(logs[2], np.log(0.2), np.log(4.0)))))
+    tile, spot, bow = np.exp(np.clip(logs, np.log(_NEAR_ZERO_M), np.log(0.05)))
+    return replace(usual, tile=float(tile), spot=float(spot), bow=float(bow))
 
 
 def estimate_bends(problem: Problem, fit: Fit) -> Spread:
