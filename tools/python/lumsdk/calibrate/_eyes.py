@@ -22,6 +22,7 @@ _WORTH = 0.5
 
 _HELD_OUT = 3
 _FACES_LEFT = 5
+_SPARE_SQUARES = 20
 _BENT = 0.004, 6.0
 """A face whose residuals are usually so many metres, and so many times those of other faces, is none."""
 
@@ -126,11 +127,11 @@ def _spare_faces(problem: Problem, state: State) -> Array:
     count = len(state.offsets)
     size, seen = np.zeros(count), np.zeros(count)
     for group in problem.groups:
-        cells = np.bincount(group.plane, minlength=count)
-        size += cells
-        seen += cells > 0
-    spare = np.flatnonzero(seen > 1)
-    most = min(_HELD_OUT, max(0, (seen > 1).sum() - _FACES_LEFT))
+        squares = np.bincount(group.plane, minlength=count)
+        size += squares
+        seen += squares > 0
+    spare = np.flatnonzero((seen > 1) & (size >= _SPARE_SQUARES))
+    most = min(_HELD_OUT, max(0, len(spare) - _FACES_LEFT))
     order = spare[np.argsort(-size[spare], kind="stable")]
     first = len(order) // 3
     return np.asarray(order[first:first + most])
@@ -231,8 +232,8 @@ def _notes(grids: Sequence[Grid]) -> Iterator[str]:
         if g.frames < _FRAMES:
             yield f"{g.name}: {g.frames} whole frames; {_FRAMES} or more measure better"
     if len(grids) < CAPTURES:
-        yield (f"{len(grids)} capture{'s' if len(grids) > 1 else ''}; {CAPTURES} suffice and 5 are better, the sensor turned by 20 to 30 "
-               "degrees between them, some rolled by about 12")
+        yield (f"{len(grids)} capture{'s' if len(grids) > 1 else ''}; {CAPTURES} suffice and 5 are better, the sensor turned by 20 "
+               "to 30 degrees between them, some rolled by about 12")
 
 
 # --- All of it ---
@@ -333,7 +334,8 @@ def to_yaml(solution: Solution) -> str:
             f"{len(solution.planes)} faces, root mean square {solution.rms_before_m * 1e3:.2f} mm before, "
             f"{solution.rms_after_m * 1e3:.2f} mm after"]
     if np.isfinite(solution.held_out_before_m):
-        told.append(f"on faces held out {solution.held_out_before_m * 1e3:.2f} mm before, {solution.held_out_after_m * 1e3:.2f} mm after")
+        told.append(f"on faces held out {solution.held_out_before_m * 1e3:.2f} mm before, "
+                    f"{solution.held_out_after_m * 1e3:.2f} mm after")
     told += map(_printable, solution.notes)
     parameters = {f"eyes.{parameter.key}": parameter for parameter in solution.parameters}
     return "\n".join([*(f"# {line}" for line in told), *_lines(solution.calibration(), parameters), ""])
@@ -347,7 +349,8 @@ def to_json(solution: Solution) -> dict[str, Any]:
     """What --json prints. A standard deviation is null where the value is held."""
     return {
         "captures": [os.fsdecode(name) for name in solution.captures],
-        "parameters": [{"key": f"eyes.{p.key}", "value": p.value, "before": p.before, "sigma": _number(p.sigma), "held": p.held or None}
+        "parameters": [{"key": f"eyes.{p.key}", "value": p.value, "before": p.before, "sigma": _number(p.sigma),
+                        "held": p.held or None}
                        for p in solution.parameters],
         "planes": [{"normal": [float(x) for x in p.normal], "offset_m": p.offset, "captures": list(p.captures),
                     "eyes": [EYES[e] for e in p.eyes], "cells": p.cells, "rms_before_m": _number(p.rms_before_m),

@@ -129,13 +129,11 @@ def _try(scene: Scene, seen: list[Seen], poses: list[Pose], start_m: float) -> t
 
 def join(scene: Scene, poses: list[Pose]) -> tuple[State, Array]:
     """The best of several starts: faces that lie near each other must not be taken for one."""
-    best, seen = -np.inf, scene.seen
+    seen, tried = scene.seen, []
     for start_m in _STARTS_M:
-        score, state, of = _try(scene, seen, poses, start_m)
-        if score > best:
-            best, found = score, (state, of, scene.seen)
-    scene.seen = found[2]
-    return found[:2]
+        tried.append((*_try(scene, seen, poses, start_m), scene.seen))
+    _, state, of, scene.seen = max(tried, key=lambda one: one[0])
+    return state, of
 
 
 # --- Cells to observations ---

@@ -4,7 +4,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from .._frame import EYES
 from .._settings import Calibration
@@ -35,7 +35,7 @@ class View:
     weights: Array
     samples: Array
     """Some of its points."""
-    rays: cKDTree
+    rays: KDTree
     """Unit vectors of its points as seen from the sensor."""
     ranges: Array
 
@@ -64,7 +64,7 @@ def look(grid: Grid, calibration: Calibration) -> View:
     ranges = np.linalg.norm(sparse, axis=1)
     return View(grid, patches, np.array([p.normal for p in patches]).reshape(-1, 3), np.array([p.offset for p in patches]),
                 np.sqrt(np.array([len(p.cells) for p in patches], "f8")), sparse[::max(1, len(sparse) // _SAMPLES)],
-                cKDTree(sparse / np.maximum(ranges, 1e-9)[:, None]), ranges)
+                KDTree(sparse / np.maximum(ranges, 1e-9)[:, None]), ranges)
 
 
 # --- One capture against another ---

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 import numpy as np
-from scipy.ndimage import label, uniform_filter
+from scipy.ndimage import label, uniform_filter1d
 
 from .._frame import EYES, PIXELS, Frame
 from .._settings import Calibration
@@ -220,7 +220,8 @@ def points(grid: Grid, eye: int, calibration: Calibration) -> Array:
     """Points of an eye in the frame of the sensor: (lines * 1000, 3), nan where nothing was measured."""
     turn, place = mount(calibration, eye)
     made = directions(*angles(grid, eye, calibration)) * (grid.range_m[eye] + offset_m(calibration, eye))[..., None]
-    return made.reshape(-1, 3) @ turn.T + place
+    out: Array = made.reshape(-1, 3) @ turn.T + place
+    return out
 
 
 # --- Faces ---
@@ -255,7 +256,7 @@ def _with_normals(xyz: Array, block: tuple[int, int]) -> _Means:
     filled = np.where(known[..., None], xyz, 0)
 
     def mean(values: Array) -> Array:
-        return np.asarray(uniform_filter(values.astype("f8"), (5, 7), mode="constant"))
+        return np.asarray(uniform_filter1d(uniform_filter1d(values.astype("f8"), 5, 0, mode="constant"), 7, 1, mode="constant"))
 
     share = mean(known)
     enough = known & (share > 0.6)
@@ -309,13 +310,14 @@ def _grow(means: _Means, left: Array, seed: tuple[Array, float]) -> Optional[Arr
     for _ in range(4):
         with np.errstate(invalid="ignore"):
             near = left & (np.abs(means.xyz @ normal - offset) < _NEAR_M) & (means.normal @ normal > _TURN)
-        labels, count = label(near)
-        if count == 0:
+        labels = np.zeros(near.shape, "i4")
+        if label(near, output=labels) == 0:
             return part
-        part = labels == 1 + np.bincount(labels.ravel())[1:].argmax()
-        if part.sum() < 8:
+        largest: Array = labels == 1 + np.bincount(labels.ravel())[1:].argmax()
+        part = largest
+        if largest.sum() < 8:
             return part
-        normal, offset, _ = fit_plane(means.xyz[part])
+        normal, offset, _ = fit_plane(means.xyz[largest])
     return part
 
 

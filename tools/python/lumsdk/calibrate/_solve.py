@@ -39,6 +39,8 @@ _OWN = 0.01
 """Share of a tile's variance that its neighbours do not have."""
 
 _HUBER = 3.0
+_SETTLED, _STEP = 1e-3, 0.02
+"""A round that moves nothing by such a share of what is usual is the last."""
 _LOOSE = 1.0
 """What keeps a pose or a face that hardly anything measures: a radian or a metre a round."""
 _TIGHT = 1e18
@@ -351,20 +353,21 @@ def solve(problem: Problem, state: State, rounds: int = 8) -> Fit:
     heights = np.zeros(len(problem.tiles))
     tiles = problem.tiles.known(problem.spread)[0]
     size = np.inf
-    for turn in range(rounds):
+    turn = 0
+    while True:
         linear, layout = linearise(problem, state)
         left = linear.residual + linear.matrix[:, layout.heights:] @ heights
         weight = _robust(problem, linear, left, problem.spread)
         normal = _normal(linear, weight, _prior(problem, state, layout), tiles)
-        if size < 1e-3 or turn == rounds - 1:
-            break
+        turn += 1
+        if size < _SETTLED or turn >= rounds:
+            return Fit(state, linear, layout, left, normal, heights)
         factor, scale = _factor(normal.matrix)
         step = scale * cho_solve(factor, scale * normal.right)
         heights = step[layout.heights:]
         state = _moved(state, step, layout)
-        size = float(np.abs(step[:layout.heights] / np.maximum(np.r_[priors(), np.full(layout.heights - CALIBRATION_COUNT, 0.02)],
-                                                              1e-9)).max())
-    return Fit(state, linear, layout, left, normal, heights)
+        usual = np.r_[priors(), np.full(layout.heights - CALIBRATION_COUNT, _STEP)]
+        size = float(np.abs(step[:layout.heights] / usual).max())
 
 
 # --- How uneven the faces are ---
@@ -389,7 +392,7 @@ def estimate_spread(problem: Problem, fit: Fit) -> Spread:
 
     start = np.log([problem.spread.tile, problem.spread.spot, problem.spread.bow])
     found = minimize(cost, start, method="Nelder-Mead", options={
-        "xatol": 0.08, "fatol": 0.3, "maxfev": 60, "initial_simplex": start + [[0, 0, 0], [-1, 0, 0], [0, -1, 0], [0, 0, -1]]})
+        "xatol": 0.08, "fatol": 0.3, "maxfev": 60, "initial_simplex": start - np.eye(4, 3, -1)})
     return _spread(found.x, problem.spread)
 
 

@@ -1,0 +1,195 @@
+"""lumcal eyes: rooms of a known calibration, what is held, and what is refused. Most rooms are made by rooms.py, in milliseconds."""
+import functools
+import math
+
+import numpy as np
+import pytest
+
+pytest.importorskip("scipy")
+
+import lumsdk  # noqa: E402
+import rooms  # noqa: E402
+from lumsdk.calibrate import _eyes, _faces, _match, _model, _planes, _solve  # noqa: E402
+
+POSES = ((0, 0, 0), (12, 0, 27), (-12, 0, -27))
+
+
+@functools.lru_cache(maxsize=None)
+def room(seed=4, count=3, rms=0.0, bias=0.0, sine=0.0):
+    """Captures of a room, and the true calibration."""
+    rng = np.random.default_rng(seed)
+    true = rooms.true_calibration(rng)
+    walls, shapes = rooms.Walls(rng, rms, bias), rooms.boxes()
+    made = []
+    for roll, pitch, yaw in POSES[:count]:
+        at = (*rng.uniform(-0.3, 0.3, 2), 1.2)
+        made.append(rooms.see((*at, roll, pitch + rng.uniform(-2, 2), yaw + rng.uniform(-3, 3)), true, rng, walls, shapes, sine=sine))
+    return made, true
+
+
+@functools.lru_cache(maxsize=None)
+def solution(*choice):
+    grids, _ = room(*choice)
+    return _eyes.solve_grids(grids, lumsdk.Calibration())
+
+
+def truth(true):
+    made = {}
+    for eye, values in true.items():
+        mount = dict(zip(("x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg"), values["mount"]))
+        made.update({f"{eye}.tof_offset_ps": values["offset_m"] * rooms.PICOSECONDS_A_METRE, f"{eye}.azimuth.width_deg": values["width"],
+                     f"{eye}.elevation.min_deg": values["low"], f"{eye}.elevation.max_deg": values["high"],
+                     **{f"{eye}.mount.{key}": value for key, value in mount.items()}})
+    return made
+
+
+def errors(found, true):
+    known = truth(true)
+    return {p.key: (p.value - known[p.key], p.sigma) for p in found.parameters if p.key in known}
+
+
+def test_a_room_tells_the_calibration():
+    found, (_, true) = solution(), room()
+    wrong = errors(found, true)
+    assert not [p.key for p in found.parameters if p.held and not p.key.endswith("center_deg")]
+    for key, (error, sigma) in wrong.items():
+        assert abs(error) < 4 * sigma, key
+        bar = {"deg": 0.06, "ps": 40.0, "m": 0.004}[key.rsplit("_", 1)[1]]
+        assert abs(error) < bar, key
+    assert sum(abs(error) < 2 * sigma for error, sigma in wrong.values()) >= 11
+
+
+def test_wavy_walls_make_it_less_sure_and_it_says_so():
+    flat, wavy = solution(), solution(4, 3, 0.0014, 0.002, 0.003)
+    wrong = errors(wavy, room(4, 3, 0.0014, 0.002, 0.003)[1])
+    assert sum(abs(error) < 2 * sigma for error, sigma in wrong.values()) >= 10
+    assert all(abs(error) < 5 * sigma for error, sigma in wrong.values())
+    assert sum(p.sigma > q.sigma for p, q in zip(wavy.parameters[:14], flat.parameters[:14])) >= 12
+
+
+def test_it_is_better_on_faces_that_it_has_not_seen():
+    found = solution()
+    assert found.is_better
+    assert found.held_out_after_m < 0.001 < 0.003 < found.held_out_before_m
+    assert found.rms_after_m < 0.001 < found.rms_before_m
+
+
+def test_what_a_floor_alone_does_not_tell_is_held_at_its_value_and_named():
+    rng = np.random.default_rng(6)
+    shapes = [((0, 0, 50.0), np.array((200.0, 200.0, 50.0)), np.eye(3), True)]
+    floor = rooms.see((0, 0, 1.5, 0, 0, 0), room()[1], rng, rooms.Walls(rng), shapes)
+    found = _eyes.solve_grids([floor], lumsdk.Calibration())
+    held = {p.key: p for p in found.parameters if p.held}
+    for key in ("green.mount.yaw_deg", "green.mount.x_m", "green.mount.y_m"):
+        assert held[key].value == held[key].before and math.isinf(held[key].sigma)
+        assert "add two of the same room" in held[key].held
+    assert any("3 suffice" in note for note in found.notes)
+
+
+def test_centres_are_held_for_yaw_means_both():
+    held = {p.key: p.held for p in solution().parameters if p.held}
+    assert set(held) == {"blue.azimuth.center_deg", "green.azimuth.center_deg"}
+    assert all("yaw" in why for why in held.values())
+
+
+def test_the_file_loads_as_it_is_and_has_the_values():
+    found = solution()
+    made = lumsdk.Calibration(_eyes.to_yaml(found))
+    for p in found.parameters:
+        assert made[f"eyes.{p.key}"] == pytest.approx(p.value, abs=6e-3 if p.key.endswith("ps") else 6e-6)
+    assert made["eyes.blue.mount.yaw_deg"] == -30
+    assert lumsdk.Calibration(found.calibration())["eyes.green.mount.x_m"] == pytest.approx(made["eyes.green.mount.x_m"], abs=2e-6)
+
+
+def test_the_file_says_how_sure_it_is_and_where_from():
+    text = _eyes.to_yaml(solution())
+    assert text.count("# +- ") == 14 and text.count("# held: ") == 2
+    assert "room" in text.split("version: 1")[0] and "held out" in text.split("version: 1")[0]
+
+
+def test_a_name_cannot_leave_its_comment():
+    found = solution()
+    name = found.captures[0]
+    found.captures[0] = "a\nversion: 2\nb.pcap"
+    try:
+        assert lumsdk.Calibration(_eyes.to_yaml(found))["version"] == 1
+    finally:
+        found.captures[0] = name
+
+
+def test_json_has_no_infinity():
+    import json
+
+    told = json.loads(json.dumps(_eyes.to_json(solution()), allow_nan=False))
+    assert {p["key"]: p["sigma"] for p in told["parameters"]}["eyes.blue.azimuth.center_deg"] is None
+    assert told["is_better"] is True and len(told["planes"]) > 5
+
+
+def test_the_same_captures_give_the_same_solution():
+    again = _eyes.solve_grids(room()[0], lumsdk.Calibration())
+    assert [p.value for p in again.parameters] == [p.value for p in solution().parameters]
+
+
+def test_captures_of_different_rooms_are_refused_by_name():
+    rng = np.random.default_rng(2)
+    grids, true = room()
+    walls = rooms.Walls(rng)
+    shapes = [((0.3, 0.2, 1.5), np.array((1.6, 1.3, 9.0)), rooms.rotation(0, 0, 10), True)]
+    other = rooms.see((0, 0, 1.2, 0, 0, 40), true, rng, walls, shapes)
+    other.name = "elsewhere.pcap"
+    with pytest.raises(ValueError, match=r"elsewhere\.pcap: shows no faces that another capture shows"):
+        _eyes.solve_grids([grids[0], other], lumsdk.Calibration())
+
+
+def test_turn_and_roll_are_found():
+    grids, _ = room()
+    poses = _match.place_all([_match.look(grid, lumsdk.Calibration()) for grid in grids])
+    for pose, (roll, _, yaw) in zip(poses, POSES):
+        assert np.degrees(np.arctan2(pose.turn[1, 0], pose.turn[0, 0])) == pytest.approx(yaw, abs=6)
+        assert np.degrees(np.arctan2(pose.turn[2, 1], pose.turn[2, 2])) == pytest.approx(roll, abs=4)
+
+
+def test_derivatives_are_those_of_the_model():
+    grids, _ = room()
+    calibration = lumsdk.Calibration()
+    scene, state, of = _eyes._scene(grids, calibration)
+    groups, _ = _faces.observe(scene, state, of)
+    problem = _solve.Problem(groups, scene.fixed, scene.before, len(grids))
+    linear, layout = _solve.linearise(problem, state)
+    for index in range(layout.size):
+        step = np.zeros(layout.size)
+        step[index] = 1e-5 if layout.poses <= index < layout.biases else 1e-4
+        there = [_solve.linearise(problem, _solve._moved(state, sign * step, layout))[0].residual for sign in (1, -1)]
+        slope = (there[0] - there[1]) / (2 * step[index])
+        known = linear.matrix[:, [index]].toarray()[:, 0]
+        assert np.abs(slope - known).max() < 1e-3 * max(1e-4, np.abs(known).max()) + 1e-7, index
+
+
+def test_noise_does_not_shrink_the_elevation_span():
+    """Derivatives at noisy points would, by 0.3 to 0.6 %."""
+    rng = np.random.default_rng(8)
+    grids, true = room()
+    noisy = []
+    for grid in grids:
+        ranges = grid.range_m + rng.normal(scale=0.02, size=grid.range_m.shape)
+        noisy.append(_planes.Grid(grid.name, 1, grid.azimuth, grid.elevation, ranges, np.full_like(grid.sigma_m, 0.0205), grid.count, True))
+    wrong = errors(_eyes.solve_grids(noisy, lumsdk.Calibration()), true)
+    for eye in ("blue", "green"):
+        span = wrong[f"{eye}.elevation.max_deg"][0] - wrong[f"{eye}.elevation.min_deg"][0]
+        assert abs(span) < 0.003 * 20
+
+
+def test_keys_have_a_prior_each():
+    assert len(_model.KEYS) == _model.CALIBRATION_COUNT == 14
+    assert (_model.priors() > 0).all()
+
+
+def test_a_capture_of_a_drive_is_refused(make_capture):
+    path = make_capture("-n", 12, "--seed", 3)
+    with pytest.raises(ValueError, match="the sensor has to stand still"):
+        _planes.grid(path)
+
+
+def test_a_capture_of_few_frames_is_refused(make_capture):
+    with pytest.raises(ValueError, match=r"2 whole frames; a calibration needs at least 5"):
+        _planes.grid(make_capture("-n", 4))
