@@ -1,9 +1,9 @@
 """Robust least squares of calibration, poses and faces together, and what it knows of its own errors.
 
 Neighbouring cells of a face count as one observation. Faces are neither flat nor equally bright: tiles of a face stand out
-from it, neighbours alike; each observation errs a little more; and each face has a bias of range. How far tiles stand out,
-over which length they are alike, and how much observations err, is estimated from the captures (restricted maximum
-likelihood) before any prior is trusted.
+from it, in waves and as a bow; each observation errs a little more; and each face has a bias of range. How much of each there
+is, and how far the mirrors' readings are bent, is estimated from the captures (restricted maximum likelihood) before any prior
+is trusted.
 """
 from __future__ import annotations
 
@@ -410,7 +410,7 @@ def estimate_bends(problem: Problem, fit: Fit) -> Spread:
     now = np.r_[fit.state.bends.ravel(), fit.state.biases]
 
     def weights(logs: Array) -> Array:
-        return np.where(is_bend, np.exp(-2 * logs[0]), np.exp(-2 * logs[1]))
+        return np.asarray(np.where(is_bend, np.exp(-2 * logs[0]), np.exp(-2 * logs[1])))
 
     usual = np.log([spread.bend_deg, spread.bias])
     factor, scale = _factor(fit.normal.matrix[np.ix_(~is_own, ~is_own)])
