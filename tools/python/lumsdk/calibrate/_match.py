@@ -168,7 +168,7 @@ def place(a: View, b: View) -> tuple[float, Pose]:
 # --- All captures ---
 
 
-_LEAST_AGREEMENT = 0.3
+_LEAST_AGREEMENT = 0.6
 
 
 def place_all(views: list[View]) -> list[Pose]:
