@@ -149,7 +149,8 @@ def grid(capture: Union[str, os.PathLike[str]], profile: Any = None, **options: 
         sums, frames, shift = _sum(source, name)
     ranges, variance, azimuth, elevation = sums.means()
     usual = float(np.nanmedian(variance)) if np.isfinite(variance).any() else 0.0
-    if shift > _MOVED_M and shift > 3 * math.sqrt(usual / frames):
+    noise = float(np.nanquantile(variance, 0.2)) if np.isfinite(variance).any() else 0.0
+    if shift > max(_MOVED_M, 4 * math.sqrt(noise / frames)):
         raise ValueError(f"{name}: ranges change by {shift:.2f} m within the recording: the sensor has to stand still")
     with np.errstate(invalid="ignore"):
         ranges[variance > (3 * math.sqrt(usual) + _EDGE_M) ** 2] = np.nan
