@@ -19,7 +19,3 @@ class Usage(FleetError):
 
     def __init__(self, text: str) -> None:
         super().__init__(text, 2)
-
-
-class Stopped(BaseException):
-    """A signal came."""

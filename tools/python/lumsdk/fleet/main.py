@@ -4,14 +4,14 @@ from __future__ import annotations
 import argparse
 import os
 import secrets
-import signal
 import sys
 import time
 from contextlib import suppress
 from typing import Any, Optional
 
+from .._signals import Signals, Stopped, die_of
 from . import _arguments, _journal, _manifest
-from ._errors import FleetError, LockTaken, Stopped
+from ._errors import FleetError, LockTaken
 from ._folders import WorkFolder, remove_dead
 from ._inputs import captures
 from ._job import Job
@@ -27,35 +27,6 @@ RESERVE = ".lumfleet/reserve"
 RESERVE_OF_ROW = 512
 RESERVE_LEAST = 32 << 10
 OBJECT_STORE = 80 << 20
-SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")
-
-
-class Signals:
-    """The first signal stops the run, the next one ends the program at once."""
-
-    def __init__(self) -> None:
-        self.caught = 0
-        self.waits = False  # the run looks at `caught` itself
-
-    def install(self) -> None:
-        """Catch them from now on."""
-        for name in SIGNALS:
-            number = getattr(signal, name, None)
-            if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-                signal.signal(number, self._take)
-
-    def _take(self, number: int, _: object) -> None:
-        if self.caught:
-            die_of(number)
-        self.caught = number
-        if not self.waits:
-            raise Stopped
-
-
-def die_of(number: int) -> None:
-    """As the house's tools: the caller sees the signal."""
-    signal.signal(number, signal.SIG_DFL)
-    os.kill(os.getpid(), number)
 
 
 class Run:
