@@ -78,7 +78,7 @@ endforeach()
 if(LUM_BUILD_TOOLS AND NOT WIN32)
   install(FILES tools/completion/lumsdk.bash
           DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME lumctl)
-  foreach(tool IN ITEMS lumdump lumfleet lumsim lumtable lumview)
+  foreach(tool IN ITEMS lumcal lumdump lumfleet lumsim lumtable lumview)
     install(CODE "file(CREATE_LINK lumctl
                        \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/bash-completion/completions/${tool}\"
                        SYMBOLIC)")

@@ -87,3 +87,13 @@ def capture(make_capture):
 def lumdump():
     """lumdump(*arguments): its standard output as bytes."""
     return lambda *arguments: run("lumdump", *arguments)
+
+
+@pytest.fixture
+def own_signals():
+    """What a program's main() does to signals ends with the test."""
+    names = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
+    before = [(number, signal.getsignal(number)) for number in names]
+    yield
+    for number, handler in before:
+        signal.signal(number, handler)

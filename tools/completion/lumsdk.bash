@@ -1,9 +1,10 @@
 # shellcheck shell=bash
-# Completion of lumctl, lumdump, lumfleet, lumsim, lumtable, lumview for bash. Options and the words they
+# Completion of lumcal, lumctl, lumdump, lumfleet, lumsim, lumtable, lumview for bash. Options and the words they
 # take are read from the tools' own --help, so this file does not have to know them.
 
+# _lumsdk_options TOOL [COMMAND]
 _lumsdk_options() {
-    "$1" --help 2>/dev/null | grep -oE -- '(^|[ ,])--[a-z][a-z-]*' | grep -oE -- '--[a-z-]+' | sort -u
+    "$1" ${2:+"$2"} --help 2>/dev/null | grep -oE -- '(^|[ ,])--[a-z][a-z-]*' | grep -oE -- '--[a-z-]+' | sort -u
 }
 
 # The words of "--option a|b|c" in the help, where a line that ends in | goes on.
@@ -75,7 +76,7 @@ _lumsdk() {
         return
     fi
     case $previous in
-    --out | --output | -o | --calibration | --profile | --log | --truth | --replay)
+    --out | --output | -o | --calibration | --profile | --log | --report | --truth | --replay)
         _lumsdk_files "$current"
         return
         ;;
@@ -113,7 +114,13 @@ _lumsdk() {
         ;;
     esac
     if [[ $current == -* ]]; then
-        _lumsdk_choose "$(_lumsdk_options "$tool")" "$current"
+        if [[ ${tool##*/} != lumcal ]]; then
+            _lumsdk_choose "$(_lumsdk_options "$tool")" "$current"
+        elif ((COMP_CWORD == 1)); then
+            _lumsdk_choose '--help --version' "$current"
+        else
+            _lumsdk_choose "$(_lumsdk_options "$tool" "${COMP_WORDS[1]}")" "$current"
+        fi
     elif [[ ${tool##*/} == lumctl* ]]; then
         _lumctl_words "$tool" "$current"
     elif [[ ${tool##*/} == @(lumdump|lumview)* ]]; then
@@ -123,9 +130,11 @@ _lumsdk() {
         else
             _lumsdk_files "$current"
         fi
-    elif [[ ${tool##*/} == lumfleet ]]; then
+    elif [[ ${tool##*/}:$COMP_CWORD == lumcal:1 ]]; then
+        _lumsdk_choose 'eyes check' "$current"
+    elif [[ ${tool##*/} == @(lumcal|lumfleet) ]]; then
         _lumsdk_files "$current"
     fi
 }
 
-complete -F _lumsdk lumctl lumdump lumfleet lumsim lumtable lumview
+complete -F _lumsdk lumcal lumctl lumdump lumfleet lumsim lumtable lumview

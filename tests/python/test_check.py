@@ -1,0 +1,181 @@
+"""lumcal check: what it measures in rooms that are known, and how it tells it."""
+import json
+
+import numpy as np
+import pytest
+
+pytest.importorskip("scipy")
+
+import rooms  # noqa: E402, needs SciPy
+from conftest import run  # noqa: E402
+from lumsdk import Calibration  # noqa: E402
+from lumsdk.calibrate import _check, _cli, _tell  # noqa: E402
+
+pytestmark = pytest.mark.usefixtures("own_signals")
+
+MILD = {"rms": 0.0014, "bias": 0.002, "sine": np.radians(0.003)}
+
+
+def calibration(true, **changes):
+    """The calibration of a sensor, with these changes added to the green eye's mount, and to its offset in metres."""
+    eyes = {eye: {"tof_offset_ps": (c["offset_m"] + (changes.get("offset_m", 0) if eye == "green" else 0)) * rooms.PICOSECONDS_A_METRE,
+                  "azimuth": {"width_deg": c["width"]}, "elevation": {"min_deg": c["low"], "max_deg": c["high"]},
+                  "mount": {key: value + (changes.get(key, 0) if eye == "green" else 0) for key, value in
+                            zip(("x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg"), c["mount"])}} for eye, c in true.items()}
+    return Calibration({"eyes": eyes})
+
+
+@pytest.fixture(scope="module")
+def yard():
+    """A yard: a wall straight ahead and a floor."""
+    true = rooms.true_calibration(np.random.default_rng(1))
+    return true, rooms.captures(1, true, count=1, kind="yard")[0]
+
+
+def seams(seen, made):
+    return {seam.kind: seam for seam in _check.check_grid(seen, made, "mine").seams}
+
+
+def test_the_true_calibration_meets(yard):
+    true, seen = yard
+    found = _check.check_grid(seen, calibration(true), "mine")
+    assert found.verdict == "meet"
+    assert {seam.kind for seam in found.seams} == {"wall", "floor"}
+    assert max(found.flat_m) < 0.0005
+    for seam in found.seams:
+        assert abs(seam.step_m) < 0.001 and abs(seam.tilt_deg) < 0.01 and abs(seam.twist_deg) < 0.02
+
+
+def test_typical_values_do_not(yard):
+    assert _check.check_grid(yard[1], Calibration(), "typical").verdict == "apart"
+
+
+@pytest.mark.parametrize("change, kind, name, wanted, within", [
+    ({"z_m": 0.03}, "floor", "step_m", 0.03, 0.002), ({"z_m": -0.01}, "floor", "step_m", -0.01, 0.001),
+    ({"x_m": -0.03}, "wall", "step_m", 0.03, 0.003), ({"offset_m": 0.02}, "wall", "step_m", -0.02, 0.003),
+    ({"yaw_deg": 0.5}, "wall", "tilt_deg", 0.5, 0.02), ({"yaw_deg": -0.2}, "wall", "tilt_deg", -0.2, 0.02),
+    ({"pitch_deg": 0.3}, "floor", "step_m", None, 0.0),
+])
+def test_an_error_shows_as_what_it_is(yard, change, kind, name, wanted, within):
+    true, seen = yard
+    seam = seams(seen, calibration(true, **change))[kind]
+    assert not seam.meets
+    if wanted is not None:
+        assert getattr(seam, name) == pytest.approx(wanted, abs=within)
+
+
+@pytest.fixture(scope="module")
+def wavy():
+    """Rooms and yards with wavy walls, as their true calibrations show them."""
+    made = []
+    for seed in range(4):
+        true = rooms.true_calibration(np.random.default_rng(seed))
+        seen, = rooms.captures(seed, true, count=1, kind=("room", "yard")[seed % 2], **MILD)
+        made.append(_check.check_grid(seen, calibration(true), "mine"))
+    return made
+
+
+def test_wavy_walls_are_no_error(wavy):
+    for found in wavy:
+        assert found.verdict == "meet"
+        assert max(found.flat_m) < 0.004
+
+
+def test_standard_deviations_hold_what_waves_do(wavy):
+    off = np.abs([part for found in wavy for s in found.seams for part in (
+        s.step_m / s.step_sigma_m, s.tilt_deg / s.tilt_sigma_deg, s.twist_deg / s.twist_sigma_deg)])
+    assert len(off) > 15
+    assert np.mean(off < 2) > 0.8 and np.mean(off < 3) > 0.9
+    assert np.sqrt(np.mean(np.square(off))) > 0.3  # and they are not so large that they say nothing
+
+
+def test_where_one_eye_sees_nothing_it_is_unknown(yard):
+    true, seen = yard
+    blind = type(seen)(**{**seen.__dict__, "range_m": seen.range_m.copy()})
+    blind.range_m[1] = np.nan
+    found = _check.check_grid(blind, calibration(true), "mine")
+    assert found.verdict == "unknown" and found.seams == [] and found.flat_m[1] is None and found.step_m is None
+    told = json.loads(_tell.check_json(found))
+    assert told["verdict"] == "unknown" and told["flat_mm"]["green"] is None and told["step_mm"] is None
+    assert "no flat faces" in _tell.check_text(found)
+
+
+def test_text_and_json_tell_the_same(yard):
+    true, seen = yard
+    found = _check.check_grid(seen, calibration(true, z_m=0.03), "mine.yaml")
+    told = json.loads(_tell.check_json(found))
+    assert told["verdict"] == "apart" and told["calibration"] == "mine.yaml" and told["frames"] == 20
+    floor, = (seam for seam in told["seams"] if seam["kind"] == "floor")
+    assert floor["step_mm"] == pytest.approx(30, abs=2) and floor["meets"] is False
+    text = _tell.check_text(found)
+    line, = (line for line in text.splitlines() if line.startswith("floor"))
+    assert f"{floor['step_mm']:.1f} +-" in line and "green higher" in line and line.endswith("APART")
+    assert "the eyes are apart" in text
+
+
+def test_the_picture_is_a_png_and_the_same_each_time(yard):
+    pytest.importorskip("matplotlib")
+    from lumsdk.calibrate import _picture
+
+    true, seen = yard
+    found = _check.check_grid(seen, calibration(true, z_m=0.03), "mine")
+    made = _picture.check_png(found)
+    assert made.startswith(b"\x89PNG") and made == _picture.check_png(found)
+    assert int.from_bytes(made[16:20], "big") >= 1000
+    found.seams = []
+    assert _picture.check_png(found).startswith(b"\x89PNG")
+
+
+def test_the_picture_shows_the_step(yard):
+    pytest.importorskip("matplotlib")
+    from lumsdk.calibrate import _picture
+
+    true, seen = yard
+    seam = seams(seen, calibration(true, z_m=0.03))["floor"]
+    across, height = _picture.profile(seam, seam.green)
+    other, other_height = _picture.profile(seam, seam.blue)
+    assert np.median(across) > 0.2 and np.median(other) < -0.2
+    assert height.mean() - other_height.mean() == pytest.approx(0.03, abs=0.003)
+
+
+def test_a_capture_is_checked_from_the_command_line(make_capture, tmp_path, monkeypatch, capsys):
+    """The street moves past the sensor and is no room; only the way from a file to numbers is looked at."""
+    pytest.importorskip("matplotlib")
+    street = make_capture("--lines", 64, "--frames", 8)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.yaml").write_text("version: 1\neyes: {green: {mount: {z_m: 0.1}}}\n")
+    status = _cli.main(["check", str(street), "--calibration", "mine.yaml", "-o", "street.png", "--json"])
+    told = capsys.readouterr()
+    assert status == 1 and told.err == ""
+    found = json.loads(told.out)
+    assert found["calibration"] == "mine.yaml" and found["frames"] >= 6 and found["verdict"] == "apart"
+    assert found["faces"]["blue"] and found["faces"]["green"]
+    assert (tmp_path / "street.png").read_bytes().startswith(b"\x89PNG")
+    (tmp_path / "twice.yaml").write_text("version: 1\nspeed_of_light: 2.9e8\neyes: {green: {mount: {z_m: 0.1}}}\n")
+    for arguments in ["--calibration", "twice.yaml"], ["--set", "speed_of_light=2.9e8", "--set", "eyes.green.mount.z_m=0.1"]:
+        _cli.main(["check", str(street), "--json", *arguments])
+        scaled = json.loads(capsys.readouterr().out)
+        assert scaled["seams"][0]["distance_m"] == pytest.approx(found["seams"][0]["distance_m"] * 29 / 30, rel=0.02)
+
+
+def test_a_yard_is_checked_from_its_packets(make_capture, tmp_path, capsys):
+    """The calibration that a sensor has meets; a wrong one shows as the step and the tilt that it is."""
+    if b"--scene" not in run("lumsim", "--help"):
+        pytest.skip("this lumsim has no yard")
+    true = tmp_path / "true.yaml"
+    true.write_text("version: 1\neyes: {green: {tof_offset_ps: -150, mount: {x_m: 0.02, z_m: 0.03, pitch_deg: 0.6, yaw_deg: 31.2}}}\n")
+    yard = make_capture("--scene", "yard", "--pose", "0,0,1.2,0,0,0", "--frames", 8, "--lines", 64, "--calibration", true, name="yard.pcap")
+
+    def check(*settings):
+        status = _cli.main(["check", str(yard), "--json", "--calibration", str(true), *(word for text in settings for word in ("--set", text))])
+        found = json.loads(capsys.readouterr().out)
+        assert (status, found["verdict"]) in ((0, "meet"), (1, "apart"))
+        return found["verdict"], {seam["kind"]: seam for seam in found["seams"]}
+
+    verdict, found = check()
+    assert verdict == "meet" and set(found) == {"wall", "floor"}
+    assert max(abs(seam["step_mm"]) for seam in found.values()) < 3
+    verdict, found = check("eyes.green.mount.z_m=0")
+    assert verdict == "apart" and found["floor"]["step_mm"] == pytest.approx(-30, abs=2)
+    verdict, found = check("eyes.green.mount.yaw_deg=30")
+    assert verdict == "apart" and found["wall"]["tilt_deg"] == pytest.approx(-1.2, abs=0.05)

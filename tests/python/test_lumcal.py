@@ -1,0 +1,321 @@
+"""lumcal: its command line, its files, how it ends."""
+import json
+import os
+import pathlib
+import pty
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from lumsdk.calibrate import _arguments, _cli
+
+pytestmark = pytest.mark.usefixtures("own_signals")
+
+TOP = pathlib.Path(__file__).resolve().parents[2]
+COMMAND = [sys.executable, "-B", "-m", "lumsdk.calibrate._cli"]
+
+
+def lumcal(*arguments, **options):
+    return subprocess.run([*COMMAND, *map(str, arguments)], capture_output=True, text=True, check=False, timeout=120, **options)
+
+
+# --- Arguments ---
+
+
+@pytest.mark.parametrize("arguments, told", [
+    ((), "no command is given; there are eyes and check; see lumcal --help"),
+    (("eye",), "'eye' is not a command; there are eyes and check; see lumcal --help"),
+    (("eyes",), "no capture is named; see lumcal eyes --help"),
+    (("check",), "no capture is named; see lumcal check --help"),
+    (("check", "a.pcap", "b.pcap"), "check looks at one capture, and 2 are named: run it for each"),
+    (("eyes", "a.pcap", "./a.pcap"), "./a.pcap: is named twice; each capture counts once"),
+    (("eyes", "a.pcap", "--bad"), "unknown option --bad; see lumcal eyes --help"),
+    (("eyes", "a.pcap", "--rep", "r.html"), "unknown option --rep; see lumcal eyes --help"),
+    (("eyes", "a.pcap", "-o"), "-o/--output: expected one argument; see lumcal eyes --help"),
+    (("eyes", "a.pcap", "-o", "a.txt"), "--output: a.txt: a name that ends in .yaml or .yml is needed"),
+    (("eyes", "a.pcap", "--report", "a.pdf"), "--report: a.pdf: a name that ends in .html or .htm is needed"),
+    (("eyes", "a.pcap", "-o", "s3://a/b.yaml"), "--output: s3://a/b.yaml: is a URL; a file of this machine is needed"),
+    (("check", "a.pcap", "-o", "a.yaml"), "--output: a.yaml: a name that ends in .png is needed"),
+    (("check", "a.pcap", "--report", "a.html"), "--report does not go with check, which draws a picture: -o FILE.png"),
+    (("check", "a.pcap", "--calibration", "none.yaml"), "none.yaml: cannot be read: No such file or directory"),
+    (("check", "a.pcap", "--profile", "none.yaml"), "none.yaml: cannot be read: No such file or directory"),
+    (("eyes", "a.pcap", "--set", "tof_lsb=13"), "set: unknown key 'tof_lsb'; did you mean 'tof_lsb_ps'?"),
+])
+def test_wrong_arguments_are_told_with_what_would_be_right(arguments, told, capsys):
+    assert _cli.main(list(arguments)) == 2
+    assert capsys.readouterr() == ("", f"lumcal: {told}\n")
+
+
+def test_what_is_read_is_not_written(tmp_path, capsys):
+    settings = tmp_path / "mine.yaml"
+    settings.write_text("version: 1\n")
+    assert _cli.main(["eyes", "a.pcap", "--calibration", str(settings), "-o", str(settings)]) == 2
+    assert capsys.readouterr().err == f"lumcal: {settings}: is read and cannot be written too: choose another name\n"
+    assert settings.read_text() == "version: 1\n"
+
+
+def test_help_and_version(capsys):
+    for arguments, wanted in (["--help"], _arguments.HELP), (["eyes", "--help"], _arguments.HELP_EYES), (["check", "x", "--help"], _arguments.HELP_CHECK):
+        assert _cli.main(arguments) == 0
+        assert capsys.readouterr() == (wanted, "")
+        assert max(map(len, wanted.splitlines())) <= 80
+    for arguments in ["--version"], ["eyes", "--version"]:
+        assert _cli.main(arguments) == 0
+        assert re.fullmatch(r"lumcal \d+\.\d+\.\d+\n", capsys.readouterr().out)
+
+
+def options_of(text):
+    return set(re.findall(r"(?<![\w-])--[a-z]+", text))
+
+
+def test_help_manual_and_parser_have_the_same_options():
+    manual = (TOP / "docs/man/lumcal.1").read_text().replace("\\-", "-")
+    listed = set(re.findall(r"-[a-z]+", " ".join(re.findall(r"^\.It (Fl .*)$", manual, re.M))))
+    for command, text in ("eyes", _arguments.HELP_EYES), ("check", _arguments.HELP_CHECK):
+        known = {name for action in _arguments._parser(command)._actions for name in action.option_strings if name.startswith("--")}
+        known -= {"--report"} if command == "check" else set()
+        assert options_of(text) | {"--version"} == known, command
+        assert {name[1:] for name in known} <= listed, command
+
+
+@pytest.fixture(scope="module")
+def complete(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bin")
+    program = folder / "lumcal"
+    program.write_text(f'#!/bin/sh\nexec {" ".join(COMMAND)} "$@"\n')
+    program.chmod(0o755)
+    script = """
+        source "$0"
+        COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1))
+        _lumsdk "$1" "${COMP_WORDS[COMP_CWORD]}" "${COMP_WORDS[COMP_CWORD-1]}"
+        printf '%s\\n' "${COMPREPLY[@]}"
+    """
+
+    def ask(*words):
+        return subprocess.run(["bash", "-c", script, TOP / "tools/completion/lumsdk.bash", "lumcal", *words], capture_output=True, text=True,
+                              env={**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}, timeout=120).stdout.split()
+    return ask
+
+
+def test_completion(complete, tmp_path, monkeypatch):
+    assert complete("") == ["eyes", "check"]
+    assert complete("ch") == ["check"]
+    assert set(complete("--")) == {"--help", "--version"}
+    assert set(complete("eyes", "--")) == options_of(_arguments.HELP_EYES)
+    assert set(complete("check", "--")) == options_of(_arguments.HELP_CHECK)
+    assert complete("check", "--set", "tof") == ["tof_lsb_ps="]
+    (tmp_path / "room.pcap").touch()
+    monkeypatch.chdir(tmp_path)
+    assert complete("eyes", "ro") == complete("eyes", "a.pcap", "--report", "ro") == ["room.pcap"]
+
+
+def test_set_is_divided_into_calibration_and_profile(tmp_path):
+    """The first belongs to what is looked for, and must not change how captures are read."""
+    (tmp_path / "mine.yaml").write_text("version: 1\neyes: {blue: {mount: {z_m: 0.5}}}\n")
+    made = _arguments.parse(["eyes", "a.pcap", "--calibration", str(tmp_path / "mine.yaml"), "--set", "eyes.blue.mount.x_m=0.1", "--set",
+                             "group.line.at=14", "--sensor", "10.42.0.37"])
+    begin = made.begin()
+    assert (begin["eyes.blue.mount.x_m"], begin["eyes.blue.mount.z_m"]) == (0.1, 0.5)
+    assert made.of_grid() == {"set": ["group.line.at=14"], "sensor": "10.42.0.37"}
+    assert set(made.of_open()) == {"calibration", "set", "sensor"}
+
+
+# --- What is missing ---
+
+
+@pytest.mark.parametrize("module, name, arguments", [
+    ("scipy", "SciPy", ("eyes", "a.pcap")), ("scipy", "SciPy", ("check", "a.pcap")),
+    ("matplotlib", "matplotlib", ("check", "a.pcap", "-o", "a.png")), ("matplotlib", "matplotlib", ("eyes", "a.pcap", "--report", "a.html"))])
+def test_a_missing_package_is_named_with_the_command_that_brings_it(module, name, arguments, tmp_path, monkeypatch, capsys):
+    if module == "matplotlib":
+        pytest.importorskip("scipy")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, module, None)
+    assert _cli.main(list(arguments)) == 1
+    assert re.fullmatch(rf"lumcal: .* needs {name}, which is not installed \(.*\): pip install 'lumsdk\[calibrate\]'\n", capsys.readouterr().err)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_importing_the_package_imports_none_of_it():
+    code = "import sys, lumsdk; assert not {'scipy', 'matplotlib', 'lumsdk.calibrate'} & set(sys.modules)"
+    assert subprocess.run([sys.executable, "-B", "-c", code], check=False, timeout=120).returncode == 0
+
+
+# --- Files and ends of eyes, with a solution that is given ---
+
+
+@pytest.fixture
+def given(monkeypatch, tmp_path):
+    """given(solution): lumcal eyes finds that one."""
+    pytest.importorskip("scipy")
+    pytest.importorskip("matplotlib")
+    from lumsdk.calibrate import _eyes
+
+    monkeypatch.chdir(tmp_path)
+
+    def give(solution):
+        monkeypatch.setattr(_eyes, "run", lambda options: solution)
+        monkeypatch.setattr(_eyes, "to_yaml", lambda solution: "version: 1\n")
+        monkeypatch.setattr(_eyes, "to_json", lambda solution: {"is_better": solution.is_better})
+    return give
+
+
+def test_a_better_calibration_is_written_and_told(given, tmp_path, capsys):
+    import solutions
+
+    given(solutions.make())
+    assert _cli.main(["eyes", "a.pcap", "-o", "out.yaml", "--report", "out.html"]) == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.html", "out.yaml"]
+    told = capsys.readouterr()
+    assert told.err == ""
+    for word in ("3, 3 faces", "20.0 mm before, 2.0 mm after", "30.5123    0.0120     30.0000", "green.mount.z_m: " + solutions.HELD, "note: two captures"):
+        assert word in told.out
+
+
+def test_a_worse_calibration_is_not_written_but_its_report_is(given, tmp_path, capsys):
+    import solutions
+
+    (tmp_path / "out.yaml").write_text("earlier\n")
+    given(solutions.make(is_better=False))
+    assert _cli.main(["eyes", "a.pcap", "-o", "out.yaml", "--report", "out.html", "-q"]) == 1
+    assert (tmp_path / "out.yaml").read_text() == "earlier\n"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.html", "out.yaml"]
+    told = capsys.readouterr()
+    assert told.out == "" and told.err.endswith("took no part in it: out.yaml is not written\n")
+
+
+def test_captures_that_tell_nothing_make_no_file(given, tmp_path, capsys):
+    import solutions
+
+    solution = solutions.make()
+    for parameter in solution.parameters:
+        parameter.held = solutions.HELD
+    given(solution)
+    assert _cli.main(["eyes", "a.pcap", "-o", "out.yaml"]) == 1
+    told = capsys.readouterr()
+    assert "held: blue.tof_offset_ps, green.mount.yaw_deg, green.mount.z_m: " in told.out and "the captures tell nothing of the calibration" in told.err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_json_is_one_object(given, capsys):
+    import solutions
+
+    given(solutions.make())
+    assert _cli.main(["eyes", "a.pcap", "--json", "-q"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"is_better": True}
+
+
+def test_what_cannot_be_written_is_told_before_the_work(given, tmp_path, monkeypatch, capsys):
+    from lumsdk.calibrate import _eyes
+
+    given(None)
+    monkeypatch.setattr(_eyes, "run", lambda options: pytest.fail("began to work"))
+    assert _cli.main(["eyes", "a.pcap", "-o", "none/out.yaml"]) == 1
+    assert "none/out.yaml: cannot be written" in capsys.readouterr().err.replace("cannot create it", "cannot be written")
+
+
+def test_what_a_run_refuses_leaves_nothing(given, tmp_path, monkeypatch, capsys):
+    from lumsdk.calibrate import _eyes
+
+    given(None)
+
+    def refuse(options):
+        raise _cli.Error("a.pcap: 3 whole frames")
+
+    monkeypatch.setattr(_eyes, "run", refuse)
+    assert _cli.main(["eyes", "a.pcap", "-o", "out.yaml", "--report", "out.html"]) == 1
+    assert capsys.readouterr().err == "lumcal: a.pcap: 3 whole frames\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_report_is_one_page_with_all_of_it(given):
+    import solutions
+    from lumsdk.calibrate import _report
+
+    page = _report.page(solutions.make())
+    assert page.count("<img ") == 3 and page.count("data:image/png;base64,") == 3
+    assert not re.search(r"(?:src|href)=\"(?!data:)|<script|<link|@import|url\(", page)
+    for text in ("a&amp;b.pcap", "record one &lt;with&gt; the floor", "green.mount.yaw_deg", "30.5123", "+0.5123", "blue eye", "The calibration is better",
+                 "two captures see the same wall", "5,002"):
+        assert text in page
+    assert "<td>3</td>" in page and "<td>4</td>" not in page  # the last face has no cells
+    for tag in ("table", "tr", "ul", "ol", "h2", "body", "html"):
+        assert len(re.findall(f"<{tag}[ >]", page)) == page.count(f"</{tag}>"), tag
+
+
+def test_a_report_of_one_eye_is_made(given):
+    import solutions
+    from lumsdk.calibrate import _report
+
+    solution = solutions.make()
+    solution.residuals.eye[:] = 1
+    solution.held_out_before_m = solution.held_out_after_m = float("nan")
+    page = _report.page(solution)
+    assert "no face to spare" in page and "The calibration is better" in page
+
+
+def test_a_report_says_why_nothing_is_written(given, monkeypatch):
+    import solutions
+    from lumsdk.calibrate import _report
+
+    for name in "_curves", "_maps", "_planes":
+        monkeypatch.setattr(_report, name, lambda found: "")
+    assert "No calibration is written: the result is not better" in _report.page(solutions.make(is_better=False))
+
+
+# --- Signals and the terminal ---
+
+WAITS = """
+import pathlib, signal, sys
+import lumsdk.calibrate._check as _check
+from lumsdk.calibrate import _cli
+def check(options, progress):
+    progress("looking", 0.5)
+    pathlib.Path("begun").touch()
+    signal.pause()
+_check.check = check
+sys.exit(_cli.main(["check", "a.pcap", "-o", "a.png"]))
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_cleanly(number, tmp_path):
+    pytest.importorskip("scipy")
+    pytest.importorskip("matplotlib")
+    master, slave = pty.openpty()
+    process = subprocess.Popen([sys.executable, "-B", "-c", WAITS], cwd=tmp_path, stderr=slave)
+    os.close(slave)
+    while not (tmp_path / "begun").exists():
+        assert process.poll() is None
+        time.sleep(0.01)
+    process.send_signal(number)
+    assert process.wait(120) == -number
+    shown = b""
+    try:
+        while chunk := os.read(master, 4096):
+            shown += chunk
+    except OSError:
+        pass  # the end of a terminal
+    os.close(master)
+    assert re.fullmatch(rb"\rlooking: 50 %\r +\r", shown)
+    assert [p.name for p in tmp_path.iterdir()] == ["begun"]
+
+
+def test_nothing_is_shown_of_progress_elsewhere(capsys):
+    progress = _cli.Progress(True)
+    progress("looking", 0.5)
+    progress.clear()
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_capture_that_cannot_be_read_is_told(tmp_path):
+    pytest.importorskip("scipy")
+    (tmp_path / "text.pcap").write_text("This is not what a sensor sends. " * 20)
+    for name in "text.pcap", "none.pcap":
+        for command in "eyes", "check":
+            done = lumcal(command, name, cwd=tmp_path)
+            assert (done.returncode, done.stdout) == (1, ""), done.stderr
+            assert re.fullmatch(rf"lumcal: {name}: .*\n", done.stderr), done.stderr

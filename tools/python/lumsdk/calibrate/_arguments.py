@@ -1,0 +1,213 @@
+"""The command line of lumcal."""
+from __future__ import annotations
+
+import argparse
+import os
+from dataclasses import dataclass, field
+from typing import Any, NoReturn, Optional
+
+from .._errors import OptionError
+from .._settings import Calibration, Profile, setting_of
+from .._target import is_url
+
+HELP = """\
+Usage: lumcal eyes CAPTURE... [-o FILE] [OPTION]...
+       lumcal check CAPTURE [OPTION]...
+Find the calibration of a sensor from recordings of a room, and look whether a
+calibration is right.
+
+eyes   finds where each eye looks and how far it measures, from still
+       captures of one room or yard with flat walls: at least 20 frames each,
+       the sensor turned by 20 to 30 degrees between them, and rolled by about
+       12 in one or some. Three captures suffice, five are better. What they
+       cannot tell is held, and named with the recording that would tell it.
+check  measures in one still capture how flat walls are, and the step where a
+       wall or floor goes on from one eye to the other.
+
+See 'lumcal eyes --help' and 'lumcal check --help' for their options.
+
+      --help, --version
+
+Exit status: 0 done, 1 failed: files, captures, nothing flat to be seen; eyes:
+the result would not be better; check: the eyes do not meet. 2 bad arguments
+or configuration.
+
+Examples:
+  lumcal eyes a.pcap b.pcap c.pcap -o calibration.yaml --report report.html
+  lumcal check a.pcap --calibration calibration.yaml -o check.png
+"""
+
+_COMMON = """\
+      --calibration FILE      {calibration}
+      --profile FILE          wire profile of the captures
+      --set KEY=VALUE         one key of them, such as tof_lsb_ps=13
+      --sensor ADDRESS        take only this sensor
+      --json                  print one JSON object
+  -q, --quiet                 no progress, no warnings, and without --json
+                              nothing of the result
+      --help
+"""
+
+HELP_EYES = """\
+Usage: lumcal eyes CAPTURE... [-o FILE] [OPTION]...
+Find mounts, offsets, width and ends of the eyes from still captures of one
+room or yard.
+
+  -o, --output FILE           the calibration, .yaml; without it the values
+                              are only printed
+      --report FILE           the residuals before and after, and the planes
+                              that were found, as a page: .html
+""" + _COMMON.format(calibration="where the search begins; default: typical\n                              values") + """
+Status 1 if the result would make a plane worse that took no part in it: the
+calibration is not written then, but the report is.
+
+Example:
+  lumcal eyes a.pcap b.pcap c.pcap -o calibration.yaml --report report.html
+"""
+
+HELP_CHECK = """\
+Usage: lumcal check CAPTURE [OPTION]...
+How flat are walls, and how large is the step where one goes on from eye to
+eye?
+
+  -o, --output FILE           a picture of it, .png
+""" + _COMMON.format(calibration="what is checked; default: the capture's own,\n                              "
+                     "or typical values") + """
+Status 1 if the eyes do not meet, or if no wall or floor is seen by both.
+
+Example:
+  lumcal check a.pcap --calibration calibration.yaml -o check.png
+"""
+
+_HELPS = {"": HELP, "eyes": HELP_EYES, "check": HELP_CHECK}
+_VALUES = ("calibration", "profile", "sensor")
+
+
+def _given(**said: Any) -> dict[str, Any]:
+    return {name: value for name, value in said.items() if value is not None}
+
+
+@dataclass
+class Options:
+    """What the command line asks for."""
+
+    command: str = ""
+    captures: list[str] = field(default_factory=list)
+    output: Optional[str] = None
+    report: Optional[str] = None
+    calibration: Optional[Calibration] = None
+    calibration_name: str = ""
+    """The file's name; empty: none was named."""
+    profile: Optional[Profile] = None
+    set: list[str] = field(default_factory=list)
+    sensor: Optional[str] = None
+    json: bool = False
+    quiet: bool = False
+    help: str = ""
+    """The text to print; empty: none was asked for."""
+    version: bool = False
+
+    def of_open(self) -> dict[str, Any]:
+        """What lumsdk.open() is told."""
+        return _given(calibration=self.calibration, profile=self.profile, sensor=self.sensor, set=self.set or None)
+
+    def of_grid(self) -> dict[str, Any]:
+        """The same without what belongs to a calibration."""
+        known = Profile()
+        keys = [pair for pair in self.set if pair.partition("=")[0] in known]
+        return _given(profile=self.profile, sensor=self.sensor, set=keys or None)
+
+    def begin(self) -> Calibration:
+        """Where a search begins: what is named, or typical values, with --set on top."""
+        return setting_of(self.calibration or Calibration(), self.profile or Profile(), self.set)[0]
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        unknown = "unrecognized arguments: "
+        said = message.removeprefix("argument ")
+        if said.startswith(unknown):
+            said = f"unknown option {said[len(unknown):].split()[0]}"
+        raise OptionError(f"{said}; see {self.prog} --help")
+
+
+def _parser(command: str) -> _Parser:
+    parser = _Parser(prog=f"lumcal {command}", add_help=False, allow_abbrev=False)
+    parser.add_argument("captures", nargs="*", metavar="CAPTURE")
+    parser.add_argument("-o", "--output")
+    parser.add_argument("--report")
+    for name in _VALUES:
+        parser.add_argument(f"--{name}")
+    parser.add_argument("--set", action="append", default=[])
+    for name in ("json", "help", "version"):
+        parser.add_argument(f"--{name}", action="store_true")
+    parser.add_argument("-q", "--quiet", action="store_true")
+    return parser
+
+
+def _ends(option: str, name: Optional[str], *endings: str) -> None:
+    if name is None:
+        return
+    if is_url(name):
+        raise OptionError(f"{option}: {name}: is a URL; a file of this machine is needed")
+    if not name.endswith(endings):
+        raise OptionError(f"{option}: {name}: a name that ends in {' or '.join(endings)} is needed")
+
+
+def _check_outputs(command: str, given: argparse.Namespace) -> None:
+    if command == "eyes":
+        _ends("--output", given.output, ".yaml", ".yml")
+        _ends("--report", given.report, ".html", ".htm")
+    else:
+        if given.report is not None:
+            raise OptionError("--report does not go with check, which draws a picture: -o FILE.png")
+        _ends("--output", given.output, ".png")
+    outputs = [name for name in (given.output, given.report) if name is not None]
+    for name in outputs:
+        inputs = [*given.captures, given.calibration, given.profile]
+        if any(other is not None and _is_same(name, other) for other in inputs):
+            raise OptionError(f"{name}: is read and cannot be written too: choose another name")
+
+
+def _is_same(a: str, b: str) -> bool:
+    return os.path.realpath(a) == os.path.realpath(b)
+
+
+def _check_captures(command: str, captures: list[str]) -> None:
+    if not captures:
+        raise OptionError(f"no capture is named; see lumcal {command} --help")
+    if command == "check" and len(captures) > 1:
+        raise OptionError(f"check looks at one capture, and {len(captures)} are named: run it for each")
+    seen = set()
+    for name in captures:
+        path = os.path.realpath(name)
+        if path in seen:
+            raise OptionError(f"{name}: is named twice; each capture counts once")
+        seen.add(path)
+
+
+def _settings(given: argparse.Namespace, options: Options) -> None:
+    if given.calibration is not None:
+        options.calibration = Calibration(given.calibration)
+    if given.profile is not None:
+        options.profile = Profile(given.profile)
+    options.begin()  # refuses what --set cannot mean
+
+
+def parse(arguments: list[str]) -> Options:
+    """The options, of which each was looked at by itself; OptionError: what is wrong."""
+    command = arguments[0] if arguments else ""
+    if command in ("--help", "--version"):
+        return Options(help=HELP if command == "--help" else "", version=command == "--version")
+    if command not in ("eyes", "check"):
+        what = f"'{command}' is not a command" if command else "no command is given"
+        raise OptionError(f"{what}; there are eyes and check; see lumcal --help")
+    given = _parser(command).parse_intermixed_args(arguments[1:])
+    if given.help or given.version:
+        return Options(command, help=_HELPS[command] if given.help else "", version=not given.help)
+    _check_captures(command, given.captures)
+    _check_outputs(command, given)
+    options = Options(command, given.captures, given.output, given.report, calibration_name=given.calibration or "",
+                      set=given.set, sensor=given.sensor, json=given.json, quiet=given.quiet)
+    _settings(given, options)
+    return options

@@ -1,0 +1,132 @@
+"""What lumcal prints: as text and as JSON."""
+from __future__ import annotations
+
+import json
+import math
+from typing import Any, Optional
+
+from ._check import EYES, STEP_M, TILT_DEG, Check, Seam
+from ._result import Parameter, Solution
+
+
+def millimetres(value: Optional[float]) -> str:
+    """A length for people."""
+    return "-" if value is None or not math.isfinite(value) else f"{1000 * value:.1f} mm"
+
+
+def _number(value: Optional[float], digits: int) -> Optional[float]:
+    """For JSON, which has no infinities."""
+    return None if value is None or not math.isfinite(value) else round(value, digits)
+
+
+# --- lumcal check ---
+
+
+def azimuth(seam: Seam) -> float:
+    """Where a seam is, degrees to the left."""
+    return math.degrees(math.atan2(seam.middle[1], seam.middle[0]))
+
+
+def _seam_line(seam: Seam) -> str:
+    side = "nearer" if seam.step_m > 0 else "farther"
+    if seam.kind == "floor":
+        side = "higher" if seam.step_m > 0 else "lower"
+    elif seam.kind == "ceiling":
+        side = "lower" if seam.step_m > 0 else "higher"
+    return (f"{seam.kind:<7} at {seam.distance_m:5.1f} m  step {1000 * abs(seam.step_m):6.1f} +- {1000 * seam.step_sigma_m:.1f} mm,"
+            f" green {side}; tilt {seam.tilt_deg:6.3f} +- {seam.tilt_sigma_deg:.3f},"
+            f" twist {seam.twist_deg:6.3f} +- {seam.twist_sigma_deg:.3f} degrees" + ("" if seam.meets else "  APART"))
+
+
+def advice(found: Check) -> str:
+    """The verdict as a sentence, and what to do."""
+    if found.verdict == "unknown":
+        return ("unknown: no wall or floor goes on from eye to eye: let the sensor look at a wall straight ahead, or at "
+                "the floor")
+    if found.verdict == "meet":
+        return f"the eyes meet, within {1000 * STEP_M:g} mm and {TILT_DEG:g} degrees, or what this capture can tell"
+    return "the eyes are apart: this calibration is not that of this sensor as it stands; lumcal eyes finds it"
+
+
+def check_text(found: Check) -> str:
+    """The summary of lumcal check."""
+    lines = [f"capture      {found.capture}, {found.frames} frames", f"calibration  {found.calibration}"]
+    for eye, name in enumerate(EYES):
+        count, flat = sum(face.eye == eye for face in found.faces), millimetres(found.flat_m[eye])
+        told = f"{count} flat face{'' if count == 1 else 's'}, flat within {flat} (rms)" if count else "no flat faces"
+        lines.append(f"{name + ' eye':<12} {told}")
+    lines += [_seam_line(seam) for seam in found.seams]
+    if found.seams:
+        lines.append(f"step         {millimetres(found.step_m)} (rms of {len(found.seams)})")
+    lines.append(f"verdict      {advice(found)}")
+    return "\n".join(lines) + "\n"
+
+
+def _seam_json(seam: Seam) -> dict[str, Any]:
+    return {"kind": seam.kind, "distance_m": _number(seam.distance_m, 4), "azimuth_deg": _number(azimuth(seam), 3),
+            "middle_m": [_number(float(v), 4) for v in seam.middle], "normal": [_number(float(v), 6) for v in seam.normal],
+            "step_mm": _number(1000 * seam.step_m, 3), "step_sigma_mm": _number(1000 * seam.step_sigma_m, 3),
+            "tilt_deg": _number(seam.tilt_deg, 5), "tilt_sigma_deg": _number(seam.tilt_sigma_deg, 5),
+            "twist_deg": _number(seam.twist_deg, 5), "twist_sigma_deg": _number(seam.twist_sigma_deg, 5),
+            "cells": {"blue": len(seam.blue.cells), "green": len(seam.green.cells)}, "meets": seam.meets}
+
+
+def check_json(found: Check) -> str:
+    """What --json prints."""
+    flat = {name: _number(None if value is None else 1000 * value, 3) for name, value in zip(EYES, found.flat_m)}
+    step = found.step_m
+    return json.dumps({"capture": found.capture, "calibration": found.calibration, "frames": found.frames,
+                       "faces": {name: sum(face.eye == eye for face in found.faces) for eye, name in enumerate(EYES)},
+                       "flat_mm": flat, "step_mm": _number(None if step is None else 1000 * step, 3),
+                       "seams": [_seam_json(seam) for seam in found.seams], "verdict": found.verdict}, indent=2) + "\n"
+
+
+# --- lumcal eyes ---
+
+
+def digits(key: str) -> int:
+    """Decimals that a value of a key needs."""
+    return 1 if key.endswith("_ps") else 5 if key.endswith("_m") else 4
+
+
+def row(parameter: Parameter) -> tuple[str, str, str, str]:
+    """Key, value, standard deviation and what it was before."""
+    places = digits(parameter.key)
+    sigma = "held" if parameter.held or not math.isfinite(parameter.sigma) else f"{parameter.sigma:.{places}f}"
+    return parameter.key, f"{parameter.value:.{places}f}", sigma, f"{parameter.before:.{places}f}"
+
+
+def change(before: float, after: float) -> str:
+    """What became of a length."""
+    return f"{millimetres(before)} before, {millimetres(after)} after"
+
+
+def solution_text(found: Solution) -> str:
+    """The summary of lumcal eyes."""
+    rows = [("", "value", "+-", "before"), *(row(parameter) for parameter in found.parameters)]
+    lines = [f"captures     {len(found.captures)}, {sum(plane.cells > 0 for plane in found.planes)} faces",
+             f"residuals    {change(found.rms_before_m, found.rms_after_m)} (rms)"]
+    if math.isfinite(found.held_out_after_m):
+        lines.append(f"held out     {change(found.held_out_before_m, found.held_out_after_m)}, on faces that took no part")
+    lines += [f"{key:<26}{value:>12}{sigma:>10}{before:>12}" for key, value, sigma, before in rows]
+    lines += [f"held: {', '.join(keys)}: {why}" for why, keys in reasons(found).items()]
+    lines += [f"note: {note}" for note in found.notes]
+    return "\n".join(lines) + "\n"
+
+
+def not_written(found: Solution) -> str:
+    """Why a solution is no calibration; empty: it is one."""
+    if all(parameter.held for parameter in found.parameters):
+        return "the captures tell nothing of the calibration; what was found says why, and which recording would tell it"
+    if not found.is_better:
+        return "the result is not better than what it began with on faces that took no part in it"
+    return ""
+
+
+def reasons(found: Solution) -> dict[str, list[str]]:
+    """Why values are held: the keys by the reason that they share."""
+    made: dict[str, list[str]] = {}
+    for parameter in found.parameters:
+        if parameter.held:
+            made.setdefault(parameter.held, []).append(parameter.key)
+    return made
