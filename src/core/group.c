@@ -36,7 +36,8 @@ static void store_field(uint8_t *packet, const lum_field *field, uint64_t value)
     for (unsigned i = 0; i < field_bits(field); i++) {
         const unsigned bit = field->low + i;
         const unsigned set = (unsigned)(value >> i) & 1u;
-        to[bit / 8u ^ flip] |= (uint8_t)(set << bit % 8u);
+        uint8_t *byte = &to[bit / 8u ^ flip];
+        *byte = (uint8_t)(*byte | set << bit % 8u);
     }
 }
 
