@@ -20,4 +20,8 @@ uint32_t any_u32(uint32_t least, uint32_t most);
     ensures least <= \result <= most; */
 int64_t any_i64(int64_t least, int64_t most);
 
+/*@ assigns \result \from unknown;
+    ensures least <= \result <= most; */
+uint64_t any_u64(uint64_t least, uint64_t most);
+
 #endif

@@ -36,6 +36,7 @@ static void place(uint32_t n, uint32_t count)
     slot.words_seen = any_u32(0, CAPACITY);
     slot.words_end = any_u32(0, CAPACITY);
     g.num_samples = n;
+    g.sample_order = (uint8_t)any_u32(0, LUM_ORDER_BIG);
     g.first_sample_index = any_u32(0, UINT32_MAX);
     g.samples = samples + (SAMPLES - n) * LUM_SAMPLE_BYTES;
     place_angles(&g);
