@@ -23,6 +23,8 @@ static const lum_key_rule both = {.words = sizes,
                                   .whole = true,
                                   .unit = "B",
                                   .allowed = "a size from 8 to 64"};
+static const lum_key_rule pair = {
+    .words = sizes, .min = 2, .max = 9, .pair = true};
 static const lum_key_rule single = {.min = 5, .max = 5, .whole = true};
 
 static const char *read_text(const lum_key_rule *rule, const char *text,
@@ -102,6 +104,23 @@ static void a_word_may_be_quoted_but_no_number(void **state)
     assert_string_equal(read_text(&word, "9", true, &number), "is not known");
 }
 
+static void both_numbers_of_a_pair_are_held_to_their_range(void **state)
+{
+    (void)state;
+    int64_t number = 77;
+    assert_read(&pair, "[2, 9]", LUM_KEY_PAIR(2, 9));
+    assert_read(&pair, "[2, 2]", LUM_KEY_PAIR(2, 2));
+    assert_read(&pair, "small", -1);
+    assert_refused(&pair, "[1, 9]", "is out of range");
+    assert_refused(&pair, "[10, 10]", "is out of range");
+    assert_refused(&pair, "[3, 1]", "is out of range");
+    assert_refused(&pair, "[2, 10]", "is out of range");
+    assert_refused(&pair, "[3, 2]", "has the higher number first");
+    assert_string_equal(read_text(&pair, "[2, 9]", true, &number),
+                        "is text; write [LOW, HIGH], without quotes");
+    assert_true(number == 77);
+}
+
 static void a_text_need_not_end(void **state)
 {
     (void)state;
@@ -167,6 +186,7 @@ int main(void)
         cmocka_unit_test(what_is_no_such_number_says_why),
         cmocka_unit_test(words_stand_for_numbers),
         cmocka_unit_test(a_word_may_be_quoted_but_no_number),
+        cmocka_unit_test(both_numbers_of_a_pair_are_held_to_their_range),
         cmocka_unit_test(a_text_need_not_end),
         cmocka_unit_test(values_are_written_as_they_are_read),
         cmocka_unit_test(what_is_allowed_is_said),

@@ -354,6 +354,25 @@ static void values_are_written_as_yaml(void **state)
     assert_string_equal(text + len - (sizeof end - 1), end);
 }
 
+static void a_rare_value_is_written_where_it_is_not_the_usual_one(void **state)
+{
+    (void)state;
+    char text[LUM_KEYS_WRITE_BYTES];
+    lum_keys keys;
+    lum_keys_of_profile(&keys, NULL);
+    set(&keys, "group.line.order", "big");
+    set(&keys, "group.timestamp.unit_ns", "999");
+    (void)lum_keys_write(&keys, text, sizeof text);
+    assert_non_null(strstr(text, "  line:\n"
+                                 "    at: 14\n"
+                                 "    bytes: 2\n"
+                                 "    order: big\n"
+                                 "  num_samples:\n"));
+    assert_non_null(strstr(text, "    unit_ns: 999\n"));
+    assert_null(strstr(text, "sample_order"));
+    assert_null(strstr(text, "bits"));
+}
+
 static void what_does_not_fit_is_cut_and_its_length_told(void **state)
 {
     (void)state;
@@ -388,6 +407,7 @@ int main(void)
         cmocka_unit_test(keys_of_one_kind_give_no_other),
         cmocka_unit_test(a_start_that_is_out_of_range_is_refused),
         cmocka_unit_test(values_are_written_as_yaml),
+        cmocka_unit_test(a_rare_value_is_written_where_it_is_not_the_usual_one),
         cmocka_unit_test(what_does_not_fit_is_cut_and_its_length_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

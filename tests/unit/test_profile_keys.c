@@ -500,6 +500,57 @@ static void bits_that_are_shared_are_refused(void **state)
             "bytes must have the same at, bytes and order",
             {"group.eye.bits", "[0, 0]", 5}, {"group.line", "13", 6},
             {"group.line.bits", "[1, 9]", 7});
+    REFUSED("group.eye", 7,
+            "bytes 12 to 12 overlap group.tag, 12 to 12 (the default); fields "
+            "that share bytes must both name bits",
+            {"group.eye", "12", 6}, {"group.eye.bits", "[3, 7]", 7});
+}
+
+#define SAME "; fields that share bytes must have the same at, bytes and order"
+
+static void bits_of_other_bytes_are_refused(void **state)
+{
+    (void)state;
+    REFUSED("group.line", 7, "bytes 14 to 15 overlap group.eye, 13 to 14" SAME,
+            {"group.eye.bytes", "2", 5}, {"group.eye.bits", "[0, 0]", 5},
+            {"group.line.bits", "[1, 9]", 7});
+    REFUSED("group.line", 7, "bytes 13 to 14 overlap group.eye, 13 to 14" SAME,
+            {"group.eye.bytes", "2", 5}, {"group.eye.bits", "[0, 0]", 5},
+            {"group.line", "13", 6}, {"group.line.bits", "[1, 9]", 6},
+            {"group.line.order", "big", 7});
+}
+
+/* Other bits of the same bytes may be below or above. */
+static void fields_whose_bits_are_apart_are_not_named(void **state)
+{
+    (void)state;
+    REFUSED("group.line", 7,
+            "bytes 12 to 12 overlap group.eye, 12 to 12; fields must not share "
+            "a bit",
+            {"group.tag.bits", "[0, 3]", 1}, {"group.eye", "12", 2},
+            {"group.eye.bits", "[4, 5]", 3}, {"group.line", "12", 4},
+            {"group.line.bytes", "1", 6}, {"group.line.bits", "[5, 6]", 7});
+    REFUSED("group.line", 7,
+            "bytes 12 to 12 overlap group.eye, 12 to 12; fields must not share "
+            "a bit",
+            {"group.tag.bits", "[6, 7]", 1}, {"group.eye", "12", 2},
+            {"group.eye.bits", "[0, 1]", 3}, {"group.line", "12", 4},
+            {"group.line.bytes", "1", 6}, {"group.line.bits", "[1, 5]", 7});
+    REFUSED("group.line", 7,
+            "bytes 12 to 12 overlap group.tag, 12 to 12; fields must not share "
+            "a bit",
+            {"group.tag.bits", "[0, 3]", 1}, {"group.line", "12", 4},
+            {"group.line.bytes", "1", 6}, {"group.line.bits", "[3, 6]", 7});
+}
+
+/* It has a place, but no bytes. */
+static void a_field_that_is_none_is_not_named(void **state)
+{
+    (void)state;
+    REFUSED("group.timestamp", 3,
+            "bytes 16 to 19 overlap group.first_sample_index, 18 to 19 (the "
+            "default)" SHARE,
+            {"group.num_samples", "none", 2}, {"group.timestamp", "16", 3});
 }
 
 static void bits_that_a_width_has_not_are_refused(void **state)
@@ -655,6 +706,14 @@ static void a_start_that_no_key_allows_is_of_none(void **state)
     start.line_span_us = LUM_LINE_SPAN_MAX_US + 1;
     lum_keys_of_profile(&keys, &start);
     assert_blamed(&keys, "", 0, "refused: fault 13 of the profile");
+    lum_profile_default(&start);
+    start.clock_unit_ns = 0;
+    lum_keys_of_profile(&keys, &start);
+    assert_blamed(&keys, "", 0, "refused: fault 17 of the profile");
+    lum_profile_default(&start);
+    start.sample_order = LUM_ORDER_BIG + 1;
+    lum_keys_of_profile(&keys, &start);
+    assert_blamed(&keys, "", 0, "refused: fault 16 of the profile");
 }
 
 static void what_a_start_has_is_told_as_it_was(void **state)
@@ -701,6 +760,9 @@ int main(void)
         cmocka_unit_test(of_fields_that_overlap_the_one_that_was_set_is_blamed),
         cmocka_unit_test(a_field_is_of_the_line_that_changed_it_last),
         cmocka_unit_test(bits_that_are_shared_are_refused),
+        cmocka_unit_test(bits_of_other_bytes_are_refused),
+        cmocka_unit_test(fields_whose_bits_are_apart_are_not_named),
+        cmocka_unit_test(a_field_that_is_none_is_not_named),
         cmocka_unit_test(bits_that_a_width_has_not_are_refused),
         cmocka_unit_test(pairs_are_read_as_they_are_written),
         cmocka_unit_test(what_is_none_has_nothing_to_keep),
