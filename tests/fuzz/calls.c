@@ -22,6 +22,16 @@ void call_samples(const uint8_t *b, uint32_t n, uint8_t *samples)
     }
 }
 
+void call_clock(uint8_t b, lum_profile *p)
+{
+    static const lum_field clocks[] = {
+        {.bytes = 4}, {.bytes = 4}, {.bytes = 2}, {.bytes = 1},
+        {.bytes = 0}, {.bytes = 8}, {.bytes = 4}, {.bytes = 8, .bits = 41}};
+    static const uint32_t units[] = {1000, 1000, 1, 1000000};
+    p->group[LUM_FIELD_TIMESTAMP] = clocks[b % 8u];
+    p->clock_unit_ns = units[b / 8u % 4u];
+}
+
 uint32_t call_step(uint8_t b)
 {
     static const uint32_t steps[] = {

@@ -29,6 +29,9 @@ void call_word(uint32_t word, uint8_t *out);
  * call's bytes. */
 void call_samples(const uint8_t *b, uint32_t n, uint8_t *samples);
 
+/* A sensor clock of any width, and often of another unit. */
+void call_clock(uint8_t b, lum_profile *p);
+
 /* By how much a call moves the clock, from its byte 2. */
 uint32_t call_step(uint8_t b);
 

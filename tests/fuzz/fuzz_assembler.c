@@ -138,11 +138,9 @@ static uint8_t some_open_lines(uint8_t b)
 
 static void configure(struct run *run, const uint8_t *b)
 {
-    static const uint8_t clock_bytes[] = {4, 4, 2, 1, 0, 4, 4, 4};
     static const uint32_t gaps[] = {100000, 0, 50, 1000, 100000, 5000};
     lum_layout_default(&run->layout);
-    run->layout.profile.group[LUM_FIELD_TIMESTAMP].bytes =
-        clock_bytes[b[0] % 8u];
+    call_clock(b[0], &run->layout.profile);
     run->layout.profile.line_span_us = b[1] < 128 ? 2000u : b[1];
     run->config = (lum_assembler_config){
         .open_lines = some_open_lines(b[2]),

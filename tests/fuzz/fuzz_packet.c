@@ -6,11 +6,12 @@
 #include "lum/packet.h"
 #include "lum/wire.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define PROFILE_BYTES 22u
+#define PROFILE_BYTES 34u
 #define YSCAN_LINES   64u
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -22,18 +23,41 @@ static void require(int fact)
     }
 }
 
-/* Fields anywhere between 8 and 71, so that some profiles are valid. */
+/* Anywhere between 8 and 71, so that some profiles are valid; seldom of an
+ * order, or of bits, that there are not. */
+static lum_field read_field(const uint8_t *place, const uint8_t *bits)
+{
+    static const uint8_t widths[] = {1, 2, 4, 8, 0, 3, 2, 4};
+    static const uint8_t orders[] = {LUM_ORDER_LITTLE, LUM_ORDER_LITTLE,
+                                     LUM_ORDER_LITTLE, LUM_ORDER_LITTLE,
+                                     LUM_ORDER_BIG,    LUM_ORDER_BIG,
+                                     LUM_ORDER_BIG,    LUM_ORDER_BIG + 1};
+    const bool has_bits = (place[1] & 0x40u) != 0;
+    return (lum_field){.at = (uint8_t)(8u + place[0] % 64u),
+                       .bytes = widths[place[1] % 8u],
+                       .order = orders[place[1] / 8u % 8u],
+                       .low = has_bits ? bits[0] % 64u : 0,
+                       .bits = has_bits ? (uint8_t)(bits[1] % 66u) : 0};
+}
+
+static uint32_t read_unit(uint8_t b)
+{
+    static const uint32_t units[] = {1000,       1,          100, 1000000,
+                                     1000000000, 1000000001, 0,   40};
+    return units[b % 8u];
+}
+
 static void read_profile(const uint8_t *b, lum_profile *p)
 {
-    static const uint8_t widths[] = {1, 2, 4, 0, 1, 2, 4, 3};
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
-        p->group[f].at = (uint8_t)(8u + b[2u * f] % 64u);
-        p->group[f].bytes = widths[b[2u * f + 1u] % 8u];
+        p->group[f] = read_field(b + 2u * f, b + 22 + 2u * f);
     }
     p->samples_at = (uint8_t)(16u + b[12] % 56u);
     p->data_packet_type = b[13];
     p->set_ip_order = b[14] % 3u;
     p->angle_order = b[15] % 3u;
+    p->sample_order = b[15] / 3u % 3u;
+    p->clock_unit_ns = read_unit(b[20]);
     p->eye_values[0] = b[16];
     p->eye_values[1] = (uint32_t)b[17] << (b[18] % 25u);
     p->tlv[0] = b[19];
@@ -99,7 +123,7 @@ static void check_round_trip(const lum_layout *layout, const lum_group *g)
     require(again.line == g->line && again.num_samples == g->num_samples &&
             again.first_sample_index == g->first_sample_index &&
             again.clock_raw == g->clock_raw && again.eye == g->eye &&
-            again.tag == g->tag);
+            again.tag == g->tag && again.sample_order == g->sample_order);
     free(packet);
 }
 
@@ -111,7 +135,7 @@ static void check_samples(const lum_layout *layout, const lum_group *g)
         if (g->tag == LUM_TAG_ANGLES) {
             lum_angle_encode(layout, lum_group_angle(layout, g, i), bytes);
         } else {
-            lum_word_encode(lum_group_word(g, i), bytes);
+            lum_group_word_encode(layout, lum_group_word(g, i), bytes);
         }
         require(memcmp(bytes, at, sizeof bytes) == 0);
     }
@@ -134,6 +158,9 @@ static void check_data(const lum_layout *layout, const uint8_t *data,
     require(g.num_samples <= (size - head) / LUM_SAMPLE_BYTES);
     require(g.eye < LUM_EYES);
     require(g.tag == LUM_TAG_ANGLES || g.tag == LUM_TAG_RANGES);
+    require(g.sample_order == layout->profile.sample_order);
+    require(layout->profile.group[LUM_FIELD_NUM_SAMPLES].bytes > 0 ||
+            g.num_samples == (size - head) / LUM_SAMPLE_BYTES);
     require(g.tag == LUM_TAG_RANGES ||
             (uint64_t)g.first_sample_index + g.num_samples <= LUM_LINE_PIXELS);
     check_samples(layout, &g);

@@ -78,11 +78,9 @@ static void require(int fact)
 
 static void configure(struct run *run, const uint8_t *b)
 {
-    static const uint8_t clock_bytes[] = {4, 4, 2, 1, 0, 4, 4, 4};
     static const uint32_t gaps[] = {100000, 0, 50, 1000, 100000, 5000};
     lum_layout_default(&run->layout);
-    run->layout.profile.group[LUM_FIELD_TIMESTAMP].bytes =
-        clock_bytes[b[0] % 8u];
+    call_clock(b[0], &run->layout.profile);
     run->layout.profile.line_span_us = b[1] < 128 ? 2000u : b[1];
     run->layout.profile.angle_order = b[2] & 1u;
     run->gap_us = gaps[b[5] % 6u];

@@ -32,8 +32,14 @@ def packet_seeds():
     yscan = struct.pack("<4h", -17, 0, 3, 32767)
     tlvs = (packet(7, struct.pack("<I", 9) + tlv(1, b"u 55p 150h")
                    + tlv(2, b"\x00\x08") + tlv(3, b"ok") + tlv(4, yscan)))
-    profile = bytes((4, 0, 5, 0, 6, 1, 8, 1, 10, 1, 12, 2, 16, 8, 0, 0, 0, 1,
-                     0, 1, 20, 0))
+
+    def profile(*fields, samples=16, order=0, unit=0, bits=(0,) * 12):
+        return b"\4" + bytes((*fields, samples - 16, 8, 0, 3 * order, 0, 1, 0, 1, unit, 0, *bits))
+
+    usual = (4, 0, 5, 0, 6, 1, 8, 1, 10, 1, 12, 2)
+    big, some = 4 << 3, 0x40
+    wide = struct.pack(">BxHQHQ", 3, 1, 5, 0, 1 << 60) + b"".join(w[::-1] for w in words)
+    shared = struct.pack("<HHIQ", 2 | 1 << 2 | 5 << 3, 4, 0, 1 << 40 | 77) + b"".join(angles)
     return {
         "heartbeat": b"\0" + packet(8),
         "set-ip": b"\0" + packet(5, bytes((10, 42, 0, 99))),
@@ -45,7 +51,13 @@ def packet_seeds():
         "tag-on-type": b"\1" + packet(3, data(3, 0, 5, 0, words)[12:]),
         "no-clock": b"\2" + data(2, 0, 5, 0, angles),
         "data-type-3": b"\3" + packet(3, data(3, 0, 5, 0, words)[12:]),
-        "profile": b"\4" + profile + data(3, 0, 5, 0, words),
+        "profile": profile(*usual, samples=24) + data(3, 0, 5, 0, words),
+        # eight bytes, the highest first, and as many samples as there are
+        "wide": profile(4, 0, 6, big | 1, 8, big | 3, 40, 4, 16, big | 1, 18, big | 3, samples=34, order=1, unit=2)
+        + packet(8, wide),
+        # a tag of two bits, an eye of one and a line of 13 in the same two bytes, and a clock of 41 bits
+        "bits": profile(4, some | 1, 4, some | 1, 4, some | 1, 6, 1, 8, 2, 12, some | 3, samples=28, unit=1,
+                        bits=(0, 2, 2, 1, 3, 13, 0, 0, 0, 0, 0, 41)) + packet(8, shared),
         "commands": b"\0u 55p 0f 15y 150h 30G 0B d",
     }
 
