@@ -22,8 +22,8 @@ uint64_t lum_clock_extend(uint64_t before, uint64_t raw, unsigned bits);
 /** Ticks in microseconds, rounded down.
  * @param ticks   an extended reading; from 2^64 - 2^61 on, it is below 0.
  * @param unit_ns length of a tick, 1..::LUM_CLOCK_UNIT_MAX_NS.
- * @return exact within 2^61 us of 0; of what is farther away, something that
- *         is farther away. */
+ * @return exact within 2^61 us of 0; of what is farther away, the lowest 64
+ *         bits. */
 int64_t lum_clock_us(uint64_t ticks, uint32_t unit_ns);
 
 #ifdef __cplusplus

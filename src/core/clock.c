@@ -20,9 +20,9 @@ static uint32_t whole_us(uint32_t ns)
     return (uint32_t)(product_unsigned(ns, UINT32_C(0x10624dd3)) >> 32) >> 6;
 }
 
-/* So many ticks, and 1000 times less units, are added meanwhile: nothing is
- * below 0. It is 4,000 seconds of the shortest ticks. */
-#define AHEAD 1000u /* x 2^32 */
+/* So many times 2^32 units, and 1000 times as many ticks, are added meanwhile:
+ * ticks from 2^64 - 2^61 on, which are below 0, go over 2^64. */
+#define AHEAD 536871u
 
 /* As on paper, by digits of 32 bits, the highest first: 2^32 is 4294967 times
  * 1000, and 296. */
@@ -35,8 +35,8 @@ int64_t lum_clock_us(uint64_t ticks, uint32_t unit_ns)
     }
     uint64_t ns = product_unsigned((uint32_t)ticks, unit_ns);
     digits[0] = (uint32_t)ns;
-    ns =
-        product_unsigned((uint32_t)(ticks >> 32) + AHEAD, unit_ns) + (ns >> 32);
+    ns = product_unsigned((uint32_t)(ticks >> 32) + 1000u * AHEAD, unit_ns) +
+         (ns >> 32);
     digits[1] = (uint32_t)ns;
     digits[2] = (uint32_t)(ns >> 32);
     for (unsigned k = 0; k < 3u; k++) {
@@ -47,5 +47,5 @@ int64_t lum_clock_us(uint64_t ticks, uint32_t unit_ns)
         digits[i] = 4294967u * rest + us + more;
         rest = left - 1000u * more;
     }
-    return signed64((uint64_t)(digits[1] - unit_ns) << 32 | digits[0]);
+    return signed64((uint64_t)(digits[1] - AHEAD * unit_ns) << 32 | digits[0]);
 }

@@ -77,6 +77,42 @@ static void bits_above_the_width_are_ignored(void **state)
     assert_true(extend(0, 0xabcd0001u, 16) == 1);
 }
 
+/* By thousands of ticks and what is left of them, which fit. */
+static int64_t microseconds(int64_t ticks, int64_t unit_ns)
+{
+    const int64_t thousands = ticks / 1000 - (ticks % 1000 < 0 ? 1 : 0);
+    return thousands * unit_ns + (ticks - 1000 * thousands) * unit_ns / 1000;
+}
+
+static void assert_microseconds(int64_t ticks, uint32_t unit_ns)
+{
+    assert_true(lum_clock_us((uint64_t)ticks, unit_ns) ==
+                microseconds(ticks, unit_ns));
+}
+
+static void ticks_of_any_length_are_microseconds_rounded_down(void **state)
+{
+    static const uint32_t units[] = {
+        1,    2,      7,       40,   999,    1000,      1001,
+        1024, 999999, 1000000, 3333, 123457, 999999999, 1000000000};
+    uint64_t some = 1;
+    (void)state;
+    for (size_t u = 0; u < sizeof units / sizeof units[0]; u++) {
+        const int64_t most = (INT64_C(1) << 61) / units[u] * 1000;
+        for (int64_t ticks = -3000; ticks <= 3000; ticks++) {
+            assert_microseconds(ticks, units[u]);
+        }
+        for (unsigned i = 0; i < 20000; i++) {
+            some = some * UINT64_C(6364136223846793005) +
+                   UINT64_C(1442695040888963407);
+            const int64_t any = (int64_t)(some >> 1 >> i % 61u);
+            const int64_t ticks = units[u] <= 1000 ? any >> 2 : any % most;
+            assert_microseconds(ticks, units[u]);
+            assert_microseconds(-ticks, units[u]);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -87,6 +123,7 @@ int main(void)
         cmocka_unit_test(a_negative_clock_is_extended_too),
         cmocka_unit_test(without_a_clock_time_stands_still),
         cmocka_unit_test(bits_above_the_width_are_ignored),
+        cmocka_unit_test(ticks_of_any_length_are_microseconds_rounded_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
