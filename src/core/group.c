@@ -86,8 +86,9 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
     if (excess != 0 || n > room || v[LUM_FIELD_EYE] != p->eye_values[eye]) {
         return LUM_E_MALFORMED;
     }
-    const lum_result r = lum_group_check(tag >> 32 == 0 ? (uint32_t)tag : 0, n,
-                                         v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
+    const uint32_t known = tag >> 32 == 0 ? (uint32_t)tag : 0;
+    const lum_result r =
+        lum_group_check(known, n, v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
     if (r != LUM_OK) {
         return r;
     }
@@ -97,7 +98,7 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
     out->num_samples = n;
     out->first_sample_index = v[LUM_FIELD_FIRST_SAMPLE_INDEX];
     out->eye = eye;
-    out->tag = (uint8_t)tag;
+    out->tag = (uint8_t)known;
     out->sample_order = p->sample_order;
     return LUM_OK;
 }

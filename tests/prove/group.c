@@ -1,7 +1,8 @@
 /* Data packets: any layout that lum_layout_init() accepts, as profile.c shows
- * it to be, and any bytes. All fields have one width at a time, each of them
- * every place up to the first sample: a field is read by itself. The packet
- * ends where its memory ends. */
+ * it to be, and any bytes. All fields have one width at a time, 0 where there
+ * are none, and each of them every place up to the first sample, any order of
+ * bytes and any of its bits: a field is read by itself. The packet ends where
+ * its memory ends. */
 #include "lum/packet.h"
 #include "lum/wire.h"
 #include "unknown.h"
@@ -41,8 +42,12 @@ static void decode_fields_of(uint32_t samples_at, uint32_t bytes, uint32_t len)
     any_bytes(&layout, sizeof layout);
     layout.profile.samples_at = (uint8_t)samples_at;
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
-        layout.profile.group[f].bytes = (uint8_t)bytes;
-        layout.profile.group[f].at = (uint8_t)any_u32(8, samples_at - bytes);
+        lum_field *field = &layout.profile.group[f];
+        field->bytes = (uint8_t)bytes;
+        field->at = (uint8_t)any_u32(8, samples_at - bytes);
+        field->order = (uint8_t)any_u32(0, LUM_ORDER_BIG);
+        field->low = (uint8_t)any_u32(0, bytes > 0 ? 8u * bytes - 1u : 0);
+        field->bits = (uint8_t)any_u32(0, 8u * bytes);
     }
     decode(samples_at, len);
 }
@@ -51,11 +56,11 @@ static void decode_long(void)
 {
     const uint32_t samples_at = any_u32(8, LUM_GROUP_HEAD_MAX);
     const uint32_t beyond = any_u32(0, BEYOND);
-    const uint32_t bytes = any_u32(0, 4);
+    const uint32_t bytes = any_u32(0, 8);
     //@ split samples_at;
     //@ split beyond;
     //@ split bytes;
-    if (bytes != 3 && bytes + 8 <= samples_at) {
+    if ((bytes & (bytes - 1u)) == 0 && bytes + 8 <= samples_at) {
         decode_fields_of(samples_at, bytes, samples_at + beyond);
     }
 }
