@@ -430,7 +430,10 @@ static void with_the_tag_on_the_type_the_tag_is_the_type(void **state)
     p.group[LUM_FIELD_TAG].at = 8;
     const lum_layout layout = checked(&p);
     for (uint8_t tag = LUM_TAG_ANGLES; tag <= LUM_TAG_RANGES; tag++) {
-        const lum_group in = {.num_samples = 1, .tag = tag};
+        const lum_group in = {.num_samples = 1,
+                              .eye = LUM_EYE_GREEN,
+                              .tag = tag,
+                              .sample_order = LUM_ORDER_BIG};
         size_t len = 0;
         uint8_t *packet = encode_packet(&layout, &in, ranges, &len);
         lum_group out;

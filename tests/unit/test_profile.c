@@ -209,6 +209,60 @@ static void a_timestamp_that_is_none_stands_in_nobodys_way(void **state)
     }
 }
 
+/* Also in the middle of another field. */
+static void a_number_of_samples_that_is_none_stands_in_nobodys_way(void **state)
+{
+    (void)state;
+    for (uint8_t at = 0; at < 70; at++) {
+        lum_profile p = defaults();
+        p.group[LUM_FIELD_NUM_SAMPLES] = (lum_field){.at = at, .bytes = 0};
+        assert_fault(&p, LUM_PROFILE_FINE, 0);
+    }
+}
+
+/* Every pair of ranges of bits in the same byte. */
+static void no_two_fields_share_a_bit(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 8u * 8u * 8u * 8u; i++) {
+        const unsigned low = i % 8u;
+        const unsigned bits = 1u + i / 8u % 8u;
+        const unsigned other = i / 64u % 8u;
+        const unsigned others = 1u + i / 512u;
+        if (low + bits > 8 || other + others > 8) {
+            continue;
+        }
+        lum_profile p = defaults();
+        p.group[LUM_FIELD_TAG] = (lum_field){
+            .at = 12, .bytes = 1, .low = (uint8_t)low, .bits = (uint8_t)bits};
+        p.group[LUM_FIELD_LINE] = (lum_field){.at = 12,
+                                              .bytes = 1,
+                                              .low = (uint8_t)other,
+                                              .bits = (uint8_t)others};
+        const int is_fine = low + bits <= other || other + others <= low;
+        assert_fault(&p,
+                     is_fine ? LUM_PROFILE_FINE : LUM_PROFILE_FIELDS_OVERLAP,
+                     is_fine ? 0 : LUM_FIELD_LINE);
+    }
+}
+
+static void eye_values_fit_their_bits(void **state)
+{
+    (void)state;
+    for (unsigned bits = 1; bits <= 32; bits++) {
+        lum_profile p = defaults();
+        p.samples_at = 64;
+        p.group[LUM_FIELD_EYE] =
+            (lum_field){.at = 40, .bytes = 8, .bits = (uint8_t)bits};
+        p.eye_values[LUM_EYE_GREEN] = 0xffffffffu >> (32u - bits);
+        assert_fault(&p, LUM_PROFILE_FINE, 0);
+        if (bits < 32) {
+            p.eye_values[LUM_EYE_GREEN] = UINT32_C(1) << bits;
+            assert_fault(&p, LUM_PROFILE_EYE_VALUE_WIDTH, LUM_EYE_GREEN);
+        }
+    }
+}
+
 static void orders_are_one_of_two(void **state)
 {
     lum_profile p = defaults();
@@ -311,6 +365,10 @@ int main(void)
         cmocka_unit_test(samples_follow_every_field),
         cmocka_unit_test(samples_stand_at_8_to_64),
         cmocka_unit_test(a_timestamp_that_is_none_stands_in_nobodys_way),
+        cmocka_unit_test(
+            a_number_of_samples_that_is_none_stands_in_nobodys_way),
+        cmocka_unit_test(no_two_fields_share_a_bit),
+        cmocka_unit_test(eye_values_fit_their_bits),
         cmocka_unit_test(orders_are_one_of_two),
         cmocka_unit_test(eye_values_fit_their_field),
         cmocka_unit_test(eyes_have_two_values),
