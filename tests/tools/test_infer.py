@@ -225,8 +225,8 @@ class NothingFound(Case):
         r = self.infer(source, "-o", out, status=1)
         self.assertEqual((r.stdout, out.read_text(), self.folder.names()), ("", "kept\n", before))
         self.assertRegex(r.stderr, rf"^lumdump: .*: {verdict}: \S")
-        for word in words:
-            self.assertIn(word, r.stderr)
+        for wanted in words:
+            self.assertIn(wanted, r.stderr)
         self.assertEqual(self.infer(source, status=1).stdout, "")
         r = self.infer(source, "--json", status=1)
         got = json.loads(r.stdout)
