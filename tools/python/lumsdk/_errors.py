@@ -11,7 +11,7 @@ class Error(Exception):
 
 
 class CaptureError(Error, OSError):
-    """A capture cannot be read, or not to its end."""
+    """A capture cannot be read, not to its end, or does not suffice for a calibration."""
 
 
 class OptionError(Error, ValueError):

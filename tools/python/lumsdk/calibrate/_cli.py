@@ -119,17 +119,6 @@ def need(module: str, what: str) -> None:
         raise Error(f"{what} needs {name}, which is not installed ({error}): pip install 'lumsdk[calibrate]'") from error
 
 
-@contextlib.contextmanager
-def _refusals() -> Iterator[None]:
-    """Captures that do not suffice are refused by a ValueError, whose text is for the user."""
-    try:
-        yield
-    except ValueError as error:
-        if isinstance(error, Error):
-            raise
-        raise Error(str(error)) from error
-
-
 def eyes(options: Options, outputs: Outputs, progress: Progress) -> int:
     """Find the calibration; the exit status."""
     need("scipy", "lumcal eyes")
@@ -142,8 +131,7 @@ def eyes(options: Options, outputs: Outputs, progress: Progress) -> int:
     count = len(options.captures)
     progress(f"reading {count} capture{'' if count == 1 else 's'} and solving")
     reading = options.of_grid()
-    with _refusals():
-        solution = _eyes.run(_eyes.Options(options.captures, options.begin(), reading.pop("profile", None), reading))
+    solution = _eyes.run(_eyes.Options(options.captures, options.begin(), reading.pop("profile", None), reading))
     progress.clear()
     outputs.write(options.report, lambda: _report.page(solution).encode())
     why = _tell.not_written(solution)
@@ -166,8 +154,7 @@ def check(options: Options, outputs: Outputs, progress: Progress) -> int:
     from . import _check, _picture, _tell
 
     outputs.begin(options.output)
-    with _refusals():
-        found = _check.check(options, progress)
+    found = _check.check(options, progress)
     progress.clear()
     outputs.write(options.output, lambda: _picture.check_png(found))
     if options.json:

@@ -8,6 +8,7 @@ from typing import Any, Optional
 
 import numpy as np
 
+from .._errors import CaptureError
 from .._frame import EYES
 from .._settings import Calibration
 from ._faces import Scene, begin, join, observe, without
@@ -178,12 +179,12 @@ def _why_held(key: str, captures: int) -> str:
     what = "where green sits and looks against blue" if ".mount." in key else "it"
     if captures == 1:
         return (f"one capture does not tell {what}: add two of the same room, the sensor turned by 20 to 30 degrees to either "
-                "side so that both eyes see the same faces, one of them rolled by about 12 degrees")
+                "side so that both eyes see the same faces, one of them rolled by about +12 degrees and the other by -12")
     if captures < CAPTURES:
         return (f"two captures do not tell {what} well enough: add a third of the same room, the sensor turned by 20 to 30 degrees "
-                "and rolled by about 12")
+                "and rolled by about 12, to the other side than one before")
     return (f"these captures do not tell {what} well enough: record a room with faces in more directions, floor and ceiling "
-            "among them, the sensor turned by 20 to 30 degrees between captures and rolled by about 12 in some")
+            "among them, the sensor turned by 20 to 30 degrees between captures and rolled by about +12 in one and -12 in another")
 
 
 def _parameters(problem: Problem, found: _Found) -> list[Parameter]:
@@ -232,8 +233,8 @@ def _notes(grids: Sequence[Grid]) -> Iterator[str]:
         if g.frames < _FRAMES:
             yield f"{g.name}: {g.frames} whole frames; {_FRAMES} or more measure better"
     if len(grids) < CAPTURES:
-        yield (f"{len(grids)} capture{'s' if len(grids) > 1 else ''}; {CAPTURES} suffice and 5 are better, the sensor turned by 20 "
-               "to 30 degrees between them, some rolled by about 12")
+        yield (f"{len(grids)} capture{'s' if len(grids) > 1 else ''}; {CAPTURES} suffice, the sensor turned by 20 "
+               "to 30 degrees between them, one rolled by about +12 degrees and one by -12")
 
 
 # --- All of it ---
@@ -243,10 +244,10 @@ def _scene(grids: Sequence[Grid], calibration: Calibration) -> tuple[Scene, Stat
     views = [look(g, calibration) for g in grids]
     for view in views:
         if not view.patches:
-            raise ValueError(f"{view.grid.name}: shows no flat face; record a room or a yard with walls")
+            raise CaptureError(f"{view.grid.name}: shows no flat face; record a room or a yard with walls")
     poses = place_all(views)
     if len({g.is_span for g in grids}) > 1:
-        raise ValueError("some captures have angles in degrees, others as parts of the span: they are not of one sensor")
+        raise CaptureError("some captures have angles in degrees, others as parts of the span: they are not of one sensor")
     scene = Scene(views, begin(views, poses, calibration), fixed_of(calibration, grids[0].is_span), values_of(calibration))
     state, of = join(scene, poses)
     return scene, state, of
@@ -272,7 +273,7 @@ def solve_grids(grids: Sequence[Grid], calibration: Calibration) -> Solution:
 
 
 def run(options: Options) -> Solution:
-    """Calibrate. Raises lumsdk.OptionError, lumsdk.CaptureError, or ValueError where the captures do not suffice."""
+    """Calibrate. Raises lumsdk.OptionError, or lumsdk.CaptureError, also where the captures do not suffice."""
     given = options.calibration
     calibration = given if isinstance(given, Calibration) else Calibration(given)
     return solve_grids([grid(capture, options.profile, calibration=calibration, **options.reading) for capture in options.captures],

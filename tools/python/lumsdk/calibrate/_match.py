@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
+from .._errors import CaptureError
 from .._frame import EYES
 from .._settings import Calibration
 from ._planes import Grid, Patch, find_planes, points
@@ -172,7 +173,7 @@ _LEAST_AGREEMENT = 0.6
 
 
 def place_all(views: list[View]) -> list[Pose]:
-    """The pose of each capture in the frame of the first. Raises ValueError where one fits none of the others."""
+    """The pose of each capture in the frame of the first. Raises lumsdk.CaptureError where one fits none of the others."""
     poses: dict[int, Pose] = {0: Pose(np.eye(3), np.zeros(3))}
     known: dict[tuple[int, int], tuple[float, Pose]] = {}
     while len(poses) < len(views):
@@ -186,7 +187,7 @@ def place_all(views: list[View]) -> list[Pose]:
                     best = score, i, poses[j].after(pose)
         if best[0] < _LEAST_AGREEMENT:
             missing = ", ".join(view.grid.name for k, view in enumerate(views) if k not in poses)
-            raise ValueError(f"{missing}: shows no faces that another capture shows too. Record the same room, the sensor turned "
+            raise CaptureError(f"{missing}: shows no faces that another capture shows too. Record the same room, the sensor turned "
                              "by 20 to 30 degrees between captures, and nothing moved meanwhile")
         poses[best[1]] = best[2]
     return [poses[k] for k in range(len(views))]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 import numpy as np
 from scipy.ndimage import label, uniform_filter1d
 
+from .._errors import CaptureError
 from .._frame import EYES, PIXELS, Frame
 from .._settings import Calibration
 from .._source import open as open_source
@@ -116,7 +117,7 @@ def _sum(source: Source, name: str) -> tuple[_Sums, int, float]:
     """Sums of all frames but those that the recording cuts, how many those were, and how far the halves are apart."""
     frames = [frame for frame in source if len(frame) and not (frame.first or frame.last)]
     if len(frames) < _FRAMES_MIN:
-        raise ValueError(f"{name}: {len(frames)} whole frames; a calibration needs at least {_FRAMES_MIN} of a sensor that "
+        raise CaptureError(f"{name}: {len(frames)} whole frames; a calibration needs at least {_FRAMES_MIN} of a sensor that "
                          "stands still, better 20")
     lines = min(max(_usual_lines(frame) for frame in frames), 4096)
     first, second = _Sums(lines), _Sums(lines)
@@ -133,7 +134,7 @@ def _sum(source: Source, name: str) -> tuple[_Sums, int, float]:
 def grid(capture: Union[str, os.PathLike[str]], profile: Any = None, **options: Any) -> Grid:
     """The mean of a capture's frames. options are those of lumsdk.open().
 
-    Raises ValueError where the capture has too few frames, or the sensor was moved.
+    Raises lumsdk.CaptureError where the capture has too few frames, or the sensor was moved.
     """
     calibration = options.pop("calibration", None)
     calibration = calibration if isinstance(calibration, Calibration) else Calibration(calibration)
@@ -151,7 +152,7 @@ def grid(capture: Union[str, os.PathLike[str]], profile: Any = None, **options: 
     usual = float(np.nanmedian(variance)) if np.isfinite(variance).any() else 0.0
     noise = float(np.nanquantile(variance, 0.2)) if np.isfinite(variance).any() else 0.0
     if shift > max(_MOVED_M, 4 * math.sqrt(noise / frames)):
-        raise ValueError(f"{name}: ranges change by {shift:.2f} m within the recording: the sensor has to stand still")
+        raise CaptureError(f"{name}: ranges change by {shift:.2f} m within the recording: the sensor has to stand still")
     with np.errstate(invalid="ignore"):
         ranges[variance > (3 * math.sqrt(usual) + _EDGE_M) ** 2] = np.nan
     shape = 2, sums.lines, PIXELS
