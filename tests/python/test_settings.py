@@ -127,6 +127,35 @@ def test_what_is_wrong_is_told():
         lumsdk.Profile({1: 2})
 
 
+@pytest.mark.parametrize("given, made", [([4, 11], "[4, 11]"), ((0, 13), "[0, 13]"), (np.array([4, 11]).tolist(), "[4, 11]"),
+                                         ((np.uint8(4), np.int64(11)), "[4, 11]"), ("[4, 11]", "[4, 11]"), ("all", "all")])
+def test_bits_are_a_pair_or_a_word(given, made):
+    for profile in (lumsdk.Profile({"group": {"line": {"bits": given}}}), lumsdk.Profile().replace({"group.line.bits": given}),
+                    lumsdk.Profile(f"version: 1\ngroup: {{line: {{bits: {made}}}}}\n")):
+        assert profile["group.line.bits"] == made
+        assert lumsdk.Profile(profile.to_yaml()) == lumsdk.Profile(dict(profile)) == pickle.loads(pickle.dumps(profile)) == profile
+
+
+@pytest.mark.parametrize("given, told", [
+    ([4], r"'\[4\]' is not \[LOW, HIGH\]"), ([4, 5, 6], r"is not \[LOW, HIGH\]"), ([4, "x"], r"is not \[LOW, HIGH\]"),
+    ([4.5, 6], r"is not \[LOW, HIGH\]"), ([11, 4], "has the higher number first"), ([0, 64], "0 to 63"), (4, r"\[LOW, HIGH\]")])
+def test_bits_that_are_no_pair_are_refused(given, told):
+    with pytest.raises(lumsdk.OptionError, match=f"the profile: group.line.bits: .*{told}"):
+        lumsdk.Profile({"group.line.bits": given})
+
+
+def test_what_cannot_be_a_pair_is_told():
+    for wrong in [True, 2], [[1, 2], 3], None:
+        with pytest.raises(TypeError, match=r"group.line.bits: a value is a word, or two whole numbers such as \[0, 13\], not"):
+            lumsdk.Profile({"group.line.bits": wrong})
+
+
+def test_bits_are_set_on_top(capture):
+    for chosen in {"group.line.bits": [0, 13]}, ["group.line.bits=[0, 13]"], "group.line.bits=[0,13]":
+        with lumsdk.open(capture, set=chosen) as source:
+            assert source.profile["group.line.bits"] == "[0, 13]"
+
+
 @given(st.dictionaries(st.sampled_from(["x_m", "y_m", "z_m"]), st.floats(-1000, 1000)),
        st.floats(200e6, 310e6), st.floats(1e-3, 1000))
 def test_its_text_reads_back_exactly(mount, speed, lsb):

@@ -39,12 +39,15 @@ def _written(value: Any) -> Optional[str]:
         return value
     if isinstance(value, bool):
         return None
-    if isinstance(value, (list, tuple)):
-        parts = [_written(part) for part in value]
-        return None if None in parts else f"[{', '.join(map(str, parts))}]"
     if hasattr(value, "__index__"):
         return str(value.__index__())
     return repr(float(value)) if hasattr(value, "__float__") else None
+
+
+def _pair(values: Any) -> Optional[str]:
+    """[LOW, HIGH] as a YAML file has it; None: it cannot be one."""
+    parts = [_written(value) for value in values]
+    return None if None in parts else f"[{', '.join(map(str, parts))}]"
 
 
 def _flat(values: Mapping[str, Any], name: str, above: str = "") -> Iterator[tuple[str, Any]]:
@@ -121,9 +124,12 @@ class _Settings(Mapping[str, Value]):
         """Set values, check them one by one and together."""
         why, entries = ffi.new("lum_key_refusal *"), list(values)
         for place, (key, value) in enumerate(entries, 1):
-            written = _written(value)
+            known = _known(self._keys).get(key)
+            is_pair = known is not None and known.is_pair
+            written = _pair(value) if is_pair and isinstance(value, (list, tuple)) else _written(value)
             if written is None:
-                raise TypeError(f"{above}{key}: a value is a number or a word, not {type(value).__name__}")
+                right = "a word, or two whole numbers such as [0, 13]" if is_pair else "a number or a word"
+                raise TypeError(f"{above}{key}: a value is {right}, not {type(value).__name__}")
             if lib.lum_keys_set(self._keys, key.encode(), written.encode(), place, why) != lib.LUM_OK:
                 raise OptionError(f"{above}{_refusal(why)}")
         if type(self)._take(self._keys, ffi.new(f"{self._struct} *"), why) != lib.LUM_OK:
