@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 _FRAMES_MIN = 5
 
 _MOVED_M = 0.03
-"""Halves of a recording that differ by this much were not of a sensor that stood still."""
+"""Ranges that go this far over half of a recording were not of a sensor that stood still."""
+
+_LINES_MAX = 4096
 
 
 @dataclass
@@ -81,26 +83,44 @@ _CELLS_MIN = 60
 class _Sums:
     """Sums over frames, by eye, line and pixel."""
 
-    def __init__(self, lines: int) -> None:
-        self.lines = lines
-        self.sums = np.zeros((4, 2 * lines * PIXELS))
-        self.count = np.zeros(2 * lines * PIXELS, "i4")
+    def __init__(self) -> None:
+        self.frames = 0
+        self.sums = np.zeros((6, 2, 0, PIXELS))
+        self.count = np.zeros((2, 0, PIXELS), "i4")
+
+    @property
+    def lines(self) -> int:
+        return self.count.shape[1]
 
     def add(self, frame: Frame) -> None:
-        line = frame["line"].astype(np.intp)
-        at = (frame["eye"].astype(np.intp) * self.lines + line) * PIXELS + frame["pixel"]
-        kept = line < self.lines
-        at = at[kept]
+        more = min(_usual_lines(frame), _LINES_MAX) - self.lines
+        if more > 0:
+            self.sums = np.pad(self.sums, ((0, 0), (0, 0), (0, more), (0, 0)))
+            self.count = np.pad(self.count, ((0, 0), (0, more), (0, 0)))
+        kept = frame["line"] < self.lines
+        at = tuple(frame[name][kept].astype(np.intp) for name in ("eye", "line", "pixel"))
         ranges = frame["range"][kept].astype("f8")
-        for total, values in zip(self.sums, (ranges, ranges * ranges, frame["azimuth"][kept], frame["elevation"][kept])):
+        parts = ranges, ranges * ranges, frame["azimuth"][kept], frame["elevation"][kept], self.frames * ranges, self.frames
+        for total, values in zip(self.sums, parts):
             total[at] += values
         self.count[at] += 1
+        self.frames += 1
+
+    def shift_m(self) -> float:
+        """How far ranges go over half of the recording, by a straight line through them over the frames."""
+        ranges, _, _, _, turned, turn = self.sums
+        seen = self.count > 0.5 * self.count.max(initial=0)
+        n = self.count[seen]
+        # Each cell was seen in about the same frames, of which the numbers have this variance.
+        spread = (self.frames ** 2 - 1) / 12
+        slope = (turned[seen] / n - turn[seen] / n * ranges[seen] / n) / spread
+        return float(np.median(np.abs(slope))) * self.frames / 2 if len(slope) else 0.0
 
     def means(self) -> tuple[Array, Array, Array, Array]:
         """Range, its variance by frame, azimuth and elevation; nan where few frames had a cell."""
         count = np.where(self.count > 0.5 * self.count.max(), self.count, 0)
         with np.errstate(invalid="ignore", divide="ignore"):
-            ranges, squares, azimuth, elevation = self.sums / count
+            ranges, squares, azimuth, elevation = self.sums[:4] / count
             variance = np.maximum(squares - ranges * ranges, 0) * count / np.maximum(count - 1, 1)
         for values in (ranges, variance, azimuth, elevation):
             values[count == 0] = np.nan
@@ -113,22 +133,16 @@ def _usual_lines(frame: Frame) -> int:
     return int(numbers[len(numbers) * 9 // 10] * 1.12) + 2 if len(numbers) else 0
 
 
-def _sum(source: Source, name: str) -> tuple[_Sums, int, float]:
-    """Sums of all frames but those that the recording cuts, how many those were, and how far the halves are apart."""
-    frames = [frame for frame in source if len(frame) and not (frame.first or frame.last)]
-    if len(frames) < _FRAMES_MIN:
-        raise CaptureError(f"{name}: {len(frames)} whole frames; a calibration needs at least {_FRAMES_MIN} of a sensor that "
-                         "stands still, better 20")
-    lines = min(max(_usual_lines(frame) for frame in frames), 4096)
-    first, second = _Sums(lines), _Sums(lines)
-    for index, frame in enumerate(frames):
-        (first if index < len(frames) // 2 else second).add(frame)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        apart = np.abs(first.sums[0] / first.count - second.sums[0] / second.count)
-    shift = float(np.nanmedian(apart)) if np.isfinite(apart).any() else 0.0
-    first.sums += second.sums
-    first.count += second.count
-    return first, len(frames), shift
+def _sum(source: Source, name: str) -> _Sums:
+    """Sums of all frames but those that the recording cuts."""
+    made = _Sums()
+    for frame in source:
+        if len(frame) and not (frame.first or frame.last):
+            made.add(frame)
+    if made.frames < _FRAMES_MIN:
+        raise CaptureError(f"{name}: {made.frames} whole frames; a calibration needs at least {_FRAMES_MIN} of a sensor that "
+                           "stands still, better 20")
+    return made
 
 
 def grid(capture: Union[str, os.PathLike[str]], profile: Any = None, **options: Any) -> Grid:
@@ -147,17 +161,18 @@ def grid(capture: Union[str, os.PathLike[str]], profile: Any = None, **options: 
     with open_source(name, columns="range,azimuth,elevation,line,pixel,eye", returns="first",
                      calibration=calibration.replace(eyes), **options) as source:
         is_span = source.profile["angle_lsb_deg"] == "span"
-        sums, frames, shift = _sum(source, name)
+        sums = _sum(source, name)
     ranges, variance, azimuth, elevation = sums.means()
     usual = float(np.nanmedian(variance)) if np.isfinite(variance).any() else 0.0
     noise = float(np.nanquantile(variance, 0.2)) if np.isfinite(variance).any() else 0.0
-    if shift > max(_MOVED_M, 4 * math.sqrt(noise / frames)):
+    shift = sums.shift_m()
+    if shift > max(_MOVED_M, 4 * math.sqrt(noise / sums.frames)):
         raise CaptureError(f"{name}: ranges change by {shift:.2f} m within the recording: the sensor has to stand still")
     with np.errstate(invalid="ignore"):
         ranges[variance > (3 * math.sqrt(usual) + _EDGE_M) ** 2] = np.nan
     shape = 2, sums.lines, PIXELS
     scale = (30.0, 10.0) if is_span else (1.0, 1.0)
-    made = Grid(name, frames, azimuth.reshape(shape) / scale[0], (elevation.reshape(shape) + 7.0) / scale[1],
+    made = Grid(name, sums.frames, azimuth.reshape(shape) / scale[0], (elevation.reshape(shape) + 7.0) / scale[1],
                 ranges.reshape(shape), np.sqrt(np.where(sums.count > 0, usual / np.maximum(sums.count, 1), np.nan)).reshape(shape),
                 sums.count.reshape(shape), is_span)
     _align(made)
