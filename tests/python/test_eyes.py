@@ -199,6 +199,22 @@ def test_a_capture_of_a_drive_is_refused(make_capture):
         _planes.grid(path)
 
 
+def test_a_mean_needs_no_more_memory_for_more_frames(make_capture, monkeypatch):
+    """Frames are let go as they are added."""
+    import weakref
+
+    seen, most, add = [], [], _planes._Sums.add
+
+    def watch(sums, frame):
+        seen.append(weakref.ref(frame))
+        most.append(sum(one() is not None for one in seen))
+        add(sums, frame)
+
+    monkeypatch.setattr(_planes._Sums, "add", watch)
+    path = make_capture("--scene", "room", "--pose", "0,0,1.2,0,0,0", "-n", 14, "--lines", 64)
+    assert _planes.grid(path).frames >= 10 and max(most) <= 3
+
+
 def test_a_capture_of_few_frames_is_refused(make_capture):
     with pytest.raises(lumsdk.CaptureError, match=r"2 whole frames; a calibration needs at least 5"):
         _planes.grid(make_capture("-n", 4))
