@@ -556,9 +556,10 @@ static lum_field find_eye(const finder *f, unsigned eye_bit)
         unsigned bits = 0;
         const lum_field field = eye_in_byte(f, at, eye_bit);
         const unsigned changing = restless(f, at, eye_bit, &bits);
-        const bool is_still = (changing & ~f->state->used.byte[at]) == 0;
-        const unsigned n = 2 * count_bits(bits) + (field.bits == 0 ? 1 : 0) +
-                           (is_still ? 32 : 0);
+        const bool is_still =
+            (changing & ~(unsigned)f->state->used.byte[at]) == 0;
+        const unsigned n = 2u * count_bits(bits) + (field.bits == 0 ? 1u : 0u) +
+                           (is_still ? 32u : 0u);
         if (field.bytes > 0 && n > most) {
             most = n;
             best = field;
