@@ -1131,6 +1131,23 @@ static void bad_words_are_skipped_alone(void **state)
     stream_free(s);
 }
 
+static void good_words_behind_many_bad_ones_keep_their_pixels(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    assert_int_equal(
+        send_words(s, BLUE, 1, 0, 0,
+                   WORDS(BAD, BAD, BAD, BAD, UP(1, 1), UP(2, 2), UP(3, 2)), 7),
+        LUM_OK);
+    stream_end(s);
+    const lum_line *line = nth_line(s, 0);
+    assert_int_equal(line->word_count, 3);
+    assert_int_equal(line->words[0], UP(1, 1));
+    assert_int_equal(line->words[1], UP(2, 2));
+    assert_int_equal(line->words[2], UP(3, 2));
+    stream_free(s);
+}
+
 static void a_packet_of_bad_words_alone_is_accepted(void **state)
 {
     struct stream *s = stream_open();
@@ -1959,6 +1976,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(the_last_pixel_of_one_line_is_no_word_of_the_next),
     cmocka_unit_test(bad_words_of_a_dropped_packet_are_not_counted),
     cmocka_unit_test(bad_words_are_skipped_alone),
+    cmocka_unit_test(good_words_behind_many_bad_ones_keep_their_pixels),
     cmocka_unit_test(a_packet_of_bad_words_alone_is_accepted),
     cmocka_unit_test(bad_words_alone_find_room_in_a_full_line),
     cmocka_unit_test(words_that_do_not_all_fit_are_dropped_whole),

@@ -472,13 +472,33 @@ static void send_mixed(struct stream *s)
     static const uint32_t second[] = {0x00003400 | 7, 0x00004c00 | 8,
                                       0x00005400 | 6};
     static const uint32_t third[] = {0x00003400 | 7};
+    /* in order behind the others, in either order of bytes */
+    static const uint32_t fourth[] = {0x10000400 | 40, 0x11000400 | 41};
+    /* behind the others, and not in order */
+    static const uint32_t fifth[] = {0x10000400 | 60, 0x11000400 | 70,
+                                     0x12000400 | 65};
     assert_int_equal(send_words(s, LUM_EYE_BLUE, 1, 1000, 0, first, 3), LUM_OK);
     assert_int_equal(send_words(s, LUM_EYE_BLUE, 1, 1000, 3, second, 3),
                      LUM_OK);
     assert_int_equal(send_words(s, LUM_EYE_BLUE, 1, 1000, 3, third, 1),
                      LUM_E_DUPLICATE);
+    assert_int_equal(send_words(s, LUM_EYE_BLUE, 1, 1000, 6, fourth, 2),
+                     LUM_OK);
+    assert_int_equal(send_words(s, LUM_EYE_BLUE, 1, 1000, 8, fifth, 3), LUM_OK);
+    assert_int_equal(send_angles(s, LUM_EYE_BLUE, 1, 1000, 334, 334), LUM_OK);
     assert_int_equal(send_angles(s, LUM_EYE_BLUE, 1, 1000, 0, 334), LUM_OK);
     stream_end(s);
+}
+
+/* Words by their pixels, whatever they were sent in. */
+static void assert_mixed(const lum_line *line)
+{
+    static const uint32_t words[] = {
+        0x00001400 | 5,  0x00005400 | 6,  0x00003400 | 7,  0x00002400 | 9,
+        0xfffff400 | 9,  0x10000400 | 40, 0x11000400 | 41, 0x10000400 | 60,
+        0x12000400 | 65, 0x11000400 | 70};
+    assert_int_equal(line->word_count, COUNT(words));
+    assert_memory_equal(line->words, words, sizeof words);
 }
 
 static void lines_are_the_same_in_either_order(void **state)
@@ -487,7 +507,7 @@ static void lines_are_the_same_in_either_order(void **state)
     (void)state;
     send_mixed(plain);
     const lum_line *want = nth_line(plain, 0);
-    assert_int_equal(want->word_count, 5);
+    assert_mixed(want);
     for (unsigned i = 0; i < 4; i++) {
         struct stream *s = stream_new();
         s->layout.profile.sample_order = (uint8_t)(i & 1u);
@@ -495,10 +515,9 @@ static void lines_are_the_same_in_either_order(void **state)
         stream_begin(s);
         send_mixed(s);
         const lum_line *line = nth_line(s, 0);
-        assert_int_equal(line->word_count, want->word_count);
-        assert_memory_equal(line->words, want->words, 5 * sizeof(uint32_t));
+        assert_mixed(line);
         assert_memory_equal(line->angles, want->angles,
-                            334 * sizeof(lum_angle));
+                            668 * sizeof(lum_angle));
         assert_int_equal(counters(s)->bad_words, 1);
         stream_free(s);
     }
@@ -669,6 +688,38 @@ static void a_receiver_takes_ticks_and_the_other_order(void **state)
     assert_int_equal(lum_receiver_push(&r, &g), LUM_E_STRAY);
 }
 
+/* The clock of a receiver's first line, of 16 bits. */
+static uint32_t first_clock(uint64_t raw)
+{
+    static lum_receiver r;
+    static uint32_t room[4];
+    uint8_t sample[4];
+    lum_profile p = usual();
+    p.samples_at = 40;
+    p.group[LUM_FIELD_TIMESTAMP] = (lum_field){32, 2, 0, 0, 0};
+    const lum_layout layout = checked(&p);
+    assert_int_equal(
+        lum_receiver_init(&r, &layout, LUM_RECEIVER_GAP_US, room, COUNT(room)),
+        LUM_OK);
+    lum_group_word_encode(&layout, lum_word_make(9, true, 3), sample);
+    const lum_group g = {.samples = sample,
+                         .line = 1,
+                         .num_samples = 1,
+                         .clock_raw = raw,
+                         .tag = LUM_TAG_RANGES};
+    assert_int_equal(lum_receiver_push(&r, &g), LUM_OK);
+    return (uint32_t)lum_receiver_line(&r)->clock_us;
+}
+
+static void a_receivers_first_clock_is_as_sent(void **state)
+{
+    (void)state;
+    assert_int_equal(first_clock(0), 0);
+    assert_int_equal(first_clock(0x7fff), 0x7fff);
+    assert_int_equal(first_clock(0x8000), 0x8000);
+    assert_int_equal(first_clock(0xffff), 0xffff);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -692,6 +743,7 @@ int main(void)
         cmocka_unit_test(bits_of_a_clock_wrap_with_their_width),
         cmocka_unit_test(far_clocks_are_strays_and_harm_nothing),
         cmocka_unit_test(a_receiver_takes_ticks_and_the_other_order),
+        cmocka_unit_test(a_receivers_first_clock_is_as_sent),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
