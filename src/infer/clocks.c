@@ -98,10 +98,9 @@ static size_t extend(const watch *w, lum_field field)
     for (size_t i = 1; i < w->count; i++) {
         const uint64_t now = lum_infer_value(w->packets[i]->bytes, field);
         const uint64_t up = (now - last) << (64u - bits);
-        const int64_t step =
-            up < UINT64_C(1) << 63
-                ? (int64_t)(up >> (64u - bits))
-                : -(int64_t)((UINT64_C(0) - up) >> (64u - bits));
+        const int64_t step = up < UINT64_C(1) << 63
+                                 ? (int64_t)(up >> (64u - bits))
+                                 : -(int64_t)(~up >> (64u - bits)) - 1;
         back += step < 0;
         /* No sum of steps leaves 64 bits. */
         w->ticks[i] = step > INT64_MAX / (int64_t)TRIAL ||
