@@ -289,6 +289,7 @@ static int find_lines(lum_infer_state *state, lum_infer_result *out)
 
 static int solve(lum_infer_state *state, lum_infer_result *out)
 {
+    lum_layout layout;
     int r = find_samples(state, out);
     r = r == 0 ? find_group(state, out) : r;
     r = r == 0 ? find_lines(state, out) : r;
@@ -302,8 +303,12 @@ static int solve(lum_infer_state *state, lum_infer_result *out)
         return none(out, LUM_INFER_NOTHING_FITS,
                     "the best reading explains fewer than half of the packets");
     }
-    out->has_profile = true;
     fill_profile(state, &out->profile);
+    if (lum_layout_init(&layout, &out->profile, NULL, NULL) != LUM_OK) {
+        return none(out, LUM_INFER_NOTHING_FITS,
+                    "the fields that fit best overlap as no profile can say");
+    }
+    out->has_profile = true;
     lum_infer_report(state, out);
     return 0;
 }

@@ -38,6 +38,13 @@ group:
 sample_order: big
 angle_order: elevation_azimuth
 """
+# Two numbers in the bits of four bytes.
+PACKED = """version: 1
+group:
+  line: {at: 14, bytes: 4, bits: [0, 11]}
+  first_sample_index: {at: 14, bytes: 4, bits: [12, 27]}
+  num_samples: 18
+"""
 KEYS = ("data_packet_type", "group.tag", "group.eye", "group.line", "group.num_samples", "group.first_sample_index",
         "group.timestamp", "group.samples", "eye_values", "angle_order", "angle_lsb_deg", "line_span_us")
 FRAMES = ("--frames", "2", "--lines", "64")
@@ -242,6 +249,9 @@ class NothingFound(Case):
         frames = [udp(MAGIC + struct.pack("<I", 8), sport=50000, dport=5517)] * 30 + \
                  [udp(MAGIC + struct.pack("<III", 6, 5, n)) for n in range(30)]
         self.nothing(self.folder.write("c.pcap", pcap(frames)), "too little")
+
+    def test_fields_that_no_profile_can_say(self):
+        self.nothing(self.capture(PACKED), "nothing fits", "overlap")
 
     def test_a_few_packets(self):
         source = self.capture(OTHER)
