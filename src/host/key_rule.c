@@ -23,22 +23,21 @@ bool lum_key_rule_takes_numbers(const lum_key_rule *rule)
     return rule->min <= rule->max;
 }
 
-/* The number from at on and behind blanks, if that character ends it; the place
- * behind it, or 0. */
-static size_t read_part(lum_key_given given, size_t at, char end, int64_t *out)
+/* Takes a number, blanks before it, and the character that ends it. */
+static bool take_part(lum_key_given *left, char end, int64_t *out)
 {
-    while (at < given.len && given.text[at] == ' ') {
-        at++;
+    const char *from = left->text;
+    const char *const at = memchr(from, end, left->len);
+    if (at == NULL) {
+        return false;
     }
-    size_t behind = at;
-    while (behind < given.len && given.text[behind] != end) {
-        behind++;
+    left->len -= (size_t)(at + 1 - from);
+    left->text = at + 1;
+    while (*from == ' ') {
+        from++;
     }
-    return behind < given.len &&
-                   lum_key_number_parse(given.text + at, behind - at, 0, true,
-                                        out) == LUM_KEY_NUMBER_FINE
-               ? behind + 1u
-               : 0;
+    return lum_key_number_parse(from, (size_t)(at - from), 0, true, out) ==
+           LUM_KEY_NUMBER_FINE;
 }
 
 static const char *read_pair(const lum_key_rule *rule, lum_key_given given,
@@ -50,12 +49,12 @@ static const char *read_pair(const lum_key_rule *rule, lum_key_given given,
     if (given.is_quoted) {
         return "is text; write [LOW, HIGH], without quotes";
     }
-    if (given.len == 0 || given.text[0] != '[') {
+    if (memchr(given.text, '[', given.len) != given.text) {
         return none;
     }
-    size_t at = read_part(given, 1, ',', &low);
-    at = at > 0 ? read_part(given, at, ']', &high) : 0;
-    if (at != given.len) {
+    lum_key_given left = {given.text + 1, given.len - 1, false};
+    if (!take_part(&left, ',', &low) || !take_part(&left, ']', &high) ||
+        left.len != 0) {
         return none;
     }
     if (low < rule->min || low > rule->max || high < rule->min ||

@@ -6,8 +6,10 @@
 #include <cmocka.h>
 
 #include "host/key_rule.h"
+#include "support.h"
 
 #include <stdbool.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const lum_key_word sizes[] = {{"small", -1}, {"large", 3}, {NULL, 0}};
@@ -25,6 +27,8 @@ static const lum_key_rule both = {.words = sizes,
                                   .allowed = "a size from 8 to 64"};
 static const lum_key_rule pair = {
     .words = sizes, .min = 2, .max = 9, .pair = true};
+static const lum_key_rule rare = {
+    .words = sizes, .min = 2, .max = 9, .rare = true, .usual = 77};
 static const lum_key_rule single = {.min = 5, .max = 5, .whole = true};
 
 static const char *read_text(const lum_key_rule *rule, const char *text,
@@ -114,6 +118,7 @@ static void both_numbers_of_a_pair_are_held_to_their_range(void **state)
     assert_refused(&pair, "[1, 9]", "is out of range");
     assert_refused(&pair, "[10, 10]", "is out of range");
     assert_refused(&pair, "[3, 1]", "is out of range");
+    assert_refused(&pair, "[10, 3]", "is out of range");
     assert_refused(&pair, "[2, 10]", "is out of range");
     assert_refused(&pair, "[3, 2]", "has the higher number first");
     assert_string_equal(read_text(&pair, "[2, 9]", true, &number),
@@ -131,6 +136,31 @@ static void a_text_need_not_end(void **state)
     assert_null(
         lum_key_rule_read(&both, (lum_key_given){"123", 2, false}, &number));
     assert_true(number == 12);
+    assert_null(lum_key_rule_read(&pair, (lum_key_given){"[2,  9]]", 7, false},
+                                  &number));
+    assert_true(number == LUM_KEY_PAIR(2, 9));
+}
+
+/* Nothing behind it is looked at. */
+static void a_pair_that_is_cut_is_none(void **state)
+{
+    static const char whole[] = "[2,  9]]";
+    const size_t end = strlen(whole) - 1;
+    (void)state;
+    for (size_t len = 0; len <= end + 1; len++) {
+        char *const text = (char *)exact_copy(whole, len);
+        int64_t number = 77;
+        const char *const why = lum_key_rule_read(
+            &pair, (lum_key_given){text, len, false}, &number);
+        if (len == end) {
+            assert_null(why);
+            assert_true(number == LUM_KEY_PAIR(2, 9));
+        } else {
+            assert_string_equal(why, "is not [LOW, HIGH], two whole numbers");
+            assert_true(number == 77);
+        }
+        free(text);
+    }
 }
 
 static void assert_value(const lum_key_rule *rule, int64_t number,
@@ -176,6 +206,7 @@ static void what_is_allowed_is_said(void **state)
     assert_allowed(&both, "small or large, or a size from 8 to 64");
     assert_true(lum_key_rule_takes_numbers(&both));
     assert_true(lum_key_rule_takes_numbers(&single));
+    assert_true(lum_key_rule_takes_numbers(&rare));
     assert_false(lum_key_rule_takes_numbers(&word));
 }
 
@@ -188,6 +219,7 @@ int main(void)
         cmocka_unit_test(a_word_may_be_quoted_but_no_number),
         cmocka_unit_test(both_numbers_of_a_pair_are_held_to_their_range),
         cmocka_unit_test(a_text_need_not_end),
+        cmocka_unit_test(a_pair_that_is_cut_is_none),
         cmocka_unit_test(values_are_written_as_they_are_read),
         cmocka_unit_test(what_is_allowed_is_said),
     };
