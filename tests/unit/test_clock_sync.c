@@ -195,6 +195,13 @@ static void a_reset_is_a_second_from_where_the_clock_should_be(void **state)
     assert_int_equal(resets_after(-S - 2 * MS), 1);
 }
 
+static void a_wrap_is_no_reset_but_half_of_one_is(void **state)
+{
+    (void)state;
+    assert_int_equal(resets_after(WRAP_US * US), 0);
+    assert_int_equal(resets_after(WRAP_US / 2 * US), 1);
+}
+
 static void a_small_jump_makes_what_was_known_worthless(void **state)
 {
     struct sensor s = {100 * S, 0};
@@ -589,6 +596,7 @@ int main(void)
         cmocka_unit_test(any_number_of_wraps_may_pass_between_two_exchanges),
         cmocka_unit_test(a_clock_that_begins_anew_begins_the_estimate_anew),
         cmocka_unit_test(a_reset_is_a_second_from_where_the_clock_should_be),
+        cmocka_unit_test(a_wrap_is_no_reset_but_half_of_one_is),
         cmocka_unit_test(a_small_jump_makes_what_was_known_worthless),
         cmocka_unit_test(the_ends_of_time_do_not_overflow),
         cmocka_unit_test(no_two_times_overflow),

@@ -49,9 +49,10 @@ static void break_config(struct rig *r, unsigned i)
     } else if (i < 6) {
         r->layout.profile.group[LUM_FIELD_TIMESTAMP].bytes =
             (uint8_t)(i == 4 ? 0 : 2);
-    } else if (i == 6) {
-        r->layout.profile.group[LUM_FIELD_TIMESTAMP].bits = 31;
-    } else if (i == 7) {
+    } else if (i < 8) {
+        r->layout.profile.group[LUM_FIELD_TIMESTAMP].bits =
+            (uint8_t)(i == 6 ? 31 : 1);
+    } else if (i == 8) {
         r->layout.profile.clock_unit_ns = 100;
     } else {
         r->calibration.tof_lsb_fs = 0;
@@ -123,7 +124,7 @@ static void a_zone_may_be_a_point(void **state)
 static void a_configuration_out_of_range_is_refused_and_stops(void **state)
 {
     (void)state;
-    for (unsigned i = 0; i < 20; i++) {
+    for (unsigned i = 0; i < 21; i++) {
         struct rig *const r = rig_new();
         assert_int_equal(rig_init(r), LUM_OK);
         if (i < 5) {
@@ -137,6 +138,17 @@ static void a_configuration_out_of_range_is_refused_and_stops(void **state)
         expect_dead(r);
         rig_free(r);
     }
+}
+
+static void a_clock_may_be_32_bits_of_a_wider_field(void **state)
+{
+    struct rig *const r = rig_new();
+    (void)state;
+    r->layout.profile.group[LUM_FIELD_TIMESTAMP] =
+        (lum_field){24, 8, LUM_ORDER_BIG, 3, 32};
+    r->layout.profile.samples_at = 32;
+    assert_int_equal(rig_init(r), LUM_OK);
+    rig_free(r);
 }
 
 /* The state with which a gateway begins, with any content of its memory. */
@@ -212,6 +224,7 @@ int main(void)
         cmocka_unit_test(a_gateway_that_was_not_begun_stops),
         cmocka_unit_test(a_zone_may_be_a_point),
         cmocka_unit_test(a_configuration_out_of_range_is_refused_and_stops),
+        cmocka_unit_test(a_clock_may_be_32_bits_of_a_wider_field),
         cmocka_unit_test(a_gateway_begins_with_nothing_seen),
         cmocka_unit_test(the_first_stop_is_of_blindness_and_no_object),
         cmocka_unit_test(one_line_and_one_hit_are_enough_to_ask_for),

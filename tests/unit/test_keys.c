@@ -371,6 +371,12 @@ static void a_rare_value_is_written_where_it_is_not_the_usual_one(void **state)
     assert_non_null(strstr(text, "    unit_ns: 999\n"));
     assert_null(strstr(text, "sample_order"));
     assert_null(strstr(text, "bits"));
+    set(&keys, "group.timestamp.unit_ns", "1000");
+    (void)lum_keys_write(&keys, text, sizeof text);
+    assert_non_null(strstr(text, "  timestamp:\n"
+                                 "    at: 20\n"
+                                 "    bytes: 4\n"
+                                 "  samples: 24\n"));
 }
 
 static void what_does_not_fit_is_cut_and_its_length_told(void **state)

@@ -203,6 +203,23 @@ static void a_start_comes_back_field_by_field(void **state)
     assert_same(&p, &start);
 }
 
+/* Whatever the order of its bytes is. */
+static void bits_of_a_start_are_all_or_a_pair(void **state)
+{
+    lum_profile start;
+    lum_keys keys;
+    char text[LUM_KEY_VALUE_BYTES];
+    (void)state;
+    lum_profile_default(&start);
+    start.group[LUM_FIELD_EYE].bits = 8;
+    start.group[LUM_FIELD_LINE].order = LUM_ORDER_BIG;
+    lum_keys_of_profile(&keys, &start);
+    assert_int_equal(lum_keys_get(&keys, "group.eye.bits", text), LUM_OK);
+    assert_string_equal(text, "[0, 7]");
+    assert_int_equal(lum_keys_get(&keys, "group.line.bits", text), LUM_OK);
+    assert_string_equal(text, "all");
+}
+
 static void each_key_reaches_its_field(void **state)
 {
     (void)state;
@@ -543,6 +560,26 @@ static void fields_whose_bits_are_apart_are_not_named(void **state)
             {"group.line.bytes", "1", 6}, {"group.line.bits", "[3, 6]", 7});
 }
 
+/* The line's bits begin where the tag's end, and the eye's are among them; then
+ * the tag's are. */
+static void bits_that_touch_are_apart(void **state)
+{
+    (void)state;
+    REFUSED("group.line", 7,
+            "bytes 12 to 13 overlap group.eye, 12 to 13; fields must not share "
+            "a bit",
+            {"group.tag.bytes", "2", 1}, {"group.tag.bits", "[0, 0]", 1},
+            {"group.eye", "12", 2}, {"group.eye.bytes", "2", 2},
+            {"group.eye.bits", "[9, 9]", 3}, {"group.line", "12", 4},
+            {"group.line.bits", "[1, 9]", 7});
+    REFUSED("group.line", 7,
+            "bytes 12 to 13 overlap group.tag, 12 to 13; fields must not share "
+            "a bit",
+            {"group.tag.bytes", "2", 1}, {"group.tag.bits", "[3, 3]", 1},
+            {"group.eye", "20", 2}, {"group.timestamp", "none", 2},
+            {"group.line", "12", 4}, {"group.line.bits", "[1, 9]", 7});
+}
+
 /* It has a place, but no bytes. */
 static void a_field_that_is_none_is_not_named(void **state)
 {
@@ -747,6 +784,7 @@ int main(void)
         cmocka_unit_test(every_key_of_a_profile_is_described),
         cmocka_unit_test(words_and_units_are_told),
         cmocka_unit_test(a_start_comes_back_field_by_field),
+        cmocka_unit_test(bits_of_a_start_are_all_or_a_pair),
         cmocka_unit_test(each_key_reaches_its_field),
         cmocka_unit_test(a_field_that_was_none_gets_its_usual_width),
         cmocka_unit_test(each_order_is_its_own),
@@ -762,6 +800,7 @@ int main(void)
         cmocka_unit_test(bits_that_are_shared_are_refused),
         cmocka_unit_test(bits_of_other_bytes_are_refused),
         cmocka_unit_test(fields_whose_bits_are_apart_are_not_named),
+        cmocka_unit_test(bits_that_touch_are_apart),
         cmocka_unit_test(a_field_that_is_none_is_not_named),
         cmocka_unit_test(bits_that_a_width_has_not_are_refused),
         cmocka_unit_test(pairs_are_read_as_they_are_written),
