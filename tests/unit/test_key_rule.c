@@ -144,11 +144,11 @@ static void a_text_need_not_end(void **state)
 /* Nothing behind it is looked at. */
 static void a_pair_that_is_cut_is_none(void **state)
 {
-    static const char whole[] = "[2,  9]]";
-    const size_t end = strlen(whole) - 1;
+    static const char given[] = "[2,  9]]";
+    const size_t end = strlen(given) - 1;
     (void)state;
     for (size_t len = 0; len <= end + 1; len++) {
-        char *const text = (char *)exact_copy(whole, len);
+        char *const text = (char *)exact_copy(given, len);
         int64_t number = 77;
         const char *const why = lum_key_rule_read(
             &pair, (lum_key_given){text, len, false}, &number);
