@@ -22,6 +22,7 @@
 #ifndef LUM_ASSEMBLER_H
 #define LUM_ASSEMBLER_H
 
+#include "lum/clock.h"
 #include "lum/group.h"
 #include "lum/profile.h"
 #include "lum/result.h"
@@ -133,10 +134,8 @@ typedef struct lum_reach {
 
 /** The clock of the sensor's packets. Private: only stream.c changes it. */
 typedef struct lum_stream {
-    uint32_t begun;   /**< private: a packet came since start or flush */
-    uint32_t unit_ns; /**< private: length of a tick */
-    uint64_t mask;    /**< private: bits of the clock; 0: there is none */
-    uint64_t ticks;   /**< private: of the last packet but strays */
+    uint32_t begun;  /**< private: a packet came since start or flush */
+    lum_clock clock; /**< private */
 } lum_stream;
 
 /** The same of one eye. Private: only stream.c changes it. */

@@ -121,9 +121,7 @@ typedef struct lum_receiver {
     uint32_t word_room;             /**< private */
     lum_line *line;                 /**< private: of the packet at hand */
     uint32_t clock_us;              /**< private: of the last but strays */
-    uint32_t unit_ns;               /**< private: length of a tick */
-    uint64_t mask;                  /**< private: bits of the clock; 0: none */
-    uint64_t ticks;                 /**< private: of the last but strays */
+    lum_clock clock;                /**< private */
     lum_receiver_counters counters; /**< private */
     lum_receiver_eye eye[LUM_EYES]; /**< private */
 } lum_receiver;

@@ -141,10 +141,15 @@ static void pack_angles(lum_pack *p, lum_line_slot *slot, bool matters)
 
 /* --- Open and closed lines --- */
 
+static uint64_t last_ticks(const lum_assembler *a)
+{
+    return a->stream.clock.lowest + a->stream.clock.half;
+}
+
 /* The clock of the last packet, which others are near. */
 static int64_t last_us(const lum_assembler *a)
 {
-    return lum_clock_us(a->stream.ticks, a->stream.unit_ns);
+    return lum_clock_us(last_ticks(a), a->stream.clock.unit_ns);
 }
 
 static void pack_slot(lum_pack *p, const lum_assembler *a, uint32_t from,
@@ -246,9 +251,11 @@ static void pack_span(lum_pack *p, lum_frame_span *span)
 bool lum_assembler_pack(lum_assembler *a, uint32_t from, lum_pack *pack)
 {
     lum_pack *p = pack;
+    uint64_t ticks = last_ticks(a);
     pack_span(p, &a->frames);
     lum_pack_u32(p, &a->stream.begun);
-    lum_pack_u64(p, &a->stream.ticks);
+    lum_pack_u64(p, &ticks);
+    a->stream.clock.lowest = ticks - a->stream.clock.half;
     (void)lum_pack_check(p, last_us(a) >= CLOCK_MIN && last_us(a) <= CLOCK_MAX);
     for (unsigned e = 0; e < LUM_EYES && !p->has_failed; e++) {
         pack_frames(p, &a->eye[e].frames);

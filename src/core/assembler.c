@@ -64,7 +64,7 @@ lum_result lum_assembler_init(lum_assembler *a,
     a->angle_order = profile->angle_order;
     lum_lines_init(a, storage);
     lum_frames_init(a);
-    lum_stream_init(a, profile);
+    lum_clock_init(&a->stream.clock, profile);
     return LUM_OK;
 }
 
@@ -182,9 +182,7 @@ static lum_result place(lum_assembler *a, lum_eye_state *eye,
                         lum_line_slot **found)
 {
     lum_awaited *p = &a->awaited;
-    p->ticks =
-        lum_clock_follow(a->stream.ticks, p->group.clock_raw, a->stream.mask);
-    p->clock_us = lum_clock_us(p->ticks, a->stream.unit_ns);
+    p->clock_us = lum_clock_follow(&a->stream.clock, &p->group, &p->ticks);
     const enum lum_stream_place where =
         lum_stream_judge(&eye->stream, &p->clock_us, a->config.gap_us);
     lum_stream_take(a, &eye->stream, where);

@@ -1,31 +1,39 @@
 #include "clock.h"
 
 #include "bytes.h"
+#include "field.h"
 #include "product.h"
 
 uint64_t lum_clock_extend(uint64_t before, uint64_t raw, unsigned bits)
 {
-    return lum_clock_follow(before, raw, lum_low_bits(bits));
+    const uint64_t mask = lum_low_bits(bits);
+    const uint64_t half = mask ^ mask >> 1;
+    return before - half + ((raw - before + half) & mask);
 }
 
-uint64_t lum_clock_follow(uint64_t before, uint64_t raw, uint64_t mask)
+void lum_clock_init(lum_clock *clock, const lum_profile *profile)
 {
-    const uint64_t half = (mask >> 1) + 1u;
-    return before + (((raw - before) & mask) ^ half) - half;
+    const uint64_t mask =
+        lum_low_bits(clock_bits(&profile->group[LUM_FIELD_TIMESTAMP]));
+    clock->unit_ns = profile->clock_unit_ns;
+    clock->mask = mask;
+    clock->half = mask ^ mask >> 1;
 }
 
-/* The upper half of a product with 2^38 / 1000: whole for any ns. */
-static uint32_t whole_us(uint32_t ns)
+int64_t lum_clock_follow(const lum_clock *clock, const lum_group *group,
+                         uint64_t *ticks)
 {
-    return (uint32_t)(product_unsigned(ns, UINT32_C(0x10624dd3)) >> 32) >> 6;
+    const uint64_t lowest = clock->lowest;
+    *ticks = lowest + ((group->clock_raw - lowest) & clock->mask);
+    return lum_clock_us(*ticks, clock->unit_ns);
 }
 
 /* So many times 2^32 units, and 1000 times as many ticks, are added meanwhile:
- * ticks from 2^64 - 2^61 on, which are below 0, go over 2^64. */
-#define AHEAD 536871u
+ * ticks from 2^64 - 1000 x 2^52 on, which are below 0, go over 2^64. */
+#define AHEAD (UINT32_C(1) << 20)
 
-/* As on paper, by digits of 32 bits, the highest first: 2^32 is 4294967 times
- * 1000, and 296. */
+/* As on paper, by bytes from the highest on: a rest and a byte are less than
+ * 256,000, which a product with 2^22 / 125 divides exactly. */
 int64_t lum_clock_us(uint64_t ticks, uint32_t unit_ns)
 {
     uint32_t digits[3];
@@ -39,13 +47,12 @@ int64_t lum_clock_us(uint64_t ticks, uint32_t unit_ns)
          (ns >> 32);
     digits[1] = (uint32_t)ns;
     digits[2] = (uint32_t)(ns >> 32);
-    for (unsigned k = 0; k < 3u; k++) {
-        const unsigned i = 2u - k;
-        const uint32_t us = whole_us(digits[i]);
-        const uint32_t left = digits[i] - 1000u * us + 296u * rest;
-        const uint32_t more = whole_us(left);
-        digits[i] = 4294967u * rest + us + more;
-        rest = left - 1000u * more;
+    for (unsigned i = 0; i < 12u; i++) {
+        uint32_t *const digit = &digits[(11u - i) / 4u];
+        const uint32_t left = rest << 8 | *digit >> 24;
+        const uint32_t us = ((left >> 3) * 33555u) >> 22;
+        *digit = *digit << 8 | us;
+        rest = left - 1000u * us;
     }
     return signed64((uint64_t)(digits[1] - AHEAD * unit_ns) << 32 | digits[0]);
 }

@@ -70,7 +70,6 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
     if (len < p->samples_at + LUM_SAMPLE_BYTES) {
         return LUM_E_MALFORMED;
     }
-    const uint64_t tag = load_field(b, &p->group[LUM_FIELD_TAG]);
     for (unsigned f = LUM_FIELD_EYE; f < LUM_FIELD_TIMESTAMP; f++) {
         const uint64_t value = load_field(b, &p->group[f]);
         v[f] = (uint32_t)value;
@@ -86,6 +85,7 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
     if (excess != 0 || n > room || v[LUM_FIELD_EYE] != p->eye_values[eye]) {
         return LUM_E_MALFORMED;
     }
+    const uint64_t tag = load_field(b, &p->group[LUM_FIELD_TAG]);
     const uint32_t known = tag >> 32 == 0 ? (uint32_t)tag : 0;
     const lum_result r =
         lum_group_check(known, n, v[LUM_FIELD_FIRST_SAMPLE_INDEX]);

@@ -37,11 +37,13 @@ uint64_t lum_unsigned_by_parts(uint32_t a, uint32_t b)
 uint64_t lum_low_bits(unsigned bits)
 {
 #if LUM_BY_PARTS
-    uint64_t mask = 0;
-    for (unsigned i = 0; i < bits; i++) {
-        mask += mask + 1u;
+    uint32_t high = 0;
+    uint32_t low = 0;
+    for (unsigned left = bits; left > 0; left--) {
+        high += high + (low >> 31);
+        low += low + 1u;
     }
-    return mask;
+    return (uint64_t)high << 32 | low;
 #else
     return bits == 0 ? 0 : UINT64_MAX >> (64u - bits);
 #endif

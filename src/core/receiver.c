@@ -43,9 +43,7 @@ lum_result lum_receiver_init(lum_receiver *r, const lum_layout *layout,
     }
     memset(r, 0, sizeof *r);
     r->angle_order = profile->angle_order;
-    r->mask = lum_low_bits(clock_bits(&profile->group[LUM_FIELD_TIMESTAMP]));
-    r->ticks = r->mask ^ r->mask >> 1;
-    r->unit_ns = profile->clock_unit_ns;
+    lum_clock_init(&r->clock, profile);
     r->line_span_us = profile->line_span_us;
     r->gap_us = gap_us;
     r->words = words;
@@ -149,10 +147,11 @@ static void begin_anew(lum_receiver *r, lum_receiver_eye *eye)
 /* The clock of a packet (docs/protocol.md, section 6, Reassembly, rules 1 and
  * 2): returns false for a stray. */
 static LUM_ONE_COPY bool follow(lum_receiver *r, lum_receiver_eye *eye,
-                                uint64_t clock_raw)
+                                const lum_group *group)
 {
-    const uint64_t ticks = lum_clock_follow(r->ticks, clock_raw, r->mask);
-    const uint32_t clock_us = (uint32_t)lum_clock_us(ticks, r->unit_ns);
+    uint64_t ticks = 0;
+    const uint32_t clock_us =
+        (uint32_t)lum_clock_follow(&r->clock, group, &ticks);
     const uint32_t gap_us = r->gap_us;
     if (eye->has_heard && !is_within(clock_us - eye->newest_us, gap_us)) {
         if (!eye->has_candidate ||
@@ -169,7 +168,7 @@ static LUM_ONE_COPY bool follow(lum_receiver *r, lum_receiver_eye *eye,
     }
     eye->has_heard = true;
     r->clock_us = clock_us;
-    r->ticks = ticks;
+    clock_take(&r->clock, &ticks);
     return true;
 }
 
@@ -295,7 +294,7 @@ static LUM_ONE_COPY lum_result accept(lum_receiver *r, lum_receiver_eye *eye,
 static lum_result take(lum_receiver *r, const lum_group *group)
 {
     lum_receiver_eye *eye = &r->eye[group->eye];
-    if (!follow(r, eye, group->clock_raw)) {
+    if (!follow(r, eye, group)) {
         return LUM_E_STRAY;
     }
     if (!go_to_line(r, eye, group)) {

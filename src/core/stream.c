@@ -3,8 +3,6 @@
 #include "bytes.h"
 #include "check.h"
 #include "clock.h"
-#include "field.h"
-#include "product.h"
 
 int32_t lum_stream_lead(const int64_t *clock_us, const int64_t *other_us)
 {
@@ -12,17 +10,6 @@ int32_t lum_stream_lead(const int64_t *clock_us, const int64_t *other_us)
     const int32_t low = signed32((uint32_t)us);
     const int32_t limit = us >> 63 != 0 ? INT32_MIN : INT32_MAX;
     return us == (uint64_t)low ? low : limit;
-}
-
-/* In the middle of all values, so that the first is extended to itself. The
- * first packet of an eye sets all else. */
-void lum_stream_init(lum_assembler *a, const lum_profile *profile)
-{
-    const uint64_t mask =
-        lum_low_bits(clock_bits(&profile->group[LUM_FIELD_TIMESTAMP]));
-    a->stream.mask = mask;
-    a->stream.ticks = mask ^ mask >> 1;
-    a->stream.unit_ns = profile->clock_unit_ns;
 }
 
 /* Within 2^61 us of 0, 70,000 years: sums and differences of clocks fit. Only
@@ -59,7 +46,7 @@ void lum_stream_take(lum_assembler *a, lum_eye_stream *s,
     }
     LUM_CHECK(is_clock(clock_us));
     s->candidate_us = STREAM_LONG_AGO;
-    a->stream.ticks = a->awaited.ticks;
+    clock_take(&a->stream.clock, &a->awaited.ticks);
     if (place == STREAM_BREAK || a->stream.begun == 0) {
         /* silence of either eye is counted from here on */
         a->eye[LUM_EYE_BLUE].stream.heard_us = *clock_us;

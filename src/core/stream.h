@@ -15,8 +15,6 @@ enum lum_stream_place {
     STREAM_BREAK, /* the stream has jumped to it */
 };
 
-void lum_stream_init(lum_assembler *a, const lum_profile *profile);
-
 /* Judges a clock. */
 enum lum_stream_place lum_stream_judge(const lum_eye_stream *eye,
                                        const int64_t *clock_us,

@@ -41,28 +41,13 @@ static lum_result flip_marks(uint32_t *marks, uint32_t first, uint32_t n)
     return clear == 0 ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
 }
 
-static int16_t swapped(int16_t number)
-{
-    const unsigned bits = (uint16_t)number;
-    return signed16((uint16_t)(bits >> 8 | bits << 8));
-}
-
-/* Angles of the other byte order. */
-static void swap_bytes(lum_angle *angles, uint32_t n)
-{
-    for (uint32_t i = 0; i < n; i++) {
-        angles[i].azimuth = swapped(angles[i].azimuth);
-        angles[i].elevation = swapped(angles[i].elevation);
-    }
-}
-
 /* An int16_t may be written as its unsigned type, bit by bit as it came. With
  * vectors, angles in the order of lum_angle are copied as one row of numbers.
  */
 static void copy_angles(lum_angle *angles, const lum_group *group,
                         uint8_t angle_order)
 {
-    const unsigned swap = angle_order == LUM_AZIMUTH_ELEVATION ? 0 : 1;
+    const unsigned swap = angle_order; /* 0 or 1 */
     uint16_t *restrict to = (uint16_t *)angles;
     const uint8_t *restrict from = group->samples;
     const uint8_t *const end =
@@ -79,6 +64,16 @@ static void copy_angles(lum_angle *angles, const lum_group *group,
         to[swap] = load_u16(from);
         to[swap ^ 1u] = load_u16(from + 2);
         to += 2;
+    }
+}
+
+/* Angles of the other byte order. */
+static void swap_bytes(lum_angle *angles, uint32_t n)
+{
+    uint16_t *restrict numbers = (uint16_t *)angles;
+    for (uint32_t i = 0; i < 2u * n; i++) {
+        const unsigned bits = numbers[i];
+        numbers[i] = (uint16_t)(bits >> 8 | bits << 8);
     }
 }
 

@@ -315,7 +315,7 @@ static void a_packet_half_a_wrap_away_is_a_stray(void **state)
 /* As if forged jumps had led it there. */
 static void move_clock(struct stream *s, int64_t by_us)
 {
-    s->assembler.stream.ticks += (uint64_t)by_us;
+    s->assembler.stream.clock.lowest += (uint64_t)by_us;
     s->assembler.eye[BLUE].stream.newest_us += by_us;
 }
 

@@ -560,6 +560,18 @@ static void ticks_are_floored(void **state)
     }
 }
 
+/* From 2^64 - 1000 x 2^52 on. */
+static void the_lowest_ticks_are_those_that_still_are_below_0(void **state)
+{
+    const uint64_t lowest = 0u - (UINT64_C(1000) << 52);
+    (void)state;
+    assert_true(lum_clock_us(lowest, 1) == -(INT64_C(1) << 52));
+    assert_true(lum_clock_us(lowest + 1000u, 1) == 1 - (INT64_C(1) << 52));
+    assert_true(lum_clock_us(lowest - 1u, 1) ==
+                (int64_t)((lowest - 1u) / 1000u));
+    assert_true(lum_clock_us(lowest, 999) == -999 * (INT64_C(1) << 52));
+}
+
 static void a_clock_goes_on_past_2_to_63_ticks(void **state)
 {
     const uint64_t before = (UINT64_C(1) << 63) - 500;
@@ -737,6 +749,7 @@ int main(void)
         cmocka_unit_test(samples_in_the_other_order),
         cmocka_unit_test(lines_are_the_same_in_either_order),
         cmocka_unit_test(ticks_are_floored),
+        cmocka_unit_test(the_lowest_ticks_are_those_that_still_are_below_0),
         cmocka_unit_test(a_clock_goes_on_past_2_to_63_ticks),
         cmocka_unit_test(each_width_wraps_at_its_own_bits),
         cmocka_unit_test(an_assembler_hands_out_microseconds),
