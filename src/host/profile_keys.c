@@ -324,6 +324,12 @@ static void refuse_on_type(const refusal *r, lum_key_refusal *why)
 {
     const culprit c = field_culprit(r, r->index);
     lum_key_text text = begin(why, &c);
+    if (r->index == LUM_FIELD_TAG && r->profile->group[r->index].at == 8) {
+        lum_key_text_add(&text, "at 8 it is the packet type; allowed: 1 byte, "
+                                "or order little, with all bits or 2 and more "
+                                "from bit 0 on");
+        return;
+    }
     add(&text, "", r->profile->group[r->index].at,
         " lies on the packet type (bytes 8 to 11); allowed: 12 to 64, or 8 for "
         "group.tag alone");
@@ -497,6 +503,38 @@ static void refuse(const refusal *r, lum_profile_fault fault,
     add(&text, "refused: fault ", fault, " of the profile");
 }
 
+/* The first value that was set of what is none; VALUES: there is none. */
+static unsigned find_idle(const lum_key_value *v)
+{
+    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
+        if (v[FIELD(f) + AT].number != NOWHERE) {
+            continue;
+        }
+        for (unsigned i = BYTES; i < FIELD_VALUES; i++) {
+            if (v[FIELD(f) + i].place != 0) {
+                return FIELD(f) + i;
+            }
+        }
+        if (f == LUM_FIELD_TIMESTAMP && v[CLOCK_UNIT].place != 0) {
+            return CLOCK_UNIT;
+        }
+    }
+    return VALUES;
+}
+
+static void refuse_idle(const lum_keys *keys, unsigned index,
+                        lum_key_refusal *why)
+{
+    const lum_key_value *v = keys->values;
+    const unsigned f = index == CLOCK_UNIT ? (unsigned)LUM_FIELD_TIMESTAMP
+                                           : (index - GROUP) / FIELD_VALUES;
+    lum_key_text text = lum_key_refuse(why, path_of(index), v[index].place);
+    lum_key_text_add(&text, path_of(FIELD(f) + AT));
+    lum_key_text_add(&text, " is none");
+    lum_key_text_add(&text, lum_keys_origin(keys, v[FIELD(f) + AT].place));
+    lum_key_text_add(&text, "; give it an offset too, or leave this out");
+}
+
 lum_result lum_keys_profile(const lum_keys *keys, lum_profile *out,
                             lum_key_refusal *why)
 {
@@ -508,6 +546,11 @@ lum_result lum_keys_profile(const lum_keys *keys, lum_profile *out,
         lum_key_text text = lum_key_refuse(why, "", 0);
         lum_key_text_add(&text, "these are keys of a calibration");
         return LUM_E_TYPE;
+    }
+    const unsigned idle = find_idle(keys->values);
+    if (idle != VALUES) {
+        refuse_idle(keys, idle, why);
+        return LUM_E_VALUE;
     }
     take(keys->values, &p);
     if (lum_layout_init(&layout, &p, &fault, &r.index) != LUM_OK) {

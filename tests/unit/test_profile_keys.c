@@ -431,6 +431,10 @@ static void fields_on_the_type_are_refused(void **state)
             "9 lies on the packet type (bytes 8 to 11); allowed: 12 to 64, or "
             "8 for group.tag alone",
             {"group.tag", "9", 4});
+    REFUSED("group.tag", 5,
+            "at 8 it is the packet type; allowed: 1 byte, or order little, "
+            "with all bits or 2 and more from bit 0 on",
+            {"group.tag", "8", 4}, {"group.tag.bits", "[4, 7]", 5});
 }
 
 #define SHARE "; fields must not share bytes, unless both name bits"
@@ -588,6 +592,46 @@ static void a_field_that_is_none_is_not_named(void **state)
             "bytes 16 to 19 overlap group.first_sample_index, 18 to 19 (the "
             "default)" SHARE,
             {"group.num_samples", "none", 2}, {"group.timestamp", "16", 3});
+}
+
+#define NOT_NONE "; give it an offset too, or leave this out"
+
+/* In either order. */
+static void what_is_said_of_a_field_that_is_none_is_refused(void **state)
+{
+    (void)state;
+    REFUSED("group.timestamp.unit_ns", 3, "group.timestamp is none" NOT_NONE,
+            {"group.timestamp", "none", 2},
+            {"group.timestamp.unit_ns", "100", 3});
+    REFUSED("group.timestamp.unit_ns", 2, "group.timestamp is none" NOT_NONE,
+            {"group.timestamp.unit_ns", "1000", 2},
+            {"group.timestamp", "none", 3});
+    REFUSED("group.timestamp.bits", 3, "group.timestamp is none" NOT_NONE,
+            {"group.timestamp", "none", 2},
+            {"group.timestamp.bits", "[0, 7]", 3});
+    REFUSED("group.num_samples.bytes", 3, "group.num_samples is none" NOT_NONE,
+            {"group.num_samples", "none", 2},
+            {"group.num_samples.bytes", "1", 3});
+    REFUSED("group.num_samples.order", 3, "group.num_samples is none" NOT_NONE,
+            {"group.num_samples", "none", 2},
+            {"group.num_samples.order", "big", 3});
+}
+
+static void a_field_that_was_none_needs_an_offset(void **state)
+{
+    (void)state;
+    lum_profile start;
+    lum_profile p;
+    lum_keys keys;
+    lum_profile_default(&start);
+    start.group[LUM_FIELD_TIMESTAMP].bytes = 0;
+    lum_keys_of_profile(&keys, &start);
+    set(&keys, "group.timestamp.unit_ns", "100", 1);
+    assert_blamed(&keys, "group.timestamp.unit_ns", 1,
+                  "group.timestamp is none (as it was)" NOT_NONE);
+    set(&keys, "group.timestamp", "20", 2);
+    take(&keys, &p);
+    assert_int_equal(p.clock_unit_ns, 100);
 }
 
 static void bits_that_a_width_has_not_are_refused(void **state)
@@ -802,6 +846,8 @@ int main(void)
         cmocka_unit_test(fields_whose_bits_are_apart_are_not_named),
         cmocka_unit_test(bits_that_touch_are_apart),
         cmocka_unit_test(a_field_that_is_none_is_not_named),
+        cmocka_unit_test(what_is_said_of_a_field_that_is_none_is_refused),
+        cmocka_unit_test(a_field_that_was_none_needs_an_offset),
         cmocka_unit_test(bits_that_a_width_has_not_are_refused),
         cmocka_unit_test(pairs_are_read_as_they_are_written),
         cmocka_unit_test(what_is_none_has_nothing_to_keep),
