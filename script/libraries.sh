@@ -26,7 +26,8 @@ zig_tools() {
     done
 }
 
-# compile_static COMPILER AR ARCHIVE FLAG... -- FILE...: a static library.
+# compile_static COMPILER AR ARCHIVE FLAG... -- FILE...: a static library. Each function has a
+# section, so that a linker can leave out what nobody calls.
 compile_static() {
     local compiler=$1 ar=$2 archive=$3
     local -a flags=()
@@ -41,7 +42,7 @@ compile_static() {
     # shellcheck disable=SC2016,SC2154 # the inner shell's; of common.sh
     printf '%s\0' "$@" |
         xargs -0 -P "$jobs" -I SOURCE sh -c 'source=$1 objects=$2; shift 2; exec "$@" -c "$source" -o "$objects/${source##*/}.o"' \
-            compile SOURCE "$archive.objects" "$compiler" -O2 -w "${flags[@]}" || return 1
+            compile SOURCE "$archive.objects" "$compiler" -O2 -w -ffunction-sections -fdata-sections "${flags[@]}" || return 1
     "$ar" rcs "$archive" "$archive.objects"/*.o || return 1
     rm -r "$archive.objects"
 }
