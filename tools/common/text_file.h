@@ -2,6 +2,7 @@
 #ifndef LUM_TOOLS_TEXT_FILE_H
 #define LUM_TOOLS_TEXT_FILE_H
 
+#include "base/outfile.h"
 #include "lum/base/error.h"
 
 #include <stddef.h>
@@ -10,5 +11,10 @@
  * error and in errno: EPIPE where its reader has left. */
 int text_file_save(const char *path, const char *text, size_t len,
                    lum_error *error);
+
+/* The same, but its name waits for lum_outfile_finish(), and
+ * lum_outfile_discard() ends it. On -1 nothing is left to do. */
+int text_file_begin(const char *path, const char *text, size_t len,
+                    lum_outfile *file, lum_error *error);
 
 #endif

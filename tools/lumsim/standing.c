@@ -2,6 +2,7 @@
 
 #include "../common/number.h"
 #include "../common/option_table.h"
+#include "sim/blocks.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -115,6 +116,20 @@ bool standing_check(const struct options *o)
     return true;
 }
 
+/* The first block is the place itself. */
+static void name_bounds(lum_blocks blocks)
+{
+    const lum_block *b = &blocks.list[0];
+    for (int i = 0; i < 3; i++) {
+        const double middle = (double)b->middle[i];
+        const double half = (double)b->size[i] / 2.0;
+        (void)fprintf(stderr, "%s%c %sfrom %.4g to %.4g m", i == 0 ? "" : ", ",
+                      "xyz"[i], i == 0 ? "goes " : "", middle - half,
+                      middle + half);
+    }
+    (void)fputc('\n', stderr);
+}
+
 static bool refuse(const struct options *o, const char *eye)
 {
     (void)fprintf(stderr,
@@ -124,14 +139,10 @@ static bool refuse(const struct options *o, const char *eye)
                   eye, standing_scene(o), (double)LUM_SHAPE_NEAREST);
     switch (o->render.place.kind) {
     case LUM_PLACE_ROOM:
-        (void)fputs("x goes from -3.4 to 4.6 m, y from -3.4 to 2.6 m, z from 0 "
-                    "to 3 m\n",
-                    stderr);
+        name_bounds(lum_blocks_of_room());
         break;
     case LUM_PLACE_YARD:
-        (void)fputs("x goes from -15 to 15 m, y from -10 to 10 m, z from 0 to "
-                    "9 m\n",
-                    stderr);
+        name_bounds(lum_blocks_of_yard());
         break;
     case LUM_PLACE_STREET:
     default:

@@ -1,7 +1,8 @@
 #include "truth_yaml.h"
 
+#include "../common/text_file.h"
+
 #include "base/outfile.h"
-#include "base/outfile_io.h"
 #include "lum/host/keys.h"
 #include "standing.h"
 
@@ -38,35 +39,17 @@ static size_t make_text(const struct options *o, char out[TEXT_BYTES])
     return strlen(out);
 }
 
-static int put(lum_outfile *file, const struct options *o, lum_error *error)
-{
-    char text[TEXT_BYTES];
-    const size_t len = make_text(o, text);
-    for (size_t done = 0; done < len;) {
-        size_t written = 0;
-        const int failed =
-            lum_outfile_put(file, text + done, len - done, &written);
-        if (failed != 0) {
-            return lum_outfile_fail(file, failed, "cannot be written", error);
-        }
-        done += written;
-    }
-    return 0;
-}
-
 int truth_yaml_open(const char *path, const struct options *o,
                     struct truth_yaml **out, lum_error *error)
 {
+    char text[TEXT_BYTES];
     struct truth_yaml *t = calloc(1, sizeof *t);
     if (t == NULL) {
         return lum_error_set(error, "%s: not enough memory", path);
     }
-    if (lum_outfile_open(path, LUM_OUTFILE_WHOLE, &t->file, error) != 0) {
+    const size_t len = make_text(o, text);
+    if (text_file_begin(path, text, len, &t->file, error) != 0) {
         free(t);
-        return -1;
-    }
-    if (put(&t->file, o, error) != 0) {
-        truth_yaml_abort(t);
         return -1;
     }
     *out = t;
