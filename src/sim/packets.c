@@ -7,29 +7,54 @@
 /* As a sensor cuts the angles of a line. */
 static const uint32_t angle_cuts[] = {334, 334, 332};
 
-lum_result lum_packets_check(const lum_layout *layout, uint32_t lines)
-{
-    const lum_group angles = {.line = lines - 1,
-                              .num_samples = 334,
-                              .first_sample_index = 334,
-                              .tag = LUM_TAG_ANGLES};
-    const lum_group ranges = {
-        .line = lines - 1,
-        .num_samples = LUM_PACKET_BYTES_MAX / LUM_SAMPLE_BYTES,
-        .first_sample_index = 2 * LUM_RENDER_RETURNS_MAX * LUM_LINE_PIXELS,
-        .tag = LUM_TAG_RANGES};
-    uint8_t head[LUM_GROUP_HEAD_MAX];
-    size_t len = 0;
-    const lum_result result =
-        lum_group_encode(layout, &angles, head, sizeof head, &len);
-    return result != LUM_OK
-               ? result
-               : lum_group_encode(layout, &ranges, head, sizeof head, &len);
-}
-
 static unsigned bits_of(const lum_field *field)
 {
     return field->bits > 0 ? field->bits : 8u * field->bytes;
+}
+
+static uint64_t largest(unsigned field, uint32_t lines)
+{
+    switch ((enum lum_group_field)field) {
+    case LUM_FIELD_TAG:
+        return LUM_TAG_RANGES;
+    case LUM_FIELD_LINE:
+        return lines - 1u;
+    case LUM_FIELD_NUM_SAMPLES:
+        return LUM_PACKET_BYTES_MAX / LUM_SAMPLE_BYTES;
+    case LUM_FIELD_FIRST_SAMPLE_INDEX:
+        return 2u * LUM_RENDER_RETURNS_MAX * LUM_LINE_PIXELS;
+    case LUM_FIELD_EYE:
+    case LUM_FIELD_TIMESTAMP:
+    case LUM_GROUP_FIELDS:
+    default:
+        return 0;
+    }
+}
+
+unsigned lum_packets_bits(unsigned field, uint32_t lines)
+{
+    unsigned bits = 0;
+    for (uint64_t most = largest(field, lines); most > 0; most >>= 1) {
+        bits++;
+    }
+    return bits;
+}
+
+unsigned lum_packets_narrow(const lum_layout *layout, uint32_t lines)
+{
+    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
+        const unsigned bits = bits_of(&layout->profile.group[f]);
+        if (bits > 0 && bits < lum_packets_bits(f, lines)) {
+            return f;
+        }
+    }
+    return LUM_GROUP_FIELDS;
+}
+
+lum_result lum_packets_check(const lum_layout *layout, uint32_t lines)
+{
+    return lum_packets_narrow(layout, lines) == LUM_GROUP_FIELDS ? LUM_OK
+                                                                 : LUM_E_VALUE;
 }
 
 static uint64_t ticks_of(const lum_layout *layout, int64_t clock_us)

@@ -30,6 +30,17 @@ typedef struct lum_packet_batch {
     lum_sim_packet packets[LUM_PACKETS_LINE_MAX]; /**< in their order */
 } lum_packet_batch;
 
+/** Bits that the numbers of a field need in packets of frames with this many
+ * lines; 0: it has none of its own.
+ * @param field an ::lum_group_field.
+ * @param lines at least 1. */
+unsigned lum_packets_bits(unsigned field, uint32_t lines);
+
+/** The first field of a layout that is too narrow for them.
+ * @param lines at least 1.
+ * @return an ::lum_group_field; LUM_GROUP_FIELDS if none is. */
+unsigned lum_packets_narrow(const lum_layout *layout, uint32_t lines);
+
 /** Whether the packets of frames with this many lines fit the fields of a
  * layout.
  * @param lines at least 1.

@@ -125,7 +125,11 @@ class Options(Lumsim):
                 ("--calibration", "version: 1\nnonsense: 3\n", "nonsense"),
                 ("--profile", "version: 1\nangle_lsb_deg: 0.0001\n", "angle_lsb_deg"),
                 ("--profile", "version: 1\ngroup: {num_samples: {at: 16, bytes: 1}}\n",
-                 "too narrow")]:
+                 "group.num_samples is too narrow for what it has to hold: it has 8 bits and needs 9\n"),
+                ("--profile", "version: 1\ngroup: {first_sample_index: {at: 18, bytes: 2, bits: [4, 15]}}\n",
+                 "group.first_sample_index is too narrow for what it has to hold: it has 12 bits and needs"),
+                ("--profile", "version: 1\ngroup: {tag: {at: 12, bits: [7, 7]}}\n",
+                 "group.tag is too narrow for what it has to hold: it has 1 bit and needs 2\n")]:
             with self.subTest(text=text), tempfile.NamedTemporaryFile("w", suffix=".yaml") as f:
                 f.write(text)
                 f.flush()

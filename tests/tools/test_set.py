@@ -183,7 +183,7 @@ class Others(Case):
         text = self.refused("lumsim", "--replay", known, "--set", "tof_lsb_ps=12")
         self.assertIn("--set tof_lsb_ps=12: a key of a calibration does not go with --replay", text)
         text = self.refused("lumsim", "-o", self.folder / "x.pcap", "--set", "group.num_samples.bytes=1")
-        self.assertIn("lumsim: --set: a field of group is too narrow", text)
+        self.assertIn("lumsim: --set: group.num_samples is too narrow for what it has to hold: it has 8 bits and needs 9\n", text)
 
     def test_lumtable(self):
         file = self.folder.write("c.yaml", CALIBRATION)

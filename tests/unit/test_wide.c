@@ -239,9 +239,9 @@ static void a_tag_at_8_is_the_type(void **state)
         lum_profile p = usual();
         p.samples_at = 40;
         p.group[LUM_FIELD_TAG] = rows[i].tag;
-        assert_fault(&p,
-                     rows[i].fine ? LUM_PROFILE_FINE : LUM_PROFILE_FIELD_ON_TYPE,
-                     LUM_FIELD_TAG);
+        assert_fault(
+            &p, rows[i].fine ? LUM_PROFILE_FINE : LUM_PROFILE_FIELD_ON_TYPE,
+            LUM_FIELD_TAG);
     }
 }
 
