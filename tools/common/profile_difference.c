@@ -1,5 +1,6 @@
 #include "profile_difference.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 static void get(const lum_keys *keys, const char *key,
@@ -8,6 +9,22 @@ static void get(const lum_keys *keys, const char *key,
     if (lum_keys_get(keys, key, out) != LUM_OK) {
         out[0] = '\0';
     }
+}
+
+/* A field's offset has a key of its own, and what is none has nothing else. */
+static bool is_said(const lum_keys *keys, const char *key)
+{
+    char field[LUM_KEY_BYTES];
+    char value[LUM_KEY_VALUE_BYTES];
+    const char *last = strrchr(key, '.');
+    if (strncmp(key, "group.", 6) != 0 || last == key + 5) {
+        return true;
+    }
+    const size_t len = (size_t)(last - key);
+    memcpy(field, key, len);
+    field[len] = '\0';
+    get(keys, field, value);
+    return strcmp(last, ".at") != 0 && strcmp(value, "none") != 0;
 }
 
 size_t profile_differences(const lum_profile *one, const lum_profile *other,
@@ -23,7 +40,8 @@ size_t profile_differences(const lum_profile *one, const lum_profile *other,
         d->key = key.name;
         get(&keys[0], key.name, d->one);
         get(&keys[1], key.name, d->other);
-        count += strcmp(d->one, d->other) != 0 ? 1u : 0u;
+        const bool differs = strcmp(d->one, d->other) != 0;
+        count += differs && is_said(&keys[1], key.name) ? 1u : 0u;
     }
     return count;
 }
