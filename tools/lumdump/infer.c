@@ -130,15 +130,16 @@ static enum exit_status conclude_inference(struct inference *f,
     switch (result) {
     case PASS_DONE:
         return tell(f, error);
-    case PASS_FAILED:
-        return conclude_error(error, EXIT_FAILED);
+    case PASS_REFUSED:
+        return conclude_error(error, EXIT_BAD);
     case PASS_INTERRUPTED:
     case PASS_READER_LEFT:
+        return EXIT_DONE;
+    case PASS_FAILED:
     case PASS_SENSORS:
-    case PASS_REFUSED:
     case PASS_DROPPED:
     default:
-        return EXIT_DONE;
+        return conclude_error(error, EXIT_FAILED);
     }
 }
 
