@@ -6,6 +6,7 @@ import json
 import os
 import random
 import re
+import shlex
 import shutil
 import signal
 import struct
@@ -117,7 +118,7 @@ class Unsure(Case):
     def test_a_profile_is_written_and_called_unsure(self):
         r = self.infer(self.source)
         self.assertRegex(r.stderr, r"^lumdump: .*c\.pcap: unsure: ")
-        self.assertIn("\nA small margin: look at the points before you rely on this profile, or take a longer capture.\n", r.stderr)
+        self.assertIn(": look at the points before you rely on this profile, or take a longer capture.\n", r.stderr)
         self.assertIn("\nversion: 1\n", "\n" + r.stdout)
 
 
@@ -147,7 +148,10 @@ class Told(Case):
         self.assertIn("lumview", findings["eye_values"]["look"])
         text = self.infer(self.source, "-o", self.folder / "found.yaml").stderr
         self.assertRegex(text, r"\neye_values: .*\n    not told by .*\n    fits equally well: .*\n    what decides: ")
-        self.assertIn(f"\n  lumview {self.source} --profile {self.folder / 'found.yaml'} --profile other.yaml\n", text)
+        self.assertIn("\nTo look at two readings side by side, copy the profile as other.yaml, change the key in the copy, and:\n"
+                      f"  lumview {self.source} --profile {self.folder / 'found.yaml'} --profile other.yaml\n", text)
+        self.assertIn("\nTo look at two readings side by side, save the profile as profile.yaml, copy it as other.yaml, change the key in"
+                      f" the copy, and:\n  lumview {self.source} --profile profile.yaml --profile other.yaml\n", self.infer(self.source).stderr)
 
     def test_json_is_one_object_with_all_of_it(self):
         r = self.infer(self.source, "--json")
@@ -348,6 +352,21 @@ class Named(Case):
         r = run("lumdump", self.capture(OTHER))
         self.assertEqual(r.returncode, 1)
         self.follow(r.stderr)
+
+    def test_names_are_words_of_a_shell(self):
+        folder = self.folder / ("it's a long way; " + 180 * "x")
+        folder.mkdir()
+        source = folder / "-my drive.pcap"
+        source.write_bytes(self.capture(OTHER).read_bytes())
+        self.follow(run("lumdump", source).stderr)
+        r = self.infer(source, "-o", self.folder / "my profile.yaml")
+        command, = re.findall(r"(?m)^  (lumview .*)$", r.stderr)
+        self.assertEqual(shlex.split(command),
+                         ["lumview", str(source), "--profile", str(self.folder / "my profile.yaml"), "--profile", "other.yaml"])
+
+    def test_a_name_that_no_line_can_show_is_not_shown(self):
+        source = self.folder.write("a\nb.pcap", self.capture(OTHER).read_bytes())
+        self.assertIn("  lumdump CAPTURE --infer -o profile.yaml\n", run("lumdump", source).stderr)
 
     def test_packets_that_partly_fit_are_a_warning(self):
         source = self.capture()

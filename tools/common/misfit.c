@@ -1,5 +1,7 @@
 #include "misfit.h"
 
+#include "shell_word.h"
+
 #include <inttypes.h>
 #include <stdio.h>
 
@@ -48,25 +50,26 @@ void misfit_advise(const char *source, const char *capture, char *out,
                    size_t room)
 {
     if (capture != NULL) {
-        (void)snprintf(
-            out, room,
-            "lumdump %.200s --infer -o profile.yaml finds the layout, "
-            "for --profile profile.yaml",
-            capture);
+        (void)snprintf(out, room,
+                       "lumdump %s --infer -o profile.yaml finds the layout, "
+                       "for --profile profile.yaml",
+                       capture);
     } else {
         (void)snprintf(out, room,
-                       "record it by lumdump %.200s --laser --duration 3 -o "
+                       "record it by lumdump %s --laser --duration 3 -o "
                        "look.pcap; lumdump look.pcap --infer -o profile.yaml "
                        "finds the layout, for --profile profile.yaml",
                        source);
     }
 }
 
-const char *misfit_capture(const struct sources *sources)
+const char *misfit_capture(const struct sources *sources, char *out,
+                           size_t room)
 {
     for (size_t i = 0; i < sources->count; i++) {
-        if (sources_is_file(sources->paths[i])) {
-            return sources->paths[i];
+        if (sources_is_file(sources->paths[i]) &&
+            shell_word(sources->paths[i], out, room) != NULL) {
+            return out;
         }
     }
     return "CAPTURE";

@@ -1,7 +1,7 @@
 #include "conclude.h"
 
-#include "../common/misfit.h"
 #include "../common/number.h"
+#include "../common/shell_word.h"
 
 #include "targets.h"
 
@@ -16,16 +16,20 @@ enum exit_status conclude_error(const lum_error *error, enum exit_status status)
     return status;
 }
 
-const char *conclude_capture(const struct options *options)
+const char *conclude_capture(const struct options *options,
+                             char out[MISFIT_CAPTURE_BYTES])
 {
     for (size_t i = 0; options->is_live && i < options->output_count; i++) {
         const struct output_options *output = &options->outputs[i];
         if (options_is_capture(output->format) &&
-            !targets_rotates(options, i) && sources_is_file(output->name)) {
-            return output->name;
+            !targets_rotates(options, i) && sources_is_file(output->name) &&
+            shell_word(output->name, out, MISFIT_CAPTURE_BYTES) != NULL) {
+            return out;
         }
     }
-    return options->is_live ? NULL : misfit_capture(&options->sources);
+    return options->is_live
+               ? NULL
+               : misfit_capture(&options->sources, out, MISFIT_CAPTURE_BYTES);
 }
 
 static void warn(const struct options *o, const char *text)
@@ -159,13 +163,15 @@ static void warn_of_layout(const struct pass *pass)
     const struct options *o = pass->options;
     lum_demux_counters total = {.struct_size = sizeof total};
     char what[160];
-    char advice[400];
-    char text[600];
+    char capture[MISFIT_CAPTURE_BYTES];
+    char advice[MISFIT_ADVICE_BYTES + sizeof capture];
+    char text[sizeof what + sizeof advice + 2];
     lum_demux_total(lum_framer_demux(pass->framer), &total);
     if (!misfit_find(&total, what, sizeof what)) {
         return;
     }
-    misfit_advise(o->source, conclude_capture(o), advice, sizeof advice);
+    misfit_advise(o->source, conclude_capture(o, capture), advice,
+                  sizeof advice);
     (void)snprintf(text, sizeof text, "%s: %s", what, advice);
     warn(o, text);
 }
@@ -256,8 +262,9 @@ enum exit_status conclude(struct pass *pass, enum pass_result result,
         return refuse_sensor(pass);
     }
     if (conclude_lacks_data(pass)) {
+        char capture[MISFIT_CAPTURE_BYTES];
         diagnosis_print(&pass->diagnosis, pass->options->source,
-                        conclude_capture(pass->options), stderr);
+                        conclude_capture(pass->options, capture), stderr);
         return EXIT_FAILED;
     }
     return finish(pass, error);

@@ -2,6 +2,7 @@
 #ifndef LUMDUMP_CONCLUDE_H
 #define LUMDUMP_CONCLUDE_H
 
+#include "../common/misfit.h"
 #include "convert.h"
 
 enum exit_status {
@@ -15,9 +16,10 @@ enum exit_status {
 enum exit_status conclude_error(const lum_error *error,
                                 enum exit_status status);
 
-/* The capture that can tell the layout: of a sensor the recording of this run.
- * NULL: there is none. */
-const char *conclude_capture(const struct options *options);
+/* The capture that can tell the layout, as a word of a shell, which out may
+ * hold: of a sensor the recording of this run. NULL: there is none. */
+const char *conclude_capture(const struct options *options,
+                             char out[MISFIT_CAPTURE_BYTES]);
 
 /* Print the messages about what the capture says of itself. */
 void conclude_about(const struct options *options,

@@ -2,6 +2,7 @@
 
 #include "../common/interrupt.h"
 #include "../common/misfit.h"
+#include "../common/shell_word.h"
 #include "../common/text_file.h"
 #include "infer_report.h"
 #include "replay.h"
@@ -20,6 +21,8 @@ struct inference {
     lum_infer *infer;
     lum_capture *capture;
     struct infer_report report;
+    char capture_word[MISFIT_CAPTURE_BYTES];
+    char profile_word[MISFIT_CAPTURE_BYTES];
 };
 
 /* --- Reading --- */
@@ -93,9 +96,11 @@ static const char *target_of(const struct options *o)
     return o->json ? NULL : "-";
 }
 
-static const char *name_file(const char *target)
+static const char *name_file(struct inference *f, const char *target)
 {
-    return target == NULL || strcmp(target, "-") == 0 ? NULL : target;
+    return target == NULL || strcmp(target, "-") == 0
+               ? NULL
+               : shell_word(target, f->profile_word, sizeof f->profile_word);
 }
 
 /* The report comes first: on a terminal the profile follows it. */
@@ -159,8 +164,9 @@ enum exit_status infer_run(const struct options *options)
     }
     f->options = options;
     f->report.source = options->source;
-    f->report.capture = misfit_capture(&options->sources);
-    f->report.profile = name_file(target);
+    f->report.capture = misfit_capture(&options->sources, f->capture_word,
+                                       sizeof f->capture_word);
+    f->report.profile = name_file(f, target);
     const enum pass_result result = solve(f, &error);
     const enum exit_status status = conclude_inference(f, result, &error);
     lum_infer_free(f->infer);

@@ -98,13 +98,16 @@ static bool needs_look(const lum_infer_result *r)
 static void print_look(const struct infer_report *report, FILE *out)
 {
     if (needs_look(&report->result)) {
-        (void)fprintf(out,
-                      "\nTo look at two readings side by side, copy the "
-                      "profile, change the key in the copy, and:\n"
-                      "  lumview %s --profile %s --profile other.yaml\n",
-                      report->capture,
-                      report->profile != NULL ? report->profile
-                                              : "profile.yaml");
+        const char *profile = report->profile;
+        (void)fprintf(
+            out,
+            "\nTo look at two readings side by side, %s, change the "
+            "key in the copy, and:\n"
+            "  lumview %s --profile %s --profile other.yaml\n",
+            profile != NULL ? "copy the profile as other.yaml"
+                            : "save the profile as profile.yaml, copy it as "
+                              "other.yaml",
+            report->capture, profile != NULL ? profile : "profile.yaml");
     }
     (void)fputc('\n', out);
 }

@@ -10,8 +10,8 @@
 
 struct infer_report {
     const char *source;
-    const char *capture; /* of it, to name in a command */
-    const char *profile; /* file that it is written to; NULL: none */
+    const char *capture; /* of it, as a word of a shell */
+    const char *profile; /* file that it is written to, as such; NULL: none */
     uint64_t records;    /* that were read */
     bool is_truncated;
     lum_infer_result result;

@@ -291,8 +291,9 @@ static enum exit_status tell_end(struct live *l)
         lanes_have_failed(&l->lanes) ? EXIT_FAILED : EXIT_DONE;
     tell_notes(l);
     if (has_unknown_layout(&l->session)) {
+        char capture[MISFIT_CAPTURE_BYTES];
         diagnosis_print(&l->pass->diagnosis, l->options->source,
-                        conclude_capture(l->options), stderr);
+                        conclude_capture(l->options, capture), stderr);
         return EXIT_FAILED;
     }
     if (lacks_data(&l->session)) {

@@ -271,8 +271,8 @@ static void tell_doubt(struct link *l)
 {
     char what[160];
     char source[40] = "udp://";
-    char advice[400];
-    char text[600];
+    char advice[MISFIT_ADVICE_BYTES + sizeof source];
+    char text[sizeof what + sizeof advice + 24];
     if (decoder_misfit(l->decoder, what, sizeof what)) {
         (void)number_format_address(l->options.address.address,
                                     source + strlen(source));

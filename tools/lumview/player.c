@@ -113,11 +113,13 @@ static void tell_of_sources(struct player *p)
 static void tell_doubt(struct player *p)
 {
     char what[160];
-    char advice[400];
-    char text[600];
+    char capture[128];
+    char advice[MISFIT_ADVICE_BYTES + sizeof capture];
+    char text[sizeof what + sizeof advice + 2];
     if (decoder_misfit(p->decoder, what, sizeof what)) {
-        misfit_advise("", misfit_capture(p->options.sources), advice,
-                      sizeof advice);
+        misfit_advise(
+            "", misfit_capture(p->options.sources, capture, sizeof capture),
+            advice, sizeof advice);
         (void)snprintf(text, sizeof text, "%s: %s", what, advice);
         stage_set_doubt(p->stage, text);
     }
