@@ -394,6 +394,16 @@ class Named(Case):
         wrong = self.folder.write("p.yaml", "version: 1\ngroup: {samples: 25}\n")
         self.assertRegex(run("lumdump", source, "--profile", wrong).stderr, f"range words cannot be.*: lumdump {source} --infer")
 
+    def test_lines_that_all_lack_angles_name_it(self):
+        """The count of samples and the line are exchanged: short packets, which decode."""
+        source = self.capture("version: 1\ngroup: {line: 16, num_samples: 14}\n")
+        r = run("lumdump", source)
+        self.assertEqual(r.returncode, 0)
+        self.assertRegex(r.stderr, f"each of [0-9]+ lines lacks angles, so the layout may be another one: lumdump {source} --infer")
+        frames = [udp(p) for n in range(20) for p in list(line([word(1000, 5)] * 4, number=n, clock=1000 * n))[n > 0:]]
+        r = run("lumdump", self.folder.write("c.pcap", pcap(frames)))
+        self.assertNotIn("--infer", r.stderr)
+
     def test_clocks_that_jump_name_it(self):
         rng = random.Random(3)
         frames = [udp(group(2, 0, n // 3, [bytes(4)] * 334, n % 3 * 333, rng.getrandbits(32))) for n in range(90)]

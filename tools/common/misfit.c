@@ -37,6 +37,12 @@ bool misfit_find(const lum_demux_counters *counters, char *out, size_t room)
                        "%" PRIu64 " range words cannot be, against %" PRIu64
                        " good ones, so the layout may be another one",
                        a->bad_words, a->words);
+    } else if (a->lines >= LEAST && a->words >= LEAST &&
+               a->lines_missing_angles == a->lines) {
+        (void)snprintf(out, room,
+                       "each of %" PRIu64
+                       " lines lacks angles, so the layout may be another one",
+                       a->lines);
     } else if (a->stray >= LEAST && a->stray > good / 2u) {
         (void)snprintf(out, room,
                        "the clocks of %" PRIu64 " of %" PRIu64
