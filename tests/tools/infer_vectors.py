@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """infer_vectors.py BIN FOLDER...: lumdump --infer over captures whose layout is known: NAME.profile.yaml beside NAME.pcap, else the
-usual one. Those of infer-* and real-* are as a sensor sends them: the profile is found, sure, and gives the points of the true one.
-In the others times of capture are invented, 20 us a packet, so they tell no clock, and many have too few lines for all: what is found
-there gives the points of the true profile with the true clock and the true values of what the report calls not told. The last
-line counts: N passed, N failed."""
+usual one. Those of infer-* are as a sensor sends them: the profile is found, sure, and gives the points of the true one. In the
+others times of capture are invented, 20 us a packet, so they tell no clock, and many have too few lines for all: what is found
+there gives the points of the true profile with the true clock and the true values of what the report calls not told. That of
+real-* is found. The last line counts: N passed, N failed."""
 import hashlib
 import json
 import pathlib
@@ -14,7 +14,8 @@ import tempfile
 
 import yaml
 
-AS_SENT = re.compile(r"(infer|real)-")
+AS_SENT = re.compile(r"infer-")
+SURE = re.compile(r"(infer|real)-")
 # Line numbers with flipped bits: fewer bits of them explain more packets.
 DAMAGED = ("line-flips",)
 CLOCK = ("group.timestamp", "group.timestamp.unit_ns", "line_span_us")
@@ -60,7 +61,7 @@ class Capture:
         if (r.returncode == 0) != (got["profile"] is not None):
             return told, f"the exit status is {r.returncode}"
         if got["verdict"] != "found":
-            return told, "it is not sure" if AS_SENT.match(self.path.name) else None
+            return told, "it is not sure" if SURE.match(self.path.name) else None
         return told, self.complain(got)
 
     def complain(self, got):
