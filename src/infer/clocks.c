@@ -1,23 +1,17 @@
 #include "clocks.h"
 
 #include "fields.h"
+#include "spans.h"
+#include "ticks.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-/* Packets that a clock is looked for in; one after the other, since a narrow
- * one wraps. */
-#define TRIAL 4000u
 
 /* Fewer packets tell no clock. */
 #define CLOCK_MIN 16u
 
 /* Fewer lines lie on too many lines. */
 #define STARTS_MIN 5u
-
-/* Times of capture are late by milliseconds, so a unit that is not round is
- * believed of a capture this long. */
-#define LONG_NS INT64_C(100000000)
 
 /* How far from a line a clock's packets may lie, as a share of the time that
  * they span. Packets that are sent in batches are late by some of that; what
@@ -26,6 +20,9 @@
 
 /* Disorder and corruption turn fewer steps back than this. */
 #define BACK 0.25
+
+/* A field that rises by 1 in this share of packets counts them. */
+#define COUNTS 0.75
 
 /* How much worse a clock is whose byte order is not that of the counts. */
 #define OTHER_ORDER 0.05
@@ -39,8 +36,10 @@
 /* A unit this near to a round one is that. */
 #define ROUND 0.02
 
-/* In a short capture it is the likeliest so near to what was measured. */
-#define ROUGH 0.1
+/* If half of what was measured differs by more, the unit is not told, and the
+ * round one that is so near is the likeliest. */
+#define SPREAD 0.02
+#define ROUGH  0.1
 
 /* A clock of one byte wraps between lines, and then any unit can fit. */
 #define BYTE_BITS 8u
@@ -48,106 +47,87 @@
 /* Clocks of fewer bits may wrap between two lines, unseen. */
 #define NARROW_BITS 17u
 
+/* A clock's bits that change are more than a line number's, even in a short
+ * recording. */
+#define CLOCK_BITS 11u
+
+/* Another clock is about as fine with this many bits fewer that change. */
+#define FINE_BITS 3u
+
+/* Two clocks whose times differ by less, as a share of what they span, are
+ * the same. */
+#define SAME 0.001
+
 /* How a candidate follows the time of capture. */
 typedef struct trial {
     lum_field field;
     double badness;   /* of the line, and of steps back */
     double unit_ns;   /* length of a tick */
+    double spread;    /* share of it by which half of the measures differ */
     unsigned varying; /* bits that change */
-    unsigned bits;    /* of the field */
+    bool is_counter;  /* it counts packets */
 } trial;
 
 typedef struct watch {
     const lum_infer_state *state;
-    lum_infer_packet *const *packets;
-    size_t count;
-    int64_t *ticks; /* extended, of each */
-    double *sorted; /* room to sort in */
-    size_t *starts; /* which of them begin lines */
-    size_t start_count;
+    lum_infer_ticks t;
+    bool is_first; /* other fields are not known yet */
     double ones[8 * LUM_INFER_HEAD_BYTES];
+    trial best;
+    trial *trials; /* all that follow time */
+    size_t count;
 } watch;
 
 /* --- Following the time of capture --- */
 
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a;
-    const double y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *values, size_t n)
-{
-    qsort(values, n, sizeof *values, compare);
-    return values[n / 2];
-}
-
-static unsigned bits_of(lum_field field)
-{
-    return field.bits != 0 ? field.bits : 8u * field.bytes;
-}
-
-/* @return steps back. */
-static size_t extend(const watch *w, lum_field field)
-{
-    const unsigned bits = bits_of(field);
-    uint64_t last = lum_infer_value(w->packets[0]->bytes, field);
-    size_t back = 0;
-    w->ticks[0] = 0;
-    for (size_t i = 1; i < w->count; i++) {
-        const uint64_t now = lum_infer_value(w->packets[i]->bytes, field);
-        const uint64_t up = (now - last) << (64u - bits);
-        const int64_t step = up < UINT64_C(1) << 63
-                                 ? (int64_t)(up >> (64u - bits))
-                                 : -(int64_t)(~up >> (64u - bits)) - 1;
-        back += step < 0;
-        /* No sum of steps leaves 64 bits. */
-        w->ticks[i] = step > INT64_MAX / (int64_t)TRIAL ||
-                              step < -INT64_MAX / (int64_t)TRIAL
-                          ? w->ticks[i - 1]
-                          : w->ticks[i - 1] + step;
-        last = now;
-    }
-    return back;
-}
-
 /* The length of a tick: the median of what pairs of lines half of the capture
- * apart say. */
-static double slope(const watch *w)
+ * apart say.
+ * @return false where they say nothing. */
+static bool measure_slope(lum_infer_ticks *t, trial *out)
 {
-    const size_t half = w->start_count / 2;
+    const size_t half = t->start_count / 2;
     size_t n = 0;
-    for (size_t i = 0; i + half < w->start_count; i++) {
-        const size_t a = w->starts[i];
-        const size_t b = w->starts[i + half];
-        const int64_t ticks = w->ticks[b] - w->ticks[a];
+    for (size_t i = 0; i + half < t->start_count; i++) {
+        const size_t a = t->starts[i];
+        const size_t b = t->starts[i + half];
+        const int64_t ticks = t->ticks[b] - t->ticks[a];
         if (ticks != 0) {
-            w->sorted[n] =
-                (double)(w->packets[b]->time_ns - w->packets[a]->time_ns) /
-                (double)ticks;
+            t->sorted[n] = (double)(t->times[b] - t->times[a]) / (double)ticks;
             n++;
         }
     }
-    return n * 2 < w->start_count - half ? 0.0 : median(w->sorted, n);
+    if (n == 0 || n * 2 < t->start_count - half) {
+        return false;
+    }
+    out->unit_ns = lum_infer_quantile(t->sorted, n, 0.5);
+    out->spread = (lum_infer_quantile(t->sorted, n, 0.75) -
+                   lum_infer_quantile(t->sorted, n, 0.25)) /
+                  out->unit_ns;
+    return out->unit_ns > 0.0;
 }
 
-/* How far lines lie from it, as a share of the span. */
-static double stray(const watch *w, double unit_ns)
+/* The median of how far numbers lie from their median. */
+static double deviation(double *values, size_t n)
 {
-    const int64_t zero = w->packets[0]->time_ns;
-    const double span = (double)(w->packets[w->count - 1]->time_ns - zero);
-    const size_t n = w->start_count;
+    const double middle = lum_infer_quantile(values, n, 0.5);
     for (size_t i = 0; i < n; i++) {
-        w->sorted[i] = (double)(w->packets[w->starts[i]]->time_ns - zero) -
-                       unit_ns * (double)w->ticks[w->starts[i]];
+        values[i] =
+            values[i] < middle ? middle - values[i] : values[i] - middle;
     }
-    const double middle = median(w->sorted, n);
-    for (size_t i = 0; i < n; i++) {
-        const double off = w->sorted[i] - middle;
-        w->sorted[i] = off < 0 ? -off : off;
+    return lum_infer_quantile(values, n, 0.5);
+}
+
+/* How far lines lie from the time of capture, as a share of the span. */
+static double stray(lum_infer_ticks *t, double unit_ns)
+{
+    for (size_t i = 0; i < t->start_count; i++) {
+        const size_t at = t->starts[i];
+        t->sorted[i] = (double)(t->times[at] - t->times[0]) -
+                       unit_ns * (double)t->ticks[at];
     }
-    return span <= 0.0 ? 1.0 : median(w->sorted, n) / span;
+    return t->span_ns <= 0.0
+               ? 1.0
+               : deviation(t->sorted, t->start_count) / t->span_ns;
 }
 
 /* --- Bits of a clock --- */
@@ -156,10 +136,10 @@ static void count_ones(watch *w)
 {
     for (unsigned bit = 0; bit < 8u * LUM_INFER_HEAD_BYTES; bit++) {
         size_t n = 0;
-        for (size_t i = 0; i < w->count; i++) {
-            n += w->packets[i]->bytes[bit / 8u] >> bit % 8u & 1u;
+        for (size_t i = 0; i < w->t.count; i++) {
+            n += w->t.packets[i]->bytes[bit / 8u] >> bit % 8u & 1u;
         }
-        w->ones[bit] = (double)n / (double)w->count;
+        w->ones[bit] = (double)n / (double)w->t.count;
     }
 }
 
@@ -172,13 +152,14 @@ static bool is_varying(const watch *w, unsigned bit)
  * begins above it. */
 static unsigned count_varying(const watch *w, lum_field field)
 {
-    const unsigned bits = bits_of(field);
+    const unsigned bits = lum_infer_width(field);
     unsigned n = 0;
     unsigned lowest = 0;
     for (unsigned i = 0; i < bits; i++) {
-        const bool is = is_varying(w, lum_infer_bit_at(field, field.low + i));
-        n += is;
-        lowest += is && i < 8;
+        const bool changes =
+            is_varying(w, lum_infer_bit_at(field, field.low + i));
+        n += changes;
+        lowest += changes && i < 8;
     }
     return lowest == 0 ? 0 : n;
 }
@@ -186,7 +167,7 @@ static unsigned count_varying(const watch *w, lum_field field)
 /* The highest bit that is ever 1. */
 static unsigned top_bit(const watch *w, lum_field field)
 {
-    unsigned bits = bits_of(field);
+    unsigned bits = lum_infer_width(field);
     while (bits > 1 &&
            w->ones[lum_infer_bit_at(field, field.low + bits - 1u)] < 0.03) {
         bits--;
@@ -210,7 +191,7 @@ static bool is_same_byte(const watch *w, unsigned a, unsigned b)
  * not 0. */
 static bool is_filler(const watch *w, lum_field field)
 {
-    const unsigned bits = bits_of(field);
+    const unsigned bits = lum_infer_width(field);
     if (bits < 24) {
         return false;
     }
@@ -234,7 +215,7 @@ static bool is_filler(const watch *w, lum_field field)
  * eight bytes, the highest two are 0 for days. */
 static bool is_clean_above(const watch *w, lum_field field)
 {
-    unsigned bits = bits_of(field);
+    unsigned bits = lum_infer_width(field);
     while (bits > 0) {
         const unsigned at = lum_infer_bit_at(field, field.low + bits - 1u);
         if (is_varying(w, at)) {
@@ -242,7 +223,7 @@ static bool is_clean_above(const watch *w, lum_field field)
         }
         if (w->ones[at] >= 0.5) {
             return !is_filler(w, field) &&
-                   (bits <= 32 || (bits_of(field) == 64 && bits <= 48));
+                   (bits <= 32 || (lum_infer_width(field) == 64 && bits <= 48));
         }
         bits--;
     }
@@ -277,24 +258,36 @@ static double round_unit(double unit_ns, double tolerance)
     return 0.0;
 }
 
+/* Without times of capture, no length of a tick is rounder than others. */
+static bool is_round(const watch *w, const trial *t)
+{
+    return w->t.has_times && round_unit(t->unit_ns, ROUND) > 0.0;
+}
+
 /* Of two clocks that follow time alike: round ticks, then the one with more
- * bits that change, then the plainer. */
+ * bits that change, then the plainer. While the line number is not known, which
+ * may follow time too, more bits than it has come first. */
 static bool is_more(const watch *w, const trial *a, const trial *b)
 {
-    const bool is_round = round_unit(a->unit_ns, ROUND) > 0.0;
-    if (is_round != (round_unit(b->unit_ns, ROUND) > 0.0)) {
-        return is_round;
+    const bool is_fine = w->is_first && a->varying >= CLOCK_BITS;
+    if (w->is_first && is_fine != (b->varying >= CLOCK_BITS)) {
+        return is_fine;
+    }
+    if (is_round(w, a) != is_round(w, b)) {
+        return is_round(w, a);
     }
     return a->varying != b->varying ? a->varying > b->varying
                                     : plainness(w, a) > plainness(w, b);
 }
 
-static void offer(const watch *w, trial *best, const trial *t)
+static void offer(watch *w, const trial *t)
 {
-    const double less = best->badness - t->badness;
-    if (best->field.bytes == 0 || less >= NEAR ||
-        (less > -NEAR && is_more(w, t, best))) {
-        *best = *t;
+    const double less = w->best.badness - t->badness;
+    w->trials[w->count] = *t;
+    w->count++;
+    if (w->best.field.bytes == 0 || less >= NEAR ||
+        (less > -NEAR && is_more(w, t, &w->best))) {
+        w->best = *t;
     }
 }
 
@@ -305,169 +298,224 @@ static bool is_usual_order(const watch *w, lum_field field)
                w->state->field[LUM_FIELD_FIRST_SAMPLE_INDEX].field.order;
 }
 
-static void try_field(const watch *w, lum_field field, trial *best)
+static void try_field(watch *w, lum_field field)
 {
-    trial t = {.field = field, .bits = bits_of(field)};
+    trial t = {.field = field};
     t.varying = count_varying(w, field);
     if (t.varying < 2 || !is_clean_above(w, field)) {
         return;
     }
-    const size_t back = extend(w, field);
-    t.unit_ns = slope(w);
-    if (t.unit_ns <= 0.0) {
+    const lum_infer_course course = lum_infer_extend(&w->t, field);
+    if (!measure_slope(&w->t, &t)) {
         return;
     }
-    t.badness = stray(w, t.unit_ns);
-    const double turned = (double)back / (double)w->count;
-    if (t.badness < STRAY && turned < BACK) {
+    t.badness = stray(&w->t, t.unit_ns);
+    t.is_counter = (double)course.one > COUNTS * (double)w->t.count;
+    const double turned = (double)course.back / (double)w->t.count;
+    if (t.badness < STRAY && turned < BACK &&
+        (!t.is_counter || is_round(w, &t))) {
         t.badness += turned + (is_usual_order(w, field) ? 0.0 : OTHER_ORDER);
-        offer(w, best, &t);
+        offer(w, &t);
     }
 }
 
-/* The whole field, or the bits above those that others have taken. */
-static void try_base(const watch *w, lum_field base, trial *best)
+static void try_all(watch *w)
 {
-    if (lum_infer_is_free(w->state, base)) {
-        try_field(w, base, best);
+    lum_field whole[LUM_INFER_WHOLE_MAX];
+    const size_t n = lum_infer_whole(w->state, whole);
+    count_ones(w);
+    for (size_t i = 0; i < n && w->t.start_count >= STARTS_MIN; i++) {
+        if (lum_infer_is_free(w->state, whole[i])) {
+            try_field(w, whole[i]);
+        }
     }
 }
 
-static void take_unit(lum_infer_state *state, const trial *best)
+/* --- The length of a tick --- */
+
+static uint32_t nearest_unit(double unit_ns)
 {
-    const double rounded = round_unit(best->unit_ns, ROUND);
-    state->unit_ns = best->unit_ns;
-    state->unit_taken = 1000;
-    state->is_unit_told = best->bits > BYTE_BITS;
+    return unit_ns < 1.0   ? 1u
+           : unit_ns > 1e9 ? 1000000000u
+                           : (uint32_t)(unit_ns + 0.5);
+}
+
+/* What is taken for a clock's unit.
+ * @param is_told gets whether it was measured, or is the likeliest alone. */
+static uint32_t unit_of(const watch *w, const trial *t, bool *is_told)
+{
+    const unsigned bits = lum_infer_width(t->field);
+    const double rounded = round_unit(t->unit_ns, ROUND);
+    *is_told = false;
+    if (!w->t.has_times) {
+        return 1000;
+    }
     if (rounded > 0.0) {
-        state->unit_taken = (uint32_t)rounded;
-    } else if (best->bits >= NARROW_BITS && state->time_ns >= LONG_NS &&
-               best->unit_ns >= 1.0 && best->unit_ns <= 1e9) {
-        state->unit_taken = (uint32_t)(best->unit_ns + 0.5);
-    } else {
-        const double guess = round_unit(best->unit_ns, ROUGH);
-        state->is_unit_told = false;
-        state->unit_taken = guess > 0.0 ? (uint32_t)guess : 1000u;
+        *is_told = bits > BYTE_BITS;
+        return (uint32_t)rounded;
     }
+    if (bits >= NARROW_BITS && t->spread <= SPREAD) {
+        *is_told = t->unit_ns >= 1.0 && t->unit_ns <= 1e9;
+        return nearest_unit(t->unit_ns);
+    }
+    const double guess = round_unit(t->unit_ns, ROUGH);
+    if (guess > 0.0) {
+        return (uint32_t)guess;
+    }
+    return bits > BYTE_BITS ? nearest_unit(t->unit_ns) : 1000u;
 }
 
-/* The packets of the sensor that sent most, not more than are needed. */
-static void choose(watch *w)
+/* --- Other clocks --- */
+
+/* Times of a field's ticks at the beginnings of lines. */
+static void get_times(watch *w, const trial *t, double *out)
 {
-    const lum_infer_packets *good = &w->state->good;
-    size_t from = 0;
-    for (size_t i = 0, begin = 0; i <= good->count; i++) {
-        if (i == good->count ||
-            good->at[i]->sensor != good->at[begin]->sensor) {
-            if (i - begin > w->count) {
-                w->count = i - begin;
-                from = begin;
-            }
-            begin = i;
-        }
+    (void)lum_infer_extend(&w->t, t->field);
+    for (size_t i = 0; i < w->t.start_count; i++) {
+        out[i] = t->unit_ns * (double)w->t.ticks[w->t.starts[i]];
     }
-    w->packets = good->at + from;
-    w->count = w->count < TRIAL ? w->count : TRIAL;
 }
 
-static void find_starts(watch *w)
+/* Whether another clock gives the same times.
+ * @param times of the best. */
+static bool is_same_time(watch *w, const trial *t, const double *times)
 {
-    const lum_field first = w->state->field[LUM_FIELD_FIRST_SAMPLE_INDEX].field;
-    for (size_t i = 0; i < w->count; i++) {
-        const lum_infer_packet *p = w->packets[i];
-        if (p->kind == LUM_INFER_ANGLES &&
-            lum_infer_value(p->bytes, first) == 0) {
-            w->starts[w->start_count] = i;
-            w->start_count++;
-        }
+    const size_t n = w->t.start_count;
+    get_times(w, t, w->t.sorted);
+    for (size_t i = 0; i < n; i++) {
+        w->t.sorted[i] -= times[i];
     }
+    return deviation(w->t.sorted, n) < SAME * w->t.span_ns;
 }
 
-/* --- Lines by the clock --- */
-
-/* How long lines last by the clock: from the first to the last packet of each
- * run of one line. All but a tenth of the lines, which may have a packet whose
- * clock is corrupt. */
-static void measure_lines(lum_infer_state *state, const watch *w)
+/* Whether a clock is none that the best one has bits of, and about as good a
+ * clock by itself. */
+static bool is_rival(const watch *w, const trial *t)
 {
-    const lum_field line = state->field[LUM_FIELD_LINE].field;
-    const lum_field eye = state->field[LUM_FIELD_EYE].field;
-    size_t n = 0;
-    size_t begin = 0;
-    (void)extend(w, state->field[LUM_FIELD_TIMESTAMP].field);
-    for (size_t i = 1; i < w->count; i++) {
-        const uint8_t *a = w->packets[begin]->bytes;
-        const uint8_t *b = w->packets[i]->bytes;
-        if (lum_infer_value(a, line) != lum_infer_value(b, line) ||
-            lum_infer_value(a, eye) != lum_infer_value(b, eye)) {
-            w->sorted[n] = (double)(w->ticks[i - 1] - w->ticks[begin]) *
-                           state->unit_taken / 1000.0;
-            n++;
-            begin = i;
-        }
-    }
-    if (n > 0) {
-        qsort(w->sorted, n, sizeof *w->sorted, compare);
-        state->line_us = w->sorted[n - n / 10 - 1];
-    }
+    const lum_infer_bits a = lum_infer_bits_of(t->field);
+    const lum_infer_bits b = lum_infer_bits_of(w->best.field);
+    return !lum_infer_overlap(&a, &b) &&
+           t->varying + FINE_BITS >= w->best.varying &&
+           (is_round(w, t) || !is_round(w, &w->best)) &&
+           (!t->is_counter || w->best.is_counter);
 }
 
-static void look(lum_infer_state *state, watch *w)
+/* @param times room for those of the best. */
+static void find_rival(watch *w, lum_infer_state *state, double *times)
 {
     lum_infer_choice *clock = &state->field[LUM_FIELD_TIMESTAMP];
-    lum_field whole[LUM_INFER_WHOLE_MAX];
-    const size_t n = lum_infer_whole(state, whole);
-    trial best = {.badness = 1.0};
-    count_ones(w);
-    state->time_ns = w->packets[w->count - 1]->time_ns - w->packets[0]->time_ns;
-    if (w->start_count < STARTS_MIN) {
-        return;
-    }
-    for (size_t i = 0; i < n; i++) {
-        try_base(w, whole[i], &best);
-    }
-    if (best.field.bytes > 0) {
-        clock->field = best.field;
-        clock->share = 1.0 - best.badness;
-        lum_infer_take(state, best.field);
-        take_unit(state, &best);
-        measure_lines(state, w);
+    bool is_told = false;
+    get_times(w, &w->best, times);
+    for (size_t i = 0; i < w->count; i++) {
+        const trial *t = &w->trials[i];
+        if (!is_rival(w, t)) {
+            continue;
+        }
+        if (is_same_time(w, t, times)) {
+            state->equal_clock = t->field;
+        } else if (1.0 - t->badness > clock->second) {
+            clock->second = 1.0 - t->badness;
+            clock->rival = t->field;
+            state->unit_rival = unit_of(w, t, &is_told);
+        }
     }
 }
 
-/* A line lasts less than this (docs/protocol.md, "Reassembly"). */
-#define GAP_US 100000.0
+/* --- Both passes --- */
 
-static uint32_t span_of(double line_us)
+/* Whether a byte has more values than two eyes give it. */
+static bool has_many_values(const lum_infer_ticks *t, unsigned at)
 {
-    const double twice = 2.0 * line_us;
-    return twice <= 2000.0 || twice >= GAP_US
-               ? 2000u
-               : (uint32_t)(twice / 100.0 + 1.0) * 100u;
+    size_t n[256] = {0};
+    size_t first = 0;
+    size_t second = 0;
+    for (size_t i = 0; i < t->start_count; i++) {
+        n[t->packets[t->starts[i]]->bytes[at]]++;
+    }
+    for (unsigned value = 0; value < 256; value++) {
+        if (n[value] > first) {
+            second = first;
+            first = n[value];
+        } else if (n[value] > second) {
+            second = n[value];
+        }
+    }
+    return (first + second) * 10 < t->start_count * 9;
+}
+
+/* The bits of the clock that change. Its lowest bytes could be another field
+ * that stands beside it, such as the eye, if they have but two values. */
+static void mark_bits(const watch *w, lum_infer_state *state)
+{
+    const lum_field field = w->best.field;
+    bool is_clock = false;
+    for (unsigned i = 0; i < 8u * field.bytes; i++) {
+        const unsigned bit = lum_infer_bit_at(field, i);
+        is_clock = is_clock || has_many_values(&w->t, bit / 8u);
+        if (is_varying(w, bit)) {
+            state->time.byte[bit / 8u] |= (uint8_t)(1u << bit % 8u);
+            state->clock_bits.byte[bit / 8u] |=
+                (uint8_t)(is_clock ? 1u << bit % 8u : 0u);
+        }
+    }
+}
+
+static void take_clock(watch *w, lum_infer_state *state)
+{
+    lum_infer_choice *clock = &state->field[LUM_FIELD_TIMESTAMP];
+    state->has_times = w->t.has_times;
+    state->time_ns = w->t.has_times ? w->t.span_ns : 0.0;
+    state->unit_taken = 1000;
+    if (w->best.field.bytes > 0) {
+        clock->field = w->best.field;
+        clock->share = 1.0 - w->best.badness;
+        lum_infer_take(state, clock->field);
+        state->unit_ns = w->best.unit_ns;
+        state->unit_spread = w->best.spread;
+        state->unit_taken = unit_of(w, &w->best, &state->is_unit_told);
+    }
+}
+
+static void look(watch *w, lum_infer_state *state, double *times)
+{
+    if (w->t.count >= CLOCK_MIN) {
+        try_all(w);
+    }
+    if (w->is_first) {
+        if (w->best.field.bytes > 0) {
+            mark_bits(w, state);
+        }
+        return;
+    }
+    take_clock(w, state);
+    if (w->best.field.bytes > 0) {
+        find_rival(w, state, times);
+    }
+    lum_infer_measure_lines(state, &w->t);
+}
+
+static int run(lum_infer_state *state, bool is_first)
+{
+    watch w = {.state = state, .is_first = is_first, .best = {.badness = 1.0}};
+    w.trials = malloc(LUM_INFER_WHOLE_MAX * sizeof *w.trials);
+    const bool has_ticks = lum_infer_find_ticks(state, &w.t) == 0;
+    double *times = malloc((w.t.count + 1u) * sizeof *times);
+    const bool failed = !has_ticks || w.trials == NULL || times == NULL;
+    if (!failed) {
+        look(&w, state, times);
+    }
+    lum_infer_free_ticks(&w.t);
+    free(w.trials);
+    free(times);
+    return failed ? -1 : 0;
+}
+
+int lum_infer_follow_time(lum_infer_state *state)
+{
+    return run(state, true);
 }
 
 int lum_infer_find_clock(lum_infer_state *state)
 {
-    watch w = {.state = state};
-    state->unit_taken = 1000;
-    choose(&w);
-    if (w.count >= CLOCK_MIN) {
-        w.ticks = malloc(w.count * sizeof *w.ticks);
-        w.sorted = malloc(w.count * sizeof *w.sorted);
-        w.starts = malloc(w.count * sizeof *w.starts);
-        const bool failed =
-            w.ticks == NULL || w.sorted == NULL || w.starts == NULL;
-        if (!failed) {
-            find_starts(&w);
-            look(state, &w);
-        }
-        free(w.ticks);
-        free(w.sorted);
-        free(w.starts);
-        if (failed) {
-            return -1;
-        }
-    }
-    state->line_span_us = span_of(state->line_us);
-    return 0;
+    return run(state, false);
 }

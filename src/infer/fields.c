@@ -21,6 +21,11 @@ uint64_t lum_infer_value(const uint8_t *head, lum_field field)
                : value & ((UINT64_C(1) << field.bits) - 1u);
 }
 
+unsigned lum_infer_width(lum_field field)
+{
+    return field.bits != 0 ? field.bits : 8u * field.bytes;
+}
+
 unsigned lum_infer_bit_at(lum_field field, unsigned bit)
 {
     const unsigned byte = bit / 8u;
@@ -33,7 +38,7 @@ unsigned lum_infer_bit_at(lum_field field, unsigned bit)
 lum_infer_bits lum_infer_bits_of(lum_field field)
 {
     lum_infer_bits out;
-    const unsigned bits = field.bits == 0 ? 8u * field.bytes : field.bits;
+    const unsigned bits = lum_infer_width(field);
     memset(&out, 0, sizeof out);
     for (unsigned i = 0; i < bits && field.bytes > 0; i++) {
         const unsigned at = lum_infer_bit_at(field, field.low + i);

@@ -8,6 +8,9 @@
 /** The field's value. */
 uint64_t lum_infer_value(const uint8_t *head, lum_field field);
 
+/** How many bits a field has. */
+unsigned lum_infer_width(lum_field field);
+
 /** The bits of a field, in the order of the header. */
 lum_infer_bits lum_infer_bits_of(lum_field field);
 

@@ -4,7 +4,7 @@
 #include "clocks.h"
 #include "fields.h"
 #include "group.h"
-#include "lines.h"
+#include "readings.h"
 #include "report.h"
 #include "samples.h"
 #include "shape.h"
@@ -267,7 +267,9 @@ static int find_samples(lum_infer_state *state, lum_infer_result *out)
 
 static int find_lines(lum_infer_state *state, lum_infer_result *out)
 {
-    if (lum_infer_find_lines(state) != 0 || lum_infer_find_clock(state) != 0) {
+    if (lum_infer_follow_time(state) != 0 || lum_infer_find_lines(state) != 0 ||
+        lum_infer_find_clock(state) != 0 ||
+        lum_infer_place_one_eye(state) != 0) {
         return -1;
     }
     if (state->lines < LINES_MIN) {

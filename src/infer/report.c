@@ -2,7 +2,9 @@
 
 #include "fields.h"
 #include "samples.h"
+#include "second.h"
 #include "shape.h"
+#include "spans.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -97,19 +99,50 @@ static void of_tag(const lum_infer_state *state, lum_infer_finding *f)
         percent(state->field[LUM_FIELD_TAG].second));
 }
 
+/* Of a field that tells what another one tells too. */
+static void say_equal(lum_infer_finding *f, lum_field equal)
+{
+    if (equal.bytes > 0) {
+        say_field(f->equal, equal, "");
+    }
+}
+
+/* What the best reading of other values explains. */
+static void say_rival(lum_infer_finding *f, const lum_infer_choice *choice,
+                      const char *what)
+{
+    const size_t len = strlen(f->evidence);
+    if (choice->second > 0.0) {
+        (void)snprintf(f->evidence + len, sizeof f->evidence - len,
+                       "; the best %s explains %.1f %%", what,
+                       percent(choice->second));
+    } else {
+        (void)snprintf(f->evidence + len, sizeof f->evidence - len,
+                       "; there is no %s", what);
+    }
+}
+
 static void of_eye(const lum_infer_state *state, lum_infer_finding *f)
 {
+    const lum_infer_choice *eye = &state->field[LUM_FIELD_EYE];
     f->is_told = !state->is_one_eye;
     if (state->is_one_eye) {
         say(f->evidence, "lines rise by 1 without any field that tells two "
                          "eyes apart: one eye alone was recorded");
+        say_rival(f, eye, "reading with two eyes");
         say(f->equal, "every other byte that is always the same");
         say(f->look, "record both eyes");
-    } else {
-        say(f->evidence,
-            "two values, %u and %u, take turns; within each, lines rise by 1",
-            (unsigned)state->eye_value[0], (unsigned)state->eye_value[1]);
-        say_wider(state, f, state->field[LUM_FIELD_EYE].field);
+        return;
+    }
+    say(f->evidence,
+        "two values, %u and %u, take turns at %.1f %% of %zu lines; within "
+        "each, lines rise by 1",
+        (unsigned)state->eye_value[0], (unsigned)state->eye_value[1],
+        percent(eye->share), state->lines);
+    say_rival(f, eye, "reading with other eyes");
+    say_wider(state, f, eye->field);
+    if (f->equal[0] == '\0') {
+        say_equal(f, state->reading.equal_eye);
     }
 }
 
@@ -119,9 +152,13 @@ static void of_line(const lum_infer_state *state, lum_infer_finding *f)
     f->is_told = true;
     say(f->evidence,
         "rises by 1, or begins again with the elevations, at %.1f %% of %zu "
-        "steps from line to line of an eye; the next best field %.1f %%",
-        percent(line->share), state->line_steps, percent(line->second));
+        "steps from line to line of an eye",
+        percent(line->share), state->line_steps);
+    say_rival(f, line, "other number");
     say_wider(state, f, line->field);
+    if (f->equal[0] == '\0') {
+        say_equal(f, state->equal_line);
+    }
 }
 
 static void of_num_samples(const lum_infer_state *state, lum_infer_finding *f)
@@ -160,15 +197,24 @@ static void of_first(const lum_infer_state *state, lum_infer_finding *f)
 static void of_clock(const lum_infer_state *state, lum_infer_finding *f)
 {
     const lum_infer_choice *clock = &state->field[LUM_FIELD_TIMESTAMP];
-    f->is_told = true;
-    if (clock->field.bytes == 0) {
+    f->is_told = state->has_times;
+    if (!state->has_times) {
+        say(f->evidence, "the capture has no times of its own; %s",
+            clock->field.bytes > 0 ? "the field rises from line to line"
+                                   : "no field rises from line to line");
+        say(f->look, "record again, with the times of capture");
+    } else if (clock->field.bytes == 0) {
         say(f->evidence, "no field rises as the time of capture does");
-        return;
+    } else {
+        say(f->evidence,
+            "rises as the time of capture does, %.1f %% of the time off it",
+            percent(1.0 - clock->share));
+        say_rival(f, clock, "other clock");
     }
-    say(f->evidence,
-        "rises as the time of capture does, %.1f %% of the time off it",
-        percent(1.0 - clock->share));
     say_wider(state, f, clock->field);
+    if (f->equal[0] == '\0') {
+        say_equal(f, state->equal_clock);
+    }
 }
 
 static void of_unit(const lum_infer_state *state, lum_infer_finding *f)
@@ -179,13 +225,19 @@ static void of_unit(const lum_infer_state *state, lum_infer_finding *f)
         return;
     }
     f->is_told = state->is_unit_told;
-    say(f->evidence,
-        "a tick lasts %.6g ns of capture time, measured over %.3f s; %s",
-        state->unit_ns, (double)state->time_ns * 1e-9,
-        state->is_unit_told
-            ? "a round unit within 2 %, or a long recording, is believed"
-            : "the recording is too short or the clock too narrow to be sure");
-    if (!state->is_unit_told) {
+    if (state->has_times) {
+        say(f->evidence,
+            "a tick lasts %.6g ns of capture time, measured over %.3f s, half "
+            "of it within %.3g %%; %s",
+            state->unit_ns, state->time_ns * 1e-9, percent(state->unit_spread),
+            state->is_unit_told
+                ? "a round unit within 2 % is that one"
+                : "that varies too much, or the clock is too narrow, to be "
+                  "sure");
+    } else {
+        say(f->evidence, "there are no times of capture to measure it by");
+    }
+    if (!f->is_told) {
         say(f->look, "infer again from a recording of a second or more, with "
                      "the times that it was captured at");
     }
@@ -260,12 +312,20 @@ static void of_sample_order(const lum_infer_state *state, lum_infer_finding *f)
 static void of_line_span(const lum_infer_state *state, lum_infer_finding *f)
 {
     say(f->value, "%u", (unsigned)state->line_span_us);
-    f->is_told = state->unit_ns > 0.0;
-    say(f->evidence,
-        f->is_told
-            ? "nine of ten lines last up to %.0f us by the sensor's clock"
-            : "there is no clock to measure lines by (%.0f us)",
-        state->line_us);
+    f->is_told = state->is_unit_told;
+    if (state->field[LUM_FIELD_TIMESTAMP].field.bytes == 0) {
+        say(f->evidence, "there is no clock to measure lines by");
+    } else if (2.0 * state->line_us >= LUM_INFER_GAP_US) {
+        say(f->evidence,
+            "nine of ten lines last up to %.0f us by the sensor's clock; "
+            "lines must last less than %.0f us to be put together",
+            state->line_us, LUM_INFER_GAP_US);
+    } else {
+        say(f->evidence,
+            "nine of ten lines last up to %.0f us by the sensor's clock%s",
+            state->line_us,
+            state->is_unit_told ? "" : ", whose unit is not known");
+    }
 }
 
 static void of_field(const lum_infer_state *state, lum_infer_finding *f,
@@ -297,9 +357,12 @@ static void find_all(const lum_infer_state *state, lum_infer_result *out)
 /* The field whose best rival is nearest, and by how much. */
 static double nearest(const lum_infer_state *state, unsigned *which)
 {
-    static const unsigned judged[] = {LUM_FIELD_TAG, LUM_FIELD_LINE,
+    static const unsigned judged[] = {LUM_FIELD_TAG,
+                                      LUM_FIELD_EYE,
+                                      LUM_FIELD_LINE,
                                       LUM_FIELD_NUM_SAMPLES,
-                                      LUM_FIELD_FIRST_SAMPLE_INDEX};
+                                      LUM_FIELD_FIRST_SAMPLE_INDEX,
+                                      LUM_FIELD_TIMESTAMP};
     double least = 1.0;
     *which = LUM_GROUP_FIELDS;
     for (unsigned i = 0; i < sizeof judged / sizeof judged[0]; i++) {
@@ -309,13 +372,12 @@ static double nearest(const lum_infer_state *state, unsigned *which)
             *which = judged[i];
         }
     }
-    return percent(least);
+    return least < 0.0 ? 0.0 : percent(least);
 }
 
 static void judge(const lum_infer_state *state, lum_infer_result *out)
 {
     unsigned which = 0;
-    lum_layout layout;
     out->margin = nearest(state, &which);
     if (state->field[LUM_FIELD_NUM_SAMPLES].field.bytes == 0 &&
         state->samples.cut < CUT_MIN) {
@@ -324,19 +386,19 @@ static void judge(const lum_infer_state *state, lum_infer_result *out)
     }
     out->verdict = out->margin < LUM_INFER_MARGIN_SURE ? LUM_INFER_UNSURE
                                                        : LUM_INFER_FOUND;
-    if (which < LUM_GROUP_FIELDS && state->field[which].rival.bytes > 0) {
-        out->second = out->profile;
-        out->second.group[which] = state->field[which].rival;
-        out->has_second =
-            lum_layout_init(&layout, &out->second, NULL, NULL) == LUM_OK;
+    if (which < LUM_GROUP_FIELDS) {
+        lum_infer_second(state, which, out);
     }
     lum_error text;
     (void)lum_error_set(
         &text,
         "%u of %u packets fit; the margin to the second best reading is "
-        "%.1f %% of packets%s",
+        "%.1f %% of packets%s%s",
         (unsigned)out->fit, (unsigned)out->packets, out->margin,
-        out->verdict == LUM_INFER_UNSURE ? ": unsure" : "");
+        out->verdict == LUM_INFER_UNSURE ? ": unsure" : "",
+        state->is_one_eye ? "; one eye alone was recorded, so the place of "
+                            "group.eye is not told"
+                          : "");
     memcpy(out->text, text.text, sizeof out->text);
 }
 

@@ -76,6 +76,16 @@ typedef struct lum_infer_choice {
     lum_field rival; /**< that one; bytes 0: none */
 } lum_infer_choice;
 
+/** A line number and an eye, which only together make sense. */
+typedef struct lum_infer_reading {
+    lum_field line; /**< bytes 0: there is no such reading */
+    lum_field eye;  /**< bytes 0: it has no place */
+    uint32_t eye_value[LUM_EYES];
+    bool is_one_eye;     /**< only one was recorded */
+    double share;        /**< what it explains, 0..1 */
+    lum_field equal_eye; /**< tells the same as eye; bytes 0: nothing does */
+} lum_infer_reading;
+
 /** All that has been found out. */
 typedef struct lum_infer_state {
     lum_infer_packets all;  /**< what may be data */
@@ -89,14 +99,25 @@ typedef struct lum_infer_state {
     lum_infer_bits used;
     uint32_t eye_value[LUM_EYES];
     bool is_one_eye;
-    bool is_filled;        /**< bytes between fields bear filler */
-    uint8_t filler;        /**< what */
-    size_t lines;          /**< beginnings of lines */
+    lum_infer_reading reading;    /**< the best one */
+    lum_infer_reading other_line; /**< the best with other line numbers */
+    lum_infer_reading other_eye;  /**< the best with other eyes */
+    lum_field equal_line;         /**< numbers lines alike; bytes 0: none */
+    lum_infer_bits time;          /**< of what follows time best */
+    lum_infer_bits clock_bits;    /**< of these, none can tell an eye */
+    bool is_filled;               /**< bytes between fields bear filler */
+    uint8_t filler;               /**< what */
+    size_t lines;                 /**< beginnings of lines */
     size_t line_steps;     /**< steps from line to line that were judged */
-    int64_t time_ns;       /**< that the packets of the clock span */
+    bool has_times;        /**< times of capture rise */
+    double time_ns;        /**< that the packets of the clock span */
     double unit_ns;        /**< length of a tick, as measured; 0: not */
+    double unit_spread;    /**< share of it by which half of what was measured
+                                differs */
     uint32_t unit_taken;   /**< what is taken */
+    uint32_t unit_rival;   /**< of the clock's rival */
     bool is_unit_told;     /**< it was measured */
+    lum_field equal_clock; /**< gives the same times; bytes 0: none */
     double line_us;        /**< longest line */
     uint32_t line_span_us; /**< what is taken */
     uint32_t fit;          /**< packets that the profile explains */

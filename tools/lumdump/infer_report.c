@@ -57,10 +57,12 @@ static void print_second(const lum_infer_result *r, FILE *out)
 {
     struct profile_difference all[LUM_KEYS_MAX];
     const char *divider = "";
-    if (!r->has_second) {
+    const size_t count =
+        r->has_second ? profile_differences(&r->profile, &r->second, all) : 0;
+    if (count == 0) {
+        (void)fputs("no second reading was found\n", out);
         return;
     }
-    const size_t count = profile_differences(&r->profile, &r->second, all);
     (void)fputs("second best reading: ", out);
     for (size_t i = 0; i < count; i++) {
         (void)fprintf(out, "%s%s %s", divider, all[i].key,

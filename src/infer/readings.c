@@ -1,0 +1,373 @@
+#include "readings.h"
+
+#include "eyes.h"
+#include "fields.h"
+#include "lines.h"
+#include "starts.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* What custom has against a reading. It decides between readings that explain
+ * about as much, and is no part of what they explain: an eye is rather told by
+ * bits that nothing else changes beside, and a sensor has two eyes. */
+#define BUSY_EYE 0.1
+#define ONE_EYE  0.1
+
+/* Eyes that take turns less often are not looked at. */
+#define TURNS_MIN 0.4
+
+/* Most readings that are kept. */
+#define READINGS_MAX 256u
+
+/* Readings are equal if they give this share of lines the same eyes, up to a
+ * swap, and the same numbers. */
+#define EQUAL 0.95
+
+/* A reading that explains less is none: rather one of the clock's bits tells
+ * the eye. */
+#define ENOUGH 0.8
+
+/* Of two elevations, in percent, the smaller change against the larger one, if
+ * only every second line changes it. */
+#define PAIRED 20
+
+/* A line number and the bit that tells the eye. */
+typedef struct reading {
+    lum_infer_line line;
+    unsigned eye_bit;
+    double turns;  /* share of lines at which the eye changes */
+    double share;  /* what it explains, as measured */
+    double weight; /* what custom has against it */
+} reading;
+
+typedef struct finder {
+    lum_infer_state *state;
+    lum_infer_starts starts;
+    const lum_infer_bits *clock; /* bits that are neither eye nor line */
+    bool is_paired;              /* there cannot be one eye alone */
+    reading *readings;
+    size_t count;
+    int *steps; /* room for twice as many as starts */
+} finder;
+
+/* --- One eye that was dealt to two --- */
+
+static int compare(const void *a, const void *b)
+{
+    const int x = *(const int *)a;
+    const int y = *(const int *)b;
+    return (x > y) - (x < y);
+}
+
+/* How far apart in elevation lines of one number of both eyes are, against the
+ * next lines of an eye: about half, if there is only one eye, whose lines were
+ * dealt to two. */
+static bool is_interleaved(const finder *f, const lum_infer_line *line,
+                           unsigned eye_bit)
+{
+    const size_t count = f->starts.count;
+    int *near = f->steps;
+    int *next = f->steps + count;
+    size_t n = 0;
+    for (size_t i = 2; i < count; i++) {
+        const lum_infer_packet *const *p = &f->starts.at[i - 2];
+        const unsigned eye = lum_infer_bit_of(p[0], eye_bit);
+        if (eye != lum_infer_bit_of(p[1], eye_bit) &&
+            eye == lum_infer_bit_of(p[2], eye_bit) &&
+            lum_infer_value(p[0]->bytes, line->field) ==
+                lum_infer_value(p[1]->bytes, line->field)) {
+            near[n] = abs(p[1]->calm - p[0]->calm);
+            next[n] = abs(p[2]->calm - p[0]->calm);
+            n++;
+        }
+    }
+    if (n == 0) {
+        return false;
+    }
+    qsort(near, n, sizeof *near, compare);
+    qsort(next, n, sizeof *next, compare);
+    return near[n / 2] * 100 > next[n / 2] * 35 &&
+           near[n / 2] * 100 < next[n / 2] * 65;
+}
+
+/* Whether elevations change at every second line alone: both eyes' lines are
+ * taken for those of one. */
+static bool is_paired(const finder *f)
+{
+    size_t n = 0;
+    for (size_t i = 2; i < f->starts.count; i++) {
+        const lum_infer_packet *const *p = &f->starts.at[i - 2];
+        const int one = abs(p[1]->calm - p[0]->calm);
+        const int two = abs(p[2]->calm - p[1]->calm);
+        const int more = one > two ? one : two;
+        if (more > 0) {
+            f->steps[n] = 100 * (one < two ? one : two) / more;
+            n++;
+        }
+    }
+    qsort(f->steps, n, sizeof *f->steps, compare);
+    return n > 0 && f->steps[n / 2] < PAIRED;
+}
+
+/* --- All readings --- */
+
+/* Whether the byte of an eye's bit has others that change from line to line,
+ * and are no part of a field that is known. */
+static bool is_busy(const finder *f, const reading *r)
+{
+    const lum_infer_bits line = lum_infer_bits_of(r->line.field);
+    const unsigned at = r->eye_bit / 8u;
+    const unsigned known = line.byte[at] | f->state->used.byte[at];
+    return (lum_infer_changing(&f->starts, at, r->eye_bit, NULL) & ~known) != 0;
+}
+
+static double weight_of(const finder *f, const reading *r)
+{
+    if (r->eye_bit == LUM_INFER_HEAD_BITS) {
+        return r->line.weight + ONE_EYE;
+    }
+    return r->line.weight + (is_busy(f, r) ? BUSY_EYE : 0.0);
+}
+
+static double rank_of(const reading *r)
+{
+    return r->share - r->weight;
+}
+
+/* Keep a reading, in place of the worst one if there are too many. */
+static void keep(finder *f, const reading *r)
+{
+    if (f->count < READINGS_MAX) {
+        f->readings[f->count] = *r;
+        f->count++;
+        return;
+    }
+    size_t worst = 0;
+    for (size_t i = 1; i < f->count; i++) {
+        if (rank_of(&f->readings[i]) < rank_of(&f->readings[worst])) {
+            worst = i;
+        }
+    }
+    if (rank_of(r) > rank_of(&f->readings[worst])) {
+        f->readings[worst] = *r;
+    }
+}
+
+/* A clock that ticks once a line may be the line number as a whole, and not in
+ * part. */
+static bool is_part_of_clock(const finder *f, lum_field line)
+{
+    const lum_infer_bits bits = lum_infer_bits_of(line);
+    bool is_whole = true;
+    for (unsigned i = 0; i < LUM_INFER_HEAD_BYTES; i++) {
+        is_whole = is_whole && (f->clock->byte[i] & ~bits.byte[i]) == 0;
+    }
+    return !is_whole && lum_infer_overlap(&bits, f->clock);
+}
+
+static bool is_possible(const finder *f, const lum_infer_line *line,
+                        unsigned eye_bit)
+{
+    if (line->field.bytes == 0 || is_part_of_clock(f, line->field)) {
+        return false;
+    }
+    return eye_bit == LUM_INFER_HEAD_BITS ? !f->is_paired
+                                          : !is_interleaved(f, line, eye_bit);
+}
+
+static void try_split(finder *f, unsigned eye_bit, double turns)
+{
+    const lum_infer_starts *starts = &f->starts;
+    const lum_infer_bits eye_bits = lum_infer_eye_bits(starts, eye_bit);
+    for (unsigned bit = 8u * LUM_INFER_FIELDS_AT;
+         bit < 8u * f->state->samples.at; bit++) {
+        if (!lum_infer_is_lowest(starts, bit, eye_bit, &eye_bits)) {
+            continue;
+        }
+        reading r = {.eye_bit = eye_bit, .turns = turns};
+        r.line = lum_infer_try_lowest(starts, bit, eye_bit, &eye_bits);
+        if (!is_possible(f, &r.line, eye_bit)) {
+            continue;
+        }
+        const double share = lum_infer_share_of_steps(r.line.steps);
+        r.share = share < turns ? share : turns;
+        r.weight = weight_of(f, &r);
+        keep(f, &r);
+    }
+}
+
+/* @param clock bits that are neither the eye nor part of a line number. */
+static void try_all(finder *f, const lum_infer_bits *clock)
+{
+    unsigned splits[LUM_INFER_SPLITS_MAX];
+    const size_t n = lum_infer_find_splits(&f->starts, clock, splits);
+    f->clock = clock;
+    f->count = 0;
+    for (size_t i = 0; i < n; i++) {
+        const double turns =
+            splits[i] == LUM_INFER_HEAD_BITS
+                ? 1.0
+                : lum_infer_share_of_turns(&f->starts, splits[i]);
+        if (turns >= TURNS_MIN) {
+            try_split(f, splits[i], turns);
+        }
+    }
+}
+
+/* --- The best, and what competes with it --- */
+
+/* Of two that explain the same, that of the lower numbers: a clock that ticks
+ * once a line rises as a line number does, from any number on. */
+static bool is_lower(const finder *f, const reading *a, const reading *b)
+{
+    const uint8_t *bytes = f->starts.at[f->starts.count / 2]->bytes;
+    return lum_infer_value(bytes, a->line.field) <
+           lum_infer_value(bytes, b->line.field);
+}
+
+static const reading *find_best(const finder *f)
+{
+    const reading *best = NULL;
+    for (size_t i = 0; i < f->count; i++) {
+        const reading *r = &f->readings[i];
+        const double more = best == NULL ? 1.0 : rank_of(r) - rank_of(best);
+        if (more > 1e-9 || (more > -1e-9 && is_lower(f, r, best))) {
+            best = r;
+        }
+    }
+    return best;
+}
+
+static bool is_same_eyes(const finder *f, const reading *a, const reading *b)
+{
+    return a->eye_bit == b->eye_bit ||
+           lum_infer_is_same_split(&f->starts, a->eye_bit, b->eye_bit);
+}
+
+static bool is_same_lines(const finder *f, const reading *a, const reading *b)
+{
+    size_t same = 0;
+    for (size_t i = 0; i < f->starts.count; i++) {
+        const uint8_t *bytes = f->starts.at[i]->bytes;
+        same += lum_infer_value(bytes, a->line.field) ==
+                lum_infer_value(bytes, b->line.field);
+    }
+    return (double)same >= EQUAL * (double)f->starts.count;
+}
+
+static void describe(const finder *f, const reading *r, lum_infer_reading *out)
+{
+    lum_infer_bits used = lum_infer_bits_of(r->line.field);
+    for (unsigned i = 0; i < LUM_INFER_HEAD_BYTES; i++) {
+        used.byte[i] |= f->state->used.byte[i];
+    }
+    out->line = r->line.field;
+    out->share = r->share;
+    out->is_one_eye = r->eye_bit == LUM_INFER_HEAD_BITS;
+    if (!out->is_one_eye) {
+        out->eye =
+            lum_infer_eye_field(&f->starts, &used, r->eye_bit, &out->equal_eye);
+        lum_infer_eye_values(&f->starts, out->eye, r->eye_bit, out->eye_value);
+    }
+}
+
+/* Remember a reading of other eyes or other lines. */
+static void compete(const finder *f, const reading *r, lum_infer_reading *rival)
+{
+    if (r->share > rival->share) {
+        memset(rival, 0, sizeof *rival);
+        describe(f, r, rival);
+    }
+}
+
+static void find_rivals(finder *f, const reading *best)
+{
+    lum_infer_state *state = f->state;
+    for (size_t i = 0; i < f->count; i++) {
+        const reading *r = &f->readings[i];
+        const bool is_same_eye = is_same_eyes(f, r, best);
+        const bool is_same_line = is_same_lines(f, r, best);
+        if (!is_same_eye) {
+            compete(f, r, &state->other_eye);
+        }
+        if (!is_same_line) {
+            compete(f, r, &state->other_line);
+        } else if (is_same_eye && r->line.lowest != best->line.lowest) {
+            state->equal_line = r->line.field;
+        }
+    }
+}
+
+/* --- The fields --- */
+
+static void settle(finder *f, const reading *best)
+{
+    lum_infer_state *state = f->state;
+    lum_infer_choice *line = &state->field[LUM_FIELD_LINE];
+    lum_infer_choice *eye = &state->field[LUM_FIELD_EYE];
+    find_rivals(f, best);
+    describe(f, best, &state->reading);
+    line->field = best->line.field;
+    line->share = lum_infer_share_of_steps(best->line.steps);
+    line->second = state->other_line.share;
+    line->rival = state->other_line.line;
+    eye->share = best->turns;
+    eye->second = state->other_eye.share;
+    eye->rival = state->other_eye.eye;
+    state->line_steps = best->line.steps.all;
+    state->is_one_eye = state->reading.is_one_eye;
+    lum_infer_take(state, line->field);
+    if (!state->is_one_eye) {
+        eye->field = state->reading.eye;
+        memcpy(state->eye_value, state->reading.eye_value,
+               sizeof state->eye_value);
+        lum_infer_take(state, eye->field);
+    }
+}
+
+static void find(finder *f)
+{
+    static const lum_infer_bits none = {{0}};
+    f->state->lines = f->starts.count;
+    f->is_paired = is_paired(f);
+    try_all(f, &f->state->clock_bits);
+    const reading *best = find_best(f);
+    if (best == NULL || best->share < ENOUGH) {
+        try_all(f, &none);
+        best = find_best(f);
+    }
+    if (best != NULL) {
+        settle(f, best);
+    }
+}
+
+int lum_infer_find_lines(lum_infer_state *state)
+{
+    finder f = {.state = state};
+    f.readings = malloc(READINGS_MAX * sizeof *f.readings);
+    f.steps = malloc(2u * LUM_INFER_STARTS_MAX * sizeof *f.steps);
+    const bool failed = lum_infer_find_starts(state, &f.starts) != 0 ||
+                        f.readings == NULL || f.steps == NULL;
+    if (!failed) {
+        find(&f);
+    }
+    lum_infer_free_starts(&f.starts);
+    free(f.readings);
+    free(f.steps);
+    return failed ? -1 : 0;
+}
+
+int lum_infer_place_one_eye(lum_infer_state *state)
+{
+    lum_infer_starts starts;
+    if (!state->is_one_eye) {
+        return 0;
+    }
+    const int r = lum_infer_find_starts(state, &starts);
+    if (r == 0) {
+        lum_infer_take_one_eye(state, &starts);
+    }
+    lum_infer_free_starts(&starts);
+    return r;
+}

@@ -1,0 +1,149 @@
+#include "ticks.h"
+
+#include "fields.h"
+#include "starts.h"
+
+#include <stdlib.h>
+
+/* Packets that a clock is looked for in; one after the other, since a narrow
+ * one wraps. */
+#define TRIAL 4000u
+
+/* Where times of capture are of no use, packets are taken to come this far
+ * apart. */
+#define STEP_NS 1000
+
+/* Times are compared over this part of the lines. */
+#define PART 16u
+
+/* Fewer times than one in this many, at either end, are wrong. */
+#define SPOILED 50u
+
+static int compare(const void *a, const void *b)
+{
+    const double x = *(const double *)a;
+    const double y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+double lum_infer_quantile(double *values, size_t n, double share)
+{
+    qsort(values, n, sizeof *values, compare);
+    return values[(size_t)(share * (double)(n - 1) + 0.5)];
+}
+
+static void choose(lum_infer_ticks *t)
+{
+    const lum_infer_packets *good = &t->state->good;
+    size_t from = 0;
+    for (size_t i = 0, begin = 0; i <= good->count; i++) {
+        if (i == good->count ||
+            good->at[i]->sensor != good->at[begin]->sensor) {
+            if (i - begin > t->count) {
+                t->count = i - begin;
+                from = begin;
+            }
+            begin = i;
+        }
+    }
+    t->packets = good->at + from;
+    t->count = t->count < TRIAL ? t->count : TRIAL;
+}
+
+static void find_starts(lum_infer_ticks *t)
+{
+    for (size_t i = 0; i < t->count; i++) {
+        t->times[i] = t->packets[i]->time_ns;
+        if (lum_infer_is_start(t->state, t->packets[i])) {
+            t->starts[t->start_count] = i;
+            t->start_count++;
+        }
+    }
+}
+
+/* What the beginnings of lines span in time, but for a few times that are
+ * wrong. */
+static void measure_span(lum_infer_ticks *t)
+{
+    const size_t n = t->start_count;
+    for (size_t i = 0; i < n; i++) {
+        t->sorted[i] = (double)(t->times[t->starts[i]] - t->times[0]);
+    }
+    if (n > 0) {
+        qsort(t->sorted, n, sizeof *t->sorted, compare);
+        t->span_ns = t->sorted[n - 1 - n / SPOILED] - t->sorted[n / SPOILED];
+    }
+}
+
+/* Times are of no use if they are all the same, or fall as often as they
+ * rise. */
+static void check_times(lum_infer_ticks *t)
+{
+    const size_t far = t->start_count / PART + 1;
+    size_t rising = 0;
+    size_t falling = 0;
+    for (size_t i = 0; i + far < t->start_count; i++) {
+        const int64_t a = t->times[t->starts[i]];
+        const int64_t b = t->times[t->starts[i + far]];
+        rising += b > a;
+        falling += b < a;
+    }
+    measure_span(t);
+    t->has_times = rising > 2 * falling && t->span_ns > 0.0;
+    if (!t->has_times) {
+        for (size_t i = 0; i < t->count; i++) {
+            t->times[i] = STEP_NS * (int64_t)i;
+        }
+        measure_span(t);
+    }
+}
+
+int lum_infer_find_ticks(const lum_infer_state *state, lum_infer_ticks *out)
+{
+    *out = (lum_infer_ticks){.state = state};
+    choose(out);
+    const size_t room = out->count + 1u;
+    out->times = malloc(room * sizeof *out->times);
+    out->ticks = malloc(room * sizeof *out->ticks);
+    out->sorted = malloc(room * sizeof *out->sorted);
+    out->starts = malloc(room * sizeof *out->starts);
+    if (out->times == NULL || out->ticks == NULL || out->sorted == NULL ||
+        out->starts == NULL) {
+        return -1;
+    }
+    find_starts(out);
+    check_times(out);
+    return 0;
+}
+
+void lum_infer_free_ticks(lum_infer_ticks *ticks)
+{
+    free(ticks->times);
+    free(ticks->ticks);
+    free(ticks->sorted);
+    free(ticks->starts);
+}
+
+lum_infer_course lum_infer_extend(lum_infer_ticks *t, lum_field field)
+{
+    const unsigned unused = 64u - lum_infer_width(field);
+    uint64_t last = lum_infer_value(t->packets[0]->bytes, field);
+    lum_infer_course course = {0, 0};
+    t->ticks[0] = 0;
+    for (size_t i = 1; i < t->count; i++) {
+        const uint64_t now = lum_infer_value(t->packets[i]->bytes, field);
+        const uint64_t up = (now - last) << unused;
+        const int64_t step = up < UINT64_C(1) << 63
+                                 ? (int64_t)(up >> unused)
+                                 : -(int64_t)(~up >> unused) - 1;
+        course.back += step < 0;
+        course.one += step == 1;
+        /* No sum of steps leaves 64 bits. */
+        t->ticks[i] = step > INT64_MAX / (int64_t)TRIAL ||
+                              step < -INT64_MAX / (int64_t)TRIAL
+                          ? t->ticks[i - 1]
+                          : t->ticks[i - 1] + step;
+        last = now;
+    }
+    return course;
+}

@@ -1,0 +1,45 @@
+/** @file
+ * Packets of one sensor with their times, and what a field counts from packet
+ * to packet. Internal. */
+#ifndef LUM_INFER_TICKS_H
+#define LUM_INFER_TICKS_H
+
+#include "infer/state.h"
+
+/** A row of packets. */
+typedef struct lum_infer_ticks {
+    const lum_infer_state *state;
+    lum_infer_packet *const *packets; /**< of one sensor */
+    size_t count;
+    int64_t *times; /**< of capture, in ns; without any, the order */
+    int64_t *ticks; /**< of a field, extended beyond its width; the first
+                         is 0 */
+    double *sorted; /**< room to sort in */
+    size_t *starts; /**< which of the packets begin lines */
+    size_t start_count;
+    bool has_times; /**< times of capture rise */
+    double span_ns; /**< that times of the lines' beginnings span, but for a
+                         few */
+} lum_infer_ticks;
+
+/** How a field goes on from packet to packet. */
+typedef struct lum_infer_course {
+    size_t back; /**< steps to a lower number */
+    size_t one;  /**< steps by 1 */
+} lum_infer_course;
+
+/** The packets of the sensor that sent most, not more than are needed.
+ * @param out to be freed with lum_infer_free_ticks(), also after a failure.
+ * @return 0, or -1 without memory. */
+int lum_infer_find_ticks(const lum_infer_state *state, lum_infer_ticks *out);
+
+/** Free it. */
+void lum_infer_free_ticks(lum_infer_ticks *ticks);
+
+/** Set the ticks to those of a field. */
+lum_infer_course lum_infer_extend(lum_infer_ticks *ticks, lum_field field);
+
+/** The value below which a share of numbers lies, 0..1; sorts them. */
+double lum_infer_quantile(double *values, size_t n, double share);
+
+#endif
