@@ -73,12 +73,30 @@ typedef struct watch {
     lum_infer_ticks t;
     bool is_first; /* other fields are not known yet */
     double ones[8 * LUM_INFER_HEAD_BYTES];
+    lum_infer_bits counts; /* bits of numbers that count packets */
     trial best;
     trial *trials; /* all that follow time */
     size_t count;
 } watch;
 
 /* --- Following the time of capture --- */
+
+/* How much of half of the time the steps between times are, where packets are
+ * handed over in batches: most lines then begin at one time with the next of
+ * their eye. */
+static double step_of_times(const lum_infer_ticks *t)
+{
+    size_t equal = 0;
+    size_t steps = 0;
+    const double mean = 2.0 * t->span_ns / (double)t->start_count;
+    for (size_t i = 2; i < t->start_count; i++) {
+        const double gap =
+            (double)(t->times[t->starts[i]] - t->times[t->starts[i - 2]]);
+        equal += gap < 0.25 * mean;
+        steps += gap >= mean;
+    }
+    return equal * 2 < t->start_count || steps == 0 ? 0.0 : 4.0 / (double)steps;
+}
 
 /* The length of a tick: the median of what pairs of lines half of the capture
  * apart say.
@@ -103,6 +121,8 @@ static bool measure_slope(lum_infer_ticks *t, trial *out)
     out->spread = (lum_infer_quantile(t->sorted, n, 0.75) -
                    lum_infer_quantile(t->sorted, n, 0.25)) /
                   out->unit_ns;
+    const double step = step_of_times(t);
+    out->spread = step > out->spread ? step : out->spread;
     return out->unit_ns > 0.0;
 }
 
@@ -298,6 +318,30 @@ static bool is_usual_order(const watch *w, lum_field field)
                w->state->field[LUM_FIELD_FIRST_SAMPLE_INDEX].field.order;
 }
 
+/* Mark a number that counts packets. */
+static void mark_count(watch *w, lum_field field)
+{
+    const lum_infer_course course = lum_infer_extend(&w->t, field);
+    if ((double)course.one <= COUNTS * (double)w->t.count) {
+        return;
+    }
+    for (unsigned i = 0; i < 8u * field.bytes; i++) {
+        const unsigned bit = lum_infer_bit_at(field, i);
+        if (is_varying(w, bit)) {
+            w->counts.byte[bit / 8u] |= (uint8_t)(1u << bit % 8u);
+        }
+    }
+}
+
+/* Whether a clock is, or has part of, a number that counts packets. With round
+ * ticks, one that rises by 1 from packet to packet may be a clock. */
+static bool is_of_count(const watch *w, const trial *t)
+{
+    const lum_infer_bits bits = lum_infer_bits_of(t->field);
+    return lum_infer_overlap(&bits, &w->counts) &&
+           !(t->is_counter && is_round(w, t));
+}
+
 static void try_field(watch *w, lum_field field)
 {
     trial t = {.field = field};
@@ -312,8 +356,7 @@ static void try_field(watch *w, lum_field field)
     t.badness = stray(&w->t, t.unit_ns);
     t.is_counter = (double)course.one > COUNTS * (double)w->t.count;
     const double turned = (double)course.back / (double)w->t.count;
-    if (t.badness < STRAY && turned < BACK &&
-        (!t.is_counter || is_round(w, &t))) {
+    if (t.badness < STRAY && turned < BACK && !is_of_count(w, &t)) {
         t.badness += turned + (is_usual_order(w, field) ? 0.0 : OTHER_ORDER);
         offer(w, &t);
     }
@@ -324,7 +367,15 @@ static void try_all(watch *w)
     lum_field whole[LUM_INFER_WHOLE_MAX];
     const size_t n = lum_infer_whole(w->state, whole);
     count_ones(w);
-    for (size_t i = 0; i < n && w->t.start_count >= STARTS_MIN; i++) {
+    if (w->t.start_count < STARTS_MIN) {
+        return;
+    }
+    for (size_t i = 0; i < n; i++) {
+        if (lum_infer_is_free(w->state, whole[i])) {
+            mark_count(w, whole[i]);
+        }
+    }
+    for (size_t i = 0; i < n; i++) {
         if (lum_infer_is_free(w->state, whole[i])) {
             try_field(w, whole[i]);
         }
@@ -370,9 +421,11 @@ static uint32_t unit_of(const watch *w, const trial *t, bool *is_told)
 /* Times of a field's ticks at the beginnings of lines. */
 static void get_times(watch *w, const trial *t, double *out)
 {
+    bool is_told = false;
+    const double unit_ns = unit_of(w, t, &is_told);
     (void)lum_infer_extend(&w->t, t->field);
     for (size_t i = 0; i < w->t.start_count; i++) {
-        out[i] = t->unit_ns * (double)w->t.ticks[w->t.starts[i]];
+        out[i] = unit_ns * (double)w->t.ticks[w->t.starts[i]];
     }
 }
 

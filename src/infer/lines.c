@@ -19,6 +19,9 @@
 /* A line number is rather a field of its own than the upper bits of one. */
 #define LIKES_WHOLE 0.04
 
+/* Elevations begin again this often at least, for a number to be judged by. */
+#define OVER_MIN 2u
+
 /* Numbers of one lowest bit count as often, but for corruption. */
 #define NEAR 0.004
 
@@ -38,7 +41,7 @@ static lum_infer_steps walk(const lum_infer_starts *starts, unsigned eye_bit,
 {
     const lum_infer_packet *last[2] = {NULL, NULL};
     uint64_t number[2] = {0, 0};
-    lum_infer_steps s = {0, 0, 0};
+    lum_infer_steps s = {0, 0, 0, 0};
     for (size_t i = 0; i < starts->count; i++) {
         const lum_infer_packet *p = starts->at[i];
         const unsigned eye = lum_infer_bit_of(p, eye_bit);
@@ -46,8 +49,10 @@ static lum_infer_steps walk(const lum_infer_starts *starts, unsigned eye_bit,
         if (last[eye] != NULL && last[eye]->sensor == p->sensor) {
             s.all++;
             s.one += now == number[eye] + 1u;
-            s.down += now < number[eye] &&
-                      abs(p->calm - last[eye]->calm) * 2 > starts->height;
+            const bool is_over =
+                abs(p->calm - last[eye]->calm) * 2 > starts->height;
+            s.down += is_over && now < number[eye];
+            s.over += is_over;
         }
         last[eye] = p;
         number[eye] = now;
@@ -58,6 +63,11 @@ static lum_infer_steps walk(const lum_infer_starts *starts, unsigned eye_bit,
 double lum_infer_share_of_steps(lum_infer_steps s)
 {
     return s.all == 0 ? 0.0 : (double)(s.one + s.down) / (double)s.all;
+}
+
+bool lum_infer_begins_again(lum_infer_steps steps)
+{
+    return steps.over < OVER_MIN || steps.down * 2 >= steps.over;
 }
 
 /* The share of lines of an eye in which a bit differs from the line before. */

@@ -10,6 +10,7 @@ typedef struct lum_infer_steps {
     size_t all;  /**< steps from a line to the next */
     size_t one;  /**< by 1 */
     size_t down; /**< to a lower number, where elevations begin again */
+    size_t over; /**< where elevations begin again, whatever the number does */
 } lum_infer_steps;
 
 /** A line number that was tried. */
@@ -22,6 +23,10 @@ typedef struct lum_infer_line {
 
 /** The share of steps that a line number takes: by 1, or down. */
 double lum_infer_share_of_steps(lum_infer_steps steps);
+
+/** Whether numbers mostly fall where elevations begin again, or that is not
+ * seen. */
+bool lum_infer_begins_again(lum_infer_steps steps);
 
 /** Bits that differ by eye, and by nothing else.
  * @param eye_bit of the header; ::LUM_INFER_HEAD_BITS: one eye, no bits. */

@@ -10,9 +10,11 @@
 
 /* What custom has against a reading. It decides between readings that explain
  * about as much, and is no part of what they explain: an eye is rather told by
- * bits that nothing else changes beside, and a sensor has two eyes. */
+ * bits that nothing else changes beside, a sensor has two eyes, and line
+ * numbers begin again with each frame. */
 #define BUSY_EYE 0.1
 #define ONE_EYE  0.1
+#define ONWARD   0.06
 
 /* Eyes that take turns less often are not looked at. */
 #define TURNS_MIN 0.4
@@ -124,10 +126,12 @@ static bool is_busy(const finder *f, const reading *r)
 
 static double weight_of(const finder *f, const reading *r)
 {
+    const double line =
+        r->line.weight + (lum_infer_begins_again(r->line.steps) ? 0.0 : ONWARD);
     if (r->eye_bit == LUM_INFER_HEAD_BITS) {
-        return r->line.weight + ONE_EYE;
+        return line + ONE_EYE;
     }
-    return r->line.weight + (is_busy(f, r) ? BUSY_EYE : 0.0);
+    return line + (is_busy(f, r) ? BUSY_EYE : 0.0);
 }
 
 static double rank_of(const reading *r)
@@ -228,15 +232,15 @@ static bool is_lower(const finder *f, const reading *a, const reading *b)
 
 static const reading *find_best(const finder *f)
 {
-    const reading *best = NULL;
-    for (size_t i = 0; i < f->count; i++) {
+    const reading *best = f->readings;
+    for (size_t i = 1; i < f->count; i++) {
         const reading *r = &f->readings[i];
-        const double more = best == NULL ? 1.0 : rank_of(r) - rank_of(best);
+        const double more = rank_of(r) - rank_of(best);
         if (more > 1e-9 || (more > -1e-9 && is_lower(f, r, best))) {
             best = r;
         }
     }
-    return best;
+    return f->count == 0 ? NULL : best;
 }
 
 static bool is_same_eyes(const finder *f, const reading *a, const reading *b)
@@ -272,6 +276,14 @@ static void describe(const finder *f, const reading *r, lum_infer_reading *out)
     }
 }
 
+/* A number that goes on rising where elevations begin again does not compete
+ * with one that falls there. */
+static bool is_rival(const reading *r, const reading *best)
+{
+    return lum_infer_begins_again(r->line.steps) ||
+           !lum_infer_begins_again(best->line.steps);
+}
+
 /* Remember a reading of other eyes or other lines. */
 static void compete(const finder *f, const reading *r, lum_infer_reading *rival)
 {
@@ -288,12 +300,13 @@ static void find_rivals(finder *f, const reading *best)
         const reading *r = &f->readings[i];
         const bool is_same_eye = is_same_eyes(f, r, best);
         const bool is_same_line = is_same_lines(f, r, best);
-        if (!is_same_eye) {
+        if (!is_same_eye && is_rival(r, best)) {
             compete(f, r, &state->other_eye);
         }
-        if (!is_same_line) {
+        if (!is_same_line && is_rival(r, best)) {
             compete(f, r, &state->other_line);
-        } else if (is_same_eye && r->line.lowest != best->line.lowest) {
+        } else if (is_same_line && is_same_eye &&
+                   r->line.lowest != best->line.lowest) {
             state->equal_line = r->line.field;
         }
     }

@@ -11,15 +11,34 @@
 
 /* --- The profile --- */
 
+static bool overlaps(lum_field a, lum_field b)
+{
+    const lum_infer_bits x = lum_infer_bits_of(a);
+    const lum_infer_bits y = lum_infer_bits_of(b);
+    return lum_infer_overlap(&x, &y);
+}
+
+/* A number's upper bytes may be those of the clock beside it, if they never
+ * change. */
+static lum_field lower_bytes(lum_field line, lum_field clock)
+{
+    while (line.bytes > 1 && line.bits == 0 && overlaps(line, clock)) {
+        line.bytes /= 2;
+        line.at = (uint8_t)(line.order == LUM_ORDER_BIG ? line.at + line.bytes
+                                                        : line.at);
+    }
+    return line;
+}
+
 /* What stands where the reading has its line or eye cannot be the clock. */
 static void clear_clock(lum_profile *profile)
 {
     lum_field *clock = &profile->group[LUM_FIELD_TIMESTAMP];
-    const lum_infer_bits bits = lum_infer_bits_of(*clock);
-    const lum_infer_bits line =
-        lum_infer_bits_of(profile->group[LUM_FIELD_LINE]);
-    const lum_infer_bits eye = lum_infer_bits_of(profile->group[LUM_FIELD_EYE]);
-    if (lum_infer_overlap(&bits, &line) || lum_infer_overlap(&bits, &eye)) {
+    lum_field *line = &profile->group[LUM_FIELD_LINE];
+    const lum_field lower = lower_bytes(*line, *clock);
+    *line = overlaps(lower, *clock) ? *line : lower;
+    if (overlaps(*line, *clock) ||
+        overlaps(profile->group[LUM_FIELD_EYE], *clock)) {
         *clock = (lum_field){.bytes = 0};
     }
 }

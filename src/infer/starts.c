@@ -35,7 +35,7 @@ static int height_of(const lum_infer_starts *starts, int16_t *sorted)
 int lum_infer_find_starts(const lum_infer_state *state, lum_infer_starts *out)
 {
     *out = (lum_infer_starts){.state = state};
-    out->at = malloc(LUM_INFER_STARTS_MAX * sizeof(void *));
+    out->at = calloc(LUM_INFER_STARTS_MAX, sizeof(void *));
     int16_t *sorted = malloc(LUM_INFER_STARTS_MAX * sizeof *sorted);
     if (out->at == NULL || sorted == NULL) {
         free(sorted);

@@ -103,10 +103,10 @@ int lum_infer_find_ticks(const lum_infer_state *state, lum_infer_ticks *out)
     *out = (lum_infer_ticks){.state = state};
     choose(out);
     const size_t room = out->count + 1u;
-    out->times = malloc(room * sizeof *out->times);
-    out->ticks = malloc(room * sizeof *out->ticks);
-    out->sorted = malloc(room * sizeof *out->sorted);
-    out->starts = malloc(room * sizeof *out->starts);
+    out->times = calloc(room, sizeof *out->times);
+    out->ticks = calloc(room, sizeof *out->ticks);
+    out->sorted = calloc(room, sizeof *out->sorted);
+    out->starts = calloc(room, sizeof *out->starts);
     if (out->times == NULL || out->ticks == NULL || out->sorted == NULL ||
         out->starts == NULL) {
         return -1;
