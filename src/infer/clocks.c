@@ -18,7 +18,7 @@
  * is no clock does not follow a line at all. */
 #define STRAY 0.2
 
-/* Disorder and corruption turn fewer steps back than this. */
+/* Disorder and corruption turn fewer lines back than this. */
 #define BACK 0.25
 
 /* A field that rises by 1 in this share of packets counts them. */
@@ -355,7 +355,7 @@ static void try_field(watch *w, lum_field field)
     }
     t.badness = stray(&w->t, t.unit_ns);
     t.is_counter = (double)course.one > COUNTS * (double)w->t.count;
-    const double turned = (double)course.back / (double)w->t.count;
+    const double turned = (double)course.back / (double)w->t.start_count;
     if (t.badness < STRAY && turned < BACK && !is_of_count(w, &t)) {
         t.badness += turned + (is_usual_order(w, field) ? 0.0 : OTHER_ORDER);
         offer(w, &t);

@@ -124,37 +124,49 @@ static lum_field field_in_byte(unsigned at, unsigned taken, unsigned differing)
     return out;
 }
 
+/* A byte that may bear the eye. */
+typedef struct candidate {
+    lum_field field; /* bytes 0: it does not */
+    unsigned weight; /* what is for it */
+} candidate;
+
+static candidate try_byte(const lum_infer_starts *starts,
+                          const lum_infer_bits *used, unsigned eye_bit,
+                          unsigned at)
+{
+    candidate out = {.weight = 0};
+    unsigned differing = 0;
+    const unsigned changing =
+        lum_infer_changing(starts, at, eye_bit, &differing);
+    const unsigned taken = changing | used->byte[at];
+    out.field = field_in_byte(at, taken, differing & ~taken);
+    if (out.field.bytes > 0) {
+        out.weight =
+            2u * count_bits(differing) + (out.field.bits == 0 ? 1u : 0u) +
+            ((changing & ~(unsigned)used->byte[at]) == 0 ? NO_CHANGES : 0u) +
+            (starts->state->time.byte[at] == 0 ? NO_CLOCK : 0u);
+    }
+    return out;
+}
+
 lum_field lum_infer_eye_field(const lum_infer_starts *starts,
                               const lum_infer_bits *used, unsigned eye_bit,
                               lum_field *equal)
 {
-    lum_field best = {.bytes = 0};
-    lum_field other = {.bytes = 0};
-    unsigned most = 0;
-    const lum_infer_bits *time = &starts->state->time;
+    candidate best = {.weight = 0};
+    candidate other = {.weight = NO_CLOCK};
     for (unsigned at = LUM_INFER_FIELDS_AT; at < starts->state->samples.at;
          at++) {
-        unsigned differing = 0;
-        const unsigned changing =
-            lum_infer_changing(starts, at, eye_bit, &differing);
-        const unsigned taken = changing | used->byte[at];
-        const lum_field field = field_in_byte(at, taken, differing & ~taken);
-        const unsigned n =
-            2u * count_bits(differing) + (field.bits == 0 ? 1u : 0u) +
-            ((changing & ~(unsigned)used->byte[at]) == 0 ? NO_CHANGES : 0u) +
-            (time->byte[at] == 0 ? NO_CLOCK : 0u);
-        if (field.bytes > 0 && n > most) {
-            other = most > NO_CLOCK ? best : other;
-            most = n;
-            best = field;
-        } else if (field.bytes > 0 && n > NO_CLOCK) {
-            other = field;
+        candidate next = try_byte(starts, used, eye_bit, at);
+        if (next.weight > best.weight) {
+            const candidate before = best;
+            best = next;
+            next = before;
         }
+        other = next.weight > other.weight ? next : other;
     }
-    if (equal != NULL) {
-        *equal = other;
-    }
-    return best;
+    *equal = other.field;
+    return best.field;
 }
 
 /* The value that most packets of an eye have. */

@@ -22,8 +22,7 @@ double lum_infer_share_of_turns(const lum_infer_starts *starts,
 /** The field of the eye: of all bytes in which eyes differ, the one with most
  * of such bits.
  * @param used bits of other fields.
- * @param equal may be NULL; gets another one that tells the same, bytes 0:
- * there is none.
+ * @param equal gets another one that tells the same; bytes 0: there is none.
  * @return bytes 0: none. */
 lum_field lum_infer_eye_field(const lum_infer_starts *starts,
                               const lum_infer_bits *used, unsigned eye_bit,

@@ -30,6 +30,8 @@ static const char *const names[LUM_INFER_KEYS] = {
  * least in this share. */
 #define CUT_MIN 0.5
 
+/* --- Texts --- */
+
 LUM_PRINTF(2, 3)
 static void say(char out[LUM_INFER_TEXT_BYTES], const char *format, ...)
 {
@@ -73,6 +75,8 @@ static void say_wider(const lum_infer_state *state, lum_infer_finding *f,
         say(f->equal, "%s, since the further bytes are always 0", text);
     }
 }
+
+/* --- Each key --- */
 
 static void of_type(const lum_infer_state *state, lum_infer_finding *f)
 {
@@ -353,6 +357,8 @@ static void find_all(const lum_infer_state *state, lum_infer_result *out)
     }
     out->finding_count = LUM_INFER_KEYS;
 }
+
+/* --- How sure it is --- */
 
 /* The field whose best rival is nearest, and by how much. */
 static double nearest(const lum_infer_state *state, unsigned *which)

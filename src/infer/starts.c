@@ -26,7 +26,7 @@ static int height_of(const lum_infer_starts *starts, int16_t *sorted)
 {
     const size_t n = starts->count;
     for (size_t i = 0; i < n; i++) {
-        sorted[i] = starts->at[i]->calm;
+        sorted[i] = (int16_t)(starts->at[i] == NULL ? 0 : starts->at[i]->calm);
     }
     qsort(sorted, n, sizeof *sorted, compare);
     return n == 0 ? 0 : sorted[n - 1 - n / SPOILED] - sorted[n / SPOILED];

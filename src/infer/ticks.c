@@ -136,7 +136,6 @@ lum_infer_course lum_infer_extend(lum_infer_ticks *t, lum_field field)
         const int64_t step = up < UINT64_C(1) << 63
                                  ? (int64_t)(up >> unused)
                                  : -(int64_t)(~up >> unused) - 1;
-        course.back += step < 0;
         course.one += step == 1;
         /* No sum of steps leaves 64 bits. */
         t->ticks[i] = step > INT64_MAX / (int64_t)TRIAL ||
@@ -144,6 +143,9 @@ lum_infer_course lum_infer_extend(lum_infer_ticks *t, lum_field field)
                           ? t->ticks[i - 1]
                           : t->ticks[i - 1] + step;
         last = now;
+    }
+    for (size_t i = 1; i < t->start_count; i++) {
+        course.back += t->ticks[t->starts[i]] < t->ticks[t->starts[i - 1]];
     }
     return course;
 }

@@ -24,8 +24,9 @@ typedef struct lum_infer_ticks {
 
 /** How a field goes on from packet to packet. */
 typedef struct lum_infer_course {
-    size_t back; /**< steps to a lower number */
-    size_t one;  /**< steps by 1 */
+    size_t back; /**< lines that begin with a lower number than the line
+                      before */
+    size_t one;  /**< steps by 1 from packet to packet */
 } lum_infer_course;
 
 /** The packets of the sensor that sent most, not more than are needed.
