@@ -4,6 +4,7 @@ tool does not see."""
 import gzip
 import json
 import os
+import pathlib
 import random
 import re
 import shlex
@@ -179,6 +180,39 @@ class Told(Case):
         comments = " ".join(re.findall(r"#\s?(.*)", text))
         for f in findings:
             self.assertIn(" ".join(f["evidence"].split())[:40], " ".join(comments.split()), f["key"])
+
+
+class Shared(Case):
+    """Captures of other makers' hands, with their true profiles: clocks of the eyes a few us apart, ticks of a nanosecond, bits."""
+
+    WIDE = pathlib.Path(__file__).resolve().parents[3] / "shared" / "vectors-wide"
+
+    def sources(self):
+        sources = sorted(self.WIDE.glob("infer-*.pcap"))
+        if not sources:
+            self.skipTest("the captures of wider profiles are not beside this checkout")
+        return sources
+
+    def test_the_layout_is_found_and_gives_the_points_of_the_true_one(self):
+        for source in self.sources():
+            with self.subTest(source.name):
+                found = self.folder / "found.yaml"
+                self.assertIn(": found: ", self.infer(source, "-o", found).stderr)
+                self.assert_same_points(source, source.with_suffix(".profile.yaml"), found)
+
+    def test_the_margin_is_measured_and_a_second_reading_is_another_one(self):
+        for source in self.sources():
+            with self.subTest(source.name):
+                r = self.infer(source, "--json")
+                got = json.loads(r.stdout)
+                self.assertGreater(got["margin"], 5)
+                self.assertNotEqual(got["margin"], 10.0)
+                self.assertNotEqual(got["second"], {})
+                said = self.infer(source).stderr
+                self.assertRegex(said, r"(?m)^(second best reading: group\.|no second reading was found$)")
+                for f in got["findings"]:
+                    if f["key"] in ("group.eye", "group.line"):
+                        self.assertIn("there is no", f["evidence"])
 
 
 class Sources(Case):
