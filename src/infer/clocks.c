@@ -342,6 +342,22 @@ static bool is_of_count(const watch *w, const trial *t)
            !(t->is_counter && is_round(w, t));
 }
 
+/* The share of steps back: from line to line any, and from packet to packet
+ * those that are longer than lines are apart. Clocks of the eyes, whose packets
+ * take turns, may be some us apart. */
+static double share_back(const lum_infer_ticks *t, lum_infer_course course,
+                         double unit_ns)
+{
+    const double line_ns = t->span_ns / (double)t->start_count;
+    size_t back = 0;
+    for (size_t i = 1; i < t->count; i++) {
+        back += (double)(t->ticks[i - 1] - t->ticks[i]) * unit_ns > line_ns;
+    }
+    const double of_lines = (double)course.back / (double)t->start_count;
+    const double of_packets = (double)back / (double)t->count;
+    return of_lines > of_packets ? of_lines : of_packets;
+}
+
 static void try_field(watch *w, lum_field field)
 {
     trial t = {.field = field};
@@ -355,7 +371,7 @@ static void try_field(watch *w, lum_field field)
     }
     t.badness = stray(&w->t, t.unit_ns);
     t.is_counter = (double)course.one > COUNTS * (double)w->t.count;
-    const double turned = (double)course.back / (double)w->t.start_count;
+    const double turned = share_back(&w->t, course, t.unit_ns);
     if (t.badness < STRAY && turned < BACK && !is_of_count(w, &t)) {
         t.badness += turned + (is_usual_order(w, field) ? 0.0 : OTHER_ORDER);
         offer(w, &t);

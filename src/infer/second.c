@@ -7,7 +7,7 @@
 #include <string.h>
 
 /* Profiles that differ in fewer packets are the same, but for corruption. */
-#define OTHER 0.05
+#define OTHER 0.01
 
 /* --- The profile --- */
 

@@ -320,7 +320,7 @@ static void check_result(const struct maker *m, const lum_infer_result *r)
         assert_int_equal(r->verdict, LUM_INFER_UNSURE);
     }
     if (r->has_second) {
-        assert_true(differences(m, &r->profile, &r->second) * 50 >
+        assert_true(differences(m, &r->profile, &r->second) * 100 >
                     m->kept_count);
     }
     check_yaml(r);
