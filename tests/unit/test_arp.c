@@ -24,7 +24,7 @@
 
 #define SENSOR  0x0a2a0025u
 #define CLIENT  0x0a2a0001u
-#define WAIT_NS INT64_C(10000000000)
+#define WAIT_NS INT64_C(120000000000)
 
 static bool has_network;
 

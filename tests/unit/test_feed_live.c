@@ -33,7 +33,7 @@ static pid_t start_sensor(const char *option, const char *value)
     const pid_t child = fork();
     if (child == 0) {
         (void)execl(LUM_LUMSIM, "lumsim", "--quiet", "--address", ADDRESS,
-                    "--frames", "2", "--duration", "120", "--log", log_path,
+                    "--frames", "2", "--duration", "900", "--log", log_path,
                     option, value, (char *)NULL);
         _exit(127);
     }

@@ -132,7 +132,7 @@ static pid_t start_owner(lum_endpoint who)
     assert_true(child >= 0);
     if (child == 0) {
         lum_owner *owner = NULL;
-        alarm(60);
+        alarm(600);
         const bool owns = lum_owner_take(who, NULL, &owner, NULL) == LUM_NET_OK;
         const ssize_t written = write(ready[1], owns ? "y" : "n", 1);
         if (written == 1) {
@@ -212,7 +212,7 @@ static void programs_that_it_starts_do_not_keep_it(void **state)
     fflush(NULL);
     const pid_t child = fork();
     if (child == 0) {
-        execlp("sleep", "sleep", "60", (char *)NULL);
+        execlp("sleep", "sleep", "600", (char *)NULL);
         _exit(127);
     }
     close(open_until_exec[1]);

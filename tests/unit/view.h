@@ -8,7 +8,7 @@
 #include <stdbool.h>
 
 /* Longest wait for what must come. */
-#define VIEW_PATIENCE_S 60
+#define VIEW_PATIENCE_S 300
 
 /* A feed and who looks at it. */
 struct viewer {
