@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 
+from support import PATIENCE_S
 from websocket import (BINARY, CLOSE, PING, PONG, TEXT, Browser, Connection, frame, request, upgrade)
 
 BIN = pathlib.Path(os.environ.get("LUM_BIN", "build/bin")).resolve()
@@ -91,7 +92,7 @@ def attack(rng, address, port):
 
 def check(address, port):
     """A page and a browser are served as ever; places may all be taken for a few seconds."""
-    end = time.monotonic() + 60
+    end = time.monotonic() + PATIENCE_S
     while True:
         try:
             c = Connection(address, port)
@@ -130,7 +131,7 @@ def main():
         if server.poll() is None:
             check(address, port)
             server.send_signal(signal.SIGTERM)
-        _, said = server.communicate(timeout=60)
+        _, said = server.communicate(timeout=PATIENCE_S)
     finally:
         server.kill()
     print(f"fuzz_lumview: {count} connections, status {server.returncode}")

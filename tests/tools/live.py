@@ -36,15 +36,15 @@ NO_NAMESPACES = why_no_namespaces()
 needs_namespaces = unittest.skipIf(NO_NAMESPACES, NO_NAMESPACES)
 
 
-def wait_until(condition, seconds=10.0, what="it"):
+def wait_until(condition, what="it"):
     """Poll for something that has to come; how long it takes is not what is tested."""
-    end = time.monotonic() + seconds
+    end = time.monotonic() + support.PATIENCE_S
     while time.monotonic() < end:
         value = condition()
         if value:
             return value
         time.sleep(0.02)
-    raise AssertionError(f"{what} did not come in {seconds} s")
+    raise AssertionError(f"{what} did not come in {support.PATIENCE_S} s")
 
 
 class Process:
@@ -68,17 +68,17 @@ class Process:
     def send(self, number):
         self.p.send_signal(number)
 
-    def wait(self, timeout=30):
+    def wait(self):
         try:
-            return self.p.wait(timeout)
+            return self.p.wait(support.PATIENCE_S)
         except subprocess.TimeoutExpired:
             raise AssertionError(f"{self.name} does not end: {self.stderr()[-500:]}") from None
 
-    def end(self, number=signal.SIGTERM, timeout=30):
+    def end(self, number=signal.SIGTERM):
         """Ask to end; its exit status."""
         if self.p.poll() is None:
             self.p.send_signal(number)
-        return self.wait(timeout)
+        return self.wait()
 
     def kill(self):
         if self.p.poll() is None:
@@ -105,7 +105,7 @@ class Sensor(Process):
         ready = "start" if "--replay" in arguments else "frames"
         super().__init__(test, folder, self.folder_of_tool / "lumsim", "--address", address, "--log", self.log_path, *arguments,
                          namespace=namespace)
-        wait_until(lambda: self.p.poll() is not None or self.events(ready), 60, "lumsim")
+        wait_until(lambda: self.p.poll() is not None or self.events(ready), "lumsim")
         if self.p.poll() is not None:
             raise AssertionError(f"lumsim ended: {self.stderr()}")
 
@@ -116,11 +116,11 @@ class Sensor(Process):
     def events(self, kind, after=0.0):
         return [e for e in self.log() if e["event"] == kind and e["t"] > after]
 
-    def cue(self, number, seconds=20):
+    def cue(self, number):
         """A fault that waits for this signal happens: SIGUSR1 or SIGUSR2. Its event."""
         before = len(self.events("fault"))
         self.send(number)
-        return wait_until(lambda: self.events("fault")[before:], seconds, "the fault")[0]
+        return wait_until(lambda: self.events("fault")[before:], "the fault")[0]
 
     def laser_is_up(self):
         changes = self.events("laser")
@@ -152,12 +152,12 @@ class Hosts:
             self.ip("-n", name, "link", "set", "lo", "up")
             self.ip("-n", name, "link", "set", "eth0", "up")
         for name in (self.client, self.sensor):
-            wait_until(lambda name=name: "LOWER_UP" in self.ip("-n", name, "link", "show", "eth0"), 10, "the link")
+            wait_until(lambda name=name: "LOWER_UP" in self.ip("-n", name, "link", "show", "eth0"), "the link")
         self.relay = None
         if relay is not None:
             self.relay = Process(test, folder, sys.executable, HERE / "relay.py", "wirec", "wires", *relay,
                                  namespace=self.wire, name="relay")
-            wait_until(lambda: "ready" in self.relay.stdout(), 10, "the relay")
+            wait_until(lambda: "ready" in self.relay.stdout(), "the relay")
 
     @staticmethod
     def ip(*arguments):
@@ -179,10 +179,10 @@ class Hosts:
         for name in (self.client, self.sensor, self.wire):
             subprocess.run(["ip", "netns", "del", name], capture_output=True)
 
-    def run(self, name, *arguments, timeout=60):
+    def run(self, name, *arguments):
         """A tool on the client's host, to its end."""
         r = subprocess.run([*inside(self.client), str(support.BIN / name), *map(str, arguments)],
-                           capture_output=True, text=True, timeout=timeout, stdin=subprocess.DEVNULL)
+                           capture_output=True, text=True, timeout=support.PATIENCE_S, stdin=subprocess.DEVNULL)
         return r
 
     def start(self, name, *arguments, **options):

@@ -6,6 +6,8 @@ import signal
 import subprocess
 import time
 
+from support import PATIENCE_S
+
 TICKS = os.sysconf("SC_CLK_TCK")
 
 
@@ -21,8 +23,8 @@ def last(path, event):
     return next((e for e in reversed(events) if e["event"] == event), None)
 
 
-def wait_for(path, event, process, seconds=60):
-    end = time.monotonic() + seconds
+def wait_for(path, event, process):
+    end = time.monotonic() + PATIENCE_S
     while time.monotonic() < end and process.poll() is None:
         found = last(path, event)
         if found:
@@ -59,11 +61,11 @@ def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs
         after = [cpu_seconds(p.pid) for p in (sensor, dump)]
         wall = time.monotonic() - began
         sensor.send_signal(signal.SIGTERM)
-        sensor.wait(30)
+        sensor.wait(PATIENCE_S)
         stop, stream = last(log, "stop"), last(log, "stream")
         time.sleep(0.5)
         dump.send_signal(signal.SIGINT)
-        out, err = dump.communicate(timeout=60)
+        out, err = dump.communicate(timeout=PATIENCE_S)
     finally:
         for p in (sensor, dump):
             if p is not None and p.poll() is None:

@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import pathlib
+import signal
 import struct
 import subprocess
 import tempfile
@@ -13,8 +14,16 @@ MAGIC = bytes.fromhex("edfef3a1efbe3412")
 SENSOR = "10.42.0.37"
 CLIENT = "10.42.0.1"
 
+# For what has to come. It only ends a test that hangs: a busy machine, an instrument or an emulator may be slow.
+PATIENCE_S = 300.0
+
 # Names that no host has are looked up: where no server answers, for a second.
 os.environ.setdefault("RES_OPTIONS", "timeout:1 attempts:1")
+
+# What runs beside a shell, or under nohup, ignores signals, and so would the programs that a test starts and signals.
+for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+    if signal.getsignal(number) == signal.SIG_IGN:
+        signal.signal(number, signal.SIG_DFL)
 
 # What tools remember between runs goes to a folder of the test's own, never to the user's home.
 STATE = tempfile.TemporaryDirectory()
@@ -22,7 +31,7 @@ atexit.register(STATE.cleanup)
 os.environ["XDG_STATE_HOME"] = STATE.name
 
 
-def run(tool, *arguments, stdin=b"", timeout=120, **options):
+def run(tool, *arguments, stdin=b"", timeout=PATIENCE_S, **options):
     """Run a tool to its end; its output as text."""
     r = subprocess.run([str(BIN / tool), *map(str, arguments)], input=stdin,
                        capture_output=True, timeout=timeout, **options)

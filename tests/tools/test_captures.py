@@ -14,7 +14,7 @@ import threading
 import time
 import unittest
 
-from support import BIN, Folder, line, pcap, run, simulate, summary, udp, word
+from support import BIN, PATIENCE_S, Folder, line, pcap, run, simulate, summary, udp, word
 
 JUDGE = os.environ.get("LUM_JUDGE", "")
 ENDINGS = (".gz", ".zst")
@@ -266,12 +266,12 @@ class Endless(Case):
         with subprocess.Popen([BIN / "lumdump", "-"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE) as p:
             thread = self.feed(p, head, again)
-            self.assertTrue(self.enough.wait(300))
+            self.assertTrue(self.enough.wait(PATIENCE_S))
             peak = pathlib.Path(f"/proc/{p.pid}/status").read_text().split("VmHWM:")[1].split()[0]
             p.send_signal(signal.SIGINT)
             p.stdout.read()
             p.stderr.read()
-            p.wait(300)
+            p.wait(PATIENCE_S)
             thread.join(300)
             self.assertEqual(p.returncode, -signal.SIGINT)
             self.assertLess(int(peak), LIMIT_KB)

@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import unittest
 
-from support import BIN, Folder, run, simulate
+from support import BIN, PATIENCE_S, Folder, run, simulate
 
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / "tools" / "completion"
 
@@ -21,7 +21,7 @@ def complete(*words):
         printf '%s\\n' "${COMPREPLY[@]}"
     """
     r = subprocess.run(["bash", "-c", script, str(FOLDER / "lumsdk.bash"), *words], capture_output=True, text=True,
-                       env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"}, timeout=30)
+                       env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"}, timeout=PATIENCE_S)
     return r.stdout.split()
 
 
@@ -140,13 +140,13 @@ class Bash(unittest.TestCase):
 @unittest.skipUnless(shutil.which("zsh"), "zsh is not installed")
 class Zsh(unittest.TestCase):
     def test_the_file_is_sound(self):
-        r = subprocess.run(["zsh", "-n", str(FOLDER / "_lumsdk")], capture_output=True, text=True, timeout=30)
+        r = subprocess.run(["zsh", "-n", str(FOLDER / "_lumsdk")], capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual((r.returncode, r.stderr), (0, ""))
 
     def test_options_come_from_the_help(self):
         script = "fpath=($1 $fpath); autoload -U compinit; compinit -D -u; autoload +X _lumsdk; _lumsdk_options=; " \
                  "source $1/_lumsdk 2>/dev/null; _lumsdk_options lumdump"
-        r = subprocess.run(["zsh", "-fc", script, "zsh", str(FOLDER)], capture_output=True, text=True, timeout=30,
+        r = subprocess.run(["zsh", "-fc", script, "zsh", str(FOLDER)], capture_output=True, text=True, timeout=PATIENCE_S,
                            env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"})
         self.assertIn("--laser", r.stdout)
 

@@ -7,7 +7,7 @@ import time
 import unittest
 
 import shards
-from support import BIN, Folder, run, summary
+from support import BIN, PATIENCE_S, Folder, run, summary
 from test_lumdump import two_lines
 
 ADDRESS = "127.47.0.1"
@@ -39,7 +39,7 @@ class Case(unittest.TestCase):
         return p
 
     def wait_for(self, condition, what):
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + PATIENCE_S
         while not condition():
             self.assertLess(time.monotonic(), deadline, f"waited in vain for {what}")
             time.sleep(0.01)
@@ -79,7 +79,7 @@ class Rivals(Case):
     def end(self, p):
         p.stdin.close()
         said = p.stderr.read().decode()
-        self.assertEqual(p.wait(60), 0, said)
+        self.assertEqual(p.wait(PATIENCE_S), 0, said)
 
     def test_a_second_run_of_a_name_is_refused_and_the_first_is_whole(self):
         source = self.folder.write("in.pcap", two_lines())
@@ -162,7 +162,7 @@ class Rivals(Case):
         self.refused(1, "lumsim", "-o", out, "-q", says="another run is writing it")
         self.refused(1, "lumsim", "-o", self.folder / "x.pcap", "--truth", truth, "-q", says="another run is writing it")
         p.send_signal(signal.SIGINT)
-        self.assertEqual(p.wait(60), -signal.SIGINT)
+        self.assertEqual(p.wait(PATIENCE_S), -signal.SIGINT)
         self.assertEqual(self.folder.names(), [])
 
 
@@ -176,11 +176,13 @@ class Live(Case):
     def test_what_a_recording_writes_is_not_replaced(self):
         source = self.folder.write("in.pcap", two_lines())
         raw, cloud = self.folder / "raw.pcap", self.folder / "cloud.csv"
-        self.sensor(ADDRESS)
+        _, log = self.sensor(ADDRESS)
         raw.write_text("old")
         raw.chmod(0o640)
         p = self.start("lumdump", f"udp://{ADDRESS}", "--laser", "-q", "-o", raw, "-o", cloud)
-        self.wait_for(lambda: raw.stat().st_size > 100_000, "data")
+        self.wait_for(lambda: '"up": true' in log.read_text(), "the laser")
+        before = raw.stat().st_size
+        self.wait_for(lambda: raw.stat().st_size > before + 1_000_000, "data")
         self.sensor("127.47.0.2")
         hard = self.folder / "hard.pcap"
         os.link(raw, hard)
@@ -191,7 +193,7 @@ class Live(Case):
         self.refused(1, "lumdump", source, "-o", cloud, says=f"another run is writing it (process {p.pid})")
         p.send_signal(signal.SIGINT)
         said = p.stderr.read().decode()
-        self.assertEqual(p.wait(60), 0, said)
+        self.assertEqual(p.wait(PATIENCE_S), 0, said)
         self.assertGreater(summary(raw)["points"], 1000)
         self.assertEqual(stat.S_IMODE(raw.stat().st_mode), 0o640)
         points = cloud.read_bytes().count(b"\n") - 1
@@ -277,7 +279,7 @@ class Inputs(Case):
         """Refused, with standard output at a file's end."""
         with open(path, "ab") as out:
             r = subprocess.run([BIN / tool, *map(str, arguments)], stdin=stdin, stdout=out, stderr=subprocess.PIPE,
-                               timeout=60)
+                               timeout=PATIENCE_S)
         self.assertEqual(r.returncode, 2, (arguments, r.stderr))
         self.assertIn(b"which this run reads", r.stderr)
         self.unharmed()

@@ -13,7 +13,7 @@ import unittest
 
 import shards
 from live import Hosts, Process, Sensor, inside, needs_namespaces, readable, wait_until
-from support import BIN, MAGIC, Folder, run
+from support import BIN, MAGIC, PATIENCE_S, Folder, run
 from test_lumctl import FakeSensor
 
 DONE, FAILED, BAD, NO_ANSWER = range(4)
@@ -97,9 +97,11 @@ class Here(Case):
         silent = FakeSensor(self, "127.62.1.1", lambda *_: [])
         speaks = FakeSensor(self, "127.62.1.2")
         self.check(DONE, run("lumctl", "find", "--timeout", 3000, "--subnet", "127.62.1.0/30"))
+        wait_until(lambda: len(silent.packets) >= 2, "the second request")
         self.assertEqual([p[8] for p in silent.packets], [6, 6])
         self.assertEqual([p[8] for p in speaks.packets], [6])
         self.check(DONE, run("lumctl", "find", "--timeout", 3000, "--subnet", "127.62.1.0/30", "--retries", 2))
+        wait_until(lambda: len(silent.packets) >= 2 + 3, "the last request")
         self.assertEqual(len(silent.packets), 2 + 3)
 
     def test_an_answer_from_another_port_is_shown_with_it(self):
@@ -124,7 +126,7 @@ class Here(Case):
 
     def test_who_sends_the_magic_and_nothing_of_a_sensor_is_told_and_is_none(self):
         stranger = Process(self, self.folder, sys.executable, "-c", STRANGER, "127.62.3.1")
-        wait_until(lambda: "ready" in stranger.stdout(), 20, "the stranger")
+        wait_until(lambda: "ready" in stranger.stdout(), "the stranger")
         r = self.check(NO_ANSWER, run("lumctl", "find", "--timeout", 3000, "--subnet", "127.62.3.0/30"))
         self.assertRegex(r.stdout, r"127\.62\.3\.1 .*no packet that a sensor sends")
         self.assertIn("may be one", r.stderr)
@@ -152,12 +154,12 @@ class Here(Case):
         self.addCleanup(os.close, master)
         out = self.folder / "found"
         with open(out, "wb") as f:
-            p = subprocess.Popen([BIN / "lumctl", "find", "--subnet", "127.62.4.0/22"], stdin=subprocess.DEVNULL, stdout=f, stderr=slave)
+            p = subprocess.Popen([BIN / "lumctl", "find", "--timeout", "20000", "--subnet", "127.62.4.0/22"], stdin=subprocess.DEVNULL, stdout=f, stderr=slave)
         self.addCleanup(lambda: p.poll() is None and p.kill())
         os.close(slave)
         shown = b""
         while b", 1 sensor found" not in shown:
-            self.assertTrue(readable(master, 60), shown)
+            self.assertTrue(readable(master, PATIENCE_S), shown)
             shown += os.read(master, 4096)
         p.send_signal(signal.SIGINT)
         while True:
@@ -168,14 +170,14 @@ class Here(Case):
             if not data:
                 break
             shown += data
-        self.assertEqual(p.wait(60), DONE)
+        self.assertEqual(p.wait(PATIENCE_S), DONE)
         self.assertIn("127.62.5.1 ", out.read_text())
         self.assertIn(b"interrupted: ", shown)
 
     def test_ctrl_c_before_anything_was_found(self):
         asked = FakeSensor(self, "127.62.8.1", lambda *_: [])
-        p = Process(self, self.folder, BIN / "lumctl", "find", "--subnet", "127.62.8.0/22")
-        wait_until(lambda: asked.packets, 60, "the first question")
+        p = Process(self, self.folder, BIN / "lumctl", "find", "--timeout", "20000", "--subnet", "127.62.8.0/22")
+        wait_until(lambda: asked.packets, "the first question")
         self.assertEqual(p.end(signal.SIGINT), -signal.SIGINT)
         self.assertIn("interrupted", p.stderr())
 
@@ -188,10 +190,10 @@ class Here(Case):
         p = Process(self, self.folder, BIN / "lumctl", "--host", "127.62.13.1", "shell", "--heartbeat", stdin=subprocess.PIPE)
         p.p.stdin.write(b"laser on\nfind --subnet 127.62.16.0/23\nlaser off\n")
         p.p.stdin.flush()
-        wait_until(lambda: sensor.laser_is_up(), 60, "the laser")
-        wait_until(lambda: not sensor.laser_is_up(), 120, "its end")
+        wait_until(lambda: sensor.laser_is_up(), "the laser")
+        wait_until(lambda: not sensor.laser_is_up(), "its end")
         p.p.stdin.close()
-        self.assertEqual(p.wait(60), NO_ANSWER)
+        self.assertEqual(p.wait(), NO_ANSWER)
         up, down = [e["t"] for e in sensor.events("laser")][-2:]
         self.assertEqual([e for e in sensor.events("status", up) if e["t"] <= down and "HEARTBEAT_TIMEOUT" in e["bits"]], [])
 
@@ -214,7 +216,7 @@ class Wire(Case):
                       self.hosts.sensor)
         for name in (self.hosts.client, self.hosts.sensor):
             self.hosts.ip("-n", name, "link", "set", "eth1", "up")
-        wait_until(lambda: "LOWER_UP" in self.hosts.ip("-n", self.hosts.client, "link", "show", "eth1"), 20, "the link")
+        wait_until(lambda: "LOWER_UP" in self.hosts.ip("-n", self.hosts.client, "link", "show", "eth1"), "the link")
 
     def sensor(self, address):
         return Sensor(self, self.folder, address=address, namespace=self.hosts.sensor)
@@ -246,7 +248,7 @@ class Wire(Case):
     def test_a_sensor_that_is_anothers_is_found_and_stays_his(self):
         sensor = self.sensor("10.42.0.37")
         owner = self.hosts.start("lumctl", "heartbeat")
-        wait_until(lambda: sensor.events("heartbeat"), 30, "the owner")
+        wait_until(lambda: sensor.events("heartbeat"), "the owner")
         self.find(DONE)
         self.assertIsNone(owner.p.poll())
         self.assertEqual(len({e["from"] for e in sensor.events("heartbeat")}), 1)
@@ -306,7 +308,7 @@ class Wire(Case):
 
     def impostor(self, address, mac):
         p = Process(self, self.folder, sys.executable, "-c", IMPOSTOR, "eth0", address, mac, namespace=self.hosts.sensor)
-        wait_until(lambda: "ready" in p.stdout(), 20, "the other device")
+        wait_until(lambda: "ready" in p.stdout(), "the other device")
 
     def test_a_sensor_and_a_computer_of_one_address_whomever_the_kernel_has_asked(self):
         """As root the wire is asked. The kernel's table stands as it is: the sensor in it, or the computer."""
@@ -397,7 +399,7 @@ class Wire(Case):
         self.addCleanup(p.kill)
         Process(self, self.folder, sys.executable, "-c", SENDER, "10.9.9.9", "10.9.9.1", "08000000" + "02" * 40,
                 namespace=self.hosts.sensor)
-        out, err = p.communicate(timeout=120)
+        out, err = p.communicate(timeout=PATIENCE_S)
         found = json.loads(out)
         self.assertEqual(p.returncode, DONE, err)
         self.assertEqual((len(found["sensors"]), found["complete"]), (256, False))
@@ -426,7 +428,7 @@ class Wire(Case):
         self.assertEqual(left_out, ["of 10.42.0.0/16 on eth1 only 10.42.0.0/22 was searched, around this host's own address; "
                                     "--subnet searches another part"])
         self.hosts.ip("-n", self.hosts.sensor, "link", "set", "eth1", "down")
-        wait_until(lambda: "NO-CARRIER" in self.hosts.ip("-n", self.hosts.client, "link", "show", "eth1"), 20, "no link")
+        wait_until(lambda: "NO-CARRIER" in self.hosts.ip("-n", self.hosts.client, "link", "show", "eth1"), "no link")
         r = self.check(FAILED, self.hosts.run("lumctl", "find", "--interface", "eth1"))
         self.assertIn("eth1: no link, and not searched", r.stderr)
         self.hosts.ip("-n", self.hosts.client, "link", "set", "eth1", "down")
@@ -444,7 +446,7 @@ class Wire(Case):
         binary.chmod(0o755)
         self.folder.path.chmod(0o755)
         r = subprocess.run([*inside(self.hosts.client), *nobody, str(binary), "find", "--json", *map(str, PATIENT)],
-                           capture_output=True, text=True, timeout=60)
+                           capture_output=True, text=True, timeout=PATIENCE_S)
         self.check(DONE, r)
         found = json.loads(r.stdout)
         self.assertEqual([(s["sensor"], s["how"], s["mac"]) for s in found["sensors"]], [("10.42.0.37", "answers", None)])

@@ -14,7 +14,7 @@ import struct
 import subprocess
 import unittest
 
-from support import BIN, MAGIC, Folder, frames_of, group, line, pcap, run, simulate, summary, udp, word
+from support import BIN, MAGIC, PATIENCE_S, Folder, frames_of, group, line, pcap, run, simulate, summary, udp, word
 
 # No field where it is usual.
 OTHER = """version: 1
@@ -228,7 +228,7 @@ class Sources(Case):
         packed = self.folder.write("c.pcap.gz", gzip.compress(self.source.read_bytes(), 1))
         self.assertEqual(self.infer(packed).stdout, self.profile)
         if shutil.which("zstd"):
-            subprocess.run(["zstd", "-q", self.source], check=True, timeout=60)
+            subprocess.run(["zstd", "-q", self.source], check=True, timeout=PATIENCE_S)
             self.assertEqual(self.infer(self.folder / "c.pcap.zst").stdout, self.profile)
 
     def test_several(self):
@@ -255,7 +255,7 @@ class Sources(Case):
             reader, writer = os.pipe()
             os.close(reader)
             with open(writer, "wb") as pipe:
-                r = subprocess.run([BIN / "lumdump", self.source, "--infer", *options], stdout=pipe, stderr=subprocess.PIPE, timeout=60)
+                r = subprocess.run([BIN / "lumdump", self.source, "--infer", *options], stdout=pipe, stderr=subprocess.PIPE, timeout=PATIENCE_S)
             self.assertEqual(r.returncode, 0, r.stderr)
             self.assertNotIn(b"cannot be written", r.stderr)
 
@@ -266,7 +266,7 @@ class Sources(Case):
             p.stdin.write(self.source.read_bytes()[:200_000])
             p.stdin.flush()
             p.send_signal(signal.SIGINT)
-            self.assertEqual(p.wait(60), -signal.SIGINT)
+            self.assertEqual(p.wait(PATIENCE_S), -signal.SIGINT)
             self.assertEqual((p.stdout.read(), p.stderr.read()), (b"", b""))
         self.assertFalse(out.exists())
 
@@ -358,13 +358,13 @@ class Refused(Case):
         self.refused(source, "--infer", "-o", self.folder / "same.yaml", message="is the source itself")
         self.refused(source, "--infer", "-o", self.folder / "no" / "p.yaml", message="the directory does not exist", status=1)
         with open(source, "rb+") as out:
-            r = subprocess.run([BIN / "lumdump", source, "--infer"], stdout=out, stderr=subprocess.PIPE, timeout=60)
+            r = subprocess.run([BIN / "lumdump", source, "--infer"], stdout=out, stderr=subprocess.PIPE, timeout=PATIENCE_S)
         self.assertEqual((r.returncode, b"standard output is the source itself" in r.stderr), (2, True), r.stderr)
 
     def test_a_disk_that_is_full(self):
         source = self.capture()
         with open("/dev/full", "wb") as full:
-            r = subprocess.run([BIN / "lumdump", source, "--infer"], stdout=full, stderr=subprocess.PIPE, timeout=60)
+            r = subprocess.run([BIN / "lumdump", source, "--infer"], stdout=full, stderr=subprocess.PIPE, timeout=PATIENCE_S)
         self.assertEqual(r.returncode, 1)
         self.assertIn(b"standard output", r.stderr)
 
@@ -377,7 +377,7 @@ class Named(Case):
         commands = re.findall(r"(?m)^  (lumdump .*)$", said)
         self.assertEqual(len(commands), 2, said)
         for command in commands:
-            r = subprocess.run(command, shell=True, cwd=self.folder.path, capture_output=True, text=True, timeout=60,
+            r = subprocess.run(command, shell=True, cwd=self.folder.path, capture_output=True, text=True, timeout=PATIENCE_S,
                                env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"})
             self.assertEqual(r.returncode, 0, r.stderr)
         self.assertRegex(r.stdout, r"\d+  points")

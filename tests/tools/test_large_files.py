@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 import unittest
 
-from support import BIN, Folder, line, pcap, read_csv, run, simulate, summary, udp, word
+from support import BIN, PATIENCE_S, Folder, line, pcap, read_csv, run, simulate, summary, udp, word
 
 LARGE = (1 << 31) + (1 << 24)
 RECORD = 262144  # the longest of a pcap file
@@ -54,7 +54,7 @@ class LargeFiles(unittest.TestCase):
         self.assertEqual((got["records"], got["points"], got["truncated"]), (records, 2, False))
         with open(source, "rb") as f:
             r = subprocess.run([BIN / "lumdump", "-", "-q", "-o", self.folder / "out.csv"], stdin=f, capture_output=True,
-                               timeout=120)
+                               timeout=PATIENCE_S)
         self.assertEqual(r.returncode, 0, r.stderr)
         self.assertEqual(len(read_csv(self.folder / "out.csv")), 2)
 
@@ -90,7 +90,7 @@ class LargeFiles(unittest.TestCase):
             with open(output, "r+b") as f:
                 f.seek(LARGE)
                 r = subprocess.run([BIN / "lumdump", source, "-q", "-o", "-", "--format", kind], stdin=subprocess.DEVNULL,
-                                   stdout=f, stderr=subprocess.PIPE, timeout=120)
+                                   stdout=f, stderr=subprocess.PIPE, timeout=PATIENCE_S)
                 self.assertEqual(r.returncode, 0, r.stderr)
             alone = run("lumdump", source, "-q", "-o", self.folder / f"alone.{kind}")
             self.assertEqual(alone.returncode, 0, alone.stderr)

@@ -8,7 +8,7 @@ import sys
 import unittest
 
 from live import NO_NAMESPACES, Hosts, Sensor, needs_namespaces
-from support import Folder
+from support import PATIENCE_S, Folder
 
 HERE = pathlib.Path(__file__).resolve()
 
@@ -59,7 +59,7 @@ class PlainChroot(unittest.TestCase):
         command = [sys.executable, "-B", str(HERE), "-v", "Namespaces.test_a_tool_on_one_host_reaches_a_sensor_on_another"]
         script = "\n".join(["set -e", *bind_all(root), f'exec chroot "{root}" "$@"'])
         r = subprocess.run([*PRIVATE, "sh", "-c", script, "sh", *command],
-                           capture_output=True, text=True, timeout=120)
+                           capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual(r.returncode, 0, r.stderr)
         self.assertIn("... ok", r.stderr)
 

@@ -11,7 +11,7 @@ import time
 import unittest
 
 from live import Hosts, Sensor, needs_namespaces, tool, wait_until
-from support import BIN, Folder, run
+from support import BIN, PATIENCE_S, Folder, run
 
 
 class Faults(unittest.TestCase):
@@ -25,7 +25,7 @@ class Faults(unittest.TestCase):
         return tool(self, self.folder, "lumdump", f"udp://127.31.0.{last}", *arguments, **options)
 
     def wait_for_packets(self, path, size):
-        wait_until(lambda: path.exists() and path.stat().st_size > size, 20, "data")
+        wait_until(lambda: path.exists() and path.stat().st_size > size, "data")
 
     def test_a_sensor_that_dies_and_comes_back_with_its_clock_reset_goes_on(self):
         first = self.sensor(1, "--clock", "900000000")
@@ -52,12 +52,12 @@ class Faults(unittest.TestCase):
         dump = self.dump(2, "-o", self.folder / "a.pcap")
         self.wait_for_packets(self.folder / "a.pcap", 100_000)
         sensor.end()
-        wait_until(lambda: "no data" in dump.stderr(), 15, "the warning")
+        wait_until(lambda: "no data" in dump.stderr(), "the warning")
         self.assertIn("10.42.0.37", dump.stderr())
         self.assertEqual(dump.end(signal.SIGINT), 0, dump.stderr())
 
     def test_a_silent_host_is_reported_with_status_3(self):
-        r = run("lumdump", "udp://127.31.0.3", "--duration", "1", "-o", self.folder / "a.ply", timeout=30)
+        r = run("lumdump", "udp://127.31.0.3", "--duration", "1", "-o", self.folder / "a.ply")
         self.assertEqual(r.returncode, 3, r.stderr)
         self.assertIn("doctor", r.stderr)
         self.assertEqual(self.folder.names(), [])
@@ -75,7 +75,7 @@ class Faults(unittest.TestCase):
         self.wait_for_packets(self.folder / "a.pcap", 1000)
         for tool_name, arguments in (("lumdump", ["udp://127.31.0.4"]), ("lumctl", ["--host", "127.31.0.4", "heartbeat"])):
             with self.subTest(tool=tool_name):
-                r = run(tool_name, *arguments, timeout=30)
+                r = run(tool_name, *arguments)
                 self.assertEqual(r.returncode, 1)
                 self.assertIn(str(first.p.pid), r.stderr)
                 self.assertIn("lumdump", r.stderr)
@@ -84,7 +84,7 @@ class Faults(unittest.TestCase):
 
     def test_a_taken_port_is_named(self):
         self.sensor(5)
-        r = run("lumsim", "--address", "127.31.0.5", timeout=30)
+        r = run("lumsim", "--address", "127.31.0.5")
         self.assertEqual(r.returncode, 1)
         self.assertIn("5517", r.stderr)
 
@@ -98,7 +98,7 @@ class Faults(unittest.TestCase):
         self.addCleanup(subprocess.run, ["umount", disk])
         sensor = self.sensor(6)
         dump = self.dump(6, "--laser", "-o", disk / "a.pcap")
-        self.assertEqual(dump.wait(60), 1)
+        self.assertEqual(dump.wait(), 1)
         self.assertIn("No space left", dump.stderr())
         self.assertFalse(sensor.laser_is_up())
         self.assertGreater(json.loads(run("lumdump", disk / "a.pcap", "--json").stdout)["lines"], 10)
@@ -106,10 +106,10 @@ class Faults(unittest.TestCase):
     def test_a_reader_that_leaves_ends_the_run_quietly(self):
         sensor = self.sensor(7)
         r = subprocess.run(f"{BIN / 'lumdump'} udp://127.31.0.7 --laser -o - --format csv -q | head -n 100",
-                           shell=True, capture_output=True, timeout=60)
+                           shell=True, capture_output=True, timeout=PATIENCE_S)
         self.assertEqual(len(r.stdout.splitlines()), 100)
         self.assertEqual(r.stderr, b"")
-        wait_until(lambda: not sensor.laser_is_up(), 10, "the end of the laser")
+        wait_until(lambda: not sensor.laser_is_up(), "the end of the laser")
 
     def test_answers_to_others_are_not_ours(self):
         """A sensor that answers with sequence numbers of its own."""
@@ -133,7 +133,7 @@ class Faults(unittest.TestCase):
         thread.start()
         self.addCleanup(thread.join)
         self.addCleanup(stop.set)
-        r = run("lumctl", "--host", "127.31.0.8", "--timeout", "100", "--retries", "2", "power", "50", timeout=30)
+        r = run("lumctl", "--host", "127.31.0.8", "--timeout", "100", "--retries", "2", "power", "50")
         self.assertEqual(r.returncode, 3, r.stderr)
 
     def test_a_flood_of_others_leaves_good_lines_unharmed(self):
@@ -144,7 +144,7 @@ class Faults(unittest.TestCase):
         self.assertEqual(run("lumctl", "--host", "127.31.0.9", "laser", "on").returncode, 0)
         port = self.local_port(dump)
         flood = subprocess.run([str(BIN / "../tests/tools/flood"), "127.0.0.1", str(port), "50000", "3"],
-                               capture_output=True, text=True, timeout=60)
+                               capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual(flood.returncode, 0, flood.stderr)
         sent = int(flood.stdout)
         sensor.end()
@@ -189,12 +189,12 @@ class Network(unittest.TestCase):
         sensor = Sensor(self, self.folder, "--lines", "64", "--rate", "5", address="10.42.0.37", namespace=hosts.sensor)
         path = self.folder / "a.pcap"
         dump = hosts.start("lumdump", "udp://10.42.0.37", "--laser", "-o", path, "--json")
-        wait_until(sensor.laser_is_up, 20, "the laser")
+        wait_until(sensor.laser_is_up, "the laser")
         hosts.ip("-n", hosts.client, "link", "set", "eth0", "down")
-        wait_until(lambda: not sensor.laser_is_up(), 10, "the end of the laser")
+        wait_until(lambda: not sensor.laser_is_up(), "the end of the laser")
         size = path.stat().st_size
         hosts.ip("-n", hosts.client, "link", "set", "eth0", "up")
-        wait_until(lambda: path.stat().st_size > size + 200_000, 20, "data again")
+        wait_until(lambda: path.stat().st_size > size + 200_000, "data again")
         self.assertFalse(sensor.laser_is_up())
         self.assertEqual(dump.end(signal.SIGINT), 0, dump.stderr())
         self.assertIn("laser", dump.stderr())

@@ -2,12 +2,14 @@
 """The README's two lines, and that what they give is the scene: the points of a live sensor whose laser is warm are
 those of the same frames written to a capture."""
 import csv
+import json
 import unittest
 
 from live import Sensor
 from support import Folder, run, simulate
 
-WARM_UP_FRAMES = 35  # 3 s at 10 frames a second, and the first line of one
+WARM_UP_FRAMES = 50  # 3 s at 10 frames a second, and up to 2 s until the laser is up
+RUNS = 20  # until this machine is not so busy that the sensor leaves out lines, or the system drops datagrams
 
 
 def frames(path):
@@ -24,10 +26,14 @@ def frames(path):
 class Scene(unittest.TestCase):
     def test_a_live_cloud_is_the_scene(self):
         folder = Folder(self)
-        Sensor(self, folder, "--seed", "4", "--returns-max", "2", address="127.33.0.1")
-        r = run("lumdump", "udp://127.33.0.1", "--laser", "--duration", "5", "--eye", "green", "--return", "first",
-                "--frames", f"{WARM_UP_FRAMES}:", "-o", folder / "cloud.ply", "-o", folder / "live.csv")
-        self.assertEqual(r.returncode, 0, r.stderr)
+        for _ in range(RUNS):
+            sensor = Sensor(self, folder, "--seed", "4", "--returns-max", "2", address="127.33.0.1")
+            r = run("lumdump", "udp://127.33.0.1", "--laser", "--duration", "6.5", "--eye", "green", "--return", "first",
+                    "--frames", f"{WARM_UP_FRAMES}:", "-o", folder / "cloud.ply", "-o", folder / "live.csv", "--json")
+            self.assertEqual(r.returncode, 0, r.stderr)
+            sensor.end()
+            if sensor.events("stop")[-1]["lines_skipped"] + json.loads(r.stdout)["kernel_drops"] == 0:
+                break
         self.assertGreater((folder / "cloud.ply").stat().st_size, 1_000_000)
         simulate(folder / "drive.pcap", "--seed", "4", "--returns-max", "2", "--frames", "10", "--lines", "64")
         self.assertEqual(run("lumdump", folder / "drive.pcap", "-q", "--eye", "green", "--return", "first", "-o", folder / "drive.csv").returncode, 0)

@@ -11,7 +11,7 @@ import time
 import unittest
 
 from live import Sensor, wait_until
-from support import BIN, MAGIC, Folder, run
+from support import BIN, MAGIC, PATIENCE_S, Folder, run
 from test_lumctl import FakeSensor, debug_tlv, status_tlv, tlv_packet
 
 DONE, FAILED, BAD, NO_ANSWER = range(4)
@@ -78,7 +78,7 @@ class Remembers(Case):
         self.ctl(DONE, "127.61.0.2", "tlv", "1:" + "200h 7G".encode().hex())
         self.ctl(DONE, "127.61.0.2", "yscan", 15)
         shell = subprocess.run([BIN / "lumctl", "--host", "127.61.0.2", "shell"], input=b"offset blue 9\n51p\n",
-                               capture_output=True, env={**os.environ, "XDG_STATE_HOME": str(self.state)}, timeout=60)
+                               capture_output=True, env={**os.environ, "XDG_STATE_HOME": str(self.state)}, timeout=PATIENCE_S)
         self.assertEqual(shell.returncode, DONE, shell.stderr)
         self.assertEqual(self.known("127.61.0.2"), {"power": "51", "threshold green": "30", "holdoff": "200", "yscan": "15 degrees",
                                                     "offset green": "7", "offset blue": "9"})
@@ -168,7 +168,7 @@ class Remembers(Case):
                                     stderr=subprocess.DEVNULL, env={**os.environ, "XDG_STATE_HOME": str(self.state)})
                    for w in words]
         for p in running:
-            self.assertEqual(p.wait(60), DONE)
+            self.assertEqual(p.wait(PATIENCE_S), DONE)
         self.assertEqual(len(self.known("127.61.0.12")), len(words))
 
     def test_sensors_of_other_ports_are_others(self):
@@ -207,7 +207,7 @@ class Restart(Case):
     def test_the_clocks_turn_is_no_restart(self):
         Sensor(self, self.folder, "--clock", str(2**32 - 1_000_000), address="127.61.1.3")
         self.ctl(DONE, "127.61.1.3", "power", 60)
-        wait_until(lambda: json.loads(self.ctl(DONE, "127.61.1.3", "time", "--json").stdout)["clock_us"] < 2**31, 30, "the turn")
+        wait_until(lambda: json.loads(self.ctl(DONE, "127.61.1.3", "time", "--json").stdout)["clock_us"] < 2**31, "the turn")
         self.assertEqual(self.known("127.61.1.3"), {"power": "60"})
 
     def test_a_silent_sensor_leaves_it_open(self):

@@ -13,7 +13,7 @@ import time
 import unittest
 
 import shards
-from support import (BIN, MAGIC, Folder, frames_of, group, line, pcap, read_csv, run, simulate,
+from support import (BIN, MAGIC, PATIENCE_S, Folder, frames_of, group, line, pcap, read_csv, run, simulate,
                      summary, udp, word)
 
 COLUMNS = ("x,y,z,range,azimuth,elevation,pulse_width,timestamp,frame,eye,line,pixel,"
@@ -395,10 +395,10 @@ class Summaries(Case):
             data = source.read_bytes()
             p.stdin.write(data[:len(data) // 2])
             p.stdin.flush()
-            self.assertTrue(select.select([main], [], [], 10)[0])
+            self.assertTrue(select.select([main], [], [], PATIENCE_S)[0])
             p.stdin.write(data[len(data) // 2:])
             p.stdin.close()
-            self.assertEqual(p.wait(60), 0)
+            self.assertEqual(p.wait(PATIENCE_S), 0)
         self.assertIn(b"points", os.read(main, 65536))
         os.close(terminal)
         os.close(main)
@@ -549,11 +549,9 @@ class BadSources(Case):
         source = self.capture()
         with open(source, "r+b") as f:
             f.truncate(10 << 30)
-        began = time.monotonic()
         r = run("lumdump", source, "--json", "--duration", "5")
         self.assertEqual(r.returncode, 0, r.stderr)
         self.assertEqual(json.loads(r.stdout)["points"], 12)
-        self.assertLess(time.monotonic() - began, 60)
 
 
 class BadOutputs(Case):
@@ -562,7 +560,7 @@ class BadOutputs(Case):
             with self.subTest(kind):
                 with open("/dev/full", "wb") as full:
                     r = subprocess.run([BIN / "lumdump", self.capture(), "-o", "-", "--format", kind], stdout=full,
-                                       stderr=subprocess.PIPE, timeout=60)
+                                       stderr=subprocess.PIPE, timeout=PATIENCE_S)
                 self.assertEqual(r.returncode, 1, r.stderr)
                 self.assertIn(b"No space left on device; free some space or write elsewhere\n", r.stderr)
 
@@ -579,11 +577,11 @@ class BadOutputs(Case):
         source = self.capture()
         self.refused(2, source, "-o", source, message="source itself")
         with open(source, "rb") as f:
-            r = subprocess.run([BIN / "lumdump", "-", "-o", source], stdin=f, capture_output=True, timeout=60)
+            r = subprocess.run([BIN / "lumdump", "-", "-o", source], stdin=f, capture_output=True, timeout=PATIENCE_S)
         self.assertEqual(r.returncode, 2, r.stderr)
         with open(source, "ab") as f:
             r = subprocess.run([BIN / "lumdump", source, "-o", "-", "--format", "pcap"], stdout=f,
-                               stderr=subprocess.PIPE, timeout=60)
+                               stderr=subprocess.PIPE, timeout=PATIENCE_S)
         self.assertEqual(r.returncode, 2, r.stderr)
         os.link(source, self.folder / "link.csv")
         self.refused(2, source, "-o", self.folder / "link.csv", message="source itself")
@@ -595,7 +593,7 @@ class BadOutputs(Case):
             with self.subTest(kind):
                 r = subprocess.run(f"'{BIN}/lumdump' '{source}' -o - --format {kind} | head -c 100 | wc -c; "
                                    "echo ${PIPESTATUS[0]}", shell=True, executable="/bin/bash", capture_output=True,
-                                   text=True, timeout=60)
+                                   text=True, timeout=PATIENCE_S)
                 self.assertEqual(r.stdout.split(), ["100", "0"])
                 self.assertEqual(r.stderr, "")
 
@@ -606,12 +604,12 @@ class BadOutputs(Case):
                 copy = self.folder / "copy.pcap"
                 r = subprocess.run(f"'{BIN}/lumdump' '{source}' -q -o '{copy}' -o - --format {kind} | head -c 100 | wc -c; "
                                    "echo ${PIPESTATUS[0]}", shell=True, executable="/bin/bash", capture_output=True,
-                                   text=True, timeout=60)
+                                   text=True, timeout=PATIENCE_S)
                 self.assertEqual((r.stdout.split(), r.stderr), (["100", "0"], ""))
                 self.assertEqual(summary(copy)["points"], summary(source)["points"])
                 copy.unlink()
         r = subprocess.run(f"'{BIN}/lumdump' '{source}' -o '{copy}' -o - --format csv | head -n 1", shell=True,
-                           capture_output=True, text=True, timeout=60)
+                           capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertIn("warning: " + str(source) + ": the reader of standard output has left", r.stderr)
         self.assertRegex(r.stderr, r"\d+  points")
 
@@ -622,7 +620,7 @@ class BadOutputs(Case):
                 end, other = os.pipe()
                 os.close(end)
                 r = subprocess.run([BIN / "lumdump", source, "--quiet", *arguments], stdout=other,
-                                   stderr=subprocess.PIPE, timeout=60)
+                                   stderr=subprocess.PIPE, timeout=PATIENCE_S)
                 os.close(other)
                 self.assertEqual((r.returncode, r.stderr), (0, b""))
 
@@ -659,7 +657,7 @@ class BadOutputs(Case):
                         p.stdin.flush()
                         self.wait_for_part()
                         p.send_signal(number)
-                        self.assertEqual(p.wait(20), -number)
+                        self.assertEqual(p.wait(PATIENCE_S), -number)
                     self.assertEqual(self.folder.names(), [])
 
     def test_an_interrupt_ends_a_wait_for_a_reader_that_stalls(self):
@@ -671,10 +669,10 @@ class BadOutputs(Case):
                     p.stdout.read(100)
                     time.sleep(0.3)
                     p.send_signal(signal.SIGINT)
-                    self.assertEqual(p.wait(20), -signal.SIGINT)
+                    self.assertEqual(p.wait(PATIENCE_S), -signal.SIGINT)
 
     def wait_for_part(self):
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + PATIENCE_S
         while not any(n.endswith(".part") for n in self.folder.names()):
             self.assertLess(time.monotonic(), deadline)
             time.sleep(0.01)

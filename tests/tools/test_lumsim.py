@@ -13,7 +13,7 @@ import time
 import unittest
 
 import shards
-from support import BIN, frames_of, run, summary
+from support import BIN, PATIENCE_S, frames_of, run, summary
 
 TICK_S = 0.02
 
@@ -346,14 +346,14 @@ class Failures(Lumsim):
     def test_a_full_disk_on_standard_output(self):
         with open("/dev/full", "wb") as full:
             r = subprocess.run([BIN / "lumsim", "-o", "-", "--frames", "1"], stdout=full,
-                               stderr=subprocess.PIPE, timeout=60)
+                               stderr=subprocess.PIPE, timeout=PATIENCE_S)
         self.assertEqual(r.returncode, 1)
         self.assertIn(b"No space left", r.stderr)
 
     def test_help_to_a_full_disk(self):
         with open("/dev/full", "wb") as full:
             r = subprocess.run([BIN / "lumsim", "--help"], stdout=full, stderr=subprocess.PIPE,
-                               timeout=60)
+                               timeout=PATIENCE_S)
         self.assertEqual(r.returncode, 1)
 
     def test_a_reader_that_leaves_ends_the_run_quietly(self):
@@ -363,19 +363,19 @@ class Failures(Lumsim):
         p.stdout.close()
         self.assertEqual(p.stderr.read(), b"")
         p.stderr.close()
-        self.assertEqual(p.wait(timeout=60), 0)
+        self.assertEqual(p.wait(timeout=PATIENCE_S), 0)
 
     def interrupt(self, number, *arguments, wait_for=None):
         p = subprocess.Popen([BIN / "lumsim", "-o", self.pcap, "--frames", "100000",
                               *map(str, arguments)], stderr=subprocess.PIPE)
-        deadline = time.monotonic() + 30
+        deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline and len(self.files()) < 1 + bool(arguments):
             time.sleep(TICK_S)
         time.sleep(5 * TICK_S)
         p.send_signal(number)
         self.assertEqual(p.stderr.read(), b"")
         p.stderr.close()
-        self.assertEqual(p.wait(timeout=60), -number)
+        self.assertEqual(p.wait(timeout=PATIENCE_S), -number)
         self.assertEqual(self.files(), [])
 
     def test_ctrl_c_dies_of_the_signal_and_leaves_nothing(self):
@@ -389,7 +389,7 @@ class Failures(Lumsim):
         p.stdout.read(1)
         time.sleep(0.5)
         p.send_signal(signal.SIGINT)
-        self.assertEqual(p.wait(timeout=10), -signal.SIGINT)
+        self.assertEqual(p.wait(timeout=PATIENCE_S), -signal.SIGINT)
         p.stdout.close()
         p.stderr.close()
 
@@ -399,7 +399,7 @@ class Failures(Lumsim):
         while len(self.files()) < 2:
             time.sleep(TICK_S)
         p.send_signal(signal.SIGINT)
-        self.assertEqual(p.wait(timeout=60), -signal.SIGINT)
+        self.assertEqual(p.wait(timeout=PATIENCE_S), -signal.SIGINT)
         self.assertEqual(self.files(), ["street.pcap"])
         self.assertEqual(self.pcap.read_text(), "before")
 

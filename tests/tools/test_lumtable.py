@@ -8,7 +8,7 @@ import subprocess
 import tempfile
 import unittest
 
-from support import run
+from support import PATIENCE_S, run
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 TABLES = ROOT / "tests" / "unit" / "tables"
@@ -63,7 +63,7 @@ class Source(Folder):
         path.write_text(source)
         return subprocess.run([CC, "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", *flags,
                                "-I", str(ROOT / "include"), "-c", str(path), "-o", str(self.folder / "tables.o")],
-                              capture_output=True, text=True, timeout=60, check=False)
+                              capture_output=True, text=True, timeout=PATIENCE_S, check=False)
 
     @unittest.skipIf(CC is None, "no compiler")
     def test_it_compiles_without_a_warning(self):

@@ -21,7 +21,7 @@ import urllib.parse
 
 import shards
 from live import Process, wait_until
-from support import BIN, Folder, frames_of, read_csv, run, simulate, summary
+from support import BIN, PATIENCE_S, Folder, frames_of, read_csv, run, simulate, summary
 from test_provenance import mounted, packets, section
 from test_sources import later, split
 from websocket import (BINARY, PING, PONG, TEXT, Browser, Closed, Connection, frame, request, upgrade)
@@ -49,7 +49,7 @@ class Case(unittest.TestCase):
             self.server = Process(self, self.folder, *command, name="lumview", stdin=f)
         place = json.loads(wait_until(lambda: self.server.stdout() if self.server.stdout().endswith("\n") else
                                       self.fail(self.server.stderr()) if self.server.p.poll() is not None else "",
-                                      seconds=60, what="lumview's JSON"))
+                                      what="lumview's JSON"))
         self.url, self.address, self.port = place["url"], place["address"], place["port"]
         self.host = f"{self.address}:{self.port}"
         self.token = self.url.partition("?token=")[2]
@@ -554,7 +554,7 @@ class Socket(Case):
 
     def test_a_browser_that_gives_no_sign_of_life_is_hung_up(self):
         self.serve(points=100000)
-        dead, alive = self.browser(timeout=120, receive_buffer=65536), self.browser()
+        dead, alive = self.browser(receive_buffer=65536), self.browser()
         alive.status(lambda s: s["browsers"] == 2)
         alive.status(lambda s: s["browsers"] == 1)
         with self.assertRaises(Closed):
@@ -641,7 +641,7 @@ class Run(Case):
     def test_a_port_that_is_taken_is_told_by_whom(self):
         self.serve()
         r = subprocess.run([FAKE, "--no-open", "--port", str(self.port), "x"], capture_output=True, text=True,
-                           timeout=30)
+                           timeout=PATIENCE_S)
         self.assertEqual((r.returncode, r.stdout), (1, ""))
         self.assertEqual(r.stderr, f"lumview: --port: port {self.port} of 127.0.0.1 is taken by lumview_fake (process "
                                    f"{self.server.p.pid}): choose another, or none for any that is free\n")
@@ -655,7 +655,7 @@ class Run(Case):
         self.assertEqual(self.port, port)
 
     def test_an_address_of_others_is_told(self):
-        r = subprocess.run([FAKE, "--no-open", "--bind", "192.0.2.1", "x"], capture_output=True, text=True, timeout=30)
+        r = subprocess.run([FAKE, "--no-open", "--bind", "192.0.2.1", "x"], capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual((r.returncode, r.stderr),
                          (1, "lumview: --bind: 192.0.2.1 is not an address of this host; see: ip addr\n"))
 
@@ -671,7 +671,7 @@ class Run(Case):
             self.addCleanup(p.kill)
             wait_until(seen.exists, what="the browser")
             p.send_signal(signal.SIGINT)
-            self.assertEqual(p.wait(30), 0)
+            self.assertEqual(p.wait(PATIENCE_S), 0)
             self.assertEqual((p.stdout.read(), p.stderr.read()), (b"", b""))
         url, files = seen.read_text().split("\n", 1)
         self.assertRegex(url, r"^http://127\.0\.0\.1:\d+/$")
@@ -700,7 +700,7 @@ class Run(Case):
             self.assertIn(f'<meta http-equiv="refresh" content="0; url={url}">', text)
             self.assertIn(f'<a href="{url}">', text)
             p.send_signal(signal.SIGINT)
-            self.assertEqual(p.wait(30), 0, p.stderr.read())
+            self.assertEqual(p.wait(PATIENCE_S), 0, p.stderr.read())
         self.assertFalse(file.parent.exists(), "it is removed at the end")
         seen.unlink()
         return file.parent.parent
@@ -762,7 +762,7 @@ class Licenses(Case):
                   "EMBED": BIN / "../tools/lumview/lumview_embed", "LICENSE": PAGE / "../../../LICENSE",
                   "OUT": self.folder / "out"}
         return subprocess.run(["cmake", *(f"-D{name}={value}" for name, value in values.items()), "-P",
-                               PAGE / "../bundle.cmake"], capture_output=True, text=True, timeout=120)
+                               PAGE / "../bundle.cmake"], capture_output=True, text=True, timeout=PATIENCE_S)
 
     def test_modules_can_lie_in_a_folder_of_any_name(self):
         modules = self.folder / "some modules"
@@ -865,7 +865,7 @@ class Arguments(unittest.TestCase):
         for other in good[0], folder / "same.pcap":
             self.assertIn("are one file: name each source once", self.refused("--no-open", *good, other))
         with open(good[1], "rb+") as out:
-            r = subprocess.run([BIN / "lumview", "--no-open", "--json", *good], stdout=out, stderr=subprocess.PIPE, timeout=60)
+            r = subprocess.run([BIN / "lumview", "--no-open", "--json", *good], stdout=out, stderr=subprocess.PIPE, timeout=PATIENCE_S)
         self.assertEqual((r.returncode, r.stderr), (2, b"lumview: standard output is the source itself, which this run reads: "
                                                        b"lead it elsewhere\n"))
 
@@ -1338,7 +1338,7 @@ class Live(Case):
     def simulate(self):
         out = Process(self, self.folder, BIN / "lumsim", "--address", self.sensor, "--log", self.log, "--quiet",
                       "--frames", "2")
-        wait_until(lambda: self.events("frames"), seconds=60, what="lumsim's start")
+        wait_until(lambda: self.events("frames"), what="lumsim's start")
         return out
 
     def events(self, kind):
@@ -1370,6 +1370,7 @@ class Live(Case):
         b.text("hello")
         for _ in range(3):
             b.status()
+        wait_until(lambda: self.events("tlv"), "a request")
         self.assertEqual(self.server.end(), 0)
         self.assertEqual({e["note"] for e in self.events("tlv")}, {"status poll"})
 
@@ -1411,7 +1412,7 @@ class Live(Case):
         self.assertEqual(run("lumctl", "--host", self.sensor, "set-ip", new).returncode, 0)
         b.status(lambda s: new in s["message"])
         self.server.send(signal.SIGINT)
-        wait_until(lambda: "laser off is repeated for" in self.server.stderr(), 30, "the time in which nothing ends it")
+        wait_until(lambda: "laser off is repeated for" in self.server.stderr(), "the time in which nothing ends it")
         self.server.send(signal.SIGINT)
         self.server.wait()
         self.assertIn(f"udp://{self.sensor}: laser off was not answered", self.server.stderr())

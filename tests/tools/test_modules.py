@@ -11,7 +11,7 @@ import tarfile
 import threading
 import unittest
 
-from support import Folder
+from support import PATIENCE_S, Folder
 
 HERE = pathlib.Path(__file__).resolve().parent
 HOST = "linux-x64"
@@ -86,7 +86,7 @@ class Modules(unittest.TestCase):
         script.write_text(SCRIPT.format(folder=self.folder / "", modules=HERE / "../../cmake/modules.cmake", code=code,
                                         system=system, processor=processor))
         path = shutil.os.environ["PATH"]
-        r = subprocess.run([shutil.which("cmake"), *options, "-P", script], capture_output=True, text=True, timeout=300,
+        r = subprocess.run([shutil.which("cmake"), *options, "-P", script], capture_output=True, text=True, timeout=PATIENCE_S,
                            env={"PATH": path, "HOME": str(self.folder / ""), **environment})
         self.assertEqual((r.returncode, r.stderr), (0, ""))
         return (self.folder / "page/said").read_text()

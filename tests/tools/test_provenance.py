@@ -7,7 +7,7 @@ import struct
 import subprocess
 import unittest
 
-from support import BIN, Folder, line, pcap, read_csv, run, simulate, udp, word
+from support import BIN, PATIENCE_S, Folder, line, pcap, read_csv, run, simulate, udp, word
 
 CALIBRATION = "version: 1\neyes: {blue: {mount: {x_m: 10.0, yaw_deg: 12.5}}}\n"
 PROFILE = "version: 1\neye_values: {blue: 1, green: 0}\n"
@@ -138,19 +138,19 @@ class Captures(Case):
 
     @unittest.skipUnless(shutil.which("capinfos") and shutil.which("tshark"), "needs Wireshark's tools")
     def test_wireshark_reads_it(self):
-        r = subprocess.run(["capinfos", self.known], capture_output=True, text=True, timeout=60)
+        r = subprocess.run(["capinfos", self.known], capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual(r.returncode, 0, r.stderr)
         for want in ("lumdump", "# lumsdk origin 1", "# lumsdk calibration 1", "# lumsdk profile 1", "nanoseconds"):
             self.assertIn(want, r.stdout)
         r = subprocess.run(["tshark", "-r", self.known, "-T", "fields", "-e", "udp.length"], capture_output=True,
-                           text=True, timeout=60)
+                           text=True, timeout=PATIENCE_S)
         self.assertEqual(r.returncode, 0, r.stderr)
         self.assertEqual(len(r.stdout.split()), 8)
 
     @unittest.skipUnless(shutil.which("editcap"), "needs Wireshark's tools")
     def test_what_editcap_cuts_still_knows_it(self):
         copy = self.folder / "copy.pcapng"
-        subprocess.run(["editcap", self.known, copy], check=True, timeout=60, capture_output=True)
+        subprocess.run(["editcap", self.known, copy], check=True, timeout=PATIENCE_S, capture_output=True)
         self.assertEqual(self.want, self.points(copy))
 
 
@@ -354,7 +354,7 @@ class Others(Case):
                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
             self.assertIn("url", p.stdout.readline())
             p.send_signal(signal.SIGINT)
-            said = p.communicate(timeout=60)[1]
+            said = p.communicate(timeout=PATIENCE_S)[1]
             self.assertIn(says, said)
             self.assertEqual("of its own" in said, says != "", said)
 

@@ -17,6 +17,7 @@ import sys
 import tempfile
 
 import reference
+from support import PATIENCE_S
 
 MAGIC = reference.MAGIC
 SENSOR = bytes((10, 42, 0, 37))
@@ -255,7 +256,7 @@ def make_capture(path, seed):
 def lumdump(*arguments):
     tool = pathlib.Path(os.environ["LUM_BIN"]) / "lumdump"
     run = subprocess.run([tool, *map(str, arguments)], capture_output=True,
-                         text=True, timeout=120, check=False)
+                         text=True, timeout=PATIENCE_S, check=False)
     if run.returncode != 0:
         raise RuntimeError(f"lumdump ends with {run.returncode}: "
                            f"{run.stderr.strip()}")

@@ -5,14 +5,14 @@ import subprocess
 import sys
 import unittest
 
-from support import BIN, Folder
+from support import BIN, PATIENCE_S, Folder
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
 EXAMPLES = BIN.parent / "examples"
 
 
 def run(*command):
-    return subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=120, stdin=subprocess.DEVNULL)
+    return subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=PATIENCE_S, stdin=subprocess.DEVNULL)
 
 
 class Examples(unittest.TestCase):

@@ -8,7 +8,7 @@ import subprocess
 import tempfile
 import unittest
 
-from support import BIN, MAGIC, Folder, ip, line, pcap, run, simulate, summary, udp, word
+from support import BIN, MAGIC, PATIENCE_S, Folder, ip, line, pcap, run, simulate, summary, udp, word
 
 
 def split(data):
@@ -102,7 +102,7 @@ class Several(Case):
         self.assertEqual(self.csv("-", packed, big, stdin=parts[0].read_bytes()), whole)
         with open(parts[0], "rb") as first:
             r = subprocess.run([BIN / "lumdump", big, "-", packed, "-o", "-", "--format", "csv", "-q"], stdin=first,
-                               capture_output=True, timeout=120, check=True)
+                               capture_output=True, timeout=PATIENCE_S, check=True)
         self.assertEqual(r.stdout, whole)
 
     def test_a_capture_of_each_interface_is_merged_by_time(self):

@@ -12,8 +12,8 @@ import tempfile
 import unittest
 from collections import Counter
 
-from support import (BIN, CLIENT, MAGIC, SENSOR, Folder, angles, frames_of, group, ip, pcap, run, simulate, summary,
-                     udp, word)
+from support import (BIN, CLIENT, MAGIC, PATIENCE_S, SENSOR, Folder, angles, frames_of, group, ip, pcap, run,
+                     simulate, summary, udp, word)
 
 SCRIPT = pathlib.Path(os.environ.get("LUM_WIRESHARK", BIN.parent / "tools" / "wireshark")) / "lumsdk.lua"
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -31,7 +31,7 @@ ENVIRONMENT = {**os.environ, "HOME": HOME.name, "WIRESHARK_CONFIG_DIR": HOME.nam
 def tshark(path, *arguments, script=SCRIPT):
     """Lines of tshark's output; what it has to say beside them is an error."""
     r = subprocess.run(["tshark", "-n", "-X", f"lua_script:{script}", "-r", str(path), *arguments],
-                       capture_output=True, timeout=120, env=ENVIRONMENT)
+                       capture_output=True, timeout=PATIENCE_S, env=ENVIRONMENT)
     said = [s for s in r.stderr.decode().splitlines() if "Running as user" not in s and "cut short in the" not in s]
     if said:
         raise AssertionError(f"tshark {path}: {said}")

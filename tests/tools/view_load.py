@@ -8,6 +8,7 @@ import subprocess
 import time
 
 from load import cpu_seconds, wait_for
+from support import PATIENCE_S
 from websocket import BINARY, Browser, Cloud
 
 WARM_S = 4  # until the returns of a laser that was switched on have come to full strength
@@ -66,6 +67,6 @@ def run(bin_dir, folder, seconds, address="127.41.0.1"):
         for p in (view, sensor):
             if p is not None and p.poll() is None:
                 p.send_signal(signal.SIGTERM)
-                p.wait(30)
+                p.wait(PATIENCE_S)
         if view is not None:
             view.stdout.close()

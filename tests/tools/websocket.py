@@ -6,6 +6,8 @@ import socket
 import struct
 import time
 
+from support import PATIENCE_S
+
 TEXT, BINARY, CLOSE, PING, PONG = 1, 2, 8, 9, 10
 MASK = b"\x12\x34\x56\x78"
 
@@ -52,7 +54,7 @@ class Closed(Exception):
 class Connection:
     """Bytes to and from a server."""
 
-    def __init__(self, address, port, timeout=30, receive_buffer=None, source=None):
+    def __init__(self, address, port, timeout=PATIENCE_S, receive_buffer=None, source=None):
         self.socket = socket.socket()
         if receive_buffer is not None:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
@@ -153,7 +155,7 @@ class Browser(Connection):
                 if final:
                     return kind, b"".join(parts)
 
-    def messages(self, seconds=90):
+    def messages(self, seconds=PATIENCE_S):
         """Messages as they come; what has not come by then will not."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
