@@ -10,6 +10,14 @@ import pytest
 
 BIN = pathlib.Path(os.environ.get("LUM_BIN", pathlib.Path(__file__).parents[2] / "build/release/bin")).resolve()
 PACKAGE = BIN.parent / "python"
+
+# For what has to come. It only ends a test that hangs: a busy machine may be slow.
+PATIENCE_S = 300.0
+
+# What a shell runs in the background ignores it, and so would the programs that a test starts and signals.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 os.environ.setdefault("HYPOTHESIS_STORAGE_DIRECTORY", str(BIN.parent / "hypothesis"))
 
 from hypothesis import HealthCheck, settings  # noqa: E402, what it reads is set

@@ -20,7 +20,7 @@ def main(given, made):
             def __init__(self, **options):
                 super().__init__(transport="ipc", connection_file=f"{sockets}/kernel.json", **options)
 
-        client = nbclient.NotebookClient(notebook, kernel_manager_class=Manager, kernel_name="python3", timeout=60,
+        client = nbclient.NotebookClient(notebook, kernel_manager_class=Manager, kernel_name="python3", timeout=600,
                                          resources={"metadata": {"path": folder}})
         try:
             client.execute()

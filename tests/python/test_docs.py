@@ -13,7 +13,7 @@ import sys
 import lumsdk
 import pages
 import pytest
-from conftest import BIN, run
+from conftest import BIN, PATIENCE_S, run
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
 DOCS = TOP / "docs/python"
@@ -56,7 +56,7 @@ def test_code_of_a_page_runs(page, folder, tmp_path):
         os.link(capture, tmp_path / capture.name)
     command = [sys.executable, "-B", "-W", "error", str(pathlib.Path(pages.__file__)), str(page)]
     done = subprocess.run(in_reach_of_a_sensor(command, tmp_path) if "Sensor(\"10.42.0.37\")" in page.read_text() else command,
-                          cwd=tmp_path, capture_output=True, text=True, timeout=180, check=False)
+                          cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     if done.returncode == 77:
         pytest.skip(done.stdout.strip().splitlines()[-1])
     assert done.returncode == 0, done.stderr

@@ -8,6 +8,7 @@ import sys
 import lumsdk
 import numpy as np
 import pytest
+from conftest import PATIENCE_S
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -225,4 +226,4 @@ ffi.dlclose(lib)
 ctypes.CFUNCTYPE(None, ctypes.c_void_p)(release)(None)
 print("released")
 """
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60).stdout == "released\n"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE_S).stdout == "released\n"

@@ -10,6 +10,7 @@ import sys
 import time
 
 import pytest
+from conftest import PATIENCE_S
 from lumsdk.calibrate import _arguments, _cli
 
 pytestmark = pytest.mark.usefixtures("own_signals")
@@ -19,7 +20,7 @@ COMMAND = [sys.executable, "-B", "-m", "lumsdk.calibrate._cli"]
 
 
 def lumcal(*arguments, **options):
-    return subprocess.run([*COMMAND, *map(str, arguments)], capture_output=True, text=True, check=False, timeout=120, **options)
+    return subprocess.run([*COMMAND, *map(str, arguments)], capture_output=True, text=True, check=False, timeout=PATIENCE_S, **options)
 
 
 # --- Arguments ---
@@ -96,7 +97,7 @@ def complete(tmp_path_factory):
 
     def ask(*words):
         return subprocess.run(["bash", "-c", script, TOP / "tools/completion/lumsdk.bash", "lumcal", *words], capture_output=True, text=True,
-                              env={**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}, timeout=120).stdout.split()
+                              env={**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}, timeout=PATIENCE_S).stdout.split()
     return ask
 
 
@@ -141,7 +142,7 @@ def test_a_missing_package_is_named_with_the_command_that_brings_it(module, name
 
 def test_importing_the_package_imports_none_of_it():
     code = "import sys, lumsdk; assert not {'scipy', 'matplotlib', 'lumsdk.calibrate'} & set(sys.modules)"
-    assert subprocess.run([sys.executable, "-B", "-c", code], check=False, timeout=120).returncode == 0
+    assert subprocess.run([sys.executable, "-B", "-c", code], check=False, timeout=PATIENCE_S).returncode == 0
 
 
 # --- Files and ends of eyes, with a solution that is given ---
@@ -292,7 +293,7 @@ def test_a_signal_ends_it_cleanly(number, tmp_path):
         assert process.poll() is None
         time.sleep(0.01)
     process.send_signal(number)
-    assert process.wait(120) == -number
+    assert process.wait(PATIENCE_S) == -number
     shown = b""
     try:
         while chunk := os.read(master, 4096):

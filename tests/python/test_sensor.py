@@ -4,6 +4,7 @@ import gc
 import itertools
 import os
 import pathlib
+import select
 import signal
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import warnings
 
 import numpy as np
 import pytest
+from conftest import PATIENCE_S
 
 import lumsdk
 from lumsdk import _refusal, _sensor, _session
@@ -25,8 +27,15 @@ def address():
     return f"127.93.{os.getpid() % 100}.{next(_numbers)}"
 
 
+class Simulated(lumsdk.SimulatedSensor):
+    """Waited for as long as it takes on a busy machine."""
+
+    def wait_for(self, condition, seconds=PATIENCE_S):
+        return super().wait_for(condition, max(seconds, PATIENCE_S))
+
+
 # One frame is soon rendered, and played again and again.
-start = functools.partial(lumsdk.SimulatedSensor, frames=1)
+start = functools.partial(Simulated, frames=1)
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +66,7 @@ def downs(sim):
 
 def went_down(sim, count):
     """Wait for the laser to go down again: whether a command did it."""
-    return sim.wait_for(lambda: downs(sim)[count:], 20)[0]
+    return sim.wait_for(lambda: downs(sim)[count:])[0]
 
 
 # --- The laser ---
@@ -159,7 +168,7 @@ def run(simulated, text, **options):
 def test_the_end_of_the_interpreter_switches_the_laser_off(simulated):
     before = len(downs(simulated))
     process = run(simulated, "sensor = lumsdk.Sensor(sys.argv[1])\nsensor.laser_on()\nkept = [sensor]")
-    out, said = process.communicate(timeout=60)
+    out, said = process.communicate(timeout=PATIENCE_S)
     assert (process.returncode, out, said) == (0, "", "")
     assert went_down(simulated, before)
 
@@ -174,7 +183,7 @@ with lumsdk.Sensor(sys.argv[1]) as sensor, sensor.laser():
 """)
     assert process.stdout.readline() and process.stdout.readline()
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=60)
+    _, said = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == -signal.SIGINT
     assert said.endswith("KeyboardInterrupt\n")
     assert went_down(simulated, before)
@@ -184,12 +193,12 @@ with lumsdk.Sensor(sys.argv[1]) as sensor, sensor.laser():
 @pytest.mark.parametrize("wait", [
     "next(sensor.frames(silence=float('inf')))", "sensor.laser_on()", "sensor.status()", "sensor.time()"])
 def test_ctrl_c_ends_any_wait_for_a_silent_sensor(silent, wait):
-    """With waits of a minute a try, only Ctrl-C ends them in the time of a test."""
+    """With many tries of a minute each, only Ctrl-C ends them in the time of a test."""
     process = run(silent, f"""
 put_down = lumsdk._sensor.put_down
 lumsdk._sensor.put_down = lambda *a: put_down(*a[:2], 0.2)
-with lumsdk.Sensor(sys.argv[1], timeout=60) as sensor:
-    threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+with lumsdk.Sensor(sys.argv[1], timeout=60, retries=20) as sensor:
+    threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     try:
         {wait}
     except KeyboardInterrupt:
@@ -197,7 +206,7 @@ with lumsdk.Sensor(sys.argv[1], timeout=60) as sensor:
     except lumsdk.LaserError as problem:
         print(type(problem.__cause__).__name__, problem)
 """)
-    out, said = process.communicate(timeout=50)
+    out, said = process.communicate(timeout=PATIENCE_S)
     assert said == ""
     if wait == "sensor.laser_on()":
         assert out.startswith("KeyboardInterrupt ") and "laser off was not answered" in out
@@ -283,7 +292,7 @@ def test_a_hazard_of_a_laser_that_we_left_alone_is_a_warning():
     with start(address(), fault="board@0") as sim, lumsdk.Sensor(sim.host) as sensor:
         sim.wait_for(lambda: sim.events("fault"))
         with pytest.warns(lumsdk.SensorWarning, match="reports a hazard: BOARD_OVER_105"):
-            assert list(sensor.frames(duration=0.5))
+            assert list(sensor.frames(duration=1.5))
 
 
 def test_a_laser_that_another_switches_off_is_an_error(simulated):
@@ -298,9 +307,9 @@ def test_a_laser_that_another_switches_off_is_an_error(simulated):
 def test_a_program_that_makes_no_call_loses_the_laser_and_is_told_why():
     with start(address()) as sim, lumsdk.Sensor(sim.host) as sensor:
         with pytest.raises(lumsdk.LaserError, match="made no call for .* heartbeats are sent only inside"), sensor.laser():
-            for i, _ in enumerate(itertools.islice(sensor.frames(silence=20), 200)):
+            for i, _ in enumerate(itertools.islice(sensor.frames(silence=PATIENCE_S), 200)):
                 if i == 0:
-                    sim.wait_for(lambda: downs(sim), 20)
+                    sim.wait_for(lambda: downs(sim))
         assert downs(sim)[:1] == [False]  # it was the sensor that did it
 
 
@@ -312,10 +321,10 @@ def test_frames_are_those_of_the_packets(tmp_path):
     path = lumsdk.simulate(tmp_path / "street.pcap", frames=6)
     with lumsdk.open(path, columns="all") as source:
         expected = {frame.number: frame for frame in source}
-    for _ in range(5):
-        with lumsdk.SimulatedSensor(address(), replay=path, speed=0.7) as sim, lumsdk.Sensor(sim.host) as sensor:
+    for _ in range(20):
+        with Simulated(address(), replay=path, speed=0.7) as sim, lumsdk.Sensor(sim.host) as sensor:
             got = {}
-            for frame in sensor.frames(columns="all", silence=20):
+            for frame in sensor.frames(columns="all", silence=PATIENCE_S):
                 got[frame.number] = frame
                 assert sensor.status().bits is not None
                 if len(got) == 4:
@@ -328,7 +337,7 @@ def test_frames_are_those_of_the_packets(tmp_path):
             for name in set(expected[number].columns) - {"time"}:
                 assert frame[name].tobytes() == expected[number][name].tobytes(), (number, name)
         return
-    pytest.skip("the system dropped datagrams in each of five attempts")
+    pytest.skip("the system dropped datagrams in each of twenty attempts")
 
 
 def test_frames_take_the_options_of_open(simulated):
@@ -352,7 +361,7 @@ def test_a_calibration_of_the_sensor_is_that_of_its_frames(simulated):
 
 def test_a_duration_ends_the_frames(simulated):
     with lumsdk.Sensor(simulated.host) as sensor:
-        frames = list(sensor.frames(duration=0.35))
+        frames = list(sensor.frames(duration=1.5))
         assert 2 <= len(frames)
         assert [f.number for f in frames] == list(range(frames[0].number, frames[0].number + len(frames)))
         assert not any(len(f) for f in frames)  # the laser is off
@@ -399,7 +408,7 @@ def test_no_sensor_is_told_as_lumdump_tells_it():
 
 def test_a_sensor_that_vanishes_is_told():
     with start(address()) as sim, lumsdk.Sensor(sim.host) as sensor:
-        frames = sensor.frames(silence=20)
+        frames = sensor.frames(silence=PATIENCE_S)
         numbers = [next(frames).number]
         sim.close()
         frames._stream._silence = 0.3
@@ -422,7 +431,7 @@ def test_a_sensor_that_answers_and_sends_no_data_is_told(simulated):
 def test_what_the_system_drops_is_counted_and_told(simulated, monkeypatch):
     monkeypatch.setattr(_session, "RECEIVE_BUFFER", 100_000)
     with lumsdk.Sensor(simulated.host) as sensor, sensor.laser():
-        frames = sensor.frames(silence=20)
+        frames = sensor.frames(silence=PATIENCE_S)
         next(frames)
         while not sensor.counters["kernel_drops"]:
             time.sleep(0.01)
@@ -625,6 +634,8 @@ def test_a_fork_leaves_the_session_to_its_parent(simulated):
             os.read(ready[0], 1)
         finally:
             os._exit(status)
+    while not select.select([told[0]], [], [], 0)[0]:
+        assert sensor.status().laser_on  # calls send the heartbeats, however long the child takes
     assert os.read(told[0], 1) == b"."
     assert len(next(frames)) >= 0
     assert sensor.status().laser_on

@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 import pytest
-from conftest import PACKAGE
+from conftest import PACKAGE, PATIENCE_S
 
 USE = pathlib.Path(__file__).parent / "typed/use.py"
 
@@ -23,7 +23,7 @@ def found_by(command, pattern, tmp_path):
     environment = {**os.environ, "MYPYPATH": str(PACKAGE), "PYTHONPATH": str(PACKAGE), "PYRIGHT_PYTHON_GLOBAL_NODE": "1",
                    "PYRIGHT_PYTHON_IGNORE_WARNINGS": "1"}
     done = subprocess.run([sys.executable, "-m", *command, "use.py"], cwd=tmp_path, env=environment, capture_output=True,
-                          text=True, timeout=300, check=False)
+                          text=True, timeout=PATIENCE_S, check=False)
     return sorted({int(number) for number in re.findall(pattern, done.stdout, re.M)}), done.stdout
 
 

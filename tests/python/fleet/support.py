@@ -18,7 +18,7 @@ TOP = pathlib.Path(__file__).resolve().parents[3]
 BIN = pathlib.Path(os.environ.get("LUM_BIN", TOP / "build/release/bin"))
 PACKAGE = BIN.parent / "python"
 OBJECT_STORE = 80 << 20  # the least that Ray takes, and a little
-LONG_S = 240  # for what should take seconds: a machine can be busy
+LONG_S = 600  # for what should take seconds: a machine can be busy
 DAMAGED = "not a capture (it does not begin as one does); a pcap or pcapng file is expected"
 
 os.environ.setdefault("RAY_AUTH_MODE", "token")
