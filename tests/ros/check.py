@@ -20,7 +20,7 @@ import sensor_msgs.msg
 import std_msgs.msg
 import tf2_msgs.msg
 
-from support import (NO_RING, Failure, Processes, check, check_form, free_port, ns, points_of, tail, text_of, units,
+from support import (NO_RING, PATIENCE_S, Failure, Processes, check, check_form, free_port, ns, points_of, tail, text_of, units,
                      wait_until)
 
 BUILD = pathlib.Path(sys.argv[1])
@@ -44,12 +44,11 @@ class Listener:
         self.messages = []
         self.subscriber = rospy.Subscriber(topic, kind, self.messages.append, buff_size=1 << 26, tcp_nodelay=True)
 
-    def wait(self, count, seconds=30):
-        wait_until(lambda: len(self.messages) >= count, seconds,
-                   f"{count} messages of {self.subscriber.resolved_name}")
+    def wait(self, count):
+        wait_until(lambda: len(self.messages) >= count, f"{count} messages of {self.subscriber.resolved_name}")
         return self.messages
 
-    def wait_for_silence(self, seconds=2.0):
+    def wait_for_silence(self, seconds=4.0):
         """All that comes, once something came."""
         self.wait(1)
         while True:
@@ -66,8 +65,8 @@ def clouds(topic="/points"):
     return Listener(topic, sensor_msgs.msg.PointCloud2)
 
 
-def run(*command, seconds=60):
-    r = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=seconds,
+def run(*command):
+    r = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=PATIENCE_S,
                        stdin=subprocess.DEVNULL)
     check(r.returncode == 0, f"{command[0]}: {r.returncode} {r.stderr[-300:]}")
     return r.stdout
@@ -92,12 +91,12 @@ def sensor(last, *arguments):
     address = f"{HOST}.{last}"
     path = WORK / f"sensor-{last}.log"
     path.unlink(missing_ok=True)
-    p = PROCESSES.start(BIN / "lumsim", "--address", address, "--log", path, "--duration", 120, "--quiet", *arguments)
+    p = PROCESSES.start(BIN / "lumsim", "--address", address, "--log", path, "--quiet", *arguments)
 
     def events(kind):
         lines = path.read_text().splitlines(True) if path.exists() else []
         return [e for e in (json.loads(s) for s in lines if s.endswith("\n")) if e["event"] == kind]
-    wait_until(lambda: p.poll() is not None or events("frames"), 30, "lumsim")
+    wait_until(lambda: p.poll() is not None or events("frames"), "lumsim")
     return address, p, events
 
 
@@ -105,7 +104,7 @@ def record(name, *topics):
     path = WORK / name
     path.unlink(missing_ok=True)
     p = PROCESSES.start("rosbag", "record", "--buffsize=0", "-O", path, *topics)
-    wait_until(lambda: subscribers_of(topics[0]) > 0, 20, "the recorder")
+    wait_until(lambda: subscribers_of(topics[0]) > 0, "the recorder")
     return path, p
 
 
@@ -307,10 +306,10 @@ def two_sensors_have_topics_of_their_own():
     started = PROCESSES.start("roslaunch", file)
     bag, recorder = record("two.bag", *topics)
     for name, listener in listeners.items():
-        wait_until(lambda: any(c.width > 10000 for c in listener.messages), 40, f"a cloud of {name}")
+        wait_until(lambda: any(c.width > 10000 for c in listener.messages), f"a cloud of {name}")
         check({c.header.frame_id for c in listener.messages} == {name}, f"frame_id of {name}")
     wanted = {f"{name}/lumsdk_node: laser" for name in listeners}
-    wait_until(lambda: wanted <= {s.name for m in diagnostics.messages for s in m.status}, 20, "both diagnoses")
+    wait_until(lambda: wanted <= {s.name for m in diagnostics.messages for s in m.status}, "both diagnoses")
     frames = {t.child_frame_id for m in tf.messages for t in m.transforms}
     check(frames == {"front_blue", "front_green", "rear_blue", "rear_green"}, f"transforms of {sorted(frames)}")
     published = {name for name, _ in rosgraph.Master("/check").getSystemState()[0]}
@@ -388,7 +387,7 @@ def what_a_capture_has_of_its_own_is_warned_of():
     known = capture("own.pcapng", "--frames", 1, "--lines", 64, "--calibration", calibration, "--profile", profile)
     plain = capture("plain.pcapng", "--frames", 1, "--lines", 64)
     both = {"calibration", "profile"}
-    subprocess.run(["rosparam", "delete", "/lumsdk_node"], capture_output=True, timeout=60, check=False)  # of a launch before
+    subprocess.run(["rosparam", "delete", "/lumsdk_node"], capture_output=True, timeout=PATIENCE_S, check=False)  # of a launch before
     for path, arguments, kinds in ((known, [], both), (known, [f"_calibration:={calibration}"], {"profile"}), (plain, [], set()),
                                    (known, [f"_calibration:={calibration}", f"_profile:={profile}"], set())):
         listener = clouds()
@@ -477,7 +476,7 @@ def play(bag, topics=None, times=1):
     """The clouds of a bag's raw topics."""
     listener = clouds()
     p = launch("bag.launch")
-    wait_until(lambda: all(subscribers_of(t) for t in RAW), 20, "the node")
+    wait_until(lambda: all(subscribers_of(t) for t in RAW), "the node")
     for _ in range(times):
         run("rosbag", "play", "--quiet", "--wait-for-subscribers", "--delay=1", bag, "--topics", *(topics or RAW))
     found = list(listener.wait_for_silence())
@@ -495,32 +494,39 @@ def wait_for_status(listener, name, accept, what):
     def look():
         newest = [s for m in listener.messages[-1:] for s in m.status if s.name == f"lumsdk_node: {name}"]
         return newest[0] if newest and accept(newest[0]) else None
-    return wait_until(look, 20, what)
+    return wait_until(look, what)
+
+
+def is_rate(rate):
+    return abs(rate - RATE) < 0.05 * RATE
 
 
 def check_rates(listener):
-    found = listener.wait(len(listener.messages) + 40)[-40:]
-    for cloud in found[:3]:
+    """Once this machine is not so busy that clouds are late or left out."""
+    before = len(listener.messages)
+    for cloud in listener.wait(before + 40)[before:before + 3]:
         check_form(cloud)
-    span = (ns(found[-1].header.stamp) - ns(found[0].header.stamp)) / 1e9
-    rate = (len(found) - 1) / span
-    check(abs(rate - RATE) < 0.05 * RATE, f"stamps: {rate:.2f} a second")
+
+    def rate_of_stamps():
+        last = listener.messages[-40:]
+        return (len(last) - 1) * 1e9 / (ns(last[-1].header.stamp) - ns(last[0].header.stamp))
+    wait_until(lambda: is_rate(rate_of_stamps()), f"{RATE} stamps a second")
     hz = PROCESSES.start("rostopic", "hz", "--window=40", "/points", environment={"PYTHONUNBUFFERED": "1"})
-    wait_until(lambda: text_of(hz).count("average rate") >= 5, 30, "rostopic hz")
+    wait_until(lambda: text_of(hz).count("average rate") >= 5, "rostopic hz")
+    wait_until(lambda: is_rate(float(text_of(hz).rpartition("\n")[0].split("average rate: ")[-1].split()[0])),
+               f"{RATE} a second, by rostopic hz")
     PROCESSES.end(hz)
-    rate = float(text_of(hz).split("average rate: ")[-1].split()[0])
-    check(abs(rate - RATE) < 0.05 * RATE, f"rostopic hz: {rate}")
 
 
 def check_commands():
     answers = Listener("/answer", std_msgs.msg.String)
     commands = rospy.Publisher("/command", std_msgs.msg.String, queue_size=10)
-    wait_until(lambda: commands.get_num_connections() and answers.subscriber.get_num_connections(), 10, "the node")
+    wait_until(lambda: commands.get_num_connections() and answers.subscriber.get_num_connections(), "the node")
     for text, wanted in (("50p 0g", "answered"), ("5p u ", "refused, not sent"), ("101p", "does not allow"),
                          ("", "no command"), ("5x", "no command")):
         count = len(answers.messages)
         commands.publish(text)
-        answer = answers.wait(count + 1, 10)[-1].data
+        answer = answers.wait(count + 1)[-1].data
         check(wanted in answer, f"{text!r}: {answer!r}")
     answers.stop()
     commands.unregister()
@@ -531,10 +537,10 @@ def live_sensor():
     listener = clouds()
     diagnostics = Listener("/diagnostics", diagnostic_msgs.msg.DiagnosticArray)
     started = launch("live.launch", f"address:={address}", "laser:=true")
-    wait_until(lambda: any(c.width > 10000 for c in listener.messages), 30, "a cloud")
+    wait_until(lambda: any(c.width > 10000 for c in listener.messages), "a cloud")
     check_rates(listener)
-    data = wait_for_status(diagnostics, "data", lambda s: s.level == 0, "good data")
-    check(abs(float(value_of(data, "frames_per_second")) - RATE) < 2.0, f"{data.values}")
+    wait_for_status(diagnostics, "data", lambda s: s.level == 0 and abs(float(value_of(s, "frames_per_second")) - RATE) < 2.0,
+                    "good data")
     laser = wait_for_status(diagnostics, "laser", lambda s: value_of(s, "TLV_CMD_ON") == "true", "the laser's status")
     check((laser.level, value_of(laser, "laser"), value_of(laser, "FAN_PWM_BAD")) == (0, "up", "false"), f"{laser}")
     losses = wait_for_status(diagnostics, "losses", lambda s: True, "losses")
@@ -557,7 +563,7 @@ def live_recording():
     address, p, _ = sensor(2, "--rate", RATE)
     listener = clouds()
     started = launch("live.launch", f"address:={address}", "laser:=true")
-    wait_until(lambda: any(c.width > 10000 for c in listener.messages), 30, "a cloud")
+    wait_until(lambda: any(c.width > 10000 for c in listener.messages), "a cloud")
     bag, recorder = record("live.bag", *RAW)
     listener.wait(len(listener.messages) + 30)
     PROCESSES.end(recorder, group=True)
@@ -577,20 +583,20 @@ def laser_is_safe():
     signal.signal(signal.SIGQUIT, signal.SIG_IGN)  # as by a shell, for what it runs in the background
     n = node(f"_source:=udp://{address}", "_laser:=true")
     signal.signal(signal.SIGQUIT, signal.SIG_DFL)
-    wait_until(lambda: any(e["up"] for e in events("laser")), 20, "the laser")
+    wait_until(lambda: any(e["up"] for e in events("laser")), "the laser")
     p.send_signal(signal.SIGUSR1)
     laser = wait_for_status(diagnostics, "laser", lambda s: s.level == 2, "the hazard")
     check("FAN_PWM_BAD" in laser.message, laser.message)
-    off = wait_until(lambda: [e for e in events("tlv") if e["note"] == "d"], 10, "d")
+    off = wait_until(lambda: [e for e in events("tlv") if e["note"] == "d"], "d")
     check(off[0]["t"] - [e for e in events("laser") if not e["up"]][0]["t"] < 1.5, "d comes late")
     p.send_signal(signal.SIGUSR2)
     wait_for_status(diagnostics, "laser", lambda s: s.level == 0, "the hazard's end")
     time.sleep(1.0)
     check(not events("laser")[-1]["up"], "the laser came back by itself")
     run("rostopic", "pub", "-1", "/command", "std_msgs/String", "u")
-    wait_until(lambda: events("laser")[-1]["up"], 10, "the laser, after u")
+    wait_until(lambda: events("laser")[-1]["up"], "the laser, after u")
     n.send_signal(signal.SIGSTOP)
-    wait_until(lambda: not events("laser")[-1]["up"], 10, "the end of a stopped node's laser")
+    wait_until(lambda: not events("laser")[-1]["up"], "the end of a stopped node's laser")
     beat = [e["t"] for e in events("heartbeat")][-1]
     check(events("laser")[-1]["t"] - beat < 3.3, "the laser outlives the heartbeats")
     n.send_signal(signal.SIGCONT)
@@ -602,9 +608,9 @@ def laser_is_safe():
 def two_nodes_cannot_own_a_sensor():
     address, p, _ = sensor(4)
     first = node(f"_source:=udp://{address}")
-    wait_until(lambda: "source:" in text_of(first), 10, "the first")
+    wait_until(lambda: "source:" in text_of(first), "the first")
     second = PROCESSES.start(NODE, "__name:=second", f"_source:=udp://{address}", name="node")
-    check(second.wait(20) == 1 and str(first.pid) in text_of(second), f"the second: {tail(second)}")
+    check(second.wait(PATIENCE_S) == 1 and str(first.pid) in text_of(second), f"the second: {tail(second)}")
     check(PROCESSES.end(first) == 0, tail(first))
     PROCESSES.end(p)
 
@@ -614,11 +620,11 @@ def a_second_signal_ends_a_long_laser_off():
     for last, numbers in ((7, [signal.SIGINT, signal.SIGTERM]), (8, [signal.SIGINT])):  # two of one number could come as one
         address, p, events = sensor(last)
         n = node(f"_source:=udp://{address}", "_laser:=true")
-        wait_until(lambda: any(e["up"] for e in events("laser")), 20, "the laser")
+        wait_until(lambda: any(e["up"] for e in events("laser")), "the laser")
         p.send_signal(signal.SIGSTOP)
         for number in numbers:
             n.send_signal(number)
-        check(n.wait(30) == 0 and "laser off was not answered" in text_of(n), tail(n))
+        check(n.wait(PATIENCE_S) == 0 and "laser off was not answered" in text_of(n), tail(n))
         p.send_signal(signal.SIGCONT)
         run(BIN / "lumctl", "--host", address, "status")  # answered behind all that waited
         heard.append(sum(e["note"] == "d" for e in events("tlv")))
@@ -630,9 +636,9 @@ def a_moved_sensor_is_named():
     address, p, events = sensor(5)
     new = f"{HOST}.6"
     n = node(f"_source:=udp://{address}")
-    wait_until(lambda: events("stream"), 20, "the stream")
+    wait_until(lambda: events("stream"), "the stream")
     run(BIN / "lumctl", "--host", address, "set-ip", new)
-    wait_until(lambda: f"the data comes from {new} now, not from {address}" in text_of(n), 10, "the new address")
+    wait_until(lambda: f"the data comes from {new} now, not from {address}" in text_of(n), "the new address")
     check(PROCESSES.end(n) == 0, tail(n))
     PROCESSES.end(p)
 
@@ -645,14 +651,14 @@ def bad_parameters_are_told():
                               ("_lines:=40000", "lines must be"), ("_wait_for:=[nothing]", "~wait_for")):
         arguments = ["_source:=bag", parameter] if "_source" not in parameter else [parameter]
         p = node(*arguments)
-        check(p.wait(20) == 1 and wanted in text_of(p), f"{parameter}: {p.returncode} {tail(p)}")
+        check(p.wait(PATIENCE_S) == 1 and wanted in text_of(p), f"{parameter}: {p.returncode} {tail(p)}")
         run("rosparam", "delete", "/lumsdk_node")
 
 
 def screen(environment):
     """The screen's pixels, as (width, bytes)."""
     r = subprocess.run(["import", "-silent", "-window", "root", "-depth", "8", "ppm:-"], capture_output=True,
-                       env={**os.environ, **environment}, timeout=20)
+                       env={**os.environ, **environment}, timeout=PATIENCE_S)
     if r.returncode != 0 or not r.stdout.startswith(b"P6"):
         return 0, b""
     _, size, _, pixels = r.stdout.split(b"\n", 3)
@@ -674,7 +680,7 @@ def count_colours(width, pixels):
 
 def rviz_shows_the_cloud():
     xvfb = PROCESSES.start("Xvfb", "-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp")
-    display = wait_until(lambda: "\n" in text_of(xvfb) and text_of(xvfb).split()[-1], 20, "Xvfb")
+    display = wait_until(lambda: "\n" in text_of(xvfb) and text_of(xvfb).split()[-1], "Xvfb")
     environment = {"DISPLAY": f":{display}", "LIBGL_ALWAYS_SOFTWARE": "1", "QT_X11_NO_MITSHM": "1",
                    "XDG_RUNTIME_DIR": str(WORK), "HOME": str(WORK)}
     path = capture("street.pcap", "--frames", 10, "--lines", 64)
@@ -686,13 +692,13 @@ def rviz_shows_the_cloud():
         counts.append(count_colours(*screen(environment)))
         return counts[-1][0] > 20000
     try:
-        wait_until(look, 60, "20000 coloured pixels")
+        wait_until(look, "20000 coloured pixels")
     finally:
         print(f"# coloured pixels: {counts[-1][0]}, of a status in red or orange: {counts[-1][1]}")
     time.sleep(1.0)
     _, complaints = count_colours(*screen(environment))
     subprocess.run(["import", "-silent", "-window", "root", "-colors", "256", f"png8:{PICTURE}"], check=True,
-                   env={**os.environ, **environment}, timeout=20)
+                   env={**os.environ, **environment}, timeout=PATIENCE_S)
     PROCESSES.end(p)
     PROCESSES.end(xvfb, signal.SIGTERM)
     check(complaints < 50, f"{complaints} pixels of a status in red or orange")
@@ -720,7 +726,7 @@ def main():
     os.environ["ROS_MASTER_URI"] = uri
     core = PROCESSES.start("roscore", "-p", PORT)
     try:
-        wait_until(lambda: rosgraph.is_master_online(uri), 30, "roscore")
+        wait_until(lambda: rosgraph.is_master_online(uri), "roscore")
         rospy.init_node("check", disable_signals=True)
         for each in chosen:
             began = time.monotonic()

@@ -13,7 +13,7 @@ const ARGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--en
 const FAST = ["--webgl-antialiasing-mode=none"];
 const LEGEND = 130; // pixels at the right that the legend may cover
 export const SIZE = forDocs ? { width: 1280, height: 800 } : { width: 800, height: 500 };
-export const SLOW = 30000; // milliseconds; pictures are drawn in software
+export const SLOW = 300000; // milliseconds, which only end a fact that hangs; pictures are drawn in software
 
 export function launch() {
     const args = forDocs ? ARGS : [...ARGS, ...FAST];
