@@ -110,12 +110,12 @@ def see(pose, true, rng, walls, shapes, lines=64, frames=20, noise=0.02, sine=0.
     return Grid(name="room", frames=frames, count=np.where(np.isfinite(grids["range_m"]), frames, 0), is_span=True, **grids)
 
 
-def captures(seed, true, count=3, kind="room", rms=0.0, bias=0.0, sine=0.0, **options):
+def captures(seed, true, poses=FIVE[:3], kind="room", rms=0.0, bias=0.0, sine=0.0, **options):
     """Grids of a room, the sensor turned between them."""
     rng = np.random.default_rng(seed)
     walls, shapes = Walls(rng, rms, bias), boxes(kind)
     made = []
-    for roll, pitch, yaw in FIVE[:count]:
+    for roll, pitch, yaw in poses:
         at = np.r_[rng.uniform(-0.3, 0.3, 2), 1.2 + rng.uniform(-0.1, 0.1)]
         made.append(see((*at, roll + rng.uniform(-2, 2), pitch + rng.uniform(-2, 2), yaw + rng.uniform(-3, 3)),
                         true, rng, walls, shapes, sine=sine, **options))

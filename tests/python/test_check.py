@@ -28,7 +28,7 @@ def calibration(true, **changes):
 def yard():
     """A yard: a wall straight ahead and a floor."""
     true = rooms.true_calibration(np.random.default_rng(1))
-    return true, rooms.captures(1, true, count=1, kind="yard")[0]
+    return true, rooms.captures(1, true, poses=rooms.FIVE[:1], kind="yard")[0]
 
 
 def seams(seen, made):
@@ -69,7 +69,7 @@ def wavy():
     made = []
     for seed in range(4):
         true = rooms.true_calibration(np.random.default_rng(seed))
-        seen, = rooms.captures(seed, true, count=1, kind=("room", "yard")[seed % 2], **MILD)
+        seen, = rooms.captures(seed, true, poses=rooms.FIVE[:1], kind=("room", "yard")[seed % 2], **MILD)
         made.append(_check.check_grid(seen, calibration(true), "mine"))
     return made
 

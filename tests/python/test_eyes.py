@@ -157,6 +157,49 @@ def test_turn_and_roll_are_found():
         assert np.degrees(np.arctan2(pose.turn[2, 1], pose.turn[2, 2])) == pytest.approx(roll, abs=4)
 
 
+WITHOUT_FLOOR = (-12, -14, 52)
+"""A pose with the nose up, which lifts the floor out of view."""
+
+
+@functools.lru_cache(maxsize=None)
+def nose_up():
+    """Captures of a room with wavy walls that see the floor, and a last one that does not."""
+    return rooms.captures(5, rooms.true_calibration(np.random.default_rng(5)), poses=(*POSES, WITHOUT_FLOOR), rms=0.0014, bias=0.002,
+                          sine=0.003, lines=40)
+
+
+def test_a_height_that_no_floor_tells_stays():
+    """Wavy walls would take up their misfit by it."""
+    calibration = lumsdk.Calibration()
+    scene, state, of = _eyes._scene(nose_up(), calibration)
+    assert abs(state.poses[3].place[2]) < 0.03
+    groups, tiles = _faces.observe(scene, state, of)
+    problem, found = _eyes._settle(_solve.Problem(groups, scene.fixed, scene.before, 4, tiles), state)
+    assert abs(found.fit.state.poses[3].place[2]) < 0.03
+    notes = list(_eyes._pose_notes(problem, found.fit.state, ["a", "b", "c", "d.pcap"]))
+    assert len(notes) == 1 and notes[0].startswith("d.pcap: no floor or ceiling")
+
+
+def test_it_is_told_which_capture_stands_alone():
+    normals = np.eye(3)
+    cells = [_model.Cells(k, 0, *[np.zeros(60)] * 4, np.arange(60) % 3) for k in range(4)]
+    groups = [_faces._single(c) for c in cells]
+    names = ["a", "b", "c", "d"]
+
+    def told(groups):
+        state = _model.State(np.zeros(14), np.zeros((2, 2, 3)), [], normals, np.zeros(3))
+        return list(_eyes._pose_notes(_solve.Problem(groups, None, np.zeros(14), 4), state, names))
+
+    assert told(groups) == []
+    for k in range(4):
+        fewer = [_faces.without([group], np.array([False, False, g == k]))[0] for g, group in enumerate(groups)]
+        assert [note[:3] for note in told(fewer)] == [f"{names[k]}: "]
+        assert "how high" in told(fewer)[0]
+    fewer = [_faces.without([group], np.array([False, g == 2, g == 2]))[0] for g, group in enumerate(groups)]
+    notes = told(fewer)
+    assert all(note.startswith("c: ") for note in notes) and sum("turned" in note for note in notes) == 1
+
+
 def test_derivatives_are_those_of_the_model():
     grids, _ = room()
     calibration = lumsdk.Calibration()

@@ -16,7 +16,7 @@ from ._match import look, place_all
 from ._model import CALIBRATION_COUNT, KEYS, Eye, State, fixed_of, priors, tangents, values_of
 from ._planes import Grid, grid
 from ._result import Array, Parameter, Plane, Residuals, Solution
-from ._solve import Fit, Group, Problem, Spread, covariance, estimate_bends, estimate_spread, linearise, solve
+from ._solve import Fit, Group, Problem, Spread, covariance, estimate_bends, estimate_spread, linearise, solve, untold
 
 _WORTH = 0.5
 """What leaves more than this share of what was known before is not observable."""
@@ -228,6 +228,29 @@ def _tell_planes(problem: Problem, before: Array, after: Array, state: State) ->
     return made
 
 
+def _apart(row: Array) -> Array:
+    """Which captures move against the others along a direction that nothing tells: row has all captures but the first."""
+    moved = np.concatenate((np.zeros((1, 3)), row))
+    away = np.linalg.norm(moved - np.median(moved, 0), axis=1)
+    return np.flatnonzero(away > 0.5 * away.max())
+
+
+def _pose_notes(problem: Problem, state: State, names: Sequence[str]) -> Iterator[str]:
+    """What the faces that captures share do not tell of how the sensor stood."""
+    if problem.captures < 2:
+        return
+    turns, places = untold(problem.groups, problem.captures, state.normals)
+    for rows, is_turn in ((turns, True), (places, False)):
+        for row in rows:
+            who = " and ".join(names[k] for k in _apart(row))
+            if not is_turn and (row[:, 2] ** 2).sum() > 0.5:
+                yield (f"{who}: no floor or ceiling that another capture shows too: how high the sensor stood is not told, and was "
+                       "taken as the same; pitch the sensor down a little, so that it sees the floor")
+            else:
+                yield (f"{who}: faces that other captures show too lie in too few directions: how the sensor {'turned' if is_turn else 'moved'} "
+                       "is not wholly told, and was left as first guessed; turn it so that it sees more of the faces that others see")
+
+
 def _notes(grids: Sequence[Grid]) -> Iterator[str]:
     for g in grids:
         if g.frames < _FRAMES:
@@ -264,7 +287,7 @@ def solve_grids(grids: Sequence[Grid], calibration: Calibration) -> Solution:
     before, after = _residuals(groups, old, problem), _residuals(groups, new, problem)
     held_out = _held_out(problem, found)
     compared = held_out if np.isfinite(held_out[0]) else (_rms(before), _rms(after))
-    notes = list(_notes(grids))
+    notes = [*_notes(grids), *_pose_notes(problem, found.fit.state, [g.name for g in grids])]
     if not np.isfinite(held_out[0]):
         notes.append("too few faces to hold one out: whether the calibration is better was judged on the faces it is made of")
     return Solution(_parameters(problem, found), _tell_residuals(problem, old, new), _tell_planes(problem, before, after, new),

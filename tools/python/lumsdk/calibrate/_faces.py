@@ -12,7 +12,7 @@ from ._match import Pose, Seen, View, assign
 from ._model import Cells, Eye, Fixed, State, priors
 from ._planes import points
 from ._result import Array
-from ._solve import TILE_M, TILES_MAX, Group, Problem, Surface, group_cells, number_tiles, solve
+from ._solve import TILE_M, TILES_MAX, Group, Problem, Surface, group_cells, number_tiles, solve, untold
 
 _STARTS_M = 0.1, 0.05, 0.2, 0.4
 _ROUNDS = ((8.0, 1.0, 0.05), (6.0, 0.6, 0.03), (5.0, 0.4, 0.02), (4.0, 0.2, 0.01), (4.0, 0.2, 0.005))
@@ -106,6 +106,17 @@ def begin(views: list[View], poses: list[Pose], calibration: Calibration) -> lis
     return made
 
 
+def _stand_still(state: State, groups: list[Group]) -> None:
+    """Where no face tells how a sensor moved, it has not."""
+    count = len(state.poses)
+    if count < 2:
+        return
+    rows = untold(groups, count, state.normals)[1].reshape(-1, 3 * count - 3)
+    places = np.concatenate([pose.place for pose in state.poses[1:]])
+    places = (places - rows.T @ (rows @ places)).reshape(-1, 3)
+    state.poses[1:] = [Pose(pose.turn, at) for pose, at in zip(state.poses[1:], places)]
+
+
 def _try(scene: Scene, seen: list[Seen], poses: list[Pose], start_m: float) -> tuple[float, State, Array]:
     """Join patches to faces and fit them, in rounds that grow stricter; and how good that is.
 
@@ -118,6 +129,8 @@ def _try(scene: Scene, seen: list[Seen], poses: list[Pose], start_m: float) -> t
         of, faces = assign(scene.seen, angle, max(_JOINT_M, start_m * share))
         state = _state(state.poses, faces, state.values, state.bends)
         groups = [_single(cells) for cells in _cells(scene, of, _sparse)]
+        if number == 0:
+            _stand_still(state, groups)
         problem = Problem(groups, scene.fixed, scene.before, len(scene.views), loss_m=loss)
         state = solve(problem, state, 10 if number == 0 else 5).state
         _replace(scene, state, of)
