@@ -160,6 +160,8 @@ def test_turn_and_roll_are_found():
 WITHOUT_FLOOR = (-12, -14, 52)
 """A pose with the nose up, which lifts the floor out of view."""
 
+FIVE = (*POSES, (-12, 6, 30), WITHOUT_FLOOR)
+
 
 @functools.lru_cache(maxsize=None)
 def nose_up():
@@ -198,6 +200,144 @@ def test_it_is_told_which_capture_stands_alone():
     fewer = [_faces.without([group], np.array([False, g == 2, g == 2]))[0] for g, group in enumerate(groups)]
     notes = told(fewer)
     assert all(note.startswith("c: ") for note in notes) and sum("turned" in note for note in notes) == 1
+
+
+@functools.lru_cache(maxsize=None)
+def joined():
+    """A scene with its faces, the state and the face of each patch."""
+    return _eyes._scene(room()[0], lumsdk.Calibration())
+
+
+def parts(of):
+    """Which patches are of one face, whatever its number."""
+    return {tuple(np.flatnonzero(of == j)) for j in np.unique(of)}
+
+
+def test_a_face_named_twice_and_a_wrong_join_are_mended_by_the_solution():
+    scene, state, of = joined()
+    whole = _faces.rejoin(scene, state, of)[1]
+    large, other = np.argsort(-np.bincount(of))[:2]
+    split, wrong = np.flatnonzero(of == large)[-1], np.flatnonzero(of == other)[-1]
+    spoiled, torn = of.copy(), state.copy()
+    spoiled[split], spoiled[wrong] = len(state.offsets), large
+    torn.normals, torn.offsets = np.vstack((torn.normals, torn.normals[large])), np.r_[torn.offsets, torn.offsets[large] + 0.004]
+    torn.biases = np.r_[torn.biases, 0.0]
+    better, again = _faces.rejoin(scene, torn, spoiled)
+    assert parts(again) == parts(whole) and again.max() + 1 == len(better.offsets) == len(better.biases)
+
+
+def test_a_start_is_not_better_by_joins_that_do_not_fit():
+    scene, state, of = joined()
+    faces = list(zip(state.normals, state.offsets))
+    good = _faces._joins(scene.seen, of, faces)
+    large = np.bincount(of).argmax()
+    pressed = of.copy()
+    pressed[next(i for i in range(len(of)) if of[i] != large and (of == of[i]).sum() > 1)] = large
+    assert _faces._joins(scene.seen, pressed, faces) < good
+    assert _faces._joins(scene.seen, np.arange(len(of)), faces + [faces[0]] * len(of)) == 0
+
+
+def test_a_thing_that_moved_is_left_out_and_named():
+    """Too little for another face, and too much for a wall that is not quite flat."""
+    grids, true = room()
+    scene, state, of = joined()
+    cells = np.array([len(s.patch.cells) for s in scene.seen])
+    most = np.bincount(of, cells).argmax()
+    moved = max((i for i in range(len(cells)) if of[i] == most and cells[i] < 1000), key=lambda i: scene.seen[i].capture)
+    s = scene.seen[moved]
+    spoiled = [_planes.Grid(**{**vars(grid), "range_m": grid.range_m.copy(), "name": name}) for grid, name in zip(grids, "abc")]
+    eye = _model.Eye(_faces._cells_of(scene, s, s.patch.cells, int(of[moved])), state, scene.fixed)
+    spoiled[s.capture].range_m[s.patch.eye].ravel()[s.patch.cells] += 0.015 / eye.slope
+    found = _eyes.solve_grids(spoiled, lumsdk.Calibration())
+    assert [note[:15] for note in found.notes if "moved?" in note] == [f"{'abc'[s.capture]}: shows a face"]
+    wrong = errors(found, true)
+    assert sum(abs(error) < 2 * sigma for error, sigma in wrong.values()) >= 12
+    assert all(abs(error) < 4 * sigma for error, sigma in wrong.values())
+
+
+def test_observations_that_are_far_off_are_let_go():
+    linear = _solve.Linear(**{name: np.full(3, 1.0) for name in _solve.Linear.__dataclass_fields__})
+    problem = _solve.Problem([], None, np.zeros(14), 1, spread=_solve.Spread(spot=0.0))
+    left = np.array([1.0, 5.0, 20.0])
+    kept = _solve._robust(problem, linear, left, problem.spread)
+    problem.lets_go = True
+    gone = _solve._robust(problem, linear, left, problem.spread)
+    assert kept[:2] == pytest.approx(gone[:2]) and kept[2] == pytest.approx(0.15) and gone[2] < 1e-5
+
+
+def test_what_does_not_settle_is_not_better_and_says_so(monkeypatch):
+    monkeypatch.setattr(_solve, "_SETTLED", 0.0)
+    monkeypatch.setattr(_eyes, "_ROUNDS", 2)
+    found = _eyes.solve_grids(room()[0], lumsdk.Calibration())
+    assert not found.is_better and any("did not settle" in note for note in found.notes)
+
+
+def test_equations_without_a_solution_are_an_error_of_the_captures(monkeypatch):
+    def fail(*_, **__):
+        raise np.linalg.LinAlgError("not positive definite")
+
+    monkeypatch.setattr(_solve, "cho_solve", fail)
+    with pytest.raises(lumsdk.CaptureError, match="room, room: do not determine a solution"):
+        _eyes.solve_grids(room()[0][:2], lumsdk.Calibration())
+    with pytest.raises(np.linalg.LinAlgError):
+        _solve._factor(np.full((2, 2), np.nan))
+
+
+def test_what_is_held_is_held_one_by_one(monkeypatch):
+    """Of a pair that is told only together, one is enough."""
+    def covariance(fit, held):
+        share = np.full(14, 0.01)
+        if not held[9]:
+            share[[9, 12]] = 0.9, 0.8
+        return np.diag((share * _model.priors()) ** 2)
+
+    monkeypatch.setattr(_eyes, "covariance", covariance)
+    held, _ = _eyes._hold(np.zeros(14, bool), None)
+    assert np.flatnonzero(held).tolist() == [9]
+
+
+def test_what_is_hardly_told_together_is_named():
+    share = np.full(14, 0.1)
+    share[[9, 10, 12]] = 0.45
+    square = np.diag(share ** 2)
+    for i, j in ((9, 10), (9, 12), (10, 12)):
+        square[i, j] = square[j, i] = 0.19
+    scale = _model.priors()
+    found = _eyes._Found(None, np.zeros(14, bool), square * scale[:, None] * scale, None, set())
+    told, = _eyes._together(found)
+    assert told.startswith("green.mount.y_m and green.mount.z_m and green.mount.pitch_deg: ")
+    found.covariance = np.diag((share * scale) ** 2)
+    assert list(_eyes._together(found)) == []
+
+
+def test_angles_in_degrees_have_no_width():
+    assert "angles in degrees" in _eyes._why_held("blue.azimuth.width_deg", 3, False)
+    assert "angles in degrees" in _eyes._why_held("green.elevation.max_deg", 1, False)
+    assert "angles in degrees" not in _eyes._why_held("green.mount.x_m", 3, False) + _eyes._why_held("blue.azimuth.width_deg", 3, True)
+
+
+def test_a_lying_and_a_standing_face_are_held_out_where_others_tell_the_same():
+    up, x, y = np.eye(3)[[2, 0, 1]]
+    normals = np.array([up, x, y, -x, -y, up, x, up])
+    state = _model.State(np.zeros(14), np.zeros((2, 2, 3)), [], normals, np.zeros(8))
+
+    def spare(size):
+        groups = [_faces._single(_model.Cells(k, 0, *[np.zeros(sum(size))] * 4, np.repeat(np.arange(8), size))) for k in range(3)]
+        return _eyes._spare_faces(_solve.Problem(groups, None, np.zeros(14), 3), state)
+
+    chosen = spare([90, 80, 70, 60, 50, 40, 30, 20])
+    assert len(chosen) == 3 and normals[chosen[0], 2] == 1 and normals[chosen[1], 2] == 0
+    assert 0 not in spare([90, 80, 70, 60, 50, 0, 30, 0]), "the floor alone tells heights"
+
+
+def test_five_captures_tell_more_than_three():
+    """One of them with the nose up, as people do."""
+    true = rooms.true_calibration(np.random.default_rng(1))
+    grids = rooms.captures(1, true, poses=FIVE, rms=0.0014, bias=0.002, sine=0.003, lines=40)
+    few, many = (errors(_eyes.solve_grids(grids[:count], lumsdk.Calibration()), true).values() for count in (3, 5))
+    assert sum(abs(error) < 2 * sigma for error, sigma in many) >= 11
+    sizes = [np.sqrt(np.mean([(error / prior) ** 2 for (error, _), prior in zip(wrong, _model.priors())])) for wrong in (few, many)]
+    assert sizes[1] < sizes[0]
 
 
 def test_derivatives_are_those_of_the_model():

@@ -11,7 +11,7 @@ import numpy as np
 from .._errors import CaptureError
 from .._frame import EYES
 from .._settings import Calibration
-from ._faces import Scene, begin, join, observe, without
+from ._faces import Scene, begin, join, observe, rejoin, without
 from ._match import look, place_all
 from ._model import CALIBRATION_COUNT, KEYS, Eye, State, fixed_of, priors, tangents, values_of
 from ._planes import Grid, grid
@@ -20,12 +20,21 @@ from ._solve import Fit, Group, Problem, Spread, covariance, estimate_bends, est
 
 _WORTH = 0.5
 """What leaves more than this share of what was known before is not observable."""
+_PART = 0.3
+"""A key has so much of what is told together, or is not named with it."""
 
 _HELD_OUT = 3
 _FACES_LEFT = 5
 _SPARE_SQUARES = 20
+_LYING, _ALIKE = 0.7, 0.9
 _BENT = 0.004, 6.0
 """A face whose residuals are usually so many metres, and so many times those of other faces, is none."""
+
+_MOVED = 0.003, 6.0
+"""The same for what a capture and an eye see of a face, on the whole: it has moved, or is another face."""
+
+_ROUNDS, _CLEANINGS, _JOININGS = 20, 6, 3
+"""Most rounds of a fit, times that faces are left out, and times that patches are joined anew."""
 
 _WORSE = 1.02, 0.0002
 _SHOWN_POINTS = 400
@@ -55,6 +64,8 @@ class _Found:
     held: Array
     covariance: Array
     spread: Spread
+    moved: set[int]
+    """Captures of faces that were left out."""
 
 
 # --- The solution ---
@@ -71,30 +82,74 @@ def _without_bent(problem: Problem, fit: Fit) -> Optional[Problem]:
     return problem.of(without(problem.groups, is_bent)) if is_bent.any() else None
 
 
-def _settle(problem: Problem, state: State) -> tuple[Problem, _Found]:
-    """Estimate the variance components, then hold what the captures do not tell."""
-    fit = solve(problem, state)
-    for _ in range(3):
-        fewer = _without_bent(problem, fit)
-        if fewer is None:
+def _misfits(problem: Problem, fit: Fit) -> Array:
+    """Which faces stand elsewhere in a capture and an eye than the others have them: (groups, faces)."""
+    made = np.zeros((len(problem.groups), len(fit.state.offsets)), bool)
+    plane = np.concatenate([group.plane for group in problem.groups])
+    number = np.repeat(np.arange(len(problem.groups)), [len(group.count) for group in problem.groups])
+    # Where only this capture sees the face, its heights take up what is off; elsewhere they are shared.
+    for off, least in ((fit.left, _MOVED[0]), (fit.linear.residual, 2 * _MOVED[0])):
+        across = off / np.sqrt(fit.linear.slant)
+        usual = np.zeros(made.shape)
+        for index, j in np.unique(np.stack((number, plane), 1), axis=0):
+            usual[index, j] = abs(float(np.median(across[(number == index) & (plane == j)])))
+        # What is wrong pulls others with it: the worst go first.
+        made |= usual > max(least, _MOVED[1] * float(np.median(usual[usual > 0])), 0.5 * float(usual.max()))
+    return made
+
+
+def _fitting(problem: Problem, state: State) -> tuple[Problem, Fit, set[int]]:
+    """The problem without what is no plane or has moved, its fit, and the captures of what has moved."""
+    moved: set[int] = set()
+    fit = solve(problem, state, _ROUNDS)
+    for _ in range(_CLEANINGS):
+        is_out = _misfits(problem, fit)
+        if is_out.any():
+            fewer: Optional[Problem] = problem.of(without(problem.groups, is_out))
+            moved |= {problem.groups[index].cells.capture for index in np.flatnonzero(is_out.any(1))}
+        else:
+            fewer = _without_bent(problem, fit)
+        if fewer is None or not fewer.groups:
             break
-        problem, fit = fewer, solve(fewer, state)
-    for _ in range(2):
-        problem.spread = estimate_spread(problem, fit)
-        fit = solve(problem, fit.state, 4)
-        problem.spread = estimate_bends(problem, fit)
-        fit = solve(problem, fit.state, 4)
-    held = np.zeros(CALIBRATION_COUNT, bool)
+        problem, fit = fewer, solve(fewer, state, _ROUNDS)
+    return problem, fit, moved
+
+
+def _weigh(problem: Problem, fit: Fit) -> Fit:
+    """Estimate the variance components."""
+    problem.spread = estimate_spread(problem, fit)
+    fit = solve(problem, fit.state, 4)
+    problem.spread = estimate_bends(problem, fit)
+    return solve(problem, fit.state, 4)
+
+
+def _hold(held: Array, fit: Fit) -> tuple[Array, Array]:
+    """What else is to be held, the least known first, and the covariance then."""
     while True:
         known = covariance(fit, held)
-        unknown = (np.sqrt(np.diag(known)) > _WORTH * priors()) & ~held
-        if not unknown.any():
-            return problem, _Found(fit, held, known, problem.spread)
-        held = held | unknown
-        problem.held = held
+        share = np.where(held, 0.0, np.sqrt(np.diag(known)) / priors())
+        if share.max() <= _WORTH:
+            return held, known
+        held = held.copy()
+        held[share.argmax()] = True
+
+
+def _settle(problem: Problem, state: State) -> tuple[Problem, _Found]:
+    """Estimate the variance components, then hold what the captures do not tell."""
+    problem, fit, moved = _fitting(problem, state)
+    for _ in range(2):
+        fit = _weigh(problem, fit)
+    problem.lets_go = True
+    fit = solve(problem, fit.state, _ROUNDS)
+    held = np.zeros(CALIBRATION_COUNT, bool)
+    while True:
+        more, known = _hold(held, fit)
+        if (more == held).all():
+            return problem, _Found(fit, held, known, problem.spread, moved)
+        held = problem.held = more
         start = fit.state.copy()
         start.values[held] = problem.before[held]
-        fit = solve(problem, start)
+        fit = solve(problem, start, _ROUNDS)
 
 
 def _with_values(problem: Problem, state: State, values: Array) -> State:
@@ -124,18 +179,36 @@ def _rms(values: Array) -> float:
 
 
 def _spare_faces(problem: Problem, state: State) -> Array:
-    """Faces that can be held out: seen more than once, and of a middling size."""
+    """Faces that can be held out: seen more than once and of a middling size, the first ones a lying and a standing one.
+
+    Others lie in the same direction, and tell what these would have told.
+    """
     count = len(state.offsets)
-    size, seen = np.zeros(count), np.zeros(count)
-    for group in problem.groups:
-        squares = np.bincount(group.plane, minlength=count)
-        size += squares
-        seen += squares > 0
-    spare = np.flatnonzero((seen > 1) & (size >= _SPARE_SQUARES))
-    most = min(_HELD_OUT, max(0, len(spare) - _FACES_LEFT))
-    order = spare[np.argsort(-size[spare], kind="stable")]
-    first = len(order) // 3
-    return np.asarray(order[first:first + most])
+    squares = np.stack([np.bincount(group.plane, minlength=count) for group in problem.groups])
+    spare = np.flatnonzero(((squares > 0).sum(0) > 1) & (squares.sum(0) >= _SPARE_SQUARES))
+    order = spare[np.argsort(-squares.sum(0)[spare], kind="stable")]
+    order = np.roll(order, -(len(order) // 3))
+    lies = np.abs(state.normals[order, 2]) > _LYING
+    first = [*order[lies][:1], *order[~lies][:1]]
+    used = squares.sum(0) > 0
+    made: list[int] = []
+    for j in [*first, *(i for i in order if i not in first)]:
+        others = used.copy()
+        others[[*made, j]] = False
+        if len(made) == _HELD_OUT or others.sum() < _FACES_LEFT:
+            break
+        if np.abs(state.normals[others] @ state.normals[j]).max() > _ALIKE and _tells_poses(problem, state, ~others):
+            made.append(int(j))
+    return np.array(made, "i8")
+
+
+def _tells_poses(problem: Problem, state: State, is_out: Array) -> bool:
+    """Whether the poses are told as well without some faces."""
+    if problem.captures < 2:
+        return True
+    rest = without(problem.groups, is_out)
+    return [len(rows) for rows in untold(rest, problem.captures, state.normals)] == \
+        [len(rows) for rows in untold(problem.groups, problem.captures, state.normals)]
 
 
 def _fit_faces(problem: Problem, state: State) -> Array:
@@ -155,7 +228,10 @@ def _fit_faces(problem: Problem, state: State) -> Array:
 
 
 def _held_out(problem: Problem, found: _Found) -> tuple[float, float]:
-    """Root mean squares on faces that the solution has not seen, before and after; nan where none can be spared."""
+    """Root mean squares on faces that the solution has not seen, before and after; nan where none can be spared.
+
+    Their patches were joined by a solution that had seen them; variances are estimated without them.
+    """
     spare = _spare_faces(problem, found.fit.state)
     if not len(spare):
         return float("nan"), float("nan")
@@ -163,7 +239,10 @@ def _held_out(problem: Problem, found: _Found) -> tuple[float, float]:
     is_spare[spare] = True
     rest = problem.of(without(problem.groups, is_spare))
     kept = problem.of(without(problem.groups, ~is_spare))
-    values = solve(rest, found.fit.state).state.values
+    rest.spread, rest.lets_go = Spread(), False
+    fit = _weigh(rest, solve(rest, found.fit.state))
+    rest.lets_go = True
+    values = solve(rest, fit.state).state.values
     made = [_rms(_fit_faces(kept, _with_values(rest, found.fit.state, v))) for v in (problem.before, values)]
     return made[0], made[1]
 
@@ -175,7 +254,14 @@ _CENTRE = ("is the same as the yaw of the eye's mount, which means both together
            "apart")
 
 
-def _why_held(key: str, captures: int) -> str:
+_DEGREES = {"azimuth.width_deg": "the width has no meaning there",
+            "elevation.min_deg": "of the two ends only the middle has a meaning there",
+            "elevation.max_deg": "of the two ends only the middle has a meaning there"}
+
+
+def _why_held(key: str, captures: int, is_span: bool) -> str:
+    if not is_span and key.split(".", 1)[1] in _DEGREES:
+        return f"the profile gives angles in degrees, and {_DEGREES[key.split('.', 1)[1]]}; no recording changes that"
     what = "where green sits and looks against blue" if ".mount." in key else "it"
     if captures == 1:
         return (f"one capture does not tell {what}: add two of the same room, the sensor turned by 20 to 30 degrees to either "
@@ -192,8 +278,9 @@ def _parameters(problem: Problem, found: _Found) -> list[Parameter]:
     made = []
     for index, key in enumerate(KEYS):
         is_held = bool(found.held[index])
+        why = _why_held(key, problem.captures, problem.fixed.is_span) if is_held else ""
         made.append(Parameter(key, float(found.fit.state.values[index]), float(problem.before[index]),
-                              float("inf") if is_held else float(sigma[index]), _why_held(key, problem.captures) if is_held else ""))
+                              float("inf") if is_held else float(sigma[index]), why))
         if is_held:
             made[-1].value = made[-1].before
     for eye, centre in zip(EYES, problem.fixed.centres):
@@ -247,8 +334,30 @@ def _pose_notes(problem: Problem, state: State, names: Sequence[str]) -> Iterato
                 yield (f"{who}: no floor or ceiling that another capture shows too: how high the sensor stood is not told, and was "
                        "taken as the same; pitch the sensor down a little, so that it sees the floor")
             else:
-                yield (f"{who}: faces that other captures show too lie in too few directions: how the sensor {'turned' if is_turn else 'moved'} "
-                       "is not wholly told, and was left as first guessed; turn it so that it sees more of the faces that others see")
+                yield (f"{who}: faces that other captures show too lie in too few directions: how the sensor "
+                       f"{'turned' if is_turn else 'moved'} is not wholly told, and was left as first guessed; turn it so that it "
+                       "sees more of the faces that others see")
+
+
+def _together(found: _Found) -> Iterator[str]:
+    """What is hardly told, though each value of it seems to be."""
+    free = ~found.held
+    if not free.any():
+        return
+    scale = priors()[free]
+    values, vectors = np.linalg.eigh(found.covariance[np.ix_(free, free)] / scale[:, None] / scale)
+    if values[-1] > _WORTH ** 2:
+        keys = " and ".join(key for key, part in zip(np.array(KEYS)[free], vectors[:, -1]) if abs(part) > _PART)
+        yield (f"{keys}: all together are hardly told, {np.sqrt(values[-1]):.0%} as uncertain as before; captures with more roll, and "
+               "walls near and far, would tell more")
+
+
+def _fit_notes(found: _Found, names: Sequence[str]) -> Iterator[str]:
+    for k in sorted(found.moved):
+        yield (f"{names[k]}: shows a face where the other captures, or its other eye, do not have it; it was left out. Has something "
+               "moved?")
+    if not found.fit.is_settled:
+        yield "the solution did not settle: its values and standard deviations cannot be trusted; record the room anew"
 
 
 def _notes(grids: Sequence[Grid]) -> Iterator[str]:
@@ -276,23 +385,47 @@ def _scene(grids: Sequence[Grid], calibration: Calibration) -> tuple[Scene, Stat
     return scene, state, of
 
 
+def _solved(scene: Scene, state: State, of: Array) -> tuple[Problem, _Found, State]:
+    """A solution of which the patches are joined as it sees them, and the state that it began from."""
+    moved: set[int] = set()
+    for turn in range(_JOININGS):
+        groups, tiles = observe(scene, state, of)
+        problem, found = _settle(Problem(groups, scene.fixed, scene.before, len(scene.views), tiles), state)
+        moved = found.moved = moved | found.moved
+        better, again = rejoin(scene, found.fit.state, of)
+        if turn + 1 == _JOININGS or (again == of).all():
+            break
+        state, of = better, again
+    return problem, found, state
+
+
 def solve_grids(grids: Sequence[Grid], calibration: Calibration) -> Solution:
-    """Calibrate from grids of captures."""
+    """Calibrate from grids of captures. Raises lumsdk.CaptureError."""
+    try:
+        return _solve_grids(grids, calibration)
+    except np.linalg.LinAlgError as error:
+        names = ", ".join(os.fsdecode(g.name) for g in grids)
+        raise CaptureError(f"{names}: do not determine a solution ({error}); record a room with walls in several directions and the "
+                           "floor") from error
+
+
+def _solve_grids(grids: Sequence[Grid], calibration: Calibration) -> Solution:
     scene, state, of = _scene(grids, calibration)
-    groups, tiles = observe(scene, state, of)
-    problem, found = _settle(Problem(groups, scene.fixed, scene.before, len(grids), tiles), state)
+    problem, found, state = _solved(scene, state, of)
     groups = problem.groups
     old = _with_values(problem, state, problem.before)
     new = _with_values(problem, found.fit.state, found.fit.state.values)
     before, after = _residuals(groups, old, problem), _residuals(groups, new, problem)
     held_out = _held_out(problem, found)
     compared = held_out if np.isfinite(held_out[0]) else (_rms(before), _rms(after))
-    notes = [*_notes(grids), *_pose_notes(problem, found.fit.state, [g.name for g in grids])]
+    names = [os.fsdecode(g.name) for g in grids]
+    notes = [*_notes(grids), *_pose_notes(problem, found.fit.state, names), *_fit_notes(found, names), *_together(found)]
     if not np.isfinite(held_out[0]):
         notes.append("too few faces to hold one out: whether the calibration is better was judged on the faces it is made of")
+    is_better = found.fit.is_settled and compared[1] <= compared[0] * _WORSE[0] + _WORSE[1]
     return Solution(_parameters(problem, found), _tell_residuals(problem, old, new), _tell_planes(problem, before, after, new),
-                    [g.name for g in grids], _rms(before), _rms(after), *held_out,
-                    is_better=compared[1] <= compared[0] * _WORSE[0] + _WORSE[1], base=_nested(calibration), notes=notes)
+                    [g.name for g in grids], _rms(before), _rms(after), *held_out, is_better=is_better, base=_nested(calibration),
+                    notes=notes, poses=[(pose.turn, pose.place) for pose in found.fit.state.poses])
 
 
 def run(options: Options) -> Solution:

@@ -19,6 +19,9 @@ _ROUNDS = ((8.0, 1.0, 0.05), (6.0, 0.6, 0.03), (5.0, 0.4, 0.02), (4.0, 0.2, 0.01
 """Faces are joined within so many degrees and parts of a start, and fitted with so much patience."""
 
 _JOINT_M = 0.02
+_SAME, _FITS = (2.0, 0.01), (8.0, 0.012)
+"""Faces so many degrees and metres apart are one, and a patch that is so far from a face fits it, by a solution."""
+
 _COARSE_CELLS = 250
 """Cells of a patch in the first rounds."""
 
@@ -120,8 +123,7 @@ def _stand_still(state: State, groups: list[Group]) -> None:
 def _try(scene: Scene, seen: list[Seen], poses: list[Pose], start_m: float) -> tuple[float, State, Array]:
     """Join patches to faces and fit them, in rounds that grow stricter; and how good that is.
 
-    Each patch that finds a face speaks for it; a calibration that is not likely, and patches that do not fit their faces,
-    against it.
+    Each patch that finds a face and fits it speaks for it, by its size; a calibration that is not likely, against it.
     """
     scene.seen = [replace(s) for s in seen]
     state = _state(poses, [], scene.before)
@@ -136,8 +138,24 @@ def _try(scene: Scene, seen: list[Seen], poses: list[Pose], start_m: float) -> t
         _replace(scene, state, of)
     of, faces = assign(scene.seen, _ROUNDS[-1][0], _JOINT_M)
     away = (state.values - scene.before) / priors()
-    joined = len(scene.seen) - len(faces)
-    return joined - 0.5 * float(away @ away), _state(state.poses, faces, state.values, state.bends), of
+    return _joins(scene.seen, of, faces) - 0.5 * float(away @ away), _state(state.poses, faces, state.values, state.bends), of
+
+
+def _joins(seen: list[Seen], of: Array, faces: list[tuple[Array, float]]) -> float:
+    """How many patches fit a face that others made, one of usual size counting 1."""
+    weight = np.sqrt([len(s.patch.cells) for s in seen])
+    made = 0.0
+    for number, (normal, offset) in enumerate(faces):
+        # The first and largest has made the face, and fits it anyway.
+        for index in sorted(np.flatnonzero(of == number), key=lambda i: -weight[i])[1:]:
+            made += weight[index] * max(0.0, 1.0 - _rms_off(seen[index], normal, offset) / _JOINT_M)
+    return made / float(weight.mean())
+
+
+def _rms_off(s: Seen, normal: Array, offset: float) -> float:
+    """How far a patch is from a face, whatever the noise of its points: its own plane stands for them."""
+    flat = s.points - np.outer(s.points @ s.normal - s.offset, s.normal)
+    return float(np.sqrt(np.mean((flat @ normal - offset) ** 2)))
 
 
 def join(scene: Scene, poses: list[Pose]) -> tuple[State, Array]:
@@ -147,6 +165,52 @@ def join(scene: Scene, poses: list[Pose]) -> tuple[State, Array]:
         tried.append((*_try(scene, seen, poses, start_m), scene.seen))
     _, state, of, scene.seen = max(tried, key=lambda one: one[0])
     return state, of
+
+
+# --- Patches joined again, by a solution ---
+
+
+def _degrees(a: Array, b: Array) -> float:
+    return float(np.degrees(np.arccos(np.clip(a @ b, -1, 1))))
+
+
+def _merged(seen: list[Seen], state: State, of: Array) -> Array:
+    """The face of each patch where faces that are one are made one."""
+    of = of.copy()
+    size = np.bincount(of, [len(s.patch.cells) for s in seen], len(state.offsets))
+    order = np.argsort(-size, kind="stable")
+    for at, small in enumerate(order):
+        mine = [s for s, j in zip(seen, of) if j == small]
+        for large in order[:at]:
+            if mine and _degrees(state.normals[large], state.normals[small]) < _SAME[0] and all(
+                    _rms_off(s, state.normals[large], state.offsets[large]) < _SAME[1] for s in mine):
+                of[of == small] = large
+                break
+    return of
+
+
+def rejoin(scene: Scene, state: State, of: Array) -> tuple[State, Array]:
+    """The faces of all patches by a solution: faces that are one are joined, and patches that do not fit theirs go elsewhere."""
+    _replace(scene, state, of)
+    merged = _merged(scene.seen, state, of)
+    normals, offsets, biases = list(state.normals), list(state.offsets), list(state.biases)
+    for index, s in enumerate(scene.seen):
+        def off(j: int, s: Seen = s) -> float:
+            return max(_degrees(normals[j], s.normal) / _FITS[0], _rms_off(s, normals[j], offsets[j]) / _FITS[1])
+
+        if off(merged[index]) <= 1:
+            continue
+        best = min(range(len(normals)), key=off)
+        if off(best) > 1:
+            best = len(normals)
+            normals.append(s.normal)
+            offsets.append(s.offset)
+            biases.append(0.0)
+        merged[index] = best
+    used, again = np.unique(merged, return_inverse=True)
+    made = State(state.values.copy(), state.bends.copy(), list(state.poses), np.array(normals)[used], np.array(offsets)[used],
+                 np.array(biases)[used])
+    return made, again.ravel()
 
 
 # --- Cells to observations ---
@@ -207,10 +271,10 @@ def observe(scene: Scene, state: State, of: Array) -> tuple[list[Group], Surface
 
 
 def without(groups: list[Group], is_out: Array) -> list[Group]:
-    """The observations of all faces but those that are out."""
+    """The observations of all faces but those that are out: by face, or by group and face."""
     made = []
-    for group in groups:
-        kept = ~is_out[group.plane]
+    for group, out in zip(groups, np.broadcast_to(is_out, (len(groups), is_out.shape[-1]))):
+        kept = ~out[group.plane]
         if not kept.any():
             continue
         at = kept[group.of]

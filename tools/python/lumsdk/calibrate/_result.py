@@ -81,6 +81,8 @@ class Solution:
     base: dict[str, Any] = field(default_factory=dict)
     """The calibration as it was, nested as in a file."""
     notes: list[str] = field(default_factory=list)
+    poses: list[tuple[Array, Array]] = field(default_factory=list)
+    """Turn (3, 3) and place in metres of each capture's sensor, in the frame of the first capture's."""
 
     def calibration(self) -> dict[str, Any]:
         """Nested as in a calibration file: as it was, with the values that were measured."""

@@ -39,6 +39,8 @@ _OWN = 0.01
 """Share of a tile's variance that its neighbours do not have."""
 
 _HUBER = 3.0
+_LET_GO = 6.0, 12.0
+"""Observations that are so many standard deviations off count less and less, and none at the second."""
 _SETTLED, _STEP = 1e-3, 0.02
 """A round that moves nothing by such a share of what is usual is the last."""
 _LOOSE = 1.0
@@ -137,6 +139,8 @@ class Problem:
     """Observations further off than this count less, in the first rounds; 0: by their standard deviations."""
     is_bent: bool = True
     """Whether the readings of mirrors may be bent."""
+    lets_go: bool = False
+    """Whether observations that are far off do not count at all, as near a solution, where what is far off is wrong."""
 
     def of(self, groups: list[Group]) -> Problem:
         """The same with other observations."""
@@ -337,8 +341,11 @@ def _normal(linear: Linear, layout: Layout, weight: Array, prior: tuple[Array, A
 
 def _factor(matrix: Array) -> tuple[tuple[Array, bool], Array]:
     """Cholesky factor of the matrix scaled to a diagonal of 1, and the scale."""
-    scale = 1 / np.sqrt(np.diag(matrix))
-    scaled = matrix * scale[:, None] * scale
+    with np.errstate(invalid="ignore", divide="ignore"):
+        scale = 1 / np.sqrt(np.diag(matrix))
+        scaled = matrix * scale[:, None] * scale
+    if not np.isfinite(scaled).all():
+        raise LinAlgError("the normal equations are not finite")
     try:
         return cho_factor(scaled, lower=True), scale
     except LinAlgError:
@@ -352,7 +359,10 @@ def _robust(problem: Problem, linear: Linear, left: Array, spread: Spread) -> Ar
         made: Array = 1 / (problem.loss_m ** 2 + left ** 2)
         return made
     off = np.abs(left) / np.sqrt(variance)
-    return np.minimum(1.0, _HUBER / np.maximum(off, 1e-12)) / variance
+    share = np.minimum(1.0, _HUBER / np.maximum(off, 1e-12))
+    if problem.lets_go:
+        share *= np.clip((_LET_GO[1] - off) / (_LET_GO[1] - _LET_GO[0]), 1e-6, 1.0)
+    return share / variance
 
 
 def _moved(state: State, step: Array, layout: Layout) -> State:
@@ -385,6 +395,8 @@ class Fit:
     """Residuals of the observations, tiles taken off."""
     normal: Normal
     heights: Array
+    is_settled: bool = True
+    """Whether the last round moved hardly anything."""
 
 
 def solve(problem: Problem, state: State, rounds: int = 8) -> Fit:
@@ -400,7 +412,7 @@ def solve(problem: Problem, state: State, rounds: int = 8) -> Fit:
         normal = _normal(linear, layout, weight, _prior(problem, state, layout), tiles)
         turn += 1
         if size < _SETTLED or turn >= rounds:
-            return Fit(state, linear, layout, left, normal, heights)
+            return Fit(state, linear, layout, left, normal, heights, size < _SETTLED)
         factor, scale = _factor(normal.matrix)
         step = scale * cho_solve(factor, scale * normal.right)
         heights = step[layout.heights:]
