@@ -1,7 +1,8 @@
-"""calibrations.py COUNT BUILD FOLDER [--only WHAT] [--lines N]: lumcal on lumsim's rooms, of COUNT random true calibrations.
+"""calibrations.py COUNT BUILD FOLDER [--only WHAT] [--first N] [--lines N]: lumcal on lumsim's rooms, of COUNT random true calibrations.
 
 Each bar with how many meet it, the share of errors within two standard deviations, and what is held where one street, one room or
-two captures cannot tell it. Exit status 0: at least nine of ten meet each bar, and 90 % of the errors lie within.
+two captures cannot tell it; behind each seed what it measured, and how far the poses are off. --first N: seeds from N on.
+Exit status 0: at least nine of ten meet each bar, 90 % of the errors lie within, and nothing was refused.
 """
 import argparse
 import json
@@ -14,21 +15,29 @@ import time
 
 import numpy as np
 
-POSES = ((0, 0, 0), (12, 0, 27), (-12, 0, -27), (12, 5, -52), (-12, -5, 52))
-"""Roll, pitch and yaw of the captures, give or take 2 degrees."""
+POSES = ((0, 6, 0), (12, 0, 27), (-12, 0, -27), (-12, 6, 30), (12, 6, -30))
+"""Roll, pitch and yaw of the captures, give or take 2 degrees: as docs/calibration.md asks for."""
+
+TURNED = (*POSES[:3], (12, 5, -52), (-12, -5, 52))
+"""Turned further instead: the last mostly sees no floor."""
 
 FRAMES = 22
 PS_M = 1.5e-4  # metres a picosecond
 
-RUNS = {  # walls, captures, bars: mrad, mm, mm, mm, %, %
-    "flat": ("flat", 3, (0.3, 3, 4, math.inf, 0.02, 0.12)),
-    "mild": ("mild", 3, (0.6, 6, 10, 6, 0.05, 0.3)),
-    "mild-5": ("mild", 5, (0.3, 3, 5, 3, 0.025, 0.15)),
-    "rough": ("rough", 3, (math.inf,) * 6),
-    "rough-5": ("rough", 5, (math.inf,) * 6),
+FLAT, MILD, HALF = (0.3, 3, 4, math.inf, 0.02, 0.12), (0.6, 6, 10, 6, 0.05, 0.3), (0.3, 3, 5, 3, 0.025, 0.15)
+ROUGH = (math.inf,) * 6
+
+RUNS = {  # walls, poses, bars: mrad, mm, mm, mm, %, %
+    "flat": ("flat", POSES[:3], FLAT),
+    "flat-5": ("flat", POSES, FLAT),
+    "mild": ("mild", POSES[:3], MILD),
+    "mild-5": ("mild", POSES, HALF),
+    "mild-5-turned": ("mild", TURNED, ROUGH),
+    "rough": ("rough", POSES[:3], ROUGH),
+    "rough-5": ("rough", POSES, ROUGH),
 }
 NAMES = ("angles mrad", "position mm", "offsets mm", "their difference mm", "width %", "elevation ends %")
-HELD = {"one street": ("street", 1), "one room": ("room", 1), "two captures": ("room", 2)}
+HELD = {"one street": ("street", POSES[:1]), "one room": ("room", POSES[:1]), "two captures": ("room", POSES[:2])}
 OPEN = ("green.mount.yaw_deg", "green.mount.x_m", "green.mount.y_m")
 
 
@@ -44,39 +53,63 @@ def draw(random):
     return {"eyes": made}
 
 
-def record(o, folder, seed, kind, walls, count):
-    """Captures of a place, and the true calibration."""
+def record(o, folder, seed, kind, walls, poses):
+    """Captures of a place, the true calibration, and the true poses."""
     import lumsdk
 
     random = np.random.default_rng([seed, 14])
     true = lumsdk.Calibration(draw(random))
     (folder / "true.yaml").write_text(true.to_yaml())
-    made = []
-    for number in range(count):
+    made, stood = [], []
+    for number, usual in enumerate(poses):
         place = (*random.uniform(-0.3, 0.3, 2), {"room": 1.2, "yard": 1.5, "street": 1.8}[kind] + random.uniform(-0.1, 0.1))
-        pose = (*place, *(np.array(POSES[number]) + random.uniform(-2, 2, 3)))
+        pose = (*place, *(np.array(usual) + random.uniform(-2, 2, 3)))
+        stood.append(pose)
         path = folder / f"{kind}-{number}.pcap"
         subprocess.run([o.build / "bin" / "lumsim", "-o", path, "--scene", kind, *([] if kind == "street" else ["--walls", walls]), "--pose",
                         ",".join(f"{v:.6f}" for v in pose), "--frames", str(FRAMES), "--lines", str(o.lines), "--calibration",
                         folder / "true.yaml", "--seed", str(seed)], check=True, capture_output=True)
         made.append(str(path))
-    return made, true
+    return made, true, stood
 
 
-def calibrate(o, seed, kind, walls, count):
+def poses_off(solution, stood):
+    """How far the poses are off, at most: metres and degrees."""
+    from lumsdk.calibrate._planes import rotation
+
+    turns, places = [rotation(*pose[3:]) for pose in stood], [np.array(pose[:3]) for pose in stood]
+    far = turn = 0.0
+    for (own, at), true, place in zip(solution.poses, turns, places):
+        far = max(far, float(np.linalg.norm(at - turns[0].T @ (place - places[0]))))
+        turn = max(turn, math.degrees(math.acos(min(1.0, (np.trace(own @ (turns[0].T @ true).T) - 1) / 2))))
+    return far, turn
+
+
+def calibrate(o, seed, kind, walls, poses):
     """A solution, its truth and its seconds; no solution where it was refused."""
     import lumsdk
     from lumsdk.calibrate import _eyes
 
     with tempfile.TemporaryDirectory(dir=o.folder) as name:
-        paths, true = record(o, pathlib.Path(name), seed, kind, walls, count)
+        paths, true, stood = record(o, pathlib.Path(name), seed, kind, walls, poses)
         begun = time.monotonic()
         try:
             solution = _eyes.run(_eyes.Options(paths))
         except lumsdk.CaptureError as error:
-            print(f"  {seed}: {error}")
+            print(f"  seed {seed}: refused: {error}", flush=True)
             solution = None
+        if solution is not None:
+            tell(seed, solution, true, stood)
         return solution, true, time.monotonic() - begun
+
+
+def tell(seed, solution, true, stood):
+    wrong = errors(solution, true)
+    far, turn = poses_off(solution, stood)
+    within = [abs(error) < 2 * sigma for error, sigma in wrong.values() if math.isfinite(sigma)]
+    print(f"  seed {seed}: {' '.join(f'{value:.3f}' for value in measures(wrong))}; {sum(within)} of {len(within)} within 2 standard deviations; "
+          f"{len(solution.planes)} faces; poses off by {far * 1e3:.1f} mm, {turn:.3f} degrees"
+          f"{'' if solution.is_better else '; not better'}", *solution.notes, sep="\n    ", flush=True)
 
 
 def errors(solution, true):
@@ -95,10 +128,10 @@ def measures(wrong):
 
 
 def run_bars(o, name):
-    walls, count, bars = RUNS[name]
+    walls, poses, bars = RUNS[name]
     every, within, seconds, better = [], [], [], 0
-    for seed in range(o.count):
-        solution, true, spent = calibrate(o, seed, "room", walls, count)
+    for seed in range(o.first, o.first + o.count):
+        solution, true, spent = calibrate(o, seed, "room", walls, poses)
         seconds.append(spent)
         if solution is None:
             every.append((math.inf,) * len(bars))
@@ -108,7 +141,7 @@ def run_bars(o, name):
         within += [abs(error) < 2 * sigma for error, sigma in wrong.values() if math.isfinite(sigma)]
         better += solution.is_better
     share = float(np.mean(within)) if within else 0.0
-    print(f"{name}: {count} captures, {o.count} calibrations, {np.median(seconds):.1f} s each; {better} better on faces held out; "
+    print(f"{name}: {len(poses)} captures, {o.count} calibrations, {np.median(seconds):.1f} s each; {better} better on faces held out; "
           f"{share:.1%} of errors within 2 standard deviations")
     good = share >= 0.9
     for index, what in enumerate(NAMES):
@@ -121,12 +154,13 @@ def run_bars(o, name):
 
 
 def run_held(o, name):
-    kind, count = HELD[name]
+    kind, poses = HELD[name]
     held, within = {}, []
-    whole = 0
-    for seed in range(o.count):
-        solution, true, _ = calibrate(o, seed, kind, "flat", count)
+    whole = refused = 0
+    for seed in range(o.first, o.first + o.count):
+        solution, true, _ = calibrate(o, seed, kind, "flat", poses)
         if solution is None:
+            refused += 1
             continue
         wrong = errors(solution, true)
         names = [p.key for p in solution.parameters if p.held and p.key in wrong]
@@ -135,8 +169,8 @@ def run_held(o, name):
         whole += set(OPEN) <= set(names)
         within += [abs(error) < 2 * sigma for error, sigma in wrong.values() if math.isfinite(sigma)]
     share = f"{np.mean(within):.1%} of the other errors within 2 standard deviations" if within else "nothing else"
-    print(f"{name}: yaw, x and y held in {whole} of {o.count}; {share}; held {json.dumps(held)}", flush=True)
-    return name != "one street" or whole == o.count
+    print(f"{name}: yaw, x and y held in {whole} of {o.count}; {share}; {refused} refused; held {json.dumps(held)}", flush=True)
+    return refused == 0 and (not within or np.mean(within) >= 0.9) and (name != "one street" or whole == o.count)
 
 
 def main():
@@ -145,6 +179,7 @@ def main():
     p.add_argument("build", type=pathlib.Path)
     p.add_argument("folder", type=pathlib.Path)
     p.add_argument("--only", choices=(*RUNS, *HELD))
+    p.add_argument("--first", type=int, default=0)
     p.add_argument("--lines", type=int, default=64)
     o = p.parse_args()
     o.build = o.build.resolve()
