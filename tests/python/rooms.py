@@ -41,15 +41,18 @@ def boxes(kind="room"):
 
 
 class Walls:
-    """What is wrong with the faces: waves of rms metres (0.8 to 4 m long) and biases, each face with its own."""
+    """What is wrong, by the laws of lumsim: faces with waves of rms metres (0.8 to 4 m long) and biases, each face with its own, and
+    mirrors that read a sine of one period over the view."""
+
+    WAVES = 6
 
     def __init__(self, rng, rms=0.0, bias=0.0):
-        self.rng, self.rms, self.bias, self.faces = rng, rms, bias, {}
+        self.rng, self.rms, self.bias, self.faces, self.phases = rng, rms, bias, {}, {}
 
     def face(self, key):
         if key not in self.faces:
-            n = 12
-            long, turn = self.rng.uniform(0.8, 4.0, n), self.rng.uniform(0, 2 * np.pi, n)
+            n = self.WAVES
+            long, turn = np.exp(self.rng.uniform(np.log(0.8), np.log(4.0), n)), self.rng.uniform(0, 2 * np.pi, n)
             self.faces[key] = (2 * np.pi / long * np.cos(turn), 2 * np.pi / long * np.sin(turn), self.rng.uniform(0, 2 * np.pi, n),
                                self.rms * np.sqrt(2 / n), self.bias * self.rng.normal())
         return self.faces[key]
@@ -57,6 +60,12 @@ class Walls:
     def height(self, key, s, t):
         ks, kt, phase, size, _ = self.face(key)
         return size * sum(np.sin(a * s + b * t + c) for a, b, c in zip(ks, kt, phase))
+
+    def wrong(self, mirror, turn):
+        """What an encoder errs, at -1 to 1 of its mirror's way, of a height of 1."""
+        if mirror not in self.phases:
+            self.phases[mirror] = self.rng.uniform(0, 2 * np.pi)
+        return np.sin(np.pi * turn + self.phases[mirror])
 
 
 def cast(shapes, walls, origin, directions):
@@ -85,7 +94,7 @@ def cast(shapes, walls, origin, directions):
 
 
 def see(pose, true, rng, walls, shapes, lines=64, frames=20, noise=0.02, sine=0.0):
-    """A grid of a sensor at x, y, z, roll, pitch, yaw."""
+    """A grid of a sensor at x, y, z, roll, pitch, yaw; sine is the height of what its encoders err, in degrees."""
     from lumsdk.calibrate._planes import Grid
 
     grids = {name: np.full((2, lines, 1000), np.nan) for name in ("azimuth", "elevation", "range_m", "sigma_m")}
@@ -94,8 +103,9 @@ def see(pose, true, rng, walls, shapes, lines=64, frames=20, noise=0.02, sine=0.
         c = true[eye]
         u = np.broadcast_to(np.linspace(-0.99, 0.99, 1000), (lines, 1000))
         v = np.broadcast_to(np.linspace(0.98, -0.98, lines)[:, None], (lines, 1000))
-        az = np.radians(u * c["width"] / 2 + sine * np.sin(7 * u + e))
-        el = np.radians((c["low"] + c["high"]) / 2 + v * (c["high"] - c["low"]) / 2 + sine * np.cos(5 * v + e))
+        wrong = [sine * walls.wrong((e, mirror), turn) if sine else 0.0 for mirror, turn in enumerate((u, v))]
+        az = np.radians(u * c["width"] / 2 + wrong[0])
+        el = np.radians((c["low"] + c["high"]) / 2 + v * (c["high"] - c["low"]) / 2 + wrong[1])
         d = np.stack((np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el)), -1).reshape(-1, 3)
         turn = world @ rotation(*c["mount"][3:])
         origin = np.array(pose[:3]) + world @ np.array(c["mount"][:3])

@@ -12,7 +12,7 @@ from lumsdk.calibrate import _check, _cli, _tell  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("own_signals")
 
-MILD = {"rms": 0.0014, "bias": 0.002, "sine": np.radians(0.003)}
+MILD = {"rms": 0.0014, "bias": 0.002, "sine": 0.003}
 
 
 def calibration(true, **changes):
