@@ -30,8 +30,8 @@ See 'lumcal eyes --help' and 'lumcal check --help' for their options.
       --help, --version
 
 Exit status: 0 done, 1 failed: files, captures, nothing flat to be seen; eyes:
-the result would not be better; check: the eyes do not meet. 2 bad arguments
-or configuration.
+the result would be worse; check: the eyes do not meet, or it cannot be told.
+2 bad arguments or configuration.
 
 Examples:
   lumcal eyes a.pcap b.pcap c.pcap -o calibration.yaml --report report.html
@@ -75,7 +75,8 @@ eye?
   -o, --output FILE           a picture of it, .png
 """ + _COMMON.format(calibration="what is checked; default: the capture's own,\n                              "
                      "or typical values") + """
-Status 1 if the eyes do not meet, or if no wall or floor is seen by both.
+Status 1 if the eyes do not meet, or if no wall or floor that both see can
+tell.
 
 Example:
   lumcal check a.pcap --calibration calibration.yaml -o check.png

@@ -10,6 +10,7 @@ import numpy as np
 from .._errors import CaptureError
 from ._planes import Grid, Patch, find_planes, grid, points
 from ._result import Array
+from ._waves import bow, waves
 
 if TYPE_CHECKING:
     from .._settings import Calibration
@@ -22,19 +23,24 @@ TILT_DEG = 0.05
 """Steps and tilts up to these are right: what a good calibration leaves on ordinary walls."""
 SIGMAS = 4.0
 """Those up to so many of their standard deviations may be right."""
+TOLD_M, TOLD_DEG = 0.005, 0.15
+"""What is known no better than this tells nothing by being small. The angle makes as much of a step over 2 m."""
 
 FRAMES = 20
 _SAME_STEP_M = 0.25
 _SAME_DEG = 6.0
+_NEAR_STEP_M = 1.0
+_NEAR_DEG = 20.0
+"""Halves further apart than the same, and no further than near, are two faces, or of a calibration that is far off."""
 _FAR_SIGMA_M = 0.05
 """A step that is known no better says nothing."""
 _TILES = 6
 _TILE_M = (2.0, 1.0, 0.5, 0.25, 0.12, 0.06)
 _FLAT_TILE_M = 0.5
-_WAVES_M = (0.25, 0.8)
-"""How far a wall's waves hang together: those of 0.8 to 4 m."""
 _USUAL_WAVES_M, _USUAL_TILES = 0.0015, 4.0
 """Waves of usual walls, and how much that counts against what is seen."""
+_BOW = 2 / 3
+"""The bow of usual walls by their waves."""
 _GAP_DEG = 10.0
 _WIDE_DEG = 4.0
 """A half that is narrower is mostly edge, where beams meet two faces."""
@@ -87,11 +93,30 @@ class Seam:
         return float(np.linalg.norm(self.middle))
 
     @property
-    def meets(self) -> bool:
-        """Whether step, tilt and twist are small, or no larger than chance makes them."""
-        return all(abs(value) <= max(bound, SIGMAS * sigma) for value, sigma, bound in (
+    def bounds(self) -> tuple[float, float]:
+        """How large a step in metres and an angle in degrees may be here: what is right, or what chance makes."""
+        return (max(STEP_M, SIGMAS * self.step_sigma_m),
+                max(TILT_DEG, SIGMAS * max(self.tilt_sigma_deg, self.twist_sigma_deg)))
+
+    @property
+    def verdict(self) -> str:
+        """apart where step, tilt or twist is large; else meet, or unknown where that they are small tells nothing."""
+        is_apart = any(abs(value) > max(bound, SIGMAS * sigma) for value, sigma, bound in (
             (self.step_m, self.step_sigma_m, STEP_M), (self.tilt_deg, self.tilt_sigma_deg, TILT_DEG),
             (self.twist_deg, self.twist_sigma_deg, TILT_DEG)))
+        is_told = self.step_sigma_m <= TOLD_M and max(self.tilt_sigma_deg, self.twist_sigma_deg) <= TOLD_DEG
+        return "apart" if is_apart else "meet" if is_told else "unknown"
+
+    @property
+    def is_one(self) -> bool:
+        """Whether the halves are so near each other that they are of one face."""
+        is_near: bool = abs(self.step_m) <= _SAME_STEP_M and self.apart_deg <= _SAME_DEG
+        return is_near
+
+    @property
+    def apart_deg(self) -> float:
+        """The angle between the normals of the halves."""
+        return float(np.degrees(np.arccos(min(1.0, float(self.blue.normal @ self.green.normal)))))
 
 
 @dataclass
@@ -106,6 +131,8 @@ class Check:
     seams: list[Seam]
     clouds: list[Array] = field(default_factory=list)
     """All points of each eye in the frame of the sensor: (cells, 3)."""
+    strange: list[Seam] = field(default_factory=list)
+    """Halves that are two faces, or one that a calibration which is far off tears apart."""
 
     @property
     def flat_m(self) -> tuple[Optional[float], Optional[float]]:
@@ -119,10 +146,15 @@ class Check:
 
     @property
     def verdict(self) -> str:
-        """meet, apart, or unknown where no face is seen by both."""
-        if not self.seams:
-            return "unknown"
-        return "meet" if all(s.meets for s in self.seams) else "apart"
+        """apart where one face is, meet where one does, unknown where no face that both eyes see tells."""
+        told = {seam.verdict for seam in self.seams}
+        return next((word for word in ("apart", "meet") if word in told), "unknown")
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """How far the eyes may be apart where they meet: the widest bounds of the seams that tell."""
+        told = [seam.bounds for seam in self.seams if seam.verdict == "meet"]
+        return max(step for step, _ in told), max(angle for _, angle in told)
 
 
 def _flat(faces: Iterable[Face], eye: int) -> Optional[float]:
@@ -173,10 +205,10 @@ class _Plane:
     """How much of the square of a wall's waves is in the squares of what is left, of all tiles together."""
 
 
-def _waves(a: Array, b: Array) -> Array:
-    """The covariance of a wall's waves of 1 m rms between places on it."""
-    apart = ((a[:, None, :2] - b[None, :, :2]) ** 2).sum(2)
-    return np.asarray(np.mean([np.exp(-apart / (2 * reach ** 2)) for reach in _WAVES_M], 0))
+def _alike(a: Array, b: Array) -> Array:
+    """The covariance of the heights of a wall with waves of 1 m rms between places on it."""
+    apart = np.sqrt(((a[:, None, :2] - b[None, :, :2]) ** 2).sum(2))
+    return waves(apart) + _BOW ** 2 * bow(apart)
 
 
 def _design(tiles: Array) -> Array:
@@ -188,7 +220,7 @@ def _plane_of(tiles: Array) -> _Plane:
     solver = np.linalg.pinv(design)
     values = solver @ tiles[:, 2]
     rest = np.eye(len(tiles)) - design @ solver
-    return _Plane(tiles, values, solver, tiles[:, 2] - design @ values, float((rest * _waves(tiles, tiles)).sum()))
+    return _Plane(tiles, values, solver, tiles[:, 2] - design @ values, float((rest * _alike(tiles, tiles)).sum()))
 
 
 def _covariance(blue: _Plane, green: _Plane) -> Array:
@@ -196,8 +228,8 @@ def _covariance(blue: _Plane, green: _Plane) -> Array:
     for walls; waves go on from half to half."""
     square = (float(blue.left @ blue.left + green.left @ green.left) + _USUAL_TILES * _USUAL_WAVES_M ** 2) / (
         blue.waviness + green.waviness + _USUAL_TILES)
-    between = blue.solver @ _waves(blue.tiles, green.tiles) @ green.solver.T
-    own = sum(half.solver @ _waves(half.tiles, half.tiles) @ half.solver.T for half in (blue, green))
+    between = blue.solver @ _alike(blue.tiles, green.tiles) @ green.solver.T
+    own = sum(half.solver @ _alike(half.tiles, half.tiles) @ half.solver.T for half in (blue, green))
     return np.asarray(square * (own - between - between.T))
 
 
@@ -235,13 +267,27 @@ def _edge(face: Face, direction: Array) -> Array:
     return np.asarray(chosen.mean(0))
 
 
+def _elevations(face: Face) -> tuple[float, float]:
+    low, high = np.percentile(face.points[:, 2] / np.linalg.norm(face.points, axis=1), (5, 95))
+    return float(low), float(high)
+
+
 def _are_neighbours(blue: Face, green: Face) -> bool:
     """Whether they could be one face, which the seam cuts."""
-    if float(blue.normal @ green.normal) < np.cos(np.radians(_SAME_DEG)):
+    if float(blue.normal @ green.normal) < np.cos(np.radians(_NEAR_DEG)):
         return False
     right, left = _azimuths(blue), _azimuths(green)
     is_wide = min(right[1] - right[0], left[1] - left[0]) >= _WIDE_DEG
     return is_wide and left[0] - right[1] < _GAP_DEG
+
+
+def _likeness(seam: Seam) -> float:
+    """How much of both halves is beside each other: cells of the smaller one, by the elevations that they share. How far they
+    are apart does not count: what is to be measured cannot choose."""
+    (low, high), (other_low, other_high) = _elevations(seam.blue), _elevations(seam.green)
+    shared = min(high, other_high) - max(low, other_low)
+    share = max(shared, 0.0) / max(max(high, other_high) - min(low, other_low), 1e-6)
+    return share * min(len(seam.blue.cells), len(seam.green.cells))
 
 
 def _seam(blue: Face, green: Face) -> Optional[Seam]:
@@ -261,7 +307,7 @@ def _seam(blue: Face, green: Face) -> Optional[Seam]:
         halves.append(_plane_of(tiles))
     apart = halves[1].values - halves[0].values
     sigma = np.sqrt(np.maximum(np.diag(_covariance(halves[0], halves[1])), 0))
-    if abs(apart[0]) > _SAME_STEP_M or sigma[0] > _FAR_SIGMA_M:
+    if abs(apart[0]) > _NEAR_STEP_M or sigma[0] > _FAR_SIGMA_M:
         return None
     middle = middle + normal * float(halves[0].values[0] + halves[1].values[0]) / 2
     degrees, degrees_sigma = np.degrees(apart[1:]), np.degrees(sigma[1:])
@@ -269,20 +315,22 @@ def _seam(blue: Face, green: Face) -> Optional[Seam]:
                 float(degrees_sigma[0]), float(degrees[1]), float(degrees_sigma[1]))
 
 
-def find_seams(faces: Iterable[Face]) -> list[Seam]:
-    """Faces that go on from eye to eye, the largest first. Each half belongs to one seam: the one with the smallest step."""
-    faces = list(faces)
-    found = []
-    for blue in (face for face in faces if face.eye == 0):
-        for green in (face for face in faces if face.eye == 1):
-            seam = _seam(blue, green) if _are_neighbours(blue, green) else None
-            if seam is not None:
-                found.append(seam)
+def _chosen(found: Iterable[Seam]) -> list[Seam]:
+    """Those that are most alike, the largest first. Each half belongs to one seam."""
     chosen: list[Seam] = []
-    for seam in sorted(found, key=lambda s: abs(s.step_m)):
+    for seam in sorted(found, key=lambda s: -_likeness(s)):
         if not any(seam.blue is other.blue or seam.green is other.green for other in chosen):
             chosen.append(seam)
     return sorted(chosen, key=lambda s: -min(len(s.blue.cells), len(s.green.cells)))
+
+
+def find_seams(faces: Iterable[Face]) -> tuple[list[Seam], list[Seam]]:
+    """Faces that go on from eye to eye, and halves that do so only if the calibration is far off; the largest first."""
+    faces = list(faces)
+    found = [_seam(blue, green) for blue in faces for green in faces
+             if (blue.eye, green.eye) == (0, 1) and _are_neighbours(blue, green)]
+    made = [seam for seam in found if seam is not None]
+    return _chosen(seam for seam in made if seam.is_one), _chosen(seam for seam in made if not seam.is_one)
 
 
 # --- A capture ---
@@ -293,7 +341,8 @@ def check_grid(seen: Grid, calibration: Calibration, named: str) -> Check:
     clouds = [points(seen, eye, calibration) for eye in range(2)]
     made = (_face(patch, clouds[patch.eye]) for patch in find_planes(seen, calibration))
     faces = [face for face in made if face is not None]
-    return Check(seen.name, named, seen.frames, faces, find_seams(faces), clouds)
+    seams, strange = find_seams(faces)
+    return Check(seen.name, named, seen.frames, faces, seams, clouds, strange)
 
 
 def check(options: Options, progress: _Tell) -> Check:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ._check import EYES, Check, Seam
 from ._result import Array
-from ._tell import advice, azimuth, millimetres
+from ._tell import MARKS, advice, azimuth, millimetres
 
 COLOURS = ("#2166ac", "#1b7837")
 """Of the blue and the green eye."""
@@ -119,7 +119,7 @@ def _draw_seam(axes: Any, seam: Seam) -> None:
     axes.axhspan(-2.5, 2.5, color="black", alpha=0.06, linewidth=0)
     axes.set_title(f"{seam.kind} at {seam.distance_m:.1f} m, {azimuth(seam):.0f} degrees\n"
                    f"step {millimetres(seam.step_m)}, tilt {seam.tilt_deg:.3f}, twist {seam.twist_deg:.3f} degrees"
-                   + ("" if seam.meets else ": APART"), fontsize=8, loc="left", color="black" if seam.meets else "#b2182b")
+                   + MARKS[seam.verdict], fontsize=8, loc="left", color="#b2182b" if seam.verdict == "apart" else "black")
     axes.invert_xaxis()  # as the view above
     axes.set_xlabel("metres across the seam, to the left", fontsize=8)
     axes.set_ylabel("mm before the plane of both", fontsize=8)

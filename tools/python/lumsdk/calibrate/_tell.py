@@ -5,7 +5,7 @@ import json
 import math
 from typing import Any, Optional
 
-from ._check import EYES, STEP_M, TILT_DEG, Check, Seam
+from ._check import EYES, TOLD_DEG, TOLD_M, Check, Seam
 from ._result import Parameter, Solution
 
 
@@ -27,6 +27,10 @@ def azimuth(seam: Seam) -> float:
     return math.degrees(math.atan2(seam.middle[1], seam.middle[0]))
 
 
+MARKS = {"meet": "", "apart": "  APART", "unknown": "  cannot tell"}
+"""What stands behind a face."""
+
+
 def _seam_line(seam: Seam) -> str:
     side = "nearer" if seam.step_m > 0 else "farther"
     if seam.kind == "floor":
@@ -35,16 +39,27 @@ def _seam_line(seam: Seam) -> str:
         side = "lower" if seam.step_m > 0 else "higher"
     return (f"{seam.kind:<7} at {seam.distance_m:5.1f} m  step {1000 * abs(seam.step_m):6.1f} +- {1000 * seam.step_sigma_m:.1f} mm,"
             f" green {side}; tilt {seam.tilt_deg:6.3f} +- {seam.tilt_sigma_deg:.3f},"
-            f" twist {seam.twist_deg:6.3f} +- {seam.twist_sigma_deg:.3f} degrees" + ("" if seam.meets else "  APART"))
+            f" twist {seam.twist_deg:6.3f} +- {seam.twist_sigma_deg:.3f} degrees" + MARKS[seam.verdict])
+
+
+def _why_unknown(found: Check) -> str:
+    if found.seams:
+        return (f"what both eyes see here is too small or too uneven to tell a step within {1000 * TOLD_M:g} mm and angles within "
+                f"{TOLD_DEG:g} degrees: let the sensor look at a larger wall straight ahead, or at the floor, with more frames")
+    if found.strange:
+        seam = found.strange[0]
+        return (f"no face goes on from eye to eye; the nearest to it are {seam.apart_deg:.1f} degrees and {abs(seam.step_m):.2f} m "
+                "apart. These are two faces, or the calibration is wrong by as much: lumcal eyes tells")
+    return "no wall or floor goes on from eye to eye: let the sensor look at a wall straight ahead, or at the floor"
 
 
 def advice(found: Check) -> str:
     """The verdict as a sentence, and what to do."""
     if found.verdict == "unknown":
-        return ("unknown: no wall or floor goes on from eye to eye: let the sensor look at a wall straight ahead, or at "
-                "the floor")
+        return f"unknown: {_why_unknown(found)}"
     if found.verdict == "meet":
-        return f"the eyes meet, within {1000 * STEP_M:g} mm and {TILT_DEG:g} degrees, or what this capture can tell"
+        step, angle = found.bounds
+        return f"the eyes meet, within {1000 * step:.0f} mm and {angle:.2f} degrees"
     return "the eyes are apart: this calibration is not that of this sensor as it stands; lumcal eyes finds it"
 
 
@@ -68,7 +83,7 @@ def _seam_json(seam: Seam) -> dict[str, Any]:
             "step_mm": _number(1000 * seam.step_m, 3), "step_sigma_mm": _number(1000 * seam.step_sigma_m, 3),
             "tilt_deg": _number(seam.tilt_deg, 5), "tilt_sigma_deg": _number(seam.tilt_sigma_deg, 5),
             "twist_deg": _number(seam.twist_deg, 5), "twist_sigma_deg": _number(seam.twist_sigma_deg, 5),
-            "cells": {"blue": len(seam.blue.cells), "green": len(seam.green.cells)}, "meets": seam.meets}
+            "cells": {"blue": len(seam.blue.cells), "green": len(seam.green.cells)}, "verdict": seam.verdict}
 
 
 def check_json(found: Check) -> str:
@@ -78,7 +93,8 @@ def check_json(found: Check) -> str:
     return json.dumps({"capture": found.capture, "calibration": found.calibration, "frames": found.frames,
                        "faces": {name: sum(face.eye == eye for face in found.faces) for eye, name in enumerate(EYES)},
                        "flat_mm": flat, "step_mm": _number(None if step is None else 1000 * step, 3),
-                       "seams": [_seam_json(seam) for seam in found.seams], "verdict": found.verdict}, indent=2) + "\n"
+                       "seams": [_seam_json(seam) for seam in found.seams], "verdict": found.verdict,
+                       "advice": advice(found)}, indent=2) + "\n"
 
 
 # --- lumcal eyes ---
