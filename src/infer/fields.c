@@ -21,6 +21,12 @@ uint64_t lum_infer_value(const uint8_t *head, lum_field field)
                : value & ((UINT64_C(1) << field.bits) - 1u);
 }
 
+size_t lum_infer_next(size_t i, size_t stride)
+{
+    const uint32_t mixed = (uint32_t)i * UINT32_C(2654435761) >> 16;
+    return i + 1u + mixed % (2u * stride - 1u);
+}
+
 unsigned lum_infer_bit_at(lum_field field, unsigned bit)
 {
     const unsigned byte = bit / 8u;
