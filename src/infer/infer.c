@@ -208,29 +208,25 @@ static uint32_t count_fit(const lum_infer_state *state,
     return n;
 }
 
-/* Why there is no profile. */
+/* Why there is no profile; of a capture with more packets in part than whole,
+ * that comes first. */
 LUM_PRINTF(3, 4)
 static int none(lum_infer_result *out, lum_infer_verdict verdict,
                 const char *format, ...)
 {
+    const bool is_cut = out->cut_short > out->packets;
     va_list arguments;
     va_start(arguments, format);
     (void)vsnprintf(out->text, sizeof out->text, format, arguments);
     va_end(arguments);
-    out->verdict = verdict;
-    return 1;
-}
-
-/* There is too little: what is missing, or that packets are there in part. */
-static int too_little(lum_infer_result *out, const char *missing)
-{
-    if (out->cut_short > out->packets) {
-        return none(out, LUM_INFER_TOO_LITTLE,
-                    "%u datagrams are in the capture only in part: record "
-                    "whole packets (tcpdump -s 0)",
-                    (unsigned)out->cut_short);
+    out->verdict = is_cut ? LUM_INFER_TOO_LITTLE : verdict;
+    if (is_cut) {
+        (void)snprintf(out->text, sizeof out->text,
+                       "%u datagrams are in the capture only in part: record "
+                       "whole packets (tcpdump -s 0)",
+                       (unsigned)out->cut_short);
     }
-    return none(out, LUM_INFER_TOO_LITTLE, "%s", missing);
+    return 1;
 }
 
 static int find_group(lum_infer_state *state, lum_infer_result *out)
@@ -277,16 +273,17 @@ static int find_data(lum_infer_state *state, lum_infer_result *out)
     }
     return state->data.count >= DATA_MIN
                ? 0
-               : too_little(out, "there are too few packets of data: record "
-                                 "at least one whole frame");
+               : none(out, LUM_INFER_TOO_LITTLE,
+                      "there are too few packets of data: record "
+                      "at least one whole frame");
 }
 
 static int find_samples(lum_infer_state *state, lum_infer_result *out)
 {
     if (state->all.count == 0) {
-        return too_little(out,
-                          "there is no packet of data, only control packets "
-                          "or none: record while the sensor gets heartbeats");
+        return none(out, LUM_INFER_TOO_LITTLE,
+                    "there is no packet of data, only control packets "
+                    "or none: record while the sensor gets heartbeats");
     }
     if (!lum_infer_find_samples(state)) {
         return none(out, LUM_INFER_NOTHING_FITS,
@@ -302,8 +299,9 @@ static int find_samples(lum_infer_state *state, lum_infer_result *out)
                     "no packet has samples that sweep as angles do");
     }
     if (state->samples.ranges == 0) {
-        return too_little(out, "there are angles, and no words of ranges whose "
-                               "pixels rise: record with the laser on");
+        return none(out, LUM_INFER_TOO_LITTLE,
+                    "there are angles, and no words of ranges whose "
+                    "pixels rise: record with the laser on");
     }
     return 0;
 }
@@ -314,8 +312,8 @@ static int find_lines(lum_infer_state *state, lum_infer_result *out)
         return -1;
     }
     if (state->lines < LINES_MIN) {
-        return too_little(
-            out, "there are too few lines: record at least one whole frame");
+        return none(out, LUM_INFER_TOO_LITTLE,
+                    "there are too few lines: record at least one whole frame");
     }
     if (state->field[LUM_FIELD_LINE].field.bytes == 0 ||
         state->field[LUM_FIELD_LINE].share < 0.5) {

@@ -16,6 +16,9 @@
 /* Enough packets to tell the order and the place. */
 #define TRIAL 2000u
 
+/* Samples that tell their noise. */
+#define NOISE 64u
+
 /* A share of packets that loss, disorder and corruption leave, and that
  * nothing else reaches. */
 #define MOST 0.85
@@ -96,9 +99,10 @@ static void add(series *s, size_t i, int value, int *step)
 }
 
 static size_t follow(const lum_infer_packet *packet, unsigned at, bool is_big,
-                     series out[2])
+                     size_t most, series out[2])
 {
-    const size_t n = kept(packet, at);
+    const size_t all = kept(packet, at);
+    const size_t n = all < most ? all : most;
     int step[2] = {0, 0};
     memset(out, 0, 2 * sizeof *out);
     for (size_t i = 0; i < n; i++) {
@@ -127,7 +131,7 @@ static bool is_calm(const series *s, const series *sweep)
 static int sweeping(const lum_infer_packet *packet, unsigned at, bool is_big,
                     series out[2])
 {
-    const size_t n = follow(packet, at, is_big, out);
+    const size_t n = follow(packet, at, is_big, SIZE_MAX, out);
     if (n < ANGLES_MIN) {
         return 0;
     }
@@ -249,7 +253,7 @@ static double share_at(const lum_infer_packets *packets, unsigned probe,
         const lum_infer_packet *p = packets->at[i];
         series s[2];
         if (p->kind == LUM_INFER_ANGLES) {
-            const size_t n = follow(p, behind, is_big, s);
+            const size_t n = follow(p, behind, is_big, NOISE, s);
             angles++;
             good += continues(p, probe, is_big, s, n);
         }
