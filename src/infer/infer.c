@@ -100,6 +100,8 @@ void lum_infer_free(lum_infer *infer)
     }
 }
 
+/* --- Which packets are data --- */
+
 /* Sensor by sensor, in the order of their arrival. */
 static void sort(const lum_infer_store *store, lum_infer_packets *out)
 {
@@ -168,6 +170,8 @@ static void choose_data(lum_infer_state *state)
     }
 }
 
+/* --- The profile, and what it explains --- */
+
 /* Fields of the profile that was found. */
 static void fill_profile(const lum_infer_state *state, lum_profile *out)
 {
@@ -207,6 +211,8 @@ static uint32_t count_fit(const lum_infer_state *state,
     }
     return n;
 }
+
+/* --- The steps --- */
 
 /* Why there is no profile; of a capture with more packets in part than whole,
  * that comes first. */

@@ -52,6 +52,8 @@ static double percent(double share)
     return 100.0 * share;
 }
 
+/* --- Fields --- */
+
 /* A field as it stands in a profile, with more behind its last key. */
 static void say_field(char out[LUM_INFER_TEXT_BYTES], lum_field field,
                       const char *more)
@@ -94,6 +96,8 @@ static void say_wider(const lum_infer_state *state, lum_infer_finding *f,
             text, percent(share_alike(state, field, other)));
     }
 }
+
+/* --- Key by key --- */
 
 static void of_type(const lum_infer_state *state, lum_infer_finding *f)
 {

@@ -33,6 +33,8 @@ typedef struct series {
     int64_t bend; /* sum of what steps differ by, without sign */
 } series;
 
+/* --- What samples look like --- */
+
 static unsigned read_16(const uint8_t *p, bool is_big)
 {
     return is_big ? (unsigned)p[0] << 8 | p[1] : (unsigned)p[1] << 8 | p[0];
@@ -143,6 +145,8 @@ static int sweeping(const lum_infer_packet *packet, unsigned at, bool is_big,
     return 0;
 }
 
+/* --- Their order and phase --- */
+
 /* The first offset of a phase from which on all is samples. */
 static unsigned behind_head(unsigned phase)
 {
@@ -223,6 +227,8 @@ bool lum_infer_find_samples(lum_infer_state *state)
     mark(&state->all, best_phase, best_order);
     return true;
 }
+
+/* --- Where they begin, and what they reach --- */
 
 /* Whether a pair at an offset goes on where the ones behind it point. */
 static bool continues(const lum_infer_packet *p, unsigned probe, bool is_big,
