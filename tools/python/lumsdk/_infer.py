@@ -48,7 +48,7 @@ class Inference:
     second: Optional[Profile]
     """The next best reading that gives other points; None: there is none."""
     margin: float
-    """By how many percent of the packets the best reading explains more than the second, or than chance."""
+    """The smallest of all keys: percentage points by which the field explains more than the best one of other values."""
     packets: int
     """Packets that were looked at."""
     fit: int
