@@ -863,6 +863,34 @@ static void three_numbers_in_eight_bytes_are_found(void **state)
     end(&m);
 }
 
+/* The line's six bits are those of little-endian bytes, the index's ten those
+ * of big-endian ones, and both bytes are the same. */
+static void fields_that_no_profile_can_say_are_named(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    const lum_profile profile = default_profile();
+    begin(&m, &profile);
+    send_frames(&m, 2, 64);
+    begin_again(&m);
+    for (size_t i = 0; i < m.kept_count; i++) {
+        uint8_t *p = m.kept[i];
+        const unsigned line = p[14];
+        const unsigned first = p[18] | (unsigned)p[19] << 8;
+        p[14] = (uint8_t)((line & 3u) << 6 | first >> 4);
+        p[15] = (uint8_t)((first & 15u) << 4 | line >> 2);
+        p[18] = 0;
+        p[19] = 0;
+        push(&m, p, m.kept_len[i]);
+    }
+    solve(&m, &r, 1);
+    assert_int_equal(r.verdict, LUM_INFER_NOTHING_FITS);
+    assert_non_null(
+        strstr(r.text, "group.line and group.first_sample_index, as"));
+    end(&m);
+}
+
 /* --- How sure it is --- */
 
 static void a_field_that_says_nearly_the_same_is_the_second_best(void **state)
@@ -1161,6 +1189,7 @@ int main(void)
         cmocka_unit_test(wrong_options_are_refused),
         cmocka_unit_test(two_numbers_in_four_bytes_are_found),
         cmocka_unit_test(three_numbers_in_eight_bytes_are_found),
+        cmocka_unit_test(fields_that_no_profile_can_say_are_named),
         cmocka_unit_test(a_field_that_says_nearly_the_same_is_the_second_best),
         cmocka_unit_test(other_fields_for_the_first_index_are_told),
         cmocka_unit_test(packets_that_do_not_fit_make_it_unsure),
