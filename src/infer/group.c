@@ -253,12 +253,26 @@ static size_t place_of(const search *s, const candidate *c)
     return c->share > s->best[worst].share ? worst : CANDIDATES;
 }
 
+/* What is like one that took a place is no other candidate. */
+static void drop_alike(search *s, size_t of)
+{
+    for (size_t k = s->count; k-- > 0;) {
+        if (k != of &&
+            is_alike(s->state, s->best[k].field, s->best[of].field)) {
+            s->count--;
+            s->best[k] = s->best[s->count];
+            of = of == s->count ? k : of;
+        }
+    }
+}
+
 static void enter(search *s, const candidate *c)
 {
     const size_t k = c->share > 0.0 ? place_of(s, c) : CANDIDATES;
     if (k < CANDIDATES) {
         s->best[k] = *c;
         s->count += k == s->count;
+        drop_alike(s, k);
     }
 }
 
