@@ -19,6 +19,7 @@
 #define PACKETS_MAX (4u * 2u * LINES_MAX)
 #define BYTES_MAX   1500u
 #define STEPS_MAX   64u
+#define BEGIN_NS    INT64_C(1700000000000000000)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -104,7 +105,7 @@ static struct packet *begin_packet(const lum_layout *layout,
         LUM_OK) {
         return NULL;
     }
-    p->time_ns = INT64_C(1700000000000000000) + 1000 * (int64_t)time_us;
+    p->time_ns = BEGIN_NS + 1000 * (int64_t)time_us;
     p->sensor = 0x0a2a0025;
     p->kind = LUM_RECORD_DATAGRAM;
     count++;
@@ -215,7 +216,8 @@ static void change_one(struct packet *p, unsigned at, unsigned how,
         p->len = p->len * value / 256u;
         break;
     case 2:
-        p->time_ns += ((int64_t)value - 128) * (INT64_C(1) << at % 55u);
+        p->time_ns =
+            BEGIN_NS + ((int64_t)value - 128) * (INT64_C(1) << at % 54u);
         break;
     case 3:
         p->sensor += value;
