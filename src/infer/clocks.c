@@ -27,9 +27,6 @@
 /* How much worse a clock is whose byte order is not that of the counts. */
 #define OTHER_ORDER 0.05
 
-/* Four bytes of ticks shorter than this wrap within minutes. */
-#define SHORT_TICK_NS 100.0
-
 /* What is as good as the best. */
 #define NEAR 0.1
 
@@ -255,8 +252,10 @@ static bool is_clean_above(const watch *w, lum_field field)
 static unsigned plainness(const watch *w, const trial *t)
 {
     if (t->field.bytes == 8) {
-        return t->unit_ns < SHORT_TICK_NS && top_bit(w, t->field) >= 32 ? 2u
-                                                                        : 0u;
+        return t->unit_ns < LUM_INFER_SHORT_TICK_NS &&
+                       top_bit(w, t->field) >= 32
+                   ? 2u
+                   : 0u;
     }
     return t->field.bytes == 4 ? 1u : 0u;
 }

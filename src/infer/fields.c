@@ -26,6 +26,12 @@ unsigned lum_infer_width(lum_field field)
     return field.bits != 0 ? field.bits : 8u * field.bytes;
 }
 
+size_t lum_infer_next(size_t i, size_t stride)
+{
+    const uint32_t mixed = (uint32_t)i * UINT32_C(2654435761) >> 16;
+    return i + 1u + mixed % (2u * stride - 1u);
+}
+
 unsigned lum_infer_bit_at(lum_field field, unsigned bit)
 {
     const unsigned byte = bit / 8u;

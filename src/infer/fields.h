@@ -11,6 +11,10 @@ uint64_t lum_infer_value(const uint8_t *head, lum_field field);
 /** How many bits a field has. */
 unsigned lum_infer_width(lum_field field);
 
+/** The packet behind one, of every stride-th on average. Steps differ, since
+ * packets come in an order that repeats. */
+size_t lum_infer_next(size_t i, size_t stride);
+
 /** The bits of a field, in the order of the header. */
 lum_infer_bits lum_infer_bits_of(lum_field field);
 

@@ -3,8 +3,6 @@
 #include "fields.h"
 #include "samples.h"
 
-#include <string.h>
-
 #define TAG_ANGLES 2u
 #define TAG_RANGES 3u
 
@@ -21,9 +19,52 @@
  * or a stray packet some more. */
 #define MOST 0.85
 
+/* Packets that what is left of first_sample_index is tried on: one after the
+ * other, since each begins where another one ended. */
+#define CHAIN 4000u
+
+/* Packets of angles in which one of three beginnings must have come. */
+#define ANGLES_MIN 60u
+
+/* Readings that are kept beside each other. */
+#define CANDIDATES 4u
+
+/* Fields with other values differ in more than this share of packets:
+ * corruption spoils fewer. */
+#define OTHER 0.01
+
+/* Shares as near as this are as good. */
+#define NEAR 0.005
+
 /* Says whether a value explains a packet. */
 typedef bool (*explains)(const lum_infer_state *state,
                          const lum_infer_packet *packet, uint64_t value);
+
+/* Says whether a field can be, or with how many more bits. */
+typedef bool (*can_be)(const lum_infer_state *state, lum_field field);
+
+/* The share of packets that a field explains. */
+typedef double (*measure)(const lum_infer_state *state, lum_field field);
+
+typedef struct candidate {
+    lum_field field;
+    double share;   /* of packets that it explains */
+    bool is_enough; /* it can be the field; else only a rival of it */
+} candidate;
+
+/* A search for a field. Candidates have other values than each other. */
+typedef struct search {
+    const lum_infer_state *state;
+    explains is;
+    can_be can;
+    measure share;
+    unsigned least; /* bits */
+    unsigned bytes; /* that it usually has */
+    candidate best[CANDIDATES];
+    size_t count;
+} search;
+
+/* --- What explains a packet --- */
 
 /* The share of packets, or of every stride-th, that a field explains. */
 static double share(const lum_infer_state *state, lum_field field, explains is,
@@ -31,7 +72,7 @@ static double share(const lum_infer_state *state, lum_field field, explains is,
 {
     size_t n = 0;
     size_t good = 0;
-    for (size_t i = 0; i < state->good.count; i += stride) {
+    for (size_t i = 0; i < state->good.count; i = lum_infer_next(i, stride)) {
         const lum_infer_packet *p = state->good.at[i];
         n++;
         good += is(state, p, lum_infer_value(p->bytes, field));
@@ -47,6 +88,11 @@ static bool is_tag(const lum_infer_state *state, const lum_infer_packet *packet,
            (packet->kind == LUM_INFER_ANGLES ? TAG_ANGLES : TAG_RANGES);
 }
 
+static double share_of_tags(const lum_infer_state *state, lum_field field)
+{
+    return share(state, field, is_tag, state->good.count / ENOUGH + 1);
+}
+
 static bool is_count(const lum_infer_state *state,
                      const lum_infer_packet *packet, uint64_t value)
 {
@@ -55,6 +101,18 @@ static bool is_count(const lum_infer_state *state,
     return value == room ||
            (packet->kind == LUM_INFER_ANGLES && value < room &&
             (value == CUT_1 || value == LUM_LINE_PIXELS - CUT_2));
+}
+
+static double share_of_counts(const lum_infer_state *state, lum_field field)
+{
+    return share(state, field, is_count, state->good.count / ENOUGH + 1);
+}
+
+static bool can_all(const lum_infer_state *state, lum_field field)
+{
+    (void)state;
+    (void)field;
+    return true;
 }
 
 static bool is_first(const lum_infer_state *state,
@@ -66,10 +124,12 @@ static bool is_first(const lum_infer_state *state,
                : value < UINT64_C(16384);
 }
 
-/* All three beginnings come, and about as often. */
+/* All three beginnings come, and about as often. Where they do not come with
+ * the lowest bits alone, they do not with more. */
 static bool has_cuts(const lum_infer_state *state, lum_field field)
 {
     size_t n[3] = {0, 0, 0};
+    size_t all = 0;
     for (size_t i = 0; i < state->good.count; i++) {
         const lum_infer_packet *p = state->good.at[i];
         if (p->kind == LUM_INFER_ANGLES) {
@@ -77,34 +137,44 @@ static bool has_cuts(const lum_infer_state *state, lum_field field)
             n[0] += value == 0;
             n[1] += value == CUT_1;
             n[2] += value == CUT_2;
+            all++;
+            if (all == ANGLES_MIN && (n[1] == 0 || n[2] == 0)) {
+                return false;
+            }
         }
     }
     return n[0] * 2 > n[1] && n[1] * 2 > n[2] && n[2] * 2 > n[0];
 }
 
-/* The share of range packets that begin with word 0, or where another one of
- * the last few ended. */
-static double chain(const lum_infer_state *state, lum_field field)
+/* Of packets of angles, those that begin with a cut; of ranges, those that
+ * begin with word 0, or where another one of the last few ended. */
+static double share_of_firsts(const lum_infer_state *state, lum_field field)
 {
     uint64_t ends[8] = {0};
     size_t n = 0;
+    size_t all = 0;
     size_t good = 0;
-    for (size_t i = 0; i < state->good.count; i++) {
-        const lum_infer_packet *p = state->good.at[i];
-        if (p->kind != LUM_INFER_RANGES) {
-            continue;
-        }
+    for (size_t i = 0; i < state->data.count && i < CHAIN; i++) {
+        const lum_infer_packet *p = state->data.at[i];
         const uint64_t value = lum_infer_value(p->bytes, field);
         bool follows = value == 0;
         for (unsigned k = 0; k < 8; k++) {
             follows = follows || value == ends[k];
         }
-        good += follows;
-        ends[n % 8] = value + lum_infer_room(p, state->samples.at);
-        n++;
+        all += p->kind != LUM_INFER_UNKNOWN;
+        good += p->kind == LUM_INFER_ANGLES
+                    ? is_first(state, p, value)
+                    : p->kind == LUM_INFER_RANGES && follows;
+        /* Of too few samples to tell what they are, as of ranges. */
+        if (p->kind != LUM_INFER_ANGLES) {
+            ends[n % 8] = value + lum_infer_room(p, state->samples.at);
+            n++;
+        }
     }
-    return n == 0 ? 1.0 : (double)good / (double)n;
+    return all == 0 ? 0.0 : (double)good / (double)all;
 }
+
+/* --- Candidates --- */
 
 /* How much is against a field that explains as much as another: whole bytes
  * are likelier than bits of them, and two bytes hold every count. */
@@ -120,107 +190,210 @@ static unsigned cost(lum_field field, unsigned bytes)
     return c;
 }
 
-/* Take a field in place of the one that was best. */
-static void offer(lum_infer_choice *best, lum_field field, double of_it,
-                  unsigned bytes)
+static unsigned bits_of(lum_field field)
 {
-    const bool is_better = best->field.bytes == 0 ||
-                           of_it > best->share + 0.005 ||
-                           (of_it > best->share - 0.005 &&
-                            cost(field, bytes) < cost(best->field, bytes));
-    if (is_better) {
-        best->field = field;
-        best->share = of_it;
+    return field.bits != 0 ? field.bits : 8u * field.bytes;
+}
+
+/* Whether one is the lowest bits of the other: which of them explains more is
+ * then no chance, be it by ever so few packets. */
+static bool is_nested(lum_field a, lum_field b)
+{
+    const unsigned bits = bits_of(a) < bits_of(b) ? bits_of(a) : bits_of(b);
+    for (unsigned i = 0; i < bits; i++) {
+        if (lum_infer_bit_at(a, a.low + i) != lum_infer_bit_at(b, b.low + i)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Whether two fields have the same values in all packets but a few, or differ
+ * in their length alone. */
+static bool is_alike(const lum_infer_state *state, lum_field a, lum_field b)
+{
+    const size_t stride = state->good.count / ENOUGH + 1;
+    const double most = OTHER * (double)state->good.count / (double)stride;
+    size_t other = 0;
+    if (is_nested(a, b)) {
+        return true;
+    }
+    for (size_t i = 0; i < state->good.count; i = lum_infer_next(i, stride)) {
+        const uint8_t *bytes = state->good.at[i]->bytes;
+        other += lum_infer_value(bytes, a) != lum_infer_value(bytes, b);
+        if ((double)other > most) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Of those that are as good, the plainer one. */
+static bool is_better(const search *s, const candidate *a, const candidate *b)
+{
+    return a->share > b->share + NEAR ||
+           (a->share > b->share - NEAR &&
+            cost(a->field, s->bytes) < cost(b->field, s->bytes));
+}
+
+/* Where one may stand among the candidates: in place of the one with the
+ * same values, or of the worst; CANDIDATES: nowhere. */
+static size_t place_of(const search *s, const candidate *c)
+{
+    size_t worst = 0;
+    for (size_t k = 0; k < s->count; k++) {
+        if (is_alike(s->state, s->best[k].field, c->field)) {
+            return is_better(s, c, &s->best[k]) ? k : CANDIDATES;
+        }
+        worst = s->best[k].share < s->best[worst].share ? k : worst;
+    }
+    if (s->count < CANDIDATES) {
+        return s->count;
+    }
+    return c->share > s->best[worst].share ? worst : CANDIDATES;
+}
+
+/* What is like one that took a place is no other candidate. */
+static void drop_alike(search *s, size_t of)
+{
+    for (size_t k = s->count; k-- > 0;) {
+        if (k != of &&
+            is_alike(s->state, s->best[k].field, s->best[of].field)) {
+            s->count--;
+            s->best[k] = s->best[s->count];
+            of = of == s->count ? k : of;
+        }
     }
 }
 
-/* Remember the best field that explains too little. */
-static void rival(lum_infer_choice *best, lum_field field, double of_it)
+static void enter(search *s, const candidate *c)
 {
-    if (of_it > best->second) {
-        best->second = of_it;
-        best->rival = field;
+    const size_t k = c->share > 0.0 ? place_of(s, c) : CANDIDATES;
+    if (k < CANDIDATES) {
+        s->best[k] = *c;
+        s->count += k == s->count;
+        drop_alike(s, k);
     }
 }
 
-/* Try a whole field, and each run of its bits of at least a length. */
-static void try_bits(const lum_infer_state *state, lum_field field,
-                     unsigned least, explains is, lum_infer_choice *best,
-                     unsigned bytes)
+/* The best that explains enough, and the next best that has other values. */
+static lum_infer_choice conclude(const search *s)
+{
+    lum_infer_choice out = {.share = 0.0};
+    size_t first = CANDIDATES;
+    for (size_t k = 0; k < s->count; k++) {
+        if (s->best[k].is_enough &&
+            (first == CANDIDATES ||
+             is_better(s, &s->best[k], &s->best[first]))) {
+            first = k;
+        }
+    }
+    for (size_t k = 0; k < s->count; k++) {
+        if (k != first && s->best[k].share > out.second) {
+            out.second = s->best[k].share;
+            out.rival = s->best[k].field;
+        }
+    }
+    if (first < CANDIDATES) {
+        out.field = s->best[first].field;
+        out.share = s->best[first].share;
+    }
+    return out;
+}
+
+/* Try the runs of a field's bits that begin with one, from the least length
+ * on. A run that explains too little does not with more bits. */
+static void try_runs(search *s, lum_field field, unsigned low)
 {
     const unsigned all = 8u * field.bytes;
-    const size_t stride = state->good.count / TRIAL + 1;
-    for (unsigned low = 0; low + least <= all; low++) {
-        for (unsigned bits = least; low + bits <= all; bits++) {
-            lum_field f = field;
-            f.low = (uint8_t)low;
-            f.bits = bits == all ? 0 : (uint8_t)bits;
-            if (!lum_infer_is_free(state, f)) {
-                break;
-            }
-            const double trial = share(state, f, is, stride);
-            if (trial < MOST) {
-                rival(best, f, trial);
-                break;
-            }
-            const double of_it =
-                share(state, f, is, state->good.count / ENOUGH + 1);
-            if (of_it >= MOST) {
-                offer(best, f, of_it, bytes);
-            }
+    const size_t stride = s->state->good.count / TRIAL + 1;
+    for (unsigned bits = s->least; low + bits <= all; bits++) {
+        lum_field f = field;
+        f.low = (uint8_t)low;
+        f.bits = bits == all ? 0 : (uint8_t)bits;
+        if (!lum_infer_is_free(s->state, f) || !s->can(s->state, f)) {
+            return;
+        }
+        candidate c = {.field = f, .share = share(s->state, f, s->is, stride)};
+        c.is_enough = c.share >= MOST;
+        c.share = c.is_enough ? s->share(s->state, f) : c.share;
+        enter(s, &c);
+        if (!c.is_enough) {
+            return;
+        }
+    }
+}
+
+/* Try a whole field, and each run of its bits. */
+static void try_bits(search *s, lum_field field)
+{
+    for (unsigned low = 0; low + s->least <= 8u * field.bytes; low++) {
+        try_runs(s, field, low);
+    }
+}
+
+/* --- The fields --- */
+
+static void take(lum_infer_state *state, unsigned field, const search *s)
+{
+    state->field[field] = conclude(s);
+    if (state->field[field].field.bytes > 0) {
+        lum_infer_take(state, state->field[field].field);
+    }
+}
+
+/* Try all fields of two bytes or more. */
+static void try_whole(search *s)
+{
+    lum_field whole[LUM_INFER_WHOLE_MAX];
+    const size_t n = lum_infer_whole(s->state, whole);
+    for (size_t i = 0; i < n; i++) {
+        if (whole[i].bytes > 1) {
+            try_bits(s, whole[i]);
         }
     }
 }
 
 void lum_infer_find_tag(lum_infer_state *state)
 {
-    lum_infer_choice *best = &state->field[LUM_FIELD_TAG];
+    search s = {.state = state,
+                .is = is_tag,
+                .can = can_all,
+                .share = share_of_tags,
+                .least = 2,
+                .bytes = 1};
+    const lum_field type = {.at = 8, .bytes = 1};
     if (state->is_tag_type) {
-        best->field = (lum_field){.at = 8, .bytes = 1};
-        best->share = share(state, best->field, is_tag, 1);
+        state->field[LUM_FIELD_TAG].field = type;
+        state->field[LUM_FIELD_TAG].share = share_of_tags(state, type);
         return;
     }
     for (unsigned at = LUM_INFER_FIELDS_AT; at < state->samples.at; at++) {
-        const lum_field byte = {.at = (uint8_t)at, .bytes = 1};
-        try_bits(state, byte, 2, is_tag, best, 1);
+        try_bits(&s, (lum_field){.at = (uint8_t)at, .bytes = 1});
     }
-    if (best->field.bytes > 0) {
-        lum_infer_take(state, best->field);
-    }
+    take(state, LUM_FIELD_TAG, &s);
 }
 
 void lum_infer_find_num_samples(lum_infer_state *state)
 {
-    lum_infer_choice *best = &state->field[LUM_FIELD_NUM_SAMPLES];
-    lum_field whole[LUM_INFER_WHOLE_MAX];
-    const size_t n = lum_infer_whole(state, whole);
-    for (size_t i = 0; i < n; i++) {
-        if (whole[i].bytes > 1) {
-            try_bits(state, whole[i], 9, is_count, best, 2);
-        }
-    }
-    if (best->field.bytes > 0) {
-        lum_infer_take(state, best->field);
-    }
+    search s = {.state = state,
+                .is = is_count,
+                .can = can_all,
+                .share = share_of_counts,
+                .least = 9,
+                .bytes = 2};
+    try_whole(&s);
+    take(state, LUM_FIELD_NUM_SAMPLES, &s);
 }
 
 void lum_infer_find_first(lum_infer_state *state)
 {
-    lum_infer_choice *best = &state->field[LUM_FIELD_FIRST_SAMPLE_INDEX];
-    lum_infer_choice tried;
-    lum_field whole[LUM_INFER_WHOLE_MAX];
-    const size_t n = lum_infer_whole(state, whole);
-    for (size_t i = 0; i < n; i++) {
-        memset(&tried, 0, sizeof tried);
-        if (whole[i].bytes > 1) {
-            try_bits(state, whole[i], 10, is_first, &tried, 2);
-        }
-        if (tried.field.bytes > 0 && has_cuts(state, tried.field)) {
-            const double linked = chain(state, tried.field);
-            offer(best, tried.field, tried.share * (0.5 + linked / 2), 2);
-        }
-    }
-    if (best->field.bytes > 0) {
-        lum_infer_take(state, best->field);
-    }
+    search s = {.state = state,
+                .is = is_first,
+                .can = has_cuts,
+                .share = share_of_firsts,
+                .least = 10,
+                .bytes = 2};
+    try_whole(&s);
+    take(state, LUM_FIELD_FIRST_SAMPLE_INDEX, &s);
 }

@@ -2,7 +2,6 @@
 
 #include "base/sized.h"
 #include "clocks.h"
-#include "fields.h"
 #include "group.h"
 #include "readings.h"
 #include "report.h"
@@ -10,9 +9,12 @@
 #include "shape.h"
 #include "store.h"
 
+#include "lum/group.h"
 #include "lum/wire.h"
 
 #include <errno.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -56,15 +58,34 @@ int lum_infer_create(const lum_infer_options *options, lum_infer **out,
     return 0;
 }
 
+/* Whether a record is to or from a sensor that is looked at. One that is cut
+ * before its ports may be. */
+static bool is_ours(const lum_infer *infer, const lum_record *record,
+                    uint32_t *sensor)
+{
+    const lum_infer_options *o = &infer->options;
+    const bool is_from = record->source_port == LUM_PORT;
+    const bool is_cut = record->kind == LUM_RECORD_CUT_SHORT &&
+                        record->source_port == 0 &&
+                        record->destination_port == 0;
+    *sensor = is_from ? record->source : record->destination;
+    if (!is_from && record->destination_port != LUM_PORT && !is_cut) {
+        return false;
+    }
+    return !o->has_sensor || *sensor == o->sensor ||
+           (is_cut && record->source == o->sensor);
+}
+
 int lum_infer_push(lum_infer *infer, const lum_record *record, lum_error *error)
 {
-    if (record->kind != LUM_RECORD_DATAGRAM) {
+    const bool is_cut = record->kind == LUM_RECORD_CUT_SHORT;
+    uint32_t sensor = 0;
+    if ((record->kind != LUM_RECORD_DATAGRAM && !is_cut) ||
+        !is_ours(infer, record, &sensor)) {
         return 1;
     }
-    const bool is_from = record->source_port == LUM_PORT;
-    const uint32_t sensor = is_from ? record->source : record->destination;
-    if ((!is_from && record->destination_port != LUM_PORT) ||
-        (infer->options.has_sensor && sensor != infer->options.sensor)) {
+    if (is_cut) {
+        infer->store.cut_short++;
         return 1;
     }
     const int more = lum_infer_store_add(&infer->store, record, sensor);
@@ -78,6 +99,8 @@ void lum_infer_free(lum_infer *infer)
         free(infer);
     }
 }
+
+/* --- Which packets are data --- */
 
 /* Sensor by sensor, in the order of their arrival. */
 static void sort(const lum_infer_store *store, lum_infer_packets *out)
@@ -147,6 +170,8 @@ static void choose_data(lum_infer_state *state)
     }
 }
 
+/* --- The profile, and what it explains --- */
+
 /* Fields of the profile that was found. */
 static void fill_profile(const lum_infer_state *state, lum_profile *out)
 {
@@ -168,49 +193,45 @@ static void fill_profile(const lum_infer_state *state, lum_profile *out)
     out->line_span_us = state->line_span_us;
 }
 
-/* Whether the profile explains a packet: what a decoder demands, and that its
- * samples are what the tag says. */
-static bool explains(const lum_infer_state *state, const lum_infer_packet *p)
+/* Whether a packet decodes, and its samples are what the tag says. */
+static bool fits(const lum_layout *layout, const lum_infer_packet *p)
 {
-    uint64_t value[LUM_GROUP_FIELDS];
-    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
-        const lum_field field = state->field[f].field;
-        value[f] = field.bytes == 0 ? 0 : lum_infer_value(p->bytes, field);
-    }
-    const uint32_t room = lum_infer_room(p, state->samples.at);
-    const bool is_counted = state->field[LUM_FIELD_NUM_SAMPLES].field.bytes > 0;
-    const uint64_t n = is_counted ? value[LUM_FIELD_NUM_SAMPLES] : room;
-    const uint64_t tag = value[LUM_FIELD_TAG];
-    if (n == 0 || n > room || tag < 2 || tag > 3 ||
-        (value[LUM_FIELD_EYE] != state->eye_value[0] &&
-         value[LUM_FIELD_EYE] != state->eye_value[1])) {
-        return false;
-    }
-    const bool is_angles = tag == 2;
-    if (is_angles &&
-        value[LUM_FIELD_FIRST_SAMPLE_INDEX] + n > LUM_LINE_PIXELS) {
-        return false;
-    }
-    return p->kind == LUM_INFER_UNKNOWN ||
-           is_angles == (p->kind == LUM_INFER_ANGLES);
+    lum_group group;
+    return lum_group_decode(layout, p->bytes, p->len, &group) == LUM_OK &&
+           (p->kind == LUM_INFER_UNKNOWN ||
+            (group.tag == LUM_TAG_ANGLES) == (p->kind == LUM_INFER_ANGLES));
 }
 
-static void count_fit(lum_infer_state *state)
+static uint32_t count_fit(const lum_infer_state *state,
+                          const lum_layout *layout)
 {
-    state->fit = 0;
+    uint32_t n = 0;
     for (size_t i = 0; i < state->data.count; i++) {
-        state->fit += explains(state, state->data.at[i]);
+        n += fits(layout, state->data.at[i]);
     }
+    return n;
 }
 
-/* Why there is no profile. */
+/* --- The steps --- */
+
+/* Why there is no profile; of a capture with more packets in part than whole,
+ * that comes first. */
+LUM_PRINTF(3, 4)
 static int none(lum_infer_result *out, lum_infer_verdict verdict,
-                const char *why)
+                const char *format, ...)
 {
-    lum_error text;
-    (void)lum_error_set(&text, "%s", why);
-    out->verdict = verdict;
-    memcpy(out->text, text.text, sizeof out->text);
+    const bool is_cut = out->cut_short > out->packets;
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(out->text, sizeof out->text, format, arguments);
+    va_end(arguments);
+    out->verdict = is_cut ? LUM_INFER_TOO_LITTLE : verdict;
+    if (is_cut) {
+        (void)snprintf(out->text, sizeof out->text,
+                       "%u datagrams are in the capture only in part: record "
+                       "whole packets (tcpdump -s 0)",
+                       (unsigned)out->cut_short);
+    }
     return 1;
 }
 
@@ -232,26 +253,52 @@ static int find_group(lum_infer_state *state, lum_infer_result *out)
     return 0;
 }
 
+/* Packets with samples whose bytes 9 to 11 are not 0. */
+static size_t count_reserved(const lum_infer_state *state)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < state->all.count; i++) {
+        const lum_infer_packet *p = state->all.at[i];
+        n += p->kind != LUM_INFER_UNKNOWN && !p->is_reserved_0;
+    }
+    return n;
+}
+
+static int find_data(lum_infer_state *state, lum_infer_result *out)
+{
+    find_type(state);
+    choose_data(state);
+    lum_infer_place_samples(state);
+    out->packets = (uint32_t)state->data.count;
+    out->other_type = (uint32_t)(state->all.count - state->data.count);
+    const size_t reserved = count_reserved(state);
+    if (reserved > state->good.count) {
+        return none(out, LUM_INFER_NOTHING_FITS,
+                    "bytes 9 to 11 of %zu packets with samples are not 0",
+                    reserved);
+    }
+    return state->data.count >= DATA_MIN
+               ? 0
+               : none(out, LUM_INFER_TOO_LITTLE,
+                      "there are too few packets of data: record "
+                      "at least one whole frame");
+}
+
 static int find_samples(lum_infer_state *state, lum_infer_result *out)
 {
     if (state->all.count == 0) {
         return none(out, LUM_INFER_TOO_LITTLE,
-                    "there is no packet of data, only control packets or "
-                    "none: record while the sensor gets heartbeats");
+                    "there is no packet of data, only control packets "
+                    "or none: record while the sensor gets heartbeats");
     }
     if (!lum_infer_find_samples(state)) {
         return none(out, LUM_INFER_NOTHING_FITS,
                     "no packet has samples that sweep as angles do, or words "
                     "whose pixels rise with bit 11 clear");
     }
-    find_type(state);
-    choose_data(state);
-    lum_infer_place_samples(state);
-    out->packets = (uint32_t)state->data.count;
-    if (state->data.count < DATA_MIN) {
-        return none(out, LUM_INFER_TOO_LITTLE,
-                    "there are too few packets of data: record at least one "
-                    "whole frame");
+    const int r = find_data(state, out);
+    if (r != 0) {
+        return r;
     }
     if (state->samples.angles == 0) {
         return none(out, LUM_INFER_NOTHING_FITS,
@@ -259,8 +306,8 @@ static int find_samples(lum_infer_state *state, lum_infer_result *out)
     }
     if (state->samples.ranges == 0) {
         return none(out, LUM_INFER_TOO_LITTLE,
-                    "there are angles, and no words of ranges whose pixels "
-                    "rise: record with the laser on");
+                    "there are angles, and no words of ranges whose "
+                    "pixels rise: record with the laser on");
     }
     return 0;
 }
@@ -289,26 +336,44 @@ static int find_lines(lum_infer_state *state, lum_infer_result *out)
     return 0;
 }
 
+/* The profile of what was found, if there can be one. */
+static int make_profile(lum_infer_state *state, lum_infer_result *out,
+                        lum_layout *layout)
+{
+    unsigned one = 0;
+    unsigned two = 0;
+    lum_infer_shape(state);
+    fill_profile(state, &out->profile);
+    if (lum_layout_init(layout, &out->profile, NULL, NULL) == LUM_OK) {
+        return 0;
+    }
+    if (lum_infer_clash(state, &one, &two)) {
+        return none(out, LUM_INFER_NOTHING_FITS,
+                    "%s and %s, as they fit best, overlap as no profile can "
+                    "say",
+                    lum_infer_name(LUM_INFER_TAG + one),
+                    lum_infer_name(LUM_INFER_TAG + two));
+    }
+    return none(out, LUM_INFER_NOTHING_FITS,
+                "the reading that fits best is one that no profile can say");
+}
+
 static int solve(lum_infer_state *state, lum_infer_result *out)
 {
     lum_layout layout;
     int r = find_samples(state, out);
     r = r == 0 ? find_group(state, out) : r;
     r = r == 0 ? find_lines(state, out) : r;
+    r = r == 0 ? make_profile(state, out, &layout) : r;
     if (r != 0) {
         return r;
     }
-    lum_infer_shape(state);
-    count_fit(state);
+    state->fit = count_fit(state, &layout);
     out->fit = state->fit;
     if (state->fit * 2 < state->data.count) {
         return none(out, LUM_INFER_NOTHING_FITS,
-                    "the best reading explains fewer than half of the packets");
-    }
-    fill_profile(state, &out->profile);
-    if (lum_layout_init(&layout, &out->profile, NULL, NULL) != LUM_OK) {
-        return none(out, LUM_INFER_NOTHING_FITS,
-                    "the fields that fit best overlap as no profile can say");
+                    "the best reading explains only %u of %zu packets",
+                    (unsigned)state->fit, state->data.count);
     }
     out->has_profile = true;
     lum_infer_report(state, out);
@@ -336,7 +401,10 @@ int lum_infer_solve(lum_infer *infer, lum_infer_result *out, lum_error *error)
         result->struct_size = sizeof *result;
         result->foreign = infer->store.foreign;
         result->control = infer->store.control;
+        result->cut_short = infer->store.cut_short;
+        result->left_out = infer->store.left_out;
         result->sensors = infer->store.sensor_count;
+        result->is_full = lum_infer_store_is_full(&infer->store);
         sort(&infer->store, &state->all);
         r = solve(state, result);
     }

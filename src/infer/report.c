@@ -26,11 +26,21 @@ static const char *const names[LUM_INFER_KEYS] = {
     [LUM_INFER_SAMPLE_ORDER] = "sample_order",
     [LUM_INFER_LINE_SPAN] = "line_span_us"};
 
+/* A reading that fits fewer packets, or steps from line to line, is unsure:
+ * loss, disorder and corruption spoil fewer. */
+#define FIT_MIN  0.8
+#define LINE_MIN 0.75
+
 /* Where no field counts samples, packets of angles have 334 or 332 of them at
  * least in this share. */
 #define CUT_MIN 0.5
 
 /* --- Texts --- */
+
+const char *lum_infer_name(unsigned key)
+{
+    return names[key];
+}
 
 LUM_PRINTF(2, 3)
 static void say(char out[LUM_INFER_TEXT_BYTES], const char *format, ...)
@@ -45,6 +55,8 @@ static double percent(double share)
 {
     return 100.0 * share;
 }
+
+/* --- Fields --- */
 
 /* A field as it stands in a profile, with more behind its last key. */
 static void say_field(char out[LUM_INFER_TEXT_BYTES], lum_field field,
@@ -64,19 +76,32 @@ static void say_field(char out[LUM_INFER_TEXT_BYTES], lum_field field,
     }
 }
 
-/* Of a field that could as well be wider. */
+/* The share of packets in which two fields have the same value. */
+static double share_alike(const lum_infer_state *state, lum_field a,
+                          lum_field b)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < state->good.count; i++) {
+        const uint8_t *bytes = state->good.at[i]->bytes;
+        n += lum_infer_value(bytes, a) == lum_infer_value(bytes, b);
+    }
+    return state->good.count == 0 ? 0.0 : (double)n / (double)state->good.count;
+}
+
+/* Of a field that was widened, or could as well be wider. */
 static void say_wider(const lum_infer_state *state, lum_infer_finding *f,
                       lum_field field)
 {
-    lum_field wide;
-    if (lum_infer_wider(state, field, &wide)) {
+    lum_field other = state->narrow[f->key - LUM_INFER_TAG];
+    if (other.bytes > 0 || lum_infer_wider(state, field, &other)) {
         char text[LUM_INFER_TEXT_BYTES];
-        say_field(text, wide, "");
-        say(f->equal, "%s, since the further bytes are always 0", text);
+        say_field(text, other, "");
+        say(f->equal, "%s, since the further bytes are 0 in %.1f %% of packets",
+            text, percent(share_alike(state, field, other)));
     }
 }
 
-/* --- Each key --- */
+/* --- Key by key --- */
 
 static void of_type(const lum_infer_state *state, lum_infer_finding *f)
 {
@@ -93,14 +118,38 @@ static void of_type(const lum_infer_state *state, lum_infer_finding *f)
         state->good.count);
 }
 
+/* Of a tag, whose lowest two bits may tell it alone, or whose byte may. */
+static void say_lowest(const lum_infer_state *state, lum_infer_finding *f,
+                       lum_field field)
+{
+    char text[LUM_INFER_TEXT_BYTES];
+    lum_field two = field;
+    two.bits = 2;
+    if (field.bits == 2) {
+        say_wider(state, f, field);
+        return;
+    }
+    say_field(text, two, "");
+    say(f->equal, "%s, since the bits above are 0 in %.1f %% of packets", text,
+        percent(share_alike(state, field, two)));
+}
+
 static void of_tag(const lum_infer_state *state, lum_infer_finding *f)
 {
+    const lum_infer_choice *tag = &state->field[LUM_FIELD_TAG];
     f->is_told = true;
+    if (state->is_tag_type) {
+        say(f->evidence,
+            "the packets' type is 2 where samples sweep as angles, 3 where "
+            "pixels rise as in ranges: %.1f %% of %zu packets",
+            percent(tag->share), state->good.count);
+        return;
+    }
     say(f->evidence,
         "2 where samples sweep as angles, 3 where pixels rise as in ranges: "
         "%.1f %% of %zu packets; the next best field %.1f %%",
-        percent(state->field[LUM_FIELD_TAG].share), state->good.count,
-        percent(state->field[LUM_FIELD_TAG].second));
+        percent(tag->share), state->good.count, percent(tag->second));
+    say_lowest(state, f, tag->field);
 }
 
 /* Of a field that tells what another one tells too. */
@@ -183,7 +232,7 @@ static void of_num_samples(const lum_infer_state *state, lum_infer_finding *f)
         state->samples.at, percent(n->share), percent(n->second));
     say_wider(state, f, n->field);
     if (f->equal[0] == '\0' && state->samples.equal > 0.97) {
-        say(f->equal, "none: the datagram's length tells the same");
+        say(f->equal, "\"none\", since the datagram's length tells the same");
     }
 }
 
@@ -191,10 +240,15 @@ static void of_first(const lum_infer_state *state, lum_infer_finding *f)
 {
     const lum_infer_choice *first = &state->field[LUM_FIELD_FIRST_SAMPLE_INDEX];
     f->is_told = true;
+    char others[64] = "no other field has all three";
+    if (first->rival.bytes > 0) {
+        (void)snprintf(others, sizeof others, "the next best field %.1f %%",
+                       percent(first->second));
+    }
     say(f->evidence,
-        "0, 334 and 668 of angles; of ranges, the words that came before: "
-        "%.1f %% of packets; the next best field %.1f %%",
-        percent(first->share), percent(first->second));
+        "0, 334 and 668 of angles; of ranges, 0 or where another packet ended: "
+        "%.1f %% of packets; %s",
+        percent(first->share), others);
     say_wider(state, f, first->field);
 }
 
@@ -360,48 +414,83 @@ static void find_all(const lum_infer_state *state, lum_infer_result *out)
 
 /* --- How sure it is --- */
 
-/* The field whose best rival is nearest, and by how much. */
-static double nearest(const lum_infer_state *state, unsigned *which)
+/* How much more a key's value explains than the best other one. */
+static double lead(const lum_infer_state *state, lum_infer_key key)
 {
-    static const unsigned judged[] = {LUM_FIELD_TAG,
-                                      LUM_FIELD_EYE,
-                                      LUM_FIELD_LINE,
-                                      LUM_FIELD_NUM_SAMPLES,
-                                      LUM_FIELD_FIRST_SAMPLE_INDEX,
-                                      LUM_FIELD_TIMESTAMP};
+    const lum_infer_samples *s = &state->samples;
+    if (key == LUM_INFER_SAMPLES) {
+        return s->smooth - s->before;
+    }
+    const lum_infer_choice *c = &state->field[key - LUM_INFER_TAG];
+    if (key == LUM_INFER_NUM_SAMPLES && c->field.bytes == 0) {
+        return s->equal - c->second;
+    }
+    return c->field.bytes == 0 ? 1.0 : c->share - c->second;
+}
+
+/* The key that leads by least, and by how much. */
+static double nearest(const lum_infer_state *state, lum_infer_key *which)
+{
     double least = 1.0;
-    *which = LUM_GROUP_FIELDS;
-    for (unsigned i = 0; i < sizeof judged / sizeof judged[0]; i++) {
-        const lum_infer_choice *c = &state->field[judged[i]];
-        if (c->field.bytes > 0 && c->share - c->second < least) {
-            least = c->share - c->second;
-            *which = judged[i];
+    *which = LUM_INFER_TAG;
+    for (lum_infer_key key = LUM_INFER_TAG; key <= LUM_INFER_SAMPLES; key++) {
+        const double now = key == LUM_INFER_CLOCK_UNIT ? 1.0 : lead(state, key);
+        if (now < least) {
+            least = now;
+            *which = key;
         }
     }
     return least < 0.0 ? 0.0 : percent(least);
 }
 
-static void judge(const lum_infer_state *state, lum_infer_result *out)
+/* The best reading that gives other points. */
+static void find_second(const lum_infer_state *state, lum_infer_result *out)
 {
-    unsigned which = 0;
-    out->margin = nearest(state, &which);
+    lum_layout layout;
+    if (out->margin_key != LUM_INFER_SAMPLES) {
+        lum_infer_second(state, out->margin_key - LUM_INFER_TAG, out);
+        return;
+    }
+    out->second = out->profile;
+    out->second.samples_at = (uint8_t)(out->second.samples_at - 4u);
+    out->has_second =
+        state->samples.before > 0.0 &&
+        lum_layout_init(&layout, &out->second, NULL, NULL) == LUM_OK;
+}
+
+/* Why a reading is unsure; empty: it is not. */
+static void find_doubt(const lum_infer_state *state,
+                       const lum_infer_result *out,
+                       char doubt[LUM_INFER_TEXT_BYTES])
+{
+    const double line = state->field[LUM_FIELD_LINE].share;
+    doubt[0] = '\0';
     if (state->field[LUM_FIELD_NUM_SAMPLES].field.bytes == 0 &&
         state->samples.cut < CUT_MIN) {
-        /* Nothing then confirms where samples begin. */
-        out->margin = 0.0;
+        say(doubt, "nothing confirms where samples begin");
+    } else if (out->margin < LUM_INFER_MARGIN_SURE) {
+        say(doubt, "another reading explains about as much");
+    } else if ((double)out->fit < FIT_MIN * (double)out->packets) {
+        say(doubt, "%u packets do not fit",
+            (unsigned)(out->packets - out->fit));
+    } else if (line < LINE_MIN) {
+        say(doubt, "the line number rises at only %.1f %% of lines",
+            percent(line));
     }
-    out->verdict = out->margin < LUM_INFER_MARGIN_SURE ? LUM_INFER_UNSURE
-                                                       : LUM_INFER_FOUND;
-    if (which < LUM_GROUP_FIELDS) {
-        lum_infer_second(state, which, out);
-    }
+}
+
+static void judge(const lum_infer_state *state, lum_infer_result *out)
+{
+    char doubt[LUM_INFER_TEXT_BYTES];
     lum_error text;
+    out->margin = nearest(state, &out->margin_key);
+    find_second(state, out);
+    find_doubt(state, out, doubt);
+    out->verdict = doubt[0] == '\0' ? LUM_INFER_FOUND : LUM_INFER_UNSURE;
     (void)lum_error_set(
-        &text,
-        "%u of %u packets fit; the margin to the second best reading is "
-        "%.1f %% of packets%s%s",
+        &text, "%u of %u packets fit; margin %.1f points, of %s%s%s%s",
         (unsigned)out->fit, (unsigned)out->packets, out->margin,
-        out->verdict == LUM_INFER_UNSURE ? ": unsure" : "",
+        names[out->margin_key], doubt[0] == '\0' ? "" : "; unsure: ", doubt,
         state->is_one_eye ? "; one eye alone was recorded, so the place of "
                             "group.eye is not told"
                           : "");

@@ -1,5 +1,7 @@
 #include "samples.h"
 
+#include "fields.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,6 +16,9 @@
 /* Enough packets to tell the order and the place. */
 #define TRIAL 2000u
 
+/* Samples that tell their noise. */
+#define NOISE 64u
+
 /* A share of packets that loss, disorder and corruption leave, and that
  * nothing else reaches. */
 #define MOST 0.85
@@ -27,6 +32,8 @@ typedef struct series {
     int64_t path; /* sum of all steps, without their sign */
     int64_t bend; /* sum of what steps differ by, without sign */
 } series;
+
+/* --- What samples look like --- */
 
 static unsigned read_16(const uint8_t *p, bool is_big)
 {
@@ -94,9 +101,10 @@ static void add(series *s, size_t i, int value, int *step)
 }
 
 static size_t follow(const lum_infer_packet *packet, unsigned at, bool is_big,
-                     series out[2])
+                     size_t most, series out[2])
 {
-    const size_t n = kept(packet, at);
+    const size_t all = kept(packet, at);
+    const size_t n = all < most ? all : most;
     int step[2] = {0, 0};
     memset(out, 0, 2 * sizeof *out);
     for (size_t i = 0; i < n; i++) {
@@ -125,7 +133,7 @@ static bool is_calm(const series *s, const series *sweep)
 static int sweeping(const lum_infer_packet *packet, unsigned at, bool is_big,
                     series out[2])
 {
-    const size_t n = follow(packet, at, is_big, out);
+    const size_t n = follow(packet, at, is_big, SIZE_MAX, out);
     if (n < ANGLES_MIN) {
         return 0;
     }
@@ -136,6 +144,8 @@ static int sweeping(const lum_infer_packet *packet, unsigned at, bool is_big,
     }
     return 0;
 }
+
+/* --- Their order and phase --- */
 
 /* The first offset of a phase from which on all is samples. */
 static unsigned behind_head(unsigned phase)
@@ -155,7 +165,7 @@ static void count(const lum_infer_packets *packets, unsigned phase, bool is_big,
     const size_t stride = packets->count / TRIAL + 1;
     series s[2];
     *out = (tally){0, 0};
-    for (size_t i = 0; i < packets->count; i += stride) {
+    for (size_t i = 0; i < packets->count; i = lum_infer_next(i, stride)) {
         if (is_ranges(packets->at[i], at, is_big)) {
             out->ranges++;
         } else if (sweeping(packets->at[i], at, is_big, s) != 0) {
@@ -171,7 +181,7 @@ static size_t weight(const lum_infer_packets *packets, unsigned phase,
 {
     size_t equal = 0;
     const size_t stride = packets->count / TRIAL + 1;
-    for (size_t i = 0; i < packets->count; i += stride) {
+    for (size_t i = 0; i < packets->count; i = lum_infer_next(i, stride)) {
         equal += packets->at[i]->len % SAMPLE_BYTES == phase;
     }
     return t->angles * 4 + t->ranges * 8 + (t->angles > 0 ? equal : 0);
@@ -218,6 +228,8 @@ bool lum_infer_find_samples(lum_infer_state *state)
     return true;
 }
 
+/* --- Where they begin, and what they reach --- */
+
 /* Whether a pair at an offset goes on where the ones behind it point. */
 static bool continues(const lum_infer_packet *p, unsigned probe, bool is_big,
                       const series s[2], size_t n)
@@ -243,11 +255,11 @@ static double share_at(const lum_infer_packets *packets, unsigned probe,
     const size_t stride = packets->count / TRIAL + 1;
     size_t angles = 0;
     size_t good = 0;
-    for (size_t i = 0; i < packets->count; i += stride) {
+    for (size_t i = 0; i < packets->count; i = lum_infer_next(i, stride)) {
         const lum_infer_packet *p = packets->at[i];
         series s[2];
         if (p->kind == LUM_INFER_ANGLES) {
-            const size_t n = follow(p, behind, is_big, s);
+            const size_t n = follow(p, behind, is_big, NOISE, s);
             angles++;
             good += continues(p, probe, is_big, s, n);
         }
@@ -255,25 +267,88 @@ static double share_at(const lum_infer_packets *packets, unsigned probe,
     return angles == 0 ? 0.0 : (double)good / (double)angles;
 }
 
-/* The range of a value. */
-static void stretch(lum_infer_samples *m, unsigned which, const series *of)
-{
-    m->low[which] = of->low < m->low[which] ? of->low : m->low[which];
-    m->high[which] = of->high > m->high[which] ? of->high : m->high[which];
-}
-
-/* @return whether the second value of a pair sweeps. */
-static bool measure_angles(lum_infer_samples *m, lum_infer_packet *p)
+static void measure_angles(const lum_infer_samples *m, lum_infer_packet *p)
 {
     series s[2];
-    const bool is_second = sweeping(p, m->at, m->is_big, s) == 2;
-    const series *sweep = &s[is_second ? 1 : 0];
-    const series *calm = &s[is_second ? 0 : 1];
-    p->calm = (int16_t)calm->first;
-    m->angles++;
-    stretch(m, 0, sweep);
-    stretch(m, 1, calm);
-    return is_second;
+    p->sweeps = (uint8_t)sweeping(p, m->at, m->is_big, s);
+    for (unsigned i = 0; i < 2; i++) {
+        p->first[i] = (int16_t)s[i].first;
+        p->low[i] = (int16_t)s[i].low;
+        p->high[i] = (int16_t)s[i].high;
+    }
+}
+
+/* The value that sweeps in most packets is that of all: in the others a sample
+ * is corrupt. */
+static void tell_sweep(lum_infer_state *state)
+{
+    lum_infer_samples *m = &state->samples;
+    size_t n[3] = {0, 0, 0};
+    for (size_t i = 0; i < state->data.count; i++) {
+        lum_infer_packet *p = state->data.at[i];
+        if (p->kind == LUM_INFER_ANGLES) {
+            measure_angles(m, p);
+            n[p->sweeps]++;
+        }
+    }
+    m->angles = n[1] + n[2];
+    m->is_el_first = n[2] > n[1];
+    for (size_t i = 0; i < state->data.count; i++) {
+        lum_infer_packet *p = state->data.at[i];
+        p->calm = p->first[m->is_el_first ? 0 : 1];
+    }
+}
+
+static int low_of(const lum_infer_packet *p)
+{
+    return p->low[p->sweeps - 1u];
+}
+
+static int high_of(const lum_infer_packet *p)
+{
+    return p->high[p->sweeps - 1u];
+}
+
+static int calm_of(const lum_infer_packet *p)
+{
+    return p->calm;
+}
+
+/* The value that as many packets of angles are below, by halving its range. */
+static int nth(const lum_infer_state *state, size_t n,
+               int (*of)(const lum_infer_packet *))
+{
+    const unsigned sweeps = state->samples.is_el_first ? 2u : 1u;
+    int low = INT16_MIN;
+    int high = INT16_MAX;
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+        size_t below = 0;
+        for (size_t i = 0; i < state->data.count; i++) {
+            const lum_infer_packet *p = state->data.at[i];
+            below += p->kind == LUM_INFER_ANGLES && p->sweeps == sweeps &&
+                     of(p) <= middle;
+        }
+        if (below > n) {
+            high = middle;
+        } else {
+            low = middle + 1;
+        }
+    }
+    return low;
+}
+
+/* What angles reach, but for a packet in a hundred at each end, which may be
+ * corrupt. */
+static void stretch(lum_infer_state *state, size_t angles)
+{
+    lum_infer_samples *m = &state->samples;
+    const size_t odd = angles < 3 ? 0 : 1 + angles / 100;
+    const size_t last = angles < 3 ? 0 : angles - 1 - odd;
+    m->low[0] = nth(state, odd, low_of);
+    m->high[0] = nth(state, last, high_of);
+    m->low[1] = nth(state, odd, calm_of);
+    m->high[1] = nth(state, last, calm_of);
 }
 
 static double share_of(size_t n, size_t all)
@@ -284,22 +359,22 @@ static double share_of(size_t n, size_t all)
 static void measure(lum_infer_state *state)
 {
     lum_infer_samples *m = &state->samples;
+    const unsigned sweeps = m->is_el_first ? 2u : 1u;
     size_t cut = 0;
     size_t equal = 0;
-    size_t second = 0;
+    size_t usual = 0;
     for (size_t i = 0; i < state->data.count; i++) {
-        lum_infer_packet *p = state->data.at[i];
+        const lum_infer_packet *p = state->data.at[i];
         const uint32_t room = lum_infer_room(p, m->at);
+        const bool is_angles = p->kind == LUM_INFER_ANGLES && p->sweeps > 0;
         equal += (p->len - m->at) % SAMPLE_BYTES == 0;
         m->ranges += p->kind == LUM_INFER_RANGES;
-        if (p->kind == LUM_INFER_ANGLES) {
-            second += measure_angles(m, p);
-            cut += room == 334 || room == 332;
-        }
+        cut += is_angles && (room == 334 || room == 332);
+        usual += is_angles && p->sweeps == sweeps;
     }
-    m->is_el_first = second * 2 > m->angles;
     m->cut = share_of(cut, m->angles);
     m->equal = share_of(equal, state->data.count);
+    stretch(state, usual);
 }
 
 void lum_infer_place_samples(lum_infer_state *state)
@@ -320,5 +395,6 @@ void lum_infer_place_samples(lum_infer_state *state)
         at -= SAMPLE_BYTES;
     }
     m->at = at;
+    tell_sweep(state);
     measure(state);
 }

@@ -8,25 +8,40 @@
 #define RARE 0.03
 
 /* Bytes that no field needs are filler when so many bear one value that is not
- * 0. */
-#define FILLER_MIN 1u
+ * 0. One alone can be anything. */
+#define FILLER_MIN 2u
+
+/* The value that a byte has in most packets, and in how many. */
+static unsigned usual(const lum_infer_state *state, unsigned at, size_t *most)
+{
+    size_t n[256] = {0};
+    unsigned best = 0;
+    for (size_t i = 0; i < state->good.count; i++) {
+        n[state->good.at[i]->bytes[at]]++;
+    }
+    for (unsigned value = 1; value < 256; value++) {
+        best = n[value] > n[best] ? value : best;
+    }
+    *most = n[best];
+    return best;
+}
 
 /* Whether a byte has a value in all packets but a few. */
 static bool is_constant(const lum_infer_state *state, unsigned at,
                         unsigned value)
 {
-    size_t other = 0;
-    for (size_t i = 0; i < state->good.count; i++) {
-        other += state->good.at[i]->bytes[at] != value;
-    }
-    return (double)other <= RARE * (double)state->good.count;
+    size_t most = 0;
+    return usual(state, at, &most) == value &&
+           (double)(state->good.count - most) <=
+               RARE * (double)state->good.count;
 }
 
 static void find_filler(lum_infer_state *state)
 {
     unsigned n[256] = {0};
     for (unsigned at = LUM_INFER_FIELDS_AT; at < state->samples.at; at++) {
-        const unsigned value = state->good.at[state->good.count / 2]->bytes[at];
+        size_t most = 0;
+        const unsigned value = usual(state, at, &most);
         if (state->used.byte[at] == 0 && value != 0 &&
             is_constant(state, at, value)) {
             n[value]++;
@@ -110,10 +125,21 @@ static bool is_count(unsigned field)
            field == LUM_FIELD_FIRST_SAMPLE_INDEX;
 }
 
+/* A clock of four bytes, which may be followed by zeros, wraps as it should,
+ * and one that is taken for eight does not. Only ticks so short that four wrap
+ * within minutes are rather of eight. */
+static bool may_grow(const lum_infer_state *state, unsigned field,
+                     lum_field wide)
+{
+    if (field == LUM_FIELD_TIMESTAMP &&
+        state->unit_taken >= LUM_INFER_SHORT_TICK_NS) {
+        return false;
+    }
+    return state->is_filled || (is_count(field) && is_tight(state, wide));
+}
+
 /* Where filler stands between fields, bytes that are 0 are of a field; where
- * none does, of a count if they leave nothing over. A clock of four bytes,
- * which may be followed by zeros, wraps as it should, and one that is taken for
- * eight does not. */
+ * none does, of a count if they leave nothing over. */
 static void take_zeros(lum_infer_state *state)
 {
     static const unsigned order[] = {
@@ -121,10 +147,11 @@ static void take_zeros(lum_infer_state *state)
         LUM_FIELD_FIRST_SAMPLE_INDEX, LUM_FIELD_EYE};
     for (unsigned i = 0; i < sizeof order / sizeof order[0]; i++) {
         lum_field *field = &state->field[order[i]].field;
+        lum_field *narrow = &state->narrow[order[i]];
         lum_field wide;
         while (lum_infer_wider(state, *field, &wide) &&
-               (state->is_filled ||
-                (is_count(order[i]) && is_tight(state, wide)))) {
+               may_grow(state, order[i], wide)) {
+            *narrow = narrow->bytes == 0 ? *field : *narrow;
             *field = wide;
             lum_infer_take(state, wide);
         }
@@ -151,7 +178,7 @@ static bool move_into(lum_field *field, lum_field base)
     for (unsigned low = 0; low + bits <= 8u * base.bytes; low++) {
         lum_field moved = base;
         moved.low = (uint8_t)low;
-        moved.bits = (uint8_t)bits;
+        moved.bits = bits == 8u * base.bytes ? 0 : (uint8_t)bits;
         if (is_same_bits(*field, moved, bits)) {
             *field = moved;
             return true;
@@ -171,26 +198,120 @@ static bool is_same_base(lum_field a, lum_field b)
     return a.at == b.at && a.bytes == b.bytes && a.order == b.order;
 }
 
-/* Fields that share bytes name bits of the same ones. */
-static void join(lum_field *a, lum_field *b)
+static bool is_apart(lum_field a, lum_field b)
 {
-    if (!share_bytes(*a, *b) || is_same_base(*a, *b)) {
-        return;
+    return !share_bytes(a, b) || is_same_base(a, b);
+}
+
+/* Move all fields that share bytes with a base into it.
+ * @return false: they are too many, or one cannot be moved; none was. */
+static bool move_all(lum_infer_state *state, lum_field base, unsigned most)
+{
+    lum_field moved[LUM_GROUP_FIELDS];
+    unsigned n = 0;
+    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
+        moved[f] = state->field[f].field;
+        if (share_bytes(moved[f], base)) {
+            n++;
+            if (n > most || !move_into(&moved[f], base)) {
+                return false;
+            }
+        }
     }
-    lum_field *wide = a->bytes >= b->bytes ? a : b;
-    lum_field *narrow = wide == a ? b : a;
-    (void)move_into(narrow, *wide);
+    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
+        state->field[f].field = moved[f];
+    }
+    return true;
+}
+
+/* Move a field into the fewest bytes that hold it, if they are fewer. */
+static void shrink(lum_field *field)
+{
+    for (unsigned bytes = 1; bytes < field->bytes; bytes *= 2) {
+        for (unsigned at = field->at;
+             at + bytes <= (unsigned)field->at + field->bytes; at++) {
+            const lum_field base = {
+                .at = (uint8_t)at,
+                .bytes = (uint8_t)bytes,
+                .order = bytes == 1 ? (uint8_t)LUM_ORDER_LITTLE : field->order};
+            if (move_into(field, base)) {
+                return;
+            }
+        }
+    }
+}
+
+/* Whether a base holds the bytes of a field. */
+static bool holds(lum_field base, lum_field field)
+{
+    return base.at <= field.at &&
+           field.at + field.bytes <= base.at + base.bytes;
+}
+
+static bool join_in(lum_infer_state *state, unsigned f, unsigned g,
+                    unsigned bytes, unsigned most)
+{
+    lum_field whole[LUM_INFER_WHOLE_MAX];
+    const size_t n = lum_infer_whole(state, whole);
+    for (size_t i = 0; i < n; i++) {
+        if (whole[i].bytes == bytes && holds(whole[i], state->field[f].field) &&
+            holds(whole[i], state->field[g].field) &&
+            move_all(state, whole[i], most)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Fields that share bytes name bits of the same ones: of the fewest that hold
+ * them both, in either byte order, and as few others as can be.
+ * @return false: there are none. */
+static bool join(lum_infer_state *state, unsigned f, unsigned g)
+{
+    for (unsigned bytes = 1; bytes <= 8; bytes *= 2) {
+        for (unsigned most = 2; most <= LUM_GROUP_FIELDS; most++) {
+            if (join_in(state, f, g, bytes, most)) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+static void join_all(lum_infer_state *state)
+{
+    for (unsigned f = 1; f < LUM_GROUP_FIELDS; f++) {
+        for (unsigned g = 0; g < f; g++) {
+            lum_field *a = &state->field[f].field;
+            lum_field *b = &state->field[g].field;
+            if (!is_apart(*a, *b)) {
+                shrink(a);
+                shrink(b);
+            }
+            if (!is_apart(*a, *b)) {
+                (void)join(state, f, g);
+            }
+        }
+    }
 }
 
 void lum_infer_shape(lum_infer_state *state)
 {
     find_filler(state);
     take_zeros(state);
-    for (unsigned pass = 0; pass < 2; pass++) {
-        for (unsigned f = 1; f < LUM_GROUP_FIELDS; f++) {
-            for (unsigned g = 0; g < f; g++) {
-                join(&state->field[f].field, &state->field[g].field);
+    join_all(state);
+}
+
+bool lum_infer_clash(const lum_infer_state *state, unsigned *one, unsigned *two)
+{
+    for (unsigned f = 1; f < LUM_GROUP_FIELDS; f++) {
+        for (unsigned g = 0; g < f; g++) {
+            if (!is_apart(state->field[f].field, state->field[g].field)) {
+                *one = g;
+                *two = f;
+                return true;
             }
         }
     }
+    return false;
 }

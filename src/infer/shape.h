@@ -9,6 +9,12 @@
 /** Give fields their shape. Values do not change. */
 void lum_infer_shape(lum_infer_state *state);
 
+/** Whether two fields share bytes as no profile can say.
+ * @param one which, if so
+ * @param two the other one */
+bool lum_infer_clash(const lum_infer_state *state, unsigned *one,
+                     unsigned *two);
+
 /** A wider field with the same values, all of whose further bytes are 0 and of
  * no other field.
  * @return false: there is none. */

@@ -18,6 +18,9 @@
 #define LUM_INFER_FIELDS_AT      12u
 #define LUM_INFER_SAMPLES_AT_MAX 64u
 
+/* Four bytes of ticks shorter than this wrap within minutes. */
+#define LUM_INFER_SHORT_TICK_NS 100.0
+
 /* Most sensors that are told apart. */
 #define LUM_INFER_SENSORS_MAX 16u
 
@@ -37,8 +40,12 @@ typedef struct lum_infer_packet {
     uint32_t kept;        /**< bytes of the payload that are there */
     uint8_t sensor;       /**< which */
     uint8_t kind;         /**< a ::lum_infer_kind */
+    uint8_t sweeps;       /**< angles: 1, 2: which of a pair sweeps; 0: none */
     bool is_reserved_0;   /**< bytes 9..11 are 0 */
     int16_t calm;         /**< angles: the value that hardly changes */
+    int16_t first[2];     /**< angles: of each of a pair, the first value */
+    int16_t low[2];       /**< likewise the least */
+    int16_t high[2];      /**< likewise the largest */
 } lum_infer_packet;
 
 /** Packets in the order of their arrival, sensor by sensor. */
@@ -64,8 +71,8 @@ typedef struct lum_infer_samples {
     double before;    /**< and one sample before */
     double cut;       /**< share of angle packets of 334 or 332 samples */
     double equal;     /**< share of lengths that are at + 4 n */
-    int low[2];       /**< least azimuth and elevation */
-    int high[2];      /**< largest */
+    int low[2];       /**< least azimuth and elevation, but for a few */
+    int high[2];      /**< largest, likewise */
 } lum_infer_samples;
 
 /** A field with the share of packets that it explains. */
@@ -96,6 +103,9 @@ typedef struct lum_infer_state {
     bool is_tag_type;       /**< types 2 and 3 are the tags */
     lum_infer_samples samples;
     lum_infer_choice field[LUM_GROUP_FIELDS];
+    /* What fields were before zeros beside them were taken; bytes 0: none
+     * were. */
+    lum_field narrow[LUM_GROUP_FIELDS];
     lum_infer_bits used;
     uint32_t eye_value[LUM_EYES];
     bool is_one_eye;

@@ -46,7 +46,7 @@ static uint8_t *bytes_of(lum_infer_store *store, size_t bytes)
     return out;
 }
 
-static bool is_full(const lum_infer_store *store)
+bool lum_infer_store_is_full(const lum_infer_store *store)
 {
     return store->count >= store->max ||
            (store->block_count == BLOCKS_MAX &&
@@ -114,7 +114,7 @@ static int keep(lum_infer_store *store, const lum_record *record,
                             .is_reserved_0 =
                                 copy[9] == 0 && copy[10] == 0 && copy[11] == 0};
     store->count++;
-    return is_full(store) ? 0 : 1;
+    return lum_infer_store_is_full(store) ? 0 : 1;
 }
 
 int lum_infer_store_add(lum_infer_store *store, const lum_record *record,
@@ -122,7 +122,8 @@ int lum_infer_store_add(lum_infer_store *store, const lum_record *record,
 {
     static const uint8_t magic[] = {0xed, 0xfe, 0xf3, 0xa1,
                                     0xef, 0xbe, 0x34, 0x12};
-    if (is_full(store)) {
+    if (lum_infer_store_is_full(store)) {
+        store->left_out++;
         return 0;
     }
     if (record->len < LUM_HEADER_BYTES ||
@@ -135,5 +136,9 @@ int lum_infer_store_add(lum_infer_store *store, const lum_record *record,
         return 1;
     }
     const unsigned index = sensor_of(store, sensor);
-    return index == LUM_INFER_SENSORS_MAX ? 1 : keep(store, record, index);
+    if (index == LUM_INFER_SENSORS_MAX) {
+        store->left_out++;
+        return 1;
+    }
+    return keep(store, record, index);
 }

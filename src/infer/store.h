@@ -17,7 +17,9 @@ typedef struct lum_infer_store {
     unsigned sensor_count;                   /**< of them */
     uint32_t max;                            /**< packets that are wanted */
     uint32_t foreign;                        /**< datagrams without the magic */
-    uint32_t control; /**< heartbeats, commands and answers */
+    uint32_t control;   /**< heartbeats, commands and answers */
+    uint32_t left_out;  /**< of too many sensors, or behind what is enough */
+    uint32_t cut_short; /**< datagrams that are there in part */
 } lum_infer_store;
 
 /** Make room for the packets.
@@ -26,6 +28,9 @@ int lum_infer_store_init(lum_infer_store *store, uint32_t max);
 
 /** Free what it holds. */
 void lum_infer_store_free(lum_infer_store *store);
+
+/** Whether there is room for no more. */
+bool lum_infer_store_is_full(const lum_infer_store *store);
 
 /** Keep a datagram if it may be data.
  * @param sensor the address of the sensor's side.

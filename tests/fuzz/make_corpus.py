@@ -420,6 +420,34 @@ def pcap_seeds():
     return seeds
 
 
+def infer_seeds():
+    """An even byte, which fields are given, these, lines, ticks and eyes; then changes of four bytes."""
+    usual = bytes((0, 0, 14, 30, 1))
+
+    def field(at, shape=0, low=0, bits=0):
+        return bytes((at - 8, shape, low, bits))
+
+    # line and first_sample_index in the bits of four bytes, num_samples behind them
+    packed = b"\0" + bytes((1 << 2 | 1 << 3 | 1 << 4,)) + field(14, 2, 0, 12) + field(18, 1) + field(14, 2, 12, 16)
+    # all of the other order, in eight bytes where there are some, and an eye above the line
+    wide = b"\0\x7f" + field(21) + field(22, 5, 15, 1) + field(22, 5, 0, 15) + field(12, 1) + field(26, 5) + field(30, 7) \
+        + bytes((26, 1, 1, 3))
+    return {
+        "usual": usual,
+        "one-eye": usual[:-1] + b"\0",
+        "packed": packed + usual[2:],
+        "wide": wide + usual[2:],
+        "samples-at-60": b"\0\x40" + bytes((48, 0, 0, 8)) + usual[2:],
+        "constant": usual + bytes((0, 20, 0, 7)),
+        "counter": usual + bytes((0, 15, 1, 0)),
+        "twice": usual + bytes((0, 13, 2, 8, 0, 14, 2, 9)),
+        "reserved": usual + bytes((0, 1, 0, 1)),
+        "noise": usual + bytes((0, 6, 3, 5)),
+        "faults": usual + bytes((3, 9, 0, 64, 7, 1, 1, 128, 11, 40, 2, 9, 17, 0, 4, 1, 23, 2, 5, 77, 40, 0, 3, 2)),
+        "any": b"\1" + bytes((220,)) + bytes(range(72)) + bytes((250,)) + bytes(72),
+    }
+
+
 def yaml_seeds():
     """The samples without their remarks, and what the samples leave out."""
     calib = pathlib.Path(__file__).resolve().parent.parent.parent / "calib"
@@ -451,6 +479,7 @@ def main():
                         ("session", session_seeds()),
                         ("capture", capture_seeds()),
                         ("pcap", pcap_seeds()),
+                        ("infer", infer_seeds()),
                         ("yaml", yaml_seeds()),
                         ("index", index_seeds())):
         if seeds is None:

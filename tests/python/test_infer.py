@@ -36,6 +36,7 @@ def test_it_is_what_lumdump_tells(capture):
     found, told = lumsdk.infer(capture), json.loads(conftest.run("lumdump", capture, "--infer", "--json"))
     assert (found.verdict, found.text, found.yaml) == (told["verdict"], told["text"], told["profile"])
     assert (found.packets, found.fit, round(found.margin, 3)) == (told["packets"], told["fit"], told["margin"])
+    assert found.margin_key == told["margin_key"]
     assert (found.second is None) == (told["second"] is None)
     assert [vars(finding) for finding in found.findings] == told["findings"]
 
@@ -57,7 +58,7 @@ def test_a_sensor_is_chosen(capture):
 def test_nothing_that_fits_is_told_and_not_raised(capture):
     found = lumsdk.infer(capture.read_bytes()[:24])
     assert (found.verdict, found.profile, found.second, found.findings, found.yaml) == ("too little", None, None, (), "")
-    assert found.text
+    assert found.text and not found.margin_key
 
 
 def test_a_capture_that_breaks_off_is_a_warning(capture):

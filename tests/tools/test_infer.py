@@ -7,6 +7,7 @@ import os
 import pathlib
 import random
 import re
+import resource
 import shlex
 import shutil
 import signal
@@ -14,6 +15,7 @@ import struct
 import subprocess
 import unittest
 
+import built
 from support import BIN, MAGIC, PATIENCE_S, Folder, frames_of, group, line, pcap, run, simulate, summary, udp, word
 
 # No field where it is usual.
@@ -79,7 +81,8 @@ class Case(unittest.TestCase):
 
 class Found(Case):
     def test_the_profile_gives_the_points_of_the_true_one(self):
-        for name, profile in ("usual", "version: 1\n"), ("other", OTHER), ("tag at the type", TAG_AT_TYPE), ("wide", WIDE):
+        for name, profile in ("usual", "version: 1\n"), ("other", OTHER), ("tag at the type", TAG_AT_TYPE), ("wide", WIDE), \
+                ("packed", PACKED):
             with self.subTest(name):
                 capture = self.capture(profile)
                 r = self.infer(capture, "-o", self.folder / "found.yaml")
@@ -140,7 +143,7 @@ class Told(Case):
         text = self.infer(self.source).stderr
         for key in KEYS:
             self.assertRegex(text, rf"(?m)^{re.escape(key)}: \S.*\n    \S")
-        self.assertRegex(text, r"(?m)^explained +\d+ of \d+ packets; margin \d+\.\d % of packets \(sure from 2\.0\)$")
+        self.assertRegex(text, r"(?m)^explained +\d+ of \d+ packets; margin \d+\.\d points, of group\.\w+ \(sure from 2\.0\)$")
         self.assertRegex(text, r"(?m)^looked at +\d+ packets that may be data, of 1 sensor; 0 of other kinds, 0 foreign$")
 
     def test_what_packets_cannot_tell_is_said_with_the_look_that_decides(self):
@@ -169,6 +172,22 @@ class Told(Case):
         self.assertEqual(got["profile"], self.infer(self.source).stdout)
         self.infer(self.source, "--json", "-o", self.folder / "found.yaml")
         self.assertEqual((self.folder / "found.yaml").read_text(), got["profile"])
+
+    def test_of_a_long_capture_the_first_packets_are_looked_at(self):
+        """Within 64 MB of memory and 3 s of the processor, also where most of the header is 0: half of them, to be safe."""
+        source = simulate(self.folder / "long.pcap", "--frames", "2", "--lines", "640", "--profile",
+                          self.folder.write("long.yaml", "version: 1\ngroup: {samples: 64}\n"))
+        is_fit = built.fault(BIN.parent, ()) is None
+        memory = lambda: resource.setrlimit(resource.RLIMIT_AS, (64_000_000, 64_000_000))
+        with subprocess.Popen([BIN / "lumdump", source, "--infer"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                              preexec_fn=memory if is_fit else None) as p:
+            said = p.stderr.read().decode()
+            _, status, used = os.wait4(p.pid, 0)
+            p.returncode = os.waitstatus_to_exitcode(status)
+        self.assertEqual(p.returncode, 0, said)
+        self.assertRegex(said, r"(?m)^looked at +the first 20000 packets that may be data, of 1 sensor; until then 0 of other kinds, 0 foreign$")
+        if is_fit:
+            self.assertLess(used.ru_utime + used.ru_stime, 1.5)
 
     def test_quiet_is_quiet(self):
         r = self.infer(self.source, "-q", "-o", self.folder / "found.yaml")
@@ -209,7 +228,7 @@ class Shared(Case):
                 self.assertNotEqual(got["margin"], 10.0)
                 self.assertNotEqual(got["second"], {})
                 said = self.infer(source).stderr
-                self.assertRegex(said, r"(?m)^(second best reading: group\.|no second reading was found$)")
+                self.assertRegex(said, r"(?m)^(second best reading: group\.|no other whole reading that gives other points was found$)")
                 for f in got["findings"]:
                     if f["key"] in ("group.eye", "group.line"):
                         self.assertIn("there is no", f["evidence"])
@@ -313,8 +332,17 @@ class NothingFound(Case):
                  [udp(MAGIC + struct.pack("<III", 6, 5, n)) for n in range(30)]
         self.nothing(self.folder.write("c.pcap", pcap(frames)), "too little")
 
-    def test_fields_that_no_profile_can_say(self):
-        self.nothing(self.capture(PACKED), "nothing fits", "overlap")
+    def test_packets_that_are_cut(self):
+        frames = list(frames_of(self.capture(OTHER).read_bytes()))
+        count = sum(len(f) > 96 for f in frames)
+        source = self.folder.write("cut.pcap", pcap([f[:96] for f in frames]))
+        self.assertGreater(count, 1000)
+        self.nothing(source, "too little", "only in part", "tcpdump -s 0", f"{count} datagrams")
+        self.assertEqual(json.loads(self.infer(source, "--json", status=1).stdout)["cut_short"], count)
+
+    def test_reserved_bytes_that_are_not_0(self):
+        frames = [f[:42] + f[42:51] + b"\1" + f[52:] for f in frames_of(self.capture(OTHER).read_bytes())]
+        self.nothing(self.folder.write("c.pcap", pcap(frames)), "nothing fits", "bytes 9 to 11 of ")
 
     def test_a_few_packets(self):
         source = self.capture(OTHER)

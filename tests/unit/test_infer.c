@@ -7,6 +7,7 @@
 
 #ifdef LUM_TEST_CONFIG
 #include "lum/config/config.h"
+#include "lum/host/keys.h"
 #endif
 #include "lum/group.h"
 #include "lum/infer/infer.h"
@@ -44,6 +45,12 @@ struct maker {
     uint8_t filler;        /* of bytes between fields */
     /* What else stands in a header. */
     void (*add)(struct maker *m, const lum_group *group, uint8_t *bytes);
+    uint8_t marks[72]; /* what else stands there; 0: filler */
+    uint8_t reserved;  /* of byte 9 */
+    /* A field of two bytes, also there, that is num_samples in all but every
+     * so-manieth packet; 0: there is none. */
+    uint8_t echo_at;
+    unsigned echo_fails;
     uint32_t sent;          /* packets */
     uint32_t lines;         /* lines */
     uint8_t held[BYTES];    /* a packet that comes later */
@@ -78,6 +85,15 @@ static void begin(struct maker *m, const lum_profile *profile)
     m->batch_ns = 1;
     m->eyes = 2;
     m->has_laser = true;
+}
+
+/* Forget what was pushed. */
+static void begin_again(struct maker *m)
+{
+    const lum_infer_options options = {.struct_size = sizeof options};
+    lum_infer_free(m->infer);
+    assert_int_equal(lum_infer_create(&options, &m->infer, NULL), 0);
+    m->time_ns = INT64_C(1767225600000000000);
 }
 
 static void end(struct maker *m)
@@ -142,7 +158,18 @@ static void fill(const struct maker *m, uint8_t *bytes)
             is_free = is_free &&
                       (at < field.at || at >= (unsigned)field.at + field.bytes);
         }
-        bytes[at] = is_free ? m->filler : bytes[at];
+        const uint8_t mark = m->marks[at] != 0 ? m->marks[at] : m->filler;
+        bytes[at] = is_free ? mark : bytes[at];
+    }
+    bytes[9] = m->reserved;
+}
+
+static void echo(struct maker *m, uint32_t n, uint8_t *bytes)
+{
+    if (m->echo_at != 0) {
+        n += m->kept_count % m->echo_fails == 0 ? 1000u : 0u;
+        bytes[m->echo_at] = (uint8_t)(n & 0xffu);
+        bytes[m->echo_at + 1u] = (uint8_t)(n >> 8);
     }
 }
 
@@ -161,6 +188,7 @@ static size_t head(struct maker *m, lum_group *group, uint8_t *bytes)
     assert_int_equal(lum_group_encode(&m->layout, group, bytes, BYTES, &len),
                      LUM_OK);
     fill(m, bytes);
+    echo(m, group->num_samples, bytes);
     if (m->add != NULL) {
         m->add(m, group, bytes);
     }
@@ -248,11 +276,27 @@ static void send_frames(struct maker *m, uint32_t frames, uint32_t lines)
     push_held(m);
 }
 
-static void solve(struct maker *m, lum_infer_result *out, int expected)
+/* The profile's text loads, and as the profile. */
+static void check_yaml(const lum_infer_result *r)
 {
-    memset(out, 0, sizeof *out);
-    out->struct_size = sizeof *out;
-    assert_int_equal(lum_infer_solve(m->infer, out, NULL), expected);
+    char text[LUM_INFER_YAML_BYTES];
+    const size_t len = lum_infer_write_yaml(r, text, sizeof text);
+    assert_in_range(len, 1, sizeof text - 1);
+#ifdef LUM_TEST_CONFIG
+    lum_profile loaded;
+    lum_error error = {""};
+    lum_keys keys;
+    char wanted[LUM_KEYS_WRITE_BYTES];
+    char got[LUM_KEYS_WRITE_BYTES];
+    if (lum_profile_parse(text, len, "found", &loaded, &error) != 0) {
+        fail_msg("%s", error.text);
+    }
+    lum_keys_of_profile(&keys, &r->profile);
+    (void)lum_keys_write(&keys, wanted, sizeof wanted);
+    lum_keys_of_profile(&keys, &loaded);
+    (void)lum_keys_write(&keys, got, sizeof got);
+    assert_string_equal(got, wanted);
+#endif
 }
 
 /* In how many packets, as they were before any fault, two profiles differ;
@@ -284,37 +328,14 @@ static size_t differences(const struct maker *m, const lum_profile *one,
     return other[0] < other[1] ? other[0] : other[1];
 }
 
-/* The YAML is the profile. */
-static void check_yaml(const lum_infer_result *r)
-{
-    char text[LUM_INFER_YAML_BYTES];
-    const size_t len = lum_infer_write_yaml(r, text, sizeof text);
-    assert_int_equal(len, strlen(text));
-#ifdef LUM_TEST_CONFIG
-    lum_profile loaded;
-    lum_error error;
-    assert_int_equal(
-        lum_profile_parse(text, len, "found.yaml", &loaded, &error), 0);
-    assert_memory_equal(loaded.group, r->profile.group, sizeof loaded.group);
-    assert_memory_equal(loaded.eye_values, r->profile.eye_values,
-                        sizeof loaded.eye_values);
-    assert_int_equal(loaded.samples_at, r->profile.samples_at);
-    assert_int_equal(loaded.sample_order, r->profile.sample_order);
-    assert_int_equal(loaded.angle_order, r->profile.angle_order);
-    assert_int_equal(loaded.line_span_us, r->profile.line_span_us);
-    if (loaded.group[LUM_FIELD_TIMESTAMP].bytes > 0) {
-        assert_int_equal(loaded.clock_unit_ns, r->profile.clock_unit_ns);
-    }
-#endif
-}
-
 /* What holds for each result with a profile. */
-static void check_result(const struct maker *m, const lum_infer_result *r)
+static void check_profile_of(const struct maker *m, const lum_infer_result *r)
 {
     lum_layout layout;
-    assert_true(r->has_profile);
     assert_int_equal(lum_layout_init(&layout, &r->profile, NULL, NULL), LUM_OK);
     assert_int_equal(r->finding_count, LUM_INFER_KEYS);
+    assert_in_range(r->margin_key, LUM_INFER_TAG, LUM_INFER_SAMPLES);
+    assert_in_range(r->fit, 1, r->packets);
     assert_true(r->margin >= 0.0 && r->margin <= 100.0);
     if (r->margin < LUM_INFER_MARGIN_SURE) {
         assert_int_equal(r->verdict, LUM_INFER_UNSURE);
@@ -326,13 +347,19 @@ static void check_result(const struct maker *m, const lum_infer_result *r)
     check_yaml(r);
 }
 
-static void solve_found(struct maker *m, lum_infer_result *r)
+static void solve(struct maker *m, lum_infer_result *out, int expected)
 {
-    solve(m, r, 0);
-    check_result(m, r);
+    memset(out, 0, sizeof *out);
+    out->struct_size = sizeof *out;
+    assert_int_equal(lum_infer_solve(m->infer, out, NULL), expected);
+    assert_true(out->text[0] != '\0');
+    assert_int_equal(out->has_profile, expected == 0);
+    assert_true(out->has_profile || !out->has_second);
+    if (out->has_profile) {
+        check_profile_of(m, out);
+    }
 }
 
-/* All packets, as they were before any fault, decode alike. */
 /* All packets, as they were before any fault, decode alike. */
 static void check_profile(const struct maker *m, const lum_profile *found)
 {
@@ -366,7 +393,7 @@ static void check_profile(const struct maker *m, const lum_profile *found)
 static void finds_it(struct maker *m)
 {
     lum_infer_result r;
-    solve_found(m, &r);
+    solve(m, &r, 0);
     assert_int_equal(r.verdict, LUM_INFER_FOUND);
     check_profile(m, &r.profile);
     assert_int_equal(r.profile.clock_unit_ns, m->profile.clock_unit_ns);
@@ -481,7 +508,7 @@ static void a_layout_needs_no_clock(void **state)
     m.filler = 0x33;
     send_frames(&m, 1, 64);
     finds_it(&m);
-    solve_found(&m, &r);
+    solve(&m, &r, 0);
     assert_int_equal(r.profile.group[LUM_FIELD_TIMESTAMP].bytes, 0);
     end(&m);
 }
@@ -576,7 +603,7 @@ static void a_unit_that_is_not_round_is_measured(void **state)
         m.ticks_line = 500000 / units[i];
         m.line_ns = (int64_t)(m.ticks_line * units[i]);
         send_frames(&m, 1, 64);
-        solve_found(&m, &r);
+        solve(&m, &r, 0);
         assert_int_equal(r.verdict, LUM_INFER_FOUND);
         check_profile(&m, &r.profile);
         assert_in_range(r.profile.clock_unit_ns, units[i] * 99 / 100,
@@ -600,7 +627,7 @@ static void a_unit_that_varies_is_not_told(void **state)
     m.line_ns = 16 * 30517;
     m.batch_ns = 8000000;
     send_frames(&m, 1, 64);
-    solve_found(&m, &r);
+    solve(&m, &r, 0);
     check_profile(&m, &r.profile);
     assert_in_range(r.profile.clock_unit_ns, 25000, 36000);
     assert_false(r.findings[LUM_INFER_CLOCK_UNIT].is_told);
@@ -618,7 +645,7 @@ static void without_times_the_clock_is_not_told(void **state)
     begin(&m, &profile);
     m.batch_ns = INT64_C(1000000000000);
     send_frames(&m, 2, 64);
-    solve_found(&m, &r);
+    solve(&m, &r, 0);
     check_profile(&m, &r.profile);
     const lum_infer_finding *clock = &r.findings[LUM_INFER_TIMESTAMP];
     assert_false(clock->is_told);
@@ -670,7 +697,7 @@ static void clocks_of_eyes_a_few_us_apart_tell_no_eye(void **state)
     begin(&m, &profile);
     send_nanoseconds(&m);
     finds_it(&m);
-    solve_found(&m, &r);
+    solve(&m, &r, 0);
     assert_false(r.has_second);
     assert_null(strstr(r.findings[LUM_INFER_LINE].evidence, "87."));
     end(&m);
@@ -695,7 +722,7 @@ static void a_counter_beside_the_eye_is_not_the_eye(void **state)
     profile.group[LUM_FIELD_EYE].bits = 3;
     profile.eye_values[LUM_EYE_BLUE] = 1;
     profile.eye_values[LUM_EYE_GREEN] = 4;
-    solve_found(&m, &r);
+    solve(&m, &r, 0);
     assert_int_equal(r.verdict, LUM_INFER_FOUND);
     assert_int_equal(r.profile.clock_unit_ns, 1);
     assert_int_equal(differences(&m, &r.profile, &profile), 0);
@@ -734,7 +761,7 @@ static void two_line_numbers_are_unsure(void **state)
     begin(&m, &profile);
     m.add = add_lines;
     send_frames(&m, 1, 64);
-    solve_found(&m, &r);
+    solve(&m, &r, 0);
     assert_int_equal(r.verdict, LUM_INFER_UNSURE);
     assert_non_null(strstr(r.text, "unsure"));
     assert_true(r.has_second);
@@ -770,7 +797,7 @@ static void two_clocks_are_unsure(void **state)
     begin(&m, &profile);
     m.add = add_clock;
     send_frames(&m, 2, 64);
-    solve_found(&m, &r);
+    solve(&m, &r, 0);
     assert_int_equal(r.verdict, LUM_INFER_UNSURE);
     assert_true(r.has_second);
     assert_true(r.second.group[LUM_FIELD_TIMESTAMP].at !=
@@ -798,7 +825,7 @@ static void fields_that_tell_the_same_are_equal(void **state)
     m.add = add_copies;
     send_frames(&m, 2, 64);
     finds_it(&m);
-    solve_found(&m, &r);
+    solve(&m, &r, 0);
     assert_string_equal(r.findings[LUM_INFER_LINE].equal, "{at: 24, bytes: 2}");
     assert_string_equal(r.findings[LUM_INFER_EYE].equal, "{at: 26, bytes: 1}");
     end(&m);
@@ -839,7 +866,7 @@ static void packets_of_eyes_may_take_turns(void **state)
     m.disorder = 50;
     send_frames(&m, 2, 64);
     finds_it(&m);
-    solve_found(&m, &r);
+    solve(&m, &r, 0);
     assert_in_range(r.profile.line_span_us, 8000, 11000);
     end(&m);
 }
@@ -855,7 +882,7 @@ static void long_lines_are_said(void **state)
     m.line_ns = 140000000;
     m.ticks_packet = 12000;
     send_frames(&m, 1, 64);
-    solve_found(&m, &r);
+    solve(&m, &r, 0);
     assert_int_equal(r.profile.line_span_us, 99900);
     assert_non_null(
         strstr(r.findings[LUM_INFER_LINE_SPAN].evidence, "less than 100000"));
@@ -890,7 +917,7 @@ static void one_eye_alone_is_said(void **state)
     begin(&m, &profile);
     m.eyes = 1;
     send_frames(&m, 2, 64);
-    solve_found(&m, &r);
+    solve(&m, &r, 0);
     assert_int_equal(r.verdict, LUM_INFER_FOUND);
     assert_non_null(strstr(r.text, "one eye alone was recorded"));
     assert_false(r.findings[LUM_INFER_EYE].is_told);
@@ -909,7 +936,7 @@ static void one_eye_alone_takes_nothing_of_the_clock(void **state)
     begin(&m, &profile);
     m.eyes = 1;
     send_nanoseconds(&m);
-    solve_found(&m, &r);
+    solve(&m, &r, 0);
     const lum_field clock = r.profile.group[LUM_FIELD_TIMESTAMP];
     assert_int_equal(clock.at, 12);
     assert_int_equal(clock.bytes, 8);
@@ -939,7 +966,7 @@ static void one_eye_alone_may_be_the_line_numbers_top_bit(void **state)
     m.eyes = 1;
     m.ticks = 100000000;
     send_frames(&m, 2, 64);
-    solve_found(&m, &r);
+    solve(&m, &r, 0);
     check_profile(&m, &r.profile);
     assert_false(r.findings[LUM_INFER_EYE].is_told);
     end(&m);
@@ -959,7 +986,7 @@ static void sensors_are_kept_apart(void **state)
         send_line(&m, line / 2, 64);
         push(&m, foreign, sizeof foreign);
     }
-    solve_found(&m, &r);
+    solve(&m, &r, 0);
     check_profile(&m, &r.profile);
     assert_int_equal(r.sensors, 2);
     assert_int_equal(r.foreign, 128);
@@ -976,7 +1003,7 @@ static void what_is_not_told_is_said(void **state)
     const lum_profile profile = default_profile();
     begin(&m, &profile);
     send_frames(&m, 1, 64);
-    solve_found(&m, &r);
+    solve(&m, &r, 0);
     assert_false(r.findings[LUM_INFER_EYE_VALUES].is_told);
     assert_false(r.findings[LUM_INFER_ANGLE_LSB].is_told);
     assert_true(r.findings[LUM_INFER_EYE_VALUES].look[0] != '\0');
@@ -986,6 +1013,11 @@ static void what_is_not_told_is_said(void **state)
         assert_true(r.findings[key].value[0] != '\0');
         assert_true(r.findings[key].evidence[0] != '\0');
     }
+    assert_string_equal(r.findings[LUM_INFER_NUM_SAMPLES].equal,
+                        "\"none\", since the datagram's length tells the same");
+    assert_string_equal(r.findings[LUM_INFER_TAG].equal,
+                        "{at: 12, bytes: 1, bits: [0, 1]}, since the bits "
+                        "above are 0 in 100.0 % of packets");
     const size_t len = lum_infer_write_yaml(&r, text, sizeof text);
     assert_int_equal(len, strlen(text));
     assert_non_null(strstr(text, "\nversion: 1\n"));
@@ -1118,9 +1150,7 @@ static void headers_without_fields_are_no_layout(void **state)
     const lum_profile profile = default_profile();
     begin(&m, &profile);
     send_frames(&m, 1, 64);
-    lum_infer_free(m.infer);
-    const lum_infer_options options = {.struct_size = sizeof options};
-    assert_int_equal(lum_infer_create(&options, &m.infer, NULL), 0);
+    begin_again(&m);
     for (size_t i = 0; i < m.kept_count; i++) {
         for (size_t at = 12; at < 24; at++) {
             m.kept[i][at] = (uint8_t)random_of(&m, 256);
@@ -1170,6 +1200,10 @@ static void it_says_when_it_has_enough(void **state)
     }
     assert_int_equal(lum_infer_push(infer, &record, NULL), 0);
     assert_int_equal(lum_infer_push(infer, &record, NULL), 0);
+    lum_infer_result r = {.struct_size = sizeof r};
+    assert_int_equal(lum_infer_solve(infer, &r, NULL), 1);
+    assert_true(r.is_full);
+    assert_int_equal(r.left_out, 1);
     lum_infer_free(infer);
     lum_infer_free(NULL);
 }
@@ -1192,6 +1226,346 @@ static void wrong_options_are_refused(void **state)
     assert_int_equal(lum_infer_solve(infer, &r, &error), -1);
     assert_non_null(strstr(error.text, "struct_size"));
     lum_infer_free(infer);
+}
+
+/* --- Fields that share bytes --- */
+
+static void two_numbers_in_four_bytes_are_found(void **state)
+{
+    (void)state;
+    for (unsigned order = 0; order < 2; order++) {
+        struct maker m;
+        lum_profile profile = default_profile();
+        profile.group[LUM_FIELD_LINE] = (lum_field){
+            .at = 14, .bytes = 4, .order = (uint8_t)order, .bits = 12};
+        profile.group[LUM_FIELD_FIRST_SAMPLE_INDEX] =
+            (lum_field){.at = 14,
+                        .bytes = 4,
+                        .order = (uint8_t)order,
+                        .low = 12,
+                        .bits = 16};
+        profile.group[LUM_FIELD_NUM_SAMPLES] =
+            (lum_field){.at = 18, .bytes = 2};
+        begin(&m, &profile);
+        send_frames(&m, 2, 64);
+        finds_it(&m);
+        end(&m);
+    }
+}
+
+static void three_numbers_in_eight_bytes_are_found(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_profile profile = default_profile();
+    profile.group[LUM_FIELD_LINE] =
+        (lum_field){.at = 14, .bytes = 8, .bits = 13};
+    profile.group[LUM_FIELD_FIRST_SAMPLE_INDEX] =
+        (lum_field){.at = 14, .bytes = 8, .low = 13, .bits = 14};
+    profile.group[LUM_FIELD_NUM_SAMPLES] =
+        (lum_field){.at = 14, .bytes = 8, .low = 27, .bits = 14};
+    profile.group[LUM_FIELD_TIMESTAMP] = (lum_field){.at = 22, .bytes = 4};
+    profile.samples_at = 26;
+    begin(&m, &profile);
+    send_frames(&m, 2, 64);
+    finds_it(&m);
+    end(&m);
+}
+
+/* The line's six bits are those of little-endian bytes, the index's ten those
+ * of big-endian ones, and both bytes are the same. */
+static void fields_that_no_profile_can_say_are_named(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    const lum_profile profile = default_profile();
+    begin(&m, &profile);
+    send_frames(&m, 2, 64);
+    begin_again(&m);
+    for (size_t i = 0; i < m.kept_count; i++) {
+        uint8_t *p = m.kept[i];
+        const unsigned line = p[14];
+        const unsigned first = p[18] | (unsigned)p[19] << 8;
+        p[14] = (uint8_t)((line & 3u) << 6 | first >> 4);
+        p[15] = (uint8_t)((first & 15u) << 4 | line >> 2);
+        p[18] = 0;
+        p[19] = 0;
+        push(&m, p, m.kept_len[i]);
+    }
+    solve(&m, &r, 1);
+    assert_int_equal(r.verdict, LUM_INFER_NOTHING_FITS);
+    assert_non_null(
+        strstr(r.text, "group.line and group.first_sample_index, as"));
+    end(&m);
+}
+
+/* --- How sure it is --- */
+
+static void a_field_that_says_nearly_the_same_is_the_second_best(void **state)
+{
+    (void)state;
+    static const struct {
+        unsigned fails;
+        lum_infer_verdict verdict;
+    } all[] = {
+        {16, LUM_INFER_FOUND}, {40, LUM_INFER_FOUND}, {70, LUM_INFER_UNSURE}};
+    for (unsigned i = 0; i < 3; i++) {
+        struct maker m;
+        lum_infer_result r;
+        lum_profile profile = default_profile();
+        profile.samples_at = 28;
+        begin(&m, &profile);
+        m.echo_at = 25;
+        m.echo_fails = all[i].fails;
+        send_frames(&m, 2, 64);
+        solve(&m, &r, 0);
+        check_profile(&m, &r.profile);
+        assert_int_equal(r.verdict, all[i].verdict);
+        assert_int_equal(r.margin_key, LUM_INFER_NUM_SAMPLES);
+        assert_true(r.margin > 80.0 / all[i].fails);
+        assert_true(r.margin < 120.0 / all[i].fails);
+        assert_true(r.has_second);
+        assert_int_equal(r.second.group[LUM_FIELD_NUM_SAMPLES].at, 25);
+        assert_non_null(strstr(r.text, "of group.num_samples"));
+        end(&m);
+    }
+}
+
+/* The profile's evidence for a key bears a text. */
+static void check_evidence(const lum_infer_result *r, lum_infer_key key,
+                           const char *text)
+{
+    if (strstr(r->findings[key].evidence, text) == NULL) {
+        fail_msg("'%s' is not in '%s'", text, r->findings[key].evidence);
+    }
+}
+
+static void other_fields_for_the_first_index_are_told(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    const lum_profile profile = default_profile();
+    begin(&m, &profile);
+    send_frames(&m, 1, 64);
+    solve(&m, &r, 0);
+    check_evidence(&r, LUM_INFER_FIRST_SAMPLE_INDEX,
+                   "100.0 % of packets; no other field has all three");
+    end(&m);
+}
+
+static void packets_that_do_not_fit_make_it_unsure(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    const lum_profile profile = default_profile();
+    begin(&m, &profile);
+    send_frames(&m, 1, 64);
+    /* Too few samples to tell what they are, and a tag that is none. */
+    for (size_t i = 0; i < m.kept_count / 2; i++) {
+        m.kept[i][12] = 9;
+        m.kept[i][16] = 4;
+        m.kept[i][17] = 0;
+        push(&m, m.kept[i], 24 + 4 * 4);
+    }
+    solve(&m, &r, 0);
+    assert_int_equal(r.verdict, LUM_INFER_UNSURE);
+    assert_int_equal(r.fit, m.kept_count);
+    assert_non_null(strstr(r.text, "packets do not fit"));
+    end(&m);
+}
+
+static void samples_that_nothing_confirms_are_said(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    lum_profile profile = default_profile();
+    profile.group[LUM_FIELD_NUM_SAMPLES] = (lum_field){.bytes = 0};
+    begin(&m, &profile);
+    m.filler = 0x33;
+    send_frames(&m, 1, 64);
+    begin_again(&m);
+    for (size_t i = 0; i < m.kept_count; i++) {
+        const bool is_angles = m.kept[i][12] == LUM_TAG_ANGLES;
+        push(&m, m.kept[i], m.kept_len[i] - (is_angles ? 80 : 0));
+    }
+    solve(&m, &r, 0);
+    assert_int_equal(r.verdict, LUM_INFER_UNSURE);
+    assert_non_null(strstr(r.text, "nothing confirms where samples begin"));
+    end(&m);
+}
+
+/* --- Bytes that no field needs --- */
+
+static void one_constant_byte_makes_no_clock_wide(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    lum_profile profile = default_profile();
+    profile.samples_at = 31;
+    begin(&m, &profile);
+    m.marks[30] = 7;
+    send_frames(&m, 2, 64);
+    finds_it(&m);
+    solve(&m, &r, 0);
+    assert_int_equal(r.profile.group[LUM_FIELD_TIMESTAMP].bytes, 4);
+    assert_int_equal(r.profile.group[LUM_FIELD_LINE].bytes, 2);
+    assert_non_null(
+        strstr(r.findings[LUM_INFER_TIMESTAMP].equal, "{at: 20, bytes: 8}"));
+    assert_non_null(strstr(r.findings[LUM_INFER_TIMESTAMP].equal,
+                           "0 in 100.0 % of packets"));
+    end(&m);
+}
+
+static void filler_widens_a_clock_of_short_ticks_alone(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        struct maker m;
+        lum_infer_result r;
+        lum_profile profile = default_profile();
+        profile.samples_at = 31;
+        profile.clock_unit_ns = i == 0 ? 1000 : 10;
+        begin(&m, &profile);
+        m.ticks_line = 1500000 / profile.clock_unit_ns;
+        m.marks[28] = 0x5a;
+        m.marks[29] = 0x5a;
+        m.marks[30] = 0x5a;
+        send_frames(&m, 2, 64);
+        finds_it(&m);
+        solve(&m, &r, 0);
+        assert_int_equal(r.profile.group[LUM_FIELD_TIMESTAMP].bytes,
+                         i == 0 ? 4 : 8);
+        assert_non_null(strstr(r.findings[LUM_INFER_TIMESTAMP].equal,
+                               i == 0 ? "bytes: 8" : "{at: 20, bytes: 4}"));
+        end(&m);
+    }
+}
+
+/* A corrupt packet in the middle does not hide what the others bear. */
+static void filler_is_what_most_packets_bear(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    lum_profile profile = default_profile();
+    profile.group[LUM_FIELD_LINE] = (lum_field){.at = 32, .bytes = 4};
+    profile.samples_at = 40;
+    begin(&m, &profile);
+    m.filler = 0x5a;
+    send_frames(&m, 2, 64);
+    begin_again(&m);
+    for (size_t i = 0; i < m.kept_count; i++) {
+        const size_t middle = m.kept_count / 2;
+        if (i + 3 > middle && i < middle + 3) {
+            memset(m.kept[i] + 14, 0x33, 2);
+            memset(m.kept[i] + 24, 0x11, 8);
+            memset(m.kept[i] + 36, 0x22, 4);
+        }
+        push(&m, m.kept[i], m.kept_len[i]);
+    }
+    solve(&m, &r, 0);
+    assert_int_equal(r.profile.group[LUM_FIELD_LINE].bytes, 4);
+    end(&m);
+}
+
+/* --- What was not looked at --- */
+
+static void packets_that_are_cut_are_said(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    const lum_profile profile = default_profile();
+    lum_record record = {.source = SENSOR,
+                         .destination = HOST,
+                         .source_port = LUM_PORT,
+                         .destination_port = 50000,
+                         .kind = LUM_RECORD_CUT_SHORT};
+    begin(&m, &profile);
+    for (unsigned i = 0; i < 90; i++) {
+        assert_int_equal(lum_infer_push(m.infer, &record, NULL), 1);
+    }
+    record.source_port = 9;
+    assert_int_equal(lum_infer_push(m.infer, &record, NULL), 1);
+    solve(&m, &r, 1);
+    assert_int_equal(r.verdict, LUM_INFER_TOO_LITTLE);
+    assert_int_equal(r.cut_short, 90);
+    assert_non_null(strstr(r.text, "90 datagrams"));
+    assert_non_null(strstr(r.text, "tcpdump -s 0"));
+    end(&m);
+}
+
+static void reserved_bytes_that_are_not_0_are_said(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    const lum_profile profile = default_profile();
+    begin(&m, &profile);
+    m.reserved = 1;
+    send_frames(&m, 1, 64);
+    solve(&m, &r, 1);
+    assert_int_equal(r.verdict, LUM_INFER_NOTHING_FITS);
+    assert_non_null(strstr(r.text, "bytes 9 to 11 of "));
+    assert_int_equal(r.other_type, m.kept_count - r.packets);
+    end(&m);
+}
+
+static void what_is_left_out_is_counted(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    const lum_profile profile = default_profile();
+    uint8_t other[200] = {0};
+    begin(&m, &profile);
+    send_frames(&m, 1, 64);
+    put_head(other, 77);
+    push(&m, other, sizeof other);
+    for (unsigned i = 0; i < 20; i++) {
+        m.sensor = SENSOR + i;
+        put_head(other, 8);
+        push(&m, other, sizeof other);
+    }
+    solve(&m, &r, 0);
+    assert_int_equal(r.sensors, 16);
+    assert_int_equal(r.left_out, 4);
+    assert_int_equal(r.other_type, 1);
+    assert_false(r.is_full);
+    end(&m);
+}
+
+/* An elevation of one packet that is far off tells nothing about how far
+ * angles reach. */
+static void a_corrupt_packet_does_not_stretch_the_angles(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    lum_infer_result corrupt;
+    const lum_profile profile = default_profile();
+    begin(&m, &profile);
+    send_frames(&m, 1, 64);
+    solve(&m, &r, 0);
+    check_evidence(&r, LUM_INFER_ANGLE_LSB, "azimuths reach -3");
+    begin_again(&m);
+    size_t last = m.kept_count - 1;
+    while (m.kept[last][12] != LUM_TAG_ANGLES) {
+        last--;
+    }
+    m.kept[last][24 + 4 * 10 + 3] &= (uint8_t)~0x08u;
+    for (size_t i = 0; i < m.kept_count; i++) {
+        push(&m, m.kept[i], m.kept_len[i]);
+    }
+    solve(&m, &corrupt, 0);
+    assert_string_equal(corrupt.findings[LUM_INFER_ANGLE_LSB].equal,
+                        r.findings[LUM_INFER_ANGLE_LSB].equal);
+    end(&m);
 }
 
 int main(void)
@@ -1236,6 +1610,20 @@ int main(void)
         cmocka_unit_test(only_the_sensor_that_was_asked_for_counts),
         cmocka_unit_test(it_says_when_it_has_enough),
         cmocka_unit_test(wrong_options_are_refused),
+        cmocka_unit_test(two_numbers_in_four_bytes_are_found),
+        cmocka_unit_test(three_numbers_in_eight_bytes_are_found),
+        cmocka_unit_test(fields_that_no_profile_can_say_are_named),
+        cmocka_unit_test(a_field_that_says_nearly_the_same_is_the_second_best),
+        cmocka_unit_test(other_fields_for_the_first_index_are_told),
+        cmocka_unit_test(packets_that_do_not_fit_make_it_unsure),
+        cmocka_unit_test(samples_that_nothing_confirms_are_said),
+        cmocka_unit_test(one_constant_byte_makes_no_clock_wide),
+        cmocka_unit_test(filler_widens_a_clock_of_short_ticks_alone),
+        cmocka_unit_test(filler_is_what_most_packets_bear),
+        cmocka_unit_test(packets_that_are_cut_are_said),
+        cmocka_unit_test(reserved_bytes_that_are_not_0_are_said),
+        cmocka_unit_test(what_is_left_out_is_counted),
+        cmocka_unit_test(a_corrupt_packet_does_not_stretch_the_angles),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -27,6 +27,27 @@ static const char *plural(uint64_t n)
     return n == 1 ? "" : "s";
 }
 
+/* What may be data and was not looked at, if there is such. */
+static void print_unused(const lum_infer_result *r, FILE *out)
+{
+    if (r->other_type > 0) {
+        (void)fprintf(out,
+                      "not used   %" PRIu32
+                      " packet%s of another type, or not 0 in bytes 9 to 11\n",
+                      r->other_type, plural(r->other_type));
+    }
+    if (r->left_out > 0) {
+        (void)fprintf(out, "not used   %" PRIu32 " packet%s of more sensors\n",
+                      r->left_out, plural(r->left_out));
+    }
+    if (r->cut_short > 0) {
+        (void)fprintf(out,
+                      "not used   %" PRIu32
+                      " datagram%s that the capture has only in part\n",
+                      r->cut_short, plural(r->cut_short));
+    }
+}
+
 static void print_head(const struct infer_report *report, FILE *out)
 {
     const lum_infer_result *r = &report->result;
@@ -34,10 +55,12 @@ static void print_head(const struct infer_report *report, FILE *out)
                   name_verdict(r->verdict), r->text);
     (void)fprintf(
         out,
-        "looked at  %" PRIu32 " packet%s that may be data, of %" PRIu32
-        " sensor%s; %" PRIu32 " of other kinds, %" PRIu32 " foreign\n",
-        r->packets, plural(r->packets), r->sensors, plural(r->sensors),
+        "looked at  %s%" PRIu32 " packet%s that may be data, of %" PRIu32
+        " sensor%s; %s%" PRIu32 " of other kinds, %" PRIu32 " foreign\n",
+        r->is_full ? "the first " : "", r->packets, plural(r->packets),
+        r->sensors, plural(r->sensors), r->is_full ? "until then " : "",
         r->control, r->foreign);
+    print_unused(r, out);
 }
 
 static void print_finding(const lum_infer_finding *f, FILE *out)
@@ -60,7 +83,9 @@ static void print_second(const lum_infer_result *r, FILE *out)
     const size_t count =
         r->has_second ? profile_differences(&r->profile, &r->second, all) : 0;
     if (count == 0) {
-        (void)fputs("no second reading was found\n", out);
+        (void)fputs("no other whole reading that gives other points was found"
+                    "\n",
+                    out);
         return;
     }
     (void)fputs("second best reading: ", out);
@@ -76,12 +101,13 @@ static void print_margin(const lum_infer_result *r, FILE *out)
 {
     (void)fprintf(out,
                   "explained  %" PRIu32 " of %" PRIu32
-                  " packets; margin %.1f %% of packets (sure from %.1f)\n",
-                  r->fit, r->packets, r->margin, LUM_INFER_MARGIN_SURE);
+                  " packets; margin %.1f points, of %s (sure from %.1f)\n",
+                  r->fit, r->packets, r->margin,
+                  r->findings[r->margin_key].name, LUM_INFER_MARGIN_SURE);
     print_second(r, out);
     if (r->verdict == LUM_INFER_UNSURE) {
-        (void)fputs("A small margin: look at the points before you rely on "
-                    "this profile, or take a longer capture.\n",
+        (void)fputs("Unsure: look at the points before you rely on this "
+                    "profile, or take a longer capture.\n",
                     out);
     }
 }
@@ -175,7 +201,11 @@ static void put_counts(struct json *json, const struct infer_report *report)
     json_uint(json, "fit", r->fit);
     json_uint(json, "control", r->control);
     json_uint(json, "foreign", r->foreign);
+    json_uint(json, "cut_short", r->cut_short);
+    json_uint(json, "other_type", r->other_type);
+    json_uint(json, "left_out", r->left_out);
     json_uint(json, "sensors", r->sensors);
+    json_bool(json, "full", r->is_full);
 }
 
 void infer_report_json(const struct infer_report *report, FILE *out)
@@ -190,9 +220,11 @@ void infer_report_json(const struct infer_report *report, FILE *out)
     put_counts(&json, report);
     if (r->has_profile) {
         json_real(&json, "margin", r->margin, 3);
+        json_text(&json, "margin_key", r->findings[r->margin_key].name);
         json_text(&json, "profile", report->yaml);
     } else {
         json_null(&json, "margin");
+        json_null(&json, "margin_key");
         json_null(&json, "profile");
     }
     put_second(&json, r);

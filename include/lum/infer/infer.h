@@ -51,10 +51,12 @@ typedef struct lum_infer_options {
 /** What came of an inference. */
 typedef enum lum_infer_verdict {
     LUM_INFER_FOUND,       /**< one reading explains the packets, and no other
-                                does as well */
+                                one that gives other points does as well */
     LUM_INFER_UNSURE,      /**< a reading was found, but another one that gives
-                                other points is about as good: the margin is
-                                below ::LUM_INFER_MARGIN_SURE */
+                                other points is about as good (the margin is
+                                below ::LUM_INFER_MARGIN_SURE), or too many
+                                packets or lines do not fit: the text says
+                                which */
     LUM_INFER_TOO_LITTLE,  /**< there is too little to tell: the text says what
                                 is missing */
     LUM_INFER_NOTHING_FITS /**< no reading explains the packets: the text says
@@ -106,20 +108,31 @@ typedef struct lum_infer_finding {
 /** The answer. Filled in by lum_infer_solve(). */
 typedef struct lum_infer_result {
     size_t struct_size; /**< sizeof(lum_infer_result), set by the caller */
-    lum_infer_verdict verdict;  /**< what came of it */
-    bool has_profile;           /**< profile is set: found or unsure */
-    lum_profile profile;        /**< the best reading, valid */
-    bool has_second;            /**< second is set */
-    lum_profile second;         /**< the best reading that gives other points */
-    double margin;              /**< percentage points of the packets by which
-                                     the best reading explains more than the
-                                     second, or than chance explains */
-    uint32_t packets;           /**< datagrams that were looked at: ours by
-                                     their magic, of the data's packet type */
-    uint32_t fit;               /**< of them, those that the profile explains */
-    uint32_t foreign;           /**< to or from port 5517, without the magic */
-    uint32_t control;           /**< heartbeats, commands and answers */
-    uint32_t sensors;           /**< addresses that sent what was looked at */
+    lum_infer_verdict verdict; /**< what came of it */
+    bool has_profile;          /**< profile is set: found or unsure */
+    lum_profile profile;       /**< the best reading, valid */
+    bool has_second;           /**< second is set */
+    lum_profile second;        /**< the best reading that gives other points */
+    double margin;             /**< the smallest of all keys: percentage points
+                                    by which the field explains more than the
+                                    best one that gives other values
+                                    (docs/protocol.md, "The margin") */
+    lum_infer_key margin_key;  /**< the key that it is of */
+    uint32_t packets;          /**< datagrams that were looked at: ours by
+                                    their magic, of the data's packet type */
+    uint32_t fit;              /**< of them, those that the profile decodes, and
+                                    whose samples are what their tag says
+                                    where there are enough to tell */
+    uint32_t foreign;          /**< to or from port 5517, without the magic */
+    uint32_t control;          /**< heartbeats, commands and answers */
+    uint32_t cut_short;        /**< datagrams that the capture has in part */
+    uint32_t other_type;       /**< ours, that may be data, but not of the
+                                    data's type, or not 0 in bytes 9 to 11 */
+    uint32_t left_out;         /**< datagrams of further sensors than 16, or
+                                    pushed after it had enough */
+    uint32_t sensors;          /**< addresses that sent what was looked at */
+    bool is_full;              /**< it had enough; the capture may have more,
+                                    and nothing behind is in these numbers */
     char text[LUM_ERROR_BYTES]; /**< one line: what was found, what is missing,
                                      or which identity fails */
     size_t finding_count;       /**< of findings; 0 without a profile */

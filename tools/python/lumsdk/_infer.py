@@ -48,7 +48,9 @@ class Inference:
     second: Optional[Profile]
     """The next best reading that gives other points; None: there is none."""
     margin: float
-    """By how many percent of the packets the best reading explains more than the second, or than chance."""
+    """The smallest of all keys: percentage points by which the field explains more than the best one of other values."""
+    margin_key: str
+    """The key that it is of, such as "group.line"; empty without a profile."""
     packets: int
     """Packets that were looked at."""
     fit: int
@@ -119,7 +121,8 @@ def _solve(made: Any) -> Inference:
         verdict=_VERDICTS[result.verdict], text=text(result.text),
         profile=_profile(ffi.addressof(result, "profile")) if result.has_profile else None,
         second=_profile(ffi.addressof(result, "second")) if result.has_second else None,
-        margin=float(result.margin), packets=int(result.packets), fit=int(result.fit),
+        margin=float(result.margin),
+        margin_key=text(result.findings[result.margin_key].name) if result.has_profile else "", packets=int(result.packets), fit=int(result.fit),
         findings=tuple(_finding(result.findings[i]) for i in range(result.finding_count)), yaml=_yaml(result))
 
 
