@@ -729,6 +729,40 @@ static void a_counter_beside_the_eye_is_not_the_eye(void **state)
     end(&m);
 }
 
+/* Without round ticks, a clock with the bytes below it follows time as well as
+ * the clock alone. */
+static void what_stands_below_a_clock_is_not_the_clocks(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        struct maker m;
+        lum_profile profile = default_profile();
+        profile.clock_unit_ns = 30517;
+        profile.group[LUM_FIELD_NUM_SAMPLES] =
+            (lum_field){.at = 14, .bytes = 2};
+        profile.group[LUM_FIELD_FIRST_SAMPLE_INDEX] =
+            (lum_field){.at = 16, .bytes = 2};
+        profile.group[LUM_FIELD_LINE] =
+            (lum_field){.at = 18, .bytes = 2, .bits = 15};
+        profile.group[LUM_FIELD_EYE] =
+            (lum_field){.at = 18, .bytes = 2, .low = 15, .bits = 1};
+        if (i == 0) {
+            profile.group[LUM_FIELD_LINE] = (lum_field){.at = 27, .bytes = 2};
+            profile.group[LUM_FIELD_EYE] = (lum_field){.at = 19, .bytes = 1};
+        }
+        profile.samples_at = 29;
+        lum_infer_result r;
+        begin(&m, &profile);
+        m.ticks_line = 16;
+        m.line_ns = 16 * 30517;
+        send_frames(&m, 2, 64);
+        solve_found(&m, &r);
+        assert_int_equal(r.verdict, LUM_INFER_FOUND);
+        check_profile(&m, &r.profile);
+        end(&m);
+    }
+}
+
 /* --- What packets do not tell apart --- */
 
 /* A number of four bytes behind the usual fields. */
@@ -1588,6 +1622,7 @@ int main(void)
         cmocka_unit_test(without_times_the_clock_is_not_told),
         cmocka_unit_test(clocks_of_eyes_a_few_us_apart_tell_no_eye),
         cmocka_unit_test(a_counter_beside_the_eye_is_not_the_eye),
+        cmocka_unit_test(what_stands_below_a_clock_is_not_the_clocks),
         cmocka_unit_test(two_line_numbers_are_unsure),
         cmocka_unit_test(frames_tell_the_line_number_from_a_count_of_lines),
         cmocka_unit_test(two_clocks_are_unsure),
