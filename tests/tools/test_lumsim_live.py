@@ -422,20 +422,31 @@ class Scene(Live):
             pass
         self.assertGreater(self.density(client), 1.02 * early)
 
+    def lines(self, client, count):
+        """Numbers of the lines that come, of so many in a frame: of more than one if a busy host leaves lines out."""
+        seen, packets = set(), 0
+        for packet, _ in client.packets():
+            if is_data(packet):
+                seen.add(Data(packet).line)
+                packets += 1
+                if packets >= 6 * count and len(seen) >= count:
+                    break
+        return seen
+
     def test_a_frame_has_64_lines_or_640(self):
         client = self.start("--frames", 1)
-        self.assertEqual({d.line for d in client.data(64 * 6)}, set(range(64)))
+        self.assertEqual(self.lines(client, 64), set(range(64)))
         client.command("0f")
         self.wait_for("frames", client, lines=640)
         client.drain()
-        self.assertEqual({d.line for d in client.data(640 * 6 + 600)}, set(range(640)))
+        self.assertEqual(self.lines(client, 640), set(range(640)))
         client.command("1f")
         self.wait_for_reels(client, 3)
         self.assertLess(max(d.line for d in client.data(500)), 64)
 
     def test_a_y_scan_moves_the_lines(self):
         def span():
-            found = [e for d in client.data(2 * 64 * 6) if d.tag == 2 for e in d.elevations()]
+            found = [e for d in client.data(4 * 64 * 6) if d.tag == 2 for e in d.elevations()]
             return min(found), max(found)
 
         def after(send, count):
