@@ -25,4 +25,5 @@ def make(is_better=True):
                   Parameter("green.mount.z_m", 0.0, 0.0, math.inf, HELD)]
     return Solution(parameters, Residuals(eye, ranges, azimuth, elevation, rng.integers(0, 3, count), rng.integers(0, 3, count), before, after),
                     planes, ["a&b.pcap", "b.pcap", "c.pcap"], 0.02, 0.002, 0.021, 0.0023 if is_better else 0.03, is_better,
-                    {"version": 1}, ["two captures see the same wall"])
+                    {"version": 1}, ["two captures see the same wall"], 0.02162, "mine.yaml",
+                    np.array([[[0.0, 0.0, 0.0], [0.0, 0.012, 0.0]], [[-0.05, 0.0, 0.0], [0.0, 0.0, 0.0]]]), {"wave": 0.0014, "bend_deg": 0.003})

@@ -172,7 +172,8 @@ def test_a_better_calibration_is_written_and_told(given, tmp_path, capsys):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.html", "out.yaml"]
     told = capsys.readouterr()
     assert told.err == ""
-    for word in ("3, 3 faces", "20.0 mm before, 2.0 mm after", "30.5123    0.0120     30.0000", "green.mount.z_m: " + solutions.HELD, "note: two captures"):
+    for word in ("3, 3 faces", "20.0 mm before, 2.0 mm after", "30.5123    0.0120     30.0000", "green.mount.z_m: " + solutions.HELD, "note: two captures",
+                 "green azimuth 0.050, green elevation 0.000 degrees", "begin        mine.yaml"):
         assert word in told.out
 
 
@@ -185,7 +186,41 @@ def test_a_worse_calibration_is_not_written_but_its_report_is(given, tmp_path, c
     assert (tmp_path / "out.yaml").read_text() == "earlier\n"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.html", "out.yaml"]
     told = capsys.readouterr()
-    assert told.out == "" and told.err.endswith("took no part in it: out.yaml is not written\n")
+    assert told.out == "" and told.err == ("lumcal: the result is worse than what it began with on faces left out of the fit: "
+                                            "21.00 mm before, 30.00 mm after, and up to 21.62 mm count as no worse: out.yaml is not written\n")
+
+
+def test_all_files_of_a_run_get_their_names_or_none(given, tmp_path, monkeypatch, capsys):
+    import solutions
+    from lumsdk.calibrate import _eyes
+
+    given(solutions.make())
+
+    def fail(solution):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(_eyes, "to_yaml", fail)
+    assert _cli.main(["eyes", "a.pcap", "-o", "out.yaml", "--report", "out.html"]) == 1
+    assert "No space left on device" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_names_the_file_and_leaves_none(given, tmp_path, monkeypatch, capsys):
+    import solutions
+
+    given(solutions.make())
+    full, sync = [], os.fsync
+
+    def fail(fd):
+        full.append(fd)
+        if len(full) > 1:
+            raise OSError(28, "No space left on device")
+        sync(fd)
+
+    monkeypatch.setattr(os, "fsync", fail)
+    assert _cli.main(["eyes", "a.pcap", "-o", "out.yaml", "--report", "out.html"]) == 1
+    assert capsys.readouterr().err == "lumcal: out.yaml: cannot write it: No space left on device\n"
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_captures_that_tell_nothing_make_no_file(given, tmp_path, capsys):
@@ -240,7 +275,8 @@ def test_the_report_is_one_page_with_all_of_it(given):
     assert page.count("<img ") == 3 and page.count("data:image/png;base64,") == 3
     assert not re.search(r"(?:src|href)=\"(?!data:)|<script|<link|@import|url\(", page)
     for text in ("a&amp;b.pcap", "record one &lt;with&gt; the floor", "green.mount.yaw_deg", "30.5123", "+0.5123", "blue eye", "The calibration is better",
-                 "two captures see the same wall", "5,002"):
+                 "two captures see the same wall", "5,002", "Before: mine.yaml", "b.pcap, green eye", "green azimuth", "-0.0500", "0.0120", "1.40 mm",
+                 "0.0030 degrees", "+0.0 mm"):
         assert text in page
     assert "<td>3</td>" in page and "<td>4</td>" not in page  # the last face has no cells
     for tag in ("table", "tr", "ul", "ol", "h2", "body", "html"):
@@ -264,7 +300,7 @@ def test_a_report_says_why_nothing_is_written(given, monkeypatch):
 
     for name in "_curves", "_maps", "_planes":
         monkeypatch.setattr(_report, name, lambda found: "")
-    assert "No calibration is written: the result is not better" in _report.page(solutions.make(is_better=False))
+    assert "No calibration is written: the result is worse than what it began with on faces left out of the fit" in _report.page(solutions.make(is_better=False))
 
 
 # --- Signals and the terminal ---

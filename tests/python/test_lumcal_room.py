@@ -6,11 +6,12 @@ import re
 
 import lumsdk
 import pytest
+from conftest import run
 
 pytest.importorskip("scipy")
 pytest.importorskip("matplotlib")
 
-from lumsdk.calibrate import _cli, _faces  # noqa: E402, needs SciPy
+from lumsdk.calibrate import _cli, _eyes, _faces  # noqa: E402, needs SciPy
 
 pytestmark = pytest.mark.usefixtures("own_signals")
 
@@ -114,6 +115,55 @@ def test_the_eyes_meet_with_it_and_not_without(found, capsys):
     assert told["verdict"] == "meet" and told["calibration"] == "found.yaml" and abs(told["step_mm"]) < 3
     assert lumcal(folder, "check", "a.pcap", "--json") == 1
     assert json.loads(capsys.readouterr().out)["verdict"] == "apart"
+
+
+@pytest.fixture
+def begins(monkeypatch):
+    """The calibrations that runs of eyes begin with, which end there."""
+    made = []
+
+    def end(grids, calibration):
+        made.append(calibration)
+        raise lumsdk.CaptureError("enough")
+
+    monkeypatch.setattr(_eyes, "solve_grids", end)
+    return made
+
+
+@pytest.fixture(scope="module")
+def of_its_own(folder):
+    """Recordings that bring a calibration with them: two of one, one of another."""
+    for name, settings in ("own-a", "true.yaml"), ("own-b", "true.yaml"), ("other", "begin.yaml"):
+        run("lumdump", folder / f"{name.replace('other', 'c')[-1]}.pcap", "-o", folder / f"{name}.pcapng", "--calibration", folder / settings,
+            "--profile", folder / "profile.yaml")
+    yield folder
+    for path in folder.glob("*.pcapng"):
+        path.unlink()
+
+
+@pytest.mark.parametrize("words, yaw, x", [
+    (("own-a.pcapng", "own-b.pcapng"), 31.1, 0.02), (("c.pcap", "own-b.pcapng"), 31.1, 0.02), (("a.pcap", "b.pcap"), 30.0, 0.0),
+    (("own-a.pcapng", "own-b.pcapng", "--set", "eyes.green.mount.yaw_deg=29"), 29.0, 0.02),
+    (("own-a.pcapng", "other.pcapng", "--calibration", "begin.yaml"), 30.0, 0.1)])
+def test_the_search_begins_at_the_captures_own_calibration(of_its_own, begins, words, yaw, x, capsys):
+    """As check does; and what is named, or set, comes first."""
+    assert lumcal(of_its_own, "eyes", "-q", *words) == 1
+    assert capsys.readouterr().err == "lumcal: enough\n"
+    assert [(made["eyes.green.mount.yaw_deg"], made["eyes.green.mount.x_m"]) for made in begins] == [(yaw, x)]
+
+
+def test_two_calibrations_of_captures_are_no_begin(of_its_own, begins, capsys):
+    assert lumcal(of_its_own, "eyes", "-q", "own-a.pcapng", "other.pcapng") == 2
+    assert capsys.readouterr().err == ("lumcal: other.pcapng: its calibration is not that of own-a.pcapng: name the one to begin with "
+                                      "by --calibration\n")
+    assert not begins
+
+
+def test_a_check_takes_the_captures_own_without_a_word(of_its_own, monkeypatch, capsys):
+    monkeypatch.chdir(of_its_own)
+    assert _cli.main(["check", "own-a.pcapng", "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)["calibration"] == "the capture's own" and err == ""
 
 
 @pytest.mark.parametrize("words, told", [

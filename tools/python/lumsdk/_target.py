@@ -199,6 +199,16 @@ class Target:
         """Where it is made, for what else needs room."""
         return os.path.dirname(self._path) or "."
 
+    def fill(self, content: bytes) -> None:
+        """Write it, and wait until it is on the disk. It has its name after finish()."""
+        try:
+            self.file.write(content)
+            self.file.flush()
+            os.fsync(self.file.fileno())
+        except OSError as error:
+            self.discard()
+            raise TargetError(f"{self.name}: cannot write it: {_reason(error)}") from error
+
     def finish(self, last_look: Callable[[], None] = lambda: None) -> int:
         """Wait until it is on the disk, and give it its name. Returns its size in bytes.
 

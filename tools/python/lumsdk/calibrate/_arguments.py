@@ -59,8 +59,9 @@ to either side and rolled, one by about +12 degrees, the other by about -12.
                               are only printed
       --report FILE           the residuals before and after, and the planes
                               that were found, as a page: .html
-""" + _COMMON.format(calibration="where the search begins; default: typical\n                              values") + """
-Status 1 if the result would make a plane worse that took no part in it: the
+""" + _COMMON.format(calibration="where the search begins; default: the\n                              "
+                     "captures' own, or typical values") + """
+Status 1 if the result would be worse on faces left out of the fit: the
 calibration is not written then, but the report is.
 
 Example:
@@ -114,14 +115,20 @@ class Options:
         """What lumsdk.open() is told."""
         return _given(calibration=self.calibration, profile=self.profile, sensor=self.sensor, set=self.set or None)
 
+    def _is_of_profile(self, pair: str) -> bool:
+        return pair.partition("=")[0] in Profile()
+
     def of_grid(self) -> dict[str, Any]:
         """The same without what belongs to a calibration."""
-        known = Profile()
-        keys = [pair for pair in self.set if pair.partition("=")[0] in known]
+        keys = [pair for pair in self.set if self._is_of_profile(pair)]
         return _given(profile=self.profile, sensor=self.sensor, set=keys or None)
 
+    def of_calibration(self) -> list[str]:
+        """What --set says of the calibration."""
+        return [pair for pair in self.set if not self._is_of_profile(pair)]
+
     def begin(self) -> Calibration:
-        """Where a search begins: what is named, or typical values, with --set on top."""
+        """What is named, or typical values, with --set on top."""
         return setting_of(self.calibration or Calibration(), self.profile or Profile(), self.set)[0]
 
 

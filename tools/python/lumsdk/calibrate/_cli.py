@@ -76,6 +76,8 @@ def _warnings_told(is_on: bool, progress: Progress) -> Iterator[None]:
 
     with warnings.catch_warnings():
         warnings.simplefilter("always")
+        # A calibration is what this program looks for, or at: which one, its result says.
+        warnings.filterwarnings("ignore", ".*: it has a calibration of its own, which is not used")
         warnings.showwarning = show  # type: ignore[assignment,unused-ignore]
         yield
 
@@ -84,10 +86,11 @@ def _warnings_told(is_on: bool, progress: Progress) -> Iterator[None]:
 
 
 class Outputs:
-    """The files of a run. They get their names together, when all is known to be well."""
+    """The files of a run. They get their names together, when all of them are on the disk."""
 
     def __init__(self) -> None:
         self._targets: dict[str, Target] = {}
+        self._whole: list[Target] = []
 
     def begin(self, name: Optional[str]) -> None:
         """Refuse now what could not be written at the end."""
@@ -95,10 +98,14 @@ class Outputs:
             self._targets[name] = Target(name)
 
     def write(self, name: Optional[str], make: Callable[[], bytes]) -> None:
-        """Give a file that was begun its content and its name."""
+        """Give a file that was begun its content."""
         if name is not None:
-            target = self._targets[name]
-            target.file.write(make())
+            self._targets[name].fill(make())
+            self._whole.append(self._targets[name])
+
+    def finish(self) -> None:
+        """Give all that was written its names."""
+        for target in self._whole:
             target.finish()
 
     def drop(self) -> None:
@@ -131,12 +138,14 @@ def eyes(options: Options, outputs: Outputs, progress: Progress) -> int:
     count = len(options.captures)
     progress(f"reading {count} capture{'' if count == 1 else 's'} and solving")
     reading = options.of_grid()
-    solution = _eyes.run(_eyes.Options(options.captures, options.begin(), reading.pop("profile", None), reading))
+    solution = _eyes.run(_eyes.Options(options.captures, options.calibration, reading.pop("profile", None), reading,
+                                       options.of_calibration(), options.calibration_name))
     progress.clear()
     outputs.write(options.report, lambda: _report.page(solution).encode())
     why = _tell.not_written(solution)
     if not why:
         outputs.write(options.output, lambda: _eyes.to_yaml(solution).encode())
+    outputs.finish()
     if options.json:
         print(json.dumps(_eyes.to_json(solution), indent=2))
     elif not options.quiet:
@@ -157,6 +166,7 @@ def check(options: Options, outputs: Outputs, progress: Progress) -> int:
     found = _check.check(options, progress)
     progress.clear()
     outputs.write(options.output, lambda: _picture.check_png(found))
+    outputs.finish()
     if options.json:
         print(_tell.check_json(found), end="")
     elif not options.quiet:

@@ -3,20 +3,22 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Optional
 
 import numpy as np
 
-from .._errors import CaptureError
+from .._errors import CaptureError, OptionError
 from .._frame import EYES
-from .._settings import Calibration
+from .._settings import Calibration, Profile, setting_of
+from .._source import open as open_source
 from ._faces import Scene, begin, join, observe, rejoin, without
 from ._match import look, place_all
-from ._model import CALIBRATION_COUNT, KEYS, Eye, State, fixed_of, priors, tangents, values_of
+from ._model import CALIBRATION_COUNT, KEYS, ORDERS, Eye, State, fixed_of, priors, tangents, values_of
 from ._planes import Grid, grid
 from ._result import Array, Parameter, Plane, Residuals, Solution
 from ._solve import Fit, Group, Problem, Spread, covariance, estimate_bends, estimate_spread, linearise, solve, untold
+from ._tell import bends
 
 _WORTH = 0.5
 """What leaves more than this share of what was known before is not observable."""
@@ -41,7 +43,7 @@ _SHOWN_POINTS = 400
 _FRAMES = 20
 
 CAPTURES = 3
-"""As many suffice."""
+"""As many are needed at least."""
 
 
 @dataclass
@@ -50,10 +52,14 @@ class Options:
 
     captures: Sequence[str]
     calibration: Any = None
-    """What it was before: a lumsdk.Calibration, a path or None for the typical one."""
+    """What it was before: a lumsdk.Calibration, a path, or None for that of the captures, or the typical one."""
     profile: Any = None
     reading: dict[str, Any] = field(default_factory=dict)
     """More options of lumsdk.open(), such as sensor=."""
+    changes: Sequence[str] = ()
+    """Pairs KEY=VALUE on top of the calibration."""
+    named: str = ""
+    """How the calibration is called, where one is given."""
 
 
 @dataclass
@@ -258,19 +264,29 @@ _DEGREES = {"azimuth.width_deg": "the width has no meaning there",
             "elevation.min_deg": "of the two ends only the middle has a meaning there",
             "elevation.max_deg": "of the two ends only the middle has a meaning there"}
 
+_FLOOR = ("the floor under both eyes: pitch the sensor down a little, and roll it by about 12 degrees to the side where an eye "
+          "misses the floor")
+_AHEAD = ("a wall straight ahead that blue sees in one capture and green in another, the sensor turned by 20 to 30 degrees "
+          "between")
+_ENDS = "one wall, or the floor, in captures rolled by about +12 and -12 degrees, at the top and at the bottom of the eye's view"
+_TELLS = {
+    "mount.x_m": _AHEAD, "mount.yaw_deg": _AHEAD,
+    "mount.y_m": "a wall at the side that blue sees in one capture and green in another, the sensor turned further",
+    "mount.z_m": _FLOOR, "mount.roll_deg": _FLOOR, "mount.pitch_deg": _FLOOR,
+    "tof_offset_ps": "walls near and far in the same direction, and ahead as well as at the side",
+    "azimuth.width_deg": "a flat wall across the whole view of the eye",
+    "elevation.min_deg": _ENDS, "elevation.max_deg": _ENDS}
+"""What to record for a key."""
+
 
 def _why_held(key: str, captures: int, is_span: bool) -> str:
     if not is_span and key.split(".", 1)[1] in _DEGREES:
         return f"the profile gives angles in degrees, and {_DEGREES[key.split('.', 1)[1]]}; no recording changes that"
-    what = "where green sits and looks against blue" if ".mount." in key else "it"
     if captures == 1:
+        what = "where green sits and looks against blue" if ".mount." in key else "it"
         return (f"one capture does not tell {what}: add two of the same room, the sensor turned by 20 to 30 degrees to either "
                 "side so that both eyes see the same faces, one of them rolled by about +12 degrees and the other by -12")
-    if captures < CAPTURES:
-        return (f"two captures do not tell {what} well enough: add a third of the same room, the sensor turned by 20 to 30 degrees "
-                "and rolled by about 12, to the other side than one before")
-    return (f"these captures do not tell {what} well enough: record a room with faces in more directions, floor and ceiling "
-            "among them, the sensor turned by 20 to 30 degrees between captures and rolled by about +12 in one and -12 in another")
+    return f"these captures do not tell it well enough: add one of the same room that shows {_TELLS[key.split('.', 1)[1]]}"
 
 
 def _parameters(problem: Problem, found: _Found) -> list[Parameter]:
@@ -365,7 +381,7 @@ def _notes(grids: Sequence[Grid]) -> Iterator[str]:
         if g.frames < _FRAMES:
             yield f"{g.name}: {g.frames} whole frames; {_FRAMES} or more measure better"
     if len(grids) < CAPTURES:
-        yield (f"{len(grids)} capture{'s' if len(grids) > 1 else ''}; {CAPTURES} suffice, the sensor turned by 20 "
+        yield (f"{len(grids)} capture{'s' if len(grids) > 1 else ''}; {CAPTURES} are the least, the sensor turned by 20 "
                "to 30 degrees between them, one rolled by about +12 degrees and one by -12")
 
 
@@ -422,18 +438,46 @@ def _solve_grids(grids: Sequence[Grid], calibration: Calibration) -> Solution:
     notes = [*_notes(grids), *_pose_notes(problem, found.fit.state, names), *_fit_notes(found, names), *_together(found)]
     if not np.isfinite(held_out[0]):
         notes.append("too few faces to hold one out: whether the calibration is better was judged on the faces it is made of")
-    is_better = found.fit.is_settled and compared[1] <= compared[0] * _WORSE[0] + _WORSE[1]
-    return Solution(_parameters(problem, found), _tell_residuals(problem, old, new), _tell_planes(problem, before, after, new),
-                    [g.name for g in grids], _rms(before), _rms(after), *held_out, is_better=is_better, base=_nested(calibration),
-                    notes=notes, poses=[(pose.turn, pose.place) for pose in found.fit.state.poses])
+    planes = _tell_planes(problem, before, after, new)
+    for plane, bias in zip(planes, found.fit.state.biases):
+        plane.bias_m = float(bias)
+    allowed_m = compared[0] * _WORSE[0] + _WORSE[1]
+    is_better = found.fit.is_settled and compared[1] <= allowed_m
+    return Solution(_parameters(problem, found), _tell_residuals(problem, old, new), planes,
+                    [g.name for g in grids], _rms(before), _rms(after), *held_out, is_better=is_better,
+                    base=_nested(calibration), notes=notes, allowed_m=allowed_m, bends_deg=found.fit.state.bends,
+                    spread=asdict(found.spread), poses=[(pose.turn, pose.place) for pose in found.fit.state.poses])
+
+
+def _own(options: Options) -> tuple[Calibration, str]:
+    """The calibration that captures bring with them, or the typical one."""
+    reading = dict(options.reading) if options.profile is None else {**options.reading, "profile": options.profile}
+    typical, own = Calibration(), {}
+    for capture in options.captures:
+        with open_source(capture, **reading) as source:
+            if source.calibration != typical:
+                own[capture] = source.calibration
+    if not own:
+        return typical, "typical values"
+    first, *others = own
+    for other in others:
+        if own[other] != own[first]:
+            raise OptionError(f"{other}: its calibration is not that of {first}: name the one to begin with by --calibration")
+    return own[first], "the captures' own"
 
 
 def run(options: Options) -> Solution:
     """Calibrate. Raises lumsdk.OptionError, or lumsdk.CaptureError, also where the captures do not suffice."""
     given = options.calibration
-    calibration = given if isinstance(given, Calibration) else Calibration(given)
-    return solve_grids([grid(capture, options.profile, calibration=calibration, **options.reading) for capture in options.captures],
-                       calibration)
+    if given is None:
+        calibration, began = _own(options)
+    else:
+        calibration, began = given if isinstance(given, Calibration) else Calibration(given), options.named
+    calibration = setting_of(calibration, Profile(), list(options.changes))[0]
+    grids = [grid(capture, options.profile, calibration=calibration, **options.reading) for capture in options.captures]
+    solution = solve_grids(grids, calibration)
+    solution.began = (began or "a given one") + (" and --set" if options.changes else "")
+    return solution
 
 
 # --- As a file ---
@@ -487,12 +531,14 @@ def to_yaml(solution: Solution) -> str:
     from .. import __version__
 
     told = [f"Calibration by lumcal eyes of lumsdk {__version__}, from", *(f"    {_printable(name)}" for name in solution.captures),
-            "Behind each value stand its standard deviation and the value before.",
+            f"Behind each value stand its standard deviation and the value before: {_printable(solution.began)}.",
             f"{len(solution.planes)} faces, root mean square {solution.rms_before_m * 1e3:.2f} mm before, "
             f"{solution.rms_after_m * 1e3:.2f} mm after"]
     if np.isfinite(solution.held_out_before_m):
         told.append(f"on faces held out {solution.held_out_before_m * 1e3:.2f} mm before, "
                     f"{solution.held_out_after_m * 1e3:.2f} mm after")
+    told.append("Found besides, and not in this file: mirrors that are bent by up to "
+                + ", ".join(f"{bent:.4f} degrees ({name})" for name, bent in bends(solution)))
     told += map(_printable, solution.notes)
     parameters = {f"eyes.{parameter.key}": parameter for parameter in solution.parameters}
     return "\n".join([*(f"# {line}" for line in told), *_lines(solution.calibration(), parameters), ""])
@@ -511,8 +557,11 @@ def to_json(solution: Solution) -> dict[str, Any]:
                        for p in solution.parameters],
         "planes": [{"normal": [float(x) for x in p.normal], "offset_m": p.offset, "captures": list(p.captures),
                     "eyes": [EYES[e] for e in p.eyes], "cells": p.cells, "rms_before_m": _number(p.rms_before_m),
-                    "rms_after_m": _number(p.rms_after_m)} for p in solution.planes],
+                    "rms_after_m": _number(p.rms_after_m), "bias_m": _number(p.bias_m)} for p in solution.planes],
         "rms_before_m": _number(solution.rms_before_m), "rms_after_m": _number(solution.rms_after_m),
         "held_out_before_m": _number(solution.held_out_before_m), "held_out_after_m": _number(solution.held_out_after_m),
-        "is_better": solution.is_better, "notes": solution.notes,
+        "allowed_m": _number(solution.allowed_m), "is_better": solution.is_better, "began": solution.began,
+        "bends_deg": {eye: {mirror: {f"p{order}": float(term) for order, term in zip(ORDERS, terms)}
+                            for mirror, terms in zip(("azimuth", "elevation"), both)} for eye, both in zip(EYES, solution.bends_deg)},
+        "spread": {name: _number(value) for name, value in solution.spread.items()}, "notes": solution.notes,
     }

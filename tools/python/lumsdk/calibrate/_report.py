@@ -12,9 +12,10 @@ import numpy as np
 
 from .._c import VERSION
 from ._check import EYES
+from ._model import ORDERS
 from ._picture import binned, canvas, png
 from ._result import Array, Plane, Residuals, Solution
-from ._tell import change, digits, millimetres, not_written, reasons, row
+from ._tell import bends, change, compared, digits, millimetres, not_written, reasons, row
 
 _STYLE = """
 body { font: 15px/1.45 sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em; color: #222; background: #fff }
@@ -168,7 +169,9 @@ def _groups(found: Solution) -> str:
     r = found.residuals
     eye, capture = np.asarray(r.eye), np.asarray(r.capture)
     rows = [(f"{name} eye", eye == number) for number, name in enumerate(EYES)]
-    rows += [(os.path.basename(name), capture == number) for number, name in enumerate(found.captures)]
+    for number, name in enumerate(found.captures):
+        rows.append((os.path.basename(name), capture == number))
+        rows += [(f"{os.path.basename(name)}, {EYES[e]} eye", (capture == number) & (eye == e)) for e in range(len(EYES))]
     before, after = np.asarray(r.before_m), np.asarray(r.after_m)
     return _table(("of", "before", "after", "residuals"), [
         (name, millimetres(rms(before[chosen])), millimetres(rms(after[chosen])), f"{int(chosen.sum()):,}") for name, chosen in rows])
@@ -176,9 +179,26 @@ def _groups(found: Solution) -> str:
 
 def _faces(found: Solution) -> str:
     rows = [(str(number), ", ".join(str(i + 1) for i in plane.captures), ", ".join(EYES[i] for i in plane.eyes), f"{plane.cells:,}",
-             millimetres(plane.rms_before_m), millimetres(plane.rms_after_m))
+             millimetres(plane.rms_before_m), millimetres(plane.rms_after_m), f"{1000 * plane.bias_m:+.1f} mm")
             for number, plane in enumerate(found.planes, 1) if plane.cells]
-    return _table(("face", "seen in captures", "by eyes", "cells", "before", "after"), rows, words=3)
+    return _table(("face", "seen in captures", "by eyes", "cells", "before", "after", "bias"), rows, words=3)
+
+
+def _besides(found: Solution) -> str:
+    """What was found and is in no calibration."""
+    table = _table(("mirror", *(f"term {order}" for order in ORDERS), "at most"), [
+        (name, *(f"{term:+.4f}" for term in terms), f"{bent:.4f}")
+        for (name, bent), terms in zip(bends(found), np.asarray(found.bends_deg).reshape(-1, len(ORDERS)))])
+    uneven = _table(("of", "standard deviation"), [
+        (name.removesuffix("_deg"), f"{value:.4f} degrees" if name.endswith("_deg") else f"{1000 * value:.2f} mm")
+        for name, value in found.spread.items()])
+    return f"""<h2>Found besides</h2>
+<p>No calibration file holds these, and clouds are made without them. Readings of the mirrors depart from a straight line, by
+Legendre terms, in degrees:</p>
+{table}
+<p>Faces and mirrors were taken to be this uneven, which the standard deviations of the values rest on; the bias of each face
+is in the last table:</p>
+{uneven}"""
 
 
 def _held(found: Solution) -> str:
@@ -188,10 +208,11 @@ def _held(found: Solution) -> str:
 
 def _verdict(found: Solution) -> str:
     if math.isfinite(found.held_out_after_m):
-        told = f"On faces that took no part, residuals are {change(found.held_out_before_m, found.held_out_after_m)}."
+        told = f"On faces left out of the fit, residuals are {change(found.held_out_before_m, found.held_out_after_m)}."
     else:
         told = "There was no face to spare, so nothing independent judges the result."
-    word = '<b class="good">The calibration is better.</b>'
+    before, after, _ = compared(found)
+    word = f'<b class="good">The calibration is {"better" if after < before else "no worse"}.</b>'
     why = not_written(found)
     if why:
         word = f'<b class="bad">No calibration is written: {html.escape(why)}.</b>'
@@ -207,13 +228,14 @@ def page(found: Solution) -> str:
 <html lang="en"><head><meta charset="utf-8"><title>Calibration report</title><style>{_STYLE}</style></head><body>
 <h1>Calibration of both eyes</h1>
 {_verdict(found)}
-<p>Captures:</p><ol>{captures}</ol>
+<p>Before: {html.escape(found.began)}. Captures:</p><ol>{captures}</ol>
 <h2>Values</h2>
 {_values(found)}
 {_held(found)}
 {f"<h2>Notes</h2><ul>{notes}</ul>" if notes else ""}
 <h2>Residuals by eye and capture</h2>
 {_groups(found)}
+{_besides(found)}
 <h2>Residuals by angle and range</h2>
 <p>Lines are medians, bands hold two thirds. A right calibration leaves lines flat at zero: what is left then is noise and
 the walls' own waves.</p>

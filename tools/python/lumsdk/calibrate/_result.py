@@ -61,6 +61,8 @@ class Plane:
     """Some of its points in metres, in the frame of the first capture's sensor: (n, 3)."""
     rms_before_m: float
     rms_after_m: float
+    bias_m: float = 0.0
+    """How much longer than to the others ranges to it are."""
 
 
 @dataclass
@@ -77,12 +79,21 @@ class Solution:
     """Root mean square on planes that the solution had not seen; nan where there is no plane to spare."""
     held_out_after_m: float
     is_better: bool
-    """Whether the planes that were held out are no worse than before."""
+    """Whether the planes that were held out are no worse than before, by allowed_m."""
     base: dict[str, Any] = field(default_factory=dict)
     """The calibration as it was, nested as in a file."""
     notes: list[str] = field(default_factory=list)
     poses: list[tuple[Array, Array]] = field(default_factory=list)
     """Turn (3, 3) and place in metres of each capture's sensor, in the frame of the first capture's."""
+    allowed_m: float = float("nan")
+    """Root mean square up to which it counts as no worse than before; nan where it is not known."""
+    began: str = "typical values"
+    """Where the calibration as it was comes from, in words."""
+    bends_deg: Array = field(default_factory=lambda: np.zeros((2, 2, 3)))
+    """How far readings of the mirrors are bent: Legendre terms 2, 3 and 4 by eye and mirror (azimuth, elevation), in
+    degrees. No calibration holds them."""
+    spread: dict[str, float] = field(default_factory=dict)
+    """How uneven faces and mirrors were taken to be: standard deviations in metres, and in degrees where the name ends in _deg."""
 
     def calibration(self) -> dict[str, Any]:
         """Nested as in a calibration file: as it was, with the values that were measured."""

@@ -5,6 +5,8 @@ import json
 import math
 from typing import Any, Optional
 
+import numpy as np
+
 from ._check import EYES, TOLD_DEG, TOLD_M, Check, Seam
 from ._result import Parameter, Solution
 
@@ -123,20 +125,39 @@ def solution_text(found: Solution) -> str:
     lines = [f"captures     {len(found.captures)}, {sum(plane.cells > 0 for plane in found.planes)} faces",
              f"residuals    {change(found.rms_before_m, found.rms_after_m)} (rms)"]
     if math.isfinite(found.held_out_after_m):
-        lines.append(f"held out     {change(found.held_out_before_m, found.held_out_after_m)}, on faces that took no part")
+        lines.append(f"held out     {change(found.held_out_before_m, found.held_out_after_m)}, on faces left out of the fit")
+    lines.append("bends        " + ", ".join(f"{name} {bent:.3f}" for name, bent in bends(found)) + " degrees")
+    lines.append(f"begin        {found.began}")
     lines += [f"{key:<26}{value:>12}{sigma:>10}{before:>12}" for key, value, sigma, before in rows]
     lines += [f"held: {', '.join(keys)}: {why}" for why, keys in reasons(found).items()]
     lines += [f"note: {note}" for note in found.notes]
     return "\n".join(lines) + "\n"
 
 
+def bends(found: Solution) -> list[tuple[str, float]]:
+    """How far the readings of each mirror depart from a straight line, at most, in degrees."""
+    turn = np.linspace(-1, 1, 201)
+    return [(f"{eye} {mirror}", float(np.abs(np.polynomial.legendre.legval(turn, [0.0, 0.0, *terms])).max()))
+            for eye, both in zip(EYES, found.bends_deg) for mirror, terms in zip(("azimuth", "elevation"), both)]
+
+
+def compared(found: Solution) -> tuple[float, float, str]:
+    """What judges a solution: residuals before and after, and on what."""
+    if math.isfinite(found.held_out_after_m):
+        return found.held_out_before_m, found.held_out_after_m, "faces left out of the fit"
+    return found.rms_before_m, found.rms_after_m, "the faces that it is made of"
+
+
 def not_written(found: Solution) -> str:
     """Why a solution is no calibration; empty: it is one."""
     if all(parameter.held for parameter in found.parameters):
         return "the captures tell nothing of the calibration; what was found says why, and which recording would tell it"
-    if not found.is_better:
-        return "the result is not better than what it began with on faces that took no part in it"
-    return ""
+    if found.is_better:
+        return ""
+    before, after, where = compared(found)
+    allowed = f", and up to {1000 * found.allowed_m:.2f} mm count as no worse" if math.isfinite(found.allowed_m) else ""
+    return (f"the result is worse than what it began with on {where}: {1000 * before:.2f} mm before, {1000 * after:.2f} mm after"
+            f"{allowed}")
 
 
 def reasons(found: Solution) -> dict[str, list[str]]:
