@@ -18,8 +18,8 @@ calibration is right.
 
 eyes   finds where each eye looks and how far it measures, from still
        captures of one room or yard with flat walls: at least 20 frames each,
-       the sensor turned by 20 to 30 degrees between them. Three captures
-       suffice, of which one is rolled by about +12 degrees and one by -12.
+       the sensor turned by 20 to 30 degrees between them. Three captures are
+       the least, one of them rolled by about +12 degrees and one by -12.
        What they cannot tell is held, and named with the recording that would
        tell it.
 check  measures in one still capture how flat walls are, and the step where a
@@ -52,8 +52,8 @@ _COMMON = """\
 HELP_EYES = """\
 Usage: lumcal eyes CAPTURE... [-o FILE] [OPTION]...
 Find mounts, offsets, width and ends of the eyes from still captures of one
-room or yard. Three suffice: one straight, and two turned by 20 to 30 degrees
-to either side and rolled, one by about +12 degrees, the other by about -12.
+room or yard. Three are the least: one straight, and two turned by 20 to 30
+degrees to either side and rolled, one by about +12 degrees, the other by -12.
 
   -o, --output FILE           the calibration, .yaml; without it the values
                               are only printed
