@@ -133,6 +133,12 @@ def test_a_bent_scan_shows():
     assert "green azimuth 0.050" in _tell.solution_text(found)
 
 
+@pytest.mark.parametrize("count, told", [(2, "3 are the least"), (3, None), (5, "were too small in simulated rooms")])
+def test_a_note_says_what_the_number_of_captures_means(count, told):
+    notes = list(_eyes._notes([room()[0][0]] * count))
+    assert [told in note for note in notes] == [True] if told else not notes
+
+
 def test_centres_are_held_for_yaw_means_both():
     held = {p.key: p.held for p in solution().parameters if p.held}
     assert set(held) == {"blue.azimuth.center_deg", "green.azimuth.center_deg"}
