@@ -756,7 +756,7 @@ static void what_stands_below_a_clock_is_not_the_clocks(void **state)
         m.ticks_line = 16;
         m.line_ns = 16 * 30517;
         send_frames(&m, 2, 64);
-        solve_found(&m, &r);
+        solve(&m, &r, 0);
         assert_int_equal(r.verdict, LUM_INFER_FOUND);
         check_profile(&m, &r.profile);
         end(&m);
