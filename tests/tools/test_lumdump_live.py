@@ -539,7 +539,7 @@ class Ends(Case):
 
     def test_a_capture_on_standard_output_is_one(self):
         self.simulator()
-        p = self.start("--duration", "0.5", "-o", "-", "--format", "pcap", stdout=subprocess.PIPE)
+        p = self.start("--duration", "2", "-o", "-", "--format", "pcap", stdout=subprocess.PIPE)
         (self.folder / "raw.pcap").write_bytes(p.stdout.read())
         p.stdout.close()
         self.end(p)
@@ -1099,7 +1099,7 @@ class Sensors(Case):
 
     def test_a_laser_whose_end_nobody_confirms_is_an_error(self):
         self.simulator("--answer-loss", "1")
-        r = self.dump("--laser", "--duration", "0.5", "-o", self.folder / "raw.pcap")
+        r = self.dump("--laser", "--duration", "2", "-o", self.folder / "raw.pcap")
         self.assertEqual(r.returncode, 1, r.stderr)
         self.assertIn("laser off was not answered", r.stderr)
         self.assertGreater(summary(self.folder / "raw.pcap")["data"], 10)

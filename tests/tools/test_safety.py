@@ -303,6 +303,8 @@ class Inherited(unittest.TestCase):
                 p.stdin.write(b"laser on\n")
                 p.stdin.flush()
                 self.wait_for_laser()
+                beats = len(self.sensor.events("heartbeat"))  # by then the answer has come: a command is died of
+                wait_until(lambda beats=beats: len(self.sensor.events("heartbeat")) > beats + 6, "heartbeats")
                 self.assert_ends(p, number)
 
     def test_a_hang_up_stays_as_nohup_made_it(self):
