@@ -491,40 +491,14 @@ static void find_rival(watch *w, lum_infer_state *state, double *times)
 
 /* --- Both passes --- */
 
-/* Whether a byte has more values than two eyes give it. */
-static bool has_many_values(const lum_infer_ticks *t, unsigned at)
-{
-    size_t n[256] = {0};
-    size_t first = 0;
-    size_t second = 0;
-    for (size_t i = 0; i < t->start_count; i++) {
-        n[t->packets[t->starts[i]]->bytes[at]]++;
-    }
-    for (unsigned value = 0; value < 256; value++) {
-        if (n[value] > first) {
-            second = first;
-            first = n[value];
-        } else if (n[value] > second) {
-            second = n[value];
-        }
-    }
-    return (first + second) * 10 < t->start_count * 9;
-}
-
-/* The bits of the clock that change. Its lowest bytes could be another field
- * that stands beside it, such as the eye, if they have but two values. */
+/* The bits of the clock that change. */
 static void mark_bits(const watch *w, lum_infer_state *state)
 {
     const lum_field field = w->best.field;
-    bool is_clock = false;
     for (unsigned i = 0; i < 8u * field.bytes; i++) {
         const unsigned bit = lum_infer_bit_at(field, i);
-        is_clock = is_clock || has_many_values(&w->t, bit / 8u);
-        if (is_varying(w, bit)) {
-            state->time.byte[bit / 8u] |= (uint8_t)(1u << bit % 8u);
-            state->clock_bits.byte[bit / 8u] |=
-                (uint8_t)(is_clock ? 1u << bit % 8u : 0u);
-        }
+        state->clock_bits.byte[bit / 8u] |=
+            (uint8_t)(is_varying(w, bit) ? 1u << bit % 8u : 0u);
     }
 }
 

@@ -144,7 +144,7 @@ static candidate try_byte(const lum_infer_starts *starts,
         out.weight =
             2u * count_bits(differing) + (out.field.bits == 0 ? 1u : 0u) +
             ((changing & ~(unsigned)used->byte[at]) == 0 ? NO_CHANGES : 0u) +
-            (starts->state->time.byte[at] == 0 ? NO_CLOCK : 0u);
+            (starts->state->clock_bits.byte[at] == 0 ? NO_CLOCK : 0u);
     }
     return out;
 }
