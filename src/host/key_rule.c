@@ -23,11 +23,22 @@ bool lum_key_rule_takes_numbers(const lum_key_rule *rule)
     return rule->min <= rule->max;
 }
 
+/* Where the character stands first, or NULL. */
+static const char *find(lum_key_given given, char wanted)
+{
+    for (size_t i = 0; i < given.len; i++) {
+        if (given.text[i] == wanted) {
+            return given.text + i;
+        }
+    }
+    return NULL;
+}
+
 /* Takes a number, blanks before it, and the character that ends it. */
 static bool take_part(lum_key_given *left, char end, int64_t *out)
 {
     const char *from = left->text;
-    const char *const at = memchr(from, end, left->len);
+    const char *const at = find(*left, end);
     if (at == NULL) {
         return false;
     }
@@ -49,7 +60,7 @@ static const char *read_pair(const lum_key_rule *rule, lum_key_given given,
     if (given.is_quoted) {
         return "is text; write [LOW, HIGH], without quotes";
     }
-    if (memchr(given.text, '[', given.len) != given.text) {
+    if (find(given, '[') != given.text) {
         return none;
     }
     lum_key_given left = {given.text + 1, given.len - 1, false};
