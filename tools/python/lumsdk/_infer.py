@@ -122,7 +122,8 @@ def _solve(made: Any) -> Inference:
         profile=_profile(ffi.addressof(result, "profile")) if result.has_profile else None,
         second=_profile(ffi.addressof(result, "second")) if result.has_second else None,
         margin=float(result.margin),
-        margin_key=text(result.findings[result.margin_key].name) if result.has_profile else "", packets=int(result.packets), fit=int(result.fit),
+        margin_key=text(result.findings[result.margin_key].name) if result.has_profile else "",
+        packets=int(result.packets), fit=int(result.fit),
         findings=tuple(_finding(result.findings[i]) for i in range(result.finding_count)), yaml=_yaml(result))
 
 
