@@ -83,9 +83,7 @@ static void print_second(const lum_infer_result *r, FILE *out)
     const size_t count =
         r->has_second ? profile_differences(&r->profile, &r->second, all) : 0;
     if (count == 0) {
-        (void)fputs("no other whole reading that gives other points was found"
-                    "\n",
-                    out);
+        (void)fputs("no second reading was found\n", out);
         return;
     }
     (void)fputs("second best reading: ", out);
