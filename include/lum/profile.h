@@ -103,8 +103,7 @@ typedef enum lum_profile_fault {
     LUM_PROFILE_FIELD_OFFSET,      /**< an offset outside 8..64 */
     LUM_PROFILE_FIELD_WIDTH,       /**< a width other than 1, 2, 4 or 8 */
     LUM_PROFILE_FIELD_ON_TYPE,     /**< a field other than a tag at 8 on the
-                                        packet type's bytes 8..11, or a tag at 8
-                                        whose low bits are not the type */
+                                        packet type's bytes 8..11 */
     LUM_PROFILE_FIELDS_OVERLAP,    /**< two fields share a byte, and are not
                                         separate bits of the same bytes */
     LUM_PROFILE_SAMPLES_IN_HEADER, /**< samples begin before a field ends */

@@ -62,14 +62,6 @@ static bool has_bits(lum_field field)
                : (unsigned)field.low + field.bits <= 8u * field.bytes;
 }
 
-/* The packet type as the tag: its byte is the lowest of the field. */
-static bool is_type(unsigned f, lum_field field)
-{
-    return f == LUM_FIELD_TAG && field.at == FIELD_AT_MIN && field.low == 0 &&
-           field.bits != 1 &&
-           (field.bytes == 1 || field.order == LUM_ORDER_LITTLE);
-}
-
 static lum_profile_fault check_bytes(const lum_profile *p, unsigned f)
 {
     const lum_field field = p->group[f];
@@ -80,7 +72,8 @@ static lum_profile_fault check_bytes(const lum_profile *p, unsigned f)
     if (!is_offset(field.at)) {
         return LUM_PROFILE_FIELD_OFFSET;
     }
-    if (field.at < LUM_HEADER_BYTES && !is_type(f, field)) {
+    if (field.at < LUM_HEADER_BYTES &&
+        (f != LUM_FIELD_TAG || field.at != FIELD_AT_MIN)) {
         return LUM_PROFILE_FIELD_ON_TYPE;
     }
     if (field.order > LUM_ORDER_BIG) {

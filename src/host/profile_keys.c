@@ -320,16 +320,26 @@ static void refuse_bits(const refusal *r, lum_key_refusal *why)
     lum_key_text_add_number(&text, 8 * (int64_t)field.bytes - 1, 0);
 }
 
+/* Whether a tag that stands on the packet type has its byte as the lowest. */
+static bool is_type(lum_field tag)
+{
+    return tag.low == 0 && tag.bits != 1 &&
+           (tag.bytes == 1 || tag.order == LUM_ORDER_LITTLE);
+}
+
+static void refuse_tag(const refusal *r, lum_key_refusal *why)
+{
+    const culprit c = field_culprit(r, LUM_FIELD_TAG);
+    lum_key_text text = begin(why, &c);
+    lum_key_text_add(&text, "at 8 it is the packet type; allowed: 1 byte, or "
+                            "order little, with all bits or 2 and more from "
+                            "bit 0 on");
+}
+
 static void refuse_on_type(const refusal *r, lum_key_refusal *why)
 {
     const culprit c = field_culprit(r, r->index);
     lum_key_text text = begin(why, &c);
-    if (r->index == LUM_FIELD_TAG && r->profile->group[r->index].at == 8) {
-        lum_key_text_add(&text, "at 8 it is the packet type; allowed: 1 byte, "
-                                "or order little, with all bits or 2 and more "
-                                "from bit 0 on");
-        return;
-    }
     add(&text, "", r->profile->group[r->index].at,
         " lies on the packet type (bytes 8 to 11); allowed: 12 to 64, or 8 for "
         "group.tag alone");
@@ -555,6 +565,10 @@ lum_result lum_keys_profile(const lum_keys *keys, lum_profile *out,
     take(keys->values, &p);
     if (lum_layout_init(&layout, &p, &fault, &r.index) != LUM_OK) {
         refuse(&r, fault, why);
+        return LUM_E_VALUE;
+    }
+    if (p.group[LUM_FIELD_TAG].at == 8 && !is_type(p.group[LUM_FIELD_TAG])) {
+        refuse_tag(&r, why);
         return LUM_E_VALUE;
     }
     *out = p;

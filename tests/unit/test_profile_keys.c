@@ -431,10 +431,39 @@ static void fields_on_the_type_are_refused(void **state)
             "9 lies on the packet type (bytes 8 to 11); allowed: 12 to 64, or "
             "8 for group.tag alone",
             {"group.tag", "9", 4});
-    REFUSED("group.tag", 5,
-            "at 8 it is the packet type; allowed: 1 byte, or order little, "
-            "with all bits or 2 and more from bit 0 on",
-            {"group.tag", "8", 4}, {"group.tag.bits", "[4, 7]", 5});
+}
+
+#define TYPE                                                                   \
+    "at 8 it is the packet type; allowed: 1 byte, or order little, with all "  \
+    "bits or 2 and more from bit 0 on"
+
+/* The type is 2 or 3, and so is the field. */
+static void a_tag_at_8_is_the_type(void **state)
+{
+    static const char *const fine[][3] = {
+        {"1", "little", "all"},    {"1", "big", "all"},
+        {"2", "little", "all"},    {"1", "little", "[0, 1]"},
+        {"2", "little", "[0, 9]"}, {"1", "big", "[0, 7]"}};
+    (void)state;
+    for (size_t i = 0; i < COUNT(fine); i++) {
+        lum_keys keys;
+        lum_profile p;
+        lum_keys_of_profile(&keys, NULL);
+        set(&keys, "group.tag", "8", 1);
+        set(&keys, "group.tag.bytes", fine[i][0], 1);
+        set(&keys, "group.tag.order", fine[i][1], 1);
+        set(&keys, "group.tag.bits", fine[i][2], 1);
+        take(&keys, &p);
+        assert_int_equal(p.group[LUM_FIELD_TAG].at, 8);
+    }
+    REFUSED("group.tag", 5, TYPE, {"group.tag", "8", 4},
+            {"group.tag.bits", "[4, 7]", 5});
+    REFUSED("group.tag", 5, TYPE, {"group.tag", "8", 4},
+            {"group.tag.bits", "[1, 7]", 5});
+    REFUSED("group.tag", 5, TYPE, {"group.tag", "8", 4},
+            {"group.tag.bits", "[0, 0]", 5});
+    REFUSED("group.tag", 6, TYPE, {"group.tag", "8", 4},
+            {"group.tag.bytes", "2", 5}, {"group.tag.order", "big", 6});
 }
 
 #define SHARE "; fields must not share bytes, unless both name bits"
@@ -837,6 +866,7 @@ int main(void)
         cmocka_unit_test(three_bytes_are_no_width),
         cmocka_unit_test(a_start_without_a_field_is_refused_as_it_is),
         cmocka_unit_test(fields_on_the_type_are_refused),
+        cmocka_unit_test(a_tag_at_8_is_the_type),
         cmocka_unit_test(fields_that_overlap_name_each_other),
         cmocka_unit_test(fields_that_do_not_overlap_are_not_named),
         cmocka_unit_test(of_fields_that_overlap_the_one_that_was_set_is_blamed),

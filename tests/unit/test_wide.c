@@ -220,31 +220,6 @@ static void bits_lie_in_their_bytes(void **state)
     }
 }
 
-/* The type is 2 or 3, and so is the field. */
-static void a_tag_at_8_is_the_type(void **state)
-{
-    static const struct {
-        lum_field tag;
-        int fine;
-    } rows[] = {
-        {{8, 1, 0, 0, 0}, 1},  {{8, 1, 1, 0, 0}, 1},  {{8, 4, 0, 0, 0}, 1},
-        {{8, 1, 0, 0, 2}, 1},  {{8, 1, 1, 0, 8}, 1},  {{8, 2, 0, 0, 16}, 1},
-        {{8, 1, 0, 0, 1}, 0},  {{8, 1, 0, 1, 7}, 0},  {{8, 2, 0, 8, 8}, 0},
-        {{8, 2, 1, 0, 0}, 0},  {{8, 2, 1, 8, 8}, 0},  {{8, 4, 1, 24, 8}, 0},
-        {{9, 1, 0, 0, 0}, 0},  {{11, 1, 0, 0, 0}, 0}, {{30, 2, 1, 8, 8}, 1},
-        {{30, 1, 0, 0, 1}, 1},
-    };
-    (void)state;
-    for (size_t i = 0; i < COUNT(rows); i++) {
-        lum_profile p = usual();
-        p.samples_at = 40;
-        p.group[LUM_FIELD_TAG] = rows[i].tag;
-        assert_fault(
-            &p, rows[i].fine ? LUM_PROFILE_FINE : LUM_PROFILE_FIELD_ON_TYPE,
-            LUM_FIELD_TAG);
-    }
-}
-
 static void fields_share_bytes_only_as_different_bits(void **state)
 {
     static const struct {
@@ -765,7 +740,6 @@ int main(void)
         cmocka_unit_test(other_values_of_more_than_32_bits),
         cmocka_unit_test(without_a_count_the_length_tells),
         cmocka_unit_test(bits_lie_in_their_bytes),
-        cmocka_unit_test(a_tag_at_8_is_the_type),
         cmocka_unit_test(fields_share_bytes_only_as_different_bits),
         cmocka_unit_test(a_field_that_is_nowhere_overlaps_none),
         cmocka_unit_test(orders_and_ticks_have_their_limits),
