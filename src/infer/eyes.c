@@ -131,7 +131,8 @@ typedef struct candidate {
 } candidate;
 
 static candidate try_byte(const lum_infer_starts *starts,
-                          const lum_infer_bits *used, unsigned eye_bit,
+                          const lum_infer_bits *used,
+                          const lum_infer_bits *clock, unsigned eye_bit,
                           unsigned at)
 {
     candidate out = {.weight = 0};
@@ -144,20 +145,21 @@ static candidate try_byte(const lum_infer_starts *starts,
         out.weight =
             2u * count_bits(differing) + (out.field.bits == 0 ? 1u : 0u) +
             ((changing & ~(unsigned)used->byte[at]) == 0 ? NO_CHANGES : 0u) +
-            (starts->state->clock_bits.byte[at] == 0 ? NO_CLOCK : 0u);
+            (clock->byte[at] == 0 ? NO_CLOCK : 0u);
     }
     return out;
 }
 
 lum_field lum_infer_eye_field(const lum_infer_starts *starts,
-                              const lum_infer_bits *used, unsigned eye_bit,
+                              const lum_infer_bits *used,
+                              const lum_infer_bits *clock, unsigned eye_bit,
                               lum_field *equal)
 {
     candidate best = {.weight = 0};
     candidate other = {.weight = NO_CLOCK};
     for (unsigned at = LUM_INFER_FIELDS_AT; at < starts->state->samples.at;
          at++) {
-        candidate next = try_byte(starts, used, eye_bit, at);
+        candidate next = try_byte(starts, used, clock, eye_bit, at);
         if (next.weight > best.weight) {
             const candidate before = best;
             best = next;

@@ -22,10 +22,13 @@ double lum_infer_share_of_turns(const lum_infer_starts *starts,
 /** The field of the eye: of all bytes in which eyes differ, the one with most
  * of such bits.
  * @param used bits of other fields.
+ * @param clock bits of the clock, beside which an eye is not looked for if
+ *              any other byte will do.
  * @param equal gets another one that tells the same; bytes 0: there is none.
  * @return bytes 0: none. */
 lum_field lum_infer_eye_field(const lum_infer_starts *starts,
-                              const lum_infer_bits *used, unsigned eye_bit,
+                              const lum_infer_bits *used,
+                              const lum_infer_bits *clock, unsigned eye_bit,
                               lum_field *equal);
 
 /** The values that most packets of each eye have, the lower one first. */

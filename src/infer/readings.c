@@ -270,8 +270,8 @@ static void describe(const finder *f, const reading *r, lum_infer_reading *out)
     out->share = r->share;
     out->is_one_eye = r->eye_bit == LUM_INFER_HEAD_BITS;
     if (!out->is_one_eye) {
-        out->eye =
-            lum_infer_eye_field(&f->starts, &used, r->eye_bit, &out->equal_eye);
+        out->eye = lum_infer_eye_field(&f->starts, &used, f->clock, r->eye_bit,
+                                       &out->equal_eye);
         lum_infer_eye_values(&f->starts, out->eye, r->eye_bit, out->eye_value);
     }
 }
