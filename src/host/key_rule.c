@@ -60,7 +60,7 @@ static const char *read_pair(const lum_key_rule *rule, lum_key_given given,
     if (given.is_quoted) {
         return "is text; write [LOW, HIGH], without quotes";
     }
-    if (find(given, '[') != given.text) {
+    if (given.len == 0 || given.text[0] != '[') {
         return none;
     }
     lum_key_given left = {given.text + 1, given.len - 1, false};

@@ -121,6 +121,7 @@ static void both_numbers_of_a_pair_are_held_to_their_range(void **state)
     assert_refused(&pair, "[10, 3]", "is out of range");
     assert_refused(&pair, "[2, 10]", "is out of range");
     assert_refused(&pair, "[3, 2]", "has the higher number first");
+    assert_refused(&pair, "(2, 9]", "is not [LOW, HIGH], two whole numbers");
     assert_string_equal(read_text(&pair, "[2, 9]", true, &number),
                         "is text; write [LOW, HIGH], without quotes");
     assert_true(number == 77);
