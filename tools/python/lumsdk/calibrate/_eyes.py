@@ -160,7 +160,7 @@ def _settle(problem: Problem, state: State) -> tuple[Problem, _Found]:
 
 def _with_values(problem: Problem, state: State, values: Array) -> State:
     """Poses and faces that fit best where the calibration is given, as a file has it: without bends of the mirrors."""
-    total = float(np.linalg.norm([problem.spread.tile, problem.spread.spot, problem.spread.bow]))
+    total = float(np.linalg.norm([problem.spread.wave, problem.spread.spot, problem.spread.bow]))
     given = Problem(problem.groups, problem.fixed, values, problem.captures, held=np.ones(CALIBRATION_COUNT, bool),
                     spread=replace(problem.spread, spot=total), is_bent=False)
     start = state.copy()
@@ -408,8 +408,8 @@ def _solved(scene: Scene, state: State, of: Array) -> tuple[Problem, _Found, Sta
     """A solution of which the patches are joined as it sees them, and the state that it began from."""
     moved: set[int] = set()
     for turn in range(_JOININGS):
-        groups, tiles = observe(scene, state, of)
-        problem, found = _settle(Problem(groups, scene.fixed, scene.before, len(scene.views), tiles), state)
+        groups, surface = observe(scene, state, of)
+        problem, found = _settle(Problem(groups, scene.fixed, scene.before, len(scene.views), surface), state)
         moved = found.moved = moved | found.moved
         better, again = rejoin(scene, found.fit.state, of)
         if turn + 1 == _JOININGS or (again == of).all():

@@ -12,7 +12,7 @@ from ._match import Pose, Seen, View, assign
 from ._model import Cells, Eye, Fixed, State, priors
 from ._planes import points
 from ._result import Array
-from ._solve import TILE_M, TILES_MAX, Group, Problem, Surface, group_cells, number_tiles, solve, untold
+from ._solve import TILE_M, TILES_MAX, Group, Problem, Surface, group_cells, solve, surface_of, untold
 
 _STARTS_M = 0.1, 0.05, 0.2, 0.4
 _ROUNDS = ((8.0, 1.0, 0.05), (6.0, 0.6, 0.03), (5.0, 0.4, 0.02), (4.0, 0.2, 0.01), (4.0, 0.2, 0.005))
@@ -254,7 +254,7 @@ def _joined(parts: list[Cells]) -> Cells:
 
 
 def observe(scene: Scene, state: State, of: Array) -> tuple[list[Group], Surface]:
-    """Squares of faces as observations, with their tiles."""
+    """Squares of faces as observations, and how alike their heights are."""
     parts: dict[tuple[int, int], list[Cells]] = {}
     for index, s in enumerate(scene.seen):
         parts.setdefault((s.capture, s.patch.eye), []).append(_shrink(scene, state, s, int(of[index])))
@@ -262,12 +262,12 @@ def observe(scene: Scene, state: State, of: Array) -> tuple[list[Group], Surface
     scale = 1.0
     while True:
         made = [group_cells(cells, state, scene.fixed, TILE_M * scale) for cells in joined]
-        groups, names = [group for group, _ in made], [name for _, name in made]
+        groups = [group for group, _ in made]
         size = np.bincount(np.concatenate([group.plane for group in groups]), minlength=len(state.offsets))
-        tiles = number_tiles(groups, names)
-        if len(tiles) <= TILES_MAX:
-            return without(groups, size < _SQUARES_MIN), Surface(tiles * [1.0, TILE_M * scale, TILE_M * scale])
-        scale *= max(1.1, float(np.sqrt(len(tiles) / TILES_MAX)))
+        if size.sum() <= TILES_MAX:
+            surface = surface_of(groups, [places for _, places in made])
+            return without(groups, size < _SQUARES_MIN), surface
+        scale *= max(1.1, float(np.sqrt(size.sum() / TILES_MAX)))
 
 
 def without(groups: list[Group], is_out: Array) -> list[Group]:
@@ -281,5 +281,5 @@ def without(groups: list[Group], is_out: Array) -> list[Group]:
         c = group.cells
         cells = Cells(c.capture, c.eye, c.azimuth[at], c.elevation[at], c.range_m[at], c.variance[at], c.plane[at])
         number = np.cumsum(kept) - 1
-        made.append(Group(cells, number[group.of[at]], group.count[kept], group.plane[kept], group.tile[kept], group.noise[kept]))
+        made.append(Group(cells, number[group.of[at]], group.count[kept], group.plane[kept], group.place[kept], group.noise[kept]))
     return made

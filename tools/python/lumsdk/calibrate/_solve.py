@@ -1,13 +1,13 @@
 """Robust least squares of calibration, poses and faces together, and what it knows of its own errors.
 
-Neighbouring cells of a face count as one observation. Faces are neither flat nor equally bright: tiles of a face stand out
-from it, in waves and as a bow; each observation errs a little more; and each face has a bias of range. How much of each there
-is, and how far the mirrors' readings are bent, is estimated from the captures (restricted maximum likelihood) before any prior
-is trusted.
+Neighbouring cells of a face count as one observation. Faces are neither flat nor equally bright: they stand out in waves and
+as a bow, so that observations of one face err alike, the more so the nearer they are to each other, whichever eye and capture
+they are of; each observation errs a little more; and each face has a bias of range. How much of each there is, and how far the
+mirrors' readings are bent, is estimated from the captures (restricted maximum likelihood) before any prior is trusted.
 """
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Optional
 
@@ -16,27 +16,32 @@ from scipy import sparse
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.optimize import minimize
 from scipy.spatial.distance import cdist
-from scipy.special import j0
 
 from ._match import Pose
 from ._model import BEND_COUNT, CALIBRATION_COUNT, Cells, Eye, Fixed, State, priors, tangents, turned
 from ._result import Array
+from ._waves import bow, waves
 
 BEND_DEG, BIAS_M = 0.01, 0.004
 """What is known of the bends of mirrors and of the biases of faces, give or take a factor of e."""
 
-TILE_M = 1 / 3
+TILE_M = 0.25
 """Cells of so large a square of a face are one observation for each eye and capture."""
 
-TILES_MAX = 1000
-_NEAR_ZERO_M = 1e-5
+TILES_MAX = 2500
+"""Most observations: squares are larger where there were more."""
 
-_WAVES_M = np.geomspace(0.8, 4.0, 9)
-"""How long the waves of walls are."""
+_NEAR_ZERO_M = 1e-5, 5e-5, 1e-5
 
-_BOW_M = 3.0
-_OWN = 0.01
-"""Share of a tile's variance that its neighbours do not have."""
+_AWAY_M = np.linspace(0.0, 100.0, 50001)
+_ALIKE = waves(_AWAY_M)
+"""How alike heights are that lie so far apart."""
+
+_OWN = 0.001
+"""Share of a height's variance that its neighbours do not have."""
+
+_BOW = 1 / 3
+"""How much of a bow is usual by the height of waves, give or take a factor of e."""
 
 _HUBER = 3.0
 _LET_GO = 6.0, 12.0
@@ -58,8 +63,8 @@ class Group:
     of: Array
     count: Array
     plane: Array
-    tile: Array
-    """The tile of each observation; -1 without tiles."""
+    place: Array
+    """Which place of the surface each observation is at; -1 without a surface."""
     noise: Array
     """Variance of each observation by the noise of ranges."""
 
@@ -73,19 +78,23 @@ class Linear:
     """Observations about a state."""
 
     residual: Array
-    """Measured less expected, without tiles."""
+    """Measured less expected, heights of faces left in."""
     matrix: sparse.csr_matrix
     """Derivatives of the residual."""
     noise: Array
+    lean: Array
+    """1 / (normal . direction): how much a range changes by the height of its face."""
     slant: Array
-    """1 / (normal . direction)^2: how much more a range changes than the face."""
+    """The mean of its square."""
+    place: Array
+    """As in Group."""
 
 
 @dataclass
 class Spread:
     """Variance components, as standard deviations in metres."""
 
-    tile: float = 0.0015
+    wave: float = 0.0015
     """Waves of faces."""
     spot: float = 0.0005
     """What each observation errs on its own."""
@@ -101,7 +110,6 @@ class Layout:
 
     captures: int
     planes: int
-    tiles: int
 
     @property
     def poses(self) -> int:
@@ -116,12 +124,8 @@ class Layout:
         return self.faces + 3 * self.planes
 
     @property
-    def heights(self) -> int:
-        return self.biases + self.planes
-
-    @property
     def size(self) -> int:
-        return self.heights + self.tiles
+        return self.biases + self.planes
 
 
 @dataclass
@@ -132,7 +136,7 @@ class Problem:
     fixed: Fixed
     before: Array
     captures: int
-    tiles: Surface = field(default_factory=lambda: Surface(np.zeros((0, 3))))
+    surface: Surface = field(default_factory=lambda: Surface(np.zeros((0, 3))))
     spread: Spread = field(default_factory=Spread)
     held: Array = field(default_factory=lambda: np.zeros(CALIBRATION_COUNT, bool))
     loss_m: float = 0.0
@@ -151,7 +155,7 @@ class Problem:
 
 
 def group_cells(cells: Cells, state: State, fixed: Fixed, tile_m: float) -> tuple[Group, Array]:
-    """Squares of faces as observations; and the names of their tiles: (n, 3), of plane, row and column."""
+    """Squares of faces as observations; and where they are: (n, 3), of plane and place on it in metres."""
     points = Eye(cells, state, fixed).points
     first, second = tangents(state.normals)
     s = (first[cells.plane] * points).sum(1)
@@ -162,25 +166,13 @@ def group_cells(cells: Cells, state: State, fixed: Fixed, tile_m: float) -> tupl
     of = of.ravel()
     count = np.bincount(of).astype("f8")
     noise = np.bincount(of, cells.variance) / count ** 2
-    names = np.stack((cells.plane[index], row[index], column[index]), 1)
     group = Group(cells, of, count, cells.plane[index], np.full(len(count), -1), noise)
-    return group, names
-
-
-def number_tiles(groups: Sequence[Group], names: Sequence[Array]) -> Array:
-    """Give the tiles numbers over all captures: they stand out for all alike. Returns their names."""
-    made, of = np.unique(np.concatenate(names), axis=0, return_inverse=True)
-    of = of.ravel()
-    at = 0
-    for group in groups:
-        group.tile = of[at:at + len(group.count)]
-        at += len(group.count)
-    return np.asarray(made)
+    return group, np.stack((group.plane, group.mean(s), group.mean(t)), 1)
 
 
 @dataclass
 class _Face:
-    """Which tiles are of a face, and how alike they are by waves and by a bow."""
+    """Which places are of a face, and how alike they are by waves and by a bow."""
 
     at: Array
     waves: Array
@@ -188,33 +180,42 @@ class _Face:
 
 
 class Surface:
-    """The tiles of all faces, by plane and place on it in metres: (n, 3)."""
+    """How alike the heights of faces are, at places by plane and place on it in metres: (n, 3)."""
 
-    def __init__(self, tiles: Array) -> None:
-        self.tiles = tiles
-        self._faces = [self._face(np.flatnonzero(tiles[:, 0] == plane)) for plane in np.unique(tiles[:, 0])]
+    def __init__(self, places: Array) -> None:
+        self.places = places
+        self._faces = [self._face(np.flatnonzero(places[:, 0] == plane)) for plane in np.unique(places[:, 0])]
 
     def __len__(self) -> int:
-        return len(self.tiles)
+        return len(self.places)
 
     def _face(self, at: Array) -> _Face:
-        away = cdist(self.tiles[at, 1:], self.tiles[at, 1:])
-        waves = np.zeros_like(away)
-        for length in _WAVES_M:
-            waves += j0(2 * np.pi / length * away) / len(_WAVES_M)
-        bow = away * (np.sqrt(3) / _BOW_M)
-        return _Face(at, waves, (1 + bow) * np.exp(-bow))
+        away = cdist(self.places[at, 1:], self.places[at, 1:])
+        return _Face(at, np.interp(away, _AWAY_M, _ALIKE, right=0.0), bow(away))
 
-    def known(self, spread: Spread) -> tuple[Array, float]:
-        """What is known of the tiles: the inverse of their covariance, and the logarithm of its determinant."""
-        inverse, determinant = np.zeros((len(self), len(self))), 0.0
+    def covariances(self, place: Array, spread: Spread) -> Iterator[tuple[Array, Array]]:
+        """Observations of each face by the place of each, and the covariance of their heights."""
+        if not len(self):
+            return
+        where = np.full(len(self), -1)
+        where[place[place >= 0]] = np.flatnonzero(place >= 0)
         for face in self._faces:
-            matrix = spread.tile ** 2 * face.waves + spread.bow ** 2 * face.bow
-            matrix[np.diag_indices_from(matrix)] += _OWN * (spread.tile ** 2 + spread.bow ** 2)
-            factor = cho_factor(matrix, lower=True)
-            inverse[np.ix_(face.at, face.at)] = cho_solve(factor, np.eye(len(face.at)))
-            determinant += 2 * float(np.log(np.diag(factor[0])).sum())
-        return inverse, determinant
+            at = where[face.at]
+            seen = np.flatnonzero(at >= 0)
+            if len(seen):
+                index = np.ix_(seen, seen)
+                made = spread.wave ** 2 * face.waves[index] + spread.bow ** 2 * face.bow[index]
+                made[np.diag_indices_from(made)] *= 1 + _OWN
+                yield at[seen], made
+
+
+def surface_of(groups: Sequence[Group], places: Sequence[Array]) -> Surface:
+    """The surface of all captures' observations: heights stand out for all alike."""
+    at = 0
+    for group in groups:
+        group.place = np.arange(at, at + len(group.count))
+        at += len(group.count)
+    return Surface(np.concatenate(places))
 
 
 # --- The linear problem ---
@@ -239,20 +240,19 @@ def _columns(group: Group, state: State, fixed: Fixed, layout: Layout) -> tuple[
         add(layout.poses + 6 * (group.cells.capture - 1), eye.pose_columns())
     add(layout.faces, eye.plane_columns(), 3 * group.plane)
     add(layout.biases, [np.full_like(eye.expected, -1.0)], group.plane)
-    if layout.tiles:
-        add(layout.heights, [-1 / eye.slope], group.tile)
     return eye, made
 
 
 def linearise(problem: Problem, state: State) -> tuple[Linear, Layout]:
     """The observations about a state."""
-    layout = Layout(problem.captures, len(state.offsets), len(problem.tiles))
-    residual, noise, slant, rows, where, values = [], [], [], [], [], []
+    layout = Layout(problem.captures, len(state.offsets))
+    residual, noise, lean, slant, rows, where, values = [], [], [], [], [], [], []
     at = 0
     for group in problem.groups:
         eye, columns = _columns(group, state, problem.fixed, layout)
         count = len(group.count)
         residual.append(group.mean(eye.residual))
+        lean.append(group.mean(1 / eye.slope))
         slant.append(group.mean(1 / eye.slope ** 2))
         noise.append(group.noise)
         for number, column in columns:
@@ -261,19 +261,19 @@ def linearise(problem: Problem, state: State) -> tuple[Linear, Layout]:
             values.append(column)
         at += count
     matrix = sparse.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(where))), (at, layout.size))
-    return Linear(np.concatenate(residual), matrix, np.concatenate(noise), np.concatenate(slant)), layout
+    place = np.concatenate([group.place for group in problem.groups])
+    return Linear(np.concatenate(residual), matrix, np.concatenate(noise), np.concatenate(lean), np.concatenate(slant), place), layout
 
 
 def _prior(problem: Problem, state: State, layout: Layout) -> tuple[Array, Array, Array]:
-    """Weight of what is known of each unknown but the tiles, how far the state is from that, and what keeps the poses."""
+    """Weight of what is known of each unknown, how far the state is from that, and what keeps the poses."""
     weight, away = np.full(layout.size, _LOOSE), np.zeros(layout.size)
     weight[:CALIBRATION_COUNT] = np.where(problem.held, _TIGHT, 1.0) / priors() ** 2
     away[:CALIBRATION_COUNT] = problem.before - state.values
     weight[CALIBRATION_COUNT:layout.poses] = problem.spread.bend_deg ** -2 * (1.0 if problem.is_bent else _TIGHT)
     away[CALIBRATION_COUNT:layout.poses] = -state.bends.ravel()
-    weight[layout.biases:layout.heights] = problem.spread.bias ** -2
-    away[layout.biases:layout.heights] = -state.biases
-    weight[layout.heights:] = 0
+    weight[layout.biases:] = problem.spread.bias ** -2
+    away[layout.biases:] = -state.biases
     return weight, away, _stay(problem, state, layout)
 
 
@@ -318,6 +318,48 @@ def _variance(linear: Linear, spread: Spread) -> Array:
     return made
 
 
+class Errors:
+    """Covariance of observations: each errs on its own, and those of a face by its heights."""
+
+    def __init__(self, problem: Problem, linear: Linear, spread: Spread, variance: Array) -> None:
+        self.variance = variance
+        self.determinant = 0.0
+        self._faces: list[tuple[Array, tuple[Array, bool]]] = []
+        alone = np.ones(len(variance), bool)
+        for at, heights in problem.surface.covariances(linear.place, spread):
+            matrix = heights * linear.lean[at, None] * linear.lean[at]
+            matrix[np.diag_indices_from(matrix)] += variance[at]
+            factor = cho_factor(matrix, lower=True, overwrite_a=True, check_finite=False)
+            self.determinant += 2 * float(np.log(np.diag(factor[0])).sum())
+            self._faces.append((at, factor))
+            alone[at] = False
+        self._alone = np.flatnonzero(alone)
+        self.determinant += float(np.log(variance[alone]).sum())
+
+    def normal(self, linear: Linear) -> tuple[Array, Array, float]:
+        """Normal equations: their matrix and right side, and the weighted square of the residuals."""
+        rest, weight = linear.matrix[self._alone], 1 / self.variance[self._alone]
+        residual = linear.residual[self._alone]
+        made = (rest.T @ rest.multiply(weight[:, None])).toarray()
+        right, square = -(rest.T @ (weight * residual)), float(weight @ residual ** 2)
+        for at, factor in self._faces:
+            part = linear.matrix[at]
+            used = np.unique(part.indices)
+            known = np.c_[part[:, used].toarray(), linear.residual[at]]
+            whole = known.T @ cho_solve(factor, known, check_finite=False)
+            made[np.ix_(used, used)] += whole[:-1, :-1]
+            right[used] -= whole[:-1, -1]
+            square += float(whole[-1, -1])
+        return made, right, square
+
+    def own(self, residual: Array) -> Array:
+        """What of residuals is not by the heights of faces, as far as that is likely."""
+        made = residual.copy()
+        for at, factor in self._faces:
+            made[at] = self.variance[at] * cho_solve(factor, residual[at], check_finite=False)
+        return made
+
+
 @dataclass
 class Normal:
     """Normal equations."""
@@ -328,15 +370,11 @@ class Normal:
     """Weighted squares of residuals and of what is known."""
 
 
-def _normal(linear: Linear, layout: Layout, weight: Array, prior: tuple[Array, Array, Array], tiles: Array) -> Normal:
-    weighted = linear.matrix.multiply(weight[:, None]).tocsr()
-    matrix = (linear.matrix.T @ weighted).toarray()
+def _normal(linear: Linear, layout: Layout, errors: Errors, prior: tuple[Array, Array, Array]) -> Normal:
+    matrix, right, square = errors.normal(linear)
     matrix[np.diag_indices_from(matrix)] += prior[0]
-    matrix[layout.heights:, layout.heights:] += tiles
     matrix[layout.poses:layout.faces, layout.poses:layout.faces] += prior[2]
-    right = -(weighted.T @ linear.residual) + prior[0] * prior[1]
-    square = float(weight @ linear.residual ** 2 + prior[0] @ prior[1] ** 2)
-    return Normal(matrix, right, square)
+    return Normal(matrix, right + prior[0] * prior[1], square + float(prior[0] @ prior[1] ** 2))
 
 
 def _factor(matrix: Array) -> tuple[tuple[Array, bool], Array]:
@@ -352,17 +390,17 @@ def _factor(matrix: Array) -> tuple[tuple[Array, bool], Array]:
         return cho_factor(scaled + 1e-9 * np.eye(len(scaled)), lower=True), scale
 
 
-def _robust(problem: Problem, linear: Linear, left: Array, spread: Spread) -> Array:
-    """Weights of the observations, less for those that are far off."""
-    variance = _variance(linear, spread)
+def _robust(problem: Problem, linear: Linear, left: Array) -> Array:
+    """Variances of the observations, larger for those that are far off."""
     if problem.loss_m > 0:
-        made: Array = 1 / (problem.loss_m ** 2 + left ** 2)
+        made: Array = problem.loss_m ** 2 + left ** 2
         return made
+    variance = _variance(linear, problem.spread)
     off = np.abs(left) / np.sqrt(variance)
     share = np.minimum(1.0, _HUBER / np.maximum(off, 1e-12))
     if problem.lets_go:
         share *= np.clip((_LET_GO[1] - off) / (_LET_GO[1] - _LET_GO[0]), 1e-6, 1.0)
-    return share / variance
+    return variance / share
 
 
 def _moved(state: State, step: Array, layout: Layout) -> State:
@@ -380,7 +418,7 @@ def _moved(state: State, step: Array, layout: Layout) -> State:
     length = np.linalg.norm(made.normals, axis=1)
     made.normals /= length[:, None]
     made.offsets = (state.offsets + face[:, 2]) / length
-    made.biases += step[layout.biases:layout.heights]
+    made.biases += step[layout.biases:]
     return made
 
 
@@ -392,71 +430,69 @@ class Fit:
     linear: Linear
     layout: Layout
     left: Array
-    """Residuals of the observations, tiles taken off."""
+    """Residuals of the observations, heights of faces taken off."""
     normal: Normal
-    heights: Array
     is_settled: bool = True
     """Whether the last round moved hardly anything."""
 
 
 def solve(problem: Problem, state: State, rounds: int = 8) -> Fit:
     """Gauss-Newton, with weights renewed in each round."""
-    heights = np.zeros(len(problem.tiles))
-    tiles = problem.tiles.known(problem.spread)[0]
+    variance: Optional[Array] = None
     size = np.inf
     turn = 0
     while True:
         linear, layout = linearise(problem, state)
-        left = linear.residual + linear.matrix[:, layout.heights:] @ heights
-        weight = _robust(problem, linear, left, problem.spread)
-        normal = _normal(linear, layout, weight, _prior(problem, state, layout), tiles)
+        if variance is None:
+            variance = _variance(linear, problem.spread)
+        left = Errors(problem, linear, problem.spread, variance).own(linear.residual)
+        variance = _robust(problem, linear, left)
+        normal = _normal(linear, layout, Errors(problem, linear, problem.spread, variance), _prior(problem, state, layout))
         turn += 1
         if size < _SETTLED or turn >= rounds:
-            return Fit(state, linear, layout, left, normal, heights, size < _SETTLED)
+            return Fit(state, linear, layout, left, normal, size < _SETTLED)
         factor, scale = _factor(normal.matrix)
         step = scale * cho_solve(factor, scale * normal.right)
-        heights = step[layout.heights:]
         state = _moved(state, step, layout)
-        usual = np.r_[priors(), np.full(layout.heights - CALIBRATION_COUNT, _STEP)]
-        size = float(np.abs(step[:layout.heights] / usual).max())
+        usual = np.r_[priors(), np.full(layout.size - CALIBRATION_COUNT, _STEP)]
+        size = float(np.abs(step / usual).max())
 
 
 # --- How uneven the faces are ---
 
 
 def estimate_spread(problem: Problem, fit: Fit) -> Spread:
-    """Standard deviations of tiles and of single observations that make the residuals most likely."""
-    weight = _robust(problem, fit.linear, fit.left, problem.spread) * _variance(fit.linear, problem.spread)
+    """Standard deviations of heights and of single observations that make the residuals most likely."""
     linear, layout = fit.linear, fit.layout
-
+    less = _robust(problem, linear, fit.left) / _variance(linear, problem.spread)
     prior = _prior(problem, fit.state, layout)
 
     def cost(logs: Array) -> float:
         spread = _spread(logs, problem.spread)
-        variance = _variance(linear, spread) / weight
-        tiles, of_tiles = problem.tiles.known(spread)
-        normal = _normal(linear, layout, 1 / variance, prior, tiles)
+        errors = Errors(problem, linear, spread, _variance(linear, spread) * less)
+        normal = _normal(linear, layout, errors, prior)
         factor, scale = _factor(normal.matrix)
         determinant = 2 * np.log(np.diag(factor[0])).sum() - 2 * np.log(scale).sum()
         explained = float((scale * normal.right) @ cho_solve(factor, scale * normal.right))
-        return float(np.log(variance).sum() + of_tiles + determinant + normal.square - explained)
+        known = np.log(spread.bow / (_BOW * spread.wave)) ** 2
+        return float(errors.determinant + determinant + normal.square - explained + known)
 
-    start = np.log([problem.spread.tile, problem.spread.spot, problem.spread.bow])
+    start = np.log([problem.spread.wave, problem.spread.spot, problem.spread.bow])
     found = minimize(cost, start, method="Nelder-Mead", options={
         "xatol": 0.08, "fatol": 0.3, "maxfev": 60, "initial_simplex": start - np.eye(4, 3, -1)})
     return _spread(found.x, problem.spread)
 
 
 def _spread(logs: Array, usual: Spread) -> Spread:
-    tile, spot, bow = np.exp(np.clip(logs, np.log(_NEAR_ZERO_M), np.log(0.05)))
-    return replace(usual, tile=float(tile), spot=float(spot), bow=float(bow))
+    wave, spot, bow = np.exp(np.clip(logs, np.log(_NEAR_ZERO_M), np.log(0.05)))
+    return replace(usual, wave=float(wave), spot=float(spot), bow=float(bow))
 
 
 def estimate_bends(problem: Problem, fit: Fit) -> Spread:
     """Standard deviations of bends and biases that make the residuals most likely: on the normal equations of those alone."""
     layout, spread = fit.layout, problem.spread
     is_own = np.zeros(layout.size, bool)
-    is_own[CALIBRATION_COUNT:layout.poses] = is_own[layout.biases:layout.heights] = True
+    is_own[CALIBRATION_COUNT:layout.poses] = is_own[layout.biases:] = True
     is_bend = np.flatnonzero(is_own) < layout.poses
     now = np.r_[fit.state.bends.ravel(), fit.state.biases]
 
