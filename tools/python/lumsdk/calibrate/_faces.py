@@ -8,8 +8,9 @@ import numpy as np
 
 from .._frame import EYES
 from .._settings import Calibration
+from ._edges import collect
 from ._match import Pose, Seen, View, assign
-from ._model import Cells, Eye, Fixed, State, priors
+from ._model import Cells, Eye, Fixed, State, cells_of, priors
 from ._planes import points
 from ._result import Array
 from ._solve import TILE_M, TILES_MAX, Group, Problem, Surface, group_cells, solve, surface_of, untold
@@ -89,9 +90,7 @@ def _replace(scene: Scene, state: State, of: Array) -> None:
 
 
 def _cells_of(scene: Scene, s: Seen, cells: Array, plane: int) -> Cells:
-    g, e = scene.views[s.capture].grid, s.patch.eye
-    return Cells(s.capture, e, g.azimuth[e].ravel()[cells], g.elevation[e].ravel()[cells], g.range_m[e].ravel()[cells],
-                 g.sigma_m[e].ravel()[cells] ** 2, np.full(len(cells), plane))
+    return cells_of(scene.views[s.capture].grid, s.capture, s.patch.eye, cells, plane)
 
 
 def begin(views: list[View], poses: list[Pose], calibration: Calibration) -> list[Seen]:
@@ -225,10 +224,10 @@ def _fine(scene: Scene, state: State, cells: Cells, at: Array) -> tuple[Cells, A
                  cells.plane[kept]), at[kept]
 
 
-def _shrink(scene: Scene, state: State, s: Seen, plane: int) -> Cells:
-    """The cells of a patch without outliers, as means of neighbours: each stands on the ray of its mean angles."""
+def _shrink(scene: Scene, state: State, s: Seen, found: Array, plane: int) -> Cells:
+    """Cells of a patch without outliers, as means of neighbours: each stands on the ray of its mean angles."""
     lines, pixels = scene.views[s.capture].grid.range_m.shape[1:]
-    cells, at = _fine(scene, state, _cells_of(scene, s, s.patch.cells, plane), s.patch.cells)
+    cells, at = _fine(scene, state, _cells_of(scene, s, found, plane), found)
     key = (at // pixels // max(1, lines // _FINE_LINES)) * pixels + at % pixels // _FINE_PIXELS
     _, of = np.unique(key, return_inverse=True)
     of = of.ravel()
@@ -255,10 +254,11 @@ def _joined(parts: list[Cells]) -> Cells:
 
 def observe(scene: Scene, state: State, of: Array) -> tuple[list[Group], Surface]:
     """Squares of faces as observations, and how alike their heights are."""
-    parts: dict[tuple[int, int], list[Cells]] = {}
-    for index, s in enumerate(scene.seen):
-        parts.setdefault((s.capture, s.patch.eye), []).append(_shrink(scene, state, s, int(of[index])))
-    joined = [_joined(part) for _, part in sorted(parts.items())]
+    joined = []
+    for k, e in sorted({(s.capture, s.patch.eye) for s in scene.seen}):
+        mine = [(i, int(of[i]), s.patch.cells) for i, s in enumerate(scene.seen) if (s.capture, s.patch.eye) == (k, e)]
+        cells = collect(scene.views[k].grid, k, e, mine, state, scene.fixed)
+        joined.append(_joined([_shrink(scene, state, scene.seen[i], cells[i], plane) for i, plane, _ in mine if len(cells[i])]))
     scale = 1.0
     while True:
         made = [group_cells(cells, state, scene.fixed, TILE_M * scale) for cells in joined]

@@ -12,7 +12,7 @@ import numpy as np
 from .._frame import EYES
 from .._settings import Calibration
 from ._match import Pose
-from ._planes import metres_a_ps, rotation
+from ._planes import Grid, metres_a_ps, rotation
 from ._result import Array
 
 EYE_KEYS = ("tof_offset_ps", "azimuth.width_deg", "elevation.min_deg", "elevation.max_deg")
@@ -86,6 +86,12 @@ class Cells:
     range_m: Array
     variance: Array
     plane: Array
+
+
+def cells_of(grid: Grid, capture: int, eye: int, at: Array, plane: int) -> Cells:
+    """Cells of a grid by their places in it, all of one face."""
+    return Cells(capture, eye, grid.azimuth[eye].ravel()[at], grid.elevation[eye].ravel()[at], grid.range_m[eye].ravel()[at],
+                 grid.sigma_m[eye].ravel()[at] ** 2, np.full(len(at), plane))
 
 
 @dataclass

@@ -254,8 +254,13 @@ class _Means:
     block: tuple[int, int]
 
 
+def block_of(lines: int) -> tuple[int, int]:
+    """Lines and pixels of a mean."""
+    return max(1, round(lines / _BLOCK[0])), max(1, PIXELS // _BLOCK[1])
+
+
 def _block_means(xyz: Array, lines: int) -> tuple[Array, tuple[int, int]]:
-    block = max(1, round(lines / _BLOCK[0])), max(1, PIXELS // _BLOCK[1])
+    block = block_of(lines)
     rows = lines // block[0]
     cells = xyz.reshape(lines, PIXELS, 3)[:rows * block[0]].reshape(rows, block[0], -1, block[1], 3)
     known = np.isfinite(cells[..., 0])
@@ -276,7 +281,7 @@ def _with_normals(xyz: Array, block: tuple[int, int]) -> _Means:
         return np.asarray(uniform_filter1d(uniform_filter1d(values.astype("f8"), 5, 0, mode="constant"), 7, 1, mode="constant"))
 
     share = mean(known)
-    enough = known & (share > 0.6)
+    enough = known & (share > 0.55)
     scale = 1 / np.maximum(share, 1e-9)
     first = [mean(filled[..., i]) * scale for i in range(3)]
     covariance = np.empty((*known.shape, 3, 3))
