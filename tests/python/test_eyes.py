@@ -103,7 +103,7 @@ def test_a_room_tells_the_calibration():
 
 def test_standard_deviations_hold_on_wavy_walls(monkeypatch):
     """Over several rooms: neither too small nor so large that they say nothing."""
-    monkeypatch.setattr(_faces, "TILES_MAX", 150)
+    monkeypatch.setattr(_faces, "TILES_MAX", 400)
     mild = 3, 0.0014, 0.002, 0.003
     off = []
     for seed in (4, 5, 7):
@@ -143,7 +143,7 @@ def test_a_solver_that_errs_makes_no_file(monkeypatch, tmp_path, capsys):
             fit.state.values[_model.KEYS.index("green.mount.yaw_deg")] += 0.5
         return fit
 
-    monkeypatch.setattr(_faces, "TILES_MAX", 250)
+    monkeypatch.setattr(_faces, "TILES_MAX", 500)
     monkeypatch.setattr(_eyes, "solve", err)
     monkeypatch.setattr(_eyes, "grid", lambda capture, *_, **__: grids["abc".index(capture[0])])
     monkeypatch.chdir(tmp_path)

@@ -34,7 +34,7 @@ sample_order: big
 POSES = ("0.1,-0.1,1.2,0,0,0", "-0.1,0.1,1.25,12,0,27", "0,0.2,1.15,-12,0,-27")
 
 BARS = {"ps": 60.0, "m": 0.004, "deg": 0.06}
-"""How far off values may be, of a few frames and coarse tiles."""
+"""How far off values may be, of a few frames and coarse squares."""
 
 
 @pytest.fixture(scope="module")
@@ -52,10 +52,10 @@ def folder(tmp_path_factory, make_capture):
 
 
 def lumcal(folder, *words):
-    """Its exit status, run in the folder, with tiles that are coarser than usual: it takes a quarter of the time."""
+    """Its exit status, run in the folder, with squares that are coarser than usual: it takes less time."""
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        patch.setattr(_faces, "TILES_MAX", 300)
+        patch.setattr(_faces, "TILES_MAX", 600)
         return _cli.main([*words, "--profile", "profile.yaml", "--sensor", "10.42.0.37"])
 
 
