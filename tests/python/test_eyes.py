@@ -183,7 +183,9 @@ def test_angles_in_degrees_have_no_width():
     """However much is recorded."""
     why = _eyes._why_held("blue.azimuth.width_deg", 3, False)
     assert "angles in degrees" in why and "no recording" in why
-    assert "angles in degrees" not in _eyes._why_held("green.mount.z_m", 3, False)
+    assert "angles in degrees" in _eyes._why_held("green.elevation.max_deg", 1, False)
+    for key, is_span in (("green.mount.z_m", False), ("green.mount.x_m", False), ("blue.azimuth.width_deg", True)):
+        assert "angles in degrees" not in _eyes._why_held(key, 3, is_span)
 
 
 def test_what_is_found_besides_is_told():
@@ -445,12 +447,6 @@ def test_what_is_hardly_told_together_is_named():
     assert told.startswith("green.mount.y_m and green.mount.z_m and green.mount.pitch_deg: ")
     found.covariance = np.diag((share * scale) ** 2)
     assert list(_eyes._together(found)) == []
-
-
-def test_angles_in_degrees_have_no_width():
-    assert "angles in degrees" in _eyes._why_held("blue.azimuth.width_deg", 3, False)
-    assert "angles in degrees" in _eyes._why_held("green.elevation.max_deg", 1, False)
-    assert "angles in degrees" not in _eyes._why_held("green.mount.x_m", 3, False) + _eyes._why_held("blue.azimuth.width_deg", 3, True)
 
 
 def test_a_lying_and_a_standing_face_are_held_out_where_others_tell_the_same():
