@@ -323,9 +323,9 @@ def test_it_is_told_which_capture_stands_alone():
 
 
 @functools.lru_cache(maxsize=None)
-def joined():
+def joined(*choice):
     """A scene with its faces, the state and the face of each patch."""
-    return _eyes._scene(room()[0], lumsdk.Calibration())
+    return _eyes._scene(room(*choice)[0], lumsdk.Calibration())
 
 
 def parts(of):
@@ -379,8 +379,8 @@ def test_what_stands_elsewhere_in_one_capture_is_left_out_the_worst_first():
 
 def test_a_thing_that_moved_does_not_pull():
     """Too little for another face, and too much for a wall that is not quite flat."""
-    grids, true = room()
-    scene, state, of = joined()
+    grids, true = room(4)
+    scene, state, of = joined(4)
     cells = np.array([len(s.patch.cells) for s in scene.seen])
     most = np.bincount(of, cells).argmax()
     moved = max((i for i in range(len(cells)) if of[i] == most and 300 < cells[i] < 3000), key=lambda i: scene.seen[i].capture)
