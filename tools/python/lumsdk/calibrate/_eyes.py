@@ -32,7 +32,7 @@ _LYING, _ALIKE = 0.7, 0.9
 _BENT = 0.004, 6.0
 """A face whose residuals are usually so many metres, and so many times those of other faces, is none."""
 
-_MOVED = 0.003, 6.0
+_MOVED = 0.002, 6.0
 """The same for what a capture and an eye see of a face, on the whole: it has moved, or is another face."""
 
 _ROUNDS, _CLEANINGS, _JOININGS = 20, 6, 3
@@ -94,7 +94,7 @@ def _misfits(problem: Problem, fit: Fit) -> Array:
     plane = np.concatenate([group.plane for group in problem.groups])
     number = np.repeat(np.arange(len(problem.groups)), [len(group.count) for group in problem.groups])
     # Where only this capture sees the face, its heights take up what is off; elsewhere they are shared.
-    for off, least in ((fit.left, _MOVED[0]), (fit.linear.residual, 2 * _MOVED[0])):
+    for off, least in ((fit.left, _MOVED[0]), (fit.linear.residual, 3 * _MOVED[0])):
         across = off / np.sqrt(fit.linear.slant)
         usual = np.zeros(made.shape)
         for index, j in np.unique(np.stack((number, plane), 1), axis=0):

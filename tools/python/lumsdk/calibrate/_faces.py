@@ -193,14 +193,18 @@ def rejoin(scene: Scene, state: State, of: Array) -> tuple[State, Array]:
     _replace(scene, state, of)
     merged = _merged(scene.seen, state, of)
     normals, offsets, biases = list(state.normals), list(state.offsets), list(state.biases)
-    for index, s in enumerate(scene.seen):
-        def off(j: int, s: Seen = s) -> float:
-            return max(_degrees(normals[j], s.normal) / _FITS[0], _rms_off(s, normals[j], offsets[j]) / _FITS[1])
 
-        if off(merged[index]) <= 1:
+    def off(s: Seen, j: int) -> float:
+        return max(_degrees(normals[j], s.normal) / _FITS[0], _rms_off(s, normals[j], offsets[j]) / _FITS[1])
+
+    # What is wrong pulls others with it: the worst go first.
+    wrong = [off(s, j) for s, j in zip(scene.seen, merged)]
+    least = max(1.0, 0.5 * max(wrong))
+    for index, s in enumerate(scene.seen):
+        if wrong[index] <= least:
             continue
-        best = min(range(len(normals)), key=off)
-        if off(best) > 1:
+        best = min(range(len(normals)), key=lambda j: off(s, j))
+        if off(s, best) > 1:
             best = len(normals)
             normals.append(s.normal)
             offsets.append(s.offset)
