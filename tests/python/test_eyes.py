@@ -491,6 +491,10 @@ def test_faces_are_measured_up_to_their_edges():
         for i, plane, _ in mine:
             ray = _model.Eye(_model.cells_of(scene.views[k].grid, k, e, made[i], plane), state, scene.fixed)
             assert np.abs(ray.residual * ray.slope).max() < 0.004
+    # What stands elsewhere as a whole is not lost by that.
+    index, plane, found = mine[0]
+    scene.views[1].grid.range_m[1].ravel()[found] += 0.03
+    assert len(_edges.collect(scene.views[1].grid, 1, 1, mine, state, scene.fixed)[index]) > 0.9 * len(found)
 
 
 def test_heights_of_a_face_are_alike_where_captures_see_other_parts_of_it():

@@ -110,13 +110,16 @@ def collect(grid: Grid, capture: int, eye: int, patches: list[tuple[int, int, Ar
     """The cells of each patch of an eye: patches are (number, face, cells found); by their numbers."""
     parts = [_part(*patch, grid.range_m.shape[1]) for patch in sorted(patches, key=lambda patch: -len(patch[2]))]
     rays = _Rays(grid, capture, eye, state, fixed)
+    # Of a patch that stands elsewhere as a whole, all cells are told, for the solver to judge.
+    every = [rays.away(part.plane) for part in parts]
+    every = [off - np.nanmedian(off[part.found]) for part, off in zip(parts, every)]
     with np.errstate(invalid="ignore"):
-        fits = [part.near & (np.abs(rays.away(part.plane)) < np.maximum(_OFF_M, _OFF * rays.noise)) for part in parts]
+        fits = [part.near & (np.abs(off) < np.maximum(_OFF_M, _OFF * rays.noise)) for part, off in zip(parts, every)]
     unknown = _widened(~np.any(fits, 0), _UNKNOWN)
     taken = np.zeros(rays.shape, bool)
     made = {}
-    for part, fit in zip(parts, fits):
-        kept = fit & ~taken & (part.found | ~unknown) & ~_beside_jumps(rays.away(part.plane), rays.noise)
+    for part, off, fit in zip(parts, every, fits):
+        kept = fit & ~taken & (part.found | ~unknown) & ~_beside_jumps(off, rays.noise)
         for other in parts:
             if other.plane != part.plane:
                 kept &= _is_clear(rays, part, other)
