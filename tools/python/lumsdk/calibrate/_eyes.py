@@ -345,7 +345,7 @@ def _pose_notes(problem: Problem, state: State, names: Sequence[str]) -> Iterato
     turns, places = untold(problem.groups, problem.captures, state.normals)
     for rows, is_turn in ((turns, True), (places, False)):
         for row in rows:
-            who = " and ".join(names[k] for k in _apart(row))
+            who = " and ".join([str(names[int(k)]) for k in _apart(row)])
             if not is_turn and (row[:, 2] ** 2).sum() > 0.5:
                 yield (f"{who}: no floor or ceiling that another capture shows too: how high the sensor stood is not told, and was "
                        "taken as the same; pitch the sensor down a little, so that it sees the floor")
@@ -407,15 +407,16 @@ def _scene(grids: Sequence[Grid], calibration: Calibration) -> tuple[Scene, Stat
 def _solved(scene: Scene, state: State, of: Array) -> tuple[Problem, _Found, State]:
     """A solution of which the patches are joined as it sees them, and the state that it began from."""
     moved: set[int] = set()
-    for turn in range(_JOININGS):
+    turn = 0
+    while True:
         groups, surface = observe(scene, state, of)
         problem, found = _settle(Problem(groups, scene.fixed, scene.before, len(scene.views), surface), state)
         moved = found.moved = moved | found.moved
         better, again = rejoin(scene, found.fit.state, of)
-        if turn + 1 == _JOININGS or (again == of).all():
-            break
+        turn += 1
+        if turn == _JOININGS or (again == of).all():
+            return problem, found, state
         state, of = better, again
-    return problem, found, state
 
 
 def solve_grids(grids: Sequence[Grid], calibration: Calibration) -> Solution:

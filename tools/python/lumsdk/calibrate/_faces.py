@@ -182,7 +182,7 @@ def _merged(seen: list[Seen], state: State, of: Array) -> Array:
         mine = [s for s, j in zip(seen, of) if j == small]
         for large in order[:at]:
             if mine and _degrees(state.normals[large], state.normals[small]) < _SAME[0] and all(
-                    _rms_off(s, state.normals[large], state.offsets[large]) < _SAME[1] for s in mine):
+                    _rms_off(s, state.normals[large], float(state.offsets[large])) < _SAME[1] for s in mine):
                 of[of == small] = large
                 break
     return of
