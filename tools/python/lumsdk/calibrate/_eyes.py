@@ -383,9 +383,6 @@ def _notes(grids: Sequence[Grid]) -> Iterator[str]:
     if len(grids) < CAPTURES:
         yield (f"{len(grids)} capture{'s' if len(grids) > 1 else ''}; {CAPTURES} are the least, the sensor turned by 20 "
                "to 30 degrees between them, one rolled by about +12 degrees and one by -12")
-    if len(grids) > CAPTURES:
-        yield (f"{len(grids)} captures: standard deviations of more than {CAPTURES} were too small in simulated rooms with wavy "
-               "walls; docs/calibration.md, \"How good it is\"")
 
 
 # --- All of it ---
