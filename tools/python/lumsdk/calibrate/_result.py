@@ -83,8 +83,6 @@ class Solution:
     base: dict[str, Any] = field(default_factory=dict)
     """The calibration as it was, nested as in a file."""
     notes: list[str] = field(default_factory=list)
-    poses: list[tuple[Array, Array]] = field(default_factory=list)
-    """Turn (3, 3) and place in metres of each capture's sensor, in the frame of the first capture's."""
     allowed_m: float = float("nan")
     """Root mean square up to which it counts as no worse than before; nan where it is not known."""
     began: str = "typical values"
@@ -94,6 +92,8 @@ class Solution:
     degrees. No calibration holds them."""
     spread: dict[str, float] = field(default_factory=dict)
     """How uneven faces and mirrors were taken to be: standard deviations in metres, and in degrees where the name ends in _deg."""
+    poses: list[tuple[Array, Array]] = field(default_factory=list)
+    """Turn (3, 3) and place in metres of each capture's sensor, in the frame of the first capture's."""
 
     def calibration(self) -> dict[str, Any]:
         """Nested as in a calibration file: as it was, with the values that were measured."""
