@@ -190,16 +190,13 @@ static unsigned cost(lum_field field, unsigned bytes)
     return c;
 }
 
-static unsigned bits_of(lum_field field)
-{
-    return field.bits != 0 ? field.bits : 8u * field.bytes;
-}
-
 /* Whether one is the lowest bits of the other: which of them explains more is
  * then no chance, be it by ever so few packets. */
 static bool is_nested(lum_field a, lum_field b)
 {
-    const unsigned bits = bits_of(a) < bits_of(b) ? bits_of(a) : bits_of(b);
+    const unsigned one = lum_infer_width(a);
+    const unsigned two = lum_infer_width(b);
+    const unsigned bits = one < two ? one : two;
     for (unsigned i = 0; i < bits; i++) {
         if (lum_infer_bit_at(a, a.low + i) != lum_infer_bit_at(b, b.low + i)) {
             return false;

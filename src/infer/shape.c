@@ -173,8 +173,7 @@ static bool is_same_bits(lum_field a, lum_field b, unsigned bits)
  * @return false where they are not beside each other there. */
 static bool move_into(lum_field *field, lum_field base)
 {
-    const unsigned bits =
-        field->bits == 0 ? 8u * field->bytes : (unsigned)field->bits;
+    const unsigned bits = lum_infer_width(*field);
     for (unsigned low = 0; low + bits <= 8u * base.bytes; low++) {
         lum_field moved = base;
         moved.low = (uint8_t)low;

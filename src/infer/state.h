@@ -98,7 +98,6 @@ typedef struct lum_infer_state {
     lum_infer_packets all;  /**< what may be data */
     lum_infer_packets data; /**< of the data's type */
     lum_infer_packets good; /**< of these, with a kind */
-    size_t by_type[256];    /**< packets by type */
     unsigned type;          /**< of the data */
     bool is_tag_type;       /**< types 2 and 3 are the tags */
     lum_infer_samples samples;
