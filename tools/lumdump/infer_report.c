@@ -37,7 +37,9 @@ static void print_unused(const lum_infer_result *r, FILE *out)
                       r->other_type, plural(r->other_type));
     }
     if (r->left_out > 0) {
-        (void)fprintf(out, "not used   %" PRIu32 " packet%s of more sensors\n",
+        (void)fprintf(out,
+                      "not used   %" PRIu32
+                      " packet%s of other sensors than the first 16\n",
                       r->left_out, plural(r->left_out));
     }
     if (r->cut_short > 0) {
