@@ -190,8 +190,8 @@ static unsigned cost(lum_field field, unsigned bytes)
     return c;
 }
 
-/* Whether one is the lowest bits of the other: which of them explains more is
- * then no chance, be it by ever so few packets. */
+/* Whether one is the lowest bits of the other. If the longer one explains more,
+ * that is then no chance, be it by ever so few packets. */
 static bool is_nested(lum_field a, lum_field b)
 {
     const unsigned one = lum_infer_width(a);
@@ -225,9 +225,20 @@ static bool is_alike(const lum_infer_state *state, lum_field a, lum_field b)
     return true;
 }
 
+/* Whether a number explains more than its own lowest bits do. */
+static bool needs_more_bits(const candidate *a, const candidate *b)
+{
+    return a->share > b->share &&
+           lum_infer_width(a->field) > lum_infer_width(b->field) &&
+           is_nested(a->field, b->field);
+}
+
 /* Of those that are as good, the plainer one. */
 static bool is_better(const search *s, const candidate *a, const candidate *b)
 {
+    if (needs_more_bits(a, b) || needs_more_bits(b, a)) {
+        return a->share > b->share;
+    }
     return a->share > b->share + NEAR ||
            (a->share > b->share - NEAR &&
             cost(a->field, s->bytes) < cost(b->field, s->bytes));

@@ -49,6 +49,13 @@ group:
   first_sample_index: {at: 14, bytes: 4, bits: [12, 27]}
   num_samples: 18
 """
+# The eye and an index, whose 11 lowest bits end with a byte.
+TIGHT = """version: 1
+group:
+  eye: {at: 16, bytes: 4, bits: [0, 0]}
+  first_sample_index: {at: 16, bytes: 4, bits: [5, 18]}
+  num_samples: none
+"""
 KEYS = ("data_packet_type", "group.tag", "group.eye", "group.line", "group.num_samples", "group.first_sample_index",
         "group.timestamp", "group.samples", "eye_values", "angle_order", "angle_lsb_deg", "line_span_us")
 FRAMES = ("--frames", "2", "--lines", "64")
@@ -94,6 +101,31 @@ class Found(Case):
         capture = self.capture(OTHER, "--loss", "0.03", "--reorder", "0.03", "--corrupt", "0.01", "--seed", "4")
         self.infer(capture, "-o", self.folder / "found.yaml")
         self.assert_same_points(capture, self.folder / "true.yaml", self.folder / "found.yaml")
+
+    def test_a_number_has_all_its_bits_though_few_packets_need_the_highest(self):
+        """Of lines with more than 2,048 words only two are left: 11 bits explain all packets but a few."""
+        capture = self.capture(TIGHT)
+        data = capture.read_bytes()
+        packets, at = [], 24
+        while at < len(data):
+            length = struct.unpack_from("<I", data, at + 8)[0]
+            packets.append(data[at:at + 16 + length])
+            at += 16 + length
+        word_of = lambda packet, first, size: int.from_bytes(packet[16 + 42 + first:16 + 42 + first + size], "little")
+        line_of = lambda packet: (word_of(packet, 14, 2), word_of(packet, 16, 4) & 1)
+        index_of = lambda packet: word_of(packet, 16, 4) >> 5 & 0x3fff
+        full = sorted({line_of(p) for p in packets if index_of(p) >= 2048})
+        self.assertGreater(len(full), 2)
+        kept = [p for p in packets if line_of(p) not in full[2:]]
+        few = sum(index_of(p) >= 2048 for p in kept)
+        self.assertTrue(0 < few < 0.004 * len(kept), (few, len(kept)))
+        source = self.folder.write("few.pcap", data[:24] + b"".join(kept))
+        findings = {f["key"]: f for f in json.loads(self.infer(source, "--json").stdout)["findings"]}
+        value = findings["group.first_sample_index"]["value"]
+        self.assertRegex(value, r"^\{at: \d+, bytes: \d, bits: \[\d+, \d+\]\}$")
+        first, size, low, high = map(int, re.findall(r"\d+", value))
+        for p in kept:
+            self.assertEqual(word_of(p, first, size) >> low & (1 << high - low + 1) - 1, index_of(p), value)
 
     def test_a_profile_that_the_capture_bears_is_not_used(self):
         """It is wrong, and lumdump would use it."""
