@@ -1,4 +1,5 @@
 """lumcal check: what it measures in rooms that are known, and how it tells it."""
+import dataclasses
 import json
 
 import numpy as np
@@ -175,6 +176,29 @@ def test_where_one_eye_sees_nothing_it_is_unknown(yard):
     told = json.loads(_tell.check_json(found))
     assert told["verdict"] == "unknown" and told["flat_mm"]["green"] is None and told["step_mm"] is None
     assert "no flat faces" in _tell.check_text(found)
+
+
+def exchanged(seen):
+    """What a profile with eye_values the wrong way round makes of a grid."""
+    return dataclasses.replace(seen, **{name: getattr(seen, name)[::-1].copy() for name in ("azimuth", "elevation", "range_m", "sigma_m", "count")})
+
+
+def test_exchanged_eyes_do_not_meet_by_the_floor_alone(yard):
+    """Of a level sensor the floor goes on whichever eye is which; the wall straight ahead tells."""
+    true, seen = yard
+    for made in calibration(true), Calibration():
+        assert not _check.check_grid(seen, made, "mine").is_exchanged
+        found = _check.check_grid(exchanged(seen), made, "mine")
+        assert found.is_exchanged and found.verdict == "unknown"
+        assert "eye_values" in _tell.advice(found) and json.loads(_tell.check_json(found))["eyes_exchanged"] is True
+
+
+def test_a_floor_does_not_tell_which_eye_is_which(yard):
+    true, seen = yard
+    floor = dataclasses.replace(seen, range_m=seen.range_m.copy())
+    floor.range_m[:, :30] = np.nan
+    for made in floor, exchanged(floor):
+        assert not _check.check_grid(made, calibration(true), "mine").is_exchanged
 
 
 def test_text_and_json_tell_the_same(yard):

@@ -1,5 +1,6 @@
 """lumcal eyes: rooms of a known calibration, what is held, and what is refused. Most rooms are made by rooms.py, in milliseconds."""
 import copy
+import dataclasses
 import functools
 import json
 import math
@@ -213,6 +214,15 @@ def test_a_bent_scan_shows():
 def test_a_note_says_what_the_number_of_captures_means(count, told):
     notes = list(_eyes._notes([room()[0][0]] * count))
     assert [told in note for note in notes] == [True] if told else not notes
+
+
+def test_a_note_says_that_the_eyes_are_exchanged():
+    grids = room()[0]
+    fields = "azimuth", "elevation", "range_m", "sigma_m", "count"
+    other = [dataclasses.replace(g, **{name: getattr(g, name)[::-1].copy() for name in fields}) for g in grids]
+    assert not list(_eyes._eye_notes(grids, lumsdk.Calibration()))
+    note, = _eyes._eye_notes(other, lumsdk.Calibration())
+    assert "only with the eyes exchanged" in note and "calibrate again" in note
 
 
 def test_centres_are_held_for_yaw_means_both():

@@ -266,7 +266,7 @@ class Reading:
         if counts.counts["data"] == 0 and counts.packets:
             kinds = ", ".join(f"{name} {counts.counts[name]}" for name in (*_KINDS, *_BAD_KINDS) if counts.counts[name])
             raise CaptureError(f"{self._name}: packets of a G2 came, but none of them is a data packet: {kinds}; lumdump "
-                               "shows their types and lengths, and how to write a wire profile")
+                               "shows their types and lengths, and with --infer finds their layout, for a profile")
         if not counts.packets:
             warn(f"{self._name}: no packet of a G2 was found: no complete packet to or from UDP port 5517 has its magic")
         self._check_points(counts.counts)

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Callable, Optional
 
 import numpy as np
@@ -133,6 +133,8 @@ class Check:
     """All points of each eye in the frame of the sensor: (cells, 3)."""
     strange: list[Seam] = field(default_factory=list)
     """Halves that are two faces, or one that a calibration which is far off tears apart."""
+    is_exchanged: bool = False
+    """No wall goes on from eye to eye, but one does if the blue eye is taken for the green one."""
 
     @property
     def flat_m(self) -> tuple[Optional[float], Optional[float]]:
@@ -146,7 +148,9 @@ class Check:
 
     @property
     def verdict(self) -> str:
-        """apart where one face is, meet where one does, unknown where no face that both eyes see tells."""
+        """apart where one face is, meet where one does, unknown where no face that both eyes see tells, or eyes seem exchanged."""
+        if self.is_exchanged:
+            return "unknown"
         told = {seam.verdict for seam in self.seams}
         return next((word for word in ("apart", "meet") if word in told), "unknown")
 
@@ -336,13 +340,34 @@ def find_seams(faces: Iterable[Face]) -> tuple[list[Seam], list[Seam]]:
 # --- A capture ---
 
 
+def _find_faces(seen: Grid, calibration: Calibration, clouds: list[Array]) -> list[Face]:
+    made = (_face(patch, clouds[patch.eye]) for patch in find_planes(seen, calibration))
+    return [face for face in made if face is not None]
+
+
+def _clouds(seen: Grid, calibration: Calibration) -> list[Array]:
+    return [points(seen, eye, calibration) for eye in range(2)]
+
+
+def has_wall(seams: Iterable[Seam]) -> bool:
+    """Whether one is of a wall. Of a level sensor a floor goes on whichever eye is which, and tells nothing of that."""
+    return any(seam.kind not in ("floor", "ceiling") for seam in seams)
+
+
+def are_exchanged(seen: Grid, calibration: Calibration, seams: Iterable[Seam]) -> bool:
+    """Whether no wall goes on from eye to eye, of these seams of the grid, and one does with each eye taken for the other."""
+    if has_wall(seams):
+        return False
+    other = replace(seen, **{name: getattr(seen, name)[::-1] for name in ("azimuth", "elevation", "range_m", "sigma_m", "count")})
+    return has_wall(find_seams(_find_faces(other, calibration, _clouds(other, calibration)))[0])
+
+
 def check_grid(seen: Grid, calibration: Calibration, named: str) -> Check:
     """What a grid tells of a calibration."""
-    clouds = [points(seen, eye, calibration) for eye in range(2)]
-    made = (_face(patch, clouds[patch.eye]) for patch in find_planes(seen, calibration))
-    faces = [face for face in made if face is not None]
+    clouds = _clouds(seen, calibration)
+    faces = _find_faces(seen, calibration, clouds)
     seams, strange = find_seams(faces)
-    return Check(seen.name, named, seen.frames, faces, seams, clouds, strange)
+    return Check(seen.name, named, seen.frames, faces, seams, clouds, strange, are_exchanged(seen, calibration, seams))
 
 
 def check(options: Options, progress: _Tell) -> Check:

@@ -12,13 +12,14 @@ from .._errors import CaptureError, OptionError
 from .._frame import EYES
 from .._settings import Calibration, Profile, setting_of
 from .._source import open as open_source
+from ._check import check_grid, has_wall
 from ._faces import Scene, begin, join, observe, rejoin, without
 from ._match import look, place_all
 from ._model import CALIBRATION_COUNT, KEYS, ORDERS, Eye, State, fixed_of, priors, tangents, values_of
 from ._planes import Grid, grid
 from ._result import Array, Parameter, Plane, Residuals, Solution
 from ._solve import Fit, Group, Problem, Spread, covariance, estimate_bends, estimate_spread, linearise, solve, untold
-from ._tell import bends
+from ._tell import EXCHANGED, bends
 
 _WORTH = 0.5
 """What leaves more than this share of what was known before is not observable."""
@@ -385,6 +386,13 @@ def _notes(grids: Sequence[Grid]) -> Iterator[str]:
                "to 30 degrees between them, one rolled by about +12 degrees and one by -12")
 
 
+def _eye_notes(grids: Sequence[Grid], calibration: Calibration) -> Iterator[str]:
+    """Where a wall goes on from eye to eye only with each eye taken for the other, and in no capture as they are called."""
+    found = [check_grid(g, calibration, "") for g in grids]
+    if not any(has_wall(made.seams) for made in found) and any(made.is_exchanged for made in found):
+        yield f"{EXCHANGED}. Then these values are of no use: exchange the two numbers of eye_values in it, and calibrate again"
+
+
 # --- All of it ---
 
 
@@ -436,7 +444,7 @@ def _solve_grids(grids: Sequence[Grid], calibration: Calibration) -> Solution:
     held_out = _held_out(problem, found)
     compared = held_out if np.isfinite(held_out[0]) else (_rms(before), _rms(after))
     names = [os.fsdecode(g.name) for g in grids]
-    notes = [*_notes(grids), *_pose_notes(problem, found.fit.state, names), *_fit_notes(found, names), *_together(found)]
+    notes = [*_eye_notes(grids, calibration), *_notes(grids), *_pose_notes(problem, found.fit.state, names), *_fit_notes(found, names), *_together(found)]
     if not np.isfinite(held_out[0]):
         notes.append("too few faces to hold one out: whether the calibration is better was judged on the faces it is made of")
     planes = _tell_planes(problem, before, after, new)

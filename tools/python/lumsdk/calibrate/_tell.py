@@ -44,7 +44,12 @@ def _seam_line(seam: Seam) -> str:
             f" twist {seam.twist_deg:6.3f} +- {seam.twist_sigma_deg:.3f} degrees" + MARKS[seam.verdict])
 
 
+EXCHANGED = "a wall goes on from eye to eye only with the eyes exchanged: the profile probably calls the blue eye green"
+
+
 def _why_unknown(found: Check) -> str:
+    if found.is_exchanged:
+        return f"{EXCHANGED}. Exchange the two numbers of eye_values in it, and check again"
     if found.seams:
         return (f"what both eyes see here is too small or too uneven to tell a step within {1000 * TOLD_M:g} mm and angles within "
                 f"{TOLD_DEG:g} degrees: let the sensor look at a larger wall straight ahead, or at the floor, with more frames")
@@ -52,7 +57,8 @@ def _why_unknown(found: Check) -> str:
         seam = found.strange[0]
         return (f"no face goes on from eye to eye; the nearest to it are {seam.apart_deg:.1f} degrees and {abs(seam.step_m):.2f} m "
                 "apart. These are two faces, or the calibration is wrong by as much: lumcal eyes tells")
-    return "no wall or floor goes on from eye to eye: let the sensor look at a wall straight ahead, or at the floor"
+    return ("no wall or floor goes on from eye to eye: let the sensor look at a wall straight ahead, or at the floor; if it does, the "
+            "eyes may be exchanged: eye_values of the profile")
 
 
 def advice(found: Check) -> str:
@@ -96,7 +102,7 @@ def check_json(found: Check) -> str:
                        "faces": {name: sum(face.eye == eye for face in found.faces) for eye, name in enumerate(EYES)},
                        "flat_mm": flat, "step_mm": _number(None if step is None else 1000 * step, 3),
                        "seams": [_seam_json(seam) for seam in found.seams], "verdict": found.verdict,
-                       "advice": advice(found)}, indent=2) + "\n"
+                       "eyes_exchanged": found.is_exchanged, "advice": advice(found)}, indent=2) + "\n"
 
 
 # --- lumcal eyes ---
