@@ -444,7 +444,8 @@ def _solve_grids(grids: Sequence[Grid], calibration: Calibration) -> Solution:
     held_out = _held_out(problem, found)
     compared = held_out if np.isfinite(held_out[0]) else (_rms(before), _rms(after))
     names = [os.fsdecode(g.name) for g in grids]
-    notes = [*_eye_notes(grids, calibration), *_notes(grids), *_pose_notes(problem, found.fit.state, names), *_fit_notes(found, names), *_together(found)]
+    notes = [*_eye_notes(grids, calibration), *_notes(grids), *_pose_notes(problem, found.fit.state, names),
+             *_fit_notes(found, names), *_together(found)]
     if not np.isfinite(held_out[0]):
         notes.append("too few faces to hold one out: whether the calibration is better was judged on the faces it is made of")
     planes = _tell_planes(problem, before, after, new)
