@@ -422,6 +422,10 @@ static double lead(const lum_infer_state *state, lum_infer_key key)
         return s->smooth - s->before;
     }
     const lum_infer_choice *c = &state->field[key - LUM_INFER_TAG];
+    if (key == LUM_INFER_LINE || key == LUM_INFER_EYE) {
+        /* Rivals are whole readings too. */
+        return state->reading.share - c->second;
+    }
     if (key == LUM_INFER_NUM_SAMPLES && c->field.bytes == 0) {
         return s->equal - c->second;
     }

@@ -37,6 +37,8 @@ struct maker {
     uint64_t ticks_packet; /* from packet to packet of a line */
     int64_t batch_ns;      /* times of capture are multiples of it */
     bool is_interleaved;   /* packets of the eyes take turns */
+    bool is_swapped;       /* green comes first in every second pair
+                            * of lines */
     unsigned eyes;         /* 1: blue alone */
     unsigned loss;         /* in 1000 packets */
     unsigned disorder;     /* likewise: behind the next packet */
@@ -257,7 +259,8 @@ static void send_line(struct maker *m, uint32_t line, uint32_t lines)
     const uint64_t begin_ticks = m->ticks;
     uint32_t first[2] = {0, 0};
     for (unsigned i = 0; i < m->eyes * PARTS; i++) {
-        const unsigned eye = m->is_interleaved ? i % m->eyes : i / PARTS;
+        unsigned eye = m->is_interleaved ? i % m->eyes : i / PARTS;
+        eye ^= m->is_swapped ? line >> 1 & 1u : 0u;
         const unsigned part = m->is_interleaved ? i / m->eyes : i % PARTS;
         send_part(m, eye, part, line, lines, &first[eye]);
     }
@@ -801,6 +804,22 @@ static void two_line_numbers_are_unsure(void **state)
     assert_true(r.has_second);
     assert_int_equal(r.second.group[LUM_FIELD_TIMESTAMP].at, 20);
     check_profile(&m, &r.profile);
+    end(&m);
+}
+
+static void so_they_are_where_eyes_do_not_take_turns(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    const lum_profile profile = long_profile();
+    begin(&m, &profile);
+    m.add = add_lines;
+    m.is_swapped = true;
+    send_frames(&m, 1, 64);
+    solve(&m, &r, 0);
+    assert_int_equal(r.verdict, LUM_INFER_UNSURE);
+    assert_int_equal(r.margin_key, LUM_INFER_LINE);
     end(&m);
 }
 
@@ -1624,6 +1643,7 @@ int main(void)
         cmocka_unit_test(a_counter_beside_the_eye_is_not_the_eye),
         cmocka_unit_test(what_stands_below_a_clock_is_not_the_clocks),
         cmocka_unit_test(two_line_numbers_are_unsure),
+        cmocka_unit_test(so_they_are_where_eyes_do_not_take_turns),
         cmocka_unit_test(frames_tell_the_line_number_from_a_count_of_lines),
         cmocka_unit_test(two_clocks_are_unsure),
         cmocka_unit_test(fields_that_tell_the_same_are_equal),
