@@ -32,6 +32,8 @@ def lumcal(*arguments, **options):
     (("eyes",), "no capture is named; see lumcal eyes --help"),
     (("check",), "no capture is named; see lumcal check --help"),
     (("check", "a.pcap", "b.pcap"), "check looks at one capture, and 2 are named: run it for each"),
+    (("check", "-"), "a capture is read more than once, which standard input cannot be: name a file"),
+    (("eyes", "a.pcap", "-"), "a capture is read more than once, which standard input cannot be: name a file"),
     (("eyes", "a.pcap", "./a.pcap"), "./a.pcap: is named twice; each capture counts once"),
     (("eyes", "a.pcap", "--bad"), "unknown option --bad; see lumcal eyes --help"),
     (("eyes", "a.pcap", "--rep", "r.html"), "unknown option --rep; see lumcal eyes --help"),

@@ -188,6 +188,8 @@ def _check_captures(command: str, captures: list[str]) -> None:
         raise OptionError(f"no capture is named; see lumcal {command} --help")
     if command == "check" and len(captures) > 1:
         raise OptionError(f"check looks at one capture, and {len(captures)} are named: run it for each")
+    if "-" in captures:
+        raise OptionError("a capture is read more than once, which standard input cannot be: name a file")
     seen = set()
     for name in captures:
         path = os.path.realpath(name)
