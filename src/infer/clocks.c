@@ -489,16 +489,53 @@ static void find_rival(watch *w, lum_infer_state *state, double *times)
     }
 }
 
+/* --- Without a clock --- */
+
+/* Whether a byte differs at most lines from the line before of its eye. */
+static bool is_changing(const watch *w, unsigned at)
+{
+    const lum_infer_state *state = w->state;
+    const lum_field eye = state->field[LUM_FIELD_EYE].field;
+    int last[2] = {-1, -1};
+    size_t changed = 0;
+    for (size_t i = 0; i < w->t.start_count; i++) {
+        const uint8_t *bytes = w->t.packets[w->t.starts[i]]->bytes;
+        const unsigned which =
+            eye.bytes > 0 && lum_infer_value(bytes, eye) == state->eye_value[1];
+        changed += last[which] >= 0 && last[which] != bytes[at];
+        last[which] = bytes[at];
+    }
+    return changed * 2 > w->t.start_count;
+}
+
+/* A byte that may be a clock which wraps between lines: it is of no field,
+ * numbers no lines and counts no packets. */
+static void find_unread(const watch *w, lum_infer_state *state)
+{
+    const lum_infer_bits lines = lum_infer_bits_of(state->equal_line);
+    for (unsigned at = LUM_INFER_FIELDS_AT; at < state->samples.at; at++) {
+        const unsigned known =
+            state->used.byte[at] | lines.byte[at] | w->counts.byte[at];
+        if (known == 0 && is_changing(w, at)) {
+            state->unread_at = at;
+            return;
+        }
+    }
+}
+
 /* --- Both passes --- */
 
-/* The bits of the clock that change. */
+/* The bits of the clock that change, and those of its lowest byte below them:
+ * a clock of round steps leaves its lowest bits as they are. */
 static void mark_bits(const watch *w, lum_infer_state *state)
 {
     const lum_field field = w->best.field;
+    bool is_below = true;
     for (unsigned i = 0; i < 8u * field.bytes; i++) {
         const unsigned bit = lum_infer_bit_at(field, i);
+        is_below = is_below && i < 8 && !is_varying(w, bit);
         state->clock_bits.byte[bit / 8u] |=
-            (uint8_t)(is_varying(w, bit) ? 1u << bit % 8u : 0u);
+            (uint8_t)(is_below || is_varying(w, bit) ? 1u << bit % 8u : 0u);
     }
 }
 
@@ -532,6 +569,8 @@ static void look(watch *w, lum_infer_state *state, double *times)
     take_clock(w, state);
     if (w->best.field.bytes > 0) {
         find_rival(w, state, times);
+    } else if (w->t.has_times) {
+        find_unread(w, state);
     }
     lum_infer_measure_lines(state, &w->t);
 }

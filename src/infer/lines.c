@@ -10,8 +10,10 @@
 /* A line number has this many bits at least: with fewer, any two bits count. */
 #define LINE_BITS 3u
 
-/* Bits that 640 lines need. */
+/* Bits that 640 lines need, and those that are no use to a number of bits of a
+ * field: zeros above are rather of nobody. */
 #define FULL_BITS 10u
+#define MORE_BITS 16u
 
 /* A bit that is 1 but in this share of lines is none of a number. */
 #define ALWAYS 0.03
@@ -29,6 +31,7 @@
 typedef struct trial {
     const lum_infer_starts *starts;
     const lum_infer_bits *eye_bits;
+    const lum_infer_bits *clock; /* bits that are no part of a line number */
     unsigned eye_bit;
     unsigned lowest;
     lum_infer_line best;
@@ -132,13 +135,26 @@ static bool is_of_number(const trial *t, lum_field base, unsigned bit)
            lum_infer_is_changing(t->starts, at, t->eye_bit);
 }
 
+/* A clock that ticks once a line may be the line number as a whole, and not in
+ * part. */
+static bool is_part_of_clock(const trial *t, lum_field line)
+{
+    const lum_infer_bits bits = lum_infer_bits_of(line);
+    bool is_whole = true;
+    for (unsigned i = 0; i < LUM_INFER_HEAD_BYTES; i++) {
+        is_whole = is_whole && (t->clock->byte[i] & ~bits.byte[i]) == 0;
+    }
+    return !is_whole && lum_infer_overlap(&bits, t->clock);
+}
+
 /* --- The best field --- */
 
 /* What is for a field among those that count alike: whole fields of two bytes
  * are the usual ones. */
 static unsigned plainness(const trial *t, lum_field field)
 {
-    const unsigned bits = lum_infer_width(field);
+    const unsigned width = lum_infer_width(field);
+    const unsigned bits = width < MORE_BITS ? width : MORE_BITS;
     unsigned p = bits >= FULL_BITS ? 256u : 0u;
     p += field.bits == 0 ? 128u : field.low == 0 ? 64u + bits : bits;
     p += field.bytes == 2 ? 6u : field.bytes == 4 ? 4u : 2u;
@@ -147,9 +163,9 @@ static unsigned plainness(const trial *t, lum_field field)
              ? 96u
              : 0u;
     /* The eye as the highest bit above the number is a usual thing. */
-    p += field.bits != 0 && field.low + bits + 1u == 8u * field.bytes &&
+    p += field.bits != 0 && field.low + width + 1u == 8u * field.bytes &&
                  lum_infer_has_bit(t->eye_bits,
-                                   lum_infer_bit_at(field, field.low + bits))
+                                   lum_infer_bit_at(field, field.low + width))
              ? 192u
              : 0u;
     return p;
@@ -165,6 +181,18 @@ static void offer(trial *t, const lum_infer_line *line)
         (line->steps.one == best->steps.one &&
          plainness(t, line->field) > plainness(t, best->field))) {
         *best = *line;
+    }
+}
+
+static void try_field(trial *t, lum_field field)
+{
+    if (!is_part_of_clock(t, field)) {
+        const lum_infer_line line = {
+            .field = field,
+            .lowest = t->lowest,
+            .weight = field.low != 0 ? LIKES_WHOLE : 0.0,
+            .steps = walk(t->starts, t->eye_bit, field)};
+        offer(t, &line);
     }
 }
 
@@ -185,23 +213,23 @@ static void try_base(trial *t, lum_field base, unsigned low)
             (low + bits < all && is_of_number(t, base, low + bits))) {
             continue;
         }
-        lum_infer_line line = {.field = base, .lowest = t->lowest};
-        line.field.low = (uint8_t)low;
-        line.field.bits = bits == all ? 0 : (uint8_t)bits;
-        line.weight = low != 0 ? LIKES_WHOLE : 0.0;
-        line.steps = walk(t->starts, t->eye_bit, line.field);
-        offer(t, &line);
+        lum_field field = base;
+        field.low = (uint8_t)low;
+        field.bits = bits == all ? 0 : (uint8_t)bits;
+        try_field(t, field);
     }
 }
 
 lum_infer_line lum_infer_try_lowest(const lum_infer_starts *starts,
                                     unsigned lowest, unsigned eye_bit,
-                                    const lum_infer_bits *eye_bits)
+                                    const lum_infer_bits *eye_bits,
+                                    const lum_infer_bits *clock)
 {
     lum_field whole[LUM_INFER_WHOLE_MAX];
     const size_t n = lum_infer_whole(starts->state, whole);
     trial t = {.starts = starts,
                .eye_bits = eye_bits,
+               .clock = clock,
                .eye_bit = eye_bit,
                .lowest = lowest};
     for (size_t i = 0; i < n; i++) {

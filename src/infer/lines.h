@@ -39,9 +39,11 @@ bool lum_infer_is_lowest(const lum_infer_starts *starts, unsigned bit,
                          unsigned eye_bit, const lum_infer_bits *eye_bits);
 
 /** The best line number whose lowest bit is this one.
- * @param eye_bits from lum_infer_eye_bits(). */
+ * @param eye_bits from lum_infer_eye_bits().
+ * @param clock bits that are no part of it. */
 lum_infer_line lum_infer_try_lowest(const lum_infer_starts *starts,
                                     unsigned lowest, unsigned eye_bit,
-                                    const lum_infer_bits *eye_bits);
+                                    const lum_infer_bits *eye_bits,
+                                    const lum_infer_bits *clock);
 
 #endif

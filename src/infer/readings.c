@@ -158,22 +158,10 @@ static void keep(finder *f, const reading *r)
     }
 }
 
-/* A clock that ticks once a line may be the line number as a whole, and not in
- * part. */
-static bool is_part_of_clock(const finder *f, lum_field line)
-{
-    const lum_infer_bits bits = lum_infer_bits_of(line);
-    bool is_whole = true;
-    for (unsigned i = 0; i < LUM_INFER_HEAD_BYTES; i++) {
-        is_whole = is_whole && (f->clock->byte[i] & ~bits.byte[i]) == 0;
-    }
-    return !is_whole && lum_infer_overlap(&bits, f->clock);
-}
-
 static bool is_possible(const finder *f, const lum_infer_line *line,
                         unsigned eye_bit)
 {
-    if (line->field.bytes == 0 || is_part_of_clock(f, line->field)) {
+    if (line->field.bytes == 0) {
         return false;
     }
     return eye_bit == LUM_INFER_HEAD_BITS ? !f->is_paired
@@ -190,7 +178,8 @@ static void try_split(finder *f, unsigned eye_bit, double turns)
             continue;
         }
         reading r = {.eye_bit = eye_bit, .turns = turns};
-        r.line = lum_infer_try_lowest(starts, bit, eye_bit, &eye_bits);
+        r.line =
+            lum_infer_try_lowest(starts, bit, eye_bit, &eye_bits, f->clock);
         if (!is_possible(f, &r.line, eye_bit)) {
             continue;
         }

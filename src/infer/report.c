@@ -35,6 +35,13 @@ static const char *const names[LUM_INFER_KEYS] = {
  * least in this share. */
 #define CUT_MIN 0.5
 
+/* With fewer lines, chance bits can pass for an eye or a line number. A header
+ * has about 300 bits. Among those that change as they like, one in 2^31 takes
+ * turns at all 31 steps of 32 lines; 27 steps, which is what a true eye has
+ * left after loss, one of 300 reaches in 1 of 200 captures. With 16 lines
+ * it would be in two of three. */
+#define LINES_SURE 32u
+
 /* --- Texts --- */
 
 const char *lum_infer_name(unsigned key)
@@ -255,12 +262,20 @@ static void of_first(const lum_infer_state *state, lum_infer_finding *f)
 static void of_clock(const lum_infer_state *state, lum_infer_finding *f)
 {
     const lum_infer_choice *clock = &state->field[LUM_FIELD_TIMESTAMP];
-    f->is_told = state->has_times;
+    f->is_told = state->has_times && state->unread_at == 0;
     if (!state->has_times) {
         say(f->evidence, "the capture has no times of its own; %s",
             clock->field.bytes > 0 ? "the field rises from line to line"
                                    : "no field rises from line to line");
         say(f->look, "record again, with the times of capture");
+    } else if (state->unread_at > 0) {
+        say(f->evidence,
+            "no field rises as the time of capture does; byte %u, which is of "
+            "no field, changes from line to line, as a clock does that wraps "
+            "between lines",
+            state->unread_at);
+        say(f->look, "what the sensor's maker says of byte %u",
+            state->unread_at);
     } else if (clock->field.bytes == 0) {
         say(f->evidence, "no field rises as the time of capture does");
     } else {
@@ -480,6 +495,11 @@ static void find_doubt(const lum_infer_state *state,
     } else if (line < LINE_MIN) {
         say(doubt, "the line number rises at only %.1f %% of lines",
             percent(line));
+    } else if (state->lines < LINES_SURE) {
+        say(doubt, "%zu lines can be chance: record %u or more", state->lines,
+            LINES_SURE);
+    } else if (state->unread_at > 0) {
+        say(doubt, "byte %u may be a clock", state->unread_at);
     }
 }
 

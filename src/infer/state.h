@@ -126,6 +126,9 @@ typedef struct lum_infer_state {
     uint32_t unit_rival;   /**< of the clock's rival */
     bool is_unit_told;     /**< it was measured */
     lum_field equal_clock; /**< gives the same times; bytes 0: none */
+    unsigned unread_at;    /**< a byte that changes from line to line, where
+                                nothing is a clock and no field has it; 0:
+                                there is none */
     double line_us;        /**< longest line */
     uint32_t line_span_us; /**< what is taken */
     uint32_t fit;          /**< packets that the profile explains */

@@ -529,6 +529,27 @@ static void narrow_clocks_and_their_wraps_are_found(void **state)
     end(&m);
 }
 
+/* Of green, 20 us ahead, lines of blue follow 7 us before their time. */
+static void a_clock_that_wraps_between_lines_is_not_denied(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    lum_profile profile = default_profile();
+    profile.group[LUM_FIELD_TIMESTAMP] = (lum_field){.at = 21, .bytes = 1};
+    begin(&m, &profile);
+    m.ticks_line = 6 * 256 + 13;
+    m.ticks_eye = 20;
+    send_frames(&m, 2, 64);
+    solve(&m, &r, 0);
+    assert_int_equal(r.profile.group[LUM_FIELD_TIMESTAMP].bytes, 0);
+    assert_int_equal(r.verdict, LUM_INFER_UNSURE);
+    assert_non_null(strstr(r.text, "byte 21 may be a clock"));
+    assert_false(r.findings[LUM_INFER_TIMESTAMP].is_told);
+    assert_non_null(strstr(r.findings[LUM_INFER_TIMESTAMP].look, "byte 21"));
+    end(&m);
+}
+
 static void a_clock_can_wrap(void **state)
 {
     (void)state;
@@ -554,15 +575,89 @@ static void frames_of_640_lines_are_read(void **state)
     end(&m);
 }
 
+/* Lines of both eyes, from one in the middle on. */
+static void send_middle(struct maker *m, uint32_t lines)
+{
+    for (uint32_t line = 24; line < 24 + lines; line++) {
+        send_line(m, line, 64);
+    }
+}
+
 static void a_few_lines_in_the_middle_are_enough(void **state)
 {
     (void)state;
     struct maker m;
     const lum_profile profile = default_profile();
     begin(&m, &profile);
-    for (uint32_t line = 24; line < 31; line++) {
-        send_line(&m, line, 64);
+    send_middle(&m, 16);
+    finds_it(&m);
+    end(&m);
+}
+
+static void too_few_lines_to_exclude_chance_are_unsure(void **state)
+{
+    (void)state;
+    static const uint32_t lines[] = {3, 7, 15};
+    for (size_t i = 0; i < sizeof lines / sizeof lines[0]; i++) {
+        struct maker m;
+        lum_infer_result r;
+        const lum_profile profile = default_profile();
+        begin(&m, &profile);
+        send_middle(&m, lines[i]);
+        solve(&m, &r, 0);
+        assert_int_equal(r.verdict, LUM_INFER_UNSURE);
+        assert_non_null(strstr(r.text, "lines can be chance"));
+        check_profile(&m, &r.profile);
+        end(&m);
     }
+}
+
+/* Its ticks are multiples of 32, and the line number is beside them. */
+static void lowest_bits_of_a_clock_are_none_of_a_line_number(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_profile profile = default_profile();
+    profile.group[LUM_FIELD_EYE] = (lum_field){.at = 16, .bytes = 1};
+    profile.group[LUM_FIELD_LINE] =
+        (lum_field){.at = 20, .bytes = 2, .order = LUM_ORDER_BIG};
+    profile.group[LUM_FIELD_TIMESTAMP] = (lum_field){.at = 22, .bytes = 8};
+    profile.group[LUM_FIELD_FIRST_SAMPLE_INDEX] =
+        (lum_field){.at = 33, .bytes = 2};
+    profile.group[LUM_FIELD_NUM_SAMPLES] = (lum_field){.bytes = 0};
+    profile.samples_at = 35;
+    profile.clock_unit_ns = 1;
+    begin(&m, &profile);
+    m.filler = 124;
+    m.ticks = UINT64_C(5000000000);
+    m.ticks_line = 1500000;
+    m.ticks_eye = 20000;
+    send_frames(&m, 1, 64);
+    finds_it(&m);
+    end(&m);
+}
+
+/* Two numbers in one word, and zeros above them and beside it. */
+static void a_line_number_ends_within_its_word(void **state)
+{
+    (void)state;
+    struct maker m;
+    const lum_field word = {.at = 20, .bytes = 8, .order = LUM_ORDER_BIG};
+    lum_profile profile = default_profile();
+    profile.group[LUM_FIELD_NUM_SAMPLES] = (lum_field){.at = 12, .bytes = 2};
+    profile.group[LUM_FIELD_EYE] = (lum_field){.at = 14, .bytes = 1};
+    profile.group[LUM_FIELD_TAG] = (lum_field){.at = 16, .bytes = 1};
+    profile.group[LUM_FIELD_FIRST_SAMPLE_INDEX] = word;
+    profile.group[LUM_FIELD_FIRST_SAMPLE_INDEX].bits = 14;
+    profile.group[LUM_FIELD_LINE] = word;
+    profile.group[LUM_FIELD_LINE].low = 14;
+    profile.group[LUM_FIELD_LINE].bits = 13;
+    profile.group[LUM_FIELD_TIMESTAMP] =
+        (lum_field){.at = 28, .bytes = 8, .order = LUM_ORDER_BIG};
+    profile.samples_at = 40;
+    begin(&m, &profile);
+    m.filler = 88;
+    send_frames(&m, 3, 64);
     finds_it(&m);
     end(&m);
 }
@@ -1621,64 +1716,67 @@ static void a_corrupt_packet_does_not_stretch_the_angles(void **state)
     end(&m);
 }
 
+static const struct CMUnitTest tests[] = {
+    cmocka_unit_test(one_frame_of_the_default_layout_is_enough),
+    cmocka_unit_test(a_wide_layout_is_found),
+    cmocka_unit_test(loss_disorder_and_corruption_do_no_harm),
+    cmocka_unit_test(the_tag_can_be_the_type),
+    cmocka_unit_test(tag_and_eye_can_share_a_byte),
+    cmocka_unit_test(a_layout_needs_no_clock),
+    cmocka_unit_test(narrow_clocks_and_their_wraps_are_found),
+    cmocka_unit_test(a_clock_that_wraps_between_lines_is_not_denied),
+    cmocka_unit_test(a_clock_can_wrap),
+    cmocka_unit_test(frames_of_640_lines_are_read),
+    cmocka_unit_test(a_few_lines_in_the_middle_are_enough),
+    cmocka_unit_test(too_few_lines_to_exclude_chance_are_unsure),
+    cmocka_unit_test(lowest_bits_of_a_clock_are_none_of_a_line_number),
+    cmocka_unit_test(a_line_number_ends_within_its_word),
+    cmocka_unit_test(an_eye_above_the_line_outweighs_the_order_of_the_counts),
+    cmocka_unit_test(a_unit_that_is_not_round_is_measured),
+    cmocka_unit_test(a_unit_that_varies_is_not_told),
+    cmocka_unit_test(without_times_the_clock_is_not_told),
+    cmocka_unit_test(clocks_of_eyes_a_few_us_apart_tell_no_eye),
+    cmocka_unit_test(a_counter_beside_the_eye_is_not_the_eye),
+    cmocka_unit_test(what_stands_below_a_clock_is_not_the_clocks),
+    cmocka_unit_test(two_line_numbers_are_unsure),
+    cmocka_unit_test(frames_tell_the_line_number_from_a_count_of_lines),
+    cmocka_unit_test(two_clocks_are_unsure),
+    cmocka_unit_test(fields_that_tell_the_same_are_equal),
+    cmocka_unit_test(a_count_of_packets_is_no_clock),
+    cmocka_unit_test(packets_of_eyes_may_take_turns),
+    cmocka_unit_test(long_lines_are_said),
+    cmocka_unit_test(the_top_bit_of_a_clock_may_be_corrupt),
+    cmocka_unit_test(one_eye_alone_is_said),
+    cmocka_unit_test(one_eye_alone_takes_nothing_of_the_clock),
+    cmocka_unit_test(one_eye_alone_may_be_the_line_numbers_top_bit),
+    cmocka_unit_test(sensors_are_kept_apart),
+    cmocka_unit_test(what_is_not_told_is_said),
+    cmocka_unit_test(random_bytes_are_no_layout),
+    cmocka_unit_test(packets_of_another_maker_are_no_layout),
+    cmocka_unit_test(control_packets_alone_are_too_little),
+    cmocka_unit_test(nothing_and_a_few_lines_are_too_little),
+    cmocka_unit_test(angles_alone_are_too_little),
+    cmocka_unit_test(headers_without_fields_are_no_layout),
+    cmocka_unit_test(only_the_sensor_that_was_asked_for_counts),
+    cmocka_unit_test(it_says_when_it_has_enough),
+    cmocka_unit_test(wrong_options_are_refused),
+    cmocka_unit_test(two_numbers_in_four_bytes_are_found),
+    cmocka_unit_test(three_numbers_in_eight_bytes_are_found),
+    cmocka_unit_test(fields_that_no_profile_can_say_are_named),
+    cmocka_unit_test(a_field_that_says_nearly_the_same_is_the_second_best),
+    cmocka_unit_test(other_fields_for_the_first_index_are_told),
+    cmocka_unit_test(packets_that_do_not_fit_make_it_unsure),
+    cmocka_unit_test(samples_that_nothing_confirms_are_said),
+    cmocka_unit_test(one_constant_byte_makes_no_clock_wide),
+    cmocka_unit_test(filler_widens_a_clock_of_short_ticks_alone),
+    cmocka_unit_test(filler_is_what_most_packets_bear),
+    cmocka_unit_test(packets_that_are_cut_are_said),
+    cmocka_unit_test(reserved_bytes_that_are_not_0_are_said),
+    cmocka_unit_test(what_is_left_out_is_counted),
+    cmocka_unit_test(a_corrupt_packet_does_not_stretch_the_angles),
+};
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(one_frame_of_the_default_layout_is_enough),
-        cmocka_unit_test(a_wide_layout_is_found),
-        cmocka_unit_test(loss_disorder_and_corruption_do_no_harm),
-        cmocka_unit_test(the_tag_can_be_the_type),
-        cmocka_unit_test(tag_and_eye_can_share_a_byte),
-        cmocka_unit_test(a_layout_needs_no_clock),
-        cmocka_unit_test(narrow_clocks_and_their_wraps_are_found),
-        cmocka_unit_test(a_clock_can_wrap),
-        cmocka_unit_test(frames_of_640_lines_are_read),
-        cmocka_unit_test(a_few_lines_in_the_middle_are_enough),
-        cmocka_unit_test(
-            an_eye_above_the_line_outweighs_the_order_of_the_counts),
-        cmocka_unit_test(a_unit_that_is_not_round_is_measured),
-        cmocka_unit_test(a_unit_that_varies_is_not_told),
-        cmocka_unit_test(without_times_the_clock_is_not_told),
-        cmocka_unit_test(clocks_of_eyes_a_few_us_apart_tell_no_eye),
-        cmocka_unit_test(a_counter_beside_the_eye_is_not_the_eye),
-        cmocka_unit_test(what_stands_below_a_clock_is_not_the_clocks),
-        cmocka_unit_test(two_line_numbers_are_unsure),
-        cmocka_unit_test(so_they_are_where_eyes_do_not_take_turns),
-        cmocka_unit_test(frames_tell_the_line_number_from_a_count_of_lines),
-        cmocka_unit_test(two_clocks_are_unsure),
-        cmocka_unit_test(fields_that_tell_the_same_are_equal),
-        cmocka_unit_test(a_count_of_packets_is_no_clock),
-        cmocka_unit_test(packets_of_eyes_may_take_turns),
-        cmocka_unit_test(long_lines_are_said),
-        cmocka_unit_test(the_top_bit_of_a_clock_may_be_corrupt),
-        cmocka_unit_test(one_eye_alone_is_said),
-        cmocka_unit_test(one_eye_alone_takes_nothing_of_the_clock),
-        cmocka_unit_test(one_eye_alone_may_be_the_line_numbers_top_bit),
-        cmocka_unit_test(sensors_are_kept_apart),
-        cmocka_unit_test(what_is_not_told_is_said),
-        cmocka_unit_test(random_bytes_are_no_layout),
-        cmocka_unit_test(packets_of_another_maker_are_no_layout),
-        cmocka_unit_test(control_packets_alone_are_too_little),
-        cmocka_unit_test(nothing_and_a_few_lines_are_too_little),
-        cmocka_unit_test(angles_alone_are_too_little),
-        cmocka_unit_test(headers_without_fields_are_no_layout),
-        cmocka_unit_test(only_the_sensor_that_was_asked_for_counts),
-        cmocka_unit_test(it_says_when_it_has_enough),
-        cmocka_unit_test(wrong_options_are_refused),
-        cmocka_unit_test(two_numbers_in_four_bytes_are_found),
-        cmocka_unit_test(three_numbers_in_eight_bytes_are_found),
-        cmocka_unit_test(fields_that_no_profile_can_say_are_named),
-        cmocka_unit_test(a_field_that_says_nearly_the_same_is_the_second_best),
-        cmocka_unit_test(other_fields_for_the_first_index_are_told),
-        cmocka_unit_test(packets_that_do_not_fit_make_it_unsure),
-        cmocka_unit_test(samples_that_nothing_confirms_are_said),
-        cmocka_unit_test(one_constant_byte_makes_no_clock_wide),
-        cmocka_unit_test(filler_widens_a_clock_of_short_ticks_alone),
-        cmocka_unit_test(filler_is_what_most_packets_bear),
-        cmocka_unit_test(packets_that_are_cut_are_said),
-        cmocka_unit_test(reserved_bytes_that_are_not_0_are_said),
-        cmocka_unit_test(what_is_left_out_is_counted),
-        cmocka_unit_test(a_corrupt_packet_does_not_stretch_the_angles),
-    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
