@@ -394,7 +394,7 @@ void lum_infer_find_num_samples(lum_infer_state *state)
     take(state, LUM_FIELD_NUM_SAMPLES, &s);
 }
 
-void lum_infer_find_first(lum_infer_state *state)
+static void search_first(lum_infer_state *state)
 {
     search s = {.state = state,
                 .is = is_first,
@@ -404,4 +404,35 @@ void lum_infer_find_first(lum_infer_state *state)
                 .bytes = 2};
     try_whole(&s);
     take(state, LUM_FIELD_FIRST_SAMPLE_INDEX, &s);
+}
+
+/* Give back the highest bit of a field. */
+static void shorten(lum_infer_state *state, lum_field *field)
+{
+    const unsigned bits = bits_of(*field) - 1u;
+    const unsigned top = lum_infer_bit_at(*field, field->low + bits);
+    field->bits = (uint8_t)bits;
+    state->used.byte[top / 8u] &= (uint8_t) ~(1u << top % 8u);
+}
+
+/* Where all beginnings are even, the lowest bit of first_sample_index is always
+ * 0, and may have been taken for the highest one of the field below it. */
+void lum_infer_find_first(lum_infer_state *state)
+{
+    static const unsigned below[] = {LUM_FIELD_TAG, LUM_FIELD_NUM_SAMPLES};
+    const lum_field *first = &state->field[LUM_FIELD_FIRST_SAMPLE_INDEX].field;
+    search_first(state);
+    for (unsigned i = 0; i < 2 && first->bytes == 0; i++) {
+        lum_field *field = &state->field[below[i]].field;
+        const lum_field before = *field;
+        const lum_infer_bits used = state->used;
+        if (bits_of(before) > 2) {
+            shorten(state, field);
+            search_first(state);
+        }
+        if (first->bytes == 0) {
+            *field = before;
+            state->used = used;
+        }
+    }
 }

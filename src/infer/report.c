@@ -477,6 +477,24 @@ static void find_second(const lum_infer_state *state, lum_infer_result *out)
         lum_layout_init(&layout, &out->second, NULL, NULL) == LUM_OK;
 }
 
+/* 1, 2 or 5 times a power of ten. */
+static bool is_round(uint32_t unit_ns)
+{
+    while (unit_ns % 10 == 0 && unit_ns > 0) {
+        unit_ns /= 10;
+    }
+    return unit_ns == 1 || unit_ns == 2 || unit_ns == 5;
+}
+
+/* A narrow clock that wraps between lines, with a byte of anything below it,
+ * follows time too. */
+static bool has_odd_clock(const lum_infer_state *state)
+{
+    const lum_field clock = state->field[LUM_FIELD_TIMESTAMP].field;
+    return state->has_times && !state->is_unit_told && clock.bytes > 0 &&
+           lum_infer_width(clock) <= 16 && !is_round(state->unit_taken);
+}
+
 /* Why a reading is unsure; empty: it is not. */
 static void find_doubt(const lum_infer_state *state,
                        const lum_infer_result *out,
@@ -500,6 +518,9 @@ static void find_doubt(const lum_infer_state *state,
             LINES_SURE);
     } else if (state->unread_at > 0) {
         say(doubt, "byte %u may be a clock", state->unread_at);
+    } else if (has_odd_clock(state)) {
+        say(doubt, "the clock's ticks are of no round length, and it may wrap "
+                   "between lines");
     }
 }
 

@@ -44,6 +44,7 @@ struct maker {
     unsigned disorder;     /* likewise: behind the next packet */
     unsigned corrupt;      /* likewise */
     bool has_laser;        /* ranges come */
+    bool is_even;          /* all packets have an even number of samples */
     uint8_t filler;        /* of bytes between fields */
     /* What else stands in a header. */
     void (*add)(struct maker *m, const lum_group *group, uint8_t *bytes);
@@ -228,6 +229,7 @@ static void send_ranges(struct maker *m, lum_group group, uint32_t *first)
     group.tag = LUM_TAG_RANGES;
     group.first_sample_index = *first;
     group.num_samples = *first == 0 ? 350 - random_of(m, 5) : 50;
+    group.num_samples &= m->is_even ? ~1u : ~0u;
     size_t len = head(m, &group, bytes);
     for (uint32_t k = 0; k < group.num_samples; k++) {
         const uint32_t pixel = 2 * (*first + k);
@@ -548,6 +550,59 @@ static void a_clock_that_wraps_between_lines_is_not_denied(void **state)
     assert_false(r.findings[LUM_INFER_TIMESTAMP].is_told);
     assert_non_null(strstr(r.findings[LUM_INFER_TIMESTAMP].look, "byte 21"));
     end(&m);
+}
+
+static void add_noise(struct maker *m, const lum_group *group, uint8_t *bytes)
+{
+    (void)group;
+    bytes[22] = (uint8_t)random_of(m, 256);
+}
+
+static void noise_below_a_clock_that_wraps_is_unsure(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    lum_profile profile = default_profile();
+    profile.group[LUM_FIELD_TIMESTAMP] = (lum_field){.at = 21, .bytes = 1};
+    begin(&m, &profile);
+    m.add = add_noise;
+    m.ticks_line = 6 * 256 + 26;
+    m.line_ns = 1562000;
+    m.ticks_eye = 3;
+    send_frames(&m, 2, 64);
+    solve(&m, &r, 0);
+    assert_int_equal(r.profile.group[LUM_FIELD_TIMESTAMP].bytes, 2);
+    assert_int_equal(r.verdict, LUM_INFER_UNSURE);
+    assert_non_null(strstr(r.text, "no round length"));
+    end(&m);
+}
+
+/* Their lowest bit, which is always 0, is none of the tag below it, and none of
+ * the count. */
+static void beginnings_may_be_even(void **state)
+{
+    (void)state;
+    static const unsigned below[] = {LUM_FIELD_TAG, LUM_FIELD_NUM_SAMPLES};
+    static const uint8_t bits[] = {2, 10};
+    for (size_t i = 0; i < 2; i++) {
+        struct maker m;
+        const lum_field word = {.at = 26, .bytes = 4};
+        lum_profile profile = default_profile();
+        profile.samples_at = 30;
+        profile.group[below[i]] = word;
+        profile.group[below[i]].bits = bits[i];
+        profile.group[LUM_FIELD_FIRST_SAMPLE_INDEX] = word;
+        profile.group[LUM_FIELD_FIRST_SAMPLE_INDEX].low =
+            (uint8_t)(bits[i] + 1u);
+        profile.group[LUM_FIELD_FIRST_SAMPLE_INDEX].bits = 17;
+        begin(&m, &profile);
+        m.is_even = true;
+        m.filler = 0x36;
+        send_frames(&m, 2, 64);
+        finds_it(&m);
+        end(&m);
+    }
 }
 
 static void a_clock_can_wrap(void **state)
@@ -1725,6 +1780,8 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_layout_needs_no_clock),
     cmocka_unit_test(narrow_clocks_and_their_wraps_are_found),
     cmocka_unit_test(a_clock_that_wraps_between_lines_is_not_denied),
+    cmocka_unit_test(noise_below_a_clock_that_wraps_is_unsure),
+    cmocka_unit_test(beginnings_may_be_even),
     cmocka_unit_test(a_clock_can_wrap),
     cmocka_unit_test(frames_of_640_lines_are_read),
     cmocka_unit_test(a_few_lines_in_the_middle_are_enough),
