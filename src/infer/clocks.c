@@ -531,6 +531,7 @@ static void mark_bits(const watch *w, lum_infer_state *state)
 {
     const lum_field field = w->best.field;
     bool is_below = true;
+    state->clock_whole = lum_infer_bits_of(field);
     for (unsigned i = 0; i < 8u * field.bytes; i++) {
         const unsigned bit = lum_infer_bit_at(field, i);
         is_below = is_below && i < 8 && !is_varying(w, bit);

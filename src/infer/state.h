@@ -113,6 +113,7 @@ typedef struct lum_infer_state {
     lum_infer_reading other_eye;  /**< the best with other eyes */
     lum_field equal_line;         /**< numbers lines alike; bytes 0: none */
     lum_infer_bits clock_bits;    /**< that change, of what follows time best */
+    lum_infer_bits clock_whole;   /**< all of that */
     bool is_filled;               /**< bytes between fields bear filler */
     uint8_t filler;               /**< what */
     size_t lines;                 /**< beginnings of lines */

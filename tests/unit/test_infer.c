@@ -692,6 +692,31 @@ static void lowest_bits_of_a_clock_are_none_of_a_line_number(void **state)
     end(&m);
 }
 
+/* Read in the order of the counts, the line number would begin with the highest
+ * byte of the clock, which is 0. */
+static void the_highest_byte_of_a_clock_is_none_of_a_line_number(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_profile profile = default_profile();
+    profile.group[LUM_FIELD_NUM_SAMPLES] =
+        (lum_field){.at = 24, .bytes = 4, .order = LUM_ORDER_BIG};
+    profile.group[LUM_FIELD_TAG] = (lum_field){.at = 15, .bytes = 1};
+    profile.group[LUM_FIELD_FIRST_SAMPLE_INDEX] =
+        (lum_field){.at = 17, .bytes = 4, .order = LUM_ORDER_BIG};
+    profile.group[LUM_FIELD_TIMESTAMP] = (lum_field){.at = 30, .bytes = 4};
+    profile.group[LUM_FIELD_LINE] = (lum_field){.at = 34, .bytes = 2};
+    profile.group[LUM_FIELD_EYE] = (lum_field){.at = 36, .bytes = 1};
+    profile.samples_at = 38;
+    begin(&m, &profile);
+    m.filler = 211;
+    m.ticks = 5000000;
+    m.ticks_eye = 0;
+    send_frames(&m, 2, 64);
+    finds_it(&m);
+    end(&m);
+}
+
 /* Two numbers in one word, and zeros above them and beside it. */
 static void a_line_number_ends_within_its_word(void **state)
 {
@@ -1787,6 +1812,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_few_lines_in_the_middle_are_enough),
     cmocka_unit_test(too_few_lines_to_exclude_chance_are_unsure),
     cmocka_unit_test(lowest_bits_of_a_clock_are_none_of_a_line_number),
+    cmocka_unit_test(the_highest_byte_of_a_clock_is_none_of_a_line_number),
     cmocka_unit_test(a_line_number_ends_within_its_word),
     cmocka_unit_test(an_eye_above_the_line_outweighs_the_order_of_the_counts),
     cmocka_unit_test(a_unit_that_is_not_round_is_measured),
