@@ -409,7 +409,7 @@ static void search_first(lum_infer_state *state)
 /* Give back the highest bit of a field. */
 static void shorten(lum_infer_state *state, lum_field *field)
 {
-    const unsigned bits = bits_of(*field) - 1u;
+    const unsigned bits = lum_infer_width(*field) - 1u;
     const unsigned top = lum_infer_bit_at(*field, field->low + bits);
     field->bits = (uint8_t)bits;
     state->used.byte[top / 8u] &= (uint8_t) ~(1u << top % 8u);
@@ -426,7 +426,7 @@ void lum_infer_find_first(lum_infer_state *state)
         lum_field *field = &state->field[below[i]].field;
         const lum_field before = *field;
         const lum_infer_bits used = state->used;
-        if (bits_of(before) > 2) {
+        if (lum_infer_width(before) > 2) {
             shorten(state, field);
             search_first(state);
         }
