@@ -1822,6 +1822,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_counter_beside_the_eye_is_not_the_eye),
     cmocka_unit_test(what_stands_below_a_clock_is_not_the_clocks),
     cmocka_unit_test(two_line_numbers_are_unsure),
+    cmocka_unit_test(so_they_are_where_eyes_do_not_take_turns),
     cmocka_unit_test(frames_tell_the_line_number_from_a_count_of_lines),
     cmocka_unit_test(two_clocks_are_unsure),
     cmocka_unit_test(fields_that_tell_the_same_are_equal),
