@@ -621,6 +621,11 @@ static void a_field_that_is_none_is_not_named(void **state)
             "bytes 16 to 19 overlap group.first_sample_index, 18 to 19 (the "
             "default)" SHARE,
             {"group.num_samples", "none", 2}, {"group.timestamp", "16", 3});
+    REFUSED("group.timestamp", 3,
+            "bytes 16 to 19 overlap group.first_sample_index, 18 to 19" SHARE,
+            {"group.num_samples", "none", 2},
+            {"group.first_sample_index", "18", 2},
+            {"group.timestamp", "16", 3});
 }
 
 #define NOT_NONE "; give it an offset too, or leave this out"
