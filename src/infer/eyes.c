@@ -1,15 +1,13 @@
 #include "eyes.h"
 
 #include "fields.h"
+#include "lines.h"
 
 /* A bit that tells two eyes apart is set in this share of lines at least. */
 #define EYE_MIN 0.1
 
 /* Where the default layout has the eye. */
 #define USUAL_AT 13u
-
-/* Bits that 640 lines need. */
-#define LINE_BITS 10u
 
 /* A byte of the eye has none of the clock's bits, if any other will do, and
  * none that changes. */
@@ -227,7 +225,7 @@ static lum_field take_top_bit(const lum_infer_starts *starts, lum_field *line)
     lum_field eye = *line;
     eye.low = (uint8_t)(line->low + bits - 1u);
     eye.bits = 1;
-    if (bits <= LINE_BITS ||
+    if (bits <= LUM_INFER_LINE_BITS ||
         lum_infer_is_changing(starts, lum_infer_bit_at(eye, eye.low),
                               LUM_INFER_HEAD_BITS)) {
         return (lum_field){.bytes = 0};

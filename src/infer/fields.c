@@ -41,6 +41,19 @@ unsigned lum_infer_bit_at(lum_field field, unsigned bit)
     return 8u * at + bit % 8u;
 }
 
+bool lum_infer_is_nested(lum_field a, lum_field b)
+{
+    const unsigned one = lum_infer_width(a);
+    const unsigned two = lum_infer_width(b);
+    const unsigned bits = one < two ? one : two;
+    for (unsigned i = 0; i < bits; i++) {
+        if (lum_infer_bit_at(a, a.low + i) != lum_infer_bit_at(b, b.low + i)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 lum_infer_bits lum_infer_bits_of(lum_field field)
 {
     lum_infer_bits out;

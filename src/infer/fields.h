@@ -40,4 +40,8 @@ size_t lum_infer_whole(const lum_infer_state *state,
  * @param bit from the field's lowest bit of its bytes. */
 unsigned lum_infer_bit_at(lum_field field, unsigned bit);
 
+/** Whether one field is the lowest bits of the other, at the same places; of
+ * fields of one width, whether they are the same bits. */
+bool lum_infer_is_nested(lum_field a, lum_field b);
+
 #endif

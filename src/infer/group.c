@@ -190,21 +190,6 @@ static unsigned cost(lum_field field, unsigned bytes)
     return c;
 }
 
-/* Whether one is the lowest bits of the other. If the longer one explains more,
- * that is then no chance, be it by ever so few packets. */
-static bool is_nested(lum_field a, lum_field b)
-{
-    const unsigned one = lum_infer_width(a);
-    const unsigned two = lum_infer_width(b);
-    const unsigned bits = one < two ? one : two;
-    for (unsigned i = 0; i < bits; i++) {
-        if (lum_infer_bit_at(a, a.low + i) != lum_infer_bit_at(b, b.low + i)) {
-            return false;
-        }
-    }
-    return true;
-}
-
 /* Whether two fields have the same values in all packets but a few, or differ
  * in their length alone. */
 static bool is_alike(const lum_infer_state *state, lum_field a, lum_field b)
@@ -212,7 +197,7 @@ static bool is_alike(const lum_infer_state *state, lum_field a, lum_field b)
     const size_t stride = state->good.count / ENOUGH + 1;
     const double most = OTHER * (double)state->good.count / (double)stride;
     size_t other = 0;
-    if (is_nested(a, b)) {
+    if (lum_infer_is_nested(a, b)) {
         return true;
     }
     for (size_t i = 0; i < state->good.count; i = lum_infer_next(i, stride)) {
@@ -225,12 +210,13 @@ static bool is_alike(const lum_infer_state *state, lum_field a, lum_field b)
     return true;
 }
 
-/* Whether a number explains more than its own lowest bits do. */
+/* Whether a number explains more than its own lowest bits do: that is no
+ * chance, be it by ever so few packets. */
 static bool needs_more_bits(const candidate *a, const candidate *b)
 {
     return a->share > b->share &&
            lum_infer_width(a->field) > lum_infer_width(b->field) &&
-           is_nested(a->field, b->field);
+           lum_infer_is_nested(a->field, b->field);
 }
 
 /* Of those that are as good, the plainer one. */

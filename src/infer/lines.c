@@ -8,11 +8,10 @@
 #define TOGGLE_MIN 0.6
 
 /* A line number has this many bits at least: with fewer, any two bits count. */
-#define LINE_BITS 3u
+#define BITS_MIN 3u
 
-/* Bits that 640 lines need, and those that are no use to a number of bits of a
- * field: zeros above are rather of nobody. */
-#define FULL_BITS 10u
+/* Bits that are no use to a number of bits of a field: zeros above are rather
+ * of nobody. */
 #define MORE_BITS 16u
 
 /* A bit that is 1 but in this share of lines is none of a number. */
@@ -155,7 +154,7 @@ static unsigned plainness(const trial *t, lum_field field)
 {
     const unsigned width = lum_infer_width(field);
     const unsigned bits = width < MORE_BITS ? width : MORE_BITS;
-    unsigned p = bits >= FULL_BITS ? 256u : 0u;
+    unsigned p = bits >= LUM_INFER_LINE_BITS ? 256u : 0u;
     p += field.bits == 0 ? 128u : field.low == 0 ? 64u + bits : bits;
     p += field.bytes == 2 ? 6u : field.bytes == 4 ? 4u : 2u;
     p += field.order == t->starts->state->field[LUM_FIELD_FIRST_SAMPLE_INDEX]
@@ -212,7 +211,7 @@ static void try_base(trial *t, lum_field base, unsigned low)
             lum_infer_has_bit(t->eye_bits, top) || is_constant_one(t, top)) {
             break;
         }
-        if (bits < LINE_BITS ||
+        if (bits < BITS_MIN ||
             (low + bits < all && is_of_number(t, base, low + bits))) {
             continue;
         }

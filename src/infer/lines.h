@@ -5,6 +5,9 @@
 
 #include "infer/starts.h"
 
+/** Bits that a number of 640 lines needs. */
+#define LUM_INFER_LINE_BITS 10u
+
 /** How a line number goes on, for both eyes. */
 typedef struct lum_infer_steps {
     size_t all;  /**< steps from a line to the next */

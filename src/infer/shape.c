@@ -158,17 +158,6 @@ static void take_zeros(lum_infer_state *state)
     }
 }
 
-/* Whether all bits of two fields stand at the same places. */
-static bool is_same_bits(lum_field a, lum_field b, unsigned bits)
-{
-    for (unsigned i = 0; i < bits; i++) {
-        if (lum_infer_bit_at(a, a.low + i) != lum_infer_bit_at(b, b.low + i)) {
-            return false;
-        }
-    }
-    return true;
-}
-
 /* The same bits in the bytes of another field.
  * @return false where they are not beside each other there. */
 static bool move_into(lum_field *field, lum_field base)
@@ -178,7 +167,7 @@ static bool move_into(lum_field *field, lum_field base)
         lum_field moved = base;
         moved.low = (uint8_t)low;
         moved.bits = bits == 8u * base.bytes ? 0 : (uint8_t)bits;
-        if (is_same_bits(*field, moved, bits)) {
+        if (lum_infer_is_nested(*field, moved)) {
             *field = moved;
             return true;
         }
