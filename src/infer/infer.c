@@ -82,9 +82,9 @@ int lum_infer_push(lum_infer *infer, const lum_record *record, lum_error *error)
     uint32_t sensor = 0;
     if ((record->kind != LUM_RECORD_DATAGRAM && !is_cut) ||
         !is_ours(infer, record, &sensor)) {
-        return 1;
+        return lum_infer_store_is_full(&infer->store) ? 0 : 1;
     }
-    if (is_cut) {
+    if (is_cut && !lum_infer_store_is_full(&infer->store)) {
         infer->store.cut_short++;
         return 1;
     }

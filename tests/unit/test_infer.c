@@ -1415,10 +1415,10 @@ static void it_says_when_it_has_enough(void **state)
     uint8_t bytes[100] = {0};
     const lum_infer_options options = {.struct_size = sizeof options,
                                        .packets_max = 10};
-    const lum_record record = {.payload = bytes,
-                               .len = sizeof bytes,
-                               .source_port = LUM_PORT,
-                               .kind = LUM_RECORD_DATAGRAM};
+    lum_record record = {.payload = bytes,
+                         .len = sizeof bytes,
+                         .source_port = LUM_PORT,
+                         .kind = LUM_RECORD_DATAGRAM};
     const lum_record other = {.kind = LUM_RECORD_OTHER};
     assert_int_equal(lum_infer_create(&options, &infer, NULL), 0);
     put_head(bytes, 8);
@@ -1428,10 +1428,14 @@ static void it_says_when_it_has_enough(void **state)
     }
     assert_int_equal(lum_infer_push(infer, &record, NULL), 0);
     assert_int_equal(lum_infer_push(infer, &record, NULL), 0);
+    assert_int_equal(lum_infer_push(infer, &other, NULL), 0);
+    record.kind = LUM_RECORD_CUT_SHORT;
+    assert_int_equal(lum_infer_push(infer, &record, NULL), 0);
     lum_infer_result r = {.struct_size = sizeof r};
     assert_int_equal(lum_infer_solve(infer, &r, NULL), 1);
     assert_true(r.is_full);
-    assert_int_equal(r.left_out, 1);
+    assert_int_equal(r.left_out, 2);
+    assert_int_equal(r.cut_short, 0);
     lum_infer_free(infer);
     lum_infer_free(NULL);
 }

@@ -132,7 +132,8 @@ typedef struct lum_infer_result {
                                     pushed after it had enough */
     uint32_t sensors;          /**< addresses that sent what was looked at */
     bool is_full;              /**< it had enough; the capture may have more,
-                                    and nothing behind is in these numbers */
+                                    and what came behind is in left_out
+                                    alone */
     char text[LUM_ERROR_BYTES]; /**< one line: what was found, what is missing,
                                      or which identity fails */
     size_t finding_count;       /**< of findings; 0 without a profile */
@@ -152,7 +153,8 @@ LUM_MUST_CHECK int lum_infer_create(const lum_infer_options *options,
  * does no harm.
  * @param record not kept; as much of its payload as is needed is copied.
  * @param error  may be NULL; gets the message on failure: there is no memory.
- * @return 1: more are wanted; 0: it has enough; -1. */
+ * @return 1: more are wanted; 0: it has enough, and further datagrams are only
+ *         counted; -1. */
 LUM_MUST_CHECK int lum_infer_push(lum_infer *infer, const lum_record *record,
                                   lum_error *error);
 
