@@ -304,7 +304,8 @@ static void of_unit(const lum_infer_state *state, lum_infer_finding *f)
             "of it within %.3g %%; %s",
             state->unit_ns, state->time_ns * 1e-9, percent(state->unit_spread),
             state->is_unit_told
-                ? "a round unit within 2 % is that one"
+                ? "taken is a round unit within 2 %, or else what was "
+                  "measured"
                 : "that varies too much, or the clock is too narrow, to be "
                   "sure");
     } else {

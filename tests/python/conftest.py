@@ -10,6 +10,7 @@ import pytest
 
 BIN = pathlib.Path(os.environ.get("LUM_BIN", pathlib.Path(__file__).parents[2] / "build/release/bin")).resolve()
 PACKAGE = BIN.parent / "python"
+COMPLETION = pathlib.Path(__file__).parents[2] / "tools/completion/lumsdk.bash"
 
 # For what has to come. It only ends a test that hangs: a busy machine may be slow.
 PATIENCE_S = 300.0
@@ -105,3 +106,27 @@ def own_signals():
     yield
     for number, handler in before:
         signal.signal(number, handler)
+
+
+@pytest.fixture(scope="module")
+def completion(tmp_path_factory):
+    """completion(name, *command): complete(*words), which gives what bash offers for the last word of that program's command line."""
+    script = """
+        source "$0"
+        COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1))
+        _lumsdk "$1" "${COMP_WORDS[COMP_CWORD]}" "${COMP_WORDS[COMP_CWORD-1]}"
+        printf '%s\\n' "${COMPREPLY[@]}"
+    """
+
+    def of(name, *command):
+        folder = tmp_path_factory.mktemp("bin")
+        program = folder / name
+        program.write_text(f'#!/bin/sh\nexec {" ".join(command)} "$@"\n')
+        program.chmod(0o755)
+
+        def ask(*words):
+            environment = {**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}
+            return subprocess.run(["bash", "-c", script, COMPLETION, name, *words], capture_output=True, text=True, env=environment,
+                                  timeout=PATIENCE_S).stdout.split()
+        return ask
+    return of

@@ -97,22 +97,8 @@ def test_one_table_alone_says_how_good_a_calibration_is():
 
 
 @pytest.fixture(scope="module")
-def complete(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("bin")
-    program = folder / "lumcal"
-    program.write_text(f'#!/bin/sh\nexec {" ".join(COMMAND)} "$@"\n')
-    program.chmod(0o755)
-    script = """
-        source "$0"
-        COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1))
-        _lumsdk "$1" "${COMP_WORDS[COMP_CWORD]}" "${COMP_WORDS[COMP_CWORD-1]}"
-        printf '%s\\n' "${COMPREPLY[@]}"
-    """
-
-    def ask(*words):
-        return subprocess.run(["bash", "-c", script, TOP / "tools/completion/lumsdk.bash", "lumcal", *words], capture_output=True, text=True,
-                              env={**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}, timeout=PATIENCE_S).stdout.split()
-    return ask
+def complete(completion):
+    return completion("lumcal", *COMMAND)
 
 
 def test_completion(complete, tmp_path, monkeypatch):

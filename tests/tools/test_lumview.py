@@ -996,6 +996,16 @@ class Beside(Case):
         self.assertEqual([g[:3] for g in got], [r[:3] for r in rows])
         self.assertLess(max(abs(a - b) for g, r in zip(got, rows) for a, b in zip(g[3:], r[3:])), 0.0011)
 
+    def assert_both(self, b, *numbers):
+        """Each of these frames has the points by both profiles."""
+        b.status(lambda s: s["first_frame"] is not None)
+        for number in numbers:
+            b.say(f"seek {number}")
+            cloud = b.cloud(lambda c, n=number: c.frame == n)
+            split = cloud.points - cloud.second
+            self.assert_points(cloud, 0, split, self.rows(number, self.one))
+            self.assert_points(cloud, split, cloud.points, self.rows(number, self.other))
+
     def test_each_frame_has_the_points_of_both_also_after_jumps(self):
         self.serve("--paused", "--profile", self.one, "--profile", self.other)
         b = self.browser()
@@ -1003,13 +1013,7 @@ class Beside(Case):
         self.assertEqual((profiles["one"], profiles["other"]), (str(self.one), str(self.other)))
         self.assertEqual(profiles["differences"], [{"key": "eye_values.blue", "one": "0", "other": "1"},
                                                    {"key": "eye_values.green", "one": "1", "other": "0"}])
-        b.status(lambda s: s["first_frame"] is not None)
-        for number in (1, 2, 8, 3):
-            b.say(f"seek {number}")
-            cloud = b.cloud(lambda c, n=number: c.frame == n)
-            split = cloud.points - cloud.second
-            self.assert_points(cloud, 0, split, self.rows(number, self.one))
-            self.assert_points(cloud, split, cloud.points, self.rows(number, self.other))
+        self.assert_both(b, 1, 2, 8, 3)
 
     def test_frames_that_end_together_are_each_beside_its_own(self):
         """The last frame has begun and has too few lines to end the one before: the end of the capture ends both."""
@@ -1023,14 +1027,7 @@ class Beside(Case):
         self.source = self.folder.write("cut.pcap", data[:24 + at])
         self.assertEqual(summary(self.source)["frames"], 4)
         self.serve("--paused", "--profile", self.one, "--profile", self.other)
-        b = self.browser()
-        b.status(lambda s: s["first_frame"] is not None)
-        for number in (3, 4):
-            b.say(f"seek {number}")
-            cloud = b.cloud(lambda c, n=number: c.frame == n)
-            split = cloud.points - cloud.second
-            self.assert_points(cloud, 0, split, self.rows(number, self.one))
-            self.assert_points(cloud, split, cloud.points, self.rows(number, self.other))
+        self.assert_both(self.browser(), 3, 4)
 
     def test_what_came_long_before_is_not_shown_as_if_it_were_new(self):
         """Packets by the second profile come during the first two of eight frames alone."""
