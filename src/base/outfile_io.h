@@ -33,6 +33,15 @@ bool lum_outfile_is_unread(const lum_outfile *file);
  * @return NULL with the reason in errno. */
 FILE *lum_outfile_stream(const lum_outfile *file);
 
+/** A second descriptor of a regular file, for lum_outfile_sync_copy().
+ * @return -1: it is none, or there is no descriptor left. */
+int lum_outfile_copy(const lum_outfile *file);
+
+/** Wait until what was written so far is on the disk; the copy is closed. For
+ * any thread. The system may say only once that the disk failed.
+ * @return 0, or an errno. */
+LUM_MUST_CHECK int lum_outfile_sync_copy(int copy);
+
 /** Discard the buffered bytes of a stream. */
 void lum_outfile_turn_away(FILE *stream);
 

@@ -64,6 +64,24 @@ bool lum_outfile_is_unread(const lum_outfile *file)
     return poll(&look, 1, 0) > 0 && (look.revents & POLLERR) != 0;
 }
 
+int lum_outfile_copy(const lum_outfile *file)
+{
+    return file->path != NULL
+               ? fcntl(file->fd, F_DUPFD_CLOEXEC, STDERR_FILENO + 1)
+               : -1;
+}
+
+/* Some file systems cannot be asked for it. */
+int lum_outfile_sync_copy(int copy)
+{
+    int code = 0;
+    do {
+        code = fsync(copy) == 0 ? 0 : errno;
+    } while (code == EINTR);
+    (void)close(copy);
+    return code == EINVAL || code == ENOSYS || code == ENOTSUP ? 0 : code;
+}
+
 FILE *lum_outfile_stream(const lum_outfile *file)
 {
     const int fd = fcntl(file->fd, F_DUPFD_CLOEXEC, 0);

@@ -72,6 +72,19 @@ bool lum_outfile_is_unread(const lum_outfile *file)
     return false;
 }
 
+int lum_outfile_copy(const lum_outfile *file)
+{
+    return file->path != NULL ? _dup(file->fd) : -1;
+}
+
+int lum_outfile_sync_copy(int copy)
+{
+    const BOOL is_done = FlushFileBuffers((HANDLE)_get_osfhandle(copy));
+    const int code = is_done ? 0 : code_of(GetLastError());
+    (void)_close(copy);
+    return code;
+}
+
 FILE *lum_outfile_stream(const lum_outfile *file)
 {
     const int fd = _dup(file->fd);

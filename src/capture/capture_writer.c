@@ -1,3 +1,4 @@
+#include "capture_writer.h"
 #include "base/outfile_io.h"
 #include "base/sized.h"
 #include "byte_order.h"
@@ -330,6 +331,16 @@ int lum_capture_writer_add(lum_capture_writer *writer,
 uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer)
 {
     return writer->bytes;
+}
+
+int lum_capture_writer_copy(const lum_capture_writer *writer)
+{
+    return lum_outfile_copy(&writer->out);
+}
+
+const char *lum_capture_writer_name(const lum_capture_writer *writer)
+{
+    return writer->out.name;
 }
 
 /* An older file stays as it is until it is emptied. */

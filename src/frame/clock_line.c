@@ -19,6 +19,11 @@
  * line. */
 #define ERROR_MAX_NS INT64_C(1000000000)
 
+/* After a second without readings, so many batches have to come before they
+ * count for the drift: the first of them may be late. */
+#define PAUSE_BUCKETS   8
+#define BATCHES_SETTLED 8u
+
 /* The reading's own unit. */
 #define STEP_NS 1000
 
@@ -77,6 +82,18 @@ static const struct lum_clock_reading *find_best(
         }
     }
     return best;
+}
+
+static bool is_settled(const struct lum_clock_window *w)
+{
+    size_t i = w->count - 1u;
+    size_t batches = w->list[i]->batches;
+    while (i > 0 &&
+           w->list[i]->index - w->list[i - 1u]->index <= PAUSE_BUCKETS) {
+        i--;
+        batches += w->list[i]->batches;
+    }
+    return i == 0 || batches >= BATCHES_SETTLED;
 }
 
 /* The drift between the best readings of the first and the last third of the
@@ -206,7 +223,7 @@ static void lie_under(struct lum_clock_window *w, struct lum_clock_line *line)
 static bool fit_drift(struct lum_clock_window *w, int64_t known_error_ppb,
                       struct lum_clock_line *line)
 {
-    if (!measure_drift(w, line)) {
+    if (!is_settled(w) || !measure_drift(w, line)) {
         return false;
     }
     lie_under(w, line);

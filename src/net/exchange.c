@@ -33,6 +33,7 @@ static void begin(lum_exchange *x, lum_exchange_ask ask, int64_t now_ns)
     x->ask = ask;
     x->tries = 0;
     x->due_ns = now_ns;
+    x->looked_ns = now_ns;
     x->has_noticed = false;
     x->is_stale = false;
     x->sequence = issue(x);
@@ -77,7 +78,11 @@ static int64_t request_ns(const lum_exchange *x)
     if (x->ask == LUM_ASK_NOTHING) {
         return INT64_MAX;
     }
-    return x->tries == 0 ? INT64_MIN : x->due_ns;
+    const int64_t look_ns = x->looked_ns + LUM_EXCHANGE_LOOK_NS;
+    if (x->tries == 0) {
+        return INT64_MIN;
+    }
+    return look_ns < x->due_ns ? look_ns : x->due_ns;
 }
 
 int64_t lum_exchange_next_ns(const lum_exchange *x)
@@ -128,7 +133,8 @@ static void try_again(lum_exchange *x, int64_t now_ns)
 /* An application that was delayed may no longer want what it asked for. */
 static bool is_stale(lum_exchange *x, int64_t now_ns)
 {
-    x->is_stale = x->is_stale || now_ns - x->due_ns >= LUM_EXCHANGE_STALE_NS;
+    x->is_stale = x->is_stale || now_ns - x->looked_ns >= LUM_EXCHANGE_STALE_NS;
+    x->looked_ns = now_ns;
     return x->is_stale;
 }
 
@@ -146,10 +152,11 @@ lum_exchange_step lum_exchange_advance(lum_exchange *x, int64_t now_ns,
                                        int64_t heard_ns,
                                        lum_exchange_found *found)
 {
+    const bool stale = x->ask != LUM_ASK_NOTHING && is_stale(x, now_ns);
     if (x->ask == LUM_ASK_NOTHING || (x->tries > 0 && now_ns < x->due_ns)) {
         return LUM_EXCHANGE_NOTHING;
     }
-    if (x->tries <= x->config.retries && !is_stale(x, now_ns)) {
+    if (x->tries <= x->config.retries && !stale) {
         try_again(x, now_ns);
         return x->tries == 1 ? LUM_EXCHANGE_REQUEST : LUM_EXCHANGE_RESEND;
     }

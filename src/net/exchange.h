@@ -42,6 +42,10 @@ typedef enum lum_exchange_ask {
 
 #define LUM_EXCHANGE_STALE_NS (LUM_SENSOR_STALE_MS * INT64_C(1000000))
 
+/* A step is due at least this often while a request is under way, so that a
+ * longer time without one shows that the application was held up. */
+#define LUM_EXCHANGE_LOOK_NS INT64_C(1000000000)
+
 typedef struct lum_exchange_config {
     uint16_t status_tlv;  /* number of the status TLV */
     bool owns;            /* send heartbeats */
@@ -67,6 +71,7 @@ typedef struct lum_exchange {
     lum_exchange_ask ask;
     unsigned tries;     /* of the request under way */
     int64_t due_ns;     /* its next try, or the end */
+    int64_t looked_ns;  /* when its step was last asked for */
     int64_t noticed_ns; /* when its end was first seen */
     bool has_noticed;   /* its end was seen, and answers may still wait */
     bool is_stale; /* the application was held up: it is not sent any more */

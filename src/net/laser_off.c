@@ -6,11 +6,13 @@
  * sensor may have repeats of the command to answer before it. */
 #define LOOK_NS (2000 * NS_PER_MS)
 
-/* What a request showed of the laser. */
+/* What a request showed of the laser; from LOOK_WAITING on it is down. */
 typedef enum laser_look {
     LOOK_SILENT,
     LOOK_BLIND, /* an answer without a status */
     LOOK_UP,
+    LOOK_WAITING, /* down, but a command to be on is in effect */
+    LOOK_UNCLEAR, /* down, and commands to be on and off are in effect */
     LOOK_DOWN
 } laser_look;
 
@@ -49,6 +51,18 @@ static void receive_until(const attempt *a, int64_t end_ns,
              (is_unsent(a) || (now_ns < end_ns && !is_ended(a))));
 }
 
+/* A `u` that came behind the `d` brings the laser back when a hazard ends. */
+static laser_look look_at(uint16_t status)
+{
+    if (!lum_laser_is_down(status)) {
+        return LOOK_UP;
+    }
+    if ((status & LUM_LASER_TLV_CMD_ON) == 0) {
+        return LOOK_DOWN;
+    }
+    return (status & LUM_LASER_TLV_CMD_OFF) != 0 ? LOOK_UNCLEAR : LOOK_WAITING;
+}
+
 /* Makes a request, a command or (NULL) a poll, and reads its own answer. */
 static laser_look look(const attempt *a, const char *command, int64_t end_ns)
 {
@@ -68,7 +82,7 @@ static laser_look look(const attempt *a, const char *command, int64_t end_ns)
     if (a->status != NULL) {
         *a->status = event.status;
     }
-    return lum_laser_is_down(event.status) ? LOOK_DOWN : LOOK_UP;
+    return look_at(event.status);
 }
 
 static void settle(const attempt *a)
@@ -86,23 +100,32 @@ static laser_look look_twice(const attempt *a)
         return first;
     }
     settle(a);
-    return first == LOOK_DOWN ? look(a, NULL, lum_time_monotonic_ns() + LOOK_NS)
-                              : first;
+    return first >= LOOK_WAITING
+               ? look(a, NULL, lum_time_monotonic_ns() + LOOK_NS)
+               : first;
+}
+
+/* A sensor may never show a status, or show any `u` as in effect for ever. */
+static bool is_in_vain(laser_look look)
+{
+    return look == LOOK_BLIND || look == LOOK_UNCLEAR;
 }
 
 static lum_laser_off switch_off(const attempt *a)
 {
-    static const lum_laser_off results[] = {[LOOK_SILENT] =
-                                                LUM_LASER_OFF_UNKNOWN,
-                                            [LOOK_BLIND] = LUM_LASER_OFF_UNSEEN,
-                                            [LOOK_UP] = LUM_LASER_OFF_REFUSED,
-                                            [LOOK_DOWN] = LUM_LASER_OFF_SEEN};
+    static const lum_laser_off results[] = {
+        [LOOK_SILENT] = LUM_LASER_OFF_UNKNOWN,
+        [LOOK_BLIND] = LUM_LASER_OFF_UNSEEN,
+        [LOOK_UP] = LUM_LASER_OFF_REFUSED,
+        [LOOK_WAITING] = LUM_LASER_OFF_REFUSED,
+        [LOOK_UNCLEAR] = LUM_LASER_OFF_SEEN,
+        [LOOK_DOWN] = LUM_LASER_OFF_SEEN};
     laser_look last = LOOK_SILENT;
-    uint64_t blind = 0;
+    uint64_t vain = 0;
     do {
         last = look_twice(a);
-        blind += last == LOOK_BLIND;
-    } while (last != LOOK_DOWN && blind <= a->sensor->retries && !is_ended(a) &&
+        vain += is_in_vain(last);
+    } while (last != LOOK_DOWN && vain <= a->sensor->retries && !is_ended(a) &&
              lum_time_monotonic_ns() < a->end_ns);
     return results[last];
 }

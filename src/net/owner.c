@@ -94,6 +94,19 @@ lum_net_result lum_owner_take(lum_endpoint sensor, const char *interface,
     return LUM_NET_OK;
 }
 
+bool lum_owner_look(lum_endpoint sensor, const char *interface, lum_error *who)
+{
+    const owner_names names = names_of(sensor, interface);
+    for (size_t i = 0; i < names.count; i++) {
+        long process = 0;
+        if (lum_owner_system_look(names.text[i], &process)) {
+            say_busy(sensor, process, who);
+            return true;
+        }
+    }
+    return false;
+}
+
 void lum_owner_release(lum_owner *owner)
 {
     if (owner == NULL) {

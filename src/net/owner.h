@@ -24,6 +24,10 @@ LUM_MUST_CHECK lum_net_result lum_owner_take(lum_endpoint sensor,
                                              const char *interface,
                                              lum_owner **out, lum_error *error);
 
+/* Whether a session has a sensor; nothing is taken, so that a session that
+ * begins now is not refused. who may be NULL; else it names the program. */
+bool lum_owner_look(lum_endpoint sensor, const char *interface, lum_error *who);
+
 /* Give it back. NULL is allowed. */
 void lum_owner_release(lum_owner *owner);
 

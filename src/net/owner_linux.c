@@ -32,22 +32,25 @@ static int local_socket(void)
     return socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
 }
 
-/* Who listens there. The connection is never accepted. */
-static long ask_process(const local_name *name)
+/* Whether somebody listens there, and who. The connection is never accepted:
+ * when there is no room for more of them, only the second remains unknown. */
+static bool ask_process(const local_name *name, long *process)
 {
     struct ucred peer = {0};
     socklen_t len = sizeof peer;
-    long process = 0;
     const int fd = local_socket();
     if (fd < 0) {
-        return 0;
+        return false;
     }
-    if (connect(fd, (const struct sockaddr *)&name->address, name->len) == 0 &&
+    const bool is_connected =
+        connect(fd, (const struct sockaddr *)&name->address, name->len) == 0;
+    const bool is_there = is_connected || errno == EAGAIN;
+    if (is_connected &&
         getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &len) == 0) {
-        process = peer.pid;
+        *process = peer.pid;
     }
     (void)close(fd);
-    return process;
+    return is_there;
 }
 
 lum_net_result lum_owner_system_hold(const char *name, intptr_t *held,
@@ -66,7 +69,7 @@ lum_net_result lum_owner_system_hold(const char *name, intptr_t *held,
         (void)close(fd);
     }
     if (code == EADDRINUSE) {
-        *process = ask_process(&local);
+        (void)ask_process(&local, process);
         return LUM_NET_BUSY;
     }
     (void)lum_error_set(error,
@@ -74,6 +77,12 @@ lum_net_result lum_owner_system_hold(const char *name, intptr_t *held,
                         "socket: %s",
                         name, strerror(code));
     return LUM_NET_FAILED;
+}
+
+bool lum_owner_system_look(const char *name, long *process)
+{
+    const local_name local = name_of(name);
+    return ask_process(&local, process);
 }
 
 void lum_owner_system_drop(intptr_t held)

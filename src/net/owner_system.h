@@ -5,6 +5,7 @@
 
 #include "lum/net/socket.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /* Longest name, its NUL included. */
@@ -15,6 +16,10 @@
  * not say which; LUM_NET_FAILED with a message. */
 lum_net_result lum_owner_system_hold(const char *name, intptr_t *held,
                                      long *process, lum_error *error);
+
+/* Whether a process holds a name: *process, 0 if the system does not say which.
+ * Who takes the name meanwhile gets it. */
+bool lum_owner_system_look(const char *name, long *process);
 
 void lum_owner_system_drop(intptr_t held);
 

@@ -105,6 +105,22 @@ lum_net_result lum_owner_system_hold(const char *name, intptr_t *held,
     return LUM_NET_FAILED;
 }
 
+/* Opening makes nothing. */
+bool lum_owner_system_look(const char *name, long *process)
+{
+    const object_name global = name_of("Global", name);
+    const HANDLE mutex = OpenMutexA(SYNCHRONIZE, FALSE, global.text);
+    const bool is_there =
+        mutex != NULL || GetLastError() == ERROR_ACCESS_DENIED;
+    if (mutex != NULL) {
+        (void)CloseHandle(mutex);
+    }
+    if (is_there) {
+        *process = read_process(name);
+    }
+    return is_there;
+}
+
 void lum_owner_system_drop(intptr_t held)
 {
     holding *out = (holding *)held;

@@ -38,7 +38,7 @@ static uint32_t random_sequence(const lum_sensor *s)
     lum_socket_local(s->socket, &local);
     uint64_t x = (uint64_t)lum_time_utc_ns() ^
                  ((uint64_t)lum_time_monotonic_ns() << 20) ^
-                 ((uint64_t)local.port << 48) ^ (uint64_t)(uintptr_t)s;
+                 ((uint64_t)local.port << 48);
     x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
     x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
     const uint32_t sequence = (uint32_t)(x >> 32);
@@ -115,16 +115,7 @@ lum_net_result lum_sensor_open(const lum_sensor_options *options,
 bool lum_sensor_is_owned(lum_endpoint sensor, const char *interface_name,
                          lum_error *who)
 {
-    lum_owner *owner = NULL;
-    lum_error error = {""};
-    const lum_net_result r =
-        lum_owner_take(sensor, interface_name, &owner, &error);
-    if (r == LUM_NET_OK) {
-        lum_owner_release(owner);
-    } else if (r == LUM_NET_BUSY && who != NULL) {
-        *who = error;
-    }
-    return r == LUM_NET_BUSY;
+    return lum_owner_look(sensor, interface_name, who);
 }
 
 void lum_sensor_close(lum_sensor *sensor)

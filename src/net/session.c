@@ -52,24 +52,22 @@ static void fill_found(lum_sensor_event *out, lum_sensor_event_kind kind,
     out->sent_ns = found->sent_ns;
 }
 
-/* Sends what the request under way needs. True with an event when it ends. */
+/* Sends what the request under way needs. True with an event when it ends. Not
+ * more than one try: a send may have been held up, and the cancel is looked at
+ * before the next. */
 static bool advance_request(lum_sensor *s, lum_sensor_event *out)
 {
     lum_exchange *x = &s->exchange;
     lum_exchange_found found;
-    lum_exchange_step step = LUM_EXCHANGE_NOTHING;
-    do {
-        step = lum_exchange_advance(x, lum_time_monotonic_ns(), s->heard_ns,
-                                    &found);
-        if (step == LUM_EXCHANGE_REQUEST || step == LUM_EXCHANGE_RESEND) {
-            (void)lum_session_send(s, x->packet, x->packet_len,
-                                   step == LUM_EXCHANGE_REQUEST
-                                       ? &s->counters.requests
-                                       : &s->counters.resends,
-                                   NULL);
-        }
-    } while (step == LUM_EXCHANGE_REQUEST || step == LUM_EXCHANGE_RESEND);
-    if (step == LUM_EXCHANGE_GIVEN_UP) {
+    const lum_exchange_step step =
+        lum_exchange_advance(x, lum_time_monotonic_ns(), s->heard_ns, &found);
+    if (step == LUM_EXCHANGE_REQUEST || step == LUM_EXCHANGE_RESEND) {
+        (void)lum_session_send(s, x->packet, x->packet_len,
+                               step == LUM_EXCHANGE_REQUEST
+                                   ? &s->counters.requests
+                                   : &s->counters.resends,
+                               NULL);
+    } else if (step == LUM_EXCHANGE_GIVEN_UP) {
         fill_found(out, LUM_SENSOR_NO_ANSWER, &found);
         return true;
     }
@@ -209,11 +207,14 @@ static void fail(lum_sensor *s, lum_sensor_event *out)
 static bool do_what_is_due(lum_sensor *s, const lum_cancel *cancel,
                            lum_sensor_event *out)
 {
-    send_heartbeat(s);
+    const bool is_cancelled = lum_cancel_is_raised(cancel);
+    if (!is_cancelled) {
+        send_heartbeat(s);
+    }
     if (next_found(s, out)) {
         return true;
     }
-    if (lum_cancel_is_raised(cancel)) {
+    if (is_cancelled || lum_cancel_is_raised(cancel)) {
         out->kind = LUM_SENSOR_CANCELLED;
         return true;
     }

@@ -1,5 +1,6 @@
 #include "fake_net.h"
 
+#include "exact.h"
 #include "lum/base/time.h"
 #include "lum/net/cancel.h"
 #include "lum/wire.h"
@@ -13,6 +14,7 @@ struct fake_net fake;
 struct lum_socket {
     lum_received batch[LUM_SOCKET_BATCH];
     uint8_t *bytes[LUM_SOCKET_BATCH]; /* each as long as its datagram */
+    size_t kept;                      /* of them */
 };
 
 struct arrival {
@@ -85,9 +87,8 @@ lum_net_result lum_socket_open(const lum_socket_options *options,
 
 static void free_batch(lum_socket *socket)
 {
-    for (size_t i = 0; i < LUM_SOCKET_BATCH; i++) {
-        free(socket->bytes[i]);
-        socket->bytes[i] = NULL;
+    while (socket->kept > 0) {
+        exact_free(socket->bytes[--socket->kept]);
     }
 }
 
@@ -112,7 +113,7 @@ uint64_t lum_socket_drops(lum_socket *socket)
 
 static bool has_arrived(void)
 {
-    return fake.floods ||
+    return fake.floods > 0 ||
            (arrival_count > 0 && first_arrival()->ns <= fake.now_ns);
 }
 
@@ -142,40 +143,47 @@ lum_net_result lum_socket_wait(lum_socket *const *sockets, size_t count,
     return LUM_NET_TIMEOUT;
 }
 
-static void take_first(lum_received *out, uint8_t **copy)
+static void take_first(lum_socket *socket)
 {
     const size_t slot = order[0];
     const struct arrival *a = &arrivals[slot];
-    *copy = malloc(a->len > 0 ? a->len : 1u);
-    if (*copy == NULL) {
-        abort();
-    }
-    memcpy(*copy, a->bytes, a->len);
-    *out = (lum_received){*copy, a->len, a->from, a->ns, false};
+    uint8_t *copy = exact_copy(a->bytes, a->len);
+    socket->batch[socket->kept] =
+        (lum_received){copy, a->len, a->from, a->ns, false};
+    socket->bytes[socket->kept++] = copy;
     arrival_count--;
     memmove(order, order + 1, arrival_count * sizeof *order);
     order[arrival_count] = slot;
 }
 
+/* With what the flooder sends. */
+static size_t fill(lum_socket *socket, size_t n)
+{
+    const lum_received one = {flood, sizeof flood, fake.flooder, fake.now_ns,
+                              false};
+    while (n < LUM_SOCKET_BATCH) {
+        socket->batch[n++] = one;
+    }
+    return n;
+}
+
 lum_net_result lum_socket_receive(lum_socket *socket, lum_received **out,
                                   size_t *count, lum_error *error)
 {
-    size_t n = 0;
     if (fake.receive_breaks) {
         (void)lum_error_set(error, "broken by the test");
         return LUM_NET_FAILED;
     }
     free_batch(socket);
     fake.now_ns += fake.receive_ns;
-    while (n < LUM_SOCKET_BATCH && arrival_count > 0 &&
+    while (socket->kept < LUM_SOCKET_BATCH && arrival_count > 0 &&
            first_arrival()->ns <= fake.now_ns) {
-        take_first(&socket->batch[n], &socket->bytes[n]);
-        n++;
+        take_first(socket);
     }
-    while (fake.floods && n < LUM_SOCKET_BATCH) {
-        socket->batch[n] = (lum_received){flood, sizeof flood, fake.flooder,
-                                          fake.now_ns, false};
-        n++;
+    size_t n = socket->kept;
+    if (fake.floods > 0) {
+        fake.floods--;
+        n = fill(socket, n);
     }
     *out = socket->batch;
     *count = n;
@@ -217,6 +225,14 @@ lum_net_result lum_owner_take(lum_endpoint sensor, const char *interface,
     (void)error;
     *out = NULL;
     return LUM_NET_OK;
+}
+
+bool lum_owner_look(lum_endpoint sensor, const char *interface, lum_error *who)
+{
+    (void)sensor;
+    (void)interface;
+    (void)who;
+    return false;
 }
 
 void lum_owner_release(lum_owner *owner)

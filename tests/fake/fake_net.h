@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define FAKE_BYTES   1500u
+#define FAKE_BYTES   1500u /* at most EXACT_BYTES */
 #define FAKE_SENT    512u
 #define FAKE_ARRIVAL 512u
 
@@ -27,8 +27,8 @@ struct fake_net {
     bool receive_breaks;  /* a receive fails */
     bool wait_breaks;     /* a wait fails */
     bool is_raised;       /* every cancel */
-    bool floods;          /* other senders' datagrams come after each arrival */
-    lum_endpoint flooder; /* who sends these */
+    uint32_t floods;      /* so many receives are filled by one sender */
+    lum_endpoint flooder; /* who that is */
     uint64_t drops;       /* lum_socket_drops() */
     void (*on_send)(const struct fake_sent *sent); /* may be NULL */
     size_t sent_count;                /* all; the first FAKE_SENT are kept */

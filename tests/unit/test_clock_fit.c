@@ -463,6 +463,27 @@ static void a_clock_that_is_slewed_is_followed_and_the_error_grows(void **state)
     }
 }
 
+static void a_late_arrival_after_a_pause_is_no_break(void **state)
+{
+    (void)state;
+    for (int64_t late_ms = 1; late_ms <= 128; late_ms *= 2) {
+        struct stream s = stream_of(7812.5, 20.0, 0);
+        (void)pass(&s, 0.5);
+        s.line += 5e6 / s.line_us;
+        const int64_t clock_us = clock_of(&s);
+        (void)lum_clock_fit_add(s.fit, clock_us,
+                                truth_of(&s, clock_us) + late_ms * MS);
+        s.line += 1.0;
+        (void)pass(&s, 2.0);
+        const lum_clock_fit_info info = info_of(s.fit);
+        assert_int_equal(info.sensor_breaks, 0);
+        assert_int_equal(info.host_steps, 0);
+        assert_int_equal(info.aside, 0);
+        assert_true(llabs(s.time.utc_ns - s.truth_ns) <= s.time.error_ns);
+        lum_clock_fit_free(s.fit);
+    }
+}
+
 static void a_pause_is_bridged_by_the_drift(void **state)
 {
     (void)state;
@@ -696,6 +717,7 @@ int main(void)
         cmocka_unit_test(the_drift_is_known_over_a_break),
         cmocka_unit_test(
             a_clock_that_is_slewed_is_followed_and_the_error_grows),
+        cmocka_unit_test(a_late_arrival_after_a_pause_is_no_break),
         cmocka_unit_test(a_pause_is_bridged_by_the_drift),
         cmocka_unit_test(strays_are_set_aside),
         cmocka_unit_test(strays_among_others_are_no_break),

@@ -85,15 +85,39 @@ static void who_was_held_up_sends_nothing_again(void **state)
     (void)state;
     begin_request();
     assert_int_equal(advance(0), LUM_EXCHANGE_REQUEST);
-    assert_int_equal(advance(TIMEOUT + LUM_EXCHANGE_STALE_NS - 1),
-                     LUM_EXCHANGE_RESEND);
-    const int64_t due_ns = x.due_ns;
-    assert_int_equal(advance(due_ns + LUM_EXCHANGE_STALE_NS),
-                     LUM_EXCHANGE_GIVEN_UP);
+    assert_int_equal(advance(LUM_EXCHANGE_STALE_NS - 1), LUM_EXCHANGE_RESEND);
+    const int64_t end_ns = 2 * LUM_EXCHANGE_STALE_NS - 1;
+    assert_int_equal(advance(end_ns), LUM_EXCHANGE_GIVEN_UP);
     assert_int_equal(found.tries, 2);
-    begin_request_at(due_ns + LUM_EXCHANGE_STALE_NS);
-    assert_int_equal(advance(due_ns + LUM_EXCHANGE_STALE_NS),
-                     LUM_EXCHANGE_REQUEST);
+    begin_request_at(end_ns);
+    assert_int_equal(advance(end_ns), LUM_EXCHANGE_REQUEST);
+}
+
+/* However long a try lasts. */
+static void being_held_up_begins_with_the_last_look(void **state)
+{
+    const int64_t look_ns = LUM_EXCHANGE_LOOK_NS;
+    (void)state;
+    x.config.owns = false;
+    x.config.timeout_ns = 10 * LUM_EXCHANGE_STALE_NS;
+    begin_request();
+    assert_int_equal(advance(0), LUM_EXCHANGE_REQUEST);
+    assert_true(lum_exchange_next_ns(&x) == look_ns);
+    assert_int_equal(advance(look_ns), LUM_EXCHANGE_NOTHING);
+    assert_true(lum_exchange_next_ns(&x) == 2 * look_ns);
+    assert_int_equal(advance(look_ns + LUM_EXCHANGE_STALE_NS - 1),
+                     LUM_EXCHANGE_NOTHING);
+    for (int64_t ns = 2 * look_ns; ns < x.due_ns; ns += look_ns) {
+        assert_int_equal(advance(ns), LUM_EXCHANGE_NOTHING);
+    }
+    assert_int_equal(advance(x.due_ns), LUM_EXCHANGE_RESEND);
+    const int64_t before_ns = x.due_ns - x.config.timeout_ns;
+    for (int64_t ns = before_ns + LUM_EXCHANGE_STALE_NS; ns < x.due_ns;
+         ns += look_ns) {
+        assert_int_equal(advance(ns), LUM_EXCHANGE_NOTHING);
+    }
+    assert_int_equal(advance(x.due_ns), LUM_EXCHANGE_GIVEN_UP);
+    assert_int_equal(found.tries, 2);
 }
 
 static void who_was_held_up_before_the_first_try_sends_nothing(void **state)
@@ -512,6 +536,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         FRESH(who_was_held_up_sends_nothing_again),
+        FRESH(being_held_up_begins_with_the_last_look),
         FRESH(who_was_held_up_before_the_first_try_sends_nothing),
         FRESH(what_waited_for_who_was_held_up_is_still_its_answer),
         FRESH(a_request_is_sent_at_once_and_again_on_each_timeout),

@@ -69,27 +69,6 @@ static void close_well(struct viewer *v)
 }
 
 /* The last line of the log that has a text in it; "" for none. */
-static void find_last(const char *text, char *out, size_t room)
-{
-    char line[512];
-    FILE *log = fopen(log_path, "r");
-    assert_non_null(log);
-    *out = '\0';
-    while (fgets(line, sizeof line, log) != NULL) {
-        if (strstr(line, text) != NULL) {
-            (void)snprintf(out, room, "%s", line);
-        }
-    }
-    assert_int_equal(fclose(log), 0);
-}
-
-static void expect_laser_off(void)
-{
-    char line[512];
-    find_last("\"event\": \"laser\"", line, sizeof line);
-    assert_non_null(strstr(line, "\"up\": false"));
-}
-
 static bool has_points(const struct feed_status *s, int64_t points)
 {
     return s->points > (uint64_t)points;
@@ -99,56 +78,6 @@ static bool is_up(const struct feed_status *s, int64_t ignored)
 {
     (void)ignored;
     return s->has_laser && !lum_laser_is_down(s->laser);
-}
-
-static bool is_free_of_hazards(const struct feed_status *s, int64_t ignored)
-{
-    (void)ignored;
-    return s->has_laser && (s->laser & LUM_LASER_HAZARDS) == 0;
-}
-
-static bool has_bit(const struct feed_status *s, int64_t bit)
-{
-    return s->has_laser && (s->laser & (unsigned)bit) != 0;
-}
-
-static void a_sensor_whose_laser_is_off_is_shown_and_that_said(void **state)
-{
-    struct viewer v;
-    (void)state;
-    const pid_t sensor = start_sensor("--seed", "1");
-    open_live(&v, false);
-    struct feed_status s = viewer_wait(&v, has_message, 0);
-    while (strstr(s.message, "the laser is off") == NULL) {
-        s = viewer_wait(&v, has_shown, (int64_t)s.frames + 1);
-    }
-    assert_non_null(strstr(s.message, "--laser"));
-    assert_non_null(strstr(s.message, ADDRESS));
-    s = viewer_wait(&v, is_in_state, FEED_PLAYING);
-    assert_true(s.is_live);
-    assert_false(s.has_range);
-    assert_int_equal(s.points, 0);
-    (void)viewer_wait(&v, has_bit, LUM_LASER_TLV_CMD_OFF);
-    close_well(&v);
-    stop_sensor(sensor);
-}
-
-static void a_laser_that_was_asked_for_is_on_until_the_feed_ends(void **state)
-{
-    char line[512];
-    struct viewer v;
-    (void)state;
-    const pid_t sensor = start_sensor("--seed", "1");
-    open_live(&v, true);
-    (void)viewer_wait(&v, is_up, 0);
-    find_last("\"event\": \"laser\"", line, sizeof line);
-    assert_non_null(strstr(line, "\"up\": true"));
-    const struct feed_status s = viewer_wait(&v, has_points, 100000);
-    assert_int_equal(s.lost_kernel + s.lost_ring, 0);
-    assert_true(s.packets > 0 && s.bytes > s.packets);
-    close_well(&v);
-    expect_laser_off();
-    stop_sensor(sensor);
 }
 
 static void frames_come_in_all_views_with_the_time_of_their_completion(
@@ -177,90 +106,6 @@ static void frames_come_in_all_views_with_the_time_of_their_completion(
     frame_release(both);
     close_well(&v);
     stop_sensor(sensor);
-}
-
-static void a_laser_that_a_hazard_took_down_stays_off(void **state)
-{
-    struct viewer v;
-    (void)state;
-    const pid_t sensor = start_sensor("--fault", "fan@USR1-USR2");
-    open_live(&v, true);
-    (void)viewer_wait(&v, is_up, 0);
-    assert_int_equal(kill(sensor, SIGUSR1), 0);
-    (void)viewer_wait(&v, has_bit, LUM_LASER_FAN_PWM_BAD);
-    struct feed_status s = viewer_wait(&v, has_bit, LUM_LASER_TLV_CMD_OFF);
-    assert_int_equal(kill(sensor, SIGUSR2), 0);
-    s = viewer_wait(&v, is_free_of_hazards, 0);
-    assert_true(lum_laser_is_down(s.laser));
-    s = viewer_wait(&v, has_message, 0);
-    assert_non_null(strstr(s.message, "FAN_PWM_BAD"));
-    assert_non_null(strstr(s.message, "lumctl --host " ADDRESS " laser on"));
-    expect_laser_off();
-    close_well(&v);
-    stop_sensor(sensor);
-}
-
-static bool knows_laser(const struct feed_status *status, int64_t wanted)
-{
-    return status->has_laser == (wanted != 0);
-}
-
-static void a_sensor_that_falls_silent_is_waited_for(void **state)
-{
-    struct viewer v;
-    (void)state;
-    const pid_t sensor = start_sensor("--fault", "silence@USR1-USR2");
-    open_live(&v, false);
-    (void)viewer_wait(&v, is_in_state, FEED_PLAYING);
-    assert_int_equal(kill(sensor, SIGUSR1), 0);
-    const struct feed_status s = viewer_wait(&v, is_in_state, FEED_SILENT);
-    assert_non_null(strstr(s.message, "no data from " ADDRESS));
-    (void)viewer_wait(&v, knows_laser, false);
-    assert_int_equal(kill(sensor, SIGUSR2), 0);
-    (void)viewer_wait(&v, is_in_state, FEED_PLAYING);
-    (void)viewer_wait(&v, knows_laser, true);
-    (void)viewer_wait(&v, has_shown, (int64_t)s.frames + 2);
-    close_well(&v);
-    stop_sensor(sensor);
-}
-
-static void a_sensor_that_is_not_there_is_waited_for(void **state)
-{
-    struct viewer v;
-    (void)state;
-    open_live(&v, false);
-    const struct feed_status s = viewer_wait(&v, has_message, 0);
-    assert_int_equal(s.state, FEED_WAITING);
-    assert_non_null(strstr(s.message, "no answer from " ADDRESS));
-    const pid_t sensor = start_sensor("--seed", "1");
-    (void)viewer_wait(&v, has_shown, 2);
-    close_well(&v);
-    stop_sensor(sensor);
-}
-
-static void a_laser_that_nobody_answers_for_is_told_at_the_end(void **state)
-{
-    struct viewer v;
-    lum_error error = {""};
-    (void)state;
-    open_live(&v, true);
-    assert_int_equal(viewer_close(&v, &error), -1);
-    assert_non_null(strstr(error.text, "laser off was not answered"));
-}
-
-static void a_sensor_has_one_owner(void **state)
-{
-    struct viewer first;
-    struct viewer second;
-    lum_error error = {""};
-    (void)state;
-    open_live(&first, false);
-    viewer_init(&second, "udp://" ADDRESS);
-    second.options.is_live = true;
-    second.options.address = (lum_endpoint){ADDRESS_HOST, LUM_PORT};
-    viewer_open_badly(&second, &error);
-    assert_non_null(strstr(error.text, ADDRESS));
-    close_well(&first);
 }
 
 static void orders_to_a_capture_are_nothing_to_a_sensor(void **state)
@@ -300,15 +145,8 @@ static int tear_down(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_sensor_whose_laser_is_off_is_shown_and_that_said),
-        cmocka_unit_test(a_laser_that_was_asked_for_is_on_until_the_feed_ends),
         cmocka_unit_test(
             frames_come_in_all_views_with_the_time_of_their_completion),
-        cmocka_unit_test(a_laser_that_a_hazard_took_down_stays_off),
-        cmocka_unit_test(a_sensor_that_falls_silent_is_waited_for),
-        cmocka_unit_test(a_sensor_that_is_not_there_is_waited_for),
-        cmocka_unit_test(a_laser_that_nobody_answers_for_is_told_at_the_end),
-        cmocka_unit_test(a_sensor_has_one_owner),
         cmocka_unit_test(orders_to_a_capture_are_nothing_to_a_sensor),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

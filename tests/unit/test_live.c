@@ -107,7 +107,7 @@ static void a_sensor_that_never_pauses_does_not_prolong_a_duration(void **state)
     (void)state;
     open_live((lum_live_options){.duration_ms = 50});
     const int64_t end_ns = fake.now_ns + 50 * MS;
-    fake.floods = true;
+    fake.floods = UINT32_MAX;
     fake.flooder = sensor_at;
     fake.receive_ns = MS;
     unsigned records = 0;

@@ -191,6 +191,51 @@ static void the_other_program_is_named(void **state)
     end(child);
 }
 
+static void looking_finds_the_owner(void **state)
+{
+    lum_error who = {""};
+    (void)state;
+    assert_false(lum_owner_look(sensor(12), NULL, &who));
+    assert_string_equal(who.text, "");
+    const pid_t child = start_owner(sensor(12));
+    assert_true(lum_owner_look(sensor(12), NULL, &who));
+    assert_non_null(strstr(who.text, as_named(child)));
+    assert_true(lum_owner_look(sensor(12), "lo", NULL));
+    assert_false(lum_owner_look(sensor(12), "other0", NULL));
+    end(child);
+    assert_false(lum_owner_look(sensor(12), NULL, &who));
+    lum_owner *own = take(sensor(12), NULL);
+    assert_true(lum_owner_look(sensor(12), NULL, &who));
+    assert_non_null(strstr(who.text, "this program"));
+    lum_owner_release(own);
+}
+
+/* A child that looks until it is killed. */
+static pid_t start_looking(lum_endpoint who)
+{
+    fflush(NULL);
+    const pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        alarm(600);
+        for (;;) {
+            (void)lum_owner_look(who, NULL, NULL);
+        }
+    }
+    return child;
+}
+
+static void who_looks_keeps_nobody_away(void **state)
+{
+    (void)state;
+    const lum_endpoint who = sensor(13);
+    const pid_t child = start_looking(who);
+    for (int i = 0; i < 200; i++) {
+        lum_owner_release(take(who, NULL));
+    }
+    end(child);
+}
+
 static void a_killed_program_owns_nothing(void **state)
 {
     (void)state;
@@ -336,6 +381,8 @@ int main(void)
         cmocka_unit_test(the_interface_of_the_route_is_the_same_as_by_name),
         cmocka_unit_test(names_of_any_length_are_held),
         cmocka_unit_test(the_other_program_is_named),
+        cmocka_unit_test(looking_finds_the_owner),
+        cmocka_unit_test(who_looks_keeps_nobody_away),
         cmocka_unit_test(a_killed_program_owns_nothing),
         cmocka_unit_test(programs_that_it_starts_do_not_keep_it),
 #if !defined(LUM_TEST_PLAIN)

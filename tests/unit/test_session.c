@@ -17,6 +17,7 @@
 
 #define ON  LUM_LASER_TLV_CMD_ON
 #define OFF LUM_LASER_TLV_CMD_OFF
+#define FAN LUM_LASER_FAN_PWM_BAD
 
 static const lum_endpoint sensor_at = {LUM_BOOT_ADDRESS, LUM_PORT};
 static const lum_endpoint stranger = {0x0a2a0063, LUM_PORT};
@@ -87,16 +88,27 @@ static void play(const uint16_t *statuses, size_t count)
     play((const uint16_t[]){__VA_ARGS__},                                      \
          sizeof(const uint16_t[]){__VA_ARGS__} / sizeof(uint16_t))
 
-static void open_with(bool owns, lum_cancel *cancel)
+static lum_sensor_options options_of(bool owns)
 {
     lum_sensor_options options;
-    lum_error error;
     lum_sensor_options_default(&options);
     options.owns = owns;
     options.has_sequence = true;
     options.sequence = 100;
+    return options;
+}
+
+static void open_as(const lum_sensor_options *options)
+{
+    lum_error error;
+    assert_int_equal(lum_sensor_open(options, &sensor, &error), LUM_NET_OK);
+}
+
+static void open_with(bool owns, lum_cancel *cancel)
+{
+    lum_sensor_options options = options_of(owns);
     options.cancel = cancel;
-    assert_int_equal(lum_sensor_open(&options, &sensor, &error), LUM_NET_OK);
+    open_as(&options);
 }
 
 static int set_up(void **state)
@@ -467,7 +479,7 @@ static void a_passed_deadline_takes_what_is_there(void **state)
 /* Each receive brings a full batch and takes a millisecond. */
 static void begin_flood(lum_endpoint from)
 {
-    fake.floods = true;
+    fake.floods = UINT32_MAX;
     fake.flooder = from;
     fake.receive_ns = MS;
 }
@@ -727,6 +739,49 @@ static void a_laser_that_flips_up_again_is_switched_off_again(void **state)
     assert_int_equal(status, OFF);
 }
 
+/* Its `u` came between the two looks, in a hazard. */
+static void a_laser_that_waits_for_a_hazards_end_is_switched_off_again(
+    void **state)
+{
+    uint16_t status = 0;
+    (void)state;
+    open_with(true, NULL);
+    PLAY(OFF | FAN, ON | FAN, OFF | FAN, OFF | FAN);
+    assert_int_equal(switch_off(&status), LUM_LASER_OFF_SEEN);
+    assert_string_equal(script.asked, "d.d.");
+    assert_int_equal(status, OFF | FAN);
+}
+
+static void a_sensor_that_always_shows_a_command_to_be_on_is_off(void **state)
+{
+    uint16_t status = 0;
+    (void)state;
+    open_with(true, NULL);
+    PLAY(ON | OFF | FAN);
+    assert_int_equal(switch_off(&status), LUM_LASER_OFF_SEEN);
+    assert_string_equal(script.asked, "d.d.d.d.d.");
+}
+
+/* However few retries there are. */
+static void a_laser_that_waits_is_never_called_off(void **state)
+{
+    uint16_t status = 0;
+    (void)state;
+    lum_sensor_options options = options_of(true);
+    options.retries = 0;
+    open_as(&options);
+    PLAY(OFF | FAN, ON | FAN, OFF | FAN, ON | FAN, OFF | FAN, OFF | FAN);
+    assert_int_equal(switch_off(&status), LUM_LASER_OFF_SEEN);
+    assert_string_equal(script.asked, "d.d.d.");
+    memset(&script, 0, sizeof script);
+    script.delay_ns = MS;
+    PLAY(ON | FAN);
+    const int64_t begin = fake.now_ns;
+    assert_int_equal(switch_off(&status), LUM_LASER_OFF_REFUSED);
+    assert_in_range(fake.now_ns - begin, OFF_TIME, OFF_TIME + SECOND);
+    assert_int_equal(status, ON | FAN);
+}
+
 static void a_laser_that_keeps_flipping_is_refused(void **state)
 {
     uint16_t flips[200];
@@ -982,6 +1037,9 @@ int main(void)
         FRESH(a_laser_that_stays_up_is_refused),
         FRESH(a_laser_that_goes_down_late_is_off),
         FRESH(a_laser_that_flips_up_again_is_switched_off_again),
+        FRESH(a_laser_that_waits_for_a_hazards_end_is_switched_off_again),
+        FRESH(a_sensor_that_always_shows_a_command_to_be_on_is_off),
+        FRESH(a_laser_that_waits_is_never_called_off),
         FRESH(a_laser_that_keeps_flipping_is_refused),
         FRESH(lost_answers_do_not_keep_the_laser_on),
         FRESH(nearly_every_answer_may_be_lost),

@@ -64,7 +64,9 @@ static void note(int signal_number)
     if (caught != 0) {
         lum_cancel_raise(second);
     }
-    caught = signal_number;
+    if (caught == 0 || caught == SIGINT) {
+        caught = signal_number; /* a Ctrl-C hides no other */
+    }
     lum_cancel_raise(attached);
     if (is_timed != 0) {
         start_ticks();

@@ -18,8 +18,11 @@ static BOOL WINAPI note(DWORD event)
 {
     const bool is_spared = InterlockedExchange(&is_spare, 0) != 0;
     (void)InterlockedIncrement(&came);
-    if (InterlockedExchange(&caught,
-                            event == CTRL_C_EVENT ? SIGINT : SIGTERM) != 0) {
+    /* A Ctrl-C hides no other. */
+    const LONG before = event == CTRL_C_EVENT
+                            ? InterlockedCompareExchange(&caught, SIGINT, 0)
+                            : InterlockedExchange(&caught, SIGTERM);
+    if (before != 0) {
         if (is_held == 0 && !is_spared) {
             interrupt_die();
         }

@@ -3,6 +3,7 @@
 #include "lum/host/laser_name.h"
 #include "lum/laser.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 
 const char *laser_bits_name(uint16_t status, uint16_t mask, char *out,
@@ -18,4 +19,13 @@ const char *laser_bits_name(uint16_t status, uint16_t mask, char *out,
         }
     }
     return out;
+}
+
+const char *laser_bits_cause(uint16_t status)
+{
+    const bool is_by_command =
+        (status & LUM_LASER_TLV_CMD_OFF) != 0 && !lum_laser_has_hazard(status);
+    return is_by_command ? ": switched off by another program's command, or "
+                           "when no heartbeat came for 3 s"
+                         : "";
 }

@@ -9,4 +9,9 @@
 const char *laser_bits_name(uint16_t status, uint16_t mask, char *out,
                             size_t room);
 
+/* What put the laser down, behind the names of the bits: ": ..." where that is
+ * no hazard but a command to be off, which a sensor also shows after a time
+ * without heartbeats; else "". */
+const char *laser_bits_cause(uint16_t status);
+
 #endif

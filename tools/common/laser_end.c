@@ -4,6 +4,8 @@
 #include "number.h"
 #include "writable.h"
 
+#include "lum/laser.h"
+
 #include <stdbool.h>
 #include <stdio.h>
 
@@ -25,14 +27,29 @@ static bool is_given_up(void)
     return second != NULL && lum_cancel_is_raised(second);
 }
 
-static void tell_rest(const char *name, lum_laser_off end)
+const char *laser_end_refused(uint16_t status)
+{
+    return lum_laser_is_down(status)
+               ? "LASER ON IS STILL IN EFFECT after laser off: the laser comes "
+                 "up by itself when what keeps it down ends"
+               : "THE LASER IS STILL ON after laser off";
+}
+
+static const char *state_of(lum_laser_off end, uint16_t status)
+{
+    if (end != LUM_LASER_OFF_REFUSED) {
+        return "no answer yet";
+    }
+    return lum_laser_is_down(status) ? "laser on is still in effect"
+                                     : "the laser is still on";
+}
+
+static void tell_rest(const char *name, const char *state)
 {
     if (!is_given_up() && writable(stderr, 0)) {
         (void)fprintf(stderr, "%s: %s: laser off is repeated for %u s more%s\n",
-                      name,
-                      end == LUM_LASER_OFF_REFUSED ? "the laser is still on"
-                                                   : "no answer yet",
-                      (LUM_SENSOR_OFF_MS - ALONE_MS) / 1000u, way_out());
+                      name, state, (LUM_SENSOR_OFF_MS - ALONE_MS) / 1000u,
+                      way_out());
     }
 }
 
@@ -43,7 +60,7 @@ lum_laser_off laser_end(lum_sensor *sensor, const char *name, uint16_t *status)
     if (end == LUM_LASER_OFF_SEEN || end == LUM_LASER_OFF_UNSEEN) {
         return end;
     }
-    tell_rest(name, end);
+    tell_rest(name, state_of(end, *status));
     return lum_sensor_laser_off_within(sensor, LUM_SENSOR_OFF_MS - ALONE_MS,
                                        interrupt_second(), status);
 }

@@ -16,6 +16,10 @@
  * status  as lum_sensor_laser_off(). */
 lum_laser_off laser_end(lum_sensor *sensor, const char *name, uint16_t *status);
 
+/* What LUM_LASER_OFF_REFUSED means, with the status that it left: begins a
+ * message. */
+const char *laser_end_refused(uint16_t status);
+
 /* "10.42.0.37": at which address a person is to try it by hand, the new one of
  * a sensor that moved. Laser off itself goes to the session's.
  * sensor  NULL where there is no session any more.

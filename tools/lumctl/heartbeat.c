@@ -101,6 +101,7 @@ static void look_at_move(struct beating *b)
 static bool show_status(struct beating *b, const lum_sensor_event *event)
 {
     struct ctl *ctl = b->ctl;
+    const bool was_up = b->has_logged && report_laser_is_up(b->logged);
     const bool is_news = !b->has_logged || b->logged != event->status;
     ctl->has_status = true;
     ctl->status = event->status;
@@ -112,7 +113,7 @@ static bool show_status(struct beating *b, const lum_sensor_event *event)
     if (writable(stderr, 0)) {
         clear_line(b);
     }
-    return status_log(ctl, true, event->status);
+    return status_log(ctl, was_up, true, event->status);
 }
 
 static bool holds_data(const struct ctl *ctl, const lum_sensor_event *event)

@@ -92,7 +92,7 @@ enum laser_undo laser_take_back(struct ctl *ctl, enum laser_wish wish,
     }
     const lum_laser_off result = laser_switch_down(ctl, &status);
     if (result == LUM_LASER_OFF_REFUSED) {
-        return LASER_IS_ON;
+        return lum_laser_is_down(status) ? LASER_MAY_COME_UP : LASER_IS_ON;
     }
     return result == LUM_LASER_OFF_SEEN && (status & LUM_LASER_TLV_CMD_ON) == 0
                ? LASER_TAKEN_BACK
@@ -269,8 +269,12 @@ static enum exit_status switch_off(struct ctl *ctl)
     if (result == LUM_LASER_OFF_REFUSED) {
         return ctl_complain(
             EXIT_FAILED,
-            "the laser is ON: it answers the command, and stays up (%s). End "
-            "the programs that send heartbeats, or cut its power",
+            "%s (%s). End the programs that send heartbeats, or cut its power",
+            lum_laser_is_down(status)
+                ? "the laser is down, and WILL COME UP by itself when what "
+                  "keeps it down ends: it answers the command, and laser on "
+                  "stays in effect"
+                : "the laser is ON: it answers the command, and stays up",
             report_line(status, false, line));
     }
     return EXIT_DONE;

@@ -1,6 +1,7 @@
 #include "session.h"
 
 #include "../common/interrupt.h"
+#include "../common/laser_bits.h"
 #include "../common/number.h"
 #include "../common/printable.h"
 #include "../common/writable.h"
@@ -166,10 +167,13 @@ void session_note_status(struct ctl *ctl, uint16_t status)
 {
     char name[SESSION_NAME_BYTES];
     char text[REPORT_LINE_BYTES];
+    const bool was_up = ctl->has_status && report_laser_is_up(ctl->status);
+    const bool is_own = lum_sensor_is_waiting(ctl->sensor);
     if ((!ctl->has_status || ctl->status != status) && may_tell(ctl)) {
-        (void)fprintf(stderr, "lumctl: %s: %s\n",
+        (void)fprintf(stderr, "lumctl: %s: %s%s\n",
                       session_name(session_host(ctl), name),
-                      report_line(status, session_is_owned(ctl, status), text));
+                      report_line(status, session_is_owned(ctl, status), text),
+                      was_up && !is_own ? laser_bits_cause(status) : "");
     }
     ctl->has_status = true;
     ctl->status = status;

@@ -1,5 +1,6 @@
 #include "status.h"
 
+#include "../common/laser_bits.h"
 #include "../common/terminal.h"
 #include "report.h"
 #include "session.h"
@@ -32,7 +33,8 @@ static void log_json(const char *when, const char *name, bool has_status,
     json_end(&json);
 }
 
-bool status_log(const struct ctl *ctl, bool has_status, uint16_t status)
+bool status_log(const struct ctl *ctl, bool was_up, bool has_status,
+                uint16_t status)
 {
     char name[SESSION_NAME_BYTES];
     char line[REPORT_LINE_BYTES];
@@ -43,9 +45,10 @@ bool status_log(const struct ctl *ctl, bool has_status, uint16_t status)
     if (ctl->options.json) {
         log_json(when, name, has_status, status, is_owned);
     } else {
-        (void)printf("%s %s: %s\n", when, name,
+        (void)printf("%s %s: %s%s\n", when, name,
                      has_status ? report_line(status, is_owned, line)
-                                : "does not answer");
+                                : "does not answer",
+                     was_up && has_status ? laser_bits_cause(status) : "");
     }
     return report_flush();
 }
@@ -108,6 +111,8 @@ static bool redraw(const struct watching *w)
 
 static bool show(struct watching *w, bool is_silent, uint16_t status)
 {
+    const bool was_up =
+        w->has_shown && !w->is_silent && report_laser_is_up(w->status);
     const bool is_news =
         !w->has_shown || w->is_silent != is_silent || w->status != status;
     w->has_shown = true;
@@ -116,7 +121,7 @@ static bool show(struct watching *w, bool is_silent, uint16_t status)
     if (w->redraws && terminal_is_foreground(stdout)) {
         return redraw(w);
     }
-    return !is_news || status_log(w->ctl, !is_silent, status);
+    return !is_news || status_log(w->ctl, was_up, !is_silent, status);
 }
 
 static bool take(void *context, const lum_sensor_event *event)

@@ -5,8 +5,10 @@
 #include "ctl.h"
 
 /* Prints a line, or a JSON object, with the time: if has_status is false, the
- * sensor does not answer. False if nobody reads. */
-bool status_log(const struct ctl *ctl, bool has_status, uint16_t status);
+ * sensor does not answer. was_up: the line before showed the laser up. False if
+ * nobody reads. */
+bool status_log(const struct ctl *ctl, bool was_up, bool has_status,
+                uint16_t status);
 
 /* Begins a poll. */
 lum_result status_ask(lum_sensor *sensor);

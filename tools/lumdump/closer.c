@@ -1,11 +1,14 @@
 #include "closer.h"
 
+#include "base/outfile_io.h"
 #include "cloud/thread.h"
 
 #include <errno.h>
 #include <pthread.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 struct closer {
     size_t room;
@@ -15,6 +18,8 @@ struct closer {
     pthread_cond_t changed;
     struct closing files[CLOSER_ROOM_MAX]; /* the first is under way */
     size_t count;
+    int copy;         /* to be synced; -1: none */
+    char name[256];   /* of that */
     unsigned waiting; /* threads */
     bool ends;
     bool has_failed;
@@ -36,9 +41,20 @@ struct closer *closer_new(size_t room, lum_error *error)
         return NULL;
     }
     c->room = room;
+    c->copy = -1;
     (void)pthread_mutex_init(&c->lock, NULL);
     (void)pthread_cond_init(&c->changed, NULL);
     return c;
+}
+
+/* The lock is held. code: 0 or an errno. */
+static void note(struct closer *c, int code, const lum_error *error)
+{
+    if (code != 0 && !c->has_failed) {
+        c->has_failed = true;
+        c->code = code;
+        c->error = *error;
+    }
 }
 
 /* The lock is held before and after. */
@@ -48,24 +64,39 @@ static void finish_first(struct closer *c)
     struct closing file = c->files[0];
     (void)pthread_mutex_unlock(&c->lock);
     const int result = closing_finish(&file, &error);
-    const int code = errno;
+    const int reason = errno != 0 ? errno : EIO;
+    const int code = result != 0 ? reason : 0;
     (void)pthread_mutex_lock(&c->lock);
-    if (result != 0 && !c->has_failed) {
-        c->has_failed = true;
-        c->code = code;
-        c->error = error;
-    }
+    note(c, code, &error);
     c->count--;
     memmove(c->files, c->files + 1, c->count * sizeof c->files[0]);
     (void)pthread_cond_broadcast(&c->changed);
+}
+
+/* The lock is held before and after. */
+static void sync_copy(struct closer *c)
+{
+    lum_error error = {""};
+    const int copy = c->copy;
+    char name[sizeof c->name];
+    memcpy(name, c->name, sizeof name);
+    c->copy = -1;
+    (void)pthread_mutex_unlock(&c->lock);
+    const int code = lum_outfile_sync_copy(copy);
+    (void)lum_error_set(&error, "%s: cannot bring it to the disk: %s", name,
+                        strerror(code));
+    (void)pthread_mutex_lock(&c->lock);
+    note(c, code, &error);
 }
 
 static void *run(void *argument)
 {
     struct closer *c = argument;
     (void)pthread_mutex_lock(&c->lock);
-    while (c->count > 0 || !c->ends) {
-        if (c->count > 0) {
+    while (c->count > 0 || c->copy >= 0 || !c->ends) {
+        if (c->copy >= 0) {
+            sync_copy(c);
+        } else if (c->count > 0) {
             finish_first(c);
         } else {
             (void)pthread_cond_wait(&c->changed, &c->lock);
@@ -94,7 +125,7 @@ static void wait_until(struct closer *c, size_t count)
 }
 
 /* The lock is held. */
-static int tell(const struct closer *c, lum_error *error)
+static int pass_on(const struct closer *c, lum_error *error)
 {
     if (!c->has_failed) {
         return 0;
@@ -129,17 +160,36 @@ int closer_put(struct closer *closer, const struct closing *file,
         finish_first(closer);
         closer->waiting--;
     }
-    const int result = tell(closer, error);
+    const int result = pass_on(closer, error);
     const int code = errno;
     (void)pthread_mutex_unlock(&closer->lock);
     errno = code;
     return result;
 }
 
+/* One that waits still is of a file that has ended meanwhile, and is synced
+ * when that is finished. */
+void closer_sync(struct closer *closer, int copy, const char *name)
+{
+    if (copy < 0) {
+        return;
+    }
+    start(closer);
+    (void)pthread_mutex_lock(&closer->lock);
+    const int unused = closer->is_started ? closer->copy : copy;
+    closer->copy = closer->is_started ? copy : -1;
+    (void)snprintf(closer->name, sizeof closer->name, "%s", name);
+    (void)pthread_cond_broadcast(&closer->changed);
+    (void)pthread_mutex_unlock(&closer->lock);
+    if (unused >= 0) {
+        (void)close(unused);
+    }
+}
+
 int closer_check(struct closer *closer, lum_error *error)
 {
     (void)pthread_mutex_lock(&closer->lock);
-    const int result = tell(closer, error);
+    const int result = pass_on(closer, error);
     const int code = errno;
     (void)pthread_mutex_unlock(&closer->lock);
     errno = code;

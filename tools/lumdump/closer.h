@@ -36,6 +36,11 @@ bool closer_has_room(struct closer *closer);
 int closer_put(struct closer *closer, const struct closing *file,
                lum_error *error);
 
+/* Have the beginning of a file brought to the disk, before what waits. copy: of
+ * lum_capture_writer_copy(), and the closer's from then on; -1: nothing. name:
+ * for a failure, which is as that of closer_put(). Does not wait. */
+void closer_sync(struct closer *closer, int copy, const char *name);
+
 /* The first failure so far: 0, or -1 with the reason in error and errno. */
 int closer_check(struct closer *closer, lum_error *error);
 

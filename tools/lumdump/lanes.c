@@ -20,6 +20,7 @@
 #define PIPE_TOTAL_NS (60 * SECOND_NS)
 #define FILE_NS       (30 * SECOND_NS)
 #define TOLD_NS       (10 * SECOND_NS)
+#define CUT_NS        (SECOND_NS / 2) /* after a signal: what is about to end */
 #define LOOK_NS       (SECOND_NS / 200)
 
 int lanes_open(struct lanes *lanes, struct pass *run, lum_error *error)
@@ -49,7 +50,9 @@ int lanes_start(struct lanes *lanes, struct worker_ends ends, lum_error *error)
         result = lane_start(lanes->outputs[i], ends, error);
     }
     if (result == 0) {
-        result = lane_start(lanes->summary, ends, error);
+        result = interrupt_signal() != 0
+                     ? -1
+                     : lane_start(lanes->summary, ends, error);
     }
     for (size_t i = 0; i < lanes->count && result != 0; i++) {
         lane_stop(lanes->outputs[i]);
@@ -237,6 +240,7 @@ static bool has_time(const struct lane *lane, int64_t now_ns, int64_t began_ns)
 struct ending {
     int64_t began_ns;
     unsigned signals; /* so many had come */
+    int64_t cut_ns;   /* when another was seen; 0: none */
 };
 
 /* Whether it is to be waited for any longer. */
@@ -250,7 +254,7 @@ static bool is_pending(struct lanes *lanes, struct lane *lane, struct say *say,
     if (lane->end != LANE_LIVES) {
         return false;
     }
-    lane->is_cut_off = interrupt_count() != ending->signals;
+    lane->is_cut_off = ending->cut_ns != 0 && now_ns - ending->cut_ns >= CUT_NS;
     if (lane->is_cut_off || !has_time(lane, now_ns, began_ns)) {
         lane_drop(lane, now_ns);
         tell_end(lane, NULL, say);
@@ -282,8 +286,8 @@ static bool is_summary_pending(struct lanes *lanes, struct say *say,
 
 void lanes_end(struct lanes *lanes, bool keep, struct say *say)
 {
-    const struct ending ending = {.began_ns = lum_time_monotonic_ns(),
-                                  .signals = interrupt_count()};
+    struct ending ending = {.began_ns = lum_time_monotonic_ns(),
+                            .signals = interrupt_count()};
     int64_t now_ns = ending.began_ns;
     bool waits = true;
     for (size_t i = 0; i < lanes->count; i++) {
@@ -291,6 +295,9 @@ void lanes_end(struct lanes *lanes, bool keep, struct say *say)
     }
     finish(lanes->summary, keep, now_ns);
     for (; waits; now_ns = lum_time_monotonic_ns()) {
+        if (ending.cut_ns == 0 && interrupt_count() != ending.signals) {
+            ending.cut_ns = now_ns;
+        }
         waits = is_summary_pending(lanes, say, now_ns);
         for (size_t i = 0; i < lanes->count; i++) {
             waits |= is_pending(lanes, lanes->outputs[i], say, now_ns, &ending);

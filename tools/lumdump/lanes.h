@@ -16,6 +16,8 @@ struct lanes {
  * then lanes_free() is called too. */
 int lanes_open(struct lanes *lanes, struct pass *run, lum_error *error);
 
+/* 0, or -1 with the reason in error. After a signal it does not start, and
+ * error is empty: opening a file may have stalled until then. */
 int lanes_start(struct lanes *lanes, struct worker_ends ends, lum_error *error);
 
 /* The receiving thread's: put an item into all; show what was put; wake all, so

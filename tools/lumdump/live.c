@@ -55,7 +55,8 @@ static int start_lanes(struct live *l)
 }
 
 /* The session comes first: where another program has it, the files that it may
- * be writing stay as they are. */
+ * be writing stay as they are. A disk may stall while they are opened, and
+ * what is told to end meanwhile does not begin. */
 static int begin(struct live *l)
 {
     if (lum_cancel_new(&l->cancel, &l->error) != 0) {
@@ -67,9 +68,17 @@ static int begin(struct live *l)
     return open_session(l, true, &l->session.sensor, &l->error) == 0 &&
                    pass_prepare(l->pass, &l->error) == PASS_DONE &&
                    lanes_open(&l->lanes, l->pass, &l->error) == 0 &&
-                   start_lanes(l) == 0
+                   interrupt_signal() == 0 && start_lanes(l) == 0
                ? 0
                : -1;
+}
+
+/* A run that did not begin ends by its signal. */
+static void die_unbegun(const struct live *l)
+{
+    if (l->session.end == SESSION_GOES_ON && interrupt_signal() != 0) {
+        interrupt_die();
+    }
 }
 
 /* What stalls keeps its thread, and that its memory: neither outlives the
@@ -78,6 +87,7 @@ static void release(struct live *l, enum exit_status status)
 {
     interrupt_attach(NULL);
     if (!lanes_free(&l->lanes)) {
+        die_unbegun(l);
         _exit((int)status);
     }
     pass_free(l->pass);
@@ -97,6 +107,8 @@ static void count(struct live *l)
     l->counts.ring_drops = l->lanes.summary->dropped;
     l->counts.foreign_source = c.foreign_source;
     l->counts.heartbeats_sent = c.heartbeats;
+    l->counts.pauses = s->watch.pauses;
+    l->counts.paused_s = (double)s->watch.paused_ns * 1e-9;
     if (s->watch.has_data) {
         l->counts.seconds =
             (double)(lum_time_monotonic_ns() - s->first_data_ns) * 1e-9;
@@ -180,10 +192,9 @@ static enum exit_status tell_laser(const struct live *l,
                       (unsigned)l->pass->layout->profile.tlv[LUM_TLV_STATUS]);
     } else {
         (void)fprintf(stderr,
-                      "lumdump: %s: THE LASER IS STILL ON after laser off "
-                      "(status: %s): lumctl --host %s laser off, or cut its "
-                      "power\n",
-                      l->options->source,
+                      "lumdump: %s: %s (status: %s): lumctl --host %s laser "
+                      "off, or cut its power\n",
+                      l->options->source, laser_end_refused(l->status),
                       laser_bits_name(l->status, UINT16_MAX, bits, sizeof bits),
                       address);
     }
@@ -329,6 +340,7 @@ static enum exit_status run(struct live *l)
         lum_sensor_give_up(l->session.sensor);
         session_drain(&l->session);
     }
+    watch_end(&l->session.watch, l->session.ended_ns);
     count(l);
     if (lacks_data(&l->session)) {
         tell_no_data(&l->session);
@@ -361,8 +373,6 @@ enum exit_status live_run(struct pass *pass)
         (void)conclude_error(&l.error, EXIT_FAILED);
     }
     release(&l, status);
-    if (l.session.end == SESSION_GOES_ON && interrupt_signal() != 0) {
-        interrupt_die(); /* before it began */
-    }
+    die_unbegun(&l);
     return status;
 }

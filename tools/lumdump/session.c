@@ -38,7 +38,7 @@ static void look_for_data(struct session *s, const lum_sensor_event *event,
         note_first_data(s, now_ns);
     }
     if (heard.has_data) {
-        watch_note_data(&s->watch, now_ns);
+        watch_note_data(&s->watch, event, now_ns);
     }
     s->has_unknown |= heard.has_unknown;
 }
@@ -109,7 +109,8 @@ static void tell_drops(struct session *s, const lum_sensor_counters *c,
     if (is_news(&s->told_kernel, c->kernel_drops, now_ns)) {
         say_warn(&s->say,
                  "the system dropped %" PRIu64
-                 " datagrams so far: its receive buffer was full%s",
+                 " datagrams so far: they came damaged, with wrong checksums, "
+                 "or its receive buffer was full%s",
                  c->kernel_drops,
                  lum_socket_has_room(socket)
                      ? "; this machine is too busy"

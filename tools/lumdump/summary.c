@@ -323,13 +323,16 @@ static void print_json_live(const struct live_counts *c, FILE *out)
         {"recording_drops", "", c->recording_drops},
         {"foreign_source", "", c->foreign_source},
         {"heartbeats_sent", "", c->heartbeats_sent},
+        {"pauses", "", c->pauses},
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         (void)fprintf(out, "  \"%s\": %" PRIu64 ",\n", rows[i].key,
                       rows[i].value);
     }
-    (void)fprintf(out, "  \"seconds\": %.6f,\n  \"laser\": \"%s\",\n",
-                  c->seconds, c->laser);
+    (void)fprintf(out,
+                  "  \"paused_s\": %.3f,\n  \"seconds\": %.6f,\n"
+                  "  \"laser\": \"%s\",\n",
+                  c->paused_s, c->seconds, c->laser);
     print_json_outputs(c, out);
 }
 
@@ -446,7 +449,8 @@ static void print_sensors(const struct summary *s, FILE *out)
 static size_t list_live_losses(const struct live_counts *c, struct named *out)
 {
     const struct named rows[LIVE_LOSSES] = {
-        {"kernel_drops", "datagrams: this program was too slow",
+        {"kernel_drops",
+         "datagrams: this program was too slow, or they came damaged",
          c->kernel_drops},
         {"ring_drops", "datagrams: this machine was too busy to decode them",
          c->ring_drops},
@@ -486,6 +490,12 @@ static void print_live(const struct live_counts *c, FILE *out)
                   " heartbeat%s sent\n",
                   "session", c->seconds, c->received, plural(c->received),
                   c->heartbeats_sent, plural(c->heartbeats_sent));
+    if (c->pauses > 0) {
+        (void)fprintf(out,
+                      "%-10s %14" PRIu64 "  pause%s: no data came, for %.1f "
+                      "seconds in all\n",
+                      "", c->pauses, plural(c->pauses), c->paused_s);
+    }
     (void)fprintf(out, "%-10s %14s\n", "laser", c->laser);
     print_outputs(c, out);
 }

@@ -25,13 +25,15 @@ struct live_output {
 /* Further counters of a live run. */
 struct live_counts {
     uint64_t received;     /* datagrams of the sensor, while it was recorded */
-    uint64_t kernel_drops; /* lost because this program was too slow */
+    uint64_t kernel_drops; /* as lum_socket_drops() */
     uint64_t ring_drops;   /* received, and lost to this summary */
     uint64_t recording_drops; /* received, and lost to the recordings */
     struct live_output outputs[OUTPUTS_MAX];
     size_t output_count;
     uint64_t foreign_source;
     uint64_t heartbeats_sent;
+    uint64_t pauses;    /* times that no data came for a second or more */
+    double paused_s;    /* their sum */
     double seconds;     /* from the first data to the end */
     const char *laser;  /* off, on, unknown, untouched */
     char darkness[320]; /* why there are no ranges; empty: not known */

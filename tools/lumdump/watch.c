@@ -46,13 +46,13 @@ static void warn_of_laser(struct watch *watch, const char *what)
 {
     char names[256];
     say_warn(watch->say,
-             "the laser of %s %s (%s); it is not switched on again "
+             "the laser of %s %s (%s%s); it is not switched on again "
              "automatically: when it is safe, run lumctl --host %s laser on; "
              "the recording continues",
              watch->address, what,
              laser_bits_name(watch->laser.fell, LUM_LASER_ALL_DOWN, names,
                              sizeof names),
-             watch->address);
+             laser_bits_cause(watch->laser.fell), watch->address);
 }
 
 /* tries: how often the request was sent that this is the end of. */
@@ -192,8 +192,28 @@ void watch_take(struct watch *watch, const lum_sensor_event *event,
     tell(watch, laser_keeper_take(&watch->laser, event, now_ns), event->tries);
 }
 
-void watch_note_data(struct watch *watch, int64_t now_ns)
+static void note_pause(struct watch *watch, int64_t ns)
 {
+    if (watch->has_data && ns >= WATCH_PAUSE_NS) {
+        watch->pauses++;
+        watch->paused_ns += ns;
+    }
+}
+
+static int64_t smaller(int64_t a, int64_t b)
+{
+    return a < b ? a : b;
+}
+
+/* A program that was held up sees a gap in its own time, a clock that was set
+ * one in the times of arrival: a pause is in both. */
+void watch_note_data(struct watch *watch, const lum_sensor_event *event,
+                     int64_t now_ns)
+{
+    const lum_received *d = event->datagrams;
+    note_pause(watch, smaller(now_ns - watch->data_ns,
+                              d[0].utc_ns - watch->data_utc_ns));
+    watch->data_utc_ns = d[event->datagram_count - 1u].utc_ns;
     if (watch->is_silent) {
         watch->is_silent = false;
         say_warn(watch->say, "data from %s again, after %.1f s without",
@@ -201,6 +221,11 @@ void watch_note_data(struct watch *watch, int64_t now_ns)
     }
     watch->has_data = true;
     watch->data_ns = now_ns;
+}
+
+void watch_end(struct watch *watch, int64_t now_ns)
+{
+    note_pause(watch, now_ns - watch->data_ns);
 }
 
 static void watch_move(struct watch *watch)

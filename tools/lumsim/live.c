@@ -159,10 +159,21 @@ static int64_t next_ns(const struct live *live, int64_t now_ns)
                                    : earlier(next, live->start_ns + planned_ns);
 }
 
+static bool has_failed(const struct live *live)
+{
+    return live->has_failed || live->journal.reason != 0;
+}
+
 static bool has_ended(const struct live *live, int64_t now_ns)
 {
-    return live->has_failed || live->journal.reason != 0 ||
-           now_ns >= live->end_ns || lum_cancel_is_raised(live->cancel);
+    return has_failed(live) || now_ns >= live->end_ns ||
+           lum_cancel_is_raised(live->cancel);
+}
+
+/* What has failed is not waited with for the next datagram. */
+static int64_t wait_until_ns(const struct live *live, int64_t now_ns)
+{
+    return has_failed(live) ? now_ns : next_ns(live, now_ns);
 }
 
 static void run(struct live *live)
@@ -174,7 +185,7 @@ static void run(struct live *live)
         pass_time(live, now_ns);
         live_stream(live, now_ns);
         if (lum_socket_wait(&live->socket, 1, -1, live->cancel,
-                            next_ns(live, now_ns)) == LUM_NET_FAILED) {
+                            wait_until_ns(live, now_ns)) == LUM_NET_FAILED) {
             (void)lum_error_set(&live->error, "waiting for datagrams failed");
             live->has_failed = true;
         }

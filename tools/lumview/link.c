@@ -418,10 +418,10 @@ static int tell_laser(const struct link *l, lum_error *error)
     (void)laser_bits_name(l->sentry.laser.status, UINT16_MAX, bits,
                           sizeof bits);
     return lum_error_set(error,
-                         "udp://%s: THE LASER IS STILL ON after laser off "
-                         "(status: %s): lumctl --host %s laser off, or cut "
-                         "its power",
-                         address, bits, now_at);
+                         "udp://%s: %s (status: %s): lumctl --host %s laser "
+                         "off, or cut its power",
+                         address, laser_end_refused(l->sentry.laser.status),
+                         bits, now_at);
 }
 
 int link_end(struct link *link, lum_error *error)

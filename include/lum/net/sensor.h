@@ -42,9 +42,9 @@ extern "C" {
 /** After this time without data, a person should be informed. */
 #define LUM_SENSOR_SILENCE_MS 3000u
 
-/** A request that should have been sent, or sent again, this long ago is not
- * sent any more and ends with NO_ANSWER: the application made no call during
- * this time, and sent no heartbeats. */
+/** If the application makes no call for this long while a request is under way,
+ * and so sends no heartbeats either, the request is not sent any more, and ends
+ * with NO_ANSWER unless its answer has come. */
 #define LUM_SENSOR_STALE_MS      2000u
 #define LUM_SENSOR_REQUEST_BYTES 1472u /**< longest request */
 
@@ -62,7 +62,8 @@ typedef struct lum_sensor_options {
     size_t receive_buffer;      /**< as lum_socket_options */
     bool has_sequence;          /**< else requests begin at a random number */
     uint32_t sequence;          /**< of the first request */
-    lum_cancel *cancel;         /**< ends waits; may be NULL; kept */
+    lum_cancel *cancel;         /**< ends waits, and while it is raised no
+                                     heartbeat is sent; may be NULL; kept */
 } lum_sensor_options;
 
 /** What lum_sensor_receive() found. */
@@ -151,9 +152,8 @@ LUM_MUST_CHECK lum_net_result lum_sensor_open(const lum_sensor_options *options,
 
 /** Whether a session of this host, of this program or of another, owns a
  * sensor, even if it does not send heartbeats as it should. The answer is true
- * only for this moment: an owner can come or go at any time. To find out, the
- * right to own is taken and given back at once; a session that begins in that
- * moment may find the sensor owned.
+ * only for this moment: an owner can come or go at any time. A session that
+ * begins during the call is not refused because of it.
  * @param sensor         who it is.
  * @param interface_name as lum_sensor_options; NULL: as the routes say.
  * @param who            gets a sentence that names the owner's program and
@@ -225,7 +225,8 @@ LUM_MUST_CHECK lum_net_result lum_sensor_set_ip(lum_sensor *sensor,
 typedef enum lum_laser_off {
     LUM_LASER_OFF_SEEN,    /**< a status shows it down, and stayed so */
     LUM_LASER_OFF_UNKNOWN, /**< no answer: it may be on */
-    LUM_LASER_OFF_REFUSED, /**< answers came, and it is up */
+    LUM_LASER_OFF_REFUSED, /**< answers came, and it is up, or would come up by
+                                itself when a hazard ends: see the status */
     LUM_LASER_OFF_UNSEEN   /**< answers came, but none has a status: it may be
                                 on, or the profile's tlv.status is wrong */
 } lum_laser_off;
@@ -237,9 +238,11 @@ typedef enum lum_laser_off {
 /** Switch the laser off and see that it is down: the command's own answer must
  * show it, and a poll `LUM_SENSOR_SETTLE_MS` later must show it still, because
  * an old `laser on` may have been delayed in the network. If the poll shows it
- * on, all begins again. What is not answered is sent again every
- * `LUM_SENSOR_OFF_EVERY_MS`, for `LUM_SENSOR_OFF_MS` before it is given up,
- * whatever the options' timeout is. Answers without a status end it after
+ * on, all begins again; also if it shows the laser down and TLV_CMD_ON, since
+ * it would come up when a hazard ends (with TLV_CMD_OFF beside it, which no
+ * sensor should show, retries + 1 times). What is not answered is sent again
+ * every `LUM_SENSOR_OFF_EVERY_MS`, for `LUM_SENSOR_OFF_MS` before it is given
+ * up, whatever the options' timeout is. Answers without a status end it after
  * retries + 1 of them. At most 3 s more than that pass. Not ended by the
  * cancel, which is the most usual reason to call it. An owner sends no
  * heartbeats during this time, so that a sensor that receives none of this

@@ -147,8 +147,9 @@ LUM_MUST_CHECK lum_net_result
 lum_socket_send_batch(lum_socket *socket, const lum_outgoing *datagrams,
                       size_t count, size_t *sent, lum_error *error);
 
-/** Datagrams that the kernel dropped because the receive buffer was full, since
- * the socket was opened; up to date at the time of the call. */
+/** Datagrams that the kernel dropped since the socket was opened: because the
+ * receive buffer was full, or because of a wrong checksum. Up to date at the
+ * time of the call. */
 uint64_t lum_socket_drops(lum_socket *socket);
 
 /** Whether the system counts such drops; if not, the count is always 0. */

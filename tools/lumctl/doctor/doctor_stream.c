@@ -195,7 +195,8 @@ static void say_kernel_loss(const struct doctor_stream *s,
 {
     doctor_wrong(out,
                  "this host's kernel dropped %" PRIu64
-                 " datagrams for want of receive buffer or time",
+                 " datagrams for want of receive buffer or time, or because "
+                 "they came damaged",
                  s->session.kernel_drops);
     doctor_mend_buffer(out);
 }

@@ -18,8 +18,8 @@ from ._c import ffi, lib, sized, text
 from ._errors import ClosedError, HazardError, LaserError, OptionError, SensorError, SensorWarning, warn
 from ._options import Choice
 from ._refusal import refusal_of
-from ._session import (Answer, Clock, Event, Off, Plan, Status, hazards_of, lacks_heartbeats, names_of, new_cancel,
-                       printable, put_down, receive, show, status_of)
+from ._session import (Answer, Clock, Event, Off, Plan, Status, hazards_of, is_down, lacks_heartbeats, names_of,
+                       new_cancel, printable, put_down, receive, show, status_of)
 from ._settings import Calibration, Profile, setting_of
 from ._stream import Frames, Stream, losses_of
 
@@ -547,7 +547,9 @@ class Sensor:
     def _off_sentence(self, off: Off) -> str:
         if off.result == lib.LUM_LASER_OFF_REFUSED:
             bits = " ".join(names_of(off.status)) or "none"
-            return (f"{self.address}: THE LASER IS STILL ON after laser off (status: {bits}): lumctl --host "
+            state = ("LASER ON IS STILL IN EFFECT after laser off: the laser comes up by itself when what keeps it down "
+                     "ends" if is_down(off.status) else "THE LASER IS STILL ON after laser off")
+            return (f"{self.address}: {state} (status: {bits}): lumctl --host "
                     f"{self.address} laser off, or cut its power")
         if off.result == lib.LUM_LASER_OFF_UNSEEN:
             number = self._plan.layout.profile.tlv[lib.LUM_TLV_STATUS]

@@ -260,8 +260,10 @@ class Off(NamedTuple):
     """Ctrl-C came meanwhile."""
 
 
-def _tell_rest(name: str, result: int) -> None:
-    state = "the laser is still on" if result == lib.LUM_LASER_OFF_REFUSED else "no answer yet"
+def _tell_rest(name: str, result: int, status: int) -> None:
+    state = "no answer yet"
+    if result == lib.LUM_LASER_OFF_REFUSED:
+        state = "laser on is still in effect" if is_down(status) else "the laser is still on"
     with contextlib.suppress(SensorWarning):  # where warnings are errors, this one comes first
         warn(f"{name}: {state}: laser off is repeated for 7 s more; Ctrl-C gives up", SensorWarning)
 
@@ -285,7 +287,7 @@ def put_down(session: Any, name: str, seconds: float = lib.LUM_SENSOR_OFF_MS / 1
                     break
                 if not is_told:
                     is_told = True
-                    _tell_rest(name, result)
+                    _tell_rest(name, result, status[0])
         except KeyboardInterrupt:
             was_interrupted = True
     return Off(result, int(status[0]), False, was_interrupted)

@@ -187,9 +187,13 @@ void Session::switch_off()
                 "; a sensor that lives switches it off 3 s after the last "
                 "heartbeat, which has been sent");
     } else {
-        notes_.add(Note::error, "THE LASER IS STILL ON after laser off (" +
-                                    bit_names(status) + "): " + tell +
-                                    ", or cut its power");
+        const std::string state =
+            lum_laser_is_down(status)
+                ? "LASER ON IS STILL IN EFFECT after laser off: the laser "
+                  "comes up by itself when what keeps it down ends"
+                : "THE LASER IS STILL ON after laser off";
+        notes_.add(Note::error, state + " (" + bit_names(status) + "): " +
+                                    tell + ", or cut its power");
     }
 }
 
