@@ -26,6 +26,7 @@ struct lum_sink {
     block blocks[BLOCKS];
     unsigned filling; /* the caller's block */
     uint64_t bytes;   /* appended so far */
+    bool owes_name;   /* the file gets it before the first block is written */
     pthread_t thread;
     bool threaded;
     pthread_mutex_t lock; /* guards what follows */
@@ -174,6 +175,10 @@ static int wait_queued(lum_sink *sink, unsigned n, lum_error *error)
 /* Hand the block being filled to the thread and take the next. */
 static int submit(lum_sink *sink, lum_error *error)
 {
+    if (sink->owes_name && lum_outfile_show(&sink->file, error) != 0) {
+        return -1;
+    }
+    sink->owes_name = false;
     if (start_thread(sink, error) != 0) {
         return -1;
     }
@@ -300,7 +305,8 @@ static void destroy(lum_sink *sink)
     free(sink);
 }
 
-int lum_sink_open(const char *path, lum_sink **out, lum_error *error)
+static int open_as(const char *path, lum_outfile_kind kind, lum_sink **out,
+                   lum_error *error)
 {
     lum_sink *sink = calloc(1, sizeof *sink);
     if (sink == NULL) {
@@ -308,7 +314,7 @@ int lum_sink_open(const char *path, lum_sink **out, lum_error *error)
         errno = ENOMEM;
         return -1;
     }
-    if (lum_outfile_open(path, LUM_OUTFILE_WHOLE, &sink->file, error) != 0) {
+    if (lum_outfile_open(path, kind, &sink->file, error) != 0) {
         const int code = errno;
         free(sink);
         errno = code;
@@ -316,8 +322,19 @@ int lum_sink_open(const char *path, lum_sink **out, lum_error *error)
     }
     (void)pthread_mutex_init(&sink->lock, NULL);
     (void)pthread_cond_init(&sink->changed, NULL);
+    sink->owes_name = kind == LUM_OUTFILE_GROWS;
     *out = sink;
     return 0;
+}
+
+int lum_sink_open(const char *path, lum_sink **out, lum_error *error)
+{
+    return open_as(path, LUM_OUTFILE_WHOLE, out, error);
+}
+
+int lum_sink_open_growing(const char *path, lum_sink **out, lum_error *error)
+{
+    return open_as(path, LUM_OUTFILE_GROWS, out, error);
 }
 
 int lum_sink_close(lum_sink *sink, lum_error *error)

@@ -29,6 +29,11 @@ typedef struct lum_sink lum_sink;
 LUM_MUST_CHECK int lum_sink_open(const char *path, lum_sink **out,
                                  lum_error *error);
 
+/** The same; a regular file gets its name before its first block is written,
+ * and stays from then on, whatever happens. */
+LUM_MUST_CHECK int lum_sink_open_growing(const char *path, lum_sink **out,
+                                         lum_error *error);
+
 /** Whether lum_sink_patch() can work: a regular file, not opened to append. */
 bool lum_sink_seekable(const lum_sink *sink);
 

@@ -27,9 +27,10 @@ static const lum_format_ops no_picture = {
     .name = "PNG", .ending = ".png", .begin = refuse_picture};
 
 static const lum_format_ops *const formats[LUM_FORMATS] = {
-    [LUM_FORMAT_CSV] = &lum_csv_ops, [LUM_FORMAT_PLY] = &lum_ply_ops,
-    [LUM_FORMAT_PCD] = &lum_pcd_ops, [LUM_FORMAT_LAS] = &lum_las_ops,
-    [LUM_FORMAT_XYZ] = &lum_xyz_ops, [LUM_FORMAT_PNG] = &no_picture,
+    [LUM_FORMAT_CSV] = &lum_csv_ops,   [LUM_FORMAT_PLY] = &lum_ply_ops,
+    [LUM_FORMAT_PCD] = &lum_pcd_ops,   [LUM_FORMAT_LAS] = &lum_las_ops,
+    [LUM_FORMAT_XYZ] = &lum_xyz_ops,   [LUM_FORMAT_PNG] = &no_picture,
+    [LUM_FORMAT_MCAP] = &lum_mcap_ops,
 };
 
 int lum_format_from_name(const char *name, lum_format *out)
@@ -56,6 +57,12 @@ bool lum_format_needs_count(lum_format format)
 bool lum_format_has_columns(lum_format format)
 {
     return (unsigned)format < LUM_FORMATS && formats[format]->columns != NULL;
+}
+
+bool lum_format_has_frames(lum_format format)
+{
+    return (unsigned)format < LUM_FORMATS &&
+           formats[format]->begin_frame != NULL;
 }
 
 int lum_writer_check_columns(const char *names, lum_error *error)
@@ -246,12 +253,22 @@ static int check_output(const lum_writer *writer, lum_error *error)
         lum_sink_name(writer->sink), writer->ops->name);
 }
 
+/* A recording stays, whatever becomes of the rest. */
+static int open_sink(const char *path, lum_writer *writer, lum_error *error)
+{
+    const lum_mcap_options *mcap = writer->options.mcap;
+    const bool grows = writer->ops == &lum_mcap_ops && !writer->rehearses &&
+                       mcap != NULL && mcap->is_growing;
+    return grows ? lum_sink_open_growing(path, &writer->sink, error)
+                 : lum_sink_open(path, &writer->sink, error);
+}
+
 static int open_format(const char *path, lum_writer *writer, lum_error *error)
 {
     if (keep_comment(writer, path, error) != 0 ||
         choose_columns(writer, path, error) != 0 ||
         check_organized(writer, path, error) != 0 ||
-        lum_sink_open(path, &writer->sink, error) != 0 ||
+        open_sink(path, writer, error) != 0 ||
         check_output(writer, error) != 0) {
         return -1;
     }
@@ -259,6 +276,7 @@ static int open_format(const char *path, lum_writer *writer, lum_error *error)
         writer->options.organized ? 0 : writer->ops->begin(writer, error);
     writer->options.projector = NULL;
     writer->options.rehearsal = NULL;
+    writer->options.mcap = NULL;
     return result;
 }
 
@@ -299,10 +317,20 @@ static int open_known(const char *path, const lum_writer_options *options,
                       bool rehearses, lum_writer **out, lum_error *error)
 {
     lum_writer_options known;
-    return lum_sized_take(&known, sizeof known, options, "the writer's options",
-                          "lum_writer_options", error) == 0
-               ? open_writer(path, &known, rehearses, out, error)
-               : -1;
+    lum_mcap_options mcap;
+    if (lum_sized_take(&known, sizeof known, options, "the writer's options",
+                       "lum_writer_options", error) != 0) {
+        return -1;
+    }
+    if (known.mcap != NULL) {
+        if (lum_sized_take(&mcap, sizeof mcap, known.mcap,
+                           "the options of MCAP", "lum_mcap_options",
+                           error) != 0) {
+            return -1;
+        }
+        known.mcap = &mcap;
+    }
+    return open_writer(path, &known, rehearses, out, error);
 }
 
 int lum_writer_open(const char *path, const lum_writer_options *options,
@@ -378,14 +406,60 @@ int lum_writer_add(lum_writer *writer, const lum_line_samples *line,
     return 0;
 }
 
+/* --- Frames and status --- */
+
+int lum_writer_begin_frame(lum_writer *writer, int64_t utc_ns, lum_error *error)
+{
+    if (writer->failed ||
+        (writer->ops->begin_frame != NULL &&
+         writer->ops->begin_frame(writer, utc_ns, &writer->failure) != 0)) {
+        return remember(writer, error);
+    }
+    return 0;
+}
+
+int lum_writer_end_frame(lum_writer *writer, lum_error *error)
+{
+    if (writer->failed ||
+        (writer->ops->end_frame != NULL &&
+         writer->ops->end_frame(writer, &writer->failure) != 0)) {
+        return remember(writer, error);
+    }
+    return 0;
+}
+
+int lum_writer_add_status(lum_writer *writer, const lum_writer_status *status,
+                          lum_error *error)
+{
+    lum_writer_status known;
+    if (lum_sized_take(&known, sizeof known, status, "the status",
+                       "lum_writer_status", error) != 0) {
+        return -1;
+    }
+    if (writer->failed ||
+        (writer->ops->add_status != NULL &&
+         writer->ops->add_status(writer, &known, &writer->failure) != 0)) {
+        return remember(writer, error);
+    }
+    return 0;
+}
+
+/* --- The output --- */
+
 uint64_t lum_writer_bytes(const lum_writer *writer)
 {
     return lum_sink_bytes(writer->sink);
 }
 
+static int flush(lum_writer *writer, lum_error *error)
+{
+    return writer->ops->flush != NULL ? writer->ops->flush(writer, error)
+                                      : lum_sink_flush(writer->sink, error);
+}
+
 int lum_writer_flush(lum_writer *writer, lum_error *error)
 {
-    if (writer->failed || lum_sink_flush(writer->sink, &writer->failure) != 0) {
+    if (writer->failed || flush(writer, &writer->failure) != 0) {
         return remember(writer, error);
     }
     return 0;

@@ -22,17 +22,25 @@ struct lum_format_ops {
     /** Write a line's rows; never called for none. */
     int (*add)(lum_writer *writer, const lum_line_samples *line,
                lum_error *error);
+    /** A frame begins, ends; a status comes; what was added is to be shown to
+     * readers, by lum_sink_flush() at the end. Each may be NULL. */
+    int (*begin_frame)(lum_writer *writer, int64_t utc_ns, lum_error *error);
+    int (*end_frame)(lum_writer *writer, lum_error *error); /**< see above */
+    int (*add_status)(lum_writer *writer, const lum_writer_status *status,
+                      lum_error *error);                /**< see above */
+    int (*flush)(lum_writer *writer, lum_error *error); /**< see above */
     /** Write what comes last, patch the header; may be NULL. */
     int (*finish)(lum_writer *writer, lum_error *error);
     /** Free what state holds, then state is freed; may be NULL. */
     void (*release)(lum_writer *writer);
 };
 
-extern const lum_format_ops lum_csv_ops; /**< csv.c */
-extern const lum_format_ops lum_ply_ops; /**< ply.c */
-extern const lum_format_ops lum_pcd_ops; /**< pcd.c */
-extern const lum_format_ops lum_las_ops; /**< las.c */
-extern const lum_format_ops lum_xyz_ops; /**< xyz.c */
+extern const lum_format_ops lum_csv_ops;  /**< csv.c */
+extern const lum_format_ops lum_ply_ops;  /**< ply.c */
+extern const lum_format_ops lum_pcd_ops;  /**< pcd.c */
+extern const lum_format_ops lum_las_ops;  /**< las.c */
+extern const lum_format_ops lum_xyz_ops;  /**< xyz.c */
+extern const lum_format_ops lum_mcap_ops; /**< mcap.c */
 
 /** A writer; the formats read it and set state alone. */
 struct lum_writer {

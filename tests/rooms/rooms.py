@@ -33,7 +33,7 @@ THIRD_PARTIES = {
     "pcap": [],  # judges the reader in tests
     "lz4": [],
     "zlib.h": ["capture"],
-    "zstd.h": ["capture"],
+    "zstd.h": ["capture", "cloud"],
     "yaml.h": ["config"],
     "cairo": ["picture"],
     "libwebsockets": ["lumview"],

@@ -547,7 +547,8 @@ static void every_format_takes_the_longest_line(void **state)
         }
         assert_int_equal(lum_writer_close(writer, NULL), 0);
         free(take_file(&size));
-        assert_true(size > WORDS);
+        /* The same two points again and again are little once compressed. */
+        assert_true(size > WORDS || i / 2 == LUM_FORMAT_MCAP);
     }
     free(samples);
 }
@@ -1135,6 +1136,7 @@ static void endings_tell_formats(void **state)
         {"a.csv", 0, LUM_FORMAT_CSV},    {"b/a.PLY", 0, LUM_FORMAT_PLY},
         {"a.b.pcd", 0, LUM_FORMAT_PCD},  {".las", 0, LUM_FORMAT_LAS},
         {"%04d.xyz", 0, LUM_FORMAT_XYZ}, {"a.pNg", 0, LUM_FORMAT_PNG},
+        {"a.mcap", 0, LUM_FORMAT_MCAP},  {"a.mca", -1, LUM_FORMATS},
         {"a.pcap", -1, LUM_FORMATS},     {"csv", -1, LUM_FORMATS},
         {"", -1, LUM_FORMATS},           {"a.csv/b", -1, LUM_FORMATS},
         {"a.csv.", -1, LUM_FORMATS},     {"-", -1, LUM_FORMATS},
@@ -1157,6 +1159,7 @@ static void headers_with_counts_are_known(void **state)
     assert_true(lum_format_needs_count(LUM_FORMAT_LAS));
     assert_false(lum_format_needs_count(LUM_FORMAT_XYZ));
     assert_false(lum_format_needs_count(LUM_FORMAT_PNG));
+    assert_false(lum_format_needs_count(LUM_FORMAT_MCAP));
 }
 
 int main(void)

@@ -2,6 +2,8 @@
 
 #include <errno.h>
 
+/* --- Lines and frames --- */
+
 static enum pass_result output_failed(void)
 {
     return errno == EPIPE ? PASS_READER_LEFT : PASS_FAILED;
@@ -108,6 +110,8 @@ static enum pass_result handle_event(struct pass *pass, lum_framer_event event,
     }
     return result == 0 ? PASS_DONE : output_failed();
 }
+
+/* --- Records --- */
 
 /* Files have no column for the sensor. */
 static bool has_too_many_sensors(const struct pass *pass)
@@ -238,6 +242,8 @@ enum pass_result pass_flush(struct pass *pass, lum_error *error)
     return write_cut(pass, error) == 0 ? PASS_DONE : output_failed();
 }
 
+/* --- Getting ready --- */
+
 /* What the framer is to tell of. Of a capture its packets matter. */
 static unsigned find_wants(const struct pass *pass)
 {
@@ -251,6 +257,18 @@ static unsigned find_wants(const struct pass *pass)
         }
     }
     return wants | (cut_is_asked(o) ? (unsigned)LUM_WANT_ALL_LINES : 0u);
+}
+
+/* All that takes frames makes messages of them. */
+static bool has_messages_alone(const struct options *o)
+{
+    for (size_t i = 0; i < o->output_count; i++) {
+        if (options_takes_frames(o, i) &&
+            !options_has_messages(o->outputs[i].format)) {
+            return false;
+        }
+    }
+    return true;
 }
 
 static bool has_organized(const struct options *o)
@@ -295,7 +313,8 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     pass->sensor = o->is_live ? o->address.address : o->sensor;
     const unsigned wants = find_wants(pass);
     if ((wants & (unsigned)LUM_WANT_FRAMES) != 0) {
-        view.columns = FRAME_LINES_COLUMNS;
+        view.columns = has_messages_alone(o) ? FRAME_LINES_OF_MESSAGES
+                                             : FRAME_LINES_COLUMNS;
     }
     const lum_framer_options options = {.struct_size = sizeof options,
                                         .layout = pass->layout,
@@ -323,6 +342,8 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     pass->summary.sensor = pass->sensor;
     return PASS_DONE;
 }
+
+/* --- The end --- */
 
 /* What comes after its frame was handed out is in no frame. */
 void pass_note_left_out(struct pass *pass)

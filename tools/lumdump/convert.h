@@ -46,6 +46,8 @@ struct pass {
     bool wants_rows;
     lum_capture *capture; /* open before it is read first; NULL: live */
     lum_error warning;    /* set where the source broke off */
+    uint64_t data_told;   /* packets of data, when outputs heard of it last */
+    int64_t data_ns;      /* by the monotonic clock, when there were more */
 };
 
 /* Get ready. The pass's results live until pass_free(). */

@@ -33,6 +33,8 @@ struct frame_lines {
     const lum_frame *frame;
     struct columns columns; /* the frame's */
     int64_t number;
+    int64_t begin_utc_ns; /* 0: there is no clock */
+    int64_t begin_arrival_ns;
     uint32_t end_before; /* of the frame before: its highest line, plus 1 */
     uint32_t end;        /* of this one */
     uint32_t rows;       /* of an eye */
@@ -195,6 +197,8 @@ int frame_lines_take(struct frame_lines *f, const lum_frame *frame,
     f->frame = frame;
     f->columns = columns_of(frame);
     f->number = info.number;
+    f->begin_utc_ns = info.begin_utc_ns;
+    f->begin_arrival_ns = info.begin_arrival_ns;
     return wants_rows ? lay_out(f) : 0;
 }
 
@@ -203,6 +207,17 @@ int frame_lines_take(struct frame_lines *f, const lum_frame *frame,
 int64_t frame_lines_number(const struct frame_lines *f)
 {
     return f->number;
+}
+
+int64_t frame_lines_begin_ns(const struct frame_lines *f, bool by_arrival)
+{
+    return by_arrival || f->begin_utc_ns == 0 ? f->begin_arrival_ns
+                                              : f->begin_utc_ns;
+}
+
+size_t frame_lines_points(const struct frame_lines *f)
+{
+    return lum_frame_count(f->frame);
 }
 
 static lum_sample sample_at(const struct columns *c, size_t i)
@@ -220,6 +235,16 @@ static lum_sample sample_at(const struct columns *c, size_t i)
                         .edge = c->edge[i]};
 }
 
+/* What messages have of it. */
+static void set_brief(lum_sample *s, const struct columns *c, size_t i)
+{
+    s->x = c->x[i];
+    s->y = c->y[i];
+    s->z = c->z[i];
+    s->pulse_width = c->pulse_width[i];
+    s->return_number = c->return_number[i];
+}
+
 size_t frame_lines_count(const struct frame_lines *f)
 {
     return lum_frame_line_count(f->frame);
@@ -228,7 +253,11 @@ size_t frame_lines_count(const struct frame_lines *f)
 void frame_lines_get(struct frame_lines *f, size_t i, lum_line_samples *out)
 {
     const lum_frame_line line = line_at(f, i);
-    for (uint32_t k = 0; k < line.point_count; k++) {
+    const bool is_brief = f->columns.pixel == NULL;
+    for (uint32_t k = 0; k < line.point_count && is_brief; k++) {
+        set_brief(&f->samples[k], &f->columns, line.first_point + k);
+    }
+    for (uint32_t k = 0; k < line.point_count && !is_brief; k++) {
         f->samples[k] = sample_at(&f->columns, line.first_point + k);
     }
     *out = (lum_line_samples){.struct_size = sizeof *out,

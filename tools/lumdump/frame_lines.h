@@ -15,6 +15,13 @@
      ~(LUM_COLUMN_BIT(LUM_COLUMN_LINE) | LUM_COLUMN_BIT(LUM_COLUMN_EYE) |      \
        LUM_COLUMN_BIT(LUM_COLUMN_STRONGEST)))
 
+/* Those that messages need; lines of a frame that has no others have zeros
+ * instead. */
+#define FRAME_LINES_OF_MESSAGES                                                \
+    (LUM_COLUMNS_XYZ | LUM_COLUMN_BIT(LUM_COLUMN_PULSE_WIDTH) |                \
+     LUM_COLUMN_BIT(LUM_COLUMN_TIME) |                                         \
+     LUM_COLUMN_BIT(LUM_COLUMN_RETURN_NUMBER))
+
 struct frame_lines;
 
 /* The timestamp of a line, in microseconds. */
@@ -35,6 +42,12 @@ int frame_lines_take(struct frame_lines *lines, const lum_frame *frame,
                      bool wants_rows);
 
 int64_t frame_lines_number(const struct frame_lines *lines);
+
+/* When it began, in ns since 1970: by the clock, or where there is none by
+ * arrival. That is the time 0 of its points. */
+int64_t frame_lines_begin_ns(const struct frame_lines *lines, bool by_arrival);
+
+size_t frame_lines_points(const struct frame_lines *lines);
 
 /* The number of lines, and the i-th one, in the order in which they came. What
  * out points to lives until the next call. */

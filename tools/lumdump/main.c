@@ -69,6 +69,7 @@ static int prepare(struct job *job, lum_error *error)
     say_about(job, true, &job->about_packets);
     o->about_points = &job->about_points;
     o->about_packets = &job->about_packets;
+    o->calibrated = &job->geometry.calibration;
     job->pass = (struct pass){.options = o,
                               .capture = job->pass.capture,
                               .about = &job->source,

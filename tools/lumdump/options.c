@@ -15,10 +15,14 @@
 /* --- The table --- */
 
 static const struct option_word formats[] = {
-    {"csv", LUM_FORMAT_CSV}, {"ply", LUM_FORMAT_PLY},   {"pcd", LUM_FORMAT_PCD},
-    {"las", LUM_FORMAT_LAS}, {"xyz", LUM_FORMAT_XYZ},   {"png", LUM_FORMAT_PNG},
-    {"pcap", FORMAT_PCAP},   {"pcapng", FORMAT_PCAPNG}, {NULL, 0},
+    {"csv", LUM_FORMAT_CSV},   {"ply", LUM_FORMAT_PLY},
+    {"pcd", LUM_FORMAT_PCD},   {"las", LUM_FORMAT_LAS},
+    {"xyz", LUM_FORMAT_XYZ},   {"png", LUM_FORMAT_PNG},
+    {"mcap", LUM_FORMAT_MCAP}, {"pcap", FORMAT_PCAP},
+    {"pcapng", FORMAT_PCAPNG}, {NULL, 0},
 };
+static const struct option_word compressions[] = {
+    {"zstd", 0}, {"none", 1}, {NULL, 0}};
 static const struct option_word clocks[] = {{"sensor", TIME_SENSOR},
                                             {"utc", TIME_UTC},
                                             {"arrival", TIME_ARRIVAL},
@@ -81,6 +85,7 @@ static const struct option_spec specs[] = {
     {"comments", FLAG(comments)},
     {"columns", CALL(values_take_columns)},
     {"organized", FLAG(organized)},
+    {"compression", WORD(compressions, is_plain), HAS(has_compression)},
     {"time", WORD(clocks, time)},
     {"json", FLAG(json)},
     {"infer", FLAG(infer)},
@@ -152,11 +157,12 @@ static bool find_format(const struct options *o, struct output_options *output)
     }
     if (strcmp(output->name, "-") == 0) {
         return refuse("standard output has no ending that shows a format: give "
-                      "--format csv, ply, pcd, las, xyz, png, pcap or pcapng");
+                      "--format csv, ply, pcd, las, xyz, png, mcap, pcap or "
+                      "pcapng");
     }
     (void)fprintf(stderr,
                   "lumdump: '%s' has no ending that shows a format: use .csv "
-                  ".ply .pcd .las .xyz .png .pcap or .pcapng, or give "
+                  ".ply .pcd .las .xyz .png .mcap .pcap or .pcapng, or give "
                   "--format\n",
                   output->name);
     return false;
@@ -171,7 +177,8 @@ static bool can_write(const struct output_options *output)
     (void)fprintf(
         stderr,
         "lumdump: '%s': this lumdump was built without cairo and "
-        "draws no pictures; use .csv .ply .pcd .las .xyz .pcap or .pcapng\n",
+        "draws no pictures; use .csv .ply .pcd .las .xyz .mcap .pcap or "
+        ".pcapng\n",
         output->name);
     return false;
 }
@@ -277,6 +284,16 @@ static bool can_organize(const struct options *o)
                   "rising or falling, not both");
 }
 
+static bool can_compress(const struct options *o)
+{
+    if (!options_writes_messages(o)) {
+        return refuse("--compression goes with mcap output only");
+    }
+    return o->is_plain || lum_mcap_can_compress() ||
+           refuse("--compression zstd: this lumdump was built without a "
+                  "libzstd that compresses; leave it out, or say none");
+}
+
 static bool is_consistent(const struct options *o)
 {
     if (o->columns != NULL && !has_columns(o)) {
@@ -287,6 +304,9 @@ static bool is_consistent(const struct options *o)
     }
     if (o->ascii && !has_either(o, LUM_FORMAT_PLY, LUM_FORMAT_PCD)) {
         return refuse("--ascii goes with ply and pcd output only");
+    }
+    if (o->has_compression && !can_compress(o)) {
+        return false;
     }
     if (o->comments && (o->output_count == 0 ||
                         !has_either(o, LUM_FORMAT_CSV, LUM_FORMAT_XYZ))) {
@@ -374,10 +394,26 @@ bool options_is_organized(const struct options *options, size_t i)
            options->outputs[i].format == (unsigned)LUM_FORMAT_PCD;
 }
 
+bool options_has_messages(unsigned format)
+{
+    return !options_is_capture(format) &&
+           lum_format_has_frames((lum_format)format);
+}
+
+bool options_writes_messages(const struct options *o)
+{
+    for (size_t i = 0; i < o->output_count; i++) {
+        if (options_has_messages(o->outputs[i].format)) {
+            return true;
+        }
+    }
+    return false;
+}
+
 bool options_takes_frames(const struct options *options, size_t i)
 {
     const unsigned format = options->outputs[i].format;
-    return options_is_organized(options, i) ||
+    return options_is_organized(options, i) || options_has_messages(format) ||
            (options->has_times && !options_is_capture(format) &&
             lum_format_has_columns((lum_format)format));
 }

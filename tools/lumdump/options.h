@@ -76,11 +76,13 @@ struct options {
     uint32_t smooth_order;
     enum time_base time;
     bool ascii;
-    bool comments;       /* in csv and xyz */
-    const char *columns; /* of csv, ply and pcd; NULL: their own */
-    bool has_times;      /* these have a column of times */
-    bool organized;      /* pcd: a frame as rows of pixels */
-    bool infer;          /* find the layout, and nothing else */
+    bool comments;        /* in csv and xyz */
+    const char *columns;  /* of csv, ply and pcd; NULL: their own */
+    bool has_times;       /* these have a column of times */
+    bool organized;       /* pcd: a frame as rows of pixels */
+    bool has_compression; /* --compression was given, */
+    bool is_plain;        /* and says none; mcap */
+    bool infer;           /* find the layout, and nothing else */
     bool json;
     bool quiet;
     struct filter filters[FILTERS_MAX];
@@ -89,6 +91,7 @@ struct options {
      * line's; known once the source is open. */
     const struct provenance *about_points;
     const struct provenance *about_packets;
+    const lum_calibration *calibrated; /* that of the points */
 };
 
 enum parsed {
@@ -99,6 +102,12 @@ enum parsed {
 
 /* Whether a format is one of captures. */
 bool options_is_capture(unsigned format);
+
+/* Whether a format has messages, each with all points of a frame. */
+bool options_has_messages(unsigned format);
+
+/* Whether an output of this run has such a format. */
+bool options_writes_messages(const struct options *options);
 
 /* Whether the i-th output is made of whole frames and not of lines as they
  * come: in these alone it is known where a point stands, and when they began.

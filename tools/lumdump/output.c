@@ -4,6 +4,7 @@
 #include "../common/capture_file.h"
 #include "base/claim.h"
 #include "base/system.h"
+#include "capture/capture_writer.h"
 #include "picture.h"
 #include "targets.h"
 
@@ -33,13 +34,17 @@ struct output {
     bool is_capture;
     bool takes_frames;
     bool is_organized;
+    bool has_messages;
+    bool is_growing;                /* a recording that readers may look at */
     const struct provenance *about; /* a capture's; NULL: it has no room */
     bool is_pattern;
     bool is_in_place; /* read as it comes */
     bool rotates;
     struct closer *closer; /* NULL: finished here */
-    lum_claim claim;       /* to the name of which others are made */
+    bool is_begun;   /* the capture's beginning is on its way to the disk */
+    lum_claim claim; /* to the name of which others are made */
     lum_writer_options writer_options;
+    lum_mcap_options mcap;
     struct frame_file files[OPEN_FRAMES_MAX]; /* the first serves a lone file */
     size_t file_count;
     bool has_ended;
@@ -103,6 +108,7 @@ static int numbered_name(const char *name, unsigned number,
 static int open_named(struct output *o, const char *name, lum_error *error)
 {
     if (o->is_capture) {
+        o->is_begun = false;
         return o->options->is_live
                    ? capture_file_record(name, o->about, &o->capture, error)
                    : capture_file_open(name, o->about, &o->capture, error);
@@ -169,6 +175,18 @@ static const char *columns_of(const struct options *o, size_t i)
                : NULL;
 }
 
+static void choose_messages(struct output *o, const struct options *options)
+{
+    o->is_growing = options->is_live && !o->is_pattern;
+    o->mcap = (lum_mcap_options){.struct_size = sizeof o->mcap,
+                                 .calibration = options->calibrated,
+                                 .calibration_yaml =
+                                     options->about_points->calibration,
+                                 .profile_yaml = options->about_points->profile,
+                                 .is_plain = options->is_plain,
+                                 .is_growing = o->is_growing};
+}
+
 static struct output *new_output(const struct options *options, size_t i,
                                  const lum_projector *projector)
 {
@@ -197,7 +215,13 @@ static struct output *new_output(const struct options *options, size_t i,
                              .picture = picture_format(),
                              .comment = comment_of(options, i),
                              .columns = columns_of(options, i),
-                             .organized = o->is_organized};
+                             .organized = o->is_organized,
+                             .mcap = &o->mcap};
+    o->has_messages = options_has_messages(options->outputs[i].format);
+    o->mcap.struct_size = sizeof o->mcap;
+    if (o->has_messages) {
+        choose_messages(o, options);
+    }
     return o;
 }
 
@@ -506,6 +530,34 @@ static int add_rows(struct output *o, struct frame_lines *frame,
     return result;
 }
 
+/* All of a frame becomes one message; one without any line, none. */
+static int add_message(struct output *o, struct frame_lines *frame,
+                       lum_error *error)
+{
+    const int64_t number = frame_lines_number(frame);
+    bool failed = false;
+    int result = 0;
+    if (frame_lines_count(frame) == 0) {
+        return 0;
+    }
+    lum_writer *writer = o->is_pattern
+                             ? file_of_frame(o, number, &failed, error)
+                             : present_file(o, number, &failed, error);
+    if (writer == NULL) {
+        o->late += failed ? 0 : frame_lines_points(frame);
+        return failed ? -1 : 0;
+    }
+    result = lum_writer_begin_frame(
+        writer, frame_lines_begin_ns(frame, o->options->time == TIME_ARRIVAL),
+        error);
+    for (size_t i = 0; i < frame_lines_count(frame) && result == 0; i++) {
+        lum_line_samples line;
+        frame_lines_get(frame, i, &line);
+        result = lum_writer_add(writer, &line, error);
+    }
+    return result == 0 ? lum_writer_end_frame(writer, error) : -1;
+}
+
 static int add_lines(struct output *o, struct frame_lines *frame,
                      lum_error *error)
 {
@@ -524,8 +576,32 @@ int output_add_frame(struct output *o, struct frame_lines *frame,
     if (!o->takes_frames) {
         return 0;
     }
+    if (o->has_messages) {
+        return add_message(o, frame, error);
+    }
     return o->is_organized ? add_rows(o, frame, error)
                            : add_lines(o, frame, error);
+}
+
+/* Its name is there, and stays if the power fails: so should be what a reader
+ * needs first. Nothing waits for that. */
+static int secure_beginning(struct output *o, lum_error *error)
+{
+    if (lum_capture_writer_flush(o->capture, error) != 0) {
+        return -1;
+    }
+    closer_sync(o->closer, lum_capture_writer_copy(o->capture),
+                lum_capture_writer_name(o->capture));
+    return 0;
+}
+
+/* In a file of one frame it would be that of others. */
+int output_add_status(struct output *o, const lum_writer_status *status,
+                      lum_error *error)
+{
+    return o->has_messages && !o->is_pattern
+               ? lum_writer_add_status(o->files[0].writer, status, error)
+               : 0;
 }
 
 int output_add_datagram(struct output *o, const lum_record *record,
@@ -545,7 +621,14 @@ int output_add_datagram(struct output *o, const lum_record *record,
                                    .source_port = record->source_port,
                                    .destination_port =
                                        record->destination_port};
-    return lum_capture_writer_add(o->capture, &datagram, error);
+    if (lum_capture_writer_add(o->capture, &datagram, error) != 0) {
+        return -1;
+    }
+    if (o->is_begun || o->closer == NULL) {
+        return 0;
+    }
+    o->is_begun = true;
+    return secure_beginning(o, error);
 }
 
 int output_end_frame(struct output *o, int64_t frame, lum_error *error)
@@ -583,7 +666,9 @@ int output_flush(struct output *o, bool files, lum_error *error)
                    ? lum_capture_writer_flush(o->capture, error)
                    : 0;
     }
-    return o->is_in_place ? lum_writer_flush(o->files[0].writer, error) : 0;
+    return o->is_in_place || (o->is_growing && files)
+               ? lum_writer_flush(o->files[0].writer, error)
+               : 0;
 }
 
 int output_close(struct output *o, lum_error *error)

@@ -59,6 +59,10 @@ int output_add_line(struct output *output, const lum_line_samples *line,
 int output_add_frame(struct output *output, struct frame_lines *frame,
                      lum_error *error);
 
+/* Only messages have a place for it. */
+int output_add_status(struct output *output, const lum_writer_status *status,
+                      lum_error *error);
+
 /* Only captures use datagrams. begins_frame: a new file may begin here. */
 int output_add_datagram(struct output *output, const lum_record *record,
                         bool begins_frame, lum_error *error);

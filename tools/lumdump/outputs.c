@@ -119,6 +119,7 @@ struct action {
         ADD_LINE,
         ADD_FRAME,
         ADD_DATAGRAM,
+        ADD_STATUS,
         END_FRAME,
         FLUSH
     } kind;
@@ -127,6 +128,7 @@ struct action {
     const lum_line_samples *line;
     struct frame_lines *frame;
     const lum_record *record;
+    const lum_writer_status *status;
 };
 
 static int act(struct output *output, const struct action *action,
@@ -142,6 +144,8 @@ static int act(struct output *output, const struct action *action,
     case ADD_DATAGRAM:
         return output_add_datagram(output, action->record, action->number != 0,
                                    error);
+    case ADD_STATUS:
+        return output_add_status(output, action->status, error);
     case END_FRAME:
         return output_end_frame(output, action->number, error);
     case FLUSH:
@@ -229,6 +233,13 @@ int outputs_add_datagram(struct outputs *outputs, const lum_record *record,
                                      .number = begins_frame ? 1 : 0,
                                      .record = record},
                     error);
+}
+
+int outputs_add_status(struct outputs *outputs, const lum_writer_status *status,
+                       lum_error *error)
+{
+    return for_each(
+        outputs, &(struct action){.kind = ADD_STATUS, .status = status}, error);
 }
 
 int outputs_end_frame(struct outputs *outputs, int64_t frame, lum_error *error)

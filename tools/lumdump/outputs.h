@@ -43,6 +43,8 @@ int outputs_add_frame(struct outputs *outputs, struct frame_lines *frame,
                       lum_error *error);
 int outputs_add_datagram(struct outputs *outputs, const lum_record *record,
                          bool begins_frame, lum_error *error);
+int outputs_add_status(struct outputs *outputs, const lum_writer_status *status,
+                       lum_error *error);
 int outputs_end_frame(struct outputs *outputs, int64_t frame, lum_error *error);
 int outputs_flush(struct outputs *outputs, bool files, lum_error *error);
 

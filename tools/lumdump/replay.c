@@ -3,6 +3,7 @@
 #include "../common/file_look.h"
 #include "../common/interrupt.h"
 #include "conclude.h"
+#include "health.h"
 #include "progress.h"
 #include "targets.h"
 
@@ -108,7 +109,8 @@ static enum pass_result learn_clocks(struct pass *pass, lum_error *error)
     lum_capture *capture = NULL;
     lum_record record;
     int64_t first_ns = INT64_MAX;
-    if (pass->options->time != TIME_UTC ||
+    if ((pass->options->time != TIME_UTC &&
+         !options_writes_messages(pass->options)) ||
         !sources_are_files(&pass->options->sources) ||
         open_sources(pass->options, &capture, NULL) != 0) {
         return PASS_DONE;
@@ -159,6 +161,9 @@ static enum pass_result run(struct pass *pass, lum_error *error)
     result = read_all(pass, &progress, error);
     if (result == PASS_DONE) {
         result = pass_flush(pass, error);
+    }
+    if (result == PASS_DONE) {
+        result = health_tell(pass, error);
     }
     pass->has_changed = provenance_has_changed(pass->capture, pass->about);
     progress_clear(&progress);

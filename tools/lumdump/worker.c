@@ -1,5 +1,7 @@
 #include "worker.h"
 
+#include "health.h"
+
 #include "cloud/thread.h"
 #include "lum/base/time.h"
 
@@ -8,10 +10,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define VIEW_NS  INT64_C(100000000)
-#define PIPES_NS INT64_C(20000000)  /* at most so often */
-#define BUSY_NS  INT64_C(100000000) /* at least so often */
-#define FILES_NS INT64_C(500000000)
+#define VIEW_NS   INT64_C(100000000)
+#define PIPES_NS  INT64_C(20000000)  /* at most so often */
+#define BUSY_NS   INT64_C(100000000) /* at least so often */
+#define FILES_NS  INT64_C(500000000)
+#define HEALTH_NS INT64_C(1000000000)
 
 /* Datagrams between looks at the clock. */
 #define DATAGRAMS_A_LOOK 256u
@@ -27,7 +30,8 @@ struct worker {
     lum_error error;
     int64_t pipes_ns; /* when they were flushed */
     int64_t files_ns;
-    int64_t view_ns; /* when the view was made */
+    int64_t view_ns;   /* when the view was made */
+    int64_t health_ns; /* when outputs were told of it */
 
     pthread_mutex_t lock; /* guards what follows */
     struct worker_view view;
@@ -81,6 +85,13 @@ static enum pass_result look_around(struct worker *w, bool is_idle)
     if (now_ns - w->view_ns >= VIEW_NS) {
         w->view_ns = now_ns;
         make_view(w);
+    }
+    if (!w->setup.only_records && now_ns - w->health_ns >= HEALTH_NS) {
+        w->health_ns = now_ns;
+        const enum pass_result result = health_tell(w->pass, &w->error);
+        if (result != PASS_DONE) {
+            return result;
+        }
     }
     return flush(w, now_ns, is_idle);
 }
@@ -199,6 +210,9 @@ static void *run(void *argument)
     }
     if (w->result == PASS_DONE && !w->setup.only_records) {
         w->result = pass_flush(w->pass, &w->error);
+        if (w->result == PASS_DONE) {
+            w->result = health_tell(w->pass, &w->error);
+        }
     }
     make_view(w);
     if (w->pass->outputs != NULL && is_kept(w)) {

@@ -1,5 +1,5 @@
 /** @file
- * Point clouds to files: CSV, PLY, PCD, LAS, XYZ, and, with the format of
+ * Point clouds to files: CSV, PLY, PCD, LAS, XYZ, MCAP, and, with the format of
  * lum/picture/picture.h, a picture as PNG (docs/formats.md).
  *
  * Only one thread at a time may use a writer. The writer starts a thread, which
@@ -21,14 +21,15 @@ extern "C" {
 
 /** File formats. */
 typedef enum lum_format {
-    LUM_FORMAT_CSV, /**< text, a header line, all columns */
-    LUM_FORMAT_PLY, /**< binary little-endian or ascii */
-    LUM_FORMAT_PCD, /**< version 0.7, binary or ascii */
-    LUM_FORMAT_LAS, /**< version 1.4, point format 6, extra bytes */
-    LUM_FORMAT_XYZ, /**< text, only x y z */
-    LUM_FORMAT_PNG, /**< a picture: range images and a bird's-eye view; needs
-                         lum_writer_options.picture */
-    LUM_FORMATS     /**< how many there are */
+    LUM_FORMAT_CSV,  /**< text, a header line, all columns */
+    LUM_FORMAT_PLY,  /**< binary little-endian or ascii */
+    LUM_FORMAT_PCD,  /**< version 0.7, binary or ascii */
+    LUM_FORMAT_LAS,  /**< version 1.4, point format 6, extra bytes */
+    LUM_FORMAT_XYZ,  /**< text, only x y z */
+    LUM_FORMAT_PNG,  /**< a picture: range images and a bird's-eye view; needs
+                          lum_writer_options.picture */
+    LUM_FORMAT_MCAP, /**< messages of ROS 2, a cloud for each frame */
+    LUM_FORMATS      /**< how many there are */
 } lum_format;
 
 /** The format by the ending of a file name, in upper or lower case.
@@ -39,8 +40,31 @@ LUM_MUST_CHECK int lum_format_from_name(const char *name, lum_format *out);
  * must be seekable, or a rehearsal must come first (lum_writer_rehearse()). */
 bool lum_format_needs_count(lum_format format);
 
+/** Whether a file of the format has a message for each frame. Then
+ * lum_writer_begin_frame() and lum_writer_end_frame() say more of it than its
+ * lines do. */
+bool lum_format_has_frames(lum_format format);
+
 /** How a format is written, for formats that are libraries of their own. */
 typedef struct lum_format_ops lum_format_ops;
+
+/** Most bytes of lum_mcap_options.frame_id. */
+#define LUM_MCAP_FRAME_ID_MAX 200u
+
+/** Options of an MCAP file. All bytes 0 except struct_size are the defaults. */
+typedef struct lum_mcap_options {
+    size_t struct_size;   /**< sizeof(lum_mcap_options) */
+    const char *frame_id; /**< of all messages, 1 to LUM_MCAP_FRAME_ID_MAX
+                               bytes; NULL: "luminar" */
+    const lum_calibration *calibration; /**< its mounts are written to
+                                             /tf_static; NULL: none are */
+    const char *calibration_yaml; /**< an attachment, calibration.yaml; NULL or
+                                       empty: none */
+    const char *profile_yaml;     /**< likewise, profile.yaml */
+    bool is_plain;   /**< chunks are not compressed, even if this build could */
+    bool is_growing; /**< a recording: the file has its name from its first
+                          chunk on, and stays even if the rest fails */
+} lum_mcap_options;
 
 /** Most rows of an organised file. */
 #define LUM_WRITER_ROWS_MAX 1000000u
@@ -76,7 +100,13 @@ typedef struct lum_writer_options {
                               by lum_writer_open() and lum_writer_rehearse() */
     bool organized; /**< PCD: one frame as an image of LUM_LINE_PIXELS columns;
                          see lum_writer_set_rows() */
+    const lum_mcap_options *mcap; /**< MCAP; NULL: the defaults. Read by
+                                       lum_writer_open() and
+                                       lum_writer_rehearse() */
 } lum_writer_options;
+
+/** Whether this build can compress the chunks of an MCAP file. */
+bool lum_mcap_can_compress(void);
 
 /** Whether lum_writer_options.columns can choose the columns of a format. */
 bool lum_format_has_columns(lum_format format);
@@ -151,14 +181,62 @@ LUM_MUST_CHECK int lum_writer_add(lum_writer *writer,
                                   const lum_line_samples *line,
                                   lum_error *error);
 
+/** Begin a frame, whose lines follow; the frame before ends. Formats without
+ * frames ignore it. Without it a frame of an MCAP file begins with its first
+ * line, and its time is that line's timestamp.
+ * @param utc_ns its time, nanoseconds since 1970: that of points whose time is
+ *               0.
+ * @return as lum_writer_add(). */
+LUM_MUST_CHECK int lum_writer_begin_frame(lum_writer *writer, int64_t utc_ns,
+                                          lum_error *error);
+
+/** End the frame that was begun: it becomes a message, also without points.
+ * Formats without frames ignore it, and so does one in which none has begun.
+ * Without it a frame ends with a line of another frame, or the file.
+ * @return as lum_writer_add(). */
+LUM_MUST_CHECK int lum_writer_end_frame(lum_writer *writer, lum_error *error);
+
+/** How a device is, as diagnostic_msgs has it. */
+typedef enum lum_status_level {
+    LUM_STATUS_OK,    /**< as it is to be */
+    LUM_STATUS_WARN,  /**< something is to be looked at */
+    LUM_STATUS_ERROR, /**< it does not work */
+    LUM_STATUS_STALE  /**< nothing is known */
+} lum_status_level;
+
+/** A name and its value. It never grows, because it is used in arrays. */
+typedef struct lum_status_value {
+    const char *key;   /**< such as "lost_words" */
+    const char *value; /**< such as "0" */
+} lum_status_value;
+
+/** How something is, at one time. */
+typedef struct lum_writer_status {
+    size_t struct_size;             /**< sizeof(lum_writer_status) */
+    int64_t time_ns;                /**< since 1970 UTC */
+    lum_status_level level;         /**< in short */
+    const char *name;               /**< of what */
+    const char *message;            /**< in words */
+    const char *hardware_id;        /**< such as an address */
+    const lum_status_value *values; /**< count of them */
+    size_t count;                   /**< may be 0 */
+} lum_writer_status;
+
+/** Add a status, if the format is MCAP; the others have no place for it.
+ * @param status copied; its texts are not NULL.
+ * @return as lum_writer_add(). */
+LUM_MUST_CHECK int lum_writer_add_status(lum_writer *writer,
+                                         const lum_writer_status *status,
+                                         lum_error *error);
+
 /** Bytes that were given to the output so far, without those that a format
  * keeps until its end. */
 uint64_t lum_writer_bytes(const lum_writer *writer);
 
 /** Begin to write what was added, for an output that is read while it is
- * written; does not wait. As long as a slow reader has not taken what came
- * before, the rest stays: call again later. If the reader has left, this is
- * reported even if there is nothing to write.
+ * written; does not wait. A chunk of an MCAP file ends with it. As long as a
+ * slow reader has not taken what came before, the rest stays: call again later.
+ * If the reader has left, this is reported even if there is nothing to write.
  * @return as lum_writer_add(). */
 LUM_MUST_CHECK int lum_writer_flush(lum_writer *writer, lum_error *error);
 

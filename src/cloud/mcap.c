@@ -1,0 +1,286 @@
+/* Frames as messages of ROS 2 in an MCAP file. */
+#include "mcap_file.h"
+#include "ros_messages.h"
+#include "ros_points.h"
+#include "writer_internal.h"
+
+#include "lum/version.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define FRAME_ID "luminar"
+
+/* A sequence has a length of 32 bits, and a chunk is in memory. */
+#define POINTS_MAX (UINT32_MAX / LUM_ROS_POINT_BYTES / 2u)
+
+typedef struct state {
+    lum_mcap_file file;
+    lum_ros_points points;
+    char frame_id[LUM_MCAP_FRAME_ID_MAX + 1u];
+    lum_calibration calibration;
+    bool owes_mounts; /* the calibration's */
+    bool is_growing;
+    bool has_frame;
+    bool has_line;        /* of the frame */
+    int64_t frame;        /* of its lines */
+    int64_t utc_ns;       /* of its begin */
+    int64_t timestamp_us; /* of its first line */
+} state;
+
+bool lum_mcap_can_compress(void)
+{
+    return lum_mcap_pack_name != NULL;
+}
+
+/* --- The beginning --- */
+
+static int keep_frame_id(const lum_writer *writer, state *s,
+                         const lum_mcap_options *o, lum_error *error)
+{
+    const char *id = o->frame_id != NULL ? o->frame_id : FRAME_ID;
+    const size_t n = strlen(id);
+    if (n == 0 || n > LUM_MCAP_FRAME_ID_MAX) {
+        errno = EINVAL;
+        return lum_error_set(error, "%s: a frame_id of %zu bytes; 1 to %u",
+                             lum_sink_name(writer->sink), n,
+                             LUM_MCAP_FRAME_ID_MAX);
+    }
+    memcpy(s->frame_id, id, n + 1u);
+    return 0;
+}
+
+static int put_channels(lum_mcap_file *file, lum_error *error)
+{
+    for (unsigned i = 0; i < LUM_ROS_TOPICS; i++) {
+        const lum_ros_topic *t = &lum_ros_topics[i];
+        if (lum_mcap_add_channel(file, t->name, t->type, t->definition, t->qos,
+                                 error) != 0) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+static int attach(lum_mcap_file *file, const char *name, const char *text,
+                  lum_error *error)
+{
+    return text == NULL || text[0] == '\0'
+               ? 0
+               : lum_mcap_add_attachment(file, name, "application/yaml", text,
+                                         error);
+}
+
+static int put_about(const lum_writer *writer, lum_mcap_file *file,
+                     const lum_mcap_options *o, lum_error *error)
+{
+    const bool has_comment = writer->options.comment != NULL;
+    const char *const about[] = {
+        "version", LUM_VERSION, has_comment ? "provenance" : NULL,
+        has_comment ? writer->options.comment : NULL, NULL};
+    return lum_mcap_add_metadata(file, "lumsdk", about, error) == 0 &&
+                   attach(file, "calibration.yaml", o->calibration_yaml,
+                          error) == 0 &&
+                   attach(file, "profile.yaml", o->profile_yaml, error) == 0
+               ? 0
+               : -1;
+}
+
+static int begin(lum_writer *writer, lum_error *error)
+{
+    static const lum_mcap_options defaults = {.struct_size = sizeof defaults};
+    const lum_mcap_options *o =
+        writer->options.mcap != NULL ? writer->options.mcap : &defaults;
+    state *s = lum_writer_new_state(writer, sizeof *s, error);
+    if (s == NULL || keep_frame_id(writer, s, o, error) != 0) {
+        return -1;
+    }
+    if (o->calibration != NULL) {
+        s->calibration = *o->calibration;
+        s->owes_mounts = true;
+    }
+    s->is_growing = o->is_growing;
+    return lum_mcap_begin(&s->file, writer->sink, "lumsdk " LUM_VERSION,
+                          !o->is_plain && lum_mcap_can_compress(),
+                          error) == 0 &&
+                   put_channels(&s->file, error) == 0 &&
+                   put_about(writer, &s->file, o, error) == 0
+               ? 0
+               : -1;
+}
+
+/* --- Messages --- */
+
+/* Before the first other message, whose time they get. */
+static int put_mounts(state *s, int64_t time_ns, lum_error *error)
+{
+    lum_bytes *out = NULL;
+    if (!s->owes_mounts) {
+        return 0;
+    }
+    s->owes_mounts = false;
+    if (lum_mcap_begin_message(&s->file, LUM_ROS_TF_STATIC, time_ns, &out,
+                               error) != 0) {
+        return -1;
+    }
+    lum_ros_put_mounts(out, time_ns, s->frame_id, &s->calibration);
+    return lum_mcap_end_message(&s->file, error);
+}
+
+/* No sum of two of them overflows. */
+static int64_t bounded_ns(int64_t ns)
+{
+    return ns < 0 ? 0 : ns < INT64_MAX / 2 ? ns : INT64_MAX / 2;
+}
+
+static int put_cloud(state *s, float first_s, lum_error *error)
+{
+    const size_t n = lum_ros_points_count(&s->points);
+    const bool is_near = first_s > -1e6f && first_s < 1e6f; /* and a number */
+    const int64_t stamp_ns = bounded_ns(
+        s->utc_ns + (is_near ? (int64_t)((double)first_s * 1e9) : 0));
+    lum_bytes *out = NULL;
+    if (put_mounts(s, stamp_ns, error) != 0 ||
+        lum_mcap_begin_message(&s->file, LUM_ROS_POINTS, stamp_ns, &out,
+                               error) != 0) {
+        return -1;
+    }
+    lum_cdr cdr = lum_ros_begin_cloud(out, stamp_ns, s->frame_id, (uint32_t)n);
+    unsigned char *to = lum_bytes_extend(out, n * LUM_ROS_POINT_BYTES);
+    if (to != NULL) {
+        lum_ros_points_take(&s->points, first_s, to);
+    }
+    lum_ros_end_cloud(&cdr);
+    return lum_mcap_end_message(&s->file, error);
+}
+
+static int no_memory(const lum_writer *writer, lum_error *error)
+{
+    (void)lum_error_set(error, "%s: no memory for the points of a frame",
+                        lum_sink_name(writer->sink));
+    errno = ENOMEM;
+    return -1;
+}
+
+static int end_frame(lum_writer *writer, lum_error *error)
+{
+    state *s = writer->state;
+    float first_s = 0.0f;
+    if (!s->has_frame) {
+        return 0;
+    }
+    s->has_frame = false;
+    return lum_ros_points_sort(&s->points, &first_s) == 0
+               ? put_cloud(s, first_s, error)
+               : no_memory(writer, error);
+}
+
+static int begin_frame(lum_writer *writer, int64_t utc_ns, lum_error *error)
+{
+    state *s = writer->state;
+    if (end_frame(writer, error) != 0) {
+        return -1;
+    }
+    s->has_frame = true;
+    s->has_line = false;
+    s->utc_ns = bounded_ns(utc_ns);
+    return 0;
+}
+
+/* Timestamps that are unknown, or of no clock, are those of 1970. */
+static int64_t ns_of(int64_t us)
+{
+    return us > 0 && us < INT64_MAX / 1000 ? us * 1000 : 0;
+}
+
+/* The frame of a line, which begins with it if the caller did not begin it. */
+static int enter_frame(lum_writer *writer, const lum_line_samples *line,
+                       lum_error *error)
+{
+    state *s = writer->state;
+    const bool is_other = s->has_line && line->frame != s->frame;
+    if ((!s->has_frame || is_other) &&
+        begin_frame(writer, ns_of(line->timestamp_us), error) != 0) {
+        return -1;
+    }
+    if (!s->has_line) {
+        s->has_line = true;
+        s->frame = line->frame;
+        s->timestamp_us = line->timestamp_us;
+    }
+    return 0;
+}
+
+static int add(lum_writer *writer, const lum_line_samples *line,
+               lum_error *error)
+{
+    state *s = writer->state;
+    if (enter_frame(writer, line, error) != 0) {
+        return -1;
+    }
+    if (line->count > POINTS_MAX - lum_ros_points_count(&s->points)) {
+        errno = EOVERFLOW;
+        return lum_error_set(error, "%s: a frame of more than %u points",
+                             lum_sink_name(writer->sink), POINTS_MAX);
+    }
+    const double from_us = (double)line->timestamp_us - (double)s->timestamp_us;
+    return lum_ros_points_add(&s->points, line, (float)(from_us * 1e-6)) == 0
+               ? 0
+               : no_memory(writer, error);
+}
+
+static int add_status(lum_writer *writer, const lum_writer_status *status,
+                      lum_error *error)
+{
+    state *s = writer->state;
+    lum_bytes *out = NULL;
+    const int64_t time_ns = bounded_ns(status->time_ns);
+    if (put_mounts(s, time_ns, error) != 0 ||
+        lum_mcap_begin_message(&s->file, LUM_ROS_DIAGNOSTICS, time_ns, &out,
+                               error) != 0) {
+        return -1;
+    }
+    lum_ros_put_status(out, status);
+    return lum_mcap_end_message(&s->file, error);
+}
+
+/* --- The end --- */
+
+/* A recording without a chunk has no name yet; a pipe has a reader that may
+ * have left. */
+static int flush(lum_writer *writer, lum_error *error)
+{
+    state *s = writer->state;
+    if (lum_mcap_end_chunk(&s->file, error) != 0) {
+        return -1;
+    }
+    const bool has_chunk = s->file.counts[LUM_MCAP_CHUNKS] > 0;
+    return s->is_growing && !has_chunk && lum_sink_seekable(writer->sink)
+               ? 0
+               : lum_sink_flush(writer->sink, error);
+}
+
+static int finish(lum_writer *writer, lum_error *error)
+{
+    state *s = writer->state;
+    return end_frame(writer, error) == 0 ? lum_mcap_end(&s->file, error) : -1;
+}
+
+static void release(lum_writer *writer)
+{
+    state *s = writer->state;
+    lum_mcap_free(&s->file);
+    lum_ros_points_free(&s->points);
+}
+
+const lum_format_ops lum_mcap_ops = {.name = "MCAP",
+                                     .ending = ".mcap",
+                                     .begin = begin,
+                                     .add = add,
+                                     .begin_frame = begin_frame,
+                                     .end_frame = end_frame,
+                                     .add_status = add_status,
+                                     .flush = flush,
+                                     .finish = finish,
+                                     .release = release};

@@ -1,0 +1,107 @@
+/** @file
+ * An MCAP file: records, chunks of messages, and the index at its end, into a
+ * sink (https://mcap.dev/spec). It knows no message. Memory grows by a chunk,
+ * and by less than 200 bytes for each chunk before it. Internal to cloud.
+ *
+ * Without memory nothing more is written, and the next call that can fail says
+ * so. */
+#ifndef LUM_CLOUD_MCAP_FILE_H
+#define LUM_CLOUD_MCAP_FILE_H
+
+#include "bytes.h"
+#include "crc32.h"
+#include "mcap_pack.h"
+#include "sink.h"
+
+/** Most channels of a file. */
+#define LUM_MCAP_CHANNELS_MAX 4u
+
+/** A chunk ends with the message that makes it so large, */
+#define LUM_MCAP_CHUNK_BYTES ((size_t)4 << 20)
+
+/** and before one that is so much later than its first. */
+#define LUM_MCAP_CHUNK_NS INT64_C(1000000000)
+
+/** A channel. */
+typedef struct lum_mcap_channel {
+    uint64_t count;  /**< messages so far */
+    lum_bytes index; /**< of those in the present chunk */
+} lum_mcap_channel;
+
+/** Which records stand in the summary; each kind together. */
+typedef enum lum_mcap_group {
+    LUM_MCAP_SCHEMAS,
+    LUM_MCAP_CHANNELS,
+    LUM_MCAP_STATISTICS,
+    LUM_MCAP_CHUNKS,
+    LUM_MCAP_ATTACHMENTS,
+    LUM_MCAP_METADATA,
+    LUM_MCAP_GROUPS /**< how many kinds there are */
+} lum_mcap_group;
+
+/** A file being written. */
+typedef struct lum_mcap_file {
+    lum_sink *sink;                    /**< where bytes go; the caller's */
+    lum_mcap_packer *packer;           /**< NULL: chunks are not compressed */
+    uint32_t counts[LUM_MCAP_GROUPS];  /**< records so far */
+    lum_bytes groups[LUM_MCAP_GROUPS]; /**< those of the summary */
+    lum_mcap_channel channels[LUM_MCAP_CHANNELS_MAX]; /**< id 1 is the first */
+    lum_bytes chunk;        /**< messages of the present one */
+    lum_bytes packed;       /**< the same, compressed */
+    lum_bytes record;       /**< one in the making */
+    int64_t chunk_begin_ns; /**< its earliest message */
+    int64_t chunk_end_ns;   /**< its latest */
+    int64_t begin_ns;       /**< the file's earliest */
+    int64_t end_ns;         /**< the file's latest */
+    size_t message;         /**< where the present one begins, in chunk */
+    lum_crc32 crc;          /**< its tables */
+} lum_mcap_file;
+
+/** Begin a file.
+ * @param out zeroed by the caller; lum_mcap_free() whatever the result.
+ * @return 0, or -1 with the reason in error and in errno. */
+LUM_MUST_CHECK int lum_mcap_begin(lum_mcap_file *out, lum_sink *sink,
+                                  const char *library, bool compresses,
+                                  lum_error *error);
+
+/** Add a channel with a schema of its own, before all messages.
+ * @param qos its offered_qos_profiles. */
+LUM_MUST_CHECK int lum_mcap_add_channel(lum_mcap_file *file, const char *topic,
+                                        const char *type,
+                                        const char *definition, const char *qos,
+                                        lum_error *error);
+
+/** Add a record of names and texts, as name, text, name, text, ..., NULL. */
+LUM_MUST_CHECK int lum_mcap_add_metadata(lum_mcap_file *file, const char *name,
+                                         const char *const *pairs,
+                                         lum_error *error);
+
+/** Add an attachment; a text. */
+LUM_MUST_CHECK int lum_mcap_add_attachment(lum_mcap_file *file,
+                                           const char *name,
+                                           const char *media_type,
+                                           const char *text, lum_error *error);
+
+/** Begin a message.
+ * @param channel from 0, in the order in which they were added.
+ * @param time_ns since 1970; a chunk may end before it.
+ * @param out     what its bytes are appended to, until lum_mcap_end_message().
+ * @return 0, or -1 with the reason in error and in errno. */
+LUM_MUST_CHECK int lum_mcap_begin_message(lum_mcap_file *file, unsigned channel,
+                                          int64_t time_ns, lum_bytes **out,
+                                          lum_error *error);
+
+/** It is whole. */
+LUM_MUST_CHECK int lum_mcap_end_message(lum_mcap_file *file, lum_error *error);
+
+/** End the present chunk, if there is one, so that a reader can have what is in
+ * it. */
+LUM_MUST_CHECK int lum_mcap_end_chunk(lum_mcap_file *file, lum_error *error);
+
+/** End the file. */
+LUM_MUST_CHECK int lum_mcap_end(lum_mcap_file *file, lum_error *error);
+
+/** Free what it holds, but not the sink. */
+void lum_mcap_free(lum_mcap_file *file);
+
+#endif

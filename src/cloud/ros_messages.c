@@ -1,0 +1,214 @@
+#include "ros_messages.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define NS_PER_S INT64_C(1000000000)
+
+/* sensor_msgs/msg/PointField's constants. */
+enum {
+    FIELD_UINT8 = 2,
+    FIELD_UINT16 = 4,
+    FIELD_FLOAT32 = 7
+};
+
+/* --- Definitions --- */
+
+#define RULE                                                                   \
+    "================================================================"         \
+    "================\n"
+
+#define TIME                                                                   \
+    RULE "MSG: builtin_interfaces/Time\n"                                      \
+         "int32 sec\n"                                                         \
+         "uint32 nanosec\n"
+
+#define HEADER                                                                 \
+    RULE "MSG: std_msgs/Header\n"                                              \
+         "builtin_interfaces/Time stamp\n"                                     \
+         "string frame_id\n" TIME
+
+static const char cloud_definition[] =
+    "std_msgs/Header header\n"
+    "uint32 height\n"
+    "uint32 width\n"
+    "PointField[] fields\n"
+    "bool is_bigendian\n"
+    "uint32 point_step\n"
+    "uint32 row_step\n"
+    "uint8[] data\n"
+    "bool is_dense\n" RULE "MSG: sensor_msgs/PointField\n"
+    "uint8 INT8=1\n"
+    "uint8 UINT8=2\n"
+    "uint8 INT16=3\n"
+    "uint8 UINT16=4\n"
+    "uint8 INT32=5\n"
+    "uint8 UINT32=6\n"
+    "uint8 FLOAT32=7\n"
+    "uint8 FLOAT64=8\n"
+    "string name\n"
+    "uint32 offset\n"
+    "uint8 datatype\n"
+    "uint32 count\n" HEADER;
+
+static const char tf_definition[] =
+    "geometry_msgs/TransformStamped[] transforms\n" RULE
+    "MSG: geometry_msgs/TransformStamped\n"
+    "std_msgs/Header header\n"
+    "string child_frame_id\n"
+    "geometry_msgs/Transform transform\n" RULE "MSG: geometry_msgs/Transform\n"
+    "geometry_msgs/Vector3 translation\n"
+    "geometry_msgs/Quaternion rotation\n" RULE "MSG: geometry_msgs/Vector3\n"
+    "float64 x\n"
+    "float64 y\n"
+    "float64 z\n" RULE "MSG: geometry_msgs/Quaternion\n"
+    "float64 x 0\n"
+    "float64 y 0\n"
+    "float64 z 0\n"
+    "float64 w 1\n" HEADER;
+
+static const char diagnostics_definition[] =
+    "std_msgs/Header header\n"
+    "diagnostic_msgs/DiagnosticStatus[] status\n" RULE
+    "MSG: diagnostic_msgs/DiagnosticStatus\n"
+    "byte OK=0\n"
+    "byte WARN=1\n"
+    "byte ERROR=2\n"
+    "byte STALE=3\n"
+    "byte level\n"
+    "string name\n"
+    "string message\n"
+    "string hardware_id\n"
+    "diagnostic_msgs/KeyValue[] values\n" RULE "MSG: diagnostic_msgs/KeyValue\n"
+    "string key\n"
+    "string value\n" HEADER;
+
+/* The last depth of reliable messages; durability 1 keeps them for readers that
+ * come later, 2 does not. */
+#define NEVER "\n    sec: 9223372036\n    nsec: 854775807\n"
+#define QOS(depth, durability)                                                 \
+    "- history: 1\n  depth: " depth                                            \
+    "\n  reliability: 1\n  durability: " durability "\n  deadline:" NEVER      \
+    "  lifespan:" NEVER "  liveliness: 1\n  liveliness_lease_duration:" NEVER  \
+    "  avoid_ros_namespace_conventions: false\n"
+
+const lum_ros_topic lum_ros_topics[LUM_ROS_TOPICS] = {
+    [LUM_ROS_POINTS] = {"/points", "sensor_msgs/msg/PointCloud2",
+                        cloud_definition, QOS("5", "2")},
+    [LUM_ROS_TF_STATIC] = {"/tf_static", "tf2_msgs/msg/TFMessage",
+                           tf_definition, QOS("1", "1")},
+    [LUM_ROS_DIAGNOSTICS] = {"/diagnostics",
+                             "diagnostic_msgs/msg/DiagnosticArray",
+                             diagnostics_definition, QOS("10", "2")}};
+
+/* --- Their parts --- */
+
+/* Seconds have 32 bits with sign; times before 1970 are none. */
+static void put_time(lum_cdr *cdr, int64_t ns)
+{
+    const int64_t known = ns > 0 ? ns : 0;
+    const int64_t s = known / NS_PER_S;
+    lum_cdr_put_u32(cdr, (uint32_t)(s < INT32_MAX ? s : INT32_MAX));
+    lum_cdr_put_u32(cdr, (uint32_t)(known % NS_PER_S));
+}
+
+static void put_header(lum_cdr *cdr, int64_t stamp_ns, const char *frame_id)
+{
+    put_time(cdr, stamp_ns);
+    lum_cdr_put_string(cdr, frame_id);
+}
+
+/* --- Clouds --- */
+
+lum_cdr lum_ros_begin_cloud(lum_bytes *out, int64_t stamp_ns,
+                            const char *frame_id, uint32_t n)
+{
+    static const struct {
+        const char *name;
+        uint8_t offset;
+        uint8_t type;
+    } fields[] = {{"x", 0, FIELD_FLOAT32},     {"y", 4, FIELD_FLOAT32},
+                  {"z", 8, FIELD_FLOAT32},     {"intensity", 12, FIELD_FLOAT32},
+                  {"time", 16, FIELD_FLOAT32}, {"ring", 20, FIELD_UINT16},
+                  {"return", 22, FIELD_UINT8}, {"eye", 23, FIELD_UINT8}};
+    lum_cdr cdr = lum_cdr_begin(out);
+    put_header(&cdr, stamp_ns, frame_id);
+    lum_cdr_put_u32(&cdr, 1); /* height */
+    lum_cdr_put_u32(&cdr, n);
+    lum_cdr_put_u32(&cdr, sizeof fields / sizeof fields[0]);
+    for (size_t i = 0; i < sizeof fields / sizeof fields[0]; i++) {
+        lum_cdr_put_string(&cdr, fields[i].name);
+        lum_cdr_put_u32(&cdr, fields[i].offset);
+        lum_cdr_put_u8(&cdr, fields[i].type);
+        lum_cdr_put_u32(&cdr, 1); /* count */
+    }
+    lum_cdr_put_u8(&cdr, 0); /* is_bigendian */
+    lum_cdr_put_u32(&cdr, LUM_ROS_POINT_BYTES);
+    lum_cdr_put_u32(&cdr, LUM_ROS_POINT_BYTES * n);
+    lum_cdr_put_u32(&cdr, LUM_ROS_POINT_BYTES * n);
+    return cdr;
+}
+
+void lum_ros_end_cloud(lum_cdr *cdr)
+{
+    lum_cdr_put_u8(cdr, 1); /* is_dense */
+}
+
+/* --- Mounts --- */
+
+/* Rz(yaw) Ry(pitch) Rx(roll), as the calibration's mounts are. */
+static void put_rotation(lum_cdr *cdr, const lum_eye_calibration *c)
+{
+    const double half_radian = 3.14159265358979323846 / 360.0;
+    const double roll = c->mount_roll_udeg * 1e-6 * half_radian;
+    const double pitch = c->mount_pitch_udeg * 1e-6 * half_radian;
+    const double yaw = c->mount_yaw_udeg * 1e-6 * half_radian;
+    const double cr = cos(roll);
+    const double sr = sin(roll);
+    const double cp = cos(pitch);
+    const double sp = sin(pitch);
+    const double cy = cos(yaw);
+    const double sy = sin(yaw);
+    lum_cdr_put_f64(cdr, sr * cp * cy - cr * sp * sy);
+    lum_cdr_put_f64(cdr, cr * sp * cy + sr * cp * sy);
+    lum_cdr_put_f64(cdr, cr * cp * sy - sr * sp * cy);
+    lum_cdr_put_f64(cdr, cr * cp * cy + sr * sp * sy);
+}
+
+void lum_ros_put_mounts(lum_bytes *out, int64_t stamp_ns, const char *frame_id,
+                        const lum_calibration *calibration)
+{
+    static const char *const eyes[LUM_EYES] = {"blue", "green"};
+    lum_cdr cdr = lum_cdr_begin(out);
+    lum_cdr_put_u32(&cdr, LUM_EYES);
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        const lum_eye_calibration *c = &calibration->eye[eye];
+        char child[LUM_MCAP_FRAME_ID_MAX + 8u];
+        (void)snprintf(child, sizeof child, "%s_%s", frame_id, eyes[eye]);
+        put_header(&cdr, stamp_ns, frame_id);
+        lum_cdr_put_string(&cdr, child);
+        for (unsigned i = 0; i < 3u; i++) {
+            lum_cdr_put_f64(&cdr, c->mount_um[i] * 1e-6);
+        }
+        put_rotation(&cdr, c);
+    }
+}
+
+/* --- Status --- */
+
+void lum_ros_put_status(lum_bytes *out, const lum_writer_status *status)
+{
+    lum_cdr cdr = lum_cdr_begin(out);
+    put_header(&cdr, status->time_ns, "");
+    lum_cdr_put_u32(&cdr, 1);
+    lum_cdr_put_u8(&cdr, (uint8_t)status->level);
+    lum_cdr_put_string(&cdr, status->name);
+    lum_cdr_put_string(&cdr, status->message);
+    lum_cdr_put_string(&cdr, status->hardware_id);
+    lum_cdr_put_u32(&cdr, (uint32_t)status->count);
+    for (size_t i = 0; i < status->count; i++) {
+        lum_cdr_put_string(&cdr, status->values[i].key);
+        lum_cdr_put_string(&cdr, status->values[i].value);
+    }
+}

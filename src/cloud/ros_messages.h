@@ -1,0 +1,49 @@
+/** @file
+ * The messages of ROS 2 that a file of them has: their names and definitions,
+ * and how they are written. Internal to cloud. */
+#ifndef LUM_CLOUD_ROS_MESSAGES_H
+#define LUM_CLOUD_ROS_MESSAGES_H
+
+#include "cdr.h"
+
+#include "lum/calibration.h"
+#include "lum/cloud/writer.h"
+
+/** A channel of messages. */
+typedef struct lum_ros_topic {
+    const char *name;       /**< such as "/points" */
+    const char *type;       /**< such as "sensor_msgs/msg/PointCloud2" */
+    const char *definition; /**< of the type, and of those that it has */
+    const char *qos;        /**< as rosbag2 writes offered_qos_profiles */
+} lum_ros_topic;
+
+/** The topics, in their order. */
+enum {
+    LUM_ROS_POINTS,
+    LUM_ROS_TF_STATIC,
+    LUM_ROS_DIAGNOSTICS,
+    LUM_ROS_TOPICS
+};
+
+/** Their descriptions. */
+extern const lum_ros_topic lum_ros_topics[LUM_ROS_TOPICS];
+
+/** Bytes of a point of a cloud, as the node for ROS 1 has it (docs/ros.md). */
+#define LUM_ROS_POINT_BYTES 24u
+
+/** Begin a sensor_msgs/msg/PointCloud2 of n points: all but its points and what
+ * is behind them. */
+lum_cdr lum_ros_begin_cloud(lum_bytes *out, int64_t stamp_ns,
+                            const char *frame_id, uint32_t n);
+
+/** End it, once its points are there. */
+void lum_ros_end_cloud(lum_cdr *cdr);
+
+/** A tf2_msgs/msg/TFMessage: from the sensor to FRAME_blue and FRAME_green. */
+void lum_ros_put_mounts(lum_bytes *out, int64_t stamp_ns, const char *frame_id,
+                        const lum_calibration *calibration);
+
+/** A diagnostic_msgs/msg/DiagnosticArray of one status. */
+void lum_ros_put_status(lum_bytes *out, const lum_writer_status *status);
+
+#endif

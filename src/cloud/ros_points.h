@@ -1,0 +1,68 @@
+/** @file
+ * The points of a frame in order of time, as the node for ROS 1 gives them
+ * (docs/ros.md): times from the earliest, rings instead of lines. Internal to
+ * cloud. */
+#ifndef LUM_CLOUD_ROS_POINTS_H
+#define LUM_CLOUD_ROS_POINTS_H
+
+#include "lum/cloud/writer.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/** A point. */
+typedef struct lum_ros_point {
+    float x;         /**< metres */
+    float y;         /**< metres */
+    float z;         /**< metres */
+    float intensity; /**< pulse width, ns */
+    float time;      /**< seconds from the beginning of the frame */
+    uint32_t line;   /**< of its eye */
+    uint8_t number;  /**< of the return */
+} lum_ros_point;
+
+/** Those of one eye. */
+typedef struct lum_ros_eye {
+    lum_ros_point *at; /**< from realloc() */
+    size_t count;      /**< how many */
+    size_t room;       /**< as many fit */
+    bool is_unsorted;  /**< one is earlier than the one before */
+} lum_ros_eye;
+
+/** A frame's; all 0 is none. */
+typedef struct lum_ros_points {
+    lum_ros_eye eyes[LUM_EYES]; /**< by ::lum_eye */
+    lum_ros_point *spare;       /**< room for sorting */
+    size_t spare_room;          /**< as many fit */
+    uint32_t lines;             /**< the green eye's rings are as many above
+                                     the blue's; 0: not one frame yet */
+    bool has_line[2];           /**< whether there is one of these: */
+    uint32_t highest[2];        /**< the second highest line, the highest */
+} lum_ros_points;
+
+/** Free what it holds. */
+void lum_ros_points_free(lum_ros_points *points);
+
+/** Add a line's points.
+ * @param from_s its time, in seconds from the beginning of the frame, for all
+ *               points where the line has no times.
+ * @return 0; -1: no memory. */
+LUM_MUST_CHECK int lum_ros_points_add(lum_ros_points *points,
+                                      const lum_line_samples *line,
+                                      float from_s);
+
+/** How many there are. */
+size_t lum_ros_points_count(const lum_ros_points *points);
+
+/** Bring them into order.
+ * @param first_s gets the time of the first, 0 without points.
+ * @return 0; -1: no memory. */
+LUM_MUST_CHECK int lum_ros_points_sort(lum_ros_points *points, float *first_s);
+
+/** Write them, LUM_ROS_POINT_BYTES each, and have none for the next frame.
+ * lum_ros_points_sort() came before. */
+void lum_ros_points_take(lum_ros_points *points, float first_s,
+                         unsigned char *out);
+
+#endif

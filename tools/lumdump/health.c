@@ -1,0 +1,145 @@
+#include "health.h"
+
+#include "../common/number.h"
+#include "lum/base/time.h"
+#include "lum/net/sensor.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <stdio.h>
+
+#define SILENCE_NS (LUM_SENSOR_SILENCE_MS * INT64_C(1000000))
+
+#define VALUES_MAX 20u
+
+/* A status in the making; its names are those of the node for ROS 1. */
+struct health {
+    lum_writer_status status;
+    lum_status_value values[VALUES_MAX];
+    char texts[VALUES_MAX][24];
+    uint64_t lost; /* data that was to be there */
+};
+
+static void begin(struct health *h, const char *name, int64_t time_ns,
+                  const char *hardware)
+{
+    *h = (struct health){.status = {.struct_size = sizeof h->status,
+                                    .time_ns = time_ns,
+                                    .level = LUM_STATUS_OK,
+                                    .name = name,
+                                    .hardware_id = hardware}};
+}
+
+static void add(struct health *h, const char *key, uint64_t n)
+{
+    if (h->status.count == VALUES_MAX) {
+        return;
+    }
+    const size_t i = h->status.count++;
+    (void)snprintf(h->texts[i], sizeof h->texts[i], "%" PRIu64, n);
+    h->values[i] = (lum_status_value){key, h->texts[i]};
+}
+
+static void add_loss(struct health *h, const char *key, uint64_t n)
+{
+    add(h, key, n);
+    h->lost += n;
+}
+
+static enum pass_result tell(struct pass *pass, struct health *h,
+                             lum_error *error)
+{
+    h->status.values = h->values;
+    if (outputs_add_status(pass->outputs, &h->status, error) == 0) {
+        return PASS_DONE;
+    }
+    return errno == EPIPE ? PASS_READER_LEFT : PASS_FAILED;
+}
+
+/* Answers of the sensor are no data. */
+static bool is_silent(struct pass *pass, uint64_t packets)
+{
+    const int64_t now_ns = lum_time_monotonic_ns();
+    if (packets != pass->data_told) {
+        pass->data_told = packets;
+        pass->data_ns = now_ns;
+    }
+    return now_ns - pass->data_ns >= SILENCE_NS;
+}
+
+static enum pass_result tell_data(struct pass *pass, struct health *h,
+                                  const lum_demux_counters *c,
+                                  const lum_framer_counters *p,
+                                  lum_error *error)
+{
+    const bool is_live = pass->options->is_live;
+    h->status.message = is_live ? "packets come" : "the capture has ended";
+    if (is_live && is_silent(pass, c->packets[LUM_PACKET_DATA])) {
+        h->status.level = LUM_STATUS_WARN;
+        h->status.message = "no data for 3 s";
+    }
+    add(h, "frames", c->assembly.frames);
+    add(h, "points", p->points);
+    add(h, "lines", c->assembly.lines);
+    add(h, "packets", c->packets[LUM_PACKET_DATA]);
+    return tell(pass, h, error);
+}
+
+static enum pass_result tell_losses(struct pass *pass, struct health *h,
+                                    const lum_demux_counters *c,
+                                    const lum_framer_counters *p,
+                                    lum_error *error)
+{
+    const lum_assembly_counters *a = &c->assembly;
+    const uint64_t joined = p->under_way.words + p->under_way.lines;
+    add_loss(h, "lost_words", a->lost_words);
+    add_loss(h, "lines_skipped", a->lines_skipped);
+    add_loss(h, "lines_missing_angles", a->lines_missing_angles);
+    add_loss(h, "late", a->late);
+    add(h, "duplicate", a->duplicate);
+    add_loss(h, "conflict", a->conflict);
+    add_loss(h, "no_room", a->no_room);
+    add_loss(h, "stray", a->stray);
+    add_loss(h, "bad_words", a->bad_words);
+    add_loss(h, "malformed", c->packets[LUM_PACKET_MALFORMED]);
+    add_loss(h, "unknown_tag", c->packets[LUM_PACKET_UNKNOWN_TAG]);
+    add_loss(h, "unknown_type", c->packets[LUM_PACKET_UNKNOWN_TYPE]);
+    add(h, "foreign", c->packets[LUM_PACKET_FOREIGN]);
+    add_loss(h, "cut_short", c->cut_short);
+    add(h, "other", c->other);
+    add(h, "no_angle", p->losses.no_angle);
+    add(h, "no_range", p->losses.no_range);
+    add_loss(h, "points_left_out", p->points_late + p->points_cut);
+    add(h, "under_way_when_joined", joined);
+    const bool has_lost = h->lost > joined;
+    h->status.level = has_lost ? LUM_STATUS_WARN : LUM_STATUS_OK;
+    h->status.message = has_lost ? "data was lost" : "none";
+    return tell(pass, h, error);
+}
+
+enum pass_result health_tell(struct pass *pass, lum_error *error)
+{
+    const struct summary *s = &pass->summary;
+    struct health h;
+    char address[16];
+    lum_demux_counters c = {.struct_size = sizeof c};
+    const lum_demux *demux = lum_framer_demux(pass->framer);
+    if (pass->outputs == NULL || !s->has_time ||
+        !options_writes_messages(pass->options) ||
+        lum_demux_sensor_count(demux) == 0) {
+        return PASS_DONE;
+    }
+    const int64_t now_ns =
+        pass->options->is_live ? lum_time_utc_ns() : s->last_ns;
+    const lum_framer_counters p = summary_count(s);
+    lum_demux_total(demux, &c);
+    (void)number_format_address(
+        pass->has_sensor ? pass->sensor : lum_demux_address(demux, 0), address);
+    begin(&h, "lumdump: data", now_ns, address);
+    const enum pass_result result = tell_data(pass, &h, &c, &p, error);
+    if (result != PASS_DONE) {
+        return result;
+    }
+    begin(&h, "lumdump: losses", now_ns, address);
+    return tell_losses(pass, &h, &c, &p, error);
+}
