@@ -10,10 +10,12 @@ die() {
     exit 2
 }
 
-# configure PRESET [ARGUMENT...]: with Ninja, quietly unless it fails.
+# configure PRESET [ARGUMENT...]: with Ninja, quietly unless it fails. LUM_CONFIGURED says that this was done, and that
+# others may be building there.
 configure() {
     local preset=$1 log
     shift
+    [ "${LUM_CONFIGURED:-}" != true ] || [ ! -f "build/$preset/build.ninja" ] || return 0
     mkdir -p build/log
     log=build/log/configure-$preset.log
     if ! cmake --preset "$preset" -G Ninja "$@" >"$log" 2>&1; then

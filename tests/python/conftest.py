@@ -15,6 +15,12 @@ COMPLETION = pathlib.Path(__file__).parents[2] / "tools/completion/lumsdk.bash"
 # For what has to come. It only ends a test that hangs: a busy machine may be slow.
 PATIENCE_S = 300.0
 
+# Ray takes what is slow for dead, and a program whose node is dead ends without a word. What has ended it notices at once.
+for what in ("agent_register_timeout_ms", "health_check_timeout_ms"):
+    os.environ.setdefault(f"RAY_{what}", "600000")
+for what in ("gcs_rpc_server_reconnect_timeout_s", "gcs_server_request_timeout_seconds", "worker_register_timeout_seconds"):
+    os.environ.setdefault(f"RAY_{what}", "600")
+
 # What a shell runs in the background ignores it, and so would the programs that a test starts and signals.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)

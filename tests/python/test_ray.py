@@ -27,7 +27,7 @@ import pyarrow.fs  # noqa: E402
 from failing_files import NETWORK, Failing  # noqa: E402
 
 STORE_BYTES = 200_000_000
-SYSTEM = {"health_check_period_ms": 500, "health_check_timeout_ms": 5000, "health_check_failure_threshold": 3}
+SYSTEM = {"health_check_period_ms": 500, "health_check_failure_threshold": 3}
 XYZR = ("x", "y", "z", "range")
 
 

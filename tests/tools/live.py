@@ -7,7 +7,6 @@ import select
 import shutil
 import signal
 import subprocess
-import sys
 import time
 import unittest
 
@@ -129,35 +128,22 @@ class Sensor(Process):
 
 class Hosts:
     """Two hosts and the wire between them: a client at 10.42.0.1 and a sensor at 10.42.0.37, each in a namespace of its
-    own, joined directly or through the relay in a third."""
+    own."""
 
-    def __init__(self, test, folder, relay=None):
+    def __init__(self, test, folder):
         self.test, self.folder = test, folder
         tag = f"lum{os.getpid()}x{id(self) % 100000}"
-        self.client, self.sensor, self.wire = tag + "c", tag + "s", tag + "w"
+        self.client, self.sensor = tag + "c", tag + "s"
         test.addCleanup(self.remove)
-        names = [self.client, self.sensor] + ([self.wire] if relay is not None else [])
-        for name in names:
+        for name in (self.client, self.sensor):
             self.ip("netns", "add", name)
-        if relay is None:
-            self.ip("link", "add", "eth0", "netns", self.client, "type", "veth", "peer", "name", "eth0", "netns",
-                    self.sensor)
-        else:
-            for side, name in (("c", self.client), ("s", self.sensor)):
-                self.ip("link", "add", "eth0", "netns", name, "type", "veth", "peer", "name", "wire" + side, "netns",
-                        self.wire)
-                self.ip("-n", self.wire, "link", "set", "wire" + side, "up")
+        self.ip("link", "add", "eth0", "netns", self.client, "type", "veth", "peer", "name", "eth0", "netns", self.sensor)
         for name, address in ((self.client, "10.42.0.1/24"), (self.sensor, "10.42.0.37/24")):
             self.ip("-n", name, "addr", "add", address, "dev", "eth0")
             self.ip("-n", name, "link", "set", "lo", "up")
             self.ip("-n", name, "link", "set", "eth0", "up")
         for name in (self.client, self.sensor):
             wait_until(lambda name=name: "LOWER_UP" in self.ip("-n", name, "link", "show", "eth0"), "the link")
-        self.relay = None
-        if relay is not None:
-            self.relay = Process(test, folder, sys.executable, HERE / "relay.py", "wirec", "wires", *relay,
-                                 namespace=self.wire, name="relay")
-            wait_until(lambda: "ready" in self.relay.stdout(), "the relay")
 
     @staticmethod
     def ip(*arguments):
@@ -176,7 +162,7 @@ class Hosts:
         return json.loads(cls.ip("-n", name, "-json", "link", "show", "eth0"))[0]["address"]
 
     def remove(self):
-        for name in (self.client, self.sensor, self.wire):
+        for name in (self.client, self.sensor):
             subprocess.run(["ip", "netns", "del", name], capture_output=True)
 
     def run(self, name, *arguments):
@@ -188,11 +174,6 @@ class Hosts:
     def start(self, name, *arguments, **options):
         """A tool on the client's host, beside the test."""
         return Process(self.test, self.folder, support.BIN / name, *arguments, namespace=self.client, **options)
-
-    def end_relay(self):
-        """Stop the relay; its counts."""
-        self.relay.end()
-        return json.loads(self.relay.stdout().splitlines()[-1])
 
 
 def readable(stream, seconds):

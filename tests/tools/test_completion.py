@@ -95,7 +95,8 @@ class Bash(unittest.TestCase):
     def test_words_of_options(self):
         self.assertEqual(complete("lumdump", "--edge", ""), ["rising", "falling", "both"])
         self.assertEqual(complete("lumsim", "--lines", ""), ["64", "640"])
-        self.assertEqual(complete("lumdump", "--format", ""), "csv ply pcd las xyz png pcap pcapng".split())
+        self.assertEqual(complete("lumdump", "--format", ""), "csv ply pcd las xyz png mcap pcap pcapng".split())
+        self.assertEqual(complete("lumdump", "--compression", ""), ["zstd", "none"])
         self.assertEqual(complete("lumdump", "--format", "pc"), ["pcd", "pcap", "pcapng"])
 
     def test_keys_are_those_of_the_files(self):

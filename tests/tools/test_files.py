@@ -179,7 +179,7 @@ class Live(Case):
         _, log = self.sensor(ADDRESS)
         raw.write_text("old")
         raw.chmod(0o640)
-        p = self.start("lumdump", f"udp://{ADDRESS}", "--laser", "-q", "-o", raw, "-o", cloud)
+        p = self.start("lumdump", f"udp://{ADDRESS}", "--laser", "-o", raw, "-o", cloud)  # not quiet: it tells what a cloud lacks
         self.wait_for(lambda: '"up": true' in log.read_text(), "the laser")
         before = raw.stat().st_size
         self.wait_for(lambda: raw.stat().st_size > before + 1_000_000, "data")
@@ -197,8 +197,8 @@ class Live(Case):
         self.assertGreater(summary(raw)["points"], 1000)
         self.assertEqual(stat.S_IMODE(raw.stat().st_mode), 0o640)
         points = cloud.read_bytes().count(b"\n") - 1
-        if "missing" in said:  # the machine was too slow for a cloud, and that was told
-            self.assertLess(points, summary(raw)["points"])
+        if f"{cloud} is too slow" in said:  # as the machine is
+            self.assertLessEqual(points, summary(raw)["points"])
         else:
             self.assertEqual(points, summary(raw)["points"])
 

@@ -3,12 +3,13 @@
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import unittest
 
-from live import NO_NAMESPACES, Hosts, Sensor, needs_namespaces
-from support import PATIENCE_S, Folder
+from live import NO_NAMESPACES, Hosts, Sensor, needs_namespaces, wait_until
+from support import PATIENCE_S, Folder, summary
 
 HERE = pathlib.Path(__file__).resolve()
 
@@ -22,6 +23,17 @@ class Namespaces(unittest.TestCase):
         r = hosts.run("lumctl", "--host", "10.42.0.37", "status")
         self.assertEqual(r.returncode, 0, r.stderr)
         self.assertIn(hosts.mac(hosts.sensor), hosts.ip("-n", hosts.client, "neigh", "show", "10.42.0.37"))
+
+    def test_a_recording_on_one_host_of_a_sensor_on_another(self):
+        folder = Folder(self)
+        hosts = Hosts(self, folder)
+        sensor = Sensor(self, folder, "--rate", "2", address="10.42.0.37", namespace=hosts.sensor)
+        raw = folder / "raw.pcap"
+        dump = hosts.start("lumdump", "udp://10.42.0.37", "--laser", "-o", raw)
+        wait_until(lambda: sensor.laser_is_up() and raw.exists() and raw.stat().st_size > 1_000_000, "data")
+        self.assertEqual(dump.end(signal.SIGINT), 0, dump.stderr())
+        self.assertFalse(sensor.laser_is_up())
+        self.assertGreater(summary(raw)["points"], 1000)
 
 
 class Tests(unittest.TestCase):

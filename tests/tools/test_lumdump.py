@@ -221,11 +221,12 @@ class Times(unittest.TestCase):
     @staticmethod
     def times(source, clock, *options, stdin=b""):
         """Of a few points: (frame, eye, line) and its time."""
-        r = run("lumdump", source, "-q", "-o", "-", "--format", "csv", "--time", clock, "--range", "4:6", *options, stdin=stdin)
+        r = run("lumdump", source, "-q", "-o", "-", "--format", "csv", "--columns", "frame,eye,line,timestamp", "--time", clock,
+                "--range", "4:6", *options, stdin=stdin)
         if r.returncode != 0:
             raise AssertionError(r.stderr)
-        rows = (row.split(",") for row in r.stdout.splitlines()[1:])
-        return {(int(row[8]), int(row[9]), int(row[10])): int(row[7]) for row in rows}
+        rows = (map(int, row.split(",")) for row in dict.fromkeys(r.stdout.splitlines()[1:]))  # each line has one, of many points
+        return {(frame, eye, line): time for frame, eye, line, time in rows}
 
     @classmethod
     def errors(cls, clocks, times):

@@ -1,7 +1,5 @@
 #!/usr/bin/env python3
 """lumsim from outside: options, exit statuses, files, signals, truth."""
-import csv
-import io
 import os
 import pathlib
 import re
@@ -209,23 +207,24 @@ class Truth(Lumsim):
         self.simulate("--truth", truth, *arguments, frames=frames)
         r = run("lumdump", self.pcap, "-q", "-o", cloud, *dump)
         self.assertEqual(r.returncode, 0, r.stderr)
-        exact = csv.DictReader(io.StringIO(truth.read_text()))
-        measured = csv.DictReader(io.StringIO(cloud.read_text()))
-        self.assertEqual(exact.fieldnames, measured.fieldnames)
-        exact, measured = list(exact), list(measured)
-        self.assertEqual(len(exact), len(measured))
-        self.assertGreater(len(exact), 50_000)
+        exact, measured = map(self.table, (truth, cloud))
+        self.assertEqual(list(exact), list(measured))
+        self.assertEqual(len(exact["x"]), len(measured["x"]))
+        self.assertGreater(len(exact["x"]), 50_000)
         return exact, measured
 
+    @staticmethod
+    def table(path):
+        """Name -> the texts of its column."""
+        head, _, rest = path.read_text().partition("\n")
+        names, cells = head.split(","), rest.replace("\n", ",").split(",")
+        return {name: cells[i:-1:len(names)] for i, name in enumerate(names)}
+
     def agree(self, exact, measured):
-        same = ("timestamp", "frame", "eye", "line", "pixel", "return_number",
-                "number_of_returns", "edge")
+        for k in ("timestamp", "frame", "eye", "line", "pixel", "return_number", "number_of_returns", "edge"):
+            self.assertTrue(exact[k] == measured[k], k)
         noise = {"range": 0.0720, "azimuth": 0.02, "elevation": 0.02, "pulse_width": 0.01}
-        worst = dict.fromkeys(noise, 0.0)
-        for e, m in zip(exact, measured):
-            self.assertEqual([e[k] for k in same], [m[k] for k in same])
-            for k in noise:
-                worst[k] = max(worst[k], abs(float(e[k]) - float(m[k])))
+        worst = {k: max(abs(float(e) - float(m)) for e, m in zip(exact[k], measured[k])) for k in noise}
         for k, limit in noise.items():
             self.assertLess(worst[k], limit, k)
         self.assertGreater(worst["range"], 0.05)
@@ -238,9 +237,7 @@ class Truth(Lumsim):
         first, second = self.dir / "sensor.csv", self.dir / "utc.csv"
         self.simulate("--truth", first, "--drift", "-300", frames=2)
         self.simulate("--truth", second, "--time", "utc", "--drift", "-300", frames=2)
-        pairs = set()
-        for a, b in zip(csv.DictReader(io.StringIO(first.read_text())), csv.DictReader(io.StringIO(second.read_text()))):
-            pairs.add((int(a["timestamp"]), int(b["timestamp"])))
+        pairs = {(int(a), int(b)) for a, b in set(zip(self.table(first)["timestamp"], self.table(second)["timestamp"]))}
         self.assertGreater(len(pairs), 100)
         for clock, utc in pairs:
             self.assertLessEqual(abs(1767225600 * 10**6 + clock * (1 - 300e-6) - utc), 1)

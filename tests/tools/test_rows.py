@@ -2,6 +2,7 @@
 import collections
 import json
 import math
+import operator
 import struct
 import unittest
 
@@ -250,13 +251,15 @@ class Organized(Case):
         self.assertEqual(header["POINTS"], [str(rows * 1000)])
         self.assertEqual(header["VIEWPOINT"], "0 0 0 1 0 0 0".split())
         self.assertEqual(len(points), rows * 1000)
-        for i, p in enumerate(points):
-            eye, number = eyes[i // 1000 // (rows // len(eyes))], i // 1000 % (rows // len(eyes))
-            self.assertEqual((p["eye"], p["line"], p["pixel"]), (eye, number, i % 1000))
-            missing = {math.isnan(p[n]) for n in NAMES[:7]}
-            self.assertEqual(len(missing), 1)
-            if missing == {True}:
-                self.assertEqual((p["return_number"], p["number_of_returns"], p["edge"]), (0, 0, 0))
+        lines = rows // len(eyes)
+        places = [(eye, number, pixel) for eye in eyes for number in range(lines) for pixel in range(1000)]
+        self.assertTrue([(p["eye"], p["line"], p["pixel"]) for p in points] == places, "points are not where they belong")
+        known = operator.itemgetter(*NAMES[:7])
+        numbers = operator.itemgetter("return_number", "number_of_returns", "edge")
+        for place, p in zip(places, points):
+            missing = sum(map(math.isnan, known(p)))
+            if missing != 0 and (missing != 7 or numbers(p) != (0, 0, 0)):
+                self.fail(f"{place}: {p}")
 
     def lost(self, cloud):
         """(eye, line) of the rows without a point."""

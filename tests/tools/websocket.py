@@ -121,6 +121,7 @@ class Browser(Connection):
     def __init__(self, address, port, host=None, headers=(), **options):
         super().__init__(address, port, **options)
         self.send(upgrade(host or f"{address}:{port}", None, "/ws", "lumview.1", *headers))
+        self.shown = None  # the newest frame of points, whole
         status, self.headers, _ = self.answer(has_body=False)
         if status != 101:
             raise AssertionError(f"no WebSocket but {status}")
@@ -159,7 +160,10 @@ class Browser(Connection):
         """Messages as they come; what has not come by then will not."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
-            yield self.message()
+            opcode, payload = self.message()
+            if opcode == BINARY:
+                self.shown = payload
+            yield opcode, payload
         raise AssertionError(f"it did not come in {seconds} s")
 
     def text(self, kind="status"):
@@ -188,6 +192,13 @@ class Browser(Connection):
 
     def say(self, command):
         self.send(frame(TEXT, command.encode()))
+
+    def cloud_of(self, number):
+        """A frame by its number. It may have come by itself, and the server does not send again what it shows."""
+        if self.shown is not None and Cloud(self.shown).frame == number:
+            return Cloud(self.shown)
+        self.say(f"seek {number}")
+        return self.cloud(lambda c: c.frame == number)
 
     def closing(self):
         """With which code the server closes."""

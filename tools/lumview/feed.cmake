@@ -1,18 +1,20 @@
 # From a source to frames.
-add_library(lum_view_feed OBJECT
-            captures.c
-            decoder.c
-            feed.c
-            frame.c
-            link.c
-            picture.c
-            player.c
-            pump.c
-            scan.c
-            second.c
-            sentry.c
-            stage.c
-            thread.c)
+set(lum_view_feed
+    captures.c
+    decoder.c
+    feed.c
+    frame.c
+    link.c
+    picture.c
+    player.c
+    pump.c
+    scan.c
+    second.c
+    sentry.c
+    stage.c
+    thread.c)
+list(TRANSFORM lum_view_feed PREPEND ${CMAKE_CURRENT_LIST_DIR}/)
+add_library(lum_view_feed OBJECT ${lum_view_feed})
 target_include_directories(lum_view_feed PUBLIC ${CMAKE_CURRENT_LIST_DIR})
 target_link_libraries(lum_view_feed PUBLIC
                       lum_tool_common lum_tool_files lum_net lum_frame lum_config lum_points m Threads::Threads)

@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+"""The closing line of script/test adds what ctest and the steps say, and nothing that was planned is lost from it."""
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.sax.saxutils
+
+TELL = pathlib.Path(__file__).parent / "tell.py"
+
+
+class Tell(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.planned, self.cases = [], []
+
+    def add(self, name, output="", status="run", message=None, step=False):
+        self.plan(name, step)
+        skipped = f'<skipped message="{message}"/>' if message else ""
+        self.cases.append(f'<testcase name="{name}" time="1.5" status="{status}">{skipped}'
+                          f"<system-out>{xml.sax.saxutils.escape(output)}</system-out></testcase>")
+
+    def plan(self, name, step=False):
+        labels = ["all", "step"] if step else ["all"]
+        self.planned.append({"name": name, "properties": [{"name": "LABELS", "value": labels}]})
+
+    def tell(self, *words, junit=True):
+        planned, results = self.folder / "planned.json", self.folder / "tests.xml"
+        planned.write_text(json.dumps({"tests": self.planned}))
+        if junit:
+            results.write_text(f"<testsuite>{''.join(self.cases)}</testsuite>")
+        r = subprocess.run([sys.executable, "-B", TELL, planned, results, *words], capture_output=True, text=True, check=False)
+        self.assertEqual(r.stderr, "")
+        return r.returncode, r.stdout.splitlines()
+
+    def test_a_step_counts_what_its_last_line_says_and_a_test_one(self):
+        self.add("headers", "ok\n589 passed, 0 failed\n", step=True)
+        self.add("doc", "", step=True)
+        self.add("unit.wire", "7 passed, 0 failed\n")
+        self.assertEqual(self.tell(), (0, ["ok    headers (589 passed, 2 s)", "ok    doc (1 passed, 2 s)",
+                                           "ok    tests (1 passed, 2 s)", "591 passed, 0 failed"]))
+
+    def test_builds_are_told_apart(self):
+        for name in "unit.wire", "asan.unit.wire", "asan.unit.socket", "memcheck.unit.wire":
+            self.add(name)
+        self.assertEqual(self.tell()[1][:3], ["ok    tests (1 passed, 2 s)", "ok    tests-asan (2 passed, 3 s)",
+                                              "ok    tests-memcheck (1 passed, 2 s)"])
+
+    def test_a_failure_counts_at_least_one_and_shows_its_end(self):
+        self.add("lint", "first\nlast", "fail", step=True)
+        self.add("abi", "20 passed, 0 failed", "fail", step=True)
+        self.add("fuzz", "10 passed, 2 failed", "fail", step=True)
+        status, lines = self.tell()
+        self.assertEqual((status, lines[-1]), (1, "30 passed, 4 failed"))
+        self.assertIn("      last", lines)
+
+    def test_what_did_not_run_is_told_with_its_reason(self):
+        self.add("view", "lumview is left out\n", "notrun", "SKIP_RETURN_CODE=77", step=True)
+        self.add("python", "not run: no scipy\n640 passed, 0 failed, 1 skipped\n", step=True)
+        self.add("tools.find", "test_a (__main__.B.test_a) ... skipped 'needs root'\n")
+        self.add("asan.unit.socket", "[  SKIPPED ] it_is_bound\n[  SKIPPED ] 1 test(s).\n")
+        self.assertEqual(self.tell(), (0, [
+            "skip  view (0 passed, 1 skipped, 2 s)", "      not run: lumview is left out",
+            "ok    python (640 passed, 1 skipped, 2 s)", "      not run: no scipy",
+            "ok    tests (1 passed, 2 s)", "      not run: tools.find: test_a: 'needs root'",
+            "ok    tests-asan (1 passed, 2 s)", "      not run: asan.unit.socket: it_is_bound",
+            "642 passed, 0 failed, 2 skipped"]))
+
+    def test_what_ctest_could_not_begin_has_failed(self):
+        self.add("asan.unit.wire", "Failed test dependencies: build-asan", "notrun", "Fixture dependency failed")
+        self.plan("asan.unit.clock")
+        self.assertEqual(self.tell()[1][-1], "0 passed, 2 failed")
+        self.assertEqual(self.tell(junit=False)[1][-1], "0 passed, 2 failed")
+
+    def test_where_ctest_found_nothing_that_is_a_failure(self):
+        status, lines = self.tell(junit=False)
+        self.assertEqual((status, lines[-1]), (1, "0 passed, 1 failed"))
+
+    def test_setup_counts_as_a_step(self):
+        log = self.folder / "setup.log"
+        log.write_text("no network\n")
+        self.assertEqual(self.tell(f"setup=1:{log}")[1][:2], ["FAIL  setup (0 passed, 1 failed, 0 s)", "      no network"])
+
+
+if __name__ == "__main__":
+    unittest.main()
