@@ -1,12 +1,17 @@
 #!/usr/bin/env python3
-"""The closing line of script/test adds what ctest and the steps say, and nothing that was planned is lost from it."""
+"""The closing line of script/test adds what ctest and the steps say, and nothing that was planned is lost from it; what
+runs for long is named meanwhile."""
+import io
 import json
+import os
 import pathlib
 import subprocess
 import sys
 import tempfile
 import unittest
 import xml.sax.saxutils
+
+import watch
 
 TELL = pathlib.Path(__file__).parent / "tell.py"
 
@@ -84,6 +89,42 @@ class Tell(unittest.TestCase):
         log = self.folder / "setup.log"
         log.write_text("no network\n")
         self.assertEqual(self.tell(f"setup=1:{log}")[1][:2], ["FAIL  setup (0 passed, 1 failed, 0 s)", "      no network"])
+
+
+class Watch(unittest.TestCase):
+    def watch(self, *events):
+        """events: a line, or the seconds that pass until the next."""
+        now_s = 0.0
+
+        def lines():
+            nonlocal now_s
+            for event in events:
+                if isinstance(event, str):
+                    yield event + "\n"
+                else:
+                    now_s += event
+                    yield None
+        out = io.StringIO()
+        watch.watch(lines(), out, 300.0, lambda: now_s)
+        return [line for line in out.getvalue().splitlines() if line not in events]
+
+    def test_what_runs_for_long_is_named_with_its_time(self):
+        self.assertEqual(self.watch("      Start  7: python-ray", "      Start 12: unit.wire", 200,
+                                    " 1/3 Test #12: unit.wire ....   Passed    0.02 sec", "      Start 13: view", 200, 400),
+                         ["still running: python-ray (7 min)", "still running: python-ray (13 min), view (10 min)"])
+
+    def test_what_has_ended_in_any_way_is_not_named(self):
+        self.assertEqual(self.watch("      Start 1: a", "      Start 2: b", "1/2 Test #1: a ...***Failed  1.0 sec",
+                                    "2/2 Test  #2: b ...***Timeout  9.0 sec", 1000, 1000), [])
+
+    def test_lines_pass_as_they_come(self):
+        read, write = os.pipe()
+        lines = watch.lines_of(open(read, "rb", buffering=0), 0.01)
+        os.write(write, b"one\ntw")
+        self.assertEqual([next(lines), next(lines)], ["one\n", None])
+        os.write(write, b"o\nend")
+        os.close(write)
+        self.assertEqual(list(lines), ["two\n", "end"])
 
 
 if __name__ == "__main__":
