@@ -416,3 +416,22 @@ STORY(doctor_a_host_without_a_sensor, "a host where nothing listens is told")
     (void)keep_two(&b, "10.42.0.9");
     (void)broken(&b, "", NO_ANSWER, "answer", "nothing listens on its port");
 }
+
+/* --- What was held up --- */
+
+STORY(doctor_held_up_as_root,
+      "what still waits for a doctor that was held up is not blamed on a "
+      "firewall")
+{
+    const user_bench b = root_bench();
+    const user_sensor *s =
+        user_sensor_start(b.sensor, "--rate 4 --answer-delay 90");
+    user_tool *doctor = user_start(b.host, "lumctl doctor --json");
+    user_until(user_events(s, "heartbeat") > 0);
+    user_pause_between_ms(1500, 1900);
+    user_signal(doctor, SIGSTOP);
+    user_pause_between_ms(500, 700);
+    user_signal(doctor, SIGCONT);
+    (void)user_wait(doctor);
+    user_expect_lacks(look_of(doctor, "loss", "text"), "firewall");
+}

@@ -348,16 +348,18 @@ static int begin_count(const struct doctor *d)
     return doctor_count_begin(d, local.port);
 }
 
-/* Takes what was counted and is still waiting. False: it does not end. */
+/* Takes what was counted and is still waiting; answers may stand between.
+ * False: it does not end. */
 static bool take_rest(struct doctor *d, lum_sensor_event *event)
 {
     const int64_t end = lum_time_monotonic_ns() + REST_NS;
     do {
         lum_sensor_receive(d->session, 0, event);
         take_event(d, event);
-    } while (event->kind == LUM_SENSOR_DATAGRAMS &&
-             lum_time_monotonic_ns() < end);
-    return event->kind != LUM_SENSOR_DATAGRAMS;
+    } while (
+        event->kind != LUM_SENSOR_IDLE && event->kind != LUM_SENSOR_FAILED &&
+        event->kind != LUM_SENSOR_CANCELLED && lum_time_monotonic_ns() < end);
+    return event->kind == LUM_SENSOR_IDLE;
 }
 
 /* False if it failed or was cancelled. */
