@@ -217,7 +217,7 @@ class OnHosts(Doctor):
         self.client("ip link add other0 type veth peer name other1; ip link set other1 up; ip link set other0 up;"
                     f"ip addr add {address} dev other0")
 
-    def follow(self, mend):
+    def follow(self, mend, found=None):
         """Do what a mend says, to the letter. The options of the next look, where it is one."""
         if mend.endswith(" &"):
             name, option, address, *others = mend[:-2].split()
@@ -230,25 +230,27 @@ class OnHosts(Doctor):
         changes = re.match(r"sudo (ip|nft|iptables-nft|iptables-legacy|sysctl) ", mend)
         status, out = self.shell(mend, timeout=None if changes else 1.0)
         if changes:
-            self.assertEqual(status, 0, f"{mend}: {out}")
+            self.assertEqual(status, 0, f"{mend}: {out}\n{found}")
         return None
 
     def mended(self, found, check, options=(), says=""):
         """Each mend, of the first thing that is wrong, is done; in the end nothing is wrong, and the sensor answers. says:
         of the check, when it was looked at for the last time and was still wrong."""
         mends = [found.mend(check)]
+        looks = [str(found)]
         last = found.text(check)
         for _ in range(4):
             self.assertIsNotNone(mends[-1], str(found))
-            options = self.follow(mends[-1]) or options
+            options = self.follow(mends[-1], found) or options
             self.link_shows("state UP")
             found = self.look(*options)
+            looks.append(str(found))
             wrong = [name for name in NAMES if found[name] == "wrong"]
             if not wrong:
                 break
             mends.append(found.mend(wrong[0]))
             last = found.text(check)
-        self.assertIn(says, last)
+        self.assertIn(says, last, "\n".join(looks))
         self.assert_fine(found)
         options = [o for o in options if o != "--trace"]
         self.assertEqual(self.hosts.run("lumctl", *options, "time").returncode, 0)
