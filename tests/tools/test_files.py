@@ -200,7 +200,7 @@ class Live(Case):
         if f"{cloud} is too slow" in said:  # as the machine is
             self.assertLessEqual(points, summary(raw)["points"])
         else:
-            self.assertEqual(points, summary(raw)["points"])
+            self.assertEqual(points, summary(raw)["points"], said)
 
     def test_a_log_is_one_runs(self):
         _, log = self.sensor("127.47.0.3")

@@ -496,7 +496,7 @@ class Socket(Case):
         a.say("pause")
         at = b.status(lambda s: s["state"] == "paused")["frame"]
         b.say("step -3")
-        a.status(lambda s: s["frame"] == at - 3)
+        a.status(lambda s: s["state"] == "paused" and s["frame"] == at - 3)  # not one of before
         a.say("seek 700")
         self.assertEqual(b.cloud(lambda c: c.frame >= 700).frame, 700)
         a.say("step 2")
