@@ -14,6 +14,7 @@ import threading
 import time
 import unittest
 
+import shards
 from support import BIN, PATIENCE_S, Folder, line, pcap, run, simulate, summary, udp, word
 
 JUDGE = os.environ.get("LUM_JUDGE", "")
@@ -305,4 +306,4 @@ class Endless(Case):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()

@@ -16,6 +16,7 @@ import subprocess
 import unittest
 
 import built
+import shards
 from support import BIN, MAGIC, PATIENCE_S, Folder, frames_of, group, line, pcap, run, simulate, summary, udp, word
 
 # No field where it is usual.
@@ -513,4 +514,4 @@ class Named(Case):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()

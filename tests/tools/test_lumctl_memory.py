@@ -10,6 +10,7 @@ import subprocess
 import time
 import unittest
 
+import shards
 from live import Sensor, wait_until
 from support import BIN, MAGIC, PATIENCE_S, Folder, run
 from test_lumctl import FakeSensor, debug_tlv, status_tlv, tlv_packet
@@ -351,4 +352,4 @@ class Files(Case):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()

@@ -7,6 +7,7 @@ import signal
 import struct
 import unittest
 
+import shards
 from live import Sensor, tool, wait_until
 from mcap_file import File, statuses_of
 from support import Folder, group, line, pcap, read_csv, run, simulate, udp, word
@@ -182,4 +183,4 @@ class Live(Case):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()

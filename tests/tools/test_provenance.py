@@ -7,6 +7,7 @@ import struct
 import subprocess
 import unittest
 
+import shards
 from support import BIN, PATIENCE_S, Folder, line, pcap, read_csv, run, simulate, udp, word
 
 CALIBRATION = "version: 1\neyes: {blue: {mount: {x_m: 10.0, yaw_deg: 12.5}}}\n"
@@ -409,4 +410,4 @@ class Clouds(Case):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()

@@ -3,6 +3,7 @@
 import re
 import unittest
 
+import shards
 from support import BIN, Folder, frames_of, line, pcap, read_csv, run, simulate, udp, word
 
 CALIBRATION = "version: 1\neyes: {blue: {mount: {x_m: 20.0, y_m: -3.0}}}\ntof_lsb_ps: 12.5\n"
@@ -241,4 +242,4 @@ class Others(Case):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()

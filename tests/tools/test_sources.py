@@ -8,6 +8,7 @@ import subprocess
 import tempfile
 import unittest
 
+import shards
 from support import BIN, MAGIC, PATIENCE_S, Folder, ip, line, pcap, run, simulate, summary, udp, word
 
 
@@ -342,4 +343,4 @@ class Cut(Case):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()
