@@ -2,6 +2,8 @@
 
 #include "outfile_io.h"
 
+#include "system.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
@@ -71,15 +73,11 @@ int lum_outfile_copy(const lum_outfile *file)
                : -1;
 }
 
-/* Some file systems cannot be asked for it. */
 int lum_outfile_sync_copy(int copy)
 {
-    int code = 0;
-    do {
-        code = fsync(copy) == 0 ? 0 : errno;
-    } while (code == EINTR);
+    const int code = lum_system_sync(copy);
     (void)close(copy);
-    return code == EINVAL || code == ENOSYS || code == ENOTSUP ? 0 : code;
+    return code;
 }
 
 FILE *lum_outfile_stream(const lum_outfile *file)

@@ -3,6 +3,7 @@
 
 #include "base/outfile.h"
 
+#include "base/system.h"
 #include "base/writeback.h"
 
 #include <errno.h>
@@ -257,18 +258,6 @@ static bool is_ours(const lum_outfile *file)
            status.st_ino == file->inode;
 }
 
-/* Some file systems cannot be asked for it. */
-static int sync_fd(int fd)
-{
-    int result = 0;
-    do {
-        result = fsync(fd);
-    } while (result != 0 && errno == EINTR);
-    return result == 0 || errno == EINVAL || errno == ENOSYS || errno == ENOTSUP
-               ? 0
-               : -1;
-}
-
 /* The directory holds the name. One that may not be read cannot be opened. */
 static int sync_directory(const lum_outfile *file, lum_error *error)
 {
@@ -282,13 +271,12 @@ static int sync_directory(const lum_outfile *file, lum_error *error)
         return lum_outfile_fail(file, ENOMEM, "cannot finish it", error);
     }
     const int fd = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    const int result = fd >= 0 ? sync_fd(fd) : 0;
-    const int code = errno;
+    const int code = fd >= 0 ? lum_system_sync(fd) : 0;
     if (fd >= 0) {
         (void)close(fd);
     }
     free(directory);
-    return result == 0
+    return code == 0
                ? 0
                : lum_outfile_fail(file, code, "its name may not be on the disk",
                                   error);
@@ -350,8 +338,9 @@ void lum_outfile_wrote(lum_outfile *file, size_t n)
 int lum_outfile_finish(lum_outfile *file, lum_error *error)
 {
     const int fd = file->fd;
-    if (file->path != NULL && sync_fd(fd) != 0) {
-        return lum_outfile_fail(file, errno, "cannot bring it to the disk",
+    const int code = file->path != NULL ? lum_system_sync(fd) : 0;
+    if (code != 0) {
+        return lum_outfile_fail(file, code, "cannot bring it to the disk",
                                 error);
     }
     file->fd = -1;

@@ -9,4 +9,11 @@ const char *lum_system_base(const char *path);
 /** This process's number. */
 long lum_system_process(void);
 
+#if !defined(_WIN32)
+/** Wait until what was written to a file is on the disk. What cannot be asked
+ * for it, as some file systems, counts as done.
+ * @return 0, or an errno. */
+int lum_system_sync(int fd);
+#endif
+
 #endif

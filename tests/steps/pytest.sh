@@ -8,19 +8,20 @@ run_pytest() {
     local log=$1 python=$2 status=0
     shift 2
     mkdir -p "${log%/*}"
+    : >"$log.begun"
     "$python" -B -m pytest -q -rs -p no:cacheprovider "$@" >"$log" 2>&1 || status=$?
     cat "$log"
-    grep -qE '(passed|failed|skipped|errors?|no tests ran)\b.* in [0-9]' "$log" || tell_last_words
+    grep -qE '(passed|failed|skipped|errors?|no tests ran)\b.* in [0-9]' "$log" || tell_last_words "$log.begun"
     tell_pytest "$log"
     return "$status"
 }
 
-# Who uses Ray is ended by it without a word.
+# tell_last_words BEGUN: who uses Ray is ended by it without a word. Its logs that are older than that file are of others.
 tell_last_words() {
     local log
     printf '\npytest ended before its end\n'
     for log in "${TMPDIR:-/tmp}"/*/ray/session_latest/logs/{raylet,gcs_server,runtime_env_agent}*; do
-        [ ! -f "$log" ] || { printf -- '--- %s\n' "${log##*/}" && tail -n 12 "$log"; }
+        [ ! "$log" -nt "$1" ] || { printf -- '--- %s\n' "${log##*/}" && tail -n 12 "$log"; }
     done
 }
 

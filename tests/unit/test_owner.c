@@ -210,18 +210,26 @@ static void looking_finds_the_owner(void **state)
     lum_owner_release(own);
 }
 
-/* A child that looks until it is killed. */
+/* A child that looks until it is killed; it has looked once. */
 static pid_t start_looking(lum_endpoint who)
 {
+    int looked[2];
+    char byte = 0;
+    assert_int_equal(pipe(looked), 0);
     fflush(NULL);
     const pid_t child = fork();
     assert_true(child >= 0);
     if (child == 0) {
         alarm(600);
+        (void)lum_owner_look(who, NULL, NULL);
+        (void)!write(looked[1], &byte, 1);
         for (;;) {
             (void)lum_owner_look(who, NULL, NULL);
         }
     }
+    (void)close(looked[1]);
+    assert_int_equal(read(looked[0], &byte, 1), 1);
+    (void)close(looked[0]);
     return child;
 }
 

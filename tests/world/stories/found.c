@@ -163,6 +163,7 @@ STORY(a_look_for_an_owner,
     user_tool *status = user_start(b.host, "lumctl status");
     user_signal_at(status, "close", (unsigned)user_any(1, 4), SIGSTOP);
     user_pause_ms(1000);
+    user_expect(!user_ended(status));
     user_expect_status(user_run(b.host, "lumctl heartbeat --duration 1"), DONE);
     user_signal(status, SIGCONT);
     user_expect_status(status, DONE);
