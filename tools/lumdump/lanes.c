@@ -23,6 +23,8 @@
 #define CUT_NS        (SECOND_NS / 2) /* after a signal: what is about to end */
 #define LOOK_NS       (SECOND_NS / 200)
 
+/* --- The beginning --- */
+
 int lanes_open(struct lanes *lanes, struct pass *run, lum_error *error)
 {
     const uint64_t asked = run->options->buffer;
@@ -60,6 +62,8 @@ int lanes_start(struct lanes *lanes, struct worker_ends ends, lum_error *error)
     return result;
 }
 
+/* --- Data --- */
+
 void lanes_put(struct lanes *lanes, const struct ring_item *item)
 {
     for (size_t i = 0; i < lanes->count; i++) {
@@ -83,6 +87,8 @@ void lanes_wake(struct lanes *lanes)
     }
     ring_wake(lanes->summary->ring);
 }
+
+/* --- While it runs --- */
 
 static size_t count_living(const struct lanes *lanes)
 {
@@ -228,6 +234,8 @@ unsigned lanes_level(const struct lanes *lanes)
     return most;
 }
 
+/* --- The end --- */
+
 static bool has_time(const struct lane *lane, int64_t now_ns, int64_t began_ns)
 {
     const int64_t still_ns = now_ns - lane->moved_ns;
@@ -268,12 +276,19 @@ static bool is_pending(struct lanes *lanes, struct lane *lane, struct say *say,
     return true;
 }
 
-static void finish(struct lane *lane, bool keep, int64_t now_ns)
+static void finish(struct lane *lane, bool keep)
 {
-    lane->moved_ns = now_ns;
     if (lane->end == LANE_LIVES) {
         worker_finish(lane->worker, keep);
     }
+}
+
+void lanes_finish(struct lanes *lanes, bool keep)
+{
+    for (size_t i = 0; i < lanes->count; i++) {
+        finish(lanes->outputs[i], keep);
+    }
+    finish(lanes->summary, keep);
 }
 
 /* The summary's lane waits only for its turn. */
@@ -284,16 +299,15 @@ static bool is_summary_pending(struct lanes *lanes, struct say *say,
     return lanes->summary->end == LANE_LIVES;
 }
 
-void lanes_end(struct lanes *lanes, bool keep, struct say *say)
+void lanes_end(struct lanes *lanes, struct say *say)
 {
     struct ending ending = {.began_ns = lum_time_monotonic_ns(),
                             .signals = interrupt_count()};
     int64_t now_ns = ending.began_ns;
     bool waits = true;
     for (size_t i = 0; i < lanes->count; i++) {
-        finish(lanes->outputs[i], keep, now_ns);
+        lanes->outputs[i]->moved_ns = now_ns;
     }
-    finish(lanes->summary, keep, now_ns);
     for (; waits; now_ns = lum_time_monotonic_ns()) {
         if (ending.cut_ns == 0 && interrupt_count() != ending.signals) {
             ending.cut_ns = now_ns;

@@ -39,12 +39,15 @@ void lanes_view(const struct lanes *lanes, struct worker_view *out);
 uint64_t lanes_dropped(const struct lanes *lanes);
 unsigned lanes_level(const struct lanes *lanes);
 
-/* No more will come: wait until all that is in the rings has been written. Each
- * output has its time. A file: while it moves or its disk finishes it, and 30 s
- * without that. A pipe: a minute, and 3 s without moving. What takes longer is
- * given up, and so is all that is waited for when a signal comes; that is said.
- * keep: see worker_finish(). */
-void lanes_end(struct lanes *lanes, bool keep, struct say *say);
+/* No more will come: have what is in the rings written, and the files finished.
+ * Does not wait. keep: see worker_finish(). */
+void lanes_finish(struct lanes *lanes, bool keep);
+
+/* After lanes_finish(): wait for that. Each output has its time. A file: while
+ * it moves or its disk finishes it, and 30 s without that. A pipe: a minute,
+ * and 3 s without moving. What takes longer is given up, and so is all that is
+ * waited for when a signal comes; that is said. */
+void lanes_end(struct lanes *lanes, struct say *say);
 
 /* After lanes_end(): whether an output failed or was given up; whether all were
  * ended by their readers. */

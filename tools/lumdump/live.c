@@ -336,15 +336,16 @@ static enum exit_status run(struct live *l)
     session_run(&l->session);
     if (l->session.end == SESSION_SIGNAL ||
         l->session.end == SESSION_DURATION) {
-        lum_cancel_reset(l->cancel);
         lum_sensor_give_up(l->session.sensor);
-        session_drain(&l->session);
+        session_drain(&l->session, l->cancel);
     }
     watch_end(&l->session.watch, l->session.ended_ns);
     count(l);
     if (lacks_data(&l->session)) {
         tell_no_data(&l->session);
     }
+    /* They write while the laser goes off, which may take long. */
+    lanes_finish(&l->lanes, l->session.watch.has_data);
     switch_off(l);
     interrupt_linger();
     const bool is_down = l->off == LUM_LASER_OFF_SEEN;
@@ -352,7 +353,7 @@ static enum exit_status run(struct live *l)
         say_end(&l->session.say);
         laser = tell_laser(l, EXIT_DONE);
     }
-    lanes_end(&l->lanes, l->session.watch.has_data, &l->session.say);
+    lanes_end(&l->lanes, &l->session.say);
     interrupt_release();
     say_end(&l->session.say);
     const enum exit_status status = tell_end(l);

@@ -205,13 +205,14 @@ void session_run(struct session *session)
     session->ended_ns = lum_time_monotonic_ns();
 }
 
-void session_drain(struct session *session)
+void session_drain(struct session *session, lum_cancel *cancel)
 {
     const int64_t ended_utc_ns = lum_time_utc_ns();
     const int64_t end_ns = lum_time_monotonic_ns() + DRAIN_NS;
     int64_t now_ns = 0;
     lum_sensor_event event;
     do {
+        lum_cancel_reset(cancel); /* also of a signal that comes meanwhile */
         lum_sensor_receive(session->sensor, 0, &event);
         now_ns = lum_time_monotonic_ns();
         if (event.kind == LUM_SENSOR_DATAGRAMS) {

@@ -59,8 +59,8 @@ struct session {
 void session_run(struct session *session);
 
 /* Takes what had come before the run ended and still waits in the kernel, so
- * that all of it is either received or counted as dropped. The cancel must not
- * be raised. */
-void session_drain(struct session *session);
+ * that all of it is either received or counted as dropped. cancel: the
+ * sensor's, which is reset. */
+void session_drain(struct session *session, lum_cancel *cancel);
 
 #endif

@@ -310,6 +310,21 @@ STORY(killed_it_leaves_what_was_recorded,
     user_expect_at_most(late_ns, 3200 * WORLD_MS);
 }
 
+STORY(killed_while_the_laser_goes_off,
+      "a recording that is killed while it waits for the laser to go off lacks "
+      "nothing of what came before")
+{
+    const user_bench b = user_bench_new();
+    user_sensor *s = user_sensor_start(b.sensor, "--rate 2");
+    user_tool *dump = user_start(b.host, RECORD " -o raw.pcap");
+    user_until(user_laser_is_on(s));
+    user_pause_between_ms(150, 300);
+    user_signal(dump, SIGTERM);
+    world_interface_set_up(world_interface_find(b.sensor, "eth0"), false);
+    user_pause_between_ms(1500, 1900);
+    (void)user_end(dump, SIGKILL);
+}
+
 /* --- what a recording says of itself --- */
 
 /* Addresses of the first frame of a capture, at their place behind its headers.
