@@ -157,7 +157,7 @@ class Programs:
         with self.lock:
             if name not in self.seconds:
                 if self.common is None:
-                    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+                    with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
                         self._build_common(pool)
                 self._link(name)
                 self._measure(name)
@@ -622,7 +622,7 @@ def parse(arguments):
                    help="take those that are listed for survivors, without a try")
     p.add_argument("--again", action="store_true", help="only what survived the last run")
     p.add_argument("--out", type=pathlib.Path, default=ROOT / "build/mutate")
-    p.add_argument("--jobs", type=int, default=os.cpu_count() or 2)
+    p.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
     p.add_argument("--verbose", action="store_true", help="say of every mutant what killed it")
     options = p.parse_args(arguments)
     options.out = options.out.resolve()
