@@ -36,9 +36,18 @@ void lum_cloud_print_comment(lum_cloud_text *out,
     }
 }
 
-const char *lum_cloud_time_base(const lum_writer_options *options)
+void lum_cloud_print_units(lum_cloud_text *out, const lum_writer *writer)
 {
-    return options->utc ? "since 1970-01-01 UTC" : "of the sensor's clock";
+    if (writer->preset != NULL) {
+        lum_cloud_print(out, "the fields and units of %s\n",
+                        writer->preset->name);
+        return;
+    }
+    lum_cloud_print(out,
+                    "metres, degrees; intensity is the pulse width in ns; "
+                    "timestamp in us %s\n",
+                    writer->options.utc ? "since 1970-01-01 UTC"
+                                        : "of the sensor's clock");
 }
 
 static int count_digits(uint64_t count)

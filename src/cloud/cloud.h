@@ -30,8 +30,8 @@ void lum_cloud_print_comment(lum_cloud_text *out,
                              const lum_writer_options *options,
                              const char *prefix);
 
-/** Words that say what timestamps count. */
-const char *lum_cloud_time_base(const lum_writer_options *options);
+/** Append what the columns are in, and a line's end. */
+void lum_cloud_print_units(lum_cloud_text *out, const lum_writer *writer);
 
 /** Write the header, with the count if it is known.
  * @param mentions how many times it holds the count. */

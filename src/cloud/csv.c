@@ -5,12 +5,13 @@ static int begin(lum_writer *writer, lum_error *error)
 {
     char header[512] = "";
     size_t n = 0;
-    for (unsigned i = 0; i < writer->columns.count; i++) {
-        const char *name = lum_file_column_specs[writer->columns.at[i]].name;
+    const unsigned count = lum_writer_column_count(writer);
+    for (unsigned i = 0; i < count; i++) {
+        const char *name = lum_writer_column(writer, i).name;
         const size_t len = strlen(name);
         memcpy(header + n, name, len);
         n += len;
-        header[n++] = i + 1u < writer->columns.count ? ',' : '\n';
+        header[n++] = i + 1u < count ? ',' : '\n';
     }
     return lum_writer_put_comment(writer, error) != 0
                ? -1

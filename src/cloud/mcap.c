@@ -18,6 +18,7 @@
 typedef struct state {
     lum_mcap_file file;
     lum_ros_points points;
+    lum_preset_points preset_points; /* instead of these, by a preset */
     char frame_id[LUM_MCAP_FRAME_ID_MAX + 1u];
     lum_calibration calibration;
     bool owes_mounts; /* the calibration's */
@@ -134,12 +135,17 @@ static int64_t bounded_ns(int64_t ns)
     return ns < 0 ? 0 : ns < INT64_MAX / 2 ? ns : INT64_MAX / 2;
 }
 
+static int64_t stamp_of(const state *s, float first_s)
+{
+    const bool is_near = first_s > -1e6f && first_s < 1e6f; /* and a number */
+    return bounded_ns(s->utc_ns +
+                      (is_near ? (int64_t)((double)first_s * 1e9) : 0));
+}
+
 static int put_cloud(state *s, float first_s, lum_error *error)
 {
     const size_t n = lum_ros_points_count(&s->points);
-    const bool is_near = first_s > -1e6f && first_s < 1e6f; /* and a number */
-    const int64_t stamp_ns = bounded_ns(
-        s->utc_ns + (is_near ? (int64_t)((double)first_s * 1e9) : 0));
+    const int64_t stamp_ns = stamp_of(s, first_s);
     lum_bytes *out = NULL;
     if (put_mounts(s, stamp_ns, error) != 0 ||
         lum_mcap_begin_message(&s->file, LUM_ROS_POINTS, stamp_ns, &out,
@@ -150,6 +156,29 @@ static int put_cloud(state *s, float first_s, lum_error *error)
     unsigned char *to = lum_bytes_extend(out, n * LUM_ROS_POINT_BYTES);
     if (to != NULL) {
         lum_ros_points_take(&s->points, first_s, to);
+    }
+    lum_ros_end_cloud(&cdr);
+    return lum_mcap_end_message(&s->file, error);
+}
+
+static int put_preset_cloud(lum_writer *writer, lum_error *error)
+{
+    state *s = writer->state;
+    const lum_preset *preset = writer->preset;
+    const size_t n = s->preset_points.count;
+    const float first_s = lum_preset_points_sort(&s->preset_points);
+    const int64_t stamp_ns = stamp_of(s, first_s);
+    lum_bytes *out = NULL;
+    if (put_mounts(s, stamp_ns, error) != 0 ||
+        lum_mcap_begin_message(&s->file, LUM_ROS_POINTS, stamp_ns, &out,
+                               error) != 0) {
+        return -1;
+    }
+    lum_cdr cdr =
+        lum_ros_begin_preset(out, stamp_ns, s->frame_id, (uint32_t)n, preset);
+    unsigned char *to = lum_bytes_extend(out, n * lum_preset_bytes(preset));
+    if (to != NULL) {
+        lum_preset_points_take(&s->preset_points, preset, first_s, to);
     }
     lum_ros_end_cloud(&cdr);
     return lum_mcap_end_message(&s->file, error);
@@ -171,6 +200,9 @@ static int end_frame(lum_writer *writer, lum_error *error)
         return 0;
     }
     s->has_frame = false;
+    if (writer->preset != NULL) {
+        return put_preset_cloud(writer, error);
+    }
     return lum_ros_points_sort(&s->points, &first_s) == 0
                ? put_cloud(s, first_s, error)
                : no_memory(writer, error);
@@ -225,9 +257,12 @@ static int add(lum_writer *writer, const lum_line_samples *line,
                              lum_sink_name(writer->sink), POINTS_MAX);
     }
     const double from_us = (double)line->timestamp_us - (double)s->timestamp_us;
-    return lum_ros_points_add(&s->points, line, (float)(from_us * 1e-6)) == 0
-               ? 0
-               : no_memory(writer, error);
+    const float from_s = (float)(from_us * 1e-6);
+    const int result = writer->preset != NULL
+                           ? lum_preset_points_add(&s->preset_points,
+                                                   writer->preset, line, from_s)
+                           : lum_ros_points_add(&s->points, line, from_s);
+    return result == 0 ? 0 : no_memory(writer, error);
 }
 
 static int add_status(lum_writer *writer, const lum_writer_status *status,
@@ -272,6 +307,7 @@ static void release(lum_writer *writer)
     state *s = writer->state;
     lum_mcap_free(&s->file);
     lum_ros_points_free(&s->points);
+    lum_preset_points_free(&s->preset_points);
 }
 
 const lum_format_ops lum_mcap_ops = {.name = "MCAP",

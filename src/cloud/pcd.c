@@ -7,19 +7,18 @@
 #define MENTIONS 2u
 
 /* One line of the header, an item for each column. */
-static void list(lum_cloud_text *out, const lum_column_list *columns,
-                 const char *key, char what)
+static void list(lum_cloud_text *out, const lum_writer *writer, const char *key,
+                 char what)
 {
     lum_cloud_print(out, "%s", key);
-    for (unsigned i = 0; i < columns->count; i++) {
-        const lum_file_column_spec *column =
-            &lum_file_column_specs[columns->at[i]];
+    for (unsigned i = 0; i < lum_writer_column_count(writer); i++) {
+        const lum_file_column_spec column = lum_writer_column(writer, i);
         if (what == 'N') {
-            lum_cloud_print(out, " %s", column->cloud_name);
+            lum_cloud_print(out, " %s", column.cloud_name);
         } else if (what == 'T') {
-            lum_cloud_print(out, " %c", column->pcd_type);
+            lum_cloud_print(out, " %c", column.pcd_type);
         } else {
-            lum_cloud_print(out, " %u", what == 'S' ? column->bytes : 1u);
+            lum_cloud_print(out, " %u", what == 'S' ? column.bytes : 1u);
         }
     }
     lum_cloud_print(out, "\n");
@@ -44,12 +43,9 @@ static void header(lum_cloud_text *out, const lum_writer *writer,
                    uint64_t count, int padding)
 {
     const lum_writer_options *options = &writer->options;
-    lum_cloud_print(out,
-                    "# .PCD v0.7 - Point Cloud Data file format\n"
-                    "# lumsdk " LUM_VERSION
-                    "; metres, degrees; intensity is the pulse width in ns; "
-                    "timestamp in us %s\n",
-                    lum_cloud_time_base(options));
+    lum_cloud_print(out, "# .PCD v0.7 - Point Cloud Data file format\n"
+                         "# lumsdk " LUM_VERSION "; ");
+    lum_cloud_print_units(out, writer);
     if (lum_column_list_has(&writer->columns, LUM_FILE_TIME)) {
         lum_cloud_print(out, "# time in s from the begin of the frame\n");
     }
@@ -62,10 +58,10 @@ static void header(lum_cloud_text *out, const lum_writer *writer,
                         "......................................");
     }
     lum_cloud_print(out, "VERSION 0.7\n");
-    list(out, &writer->columns, "FIELDS", 'N');
-    list(out, &writer->columns, "SIZE", 'S');
-    list(out, &writer->columns, "TYPE", 'T');
-    list(out, &writer->columns, "COUNT", 'C');
+    list(out, writer, "FIELDS", 'N');
+    list(out, writer, "SIZE", 'S');
+    list(out, writer, "TYPE", 'T');
+    list(out, writer, "COUNT", 'C');
     print_size(out, writer, count);
 }
 

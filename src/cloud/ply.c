@@ -13,21 +13,19 @@ static void header(lum_cloud_text *out, const lum_writer *writer,
     const lum_writer_options *options = &writer->options;
     lum_cloud_print(out,
                     "ply\nformat %s 1.0\ncomment lumsdk " LUM_VERSION "\n"
-                    "comment metres, degrees; intensity is the pulse width in "
-                    "ns; timestamp in us %s\n",
-                    options->ascii ? "ascii" : "binary_little_endian",
-                    lum_cloud_time_base(options));
+                    "comment ",
+                    options->ascii ? "ascii" : "binary_little_endian");
+    lum_cloud_print_units(out, writer);
     if (lum_column_list_has(&writer->columns, LUM_FILE_TIME)) {
         lum_cloud_print(out, "comment time in s from the begin of the frame\n");
     }
     lum_cloud_print_comment(out, options, "comment ");
     lum_cloud_print(out, "comment %.*s\nelement vertex %" PRIu64 "\n", padding,
                     "...................", count);
-    for (unsigned i = 0; i < writer->columns.count; i++) {
-        const lum_file_column_spec *column =
-            &lum_file_column_specs[writer->columns.at[i]];
-        lum_cloud_print(out, "property %s %s%s\n", column->ply_type,
-                        column->is_plain ? "" : "scalar_", column->cloud_name);
+    for (unsigned i = 0; i < lum_writer_column_count(writer); i++) {
+        const lum_file_column_spec column = lum_writer_column(writer, i);
+        lum_cloud_print(out, "property %s %s%s\n", column.ply_type,
+                        column.is_plain ? "" : "scalar_", column.cloud_name);
     }
     lum_cloud_print(out, "end_header\n");
 }

@@ -6,13 +6,6 @@
 
 #define NS_PER_S INT64_C(1000000000)
 
-/* sensor_msgs/msg/PointField's constants. */
-enum {
-    FIELD_UINT8 = 2,
-    FIELD_UINT16 = 4,
-    FIELD_FLOAT32 = 7
-};
-
 /* --- Definitions --- */
 
 #define RULE                                                                   \
@@ -121,33 +114,35 @@ static void put_header(lum_cdr *cdr, int64_t stamp_ns, const char *frame_id)
 
 /* --- Clouds --- */
 
-lum_cdr lum_ros_begin_cloud(lum_bytes *out, int64_t stamp_ns,
-                            const char *frame_id, uint32_t n)
+lum_cdr lum_ros_begin_preset(lum_bytes *out, int64_t stamp_ns,
+                             const char *frame_id, uint32_t n,
+                             const lum_preset *preset)
 {
-    static const struct {
-        const char *name;
-        uint8_t offset;
-        uint8_t type;
-    } fields[] = {{"x", 0, FIELD_FLOAT32},     {"y", 4, FIELD_FLOAT32},
-                  {"z", 8, FIELD_FLOAT32},     {"intensity", 12, FIELD_FLOAT32},
-                  {"time", 16, FIELD_FLOAT32}, {"ring", 20, FIELD_UINT16},
-                  {"return", 22, FIELD_UINT8}, {"eye", 23, FIELD_UINT8}};
+    const uint32_t bytes = (uint32_t)lum_preset_bytes(preset);
     lum_cdr cdr = lum_cdr_begin(out);
     put_header(&cdr, stamp_ns, frame_id);
     lum_cdr_put_u32(&cdr, 1); /* height */
     lum_cdr_put_u32(&cdr, n);
-    lum_cdr_put_u32(&cdr, sizeof fields / sizeof fields[0]);
-    for (size_t i = 0; i < sizeof fields / sizeof fields[0]; i++) {
-        lum_cdr_put_string(&cdr, fields[i].name);
-        lum_cdr_put_u32(&cdr, fields[i].offset);
-        lum_cdr_put_u8(&cdr, fields[i].type);
+    lum_cdr_put_u32(&cdr, preset->count);
+    for (unsigned i = 0; i < preset->count; i++) {
+        const lum_preset_field *f = &preset->fields[i];
+        lum_cdr_put_string(&cdr, f->name);
+        lum_cdr_put_u32(&cdr, (uint32_t)lum_preset_offset(preset, i));
+        lum_cdr_put_u8(&cdr, lum_field_types[f->type].ros);
         lum_cdr_put_u32(&cdr, 1); /* count */
     }
     lum_cdr_put_u8(&cdr, 0); /* is_bigendian */
-    lum_cdr_put_u32(&cdr, LUM_ROS_POINT_BYTES);
-    lum_cdr_put_u32(&cdr, LUM_ROS_POINT_BYTES * n);
-    lum_cdr_put_u32(&cdr, LUM_ROS_POINT_BYTES * n);
+    lum_cdr_put_u32(&cdr, bytes);
+    lum_cdr_put_u32(&cdr, bytes * n);
+    lum_cdr_put_u32(&cdr, bytes * n);
     return cdr;
+}
+
+lum_cdr lum_ros_begin_cloud(lum_bytes *out, int64_t stamp_ns,
+                            const char *frame_id, uint32_t n)
+{
+    return lum_ros_begin_preset(out, stamp_ns, frame_id, n,
+                                &lum_preset_of_messages);
 }
 
 void lum_ros_end_cloud(lum_cdr *cdr)

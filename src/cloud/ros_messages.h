@@ -5,6 +5,7 @@
 #define LUM_CLOUD_ROS_MESSAGES_H
 
 #include "cdr.h"
+#include "presets.h"
 
 #include "lum/calibration.h"
 #include "lum/cloud/writer.h"
@@ -35,6 +36,11 @@ extern const lum_ros_topic lum_ros_topics[LUM_ROS_TOPICS];
  * is behind them. */
 lum_cdr lum_ros_begin_cloud(lum_bytes *out, int64_t stamp_ns,
                             const char *frame_id, uint32_t n);
+
+/** The same, of points with other fields. */
+lum_cdr lum_ros_begin_preset(lum_bytes *out, int64_t stamp_ns,
+                             const char *frame_id, uint32_t n,
+                             const lum_preset *preset);
 
 /** End it, once its points are there. */
 void lum_ros_end_cloud(lum_cdr *cdr);

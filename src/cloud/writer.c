@@ -103,17 +103,47 @@ int lum_writer_put(lum_writer *writer, const lum_line_samples *line,
     return 0;
 }
 
+static bool has_times(const lum_writer *writer)
+{
+    return writer->preset != NULL
+               ? lum_preset_has_times(writer->preset)
+               : lum_column_list_has(&writer->columns, LUM_FILE_TIME);
+}
+
+unsigned lum_writer_column_count(const lum_writer *writer)
+{
+    return writer->preset != NULL ? writer->preset->count
+                                  : writer->columns.count;
+}
+
+lum_file_column_spec lum_writer_column(const lum_writer *writer, unsigned i)
+{
+    if (writer->preset == NULL) {
+        return lum_file_column_specs[writer->columns.at[i]];
+    }
+    const lum_preset_field *f = &writer->preset->fields[i];
+    const lum_field_type_spec *type = &lum_field_types[f->type];
+    return (lum_file_column_spec){f->name,   f->name,     type->ply,
+                                  type->pcd, type->bytes, true};
+}
+
 int lum_writer_put_chosen(lum_writer *writer, const lum_line_samples *line,
                           bool is_text, char separator, lum_error *error)
 {
     lum_file_rows rows;
-    if (line->times == NULL &&
-        lum_column_list_has(&writer->columns, LUM_FILE_TIME)) {
+    lum_preset_line of_preset = {writer->preset, line, separator};
+    if (line->times == NULL && has_times(writer)) {
         errno = EINVAL;
         return lum_error_set(error,
                              "%s: a line without times, and the file "
                              "has a column of them",
                              lum_sink_name(writer->sink));
+    }
+    if (writer->preset != NULL) {
+        return lum_writer_put(writer, line, LUM_FILE_ROW_ROOM,
+                              is_text ? lum_preset_put_text
+                                      : lum_preset_put_binary,
+                              &of_preset, error);
     }
     lum_file_rows_begin(&rows, &writer->columns, line, separator);
     return lum_writer_put(writer, line, LUM_FILE_ROW_ROOM,
@@ -212,6 +242,33 @@ static int choose_columns(lum_writer *writer, const char *path,
                : lum_error_set(error, "%s: %s", path, why.text);
 }
 
+bool lum_format_has_presets(lum_format format)
+{
+    return lum_format_has_columns(format) || format == LUM_FORMAT_MCAP;
+}
+
+static int choose_preset(lum_writer *writer, const char *path, lum_error *error)
+{
+    const char *name = writer->options.preset;
+    lum_error why = {""};
+    writer->options.preset = NULL;
+    if (name == NULL) {
+        return 0;
+    }
+    if (writer->has_chosen || !lum_format_has_presets(writer->options.format)) {
+        errno = EINVAL;
+        return lum_error_set(error, "%s: %s", path,
+                             writer->has_chosen
+                                 ? "a preset and columns exclude each other"
+                                 : "presets are of CSV, PLY, PCD and MCAP");
+    }
+    writer->has_chosen = true;
+    writer->preset = lum_preset_find(name, &why);
+    return writer->preset != NULL
+               ? 0
+               : lum_error_set(error, "%s: %s", path, why.text);
+}
+
 static int check_organized(const lum_writer *writer, const char *path,
                            lum_error *error)
 {
@@ -267,6 +324,7 @@ static int open_format(const char *path, lum_writer *writer, lum_error *error)
 {
     if (keep_comment(writer, path, error) != 0 ||
         choose_columns(writer, path, error) != 0 ||
+        choose_preset(writer, path, error) != 0 ||
         check_organized(writer, path, error) != 0 ||
         open_sink(path, writer, error) != 0 ||
         check_output(writer, error) != 0) {

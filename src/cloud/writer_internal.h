@@ -4,6 +4,7 @@
 #define LUM_CLOUD_WRITER_INTERNAL_H
 
 #include "file_columns.h"
+#include "presets.h"
 #include "sink.h"
 
 #include "lum/cloud/writer.h"
@@ -51,6 +52,7 @@ struct lum_writer {
     lum_sink *sink;             /**< where bytes go */
     lum_column_list columns;    /**< of the file */
     bool has_chosen;            /**< whether these were asked for */
+    const lum_preset *preset;   /**< of points; NULL: columns are */
     bool has_rows;              /**< organised: rows are known */
     uint32_t rows;              /**< organised: lines to come in all */
     uint64_t points;            /**< added so far */
@@ -81,6 +83,12 @@ LUM_MUST_CHECK int lum_writer_put_chosen(lum_writer *writer,
                                          const lum_line_samples *line,
                                          bool is_text, char separator,
                                          lum_error *error);
+
+/** How many columns the file has, of the list or of the preset. */
+unsigned lum_writer_column_count(const lum_writer *writer);
+
+/** One of them. */
+lum_file_column_spec lum_writer_column(const lum_writer *writer, unsigned i);
 
 /** Write the lines of the comment, if there is one, each behind a "# ". */
 LUM_MUST_CHECK int lum_writer_put_comment(lum_writer *writer, lum_error *error);

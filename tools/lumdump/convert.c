@@ -313,8 +313,9 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     pass->sensor = o->is_live ? o->address.address : o->sensor;
     const unsigned wants = find_wants(pass);
     if ((wants & (unsigned)LUM_WANT_FRAMES) != 0) {
-        view.columns = has_messages_alone(o) ? FRAME_LINES_OF_MESSAGES
-                                             : FRAME_LINES_COLUMNS;
+        view.columns = has_messages_alone(o) && o->preset == NULL
+                           ? FRAME_LINES_OF_MESSAGES
+                           : FRAME_LINES_COLUMNS;
     }
     const lum_framer_options options = {.struct_size = sizeof options,
                                         .layout = pass->layout,

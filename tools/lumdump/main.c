@@ -1,6 +1,7 @@
 /* lumdump: captures and sensors to clouds. */
 #include "../common/geometry.h"
 #include "../common/interrupt.h"
+#include "check_preset.h"
 #include "conclude.h"
 #include "infer.h"
 #include "live.h"
@@ -168,6 +169,9 @@ static enum exit_status act(enum parsed parsed, struct options *options)
         return EXIT_BAD;
     case PARSED_RUN:
     default:
+        if (options->check_preset != NULL) {
+            return check_preset_run(options);
+        }
         return options->infer ? infer_run(options) : run(options);
     }
 }

@@ -84,6 +84,8 @@ static const struct option_spec specs[] = {
     {"ascii", FLAG(ascii)},
     {"comments", FLAG(comments)},
     {"columns", CALL(values_take_columns)},
+    {"preset", CALL(values_take_preset)},
+    {"check-preset", CALL(values_take_check_preset)},
     {"organized", FLAG(organized)},
     {"compression", WORD(compressions, is_plain), HAS(has_compression)},
     {"time", WORD(clocks, time)},
@@ -269,6 +271,20 @@ static bool has_columns(const struct options *o)
     return false;
 }
 
+static bool can_preset(const struct options *o)
+{
+    bool is_used = false;
+    for (size_t i = 0; i < o->output_count; i++) {
+        is_used = is_used || options_has_preset(o, i);
+    }
+    if (o->columns != NULL) {
+        return refuse("--preset and --columns both choose the columns: give "
+                      "one of them");
+    }
+    return is_used ||
+           refuse("--preset goes with csv, ply, pcd and mcap output only");
+}
+
 static bool can_organize(const struct options *o)
 {
     if (o->output_count == 0 ||
@@ -298,6 +314,9 @@ static bool is_consistent(const struct options *o)
 {
     if (o->columns != NULL && !has_columns(o)) {
         return refuse("--columns goes with csv, ply and pcd output only");
+    }
+    if (o->preset != NULL && !can_preset(o)) {
+        return false;
     }
     if (o->organized && !can_organize(o)) {
         return false;
@@ -381,6 +400,24 @@ static bool can_infer(const struct options *o,
     return !has_others(given) && can_write_profile(o);
 }
 
+/* --- Checking a cloud --- */
+
+static bool can_check(const struct option_result *given)
+{
+    for (size_t i = 0; i < sizeof specs / sizeof specs[0]; i++) {
+        if (option_table_has(given, i) &&
+            strcmp(specs[i].name, "check-preset") != 0) {
+            (void)fprintf(stderr,
+                          "lumdump: --%s does not go with --check-preset, "
+                          "which only looks at the fields of a cloud\n",
+                          specs[i].name);
+            return false;
+        }
+    }
+    return given->count == 1 ||
+           refuse("--check-preset looks at one cloud: name one FILE");
+}
+
 /* --- What is known of them --- */
 
 bool options_is_capture(unsigned format)
@@ -392,6 +429,13 @@ bool options_is_organized(const struct options *options, size_t i)
 {
     return options->organized &&
            options->outputs[i].format == (unsigned)LUM_FORMAT_PCD;
+}
+
+bool options_has_preset(const struct options *options, size_t i)
+{
+    const unsigned format = options->outputs[i].format;
+    return options->preset != NULL && !options_is_capture(format) &&
+           lum_format_has_presets((lum_format)format);
 }
 
 bool options_has_messages(unsigned format)
@@ -414,6 +458,7 @@ bool options_takes_frames(const struct options *options, size_t i)
 {
     const unsigned format = options->outputs[i].format;
     return options_is_organized(options, i) || options_has_messages(format) ||
+           options_has_preset(options, i) ||
            (options->has_times && !options_is_capture(format) &&
             lum_format_has_columns((lum_format)format));
 }
@@ -475,6 +520,9 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
     }
     if (!take_sources(result.count, argv + 1, out)) {
         return PARSED_BAD;
+    }
+    if (out->check_preset != NULL) {
+        return can_check(&result) ? PARSED_RUN : PARSED_BAD;
     }
     if (out->infer) {
         return can_infer(out, &result) ? PARSED_RUN : PARSED_BAD;

@@ -76,13 +76,15 @@ struct options {
     uint32_t smooth_order;
     enum time_base time;
     bool ascii;
-    bool comments;        /* in csv and xyz */
-    const char *columns;  /* of csv, ply and pcd; NULL: their own */
-    bool has_times;       /* these have a column of times */
-    bool organized;       /* pcd: a frame as rows of pixels */
-    bool has_compression; /* --compression was given, */
-    bool is_plain;        /* and says none; mcap */
-    bool infer;           /* find the layout, and nothing else */
+    bool comments;            /* in csv and xyz */
+    const char *columns;      /* of csv, ply and pcd; NULL: their own */
+    const char *preset;       /* of csv, ply, pcd and mcap; NULL: none */
+    const char *check_preset; /* look at a cloud, and nothing else */
+    bool has_times;           /* these have a column of times */
+    bool organized;           /* pcd: a frame as rows of pixels */
+    bool has_compression;     /* --compression was given, */
+    bool is_plain;            /* and says none; mcap */
+    bool infer;               /* find the layout, and nothing else */
     bool json;
     bool quiet;
     struct filter filters[FILTERS_MAX];
@@ -102,6 +104,9 @@ enum parsed {
 
 /* Whether a format is one of captures. */
 bool options_is_capture(unsigned format);
+
+/* Whether the i-th output has the fields of --preset. */
+bool options_has_preset(const struct options *options, size_t i);
 
 /* Whether a format has messages, each with all points of a frame. */
 bool options_has_messages(unsigned format);

@@ -206,17 +206,18 @@ static struct output *new_output(const struct options *options, size_t i,
     o->is_pattern = targets_pattern(o->name) == 1;
     o->is_in_place = !o->is_pattern && capture_file_is_in_place(o->name);
     o->rotates = targets_rotates(options, i);
-    o->writer_options =
-        (lum_writer_options){.struct_size = sizeof o->writer_options,
-                             .format = (lum_format)options->outputs[i].format,
-                             .ascii = options->ascii,
-                             .utc = options->time != TIME_SENSOR,
-                             .projector = projector,
-                             .picture = picture_format(),
-                             .comment = comment_of(options, i),
-                             .columns = columns_of(options, i),
-                             .organized = o->is_organized,
-                             .mcap = &o->mcap};
+    o->writer_options = (lum_writer_options){
+        .struct_size = sizeof o->writer_options,
+        .format = (lum_format)options->outputs[i].format,
+        .ascii = options->ascii,
+        .utc = options->time != TIME_SENSOR,
+        .projector = projector,
+        .picture = picture_format(),
+        .comment = comment_of(options, i),
+        .columns = columns_of(options, i),
+        .organized = o->is_organized,
+        .preset = options_has_preset(options, i) ? options->preset : NULL,
+        .mcap = &o->mcap};
     o->has_messages = options_has_messages(options->outputs[i].format);
     o->mcap.struct_size = sizeof o->mcap;
     if (o->has_messages) {

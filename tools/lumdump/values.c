@@ -5,6 +5,7 @@
 #include "../common/number.h"
 #include "../common/option_table.h"
 #include "../common/ring.h"
+#include "cloud/presets.h"
 #include "lum/smooth.h"
 
 #include <math.h>
@@ -264,4 +265,18 @@ bool values_take_columns(void *options, const char *text, lum_error *why)
         p += n + (p[n] != '\0' ? 1u : 0u);
     }
     return true;
+}
+
+bool values_take_preset(void *options, const char *text, lum_error *why)
+{
+    struct options *out = options;
+    out->preset = text;
+    return lum_preset_find(text, why) != NULL;
+}
+
+bool values_take_check_preset(void *options, const char *text, lum_error *why)
+{
+    struct options *out = options;
+    out->check_preset = text;
+    return lum_preset_find(text, why) != NULL;
 }

@@ -103,6 +103,10 @@ typedef struct lum_writer_options {
     const lum_mcap_options *mcap; /**< MCAP; NULL: the defaults. Read by
                                        lum_writer_open() and
                                        lum_writer_rehearse() */
+    const char *preset; /**< CSV, PLY, PCD, MCAP: the fields of points that a
+                             consumer reads, such as "autoware"
+                             (docs/consumers.md), instead of columns; NULL:
+                             none. Read as columns is */
 } lum_writer_options;
 
 /** Whether this build can compress the chunks of an MCAP file. */
@@ -110,6 +114,9 @@ bool lum_mcap_can_compress(void);
 
 /** Whether lum_writer_options.columns can choose the columns of a format. */
 bool lum_format_has_columns(lum_format format);
+
+/** Whether lum_writer_options.preset goes with a format. */
+bool lum_format_has_presets(lum_format format);
 
 /** Check names for lum_writer_options.columns.
  * @return 0, or -1 with the wrong name and the list of names in error; then

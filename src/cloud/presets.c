@@ -1,0 +1,424 @@
+#include "presets.h"
+
+#include "decimal.h"
+#include "le.h"
+#include "text_columns.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* --- The table --- */
+
+const lum_field_type_spec lum_field_types[LUM_FIELD_TYPES] = {
+    [LUM_FIELD_U8] = {"u8", "uchar", 'U', 1, 2},
+    [LUM_FIELD_U16] = {"u16", "uint16", 'U', 2, 4},
+    [LUM_FIELD_U32] = {"u32", "uint", 'U', 4, 6},
+    [LUM_FIELD_I32] = {"i32", "int", 'I', 4, 5},
+    [LUM_FIELD_F32] = {"f32", "float", 'F', 4, 7},
+    [LUM_FIELD_F64] = {"f64", "double", 'F', 8, 8},
+};
+
+#define XYZ(x, y, z)                                                           \
+    {x, LUM_FIELD_F32, LUM_VALUE_X}, {y, LUM_FIELD_F32, LUM_VALUE_Y},          \
+    {                                                                          \
+        z, LUM_FIELD_F32, LUM_VALUE_Z                                          \
+    }
+
+const lum_preset lum_presets[LUM_PRESETS] = {
+    {"autoware",
+     true,
+     10,
+     {XYZ("x", "y", "z"),
+      {"intensity", LUM_FIELD_U8, LUM_VALUE_WIDTH_255},
+      {"return_type", LUM_FIELD_U8, LUM_VALUE_RETURN_TYPE},
+      {"channel", LUM_FIELD_U16, LUM_VALUE_RING},
+      {"azimuth", LUM_FIELD_F32, LUM_VALUE_AZIMUTH},
+      {"elevation", LUM_FIELD_F32, LUM_VALUE_ELEVATION},
+      {"distance", LUM_FIELD_F32, LUM_VALUE_DISTANCE},
+      {"time_stamp", LUM_FIELD_U32, LUM_VALUE_TIME_NS}}},
+    {"lio-sam",
+     false,
+     6,
+     {XYZ("x", "y", "z"),
+      {"intensity", LUM_FIELD_F32, LUM_VALUE_WIDTH_NS},
+      {"ring", LUM_FIELD_U16, LUM_VALUE_RING},
+      {"time", LUM_FIELD_F32, LUM_VALUE_TIME_S}}},
+    {"fast-lio",
+     false,
+     6,
+     {XYZ("x", "y", "z"),
+      {"intensity", LUM_FIELD_F32, LUM_VALUE_WIDTH_NS},
+      {"time", LUM_FIELD_F32, LUM_VALUE_TIME_S},
+      {"ring", LUM_FIELD_U16, LUM_VALUE_RING}}},
+    {"kitti",
+     true,
+     4,
+     {XYZ("x", "y", "z"), {"intensity", LUM_FIELD_F32, LUM_VALUE_WIDTH_1}}},
+    {"argoverse2",
+     false,
+     6,
+     {XYZ("x", "y", "z"),
+      {"intensity", LUM_FIELD_U8, LUM_VALUE_WIDTH_255},
+      {"laser_number", LUM_FIELD_U8, LUM_VALUE_RING},
+      {"offset_ns", LUM_FIELD_I32, LUM_VALUE_TIME_NS}}},
+    {"pdal",
+     false,
+     8,
+     {XYZ("X", "Y", "Z"),
+      {"Intensity", LUM_FIELD_U16, LUM_VALUE_WIDTH_CNS},
+      {"ReturnNumber", LUM_FIELD_U8, LUM_VALUE_RETURN},
+      {"NumberOfReturns", LUM_FIELD_U8, LUM_VALUE_RETURNS},
+      {"ScanChannel", LUM_FIELD_U8, LUM_VALUE_EYE},
+      {"GpsTime", LUM_FIELD_F64, LUM_VALUE_TIMESTAMP_S}}},
+};
+
+const lum_preset lum_preset_of_messages = {
+    "messages",
+    false,
+    8,
+    {XYZ("x", "y", "z"),
+     {"intensity", LUM_FIELD_F32, LUM_VALUE_WIDTH_NS},
+     {"time", LUM_FIELD_F32, LUM_VALUE_TIME_S},
+     {"ring", LUM_FIELD_U16, LUM_VALUE_RING},
+     {"return", LUM_FIELD_U8, LUM_VALUE_RETURN},
+     {"eye", LUM_FIELD_U8, LUM_VALUE_EYE}}};
+
+const lum_preset *lum_preset_find(const char *name, lum_error *error)
+{
+    char all[128] = "";
+    size_t len = 0;
+    for (unsigned i = 0; i < LUM_PRESETS; i++) {
+        if (strcmp(lum_presets[i].name, name) == 0) {
+            return &lum_presets[i];
+        }
+        const int added = snprintf(all + len, sizeof all - len, "%s%s",
+                                   i == 0 ? "" : ", ", lum_presets[i].name);
+        len += added > 0 ? (size_t)added : 0u;
+    }
+    (void)lum_error_set(error, "'%.40s' is no preset; presets are %s", name,
+                        all);
+    errno = EINVAL;
+    return NULL;
+}
+
+size_t lum_preset_offset(const lum_preset *preset, unsigned field)
+{
+    size_t n = 0;
+    for (unsigned i = 0; i < field; i++) {
+        n += lum_field_types[preset->fields[i].type].bytes;
+    }
+    return n;
+}
+
+size_t lum_preset_bytes(const lum_preset *preset)
+{
+    return lum_preset_offset(preset, preset->count);
+}
+
+static bool is_time(const lum_preset_field *field)
+{
+    return field->value == LUM_VALUE_TIME_S ||
+           field->value == LUM_VALUE_TIME_NS;
+}
+
+bool lum_preset_has_times(const lum_preset *preset)
+{
+    bool has = false;
+    for (unsigned i = 0; i < preset->count; i++) {
+        has = has || is_time(&preset->fields[i]);
+    }
+    return has;
+}
+
+/* --- Values --- */
+
+#define WIDTH_MAX_NS 25.5
+
+/* Of nebula::drivers::ReturnType. */
+enum {
+    RETURN_UNKNOWN = 0,
+    RETURN_LAST = 1,
+    RETURN_FIRST = 2,
+    RETURN_IDENTICAL = 6, /* first and last in one */
+    RETURN_SECOND = 7
+};
+
+static double return_type(const lum_sample *s)
+{
+    if (s->number_of_returns == 1) {
+        return RETURN_IDENTICAL;
+    }
+    if (s->return_number == 1) {
+        return RETURN_FIRST;
+    }
+    if (s->return_number != 0 && s->return_number == s->number_of_returns) {
+        return RETURN_LAST;
+    }
+    return s->return_number == 2 ? RETURN_SECOND : RETURN_UNKNOWN;
+}
+
+static double share_of_width(const lum_sample *s)
+{
+    const double share = (double)s->pulse_width / WIDTH_MAX_NS;
+    return share > 1.0 ? 1.0 : share; /* NaN stays */
+}
+
+static double of_line(lum_field_value value, const lum_line_samples *line)
+{
+    if (value == LUM_VALUE_RING) {
+        return 2.0 * line->line + line->eye;
+    }
+    return value == LUM_VALUE_EYE
+               ? line->eye
+               : lum_timestamp_number(line->timestamp_us) * 1e-6;
+}
+
+static double of_sample(lum_field_value value, const lum_sample *s)
+{
+    static const uint8_t floats[] = {
+        [LUM_VALUE_X] = offsetof(lum_sample, x),
+        [LUM_VALUE_Y] = offsetof(lum_sample, y),
+        [LUM_VALUE_Z] = offsetof(lum_sample, z),
+        [LUM_VALUE_WIDTH_NS] = offsetof(lum_sample, pulse_width),
+        [LUM_VALUE_WIDTH_CNS] = offsetof(lum_sample, pulse_width)};
+    static const double scales[] = {1, 1, 1, 1, 100};
+    float v;
+    memcpy(&v, (const unsigned char *)s + floats[value], sizeof v);
+    return (double)v * scales[value];
+}
+
+/* A consumer takes them for those of x, y and z. The sample's own are of its
+ * eye, before its mount. */
+static double polar(lum_field_value value, const lum_sample *s)
+{
+    const double x = (double)s->x;
+    const double y = (double)s->y;
+    const double z = (double)s->z;
+    if (value == LUM_VALUE_AZIMUTH) {
+        return atan2(y, x);
+    }
+    const double ground = sqrt(x * x + y * y);
+    return value == LUM_VALUE_ELEVATION ? atan2(z, ground)
+                                        : sqrt(ground * ground + z * z);
+}
+
+static double value_of(lum_field_value value, const lum_line_samples *line,
+                       const lum_sample *s, double time)
+{
+    if (value <= LUM_VALUE_WIDTH_CNS) {
+        return of_sample(value, s);
+    }
+    if (value <= LUM_VALUE_ELEVATION) {
+        return polar(value, s);
+    }
+    if (value <= LUM_VALUE_WIDTH_1) {
+        return share_of_width(s) * (value == LUM_VALUE_WIDTH_1 ? 1.0 : 255.0);
+    }
+    if (value == LUM_VALUE_RETURN || value == LUM_VALUE_RETURNS) {
+        return value == LUM_VALUE_RETURN ? s->return_number
+                                         : s->number_of_returns;
+    }
+    if (value == LUM_VALUE_RETURN_TYPE) {
+        return return_type(s);
+    }
+    if (value == LUM_VALUE_TIME_S || value == LUM_VALUE_TIME_NS) {
+        return value == LUM_VALUE_TIME_S ? time : time * 1e9;
+    }
+    return of_line(value, line);
+}
+
+/* The nearest integer that the type has; 0 for NaN. */
+static int64_t whole(double v, lum_field_type type)
+{
+    static const double highest[] = {UINT8_MAX, UINT16_MAX, UINT32_MAX,
+                                     INT32_MAX};
+    const double lowest = type == LUM_FIELD_I32 ? (double)INT32_MIN : 0.0;
+    if (isnan(v) || v < lowest) {
+        return isnan(v) ? 0 : (int64_t)lowest;
+    }
+    return v < highest[type] ? (int64_t)floor(v + 0.5) : (int64_t)highest[type];
+}
+
+static unsigned char *put_number(unsigned char *p, lum_field_type type,
+                                 double v)
+{
+    if (type == LUM_FIELD_F64) {
+        return lum_put_f64(p, v);
+    }
+    if (type == LUM_FIELD_F32) {
+        return lum_put_f32(p, (float)v);
+    }
+    const uint32_t bits = (uint32_t)whole(v, type);
+    if (type == LUM_FIELD_U8) {
+        return lum_put_u8(p, (uint8_t)bits);
+    }
+    return type == LUM_FIELD_U16 ? lum_put_le16(p, (uint16_t)bits)
+                                 : lum_put_le32(p, bits);
+}
+
+static unsigned char *put_row(unsigned char *p, const lum_preset *preset,
+                              const lum_line_samples *line, const lum_sample *s,
+                              double time)
+{
+    for (unsigned i = 0; i < preset->count; i++) {
+        const lum_preset_field *f = &preset->fields[i];
+        p = put_number(p, (lum_field_type)f->type,
+                       value_of((lum_field_value)f->value, line, s, time));
+    }
+    return p;
+}
+
+/* --- Rows of files --- */
+
+#define CELL_ROOM 64u
+
+static double time_of(const lum_line_samples *line, const lum_sample *s)
+{
+    return line->times != NULL ? (double)line->times[s - line->samples] : 0.0;
+}
+
+/* A nanosecond shows in a time, and a bit of a float in an angle in radians. */
+static int print_cell(char *p, const lum_preset_field *f, double v)
+{
+    const bool is_float = f->type >= LUM_FIELD_F32;
+    const bool is_length =
+        f->value <= LUM_VALUE_Z || f->value == LUM_VALUE_DISTANCE;
+    if (!is_float) {
+        return snprintf(p, CELL_ROOM, "%lld",
+                        (long long)whole(v, (lum_field_type)f->type));
+    }
+    return snprintf(p, CELL_ROOM, "%.*f",
+                    is_length                        ? (int)LUM_METRE_DECIMALS
+                    : f->value == LUM_VALUE_WIDTH_NS ? (int)LUM_WIDTH_DECIMALS
+                                                     : 9,
+                    v);
+}
+
+char *lum_preset_put_text(char *p, void *context, const lum_sample *samples,
+                          size_t n)
+{
+    const lum_preset_line *l = context;
+    for (size_t i = 0; i < n; i++) {
+        for (unsigned k = 0; k < l->preset->count; k++) {
+            const lum_preset_field *f = &l->preset->fields[k];
+            const double v =
+                value_of((lum_field_value)f->value, l->line, &samples[i],
+                         time_of(l->line, &samples[i]));
+            p += print_cell(p, f, v);
+            *p++ = l->separator;
+        }
+        p[-1] = '\n';
+    }
+    return p;
+}
+
+char *lum_preset_put_binary(char *p, void *context, const lum_sample *samples,
+                            size_t n)
+{
+    const lum_preset_line *l = context;
+    unsigned char *to = (unsigned char *)p;
+    for (size_t i = 0; i < n; i++) {
+        to = put_row(to, l->preset, l->line, &samples[i],
+                     time_of(l->line, &samples[i]));
+    }
+    return (char *)to;
+}
+
+/* --- Points of messages --- */
+
+#define GREEN_BIT UINT32_C(0x80000000)
+
+void lum_preset_points_free(lum_preset_points *points)
+{
+    free(points->rows);
+    free(points->places);
+    *points = (lum_preset_points){0};
+}
+
+static int make_room(lum_preset_points *points, size_t bytes, size_t more)
+{
+    const size_t most = (size_t)(UINT32_MAX / 2u) / bytes;
+    if (more > most || points->count > most - more) {
+        return -1;
+    }
+    const size_t n = points->count + more;
+    if (n <= points->room) {
+        return 0;
+    }
+    const size_t room = n + n / 2u;
+    unsigned char *rows = realloc(points->rows, room * bytes);
+    if (rows != NULL) {
+        points->rows = rows;
+    }
+    lum_preset_place *places =
+        realloc(points->places, room * sizeof *points->places);
+    if (places != NULL) {
+        points->places = places;
+    }
+    if (rows == NULL || places == NULL) {
+        return -1;
+    }
+    points->room = room;
+    return 0;
+}
+
+int lum_preset_points_add(lum_preset_points *points, const lum_preset *preset,
+                          const lum_line_samples *line, float from_s)
+{
+    const size_t bytes = lum_preset_bytes(preset);
+    if (make_room(points, bytes, line->count) != 0) {
+        return -1;
+    }
+    for (size_t i = 0; i < line->count; i++) {
+        const uint32_t row = (uint32_t)points->count;
+        const float time = line->times != NULL ? line->times[i] : from_s;
+        (void)put_row(points->rows + row * bytes, preset, line,
+                      &line->samples[i], 0.0);
+        points->places[row] = (lum_preset_place){
+            time, row | (line->eye != LUM_EYE_BLUE ? GREEN_BIT : 0u), row};
+        points->count++;
+    }
+    return 0;
+}
+
+static int compare(const void *a, const void *b)
+{
+    const lum_preset_place *one = a;
+    const lum_preset_place *other = b;
+    if (one->time < other->time || other->time < one->time) {
+        return one->time < other->time ? -1 : 1;
+    }
+    return one->order < other->order ? -1 : 1;
+}
+
+float lum_preset_points_sort(lum_preset_points *points)
+{
+    if (points->count == 0) {
+        return 0.0f;
+    }
+    qsort(points->places, points->count, sizeof *points->places, compare);
+    return points->places[0].time;
+}
+
+void lum_preset_points_take(lum_preset_points *points, const lum_preset *preset,
+                            float first_s, unsigned char *out)
+{
+    const size_t bytes = lum_preset_bytes(preset);
+    for (size_t i = 0; i < points->count; i++) {
+        const lum_preset_place *place = &points->places[i];
+        memcpy(out + i * bytes, points->rows + place->row * bytes, bytes);
+    }
+    for (unsigned k = 0; k < preset->count; k++) {
+        const lum_preset_field *f = &preset->fields[k];
+        unsigned char *at = out + lum_preset_offset(preset, k);
+        for (size_t i = 0; i < points->count && is_time(f); i++) {
+            const double time = (double)(points->places[i].time - first_s);
+            (void)put_number(at + i * bytes, (lum_field_type)f->type,
+                             f->value == LUM_VALUE_TIME_S ? time : time * 1e9);
+        }
+    }
+    points->count = 0;
+}

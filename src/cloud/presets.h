@@ -1,0 +1,157 @@
+/** @file
+ * The fields of a point that programs which read clouds expect: one table for
+ * all formats (docs/consumers.md). Internal to cloud; lumdump reads the table
+ * to check clouds. */
+#ifndef LUM_CLOUD_PRESETS_H
+#define LUM_CLOUD_PRESETS_H
+
+#include "lum/base/error.h"
+#include "lum/cloud/writer.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/** Types of numbers. */
+typedef enum lum_field_type {
+    LUM_FIELD_U8,
+    LUM_FIELD_U16,
+    LUM_FIELD_U32,
+    LUM_FIELD_I32,
+    LUM_FIELD_F32,
+    LUM_FIELD_F64,
+    LUM_FIELD_TYPES /**< how many there are */
+} lum_field_type;
+
+/** How formats name a type. */
+typedef struct lum_field_type_spec {
+    const char *name; /**< for people, such as "u8" */
+    const char *ply;  /**< in PLY */
+    char pcd;         /**< in PCD: F, I or U */
+    uint8_t bytes;    /**< its size */
+    uint8_t ros;      /**< in sensor_msgs/msg/PointField */
+} lum_field_type_spec;
+
+/** By ::lum_field_type. */
+extern const lum_field_type_spec lum_field_types[LUM_FIELD_TYPES];
+
+/** What a field holds of a point. */
+typedef enum lum_field_value {
+    LUM_VALUE_X,           /**< metres */
+    LUM_VALUE_Y,           /**< metres */
+    LUM_VALUE_Z,           /**< metres */
+    LUM_VALUE_WIDTH_NS,    /**< pulse width */
+    LUM_VALUE_WIDTH_CNS,   /**< pulse width in 0.01 ns, as LAS has it */
+    LUM_VALUE_DISTANCE,    /**< metres, of x, y and z */
+    LUM_VALUE_AZIMUTH,     /**< radians, of x and y */
+    LUM_VALUE_ELEVATION,   /**< radians, of x, y and z */
+    LUM_VALUE_WIDTH_255,   /**< pulse width, 255 is 25.5 ns and more */
+    LUM_VALUE_WIDTH_1,     /**< pulse width, 1 is 25.5 ns and more */
+    LUM_VALUE_RING,        /**< 2 x line, plus 1 of the green eye */
+    LUM_VALUE_EYE,         /**< an ::lum_eye */
+    LUM_VALUE_RETURN,      /**< number of the return */
+    LUM_VALUE_RETURNS,     /**< how many the pixel has */
+    LUM_VALUE_RETURN_TYPE, /**< by nebula's numbers */
+    LUM_VALUE_TIME_S,      /**< from the beginning of the frame */
+    LUM_VALUE_TIME_NS,     /**< likewise */
+    LUM_VALUE_TIMESTAMP_S  /**< of the line */
+} lum_field_value;
+
+/** A field of a point. */
+typedef struct lum_preset_field {
+    const char *name; /**< as the consumer spells it */
+    uint8_t type;     /**< a ::lum_field_type */
+    uint8_t value;    /**< a ::lum_field_value */
+} lum_preset_field;
+
+/** Most fields of a preset. */
+#define LUM_PRESET_FIELDS_MAX 10u
+
+/** The fields that a consumer reads, one behind the other without gaps. */
+typedef struct lum_preset {
+    const char *name;  /**< as in options */
+    bool is_in_places; /**< the consumer finds fields by their place; others
+                            find them by name */
+    uint8_t count;     /**< of fields */
+    lum_preset_field fields[LUM_PRESET_FIELDS_MAX]; /**< in their order */
+} lum_preset;
+
+/** How many there are. */
+#define LUM_PRESETS 6u
+
+/** All of them. */
+extern const lum_preset lum_presets[LUM_PRESETS];
+
+/** What a message has without a preset, to compare clouds with: its fields
+ * "ring" and "return" have other rules (ros_points.h). */
+extern const lum_preset lum_preset_of_messages;
+
+/** Find one by name.
+ * @return it, or NULL with the list of names in error; then errno is EINVAL. */
+const lum_preset *lum_preset_find(const char *name, lum_error *error);
+
+/** Bytes of a point. */
+size_t lum_preset_bytes(const lum_preset *preset);
+
+/** Bytes before a field. */
+size_t lum_preset_offset(const lum_preset *preset, unsigned field);
+
+/** Whether it has a time of each point. */
+bool lum_preset_has_times(const lum_preset *preset);
+
+/* --- Rows of files --- */
+
+/** Rows of a line. */
+typedef struct lum_preset_line {
+    const lum_preset *preset;     /**< which */
+    const lum_line_samples *line; /**< of it */
+    char separator;               /**< between fields, in text */
+} lum_preset_line;
+
+/** Write rows of n samples as text; a lum_put_rows of writer_internal.h.
+ * @param context a lum_preset_line; samples are of its line. */
+char *lum_preset_put_text(char *p, void *context, const lum_sample *samples,
+                          size_t n);
+
+/** The same in binary, little-endian and without padding. */
+char *lum_preset_put_binary(char *p, void *context, const lum_sample *samples,
+                            size_t n);
+
+/* --- Points of messages --- */
+
+/** Where a point stands in order of time. */
+typedef struct lum_preset_place {
+    float time;     /**< seconds from the beginning of the frame */
+    uint32_t order; /**< of equal times; bit 31 is the eye */
+    uint32_t row;   /**< its index as it came */
+} lum_preset_place;
+
+/** A frame's points as they came; all 0 is none. */
+typedef struct lum_preset_points {
+    unsigned char *rows;      /**< of the preset's bytes each */
+    lum_preset_place *places; /**< of each */
+    size_t count;             /**< how many */
+    size_t room;              /**< as many fit */
+} lum_preset_points;
+
+/** Free what it holds. */
+void lum_preset_points_free(lum_preset_points *points);
+
+/** Add a line's points.
+ * @param from_s the time of all points where the line has no times.
+ * @return 0; -1: no memory, or more than a message can have. */
+LUM_MUST_CHECK int lum_preset_points_add(lum_preset_points *points,
+                                         const lum_preset *preset,
+                                         const lum_line_samples *line,
+                                         float from_s);
+
+/** Bring them into order of time, of equal times the blue eye's first.
+ * @return the time of the first, 0 without points. */
+float lum_preset_points_sort(lum_preset_points *points);
+
+/** Write them, with times from first_s, and have none for the next frame.
+ * lum_preset_points_sort() came before. */
+void lum_preset_points_take(lum_preset_points *points, const lum_preset *preset,
+                            float first_s, unsigned char *out);
+
+#endif
