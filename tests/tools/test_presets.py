@@ -249,7 +249,9 @@ class Check(Case):
     def test_an_mcap_file_that_is_cut_anywhere_gives_fields_or_an_error(self):
         self.dump(self.street(), "--preset", "lio-sam", "-o", self.folder / "a.mcap")
         data = (self.folder / "a.mcap").read_bytes()
-        for n in [*range(0, 6000, 61), len(data) - 1]:
+        self.dump(self.street(), "--preset", "lio-sam", "-o", self.folder / "c.mcap", *PLAIN)
+        self.check("lio-sam", self.folder / "c.mcap", 0)
+        for n in [*range(0, 6000, 157), len(data) - 1]:
             r = run("lumdump", "--check-preset", "lio-sam", self.folder.write("b.mcap", data[:n]))
             self.assertIn(r.returncode, (0, 2), (n, r.stderr))
 

@@ -255,41 +255,56 @@ static int take_cloud(struct cursor c, struct cloud_fields *out)
     return c.failed ? -1 : 0;
 }
 
+/* Records that are looked at. */
+enum {
+    SCHEMA = 3,
+    CHANNEL = 4,
+    MESSAGE = 5,
+    CHUNK = 6,
+    DATA_END = 15
+};
+
 /* Which ids are those of clouds. */
 struct ids {
     bool is_schema[UINT16_MAX + 1];
     bool is_channel[UINT16_MAX + 1];
 };
 
+/* What one record says. 1: it was a cloud; 0: go on. */
+static int take_inner(unsigned op, struct cursor r, struct ids *ids,
+                      struct cloud_fields *out)
+{
+    static const char type[] = "sensor_msgs/msg/PointCloud2";
+    const uint16_t id = (uint16_t)take(&r, 2);
+    if (op == SCHEMA) {
+        const uint32_t len = (uint32_t)take(&r, 4);
+        const unsigned char *name = take_bytes(&r, len);
+        ids->is_schema[id] = !r.failed && len == sizeof type - 1u &&
+                             memcmp(name, type, len) == 0;
+    } else if (op == CHANNEL) {
+        ids->is_channel[id] = ids->is_schema[(uint16_t)take(&r, 2)];
+    } else if (op == MESSAGE && ids->is_channel[id]) {
+        (void)take_bytes(&r, 20); /* number and times */
+        return take_cloud(r, out) == 0 ? 1 : -1;
+    }
+    return r.failed ? -1 : 0;
+}
+
 /* 1: a cloud; 0: none yet. */
 static int take_records(struct cursor c, struct ids *ids,
                         struct cloud_fields *out)
 {
-    static const char type[] = "sensor_msgs/msg/PointCloud2";
-    while (c.left > 0) {
+    int result = 0;
+    while (c.left > 0 && result == 0) {
         const unsigned op = (unsigned)take(&c, 1);
         const uint64_t whole = take(&c, 8);
         /* Of a cloud that is cut, the begin is enough. */
-        const uint64_t n = op == 5u && whole > c.left ? c.left : whole;
+        const uint64_t n = op == MESSAGE && whole > c.left ? c.left : whole;
         const unsigned char *at = take_bytes(&c, n);
-        struct cursor r = {at, c.failed ? 0 : (size_t)n, 0, c.failed};
-        const uint16_t id = (uint16_t)take(&r, 2);
-        if (op == 3u) {
-            const uint32_t len = (uint32_t)take(&r, 4);
-            const unsigned char *name = take_bytes(&r, len);
-            ids->is_schema[id] = !r.failed && len == sizeof type - 1u &&
-                                 memcmp(name, type, len) == 0;
-        } else if (op == 4u) {
-            ids->is_channel[id] = ids->is_schema[(uint16_t)take(&r, 2)];
-        } else if (op == 5u && ids->is_channel[id]) {
-            (void)take_bytes(&r, 20);
-            return take_cloud(r, out) == 0 ? 1 : -1;
-        }
-        if (r.failed) {
-            return -1;
-        }
+        const struct cursor r = {at, c.failed ? 0 : (size_t)n, 0, c.failed};
+        result = take_inner(op, r, ids, out);
     }
-    return 0;
+    return result;
 }
 
 /* Its records as they are, in a zstd frame or not. */
@@ -350,11 +365,11 @@ static int take_record(FILE *file, struct ids *ids, struct cloud_fields *out)
         memcpy(body, head, sizeof head);
         const struct cursor inner = {body + sizeof head, (size_t)n, 0, false};
         const struct cursor whole = {body, sizeof head + (size_t)n, 0, false};
-        const bool is_message = head[0] >= 3u && head[0] <= 5u;
-        result = head[0] == 6u ? take_chunk(inner, ids, out)
-                 : is_message  ? take_records(whole, ids, out)
-                               : 0;
-        result = head[0] == 0x0fu ? -1 : result; /* the end of the data */
+        const bool is_message = head[0] >= SCHEMA && head[0] <= MESSAGE;
+        result = head[0] == CHUNK ? take_chunk(inner, ids, out)
+                 : is_message     ? take_records(whole, ids, out)
+                                  : 0;
+        result = head[0] == DATA_END ? -1 : result; /* the end of the data */
     }
     free(body);
     return result;
