@@ -236,8 +236,8 @@ static int64_t whole(double v, lum_field_type type)
     static const double highest[] = {UINT8_MAX, UINT16_MAX, UINT32_MAX,
                                      INT32_MAX};
     const double lowest = type == LUM_FIELD_I32 ? (double)INT32_MIN : 0.0;
-    if (isnan(v) || v < lowest) {
-        return isnan(v) ? 0 : (int64_t)lowest;
+    if (!(v >= lowest)) {
+        return v < lowest ? (int64_t)lowest : 0;
     }
     return v < highest[type] ? (int64_t)floor(v + 0.5) : (int64_t)highest[type];
 }
@@ -415,7 +415,8 @@ void lum_preset_points_take(lum_preset_points *points, const lum_preset *preset,
         const lum_preset_field *f = &preset->fields[k];
         unsigned char *at = out + lum_preset_offset(preset, k);
         for (size_t i = 0; i < points->count && is_time(f); i++) {
-            const double time = (double)(points->places[i].time - first_s);
+            const float since_s = points->places[i].time - first_s;
+            const double time = (double)since_s;
             (void)put_number(at + i * bytes, (lum_field_type)f->type,
                              f->value == LUM_VALUE_TIME_S ? time : time * 1e9);
         }

@@ -211,7 +211,7 @@ static void points_are_in_order_of_time_and_blue_is_first(void **state)
         assert_int_equal(lum_preset_points_add(&points, preset, &blue, 9), 0);
         assert_int_equal(points.count, 5);
         const float first = lum_preset_points_sort(&points);
-        assert_true(first == 0.1f);
+        assert_true(first == blue_times[0]);
         lum_preset_points_take(&points, preset, first, rows[0]);
         assert_int_equal(points.count, 0);
         for (unsigned i = 0; i < 5u; i++) {
