@@ -27,7 +27,8 @@ def why_no_namespaces():
         return "network namespaces need root, iproute2 and util-linux"
     name = f"lum-try-{os.getpid()}"
     tried = (["ip", "netns", "add", name], [*inside(name), "true"], ["ip", "netns", "del", name])
-    failed = [r.stderr.strip() for r in (subprocess.run(c, capture_output=True, text=True) for c in tried) if r.returncode != 0]
+    done = [subprocess.run(c, capture_output=True, text=True, timeout=support.PATIENCE_S) for c in tried]
+    failed = [r.stderr.strip() for r in done if r.returncode != 0]
     return f"network namespaces cannot be made here: {'; '.join(failed)}" if failed else None
 
 
@@ -151,7 +152,7 @@ class Hosts:
         host = []
         if arguments[0] == "-n":
             host, arguments = inside(arguments[1]), arguments[2:]
-        r = subprocess.run([*host, "ip", *arguments], capture_output=True, text=True)
+        r = subprocess.run([*host, "ip", *arguments], capture_output=True, text=True, timeout=support.PATIENCE_S)
         if r.returncode != 0:
             raise AssertionError(f"ip {' '.join(arguments)}: {r.stderr.strip()}")
         return r.stdout
@@ -163,7 +164,7 @@ class Hosts:
 
     def remove(self):
         for name in (self.client, self.sensor):
-            subprocess.run(["ip", "netns", "del", name], capture_output=True)
+            subprocess.run(["ip", "netns", "del", name], capture_output=True, timeout=support.PATIENCE_S)
 
     def run(self, name, *arguments):
         """A tool on the client's host, to its end."""

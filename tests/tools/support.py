@@ -1,5 +1,6 @@
 """What the tool tests share: running the tools, and captures made by hand."""
 import atexit
+import contextlib
 import csv
 import gc
 import json
@@ -9,6 +10,8 @@ import signal
 import struct
 import subprocess
 import tempfile
+import threading
+import time
 
 BIN = pathlib.Path(os.environ.get("LUM_BIN", "build/bin")).resolve()
 MAGIC = bytes.fromhex("edfef3a1efbe3412")
@@ -45,10 +48,30 @@ def run(tool, *arguments, stdin=b"", timeout=PATIENCE_S, **options):
     return r
 
 
+@contextlib.contextmanager
+def limited(*processes):
+    """While something is waited for that only the end of programs ends: those that hang, or whose test fails, are killed."""
+    def kill():
+        for process in processes:
+            process.kill()
+    timer = threading.Timer(PATIENCE_S, kill)
+    timer.start()
+    try:
+        yield
+    except BaseException:
+        kill()
+        raise
+    finally:
+        timer.cancel()
+
+
 def signal_and_see(process, number):
     """Send a signal to a running program and return once it has taken it. Of two that wait to be taken, one is lost."""
     process.send_signal(number)
+    end = time.monotonic() + PATIENCE_S
     while process.poll() is None:
+        if time.monotonic() > end:
+            raise AssertionError(f"signal {number} is not taken")
         try:
             status = pathlib.Path(f"/proc/{process.pid}/status").read_text()
         except OSError:
@@ -56,6 +79,7 @@ def signal_and_see(process, number):
         pending = [int(line.split()[1], 16) for line in status.splitlines() if line.startswith(("SigPnd", "ShdPnd"))]
         if not any(bits >> (number - 1) & 1 for bits in pending):
             return
+        time.sleep(0.001)
 
 
 def ip(address):

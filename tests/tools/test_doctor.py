@@ -183,7 +183,7 @@ class OnHosts(Doctor):
     def sensor(self, *arguments):
         return Sensor(self, self.folder, *CALM, *arguments, address="10.42.0.37", namespace=self.hosts.sensor)
 
-    def shell(self, command, timeout=None):
+    def shell(self, command, timeout=PATIENCE_S):
         """As it stands, on the client's host. One that does not end, since it only looks, is ended."""
         p = subprocess.Popen([*inside(self.hosts.client), "sh", "-ec", command], stdout=subprocess.PIPE,
                              stderr=subprocess.STDOUT, text=True, env=self.environment, start_new_session=True)
@@ -191,7 +191,7 @@ class OnHosts(Doctor):
             out, _ = p.communicate(timeout=timeout)
         except subprocess.TimeoutExpired:
             os.killpg(p.pid, signal.SIGKILL)
-            out, _ = p.communicate()
+            out, _ = p.communicate(timeout=PATIENCE_S)
         return p.returncode, out
 
     def client(self, command):
@@ -228,7 +228,7 @@ class OnHosts(Doctor):
         if looks:
             return looks[1].split() + (["--trace"] if looks[2] else [])
         changes = re.match(r"sudo (ip|nft|iptables-nft|iptables-legacy|sysctl) ", mend)
-        status, out = self.shell(mend, timeout=None if changes else 1.0)
+        status, out = self.shell(mend, timeout=PATIENCE_S if changes else 1.0)
         if changes:
             self.assertEqual(status, 0, f"{mend}: {out}\n{found}")
         return None
@@ -349,7 +349,7 @@ class TwoHosts(OnHosts):
         self.sensor("--port", "6000")
         r = subprocess.run([*inside(self.hosts.sensor), "nft", "-f", "-"], input="""table ip rewrite {
             chain in { type filter hook prerouting priority -300; udp dport 5517 udp dport set 6000; }
-        }""", capture_output=True, text=True)
+        }""", capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual(r.returncode, 0, r.stderr)
         found = self.broken("answer", 1, "answers from port 6000")
         self.assertEqual(self.mended(found, "answer"), ["lumctl --host 10.42.0.37 --port 6000 doctor"])

@@ -8,7 +8,7 @@ import time
 import unittest
 
 import shards
-from support import BIN, PATIENCE_S, Folder, run, summary
+from support import BIN, PATIENCE_S, Folder, limited, run, summary
 from test_lumdump import two_lines
 
 ADDRESS = "127.47.0.1"
@@ -79,7 +79,8 @@ class Rivals(Case):
 
     def end(self, p):
         p.stdin.close()
-        said = p.stderr.read().decode()
+        with limited(p):
+            said = p.stderr.read().decode()
         self.assertEqual(p.wait(PATIENCE_S), 0, said)
 
     def test_a_second_run_of_a_name_is_refused_and_the_first_is_whole(self):
@@ -194,7 +195,8 @@ class Live(Case):
             self.refused(1, "lumsim", "-q", "-o", name, says="writing it")
         self.refused(1, "lumdump", source, "-o", cloud, says=f"another run is writing it (process {p.pid})")
         p.send_signal(signal.SIGINT)
-        said = p.stderr.read().decode()
+        with limited(p):
+            said = p.stderr.read().decode()
         self.assertEqual(p.wait(PATIENCE_S), 0, said)
         self.assertGreater(summary(raw)["points"], 1000)
         self.assertEqual(stat.S_IMODE(raw.stat().st_mode), 0o640)

@@ -102,7 +102,7 @@ class Wire(Case):
 
     def apply(self, command):
         """A printed command, word for word."""
-        r = subprocess.run([*inside(self.hosts.client), "sh", "-ec", command], capture_output=True, text=True)
+        r = subprocess.run([*inside(self.hosts.client), "sh", "-ec", command], capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual((r.returncode, r.stderr), (0, ""), command)
 
     def test_two_devices_of_one_address_and_who_is_nobody(self):

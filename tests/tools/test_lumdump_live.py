@@ -13,7 +13,7 @@ import time
 import unittest
 
 import shards
-from support import BIN, PATIENCE_S, Folder, run, simulate, summary
+from support import BIN, PATIENCE_S, Folder, limited, run, simulate, summary
 
 ADDRESSES = (f"127.20.{8 * shards.index() + i // 250}.{i % 250 + 1}" for i in itertools.count())
 
@@ -117,7 +117,8 @@ class Case(unittest.TestCase):
 
     def end(self, p):
         """Wait for its end; what it said."""
-        said = p.stderr.read().decode()
+        with limited(p):
+            said = p.stderr.read().decode()
         self.assertIsNotNone(p.wait(PATIENCE_S))
         return said
 
@@ -267,7 +268,8 @@ class Ends(Case):
                 p = self.start_recording("--laser", "-o", self.folder / "c.las", "--json", stdout=subprocess.PIPE)
                 self.wait_for_points("c.las", least=100_000)
                 p.send_signal(number)
-                got = json.loads(p.stdout.read())
+                with limited(p):
+                    got = json.loads(p.stdout.read())
                 p.stdout.close()
                 said = self.end(p)
                 self.assertEqual(p.returncode, 0, said)
@@ -354,7 +356,9 @@ class Terminal(Case):
         self.addCleanup(p.kill)
         shown = b""
         is_asked = False
+        end = time.monotonic() + PATIENCE_S
         while p.poll() is None:
+            self.assertLess(time.monotonic(), end, shown)
             if select.select([main], [], [], 0.1)[0]:
                 shown += os.read(main, 65536)
             if b"laser on  buf" in shown and not is_asked:

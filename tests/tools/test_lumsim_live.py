@@ -11,7 +11,7 @@ import time
 import unittest
 
 import shards
-from support import BIN, MAGIC, PATIENCE_S, Folder, frames_of, group, pcap, run, simulate, udp
+from support import BIN, MAGIC, PATIENCE_S, Folder, frames_of, group, limited, pcap, run, simulate, udp
 
 PORT = 5517
 QUIET_S = 0.4      # for what must not
@@ -147,7 +147,8 @@ class Live(unittest.TestCase):
             [BIN / "lumsim", "--address", self.host, "--log", log or self.log, *map(str, arguments)],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         self.addCleanup(self.end, process=self.process)
-        self.ready = self.process.stderr.readline().decode()
+        with limited(self.process):
+            self.ready = self.process.stderr.readline().decode()
         client = Client(self, self.host)
         client.beats = beats
         return client
@@ -159,7 +160,8 @@ class Live(unittest.TestCase):
             return ""
         process.send_signal(number)
         process.stdout.close()
-        said = process.stderr.read().decode()
+        with limited(process):
+            said = process.stderr.read().decode()
         process.stderr.close()
         self.assertEqual(process.wait(timeout=PATIENCE_S), 0, said)
         return said

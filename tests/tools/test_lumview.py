@@ -21,7 +21,7 @@ import urllib.parse
 
 import shards
 from live import Process, wait_until
-from support import BIN, PATIENCE_S, Folder, frames_of, read_csv, run, simulate, summary
+from support import BIN, PATIENCE_S, Folder, frames_of, limited, read_csv, run, simulate, summary
 from test_provenance import mounted, packets, section
 from test_sources import later, split
 from websocket import (BINARY, PING, PONG, TEXT, Browser, Closed, Connection, frame, request, upgrade)
@@ -667,8 +667,7 @@ class Run(Case):
         script.chmod(0o755)
         environment = {**os.environ, "BROWSER": f"/no/such/browser:{script}"}
         with subprocess.Popen([FAKE, "--quiet", "x"], env=environment, stdout=subprocess.PIPE,
-                              stderr=subprocess.PIPE) as p:
-            self.addCleanup(p.kill)
+                              stderr=subprocess.PIPE) as p, limited(p):
             wait_until(seen.exists, what="the browser")
             p.send_signal(signal.SIGINT)
             self.assertEqual(p.wait(PATIENCE_S), 0)
@@ -684,8 +683,7 @@ class Run(Case):
         script.chmod(0o755)
         environment = {**os.environ, "BROWSER": str(script), **environment}
         with subprocess.Popen([FAKE, "--bind", "127.0.0.1", "x"], env=environment, stdout=subprocess.PIPE,
-                              stderr=subprocess.PIPE, text=True) as p:
-            self.addCleanup(p.kill)
+                              stderr=subprocess.PIPE, text=True) as p, limited(p):
             wait_until(seen.exists, what="the browser")
             argument, url = seen.read_text(), p.stderr.readline().split()[1]
             token = url.partition("?token=")[2]

@@ -87,15 +87,24 @@ class Inherited(unittest.TestCase):
         self.sensor_at(7)
         script = self.folder.write("bench.sh", f"'{BIN}/lumdump' -q udp://{self.address} --laser -o '{self.folder.path}/night.pcap' &\n"
                                                f"echo $! >'{self.folder.path}/pid'\nwait\n")
-        p = subprocess.Popen(["sh", script], start_new_session=True)
+        quiet = subprocess.DEVNULL  # nobody waits for a pipe that the recording has too
+        p = subprocess.Popen(["sh", script], start_new_session=True, stdin=quiet, stdout=quiet, stderr=quiet)
         self.addCleanup(p.wait)
-        self.addCleanup(lambda: p.poll() is None and os.killpg(p.pid, signal.SIGKILL))
+        self.addCleanup(end_all_of, p)
         self.wait_for_laser()
         os.killpg(p.pid, signal.SIGINT)
         recording = (self.folder / "pid").read_text().strip()
         wait_until(lambda: not os.path.exists(f"/proc/{recording}"), "the end of the recording")
         self.assertFalse(self.sensor.laser_is_up())
         self.assertTrue([e for e in self.sensor.events("tlv") if e.get("note") == "d"])
+
+
+def end_all_of(process):
+    """Its group outlives it."""
+    try:
+        os.killpg(process.pid, signal.SIGKILL)
+    except ProcessLookupError:
+        pass
 
 
 if __name__ == "__main__":
