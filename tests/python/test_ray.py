@@ -9,7 +9,6 @@ import subprocess
 import sys
 import tempfile
 import threading
-import time
 
 import pytest
 
@@ -308,22 +307,26 @@ class TestCluster:
         begun = tmp_path / "begun"
         others = {node.node_id for node in nodes.others}
 
+        ended = threading.Event()
+
         def remove():
-            while True:
+            while not ended.wait(0.05):
                 node = begun.read_text() if begun.exists() else ""
                 if node in others:
                     nodes.remove(node)
                     return
                 if node:  # the head, which must stay: let that read go on
                     return
-                time.sleep(0.05)
 
         where = {"scheduling_strategy": ray.util.scheduling_strategies.NodeAffinitySchedulingStrategy(sorted(others)[0], soft=True)}
         watcher = threading.Thread(target=remove)
         watcher.start()
-        dataset = lumray.read_captures(drives, columns=XYZR, filesystem=Failing(str(tmp_path), "wait"), override_num_blocks=3,
-                                       ray_remote_args=where)
-        got = as_frames(dataset)
-        watcher.join()
+        try:
+            dataset = lumray.read_captures(drives, columns=XYZR, filesystem=Failing(str(tmp_path), "wait"), override_num_blocks=3,
+                                           ray_remote_args=where)
+            got = as_frames(dataset)
+        finally:
+            ended.set()
+            watcher.join()
         assert len(nodes.others) == 1, "the node was not removed"
         assert got == expected(drives)
