@@ -20,12 +20,13 @@ static int check_start(lum_source *source, lum_error *error)
         return 0;
     }
     if (!source->has_failed) {
-        return lum_error_set(error,
-                             "%s: is empty; a pcap or pcapng file is expected",
-                             source->name);
+        return lum_error_set(
+            error, "%s: is empty; a pcap, pcapng or MCAP file is expected",
+            source->name);
     }
     return lum_error_set(
-        error, "%s: cannot be read: %s; a pcap or pcapng file is expected",
+        error,
+        "%s: cannot be read: %s; a pcap, pcapng or MCAP file is expected",
         source->name, source->error.text);
 }
 
@@ -70,7 +71,7 @@ static int begin(lum_input *in, lum_comments *comments, lum_error *error)
     if (begun < 0) {
         return lum_error_set(
             error,
-            "%s: not a capture (%s); a pcap or pcapng file is expected%s",
+            "%s: not a capture (%s); a pcap, pcapng or MCAP file is expected%s",
             in->source->name, reason.text, lum_unpack_hint(in->source));
     }
     return begun > 0 ? 0 : refuse_link(in, error);
@@ -134,7 +135,7 @@ int lum_input_next(lum_input *input, lum_pcap_record *out, lum_error *error)
 
 bool lum_input_can_seek(const lum_input *input)
 {
-    return lum_source_can_seek(input->source);
+    return lum_pcap_can_seek(input->reader);
 }
 
 int lum_input_pack(lum_input *input, lum_pack *pack, lum_error *error)

@@ -26,16 +26,17 @@ static uint16_t port(bool is_little, const uint8_t *p)
     return is_little ? load_le16(p) : load_be16(p);
 }
 
-bool lum_mcap_datagram_read(const uint8_t *message, size_t len, lum_record *out)
+bool lum_mcap_datagram_read(const uint8_t *message, size_t len, lum_record *out,
+                            uint32_t *whole)
 {
     if (len < DATA || message[0] != 0 || message[1] > 1) {
         return false;
     }
     const bool is_little = message[1] == 1;
     const uint32_t nanoseconds = number(is_little, message + NANOSECONDS);
-    const uint32_t whole = number(is_little, message + WHOLE);
+    const uint32_t sent = number(is_little, message + WHOLE);
     const uint32_t count = number(is_little, message + COUNT);
-    if (count > len - DATA || count > whole ||
+    if (count > len - DATA || count > sent ||
         nanoseconds >= NANOSECONDS_PER_S) {
         return false;
     }
@@ -48,6 +49,7 @@ bool lum_mcap_datagram_read(const uint8_t *message, size_t len, lum_record *out)
         .destination = load_be32(message + DESTINATION),
         .source_port = port(is_little, message + SOURCE_PORT),
         .destination_port = port(is_little, message + DESTINATION_PORT),
-        .kind = count < whole ? LUM_RECORD_CUT_SHORT : LUM_RECORD_DATAGRAM};
+        .kind = count < sent ? LUM_RECORD_CUT_SHORT : LUM_RECORD_DATAGRAM};
+    *whole = sent;
     return true;
 }

@@ -14,6 +14,7 @@ lum_pcap *lum_pcap_new(lum_source *source)
 void lum_pcap_free(lum_pcap *reader)
 {
     if (reader != NULL) {
+        lum_mcap_reader_free(reader->mcap);
         free(reader->interfaces);
         free(reader);
     }
@@ -44,11 +45,19 @@ int lum_pcap_begin(lum_pcap *reader, bool (*is_wanted)(uint32_t link_type),
     if (lum_pcapng_is(reader->source)) {
         return lum_pcapng_begin(reader, link_type, error);
     }
+    if (lum_mcap_is(reader->source)) {
+        return lum_mcap_reader_begin(reader, link_type, error);
+    }
     if (lum_pcap_records_begin(reader, error) != 0) {
         return -1;
     }
     *link_type = reader->interfaces[0].link_type;
     return reader->has_wanted;
+}
+
+bool lum_pcap_can_seek(const lum_pcap *reader)
+{
+    return reader->mcap == NULL && lum_source_can_seek(reader->source);
 }
 
 bool lum_pcap_has_wanted(const lum_pcap *reader)

@@ -1,11 +1,12 @@
 /** @file
- * pcap and pcapng files: bytes to records. Internal to the capture room.
+ * pcap, pcapng and MCAP files: bytes to records. Internal to the capture room.
  *
  * pcap of versions 2.0 to 2.4 and 543.0, of either byte order, in microseconds
  * or nanoseconds, and Kuznetzov's with its longer headers; pcapng of version 1
  * with any number of sections, each of its own byte order, and of interfaces,
- * each of its own link type, resolution and offset of time. What is no packet
- * is skipped.
+ * each of its own link type, resolution and offset of time; MCAP with
+ * datagrams in messages (docs/formats.md), each handed out as the IPv4 packet
+ * that it was, of link type IPV4. What is no packet is skipped.
  *
  * A reader is one thread's at a time. Nothing is allocated for a record. */
 #ifndef LUM_CAPTURE_PCAP_H
@@ -98,6 +99,10 @@ bool lum_pcap_has_wanted(const lum_pcap *reader);
  *         further, with the byte of the stream and the reason in error. */
 LUM_MUST_CHECK int lum_pcap_next(lum_pcap *reader, lum_pcap_record *out,
                                  lum_error *error);
+
+/** Whether it can be read from another place: lum_pcap_pack() is for such. An
+ * MCAP file cannot, since the channels before that place would be missing. */
+bool lum_pcap_can_seek(const lum_pcap *reader);
 
 /** The place of the next record and what was described before it, in either
  * direction; the source is at that place.

@@ -1,19 +1,23 @@
 /** @file
- * What the readers of pcap and of pcapng share. Internal to them. */
+ * What the readers of pcap, pcapng and MCAP share. Internal to them. */
 #ifndef LUM_CAPTURE_PCAP_INTERNAL_H
 #define LUM_CAPTURE_PCAP_INTERNAL_H
 
 #include "byte_order.h"
 #include "pcap.h"
 
+/** What is read of an MCAP file. */
+typedef struct lum_mcap_reader lum_mcap_reader;
+
 struct lum_pcap {
     lum_source *source;
     int (*next)(lum_pcap *reader, lum_pcap_record *out, lum_error *error);
-    uint64_t at;    /* where the record or block being read begins */
-    bool is_big;    /* the byte order of the file, or of the section */
-    uint32_t scale; /* pcap: nanoseconds of a fraction's unit */
-    size_t header;  /* pcap: bytes of a record's */
-    int lengths;    /* pcap: enum length_order */
+    uint64_t at;           /* where the record or block being read begins */
+    bool is_big;           /* the byte order of the file, or of the section */
+    uint32_t scale;        /* pcap: nanoseconds of a fraction's unit */
+    size_t header;         /* pcap: bytes of a record's */
+    int lengths;           /* pcap: enum length_order */
+    lum_mcap_reader *mcap; /* NULL: it is none */
     lum_pcap_interface *interfaces;
     uint32_t interface_count;
     uint32_t interface_room;
@@ -46,7 +50,7 @@ int lum_pcap_fail(const lum_pcap *reader, lum_error *error, const char *format,
                   ...);
 
 /** Say that the stream ended, or failed, within what begins at reader->at.
- * @param what "record" or "block".
+ * @param what "record", "block" or "chunk".
  * @param held of its bytes; 0: none, and the source has failed.
  * @param all  its bytes; 0: not known.
  * @return -1. */
@@ -69,5 +73,16 @@ bool lum_pcapng_is(lum_source *source);
 /** lum_pcap_begin() of a pcapng file. */
 LUM_MUST_CHECK int lum_pcapng_begin(lum_pcap *reader, uint32_t *link_type,
                                     lum_error *error);
+
+/** Whether the source begins as an MCAP file does. */
+bool lum_mcap_is(lum_source *source);
+
+/** lum_pcap_begin() of an MCAP file: reads up to the first channel that has
+ * datagrams. */
+LUM_MUST_CHECK int lum_mcap_reader_begin(lum_pcap *reader, uint32_t *link_type,
+                                         lum_error *error);
+
+/** Free it. NULL is allowed. */
+void lum_mcap_reader_free(lum_mcap_reader *reader);
 
 #endif

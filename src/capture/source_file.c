@@ -67,8 +67,8 @@ int lum_source_open(const char *path, lum_source **out, lum_error *error)
     if (fd < 0) {
         return lum_error_set(
             error,
-            "%s: cannot be opened: %s; a pcap or pcapng file is expected", name,
-            strerror(errno));
+            "%s: cannot be opened: %s; a pcap, pcapng or MCAP file is expected",
+            name, strerror(errno));
     }
     lum_source *source = from_descriptor(name, fd);
     if (source == NULL) {

@@ -8,8 +8,8 @@
 #ifndef LUM_CLOUD_MCAP_FILE_H
 #define LUM_CLOUD_MCAP_FILE_H
 
+#include "base/crc32.h"
 #include "bytes.h"
-#include "crc32.h"
 #include "mcap_pack.h"
 #include "sink.h"
 

@@ -228,14 +228,14 @@ class Damage(Case):
                     r = run("lumdump", source, "-o", self.folder / "out.csv")
                     self.assertEqual((r.returncode, r.stdout), (1, ""))
                     self.assertIn(name, r.stderr)
-                    self.assertIn("a pcap or pcapng file is expected", r.stderr)
+                    self.assertIn("a pcap, pcapng or MCAP file is expected", r.stderr)
                     self.assertFalse((self.folder / "out.csv").exists())
 
     def test_a_compressed_file_of_something_else(self):
         source = self.folder.write("x.gz", gzip.compress(b"x,y,z\n" * 1000))
         r = run("lumdump", source)
         self.assertEqual(r.returncode, 1)
-        self.assertIn("a pcap or pcapng file is expected", r.stderr)
+        self.assertIn("a pcap, pcapng or MCAP file is expected", r.stderr)
 
 
 @unittest.skipUnless(sys.platform == "linux", "memory and pipes are looked at as Linux shows them")

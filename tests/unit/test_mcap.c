@@ -7,8 +7,8 @@
 
 #include <cmocka.h>
 
+#include "base/crc32.h"
 #include "cloud/cdr.h"
-#include "cloud/crc32.h"
 #include "cloud/mcap_file.h"
 #include "cloud/ros_messages.h"
 #include "cloud/ros_points.h"

@@ -22,7 +22,9 @@ static const uint8_t big[GOLDEN_BYTES] = {
 static void check(const uint8_t *message)
 {
     lum_record r;
-    assert_true(lum_mcap_datagram_read(message, GOLDEN_BYTES, &r));
+    uint32_t whole = 0;
+    assert_true(lum_mcap_datagram_read(message, GOLDEN_BYTES, &r, &whole));
+    assert_int_equal(whole, 4);
     assert_int_equal(r.kind, LUM_RECORD_DATAGRAM);
     assert_int_equal(r.time_ns, 2000000003);
     assert_int_equal(r.len, 4);
@@ -46,10 +48,11 @@ static void a_message_cut_anywhere_is_refused(void **state)
     (void)state;
     for (size_t len = 1; len < GOLDEN_BYTES; len++) {
         lum_record r;
+        uint32_t whole = 0;
         uint8_t *const cut = malloc(len);
         assert_non_null(cut);
         memcpy(cut, little, len);
-        assert_false(lum_mcap_datagram_read(cut, len, &r));
+        assert_false(lum_mcap_datagram_read(cut, len, &r, &whole));
         free(cut);
     }
 }
@@ -57,9 +60,10 @@ static void a_message_cut_anywhere_is_refused(void **state)
 static bool is_read_with(size_t at, uint8_t value, lum_record *out)
 {
     uint8_t message[GOLDEN_BYTES];
+    uint32_t whole = 0;
     memcpy(message, little, sizeof message);
     message[at] = value;
-    return lum_mcap_datagram_read(message, sizeof message, out);
+    return lum_mcap_datagram_read(message, sizeof message, out, &whole);
 }
 
 static void less_data_than_was_sent_is_cut_short(void **state)

@@ -1,7 +1,7 @@
 /** @file
- * The CRC-32 of zip, PNG and MCAP. Internal to cloud. */
-#ifndef LUM_CLOUD_CRC32_H
-#define LUM_CLOUD_CRC32_H
+ * The CRC-32 of zip, PNG and MCAP. Internal. */
+#ifndef LUM_BASE_CRC32_H
+#define LUM_BASE_CRC32_H
 
 #include <stddef.h>
 #include <stdint.h>

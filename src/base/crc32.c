@@ -1,4 +1,4 @@
-#include "crc32.h"
+#include "base/crc32.h"
 
 #define POLYNOMIAL UINT32_C(0xedb88320)
 
