@@ -14,6 +14,7 @@ import threading
 import time
 import unittest
 
+import mcap_maker
 import shards
 from support import BIN, PATIENCE_S, Folder, line, pcap, run, simulate, summary, udp, word
 
@@ -236,6 +237,77 @@ class Damage(Case):
         r = run("lumdump", source)
         self.assertEqual(r.returncode, 1)
         self.assertIn("a pcap, pcapng or MCAP file is expected", r.stderr)
+
+
+class Mcap(Case):
+    """An MCAP file with the datagrams of a capture gives its points."""
+
+    def made(self, source, *arguments, **options):
+        return self.folder.write("made.mcap", mcap_maker.mcap(source.read_bytes(), *arguments, **options))
+
+    def check(self, made, expected):
+        self.assertEqual(self.points(made), expected)
+        r = run("lumdump", "-", "-o", "-", "--format", "csv", stdin=made.read_bytes())
+        self.assertEqual((r.returncode, r.stdout), (0, expected))
+
+    def test_the_same_points_from_a_file_and_from_a_pipe(self):
+        source = self.whole()
+        made = self.made(source)
+        expected = self.points(source)
+        self.assertGreater(len(expected), 10000)
+        self.check(made, expected)
+        for key in "records", "points", "other", "data_packets":
+            self.assertEqual(summary(made).get(key), summary(source).get(key))
+        for ending in ENDINGS:
+            packed = self.compress(made, ending)
+            if packed is not None:
+                self.assertEqual(self.points(packed), expected)
+
+    @unittest.skipIf(shutil.which("zstd") is None, "no zstd")
+    def test_chunks_by_zstd(self):
+        def pack(records):
+            return subprocess.run(["zstd", "-q", "-c"], input=records, stdout=subprocess.PIPE, check=True).stdout
+
+        source = self.whole()
+        made = self.made(source, "zstd", pack)
+        r = run("lumdump", made)
+        if r.returncode == 0:
+            self.check(made, self.points(source))
+        else:
+            self.assertIn("this build has no libzstd", r.stderr)
+
+    def test_a_chunk_larger_than_the_window(self):
+        source = self.whole()
+        many = source.read_bytes()[:24] + source.read_bytes()[24:] * (1 + 40_000_000 // source.stat().st_size)
+        whole = self.folder.write("many.pcap", many)
+        made = self.made(whole, size=60_000_000)
+        self.assertGreater(made.stat().st_size, 33_554_432)
+        self.assertEqual(summary(made)["points"], summary(whole)["points"])
+
+    def test_a_capture_and_an_mcap_file_are_one_stream(self):
+        source = self.whole()
+        both = summary(self.made(source), source)
+        self.assertEqual(both["records"], 2 * summary(source)["records"])
+
+    def test_a_cut_one_gives_its_whole_chunks(self):
+        source = self.whole()
+        made = self.made(source, size=100_000)
+        data = made.read_bytes()
+        made.write_bytes(data[:len(data) // 2])
+        r = run("lumdump", made, "-o", "-", "--format", "csv")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertIn("a chunk is cut short", r.stderr)
+        self.assertGreater(len(r.stdout.splitlines()), 1000)
+
+    def test_what_it_has_instead_of_packets_is_said(self):
+        source = self.whole()
+        r = run("lumdump", self.made(source, schema="std_msgs/msg/String"))
+        self.assertEqual((r.returncode, r.stdout), (1, ""))
+        self.assertIn("it has no packets of a sensor, only messages such as sensor_msgs/msg/PointCloud2; "
+                      "lumdump --mcap packets writes them", r.stderr)
+        r = run("lumdump", self.made(source, "lz4"))
+        self.assertEqual((r.returncode, r.stdout), (1, ""))
+        self.assertIn("compressed by lz4, which is not read: use mcap compress --compression zstd", r.stderr)
 
 
 @unittest.skipUnless(sys.platform == "linux", "memory and pipes are looked at as Linux shows them")

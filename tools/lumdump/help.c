@@ -6,7 +6,7 @@ const char help_output[] =
     "them\n"
     "up.\n"
     "\n"
-    "SOURCE is a pcap or pcapng file, .gz and .zst too, - for a capture on "
+    "SOURCE is a pcap, pcapng or MCAP file, .gz and .zst too, - for a capture on "
     "standard\n"
     "input, or udp://HOST[:PORT] for a sensor: lumdump then owns the session "
     "and\n"

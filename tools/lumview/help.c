@@ -4,7 +4,7 @@ const char help_text[] =
     "Usage: lumview [OPTION]... SOURCE...\n"
     "Show the points of a Luminar Model G2 in a browser.\n"
     "\n"
-    "SOURCE is a pcap or pcapng file, .gz and .zst too, - for a capture on "
+    "SOURCE is a pcap, pcapng or MCAP file, .gz and .zst too, - for a capture on "
     "standard\n"
     "input, or udp://HOST[:PORT] for a sensor: lumview then owns the session "
     "and\n"
