@@ -274,7 +274,7 @@ int lum_mcap_chunk_read(lum_mcap_chunk *chunk, lum_pcap *reader, uint64_t len,
 {
     lum_pcap *r = reader;
     uint64_t left = len;
-    struct head head;
+    struct head head = {.unpacked = 0};
     chunk->records.len = 0;
     if (read_head(r, &left, &head, error) != 0 ||
         read_records(chunk, r, &head, error) != 0 ||

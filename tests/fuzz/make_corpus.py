@@ -289,8 +289,32 @@ def capture_seeds():
         "zstd": zstd_stored(pcap(1, frame)),
         "zstd-cut": zstd_stored(pcap(1, frame))[:-30],
         "can-beside-ethernet": mixed_links(frame),
+        "mcap": mcap(False),
+        "mcap-zstd": mcap(True),
+        "mcap-cut": mcap(False)[:-120],
     })
     return seeds
+
+
+def mcap(is_packed):
+    """A datagram in a chunk, and one behind it."""
+    def text(value):
+        return struct.pack("<I", len(value)) + value
+
+    def record(opcode, body):
+        return struct.pack("<BQ", opcode, len(body)) + body
+
+    def message(payload):
+        return record(5, struct.pack("<HIQQ", 1, 0, 0, 0) + b"\0\1\0\0" + struct.pack("<II", 7, 9) + b"\x0a\x2a\0\x25\x8d\x15"
+                      + b"\x0a\x2a\0\1\x50\xc3" + struct.pack("<II", len(payload), len(payload)) + payload)
+
+    content = record(3, struct.pack("<H", 1) + text(b"lumsdk_msgs/msg/Datagram") + text(b"ros2msg") + text(b""))
+    content += record(4, struct.pack("<HH", 1, 1) + text(b"/p") + text(b"cdr") + text(b"")) + message(b"one")
+    packed = zstd_stored(content) if is_packed else content
+    head = struct.pack("<QQQI", 0, 0, len(content), zlib.crc32(content)) + text(b"zstd" if is_packed else b"")
+    magic = b"\x89MCAP0\r\n"
+    return (magic + record(1, text(b"") + text(b"")) + record(6, head + struct.pack("<Q", len(packed)) + packed) + message(b"two")
+            + record(15, bytes(4)) + record(11, struct.pack("<Q", 2) + bytes(34)) + record(2, bytes(20)) + magic)
 
 
 def gzip_stored(content):
