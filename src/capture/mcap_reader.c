@@ -438,8 +438,7 @@ static int refuse_without_packets(const lum_mcap_reader *m, lum_error *error)
 {
     return lum_error_set(
         error,
-        "it has no packets of a sensor, %s%s; lumdump --mcap packets writes "
-        "them",
+        "it has no packets of a sensor, %s%s; clouds cannot be decoded again",
         m->other[0] != '\0' ? "only messages such as " : "and no messages",
         m->other);
 }

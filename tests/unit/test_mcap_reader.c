@@ -499,7 +499,7 @@ static void what_has_no_datagrams_says_what_it_has(void **state)
     put_cloud(&im, 10);
     end_file(&im);
     expect_error(&im, "only messages such as sensor_msgs/msg/PointCloud2; "
-                      "lumdump --mcap packets writes them");
+                      "clouds cannot be decoded again");
     im = begin_file();
     end_file(&im);
     expect_error(&im, "and no messages");
