@@ -3,6 +3,7 @@ import math
 import struct
 import unittest
 
+import shards
 from mcap_file import File, cdr
 from support import Folder, read_csv, run, simulate
 
@@ -270,4 +271,4 @@ class Refused(Case):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    shards.main()
