@@ -2,6 +2,7 @@
  * lumsdk_msgs/msg/Datagram, each as an IPv4 packet. The index at the end is
  * not used, so a file may come through a pipe. */
 #include "mcap_chunk.h"
+#include "mcap_comments.h"
 #include "mcap_datagram.h"
 #include "pcap_internal.h"
 
@@ -36,7 +37,8 @@ enum opcode {
     OP_CHANNEL = 4,
     OP_MESSAGE = 5,
     OP_CHUNK = 6,
-    OP_STATISTICS = 11
+    OP_STATISTICS = 11,
+    OP_METADATA = 12
 };
 
 /* What a step led to. */
@@ -338,6 +340,28 @@ static int take_statistics(lum_pcap *r, const struct record *record,
     return skip(r, record->len, error);
 }
 
+static void take_comment(void *context, const uint8_t *text, size_t len)
+{
+    const lum_pcap *r = context;
+    if (r->take_option != NULL) {
+        r->take_option(r->option_context, LUM_PCAP_SECTION, LUM_PCAP_COMMENT,
+                       text, len);
+    }
+}
+
+/* Others' may have any length. */
+static int take_metadata(lum_pcap *r, const struct record *record,
+                         lum_error *error)
+{
+    lum_source *s = r->source;
+    if (record->len <= RECORD_BYTES_MAX &&
+        lum_source_has(s, RECORD_HEAD + (size_t)record->len)) {
+        lum_mcap_comments_read(s->at + RECORD_HEAD, (size_t)record->len,
+                               take_comment, r);
+    }
+    return skip(r, record->len, error);
+}
+
 static bool has_magic(const lum_source *s)
 {
     static const uint8_t magic[MAGIC_BYTES] = {0x89, 'M', 'C',  'A',
@@ -397,6 +421,8 @@ static int next_in_file(lum_pcap *r, lum_pcap_record *out, lum_error *error)
         return take_chunk(r, &record, error);
     case OP_STATISTICS:
         return take_statistics(r, &record, error);
+    case OP_METADATA:
+        return take_metadata(r, &record, error);
     case OP_FOOTER:
         return take_footer(r, &record, error);
     default:
