@@ -22,6 +22,12 @@ void lum_cdr_put_u8(lum_cdr *cdr, uint8_t v)
     lum_bytes_put_u8(cdr->out, v);
 }
 
+void lum_cdr_put_u16(lum_cdr *cdr, uint16_t v)
+{
+    align(cdr, 2);
+    lum_bytes_put_u16(cdr->out, v);
+}
+
 void lum_cdr_put_u32(lum_cdr *cdr, uint32_t v)
 {
     align(cdr, 4);
@@ -34,6 +40,11 @@ void lum_cdr_put_f64(lum_cdr *cdr, double v)
     align(cdr, 8);
     (void)lum_put_f64(number, v);
     lum_bytes_put(cdr->out, number, sizeof number);
+}
+
+void lum_cdr_put_bytes(lum_cdr *cdr, const void *bytes, size_t n)
+{
+    lum_bytes_put(cdr->out, bytes, n);
 }
 
 void lum_cdr_put_string(lum_cdr *cdr, const char *text)

@@ -20,10 +20,15 @@ lum_cdr lum_cdr_begin(lum_bytes *out);
 
 /** Append a bool or a byte. */
 void lum_cdr_put_u8(lum_cdr *cdr, uint8_t v);
+/** Append a number of 16 bits. */
+void lum_cdr_put_u16(lum_cdr *cdr, uint16_t v);
 /** Append a number of 32 bits, or the length of a sequence. */
 void lum_cdr_put_u32(lum_cdr *cdr, uint32_t v);
 /** Append a double. */
 void lum_cdr_put_f64(lum_cdr *cdr, double v);
+
+/** Append bytes as they are; those of a sequence come behind its length. */
+void lum_cdr_put_bytes(lum_cdr *cdr, const void *bytes, size_t n);
 
 /** Append a string; its length counts the NUL that ends it. */
 void lum_cdr_put_string(lum_cdr *cdr, const char *text);

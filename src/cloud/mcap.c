@@ -17,6 +17,8 @@
 
 typedef struct state {
     lum_mcap_file file;
+    unsigned contents;                /* of lum_mcap_content */
+    unsigned channel[LUM_ROS_TOPICS]; /* of those that the file has */
     lum_ros_points points;
     lum_preset_points preset_points; /* instead of these, by a preset */
     char frame_id[LUM_MCAP_FRAME_ID_MAX + 1u];
@@ -52,12 +54,45 @@ static int keep_frame_id(const lum_writer *writer, state *s,
     return 0;
 }
 
-static int put_channels(lum_mcap_file *file, lum_error *error)
+static int keep_contents(const lum_writer *writer, state *s,
+                         const lum_mcap_options *o, lum_error *error)
 {
+    const unsigned clouds = LUM_MCAP_OF_FRAMES | LUM_MCAP_OF_LINES;
+    const unsigned all = clouds | LUM_MCAP_OF_DATAGRAMS;
+    s->contents = o->contents != 0 ? o->contents : LUM_MCAP_OF_FRAMES;
+    const bool is_known = (s->contents & ~all) == 0;
+    if (is_known && (s->contents & clouds) != clouds &&
+        (writer->preset == NULL || s->contents & LUM_MCAP_OF_FRAMES)) {
+        return 0;
+    }
+    errno = EINVAL;
+    return lum_error_set(error, "%s: %s", lum_sink_name(writer->sink),
+                         !is_known ? "contents that MCAP does not have"
+                         : writer->preset != NULL
+                             ? "a preset is of whole frames"
+                             : "a cloud is of a frame or of a line, not both");
+}
+
+static bool has_topic(const state *s, unsigned topic)
+{
+    const bool has_clouds = s->contents != LUM_MCAP_OF_DATAGRAMS;
+    const bool has_datagrams = (s->contents & LUM_MCAP_OF_DATAGRAMS) != 0;
+    return topic == LUM_ROS_DATAGRAMS     ? has_datagrams
+           : topic == LUM_ROS_DIAGNOSTICS ? true
+                                          : has_clouds;
+}
+
+static int put_channels(state *s, lum_error *error)
+{
+    unsigned count = 0;
     for (unsigned i = 0; i < LUM_ROS_TOPICS; i++) {
         const lum_ros_topic *t = &lum_ros_topics[i];
-        if (lum_mcap_add_channel(file, t->name, t->type, t->definition, t->qos,
-                                 error) != 0) {
+        if (!has_topic(s, i)) {
+            continue;
+        }
+        s->channel[i] = count++;
+        if (lum_mcap_add_channel(&s->file, t->name, t->type, t->definition,
+                                 t->qos, error) != 0) {
             return -1;
         }
     }
@@ -94,10 +129,11 @@ static int begin(lum_writer *writer, lum_error *error)
     const lum_mcap_options *o =
         writer->options.mcap != NULL ? writer->options.mcap : &defaults;
     state *s = lum_writer_new_state(writer, sizeof *s, error);
-    if (s == NULL || keep_frame_id(writer, s, o, error) != 0) {
+    if (s == NULL || keep_frame_id(writer, s, o, error) != 0 ||
+        keep_contents(writer, s, o, error) != 0) {
         return -1;
     }
-    if (o->calibration != NULL) {
+    if (o->calibration != NULL && has_topic(s, LUM_ROS_TF_STATIC)) {
         s->calibration = *o->calibration;
         s->owes_mounts = true;
     }
@@ -105,13 +141,20 @@ static int begin(lum_writer *writer, lum_error *error)
     return lum_mcap_begin(&s->file, writer->sink, "lumsdk " LUM_VERSION,
                           !o->is_plain && lum_mcap_can_compress(),
                           error) == 0 &&
-                   put_channels(&s->file, error) == 0 &&
-                   put_about(writer, &s->file, o, error) == 0
+                   put_about(writer, &s->file, o, error) == 0 &&
+                   put_channels(s, error) == 0
                ? 0
                : -1;
 }
 
 /* --- Messages --- */
+
+static int begin_message(state *s, unsigned topic, int64_t time_ns,
+                         lum_bytes **out, lum_error *error)
+{
+    return lum_mcap_begin_message(&s->file, s->channel[topic], time_ns, out,
+                                  error);
+}
 
 /* Before the first other message, whose time they get. */
 static int put_mounts(state *s, int64_t time_ns, lum_error *error)
@@ -121,8 +164,7 @@ static int put_mounts(state *s, int64_t time_ns, lum_error *error)
         return 0;
     }
     s->owes_mounts = false;
-    if (lum_mcap_begin_message(&s->file, LUM_ROS_TF_STATIC, time_ns, &out,
-                               error) != 0) {
+    if (begin_message(s, LUM_ROS_TF_STATIC, time_ns, &out, error) != 0) {
         return -1;
     }
     lum_ros_put_mounts(out, time_ns, s->frame_id, &s->calibration);
@@ -148,8 +190,7 @@ static int put_cloud(state *s, float first_s, lum_error *error)
     const int64_t stamp_ns = stamp_of(s, first_s);
     lum_bytes *out = NULL;
     if (put_mounts(s, stamp_ns, error) != 0 ||
-        lum_mcap_begin_message(&s->file, LUM_ROS_POINTS, stamp_ns, &out,
-                               error) != 0) {
+        begin_message(s, LUM_ROS_POINTS, stamp_ns, &out, error) != 0) {
         return -1;
     }
     lum_cdr cdr = lum_ros_begin_cloud(out, stamp_ns, s->frame_id, (uint32_t)n);
@@ -161,6 +202,37 @@ static int put_cloud(state *s, float first_s, lum_error *error)
     return lum_mcap_end_message(&s->file, error);
 }
 
+static int put_line(state *s, const lum_ros_line *line, lum_error *error)
+{
+    const int64_t stamp_ns = stamp_of(s, line->first_s);
+    lum_bytes *out = NULL;
+    if (put_mounts(s, stamp_ns, error) != 0 ||
+        begin_message(s, LUM_ROS_POINTS, stamp_ns, &out, error) != 0) {
+        return -1;
+    }
+    lum_cdr cdr =
+        lum_ros_begin_cloud(out, stamp_ns, s->frame_id, (uint32_t)line->count);
+    unsigned char *to =
+        lum_bytes_extend(out, line->count * LUM_ROS_POINT_BYTES);
+    if (to != NULL) {
+        lum_ros_points_take_line(&s->points, line, to);
+    }
+    lum_ros_end_cloud(&cdr);
+    return to != NULL ? lum_mcap_end_message(&s->file, error)
+                      : lum_mcap_end_chunk(&s->file, error);
+}
+
+static int put_lines(state *s, lum_error *error)
+{
+    lum_ros_line line = lum_ros_points_next_line(&s->points);
+    int result = 0;
+    while (result == 0 && line.count > 0) {
+        result = put_line(s, &line, error);
+        line = lum_ros_points_next_line(&s->points);
+    }
+    return result;
+}
+
 static int put_preset_cloud(lum_writer *writer, lum_error *error)
 {
     state *s = writer->state;
@@ -170,8 +242,7 @@ static int put_preset_cloud(lum_writer *writer, lum_error *error)
     const int64_t stamp_ns = stamp_of(s, first_s);
     lum_bytes *out = NULL;
     if (put_mounts(s, stamp_ns, error) != 0 ||
-        lum_mcap_begin_message(&s->file, LUM_ROS_POINTS, stamp_ns, &out,
-                               error) != 0) {
+        begin_message(s, LUM_ROS_POINTS, stamp_ns, &out, error) != 0) {
         return -1;
     }
     lum_cdr cdr =
@@ -203,9 +274,12 @@ static int end_frame(lum_writer *writer, lum_error *error)
     if (writer->preset != NULL) {
         return put_preset_cloud(writer, error);
     }
-    return lum_ros_points_sort(&s->points, &first_s) == 0
-               ? put_cloud(s, first_s, error)
-               : no_memory(writer, error);
+    if (lum_ros_points_sort(&s->points, &first_s) != 0) {
+        return no_memory(writer, error);
+    }
+    return (s->contents & LUM_MCAP_OF_LINES) != 0
+               ? put_lines(s, error)
+               : put_cloud(s, first_s, error);
 }
 
 static int begin_frame(lum_writer *writer, int64_t utc_ns, lum_error *error)
@@ -214,7 +288,7 @@ static int begin_frame(lum_writer *writer, int64_t utc_ns, lum_error *error)
     if (end_frame(writer, error) != 0) {
         return -1;
     }
-    s->has_frame = true;
+    s->has_frame = s->contents != LUM_MCAP_OF_DATAGRAMS;
     s->has_line = false;
     s->utc_ns = bounded_ns(utc_ns);
     return 0;
@@ -248,6 +322,9 @@ static int add(lum_writer *writer, const lum_line_samples *line,
                lum_error *error)
 {
     state *s = writer->state;
+    if (s->contents == LUM_MCAP_OF_DATAGRAMS) {
+        return 0;
+    }
     if (enter_frame(writer, line, error) != 0) {
         return -1;
     }
@@ -272,11 +349,32 @@ static int add_status(lum_writer *writer, const lum_writer_status *status,
     lum_bytes *out = NULL;
     const int64_t time_ns = bounded_ns(status->time_ns);
     if (put_mounts(s, time_ns, error) != 0 ||
-        lum_mcap_begin_message(&s->file, LUM_ROS_DIAGNOSTICS, time_ns, &out,
-                               error) != 0) {
+        begin_message(s, LUM_ROS_DIAGNOSTICS, time_ns, &out, error) != 0) {
         return -1;
     }
     lum_ros_put_status(out, status);
+    return lum_mcap_end_message(&s->file, error);
+}
+
+static int add_datagram(lum_writer *writer, const lum_writer_datagram *datagram,
+                        lum_error *error)
+{
+    state *s = writer->state;
+    lum_bytes *out = NULL;
+    if ((s->contents & LUM_MCAP_OF_DATAGRAMS) == 0) {
+        return 0;
+    }
+    if (datagram->len > LUM_WRITER_DATAGRAM_BYTES_MAX) {
+        errno = EINVAL;
+        return lum_error_set(error, "%s: a datagram of %zu bytes; at most %u",
+                             lum_sink_name(writer->sink), datagram->len,
+                             LUM_WRITER_DATAGRAM_BYTES_MAX);
+    }
+    if (begin_message(s, LUM_ROS_DATAGRAMS, bounded_ns(datagram->time_ns), &out,
+                      error) != 0) {
+        return -1;
+    }
+    lum_ros_put_datagram(out, datagram);
     return lum_mcap_end_message(&s->file, error);
 }
 
@@ -317,6 +415,7 @@ const lum_format_ops lum_mcap_ops = {.name = "MCAP",
                                      .begin_frame = begin_frame,
                                      .end_frame = end_frame,
                                      .add_status = add_status,
+                                     .add_datagram = add_datagram,
                                      .flush = flush,
                                      .finish = finish,
                                      .release = release};

@@ -77,6 +77,17 @@ static const char diagnostics_definition[] =
     "string key\n"
     "string value\n" HEADER;
 
+static const char datagram_definition[] =
+    "# A UDP datagram as it came.\n"
+    "builtin_interfaces/Time stamp\n"
+    "uint8[4] source_address\n"
+    "uint16 source_port\n"
+    "uint8[4] destination_address\n"
+    "uint16 destination_port\n"
+    "# How many bytes were sent; data has fewer if it was cut short.\n"
+    "uint32 length\n"
+    "uint8[] data\n" TIME;
+
 /* The last depth of reliable messages; durability 1 keeps them for readers that
  * come later, 2 does not. */
 #define NEVER "\n    sec: 9223372036\n    nsec: 854775807\n"
@@ -93,7 +104,9 @@ const lum_ros_topic lum_ros_topics[LUM_ROS_TOPICS] = {
                            tf_definition, QOS("1", "1")},
     [LUM_ROS_DIAGNOSTICS] = {"/diagnostics",
                              "diagnostic_msgs/msg/DiagnosticArray",
-                             diagnostics_definition, QOS("10", "2")}};
+                             diagnostics_definition, QOS("10", "2")},
+    [LUM_ROS_DATAGRAMS] = {"/datagrams", "lumsdk_msgs/msg/Datagram",
+                           datagram_definition, QOS("1000", "2")}};
 
 /* --- Their parts --- */
 
@@ -188,6 +201,28 @@ void lum_ros_put_mounts(lum_bytes *out, int64_t stamp_ns, const char *frame_id,
         }
         put_rotation(&cdr, c);
     }
+}
+
+/* --- Datagrams --- */
+
+static void put_address(lum_cdr *cdr, uint32_t address)
+{
+    for (unsigned i = 0; i < 4u; i++) {
+        lum_cdr_put_u8(cdr, (uint8_t)(address >> (24u - 8u * i)));
+    }
+}
+
+void lum_ros_put_datagram(lum_bytes *out, const lum_writer_datagram *datagram)
+{
+    lum_cdr cdr = lum_cdr_begin(out);
+    put_time(&cdr, datagram->time_ns);
+    put_address(&cdr, datagram->source);
+    lum_cdr_put_u16(&cdr, datagram->source_port);
+    put_address(&cdr, datagram->destination);
+    lum_cdr_put_u16(&cdr, datagram->destination_port);
+    lum_cdr_put_u32(&cdr, (uint32_t)datagram->len); /* as it was sent */
+    lum_cdr_put_u32(&cdr, (uint32_t)datagram->len);
+    lum_cdr_put_bytes(&cdr, datagram->payload, datagram->len);
 }
 
 /* --- Status --- */

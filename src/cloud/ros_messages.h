@@ -23,6 +23,7 @@ enum {
     LUM_ROS_POINTS,
     LUM_ROS_TF_STATIC,
     LUM_ROS_DIAGNOSTICS,
+    LUM_ROS_DATAGRAMS,
     LUM_ROS_TOPICS
 };
 
@@ -48,6 +49,9 @@ void lum_ros_end_cloud(lum_cdr *cdr);
 /** A tf2_msgs/msg/TFMessage: from the sensor to FRAME_blue and FRAME_green. */
 void lum_ros_put_mounts(lum_bytes *out, int64_t stamp_ns, const char *frame_id,
                         const lum_calibration *calibration);
+
+/** A lumsdk_msgs/msg/Datagram (docs/formats.md). */
+void lum_ros_put_datagram(lum_bytes *out, const lum_writer_datagram *datagram);
 
 /** A diagnostic_msgs/msg/DiagnosticArray of one status. */
 void lum_ros_put_status(lum_bytes *out, const lum_writer_status *status);

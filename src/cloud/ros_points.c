@@ -182,6 +182,15 @@ static unsigned char *put_point(unsigned char *p, const lum_ros_point *point,
     return lum_put_u8(p, (uint8_t)eye);
 }
 
+static void forget(lum_ros_points *points)
+{
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        points->eyes[eye].count = 0;
+        points->eyes[eye].is_unsorted = false;
+        points->taken[eye] = 0;
+    }
+}
+
 void lum_ros_points_take(lum_ros_points *points, float first_s,
                          unsigned char *out)
 {
@@ -200,8 +209,50 @@ void lum_ros_points_take(lum_ros_points *points, float first_s,
             out = put_point(out, &green->at[g++], first_s, points->lines, 1);
         }
     }
-    blue->count = 0;
-    green->count = 0;
-    blue->is_unsorted = false;
-    green->is_unsorted = false;
+    forget(points);
+}
+
+/* --- Line after line --- */
+
+static bool is_earlier(const lum_ros_points *points, unsigned eye,
+                       unsigned than)
+{
+    return points->eyes[eye].at[points->taken[eye]].time <
+           points->eyes[than].at[points->taken[than]].time;
+}
+
+lum_ros_line lum_ros_points_next_line(lum_ros_points *points)
+{
+    lum_ros_line line = {.count = 0};
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        const bool has_more = points->taken[eye] < points->eyes[eye].count;
+        if (has_more &&
+            (line.count == 0 || is_earlier(points, eye, line.eye))) {
+            line.eye = eye;
+            line.count = 1;
+        }
+    }
+    if (line.count == 0) {
+        forget(points);
+        return line;
+    }
+    const lum_ros_eye *of = &points->eyes[line.eye];
+    const size_t first = points->taken[line.eye];
+    line.first_s = of->at[first].time;
+    while (first + line.count < of->count &&
+           of->at[first + line.count].line == of->at[first].line) {
+        line.count++;
+    }
+    return line;
+}
+
+void lum_ros_points_take_line(lum_ros_points *points, const lum_ros_line *line,
+                              unsigned char *out)
+{
+    const lum_ros_point *at = points->eyes[line->eye].at;
+    count_lines(points);
+    for (size_t i = 0; i < line->count; i++) {
+        out = put_point(out, &at[points->taken[line->eye]++], line->first_s,
+                        points->lines, line->eye);
+    }
 }

@@ -35,6 +35,7 @@ typedef struct lum_ros_points {
     lum_ros_eye eyes[LUM_EYES]; /**< by ::lum_eye */
     lum_ros_point *spare;       /**< room for sorting */
     size_t spare_room;          /**< as many fit */
+    size_t taken[LUM_EYES];     /**< by lum_ros_points_take_line() */
     uint32_t lines;             /**< the green eye's rings are as many above
                                      the blue's; 0: not one frame yet */
     bool has_line[2];           /**< whether there is one of these: */
@@ -64,5 +65,21 @@ LUM_MUST_CHECK int lum_ros_points_sort(lum_ros_points *points, float *first_s);
  * lum_ros_points_sort() came before. */
 void lum_ros_points_take(lum_ros_points *points, float first_s,
                          unsigned char *out);
+
+/** The points of a line, those of one eye that follow each other. */
+typedef struct lum_ros_line {
+    unsigned eye;  /**< an ::lum_eye */
+    size_t count;  /**< how many; 0: no line is left */
+    float first_s; /**< the time of the first */
+} lum_ros_line;
+
+/** The line that begins next, instead of lum_ros_points_take() as often as
+ * there is one. With the last one gone there are no points for the next frame.
+ * lum_ros_points_sort() came before. */
+lum_ros_line lum_ros_points_next_line(lum_ros_points *points);
+
+/** Write its points, LUM_ROS_POINT_BYTES each. */
+void lum_ros_points_take_line(lum_ros_points *points, const lum_ros_line *line,
+                              unsigned char *out);
 
 #endif

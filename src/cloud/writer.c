@@ -502,6 +502,18 @@ int lum_writer_add_status(lum_writer *writer, const lum_writer_status *status,
     return 0;
 }
 
+int lum_writer_add_datagram(lum_writer *writer,
+                            const lum_writer_datagram *datagram,
+                            lum_error *error)
+{
+    if (writer->failed ||
+        (writer->ops->add_datagram != NULL &&
+         writer->ops->add_datagram(writer, datagram, &writer->failure) != 0)) {
+        return remember(writer, error);
+    }
+    return 0;
+}
+
 /* --- The output --- */
 
 uint64_t lum_writer_bytes(const lum_writer *writer)

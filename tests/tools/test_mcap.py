@@ -2,6 +2,7 @@
 """lumdump -o drive.mcap: messages of ROS 2, from captures and live. Other readers: read_back_mcap.py."""
 import collections
 import itertools
+import json
 import math
 import signal
 import struct
@@ -155,14 +156,117 @@ class Capture(Case):
         self.assertEqual([c.points for c in self.file("a.mcap").clouds()], [[]])
 
 
+class Contents(Case):
+    def csv(self, source, *arguments):
+        self.dump(source, "-o", self.folder / "points.csv", "-q", *arguments)
+        return (self.folder / "points.csv").read_bytes()
+
+    def test_packets_give_the_points_that_they_came_from(self):
+        source = self.street("--loss", "0.01")
+        self.dump(source, "--mcap", "packets", "-o", self.folder / "a.mcap", "-o", self.folder / "a.pcap")
+        file, name = self.file("a.mcap"), self.folder / "a.mcap"
+        self.assertTrue(file.is_whole)
+        self.assertEqual(list(file.topics.values()), ["/diagnostics", "/datagrams"])
+        for choice in ((), ("--time", "utc", "--eye", "green")):
+            self.assertEqual(self.csv(name, *choice), self.csv(source, *choice))
+        self.dump(name, "-o", self.folder / "b.pcap")
+        self.assertEqual((self.folder / "b.pcap").read_bytes(), (self.folder / "a.pcap").read_bytes())
+        self.dump(name, "--mcap", "packets", "-o", self.folder / "b.mcap")
+        self.assertEqual(len(self.file("b.mcap").metadata["lumsdk"]["provenance"].split("---\n")), 2)
+
+    def test_packets_stand_beside_clouds(self):
+        source = self.street()
+        self.dump(source, "--mcap", "frames,packets", "-o", self.folder / "a.mcap", *PLAIN)
+        self.dump(source, "-o", self.folder / "b.mcap", *PLAIN)
+        file = self.file("a.mcap")
+        self.assertTrue(file.clouds() == self.file("b.mcap").clouds())
+        self.assertEqual(len(file.of("/tf_static")), 1)
+        self.assertGreater(len(file.of("/datagrams")), 100)
+        self.assertEqual(self.csv(self.folder / "a.mcap"), self.csv(source))
+
+    def test_lines_have_the_points_of_frames(self):
+        source = self.street("--loss", "0.01")
+        self.dump(source, "--mcap", "lines", "-o", self.folder / "a.mcap", *PLAIN)
+        self.dump(source, "-o", self.folder / "b.mcap", *PLAIN)
+        lines, frames = self.file("a.mcap").clouds(), self.file("b.mcap").clouds()
+        self.assertEqual(len({(p.ring, c.stamp_ns) for c in lines for p in c.points}), len(lines))
+
+        def points(clouds):
+            return sorted((p._replace(time=0), c.stamp_ns + round(p.time * 1e9)) for c in clouds for p in c.points)
+        got, want = points(lines), points(frames)
+        self.assertTrue([p for p, _ in got] == [p for p, _ in want], "other points")
+        self.assertLess(max(abs(a - b) for (_, a), (_, b) in zip(got, want)), 100)
+        stamps = [c.stamp_ns for c in lines]
+        self.assertGreater(len(lines), 300)
+        self.assertEqual(stamps, sorted(stamps))
+        self.assertTrue(all(c.points[0].time == 0 for c in lines))
+
+    def test_a_part_of_the_packets(self):
+        source = self.street()
+        self.dump(source, "--mcap", "packets", "--frames", "1:1", "-o", self.folder / "a.mcap", "-o", self.folder / "a.pcap")
+        self.assertEqual(self.csv(self.folder / "a.mcap"), self.csv(self.folder / "a.pcap"))
+
+    def test_files_that_rotate_are_read_together(self):
+        source = simulate(self.folder / "street.pcap", "--frames", "8", "--seed", "5")
+        self.dump(source, "--mcap", "packets", "--rotate", "1MB", "-o", self.folder / "r.mcap", *PLAIN)
+        names = [self.folder / n for n in sorted(self.folder.names()) if n.startswith("r-")]
+        self.assertGreater(len(names), 1)
+        self.dump(*names, "-o", self.folder / "all.csv", "-q")
+        self.assertEqual((self.folder / "all.csv").read_bytes(), self.csv(source))
+
+    def test_what_packets_need_to_be_read_is_in_the_file(self):
+        calibration = self.folder.write("c.yaml", "speed_of_light: 250000000\n")
+        self.dump(self.street(), "--calibration", calibration, "--mcap", "packets", "-o", self.folder / "a.mcap")
+        want = self.csv(self.street(), "--calibration", calibration)
+        self.assertEqual(self.csv(self.folder / "a.mcap"), want)
+        self.assertNotEqual(self.csv(self.street()), want)
+
+    def test_what_does_not_go_together_is_refused(self):
+        source, name = self.street(), self.folder / "a.mcap"
+        for arguments, says in (
+                (("--mcap", "frames,lines", "-o", name), "frames, lines or packets, or packets with one of the others"),
+                (("--mcap", "packets,packets", "-o", name), "frames, lines or packets"),
+                (("--mcap", "packets,", "-o", name), "frames, lines or packets"),
+                (("--mcap", "packets", "-o", self.folder / "a.csv"), "--mcap goes with mcap output only"),
+                (("--mcap", "packets"), "--mcap goes with mcap output only"),
+                (("--mcap", "lines", "--preset", "pdal", "-o", name), "are of whole frames"),
+                (("--mcap", "packets", "--preset", "pdal", "-o", name), "--preset goes with"),
+                (("--mcap", "packets", "-o", self.folder / "f-%d.mcap"), "packets are not of one frame"),
+                (("--mcap", "frames,packets", "--range", "2:80", "-o", name), "a packet holds many points")):
+            with self.subTest(arguments):
+                r = self.dump(source, *arguments, status=2)
+                self.assertIn(says, r.stderr)
+                self.assertFalse(name.exists())
+
+
 class Live(Case):
-    def start(self):
+    def start(self, *arguments, topic="/points", count=2):
         address = next(ADDRESSES)
-        Sensor(self, self.folder, "--frames", "2", address=address)
-        p = tool(self, self.folder, "lumdump", f"udp://{address}", "--laser", "-q", "-o", self.folder / "a.mcap", *PLAIN)
+        self.sensor = Sensor(self, self.folder, "--frames", "2", address=address)
+        p = tool(self, self.folder, "lumdump", f"udp://{address}", "--laser", "-q", "-o", self.folder / "a.mcap", *PLAIN,
+                 *arguments)
         path = self.folder / "a.mcap"
-        wait_until(lambda: path.exists() and len(self.file("a.mcap").of("/points")) > 1, "the second cloud")
+        wait_until(lambda: path.exists() and len(self.file("a.mcap").of(topic)) >= count, f"{count} of {topic}")
         return p
+
+    def test_packets_are_those_of_a_pcap_file(self):
+        p = self.start("--mcap", "packets", "-o", self.folder / "a.pcap", topic="/datagrams", count=500)
+        self.assertEqual(p.end(signal.SIGINT), 0)
+        self.assertTrue(self.file("a.mcap").is_whole)
+        self.dump(self.folder / "a.mcap", "-o", self.folder / "b.pcap")
+        # A capture has all packets of the sensor, also its answers to commands.
+        self.dump(self.folder / "a.pcap", "-o", self.folder / "c.pcap")
+        self.assertEqual((self.folder / "b.pcap").read_bytes(), (self.folder / "c.pcap").read_bytes())
+
+    def test_packets_can_be_read_after_a_kill(self):
+        p = self.start("--mcap", "packets", topic="/datagrams", count=500)
+        seen = len(self.file("a.mcap").of("/datagrams"))
+        p.send(signal.SIGKILL)
+        p.wait()
+        r = self.dump(self.folder / "a.mcap", "-o", self.folder / "b.pcap")
+        self.assertIn("without a footer", r.stderr)
+        again = run("lumdump", self.folder / "b.pcap", "--json", "-q")
+        self.assertGreaterEqual(json.loads(again.stdout)["data"], 0.9 * seen)
 
     def test_it_is_whole_after_ctrl_c(self):
         p = self.start()

@@ -271,13 +271,19 @@ static lum_writer *open_as(const lum_mcap_options *mcap)
     return writer;
 }
 
-static lum_writer *open_plain(void)
+static lum_writer *open_of(unsigned contents)
 {
     lum_calibration_default(&calibration);
     return open_as(&(lum_mcap_options){.struct_size = sizeof(lum_mcap_options),
                                        .calibration = &calibration,
                                        .calibration_yaml = "a: 1\n",
-                                       .is_plain = true});
+                                       .is_plain = true,
+                                       .contents = contents});
+}
+
+static lum_writer *open_plain(void)
+{
+    return open_of(0);
 }
 
 static const lum_sample samples[2] = {{.x = 1.5f,
@@ -484,6 +490,29 @@ static void seconds_beyond_32_bits_are_the_last(void **state)
     struct bytes b = {bytes.at + 4, 8};
     assert_int_equal(take(&b, 4), INT32_MAX);
     assert_true(take(&b, 4) < NS_PER_S);
+    lum_bytes_free(&bytes);
+}
+
+static const uint8_t payload[] = {0xa1, 0xa2, 0xa3};
+static const lum_writer_datagram datagram = {.time_ns = 3 * NS_PER_S + 9,
+                                             .payload = payload,
+                                             .len = sizeof payload,
+                                             .source = 0x0a2a0025,
+                                             .destination = 0x0a2a0001,
+                                             .source_port = 5517,
+                                             .destination_port = 0x1234};
+
+static void a_datagram_is_as_documented(void **state)
+{
+    static const uint8_t want[] = {
+        0,    1,    0,    0,    3,    0,    0,    0,    9,    0,    0,    0,
+        0x0a, 0x2a, 0x00, 0x25, 0x8d, 0x15, 0x0a, 0x2a, 0x00, 0x01, 0x34, 0x12,
+        3,    0,    0,    0,    3,    0,    0,    0,    0xa1, 0xa2, 0xa3};
+    lum_bytes bytes = {0};
+    (void)state;
+    lum_ros_put_datagram(&bytes, &datagram);
+    assert_int_equal(bytes.len, sizeof want);
+    assert_memory_equal(bytes.at, want, sizeof want);
     lum_bytes_free(&bytes);
 }
 
@@ -705,6 +734,106 @@ static void lines_alone_make_frames(void **state)
     free(f.bytes);
 }
 
+/* --- Other contents --- */
+
+static void a_line_is_a_message(void **state)
+{
+    static const unsigned eyes[] = {1, 0, 1, 0};
+    static const unsigned numbers[] = {1, 2, 2, 3};
+    struct file f;
+    (void)state;
+    lum_writer *writer = open_of(LUM_MCAP_OF_LINES);
+    assert_int_equal(lum_writer_begin_frame(writer, BEGIN_NS, NULL), 0);
+    add(writer, LUM_EYE_BLUE, 3, 0.507f); /* comes before an earlier one */
+    add(writer, LUM_EYE_BLUE, 2, 0.503f);
+    add(writer, LUM_EYE_GREEN, 1, 0.501f);
+    add(writer, LUM_EYE_GREEN, 2, 0.505f);
+    assert_int_equal(
+        lum_writer_begin_frame(writer, BEGIN_NS + 2 * NS_PER_S, NULL), 0);
+    add(writer, LUM_EYE_BLUE, 0, 0.0f);
+    close_writer(writer);
+    read_file(&f);
+    for (size_t i = 0; i < 4u; i++) {
+        const struct cloud c = cloud_of(find_message(&f, LUM_ROS_POINTS, i));
+        const int64_t after = 501000000 + 2000000 * (int64_t)i;
+        assert_int_equal(c.width, 2);
+        assert_true(llabs(c.stamp_ns - BEGIN_NS - after) < 100);
+        assert_true(float_at(&c, 0, 16) == 0.0f);
+        assert_float_equal(float_at(&c, 1, 16), 0.001f, 1e-6);
+        assert_int_equal(ring_at(&c, 0), eyes[i] * 64u + numbers[i]);
+        assert_int_equal(c.points[23], eyes[i]);
+    }
+    const struct cloud last = cloud_of(find_message(&f, LUM_ROS_POINTS, 4));
+    assert_int_equal(last.stamp_ns, BEGIN_NS + 2 * NS_PER_S);
+    assert_int_equal(f.of[0x06], 2);
+    free(f.bytes);
+}
+
+static void datagrams_stand_beside_frames(void **state)
+{
+    struct file f;
+    (void)state;
+    lum_writer *writer = open_of(LUM_MCAP_OF_FRAMES | LUM_MCAP_OF_DATAGRAMS);
+    assert_int_equal(lum_writer_add_datagram(writer, &datagram, NULL), 0);
+    add_frame(writer, BEGIN_NS);
+    assert_int_equal(lum_writer_add_datagram(writer, &datagram, NULL), 0);
+    close_writer(writer);
+    read_file(&f);
+    assert_int_equal(find_message(&f, LUM_ROS_DATAGRAMS, 1).time,
+                     3 * NS_PER_S + 9);
+    assert_int_equal(cloud_of(find_message(&f, LUM_ROS_POINTS, 0)).width, 4);
+    expect_indexes(&f);
+    expect_summary(&f);
+    free(f.bytes);
+}
+
+static void datagrams_alone_need_no_clouds(void **state)
+{
+    struct file f;
+    (void)state;
+    lum_writer *writer = open_of(LUM_MCAP_OF_DATAGRAMS);
+    add_frame(writer, BEGIN_NS); /* has no place */
+    assert_int_equal(lum_writer_add_datagram(writer, &datagram, NULL), 0);
+    close_writer(writer);
+    read_file(&f);
+    struct bytes schema = find(&f, 0x03, 1)->content;
+    assert_int_equal(take(&schema, 2), 2);
+    expect_text(take_text(&schema), "lumsdk_msgs/msg/Datagram");
+    struct bytes statistics = find(&f, 0x0b, 0)->content;
+    assert_int_equal(take(&statistics, 8), 1);
+    assert_int_equal(take(&statistics, 2), 2);
+    const struct message m = find_message(&f, 1, 0);
+    assert_int_equal(m.data.left, 35);
+    assert_int_equal(m.time, 3 * NS_PER_S + 9);
+    expect_indexes(&f);
+    free(f.bytes);
+}
+
+/* Where a reader looks before the first message. */
+static void metadata_stands_before_channels(void **state)
+{
+    struct file f;
+    (void)state;
+    close_writer(open_plain());
+    read_file(&f);
+    assert_true(find(&f, 0x0c, 0)->offset < find(&f, 0x03, 0)->offset);
+    free(f.bytes);
+}
+
+static void a_datagram_that_is_too_long_is_refused(void **state)
+{
+    lum_writer_datagram bad = datagram;
+    lum_error error = {""};
+    (void)state;
+    lum_writer *writer = open_of(LUM_MCAP_OF_DATAGRAMS);
+    bad.len = LUM_WRITER_DATAGRAM_BYTES_MAX + 1u;
+    assert_int_equal(lum_writer_add_datagram(writer, &bad, &error), -1);
+    assert_int_equal(errno, EINVAL);
+    assert_non_null(strstr(error.text, "65508 bytes; at most 65507"));
+    assert_int_equal(lum_writer_add_datagram(writer, &datagram, NULL), -1);
+    lum_writer_abort(writer);
+}
+
 static void a_frame_without_points_is_a_cloud_without_width(void **state)
 {
     struct file f;
@@ -918,6 +1047,13 @@ static void options_that_are_none_are_refused(void **state)
     lum_mcap_options mcap = {.struct_size = sizeof mcap, .frame_id = ""};
     (void)state;
     refuse(&(lum_mcap_options){0}, "lum_mcap_options");
+    mcap.frame_id = NULL;
+    mcap.contents = 8;
+    refuse(&mcap, "contents that MCAP does not have");
+    mcap.contents = LUM_MCAP_OF_FRAMES | LUM_MCAP_OF_LINES;
+    refuse(&mcap, "of a frame or of a line, not both");
+    mcap.contents = 0;
+    mcap.frame_id = "";
     refuse(&mcap, "frame_id of 0 bytes");
     memset(id, 'x', LUM_MCAP_FRAME_ID_MAX + 1u);
     mcap.frame_id = id;
@@ -954,6 +1090,7 @@ static void other_formats_have_no_frames(void **state)
     assert_int_equal(lum_writer_open(path, &options, &writer, NULL), 0);
     add_frame(writer, 0);
     assert_int_equal(lum_writer_add_status(writer, &status, NULL), 0);
+    assert_int_equal(lum_writer_add_datagram(writer, &datagram, NULL), 0);
     close_writer(writer);
     assert_int_equal(unlink(path), 0);
 }
@@ -967,12 +1104,18 @@ int main(void)
         cmocka_unit_test(mounts_are_transforms),
         cmocka_unit_test(a_status_is_an_array_of_one),
         cmocka_unit_test(seconds_beyond_32_bits_are_the_last),
+        cmocka_unit_test(a_datagram_is_as_documented),
         cmocka_unit_test(bytes_remember_that_memory_was_short),
         cmocka_unit_test(a_file_has_all_its_parts),
         cmocka_unit_test(a_file_without_messages_is_whole),
         cmocka_unit_test(points_are_in_order_of_time),
         cmocka_unit_test(rings_are_lines_of_both_eyes),
         cmocka_unit_test(lines_alone_make_frames),
+        cmocka_unit_test(a_line_is_a_message),
+        cmocka_unit_test(datagrams_stand_beside_frames),
+        cmocka_unit_test(datagrams_alone_need_no_clouds),
+        cmocka_unit_test(metadata_stands_before_channels),
+        cmocka_unit_test(a_datagram_that_is_too_long_is_refused),
         cmocka_unit_test(a_frame_without_points_is_a_cloud_without_width),
         cmocka_unit_test(a_chunk_covers_a_second),
         cmocka_unit_test(a_chunk_ends_with_what_fills_it),

@@ -21,8 +21,8 @@ const char *conclude_capture(const struct options *options,
 {
     for (size_t i = 0; options->is_live && i < options->output_count; i++) {
         const struct output_options *output = &options->outputs[i];
-        if (options_is_capture(output->format) &&
-            !targets_rotates(options, i) && sources_is_file(output->name) &&
+        if (options_takes_packets(options, i) && !targets_rotates(options, i) &&
+            sources_is_file(output->name) &&
             shell_word(output->name, out, MISFIT_CAPTURE_BYTES) != NULL) {
             return out;
         }

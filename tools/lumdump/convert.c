@@ -252,7 +252,7 @@ static unsigned find_wants(const struct pass *pass)
     for (size_t i = 0; i < o->output_count && !pass->counts_alone; i++) {
         if (options_takes_frames(o, i)) {
             wants |= (unsigned)LUM_WANT_FRAMES;
-        } else if (!options_is_capture(o->outputs[i].format)) {
+        } else if (!options_is_recording(o, i)) {
             wants |= (unsigned)LUM_WANT_LINES;
         }
     }
@@ -263,8 +263,7 @@ static unsigned find_wants(const struct pass *pass)
 static bool has_messages_alone(const struct options *o)
 {
     for (size_t i = 0; i < o->output_count; i++) {
-        if (options_takes_frames(o, i) &&
-            !options_has_messages(o->outputs[i].format)) {
+        if (options_takes_frames(o, i) && !options_has_messages(o, i)) {
             return false;
         }
     }

@@ -57,7 +57,7 @@ struct cut {
 static bool writes_capture(const struct options *o)
 {
     for (size_t i = 0; i < o->output_count; i++) {
-        if (options_is_capture(o->outputs[i].format)) {
+        if (options_takes_packets(o, i)) {
             return true;
         }
     }

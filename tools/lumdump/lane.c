@@ -67,7 +67,7 @@ static int open_output(struct lane *lane, const struct pass *run, size_t output,
                               .projector = run->projector};
     lane->pass = &lane->own;
     lane->has_output = true;
-    lane->is_recording = options_is_capture(lane->options.outputs[0].format);
+    lane->is_recording = options_is_recording(&lane->options, 0);
     lane->is_file = is_file(lane->options.outputs[0].name);
     lane->opens_late = file_look_opens_late(lane->options.outputs[0].name);
     if (!lane->is_recording && pass_prepare(lane->pass, error) != PASS_DONE) {

@@ -87,6 +87,9 @@ static const struct option_spec specs[] = {
     {"preset", CALL(values_take_preset)},
     {"check-preset", CALL(values_take_check_preset)},
     {"organized", FLAG(organized)},
+    {"mcap", CALL(values_take_mcap),
+     .allowed = "frames, lines or packets, or packets with one of the others, "
+                "such as frames,packets"},
     {"compression", WORD(compressions, is_plain), HAS(has_compression)},
     {"time", WORD(clocks, time)},
     {"json", FLAG(json)},
@@ -260,6 +263,12 @@ static bool goes_with_source(const struct options *o)
     return true;
 }
 
+static bool has_messages(const struct options *o)
+{
+    return o->output_count > 0 &&
+           has_either(o, LUM_FORMAT_MCAP, LUM_FORMAT_MCAP);
+}
+
 static bool has_columns(const struct options *o)
 {
     for (size_t i = 0; i < o->output_count; i++) {
@@ -285,6 +294,15 @@ static bool can_preset(const struct options *o)
            refuse("--preset goes with csv, ply, pcd and mcap output only");
 }
 
+static bool can_choose_messages(const struct options *o)
+{
+    if (!has_messages(o)) {
+        return refuse("--mcap goes with mcap output only");
+    }
+    return o->preset == NULL || (o->mcap & LUM_MCAP_OF_LINES) == 0 ||
+           refuse("--mcap lines: the fields of --preset are of whole frames");
+}
+
 static bool can_organize(const struct options *o)
 {
     if (o->output_count == 0 ||
@@ -302,7 +320,7 @@ static bool can_organize(const struct options *o)
 
 static bool can_compress(const struct options *o)
 {
-    if (!options_writes_messages(o)) {
+    if (!has_messages(o)) {
         return refuse("--compression goes with mcap output only");
     }
     return o->is_plain || lum_mcap_can_compress() ||
@@ -325,6 +343,9 @@ static bool is_consistent(const struct options *o)
         return refuse("--ascii goes with ply and pcd output only");
     }
     if (o->has_compression && !can_compress(o)) {
+        return false;
+    }
+    if (o->mcap != 0 && !can_choose_messages(o)) {
         return false;
     }
     if (o->comments && (o->output_count == 0 ||
@@ -425,6 +446,24 @@ bool options_is_capture(unsigned format)
     return format == FORMAT_PCAP || format == FORMAT_PCAPNG;
 }
 
+static bool is_mcap(const struct options *o, size_t i)
+{
+    return o->outputs[i].format == (unsigned)LUM_FORMAT_MCAP;
+}
+
+bool options_takes_packets(const struct options *options, size_t i)
+{
+    return options_is_capture(options->outputs[i].format) ||
+           (is_mcap(options, i) &&
+            (options->mcap & LUM_MCAP_OF_DATAGRAMS) != 0);
+}
+
+bool options_is_recording(const struct options *options, size_t i)
+{
+    return options_is_capture(options->outputs[i].format) ||
+           (is_mcap(options, i) && options->mcap == LUM_MCAP_OF_DATAGRAMS);
+}
+
 bool options_is_organized(const struct options *options, size_t i)
 {
     return options->organized &&
@@ -434,20 +473,20 @@ bool options_is_organized(const struct options *options, size_t i)
 bool options_has_preset(const struct options *options, size_t i)
 {
     const unsigned format = options->outputs[i].format;
-    return options->preset != NULL && !options_is_capture(format) &&
+    return options->preset != NULL && !options_is_recording(options, i) &&
            lum_format_has_presets((lum_format)format);
 }
 
-bool options_has_messages(unsigned format)
+bool options_has_messages(const struct options *options, size_t i)
 {
-    return !options_is_capture(format) &&
-           lum_format_has_frames((lum_format)format);
+    return !options_is_recording(options, i) &&
+           lum_format_has_frames((lum_format)options->outputs[i].format);
 }
 
 bool options_writes_messages(const struct options *o)
 {
     for (size_t i = 0; i < o->output_count; i++) {
-        if (options_has_messages(o->outputs[i].format)) {
+        if (options_has_messages(o, i)) {
             return true;
         }
     }
@@ -457,8 +496,8 @@ bool options_writes_messages(const struct options *o)
 bool options_takes_frames(const struct options *options, size_t i)
 {
     const unsigned format = options->outputs[i].format;
-    return options_is_organized(options, i) || options_has_messages(format) ||
-           options_has_preset(options, i) ||
+    return options_is_organized(options, i) ||
+           options_has_messages(options, i) || options_has_preset(options, i) ||
            (options->has_times && !options_is_capture(format) &&
             lum_format_has_columns((lum_format)format));
 }

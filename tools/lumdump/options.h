@@ -84,6 +84,7 @@ struct options {
     bool organized;           /* pcd: a frame as rows of pixels */
     bool has_compression;     /* --compression was given, */
     bool is_plain;            /* and says none; mcap */
+    unsigned mcap;            /* of lum_mcap_content; 0: --mcap was not given */
     bool infer;               /* find the layout, and nothing else */
     bool json;
     bool quiet;
@@ -105,13 +106,20 @@ enum parsed {
 /* Whether a format is one of captures. */
 bool options_is_capture(unsigned format);
 
+/* Whether the i-th output holds datagrams; a capture does, and an MCAP file
+ * may. */
+bool options_takes_packets(const struct options *options, size_t i);
+
+/* Whether it holds them alone, so that nothing is decoded for it. */
+bool options_is_recording(const struct options *options, size_t i);
+
 /* Whether the i-th output has the fields of --preset. */
 bool options_has_preset(const struct options *options, size_t i);
 
-/* Whether a format has messages, each with all points of a frame. */
-bool options_has_messages(unsigned format);
+/* Whether the i-th output has clouds as messages. */
+bool options_has_messages(const struct options *options, size_t i);
 
-/* Whether an output of this run has such a format. */
+/* Whether an output of this run does. */
 bool options_writes_messages(const struct options *options);
 
 /* Whether the i-th output is made of whole frames and not of lines as they

@@ -34,6 +34,8 @@ struct output {
     bool is_capture;
     bool takes_frames;
     bool is_organized;
+    bool takes_packets;
+    bool is_recording; /* and has nothing else */
     bool has_messages;
     bool is_growing;                /* a recording that readers may look at */
     const struct provenance *about; /* a capture's; NULL: it has no room */
@@ -158,12 +160,20 @@ static int open_first(struct output *o, lum_error *error)
     return o->rotates ? open_numbered(o, error) : open_named(o, o->name, error);
 }
 
+static const struct provenance *about_of(const struct options *o, size_t i)
+{
+    return options_is_recording(o, i) ? o->about_packets : o->about_points;
+}
+
 /* Many readers of text do not skip comments. */
 static const char *comment_of(const struct options *o, size_t i)
 {
     const unsigned format = o->outputs[i].format;
     const bool is_bare = format == LUM_FORMAT_CSV || format == LUM_FORMAT_XYZ;
-    return is_bare && !o->comments ? NULL : o->about_points->text;
+    if (is_bare && !o->comments) {
+        return NULL;
+    }
+    return about_of(o, i)->text;
 }
 
 static const char *columns_of(const struct options *o, size_t i)
@@ -175,16 +185,17 @@ static const char *columns_of(const struct options *o, size_t i)
                : NULL;
 }
 
-static void choose_messages(struct output *o, const struct options *options)
+static void choose_messages(struct output *o, const struct options *options,
+                            const struct provenance *about)
 {
     o->is_growing = options->is_live && !o->is_pattern;
     o->mcap = (lum_mcap_options){.struct_size = sizeof o->mcap,
                                  .calibration = options->calibrated,
-                                 .calibration_yaml =
-                                     options->about_points->calibration,
-                                 .profile_yaml = options->about_points->profile,
+                                 .calibration_yaml = about->calibration,
+                                 .profile_yaml = about->profile,
                                  .is_plain = options->is_plain,
-                                 .is_growing = o->is_growing};
+                                 .is_growing = o->is_growing,
+                                 .contents = options->mcap};
 }
 
 static struct output *new_output(const struct options *options, size_t i,
@@ -218,10 +229,12 @@ static struct output *new_output(const struct options *options, size_t i,
         .organized = o->is_organized,
         .preset = options_has_preset(options, i) ? options->preset : NULL,
         .mcap = &o->mcap};
-    o->has_messages = options_has_messages(options->outputs[i].format);
+    o->takes_packets = options_takes_packets(options, i);
+    o->is_recording = options_is_recording(options, i);
+    o->has_messages = options_has_messages(options, i);
     o->mcap.struct_size = sizeof o->mcap;
-    if (o->has_messages) {
-        choose_messages(o, options);
+    if (options->outputs[i].format == (unsigned)LUM_FORMAT_MCAP) {
+        choose_messages(o, options, about_of(options, i));
     }
     return o;
 }
@@ -304,7 +317,7 @@ bool output_find_stale(const struct output *o, lum_error *out)
 
 bool output_wants_lines(const struct output *output)
 {
-    return !output->is_capture && !output->takes_frames;
+    return !output->is_recording && !output->takes_frames;
 }
 
 bool output_wants_frames(const struct output *output)
@@ -605,14 +618,33 @@ int output_add_status(struct output *o, const lum_writer_status *status,
                : 0;
 }
 
+static int add_message_of(struct output *o, const lum_record *record,
+                          lum_error *error)
+{
+    return lum_writer_add_datagram(
+        o->files[0].writer,
+        &(lum_writer_datagram){.time_ns = record->time_ns,
+                               .payload = record->payload,
+                               .len = record->len,
+                               .source = record->source,
+                               .destination = record->destination,
+                               .source_port = record->source_port,
+                               .destination_port = record->destination_port},
+        error);
+}
+
 int output_add_datagram(struct output *o, const lum_record *record,
                         bool begins_frame, lum_error *error)
 {
-    if (!o->is_capture) {
+    if (!o->takes_packets) {
         return 0;
     }
-    if (o->is_due && begins_frame && may_rotate(o) && rotate(o, error) != 0) {
+    if (o->is_recording && o->is_due && begins_frame && may_rotate(o) &&
+        rotate(o, error) != 0) {
         return -1;
+    }
+    if (!o->is_capture) {
+        return add_message_of(o, record, error);
     }
     const lum_datagram datagram = {.time_ns = record->time_ns,
                                    .payload = record->payload,

@@ -63,7 +63,8 @@ int output_add_frame(struct output *output, struct frame_lines *frame,
 int output_add_status(struct output *output, const lum_writer_status *status,
                       lum_error *error);
 
-/* Only captures use datagrams. begins_frame: a new file may begin here. */
+/* Captures and MCAP files of packets have a place for it. begins_frame: a new
+ * file may begin here. */
 int output_add_datagram(struct output *output, const lum_record *record,
                         bool begins_frame, lum_error *error);
 

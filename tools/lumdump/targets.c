@@ -48,13 +48,15 @@ static bool can_seek(const char *output)
 bool targets_needs_rehearsal(const struct options *options, size_t i)
 {
     const struct output_options *o = &options->outputs[i];
-    return !options_is_capture(o->format) &&
+    return !options_is_recording(options, i) &&
            !options_is_organized(options, i) &&
            lum_format_needs_count((lum_format)o->format) && !can_seek(o->name);
 }
 
-static int check_pattern(const struct output_options *o, lum_error *error)
+static int check_pattern(const struct options *options, size_t i,
+                         lum_error *error)
 {
+    const struct output_options *o = &options->outputs[i];
     const int pattern = targets_pattern(o->name);
     if (pattern < 0) {
         return lum_error_set(error,
@@ -62,10 +64,10 @@ static int check_pattern(const struct output_options *o, lum_error *error)
                              "number and has to read %%d or %%04d, once",
                              o->name);
     }
-    if (pattern == 1 && options_is_capture(o->format)) {
+    if (pattern == 1 && options_takes_packets(options, i)) {
         return lum_error_set(error,
-                             "%s: a capture holds packets, not frames: "
-                             "name one file",
+                             "%s: packets are not of one frame: name "
+                             "one file",
                              o->name);
     }
     return 0;
@@ -227,13 +229,24 @@ static int check_rotation(const struct options *options, lum_error *error)
                      "output and outputs with a file for each frame cannot");
 }
 
-static size_t count_captures(const struct options *o)
+static bool writes_packets(const struct options *o)
 {
-    size_t n = 0;
     for (size_t i = 0; i < o->output_count; i++) {
-        n += options_is_capture(o->outputs[i].format) ? 1u : 0u;
+        if (options_takes_packets(o, i)) {
+            return true;
+        }
     }
-    return n;
+    return false;
+}
+
+static bool only_records(const struct options *o)
+{
+    for (size_t i = 0; i < o->output_count; i++) {
+        if (!options_is_recording(o, i)) {
+            return false;
+        }
+    }
+    return o->output_count > 0;
 }
 
 /* The first option that chooses among the points of a line; NULL: none does. */
@@ -273,8 +286,7 @@ static int check_recording(const struct options *o, lum_error *error)
         return lum_error_set(error, "--packets goes with a capture that is "
                                     "cut: a recording holds all packets");
     }
-    return option == NULL || count_captures(o) == 0 ||
-                   count_captures(o) < o->output_count
+    return option == NULL || !only_records(o)
                ? 0
                : lum_error_set(error,
                                "%s: a recording holds all packets: record it, "
@@ -289,15 +301,14 @@ static int check_cut(const struct options *o, lum_error *error)
     if (o->is_live) {
         return check_recording(o, error);
     }
-    if (count_captures(o) > 0 && points != NULL) {
+    if (writes_packets(o) && points != NULL) {
         return lum_error_set(error,
                              "%s: a packet holds many points, so a capture "
                              "cannot be cut by it; it can by --frames, --eye, "
                              "--incomplete, --duration and --sensor",
                              points);
     }
-    return !o->has_packets ||
-                   (count_captures(o) > 0 && find_line_option(o) != NULL)
+    return !o->has_packets || (writes_packets(o) && find_line_option(o) != NULL)
                ? 0
                : lum_error_set(error,
                                "--packets goes with a capture that "
@@ -308,7 +319,7 @@ int targets_check(const struct options *options, lum_error *error)
 {
     for (size_t i = 0; i < options->output_count; i++) {
         const struct output_options *o = &options->outputs[i];
-        if (check_pattern(o, error) != 0 ||
+        if (check_pattern(options, i, error) != 0 ||
             check_organized(options, i, error) != 0 ||
             check_others(options, i, error) != 0 ||
             targets_check_inputs(options, o->name, error) != 0 ||

@@ -267,6 +267,46 @@ bool values_take_columns(void *options, const char *text, lum_error *why)
     return true;
 }
 
+/* --- Messages --- */
+
+static unsigned content_of(const char *word, size_t n)
+{
+    static const struct {
+        const char *word;
+        unsigned content;
+    } contents[] = {{"frames", LUM_MCAP_OF_FRAMES},
+                    {"lines", LUM_MCAP_OF_LINES},
+                    {"packets", LUM_MCAP_OF_DATAGRAMS}};
+    for (size_t i = 0; i < sizeof contents / sizeof contents[0]; i++) {
+        if (strlen(contents[i].word) == n &&
+            strncmp(contents[i].word, word, n) == 0) {
+            return contents[i].content;
+        }
+    }
+    return 0;
+}
+
+bool values_take_mcap(void *options, const char *text, lum_error *why)
+{
+    struct options *out = options;
+    const char *p = text;
+    bool is_fine = true;
+    (void)why;
+    out->mcap = 0;
+    while (is_fine) {
+        const size_t n = strcspn(p, ",");
+        const unsigned content = content_of(p, n);
+        is_fine = content != 0 && (out->mcap & content) == 0;
+        out->mcap |= content;
+        if (p[n] == '\0') {
+            break;
+        }
+        p += n + 1u;
+    }
+    return is_fine && (out->mcap & (LUM_MCAP_OF_FRAMES | LUM_MCAP_OF_LINES)) !=
+                          (LUM_MCAP_OF_FRAMES | LUM_MCAP_OF_LINES);
+}
+
 bool values_take_preset(void *options, const char *text, lum_error *why)
 {
     struct options *out = options;

@@ -18,6 +18,7 @@ bool values_take_set(void *options, const char *text, lum_error *why);
 bool values_take_smooth(void *options, const char *text, lum_error *why);
 bool values_take_buffer(void *options, const char *text, lum_error *why);
 bool values_take_columns(void *options, const char *text, lum_error *why);
+bool values_take_mcap(void *options, const char *text, lum_error *why);
 bool values_take_preset(void *options, const char *text, lum_error *why);
 bool values_take_check_preset(void *options, const char *text, lum_error *why);
 

@@ -48,6 +48,13 @@ bool lum_format_has_frames(lum_format format);
 /** How a format is written, for formats that are libraries of their own. */
 typedef struct lum_format_ops lum_format_ops;
 
+/** What an MCAP file has messages of; more than one may be chosen. */
+typedef enum lum_mcap_content {
+    LUM_MCAP_OF_FRAMES = 1,   /**< a cloud for each frame */
+    LUM_MCAP_OF_LINES = 2,    /**< a cloud for each line of it, instead */
+    LUM_MCAP_OF_DATAGRAMS = 4 /**< lum_writer_add_datagram() */
+} lum_mcap_content;
+
 /** Most bytes of lum_mcap_options.frame_id. */
 #define LUM_MCAP_FRAME_ID_MAX 200u
 
@@ -64,6 +71,7 @@ typedef struct lum_mcap_options {
     bool is_plain;   /**< chunks are not compressed, even if this build could */
     bool is_growing; /**< a recording: the file has its name from its first
                           chunk on, and stays even if the rest fails */
+    unsigned contents; /**< some of ::lum_mcap_content; 0: frames */
 } lum_mcap_options;
 
 /** Most rows of an organised file. */
@@ -235,6 +243,31 @@ typedef struct lum_writer_status {
 LUM_MUST_CHECK int lum_writer_add_status(lum_writer *writer,
                                          const lum_writer_status *status,
                                          lum_error *error);
+
+/** Most bytes of a datagram over IPv4. */
+#define LUM_WRITER_DATAGRAM_BYTES_MAX 65507u
+
+/** A datagram as it came. It never grows, since it is filled in for each
+ * datagram. */
+typedef struct lum_writer_datagram {
+    int64_t time_ns;           /**< since 1970 UTC */
+    const uint8_t *payload;    /**< its bytes */
+    size_t len;                /**< how many; at most
+                                    LUM_WRITER_DATAGRAM_BYTES_MAX */
+    uint32_t source;           /**< address, host order */
+    uint32_t destination;      /**< address, host order */
+    uint16_t source_port;      /**< of it */
+    uint16_t destination_port; /**< of it */
+} lum_writer_datagram;
+
+/** Add a datagram, if the file is an MCAP file of ::LUM_MCAP_OF_DATAGRAMS;
+ * others have no place for it. It becomes a message at once, also between the
+ * lines of a frame (docs/formats.md, "MCAP").
+ * @param datagram copied.
+ * @return as lum_writer_add(); EINVAL if it is too long. */
+LUM_MUST_CHECK int lum_writer_add_datagram(lum_writer *writer,
+                                           const lum_writer_datagram *datagram,
+                                           lum_error *error);
 
 /** Bytes that were given to the output so far, without those that a format
  * keeps until its end. */
