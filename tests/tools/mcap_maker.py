@@ -37,10 +37,10 @@ def datagram(ns, frame):
 
 
 def times_of(capture):
-    at = 24
+    at, unit = 24, 1 if capture[:4] == b"\x4d\x3c\xb2\xa1" else 1000
     while at < len(capture):
-        s, us, length = struct.unpack_from("<III", capture, at)
-        yield s * 10**9 + us * 1000
+        s, part, length = struct.unpack_from("<III", capture, at)
+        yield s * 10**9 + part * unit
         at += 16 + length
 
 
