@@ -26,7 +26,7 @@ struct lum_sink {
     block blocks[BLOCKS];
     unsigned filling; /* the caller's block */
     uint64_t bytes;   /* appended so far */
-    bool owes_name;   /* the file gets it before the first block is written */
+    bool owes_name;   /* the thread gives it, behind the first block */
     pthread_t thread;
     bool threaded;
     pthread_mutex_t lock; /* guards what follows */
@@ -37,6 +37,7 @@ struct lum_sink {
     bool cancelled;   /* and what is queued need not be written */
     bool has_ended;   /* the thread writes no more */
     int failure;      /* errno of the first write that failed; sticky */
+    lum_error naming; /* why the file got no name; "": that did not fail */
 };
 
 /* --- Writing to the file --- */
@@ -45,6 +46,18 @@ static int fail(const lum_sink *sink, int code, const char *doing,
                 lum_error *error)
 {
     return lum_outfile_fail(&sink->file, code, doing, error);
+}
+
+static int fail_write(const lum_sink *sink, int failure, lum_error *error)
+{
+    if (sink->naming.text[0] == '\0') {
+        return fail(sink, failure, "cannot write", error);
+    }
+    if (error != NULL) {
+        *error = sink->naming;
+    }
+    errno = failure;
+    return -1;
 }
 
 static bool is_cancelled(lum_sink *sink)
@@ -86,6 +99,35 @@ static int write_all(lum_sink *sink, const char *bytes, size_t n)
     return failure;
 }
 
+static int give_name(lum_sink *sink)
+{
+    if (!sink->owes_name) {
+        return 0;
+    }
+    sink->owes_name = false;
+    return lum_outfile_show(&sink->file, &sink->naming) == 0 ? 0 : errno;
+}
+
+static int wait_for_disk(const lum_sink *sink)
+{
+    const int copy = lum_outfile_copy(&sink->file);
+    return copy >= 0 ? lum_outfile_sync_copy(copy) : 0;
+}
+
+/* A file that has its name has a beginning, too, also if the power fails. An
+ * older one that cannot be replaced is emptied first. */
+static int put_block(lum_sink *sink, const block *from)
+{
+    int failure = sink->file.is_older ? give_name(sink) : 0;
+    if (failure == 0) {
+        failure = write_all(sink, from->bytes, from->used);
+    }
+    if (failure == 0 && sink->owes_name) {
+        failure = wait_for_disk(sink);
+    }
+    return failure == 0 ? give_name(sink) : failure;
+}
+
 /* Write the oldest block; lock is held before and after. */
 static void write_oldest(lum_sink *sink)
 {
@@ -93,7 +135,7 @@ static void write_oldest(lum_sink *sink)
     int failure = sink->cancelled ? ECANCELED : sink->failure;
     (void)pthread_mutex_unlock(&sink->lock);
     if (failure == 0) {
-        failure = write_all(sink, oldest->bytes, oldest->used);
+        failure = put_block(sink, oldest);
     }
     (void)pthread_mutex_lock(&sink->lock);
     sink->failure = failure;
@@ -169,16 +211,12 @@ static int wait_queued(lum_sink *sink, unsigned n, lum_error *error)
     }
     const int failure = sink->failure;
     (void)pthread_mutex_unlock(&sink->lock);
-    return failure == 0 ? 0 : fail(sink, failure, "cannot write", error);
+    return failure == 0 ? 0 : fail_write(sink, failure, error);
 }
 
 /* Hand the block being filled to the thread and take the next. */
 static int submit(lum_sink *sink, lum_error *error)
 {
-    if (sink->owes_name && lum_outfile_show(&sink->file, error) != 0) {
-        return -1;
-    }
-    sink->owes_name = false;
     if (start_thread(sink, error) != 0) {
         return -1;
     }
@@ -244,7 +282,7 @@ int lum_sink_flush(lum_sink *sink, lum_error *error)
     const int failure = sink->failure;
     (void)pthread_mutex_unlock(&sink->lock);
     if (failure != 0) {
-        return fail(sink, failure, "cannot write", error);
+        return fail_write(sink, failure, error);
     }
     if (sink->file.may_block && lum_outfile_is_unread(&sink->file)) {
         return fail(sink, EPIPE, "cannot write", error);

@@ -29,8 +29,8 @@ typedef struct lum_sink lum_sink;
 LUM_MUST_CHECK int lum_sink_open(const char *path, lum_sink **out,
                                  lum_error *error);
 
-/** The same; a regular file gets its name before its first block is written,
- * and stays from then on, whatever happens. */
+/** The same; a regular file gets its name when its first block is written, and
+ * stays from then on, whatever happens. */
 LUM_MUST_CHECK int lum_sink_open_growing(const char *path, lum_sink **out,
                                          lum_error *error);
 

@@ -392,8 +392,11 @@ static void draw_laser(struct draw *d, int64_t from_ms, int64_t to_ms)
 static const char *draw_output(struct draw *d, char *out, size_t size)
 {
     static const char *const ends[] = {"pcap", "pcap", "pcapng", "csv",
-                                       "ply",  "las",  "pcd"};
-    (void)snprintf(out, size, " -o f%u.%s", ++d->files, PICK(d, ends));
+                                       "ply",  "las",  "pcd",    "mcap"};
+    const char *end = PICK(d, ends);
+    const bool is_mcap = strcmp(end, "mcap") == 0;
+    (void)snprintf(out, size, " -o f%u.%s%s", ++d->files, end,
+                   is_mcap ? " --mcap packets --compression none" : "");
     return out;
 }
 
@@ -450,8 +453,8 @@ static void draw_session_life(struct draw *d, unsigned tool, int64_t from_ms,
 
 static int64_t draw_recording(struct draw *d, int64_t at_ms)
 {
-    char one[32] = "";
-    char two[32] = "";
+    char one[80] = "";
+    char two[80] = "";
     char lasts[32] = "";
     const int64_t length_ms = span(d, 1000, 24000);
     const bool is_told = one_in(d, 2);
@@ -499,7 +502,7 @@ static int64_t draw_recording(struct draw *d, int64_t at_ms)
 /* Points to a program that takes them slowly, or not at all. */
 static int64_t draw_pipe(struct draw *d, int64_t at_ms)
 {
-    char one[32] = "";
+    char one[80] = "";
     const int64_t length_ms = span(d, 1500, 16000);
     if (one_in(d, 2)) {
         (void)draw_output(d, one, sizeof one);

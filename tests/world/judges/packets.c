@@ -1,5 +1,7 @@
 #include "packets.h"
 
+#include <string.h>
+
 #define PCAP_HEADER   24u
 #define PCAP_RECORD   16u
 #define PCAPNG_RECORD 28u
@@ -7,6 +9,18 @@
 #define FRAME_HEADERS 42u /* Ethernet, IPv4, UDP */
 #define UDP_HEADER    8u
 #define LONGEST       262144u
+
+#define MCAP_MAGIC      8u
+#define MCAP_HEAD       9u  /* type and length of a record */
+#define MCAP_CHUNK_HEAD 40u /* before its records */
+#define MCAP_DATAGRAM   54u /* before it, in its message */
+
+enum {
+    MCAP_FOOTER = 2,
+    MCAP_CHANNEL = 4,
+    MCAP_MESSAGE = 5,
+    MCAP_CHUNK = 6
+};
 
 uint32_t packets_u16(const uint8_t *at)
 {
@@ -16,18 +30,6 @@ uint32_t packets_u16(const uint8_t *at)
 uint32_t packets_u32(const uint8_t *at)
 {
     return packets_u16(at) | packets_u16(at + 2) << 16;
-}
-
-bool packets_open(struct packets *out, const uint8_t *bytes, size_t size)
-{
-    *out = (struct packets){.bytes = bytes, .size = size};
-    if (size < PCAP_HEADER) {
-        return false;
-    }
-    const uint32_t magic = packets_u32(bytes);
-    out->is_pcapng = magic == 0x0a0d0d0au;
-    out->at = out->is_pcapng ? 0 : PCAP_HEADER;
-    return out->is_pcapng || magic == 0xa1b23c4du || magic == 0xa1b2c3d4u;
 }
 
 /* The payload of the frame at a place. */
@@ -92,9 +94,117 @@ static packets_step next_pcapng(struct packets *p, const uint8_t **payload,
     return PACKETS_END;
 }
 
+/* --- MCAP --- */
+
+static void note_channel(struct packets *p, const uint8_t *channel, size_t size)
+{
+    static const char topic[] = "/datagrams";
+    const size_t len = sizeof topic - 1u;
+    if (size >= 8u + len && packets_u32(channel + 4) == len &&
+        memcmp(channel + 8, topic, len) == 0) {
+        p->channel = packets_u16(channel);
+    }
+}
+
+/* A datagram stands behind the channel, the number, both times, and what
+ * comes before it in its message. */
+static packets_step take_message(const struct packets *p,
+                                 const uint8_t *message, size_t size,
+                                 const uint8_t **payload, size_t *len)
+{
+    if (size < 22u) {
+        return PACKETS_BROKEN;
+    }
+    if (p->channel == 0 || packets_u16(message) != p->channel) {
+        return PACKETS_END; /* of this record */
+    }
+    if (size < MCAP_DATAGRAM || packets_u32(message + 50) != size - 54u) {
+        return PACKETS_BROKEN;
+    }
+    *payload = message + MCAP_DATAGRAM;
+    *len = size - MCAP_DATAGRAM;
+    return PACKETS_ONE;
+}
+
+static packets_step take_record(struct packets *p, unsigned op,
+                                const uint8_t *record, size_t size,
+                                const uint8_t **payload, size_t *len)
+{
+    if (op == MCAP_CHANNEL) {
+        note_channel(p, record, size);
+    }
+    return op == MCAP_MESSAGE ? take_message(p, record, size, payload, len)
+                              : PACKETS_END;
+}
+
+/* Into a chunk, which is not compressed. */
+static bool enter_chunk(struct packets *p, size_t size)
+{
+    const uint8_t *chunk = p->bytes + p->at + MCAP_HEAD;
+    if (size < MCAP_CHUNK_HEAD || packets_u32(chunk + 28) != 0) {
+        return false;
+    }
+    p->chunk_end = p->at + MCAP_HEAD + size;
+    p->at += MCAP_HEAD + MCAP_CHUNK_HEAD;
+    return true;
+}
+
+static packets_step next_mcap(struct packets *p, const uint8_t **payload,
+                              size_t *len)
+{
+    for (;;) {
+        const uint8_t *at = p->bytes + p->at;
+        p->chunk_end = p->at < p->chunk_end ? p->chunk_end : 0;
+        const size_t end = p->chunk_end != 0 ? p->chunk_end : p->size;
+        const size_t left = end - p->at;
+        const size_t size = left >= MCAP_HEAD ? packets_u32(at + 1) : 0;
+        if (left < MCAP_HEAD || size > left - MCAP_HEAD) {
+            return p->chunk_end != 0 ? PACKETS_BROKEN : PACKETS_CUT;
+        }
+        if (at[0] == MCAP_CHUNK) {
+            if (!enter_chunk(p, size)) {
+                return PACKETS_BROKEN;
+            }
+            continue;
+        }
+        p->at += MCAP_HEAD + size;
+        if (at[0] == MCAP_FOOTER) {
+            return p->size - p->at == MCAP_MAGIC ? PACKETS_END : PACKETS_CUT;
+        }
+        const packets_step step =
+            take_record(p, at[0], at + MCAP_HEAD, size, payload, len);
+        if (step != PACKETS_END) {
+            return step;
+        }
+    }
+}
+
+/* --- All of them --- */
+
+bool packets_open(struct packets *out, const uint8_t *bytes, size_t size)
+{
+    static const struct {
+        uint32_t magic;
+        size_t header;
+        packets_step (*next)(struct packets *packets, const uint8_t **payload,
+                             size_t *len);
+    } kinds[] = {{0x0a0d0d0au, 0, next_pcapng},
+                 {0xa1b23c4du, PCAP_HEADER, next_pcap},
+                 {0xa1b2c3d4u, PCAP_HEADER, next_pcap},
+                 {0x41434d89u, MCAP_MAGIC, next_mcap}};
+    *out = (struct packets){.bytes = bytes, .size = size};
+    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
+        if (size >= PCAP_HEADER && packets_u32(bytes) == kinds[i].magic) {
+            out->at = kinds[i].header;
+            out->next = kinds[i].next;
+            return true;
+        }
+    }
+    return false;
+}
+
 packets_step packets_next(struct packets *packets, const uint8_t **payload,
                           size_t *len)
 {
-    return packets->is_pcapng ? next_pcapng(packets, payload, len)
-                              : next_pcap(packets, payload, len);
+    return packets->next(packets, payload, len);
 }

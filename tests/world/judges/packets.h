@@ -1,5 +1,6 @@
 /* Datagrams in a capture as lumdump writes it: pcap and pcapng in the order of
- * this machine's bytes, Ethernet, IPv4 without options. */
+ * this machine's bytes, Ethernet, IPv4 without options; MCAP with chunks that
+ * are not compressed. */
 #ifndef WORLD_PACKETS_H
 #define WORLD_PACKETS_H
 
@@ -17,7 +18,10 @@ typedef enum packets_step {
 struct packets {
     const uint8_t *bytes;
     size_t size, at;
-    bool is_pcapng;
+    packets_step (*next)(struct packets *packets, const uint8_t **payload,
+                         size_t *len);
+    unsigned channel; /* of MCAP: that of datagrams; 0: not yet known */
+    size_t chunk_end; /* of MCAP: 0: between chunks */
 };
 
 /* False: the file's header is missing, or is not one. */

@@ -203,11 +203,11 @@ void judge_whole(const judge_file *file, struct verdict *out)
     static const struct {
         const char *ending;
         void (*judge)(const judge_file *file, struct verdict *out);
-    } kinds[] = {{".csv", judge_csv},       {".xyz", judge_text},
-                 {".yaml", judge_text},     {".ply", judge_ply},
-                 {".pcd", judge_pcd},       {".las", judge_las},
-                 {".png", judge_png},       {".pcap", judge_capture},
-                 {".pcapng", judge_capture}};
+    } kinds[] = {{".csv", judge_csv},        {".xyz", judge_text},
+                 {".yaml", judge_text},      {".ply", judge_ply},
+                 {".pcd", judge_pcd},        {".las", judge_las},
+                 {".png", judge_png},        {".pcap", judge_capture},
+                 {".pcapng", judge_capture}, {".mcap", judge_capture}};
     const size_t len = strlen(file->name);
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
         const size_t n = strlen(kinds[i].ending);

@@ -310,6 +310,20 @@ STORY(killed_it_leaves_what_was_recorded,
     user_expect_at_most(late_ns, 3200 * WORLD_MS);
 }
 
+STORY(killed_it_leaves_its_messages,
+      "a killed recording of messages leaves what was recorded")
+{
+    const user_bench b = user_bench_new();
+    user_sensor *s = user_sensor_start(b.sensor, "--rate 2");
+    user_tool *dump = user_start(
+        b.host, RECORD " --mcap packets --compression none -o raw.mcap");
+    user_until(user_laser_is_on(s));
+    until_data(&b, "raw.mcap", 1000000);
+    user_pause_between_ms(700, 1500);
+    (void)user_end(dump, SIGKILL);
+    user_expect(user_number(summary_of(&b, "raw.mcap"), "duration_s") > 0.5);
+}
+
 STORY(killed_while_the_laser_goes_off,
       "a recording that is killed while it waits for the laser to go off lacks "
       "nothing of what came before")
