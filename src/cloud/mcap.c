@@ -4,6 +4,7 @@
 #include "ros_points.h"
 #include "writer_internal.h"
 
+#include "base/sized.h"
 #include "lum/version.h"
 
 #include <errno.h>
@@ -376,6 +377,29 @@ static int add_datagram(lum_writer *writer, const lum_writer_datagram *datagram,
     }
     lum_ros_put_datagram(out, datagram);
     return lum_mcap_end_message(&s->file, error);
+}
+
+/* --- What it has --- */
+
+int lum_writer_mcap_info(const lum_writer *writer, lum_mcap_info *out)
+{
+    lum_mcap_info info = {.struct_size = sizeof info};
+    const state *s = writer->state;
+    if (writer->ops != &lum_mcap_ops || s == NULL) {
+        return -1;
+    }
+    for (unsigned i = 0; i < LUM_ROS_TOPICS; i++) {
+        if (has_topic(s, i)) {
+            const uint64_t n = s->file.channels[s->channel[i]].count;
+            info.topics[info.topic_count++] =
+                (lum_mcap_topic){lum_ros_topics[i].name, lum_ros_topics[i].type,
+                                 lum_ros_topics[i].qos, n};
+            info.messages += n;
+        }
+    }
+    info.begin_ns = info.messages > 0 ? s->file.begin_ns : 0;
+    info.end_ns = info.messages > 0 ? s->file.end_ns : 0;
+    return lum_sized_fill(out, &info, sizeof info) ? 0 : -1;
 }
 
 /* --- The end --- */

@@ -224,6 +224,21 @@ def test_a_folder_is_refused_as_lumdump_refuses_it(tmp_path):
     assert f"lumdump: {caught.value}" == done.stderr.strip()
 
 
+def test_a_folder_of_rosbag2_is_its_files(path, tmp_path):
+    subprocess.run([BIN / "lumdump", path, "--format", "rosbag2", "--mcap", "packets", "--rotate", "1s", "-q", "-o",
+                    tmp_path / "drive"], check=True)
+    (tmp_path / "drive" / ".x.mcap").write_bytes(b"hidden")
+    for given in (tmp_path / "drive", [str(tmp_path / "drive")]):
+        with lumsdk.open(given) as got, lumsdk.open(path) as want:
+            assert [f.xyz.tolist() for f in got] == [f.xyz.tolist() for f in want]
+
+
+def test_a_folder_of_sqlite_is_refused(tmp_path):
+    (tmp_path / "drive_0.db3").touch()
+    with pytest.raises(lumsdk.CaptureError, match="SQLite"):
+        lumsdk.open(tmp_path)
+
+
 def test_a_capture_that_breaks_off_gives_its_frames_first(content, tmp_path):
     path = tmp_path / "cut.pcap"
     path.write_bytes(content[:-5000])

@@ -42,11 +42,10 @@ class Bytes:
 
 class File:
     def __init__(self, data):
-        # A recording has its name a moment before its first bytes.
-        if data[:len(MAGIC)] != MAGIC[:len(data)]:
+        if data[:len(MAGIC)] != MAGIC:
             raise ValueError("no magic")
         self.messages, self.attachments, self.metadata, self.compressions = [], {}, {}, []
-        self.topics, self.is_whole = {}, False
+        self.topics, self.qos, self.is_whole = {}, {}, False
         b = Bytes(data[len(MAGIC):])
         try:
             while not self.is_whole:
@@ -61,6 +60,7 @@ class File:
         if op == CHANNEL:
             number, _ = b.number(2), b.number(2)
             self.topics[number] = b.text()
+            _, self.qos[self.topics[number]] = b.text(), b.pairs()["offered_qos_profiles"]
         elif op == CHUNK:
             self.note_chunk(b)
         elif op == ATTACHMENT:

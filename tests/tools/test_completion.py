@@ -97,6 +97,7 @@ class Bash(unittest.TestCase):
         self.assertEqual(complete("lumsim", "--lines", ""), ["64", "640"])
         self.assertEqual(complete("lumdump", "--format", ""), "csv ply pcd las xyz png mcap pcap pcapng".split())
         self.assertEqual(complete("lumdump", "--compression", ""), ["zstd", "none"])
+        self.assertIn("rosbag2", complete("lumdump", "--format", ""))
         self.assertEqual(complete("lumdump", "--mcap", ""), ["frames", "lines", "packets"])
         self.assertEqual(complete("lumdump", "--format", "pc"), ["pcd", "pcap", "pcapng"])
 

@@ -502,7 +502,7 @@ class BadSources(Case):
                 source.unlink()
 
     def test_directory_and_missing(self):
-        self.refused(1, self.folder.path, message="directory")
+        self.refused(1, self.folder.path, message="is a folder without an .mcap file")
         self.refused(1, self.folder / "nowhere.pcap", message="No such file")
 
     def test_unreadable(self):

@@ -4,11 +4,14 @@ import collections
 import itertools
 import json
 import math
+import os
+import pathlib
 import signal
 import struct
 import unittest
 
 import shards
+import yaml
 from live import Sensor, tool, wait_until
 from mcap_file import File, statuses_of
 from support import Folder, group, line, pcap, read_csv, run, simulate, udp, word
@@ -239,6 +242,70 @@ class Contents(Case):
                 self.assertFalse(name.exists())
 
 
+class Rosbag2(Case):
+    def bag(self, source, *arguments, status=0):
+        return self.dump(source, "-o", self.folder / "drive", "--format", "rosbag2", "-q", *arguments, status=status)
+
+    def metadata(self):
+        return yaml.safe_load((self.folder / "drive/metadata.yaml").read_text())["rosbag2_bagfile_information"]
+
+    def test_a_folder_says_what_its_files_have(self):
+        source = simulate(self.folder / "street.pcap", "--frames", "8", "--seed", "5")
+        self.bag(source, "--mcap", "frames,packets", "--rotate", "6MB", *PLAIN)
+        about = self.metadata()
+        self.assertEqual((about["version"], about["storage_identifier"]), (5, "mcap"))
+        self.assertGreater(len(about["files"]), 2)
+        self.assertEqual(sorted(os.listdir(self.folder / "drive")), [*about["relative_file_paths"], "metadata.yaml"])
+        counts, begins, ends = collections.Counter(), [], []
+        for name, said in zip(about["relative_file_paths"], about["files"]):
+            file = self.file(f"drive/{name}")
+            self.assertTrue(file.is_whole)
+            counts.update(m.topic for m in file.messages)
+            times = [m.time for m in file.messages]
+            self.assertEqual((said["path"], said["message_count"]), (name, len(times)))
+            self.assertEqual(said["starting_time"]["nanoseconds_since_epoch"], min(times))
+            self.assertEqual(said["duration"]["nanoseconds"], max(times) - min(times))
+            begins.append(min(times)), ends.append(max(times))
+        self.assertEqual(about["message_count"], counts.total())
+        self.assertEqual(about["duration"]["nanoseconds"], max(ends) - min(begins))
+        topics = {t["topic_metadata"]["name"]: t for t in about["topics_with_message_count"]}
+        self.assertEqual({name: t["message_count"] for name, t in topics.items()}, counts)
+        for name, qos in file.qos.items():
+            self.assertEqual(topics[name]["topic_metadata"]["offered_qos_profiles"], qos)
+
+    def test_a_folder_is_a_source(self):
+        source = simulate(self.folder / "street.pcap", "--frames", "12", "--seed", "5")
+        self.bag(source, "--mcap", "packets", "--rotate", "1s", *PLAIN)
+        self.dump(source, "-o", self.folder / "a.csv", "-q")
+        r = self.dump(self.folder / "drive", "-o", self.folder / "b.csv")
+        self.assertEqual((self.folder / "a.csv").read_bytes(), (self.folder / "b.csv").read_bytes())
+        # As after a kill, and beside what is no capture.
+        (self.folder / "drive/metadata.yaml").unlink()
+        self.folder.write("drive/.drive_9.mcap.lumsdk", "")
+        self.folder.write("drive/.hidden.mcap", "")
+        r = self.dump(self.folder / "drive", "--json")
+        self.assertEqual([pathlib.Path(s["name"]).name for s in json.loads(r.stdout)["sources"]], ["drive_0.mcap", "drive_1.mcap"])
+
+    def test_a_folder_that_is_there_stays(self):
+        (self.folder / "drive").mkdir()
+        r = self.bag(self.street(), status=1)
+        self.assertIn("drive: is there already; rosbag2 makes a new folder", r.stderr)
+        self.assertEqual(os.listdir(self.folder / "drive"), [])
+
+    def test_a_conversion_that_fails_leaves_no_folder(self):
+        two = [udp(p, source=address) for address in ("10.0.0.1", "10.0.0.2") for p in line([word(2000, 0)])]
+        self.bag(self.folder.write("two.pcap", pcap(two)), status=2)
+        self.assertFalse((self.folder / "drive").exists())
+
+    def test_folders_without_captures_are_refused(self):
+        (self.folder / "drive").mkdir()
+        self.assertIn("a folder without an .mcap file", self.dump(self.folder / "drive", status=1).stderr)
+        self.folder.write("drive/drive_0.db3", "")
+        self.assertIn("is of SQLite (.db3)", self.dump(self.folder / "drive", status=1).stderr)
+        self.assertIn("rosbag2 is a folder: name one", self.dump(self.street(), "-o", "-", "--format", "rosbag2", status=2).stderr)
+        self.assertIn("rosbag2 is a folder", self.dump(self.street(), "-o", self.folder / "d-%d", "--format", "rosbag2", status=2).stderr)
+
+
 class Live(Case):
     def start(self, *arguments, topic="/points", count=2):
         address = next(ADDRESSES)
@@ -248,6 +315,13 @@ class Live(Case):
         path = self.folder / "a.mcap"
         wait_until(lambda: path.exists() and len(self.file("a.mcap").of(topic)) >= count, f"{count} of {topic}")
         return p
+
+    def test_a_folder_is_whole_after_ctrl_c(self):
+        p = self.start("-o", self.folder / "drive", "--format", "rosbag2")
+        self.assertEqual(p.end(signal.SIGINT), 0)
+        self.assertTrue(self.file("drive/drive_0.mcap").is_whole)
+        about = yaml.safe_load((self.folder / "drive/metadata.yaml").read_text())["rosbag2_bagfile_information"]
+        self.assertEqual(about["message_count"], len(self.file("drive/drive_0.mcap").messages))
 
     def test_packets_are_those_of_a_pcap_file(self):
         p = self.start("--mcap", "packets", "-o", self.folder / "a.pcap", topic="/datagrams", count=500)
@@ -264,7 +338,7 @@ class Live(Case):
         p.send(signal.SIGKILL)
         p.wait()
         r = self.dump(self.folder / "a.mcap", "-o", self.folder / "b.pcap")
-        self.assertIn("without a footer", r.stderr)
+        self.assertIn("cannot be read on", r.stderr)
         again = run("lumdump", self.folder / "b.pcap", "--json", "-q")
         self.assertGreaterEqual(json.loads(again.stdout)["data"], 0.9 * seen)
 

@@ -1,5 +1,6 @@
 #include "sources.h"
 
+#include "bag_files.h"
 #include "file_look.h"
 #include "source_url.h"
 
@@ -43,6 +44,74 @@ static void name_them(struct sources *s)
                    (int)sizeof s->name - 32, s->paths[0], more);
 }
 
+/* --- Folders --- */
+
+static bool is_folder(const char *path)
+{
+    struct file_look look;
+    return strcmp(path, "-") != 0 && file_look(path, &look) &&
+           look.kind == FILE_DIRECTORY;
+}
+
+static int append(struct sources *s, const char *path, lum_error *error)
+{
+    const char **more = realloc(s->expanded, (s->count + 1u) * sizeof *more);
+    if (more == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    more[s->count++] = path;
+    s->expanded = more;
+    s->paths = more;
+    return 0;
+}
+
+static int add_folder(struct sources *s, const char *path, lum_error *error)
+{
+    size_t count = 0;
+    int result = 0;
+    lum_error why = {""};
+    char **files = bag_files_list(path, &count, &why);
+    if (files == NULL) {
+        if (s->folder_error.text[0] == '\0') {
+            s->folder_error = why;
+        }
+        return append(s, path, error);
+    }
+    s->folders[s->folder_count++] = files;
+    for (size_t i = 0; i < count && result == 0; i++) {
+        result = append(s, files[i], error);
+    }
+    return result;
+}
+
+/* Each folder as the files in it. */
+static int expand(struct sources *s, lum_error *error)
+{
+    const char *const *given = s->paths;
+    const size_t count = s->count;
+    size_t folders = 0;
+    int result = 0;
+    for (size_t i = 0; i < count; i++) {
+        folders += is_folder(given[i]) ? 1u : 0u;
+    }
+    if (folders == 0) {
+        return 0;
+    }
+    s->folders = calloc(folders, sizeof *s->folders);
+    if (s->folders == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    s->count = 0;
+    for (size_t i = 0; i < count && result == 0; i++) {
+        result = s->folder_count < folders && is_folder(given[i])
+                     ? add_folder(s, given[i], error)
+                     : append(s, given[i], error);
+    }
+    return result;
+}
+
+/* --- Checks --- */
+
 static int check_twice(const struct sources *s, lum_error *error)
 {
     for (size_t i = 1; i < s->identity_count; i++) {
@@ -79,25 +148,41 @@ int sources_init(struct sources *out, const char *const *paths, size_t count,
 {
     *out = (struct sources){.paths = paths, .count = count};
     name_them(out);
-    if (check_names(out, error) != 0) {
+    if (check_names(out, error) != 0 || expand(out, error) != 0) {
         return -1;
     }
-    out->identities = calloc(count, sizeof *out->identities);
+    out->identities = calloc(out->count, sizeof *out->identities);
     if (out->identities == NULL) {
         return lum_error_set(error, "out of memory");
     }
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < out->count; i++) {
         out->identity_count +=
-            find(paths[i], &out->identities[out->identity_count]) ? 1u : 0u;
+            find(out->paths[i], &out->identities[out->identity_count]) ? 1u
+                                                                       : 0u;
     }
     qsort(out->identities, out->identity_count, sizeof *out->identities,
           compare);
     return check_twice(out, error);
 }
 
+int sources_check_folders(const struct sources *sources, lum_error *error)
+{
+    return sources->folder_error.text[0] == '\0'
+               ? 0
+               : lum_error_set(error, "%s", sources->folder_error.text);
+}
+
 void sources_free(struct sources *sources)
 {
+    for (size_t i = 0; i < sources->folder_count; i++) {
+        free(sources->folders[i]);
+    }
+    free(sources->folders);
+    free(sources->expanded);
     free(sources->identities);
+    sources->folders = NULL;
+    sources->folder_count = 0;
+    sources->expanded = NULL;
     sources->identities = NULL;
 }
 

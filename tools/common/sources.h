@@ -1,4 +1,4 @@
-/* The captures that a run reads. */
+/* The captures that a run reads, also those in a folder of rosbag2. */
 #ifndef LUM_TOOLS_SOURCES_H
 #define LUM_TOOLS_SOURCES_H
 
@@ -19,8 +19,13 @@
 struct source_identity;
 
 struct sources {
-    const char *const *paths; /* "-" is standard input */
+    const char *const *paths; /* "-" is standard input; a folder of rosbag2 is
+                                 the files in it */
     size_t count;             /* 0: a sensor */
+    const char **expanded;    /* the same list, if there is such a folder */
+    char ***folders;          /* bag_files_list() of each */
+    size_t folder_count;
+    lum_error folder_error; /* "", or why the first folder has none */
     char name[SOURCES_NAME_BYTES];
     struct source_identity *identities; /* of those that are there, sorted */
     size_t identity_count;
@@ -32,6 +37,10 @@ struct sources {
  * be opened is told when it is. */
 int sources_init(struct sources *out, const char *const *paths, size_t count,
                  lum_error *error);
+
+/* To be asked before they are opened. 0, or -1 with the reason in error: one is
+ * a folder without captures. */
+int sources_check_folders(const struct sources *sources, lum_error *error);
 
 void sources_free(struct sources *sources);
 

@@ -15,11 +15,17 @@
 /* --- The table --- */
 
 static const struct option_word formats[] = {
-    {"csv", LUM_FORMAT_CSV},   {"ply", LUM_FORMAT_PLY},
-    {"pcd", LUM_FORMAT_PCD},   {"las", LUM_FORMAT_LAS},
-    {"xyz", LUM_FORMAT_XYZ},   {"png", LUM_FORMAT_PNG},
-    {"mcap", LUM_FORMAT_MCAP}, {"pcap", FORMAT_PCAP},
-    {"pcapng", FORMAT_PCAPNG}, {NULL, 0},
+    {"csv", LUM_FORMAT_CSV},
+    {"ply", LUM_FORMAT_PLY},
+    {"pcd", LUM_FORMAT_PCD},
+    {"las", LUM_FORMAT_LAS},
+    {"xyz", LUM_FORMAT_XYZ},
+    {"png", LUM_FORMAT_PNG},
+    {"mcap", LUM_FORMAT_MCAP},
+    {"pcap", FORMAT_PCAP},
+    {"pcapng", FORMAT_PCAPNG},
+    {"rosbag2", FORMAT_ROSBAG2},
+    {NULL, 0},
 };
 static const struct option_word compressions[] = {
     {"zstd", 0}, {"none", 1}, {NULL, 0}};
@@ -154,7 +160,8 @@ static bool find_format(const struct options *o, struct output_options *output)
 {
     const bool is_told = tells_format(output->name, &output->format);
     if (o->has_format && (!is_told || o->output_count == 1)) {
-        output->format = o->format;
+        output->is_folder = o->format == FORMAT_ROSBAG2;
+        output->format = output->is_folder ? LUM_FORMAT_MCAP : o->format;
         return true;
     }
     if (is_told) {
@@ -328,6 +335,12 @@ static bool can_compress(const struct options *o)
                   "libzstd that compresses; leave it out, or say none");
 }
 
+static bool goes_with_messages(const struct options *o)
+{
+    return (!o->has_compression || can_compress(o)) &&
+           (o->mcap == 0 || can_choose_messages(o));
+}
+
 static bool is_consistent(const struct options *o)
 {
     if (o->columns != NULL && !has_columns(o)) {
@@ -342,10 +355,7 @@ static bool is_consistent(const struct options *o)
     if (o->ascii && !has_either(o, LUM_FORMAT_PLY, LUM_FORMAT_PCD)) {
         return refuse("--ascii goes with ply and pcd output only");
     }
-    if (o->has_compression && !can_compress(o)) {
-        return false;
-    }
-    if (o->mcap != 0 && !can_choose_messages(o)) {
+    if (!goes_with_messages(o)) {
         return false;
     }
     if (o->comments && (o->output_count == 0 ||

@@ -17,11 +17,15 @@
 #define FORMAT_PCAP   LUM_FORMATS
 #define FORMAT_PCAPNG (LUM_FORMATS + 1u)
 
+/* A folder of MCAP files; only what --format says. */
+#define FORMAT_ROSBAG2 (LUM_FORMATS + 2u)
+
 #define OUTPUTS_MAX 16u
 
 struct output_options {
     const char *name;
     unsigned format; /* a lum_format, or FORMAT_PCAP or FORMAT_PCAPNG */
+    bool is_folder;  /* of rosbag2, with files of this format */
 };
 
 /* Options that choose or change what comes out, as they were given. */

@@ -2,6 +2,7 @@
 #include "output.h"
 
 #include "../common/capture_file.h"
+#include "bag_folder.h"
 #include "base/claim.h"
 #include "base/system.h"
 #include "capture/capture_writer.h"
@@ -26,6 +27,7 @@
 struct frame_file {
     int64_t frame; /* its own; of a file that ends by rotation, its last */
     lum_writer *writer;
+    size_t number; /* in a folder */
 };
 
 struct output {
@@ -54,6 +56,7 @@ struct output {
     uint64_t late; /* points without a file */
     uint64_t no_place;
     lum_capture_writer *capture; /* NULL: no capture */
+    struct bag_folder *folder;   /* NULL: none is made */
     bool has_time;
     int64_t began_ns; /* when the present file was to begin */
     int64_t now_ns;
@@ -119,15 +122,26 @@ static int open_named(struct output *o, const char *name, lum_error *error)
         0) {
         return -1;
     }
+    o->files[0].number = o->number - 1u;
     o->file_count = 1;
     return 0;
+}
+
+static int name_next(struct output *o, char out[NAME_BYTES], lum_error *error)
+{
+    o->number++;
+    if (o->folder == NULL) {
+        return numbered_name(o->name, o->number, out, error);
+    }
+    return bag_folder_next_name(o->folder, out, NAME_BYTES)
+               ? 0
+               : lum_error_set(error, "%s: the name is too long", o->name);
 }
 
 static int open_numbered(struct output *o, lum_error *error)
 {
     char name[NAME_BYTES];
-    o->number++;
-    if (numbered_name(o->name, o->number, name, error) != 0 ||
+    if (name_next(o, name, error) != 0 ||
         targets_check_inputs(o->options, name, error) != 0) {
         return -1;
     }
@@ -140,7 +154,7 @@ static int claim_name(struct output *o, lum_error *error)
 {
     const char *percent = strchr(o->name, '%');
     const bool in_many = percent != NULL && percent < lum_system_base(o->name);
-    if ((!o->is_pattern && !o->rotates) || in_many) {
+    if ((!o->is_pattern && !o->rotates) || in_many || o->folder != NULL) {
         return 0;
     }
     return lum_claim_take(o->name, o->name, &o->claim, error) == 0 ||
@@ -157,7 +171,8 @@ static int open_first(struct output *o, lum_error *error)
     if (o->is_pattern) {
         return 0;
     }
-    return o->rotates ? open_numbered(o, error) : open_named(o, o->name, error);
+    return o->rotates || o->folder != NULL ? open_numbered(o, error)
+                                           : open_named(o, o->name, error);
 }
 
 static const struct provenance *about_of(const struct options *o, size_t i)
@@ -247,12 +262,20 @@ int output_open(const struct options *options, size_t i,
     if (o == NULL) {
         return lum_error_set(error, "out of memory");
     }
+    if (options->outputs[i].is_folder) {
+        o->folder = bag_folder_new(o->name, error);
+        if (o->folder == NULL) {
+            free(o);
+            return -1;
+        }
+    }
     if (rehearsal != NULL) {
         o->writer_options.rehearsal = rehearsal->files[0].writer;
     }
     if (open_first(o, error) != 0) {
         const int code = errno;
         lum_claim_drop(&o->claim);
+        bag_folder_free(o->folder);
         free(o);
         errno = code;
         return -1;
@@ -303,7 +326,8 @@ bool output_find_stale(const struct output *o, lum_error *out)
 {
     char first[NAME_BYTES];
     char second[NAME_BYTES];
-    if (!o->rotates || !is_there(o, o->number + 1u, first)) {
+    if (!o->rotates || o->folder != NULL ||
+        !is_there(o, o->number + 1u, first)) {
         return false;
     }
     const bool has_more = is_there(o, o->number + 2u, second);
@@ -336,6 +360,10 @@ static int finish(struct output *o, struct closing file, lum_error *error)
 static int close_file(struct output *o, size_t i, lum_error *error)
 {
     const struct closing file = {.cloud = o->files[i].writer};
+    if (o->folder != NULL && bag_folder_note(o->folder, o->files[i].number,
+                                             file.cloud, error) != 0) {
+        return -1;
+    }
     if (!o->has_ended || o->files[i].frame > o->ended) {
         o->has_ended = true;
         o->ended = o->files[i].frame;
@@ -387,7 +415,8 @@ static int rotate_at_frame(struct output *o, lum_error *error)
     if (has_ending(o) && close_file(o, 1, error) != 0) {
         return -1;
     }
-    o->files[1] = (struct frame_file){o->top, o->files[0].writer};
+    o->files[1] = o->files[0];
+    o->files[1].frame = o->top;
     note_rotated(o);
     if (open_numbered(o, error) != 0) {
         o->files[0] = o->files[1];
@@ -471,7 +500,7 @@ static lum_writer *file_of_frame(struct output *o, int64_t frame, bool *failed,
         *failed = true;
         return NULL;
     }
-    o->files[o->file_count++] = (struct frame_file){frame, writer};
+    o->files[o->file_count++] = (struct frame_file){frame, writer, 0};
     return writer;
 }
 
@@ -716,6 +745,9 @@ int output_close(struct output *o, lum_error *error)
     if (result == 0 && o->closer != NULL) {
         result = closer_wait(o->closer, error);
     }
+    if (result == 0 && o->folder != NULL) {
+        result = bag_folder_finish(o->folder, error);
+    }
     const int code = errno;
     output_abort(o);
     errno = code;
@@ -735,6 +767,7 @@ void output_abort(struct output *o)
     }
     lum_capture_writer_abort(o->capture);
     lum_claim_drop(&o->claim);
+    bag_folder_free(o->folder);
     free(o);
 }
 

@@ -13,8 +13,10 @@
 static int open_sources(const struct options *o, lum_capture **out,
                         lum_error *error)
 {
-    return lum_capture_open_several(o->sources.paths, o->sources.count, out,
-                                    error);
+    return sources_check_folders(&o->sources, error) == 0
+               ? lum_capture_open_several(o->sources.paths, o->sources.count,
+                                          out, error)
+               : -1;
 }
 
 static enum pass_result look_around(const struct pass *pass,

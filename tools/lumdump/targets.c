@@ -64,6 +64,10 @@ static int check_pattern(const struct options *options, size_t i,
                              "number and has to read %%d or %%04d, once",
                              o->name);
     }
+    if (o->is_folder && (pattern == 1 || strcmp(o->name, "-") == 0)) {
+        return lum_error_set(error, "%s: rosbag2 is a folder: name one",
+                             o->name);
+    }
     if (pattern == 1 && options_takes_packets(options, i)) {
         return lum_error_set(error,
                              "%s: packets are not of one frame: name "

@@ -68,6 +68,9 @@ static int start_all(struct captures *c, lum_error *error)
 int captures_new(const struct sources *sources, struct captures **out,
                  lum_error *error)
 {
+    if (sources_check_folders(sources, error) != 0) {
+        return -1;
+    }
     struct captures *c = calloc(1, sizeof *c);
     if (c == NULL) {
         return lum_error_set(error, "out of memory");

@@ -244,6 +244,34 @@ LUM_MUST_CHECK int lum_writer_add_status(lum_writer *writer,
                                          const lum_writer_status *status,
                                          lum_error *error);
 
+/** Most topics of an MCAP file. */
+#define LUM_MCAP_TOPICS_MAX 8u
+
+/** A topic of an MCAP file. It never grows, because it is used in arrays. */
+typedef struct lum_mcap_topic {
+    const char *name;  /**< such as "/points"; these texts live for ever */
+    const char *type;  /**< such as "sensor_msgs/msg/PointCloud2" */
+    const char *qos;   /**< its offered_qos_profiles, YAML */
+    uint64_t messages; /**< so far */
+} lum_mcap_topic;
+
+/** What an MCAP file has so far. */
+typedef struct lum_mcap_info {
+    size_t struct_size; /**< sizeof(lum_mcap_info) */
+    int64_t begin_ns;   /**< its earliest message, since 1970; 0: none */
+    int64_t end_ns;     /**< its latest */
+    uint64_t messages;  /**< of all topics */
+    size_t topic_count; /**< of these: */
+    lum_mcap_topic topics[LUM_MCAP_TOPICS_MAX]; /**< in the file's order */
+} lum_mcap_info;
+
+/** What an MCAP file has, as its index will say: with the frame that was ended
+ * last, and all other messages.
+ * @return 0, or -1 if it is of another format, or its struct_size is not
+ *         set. */
+LUM_MUST_CHECK int lum_writer_mcap_info(const lum_writer *writer,
+                                        lum_mcap_info *out);
+
 /** Most bytes of a datagram over IPv4. */
 #define LUM_WRITER_DATAGRAM_BYTES_MAX 65507u
 

@@ -149,34 +149,37 @@ static bool enter_chunk(struct packets *p, size_t size)
     return true;
 }
 
+/* Its length, if all of it is there. */
+static bool has_record(struct packets *p, size_t *size)
+{
+    p->chunk_end = p->at < p->chunk_end ? p->chunk_end : 0;
+    const size_t left = (p->chunk_end != 0 ? p->chunk_end : p->size) - p->at;
+    *size = left >= MCAP_HEAD ? packets_u32(p->bytes + p->at + 1) : 0;
+    return left >= MCAP_HEAD && *size <= left - MCAP_HEAD;
+}
+
 static packets_step next_mcap(struct packets *p, const uint8_t **payload,
                               size_t *len)
 {
-    for (;;) {
+    packets_step step = PACKETS_END;
+    size_t size = 0;
+    while (step == PACKETS_END && has_record(p, &size)) {
         const uint8_t *at = p->bytes + p->at;
-        p->chunk_end = p->at < p->chunk_end ? p->chunk_end : 0;
-        const size_t end = p->chunk_end != 0 ? p->chunk_end : p->size;
-        const size_t left = end - p->at;
-        const size_t size = left >= MCAP_HEAD ? packets_u32(at + 1) : 0;
-        if (left < MCAP_HEAD || size > left - MCAP_HEAD) {
-            return p->chunk_end != 0 ? PACKETS_BROKEN : PACKETS_CUT;
+        if (at[0] == MCAP_FOOTER) {
+            const size_t after = p->size - p->at - MCAP_HEAD - size;
+            return after == MCAP_MAGIC ? PACKETS_END : PACKETS_CUT;
         }
         if (at[0] == MCAP_CHUNK) {
-            if (!enter_chunk(p, size)) {
-                return PACKETS_BROKEN;
-            }
-            continue;
-        }
-        p->at += MCAP_HEAD + size;
-        if (at[0] == MCAP_FOOTER) {
-            return p->size - p->at == MCAP_MAGIC ? PACKETS_END : PACKETS_CUT;
-        }
-        const packets_step step =
-            take_record(p, at[0], at + MCAP_HEAD, size, payload, len);
-        if (step != PACKETS_END) {
-            return step;
+            step = enter_chunk(p, size) ? PACKETS_END : PACKETS_BROKEN;
+        } else {
+            p->at += MCAP_HEAD + size;
+            step = take_record(p, at[0], at + MCAP_HEAD, size, payload, len);
         }
     }
+    if (step != PACKETS_END) {
+        return step;
+    }
+    return p->chunk_end != 0 ? PACKETS_BROKEN : PACKETS_CUT;
 }
 
 /* --- All of them --- */

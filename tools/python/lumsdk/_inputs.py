@@ -347,6 +347,17 @@ def _fetch(url: str) -> list[str]:
         return [str(path) for path in found] if glob.has_magic(url) else [str(found)]
 
 
+def _of_folder(folder: str) -> list[str]:
+    """The captures in a folder of rosbag2. They are read by their times."""
+    names = os.listdir(folder)
+    found = [name for name in names if name.endswith(".mcap") and not name.startswith(".")]
+    if not found:
+        raise CaptureError(f"{folder}: its recording is of SQLite (.db3), which is not read: ros2 bag convert makes MCAP of it"
+                           if any(name.endswith(".db3") for name in names) else
+                           f"{folder}: is a folder without an .mcap file; a folder of rosbag2 has one")
+    return [os.path.join(folder, name) for name in sorted(found)]
+
+
 def _paths(given: Any) -> list[Any]:
     """A path, or those that a pattern means."""
     if isinstance(given, str) and _is_url(given):
@@ -355,6 +366,8 @@ def _paths(given: Any) -> list[Any]:
         raise TypeError(f"a source in a list is {reprlib.repr(given)}, of type {type(given).__name__}; right is a path, a "
                         "pattern or a URL: captures in memory and file objects are read alone")
     name = os.fsdecode(given)
+    if os.path.isdir(name):
+        return _of_folder(name)
     if not glob.has_magic(name) or os.path.lexists(name):
         return [given]
     found = sorted(glob.glob(name))

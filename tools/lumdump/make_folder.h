@@ -1,0 +1,11 @@
+/* A new folder. */
+#ifndef LUMDUMP_MAKE_FOLDER_H
+#define LUMDUMP_MAKE_FOLDER_H
+
+/* 0, or -1 with the reason in errno; EEXIST: something has this name. */
+int make_folder(const char *path);
+
+/* Remove it if it is empty. */
+void remove_folder(const char *path);
+
+#endif

@@ -1,0 +1,15 @@
+#define _POSIX_C_SOURCE 200809L
+#include "make_folder.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+int make_folder(const char *path)
+{
+    return mkdir(path, 0777);
+}
+
+void remove_folder(const char *path)
+{
+    (void)rmdir(path);
+}
