@@ -151,7 +151,9 @@ int sources_init(struct sources *out, const char *const *paths, size_t count,
     if (check_names(out, error) != 0 || expand(out, error) != 0) {
         return -1;
     }
-    out->identities = calloc(out->count, sizeof *out->identities);
+    /* A folder stands for one file at least. */
+    const size_t room = out->count > count ? out->count : count;
+    out->identities = calloc(room, sizeof *out->identities);
     if (out->identities == NULL) {
         return lum_error_set(error, "out of memory");
     }
