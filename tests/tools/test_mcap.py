@@ -92,6 +92,17 @@ class Capture(Case):
         r = self.dump(source, "-o", "-", "--format", "mcap", "-q")
         self.assertEqual(r.stdout_bytes, (self.folder / "a.mcap").read_bytes())
 
+    def test_another_frame_id(self):
+        self.dump(self.street(), "-o", self.folder / "a.mcap", "--frame-id", "front", *PLAIN)
+        file = self.file("a.mcap")
+        self.assertIn(b"front_green\0", file.of("/tf_static")[0].data)
+        self.assertTrue(all(b"front\0" in m.data[:40] for m in file.of("/points")))
+        for name in "", "x" * 201:
+            r = self.dump(self.street(), "-o", self.folder / "b.mcap", "--frame-id", name, status=2)
+            self.assertIn("a name of 1 to 200 bytes", r.stderr)
+        r = self.dump(self.street(), "-o", self.folder / "b.pcd", "--frame-id", "front", status=2)
+        self.assertIn("--frame-id goes with mcap output only", r.stderr)
+
     def test_compression(self):
         source = self.street()
         self.dump(source, "-o", self.folder / "a.mcap")

@@ -62,6 +62,7 @@ const char help_output[] =
     "                          came; packets also with one of the others: "
     "--mcap\n"
     "                          frames,packets\n"
+    "      --frame-id NAME     of the messages (mcap; default luminar)\n"
     "      --compression zstd|none\n"
     "                          of the chunks (mcap); default: zstd where it is "
     "built in\n"

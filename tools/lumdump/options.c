@@ -96,6 +96,8 @@ static const struct option_spec specs[] = {
     {"mcap", CALL(values_take_mcap),
      .allowed = "frames, lines or packets, or packets with one of the others, "
                 "such as frames,packets"},
+    {"frame-id", CALL(values_take_frame_id),
+     .allowed = "a name of 1 to 200 bytes, such as luminar"},
     {"compression", WORD(compressions, is_plain), HAS(has_compression)},
     {"time", WORD(clocks, time)},
     {"json", FLAG(json)},
@@ -338,7 +340,9 @@ static bool can_compress(const struct options *o)
 static bool goes_with_messages(const struct options *o)
 {
     return (!o->has_compression || can_compress(o)) &&
-           (o->mcap == 0 || can_choose_messages(o));
+           (o->mcap == 0 || can_choose_messages(o)) &&
+           (o->frame_id == NULL || has_messages(o) ||
+            refuse("--frame-id goes with mcap output only"));
 }
 
 static bool is_consistent(const struct options *o)

@@ -89,6 +89,7 @@ struct options {
     bool has_compression;     /* --compression was given, */
     bool is_plain;            /* and says none; mcap */
     unsigned mcap;            /* of lum_mcap_content; 0: --mcap was not given */
+    const char *frame_id;     /* of messages; NULL: as the library's */
     bool infer;               /* find the layout, and nothing else */
     bool json;
     bool quiet;

@@ -205,6 +205,7 @@ static void choose_messages(struct output *o, const struct options *options,
 {
     o->is_growing = options->is_live && !o->is_pattern;
     o->mcap = (lum_mcap_options){.struct_size = sizeof o->mcap,
+                                 .frame_id = options->frame_id,
                                  .calibration = options->calibrated,
                                  .calibration_yaml = about->calibration,
                                  .profile_yaml = about->profile,

@@ -307,6 +307,15 @@ bool values_take_mcap(void *options, const char *text, lum_error *why)
                           (LUM_MCAP_OF_FRAMES | LUM_MCAP_OF_LINES);
 }
 
+bool values_take_frame_id(void *options, const char *text, lum_error *why)
+{
+    struct options *out = options;
+    const size_t n = strlen(text);
+    (void)why;
+    out->frame_id = text;
+    return n >= 1 && n <= LUM_MCAP_FRAME_ID_MAX;
+}
+
 bool values_take_preset(void *options, const char *text, lum_error *why)
 {
     struct options *out = options;

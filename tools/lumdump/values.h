@@ -19,6 +19,7 @@ bool values_take_smooth(void *options, const char *text, lum_error *why);
 bool values_take_buffer(void *options, const char *text, lum_error *why);
 bool values_take_columns(void *options, const char *text, lum_error *why);
 bool values_take_mcap(void *options, const char *text, lum_error *why);
+bool values_take_frame_id(void *options, const char *text, lum_error *why);
 bool values_take_preset(void *options, const char *text, lum_error *why);
 bool values_take_check_preset(void *options, const char *text, lum_error *why);
 
