@@ -21,12 +21,12 @@ static int check_start(lum_source *source, lum_error *error)
     }
     if (!source->has_failed) {
         return lum_error_set(
-            error, "%s: is empty; a pcap, pcapng or MCAP file is expected",
+            error, "%s: is empty; a pcap, pcapng, MCAP or bag file is expected",
             source->name);
     }
     return lum_error_set(
         error,
-        "%s: cannot be read: %s; a pcap, pcapng or MCAP file is expected",
+        "%s: cannot be read: %s; a pcap, pcapng, MCAP or bag file is expected",
         source->name, source->error.text);
 }
 
@@ -69,10 +69,11 @@ static int begin(lum_input *in, lum_comments *comments, lum_error *error)
     const int begun =
         lum_pcap_begin(in->reader, is_supported, &in->link_type, &reason);
     if (begun < 0) {
-        return lum_error_set(
-            error,
-            "%s: not a capture (%s); a pcap, pcapng or MCAP file is expected%s",
-            in->source->name, reason.text, lum_unpack_hint(in->source));
+        return lum_error_set(error,
+                             "%s: not a capture (%s); a pcap, pcapng, MCAP or "
+                             "bag file is expected%s",
+                             in->source->name, reason.text,
+                             lum_unpack_hint(in->source));
     }
     return begun > 0 ? 0 : refuse_link(in, error);
 }

@@ -15,6 +15,7 @@ void lum_pcap_free(lum_pcap *reader)
 {
     if (reader != NULL) {
         lum_mcap_reader_free(reader->mcap);
+        lum_bag_reader_free(reader->bag);
         free(reader->interfaces);
         free(reader);
     }
@@ -48,6 +49,9 @@ int lum_pcap_begin(lum_pcap *reader, bool (*is_wanted)(uint32_t link_type),
     if (lum_mcap_is(reader->source)) {
         return lum_mcap_reader_begin(reader, link_type, error);
     }
+    if (lum_bag_is(reader->source)) {
+        return lum_bag_reader_begin(reader, link_type, error);
+    }
     if (lum_pcap_records_begin(reader, error) != 0) {
         return -1;
     }
@@ -57,7 +61,8 @@ int lum_pcap_begin(lum_pcap *reader, bool (*is_wanted)(uint32_t link_type),
 
 bool lum_pcap_can_seek(const lum_pcap *reader)
 {
-    return reader->mcap == NULL && lum_source_can_seek(reader->source);
+    return reader->mcap == NULL && reader->bag == NULL &&
+           lum_source_can_seek(reader->source);
 }
 
 bool lum_pcap_has_wanted(const lum_pcap *reader)

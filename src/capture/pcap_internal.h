@@ -8,6 +8,7 @@
 
 /** What is read of an MCAP file. */
 typedef struct lum_mcap_reader lum_mcap_reader;
+typedef struct lum_bag_reader lum_bag_reader;
 
 struct lum_pcap {
     lum_source *source;
@@ -18,6 +19,7 @@ struct lum_pcap {
     size_t header;         /* pcap: bytes of a record's */
     int lengths;           /* pcap: enum length_order */
     lum_mcap_reader *mcap; /* NULL: it is none */
+    lum_bag_reader *bag;   /* NULL: it is none */
     lum_pcap_interface *interfaces;
     uint32_t interface_count;
     uint32_t interface_room;
@@ -84,5 +86,16 @@ LUM_MUST_CHECK int lum_mcap_reader_begin(lum_pcap *reader, uint32_t *link_type,
 
 /** Free it. NULL is allowed. */
 void lum_mcap_reader_free(lum_mcap_reader *reader);
+
+/** Whether the source begins as a bag of ROS 1 does. */
+bool lum_bag_is(lum_source *source);
+
+/** lum_pcap_begin() of such a bag: reads up to the first connection that has
+ * packets. */
+LUM_MUST_CHECK int lum_bag_reader_begin(lum_pcap *reader, uint32_t *link_type,
+                                        lum_error *error);
+
+/** Free it. NULL is allowed. */
+void lum_bag_reader_free(lum_bag_reader *reader);
 
 #endif

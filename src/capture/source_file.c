@@ -65,10 +65,10 @@ int lum_source_open(const char *path, lum_source **out, lum_error *error)
     const char *name = strcmp(path, "-") == 0 ? "standard input" : path;
     const int fd = lum_source_file_open(path);
     if (fd < 0) {
-        return lum_error_set(
-            error,
-            "%s: cannot be opened: %s; a pcap, pcapng or MCAP file is expected",
-            name, strerror(errno));
+        return lum_error_set(error,
+                             "%s: cannot be opened: %s; a pcap, pcapng, MCAP "
+                             "or bag file is expected",
+                             name, strerror(errno));
     }
     lum_source *source = from_descriptor(name, fd);
     if (source == NULL) {

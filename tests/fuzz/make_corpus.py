@@ -292,8 +292,28 @@ def capture_seeds():
         "mcap": mcap(False),
         "mcap-zstd": mcap(True),
         "mcap-cut": mcap(False)[:-120],
+        "bag": bag(b"none"),
+        "bag-lz4": bag(b"lz4"),
     })
     return seeds
+
+
+def bag(compression):
+    """A batch of one packet for each eye, in a chunk."""
+    def field(name, value):
+        return struct.pack("<I", len(name) + 1 + len(value)) + name + b"=" + value
+
+    def record(op, data, *fields):
+        header = b"".join(fields) + field(b"op", bytes([op]))
+        return struct.pack("<I", len(header)) + header + struct.pack("<I", len(data)) + data
+
+    def message(eye):
+        return record(2, bytes(12) + bytes(4) + struct.pack("<BIQQB", eye, 0x0a2a0025, 0, 2, 0) + struct.pack("<IH", 1, eye)
+                      + struct.pack("<III", 1, 7, 9) + struct.pack("<IH", 1, 3) + struct.pack("<I", 3) + b"one",
+                      field(b"conn", bytes(4)))
+
+    records = record(7, field(b"type", b"lumsdk_ros/Packets"), field(b"conn", bytes(4))) + message(0) + message(1)
+    return b"#ROSBAG V2.0\n" + record(3, b" ") + record(5, records, field(b"compression", compression))
 
 
 def mcap(is_packed):

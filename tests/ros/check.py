@@ -429,6 +429,7 @@ def bag_is_the_capture():
     listener.stop()
     check(len(first) == 5, f"{len(first)} clouds of 5 frames")
     check_bag(bag, path)
+    check(rows_of(bag) == rows_of(path), "lumdump makes other points of the bag")
     again = play(bag, times=2)
     check(len(again) == 2 * len(first), f"{len(again)} clouds of twice {len(first)}")
     for i, (a, b) in enumerate(zip(first + first, again)):

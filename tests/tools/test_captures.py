@@ -2,6 +2,7 @@
 """Captures in every format, compressed, of mixed links, damaged and without an end, through lumdump."""
 import fcntl
 import gzip
+import json
 import os
 import pathlib
 import shutil
@@ -14,6 +15,7 @@ import threading
 import time
 import unittest
 
+import bag_maker
 import mcap_maker
 import shards
 from support import BIN, PATIENCE_S, Folder, line, pcap, run, simulate, summary, udp, word
@@ -229,14 +231,44 @@ class Damage(Case):
                     r = run("lumdump", source, "-o", self.folder / "out.csv")
                     self.assertEqual((r.returncode, r.stdout), (1, ""))
                     self.assertIn(name, r.stderr)
-                    self.assertIn("a pcap, pcapng or MCAP file is expected", r.stderr)
+                    self.assertIn("a pcap, pcapng, MCAP or bag file is expected", r.stderr)
                     self.assertFalse((self.folder / "out.csv").exists())
 
     def test_a_compressed_file_of_something_else(self):
         source = self.folder.write("x.gz", gzip.compress(b"x,y,z\n" * 1000))
         r = run("lumdump", source)
         self.assertEqual(r.returncode, 1)
-        self.assertIn("a pcap, pcapng or MCAP file is expected", r.stderr)
+        self.assertIn("a pcap, pcapng, MCAP or bag file is expected", r.stderr)
+
+
+class Bag(Case):
+    """A bag with the packets of a capture gives its points."""
+
+    def test_the_same_points_from_a_file_and_from_a_pipe(self):
+        source = self.whole()
+        made = self.folder.write("made.bag", bag_maker.bag(source.read_bytes()))
+        expected = self.points(source)
+        self.assertGreater(len(expected), 10000)
+        self.assertEqual(self.points(made), expected)
+        r = run("lumdump", "-", "-o", "-", "--format", "csv", stdin=made.read_bytes())
+        self.assertEqual((r.returncode, r.stdout), (0, expected))
+        for key in "records", "points", "other", "data":
+            self.assertEqual(summary(made).get(key), summary(source).get(key))
+
+    def test_a_bag_that_breaks_off_gives_what_came_before(self):
+        data = bag_maker.bag(self.whole().read_bytes())
+        r = run("lumdump", self.folder.write("cut.bag", data[:len(data) // 2]), "--json")
+        self.assertIn("a record is cut short", r.stderr)
+        self.assertGreater(json.loads(r.stdout)["points"], 1000)
+
+    def test_what_is_not_read_is_told(self):
+        for name, data, says in (
+                ("a.bag", bag_maker.bag(self.whole().read_bytes(), b"lz4"), "compressed by lz4, which is not read; rosbag decompress"),
+                ("b.bag", b"#ROSBAG V2.0\n", "it has no messages of lumsdk_ros/Packets"),
+                ("c.bag", b"#ROSBAG V1.2\n" + bytes(100), "a pcap, pcapng, MCAP or bag file is expected")):
+            r = run("lumdump", self.folder.write(name, data))
+            self.assertEqual(r.returncode, 1)
+            self.assertIn(says, r.stderr)
 
 
 class Mcap(Case):

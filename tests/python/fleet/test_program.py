@@ -79,7 +79,7 @@ def test_a_second_run_does_only_what_is_missing_or_has_changed(drives, nodes, tm
     (drives / "day1/new.pcap").write_bytes((drives / "day0/drive0.pcap").read_bytes())
     assert run() == (1, 3, 1)
     assert [r["message"] for r in rows(out) if r["status"] == "failed"] == \
-        [f"{drives}/day1/drive3.pcap: is empty; a pcap, pcapng or MCAP file is expected"]
+        [f"{drives}/day1/drive3.pcap: is empty; a pcap, pcapng, MCAP or bag file is expected"]
     assert run("--eye", "blue") == (4, 0, 1)
     # Captures of another day are added to the same table.
     (tmp_path / "more").mkdir()

@@ -1,0 +1,470 @@
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "capture/bag_packets.h"
+#include "capture/pcap.h"
+#include "lum/capture/source.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define SENSOR 0x0a2a0025u
+
+/* --- Bags in the making --- */
+
+typedef struct image {
+    uint8_t *bytes;
+    size_t len;
+} image;
+
+static void put(image *im, const void *bytes, size_t len)
+{
+    uint8_t *more = realloc(im->bytes, im->len + len + 1u);
+    assert_non_null(more);
+    im->bytes = more;
+    if (len != 0) {
+        memcpy(im->bytes + im->len, bytes, len);
+    }
+    im->len += len;
+}
+
+static void put_int(image *im, uint64_t value, size_t len)
+{
+    uint8_t bytes[8];
+    for (size_t i = 0; i < len; i++) {
+        bytes[i] = (uint8_t)(value >> 8u * i);
+    }
+    put(im, bytes, len);
+}
+
+static void put_sized(image *im, const void *bytes, size_t len)
+{
+    put_int(im, len, 4);
+    put(im, bytes, len);
+}
+
+static void put_field(image *im, const char *name, const void *value,
+                      size_t len)
+{
+    put_int(im, strlen(name) + 1u + len, 4);
+    put(im, name, strlen(name));
+    put(im, "=", 1);
+    put(im, value, len);
+}
+
+static void put_number(image *im, const char *name, uint32_t value)
+{
+    const uint8_t bytes[4] = {(uint8_t)value, (uint8_t)(value >> 8),
+                              (uint8_t)(value >> 16), (uint8_t)(value >> 24)};
+    put_field(im, name, bytes, sizeof bytes);
+}
+
+/* The fields and the data are taken over. */
+static void put_record(image *im, uint8_t op, image *fields, image *data)
+{
+    put_field(fields, "op", &op, 1);
+    put_sized(im, fields->bytes, fields->len);
+    put_sized(im, data->bytes, data->len);
+    free(fields->bytes);
+    free(data->bytes);
+    *fields = (image){0};
+    *data = (image){0};
+}
+
+static void put_magic(image *im)
+{
+    image fields = {0};
+    image data = {0};
+    char padding[100];
+    memset(padding, ' ', sizeof padding);
+    put(im, "#ROSBAG V2.0\n", 13);
+    put_number(&fields, "conn_count", 2);
+    put(&data, padding, sizeof padding);
+    put_record(im, 3, &fields, &data);
+}
+
+static void put_connection(image *im, uint32_t id, const char *type)
+{
+    image fields = {0};
+    image data = {0};
+    put_number(&fields, "conn", id);
+    put_field(&fields, "topic", "/x", 2);
+    put_field(&data, "md5sum", "*", 1);
+    put_field(&data, "type", type, strlen(type));
+    put_record(im, 7, &fields, &data);
+}
+
+/* A packet of a batch: its number, and a payload of one byte, the same. */
+static image message_of(unsigned eye, uint32_t sensor, unsigned begin,
+                        unsigned end, const char *numbers)
+{
+    const size_t n = strlen(numbers);
+    image m = {0};
+    put_int(&m, 1, 4);
+    put_int(&m, 5, 8);
+    put_sized(&m, "luminar", 7);
+    put_int(&m, eye, 1);
+    put_int(&m, sensor, 4);
+    put_int(&m, begin, 8);
+    put_int(&m, end, 8);
+    put_int(&m, 0, 1);
+    put_int(&m, n, 4);
+    for (size_t i = 0; i < n; i++) {
+        put_int(&m, (unsigned)(numbers[i] - '0') - begin, 2);
+    }
+    put_int(&m, n, 4);
+    for (size_t i = 0; i < n; i++) {
+        put_int(&m, 2, 4);
+        put_int(&m, (unsigned)(numbers[i] - '0'), 4);
+    }
+    put_int(&m, n, 4);
+    for (size_t i = 0; i < n; i++) {
+        put_int(&m, 1, 2);
+    }
+    put_sized(&m, numbers, n);
+    return m;
+}
+
+static void put_message(image *im, uint32_t id, image message)
+{
+    image fields = {0};
+    put_number(&fields, "conn", id);
+    put_field(&fields, "time", "12345678", 8);
+    put_record(im, 2, &fields, &message);
+}
+
+/* Chunks hold records as they stand beside them. */
+static void put_chunk(image *im, const char *compression, image *records)
+{
+    image fields = {0};
+    put_field(&fields, "compression", compression, strlen(compression));
+    put_number(&fields, "size", (uint32_t)records->len);
+    put_record(im, 5, &fields, records);
+}
+
+/* Clouds beside packets of both eyes, in a chunk. */
+static image make_bag(void)
+{
+    image bag = {0};
+    image records = {0};
+    image cloud = {0};
+    put_magic(&bag);
+    put_connection(&records, 0, "sensor_msgs/PointCloud2");
+    put_connection(&records, 1, "lumsdk_ros/Packets");
+    put_connection(&records, 9, "lumsdk_ros/Packets");
+    put_message(&records, 1, message_of(0, SENSOR, 0, 4, "02"));
+    put(&cloud, "not packets", 11);
+    put_message(&records, 0, cloud);
+    put_message(&records, 9, message_of(1, SENSOR, 0, 4, "13"));
+    put_chunk(&bag, "none", &records);
+    put_message(&bag, 9, message_of(1, SENSOR, 4, 6, "4"));
+    put_message(&bag, 1, message_of(0, SENSOR, 4, 6, "5"));
+    put_connection(&bag, 1, "lumsdk_ros/Packets");
+    return bag;
+}
+
+/* --- Reading --- */
+
+struct outcome {
+    char payloads[32]; /* a byte of each packet */
+    size_t count;
+    int end; /* of lum_pcap_begin() or lum_pcap_next() */
+    lum_error error;
+    lum_pcap_record first;
+    uint8_t headers[28]; /* of the first */
+};
+
+static void read_bytes(const uint8_t *bytes, size_t len, struct outcome *o)
+{
+    uint32_t link_type = 0;
+    lum_pcap_record record;
+    lum_source *source = lum_source_from_memory("bag", bytes, len);
+    assert_non_null(source);
+    lum_pcap *reader = lum_pcap_new(source);
+    assert_non_null(reader);
+    memset(o, 0, sizeof *o);
+    o->end = lum_pcap_begin(reader, NULL, &link_type, &o->error);
+    while (o->end > 0 &&
+           (o->end = lum_pcap_next(reader, &record, &o->error)) > 0) {
+        assert_true(record.len == 29 && o->count + 1u < sizeof o->payloads);
+        if (o->count == 0) {
+            o->first = record;
+            memcpy(o->headers, record.bytes, sizeof o->headers);
+        }
+        o->payloads[o->count++] = (char)record.bytes[28];
+    }
+    lum_pcap_free(reader);
+    lum_source_close(source);
+}
+
+static void expect(image *bag, const char *payloads, const char *error)
+{
+    struct outcome o;
+    read_bytes(bag->bytes, bag->len, &o);
+    assert_string_equal(o.payloads, payloads);
+    assert_int_equal(o.end, error == NULL ? 0 : -1);
+    if (error != NULL && strstr(o.error.text, error) == NULL) {
+        fail_msg("'%s' is not in '%s'", error, o.error.text);
+    }
+    free(bag->bytes);
+}
+
+static void packets_come_by_their_numbers(void **state)
+{
+    image bag = make_bag();
+    (void)state;
+    expect(&bag, "012345", NULL);
+}
+
+static void a_packet_has_the_sensor_and_its_time(void **state)
+{
+    static const uint8_t want[28] = {
+        0x45, 0,  0, 29, 0, 0, 0,    0,    64,   17,   0, 0, 10, 42,
+        0,    37, 0, 0,  0, 0, 0x15, 0x8d, 0xc3, 0x50, 0, 9, 0,  0};
+    image bag = make_bag();
+    struct outcome o;
+    (void)state;
+    read_bytes(bag.bytes, bag.len, &o);
+    assert_int_equal(o.first.time_ns, 2000000000);
+    assert_int_equal(o.first.whole, 29);
+    assert_memory_equal(o.headers, want, sizeof want);
+    free(bag.bytes);
+}
+
+static void a_bag_cut_anywhere_gives_what_came_before(void **state)
+{
+    image bag = make_bag();
+    struct outcome whole;
+    (void)state;
+    read_bytes(bag.bytes, bag.len, &whole);
+    for (size_t len = 0; len < bag.len; len++) {
+        uint8_t *const cut = malloc(len + 1u);
+        struct outcome o;
+        assert_non_null(cut);
+        memcpy(cut, bag.bytes, len);
+        read_bytes(cut, len, &o);
+        /* The end of a record may be that of a bag without an index. */
+        assert_true(o.end == -1 || o.end == 0);
+        assert_true(o.end == 0 || o.error.text[0] != '\0');
+        assert_true(o.count <= whole.count);
+        for (size_t i = 0; i + 1u < o.count; i++) {
+            assert_true(o.payloads[i] < o.payloads[i + 1u]);
+        }
+        free(cut);
+    }
+    free(bag.bytes);
+}
+
+/* There is no check sum, so other numbers or bytes may come out. */
+static void a_flipped_bit_breaks_nothing(void **state)
+{
+    image bag = make_bag();
+    (void)state;
+    for (size_t bit = 0; bit < 8u * bag.len; bit++) {
+        uint8_t *const damaged = malloc(bag.len);
+        uint32_t link_type = 0;
+        lum_pcap_record record;
+        lum_error error = {""};
+        assert_non_null(damaged);
+        memcpy(damaged, bag.bytes, bag.len);
+        damaged[bit / 8u] ^= (uint8_t)(1u << bit % 8u);
+        lum_source *source = lum_source_from_memory("bag", damaged, bag.len);
+        assert_non_null(source);
+        lum_pcap *reader = lum_pcap_new(source);
+        assert_non_null(reader);
+        int got = lum_pcap_begin(reader, NULL, &link_type, &error);
+        unsigned packets = 0;
+        while (got > 0 && (got = lum_pcap_next(reader, &record, &error)) > 0) {
+            packets++;
+            assert_true(packets <= 6u);
+        }
+        assert_true(got == 0 || error.text[0] != '\0');
+        lum_pcap_free(reader);
+        lum_source_close(source);
+        free(damaged);
+    }
+    free(bag.bytes);
+}
+
+/* --- Batches --- */
+
+static image begin_bag(void)
+{
+    image bag = {0};
+    put_magic(&bag);
+    put_connection(&bag, 1, "lumsdk_ros/Packets");
+    return bag;
+}
+
+static void a_batch_without_its_other_half_is_given_too(void **state)
+{
+    image bag = begin_bag();
+    (void)state;
+    put_message(&bag, 1, message_of(0, SENSOR, 0, 2, "0"));
+    put_message(&bag, 1, message_of(0, SENSOR, 2, 4, "2"));
+    put_message(&bag, 1, message_of(1, SENSOR, 2, 4, "3"));
+    put_message(&bag, 1, message_of(1, SENSOR, 4, 6, "4"));
+    put_message(&bag, 1, message_of(0, SENSOR, 6, 8, "7"));
+    expect(&bag, "02347", NULL);
+}
+
+static void each_sensor_has_its_own_batches(void **state)
+{
+    image bag = begin_bag();
+    (void)state;
+    put_message(&bag, 1, message_of(0, 1, 0, 4, "02"));
+    put_message(&bag, 1, message_of(0, 2, 0, 4, "01"));
+    put_message(&bag, 1, message_of(1, 1, 0, 4, "13"));
+    put_message(&bag, 1, message_of(1, 2, 0, 4, "23"));
+    expect(&bag, "01230123", NULL);
+    bag = begin_bag();
+    for (unsigned sensor = 1; sensor <= 6u; sensor++) {
+        const char number[2] = {(char)('0' + sensor), '\0'};
+        put_message(&bag, 1, message_of(0, sensor, 0, 9, number));
+    }
+    expect(&bag, "125634", NULL);
+}
+
+static void an_empty_batch_is_a_half_too(void **state)
+{
+    image bag = begin_bag();
+    (void)state;
+    put_message(&bag, 1, message_of(0, SENSOR, 0, 2, "01"));
+    put_message(&bag, 1, message_of(1, SENSOR, 0, 2, ""));
+    put_message(&bag, 1, message_of(1, SENSOR, 2, 4, "23"));
+    expect(&bag, "0123", NULL);
+}
+
+/* --- Refusals --- */
+
+static void what_is_compressed_is_refused(void **state)
+{
+    static const char *const names[] = {"bz2", "lz4", "x"};
+    static const char *const says[] = {"compressed by bz2", "compressed by lz4",
+                                       "compressed by something else"};
+    (void)state;
+    for (size_t i = 0; i < 3u; i++) {
+        image bag = {0};
+        image records = {0};
+        put_magic(&bag);
+        put(&records, "packed", 6);
+        put_chunk(&bag, names[i], &records);
+        expect(&bag, "", says[i]);
+    }
+}
+
+static void a_bag_without_packets_says_so(void **state)
+{
+    image bag = {0};
+    (void)state;
+    put_magic(&bag);
+    put_connection(&bag, 1, "sensor_msgs/PointCloud2");
+    expect(&bag, "", "no messages of lumsdk_ros/Packets");
+    bag = (image){0};
+    put_magic(&bag);
+    put_connection(&bag, 70000, "lumsdk_ros/Packets");
+    expect(&bag, "", "no messages of lumsdk_ros/Packets");
+}
+
+static void huge_lengths_are_refused(void **state)
+{
+    image bag = {0};
+    image fields = {0};
+    (void)state;
+    put_magic(&bag);
+    put_int(&bag, UINT32_MAX, 4);
+    expect(&bag, "", "the header of a record has 4294967295 bytes");
+    bag = begin_bag();
+    put_number(&fields, "conn", 1);
+    put_field(&fields, "op", "\2", 1);
+    put_sized(&bag, fields.bytes, fields.len);
+    put_int(&bag, UINT32_MAX, 4);
+    expect(&bag, "", "a message of lumsdk_ros/Packets has 4294967295 bytes");
+    free(fields.bytes);
+}
+
+static void a_record_without_a_type_is_refused(void **state)
+{
+    image bag = begin_bag();
+    (void)state;
+    put_sized(&bag, "", 0);
+    put_sized(&bag, "", 0);
+    expect(&bag, "", "a record without a type");
+}
+
+/* Each of its parts at its limits. */
+static void a_message_that_contradicts_itself_is_refused(void **state)
+{
+    static const struct {
+        size_t at;
+        uint8_t value;
+    } changes[] = {{23, 2}, /* the eye */
+                   {28, 9}, /* begin, behind the end */
+                   {49, 4}, /* a place, behind the batch */
+                   {62, 0x40} /* a stamp's nanoseconds */};
+    (void)state;
+    for (size_t i = 0; i < sizeof changes / sizeof changes[0]; i++) {
+        image bag = begin_bag();
+        image m = message_of(0, SENSOR, 0, 4, "0");
+        m.bytes[changes[i].at] = changes[i].value;
+        put_message(&bag, 1, m);
+        expect(&bag, "", "contradicts itself");
+    }
+}
+
+static void numbers_do_not_fall(void **state)
+{
+    image bag = begin_bag();
+    (void)state;
+    put_message(&bag, 1, message_of(0, SENSOR, 0, 4, "20"));
+    expect(&bag, "", "contradicts itself");
+}
+
+static void a_datagram_has_at_most_65507_bytes(void **state)
+{
+    (void)state;
+    for (unsigned len = 65507; len <= 65508u; len++) {
+        lum_bag_packets *packets = lum_bag_packets_new();
+        image m = message_of(0, SENSOR, 0, 4, "0");
+        uint8_t *payload = calloc(1, len);
+        lum_record record;
+        assert_true(packets != NULL && payload != NULL);
+        m.len -= 4u + 2u + 1u; /* the length, that of data, data */
+        put_int(&m, len, 2);
+        put_sized(&m, payload, len);
+        assert_int_equal(lum_bag_packets_add(packets, m.bytes, m.len),
+                         len == 65507u);
+        lum_bag_packets_end(packets);
+        assert_int_equal(lum_bag_packets_next(packets, &record), len == 65507u);
+        assert_false(lum_bag_packets_next(packets, &record));
+        lum_bag_packets_free(packets);
+        free(payload);
+        free(m.bytes);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(packets_come_by_their_numbers),
+        cmocka_unit_test(a_packet_has_the_sensor_and_its_time),
+        cmocka_unit_test(a_bag_cut_anywhere_gives_what_came_before),
+        cmocka_unit_test(a_flipped_bit_breaks_nothing),
+        cmocka_unit_test(a_batch_without_its_other_half_is_given_too),
+        cmocka_unit_test(each_sensor_has_its_own_batches),
+        cmocka_unit_test(an_empty_batch_is_a_half_too),
+        cmocka_unit_test(what_is_compressed_is_refused),
+        cmocka_unit_test(a_bag_without_packets_says_so),
+        cmocka_unit_test(huge_lengths_are_refused),
+        cmocka_unit_test(a_record_without_a_type_is_refused),
+        cmocka_unit_test(a_message_that_contradicts_itself_is_refused),
+        cmocka_unit_test(numbers_do_not_fall),
+        cmocka_unit_test(a_datagram_has_at_most_65507_bytes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
