@@ -152,7 +152,7 @@ static int has_data(lum_pcap *r, struct record *record, uint32_t most,
 
 static int take_connection(lum_pcap *r, struct record *record, lum_error *error)
 {
-    struct bytes data;
+    struct bytes data = {NULL, 0};
     const int result =
         has_data(r, record, CONNECTION_MAX, "a connection", &data, error);
     if (result != GO_ON) {
@@ -168,7 +168,7 @@ static int take_connection(lum_pcap *r, struct record *record, lum_error *error)
 
 static int take_message(lum_pcap *r, struct record *record, lum_error *error)
 {
-    struct bytes data;
+    struct bytes data = {NULL, 0};
     const uint32_t id = number(record->header, "conn");
     if (id >= CONNECTIONS || (r->bag->ours[id / 8u] >> id % 8u & 1u) == 0) {
         return GO_ON;
@@ -206,7 +206,7 @@ static int enter_chunk(lum_pcap *r, const struct record *record,
 
 static int next_record(lum_pcap *r, lum_error *error)
 {
-    struct record record;
+    struct record record = {{NULL, 0}, 0};
     int result = read_header(r, &record, error);
     if (result != GO_ON) {
         return result;
