@@ -1,24 +1,14 @@
-/* MCAP files (https://mcap.dev/spec): the datagrams in messages of
- * lumsdk_msgs/msg/Datagram, each as an IPv4 packet. The index at the end is
- * not used, so a file may come through a pipe. */
-#include "mcap_chunk.h"
+/* MCAP files with the datagrams of a sensor, in messages of
+ * lumsdk_msgs/msg/Datagram, each as an IPv4 packet. */
 #include "mcap_comments.h"
 #include "mcap_datagram.h"
+#include "mcap_records.h"
 #include "pcap_internal.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#define MAGIC_BYTES  8u
-#define RECORD_HEAD  9u
-#define MESSAGE_HEAD 22u
-#define SCHEMA_NAME  "lumsdk_msgs/msg/Datagram"
-
-/* Most bytes of a schema, of a channel, or of a datagram's message; a schema
- * has all definitions that it needs as a text. */
-#define RECORD_BYTES_MAX ((uint32_t)1 << 20)
-
-#define IDS 65536u /* of schemas, and of channels */
+#define SCHEMA_NAME "lumsdk_msgs/msg/Datagram"
 
 enum {
     LINKTYPE_IPV4 = 228,
@@ -30,17 +20,6 @@ enum {
     NAME_BYTES = 80
 };
 
-enum opcode {
-    OP_HEADER = 1,
-    OP_FOOTER = 2,
-    OP_SCHEMA = 3,
-    OP_CHANNEL = 4,
-    OP_MESSAGE = 5,
-    OP_CHUNK = 6,
-    OP_STATISTICS = 11,
-    OP_METADATA = 12
-};
-
 /* What a step led to. */
 enum step {
     FAILED = -1,
@@ -50,22 +29,12 @@ enum step {
 };
 
 struct lum_mcap_reader {
-    lum_mcap_chunk *chunk;
-    size_t chunk_at;            /* in its records; at their end: none is left */
-    uint64_t messages;          /* of all channels, so far */
-    bool has_ended;             /* its footer was read */
-    bool has_ours;              /* a channel with datagrams was described */
-    char other[NAME_BYTES];     /* the first other schema; "": none */
-    uint8_t schemas[IDS / 8u];  /* a bit for each one of datagrams */
-    uint8_t channels[IDS / 8u]; /* likewise */
+    lum_mcap_records *records;
+    bool has_ours;                      /* a channel with datagrams came */
+    char other[NAME_BYTES];             /* the first other schema; "": none */
+    uint8_t schemas[LUM_MCAP_IDS / 8];  /* a bit for each one of datagrams */
+    uint8_t channels[LUM_MCAP_IDS / 8]; /* likewise */
     uint8_t packet[HEADERS_BYTES + DATAGRAM_BYTES_MAX];
-};
-
-/* A record's bytes, without its opcode and length. */
-struct record {
-    unsigned opcode;
-    const uint8_t *at;
-    uint64_t len;
 };
 
 static bool has_bit(const uint8_t *bits, unsigned id)
@@ -82,80 +51,32 @@ static void set_bit(uint8_t *bits, unsigned id, bool value)
 
 /* --- Schemas and channels --- */
 
-/* A text at *at, which then is behind it; NULL where the record ends first. */
-static const uint8_t *take_text(const struct record *r, size_t *at, size_t *len)
-{
-    if (*at > r->len || r->len - *at < 4u) {
-        return NULL;
-    }
-    *len = load_le32(r->at + *at);
-    const uint8_t *text = r->at + *at + 4;
-    if (*len > r->len - *at - 4u) {
-        return NULL;
-    }
-    *at += 4u + *len;
-    return text;
-}
-
-static bool is_text(const uint8_t *text, size_t len, const char *wanted)
-{
-    return len == strlen(wanted) && memcmp(text, wanted, len) == 0;
-}
-
 /* For messages: what no terminal takes for a command. */
-static void keep_name(char *out, const uint8_t *name, size_t len)
+static void keep_name(char *out, lum_bytes_at name)
 {
-    const size_t kept = len < NAME_BYTES - 1u ? len : NAME_BYTES - 1u;
+    const size_t kept = name.len < NAME_BYTES - 1u ? name.len : NAME_BYTES - 1u;
     for (size_t i = 0; i < kept; i++) {
-        out[i] = name[i] > ' ' && name[i] < 0x7f ? (char)name[i] : '?';
+        out[i] = name.at[i] > ' ' && name.at[i] < 0x7f ? (char)name.at[i] : '?';
     }
     out[kept] = '\0';
 }
 
-static int too_short(const lum_pcap *r, const char *what, lum_error *error)
+static void know_schema(lum_mcap_reader *m, const lum_mcap_record *schema)
 {
-    return lum_pcap_fail(r, error, "a %s is shorter than what it says it has",
-                         what);
-}
-
-static int read_schema(lum_pcap *r, const struct record *record,
-                       lum_error *error)
-{
-    lum_mcap_reader *m = r->mcap;
-    size_t at = 2;
-    size_t name_len = 0;
-    size_t encoding_len = 0;
-    const uint8_t *name = take_text(record, &at, &name_len);
-    const uint8_t *encoding = take_text(record, &at, &encoding_len);
-    if (name == NULL || encoding == NULL) {
-        return too_short(r, "schema", error);
-    }
-    const bool is_ours = is_text(name, name_len, SCHEMA_NAME) &&
-                         is_text(encoding, encoding_len, "ros2msg");
-    set_bit(m->schemas, load_le16(record->at), is_ours);
+    const bool is_ours = lum_mcap_is_text(schema->name, SCHEMA_NAME) &&
+                         lum_mcap_is_text(schema->encoding, "ros2msg");
+    set_bit(m->schemas, schema->id, is_ours);
     if (!is_ours && m->other[0] == '\0') {
-        keep_name(m->other, name, name_len);
+        keep_name(m->other, schema->name);
     }
-    return GO_ON;
 }
 
-static int read_channel(lum_pcap *r, const struct record *record,
-                        lum_error *error)
+static void know_channel(lum_mcap_reader *m, const lum_mcap_record *channel)
 {
-    lum_mcap_reader *m = r->mcap;
-    size_t at = 4;
-    size_t len = 0;
-    size_t encoding_len = 0;
-    const uint8_t *topic = take_text(record, &at, &len);
-    const uint8_t *encoding = take_text(record, &at, &encoding_len);
-    if (topic == NULL || encoding == NULL) {
-        return too_short(r, "channel", error);
-    }
-    const bool is_ours = has_bit(m->schemas, load_le16(record->at + 2)) &&
-                         is_text(encoding, encoding_len, "cdr");
-    set_bit(m->channels, load_le16(record->at), is_ours);
+    const bool is_ours = has_bit(m->schemas, channel->schema) &&
+                         lum_mcap_is_text(channel->encoding, "cdr");
+    set_bit(m->channels, channel->id, is_ours);
     m->has_ours = m->has_ours || is_ours;
-    return GO_ON;
 }
 
 /* --- Messages --- */
@@ -184,160 +105,24 @@ static void make_packet(lum_mcap_reader *m, const lum_record *datagram,
                              .link_type = LINKTYPE_IPV4};
 }
 
-/* Whether a message of which at least the channel is at hand has a datagram. */
-static bool is_ours(const lum_pcap *r, const uint8_t *message)
+static bool wants(const void *context, unsigned channel)
 {
-    return has_bit(r->mcap->channels, load_le16(message));
+    const lum_mcap_reader *m = context;
+    return has_bit(m->channels, channel);
 }
 
-static int read_message(lum_pcap *r, const struct record *record,
-                        lum_pcap_record *out, lum_error *error)
+static int read_message(lum_pcap *r, lum_bytes_at message, lum_pcap_record *out,
+                        lum_error *error)
 {
     lum_record datagram;
     uint32_t whole = 0;
-    if (record->len < MESSAGE_HEAD ||
-        !lum_mcap_datagram_read(record->at + MESSAGE_HEAD,
-                                (size_t)record->len - MESSAGE_HEAD, &datagram,
-                                &whole) ||
+    if (!lum_mcap_datagram_read(message.at, message.len, &datagram, &whole) ||
         whole > DATAGRAM_BYTES_MAX) {
         return lum_pcap_fail(
             r, error, "a message of " SCHEMA_NAME " does not hold a datagram");
     }
     make_packet(r->mcap, &datagram, whole, out);
     return PACKET;
-}
-
-/* A record whose bytes are at hand. */
-static int read_record(lum_pcap *r, const struct record *record,
-                       lum_pcap_record *out, lum_error *error)
-{
-    if (record->opcode == OP_SCHEMA) {
-        return record->len < 2u ? too_short(r, "schema", error)
-                                : read_schema(r, record, error);
-    }
-    if (record->opcode == OP_CHANNEL) {
-        return record->len < 4u ? too_short(r, "channel", error)
-                                : read_channel(r, record, error);
-    }
-    if (record->opcode != OP_MESSAGE) {
-        return GO_ON;
-    }
-    r->mcap->messages++;
-    if (record->len < 2u) {
-        return too_short(r, "message", error);
-    }
-    return is_ours(r, record->at) ? read_message(r, record, out, error) : GO_ON;
-}
-
-/* --- Records in a chunk --- */
-
-static int next_in_chunk(lum_pcap *r, lum_pcap_record *out, lum_error *error)
-{
-    lum_mcap_reader *m = r->mcap;
-    const lum_bytes_at all = lum_mcap_chunk_records(m->chunk);
-    const size_t left = all.len - m->chunk_at;
-    const uint8_t *at = all.at + m->chunk_at;
-    if (left < RECORD_HEAD || load_le64(at + 1) > left - RECORD_HEAD) {
-        return lum_pcap_fail(r, error,
-                             "a record of a chunk is longer than "
-                             "what is left of the chunk");
-    }
-    const struct record record = {at[0], at + RECORD_HEAD, load_le64(at + 1)};
-    m->chunk_at += RECORD_HEAD + (size_t)record.len;
-    return read_record(r, &record, out, error);
-}
-
-static bool is_in_chunk(const lum_mcap_reader *m)
-{
-    return m->chunk_at < lum_mcap_chunk_records(m->chunk).len;
-}
-
-/* --- Records of the file --- */
-
-static int cut(const lum_pcap *r, uint64_t all, lum_error *error)
-{
-    const lum_source *s = r->source;
-    return lum_pcap_fail_cut(r, "record", s->end - r->at, all, error);
-}
-
-/* Behind its head, which is at hand. */
-static int skip(lum_pcap *r, uint64_t len, lum_error *error)
-{
-    return lum_source_skip(r->source, RECORD_HEAD) &&
-                   lum_source_skip(r->source, len)
-               ? GO_ON
-               : cut(r, len > UINT64_MAX - RECORD_HEAD ? 0 : RECORD_HEAD + len,
-                     error);
-}
-
-/* A record that is looked at as a whole. */
-static int take_record(lum_pcap *r, struct record *record, lum_pcap_record *out,
-                       lum_error *error)
-{
-    lum_source *s = r->source;
-    if (record->len > RECORD_BYTES_MAX) {
-        return lum_pcap_fail(r, error,
-                             "a record of type %u has %llu bytes; at most %lu "
-                             "are possible",
-                             record->opcode, (unsigned long long)record->len,
-                             (unsigned long)RECORD_BYTES_MAX);
-    }
-    const size_t all = RECORD_HEAD + (size_t)record->len;
-    if (!lum_source_has(s, all)) {
-        return cut(r, all, error);
-    }
-    record->at = s->at + RECORD_HEAD;
-    const int result = read_record(r, record, out, error);
-    lum_source_take(s, all);
-    return result;
-}
-
-/* Others' may have any length. */
-static int take_message(lum_pcap *r, struct record *record,
-                        lum_pcap_record *out, lum_error *error)
-{
-    if (record->len >= 2u) {
-        if (!lum_source_has(r->source, RECORD_HEAD + 2u)) {
-            return cut(r, 0, error);
-        }
-        if (!is_ours(r, r->source->at + RECORD_HEAD)) {
-            r->mcap->messages++;
-            return skip(r, record->len, error);
-        }
-    }
-    return take_record(r, record, out, error);
-}
-
-static int take_chunk(lum_pcap *r, const struct record *record,
-                      lum_error *error)
-{
-    lum_source_take(r->source, RECORD_HEAD);
-    r->mcap->chunk_at = 0;
-    return lum_mcap_chunk_read(r->mcap->chunk, r, record->len, error) == 0
-               ? GO_ON
-               : FAILED;
-}
-
-/* A chunk that was passed over, since it was damaged to look like another
- * record, is noticed here. */
-static int take_statistics(lum_pcap *r, const struct record *record,
-                           lum_error *error)
-{
-    if (record->len < 8u) {
-        return too_short(r, "record of statistics", error);
-    }
-    if (!lum_source_has(r->source, RECORD_HEAD + 8u)) {
-        return cut(r, 0, error);
-    }
-    const uint64_t messages = load_le64(r->source->at + RECORD_HEAD);
-    if (messages != r->mcap->messages) {
-        return lum_pcap_fail(r, error,
-                             "%llu messages were there, but its statistics "
-                             "count %llu",
-                             (unsigned long long)r->mcap->messages,
-                             (unsigned long long)messages);
-    }
-    return skip(r, record->len, error);
 }
 
 static void take_comment(void *context, const uint8_t *text, size_t len)
@@ -349,91 +134,28 @@ static void take_comment(void *context, const uint8_t *text, size_t len)
     }
 }
 
-/* Others' may have any length. */
-static int take_metadata(lum_pcap *r, const struct record *record,
-                         lum_error *error)
-{
-    lum_source *s = r->source;
-    if (record->len <= RECORD_BYTES_MAX &&
-        lum_source_has(s, RECORD_HEAD + (size_t)record->len)) {
-        lum_mcap_comments_read(s->at + RECORD_HEAD, (size_t)record->len,
-                               take_comment, r);
-    }
-    return skip(r, record->len, error);
-}
-
-static bool has_magic(const lum_source *s)
-{
-    static const uint8_t magic[MAGIC_BYTES] = {0x89, 'M', 'C',  'A',
-                                               'P',  '0', '\r', '\n'};
-    return memcmp(s->at, magic, MAGIC_BYTES) == 0;
-}
-
-/* The footer, the magic again, and nothing. */
-static int take_footer(lum_pcap *r, const struct record *record,
-                       lum_error *error)
-{
-    lum_source *s = r->source;
-    const int skipped = skip(r, record->len, error);
-    if (skipped != GO_ON) {
-        return skipped;
-    }
-    if (!lum_source_has(s, MAGIC_BYTES)) {
-        return cut(r, 0, error);
-    }
-    if (!has_magic(s)) {
-        return lum_pcap_fail(r, error,
-                             "its footer is not followed by an MCAP file's "
-                             "last bytes");
-    }
-    lum_source_take(s, MAGIC_BYTES);
-    r->mcap->has_ended = true;
-    if (lum_source_has(s, 1)) {
-        return lum_pcap_fail(r, error, "there are bytes behind its footer");
-    }
-    return ENDED;
-}
-
-static int next_in_file(lum_pcap *r, lum_pcap_record *out, lum_error *error)
-{
-    lum_source *s = r->source;
-    r->at = lum_source_offset(s);
-    if (r->mcap->has_ended) {
-        return ENDED;
-    }
-    if (!lum_source_has(s, RECORD_HEAD)) {
-        return s->left != 0 || s->has_failed
-                   ? cut(r, 0, error)
-                   : lum_pcap_fail(r, error,
-                                   "the file ends without a footer: it is cut "
-                                   "short, or was not written to its end");
-    }
-    struct record record = {s->at[0], NULL, load_le64(s->at + 1)};
-    switch (record.opcode) {
-    case 0:
-        return lum_pcap_fail(r, error, "a record of type 0");
-    case OP_SCHEMA:
-    case OP_CHANNEL:
-        return take_record(r, &record, out, error);
-    case OP_MESSAGE:
-        return take_message(r, &record, out, error);
-    case OP_CHUNK:
-        return take_chunk(r, &record, error);
-    case OP_STATISTICS:
-        return take_statistics(r, &record, error);
-    case OP_METADATA:
-        return take_metadata(r, &record, error);
-    case OP_FOOTER:
-        return take_footer(r, &record, error);
-    default:
-        return skip(r, record.len, error);
-    }
-}
-
 static int next_step(lum_pcap *r, lum_pcap_record *out, lum_error *error)
 {
-    return is_in_chunk(r->mcap) ? next_in_chunk(r, out, error)
-                                : next_in_file(r, out, error);
+    lum_mcap_record record;
+    const int result = lum_mcap_records_next(r->mcap->records, &record, error);
+    if (result != 1) {
+        return result == 0 ? ENDED : FAILED;
+    }
+    switch (record.kind) {
+    case LUM_MCAP_SCHEMA:
+        know_schema(r->mcap, &record);
+        break;
+    case LUM_MCAP_CHANNEL:
+        know_channel(r->mcap, &record);
+        break;
+    case LUM_MCAP_MESSAGE:
+        return read_message(r, record.rest, out, error);
+    case LUM_MCAP_METADATA:
+        lum_mcap_comments_read(record.rest.at, record.rest.len, take_comment,
+                               r);
+        break;
+    }
+    return GO_ON;
 }
 
 static int next_packet(lum_pcap *r, lum_pcap_record *out, lum_error *error)
@@ -447,15 +169,10 @@ static int next_packet(lum_pcap *r, lum_pcap_record *out, lum_error *error)
 
 /* --- The start and the end --- */
 
-bool lum_mcap_is(lum_source *source)
-{
-    return lum_source_has(source, MAGIC_BYTES) && has_magic(source);
-}
-
 void lum_mcap_reader_free(lum_mcap_reader *reader)
 {
     if (reader != NULL) {
-        lum_mcap_chunk_free(reader->chunk);
+        lum_mcap_records_free(reader->records);
         free(reader);
     }
 }
@@ -475,12 +192,13 @@ int lum_mcap_reader_begin(lum_pcap *reader, uint32_t *link_type,
     const lum_pcap_interface interface = {.link_type = LINKTYPE_IPV4};
     lum_pcap_record none;
     lum_mcap_reader *m = calloc(1, sizeof *m);
+    const lum_mcap_wanted wanted = {wants, m, LUM_MCAP_RECORD_BYTES_MAX};
     reader->mcap = m;
     reader->next = next_packet;
-    if (m == NULL || (m->chunk = lum_mcap_chunk_new()) == NULL) {
+    if (m == NULL ||
+        (m->records = lum_mcap_records_new(reader, &wanted)) == NULL) {
         return lum_error_set(error, "not enough memory to read an MCAP file");
     }
-    lum_source_take(reader->source, MAGIC_BYTES);
     int result = GO_ON;
     while (result == GO_ON && !m->has_ours) {
         result = next_step(reader, &none, error);

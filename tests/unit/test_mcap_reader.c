@@ -5,6 +5,8 @@
 
 #include <cmocka.h>
 
+#include "mcap_image.h"
+
 #include "base/crc32.h"
 #include "capture/mcap_chunk.h"
 #include "capture/unpack.h"
@@ -13,19 +15,6 @@
 #include <string.h>
 
 enum {
-    OP_HEADER = 1,
-    OP_FOOTER,
-    OP_SCHEMA,
-    OP_CHANNEL,
-    OP_MESSAGE,
-    OP_CHUNK,
-    OP_MESSAGE_INDEX,
-    OP_CHUNK_INDEX,
-    OP_STATISTICS = 11,
-    OP_SUMMARY_OFFSET = 14,
-    OP_DATA_END,
-    OP_OWN = 0x80,
-
     CLOUDS = 1, /* channels */
     PACKETS = 7,
     RECORDS_MAX = 16,
@@ -35,7 +24,6 @@ enum {
 };
 
 #define SCHEMA "lumsdk_msgs/msg/Datagram"
-#define MAGIC  "\x89MCAP0\r\n"
 
 static lum_crc32 crc;
 
@@ -48,93 +36,12 @@ static int init_crc(void **state)
 
 /* --- Files in the making --- */
 
-typedef struct image {
-    uint8_t *bytes;
-    size_t len;
-    uint64_t messages;
-} image;
-
-static void put(image *im, const void *bytes, size_t len)
-{
-    uint8_t *more = realloc(im->bytes, im->len + len + 1u);
-    assert_non_null(more);
-    im->bytes = more;
-    if (len != 0) {
-        memcpy(im->bytes + im->len, bytes, len);
-    }
-    im->len += len;
-}
-
-static void set_int(const image *im, size_t at, uint64_t value, size_t len)
-{
-    for (size_t i = 0; i < len; i++) {
-        im->bytes[at + i] = (uint8_t)(value >> (8u * i) & 0xffu);
-    }
-}
-
-static void put_int(image *im, uint64_t value, size_t len)
-{
-    static const uint8_t zeros[8];
-    put(im, zeros, len);
-    set_int(im, im->len - len, value, len);
-}
-
-static void put_text(image *im, const char *text)
-{
-    put_int(im, strlen(text), 4);
-    put(im, text, strlen(text));
-}
-
-/* Returns where it begins. */
-static size_t begin_record(image *im, unsigned opcode)
-{
-    put_int(im, opcode, 1);
-    put_int(im, 0, 8);
-    return im->len - 9u;
-}
-
-static void end_record(const image *im, size_t from)
-{
-    set_int(im, from + 1u, im->len - from - 9u, 8);
-}
-
-static void put_record(image *im, unsigned opcode, size_t len)
-{
-    const size_t from = begin_record(im, opcode);
-    for (size_t i = 0; i < len; i++) {
-        put_int(im, 0, 1);
-    }
-    end_record(im, from);
-}
-
-static void put_schema(image *im, unsigned id, const char *name)
-{
-    const size_t from = begin_record(im, OP_SCHEMA);
-    put_int(im, id, 2);
-    put_text(im, name);
-    put_text(im, "ros2msg");
-    put_text(im, "uint8 x");
-    end_record(im, from);
-}
-
-static void put_channel(image *im, unsigned id, unsigned schema,
-                        const char *encoding)
-{
-    const size_t from = begin_record(im, OP_CHANNEL);
-    put_int(im, id, 2);
-    put_int(im, schema, 2);
-    put_text(im, "/topic");
-    put_text(im, encoding);
-    put_int(im, 0, 4);
-    end_record(im, from);
-}
-
 static void put_schemas(image *im)
 {
     put_schema(im, 1, "sensor_msgs/msg/PointCloud2");
     put_schema(im, 2, SCHEMA);
-    put_channel(im, CLOUDS, 1, "cdr");
-    put_channel(im, PACKETS, 2, "cdr");
+    put_channel(im, CLOUDS, 1, "/topic", "cdr");
+    put_channel(im, PACKETS, 2, "/topic", "cdr");
 }
 
 /* Of len bytes, of which whole were sent; at so many seconds. */
@@ -170,87 +77,6 @@ static void put_cloud(image *im, size_t len)
     }
     end_record(im, from);
     im->messages++;
-}
-
-static image begin_file(void)
-{
-    image im = {.bytes = NULL};
-    put(&im, MAGIC, 8);
-    const size_t from = begin_record(&im, OP_HEADER);
-    put_text(&im, "ros2");
-    put_text(&im, "a test");
-    end_record(&im, from);
-    return im;
-}
-
-static void end_file(image *im)
-{
-    put_record(im, OP_DATA_END, 4);
-    const size_t from = begin_record(im, OP_STATISTICS);
-    put_int(im, im->messages, 8);
-    put_int(im, 0, 8);
-    end_record(im, from);
-    put_record(im, OP_CHUNK_INDEX, 20);
-    put_record(im, OP_SUMMARY_OFFSET, 17);
-    put_record(im, OP_FOOTER, 20);
-    put(im, MAGIC, 8);
-}
-
-/* What a chunk's head says besides. */
-struct chunk {
-    const char *compression;
-    uint32_t crc;
-    uint64_t unpacked;
-    uint64_t packed;
-};
-
-static void put_chunk_as(image *im, const image *bytes, const struct chunk *c)
-{
-    const size_t from = begin_record(im, OP_CHUNK);
-    put_int(im, 0, 8);
-    put_int(im, 0, 8);
-    put_int(im, c->unpacked, 8);
-    put_int(im, c->crc, 4);
-    put_text(im, c->compression);
-    put_int(im, c->packed, 8);
-    put(im, bytes->bytes, bytes->len);
-    end_record(im, from);
-    put_record(im, OP_MESSAGE_INDEX, 22);
-}
-
-/* Takes the records over. */
-static void put_plain(image *im, image *records)
-{
-    const struct chunk c = {
-        "", lum_crc32_add(&crc, 0, records->bytes, records->len), records->len,
-        records->len};
-    put_chunk_as(im, records, &c);
-    im->messages += records->messages;
-    free(records->bytes);
-}
-
-/* One frame of one block as it is. */
-static image stored(const image *records)
-{
-    image im = {.bytes = NULL};
-    put_int(&im, 0xfd2fb528, 4);
-    put_int(&im, 0xa0, 1);
-    put_int(&im, records->len, 4);
-    put_int(&im, records->len << 3 | 1u, 3);
-    put(&im, records->bytes, records->len);
-    return im;
-}
-
-static void put_zstd(image *im, image *records)
-{
-    image packed = stored(records);
-    const struct chunk c = {
-        "zstd", lum_crc32_add(&crc, 0, records->bytes, records->len),
-        records->len, packed.len};
-    put_chunk_as(im, &packed, &c);
-    im->messages += records->messages;
-    free(packed.bytes);
-    free(records->bytes);
 }
 
 /* Three datagrams in two chunks, and what is to be passed over. */
@@ -495,7 +321,7 @@ static void what_has_no_datagrams_says_what_it_has(void **state)
     (void)state;
     image im = begin_file();
     put_schema(&im, 1, "sensor_msgs/msg/PointCloud2");
-    put_channel(&im, CLOUDS, 1, "cdr");
+    put_channel(&im, CLOUDS, 1, "/topic", "cdr");
     put_cloud(&im, 10);
     end_file(&im);
     expect_error(&im, "only messages such as sensor_msgs/msg/PointCloud2; "
@@ -505,7 +331,7 @@ static void what_has_no_datagrams_says_what_it_has(void **state)
     expect_error(&im, "and no messages");
     im = begin_file();
     put_schema(&im, 2, SCHEMA);
-    put_channel(&im, PACKETS, 2, "json");
+    put_channel(&im, PACKETS, 2, "/topic", "json");
     put_datagram(&im, 1, 4, 4);
     end_file(&im);
     expect_error(&im, "no packets of a sensor");
