@@ -107,6 +107,18 @@ if(LUM_BUILD_TOOLS)
   lum_find_optional(EDIT LUM_USE_EDIT LUM_EDIT libedit)
 endif()
 
+# lumros2, where there is Cyclone DDS.
+set(LUM_WITH_ROS2 OFF)
+set(lum_why_no_ros2 "missing: CycloneDDS (Debian: cyclonedds-dev)")
+if(LUM_BUILD_TOOLS AND LUM_WITH_CAPTURE AND NOT WIN32)
+  lum_find_optional(ROS2 LUM_BUILD_ROS2 LUM_DDS CycloneDDS)
+else()
+  set(lum_why_no_ros2 "it needs the tools, captures and POSIX")
+endif()
+if(LUM_BUILD_ROS2 STREQUAL "ON" AND NOT LUM_WITH_ROS2)
+  message(FATAL_ERROR "There is no lumros2: ${lum_why_no_ros2}")
+endif()
+
 # What the reader of captures is compared with.
 set(LUM_WITH_JUDGE OFF)
 if(LUM_WITH_CAPTURE AND (LUM_BUILD_TESTS OR LUM_FUZZ))

@@ -71,7 +71,7 @@ if(TARGET lumview)
   install(FILES ${lum_view_licenses} DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME lumview-licenses.txt)
 endif()
 install(DIRECTORY calib/ DESTINATION ${CMAKE_INSTALL_DATADIR}/lumsdk FILES_MATCHING PATTERN "*.yaml")
-foreach(tool IN ITEMS lumctl lumdump lumsim lumtable lumview)
+foreach(tool IN ITEMS lumctl lumdump lumros2 lumsim lumtable lumview)
   if(TARGET ${tool})
     install(TARGETS ${tool} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
     if(EXISTS ${PROJECT_SOURCE_DIR}/docs/man/${tool}.1)
@@ -82,7 +82,7 @@ endforeach()
 if(LUM_BUILD_TOOLS AND NOT WIN32)
   install(FILES tools/completion/lumsdk.bash
           DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME lumctl)
-  foreach(tool IN ITEMS lumcal lumdump lumfleet lumsim lumtable lumview)
+  foreach(tool IN ITEMS lumcal lumdump lumfleet lumros2 lumsim lumtable lumview)
     install(CODE "file(CREATE_LINK lumctl
                        \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/bash-completion/completions/${tool}\"
                        SYMBOLIC)")

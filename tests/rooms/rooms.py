@@ -25,7 +25,7 @@ ARROWS = {
     "config": ["host", "base", "core"],
     "sim": ["host", "points", "core"],
 }
-TOOLS = ["common", "lumctl", "lumdump", "lumsim", "lumtable", "lumview", "ros", "wireshark"]
+TOOLS = ["common", "lumctl", "lumdump", "lumros2", "lumsim", "lumtable", "lumview", "ros", "wireshark"]
 # Words of the compiler and the version: they belong to nobody.
 EVERYBODY = {"lum/result.h", "lum/version.h"}
 # Headers of third parties, and who may need them.
@@ -37,6 +37,7 @@ THIRD_PARTIES = {
     "yaml.h": ["config"],
     "cairo": ["picture"],
     "libwebsockets": ["lumview"],
+    "dds/": ["lumros2"],
     "editline": ["lumctl"],
     "histedit.h": [],
 }

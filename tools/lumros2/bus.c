@@ -1,0 +1,290 @@
+#include "bus.h"
+
+#include "names.h"
+#include "raw_type.h"
+#include "type_hash.h"
+
+#include <dds/dds.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define CDR_HEAD 4u
+
+/* Datagrams as large as IPv4 has them: small ones take several times as long.
+ * What is sent again is a fragment. A writer never waits for readers that are
+ * slow: the depth of a topic bounds what is kept. */
+#define SETTINGS                                                               \
+    "<CycloneDDS><Domain Id=\"any\">"                                          \
+    "<General><MaxMessageSize>65500B</MaxMessageSize>"                         \
+    "<FragmentSize>32000B</FragmentSize></General>"                            \
+    "<Internal><SocketReceiveBufferSize max=\"10MB\"/>"                        \
+    "<SocketSendBufferSize max=\"2MB\"/>"                                      \
+    "<Watermarks><WhcHigh>2000MB</WhcHigh>"                                    \
+    "<WhcHighInit>2000MB</WhcHighInit>"                                        \
+    "<WhcAdaptive>false</WhcAdaptive></Watermarks></Internal>"                 \
+    "</Domain></CycloneDDS>"
+
+struct topic {
+    char name[NAMES_BYTES];
+    char type[NAMES_BYTES];
+    enum qos_kind kind;
+    uint32_t depth;
+    dds_entity_t writer;
+    const struct ddsi_sertype *raw;
+    uint32_t pending; /* messages that some reader may not have yet */
+    unsigned readers;
+    struct bus_count count;
+};
+
+struct bus {
+    dds_entity_t domain; /* 0: its settings are not ours */
+    dds_entity_t participant;
+    size_t topic_count;
+    struct topic *topics[BUS_TOPICS_MAX];
+};
+
+static int fail(lum_error *error, const char *what, dds_return_t code)
+{
+    return lum_error_set(error, "%s: %s", what, dds_strretcode(code));
+}
+
+/* --- The domain --- */
+
+static int join(struct bus *bus, unsigned domain, lum_error *error)
+{
+    static const char enclave[] = "enclave=/;";
+    const char *uri = getenv("CYCLONEDDS_URI");
+    if (uri == NULL || uri[0] == '\0') {
+        bus->domain = dds_create_domain(domain, SETTINGS);
+        if (bus->domain < 0) {
+            return fail(error, "DDS cannot be started", bus->domain);
+        }
+    }
+    dds_qos_t *qos = dds_create_qos();
+    dds_qset_userdata(qos, enclave, sizeof enclave - 1u);
+    bus->participant = dds_create_participant(domain, qos, NULL);
+    dds_delete_qos(qos);
+    return bus->participant >= 0
+               ? 0
+               : fail(error, "no domain can be joined", bus->participant);
+}
+
+int bus_open(unsigned domain, struct bus **out, lum_error *error)
+{
+    struct bus *bus = calloc(1, sizeof *bus);
+    if (bus == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    if (join(bus, domain, error) != 0) {
+        bus_close(bus);
+        return -1;
+    }
+    *out = bus;
+    return 0;
+}
+
+void bus_close(struct bus *bus)
+{
+    if (bus == NULL) {
+        return;
+    }
+    if (bus->participant > 0) {
+        (void)dds_delete(bus->participant);
+    }
+    if (bus->domain > 0) {
+        (void)dds_delete(bus->domain);
+    }
+    for (size_t i = 0; i < bus->topic_count; i++) {
+        free(bus->topics[i]);
+    }
+    free(bus);
+}
+
+/* --- Topics --- */
+
+static dds_qos_t *make_qos(const struct topic *t)
+{
+    const dds_data_representation_id_t xcdr1 = DDS_DATA_REPRESENTATION_XCDR1;
+    const bool is_latched = t->kind == QOS_LATCHED;
+    dds_qos_t *qos = dds_create_qos();
+    dds_qset_reliability(qos,
+                         t->kind == QOS_SENSOR ? DDS_RELIABILITY_BEST_EFFORT
+                                               : DDS_RELIABILITY_RELIABLE,
+                         0);
+    dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, (int32_t)t->depth);
+    dds_qset_durability(qos, is_latched ? DDS_DURABILITY_TRANSIENT_LOCAL
+                                        : DDS_DURABILITY_VOLATILE);
+    dds_qset_durability_service(qos, 0, DDS_HISTORY_KEEP_LAST,
+                                (int32_t)t->depth, DDS_LENGTH_UNLIMITED,
+                                DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+    dds_qset_data_representation(qos, 1, &xcdr1);
+    return qos;
+}
+
+static void tell_hash(dds_qos_t *qos, const char *type)
+{
+    char text[96];
+    const char *hash = type_hash(type);
+    if (hash != NULL) {
+        const int n = snprintf(text, sizeof text, "typehash=%s;", hash);
+        dds_qset_userdata(qos, text, (size_t)n);
+    }
+}
+
+static int make_writer(const struct bus *bus, struct topic *t, lum_error *error)
+{
+    char name[NAMES_BYTES];
+    char type[NAMES_BYTES];
+    if (!names_dds_type(t->type, type)) {
+        return lum_error_set(error, "%s is no type of ROS 2", t->type);
+    }
+    names_dds_topic(t->name, name);
+    struct ddsi_sertype *raw = raw_type_new(type);
+    if (raw == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    dds_qos_t *qos = make_qos(t);
+    const dds_entity_t topic =
+        dds_create_topic_sertype(bus->participant, name, &raw, qos, NULL, NULL);
+    tell_hash(qos, t->type);
+    t->raw = raw;
+    t->writer = topic < 0
+                    ? topic
+                    : dds_create_writer(bus->participant, topic, qos, NULL);
+    dds_delete_qos(qos);
+    return t->writer >= 0 ? 0 : fail(error, t->name, t->writer);
+}
+
+static int add(struct bus *bus, const struct bus_topic *topic, lum_error *error)
+{
+    if (bus->topic_count == BUS_TOPICS_MAX) {
+        return lum_error_set(error, "more than %u topics", BUS_TOPICS_MAX);
+    }
+    struct topic *t = calloc(1, sizeof *t);
+    if (t == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    (void)snprintf(t->name, sizeof t->name, "%s", topic->name);
+    (void)snprintf(t->type, sizeof t->type, "%s", topic->type);
+    t->kind = topic->kind;
+    t->depth = topic->depth;
+    t->count.name = t->name;
+    if (make_writer(bus, t, error) != 0) {
+        free(t);
+        return -1;
+    }
+    bus->topics[bus->topic_count++] = t;
+    return 0;
+}
+
+int bus_add(struct bus *bus, const struct bus_topic *topic, size_t *index,
+            lum_error *error)
+{
+    for (size_t i = 0; i < bus->topic_count; i++) {
+        if (strcmp(bus->topics[i]->name, topic->name) == 0) {
+            *index = i;
+            return strcmp(bus->topics[i]->type, topic->type) == 0
+                       ? 0
+                       : lum_error_set(error, "%s: %.120s, but before %.120s",
+                                       topic->name, topic->type,
+                                       bus->topics[i]->type);
+        }
+    }
+    *index = bus->topic_count;
+    return add(bus, topic, error);
+}
+
+/* --- Messages --- */
+
+/* In CDR as ROS 2 has it, of either byte order. */
+static bool is_cdr(const uint8_t *cdr, size_t len)
+{
+    return len >= CDR_HEAD && cdr[0] == 0 && cdr[1] <= 1;
+}
+
+/* A reader that has not told to have all of them loses the oldest. */
+static void count_pending(struct topic *t)
+{
+    if (t->kind == QOS_SENSOR || dds_wait_for_acks(t->writer, 0) == 0) {
+        t->pending = 0;
+    }
+    if (t->pending == t->depth) {
+        t->count.dropped++;
+    } else {
+        t->pending++;
+    }
+}
+
+int bus_publish(struct bus *bus, size_t index, const uint8_t *cdr, size_t len,
+                lum_error *error)
+{
+    struct topic *t = bus->topics[index];
+    if (!is_cdr(cdr, len)) {
+        return lum_error_set(error, "a message of %s is not in CDR", t->name);
+    }
+    struct ddsi_serdata *sample = raw_type_sample(t->raw, cdr, len);
+    if (sample == NULL) {
+        return lum_error_set(error,
+                             "not enough memory for a message of %zu "
+                             "bytes",
+                             len);
+    }
+    count_pending(t);
+    const dds_return_t result = dds_writecdr(t->writer, sample);
+    if (result == DDS_RETCODE_TIMEOUT) {
+        t->count.dropped++;
+        return 0;
+    }
+    t->count.messages++;
+    t->count.bytes += len;
+    return result == 0 ? 0 : fail(error, t->name, result);
+}
+
+bool bus_wait(struct bus *bus, int ms)
+{
+    const dds_time_t end = dds_time() + DDS_MSECS(ms);
+    for (size_t i = 0; i < bus->topic_count; i++) {
+        const struct topic *t = bus->topics[i];
+        const dds_time_t left = end - dds_time();
+        if (t->kind != QOS_SENSOR &&
+            dds_wait_for_acks(t->writer, left > 0 ? left : 0) != 0) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* --- Looking --- */
+
+static unsigned look(struct topic *t)
+{
+    dds_publication_matched_status_t status = {.current_count = 0};
+    return dds_get_publication_matched_status(t->writer, &status) == 0
+               ? status.current_count
+               : 0u;
+}
+
+unsigned bus_readers(struct bus *bus)
+{
+    unsigned sum = 0;
+    for (size_t i = 0; i < bus->topic_count; i++) {
+        sum += look(bus->topics[i]);
+    }
+    return sum;
+}
+
+size_t bus_topics(const struct bus *bus)
+{
+    return bus->topic_count;
+}
+
+struct bus_count bus_count(struct bus *bus, size_t index)
+{
+    struct topic *t = bus->topics[index];
+    struct bus_count count = t->count;
+    count.readers = look(t);
+    count.has_new_count = count.readers != t->readers;
+    t->readers = count.readers;
+    return count;
+}

@@ -1,0 +1,63 @@
+/* lumros2: messages of an MCAP file as topics of ROS 2, through DDS. */
+#include "../common/interrupt.h"
+#include "bus.h"
+#include "options.h"
+#include "player.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+
+enum exit_status {
+    EXIT_DONE = 0,
+    EXIT_FAILED = 1,
+    EXIT_BAD = 2
+};
+
+static int complain(const lum_error *error)
+{
+    (void)fprintf(stderr, "lumros2: %s\n", error->text);
+    return EXIT_FAILED;
+}
+
+static void summarize(struct bus *bus)
+{
+    for (size_t i = 0; i < bus_topics(bus); i++) {
+        const struct bus_count count = bus_count(bus, i);
+        (void)fprintf(stderr,
+                      "lumros2: %s: %" PRIu64 " messages, %.1f MB, %" PRIu64
+                      " dropped\n",
+                      count.name, count.messages, (double)count.bytes * 1e-6,
+                      count.dropped);
+    }
+}
+
+static int run(const struct options *options)
+{
+    struct bus *bus = NULL;
+    lum_error error = {""};
+    if (bus_open((unsigned)options->domain, &bus, &error) != 0) {
+        return complain(&error);
+    }
+    const int result = player_run(options, bus, &error);
+    if (!options->quiet) {
+        summarize(bus);
+    }
+    bus_close(bus);
+    return result == 0 ? EXIT_DONE : complain(&error);
+}
+
+int main(int argc, char **argv)
+{
+    static struct options options;
+    switch (options_parse(argc, argv, &options)) {
+    case PARSED_DONE:
+        return fflush(stdout) == 0 ? EXIT_DONE : EXIT_FAILED;
+    case PARSED_BAD:
+        return EXIT_BAD;
+    case PARSED_RUN:
+    default:
+        break;
+    }
+    interrupt_catch();
+    return run(&options);
+}

@@ -1,0 +1,120 @@
+#include "names.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define DIGITS  "0123456789"
+#define LETTERS "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_"
+
+/* A word at *at, which then is behind it. */
+static bool take_word(const char **at)
+{
+    const size_t len = strspn(*at, LETTERS DIGITS);
+    const bool is_word = len > 0 && strspn(*at, DIGITS) == 0;
+    *at += len;
+    return is_word;
+}
+
+bool names_is(const char *text)
+{
+    const char *at = text[0] == '/' ? text + 1 : text;
+    bool is_name = take_word(&at);
+    while (is_name && *at == '/') {
+        at++;
+        is_name = take_word(&at);
+    }
+    return is_name && *at == '\0' && strlen(text) < NAMES_BYTES / 2u;
+}
+
+bool names_add_remap(struct names *names, const char *text, lum_error *why)
+{
+    char from[NAMES_BYTES];
+    const char *sign = strstr(text, ":=");
+    if (names->remap_count == NAMES_REMAPS_MAX) {
+        (void)lum_error_set(why, "more than %u of them", NAMES_REMAPS_MAX);
+        return false;
+    }
+    if (sign == NULL || (size_t)(sign - text) >= sizeof from) {
+        return false;
+    }
+    (void)memcpy(from, text, (size_t)(sign - text));
+    from[sign - text] = '\0';
+    if (!names_is(from) || !names_is(sign + 2)) {
+        return false;
+    }
+    names->remaps[names->remap_count++] =
+        (struct names_remap){text, (size_t)(sign - text), sign + 2};
+    return true;
+}
+
+/* Without a slash at its beginning. */
+static const char *bare(const char *name)
+{
+    return name[0] == '/' ? name + 1 : name;
+}
+
+static bool is_from(const struct names_remap *remap, const char *topic)
+{
+    const char *from = bare(remap->text);
+    const size_t len = remap->from_len - (size_t)(from - remap->text);
+    const char *name = bare(topic);
+    return strlen(name) == len && memcmp(name, from, len) == 0;
+}
+
+static bool is_global(const char *topic)
+{
+    static const char *const globals[] = {"tf",    "tf_static", "diagnostics",
+                                          "clock", "rosout",    "rosout_agg"};
+    for (size_t i = 0; i < sizeof globals / sizeof globals[0]; i++) {
+        if (strcmp(bare(topic), globals[i]) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool names_topic(const struct names *names, const char *topic,
+                 char out[NAMES_BYTES])
+{
+    const char *name = topic;
+    bool is_whole = is_global(topic);
+    if (!names_is(topic)) {
+        return false;
+    }
+    for (size_t i = 0; i < names->remap_count; i++) {
+        if (is_from(&names->remaps[i], topic)) {
+            name = names->remaps[i].to;
+            is_whole = name[0] == '/' || is_global(name);
+        }
+    }
+    const bool has_prefix = names->prefix != NULL && !is_whole;
+    const int n = snprintf(out, NAMES_BYTES, "%s%s/%s", has_prefix ? "/" : "",
+                           has_prefix ? bare(names->prefix) : "", bare(name));
+    return n > 0 && (size_t)n < NAMES_BYTES;
+}
+
+void names_dds_topic(const char *topic, char out[NAMES_BYTES])
+{
+    (void)snprintf(out, NAMES_BYTES, "rt%.*s", (int)NAMES_BYTES - 3, topic);
+}
+
+bool names_dds_type(const char *type, char out[NAMES_BYTES])
+{
+    const char *at = type;
+    const char *package = type;
+    if (!take_word(&at)) {
+        return false;
+    }
+    const size_t len = (size_t)(at - package);
+    if (strncmp(at, "/msg/", 5) != 0) {
+        return false;
+    }
+    at += 5;
+    const char *name = at;
+    if (!take_word(&at) || *at != '\0') {
+        return false;
+    }
+    const int n = snprintf(out, NAMES_BYTES, "%.*s::msg::dds_::%s_", (int)len,
+                           package, name);
+    return n > 0 && (size_t)n < NAMES_BYTES;
+}

@@ -1,0 +1,49 @@
+/* Names of ROS 2 as DDS has them, and what --namespace and --remap make of
+ * them. */
+#ifndef LUMROS2_NAMES_H
+#define LUMROS2_NAMES_H
+
+#include "lum/base/error.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Bytes of a name with its NUL, of a topic or of a type. */
+#define NAMES_BYTES 320u
+
+#define NAMES_REMAPS_MAX 32u
+
+/* FROM:=TO, as it was given. */
+struct names_remap {
+    const char *text;
+    size_t from_len;
+    const char *to;
+};
+
+struct names {
+    const char *prefix; /* a namespace; NULL: none */
+    struct names_remap remaps[NAMES_REMAPS_MAX];
+    size_t remap_count;
+};
+
+/* Whether a text is a name: words of letters, digits and _, none beginning with
+ * a digit, with / between them and perhaps before the first. */
+bool names_is(const char *text);
+
+/* Takes "FROM:=TO". False: why says the reason, if it is not its form. */
+bool names_add_remap(struct names *names, const char *text, lum_error *why);
+
+/* The topic by which a topic of the file is published, such as /left/points.
+ * Names that ROS 2 has once for all nodes, such as /tf_static, stay without the
+ * namespace. False: the topic's name is none of ROS 2, or too long. */
+bool names_topic(const struct names *names, const char *topic,
+                 char out[NAMES_BYTES]);
+
+/* rt/left/points of /left/points. */
+void names_dds_topic(const char *topic, char out[NAMES_BYTES]);
+
+/* sensor_msgs::msg::dds_::PointCloud2_ of sensor_msgs/msg/PointCloud2. False:
+ * it is no type of a message of ROS 2. */
+bool names_dds_type(const char *type, char out[NAMES_BYTES]);
+
+#endif

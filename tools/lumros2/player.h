@@ -1,0 +1,13 @@
+/* The messages of a source to topics, at their times. */
+#ifndef LUMROS2_PLAYER_H
+#define LUMROS2_PLAYER_H
+
+#include "bus.h"
+#include "options.h"
+
+/* Plays the source to its end, or again and again, until a signal comes.
+ * Returns 0; -1 with the reason in error. */
+int player_run(const struct options *options, struct bus *bus,
+               lum_error *error);
+
+#endif
