@@ -35,11 +35,8 @@ static int run(const struct options *options)
 {
     struct bus *bus = NULL;
     lum_error error = {""};
-    if (bus_open((unsigned)options->domain, &bus, &error) != 0) {
-        return complain(&error);
-    }
-    const int result = player_run(options, bus, &error);
-    if (!options->quiet) {
+    const int result = player_run(options, &bus, &error);
+    if (!options->quiet && bus != NULL) {
         summarize(bus);
     }
     bus_close(bus);

@@ -221,16 +221,27 @@ static void end_round(struct player *p)
     pace_begin(&p->pace, p->pace.rate, last + next);
 }
 
-static int play_once(struct player *p, lum_error *error)
+static int play_file(struct player *p, lum_error *error)
 {
     lum_error why = {""};
+    p->file = lum_mcap_messages_new(p->source, &why);
+    if (p->file == NULL) {
+        return fail(p, &why, error);
+    }
+    return p->bus != NULL ||
+                   bus_open((unsigned)p->options->domain, &p->bus, error) == 0
+               ? play(p, error)
+               : -1;
+}
+
+static int play_once(struct player *p, lum_error *error)
+{
     memset(p->counts, 0, sizeof p->counts);
     p->messages = 0;
     if (lum_source_open(p->options->source, &p->source, error) != 0) {
         return -1;
     }
-    p->file = lum_mcap_messages_new(p->source, &why);
-    const int result = p->file != NULL ? play(p, error) : fail(p, &why, error);
+    const int result = play_file(p, error);
     lum_mcap_messages_free(p->file);
     lum_source_close(p->source);
     return result;
@@ -244,11 +255,11 @@ static int check_messages(const struct player *p, lum_error *error)
                                p->name);
 }
 
-int player_run(const struct options *options, struct bus *bus, lum_error *error)
+int player_run(const struct options *options, struct bus **bus,
+               lum_error *error)
 {
     const bool is_stream = strcmp(options->source, "-") == 0;
     struct player p = {.options = options,
-                       .bus = bus,
                        .name = is_stream ? "standard input" : options->source};
     int result = 0;
     do {
@@ -260,7 +271,10 @@ int player_run(const struct options *options, struct bus *bus, lum_error *error)
             end_round(&p);
         }
     } while (result == 0 && options->loops && interrupt_signal() == 0);
-    settle(bus, FINISH_MS);
-    say_readers(&p);
+    if (p.bus != NULL) {
+        settle(p.bus, FINISH_MS);
+        say_readers(&p);
+    }
+    *bus = p.bus;
     return result;
 }
