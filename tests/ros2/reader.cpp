@@ -171,28 +171,39 @@ long age_us(const fast::SampleInfo &info)
     return static_cast<long>((now - info.source_timestamp.to_ns()) / 1000);
 }
 
+enum class Taken { nothing, something, sample };
+
+// A sample that a newer one replaced meanwhile is empty.
+Taken take(fast::DataReader &reader, Bytes &bytes, fast::SampleInfo &info)
+{
+    bytes.clear();
+    if (reader.take_next_sample(&bytes, &info) != eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
+        return Taken::nothing;
+    }
+    return info.valid_data && !bytes.empty() ? Taken::sample : Taken::something;
+}
+
+void tell(unsigned long n, const Bytes &bytes, const fast::SampleInfo &info)
+{
+    const std::lock_guard<std::mutex> lock(output);
+    std::printf("{\"sample\": %lu, \"bytes\": %zu, \"age_us\": %ld, \"sequence\": %llu}\n", n, bytes.size(), age_us(info),
+                static_cast<unsigned long long>(info.sample_identity.sequence_number().to64long()));
+    std::fflush(stdout);
+}
+
 unsigned long read_all(fast::DataReader &reader, const Options &o)
 {
     unsigned long n = 0;
     Bytes bytes;
     while (!is_ended && (o.count == 0 || n < o.count)) {
         fast::SampleInfo info;
-        if (!reader.wait_for_unread_message({0, 100000000})) {
-            continue;
-        }
-        while ((o.count == 0 || n < o.count) &&
-               reader.take_next_sample(&bytes, &info) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
-            if (!info.valid_data) {
-                continue;
-            }
-            {
-                const std::lock_guard<std::mutex> lock(output);
-                std::printf("{\"sample\": %lu, \"bytes\": %zu, \"age_us\": %ld, \"sequence\": %llu}\n", n, bytes.size(),
-                            age_us(info), static_cast<unsigned long long>(info.sample_identity.sequence_number().to64long()));
-                std::fflush(stdout);
-            }
+        Taken taken = take(reader, bytes, info);
+        if (taken == Taken::sample) {
+            tell(n, bytes, info);
             keep(o, n++, bytes);
             std::this_thread::sleep_for(std::chrono::milliseconds(o.slow_ms));
+        } else if (taken == Taken::nothing) {
+            reader.wait_for_unread_message({0, 100000000});
         }
     }
     return n;

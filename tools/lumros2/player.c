@@ -11,12 +11,19 @@
 
 #define NOWHERE SIZE_MAX /* of a topic that is not published */
 
-#define MS_NS       INT64_C(1000000)
-#define SLICE_MS    20   /* between looks at signals */
-#define SETTLE_MS   1000 /* --rate 0: for readers that take nothing */
-#define FINISH_MS   3000 /* for the last messages */
-#define MEET_MS     500  /* until a reader that is known knows the writer */
-#define PACE_MIN_NS INT64_C(1000000)
+#define MS_NS        INT64_C(1000000)
+#define SLICE_MS     20   /* between looks at signals */
+#define SETTLE_MS    1000 /* --rate 0: for readers that take nothing */
+#define FINISH_MS    3000 /* for the last messages */
+#define MEET_MS      500  /* until a reader that is known knows the writer */
+#define ROUND_MIN_NS INT64_C(100000000)
+
+/* What a round had of a topic of the file. */
+struct part {
+    uint64_t count;
+    int64_t first_ns; /* when it was due, by the host's clock */
+    int64_t last_ns;
+};
 
 struct player {
     const struct options *options;
@@ -25,9 +32,10 @@ struct player {
     lum_mcap_messages *file;
     const char *name;                          /* of the source, for messages */
     size_t places[LUM_MCAP_CHANNELS_KEPT_MAX]; /* in the bus, of its topics */
-    uint64_t counts[LUM_MCAP_CHANNELS_KEPT_MAX]; /* of messages, this round */
-    uint64_t messages;                           /* of all, this round */
+    struct part parts[LUM_MCAP_CHANNELS_KEPT_MAX];
+    uint64_t messages; /* of all topics, this round */
     bool has_begun;
+    int64_t round_ns; /* its begin, by the host's monotonic clock */
     struct pace pace;
 };
 
@@ -100,7 +108,6 @@ static int add_topic(struct player *p, const lum_mcap_message *m,
     char name[NAMES_BYTES];
     char type[NAMES_BYTES];
     p->places[m->index] = NOWHERE;
-    p->counts[m->index] = 0;
     if (strcmp(m->topic->encoding, "cdr") != 0 ||
         !names_dds_type(m->topic->type, type)) {
         say_skipped(p, m->topic, "has no messages of ROS 2 and is left out");
@@ -136,15 +143,31 @@ static void say_readers(const struct player *p)
 
 /* --- Messages --- */
 
-static void await(struct player *p, uint64_t log_ns)
+static void note(struct part *part, int64_t due_ns)
+{
+    if (part->count++ == 0) {
+        part->first_ns = due_ns;
+    }
+    part->last_ns = due_ns;
+}
+
+static void begin_round(struct player *p, int64_t host_ns)
+{
+    p->round_ns = host_ns;
+    pace_begin(&p->pace, p->options->rate, host_ns);
+}
+
+static void await(struct player *p, const lum_mcap_message *m)
 {
     if (!p->has_begun) {
         p->has_begun = true;
         wait_for_readers(p);
-        pace_begin(&p->pace, p->options->rate, lum_time_monotonic_ns());
+        begin_round(p, lum_time_monotonic_ns());
     }
     if (is_paced(p->options)) {
-        sleep_until(pace_due(&p->pace, log_ns));
+        const int64_t due_ns = pace_due(&p->pace, m->log_ns);
+        note(&p->parts[m->index], due_ns);
+        sleep_until(due_ns);
     }
 }
 
@@ -155,12 +178,11 @@ static int publish(struct player *p, const lum_mcap_message *m,
     if (place == NOWHERE) {
         return 0;
     }
-    await(p, m->log_ns);
+    await(p, m);
     if (interrupt_signal() != 0) {
         return 0;
     }
     p->messages++;
-    p->counts[m->index]++;
     if (bus_publish(p->bus, place, m->bytes, m->len, error) != 0) {
         return -1;
     }
@@ -203,22 +225,18 @@ static int play(struct player *p, lum_error *error)
     return 0;
 }
 
-/* The next round begins as long after the last message as messages of the topic
- * that has most of them are apart. */
+/* The next round begins so that the messages of the topic that has most of them
+ * go on in their rhythm. */
 static void end_round(struct player *p)
 {
-    uint64_t most = 0;
-    for (size_t i = 0; i < LUM_MCAP_CHANNELS_KEPT_MAX; i++) {
-        most = p->counts[i] > most ? p->counts[i] : most;
+    const struct part *most = &p->parts[0];
+    for (size_t i = 1; i < LUM_MCAP_CHANNELS_KEPT_MAX; i++) {
+        most = p->parts[i].count > most->count ? &p->parts[i] : most;
     }
-    const uint64_t span = p->pace.last_ns - p->pace.log_ns;
-    const double apart =
-        most > 1 ? (double)span / (double)(most - 1u) / p->pace.rate : 0.0;
-    const int64_t last =
-        p->pace.host_ns + (int64_t)((double)span / p->pace.rate);
-    const int64_t next =
-        (int64_t)apart > PACE_MIN_NS ? (int64_t)apart : PACE_MIN_NS;
-    pace_begin(&p->pace, p->pace.rate, last + next);
+    const int64_t span = most->last_ns - most->first_ns;
+    const int64_t round =
+        most->count > 1 ? span + span / (int64_t)(most->count - 1u) : 0;
+    begin_round(p, p->round_ns + (round > ROUND_MIN_NS ? round : ROUND_MIN_NS));
 }
 
 static int play_file(struct player *p, lum_error *error)
@@ -236,7 +254,7 @@ static int play_file(struct player *p, lum_error *error)
 
 static int play_once(struct player *p, lum_error *error)
 {
-    memset(p->counts, 0, sizeof p->counts);
+    memset(p->parts, 0, sizeof p->parts);
     p->messages = 0;
     if (lum_source_open(p->options->source, &p->source, error) != 0) {
         return -1;
