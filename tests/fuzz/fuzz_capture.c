@@ -1,8 +1,10 @@
-/* Any bytes as a capture file. */
+/* Any bytes as a capture file, and as an MCAP file of any messages. */
+#include "capture/mcap_messages.h"
 #include "lum/capture/capture.h"
 
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define SMALLEST_RECORD 16u
 #define LARGEST_PAYLOAD 65507u
@@ -44,8 +46,46 @@ static void check_comments(const lum_capture *capture)
             lum_capture_comments_left_out(capture, 0) == 0);
 }
 
+static void check_message(const lum_mcap_message *m, size_t topics)
+{
+    static volatile uint8_t last;
+    require(m->index < topics && topics <= LUM_MCAP_CHANNELS_KEPT_MAX);
+    require(strlen(m->topic->name) <= LUM_MCAP_NAME_MAX);
+    require(strlen(m->topic->type) <= LUM_MCAP_NAME_MAX);
+    require(strlen(m->topic->definition) <= LUM_MCAP_NAME_MAX);
+    require(strlen(m->topic->encoding) <= LUM_MCAP_NAME_MAX);
+    for (size_t i = 0; i < m->len; i++) {
+        last = m->bytes[i];
+    }
+    (void)last;
+}
+
+static void read_messages(const uint8_t *data, size_t size)
+{
+    lum_error error = {""};
+    lum_mcap_message m;
+    size_t topics = 0;
+    lum_mcap_event event = LUM_MCAP_ENDED;
+    lum_source *source = lum_source_from_memory("fuzz", data, size);
+    if (source == NULL) {
+        return;
+    }
+    lum_mcap_messages *messages = lum_mcap_messages_new(source, &error);
+    while (messages != NULL &&
+           (event = lum_mcap_messages_next(messages, &m, &error)) >
+               LUM_MCAP_ENDED) {
+        topics += event == LUM_MCAP_HAS_TOPIC ? 1u : 0u;
+        check_message(&m, topics);
+    }
+    require(messages == NULL || event == LUM_MCAP_ENDED ||
+            error.text[0] != '\0');
+    lum_mcap_messages_free(messages);
+    lum_source_close(source);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
+    read_messages(data, size);
     lum_capture *capture = NULL;
     lum_record record;
     lum_error error;
