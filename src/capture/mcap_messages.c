@@ -21,7 +21,7 @@ struct lum_mcap_messages {
     struct schema *schemas;
     size_t schema_count;
     /* Each on its own, since they are handed out. */
-    lum_mcap_topic *topics[LUM_MCAP_CHANNELS_KEPT_MAX];
+    lum_mcap_messages_topic *topics[LUM_MCAP_CHANNELS_KEPT_MAX];
     unsigned ids[LUM_MCAP_CHANNELS_KEPT_MAX];
     size_t topic_count;
 };
@@ -128,10 +128,10 @@ static size_t find_topic(const lum_mcap_messages *m, unsigned id)
 }
 
 static int make_topic(const lum_mcap_messages *m, const lum_mcap_record *record,
-                      lum_mcap_topic *out, lum_error *error)
+                      lum_mcap_messages_topic *out, lum_error *error)
 {
     const struct schema *schema = find_schema(m, record->schema);
-    *out = (lum_mcap_topic){.name = ""};
+    *out = (lum_mcap_messages_topic){.name = ""};
     if (!keep(out->name, record->name) ||
         !keep(out->encoding, record->encoding)) {
         return too_long(m, "channel", error);
@@ -149,7 +149,7 @@ static int make_topic(const lum_mcap_messages *m, const lum_mcap_record *record,
     return 0;
 }
 
-static bool is_same(const lum_mcap_topic *a, const lum_mcap_topic *b)
+static bool is_same(const lum_mcap_messages_topic *a, const lum_mcap_messages_topic *b)
 {
     return strcmp(a->name, b->name) == 0 && strcmp(a->type, b->type) == 0 &&
            strcmp(a->definition, b->definition) == 0 &&
@@ -157,12 +157,12 @@ static bool is_same(const lum_mcap_topic *a, const lum_mcap_topic *b)
 }
 
 static int add_topic(lum_mcap_messages *m, unsigned id,
-                     const lum_mcap_topic *topic, lum_error *error)
+                     const lum_mcap_messages_topic *topic, lum_error *error)
 {
     if (m->topic_count == LUM_MCAP_CHANNELS_KEPT_MAX) {
         return too_many(m, "channels", error);
     }
-    lum_mcap_topic *kept = malloc(sizeof *kept);
+    lum_mcap_messages_topic *kept = malloc(sizeof *kept);
     if (kept == NULL) {
         return no_memory(m, error);
     }
@@ -176,7 +176,7 @@ static int add_topic(lum_mcap_messages *m, unsigned id,
 static int know_topic(lum_mcap_messages *m, const lum_mcap_record *record,
                       lum_error *error)
 {
-    lum_mcap_topic topic;
+    lum_mcap_messages_topic topic;
     const size_t i = find_topic(m, record->id);
     if (make_topic(m, record, &topic, error) != 0) {
         return -1;
@@ -239,14 +239,14 @@ static lum_mcap_event take(lum_mcap_messages *m, const lum_mcap_record *record,
                            lum_mcap_message *out, lum_error *error)
 {
     switch (record->kind) {
-    case LUM_MCAP_SCHEMA:
+    case LUM_MCAP_IS_SCHEMA:
         return know_schema(m, record, error) == 0 ? LUM_MCAP_ENDED
                                                   : LUM_MCAP_FAILED;
-    case LUM_MCAP_CHANNEL:
+    case LUM_MCAP_IS_CHANNEL:
         return take_topic(m, record, out, error);
-    case LUM_MCAP_METADATA:
+    case LUM_MCAP_IS_METADATA:
         return LUM_MCAP_ENDED;
-    case LUM_MCAP_MESSAGE:
+    case LUM_MCAP_IS_MESSAGE:
     default:
         return take_message(m, record, out, error);
     }

@@ -16,17 +16,17 @@
 #define LUM_MCAP_NAME_MAX 255u
 
 /** A channel. */
-typedef struct lum_mcap_topic {
+typedef struct lum_mcap_messages_topic {
     char name[LUM_MCAP_NAME_MAX + 1u];
     char type[LUM_MCAP_NAME_MAX + 1u];       /**< "": it has no schema */
     char definition[LUM_MCAP_NAME_MAX + 1u]; /**< how that is described, such as
                                                   ros2msg */
     char encoding[LUM_MCAP_NAME_MAX + 1u];   /**< of messages, such as cdr */
-} lum_mcap_topic;
+} lum_mcap_messages_topic;
 
 /** A message. */
 typedef struct lum_mcap_message {
-    const lum_mcap_topic *topic; /**< live until the reader is freed */
+    const lum_mcap_messages_topic *topic; /**< live until the reader is freed */
     size_t index;                /**< of the topic, from 0 */
     uint64_t log_ns;             /**< since 1970 */
     const uint8_t *bytes;        /**< live until the next message */

@@ -142,15 +142,15 @@ static int next_step(lum_pcap *r, lum_pcap_record *out, lum_error *error)
         return result == 0 ? ENDED : FAILED;
     }
     switch (record.kind) {
-    case LUM_MCAP_SCHEMA:
+    case LUM_MCAP_IS_SCHEMA:
         know_schema(r->mcap, &record);
         break;
-    case LUM_MCAP_CHANNEL:
+    case LUM_MCAP_IS_CHANNEL:
         know_channel(r->mcap, &record);
         break;
-    case LUM_MCAP_MESSAGE:
+    case LUM_MCAP_IS_MESSAGE:
         return read_message(r, record.rest, out, error);
-    case LUM_MCAP_METADATA:
+    case LUM_MCAP_IS_METADATA:
         lum_mcap_comments_read(record.rest.at, record.rest.len, take_comment,
                                r);
         break;

@@ -75,7 +75,7 @@ static int read_schema(const lum_mcap_records *m, const struct raw *raw,
     if (raw->len < 2u) {
         return too_short(m, "schema", error);
     }
-    *out = (lum_mcap_record){.kind = LUM_MCAP_SCHEMA, .id = load_le16(raw->at)};
+    *out = (lum_mcap_record){.kind = LUM_MCAP_IS_SCHEMA, .id = load_le16(raw->at)};
     out->rest = (lum_bytes_at){raw->at + 2, (size_t)raw->len - 2u};
     return lum_mcap_take_text(&out->rest, &out->name) &&
                    lum_mcap_take_text(&out->rest, &out->encoding)
@@ -89,7 +89,7 @@ static int read_channel(const lum_mcap_records *m, const struct raw *raw,
     if (raw->len < 4u) {
         return too_short(m, "channel", error);
     }
-    *out = (lum_mcap_record){.kind = LUM_MCAP_CHANNEL,
+    *out = (lum_mcap_record){.kind = LUM_MCAP_IS_CHANNEL,
                              .id = load_le16(raw->at),
                              .schema = load_le16(raw->at + 2)};
     out->rest = (lum_bytes_at){raw->at + 4, (size_t)raw->len - 4u};
@@ -118,7 +118,7 @@ static int read_message(lum_mcap_records *m, const struct raw *raw,
     if (raw->len < MESSAGE_HEAD) {
         return too_short(m, "message", error);
     }
-    *out = (lum_mcap_record){.kind = LUM_MCAP_MESSAGE,
+    *out = (lum_mcap_record){.kind = LUM_MCAP_IS_MESSAGE,
                              .id = load_le16(raw->at),
                              .log_ns = load_le64(raw->at + 6)};
     out->rest =
@@ -265,7 +265,7 @@ static int take_metadata(const lum_mcap_records *m, const struct raw *raw,
         !lum_source_has(s, RECORD_HEAD + (size_t)raw->len)) {
         return skip(m->reader, raw->len, error);
     }
-    *out = (lum_mcap_record){.kind = LUM_MCAP_METADATA};
+    *out = (lum_mcap_record){.kind = LUM_MCAP_IS_METADATA};
     out->rest = (lum_bytes_at){s->at + RECORD_HEAD, (size_t)raw->len};
     lum_source_take(s, RECORD_HEAD + (size_t)raw->len);
     return RECORD;

@@ -17,10 +17,10 @@
 
 /** What a record describes. */
 typedef enum lum_mcap_kind {
-    LUM_MCAP_SCHEMA,
-    LUM_MCAP_CHANNEL,
-    LUM_MCAP_MESSAGE,
-    LUM_MCAP_METADATA
+    LUM_MCAP_IS_SCHEMA,
+    LUM_MCAP_IS_CHANNEL,
+    LUM_MCAP_IS_MESSAGE,
+    LUM_MCAP_IS_METADATA
 } lum_mcap_kind;
 
 /** A record, its texts without a NUL. Live until the next one. */

@@ -40,11 +40,13 @@ def watch(what, reader, programs):
     shares = {name: (processor_s(p) - before[name]) / seconds for name, p in programs.items()}
     samples = reader.samples()[begin:]
     ages = sorted(s["age_us"] / 1000 for s in samples)
+    stamps = sorted(s["stamp_age_us"] / 1000 for s in samples)
+    since = f"since its stamp {stamps[len(stamps) // 2]:.0f} ms at the median; " if "lumdump" in programs else ""
     sent = samples[-1]["sequence"] - samples[0]["sequence"] + 1
     size = sum(s["bytes"] for s in samples) / len(samples)
     print(f"{what}: {len(samples)} of {sent} clouds of {size / 1e6:.2f} MB ({size / 24 / 1000:.0f},000 points) in {seconds:.1f} s; "
           f"age: median {ages[len(ages) // 2]:.1f} ms, 90 % {ages[len(ages) * 9 // 10]:.1f}, 99 % {ages[len(ages) * 99 // 100]:.1f}, "
-          f"most {ages[-1]:.1f}; datagrams lost: {udp_losses() - losses}; "
+          f"most {ages[-1]:.1f}; {since}datagrams lost: {udp_losses() - losses}; "
           + ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares.items()), flush=True)
     Program.end_all()
 

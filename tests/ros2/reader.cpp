@@ -1,5 +1,6 @@
 // reader [OPTION]... TOPIC TYPE: reads a topic by Fast DDS, the library under ROS 2's default middleware, without a
-// decoder: samples are bytes in CDR. Prints a JSON object a line: a writer that was found, a sample, the end.
+// decoder: samples are bytes in CDR. Prints a JSON object a line: a writer that was found, a sample with its age since it
+// was written and since its header's stamp, the end.
 //   --domain N   (default 0)
 //   --count N    ends after so many samples (default: at the signal TERM)
 //   --best-effort, --latched   what it asks for; default: reliable, volatile
@@ -163,12 +164,20 @@ void keep(const Options &o, unsigned long n, const Bytes &bytes)
     }
 }
 
-// The age by the time that the writer gave the sample, when it can be taken.
-long age_us(const fast::SampleInfo &info)
+long since_us(long long ns)
 {
     using namespace std::chrono;
-    const auto now = duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
-    return static_cast<long>((now - info.source_timestamp.to_ns()) / 1000);
+    return static_cast<long>((duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count() - ns) / 1000);
+}
+
+// Of a message that begins with a header, in CDR of little-endian order.
+long long stamp_ns(const Bytes &bytes)
+{
+    unsigned long long words = 0;
+    for (size_t i = 0; i < 8 && bytes.size() >= 12; i++) {
+        words |= static_cast<unsigned long long>(bytes[4 + i]) << (8 * i);
+    }
+    return static_cast<long long>(words & 0xffffffffu) * 1000000000 + static_cast<long long>(words >> 32);
 }
 
 enum class Taken { nothing, something, sample };
@@ -186,7 +195,8 @@ Taken take(fast::DataReader &reader, Bytes &bytes, fast::SampleInfo &info)
 void tell(unsigned long n, const Bytes &bytes, const fast::SampleInfo &info)
 {
     const std::lock_guard<std::mutex> lock(output);
-    std::printf("{\"sample\": %lu, \"bytes\": %zu, \"age_us\": %ld, \"sequence\": %llu}\n", n, bytes.size(), age_us(info),
+    std::printf("{\"sample\": %lu, \"bytes\": %zu, \"age_us\": %ld, \"stamp_age_us\": %ld, \"sequence\": %llu}\n", n, bytes.size(),
+                since_us(info.source_timestamp.to_ns()), since_us(stamp_ns(bytes)),
                 static_cast<unsigned long long>(info.sample_identity.sequence_number().to64long()));
     std::fflush(stdout);
 }
