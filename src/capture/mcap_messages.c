@@ -149,7 +149,8 @@ static int make_topic(const lum_mcap_messages *m, const lum_mcap_record *record,
     return 0;
 }
 
-static bool is_same(const lum_mcap_messages_topic *a, const lum_mcap_messages_topic *b)
+static bool is_same(const lum_mcap_messages_topic *a,
+                    const lum_mcap_messages_topic *b)
 {
     return strcmp(a->name, b->name) == 0 && strcmp(a->type, b->type) == 0 &&
            strcmp(a->definition, b->definition) == 0 &&

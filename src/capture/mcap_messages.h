@@ -27,9 +27,9 @@ typedef struct lum_mcap_messages_topic {
 /** A message. */
 typedef struct lum_mcap_message {
     const lum_mcap_messages_topic *topic; /**< live until the reader is freed */
-    size_t index;                /**< of the topic, from 0 */
-    uint64_t log_ns;             /**< since 1970 */
-    const uint8_t *bytes;        /**< live until the next message */
+    size_t index;                         /**< of the topic, from 0 */
+    uint64_t log_ns;                      /**< since 1970 */
+    const uint8_t *bytes;                 /**< live until the next message */
     size_t len;
 } lum_mcap_message;
 

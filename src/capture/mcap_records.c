@@ -75,7 +75,8 @@ static int read_schema(const lum_mcap_records *m, const struct raw *raw,
     if (raw->len < 2u) {
         return too_short(m, "schema", error);
     }
-    *out = (lum_mcap_record){.kind = LUM_MCAP_IS_SCHEMA, .id = load_le16(raw->at)};
+    *out =
+        (lum_mcap_record){.kind = LUM_MCAP_IS_SCHEMA, .id = load_le16(raw->at)};
     out->rest = (lum_bytes_at){raw->at + 2, (size_t)raw->len - 2u};
     return lum_mcap_take_text(&out->rest, &out->name) &&
                    lum_mcap_take_text(&out->rest, &out->encoding)

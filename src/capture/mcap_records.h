@@ -31,8 +31,9 @@ typedef struct lum_mcap_record {
     uint64_t log_ns;       /**< of a message, since 1970 */
     lum_bytes_at name;     /**< of a schema; a channel's topic */
     lum_bytes_at encoding; /**< of a schema's text; of a channel's messages */
-    lum_bytes_at rest;     /**< a schema's text with its length; the pairs of a
-                                channel's metadata; a message's bytes; all of metadata */
+    lum_bytes_at
+        rest; /**< a schema's text with its length; the pairs of a
+                   channel's metadata; a message's bytes; all of metadata */
 } lum_mcap_record;
 
 /** Which messages are handed out. Others are passed over, whatever their

@@ -71,9 +71,8 @@ static void read_messages(const uint8_t *data, size_t size)
         return;
     }
     lum_mcap_messages *messages = lum_mcap_messages_new(source, &error);
-    while (messages != NULL &&
-           (event = lum_mcap_messages_next(messages, &m, &error)) >
-               LUM_MCAP_ENDED) {
+    while (messages != NULL && (event = lum_mcap_messages_next(
+                                    messages, &m, &error)) > LUM_MCAP_ENDED) {
         topics += event == LUM_MCAP_HAS_TOPIC ? 1u : 0u;
         check_message(&m, topics);
     }

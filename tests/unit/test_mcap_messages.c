@@ -211,7 +211,7 @@ static void a_topic_has_its_texts_and_a_message_its_bytes(void **state)
     assert_string_equal(m.topic->type, "sensor_msgs/msg/PointCloud2");
     assert_string_equal(m.topic->definition, "ros2msg");
     assert_string_equal(m.topic->encoding, "cdr");
-    const lum_mcap_topic *points = m.topic;
+    const lum_mcap_messages_topic *points = m.topic;
     assert_int_equal(lum_mcap_messages_next(reader, &m, &error),
                      LUM_MCAP_HAS_TOPIC);
     assert_int_equal(lum_mcap_messages_next(reader, &m, &error),

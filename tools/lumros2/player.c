@@ -81,8 +81,8 @@ static void wait_for_readers(const struct player *p)
 
 /* --- Topics --- */
 
-static void say_skipped(const struct player *p, const lum_mcap_messages_topic *topic,
-                        const char *why)
+static void say_skipped(const struct player *p,
+                        const lum_mcap_messages_topic *topic, const char *why)
 {
     char name[NAMES_BYTES];
     if (!p->options->quiet) {
