@@ -338,6 +338,19 @@ def a_crash_ends_the_laser():
     wait_until(lambda: live.laser() == [True, False], "the laser's end")
 
 
+def the_package_starts_the_pipe():
+    package = HERE.parents[1] / "tools/ros2/lumsdk_ros2"
+    sensor = Program(BIN / "lumsim", "--lines", "64")
+    reader = Reader("rt/front/points", CLOUD, "--best-effort", "--buffer", 4194304)
+    stream = Program(sys.executable, package / "scripts/lumsdk_stream", package / "config/sensor.yaml", "address=127.0.0.1",
+                     "namespace=front", env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}",
+                                             "XDG_STATE_HOME": str(FILES.folder / "state")})
+    reader.wait(5)
+    check(sensor.process.poll() is None, "the sensor ended")
+    check(stream.end(signal.SIGINT) == 0, f"{stream.err}")
+    wait_until(lambda: any(w["writer"] == "left" for w in reader.lines("writer")), "the end of the topic")
+
+
 def signals_end_it():
     for number in signal.SIGINT, signal.SIGTERM:
         played = player(FILES.small(), "--loop")
@@ -370,7 +383,7 @@ def bad_files_are_told():
 CHECKS = [messages_come_byte_for_byte, types_tell_their_hash_and_how_they_are_sent, who_comes_later_gets_what_is_latched,
           reader_kinds, domains_are_apart, two_sensors_have_names_of_their_own, readers_come_and_leave,
           a_reader_that_stops_costs_nobody_else, a_slow_reader_gets_the_newest, python_reads_them,
-          a_sensor_comes_as_it_measures, a_crash_ends_the_laser, signals_end_it, bad_files_are_told]
+          a_sensor_comes_as_it_measures, a_crash_ends_the_laser, the_package_starts_the_pipe, signals_end_it, bad_files_are_told]
 
 
 def main():
