@@ -1,5 +1,6 @@
 /* MCAP files with the datagrams of a sensor, in messages of
  * lumsdk_msgs/msg/Datagram, each as an IPv4 packet. */
+#include "datagram_packet.h"
 #include "mcap_comments.h"
 #include "mcap_datagram.h"
 #include "mcap_records.h"
@@ -10,15 +11,7 @@
 
 #define SCHEMA_NAME "lumsdk_msgs/msg/Datagram"
 
-enum {
-    LINKTYPE_IPV4 = 228,
-    HEADERS_BYTES = 28, /* of IPv4 and UDP */
-    DATAGRAM_BYTES_MAX = 65507,
-    IPV4_VERSION_AND_WORDS = 0x45,
-    IPV4_TTL = 64,
-    IPV4_UDP = 17,
-    NAME_BYTES = 80
-};
+#define NAME_BYTES 80u
 
 /* What a step led to. */
 enum step {
@@ -34,7 +27,7 @@ struct lum_mcap_reader {
     char other[NAME_BYTES];             /* the first other schema; "": none */
     uint8_t schemas[LUM_MCAP_IDS / 8];  /* a bit for each one of datagrams */
     uint8_t channels[LUM_MCAP_IDS / 8]; /* likewise */
-    uint8_t packet[HEADERS_BYTES + DATAGRAM_BYTES_MAX];
+    uint8_t packet[LUM_DATAGRAM_PACKET_MAX];
 };
 
 static bool has_bit(const uint8_t *bits, unsigned id)
@@ -81,30 +74,6 @@ static void know_channel(lum_mcap_reader *m, const lum_mcap_record *channel)
 
 /* --- Messages --- */
 
-static void make_packet(lum_mcap_reader *m, const lum_record *datagram,
-                        uint32_t whole, lum_pcap_record *out)
-{
-    uint8_t *p = m->packet;
-    memset(p, 0, HEADERS_BYTES);
-    p[0] = IPV4_VERSION_AND_WORDS;
-    store_be16(p + 2, HEADERS_BYTES + whole);
-    p[8] = IPV4_TTL;
-    p[9] = IPV4_UDP;
-    store_be32(p + 12, datagram->source);
-    store_be32(p + 16, datagram->destination);
-    store_be16(p + 20, datagram->source_port);
-    store_be16(p + 22, datagram->destination_port);
-    store_be16(p + 24, 8u + whole);
-    if (datagram->len != 0) {
-        memcpy(p + HEADERS_BYTES, datagram->payload, datagram->len);
-    }
-    *out = (lum_pcap_record){.time_ns = datagram->time_ns,
-                             .bytes = p,
-                             .len = HEADERS_BYTES + (uint32_t)datagram->len,
-                             .whole = HEADERS_BYTES + whole,
-                             .link_type = LINKTYPE_IPV4};
-}
-
 static bool wants(const void *context, unsigned channel)
 {
     const lum_mcap_reader *m = context;
@@ -117,11 +86,11 @@ static int read_message(lum_pcap *r, lum_bytes_at message, lum_pcap_record *out,
     lum_record datagram;
     uint32_t whole = 0;
     if (!lum_mcap_datagram_read(message.at, message.len, &datagram, &whole) ||
-        whole > DATAGRAM_BYTES_MAX) {
+        whole > LUM_DATAGRAM_BYTES_MAX) {
         return lum_pcap_fail(
             r, error, "a message of " SCHEMA_NAME " does not hold a datagram");
     }
-    make_packet(r->mcap, &datagram, whole, out);
+    lum_datagram_packet_make(&datagram, whole, r->mcap->packet, out);
     return PACKET;
 }
 
@@ -189,7 +158,7 @@ static int refuse_without_packets(const lum_mcap_reader *m, lum_error *error)
 int lum_mcap_reader_begin(lum_pcap *reader, uint32_t *link_type,
                           lum_error *error)
 {
-    const lum_pcap_interface interface = {.link_type = LINKTYPE_IPV4};
+    const lum_pcap_interface interface = {.link_type = LUM_DATAGRAM_LINK_TYPE};
     lum_pcap_record none;
     lum_mcap_reader *m = calloc(1, sizeof *m);
     const lum_mcap_wanted wanted = {wants, m, LUM_MCAP_RECORD_BYTES_MAX};
@@ -210,6 +179,6 @@ int lum_mcap_reader_begin(lum_pcap *reader, uint32_t *link_type,
         lum_pcap_add_interface(reader, &interface, error) != 0) {
         return -1;
     }
-    *link_type = LINKTYPE_IPV4;
+    *link_type = LUM_DATAGRAM_LINK_TYPE;
     return reader->has_wanted;
 }

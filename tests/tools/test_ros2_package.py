@@ -61,7 +61,7 @@ class Pipe(unittest.TestCase):
         wait_until(lambda: not self.sensor.laser_is_up(), "the laser to go off")
 
     def test_ctrl_c_gives_all_of_it(self):
-        p = self.start("namespace=front", "frame_id=front", f"record={self.folder / 'a.pcap'}")
+        p = self.start("namespace=front", "frame_id=front", "qos={points: sensor}", "remap={points: /lidar}", f"record={self.folder / 'a.pcap'}")
         self.until_clouds()
         p.send_signal(signal.SIGINT)
         self.assertEqual(p.wait(PATIENCE_S), 0, p.stderr.read())
@@ -71,7 +71,8 @@ class Pipe(unittest.TestCase):
         self.assertIn(b"front_blue\0", file.of("/tf_static")[0].data)
         self.assertGreater((self.folder / "a.pcap").stat().st_size, 1000)
         self.assertEqual((self.folder / "lumros2.arguments").read_text().split(),
-                         ["-", "--quiet", "--namespace", "front", "--depth", "5", "--qos", "points=sensor"])
+                         ["-", "--quiet", "--namespace", "front", "--depth", "5", "--qos", "points=sensor", "--remap",
+                          "points:=/lidar"])
 
     def test_a_reader_that_dies_ends_it(self):
         p = self.start()
