@@ -40,9 +40,10 @@ class Pipe(unittest.TestCase):
         self.reader = self.folder / "lumros2"
         self.reader.write_text(STAND_IN)
         self.reader.chmod(0o755)
+        (self.folder / "lumdump").symlink_to(BIN / "lumdump")
 
     def start(self, *words):
-        environment = dict(os.environ, PATH=f"{self.folder.path}:{BIN}:{os.environ['PATH']}")
+        environment = dict(os.environ, PATH=f"{self.folder.path}:/usr/bin:/bin")
         p = subprocess.Popen([sys.executable, STREAM, PACKAGE / "config/sensor.yaml", f"address={self.address}", *words],
                              env=environment, stderr=subprocess.PIPE, text=True)
         self.addCleanup(p.stderr.close)
