@@ -1,9 +1,12 @@
 #include "base/crc32.h"
 
+#include "crc32_clmul.h"
+
 #define POLYNOMIAL UINT32_C(0xedb88320)
 
 void lum_crc32_init(lum_crc32 *crc)
 {
+    crc->has_clmul = lum_crc32_has_clmul();
     for (uint32_t b = 0; b < 256u; b++) {
         uint32_t v = b;
         for (unsigned bit = 0; bit < 8u; bit++) {
@@ -39,6 +42,12 @@ uint32_t lum_crc32_add(const lum_crc32 *crc, uint32_t value, const void *bytes,
     const uint32_t(*t)[256] = crc->table;
     const unsigned char *p = bytes;
     uint32_t v = ~value;
+    if (crc->has_clmul && n >= LUM_CRC32_CLMUL_LEAST) {
+        const size_t most = n - n % LUM_CRC32_CLMUL_STEP;
+        v = lum_crc32_clmul(v, p, most);
+        p += most;
+        n -= most;
+    }
     for (; n >= 16u; n -= 16u, p += 16) {
         v = fold(t, 15, v ^ word_at(p)) ^ fold(t, 11, word_at(p + 4)) ^
             fold(t, 7, word_at(p + 8)) ^ fold(t, 3, word_at(p + 12));

@@ -3,12 +3,14 @@
 #ifndef LUM_BASE_CRC32_H
 #define LUM_BASE_CRC32_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 /** What it is computed by. */
 typedef struct lum_crc32 {
     uint32_t table[16][256]; /**< [k][b]: byte b with k zero bytes behind it */
+    bool has_clmul;          /**< the processor is faster without them */
 } lum_crc32;
 
 /** Make the tables. */

@@ -360,6 +360,25 @@ static void crc_is_that_of_zip(void **state)
     }
 }
 
+/* All lengths around its steps, from all places in a word, after some bytes. */
+static void crc_is_the_same_by_table(void **state)
+{
+    uint8_t bytes[400];
+    lum_crc32 by_table = crc;
+    (void)state;
+    by_table.has_clmul = false;
+    for (size_t i = 0; i < sizeof bytes; i++) {
+        bytes[i] = (uint8_t)(i * i * 37u + i / 7u);
+    }
+    for (size_t from = 0; from < 16u; from++) {
+        for (size_t n = 0; from + n <= sizeof bytes; n++) {
+            const uint32_t before = (uint32_t)(n * 2654435761u);
+            assert_int_equal(lum_crc32_add(&crc, before, bytes + from, n),
+                             lum_crc32_add(&by_table, before, bytes + from, n));
+        }
+    }
+}
+
 static void cdr_aligns_from_behind_its_head(void **state)
 {
     static const uint8_t want[] = {
@@ -1098,6 +1117,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(crc_is_that_of_zip),
+        cmocka_unit_test(crc_is_the_same_by_table),
         cmocka_unit_test(cdr_aligns_from_behind_its_head),
         cmocka_unit_test(a_cloud_is_as_ros_2_has_it),
         cmocka_unit_test(mounts_are_transforms),
