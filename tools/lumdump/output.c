@@ -648,7 +648,7 @@ int output_add_status(struct output *o, const lum_writer_status *status,
                : 0;
 }
 
-static int add_message_of(struct output *o, const lum_record *record,
+static int add_packet(struct output *o, const lum_record *record,
                           lum_error *error)
 {
     return lum_writer_add_datagram(
@@ -674,7 +674,7 @@ int output_add_datagram(struct output *o, const lum_record *record,
         return -1;
     }
     if (!o->is_capture) {
-        return add_message_of(o, record, error);
+        return add_packet(o, record, error);
     }
     const lum_datagram datagram = {.time_ns = record->time_ns,
                                    .payload = record->payload,
