@@ -249,6 +249,18 @@ def readers_come_and_leave():
     check(played.end(signal.SIGINT) == 0, f"{played.err}")
 
 
+def who_has_left_is_known():
+    """Before the lease ends, which is 10 s: samples of the next one come later."""
+    reader = Reader("rt/points", CLOUD)
+    first = player(FILES.small(), "--loop", "--readers", 1)
+    reader.wait(2)
+    check(first.end(signal.SIGTERM) == 0, f"{first.err}")
+    count = len(reader.samples())
+    player(FILES.small(), "--loop", "--readers", 1)
+    reader.wait(count + 2)
+    check("left" in [w["writer"] for w in reader.lines("writer")], "the next one comes before the last one has left")
+
+
 def a_reader_that_stops_costs_nobody_else():
     """It gets the newest messages when it goes on; others get all meanwhile, and the 14 of 3.3 MB are not kept for it."""
     out = FILES.out("stopped")
@@ -381,7 +393,7 @@ def bad_files_are_told():
 
 
 CHECKS = [messages_come_byte_for_byte, types_tell_their_hash_and_how_they_are_sent, who_comes_later_gets_what_is_latched,
-          reader_kinds, domains_are_apart, two_sensors_have_names_of_their_own, readers_come_and_leave,
+          reader_kinds, domains_are_apart, two_sensors_have_names_of_their_own, readers_come_and_leave, who_has_left_is_known,
           a_reader_that_stops_costs_nobody_else, a_slow_reader_gets_the_newest, python_reads_them,
           a_sensor_comes_as_it_measures, a_crash_ends_the_laser, the_package_starts_the_pipe, signals_end_it, bad_files_are_told]
 

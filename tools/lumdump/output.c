@@ -649,7 +649,7 @@ int output_add_status(struct output *o, const lum_writer_status *status,
 }
 
 static int add_packet(struct output *o, const lum_record *record,
-                          lum_error *error)
+                      lum_error *error)
 {
     return lum_writer_add_datagram(
         o->files[0].writer,

@@ -12,14 +12,16 @@
 #define CDR_HEAD 4u
 
 /* Datagrams as large as IPv4 has them: small ones take several times as long.
- * What is sent again is a fragment. A writer never waits for readers that are
- * slow: the depth of a topic bounds what is kept. */
+ * What is sent again is a fragment. By key hashes Fast DDS knows at once that a
+ * writer has left. A writer never waits for readers that are slow: the depth of
+ * a topic bounds what is kept. */
 #define SETTINGS                                                               \
     "<CycloneDDS><Domain Id=\"any\">"                                          \
     "<General><MaxMessageSize>65500B</MaxMessageSize>"                         \
     "<FragmentSize>32000B</FragmentSize></General>"                            \
     "<Internal><SocketReceiveBufferSize max=\"10MB\"/>"                        \
     "<SocketSendBufferSize max=\"2MB\"/>"                                      \
+    "<GenerateKeyhash>true</GenerateKeyhash>"                                  \
     "<Watermarks><WhcHigh>2000MB</WhcHigh>"                                    \
     "<WhcHighInit>2000MB</WhcHighInit>"                                        \
     "<WhcAdaptive>false</WhcAdaptive></Watermarks></Internal>"                 \
