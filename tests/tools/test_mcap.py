@@ -334,6 +334,19 @@ class Live(Case):
         about = yaml.safe_load((self.folder / "drive/metadata.yaml").read_text())["rosbag2_bagfile_information"]
         self.assertEqual(about["message_count"], len(self.file("drive/drive_0.mcap").messages))
 
+    def test_a_folder_can_be_read_after_a_kill(self):
+        p = self.start("--mcap", "packets", "-o", self.folder / "drive", "--format", "rosbag2", topic="/datagrams", count=500)
+        inside = self.folder / "drive/drive_0.mcap"
+        wait_until(lambda: inside.exists() and len(self.file("drive/drive_0.mcap").of("/datagrams")) >= 500, "500 in the folder")
+        seen = len(self.file("drive/drive_0.mcap").of("/datagrams"))
+        p.send(signal.SIGKILL)
+        p.wait()
+        self.assertFalse((self.folder / "drive/metadata.yaml").exists())
+        r = self.dump(self.folder / "drive", "-o", self.folder / "b.pcap")
+        self.assertIn("cannot be read on", r.stderr)
+        again = run("lumdump", self.folder / "b.pcap", "--json", "-q")
+        self.assertGreaterEqual(json.loads(again.stdout)["data"], 0.9 * seen)
+
     def test_packets_are_those_of_a_pcap_file(self):
         p = self.start("--mcap", "packets", "-o", self.folder / "a.pcap", topic="/datagrams", count=500)
         self.assertEqual(p.end(signal.SIGINT), 0)
