@@ -233,6 +233,17 @@ def test_a_folder_of_rosbag2_is_its_files(path, tmp_path):
             assert [f.xyz.tolist() for f in got] == [f.xyz.tolist() for f in want]
 
 
+def test_a_bag_has_the_frames_of_its_capture(path, content, tmp_path):
+    # In a process of its own: what the tests of the tools share changes the process that imports it.
+    program = "import sys, bag_maker; sys.stdout.buffer.write(bag_maker.bag(sys.stdin.buffer.read()))"
+    made = subprocess.run([sys.executable, "-c", program], cwd=pathlib.Path(__file__).parents[1] / "tools", input=content,
+                          stdout=subprocess.PIPE, check=True).stdout
+    (tmp_path / "drive.bag").write_bytes(made)
+    want = [f.xyz.tolist() for f in lumsdk.open(path)]
+    for given in (tmp_path / "drive.bag", made, io.BytesIO(made)):
+        assert [f.xyz.tolist() for f in lumsdk.open(given)] == want
+
+
 def test_a_folder_of_sqlite_is_refused(tmp_path):
     (tmp_path / "drive_0.db3").touch()
     with pytest.raises(lumsdk.CaptureError, match="SQLite"):
