@@ -228,8 +228,8 @@ def test_a_folder_of_rosbag2_is_its_files(path, tmp_path):
     subprocess.run([BIN / "lumdump", path, "--format", "rosbag2", "--mcap", "packets", "--rotate", "1s", "-q", "-o",
                     tmp_path / "drive"], check=True)
     (tmp_path / "drive" / ".x.mcap").write_bytes(b"hidden")
-    for given in (tmp_path / "drive", [str(tmp_path / "drive")]):
-        with lumsdk.open(given) as got, lumsdk.open(path) as want:
+    for each in (tmp_path / "drive", [str(tmp_path / "drive")]):
+        with lumsdk.open(each) as got, lumsdk.open(path) as want:
             assert [f.xyz.tolist() for f in got] == [f.xyz.tolist() for f in want]
 
 
@@ -240,8 +240,8 @@ def test_a_bag_has_the_frames_of_its_capture(path, content, tmp_path):
                           stdout=subprocess.PIPE, check=True).stdout
     (tmp_path / "drive.bag").write_bytes(made)
     want = [f.xyz.tolist() for f in lumsdk.open(path)]
-    for given in (tmp_path / "drive.bag", made, io.BytesIO(made)):
-        assert [f.xyz.tolist() for f in lumsdk.open(given)] == want
+    for each in (tmp_path / "drive.bag", made, io.BytesIO(made)):
+        assert [f.xyz.tolist() for f in lumsdk.open(each)] == want
 
 
 def test_a_folder_of_sqlite_is_refused(tmp_path):

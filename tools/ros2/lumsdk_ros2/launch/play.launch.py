@@ -7,6 +7,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def play(context):
+    """Make the process, once the arguments are known."""
     def value(name):
         return LaunchConfiguration(name).perform(context)
 
@@ -17,6 +18,7 @@ def play(context):
 
 
 def generate_launch_description():
+    """What launch asks for."""
     return LaunchDescription([
         DeclareLaunchArgument("file", description="an .mcap file of messages, as lumdump -o drive.mcap writes it"),
         DeclareLaunchArgument("rate", default_value="1", description="so many times as fast as it was recorded"),

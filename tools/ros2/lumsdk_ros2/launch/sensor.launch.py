@@ -9,6 +9,7 @@ OVERRIDES = ("address", "namespace", "frame_id", "preset", "record")
 
 
 def generate_launch_description():
+    """What launch asks for."""
     share = FindPackageShare("lumsdk_ros2")
     stream = PathJoinSubstitution([FindPackagePrefix("lumsdk_ros2"), "lib", "lumsdk_ros2", "lumsdk_stream"])
     return LaunchDescription([
