@@ -5,6 +5,10 @@
 /* A longer line is assumed to be two. */
 #define PERIOD_MAX_NS 100000000
 
+/* A clock of 64 bits has room for more than nanoseconds have. Those of two
+ * lines have a difference. */
+#define CLOCK_MAX_US (INT64_MAX / 4000)
+
 static int by_value(const void *a, const void *b)
 {
     const int64_t x = *(const int64_t *)a;
@@ -14,7 +18,14 @@ static int by_value(const void *a, const void *b)
 
 static int64_t line_ns(const lum_line_row *row, bool has_clock)
 {
-    return has_clock ? row->clock_us * 1000 : row->arrival_ns;
+    const int64_t us = row->clock_us;
+    if (!has_clock) {
+        return row->arrival_ns;
+    }
+    return (us > CLOCK_MAX_US    ? CLOCK_MAX_US
+            : us < -CLOCK_MAX_US ? -CLOCK_MAX_US
+                                 : us) *
+           1000;
 }
 
 /* The duration of a line: the median time between neighbours, corrected for

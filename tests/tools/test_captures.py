@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Captures in every format, compressed, of mixed links, damaged and without an end, through lumdump."""
+import contextlib
 import fcntl
 import gzip
 import json
@@ -378,6 +379,9 @@ class Endless(Case):
             p.stderr.read()
             p.wait(PATIENCE_S)
             thread.join(300)
+            # What it still holds has no reader any more.
+            with contextlib.suppress(BrokenPipeError):
+                p.stdin.close()
             self.assertEqual(p.returncode, -signal.SIGINT)
             self.assertLess(int(peak), LIMIT_KB)
 
