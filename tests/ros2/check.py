@@ -266,7 +266,8 @@ def a_reader_that_stops_costs_nobody_else():
     out = FILES.out("stopped")
     stopped = Reader("rt/points", CLOUD, "--out", out)
     other = Reader("rt/points", CLOUD)
-    played = player(FILES.large(), "--loop", "--depth", 3, "--readers", 2)
+    # A cloud that is replaced before its lost parts came again never comes, so it stays for more than a second.
+    played = player(FILES.large(), "--loop", "--rate", 0.5, "--depth", 6, "--readers", 2)
     stopped.wait(2)
     stopped.process.send_signal(signal.SIGSTOP)
     began = time.monotonic()
