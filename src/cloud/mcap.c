@@ -68,9 +68,11 @@ static int keep_contents(const lum_writer *writer, state *s,
     }
     errno = EINVAL;
     return lum_error_set(error, "%s: %s", lum_sink_name(writer->sink),
-                         !is_known ? "contents that MCAP does not have"
+                         !is_known
+                             ? "contents that MCAP does not have; frames, "
+                               "lines and datagrams are possible"
                          : writer->preset != NULL
-                             ? "a preset is of whole frames"
+                             ? "a preset is of whole frames: choose these"
                              : "a cloud is of a frame or of a line, not both");
 }
 

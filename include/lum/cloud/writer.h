@@ -48,7 +48,9 @@ bool lum_format_has_frames(lum_format format);
 /** How a format is written, for formats that are libraries of their own. */
 typedef struct lum_format_ops lum_format_ops;
 
-/** What an MCAP file has messages of; more than one may be chosen. */
+/** What an MCAP file has messages of: frames or lines, datagrams, or datagrams
+ * and one of the others. A preset goes with frames. lum_writer_open() refuses
+ * any other choice with EINVAL. */
 typedef enum lum_mcap_content {
     LUM_MCAP_OF_FRAMES = 1,   /**< a cloud for each frame */
     LUM_MCAP_OF_LINES = 2,    /**< a cloud for each line of it, instead */
@@ -266,7 +268,8 @@ typedef struct lum_mcap_info {
 } lum_mcap_info;
 
 /** What an MCAP file has, as its index will say: with the frame that was ended
- * last, and all other messages.
+ * last, and all other messages. Not during another call with this writer.
+ * @param out its struct_size is set by the caller.
  * @return 0, or -1 if it is of another format, or its struct_size is not
  *         set. */
 LUM_MUST_CHECK int lum_writer_mcap_info(const lum_writer *writer,
@@ -292,7 +295,8 @@ typedef struct lum_writer_datagram {
  * others have no place for it. It becomes a message at once, also between the
  * lines of a frame (docs/formats.md, "MCAP").
  * @param datagram copied.
- * @return as lum_writer_add(); EINVAL if it is too long. */
+ * @return as lum_writer_add(); if it is too long, -1 with EINVAL in errno, and
+ *         nothing can be added any more. */
 LUM_MUST_CHECK int lum_writer_add_datagram(lum_writer *writer,
                                            const lum_writer_datagram *datagram,
                                            lum_error *error);
