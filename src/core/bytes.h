@@ -23,15 +23,35 @@
 #endif
 #endif
 
+/* clang makes vector code of loops over whole loads alone. */
+#if LUM_VECTORS && defined(__clang__) &&                                       \
+    __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+#define LUM_WHOLE_LOADS 1
+#else
+#define LUM_WHOLE_LOADS 0
+#endif
+
 static inline uint16_t load_u16(const uint8_t *p)
 {
+#if LUM_WHOLE_LOADS
+    uint16_t v;
+    __builtin_memcpy(&v, p, sizeof v);
+    return v;
+#else
     return (uint16_t)(p[0] | ((unsigned)p[1] << 8));
+#endif
 }
 
 static LUM_LOAD_INLINE uint32_t load_u32(const uint8_t *p)
 {
+#if LUM_WHOLE_LOADS
+    uint32_t v;
+    __builtin_memcpy(&v, p, sizeof v);
+    return v;
+#else
     return (uint32_t)p[0] | ((uint32_t)p[1] << 8) | ((uint32_t)p[2] << 16) |
            ((uint32_t)p[3] << 24);
+#endif
 }
 
 static inline uint32_t swapped32(uint32_t v)
