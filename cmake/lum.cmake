@@ -14,11 +14,9 @@ set(lum_compile_options
     -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wvla -Wstrict-prototypes -Wmissing-prototypes
     # A switch over an enumeration names all of it, also where it has a default: what is new must be looked at everywhere.
     -Wswitch-enum)
-# The same points on every processor: clang would join a product and a sum, rounded once,
-# where there is an instruction for it; gcc does not with -std=c99.
-if(CMAKE_C_COMPILER_ID MATCHES "Clang")
-  list(APPEND lum_compile_options -ffp-contract=off)
-endif()
+# The same points on every processor, and by vectors of every width: a product and a sum are not joined and rounded once,
+# where there is an instruction for it.
+list(APPEND lum_compile_options -ffp-contract=off)
 set(lum_link_options "")
 if(WIN32)
   # Vista's Winsock; formats of C99 in printf.

@@ -90,6 +90,13 @@ size_t lum_points_compute(const lum_projector *projector, const lum_line *line,
                           const lum_direction *directions, lum_point *out,
                           lum_point_losses *losses);
 
+/** Which code makes directions and points on this processor.
+ * @return "avx512", "avx2", "sse2", "neon" or "plain" (C): the widest vectors
+ *         that the processor has, or those that LUM_CPU in the environment
+ *         named when this library was first used. All of them give the same
+ *         bits. Constant; safe from any thread. */
+const char *lum_points_vectors(void);
+
 /** Count the words of a line that give a point and those that do not, without
  * projecting them.
  * @param rising  gets those that do, of rising edges.

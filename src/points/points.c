@@ -1,5 +1,4 @@
-#include "lum/points.h"
-
+#include "kernels.h"
 #include "lanes.h"
 
 #include <string.h>
@@ -7,27 +6,6 @@
 static inline bool has_angles(const uint32_t *marks, uint32_t pixel)
 {
     return ((marks[pixel / 32u] >> (pixel % 32u)) & 1u) != 0;
-}
-
-/* Words whose ranges are computed before their points: two short loops, of
- * which the compiler makes vector code. */
-#define BLOCK 256u
-
-/* Ranges of n words; how many are not above zero. */
-static uint32_t compute_ranges(const lum_eye_projector *p,
-                               const uint32_t *restrict words, uint32_t n,
-                               float *restrict ranges)
-{
-    const float lsb = (float)p->range_lsb;
-    const float offset = (float)p->range_offset;
-    const int32_t min_tof = p->min_tof;
-    uint32_t without = 0;
-    for (uint32_t i = 0; i < n; i++) {
-        const int32_t tof = lum_word_tof(words[i]);
-        ranges[i] = (float)tof * lsb + offset;
-        without += tof < min_tof ? 1u : 0u;
-    }
-    return without;
 }
 
 /* The word takes the place of the fourth number. */
@@ -38,29 +16,53 @@ static inline void put_point(lum_point *to, float range, const lum_direction *d,
     to->word = word;
 }
 
-static size_t put_all(const uint32_t *words, uint32_t n, const float *ranges,
-                      const lum_direction *directions,
-                      const lum_direction *mount, lum_point *to)
+uint32_t lum_plain_count_below(const uint32_t *words, uint32_t n,
+                               int32_t min_tof)
 {
+    uint32_t below = 0;
     for (uint32_t i = 0; i < n; i++) {
-        put_point(&to[i], ranges[i], &directions[lum_word_pixel(words[i])],
-                  mount, words[i]);
+        below += lum_word_tof(words[i]) < min_tof ? 1u : 0u;
     }
-    return n;
+    return below;
 }
 
-static size_t put_those_with_range(const uint32_t *words, uint32_t n,
-                                   const float *ranges,
+/* Two short loops: compilers make vector code of the first. */
+void lum_plain_points(const lum_eye_projector *eye, const uint32_t *words,
+                      uint32_t n, const lum_direction *directions,
+                      lum_point *out)
+{
+    const lum_direction mount = {eye->mount[0], eye->mount[1], eye->mount[2],
+                                 0.0f};
+    const float lsb = (float)eye->range_lsb;
+    const float offset = (float)eye->range_offset;
+    float ranges[LUM_POINTS_BLOCK];
+    for (uint32_t i = 0; i < n; i++) {
+        ranges[i] = (float)lum_word_tof(words[i]) * lsb + offset;
+    }
+    for (uint32_t i = 0; i < n; i++) {
+        put_point(&out[i], ranges[i], &directions[lum_word_pixel(words[i])],
+                  &mount, words[i]);
+    }
+}
+
+/* A word without a range is overwritten by the next, which is faster than a
+ * branch that nobody can predict. */
+static size_t put_those_with_range(const lum_eye_projector *eye,
+                                   const uint32_t *words, uint32_t n,
                                    const lum_direction *directions,
-                                   const lum_direction *mount, int32_t min_tof,
                                    lum_point *to)
 {
+    const lum_direction mount = {eye->mount[0], eye->mount[1], eye->mount[2],
+                                 0.0f};
+    const float lsb = (float)eye->range_lsb;
+    const float offset = (float)eye->range_offset;
+    const int32_t min_tof = eye->min_tof;
     size_t count = 0;
     for (uint32_t i = 0; i < n; i++) {
-        if (lum_word_tof(words[i]) >= min_tof) {
-            put_point(&to[count++], ranges[i],
-                      &directions[lum_word_pixel(words[i])], mount, words[i]);
-        }
+        const int32_t tof = lum_word_tof(words[i]);
+        put_point(&to[count], (float)tof * lsb + offset,
+                  &directions[lum_word_pixel(words[i])], &mount, words[i]);
+        count += tof >= min_tof ? 1u : 0u;
     }
     return count;
 }
@@ -69,19 +71,18 @@ static size_t put_those_with_range(const uint32_t *words, uint32_t n,
 static size_t project_whole(const lum_eye_projector *p, const lum_line *line,
                             const lum_direction *directions, lum_point *out)
 {
-    const lum_direction mount = {p->mount[0], p->mount[1], p->mount[2], 0.0f};
     size_t count = 0;
-    for (uint32_t begin = 0; begin < line->word_count; begin += BLOCK) {
+    for (uint32_t begin = 0; begin < line->word_count;
+         begin += LUM_POINTS_BLOCK) {
         const uint32_t left = line->word_count - begin;
-        const uint32_t n = left < BLOCK ? left : BLOCK;
+        const uint32_t n = left < LUM_POINTS_BLOCK ? left : LUM_POINTS_BLOCK;
         const uint32_t *words = line->words + begin;
-        float ranges[BLOCK];
-        const uint32_t without = compute_ranges(p, words, n, ranges);
-        count +=
-            without == 0
-                ? put_all(words, n, ranges, directions, &mount, out + count)
-                : put_those_with_range(words, n, ranges, directions, &mount,
-                                       p->min_tof, out + count);
+        if (LUM_BEST(count_below)(words, n, p->min_tof) != 0) {
+            count += put_those_with_range(p, words, n, directions, out + count);
+        } else {
+            LUM_BEST(points)(p, words, n, directions, out + count);
+            count += n;
+        }
     }
     return count;
 }

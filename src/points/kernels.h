@@ -1,0 +1,82 @@
+/* The loops that are written for each kind of processor. All kinds give the
+ * same bits. Internal to points. */
+#ifndef LUM_POINTS_KERNELS_H
+#define LUM_POINTS_KERNELS_H
+
+#include "lum/points.h"
+#include "turn.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* Words that are looked at before they are projected, while they are in the
+ * first-level cache. */
+#define LUM_POINTS_BLOCK 256u
+
+typedef struct lum_kernels {
+    const char *name;
+
+    /* LUM_LINE_PIXELS directions. */
+    void (*directions)(const lum_turn *turn, const lum_angle *angles,
+                       lum_direction *out);
+
+    /* How many of n words have a time of flight below min_tof. */
+    uint32_t (*count_below)(const uint32_t *words, uint32_t n, int32_t min_tof);
+
+    /* The points of up to LUM_POINTS_BLOCK words, all of which give one. */
+    void (*points)(const lum_eye_projector *eye, const uint32_t *words,
+                   uint32_t n, const lum_direction *directions, lum_point *out);
+} lum_kernels;
+
+/* Where a file of vector code is for the target at all: it needs gcc 12 or
+ * clang, numbers whose lowest byte is first, and an operating system that keeps
+ * the registers. gcc's code for Windows does not align the stack as wider
+ * vectors need it (its bug 54412). */
+#if defined(__has_builtin) && __STDC_HOSTED__
+#if __has_builtin(__builtin_shufflevector) &&                                  \
+    __has_builtin(__builtin_convertvector)
+#if defined(__x86_64__)
+#define LUM_HAS_SSE2
+#if defined(__clang__) || !defined(_WIN32)
+#define LUM_HAS_WIDE
+#endif
+#elif defined(__aarch64__) && !defined(__AARCH64EB__)
+#define LUM_HAS_NEON
+#endif
+#endif
+#endif
+#if defined(LUM_HAS_SSE2) || defined(LUM_HAS_NEON)
+#define LUM_HAS_KERNELS
+#endif
+
+void lum_plain_directions(const lum_turn *turn, const lum_angle *angles,
+                          lum_direction *out);
+uint32_t lum_plain_count_below(const uint32_t *words, uint32_t n,
+                               int32_t min_tof);
+void lum_plain_points(const lum_eye_projector *eye, const uint32_t *words,
+                      uint32_t n, const lum_direction *directions,
+                      lum_point *out);
+
+#define LUM_KERNELS_MAX 4u
+
+/* Those that this processor can run, the widest first and plain C last; their
+ * number. */
+size_t lum_kernels_list(const lum_kernels *out[LUM_KERNELS_MAX]);
+
+#if defined(LUM_HAS_KERNELS)
+extern const lum_kernels lum_kernels_4; /* lanes: SSE2 or NEON */
+#if defined(LUM_HAS_WIDE)
+extern const lum_kernels lum_kernels_8;  /* AVX2 */
+extern const lum_kernels lum_kernels_16; /* AVX-512 */
+#endif
+
+/* The first of the list, or the one that LUM_CPU in the environment names. The
+ * choice is made once. Safe from any thread. */
+const lum_kernels *lum_kernels_choose(void);
+
+#define LUM_BEST(loop) (lum_kernels_choose()->loop)
+#else
+#define LUM_BEST(loop) lum_plain_##loop
+#endif
+
+#endif

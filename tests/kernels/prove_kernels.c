@@ -1,0 +1,283 @@
+/* prove_kernels [LINES [SEED]]: that every kind of vector code this processor
+ * can run gives the bits of plain C, over random lines of random calibrations;
+ * 20,000 where it is not said. Also that lum_points_compute(), with the code
+ * that is in use (LUM_CPU), gives the points of each word alone.
+ * Status 2 where the arguments are not numbers from 1 on. */
+#include "points/kernels.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MICRO 1000000
+/* 45 degrees of 32,768 bits */
+#define NARROW_LSB_PDEG UINT64_C(1373291015)
+#define EACH            50u   /* lines of a calibration */
+#define WORDS_MAX       1200u /* more than four blocks */
+#define SPARE           16u   /* behind the end, where nothing may be written */
+#define NOT_OVERWRITE   0xa5
+
+/* A random line of a random eye. */
+typedef struct bench {
+    lum_projector projector;
+    lum_eye_projector *eye; /* in it */
+    lum_turn turn;
+    lum_line line;
+    lum_angle angles[LUM_LINE_PIXELS];
+    uint32_t marks[LUM_PIXEL_MARK_WORDS];
+    uint32_t words[WORDS_MAX];
+    lum_direction expected[LUM_LINE_PIXELS + SPARE];
+    lum_direction directions[LUM_LINE_PIXELS + SPARE];
+    lum_point expected_points[WORDS_MAX + SPARE];
+    lum_point points[WORDS_MAX + SPARE];
+} bench;
+
+static uint32_t draw(uint64_t *seed)
+{
+    uint64_t z = *seed += UINT64_C(0x9e3779b97f4a7c15);
+    z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+    z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
+    return (uint32_t)(z >> 32);
+}
+
+static int32_t between(uint64_t *seed, int32_t min, int32_t max)
+{
+    return min + (int32_t)(draw(seed) % (uint32_t)(max - min + 1));
+}
+
+/* --- Random lines --- */
+
+/* Angles of up to 45 degrees either way, which the polynomials reach. */
+static bool draw_eye(bench *b, uint64_t *seed)
+{
+    const int32_t turn = 360 * MICRO;
+    const unsigned eye = draw(seed) % LUM_EYES;
+    lum_calibration c;
+    lum_layout layout;
+    lum_calibration_default(&c);
+    lum_layout_default(&layout);
+    lum_eye_calibration *e = &c.eye[eye];
+    const int32_t middle = between(seed, -45 * MICRO, 45 * MICRO);
+    e->azimuth_center_udeg = between(seed, -turn / 2, turn / 2);
+    e->azimuth_width_udeg = between(seed, 1, turn / 4);
+    e->elevation_min_udeg = middle - between(seed, 1, turn / 8);
+    e->elevation_max_udeg = middle + between(seed, 1, turn / 8);
+    e->mount_roll_udeg = between(seed, -turn, turn);
+    e->mount_pitch_udeg = between(seed, -turn, turn);
+    e->mount_yaw_udeg = between(seed, -turn, turn);
+    for (unsigned i = 0; i < 3; i++) {
+        e->mount_um[i] = between(seed, -10 * MICRO, 10 * MICRO);
+    }
+    if (draw(seed) % 2u == 0) {
+        layout.profile.angle_lsb_pdeg =
+            draw(seed) % (NARROW_LSB_PDEG >> draw(seed) % 20u) + 1u;
+    }
+    if (lum_projector_init(&b->projector, &c, &layout) != LUM_OK) {
+        return false;
+    }
+    b->eye = &b->projector.eye[eye];
+    lum_turn_init(&b->turn, b->eye);
+    b->line = (lum_line){.angles = b->angles,
+                         .angle_marks = b->marks,
+                         .words = b->words,
+                         .eye = (uint8_t)eye};
+    return b->eye->narrow;
+}
+
+/* One in four lines lacks angles, and half of them ranges. */
+static void draw_line(bench *b, uint64_t *seed)
+{
+    const uint32_t kind = draw(seed);
+    const int32_t lowest = kind % 2u == 0 ? b->eye->min_tof : -2000;
+    memset(b->marks, 0xff, sizeof b->marks);
+    b->line.angle_count = LUM_LINE_PIXELS;
+    for (unsigned i = 0; i < LUM_LINE_PIXELS; i++) {
+        const uint32_t r = draw(seed);
+        memcpy(&b->angles[i], &r, sizeof r);
+    }
+    for (unsigned k = kind % 8u < 2u ? draw(seed) % 40u : 0; k > 0; k--) {
+        const uint32_t pixel = draw(seed) % LUM_LINE_PIXELS;
+        const uint32_t bit = UINT32_C(1) << pixel % 32u;
+        if ((b->marks[pixel / 32u] & bit) != 0) {
+            b->line.angle_count--;
+        }
+        b->marks[pixel / 32u] &= ~bit;
+    }
+    /* short lines more often, so that all ends are met */
+    b->line.word_count = draw(seed) % (kind % 16u < 12u ? 70u : WORDS_MAX + 1u);
+    for (uint32_t i = 0; i < b->line.word_count; i++) {
+        const uint32_t r = draw(seed);
+        const int32_t tof = lowest + (int32_t)(r >> (r % 16u == 0 ? 12 : 18));
+        b->words[i] = lum_word_make(tof < LUM_TOF_MAX ? tof : LUM_TOF_MAX,
+                                    r % 2u != 0, draw(seed) % LUM_LINE_PIXELS);
+    }
+}
+
+/* --- What is compared --- */
+
+static bool same(const void *a, const void *b, size_t bytes, const char *what,
+                 const char *name)
+{
+    if (memcmp(a, b, bytes) == 0) {
+        return true;
+    }
+    (void)printf("%s: %s differ from plain C\n", name, what);
+    return false;
+}
+
+static bool same_directions(bench *b, const lum_kernels *k)
+{
+    memset(b->directions, NOT_OVERWRITE, sizeof b->directions);
+    k->directions(&b->turn, b->angles, b->directions);
+    return same(b->directions, b->expected, sizeof b->expected, "directions",
+                k->name);
+}
+
+/* From each place of the line on, a block at a time. */
+static bool same_blocks(bench *b, const lum_kernels *k)
+{
+    for (uint32_t at = 0; at < b->line.word_count; at += LUM_POINTS_BLOCK) {
+        const uint32_t left = b->line.word_count - at;
+        const uint32_t n = left < LUM_POINTS_BLOCK ? left : LUM_POINTS_BLOCK;
+        const uint32_t *words = b->words + at;
+        const size_t bytes = (n + SPARE) * sizeof *b->points;
+        memset(b->points, NOT_OVERWRITE, bytes);
+        memset(b->expected_points, NOT_OVERWRITE, bytes);
+        k->points(b->eye, words, n, b->expected, b->points);
+        lum_plain_points(b->eye, words, n, b->expected, b->expected_points);
+        const bool counted = k->count_below(words, n, b->eye->min_tof) ==
+                             lum_plain_count_below(words, n, b->eye->min_tof);
+        if (!counted) {
+            (void)printf("%s: words are not counted as by plain C\n", k->name);
+        }
+        if (!counted ||
+            !same(b->points, b->expected_points, bytes, "points", k->name)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Each word alone. */
+static size_t expect_points(bench *b, lum_point_losses *losses)
+{
+    size_t n = 0;
+    for (uint32_t i = 0; i < b->line.word_count; i++) {
+        const uint32_t pixel = lum_word_pixel(b->words[i]);
+        if ((b->marks[pixel / 32u] >> pixel % 32u & 1u) == 0) {
+            losses->no_angle++;
+        } else if (lum_word_tof(b->words[i]) < b->eye->min_tof) {
+            losses->no_range++;
+        } else {
+            lum_plain_points(b->eye, &b->words[i], 1, b->expected,
+                             &b->expected_points[n++]);
+        }
+    }
+    return n;
+}
+
+static bool same_line(bench *b)
+{
+    const char *name = lum_points_vectors();
+    lum_point_losses expected = {0, 0};
+    lum_point_losses losses = {0, 0};
+    lum_directions_compute(&b->projector, &b->line, b->directions);
+    const size_t n = expect_points(b, &expected);
+    const size_t count = lum_points_compute(&b->projector, &b->line,
+                                            b->directions, b->points, &losses);
+    if (count != n || losses.no_angle != expected.no_angle ||
+        losses.no_range != expected.no_range) {
+        (void)printf("%s: points of a line are not as many\n", name);
+        return false;
+    }
+    return same(b->directions, b->expected,
+                LUM_LINE_PIXELS * sizeof *b->expected, "directions of a line",
+                name) &&
+           same(b->points, b->expected_points, n * sizeof *b->points,
+                "points of a line", name);
+}
+
+/* --- The proof --- */
+
+static bool prove_line(bench *b, const lum_kernels **kinds, size_t count)
+{
+    lum_plain_directions(&b->turn, b->angles, b->expected);
+    for (size_t i = 0; i < count; i++) {
+        if (!same_directions(b, kinds[i]) || !same_blocks(b, kinds[i])) {
+            return false;
+        }
+    }
+    return same_line(b);
+}
+
+/* The one that LUM_CPU names, if the processor has it. */
+static bool is_in_use(const lum_kernels **kinds, size_t count)
+{
+    const char *name = getenv("LUM_CPU");
+    const char *expected = kinds[0]->name;
+    for (size_t i = 0; name != NULL && i < count; i++) {
+        expected = strcmp(name, kinds[i]->name) == 0 ? name : expected;
+    }
+    return strcmp(lum_points_vectors(), expected) == 0;
+}
+
+static int prove(bench *b, uint64_t lines, uint64_t seed)
+{
+    const lum_kernels *kinds[LUM_KERNELS_MAX];
+    const size_t count = lum_kernels_list(kinds);
+    uint64_t state = seed;
+    if (!is_in_use(kinds, count)) {
+        (void)printf("NOT PROVEN: %s is in use\n", lum_points_vectors());
+        return EXIT_FAILURE;
+    }
+    memset(b->expected, NOT_OVERWRITE, sizeof b->expected);
+    for (uint64_t i = 0; i < lines; i++) {
+        if (i % EACH == 0 && !draw_eye(b, &state)) {
+            (void)fputs(
+                "prove_kernels: a calibration was refused, or is not narrow\n",
+                stderr);
+            return EXIT_FAILURE;
+        }
+        draw_line(b, &state);
+        if (!prove_line(b, kinds, count)) {
+            (void)printf("NOT PROVEN: line %" PRIu64 " of seed %" PRIu64 "\n",
+                         i, seed);
+            return EXIT_FAILURE;
+        }
+    }
+    (void)printf("proven:");
+    for (size_t i = 0; i < count; i++) {
+        (void)printf(" %s", kinds[i]->name);
+    }
+    (void)printf(" give the same bits; in use: %s; %" PRIu64
+                 " random lines from seed %" PRIu64 "\n",
+                 lum_points_vectors(), lines, seed);
+    return EXIT_SUCCESS;
+}
+
+/* Digits alone, and not 0: a proof of no lines would succeed. */
+static bool read_number(const char *text, uint64_t *out)
+{
+    if (strspn(text, "0123456789") != strlen(text)) {
+        return false;
+    }
+    errno = 0;
+    *out = strtoull(text, NULL, 10);
+    return errno == 0 && *out != 0;
+}
+
+int main(int argc, char **argv)
+{
+    static bench b;
+    uint64_t lines = 20000u;
+    uint64_t seed = 1u;
+    if (argc > 3 || (argc > 1 && !read_number(argv[1], &lines)) ||
+        (argc > 2 && !read_number(argv[2], &seed))) {
+        (void)fputs("usage: prove_kernels [LINES [SEED]]\n", stderr);
+        return 2;
+    }
+    return prove(&b, lines, seed);
+}
