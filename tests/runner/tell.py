@@ -97,7 +97,7 @@ def group_of(result, steps):
     """Tests of a build stand together, a step alone."""
     if result.name in steps:
         return result.name
-    build = re.match(r"(asan|m32|s390x|tsan|memcheck)\.", result.name)
+    build = re.match(r"(arm64|asan|m32|s390x|tsan|memcheck)\.", result.name)
     return f"tests-{build[1]}" if build else "tests"
 
 
