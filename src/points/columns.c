@@ -1,11 +1,11 @@
 #include "columns.h"
+#include "kernels.h"
 
-#include <float.h>
 #include <string.h>
 
 /* Number of words in a block. The columns of a block are made one after
  * another, while its words are in the first-level cache. */
-#define BLOCK 512u
+#define BLOCK LUM_COLUMNS_BLOCK
 
 /* Words that all give a requested point. */
 struct chunk {
@@ -112,8 +112,8 @@ static void prepare(const lum_column_line *l, lum_column_work *work,
 /* --- Coordinates --- */
 
 /* Computed in double, as in lum_samples_compute(). */
-static void compute_ranges(const lum_eye_projector *eye, const uint32_t *words,
-                           uint32_t n, float *restrict out)
+void lum_plain_ranges(const lum_eye_projector *eye, const uint32_t *words,
+                      uint32_t n, float *restrict out)
 {
     const double lsb = eye->range_lsb;
     const double offset = eye->range_offset;
@@ -122,95 +122,19 @@ static void compute_ranges(const lum_eye_projector *eye, const uint32_t *words,
     }
 }
 
-static void put_points_each(const struct chunk *c, uint32_t from,
-                            const float *ranges,
-                            const lum_direction *directions, const float *mount,
-                            const lum_column_places *p)
+void lum_plain_columns(const lum_column_source *from, float *x, float *y,
+                       float *z)
 {
-    for (uint32_t i = from; i < c->count; i++) {
-        const lum_direction *d = &directions[lum_word_pixel(c->words[i])];
-        p->x[i] = ranges[i] * d->x + mount[0];
-        p->y[i] = ranges[i] * d->y + mount[1];
-        p->z[i] = ranges[i] * d->z + mount[2];
+    const float *mount = from->mount;
+    for (uint32_t i = 0; i < from->count; i++) {
+        const float range = from->ranges[i];
+        const lum_direction *d =
+            &from->directions[lum_word_pixel(from->words[i])];
+        x[i] = range * d->x + mount[0];
+        y[i] = range * d->y + mount[1];
+        z[i] = range * d->z + mount[2];
     }
 }
-
-/* Only where float expressions are evaluated as float, so that both ways give
- * the same. */
-#if defined(__has_builtin) && FLT_EVAL_METHOD == 0
-#if __has_builtin(__builtin_shufflevector)
-#define HAS_SHUFFLES
-#endif
-#endif
-
-#if defined(HAS_SHUFFLES)
-typedef float lanes __attribute__((vector_size(16)));
-
-static inline lanes direction_at(const lum_direction *directions,
-                                 uint32_t bytes)
-{
-    lanes d;
-    memcpy(&d, (const uint8_t *)directions + bytes, sizeof d);
-    return d;
-}
-
-/* The offset of each word's direction, so that the loop that reads them needs
- * no multiplication. */
-static void find_directions(const struct chunk *c, uint32_t *restrict bytes)
-{
-    for (uint32_t i = 0; i < c->count; i++) {
-        bytes[i] =
-            lum_word_pixel(c->words[i]) * (uint32_t)sizeof(lum_direction);
-    }
-}
-
-static inline void put_lanes(lanes range, lanes direction, float mount,
-                             float *to)
-{
-    const lanes v = range * direction + mount;
-    memcpy(to, &v, sizeof v);
-}
-
-/* Four points at a time: their directions are turned into columns. */
-static void put_points(const struct chunk *c, const float *ranges,
-                       const lum_direction *directions, const float *mount,
-                       const lum_column_places *p)
-{
-    const float m[3] = {mount[0], mount[1], mount[2]};
-    uint32_t at[BLOCK];
-    float *x = p->x;
-    float *y = p->y;
-    float *z = p->z;
-    const uint32_t end = c->count / 4u * 4u;
-    find_directions(c, at);
-    for (uint32_t i = 0; i < end; i += 4u) {
-        const lanes a = direction_at(directions, at[i]);
-        const lanes b = direction_at(directions, at[i + 1u]);
-        const lanes d = direction_at(directions, at[i + 2u]);
-        const lanes e = direction_at(directions, at[i + 3u]);
-        const lanes ab = __builtin_shufflevector(a, b, 0, 4, 1, 5);
-        const lanes de = __builtin_shufflevector(d, e, 0, 4, 1, 5);
-        const lanes ab_z = __builtin_shufflevector(a, b, 2, 6, 3, 7);
-        const lanes de_z = __builtin_shufflevector(d, e, 2, 6, 3, 7);
-        lanes range;
-        memcpy(&range, ranges + i, sizeof range);
-        put_lanes(range, __builtin_shufflevector(ab, de, 0, 1, 4, 5), m[0],
-                  x + i);
-        put_lanes(range, __builtin_shufflevector(ab, de, 2, 3, 6, 7), m[1],
-                  y + i);
-        put_lanes(range, __builtin_shufflevector(ab_z, de_z, 0, 1, 4, 5), m[2],
-                  z + i);
-    }
-    put_points_each(c, end, ranges, directions, mount, p);
-}
-#else
-static void put_points(const struct chunk *c, const float *ranges,
-                       const lum_direction *directions, const float *mount,
-                       const lum_column_places *p)
-{
-    put_points_each(c, 0, ranges, directions, mount, p);
-}
-#endif
 
 /* Range, and x y z; those that were not requested are not kept. */
 static void put_space(const lum_eye_projector *eye, const struct chunk *c,
@@ -221,17 +145,16 @@ static void put_space(const lum_eye_projector *eye, const struct chunk *c,
     if (p->range == NULL && p->x == NULL && p->y == NULL && p->z == NULL) {
         return;
     }
-    compute_ranges(eye, c->words, c->count, ranges);
+    LUM_BEST(ranges)(eye, c->words, c->count, ranges);
     if (p->range != NULL) {
         memcpy(p->range, ranges, c->count * sizeof *ranges);
     }
     if (p->x != NULL || p->y != NULL || p->z != NULL) {
-        const lum_column_places to = {
-            .x = p->x != NULL ? p->x : nowhere,
-            .y = p->y != NULL ? p->y : nowhere,
-            .z = p->z != NULL ? p->z : nowhere,
-        };
-        put_points(c, ranges, work->samples.directions, eye->mount, &to);
+        const lum_column_source from = {c->words, ranges, c->count,
+                                        work->samples.directions, eye->mount};
+        LUM_BEST(columns)
+        (&from, p->x != NULL ? p->x : nowhere, p->y != NULL ? p->y : nowhere,
+         p->z != NULL ? p->z : nowhere);
     }
 }
 

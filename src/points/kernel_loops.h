@@ -35,19 +35,33 @@ static void compute_directions(const lum_turn *turn, const lum_angle *angles,
 
 /* --- Points --- */
 
-/* A time of flight is in a word's upper 20 bits, signed. */
-static uint32_t count_below(const uint32_t *words, uint32_t n, int32_t min_tof)
+LUM_IN_LOOP uint32_t sum_of(whole v)
+{
+    uint32_t sum = 0;
+    for (unsigned i = 0; i < LUM_LANES; i++) {
+        sum += (uint32_t)v[i];
+    }
+    return sum;
+}
+
+/* A time of flight is in a word's upper 20 bits, signed. What is true is -1. */
+static uint32_t count_below(const uint32_t *words, uint32_t n, int32_t min_tof,
+                            uint32_t *rising)
 {
     const uint32_t end = n / LUM_LANES * LUM_LANES;
     whole below = {0};
+    whole up = {0};
     for (uint32_t i = 0; i < end; i += LUM_LANES) {
-        below -= load_whole(words + i) >> 12 < min_tof; /* -1 where it is so */
+        const whole word = load_whole(words + i);
+        const whole is_below = word >> 12 < min_tof;
+        const whole rises = (word & (int32_t)LUM_WORD_RISING) != 0;
+        below -= is_below;
+        up -= rises & ~is_below;
     }
-    uint32_t sum = lum_plain_count_below(words + end, n - end, min_tof);
-    for (unsigned i = 0; i < LUM_LANES; i++) {
-        sum += (uint32_t)below[i];
-    }
-    return sum;
+    const uint32_t rest =
+        lum_plain_count_below(words + end, n - end, min_tof, rising);
+    *rising += sum_of(up);
+    return rest + sum_of(below);
 }
 
 #if LUM_LANES > 4
@@ -64,7 +78,7 @@ LUM_IN_LOOP void put_points(const struct maker *m, const uint32_t *words,
 {
     const whole word = load_to_groups(words);
     const number range = to_number(word >> 12) * m->range_lsb + m->range_offset;
-    const number v = range * load_directions(directions, words) + m->mount;
+    const number v = range * load_directions(directions, words, 1) + m->mount;
     store_number(out, WITH_FOURTH(v, (number)word));
 }
 
@@ -84,10 +98,57 @@ static void compute_points(const lum_eye_projector *eye, const uint32_t *words,
     lum_plain_points(eye, words + end, n - end, directions, out + end);
 }
 
-const lum_kernels KERNELS = {NAME, compute_directions, count_below,
-                             compute_points};
 #else
 /* Plain C has as many numbers at once. */
-const lum_kernels KERNELS = {NAME, compute_directions, count_below,
-                             lum_plain_points};
+#define compute_points lum_plain_points
 #endif
+
+/* --- Columns --- */
+
+/* As the compiler makes vector code of it for this processor. */
+static void compute_ranges(const lum_eye_projector *eye, const uint32_t *words,
+                           uint32_t n, float *restrict out)
+{
+    const double lsb = eye->range_lsb;
+    const double offset = eye->range_offset;
+    for (uint32_t i = 0; i < n; i++) {
+        out[i] = (float)(lum_word_tof(words[i]) * lsb + offset);
+    }
+}
+
+/* Of LUM_LANES words. Vector c has the directions of words c, c + 4, c + 8...,
+ * so that their order is that of the words when they are columns. */
+LUM_IN_LOOP void put_columns(const lum_column_source *from, uint32_t at,
+                             float *x, float *y, float *z)
+{
+    const number range = load_number(from->ranges + at);
+    const float *mount = from->mount;
+    number v[4];
+    for (unsigned c = 0; c < 4; c++) {
+        v[c] = load_directions(from->directions, from->words + at + c, 4);
+    }
+    turn_groups(v);
+    store_number(x + at, range * v[0] + mount[0]);
+    store_number(y + at, range * v[1] + mount[1]);
+    store_number(z + at, range * v[2] + mount[2]);
+}
+
+static void compute_columns(const lum_column_source *from, float *x, float *y,
+                            float *z)
+{
+    const uint32_t end = from->count / LUM_LANES * LUM_LANES;
+    const float mount[3] = {from->mount[0], from->mount[1], from->mount[2]};
+    const lum_column_source own = {from->words, from->ranges, end,
+                                   from->directions, mount};
+    for (uint32_t i = 0; i < end; i += LUM_LANES) {
+        put_columns(&own, i, x, y, z);
+    }
+    const lum_column_source rest = {from->words + end, from->ranges + end,
+                                    from->count - end, from->directions,
+                                    from->mount};
+    lum_plain_columns(&rest, x + end, y + end, z + end);
+}
+
+const lum_kernels KERNELS = {NAME,           compute_directions,
+                             count_below,    compute_points,
+                             compute_ranges, compute_columns};

@@ -1,7 +1,8 @@
 #include "kernels.h"
 
-static const lum_kernels plain = {"plain", lum_plain_directions,
-                                  lum_plain_count_below, lum_plain_points};
+static const lum_kernels plain = {
+    "plain",          lum_plain_directions, lum_plain_count_below,
+    lum_plain_points, lum_plain_ranges,     lum_plain_columns};
 
 #if defined(LUM_HAS_KERNELS)
 

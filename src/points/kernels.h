@@ -11,7 +11,17 @@
 
 /* Words that are looked at before they are projected, while they are in the
  * first-level cache. */
-#define LUM_POINTS_BLOCK 256u
+#define LUM_POINTS_BLOCK  256u
+#define LUM_COLUMNS_BLOCK 512u
+
+/* What columns are made of. */
+typedef struct lum_column_source {
+    const uint32_t *words;
+    const float *ranges; /* of each word */
+    uint32_t count;
+    const lum_direction *directions; /* of the line's pixels */
+    const float *mount;
+} lum_column_source;
 
 typedef struct lum_kernels {
     const char *name;
@@ -20,12 +30,22 @@ typedef struct lum_kernels {
     void (*directions)(const lum_turn *turn, const lum_angle *angles,
                        lum_direction *out);
 
-    /* How many of n words have a time of flight below min_tof. */
-    uint32_t (*count_below)(const uint32_t *words, uint32_t n, int32_t min_tof);
+    /* How many of n words have a time of flight below min_tof; rising gets how
+     * many of the others are of rising edges. */
+    uint32_t (*count_below)(const uint32_t *words, uint32_t n, int32_t min_tof,
+                            uint32_t *rising);
 
     /* The points of up to LUM_POINTS_BLOCK words, all of which give one. */
     void (*points)(const lum_eye_projector *eye, const uint32_t *words,
                    uint32_t n, const lum_direction *directions, lum_point *out);
+
+    /* The ranges of n words, computed in double. */
+    void (*ranges)(const lum_eye_projector *eye, const uint32_t *words,
+                   uint32_t n, float *out);
+
+    /* The coordinates of up to LUM_COLUMNS_BLOCK words with these ranges. */
+    void (*columns)(const lum_column_source *from, float *x, float *y,
+                    float *z);
 } lum_kernels;
 
 /* Where a file of vector code is for the target at all: it needs gcc 12 or
@@ -52,10 +72,14 @@ typedef struct lum_kernels {
 void lum_plain_directions(const lum_turn *turn, const lum_angle *angles,
                           lum_direction *out);
 uint32_t lum_plain_count_below(const uint32_t *words, uint32_t n,
-                               int32_t min_tof);
+                               int32_t min_tof, uint32_t *rising);
 void lum_plain_points(const lum_eye_projector *eye, const uint32_t *words,
                       uint32_t n, const lum_direction *directions,
                       lum_point *out);
+void lum_plain_ranges(const lum_eye_projector *eye, const uint32_t *words,
+                      uint32_t n, float *out);
+void lum_plain_columns(const lum_column_source *from, float *x, float *y,
+                       float *z);
 
 #define LUM_KERNELS_MAX 4u
 

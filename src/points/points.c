@@ -16,13 +16,19 @@ static inline void put_point(lum_point *to, float range, const lum_direction *d,
     to->word = word;
 }
 
+/* Sums of bit 10 stay below 2^32. There is no branch for each word, so that
+ * compilers make vector code. */
 uint32_t lum_plain_count_below(const uint32_t *words, uint32_t n,
-                               int32_t min_tof)
+                               int32_t min_tof, uint32_t *rising)
 {
     uint32_t below = 0;
+    uint32_t edges = 0;
     for (uint32_t i = 0; i < n; i++) {
-        below += lum_word_tof(words[i]) < min_tof ? 1u : 0u;
+        const uint32_t is_below = lum_word_tof(words[i]) < min_tof ? 1u : 0u;
+        below += is_below;
+        edges += words[i] & LUM_WORD_RISING & (is_below - 1u);
     }
+    *rising = edges / LUM_WORD_RISING;
     return below;
 }
 
@@ -77,7 +83,8 @@ static size_t project_whole(const lum_eye_projector *p, const lum_line *line,
         const uint32_t left = line->word_count - begin;
         const uint32_t n = left < LUM_POINTS_BLOCK ? left : LUM_POINTS_BLOCK;
         const uint32_t *words = line->words + begin;
-        if (LUM_BEST(count_below)(words, n, p->min_tof) != 0) {
+        uint32_t rising = 0;
+        if (LUM_BEST(count_below)(words, n, p->min_tof, &rising) != 0) {
             count += put_those_with_range(p, words, n, directions, out + count);
         } else {
             LUM_BEST(points)(p, words, n, directions, out + count);
@@ -126,32 +133,6 @@ size_t lum_points_compute(const lum_projector *projector, const lum_line *line,
     return n;
 }
 
-static inline int32_t as_signed(uint32_t word)
-{
-    int32_t v = 0;
-    memcpy(&v, &word, sizeof v);
-    return v;
-}
-
-/* A time of flight is a word's upper 20 bits, signed, so words compare as these
- * do; min_tof is at most LUM_TOF_MAX. Sums of bit 10 stay below 2^32. There is
- * no branch for each word, so that compilers make vector code. */
-static void count_whole(const lum_line *line, int32_t min_tof, uint32_t *rising,
-                        uint32_t *all)
-{
-    const uint32_t *words = line->words;
-    const int32_t least = min_tof * 4096;
-    uint32_t edges = 0;
-    uint32_t without = 0;
-    for (uint32_t i = 0; i < line->word_count; i++) {
-        const uint32_t is_below = as_signed(words[i]) < least ? 1u : 0u;
-        without += is_below;
-        edges += words[i] & LUM_WORD_RISING & (is_below - 1u);
-    }
-    *rising = edges / LUM_WORD_RISING;
-    *all = line->word_count - without;
-}
-
 static void count_marked(const lum_line *line, int32_t min_tof,
                          uint32_t *rising, uint32_t *all, uint64_t *no_angle)
 {
@@ -178,8 +159,10 @@ void lum_points_count(const lum_projector *projector, const lum_line *line,
     uint64_t no_angle = 0;
     if (line->angle_count < LUM_LINE_PIXELS) {
         count_marked(line, min_tof, &up, &all, &no_angle);
-    } else if (min_tof <= LUM_TOF_MAX) {
-        count_whole(line, min_tof, &up, &all);
+    } else {
+        all =
+            line->word_count -
+            LUM_BEST(count_below)(line->words, line->word_count, min_tof, &up);
     }
     *rising = up;
     *falling = all - up;

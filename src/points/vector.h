@@ -85,7 +85,15 @@ LUM_IN_LOOP number to_number(whole v)
     return __builtin_convertvector(v, number);
 }
 
-#if LUM_LANES > 4
+#if LUM_LANES == 4
+/* The direction of a word. */
+LUM_IN_LOOP number load_directions(const lum_direction *directions,
+                                   const uint32_t *words, unsigned step)
+{
+    (void)step;
+    return load_number(&directions[lum_word_pixel(words[0])]);
+}
+#else
 #include <immintrin.h>
 
 LUM_IN_LOOP __m128 load_direction(const lum_direction *directions,
@@ -94,18 +102,18 @@ LUM_IN_LOOP __m128 load_direction(const lum_direction *directions,
     return _mm_loadu_ps(&directions[lum_word_pixel(word)].x);
 }
 
-/* The directions of GROUPS words. */
+/* The directions of GROUPS words, of which one in step counts. */
 LUM_IN_LOOP number load_directions(const lum_direction *directions,
-                                   const uint32_t *words)
+                                   const uint32_t *words, unsigned step)
 {
     const __m128 a = load_direction(directions, words[0]);
-    const __m128 b = load_direction(directions, words[1]);
+    const __m128 b = load_direction(directions, words[step]);
     const __m256 ab = _mm256_insertf128_ps(_mm256_castps128_ps256(a), b, 1);
 #if LUM_LANES == 8
     return (number)ab;
 #else
-    const __m128 c = load_direction(directions, words[2]);
-    const __m128 d = load_direction(directions, words[3]);
+    const __m128 c = load_direction(directions, words[2u * step]);
+    const __m128 d = load_direction(directions, words[3u * step]);
     const __m256 cd = _mm256_insertf128_ps(_mm256_castps128_ps256(c), d, 1);
     return (number)_mm512_insertf32x8(_mm512_castps256_ps512(ab), cd, 1);
 #endif

@@ -136,6 +136,43 @@ static bool same_directions(bench *b, const lum_kernels *k)
                 k->name);
 }
 
+static bool same_counts(const bench *b, const lum_kernels *k,
+                        const uint32_t *words, uint32_t n)
+{
+    uint32_t rising = 77;
+    uint32_t expected = 77;
+    const uint32_t below = k->count_below(words, n, b->eye->min_tof, &rising);
+    if (below == lum_plain_count_below(words, n, b->eye->min_tof, &expected) &&
+        rising == expected) {
+        return true;
+    }
+    (void)printf("%s: words are not counted as by plain C\n", k->name);
+    return false;
+}
+
+/* Columns lie one after another, each with room behind it. */
+static bool same_columns(bench *b, const lum_kernels *k, const uint32_t *words,
+                         uint32_t n)
+{
+    const uint32_t step = n + SPARE;
+    float ranges[LUM_POINTS_BLOCK + SPARE];
+    float expected_ranges[LUM_POINTS_BLOCK + SPARE];
+    float xyz[3u * (LUM_POINTS_BLOCK + SPARE)];
+    float expected[3u * (LUM_POINTS_BLOCK + SPARE)];
+    memset(ranges, NOT_OVERWRITE, sizeof ranges);
+    memset(expected_ranges, NOT_OVERWRITE, sizeof expected_ranges);
+    memset(xyz, NOT_OVERWRITE, sizeof xyz);
+    memset(expected, NOT_OVERWRITE, sizeof expected);
+    const lum_column_source from = {words, expected_ranges, n, b->expected,
+                                    b->eye->mount};
+    k->ranges(b->eye, words, n, ranges);
+    lum_plain_ranges(b->eye, words, n, expected_ranges);
+    k->columns(&from, xyz, xyz + step, xyz + 2u * step);
+    lum_plain_columns(&from, expected, expected + step, expected + 2u * step);
+    return same(ranges, expected_ranges, sizeof ranges, "ranges", k->name) &&
+           same(xyz, expected, sizeof xyz, "columns", k->name);
+}
+
 /* From each place of the line on, a block at a time. */
 static bool same_blocks(bench *b, const lum_kernels *k)
 {
@@ -148,13 +185,8 @@ static bool same_blocks(bench *b, const lum_kernels *k)
         memset(b->expected_points, NOT_OVERWRITE, bytes);
         k->points(b->eye, words, n, b->expected, b->points);
         lum_plain_points(b->eye, words, n, b->expected, b->expected_points);
-        const bool counted = k->count_below(words, n, b->eye->min_tof) ==
-                             lum_plain_count_below(words, n, b->eye->min_tof);
-        if (!counted) {
-            (void)printf("%s: words are not counted as by plain C\n", k->name);
-        }
-        if (!counted ||
-            !same(b->points, b->expected_points, bytes, "points", k->name)) {
+        if (!same(b->points, b->expected_points, bytes, "points", k->name) ||
+            !same_counts(b, k, words, n) || !same_columns(b, k, words, n)) {
             return false;
         }
     }
