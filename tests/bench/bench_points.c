@@ -1,5 +1,7 @@
-/* Datagrams in memory to assembled lines to 16-byte points, against memcpy of
- * as many bytes: interleaved rounds, one thread, buffers reused. */
+/* bench_points [directions]: datagrams in memory to assembled lines to 16-byte
+ * points, against memcpy of as many bytes: interleaved rounds, one thread,
+ * buffers reused. With the word, the time of a pixel's direction alone. Says by
+ * which vectors, of which LUM_CPU chooses others. */
 #include "datagrams.h"
 
 #include "lum/points.h"
@@ -113,8 +115,46 @@ static void measure(uint32_t words_a_pixel)
     free(to);
 }
 
-int main(void)
+/* Of lines that stay in the first-level cache. */
+static void measure_directions(void)
 {
+    const unsigned times = 20000;
+    static lum_angle angles[LUM_LINE_PIXELS];
+    static lum_direction directions[LUM_LINE_PIXELS];
+    const lum_line line = {.angles = angles};
+    lum_projector projector;
+    lum_layout layout;
+    lum_calibration calibration;
+    double ns[ROUNDS];
+    lum_layout_default(&layout);
+    lum_calibration_default(&calibration);
+    if (lum_projector_init(&projector, &calibration, &layout) != LUM_OK) {
+        exit(1);
+    }
+    for (unsigned i = 0; i < LUM_LINE_PIXELS; i++) {
+        angles[i] = (lum_angle){(int16_t)(65 * (int)i - 32500),
+                                (int16_t)(31 * (int)i - 15000)};
+    }
+    for (unsigned round = 0; round < ROUNDS; round++) {
+        const double begin = now_s();
+        for (unsigned i = 0; i < times; i++) {
+            escape(angles);
+            lum_directions_compute(&projector, &line, directions);
+            escape(directions);
+        }
+        ns[round] = (now_s() - begin) * 1e9 / times / LUM_LINE_PIXELS;
+    }
+    (void)printf("directions by %s: %.3f ns a pixel\n", lum_points_vectors(),
+                 median(ns));
+}
+
+int main(int argc, char **argv)
+{
+    if (argc == 2 && strcmp(argv[1], "directions") == 0) {
+        measure_directions();
+        return 0;
+    }
+    (void)printf("by %s\n", lum_points_vectors());
     measure(1);
     measure(2);
     measure(4);
