@@ -42,5 +42,6 @@ static int add(lum_writer *writer, const lum_line_samples *line,
 const lum_format_ops lum_csv_ops = {.name = "CSV",
                                     .ending = ".csv",
                                     .columns = &lum_csv_columns,
+                                    .has_parts = true,
                                     .begin = begin,
                                     .add = add};

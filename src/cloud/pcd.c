@@ -80,6 +80,7 @@ const lum_format_ops lum_pcd_ops = {.name = "PCD",
                                     .count_in_header = true,
                                     .columns = &lum_cloud_columns,
                                     .can_organize = true,
+                                    .has_parts = true,
                                     .begin = begin,
                                     .add = lum_cloud_add,
                                     .finish = finish};

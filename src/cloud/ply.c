@@ -44,6 +44,7 @@ const lum_format_ops lum_ply_ops = {.name = "PLY",
                                     .ending = ".ply",
                                     .count_in_header = true,
                                     .columns = &lum_cloud_columns,
+                                    .has_parts = true,
                                     .begin = begin,
                                     .add = lum_cloud_add,
                                     .finish = finish};

@@ -1,3 +1,4 @@
+#define _POSIX_C_SOURCE 200809L
 #include "sink.h"
 
 #include "thread.h"
@@ -12,6 +13,7 @@
 
 #define BLOCKS       3u
 #define BLOCK_PAGE   4096u
+#define MOVE_MIN     ((size_t)1 << 18) /* bytes; fewer are copied */
 #define PATIENCE_MS  50 /* how often a waiting thread looks around */
 #define BREAK_OFF_NS INT64_C(2000000)
 
@@ -19,6 +21,7 @@ typedef struct block {
     char *memory; /* to be freed */
     char *bytes;  /* within, where a page begins */
     size_t used;
+    size_t room; /* bytes that it holds; 0: it has no memory yet */
 } block;
 
 struct lum_sink {
@@ -26,6 +29,7 @@ struct lum_sink {
     block blocks[BLOCKS];
     unsigned filling; /* the caller's block */
     uint64_t bytes;   /* appended so far */
+    bool is_memory;   /* there is no file, and one block that grows */
     bool owes_name;   /* the thread gives it, behind the first block */
     pthread_t thread;
     bool threaded;
@@ -240,27 +244,54 @@ static int drain(lum_sink *sink, lum_error *error)
 
 /* --- Blocks of the caller --- */
 
-static int allocate(lum_sink *sink, block *filled, lum_error *error)
+static int allocate(lum_sink *sink, size_t room, block *out, lum_error *error)
 {
-    filled->memory = malloc(LUM_SINK_BLOCK_BYTES + BLOCK_PAGE);
-    if (filled->memory == NULL) {
-        return fail(sink, ENOMEM, "no memory for a block of 1 MiB", error);
+    char *memory = malloc(room + BLOCK_PAGE);
+    if (memory == NULL) {
+        return fail(sink, ENOMEM, "no memory for a block", error);
     }
-    filled->bytes =
-        filled->memory + BLOCK_PAGE - (uintptr_t)filled->memory % BLOCK_PAGE;
+    *out =
+        (block){.memory = memory,
+                .bytes = memory + BLOCK_PAGE - (uintptr_t)memory % BLOCK_PAGE,
+                .room = room};
     return 0;
+}
+
+/* Of a sink in memory. */
+static int grow(lum_sink *sink, block *full, size_t n, lum_error *error)
+{
+    block larger;
+    if (allocate(sink, 2u * full->room + n, &larger, error) != 0) {
+        return -1;
+    }
+    memcpy(larger.bytes, full->bytes, full->used);
+    larger.used = full->used;
+    free(full->memory);
+    *full = larger;
+    return 0;
+}
+
+/* Have room for n bytes more in the block being filled, or take the next. */
+static int make_room(lum_sink *sink, size_t n, lum_error *error)
+{
+    block *filled = &sink->blocks[sink->filling];
+    if (filled->room != 0 && filled->room - filled->used < n &&
+        (sink->is_memory ? grow(sink, filled, n, error)
+                         : submit(sink, error)) != 0) {
+        return -1;
+    }
+    filled = &sink->blocks[sink->filling];
+    return filled->room != 0
+               ? 0
+               : allocate(sink, LUM_SINK_BLOCK_BYTES, filled, error);
 }
 
 char *lum_sink_reserve(lum_sink *sink, size_t n, lum_error *error)
 {
-    if (LUM_SINK_BLOCK_BYTES - sink->blocks[sink->filling].used < n &&
-        submit(sink, error) != 0) {
+    if (make_room(sink, n, error) != 0) {
         return NULL;
     }
-    block *filled = &sink->blocks[sink->filling];
-    if (filled->bytes == NULL && allocate(sink, filled, error) != 0) {
-        return NULL;
-    }
+    const block *filled = &sink->blocks[sink->filling];
     return filled->bytes + filled->used;
 }
 
@@ -310,6 +341,32 @@ int lum_sink_write(lum_sink *sink, const void *bytes, size_t n,
     return 0;
 }
 
+int lum_sink_move(lum_sink *sink, lum_sink *from, lum_error *error)
+{
+    block *moved = &from->blocks[from->filling];
+    const size_t n = moved->used;
+    if (n < MOVE_MIN) {
+        const int result = lum_sink_write(sink, moved->bytes, n, error);
+        lum_sink_clear(from);
+        return result;
+    }
+    if (sink->blocks[sink->filling].used > 0 && submit(sink, error) != 0) {
+        return -1;
+    }
+    const block filled = sink->blocks[sink->filling];
+    sink->blocks[sink->filling] = *moved;
+    *moved = filled;
+    lum_sink_clear(from);
+    sink->bytes += n;
+    return submit(sink, error);
+}
+
+void lum_sink_clear(lum_sink *sink)
+{
+    sink->blocks[sink->filling].used = 0;
+    sink->bytes = 0;
+}
+
 /* --- Header, name, end --- */
 
 int lum_sink_patch(lum_sink *sink, uint64_t offset, const void *bytes, size_t n,
@@ -343,23 +400,34 @@ static void destroy(lum_sink *sink)
     free(sink);
 }
 
-static int open_as(const char *path, lum_outfile_kind kind, lum_sink **out,
-                   lum_error *error)
+static lum_sink *new_sink(const char *path, lum_error *error)
 {
     lum_sink *sink = calloc(1, sizeof *sink);
     if (sink == NULL) {
         lum_error_set(error, "%s: no memory to open it", path);
         errno = ENOMEM;
+        return NULL;
+    }
+    (void)pthread_mutex_init(&sink->lock, NULL);
+    (void)pthread_cond_init(&sink->changed, NULL);
+    sink->file.fd = -1;
+    sink->file.claim = (lum_claim)LUM_CLAIM_NONE;
+    return sink;
+}
+
+static int open_as(const char *path, lum_outfile_kind kind, lum_sink **out,
+                   lum_error *error)
+{
+    lum_sink *sink = new_sink(path, error);
+    if (sink == NULL) {
         return -1;
     }
     if (lum_outfile_open(path, kind, &sink->file, error) != 0) {
         const int code = errno;
-        free(sink);
+        destroy(sink);
         errno = code;
         return -1;
     }
-    (void)pthread_mutex_init(&sink->lock, NULL);
-    (void)pthread_cond_init(&sink->changed, NULL);
     sink->owes_name = kind == LUM_OUTFILE_GROWS;
     *out = sink;
     return 0;
@@ -373,6 +441,24 @@ int lum_sink_open(const char *path, lum_sink **out, lum_error *error)
 int lum_sink_open_growing(const char *path, lum_sink **out, lum_error *error)
 {
     return open_as(path, LUM_OUTFILE_GROWS, out, error);
+}
+
+int lum_sink_open_memory(const char *path, lum_sink **out, lum_error *error)
+{
+    lum_sink *sink = new_sink(path, error);
+    if (sink == NULL) {
+        return -1;
+    }
+    sink->is_memory = true;
+    sink->file.name = strdup(path);
+    if (sink->file.name == NULL) {
+        destroy(sink);
+        lum_error_set(error, "%s: no memory to open it", path);
+        errno = ENOMEM;
+        return -1;
+    }
+    *out = sink;
+    return 0;
 }
 
 int lum_sink_close(lum_sink *sink, lum_error *error)

@@ -17,7 +17,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** Size of a block, and the most that can be reserved at once. */
+/** Size of a block, and the most that can be reserved at once. A block of a
+ * sink in memory grows. */
 #define LUM_SINK_BLOCK_BYTES ((size_t)1 << 20)
 
 /** An output being written. */
@@ -33,6 +34,22 @@ LUM_MUST_CHECK int lum_sink_open(const char *path, lum_sink **out,
  * stays from then on, whatever happens. */
 LUM_MUST_CHECK int lum_sink_open_growing(const char *path, lum_sink **out,
                                          lum_error *error);
+
+/** Keep bytes in memory, for lum_sink_move(). Only that and what appends serve
+ * such a sink; lum_sink_abort() frees it.
+ * @param path as for lum_sink_open(), for messages.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_sink_open_memory(const char *path, lum_sink **out,
+                                        lum_error *error);
+
+/** Append all that a sink in memory has, which is empty then. Much is not
+ * copied: the sinks exchange blocks.
+ * @return 0, or -1 with the reason in error and in errno. */
+LUM_MUST_CHECK int lum_sink_move(lum_sink *sink, lum_sink *from,
+                                 lum_error *error);
+
+/** Forget what a sink in memory has. */
+void lum_sink_clear(lum_sink *sink);
 
 /** Whether lum_sink_patch() can work: a regular file, not opened to append. */
 bool lum_sink_seekable(const lum_sink *sink);

@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 
 #include "base/sized.h"
+#include "part.h"
 #include "writer_internal.h"
 
 #include <errno.h>
@@ -63,6 +64,11 @@ bool lum_format_has_frames(lum_format format)
 {
     return (unsigned)format < LUM_FORMATS &&
            formats[format]->begin_frame != NULL;
+}
+
+bool lum_format_has_parts(lum_format format)
+{
+    return (unsigned)format < LUM_FORMATS && formats[format]->has_parts;
 }
 
 int lum_writer_check_columns(const char *names, lum_error *error)
@@ -297,7 +303,7 @@ static int remember(lum_writer *writer, lum_error *error)
 
 static int check_output(const lum_writer *writer, lum_error *error)
 {
-    if (!writer->ops->count_in_header || writer->rehearses ||
+    if (!writer->ops->count_in_header || writer->rehearses || writer->is_part ||
         writer->was_rehearsed || writer->options.organized ||
         lum_sink_seekable(writer->sink)) {
         return 0;
@@ -314,6 +320,9 @@ static int check_output(const lum_writer *writer, lum_error *error)
 static int open_sink(const char *path, lum_writer *writer, lum_error *error)
 {
     const lum_mcap_options *mcap = writer->options.mcap;
+    if (writer->is_part) {
+        return lum_sink_open_memory(path, &writer->sink, error);
+    }
     const bool grows = writer->ops == &lum_mcap_ops && !writer->rehearses &&
                        mcap != NULL && mcap->is_growing;
     return grows ? lum_sink_open_growing(path, &writer->sink, error)
@@ -338,8 +347,15 @@ static int open_format(const char *path, lum_writer *writer, lum_error *error)
     return result;
 }
 
+/* What a writer is opened for. */
+enum use {
+    TO_WRITE,
+    TO_REHEARSE,
+    TO_BE_PART
+};
+
 static int open_writer(const char *path, const lum_writer_options *options,
-                       bool rehearses, lum_writer **out, lum_error *error)
+                       enum use use, lum_writer **out, lum_error *error)
 {
     if ((unsigned)options->format >= LUM_FORMATS) {
         errno = EINVAL;
@@ -356,7 +372,8 @@ static int open_writer(const char *path, const lum_writer_options *options,
                       ? options->picture
                       : formats[options->format];
     writer->options = *options;
-    writer->rehearses = rehearses;
+    writer->rehearses = use == TO_REHEARSE;
+    writer->is_part = use == TO_BE_PART;
     if (options->rehearsal != NULL) {
         writer->was_rehearsed = true;
         writer->rehearsed = options->rehearsal->points;
@@ -372,7 +389,7 @@ static int open_writer(const char *path, const lum_writer_options *options,
 }
 
 static int open_known(const char *path, const lum_writer_options *options,
-                      bool rehearses, lum_writer **out, lum_error *error)
+                      enum use use, lum_writer **out, lum_error *error)
 {
     lum_writer_options known;
     lum_mcap_options mcap;
@@ -388,19 +405,34 @@ static int open_known(const char *path, const lum_writer_options *options,
         }
         known.mcap = &mcap;
     }
-    return open_writer(path, &known, rehearses, out, error);
+    return open_writer(path, &known, use, out, error);
 }
 
 int lum_writer_open(const char *path, const lum_writer_options *options,
                     lum_writer **out, lum_error *error)
 {
-    return open_known(path, options, false, out, error);
+    return open_known(path, options, TO_WRITE, out, error);
 }
 
 int lum_writer_rehearse(const lum_writer_options *options, lum_writer **out,
                         lum_error *error)
 {
-    return open_known("/dev/null", options, true, out, error);
+    return open_known("/dev/null", options, TO_REHEARSE, out, error);
+}
+
+/* The file has the header. */
+int lum_writer_open_part(const char *path, const lum_writer_options *options,
+                         lum_writer **out, lum_error *error)
+{
+    if (!lum_format_has_parts(options->format) || options->organized) {
+        errno = EINVAL;
+        return lum_error_set(error, "%s: it cannot be made of parts", path);
+    }
+    if (open_known(path, options, TO_BE_PART, out, error) != 0) {
+        return -1;
+    }
+    lum_writer_clear_part(*out);
+    return 0;
 }
 
 /* --- Lines --- */
@@ -461,6 +493,34 @@ int lum_writer_add(lum_writer *writer, const lum_line_samples *line,
         return remember(writer, error);
     }
     writer->points += known.count;
+    return 0;
+}
+
+/* --- Parts --- */
+
+uint64_t lum_writer_part_points(const lum_writer *part)
+{
+    return part->points;
+}
+
+void lum_writer_clear_part(lum_writer *part)
+{
+    lum_sink_clear(part->sink);
+    part->points = 0;
+}
+
+int lum_writer_add_part(lum_writer *writer, lum_writer *part, lum_error *error)
+{
+    const uint64_t points = part->points;
+    const bool fails = writer->failed || lum_sink_move(writer->sink, part->sink,
+                                                       &writer->failure) != 0;
+    const int code = errno;
+    lum_writer_clear_part(part);
+    errno = code;
+    if (fails) {
+        return remember(writer, error);
+    }
+    writer->points += points;
     return 0;
 }
 

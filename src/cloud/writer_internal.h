@@ -17,6 +17,7 @@ struct lum_format_ops {
     const lum_column_list *columns; /**< those of its own; NULL: not to be
                                          chosen */
     bool can_organize;              /**< takes rows of a frame */
+    bool has_parts; /**< a line's rows depend on nothing else: part.h */
     /** Write the header. May set lum_writer.state. Of an organised file, when
      * its rows are known. */
     int (*begin)(lum_writer *writer, lum_error *error);
@@ -61,6 +62,7 @@ struct lum_writer {
     uint64_t rehearsed;         /**< points that the rehearsal took */
     bool was_rehearsed;         /**< whether there was one */
     bool rehearses;             /**< whether this is one */
+    bool is_part;               /**< of a file, in memory: part.h */
     void *state;                /**< the format's, from malloc(), or NULL */
     bool failed;                /**< a call has failed; nothing may follow */
     int failure_code;           /**< errno of that */

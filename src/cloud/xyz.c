@@ -26,5 +26,8 @@ static int add(lum_writer *writer, const lum_line_samples *line,
     return lum_writer_put(writer, line, ROW_ROOM, put_rows, NULL, error);
 }
 
-const lum_format_ops lum_xyz_ops = {
-    .name = "XYZ", .ending = ".xyz", .begin = begin, .add = add};
+const lum_format_ops lum_xyz_ops = {.name = "XYZ",
+                                    .ending = ".xyz",
+                                    .has_parts = true,
+                                    .begin = begin,
+                                    .add = add};

@@ -38,22 +38,21 @@ static int64_t clock_of_line(const void *pass, const lum_frame_line *line)
 static int write_line(struct pass *pass, lum_error *error)
 {
     const lum_line *line = lum_framer_line(pass->framer);
-    const lum_sample *samples = NULL;
     if (!writes_lines(pass)) {
         return 0;
     }
-    const size_t n = lum_framer_line_samples(pass->framer, 0, &samples);
-    return outputs_add_line(
-        pass->outputs,
-        &(lum_line_samples){
-            .struct_size = sizeof(lum_line_samples),
-            .samples = samples,
-            .count = n,
-            .frame = line->frame,
-            .timestamp_us = timestamp_us(pass, line->clock_us, line->arrival),
-            .line = line->number,
-            .eye = line->eye},
-        error);
+    lum_line_samples points = {
+        .struct_size = sizeof points,
+        .frame = line->frame,
+        .timestamp_us = timestamp_us(pass, line->clock_us, line->arrival),
+        .line = line->number,
+        .eye = line->eye};
+    if (pass->crew != NULL && !crew_wants_samples(pass->crew)) {
+        return crew_add_line(pass->crew, line, points.timestamp_us, error);
+    }
+    points.count = lum_framer_line_samples(pass->framer, 0, &points.samples);
+    return pass->crew != NULL ? crew_add_samples(pass->crew, &points, error)
+                              : outputs_add_line(pass->outputs, &points, error);
 }
 
 static int take_line(struct pass *pass, lum_error *error)
@@ -80,11 +79,12 @@ static int take_frame(struct pass *pass, lum_error *error)
 
 static int end_frame(struct pass *pass, lum_error *error)
 {
-    return pass->outputs == NULL
-               ? 0
-               : outputs_end_frame(pass->outputs,
-                                   lum_framer_frame_number(pass->framer),
-                                   error);
+    const int64_t number = lum_framer_frame_number(pass->framer);
+    if (pass->outputs == NULL) {
+        return 0;
+    }
+    return pass->crew != NULL ? crew_end_frame(pass->crew, number, error)
+                              : outputs_end_frame(pass->outputs, number, error);
 }
 
 static enum pass_result handle_event(struct pass *pass, lum_framer_event event,
@@ -235,6 +235,9 @@ enum pass_result pass_flush(struct pass *pass, lum_error *error)
             return result;
         }
     }
+    if (pass->crew != NULL && crew_finish(pass->crew, error) != 0) {
+        return output_failed();
+    }
     if (pass->cut == NULL || pass->outputs == NULL) {
         return PASS_DONE;
     }
@@ -361,6 +364,7 @@ void pass_note_left_out(struct pass *pass)
 
 void pass_free(struct pass *pass)
 {
+    crew_free(pass->crew);
     cut_free(pass->cut);
     frame_lines_free(pass->frame_lines);
     lum_framer_free(pass->framer);

@@ -3,6 +3,7 @@
 #ifndef LUMDUMP_CONVERT_H
 #define LUMDUMP_CONVERT_H
 
+#include "crew.h"
 #include "cut.h"
 #include "diagnosis.h"
 #include "frame_lines.h"
@@ -32,6 +33,7 @@ struct pass {
     bool has_changed;  /* a later part of it says something else of itself */
     bool counts_alone; /* it gets no outputs */
     struct outputs *outputs; /* NULL: count alone */
+    struct crew *crew;       /* NULL: lines go to the outputs from here */
     struct outputs_notes notes;
     size_t notes_told; /* as many of them */
 

@@ -4,6 +4,7 @@
 #include "../common/option_table.h"
 #include "../common/source_url.h"
 
+#include "crew.h"
 #include "help.h"
 #include "lum/version.h"
 #include "picture.h"
@@ -104,6 +105,7 @@ static const struct option_spec specs[] = {
     {"infer", FLAG(infer)},
     {"laser", FLAG(laser)},
     {"interface", TEXT(interface), .allowed = "the name of an interface"},
+    {"threads", .kind = OPTION_WHOLE, INTO(threads), .min = 1, .max = CREW_MAX},
     {"buffer", CALL(values_take_buffer),
      .allowed = "a size from 128KiB to 64GB, such as 256MB"},
     {"sensor", CALL(values_take_sensor), HAS(has_sensor),
@@ -264,6 +266,10 @@ static bool goes_with_source(const struct options *o)
     if (o->interface != NULL && !host_has_interface(o->interface, &why)) {
         (void)fprintf(stderr, "lumdump: --interface: %s\n", why.text);
         return false;
+    }
+    if (o->is_live && o->threads != 0) {
+        return refuse("--threads goes with captures: of a sensor each output "
+                      "has a thread of its own");
     }
     if (o->is_live && o->has_sensor) {
         return refuse("--sensor chooses among the sensors of a capture: "

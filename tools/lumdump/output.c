@@ -6,6 +6,7 @@
 #include "base/claim.h"
 #include "base/system.h"
 #include "capture/capture_writer.h"
+#include "cloud/part.h"
 #include "picture.h"
 #include "targets.h"
 
@@ -522,6 +523,17 @@ static lum_writer *present_file(struct output *o, int64_t frame, bool *failed,
     return o->files[0].writer;
 }
 
+/* The file for points of a frame. NULL without *failed: there is none any
+ * more. */
+static lum_writer *file_for(struct output *o, int64_t frame, uint64_t points,
+                            bool *failed, lum_error *error)
+{
+    lum_writer *writer = o->is_pattern ? file_of_frame(o, frame, failed, error)
+                                       : present_file(o, frame, failed, error);
+    o->late += writer == NULL && !*failed ? points : 0;
+    return writer;
+}
+
 static int add_line(struct output *o, const lum_line_samples *line,
                     lum_error *error)
 {
@@ -529,17 +541,33 @@ static int add_line(struct output *o, const lum_line_samples *line,
     if (line->count == 0) {
         return 0;
     }
-    lum_writer *writer = o->is_pattern
-                             ? file_of_frame(o, line->frame, &failed, error)
-                             : present_file(o, line->frame, &failed, error);
-    if (failed) {
-        return -1;
-    }
+    lum_writer *writer = file_for(o, line->frame, line->count, &failed, error);
     if (writer == NULL) {
-        o->late += line->count;
-        return 0;
+        return failed ? -1 : 0;
     }
     return lum_writer_add(writer, line, error);
+}
+
+int output_open_part(const struct output *output, lum_writer **out,
+                     lum_error *error)
+{
+    return lum_writer_open_part(output->name, &output->writer_options, out,
+                                error);
+}
+
+int output_add_rows(struct output *o, int64_t frame, lum_writer *part,
+                    lum_error *error)
+{
+    const uint64_t points = lum_writer_part_points(part);
+    bool failed = false;
+    if (points == 0) {
+        return 0;
+    }
+    lum_writer *writer = file_for(o, frame, points, &failed, error);
+    if (writer == NULL) {
+        return failed ? -1 : 0;
+    }
+    return lum_writer_add_part(writer, part, error);
 }
 
 int output_add_line(struct output *o, const lum_line_samples *line,

@@ -55,6 +55,13 @@ int output_set_time(struct output *output, int64_t time_ns, lum_error *error);
 int output_add_line(struct output *output, const lum_line_samples *line,
                     lum_error *error);
 
+/* A part of a file of it, for rows that output_add_rows() takes, which all are
+ * of one frame if it has a file for each. */
+int output_open_part(const struct output *output, lum_writer **out,
+                     lum_error *error);
+int output_add_rows(struct output *output, int64_t frame, lum_writer *part,
+                    lum_error *error);
+
 /* Frames come in rising order, before the end of each is told. */
 int output_add_frame(struct output *output, struct frame_lines *frame,
                      lum_error *error);

@@ -117,15 +117,17 @@ struct action {
     enum {
         SET_TIME,
         ADD_LINE,
+        ADD_ROWS,
         ADD_FRAME,
         ADD_DATAGRAM,
         ADD_STATUS,
         END_FRAME,
         FLUSH
     } kind;
-    int64_t number; /* SET_TIME, END_FRAME, FLUSH; ADD_DATAGRAM: it begins a
-                       frame */
+    int64_t number; /* SET_TIME, ADD_ROWS, END_FRAME, FLUSH; ADD_DATAGRAM: it
+                       begins a frame */
     const lum_line_samples *line;
+    lum_writer *part;
     struct frame_lines *frame;
     const lum_record *record;
     const lum_writer_status *status;
@@ -139,6 +141,8 @@ static int act(struct output *output, const struct action *action,
         return output_set_time(output, action->number, error);
     case ADD_LINE:
         return output_add_line(output, action->line, error);
+    case ADD_ROWS:
+        return output_add_rows(output, action->number, action->part, error);
     case ADD_FRAME:
         return output_add_frame(output, action->frame, error);
     case ADD_DATAGRAM:
@@ -216,6 +220,21 @@ int outputs_add_line(struct outputs *outputs, const lum_line_samples *line,
 {
     return for_each(outputs, &(struct action){.kind = ADD_LINE, .line = line},
                     error);
+}
+
+int outputs_open_part(const struct outputs *outputs, lum_writer **out,
+                      lum_error *error)
+{
+    return output_open_part(outputs->list[0], out, error);
+}
+
+int outputs_add_rows(struct outputs *outputs, int64_t frame, lum_writer *part,
+                     lum_error *error)
+{
+    return for_each(
+        outputs,
+        &(struct action){.kind = ADD_ROWS, .number = frame, .part = part},
+        error);
 }
 
 int outputs_add_frame(struct outputs *outputs, struct frame_lines *frame,

@@ -48,6 +48,13 @@ int outputs_add_status(struct outputs *outputs, const lum_writer_status *status,
 int outputs_end_frame(struct outputs *outputs, int64_t frame, lum_error *error);
 int outputs_flush(struct outputs *outputs, bool files, lum_error *error);
 
+/* For the one that there is: a part of its files, and the rows of lines of a
+ * frame in it. */
+int outputs_open_part(const struct outputs *outputs, lum_writer **out,
+                      lum_error *error);
+int outputs_add_rows(struct outputs *outputs, int64_t frame, lum_writer *part,
+                     lum_error *error);
+
 /* Finish all, free them. When one has failed, now or before, it is aborted and
  * the others are finished all the same. */
 int outputs_close(struct outputs *outputs, lum_error *error);

@@ -155,6 +155,11 @@ static enum pass_result run(struct pass *pass, lum_error *error)
     if (result == PASS_DONE && pass->capture == NULL) {
         result = replay_open(pass->options, &pass->capture, error);
     }
+    if (result == PASS_DONE && pass->outputs != NULL &&
+        crew_new(pass->options, pass->projector, pass->outputs, &pass->crew,
+                 error) != 0) {
+        result = PASS_FAILED;
+    }
     if (result != PASS_DONE) {
         return result;
     }

@@ -1,0 +1,37 @@
+/** @file
+ * Parts of a file that several threads make at once: a part is a writer that
+ * keeps the rows of its lines in memory, and the file's own writer takes them.
+ *
+ * What a file gets is, byte for byte, what lum_writer_add() would have given it
+ * for the same lines. One thread at a time may use a part; parts and the file
+ * share nothing. Internal. */
+#ifndef LUM_CLOUD_PART_H
+#define LUM_CLOUD_PART_H
+
+#include "lum/cloud/writer.h"
+
+/** Whether files of a format can be made of parts. Not if they are
+ * organised. */
+bool lum_format_has_parts(lum_format format);
+
+/** Begin a part. Lines are added by lum_writer_add(), and lum_writer_abort()
+ * frees it.
+ * @param path    the file's name, for messages.
+ * @param options those of the file.
+ * @return 0, or -1 with the reason in error. */
+LUM_MUST_CHECK int lum_writer_open_part(const char *path,
+                                        const lum_writer_options *options,
+                                        lum_writer **out, lum_error *error);
+
+/** Points of a part. */
+uint64_t lum_writer_part_points(const lum_writer *part);
+
+/** Append a part to its file; then it is empty, also after a failure.
+ * @return as lum_writer_add(). */
+LUM_MUST_CHECK int lum_writer_add_part(lum_writer *writer, lum_writer *part,
+                                       lum_error *error);
+
+/** Empty a part. */
+void lum_writer_clear_part(lum_writer *part);
+
+#endif

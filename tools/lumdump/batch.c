@@ -1,0 +1,227 @@
+#include "batch.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define LINES_MAX 16u
+
+/* Their rows, of 52 to 100 bytes, fit the block of a sink. */
+#define WORDS_FULL 8192u
+
+/* A line without room of its own for what is long. */
+struct batch_line {
+    lum_line line;
+    lum_angle angles[LUM_LINE_PIXELS];
+    uint32_t marks[LUM_PIXEL_MARK_WORDS];
+    size_t at;        /* of its words, or of its samples */
+    bool has_samples; /* these are known, */
+    size_t count;     /* so many */
+    int64_t timestamp_us;
+};
+
+struct batch {
+    struct batch_line lines[LINES_MAX];
+    size_t count;
+    uint32_t *words; /* of all lines */
+    size_t word_count;
+    size_t word_room;
+    lum_sample *samples; /* likewise */
+    size_t sample_count;
+    size_t sample_room;
+    lum_writer *part;
+    bool has_failed;
+    int failure_code;
+    lum_error failure;
+};
+
+struct batch_tools {
+    lum_sample_workspace work;
+    lum_angle angles[LUM_LINE_PIXELS];
+    lum_return returns[LUM_LINE_WORDS_MAX];
+    lum_sample samples[LUM_LINE_WORDS_MAX];
+};
+
+/* --- The batch --- */
+
+struct batch *batch_new(lum_writer *part)
+{
+    struct batch *batch = calloc(1, sizeof *batch);
+    if (batch == NULL) {
+        lum_writer_abort(part);
+        return NULL;
+    }
+    batch->part = part;
+    return batch;
+}
+
+void batch_free(struct batch *batch)
+{
+    if (batch == NULL) {
+        return;
+    }
+    lum_writer_abort(batch->part);
+    free(batch->words);
+    free(batch->samples);
+    free(batch);
+}
+
+bool batch_is_empty(const struct batch *batch)
+{
+    return batch->count == 0;
+}
+
+bool batch_is_full(const struct batch *batch)
+{
+    return batch->count == LINES_MAX ||
+           batch->word_count + batch->sample_count >= WORDS_FULL;
+}
+
+int64_t batch_frame(const struct batch *batch)
+{
+    return batch->lines[0].line.frame;
+}
+
+void batch_clear(struct batch *batch)
+{
+    batch->count = 0;
+    batch->word_count = 0;
+    batch->sample_count = 0;
+    batch->has_failed = false;
+    lum_writer_clear_part(batch->part);
+}
+
+/* --- Lines --- */
+
+/* Have room for n more elements in an array that may move; NULL without
+ * memory. */
+static void *make_room(void *array, size_t used, size_t n, size_t size,
+                       size_t *room)
+{
+    if (*room - used >= n) {
+        return array;
+    }
+    const size_t wanted = 2u * used + n;
+    void *larger = realloc(array, wanted * size);
+    if (larger != NULL) {
+        *room = wanted;
+    }
+    return larger;
+}
+
+int batch_add_line(struct batch *batch, const lum_line *line,
+                   int64_t timestamp_us)
+{
+    struct batch_line *to = &batch->lines[batch->count];
+    const size_t n = line->word_count;
+    uint32_t *words = make_room(batch->words, batch->word_count, n + 1u,
+                                sizeof *words, &batch->word_room);
+    if (words == NULL) {
+        return -1;
+    }
+    batch->words = words;
+    memcpy(words + batch->word_count, line->words, n * sizeof *words);
+    memcpy(to->angles, line->angles, sizeof to->angles);
+    memcpy(to->marks, line->angle_marks, sizeof to->marks);
+    to->line = *line;
+    to->at = batch->word_count;
+    to->has_samples = false;
+    to->timestamp_us = timestamp_us;
+    batch->word_count += n;
+    batch->count++;
+    return 0;
+}
+
+int batch_add_samples(struct batch *batch, const lum_line_samples *line)
+{
+    struct batch_line *to = &batch->lines[batch->count];
+    lum_sample *samples =
+        make_room(batch->samples, batch->sample_count, line->count + 1u,
+                  sizeof *samples, &batch->sample_room);
+    if (samples == NULL) {
+        return -1;
+    }
+    batch->samples = samples;
+    memcpy(samples + batch->sample_count, line->samples,
+           line->count * sizeof *samples);
+    to->line = (lum_line){
+        .frame = line->frame, .number = line->line, .eye = line->eye};
+    to->at = batch->sample_count;
+    to->has_samples = true;
+    to->count = line->count;
+    to->timestamp_us = line->timestamp_us;
+    batch->sample_count += line->count;
+    batch->count++;
+    return 0;
+}
+
+/* --- Rows --- */
+
+struct batch_tools *batch_tools_new(void)
+{
+    struct batch_tools *tools = malloc(sizeof *tools);
+    if (tools != NULL) {
+        tools->work.returns = tools->returns;
+    }
+    return tools;
+}
+
+void batch_tools_free(struct batch_tools *tools)
+{
+    free(tools);
+}
+
+/* The points of a line. Returns how many there are. */
+static size_t project(const struct batch *batch, const struct batch_line *from,
+                      const struct batch_view *view, struct batch_tools *tools)
+{
+    lum_line line = from->line;
+    line.angles = from->angles;
+    line.angle_marks = from->marks;
+    line.words = batch->words + from->at;
+    if (view->smooths) {
+        lum_smooth_line(&view->smooth, &line, tools->angles);
+        line.angles = tools->angles;
+    }
+    return lum_samples_compute(view->projector, &line, &view->selection,
+                               &tools->work, tools->samples, NULL);
+}
+
+static int make_line(struct batch *batch, const struct batch_line *from,
+                     const struct batch_view *view, struct batch_tools *tools)
+{
+    lum_line_samples line = {.struct_size = sizeof line,
+                             .frame = from->line.frame,
+                             .timestamp_us = from->timestamp_us,
+                             .line = from->line.number,
+                             .eye = from->line.eye};
+    if (from->has_samples) {
+        line.samples = batch->samples + from->at;
+        line.count = from->count;
+    } else {
+        line.samples = tools->samples;
+        line.count = project(batch, from, view, tools);
+    }
+    return lum_writer_add(batch->part, &line, &batch->failure);
+}
+
+void batch_make(struct batch *batch, const struct batch_view *view,
+                struct batch_tools *tools)
+{
+    for (size_t i = 0; i < batch->count && !batch->has_failed; i++) {
+        if (make_line(batch, &batch->lines[i], view, tools) != 0) {
+            batch->has_failed = true;
+            batch->failure_code = errno;
+        }
+    }
+}
+
+lum_writer *batch_rows(struct batch *batch, lum_error *error)
+{
+    if (!batch->has_failed) {
+        return batch->part;
+    }
+    *error = batch->failure;
+    errno = batch->failure_code;
+    return NULL;
+}

@@ -1,0 +1,9 @@
+#include "cores.h"
+
+#include <unistd.h>
+
+unsigned cores_count(void)
+{
+    const long n = sysconf(_SC_NPROCESSORS_ONLN);
+    return n > 0 ? (unsigned)n : 1u;
+}

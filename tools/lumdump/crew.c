@@ -1,0 +1,361 @@
+#include "crew.h"
+
+#include "cloud/thread.h"
+#include "cores.h"
+#include "targets.h"
+
+#include <errno.h>
+#include <pthread.h>
+#include <stdlib.h>
+
+/* Batches for each thread: one in work, and one that waits. */
+#define BATCHES_EACH 2u
+
+struct job {
+    struct batch *batch;
+    bool ends_frame; /* behind its lines */
+    int64_t ended;
+    bool is_made; /* guarded by the lock */
+};
+
+/* Jobs are counted from 0: taken <= claimed <= given, and given - taken is at
+ * most job_count. The one to be filled next is not counted. */
+struct crew {
+    struct outputs *outputs;
+    struct batch_view view;
+    bool wants_samples;
+    bool is_pattern; /* a file for each frame, */
+    bool is_awaited; /* the source is a pipe, whose next line may be far away */
+    struct job *jobs;
+    size_t job_count;
+    struct batch_tools *tools; /* of the caller */
+    uint64_t taken;            /* by the caller, to the outputs */
+    pthread_t threads[CREW_MAX - 1];
+    size_t thread_max;
+    size_t thread_count;
+    pthread_mutex_t lock; /* guards what follows */
+    pthread_cond_t is_given;
+    pthread_cond_t is_made;
+    uint64_t given;   /* to be made */
+    uint64_t claimed; /* by who makes them */
+    bool stops;
+};
+
+/* --- The threads --- */
+
+static struct job *job_at(struct crew *crew, uint64_t number)
+{
+    return &crew->jobs[number % crew->job_count];
+}
+
+/* Make the next job; the lock is held before and after. */
+static void make_next(struct crew *crew, struct batch_tools *tools)
+{
+    struct job *job = job_at(crew, crew->claimed++);
+    (void)pthread_mutex_unlock(&crew->lock);
+    batch_make(job->batch, &crew->view, tools);
+    (void)pthread_mutex_lock(&crew->lock);
+    job->is_made = true;
+    (void)pthread_cond_signal(&crew->is_made);
+}
+
+static void work(struct crew *crew, struct batch_tools *tools)
+{
+    (void)pthread_mutex_lock(&crew->lock);
+    while (!crew->stops) {
+        if (crew->claimed < crew->given) {
+            make_next(crew, tools);
+        } else {
+            (void)pthread_cond_wait(&crew->is_given, &crew->lock);
+        }
+    }
+    (void)pthread_mutex_unlock(&crew->lock);
+}
+
+/* Without memory the others do its work. */
+static void *run(void *argument)
+{
+    struct batch_tools *tools = batch_tools_new();
+    if (tools != NULL) {
+        work(argument, tools);
+    }
+    batch_tools_free(tools);
+    return NULL;
+}
+
+/* Small captures need no thread, so one more comes with each job. If the system
+ * has none, the caller does the work. */
+static void start_another(struct crew *crew)
+{
+    if (crew->thread_count == crew->thread_max) {
+        return;
+    }
+    if (lum_thread_start(&crew->threads[crew->thread_count], run, crew) == 0) {
+        crew->thread_count++;
+    } else {
+        crew->thread_max = crew->thread_count;
+    }
+}
+
+/* --- Jobs --- */
+
+/* Write the rows of a job that is made. */
+static int take(struct crew *crew, struct job *job, lum_error *error)
+{
+    int result = 0;
+    if (!batch_is_empty(job->batch)) {
+        const int64_t frame = batch_frame(job->batch);
+        lum_writer *rows = batch_rows(job->batch, error);
+        result = rows != NULL
+                     ? outputs_add_rows(crew->outputs, frame, rows, error)
+                     : -1;
+    }
+    if (result == 0 && job->ends_frame) {
+        result = outputs_end_frame(crew->outputs, job->ended, error);
+    }
+    job->ends_frame = false;
+    job->is_made = false;
+    batch_clear(job->batch);
+    crew->taken++;
+    return result;
+}
+
+/* Wait until the oldest job is made, if need be by work on another. */
+static void await_oldest(struct crew *crew)
+{
+    (void)pthread_mutex_lock(&crew->lock);
+    while (!job_at(crew, crew->taken)->is_made) {
+        if (crew->claimed < crew->given) {
+            make_next(crew, crew->tools);
+        } else {
+            (void)pthread_cond_wait(&crew->is_made, &crew->lock);
+        }
+    }
+    (void)pthread_mutex_unlock(&crew->lock);
+}
+
+static bool is_oldest_made(struct crew *crew)
+{
+    (void)pthread_mutex_lock(&crew->lock);
+    const bool is_made =
+        crew->taken < crew->given && job_at(crew, crew->taken)->is_made;
+    (void)pthread_mutex_unlock(&crew->lock);
+    return is_made;
+}
+
+/* Write until at most this number of jobs is under way. Of a file no more is
+ * written, so that the others always have work while this thread waits for the
+ * disk; who reads from a pipe gets all that is made. */
+static int take_until(struct crew *crew, uint64_t under_way, lum_error *error)
+{
+    int result = 0;
+    while (result == 0 && (crew->given - crew->taken > under_way ||
+                           (crew->is_awaited && is_oldest_made(crew)))) {
+        await_oldest(crew);
+        result = take(crew, job_at(crew, crew->taken), error);
+    }
+    return result;
+}
+
+static struct job *being_filled(struct crew *crew)
+{
+    return job_at(crew, crew->given);
+}
+
+/* Have the job being filled made, and get the next. */
+static int give(struct crew *crew, lum_error *error)
+{
+    (void)pthread_mutex_lock(&crew->lock);
+    crew->given++;
+    (void)pthread_cond_signal(&crew->is_given);
+    (void)pthread_mutex_unlock(&crew->lock);
+    return take_until(crew, crew->job_count - 1u, error);
+}
+
+static int give_full(struct crew *crew, lum_error *error)
+{
+    if (!batch_is_full(being_filled(crew)->batch)) {
+        return 0;
+    }
+    start_another(crew);
+    return give(crew, error);
+}
+
+static int fail_memory(lum_error *error)
+{
+    errno = ENOMEM;
+    return lum_error_set(error, "out of memory");
+}
+
+/* The batch for a line of this frame; NULL with the reason in error. */
+static struct batch *batch_for(struct crew *crew, int64_t frame,
+                               lum_error *error)
+{
+    const struct batch *filled = being_filled(crew)->batch;
+    if (crew->is_pattern && !batch_is_empty(filled) &&
+        batch_frame(filled) != frame && give(crew, error) != 0) {
+        return NULL;
+    }
+    return being_filled(crew)->batch;
+}
+
+int crew_add_line(struct crew *crew, const lum_line *line, int64_t timestamp_us,
+                  lum_error *error)
+{
+    struct batch *batch = batch_for(crew, line->frame, error);
+    if (batch == NULL) {
+        return -1;
+    }
+    return batch_add_line(batch, line, timestamp_us) == 0
+               ? give_full(crew, error)
+               : fail_memory(error);
+}
+
+int crew_add_samples(struct crew *crew, const lum_line_samples *line,
+                     lum_error *error)
+{
+    struct batch *batch = batch_for(crew, line->frame, error);
+    if (batch == NULL) {
+        return -1;
+    }
+    return batch_add_samples(batch, line) == 0 ? give_full(crew, error)
+                                               : fail_memory(error);
+}
+
+int crew_end_frame(struct crew *crew, int64_t frame, lum_error *error)
+{
+    struct job *job = being_filled(crew);
+    if (!crew->is_pattern) {
+        return 0;
+    }
+    job->ends_frame = true;
+    job->ended = frame;
+    if (give(crew, error) != 0) {
+        return -1;
+    }
+    return crew->is_awaited ? take_until(crew, 0, error) : 0;
+}
+
+int crew_finish(struct crew *crew, lum_error *error)
+{
+    if (!batch_is_empty(being_filled(crew)->batch) && give(crew, error) != 0) {
+        return -1;
+    }
+    return take_until(crew, 0, error);
+}
+
+/* --- Making and freeing --- */
+
+bool crew_can_serve(const struct options *options)
+{
+    return !options->is_live && options->output_count == 1 &&
+           !options_is_capture(options->outputs[0].format) &&
+           lum_format_has_parts((lum_format)options->outputs[0].format) &&
+           !options_takes_frames(options, 0) && !targets_rotates(options, 0);
+}
+
+static unsigned thread_count(const struct options *o)
+{
+    if (o->threads != 0) {
+        return o->threads;
+    }
+    const unsigned cores = cores_count();
+    return cores < CREW_DEFAULT ? cores : CREW_DEFAULT;
+}
+
+/* Where this is not so, the framer makes a line's points to count them. */
+static bool counts_words(const lum_selection *s)
+{
+    return s->returns == LUM_RETURNS_ALL && !s->has_range && !s->has_box;
+}
+
+static int set_view(struct crew *crew, const struct options *o,
+                    const lum_projector *projector)
+{
+    crew->view.projector = projector;
+    crew->view.selection = o->selection;
+    crew->view.smooths = o->smooth_window > 1u;
+    crew->wants_samples = !counts_words(&o->selection);
+    return crew->view.smooths &&
+                   lum_smooth_init(&crew->view.smooth, o->smooth_window,
+                                   o->smooth_order) != LUM_OK
+               ? -1
+               : 0;
+}
+
+static int make_jobs(struct crew *crew, size_t count, lum_error *error)
+{
+    crew->jobs = calloc(count, sizeof *crew->jobs);
+    crew->tools = batch_tools_new();
+    if (crew->jobs == NULL || crew->tools == NULL) {
+        return fail_memory(error);
+    }
+    for (; crew->job_count < count; crew->job_count++) {
+        lum_writer *part = NULL;
+        if (outputs_open_part(crew->outputs, &part, error) != 0) {
+            return -1;
+        }
+        struct batch *batch = batch_new(part);
+        if (batch == NULL) {
+            return fail_memory(error);
+        }
+        crew->jobs[crew->job_count].batch = batch;
+    }
+    return 0;
+}
+
+int crew_new(const struct options *options, const lum_projector *projector,
+             struct outputs *outputs, struct crew **out, lum_error *error)
+{
+    const unsigned threads = thread_count(options);
+    *out = NULL;
+    if (threads == 1u || !crew_can_serve(options)) {
+        return 0;
+    }
+    struct crew *crew = calloc(1, sizeof *crew);
+    if (crew == NULL) {
+        return fail_memory(error);
+    }
+    (void)pthread_mutex_init(&crew->lock, NULL);
+    (void)pthread_cond_init(&crew->is_given, NULL);
+    (void)pthread_cond_init(&crew->is_made, NULL);
+    crew->outputs = outputs;
+    crew->thread_max = threads - 1u;
+    crew->is_pattern = targets_pattern(options->outputs[0].name) == 1;
+    crew->is_awaited = !sources_are_files(&options->sources);
+    if (set_view(crew, options, projector) != 0 ||
+        make_jobs(crew, threads * BATCHES_EACH + 1u, error) != 0) {
+        crew_free(crew);
+        return -1;
+    }
+    *out = crew;
+    return 0;
+}
+
+void crew_free(struct crew *crew)
+{
+    if (crew == NULL) {
+        return;
+    }
+    (void)pthread_mutex_lock(&crew->lock);
+    crew->stops = true;
+    (void)pthread_cond_broadcast(&crew->is_given);
+    (void)pthread_mutex_unlock(&crew->lock);
+    for (size_t i = 0; i < crew->thread_count; i++) {
+        (void)pthread_join(crew->threads[i], NULL);
+    }
+    for (size_t i = 0; i < crew->job_count; i++) {
+        batch_free(crew->jobs[i].batch);
+    }
+    (void)pthread_cond_destroy(&crew->is_made);
+    (void)pthread_cond_destroy(&crew->is_given);
+    (void)pthread_mutex_destroy(&crew->lock);
+    batch_tools_free(crew->tools);
+    free(crew->jobs);
+    free(crew);
+}
+
+bool crew_wants_samples(const struct crew *crew)
+{
+    return crew->wants_samples;
+}

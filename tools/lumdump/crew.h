@@ -1,0 +1,51 @@
+/* Several threads for one output of a capture. The caller reads and assembles;
+ * the others, and the caller when they are behind, make rows of lines. The
+ * caller writes the rows, in the order in which the lines came, so the file is
+ * byte for byte what one thread writes.
+ *
+ * A crew has a fixed number of batches of lines, so its memory does not grow.
+ * Its threads touch these batches alone, print nothing, and get no signals. */
+#ifndef LUMDUMP_CREW_H
+#define LUMDUMP_CREW_H
+
+#include "batch.h"
+#include "options.h"
+#include "outputs.h"
+
+/* Most threads, and most by default. */
+#define CREW_MAX     64
+#define CREW_DEFAULT 8u
+
+struct crew;
+
+/* Whether several threads can work for these options: one cloud, of lines, in a
+ * format whose rows do not depend on each other, and no new files after a size
+ * or a time. */
+bool crew_can_serve(const struct options *options);
+
+/* A crew as the options want it.
+ * *out: NULL if one thread does everything.
+ * 0, or -1 with the reason in error. */
+int crew_new(const struct options *options, const lum_projector *projector,
+             struct outputs *outputs, struct crew **out, lum_error *error);
+
+/* Stop the threads; what is not written is dropped. NULL is allowed. */
+void crew_free(struct crew *crew);
+
+/* Whether lines come with their points, because the caller has these anyway. */
+bool crew_wants_samples(const struct crew *crew);
+
+/* Take a line. Points: samples, or those of line. What fails may be due to an
+ * earlier line. 0, or -1 with the reason in error and in errno. */
+int crew_add_line(struct crew *crew, const lum_line *line, int64_t timestamp_us,
+                  lum_error *error);
+int crew_add_samples(struct crew *crew, const lum_line_samples *line,
+                     lum_error *error);
+
+/* As outputs_end_frame(), behind the lines so far. */
+int crew_end_frame(struct crew *crew, int64_t frame, lum_error *error);
+
+/* Have all lines so far written to the outputs. */
+int crew_finish(struct crew *crew, lum_error *error);
+
+#endif
