@@ -341,24 +341,36 @@ int lum_sink_write(lum_sink *sink, const void *bytes, size_t n,
     return 0;
 }
 
+/* What is in memory is written by this thread, which has it in its cache. */
+static int put_now(lum_sink *sink, block *full, lum_error *error)
+{
+    const int failure = full->used > 0 ? put_block(sink, full) : 0;
+    full->used = 0;
+    if (failure == 0) {
+        return 0;
+    }
+    (void)pthread_mutex_lock(&sink->lock);
+    sink->failure = failure;
+    (void)pthread_mutex_unlock(&sink->lock);
+    return fail_write(sink, failure, error);
+}
+
 int lum_sink_move(lum_sink *sink, lum_sink *from, lum_error *error)
 {
     block *moved = &from->blocks[from->filling];
     const size_t n = moved->used;
-    if (n < MOVE_MIN) {
-        const int result = lum_sink_write(sink, moved->bytes, n, error);
-        lum_sink_clear(from);
-        return result;
+    int result = 0;
+    if (n < MOVE_MIN || sink->file.may_block) {
+        result = lum_sink_write(sink, moved->bytes, n, error);
+    } else if (wait_queued(sink, 0, error) != 0 ||
+               put_now(sink, &sink->blocks[sink->filling], error) != 0 ||
+               put_now(sink, moved, error) != 0) {
+        result = -1;
+    } else {
+        sink->bytes += n;
     }
-    if (sink->blocks[sink->filling].used > 0 && submit(sink, error) != 0) {
-        return -1;
-    }
-    const block filled = sink->blocks[sink->filling];
-    sink->blocks[sink->filling] = *moved;
-    *moved = filled;
     lum_sink_clear(from);
-    sink->bytes += n;
-    return submit(sink, error);
+    return result;
 }
 
 void lum_sink_clear(lum_sink *sink)

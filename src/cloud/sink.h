@@ -42,8 +42,9 @@ LUM_MUST_CHECK int lum_sink_open_growing(const char *path, lum_sink **out,
 LUM_MUST_CHECK int lum_sink_open_memory(const char *path, lum_sink **out,
                                         lum_error *error);
 
-/** Append all that a sink in memory has, which is empty then. Much is not
- * copied: the sinks exchange blocks.
+/** Append all that a sink in memory has, which is empty then. Much is written
+ * to a file at once, by the calling thread and without a copy: who has just
+ * made it has it in its cache.
  * @return 0, or -1 with the reason in error and in errno. */
 LUM_MUST_CHECK int lum_sink_move(lum_sink *sink, lum_sink *from,
                                  lum_error *error);

@@ -6,8 +6,10 @@
 
 #define LINES_MAX 16u
 
-/* Their rows, of 52 to 100 bytes, fit the block of a sink. */
-#define WORDS_FULL 8192u
+/* Rows of a batch that is full: they fit the second cache of a core. */
+#define ROWS_BYTES  (UINT64_C(3) << 18)
+#define WORDS_FIRST 8192u /* until it is known how many words make these */
+#define WORDS_MAX   65536u
 
 /* A line without room of its own for what is long. */
 struct batch_line {
@@ -29,6 +31,7 @@ struct batch {
     lum_sample *samples; /* likewise */
     size_t sample_count;
     size_t sample_room;
+    size_t full; /* words, or samples, with which it is full */
     lum_writer *part;
     bool has_failed;
     int failure_code;
@@ -52,6 +55,7 @@ struct batch *batch_new(lum_writer *part)
         return NULL;
     }
     batch->part = part;
+    batch->full = WORDS_FIRST;
     return batch;
 }
 
@@ -74,7 +78,7 @@ bool batch_is_empty(const struct batch *batch)
 bool batch_is_full(const struct batch *batch)
 {
     return batch->count == LINES_MAX ||
-           batch->word_count + batch->sample_count >= WORDS_FULL;
+           batch->word_count + batch->sample_count >= batch->full;
 }
 
 int64_t batch_frame(const struct batch *batch)
@@ -205,6 +209,15 @@ static int make_line(struct batch *batch, const struct batch_line *from,
     return lum_writer_add(batch->part, &line, &batch->failure);
 }
 
+/* As many words as the rows are to have bytes, if the next are alike. */
+static void find_full(struct batch *batch)
+{
+    const uint64_t words = batch->word_count + batch->sample_count;
+    const uint64_t bytes = lum_writer_bytes(batch->part);
+    const uint64_t full = bytes > 0 ? words * ROWS_BYTES / bytes : WORDS_MAX;
+    batch->full = (size_t)(full < WORDS_MAX ? full : WORDS_MAX);
+}
+
 void batch_make(struct batch *batch, const struct batch_view *view,
                 struct batch_tools *tools)
 {
@@ -214,6 +227,7 @@ void batch_make(struct batch *batch, const struct batch_view *view,
             batch->failure_code = errno;
         }
     }
+    find_full(batch);
 }
 
 lum_writer *batch_rows(struct batch *batch, lum_error *error)

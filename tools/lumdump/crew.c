@@ -15,38 +15,94 @@ struct job {
     struct batch *batch;
     bool ends_frame; /* behind its lines */
     int64_t ended;
-    bool is_made; /* guarded by the lock */
+    bool is_made; /* and not taken; guarded by the lock */
 };
 
-/* Jobs are counted from 0: taken <= claimed <= given, and given - taken is at
- * most job_count. The one to be filled next is not counted. */
+/* Jobs are counted from 0: taken <= claimed <= given, and given - taken is less
+ * than job_count: the next is being filled. */
 struct crew {
-    struct outputs *outputs;
+    struct outputs *outputs; /* of the thread that takes a job */
     struct batch_view view;
     bool wants_samples;
-    bool is_pattern; /* a file for each frame, */
-    bool is_awaited; /* the source is a pipe, whose next line may be far away */
+    bool is_pattern; /* a file for each frame */
     struct job *jobs;
     size_t job_count;
     struct batch_tools *tools; /* of the caller */
-    uint64_t taken;            /* by the caller, to the outputs */
     pthread_t threads[CREW_MAX - 1];
     size_t thread_max;
     size_t thread_count;
     pthread_mutex_t lock; /* guards what follows */
     pthread_cond_t is_given;
-    pthread_cond_t is_made;
-    uint64_t given;   /* to be made */
+    pthread_cond_t is_taken;
+    uint64_t given;   /* to be made; only the caller changes it */
     uint64_t claimed; /* by who makes them */
+    uint64_t taken;   /* to the outputs */
+    bool is_taking;   /* a thread is at it */
     bool stops;
+    bool has_failed; /* nothing is taken any more */
+    int failure_code;
+    lum_error failure;
 };
-
-/* --- The threads --- */
 
 static struct job *job_at(struct crew *crew, uint64_t number)
 {
     return &crew->jobs[number % crew->job_count];
 }
+
+/* --- Rows to the outputs --- */
+
+/* Write the rows of a job that is made, and make it ready for others. */
+static int take(struct crew *crew, struct job *job, lum_error *error)
+{
+    int result = 0;
+    if (!batch_is_empty(job->batch)) {
+        const int64_t frame = batch_frame(job->batch);
+        lum_writer *rows = batch_rows(job->batch, error);
+        result = rows != NULL
+                     ? outputs_add_rows(crew->outputs, frame, rows, error)
+                     : -1;
+    }
+    if (result == 0 && job->ends_frame) {
+        result = outputs_end_frame(crew->outputs, job->ended, error);
+    }
+    const int code = errno;
+    job->ends_frame = false;
+    batch_clear(job->batch);
+    errno = code;
+    return result;
+}
+
+static bool can_take(struct crew *crew)
+{
+    return !crew->is_taking && !crew->has_failed && !crew->stops &&
+           crew->taken < crew->given && job_at(crew, crew->taken)->is_made;
+}
+
+/* Write what is made, in its order, if no other thread is at it; the lock is
+ * held before and after. */
+static void take_made(struct crew *crew)
+{
+    lum_error error = {""};
+    while (can_take(crew)) {
+        struct job *job = job_at(crew, crew->taken);
+        crew->is_taking = true;
+        (void)pthread_mutex_unlock(&crew->lock);
+        const bool fails = take(crew, job, &error) != 0;
+        const int code = errno;
+        (void)pthread_mutex_lock(&crew->lock);
+        crew->is_taking = false;
+        job->is_made = false;
+        crew->taken++;
+        if (fails) {
+            crew->has_failed = true;
+            crew->failure_code = code;
+            crew->failure = error;
+        }
+        (void)pthread_cond_signal(&crew->is_taken);
+    }
+}
+
+/* --- The threads --- */
 
 /* Make the next job; the lock is held before and after. */
 static void make_next(struct crew *crew, struct batch_tools *tools)
@@ -56,7 +112,7 @@ static void make_next(struct crew *crew, struct batch_tools *tools)
     batch_make(job->batch, &crew->view, tools);
     (void)pthread_mutex_lock(&crew->lock);
     job->is_made = true;
-    (void)pthread_cond_signal(&crew->is_made);
+    take_made(crew);
 }
 
 static void work(struct crew *crew, struct batch_tools *tools)
@@ -99,62 +155,24 @@ static void start_another(struct crew *crew)
 
 /* --- Jobs --- */
 
-/* Write the rows of a job that is made. */
-static int take(struct crew *crew, struct job *job, lum_error *error)
-{
-    int result = 0;
-    if (!batch_is_empty(job->batch)) {
-        const int64_t frame = batch_frame(job->batch);
-        lum_writer *rows = batch_rows(job->batch, error);
-        result = rows != NULL
-                     ? outputs_add_rows(crew->outputs, frame, rows, error)
-                     : -1;
-    }
-    if (result == 0 && job->ends_frame) {
-        result = outputs_end_frame(crew->outputs, job->ended, error);
-    }
-    job->ends_frame = false;
-    job->is_made = false;
-    batch_clear(job->batch);
-    crew->taken++;
-    return result;
-}
-
-/* Wait until the oldest job is made, if need be by work on another. */
-static void await_oldest(struct crew *crew)
+/* Work, or wait, until at most this number of jobs is under way. */
+static int work_until(struct crew *crew, uint64_t under_way, lum_error *error)
 {
     (void)pthread_mutex_lock(&crew->lock);
-    while (!job_at(crew, crew->taken)->is_made) {
+    while (!crew->has_failed && crew->given - crew->taken > under_way) {
         if (crew->claimed < crew->given) {
             make_next(crew, crew->tools);
         } else {
-            (void)pthread_cond_wait(&crew->is_made, &crew->lock);
+            (void)pthread_cond_wait(&crew->is_taken, &crew->lock);
         }
     }
+    const bool fails = crew->has_failed;
     (void)pthread_mutex_unlock(&crew->lock);
-}
-
-static bool is_oldest_made(struct crew *crew)
-{
-    (void)pthread_mutex_lock(&crew->lock);
-    const bool is_made =
-        crew->taken < crew->given && job_at(crew, crew->taken)->is_made;
-    (void)pthread_mutex_unlock(&crew->lock);
-    return is_made;
-}
-
-/* Write until at most this number of jobs is under way. Of a file no more is
- * written, so that the others always have work while this thread waits for the
- * disk; who reads from a pipe gets all that is made. */
-static int take_until(struct crew *crew, uint64_t under_way, lum_error *error)
-{
-    int result = 0;
-    while (result == 0 && (crew->given - crew->taken > under_way ||
-                           (crew->is_awaited && is_oldest_made(crew)))) {
-        await_oldest(crew);
-        result = take(crew, job_at(crew, crew->taken), error);
+    if (fails) {
+        *error = crew->failure;
+        errno = crew->failure_code;
     }
-    return result;
+    return fails ? -1 : 0;
 }
 
 static struct job *being_filled(struct crew *crew)
@@ -169,7 +187,7 @@ static int give(struct crew *crew, lum_error *error)
     crew->given++;
     (void)pthread_cond_signal(&crew->is_given);
     (void)pthread_mutex_unlock(&crew->lock);
-    return take_until(crew, crew->job_count - 1u, error);
+    return work_until(crew, crew->job_count - 1u, error);
 }
 
 static int give_full(struct crew *crew, lum_error *error)
@@ -230,10 +248,7 @@ int crew_end_frame(struct crew *crew, int64_t frame, lum_error *error)
     }
     job->ends_frame = true;
     job->ended = frame;
-    if (give(crew, error) != 0) {
-        return -1;
-    }
-    return crew->is_awaited ? take_until(crew, 0, error) : 0;
+    return give(crew, error);
 }
 
 int crew_finish(struct crew *crew, lum_error *error)
@@ -241,7 +256,7 @@ int crew_finish(struct crew *crew, lum_error *error)
     if (!batch_is_empty(being_filled(crew)->batch) && give(crew, error) != 0) {
         return -1;
     }
-    return take_until(crew, 0, error);
+    return work_until(crew, 0, error);
 }
 
 /* --- Making and freeing --- */
@@ -318,11 +333,10 @@ int crew_new(const struct options *options, const lum_projector *projector,
     }
     (void)pthread_mutex_init(&crew->lock, NULL);
     (void)pthread_cond_init(&crew->is_given, NULL);
-    (void)pthread_cond_init(&crew->is_made, NULL);
+    (void)pthread_cond_init(&crew->is_taken, NULL);
     crew->outputs = outputs;
     crew->thread_max = threads - 1u;
     crew->is_pattern = targets_pattern(options->outputs[0].name) == 1;
-    crew->is_awaited = !sources_are_files(&options->sources);
     if (set_view(crew, options, projector) != 0 ||
         make_jobs(crew, threads * BATCHES_EACH + 1u, error) != 0) {
         crew_free(crew);
@@ -347,7 +361,7 @@ void crew_free(struct crew *crew)
     for (size_t i = 0; i < crew->job_count; i++) {
         batch_free(crew->jobs[i].batch);
     }
-    (void)pthread_cond_destroy(&crew->is_made);
+    (void)pthread_cond_destroy(&crew->is_taken);
     (void)pthread_cond_destroy(&crew->is_given);
     (void)pthread_mutex_destroy(&crew->lock);
     batch_tools_free(crew->tools);

@@ -1,10 +1,11 @@
 /* Several threads for one output of a capture. The caller reads and assembles;
- * the others, and the caller when they are behind, make rows of lines. The
- * caller writes the rows, in the order in which the lines came, so the file is
- * byte for byte what one thread writes.
+ * the others, and the caller when they are behind, make rows of lines. Who has
+ * made the oldest rows writes them, and what is made behind them, so the file
+ * is byte for byte what one thread writes.
  *
  * A crew has a fixed number of batches of lines, so its memory does not grow.
- * Its threads touch these batches alone, print nothing, and get no signals. */
+ * Its threads print nothing and get no signals. While there is a crew, the
+ * outputs are its own. */
 #ifndef LUMDUMP_CREW_H
 #define LUMDUMP_CREW_H
 

@@ -169,6 +169,8 @@ static enum pass_result run(struct pass *pass, lum_error *error)
     if (result == PASS_DONE) {
         result = pass_flush(pass, error);
     }
+    crew_free(pass->crew); /* also before the outputs are aborted */
+    pass->crew = NULL;
     if (result == PASS_DONE) {
         result = health_tell(pass, error);
     }
