@@ -7,6 +7,7 @@
 
 #include <cmocka.h>
 
+#include "cloud/part.h"
 #include "lum/picture/picture.h"
 #include "lum/version.h"
 
@@ -1066,6 +1067,144 @@ static void a_full_disk_fails_every_format(void **state)
     }
 }
 
+/* Lines by parts of so many each: small ones are copied into a block, large
+ * ones written at once. Takes the file. */
+static char *write_parts(const lum_writer_options *options, size_t lines,
+                         size_t each, size_t *size)
+{
+    lum_writer *writer = NULL;
+    lum_writer *part = NULL;
+    lum_error error = {""};
+    assert_int_equal(lum_writer_open(path, options, &writer, &error), 0);
+    assert_int_equal(lum_writer_open_part(path, options, &part, &error), 0);
+    for (size_t i = 0; i < lines; i++) {
+        assert_int_equal(lum_writer_add(part, &line, &error), 0);
+        if ((i + 1u) % each == 0 || i + 1u == lines) {
+            assert_int_equal(lum_writer_part_points(part),
+                             2u * (i % each + 1u));
+            assert_int_equal(lum_writer_add_part(writer, part, &error), 0);
+            assert_int_equal(lum_writer_part_points(part), 0);
+        }
+    }
+    assert_int_equal(lum_writer_add_part(writer, part, &error), 0);
+    lum_writer_abort(part);
+    assert_int_equal(lum_writer_close(writer, &error), 0);
+    return take_file(size);
+}
+
+static void parts_make_the_same_file(void **state)
+{
+    static const size_t each[] = {1, 15000, 59000};
+    static const size_t lines = 60000; /* the largest part is above 1 MiB */
+    (void)state;
+    for (int i = 0; i < 2 * LUM_FORMATS; i++) {
+        const lum_writer_options options = {.struct_size = sizeof options,
+                                            .format = (lum_format)(i / 2),
+                                            .ascii = i % 2 != 0,
+                                            .comment = "of a test",
+                                            .columns =
+                                                i == 1 ? "frame,x,edge" : NULL};
+        if (!lum_format_has_parts(options.format)) {
+            continue;
+        }
+        for (size_t k = 0; k < sizeof each / sizeof each[0]; k++) {
+            size_t size = 0;
+            size_t want_size = 0;
+            lum_writer *writer = NULL;
+            assert_int_equal(lum_writer_open(path, &options, &writer, NULL), 0);
+            for (size_t n = 0; n < lines; n++) {
+                assert_int_equal(lum_writer_add(writer, &line, NULL), 0);
+            }
+            assert_int_equal(lum_writer_close(writer, NULL), 0);
+            char *want = take_file(&want_size);
+            char *bytes = write_parts(&options, lines, each[k], &size);
+            assert_true(want_size > (1u << 20));
+            assert_int_equal(size, want_size);
+            assert_memory_equal(bytes, want, size);
+            free(bytes);
+            free(want);
+        }
+    }
+}
+
+static void a_part_that_is_emptied_adds_nothing(void **state)
+{
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = LUM_FORMAT_XYZ};
+    lum_writer *part = NULL;
+    size_t size = 0;
+    (void)state;
+    lum_writer *writer = open_writer(LUM_FORMAT_XYZ, false, false);
+    assert_int_equal(lum_writer_open_part("-", &options, &part, NULL), 0);
+    assert_int_equal(lum_writer_add(part, &line, NULL), 0);
+    lum_writer_clear_part(part);
+    assert_int_equal(lum_writer_part_points(part), 0);
+    assert_int_equal(lum_writer_bytes(part), 0);
+    assert_int_equal(lum_writer_add_part(writer, part, NULL), 0);
+    lum_writer_abort(part);
+    assert_int_equal(lum_writer_close(writer, NULL), 0);
+    free(take_file(&size));
+    assert_int_equal(size, 0);
+}
+
+static void formats_that_know_more_than_a_line_have_no_parts(void **state)
+{
+    (void)state;
+    for (int i = 0; i < LUM_FORMATS; i++) {
+        const lum_writer_options options = {.struct_size = sizeof options,
+                                            .format = (lum_format)i};
+        lum_writer *part = NULL;
+        lum_error error = {""};
+        const bool has = options.format == LUM_FORMAT_CSV ||
+                         options.format == LUM_FORMAT_PLY ||
+                         options.format == LUM_FORMAT_PCD ||
+                         options.format == LUM_FORMAT_XYZ;
+        assert_int_equal(lum_format_has_parts(options.format), has);
+        assert_int_equal(lum_writer_open_part(path, &options, &part, &error),
+                         has ? 0 : -1);
+        if (!has) {
+            assert_int_equal(errno, EINVAL);
+            assert_non_null(strstr(error.text, "cannot be made of parts"));
+        }
+        lum_writer_abort(part);
+    }
+    const lum_writer_options organized = {.struct_size = sizeof organized,
+                                          .format = LUM_FORMAT_PCD,
+                                          .organized = true};
+    lum_writer *part = NULL;
+    assert_int_equal(lum_writer_open_part(path, &organized, &part, NULL), -1);
+    assert_false(lum_format_has_parts(LUM_FORMATS));
+    assert_int_equal(count_files(), 0);
+}
+
+static void a_part_that_cannot_be_written_is_an_error_that_stays(void **state)
+{
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = LUM_FORMAT_CSV};
+    lum_writer *writer = NULL;
+    lum_writer *part = NULL;
+    lum_error error = {""};
+    int result = 0;
+    (void)state;
+    assert_int_equal(lum_writer_open("/dev/full", &options, &writer, NULL), 0);
+    assert_int_equal(lum_writer_open_part("/dev/full", &options, &part, NULL),
+                     0);
+    for (int i = 0; i < 1000 && result == 0; i++) {
+        for (int n = 0; n < 500; n++) {
+            assert_int_equal(lum_writer_add(part, &line, NULL), 0);
+        }
+        result = lum_writer_add_part(writer, part, &error);
+        assert_int_equal(lum_writer_part_points(part), 0);
+    }
+    assert_int_equal(result, -1);
+    assert_int_equal(errno, ENOSPC);
+    assert_non_null(strstr(error.text, "No space left"));
+    assert_int_equal(lum_writer_add(writer, &line, NULL), -1);
+    assert_int_equal(errno, ENOSPC);
+    lum_writer_abort(part);
+    lum_writer_abort(writer);
+}
+
 static void a_failure_is_repeated_by_what_follows(void **state)
 {
     const lum_writer_options options = {.struct_size = sizeof options,
@@ -1201,6 +1340,10 @@ int main(void)
         cmocka_unit_test(what_cannot_seek_needs_a_rehearsal),
         cmocka_unit_test(a_rehearsed_header_and_a_patched_one_give_equal_files),
         cmocka_unit_test(a_full_disk_fails_every_format),
+        cmocka_unit_test(parts_make_the_same_file),
+        cmocka_unit_test(a_part_that_is_emptied_adds_nothing),
+        cmocka_unit_test(formats_that_know_more_than_a_line_have_no_parts),
+        cmocka_unit_test(a_part_that_cannot_be_written_is_an_error_that_stays),
         cmocka_unit_test(a_failure_is_repeated_by_what_follows),
         cmocka_unit_test(an_abort_leaves_nothing),
         cmocka_unit_test(a_format_that_is_none_is_refused),

@@ -135,6 +135,9 @@ static int look_around(int argc, char **argv)
     assert_string_equal(world_call_getenv("HOME"), "/home");
     assert_null(world_call_getenv("HOM"));
     assert_int_equal(world_call_getpid(), world_process_self()->pid);
+    cpu_set_t cores;
+    assert_int_equal(world_call_sched_getaffinity(0, sizeof cores, &cores), 0);
+    assert_int_equal(CPU_COUNT(&cores), 2);
     world_call_exit(300);
 }
 

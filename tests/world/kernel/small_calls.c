@@ -1,4 +1,4 @@
-#define _GNU_SOURCE /* setpriority */
+#define _GNU_SOURCE /* setpriority, sched_getaffinity */
 #include "small_calls.h"
 
 #include "disk.h"
@@ -86,6 +86,16 @@ pid_t world_call_getpgrp(void)
 uid_t world_call_geteuid(void)
 {
     return WORLD_UID;
+}
+
+/* Of two cores, so that what works on all of them has a thread beside it. */
+int world_call_sched_getaffinity(pid_t pid, size_t bytes, cpu_set_t *out)
+{
+    (void)pid;
+    memset(out, 0, bytes);
+    CPU_SET(0, out);
+    CPU_SET(1, out);
+    return 0;
 }
 
 /* --- ends --- */

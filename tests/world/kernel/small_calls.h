@@ -4,6 +4,7 @@
 
 #include "process.h"
 
+#include <sched.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
@@ -27,6 +28,7 @@ WORLD_CALL(_exit) __attribute__((noreturn));
 WORLD_CALL(abort) __attribute__((noreturn));
 WORLD_CALL(prctl);
 WORLD_CALL(setpriority);
+WORLD_CALL(sched_getaffinity);
 WORLD_CALL(fork);
 WORLD_CALL(execv);
 WORLD_CALL(waitpid);
