@@ -15,6 +15,8 @@ struct outputs {
     struct outputs_notes *notes;
 };
 
+/* --- Opening --- */
+
 typedef int open_one(const struct options *options, size_t i,
                      const lum_projector *projector,
                      const struct outputs *rehearsal, struct output **out,
@@ -111,6 +113,8 @@ bool outputs_want_frames(const struct outputs *outputs)
 {
     return outputs->want_frames;
 }
+
+/* --- All at once --- */
 
 /* What is done to one of them. */
 struct action {
@@ -274,6 +278,8 @@ int outputs_flush(struct outputs *outputs, bool files, lum_error *error)
                     error);
 }
 
+/* --- The end --- */
+
 /* Finishes one; a reader that has left before is no failure where there are
  * others. */
 static int close_one(struct outputs *outputs, size_t i, bool has_others,
@@ -325,6 +331,8 @@ void outputs_abort(struct outputs *outputs)
     }
     free(outputs);
 }
+
+/* --- What they lack --- */
 
 static bool lacks_any(const struct left_out *l)
 {
