@@ -123,6 +123,7 @@ int lum_cloud_finish(lum_writer *writer, lum_cloud_header *header,
 static char *put_ascii_rows(char *p, void *context, const lum_sample *samples,
                             size_t n)
 {
+    lum_text_rows_begin(context);
     for (size_t i = 0; i < n; i++) {
         p = lum_put_text_row(p, context, &samples[i], ' ', true);
     }

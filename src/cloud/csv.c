@@ -21,6 +21,7 @@ static int begin(lum_writer *writer, lum_error *error)
 static char *put_rows(char *p, void *context, const lum_sample *samples,
                       size_t n)
 {
+    lum_text_rows_begin(context);
     for (size_t i = 0; i < n; i++) {
         p = lum_put_text_row(p, context, &samples[i], ',', false);
     }

@@ -9,6 +9,8 @@
 #define THREE(h, t, u) (C(h) | C(t) << 8 | C(u) << 16 | 3u << 24)
 #define FULL(h, t, u)  (C(h) | C(t) << 8 | C(u) << 16)
 
+#define FOUR(d, h, t, u) (C(d) | C(h) << 8 | C(t) << 16 | C(u) << 24)
+
 #define TEN_TWO(t)                                                             \
     TWO(t, 0), TWO(t, 1), TWO(t, 2), TWO(t, 3), TWO(t, 4), TWO(t, 5),          \
         TWO(t, 6), TWO(t, 7), TWO(t, 8), TWO(t, 9)
@@ -24,6 +26,21 @@
         HUNDRED(of, 5), HUNDRED(of, 6), HUNDRED(of, 7), HUNDRED(of, 8),        \
         HUNDRED(of, 9)
 
+#define TEN_FOUR(d, h, t)                                                      \
+    FOUR(d, h, t, 0), FOUR(d, h, t, 1), FOUR(d, h, t, 2), FOUR(d, h, t, 3),    \
+        FOUR(d, h, t, 4), FOUR(d, h, t, 5), FOUR(d, h, t, 6),                  \
+        FOUR(d, h, t, 7), FOUR(d, h, t, 8), FOUR(d, h, t, 9)
+#define HUNDRED_FOUR(d, h)                                                     \
+    TEN_FOUR(d, h, 0), TEN_FOUR(d, h, 1), TEN_FOUR(d, h, 2),                   \
+        TEN_FOUR(d, h, 3), TEN_FOUR(d, h, 4), TEN_FOUR(d, h, 5),               \
+        TEN_FOUR(d, h, 6), TEN_FOUR(d, h, 7), TEN_FOUR(d, h, 8),               \
+        TEN_FOUR(d, h, 9)
+#define THOUSAND_FOUR(d)                                                       \
+    HUNDRED_FOUR(d, 0), HUNDRED_FOUR(d, 1), HUNDRED_FOUR(d, 2),                \
+        HUNDRED_FOUR(d, 3), HUNDRED_FOUR(d, 4), HUNDRED_FOUR(d, 5),            \
+        HUNDRED_FOUR(d, 6), HUNDRED_FOUR(d, 7), HUNDRED_FOUR(d, 8),            \
+        HUNDRED_FOUR(d, 9)
+
 const uint32_t lum_short_digits[1000] = {
     ONE(0),     ONE(1),     ONE(2),     ONE(3),     ONE(4),
     ONE(5),     ONE(6),     ONE(7),     ONE(8),     ONE(9),
@@ -31,6 +48,11 @@ const uint32_t lum_short_digits[1000] = {
     TEN_TWO(6), TEN_TWO(7), TEN_TWO(8), TEN_TWO(9), FROM_HUNDRED(THREE)};
 
 const uint32_t lum_full_digits[1000] = {HUNDRED(FULL, 0), FROM_HUNDRED(FULL)};
+
+const uint32_t lum_four_digits[10000] = {
+    THOUSAND_FOUR(0), THOUSAND_FOUR(1), THOUSAND_FOUR(2), THOUSAND_FOUR(3),
+    THOUSAND_FOUR(4), THOUSAND_FOUR(5), THOUSAND_FOUR(6), THOUSAND_FOUR(7),
+    THOUSAND_FOUR(8), THOUSAND_FOUR(9)};
 
 char *lum_put_u64(char *p, uint64_t v)
 {

@@ -41,6 +41,9 @@ extern const uint32_t lum_short_digits[1000];
 /** The same, always three digits; the highest byte is 0. */
 extern const uint32_t lum_full_digits[1000];
 
+/** The text of 0 to 9999, always four digits. */
+extern const uint32_t lum_four_digits[10000];
+
 /** Any unsigned integer. */
 char *lum_put_u64(char *p, uint64_t v);
 
@@ -109,11 +112,10 @@ LUM_ALWAYS_INLINE uint64_t lum_fraction_digits(uint32_t fraction,
         return lum_full_digits[fraction];
     }
     if (decimals == 4u) {
-        const uint64_t last = '0' + (uint64_t)(fraction % 10u);
-        return lum_full_digits[fraction / 10u] | last << 24;
+        return lum_four_digits[fraction];
     }
-    const uint64_t last = lum_full_digits[fraction % 100u] >> 8;
-    return lum_full_digits[fraction / 100u] | last << 24;
+    const uint64_t last = '0' + (uint64_t)(fraction % 10u);
+    return lum_four_digits[fraction / 10u] | last << 32;
 }
 
 /** scaled / 10^decimals for 3 to 5 decimals and a result below 1000, and a

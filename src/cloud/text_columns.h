@@ -24,9 +24,9 @@
 
 /** Text of a column that is often the same as in the row before. */
 typedef struct lum_text_memory {
-    char text[2u * LUM_DECIMAL_ROOM]; /**< with its separator */
-    size_t bytes;                     /**< of it; 0: none yet */
-    float value;                      /**< that it stands for */
+    const char *text; /**< where it was written, with its separator */
+    size_t bytes;     /**< of it; 0: none yet */
+    float value;      /**< that it stands for */
 } lum_text_memory;
 
 /** What rows of a line share: text that is made once. */
@@ -64,6 +64,11 @@ static inline void lum_text_line_begin(lum_text_line *text,
     p = lum_put_u64(p, line->line);
     *p++ = separator;
     text->line_bytes = (size_t)(p - text->line);
+}
+
+/** Begin rows at a place that the rows before need not be at. */
+static inline void lum_text_rows_begin(lum_text_line *text)
+{
     text->azimuth.bytes = 0;
     text->elevation.bytes = 0;
 }
@@ -80,15 +85,18 @@ LUM_ALWAYS_INLINE char *lum_put_shared(char *p, const char *from, size_t n,
     return p + n;
 }
 
-/** An angle: neighbours share elevations, returns of a pixel share both. */
+/** An angle: neighbours share elevations, returns of a pixel share both. A new
+ * one is written in its place: a copy of what was only just written would wait
+ * for it. */
 LUM_ALWAYS_INLINE char *lum_put_angle(char *p, lum_text_memory *memory,
                                       float angle, char separator)
 {
     if (memory->bytes == 0 || angle != memory->value) {
-        const char *end =
-            lum_put_column(memory->text, angle, LUM_DEGREE_DECIMALS, separator);
-        memory->bytes = (size_t)(end - memory->text);
+        char *end = lum_put_column(p, angle, LUM_DEGREE_DECIMALS, separator);
+        memory->text = p;
+        memory->bytes = (size_t)(end - p);
         memory->value = angle;
+        return end;
     }
     return lum_put_shared(p, memory->text, memory->bytes, LUM_ANGLE_COPY);
 }
