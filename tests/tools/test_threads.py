@@ -182,6 +182,20 @@ class Faults(Case):
                     self.assertRegex(n, r"^f-[123]\.ply$")
                     (self.folder / n).unlink()
 
+    def test_a_frame_has_its_file_while_the_next_is_waited_for(self):
+        data = self.many.read_bytes()
+        for threads in ("1", *THREADS):
+            with subprocess.Popen([BIN / "lumdump", "-", "-q", "-o", self.folder / "f-%d.csv", "--threads", threads],
+                                  stdin=subprocess.PIPE) as p:
+                p.stdin.write(data)
+                p.stdin.flush()
+                self.wait_for(lambda: {"f-1.csv", "f-2.csv", "f-3.csv"} <= set(self.folder.names()))
+                self.assertFalse((self.folder / "f-4.csv").exists())
+                p.stdin.close()
+                self.assertEqual(p.wait(PATIENCE_S), 0)
+            for n in 1, 2, 3, 4:
+                (self.folder / f"f-{n}.csv").unlink()
+
     def wait_for(self, what):
         end = time.monotonic() + PATIENCE_S
         while not what():
