@@ -17,7 +17,7 @@ bool lum_format_has_parts(lum_format format);
 /** Begin a part. Lines are added by lum_writer_add(), and lum_writer_abort()
  * frees it.
  * @param path    the file's name, for messages.
- * @param options those of the file.
+ * @param options those of the file; a rehearsal is not read.
  * @return 0, or -1 with the reason in error. */
 LUM_MUST_CHECK int lum_writer_open_part(const char *path,
                                         const lum_writer_options *options,

@@ -374,7 +374,7 @@ static int open_writer(const char *path, const lum_writer_options *options,
     writer->options = *options;
     writer->rehearses = use == TO_REHEARSE;
     writer->is_part = use == TO_BE_PART;
-    if (options->rehearsal != NULL) {
+    if (options->rehearsal != NULL && !writer->is_part) {
         writer->was_rehearsed = true;
         writer->rehearsed = options->rehearsal->points;
     }
