@@ -6,7 +6,7 @@
 #ifndef LUM_POINTS_ARITHMETIC_H
 #define LUM_POINTS_ARITHMETIC_H
 
-#include "turn.h"
+#include "polynomials.h"
 
 #if defined(__GNUC__)
 #define LUM_IN_LOOP static inline __attribute__((always_inline))
@@ -17,8 +17,8 @@
 /* The sine, divided by the scale of the axis, and the cosine of raw angles.
  * Both halves of a polynomial are computed side by side: processors wait less,
  * which gains more than one product costs. */
-LUM_IN_LOOP void lum_turn_axis(const lum_axis *axis, number raw, number *sine,
-                               number *cosine)
+LUM_IN_LOOP void lum_axis_compute(const lum_axis *axis, number raw,
+                                  number *sine, number *cosine)
 {
     const float *s = axis->sine;
     const float *c = axis->cosine;
@@ -28,12 +28,13 @@ LUM_IN_LOOP void lum_turn_axis(const lum_axis *axis, number raw, number *sine,
     *cosine = c[0] + q * c[1] + qq * (c[2] + q * c[3]);
 }
 
-LUM_IN_LOOP void lum_turn_to(const lum_turn *t, number azimuth,
-                             number elevation, number *x, number *y, number *z)
+LUM_IN_LOOP void lum_polynomials_compute(const lum_polynomials *t,
+                                         number azimuth, number elevation,
+                                         number *x, number *y, number *z)
 {
     number sa, ca, se, ce;
-    lum_turn_axis(&t->azimuth, azimuth, &sa, &ca);
-    lum_turn_axis(&t->elevation, elevation, &se, &ce);
+    lum_axis_compute(&t->azimuth, azimuth, &sa, &ca);
+    lum_axis_compute(&t->elevation, elevation, &se, &ce);
     const number up = se * t->sine_up + ce * t->cosine_up;
     const number level = se * t->sine_level + ce * t->cosine_level;
     const number ahead = level * ca;

@@ -5,14 +5,15 @@
 typedef float number;
 #include "arithmetic.h"
 
-void lum_plain_directions(const lum_turn *turn, const lum_angle *angles,
-                          lum_direction *restrict out)
+void lum_plain_directions(const lum_polynomials *polynomials,
+                          const lum_angle *angles, lum_direction *restrict out)
 {
-    const lum_turn own = *turn;
+    const lum_polynomials own = *polynomials;
     for (unsigned i = 0; i < LUM_LINE_PIXELS; i++) {
         lum_direction *d = &out[i];
-        lum_turn_to(&own, (float)angles[i].azimuth, (float)angles[i].elevation,
-                    &d->x, &d->y, &d->z);
+        lum_polynomials_compute(&own, (float)angles[i].azimuth,
+                                (float)angles[i].elevation, &d->x, &d->y,
+                                &d->z);
         d->pad = 0.0f;
     }
 }
@@ -41,9 +42,9 @@ void lum_directions_compute(const lum_projector *projector,
 {
     const lum_eye_projector *p = &projector->eye[line->eye];
     if (p->narrow) {
-        lum_turn turn;
-        lum_turn_init(&turn, p);
-        LUM_BEST(directions)(&turn, line->angles, out);
+        lum_polynomials polynomials;
+        lum_polynomials_init(&polynomials, p);
+        LUM_BEST(directions)(&polynomials, line->angles, out);
     } else {
         compute_wide(p, line, out);
     }

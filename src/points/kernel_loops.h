@@ -6,15 +6,15 @@
 /* --- Directions --- */
 
 /* Of LUM_LANES pixels. */
-LUM_IN_LOOP void put_directions(const lum_turn *turn, const lum_angle *angles,
-                                lum_direction *out)
+LUM_IN_LOOP void put_directions(const lum_polynomials *polynomials,
+                                const lum_angle *angles, lum_direction *out)
 {
     const whole pairs = SPREAD(load_whole(angles));
     const whole azimuth = (whole)((bits)pairs << 16) >> 16;
     const whole elevation = pairs >> 16;
     number v[4] = {{0}};
-    lum_turn_to(turn, to_number(azimuth), to_number(elevation), &v[0], &v[1],
-                &v[2]);
+    lum_polynomials_compute(polynomials, to_number(azimuth),
+                            to_number(elevation), &v[0], &v[1], &v[2]);
     turn_groups(v);
     for (unsigned r = 0; r < 4; r++) {
         store_number(&out[GROUPS * r], v[r]);
@@ -22,11 +22,11 @@ LUM_IN_LOOP void put_directions(const lum_turn *turn, const lum_angle *angles,
 }
 
 /* A last vector that is not full takes pixels of the one before again. */
-static void compute_directions(const lum_turn *turn, const lum_angle *angles,
-                               lum_direction *out)
+static void compute_directions(const lum_polynomials *polynomials,
+                               const lum_angle *angles, lum_direction *out)
 {
     const unsigned last = LUM_LINE_PIXELS - LUM_LANES;
-    const lum_turn own = *turn; /* which out cannot be part of */
+    const lum_polynomials own = *polynomials; /* which out cannot be part of */
     for (unsigned i = 0; i < LUM_LINE_PIXELS; i += LUM_LANES) {
         const unsigned at = i < last ? i : last;
         put_directions(&own, angles + at, out + at);

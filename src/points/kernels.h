@@ -4,7 +4,7 @@
 #define LUM_POINTS_KERNELS_H
 
 #include "lum/points.h"
-#include "turn.h"
+#include "polynomials.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -27,8 +27,8 @@ typedef struct lum_kernels {
     const char *name;
 
     /* LUM_LINE_PIXELS directions. */
-    void (*directions)(const lum_turn *turn, const lum_angle *angles,
-                       lum_direction *out);
+    void (*directions)(const lum_polynomials *polynomials,
+                       const lum_angle *angles, lum_direction *out);
 
     /* How many of n words have a time of flight below min_tof; rising gets how
      * many of the others are of rising edges. */
@@ -69,8 +69,8 @@ typedef struct lum_kernels {
 #define LUM_HAS_KERNELS
 #endif
 
-void lum_plain_directions(const lum_turn *turn, const lum_angle *angles,
-                          lum_direction *out);
+void lum_plain_directions(const lum_polynomials *polynomials,
+                          const lum_angle *angles, lum_direction *out);
 uint32_t lum_plain_count_below(const uint32_t *words, uint32_t n,
                                int32_t min_tof, uint32_t *rising);
 void lum_plain_points(const lum_eye_projector *eye, const uint32_t *words,

@@ -24,7 +24,7 @@
 typedef struct bench {
     lum_projector projector;
     lum_eye_projector *eye; /* in it */
-    lum_turn turn;
+    lum_polynomials polynomials;
     lum_line line;
     lum_angle angles[LUM_LINE_PIXELS];
     uint32_t marks[LUM_PIXEL_MARK_WORDS];
@@ -79,7 +79,7 @@ static bool draw_eye(bench *b, uint64_t *seed)
         return false;
     }
     b->eye = &b->projector.eye[eye];
-    lum_turn_init(&b->turn, b->eye);
+    lum_polynomials_init(&b->polynomials, b->eye);
     b->line = (lum_line){.angles = b->angles,
                          .angle_marks = b->marks,
                          .words = b->words,
@@ -131,7 +131,7 @@ static bool same(const void *a, const void *b, size_t bytes, const char *what,
 static bool same_directions(bench *b, const lum_kernels *k)
 {
     memset(b->directions, NOT_OVERWRITE, sizeof b->directions);
-    k->directions(&b->turn, b->angles, b->directions);
+    k->directions(&b->polynomials, b->angles, b->directions);
     return same(b->directions, b->expected, sizeof b->expected, "directions",
                 k->name);
 }
@@ -236,7 +236,7 @@ static bool same_line(bench *b)
 
 static bool prove_line(bench *b, const lum_kernels **kinds, size_t count)
 {
-    lum_plain_directions(&b->turn, b->angles, b->expected);
+    lum_plain_directions(&b->polynomials, b->angles, b->expected);
     for (size_t i = 0; i < count; i++) {
         if (!same_directions(b, kinds[i]) || !same_blocks(b, kinds[i])) {
             return false;

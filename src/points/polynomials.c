@@ -1,4 +1,4 @@
-#include "turn.h"
+#include "polynomials.h"
 
 #include <float.h>
 
@@ -6,10 +6,10 @@
  * is from -45 to 45 degrees: x times the first is off by at most 1.3e-9, the
  * second by 2.8e-8. One term less would be off by 5.7e-7 and 1e-5.
  * What comes of it at all angles is held by tests/unit/test_projector.c. */
-static const double sine[LUM_TURN_TERMS] = {
+static const double sine[LUM_POLYNOMIAL_TERMS] = {
     0.9999999861793886, -0.166666367543469, 0.008331584607840248,
     -0.00019462117113966087};
-static const double cosine[LUM_TURN_TERMS] = {
+static const double cosine[LUM_POLYNOMIAL_TERMS] = {
     0.999999972423323, -0.49999856695848893, 0.04165502688425432,
     -0.0013585908510145017};
 
@@ -24,7 +24,7 @@ static float normal(double value)
 static void set_axis(lum_axis *out, double scale)
 {
     double power = 1.0;
-    for (unsigned i = 0; i < LUM_TURN_TERMS; i++) {
+    for (unsigned i = 0; i < LUM_POLYNOMIAL_TERMS; i++) {
         out->sine[i] = normal(sine[i] * power);
         out->cosine[i] = normal(cosine[i] * power);
         power *= scale * scale;
@@ -32,7 +32,7 @@ static void set_axis(lum_axis *out, double scale)
 }
 
 /* Products with a sine bring the scale that the sine lacks. */
-void lum_turn_init(lum_turn *out, const lum_eye_projector *eye)
+void lum_polynomials_init(lum_polynomials *out, const lum_eye_projector *eye)
 {
     const double azimuth = eye->azimuth_rad;
     const double elevation = eye->elevation_rad;
