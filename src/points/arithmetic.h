@@ -1,12 +1,16 @@
 /* How a pixel's raw angles become its direction (docs/protocol.md, section 7).
- * It is written once, for one pixel and for as many as a vector holds: before
- * this file, `number` is defined as float or as a vector of floats. Every
+ * It is written once, for one pixel and for as many as a vector holds: a
+ * `number` is a float, or where LUM_LANES is defined, a vector of floats. Every
  * product and every sum is rounded for itself, so all of them give the same
  * bits. */
 #ifndef LUM_POINTS_ARITHMETIC_H
 #define LUM_POINTS_ARITHMETIC_H
 
 #include "polynomials.h"
+
+#if !defined(LUM_LANES)
+typedef float number;
+#endif
 
 #if defined(__GNUC__)
 #define LUM_IN_LOOP static inline __attribute__((always_inline))

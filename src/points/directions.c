@@ -1,9 +1,7 @@
+#include "arithmetic.h"
 #include "kernels.h"
 
 #include <math.h>
-
-typedef float number;
-#include "arithmetic.h"
 
 void lum_plain_directions(const lum_polynomials *polynomials,
                           const lum_angle *angles, lum_direction *restrict out)

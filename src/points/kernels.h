@@ -48,11 +48,12 @@ typedef struct lum_kernels {
                     float *z);
 } lum_kernels;
 
-/* Where a file of vector code is for the target at all: it needs gcc 12 or
+/* What vectors/ has for the target at all: it needs gcc 12 or
  * clang, numbers whose lowest byte is first, and an operating system that keeps
  * the registers. gcc's code for Windows does not align the stack as wider
- * vectors need it (its bug 54412). */
-#if defined(__has_builtin) && __STDC_HOSTED__
+ * vectors need it (its bug 54412). LUM_PLAIN_POINTS leaves plain C alone, for
+ * what measures tests. */
+#if defined(__has_builtin) && __STDC_HOSTED__ && !defined(LUM_PLAIN_POINTS)
 #if __has_builtin(__builtin_shufflevector) &&                                  \
     __has_builtin(__builtin_convertvector)
 #if defined(__x86_64__)

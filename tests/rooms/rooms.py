@@ -45,7 +45,7 @@ THIRD_PARTIES = {
 FREESTANDING = {"stdint.h", "stddef.h", "stdbool.h", "string.h"}
 BARE = {"core": FREESTANDING, "host": FREESTANDING, "points": FREESTANDING | {"math.h", "float.h"}}
 # What stands there for hosts alone, behind conditions.
-FOR_HOSTS = {"src/points/kernels.c": {"stdlib.h"}, "src/points/vector.h": {"immintrin.h"}}
+FOR_HOSTS = {"src/points/vectors/kernels.c": {"stdlib.h"}, "src/points/vectors/vector.h": {"immintrin.h"}}
 
 # Calls that may close a circle, and why.
 MEANT = {

@@ -1,15 +1,15 @@
 /* What all processors of an architecture have: SSE2, or NEON. */
-#include "kernels.h"
+#include "../kernels.h"
 
 #if defined(LUM_HAS_KERNELS)
 
 #define LUM_LANES 4
-#define KERNELS   lum_kernels_4
-#if defined(LUM_HAS_NEON)
-#define NAME "neon"
-#else
-#define NAME "sse2"
-#endif
 #include "kernel_loops.h"
+
+#if defined(LUM_HAS_NEON)
+const lum_kernels lum_kernels_4 = LUM_KERNELS("neon");
+#else
+const lum_kernels lum_kernels_4 = LUM_KERNELS("sse2");
+#endif
 
 #endif

@@ -1,5 +1,5 @@
 /* For processors with AVX2. */
-#include "kernels.h"
+#include "../kernels.h"
 
 #if defined(LUM_HAS_WIDE)
 
@@ -13,9 +13,9 @@
 #endif
 
 #define LUM_LANES 8
-#define KERNELS   lum_kernels_8
-#define NAME      "avx2"
 #include "kernel_loops.h"
+
+const lum_kernels lum_kernels_8 = LUM_KERNELS("avx2");
 
 #if defined(__clang__)
 #pragma clang attribute pop

@@ -1,5 +1,5 @@
 /* For processors with AVX-512. */
-#include "kernels.h"
+#include "../kernels.h"
 
 #if defined(LUM_HAS_WIDE)
 
@@ -14,9 +14,9 @@
 #endif
 
 #define LUM_LANES 16
-#define KERNELS   lum_kernels_16
-#define NAME      "avx512"
 #include "kernel_loops.h"
+
+const lum_kernels lum_kernels_16 = LUM_KERNELS("avx512");
 
 #if defined(__clang__)
 #pragma clang attribute pop

@@ -1,4 +1,4 @@
-#include "kernels.h"
+#include "../kernels.h"
 
 static const lum_kernels plain = {
     "plain",          lum_plain_directions, lum_plain_count_below,

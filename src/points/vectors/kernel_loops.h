@@ -1,6 +1,6 @@
 /* The loops of lum_kernels in vectors of LUM_LANES numbers. Each file that
  * includes this makes them for one kind of processor. */
-#include "kernels.h"
+#include "../kernels.h"
 #include "vector.h"
 
 /* --- Directions --- */
@@ -149,6 +149,8 @@ static void compute_columns(const lum_column_source *from, float *x, float *y,
     lum_plain_columns(&rest, x + end, y + end, z + end);
 }
 
-const lum_kernels KERNELS = {NAME,           compute_directions,
-                             count_below,    compute_points,
-                             compute_ranges, compute_columns};
+#define LUM_KERNELS(name)                                                      \
+    {                                                                          \
+        name, compute_directions, count_below, compute_points, compute_ranges, \
+            compute_columns                                                    \
+    }

@@ -16,7 +16,7 @@ typedef float number __attribute__((vector_size(LUM_VECTOR_BYTES)));
 typedef int32_t whole __attribute__((vector_size(LUM_VECTOR_BYTES)));
 typedef uint32_t bits __attribute__((vector_size(LUM_VECTOR_BYTES)));
 
-#include "arithmetic.h"
+#include "../arithmetic.h"
 
 /* Four neighbours of a vector are a group. A point or a direction, which has
  * four numbers, is a group too. */
