@@ -232,6 +232,32 @@ static void the_mount_is_added_last(void **state)
     }
 }
 
+/* A whole line goes another way once a word of it has no range. */
+static void mount_and_offset_are_added_to_all_words_of_a_line(void **state)
+{
+    (void)state;
+    for (unsigned lacks = 0; lacks < 2; lacks++) {
+        struct scene *s = scene_new();
+        lum_eye_calibration *e = &s->calibration.eye[0];
+        level(s, 0);
+        e->tof_offset_fs = 1300000; /* 100 bits */
+        e->mount_um[0] = 1000000;
+        e->mount_um[1] = -2500000;
+        e->mount_um[2] = 125000;
+        put(s, 900, true, 0);
+        if (lacks != 0) {
+            put(s, -200, true, 1);
+        }
+        put(s, 1900, false, 2);
+        project(s);
+        assert_int_equal(s->count, 2);
+        assert_int_equal(s->losses.no_range, lacks);
+        assert_point(&s->points[0], 2.95, -2.5, 0.125, s->words[0]);
+        assert_point(&s->points[1], 4.9, -2.5, 0.125, s->words[1 + lacks]);
+        scene_free(s);
+    }
+}
+
 static void words_without_a_range_give_no_point(void **state)
 {
     static const int32_t tofs[] = {LUM_TOF_MIN, -1, 0, 1, LUM_TOF_MAX};
@@ -463,6 +489,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(each_eye_has_its_own_offset),
     cmocka_unit_test(an_offset_may_reach_times_below_zero),
     cmocka_unit_test(the_mount_is_added_last),
+    cmocka_unit_test(mount_and_offset_are_added_to_all_words_of_a_line),
     cmocka_unit_test(words_without_a_range_give_no_point),
     cmocka_unit_test(words_without_angles_give_no_point),
     cmocka_unit_test(a_word_without_either_lacks_its_angles),

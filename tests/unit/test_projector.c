@@ -132,6 +132,7 @@ static double worst_of(const lum_projector *p, const struct view *v,
 {
     static lum_direction out[LUM_LINE_PIXELS];
     double worst = 0;
+    memset(out, 0x5a, sizeof out);
     lum_directions_compute(p, &a->line, out);
     for (unsigned i = 0; i < LUM_LINE_PIXELS; i++) {
         const double error = distance(
