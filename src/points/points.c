@@ -98,6 +98,7 @@ static size_t project_marked(const lum_eye_projector *p, const lum_line *line,
                              const lum_direction *directions, lum_point *out,
                              lum_point_losses *losses)
 {
+    const lum_direction mount = {p->mount[0], p->mount[1], p->mount[2], 0.0f};
     const float lsb = (float)p->range_lsb;
     const float offset = (float)p->range_offset;
     size_t n = 0;
@@ -111,10 +112,7 @@ static size_t project_marked(const lum_eye_projector *p, const lum_line *line,
             losses->no_range++;
         } else {
             const float range = (float)tof * lsb + offset;
-            const lum_direction d = directions[pixel];
-            out[n++] = (lum_point){range * d.x + p->mount[0],
-                                   range * d.y + p->mount[1],
-                                   range * d.z + p->mount[2], word};
+            put_point(&out[n++], range, &directions[pixel], &mount, word);
         }
     }
     return n;
