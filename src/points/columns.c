@@ -233,70 +233,80 @@ static void put_chunk(const lum_column_line *l, const struct chunk *c,
 /* Which words give a requested point. */
 struct sieve {
     const lum_line *line;
-    unsigned edges;
-    int32_t min_tof;
+    lum_word_choice choice;
     bool all; /* all of them do */
 };
 
 /* --- Selections --- */
 
-static inline int32_t as_signed(uint32_t word)
+static lum_word_choice make_choice(unsigned edges, int32_t min_tof)
 {
-    int32_t v = 0;
-    memcpy(&v, &word, sizeof v);
-    return v;
+    const uint32_t mask = edges == LUM_EDGES_BOTH ? 0 : LUM_WORD_RISING;
+    return (lum_word_choice){.min_tof = min_tof,
+                             .mask = mask,
+                             .value = edges == LUM_EDGES_RISING ? mask : 0};
 }
 
-/* 1 for each word that has a range and a requested edge, otherwise 0. A time of
- * flight is a word's upper 20 bits, signed, so words compare as these do. There
- * is no branch for each word, so that compilers make vector code. */
-static void mark_chosen(const struct sieve *s, const struct chunk *c,
-                        uint32_t *restrict marks)
+static inline uint32_t is_chosen(const lum_word_choice *c, uint32_t word)
 {
-    const int32_t least = s->min_tof * 4096;
-    const uint32_t falling = (s->edges & LUM_EDGES_FALLING) != 0 ? 1u : 0u;
-    const uint32_t rising = (s->edges & LUM_EDGES_RISING) != 0 ? 1u : 0u;
-    const uint32_t differ = falling ^ rising;
-    for (uint32_t i = 0; i < c->count; i++) {
-        const uint32_t rises = c->words[i] / LUM_WORD_RISING & 1u;
-        const uint32_t has_range = as_signed(c->words[i]) >= least ? 1u : 0u;
-        marks[i] = (falling ^ (rises & differ)) & has_range;
+    const uint32_t has_range = lum_word_tof(word) >= c->min_tof ? 1u : 0u;
+    return (word & c->mask) == c->value ? has_range : 0;
+}
+
+/* A word that was not chosen is overwritten by the next, which is faster than a
+ * branch that nobody can predict. */
+uint32_t lum_plain_choose(const lum_word_choice *choice, const uint32_t *words,
+                          uint32_t n, uint32_t *restrict out)
+{
+    const lum_word_choice own = *choice;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        out[count] = words[i];
+        count += is_chosen(&own, words[i]);
+    }
+    return count;
+}
+
+/* Where the chosen words are, of pixels that have angles. */
+static uint32_t find_chosen(const struct sieve *s, const struct chunk *from,
+                            uint16_t *places)
+{
+    const uint32_t *marks = s->line->angle_marks;
+    const bool is_whole = s->line->angle_count == LUM_LINE_PIXELS;
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < from->count; i++) {
+        const uint32_t pixel = lum_word_pixel(from->words[i]);
+        places[n] = (uint16_t)i;
+        n += is_chosen(&s->choice, from->words[i]) &
+             (is_whole ? 1u : marks[pixel / 32u] >> pixel % 32u);
+    }
+    return n;
+}
+
+static void take_places(const struct chunk *from, const uint16_t *places,
+                        uint32_t n, struct gathered *to)
+{
+    for (uint32_t i = 0; i < n; i++) {
+        to->words[i] = from->words[places[i]];
+    }
+    for (uint32_t i = 0; from->returns != NULL && i < n; i++) {
+        to->returns[i] = from->returns[places[i]];
+    }
+    for (uint32_t i = 0; from->strongest != NULL && i < n; i++) {
+        to->strongest[i] = from->strongest[places[i]];
     }
 }
 
-static void unmark_without_angles(const lum_line *line, const struct chunk *c,
-                                  uint32_t *marks)
-{
-    if (line->angle_count == LUM_LINE_PIXELS) {
-        return;
-    }
-    for (uint32_t i = 0; i < c->count; i++) {
-        const uint32_t pixel = lum_word_pixel(c->words[i]);
-        marks[i] &= line->angle_marks[pixel / 32u] >> pixel % 32u;
-    }
-}
-
-/* A loop for each array: a word that was not chosen is overwritten by the
- * next, which is faster than a branch that nobody can predict. */
 static void gather(const struct sieve *s, const struct chunk *from,
                    struct gathered *to, struct chunk *out)
 {
-    uint32_t marks[BLOCK];
+    uint16_t places[BLOCK];
     uint32_t n = 0;
-    mark_chosen(s, from, marks);
-    unmark_without_angles(s->line, from, marks);
-    for (uint32_t i = 0; i < from->count; i++) {
-        to->words[n] = from->words[i];
-        n += marks[i] & 1u;
-    }
-    for (uint32_t i = 0, k = 0; from->returns != NULL && i < from->count; i++) {
-        to->returns[k] = from->returns[i];
-        k += marks[i] & 1u;
-    }
-    for (uint32_t i = 0, k = 0; from->strongest != NULL && i < from->count;
-         i++) {
-        to->strongest[k] = from->strongest[i];
-        k += marks[i] & 1u;
+    if (s->line->angle_count == LUM_LINE_PIXELS && from->returns == NULL) {
+        n = LUM_BEST(choose)(&s->choice, from->words, from->count, to->words);
+    } else {
+        n = find_chosen(s, from, places);
+        take_places(from, places, n, to);
     }
     *out = (struct chunk){to->words, from->returns != NULL ? to->returns : NULL,
                           from->strongest != NULL ? to->strongest : NULL, n};
@@ -407,8 +417,8 @@ size_t lum_columns_compute(const lum_column_line *line,
     }
     const struct sieve sieve = {
         .line = line->line,
-        .edges = edges,
-        .min_tof = line->projector->eye[line->line->eye].min_tof,
+        .choice =
+            make_choice(edges, line->projector->eye[line->line->eye].min_tof),
         .all = wanted == line->line->word_count};
     prepare(line, work, places);
     return put_words(line, &sieve, work, &to);

@@ -14,6 +14,14 @@
 #define LUM_POINTS_BLOCK  256u
 #define LUM_COLUMNS_BLOCK 512u
 
+/* Which words are asked for: those whose time of flight is not below the least,
+ * and that have this value in these bits. */
+typedef struct lum_word_choice {
+    int32_t min_tof;
+    uint32_t mask;
+    uint32_t value;
+} lum_word_choice;
+
 /* What columns are made of. */
 typedef struct lum_column_source {
     const uint32_t *words;
@@ -34,6 +42,11 @@ typedef struct lum_kernels {
      * many of the others are of rising edges. */
     uint32_t (*count_below)(const uint32_t *words, uint32_t n, int32_t min_tof,
                             uint32_t *rising);
+
+    /* The words of n that are asked for, in their order; their number. What is
+     * behind them in the n places of out is of no use. */
+    uint32_t (*choose)(const lum_word_choice *choice, const uint32_t *words,
+                       uint32_t n, uint32_t *out);
 
     /* The points of up to LUM_POINTS_BLOCK words, all of which give one. */
     void (*points)(const lum_eye_projector *eye, const uint32_t *words,
@@ -74,6 +87,8 @@ void lum_plain_directions(const lum_polynomials *polynomials,
                           const lum_angle *angles, lum_direction *out);
 uint32_t lum_plain_count_below(const uint32_t *words, uint32_t n,
                                int32_t min_tof, uint32_t *rising);
+uint32_t lum_plain_choose(const lum_word_choice *choice, const uint32_t *words,
+                          uint32_t n, uint32_t *out);
 void lum_plain_points(const lum_eye_projector *eye, const uint32_t *words,
                       uint32_t n, const lum_direction *directions,
                       lum_point *out);

@@ -150,6 +150,30 @@ static bool same_counts(const bench *b, const lum_kernels *k,
     return false;
 }
 
+/* What is behind the chosen words in their n places may be anything. */
+static bool same_choice(const bench *b, const lum_kernels *k,
+                        const uint32_t *words, uint32_t n)
+{
+    uint32_t out[LUM_POINTS_BLOCK + SPARE];
+    uint32_t expected[LUM_POINTS_BLOCK + SPARE];
+    static const uint32_t masks[3] = {0, LUM_WORD_RISING, LUM_WORD_RISING};
+    static const uint32_t values[3] = {0, 0, LUM_WORD_RISING};
+    for (unsigned i = 0; i < 3; i++) {
+        const lum_word_choice choice = {b->eye->min_tof, masks[i], values[i]};
+        memset(out, NOT_OVERWRITE, sizeof out);
+        memset(expected, NOT_OVERWRITE, sizeof expected);
+        const uint32_t count = k->choose(&choice, words, n, out);
+        if (count != lum_plain_choose(&choice, words, n, expected) ||
+            !same(out, expected, count * sizeof *out, "chosen words",
+                  k->name) ||
+            !same(out + n, expected + n, SPARE * sizeof *out,
+                  "places behind the chosen words", k->name)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 /* Columns lie one after another, each with room behind it. */
 static bool same_columns(bench *b, const lum_kernels *k, const uint32_t *words,
                          uint32_t n)
@@ -186,7 +210,8 @@ static bool same_blocks(bench *b, const lum_kernels *k)
         k->points(b->eye, words, n, b->expected, b->points);
         lum_plain_points(b->eye, words, n, b->expected, b->expected_points);
         if (!same(b->points, b->expected_points, bytes, "points", k->name) ||
-            !same_counts(b, k, words, n) || !same_columns(b, k, words, n)) {
+            !same_counts(b, k, words, n) || !same_choice(b, k, words, n) ||
+            !same_columns(b, k, words, n)) {
             return false;
         }
     }

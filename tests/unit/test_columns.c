@@ -195,10 +195,10 @@ static void compute(struct scene *s, const lum_selection *selection,
                      s->count);
 }
 
-/* No column has room for more than the line's words. */
+/* Behind the points of a line there may be those of another already. */
 static void assert_end(const struct scene *s)
 {
-    const uint32_t end = s->line.word_count;
+    const size_t end = s->count;
     uint32_t untouched;
     memset(&untouched, 0xee, sizeof untouched);
     for (unsigned c = 0; c < 7; c++) {
@@ -566,6 +566,34 @@ static void lines_of_one_edge_hold_in_columns(void **state)
     free(s);
 }
 
+/* Then the least time of flight is above all that a word can have. */
+static void a_calibration_without_ranges_gives_no_point(void **state)
+{
+    (void)state;
+    struct scene *s = scene_new();
+    uint64_t random = 12;
+    lum_selection selection;
+    lum_layout layout;
+    lum_layout_default(&layout);
+    lum_selection_default(&selection);
+    s->calibration.tof_lsb_fs = 1;
+    s->calibration.eye[0].tof_offset_fs = -INT64_C(10000000000);
+    assert_int_equal(
+        lum_projector_init(&s->projector, &s->calibration, &layout), LUM_OK);
+    assert_int_equal(s->projector.eye[0].min_tof, LUM_TOF_MAX + 1);
+    make_line(s, 0, SOME, &random);
+    for (uint32_t i = 0; i < s->line.word_count; i++) {
+        s->words[i] = lum_word_make(i % 2u != 0 ? LUM_TOF_MAX : LUM_TOF_MIN,
+                                    i % 3u != 0, lum_word_pixel(s->words[i]));
+    }
+    for (unsigned edges = 1; edges <= LUM_EDGES_BOTH; edges++) {
+        selection.edges = (lum_edges)edges;
+        check_masks(s, &selection, &random);
+        assert_int_equal(s->count, 0);
+    }
+    free(s);
+}
+
 static void a_line_without_words_gives_nothing(void **state)
 {
     (void)state;
@@ -596,6 +624,7 @@ int main(void)
         cmocka_unit_test(what_was_worked_out_serves_until_the_next_line),
         cmocka_unit_test(what_samples_needed_serves_columns_of_the_line),
         cmocka_unit_test(lines_of_one_edge_hold_in_columns),
+        cmocka_unit_test(a_calibration_without_ranges_gives_no_point),
         cmocka_unit_test(a_line_without_words_gives_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -65,6 +65,23 @@ static uint32_t count_below(const uint32_t *words, uint32_t n, int32_t min_tof,
 }
 
 #if LUM_LANES > 4
+/* By eight words, whatever the processor has: a table of their places has 256
+ * rows then. */
+static uint32_t choose(const lum_word_choice *choice, const uint32_t *words,
+                       uint32_t n, uint32_t *out)
+{
+    const uint32_t end = n / 8u * 8u;
+    const lum_word_choice own = *choice;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < end; i += 8u) {
+        const eight word = load_eight(words + i);
+        const eight chosen = (word >> 12 >= own.min_tof) &
+                             ((word & (int32_t)own.mask) == (int32_t)own.value);
+        count += store_chosen(out + count, word, chosen);
+    }
+    return count + lum_plain_choose(choice, words + end, n - end, out + count);
+}
+
 /* What all points of an eye are made with. */
 struct maker {
     number mount; /* in each group */
@@ -99,7 +116,9 @@ static void compute_points(const lum_eye_projector *eye, const uint32_t *words,
 }
 
 #else
-/* Plain C has as many numbers at once. */
+/* Baseline processors cannot move words by a table, and plain C has as many
+ * numbers at once. */
+#define choose         lum_plain_choose
 #define compute_points lum_plain_points
 #endif
 
@@ -151,6 +170,6 @@ static void compute_columns(const lum_column_source *from, float *x, float *y,
 
 #define LUM_KERNELS(name)                                                      \
     {                                                                          \
-        name, compute_directions, count_below, compute_points, compute_ranges, \
-            compute_columns                                                    \
+        name, compute_directions, count_below, choose, compute_points,         \
+            compute_ranges, compute_columns                                    \
     }

@@ -119,6 +119,44 @@ LUM_IN_LOOP number load_directions(const lum_direction *directions,
 #endif
 }
 
+typedef int32_t eight __attribute__((vector_size(32)));
+
+LUM_IN_LOOP eight load_eight(const uint32_t *from)
+{
+    eight v;
+    memcpy(&v, from, sizeof v);
+    return v;
+}
+
+/* The places of the bits that are set in m, the lowest first, a byte each: row
+ * m of a table of 256. */
+#define PLACE(m, bit)                                                          \
+    (((m) >> (bit)&1u) != 0                                                    \
+         ? UINT64_C(bit) << 8 * __builtin_popcount((m) & ((1u << (bit)) - 1u)) \
+         : 0)
+#define ROW(m)                                                                 \
+    (PLACE(m, 0) | PLACE(m, 1) | PLACE(m, 2) | PLACE(m, 3) | PLACE(m, 4) |     \
+     PLACE(m, 5) | PLACE(m, 6) | PLACE(m, 7))
+#define ROWS_4(m) ROW(m), ROW((m) + 1u), ROW((m) + 2u), ROW((m) + 3u)
+#define ROWS_16(m)                                                             \
+    ROWS_4(m), ROWS_4((m) + 4u), ROWS_4((m) + 8u), ROWS_4((m) + 12u)
+#define ROWS_64(m)                                                             \
+    ROWS_16(m), ROWS_16((m) + 16u), ROWS_16((m) + 32u), ROWS_16((m) + 48u)
+static const uint64_t places[256] = {ROWS_64(0u), ROWS_64(64u), ROWS_64(128u),
+                                     ROWS_64(192u)};
+
+/* Writes eight words, those first whose place in chosen is not 0; their number.
+ */
+LUM_IN_LOOP uint32_t store_chosen(uint32_t *to, eight words, eight chosen)
+{
+    const unsigned set = (unsigned)_mm256_movemask_ps((__m256)chosen);
+    const void *row = &places[set];
+    const __m256i order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(row));
+    const __m256i v = _mm256_permutevar8x32_epi32((__m256i)words, order);
+    memcpy(to, &v, sizeof v);
+    return (uint32_t)__builtin_popcount(set);
+}
+
 /* GROUPS words, each in all places of its group. */
 LUM_IN_LOOP whole load_to_groups(const uint32_t *words)
 {
