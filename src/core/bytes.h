@@ -54,6 +54,11 @@ static LUM_LOAD_INLINE uint32_t load_u32(const uint8_t *p)
 #endif
 }
 
+static inline uint64_t load_u64(const uint8_t *p)
+{
+    return load_u32(p) | (uint64_t)load_u32(p + 4) << 32;
+}
+
 static inline uint32_t swapped32(uint32_t v)
 {
     return v >> 24 | (v >> 8 & 0xff00u) | (v & 0xff00u) << 8 | v << 24;

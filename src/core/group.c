@@ -11,10 +11,9 @@
 
 /* Of a width that is a power of 2, the byte at i in the other order is at i ^
  * (width - 1). */
-static LUM_ONE_COPY uint64_t load_field(const uint8_t *packet,
+static LUM_ONE_COPY uint64_t load_bytes(const uint8_t *from,
                                         const lum_field *field)
 {
-    const uint8_t *from = packet + field->at;
     const unsigned flip = field_flip(field);
     uint32_t high = 0;
     uint32_t low = 0;
@@ -22,7 +21,30 @@ static LUM_ONE_COPY uint64_t load_field(const uint8_t *packet,
         high = high << 8 | low >> 24;
         low = low << 8 | from[i ^ flip];
     }
-    const uint64_t value = (uint64_t)high << 32 | low;
+    return (uint64_t)high << 32 | low;
+}
+
+/* left: bytes from the field to the packet's end, if there is a field. Where
+ * flash is not dear, a field of the usual order is cut out of eight bytes. */
+static inline uint64_t load_value(const uint8_t *from, size_t left,
+                                  const lum_field *field)
+{
+#if LUM_VECTORS
+    if (field->bytes > 0 && field->order == LUM_ORDER_LITTLE &&
+        left >= sizeof(uint64_t)) {
+        return load_u64(from) & UINT64_MAX >> (64u - 8u * field->bytes);
+    }
+#else
+    (void)left;
+#endif
+    return load_bytes(from, field);
+}
+
+static inline uint64_t load_field(const uint8_t *packet, size_t len,
+                                  const lum_field *field)
+{
+    const uint64_t value =
+        load_value(packet + field->at, len - field->at, field);
     return field->bits == 0
                ? value
                : shift_down(value, field->low) & lum_low_bits(field->bits);
@@ -71,7 +93,7 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
         return LUM_E_MALFORMED;
     }
     for (unsigned f = LUM_FIELD_EYE; f < LUM_FIELD_TIMESTAMP; f++) {
-        const uint64_t value = load_field(b, &p->group[f]);
+        const uint64_t value = load_field(b, len, &p->group[f]);
         v[f] = (uint32_t)value;
         excess |= (uint32_t)(value >> 32);
     }
@@ -85,7 +107,7 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
     if (excess != 0 || n > room || v[LUM_FIELD_EYE] != p->eye_values[eye]) {
         return LUM_E_MALFORMED;
     }
-    const uint64_t tag = load_field(b, &p->group[LUM_FIELD_TAG]);
+    const uint64_t tag = load_field(b, len, &p->group[LUM_FIELD_TAG]);
     const uint32_t known = tag >> 32 == 0 ? (uint32_t)tag : 0;
     const lum_result r =
         lum_group_check(known, n, v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
@@ -93,7 +115,7 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
         return r;
     }
     out->samples = b + p->samples_at;
-    out->clock_raw = load_field(b, &p->group[LUM_FIELD_TIMESTAMP]);
+    out->clock_raw = load_field(b, len, &p->group[LUM_FIELD_TIMESTAMP]);
     out->line = v[LUM_FIELD_LINE];
     out->num_samples = n;
     out->first_sample_index = v[LUM_FIELD_FIRST_SAMPLE_INDEX];

@@ -465,7 +465,7 @@ static bool is_idle(const struct place *p)
     return true;
 }
 
-int lum_place_approach(lum_reader *reader, lum_error *error)
+static int approach(lum_reader *reader, lum_error *error)
 {
     struct place *p = &reader->place;
     lum_error reason = {""};
@@ -483,6 +483,13 @@ int lum_place_approach(lum_reader *reader, lum_error *error)
         }
     }
     return 0;
+}
+
+/* Asked before each record, so what is rare is apart. */
+int lum_place_approach(lum_reader *reader, lum_error *error)
+{
+    const struct place *p = &reader->place;
+    return p->awaited_next < p->awaited_count ? approach(reader, error) : 0;
 }
 
 /* --- What callers seek --- */
