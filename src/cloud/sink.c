@@ -1,7 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "sink.h"
 
-#include "thread.h"
+#include "base/thread.h"
 
 #include "base/outfile_io.h"
 #include "lum/base/time.h"

@@ -1,7 +1,7 @@
 #include "closer.h"
 
 #include "base/outfile_io.h"
-#include "cloud/thread.h"
+#include "base/thread.h"
 
 #include <errno.h>
 #include <pthread.h>

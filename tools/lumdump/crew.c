@@ -1,6 +1,6 @@
 #include "crew.h"
 
-#include "cloud/thread.h"
+#include "base/thread.h"
 #include "cores.h"
 #include "targets.h"
 

@@ -2,7 +2,7 @@
 
 #include "health.h"
 
-#include "cloud/thread.h"
+#include "base/thread.h"
 #include "lum/base/time.h"
 
 #include <errno.h>

@@ -1,5 +1,5 @@
 #define _POSIX_C_SOURCE 200809L
-#include "thread.h"
+#include "base/thread.h"
 
 #include <signal.h>
 

@@ -1,7 +1,7 @@
 /** @file
  * Threads that do a program's work behind it. Internal. */
-#ifndef LUM_CLOUD_THREAD_H
-#define LUM_CLOUD_THREAD_H
+#ifndef LUM_BASE_THREAD_H
+#define LUM_BASE_THREAD_H
 
 #include "lum/result.h"
 
