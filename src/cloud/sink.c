@@ -1,9 +1,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "sink.h"
 
-#include "base/thread.h"
-
 #include "base/outfile_io.h"
+#include "base/thread.h"
 #include "lum/base/time.h"
 
 #include <errno.h>

@@ -155,49 +155,53 @@ static void *end_of(const lum_frame *frame, lum_column column)
                : NULL;
 }
 
+lum_frame_places lum_frame_next_places(const lum_frame *frame)
+{
+    return (lum_frame_places){
+        .columns = {.x = end_of(frame, LUM_COLUMN_X),
+                    .y = end_of(frame, LUM_COLUMN_Y),
+                    .z = end_of(frame, LUM_COLUMN_Z),
+                    .range = end_of(frame, LUM_COLUMN_RANGE),
+                    .azimuth = end_of(frame, LUM_COLUMN_AZIMUTH),
+                    .elevation = end_of(frame, LUM_COLUMN_ELEVATION),
+                    .pulse_width = end_of(frame, LUM_COLUMN_PULSE_WIDTH),
+                    .pixel = end_of(frame, LUM_COLUMN_PIXEL),
+                    .return_number = end_of(frame, LUM_COLUMN_RETURN_NUMBER),
+                    .number_of_returns =
+                        end_of(frame, LUM_COLUMN_NUMBER_OF_RETURNS),
+                    .edge = end_of(frame, LUM_COLUMN_EDGE),
+                    .strongest = end_of(frame, LUM_COLUMN_STRONGEST)},
+        .line = end_of(frame, LUM_COLUMN_LINE),
+        .time = end_of(frame, LUM_COLUMN_TIME),
+        .eye = end_of(frame, LUM_COLUMN_EYE)};
+}
+
 /* Data that all points of a line share, and the pixels from which times are
  * computed at the end. */
-static void fill_line(lum_frame *frame, const lum_line *line, size_t n,
-                      const uint16_t *pixels)
+static void fill_line(const lum_frame_places *to, const lum_line *line,
+                      size_t n, const uint16_t *pixels)
 {
-    uint32_t *numbers = end_of(frame, LUM_COLUMN_LINE);
-    float *times = end_of(frame, LUM_COLUMN_TIME);
-    uint8_t *eyes = end_of(frame, LUM_COLUMN_EYE);
-    for (size_t i = 0; numbers != NULL && i < n; i++) {
-        numbers[i] = line->number;
+    for (size_t i = 0; to->line != NULL && i < n; i++) {
+        to->line[i] = line->number;
     }
-    for (size_t i = 0; times != NULL && i < n; i++) {
-        times[i] = (float)pixels[i];
+    for (size_t i = 0; to->time != NULL && i < n; i++) {
+        to->time[i] = (float)pixels[i];
     }
-    if (eyes != NULL) {
-        memset(eyes, line->eye, n);
+    if (to->eye != NULL) {
+        memset(to->eye, line->eye, n);
     }
 }
 
-static size_t add_points(lum_frame *frame, const lum_frame_part *part)
+size_t lum_frame_make_points(const lum_frame_part *part,
+                             const lum_frame_places *places)
 {
-    uint16_t *pixels = end_of(frame, LUM_COLUMN_PIXEL);
-    if (pixels == NULL &&
-        (frame->mask & LUM_COLUMN_BIT(LUM_COLUMN_TIME)) != 0) {
-        pixels = part->work->pixel;
+    lum_column_places to = places->columns;
+    if (to.pixel == NULL && places->time != NULL) {
+        to.pixel = part->work->pixel;
     }
-    const lum_column_places places = {
-        .x = end_of(frame, LUM_COLUMN_X),
-        .y = end_of(frame, LUM_COLUMN_Y),
-        .z = end_of(frame, LUM_COLUMN_Z),
-        .range = end_of(frame, LUM_COLUMN_RANGE),
-        .azimuth = end_of(frame, LUM_COLUMN_AZIMUTH),
-        .elevation = end_of(frame, LUM_COLUMN_ELEVATION),
-        .pulse_width = end_of(frame, LUM_COLUMN_PULSE_WIDTH),
-        .pixel = pixels,
-        .return_number = end_of(frame, LUM_COLUMN_RETURN_NUMBER),
-        .number_of_returns = end_of(frame, LUM_COLUMN_NUMBER_OF_RETURNS),
-        .edge = end_of(frame, LUM_COLUMN_EDGE),
-        .strongest = end_of(frame, LUM_COLUMN_STRONGEST),
-    };
     const size_t n =
-        lum_columns_compute(&part->line, part->selection, part->work, &places);
-    fill_line(frame, part->line.line, n, pixels);
+        lum_columns_compute(&part->line, part->selection, part->work, &to);
+    fill_line(places, part->line.line, n, to.pixel);
     return n;
 }
 
@@ -224,19 +228,33 @@ static void add_up(lum_frame_info *info, const lum_frame_part *part)
     info->losses.no_range += part->losses.no_range;
 }
 
-void lum_frame_add(lum_frame *frame, const lum_frame_part *part)
+size_t lum_frame_points_left(const lum_frame *frame)
 {
-    const bool is_full = frame->row_count == LUM_FRAME_LINES_MAX;
-    const size_t room = is_full ? 0 : frame->points_max - frame->count;
-    const bool has_points = frame->mask != 0 && part->line.line->word_count > 0;
-    size_t n = has_points ? add_points(frame, part) : 0;
-    frame->info.points_cut += n > room ? n - room : 0;
-    if (is_full) {
-        frame->info.lines_cut++;
-        return;
-    }
-    n = n < room ? n : room;
+    return frame->row_count < LUM_FRAME_LINES_MAX
+               ? frame->points_max - frame->count
+               : 0;
+}
+
+void lum_frame_add_made(lum_frame *frame, const lum_frame_part *part, size_t n)
+{
     add_row(frame, part->line.line, n);
     add_up(&frame->info, part);
     frame->count += n;
+}
+
+void lum_frame_add(lum_frame *frame, const lum_frame_part *part)
+{
+    const size_t room = lum_frame_points_left(frame);
+    const bool has_points = frame->mask != 0 && part->line.line->word_count > 0;
+    size_t n = 0;
+    if (has_points) {
+        const lum_frame_places places = lum_frame_next_places(frame);
+        n = lum_frame_make_points(part, &places);
+    }
+    frame->info.points_cut += n > room ? n - room : 0;
+    if (frame->row_count == LUM_FRAME_LINES_MAX) {
+        frame->info.lines_cut++;
+        return;
+    }
+    lum_frame_add_made(frame, part, n < room ? n : room);
 }

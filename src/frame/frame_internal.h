@@ -66,9 +66,20 @@ struct lum_frame {
 /* An empty frame; NULL without memory. */
 lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask);
 
+/* Whether there is room for this many more points where the others are. */
+bool lum_frame_has_room(const lum_frame *frame, size_t points);
+
 /* Make room for this many more points and one more line. False: there is no
  * memory. */
 bool lum_frame_reserve(lum_frame *frame, size_t points);
+
+/* Where the points of a line are written; NULL: not requested. */
+typedef struct lum_frame_places {
+    lum_column_places columns;
+    uint32_t *line;
+    float *time;
+    uint8_t *eye;
+} lum_frame_places;
 
 /* Points of a line, for a frame. */
 typedef struct lum_frame_part {
@@ -80,6 +91,15 @@ typedef struct lum_frame_part {
 
 /* Add a line's points; room for them was reserved. */
 void lum_frame_add(lum_frame *frame, const lum_frame_part *part);
+
+/* The same in steps, for points that another thread makes: their places; the
+ * points; and that there are n of them, which is known before. n is at most
+ * lum_frame_points_left(). */
+size_t lum_frame_points_left(const lum_frame *frame);
+lum_frame_places lum_frame_next_places(const lum_frame *frame);
+size_t lum_frame_make_points(const lum_frame_part *part,
+                             const lum_frame_places *places);
+void lum_frame_add_made(lum_frame *frame, const lum_frame_part *part, size_t n);
 
 /* What only who makes the frame knows. */
 typedef struct lum_frame_end {

@@ -3,6 +3,8 @@
 #include "base/sized.h"
 #include "capture/demux_state.h"
 #include "clock_line.h"
+#include "column_work.h"
+#include "crew.h"
 #include "frame_internal.h"
 #include "framer_state.h"
 #include "pace.h"
@@ -90,6 +92,7 @@ struct lum_framer {
     bool only_first;
     bool is_flushing;
     lum_frame_pool *pool;
+    lum_crew *crew; /* NULL: the caller makes all points */
     struct sensor *sensors[LUM_DEMUX_SENSORS_MAX];
 
     enum in_hand in_hand;
@@ -251,20 +254,18 @@ static bool is_possible(const lum_assembler_config *c)
 
 /* All that needs memory. */
 static int allocate(lum_framer *f, const lum_demux_options *demux,
-                    size_t points_max, lum_error *error)
+                    const lum_framer_options *o, lum_error *error)
 {
     const size_t words = demux->config.words_per_line;
-    lum_column_work *w = &f->work;
+    const size_t points_max =
+        o->points_max != 0 ? o->points_max : LUM_FRAME_POINTS_MAX;
     if (lum_demux_new(demux, &f->demux, error) != 0) {
         return -1;
     }
     f->pool = lum_frame_pool_new(points_max, SPARE_MAX);
-    w->samples.returns = malloc(words * sizeof *w->samples.returns);
-    w->sample = malloc(words * sizeof *w->sample);
-    w->strongest = malloc(words * sizeof *w->strongest);
-    w->pixel = malloc(words * sizeof *w->pixel);
-    return f->pool != NULL && w->samples.returns != NULL && w->sample != NULL &&
-                   w->strongest != NULL && w->pixel != NULL
+    return f->pool != NULL && lum_column_work_allocate(&f->work, words) &&
+                   (o->threads < 2u ||
+                    lum_crew_new(o->threads - 1u, words, &f->crew))
                ? 0
                : lum_error_set(error, "out of memory");
 }
@@ -282,6 +283,10 @@ static int set_up(lum_framer *f, const lum_framer_options *o, lum_error *error)
         return lum_error_set(error, "a constant of reassembly is out of range; "
                                     "lum_assembler_config_default() sets them");
     }
+    if (o->threads > LUM_FRAMER_THREADS_MAX) {
+        return lum_error_set(error, "%lu threads; at most %u are possible",
+                             (unsigned long)o->threads, LUM_FRAMER_THREADS_MAX);
+    }
     f->wants = o->wants != 0 ? o->wants : (unsigned)LUM_WANT_FRAMES;
     f->eyes = o->eyes != 0 ? o->eyes : (unsigned)LUM_EYES_BOTH;
     f->has_clock = demux.layout.profile.group[LUM_FIELD_TIMESTAMP].bytes != 0;
@@ -294,9 +299,7 @@ static int set_up(lum_framer *f, const lum_framer_options *o, lum_error *error)
         set_projector(f, o, &demux.layout, error) != 0) {
         return -1;
     }
-    return allocate(f, &demux,
-                    o->points_max != 0 ? o->points_max : LUM_FRAME_POINTS_MAX,
-                    error);
+    return allocate(f, &demux, o, error);
 }
 
 int lum_framer_new(const lum_framer_options *options, lum_framer **out,
@@ -341,16 +344,15 @@ void lum_framer_free(lum_framer *framer)
     if (framer == NULL) {
         return;
     }
+    lum_crew_settle(framer->crew);
+    lum_crew_free(framer->crew);
     drop_draft(&framer->out);
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
         free_sensor(framer->sensors[i]);
     }
     lum_frame_pool_free(framer->pool);
     lum_demux_free(framer->demux);
-    free(framer->work.samples.returns);
-    free(framer->work.sample);
-    free(framer->work.strongest);
-    free(framer->work.pixel);
+    lum_column_work_release(&framer->work);
     free(framer);
 }
 
@@ -579,6 +581,7 @@ static void seal(lum_framer *f, struct sensor *s, struct draft *draft)
     lum_frame_end end = {.has_clock = f->has_clock,
                          .clock = s->clock,
                          .lines_late = s->lines_late};
+    lum_crew_settle(f->crew);
     take_given(s, draft->number);
     memcpy(end.lines_max, s->lines_max, sizeof end.lines_max);
     for (size_t i = 0; i < draft->frame_count; i++) {
@@ -618,13 +621,53 @@ static bool is_late(const struct sensor *s, int64_t number)
     return s->has_done && !is_before(s->done, number);
 }
 
+/* While a frame's memory moves, nobody writes into it. */
 static bool reserve(const lum_framer *f, const struct draft *draft)
 {
+    const uint32_t points = f->line->word_count;
     for (size_t i = 0; i < draft->frame_count; i++) {
-        if (!lum_frame_reserve(draft->frames[i], f->line->word_count)) {
+        if (!lum_frame_has_room(draft->frames[i], points)) {
+            lum_crew_settle(f->crew);
+        }
+        if (!lum_frame_reserve(draft->frames[i], points)) {
             return false;
         }
     }
+    return true;
+}
+
+static lum_frame_part part_of(lum_framer *f, const struct view *view,
+                              const lum_line *line)
+{
+    return (lum_frame_part){.line = {.projector = &f->projector,
+                                     .line = line,
+                                     .rising = f->rising,
+                                     .falling = f->falling},
+                            .selection = &view->selection,
+                            .work = &f->work,
+                            .losses = f->losses};
+}
+
+/* Have others make the points, where their number is known. The view is that of
+ * a draft, and so lives as long as its frame is under way. */
+static bool give_to_crew(lum_framer *f, const struct view *view,
+                         lum_frame *frame)
+{
+    const uint64_t n = count_edges(f, (unsigned)view->selection.edges);
+    if (f->crew == NULL || view->columns == 0 || n == 0 ||
+        !counts_edges(&view->selection) || n > lum_frame_points_left(frame)) {
+        return false;
+    }
+    const lum_frame_part part = part_of(f, view, f->line);
+    const lum_crew_task task = {.line = part.line,
+                                .selection = &view->selection,
+                                .smooth =
+                                    view->window != 0 ? &view->smooth : NULL,
+                                .places = lum_frame_next_places(frame)};
+    if (!lum_crew_give(f->crew, &task)) {
+        return false;
+    }
+    lum_frame_add_made(frame, &part, (size_t)n);
     return true;
 }
 
@@ -639,15 +682,11 @@ static bool add_line(lum_framer *f, const struct draft *draft)
     for (size_t i = 0; i < draft->frame_count; i++) {
         const struct view *view =
             draft->views.count > 0 ? &draft->views.view[i] : &lines_alone;
-        look_through(f, view);
-        const lum_frame_part part = {.line = {.projector = &f->projector,
-                                              .line = &f->seen,
-                                              .rising = f->rising,
-                                              .falling = f->falling},
-                                     .selection = &view->selection,
-                                     .work = &f->work,
-                                     .losses = f->losses};
-        lum_frame_add(draft->frames[i], &part);
+        if (!give_to_crew(f, view, draft->frames[i])) {
+            look_through(f, view);
+            const lum_frame_part part = part_of(f, view, &f->seen);
+            lum_frame_add(draft->frames[i], &part);
+        }
     }
     f->seen_by = NULL; /* the draft's views may go */
     return true;
@@ -864,6 +903,7 @@ static void drop_before(struct sensor *s, int64_t frame)
 
 void lum_framer_skip_to(lum_framer *framer, int64_t frame)
 {
+    lum_crew_settle(framer->crew);
     framer->has_from = true;
     framer->from = frame;
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
@@ -880,6 +920,7 @@ void lum_framer_skip_to(lum_framer *framer, int64_t frame)
 
 void lum_framer_restart(lum_framer *framer)
 {
+    lum_crew_settle(framer->crew);
     drop_draft(&framer->out);
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
         free_sensor(framer->sensors[i]);

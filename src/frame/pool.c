@@ -396,12 +396,18 @@ static bool reserve_row(lum_frame *frame)
     return true;
 }
 
+bool lum_frame_has_room(const lum_frame *frame, size_t points)
+{
+    return frame->mask == 0 ||
+           room_of(frame, frame->mask) >= frame->count + points;
+}
+
 bool lum_frame_reserve(lum_frame *frame, size_t points)
 {
     const size_t needed = frame->count + points;
     if (!reserve_row(frame)) {
         return false;
     }
-    return frame->mask == 0 || room_of(frame, frame->mask) >= needed ||
-           move_to_spare(frame, needed) || grow(frame, needed);
+    return lum_frame_has_room(frame, points) || move_to_spare(frame, needed) ||
+           grow(frame, needed);
 }

@@ -2,9 +2,10 @@
  * for all rounds. Each line of standard input is a task, and is answered by
  * "WALL PROCESSOR COUNT": seconds, seconds of this process, and what was done.
  *
- *   frames CAPTURE   every frame with columns x y z: points
- *   read CAPTURE     read() of all, 1 MB a call: bytes
- *   memcpy           64 MiB: bytes */
+ *   frames CAPTURE    every frame with columns x y z: points
+ *   threads CAPTURE   the same by two threads
+ *   read CAPTURE      read() of all, 1 MB a call: bytes
+ *   memcpy            64 MiB: bytes */
 #define _POSIX_C_SOURCE 200809L
 #include "datagrams.h"
 
@@ -32,10 +33,12 @@ static void stop(const char *why)
     exit(1);
 }
 
-static size_t read_frames(const char *path)
+static size_t read_frames(const char *path, uint32_t threads)
 {
-    const lum_reader_options options = {.struct_size = sizeof options,
-                                        .path = path};
+    const lum_framer_options framer = {.struct_size = sizeof framer,
+                                       .threads = threads};
+    const lum_reader_options options = {
+        .struct_size = sizeof options, .path = path, .framer = &framer};
     lum_reader *reader = NULL;
     const lum_frame *frame = NULL;
     lum_error error = {""};
@@ -87,7 +90,10 @@ static size_t copy(void)
 static size_t work(const char *task)
 {
     if (strncmp(task, "frames ", 7) == 0) {
-        return read_frames(task + 7);
+        return read_frames(task + 7, 1);
+    }
+    if (strncmp(task, "threads ", 8) == 0) {
+        return read_frames(task + 8, 2);
     }
     if (strncmp(task, "read ", 5) == 0) {
         return read_file(task + 5);

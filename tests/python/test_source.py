@@ -19,7 +19,7 @@ import warnings
 import lumsdk
 import numpy as np
 import pytest
-from conftest import BIN
+from conftest import BIN, PATIENCE_S
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -564,3 +564,29 @@ def test_warnings_name_the_line_that_reads(tmp_path, content):
         for _ in lumsdk.open(content[:24]):
             pass
     assert [pathlib.Path(warning.filename).name for warning in caught] == [pathlib.Path(__file__).name]
+
+
+@pytest.mark.parametrize("threads", [2, 3, 64])
+def test_frames_are_the_same_with_any_number_of_threads(path, threads):
+    """Lines wait for a thread of their own only where there are enough of them: the capture has 128 a frame."""
+    options = {"columns": "all", "edge": "both", "smooth": 5}
+    with lumsdk.open(path, threads=1, **options) as one, lumsdk.open(path, threads=threads, **options) as several:
+        pairs = list(zip(one, several))
+        assert len(pairs) == 5
+        for a, b in pairs:
+            assert a.number == b.number and a.columns == b.columns
+            assert all(a[name].tobytes() == b[name].tobytes() for name in a.columns)
+        assert one.losses == several.losses
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork()")
+def test_a_child_of_fork_can_close_a_source_whose_threads_it_lacks(path):
+    with lumsdk.open(path, threads=2) as source:
+        next(iter(source))
+        child = os.fork()
+        if child == 0:
+            signal.alarm(int(PATIENCE_S))  # one that hangs ends by it
+            source.close()
+            os._exit(0)
+        assert os.waitpid(child, 0)[1] == 0
+        assert len(list(source)) == 5

@@ -21,9 +21,10 @@ void *__wrap_calloc(size_t count, size_t size);
 static long allocations;
 static long fails_at; /* 0: none */
 
+/* Threads of the framer allocate too. */
 static int is_to_fail(void)
 {
-    return ++allocations == fails_at;
+    return __atomic_add_fetch(&allocations, 1, __ATOMIC_RELAXED) == fails_at;
 }
 
 void *__wrap_malloc(size_t size)
@@ -67,11 +68,11 @@ static uint64_t points_of(lum_framer *framer)
     return points;
 }
 
-static void what_failed_for_memory_loses_nothing_when_tried_again(void **state)
+static void fail_each(uint32_t threads)
 {
-    const lum_framer_options options = {.struct_size = sizeof options};
+    const lum_framer_options options = {.struct_size = sizeof options,
+                                        .threads = threads};
     long all = 1;
-    (void)state;
     for (long at = 0; at <= all; at++) {
         lum_framer *framer = NULL;
         allocations = 0;
@@ -88,10 +89,23 @@ static void what_failed_for_memory_loses_nothing_when_tried_again(void **state)
     fails_at = 0;
 }
 
+static void what_failed_for_memory_loses_nothing_when_tried_again(void **state)
+{
+    (void)state;
+    fail_each(1);
+}
+
+static void threads_without_memory_leave_their_work_to_the_caller(void **state)
+{
+    (void)state;
+    fail_each(3);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_failed_for_memory_loses_nothing_when_tried_again),
+        cmocka_unit_test(threads_without_memory_leave_their_work_to_the_caller),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

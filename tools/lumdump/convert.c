@@ -303,6 +303,14 @@ static int prepare_parts(struct pass *pass, unsigned wants)
     return 0;
 }
 
+/* Lines have a crew of their own. */
+static unsigned framer_threads(const struct options *o, unsigned wants)
+{
+    return !o->is_live && (wants & (unsigned)LUM_WANT_FRAMES) != 0
+               ? crew_threads(o)
+               : 1u;
+}
+
 enum pass_result pass_prepare(struct pass *pass, lum_error *error)
 {
     const struct options *o = pass->options;
@@ -331,7 +339,8 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
                                         .has_range = true,
                                         .frame_first = o->frame_first,
                                         .frame_last = o->frame_last,
-                                        .drop_incomplete = o->drop_incomplete};
+                                        .drop_incomplete = o->drop_incomplete,
+                                        .threads = framer_threads(o, wants)};
     if (lum_framer_new(&options, &pass->framer, error) != 0) {
         return PASS_FAILED;
     }

@@ -269,7 +269,7 @@ bool crew_can_serve(const struct options *options)
            !options_takes_frames(options, 0) && !targets_rotates(options, 0);
 }
 
-static unsigned thread_count(const struct options *o)
+unsigned crew_threads(const struct options *o)
 {
     if (o->threads != 0) {
         return o->threads;
@@ -322,7 +322,7 @@ static int make_jobs(struct crew *crew, size_t count, lum_error *error)
 int crew_new(const struct options *options, const lum_projector *projector,
              struct outputs *outputs, struct crew **out, lum_error *error)
 {
-    const unsigned threads = thread_count(options);
+    const unsigned threads = crew_threads(options);
     *out = NULL;
     if (threads == 1u || !crew_can_serve(options)) {
         return 0;

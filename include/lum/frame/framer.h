@@ -84,6 +84,9 @@ enum lum_framer_wants {
 /** Most points of a frame by default. */
 #define LUM_FRAME_POINTS_MAX 8000000u
 
+/** Most threads of a framer. */
+#define LUM_FRAMER_THREADS_MAX 64u
+
 /** Which eyes are wanted, a bit each. */
 enum lum_eyes {
     LUM_EYES_BLUE = 1,  /**< only blue */
@@ -113,6 +116,15 @@ typedef struct lum_framer_options {
     int64_t frame_last;   /**< the last of them */
     bool drop_incomplete; /**< leave out lines that lack angles or words */
     uint32_t points_max;  /**< of a frame; 0: LUM_FRAME_POINTS_MAX */
+    uint32_t threads; /**< that make the points of frames, the caller's among
+                           them, at most LUM_FRAMER_THREADS_MAX: so the caller
+                           reads and assembles while others project. 0 or 1:
+                           the caller's alone. Frames are the same, bit by bit.
+                           The others start when a few dozen lines wait, get no
+                           signals, and make only what the framer's functions
+                           wait for. They do not make points of a view that
+                           selects by returns, range or box, nor of a build
+                           without threads. Each takes about 1 MB. */
 } lum_framer_options;
 
 /** A framer. */
@@ -122,8 +134,8 @@ typedef struct lum_framer lum_framer;
  * @param options read, with all that it points to, and not kept.
  * @param out     to be freed with lum_framer_free().
  * @param error   may be NULL; gets what is wrong: a value of the calibration,
- *                the constants, a view's smoothing, columns or count, or there
- *                is no memory.
+ *                the constants, a view's smoothing, columns or count, the
+ *                number of threads, or there is no memory.
  * @return 0, or -1. */
 LUM_MUST_CHECK int lum_framer_new(const lum_framer_options *options,
                                   lum_framer **out, lum_error *error);

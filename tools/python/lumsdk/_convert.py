@@ -46,7 +46,7 @@ _APPLIES: Mapping[str, tuple[str, ...]] = {
 
 _ONLY_BY_LUMDUMP = ("duration", "organized", "packets", "rotate")
 
-_UNTOLD = ("calibration", "profile", "set", "columns", "broken", "progress")
+_UNTOLD = ("calibration", "profile", "set", "columns", "broken", "threads", "progress")
 """Options that the origin of a file does not name: what they give is in it."""
 
 

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
         profile: Union[str, os.PathLike[str], Mapping[str, Any], Profile]
         set: Union[Mapping[str, Any], Iterable[str]]
         broken: Literal["raise", "warn"]
+        threads: Optional[int]
         progress: Optional[Progress]
 
 DEFAULT_COLUMNS = ("x", "y", "z", "range", "pulse_width", "line", "pixel", "eye")
@@ -49,6 +50,7 @@ _ALLOWED = {
     "smooth": '0 for off, an odd number of pixels up to 63, such as 31, or "WINDOW:ORDER" or (WINDOW, ORDER), the '
               "order from 0 to 5 and below the window, such as (31, 2)",
     "sensor": 'an address such as "10.42.0.37"',
+    "threads": f"a number from 1 to {lib.LUM_FRAMER_THREADS_MAX}",
     "columns": f'"all" or names of {", ".join(COLUMNS)}, such as ["x", "y", "z"] or "x,y,z"',
 }
 _WORDS: dict[str, dict[str, int]] = {
@@ -60,8 +62,10 @@ _WORDS: dict[str, dict[str, int]] = {
 _RETURNS = {"all": lib.LUM_RETURNS_ALL, "first": lib.LUM_RETURNS_FIRST, "last": lib.LUM_RETURNS_LAST,
             "strongest": lib.LUM_RETURNS_STRONGEST}
 _NAMES = ("columns", "returns", "edge", "eye", "sensor", "frames", "range", "box", "incomplete", "smooth",
-          "calibration", "profile", "set", "broken", "progress")
+          "calibration", "profile", "set", "broken", "threads", "progress")
 _INT64 = (-2 ** 63, 2 ** 63 - 1)
+# More do not help: one of them reads and assembles, which takes half of the time.
+_THREADS = 4
 
 
 def _wrong(name: str, value: object, allowed: Optional[str] = None) -> OptionError:
@@ -202,6 +206,17 @@ def _smooth(value: Any) -> tuple[int, int]:
     return window, order
 
 
+def _threads(value: Any) -> int:
+    """As many as asked for, or as this process has cores, but not more than help."""
+    if value is None:
+        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        return min(cores, _THREADS)
+    number = _whole("threads", value, value)
+    if not 1 <= number <= lib.LUM_FRAMER_THREADS_MAX:
+        raise _wrong("threads", value)
+    return number
+
+
 def _fill_selection(selection: Any, options: Mapping[str, Any]) -> None:
     returns = options.get("returns", "all")
     if isinstance(returns, str) and returns in _RETURNS:
@@ -249,6 +264,7 @@ class Choice:
         self.sensor: Optional[int] = parse_address(options["sensor"]) if "sensor" in options else None
         self.eyes = _word("eye", options.get("eye", "both"))
         self.drops_incomplete = bool(_word("incomplete", options.get("incomplete", "keep")))
+        self.threads = _threads(options.get("threads"))
         self.view = self._view(options)
 
     def _settings(self, options: Mapping[str, Any]) -> tuple[Calibration, Profile]:
@@ -280,7 +296,7 @@ class Choice:
             raise OptionError("the calibration or the profile is out of range")
         geometry = calibration._to_c()
         made = sized("lum_framer_options", layout=layout, calibration=geometry, views=self.view, view_count=1,
-                     eyes=self.eyes, drop_incomplete=self.drops_incomplete)
+                     eyes=self.eyes, drop_incomplete=self.drops_incomplete, threads=self.threads)
         if self.sensor is not None:
             made.has_sensor, made.sensor = True, self.sensor
         if self.range != FrameRange():

@@ -599,12 +599,13 @@ class Sensor:
         """
         for name, why in (("profile", "the profile is that of the session: lumsdk.Sensor(profile=...)"),
                           ("sensor", "frames are those of this sensor alone"),
-                          ("broken", "it is for captures"), ("progress", "it is for captures")):
+                          ("broken", "it is for captures"), ("threads", "it is for captures"),
+                          ("progress", "it is for captures")):
             if name in options:
                 raise TypeError(f"{name} does not go with frames() of a sensor: {why}")
         wanted = None if duration is None else _seconds("duration", duration, 1e9)
         patience = _seconds("silence", silence, math.inf)
-        choice = Choice(options)
+        choice = Choice({**options, "threads": 1})
         calibration, profile = choice.with_set(choice.calibration if choice.names_calibration else self._calibration,
                                                self._profile)
         if profile != self._profile:

@@ -29,6 +29,8 @@ from ._places import BLOCK, Entry, Local, Remote, place
 MARK = ".lumfleet/run"
 PARTS = ".lumfleet/parts"
 LONGEST_MESSAGE = 2000
+# There is a worker for each core.
+_ONE_THREAD = ("--threads", "1")
 
 
 class _Failed(Exception):
@@ -169,7 +171,7 @@ class Converter:
         return self._by_convert(path, made, task)
 
     def _by_lumdump(self, path: str, made: str, task: Task) -> Record:
-        command = [self._lumdump, path, "-o", made, "--format", self._job.format, "--json", *self._job.arguments]
+        command = [self._lumdump, path, "-o", made, "--format", self._job.format, "--json", *_ONE_THREAD, *self._job.arguments]
         try:
             ended = subprocess.run(command, capture_output=True, text=True, errors="surrogateescape", cwd=self._work.path, check=False,
                                    stdin=subprocess.DEVNULL, preexec_fn=self._die_with_us)
@@ -191,7 +193,7 @@ class Converter:
         try:
             with in_folder(self._work.path), warnings.catch_warnings(record=True) as said:
                 warnings.simplefilter("always")
-                summary = lumsdk.convert(path, made, **self._job.keywords)
+                summary = lumsdk.convert(path, made, threads=1, **self._job.keywords)
         except lumsdk.Error as error:
             raise _Failed(self._named(str(error), path, made, task)) from error
         words = dict.fromkeys(f"warning: {warning.message}" for warning in said)
