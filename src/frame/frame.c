@@ -184,7 +184,7 @@ static void fill_line(const lum_frame_places *to, const lum_line *line,
     for (size_t i = 0; to->line != NULL && i < n; i++) {
         to->line[i] = line->number;
     }
-    for (size_t i = 0; to->time != NULL && i < n; i++) {
+    for (size_t i = 0; to->time != NULL && pixels != NULL && i < n; i++) {
         to->time[i] = (float)pixels[i];
     }
     if (to->eye != NULL) {

@@ -300,7 +300,7 @@ static void take_places(const struct chunk *from, const uint16_t *places,
 static void gather(const struct sieve *s, const struct chunk *from,
                    struct gathered *to, struct chunk *out)
 {
-    uint16_t places[BLOCK];
+    uint16_t places[BLOCK] = {0}; /* so that the analyser follows */
     uint32_t n = 0;
     if (s->line->angle_count == LUM_LINE_PIXELS && from->returns == NULL) {
         n = LUM_BEST(choose)(&s->choice, from->words, from->count, to->words);
