@@ -5,6 +5,7 @@
 #include <limits.h>
 #include <linux/sock_diag.h>
 #include <net/if.h>
+#include <netinet/udp.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <time.h>
@@ -16,6 +17,15 @@
 #define SO_MEMINFO 55
 #endif
 
+/* Since Linux 4.18. */
+#ifndef UDP_SEGMENT
+#define UDP_SEGMENT 103
+#endif
+
+/* Payload of the longest datagram of IPv4, which a message is before it is
+ * cut. */
+#define JOINED_BYTES_MAX 65507u
+
 /* Room for a time stamp, a drop count and the interface of arrival. */
 typedef union control_room {
     size_t align; /* as struct cmsghdr has it */
@@ -23,6 +33,12 @@ typedef union control_room {
                CMSG_SPACE(sizeof(uint32_t)) +
                CMSG_SPACE(sizeof(struct in_pktinfo))];
 } control_room;
+
+/* Room for the size of the datagrams in one message. */
+typedef union cut_room {
+    size_t align;
+    char bytes[CMSG_SPACE(sizeof(uint16_t))];
+} cut_room;
 
 int lum_system_socket(void)
 {
@@ -180,20 +196,108 @@ int lum_system_receive(int fd, uint8_t *buffers, lum_received *out,
     return n;
 }
 
-int lum_system_send(int fd, const lum_outgoing *datagrams, size_t count)
+/* Without a size of 0, which means that nothing is cut. A kernel that does not
+ * know the option would take no notice of it in a message either, and send one
+ * long datagram. */
+bool lum_system_joins(int fd)
 {
+    const int none = 0;
+    return setsockopt(fd, IPPROTO_UDP, UDP_SEGMENT, &none, sizeof none) == 0;
+}
+
+/* How many datagrams, from the first on, one message can hold: all as long as
+ * the first, except for the last, which may be shorter. */
+static size_t count_joined(const lum_outgoing *first, size_t count)
+{
+    const size_t len = first->len;
+    const size_t room = len != 0 ? JOINED_BYTES_MAX / len : 1;
+    const size_t most = count < room ? count : room;
+    size_t n = 1;
+    while (n < most && first[n - 1].len == len && first[n].len <= len &&
+           first[n].len != 0 && first[n].to.address == first->to.address &&
+           first[n].to.port == first->to.port) {
+        n++;
+    }
+    return n;
+}
+
+/* The size at which the kernel cuts a message into datagrams. */
+static void set_cut(struct msghdr *message, size_t len, cut_room *room)
+{
+    const uint16_t size = (uint16_t)len;
+    message->msg_control = room;
+    message->msg_controllen = sizeof room->bytes;
+    struct cmsghdr *control = CMSG_FIRSTHDR(message);
+    control->cmsg_level = IPPROTO_UDP;
+    control->cmsg_type = UDP_SEGMENT;
+    control->cmsg_len = CMSG_LEN(sizeof size);
+    memcpy(CMSG_DATA(control), &size, sizeof size);
+}
+
+/* The messages of one call, and how many datagrams are in each. */
+typedef struct outbox {
     struct mmsghdr messages[LUM_SOCKET_BATCH];
     struct iovec vectors[LUM_SOCKET_BATCH];
     struct sockaddr_in peers[LUM_SOCKET_BATCH];
-    for (size_t i = 0; i < count; i++) {
-        peers[i] = lum_system_address(datagrams[i].to);
-        /* sendmsg() only reads it, but its type does not say so. */
-        memcpy(&vectors[i].iov_base, &datagrams[i].bytes, sizeof(void *));
-        vectors[i].iov_len = datagrams[i].len;
-        messages[i].msg_hdr = (struct msghdr){.msg_name = &peers[i],
-                                              .msg_namelen = sizeof peers[i],
-                                              .msg_iov = &vectors[i],
-                                              .msg_iovlen = 1};
+    cut_room cuts[LUM_SOCKET_BATCH];
+    size_t held[LUM_SOCKET_BATCH];
+    size_t count;
+} outbox;
+
+static void put_message(outbox *box, const lum_outgoing *first,
+                        struct iovec *vectors, size_t n)
+{
+    const size_t at = box->count++;
+    struct msghdr *message = &box->messages[at].msg_hdr;
+    box->held[at] = n;
+    box->peers[at] = lum_system_address(first->to);
+    *message = (struct msghdr){.msg_name = &box->peers[at],
+                               .msg_namelen = sizeof box->peers[at],
+                               .msg_iov = vectors,
+                               .msg_iovlen = n};
+    if (n > 1) {
+        set_cut(message, first->len, &box->cuts[at]);
     }
-    return sendmmsg(fd, messages, (unsigned)count, MSG_DONTWAIT);
+}
+
+static void fill_outbox(outbox *box, bool joins, const lum_outgoing *datagrams,
+                        size_t count)
+{
+    box->count = 0;
+    for (size_t i = 0; i < count; i++) {
+        /* sendmsg() only reads it, but its type does not say so. */
+        memcpy(&box->vectors[i].iov_base, &datagrams[i].bytes, sizeof(void *));
+        box->vectors[i].iov_len = datagrams[i].len;
+    }
+    for (size_t i = 0; i < count;) {
+        const size_t n = joins ? count_joined(datagrams + i, count - i) : 1;
+        put_message(box, datagrams + i, box->vectors + i, n);
+        i += n;
+    }
+}
+
+/* What a kernel says that cannot cut there: the interface has no checksums, or
+ * its MTU is too small, so that the datagrams must be fragments. */
+static bool is_refusal(int code)
+{
+    return code == EIO || code == EINVAL || code == EMSGSIZE ||
+           code == EOPNOTSUPP;
+}
+
+int lum_system_send(int fd, bool *joins, const lum_outgoing *datagrams,
+                    size_t count)
+{
+    outbox box;
+    int left = 0;
+    fill_outbox(&box, *joins, datagrams, count);
+    int n = sendmmsg(fd, box.messages, (unsigned)box.count, MSG_DONTWAIT);
+    if (n < 0 && box.held[0] > 1 && is_refusal(errno)) {
+        *joins = false;
+        fill_outbox(&box, false, datagrams, count);
+        n = sendmmsg(fd, box.messages, (unsigned)box.count, MSG_DONTWAIT);
+    }
+    for (int i = 0; i < n; i++) {
+        left += (int)box.held[i];
+    }
+    return n < 0 ? n : left;
 }

@@ -211,9 +211,17 @@ int lum_system_receive(int fd, uint8_t *buffers, lum_received *out,
     return n > 0 ? n : -1;
 }
 
-int lum_system_send(int fd, const lum_outgoing *datagrams, size_t count)
+bool lum_system_joins(int fd)
+{
+    (void)fd;
+    return false;
+}
+
+int lum_system_send(int fd, bool *joins, const lum_outgoing *datagrams,
+                    size_t count)
 {
     int n = 0;
+    (void)joins;
     while ((size_t)n < count) {
         const struct sockaddr_in to = lum_system_address(datagrams[n].to);
         if (sendto(fd, datagrams[n].bytes, datagrams[n].len, 0,

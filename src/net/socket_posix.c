@@ -26,6 +26,7 @@ struct lum_socket {
     size_t receive_buffer;
     bool has_room;
     bool counts_drops;
+    bool joins;          /* datagrams that are sent */
     uint32_t drops_seen; /* the kernel's number, which wraps */
     uint64_t drops;
     lum_received received[LUM_SOCKET_BATCH];
@@ -88,6 +89,7 @@ static lum_net_result set_up(lum_socket *socket,
         lum_system_grow(socket->fd, options->receive_buffer, &socket->has_room);
     socket->counts_drops =
         lum_system_tell(socket->fd) || lum_system_drops(socket->fd, &drops);
+    socket->joins = lum_system_joins(socket->fd);
     if (options->interface_name != NULL) {
         const lum_net_result result =
             use_interface(socket, options->interface_name, &local, error);
@@ -283,11 +285,12 @@ lum_net_result lum_socket_receive(lum_socket *socket, lum_received **out,
 }
 
 /* A send may report the error of an earlier one; then it is tried again. */
-static int send_some(int fd, const lum_outgoing *datagrams, size_t count)
+static int send_some(lum_socket *socket, const lum_outgoing *datagrams,
+                     size_t count)
 {
     int n = -1;
     for (int tries = 0; tries < PENDING_ERRORS; tries++) {
-        n = lum_system_send(fd, datagrams, count);
+        n = lum_system_send(socket->fd, &socket->joins, datagrams, count);
         if (n >= 0 || (errno != EINTR && errno != ECONNREFUSED)) {
             break;
         }
@@ -305,7 +308,7 @@ lum_net_result lum_socket_send_batch(lum_socket *socket,
         return lum_socket_say_too_many(count, error);
     }
     while (*sent < count) {
-        const int n = send_some(socket->fd, datagrams + *sent, count - *sent);
+        const int n = send_some(socket, datagrams + *sent, count - *sent);
         if (n <= 0) {
             return lum_socket_say_unsent(&datagrams[*sent], errno, error);
         }

@@ -49,8 +49,15 @@ int lum_system_poll(struct pollfd *set, nfds_t count, int64_t wait_ns);
 int lum_system_receive(int fd, uint8_t *buffers, lum_received *out,
                        lum_arrival *arrivals);
 
-/* Send some. How many left; -1 and errno if not even the first. */
-int lum_system_send(int fd, const lum_outgoing *datagrams, size_t count);
+/* Whether the kernel takes several datagrams of one size as one, and cuts them
+ * apart as late as it can. */
+bool lum_system_joins(int fd);
+
+/* Send some, at most LUM_SOCKET_BATCH. *joins: as lum_system_joins() said; it
+ * becomes false if the way there has no such thing. How many left; -1 and errno
+ * if not even the first. */
+int lum_system_send(int fd, bool *joins, const lum_outgoing *datagrams,
+                    size_t count);
 
 static inline struct sockaddr_in lum_system_address(lum_endpoint endpoint)
 {

@@ -23,6 +23,7 @@
 #if defined(__linux__)
 #include <linux/filter.h>
 #include <linux/seccomp.h>
+#include <netinet/in.h>
 #include <sched.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
@@ -39,6 +40,44 @@
 
 /* 127.61.1.1: this test's alone. */
 #define HERE UINT32_C(0x7f3d0101)
+
+#if !defined(LUM_TEST_PLAIN)
+
+/* What the kernel was given, and what it says. */
+static struct {
+    size_t calls;
+    size_t messages; /* of all calls */
+    bool is_old;     /* it does not know datagrams that are joined */
+    int refusal;     /* errno for those that are; 0: it takes them */
+} kernel;
+
+/* In the place of the C library's. */
+int sendmmsg(int fd, struct mmsghdr *messages, unsigned count, int flags)
+{
+    unsigned n = 0;
+    kernel.calls++;
+    while (n < count &&
+           (kernel.refusal == 0 || messages[n].msg_hdr.msg_controllen == 0)) {
+        n++;
+    }
+    kernel.messages += n;
+    if (n == 0) {
+        errno = kernel.refusal;
+        return -1;
+    }
+    return (int)syscall(SYS_sendmmsg, fd, messages, n, flags);
+}
+
+int setsockopt(int fd, int level, int name, const void *value, socklen_t len)
+{
+    if (kernel.is_old && level == IPPROTO_UDP) {
+        errno = ENOPROTOOPT;
+        return -1;
+    }
+    return (int)syscall(SYS_setsockopt, fd, level, name, value, len);
+}
+
+#endif
 
 static lum_socket *open_with(const lum_socket_options *options)
 {
@@ -518,6 +557,169 @@ static void a_batch_ends_at_the_first_that_cannot_leave(void **state)
     lum_socket_close(socket);
 }
 
+/* Datagram i of the batch below is bytes i..; each case is the first of a run,
+ * in a run, or ends one. */
+static const size_t run_sizes[] = {40, 40, 40, 40, 7,    40,   40,   41,
+                                   0,  0,  1,  1,  1,    9,    200,  9,
+                                   9,  9,  9,  9,  1472, 1472, 1472, 1471};
+
+#define RUN_COUNT (sizeof run_sizes / sizeof run_sizes[0])
+
+static const uint8_t *run_bytes(size_t i)
+{
+    static uint8_t bytes[2048];
+    for (size_t k = 0; bytes[1] == 0 && k < sizeof bytes; k++) {
+        bytes[k] = (uint8_t)(k * 29u >> 2);
+    }
+    return bytes + i;
+}
+
+static void send_runs(lum_socket *from, const lum_socket *to)
+{
+    lum_outgoing datagrams[RUN_COUNT];
+    lum_error error = {""};
+    size_t sent = 0;
+    for (size_t i = 0; i < RUN_COUNT; i++) {
+        datagrams[i] = (lum_outgoing){run_bytes(i), run_sizes[i], end_of(to)};
+    }
+    assert_int_equal(
+        lum_socket_send_batch(from, datagrams, RUN_COUNT, &sent, &error),
+        LUM_NET_OK);
+    assert_int_equal(sent, RUN_COUNT);
+}
+
+static void expect_runs(lum_socket *to)
+{
+    const lum_received *got = receive(to, RUN_COUNT);
+    for (size_t i = 0; i < RUN_COUNT; i++) {
+        assert_int_equal(got[i].len, run_sizes[i]);
+        assert_memory_equal(got[i].bytes, run_bytes(i), run_sizes[i]);
+        assert_false(got[i].cut_short);
+    }
+}
+
+static void a_batch_comes_as_the_datagrams_that_it_was(void **state)
+{
+    (void)state;
+    lum_socket *to = open_here(1u << 20);
+    lum_socket *from = open_here(0);
+    for (int round = 0; round < 3; round++) {
+        send_runs(from, to);
+        expect_runs(to);
+    }
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+static void each_datagram_of_a_batch_goes_where_it_should(void **state)
+{
+    uint32_t numbers[12];
+    lum_outgoing datagrams[12];
+    size_t sent = 0;
+    (void)state;
+    lum_socket *to[] = {open_here(0), open_here(0)};
+    lum_socket *from = open_here(0);
+    for (uint32_t i = 0; i < 12; i++) {
+        numbers[i] = i;
+        datagrams[i] = (lum_outgoing){&numbers[i], sizeof numbers[i],
+                                      end_of(to[i / 3 % 2])};
+    }
+    assert_int_equal(lum_socket_send_batch(from, datagrams, 12, &sent, NULL),
+                     LUM_NET_OK);
+    for (uint32_t k = 0; k < 2; k++) {
+        const lum_received *got = receive(to[k], 6);
+        for (uint32_t i = 0; i < 6; i++) {
+            assert_int_equal(number_in(&got[i]), i + 3 * (i / 3) + 3 * k);
+        }
+        lum_socket_close(to[k]);
+    }
+    lum_socket_close(from);
+}
+
+#if !defined(LUM_TEST_PLAIN)
+
+static void datagrams_of_one_size_are_one_message(void **state)
+{
+    (void)state;
+    lum_socket *to = open_here(1u << 20);
+    lum_socket *from = open_here(0);
+    memset(&kernel, 0, sizeof kernel);
+    send_numbers(from, to, 0, LUM_SOCKET_BATCH);
+    assert_int_equal(kernel.messages, 1);
+    receive(to, LUM_SOCKET_BATCH);
+    memset(&kernel, 0, sizeof kernel);
+    send_runs(from, to);
+    /* 40*4 7, 40*2, 41, 0, 0, 1*3, 9, 200 9, 9*4, 1472*3 1471 */
+    assert_int_equal(kernel.messages, 10);
+    expect_runs(to);
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+/* Joined, they would be more than a datagram can be. */
+static void long_datagrams_are_several_messages(void **state)
+{
+    static uint8_t bytes[9000];
+    lum_outgoing datagrams[16];
+    size_t sent = 0;
+    (void)state;
+    lum_socket *to = open_here(1u << 20);
+    lum_socket *from = open_here(0);
+    for (size_t i = 0; i < 16; i++) {
+        datagrams[i] = (lum_outgoing){bytes, sizeof bytes, end_of(to)};
+    }
+    memset(&kernel, 0, sizeof kernel);
+    assert_int_equal(lum_socket_send_batch(from, datagrams, 16, &sent, NULL),
+                     LUM_NET_OK);
+    assert_int_equal(kernel.messages, 3);
+    const lum_received *got = receive(to, 16);
+    for (size_t i = 0; i < 16; i++) {
+        assert_int_equal(got[i].len, sizeof bytes);
+    }
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+static void what_cannot_be_joined_there_goes_one_by_one(void **state)
+{
+    static const int codes[] = {EIO, EINVAL, EMSGSIZE, EOPNOTSUPP};
+    (void)state;
+    lum_socket *to = open_here(1u << 20);
+    for (size_t i = 0; i < sizeof codes / sizeof codes[0]; i++) {
+        lum_socket *from = open_here(0);
+        memset(&kernel, 0, sizeof kernel);
+        kernel.refusal = codes[i];
+        send_runs(from, to);
+        expect_runs(to);
+        kernel.refusal = 0;
+        kernel.calls = 0;
+        kernel.messages = 0;
+        send_runs(from, to);
+        assert_int_equal(kernel.messages, RUN_COUNT);
+        assert_int_equal(kernel.calls, 1);
+        expect_runs(to);
+        lum_socket_close(from);
+    }
+    lum_socket_close(to);
+}
+
+static void an_old_kernel_gets_nothing_joined(void **state)
+{
+    (void)state;
+    memset(&kernel, 0, sizeof kernel);
+    kernel.is_old = true;
+    lum_socket *to = open_here(1u << 20);
+    lum_socket *from = open_here(0);
+    send_runs(from, to);
+    assert_int_equal(kernel.messages, RUN_COUNT);
+    expect_runs(to);
+    kernel.is_old = false;
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+#endif
+
 static void a_port_that_nobody_listens_at_is_no_failure(void **state)
 {
     (void)state;
@@ -836,6 +1038,8 @@ int main(void)
         cmocka_unit_test(a_low_port_needs_permission),
         cmocka_unit_test(what_cannot_be_sent_has_a_message),
         cmocka_unit_test(a_batch_ends_at_the_first_that_cannot_leave),
+        cmocka_unit_test(a_batch_comes_as_the_datagrams_that_it_was),
+        cmocka_unit_test(each_datagram_of_a_batch_goes_where_it_should),
         cmocka_unit_test(a_port_that_nobody_listens_at_is_no_failure),
         cmocka_unit_test(a_wait_ends_when_any_socket_has_something),
         cmocka_unit_test(a_wait_ends_at_its_deadline_and_not_before),
@@ -845,6 +1049,10 @@ int main(void)
         cmocka_unit_test(programs_that_are_started_do_not_get_the_descriptor),
         cmocka_unit_test(the_loopback_can_be_named),
 #if !defined(LUM_TEST_PLAIN)
+        cmocka_unit_test(datagrams_of_one_size_are_one_message),
+        cmocka_unit_test(long_datagrams_are_several_messages),
+        cmocka_unit_test(what_cannot_be_joined_there_goes_one_by_one),
+        cmocka_unit_test(an_old_kernel_gets_nothing_joined),
         cmocka_unit_test(only_what_comes_on_the_interface_is_received),
         cmocka_unit_test(without_the_right_to_bind_it_is_the_same),
         cmocka_unit_test(drops_are_told_by_the_next_datagram_at_the_latest),
