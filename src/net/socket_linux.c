@@ -22,16 +22,22 @@
 #define UDP_SEGMENT 103
 #endif
 
+/* Since Linux 5.0. */
+#ifndef UDP_GRO
+#define UDP_GRO 104
+#endif
+
 /* Payload of the longest datagram of IPv4, which a message is before it is
  * cut. */
 #define JOINED_BYTES_MAX 65507u
 
-/* Room for a time stamp, a drop count and the interface of arrival. */
+/* Room for a time stamp, a drop count, the interface of arrival and the size of
+ * joined datagrams. */
 typedef union control_room {
     size_t align; /* as struct cmsghdr has it */
     char bytes[CMSG_SPACE(sizeof(struct timespec)) +
                CMSG_SPACE(sizeof(uint32_t)) +
-               CMSG_SPACE(sizeof(struct in_pktinfo))];
+               CMSG_SPACE(sizeof(struct in_pktinfo)) + CMSG_SPACE(sizeof(int))];
 } control_room;
 
 /* Room for the size of the datagrams in one message. */
@@ -39,6 +45,8 @@ typedef union cut_room {
     size_t align;
     char bytes[CMSG_SPACE(sizeof(uint16_t))];
 } cut_room;
+
+/* --- Opening --- */
 
 int lum_system_socket(void)
 {
@@ -132,6 +140,8 @@ int lum_system_poll(struct pollfd *set, nfds_t count, int64_t wait_ns)
     return ppoll(set, count, &wait, NULL);
 }
 
+/* --- Receiving --- */
+
 static void read_time(const struct cmsghdr *control, lum_received *out)
 {
     struct timespec at;
@@ -139,48 +149,102 @@ static void read_time(const struct cmsghdr *control, lum_received *out)
     out->utc_ns = (int64_t)at.tv_sec * NS_PER_S + at.tv_nsec;
 }
 
-static void read_control(const struct cmsghdr *control, lum_received *out,
-                         lum_arrival *arrival)
+/* What a receive gave: a message, which is a datagram or several of one size,
+ * of which only the last may be shorter. */
+typedef struct parcel {
+    lum_received whole;
+    lum_arrival arrival;
+    size_t each; /* bytes; 0: it is one */
+} parcel;
+
+static void read_control(const struct cmsghdr *control, parcel *out)
 {
+    lum_arrival *arrival = &out->arrival;
     if (control->cmsg_level == IPPROTO_IP && control->cmsg_type == IP_PKTINFO) {
         struct in_pktinfo info;
         memcpy(&info, CMSG_DATA(control), sizeof info);
         arrival->interface = (unsigned)info.ipi_ifindex;
     } else if (control->cmsg_level == SOL_SOCKET &&
                control->cmsg_type == SCM_TIMESTAMPNS) {
-        read_time(control, out);
+        read_time(control, &out->whole);
     } else if (control->cmsg_level == SOL_SOCKET &&
                control->cmsg_type == SO_RXQ_OVFL) {
         memcpy(&arrival->drops, CMSG_DATA(control), sizeof arrival->drops);
         arrival->has_drops = true;
+    } else if (control->cmsg_level == IPPROTO_UDP &&
+               control->cmsg_type == UDP_GRO) {
+        int each = 0;
+        memcpy(&each, CMSG_DATA(control), sizeof each);
+        out->each = each > 0 ? (size_t)each : 0;
     }
 }
 
-static void read_arrival(struct mmsghdr *message, const uint8_t *bytes,
-                         lum_received *out, lum_arrival *arrival)
+static void read_message(struct mmsghdr *message, parcel *out)
 {
     struct msghdr *header = &message->msg_hdr;
-    *arrival = (lum_arrival){0};
-    *out = (lum_received){.bytes = bytes,
-                          .len = message->msg_len,
-                          .from = lum_system_endpoint(header->msg_name),
-                          .cut_short = (header->msg_flags & MSG_TRUNC) != 0};
+    *out =
+        (parcel){.whole = {.bytes = header->msg_iov->iov_base,
+                           .len = message->msg_len,
+                           .from = lum_system_endpoint(header->msg_name),
+                           .cut_short = (header->msg_flags & MSG_TRUNC) != 0}};
     for (struct cmsghdr *c = CMSG_FIRSTHDR(header); c != NULL;
          c = CMSG_NXTHDR(header, c)) {
-        read_control(c, out, arrival);
+        read_control(c, out);
     }
+    out->arrival.is_joined = out->each != 0 && out->each < out->whole.len;
 }
 
-int lum_system_receive(int fd, uint8_t *buffers, lum_received *out,
+/* The buffer may be longer than what a caller gets. */
+static void take_one(const parcel *from, size_t at, size_t len, bool is_cut,
+                     lum_received *out)
+{
+    *out = from->whole;
+    out->bytes += at;
+    out->len = len < LUM_SOCKET_BYTES ? len : LUM_SOCKET_BYTES;
+    out->cut_short = is_cut || len > LUM_SOCKET_BYTES;
+}
+
+/* Takes a message apart. How many datagrams it was. A kernel that joins more
+ * than any does today loses none in silence: the last has the rest, and is
+ * marked. */
+static int take_apart(const parcel *from, lum_received *out,
+                      lum_arrival *arrivals)
+{
+    const lum_received *whole = &from->whole;
+    const size_t each = from->arrival.is_joined ? from->each : whole->len;
+    size_t at = 0;
+    size_t n = 0;
+    do {
+        const size_t rest = whole->len - at;
+        const bool is_last = rest <= each || n + 1u == LUM_SYSTEM_JOINED_MAX;
+        const size_t len = is_last ? rest : each;
+        take_one(from, at, len, is_last && (whole->cut_short || rest > each),
+                 &out[n]);
+        arrivals[n++] = from->arrival;
+        at += len;
+    } while (at < whole->len);
+    return (int)n;
+}
+
+/* Off by default: it changes what a message is. */
+bool lum_system_take_joined(int fd)
+{
+    const int on = 1;
+    return setsockopt(fd, IPPROTO_UDP, UDP_GRO, &on, sizeof on) == 0;
+}
+
+int lum_system_receive(int fd, bool joined, uint8_t *buffers, lum_received *out,
                        lum_arrival *arrivals)
 {
     struct mmsghdr messages[LUM_SOCKET_BATCH];
     struct iovec vectors[LUM_SOCKET_BATCH];
     struct sockaddr_in peers[LUM_SOCKET_BATCH];
     control_room controls[LUM_SOCKET_BATCH];
+    const size_t room = joined ? LUM_SYSTEM_JOINED_BYTES : LUM_SOCKET_BYTES;
+    int taken = 0;
     for (size_t i = 0; i < LUM_SOCKET_BATCH; i++) {
-        vectors[i] = (struct iovec){.iov_base = buffers + i * LUM_SOCKET_BYTES,
-                                    .iov_len = LUM_SOCKET_BYTES};
+        vectors[i] =
+            (struct iovec){.iov_base = buffers + i * room, .iov_len = room};
         messages[i].msg_hdr =
             (struct msghdr){.msg_name = &peers[i],
                             .msg_namelen = sizeof peers[i],
@@ -191,10 +255,14 @@ int lum_system_receive(int fd, uint8_t *buffers, lum_received *out,
     }
     const int n = recvmmsg(fd, messages, LUM_SOCKET_BATCH, MSG_DONTWAIT, NULL);
     for (int i = 0; i < n; i++) {
-        read_arrival(&messages[i], vectors[i].iov_base, &out[i], &arrivals[i]);
+        parcel got;
+        read_message(&messages[i], &got);
+        taken += take_apart(&got, out + taken, arrivals + taken);
     }
-    return n;
+    return n < 0 ? n : taken;
 }
+
+/* --- Sending --- */
 
 /* Without a size of 0, which means that nothing is cut. A kernel that does not
  * know the option would take no notice of it in a message either, and send one

@@ -198,10 +198,17 @@ static int receive_one(int fd, uint8_t *buffer, lum_received *out)
     return 0;
 }
 
-int lum_system_receive(int fd, uint8_t *buffers, lum_received *out,
+bool lum_system_take_joined(int fd)
+{
+    (void)fd;
+    return false;
+}
+
+int lum_system_receive(int fd, bool joined, uint8_t *buffers, lum_received *out,
                        lum_arrival *arrivals)
 {
     int n = 0;
+    (void)joined;
     while (n < (int)LUM_SOCKET_BATCH &&
            receive_one(fd, buffers + (size_t)n * LUM_SOCKET_BYTES, &out[n]) ==
                0) {

@@ -33,9 +33,16 @@ def wait_for(path, event, process):
     raise RuntimeError(f"no {event} from the sensor: {process.poll()}")
 
 
-def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs=("load.pcap",), stalls=(), buffer=None):
+def is_accounted_for(r):
+    """Whether what was received and what was dropped is what was sent, as far as the drops are known."""
+    missing = r["sent"] - r["received"] - r["kernel_drops"]
+    return missing == 0 or (r["at_least"] and missing > 0)
+
+
+def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs=("load.pcap",), stalls=(), buffer=None, stopped_s=0):
     """Stream for so long; a dict of counts and shares of CPU. The sensor ends first, so that all it sent has come.
-    stalls: outputs, before the others, that a reader opens and never reads."""
+    stalls: outputs, before the others, that a reader opens and never reads.
+    stopped_s: at the end lumdump is stopped for so long, and the kernel drops what it has no room for."""
     folder = pathlib.Path(folder)
     readers = []
     for name in stalls:
@@ -60,6 +67,11 @@ def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs
         time.sleep(seconds)
         after = [cpu_seconds(p.pid) for p in (sensor, dump)]
         wall = time.monotonic() - began
+        if stopped_s > 0:
+            dump.send_signal(signal.SIGSTOP)
+            time.sleep(stopped_s)
+            dump.send_signal(signal.SIGCONT)
+            time.sleep(1)
         sensor.send_signal(signal.SIGTERM)
         sensor.wait(PATIENCE_S)
         stop, stream = last(log, "stop"), last(log, "stream")
@@ -76,6 +88,7 @@ def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs
             os.close(reader)
     live = json.loads(out)
     return {"sent": stop["packets"] + stop["answers"], "skipped": stop["lines_skipped"], "received": live["received"],
-            "kernel_drops": live["kernel_drops"], "ring_drops": live["ring_drops"], "recording_drops": live["recording_drops"], "stderr": err,
+            "kernel_drops": live["kernel_drops"], "at_least": live["kernel_drops_at_least"], "ring_drops": live["ring_drops"],
+            "recording_drops": live["recording_drops"], "stderr": err,
             "sensor_cpu": (after[0] - before[0]) / wall, "dump_cpu": (after[1] - before[1]) / wall, "live": live,
             "streamed_s": stop["t"] - stream["t"]}

@@ -49,6 +49,7 @@ static struct {
     size_t messages; /* of all calls */
     bool is_old;     /* it does not know datagrams that are joined */
     int refusal;     /* errno for those that are; 0: it takes them */
+    int each;        /* what comes is said to be joined of this size; 0: not */
 } kernel;
 
 /* In the place of the C library's. */
@@ -66,6 +67,31 @@ int sendmmsg(int fd, struct mmsghdr *messages, unsigned count, int flags)
         return -1;
     }
     return (int)syscall(SYS_sendmmsg, fd, messages, n, flags);
+}
+
+/* Says that a message consists of datagrams of this size. */
+static void say_joined(struct msghdr *message, size_t room)
+{
+    struct cmsghdr head = {.cmsg_len = CMSG_LEN(sizeof kernel.each),
+                           .cmsg_level = IPPROTO_UDP,
+                           .cmsg_type = 104 /* UDP_GRO */};
+    uint8_t *at = (uint8_t *)message->msg_control + message->msg_controllen;
+    assert_true(room - message->msg_controllen >=
+                CMSG_SPACE(sizeof kernel.each));
+    memcpy(at, &head, sizeof head);
+    memcpy(at + CMSG_LEN(0), &kernel.each, sizeof kernel.each);
+    message->msg_controllen += CMSG_SPACE(sizeof kernel.each);
+}
+
+int recvmmsg(int fd, struct mmsghdr *messages, unsigned count, int flags,
+             struct timespec *wait)
+{
+    const size_t room = messages[0].msg_hdr.msg_controllen;
+    const int n = (int)syscall(SYS_recvmmsg, fd, messages, count, flags, wait);
+    for (int i = 0; i < n && kernel.each != 0; i++) {
+        say_joined(&messages[i].msg_hdr, room);
+    }
+    return n;
 }
 
 int setsockopt(int fd, int level, int name, const void *value, socklen_t len)
@@ -95,6 +121,15 @@ static lum_socket *open_here(size_t receive_buffer)
     const lum_socket_options options = {.struct_size = sizeof options,
                                         .local = {.address = HERE},
                                         .receive_buffer = receive_buffer};
+    return open_with(&options);
+}
+
+static lum_socket *open_for_joined(size_t receive_buffer)
+{
+    const lum_socket_options options = {.struct_size = sizeof options,
+                                        .local = {.address = HERE},
+                                        .receive_buffer = receive_buffer,
+                                        .takes_joined = true};
     return open_with(&options);
 }
 
@@ -249,13 +284,11 @@ static void a_receive_takes_no_more_than_a_batch(void **state)
     lum_socket_close(from);
 }
 
-static void what_is_too_long_is_cut_and_marked(void **state)
+static void expect_long_ones_to_be_cut(lum_socket *to)
 {
     static const size_t sizes[] = {LUM_SOCKET_BYTES + 1u, LUM_SOCKET_BYTES, 0,
                                    60000, 1};
     static uint8_t bytes[60000];
-    (void)state;
-    lum_socket *to = open_here(1u << 20);
     lum_socket *from = open_here(0);
     for (size_t i = 0; i < sizeof bytes; i++) {
         bytes[i] = (uint8_t)(i * 31u >> 3);
@@ -272,6 +305,13 @@ static void what_is_too_long_is_cut_and_marked(void **state)
     }
     lum_socket_close(to);
     lum_socket_close(from);
+}
+
+static void what_is_too_long_is_cut_and_marked(void **state)
+{
+    (void)state;
+    expect_long_ones_to_be_cut(open_here(1u << 20));
+    expect_long_ones_to_be_cut(open_for_joined(1u << 20));
 }
 
 /* The clock may be set, and the kernel's time stamps take a moment to begin,
@@ -565,6 +605,10 @@ static const size_t run_sizes[] = {40, 40, 40, 40, 7,    40,   40,   41,
 
 #define RUN_COUNT (sizeof run_sizes / sizeof run_sizes[0])
 
+/* Those that are one message with others: 40*4 7, 40*2, 1*3, 200 9, 9*4,
+ * 1472*3 1471. */
+#define RUN_JOINED (5u + 2u + 3u + 2u + 4u + 4u)
+
 static const uint8_t *run_bytes(size_t i)
 {
     static uint8_t bytes[2048];
@@ -588,13 +632,18 @@ static void send_runs(lum_socket *from, const lum_socket *to)
     assert_int_equal(sent, RUN_COUNT);
 }
 
+static void expect_run(const lum_received *got, size_t i)
+{
+    assert_int_equal(got->len, run_sizes[i]);
+    assert_memory_equal(got->bytes, run_bytes(i), run_sizes[i]);
+    assert_false(got->cut_short);
+}
+
 static void expect_runs(lum_socket *to)
 {
     const lum_received *got = receive(to, RUN_COUNT);
     for (size_t i = 0; i < RUN_COUNT; i++) {
-        assert_int_equal(got[i].len, run_sizes[i]);
-        assert_memory_equal(got[i].bytes, run_bytes(i), run_sizes[i]);
-        assert_false(got[i].cut_short);
+        expect_run(&got[i], i);
     }
 }
 
@@ -703,6 +752,112 @@ static void what_cannot_be_joined_there_goes_one_by_one(void **state)
     lum_socket_close(to);
 }
 
+static void what_the_kernel_joined_is_taken_apart(void **state)
+{
+    (void)state;
+    lum_socket *to = open_for_joined(1u << 20);
+    lum_socket *from = open_here(0);
+    for (uint64_t round = 1; round <= 3; round++) {
+        const int64_t before = lum_time_utc_ns() - NS_PER_MS;
+        send_runs(from, to);
+        const lum_received *got = receive(to, RUN_COUNT);
+        for (size_t i = 0; i < RUN_COUNT; i++) {
+            expect_run(&got[i], i);
+            assert_int_equal(got[i].from.address, HERE);
+            assert_int_equal(got[i].from.port, end_of(from).port);
+            assert_true(got[i].utc_ns >= before);
+        }
+        assert_true(lum_socket_joined(to) == round * RUN_JOINED);
+    }
+    assert_true(lum_socket_drops(to) == 0);
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+static void a_receive_may_give_more_than_a_batch_of_joined_ones(void **state)
+{
+    enum {
+        BATCHES = 70
+    };
+    uint32_t next = 0;
+    (void)state;
+    lum_socket *to = open_for_joined(1u << 22);
+    lum_socket *from = open_here(0);
+    for (uint32_t i = 0; i < BATCHES; i++) {
+        send_numbers(from, to, i * LUM_SOCKET_BATCH, LUM_SOCKET_BATCH);
+    }
+    const size_t all = (size_t)BATCHES * LUM_SOCKET_BATCH;
+    const size_t first = (size_t)LUM_SOCKET_BATCH * LUM_SOCKET_BATCH;
+    const lum_received *got = receive(to, first);
+    while (next < first) {
+        assert_int_equal(number_in(&got[next]), next);
+        next++;
+    }
+    got = receive(to, all - first);
+    for (size_t i = 0; next < all; i++) {
+        assert_int_equal(number_in(&got[i]), next++);
+    }
+    receive(to, 0);
+    assert_true(lum_socket_joined(to) == all);
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+/* The kernel counts those that it joined as one. */
+static void drops_of_joined_ones_are_a_lower_bound(void **state)
+{
+    uint64_t received = 0;
+    const uint64_t sent = UINT64_C(300) * LUM_SOCKET_BATCH;
+    (void)state;
+    lum_socket *to = open_for_joined(8192);
+    lum_socket *from = open_here(0);
+    for (uint32_t i = 0; i < 300; i++) {
+        send_numbers(from, to, i, LUM_SOCKET_BATCH);
+    }
+    received = receive_all(to);
+    assert_true(received > 0);
+    assert_true(lum_socket_joined(to) == received);
+    assert_true(lum_socket_drops(to) > 0);
+    assert_true(received + lum_socket_drops(to) < sent);
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+static void nothing_is_joined_unless_it_is_asked_for(void **state)
+{
+    (void)state;
+    lum_socket *to = open_here(1u << 20);
+    lum_socket *from = open_here(0);
+    send_runs(from, to);
+    receive(to, RUN_COUNT);
+    assert_true(lum_socket_joined(to) == 0);
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+/* No kernel does this. */
+static void more_joined_ones_than_there_is_room_for_are_marked(void **state)
+{
+    static uint8_t bytes[300];
+    (void)state;
+    lum_socket *to = open_for_joined(1u << 20);
+    lum_socket *from = open_here(0);
+    for (size_t i = 0; i < sizeof bytes; i++) {
+        bytes[i] = (uint8_t)i;
+    }
+    send_bytes(from, to, bytes, sizeof bytes);
+    kernel.each = 1;
+    const lum_received *got = receive(to, 128);
+    kernel.each = 0;
+    for (size_t i = 0; i < 128; i++) {
+        assert_int_equal(got[i].len, i < 127 ? 1 : sizeof bytes - 127);
+        assert_int_equal(got[i].bytes[0], bytes[i]);
+        assert_int_equal(got[i].cut_short, i == 127);
+    }
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
 static void an_old_kernel_gets_nothing_joined(void **state)
 {
     (void)state;
@@ -713,6 +868,11 @@ static void an_old_kernel_gets_nothing_joined(void **state)
     send_runs(from, to);
     assert_int_equal(kernel.messages, RUN_COUNT);
     expect_runs(to);
+    lum_socket_close(to);
+    to = open_for_joined(1u << 20);
+    send_runs(from, to);
+    expect_runs(to);
+    assert_true(lum_socket_joined(to) == 0);
     kernel.is_old = false;
     lum_socket_close(to);
     lum_socket_close(from);
@@ -1052,6 +1212,11 @@ int main(void)
         cmocka_unit_test(datagrams_of_one_size_are_one_message),
         cmocka_unit_test(long_datagrams_are_several_messages),
         cmocka_unit_test(what_cannot_be_joined_there_goes_one_by_one),
+        cmocka_unit_test(what_the_kernel_joined_is_taken_apart),
+        cmocka_unit_test(a_receive_may_give_more_than_a_batch_of_joined_ones),
+        cmocka_unit_test(drops_of_joined_ones_are_a_lower_bound),
+        cmocka_unit_test(nothing_is_joined_unless_it_is_asked_for),
+        cmocka_unit_test(more_joined_ones_than_there_is_room_for_are_marked),
         cmocka_unit_test(an_old_kernel_gets_nothing_joined),
         cmocka_unit_test(only_what_comes_on_the_interface_is_received),
         cmocka_unit_test(without_the_right_to_bind_it_is_the_same),
