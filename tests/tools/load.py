@@ -42,10 +42,13 @@ def count_skipped(path):
 
 
 class Sweeper(threading.Thread):
-    """Removes the files of a rotated recording, except for the newest few, so that a long one fits on the disk."""
+    """Removes the files of a rotated recording, except for the newest few, so that a long one fits on the disk.
+    Bit by bit: to remove a large file at once may keep a core in the kernel for longer than a receive buffer lasts."""
 
     KEPT = 3
     PERIOD_S = 0.5
+    STEP = 16 << 20
+    STEP_S = 0.005
 
     def __init__(self, folder):
         super().__init__(daemon=True)
@@ -55,6 +58,9 @@ class Sweeper(threading.Thread):
     def run(self):
         while not self.over.wait(self.PERIOD_S):
             for path in sorted(self.folder.glob("load-*.pcap"))[:-self.KEPT]:
+                for size in range(path.stat().st_size, 0, -self.STEP):
+                    os.truncate(path, size)
+                    time.sleep(self.STEP_S)
                 path.unlink()
 
     def end(self):
