@@ -17,6 +17,8 @@
 #define TRIES 100 /* to find a name that is free */
 #define BEGIN_SIZE                                                             \
     ((size_t)8u << 20u) /* so many bytes are worth starting a write */
+#define KEPT_SIZE                                                              \
+    ((uint64_t)64u << 20u) /* of a growing file, for who reads behind it */
 
 /* --- Messages --- */
 
@@ -159,6 +161,7 @@ static int make(lum_outfile *file, lum_outfile_kind kind,
                    ? take(file, error)
                    : fail_create(file, errno, error);
     }
+    file->grows = kind == LUM_OUTFILE_GROWS;
     lum_claim_note(&file->claim, file->part);
     if (old != NULL) {
         keep_mode(file, old);
@@ -326,12 +329,23 @@ int lum_outfile_show(lum_outfile *file, lum_error *error)
     return result;
 }
 
+/* A recording of a day would push all else out of the memory, and fresh memory
+ * for each of its pages takes longer than the copy into it. */
+static void forget_old(const lum_outfile *file)
+{
+    if (file->grows && file->written > KEPT_SIZE) {
+        lum_writeback_forget(file->fd, file->written - KEPT_SIZE);
+    }
+}
+
 void lum_outfile_wrote(lum_outfile *file, size_t n)
 {
     file->unstarted += n;
+    file->written += n;
     if (file->path != NULL && file->unstarted >= BEGIN_SIZE) {
         file->unstarted = 0;
         lum_writeback_begin(file->fd);
+        forget_old(file);
     }
 }
 

@@ -64,7 +64,8 @@ static lum_net_result open_parts(lum_sensor *s,
     const lum_socket_options wanted = {
         .struct_size = sizeof wanted,
         .interface_name = options->interface_name,
-        .receive_buffer = options->receive_buffer};
+        .receive_buffer = options->receive_buffer,
+        .takes_joined = options->takes_joined};
     if (options->owns) {
         const lum_net_result r = lum_owner_take(
             options->sensor, options->interface_name, &s->owner, error);
@@ -222,6 +223,7 @@ lum_net_result lum_sensor_set_ip(lum_sensor *sensor, uint32_t address,
 lum_result lum_sensor_count(lum_sensor *sensor, lum_sensor_counters *out)
 {
     sensor->counters.kernel_drops = lum_socket_drops(sensor->socket);
+    sensor->counters.joined = lum_socket_joined(sensor->socket);
     return lum_sized_fill(out, &sensor->counters, sizeof sensor->counters)
                ? LUM_OK
                : LUM_E_VALUE;

@@ -198,10 +198,17 @@ static int receive_one(int fd, uint8_t *buffer, lum_received *out)
     return 0;
 }
 
-int lum_system_receive(int fd, uint8_t *buffers, lum_received *out,
+bool lum_system_take_joined(int fd)
+{
+    (void)fd;
+    return false;
+}
+
+int lum_system_receive(int fd, bool joined, uint8_t *buffers, lum_received *out,
                        lum_arrival *arrivals)
 {
     int n = 0;
+    (void)joined;
     while (n < (int)LUM_SOCKET_BATCH &&
            receive_one(fd, buffers + (size_t)n * LUM_SOCKET_BYTES, &out[n]) ==
                0) {
@@ -211,9 +218,17 @@ int lum_system_receive(int fd, uint8_t *buffers, lum_received *out,
     return n > 0 ? n : -1;
 }
 
-int lum_system_send(int fd, const lum_outgoing *datagrams, size_t count)
+bool lum_system_joins(int fd)
+{
+    (void)fd;
+    return false;
+}
+
+int lum_system_send(int fd, bool *joins, const lum_outgoing *datagrams,
+                    size_t count)
 {
     int n = 0;
+    (void)joins;
     while ((size_t)n < count) {
         const struct sockaddr_in to = lum_system_address(datagrams[n].to);
         if (sendto(fd, datagrams[n].bytes, datagrams[n].len, 0,

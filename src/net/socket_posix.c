@@ -26,12 +26,17 @@ struct lum_socket {
     size_t receive_buffer;
     bool has_room;
     bool counts_drops;
+    bool joins;          /* datagrams that are sent */
     uint32_t drops_seen; /* the kernel's number, which wraps */
     uint64_t drops;
-    lum_received received[LUM_SOCKET_BATCH];
-    lum_arrival arrivals[LUM_SOCKET_BATCH];
-    uint8_t bytes[LUM_SOCKET_BATCH * LUM_SOCKET_BYTES];
+    bool takes_joined;
+    uint64_t joined;
+    lum_received *received;
+    lum_arrival *arrivals;
+    uint8_t *bytes;
 };
+
+/* --- Opening --- */
 
 /* "lo, eth0" */
 static void list_interfaces(char *out, size_t room)
@@ -88,6 +93,9 @@ static lum_net_result set_up(lum_socket *socket,
         lum_system_grow(socket->fd, options->receive_buffer, &socket->has_room);
     socket->counts_drops =
         lum_system_tell(socket->fd) || lum_system_drops(socket->fd, &drops);
+    socket->joins = lum_system_joins(socket->fd);
+    socket->takes_joined =
+        options->takes_joined && lum_system_take_joined(socket->fd);
     if (options->interface_name != NULL) {
         const lum_net_result result =
             use_interface(socket, options->interface_name, &local, error);
@@ -98,6 +106,28 @@ static lum_net_result set_up(lum_socket *socket,
     return bind_local(socket, local, error);
 }
 
+static lum_net_result fail_memory(lum_error *error)
+{
+    (void)lum_error_set(error, "no memory left for a socket");
+    return LUM_NET_FAILED;
+}
+
+/* Not cleared: its pages stay unused until data comes. */
+static lum_net_result make_room(lum_socket *socket, lum_error *error)
+{
+    const size_t count =
+        socket->takes_joined ? LUM_SOCKET_JOINED_BATCH : LUM_SOCKET_BATCH;
+    socket->received = malloc(count * sizeof *socket->received);
+    socket->arrivals = malloc(count * sizeof *socket->arrivals);
+    socket->bytes = malloc(
+        (size_t)LUM_SOCKET_BATCH *
+        (socket->takes_joined ? LUM_SYSTEM_JOINED_BYTES : LUM_SOCKET_BYTES));
+    return socket->received != NULL && socket->arrivals != NULL &&
+                   socket->bytes != NULL
+               ? LUM_NET_OK
+               : fail_memory(error);
+}
+
 lum_net_result lum_socket_open(const lum_socket_options *options,
                                lum_socket **out, lum_error *error)
 {
@@ -106,13 +136,10 @@ lum_net_result lum_socket_open(const lum_socket_options *options,
                        "lum_socket_options", error) != 0) {
         return LUM_NET_FAILED;
     }
-    lum_socket *socket = malloc(sizeof *socket);
+    lum_socket *socket = calloc(1, sizeof *socket);
     if (socket == NULL) {
-        (void)lum_error_set(error, "no memory left for a socket");
-        return LUM_NET_FAILED;
+        return fail_memory(error);
     }
-    /* The buffers are left out: their pages stay unused until data comes. */
-    memset(socket, 0, offsetof(lum_socket, received));
     socket->fd = lum_system_socket();
     if (socket->fd < 0) {
         (void)lum_error_set(error, "cannot make a UDP socket: %s",
@@ -120,7 +147,10 @@ lum_net_result lum_socket_open(const lum_socket_options *options,
         lum_socket_close(socket);
         return LUM_NET_FAILED;
     }
-    const lum_net_result result = set_up(socket, &known, error);
+    lum_net_result result = set_up(socket, &known, error);
+    if (result == LUM_NET_OK) {
+        result = make_room(socket, error);
+    }
     if (result != LUM_NET_OK) {
         lum_socket_close(socket);
         return result;
@@ -135,6 +165,9 @@ void lum_socket_close(lum_socket *socket)
         if (socket->fd >= 0) {
             (void)close(socket->fd);
         }
+        free(socket->received);
+        free(socket->arrivals);
+        free(socket->bytes);
         free(socket);
     }
 }
@@ -158,6 +191,8 @@ bool lum_socket_counts_drops(const lum_socket *socket)
 {
     return socket->counts_drops;
 }
+
+/* --- Waiting --- */
 
 /* The cancel comes first: it must work under load too. */
 static lum_net_result judge(const struct pollfd *set, nfds_t count)
@@ -211,6 +246,8 @@ lum_net_result lum_socket_wait(lum_socket *const *sockets, size_t count,
     return poll_until(set, (nfds_t)(count + 2u), deadline_ns);
 }
 
+/* --- Receiving --- */
+
 /* The counts in datagrams may be older than one that was read already. */
 static void note_drops(lum_socket *socket, uint32_t seen)
 {
@@ -230,6 +267,11 @@ uint64_t lum_socket_drops(lum_socket *socket)
     return socket->drops;
 }
 
+uint64_t lum_socket_joined(const lum_socket *socket)
+{
+    return socket->joined;
+}
+
 /* Note what came with the datagrams; remove those of other interfaces. */
 static size_t sort_out(lum_socket *socket, size_t count)
 {
@@ -244,6 +286,7 @@ static size_t sort_out(lum_socket *socket, size_t count)
         if (socket->only != 0 && socket->only != arrival->interface) {
             continue;
         }
+        socket->joined += arrival->is_joined;
         if (received->utc_ns == 0) {
             now = now != 0 ? now : lum_time_utc_ns();
             received->utc_ns = now;
@@ -266,8 +309,9 @@ lum_net_result lum_socket_receive(lum_socket *socket, lum_received **out,
     *out = socket->received;
     *count = 0;
     for (int errors = 0; errors < PENDING_ERRORS; errors++) {
-        const int n = lum_system_receive(socket->fd, socket->bytes,
-                                         socket->received, socket->arrivals);
+        const int n =
+            lum_system_receive(socket->fd, socket->takes_joined, socket->bytes,
+                               socket->received, socket->arrivals);
         if (n >= 0) {
             *count = sort_out(socket, (size_t)n);
             return LUM_NET_OK;
@@ -282,12 +326,15 @@ lum_net_result lum_socket_receive(lum_socket *socket, lum_received **out,
     return LUM_NET_OK;
 }
 
+/* --- Sending --- */
+
 /* A send may report the error of an earlier one; then it is tried again. */
-static int send_some(int fd, const lum_outgoing *datagrams, size_t count)
+static int send_some(lum_socket *socket, const lum_outgoing *datagrams,
+                     size_t count)
 {
     int n = -1;
     for (int tries = 0; tries < PENDING_ERRORS; tries++) {
-        n = lum_system_send(fd, datagrams, count);
+        n = lum_system_send(socket->fd, &socket->joins, datagrams, count);
         if (n >= 0 || (errno != EINTR && errno != ECONNREFUSED)) {
             break;
         }
@@ -305,7 +352,7 @@ lum_net_result lum_socket_send_batch(lum_socket *socket,
         return lum_socket_say_too_many(count, error);
     }
     while (*sent < count) {
-        const int n = send_some(socket->fd, datagrams + *sent, count - *sent);
+        const int n = send_some(socket, datagrams + *sent, count - *sent);
         if (n <= 0) {
             return lum_socket_say_unsent(&datagrams[*sent], errno, error);
         }

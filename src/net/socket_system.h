@@ -17,7 +17,17 @@ typedef struct lum_arrival {
     unsigned interface; /* index of the interface of arrival; 0: not known */
     uint32_t drops;     /* by the kernel, when it came */
     bool has_drops;
+    bool is_joined; /* it came in one message with others */
 } lum_arrival;
+
+/* Most datagrams that are taken apart of a message: Linux joins 64 that it
+ * receives, and lets a local sender join 128. */
+#define LUM_SYSTEM_JOINED_MAX (LUM_SOCKET_JOINED_BATCH / LUM_SOCKET_BATCH)
+
+/* From one message's buffer to the next, where messages may hold joined
+ * datagrams. Not a power of two: the beginnings of all buffers would share a
+ * few lines of the cache, and most messages are short. */
+#define LUM_SYSTEM_JOINED_BYTES (65536u + 2176u)
 
 /* A UDP socket, non-blocking and closed on exec; -1 and errno. */
 int lum_system_socket(void);
@@ -43,14 +53,26 @@ bool lum_system_drops(int fd, uint32_t *out);
 /* poll() for some nanoseconds. */
 int lum_system_poll(struct pollfd *set, nfds_t count, int64_t wait_ns);
 
+/* Let the kernel join datagrams that it hands out. Whether it does. */
+bool lum_system_take_joined(int fd);
+
 /* Receive up to LUM_SOCKET_BATCH datagrams into buffers of LUM_SOCKET_BYTES
- * each; utc_ns stays 0 if it is not known. Returns how many, or -1 and errno.
- */
-int lum_system_receive(int fd, uint8_t *buffers, lum_received *out,
+ * each; utc_ns stays 0 if it is not known. joined: as lum_system_take_joined()
+ * said; then as many messages into buffers of LUM_SYSTEM_JOINED_BYTES, with up
+ * to LUM_SYSTEM_JOINED_MAX datagrams in each. Returns how many datagrams, or -1
+ * and errno. */
+int lum_system_receive(int fd, bool joined, uint8_t *buffers, lum_received *out,
                        lum_arrival *arrivals);
 
-/* Send some. How many left; -1 and errno if not even the first. */
-int lum_system_send(int fd, const lum_outgoing *datagrams, size_t count);
+/* Whether the kernel takes several datagrams of one size as one, and cuts them
+ * apart as late as it can. */
+bool lum_system_joins(int fd);
+
+/* Send some, at most LUM_SOCKET_BATCH. *joins: as lum_system_joins() said; it
+ * becomes false if the way there has no such thing. How many left; -1 and errno
+ * if not even the first. */
+int lum_system_send(int fd, bool *joins, const lum_outgoing *datagrams,
+                    size_t count);
 
 static inline struct sockaddr_in lum_system_address(lum_endpoint endpoint)
 {

@@ -171,6 +171,12 @@ bool lum_socket_has_room(const lum_socket *socket)
     return socket->has_room;
 }
 
+uint64_t lum_socket_joined(const lum_socket *socket)
+{
+    (void)socket;
+    return 0;
+}
+
 uint64_t lum_socket_drops(lum_socket *socket)
 {
     (void)socket;

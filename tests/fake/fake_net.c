@@ -111,6 +111,12 @@ uint64_t lum_socket_drops(lum_socket *socket)
     return fake.drops;
 }
 
+uint64_t lum_socket_joined(const lum_socket *socket)
+{
+    (void)socket;
+    return 0;
+}
+
 static bool has_arrived(void)
 {
     return fake.floods > 0 ||

@@ -4,6 +4,7 @@ import os
 import pathlib
 import signal
 import subprocess
+import threading
 import time
 
 from support import PATIENCE_S
@@ -33,9 +34,51 @@ def wait_for(path, event, process):
     raise RuntimeError(f"no {event} from the sensor: {process.poll()}")
 
 
-def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs=("load.pcap",), stalls=(), buffer=None):
+def count_skipped(path):
+    """Lines that the sensor left out, as far as its log tells."""
+    text = path.read_text() if path.exists() else ""
+    events = [json.loads(line) for line in text.splitlines(True) if line.endswith("\n")]
+    return sum(e["lines"] for e in events if e["event"] == "skipped")
+
+
+class Sweeper(threading.Thread):
+    """Removes the files of a rotated recording, except for the newest few, so that a long one fits on the disk.
+    Bit by bit: to remove a large file at once may keep a core in the kernel for longer than a receive buffer lasts."""
+
+    KEPT = 3
+    PERIOD_S = 0.5
+    STEP = 16 << 20
+    STEP_S = 0.005
+
+    def __init__(self, folder):
+        super().__init__(daemon=True)
+        self.folder = folder
+        self.over = threading.Event()
+
+    def run(self):
+        while not self.over.wait(self.PERIOD_S):
+            for path in sorted(self.folder.glob("load-*.pcap"))[:-self.KEPT]:
+                for size in range(path.stat().st_size, 0, -self.STEP):
+                    os.truncate(path, size)
+                    time.sleep(self.STEP_S)
+                path.unlink()
+
+    def end(self):
+        self.over.set()
+        self.join()
+
+
+def is_accounted_for(r):
+    """Whether what was received and what was dropped is what was sent, as far as the drops are known."""
+    missing = r["sent"] - r["received"] - r["kernel_drops"]
+    return missing == 0 or (r["at_least"] and missing > 0)
+
+
+def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs=("load.pcap",), stalls=(), buffer=None, stopped_s=0, rotate=None):
     """Stream for so long; a dict of counts and shares of CPU. The sensor ends first, so that all it sent has come.
-    stalls: outputs, before the others, that a reader opens and never reads."""
+    stalls: outputs, before the others, that a reader opens and never reads.
+    rotate: the recording goes on in another file after so much; only the newest stay.
+    stopped_s: at the end lumdump is stopped for so long, and the kernel drops what it has no room for."""
     folder = pathlib.Path(folder)
     readers = []
     for name in stalls:
@@ -46,20 +89,29 @@ def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs
     sensor = subprocess.Popen([bin_dir / "lumsim", "--address", address, "--lines", str(lines), "--rate", str(rate),
                                "--frames", "3", "--log", log, "-q"], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE)
     dump = None
+    sweeper = Sweeper(folder)
+    sweeper.start()
     try:
         wait_for(log, "frames", sensor)
         arguments = [bin_dir / "lumdump", f"udp://{address}", "--laser", "--json"]
         arguments += ["--buffer", buffer] if buffer else []
+        arguments += ["--rotate", rotate] if rotate else []
         for output in (*stalls, *outputs):
             arguments += ["-o", folder / output]
         dump = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         wait_for(log, "stream", sensor)
         time.sleep(4)  # until the laser is warm and its returns have come to full strength
+        skipped = count_skipped(log)
         before = [cpu_seconds(p.pid) for p in (sensor, dump)]
         began = time.monotonic()
         time.sleep(seconds)
         after = [cpu_seconds(p.pid) for p in (sensor, dump)]
         wall = time.monotonic() - began
+        if stopped_s > 0:
+            dump.send_signal(signal.SIGSTOP)
+            time.sleep(stopped_s)
+            dump.send_signal(signal.SIGCONT)
+            time.sleep(1)
         sensor.send_signal(signal.SIGTERM)
         sensor.wait(PATIENCE_S)
         stop, stream = last(log, "stop"), last(log, "stream")
@@ -67,6 +119,7 @@ def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs
         dump.send_signal(signal.SIGINT)
         out, err = dump.communicate(timeout=PATIENCE_S)
     finally:
+        sweeper.end()
         for p in (sensor, dump):
             if p is not None and p.poll() is None:
                 p.kill()
@@ -75,7 +128,8 @@ def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs
         for reader in readers:
             os.close(reader)
     live = json.loads(out)
-    return {"sent": stop["packets"] + stop["answers"], "skipped": stop["lines_skipped"], "received": live["received"],
-            "kernel_drops": live["kernel_drops"], "ring_drops": live["ring_drops"], "recording_drops": live["recording_drops"], "stderr": err,
+    return {"sent": stop["packets"] + stop["answers"], "skipped": stop["lines_skipped"] - skipped, "received": live["received"],
+            "kernel_drops": live["kernel_drops"], "at_least": live["kernel_drops_at_least"], "ring_drops": live["ring_drops"],
+            "recording_drops": live["recording_drops"], "stderr": err,
             "sensor_cpu": (after[0] - before[0]) / wall, "dump_cpu": (after[1] - before[1]) / wall, "live": live,
             "streamed_s": stop["t"] - stream["t"]}

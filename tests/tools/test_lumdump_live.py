@@ -17,7 +17,7 @@ from support import BIN, PATIENCE_S, Folder, limited, run, simulate, summary
 
 ADDRESSES = (f"127.20.{8 * shards.index() + i // 250}.{i % 250 + 1}" for i in itertools.count())
 
-LIVE_KEYS = "received kernel_drops ring_drops foreign_source heartbeats_sent seconds laser".split()
+LIVE_KEYS = "received kernel_drops kernel_drops_at_least ring_drops foreign_source heartbeats_sent seconds laser".split()
 LIVE_ONLY = {"source", "sources", "left_out", "sensors", *LIVE_KEYS}
 
 

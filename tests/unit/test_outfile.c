@@ -76,10 +76,29 @@ int flock(int fd, int operation)
     return (int)syscall(SYS_flock, fd, operation);
 }
 
+/* The last bytes that need not stay in memory. */
+static struct {
+    unsigned calls;
+    int advice;
+    off_t from;
+    off_t len;
+} forgotten;
+
+int posix_fadvise(int fd, off_t from, off_t len, int advice)
+{
+    (void)fd;
+    forgotten.calls++;
+    forgotten.from = from;
+    forgotten.len = len;
+    forgotten.advice = advice;
+    return 0;
+}
+
 static int begin(void **state)
 {
     (void)state;
     memset(&disk, 0, sizeof disk);
+    memset(&forgotten, 0, sizeof forgotten);
     memcpy(directory + sizeof directory - 7u, "XXXXXX", 6);
     return mkdtemp(directory) == NULL;
 }
@@ -305,6 +324,42 @@ static void a_growing_file_has_its_name_when_it_is_shown(void **state)
     lum_outfile_discard(&file);
     expect_file("a", "new and more");
 }
+
+#if defined(__linux__)
+
+#define MIB ((size_t)1 << 20)
+
+static void a_long_recording_leaves_its_beginning_to_the_disk(void **state)
+{
+    (void)state;
+    lum_outfile file = open_as("a", LUM_OUTFILE_GROWS);
+    lum_outfile_wrote(&file, 64 * MIB);
+    assert_int_equal(forgotten.calls, 0);
+    lum_outfile_wrote(&file, 8 * MIB - 1);
+    assert_int_equal(forgotten.calls, 0);
+    lum_outfile_wrote(&file, 1);
+    assert_int_equal(forgotten.calls, 1);
+    assert_int_equal(forgotten.advice, POSIX_FADV_DONTNEED);
+    assert_int_equal(forgotten.from, 0);
+    assert_int_equal(forgotten.len, 8 * MIB);
+    lum_outfile_wrote(&file, 5000 * MIB);
+    assert_int_equal(forgotten.from, 0);
+    assert_int_equal(forgotten.len, 5008 * MIB);
+    finish(&file);
+}
+
+/* Who converts a capture reads the result next. */
+static void a_file_that_does_not_grow_stays_in_memory(void **state)
+{
+    (void)state;
+    lum_outfile file = open_as("a", LUM_OUTFILE_WHOLE);
+    lum_outfile_wrote(&file, 500 * MIB);
+    lum_outfile_wrote(&file, 500 * MIB);
+    assert_int_equal(forgotten.calls, 0);
+    finish(&file);
+}
+
+#endif
 
 /* The lock follows the file; the name alone would not show it. */
 static void a_growing_file_is_known_by_another_name(void **state)
@@ -718,6 +773,10 @@ int main(void)
         FACT(the_refusal_names_the_process),
         FACT(a_link_leads_to_the_same_name),
         FACT(a_growing_file_has_its_name_when_it_is_shown),
+#if defined(__linux__)
+        FACT(a_long_recording_leaves_its_beginning_to_the_disk),
+        FACT(a_file_that_does_not_grow_stays_in_memory),
+#endif
         FACT(a_growing_file_is_known_by_another_name),
         FACT(what_begins_to_be_written_meanwhile_is_not_replaced),
         FACT(only_what_was_written_gets_the_name),

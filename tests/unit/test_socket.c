@@ -23,6 +23,7 @@
 #if defined(__linux__)
 #include <linux/filter.h>
 #include <linux/seccomp.h>
+#include <netinet/in.h>
 #include <sched.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
@@ -40,6 +41,70 @@
 /* 127.61.1.1: this test's alone. */
 #define HERE UINT32_C(0x7f3d0101)
 
+#if !defined(LUM_TEST_PLAIN)
+
+/* What the kernel was given, and what it says. */
+static struct {
+    size_t calls;
+    size_t messages; /* of all calls */
+    bool is_old;     /* it does not know datagrams that are joined */
+    int refusal;     /* errno for those that are; 0: it takes them */
+    int each;        /* what comes is said to be joined of this size; 0: not */
+} kernel;
+
+/* In the place of the C library's. */
+int sendmmsg(int fd, struct mmsghdr *messages, unsigned count, int flags)
+{
+    unsigned n = 0;
+    kernel.calls++;
+    while (n < count &&
+           (kernel.refusal == 0 || messages[n].msg_hdr.msg_controllen == 0)) {
+        n++;
+    }
+    kernel.messages += n;
+    if (n == 0) {
+        errno = kernel.refusal;
+        return -1;
+    }
+    return (int)syscall(SYS_sendmmsg, fd, messages, n, flags);
+}
+
+/* Says that a message consists of datagrams of this size. */
+static void say_joined(struct msghdr *message, size_t room)
+{
+    struct cmsghdr head = {.cmsg_len = CMSG_LEN(sizeof kernel.each),
+                           .cmsg_level = IPPROTO_UDP,
+                           .cmsg_type = 104 /* UDP_GRO */};
+    uint8_t *at = (uint8_t *)message->msg_control + message->msg_controllen;
+    assert_true(room - message->msg_controllen >=
+                CMSG_SPACE(sizeof kernel.each));
+    memcpy(at, &head, sizeof head);
+    memcpy(at + CMSG_LEN(0), &kernel.each, sizeof kernel.each);
+    message->msg_controllen += CMSG_SPACE(sizeof kernel.each);
+}
+
+int recvmmsg(int fd, struct mmsghdr *messages, unsigned count, int flags,
+             struct timespec *wait)
+{
+    const size_t room = messages[0].msg_hdr.msg_controllen;
+    const int n = (int)syscall(SYS_recvmmsg, fd, messages, count, flags, wait);
+    for (int i = 0; i < n && kernel.each != 0; i++) {
+        say_joined(&messages[i].msg_hdr, room);
+    }
+    return n;
+}
+
+int setsockopt(int fd, int level, int name, const void *value, socklen_t len)
+{
+    if (kernel.is_old && level == IPPROTO_UDP) {
+        errno = ENOPROTOOPT;
+        return -1;
+    }
+    return (int)syscall(SYS_setsockopt, fd, level, name, value, len);
+}
+
+#endif
+
 static lum_socket *open_with(const lum_socket_options *options)
 {
     lum_socket *socket = NULL;
@@ -56,6 +121,15 @@ static lum_socket *open_here(size_t receive_buffer)
     const lum_socket_options options = {.struct_size = sizeof options,
                                         .local = {.address = HERE},
                                         .receive_buffer = receive_buffer};
+    return open_with(&options);
+}
+
+static lum_socket *open_for_joined(size_t receive_buffer)
+{
+    const lum_socket_options options = {.struct_size = sizeof options,
+                                        .local = {.address = HERE},
+                                        .receive_buffer = receive_buffer,
+                                        .takes_joined = true};
     return open_with(&options);
 }
 
@@ -210,13 +284,11 @@ static void a_receive_takes_no_more_than_a_batch(void **state)
     lum_socket_close(from);
 }
 
-static void what_is_too_long_is_cut_and_marked(void **state)
+static void expect_long_ones_to_be_cut(lum_socket *to)
 {
     static const size_t sizes[] = {LUM_SOCKET_BYTES + 1u, LUM_SOCKET_BYTES, 0,
                                    60000, 1};
     static uint8_t bytes[60000];
-    (void)state;
-    lum_socket *to = open_here(1u << 20);
     lum_socket *from = open_here(0);
     for (size_t i = 0; i < sizeof bytes; i++) {
         bytes[i] = (uint8_t)(i * 31u >> 3);
@@ -233,6 +305,13 @@ static void what_is_too_long_is_cut_and_marked(void **state)
     }
     lum_socket_close(to);
     lum_socket_close(from);
+}
+
+static void what_is_too_long_is_cut_and_marked(void **state)
+{
+    (void)state;
+    expect_long_ones_to_be_cut(open_here(1u << 20));
+    expect_long_ones_to_be_cut(open_for_joined(1u << 20));
 }
 
 /* The clock may be set, and the kernel's time stamps take a moment to begin,
@@ -517,6 +596,289 @@ static void a_batch_ends_at_the_first_that_cannot_leave(void **state)
                      LUM_NET_FAILED);
     lum_socket_close(socket);
 }
+
+/* Datagram i of the batch below is bytes i..; each case is the first of a run,
+ * in a run, or ends one. */
+static const size_t run_sizes[] = {40, 40, 40, 40, 7,    40,   40,   41,
+                                   0,  0,  1,  1,  1,    9,    200,  9,
+                                   9,  9,  9,  9,  1472, 1472, 1472, 1471};
+
+#define RUN_COUNT (sizeof run_sizes / sizeof run_sizes[0])
+
+/* Those that are one message with others: 40*4 7, 40*2, 1*3, 200 9, 9*4,
+ * 1472*3 1471. */
+#define RUN_JOINED (5u + 2u + 3u + 2u + 4u + 4u)
+
+static const uint8_t *run_bytes(size_t i)
+{
+    static uint8_t bytes[2048];
+    for (size_t k = 0; bytes[1] == 0 && k < sizeof bytes; k++) {
+        bytes[k] = (uint8_t)(k * 29u >> 2);
+    }
+    return bytes + i;
+}
+
+static void send_runs(lum_socket *from, const lum_socket *to)
+{
+    lum_outgoing datagrams[RUN_COUNT];
+    lum_error error = {""};
+    size_t sent = 0;
+    for (size_t i = 0; i < RUN_COUNT; i++) {
+        datagrams[i] = (lum_outgoing){run_bytes(i), run_sizes[i], end_of(to)};
+    }
+    assert_int_equal(
+        lum_socket_send_batch(from, datagrams, RUN_COUNT, &sent, &error),
+        LUM_NET_OK);
+    assert_int_equal(sent, RUN_COUNT);
+}
+
+static void expect_run(const lum_received *got, size_t i)
+{
+    assert_int_equal(got->len, run_sizes[i]);
+    assert_memory_equal(got->bytes, run_bytes(i), run_sizes[i]);
+    assert_false(got->cut_short);
+}
+
+static void expect_runs(lum_socket *to)
+{
+    const lum_received *got = receive(to, RUN_COUNT);
+    for (size_t i = 0; i < RUN_COUNT; i++) {
+        expect_run(&got[i], i);
+    }
+}
+
+static void a_batch_comes_as_the_datagrams_that_it_was(void **state)
+{
+    (void)state;
+    lum_socket *to = open_here(1u << 20);
+    lum_socket *from = open_here(0);
+    for (int round = 0; round < 3; round++) {
+        send_runs(from, to);
+        expect_runs(to);
+    }
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+static void each_datagram_of_a_batch_goes_where_it_should(void **state)
+{
+    uint32_t numbers[12];
+    lum_outgoing datagrams[12];
+    size_t sent = 0;
+    (void)state;
+    lum_socket *to[] = {open_here(0), open_here(0)};
+    lum_socket *from = open_here(0);
+    for (uint32_t i = 0; i < 12; i++) {
+        numbers[i] = i;
+        datagrams[i] = (lum_outgoing){&numbers[i], sizeof numbers[i],
+                                      end_of(to[i / 3 % 2])};
+    }
+    assert_int_equal(lum_socket_send_batch(from, datagrams, 12, &sent, NULL),
+                     LUM_NET_OK);
+    for (uint32_t k = 0; k < 2; k++) {
+        const lum_received *got = receive(to[k], 6);
+        for (uint32_t i = 0; i < 6; i++) {
+            assert_int_equal(number_in(&got[i]), i + 3 * (i / 3) + 3 * k);
+        }
+        lum_socket_close(to[k]);
+    }
+    lum_socket_close(from);
+}
+
+#if !defined(LUM_TEST_PLAIN)
+
+static void datagrams_of_one_size_are_one_message(void **state)
+{
+    (void)state;
+    lum_socket *to = open_here(1u << 20);
+    lum_socket *from = open_here(0);
+    memset(&kernel, 0, sizeof kernel);
+    send_numbers(from, to, 0, LUM_SOCKET_BATCH);
+    assert_int_equal(kernel.messages, 1);
+    receive(to, LUM_SOCKET_BATCH);
+    memset(&kernel, 0, sizeof kernel);
+    send_runs(from, to);
+    /* 40*4 7, 40*2, 41, 0, 0, 1*3, 9, 200 9, 9*4, 1472*3 1471 */
+    assert_int_equal(kernel.messages, 10);
+    expect_runs(to);
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+/* Joined, they would be more than a datagram can be. */
+static void long_datagrams_are_several_messages(void **state)
+{
+    static uint8_t bytes[9000];
+    lum_outgoing datagrams[16];
+    size_t sent = 0;
+    (void)state;
+    lum_socket *to = open_here(1u << 20);
+    lum_socket *from = open_here(0);
+    for (size_t i = 0; i < 16; i++) {
+        datagrams[i] = (lum_outgoing){bytes, sizeof bytes, end_of(to)};
+    }
+    memset(&kernel, 0, sizeof kernel);
+    assert_int_equal(lum_socket_send_batch(from, datagrams, 16, &sent, NULL),
+                     LUM_NET_OK);
+    assert_int_equal(kernel.messages, 3);
+    const lum_received *got = receive(to, 16);
+    for (size_t i = 0; i < 16; i++) {
+        assert_int_equal(got[i].len, sizeof bytes);
+    }
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+static void what_cannot_be_joined_there_goes_one_by_one(void **state)
+{
+    static const int codes[] = {EIO, EINVAL, EMSGSIZE, EOPNOTSUPP};
+    (void)state;
+    lum_socket *to = open_here(1u << 20);
+    for (size_t i = 0; i < sizeof codes / sizeof codes[0]; i++) {
+        lum_socket *from = open_here(0);
+        memset(&kernel, 0, sizeof kernel);
+        kernel.refusal = codes[i];
+        send_runs(from, to);
+        expect_runs(to);
+        kernel.refusal = 0;
+        kernel.calls = 0;
+        kernel.messages = 0;
+        send_runs(from, to);
+        assert_int_equal(kernel.messages, RUN_COUNT);
+        assert_int_equal(kernel.calls, 1);
+        expect_runs(to);
+        lum_socket_close(from);
+    }
+    lum_socket_close(to);
+}
+
+static void what_the_kernel_joined_is_taken_apart(void **state)
+{
+    (void)state;
+    lum_socket *to = open_for_joined(1u << 20);
+    lum_socket *from = open_here(0);
+    for (uint64_t round = 1; round <= 3; round++) {
+        const int64_t before = lum_time_utc_ns() - NS_PER_MS;
+        send_runs(from, to);
+        const lum_received *got = receive(to, RUN_COUNT);
+        for (size_t i = 0; i < RUN_COUNT; i++) {
+            expect_run(&got[i], i);
+            assert_int_equal(got[i].from.address, HERE);
+            assert_int_equal(got[i].from.port, end_of(from).port);
+            assert_true(got[i].utc_ns >= before);
+        }
+        assert_true(lum_socket_joined(to) == round * RUN_JOINED);
+    }
+    assert_true(lum_socket_drops(to) == 0);
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+static void a_receive_may_give_more_than_a_batch_of_joined_ones(void **state)
+{
+    enum {
+        BATCHES = 70
+    };
+    uint32_t next = 0;
+    (void)state;
+    lum_socket *to = open_for_joined(1u << 22);
+    lum_socket *from = open_here(0);
+    for (uint32_t i = 0; i < BATCHES; i++) {
+        send_numbers(from, to, i * LUM_SOCKET_BATCH, LUM_SOCKET_BATCH);
+    }
+    const size_t all = (size_t)BATCHES * LUM_SOCKET_BATCH;
+    const size_t first = (size_t)LUM_SOCKET_BATCH * LUM_SOCKET_BATCH;
+    const lum_received *got = receive(to, first);
+    while (next < first) {
+        assert_int_equal(number_in(&got[next]), next);
+        next++;
+    }
+    got = receive(to, all - first);
+    for (size_t i = 0; next < all; i++) {
+        assert_int_equal(number_in(&got[i]), next++);
+    }
+    receive(to, 0);
+    assert_true(lum_socket_joined(to) == all);
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+/* The kernel counts those that it joined as one. */
+static void drops_of_joined_ones_are_a_lower_bound(void **state)
+{
+    uint64_t received = 0;
+    const uint64_t sent = UINT64_C(300) * LUM_SOCKET_BATCH;
+    (void)state;
+    lum_socket *to = open_for_joined(8192);
+    lum_socket *from = open_here(0);
+    for (uint32_t i = 0; i < 300; i++) {
+        send_numbers(from, to, i, LUM_SOCKET_BATCH);
+    }
+    received = receive_all(to);
+    assert_true(received > 0);
+    assert_true(lum_socket_joined(to) == received);
+    assert_true(lum_socket_drops(to) > 0);
+    assert_true(received + lum_socket_drops(to) < sent);
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+static void nothing_is_joined_unless_it_is_asked_for(void **state)
+{
+    (void)state;
+    lum_socket *to = open_here(1u << 20);
+    lum_socket *from = open_here(0);
+    send_runs(from, to);
+    receive(to, RUN_COUNT);
+    assert_true(lum_socket_joined(to) == 0);
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+/* No kernel does this. */
+static void more_joined_ones_than_there_is_room_for_are_marked(void **state)
+{
+    static uint8_t bytes[300];
+    (void)state;
+    lum_socket *to = open_for_joined(1u << 20);
+    lum_socket *from = open_here(0);
+    for (size_t i = 0; i < sizeof bytes; i++) {
+        bytes[i] = (uint8_t)i;
+    }
+    send_bytes(from, to, bytes, sizeof bytes);
+    kernel.each = 1;
+    const lum_received *got = receive(to, 128);
+    kernel.each = 0;
+    for (size_t i = 0; i < 128; i++) {
+        assert_int_equal(got[i].len, i < 127 ? 1 : sizeof bytes - 127);
+        assert_int_equal(got[i].bytes[0], bytes[i]);
+        assert_int_equal(got[i].cut_short, i == 127);
+    }
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+static void an_old_kernel_gets_nothing_joined(void **state)
+{
+    (void)state;
+    memset(&kernel, 0, sizeof kernel);
+    kernel.is_old = true;
+    lum_socket *to = open_here(1u << 20);
+    lum_socket *from = open_here(0);
+    send_runs(from, to);
+    assert_int_equal(kernel.messages, RUN_COUNT);
+    expect_runs(to);
+    lum_socket_close(to);
+    to = open_for_joined(1u << 20);
+    send_runs(from, to);
+    expect_runs(to);
+    assert_true(lum_socket_joined(to) == 0);
+    kernel.is_old = false;
+    lum_socket_close(to);
+    lum_socket_close(from);
+}
+
+#endif
 
 static void a_port_that_nobody_listens_at_is_no_failure(void **state)
 {
@@ -836,6 +1198,8 @@ int main(void)
         cmocka_unit_test(a_low_port_needs_permission),
         cmocka_unit_test(what_cannot_be_sent_has_a_message),
         cmocka_unit_test(a_batch_ends_at_the_first_that_cannot_leave),
+        cmocka_unit_test(a_batch_comes_as_the_datagrams_that_it_was),
+        cmocka_unit_test(each_datagram_of_a_batch_goes_where_it_should),
         cmocka_unit_test(a_port_that_nobody_listens_at_is_no_failure),
         cmocka_unit_test(a_wait_ends_when_any_socket_has_something),
         cmocka_unit_test(a_wait_ends_at_its_deadline_and_not_before),
@@ -845,6 +1209,15 @@ int main(void)
         cmocka_unit_test(programs_that_are_started_do_not_get_the_descriptor),
         cmocka_unit_test(the_loopback_can_be_named),
 #if !defined(LUM_TEST_PLAIN)
+        cmocka_unit_test(datagrams_of_one_size_are_one_message),
+        cmocka_unit_test(long_datagrams_are_several_messages),
+        cmocka_unit_test(what_cannot_be_joined_there_goes_one_by_one),
+        cmocka_unit_test(what_the_kernel_joined_is_taken_apart),
+        cmocka_unit_test(a_receive_may_give_more_than_a_batch_of_joined_ones),
+        cmocka_unit_test(drops_of_joined_ones_are_a_lower_bound),
+        cmocka_unit_test(nothing_is_joined_unless_it_is_asked_for),
+        cmocka_unit_test(more_joined_ones_than_there_is_room_for_are_marked),
+        cmocka_unit_test(an_old_kernel_gets_nothing_joined),
         cmocka_unit_test(only_what_comes_on_the_interface_is_received),
         cmocka_unit_test(without_the_right_to_bind_it_is_the_same),
         cmocka_unit_test(drops_are_told_by_the_next_datagram_at_the_latest),

@@ -38,6 +38,7 @@ static int open_session(const struct live *l, bool owns, lum_sensor **out,
     options.layout = *l->pass->layout;
     options.owns = owns;
     options.receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
+    options.takes_joined = true;
     options.cancel = l->cancel;
     return lum_sensor_open(&options, out, error) == LUM_NET_OK ? 0 : -1;
 }
@@ -104,6 +105,7 @@ static void count(struct live *l)
     lum_sensor_count(s->sensor, &c);
     l->counts.received = s->received;
     l->counts.kernel_drops = c.kernel_drops;
+    l->counts.kernel_drops_at_least = c.kernel_drops > 0 && c.joined > 0;
     l->counts.ring_drops = l->lanes.summary->dropped;
     l->counts.foreign_source = c.foreign_source;
     l->counts.heartbeats_sent = c.heartbeats;
@@ -287,11 +289,13 @@ static void tell_missing(const struct live *l)
         const struct live_output *o = &c->outputs[i];
         if (l->options->quiet && o->is_recording &&
             o->dropped + c->kernel_drops > 0) {
-            (void)fprintf(stderr,
-                          "lumdump: %s: datagrams are missing from this "
-                          "recording: %" PRIu64
-                          " dropped by its buffer, %" PRIu64 " by the system\n",
-                          o->name, o->dropped, c->kernel_drops);
+            (void)fprintf(
+                stderr,
+                "lumdump: %s: datagrams are missing from this "
+                "recording: %" PRIu64 " dropped by its buffer, %s%" PRIu64
+                " by the system\n",
+                o->name, o->dropped,
+                c->kernel_drops_at_least ? "at least " : "", c->kernel_drops);
         }
     }
 }

@@ -108,10 +108,10 @@ static void tell_drops(struct session *s, const lum_sensor_counters *c,
     lum_socket *socket = lum_sensor_socket(s->sensor);
     if (is_news(&s->told_kernel, c->kernel_drops, now_ns)) {
         say_warn(&s->say,
-                 "the system dropped %" PRIu64
+                 "the system dropped %s%" PRIu64
                  " datagrams so far: they came damaged, with wrong checksums, "
                  "or its receive buffer was full%s",
-                 c->kernel_drops,
+                 c->joined > 0 ? "at least " : "", c->kernel_drops,
                  lum_socket_has_room(socket)
                      ? "; this machine is too busy"
                      : ", and is smaller than was asked for: sysctl -w "

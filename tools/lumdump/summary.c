@@ -329,6 +329,8 @@ static void print_json_live(const struct live_counts *c, FILE *out)
         (void)fprintf(out, "  \"%s\": %" PRIu64 ",\n", rows[i].key,
                       rows[i].value);
     }
+    (void)fprintf(out, "  \"kernel_drops_at_least\": %s,\n",
+                  c->kernel_drops_at_least ? "true" : "false");
     (void)fprintf(out,
                   "  \"paused_s\": %.3f,\n  \"seconds\": %.6f,\n"
                   "  \"laser\": \"%s\",\n",
@@ -450,7 +452,10 @@ static size_t list_live_losses(const struct live_counts *c, struct named *out)
 {
     const struct named rows[LIVE_LOSSES] = {
         {"kernel_drops",
-         "datagrams: this program was too slow, or they came damaged",
+         c->kernel_drops_at_least
+             ? "datagrams at least: this program was too slow, or they came "
+               "damaged"
+             : "datagrams: this program was too slow, or they came damaged",
          c->kernel_drops},
         {"ring_drops", "datagrams: this machine was too busy to decode them",
          c->ring_drops},

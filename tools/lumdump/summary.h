@@ -26,8 +26,9 @@ struct live_output {
 struct live_counts {
     uint64_t received;     /* datagrams of the sensor, while it was recorded */
     uint64_t kernel_drops; /* as lum_socket_drops() */
-    uint64_t ring_drops;   /* received, and lost to this summary */
-    uint64_t recording_drops; /* received, and lost to the recordings */
+    bool kernel_drops_at_least; /* there may have been more */
+    uint64_t ring_drops;        /* received, and lost to this summary */
+    uint64_t recording_drops;   /* received, and lost to the recordings */
     struct live_output outputs[OUTPUTS_MAX];
     size_t output_count;
     uint64_t foreign_source;

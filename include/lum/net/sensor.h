@@ -64,6 +64,7 @@ typedef struct lum_sensor_options {
     uint32_t sequence;          /**< of the first request */
     lum_cancel *cancel;         /**< ends waits, and while it is raised no
                                      heartbeat is sent; may be NULL; kept */
+    bool takes_joined;          /**< as lum_socket_options */
 } lum_sensor_options;
 
 /** What lum_sensor_receive() found. */
@@ -119,6 +120,8 @@ typedef struct lum_sensor_counters {
     uint64_t alerts;          /**< TLV packets that were not requested */
     uint64_t malformed;       /**< answers that contradict themselves */
     uint64_t send_failures;   /**< datagrams that did not leave */
+    uint64_t joined;          /**< lum_socket_joined(): if not 0, kernel_drops
+                                   is a lower bound */
 } lum_sensor_counters;
 
 /** A session. */

@@ -6,7 +6,7 @@
  * POSIX or Winsock. If a system lacks recvmmsg(), sendmmsg(), kernel time
  * stamps or drop counts, the same calls work without them: one datagram at a
  * time, the time of the call, a drop count of 0 (see
- * lum_socket_counts_drops()).
+ * lum_socket_counts_drops()). Only Linux joins datagrams.
  *
  * Only one thread at a time may use a socket. Addresses and ports are in host
  * order. */
@@ -27,6 +27,9 @@ extern "C" {
 
 /** Most datagrams that one receive or one send handles. */
 #define LUM_SOCKET_BATCH 64u
+
+/** Most datagrams of one receive if the kernel may join them. */
+#define LUM_SOCKET_JOINED_BATCH 8192u
 
 /** Longest datagram that is received whole: that of a jumbo frame. */
 #define LUM_SOCKET_BYTES 9216u
@@ -62,6 +65,12 @@ typedef struct lum_socket_options {
                                 routes say */
     size_t receive_buffer; /**< bytes of payload to buffer in the kernel; 0: the
                                 system's default */
+    bool takes_joined;     /**< the kernel may hand out several datagrams of one
+                                size at once, which takes less time at high rates;
+                                all have the time of the first. A receive gives up
+                                to LUM_SOCKET_JOINED_BATCH then, and what is dropped
+                                may be more than was counted: see
+                                lum_socket_joined() */
 } lum_socket_options;
 
 /** A UDP socket. */
@@ -123,7 +132,8 @@ LUM_MUST_CHECK lum_net_result lum_socket_wait(lum_socket *const *sockets,
 /** Take what is there; does not wait.
  * @param out   gets an array that lives until the next receive, in order of
  *              arrival; the caller may reorder and overwrite it.
- * @param count gets how many, 0..LUM_SOCKET_BATCH.
+ * @param count gets how many, 0..LUM_SOCKET_BATCH, or
+ *              0..LUM_SOCKET_JOINED_BATCH if takes_joined was set.
  * @return LUM_NET_OK, also with none; LUM_NET_FAILED. Errors that the network
  *         reports for datagrams sent earlier (unreachable, down) are ignored.
  */
@@ -149,8 +159,12 @@ lum_socket_send_batch(lum_socket *socket, const lum_outgoing *datagrams,
 
 /** Datagrams that the kernel dropped since the socket was opened: because the
  * receive buffer was full, or because of a wrong checksum. Up to date at the
- * time of the call. */
+ * time of the call. A lower bound if lum_socket_joined() is not 0. */
 uint64_t lum_socket_drops(lum_socket *socket);
+
+/** Datagrams that the kernel joined with others; 0 if takes_joined was not set.
+ * Those that it drops joined it counts as one. */
+uint64_t lum_socket_joined(const lum_socket *socket);
 
 /** Whether the system counts such drops; if not, the count is always 0. */
 bool lum_socket_counts_drops(const lum_socket *socket);

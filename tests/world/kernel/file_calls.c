@@ -175,6 +175,17 @@ int world_call_sync_file_range(int fd, int64_t offset, int64_t size,
     return file == NULL ? -1 : file->kind->seek == NULL ? refuse(ESPIPE) : 0;
 }
 
+/* What is read of a file does not depend on where its pages are. */
+int world_call_posix_fadvise64(int fd, int64_t offset, int64_t size, int advice)
+{
+    (void)offset;
+    (void)size;
+    (void)advice;
+    world_call(CALL_NS);
+    const world_file *file = world_fd_file(world_process_self(), fd);
+    return file == NULL ? EBADF : file->kind->seek == NULL ? ESPIPE : 0;
+}
+
 int world_call_ftruncate64(int fd, int64_t size)
 {
     world_call(CALL_NS);

@@ -26,6 +26,8 @@ int world_call_fsync(int fd);
 int world_call_fdatasync(int fd);
 int world_call_sync_file_range(int fd, int64_t offset, int64_t size,
                                unsigned flags);
+int world_call_posix_fadvise64(int fd, int64_t offset, int64_t size,
+                               int advice);
 int world_call_ftruncate64(int fd, int64_t size);
 int world_call_isatty(int fd);
 pid_t world_call_tcgetpgrp(int fd);
