@@ -146,6 +146,17 @@ static lum_frame *take_spare(lum_frame_pool *pool, lum_columns mask,
     return frame;
 }
 
+/* How many points frames have had of late, if that is little memory: then a
+ * frame gets all of it at once, and does not move. 0: frames are large, or none
+ * was given back. */
+static size_t small_size(lum_frame_pool *pool)
+{
+    lum_lock_take(pool->lock);
+    const size_t latest = pool->latest;
+    lum_lock_leave(pool->lock);
+    return latest <= ROOM_DOUBLES ? latest : 0;
+}
+
 /* Memory far larger than the present need is not kept. The lock is held. */
 static bool is_worth_keeping(const lum_frame_pool *pool, const lum_frame *frame)
 {
@@ -190,7 +201,10 @@ static void drop_columns(lum_frame *frame, lum_columns mask)
 
 lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask)
 {
-    lum_frame *frame = take_spare(pool, mask, 0);
+    lum_frame *frame = take_spare(pool, mask, small_size(pool));
+    if (frame == NULL) {
+        frame = take_spare(pool, mask, 0);
+    }
     if (frame == NULL) {
         frame = calloc(1, sizeof *frame);
     }
@@ -313,7 +327,9 @@ static size_t next_room(const lum_frame *frame, size_t needed)
     /* a line is made as a whole, and then cut */
     const size_t most = frame->points_max + LUM_LINE_WORDS_MAX;
     const size_t now = room_of(frame, frame->mask);
+    const size_t usual = small_size(frame->pool);
     size_t room = now < ROOM_MIN ? ROOM_MIN : now;
+    room = room < usual ? usual : room;
     while (room < needed) {
         room += room < ROOM_DOUBLES ? room : room / 8u;
     }
@@ -343,9 +359,9 @@ static bool grow(lum_frame *frame, size_t needed)
     return true;
 }
 
-/* A frame begins in the smallest memory available, because only few of its
- * lines come before the frame before it is complete; then it moves into that
- * frame's memory. */
+/* A large frame begins in the smallest memory available, because only few of
+ * its lines come before the frame before it is complete; then it moves into
+ * that frame's memory. */
 static bool move_to_spare(lum_frame *frame, size_t needed)
 {
     lum_frame *spare = take_spare(frame->pool, frame->mask, needed);

@@ -64,8 +64,8 @@ _RETURNS = {"all": lib.LUM_RETURNS_ALL, "first": lib.LUM_RETURNS_FIRST, "last": 
 _NAMES = ("columns", "returns", "edge", "eye", "sensor", "frames", "range", "box", "incomplete", "smooth",
           "calibration", "profile", "set", "broken", "threads", "progress")
 _INT64 = (-2 ** 63, 2 ** 63 - 1)
-# More do not help: one of them reads and assembles, which takes half of the time.
-_THREADS = 4
+# More do not help: the one that reads and assembles takes most of the time, and lines have to be copied to the others.
+_THREADS = 2
 
 
 def _wrong(name: str, value: object, allowed: Optional[str] = None) -> OptionError:
