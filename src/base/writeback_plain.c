@@ -4,3 +4,17 @@ void lum_writeback_begin(int fd)
 {
     (void)fd;
 }
+
+bool lum_writeback_can_reserve(int fd)
+{
+    (void)fd;
+    return false;
+}
+
+bool lum_writeback_reserve(int fd, int64_t from, int64_t n)
+{
+    (void)fd;
+    (void)from;
+    (void)n;
+    return false;
+}
