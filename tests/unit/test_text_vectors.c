@@ -138,21 +138,23 @@ static void floats_of_any_bits_are_the_same(void **state)
     }
 }
 
-/* Each group of digits, whatever stands before it: 0.00000 to 9.99999, and
- * every hundredth to 999. */
+/* Hundred-thousandths are made of two groups of four digits: each of them, and
+ * many of both. */
 static void every_digit_is_the_same(void **state)
 {
     lum_sample samples[ROWS];
     size_t n = 0;
     (void)state;
-    for (uint32_t v = 0; v < 2000000u; v++) {
-        const double value =
-            v < 1000000u ? v / 100000.0 : (v - 1000000u) / 1001.0;
+    for (uint32_t i = 0; i < 120000u; i++) {
+        const uint32_t v = i < 10000u   ? i
+                           : i < 20000u ? (i - 10000u) * 9990u
+                                        : (i - 20000u) * 999u;
+        const double value = v / 100000.0;
         samples[n] = usual;
         samples[n].x = -(float)value;
         samples[n].azimuth = (float)value;
         samples[n].pulse_width = (float)value;
-        samples[n].pixel = (uint16_t)(v % 1000u);
+        samples[n].pixel = (uint16_t)(i % 1000u);
         if (++n == ROWS) {
             check_rows(samples, n, n);
             n = 0;
