@@ -36,7 +36,9 @@ typedef struct lum_outfile {
     dev_t device;     /**< of the file made, to know it again */
     ino_t inode;      /**< likewise */
     size_t unstarted; /**< bytes not yet on their way to the disk */
-    uint64_t written; /**< bytes */
+    int64_t written;  /**< bytes, as lum_outfile_wrote() was told */
+    int64_t reserved; /**< places on the disk end there; 0: there are none */
+    bool takes_none;  /**< places cannot be had, or no more of them */
     bool grows;       /**< it was made as a LUM_OUTFILE_GROWS */
     bool owes_name;   /**< it has its name, perhaps not yet on the disk */
     bool is_older;    /**< a file that was there, to be emptied when shown */

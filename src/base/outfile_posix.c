@@ -18,7 +18,8 @@
 #define BEGIN_SIZE                                                             \
     ((size_t)8u << 20u) /* so many bytes are worth starting a write */
 #define KEPT_SIZE                                                              \
-    ((uint64_t)64u << 20u) /* of a growing file, for who reads behind it */
+    ((int64_t)64 << 20) /* of a growing file, for who reads behind it */
+#define RESERVE_SIZE ((int64_t)64 << 20) /* places on the disk at a time */
 
 /* --- Messages --- */
 
@@ -338,10 +339,39 @@ static void forget_old(const lum_outfile *file)
     }
 }
 
+/* Have places for what is written next. Only of a file that is removed if this
+ * process ends before its time: others would keep them. */
+static void reserve(lum_outfile *file)
+{
+    const int64_t near = (int64_t)BEGIN_SIZE;
+    const int64_t from =
+        file->reserved > file->written ? file->reserved : file->written;
+    if (file->part == NULL || file->takes_none || file->written < near ||
+        from - file->written > near) {
+        return;
+    }
+    if ((file->reserved > 0 || lum_writeback_can_reserve(file->fd)) &&
+        lum_writeback_reserve(file->fd, from, RESERVE_SIZE)) {
+        file->reserved = from + RESERVE_SIZE;
+    } else {
+        file->takes_none = true;
+    }
+}
+
+/* Places that nothing was written to. If that fails, the file keeps them. */
+static void release(const lum_outfile *file)
+{
+    struct stat status;
+    if (file->reserved > 0 && fstat(file->fd, &status) == 0) {
+        (void)!ftruncate(file->fd, status.st_size);
+    }
+}
+
 void lum_outfile_wrote(lum_outfile *file, size_t n)
 {
     file->unstarted += n;
-    file->written += n;
+    file->written += (int64_t)n;
+    reserve(file);
     if (file->path != NULL && file->unstarted >= BEGIN_SIZE) {
         file->unstarted = 0;
         lum_writeback_begin(file->fd);
@@ -352,6 +382,7 @@ void lum_outfile_wrote(lum_outfile *file, size_t n)
 int lum_outfile_finish(lum_outfile *file, lum_error *error)
 {
     const int fd = file->fd;
+    release(file);
     const int code = file->path != NULL ? lum_system_sync(fd) : 0;
     if (code != 0) {
         return lum_outfile_fail(file, code, "cannot bring it to the disk",

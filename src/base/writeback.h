@@ -1,9 +1,11 @@
 /** @file
- * When bytes of a file go to the disk, and how long they stay in memory.
- * Internal. */
+ * What makes writing a large file quicker: its bytes go to the disk early, so
+ * that a later fsync() waits less, and their places there are chosen many at a
+ * time. And how long they stay in memory. Internal. */
 #ifndef LUM_BASE_WRITEBACK_H
 #define LUM_BASE_WRITEBACK_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /** Let the system start to write a file's bytes to the disk, without waiting.
@@ -12,6 +14,15 @@ void lum_writeback_begin(int fd);
 
 /** Let the system reuse the memory of a file's first bytes, as far as they are
  * on the disk. On a system without such a call nothing happens. */
-void lum_writeback_forget(int fd, uint64_t bytes);
+void lum_writeback_forget(int fd, int64_t bytes);
+
+/** Whether places on the disk that are reserved make writing quicker: on ext4
+ * each write() would look for places itself. */
+bool lum_writeback_can_reserve(int fd);
+
+/** Reserve places for n bytes from an offset on; the file's size stays. What is
+ * not used goes back by ftruncate() to its size.
+ * @return whether there were places. */
+bool lum_writeback_reserve(int fd, int64_t from, int64_t n);
 
 #endif

@@ -1,7 +1,9 @@
-#define _GNU_SOURCE /* sync_file_range */
+#define _GNU_SOURCE /* sync_file_range, fallocate */
 #include "writeback.h"
 
 #include <fcntl.h>
+#include <linux/magic.h>
+#include <sys/vfs.h>
 
 void lum_writeback_begin(int fd)
 {
@@ -10,7 +12,20 @@ void lum_writeback_begin(int fd)
 
 /* Pages that are not on the disk yet stay, and are asked for again next time.
  */
-void lum_writeback_forget(int fd, uint64_t bytes)
+void lum_writeback_forget(int fd, int64_t bytes)
 {
     (void)posix_fadvise(fd, 0, (off_t)bytes, POSIX_FADV_DONTNEED);
+}
+
+/* Others would gain nothing: tmpfs fills the memory with zeros, btrfs would not
+ * compress any more. */
+bool lum_writeback_can_reserve(int fd)
+{
+    struct statfs status;
+    return fstatfs(fd, &status) == 0 && status.f_type == EXT4_SUPER_MAGIC;
+}
+
+bool lum_writeback_reserve(int fd, int64_t from, int64_t n)
+{
+    return fallocate(fd, FALLOC_FL_KEEP_SIZE, (off_t)from, (off_t)n) == 0;
 }

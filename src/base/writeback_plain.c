@@ -5,8 +5,22 @@ void lum_writeback_begin(int fd)
     (void)fd;
 }
 
-void lum_writeback_forget(int fd, uint64_t bytes)
+void lum_writeback_forget(int fd, int64_t bytes)
 {
     (void)fd;
     (void)bytes;
+}
+
+bool lum_writeback_can_reserve(int fd)
+{
+    (void)fd;
+    return false;
+}
+
+bool lum_writeback_reserve(int fd, int64_t from, int64_t n)
+{
+    (void)fd;
+    (void)from;
+    (void)n;
+    return false;
 }

@@ -1,7 +1,7 @@
 #include "cloud.h"
 
 #include "le.h"
-#include "text_columns.h"
+#include "text_vectors.h"
 
 #include <errno.h>
 #include <stdarg.h>
@@ -123,11 +123,8 @@ int lum_cloud_finish(lum_writer *writer, lum_cloud_header *header,
 static char *put_ascii_rows(char *p, void *context, const lum_sample *samples,
                             size_t n)
 {
-    lum_text_rows_begin(context);
-    for (size_t i = 0; i < n; i++) {
-        p = lum_put_text_row(p, context, &samples[i], ' ', true);
-    }
-    return p;
+    static const lum_text_style style = {' ', true};
+    return lum_put_text_rows(p, context, samples, n, style);
 }
 
 static int add_ascii(lum_writer *writer, const lum_line_samples *line,

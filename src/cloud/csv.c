@@ -1,4 +1,4 @@
-#include "text_columns.h"
+#include "text_vectors.h"
 #include "writer_internal.h"
 
 static int begin(lum_writer *writer, lum_error *error)
@@ -21,11 +21,8 @@ static int begin(lum_writer *writer, lum_error *error)
 static char *put_rows(char *p, void *context, const lum_sample *samples,
                       size_t n)
 {
-    lum_text_rows_begin(context);
-    for (size_t i = 0; i < n; i++) {
-        p = lum_put_text_row(p, context, &samples[i], ',', false);
-    }
-    return p;
+    static const lum_text_style style = {',', false};
+    return lum_put_text_rows(p, context, samples, n, style);
 }
 
 static int add(lum_writer *writer, const lum_line_samples *line,

@@ -37,6 +37,13 @@ typedef struct lum_text_line {
     lum_text_memory elevation;        /**< of the row before */
 } lum_text_line;
 
+/** How rows of a format differ. */
+typedef struct lum_text_style {
+    char separator;   /**< between columns */
+    bool width_first; /**< the pulse width stands behind z (as intensity), not
+                           behind the elevation */
+} lum_text_style;
+
 /** A timestamp as a number; NaN where there is none. */
 static inline double lum_timestamp_number(int64_t timestamp_us)
 {
@@ -125,25 +132,24 @@ LUM_ALWAYS_INLINE char *lum_put_return(char *p, const lum_sample *sample,
 }
 
 /** A row.
- * @param p           has LUM_TEXT_ROW_ROOM bytes.
- * @param width_first whether the pulse width stands behind z (as intensity) or
- *                    behind the elevation.
+ * @param p has LUM_TEXT_ROW_ROOM bytes.
  * @return its end, behind the newline. */
 LUM_ALWAYS_INLINE char *lum_put_text_row(char *p, lum_text_line *text,
                                          const lum_sample *sample,
-                                         char separator, bool width_first)
+                                         lum_text_style style)
 {
     const lum_sample *s = sample;
+    const char separator = style.separator;
     p = lum_put_column(p, s->x, LUM_METRE_DECIMALS, separator);
     p = lum_put_column(p, s->y, LUM_METRE_DECIMALS, separator);
     p = lum_put_column(p, s->z, LUM_METRE_DECIMALS, separator);
-    if (width_first) {
+    if (style.width_first) {
         p = lum_put_column(p, s->pulse_width, LUM_WIDTH_DECIMALS, separator);
     }
     p = lum_put_column(p, s->range, LUM_METRE_DECIMALS, separator);
     p = lum_put_angle(p, &text->azimuth, s->azimuth, separator);
     p = lum_put_angle(p, &text->elevation, s->elevation, separator);
-    if (!width_first) {
+    if (!style.width_first) {
         p = lum_put_column(p, s->pulse_width, LUM_WIDTH_DECIMALS, separator);
     }
     p = lum_put_shared(p, text->line, text->line_bytes, LUM_LINE_COPY);

@@ -1,5 +1,6 @@
 #include "lum/points.h"
 
+#include "kernels.h"
 #include "lanes.h"
 
 void lum_selection_default(lum_selection *out)
@@ -114,11 +115,10 @@ static struct maker make_maker(const lum_projector *projector,
 }
 
 static inline void fill_sample(const struct maker *m, uint32_t word,
-                               lum_return r, lum_sample *restrict out)
+                               float range, lum_return r,
+                               lum_sample *restrict out)
 {
     const uint32_t pixel = lum_word_pixel(word);
-    const float range =
-        (float)(lum_word_tof(word) * m->eye.range_lsb + m->eye.range_offset);
     lum_put_lanes(&out->x, range, &m->directions[pixel], &m->mount);
     out->range = range; /* in the place of the fourth number */
     out->azimuth = (float)(m->eye.azimuth_center +
@@ -133,6 +133,69 @@ static inline void fill_sample(const struct maker *m, uint32_t word,
     out->pad = 0;
 }
 
+/* Words that are looked at together: what is made of them stays in the
+ * first-level cache. */
+#define BLOCK 256u
+
+/* Those that give a point. */
+struct chosen {
+    uint32_t words[BLOCK];
+    lum_return returns[BLOCK];
+    uint32_t count;
+};
+
+/* A word that is not chosen is overwritten by the next, which is faster than a
+ * branch that nobody can predict. */
+static void choose(const struct maker *m, const lum_line *line, uint32_t at,
+                   uint32_t n, const lum_return *returns, struct chosen *out)
+{
+    const uint32_t *words = line->words + at;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        const uint32_t word = words[i];
+        const unsigned asks = m->asks[word / LUM_WORD_RISING & 1u] ? 1u : 0u;
+        const unsigned has_range =
+            lum_word_tof(word) >= m->eye.min_tof ? 1u : 0u;
+        out->words[count] = word;
+        out->returns[count] = returns[at + i];
+        count += asks & has_range;
+    }
+    out->count = count;
+}
+
+static void leave_out_without_angles(const lum_line *line, struct chosen *c)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < c->count; i++) {
+        c->words[count] = c->words[i];
+        c->returns[count] = c->returns[i];
+        count +=
+            lum_line_has_angles(line, lum_word_pixel(c->words[i])) ? 1u : 0u;
+    }
+    c->count = count;
+}
+
+/* Samples of all returns, without limits. */
+static size_t put_all(const struct maker *m, const lum_line *line,
+                      const lum_return *returns, lum_sample *out)
+{
+    struct chosen chosen;
+    float ranges[BLOCK];
+    lum_sample *to = out;
+    for (uint32_t at = 0; at < line->word_count; at += BLOCK) {
+        const uint32_t left = line->word_count - at;
+        choose(m, line, at, left < BLOCK ? left : BLOCK, returns, &chosen);
+        if (!m->is_whole) {
+            leave_out_without_angles(line, &chosen);
+        }
+        LUM_BEST(ranges)(&m->eye, chosen.words, chosen.count, ranges);
+        for (uint32_t i = 0; i < chosen.count; i++) {
+            fill_sample(m, chosen.words[i], ranges[i], chosen.returns[i], to++);
+        }
+    }
+    return (size_t)(to - out);
+}
+
 /* Whether a word is of an edge that is asked for and gives a point. */
 static inline bool gives_point(const struct maker *m, const lum_line *line,
                                uint32_t word)
@@ -140,6 +203,27 @@ static inline bool gives_point(const struct maker *m, const lum_line *line,
     return m->asks[lum_word_is_rising(word) ? 1 : 0] &&
            lum_word_tof(word) >= m->eye.min_tof &&
            (m->is_whole || lum_line_has_angles(line, lum_word_pixel(word)));
+}
+
+/* Samples of some returns, or within limits. */
+static size_t put_selected(const struct maker *m, const lum_line *line,
+                           const lum_selection *selection,
+                           const lum_return *returns, lum_sample *out)
+{
+    const bool has_limits = selection->has_range || selection->has_box;
+    struct strongest strongest = {.end = 0};
+    lum_sample *to = out;
+    for (uint32_t i = 0; i < line->word_count; i++) {
+        const uint32_t word = line->words[i];
+        if (gives_point(m, line, word) &&
+            is_chosen(selection, line, returns, i, &strongest)) {
+            const float range = (float)(lum_word_tof(word) * m->eye.range_lsb +
+                                        m->eye.range_offset);
+            fill_sample(m, word, range, returns[i], to);
+            to += !has_limits || is_inside(selection, to) ? 1 : 0;
+        }
+    }
+    return (size_t)(to - out);
 }
 
 static void count_losses(const lum_projector *projector, const lum_line *line,
@@ -157,24 +241,14 @@ size_t lum_samples_compute(const lum_projector *projector, const lum_line *line,
 {
     const struct maker maker =
         make_maker(projector, line, selection, workspace->directions);
-    const bool has_limits = selection->has_range || selection->has_box;
-    const uint32_t *const words = line->words;
-    const uint32_t count = line->word_count;
-    const lum_return *const returns = workspace->returns;
-    struct strongest strongest = {.end = 0};
-    lum_sample *to = out;
+    const bool takes_all = selection->returns == LUM_RETURNS_ALL &&
+                           !selection->has_range && !selection->has_box;
     if (losses != NULL) {
         count_losses(projector, line, losses);
     }
     lum_directions_compute(projector, line, workspace->directions);
     lum_returns_compute(line->words, line->word_count, workspace->returns);
-    for (uint32_t i = 0; i < count; i++) {
-        const uint32_t word = words[i];
-        if (gives_point(&maker, line, word) &&
-            is_chosen(selection, line, returns, i, &strongest)) {
-            fill_sample(&maker, word, returns[i], to);
-            to += !has_limits || is_inside(selection, to) ? 1 : 0;
-        }
-    }
-    return (size_t)(to - out);
+    return takes_all
+               ? put_all(&maker, line, workspace->returns, out)
+               : put_selected(&maker, line, selection, workspace->returns, out);
 }

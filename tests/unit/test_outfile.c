@@ -12,12 +12,14 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <linux/magic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
+#include <sys/vfs.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -33,6 +35,12 @@ static struct {
     bool had_name[4]; /* whether "a" was there at the call */
     bool was_directory[4];
     int lock_code; /* of all locks; 0: they work */
+    bool is_ext4;
+    unsigned reservations;
+    unsigned most_reservations; /* then the disk is full */
+    off_t reserved_from;
+    off_t reserved_to;
+    off_t cut_to; /* -1: not at all */
 } disk;
 
 static const char *in_directory(const char *name)
@@ -94,11 +102,40 @@ int posix_fadvise(int fd, off_t from, off_t len, int advice)
     return 0;
 }
 
+int fstatfs(int fd, struct statfs *status)
+{
+    (void)fd;
+    memset(status, 0, sizeof *status);
+    status->f_type = disk.is_ext4 ? EXT4_SUPER_MAGIC : TMPFS_MAGIC;
+    return 0;
+}
+
+int fallocate(int fd, int mode, off_t from, off_t n)
+{
+    (void)fd;
+    assert_int_equal(mode, FALLOC_FL_KEEP_SIZE);
+    if (disk.reservations == disk.most_reservations) {
+        errno = ENOSPC;
+        return -1;
+    }
+    disk.reservations++;
+    disk.reserved_from = from;
+    disk.reserved_to = from + n;
+    return 0;
+}
+
+int ftruncate(int fd, off_t size)
+{
+    disk.cut_to = size;
+    return (int)syscall(SYS_ftruncate, fd, size);
+}
+
 static int begin(void **state)
 {
     (void)state;
     memset(&disk, 0, sizeof disk);
     memset(&forgotten, 0, sizeof forgotten);
+    disk.cut_to = -1;
     memcpy(directory + sizeof directory - 7u, "XXXXXX", 6);
     return mkdtemp(directory) == NULL;
 }
@@ -761,6 +798,79 @@ static void what_is_no_file_is_written_in_place(void **state)
     expect_refusal("", LUM_OUTFILE_WHOLE, EISDIR, "is a directory");
 }
 
+#define MIB ((size_t)1 << 20)
+
+static void places_are_reserved_ahead_and_given_back(void **state)
+{
+    lum_outfile file = open_as("a", LUM_OUTFILE_WHOLE);
+    (void)state;
+    disk.is_ext4 = true;
+    disk.most_reservations = 100;
+    put(&file, "some");
+    lum_outfile_wrote(&file, 8u * MIB - 1u);
+    assert_int_equal(disk.reservations, 0);
+    lum_outfile_wrote(&file, 1);
+    assert_int_equal(disk.reservations, 1);
+    assert_int_equal(disk.reserved_from, 8u * MIB);
+    assert_int_equal(disk.reserved_to, 72u * MIB);
+    lum_outfile_wrote(&file, 56u * MIB - 1u);
+    assert_int_equal(disk.reservations, 1);
+    lum_outfile_wrote(&file, 1);
+    assert_int_equal(disk.reservations, 2);
+    assert_int_equal(disk.reserved_from, 72u * MIB);
+    lum_outfile_wrote(&file, 500u * MIB); /* beyond what is reserved */
+    assert_int_equal(disk.reservations, 3);
+    assert_int_equal(disk.reserved_from, 564u * MIB);
+    finish(&file);
+    assert_int_equal(disk.cut_to, 4);
+    expect_file("a", "some");
+}
+
+static void a_full_disk_is_asked_once(void **state)
+{
+    lum_outfile file = open_as("a", LUM_OUTFILE_WHOLE);
+    (void)state;
+    disk.is_ext4 = true;
+    disk.most_reservations = 1;
+    put(&file, "some");
+    for (unsigned i = 0; i < 100u; i++) {
+        lum_outfile_wrote(&file, 8u * MIB);
+        disk.most_reservations = i < 8u ? 1u : 100u;
+    }
+    assert_int_equal(disk.reservations, 1);
+    finish(&file);
+    assert_int_equal(disk.cut_to, 4);
+    expect_file("a", "some");
+}
+
+static void nothing_is_reserved_elsewhere(void **state)
+{
+    lum_outfile file = open_as("a", LUM_OUTFILE_WHOLE);
+    (void)state;
+    disk.most_reservations = 100;
+    lum_outfile_wrote(&file, 100u * MIB);
+    disk.is_ext4 = true;
+    lum_outfile_wrote(&file, 100u * MIB);
+    finish(&file);
+    assert_int_equal(disk.reservations, 0);
+    assert_int_equal(disk.cut_to, -1);
+}
+
+/* A killed process would leave the places with it. */
+static void nothing_is_reserved_for_a_file_that_has_its_name(void **state)
+{
+    lum_error error;
+    lum_outfile file = open_as("a", LUM_OUTFILE_GROWS);
+    (void)state;
+    disk.is_ext4 = true;
+    disk.most_reservations = 100;
+    assert_int_equal(lum_outfile_show(&file, &error), 0);
+    lum_outfile_wrote(&file, 100u * MIB);
+    finish(&file);
+    assert_int_equal(disk.reservations, 0);
+    assert_int_equal(disk.cut_to, -1);
+}
+
 #define FACT(name) cmocka_unit_test_setup_teardown(name, begin, end)
 
 int main(void)
@@ -794,6 +904,10 @@ int main(void)
         FACT(a_growing_file_in_a_closed_directory_is_emptied),
         FACT(the_longest_names_can_be_written),
         FACT(of_many_at_once_one_writes),
+        FACT(places_are_reserved_ahead_and_given_back),
+        FACT(a_full_disk_is_asked_once),
+        FACT(nothing_is_reserved_elsewhere),
+        FACT(nothing_is_reserved_for_a_file_that_has_its_name),
         FACT(what_is_no_file_is_written_in_place),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

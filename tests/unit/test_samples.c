@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define WORDS_MAX 64u
+#define WORDS_MAX 1200u
 
 /* A line that looks straight ahead, so that x is the range. */
 struct scene {
@@ -495,6 +495,49 @@ static void a_word_without_range_is_still_a_return(void **state)
     scene_free(s);
 }
 
+/* Words of all kinds: with and without a range, angles and a pulse. */
+static void put_mixed(struct scene *s, uint32_t n)
+{
+    uint32_t seed = n;
+    for (uint32_t i = 0; i < n; i++) {
+        seed = seed * 1664525u + 1013904223u;
+        const int32_t tof = (int32_t)(seed >> 12) % 90000 - 3000;
+        put(s, tof, (seed >> 9 & 3u) != 0, i * LUM_LINE_PIXELS / WORDS_MAX);
+    }
+}
+
+/* Without a limit, words are taken many at a time. */
+static void limits_that_all_keep_change_nothing(void **state)
+{
+    static const uint32_t counts[] = {1,   2,   255, 256,  257,
+                                      511, 512, 513, 1023, WORDS_MAX};
+    static const lum_edges edges[] = {LUM_EDGES_RISING, LUM_EDGES_FALLING,
+                                      LUM_EDGES_BOTH};
+    (void)state;
+    for (size_t i = 0; i < 6u * sizeof counts / sizeof counts[0]; i++) {
+        struct scene *s = scene_new();
+        struct scene *limited = scene_new();
+        s->selection.edges = edges[i % 3u];
+        limited->selection = s->selection;
+        limited->selection.has_range = true;
+        limited->selection.range_min = -INFINITY;
+        limited->selection.range_max = INFINITY;
+        if (i % 2u == 0) {
+            s->line.angle_count = limited->line.angle_count =
+                LUM_LINE_PIXELS - 32u;
+            s->marks[3] = limited->marks[3] = 0;
+        }
+        put_mixed(s, counts[i / 6u]);
+        put_mixed(limited, counts[i / 6u]);
+        compute(s);
+        compute(limited);
+        assert_int_equal(s->count, limited->count);
+        assert_memory_equal(s->out, limited->out, s->count * sizeof *s->out);
+        scene_free(s);
+        scene_free(limited);
+    }
+}
+
 static void a_line_without_words_has_no_samples(void **state)
 {
     struct scene *s = scene_new();
@@ -539,6 +582,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(losses_count_all_words_whatever_is_asked_for),
     cmocka_unit_test(a_pixel_without_angles_costs_no_other_its_samples),
     cmocka_unit_test(a_word_without_range_is_still_a_return),
+    cmocka_unit_test(limits_that_all_keep_change_nothing),
     cmocka_unit_test(a_line_without_words_has_no_samples),
 };
 
