@@ -15,6 +15,7 @@
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <string.h>
 #include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
@@ -184,6 +185,28 @@ int world_call_posix_fadvise64(int fd, int64_t offset, int64_t size, int advice)
     world_call(CALL_NS);
     const world_file *file = world_fd_file(world_process_self(), fd);
     return file == NULL ? EBADF : file->kind->seek == NULL ? ESPIPE : 0;
+}
+
+/* A file system without a name that any program knows. */
+int world_call_fstatfs64(int fd, struct statfs *status)
+{
+    world_call(CALL_NS);
+    if (world_fd_file(world_process_self(), fd) == NULL) {
+        return refuse(EBADF);
+    }
+    memset(status, 0, sizeof *status);
+    return 0;
+}
+
+/* As where a file system cannot reserve places. */
+int world_call_fallocate64(int fd, int mode, int64_t offset, int64_t size)
+{
+    (void)mode;
+    (void)offset;
+    (void)size;
+    world_call(CALL_NS);
+    const world_file *file = world_fd_file(world_process_self(), fd);
+    return refuse(file == NULL ? EBADF : EOPNOTSUPP);
 }
 
 int world_call_ftruncate64(int fd, int64_t size)

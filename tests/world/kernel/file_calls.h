@@ -7,6 +7,7 @@
 #include <stdint.h>
 #include <sys/stat.h>
 #include <sys/types.h>
+#include <sys/vfs.h>
 #include <time.h>
 
 ssize_t world_call_read(int fd, void *out, size_t size);
@@ -28,6 +29,8 @@ int world_call_sync_file_range(int fd, int64_t offset, int64_t size,
                                unsigned flags);
 int world_call_posix_fadvise64(int fd, int64_t offset, int64_t size,
                                int advice);
+int world_call_fstatfs64(int fd, struct statfs *status);
+int world_call_fallocate64(int fd, int mode, int64_t offset, int64_t size);
 int world_call_ftruncate64(int fd, int64_t size);
 int world_call_isatty(int fd);
 pid_t world_call_tcgetpgrp(int fd);
