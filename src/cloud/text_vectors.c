@@ -18,9 +18,8 @@ bool lum_text_has_vectors(void)
 
 /* --- What stands where --- */
 
-#define SHAPES                                                                 \
-    6u /* without and with a sign: 1 to 3 digits before the point              \
-        */
+/* Without and with a sign: 1 to 3 digits before the point. */
+#define SHAPES 6u
 
 /* The places of bytes behind the eight digits. */
 #define DOT  8
