@@ -350,9 +350,13 @@ static void reserve(lum_outfile *file)
         from - file->written > near) {
         return;
     }
-    if ((file->reserved > 0 || lum_writeback_can_reserve(file->fd)) &&
-        lum_writeback_reserve(file->fd, from, RESERVE_SIZE)) {
-        file->reserved = from + RESERVE_SIZE;
+    if (!lum_writeback_can_reserve(file->fd, RESERVE_SIZE)) {
+        file->takes_none = true;
+        return;
+    }
+    file->reserved = from; /* what fails may have got some of them */
+    if (lum_writeback_reserve(file->fd, from, RESERVE_SIZE)) {
+        file->reserved += RESERVE_SIZE;
     } else {
         file->takes_none = true;
     }

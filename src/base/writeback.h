@@ -16,9 +16,10 @@ void lum_writeback_begin(int fd);
  * on the disk. On a system without such a call nothing happens. */
 void lum_writeback_forget(int fd, int64_t bytes);
 
-/** Whether places on the disk that are reserved make writing quicker: on ext4
- * each write() would look for places itself. */
-bool lum_writeback_can_reserve(int fd);
+/** Whether n bytes of places on the disk, reserved, make writing quicker and
+ * nobody miss them: on ext4 each write() would look for places itself, and
+ * there is room for many times as much. */
+bool lum_writeback_can_reserve(int fd, int64_t n);
 
 /** Reserve places for n bytes from an offset on; the file's size stays. What is
  * not used goes back by ftruncate() to its size.

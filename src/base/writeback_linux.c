@@ -19,10 +19,12 @@ void lum_writeback_forget(int fd, int64_t bytes)
 
 /* Others would gain nothing: tmpfs fills the memory with zeros, btrfs would not
  * compress any more. */
-bool lum_writeback_can_reserve(int fd)
+bool lum_writeback_can_reserve(int fd, int64_t n)
 {
     struct statfs status;
-    return fstatfs(fd, &status) == 0 && status.f_type == EXT4_SUPER_MAGIC;
+    return fstatfs(fd, &status) == 0 && status.f_type == EXT4_SUPER_MAGIC &&
+           status.f_bsize > 0 &&
+           status.f_bavail / 16u >= (uint64_t)n / (uint64_t)status.f_bsize;
 }
 
 bool lum_writeback_reserve(int fd, int64_t from, int64_t n)

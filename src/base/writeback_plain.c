@@ -11,9 +11,10 @@ void lum_writeback_forget(int fd, int64_t bytes)
     (void)bytes;
 }
 
-bool lum_writeback_can_reserve(int fd)
+bool lum_writeback_can_reserve(int fd, int64_t n)
 {
     (void)fd;
+    (void)n;
     return false;
 }
 

@@ -229,7 +229,8 @@ VECTORS size_t make_block(const lum_sample *samples, size_t n,
 /* digits: those of the number, in front of the bytes that the table names. */
 VECTORS char *put_number(char *p, uint32_t shape, __m128i digits)
 {
-    const uint8_t *of_shape = shapes[0] + shape;
+    const void *table = shapes;
+    const uint8_t *of_shape = (const uint8_t *)table + shape;
     const void *from = of_shape;
     void *to = p;
     _mm_storeu_si128(

@@ -49,6 +49,12 @@ static struct job *job_at(lum_crew *crew, uint64_t number)
     return &crew->jobs[number % JOBS];
 }
 
+/* Not in a child of fork(). */
+static bool has_threads(const lum_crew *crew)
+{
+    return crew->process == lum_system_process();
+}
+
 /* --- Making points --- */
 
 static void make(struct job *job, lum_column_work *work)
@@ -176,6 +182,9 @@ static void copy_line(struct job *job, const lum_line *line)
 
 bool lum_crew_give(lum_crew *crew, const lum_crew_task *task)
 {
+    if (!has_threads(crew)) {
+        return false;
+    }
     struct job *job = take_job(crew);
     if (!copy_words(job, task->line.line)) {
         return false;
@@ -197,9 +206,10 @@ bool lum_crew_give(lum_crew *crew, const lum_crew_task *task)
     return true;
 }
 
+/* In a child of fork() nobody makes what its parent had given. */
 void lum_crew_settle(lum_crew *crew)
 {
-    if (crew == NULL) {
+    if (crew == NULL || !has_threads(crew)) {
         return;
     }
     (void)pthread_mutex_lock(&crew->lock);
@@ -218,9 +228,12 @@ bool lum_crew_new(unsigned threads, size_t words, lum_crew **out)
     if (crew == NULL) {
         return false;
     }
-    (void)pthread_mutex_init(&crew->lock, NULL);
-    (void)pthread_cond_init(&crew->is_given, NULL);
-    (void)pthread_cond_init(&crew->is_made, NULL);
+    if (pthread_mutex_init(&crew->lock, NULL) != 0 ||
+        pthread_cond_init(&crew->is_given, NULL) != 0 ||
+        pthread_cond_init(&crew->is_made, NULL) != 0) {
+        free(crew);
+        return false;
+    }
     crew->process = lum_system_process();
     crew->words_max = words;
     crew->thread_max = threads;
@@ -238,7 +251,7 @@ bool lum_crew_new(unsigned threads, size_t words, lum_crew **out)
  * will leave. */
 static void stop(lum_crew *crew)
 {
-    if (crew->process != lum_system_process()) {
+    if (!has_threads(crew)) {
         return;
     }
     (void)pthread_mutex_lock(&crew->lock);

@@ -93,7 +93,7 @@ static lum_net_result set_up(lum_socket *socket,
         lum_system_grow(socket->fd, options->receive_buffer, &socket->has_room);
     socket->counts_drops =
         lum_system_tell(socket->fd) || lum_system_drops(socket->fd, &drops);
-    socket->joins = lum_system_joins(socket->fd);
+    socket->joins = options->sends_joined && lum_system_joins(socket->fd);
     socket->takes_joined =
         options->takes_joined && lum_system_take_joined(socket->fd);
     if (options->interface_name != NULL) {
@@ -283,10 +283,10 @@ static size_t sort_out(lum_socket *socket, size_t count)
         if (arrival->has_drops) {
             note_drops(socket, arrival->drops);
         }
+        socket->joined += arrival->is_joined; /* as drops: of all interfaces */
         if (socket->only != 0 && socket->only != arrival->interface) {
             continue;
         }
-        socket->joined += arrival->is_joined;
         if (received->utc_ns == 0) {
             now = now != 0 ? now : lum_time_utc_ns();
             received->utc_ns = now;

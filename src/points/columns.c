@@ -300,11 +300,11 @@ static void take_places(const struct chunk *from, const uint16_t *places,
 static void gather(const struct sieve *s, const struct chunk *from,
                    struct gathered *to, struct chunk *out)
 {
-    uint16_t places[BLOCK] = {0}; /* so that the analyser follows */
     uint32_t n = 0;
     if (s->line->angle_count == LUM_LINE_PIXELS && from->returns == NULL) {
         n = LUM_BEST(choose)(&s->choice, from->words, from->count, to->words);
     } else {
+        uint16_t places[BLOCK] = {0}; /* so that the analyser follows */
         n = find_chosen(s, from, places);
         take_places(from, places, n, to);
     }

@@ -74,11 +74,31 @@ def is_accounted_for(r):
     return missing == 0 or (r["at_least"] and missing > 0)
 
 
-def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs=("load.pcap",), stalls=(), buffer=None, stopped_s=0, rotate=None):
+def drops_of(pid):
+    """Datagrams that the kernel has dropped of a process's sockets."""
+    links = [os.readlink(path) for path in pathlib.Path(f"/proc/{pid}/fd").iterdir()]
+    inodes = {link[len("socket:["):-1] for link in links if link.startswith("socket:[")}
+    rows = [line.split() for line in pathlib.Path("/proc/net/udp").read_text().splitlines()[1:]]
+    return sum(int(row[-1]) for row in rows if row[9] in inodes)
+
+
+def stop_until_dropped(process):
+    """Stop a program until datagrams were dropped, each time for less than the 3 s after which a sensor turns its laser off."""
+    end = time.monotonic() + PATIENCE_S
+    while drops_of(process.pid) == 0 and time.monotonic() < end:
+        process.send_signal(signal.SIGSTOP)
+        again = time.monotonic() + 2
+        while drops_of(process.pid) == 0 and time.monotonic() < again:
+            time.sleep(0.01)
+        process.send_signal(signal.SIGCONT)
+        time.sleep(1)
+
+
+def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs=("load.pcap",), stalls=(), buffer=None, drops=False, rotate=None):
     """Stream for so long; a dict of counts and shares of CPU. The sensor ends first, so that all it sent has come.
     stalls: outputs, before the others, that a reader opens and never reads.
     rotate: the recording goes on in another file after so much; only the newest stay.
-    stopped_s: at the end lumdump is stopped for so long, and the kernel drops what it has no room for."""
+    drops: at the end lumdump is stopped until the kernel has dropped what it has no room for."""
     folder = pathlib.Path(folder)
     readers = []
     for name in stalls:
@@ -87,7 +107,7 @@ def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs
     log = folder / "load.log"
     log.unlink(missing_ok=True)
     sensor = subprocess.Popen([bin_dir / "lumsim", "--address", address, "--lines", str(lines), "--rate", str(rate),
-                               "--frames", "3", "--log", log, "-q"], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE)
+                               "--frames", "3", "--joined", "--log", log, "-q"], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE)
     dump = None
     sweeper = Sweeper(folder)
     sweeper.start()
@@ -107,11 +127,8 @@ def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs
         time.sleep(seconds)
         after = [cpu_seconds(p.pid) for p in (sensor, dump)]
         wall = time.monotonic() - began
-        if stopped_s > 0:
-            dump.send_signal(signal.SIGSTOP)
-            time.sleep(stopped_s)
-            dump.send_signal(signal.SIGCONT)
-            time.sleep(1)
+        if drops:
+            stop_until_dropped(dump)
         sensor.send_signal(signal.SIGTERM)
         sensor.wait(PATIENCE_S)
         stop, stream = last(log, "stop"), last(log, "stream")

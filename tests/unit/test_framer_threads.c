@@ -1,4 +1,5 @@
 /* Frames whose points several threads make are those of one thread. */
+#define _POSIX_C_SOURCE 200809L
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -13,6 +14,10 @@
 
 #include <stdlib.h>
 #include <string.h>
+#if !defined(_WIN32)
+#include <sys/wait.h>
+#include <unistd.h>
+#endif
 
 #define LINES     60u /* of a frame and eye: more than wait at once */
 #define FRAMES    4u
@@ -255,6 +260,32 @@ static void a_framer_can_be_freed_in_the_middle_of_a_frame(void **state)
     }
 }
 
+#if !defined(_WIN32)
+/* What its parent's threads were making is under way for ever there. */
+static void a_child_of_fork_can_free_a_framer(void **state)
+{
+    (void)state;
+    const lum_framer_options options = {.struct_size = sizeof options};
+    for (uint32_t lines = 20; lines < LINES; lines++) {
+        struct pair *p = pair_new(&options, 3);
+        feed_lines(p, lines);
+        const pid_t child = fork();
+        assert_true(child >= 0);
+        if (child == 0) {
+            (void)alarm(300); /* one that hangs ends by it */
+            lum_framer_free(p->several);
+            _exit(0);
+        }
+        int status = -1;
+        assert_int_equal(waitpid(child, &status, 0), child);
+        assert_int_equal(status, 0);
+        flush(p);
+        assert_int_equal(p->frames, 1);
+        pair_free(p);
+    }
+}
+#endif
+
 static void more_threads_than_there_can_be_are_refused(void **state)
 {
     (void)state;
@@ -274,6 +305,9 @@ int main(void)
         cmocka_unit_test(a_frame_that_grows_or_is_full_is_the_same),
         cmocka_unit_test(a_jump_drops_what_others_make),
         cmocka_unit_test(a_framer_can_be_freed_in_the_middle_of_a_frame),
+#if !defined(_WIN32)
+        cmocka_unit_test(a_child_of_fork_can_free_a_framer),
+#endif
         cmocka_unit_test(more_threads_than_there_can_be_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,3 +1,4 @@
+#define _POSIX_C_SOURCE 200809L
 /* Each allocation of a framer fails once; built with malloc() and calloc()
  * wrapped. */
 #include <setjmp.h>
@@ -11,7 +12,9 @@
 
 #include "lum/frame/framer.h"
 
-#define LINES 12u
+#include <dirent.h>
+
+#define LINES 40u /* so many that threads are started */
 
 void *__real_malloc(size_t size);
 void *__real_calloc(size_t count, size_t size);
@@ -68,6 +71,19 @@ static uint64_t points_of(lum_framer *framer)
     return points;
 }
 
+/* Of this process. */
+static unsigned count_threads(void)
+{
+    unsigned n = 0;
+    DIR *all = opendir("/proc/self/task");
+    assert_non_null(all);
+    while (readdir(all) != NULL) {
+        n++;
+    }
+    (void)closedir(all);
+    return n - 2u; /* . and .. */
+}
+
 static void fail_each(uint32_t threads)
 {
     const lum_framer_options options = {.struct_size = sizeof options,
@@ -82,6 +98,7 @@ static void fail_each(uint32_t threads)
             continue;
         }
         assert_int_equal(points_of(framer), 2u * LINES * LUM_LINE_PIXELS);
+        assert_true(at != 0 || count_threads() == threads);
         all = at == 0 ? allocations : all;
         lum_framer_free(framer);
     }

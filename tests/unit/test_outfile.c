@@ -40,6 +40,7 @@ static struct {
     unsigned most_reservations; /* then the disk is full */
     off_t reserved_from;
     off_t reserved_to;
+    size_t free_mib;
     off_t cut_to; /* -1: not at all */
 } disk;
 
@@ -107,6 +108,8 @@ int fstatfs(int fd, struct statfs *status)
     (void)fd;
     memset(status, 0, sizeof *status);
     status->f_type = disk.is_ext4 ? EXT4_SUPER_MAGIC : TMPFS_MAGIC;
+    status->f_bsize = 4096;
+    status->f_bavail = disk.free_mib * 256u;
     return 0;
 }
 
@@ -136,6 +139,7 @@ static int begin(void **state)
     memset(&disk, 0, sizeof disk);
     memset(&forgotten, 0, sizeof forgotten);
     disk.cut_to = -1;
+    disk.free_mib = 100000;
     memcpy(directory + sizeof directory - 7u, "XXXXXX", 6);
     return mkdtemp(directory) == NULL;
 }
@@ -362,8 +366,6 @@ static void a_growing_file_has_its_name_when_it_is_shown(void **state)
     expect_file("a", "new and more");
 }
 
-#if defined(__linux__)
-
 #define MIB ((size_t)1 << 20)
 
 static void a_long_recording_leaves_its_beginning_to_the_disk(void **state)
@@ -395,8 +397,6 @@ static void a_file_that_does_not_grow_stays_in_memory(void **state)
     assert_int_equal(forgotten.calls, 0);
     finish(&file);
 }
-
-#endif
 
 /* The lock follows the file; the name alone would not show it. */
 static void a_growing_file_is_known_by_another_name(void **state)
@@ -798,8 +798,6 @@ static void what_is_no_file_is_written_in_place(void **state)
     expect_refusal("", LUM_OUTFILE_WHOLE, EISDIR, "is a directory");
 }
 
-#define MIB ((size_t)1 << 20)
-
 static void places_are_reserved_ahead_and_given_back(void **state)
 {
     lum_outfile file = open_as("a", LUM_OUTFILE_WHOLE);
@@ -843,6 +841,37 @@ static void a_full_disk_is_asked_once(void **state)
     expect_file("a", "some");
 }
 
+/* A request that fails may have got some places. */
+static void what_a_failed_request_got_is_given_back(void **state)
+{
+    lum_outfile file = open_as("a", LUM_OUTFILE_WHOLE);
+    (void)state;
+    disk.is_ext4 = true;
+    put(&file, "some");
+    lum_outfile_wrote(&file, 8u * MIB);
+    finish(&file);
+    assert_int_equal(disk.reservations, 0);
+    assert_int_equal(disk.cut_to, 4);
+    expect_file("a", "some");
+}
+
+static void little_room_is_left_to_others(void **state)
+{
+    lum_outfile file = open_as("a", LUM_OUTFILE_WHOLE);
+    (void)state;
+    disk.is_ext4 = true;
+    disk.most_reservations = 100;
+    disk.free_mib = 1024; /* 16 times as much */
+    lum_outfile_wrote(&file, 8u * MIB);
+    assert_int_equal(disk.reservations, 1);
+    disk.free_mib = 1023;
+    lum_outfile_wrote(&file, 64u * MIB);
+    lum_outfile_wrote(&file, 64u * MIB);
+    assert_int_equal(disk.reservations, 1);
+    finish(&file);
+    assert_int_equal(disk.cut_to, 0);
+}
+
 static void nothing_is_reserved_elsewhere(void **state)
 {
     lum_outfile file = open_as("a", LUM_OUTFILE_WHOLE);
@@ -883,10 +912,8 @@ int main(void)
         FACT(the_refusal_names_the_process),
         FACT(a_link_leads_to_the_same_name),
         FACT(a_growing_file_has_its_name_when_it_is_shown),
-#if defined(__linux__)
         FACT(a_long_recording_leaves_its_beginning_to_the_disk),
         FACT(a_file_that_does_not_grow_stays_in_memory),
-#endif
         FACT(a_growing_file_is_known_by_another_name),
         FACT(what_begins_to_be_written_meanwhile_is_not_replaced),
         FACT(only_what_was_written_gets_the_name),
@@ -906,6 +933,8 @@ int main(void)
         FACT(of_many_at_once_one_writes),
         FACT(places_are_reserved_ahead_and_given_back),
         FACT(a_full_disk_is_asked_once),
+        FACT(what_a_failed_request_got_is_given_back),
+        FACT(little_room_is_left_to_others),
         FACT(nothing_is_reserved_elsewhere),
         FACT(nothing_is_reserved_for_a_file_that_has_its_name),
         FACT(what_is_no_file_is_written_in_place),

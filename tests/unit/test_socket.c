@@ -687,11 +687,19 @@ static void each_datagram_of_a_batch_goes_where_it_should(void **state)
 
 #if !defined(LUM_TEST_PLAIN)
 
+static lum_socket *open_to_send_joined(void)
+{
+    const lum_socket_options options = {.struct_size = sizeof options,
+                                        .local = {.address = HERE},
+                                        .sends_joined = true};
+    return open_with(&options);
+}
+
 static void datagrams_of_one_size_are_one_message(void **state)
 {
     (void)state;
     lum_socket *to = open_here(1u << 20);
-    lum_socket *from = open_here(0);
+    lum_socket *from = open_to_send_joined();
     memset(&kernel, 0, sizeof kernel);
     send_numbers(from, to, 0, LUM_SOCKET_BATCH);
     assert_int_equal(kernel.messages, 1);
@@ -713,7 +721,7 @@ static void long_datagrams_are_several_messages(void **state)
     size_t sent = 0;
     (void)state;
     lum_socket *to = open_here(1u << 20);
-    lum_socket *from = open_here(0);
+    lum_socket *from = open_to_send_joined();
     for (size_t i = 0; i < 16; i++) {
         datagrams[i] = (lum_outgoing){bytes, sizeof bytes, end_of(to)};
     }
@@ -735,7 +743,7 @@ static void what_cannot_be_joined_there_goes_one_by_one(void **state)
     (void)state;
     lum_socket *to = open_here(1u << 20);
     for (size_t i = 0; i < sizeof codes / sizeof codes[0]; i++) {
-        lum_socket *from = open_here(0);
+        lum_socket *from = open_to_send_joined();
         memset(&kernel, 0, sizeof kernel);
         kernel.refusal = codes[i];
         send_runs(from, to);
@@ -756,7 +764,7 @@ static void what_the_kernel_joined_is_taken_apart(void **state)
 {
     (void)state;
     lum_socket *to = open_for_joined(1u << 20);
-    lum_socket *from = open_here(0);
+    lum_socket *from = open_to_send_joined();
     for (uint64_t round = 1; round <= 3; round++) {
         const int64_t before = lum_time_utc_ns() - NS_PER_MS;
         send_runs(from, to);
@@ -782,7 +790,7 @@ static void a_receive_may_give_more_than_a_batch_of_joined_ones(void **state)
     uint32_t next = 0;
     (void)state;
     lum_socket *to = open_for_joined(1u << 22);
-    lum_socket *from = open_here(0);
+    lum_socket *from = open_to_send_joined();
     for (uint32_t i = 0; i < BATCHES; i++) {
         send_numbers(from, to, i * LUM_SOCKET_BATCH, LUM_SOCKET_BATCH);
     }
@@ -810,7 +818,7 @@ static void drops_of_joined_ones_are_a_lower_bound(void **state)
     const uint64_t sent = UINT64_C(300) * LUM_SOCKET_BATCH;
     (void)state;
     lum_socket *to = open_for_joined(8192);
-    lum_socket *from = open_here(0);
+    lum_socket *from = open_to_send_joined();
     for (uint32_t i = 0; i < 300; i++) {
         send_numbers(from, to, i, LUM_SOCKET_BATCH);
     }
@@ -827,10 +835,16 @@ static void nothing_is_joined_unless_it_is_asked_for(void **state)
 {
     (void)state;
     lum_socket *to = open_here(1u << 20);
-    lum_socket *from = open_here(0);
+    lum_socket *from = open_to_send_joined();
     send_runs(from, to);
     receive(to, RUN_COUNT);
     assert_true(lum_socket_joined(to) == 0);
+    lum_socket *plain = open_here(0);
+    memset(&kernel, 0, sizeof kernel);
+    send_runs(plain, to);
+    assert_int_equal(kernel.messages, RUN_COUNT);
+    receive(to, RUN_COUNT);
+    lum_socket_close(plain);
     lum_socket_close(to);
     lum_socket_close(from);
 }
@@ -841,7 +855,7 @@ static void more_joined_ones_than_there_is_room_for_are_marked(void **state)
     static uint8_t bytes[300];
     (void)state;
     lum_socket *to = open_for_joined(1u << 20);
-    lum_socket *from = open_here(0);
+    lum_socket *from = open_to_send_joined();
     for (size_t i = 0; i < sizeof bytes; i++) {
         bytes[i] = (uint8_t)i;
     }
@@ -864,7 +878,7 @@ static void an_old_kernel_gets_nothing_joined(void **state)
     memset(&kernel, 0, sizeof kernel);
     kernel.is_old = true;
     lum_socket *to = open_here(1u << 20);
-    lum_socket *from = open_here(0);
+    lum_socket *from = open_to_send_joined();
     send_runs(from, to);
     assert_int_equal(kernel.messages, RUN_COUNT);
     expect_runs(to);

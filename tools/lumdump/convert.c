@@ -303,12 +303,15 @@ static int prepare_parts(struct pass *pass, unsigned wants)
     return 0;
 }
 
-/* Lines have a crew of their own. */
+/* Lines have a crew of their own. A third thread would not help: the first has
+ * most of the work. */
 static unsigned framer_threads(const struct options *o, unsigned wants)
 {
-    return !o->is_live && (wants & (unsigned)LUM_WANT_FRAMES) != 0
-               ? crew_threads(o)
-               : 1u;
+    if (o->is_live || (wants & (unsigned)LUM_WANT_FRAMES) == 0) {
+        return 1u;
+    }
+    const unsigned threads = crew_threads(o);
+    return o->threads != 0 || threads < 2u ? threads : 2u;
 }
 
 enum pass_result pass_prepare(struct pass *pass, lum_error *error)

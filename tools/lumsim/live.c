@@ -198,7 +198,8 @@ static int open_socket(struct live *live)
     const lum_socket_options options = {.struct_size = sizeof options,
                                         .local = live->self,
                                         .interface_name =
-                                            live->options->interface};
+                                            live->options->interface,
+                                        .sends_joined = live->options->joined};
     return lum_socket_open(&options, &live->socket, &live->error) == LUM_NET_OK
                ? 0
                : -1;

@@ -49,6 +49,7 @@ struct options {
     double speed; /* of a replay */
     struct timeline timeline;
     bool loop;
+    bool joined; /* data packets of one size go as one message */
     bool quiet;
 };
 

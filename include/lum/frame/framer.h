@@ -120,11 +120,14 @@ typedef struct lum_framer_options {
                            them, at most LUM_FRAMER_THREADS_MAX: so the caller
                            reads and assembles while others project. 0 or 1:
                            the caller's alone. Frames are the same, bit by bit.
-                           The others start when a few dozen lines wait, get no
+                           The others start when 16 lines wait, get no
                            signals, and make only what the framer's functions
-                           wait for. They do not make points of a view that
-                           selects by returns, range or box, nor of a build
-                           without threads. Each takes about 1 MB. */
+                           wait for; if the system has none, the caller does
+                           their work. A child of fork() has none: it can
+                           free the framer, and points of frames that were
+                           under way are lost to it. They do not make points of
+                         a view that selects by returns, range or box, nor of a
+                         build without threads. Each takes about 1 MB. */
 } lum_framer_options;
 
 /** A framer. */

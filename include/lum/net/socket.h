@@ -71,6 +71,10 @@ typedef struct lum_socket_options {
                                 to LUM_SOCKET_JOINED_BATCH then, and what is dropped
                                 may be more than was counted: see
                                 lum_socket_joined() */
+    bool sends_joined;     /**< hand over several datagrams of one size as one
+                                message, where Linux can cut it: less time at high
+                                rates. They leave the host as they are, but a
+                                packet tap on it (tcpdump) sees them as one */
 } lum_socket_options;
 
 /** A UDP socket. */
@@ -162,7 +166,8 @@ lum_socket_send_batch(lum_socket *socket, const lum_outgoing *datagrams,
  * time of the call. A lower bound if lum_socket_joined() is not 0. */
 uint64_t lum_socket_drops(lum_socket *socket);
 
-/** Datagrams that the kernel joined with others; 0 if takes_joined was not set.
+/** Datagrams that came joined with others, also from other interfaces; 0 if
+ * takes_joined was not set.
  * Those that it drops joined it counts as one. */
 uint64_t lum_socket_joined(const lum_socket *socket);
 

@@ -275,7 +275,8 @@ def _portable(options: Mapping[str, Any]) -> dict[str, Any]:
         raise TypeError("progress is not an option here: Ray shows the progress of a Dataset")
     choice = Choice(options)
     made = dict(choice.given)
-    made.setdefault("threads", 1)  # Ray gives each task a core
+    if made.get("threads") is None:
+        made["threads"] = 1  # Ray gives each task a core
     if choice.names_calibration:
         made["calibration"] = choice.calibration
     if choice.names_profile:
