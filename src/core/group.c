@@ -9,11 +9,19 @@
 
 #include <string.h>
 
+static inline uint64_t cut_bits(uint64_t value, const lum_field *field)
+{
+    return field->bits == 0
+               ? value
+               : shift_down(value, field->low) & lum_low_bits(field->bits);
+}
+
 /* Of a width that is a power of 2, the byte at i in the other order is at i ^
  * (width - 1). */
-static LUM_ONE_COPY uint64_t load_bytes(const uint8_t *from,
+static LUM_ONE_COPY uint64_t load_bytes(const uint8_t *packet,
                                         const lum_field *field)
 {
+    const uint8_t *from = packet + field->at;
     const unsigned flip = field_flip(field);
     uint32_t high = 0;
     uint32_t low = 0;
@@ -21,33 +29,24 @@ static LUM_ONE_COPY uint64_t load_bytes(const uint8_t *from,
         high = high << 8 | low >> 24;
         low = low << 8 | from[i ^ flip];
     }
-    return (uint64_t)high << 32 | low;
+    return cut_bits((uint64_t)high << 32 | low, field);
 }
 
-/* left: bytes from the field to the packet's end, if there is a field. Where
- * flash is not dear, a field of the usual order is cut out of eight bytes. */
-static inline uint64_t load_value(const uint8_t *from, size_t left,
+/* Where flash is not dear, a field of the usual order is cut out of eight
+ * bytes. A field that there is ends within the packet. */
+static inline uint64_t load_field(const uint8_t *packet, size_t len,
                                   const lum_field *field)
 {
 #if LUM_VECTORS
     if (field->bytes > 0 && field->order == LUM_ORDER_LITTLE &&
-        left >= sizeof(uint64_t)) {
-        return load_u64(from) & UINT64_MAX >> (64u - 8u * field->bytes);
+        len - field->at >= sizeof(uint64_t)) {
+        const uint64_t eight = load_u64(packet + field->at);
+        return cut_bits(eight & UINT64_MAX >> (64u - 8u * field->bytes), field);
     }
 #else
-    (void)left;
+    (void)len;
 #endif
-    return load_bytes(from, field);
-}
-
-static inline uint64_t load_field(const uint8_t *packet, size_t len,
-                                  const lum_field *field)
-{
-    const uint64_t value =
-        load_value(packet + field->at, len - field->at, field);
-    return field->bits == 0
-               ? value
-               : shift_down(value, field->low) & lum_low_bits(field->bits);
+    return load_bytes(packet, field);
 }
 
 /* Bits of other fields in the same bytes stay as they are. */
