@@ -217,8 +217,8 @@ static size_t put_selected(const struct maker *m, const lum_line *line,
         const uint32_t word = line->words[i];
         if (gives_point(m, line, word) &&
             is_chosen(selection, line, returns, i, &strongest)) {
-            const float range = (float)(lum_word_tof(word) * m->eye.range_lsb +
-                                        m->eye.range_offset);
+            float range = 0.0f;
+            lum_plain_ranges(&m->eye, &word, 1, &range);
             fill_sample(m, word, range, returns[i], to);
             to += !has_limits || is_inside(selection, to) ? 1 : 0;
         }
