@@ -26,14 +26,21 @@ struct job {
     bool is_under_way;
 };
 
+/* One of the threads. */
+struct member {
+    lum_crew *crew;
+    pthread_t thread;
+    lum_column_work work;
+};
+
 struct lum_crew {
     long process; /* that has the threads */
     size_t words_max;
     struct job jobs[JOBS];
     lum_column_work work; /* of the caller */
-    pthread_t *threads;
-    unsigned thread_max;
-    unsigned thread_count;
+    struct member *members;
+    unsigned member_max;
+    unsigned member_count;
     pthread_mutex_t lock; /* guards what follows, and is_under_way */
     pthread_cond_t is_given;
     pthread_cond_t is_made;
@@ -102,31 +109,28 @@ static void work_on(lum_crew *crew, lum_column_work *work)
     (void)pthread_mutex_unlock(&crew->lock);
 }
 
-/* Without memory the others do its work. */
 static void *run(void *argument)
 {
-    lum_crew *crew = argument;
-    lum_column_work *work = calloc(1, sizeof *work);
-    if (work != NULL && lum_column_work_allocate(work, crew->words_max)) {
-        work_on(crew, work);
-    }
-    if (work != NULL) {
-        lum_column_work_release(work);
-        free(work);
-    }
+    struct member *member = argument;
+    work_on(member->crew, &member->work);
     return NULL;
 }
 
-/* Where the system has no thread, the others, or the caller, do its work. */
+/* Where the system has no thread or memory, the others, or the caller, do its
+ * work. */
 static void start_another(lum_crew *crew)
 {
-    if (crew->thread_count == crew->thread_max) {
+    if (crew->member_count == crew->member_max) {
         return;
     }
-    if (lum_thread_start(&crew->threads[crew->thread_count], run, crew) == 0) {
-        crew->thread_count++;
+    struct member *member = &crew->members[crew->member_count];
+    member->crew = crew;
+    if (lum_column_work_allocate(&member->work, crew->words_max) &&
+        lum_thread_start(&member->thread, run, member) == 0) {
+        crew->member_count++;
     } else {
-        crew->thread_max = crew->thread_count;
+        lum_column_work_release(&member->work);
+        crew->member_max = crew->member_count;
     }
 }
 
@@ -236,9 +240,9 @@ bool lum_crew_new(unsigned threads, size_t words, lum_crew **out)
     }
     crew->process = lum_system_process();
     crew->words_max = words;
-    crew->thread_max = threads;
-    crew->threads = calloc(threads, sizeof *crew->threads);
-    if (crew->threads == NULL ||
+    crew->member_max = threads;
+    crew->members = calloc(threads, sizeof *crew->members);
+    if (crew->members == NULL ||
         !lum_column_work_allocate(&crew->work, words)) {
         lum_crew_free(crew);
         return false;
@@ -258,8 +262,8 @@ static void stop(lum_crew *crew)
     crew->stops = true;
     (void)pthread_cond_broadcast(&crew->is_given);
     (void)pthread_mutex_unlock(&crew->lock);
-    for (unsigned i = 0; i < crew->thread_count; i++) {
-        (void)pthread_join(crew->threads[i], NULL);
+    for (unsigned i = 0; i < crew->member_count; i++) {
+        (void)pthread_join(crew->members[i].thread, NULL);
     }
     (void)pthread_cond_destroy(&crew->is_made);
     (void)pthread_cond_destroy(&crew->is_given);
@@ -275,7 +279,10 @@ void lum_crew_free(lum_crew *crew)
     for (unsigned i = 0; i < JOBS; i++) {
         free(crew->jobs[i].words);
     }
+    for (unsigned i = 0; i < crew->member_count; i++) {
+        lum_column_work_release(&crew->members[i].work);
+    }
     lum_column_work_release(&crew->work);
-    free(crew->threads);
+    free(crew->members);
     free(crew);
 }

@@ -293,6 +293,7 @@ static size_t count_joined(const lum_outgoing *first, size_t count)
 static void set_cut(struct msghdr *message, size_t len, cut_room *room)
 {
     const uint16_t size = (uint16_t)len;
+    memset(room, 0, sizeof *room); /* the padding, too, is handed over */
     message->msg_control = room;
     message->msg_controllen = sizeof room->bytes;
     struct cmsghdr *control = CMSG_FIRSTHDR(message);

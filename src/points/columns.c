@@ -111,17 +111,6 @@ static void prepare(const lum_column_line *l, lum_column_work *work,
 
 /* --- Coordinates --- */
 
-/* Computed in double, as in lum_samples_compute(). */
-void lum_plain_ranges(const lum_eye_projector *eye, const uint32_t *words,
-                      uint32_t n, float *restrict out)
-{
-    const double lsb = eye->range_lsb;
-    const double offset = eye->range_offset;
-    for (uint32_t i = 0; i < n; i++) {
-        out[i] = (float)(lum_word_tof(words[i]) * lsb + offset);
-    }
-}
-
 void lum_plain_columns(const lum_column_source *from, float *x, float *y,
                        float *z)
 {

@@ -359,6 +359,23 @@ def test_a_dead_process_s_folder_is_removed_by_the_next(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_folder_that_is_made_just_now_is_not_removed(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    lock = _folders._lock
+
+    def lock_late(file):
+        monkeypatch.setattr(_folders, "_lock", lock)
+        _folders.remove_dead()
+        return lock(file)
+
+    monkeypatch.setattr(_folders, "_lock", lock_late)
+    mine = _folders.WorkFolder()
+    assert os.path.isdir(mine.path)
+    _folders.remove_dead()
+    assert os.path.isdir(mine.path)
+    mine.remove()
+
+
 # Arguments
 
 

@@ -16,8 +16,11 @@ class WorkFolder:
     def __init__(self) -> None:
         remove_dead()
         self.path = tempfile.mkdtemp(prefix=PREFIX)
-        self._lock: IO[bytes] = open(os.path.join(self.path, "lock"), "wb")
+        # Others find it by its lock, which is held before it has its name.
+        path = os.path.join(self.path, "lock")
+        self._lock: IO[bytes] = open(f"{path}.new", "wb")
         _lock(self._lock)
+        os.rename(f"{path}.new", path)
 
     def remove(self) -> None:
         self._lock.close()
