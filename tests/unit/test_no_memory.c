@@ -98,7 +98,8 @@ static void fail_each(uint32_t threads)
             continue;
         }
         assert_int_equal(points_of(framer), 2u * LINES * LUM_LINE_PIXELS);
-        assert_true(at != 0 || count_threads() == threads);
+        assert_true(count_threads() <= threads);
+        assert_true(at != 0 || threads == 1 || count_threads() > 1);
         all = at == 0 ? allocations : all;
         lum_framer_free(framer);
     }
