@@ -76,6 +76,10 @@ except KeyboardInterrupt:
     return (folder / "interrupts").read_text()
 
 
+def pytest_configure(config):
+    config.addinivalue_line("markers", "long: solves so much that only script/test --whole runs it")
+
+
 @pytest.fixture(scope="session")
 def make_capture(tmp_path_factory):
     """make_capture(*options of lumsim, name="drive.pcap"): the path of a capture, made once for the same options."""

@@ -102,6 +102,7 @@ def test_a_room_tells_the_calibration():
     assert sum(abs(error) < 2 * sigma for error, sigma in wrong.values()) >= 11
 
 
+@pytest.mark.long
 def test_standard_deviations_hold_on_wavy_walls(monkeypatch):
     """Over several rooms: neither too small nor so large that they say nothing."""
     monkeypatch.setattr(_faces, "TILES_MAX", 400)
@@ -132,6 +133,7 @@ def test_it_is_better_on_faces_that_it_has_not_seen():
     assert found.rms_after_m < 0.001 < found.rms_before_m
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("own_signals")
 def test_a_solver_that_errs_makes_no_file(monkeypatch, tmp_path, capsys):
     """From the true calibration, with a solver that turns the green eye by half a degree: faces left out of the fit tell."""
@@ -262,6 +264,7 @@ def test_json_has_no_infinity():
     assert told["is_better"] is True and len(told["planes"]) > 5
 
 
+@pytest.mark.long
 def test_the_same_captures_give_the_same_solution():
     again = _eyes.solve_grids(room()[0], lumsdk.Calibration())
     for one, other in zip(again.parameters, solution().parameters):
@@ -397,6 +400,7 @@ def test_observations_that_are_far_off_are_let_go():
     assert kept[:2] == pytest.approx(gone[:2]) and kept[2] == pytest.approx(0.15) and gone[2] < 1e-5
 
 
+@pytest.mark.long
 def test_what_does_not_settle_is_not_better_and_says_so(monkeypatch):
     monkeypatch.setattr(_solve, "_SETTLED", 0.0)
     monkeypatch.setattr(_eyes, "_ROUNDS", 2)
@@ -456,6 +460,7 @@ def test_a_lying_and_a_standing_face_are_held_out_where_others_tell_the_same():
     assert 0 not in spare([90, 80, 70, 60, 50, 0, 30, 0]), "the floor alone tells heights"
 
 
+@pytest.mark.long
 def test_five_captures_tell_more_than_three():
     """One of them with the nose up, as people do."""
     true = rooms.true_calibration(np.random.default_rng(1))

@@ -3,12 +3,12 @@
 # levels. COST is only what begins first; CORES are taken from a number as large as the machine's; HALF waits about as long
 # as it works.
 function(lum_step name)
-  cmake_parse_arguments(PARSE_ARGV 1 a "HALF" "LEVEL;NICE;COST;MAKES;CORES" "COMMAND;REQUIRES;LOCKS")
+  cmake_parse_arguments(PARSE_ARGV 1 a "HALF" "NICE;COST;MAKES;CORES" "LEVEL;COMMAND;REQUIRES;LOCKS")
   if(a_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "${name}: what is ${a_UNPARSED_ARGUMENTS}?")
   endif()
   if(NOT a_LEVEL)
-    set(a_LEVEL fast all)
+    set(a_LEVEL fast all whole)
   endif()
   list(POP_FRONT a_COMMAND program)
   if(NOT IS_ABSOLUTE ${program})

@@ -9,7 +9,7 @@ run_pytest() {
     shift 2
     mkdir -p "${log%/*}"
     : >"$log.begun"
-    "$python" -B -m pytest -q -rs -p no:cacheprovider "$@" >"$log" 2>&1 || status=$?
+    "$python" -B -m pytest -q -rs --durations=12 -p no:cacheprovider "$@" >"$log" 2>&1 || status=$?
     cat "$log"
     grep -qE '(passed|failed|skipped|errors?|no tests ran)\b.* in [0-9]' "$log" || tell_last_words "$log.begun"
     tell_pytest "$log"
