@@ -23,9 +23,12 @@ static uint32_t check_sum(const image *records)
 
 void put(image *im, const void *bytes, size_t len)
 {
-    uint8_t *more = realloc(im->bytes, im->len + len + 1u);
-    assert_non_null(more);
-    im->bytes = more;
+    const size_t needed = im->len + len + 1u;
+    if (im->room < needed) {
+        im->room = 2u * needed;
+        im->bytes = realloc(im->bytes, im->room);
+        assert_non_null(im->bytes);
+    }
     if (len != 0) {
         memcpy(im->bytes + im->len, bytes, len);
     }

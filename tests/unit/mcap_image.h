@@ -24,6 +24,7 @@ enum {
 typedef struct image {
     uint8_t *bytes;
     size_t len;
+    size_t room;
     uint64_t messages;
 } image;
 
