@@ -1,5 +1,5 @@
-# lum_step(NAME [LEVEL fast|all] COMMAND WORD... [NICE N] [COST SECONDS] [MAKES FIXTURE] [REQUIRES FIXTURE...] [LOCKS NAME...]
-# [CORES N | HALF]): a command in the top folder; status 77 says that it cannot run here. Without LEVEL it is part of both
+# lum_step(NAME [LEVEL fast|all|whole ...] COMMAND WORD... [NICE N] [COST SECONDS] [MAKES FIXTURE] [REQUIRES FIXTURE...] [LOCKS NAME...]
+# [CORES N | HALF]): a command in the top folder; status 77 says that it cannot run here. Without LEVEL it is part of all
 # levels. COST is only what begins first; CORES are taken from a number as large as the machine's; HALF waits about as long
 # as it works.
 function(lum_step name)

@@ -120,6 +120,9 @@ void end_file(image *im)
     put_record(im, OP_SUMMARY_OFFSET, 17);
     put_record(im, OP_FOOTER, 20);
     put(im, MAGIC, 8);
+    im->room = im->len; /* a byte too far is noticed */
+    im->bytes = realloc(im->bytes, im->room);
+    assert_non_null(im->bytes);
 }
 
 void put_chunk_as(image *im, const image *bytes, const struct chunk *c)

@@ -16,11 +16,11 @@ class WorkFolder:
     def __init__(self) -> None:
         remove_dead()
         self.path = tempfile.mkdtemp(prefix=PREFIX)
-        # Others find it by its lock, which is held before it has its name.
+        # Others find it by its lock, which is held before it has its name; without locks they do not look for it.
         path = os.path.join(self.path, "lock")
         self._lock: IO[bytes] = open(f"{path}.new", "wb")
-        _lock(self._lock)
-        os.rename(f"{path}.new", path)
+        if _lock(self._lock):
+            os.rename(f"{path}.new", path)
 
     def remove(self) -> None:
         self._lock.close()
