@@ -9,6 +9,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#define TABLE_LOOKS 50
+
 /* A program can have any name; only printable characters go into a message. */
 static void read_name(long process, char *out, size_t room)
 {
@@ -67,8 +69,8 @@ static bool line_is_of(const char *line, lum_endpoint local,
            (theirs == local.address || theirs == 0 || local.address == 0);
 }
 
-static bool find_inode(const char *table, lum_endpoint local,
-                       unsigned long *inode)
+static bool find_in_table(const char *table, lum_endpoint local,
+                          unsigned long *inode)
 {
     char line[512];
     bool found = false;
@@ -80,6 +82,19 @@ static bool find_inode(const char *table, lum_endpoint local,
         found = line_is_of(line, local, inode);
     }
     (void)fclose(file);
+    return found;
+}
+
+/* The kernel gives the table by parts: when a socket of an earlier part is
+ * closed, the next part begins a line too late. So a socket that is missing is
+ * looked for again. */
+static bool find_inode(const char *table, lum_endpoint local,
+                       unsigned long *inode)
+{
+    bool found = false;
+    for (int i = 0; i < TABLE_LOOKS && !found; i++) {
+        found = find_in_table(table, local, inode);
+    }
     return found;
 }
 

@@ -25,6 +25,7 @@
 #include <linux/seccomp.h>
 #include <netinet/in.h>
 #include <sched.h>
+#include <signal.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
@@ -499,6 +500,46 @@ static void a_port_that_is_taken_names_the_program(void **state)
     lum_socket_close(first);
     lum_socket_close(open_with(&options));
 }
+
+#if !defined(LUM_TEST_PLAIN)
+
+/* Until it is killed. */
+static void come_and_go(void)
+{
+    lum_socket *sockets[100] = {NULL};
+    (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+    for (size_t i = 0;; i = (i + 37) % 100) {
+        lum_socket_close(sockets[i]);
+        sockets[i] = open_here(0);
+    }
+}
+
+static void a_port_has_its_program_while_others_come_and_go(void **state)
+{
+    char name[64];
+    int status = 0;
+    (void)state;
+    fflush(NULL);
+    const pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        come_and_go();
+    }
+    lum_socket *first = open_here(0);
+    const lum_socket_options options = {.struct_size = sizeof options,
+                                        .local = end_of(first)};
+    own_name(name, sizeof name);
+    for (int i = 0; i < 300; i++) {
+        lum_error error = {""};
+        assert_int_equal(refuse(&options, &error), LUM_NET_BUSY);
+        expect_says(&error, name);
+    }
+    lum_socket_close(first);
+    assert_int_equal(kill(child, SIGKILL), 0);
+    assert_int_equal(waitpid(child, &status, 0), child);
+}
+
+#endif
 
 static void an_interface_that_is_not_there_is_refused(void **state)
 {
@@ -1207,6 +1248,9 @@ int main(void)
         cmocka_unit_test(a_buffer_that_was_not_granted_is_told),
         cmocka_unit_test(the_room_holds_the_payload_asked_for),
         cmocka_unit_test(a_port_that_is_taken_names_the_program),
+#if !defined(LUM_TEST_PLAIN)
+        cmocka_unit_test(a_port_has_its_program_while_others_come_and_go),
+#endif
         cmocka_unit_test(an_interface_that_is_not_there_is_refused),
         cmocka_unit_test(an_address_of_another_host_is_refused),
         cmocka_unit_test(a_low_port_needs_permission),
