@@ -15,6 +15,8 @@
 #define ALL_MAX   64u
 #define WHO_BYTES 96u
 
+#define TABLE_LOOKS 8
+
 static size_t read_users(const char *path, uint16_t port, struct udp_user *out,
                          size_t room)
 {
@@ -27,10 +29,27 @@ static size_t read_users(const char *path, uint16_t port, struct udp_user *out,
     return n;
 }
 
-static size_t find_users(uint16_t port, struct udp_user *out, size_t room)
+static size_t read_all_users(uint16_t port, struct udp_user *out, size_t room)
 {
     const size_t n = read_users("/proc/net/udp", port, out, room);
     return n + read_users("/proc/net/udp6", port, out + n, room - n);
+}
+
+/* The kernel gives its tables by parts, and leaves out lines between two parts
+ * when sockets are closed meanwhile. The fullest of some looks is taken. */
+static size_t find_users(uint16_t port, struct udp_user *out, size_t room)
+{
+    struct udp_user found[ALL_MAX];
+    const size_t most = room < ALL_MAX ? room : ALL_MAX;
+    size_t n = read_all_users(port, out, room);
+    for (int i = 1; i < TABLE_LOOKS; i++) {
+        const size_t now = read_all_users(port, found, most);
+        if (now > n) {
+            memcpy(out, found, now * sizeof found[0]);
+            n = now;
+        }
+    }
+    return n;
 }
 
 /* "lumsim (process 12)"; returns out. */
