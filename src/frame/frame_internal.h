@@ -54,6 +54,8 @@ struct lum_frame {
     lum_frame *self; /* for callers that may only count references */
     lum_frame_pool *pool;
     lum_frame *next;     /* of the spare ones */
+    lum_frame *into;     /* whose memory it gets; NULL: it stays */
+    size_t usual;        /* points of a frame, when it began; 0: not known */
     unsigned references; /* guarded by the pool's lock */
     size_t points_max;
     lum_columns mask;
@@ -66,12 +68,16 @@ struct lum_frame {
 /* An empty frame; NULL without memory. */
 lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask);
 
-/* Whether there is room for this many more points where the others are. */
-bool lum_frame_has_room(const lum_frame *frame, size_t points);
+/* Make room for one more line. False: there is no memory. */
+bool lum_frame_reserve_row(lum_frame *frame);
 
-/* Make room for this many more points and one more line. False: there is no
- * memory. */
-bool lum_frame_reserve(lum_frame *frame, size_t points);
+/* Whether its points stay where they are, with room for this many more. Else
+ * call lum_frame_move() next, while nobody reads or writes them. */
+bool lum_frame_stays(lum_frame *frame, size_t points);
+
+/* Move the points where there is room for this many more. False: there is no
+ * memory, and they have not moved. */
+bool lum_frame_move(lum_frame *frame, size_t points);
 
 /* Where the points of a line are written; NULL: not requested. */
 typedef struct lum_frame_places {

@@ -621,16 +621,20 @@ static bool is_late(const struct sensor *s, int64_t number)
     return s->has_done && !is_before(s->done, number);
 }
 
-/* While a frame's memory moves, nobody writes into it. */
+/* While a frame moves, nobody writes into it. */
 static bool reserve(const lum_framer *f, const struct draft *draft)
 {
     const uint32_t points = f->line->word_count;
     for (size_t i = 0; i < draft->frame_count; i++) {
-        if (!lum_frame_has_room(draft->frames[i], points)) {
-            lum_crew_settle(f->crew);
-        }
-        if (!lum_frame_reserve(draft->frames[i], points)) {
+        lum_frame *frame = draft->frames[i];
+        if (!lum_frame_reserve_row(frame)) {
             return false;
+        }
+        if (!lum_frame_stays(frame, points)) {
+            lum_crew_settle(f->crew);
+            if (!lum_frame_move(frame, points)) {
+                return false;
+            }
         }
     }
     return true;

@@ -146,15 +146,12 @@ static lum_frame *take_spare(lum_frame_pool *pool, lum_columns mask,
     return frame;
 }
 
-/* How many points frames have had of late, if that is little memory: then a
- * frame gets all of it at once, and does not move. 0: frames are large, or none
- * was given back. */
-static size_t small_size(lum_frame_pool *pool)
+static size_t usual_size(lum_frame_pool *pool)
 {
     lum_lock_take(pool->lock);
     const size_t latest = pool->latest;
     lum_lock_leave(pool->lock);
-    return latest <= ROOM_DOUBLES ? latest : 0;
+    return latest;
 }
 
 /* Memory far larger than the present need is not kept. The lock is held. */
@@ -201,7 +198,8 @@ static void drop_columns(lum_frame *frame, lum_columns mask)
 
 lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask)
 {
-    lum_frame *frame = take_spare(pool, mask, small_size(pool));
+    const size_t usual = usual_size(pool);
+    lum_frame *frame = take_spare(pool, mask, usual);
     if (frame == NULL) {
         frame = take_spare(pool, mask, 0);
     }
@@ -215,6 +213,8 @@ lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask)
     frame->self = frame;
     frame->pool = pool;
     frame->next = NULL;
+    frame->into = NULL;
+    frame->usual = usual;
     frame->references = 1;
     frame->points_max = pool->points_max;
     frame->mask = mask;
@@ -327,9 +327,7 @@ static size_t next_room(const lum_frame *frame, size_t needed)
     /* a line is made as a whole, and then cut */
     const size_t most = frame->points_max + LUM_LINE_WORDS_MAX;
     const size_t now = room_of(frame, frame->mask);
-    const size_t usual = small_size(frame->pool);
     size_t room = now < ROOM_MIN ? ROOM_MIN : now;
-    room = room < usual ? usual : room;
     while (room < needed) {
         room += room < ROOM_DOUBLES ? room : room / 8u;
     }
@@ -359,15 +357,8 @@ static bool grow(lum_frame *frame, size_t needed)
     return true;
 }
 
-/* A large frame begins in the smallest memory available, because only few of
- * its lines come before the frame before it is complete; then it moves into
- * that frame's memory. */
-static bool move_to_spare(lum_frame *frame, size_t needed)
+static void move_into(lum_frame *frame, lum_frame *spare)
 {
-    lum_frame *spare = take_spare(frame->pool, frame->mask, needed);
-    if (spare == NULL) {
-        return false;
-    }
     for (unsigned c = 0; c < LUM_COLUMN_COUNT; c++) {
         const lum_column_array from = frame->store.columns[c];
         const lum_column_array to = spare->store.columns[c];
@@ -387,10 +378,9 @@ static bool move_to_spare(lum_frame *frame, size_t needed)
     spare->mask = frame->mask;
     drop_columns(spare, spare->mask);
     give_back(frame->pool, spare);
-    return true;
 }
 
-static bool reserve_row(lum_frame *frame)
+bool lum_frame_reserve_row(lum_frame *frame)
 {
     lum_frame_store *store = &frame->store;
     if (frame->row_count < store->row_room ||
@@ -412,18 +402,32 @@ static bool reserve_row(lum_frame *frame)
     return true;
 }
 
-bool lum_frame_has_room(const lum_frame *frame, size_t points)
-{
-    return frame->mask == 0 ||
-           room_of(frame, frame->mask) >= frame->count + points;
-}
-
-bool lum_frame_reserve(lum_frame *frame, size_t points)
+/* A frame often begins before the one before it gives back its memory, and so
+ * in smaller memory. It moves as soon as it can, with few points. */
+bool lum_frame_stays(lum_frame *frame, size_t points)
 {
     const size_t needed = frame->count + points;
-    if (!reserve_row(frame)) {
-        return false;
+    if (frame->mask == 0) {
+        return true;
     }
-    return lum_frame_has_room(frame, points) || move_to_spare(frame, needed) ||
-           grow(frame, needed);
+    const size_t room = room_of(frame, frame->mask);
+    if (room < needed || room < frame->usual) {
+        frame->into = take_spare(frame->pool, frame->mask,
+                                 needed > frame->usual ? needed : frame->usual);
+    }
+    return room >= needed && frame->into == NULL;
+}
+
+bool lum_frame_move(lum_frame *frame, size_t points)
+{
+    const size_t needed = frame->count + points;
+    lum_frame *into = frame->into != NULL
+                          ? frame->into
+                          : take_spare(frame->pool, frame->mask, needed);
+    frame->into = NULL;
+    if (into == NULL) {
+        return grow(frame, needed);
+    }
+    move_into(frame, into);
+    return true;
 }

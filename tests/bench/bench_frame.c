@@ -12,6 +12,8 @@
 
 #define LINE_WORDS 16384u
 
+#define RUN_NS INT64_C(10000000000)
+
 struct consumer {
     lum_assembler assembler;
     lum_projector projector;
@@ -67,13 +69,17 @@ static size_t count_frame(const lum_framer *framer, lum_framer_event event)
     return lum_frame_count(lum_framer_frame(framer, 0));
 }
 
+/* Each run is later than the one before, as if the sensor had started anew. */
 static size_t run_frames(lum_framer *framer, const struct stream *s)
 {
+    static int64_t begin_ns;
     lum_framer_event event = LUM_FRAMER_NONE;
     size_t count = 0;
     for (size_t i = 0; i < s->count; i++) {
         const lum_record record = {.payload = s->bytes + s->datagrams[i].at,
                                    .len = s->datagrams[i].len,
+                                   .time_ns =
+                                       begin_ns + s->datagrams[i].arrival_ns,
                                    .source = 1,
                                    .source_port = LUM_PORT,
                                    .kind = LUM_RECORD_DATAGRAM};
@@ -85,6 +91,7 @@ static size_t run_frames(lum_framer *framer, const struct stream *s)
     while ((event = lum_framer_flush(framer)) != LUM_FRAMER_NONE) {
         count += count_frame(framer, event);
     }
+    begin_ns += RUN_NS;
     return count;
 }
 

@@ -47,7 +47,10 @@ static void add_packet(struct stream *s, const lum_layout *layout,
     }
     const size_t len = (size_t)LUM_SAMPLE_BYTES * group->num_samples;
     memcpy(out + head, samples, len);
-    s->datagrams[s->count++] = (struct datagram){s->used, head + len};
+    s->datagrams[s->count++] =
+        (struct datagram){.at = s->used,
+                          .len = head + len,
+                          .arrival_ns = (int64_t)group->clock_raw * 1000};
     s->used += head + len;
 }
 

@@ -14,6 +14,7 @@
 struct datagram {
     size_t at;
     size_t len;
+    int64_t arrival_ns; /* after the first */
 };
 
 struct stream {
