@@ -69,14 +69,17 @@ static void set_times(lum_frame *frame, bool has_clock)
     const int64_t period_ns = find_period_ns(frame, has_clock);
     const int64_t begin_ns = find_begin_ns(frame, has_clock);
     float *times = frame->store.columns[LUM_COLUMN_TIME].at;
+    int64_t in_line_ns[LUM_LINE_PIXELS];
+    for (unsigned pixel = 0; pixel < LUM_LINE_PIXELS; pixel++) {
+        in_line_ns[pixel] = pixel * period_ns / (int64_t)LUM_LINE_PIXELS;
+    }
     for (size_t i = 0; i < frame->row_count; i++) {
         const lum_line_row *row = &frame->store.rows[i];
         const int64_t from_ns = line_ns(row, has_clock) - begin_ns;
         float *to = times + row->first_point;
         for (uint32_t k = 0; k < row->point_count; k++) {
-            const int64_t in_line_ns =
-                (int64_t)to[k] * period_ns / (int64_t)LUM_LINE_PIXELS;
-            to[k] = (float)((double)(from_ns + in_line_ns) * 1e-9);
+            const int64_t ns = from_ns + in_line_ns[(uint32_t)to[k]];
+            to[k] = (float)((double)ns * 1e-9);
         }
     }
 }

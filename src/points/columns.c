@@ -46,7 +46,8 @@ static void compute_degrees(const lum_eye_projector *eye, const lum_line *line,
 }
 
 /* Words of a pixel, from first to the returned end. The widest pulse of each
- * edge is marked, the first among equals. */
+ * edge is marked, the first among equals. All words before first are of edges
+ * that first and those after it do not have. */
 static uint32_t mark_pixel(const lum_line *line, const lum_return *returns,
                            uint32_t first, uint8_t *marks)
 {
@@ -69,12 +70,17 @@ static uint32_t mark_pixel(const lum_line *line, const lum_return *returns,
     return i;
 }
 
+/* Most words are the only ones of their edge and pixel. */
 static void mark_strongest(const lum_line *line, const lum_return *returns,
                            uint8_t *marks)
 {
     uint32_t i = 0;
     while (i < line->word_count) {
-        i = mark_pixel(line, returns, i, marks);
+        if (returns[i].count == 1) {
+            marks[i++] = 1;
+        } else {
+            i = mark_pixel(line, returns, i, marks);
+        }
     }
 }
 
