@@ -94,7 +94,8 @@ def stop_until_dropped(process):
         time.sleep(1)
 
 
-def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs=("load.pcap",), stalls=(), buffer=None, drops=False, rotate=None):
+def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs=("load.pcap",), stalls=(), buffer=None, drops=False, rotate=None,
+        receive_buffer=None):
     """Stream for so long; a dict of counts and shares of CPU. The sensor ends first, so that all it sent has come.
     stalls: outputs, before the others, that a reader opens and never reads.
     rotate: the recording goes on in another file after so much; only the newest stay.
@@ -115,6 +116,7 @@ def run(bin_dir, folder, seconds, rate, lines=640, address="127.40.0.1", outputs
         wait_for(log, "frames", sensor)
         arguments = [bin_dir / "lumdump", f"udp://{address}", "--laser", "--json"]
         arguments += ["--buffer", buffer] if buffer else []
+        arguments += ["--receive-buffer", receive_buffer] if receive_buffer else []
         arguments += ["--rotate", rotate] if rotate else []
         for output in (*stalls, *outputs):
             arguments += ["-o", folder / output]

@@ -99,6 +99,11 @@ class Case(unittest.TestCase):
         for name in names:
             self.wait_for_data(name, least)
 
+    def receive_buffer(self, p):
+        """Bytes that the system grants to a program's socket, as it counts them; 0: it has none."""
+        sockets = subprocess.run(["ss", "-uamnpHO"], capture_output=True, text=True, check=True).stdout.splitlines()
+        return next((int(re.search(r"skmem:\(r\d+,rb(\d+)", s).group(1)) for s in sockets if f"pid={p.pid}," in s), 0)
+
     def unread_fifo(self, name):
         """A named pipe that nobody opens."""
         path = self.folder / name
@@ -137,6 +142,15 @@ class Case(unittest.TestCase):
 
 
 class Recording(Case):
+    def test_the_system_holds_what_it_is_asked_to_hold(self):
+        self.simulator()
+        for size, granted in (("64KiB", 131072), ("100kB", 200000)):
+            with self.subTest(size):
+                p = self.start("--receive-buffer", size)
+                self.wait_for(lambda: self.receive_buffer(p) == granted, "a socket with that buffer")
+                p.send_signal(signal.SIGINT)
+                self.end(p)
+
     def test_the_line_of_the_readme_gives_points(self):
         for _ in range(5):  # until this machine does not hold up what switches the laser on
             self.address = next(ADDRESSES)
@@ -428,7 +442,9 @@ class Arguments(Case):
                 ([self.url, "--bu=1MB"], "did you mean --buffer?"), ([self.url, "--ver"], "did you mean --version?"),
                 (["127.0.0.1"], "no such file; a sensor is named as udp://127.0.0.1\n"),
                 (["udp:/127.0.0.1:55"], "udp://127.0.0.1:55\n"),
-                (["x.pcap", "--interface", "lo"], "udp://"), (["x.pcap", "--buffer", "1MB"], "udp://")):
+                (["x.pcap", "--interface", "lo"], "udp://"), (["x.pcap", "--buffer", "1MB"], "udp://"),
+                (["x.pcap", "--receive-buffer", "1MB"], "udp://"), ([self.url, "--receive-buffer", "1"], "from 64KiB to 1GB"),
+                ([self.url, "--receive-buffer", "1.1GB"], "from 64KiB to 1GB"), ([self.url, "--receive-buffer", "65535"], "from 64KiB to 1GB")):
             with self.subTest(arguments):
                 r = run("lumdump", *arguments)
                 self.assertEqual(r.returncode, 2, r.stderr)

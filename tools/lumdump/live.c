@@ -37,7 +37,7 @@ static int open_session(const struct live *l, bool owns, lum_sensor **out,
     options.interface_name = l->options->interface;
     options.layout = *l->pass->layout;
     options.owns = owns;
-    options.receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
+    options.receive_buffer = l->options->receive_buffer;
     options.takes_joined = true;
     options.cancel = l->cancel;
     return lum_sensor_open(&options, out, error) == LUM_NET_OK ? 0 : -1;

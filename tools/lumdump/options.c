@@ -6,6 +6,7 @@
 
 #include "crew.h"
 #include "help.h"
+#include "lum/net/socket.h"
 #include "lum/version.h"
 #include "picture.h"
 #include "values.h"
@@ -108,6 +109,8 @@ static const struct option_spec specs[] = {
     {"threads", .kind = OPTION_WHOLE, INTO(threads), .min = 1, .max = CREW_MAX},
     {"buffer", CALL(values_take_buffer),
      .allowed = "a size from 128KiB to 64GB, such as 256MB"},
+    {"receive-buffer", CALL(values_take_receive_buffer),
+     .allowed = "a size from 64KiB to 1GB, such as 256MiB"},
     {"sensor", CALL(values_take_sensor), HAS(has_sensor),
      .allowed = "an address such as 10.42.0.37"},
     {"eye", WORD(eyes, eyes)},
@@ -258,9 +261,10 @@ static bool goes_with_source(const struct options *o)
         return refuse("--laser goes with a sensor, udp://ADDRESS: a capture "
                       "has no laser");
     }
-    if (!o->is_live && (o->interface != NULL || o->buffer != 0)) {
-        return refuse("--interface and --buffer go with a sensor, "
-                      "udp://ADDRESS");
+    if (!o->is_live &&
+        (o->interface != NULL || o->buffer != 0 || o->receive_buffer != 0)) {
+        return refuse("--interface, --buffer and --receive-buffer go with a "
+                      "sensor, udp://ADDRESS");
     }
     lum_error why = {""};
     if (o->interface != NULL && !host_has_interface(o->interface, &why)) {
@@ -588,6 +592,9 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
     }
     if (!find_formats(out) || !is_consistent(out)) {
         return PARSED_BAD;
+    }
+    if (out->is_live && out->receive_buffer == 0) {
+        out->receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
     }
     note_filters(&result, out);
     return PARSED_RUN;

@@ -105,17 +105,19 @@ static bool is_news(struct session_drops *drops, uint64_t count, int64_t now_ns)
 static void tell_drops(struct session *s, const lum_sensor_counters *c,
                        int64_t now_ns)
 {
-    lum_socket *socket = lum_sensor_socket(s->sensor);
+    char help[120] = "; this machine is too busy";
+    if (!lum_socket_has_room(lum_sensor_socket(s->sensor))) {
+        (void)snprintf(help, sizeof help,
+                       ", and is smaller than was asked for: sysctl -w "
+                       "net.core.rmem_max=%lu",
+                       (unsigned long)s->options->receive_buffer);
+    }
     if (is_news(&s->told_kernel, c->kernel_drops, now_ns)) {
         say_warn(&s->say,
                  "the system dropped %s%" PRIu64
                  " datagrams so far: they came damaged, with wrong checksums, "
                  "or its receive buffer was full%s",
-                 c->joined > 0 ? "at least " : "", c->kernel_drops,
-                 lum_socket_has_room(socket)
-                     ? "; this machine is too busy"
-                     : ", and is smaller than was asked for: sysctl -w "
-                       "net.core.rmem_max=67108864");
+                 c->joined > 0 ? "at least " : "", c->kernel_drops, help);
     }
 }
 

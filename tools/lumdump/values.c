@@ -214,6 +214,16 @@ bool values_take_buffer(void *options, const char *text, lum_error *why)
     return is_size;
 }
 
+bool values_take_receive_buffer(void *options, const char *text, lum_error *why)
+{
+    struct options *out = options;
+    double value = 0;
+    const bool is_size = parse_quantity(text, sizes, 65536, 1e9, &value);
+    (void)why;
+    out->receive_buffer = (size_t)value;
+    return is_size;
+}
+
 bool values_take_set(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;

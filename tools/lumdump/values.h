@@ -17,6 +17,8 @@ bool values_take_rotation(void *options, const char *text, lum_error *why);
 bool values_take_set(void *options, const char *text, lum_error *why);
 bool values_take_smooth(void *options, const char *text, lum_error *why);
 bool values_take_buffer(void *options, const char *text, lum_error *why);
+bool values_take_receive_buffer(void *options, const char *text,
+                                lum_error *why);
 bool values_take_columns(void *options, const char *text, lum_error *why);
 bool values_take_mcap(void *options, const char *text, lum_error *why);
 bool values_take_frame_id(void *options, const char *text, lum_error *why);

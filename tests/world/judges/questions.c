@@ -8,13 +8,18 @@
 
 /* Options with a value, of all tools (docs/man). */
 static const char *const valued[] = {
-    "--host",    "--port",         "--interface",   "--timeout",  "--retries",
-    "--profile", "--calibration",  "--set",         "--sequence", "--subnet",
-    "--rate",    "--duration",     "--shape",       "--lines",    "-o",
-    "--output",  "--format",       "--rotate",      "--buffer",   "--columns",
-    "--eye",     "--edge",         "--return",      "--frames",   "--range",
-    "--time",    "--log",          "--fault",       "--address",  "--clock",
-    "--jitter",  "--answer-delay", "--answer-loss", "--loss",     "--seed"};
+    "--host",        "--port",         "--interface",
+    "--timeout",     "--retries",      "--profile",
+    "--calibration", "--set",          "--sequence",
+    "--subnet",      "--rate",         "--duration",
+    "--shape",       "--lines",        "-o",
+    "--output",      "--format",       "--rotate",
+    "--buffer",      "--columns",      "--eye",
+    "--edge",        "--return",       "--frames",
+    "--range",       "--time",         "--log",
+    "--fault",       "--address",      "--clock",
+    "--jitter",      "--answer-delay", "--answer-loss",
+    "--loss",        "--seed",         "--receive-buffer"};
 
 /* --- What a user asked for --- */
 

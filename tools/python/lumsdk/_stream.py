@@ -166,7 +166,7 @@ class Stream:
         self._warnings.append(
             f"{self._sensor.address}: the system dropped {drops} datagrams so far: its receive buffer was full"
             f"{'; this program is too slow' if has_room else ', and is smaller than was asked for: sysctl -w '}"
-            f"{'' if has_room else 'net.core.rmem_max=67108864'}; or they came damaged, with wrong checksums")
+            f"{'' if has_room else 'net.core.rmem_max=33554432'}; or they came damaged, with wrong checksums")
 
     def _silent(self, now: float) -> SensorError:
         name, since = self._sensor.address, now - self._heard

@@ -33,7 +33,7 @@ Session::Session(const Options &options, Channel &channel, Notes &notes)
     if (!lum_socket_has_room(lum_sensor_socket(sensor_.get()))) {
         notes_.add(Note::info,
                    "the system grants a smaller receive buffer than was asked "
-                   "for: sysctl -w net.core.rmem_max=67108864");
+                   "for: sysctl -w net.core.rmem_max=33554432");
     }
     thread_ = std::thread([this] { run(); });
 }
