@@ -55,7 +55,8 @@ static bool run(lum_sensor *sensor, lum_error *error)
         count++;
     }
     if (count > 0 && words == 0) {
-        (void)fputs("no line has ranges: is the laser on? lumctl laser on\n",
+        (void)fputs("no line has ranges: the laser is off, and this program "
+                    "leaves it so\n",
                     stderr);
     }
     lum_reader_close(reader);

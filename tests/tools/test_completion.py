@@ -91,6 +91,14 @@ class Bash(unittest.TestCase):
             for option in offered:
                 self.assertIn(option, text)
         self.assertIn("--laser", complete("lumdump", "--la"))
+        self.assertEqual(complete("lumdump", "--rec"), ["--receive-buffer"])
+
+    def test_help_has_two_names(self):
+        for tool in ("lumctl", "lumdump", "lumsim", "lumtable", "lumview"):
+            with self.subTest(tool):
+                r = run(tool, "-h")
+                self.assertEqual((r.returncode, r.stderr), (0, ""))
+                self.assertEqual(r.stdout, run(tool, "--help").stdout)
 
     def test_words_of_options(self):
         self.assertEqual(complete("lumdump", "--edge", ""), ["rising", "falling", "both"])

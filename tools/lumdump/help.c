@@ -145,7 +145,7 @@ const char help_rest[] =
     "an\n"
     "                          order, 2 if not given; 0: off (default)\n"
     "\n"
-    "      --help, --version\n"
+    "  -h, --help, --version\n"
     "\n"
     "Exit status: 0 done, 1 it failed, 2 bad arguments or configuration, 3 no "
     "answer\n"

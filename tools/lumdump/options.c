@@ -135,7 +135,7 @@ static const struct option_spec specs[] = {
      .allowed = "0 for off, an odd number of pixels up to 63, such as 31, or "
                 "WINDOW:ORDER, the order from 0 to 5 and below the window, "
                 "such as 31:2"},
-    {"help", .kind = OPTION_SHOW, .show = show_help},
+    {"help", .letter = 'h', .kind = OPTION_SHOW, .show = show_help},
     {"version", .kind = OPTION_SHOW, .show = show_version},
 };
 

@@ -113,7 +113,7 @@ const char options_help_scene[] =
     "repeated\n"
     "\n"
     "  -q, --quiet             no progress, no summary\n"
-    "      --help, --version\n"
+    "  -h, --help, --version\n"
     "\n"
     "Exit status: 0 done, 1 it failed, 2 bad arguments or configuration.\n"
     "\n"

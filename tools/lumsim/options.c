@@ -211,7 +211,8 @@ static const struct option_spec specs[] = {
     {"speed", .group = MODE_REPLAY, REAL(speed, SPEED_MIN, SPEED_MAX)},
     {"loop", .group = MODE_REPLAY, FLAG(loop)},
     {"sensor", .group = MODE_REPLAY, CALL(take_sensor), .allowed = HOST},
-    {"help", .kind = OPTION_SHOW, .group = ALL, .show = show_help},
+    {"help", .letter = 'h', .kind = OPTION_SHOW, .group = ALL,
+     .show = show_help},
     {"version", .kind = OPTION_SHOW, .group = ALL, .show = show_version},
 };
 

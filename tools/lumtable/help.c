@@ -18,7 +18,7 @@ const char help_text[] =
     "      --name NAME         of NAME_layout and NAME_projector (default "
     "lum_table)\n"
     "  -o, --output FILE       default, or -: standard output\n"
-    "      --help, --version\n"
+    "  -h, --help, --version\n"
     "\n"
     "One of the two files may be -, standard input. The source does not "
     "compile with\n"

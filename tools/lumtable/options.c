@@ -15,7 +15,6 @@ enum {
     OPT_CALIBRATION,
     OPT_SET,
     OPT_NAME,
-    OPT_HELP,
     OPT_VERSION
 };
 
@@ -25,7 +24,7 @@ static const struct option long_options[] = {
     {"calibration", required_argument, NULL, OPT_CALIBRATION},
     {"set", required_argument, NULL, OPT_SET},
     {"name", required_argument, NULL, OPT_NAME},
-    {"help", no_argument, NULL, OPT_HELP},
+    {"help", no_argument, NULL, 'h'},
     {"version", no_argument, NULL, OPT_VERSION},
     {NULL, 0, NULL, 0},
 };
@@ -88,7 +87,7 @@ static enum parsed add_setting(struct options *out)
 static enum parsed set_option(int option, struct options *out)
 {
     switch (option) {
-    case OPT_HELP:
+    case 'h':
         (void)fputs(help_text, stdout);
         return PARSED_DONE;
     case OPT_VERSION:
@@ -144,7 +143,7 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
     int option = 0;
     int which = -1;
     *out = (struct options){.name = "lum_table", .output = "-"};
-    while ((option = getopt_long(argc, argv, "o:", long_options, &which)) !=
+    while ((option = getopt_long(argc, argv, "o:h", long_options, &which)) !=
            -1) {
         if (which >= 0 && option != '?' &&
             !is_spelt_out(argv, &long_options[which])) {
