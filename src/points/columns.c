@@ -77,7 +77,8 @@ static void mark_strongest(const lum_line *line, const lum_return *returns,
     uint32_t i = 0;
     while (i < line->word_count) {
         if (returns[i].count == 1) {
-            marks[i++] = 1;
+            marks[i] = 1;
+            i++;
         } else {
             i = mark_pixel(line, returns, i, marks);
         }
