@@ -76,7 +76,7 @@ static void mark_strongest(const lum_line *line, const lum_return *returns,
 {
     uint32_t i = 0;
     while (i < line->word_count) {
-        if (returns[i].count == 1) {
+        if (returns[i].count == 1u) {
             marks[i] = 1;
             i++;
         } else {
