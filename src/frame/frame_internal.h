@@ -54,8 +54,8 @@ struct lum_frame {
     lum_frame *self; /* for callers that may only count references */
     lum_frame_pool *pool;
     lum_frame *next;     /* of the spare ones */
-    lum_frame *into;     /* whose memory it gets; NULL: it stays */
-    size_t usual;        /* points of a frame, when it began; 0: not known */
+    lum_frame *into;     /* claimed for lum_frame_move(); NULL: none */
+    size_t usual;        /* points that it is likely to have; 0: not known */
     unsigned references; /* guarded by the pool's lock */
     size_t points_max;
     lum_columns mask;
@@ -65,18 +65,21 @@ struct lum_frame {
     lum_frame_info info;
 };
 
-/* An empty frame; NULL without memory. */
-lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask);
+/* An empty frame, which is likely to have so many points; 0: not known. NULL
+ * without memory. */
+lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask,
+                           size_t usual);
 
 /* Make room for one more line. False: there is no memory. */
 bool lum_frame_reserve_row(lum_frame *frame);
 
-/* Whether its points stay where they are, with room for this many more. Else
- * call lum_frame_move() next, while nobody reads or writes them. */
-bool lum_frame_stays(lum_frame *frame, size_t points);
+/* Whether there is room for this many more points where the others are. If not,
+ * or if the frame has claimed better memory, call lum_frame_move() next, while
+ * nobody reads or writes the points. */
+bool lum_frame_claim_room(lum_frame *frame, size_t points);
 
 /* Move the points where there is room for this many more. False: there is no
- * memory, and they have not moved. */
+ * memory; some columns may have moved, and all have the same points. */
 bool lum_frame_move(lum_frame *frame, size_t points);
 
 /* Where the points of a line are written; NULL: not requested. */

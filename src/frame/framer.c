@@ -59,7 +59,9 @@ struct sensor {
     int64_t last;
     uint32_t lines_max[LUM_EYES]; /* of the frame before */
     uint64_t lines_late;          /* since the frame before */
-    bool has_given;               /* lines_given count for this frame */
+    size_t
+        usual[LUM_VIEWS_MAX]; /* points of its frames of late, in each view */
+    bool has_given;           /* lines_given count for this frame */
     int64_t given;
     uint32_t lines_given[LUM_EYES];
     lum_pace pace;
@@ -506,15 +508,17 @@ static void note_line(lum_framer *f, struct sensor *s)
 
 /* --- Drafts: frames under way --- */
 
-/* Called with draft->views set. */
-static bool begin_frames(lum_framer *f, struct draft *draft)
+/* Called with draft->views set. usual: points that each view is likely to have;
+ * 0: not known. */
+static bool begin_frames(lum_framer *f, struct draft *draft,
+                         const size_t *usual)
 {
     const struct views *views = &draft->views;
     draft->frame_count = views->count > 0 ? views->count : 1u;
     draft->is_used = true;
     for (size_t i = 0; i < draft->frame_count; i++) {
         draft->frames[i] = lum_frame_begin(
-            f->pool, views->count > 0 ? views->view[i].columns : 0);
+            f->pool, views->count > 0 ? views->view[i].columns : 0, usual[i]);
         if (draft->frames[i] == NULL) {
             draft->frame_count = i;
             drop_draft(draft);
@@ -524,11 +528,12 @@ static bool begin_frames(lum_framer *f, struct draft *draft)
     return true;
 }
 
-static bool begin_draft(lum_framer *f, struct draft *draft, int64_t number)
+static bool begin_draft(lum_framer *f, struct draft *draft, int64_t number,
+                        const size_t *usual)
 {
     draft->number = number;
     draft->views = f->views;
-    return begin_frames(f, draft);
+    return begin_frames(f, draft, usual);
 }
 
 static struct draft *find_draft(struct sensor *s, int64_t number)
@@ -599,11 +604,22 @@ static void seal(lum_framer *f, struct sensor *s, struct draft *draft)
     }
 }
 
+/* A frame with few points among others says little about the next one. */
+static void note_sizes(struct sensor *s, const struct draft *draft)
+{
+    for (size_t i = 0; i < draft->frame_count; i++) {
+        const size_t count = lum_frame_count(draft->frames[i]);
+        const size_t half = s->usual[i] / 2u;
+        s->usual[i] = count > half ? count : half;
+    }
+}
+
 /* Hand out a frame; its draft is free then. */
 static lum_framer_event hand_out(lum_framer *f, struct sensor *s,
                                  struct draft *draft)
 {
     seal(f, s, draft);
+    note_sizes(s, draft);
     s->lines_late = 0;
     s->has_done = true;
     s->done = draft->number;
@@ -630,7 +646,7 @@ static bool reserve(const lum_framer *f, const struct draft *draft)
         if (!lum_frame_reserve_row(frame)) {
             return false;
         }
-        if (!lum_frame_stays(frame, points)) {
+        if (!lum_frame_claim_room(frame, points)) {
             lum_crew_settle(f->crew);
             if (!lum_frame_move(frame, points)) {
                 return false;
@@ -713,7 +729,7 @@ static lum_framer_event place_line(lum_framer *f, struct sensor *s)
         if (draft == NULL) {
             return hand_out(f, s, find_lowest(s));
         }
-        if (!begin_draft(f, draft, number)) {
+        if (!begin_draft(f, draft, number, s->usual)) {
             return LUM_FRAMER_FAILED;
         }
     }
@@ -742,6 +758,7 @@ static lum_framer_event go_on_with_line(lum_framer *f, struct sensor *s)
 static lum_framer_event hand_out_end(lum_framer *f, struct sensor *s,
                                      int64_t number)
 {
+    static const size_t none[LUM_VIEWS_MAX];
     struct draft *lowest = find_lowest(s);
     if (lowest != NULL && !is_before(number, lowest->number)) {
         return hand_out(f, s, lowest);
@@ -753,8 +770,8 @@ static lum_framer_event hand_out_end(lum_framer *f, struct sensor *s,
     if (draft == NULL) {
         return LUM_FRAMER_NONE;
     }
-    return begin_draft(f, draft, number) ? hand_out(f, s, draft)
-                                         : LUM_FRAMER_FAILED;
+    return begin_draft(f, draft, number, none) ? hand_out(f, s, draft)
+                                               : LUM_FRAMER_FAILED;
 }
 
 static lum_framer_event go_on_with_end(lum_framer *f, struct sensor *s)
@@ -1022,7 +1039,7 @@ static void pack_drafts(lum_framer *f, struct sensor *s, lum_pack *p)
             pack_number(p, &number);
         }
         if (is_used && lum_pack_is_reading(p) && !p->has_failed &&
-            !begin_draft(f, d, number)) {
+            !begin_draft(f, d, number, s->usual)) {
             p->has_failed = true;
         }
     }

@@ -124,16 +124,17 @@ static size_t room_of(const lum_frame *frame, lum_columns mask)
     return room;
 }
 
-/* The spare frame with the least room of `needed` or more; NULL: there is none.
- */
+/* The spare frame with the least room, of `needed` to `most`; NULL: there is
+ * none. */
 static lum_frame *take_spare(lum_frame_pool *pool, lum_columns mask,
-                             size_t needed)
+                             size_t needed, size_t most)
 {
     lum_frame **best = NULL;
     lum_lock_take(pool->lock);
     for (lum_frame **at = &pool->spare; *at != NULL; at = &(*at)->next) {
         const size_t room = room_of(*at, mask);
-        if (room >= needed && (best == NULL || room < room_of(*best, mask))) {
+        if (room >= needed && room <= most &&
+            (best == NULL || room < room_of(*best, mask))) {
             best = at;
         }
     }
@@ -146,12 +147,13 @@ static lum_frame *take_spare(lum_frame_pool *pool, lum_columns mask,
     return frame;
 }
 
-static size_t usual_size(lum_frame_pool *pool)
+/* The most room that a frame takes which is likely to have so many points; 0:
+ * not known. Far larger memory is left to frames of other views and sensors:
+ * this one may be kept for long. */
+static size_t room_for(size_t points)
 {
-    lum_lock_take(pool->lock);
-    const size_t latest = pool->latest;
-    lum_lock_leave(pool->lock);
-    return latest;
+    const size_t least = points < ROOM_MIN ? ROOM_MIN : points;
+    return points == 0 || least > SIZE_MAX / 8u ? SIZE_MAX : 8u * least;
 }
 
 /* Memory far larger than the present need is not kept. The lock is held. */
@@ -196,12 +198,11 @@ static void drop_columns(lum_frame *frame, lum_columns mask)
 
 /* --- Frames --- */
 
-lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask)
+lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask, size_t usual)
 {
-    const size_t usual = usual_size(pool);
-    lum_frame *frame = take_spare(pool, mask, usual);
+    lum_frame *frame = take_spare(pool, mask, usual, room_for(usual));
     if (frame == NULL) {
-        frame = take_spare(pool, mask, 0);
+        frame = take_spare(pool, mask, 0, room_for(usual));
     }
     if (frame == NULL) {
         frame = calloc(1, sizeof *frame);
@@ -402,18 +403,24 @@ bool lum_frame_reserve_row(lum_frame *frame)
     return true;
 }
 
+static size_t larger(size_t a, size_t b)
+{
+    return a > b ? a : b;
+}
+
 /* A frame often begins before the one before it gives back its memory, and so
  * in smaller memory. It moves as soon as it can, with few points. */
-bool lum_frame_stays(lum_frame *frame, size_t points)
+bool lum_frame_claim_room(lum_frame *frame, size_t points)
 {
     const size_t needed = frame->count + points;
+    const size_t likely = larger(needed, frame->usual);
     if (frame->mask == 0) {
         return true;
     }
     const size_t room = room_of(frame, frame->mask);
-    if (room < needed || room < frame->usual) {
-        frame->into = take_spare(frame->pool, frame->mask,
-                                 needed > frame->usual ? needed : frame->usual);
+    if (frame->into == NULL && room < likely) {
+        frame->into =
+            take_spare(frame->pool, frame->mask, likely, room_for(likely));
     }
     return room >= needed && frame->into == NULL;
 }
@@ -421,10 +428,11 @@ bool lum_frame_stays(lum_frame *frame, size_t points)
 bool lum_frame_move(lum_frame *frame, size_t points)
 {
     const size_t needed = frame->count + points;
-    lum_frame *into = frame->into != NULL
-                          ? frame->into
-                          : take_spare(frame->pool, frame->mask, needed);
+    lum_frame *into = frame->into;
     frame->into = NULL;
+    if (into == NULL) {
+        into = take_spare(frame->pool, frame->mask, needed, room_for(needed));
+    }
     if (into == NULL) {
         return grow(frame, needed);
     }

@@ -9,7 +9,10 @@
 #include <string.h>
 #include <unistd.h>
 
-#define TABLE_LOOKS 50
+/* A table of the kernel is read again until so many readings in a row had the
+ * same number of lines, and at most so often in all. */
+#define SAME_LOOKS 8
+#define LOOKS_MAX  50
 
 /* A program can have any name; only printable characters go into a message. */
 static void read_name(long process, char *out, size_t room)
@@ -69,17 +72,20 @@ static bool line_is_of(const char *line, lum_endpoint local,
            (theirs == local.address || theirs == 0 || local.address == 0);
 }
 
+/* count: lines that were read. */
 static bool find_in_table(const char *table, lum_endpoint local,
-                          unsigned long *inode)
+                          unsigned long *inode, size_t *count)
 {
     char line[512];
     bool found = false;
     FILE *file = fopen(table, "r");
+    *count = 0;
     if (file == NULL) {
         return false;
     }
     while (!found && fgets(line, sizeof line, file) != NULL) {
         found = line_is_of(line, local, inode);
+        ++*count;
     }
     (void)fclose(file);
     return found;
@@ -87,15 +93,21 @@ static bool find_in_table(const char *table, lum_endpoint local,
 
 /* The kernel gives the table by parts: when a socket of an earlier part is
  * closed, the next part begins a line too late. So a socket that is missing is
- * looked for again. */
+ * looked for again, as long as sockets come and go. */
 static bool find_inode(const char *table, lum_endpoint local,
                        unsigned long *inode)
 {
-    bool found = false;
-    for (int i = 0; i < TABLE_LOOKS && !found; i++) {
-        found = find_in_table(table, local, inode);
+    size_t before = 0;
+    int same = 0;
+    for (int i = 0; i < LOOKS_MAX && same < SAME_LOOKS; i++) {
+        size_t count = 0;
+        if (find_in_table(table, local, inode, &count)) {
+            return true;
+        }
+        same = count == before ? same + 1 : 1;
+        before = count;
     }
-    return found;
+    return false;
 }
 
 static bool is_link_to(DIR *directory, const char *name, const char *target)

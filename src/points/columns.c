@@ -46,8 +46,8 @@ static void compute_degrees(const lum_eye_projector *eye, const lum_line *line,
 }
 
 /* Words of a pixel, from first to the returned end. The widest pulse of each
- * edge is marked, the first among equals. All words before first are of edges
- * that first and those after it do not have. */
+ * edge is marked, the first among equals. First may be inside a pixel: each
+ * word before it is alone of its edge then. */
 static uint32_t mark_pixel(const lum_line *line, const lum_return *returns,
                            uint32_t first, uint8_t *marks)
 {

@@ -102,22 +102,33 @@ static bool is_news(struct session_drops *drops, uint64_t count, int64_t now_ns)
     return true;
 }
 
-static void tell_drops(struct session *s, const lum_sensor_counters *c,
-                       int64_t now_ns)
+struct cause {
+    char text[120];
+};
+
+/* Why a receive buffer may have been full. */
+static struct cause name_cause(const struct session *s)
 {
-    char help[120] = "; this machine is too busy";
+    struct cause out = {"; this machine is too busy"};
     if (!lum_socket_has_room(lum_sensor_socket(s->sensor))) {
-        (void)snprintf(help, sizeof help,
+        (void)snprintf(out.text, sizeof out.text,
                        ", and is smaller than was asked for: sysctl -w "
                        "net.core.rmem_max=%lu",
                        (unsigned long)s->options->receive_buffer);
     }
+    return out;
+}
+
+static void tell_drops(struct session *s, const lum_sensor_counters *c,
+                       int64_t now_ns)
+{
     if (is_news(&s->told_kernel, c->kernel_drops, now_ns)) {
         say_warn(&s->say,
                  "the system dropped %s%" PRIu64
                  " datagrams so far: they came damaged, with wrong checksums, "
                  "or its receive buffer was full%s",
-                 c->joined > 0 ? "at least " : "", c->kernel_drops, help);
+                 c->joined > 0 ? "at least " : "", c->kernel_drops,
+                 name_cause(s).text);
     }
 }
 

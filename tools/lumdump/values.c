@@ -207,21 +207,24 @@ bool values_take_buffer(void *options, const char *text, lum_error *why)
 {
     struct options *out = options;
     double value = 0;
-    const bool is_size =
-        parse_quantity(text, sizes, RING_BYTES_MIN, 64e9, &value);
     (void)why;
+    if (!parse_quantity(text, sizes, RING_BYTES_MIN, 64e9, &value)) {
+        return false;
+    }
     out->buffer = (uint64_t)value;
-    return is_size;
+    return true;
 }
 
 bool values_take_receive_buffer(void *options, const char *text, lum_error *why)
 {
     struct options *out = options;
     double value = 0;
-    const bool is_size = parse_quantity(text, sizes, 65536, 1e9, &value);
     (void)why;
+    if (!parse_quantity(text, sizes, 65536, 1e9, &value)) {
+        return false;
+    }
     out->receive_buffer = (size_t)value;
-    return is_size;
+    return true;
 }
 
 bool values_take_set(void *options, const char *text, lum_error *why)

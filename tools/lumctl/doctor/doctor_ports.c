@@ -15,7 +15,7 @@
 #define ALL_MAX   64u
 #define WHO_BYTES 96u
 
-#define TABLE_LOOKS 8
+#define LOOKS 4
 
 static size_t read_users(const char *path, uint16_t port, struct udp_user *out,
                          size_t room)
@@ -35,18 +35,29 @@ static size_t read_all_users(uint16_t port, struct udp_user *out, size_t room)
     return n + read_users("/proc/net/udp6", port, out + n, room - n);
 }
 
+static bool has_user(const struct udp_user *list, size_t n,
+                     const struct udp_user *user)
+{
+    for (size_t i = 0; i < n; i++) {
+        if (list[i].inode == user->inode) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* The kernel gives its tables by parts, and leaves out lines between two parts
- * when sockets are closed meanwhile. The fullest of some looks is taken. */
+ * when sockets are closed meanwhile. What any of some looks finds is taken. */
 static size_t find_users(uint16_t port, struct udp_user *out, size_t room)
 {
     struct udp_user found[ALL_MAX];
-    const size_t most = room < ALL_MAX ? room : ALL_MAX;
-    size_t n = read_all_users(port, out, room);
-    for (int i = 1; i < TABLE_LOOKS; i++) {
-        const size_t now = read_all_users(port, found, most);
-        if (now > n) {
-            memcpy(out, found, now * sizeof found[0]);
-            n = now;
+    size_t n = 0;
+    for (int look = 0; look < LOOKS; look++) {
+        const size_t now = read_all_users(port, found, ALL_MAX);
+        for (size_t i = 0; i < now && n < room; i++) {
+            if (!has_user(out, n, &found[i])) {
+                out[n++] = found[i];
+            }
         }
     }
     return n;

@@ -585,8 +585,8 @@ class Sensor:
         """The frames that come from now on.
 
         duration is in seconds from the first data on; None: until the loop ends. silence is how many seconds without
-        data are a failure; math.inf: none. The options are those of lumsdk.open(), but for profile, sensor, broken and
-        progress, which a session does not take. Calling it again ends the frames before.
+        data are a failure; math.inf: none. The options are those of lumsdk.open(), but for profile, sensor, broken,
+        threads and progress, which a session does not take. Calling it again ends the frames before.
 
         A program that takes longer for a frame than the sensor loses data: the system's buffer holds a fraction of a
         second. losses counts it, and a SensorWarning says so. Other calls of this object can be made between two

@@ -13,7 +13,7 @@ from ._c import failure, ffi, lib, sized
 from ._errors import ClosedError, Error, LaserError, SensorError, SensorWarning, warn
 from ._frame import Frame
 from ._reading import LOSSES, Counts
-from ._session import Event, hazards_of, is_down, names_of, show
+from ._session import RECEIVE_BUFFER, Event, hazards_of, is_down, names_of, show
 
 if TYPE_CHECKING:
     from ._sensor import Sensor
@@ -163,10 +163,10 @@ class Stream:
             return
         self._drops, self._drops_told = drops, now
         has_room = lib.lum_socket_has_room(lib.lum_sensor_socket(self._session))
-        self._warnings.append(
-            f"{self._sensor.address}: the system dropped {drops} datagrams so far: its receive buffer was full"
-            f"{'; this program is too slow' if has_room else ', and is smaller than was asked for: sysctl -w '}"
-            f"{'' if has_room else 'net.core.rmem_max=33554432'}; or they came damaged, with wrong checksums")
+        why = ("; this program is too slow" if has_room else
+               f", and is smaller than was asked for: sysctl -w net.core.rmem_max={RECEIVE_BUFFER}")
+        self._warnings.append(f"{self._sensor.address}: the system dropped {drops} datagrams so far: its receive buffer was full"
+                              f"{why}; or they came damaged, with wrong checksums")
 
     def _silent(self, now: float) -> SensorError:
         name, since = self._sensor.address, now - self._heard

@@ -33,7 +33,8 @@ Session::Session(const Options &options, Channel &channel, Notes &notes)
     if (!lum_socket_has_room(lum_sensor_socket(sensor_.get()))) {
         notes_.add(Note::info,
                    "the system grants a smaller receive buffer than was asked "
-                   "for: sysctl -w net.core.rmem_max=33554432");
+                   "for: sysctl -w net.core.rmem_max=" +
+                       std::to_string(LUM_SOCKET_RECEIVE_BUFFER));
     }
     thread_ = std::thread([this] { run(); });
 }
