@@ -59,9 +59,8 @@ struct sensor {
     int64_t last;
     uint32_t lines_max[LUM_EYES]; /* of the frame before */
     uint64_t lines_late;          /* since the frame before */
-    size_t
-        usual[LUM_VIEWS_MAX]; /* points of its frames of late, in each view */
-    bool has_given;           /* lines_given count for this frame */
+    size_t usual[LUM_VIEWS_MAX]; /* points that frames of a view have of late */
+    bool has_given;              /* lines_given count for this frame */
     int64_t given;
     uint32_t lines_given[LUM_EYES];
     lum_pace pace;
@@ -528,6 +527,7 @@ static bool begin_frames(lum_framer *f, struct draft *draft,
     return true;
 }
 
+/* usual: as begin_frames(). */
 static bool begin_draft(lum_framer *f, struct draft *draft, int64_t number,
                         const size_t *usual)
 {

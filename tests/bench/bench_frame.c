@@ -12,7 +12,7 @@
 
 #define LINE_WORDS 16384u
 
-#define RUN_NS INT64_C(10000000000)
+#define RUN_NS INT64_C(10000000000) /* longer than any */
 
 struct consumer {
     lum_assembler assembler;

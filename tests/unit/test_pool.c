@@ -73,8 +73,8 @@ static lum_frame *follow(lum_frame_pool *pool, lum_frame *before)
     return frame;
 }
 
-/* All of its points but the first; whether it moves before the next ten, and
- * never after them. */
+/* The rest of its points. With the first of them it may move, and never after
+ * that. */
 static void expect_early_move(lum_frame *frame, size_t points)
 {
     const lum_column first = (frame->mask & LUM_COLUMN_BIT(LUM_COLUMN_X)) != 0

@@ -58,8 +58,7 @@ struct options {
     bool laser;            /* live: switch it on, and off at the end */
     uint64_t buffer;       /* live: bytes between network and outputs; 0: as
                               many as are usual */
-    size_t receive_buffer; /* live: bytes that may wait in the kernel; else 0
-                            */
+    size_t receive_buffer; /* live: bytes that may wait in the kernel */
     struct output_options outputs[OUTPUTS_MAX];
     size_t output_count; /* 0: only a summary */
     struct rotation rotation;

@@ -35,11 +35,13 @@ static size_t read_all_users(uint16_t port, struct udp_user *out, size_t room)
     return n + read_users("/proc/net/udp6", port, out + n, room - n);
 }
 
+/* A socket that no program has any more has the inode 0. */
 static bool has_user(const struct udp_user *list, size_t n,
                      const struct udp_user *user)
 {
     for (size_t i = 0; i < n; i++) {
-        if (list[i].inode == user->inode) {
+        if (list[i].inode == user->inode && list[i].port == user->port &&
+            list[i].address == user->address) {
             return true;
         }
     }
