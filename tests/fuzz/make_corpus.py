@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
-"""make_corpus.py: writes the seeds of the fuzzers to corpus/ beside this script;
-the same bytes each time. Those of fuzz_index hold states of the decoder: they are
-written if lumsdk can be imported (PYTHONPATH=build/release/python), and have to be
-written again, as what a campaign adds, when a state gets another form."""
+"""make_corpus.py: adds the seeds of the fuzzers to the archives in corpus/ beside this
+script; the same bytes each time. An archive has more inputs, which campaigns found. Those
+of fuzz_index hold states of the decoder: they are written if lumsdk can be imported
+(PYTHONPATH=build/release/python). When a state gets another form, remove that archive,
+write it again, and add what a campaign finds (script/fuzz --keep index)."""
 import importlib.util
 import pathlib
 import random
 import struct
 import tempfile
 import zlib
+
+import corpus
 
 MAGIC = bytes.fromhex("edfef3a1efbe3412")
 
@@ -219,6 +222,22 @@ def session_seeds():
                   + b"\xff" + lost * 2,
         "flood": owner + network + b"\4" + poll + receive + b"\xff" + lost * 2
                  + down + network + b"\x24" + receive + b"\xff" + lost * 2,
+        # Campaigns found them: each failed once.
+        "held_up": bytes.fromhex("03ffffffffffffff800d0003800d00ff04ffff04ffffff"),
+        "held_up_before_the_first_try": bytes.fromhex("f7ff0004200724ceffd1ddff"),
+        "cancelled_before_the_first_try": bytes.fromhex(
+            "030000000000000000000021077e200428ff6666ffff66666666666666666666666666666666666666666666666666666666"
+            "6666666666666666666666666666666602000000000000000021077e200428ff6666ffff6666666666666666666666666666"
+            "6666666666666666666666666666666666666666666666666666666666660280000d00ff0a00010207050002070517000000"
+            "000a0001020705170015150000000280000d00ff0a0001020705000000000a00010207051700550000000000000000000000"
+            "17000000d2000000000080000d00ff0a00010207050002070517000000000a0001020705170015150000000280000d00ff0a"
+            "0001020705000000000a0001020705170055000000000000000000000017000000d2000000000000020d6666666666662766"
+            "66666666666666666666ffffff03ff"),
+        "off_behind_events": bytes.fromhex(
+            "030504800802800580ff20ac000d3200027f0004800000fb0280000d3200027f00048000048080000d3200040420003d0d05"
+            "0d0800"),
+        "off_leaves_nothing": bytes.fromhex(
+            "0100ffffffffffff800d000380010000000d0d000000000000008005ff000420ffff00040380018d320d32200d003bff00"),
     }
 
 
@@ -513,25 +532,32 @@ def yaml_seeds():
     }
 
 
+SEEDS = {
+    "packet": packet_seeds,
+    "assembler": assembler_seeds,
+    "receiver": receiver_seeds,
+    "points": points_seeds,
+    "device": device_seeds,
+    "session": session_seeds,
+    "capture": capture_seeds,
+    "pcap": pcap_seeds,
+    "infer": infer_seeds,
+    "yaml": yaml_seeds,
+    "index": index_seeds,
+}
+
+
 def main():
-    corpus = pathlib.Path(__file__).resolve().parent / "corpus"
-    for name, seeds in (("packet", packet_seeds()),
-                        ("assembler", assembler_seeds()),
-                        ("receiver", receiver_seeds()),
-                        ("points", points_seeds()),
-                        ("device", device_seeds()),
-                        ("session", session_seeds()),
-                        ("capture", capture_seeds()),
-                        ("pcap", pcap_seeds()),
-                        ("infer", infer_seeds()),
-                        ("yaml", yaml_seeds()),
-                        ("index", index_seeds())):
+    folder = pathlib.Path(__file__).resolve().parent / "corpus"
+    folder.mkdir(exist_ok=True)
+    for name, make in SEEDS.items():
+        seeds = make()
         if seeds is None:
             print(f"{name}: not written, since lumsdk cannot be imported")
             continue
-        (corpus / name).mkdir(parents=True, exist_ok=True)
-        for seed, content in seeds.items():
-            (corpus / name / seed).write_bytes(content)
+        archive = folder / f"{name}.txt"
+        there = corpus.read(archive) if archive.exists() else ()
+        corpus.write(archive, [*there, *seeds.values()])
 
 
 if __name__ == "__main__":
