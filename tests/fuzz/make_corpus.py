@@ -4,7 +4,6 @@ script; the same bytes each time. An archive has more inputs, which campaigns fo
 of fuzz_index hold states of the decoder: they are written if lumsdk can be imported
 (PYTHONPATH=build/release/python). When a state gets another form, remove that archive,
 write it again, and add what a campaign finds (script/fuzz --keep index)."""
-import importlib.util
 import pathlib
 import random
 import struct
@@ -384,9 +383,10 @@ def index_capture():
 
 def index_seeds():
     """Where to go, and the body of the index of that capture. None without lumsdk."""
-    if importlib.util.find_spec("lumsdk") is None:
+    try:
+        import lumsdk
+    except ImportError:  # or NumPy is missing
         return None
-    import lumsdk
 
     with tempfile.TemporaryDirectory() as folder:
         capture = pathlib.Path(folder) / "capture.pcap"
