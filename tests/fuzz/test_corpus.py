@@ -15,6 +15,7 @@ import zlib
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 import corpus  # noqa: E402
+import make_corpus  # noqa: E402
 
 INPUTS = [b"", b"\0", b"\n", b"\r\n" * 40, bytes(range(256)), bytes(100000), b"seed" * 9]
 
@@ -186,6 +187,13 @@ class Archives(unittest.TestCase):
         for file in archives:
             corpus.read(file)
             self.assertTrue((HERE / f"fuzz_{file.stem}.c").exists(), f"{file} is of no fuzzer")
+
+    def test_every_seed_is_in_its_archive(self):
+        for name, make in make_corpus.SEEDS.items():
+            if name != "index":  # lumsdk makes those
+                inputs = corpus.read(HERE / "corpus" / f"{name}.txt")
+                missing = [seed for seed, content in make().items() if content not in inputs]
+                self.assertEqual(missing, [], f"{name}: tests/fuzz/make_corpus.py adds them")
 
 
 if __name__ == "__main__":
