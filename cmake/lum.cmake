@@ -18,6 +18,9 @@ set(lum_compile_options
 # where there is an instruction for it.
 list(APPEND lum_compile_options -ffp-contract=off)
 set(lum_link_options "")
+if(LUM_LINKER)
+  list(APPEND lum_link_options -fuse-ld=${LUM_LINKER})
+endif()
 if(WIN32)
   # Vista's Winsock; formats of C99 in printf.
   add_compile_definitions(_WIN32_WINNT=0x0600 __USE_MINGW_ANSI_STDIO=1)
@@ -74,4 +77,12 @@ endfunction()
 function(lum_tool name)
   lum_program(${name} ${ARGN})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+endfunction()
+
+# lum_tested_by(ROOM TARGET...): what `script/test ROOM` builds: the target tests-ROOM.
+function(lum_tested_by room)
+  if(NOT TARGET tests-${room})
+    add_custom_target(tests-${room})
+  endif()
+  add_dependencies(tests-${room} ${ARGN})
 endfunction()

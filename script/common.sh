@@ -10,15 +10,44 @@ die() {
     exit 2
 }
 
+# What a compiler made once is taken from ccache, where that is installed: also in another clone, because paths below the
+# top count as relative, and after another compiler of the same name, because its content counts. Only the builds of our
+# scripts use it.
+if command -v ccache >/dev/null; then
+    export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=true CCACHE_COMPILERCHECK=content
+fi
+
+# quick_builds PRESET: what makes CMake build faster: the cache, and mold or lld for the sanitizers, whose programs are
+# large. The release build is linked as a user's own.
+quick_builds() {
+    local linker
+    [ "$1" != macos ] || return 0 # zig has a cache and a linker of its own
+    if command -v ccache >/dev/null; then
+        printf '%s\n' -DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache
+    fi
+    case $1 in
+    asan | tsan | fuzz)
+        for linker in mold ld.lld; do
+            if command -v "$linker" >/dev/null; then
+                printf '%s\n' "-DLUM_LINKER=${linker#ld.}"
+                break
+            fi
+        done
+        ;;
+    esac
+}
+
 # configure PRESET [ARGUMENT...]: with Ninja, quietly unless it fails. LUM_CONFIGURED says that this was done, and that
 # others may be building there.
 configure() {
     local preset=$1 log
+    local -a quick
     shift
     [ "${LUM_CONFIGURED:-}" != true ] || [ ! -f "build/$preset/build.ninja" ] || return 0
     mkdir -p build/log
     log=build/log/configure-$preset.log
-    if ! cmake --preset "$preset" -G Ninja "$@" >"$log" 2>&1; then
+    mapfile -t quick < <(quick_builds "$preset")
+    if ! cmake --preset "$preset" -G Ninja "${quick[@]}" "$@" >"$log" 2>&1; then
         cat "$log" >&2
         return 1
     fi
