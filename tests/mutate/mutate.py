@@ -571,7 +571,7 @@ def verdict(tally, least):
 def tests_of(library):
     """Names of the tests that CMake builds of a library."""
     cmake = (ROOT / "tests/unit/CMakeLists.txt").read_text()
-    lists = re.findall(r"foreach\(test IN ITEMS([\w\s]+)\)\s*lum_unit_test\(\$\{test\} (\w+)\)",
+    lists = re.findall(r"foreach\(test IN ITEMS([\w\s]+)\)\s*lum_unit_test\(\$\{test\} (\w+)(?: ROOM \w+)?\)",
                        cmake)
     return [n for names, of in lists for n in names.split() if of == library]
 

@@ -3,7 +3,7 @@
 N skipped.
 
 PLANNED is what ctest --show-only=json-v1 printed, JUNIT what --output-junit wrote. A test counts as one; a step, which has
-that label, as many as its last line says, if that is like ours. NAME is a step that ran before ctest. The status is 1 if
+that label, as many as its last line says, if that is like ours. NAME is a step that ran before ctest. PLANNED is - where ctest did not run at all. The status is 1 if
 anything failed, or was planned and never began."""
 import collections
 import json
@@ -125,8 +125,9 @@ def tell(results, steps):
 
 def main():
     before = [of_step(word) for word in sys.argv[3:]]
-    planned = planned_in(sys.argv[1])
-    return tell(before + list(of_ctest(planned, sys.argv[2])), {r.name for r in before} | {n for n, is_step in planned.items() if is_step})
+    planned = {} if sys.argv[1] == "-" else planned_in(sys.argv[1])
+    tested = [] if sys.argv[1] == "-" else list(of_ctest(planned, sys.argv[2]))
+    return tell(before + tested, {r.name for r in before} | {n for n, is_step in planned.items() if is_step})
 
 
 if __name__ == "__main__":

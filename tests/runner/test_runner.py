@@ -11,6 +11,7 @@ import tempfile
 import unittest
 import xml.sax.saxutils
 
+import budget
 import watch
 
 TELL = pathlib.Path(__file__).parent / "tell.py"
@@ -89,6 +90,45 @@ class Tell(unittest.TestCase):
         log = self.folder / "setup.log"
         log.write_text("no network\n")
         self.assertEqual(self.tell(f"setup=1:{log}")[1][:2], ["FAIL  setup (0 passed, 1 failed, 0 s)", "      no network"])
+
+    def test_steps_alone_need_no_ctest(self):
+        log = self.folder / "python.log"
+        log.write_text("590 passed, 0 failed\n")
+        r = subprocess.run([sys.executable, "-B", TELL, "-", "-", f"python=0:{log}"], capture_output=True, text=True, check=False)
+        self.assertEqual((r.returncode, r.stdout.splitlines()[-1]), (0, "590 passed, 0 failed"))
+
+
+class Budget(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.file = pathlib.Path(folder.name) / "budget.txt"
+        self.file.write_text("# why\nfiles 100\nfast 10.0\n")
+
+    def hold(self, files, minutes, speed=1.0):
+        out = io.StringIO()
+        return budget.hold(self.file, "fast", files, minutes * 60, speed, out), out.getvalue().splitlines()
+
+    def test_what_is_within_passes_and_says_how_much_is_left(self):
+        self.assertEqual(self.hold(100, 10.0), (0, ["ok    100 of 100 files in git", "ok    10.0 of 10.0 processor minutes",
+                                                    "2 passed, 0 failed"]))
+
+    def test_one_more_file_or_minute_fails_and_says_what_to_do(self):
+        status, lines = self.hold(101, 9.0)
+        self.assertEqual((status, lines[0], lines[-1]), (1, "FAIL  101 of 100 files in git", "1 passed, 1 failed"))
+        self.assertIn("budget.txt", lines[1])
+        self.assertEqual(self.hold(1, 10.1)[1][1], "FAIL  10.1 of 10.0 processor minutes")
+
+    def test_a_slow_machine_has_more_minutes(self):
+        self.assertEqual(self.hold(1, 19.9, 2.0)[1][1], "ok    19.9 of 20.0 processor minutes, as this machine takes 2.0 times as long")
+
+    def test_a_line_that_is_missing_or_broken_is_an_error(self):
+        self.file.write_text("files 100\nfast ten\n")
+        with self.assertRaisesRegex(ValueError, "budget.txt:2"):
+            self.hold(1, 1.0)
+        self.file.write_text("files 100\n")
+        with self.assertRaisesRegex(ValueError, "no line for fast"):
+            self.hold(1, 1.0)
 
 
 class Watch(unittest.TestCase):
