@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The closing line of script/test adds what ctest and the steps say, and nothing that was planned is lost from it; what
 runs for long is named meanwhile."""
+import contextlib
 import io
 import json
 import os
@@ -13,6 +14,9 @@ import xml.sax.saxutils
 
 import budget
 import watch
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools"))
+import suite  # noqa: E402
 
 TELL = pathlib.Path(__file__).parent / "tell.py"
 
@@ -129,6 +133,64 @@ class Budget(unittest.TestCase):
         self.file.write_text("files 100\n")
         with self.assertRaisesRegex(ValueError, "no line for fast"):
             self.hold(1, 1.0)
+
+
+class Suite(unittest.TestCase):
+    """script/soak suite, with runs of no time."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.tally = pathlib.Path(folder.name) / "soak" / "suite.json"
+        self.made = []
+        for name, value in ("run", self.run_one), ("commit", lambda: self.commit):
+            self.addCleanup(setattr, suite, name, getattr(suite, name))
+            setattr(suite, name, value)
+        self.commit, self.bad = "one", False
+
+    def run_one(self, way, folder, log):
+        log.write_text("FAIL  unit.wire (0 passed, 1 failed, 0 s)\n" if self.bad else "1 passed, 0 failed\n")
+        self.made.append(way)
+        if len(self.made) == 3:
+            raise KeyboardInterrupt
+        return {"way": way, "status": int(self.bad), "seconds": 0, "failed": ["unit.wire"] if self.bad else [], "closing": ""}
+
+    def soak(self):
+        with contextlib.redirect_stdout(io.StringIO()) as self.said:
+            return suite.soak(self.tally, {"quiet": 2, "busy": 2}, None)
+
+    def test_what_was_interrupted_goes_on_and_counts_the_run_that_was_cut_again(self):
+        with self.assertRaises(KeyboardInterrupt):
+            self.soak()
+        self.assertTrue(self.soak())
+        self.assertEqual(self.made, ["quiet", "quiet", "busy", "busy", "busy"])
+        self.assertIn("4 runs of one: 4 passed, 0 failed", self.said.getvalue())
+
+    def test_a_run_that_failed_fails_all_and_its_output_is_kept(self):
+        self.made, self.bad = ["", "", ""], True
+        self.assertFalse(self.soak())
+        self.assertIn("FAIL  unit.wire", (self.tally.parent / "failed-0.log").read_text())
+        self.bad = False
+        self.assertFalse(self.soak())
+
+    def test_runs_of_another_commit_do_not_count(self):
+        self.made = ["", "", ""]
+        self.soak()
+        self.commit = "two"
+        self.soak()
+        self.assertEqual(len(self.made), 3 + 8)
+
+    def test_other_programs_run_beside_and_end(self):
+        def children():
+            count = 0
+            for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
+                with contextlib.suppress(OSError):  # it has ended
+                    count += stat.read_text().rpartition(")")[2].split()[1] == str(os.getpid())
+            return count
+        before = children()
+        with suite.busy(self.tally.parent.parent):
+            self.assertEqual(children(), before + suite.COMPUTING + suite.WRITING)
+        self.assertEqual(children(), before)
 
 
 class Watch(unittest.TestCase):
