@@ -156,5 +156,16 @@ class Tidy(Case):
         self.assertIn("no build compiles it", self.one.said)
 
 
+TOP = pathlib.Path(__file__).resolve().parents[2]
+
+
+@unittest.skipUnless((TOP / "build/release/compile_commands.json").exists() and (TOP / ".git").exists(), "no build, or no clone")
+class Built(unittest.TestCase):
+    def test_where_nothing_changed_each_source_is_in_a_build_all_the_same(self):
+        r = subprocess.run([TOP / "script/lint", "--built"], capture_output=True, text=True, check=False,
+                           env={**os.environ, "LUM_BASE": "HEAD"})
+        self.assertEqual((r.returncode, [s for s in r.stderr.splitlines() if "in no CMakeLists" in s]), (0, []))
+
+
 if __name__ == "__main__":
     unittest.main()
