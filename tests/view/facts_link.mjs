@@ -60,10 +60,10 @@ async function throttled({ browser, capture }) {
     const control = await page.context().newCDPSession(page);
     await control.send("Emulation.setCPUThrottlingRate", { rate: 20 });
     const { frames } = await probe(page, "status");
-    await until(page, (n) => window.lumview.status().frames > n + 50, frames);
+    // On a busy machine the server is throttled too, and it takes longer until a frame is left out.
+    await until(page, (n) => window.lumview.status().frames > n + 50 && window.lumview.status().skipped > 0, frames);
     const waiting = await behind(page);
     assert.ok(waiting < 20, `${waiting} frames waited`);
-    assert.ok((await probe(page, "status")).skipped > 0, "frames were left out");
     assert.ok((await probe(page, "shown")) <= (await probe(page, "received")));
 }
 
