@@ -119,18 +119,19 @@ if(LUM_BUILD_ROS2 STREQUAL "ON" AND NOT LUM_WITH_ROS2)
   message(FATAL_ERROR "There is no lumros2: ${lum_why_no_ros2}")
 endif()
 
+# The tools are tested from outside, in Python, which also unpacks the captures that are changed at random.
+if(LUM_BUILD_TESTS)
+  find_program(LUM_PYTHON python3 DOC "Python 3 for tests")
+endif()
+
 # What the reader of captures is compared with.
 set(LUM_WITH_JUDGE OFF)
 if(LUM_WITH_CAPTURE AND (LUM_BUILD_TESTS OR LUM_FUZZ))
   lum_find_optional(JUDGE LUM_USE_JUDGE LUM_PCAP libpcap)
 endif()
-# Python unpacks the captures that are changed at random.
 set(LUM_WITH_RANDOM_CAPTURES OFF)
-if(LUM_BUILD_TESTS AND LUM_WITH_JUDGE)
-  find_program(LUM_PYTHON python3 DOC "Python 3 for the tests of the tools")
-  if(LUM_PYTHON)
-    set(LUM_WITH_RANDOM_CAPTURES ON)
-  endif()
+if(LUM_BUILD_TESTS AND LUM_WITH_JUDGE AND LUM_PYTHON)
+  set(LUM_WITH_RANDOM_CAPTURES ON)
 endif()
 
 set(LUM_WITH_UNIT_TESTS OFF)
@@ -143,10 +144,8 @@ if(LUM_BUILD_TESTS)
   endif()
 endif()
 
-# The tools are tested from outside, in Python.
 set(LUM_WITH_TOOL_TESTS OFF)
 if(LUM_BUILD_TESTS AND LUM_BUILD_TOOLS AND LUM_WITH_FILES AND LUM_WITH_CONFIG AND LUM_WITH_PICTURE)
-  find_program(LUM_PYTHON python3 DOC "Python 3 for the tests of the tools")
   if(LUM_PYTHON)
     set(LUM_WITH_TOOL_TESTS ON)
   endif()

@@ -20,7 +20,7 @@ fi
 # quick_builds PRESET: what makes CMake build faster: the cache, and mold or lld for the sanitizers, whose programs are
 # large. The release build is linked as a user's own.
 quick_builds() {
-    local linker
+    local linker found=
     [ "$1" != macos ] || return 0 # zig has a cache and a linker of its own
     if command -v ccache >/dev/null; then
         printf '%s\n' -DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache
@@ -28,22 +28,20 @@ quick_builds() {
     case $1 in
     asan | tsan | fuzz)
         for linker in mold ld.lld; do
-            if command -v "$linker" >/dev/null; then
-                printf '%s\n' "-DLUM_LINKER=${linker#ld.}"
-                break
-            fi
+            [ -n "$found" ] || ! command -v "$linker" >/dev/null || found=${linker#ld.}
         done
+        printf '%s\n' "-DLUM_LINKER=$found" # also none, where an earlier run found one that is gone
         ;;
     esac
 }
 
-# configure PRESET [ARGUMENT...]: with Ninja, quietly unless it fails. LUM_CONFIGURED says that this was done, and that
-# others may be building there.
+# configure PRESET [ARGUMENT...]: with Ninja, quietly unless it fails. LUM_CONFIGURED names those where this was done, and
+# where others may be building.
 configure() {
     local preset=$1 log
     local -a quick
     shift
-    [ "${LUM_CONFIGURED:-}" != true ] || [ ! -f "build/$preset/build.ninja" ] || return 0
+    [[ " ${LUM_CONFIGURED:-} " != *" $preset "* ]] || [ ! -f "build/$preset/build.ninja" ] || return 0
     mkdir -p build/log
     log=build/log/configure-$preset.log
     mapfile -t quick < <(quick_builds "$preset")
@@ -119,6 +117,15 @@ report() {
         printf 'FAIL  %s\n%s\n' "$name" "$output"
         return 1
     fi
+}
+
+# modestly COMMAND...: in place of this script. Chromium puts what it draws in software before everything else on the machine,
+# where it may.
+modestly() {
+    if [ "$(id -u)" -eq 0 ]; then
+        exec setpriv --bounding-set -sys_nice "$@"
+    fi
+    exec "$@"
 }
 
 # need PROGRAM PACKAGE: if it is missing, the script says so and exits with 77.

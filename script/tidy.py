@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""tidy.py [--all] [--jobs N] PRESET CHECKS ARGUMENT... -- FILE...: clang-tidy over those of the files that changed (changed.py), or
-with --all over each of them, with CHECKS added to those of .clang-tidy, and ARGUMENTs of clang-tidy.
+"""tidy.py [--all] PRESET CHECKS ARGUMENT... -- FILE...: clang-tidy over those of the files that changed (changed.py), or with --all
+over each of them, with CHECKS added to those of .clang-tidy, and ARGUMENTs of clang-tidy.
 
 What was seen without a finding is not looked at again: a record in $LUM_CACHE, else in lumsdk of the user's cache folder,
 says so of all that a result depends on: the text of the file and of each file of the tree that it includes, the compiler's
@@ -56,7 +56,7 @@ class Sources:
 
 
 def commands(build):
-    """Path -> arguments of the compiler, without the names of its input and output."""
+    """Path -> arguments of the compiler, of all the times that it is compiled, without the names of its input and outputs."""
     table = {}
     for entry in json.loads((build / "compile_commands.json").read_text()):
         words = shlex.split(entry["command"])
@@ -66,7 +66,7 @@ def commands(build):
                 skip = word == "-o"
             elif word != entry["file"]:
                 kept.append(word)
-        table.setdefault(pathlib.Path(entry["file"]), kept)
+        table.setdefault(pathlib.Path(entry["file"]), []).extend(kept)
     return table
 
 
@@ -76,7 +76,7 @@ def folders_of(arguments):
     for word in arguments:
         if take:
             out.append(pathlib.Path(word))
-        take = word in ("-I", "-isystem", "-iquote", "-include")
+        take = word in ("-I", "-isystem", "-iquote")
         if word.startswith("-I") and len(word) > 2:
             out.append(pathlib.Path(word[2:]))
     return tuple(out)
@@ -169,30 +169,20 @@ def look(top, build, paths, checks, extra, everything, jobs, out=sys.stdout):
                 bad += 1
                 print(said or f"{path}: clang-tidy failed", file=out)
     records.forget_old()
-    print(f"clang-tidy: {sentence}: {len(touched)} of {len(paths)} files; {len(touched) - len(waiting)} of them are as when they were"
-          f" seen clean, {bad} with findings", file=out)
+    print(f"clang-tidy: {sentence}: {len(touched)} of {len(paths)} files; {len(touched) - len(waiting)} of them are unchanged since"
+          f" they were clean, {bad} with findings", file=out)
     return 1 if bad else 0
 
 
 def main():
-    words, _, rest = (list(part) for part in split(sys.argv[1:]))
+    at = sys.argv.index("--")
+    words, files = sys.argv[1:at], sys.argv[at + 1:]
     everything = "--all" in words
-    words = [w for w in words if w != "--all"]
-    jobs = os.cpu_count() or 2
-    if "--jobs" in words:
-        at = words.index("--jobs")
-        jobs = int(words[at + 1])
-        del words[at:at + 2]
-    preset, checks, *extra = words
+    preset, checks, *extra = [w for w in words if w != "--all"]
     try:
-        sys.exit(look(TOP, TOP / "build" / preset, [TOP / f for f in rest], checks, extra, everything, jobs))
+        sys.exit(look(TOP, TOP / "build" / preset, [TOP / f for f in files], checks, extra, everything, os.cpu_count() or 2))
     except changed.Refused as refusal:
         sys.exit(f"tidy.py: {refusal}")
-
-
-def split(words):
-    at = words.index("--")
-    return words[:at], words[at], words[at + 1:]
 
 
 if __name__ == "__main__":

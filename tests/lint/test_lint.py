@@ -103,6 +103,30 @@ class Changed(Case):
         os.environ["LUM_BASE"] = "HEAD^"
         self.assertEqual(changed.changed(self.one.top)[0], {"c.txt"})
 
+    def test_without_a_common_commit_it_is_all_and_says_so(self):
+        base = self.one.git("rev-parse", "HEAD")
+        self.one.git("checkout", "-q", "--orphan", "other")
+        self.one.commit()
+        os.environ["LUM_BASE"] = base
+        files, why = changed.changed(self.one.top)
+        self.assertIsNone(files)
+        self.assertIn("no commit in common", why)
+
+    def test_a_copy_within_another_checkout_is_all(self):
+        copy = self.one.top / "build" / "copy"
+        copy.mkdir()
+        (copy / "d.c").write_text("\n")
+        files, why = changed.changed(copy)
+        self.assertIsNone(files)
+        self.assertIn("no checkout", why)
+        self.assertEqual(changed.every(copy), {"d.c"})
+
+    def test_a_git_that_fails_is_not_nothing(self):
+        os.environ["LUM_BASE"] = "HEAD^"
+        (self.one.top / ".git" / "index").write_text("broken")
+        with self.assertRaisesRegex(changed.Refused, "git diff .* failed"):
+            changed.changed(self.one.top)
+
     def test_a_base_that_is_none_is_refused(self):
         os.environ["LUM_BASE"] = "nowhere"
         with self.assertRaisesRegex(changed.Refused, "LUM_BASE=nowhere is no commit"):
@@ -118,23 +142,23 @@ class Tidy(Case):
     def test_a_finding_in_what_changed_is_found_each_time(self):
         self.one.write("a.c", FAULT)
         for _ in range(2):
-            self.assertEqual(self.one.look(), (1, "1 of 2 files; 0 of them are as when they were seen clean, 1 with findings"))
+            self.assertEqual(self.one.look(), (1, "1 of 2 files; 0 of them are unchanged since they were clean, 1 with findings"))
             self.assertIn("bugprone-branch-clone", self.one.said)
 
     def test_what_did_not_change_is_not_looked_at_unless_all_is(self):
         self.one.write("a.c", FAULT)
         self.one.commit()
-        self.assertEqual(self.one.look(), (0, "0 of 2 files; 0 of them are as when they were seen clean, 0 with findings"))
-        self.assertEqual(self.one.look(True), (1, "2 of 2 files; 0 of them are as when they were seen clean, 1 with findings"))
+        self.assertEqual(self.one.look(), (0, "0 of 2 files; 0 of them are unchanged since they were clean, 0 with findings"))
+        self.assertEqual(self.one.look(True), (1, "2 of 2 files; 0 of them are unchanged since they were clean, 1 with findings"))
 
     def test_a_header_brings_what_includes_it(self):
         self.one.write("a.h", "#define A 2\n")
-        self.assertEqual(self.one.look(), (0, "1 of 2 files; 0 of them are as when they were seen clean, 0 with findings"))
+        self.assertEqual(self.one.look(), (0, "1 of 2 files; 0 of them are unchanged since they were clean, 0 with findings"))
 
     def test_another_clone_has_the_same_records(self):
         self.assertEqual(self.one.look(True)[0], 0)
         other = Repository(self, "two")
-        self.assertEqual(other.look(True), (0, "2 of 2 files; 2 of them are as when they were seen clean, 0 with findings"))
+        self.assertEqual(other.look(True), (0, "2 of 2 files; 2 of them are unchanged since they were clean, 0 with findings"))
 
     def test_a_header_the_checks_and_the_arguments_make_it_look_again(self):
         def seen():
@@ -168,4 +192,4 @@ class Built(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(argv=[sys.argv[0], "-v"])

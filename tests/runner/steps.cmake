@@ -1,6 +1,6 @@
 # lum_step(NAME [LEVEL fast|all|whole ...] COMMAND WORD... [NICE N] [COST SECONDS] [MAKES FIXTURE] [REQUIRES FIXTURE...] [LOCKS NAME...]
 # [CORES N | HALF]): a command in the top folder; status 77 says that it cannot run here. Without LEVEL it is part of all
-# levels. COST is only what begins first; CORES are taken from a number as large as the machine's; HALF waits about as long
+# levels. COST is only what begins first; CORES are taken from half as many again as the machine has; HALF waits about as long
 # as it works.
 function(lum_step name)
   cmake_parse_arguments(PARSE_ARGV 1 a "HALF" "NICE;COST;MAKES;CORES" "LEVEL;COMMAND;REQUIRES;LOCKS")

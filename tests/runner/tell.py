@@ -3,8 +3,8 @@
 N skipped.
 
 PLANNED is what ctest --show-only=json-v1 printed, JUNIT what --output-junit wrote. A test counts as one; a step, which has
-that label, as many as its last line says, if that is like ours. NAME is a step that ran before ctest. PLANNED is - where ctest did not run at all. The status is 1 if
-anything failed, or was planned and never began."""
+that label, as many as its last line says, if that is like ours. NAME is a step that ran before ctest.
+PLANNED is - where ctest did not run at all. The status is 1 if anything failed, or was planned and never began."""
 import collections
 import json
 import pathlib

@@ -102,6 +102,19 @@ class Tell(unittest.TestCase):
         self.assertEqual((r.returncode, r.stdout.splitlines()[-1]), (0, "590 passed, 0 failed"))
 
 
+BUILD = suite.ROOT / "build" / "release"
+
+
+@unittest.skipUnless((BUILD / "CTestTestfile.cmake").exists(), "there is no build")
+class Rooms(unittest.TestCase):
+    def test_each_test_is_that_of_a_room(self):
+        """Or of the whole: an installed package, and the arrows between rooms."""
+        r = subprocess.run(["ctest", "--test-dir", BUILD, "--show-only=json-v1"], check=True, capture_output=True, text=True)
+        tests = json.loads(r.stdout)["tests"]
+        self.assertGreater(len(tests), 100)
+        self.assertEqual({t["name"] for t in tests if "LABELS" not in {p["name"] for p in t["properties"]}}, {"package", "rooms"})
+
+
 class Budget(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()

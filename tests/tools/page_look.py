@@ -45,15 +45,17 @@ class Page(websocket.Browser):
         return said
 
     def call(self, method, **arguments):
+        """Its result, or None where the page was left meanwhile."""
         self.calls += 1
         self.say(json.dumps({"id": self.calls, "method": method, "params": arguments}))
         while True:
             said = self.message()
             if said.get("id") == self.calls:
-                return said["result"]
+                return said.get("result")
 
     def value(self, expression):
-        return self.call("Runtime.evaluate", expression=expression, returnByValue=True)["result"].get("value")
+        result = self.call("Runtime.evaluate", expression=expression, returnByValue=True) or {}
+        return result.get("result", {}).get("value")
 
 
 class Look(unittest.TestCase):
@@ -69,7 +71,7 @@ class Look(unittest.TestCase):
         browser = Process(self, self.folder, CHROMIUM, f"--user-data-dir={profile}", *ARGUMENTS, name="chromium")
         told = profile / "DevToolsActivePort"
         port = int(wait_until(lambda: told.read_text().split("\n")[0] if told.is_file() else "", what="Chromium's port"))
-        self.addCleanup(browser.p.kill)
+        self.addCleanup(browser.end)
         pages = wait_until(lambda: [p for p in json.load(urllib.request.urlopen(f"http://127.0.0.1:{port}/json/list"))
                                     if p["type"] == "page"], what="a page")
         page = Page(port, pages[0]["webSocketDebuggerUrl"].split(str(port), 1)[1])
