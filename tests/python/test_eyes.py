@@ -117,6 +117,7 @@ def test_standard_deviations_hold_on_wavy_walls(monkeypatch):
     assert 0.5 < np.sqrt(np.mean(off ** 2)) < 2
 
 
+@pytest.mark.long
 def test_wavy_walls_keep_its_bars_and_make_it_less_sure():
     flat, wavy = solution(), solution(*WAVY)
     wrong = errors(wavy, room(*WAVY)[1])
@@ -303,6 +304,7 @@ def nose_up():
                           sine=0.003, lines=40)
 
 
+@pytest.mark.long
 def test_a_height_that_no_floor_tells_stays():
     """Wavy walls would take up their misfit by it."""
     calibration = lumsdk.Calibration()
@@ -528,6 +530,7 @@ def test_errors_that_are_alike_tell_less():
     assert errors.own(linear.residual) == pytest.approx(np.diag(variance) @ inverse @ linear.residual, rel=1e-6)
 
 
+@pytest.mark.long
 def test_flat_walls_are_found_to_be_flat():
     grids, _ = room()
     scene, state, of = _eyes._scene(grids, lumsdk.Calibration())
@@ -553,6 +556,7 @@ def test_derivatives_are_those_of_the_model():
         assert np.abs(slope - known).max() < 1e-3 * max(1e-4, np.abs(known).max()) + 1e-7, index
 
 
+@pytest.mark.long
 def test_noise_does_not_shrink_the_elevation_span():
     """Derivatives at noisy points would, by 0.3 to 0.6 %: they are those of the points where rays meet faces, which noise does not move."""
     grids, _ = room()

@@ -193,6 +193,13 @@ class Suite(unittest.TestCase):
         self.soak()
         self.assertEqual(len(self.made), 3 + 8)
 
+    def test_what_cannot_be_counted_is_refused(self):
+        with self.assertRaisesRegex(SystemExit, "three numbers"):
+            suite.parse("10,x,2")
+        self.commit = "one-dirty"
+        with self.assertRaisesRegex(SystemExit, "commit first"):
+            self.soak()
+
     def test_other_programs_run_beside_and_end(self):
         def children():
             count = 0

@@ -51,7 +51,7 @@ class Tally:
 
 @contextlib.contextmanager
 def busy(folder):
-    """Other programs, until the end; a group of their own, which ends with them."""
+    """Other programs run beside; all are killed at the end."""
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
         programs = [subprocess.Popen([sys.executable, "-c", COMPUTE], start_new_session=True) for _ in range(COMPUTING)]
         programs += [subprocess.Popen([sys.executable, "-c", WRITE, f"{scratch}/{i}"], start_new_session=True)
@@ -67,8 +67,7 @@ def busy(folder):
 
 @contextlib.contextmanager
 def quota(folder):
-    """A control group that has a share of the processors: (the words before a command). In its file tree or an own one of
-    version 1 or 2; root alone may make one."""
+    """A control group, of either version, with SHARE of the processors; yields the words that start a command in it. Needs root."""
     del folder
     name = f"lumsdk-soak-{os.getpid()}"
     share_us = int(SHARE * (os.cpu_count() or 1) * PERIOD_US)
@@ -105,8 +104,14 @@ def run(way, folder, log):
     """Its result."""
     begun = time.monotonic()
     with {"quiet": quiet, "busy": busy, "quota": quota}[way](folder) as before, open(log, "w") as out:
-        status = subprocess.run([*before, ROOT / "script" / "test"], stdout=out, stderr=subprocess.STDOUT,
-                                stdin=subprocess.DEVNULL, check=False).returncode
+        p = subprocess.Popen([*before, ROOT / "script" / "test"], stdout=out, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
+                             start_new_session=True)
+        try:
+            status = p.wait()
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(p.pid, signal.SIGKILL)  # also what a test has left
+            p.wait()
     said = log.read_text(errors="replace")
     closing = CLOSING.findall(said)
     return {"way": way, "status": status, "seconds": round(time.monotonic() - begun), "failed": sorted(set(FAILED.findall(said))),
@@ -118,9 +123,21 @@ def commit():
     return r.stdout.strip() or "unknown"
 
 
+def parse(plan):
+    """way -> runs, of such a word as 10,8,2."""
+    runs = plan.split(",")
+    if len(runs) != len(WAYS) or not all(n.isdigit() for n in runs):
+        raise SystemExit(f"soak: --plan {plan}: three numbers, such as 10,8,2: {', '.join(WAYS)}")
+    return dict(zip(WAYS, map(int, runs)))
+
+
 def soak(path, plan, folder):
     """plan: way -> runs. Whether all of them, also of earlier calls, were good."""
     tally, of = Tally(path), commit()
+    if of.endswith("-dirty"):
+        raise SystemExit("soak: commit first: runs are counted by commit")
+    if plan.get("quota") and os.geteuid() != 0:
+        raise SystemExit("soak: only root may set a quota; without it: --plan 10,8,0")
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     while True:
         left = [way for way in WAYS for _ in range(plan.get(way, 0) - len(tally.of(of, way)))]
