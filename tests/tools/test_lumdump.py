@@ -247,6 +247,14 @@ class Times(unittest.TestCase):
         for error in self.errors(late, times):
             self.assertLess(abs(error - self.delay), 50)
 
+    def test_the_summary_tells_rates(self):
+        path = self.folder / "ten_a_second.pcap"
+        simulate(path, "--frames", "5", "--lines", "64", "--rate", "10")
+        found = summary(path)
+        self.assertAlmostEqual(found["frames_per_second"], 10, delta=0.1)
+        self.assertAlmostEqual(found["points_per_second"], found["points"] / 0.5, delta=0.01 * found["points"] / 0.5)
+        self.assertRegex(run("lumdump", path).stdout, r"rates +0\.(50[0-9]|49[0-9]) +seconds of capture\n")
+
     def test_the_summary_tells_drift_and_error(self):
         clock = summary(self.batched)["sensors"][0]["clock"]
         self.assertLess(abs(clock["drift_ppm"] - 50), clock["drift_error_ppm"])
