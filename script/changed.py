@@ -91,12 +91,12 @@ def main():
     folders = words[words.index("--under") + 1:] if "--under" in words else []
     try:
         files, sentence = changed(top, "--all" in words)
+        if files is None:
+            files = every(top)
+        else:
+            sentence = f"not run: all but {sentence}"
     except Refused as refusal:
         sys.exit(f"changed.py: {refusal}")
-    if files is None:
-        files = every(top)
-    else:
-        sentence = f"not run: all but {sentence}"
     there = sorted(f for f in files if is_under(f, folders) and (top / f).is_file())
     print(f"{sentence}: {len(there)} files", file=sys.stderr)
     print("".join(f"{f}\n" for f in there), end="")
