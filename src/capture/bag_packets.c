@@ -12,6 +12,11 @@
 #define SENSORS_MAX 4u
 #define NS_PER_S    1000000000u
 
+/* What waits for the other eye: batches of an eye, more than a second of them;
+ * and bytes of a sensor. */
+#define BATCHES_MAX 64u
+#define BYTES_MAX   ((size_t)32 << 20)
+
 /* The number of a port that the sensor could have sent to: which one it was is
  * not recorded. */
 #define CLIENT_PORT 50000u
@@ -19,9 +24,11 @@
 /* A message; its parts point into it. */
 struct half {
     uint8_t *bytes; /* NULL: there is none */
+    size_t len;
     uint32_t sensor;
     uint64_t begin;
     uint64_t end;
+    bool is_last; /* of its stream */
     size_t count;
     const uint8_t *places;
     const uint8_t *stamps;
@@ -31,15 +38,26 @@ struct half {
     size_t next_at;
 };
 
-struct pair {
-    struct half eyes[LUM_EYES];
-    bool is_ready; /* its packets are taken, whatever is missing */
+/* Batches in the order in which they came, which is that of their numbers. */
+struct eye {
+    struct half waiting[BATCHES_MAX]; /* a ring */
+    size_t first;
+    size_t count;
+    uint64_t end; /* it has told all packets below this number */
+};
+
+struct stream {
+    struct eye eyes[LUM_EYES];
+    uint32_t sensor;
+    size_t bytes; /* that wait */
+    bool is_used;
+    bool is_ending; /* all that waits is taken, whatever is missing */
 };
 
 struct lum_bag_packets {
-    struct pair pairs[SENSORS_MAX];
-    size_t oldest;        /* the pair that gives way to a fifth sensor's */
-    struct half incoming; /* until those before it have been taken */
+    struct stream streams[SENSORS_MAX];
+    size_t oldest;        /* the stream that gives way to a fifth sensor's */
+    struct half incoming; /* until what is before it has been taken */
     unsigned eye;         /* of it */
     bool has_ended;       /* no other half comes any more */
 };
@@ -115,10 +133,11 @@ static bool parse(struct half *h, size_t len, unsigned *eye)
     h->sensor = take_u32(&b);
     h->begin = take_u64(&b);
     h->end = take_u64(&b);
-    (void)take(&b, 1); /* last */
+    const uint8_t *last = take(&b, 1);
     if (b.is_short || *which >= LUM_EYES || h->begin > h->end || b.left < 4u) {
         return false;
     }
+    h->is_last = *last != 0;
     *eye = *which;
     h->count = load_le32(b.at);
     h->places = take_array(&b, h->count, 2);
@@ -142,75 +161,80 @@ lum_bag_packets *lum_bag_packets_new(void)
     return calloc(1, sizeof(lum_bag_packets));
 }
 
+static struct half *first_of(struct eye *e)
+{
+    return &e->waiting[e->first];
+}
+
+static void drop_first(struct stream *s, struct eye *e)
+{
+    s->bytes -= first_of(e)->len;
+    drop(first_of(e));
+    e->first = (e->first + 1u) % BATCHES_MAX;
+    e->count--;
+}
+
 void lum_bag_packets_free(lum_bag_packets *packets)
 {
     if (packets == NULL) {
         return;
     }
     for (size_t i = 0; i < SENSORS_MAX; i++) {
+        struct stream *s = &packets->streams[i];
         for (unsigned eye = 0; eye < LUM_EYES; eye++) {
-            drop(&packets->pairs[i].eyes[eye]);
+            while (s->eyes[eye].count > 0) {
+                drop_first(s, &s->eyes[eye]);
+            }
         }
     }
     drop(&packets->incoming);
     free(packets);
 }
 
-static bool is_of(const struct pair *p, uint32_t sensor)
-{
-    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
-        if (p->eyes[eye].bytes != NULL && p->eyes[eye].sensor == sensor) {
-            return true;
-        }
-    }
-    return false;
-}
-
-static bool is_empty(const struct pair *p)
-{
-    return p->eyes[0].bytes == NULL && p->eyes[1].bytes == NULL;
-}
-
 /* That of a sensor, or one for it; where none is free, the oldest has to go
  * first. */
-static struct pair *find_pair(lum_bag_packets *packets, uint32_t sensor)
+static struct stream *find_stream(lum_bag_packets *packets, uint32_t sensor)
 {
-    struct pair *unused = NULL;
+    struct stream *unused = NULL;
     for (size_t i = 0; i < SENSORS_MAX; i++) {
-        struct pair *p = &packets->pairs[i];
-        if (is_of(p, sensor)) {
-            return p;
+        struct stream *s = &packets->streams[i];
+        if (s->is_used && s->sensor == sensor) {
+            return s;
         }
-        unused = unused == NULL && is_empty(p) ? p : unused;
+        unused = unused == NULL && !s->is_used ? s : unused;
     }
     if (unused != NULL) {
+        unused->is_used = true;
+        unused->sensor = sensor;
         return unused;
     }
-    struct pair *oldest = &packets->pairs[packets->oldest];
+    packets->streams[packets->oldest].is_ending = true;
     packets->oldest = (packets->oldest + 1u) % SENSORS_MAX;
-    oldest->is_ready = true;
     return NULL;
 }
 
-/* To its other half, if that is there; what is of another batch goes first. */
+static bool is_full(const struct stream *s, const struct eye *e)
+{
+    return e->count > 0 && (e->count == BATCHES_MAX || s->bytes > BYTES_MAX);
+}
+
+/* Where numbers fall, another stream begins; the one before it goes first. */
 static void place_incoming(lum_bag_packets *packets)
 {
     struct half *in = &packets->incoming;
-    struct pair *p = find_pair(packets, in->sensor);
-    if (p == NULL) {
+    struct stream *s = find_stream(packets, in->sensor);
+    if (s == NULL) {
         return;
     }
-    const struct half *other = &p->eyes[1u - packets->eye];
-    const bool is_other_batch =
-        p->eyes[packets->eye].bytes != NULL ||
-        (other->bytes != NULL &&
-         (other->begin != in->begin || other->end != in->end));
-    if (is_other_batch) {
-        p->is_ready = true;
+    struct eye *e = &s->eyes[packets->eye];
+    if (in->begin < e->end) {
+        s->is_ending = true;
         return;
     }
-    p->is_ready = packets->has_ended || other->bytes != NULL;
-    p->eyes[packets->eye] = *in;
+    e->waiting[(e->first + e->count) % BATCHES_MAX] = *in;
+    e->count++;
+    e->end = in->is_last ? UINT64_MAX : in->end;
+    s->bytes += in->len;
     *in = (struct half){0};
 }
 
@@ -222,6 +246,7 @@ int lum_bag_packets_add(lum_bag_packets *packets, const uint8_t *message,
     if (len == 0 || len > LUM_BAG_MESSAGE_MAX) {
         return 0;
     }
+    h.len = len;
     h.bytes = malloc(len);
     if (h.bytes == NULL) {
         return -1;
@@ -240,17 +265,9 @@ int lum_bag_packets_add(lum_bag_packets *packets, const uint8_t *message,
 void lum_bag_packets_end(lum_bag_packets *packets)
 {
     packets->has_ended = true;
-    for (size_t i = 0; i < SENSORS_MAX; i++) {
-        packets->pairs[i].is_ready = true;
-    }
 }
 
 /* --- Packets --- */
-
-static bool has_packet(const struct half *h)
-{
-    return h->bytes != NULL && h->next < h->count;
-}
 
 static uint64_t number_of(const struct half *h)
 {
@@ -273,33 +290,70 @@ static void take_packet(struct half *h, lum_record *out)
     h->next_at += len;
 }
 
-/* Its lowest number. */
-static bool take_of_pair(struct pair *p, lum_record *out)
+/* Packets below this number can be taken: both eyes have told all of them, or
+ * too much waits. */
+static uint64_t limit_of(const lum_bag_packets *packets, struct stream *s)
 {
-    struct half *blue = &p->eyes[LUM_EYE_BLUE];
-    struct half *green = &p->eyes[LUM_EYE_GREEN];
-    const bool has_blue = has_packet(blue);
-    const bool has_green = has_packet(green);
-    if (!has_blue && !has_green) {
+    if (s->is_ending || packets->has_ended) {
+        return UINT64_MAX;
+    }
+    const uint64_t blue = s->eyes[LUM_EYE_BLUE].end;
+    const uint64_t green = s->eyes[LUM_EYE_GREEN].end;
+    uint64_t limit = blue < green ? blue : green;
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        struct eye *e = &s->eyes[eye];
+        if (is_full(s, e) && first_of(e)->end > limit) {
+            limit = first_of(e)->end;
+        }
+    }
+    return limit;
+}
+
+/* The eye's first batch with a packet that was not taken. */
+static struct half *open_batch(struct stream *s, struct eye *e)
+{
+    while (e->count > 0 && first_of(e)->next == first_of(e)->count) {
+        drop_first(s, e);
+    }
+    return e->count > 0 ? first_of(e) : NULL;
+}
+
+static bool take_below(struct stream *s, uint64_t limit, lum_record *out)
+{
+    struct half *blue = open_batch(s, &s->eyes[LUM_EYE_BLUE]);
+    struct half *green = open_batch(s, &s->eyes[LUM_EYE_GREEN]);
+    const bool is_blue =
+        blue != NULL && (green == NULL || number_of(blue) <= number_of(green));
+    struct half *lower = is_blue ? blue : green;
+    if (lower == NULL || number_of(lower) >= limit) {
         return false;
     }
-    const bool is_blue =
-        has_blue && (!has_green || number_of(blue) <= number_of(green));
-    take_packet(is_blue ? blue : green, out);
+    take_packet(lower, out);
     return true;
+}
+
+/* When a batch goes, what waits may still be too much. */
+static bool take_of_stream(const lum_bag_packets *packets, struct stream *s,
+                           lum_record *out)
+{
+    bool has_taken = false;
+    size_t before = 0;
+    do {
+        before = s->bytes;
+        has_taken = take_below(s, limit_of(packets, s), out);
+    } while (!has_taken && s->bytes < before);
+    return has_taken;
 }
 
 static bool take_ready(lum_bag_packets *packets, lum_record *out)
 {
     for (size_t i = 0; i < SENSORS_MAX; i++) {
-        struct pair *p = &packets->pairs[i];
-        if (p->is_ready && take_of_pair(p, out)) {
+        struct stream *s = &packets->streams[i];
+        if (take_of_stream(packets, s, out)) {
             return true;
         }
-        if (p->is_ready) {
-            drop(&p->eyes[0]);
-            drop(&p->eyes[1]);
-            p->is_ready = false;
+        if (s->is_ending) {
+            *s = (struct stream){0};
         }
     }
     return false;
@@ -307,8 +361,8 @@ static bool take_ready(lum_bag_packets *packets, lum_record *out)
 
 bool lum_bag_packets_next(lum_bag_packets *packets, lum_record *out)
 {
-    /* Once for what is ready, once for what comes in and its other half, once
-     * more where it first made way for itself. */
+    /* Once for what is ready, once for what comes in, once more where another
+     * stream first had to make way for it. */
     for (unsigned i = 0; i < 3u; i++) {
         if (take_ready(packets, out)) {
             return true;

@@ -14,8 +14,7 @@
 /** Most bytes of a message. */
 #define LUM_BAG_MESSAGE_MAX ((uint32_t)8 << 20)
 
-/** Batches that wait for their other half, and packets that wait to be taken.
- */
+/** Batches that wait for the other eye, and packets that wait to be taken. */
 typedef struct lum_bag_packets lum_bag_packets;
 
 /** @return NULL without memory. */
@@ -24,15 +23,16 @@ LUM_MUST_CHECK lum_bag_packets *lum_bag_packets_new(void);
 /** Free it. NULL is allowed. */
 void lum_bag_packets_free(lum_bag_packets *packets);
 
-/** Add a message, when lum_bag_packets_next() has no packet any more. The half
- * of a batch is kept until the other comes, or the next one of its eye, or the
- * fifth sensor.
+/** Add a message, when lum_bag_packets_next() has no packet any more. It is
+ * kept until the other eye has told as much, because a busy recorder writes
+ * several batches of one eye before those of the other: 64 of them, or 32 MiB
+ * of a sensor, or until the fifth sensor.
  * @param message its bytes in the serialisation of ROS 1; copied.
  * @return 1; 0 if it contradicts itself, or is too long; -1 without memory. */
 LUM_MUST_CHECK int lum_bag_packets_add(lum_bag_packets *packets,
                                        const uint8_t *message, size_t len);
 
-/** No message follows: what waits for its other half waits no longer. */
+/** No message follows: what waits for the other eye waits no longer. */
 void lum_bag_packets_end(lum_bag_packets *packets);
 
 /** Take the next packet, by its number.

@@ -171,7 +171,7 @@ static image make_bag(void)
 /* --- Reading --- */
 
 struct outcome {
-    char payloads[32]; /* a byte of each packet */
+    char payloads[96]; /* a byte of each packet */
     size_t count;
     int end; /* of lum_pcap_begin() or lum_pcap_next() */
     lum_error error;
@@ -311,6 +311,66 @@ static void a_batch_without_its_other_half_is_given_too(void **state)
     put_message(&bag, 1, message_of(1, SENSOR, 4, 6, "4"));
     put_message(&bag, 1, message_of(0, SENSOR, 6, 8, "7"));
     expect(&bag, "02347", NULL);
+}
+
+static void an_eye_far_ahead_waits_for_the_other(void **state)
+{
+    image bag = begin_bag();
+    (void)state;
+    put_message(&bag, 1, message_of(0, SENSOR, 0, 2, "0"));
+    put_message(&bag, 1, message_of(0, SENSOR, 2, 4, "2"));
+    put_message(&bag, 1, message_of(0, SENSOR, 4, 6, "5"));
+    put_message(&bag, 1, message_of(1, SENSOR, 0, 2, "1"));
+    put_message(&bag, 1, message_of(1, SENSOR, 2, 4, "3"));
+    put_message(&bag, 1, message_of(1, SENSOR, 4, 6, "4"));
+    expect(&bag, "012345", NULL);
+}
+
+static void an_eye_waits_for_64_batches_of_the_other(void **state)
+{
+    image bag = begin_bag();
+    (void)state;
+    for (unsigned i = 0; i < 66u; i++) {
+        const char number[2] = {(char)('0' + i), '\0'};
+        put_message(&bag, 1, message_of(0, SENSOR, i, i + 1u, number));
+    }
+    put_message(&bag, 1, message_of(1, SENSOR, 0, 66, "14"));
+    expect(&bag,
+           "01213445"
+           "6789:;<=>?@ABCDEFGHIJKLMNOPQRSTUVWXYZ[\\]^_`abcdefghijklmnopq",
+           NULL);
+}
+
+static void large_batches_do_not_wait_for_64(void **state)
+{
+    static char many[4 << 20];
+    image bag = begin_bag();
+    (void)state;
+    for (unsigned i = 0; i < 10u; i++) {
+        const char number[2] = {(char)('0' + i), '\0'};
+        image m = message_of(0, SENSOR, i, i + 1u, number);
+        /* A long frame_id. */
+        image large = {0};
+        put(&large, m.bytes, 12);
+        put_sized(&large, many, sizeof many);
+        put(&large, m.bytes + 23, m.len - 23u);
+        free(m.bytes);
+        put_message(&bag, 1, large);
+    }
+    put_message(&bag, 1, message_of(1, SENSOR, 0, 10, "0"));
+    expect(&bag, "01203456789", NULL);
+}
+
+static void another_stream_begins_where_numbers_fall(void **state)
+{
+    image bag = begin_bag();
+    (void)state;
+    for (unsigned i = 0; i < 2u; i++) {
+        put_message(&bag, 1, message_of(0, SENSOR, 0, 2, "0"));
+        put_message(&bag, 1, message_of(1, SENSOR, 0, 2, "1"));
+        put_message(&bag, 1, message_of(1, SENSOR, 2, 4, "3"));
+    }
+    expect(&bag, "013013", NULL);
 }
 
 static void each_sensor_has_its_own_batches(void **state)
@@ -456,6 +516,10 @@ int main(void)
         cmocka_unit_test(a_bag_cut_anywhere_gives_what_came_before),
         cmocka_unit_test(a_flipped_bit_breaks_nothing),
         cmocka_unit_test(a_batch_without_its_other_half_is_given_too),
+        cmocka_unit_test(an_eye_far_ahead_waits_for_the_other),
+        cmocka_unit_test(an_eye_waits_for_64_batches_of_the_other),
+        cmocka_unit_test(large_batches_do_not_wait_for_64),
+        cmocka_unit_test(another_stream_begins_where_numbers_fall),
         cmocka_unit_test(each_sensor_has_its_own_batches),
         cmocka_unit_test(an_empty_batch_is_a_half_too),
         cmocka_unit_test(what_is_compressed_is_refused),
