@@ -6,6 +6,7 @@ import re
 import shutil
 import signal
 import subprocess
+import sys
 
 import pytest
 import support
@@ -174,6 +175,24 @@ def test_ctrl_c_before_the_first_capture(drives, tmp_path):
         assert process.wait(support.LONG_S) == -signal.SIGINT, process.said()
         assert "Traceback" not in process.said()
     assert all(r["status"] == "done" for r in rows(out))
+
+
+def test_a_signal_as_soon_as_the_run_has_begun(drives, tmp_path):
+    """The manifest is written all the same."""
+    code = """
+import os, signal, sys
+from lumsdk.fleet import main
+class Run(main.Run):
+    def _reserve(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        super()._reserve()
+main.Run = Run
+sys.exit(main.main())
+"""
+    ended = subprocess.run([sys.executable, "-B", "-c", code, drives, "--out", tmp_path / "out", "--format", "ply"],
+                           capture_output=True, text=True, timeout=support.LONG_S)
+    assert ended.returncode == -signal.SIGINT, ended.stderr
+    assert rows(tmp_path / "out") == []
 
 
 def test_progress_on_a_terminal_alone(drives, nodes, tmp_path):

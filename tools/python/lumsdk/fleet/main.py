@@ -77,6 +77,7 @@ class Run:
         """Status 0 or 1; -N for the signal N."""
         self._held = lock(self._out, self._job.run)
         try:
+            self._signals.waits = True  # from now on the manifest is written
             self._out.remove_folder(PARTS)
             self._out.write(MARK, self._job.run.encode())
             self._reserve()
@@ -99,7 +100,6 @@ class Run:
         self.summary.unchanged = self.totals.captures - self.totals.pending
         self._progress = Progress(self.totals, not o.quiet)
         trouble: Optional[FleetError] = None
-        self._signals.waits = True
         if self.totals.pending and not self._signals.caught:
             try:
                 self._by_ray()
