@@ -11,8 +11,8 @@ die() {
 }
 
 # What a compiler made once is taken from ccache, where that is installed: also in another clone, because paths below the
-# top count as relative, and after another compiler of the same name, because its content counts. It goes by the headers
-# that the compiler names: to run the preprocessor first would make a build with an empty cache a fifth longer. Only the
+# top count as relative, and after another compiler of the same name, because its content counts. It takes the
+# headers that the compiler lists: running the preprocessor first made the build of the fuzzers a quarter longer. Only the
 # builds of our scripts use it.
 if command -v ccache >/dev/null; then
     export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=true CCACHE_COMPILERCHECK=content CCACHE_DEPEND=true

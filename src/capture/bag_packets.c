@@ -12,8 +12,8 @@
 #define SENSORS_MAX 4u
 #define NS_PER_S    1000000000u
 
-/* What waits for the other eye: batches of an eye, more than a second of them;
- * and bytes of a sensor. */
+/* Most that waits for the other eye: batches of an eye, of 20 ms each, and
+ * bytes of a sensor. */
 #define BATCHES_MAX 64u
 #define BYTES_MAX   ((size_t)32 << 20)
 
@@ -21,8 +21,8 @@
  * not recorded. */
 #define CLIENT_PORT 50000u
 
-/* A message; its parts point into it. */
-struct half {
+/* A message: packets of one eye. Its parts point into it. */
+struct batch {
     uint8_t *bytes; /* NULL: there is none */
     size_t len;
     uint32_t sensor;
@@ -40,7 +40,7 @@ struct half {
 
 /* Batches in the order in which they came, which is that of their numbers. */
 struct eye {
-    struct half waiting[BATCHES_MAX]; /* a ring */
+    struct batch waiting[BATCHES_MAX]; /* a ring */
     size_t first;
     size_t count;
     uint64_t end; /* it has told all packets below this number */
@@ -56,10 +56,10 @@ struct stream {
 
 struct lum_bag_packets {
     struct stream streams[SENSORS_MAX];
-    size_t oldest;        /* the stream that gives way to a fifth sensor's */
-    struct half incoming; /* until what is before it has been taken */
-    unsigned eye;         /* of it */
-    bool has_ended;       /* no other half comes any more */
+    size_t oldest;         /* the stream that gives way to a fifth sensor's */
+    struct batch incoming; /* until what is before it has been taken */
+    unsigned eye;          /* of it */
+    bool has_ended;        /* no message follows */
 };
 
 /* --- A message --- */
@@ -106,54 +106,54 @@ static const uint8_t *take_array(struct bytes *b, size_t count, size_t size)
 }
 
 /* Numbers rise and belong to the batch; lengths are those of the data. */
-static bool is_consistent(const struct half *h, size_t data_len)
+static bool is_consistent(const struct batch *m, size_t data_len)
 {
-    size_t bytes = 0;
+    size_t left = data_len;
     uint64_t least = 0;
-    for (size_t i = 0; i < h->count; i++) {
-        const uint64_t place = load_le16(h->places + 2u * i);
-        const size_t len = load_le16(h->lengths + 2u * i);
-        if (place < least || place >= h->end - h->begin ||
-            len > LUM_DATAGRAM_BYTES_MAX ||
-            load_le32(h->stamps + 8u * i + 4u) >= NS_PER_S) {
+    for (size_t i = 0; i < m->count; i++) {
+        const uint64_t place = load_le16(m->places + 2u * i);
+        const size_t len = load_le16(m->lengths + 2u * i);
+        if (place < least || place >= m->end - m->begin ||
+            len > LUM_DATAGRAM_BYTES_MAX || len > left ||
+            load_le32(m->stamps + 8u * i + 4u) >= NS_PER_S) {
             return false;
         }
-        least = place;
-        bytes += len;
+        least = place + 1u;
+        left -= len;
     }
-    return bytes == data_len;
+    return left == 0;
 }
 
-static bool parse(struct half *h, size_t len, unsigned *eye)
+static bool parse(struct batch *m, size_t len, unsigned *eye)
 {
-    struct bytes b = {h->bytes, len, false};
+    struct bytes b = {m->bytes, len, false};
     (void)take(&b, 12); /* the header's number and time */
     (void)take(&b, take_u32(&b));
     const uint8_t *which = take(&b, 1);
-    h->sensor = take_u32(&b);
-    h->begin = take_u64(&b);
-    h->end = take_u64(&b);
+    m->sensor = take_u32(&b);
+    m->begin = take_u64(&b);
+    m->end = take_u64(&b);
     const uint8_t *last = take(&b, 1);
-    if (b.is_short || *which >= LUM_EYES || h->begin > h->end || b.left < 4u) {
+    if (b.is_short || *which >= LUM_EYES || m->begin > m->end || b.left < 4u) {
         return false;
     }
-    h->is_last = *last != 0;
+    m->is_last = *last != 0;
     *eye = *which;
-    h->count = load_le32(b.at);
-    h->places = take_array(&b, h->count, 2);
-    h->stamps = take_array(&b, h->count, 8);
-    h->lengths = take_array(&b, h->count, 2);
+    m->count = load_le32(b.at);
+    m->places = take_array(&b, m->count, 2);
+    m->stamps = take_array(&b, m->count, 8);
+    m->lengths = take_array(&b, m->count, 2);
     const size_t data_len = b.is_short || b.left < 4u ? 0 : load_le32(b.at);
-    h->data = take_array(&b, data_len, 1);
-    return !b.is_short && b.left == 0 && is_consistent(h, data_len);
+    m->data = take_array(&b, data_len, 1);
+    return !b.is_short && b.left == 0 && is_consistent(m, data_len);
 }
 
 /* --- Batches --- */
 
-static void drop(struct half *h)
+static void drop(struct batch *m)
 {
-    free(h->bytes);
-    *h = (struct half){0};
+    free(m->bytes);
+    *m = (struct batch){0};
 }
 
 lum_bag_packets *lum_bag_packets_new(void)
@@ -161,7 +161,7 @@ lum_bag_packets *lum_bag_packets_new(void)
     return calloc(1, sizeof(lum_bag_packets));
 }
 
-static struct half *first_of(struct eye *e)
+static struct batch *first_of(struct eye *e)
 {
     return &e->waiting[e->first];
 }
@@ -191,22 +191,28 @@ void lum_bag_packets_free(lum_bag_packets *packets)
     free(packets);
 }
 
-/* That of a sensor, or one for it; where none is free, the oldest has to go
- * first. */
+static bool has_waiting(const struct stream *s)
+{
+    return s->eyes[LUM_EYE_BLUE].count > 0 || s->eyes[LUM_EYE_GREEN].count > 0;
+}
+
+/* That of a sensor, or one for it that was not used or of which nothing waits;
+ * where there is none, the oldest has to go first. */
 static struct stream *find_stream(lum_bag_packets *packets, uint32_t sensor)
 {
-    struct stream *unused = NULL;
+    struct stream *vacant = NULL;
     for (size_t i = 0; i < SENSORS_MAX; i++) {
         struct stream *s = &packets->streams[i];
         if (s->is_used && s->sensor == sensor) {
             return s;
         }
-        unused = unused == NULL && !s->is_used ? s : unused;
+        if (vacant == NULL || (vacant->is_used && !s->is_used)) {
+            vacant = has_waiting(s) ? vacant : s;
+        }
     }
-    if (unused != NULL) {
-        unused->is_used = true;
-        unused->sensor = sensor;
-        return unused;
+    if (vacant != NULL) {
+        *vacant = (struct stream){.is_used = true, .sensor = sensor};
+        return vacant;
     }
     packets->streams[packets->oldest].is_ending = true;
     packets->oldest = (packets->oldest + 1u) % SENSORS_MAX;
@@ -218,10 +224,11 @@ static bool is_full(const struct stream *s, const struct eye *e)
     return e->count > 0 && (e->count == BATCHES_MAX || s->bytes > BYTES_MAX);
 }
 
-/* Where numbers fall, another stream begins; the one before it goes first. */
+/* Where numbers fall, another stream begins; what waits of the one before it
+ * goes first, even if the other eye has not told all of it. */
 static void place_incoming(lum_bag_packets *packets)
 {
-    struct half *in = &packets->incoming;
+    struct batch *in = &packets->incoming;
     struct stream *s = find_stream(packets, in->sensor);
     if (s == NULL) {
         return;
@@ -235,29 +242,29 @@ static void place_incoming(lum_bag_packets *packets)
     e->count++;
     e->end = in->is_last ? UINT64_MAX : in->end;
     s->bytes += in->len;
-    *in = (struct half){0};
+    *in = (struct batch){0};
 }
 
 int lum_bag_packets_add(lum_bag_packets *packets, const uint8_t *message,
                         size_t len)
 {
-    struct half h = {0};
+    struct batch m = {0};
     unsigned eye = 0;
     if (len == 0 || len > LUM_BAG_MESSAGE_MAX) {
         return 0;
     }
-    h.len = len;
-    h.bytes = malloc(len);
-    if (h.bytes == NULL) {
+    m.len = len;
+    m.bytes = malloc(len);
+    if (m.bytes == NULL) {
         return -1;
     }
-    memcpy(h.bytes, message, len);
-    if (!parse(&h, len, &eye)) {
-        drop(&h);
+    memcpy(m.bytes, message, len);
+    if (!parse(&m, len, &eye)) {
+        drop(&m);
         return 0;
     }
     drop(&packets->incoming);
-    packets->incoming = h;
+    packets->incoming = m;
     packets->eye = eye;
     return 1;
 }
@@ -269,25 +276,25 @@ void lum_bag_packets_end(lum_bag_packets *packets)
 
 /* --- Packets --- */
 
-static uint64_t number_of(const struct half *h)
+static uint64_t number_of(const struct batch *m)
 {
-    return h->begin + load_le16(h->places + 2u * h->next);
+    return m->begin + load_le16(m->places + 2u * m->next);
 }
 
-static void take_packet(struct half *h, lum_record *out)
+static void take_packet(struct batch *m, lum_record *out)
 {
-    const uint8_t *stamp = h->stamps + 8u * h->next;
-    const size_t len = load_le16(h->lengths + 2u * h->next);
+    const uint8_t *stamp = m->stamps + 8u * m->next;
+    const size_t len = load_le16(m->lengths + 2u * m->next);
     *out = (lum_record){.time_ns = (int64_t)load_le32(stamp) * NS_PER_S +
                                    load_le32(stamp + 4),
-                        .payload = h->data + h->next_at,
+                        .payload = m->data + m->next_at,
                         .len = len,
-                        .source = h->sensor,
+                        .source = m->sensor,
                         .source_port = LUM_PORT,
                         .destination_port = CLIENT_PORT,
                         .kind = LUM_RECORD_DATAGRAM};
-    h->next++;
-    h->next_at += len;
+    m->next++;
+    m->next_at += len;
 }
 
 /* Packets below this number can be taken: both eyes have told all of them, or
@@ -310,7 +317,7 @@ static uint64_t limit_of(const lum_bag_packets *packets, struct stream *s)
 }
 
 /* The eye's first batch with a packet that was not taken. */
-static struct half *open_batch(struct stream *s, struct eye *e)
+static struct batch *open_batch(struct stream *s, struct eye *e)
 {
     while (e->count > 0 && first_of(e)->next == first_of(e)->count) {
         drop_first(s, e);
@@ -318,31 +325,20 @@ static struct half *open_batch(struct stream *s, struct eye *e)
     return e->count > 0 ? first_of(e) : NULL;
 }
 
-static bool take_below(struct stream *s, uint64_t limit, lum_record *out)
+static bool take_of_stream(const lum_bag_packets *packets, struct stream *s,
+                           lum_record *out)
 {
-    struct half *blue = open_batch(s, &s->eyes[LUM_EYE_BLUE]);
-    struct half *green = open_batch(s, &s->eyes[LUM_EYE_GREEN]);
+    struct batch *blue = open_batch(s, &s->eyes[LUM_EYE_BLUE]);
+    struct batch *green = open_batch(s, &s->eyes[LUM_EYE_GREEN]);
+    const uint64_t limit = limit_of(packets, s);
     const bool is_blue =
         blue != NULL && (green == NULL || number_of(blue) <= number_of(green));
-    struct half *lower = is_blue ? blue : green;
+    struct batch *lower = is_blue ? blue : green;
     if (lower == NULL || number_of(lower) >= limit) {
         return false;
     }
     take_packet(lower, out);
     return true;
-}
-
-/* When a batch goes, what waits may still be too much. */
-static bool take_of_stream(const lum_bag_packets *packets, struct stream *s,
-                           lum_record *out)
-{
-    bool has_taken = false;
-    size_t before = 0;
-    do {
-        before = s->bytes;
-        has_taken = take_below(s, limit_of(packets, s), out);
-    } while (!has_taken && s->bytes < before);
-    return has_taken;
 }
 
 static bool take_ready(lum_bag_packets *packets, lum_record *out)
@@ -361,16 +357,11 @@ static bool take_ready(lum_bag_packets *packets, lum_record *out)
 
 bool lum_bag_packets_next(lum_bag_packets *packets, lum_record *out)
 {
-    /* Once for what is ready, once for what comes in, once more where another
-     * stream first had to make way for it. */
-    for (unsigned i = 0; i < 3u; i++) {
-        if (take_ready(packets, out)) {
-            return true;
-        }
+    while (!take_ready(packets, out)) {
         if (packets->incoming.bytes == NULL) {
             return false;
         }
         place_incoming(packets);
     }
-    return take_ready(packets, out);
+    return true;
 }

@@ -23,10 +23,11 @@ LUM_MUST_CHECK lum_bag_packets *lum_bag_packets_new(void);
 /** Free it. NULL is allowed. */
 void lum_bag_packets_free(lum_bag_packets *packets);
 
-/** Add a message, when lum_bag_packets_next() has no packet any more. It is
- * kept until the other eye has told as much, because a busy recorder writes
- * several batches of one eye before those of the other: 64 of them, or 32 MiB
- * of a sensor, or until the fifth sensor.
+/** Add a message, when lum_bag_packets_next() has no packet any more. Its
+ * packets wait until the other eye has reached their numbers, because a busy
+ * recorder writes several batches of one eye before those of the other. They
+ * wait no longer if 64 batches of their eye or 32 MiB of their sensor wait, or
+ * if a fifth sensor needs the place; then packets may come out of order.
  * @param message its bytes in the serialisation of ROS 1; copied.
  * @return 1; 0 if it contradicts itself, or is too long; -1 without memory. */
 LUM_MUST_CHECK int lum_bag_packets_add(lum_bag_packets *packets,

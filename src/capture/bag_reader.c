@@ -34,8 +34,9 @@ enum step {
 
 struct lum_bag_reader {
     lum_bag_packets *packets;
-    bool has_ours; /* a connection with packets was described */
-    bool has_ended;
+    bool has_ours;   /* a connection with packets was described */
+    int end;         /* GO_ON until the bag ENDED or FAILED */
+    lum_error error; /* of the failure */
     uint8_t ours[CONNECTIONS / 8u]; /* a bit for each such connection */
     uint8_t packet[LUM_DATAGRAM_PACKET_MAX];
 };
@@ -235,17 +236,15 @@ static int next_packet(lum_pcap *r, lum_pcap_record *out, lum_error *error)
 {
     lum_bag_reader *b = r->bag;
     lum_record datagram;
-    int result = GO_ON;
     while (!lum_bag_packets_next(b->packets, &datagram)) {
-        if (b->has_ended) {
-            return ENDED;
+        if (b->end == FAILED && error != NULL) {
+            *error = b->error;
         }
-        result = next_record(r, error);
-        if (result == FAILED) {
-            return FAILED;
+        if (b->end != GO_ON) {
+            return b->end;
         }
-        if (result == ENDED) {
-            b->has_ended = true;
+        b->end = next_record(r, &b->error);
+        if (b->end != GO_ON) {
             lum_bag_packets_end(b->packets);
         }
     }
@@ -279,6 +278,7 @@ int lum_bag_reader_begin(lum_pcap *reader, uint32_t *link_type,
     if (b == NULL || (b->packets = lum_bag_packets_new()) == NULL) {
         return lum_error_set(error, "not enough memory to read a bag");
     }
+    b->end = GO_ON;
     lum_source_take(reader->source, MAGIC_BYTES);
     int result = GO_ON;
     while (result == GO_ON && !b->has_ours) {

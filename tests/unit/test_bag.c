@@ -100,8 +100,8 @@ static void put_connection(image *im, uint32_t id, const char *type)
 }
 
 /* A packet of a batch: its number, and a payload of one byte, the same. */
-static image message_of(unsigned eye, uint32_t sensor, unsigned begin,
-                        unsigned end, const char *numbers)
+static image batch_of(unsigned eye, uint32_t sensor, unsigned begin,
+                      unsigned end, bool is_last, const char *numbers)
 {
     const size_t n = strlen(numbers);
     image m = {0};
@@ -112,7 +112,7 @@ static image message_of(unsigned eye, uint32_t sensor, unsigned begin,
     put_int(&m, sensor, 4);
     put_int(&m, begin, 8);
     put_int(&m, end, 8);
-    put_int(&m, 0, 1);
+    put_int(&m, is_last, 1);
     put_int(&m, n, 4);
     for (size_t i = 0; i < n; i++) {
         put_int(&m, (unsigned)(numbers[i] - '0') - begin, 2);
@@ -128,6 +128,12 @@ static image message_of(unsigned eye, uint32_t sensor, unsigned begin,
     }
     put_sized(&m, numbers, n);
     return m;
+}
+
+static image message_of(unsigned eye, uint32_t sensor, unsigned begin,
+                        unsigned end, const char *numbers)
+{
+    return batch_of(eye, sensor, begin, end, false, numbers);
 }
 
 static void put_message(image *im, uint32_t id, image message)
@@ -326,6 +332,52 @@ static void an_eye_far_ahead_waits_for_the_other(void **state)
     expect(&bag, "012345", NULL);
 }
 
+static void what_waits_is_given_before_the_failure(void **state)
+{
+    image bag = begin_bag();
+    (void)state;
+    put_message(&bag, 1, message_of(0, SENSOR, 0, 2, "0"));
+    put_message(&bag, 1, message_of(0, SENSOR, 2, 4, "23"));
+    put_int(&bag, 5, 4);
+    expect(&bag, "023", "cut");
+}
+
+/* The other eye is not waited for. */
+static void after_the_last_batch_nothing_of_its_eye_follows(void **state)
+{
+    lum_record record;
+    image last = batch_of(0, SENSOR, 0, 2, true, "0");
+    image first = message_of(1, SENSOR, 0, 9, "8");
+    lum_bag_packets *packets = lum_bag_packets_new();
+    (void)state;
+    assert_non_null(packets);
+    assert_int_equal(lum_bag_packets_add(packets, last.bytes, last.len), 1);
+    assert_false(lum_bag_packets_next(packets, &record));
+    assert_int_equal(lum_bag_packets_add(packets, first.bytes, first.len), 1);
+    assert_true(lum_bag_packets_next(packets, &record));
+    assert_int_equal(*record.payload, '0');
+    assert_true(lum_bag_packets_next(packets, &record));
+    assert_int_equal(*record.payload, '8');
+    assert_false(lum_bag_packets_next(packets, &record));
+    lum_bag_packets_free(packets);
+    free(last.bytes);
+    free(first.bytes);
+}
+
+static void a_fifth_sensor_takes_the_place_of_one_that_waits_for_nothing(
+    void **state)
+{
+    image bag = begin_bag();
+    (void)state;
+    put_message(&bag, 1, message_of(0, 1, 0, 2, "0"));
+    for (unsigned sensor = 2; sensor <= 6u; sensor++) {
+        put_message(&bag, 1, message_of(0, sensor, 0, 2, "1"));
+        put_message(&bag, 1, message_of(1, sensor, 0, 2, ""));
+    }
+    put_message(&bag, 1, message_of(1, 1, 0, 2, ""));
+    expect(&bag, "111110", NULL);
+}
+
 static void an_eye_waits_for_64_batches_of_the_other(void **state)
 {
     image bag = begin_bag();
@@ -477,12 +529,15 @@ static void a_message_that_contradicts_itself_is_refused(void **state)
     }
 }
 
-static void numbers_do_not_fall(void **state)
+static void numbers_rise(void **state)
 {
-    image bag = begin_bag();
+    static const char *const refused[] = {"20", "11"};
     (void)state;
-    put_message(&bag, 1, message_of(0, SENSOR, 0, 4, "20"));
-    expect(&bag, "", "contradicts itself");
+    for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++) {
+        image bag = begin_bag();
+        put_message(&bag, 1, message_of(0, SENSOR, 0, 4, refused[i]));
+        expect(&bag, "", "contradicts itself");
+    }
 }
 
 static void a_datagram_has_at_most_65507_bytes(void **state)
@@ -517,6 +572,10 @@ int main(void)
         cmocka_unit_test(a_flipped_bit_breaks_nothing),
         cmocka_unit_test(a_batch_without_its_other_half_is_given_too),
         cmocka_unit_test(an_eye_far_ahead_waits_for_the_other),
+        cmocka_unit_test(what_waits_is_given_before_the_failure),
+        cmocka_unit_test(after_the_last_batch_nothing_of_its_eye_follows),
+        cmocka_unit_test(
+            a_fifth_sensor_takes_the_place_of_one_that_waits_for_nothing),
         cmocka_unit_test(an_eye_waits_for_64_batches_of_the_other),
         cmocka_unit_test(large_batches_do_not_wait_for_64),
         cmocka_unit_test(another_stream_begins_where_numbers_fall),
@@ -527,7 +586,7 @@ int main(void)
         cmocka_unit_test(huge_lengths_are_refused),
         cmocka_unit_test(a_record_without_a_type_is_refused),
         cmocka_unit_test(a_message_that_contradicts_itself_is_refused),
-        cmocka_unit_test(numbers_do_not_fall),
+        cmocka_unit_test(numbers_rise),
         cmocka_unit_test(a_datagram_has_at_most_65507_bytes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -193,6 +193,7 @@ sys.exit(main.main())
                            capture_output=True, text=True, timeout=support.LONG_S)
     assert ended.returncode == -signal.SIGINT, ended.stderr
     assert rows(tmp_path / "out") == []
+    assert not (tmp_path / "out/.lumfleet/run").exists()
 
 
 def test_progress_on_a_terminal_alone(drives, nodes, tmp_path):

@@ -75,9 +75,9 @@ class Run:
 
     def convert(self) -> int:
         """Status 0 or 1; -N for the signal N."""
+        self._signals.waits = True  # from now on the lock is given back and the manifest is written
         self._held = lock(self._out, self._job.run)
         try:
-            self._signals.waits = True  # from now on the manifest is written
             self._out.remove_folder(PARTS)
             self._out.write(MARK, self._job.run.encode())
             self._reserve()
