@@ -11,9 +11,9 @@ die() {
 }
 
 # What a compiler made once is taken from ccache, where that is installed: also in another clone, because paths below the
-# top count as relative, and after another compiler of the same name, because its content counts. It takes the
-# headers that the compiler lists: running the preprocessor first made the build of the fuzzers a quarter longer. Only the
-# builds of our scripts use it.
+# top count as relative, and after another compiler of the same name, because its content counts. It takes the headers
+# that the compiler lists: running the preprocessor first made the build of the fuzzers a quarter longer. Only the builds of
+# our scripts use it.
 if command -v ccache >/dev/null; then
     export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=true CCACHE_COMPILERCHECK=content CCACHE_DEPEND=true
 fi
