@@ -9,11 +9,13 @@
 
 #include "capture/demux_state.h"
 #include "drive.h"
+#include "frame/framer_state.h"
 #include "frame/index.h"
 
 #include "lum/assembler.h"
 #include "lum/frame/reader.h"
 #include "lum/group.h"
+#include "lum/host/keys.h"
 #include "lum/wire.h"
 
 #include <stdio.h>
@@ -867,10 +869,24 @@ static void an_index_that_does_not_fit_is_not_used(void **state)
     free(capture.at);
 }
 
+/* Whether the index serves a reading with these options. */
+static bool has_index(const lum_framer_options *options)
+{
+    lum_error error = {""};
+    lum_reader *reader = open_reader((lum_reader_options){.path = drive,
+                                                          .framer = options,
+                                                          .keeps_index = true},
+                                     NULL, 0);
+    const int loaded = lum_reader_load_index(reader, NULL, &error);
+    assert_true(loaded == 1 ||
+                strstr(error.text, "it was made with other options") != NULL);
+    lum_reader_close(reader);
+    return loaded == 1;
+}
+
 static void other_options_need_another_index(void **state)
 {
     (void)state;
-    lum_error error = {""};
     make_file(&recipes[0]);
     const lum_framer_options framers[] = {
         {.struct_size = sizeof framers[0], .eyes = LUM_EYES_BLUE},
@@ -881,13 +897,7 @@ static void other_options_need_another_index(void **state)
          .sensor = DRIVE_SENSOR},
         {.struct_size = sizeof framers[0], .has_range = true, .frame_last = 9}};
     for (size_t i = 0; i < sizeof framers / sizeof framers[0]; i++) {
-        lum_reader *reader = open_reader(
-            (lum_reader_options){
-                .path = drive, .framer = &framers[i], .keeps_index = true},
-            NULL, 0);
-        assert_int_equal(lum_reader_load_index(reader, NULL, &error), -1);
-        assert_non_null(strstr(error.text, "it was made with other options"));
-        lum_reader_close(reader);
+        assert_false(has_index(&framers[i]));
     }
     /* points are none of them */
     lum_view view;
@@ -896,12 +906,149 @@ static void other_options_need_another_index(void **state)
                                       .views = &view,
                                       .view_count = 1,
                                       .points_max = 1000};
-    lum_reader *reader = open_reader((lum_reader_options){.path = drive,
-                                                          .framer = &other,
-                                                          .keeps_index = true},
-                                     NULL, 0);
-    assert_int_equal(lum_reader_load_index(reader, NULL, &error), 1);
-    lum_reader_close(reader);
+    assert_true(has_index(&other));
+}
+
+/* What an index of these options is known by. */
+static struct bytes key_of(const lum_framer_options *options)
+{
+    lum_framer *framer = NULL;
+    lum_pack pack = {.written = NULL};
+    assert_int_equal(lum_framer_new(options, &framer, NULL), 0);
+    lum_framer_pack_options(framer, &pack);
+    lum_framer_free(framer);
+    assert_false(pack.has_failed);
+    return (struct bytes){.at = pack.written, .len = pack.len};
+}
+
+static bool have_one_key(const lum_framer_options *a,
+                         const lum_framer_options *b)
+{
+    const struct bytes of_a = key_of(a);
+    const struct bytes of_b = key_of(b);
+    const bool are_equal =
+        of_a.len == of_b.len && memcmp(of_a.at, of_b.at, of_a.len) == 0;
+    free(of_a.at);
+    free(of_b.at);
+    return are_equal;
+}
+
+static void each_option_needs_another_index(void **state)
+{
+    (void)state;
+    lum_assembler_config configs[4];
+    for (size_t i = 0; i < 4; i++) {
+        lum_assembler_config_default(&configs[i]);
+    }
+    configs[0].open_lines++;
+    configs[1].reorder_lines++;
+    configs[2].words_per_line--;
+    configs[3].gap_us++;
+    lum_framer_options each[] = {{.eyes = LUM_EYES_BLUE},
+                                 {.eyes = LUM_EYES_GREEN},
+                                 {.eyes = LUM_EYES_BOTH},
+                                 {.only_first = true},
+                                 {.drop_incomplete = true},
+                                 {.has_sensor = true, .sensor = 1},
+                                 {.has_sensor = true, .sensor = 2},
+                                 {.has_range = true},
+                                 {.has_range = true, .frame_first = 1},
+                                 {.has_range = true, .frame_last = 1},
+                                 {.config = &configs[0]},
+                                 {.config = &configs[1]},
+                                 {.config = &configs[2]},
+                                 {.config = &configs[3]}};
+    for (size_t i = 0; i < sizeof each / sizeof each[0]; i++) {
+        each[i].struct_size = sizeof each[i];
+        for (size_t k = 0; k < i; k++) {
+            assert_false(have_one_key(&each[i], &each[k]));
+        }
+    }
+}
+
+/* A layout whose fields have room on both sides. */
+static lum_profile make_roomy(void)
+{
+    lum_profile profile;
+    lum_profile_default(&profile);
+    for (unsigned i = 0; i < LUM_GROUP_FIELDS; i++) {
+        profile.group[i].at = (uint8_t)(12u + 8u * i);
+    }
+    profile.samples_at = 63;
+    return profile;
+}
+
+static bool sets(const char *name, const char *value, lum_layout *out)
+{
+    lum_keys keys;
+    lum_profile profile = make_roomy();
+    char before[LUM_KEY_VALUE_BYTES];
+    char after[LUM_KEY_VALUE_BYTES];
+    lum_keys_of_profile(&keys, &profile);
+    return lum_keys_get(&keys, name, before) == LUM_OK &&
+           lum_keys_set(&keys, name, value, 1, NULL) == LUM_OK &&
+           lum_keys_get(&keys, name, after) == LUM_OK &&
+           strcmp(before, after) != 0 &&
+           lum_keys_profile(&keys, &profile, NULL) == LUM_OK &&
+           lum_layout_init(out, &profile, NULL, NULL) == LUM_OK;
+}
+
+/* A layout that differs from the roomy one in this key alone. */
+static bool vary(const lum_key *key, lum_layout *out)
+{
+    bool is_found = sets(key->name, "[0, 4]", out);
+    for (unsigned i = 0; !is_found && key->words[i] != NULL; i++) {
+        is_found = sets(key->name, key->words[i], out);
+    }
+    for (unsigned i = 1; !is_found && i < 100; i++) {
+        char value[LUM_KEY_VALUE_BYTES];
+        (void)snprintf(value, sizeof value, "%u", i);
+        is_found = sets(key->name, value, out);
+    }
+    return is_found;
+}
+
+/* What is of no account for which packets make which lines. */
+static bool is_of_no_account(const char *key)
+{
+    return strncmp(key, "tlv.", 4) == 0 || strncmp(key, "set_ip", 6) == 0 ||
+           strcmp(key, "angle_lsb_deg") == 0;
+}
+
+static void each_key_of_a_profile_needs_another_index(void **state)
+{
+    (void)state;
+    lum_keys keys;
+    lum_key key;
+    lum_layout roomy;
+    lum_layout layout;
+    size_t i = 0;
+    const lum_profile profile = make_roomy();
+    const lum_framer_options plain = {.struct_size = sizeof plain,
+                                      .layout = &roomy};
+    const lum_framer_options other = {.struct_size = sizeof other,
+                                      .layout = &layout};
+    assert_int_equal(lum_layout_init(&roomy, &profile, NULL, NULL), LUM_OK);
+    lum_keys_of_profile(&keys, &profile);
+    for (; lum_keys_describe(&keys, i, &key) == LUM_OK; i++) {
+        const bool has_one_value = strcmp(key.name, "version") == 0;
+        if (vary(&key, &layout) == has_one_value) {
+            fail_msg("no other value is known for %s", key.name);
+        }
+        if (!has_one_value &&
+            have_one_key(&plain, &other) != is_of_no_account(key.name)) {
+            fail_msg("the index does not go by %s", key.name);
+        }
+        if (key.kind == LUM_KEY_WORD_OR_PAIR) { /* whose two numbers count */
+            lum_layout shifted;
+            lum_framer_options third = other;
+            third.layout = &shifted;
+            assert_true(sets(key.name, "[0, 4]", &layout));
+            assert_true(sets(key.name, "[1, 5]", &shifted));
+            assert_false(have_one_key(&third, &other));
+        }
+    }
+    assert_true(i > 20);
 }
 
 static void what_has_no_index_says_so(void **state)
@@ -1521,6 +1668,8 @@ int main(void)
         cmocka_unit_test(a_seek_reads_little_of_a_long_capture),
         cmocka_unit_test(an_index_that_does_not_fit_is_not_used),
         cmocka_unit_test(other_options_need_another_index),
+        cmocka_unit_test(each_key_of_a_profile_needs_another_index),
+        cmocka_unit_test(each_option_needs_another_index),
         cmocka_unit_test(what_has_no_index_says_so),
         cmocka_unit_test(several_captures_are_sought_from_the_start),
         cmocka_unit_test(a_line_that_was_overtaken_is_of_its_frame),
