@@ -4,6 +4,9 @@
 
 #include <string.h>
 
+#define ROWS_GUESS 4096u /* until a whole line has shown the number */
+#define ROWS_MORE  64u   /* believed above twice those of whole lines */
+
 static const struct {
     const char *name;
     lum_column_type type;
@@ -130,13 +133,29 @@ bool lum_frame_get_line(const lum_frame *frame, size_t i, lum_frame_line *out)
     return lum_sized_fill(out, &line, sizeof line);
 }
 
+/* From here on, only the numbers of lines with all angles are believed. */
+static uint32_t find_limit(const lum_frame *frame, unsigned eye)
+{
+    const uint32_t here = lum_frame_whole_rows(frame, eye);
+    const uint32_t before = frame->rows_before[eye];
+    const uint32_t whole = here > before ? here : before;
+    return whole > 0 ? 2u * whole + ROWS_MORE : ROWS_GUESS;
+}
+
 uint32_t lum_frame_rows(const lum_frame *frame, unsigned eye)
 {
+    if (eye >= LUM_EYES) {
+        return 0;
+    }
     uint32_t rows = 0;
+    const uint32_t limit = find_limit(frame, eye);
     for (size_t i = 0; i < frame->row_count; i++) {
         const lum_line_row *row = &frame->store.rows[i];
-        if (row->eye == eye && row->number >= rows) {
-            rows = row->number < UINT32_MAX ? row->number + 1u : UINT32_MAX;
+        const bool is_believed = row->angle_count == LUM_LINE_PIXELS ||
+                                 (row->point_count > 0 && row->number < limit);
+        if (row->eye == eye && is_believed && row->number >= rows &&
+            row->number < LUM_FRAME_ROWS_MAX) {
+            rows = row->number + 1u;
         }
     }
     return rows;

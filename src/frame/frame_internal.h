@@ -61,6 +61,7 @@ struct lum_frame {
     lum_columns mask;
     size_t count; /* points */
     size_t row_count;
+    uint32_t rows_before[LUM_EYES]; /* by whole lines, of the frame before */
     lum_frame_store store;
     lum_frame_info info;
 };
@@ -123,7 +124,8 @@ typedef struct lum_frame_end {
 void lum_frame_seal(lum_frame *frame, const lum_frame_end *end);
 
 /* Number of lines of an eye, from its whole lines: their highest number plus
- * one. */
+ * one, at most LUM_FRAME_LINES_MAX. A damaged packet can have any number, so a
+ * higher one is not believed. */
 uint32_t lum_frame_whole_rows(const lum_frame *frame, unsigned eye);
 
 #endif

@@ -96,7 +96,7 @@ uint32_t lum_frame_whole_rows(const lum_frame *frame, unsigned eye)
     for (size_t i = 0; i < frame->row_count; i++) {
         const lum_line_row *row = &frame->store.rows[i];
         if (row->eye == eye && row->angle_count == LUM_LINE_PIXELS &&
-            row->number >= rows && row->number < UINT32_MAX) {
+            row->number >= rows && row->number < LUM_FRAME_LINES_MAX) {
             rows = row->number + 1u;
         }
     }
@@ -133,6 +133,7 @@ static void find_missing(lum_frame *frame, const lum_frame_end *end)
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         const uint32_t here = lum_frame_whole_rows(frame, eye);
         const uint32_t before = end->lines_max[eye];
+        frame->rows_before[eye] = before;
         info->lines_missing[eye] =
             count_missing(frame, eye, here > before ? here : before);
         missing += info->lines_missing[eye];

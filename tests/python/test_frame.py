@@ -90,6 +90,23 @@ def test_a_grid_takes_the_lines_that_are_asked_for(frame):
     assert frame.grid("x", "green", lines=0).shape == (0, 1000)
 
 
+def test_a_damaged_line_number_makes_no_large_grid_and_is_told(path):
+    content = bytearray(path.read_bytes())
+    at = 24
+    while at < len(content):  # a bit of the number of each last line, in all of its packets
+        eye, number = content[at + 71], int.from_bytes(content[at + 72:at + 74], "little")
+        if (eye, number) == (0, 63):
+            content[at + 73] |= 0x80
+        at += 16 + int.from_bytes(content[at + 8:at + 12], "little")
+    (frame, *_) = lumsdk.open(bytes(content))
+    beyond = frame.lines[frame.lines["number"] == 0x8000 + 63]
+    assert beyond["point_count"].sum() > 0
+    with pytest.warns(lumsdk.CaptureWarning, match=f"1, with {beyond['point_count'].sum()} points: .* as 32831 come"):
+        assert frame.grid("range", "blue").shape == (63, 1000)
+    assert frame.grid("range", "blue", lines=0x8000 + 64).shape == (0x8000 + 64, 1000)
+    assert frame.grid("range", "green").shape == (64, 1000)
+
+
 def test_a_grid_of_the_only_eye_needs_no_name(path):
     (frame, *_) = lumsdk.open(path, eye="green")
     assert np.array_equal(frame.grid("range"), frame.grid("range", "green"), equal_nan=True)

@@ -383,6 +383,29 @@ def test_losses_grow_as_it_is_read(path):
     assert source.counts["frames"] == 5 and source.counts["points"] > 0
 
 
+def records_of(content):
+    """The records of a pcap of Ethernet, by what their data packets say: (record, eye, number)."""
+    at = 24
+    while at < len(content):
+        end = at + 16 + int.from_bytes(content[at + 8:at + 12], "little")
+        yield content[at:end], content[at + 71], int.from_bytes(content[at + 72:at + 74], "little")
+        at = end
+
+
+def test_late_lines_are_in_no_frame_and_in_no_count_of_points(make_capture):
+    content = make_capture("-n", 6).read_bytes()
+    sweep, kept, delayed = 0, [], []
+    for record, eye, number in records_of(content):
+        sweep += eye == 1 and number == 0 and record[58 + 12] == 2 and int.from_bytes(record[76:78], "little") == 0
+        kept.append(record) if eye == 0 or sweep < 2 else delayed.append(record)
+    source = lumsdk.open(content[:24] + b"".join(kept + delayed))
+    frames = list(source)
+    counts = source.counts
+    assert counts["points_late"] > 0 and sum(map(len, frames)) == counts["points"]
+    assert source.losses["lines_late"] == sum(frame.losses["lines_late"] for frame in frames) > 0
+    assert source.losses["points_late"] == counts["points_late"]
+
+
 def test_progress_and_the_hint_of_its_length(path, content):
     told = []
     source = lumsdk.open(path, progress=lambda done, total: told.append((done, total)))

@@ -753,6 +753,36 @@ static void a_grid_has_each_point_at_its_place_and_marks_the_rest(void **state)
     run_free(r);
 }
 
+static uint32_t rows_with(uint32_t number, bool is_whole)
+{
+    struct run *r = run_default();
+    for (uint32_t line = 0; line < LINES; line++) {
+        send(r, LUM_EYE_BLUE, line);
+        r->clock += PERIOD_US;
+    }
+    send_without(r, LUM_EYE_BLUE, number, is_whole ? SIZE_MAX : 1);
+    end(r);
+    const uint32_t rows = lum_frame_rows(r->frames[0], LUM_EYE_BLUE);
+    assert_int_equal(lum_frame_rows(r->frames[0], LUM_EYE_GREEN), 0);
+    assert_int_equal(lum_frame_rows(r->frames[0], LUM_EYES), 0);
+    run_free(r);
+    return rows;
+}
+
+static void rows_are_those_that_can_be_believed(void **state)
+{
+    (void)state;
+    const uint32_t limit = 2u * LINES + 64u;
+    assert_int_equal(rows_with(LINES, false), LINES + 1u);
+    assert_int_equal(rows_with(limit - 1u, false), limit);
+    assert_int_equal(rows_with(limit, false), LINES);
+    assert_int_equal(rows_with(UINT16_MAX, false), LINES);
+    assert_int_equal(rows_with(limit, true), limit + 1u);
+    assert_int_equal(rows_with(LUM_FRAME_ROWS_MAX - 1u, true),
+                     LUM_FRAME_ROWS_MAX);
+    assert_int_equal(rows_with(LUM_FRAME_ROWS_MAX, true), LINES);
+}
+
 static void a_grid_that_cannot_be_is_refused_and_writes_nothing(void **state)
 {
     (void)state;
@@ -1549,6 +1579,7 @@ int main(void)
         cmocka_unit_test(a_last_line_in_part_is_no_missing_one),
         cmocka_unit_test(losses_are_told_by_cause),
         cmocka_unit_test(a_grid_has_each_point_at_its_place_and_marks_the_rest),
+        cmocka_unit_test(rows_are_those_that_can_be_believed),
         cmocka_unit_test(a_grid_that_cannot_be_is_refused_and_writes_nothing),
         cmocka_unit_test(points_beyond_the_maximum_are_cut_and_counted),
         cmocka_unit_test(points_cut_are_counted_of_the_first_view),

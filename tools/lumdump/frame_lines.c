@@ -4,11 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A damaged packet can claim any number, and each row costs 52 kB. */
-#define LINES_MAX   8192u /* of an eye */
-#define LINES_GUESS 4096u /* until a whole line has shown the number */
-#define LINES_MORE  64u   /* allowed above twice the whole lines */
-
 #define NO_LINE UINT32_MAX
 
 struct columns {
@@ -76,30 +71,14 @@ static lum_frame_line line_at(const struct frame_lines *f, size_t i)
 
 /* --- How many rows --- */
 
-/* Lines of a frame, of the eye that has more. A whole line comes from many
- * packets that agree, so its number is believed. The number of another line is
- * not believed if it is far above these. */
-static uint32_t find_end(const struct frame_lines *f)
+static uint32_t find_end(const lum_frame *frame)
 {
-    uint32_t whole = 0;
     uint32_t end = 0;
-    for (size_t i = 0; i < frame_lines_count(f); i++) {
-        const lum_frame_line line = line_at(f, i);
-        if (line.angle_count == LUM_LINE_PIXELS && line.number < LINES_MAX &&
-            line.number >= whole) {
-            whole = line.number + 1u;
-        }
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        const uint32_t rows = lum_frame_rows(frame, eye);
+        end = rows > end ? rows : end;
     }
-    const uint32_t known = whole > f->end_before ? whole : f->end_before;
-    const uint32_t limit = known > 0 ? 2u * known + LINES_MORE : LINES_GUESS;
-    for (size_t i = 0; i < frame_lines_count(f); i++) {
-        const lum_frame_line line = line_at(f, i);
-        if (line.point_count > 0 && line.number < limit &&
-            line.number < LINES_MAX && line.number >= end) {
-            end = line.number + 1u;
-        }
-    }
-    return end > whole ? end : whole;
+    return end;
 }
 
 static int make_room(struct frame_lines *f, size_t rows)
@@ -158,7 +137,7 @@ static void count_left_out(struct frame_lines *f)
 static int lay_out(struct frame_lines *f)
 {
     f->end_before = f->end;
-    f->end = find_end(f);
+    f->end = find_end(f->frame);
     f->rows = f->end > f->end_before ? f->end : f->end_before;
     if (make_room(f, (size_t)LUM_EYES * f->rows) != 0) {
         return -1;

@@ -192,8 +192,18 @@ size_t lum_frame_line_count(const lum_frame *frame);
  *         is untouched. */
 bool lum_frame_get_line(const lum_frame *frame, size_t i, lum_frame_line *out);
 
-/** Rows of an eye: its highest line number plus 1, or 0 if no line came. A
- * damaged packet can claim any number. */
+/** Most rows of an eye that lum_frame_rows() gives. */
+#define LUM_FRAME_ROWS_MAX 8192u
+
+/** Rows of an eye: its highest line number that can be believed, plus 1; 0 if
+ * there is none.
+ *
+ * A damaged packet can claim any number, so the rows say nothing about memory
+ * that a caller cannot have: they are at most ::LUM_FRAME_ROWS_MAX. The number
+ * of a line with all angles is believed. That of another line with points is
+ * believed below twice the rows by such lines of this frame and of the one
+ * before, plus 64; or below 4096, as long as there is no such line. Points of
+ * the other lines are in the frame and in none of its rows. */
 uint32_t lum_frame_rows(const lum_frame *frame, unsigned eye);
 
 /** Marks a cell of a grid that has no point. */
@@ -206,9 +216,8 @@ uint32_t lum_frame_rows(const lum_frame *frame, unsigned eye);
  * first line counts; line numbers from rows on, and points beyond returns, are
  * left out.
  * @param eye     an ::lum_eye.
- * @param rows    lines to be written. lum_frame_rows() gives the number that
- *                came, but a damaged packet can make it large: use the number
- *                of lines that the sensor has.
+ * @param rows    lines to be written: lum_frame_rows(), or as many as the
+ *                sensor has.
  * @param returns cells of a pixel, at least 1.
  * @param out     rows x 1000 x returns indices of points, or LUM_FRAME_MISSING.
  * @return false if the frame lacks ::LUM_COLUMN_PIXEL or there is no such eye;

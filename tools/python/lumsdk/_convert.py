@@ -463,7 +463,7 @@ def _write(plan: _Plan, frames: Iterable[Frame], source: Optional[Source]) -> Su
         counts = source.counts
         summary["source"], summary["sensors"], summary["losses"] = source.name, source.sensors, source.losses
         summary["frames"], summary["truncated"] = counts["frames"], source.truncated
-        summary["left_out"] = max(0, counts["points"] - output.points)
+        summary["left_out"] = counts["points_late"] + counts["points_cut"]
     return summary
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 import numpy as np
 
 from ._c import address_of, ffi, lib, sized, text
-from ._errors import UnknownKeyError
+from ._errors import UnknownKeyError, warn
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped,unused-ignore]
@@ -314,14 +314,15 @@ class Frame:
 
         Cells without a point are NaN. Cell [line, pixel, k] is the k-th point of that pixel among those of the frame.
         Needs the column "pixel". eye may be left out where the frame has lines of one eye alone. lines is the
-        number of rows; without it, it is the highest line number of this eye and one more.
+        number of rows; without it, there are as many as the line numbers of this eye show, by those that can be
+        believed: a damaged packet can claim any. A warning says which lines with points have no row.
         """
         which = self._eye(eye)
         if column not in self.columns:
             raise self._refuse(column)
         if "pixel" not in self.columns:
             raise self._refuse("pixel")
-        rows = self._info.rows[which] if lines is None else _count(lines, "lines")
+        rows = self._believed_rows(which) if lines is None else _count(lines, "lines")
         if _count(returns, "returns") < 1:
             raise ValueError("returns is 0; right is a whole number from 1")
         out = np.empty((rows, PIXELS, returns), "f4")
@@ -331,6 +332,16 @@ class Frame:
             lib.lum_frame_grid_floats(self._c, _NUMBERS[column], which, rows, returns,
                                       ffi.cast("float *", ffi.from_buffer(out)))
         return out if returns > 1 else out[:, :, 0]
+
+    def _believed_rows(self, eye: int) -> int:
+        rows = self._info.rows[eye]
+        beyond = self.lines[(self.lines["eye"] == eye) & (self.lines["number"] >= rows) & (self.lines["point_count"] > 0)]
+        if len(beyond):
+            numbers = ", ".join(str(number) for number in beyond["number"][:3])
+            warn(f"frame {self.number}: lines of the {EYES[eye]} eye without a row in the grid: {len(beyond)}, with "
+                 f"{beyond['point_count'].sum()} points: numbers as far from those of whole lines as {numbers} come from "
+                 "damaged packets; lines= sets how many rows there are")
+        return rows
 
     def _fill(self, column: str, eye: int, out: Array) -> None:
         """As lum_frame_grid_floats(), of arrays."""

@@ -20,9 +20,10 @@ _KINDS = {"data": lib.LUM_PACKET_DATA, "heartbeat": lib.LUM_PACKET_HEARTBEAT, "s
           "timestamp": lib.LUM_PACKET_TIMESTAMP, "tlv": lib.LUM_PACKET_TLV}
 _BAD_KINDS = {"malformed": lib.LUM_PACKET_MALFORMED, "unknown_tag": lib.LUM_PACKET_UNKNOWN_TAG,
               "unknown_type": lib.LUM_PACKET_UNKNOWN_TYPE, "foreign": lib.LUM_PACKET_FOREIGN}
-LOSSES = ("lost_words", "lines_missing_angles", "lines_skipped", "lines_cut", "no_angle", "no_range", "bad_words",
-          "late", "duplicate", "conflict", "no_room", "stray", "malformed", "unknown_tag", "unknown_type", "cut_short",
-          "foreign", "other", "lines_under_way", "words_under_way", "no_angle_under_way")
+LOSSES = ("lost_words", "lines_missing_angles", "lines_skipped", "lines_cut", "lines_late", "points_cut", "points_late",
+          "no_angle", "no_range", "bad_words", "late", "duplicate", "conflict", "no_room", "stray", "malformed",
+          "unknown_tag", "unknown_type", "cut_short", "foreign", "other", "lines_under_way", "words_under_way",
+          "no_angle_under_way")
 
 
 def _of_packets(c: Any) -> dict[str, int]:
@@ -38,8 +39,9 @@ def _of_packets(c: Any) -> dict[str, int]:
 
 def _of_lines(c: Any) -> dict[str, int]:
     """lum_framer_counters by lumdump's names."""
-    return {"lines_blue": c.lines[lib.LUM_EYE_BLUE], "lines_green": c.lines[lib.LUM_EYE_GREEN], "points": c.points,
-            "lines_cut": c.lines_cut, "no_angle": c.losses.no_angle, "no_range": c.losses.no_range,
+    return {"lines_blue": c.lines[lib.LUM_EYE_BLUE], "lines_green": c.lines[lib.LUM_EYE_GREEN],
+            "points": c.points - c.points_late - c.points_cut, "points_late": c.points_late, "points_cut": c.points_cut,
+            "lines_late": c.lines_late, "lines_cut": c.lines_cut, "no_angle": c.losses.no_angle, "no_range": c.losses.no_range,
             "lines_under_way": c.under_way.lines, "words_under_way": c.under_way.words,
             "no_angle_under_way": c.under_way.no_angle}
 

@@ -233,14 +233,18 @@ class Source:
 
     @property
     def counts(self) -> dict[str, int]:
-        """What was counted so far in the latest iteration, with the names of `lumdump --json`: packets, lines, losses."""
+        """What was counted so far in the latest iteration, with the names of `lumdump --json`: packets, lines, losses.
+
+        points are those that frames have, or had if an iteration gives only some of them.
+        """
         return dict(self._latest.count().counts)
 
     @property
     def losses(self) -> dict[str, int]:
         """What was lost so far in the latest iteration, by cause, with lumdump's names.
 
-        no_range counts words without a range above zero. Those that end with under_way are parts of
+        lines_late are lines that came after their frame had been handed out, and are in none; points_late are their
+        points. no_range counts words without a range above zero. Those that end with under_way are parts of
         lines_missing_angles, lost_words and no_angle that are no losses: they come from lines that were under way when
         the recording began or ended.
         """
