@@ -67,7 +67,7 @@ const lum_preset lum_presets[LUM_PRESETS] = {
     {"pdal",
      false,
      8,
-     {XYZ("X", "Y", "Z"),
+     {XYZ("x", "y", "z"),
       {"Intensity", LUM_FIELD_U16, LUM_VALUE_WIDTH_CNS},
       {"ReturnNumber", LUM_FIELD_U8, LUM_VALUE_RETURN},
       {"NumberOfReturns", LUM_FIELD_U8, LUM_VALUE_RETURNS},

@@ -20,7 +20,7 @@ FIELDS = {
     "fast-lio": "x:f y:f z:f intensity:f time:f ring:H",
     "kitti": "x:f y:f z:f intensity:f",
     "argoverse2": "x:f y:f z:f intensity:B laser_number:B offset_ns:i",
-    "pdal": "X:f Y:f Z:f Intensity:H ReturnNumber:B NumberOfReturns:B ScanChannel:B GpsTime:d",
+    "pdal": "x:f y:f z:f Intensity:H ReturnNumber:B NumberOfReturns:B ScanChannel:B GpsTime:d",
 }
 
 
@@ -79,7 +79,7 @@ def wanted(p):
     ring = 2 * p["line"] + p["eye"]
     number, count = p["return_number"], p["number_of_returns"]
     return {
-        "x": x, "y": y, "z": z, "X": x, "Y": y, "Z": z, "return_type": return_type(number, count),
+        "x": x, "y": y, "z": z, "return_type": return_type(number, count),
         "channel": ring, "ring": ring, "laser_number": min(ring, 255), "ReturnNumber": number,
         "NumberOfReturns": count, "ScanChannel": p["eye"], "GpsTime": p["timestamp"] * 1e-6,
         "Intensity": whole(100 * width, 65535), "azimuth": math.atan2(y, x),
