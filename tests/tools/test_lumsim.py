@@ -172,6 +172,31 @@ class Captures(Lumsim):
         for frame in frames:
             self.assertLessEqual(len(frame), 1514)
 
+    def test_joined_packets_are_those_that_a_host_would_join(self):
+        def records(data):
+            at = 24
+            while at < len(data):
+                s, ns, length = struct.unpack_from("<III", data, at)
+                yield (s, ns), data[at + 16 + 42:at + 16 + length]
+                at += 16 + length
+
+        options = "--lines", 640, "--returns-max", 8, "--loss", 0.01, "--seed", 4
+        alone = list(records(self.simulate(*options, name="alone.pcap")))
+        lengths, at = set(), 0
+        for time, payload in records(self.simulate(*options, "--joined")):
+            parts = []
+            while sum(map(len, parts)) < len(payload):
+                parts.append(alone[at][1])
+                at += 1
+            self.assertEqual((b"".join(parts), alone[at - 1][0]), (payload, time))
+            self.assertEqual({len(p) for p in parts[:-1]} - {len(parts[0])}, set())
+            self.assertLessEqual(len(parts[-1]), len(parts[0]))
+            self.assertLessEqual(len(payload), 65507)
+            self.assertLessEqual(len(parts), 64)
+            lengths.add(len(parts))
+        self.assertEqual(at, len(alone))
+        self.assertGreater(max(lengths), 10)
+
     def test_losing_everything_leaves_an_empty_capture(self):
         self.assertEqual(len(self.simulate("--loss", 1)), 24)
 

@@ -24,6 +24,18 @@
 /* The recording begins on the first of January 2026, UTC. */
 #define EPOCH_NS (INT64_C(1767225600) * 1000000000)
 
+/* What a receiving Linux joins at most. */
+#define JOINED_MAX       64u
+#define JOINED_BYTES_MAX 65507u
+
+/* Datagrams of one length on their way into the capture as one. */
+struct joined {
+    lum_datagram whole; /* its payload is in bytes */
+    size_t each;        /* length of the first */
+    size_t count;
+    uint8_t bytes[JOINED_BYTES_MAX];
+};
+
 /* Too large for a stack. */
 struct run {
     const struct options *options;
@@ -31,6 +43,7 @@ struct run {
     lum_sim_line line;
     lum_packet_batch batches[LUM_EYES];
     lum_fault fault;
+    struct joined joined;
     lum_capture_writer *output;
     struct truth *truth; /* NULL: not requested */
     struct truth_yaml *true_calibration;
@@ -57,6 +70,37 @@ static int64_t stamp_of(const struct options *o, int64_t sensor_ns)
                         : utc_ns;
 }
 
+static int write_joined(struct run *run)
+{
+    struct joined *j = &run->joined;
+    const size_t count = j->count;
+    j->count = 0;
+    return count != 0
+               ? lum_capture_writer_add(run->output, &j->whole, &run->error)
+               : 0;
+}
+
+/* As a receiving Linux does: a longer one is not added, and behind a shorter
+ * one comes no other. The time is that of the last, because Linux takes it when
+ * it hands them up. */
+static int join(struct run *run, const lum_datagram *datagram)
+{
+    struct joined *j = &run->joined;
+    const bool fits = j->count < JOINED_MAX && datagram->len <= j->each &&
+                      datagram->len <= JOINED_BYTES_MAX - j->whole.len;
+    if (!fits && write_joined(run) != 0) {
+        return -1;
+    }
+    const size_t at = j->count != 0 ? j->whole.len : 0;
+    j->each = at != 0 ? j->each : datagram->len;
+    memcpy(j->bytes + at, datagram->payload, datagram->len);
+    j->whole = *datagram;
+    j->whole.payload = j->bytes;
+    j->whole.len = at + datagram->len;
+    j->count++;
+    return datagram->len < j->each ? write_joined(run) : 0;
+}
+
 static int write_packet(struct run *run, const lum_sim_packet *packet)
 {
     const struct options *o = run->options;
@@ -68,7 +112,9 @@ static int write_packet(struct run *run, const lum_sim_packet *packet)
                                    .source_port = LUM_PORT,
                                    .destination_port = o->client_port};
     run->packets++;
-    return lum_capture_writer_add(run->output, &datagram, &run->error);
+    return o->joined
+               ? join(run, &datagram)
+               : lum_capture_writer_add(run->output, &datagram, &run->error);
 }
 
 static int write_what_leaves(struct run *run)
@@ -94,7 +140,7 @@ static int send_line(struct run *run)
             return -1;
         }
     }
-    return 0;
+    return write_joined(run);
 }
 
 static int simulate_eye(struct run *run, int64_t frame, uint32_t number,
@@ -152,7 +198,7 @@ static int simulate(struct run *run)
         }
     }
     lum_fault_flush(&run->fault);
-    return write_what_leaves(run);
+    return write_what_leaves(run) == 0 ? write_joined(run) : -1;
 }
 
 static bool has_truth(const struct options *o)

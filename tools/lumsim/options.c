@@ -194,7 +194,7 @@ static const struct option_spec specs[] = {
     {"jitter", .group = LIVE, REAL(jitter_ms, 0.0, DELAY_MAX_MS)},
     {"answer-delay", .group = LIVE, REAL(answer_delay_ms, 0.0, DELAY_MAX_MS)},
     {"answer-loss", .group = LIVE, PROBABILITY(answer_loss)},
-    {"joined", .group = LIVE, FLAG(joined)},
+    {"joined", .group = ALL, FLAG(joined)},
     {"fault", .group = LIVE, CALL(take_fault), .allowed = "KIND@TIME"},
     {"calibration", .group = DRIVE, TEXT(calibration)},
     {"profile", .group = ALL, TEXT(profile)},

@@ -49,7 +49,8 @@ struct options {
     double speed; /* of a replay */
     struct timeline timeline;
     bool loop;
-    bool joined; /* data packets of one size go as one message */
+    bool joined; /* data packets of one size go as one message, or stand in a
+                    capture as one */
     bool quiet;
 };
 
