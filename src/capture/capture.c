@@ -4,6 +4,7 @@
 #include "capture_open.h"
 #include "capture_state.h"
 #include "fragments.h"
+#include "joined.h"
 #include "link.h"
 #include "merge.h"
 
@@ -15,6 +16,9 @@ struct lum_capture {
     lum_fragments *fragments; /* of a datagram may be in two files */
     lum_link_reader *link;    /* of link_type; NULL: it is not supported */
     uint32_t link_type;       /* of the record before */
+    lum_record record;        /* the last one */
+    lum_joined joined;        /* what of it was handed out */
+    uint8_t *rest; /* its payload if it was read from a state; else NULL */
     bool ended;
 };
 
@@ -100,20 +104,28 @@ static void read_record(lum_capture *c, const lum_pcap_record *from,
 
 int lum_capture_next(lum_capture *capture, lum_record *out, lum_error *error)
 {
-    lum_pcap_record record;
+    lum_pcap_record packet;
+    lum_record *const record = &capture->record;
+    if (lum_joined_has_more(&capture->joined, record)) {
+        (void)lum_joined_next(&capture->joined, record, out);
+        return 1;
+    }
     memset(out, 0, sizeof *out);
     out->kind = LUM_RECORD_OTHER;
     if (capture->ended) {
         return 0;
     }
-    const int got = lum_merge_next(capture->files, &record, error);
+    const int got = lum_merge_next(capture->files, &packet, error);
     if (got != 1) {
         return end(capture, got, out);
     }
-    out->time_ns = record.time_ns;
-    out->dropped_fragments =
-        lum_fragments_expire(capture->fragments, out->time_ns);
-    read_record(capture, &record, out);
+    *record = *out;
+    record->time_ns = packet.time_ns;
+    record->dropped_fragments =
+        lum_fragments_expire(capture->fragments, packet.time_ns);
+    read_record(capture, &packet, record);
+    capture->joined = (lum_joined){.each = 0};
+    (void)lum_joined_next(&capture->joined, record, out);
     return 1;
 }
 
@@ -128,13 +140,77 @@ bool lum_capture_can_seek(const lum_capture *capture)
     return lum_merge_can_seek(capture->files);
 }
 
+/* The datagrams of a record that were not handed out yet, as a record. */
+static lum_record rest_of(const lum_capture *c)
+{
+    lum_record rest = c->record;
+    rest.kind = LUM_RECORD_JOINED;
+    rest.dropped_fragments = 0;
+    rest.len = 0;
+    if (lum_joined_has_more(&c->joined, &c->record)) {
+        rest.payload += c->joined.at;
+        rest.len = c->record.len - c->joined.at;
+    }
+    return rest;
+}
+
+/* bytes: its payload, taken over. */
+static void take_rest(lum_capture *c, const lum_record *rest, uint8_t *bytes,
+                      uint32_t len, uint32_t each)
+{
+    free(c->rest);
+    c->rest = bytes;
+    c->record = *rest;
+    c->record.payload = bytes;
+    c->record.len = len;
+    c->joined.each = each;
+}
+
+static bool pack_rest(lum_capture *c, lum_pack *pack)
+{
+    static const lum_joined none = {.each = 0};
+    const bool is_reading = lum_pack_is_reading(pack);
+    lum_record rest = rest_of(c);
+    uint32_t len = (uint32_t)rest.len;
+    uint32_t each = (uint32_t)c->joined.each;
+    lum_pack_u32(pack, &len);
+    c->joined = is_reading ? none : c->joined;
+    if (len == 0 || !lum_pack_check(pack, len <= LUM_IPV4_BYTES_MAX)) {
+        return !pack->has_failed;
+    }
+    uint8_t *bytes = malloc(len);
+    if (bytes == NULL) {
+        pack->has_failed = true;
+        return false;
+    }
+    if (!is_reading) {
+        memcpy(bytes, rest.payload, len);
+    }
+    lum_pack_u32(pack, &each);
+    lum_pack_i64(pack, &rest.time_ns);
+    lum_pack_u32(pack, &rest.source);
+    lum_pack_u32(pack, &rest.destination);
+    lum_pack_u16(pack, &rest.source_port);
+    lum_pack_u16(pack, &rest.destination_port);
+    lum_pack_bytes(pack, bytes, len);
+    if (is_reading && !pack->has_failed) {
+        take_rest(c, &rest, bytes, len, each);
+    } else {
+        free(bytes);
+    }
+    return !pack->has_failed;
+}
+
 int lum_capture_pack(lum_capture *capture, lum_pack *pack, lum_error *error)
 {
     if (lum_merge_pack(capture->files, pack, error) != 0) {
         return -1;
     }
     capture->ended = lum_pack_is_reading(pack) ? false : capture->ended;
-    return lum_fragments_pack(capture->fragments, pack) ? 0 : -1;
+    return lum_fragments_pack(capture->fragments, pack) &&
+                   pack_rest(capture, pack)
+               ? 0
+               : -1;
 }
 
 size_t lum_capture_source_count(const lum_capture *capture)
@@ -174,5 +250,6 @@ void lum_capture_close(lum_capture *capture)
     }
     lum_fragments_free(capture->fragments);
     lum_merge_close(capture->files);
+    free(capture->rest);
     free(capture);
 }

@@ -2,6 +2,7 @@
 
 #include "base/sized.h"
 #include "demux_state.h"
+#include "joined.h"
 #include "lum/wire.h"
 
 #include <stdlib.h>
@@ -34,7 +35,8 @@ struct lum_demux {
     size_t sensor_count;
     bool asked_is_there; /* the sensor that was asked for is one of them */
     uint64_t other;
-    bool is_pending; /* the record at hand was counted; its group is */
+    lum_joined joined; /* of the record at hand */
+    bool is_pending;   /* its datagram was counted; that one's group is */
     lum_group group;
     lum_packet_kind kind;
     struct address *current;
@@ -220,9 +222,15 @@ static void count_cut_short(lum_demux *demux, const lum_record *record)
     }
 }
 
-static void count_data(lum_demux_counters *c, const lum_group *group)
+static void count_packet(const lum_demux *demux, const lum_record *record,
+                         lum_demux_counters *c)
 {
-    c->packets[LUM_PACKET_DATA]++;
+    c->packets[demux->kind]++;
+    c->joined += record->kind == LUM_RECORD_JOINED;
+}
+
+static void count_tag(lum_demux_counters *c, const lum_group *group)
+{
     if (group->tag == LUM_TAG_ANGLES) {
         c->angle_packets++;
     } else {
@@ -231,7 +239,8 @@ static void count_data(lum_demux_counters *c, const lum_group *group)
 }
 
 /* Counts data; LUM_LINE_READY: the current sensor's assembler is to take it. */
-static lum_result take_data(lum_demux *demux, struct address *entry)
+static lum_result take_data(lum_demux *demux, const lum_record *record,
+                            struct address *entry)
 {
     if (!admit_sensor(demux, entry)) {
         demux->other++;
@@ -248,7 +257,8 @@ static lum_result take_data(lum_demux *demux, struct address *entry)
         return LUM_E_SPACE;
     }
     demux->current = entry;
-    count_data(&entry->counters, &demux->group);
+    count_packet(demux, record, &entry->counters);
+    count_tag(&entry->counters, &demux->group);
     return LUM_LINE_READY;
 }
 
@@ -259,16 +269,17 @@ static lum_result count_datagram(lum_demux *demux, const lum_record *record)
     demux->kind = lum_packet_decode(&demux->options.layout, record->payload,
                                     record->len, &demux->group);
     if (demux->kind != LUM_PACKET_DATA) {
-        entry->counters.packets[demux->kind]++;
+        count_packet(demux, record, &entry->counters);
         return LUM_OK;
     }
     if (entry == &demux->addresses[ADDRESSES_MAX]) {
         entry = claim_entry(demux, address);
     }
-    return take_data(demux, entry);
+    return take_data(demux, record, entry);
 }
 
-/* Counts a record; LUM_LINE_READY: the current sensor has data to take. */
+/* Counts one datagram, or another record; LUM_LINE_READY: the current sensor
+ * has data to take. */
 static lum_result count_record(lum_demux *demux, const lum_record *record)
 {
     demux->kind = LUM_PACKET_KINDS;
@@ -280,6 +291,7 @@ static lum_result count_record(lum_demux *demux, const lum_record *record)
         count_cut_short(demux, record);
         return LUM_OK;
     case LUM_RECORD_DATAGRAM:
+    case LUM_RECORD_JOINED:
         if (is_ours(record)) {
             return count_datagram(demux, record);
         }
@@ -294,27 +306,48 @@ static lum_result count_record(lum_demux *demux, const lum_record *record)
 
 /* --- Events --- */
 
-lum_result lum_demux_push(lum_demux *demux, const lum_record *record,
-                          lum_packet_kind *kind)
+/* The datagram whose group is at hand. */
+static lum_result assemble(lum_demux *demux, int64_t time_ns)
 {
-    if (!demux->is_pending) {
-        const lum_result counted = count_record(demux, record);
-        if (kind != NULL) {
-            *kind = demux->kind;
-        }
-        if (counted != LUM_LINE_READY) {
-            return counted;
-        }
-    }
     const lum_result r = lum_assembler_push(
-        &demux->current->assembly->assembler, &demux->group, record->time_ns);
+        &demux->current->assembly->assembler, &demux->group, time_ns);
     demux->is_pending = r > 0;
     return r > 0 ? r : LUM_OK;
 }
 
-lum_result lum_demux_flush(lum_demux *demux)
+static lum_result take_one(lum_demux *demux, const lum_record *one)
+{
+    const lum_result counted = count_record(demux, one);
+    return counted == LUM_LINE_READY ? assemble(demux, one->time_ns) : counted;
+}
+
+static void drop_record(lum_demux *demux)
 {
     demux->is_pending = false;
+    demux->joined = (lum_joined){.each = 0};
+}
+
+lum_result lum_demux_push(lum_demux *demux, const lum_record *record,
+                          lum_packet_kind *kind)
+{
+    lum_record one;
+    lum_result r =
+        demux->is_pending ? assemble(demux, record->time_ns) : LUM_OK;
+    while (r == LUM_OK && lum_joined_next(&demux->joined, record, &one)) {
+        r = take_one(demux, &one);
+        if (kind != NULL) {
+            *kind = demux->kind;
+        }
+    }
+    if (r < 0) {
+        drop_record(demux);
+    }
+    return r;
+}
+
+lum_result lum_demux_flush(lum_demux *demux)
+{
+    drop_record(demux);
     for (; demux->flushing < demux->sensor_count; demux->flushing++) {
         demux->current = &demux->addresses[demux->sensors[demux->flushing]];
         if (demux->current->assembly != NULL) {

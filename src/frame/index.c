@@ -149,7 +149,7 @@ const lum_index_entry *lum_index_at_time(const lum_index *index,
 static const char magic[8] = {'l', 'u', 'm', 'i', 'n', 'd', 'e', 'x'};
 
 enum {
-    FORMAT = 1,
+    FORMAT = 2,
     FORMAT_AT = sizeof magic,
     SUM_AT = FORMAT_AT + 2,
     BODY_AT = SUM_AT + 4

@@ -1,6 +1,7 @@
 #include "lum/infer/infer.h"
 
 #include "base/sized.h"
+#include "capture/joined.h"
 #include "clocks.h"
 #include "group.h"
 #include "readings.h"
@@ -76,11 +77,12 @@ static bool is_ours(const lum_infer *infer, const lum_record *record,
            (is_cut && record->source == o->sensor);
 }
 
-int lum_infer_push(lum_infer *infer, const lum_record *record, lum_error *error)
+/* One datagram, or another record. */
+static int push_one(lum_infer *infer, const lum_record *record)
 {
     const bool is_cut = record->kind == LUM_RECORD_CUT_SHORT;
     uint32_t sensor = 0;
-    if ((record->kind != LUM_RECORD_DATAGRAM && !is_cut) ||
+    if ((!lum_record_is_datagram(record) && !is_cut) ||
         !is_ours(infer, record, &sensor)) {
         return lum_infer_store_is_full(&infer->store) ? 0 : 1;
     }
@@ -88,7 +90,17 @@ int lum_infer_push(lum_infer *infer, const lum_record *record, lum_error *error)
         infer->store.cut_short++;
         return 1;
     }
-    const int more = lum_infer_store_add(&infer->store, record, sensor);
+    return lum_infer_store_add(&infer->store, record, sensor);
+}
+
+int lum_infer_push(lum_infer *infer, const lum_record *record, lum_error *error)
+{
+    lum_joined joined = {.each = 0};
+    lum_record one;
+    int more = 1;
+    while (more >= 0 && lum_joined_next(&joined, record, &one)) {
+        more = push_one(infer, &one);
+    }
     return more < 0 ? lum_error_set(error, "no memory for the packets") : more;
 }
 
@@ -403,6 +415,7 @@ int lum_infer_solve(lum_infer *infer, lum_infer_result *out, lum_error *error)
         result->control = infer->store.control;
         result->cut_short = infer->store.cut_short;
         result->left_out = infer->store.left_out;
+        result->joined = infer->store.joined;
         result->sensors = infer->store.sensor_count;
         result->is_full = lum_infer_store_is_full(&infer->store);
         sort(&infer->store, &state->all);

@@ -126,6 +126,7 @@ int lum_infer_store_add(lum_infer_store *store, const lum_record *record,
         store->left_out++;
         return 0;
     }
+    store->joined += record->kind == LUM_RECORD_JOINED;
     if (record->len < LUM_HEADER_BYTES ||
         memcmp(record->payload, magic, sizeof magic) != 0) {
         store->foreign++;

@@ -20,6 +20,7 @@ typedef struct lum_infer_store {
     uint32_t control;   /**< heartbeats, commands and answers */
     uint32_t left_out;  /**< of too many sensors, or behind what is enough */
     uint32_t cut_short; /**< datagrams that are there in part */
+    uint32_t joined;    /**< datagrams that came joined with others */
 } lum_infer_store;
 
 /** Make room for the packets.

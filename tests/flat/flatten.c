@@ -27,7 +27,7 @@ static bool write_datagram(FILE *out, const lum_record *record)
 
 static bool is_wanted(const lum_record *record)
 {
-    return record->kind == LUM_RECORD_DATAGRAM &&
+    return lum_record_is_datagram(record) &&
            (record->source_port == SENSOR_PORT ||
             record->destination_port == SENSOR_PORT);
 }

@@ -27,36 +27,52 @@ static void store(uint8_t *to, uint32_t value)
     }
 }
 
-static void add_packet(const lum_layout *layout, const lum_group *group,
-                       uint32_t time_us)
+/* A line's datagram of four; its length. */
+static size_t put_datagram(const lum_layout *layout, uint32_t line, uint32_t k,
+                           uint8_t *to)
+{
+    const lum_group group = {.line = line % 10u,
+                             .num_samples = 5,
+                             .first_sample_index = 5u * (k / 2u),
+                             .clock_raw = 1000u * line,
+                             .eye = (uint8_t)(k % 2u),
+                             .tag = LUM_TAG_RANGES};
+    size_t len = 0;
+    if (lum_group_encode(layout, &group, to, 100, &len) != LUM_OK) {
+        abort();
+    }
+    for (uint32_t i = 0; i < group.num_samples; i++) {
+        lum_word_encode(lum_word_make(3000, true, i + group.first_sample_index),
+                        to + len);
+        len += LUM_SAMPLE_BYTES;
+    }
+    return len;
+}
+
+/* One datagram of a line, or all four joined. */
+static void add_record(const lum_layout *layout, uint32_t line, uint32_t k,
+                       uint32_t count)
 {
     uint8_t *record = capture + capture_len;
     uint8_t *packet = record + 16;
-    size_t head = 0;
-    memset(record, 0, 200);
-    if (lum_group_encode(layout, group, packet + 28, 100, &head) != LUM_OK) {
-        abort();
-    }
-    const size_t len = head + (size_t)LUM_SAMPLE_BYTES * group->num_samples;
-    const size_t all = 28u + len;
-    for (uint32_t i = 0; i < group->num_samples; i++) {
-        lum_word_encode(
-            lum_word_make(3000, true, i + group->first_sample_index),
-            packet + 28 + head + (size_t)LUM_SAMPLE_BYTES * i);
+    size_t all = 28;
+    memset(record, 0, 16u + all);
+    for (uint32_t i = 0; i < count; i++) {
+        all += put_datagram(layout, line, k + i, packet + all);
     }
     store(record, 1700000000u);
-    store(record + 4, time_us);
+    store(record + 4, 1000u * line);
     store(record + 8, (uint32_t)all);
     store(record + 12, (uint32_t)all);
     memcpy(packet, "\x45\0\0\0\0\0\0\0\x40\x11\0\0\x0a\x2a\0\x25\x0a\x2a\0\1",
            20);
     packet[3] = (uint8_t)all;
     memcpy(packet + 20, "\x15\x8d\xc3\x50\0\0\0\0", 8);
-    packet[25] = (uint8_t)(8u + len);
+    packet[25] = (uint8_t)(all - 20u);
     capture_len += 16u + all;
 }
 
-/* Three frames of ten lines. */
+/* Three frames of ten lines; those of every other line are joined. */
 static void make_capture(void)
 {
     lum_layout layout;
@@ -67,14 +83,9 @@ static void make_capture(void)
     store(capture + 20, 228);
     capture_len = 24;
     for (uint32_t i = 0; i < LINES; i++) {
-        for (uint32_t k = 0; k < 4; k++) {
-            const lum_group group = {.line = i % 10u,
-                                     .num_samples = 5,
-                                     .first_sample_index = 5u * (k / 2u),
-                                     .clock_raw = 1000u * i,
-                                     .eye = (uint8_t)(k % 2u),
-                                     .tag = LUM_TAG_RANGES};
-            add_packet(&layout, &group, 1000u * i);
+        const uint32_t count = i % 2u == 0 ? 4 : 1;
+        for (uint32_t k = 0; k < 4; k += count) {
+            add_record(&layout, i, k, count);
         }
     }
 }

@@ -298,6 +298,9 @@ def capture_seeds():
         "fragments": pcap(101, *fragments, datagram),
         "fragments-reversed": pcap(101, *reversed(fragments)),
         "fragments-apart": pcap(101, fragments[0], datagram, fragments[0], datagram),
+        "joined": pcap(101, *(ip_packet(whole[:40] * 3 + whole[:n]) for n in (0, 8, 12, 40)), datagram),
+        "joined-fragments": pcap(101, *(ip_packet((whole * 2)[at:at + 96], at and at + 8, more=at < 288, whole=2 * len(whole))
+                                        for at in (0, 96, 192, 288))),
         "pcapng": pcapng(1, frame, frame),
         "pcapng-raw": pcapng(101, datagram, *fragments),
         "header-alone": pcap(1),
@@ -368,13 +371,15 @@ def zstd_stored(content):
 
 
 def index_capture():
-    """The one of fuzz_index.c: three frames of ten lines."""
+    """The one of fuzz_index.c: three frames of ten lines, the datagrams of every other one joined."""
     out = struct.pack("<IHHIIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 228)
     for i in range(30):
+        alone = []
         for k in range(4):
             first = 5 * (k // 2)
             words = [struct.pack("<I", 3000 << 12 | 0x400 | first + n) for n in range(5)]
-            datagram = data(3, k % 2, i % 10, first, words, 1000 * i)
+            alone.append(data(3, k % 2, i % 10, first, words, 1000 * i))
+        for datagram in alone if i % 2 else [b"".join(alone)]:
             udp = struct.pack(">HHHH", 5517, 50000, 8 + len(datagram), 0) + datagram
             packet = struct.pack(">BBHHHBBH4B4B", 0x45, 0, 20 + len(udp), 0, 0, 64, 17, 0, 10, 42, 0, 37, 10, 42, 0, 1) + udp
             out += struct.pack("<IIII", 1700000000, 1000 * i, len(packet), len(packet)) + packet

@@ -123,7 +123,7 @@ static bool read_capture(const char *path, void (*take)(const lum_group *))
     }
     while ((more = lum_capture_next(capture, &record, &error)) > 0) {
         lum_group group;
-        if (record.kind != LUM_RECORD_DATAGRAM ||
+        if (!lum_record_is_datagram(&record) ||
             record.source_port != LUM_PORT ||
             lum_packet_decode(&layout, record.payload, record.len, &group) !=
                 LUM_PACKET_DATA) {

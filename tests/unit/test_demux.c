@@ -5,11 +5,13 @@
 
 #include <cmocka.h>
 
+#include "capture/joined.h"
 #include "drive.h"
 
 #include "lum/capture/demux.h"
 #include "lum/wire.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #define OTHER_SENSOR (DRIVE_SENSOR + 1u)
@@ -73,6 +75,7 @@ static void push_packets(lum_demux *demux, uint32_t sensor)
 {
     struct drive_line line;
     uint8_t packet[LUM_TIMESTAMP_BYTES];
+    uint8_t joined[2u * LUM_HEARTBEAT_BYTES];
     const uint8_t types[] = {LUM_TYPE_SET_IP, LUM_TYPE_TIMESTAMP, LUM_TYPE_TLV,
                              99};
     const lum_record cut = {.source = sensor,
@@ -91,6 +94,10 @@ static void push_packets(lum_demux *demux, uint32_t sensor)
     drive_pixels(&line, LUM_EYE_BLUE, 3, 1000, 0, 10);
     line.bytes[0][LUM_HEADER_BYTES] = 77; /* the tag */
     push_bytes(demux, sensor, line.bytes[0], line.len[0]);
+    lum_heartbeat_encode(packet);
+    memcpy(joined, packet, LUM_HEARTBEAT_BYTES);
+    memcpy(joined + LUM_HEARTBEAT_BYTES, packet, LUM_HEARTBEAT_BYTES);
+    push_bytes(demux, sensor, joined, sizeof joined);
 }
 
 static void the_total_has_every_counter_of_every_assembler(void **state)
@@ -148,11 +155,232 @@ static void the_total_has_every_counter_of_every_address(void **state)
     lum_demux_free(demux);
 }
 
+/* --- Joined datagrams --- */
+
+#define EACH 32u /* bytes of each but the last */
+
+/* A payload with the magic at each of these places. */
+static void make_payload(uint8_t *out, size_t len, const size_t *places,
+                         size_t count)
+{
+    uint8_t magic[LUM_HEADER_BYTES];
+    lum_header_encode(magic, LUM_TYPE_HEARTBEAT);
+    memset(out, 0xed, len);
+    for (size_t i = 0; i < count; i++) {
+        const size_t rest = len - places[i];
+        memcpy(out + places[i], magic, rest < 8u ? rest : 8u);
+    }
+}
+
+/* How many datagrams a record is: each of so many bytes, one after another, the
+ * last of the rest. */
+static size_t count_parts(const lum_record *record, size_t each)
+{
+    lum_joined joined = {.each = 0};
+    lum_record part;
+    size_t at = 0;
+    size_t n = 0;
+    assert_false(lum_joined_has_more(&joined, record));
+    while (lum_joined_next(&joined, record, &part)) {
+        const size_t rest = record->len - at;
+        assert_ptr_equal(part.payload, record->payload + at);
+        assert_int_equal(part.len, rest < each ? rest : each);
+        assert_int_equal(part.dropped_fragments, n == 0 ? 3 : 0);
+        assert_int_equal(part.time_ns, record->time_ns);
+        at += part.len;
+        n++;
+        assert_int_equal(lum_joined_has_more(&joined, record),
+                         at < record->len);
+        assert_int_equal(part.kind, part.len < record->len ? LUM_RECORD_JOINED
+                                                           : record->kind);
+    }
+    assert_int_equal(at, record->len);
+    assert_int_equal(joined.each, 0);
+    return n;
+}
+
+static size_t parts_of(const uint8_t *bytes, size_t len, size_t each)
+{
+    uint8_t *exact = malloc(len + (len == 0));
+    assert_non_null(exact);
+    memcpy(exact, bytes, len);
+    const lum_record record = {.time_ns = 5,
+                               .payload = exact,
+                               .len = len,
+                               .dropped_fragments = 3,
+                               .kind = LUM_RECORD_DATAGRAM};
+    const size_t n = count_parts(&record, each);
+    free(exact);
+    return n;
+}
+
+/* Three, the last of up to 32 bytes. One that has no whole magic is none, so
+ * the payload is one datagram. */
+static void every_truncation_is_one_datagram_or_whole_ones(void **state)
+{
+    const size_t places[] = {0, EACH, 2u * EACH};
+    uint8_t bytes[3u * EACH];
+    (void)state;
+    make_payload(bytes, sizeof bytes, places, 3);
+    for (size_t len = 0; len <= sizeof bytes; len++) {
+        const size_t last = len % EACH;
+        const size_t parts = last >= 8u  ? len / EACH + 1u
+                             : last == 0 ? len / EACH
+                                         : 1u;
+        const size_t expected = parts != 0 ? parts : 1u;
+        assert_int_equal(parts_of(bytes, len, expected > 1u ? EACH : len),
+                         expected);
+    }
+}
+
+static void the_magic_stands_at_each_multiple_or_joins_nothing(void **state)
+{
+    static const struct {
+        size_t len;
+        size_t places[5];
+        size_t count;
+        size_t each; /* 0: it is one */
+    } cases[] = {
+        {24, {0, 12}, 2, 12},          /* the shortest packet twice */
+        {22, {0, 11}, 2, 0},           /* no packet is as short */
+        {16, {0, 8}, 2, 0},            /* nor so */
+        {96, {0, 64}, 2, 64},          /* a shorter last one */
+        {96, {0, 32}, 2, 0},           /* 64 lacks it */
+        {96, {32, 64}, 2, 0},          /* the start lacks it */
+        {96, {0, 33, 64}, 3, 0},       /* the next one counts */
+        {96, {0, 32, 50, 64}, 4, 32},  /* once more within one */
+        {96, {0, 32, 64, 76}, 4, 32},  /* within the last one */
+        {40, {0, 32}, 2, 32},          /* the magic and no more */
+        {39, {0, 32}, 2, 0},           /* less than it */
+        {65507, {0, 65495}, 2, 65495}, /* the longest payload */
+    };
+    static uint8_t bytes[65507];
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        const size_t len = cases[i].len;
+        const size_t each = cases[i].each != 0 ? cases[i].each : len;
+        make_payload(bytes, len, cases[i].places, cases[i].count);
+        assert_int_equal(parts_of(bytes, len, each), (len + each - 1u) / each);
+    }
+}
+
+/* What was taken apart is not taken apart again, and what is no datagram is
+ * none. */
+static void only_a_datagram_is_taken_apart(void **state)
+{
+    const size_t places[] = {0, EACH};
+    const lum_record_kind kinds[] = {LUM_RECORD_CUT_SHORT, LUM_RECORD_FRAGMENT,
+                                     LUM_RECORD_OTHER, LUM_RECORD_JOINED};
+    uint8_t bytes[2u * EACH];
+    (void)state;
+    make_payload(bytes, sizeof bytes, places, 2);
+    assert_int_equal(parts_of(bytes, sizeof bytes, EACH), 2);
+    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
+        const lum_record record = {.payload = bytes,
+                                   .len = sizeof bytes,
+                                   .dropped_fragments = 3,
+                                   .kind = kinds[i]};
+        assert_int_equal(count_parts(&record, sizeof bytes), 1);
+    }
+}
+
+/* Lines of both eyes that close each other, packet by packet or joined as far
+ * as their length is the same. */
+struct stream {
+    lum_demux *demux;
+    uint8_t bytes[65536];
+    size_t len;
+    size_t each;
+    size_t packets; /* of them */
+    uint64_t joined;
+    uint64_t events; /* lines and frames, in their order */
+};
+
+static void send_joined(struct stream *s)
+{
+    const lum_record record = {.payload = s->bytes,
+                               .len = s->len,
+                               .source = DRIVE_SENSOR,
+                               .source_port = LUM_PORT,
+                               .kind = LUM_RECORD_DATAGRAM};
+    lum_packet_kind kind = LUM_PACKET_KINDS;
+    lum_result r = LUM_OK;
+    while (s->len > 0 && (r = lum_demux_push(s->demux, &record, &kind)) > 0) {
+        const lum_assembler *a = lum_demux_current(s->demux);
+        s->events = s->events * 31u + (uint64_t)r;
+        if (r == LUM_LINE_READY) {
+            s->events = s->events * 31u + lum_assembler_line(a)->number;
+        }
+    }
+    assert_int_equal(r, LUM_OK);
+    assert_int_equal(kind, s->len > 0 ? LUM_PACKET_DATA : LUM_PACKET_KINDS);
+    s->joined += s->packets > 1 ? s->packets : 0;
+    s->len = 0;
+    s->packets = 0;
+}
+
+/* As a receiving kernel: a shorter one is the last. */
+static void add_packet(struct stream *s, const uint8_t *bytes, size_t len,
+                       size_t most)
+{
+    if (s->packets == most || (s->packets > 0 && len > s->each)) {
+        send_joined(s);
+    }
+    s->each = s->packets == 0 ? len : s->each;
+    memcpy(s->bytes + s->len, bytes, len);
+    s->len += len;
+    s->packets++;
+    if (len < s->each) {
+        send_joined(s);
+    }
+}
+
+static void send_stream(struct stream *s, size_t most)
+{
+    static struct drive_line line;
+    *s = (struct stream){.demux = begin()};
+    for (uint32_t i = 0; i < 60; i++) {
+        drive_pixels(&line, i % 2u, i / 2u % 12u, 1000u + 500u * i, 0,
+                     i % 3u == 0 ? 1000u : 328u);
+        for (size_t p = 0; p < line.count; p++) {
+            add_packet(s, line.bytes[p], line.len[p], most);
+        }
+    }
+    send_joined(s);
+}
+
+static void joined_datagrams_are_those_that_were_sent(void **state)
+{
+    static struct stream one;
+    static struct stream many;
+    lum_demux_counters a = {.struct_size = sizeof a};
+    lum_demux_counters b = {.struct_size = sizeof b};
+    (void)state;
+    send_stream(&one, 1);
+    for (size_t most = 2; most <= 45; most++) {
+        send_stream(&many, most);
+        assert_int_equal(lum_demux_total(one.demux, &a), LUM_OK);
+        assert_int_equal(lum_demux_total(many.demux, &b), LUM_OK);
+        assert_int_equal(a.joined, 0);
+        assert_int_equal(b.joined, many.joined);
+        assert_true(b.joined > b.packets[LUM_PACKET_DATA] / 2u);
+        b.joined = 0;
+        assert_memory_equal(&a, &b, sizeof a);
+        assert_int_equal(one.events, many.events);
+        lum_demux_free(many.demux);
+    }
+    lum_demux_free(one.demux);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_total_has_every_counter_of_every_assembler),
         cmocka_unit_test(the_total_has_every_counter_of_every_address),
+        cmocka_unit_test(every_truncation_is_one_datagram_or_whole_ones),
+        cmocka_unit_test(the_magic_stands_at_each_multiple_or_joins_nothing),
+        cmocka_unit_test(only_a_datagram_is_taken_apart),
+        cmocka_unit_test(joined_datagrams_are_those_that_were_sent),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

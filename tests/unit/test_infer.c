@@ -1440,6 +1440,29 @@ static void it_says_when_it_has_enough(void **state)
     lum_infer_free(NULL);
 }
 
+static void joined_datagrams_are_looked_at_one_by_one(void **state)
+{
+    (void)state;
+    lum_infer *infer = NULL;
+    uint8_t bytes[5u * 100u] = {0};
+    const lum_infer_options options = {.struct_size = sizeof options,
+                                       .packets_max = 4};
+    const lum_record record = {.payload = bytes,
+                               .len = sizeof bytes - 20u,
+                               .source_port = LUM_PORT,
+                               .kind = LUM_RECORD_DATAGRAM};
+    assert_int_equal(lum_infer_create(&options, &infer, NULL), 0);
+    for (size_t at = 0; at < sizeof bytes; at += 100u) {
+        put_head(bytes + at, 8);
+    }
+    assert_int_equal(lum_infer_push(infer, &record, NULL), 0);
+    lum_infer_result r = {.struct_size = sizeof r};
+    assert_int_equal(lum_infer_solve(infer, &r, NULL), 1);
+    assert_int_equal(r.joined, 4);
+    assert_int_equal(r.left_out, 1);
+    lum_infer_free(infer);
+}
+
 static void wrong_options_are_refused(void **state)
 {
     (void)state;
@@ -1847,6 +1870,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(headers_without_fields_are_no_layout),
     cmocka_unit_test(only_the_sensor_that_was_asked_for_counts),
     cmocka_unit_test(it_says_when_it_has_enough),
+    cmocka_unit_test(joined_datagrams_are_looked_at_one_by_one),
     cmocka_unit_test(wrong_options_are_refused),
     cmocka_unit_test(two_numbers_in_four_bytes_are_found),
     cmocka_unit_test(three_numbers_in_eight_bytes_are_found),

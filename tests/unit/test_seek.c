@@ -54,7 +54,8 @@ enum disturbance {
     DAMAGED = 8,    /* line numbers and clocks */
     FRAGMENTS = 16, /* of one datagram in ten */
     LATE = 32,      /* by many lines */
-    RAGGED = 64     /* the last lines of a frame lack angles */
+    RAGGED = 64,    /* the last lines of a frame lack angles */
+    JOINED = 128    /* datagrams of one length, as far as possible */
 };
 
 /* How a capture is made. */
@@ -106,6 +107,12 @@ static const struct recipe recipes[] = {
      .clock = 7000,
      .is_pcapng = true},
     {.name = "cut", .disturbances = LOST, .sensors = 1, .is_cut = true},
+    {.name = "joined", .disturbances = JOINED, .sensors = 1, .clock = 10},
+    {.name = "joined by chance",
+     .disturbances = JOINED | LOST | DISORDERED,
+     .sensors = 2,
+     .clock = 7000,
+     .is_pcapng = true},
 };
 
 #define RECIPES (sizeof recipes / sizeof recipes[0])
@@ -162,16 +169,18 @@ static void put_be(struct bytes *b, uint64_t value, size_t len)
     }
 }
 
-/* An IPv4 packet of some of a datagram's bytes, UDP header included. */
-static void put_ipv4(struct bytes *b, const struct sent *s, uint16_t id,
-                     size_t from, size_t len, bool more)
+/* An IPv4 packet of some bytes of datagrams, UDP header included. */
+static void put_ipv4(struct bytes *b, const struct sent *s, size_t count,
+                     uint16_t id, size_t from, size_t len, bool more)
 {
     struct bytes udp = {NULL, 0, 0};
     put_be(&udp, 5517, 2);
     put_be(&udp, 50000, 2);
-    put_be(&udp, 8u + s->len, 2);
+    put_be(&udp, 8u + (count - 1u) * s->len + s[count - 1u].len, 2);
     put_be(&udp, 0, 2);
-    put(&udp, s->bytes, s->len);
+    for (size_t i = 0; i < count; i++) {
+        put(&udp, s[i].bytes, s[i].len);
+    }
     put_be(b, 0x4500, 2);
     put_be(b, 20u + len, 2);
     put_be(b, id, 2);
@@ -335,6 +344,20 @@ static void put_header(struct bytes *out)
     put_le(out, 228, 4);
 }
 
+/* Which of the datagrams one record holds. The longest of a kernel would end
+ * only with this capture's frames. */
+static size_t count_joined(const struct recipe *recipe, const struct sent *s,
+                           size_t left)
+{
+    size_t n = 1;
+    while ((recipe->disturbances & JOINED) != 0 && n < left && n < 13u &&
+           s[n].sensor == s->sensor && s[n].len <= s->len &&
+           s[n - 1u].len == s->len) {
+        n++;
+    }
+    return n;
+}
+
 static void make_capture(const struct recipe *recipe, struct bytes *out)
 {
     size_t count = 0;
@@ -348,20 +371,21 @@ static void make_capture(const struct recipe *recipe, struct bytes *out)
     if (!recipe->is_pcapng) {
         put_header(out);
     }
-    for (size_t i = 0; i < count; i++) {
-        const size_t udp = all[i].len + 8u;
+    for (size_t i = 0, n = 0; i < count; i += n) {
+        n = count_joined(recipe, all + i, count - i);
+        const size_t udp = (n - 1u) * all[i].len + all[i + n - 1u].len + 8u;
         const bool is_parted = (recipe->disturbances & FRAGMENTS) != 0 &&
                                i % 10u == 0 && udp > 800u;
         const size_t first = is_parted ? 800u : udp;
         struct bytes packet = {NULL, 0, 0};
-        put_ipv4(&packet, &all[i], (uint16_t)i, 0, first, is_parted);
+        put_ipv4(&packet, &all[i], n, (uint16_t)i, 0, first, is_parted);
         put_record(out, recipe, all[i].time_ns, &packet, number++);
         packet.len = 0;
         /* the rest comes some packets later */
         const size_t back = i >= 5u ? i - 5u : count;
         if ((recipe->disturbances & FRAGMENTS) != 0 && back % 10u == 0 &&
             back < count && all[back].len + 8u > 800u) {
-            put_ipv4(&packet, &all[back], (uint16_t)back, 800u,
+            put_ipv4(&packet, &all[back], 1, (uint16_t)back, 800u,
                      all[back].len + 8u - 800u, false);
             put_record(out, recipe, all[i].time_ns, &packet, number++);
         }
@@ -852,10 +876,10 @@ static void an_index_that_does_not_fit_is_not_used(void **state)
         write_file(index_path, index.at, len);
         assert_not_used(len < 14u ? "it is no index" : "damaged or cut short");
     }
-    index.at[8] = 2;
-    write_file(index_path, index.at, index.len);
-    assert_not_used("its format is 2; 1 can be read");
     index.at[8] = 1;
+    write_file(index_path, index.at, index.len);
+    assert_not_used("its format is 1; 2 can be read");
+    index.at[8] = 2;
     write_file(index_path, index.at, index.len);
     capture.at[capture.len - 5u] ^= 1u;
     write_file(drive, capture.at, capture.len);
@@ -1133,7 +1157,7 @@ static void send_packets(struct script *s, const struct drive_line *line,
         of.sensor = sensor;
         of.len = line->len[p];
         memcpy(of.bytes, line->bytes[p], of.len);
-        put_ipv4(&packet, &of, 0, 0, of.len + 8u, false);
+        put_ipv4(&packet, &of, 1, 0, 0, of.len + 8u, false);
         put_record(&s->bytes, &recipes[0], START_NS + 1000 * (int64_t)clock,
                    &packet, s->records++);
         free(packet.at);

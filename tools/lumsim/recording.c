@@ -27,7 +27,7 @@ struct senders {
 static uint32_t sender_of(const lum_layout *layout, const lum_record *record)
 {
     lum_group group;
-    if (record->kind != LUM_RECORD_DATAGRAM ||
+    if (!lum_record_is_datagram(record) ||
         (record->source_port != LUM_PORT &&
          record->destination_port != LUM_PORT) ||
         lum_packet_decode(layout, record->payload, record->len, &group) !=

@@ -73,7 +73,7 @@ typedef enum lum_capture_end {
 typedef struct lum_capture_source {
     size_t struct_size;  /**< sizeof(lum_capture_source), set by the caller */
     const char *name;    /**< of its file; lives as long as the capture */
-    uint64_t records;    /**< read from it so far */
+    uint64_t records;    /**< read from it so far; joined datagrams as one */
     int64_t first_ns;    /**< time of the first record; 0 without any */
     int64_t last_ns;     /**< the latest time of a record */
     lum_capture_end end; /**< its state */
@@ -91,7 +91,9 @@ size_t lum_capture_source_count(const lum_capture *capture);
 lum_result lum_capture_get_source(const lum_capture *capture, size_t i,
                                   lum_capture_source *out);
 
-/** Read the next record.
+/** Read the next record. Of a packet that holds several datagrams, joined by a
+ * receiving host (docs/protocol.md, section 9), each comes as a record of its
+ * own, ::LUM_RECORD_JOINED.
  * @return 1 with a record; 0 at the end of the file; -1 if the rest of the file
  *         cannot be read, with the byte and the reason in error. Of several
  *         files, -1 comes after all the others were read to their end. After 0

@@ -46,6 +46,8 @@ typedef struct lum_demux_counters {
     uint64_t other;                     /**< what is not ours, including
                                              dropped fragments */
     lum_assembly_counters assembly;     /**< of all the sensors' assemblers */
+    uint64_t joined; /**< of the packets: those that came joined with others by
+                          a receiving host */
 } lum_demux_counters;
 
 /** A demultiplexer. */
@@ -63,10 +65,12 @@ LUM_MUST_CHECK int lum_demux_new(const lum_demux_options *options,
 /** Free it. NULL is allowed. */
 void lum_demux_free(lum_demux *demux);
 
-/** Take a record.
+/** Take a record. A ::LUM_RECORD_DATAGRAM that holds several joined datagrams
+ * (docs/protocol.md, section 9) is taken apart.
  * @param record its time is the arrival that lines are handed out with.
  * @param kind   may be NULL; gets the kind of the datagram if it is one of port
- *               5517 and counted, else LUM_PACKET_KINDS.
+ *               5517 and counted, else LUM_PACKET_KINDS; of several joined ones
+ *               that of the last one taken.
  * @return LUM_OK: consumed. LUM_LINE_READY, LUM_FRAME_READY: an event of
  *         lum_demux_current(); push the same record again. LUM_E_SPACE: no
  *         memory for one more sensor. */

@@ -19,7 +19,9 @@ typedef enum lum_record_kind {
     LUM_RECORD_DATAGRAM,  /**< a whole UDP datagram over IPv4 */
     LUM_RECORD_CUT_SHORT, /**< a datagram that the capture has only in part */
     LUM_RECORD_FRAGMENT,  /**< kept or used up; nothing to count now */
-    LUM_RECORD_OTHER      /**< anything else */
+    LUM_RECORD_OTHER,     /**< anything else */
+    LUM_RECORD_JOINED     /**< as LUM_RECORD_DATAGRAM: one of several that a
+                               receiving host had joined; taken apart already */
 } lum_record_kind;
 
 /** A record of a capture. It never grows, because it is filled in for each
@@ -37,6 +39,13 @@ typedef struct lum_record {
     uint32_t dropped_fragments; /**< fragments given up while this record was
                                      read; each is one more *other* */
 } lum_record;
+
+/** Whether a record is a whole datagram. */
+static inline bool lum_record_is_datagram(const lum_record *record)
+{
+    return record->kind == LUM_RECORD_DATAGRAM ||
+           record->kind == LUM_RECORD_JOINED;
+}
 
 /** A source of records other than the bytes of a capture: a live sensor
  * (lum/net/live.h), or functions of the caller. All bytes except struct_size

@@ -138,6 +138,8 @@ typedef struct lum_infer_result {
                                      or which identity fails */
     size_t finding_count;       /**< of findings; 0 without a profile */
     lum_infer_finding findings[LUM_INFER_KEYS]; /**< by ::lum_infer_key */
+    uint32_t joined; /**< datagrams that came joined with others by a receiving
+                          host, until it had enough */
 } lum_infer_result;
 
 /** Begin.
@@ -149,8 +151,8 @@ typedef struct lum_infer_result {
 LUM_MUST_CHECK int lum_infer_create(const lum_infer_options *options,
                                     lum_infer **out, lum_error *error);
 
-/** Take a record of a capture. What is not a datagram to or from port 5517
- * does no harm.
+/** Take a record of a capture; several joined datagrams are taken apart, as by
+ * lum_demux_push(). What is not a datagram to or from port 5517 does no harm.
  * @param record not kept; as much of its payload as is needed is copied.
  * @param error  may be NULL; gets the message on failure: there is no memory.
  * @return 1: more are wanted; 0: it has enough, and further datagrams are only

@@ -168,7 +168,7 @@ class CaptureSource : public Source
     bool is_of_sensor(const lum_record &r, uint32_t &sensor) const
     {
         lum_group group;
-        if (r.kind != LUM_RECORD_DATAGRAM) {
+        if (!lum_record_is_datagram(&r)) {
             return false;
         }
         sensor = r.source;
