@@ -35,6 +35,17 @@ def source(path):
         yield opened
 
 
+def test_joined_datagrams_are_those_that_were_sent(make_capture):
+    alone, joined = (lumsdk.open(make_capture("-n", 6, "--loss", 0.02, "--reorder", 0.02, *extra)) for extra in ((), ("--joined",)))
+    frames = list(joined)
+    assert [frame.xyz.tobytes() for frame in frames] == [frame.xyz.tobytes() for frame in alone]
+    assert alone.counts["joined"] == 0 and joined.counts["joined"] > joined.counts["data"] // 2
+    assert {**joined.counts, "joined": 0} == alone.counts
+    joined.index()
+    for place in 4, 1, 5, 0, 3, 2:
+        assert joined[place] == frames[place]
+
+
 bounds = st.one_of(st.none(), st.integers(-COUNT - 4, COUNT + 4))
 checks = settings(max_examples=25)
 

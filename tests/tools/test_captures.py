@@ -19,7 +19,7 @@ import unittest
 import bag_maker
 import mcap_maker
 import shards
-from support import BIN, PATIENCE_S, Folder, line, pcap, run, simulate, summary, udp, word
+from support import BIN, PATIENCE_S, Folder, frames_of, line, pcap, run, simulate, summary, udp, word
 
 JUDGE = os.environ.get("LUM_JUDGE", "")
 ENDINGS = (".gz", ".zst")
@@ -187,6 +187,96 @@ class Formats(Case):
         data = section() + b"".join(interface(1 if i % 2 else 227) for i in range(10000))
         data += b"".join(packet(f, 9999) for f in line_frames())
         self.assertEqual(summary(self.folder.write("many.pcapng", data))["points"], 2)
+
+
+class Joined(Case):
+    """Datagrams that a receiving host joined give what each on its own gives."""
+
+    FAULTS = ("--frames", 2, "--seed", 5, "--loss", 0.02, "--reorder", 0.02, "--duplicate", 0.02, "--corrupt", 0.01)
+
+    def drive(self, name, *arguments):
+        return simulate(self.folder / name, *self.FAULTS, *arguments)
+
+    def counts(self, *source):
+        found = summary(*source)
+        return {k: v for k, v in found.items() if isinstance(v, int) and k not in ("records", "joined")}
+
+    def frames(self, path):
+        return list(frames_of(path.read_bytes()))
+
+    def check(self, source, alone):
+        self.assertEqual(self.points(source), self.points(alone))
+        self.assertEqual(self.counts(source), self.counts(alone))
+        self.assertEqual(run("lumdump", source).stderr, run("lumdump", alone).stderr)
+        self.assertGreater(summary(source)["joined"], 900)
+
+    def test_of_every_capture(self):
+        alone, joined = self.drive("alone.pcap"), self.drive("joined.pcap", "--joined")
+        self.check(joined, alone)
+        self.check(self.drive("joined.pcapng", "--joined"), alone)
+        self.check(self.folder.write("made.mcap", mcap_maker.mcap(joined.read_bytes())), alone)
+        found, records = summary(joined), len(self.frames(joined))
+        self.assertEqual((found["records"], found["sources"][0]["records"]), (records, records))
+        self.assertGreater(summary(alone)["records"], 2 * records)
+        self.assertEqual(summary(alone)["joined"], 0)
+        self.assertIn("of all packets: came joined, and were taken apart", run("lumdump", joined).stdout)
+
+    def test_that_came_in_fragments(self):
+        alone, joined = self.drive("alone.pcap"), self.drive("joined.pcap", "--joined")
+        parts = []
+        for number, frame in enumerate(self.frames(joined)):
+            body = frame[34:]
+            for at in range(0, len(body), 1480):
+                more = 0x2000 if at + 1480 < len(body) else 0
+                head = struct.pack(">BBHHHBBH", 0x45, 0, 20 + len(body[at:at + 1480]), number % 65536,
+                                   more | at // 8, 64, 17, 0)
+                parts.append(frame[:14] + head + frame[26:34] + body[at:at + 1480])
+        source = self.folder.write("parts.pcap", pcap(parts, step=0.00001))
+        self.assertEqual(self.points(source), self.points(alone))
+
+    def test_whose_copies_hold_each_on_its_own(self):
+        alone, joined = self.drive("alone.pcap"), self.drive("joined.pcap", "--joined")
+        for options in (), ("--eye", "green"), ("--frames", "2:2"):
+            for ending in "pcap", "mcap":
+                copies = []
+                for source in joined, alone:
+                    copies.append(self.folder / f"copy-{source.stem}.{ending}")
+                    mcap = ("--mcap", "packets") if ending == "mcap" else ()
+                    r = run("lumdump", source, "-q", *options, *mcap, "-o", copies[-1])
+                    self.assertEqual(r.returncode, 0, r.stderr)
+                with self.subTest(options=options, ending=ending):
+                    self.assertEqual(summary(copies[0])["joined"], 0)
+                    self.assertEqual(self.counts(copies[0]), self.counts(copies[1]))
+                    self.assertEqual(self.points(copies[0]), self.points(copies[1]))
+                    if ending == "pcap":
+                        self.assertEqual(self.frames(copies[0]), self.frames(copies[1]))
+
+    def test_that_end_behind_a_duration_count_no_record_too_many(self):
+        joined = self.drive("joined.pcap", "--joined")
+        times = list(mcap_maker.times_of(joined.read_bytes()))
+        want = sum(t - times[0] <= 50_000_000 for t in times)
+        self.assertEqual(summary(joined, "--duration", "0.05")["records"], want)
+
+    def test_that_the_capture_holds_in_part_are_cut_short(self):
+        joined = self.drive("joined.pcap", "--joined")
+        frames = self.frames(joined)
+        source = self.folder.write("cut.pcap", pcap(frames, snap=1514))
+        found = summary(source)
+        self.assertEqual(found["cut_short"], sum(len(f) > 1514 for f in frames))
+        self.assertEqual(found["joined"], 0)
+
+    def test_of_another_layout_are_found_by_infer(self):
+        profile = self.folder.write("other.yaml", "version: 1\ngroup: {tag: 13, eye: 12, samples: 28}\n")
+        made = [simulate(self.folder / f"{name}.pcap", "--frames", 3, "--profile", profile, *extra)
+                for name, extra in (("alone", ()), ("joined", ("--joined",)))]
+        alone, joined = (json.loads(run("lumdump", path, "--infer", "--json").stdout) for path in made)
+        keys = [[s for s in found["profile"].splitlines() if "#" not in s] for found in (alone, joined)]
+        self.assertEqual((keys[0], alone["joined"]), (keys[1], 0))
+        self.assertEqual((joined["packets"], joined["fit"]), (alone["packets"], alone["fit"]))
+        self.assertGreater(joined["joined"], joined["packets"] // 2)
+        self.assertEqual(joined["records"], len(self.frames(made[1])))
+        self.assertRegex(run("lumdump", made[1], "--infer").stderr,
+                         rf"(?m)^joined +{joined['joined']} datagrams came joined, and were taken apart$")
 
 
 class Damage(Case):

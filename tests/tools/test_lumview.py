@@ -1083,6 +1083,15 @@ class Layout(Case):
         self.serve(*arguments)
         return self.browser().status(lambda s: s["state"] == "ended")["message"]
 
+    def test_joined_datagrams_are_packets_of_the_layout(self):
+        self.source = simulate(self.folder / "s.pcap", "--frames", "2", "--joined")
+        found = summary(self.source)
+        self.serve()
+        end = self.browser().status(lambda s: s["state"] == "ended")
+        self.assertEqual([end[key] for key in ("packets", "packets_joined", "points", "message")],
+                         [found["data"], found["joined"], found["points"], ""])
+        self.assertGreater(found["joined"], found["data"] // 2)
+
     def test_the_command_is_told_where_nothing_decodes(self):
         profile = self.folder.write("p.yaml", "version: 1\ndata_packet_type: 9\n")
         self.source = simulate(self.folder / "s.pcap", "--frames", "1", "--lines", "64", "--profile", profile)

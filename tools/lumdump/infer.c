@@ -6,6 +6,7 @@
 #include "../common/text_file.h"
 #include "infer_report.h"
 #include "replay.h"
+#include "stream.h"
 #include "targets.h"
 
 #include <errno.h>
@@ -42,15 +43,16 @@ static enum pass_result read_all(struct inference *f, lum_error *error)
     lum_error broken = {""};
     int wants = 1;
     int status = 1;
-    while (wants > 0 &&
-           (status = lum_capture_next(f->capture, &record, &broken)) > 0) {
+    for (uint64_t i = 1;
+         wants > 0 &&
+         (status = lum_capture_next(f->capture, &record, &broken)) > 0;
+         i++) {
         wants = lum_infer_push(f->infer, &record, error);
-        f->report.records++;
-        if (f->report.records % RECORDS_A_LOOK == 0 &&
-            interrupt_signal() != 0) {
+        if (i % RECORDS_A_LOOK == 0 && interrupt_signal() != 0) {
             return PASS_INTERRUPTED;
         }
     }
+    f->report.records = stream_records(f->capture);
     if (interrupt_signal() != 0) {
         return PASS_INTERRUPTED;
     }

@@ -62,6 +62,12 @@ static void print_head(const struct infer_report *report, FILE *out)
         r->is_full ? "the first " : "", r->packets, plural(r->packets),
         r->sensors, plural(r->sensors), r->is_full ? "until then " : "",
         r->control, r->foreign);
+    if (r->joined > 0) {
+        (void)fprintf(out,
+                      "joined     %" PRIu32
+                      " datagrams came joined, and were taken apart\n",
+                      r->joined);
+    }
     print_unused(r, out);
 }
 
@@ -202,6 +208,7 @@ static void put_counts(struct json *json, const struct infer_report *report)
     json_uint(json, "control", r->control);
     json_uint(json, "foreign", r->foreign);
     json_uint(json, "cut_short", r->cut_short);
+    json_uint(json, "joined", r->joined);
     json_uint(json, "other_type", r->other_type);
     json_uint(json, "left_out", r->left_out);
     json_uint(json, "sensors", r->sensors);

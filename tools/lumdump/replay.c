@@ -5,6 +5,7 @@
 #include "conclude.h"
 #include "health.h"
 #include "progress.h"
+#include "stream.h"
 #include "targets.h"
 
 /* Records between looks at signals and at the clock for the progress line. */
@@ -70,22 +71,24 @@ static enum pass_result read_all(struct pass *pass, struct progress *progress,
     lum_record record;
     int64_t first_ns = 0;
     int status = 0;
-    while ((status = lum_capture_next(pass->capture, &record, &pass->warning)) >
-           0) {
-        first_ns = s->records == 0 ? record.time_ns : first_ns;
+    for (uint64_t i = 0; (status = lum_capture_next(pass->capture, &record,
+                                                    &pass->warning)) > 0;
+         i++) {
+        first_ns = i == 0 ? record.time_ns : first_ns;
         if (is_past_duration(pass, first_ns, record.time_ns)) {
+            s->records = stream_records(pass->capture) - 1u;
             return PASS_DONE;
         }
         enum pass_result result = pass_take(pass, &record, error);
         tell_notes(pass, progress);
-        if (result == PASS_DONE && s->records % RECORDS_A_LOOK == 0) {
+        if (result == PASS_DONE && i % RECORDS_A_LOOK == 0) {
             result = look_around(pass, progress);
         }
         if (result != PASS_DONE) {
             return result;
         }
-        s->records++;
     }
+    s->records = stream_records(pass->capture);
     if (interrupt_signal() != 0) {
         return PASS_INTERRUPTED;
     }

@@ -10,6 +10,18 @@
 /* Rows of gaps and overlaps; JSON has all. */
 #define ROWS_MAX 20u
 
+uint64_t stream_records(const lum_capture *capture)
+{
+    uint64_t records = 0;
+    const size_t n = lum_capture_source_count(capture);
+    for (size_t i = 0; i < n; i++) {
+        lum_capture_source source = {.struct_size = sizeof source};
+        (void)lum_capture_get_source(capture, i, &source);
+        records += source.records;
+    }
+    return records;
+}
+
 static void print_gap(const struct source_walk *w, FILE *out)
 {
     char text[SOURCE_WALK_TEXT_BYTES];

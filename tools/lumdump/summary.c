@@ -17,7 +17,7 @@ struct named {
 
 /* Rows of each list: where one has more, this does not compile. */
 enum {
-    KINDS = 7,
+    KINDS = 8,
     CONTENT = 6,
     LOSSES = 18,
     UNDER_WAY = 3,
@@ -78,6 +78,8 @@ static size_t list_kinds(const lum_demux_counters *c, struct named *out)
         {"set_ip", "set IP", k[LUM_PACKET_SET_IP]},
         {"timestamp", "timestamp", k[LUM_PACKET_TIMESTAMP]},
         {"tlv", "TLV", k[LUM_PACKET_TLV]},
+        {"joined", "of all packets: came joined, and were taken apart",
+         c->joined},
     };
     for (size_t i = 0; i < KINDS; i++) {
         out[i] = rows[i];

@@ -114,6 +114,7 @@ static void count_all(const struct decoder *d, struct totals *out)
     for (unsigned i = 0; i < LUM_PACKET_KINDS; i++) {
         out->packets += c.packets[i];
     }
+    out->packets_joined = c.joined;
     out->points = lines.rising;
     out->lost_words = c.assembly.lost_words;
     out->lost_lines = c.assembly.lines_skipped +

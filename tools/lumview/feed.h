@@ -48,6 +48,7 @@ struct feed_status {
     double speed; /* capture */
     bool loops;   /* capture */
     uint64_t packets;
+    uint64_t packets_joined; /* of a capture: came joined with others */
     uint64_t bytes;
     uint64_t points; /* of the default view: rising edges, as projected */
     uint64_t frames;

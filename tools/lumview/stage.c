@@ -234,6 +234,7 @@ void stage_set_totals(struct stage *stage, const struct totals *totals)
     struct feed_status *s = &stage->status;
     if (!s->is_live) {
         s->packets = totals->packets;
+        s->packets_joined = totals->packets_joined;
         s->bytes = totals->bytes;
     }
     s->points = totals->points;

@@ -26,6 +26,7 @@ struct orders {
 /* Counters of feed_status. */
 struct totals {
     uint64_t packets;
+    uint64_t packets_joined; /* of them, captured joined with others */
     uint64_t bytes;
     uint64_t points;
     uint64_t lost_words;

@@ -272,6 +272,7 @@ int status_text(const struct status *status, uint64_t skipped,
     write_message(&json, f);
     write_place(&json, f);
     json_uint(&json, "packets", f->packets);
+    json_uint(&json, "packets_joined", f->packets_joined);
     json_uint(&json, "bytes", f->bytes);
     json_uint(&json, "points", f->points);
     json_uint(&json, "frames", f->frames);

@@ -8,7 +8,7 @@ const RATES = [
     ["megabytes a second", (s) => (s.bytes_per_second / 1e6).toFixed(2)],
     ["points", (s) => whole(s.points)],
     ["frames", (s) => whole(s.frames)],
-    ["packets", (s) => whole(s.packets)],
+    ["packets", (s) => whole(s.packets) + (s.packets_joined > 0 ? `, ${whole(s.packets_joined)} of them joined` : "")],
     ["frames left out", (s) => whole(s.skipped)],
     ["browsers", (s) => whole(s.browsers)],
 ];

@@ -30,7 +30,8 @@ def _of_packets(c: Any) -> dict[str, int]:
     """lum_demux_counters by lumdump's names."""
     a = c.assembly
     found = {name: c.packets[kind] for name, kind in {**_KINDS, **_BAD_KINDS}.items()}
-    found.update({name: getattr(c, name) for name in ("angle_packets", "range_packets", "cut_short", "other")})
+    found.update({name: getattr(c, name) for name in (
+        "angle_packets", "range_packets", "joined", "cut_short", "other")})
     found.update({name: getattr(a, name) for name in (
         "frames", "lines", "words", "lost_words", "lines_missing_angles", "lines_skipped", "bad_words", "late",
         "duplicate", "conflict", "no_room", "stray")})
