@@ -55,7 +55,7 @@ def told(path, *options):
 
 def count(rows):
     """Packets by kind, and records that are neither of a kind nor a fragment."""
-    kinds = Counter(row[0] for row in rows)
+    kinds = Counter(kind for row in rows for kind in row[0].split("|"))
     kinds["other"] += kinds.pop("", 0) - sum(int(row[1]) - 1 for row in rows if row[1])
     return kinds
 
@@ -160,6 +160,35 @@ class Counts(Case):
     def test_is_the_same_when_tshark_reads_twice(self):
         path = simulate(self.folder / "in.pcap", "--frames", 1, "--corrupt", 0.5)
         self.assertEqual(counts(path, "-2"), counts(path))
+
+
+class Joined(Case):
+    def test_datagrams_have_their_kinds(self):
+        path = simulate(self.folder / "in.pcap", "--frames", 1, "--corrupt", 0.3, "--joined")
+        self.assertGreater(self.same_counts(path)["data"], 500)
+        self.assertEqual(counts(path, "-2"), counts(path))
+
+    def test_of_each_length_and_magic(self):
+        angle, one = group(2, 0, 17, [bytes(4)] * 4), control(8, bytes(20))
+        joined = angle + angle + one
+        payloads = [joined[:n] for n in range(len(joined) + 1)]
+        payloads += [control(8) * 3, MAGIC * 3, (MAGIC + bytes(3)) * 3, angle + MAGIC + bytes(4) + angle,
+                     angle + one + angle, one + bytes(5) + one, b"x" + joined]
+        self.assertGreater(self.same_counts(self.capture(*payloads))["heartbeat"], 3)
+
+    def test_that_came_in_fragments(self):
+        path = self.folder.write("in.pcap", pcap(Fragments.cut(b"".join(angles()), (1000, 2000))))
+        self.assertEqual(self.same_counts(path)["data"], 3)
+        self.assertEqual(fields(path, "lum.kind", "lum.joined", "lum.fragments")[2], ["data|data|data", "3", "3"])
+
+    def test_requests_and_answers_find_each_other(self):
+        frames = [udp(tlv(1, (1, b"u")) + tlv(2, (1, b"d")), **TO_SENSOR),
+                  udp(tlv(1, (2, b"\0\x08")) + tlv(2, (2, b"\0\x08")) + tlv(3))]
+        path = self.folder.write("in.pcap", pcap(frames))
+        names = "lum.joined", "lum.request_frame", "lum.answer_frame", "_ws.expert.message", "_ws.col.Info"
+        self.assertEqual(fields(path, *names, options=("-2",)),
+                         [["2", "", "2|2", "", "2 joined, the last: TLV command d seq 2"],
+                          ["3", "1|1", "", "answer to no request of this capture", "3 joined, the last: TLV asks for status seq 3"]])
 
 
 class Fragments(Case):

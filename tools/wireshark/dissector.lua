@@ -35,6 +35,7 @@ local f = {
     request = ProtoField.framenum("lum.request_frame", "Request in", base.NONE, frametype.REQUEST),
     answer = ProtoField.framenum("lum.answer_frame", "Answer in", base.NONE, frametype.RESPONSE),
     fragments = ProtoField.uint32("lum.fragments", "Fragments of the datagram"),
+    joined = ProtoField.uint32("lum.joined", "Datagrams that were joined"),
     answer_time = ProtoField.double("lum.answer_time", "Answered after (s)"),
 
     set_ip = ProtoField.ipv4("lum.set_ip.address", "New address"),
@@ -564,10 +565,11 @@ local links = {}    -- of a frame: request, answer, time
 local streams = {}  -- of an eye and a tag: line and next index
 local missing = {}  -- of a frame: samples that should have come before it
 
--- What is told of a packet's way: its ends as text, ports, frame, time.
+-- What is told of a packet's way: its ends as text, ports, frame, time. The
+-- key is the frame, or one of several datagrams in it.
 local function way_of(pinfo, src_port, dst_port)
     return {src = tostring(pinfo.src), dst = tostring(pinfo.dst), src_port = src_port, dst_port = dst_port,
-            number = pinfo.number, visited = pinfo.visited, time = pinfo.rel_ts, cols = pinfo.cols}
+            number = pinfo.number, key = pinfo.number, visited = pinfo.visited, time = pinfo.rel_ts, cols = pinfo.cols}
 end
 
 local function to_sensor(way)
@@ -576,19 +578,19 @@ end
 
 local function ask(way, key)
     local repeats = requests[key]
-    links[way.number] = {repeats = repeats and repeats.frame}
-    requests[key] = repeats or {frame = way.number, time = way.time}
+    links[way.key] = {repeats = repeats and repeats.frame}
+    requests[key] = repeats or {frame = way.number, key = way.key, time = way.time}
 end
 
 local function reply(way, key)
     local request = requests[key]
     requests[key] = nil
     if not request then
-        links[way.number] = {unasked = true}
+        links[way.key] = {unasked = true}
         return
     end
-    links[way.number] = {request = request.frame, time = way.time - request.time}
-    links[request.frame].answer = way.number
+    links[way.key] = {request = request.frame, time = way.time - request.time}
+    links[request.key].answer = way.number
 end
 
 -- Links requests and answers; shows what is known of this packet's.
@@ -603,7 +605,7 @@ local function follow(tree, way, kind, sequence)
             reply(way, key)
         end
     end
-    local link = links[way.number] or {}
+    local link = links[way.key] or {}
     if link.request then
         tree:add(f.request, link.request):set_generated()
         tree:add(f.answer_time, link.time):set_generated()
@@ -624,7 +626,7 @@ local function note_missing(way, group)
     local first = group.first_sample_index
     local next_index = stream and stream.line == group.line and stream.next or 0
     if stream and first > next_index then
-        missing[way.number] = first - next_index
+        missing[way.key] = first - next_index
     end
     if not stream or stream.line ~= group.line or first >= next_index or first == 0 then
         streams[key] = {line = group.line, next = first + group.num_samples}
@@ -1008,7 +1010,7 @@ local function show_data(tree, tvb, way, kind, fault, group)
     if not way.visited then
         note_missing(way, group)
     end
-    local lost = missing[way.number]
+    local lost = missing[way.key]
     if lost then
         local item = tree:add(f.missing, lost)
         item:set_generated()
@@ -1059,8 +1061,8 @@ local function add_kind(root, range, kind)
     return tree
 end
 
--- A whole datagram; how many of its bytes are ours.
-local function dissect(tvb, way, root)
+-- A datagram; how many of its bytes are ours.
+local function dissect_one(tvb, way, root)
     local kind, fault, group = classify(tvb)
     local tree = add_kind(root, tvb(), kind)
     if kind == tables.kinds.foreign then
@@ -1070,6 +1072,44 @@ local function dissect(tvb, way, root)
     way.cols.protocol = "LUM"
     way.cols.info = show_packet(tree, tvb, way, kind, fault, group)
     return tvb:len()
+end
+
+local magic_bytes = tables.magic:gsub("%x%x", function(digits) return string.char(tonumber(digits, 16)) end)
+
+-- Bytes of each of several datagrams that a receiving host has joined, or of
+-- all where it is one (docs/protocol.md, 9).
+local function bytes_of_each(tvb)
+    local bytes = tvb:raw()
+    local function has_magic(at)
+        return bytes:sub(at + 1, at + #magic_bytes) == magic_bytes
+    end
+    local each = has_magic(0) and (bytes:find(magic_bytes, 2, true) or 1) - 1 or 0
+    if each < HEADER then
+        return #bytes
+    end
+    for at = each, #bytes - 1, each do
+        if not has_magic(at) then
+            return #bytes
+        end
+    end
+    return each
+end
+
+-- A payload: one datagram, or several joined ones.
+local function dissect(tvb, way, root)
+    local each, length = bytes_of_each(tvb), tvb:len()
+    if each == length then
+        return dissect_one(tvb, way, root)
+    end
+    local count = math.ceil(length / each)
+    root:add(f.joined, count):set_generated()
+    for part = 1, count do
+        local at = (part - 1) * each
+        way.key = way.number .. "/" .. part
+        dissect_one(tvb(at, math.min(each, length - at)):tvb(), way, root)
+    end
+    way.cols.info:prepend(string.format("%d joined, the last: ", count))
+    return length
 end
 
 -- A datagram that is not decoded: of one cut short, the fields that came.
@@ -1099,7 +1139,7 @@ local function dissect_quoted(tvb, root)
     return tvb:len()
 end
 
-local taken = {} -- frames whose fragments are joined here, not by Wireshark
+local taken = {} -- frames whose fragments are put together here, not by Wireshark
 local told       -- the last frame that got its kind here
 
 function lum.dissector(tvb, pinfo, root)
@@ -1229,7 +1269,7 @@ local function read_udp(tvb)
     return (is_our_port(udp.src) or is_our_port(udp.dst)) and udp or nil
 end
 
-local function dissect_joined(done, pinfo, root)
+local function dissect_reassembled(done, pinfo, root)
     local tvb = done.bytes:tvb("G2 datagram")
     local udp = read_udp(tvb)
     if not udp then
@@ -1280,7 +1320,7 @@ local function dissect_rest(tvb, pinfo, root)
     local fragmented = ip.more or ip.offset > 0
     local done = fragmented and take_fragment(tvb, pinfo, ip)
     if done then
-        dissect_joined(done, pinfo, root)
+        dissect_reassembled(done, pinfo, root)
     elseif ip.offset == 0 and told ~= pinfo.number and (ip.held < ip.whole or not fragmented) then
         local kind, fault = bare_kind(tvb, ip)
         if kind then
