@@ -6,7 +6,10 @@
 #include "fragments.h"
 #include "joined.h"
 #include "link.h"
+#include "lum/capture/demux.h"
+#include "lum/wire.h"
 #include "merge.h"
+#include "remarks.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -19,6 +22,7 @@ struct lum_capture {
     lum_record record;        /* the last one */
     lum_joined joined;        /* what of it was handed out */
     uint8_t *rest; /* its payload if it was read from a state; else NULL */
+    lum_remarks remarks;
     bool ended;
 };
 
@@ -124,6 +128,7 @@ int lum_capture_next(lum_capture *capture, lum_record *out, lum_error *error)
     record->dropped_fragments =
         lum_fragments_expire(capture->fragments, packet.time_ns);
     read_record(capture, &packet, record);
+    lum_remarks_take(&capture->remarks, &packet, record);
     capture->joined = (lum_joined){.each = 0};
     (void)lum_joined_next(&capture->joined, record, out);
     return 1;
@@ -241,6 +246,17 @@ uint64_t lum_capture_comments_left_out(const lum_capture *capture,
                                        size_t source)
 {
     return lum_comments_left_out(lum_merge_comments(capture->files, source));
+}
+
+bool lum_capture_remark(const lum_capture *capture, const lum_demux *demux,
+                        uint16_t port, size_t i, lum_error *out)
+{
+    lum_demux_counters total = {.struct_size = sizeof total};
+    if (demux != NULL) {
+        (void)lum_demux_total(demux, &total);
+    }
+    return lum_remarks_get(capture != NULL ? &capture->remarks : NULL, &total,
+                           port != 0 ? port : LUM_PORT, i, out);
 }
 
 void lum_capture_close(lum_capture *capture)

@@ -2,8 +2,12 @@
 
 #include "link.h"
 #include "unpack.h"
+#include "wrapping.h"
 
 #include <stdlib.h>
+
+/* Records of a link type that is not read which are looked at. */
+#define LOOKS_MAX 1000u
 
 struct lum_input {
     lum_source *source;
@@ -11,6 +15,8 @@ struct lum_input {
     uint64_t records;
     uint32_t link_type; /* of the first interface that is supported; else of the
                            first one */
+    bool has_wrapped;   /* without an interface that is read: */
+    lum_wrapping wrapped; /* what packets of a G2 stand in */
 };
 
 /* Whether there is a first byte; a directory gives its error here. */
@@ -47,10 +53,37 @@ static bool is_supported(uint32_t link_type)
 
 static int refuse_link(const lum_input *in, lum_error *error)
 {
+    char remedy[LUM_WRAPPING_TEXT_BYTES] = "";
+    if (in->has_wrapped) {
+        (void)lum_wrapping_remedy(&in->wrapped, remedy);
+    }
     return lum_error_set(
-        error, "%s: link type %lu (%s) is not supported; supported are %s",
+        error, "%s: link type %lu (%s) is not supported; supported are %s%s%s",
         in->source->name, (unsigned long)in->link_type,
-        lum_link_name(in->link_type), lum_link_supported());
+        lum_link_name(in->link_type), lum_link_supported(),
+        in->has_wrapped ? "; packets of a G2 are in it: " : "", remedy);
+}
+
+static void look_inside(lum_input *in, const lum_pcap_record *record)
+{
+    if (!in->has_wrapped && in->records < LOOKS_MAX) {
+        in->has_wrapped =
+            lum_wrapping_find(record->link_type,
+                              (lum_span){record->bytes, record->len},
+                              &in->wrapped) == LUM_WRAPPED_OURS;
+    }
+}
+
+/* A pcap file has no other interface; its packets may tell how to read it. */
+static int refuse_all(lum_input *in, lum_error *error)
+{
+    lum_pcap_record record;
+    while (!in->has_wrapped && in->records < LOOKS_MAX &&
+           lum_pcap_next(in->reader, &record, NULL) == 1) {
+        look_inside(in, &record);
+        in->records++;
+    }
+    return refuse_link(in, error);
 }
 
 static void take_option(void *context, lum_pcap_place place, unsigned code,
@@ -75,7 +108,7 @@ static int begin(lum_input *in, lum_comments *comments, lum_error *error)
                              in->source->name, reason.text,
                              lum_unpack_hint(in->source));
     }
-    return begun > 0 ? 0 : refuse_link(in, error);
+    return begun > 0 ? 0 : refuse_all(in, error);
 }
 
 static int refuse_for_memory(const lum_source *source, lum_error *error)
@@ -124,6 +157,9 @@ int lum_input_next(lum_input *input, lum_pcap_record *out, lum_error *error)
     const int got = lum_pcap_next(input->reader, out, &reason);
     if (got == 0 && !lum_input_has_link(input)) {
         return refuse_link(input, error);
+    }
+    if (got > 0 && !lum_input_has_link(input)) {
+        look_inside(input, out);
     }
     if (got >= 0) {
         input->records += (uint64_t)got;

@@ -137,6 +137,7 @@ const char *lum_link_name(uint32_t link_type)
         {117, "OpenBSD pflog"},
         {119, "Wi-Fi: Prism"},
         {127, "Wi-Fi: IEEE 802.11 with radiotap"},
+        {149, "of the user, or pktap"},
         {187, "Bluetooth"},
         {189, "USB"},
         {190, "CAN"},
@@ -144,12 +145,18 @@ const char *lum_link_name(uint32_t link_type)
         {201, "Bluetooth"},
         {210, "FlexRay"},
         {212, "LIN"},
+        {219, "MPLS"},
         {220, "USB"},
         {227, "CAN"},
         {229, "IPv6 alone"},
         {239, "NFLOG"},
         {249, "USB"},
         {253, "netlink"},
+        {258, "pktap"},
+        {281, "tags of a Broadcom switch (DSA)"},
+        {282, "tags of a Broadcom switch (DSA)"},
+        {284, "tags of a Marvell switch (DSA)"},
+        {285, "tags of a Marvell switch (EDSA)"},
     };
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         if (names[i].link_type == link_type) {

@@ -260,3 +260,9 @@ void lum_reader_progress(const lum_reader *reader, uint64_t *done,
         reader->source.progress(reader->source.context, done, total);
     }
 }
+
+bool lum_reader_remark(const lum_reader *reader, size_t i, lum_error *out)
+{
+    return lum_capture_remark(reader->capture, lum_framer_demux(reader->framer),
+                              0, i, out);
+}

@@ -281,6 +281,25 @@ def test_a_capture_without_a_sensor_gives_a_warning(tmp_path, content):
         assert list(lumsdk.open(content[:24])) == []
 
 
+def test_a_capture_of_cut_or_wrapped_packets_gives_a_warning(content):
+    records, at = [], 24
+    while at < len(content):
+        length = int.from_bytes(content[at + 8:at + 12], "little")
+        records.append((content[at:at + 8], content[at + 16:at + 16 + length]))
+        at += 16 + length
+
+    def capture(change):
+        made = [(head, change(frame), len(frame)) for head, frame in records]
+        return content[:24] + b"".join(h + len(f).to_bytes(4, "little") + max(len(f), n).to_bytes(4, "little") + f
+                                       for h, f, n in made)
+
+    with pytest.warns(lumsdk.CaptureWarning, match="snap length of 1000 bytes; record whole packets"):
+        list(lumsdk.open(capture(lambda frame: frame[:1000])))
+    gre = bytes.fromhex("45000018000100004 02f0000 0a000001 0a000002 00000800".replace(" ", ""))
+    with pytest.warns(lumsdk.CaptureWarning, match="are wrapped in GRE, .*editcap -C 38 -L -T rawip4 in out"):
+        list(lumsdk.open(capture(lambda frame: frame[:14] + gre + frame[14:])))
+
+
 # --- File objects that fail ---
 
 

@@ -698,6 +698,12 @@ static void of_several_sensors_the_first_is_shown_and_the_others_named(
     assert_int_equal(unlink(path), 0);
 }
 
+static bool has_remarks(const struct feed_status *s, int64_t unused)
+{
+    (void)unused;
+    return s->remarks[0] != '\0';
+}
+
 static void copy_part(const char *to, long bytes)
 {
     FILE *in = fopen(street, "rb");
@@ -726,6 +732,45 @@ static void a_capture_that_breaks_off_is_shown_as_far_as_it_goes(void **state)
     const struct feed_status s = viewer_wait(&v, is_in_state, FEED_ENDED);
     assert_in_range(s.frames, 3, 4);
     assert_non_null(strstr(s.message, "broken.pcap"));
+    close_well(&v);
+    assert_int_equal(unlink(path), 0);
+}
+
+/* A snap length cuts its longest packets. */
+static void what_is_odd_about_a_capture_is_told(void **state)
+{
+    enum {
+        SNAP = 1000,
+        HEADERS = 24
+    };
+    char path[64];
+    uint8_t head[16];
+    uint8_t bytes[2048];
+    struct viewer v;
+    (void)state;
+    (void)snprintf(path, sizeof path, "%s", in_directory("cut.pcap"));
+    copy_part(path, HEADERS);
+    FILE *in = fopen(street, "rb");
+    FILE *out = fopen(path, "ab");
+    assert_non_null(in);
+    assert_non_null(out);
+    assert_int_equal(fseek(in, HEADERS, SEEK_SET), 0);
+    while (fread(head, sizeof head, 1, in) == 1) {
+        const size_t len = head[8] + 256u * head[9];
+        const size_t held = len < SNAP ? len : SNAP;
+        assert_int_equal(fread(bytes, len, 1, in), 1);
+        head[8] = (uint8_t)held;
+        head[9] = (uint8_t)(held >> 8u);
+        assert_int_equal(fwrite(head, sizeof head, 1, out), 1);
+        assert_int_equal(fwrite(bytes, held, 1, out), 1);
+    }
+    assert_int_equal(fclose(in), 0);
+    assert_int_equal(fclose(out), 0);
+    viewer_init(&v, path);
+    v.options.speed = 100.0;
+    viewer_open(&v);
+    const struct feed_status s = viewer_wait(&v, has_remarks, 0);
+    assert_non_null(strstr(s.remarks, "snap length of 1000 bytes"));
     close_well(&v);
     assert_int_equal(unlink(path), 0);
 }
@@ -956,6 +1001,7 @@ int main(void)
         cmocka_unit_test(
             of_several_sensors_the_first_is_shown_and_the_others_named),
         cmocka_unit_test(a_capture_that_breaks_off_is_shown_as_far_as_it_goes),
+        cmocka_unit_test(what_is_odd_about_a_capture_is_told),
         cmocka_unit_test(a_capture_without_frames_says_so),
         cmocka_unit_test(a_capture_that_is_gone_fails_until_it_is_back),
         cmocka_unit_test(what_is_no_capture_is_refused),

@@ -15,6 +15,15 @@ static uint64_t count_odd(const lum_demux_counters *c)
            c->packets[LUM_PACKET_UNKNOWN_TYPE];
 }
 
+/* Angles are in the longest packets, which a snap length cuts first. */
+static bool lack_angles(const lum_demux_counters *c)
+{
+    const lum_assembly_counters *a = &c->assembly;
+    return a->lines >= LEAST && a->words >= LEAST &&
+           a->lines_missing_angles == a->lines &&
+           c->cut_short < a->lines_missing_angles;
+}
+
 /* One in ten, and not only a few. */
 static bool is_much(uint64_t odd, uint64_t good)
 {
@@ -37,8 +46,7 @@ bool misfit_find(const lum_demux_counters *counters, char *out, size_t room)
                        "%" PRIu64 " range words cannot be, against %" PRIu64
                        " good ones, so the layout may be another one",
                        a->bad_words, a->words);
-    } else if (a->lines >= LEAST && a->words >= LEAST &&
-               a->lines_missing_angles == a->lines) {
+    } else if (lack_angles(counters)) {
         (void)snprintf(out, room,
                        "each of %" PRIu64
                        " lines lacks angles, so the layout may be another one",

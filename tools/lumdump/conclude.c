@@ -176,6 +176,15 @@ static void warn_of_layout(const struct pass *pass)
     warn(o, text);
 }
 
+void conclude_remarks(const struct options *options, const lum_capture *capture,
+                      const lum_demux *demux)
+{
+    lum_error text;
+    for (size_t i = 0; lum_capture_remark(capture, demux, 0, i, &text); i++) {
+        warn(options, text.text);
+    }
+}
+
 static void warn_of_losses(const struct pass *pass)
 {
     const struct options *o = pass->options;
@@ -191,6 +200,7 @@ static void warn_of_losses(const struct pass *pass)
         warn(o, "no packet of a G2 was found: no complete packet to or from "
                 "UDP port 5517 has its magic");
     }
+    conclude_remarks(o, pass->capture, lum_framer_demux(pass->framer));
     warn_of_layout(pass);
     warn_of_no_points(pass);
     warn_of_left_out(pass);
@@ -263,6 +273,8 @@ enum exit_status conclude(struct pass *pass, enum pass_result result,
     }
     if (conclude_lacks_data(pass)) {
         char capture[MISFIT_CAPTURE_BYTES];
+        conclude_remarks(pass->options, pass->capture,
+                         lum_framer_demux(pass->framer));
         diagnosis_print(&pass->diagnosis, pass->options->source,
                         conclude_capture(pass->options, capture), stderr);
         return EXIT_FAILED;

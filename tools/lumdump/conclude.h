@@ -28,6 +28,10 @@ void conclude_about(const struct options *options,
 /* Print the messages of the outputs that were not printed yet. */
 void conclude_notes(struct pass *pass);
 
+/* Warn of what is odd about the records. demux: what took them, or NULL. */
+void conclude_remarks(const struct options *options, const lum_capture *capture,
+                      const lum_demux *demux);
+
 /* Whether packets of ours came, and no data among them. */
 bool conclude_lacks_data(const struct pass *pass);
 

@@ -115,6 +115,7 @@ static enum exit_status tell(struct inference *f, lum_error *error)
         (void)lum_infer_write_yaml(&f->report.result, f->report.yaml,
                                    sizeof f->report.yaml);
     }
+    conclude_remarks(o, f->capture, NULL);
     if (!is_found || (!o->json && !o->quiet)) {
         infer_report_text(&f->report, stderr);
     }

@@ -197,6 +197,20 @@ const char *captures_gaps(const struct captures *captures,
     return out;
 }
 
+const char *captures_remarks(const lum_capture *capture, const lum_demux *demux,
+                             char *out, size_t room)
+{
+    lum_error remark;
+    size_t len = 0;
+    *out = '\0';
+    for (size_t i = 0; lum_capture_remark(capture, demux, 0, i, &remark); i++) {
+        (void)snprintf(out + len, room - len, "%s%s", i > 0 ? "; " : "",
+                       remark.text);
+        len += strlen(out + len);
+    }
+    return out;
+}
+
 /* --- What they say of themselves --- */
 
 static bool is_pumped(const struct captures *c, const char *path)

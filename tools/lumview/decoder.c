@@ -206,6 +206,11 @@ bool decoder_misfit(const struct decoder *decoder, char *out, size_t room)
     return misfit_find(&total, out, room);
 }
 
+const lum_demux *decoder_demux(const struct decoder *decoder)
+{
+    return lum_framer_demux(decoder->framer);
+}
+
 /* The views that are wanted now are those of the next frame that begins. */
 static bool follow_views(struct decoder *d)
 {

@@ -58,6 +58,9 @@ void decoder_count(const struct decoder *decoder, struct totals *out);
 /* What does not fit the layout, as misfit_find(). */
 bool decoder_misfit(const struct decoder *decoder, char *out, size_t room);
 
+/* What counts what it takes. */
+const lum_demux *decoder_demux(const struct decoder *decoder);
+
 /* Sensors that are not shown, as text: "" or "10.42.0.38, 10.42.0.39". Returns
  * out. shown gets the one that is, 0 before it was heard. */
 const char *decoder_others(const struct decoder *decoder, uint32_t *shown,

@@ -40,9 +40,10 @@ struct feed_status {
     char others[512];  /* whose calibration or profile is not used; "" */
     char doubt[512];   /* what suggests another layout, and what finds it; "" */
     char gaps[512];    /* where a recording is missing between captures; "" */
-    int64_t frame;     /* newest shown */
-    bool has_range;    /* capture: first and last frame are known; never of a
-                          source that can be read once */
+    char remarks[1024]; /* what is odd about its records; "" */
+    int64_t frame;      /* newest shown */
+    bool has_range;     /* capture: first and last frame are known; never of a
+                           source that can be read once */
     int64_t first_frame;
     int64_t last_frame;
     double speed; /* capture */

@@ -98,12 +98,21 @@ static void tell_others(struct player *p)
     captures_tell_others(p->captures, p->capture, p->options.said, p->stage);
 }
 
+static void tell_remarks(struct player *p)
+{
+    char text[2u * LUM_ERROR_BYTES];
+    stage_set_remarks(p->stage,
+                      captures_remarks(p->capture, decoder_demux(p->decoder),
+                                       text, sizeof text));
+}
+
 /* Of files the look ahead tells it. */
 static void tell_of_sources(struct player *p)
 {
     char text[LUM_ERROR_BYTES];
     if (p->scan == NULL) {
         tell_others(p);
+        tell_remarks(p);
         stage_set_gaps(p->stage, captures_gaps(p->captures, p->capture, text,
                                                sizeof text));
     }

@@ -56,6 +56,7 @@ static void *run(void *argument)
     struct scan *scan = argument;
     lum_capture *capture = NULL;
     char text[LUM_ERROR_BYTES];
+    char remarks[2u * LUM_ERROR_BYTES];
     struct decoder *decoder = decoder_new(&scan->options);
     if (decoder != NULL && captures_open(scan->captures, &capture, NULL) == 0) {
         decoder_skip_to(decoder, INT64_MAX);
@@ -66,6 +67,9 @@ static void *run(void *argument)
             stage_set_gaps(
                 scan->options.stage,
                 captures_gaps(scan->captures, capture, text, sizeof text));
+            stage_set_remarks(scan->options.stage,
+                              captures_remarks(capture, decoder_demux(decoder),
+                                               remarks, sizeof remarks));
         }
     }
     lum_capture_close(capture);

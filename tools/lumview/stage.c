@@ -196,6 +196,13 @@ void stage_set_gaps(struct stage *stage, const char *gaps)
         stage, set_text(stage->status.gaps, sizeof stage->status.gaps, gaps));
 }
 
+void stage_set_remarks(struct stage *stage, const char *remarks)
+{
+    lock(stage);
+    unlock_and_wake(stage, set_text(stage->status.remarks,
+                                    sizeof stage->status.remarks, remarks));
+}
+
 void stage_set_others(struct stage *stage, const char *others)
 {
     lock(stage);

@@ -85,6 +85,8 @@ void stage_set_state(struct stage *stage, enum feed_state state);
 void stage_set_message(struct stage *stage, const char *message);
 /* Where a recording is missing, as text. */
 void stage_set_gaps(struct stage *stage, const char *gaps);
+/* What is odd about the records, as text. */
+void stage_set_remarks(struct stage *stage, const char *remarks);
 void stage_set_others(struct stage *stage, const char *others);
 /* Why the layout may be another one. */
 void stage_set_doubt(struct stage *stage, const char *doubt);

@@ -45,7 +45,8 @@ bool status_differs(const struct feed_status *a, const struct feed_status *b)
            a->has_range != b->has_range || a->has_laser != b->has_laser ||
            a->laser != b->laser || strcmp(a->message, b->message) != 0 ||
            strcmp(a->others, b->others) != 0 ||
-           strcmp(a->doubt, b->doubt) != 0 || strcmp(a->gaps, b->gaps) != 0;
+           strcmp(a->doubt, b->doubt) != 0 || strcmp(a->gaps, b->gaps) != 0 ||
+           strcmp(a->remarks, b->remarks) != 0;
 }
 
 static int begin(size_t room_before, struct text *out, FILE **stream,
@@ -229,9 +230,10 @@ static void write_losses(struct json *json, const struct feed_status *f)
 
 static void write_message(struct json *json, const struct feed_status *f)
 {
-    const char *const parts[] = {f->message, f->doubt, f->others, f->gaps};
-    char text[sizeof f->message + sizeof f->doubt + sizeof f->others +
-              sizeof f->gaps + 6u] = "";
+    const char *const parts[] = {f->message, f->remarks, f->doubt, f->others,
+                                 f->gaps};
+    char text[sizeof f->message + sizeof f->remarks + sizeof f->doubt +
+              sizeof f->others + sizeof f->gaps + 8u] = "";
     size_t len = 0;
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
         if (parts[i][0] != '\0') {

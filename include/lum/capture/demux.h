@@ -114,6 +114,20 @@ lum_result lum_demux_count(const lum_demux *demux, size_t i,
  * @return as lum_demux_count(). */
 lum_result lum_demux_total(const lum_demux *demux, lum_demux_counters *out);
 
+/** What is odd about a stream, each with its cause and what to do: packets of a
+ * G2 that are on another port, in the capture only in part, or wrapped in what
+ * is not read. Complete at the end of the stream.
+ * @param capture that was read; NULL: the records were others.
+ * @param demux   that took them; NULL: none did, and what it counts is left
+ *                out.
+ * @param port    that was read (lum_demux_options.port); 0: ::LUM_PORT.
+ * @param i       from 0 on.
+ * @param out     gets it: one line, without the capture's name.
+ * @return false behind the last: then out is not set. */
+LUM_MUST_CHECK bool lum_capture_remark(const lum_capture *capture,
+                                       const lum_demux *demux, uint16_t port,
+                                       size_t i, lum_error *out);
+
 #ifdef __cplusplus
 }
 #endif

@@ -105,6 +105,13 @@ lum_framer *lum_reader_framer(lum_reader *reader);
 void lum_reader_progress(const lum_reader *reader, uint64_t *done,
                          uint64_t *total);
 
+/** What is odd about the stream, as lum_capture_remark().
+ * @param i   from 0 on.
+ * @param out gets it.
+ * @return false behind the last. */
+LUM_MUST_CHECK bool lum_reader_remark(const lum_reader *reader, size_t i,
+                                      lum_error *out);
+
 /** Go to a frame by its place in the order in which frames come, from 0 on:
  * lum_reader_next() or lum_reader_next_frame() gives it next, and then all
  * behind it. They are the same, in each column, line and info, as in a reading

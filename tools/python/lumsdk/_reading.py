@@ -272,7 +272,16 @@ class Reading:
                                "shows their types and lengths, and with --infer finds their layout, for a profile")
         if not counts.packets:
             warn(f"{self._name}: no packet of a G2 was found: no complete packet to or from UDP port 5517 has its magic")
+        for remark in self._remarks():
+            warn(f"{self._name}: {remark}")
         self._check_points(counts.counts)
+
+    def _remarks(self) -> list[str]:
+        """What is odd about the records, as lumdump says it."""
+        remarks, out = [], ffi.new("lum_error *")
+        while lib.lum_reader_remark(self._reader, len(remarks), out):
+            remarks.append(text(out.text))
+        return remarks
 
     def _check_sensor(self, counts: Counts) -> None:
         wanted = self._choice.sensor

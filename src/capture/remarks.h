@@ -1,0 +1,44 @@
+/** @file
+ * What is odd about a capture's records: where packets of a G2 are that are not
+ * read, and why. Internal to capture; lum_capture_remark() says it. */
+#ifndef LUM_CAPTURE_REMARKS_H
+#define LUM_CAPTURE_REMARKS_H
+
+#include "lum/capture/demux.h"
+#include "pcap.h"
+#include "wrapping.h"
+
+/** Most wrappings, and most UDP ports, that are told apart. */
+#define LUM_REMARKS_WRAPPINGS 6u
+#define LUM_REMARKS_PORTS     16u
+
+/** What was seen. All bytes 0: nothing. */
+typedef struct lum_remarks {
+    struct {
+        lum_wrapping what;
+        lum_wrapped is;
+        uint64_t count;
+    } wrapped[LUM_REMARKS_WRAPPINGS];
+    size_t wrapped_count;
+    struct {
+        uint16_t port;
+        uint64_t from; /* packets of a G2 that may be data, sent from it */
+        uint64_t both; /* sent from it or to it */
+    } ports[LUM_REMARKS_PORTS];
+    size_t port_count;
+    uint32_t held_max; /* bytes of records that were cut; 0: none was */
+} lum_remarks;
+
+/** Look at a record.
+ * @param from as the file has it.
+ * @param out  what was read of it. */
+void lum_remarks_take(lum_remarks *remarks, const lum_pcap_record *from,
+                      const lum_record *out);
+
+/** As lum_capture_remark().
+ * @param remarks NULL: of no capture. */
+LUM_MUST_CHECK bool lum_remarks_get(const lum_remarks *remarks,
+                                    const lum_demux_counters *counters,
+                                    uint16_t port, size_t i, lum_error *out);
+
+#endif
