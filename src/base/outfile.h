@@ -63,14 +63,24 @@ LUM_MUST_CHECK int lum_outfile_open(const char *path, lum_outfile_kind kind,
  * @return 0, or -1 with the reason in error and in errno. */
 LUM_MUST_CHECK int lum_outfile_show(lum_outfile *file, lum_error *error);
 
+/** Whether its file still has the name that it was given: others may remove or
+ * rename it, or its directory, while it is written. Not while another thread
+ * uses the output.
+ * @return 0, also for what is written directly; -1 with what became of it in
+ *         error, and ENOENT in errno: then writing goes on. */
+LUM_MUST_CHECK int lum_outfile_check(const lum_outfile *file, lum_error *error);
+
 /** Report that n more bytes were written, so that the disk can begin with them
  * while the caller makes more. */
 void lum_outfile_wrote(lum_outfile *file, size_t n);
 
 /** Close it, give it its name when its bytes are on the disk, and wait until
- * the name is there too. Outputs that are written directly are only closed.
+ * the name is there too. A file that was removed meanwhile gets its name back
+ * where the system can do that. Outputs that are written directly are only
+ * closed.
  * Call lum_outfile_discard() after it.
- * @return 0, or -1 with the reason in error and in errno. */
+ * @return 0, or -1 with the reason in error and in errno; of a file that was
+ *         removed or renamed, where its bytes are. */
 LUM_MUST_CHECK int lum_outfile_finish(lum_outfile *file, lum_error *error);
 
 /** Free it; a file without its name is removed. */

@@ -14,6 +14,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#define PATH_BYTES 4096u
+
 #define TRIES 100 /* to find a name that is free */
 #define BEGIN_SIZE                                                             \
     ((size_t)8u << 20u) /* so many bytes are worth starting a write */
@@ -254,12 +256,107 @@ int lum_outfile_open(const char *path, lum_outfile_kind kind, lum_outfile *out,
 
 /* --- To the disk, and its name --- */
 
-/* Whether its present name still belongs to it. */
-static bool is_ours(const lum_outfile *file)
+/* Whether a name belongs to it. */
+static bool is_at(const lum_outfile *file, const char *name)
 {
     struct stat status;
-    return lstat(file->part, &status) == 0 && status.st_dev == file->device &&
+    return lstat(name, &status) == 0 && status.st_dev == file->device &&
            status.st_ino == file->inode;
+}
+
+static bool is_ours(const lum_outfile *file)
+{
+    return is_at(file, file->part);
+}
+
+static const char *present_name(const lum_outfile *file)
+{
+    return file->part != NULL ? file->part : file->path;
+}
+
+/* As Linux has it. */
+static const char *name_descriptor(const lum_outfile *file, char out[64])
+{
+    (void)snprintf(out, 64, "/proc/self/fd/%d", file->fd);
+    return out;
+}
+
+/* How its name is known now. 1: so; 0: it has none; -1: nobody says. */
+static int find_name(const lum_outfile *file, char *out, size_t room)
+{
+    char self[64];
+    const ssize_t n = readlink(name_descriptor(file, self), out, room - 1u);
+    out[n > 0 ? n : 0] = '\0';
+    return n <= 0 ? -1 : is_at(file, out);
+}
+
+static int fail_lost(const lum_outfile *file, const char *what,
+                     const char *rest, lum_error *error)
+{
+    (void)lum_error_set(
+        error, "%s: %s%s%s%s", file->name, file->part != NULL ? file->part : "",
+        file->part != NULL ? ", where it is written, " : "", what, rest);
+    errno = ENOENT;
+    return -1;
+}
+
+int lum_outfile_check(const lum_outfile *file, lum_error *error)
+{
+    char name[PATH_BYTES];
+    char copy[128];
+    if (file->path == NULL || is_at(file, present_name(file))) {
+        return 0;
+    }
+    switch (find_name(file, name, sizeof name)) {
+    case 1:
+        return fail_lost(file,
+                         "was renamed while it was written; its data is "
+                         "in ",
+                         name, error);
+    case 0:
+        (void)snprintf(copy, sizeof copy,
+                       "until this run ends, cp /proc/%ld/fd/%d NAME saves its "
+                       "data",
+                       (long)getpid(), file->fd);
+        return fail_lost(file, "was removed while it was written; ", copy,
+                         error);
+    default:
+        return fail_lost(file, "was removed or renamed while it was written",
+                         "", error);
+    }
+}
+
+/* A file with another name can have its own again. */
+static bool link_back(const lum_outfile *file)
+{
+    char self[64];
+    return linkat(AT_FDCWD, name_descriptor(file, self), AT_FDCWD,
+                  present_name(file), AT_SYMLINK_FOLLOW) == 0 &&
+           is_at(file, present_name(file));
+}
+
+/* At the end. */
+static int check_name(const lum_outfile *file, lum_error *error)
+{
+    char name[PATH_BYTES];
+    if (lum_outfile_check(file, error) == 0) {
+        return 0;
+    }
+    if (find_name(file, name, sizeof name) != 0) {
+        return -1;
+    }
+    if (link_back(file)) {
+        return file->part != NULL
+                   ? 0
+                   : fail_lost(file,
+                               "was removed while it was written; its "
+                               "data is in ",
+                               "it again", error);
+    }
+    return fail_lost(file,
+                     "was removed while it was written, and its data is "
+                     "lost",
+                     "", error);
 }
 
 /* The directory holds the name. One that may not be read cannot be opened. */
@@ -293,12 +390,7 @@ static int give_name(lum_outfile *file, lum_error *error)
         return 0;
     }
     if (!is_ours(file)) {
-        lum_error_set(error,
-                      "%s: cannot get its name: %s, where it was written, was "
-                      "removed or is another file now",
-                      file->name, file->part);
-        errno = ENOENT;
-        return -1;
+        return fail_lost(file, "was removed or is another file now", "", error);
     }
     if (lum_claim_is_locked(file->path)) {
         return refuse_busy(file, error);
@@ -391,6 +483,9 @@ int lum_outfile_finish(lum_outfile *file, lum_error *error)
     if (code != 0) {
         return lum_outfile_fail(file, code, "cannot bring it to the disk",
                                 error);
+    }
+    if (check_name(file, error) != 0) {
+        return -1;
     }
     file->fd = -1;
     if (close(fd) != 0 && errno != EINTR) {

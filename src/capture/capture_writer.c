@@ -358,6 +358,11 @@ int lum_capture_writer_flush(lum_capture_writer *writer, lum_error *error)
     return flush(writer) == 0 ? 0 : failed(writer, error);
 }
 
+int lum_capture_writer_check(const lum_capture_writer *writer, lum_error *error)
+{
+    return lum_outfile_check(&writer->out, error);
+}
+
 /* --- The end --- */
 
 /* A recording that nothing was recorded to takes no other file's place. */

@@ -322,6 +322,14 @@ int lum_sink_flush(lum_sink *sink, lum_error *error)
                : submit(sink, error);
 }
 
+int lum_sink_check(lum_sink *sink, lum_error *error)
+{
+    (void)pthread_mutex_lock(&sink->lock);
+    const bool is_busy = sink->queued > 0;
+    (void)pthread_mutex_unlock(&sink->lock);
+    return is_busy ? 0 : lum_outfile_check(&sink->file, error);
+}
+
 int lum_sink_write(lum_sink *sink, const void *bytes, size_t n,
                    lum_error *error)
 {

@@ -81,6 +81,10 @@ uint64_t lum_sink_bytes(const lum_sink *sink);
  * @return 0, or -1 with the reason in error and in errno. */
 LUM_MUST_CHECK int lum_sink_flush(lum_sink *sink, lum_error *error);
 
+/** As lum_outfile_check(). While the thread writes, nothing is looked at.
+ * @return 0, or -1 with the reason in error and in errno. */
+LUM_MUST_CHECK int lum_sink_check(lum_sink *sink, lum_error *error);
+
 /** Overwrite n bytes at an offset from this output's first byte, after all that
  * was appended has been written. Only if lum_sink_seekable().
  * @return 0, or -1 with the reason in error and in errno. */

@@ -595,6 +595,11 @@ int lum_writer_flush(lum_writer *writer, lum_error *error)
     return 0;
 }
 
+int lum_writer_check(lum_writer *writer, lum_error *error)
+{
+    return writer->sink != NULL ? lum_sink_check(writer->sink, error) : 0;
+}
+
 /* --- The end --- */
 
 /* One without a frame has no rows. */

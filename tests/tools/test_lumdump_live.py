@@ -295,6 +295,18 @@ class Ends(Case):
                     (self.folder / name).unlink()
 
 
+class Moved(Case):
+    def test_a_file_that_is_moved_away_is_told_at_once_with_its_name(self):
+        self.simulator()
+        p = self.start_recording("-q", "-o", self.folder / "kept.pcap", stderr=open(self.folder / "said", "w"))
+        os.rename(self.folder / "raw.pcap", self.folder / "mine.pcap")
+        self.wait_for(lambda: "renamed" in self.said(), "the message")
+        p.send_signal(signal.SIGINT)
+        self.assertEqual(p.wait(PATIENCE_S), 1)
+        self.assertIn(f"raw.pcap: was renamed while it was written; its data is in {self.folder / 'mine.pcap'}", self.said())
+        self.assertEqual(summary(self.folder / "mine.pcap")["records"], summary(self.folder / "kept.pcap")["records"])
+
+
 class Stalls(Case):
     def test_a_full_disk_switches_the_laser_off(self):
         self.simulator()

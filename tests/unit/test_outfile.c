@@ -444,6 +444,108 @@ static void only_what_was_written_gets_the_name(void **state)
     assert_int_equal(count_files(), 1);
 }
 
+static void expect_told(const lum_outfile *file, const char *what,
+                        const char *where)
+{
+    lum_error error = {""};
+    assert_int_equal(lum_outfile_check(file, &error), -1);
+    assert_int_equal(errno, ENOENT);
+    assert_non_null(strstr(error.text, what));
+    assert_non_null(strstr(error.text, where));
+}
+
+static void expect_lost(lum_outfile *file, const char *says)
+{
+    lum_error error = {""};
+    assert_int_equal(lum_outfile_finish(file, &error), -1);
+    assert_int_equal(errno, ENOENT);
+    assert_non_null(strstr(error.text, says));
+    lum_outfile_discard(file);
+}
+
+static lum_outfile open_shown(const char *name)
+{
+    lum_outfile file = open_as(name, LUM_OUTFILE_GROWS);
+    assert_int_equal(lum_outfile_show(&file, NULL), 0);
+    put(&file, "data");
+    assert_int_equal(lum_outfile_check(&file, NULL), 0);
+    return file;
+}
+
+static void a_file_that_is_renamed_is_told_with_its_name(void **state)
+{
+    (void)state;
+    lum_outfile file = open_shown("a");
+    assert_int_equal(rename(in_directory("a"), in_directory("b")), 0);
+    expect_told(&file, "renamed", in_directory("b"));
+    put_file("a", "another");
+    expect_told(&file, "renamed", in_directory("b"));
+    expect_lost(&file, in_directory("b"));
+    expect_file("a", "another");
+    expect_file("b", "data");
+}
+
+static void a_file_that_has_its_name_again_is_fine(void **state)
+{
+    (void)state;
+    lum_outfile file = open_shown("a");
+    assert_int_equal(rename(in_directory("a"), in_directory("b")), 0);
+    assert_int_equal(rename(in_directory("b"), in_directory("a")), 0);
+    finish(&file);
+    expect_file("a", "data");
+}
+
+static void a_folder_that_is_renamed_is_told(void **state)
+{
+    (void)state;
+    assert_int_equal(mkdir(in_directory("day"), 0777), 0);
+    lum_outfile file = open_shown("day/a");
+    assert_int_equal(rename(in_directory("day"), in_directory("old")), 0);
+    expect_told(&file, "renamed", in_directory("old/a"));
+    expect_lost(&file, in_directory("old/a"));
+    expect_file("old/a", "data");
+    assert_int_equal(unlink(in_directory("old/a")), 0);
+    assert_int_equal(rmdir(in_directory("old")), 0);
+}
+
+static void a_file_that_is_removed_can_be_copied_until_its_end(void **state)
+{
+    char place[64];
+    (void)state;
+    lum_outfile file = open_shown("a");
+    assert_int_equal(unlink(in_directory("a")), 0);
+    snprintf(place, sizeof place, "cp /proc/%ld/fd/%d", (long)getpid(),
+             file.fd);
+    expect_told(&file, "removed", place);
+    expect_lost(&file, "its data is lost");
+    assert_int_equal(count_files(), 0);
+}
+
+static void a_file_with_another_link_gets_its_name_back(void **state)
+{
+    (void)state;
+    lum_outfile file = open_shown("a");
+    assert_int_equal(link(in_directory("a"), in_directory("b")), 0);
+    assert_int_equal(unlink(in_directory("a")), 0);
+    expect_lost(&file, "its data is in it again");
+    expect_file("a", "data");
+    expect_file("b", "data");
+}
+
+static void an_unfinished_file_that_is_renamed_is_told(void **state)
+{
+    char part[300];
+    (void)state;
+    lum_outfile file = open_as("a", LUM_OUTFILE_WHOLE);
+    put(&file, "data");
+    snprintf(part, sizeof part, "%s", find_part("a."));
+    assert_int_equal(rename(in_directory(part), in_directory("b")), 0);
+    expect_told(&file, part, in_directory("b"));
+    expect_lost(&file, in_directory("b"));
+    expect_file("b", "data");
+    assert_false(exists("a"));
+}
+
 /* Leave what a run leaves that is killed. */
 static void die_writing(const char *name)
 {
@@ -917,6 +1019,12 @@ int main(void)
         FACT(a_growing_file_is_known_by_another_name),
         FACT(what_begins_to_be_written_meanwhile_is_not_replaced),
         FACT(only_what_was_written_gets_the_name),
+        FACT(a_file_that_is_renamed_is_told_with_its_name),
+        FACT(a_file_that_has_its_name_again_is_fine),
+        FACT(a_folder_that_is_renamed_is_told),
+        FACT(a_file_that_is_removed_can_be_copied_until_its_end),
+        FACT(a_file_with_another_link_gets_its_name_back),
+        FACT(an_unfinished_file_that_is_renamed_is_told),
         FACT(what_a_killed_run_left_goes_with_the_next),
         FACT(a_mark_cannot_have_other_files_removed),
         FACT(a_mark_names_what_is_in_use_in_vain),

@@ -41,6 +41,7 @@ struct lane {
     struct worker_view view; /* as last looked */
     uint64_t dropped;        /* datagrams that the ring had no room for */
     uint64_t told;           /* of them */
+    bool has_told_lost;      /* a file */
     int64_t told_ns;
     int64_t moved_ns;        /* when it was last seen to take something, or to
                                 wait for its disk to finish a file */

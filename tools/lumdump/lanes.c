@@ -172,12 +172,22 @@ static void tell_drops(struct lane *lane, struct say *say, int64_t now_ns)
     }
 }
 
+/* A file that is lost is told even with --quiet, and once. */
+static void tell_lost(struct lane *lane, struct say *say)
+{
+    if (!lane->has_told_lost && lane->view.lost.text[0] != '\0') {
+        lane->has_told_lost = true;
+        say_error(say, "%s", lane->view.lost.text);
+    }
+}
+
 static void watch_output(struct lanes *lanes, struct lane *lane,
                          struct say *say, int64_t now_ns)
 {
     if (lane_look(lane, now_ns)) {
         tell_ended(lanes, lane, say);
     }
+    tell_lost(lane, say);
     tell_drops(lane, say, now_ns);
     if (!lane->is_recording && count_living(lanes) > 1 &&
         lane_stands_still(lane, now_ns, STALL_NS)) {

@@ -762,6 +762,16 @@ int output_flush(struct output *o, bool files, lum_error *error)
                : 0;
 }
 
+int output_check(const struct output *o, lum_error *out)
+{
+    int result =
+        o->capture != NULL ? lum_capture_writer_check(o->capture, out) : 0;
+    for (size_t i = 0; i < o->file_count && result == 0; i++) {
+        result = lum_writer_check(o->files[i].writer, out);
+    }
+    return result;
+}
+
 int output_close(struct output *o, lum_error *error)
 {
     int result = 0;

@@ -82,6 +82,10 @@ int output_end_frame(struct output *output, int64_t frame, lum_error *error);
  * also to readers of recordings. */
 int output_flush(struct output *output, bool files, lum_error *error);
 
+/* Whether each file that is being written still has its name. -1: out says what
+ * became of one. */
+int output_check(const struct output *output, lum_error *out);
+
 /* Give the files their names, free the output. Files that could not be finished
  * are removed, except recordings. */
 int output_close(struct output *output, lum_error *error);

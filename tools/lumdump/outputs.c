@@ -278,6 +278,16 @@ int outputs_flush(struct outputs *outputs, bool files, lum_error *error)
                     error);
 }
 
+int outputs_check(const struct outputs *outputs, lum_error *out)
+{
+    int result = 0;
+    for (size_t i = 0; i < outputs->count && result == 0; i++) {
+        result =
+            outputs->list[i] != NULL ? output_check(outputs->list[i], out) : 0;
+    }
+    return result;
+}
+
 /* --- The end --- */
 
 /* Finishes one; a reader that has left before is no failure where there are

@@ -59,8 +59,20 @@ static void make_view(struct worker *w)
                    c.packets[LUM_PACKET_FOREIGN];
     (void)pthread_mutex_lock(&w->lock);
     view.taken = w->view.taken;
+    view.lost = w->view.lost;
     w->view = view;
     (void)pthread_mutex_unlock(&w->lock);
+}
+
+/* Whoever removes a file that is written learns of it before the end. */
+static void look_for_files(struct worker *w)
+{
+    lum_error lost = {""};
+    if (outputs_check(w->pass->outputs, &lost) != 0) {
+        (void)pthread_mutex_lock(&w->lock);
+        w->view.lost = lost;
+        (void)pthread_mutex_unlock(&w->lock);
+    }
 }
 
 static enum pass_result flush(struct worker *w, int64_t now_ns, bool is_idle)
@@ -75,6 +87,9 @@ static enum pass_result flush(struct worker *w, int64_t now_ns, bool is_idle)
     w->files_ns = files ? now_ns : w->files_ns;
     if (outputs_flush(w->pass->outputs, files, &w->error) != 0) {
         return errno == EPIPE ? PASS_READER_LEFT : PASS_FAILED;
+    }
+    if (files) {
+        look_for_files(w);
     }
     return PASS_DONE;
 }

@@ -24,6 +24,7 @@ struct worker_view {
     uint64_t lost_lines; /* skipped, or without all angles; likewise */
     uint64_t refused;    /* datagrams that reassembly could not use */
     bool has_ended;      /* its outputs are closed */
+    lum_error lost;      /* what became of a file while it was written; "" */
 };
 
 /* Where datagrams went from and to. */

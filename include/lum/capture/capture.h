@@ -217,6 +217,14 @@ uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer);
 LUM_MUST_CHECK int lum_capture_writer_flush(lum_capture_writer *writer,
                                             lum_error *error);
 
+/** Whether the file still has the name that it was given: others may remove or
+ * rename it, or its directory, while it is written. Ask once a second. Writing
+ * goes on, and lum_capture_writer_close() fails, too.
+ * @return 0, or -1 with what became of the file in error, and where its data
+ *         is. */
+LUM_MUST_CHECK int lum_capture_writer_check(const lum_capture_writer *writer,
+                                            lum_error *error);
+
 /** Write what is buffered, wait until it is on the disk, give the file its name
  * if it has none yet, and close. A file of lum_capture_writer_open() without a
  * datagram gets no name: it is removed, and one of that name stays as it is.

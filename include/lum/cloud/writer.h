@@ -312,6 +312,13 @@ uint64_t lum_writer_bytes(const lum_writer *writer);
  * @return as lum_writer_add(). */
 LUM_MUST_CHECK int lum_writer_flush(lum_writer *writer, lum_error *error);
 
+/** Whether the file still has the name that it was given: others may remove or
+ * rename it, or its directory, while it is written. Ask once a second. Writing
+ * goes on, and lum_writer_close() fails, too.
+ * @return 0, also where that cannot be asked now; -1 with what became of the
+ *         file in error, and where its data is. */
+LUM_MUST_CHECK int lum_writer_check(lum_writer *writer, lum_error *error);
+
 /** Finish the file, wait until it is on the disk, give it its name, free the
  * writer.
  * @return 0, or -1 with the reason in error, for example that the lines differ

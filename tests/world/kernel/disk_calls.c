@@ -450,6 +450,20 @@ static int remove_name(const char *path, bool is_folder)
     return code;
 }
 
+/* As Linux answers for a file that has lost its last name; no tool makes a
+ * second one. */
+int world_call_linkat(int from_fd, const char *from, int to_fd, const char *to,
+                      int flags)
+{
+    (void)from_fd;
+    (void)from;
+    (void)to_fd;
+    (void)to;
+    (void)flags;
+    world_call(CALL_NS);
+    return refuse(ENOENT);
+}
+
 int world_call_unlink(const char *path)
 {
     world_call(CALL_NS);

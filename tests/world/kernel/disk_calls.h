@@ -17,6 +17,8 @@ int world_call_access(const char *path, int rights);
 int world_call_mkdir(const char *path, mode_t mode);
 int world_call_rmdir(const char *path);
 int world_call_rename(const char *from, const char *to);
+int world_call_linkat(int from_fd, const char *from, int to_fd, const char *to,
+                      int flags);
 int world_call_unlink(const char *path);
 ssize_t world_call_readlink(const char *path, char *out, size_t room);
 ssize_t world_call_readlinkat(int fd, const char *path, char *out, size_t room);

@@ -37,6 +37,31 @@ STORY(a_reader_that_never_comes_back,
     user_expect_like(user_err(dump), "outputs +stalled  standard output");
 }
 
+STORY(a_recording_that_is_removed,
+      "whoever removes a recording is told at once, and at the end")
+{
+    const user_bench b = user_bench_new();
+    user_sensor *s = user_sensor_start(b.sensor, "--rate 2");
+    user_tool *dump = user_start(
+        b.host, RECORD " --json -q -o raw.pcap -o other.pcap -o p.mcap");
+    until_data(&b, "raw.pcap", 100000);
+    until_data(&b, "other.pcap", 100000);
+    until_data(&b, "p.mcap", 100000);
+    world_disk_remove(world_disk_of(b.host), user_path("raw.pcap"));
+    world_disk_remove(world_disk_of(b.host), user_path("p.mcap"));
+    user_until(user_like(user_err(dump), "raw.pcap: was removed") &&
+               user_like(user_err(dump), "p.mcap: was removed"));
+    user_expect(user_laser_is_on(s));
+    user_expect_end(dump, SIGINT, 1);
+    const char *got = user_out(dump);
+    user_expect_same(user_value(got, "outputs.0.end"), "failed");
+    user_expect_same(user_value(got, "outputs.1.end"), "done");
+    user_expect_same(user_value(got, "outputs.2.end"), "failed");
+    user_expect_has(user_value(got, "outputs.0.error"), "was removed");
+    user_expect_equal(user_number(summary_of(&b, "other.pcap"), "records"),
+                      user_number(got, "outputs.1.datagrams"));
+}
+
 STORY(a_second_signal, "a second signal does not wait for an output")
 {
     const user_bench b = user_bench_new();
