@@ -4,6 +4,7 @@
 #include "demux_state.h"
 #include "joined.h"
 #include "lum/wire.h"
+#include "order.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -25,6 +26,7 @@ struct address {
     size_t sensor_index; /* valid if it is one */
     lum_demux_counters counters;
     struct assembly *assembly;
+    lum_order order;
 };
 
 struct lum_demux {
@@ -39,6 +41,8 @@ struct lum_demux {
     bool is_pending;   /* its datagram was counted; that one's group is */
     lum_group group;
     lum_packet_kind kind;
+    int64_t behind_ns;    /* how far it stands behind later records */
+    uint64_t lost_before; /* late and stray, before it */
     struct address *current;
     size_t flushing;
 };
@@ -304,6 +308,34 @@ static lum_result count_record(lum_demux *demux, const lum_record *record)
     return LUM_OK;
 }
 
+static uint64_t count_late(const struct address *entry)
+{
+    const lum_assembly_counters *c =
+        lum_assembler_counters(&entry->assembly->assembler);
+    return c->late + c->stray;
+}
+
+static void note_order(lum_demux *demux, const lum_record *record)
+{
+    const lum_profile *p = &demux->options.layout.profile;
+    demux->behind_ns = lum_order_behind_ns(
+        &demux->current->order, &p->group[LUM_FIELD_TIMESTAMP],
+        p->clock_unit_ns, record->time_ns, &demux->group);
+    demux->lost_before = count_late(demux->current);
+}
+
+/* Behind by more than reassembly takes: dropped, or taken for a jump of the
+ * clock. */
+static void judge_order(lum_demux *demux)
+{
+    const bool is_torn =
+        demux->behind_ns / 1000 > (int64_t)demux->options.config.gap_us;
+    if (demux->behind_ns > 0 &&
+        (is_torn || count_late(demux->current) != demux->lost_before)) {
+        demux->current->counters.out_of_order++;
+    }
+}
+
 /* --- Events --- */
 
 /* The datagram whose group is at hand. */
@@ -312,13 +344,20 @@ static lum_result assemble(lum_demux *demux, int64_t time_ns)
     const lum_result r = lum_assembler_push(
         &demux->current->assembly->assembler, &demux->group, time_ns);
     demux->is_pending = r > 0;
+    if (r <= 0) {
+        judge_order(demux);
+    }
     return r > 0 ? r : LUM_OK;
 }
 
 static lum_result take_one(lum_demux *demux, const lum_record *one)
 {
     const lum_result counted = count_record(demux, one);
-    return counted == LUM_LINE_READY ? assemble(demux, one->time_ns) : counted;
+    if (counted != LUM_LINE_READY) {
+        return counted;
+    }
+    note_order(demux, one);
+    return assemble(demux, one->time_ns);
 }
 
 static void drop_record(lum_demux *demux)

@@ -8,6 +8,8 @@
 /* Answers to requests are no longer; what is, may be data. */
 #define CONTROL_BYTES_MAX LUM_TIMESTAMP_BYTES
 
+#define OUT_OF_ORDER_MIN 3u
+
 /* --- Looking --- */
 
 static void note_wrapping(lum_remarks *r, const lum_wrapping *what,
@@ -110,7 +112,7 @@ static bool say_port(const lum_remarks *r, uint16_t port, lum_error *out)
 static bool say_cut(const lum_remarks *r, const lum_demux_counters *counters,
                     lum_error *out)
 {
-    if (counters == NULL || counters->cut_short == 0) {
+    if (counters->cut_short == 0) {
         return false;
     }
     if (r->held_max == 0) {
@@ -152,11 +154,29 @@ static bool say_wrapping(const lum_remarks *r, size_t i, lum_error *out)
     return true;
 }
 
+/* Fewer come of the network alone. */
+static bool say_order(const lum_demux_counters *counters, lum_error *out)
+{
+    if (counters->out_of_order < OUT_OF_ORDER_MIN) {
+        return false;
+    }
+    (void)lum_error_set(out,
+                        "%" PRIu64
+                        " packets stand out of order in the capture by "
+                        "their times, too far to be put together: reordercap "
+                        "in out sorts them",
+                        counters->out_of_order);
+    return true;
+}
+
 bool lum_remarks_get(const lum_remarks *remarks,
                      const lum_demux_counters *counters, uint16_t port,
                      size_t i, lum_error *out)
 {
     size_t n = i;
+    if (say_order(counters, out) && n-- == 0) {
+        return true;
+    }
     if (remarks == NULL) {
         return false;
     }

@@ -421,10 +421,19 @@ static bool is_dsa(uint32_t link_type)
     return link_type >= LINKTYPE_DSA_FIRST && link_type <= LINKTYPE_DSA_LAST;
 }
 
+/* Whether a packet there is read, whatever is wrong with its lengths. */
+static bool is_read(uint32_t link_type, lum_span frame, size_t ip)
+{
+    lum_span packet;
+    lum_link_reader *const reader = lum_link_find(link_type);
+    return reader != NULL && reader(frame, &packet) &&
+           packet.at == frame.at + ip;
+}
+
 static bool find_unknown(uint32_t link_type, lum_span frame, lum_wrapping *out)
 {
     const size_t ip = search(frame);
-    if (ip == 0) {
+    if (ip == 0 || is_read(link_type, frame, ip)) {
         return false;
     }
     *out = (lum_wrapping){.link_type = link_type, .cut = (uint16_t)ip};

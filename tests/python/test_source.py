@@ -281,7 +281,7 @@ def test_a_capture_without_a_sensor_gives_a_warning(tmp_path, content):
         assert list(lumsdk.open(content[:24])) == []
 
 
-def test_a_capture_of_cut_or_wrapped_packets_gives_a_warning(content):
+def test_a_capture_of_cut_wrapped_or_unsorted_packets_gives_a_warning(content):
     records, at = [], 24
     while at < len(content):
         length = int.from_bytes(content[at + 8:at + 12], "little")
@@ -298,6 +298,11 @@ def test_a_capture_of_cut_or_wrapped_packets_gives_a_warning(content):
     gre = bytes.fromhex("45000018000100004 02f0000 0a000001 0a000002 00000800".replace(" ", ""))
     with pytest.warns(lumsdk.CaptureWarning, match="are wrapped in GRE, .*editcap -C 38 -L -T rawip4 in out"):
         list(lumsdk.open(capture(lambda frame: frame[:14] + gre + frame[14:])))
+    records = [r for i in range(0, len(records), 200) for r in records[i:i + 200:2] + records[i + 1:i + 200:2]]
+    source = lumsdk.open(capture(lambda frame: frame))
+    with pytest.warns(lumsdk.CaptureWarning, match="out of order in the capture by their times.*reordercap in out"):
+        list(source)
+    assert source.counts["out_of_order"] > 2
 
 
 # --- File objects that fail ---

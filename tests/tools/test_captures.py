@@ -381,6 +381,63 @@ class Wrapped(Case):
                 self.assertNotIn("editcap", said)
 
 
+class Order(Case):
+    """Records that stand out of order by their times lose packets as late; nothing else may look like it."""
+
+    def records(self, *arguments):
+        """Of a simulated capture: time in ns, and the frame."""
+        path = simulate(self.folder / "order.pcap", "--frames", "3", "--lines", "64", "--seed", "7", *arguments)
+        data = path.read_bytes()
+        at = 24
+        while at < len(data):
+            s, ns, length = struct.unpack_from("<III", data, at)
+            yield s * 1_000_000_000 + ns, data[at + 16:at + 16 + length]
+            at += 16 + length
+
+    def write(self, records):
+        head = struct.pack("<IHHiIII", 0xA1B23C4D, 2, 4, 0, 0, 65535, 1)
+        return self.folder.write("made.pcap", head + b"".join(
+            struct.pack("<IIII", t // 1_000_000_000, t % 1_000_000_000, len(f), len(f)) + f for t, f in records))
+
+    def queues(self, records, count, batch):
+        """As a card with so many queues hands them out, so many of each at a time."""
+        for i in range(0, len(records), count * batch):
+            part = records[i:i + count * batch]
+            yield from (r for q in range(count) for r in part[q::count])
+
+    def test_it_is_told_with_the_command_that_sorts(self):
+        records = list(self.records())
+        expected = self.points(self.write(records))
+        for count, batch in (4, 32), (2, 100), (8, 60), (2, 2000):
+            with self.subTest(queues=count, batch=batch):
+                path = self.write(self.queues(records, count, batch))
+                got = summary(path)
+                self.assertGreater(got["out_of_order"], 0.9 * (got["late"] + got["stray"]))
+                said = run("lumdump", path).stderr
+                self.assertEqual(said.count("reordercap in out"), 1)
+                self.assertIn(f"{got['out_of_order']} packets stand out of order in the capture by their times", said)
+                if shutil.which("reordercap") is not None:
+                    made = self.folder / "sorted.pcap"
+                    subprocess.run(["reordercap", path, made], check=True, capture_output=True)
+                    self.assertEqual(self.points(made), expected)
+                    self.assertNotIn("reordercap", run("lumdump", made).stderr)
+
+    def test_nothing_else_is_taken_for_it(self):
+        rough = list(self.records("--loss", "0.02", "--reorder", "0.05", "--duplicate", "0.02"))
+        shaken = list(self.records("--reorder", "0.2"))
+        middle = rough[len(rough) // 2][0]
+        for name, records in (
+                ("network", rough),
+                ("step", [(t - 1_000_000_000 * (t > middle), f) for t, f in rough]),
+                ("small step", [(t - 3_000_000 * (t > middle), f) for t, f in rough]),
+                ("jitter", [(t + 40_000 * (i * 7 % 11), f) for i, (t, f) in enumerate(shaken)]),
+                ("coarse", [(t // 10_000_000 * 10_000_000, f) for t, f in rough])):
+            with self.subTest(name):
+                path = self.write(records)
+                self.assertLess(summary(path)["out_of_order"], 3)
+                self.assertNotIn("reordercap", run("lumdump", path).stderr)
+
+
 class Damage(Case):
     def warned(self, data, *parts):
         """The points before the damage are given, and the damage is told."""

@@ -6,6 +6,7 @@
 #include <cmocka.h>
 
 #include "capture/joined.h"
+#include "capture/order.h"
 #include "drive.h"
 
 #include "lum/capture/demux.h"
@@ -372,6 +373,38 @@ static void joined_datagrams_are_those_that_were_sent(void **state)
     lum_demux_free(one.demux);
 }
 
+/* A record of a clock, and how far it stands behind. */
+static int64_t behind(lum_order *order, const lum_field *field, int64_t time_ns,
+                      uint64_t ticks)
+{
+    const lum_group group = {.clock_raw = ticks};
+    return lum_order_behind_ns(order, field, 1000, time_ns, &group);
+}
+
+static void what_stands_behind_by_both_clocks_is_out_of_order(void **state)
+{
+    enum {
+        MS = 1000000
+    };
+    const lum_field wide = {.at = 20, .bytes = 4};
+    const lum_field narrow = {.at = 20, .bytes = 1};
+    const lum_field none = {.at = 20};
+    const uint32_t end = UINT32_MAX;
+    lum_order order = {false, 0, 0};
+    (void)state;
+    assert_int_equal(behind(&order, &wide, 100 * MS, end), 0);
+    assert_int_equal(behind(&order, &wide, 110 * MS, 9999), 0);
+    assert_int_equal(behind(&order, &wide, 102 * MS, 1999), 8 * MS);
+    assert_int_equal(behind(&order, &wide, 100 * MS, end), 10 * MS);
+    assert_int_equal(behind(&order, &wide, 102 * MS, 9999), 0);
+    assert_int_equal(behind(&order, &wide, 102 * MS, 10999), 0);
+    assert_int_equal(behind(&order, &wide, 109 * MS, 1999), 0);
+    assert_int_equal(behind(&order, &wide, INT64_MIN / 2, 1999), 0);
+    order = (lum_order){true, 1 * MS, 10};
+    assert_int_equal(behind(&order, &narrow, 1 * MS - 20000, 246), 20000);
+    assert_int_equal(behind(&order, &none, 0, 0), 1 * MS);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -381,6 +414,7 @@ int main(void)
         cmocka_unit_test(the_magic_stands_at_each_multiple_or_joins_nothing),
         cmocka_unit_test(only_a_datagram_is_taken_apart),
         cmocka_unit_test(joined_datagrams_are_those_that_were_sent),
+        cmocka_unit_test(what_stands_behind_by_both_clocks_is_out_of_order),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -19,7 +19,7 @@ struct named {
 enum {
     KINDS = 8,
     CONTENT = 6,
-    LOSSES = 18,
+    LOSSES = 19,
     UNDER_WAY = 3,
     LIVE_LOSSES = 4,
     NAMED_MAX = KINDS + CONTENT + LOSSES + UNDER_WAY + LIVE_LOSSES
@@ -124,6 +124,8 @@ static size_t list_losses(const lum_demux_counters *c,
         {"conflict", "packets that contradict others", a->conflict},
         {"no_room", "packets with more words than a line holds", a->no_room},
         {"stray", "packets far from the stream's clock", a->stray},
+        {"out_of_order", "packets too far out of order by their times",
+         c->out_of_order},
         {"malformed", "packets with impossible lengths or fields",
          k[LUM_PACKET_MALFORMED]},
         {"unknown_tag", "data packets, neither angles nor ranges",

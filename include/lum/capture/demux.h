@@ -48,6 +48,10 @@ typedef struct lum_demux_counters {
     lum_assembly_counters assembly;     /**< of all the sensors' assemblers */
     uint64_t joined; /**< of the packets: those that came joined with others by
                           a receiving host */
+    uint64_t out_of_order; /**< packets of data whose records stand behind
+                                later ones, by their times and by the sensor's
+                                clock alike, and were *late* or *stray* for
+                                that, or taken for a jump of the clock */
 } lum_demux_counters;
 
 /** A demultiplexer. */
@@ -115,8 +119,9 @@ lum_result lum_demux_count(const lum_demux *demux, size_t i,
 lum_result lum_demux_total(const lum_demux *demux, lum_demux_counters *out);
 
 /** What is odd about a stream, each with its cause and what to do: packets of a
- * G2 that are on another port, in the capture only in part, or wrapped in what
- * is not read. Complete at the end of the stream.
+ * G2 that are on another port, in the capture only in part, wrapped in what is
+ * not read, or dropped since records stand out of order. Complete at the end of
+ * the stream.
  * @param capture that was read; NULL: the records were others.
  * @param demux   that took them; NULL: none did, and what it counts is left
  *                out.

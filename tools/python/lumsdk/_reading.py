@@ -21,9 +21,9 @@ _KINDS = {"data": lib.LUM_PACKET_DATA, "heartbeat": lib.LUM_PACKET_HEARTBEAT, "s
 _BAD_KINDS = {"malformed": lib.LUM_PACKET_MALFORMED, "unknown_tag": lib.LUM_PACKET_UNKNOWN_TAG,
               "unknown_type": lib.LUM_PACKET_UNKNOWN_TYPE, "foreign": lib.LUM_PACKET_FOREIGN}
 LOSSES = ("lost_words", "lines_missing_angles", "lines_skipped", "lines_cut", "lines_late", "points_cut", "points_late",
-          "no_angle", "no_range", "bad_words", "late", "duplicate", "conflict", "no_room", "stray", "malformed",
-          "unknown_tag", "unknown_type", "cut_short", "foreign", "other", "lines_under_way", "words_under_way",
-          "no_angle_under_way")
+          "no_angle", "no_range", "bad_words", "late", "duplicate", "conflict", "no_room", "stray", "out_of_order",
+          "malformed", "unknown_tag", "unknown_type", "cut_short", "foreign", "other", "lines_under_way",
+          "words_under_way", "no_angle_under_way")
 
 
 def _of_packets(c: Any) -> dict[str, int]:
@@ -31,7 +31,7 @@ def _of_packets(c: Any) -> dict[str, int]:
     a = c.assembly
     found = {name: c.packets[kind] for name, kind in {**_KINDS, **_BAD_KINDS}.items()}
     found.update({name: getattr(c, name) for name in (
-        "angle_packets", "range_packets", "joined", "cut_short", "other")})
+        "angle_packets", "range_packets", "joined", "cut_short", "out_of_order", "other")})
     found.update({name: getattr(a, name) for name in (
         "frames", "lines", "words", "lost_words", "lines_missing_angles", "lines_skipped", "bad_words", "late",
         "duplicate", "conflict", "no_room", "stray")})

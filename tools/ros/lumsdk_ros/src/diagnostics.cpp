@@ -51,6 +51,7 @@ std::vector<Loss> losses_of(const SourceView &v)
         {"conflict", a.conflict, true},
         {"no_room", a.no_room, true},
         {"stray", a.stray, true},
+        {"out_of_order", c.out_of_order, false},
         {"bad_words", a.bad_words, true},
         {"malformed", c.packets[LUM_PACKET_MALFORMED], true},
         {"unknown_tag", c.packets[LUM_PACKET_UNKNOWN_TAG], true},
