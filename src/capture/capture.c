@@ -3,6 +3,7 @@
 #include "base/sized.h"
 #include "capture_open.h"
 #include "capture_state.h"
+#include "demux_state.h"
 #include "fragments.h"
 #include "joined.h"
 #include "link.h"
@@ -254,6 +255,7 @@ bool lum_capture_remark(const lum_capture *capture, const lum_demux *demux,
     lum_demux_counters total = {.struct_size = sizeof total};
     if (demux != NULL) {
         (void)lum_demux_total(demux, &total);
+        port = lum_demux_port(demux);
     }
     return lum_remarks_get(capture != NULL ? &capture->remarks : NULL, &total,
                            port != 0 ? port : LUM_PORT, i, out);

@@ -96,6 +96,7 @@ int lum_demux_new(const lum_demux_options *options, lum_demux **out,
     if (demux == NULL) {
         return lum_error_set(error, "out of memory");
     }
+    known.port = known.port != 0 ? known.port : (uint16_t)LUM_PORT;
     demux->options = known;
     *out = demux;
     return 0;
@@ -199,17 +200,17 @@ static struct address *claim_entry(lum_demux *demux, uint32_t address)
 
 /* --- What a record is --- */
 
-static bool is_ours(const lum_record *record)
+static bool is_ours(const lum_demux *demux, const lum_record *record)
 {
-    return record->source_port == LUM_PORT ||
-           record->destination_port == LUM_PORT;
+    return record->source_port == demux->options.port ||
+           record->destination_port == demux->options.port;
 }
 
-/* The address on the side of port 5517; the sender's when both are. */
-static uint32_t sensor_side(const lum_record *record)
+/* The address on the side of the sensors' port; the sender's when both are. */
+static uint32_t sensor_side(const lum_demux *demux, const lum_record *record)
 {
-    return record->source_port == LUM_PORT ? record->source
-                                           : record->destination;
+    return record->source_port == demux->options.port ? record->source
+                                                      : record->destination;
 }
 
 /* A datagram that was cut before its ports may be ours. */
@@ -217,8 +218,8 @@ static void count_cut_short(lum_demux *demux, const lum_record *record)
 {
     const bool has_ports =
         record->source_port != 0 || record->destination_port != 0;
-    if (is_ours(record)) {
-        find_address(demux, sensor_side(record))->counters.cut_short++;
+    if (is_ours(demux, record)) {
+        find_address(demux, sensor_side(demux, record))->counters.cut_short++;
     } else if (has_ports) {
         demux->other++;
     } else {
@@ -268,7 +269,7 @@ static lum_result take_data(lum_demux *demux, const lum_record *record,
 
 static lum_result count_datagram(lum_demux *demux, const lum_record *record)
 {
-    const uint32_t address = sensor_side(record);
+    const uint32_t address = sensor_side(demux, record);
     struct address *entry = find_address(demux, address);
     demux->kind = lum_packet_decode(&demux->options.layout, record->payload,
                                     record->len, &demux->group);
@@ -296,7 +297,7 @@ static lum_result count_record(lum_demux *demux, const lum_record *record)
         return LUM_OK;
     case LUM_RECORD_DATAGRAM:
     case LUM_RECORD_JOINED:
-        if (is_ours(record)) {
+        if (is_ours(demux, record)) {
             return count_datagram(demux, record);
         }
         break;
@@ -432,6 +433,8 @@ void lum_demux_pack_options(const lum_demux *demux, lum_pack *pack)
     lum_pack_u32(pack, &o.config.gap_us);
     lum_pack_bool(pack, &o.has_sensor);
     lum_pack_u32(pack, &o.sensor);
+    uint32_t port = o.port;
+    lum_pack_u32(pack, &port);
 }
 
 void lum_demux_restart(lum_demux *demux)
@@ -498,6 +501,11 @@ bool lum_demux_pack_sensor(lum_demux *demux, size_t sensor, uint32_t from,
 }
 
 /* --- What is known --- */
+
+uint16_t lum_demux_port(const lum_demux *demux)
+{
+    return demux->options.port;
+}
 
 const lum_assembler *lum_demux_current(const lum_demux *demux)
 {

@@ -10,6 +10,9 @@
 /** What decides which lines there are: only to be compared. */
 void lum_demux_pack_options(const lum_demux *demux, lum_pack *pack);
 
+/** The sensors' port. */
+uint16_t lum_demux_port(const lum_demux *demux);
+
 /** Forget all sensors and counters, as after lum_demux_new(). */
 void lum_demux_restart(lum_demux *demux);
 

@@ -19,16 +19,18 @@ struct lum_input {
     lum_wrapping wrapped; /* what packets of a G2 stand in */
 };
 
-/* Whether there is a first byte; a directory gives its error here. */
+/* Whether there is a first byte; a directory gives its error here. 1: there is
+ * none. */
 static int check_start(lum_source *source, lum_error *error)
 {
     if (lum_source_has(source, 1)) {
         return 0;
     }
     if (!source->has_failed) {
-        return lum_error_set(
+        (void)lum_error_set(
             error, "%s: is empty; a pcap, pcapng, MCAP or bag file is expected",
             source->name);
+        return 1;
     }
     return lum_error_set(
         error,
@@ -39,11 +41,12 @@ static int check_start(lum_source *source, lum_error *error)
 /* Both as it is and unpacked. */
 static int start(lum_input *in, lum_error *error)
 {
-    if (check_start(in->source, error) != 0 ||
-        lum_unpack(&in->source, error) != 0) {
-        return -1;
+    const int result = check_start(in->source, error);
+    if (result != 0) {
+        return result;
     }
-    return check_start(in->source, error);
+    return lum_unpack(&in->source, error) == 0 ? check_start(in->source, error)
+                                               : -1;
 }
 
 static bool is_supported(uint32_t link_type)
@@ -101,6 +104,11 @@ static int begin(lum_input *in, lum_comments *comments, lum_error *error)
     lum_pcap_take_options(in->reader, take_option, comments);
     const int begun =
         lum_pcap_begin(in->reader, is_supported, &in->link_type, &reason);
+    if (begun < 0 && lum_pcap_ends_early(in->reader)) {
+        (void)lum_error_set(error, "%s: ends within its headers: %s",
+                            in->source->name, reason.text);
+        return 1;
+    }
     if (begun < 0) {
         return lum_error_set(error,
                              "%s: not a capture (%s); a pcap, pcapng, MCAP or "
@@ -135,7 +143,7 @@ int lum_input_open(lum_source *source, lum_comments *comments, lum_input **out,
     }
     if (result != 0) {
         lum_input_close(in);
-        return -1;
+        return result;
     }
     *out = in;
     return 0;

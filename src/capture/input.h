@@ -15,7 +15,9 @@ typedef struct lum_input lum_input;
  * @param source   taken over: closed with the input, and on failure.
  * @param comments gets those of the sections, as they are read; kept until the
  *                 input is closed.
- * @return 0, or -1 with the reason in error. */
+ * @return 0; -1 with the reason in error; 1 with it, if nothing is wrong but
+ * that it has no bytes, or ends within its headers, as a recording that was
+ *         just begun: then it is not open either. */
 LUM_MUST_CHECK int lum_input_open(lum_source *source, lum_comments *comments,
                                   lum_input **out, lum_error *error);
 

@@ -12,6 +12,7 @@ struct part {
     size_t place;     /* among those that were given */
     lum_input *input; /* NULL: not open */
     lum_comments *comments;
+    char *empty;     /* why nothing can be read of it; NULL: it has a header */
     bool has_record; /* one is in hand */
     lum_pcap_record record;
     int64_t sort_ns;  /* its first record's; without any before all times */
@@ -85,6 +86,7 @@ int lum_merge_one(lum_source *source, lum_go_on *go_on, lum_merge **out,
     return 0;
 }
 
+/* As lum_input_open(). */
 static int open_input(struct part *p, lum_go_on *go_on, lum_error *error)
 {
     lum_source *source = NULL;
@@ -95,14 +97,26 @@ static int open_input(struct part *p, lum_go_on *go_on, lum_error *error)
     return lum_input_open(source, p->comments, &p->input, error);
 }
 
+/* Beside others it is no more than a recording that was just begun. */
+static int note_empty(struct part *p, lum_error *error)
+{
+    const char *name = strcmp(p->path, "-") == 0 ? "standard input" : p->path;
+    p->name = lum_text_copy(name);
+    p->empty = lum_text_copy(error->text);
+    p->sort_ns = INT64_MIN;
+    return p->name != NULL && p->empty != NULL ? 0
+                                               : refuse_for_memory(name, error);
+}
+
 /* Read its first record. A file that can be opened again is closed until its
  * turn comes; what is wrong behind its header is told then. */
 static int probe(struct part *p, lum_go_on *go_on, lum_error *error)
 {
     uint64_t done = 0;
     lum_error later = {""};
-    if (open_input(p, go_on, error) != 0) {
-        return -1;
+    const int opened = open_input(p, go_on, error);
+    if (opened != 0) {
+        return opened > 0 ? note_empty(p, error) : -1;
     }
     const char *name = lum_input_name(p->input);
     p->name = lum_text_copy(name);
@@ -135,6 +149,17 @@ static int compare(const void *a, const void *b)
     return p->place < q->place ? -1 : 1;
 }
 
+/* Of none that is not empty, the first one says why. */
+static int check_any(const lum_merge *m, lum_error *error)
+{
+    for (size_t i = 0; i < m->count; i++) {
+        if (m->parts[i].empty == NULL) {
+            return 0;
+        }
+    }
+    return lum_error_set(error, "%s", m->parts[0].empty);
+}
+
 static int probe_all(lum_merge *m, const char *const *paths, lum_error *error)
 {
     for (size_t i = 0; i < m->count; i++) {
@@ -145,7 +170,7 @@ static int probe_all(lum_merge *m, const char *const *paths, lum_error *error)
         }
     }
     qsort(m->parts, m->count, sizeof *m->parts, compare);
-    return 0;
+    return check_any(m, error);
 }
 
 static int open_several(const char *const *paths, size_t count,
@@ -187,6 +212,7 @@ void lum_merge_close(lum_merge *merge)
         lum_input_close(merge->parts[i].input);
         lum_comments_free(merge->parts[i].comments);
         free(merge->parts[i].name);
+        free(merge->parts[i].empty);
     }
     free(merge->parts);
     free(merge);
@@ -266,6 +292,12 @@ static void begin_part(lum_merge *m)
 {
     lum_error error = {""};
     struct part *p = &m->parts[m->next++];
+    if (p->empty != NULL) {
+        (void)lum_error_set(&error, "%s", p->empty);
+        note_broken(m, &error);
+        end_part(m, p, LUM_CAPTURE_BROKEN);
+        return;
+    }
     if (p->input == NULL && open_input(p, m->go_on, &error) != 0) {
         note_broken(m, &error);
         end_part(m, p, LUM_CAPTURE_UNREAD);

@@ -59,6 +59,14 @@ int lum_pcap_begin(lum_pcap *reader, bool (*is_wanted)(uint32_t link_type),
     return reader->has_wanted;
 }
 
+bool lum_pcap_ends_early(const lum_pcap *reader)
+{
+    lum_source *s = reader->source;
+    const bool is_begun = reader->header != 0 || reader->next != NULL;
+    return is_begun && reader->mcap == NULL && reader->bag == NULL &&
+           !s->has_failed && !lum_source_has(s, s->left + 1u) && !s->has_failed;
+}
+
 bool lum_pcap_can_seek(const lum_pcap *reader)
 {
     return reader->mcap == NULL && reader->bag == NULL &&

@@ -91,6 +91,10 @@ LUM_MUST_CHECK int lum_pcap_begin(lum_pcap *reader,
                                   bool (*is_wanted)(uint32_t link_type),
                                   uint32_t *link_type, lum_error *error);
 
+/** After lum_pcap_begin() failed: whether it is a capture, pcap or pcapng, that
+ * ends before its first interface, as one that was just begun. */
+bool lum_pcap_ends_early(const lum_pcap *reader);
+
 /** Whether an interface whose link type is wanted was described so far. */
 bool lum_pcap_has_wanted(const lum_pcap *reader);
 

@@ -101,10 +101,11 @@ static bool say_port(const lum_remarks *r, uint16_t port, lum_error *out)
     (void)lum_error_set(out,
                         "%" PRIu64 " packets of a G2 came from UDP port %u, "
                         "and none from or to port %u: something between has "
-                        "changed the port (NAT); read it with --port %u, in "
-                        "Python port=%u",
+                        "changed the port (NAT); read it with lumdump --port "
+                        "%u, lumview --sensor-port %u, in Python port=%u",
                         r->ports[most].from, (unsigned)r->ports[most].port,
                         (unsigned)port, (unsigned)r->ports[most].port,
+                        (unsigned)r->ports[most].port,
                         (unsigned)r->ports[most].port);
     return true;
 }

@@ -3,7 +3,8 @@
 #include <string.h>
 
 enum {
-    MAGIC_BYTES = 4
+    MAGIC_BYTES = 4,
+    TAR_MARK_AT = 257
 };
 
 static bool begins_with(lum_source *source, const uint8_t *magic, size_t len)
@@ -62,6 +63,14 @@ int lum_unpack(lum_source **source, lum_error *error)
     return 0;
 }
 
+/* The first member's header has its name and, behind it, the archive's mark. */
+static bool is_tar(lum_source *source)
+{
+    static const char mark[] = {'u', 's', 't', 'a', 'r'};
+    return lum_source_has(source, TAR_MARK_AT + sizeof mark) &&
+           memcmp(source->at + TAR_MARK_AT, mark, sizeof mark) == 0;
+}
+
 const char *lum_unpack_hint(lum_source *source)
 {
     static const struct {
@@ -73,7 +82,12 @@ const char *lum_unpack_hint(lum_source *source)
         {{'B', 'Z', 'h', 0}, 3, "; it is compressed: use bzip2 -dc"},
         {{0x04, 0x22, 0x4d, 0x18}, 4, "; it is compressed: use lz4 -dc"},
         {{'P', 'K', 3, 4}, 4, "; it is a zip archive: use unzip"},
+        {{0x5d, 0, 0, 0}, 3, "; it is compressed: use xz -dc --format=lzma"},
+        {{'7', 'z', 0xbc, 0xaf}, 4, "; it is a 7z archive: use 7z e"},
     };
+    if (is_tar(source)) {
+        return "; it is an archive of files: unpack it by tar -xf";
+    }
     if (source->packed != NULL && (is_gzip(source) || is_zstd(source))) {
         return "; it is compressed twice: unpack it once with gzip -dc or zstd "
                "-dc";

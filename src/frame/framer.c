@@ -275,7 +275,8 @@ static int set_up(lum_framer *f, const lum_framer_options *o, lum_error *error)
 {
     lum_demux_options demux = {.struct_size = sizeof demux,
                                .has_sensor = o->has_sensor,
-                               .sensor = o->sensor};
+                               .sensor = o->sensor,
+                               .port = o->port};
     lum_layout_default(&demux.layout);
     lum_assembler_config_default(&demux.config);
     demux.layout = o->layout != NULL ? *o->layout : demux.layout;

@@ -65,12 +65,13 @@ static bool is_ours(const lum_infer *infer, const lum_record *record,
                     uint32_t *sensor)
 {
     const lum_infer_options *o = &infer->options;
-    const bool is_from = record->source_port == LUM_PORT;
+    const uint16_t port = o->port != 0 ? o->port : (uint16_t)LUM_PORT;
+    const bool is_from = record->source_port == port;
     const bool is_cut = record->kind == LUM_RECORD_CUT_SHORT &&
                         record->source_port == 0 &&
                         record->destination_port == 0;
     *sensor = is_from ? record->source : record->destination;
-    if (!is_from && record->destination_port != LUM_PORT && !is_cut) {
+    if (!is_from && record->destination_port != port && !is_cut) {
         return false;
     }
     return !o->has_sensor || *sensor == o->sensor ||

@@ -305,6 +305,14 @@ def test_a_capture_of_cut_wrapped_or_unsorted_packets_gives_a_warning(content):
     assert source.counts["out_of_order"] > 2
 
 
+def test_another_port_is_named_and_can_be_chosen(content, frames):
+    made = content.replace(b"\x15\x8d", b"\x15\xe0")
+    with pytest.warns(lumsdk.CaptureWarning, match="came from UDP port 5600.*port=5600"):
+        assert list(lumsdk.open(made)) == []
+    assert [f.number for f in lumsdk.open(made, port=5600)] == [f.number for f in frames]
+    assert lumsdk.infer(made).verdict == "too little" and lumsdk.infer(made, port=5600).profile is not None
+
+
 # --- File objects that fail ---
 
 

@@ -3,7 +3,9 @@
 import contextlib
 import fcntl
 import gzip
+import io
 import json
+import lzma
 import os
 import pathlib
 import shutil
@@ -11,6 +13,7 @@ import signal
 import struct
 import subprocess
 import sys
+import tarfile
 import termios
 import threading
 import time
@@ -19,7 +22,8 @@ import unittest
 import bag_maker
 import mcap_maker
 import shards
-from support import BIN, PATIENCE_S, Folder, frames_of, line, pcap, run, simulate, summary, udp, word
+from support import (BIN, CLIENT, MAGIC, PATIENCE_S, SENSOR, Folder, frames_of, line, pcap, run, simulate, summary, udp,
+                     word)
 
 JUDGE = os.environ.get("LUM_JUDGE", "")
 ENDINGS = (".gz", ".zst")
@@ -379,6 +383,105 @@ class Wrapped(Case):
                 said = run("lumdump", self.folder.write("other.pcap", pcap(frames, link=link))).stderr
                 self.assertIn(expected, said)
                 self.assertNotIn("editcap", said)
+
+
+class Port(Case):
+    """NAT may have changed the sensors' port."""
+
+    def test_it_is_named_and_can_be_chosen(self):
+        packets = [p for n in range(40) for p in line([word(2000, 1)] * 20, number=n, clock=1000 + 1000 * n)]
+        requests = [udp(MAGIC + b"\x08\0\0\0", source=CLIENT, destination=SENSOR, sport=50000, dport=port) for port in (5517, 5600)]
+        expected = self.points(self.folder.write("plain.pcap", pcap([udp(p) for p in packets])))
+        for beside in [], [requests[0]], [requests[1]]:
+            source = self.folder.write("nat.pcap", pcap([udp(p, sport=5600) for p in packets] + beside))
+            said = run("lumdump", source).stderr
+            self.assertIn(f"{len(packets)} packets of a G2 came from UDP port 5600, and none from or to port 5517", said)
+            self.assertIn("lumdump --port 5600", said)
+        r = run("lumdump", source, "--port", "5600", "-o", "-", "--format", "csv")
+        self.assertEqual(r.stdout, expected)
+        self.assertNotIn("warning", r.stderr)
+        got = summary(source, "--port", "5600")
+        self.assertEqual((got["heartbeat"], got["other"], len(got["sensors"])), (1, 0, 1))
+        copy = self.folder / "copy.pcap"
+        self.assertEqual(run("lumdump", source, "--port", "5600", "-q", "-o", copy).returncode, 0)
+        self.assertEqual(self.points(copy), expected)
+        self.assertEqual(summary(copy)["heartbeat"], 1)
+        said = run("lumdump", copy, "--port", "7000").stderr
+        self.assertIn("to or from UDP port 7000", said)
+        self.assertIn("came from UDP port 5517", said)
+
+    def test_a_second_sensor_behind_another_port_is_not_told(self):
+        frames = [udp(p, sport=port) for port in (5517, 5600) for p in line([word(2000, 1)])]
+        self.assertNotIn("5600", run("lumdump", self.folder.write("two.pcap", pcap(frames))).stderr)
+
+    def test_the_layout_is_found_there(self):
+        plain = simulate(self.folder / "plain.pcap", "--frames", "2", "--lines", "64", "--seed", "3").read_bytes()
+        made = self.folder.write("nat.pcap", plain.replace(b"\x15\x8d", b"\x15\xe0"))
+        r = run("lumdump", made, "--infer")
+        self.assertEqual(r.returncode, 1)
+        self.assertIn("lumdump --port 5600", r.stderr)
+        r = run("lumdump", made, "--infer", "--port", "5600")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertNotIn("warning", r.stderr)
+
+    def test_it_is_no_option_of_a_sensor(self):
+        r = run("lumdump", "udp://127.0.0.1", "--port", "5600")
+        self.assertEqual(r.returncode, 2)
+        self.assertIn("udp://ADDRESS:PORT", r.stderr)
+
+
+class Begun(Case):
+    """A recording that was just begun has no packet; beside others it is told, and they are read."""
+
+    def test_beside_others_it_is_a_warning(self):
+        frames = line_frames(3)
+        first = self.folder.write("r-1.pcap", pcap(frames))
+        expected = self.points(first)
+        head = pcap([])
+        for name, data, said in (
+                ("r-2.pcap", b"", "is empty"),
+                ("r-2.pcap.gz", gzip.compress(b""), "is empty"),
+                ("r-2.pcap", head[:10], "ends within its headers: byte 0: a file header is cut short: 10 of its 24 bytes"),
+                ("r-2.pcapng", section(), "ends within its headers: it describes no interface"),
+                ("r-2.pcapng", (section() + interface())[:40], "ends within its headers: byte 28: a block is cut short")):
+            with self.subTest(said, name=name):
+                second = self.folder.write(name, data)
+                alone = run("lumdump", second)
+                self.assertEqual(alone.returncode, 1)
+                self.assertIn(said, alone.stderr)
+                for order in (first, second), (second, first):
+                    r = run("lumdump", *order, "-o", "-", "--format", "csv")
+                    self.assertEqual((r.returncode, r.stdout), (0, expected))
+                    self.assertIn(f"warning: {second}: {said}", r.stderr)
+                    got = summary(*order)
+                    self.assertTrue(got["truncated"])
+                    self.assertEqual({s["name"]: s["end"] for s in got["sources"]}, {str(first): "whole", str(second): "broken off"})
+                both = run("lumdump", second, self.folder.write("r-3.pcap", b""))
+                self.assertEqual(both.returncode, 1)
+                self.assertIn(said, both.stderr)
+
+    def test_what_is_no_capture_still_ends_the_run(self):
+        first = self.folder.write("r-1.pcap", pcap(line_frames()))
+        for data in b"abc", b"x,y,z\n" * 10:
+            self.assertEqual(run("lumdump", first, self.folder.write("other.pcap", data)).returncode, 1)
+
+
+class Packed(Case):
+    def test_what_is_not_unpacked_here_is_named_with_its_command(self):
+        inside = self.folder.write("inside.pcap", pcap(line_frames()))
+        archive, tar = io.BytesIO(), io.BytesIO()
+        for out, mode in (archive, "w:gz"), (tar, "w"):
+            with tarfile.open(fileobj=out, mode=mode) as made:
+                made.add(inside, "drive.pcap")
+        for name, data, command in (
+                ("drive.tar.gz", archive.getvalue(), "tar -xf"), ("drive.tar", tar.getvalue(), "tar -xf"),
+                ("drive.pcap.lzma", lzma.compress(inside.read_bytes(), lzma.FORMAT_ALONE), "xz -dc --format=lzma"),
+                ("drive.pcap.xz", lzma.compress(inside.read_bytes()), "xz -dc"),
+                ("drive.7z", b"7z\xbc\xaf\x27\x1c" + bytes(60), "7z e")):
+            with self.subTest(name):
+                r = run("lumdump", self.folder.write(name, data))
+                self.assertEqual(r.returncode, 1)
+                self.assertIn(command, r.stderr)
 
 
 class Order(Case):

@@ -3,6 +3,7 @@
 #include "../common/number.h"
 #include "../common/shell_word.h"
 
+#include "lum/wire.h"
 #include "targets.h"
 
 #include <errno.h>
@@ -180,9 +181,20 @@ void conclude_remarks(const struct options *options, const lum_capture *capture,
                       const lum_demux *demux)
 {
     lum_error text;
-    for (size_t i = 0; lum_capture_remark(capture, demux, 0, i, &text); i++) {
+    for (size_t i = 0;
+         lum_capture_remark(capture, demux, options->port, i, &text); i++) {
         warn(options, text.text);
     }
+}
+
+static void warn_of_nothing(const struct options *o)
+{
+    char text[160];
+    (void)snprintf(text, sizeof text,
+                   "no packet of a G2 was found: no complete packet to or from "
+                   "UDP port %u has its magic",
+                   o->port != 0 ? o->port : LUM_PORT);
+    warn(o, text);
 }
 
 static void warn_of_losses(const struct pass *pass)
@@ -197,8 +209,7 @@ static void warn_of_losses(const struct pass *pass)
                 "of its begin were used for all");
     }
     if (!pass->summary.has_time) {
-        warn(o, "no packet of a G2 was found: no complete packet to or from "
-                "UDP port 5517 has its magic");
+        warn_of_nothing(o);
     }
     conclude_remarks(o, pass->capture, lum_framer_demux(pass->framer));
     warn_of_layout(pass);

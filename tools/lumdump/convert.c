@@ -1,5 +1,7 @@
 #include "convert.h"
 
+#include "lum/wire.h"
+
 #include <errno.h>
 
 /* --- Lines and frames --- */
@@ -153,13 +155,25 @@ static int write_cut(struct pass *pass, lum_error *error)
     return result;
 }
 
-static int write_datagram(struct pass *pass, const lum_record *record,
+/* In captures that are written the sensor's side always has the port of all
+ * sensors, because readers find it by that port. */
+static lum_record with_port(lum_record record, uint16_t port)
+{
+    uint16_t *side = record.source_port == port ? &record.source_port
+                                                : &record.destination_port;
+    *side = port != 0 ? (uint16_t)LUM_PORT : *side;
+    return record;
+}
+
+static int write_datagram(struct pass *pass, const lum_record *from,
                           lum_error *error)
 {
+    const lum_record record = with_port(*from, pass->options->port);
     if (pass->cut == NULL) {
-        return add_datagram(pass, record, error);
+        return add_datagram(pass, &record, error);
     }
-    return cut_add(pass->cut, record, error) == 0 ? write_cut(pass, error) : -1;
+    return cut_add(pass->cut, &record, error) == 0 ? write_cut(pass, error)
+                                                   : -1;
 }
 
 /* A record of port 5517 that was counted as `kind`. */
@@ -339,6 +353,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
                                         .eyes = o->eyes,
                                         .has_sensor = pass->has_sensor,
                                         .sensor = pass->sensor,
+                                        .port = o->port,
                                         .has_range = true,
                                         .frame_first = o->frame_first,
                                         .frame_last = o->frame_last,

@@ -67,7 +67,8 @@ static enum pass_result solve(struct inference *f, lum_error *error)
     const struct options *o = f->options;
     const lum_infer_options options = {.struct_size = sizeof options,
                                        .has_sensor = o->has_sensor,
-                                       .sensor = o->sensor};
+                                       .sensor = o->sensor,
+                                       .port = o->port};
     enum pass_result result = replay_open(o, &f->capture, error);
     if (result != PASS_DONE) {
         return result;

@@ -113,6 +113,7 @@ static const struct option_spec specs[] = {
      .allowed = "a size from 64KiB to 1GB, such as 256MiB"},
     {"sensor", CALL(values_take_sensor), HAS(has_sensor),
      .allowed = "an address such as 10.42.0.37"},
+    {"port", .kind = OPTION_WHOLE, INTO(port), .min = 1, .max = UINT16_MAX},
     {"eye", WORD(eyes, eyes)},
     {"edge", WORD(edges, selection.edges)},
     {"return", CALL(values_take_return),
@@ -275,6 +276,10 @@ static bool goes_with_source(const struct options *o)
         return refuse("--threads goes with captures: of a sensor each output "
                       "has a thread of its own");
     }
+    if (o->is_live && o->port != 0) {
+        return refuse("--port is of the sensors in a capture: for a sensor "
+                      "name it in udp://ADDRESS:PORT");
+    }
     if (o->is_live && o->has_sensor) {
         return refuse("--sensor chooses among the sensors of a capture: "
                       "udp://ADDRESS already names one");
@@ -388,8 +393,8 @@ static bool is_consistent(const struct options *o)
 
 static bool goes_with_infer(const char *name)
 {
-    static const char *const names[] = {"infer", "output", "sensor", "json",
-                                        "quiet"};
+    static const char *const names[] = {"infer", "output", "sensor",
+                                        "port",  "json",   "quiet"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         if (strcmp(name, names[i]) == 0) {
             return true;
@@ -405,7 +410,7 @@ static bool has_others(const struct option_result *given)
             (void)fprintf(stderr,
                           "lumdump: --%s does not go with --infer, which looks "
                           "at packets and makes no points: it goes with "
-                          "--output, --sensor, --json and --quiet\n",
+                          "--output, --sensor, --port, --json and --quiet\n",
                           specs[i].name);
             return true;
         }
@@ -551,10 +556,11 @@ static void note_filters(const struct option_result *given, struct options *o)
     static const struct {
         const char *name;
         bool is_of_packets;
-    } filters[] = {{"sensor", true},   {"eye", true},        {"edge", false},
-                   {"return", false},  {"frames", true},     {"range", false},
-                   {"box", false},     {"incomplete", true}, {"packets", true},
-                   {"duration", true}, {"smooth", false},    {"time", false}};
+    } filters[] = {{"sensor", true},  {"port", true},     {"eye", true},
+                   {"edge", false},   {"return", false},  {"frames", true},
+                   {"range", false},  {"box", false},     {"incomplete", true},
+                   {"packets", true}, {"duration", true}, {"smooth", false},
+                   {"time", false}};
     for (size_t i = 0; i < sizeof filters / sizeof filters[0]; i++) {
         for (size_t k = 0; k < sizeof specs / sizeof specs[0]; k++) {
             if (option_table_has(given, k) && !is_off(o, specs[k].name) &&

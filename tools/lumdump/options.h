@@ -29,7 +29,7 @@ struct output_options {
 };
 
 /* Options that choose or change what comes out, as they were given. */
-#define FILTERS_MAX 12u
+#define FILTERS_MAX 13u
 
 struct filter {
     char text[256];     /* such as "--eye=blue" */
@@ -69,6 +69,7 @@ struct options {
     bool has_format;
     bool has_sensor;
     uint32_t sensor;
+    uint16_t port; /* of sensors in a capture; 0: as ever */
     lum_selection selection;
     unsigned eyes; /* bit 1 << LUM_EYE_... */
     int64_t frame_first;

@@ -133,7 +133,7 @@ static size_t list_losses(const lum_demux_counters *c,
         {"unknown_type", "packets of an unknown type",
          k[LUM_PACKET_UNKNOWN_TYPE]},
         {"cut_short", "datagrams the capture holds in part", c->cut_short},
-        {"foreign", "datagrams on port 5517 without our magic",
+        {"foreign", "datagrams on the sensor's port without our magic",
          k[LUM_PACKET_FOREIGN]},
         {"other", "records that are not ours", c->other},
     };

@@ -18,14 +18,6 @@ struct captures {
 
 /* --- Opening and closing --- */
 
-static int try_open(const char *path, lum_error *error)
-{
-    lum_capture *capture = NULL;
-    const int result = lum_capture_open(path, &capture, error);
-    lum_capture_close(capture);
-    return result;
-}
-
 /* Standard input, a pipe, a device. */
 static bool is_stream(const char *path)
 {
@@ -35,11 +27,32 @@ static bool is_stream(const char *path)
             !S_ISDIR(st.st_mode));
 }
 
+/* Pumps wait for what they are given. */
+static int try_files(const struct captures *c, lum_error *error)
+{
+    lum_capture *capture = NULL;
+    size_t count = 0;
+    const char **files = calloc(c->sources->count, sizeof *files);
+    if (files == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    for (size_t i = 0; i < c->sources->count; i++) {
+        if (c->pumps[i] == NULL) {
+            files[count++] = c->paths[i];
+        }
+    }
+    const int result =
+        count > 0 ? lum_capture_open_several(files, count, &capture, error) : 0;
+    lum_capture_close(capture);
+    free(files);
+    return result;
+}
+
 static int start(struct captures *c, size_t i, lum_error *error)
 {
     c->paths[i] = c->sources->paths[i];
     if (!is_stream(c->paths[i])) {
-        return try_open(c->paths[i], error);
+        return 0;
     }
     c->are_files = false;
     if (pump_start(c->paths[i], &c->pumps[i], error) != 0) {
@@ -62,7 +75,7 @@ static int start_all(struct captures *c, lum_error *error)
             return -1;
         }
     }
-    return 0;
+    return try_files(c, error);
 }
 
 int captures_new(const struct sources *sources, struct captures **out,

@@ -61,6 +61,7 @@ struct decoder *decoder_new(const struct decoder_options *options)
                                        .only_first = true,
                                        .has_sensor = options->has_sensor,
                                        .sensor = options->sensor,
+                                       .port = options->port,
                                        .points_max = FRAME_POINTS_MAX};
     d->options = *options;
     d->from = INT64_MIN;

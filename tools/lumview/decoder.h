@@ -20,6 +20,7 @@ struct decoder_options {
     const lum_projector *second_projector;
     bool has_sensor;
     uint32_t sensor;
+    uint16_t port;       /* of sensors; 0: as ever */
     struct stage *stage; /* has the views that are wanted */
 };
 

@@ -80,6 +80,8 @@ static const struct option_spec specs[] = {
      .allowed = "the name of an interface"},
     {"sensor", .kind = OPTION_CALL, .group = CAPTURE, .call = take_sensor,
      HAS(has_sensor), .allowed = "an address such as 10.42.0.37"},
+    {"sensor-port", .kind = OPTION_WHOLE, .group = CAPTURE, INTO(sensor_port),
+     .min = 1, .max = UINT16_MAX},
     {"loop", .kind = OPTION_FLAG, .group = CAPTURE, INTO(loops)},
     {"speed", .kind = OPTION_REAL, .group = CAPTURE, INTO(speed),
      .low = SPEED_MIN, .high = SPEED_MAX},

@@ -22,10 +22,11 @@ struct options {
     const char *second;      /* another to show beside it; NULL: none */
     bool has_sensor;         /* capture: of several sensors this one */
     uint32_t sensor;
-    uint16_t port;     /* 0: any that is free */
-    bool has_bind;     /* listens elsewhere than on 127.0.0.1 */
-    uint32_t bind;     /* host order */
-    bool stays_closed; /* no browser is started */
+    uint16_t sensor_port; /* capture: the sensors'; 0: as ever */
+    uint16_t port;        /* 0: any that is free */
+    bool has_bind;        /* listens elsewhere than on 127.0.0.1 */
+    uint32_t bind;        /* host order */
+    bool stays_closed;    /* no browser is started */
     bool json;
     bool quiet;
     bool loops;   /* capture */

@@ -25,6 +25,7 @@ struct second *second_new(const struct decoder_options *options)
                                        .only_first = true,
                                        .has_sensor = options->has_sensor,
                                        .sensor = options->sensor,
+                                       .port = options->port,
                                        .points_max = FRAME_POINTS_MAX};
     if (lum_framer_new(&framer, &s->framer, NULL) != 0 ||
         lum_framer_set_views(s->framer, NULL, 0, NULL) != 0) {

@@ -50,7 +50,8 @@ LUM_MUST_CHECK int lum_capture_open_source(lum_source *source,
  *
  * The first record of each is read now. After that, a file is open only while
  * it is read, so that thousands may follow each other; a pipe is open from the
- * start. If a file breaks off, the others are still read.
+ * start. If a file breaks off, the others are still read; also if one has no
+ * bytes or ends within its headers, as the last of a rotated recording may.
  * @param paths count of them, as for lum_capture_open(); not kept. Each must be
  *              another file: records of one that is named twice come twice.
  * @param count at least 1.

@@ -2,7 +2,8 @@
  * Records of a capture, or of a socket, to the lines of each sensor
  * (docs/protocol.md, section 9).
  *
- * A sensor is the address on the side of port 5517 that sent data; each has its
+ * A sensor is the address on the side of port 5517, or of
+ * lum_demux_options.port, that sent data; each has its
  * own assembler. Events are returned as by lum_assembler_push().
  *
  * Only one thread at a time may use a demultiplexer. A sensor's assembler is
@@ -34,6 +35,8 @@ typedef struct lum_demux_options {
     bool has_sensor; /**< only one sensor is requested: data of others is not
                         assembled, and nothing of theirs is counted */
     uint32_t sensor; /**< its address, host order */
+    uint16_t port;   /**< of sensors, where something between has changed it
+                        (NAT); 0: ::LUM_PORT */
 } lum_demux_options;
 
 /** What was counted, of one address or of all. */
@@ -125,7 +128,8 @@ lum_result lum_demux_total(const lum_demux *demux, lum_demux_counters *out);
  * @param capture that was read; NULL: the records were others.
  * @param demux   that took them; NULL: none did, and what it counts is left
  *                out.
- * @param port    that was read (lum_demux_options.port); 0: ::LUM_PORT.
+ * @param port    without demux, the sensors' port that was read; 0:
+ *                ::LUM_PORT.
  * @param i       from 0 on.
  * @param out     gets it: one line, without the capture's name.
  * @return false behind the last: then out is not set. */

@@ -128,6 +128,8 @@ typedef struct lum_framer_options {
                            under way are lost to it. They do not make points of
                          a view that selects by returns, range or box, nor of a
                          build without threads. Each takes about 1 MB. */
+    uint16_t port;    /**< of sensors, as lum_demux_options.port; 0:
+                         ::LUM_PORT */
 } lum_framer_options;
 
 /** A framer. */

@@ -46,6 +46,8 @@ typedef struct lum_infer_options {
                                ::LUM_INFER_PACKETS_MAX; 0: that many */
     bool has_sensor;      /**< only one sensor is requested */
     uint32_t sensor;      /**< its address, host order */
+    uint16_t port;        /**< of sensors, where something between has changed
+                             it (NAT); 0: ::LUM_PORT */
 } lum_infer_options;
 
 /** What came of an inference. */
@@ -152,7 +154,7 @@ LUM_MUST_CHECK int lum_infer_create(const lum_infer_options *options,
                                     lum_infer **out, lum_error *error);
 
 /** Take a record of a capture; several joined datagrams are taken apart, as by
- * lum_demux_push(). What is not a datagram to or from port 5517 does no harm.
+ * lum_demux_push(). What is not a datagram to or from its port does no harm.
  * @param record not kept; as much of its payload as is needed is copied.
  * @param error  may be NULL; gets the message on failure: there is no memory.
  * @return 1: more are wanted; 0: it has enough, and further datagrams are only

@@ -46,7 +46,7 @@ def kinds_of_sources() -> None:
 
 
 def find_a_layout() -> None:
-    found = lumsdk.infer(["a.pcap", "b.pcap"], sensor="10.42.0.37")
+    found = lumsdk.infer(["a.pcap", "b.pcap"], sensor="10.42.0.37", port=5600)
     assert_type(found, lumsdk.Inference)
     assert_type(found.findings, tuple[lumsdk.Finding, ...])
     if found.profile is not None:

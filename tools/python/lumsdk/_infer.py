@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Optional
 from ._c import failure, ffi, lib, sized, text
 from ._errors import CaptureError, Error, warn
 from ._inputs import Functions, Input, open_input
-from ._options import parse_address
+from ._options import parse_address, parse_port
 from ._settings import Profile
 
 if TYPE_CHECKING:
@@ -127,7 +127,7 @@ def _solve(made: Any) -> Inference:
         findings=tuple(_finding(result.findings[i]) for i in range(result.finding_count)), yaml=_yaml(result))
 
 
-def infer(source: Given, *, sensor: Optional[str] = None) -> Inference:
+def infer(source: Given, *, sensor: Optional[str] = None, port: Optional[int] = None) -> Inference:
     """Find the layout of the data packets of captures that do not decode, as lumdump --infer does.
 
     Nothing but the packets is used; a profile that the capture bears is not. At most 20,000 of them are looked at.
@@ -139,14 +139,17 @@ def infer(source: Given, *, sensor: Optional[str] = None) -> Inference:
     Args:
         source: What open() takes: paths, a pattern, the bytes of a capture, a binary file object, a URL.
         sensor: The address of one of several sensors.
+        port: The sensors' UDP port in them, if NAT has changed it from 5517.
 
     Raises:
         CaptureError: A capture cannot be opened.
-        OptionError: The address is none.
+        OptionError: The address or the port is none.
     """
     options, error = sized("lum_infer_options"), ffi.new("lum_error *")
     if sensor is not None:
         options.has_sensor, options.sensor = True, parse_address(sensor)
+    if port is not None:
+        options.port = parse_port(port)
     opened, kept = open_input(source), list[Any]()
     try:
         out = ffi.new("lum_infer **")

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         edge: Literal["rising", "falling", "both"]
         eye: Literal["blue", "green", "both"]
         sensor: str
+        port: int
         frames: Union[str, int, tuple[Optional[int], Optional[int]]]
         range: Limits
         box: Union[str, tuple[Limits, Limits, Limits]]
@@ -50,6 +51,7 @@ _ALLOWED = {
     "smooth": '0 for off, an odd number of pixels up to 63, such as 31, or "WINDOW:ORDER" or (WINDOW, ORDER), the '
               "order from 0 to 5 and below the window, such as (31, 2)",
     "sensor": 'an address such as "10.42.0.37"',
+    "port": "a number from 1 to 65535",
     "threads": f"a number from 1 to {lib.LUM_FRAMER_THREADS_MAX}",
     "columns": f'"all" or names of {", ".join(COLUMNS)}, such as ["x", "y", "z"] or "x,y,z"',
 }
@@ -61,7 +63,7 @@ _WORDS: dict[str, dict[str, int]] = {
 }
 _RETURNS = {"all": lib.LUM_RETURNS_ALL, "first": lib.LUM_RETURNS_FIRST, "last": lib.LUM_RETURNS_LAST,
             "strongest": lib.LUM_RETURNS_STRONGEST}
-_NAMES = ("columns", "returns", "edge", "eye", "sensor", "frames", "range", "box", "incomplete", "smooth",
+_NAMES = ("columns", "returns", "edge", "eye", "sensor", "port", "frames", "range", "box", "incomplete", "smooth",
           "calibration", "profile", "set", "broken", "threads", "progress")
 _INT64 = (-2 ** 63, 2 ** 63 - 1)
 # More do not help: the one that reads and assembles takes most of the time, and lines have to be copied to the others.
@@ -188,6 +190,14 @@ def parse_address(value: Any) -> int:
     return number
 
 
+def parse_port(value: Any) -> int:
+    """The UDP port of sensors."""
+    number = _whole("port", value, value)
+    if not 1 <= number <= 65535:
+        raise _wrong("port", value)
+    return number
+
+
 def _smooth(value: Any) -> tuple[int, int]:
     if isinstance(value, str):
         parts: list[Any] = value.split(":")
@@ -262,6 +272,7 @@ class Choice:
         self.calibration, self.profile = self._settings(options)
         self.range = _frames(options["frames"]) if "frames" in options else FrameRange()
         self.sensor: Optional[int] = parse_address(options["sensor"]) if "sensor" in options else None
+        self.port = parse_port(options["port"]) if "port" in options else int(lib.LUM_PORT)
         self.eyes = _word("eye", options.get("eye", "both"))
         self.drops_incomplete = bool(_word("incomplete", options.get("incomplete", "keep")))
         self.threads = _threads(options.get("threads"))
@@ -296,7 +307,7 @@ class Choice:
             raise OptionError("the calibration or the profile is out of range")
         geometry = calibration._to_c()
         made = sized("lum_framer_options", layout=layout, calibration=geometry, views=self.view, view_count=1,
-                     eyes=self.eyes, drop_incomplete=self.drops_incomplete, threads=self.threads)
+                     eyes=self.eyes, drop_incomplete=self.drops_incomplete, threads=self.threads, port=self.port)
         if self.sensor is not None:
             made.has_sensor, made.sensor = True, self.sensor
         if self.range != FrameRange():

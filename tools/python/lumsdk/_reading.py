@@ -271,7 +271,8 @@ class Reading:
             raise CaptureError(f"{self._name}: packets of a G2 came, but none of them is a data packet: {kinds}; lumdump "
                                "shows their types and lengths, and with --infer finds their layout, for a profile")
         if not counts.packets:
-            warn(f"{self._name}: no packet of a G2 was found: no complete packet to or from UDP port 5517 has its magic")
+            warn(f"{self._name}: no packet of a G2 was found: no complete packet to or from UDP port "
+                 f"{self._choice.port} has its magic")
         for remark in self._remarks():
             warn(f"{self._name}: {remark}")
         self._check_points(counts.counts)

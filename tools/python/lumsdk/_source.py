@@ -373,6 +373,7 @@ def open(source: Given, **options: Unpack[Options]) -> Source:
         edge         "rising", "falling" or "both"
         eye          "blue", "green" or "both"
         sensor       only this one, such as "10.42.0.37"
+        port         the sensors' UDP port in the capture, if NAT has changed it; 5517 if not given
         frames       numbers of frames: (first, last), both included and either None, or one number
         range        (min, max) metres from the eye, both included and either None
         box          three such pairs for x, y and z in metres
