@@ -105,8 +105,9 @@ static int begin(lum_input *in, lum_comments *comments, lum_error *error)
     const int begun =
         lum_pcap_begin(in->reader, is_supported, &in->link_type, &reason);
     if (begun < 0 && lum_pcap_ends_early(in->reader)) {
-        (void)lum_error_set(error, "%s: ends within its headers: %s",
-                            in->source->name, reason.text);
+        (void)lum_error_set(
+            error, "%s: not a capture: it ends within its headers (%s)",
+            in->source->name, reason.text);
         return 1;
     }
     if (begun < 0) {

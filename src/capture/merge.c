@@ -98,14 +98,13 @@ static int open_input(struct part *p, lum_go_on *go_on, lum_error *error)
 }
 
 /* Beside others it is no more than a recording that was just begun. */
-static int note_empty(struct part *p, lum_error *error)
+static int note_empty(struct part *p, const lum_error *why)
 {
     const char *name = strcmp(p->path, "-") == 0 ? "standard input" : p->path;
     p->name = lum_text_copy(name);
-    p->empty = lum_text_copy(error->text);
+    p->empty = lum_text_copy(why->text);
     p->sort_ns = INT64_MIN;
-    return p->name != NULL && p->empty != NULL ? 0
-                                               : refuse_for_memory(name, error);
+    return p->name != NULL && p->empty != NULL ? 0 : -1;
 }
 
 /* Read its first record. A file that can be opened again is closed until its
@@ -114,9 +113,13 @@ static int probe(struct part *p, lum_go_on *go_on, lum_error *error)
 {
     uint64_t done = 0;
     lum_error later = {""};
-    const int opened = open_input(p, go_on, error);
-    if (opened != 0) {
-        return opened > 0 ? note_empty(p, error) : -1;
+    const int opened = open_input(p, go_on, &later);
+    if (opened > 0) {
+        return note_empty(p, &later) == 0 ? 0
+                                          : refuse_for_memory(p->path, error);
+    }
+    if (opened < 0) {
+        return lum_error_set(error, "%s", later.text);
     }
     const char *name = lum_input_name(p->input);
     p->name = lum_text_copy(name);

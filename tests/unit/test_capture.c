@@ -669,6 +669,28 @@ static void write_lens(const scratch *s)
     assert_int_equal(lum_capture_writer_close(w, &error), 0);
 }
 
+/* Nobody needs to ask why. */
+static void an_empty_file_beside_another_is_read_over(void **state)
+{
+    const scratch *s = *state;
+    const char *const paths[] = {"/dev/null", s->path};
+    lum_capture *c = NULL;
+    lum_record r;
+    lum_error error = {""};
+    size_t count = 0;
+    int status = 1;
+    write_lens(s);
+    assert_int_equal(lum_capture_open_several(paths, 2, &c, NULL), 0);
+    while ((status = lum_capture_next(c, &r, &error)) > 0) {
+        count++;
+    }
+    assert_int_equal(status, -1);
+    assert_int_equal(count, LENS);
+    assert_non_null(strstr(error.text, "/dev/null: is empty"));
+    lum_capture_close(c);
+    assert_int_equal(lum_capture_open_several(paths, 1, &c, NULL), -1);
+}
+
 static void what_is_written_is_read_back(void **state)
 {
     scratch *s = *state;
@@ -1074,6 +1096,7 @@ int main(void)
         cmocka_unit_test(progress_reaches_the_file_size),
         cmocka_unit_test(progress_through_a_pipe_has_no_total),
         cmocka_unit_test(closing_nothing_is_allowed),
+        WRITER_FACT(an_empty_file_beside_another_is_read_over),
         WRITER_FACT(what_is_written_is_read_back),
         WRITER_FACT(checksums_are_right),
         WRITER_FACT(a_checksum_of_zero_is_sent_as_all_ones),

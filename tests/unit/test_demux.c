@@ -101,6 +101,19 @@ static void push_packets(lum_demux *demux, uint32_t sensor)
     push_bytes(demux, sensor, joined, sizeof joined);
 }
 
+/* A packet whose record stands far behind that of a later one. */
+static void push_behind(lum_demux *demux, uint32_t sensor)
+{
+    struct drive_line line;
+    for (uint32_t i = 0; i < 2; i++) {
+        const uint32_t ms = i == 0 ? 200 : 0;
+        drive_pixels(&line, LUM_EYE_BLUE, 3, 1000u + 1000u * ms, 0, 10);
+        const lum_record record =
+            drive_record(&line, 0, sensor, (int64_t)ms * 1000000);
+        push(demux, &record);
+    }
+}
+
 static void the_total_has_every_counter_of_every_assembler(void **state)
 {
     uint64_t sum[NUMBERS(lum_assembly_counters)];
@@ -138,6 +151,7 @@ static void the_total_has_every_counter_of_every_address(void **state)
     for (uint32_t s = 0; s < 2; s++) {
         push_packets(demux, DRIVE_SENSOR + s);
         push_line(demux, DRIVE_SENSOR + s);
+        push_behind(demux, DRIVE_SENSOR + s);
         count_all(demux, 1);
     }
     for (size_t s = 0; s < 2; s++) {
