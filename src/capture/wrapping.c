@@ -113,6 +113,11 @@ typedef struct layer {
 
 static const layer no_layer = {NULL};
 
+static layer next_is(layer (*read)(struct walk *w))
+{
+    return (layer){read};
+}
+
 /* What an Ethernet frame has inside may be no Ethernet frame. */
 static void add_kind(struct walk *w, enum kind kind)
 {
@@ -201,7 +206,7 @@ static layer read_ethernet(struct walk *w)
     w->base = w->at;
     w->is_ethernet = true;
     return go_behind(w, ETHERNET_BYTES,
-                     type <= LLC_LENGTH_MAX ? (layer){read_snap}
+                     type <= LLC_LENGTH_MAX ? next_is(read_snap)
                                             : of_type(type));
 }
 
@@ -218,29 +223,29 @@ static layer read_mpls(struct walk *w)
     }
     const unsigned version = is_last ? w->rest.at[0] >> 4 : 15;
     if (version == 4 || version == 6) {
-        return (layer){read_ip};
+        return next_is(read_ip);
     }
-    return is_last ? go_behind(w, version == 0 ? 4 : 0, (layer){read_ethernet})
+    return is_last ? go_behind(w, version == 0 ? 4 : 0, next_is(read_ethernet))
                    : no_layer;
 }
 
 static layer read_pppoe(struct walk *w)
 {
     add_kind(w, KIND_PPPOE);
-    return go_behind(w, 8, (layer){read_ip});
+    return go_behind(w, 8, next_is(read_ip));
 }
 
 static layer read_erspan_3(struct walk *w)
 {
     const bool has_more = has(w, 12) && (w->rest.at[11] & 1u) != 0;
-    return go_behind(w, has_more ? 20 : 12, (layer){read_ethernet});
+    return go_behind(w, has_more ? 20 : 12, next_is(read_ethernet));
 }
 
 /* Type II has a number and a header, type I neither. */
 static layer read_erspan(struct walk *w, bool has_number)
 {
     add_kind(w, has_number ? KIND_ERSPAN_2 : KIND_ERSPAN_1);
-    return go_behind(w, has_number ? 8 : 0, (layer){read_ethernet});
+    return go_behind(w, has_number ? 8 : 0, next_is(read_ethernet));
 }
 
 static layer read_gre(struct walk *w)
@@ -275,7 +280,7 @@ static layer read_geneve(struct walk *w)
 static layer read_vxlan(struct walk *w)
 {
     add_kind(w, KIND_VXLAN);
-    return go_behind(w, 8, (layer){read_ethernet});
+    return go_behind(w, 8, next_is(read_ethernet));
 }
 
 static bool is_magic(lum_span bytes)
@@ -296,9 +301,9 @@ static layer read_udp(struct walk *w)
         return no_layer;
     }
     if (port == PORT_VXLAN || port == PORT_VXLAN_LINUX) {
-        return (layer){read_vxlan};
+        return next_is(read_vxlan);
     }
-    return port == PORT_GENEVE ? (layer){read_geneve} : no_layer;
+    return port == PORT_GENEVE ? next_is(read_geneve) : no_layer;
 }
 
 static layer read_inner_ip(struct walk *w)
@@ -307,19 +312,19 @@ static layer read_inner_ip(struct walk *w)
     if (version == 4) {
         add_kind(w, KIND_IPV4);
     }
-    return (layer){read_ip};
+    return next_is(read_ip);
 }
 
 static layer of_protocol(unsigned protocol)
 {
     switch (protocol) {
     case PROTOCOL_UDP:
-        return (layer){read_udp};
+        return next_is(read_udp);
     case PROTOCOL_GRE:
-        return (layer){read_gre};
+        return next_is(read_gre);
     case PROTOCOL_IPV4:
     case PROTOCOL_IPV6:
-        return (layer){read_inner_ip};
+        return next_is(read_inner_ip);
     default:
         return no_layer;
     }
@@ -364,11 +369,11 @@ static layer first_layer(struct walk *w, uint32_t link_type)
 {
     switch (link_type) {
     case LINKTYPE_ETHERNET:
-        return (layer){read_ethernet};
+        return next_is(read_ethernet);
     case LINKTYPE_RAW:
     case LINKTYPE_RAW_OLD:
     case LINKTYPE_IPV4:
-        return (layer){read_ip};
+        return next_is(read_ip);
     case LINKTYPE_LINUX_SLL:
         return has(w, SLL_BYTES)
                    ? go_behind(w, SLL_BYTES, of_type(u16_at(w, 14)))

@@ -38,6 +38,8 @@ struct decoder {
     struct totals mark;    /* as of the last begin of that */
 };
 
+/* --- Opening --- */
+
 static bool open_second(struct decoder *d)
 {
     if (d->options.second_layout == NULL) {
@@ -85,6 +87,8 @@ void decoder_free(struct decoder *decoder)
     lum_framer_free(decoder->framer);
     free(decoder);
 }
+
+/* --- Counters, and what is skipped --- */
 
 /* The sensor that is shown is the first that sent data, or the one of
  * --sensor. */
@@ -169,6 +173,8 @@ void decoder_count(const struct decoder *decoder, struct totals *out)
     totals_subtract(out, &decoder->skipped);
 }
 
+/* --- What is known --- */
+
 bool decoder_range(const struct decoder *decoder, int64_t *first, int64_t *last)
 {
     return decoder->has_shown &&
@@ -211,6 +217,8 @@ const lum_demux *decoder_demux(const struct decoder *decoder)
 {
     return lum_framer_demux(decoder->framer);
 }
+
+/* --- Records to frames --- */
 
 /* The views that are wanted now are those of the next frame that begins. */
 static bool follow_views(struct decoder *d)
