@@ -54,6 +54,8 @@ struct run {
     bool progress; /* shown */
 };
 
+/* --- Times --- */
+
 /* The capture's clock after the sensor's clock has advanced by this much. */
 static int64_t utc_of(const struct options *o, int64_t sensor_ns)
 {
@@ -69,6 +71,8 @@ static int64_t stamp_of(const struct options *o, int64_t sensor_ns)
     return batch_ns > 0 ? (utc_ns + batch_ns - 1) / batch_ns * batch_ns
                         : utc_ns;
 }
+
+/* --- Into the capture --- */
 
 static int write_joined(struct run *run)
 {
@@ -143,6 +147,8 @@ static int send_line(struct run *run)
     return write_joined(run);
 }
 
+/* --- Simulating --- */
+
 static int simulate_eye(struct run *run, int64_t frame, uint32_t number,
                         unsigned eye)
 {
@@ -200,6 +206,8 @@ static int simulate(struct run *run)
     lum_fault_flush(&run->fault);
     return write_what_leaves(run) == 0 ? write_joined(run) : -1;
 }
+
+/* --- Ends --- */
 
 static bool has_truth(const struct options *o)
 {
@@ -278,6 +286,8 @@ static int finish(struct run *run)
     sum_up(run);
     return EXIT_SUCCESS;
 }
+
+/* --- Beginning --- */
 
 /* A scene is its own source. */
 static int open_capture(struct run *run)
