@@ -248,6 +248,13 @@ static void pack_span(lum_pack *p, lum_frame_span *span)
     }
 }
 
+/* A line is the first member of its slot, which stays as it is meanwhile. */
+bool lum_assembler_line_is_decided(const lum_assembler *a)
+{
+    const lum_line_slot *slot = (const lum_line_slot *)(const void *)a->line;
+    return slot->accepted >= 2u;
+}
+
 bool lum_assembler_pack(lum_assembler *a, uint32_t from, lum_pack *pack)
 {
     lum_pack *p = pack;

@@ -43,4 +43,8 @@ bool lum_demux_pack_sensor(lum_demux *demux, size_t sensor, uint32_t from,
  * read. */
 bool lum_assembler_pack(lum_assembler *a, uint32_t from, lum_pack *pack);
 
+/** Whether the frame of the line that an assembler has just handed out was
+ * decided: two packets of it were accepted. */
+bool lum_assembler_line_is_decided(const lum_assembler *a);
+
 #endif

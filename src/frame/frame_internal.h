@@ -117,6 +117,8 @@ typedef struct lum_frame_end {
     const lum_clock_fit *clock;   /* NULL: there is none */
     uint32_t lines_max[LUM_EYES]; /* lines of the frame before */
     uint64_t lines_late;
+    bool has_pause;
+    uint64_t lines_in_pauses;
 } lum_frame_end;
 
 /* Complete a frame: compute times and what is missing. After that nothing is

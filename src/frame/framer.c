@@ -8,6 +8,7 @@
 #include "frame_internal.h"
 #include "framer_state.h"
 #include "pace.h"
+#include "pause.h"
 #include "under_way.h"
 
 #include "lum/smooth.h"
@@ -66,6 +67,7 @@ struct sensor {
     lum_pace pace;
     lum_clock_fit *clock; /* NULL: the layout has none */
     lum_under_way_state under_way;
+    lum_pause pause;
     lum_framer_counters counters;
 };
 
@@ -92,6 +94,7 @@ struct lum_framer {
     int64_t from;
     bool only_first;
     bool is_flushing;
+    lum_pause pause; /* of a sensor without lines */
     lum_frame_pool *pool;
     lum_crew *crew; /* NULL: the caller makes all points */
     struct sensor *sensors[LUM_DEMUX_SENSORS_MAX];
@@ -292,6 +295,7 @@ static int set_up(lum_framer *f, const lum_framer_options *o, lum_error *error)
     f->wants = o->wants != 0 ? o->wants : (unsigned)LUM_WANT_FRAMES;
     f->eyes = o->eyes != 0 ? o->eyes : (unsigned)LUM_EYES_BOTH;
     f->has_clock = demux.layout.profile.group[LUM_FIELD_TIMESTAMP].bytes != 0;
+    lum_pause_init(&f->pause, demux.config.gap_us, &demux.layout.profile);
     f->has_range = o->has_range;
     f->frame_first = o->frame_first;
     f->frame_last = o->frame_last;
@@ -362,6 +366,9 @@ void lum_framer_free(lum_framer *framer)
 static struct sensor *new_sensor(const lum_framer *f)
 {
     struct sensor *s = calloc(1, sizeof *s);
+    if (s != NULL) {
+        s->pause = f->pause;
+    }
     if (s != NULL && f->has_clock) {
         s->clock = lum_clock_fit_new();
         if (s->clock == NULL) {
@@ -473,7 +480,8 @@ static void note_joined(struct sensor *s, const lum_line *line)
 /* A line was handed out: count it. */
 static void note_line(lum_framer *f, struct sensor *s)
 {
-    const lum_line *line = lum_assembler_line(lum_demux_current(f->demux));
+    const lum_assembler *assembler = lum_demux_current(f->demux);
+    const lum_line *line = lum_assembler_line(assembler);
     lum_framer_counters *c = &s->counters;
     f->line = line;
     f->seen_by = NULL;
@@ -482,6 +490,7 @@ static void note_line(lum_framer *f, struct sensor *s)
     c->lines[line->eye]++;
     note_joined(s, line);
     lum_pace_take(&s->pace, line->frame, line->arrival);
+    lum_pause_take(&s->pause, line, lum_assembler_line_is_decided(assembler));
     if (s->clock != NULL) {
         (void)lum_clock_fit_add(s->clock, line->clock_us, line->arrival);
     }
@@ -507,6 +516,12 @@ static void note_line(lum_framer *f, struct sensor *s)
 }
 
 /* --- Drafts: frames under way --- */
+
+/* Else they have no points, and only what they lack is counted. */
+static bool makes_frames(const lum_framer *f)
+{
+    return (f->wants & LUM_WANT_FRAMES) != 0;
+}
 
 /* Called with draft->views set. usual: points that each view is likely to have;
  * 0: not known. */
@@ -534,6 +549,9 @@ static bool begin_draft(lum_framer *f, struct draft *draft, int64_t number,
 {
     draft->number = number;
     draft->views = f->views;
+    if (!makes_frames(f)) {
+        draft->views.count = 0;
+    }
     return begin_frames(f, draft, usual);
 }
 
@@ -579,27 +597,43 @@ static void take_given(struct sensor *s, int64_t number)
     }
 }
 
+static void count_missing(lum_framer_counters *c, const lum_frame_info *info)
+{
+    const uint64_t lines = (uint64_t)info->lines_missing[LUM_EYE_BLUE] +
+                           info->lines_missing[LUM_EYE_GREEN];
+    c->lines_missing += lines;
+    c->missing_under_way += info->is_first || info->is_last ? lines : 0;
+}
+
 static void seal(lum_framer *f, struct sensor *s, struct draft *draft)
 {
     const uint32_t sensor =
         lum_demux_address(f->demux, lum_demux_current_index(f->demux));
     const lum_frame *first = draft->frames[0];
+    const lum_frame_info *info = &first->info;
     lum_frame_end end = {.has_clock = f->has_clock,
                          .clock = s->clock,
                          .lines_late = s->lines_late};
     lum_crew_settle(f->crew);
+    if (f->is_flushing) {
+        lum_pause_end(&s->pause);
+    }
+    end.has_pause =
+        lum_pause_frame_ends(&s->pause, (uint32_t)draft->number, f->eyes,
+                             f->is_flushing, &end.lines_in_pauses);
     take_given(s, draft->number);
     memcpy(end.lines_max, s->lines_max, sizeof end.lines_max);
     for (size_t i = 0; i < draft->frame_count; i++) {
-        lum_frame_info *info = &draft->frames[i]->info;
-        info->number = draft->number;
-        info->sensor = sensor;
-        info->is_first = s->has_joined && !is_before(s->joined, draft->number);
-        info->is_last = f->is_flushing;
+        lum_frame_info *to = &draft->frames[i]->info;
+        to->number = draft->number;
+        to->sensor = sensor;
+        to->is_first = s->has_joined && !is_before(s->joined, draft->number);
+        to->is_last = f->is_flushing;
         lum_frame_seal(draft->frames[i], &end);
     }
-    s->counters.points_cut += first->info.points_cut;
-    s->counters.lines_cut += first->info.lines_cut;
+    s->counters.points_cut += makes_frames(f) ? info->points_cut : 0;
+    s->counters.lines_cut += makes_frames(f) ? info->lines_cut : 0;
+    count_missing(&s->counters, info);
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         s->lines_max[eye] = lum_frame_whole_rows(first, eye);
     }
@@ -615,7 +649,7 @@ static void note_sizes(struct sensor *s, const struct draft *draft)
     }
 }
 
-/* Hand out a frame; its draft is free then. */
+/* Hand out a frame, if frames are made; its draft is free then. */
 static lum_framer_event hand_out(lum_framer *f, struct sensor *s,
                                  struct draft *draft)
 {
@@ -624,6 +658,10 @@ static lum_framer_event hand_out(lum_framer *f, struct sensor *s,
     s->lines_late = 0;
     s->has_done = true;
     s->done = draft->number;
+    if (!makes_frames(f)) {
+        drop_draft(draft);
+        return LUM_FRAMER_NONE;
+    }
     f->number = draft->number;
     f->out = *draft;
     draft->is_used = false;
@@ -696,6 +734,14 @@ static bool give_to_crew(lum_framer *f, const struct view *view,
 static bool add_line(lum_framer *f, const struct draft *draft)
 {
     static const struct view lines_alone = {.columns = 0};
+    if (!makes_frames(f)) {
+        const lum_frame_part part = part_of(f, &lines_alone, f->line);
+        if (!lum_frame_reserve_row(draft->frames[0])) {
+            return false;
+        }
+        lum_frame_add(draft->frames[0], &part);
+        return true;
+    }
     if (!reserve(f, draft)) {
         return false;
     }
@@ -713,6 +759,15 @@ static bool add_line(lum_framer *f, const struct draft *draft)
     return true;
 }
 
+static void note_late(const lum_framer *f, struct sensor *s)
+{
+    if (makes_frames(f)) {
+        s->lines_late++;
+        s->counters.lines_late++;
+        s->counters.points_late += f->points;
+    }
+}
+
 /* Put the line in its frame. If too many frames are open, the lowest is handed
  * out first. */
 static lum_framer_event place_line(lum_framer *f, struct sensor *s)
@@ -720,15 +775,17 @@ static lum_framer_event place_line(lum_framer *f, struct sensor *s)
     const int64_t number = f->line->frame;
     struct draft *draft = find_draft(s, number);
     if (is_late(s, number)) {
-        s->lines_late++;
-        s->counters.lines_late++;
-        s->counters.points_late += f->points;
+        note_late(f, s);
         return LUM_FRAMER_NONE;
     }
     if (draft == NULL) {
         draft = find_unused(s);
         if (draft == NULL) {
-            return hand_out(f, s, find_lowest(s));
+            const lum_framer_event event = hand_out(f, s, find_lowest(s));
+            if (event != LUM_FRAMER_NONE) {
+                return event;
+            }
+            draft = find_unused(s);
         }
         if (!begin_draft(f, draft, number, s->usual)) {
             return LUM_FRAMER_FAILED;
@@ -742,7 +799,7 @@ static lum_framer_event go_on_with_line(lum_framer *f, struct sensor *s)
     const unsigned told =
         f->is_wanted ? (unsigned)LUM_WANT_LINES | (unsigned)LUM_WANT_ALL_LINES
                      : (unsigned)LUM_WANT_ALL_LINES;
-    if (f->is_wanted && (f->wants & LUM_WANT_FRAMES) != 0) {
+    if (f->is_wanted) {
         const lum_framer_event event = place_line(f, s);
         if (event != LUM_FRAMER_NONE) {
             return event;
@@ -760,9 +817,13 @@ static lum_framer_event hand_out_end(lum_framer *f, struct sensor *s,
                                      int64_t number)
 {
     static const size_t none[LUM_VIEWS_MAX];
-    struct draft *lowest = find_lowest(s);
-    if (lowest != NULL && !is_before(number, lowest->number)) {
-        return hand_out(f, s, lowest);
+    struct draft *lowest = NULL;
+    while ((lowest = find_lowest(s)) != NULL &&
+           !is_before(number, lowest->number)) {
+        const lum_framer_event event = hand_out(f, s, lowest);
+        if (event != LUM_FRAMER_NONE) {
+            return event;
+        }
     }
     if (is_late(s, number) || !is_wanted_frame(f, number)) {
         return LUM_FRAMER_NONE;
@@ -785,11 +846,9 @@ static lum_framer_event go_on_with_end(lum_framer *f, struct sensor *s)
         f->in_hand = IN_HAND_NOTHING;
         return LUM_FRAMER_NONE;
     }
-    if ((f->wants & LUM_WANT_FRAMES) != 0) {
-        const lum_framer_event event = hand_out_end(f, s, number);
-        if (event != LUM_FRAMER_NONE) {
-            return event;
-        }
+    const lum_framer_event event = hand_out_end(f, s, number);
+    if (event != LUM_FRAMER_NONE) {
+        return event;
     }
     f->in_hand = IN_HAND_NOTHING;
     f->number = number;
@@ -866,6 +925,7 @@ static void end_flush(lum_framer *f)
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
         if (f->sensors[i] != NULL) {
             lum_under_way_join(&f->sensors[i]->under_way);
+            lum_pause_join(&f->sensors[i]->pause);
             f->sensors[i]->has_joined = false;
         }
     }
@@ -885,6 +945,16 @@ lum_framer_event lum_framer_push(lum_framer *framer, const lum_record *record,
         event = take(framer, r);
     }
     return r >= 0 ? event : LUM_FRAMER_FAILED;
+}
+
+/* All lines are there. */
+static void end_pauses(lum_framer *f)
+{
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        if (f->sensors[i] != NULL) {
+            lum_pause_end(&f->sensors[i]->pause);
+        }
+    }
 }
 
 static void begin_flush(lum_framer *f)
@@ -908,6 +978,9 @@ lum_framer_event lum_framer_flush(lum_framer *framer)
     while (event == LUM_FRAMER_NONE &&
            (r = lum_demux_flush(framer->demux)) > 0) {
         event = take(framer, r);
+    }
+    if (event == LUM_FRAMER_NONE) {
+        end_pauses(framer);
     }
     return event;
 }
@@ -1060,6 +1133,7 @@ static void pack_own(struct sensor *s, lum_pack *p)
     lum_pack_bool(p, &u->has_joined[LUM_EYE_BLUE]);
     lum_pack_bool(p, &u->has_joined[LUM_EYE_GREEN]);
     pack_pace(p, &s->pace);
+    lum_pause_pack(&s->pause, p);
 }
 
 bool lum_framer_pack_sensor(lum_framer *framer, size_t sensor, uint32_t from,
@@ -1150,6 +1224,15 @@ size_t lum_framer_sensor(const lum_framer *framer)
     return lum_demux_current_index(framer->demux);
 }
 
+/* One of each break. */
+static uint64_t count_stray(const lum_framer *f, size_t sensor)
+{
+    const uint64_t breaks = f->sensors[sensor]->pause.counts.breaks;
+    lum_demux_counters c = {.struct_size = sizeof c};
+    (void)lum_demux_count(f->demux, sensor, &c);
+    return breaks < c.assembly.stray ? breaks : c.assembly.stray;
+}
+
 lum_result lum_framer_count(const lum_framer *framer, size_t sensor,
                             lum_framer_counters *out)
 {
@@ -1159,6 +1242,10 @@ lum_result lum_framer_count(const lum_framer *framer, size_t sensor,
     if (s != NULL) {
         counters = s->counters;
         counters.under_way = s->under_way.counts;
+        counters.pauses = s->pause.counts.pauses;
+        counters.paused_us = s->pause.counts.paused_us;
+        counters.lines_in_pauses = s->pause.counts.lines;
+        counters.stray_at_breaks = count_stray(framer, sensor);
         counters.frames_per_second = lum_pace_rate(&s->pace);
     }
     return lum_sized_fill(out, &counters, sizeof counters) ? LUM_OK

@@ -139,10 +139,13 @@ static void find_missing(lum_frame *frame, const lum_frame_end *end)
         missing += info->lines_missing[eye];
     }
     info->lines_late = end->lines_late;
+    info->lines_in_pauses = end->lines_in_pauses;
+    info->has_pause = end->has_pause;
     info->is_complete = frame->row_count > 0 && missing == 0 &&
                         info->lines_missing_angles == 0 &&
                         info->lost_words == 0 && info->points_cut == 0 &&
-                        info->lines_cut == 0 && info->lines_late == 0;
+                        info->lines_cut == 0 && info->lines_late == 0 &&
+                        !info->has_pause;
 }
 
 static void find_times(lum_frame *frame, bool has_clock)

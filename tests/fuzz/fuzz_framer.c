@@ -33,6 +33,7 @@ struct run {
     uint64_t framed_lines;
     uint64_t framed_points;
     uint64_t cut;
+    uint64_t missing;
     uint64_t dropped; /* by a jump, at most */
     int changes;      /* of views */
 };
@@ -101,13 +102,15 @@ static void take_frame(struct run *run, const lum_frame *frame)
             lum_frame_line_count(frame));
     require(info.begin_clock_us <= info.end_clock_us);
     require(!info.is_complete ||
-            (info.points_cut == 0 && info.lost_words == 0));
+            (info.points_cut == 0 && info.lost_words == 0 && !info.has_pause));
+    require(info.has_pause || info.lines_in_pauses == 0);
     require_lines(frame);
     require_columns(frame);
     require_grid(frame, (unsigned)info.number % 2u, 1u + info.lines[0] % 3u);
     run->framed_lines += lum_frame_line_count(frame);
     run->framed_points += info.points;
     run->cut += info.points_cut;
+    run->missing += info.lines_missing[0] + (uint64_t)info.lines_missing[1];
     if (run->kept_count < KEPT_MAX) {
         run->kept[run->kept_count++] = lum_frame_keep(frame);
     }
@@ -232,6 +235,7 @@ static void require_counted(const struct run *run)
     uint64_t late_points = 0;
     uint64_t points = 0;
     uint64_t cut = 0;
+    uint64_t missing = 0;
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
         lum_framer_counters c = {.struct_size = sizeof c};
         require(lum_framer_count(run->framer, i, &c) == LUM_OK);
@@ -239,7 +243,12 @@ static void require_counted(const struct run *run)
         late_points += c.points_late;
         points += c.points;
         cut += c.points_cut;
+        missing += c.lines_missing;
+        require(c.missing_under_way <= c.lines_missing);
+        require(c.pauses <= c.lines[0] + c.lines[1]);
+        require(c.pauses != 0 || (c.paused_us == 0 && c.lines_in_pauses == 0));
     }
+    require(missing == run->missing);
     if (!run->dropped) {
         require(run->framed_lines + late == run->lines);
     }

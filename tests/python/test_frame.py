@@ -155,8 +155,8 @@ def test_without_a_clock_the_arrival_counts(path):
 def test_losses_are_told_by_cause(frames):
     assert not frames[0].complete and frames[0].first and frames[-1].last and not frames[1].first
     assert sum(frame.losses["lost_words"] for frame in frames) > 0
-    assert list(frames[1].losses) == ["lost_words", "lines_missing_angles", "lines_skipped", "lines_cut", "lines_late",
-                                      "points_cut", "no_angle", "no_range"]
+    assert list(frames[1].losses) == ["lost_words", "lines_missing_angles", "lines_missing", "lines_in_pauses", "lines_cut",
+                                      "lines_late", "points_cut", "no_angle", "no_range"]
     info = frames[1].info
     assert info["points"] == len(frames[1]) and info["sensor"] == "10.42.0.37" and "rows_blue" in info
 

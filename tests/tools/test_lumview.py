@@ -415,7 +415,7 @@ class Socket(Case):
         self.assertEqual((status["type"], status["state"], status["live"]), ("status", "playing", False))
         self.assertEqual((status["speed"], status["loop"], status["message"]), (2, True, ""))
         self.assertEqual((status["first_frame"], status["last_frame"], status["laser"]), (0, 1000, None))
-        self.assertEqual(set(status["losses"]), {"wire_words", "wire_lines", "joined_words", "joined_lines", "kernel", "ring", "refused"})
+        self.assertEqual(set(status["losses"]), {"wire_words", "wire_lines", "joined_words", "joined_lines", "pauses", "kernel", "ring", "refused"})
         self.assertEqual((status["browsers"], status["skipped"]), (1, 0))
         for key in ("frame packets bytes points frames points_per_second frames_per_second bytes_per_second").split():
             self.assertIsInstance(status[key], (int, float), key)

@@ -589,6 +589,123 @@ static void a_line_that_lacks_is_missing_by_eye(void **state)
     run_free(r);
 }
 
+/* Lines of both eyes, one after another, of any sweeps. */
+static void send_sweeps(struct run *r, uint32_t first, uint32_t end)
+{
+    for (uint32_t line = first; line < end; line++) {
+        send(r, LUM_EYE_BLUE, line % LINES);
+        send(r, LUM_EYE_GREEN, line % LINES);
+        r->clock += PERIOD_US;
+    }
+}
+
+static void pause_lines(struct run *r, uint32_t lines)
+{
+    r->clock += lines * PERIOD_US;
+    r->time_ns += (int64_t)lines * PERIOD_US * 1000;
+}
+
+static void two_sweeps_that_became_one_frame_are_not_complete(void **state)
+{
+    (void)state;
+    for (unsigned wants = LUM_WANT_FRAMES; wants <= LUM_WANT_LINES; wants++) {
+        const lum_framer_options options = {.struct_size = sizeof options,
+                                            .wants = wants};
+        struct run *r = run_new(&options);
+        send_frame(r);
+        send_sweeps(r, 0, 10);
+        pause_lines(r, LINES - 1u);
+        send_sweeps(r, 9, LINES);
+        send_frame(r);
+        end(r);
+        const lum_framer_counters c = counters_of(r, 0);
+        assert_int_equal(c.pauses, 1);
+        assert_int_equal(c.paused_us, (LINES - 1u) * PERIOD_US);
+        assert_int_equal(c.lines_in_pauses, 2u * (LINES - 1u));
+        assert_int_equal(c.lines_missing, 0);
+        for (size_t i = 0; i < r->count; i++) {
+            const lum_frame_info info = info_of(r->frames[i]);
+            assert_int_equal(info.is_complete, i != 1);
+            assert_int_equal(info.has_pause, i == 1);
+            assert_int_equal(info.lines_in_pauses,
+                             i == 1 ? 2u * (LINES - 1u) : 0);
+        }
+        run_free(r);
+    }
+}
+
+/* Nobody knows how many lines a sweep has before one has ended. */
+static void a_first_frame_whose_end_a_pause_took_is_not_complete(void **state)
+{
+    (void)state;
+    const uint32_t longest = 150; /* more than the assembler's gap_us */
+    for (uint32_t lines = 6; lines <= longest; lines += longest - 6u) {
+        struct run *r = run_default();
+        send_sweeps(r, 0, 14);
+        pause_lines(r, lines);
+        send_frame(r);
+        send_frame(r);
+        end(r);
+        const lum_framer_counters c = counters_of(r, 0);
+        assert_false(info_of(r->frames[0]).is_complete);
+        /* a break takes the first packet behind it */
+        assert_int_equal(info_of(r->frames[1]).is_complete, lines != longest);
+        assert_int_equal(c.pauses, 1);
+        assert_int_equal(c.lines_in_pauses, 2u * lines);
+        assert_int_equal(c.stray_at_breaks, lines == longest ? 2 : 0);
+        run_free(r);
+    }
+}
+
+/* A frame that one eye has nothing of, because it paused, is not complete. */
+static void an_eye_that_pauses_makes_its_frames_incomplete(void **state)
+{
+    (void)state;
+    struct run *r = run_default();
+    for (uint32_t line = 0; line < 6u * LINES; line++) {
+        send(r, LUM_EYE_BLUE, line % LINES);
+        if (line < 2u * LINES || line >= 4u * LINES) {
+            send(r, LUM_EYE_GREEN, line % LINES);
+        }
+        r->clock += PERIOD_US;
+    }
+    end(r);
+    const lum_framer_counters c = counters_of(r, 0);
+    assert_int_equal(r->count, 6);
+    for (size_t i = 0; i < 6; i++) {
+        assert_int_equal(info_of(r->frames[i]).is_complete, i < 2 || i > 3);
+    }
+    assert_int_equal(c.pauses, 1);
+    assert_int_equal(c.lines_in_pauses, 2u * LINES);
+    run_free(r);
+}
+
+static void what_frames_lack_is_counted_also_where_none_is_made(void **state)
+{
+    (void)state;
+    uint64_t missing[2] = {0, 0};
+    for (unsigned wants = LUM_WANT_FRAMES; wants <= LUM_WANT_LINES; wants++) {
+        const lum_framer_options options = {.struct_size = sizeof options,
+                                            .wants = wants};
+        struct run *r = run_new(&options);
+        send_rest(r, 7);
+        send_frame(r);
+        send_sweeps(r, 0, LINES - 3u);
+        send_frame(r);
+        send_sweeps(r, 0, 5);
+        end(r);
+        for (size_t i = 0; i < r->count; i++) {
+            const lum_frame_info info = info_of(r->frames[i]);
+            missing[0] += (uint64_t)info.lines_missing[0];
+            missing[1] += (uint64_t)info.lines_missing[1];
+        }
+        const lum_framer_counters c = counters_of(r, 0);
+        assert_int_equal(c.lines_missing, missing[0] + missing[1]);
+        assert_int_equal(c.lines_missing - c.missing_under_way, 2u * 3u);
+        run_free(r);
+    }
+}
+
 static void a_frame_that_was_joined_or_left_in_the_middle_is_not_complete(
     void **state)
 {
@@ -1574,6 +1691,10 @@ int main(void)
         cmocka_unit_test(every_column_is_filled_for_every_point),
         cmocka_unit_test(times_run_through_lines_and_frames),
         cmocka_unit_test(a_line_that_lacks_is_missing_by_eye),
+        cmocka_unit_test(two_sweeps_that_became_one_frame_are_not_complete),
+        cmocka_unit_test(a_first_frame_whose_end_a_pause_took_is_not_complete),
+        cmocka_unit_test(an_eye_that_pauses_makes_its_frames_incomplete),
+        cmocka_unit_test(what_frames_lack_is_counted_also_where_none_is_made),
         cmocka_unit_test(
             a_frame_that_was_joined_or_left_in_the_middle_is_not_complete),
         cmocka_unit_test(a_last_line_in_part_is_no_missing_one),

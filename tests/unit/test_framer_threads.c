@@ -97,6 +97,8 @@ static void assert_same_info(const lum_frame_info *a, const lum_frame_info *b)
     assert_same(a, b, lines);
     assert_same(a, b, lines_missing);
     assert_same(a, b, lines_missing_angles);
+    assert_same(a, b, lines_in_pauses);
+    assert_same(a, b, has_pause);
     assert_same(a, b, lost_words);
     assert_same(a, b, losses);
     assert_same(a, b, points_cut);

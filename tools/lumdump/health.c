@@ -10,7 +10,7 @@
 
 #define SILENCE_NS (LUM_SENSOR_SILENCE_MS * INT64_C(1000000))
 
-#define VALUES_MAX 20u
+#define VALUES_MAX 22u
 
 /* A status in the making; its names are those of the node for ROS 1. */
 struct health {
@@ -94,12 +94,14 @@ static enum pass_result tell_losses(struct pass *pass, struct health *h,
     const uint64_t joined = p->under_way.words + p->under_way.lines;
     add_loss(h, "lost_words", a->lost_words);
     add_loss(h, "lines_skipped", a->lines_skipped);
+    add_loss(h, "lines_in_pauses", p->lines_in_pauses);
+    add_loss(h, "pauses", p->pauses);
     add_loss(h, "lines_missing_angles", a->lines_missing_angles);
     add_loss(h, "late", a->late);
     add(h, "duplicate", a->duplicate);
     add_loss(h, "conflict", a->conflict);
     add_loss(h, "no_room", a->no_room);
-    add_loss(h, "stray", a->stray);
+    add_loss(h, "stray", a->stray - p->stray_at_breaks);
     add_loss(h, "bad_words", a->bad_words);
     add_loss(h, "malformed", c->packets[LUM_PACKET_MALFORMED]);
     add_loss(h, "unknown_tag", c->packets[LUM_PACKET_UNKNOWN_TAG]);

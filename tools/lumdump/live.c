@@ -109,8 +109,7 @@ static void count(struct live *l)
     l->counts.ring_drops = l->lanes.summary->dropped;
     l->counts.foreign_source = c.foreign_source;
     l->counts.heartbeats_sent = c.heartbeats;
-    l->counts.pauses = s->watch.pauses;
-    l->counts.paused_s = (double)s->watch.paused_ns * 1e-9;
+    l->counts.silent_s = (double)s->watch.silent_ns * 1e-9;
     if (s->watch.has_data) {
         l->counts.seconds =
             (double)(lum_time_monotonic_ns() - s->first_data_ns) * 1e-9;

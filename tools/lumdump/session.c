@@ -38,7 +38,7 @@ static void look_for_data(struct session *s, const lum_sensor_event *event,
         note_first_data(s, now_ns);
     }
     if (heard.has_data) {
-        watch_note_data(&s->watch, event, now_ns);
+        watch_note_data(&s->watch, now_ns);
     }
     s->has_unknown |= heard.has_unknown;
 }

@@ -19,8 +19,8 @@ struct named {
 enum {
     KINDS = 8,
     CONTENT = 6,
-    LOSSES = 19,
-    UNDER_WAY = 3,
+    LOSSES = 22,
+    UNDER_WAY = 5,
     LIVE_LOSSES = 4,
     NAMED_MAX = KINDS + CONTENT + LOSSES + UNDER_WAY + LIVE_LOSSES
 };
@@ -34,19 +34,26 @@ static lum_framer_counters count_sensor(const struct summary *s, size_t i)
     return c;
 }
 
-/* Whole numbers stand from the lines on, and the rate alone behind them. Else
+/* Whole numbers stand from the lines on, and the rate alone among them. Else
  * this does not compile, and a counter would be in no total. */
-#define NUMBERS_AT  offsetof(lum_framer_counters, lines)
-#define NUMBERS_END offsetof(lum_framer_counters, frames_per_second)
+#define NUMBERS_AT offsetof(lum_framer_counters, lines)
+#define RATE_AT    offsetof(lum_framer_counters, frames_per_second)
 typedef char every_number_is_added
-    [NUMBERS_END + sizeof(double) == sizeof(lum_framer_counters) ? 1 : -1];
+    [(sizeof(lum_framer_counters) - NUMBERS_AT) % sizeof(uint64_t) == 0 &&
+             (RATE_AT - NUMBERS_AT) % sizeof(uint64_t) == 0 &&
+             sizeof(double) == sizeof(uint64_t)
+         ? 1
+         : -1];
 
 static void add_numbers(lum_framer_counters *to,
                         const lum_framer_counters *more)
 {
-    for (size_t at = NUMBERS_AT; at < NUMBERS_END; at += sizeof(uint64_t)) {
+    for (size_t at = NUMBERS_AT; at < sizeof *to; at += sizeof(uint64_t)) {
         uint64_t sum = 0;
         uint64_t number = 0;
+        if (at == RATE_AT) {
+            continue;
+        }
         memcpy(&sum, (const char *)to + at, sizeof sum);
         memcpy(&number, (const char *)more + at, sizeof number);
         sum += number;
@@ -115,6 +122,11 @@ static size_t list_losses(const lum_demux_counters *c,
         {"lines_missing_angles", "lines that lack angles",
          a->lines_missing_angles},
         {"lines_skipped", "line numbers that never came", a->lines_skipped},
+        {"lines_missing", "lines that frames lack, as their numbers show",
+         p->lines_missing},
+        {"lines_in_pauses", "lines missing in pauses, but for lines_skipped",
+         p->lines_in_pauses},
+        {"pauses", "times that no lines came", p->pauses},
         {"lines_cut", "lines beyond the most that a frame has", p->lines_cut},
         {"no_angle", "words whose pixel has no angles", p->losses.no_angle},
         {"no_range", "words without a range above zero", p->losses.no_range},
@@ -153,6 +165,11 @@ static size_t list_under_way(const lum_framer_counters *p, struct named *out)
          u->lines},
         {"words_under_way", "of lost_words: the same", u->words},
         {"no_angle_under_way", "of no_angle: the same", u->no_angle},
+        {"missing_under_way",
+         "of lines_missing: of the frames that were cut so",
+         p->missing_under_way},
+        {"stray_at_breaks", "of stray: they began again after a pause",
+         p->stray_at_breaks},
     };
     for (size_t i = 0; i < UNDER_WAY; i++) {
         out[i] = rows[i];
@@ -175,6 +192,11 @@ static size_t list_all(const lum_demux_counters *c,
     return n;
 }
 
+static double paused_s(const lum_framer_counters *p)
+{
+    return (double)p->paused_us * 1e-6;
+}
+
 /* --- JSON --- */
 
 static void print_members(const lum_demux_counters *c,
@@ -184,9 +206,10 @@ static void print_members(const lum_demux_counters *c,
     struct named rows[NAMED_MAX];
     const size_t n = list_all(c, p, rows);
     for (size_t i = 0; i < n; i++) {
-        (void)fprintf(out, "%s\"%s\": %" PRIu64 "%s\n", indent, rows[i].key,
-                      rows[i].value, i + 1 < n ? "," : "");
+        (void)fprintf(out, "%s\"%s\": %" PRIu64 ",\n", indent, rows[i].key,
+                      rows[i].value);
     }
+    (void)fprintf(out, "%s\"paused_s\": %.6f\n", indent, paused_s(p));
 }
 
 /* Bytes of the UTF-8 character at p; 0 if there is none. Surrogates and
@@ -327,7 +350,6 @@ static void print_json_live(const struct live_counts *c, FILE *out)
         {"recording_drops", "", c->recording_drops},
         {"foreign_source", "", c->foreign_source},
         {"heartbeats_sent", "", c->heartbeats_sent},
-        {"pauses", "", c->pauses},
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         (void)fprintf(out, "  \"%s\": %" PRIu64 ",\n", rows[i].key,
@@ -336,9 +358,9 @@ static void print_json_live(const struct live_counts *c, FILE *out)
     (void)fprintf(out, "  \"kernel_drops_at_least\": %s,\n",
                   c->kernel_drops_at_least ? "true" : "false");
     (void)fprintf(out,
-                  "  \"paused_s\": %.3f,\n  \"seconds\": %.6f,\n"
+                  "  \"silent_s\": %.3f,\n  \"seconds\": %.6f,\n"
                   "  \"laser\": \"%s\",\n",
-                  c->paused_s, c->seconds, c->laser);
+                  c->silent_s, c->seconds, c->laser);
     print_json_outputs(c, out);
 }
 
@@ -499,11 +521,9 @@ static void print_live(const struct live_counts *c, FILE *out)
                   " heartbeat%s sent\n",
                   "session", c->seconds, c->received, plural(c->received),
                   c->heartbeats_sent, plural(c->heartbeats_sent));
-    if (c->pauses > 0) {
-        (void)fprintf(out,
-                      "%-10s %14" PRIu64 "  pause%s: no data came, for %.1f "
-                      "seconds in all\n",
-                      "", c->pauses, plural(c->pauses), c->paused_s);
+    if (c->silent_s > 0.0) {
+        (void)fprintf(out, "%-10s %14.3f  seconds without data at the end\n",
+                      "", c->silent_s);
     }
     (void)fprintf(out, "%-10s %14s\n", "laser", c->laser);
     print_outputs(c, out);
@@ -571,12 +591,12 @@ static void print_rates(const struct summary *s,
 static void leave_out_under_way(struct named *losses, size_t n,
                                 const lum_framer_counters *points)
 {
-    static const char *const keys[UNDER_WAY] = {"lines_missing_angles",
-                                                "lost_words", "no_angle"};
+    static const char *const keys[UNDER_WAY - 1] = {
+        "lines_missing_angles", "lost_words", "no_angle", "lines_missing"};
     struct named under_way[UNDER_WAY];
     (void)list_under_way(points, under_way);
     for (size_t i = 0; i < n; i++) {
-        for (size_t k = 0; k < UNDER_WAY; k++) {
+        for (size_t k = 0; k < UNDER_WAY - 1; k++) {
             if (strcmp(losses[i].key, keys[k]) == 0 &&
                 losses[i].value == under_way[k].value) {
                 losses[i].value = 0;
@@ -585,12 +605,28 @@ static void leave_out_under_way(struct named *losses, size_t n,
     }
 }
 
+static void name_pauses(struct named *losses, size_t n,
+                        const lum_framer_counters *points, char text[64])
+{
+    (void)snprintf(text, 64, "times that no lines came, %.3f s in all",
+                   paused_s(points));
+    for (size_t i = 0; i < n; i++) {
+        if (strcmp(losses[i].key, "pauses") == 0) {
+            losses[i].meaning = text;
+        }
+    }
+}
+
 static void print_losses(const struct summary *s, const lum_demux_counters *c,
                          const lum_framer_counters *points, FILE *out)
 {
+    char pauses[64];
     struct named rows[NAMED_MAX];
-    size_t n = list_losses(c, points, rows);
+    lum_demux_counters shown = *c;
+    shown.assembly.stray -= points->stray_at_breaks;
+    size_t n = list_losses(&shown, points, rows);
     leave_out_under_way(rows, n, points);
+    name_pauses(rows, n, points, pauses);
     n += s->live != NULL ? list_live_losses(s->live, rows + n) : 0;
     print_nonzero("losses", rows, n, out);
     for (size_t i = 0; i < n; i++) {
@@ -620,6 +656,7 @@ void summary_print_text(const struct summary *s, FILE *out)
     print_nonzero("content", rows, list_content(&total, &points, rows), out);
     print_rates(s, &points, out);
     print_clocks(s, out);
-    print_nonzero("under way", rows, list_under_way(&points, rows), out);
+    /* the last one is of pauses */
+    print_nonzero("under way", rows, list_under_way(&points, rows) - 1u, out);
     print_losses(s, &total, &points, out);
 }

@@ -33,8 +33,7 @@ struct live_counts {
     size_t output_count;
     uint64_t foreign_source;
     uint64_t heartbeats_sent;
-    uint64_t pauses;    /* times that no data came for a second or more */
-    double paused_s;    /* their sum */
+    double silent_s;    /* at the end without data; 0: less than a second */
     double seconds;     /* from the first data to the end */
     const char *laser;  /* off, on, unknown, untouched */
     char darkness[320]; /* why there are no ranges; empty: not known */

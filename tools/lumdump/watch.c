@@ -192,28 +192,8 @@ void watch_take(struct watch *watch, const lum_sensor_event *event,
     tell(watch, laser_keeper_take(&watch->laser, event, now_ns), event->tries);
 }
 
-static void note_pause(struct watch *watch, int64_t ns)
+void watch_note_data(struct watch *watch, int64_t now_ns)
 {
-    if (watch->has_data && ns >= WATCH_PAUSE_NS) {
-        watch->pauses++;
-        watch->paused_ns += ns;
-    }
-}
-
-static int64_t smaller(int64_t a, int64_t b)
-{
-    return a < b ? a : b;
-}
-
-/* A program that was held up sees a gap in its own time, a clock that was set
- * one in the times of arrival: a pause is in both. */
-void watch_note_data(struct watch *watch, const lum_sensor_event *event,
-                     int64_t now_ns)
-{
-    const lum_received *d = event->datagrams;
-    note_pause(watch, smaller(now_ns - watch->data_ns,
-                              d[0].utc_ns - watch->data_utc_ns));
-    watch->data_utc_ns = d[event->datagram_count - 1u].utc_ns;
     if (watch->is_silent) {
         watch->is_silent = false;
         say_warn(watch->say, "data from %s again, after %.1f s without",
@@ -225,7 +205,8 @@ void watch_note_data(struct watch *watch, const lum_sensor_event *event,
 
 void watch_end(struct watch *watch, int64_t now_ns)
 {
-    note_pause(watch, now_ns - watch->data_ns);
+    const int64_t ns = now_ns - watch->data_ns;
+    watch->silent_ns = watch->has_data && ns >= WATCH_PAUSE_NS ? ns : 0;
 }
 
 static void watch_move(struct watch *watch)

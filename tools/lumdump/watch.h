@@ -11,8 +11,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* So long without data is a pause, which the summary counts: in frames of any
- * rate lines come more often. */
+/* So long without data at the end is told in the summary: in frames of any rate
+ * lines come more often. */
 #define WATCH_PAUSE_NS INT64_C(1000000000)
 
 struct watch {
@@ -21,17 +21,15 @@ struct watch {
     const lum_layout *layout;
     char address[16];
     struct laser_keeper laser;
-    bool told_off_due;   /* that "off" is not answered was warned of */
-    uint16_t told;       /* hazards that were warned of */
-    bool is_unheard;     /* status requests stay without answer */
-    unsigned texts;      /* debug texts that were shown */
-    bool has_data;       /* data has come */
-    int64_t data_ns;     /* the last time it did; monotonic */
-    int64_t data_utc_ns; /* when the last of it arrived */
-    bool is_silent;      /* it stopped */
-    uint64_t pauses;     /* times that none came for WATCH_PAUSE_NS */
-    int64_t paused_ns;   /* their sum */
-    bool told_move;      /* its new address was reported */
+    bool told_off_due; /* that "off" is not answered was warned of */
+    uint16_t told;     /* hazards that were warned of */
+    bool is_unheard;   /* status requests stay without answer */
+    unsigned texts;    /* debug texts that were shown */
+    bool has_data;     /* data has come */
+    int64_t data_ns;   /* the last time it did; monotonic */
+    bool is_silent;    /* it stopped */
+    int64_t silent_ns; /* none came for so long before the end */
+    bool told_move;    /* its new address was reported */
 };
 
 /* Begin; where laser is set, it will be switched on. */
@@ -42,11 +40,10 @@ void watch_begin(struct watch *watch, struct say *say, lum_sensor *sensor,
 void watch_take(struct watch *watch, const lum_sensor_event *event,
                 int64_t now_ns);
 
-/* Data has come with an event. */
-void watch_note_data(struct watch *watch, const lum_sensor_event *event,
-                     int64_t now_ns);
+/* Data has come. */
+void watch_note_data(struct watch *watch, int64_t now_ns);
 
-/* The run has ended: what came last may have been followed by a pause. */
+/* The run has ended. */
 void watch_end(struct watch *watch, int64_t now_ns);
 
 /* Pass the time; to be called several times a second. */

@@ -50,13 +50,13 @@ static void make_view(struct worker *w)
     const lum_framer_counters points = summary_count(&w->pass->summary);
     view.points = points.points;
     view.lost_words = c.assembly.lost_words - points.under_way.words;
-    view.lost_lines = c.assembly.lines_skipped +
+    view.lost_lines = c.assembly.lines_skipped + points.lines_in_pauses +
                       c.assembly.lines_missing_angles - points.under_way.lines;
-    view.refused = c.assembly.late + c.assembly.conflict + c.assembly.no_room +
-                   c.assembly.stray + c.packets[LUM_PACKET_MALFORMED] +
-                   c.packets[LUM_PACKET_UNKNOWN_TAG] +
-                   c.packets[LUM_PACKET_UNKNOWN_TYPE] +
-                   c.packets[LUM_PACKET_FOREIGN];
+    view.refused =
+        c.assembly.late + c.assembly.conflict + c.assembly.no_room +
+        c.assembly.stray - points.stray_at_breaks +
+        c.packets[LUM_PACKET_MALFORMED] + c.packets[LUM_PACKET_UNKNOWN_TAG] +
+        c.packets[LUM_PACKET_UNKNOWN_TYPE] + c.packets[LUM_PACKET_FOREIGN];
     (void)pthread_mutex_lock(&w->lock);
     view.taken = w->view.taken;
     view.lost = w->view.lost;

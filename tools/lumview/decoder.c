@@ -122,16 +122,17 @@ static void count_all(const struct decoder *d, struct totals *out)
     out->packets_joined = c.joined;
     out->points = lines.rising;
     out->lost_words = c.assembly.lost_words;
-    out->lost_lines = c.assembly.lines_skipped +
+    out->lost_lines = c.assembly.lines_skipped + lines.lines_in_pauses +
                       c.assembly.lines_missing_angles + lines.lines_late +
                       lines.lines_cut;
     out->joined_words = lines.under_way.words;
     out->joined_lines = lines.under_way.lines;
-    out->refused = c.assembly.late + c.assembly.conflict + c.assembly.no_room +
-                   c.assembly.stray + c.packets[LUM_PACKET_MALFORMED] +
-                   c.packets[LUM_PACKET_UNKNOWN_TAG] +
-                   c.packets[LUM_PACKET_UNKNOWN_TYPE] +
-                   c.packets[LUM_PACKET_FOREIGN];
+    out->pauses = lines.pauses;
+    out->refused =
+        c.assembly.late + c.assembly.conflict + c.assembly.no_room +
+        c.assembly.stray - lines.stray_at_breaks +
+        c.packets[LUM_PACKET_MALFORMED] + c.packets[LUM_PACKET_UNKNOWN_TAG] +
+        c.packets[LUM_PACKET_UNKNOWN_TYPE] + c.packets[LUM_PACKET_FOREIGN];
 }
 
 /* Points of skipped frames were not counted, except those of a line that ends

@@ -59,6 +59,7 @@ struct feed_status {
     uint64_t joined_words; /* of both, of lines that were under way when the
                               stream was joined or left: not lost */
     uint64_t joined_lines;
+    uint64_t pauses;      /* of the sensor or one eye; their lines are lost */
     uint64_t lost_kernel; /* datagrams */
     uint64_t lost_ring;   /* datagrams */
     uint64_t refused;     /* datagrams that reassembly could not use */

@@ -249,6 +249,7 @@ void stage_set_totals(struct stage *stage, const struct totals *totals)
     s->lost_lines = totals->lost_lines;
     s->joined_words = totals->joined_words;
     s->joined_lines = totals->joined_lines;
+    s->pauses = totals->pauses;
     s->refused = totals->refused;
     unlock(stage);
 }

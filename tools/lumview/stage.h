@@ -33,6 +33,7 @@ struct totals {
     uint64_t lost_lines;
     uint64_t joined_words; /* of them, of lines that were under way */
     uint64_t joined_lines;
+    uint64_t pauses;
     uint64_t refused;
 };
 

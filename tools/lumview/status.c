@@ -222,6 +222,7 @@ static void write_losses(struct json *json, const struct feed_status *f)
     json_uint(json, "wire_lines", f->lost_lines);
     json_uint(json, "joined_words", f->joined_words);
     json_uint(json, "joined_lines", f->joined_lines);
+    json_uint(json, "pauses", f->pauses);
     json_uint(json, "kernel", f->lost_kernel);
     json_uint(json, "ring", f->lost_ring);
     json_uint(json, "refused", f->refused);

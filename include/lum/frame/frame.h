@@ -151,6 +151,12 @@ typedef struct lum_frame_info {
                                from it. 0: the layout has no clock, or no line
                                came */
     int64_t utc_error_ns; /**< the estimated error of that time */
+    uint64_t lines_in_pauses; /**< lines that the clock shows to be missing, and
+                                   line numbers do not: whole sweeps, and the
+                                   end of a first one; as far as is known */
+    bool has_pause; /**< the sensor paused inside this frame, or one eye did, or
+                         the frame has a part of another sweep; then it is not
+                         complete */
 } lum_frame_info;
 
 /** Read the info of a frame.

@@ -233,6 +233,21 @@ typedef struct lum_framer_counters {
                                    their points are in points_cut */
     lum_under_way under_way;  /**< no losses */
     double frames_per_second; /**< of whole frames, by arrival; 0: not known */
+    uint64_t lines_missing;   /**< sum of lum_frame_info.lines_missing of the
+                                   frames that the options select, also where
+                                   frames are not wanted */
+    uint64_t missing_under_way; /**< of lines_missing: of frames that were under
+                                     way when the stream was joined or when it
+                                     ended. They are not known to be lost */
+    uint64_t pauses;            /**< times that the sensor, or one eye, sent no
+                                     lines (docs/protocol.md, section 6, Pauses);
+                                     this and the following three can become less
+                                     again, as lines come */
+    uint64_t paused_us;         /**< how long in all */
+    uint64_t lines_in_pauses; /**< lines of both eyes that are missing in them;
+                                   without those in lines_skipped */
+    uint64_t stray_at_breaks; /**< of stray: packets that began a jump of the
+                                   clock, which is a pause */
 } lum_framer_counters;
 
 /** Read the counters of a sensor.

@@ -68,7 +68,7 @@ class _Info:
     """What is known of a frame as a whole, apart from its arrays."""
 
     __slots__ = ("number", "sensor", "is_complete", "is_first", "is_last", "begin_clock_us", "end_clock_us",
-                 "begin_arrival_ns", "end_arrival_ns", "begin_utc_ns", "utc_error_ns", "lines", "rows", "losses")
+                 "begin_arrival_ns", "end_arrival_ns", "begin_utc_ns", "utc_error_ns", "has_pause", "lines", "rows", "losses")
 
     number: int
     sensor: int
@@ -81,6 +81,7 @@ class _Info:
     end_arrival_ns: int
     begin_utc_ns: int
     utc_error_ns: int
+    has_pause: bool
     lines: tuple[int, int]
     rows: tuple[int, int]
     losses: dict[str, int]
@@ -99,9 +100,9 @@ class _Info:
         i = sized("lum_frame_info")
         lib.lum_frame_get_info(frame, i)
         losses = {"lost_words": i.lost_words, "lines_missing_angles": i.lines_missing_angles,
-                  "lines_skipped": sum(i.lines_missing), "lines_cut": i.lines_cut, "lines_late": i.lines_late,
+                  "lines_missing": sum(i.lines_missing), "lines_in_pauses": i.lines_in_pauses, "lines_cut": i.lines_cut, "lines_late": i.lines_late,
                   "points_cut": i.points_cut, "no_angle": i.losses.no_angle, "no_range": i.losses.no_range}
-        values = {name: getattr(i, name) for name in cls.__slots__[:11]}
+        values = {name: getattr(i, name) for name in cls.__slots__[:12]}
         values.update(lines=tuple(i.lines), losses=losses,
                       rows=tuple(lib.lum_frame_rows(frame, eye) for eye in range(len(EYES))))
         return cls(values)
@@ -147,6 +148,11 @@ class Frame:
     def complete(self) -> bool:
         """Whether nothing of it is known to be missing."""
         return self._info.is_complete
+
+    @property
+    def paused(self) -> bool:
+        """Whether the sensor, or one of its eyes, paused inside it: it lacks lines, or has a part of another sweep."""
+        return self._info.has_pause
 
     @property
     def first(self) -> bool:

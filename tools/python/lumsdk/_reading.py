@@ -20,10 +20,11 @@ _KINDS = {"data": lib.LUM_PACKET_DATA, "heartbeat": lib.LUM_PACKET_HEARTBEAT, "s
           "timestamp": lib.LUM_PACKET_TIMESTAMP, "tlv": lib.LUM_PACKET_TLV}
 _BAD_KINDS = {"malformed": lib.LUM_PACKET_MALFORMED, "unknown_tag": lib.LUM_PACKET_UNKNOWN_TAG,
               "unknown_type": lib.LUM_PACKET_UNKNOWN_TYPE, "foreign": lib.LUM_PACKET_FOREIGN}
-LOSSES = ("lost_words", "lines_missing_angles", "lines_skipped", "lines_cut", "lines_late", "points_cut", "points_late",
-          "no_angle", "no_range", "bad_words", "late", "duplicate", "conflict", "no_room", "stray", "out_of_order",
-          "malformed", "unknown_tag", "unknown_type", "cut_short", "foreign", "other", "lines_under_way",
-          "words_under_way", "no_angle_under_way")
+LOSSES = ("lost_words", "lines_missing_angles", "lines_skipped", "lines_missing", "lines_in_pauses", "pauses",
+          "lines_cut", "lines_late", "points_cut", "points_late", "no_angle", "no_range", "bad_words", "late",
+          "duplicate", "conflict", "no_room", "stray", "out_of_order", "malformed", "unknown_tag", "unknown_type",
+          "cut_short", "foreign", "other", "lines_under_way", "words_under_way", "no_angle_under_way",
+          "missing_under_way", "stray_at_breaks")
 
 
 def _of_packets(c: Any) -> dict[str, int]:
@@ -42,9 +43,11 @@ def _of_lines(c: Any) -> dict[str, int]:
     """lum_framer_counters by lumdump's names."""
     return {"lines_blue": c.lines[lib.LUM_EYE_BLUE], "lines_green": c.lines[lib.LUM_EYE_GREEN],
             "points": c.points - c.points_late - c.points_cut, "points_late": c.points_late, "points_cut": c.points_cut,
+            "lines_missing": c.lines_missing, "lines_in_pauses": c.lines_in_pauses, "pauses": c.pauses,
             "lines_late": c.lines_late, "lines_cut": c.lines_cut, "no_angle": c.losses.no_angle, "no_range": c.losses.no_range,
             "lines_under_way": c.under_way.lines, "words_under_way": c.under_way.words,
-            "no_angle_under_way": c.under_way.no_angle}
+            "no_angle_under_way": c.under_way.no_angle, "missing_under_way": c.missing_under_way,
+            "stray_at_breaks": c.stray_at_breaks}
 
 
 class Counts:
@@ -57,8 +60,10 @@ class Counts:
         lib.lum_demux_total(demux, total)
         self.sensors = [address_of(lib.lum_demux_address(demux, i)) for i in range(lib.lum_demux_sensor_count(demux))]
         lines = _of_lines(of_sensor)
+        self.paused_s = 0.0
         for i in range(len(self.sensors)):
             lib.lum_framer_count(framer, i, of_sensor)
+            self.paused_s += of_sensor.paused_us * 1e-6
             for name, count in _of_lines(of_sensor).items():
                 lines[name] += count
         self.counts: dict[str, int] = {**_of_packets(total), **lines}

@@ -245,11 +245,16 @@ class Source:
 
         lines_late are lines that came after their frame had been handed out, and are in none; points_late are their
         points. no_range counts words without a range above zero. Those that end with under_way are parts of
-        lines_missing_angles, lost_words and no_angle that are no losses: they come from lines that were under way when
-        the recording began or ended.
+        lines_missing_angles, lost_words, no_angle and lines_missing that are no losses: they come from lines and frames
+        that were under way when the recording began or ended. stray_at_breaks is the part of stray that is in pauses.
         """
         counts = self._latest.count().counts
         return {name: counts[name] for name in LOSSES}
+
+    @property
+    def paused_s(self) -> float:
+        """How long no lines came, in all pauses that losses["pauses"] counts so far in the latest iteration."""
+        return self._latest.count().paused_s
 
     @property
     def sensors(self) -> list[str]:

@@ -12,6 +12,7 @@ from .._reading import LOSSES
 from ._ledger import Record, Totals
 
 PERIOD_S = 0.5
+_NO_LOSSES = ("no_range", "lines_missing", "stray_at_breaks")  # also of a capture that lacks nothing; lines_skipped tells
 SHOWN_FAILURES = 10
 UNITS = ("B", "kB", "MB", "GB", "TB", "PB")
 
@@ -132,7 +133,7 @@ class Summary:
         self.truncated += bool(record.get("truncated"))
         self.left_out += record.get("left_out") or 0
         self.other_versions += record["version"] != version
-        lost = {name: record[name] for name in LOSSES if record.get(name) and not name.endswith("under_way") and name != "no_range"}
+        lost = {name: record[name] for name in LOSSES if record.get(name) and not name.endswith("under_way") and name not in _NO_LOSSES}
         self.lossy += bool(lost)
         self.losses.update(lost)
 

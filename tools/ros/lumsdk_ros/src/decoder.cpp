@@ -147,6 +147,9 @@ void Decoder::add_lines(DecoderCounts &to) const
         to.losses.no_angle += c.losses.no_angle;
         to.losses.no_range += c.losses.no_range;
         to.under_way += c.under_way.words + c.under_way.lines;
+        to.pauses += c.pauses;
+        to.in_pauses += c.lines_in_pauses;
+        to.breaks += c.stray_at_breaks;
         to.left_out += c.points_late + c.points_cut;
     }
 }

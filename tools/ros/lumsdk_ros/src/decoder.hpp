@@ -19,6 +19,9 @@ struct DecoderCounts {
     uint64_t under_way = 0; // what lines lack that were under way when the
                             // packets began or ended: counted as lost, and is
                             // not
+    uint64_t pauses = 0;    // of the sensors
+    uint64_t in_pauses = 0; // lines missing in them
+    uint64_t breaks = 0;    // strays that are no loss: they began again
     uint64_t clouds = 0;
     uint64_t points = 0;
     uint64_t left_out = 0; // points of lines behind their cloud
