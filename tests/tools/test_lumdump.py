@@ -12,6 +12,7 @@ import tempfile
 import time
 import unittest
 
+import outages
 import shards
 from support import (BIN, MAGIC, PATIENCE_S, Folder, frames_of, group, line, pcap, read_csv, run, simulate,
                      summary, udp, word)
@@ -67,7 +68,7 @@ class Joined(unittest.TestCase):
                 self.assertEqual(got["sensors"][0]["lines_under_way"], got["lines_under_way"])
                 text = run("lumdump", cut).stdout
                 self.assertRegex(text, r"losses +none")
-                self.assertEqual("under way" in text, any(got[k + "_under_way"] for k in ("lines", "words", "no_angle")))
+                self.assertEqual("under way" in text, any(got[k + "_under_way"] for k in ("lines", "words", "no_angle", "missing")))
                 lines += got["lines_under_way"]
                 no_angle += got["no_angle_under_way"]
         self.assertGreater(lines, 0)
@@ -92,6 +93,28 @@ class Joined(unittest.TestCase):
         part = self.capture(self.records[300:1300])
         self.assertNotIn("frames_per_second", summary(part))
         self.assertNotIn("frames a second", run("lumdump", part).stdout)
+
+
+class Pauses(unittest.TestCase):
+    """Outages are cut out of captures."""
+
+    def test_none_is_silent_and_its_lines_are_counted_once(self):
+        runs, wrong = outages.quick(BIN, Folder(self).path)
+        self.assertGreater(runs, 30)
+        self.assertEqual(wrong, [])
+
+    def test_the_summary_is_that_of_its_frames(self):
+        folder = Folder(self)
+        capture = outages.Capture(BIN, folder.path, 64, 10, 6, 1)
+        got, _ = capture.without(93.99 * capture.sweep_us / 64, 58 * capture.sweep_us / 64)
+        self.assertEqual((got["pauses"], got["lines_in_pauses"], got["lines_missing"], got["stray"]), (1, 116, got["missing_under_way"], 0))
+        self.assertAlmostEqual(got["paused_s"], 0.0914, delta=0.001)
+        text = run("lumdump", capture.path).stdout
+        self.assertRegex(text, r" 116 +lines_in_pauses .*\n +1 +pauses +times that no lines came, 0.09\d s in all")
+        # a break: the stray of each eye is no loss of its own
+        got, _ = capture.without(93.99 * capture.sweep_us / 64, 170000)
+        self.assertEqual((got["pauses"], got["stray"], got["stray_at_breaks"]), (1, 2, 2))
+        self.assertNotRegex(run("lumdump", capture.path).stdout, r"stray ")
 
 
 class Case(unittest.TestCase):
