@@ -1,7 +1,9 @@
 /* Bags of ROS 1, format 2.0 (https://wiki.ros.org/Bags/Format/2.0): the packets
  * in messages of lumsdk_ros/Packets, each as an IPv4 packet. The index is not
- * used, so a bag may come through a pipe. */
+ * used, so a bag may come through a pipe; but where a part is damaged, the
+ * connections that it has again are read if they can be. */
 #include "bag_packets.h"
+#include "chunk.h"
 #include "datagram_packet.h"
 #include "pcap_internal.h"
 
@@ -21,6 +23,7 @@
 
 enum opcode {
     OP_MESSAGE = 2,
+    OP_BAG = 3,
     OP_CHUNK = 5,
     OP_CONNECTION = 7
 };
@@ -29,34 +32,36 @@ enum step {
     FAILED = -1,
     ENDED,
     PACKET,
-    GO_ON
+    GO_ON,
+    DAMAGED /* with the reason in error; the record is passed over */
 };
 
 struct lum_bag_reader {
     lum_bag_packets *packets;
-    bool has_ours;   /* a connection with packets was described */
-    int end;         /* GO_ON until the bag ENDED or FAILED */
-    lum_error error; /* of the failure */
-    uint8_t ours[CONNECTIONS / 8u]; /* a bit for each such connection */
+    lum_chunk *chunk;   /* one that is compressed */
+    lum_source *inner;  /* its records; NULL: none is read */
+    uint64_t chunk_end; /* of one that is not, in the source */
+    uint64_t index;     /* where connections stand again; 0: not known */
+    bool has_salvaged;  /* they were looked for */
+    bool has_ours;      /* a connection with packets was described */
+    bool has_message;   /* and one of its messages came */
+    int end;            /* GO_ON until the bag ENDED or FAILED */
+    lum_error error;    /* of the failure */
+    uint8_t ours[CONNECTIONS / 8u];  /* a bit for each such connection */
+    uint8_t known[CONNECTIONS / 8u]; /* and of any kind */
     uint8_t packet[LUM_DATAGRAM_PACKET_MAX];
-};
-
-/* Bytes of the source's window. */
-struct bytes {
-    const uint8_t *at;
-    size_t len;
 };
 
 /* A record, whose header is at hand. */
 struct record {
-    struct bytes header;
+    lum_bytes_at header;
     uint32_t data_len;
 };
 
 /* --- Headers --- */
 
 /* The value of a field; its bytes are NULL where there is none. */
-static struct bytes find(struct bytes fields, const char *name)
+static lum_bytes_at find(lum_bytes_at fields, const char *name)
 {
     const size_t name_len = strlen(name);
     while (fields.len >= 4u) {
@@ -67,35 +72,57 @@ static struct bytes find(struct bytes fields, const char *name)
         }
         if (n > name_len && memcmp(field, name, name_len) == 0 &&
             field[name_len] == '=') {
-            return (struct bytes){field + name_len + 1u, n - name_len - 1u};
+            return (lum_bytes_at){field + name_len + 1u, n - name_len - 1u};
         }
         fields.at += 4u + n;
         fields.len -= 4u + n;
     }
-    return (struct bytes){NULL, 0};
+    return (lum_bytes_at){NULL, 0};
 }
 
-static bool is(struct bytes value, const char *wanted)
+static bool is(lum_bytes_at value, const char *wanted)
 {
     return value.at != NULL && value.len == strlen(wanted) &&
            memcmp(value.at, wanted, value.len) == 0;
 }
 
 /* One of four bytes; UINT32_MAX: there is none. */
-static uint32_t number(struct bytes header, const char *name)
+static uint32_t number(lum_bytes_at header, const char *name)
 {
-    const struct bytes value = find(header, name);
+    const lum_bytes_at value = find(header, name);
     return value.at != NULL && value.len == 4u ? load_le32(value.at)
                                                : UINT32_MAX;
 }
 
-static unsigned opcode_of(struct bytes header)
+static unsigned opcode_of(lum_bytes_at header)
 {
-    const struct bytes op = find(header, "op");
+    const lum_bytes_at op = find(header, "op");
     return op.at != NULL && op.len == 1u ? op.at[0] : 0;
 }
 
+static bool has_bit(const uint8_t *bits, uint32_t id)
+{
+    return id < CONNECTIONS && (bits[id / 8u] >> id % 8u & 1u) != 0;
+}
+
 /* --- Records --- */
+
+/* Records of a compressed chunk stand in memory. */
+static lum_source *current(const lum_pcap *r)
+{
+    return r->bag->inner != NULL ? r->bag->inner : r->source;
+}
+
+/* How many bytes records may have here; UINT64_MAX: as many as there are. */
+static uint64_t room_of(const lum_pcap *r)
+{
+    const lum_bag_reader *b = r->bag;
+    if (b->inner != NULL) {
+        return b->inner->left;
+    }
+    const uint64_t at = lum_source_offset(r->source);
+    return at < b->chunk_end ? b->chunk_end - at : UINT64_MAX;
+}
 
 static int cut(const lum_pcap *r, uint64_t all, lum_error *error)
 {
@@ -103,20 +130,43 @@ static int cut(const lum_pcap *r, uint64_t all, lum_error *error)
     return lum_pcap_fail_cut(r, "record", s->end - r->at, all, error);
 }
 
-static int skip(lum_pcap *r, uint64_t bytes, lum_error *error)
+static int skip(const lum_pcap *r, uint64_t bytes, lum_error *error)
 {
-    return lum_source_skip(r->source, bytes) ? GO_ON : cut(r, 0, error);
+    return lum_source_skip(current(r), bytes) ? GO_ON : cut(r, 0, error);
+}
+
+/* What is left of the chunk cannot be read. */
+static int leave_chunk(lum_pcap *r, const char *what, lum_error *error)
+{
+    lum_bag_reader *b = r->bag;
+    const int skipped = skip(r, room_of(r), error);
+    b->chunk_end = 0;
+    if (skipped == GO_ON) {
+        (void)lum_pcap_fail(r, error,
+                            "%s of a chunk is longer than what is "
+                            "left of the chunk",
+                            what);
+    }
+    return skipped == GO_ON ? DAMAGED : skipped;
 }
 
 /* The header of the next record is at hand then, with the length behind it. */
 static int read_header(lum_pcap *r, struct record *out, lum_error *error)
 {
-    lum_source *s = r->source;
-    r->at = lum_source_offset(s);
+    lum_source *s = current(r);
+    const uint64_t room = room_of(r);
+    r->at = s == r->source ? lum_source_offset(s) : r->at;
+    if (room < 8u) {
+        return leave_chunk(r, "a record", error);
+    }
     if (!lum_source_has(s, 4)) {
         return s->left != 0 || s->has_failed ? cut(r, 0, error) : ENDED;
     }
     const uint32_t len = load_le32(s->at);
+    const size_t all = 8u + (size_t)len;
+    if (all > room) {
+        return leave_chunk(r, "the header of a record", error);
+    }
     if (len > HEADER_BYTES_MAX) {
         return lum_pcap_fail(r, error,
                              "the header of a record has %lu bytes; at most "
@@ -124,54 +174,65 @@ static int read_header(lum_pcap *r, struct record *out, lum_error *error)
                              (unsigned long)len,
                              (unsigned long)HEADER_BYTES_MAX);
     }
-    const size_t all = 8u + (size_t)len;
     if (!lum_source_has(s, all)) {
         return cut(r, all, error);
     }
-    out->header = (struct bytes){s->at + 4, len};
+    out->header = (lum_bytes_at){s->at + 4, len};
     out->data_len = load_le32(s->at + 4u + len);
-    return GO_ON;
+    return out->data_len <= room - all ? GO_ON
+                                       : leave_chunk(r, "a record", error);
 }
 
 /* A record that is looked at as a whole; its header moves with it. */
 static int has_data(lum_pcap *r, struct record *record, uint32_t most,
-                    const char *what, struct bytes *data, lum_error *error)
+                    const char *what, lum_bytes_at *data, lum_error *error)
 {
     const size_t head = 8u + record->header.len;
+    lum_source *s = current(r);
     if (record->data_len > most) {
-        return lum_pcap_fail(
+        (void)lum_pcap_fail(
             r, error, "%s has %lu bytes; at most %lu are possible", what,
             (unsigned long)record->data_len, (unsigned long)most);
+        return DAMAGED;
     }
-    if (!lum_source_has(r->source, head + record->data_len)) {
+    if (!lum_source_has(s, head + record->data_len)) {
         return cut(r, head + record->data_len, error);
     }
-    record->header.at = r->source->at + 4;
-    *data = (struct bytes){r->source->at + head, record->data_len};
+    record->header.at = s->at + 4;
+    *data = (lum_bytes_at){s->at + head, record->data_len};
     return GO_ON;
 }
 
 static int take_connection(lum_pcap *r, struct record *record, lum_error *error)
 {
-    struct bytes data = {NULL, 0};
+    lum_bag_reader *b = r->bag;
+    lum_bytes_at data = {NULL, 0};
     const int result =
         has_data(r, record, CONNECTION_MAX, "a connection", &data, error);
-    if (result != GO_ON) {
-        return result;
+    const uint32_t id =
+        result == GO_ON ? number(record->header, "conn") : CONNECTIONS;
+    if (id < CONNECTIONS) {
+        b->known[id / 8u] |= (uint8_t)(1u << id % 8u);
+        if (is(find(data, "type"), TYPE)) {
+            b->ours[id / 8u] |= (uint8_t)(1u << id % 8u);
+            b->has_ours = true;
+        }
     }
-    const uint32_t id = number(record->header, "conn");
-    if (is(find(data, "type"), TYPE) && id < CONNECTIONS) {
-        r->bag->ours[id / 8u] |= (uint8_t)(1u << id % 8u);
-        r->bag->has_ours = true;
-    }
-    return GO_ON;
+    return result;
 }
 
 static int take_message(lum_pcap *r, struct record *record, lum_error *error)
 {
-    struct bytes data = {NULL, 0};
+    lum_bytes_at data = {NULL, 0};
     const uint32_t id = number(record->header, "conn");
-    if (id >= CONNECTIONS || (r->bag->ours[id / 8u] >> id % 8u & 1u) == 0) {
+    if (!has_bit(r->bag->known, id)) {
+        (void)lum_pcap_fail(r, error,
+                            "a message of connection %lu, which was not "
+                            "described before",
+                            (unsigned long)id);
+        return DAMAGED;
+    }
+    if (!has_bit(r->bag->ours, id)) {
         return GO_ON;
     }
     const int result = has_data(r, record, LUM_BAG_MESSAGE_MAX,
@@ -183,51 +244,164 @@ static int take_message(lum_pcap *r, struct record *record, lum_error *error)
     if (added < 0) {
         return lum_pcap_fail(r, error, "not enough memory for a message");
     }
-    return added > 0
-               ? GO_ON
-               : lum_pcap_fail(r, error,
-                               "a message of " TYPE " contradicts itself");
+    if (added == 0) {
+        (void)lum_pcap_fail(r, error,
+                            "a message of " TYPE " contradicts itself");
+        return DAMAGED;
+    }
+    r->bag->has_message = true;
+    return GO_ON;
 }
 
-/* Records stand in a chunk as they do beside it, if it is not compressed. */
+/* --- Chunks --- */
+
+static int unpack_chunk(lum_pcap *r, const lum_chunk_head *head,
+                        lum_error *error)
+{
+    lum_bag_reader *b = r->bag;
+    lum_source *s = r->source;
+    const uint64_t end = b->chunk_end;
+    const lum_chunk_result result = lum_chunk_read(b->chunk, r, head, error);
+    if (result == LUM_CHUNK_FAILED) {
+        return FAILED;
+    }
+    if (!lum_source_skip(s, end - lum_source_offset(s))) {
+        return cut(r, 0, error);
+    }
+    if (result == LUM_CHUNK_DAMAGED) {
+        return DAMAGED;
+    }
+    const lum_bytes_at records = lum_chunk_records(b->chunk);
+    b->inner = lum_source_from_memory("a chunk", records.at, records.len);
+    return b->inner != NULL
+               ? GO_ON
+               : lum_pcap_fail(r, error, "not enough memory for a chunk");
+}
+
+/* Records stand in a chunk as they do beside it. One that is not compressed is
+ * read where it is, so that one that is cut gives what it has. */
 static int enter_chunk(lum_pcap *r, const struct record *record,
                        lum_error *error)
 {
-    const struct bytes compression = find(record->header, "compression");
-    if (!is(compression, "none")) {
-        return lum_pcap_fail(r, error,
-                             "its chunks are compressed by %s, which is not "
-                             "read; rosbag decompress makes a bag that is",
-                             is(compression, "bz2")   ? "bz2"
-                             : is(compression, "lz4") ? "lz4"
-                                                      : "something else");
+    static const char *const known[] = {"bz2", "lz4"};
+    const lum_bytes_at name = find(record->header, "compression");
+    lum_chunk_head head = {.packed = record->data_len,
+                           .unpacked = number(record->header, "size"),
+                           .known = known,
+                           .remedy = "rosbag decompress"};
+    const bool is_plain = is(name, "none");
+    if (name.len == 0 || name.len > LUM_CHUNK_NAME_MAX) {
+        lum_chunk_name(&head, (const uint8_t *)"?", 1);
+    } else {
+        lum_chunk_name(&head, name.at, name.len);
     }
-    return skip(r, 8u + record->header.len, error);
+    lum_source_take(r->source, 8u + record->header.len);
+    r->bag->chunk_end = lum_source_offset(r->source) + record->data_len;
+    return is_plain ? GO_ON : unpack_chunk(r, &head, error);
 }
 
-static int next_record(lum_pcap *r, lum_error *error)
+/* --- From record to record --- */
+
+static int take_bag(lum_pcap *r, const struct record *record)
+{
+    const lum_bytes_at at = find(record->header, "index_pos");
+    r->bag->index = at.len == 8u ? load_le64(at.at) : 0;
+    return GO_ON;
+}
+
+static int take_record(lum_pcap *r, struct record *record, lum_error *error)
+{
+    switch (opcode_of(record->header)) {
+    case 0:
+        (void)lum_pcap_fail(r, error, "a record without a type");
+        return room_of(r) != UINT64_MAX ? DAMAGED : FAILED;
+    case OP_BAG:
+        return take_bag(r, record);
+    case OP_CONNECTION:
+        return take_connection(r, record, error);
+    case OP_MESSAGE:
+        return take_message(r, record, error);
+    default:
+        return GO_ON;
+    }
+}
+
+static int pass_over(const lum_pcap *r, const struct record *record,
+                     lum_error *error)
+{
+    return skip(r, 8u + (uint64_t)record->header.len + record->data_len, error);
+}
+
+static int read_record(lum_pcap *r, lum_error *error)
 {
     struct record record = {{NULL, 0}, 0};
+    lum_error why = {""};
     int result = read_header(r, &record, error);
     if (result != GO_ON) {
         return result;
     }
-    const unsigned op = opcode_of(record.header);
-    if (op == OP_CHUNK) {
+    if (opcode_of(record.header) == OP_CHUNK && room_of(r) == UINT64_MAX) {
         return enter_chunk(r, &record, error);
     }
-    if (op == 0) {
-        return lum_pcap_fail(r, error, "a record without a type");
+    result = take_record(r, &record, error);
+    if (result == FAILED || pass_over(r, &record, &why) == GO_ON) {
+        return result;
     }
-    if (op == OP_CONNECTION) {
-        result = take_connection(r, &record, error);
-    } else if (op == OP_MESSAGE) {
-        result = take_message(r, &record, error);
+    return lum_error_set(error, "%s", why.text);
+}
+
+/* --- What a damaged part has described --- */
+
+/* Up to what is no connection any more. */
+static void read_connections(lum_pcap *r)
+{
+    struct record record = {{NULL, 0}, 0};
+    lum_error why = {""};
+    while (read_header(r, &record, &why) == GO_ON &&
+           opcode_of(record.header) == OP_CONNECTION &&
+           take_connection(r, &record, &why) == GO_ON &&
+           pass_over(r, &record, &why) == GO_ON) {
     }
-    return result == GO_ON
-               ? skip(r, 8u + (uint64_t)record.header.len + record.data_len,
-                      error)
-               : result;
+}
+
+/* The index of a bag begins with all of them. */
+static int salvage(lum_pcap *r, lum_error *error)
+{
+    lum_bag_reader *b = r->bag;
+    lum_source *s = r->source;
+    const uint64_t back = lum_source_offset(s);
+    const uint64_t at = r->at;
+    const uint64_t chunk_end = b->chunk_end;
+    lum_source *inner = b->inner;
+    if (b->has_salvaged || b->index == 0 || !lum_source_can_seek(s)) {
+        return GO_ON;
+    }
+    b->has_salvaged = true;
+    b->inner = NULL;
+    b->chunk_end = 0;
+    if (lum_source_seek(s, b->index, NULL) == 0) {
+        read_connections(r);
+    }
+    b->inner = inner;
+    b->chunk_end = chunk_end;
+    r->at = at;
+    return lum_source_seek(s, back, error) == 0 ? GO_ON : FAILED;
+}
+
+static int next_record(lum_pcap *r, lum_error *error)
+{
+    lum_bag_reader *b = r->bag;
+    lum_error why = {""};
+    if (b->inner != NULL && b->inner->left == 0) {
+        lum_source_close(b->inner);
+        b->inner = NULL;
+    }
+    int result = read_record(r, &why);
+    if (result == DAMAGED) {
+        lum_pcap_note_damage(r, &why);
+        result = salvage(r, &why);
+    }
+    return result == FAILED ? lum_error_set(error, "%s", why.text) : result;
 }
 
 /* --- Packets --- */
@@ -264,8 +438,17 @@ void lum_bag_reader_free(lum_bag_reader *reader)
 {
     if (reader != NULL) {
         lum_bag_packets_free(reader->packets);
+        lum_source_close(reader->inner);
+        lum_chunk_free(reader->chunk);
         free(reader);
     }
+}
+
+/* Of a bag with damage, up to a message: what describes it may stand at its
+ * end, and all of its data be damaged. */
+static bool has_begun(const lum_pcap *r)
+{
+    return r->bag->has_ours && (r->damaged == 0 || r->bag->has_message);
 }
 
 int lum_bag_reader_begin(lum_pcap *reader, uint32_t *link_type,
@@ -275,18 +458,21 @@ int lum_bag_reader_begin(lum_pcap *reader, uint32_t *link_type,
     lum_bag_reader *b = calloc(1, sizeof *b);
     reader->bag = b;
     reader->next = next_packet;
-    if (b == NULL || (b->packets = lum_bag_packets_new()) == NULL) {
+    if (b == NULL || (b->packets = lum_bag_packets_new()) == NULL ||
+        (b->chunk = lum_chunk_new()) == NULL) {
         return lum_error_set(error, "not enough memory to read a bag");
     }
     b->end = GO_ON;
     lum_source_take(reader->source, MAGIC_BYTES);
     int result = GO_ON;
-    while (result == GO_ON && !b->has_ours) {
+    while (result == GO_ON && !has_begun(reader)) {
         result = next_record(reader, error);
     }
     if (result == ENDED) {
-        return lum_error_set(error, "it has no messages of " TYPE
-                                    "; clouds cannot be decoded again");
+        return reader->damaged != 0
+                   ? lum_pcap_fail_damaged(reader, error)
+                   : lum_error_set(error, "it has no messages of " TYPE
+                                          "; clouds cannot be decoded again");
     }
     if (result == FAILED ||
         lum_pcap_add_interface(reader, &interface, error) != 0) {

@@ -232,6 +232,11 @@ lum_result lum_capture_get_source(const lum_capture *capture, size_t i,
     return lum_sized_fill(out, &source, sizeof source) ? LUM_OK : LUM_E_VALUE;
 }
 
+uint64_t lum_capture_damaged(const lum_capture *capture, lum_error *error)
+{
+    return lum_merge_damaged(capture->files, error);
+}
+
 size_t lum_capture_comment_count(const lum_capture *capture, size_t source)
 {
     return lum_comments_count(lum_merge_comments(capture->files, source));

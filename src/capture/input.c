@@ -115,7 +115,9 @@ static int begin(lum_input *in, lum_comments *comments, lum_error *error)
                              "%s: not a capture (%s); a pcap, pcapng, MCAP or "
                              "bag file is expected%s",
                              in->source->name, reason.text,
-                             lum_unpack_hint(in->source));
+                             lum_source_offset(in->source) == 0
+                                 ? lum_unpack_hint(in->source)
+                                 : "");
     }
     return begun > 0 ? 0 : refuse_all(in, error);
 }
@@ -177,6 +179,11 @@ int lum_input_next(lum_input *input, lum_pcap_record *out, lum_error *error)
     return lum_error_set(error, "%s: cannot be read on after record %llu: %s",
                          input->source->name,
                          (unsigned long long)input->records, reason.text);
+}
+
+uint64_t lum_input_damaged(const lum_input *input, const char **first)
+{
+    return lum_pcap_damaged(input->reader, first);
 }
 
 bool lum_input_can_seek(const lum_input *input)

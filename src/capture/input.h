@@ -30,6 +30,9 @@ void lum_input_close(lum_input *input);
 LUM_MUST_CHECK int lum_input_next(lum_input *input, lum_pcap_record *out,
                                   lum_error *error);
 
+/** As lum_pcap_damaged(). */
+uint64_t lum_input_damaged(const lum_input *input, const char **first);
+
 /** Whether it can go on from another place. */
 bool lum_input_can_seek(const lum_input *input);
 

@@ -192,11 +192,11 @@ static int know_topic(lum_mcap_messages *m, const lum_mcap_record *record,
 
 /* --- What comes --- */
 
-static bool wants(const void *context, unsigned channel)
+static lum_mcap_want wants(const void *context, unsigned channel)
 {
-    (void)context;
-    (void)channel;
-    return true;
+    const lum_mcap_messages *m = context;
+    return find_topic(m, channel) < m->topic_count ? LUM_MCAP_HAND_OUT
+                                                   : LUM_MCAP_UNKNOWN;
 }
 
 static lum_mcap_event take_topic(lum_mcap_messages *m,
@@ -217,16 +217,9 @@ static lum_mcap_event take_topic(lum_mcap_messages *m,
 
 static lum_mcap_event take_message(const lum_mcap_messages *m,
                                    const lum_mcap_record *record,
-                                   lum_mcap_message *out, lum_error *error)
+                                   lum_mcap_message *out)
 {
     const size_t i = find_topic(m, record->id);
-    if (i == m->topic_count) {
-        (void)lum_pcap_fail(m->place, error,
-                            "a message of channel %u, which was not described "
-                            "before",
-                            record->id);
-        return LUM_MCAP_FAILED;
-    }
     *out = (lum_mcap_message){.topic = m->topics[i],
                               .index = i,
                               .log_ns = record->log_ns,
@@ -249,7 +242,7 @@ static lum_mcap_event take(lum_mcap_messages *m, const lum_mcap_record *record,
         return LUM_MCAP_ENDED;
     case LUM_MCAP_IS_MESSAGE:
     default:
-        return take_message(m, record, out, error);
+        return take_message(m, record, out);
     }
 }
 
@@ -269,11 +262,17 @@ lum_mcap_event lum_mcap_messages_next(lum_mcap_messages *messages,
     return event;
 }
 
+uint64_t lum_mcap_messages_damaged(const lum_mcap_messages *messages,
+                                   const char **first)
+{
+    return lum_pcap_damaged(messages->place, first);
+}
+
 /* --- The start and the end --- */
 
 static int begin(lum_mcap_messages *m, lum_source *source, lum_error *error)
 {
-    const lum_mcap_wanted wanted = {wants, NULL, MESSAGE_BYTES_MAX};
+    const lum_mcap_wanted wanted = {wants, m, MESSAGE_BYTES_MAX};
     if (!lum_mcap_is(source)) {
         return source->has_failed
                    ? lum_error_set(error, "%s", source->error.text)

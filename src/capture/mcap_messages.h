@@ -36,7 +36,7 @@ typedef struct lum_mcap_message {
 /** What came. */
 typedef enum lum_mcap_event {
     LUM_MCAP_FAILED = -1, /**< with the byte and the reason in error */
-    LUM_MCAP_ENDED,       /**< the file is whole */
+    LUM_MCAP_ENDED,       /**< the file was read to its end */
     LUM_MCAP_HAS_TOPIC,   /**< a channel: its topic and index alone are set */
     LUM_MCAP_HAS_MESSAGE
 } lum_mcap_event;
@@ -58,5 +58,11 @@ void lum_mcap_messages_free(lum_mcap_messages *messages);
  * again. */
 LUM_MUST_CHECK lum_mcap_event lum_mcap_messages_next(
     lum_mcap_messages *messages, lum_mcap_message *out, lum_error *error);
+
+/** How many chunks and messages could not be read and were passed over so far.
+ * @param first gets why the first was, with its byte; lives as long as the
+ *              reader. "": there is none. */
+uint64_t lum_mcap_messages_damaged(const lum_mcap_messages *messages,
+                                   const char **first);
 
 #endif

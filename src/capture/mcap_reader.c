@@ -23,10 +23,13 @@ enum step {
 
 struct lum_mcap_reader {
     lum_mcap_records *records;
-    bool has_ours;                      /* a channel with datagrams came */
+    bool has_ours;  /* a channel with datagrams came */
+    bool has_first; /* a packet waits, since it began */
+    lum_pcap_record first;
     char other[NAME_BYTES];             /* the first other schema; "": none */
     uint8_t schemas[LUM_MCAP_IDS / 8];  /* a bit for each one of datagrams */
     uint8_t channels[LUM_MCAP_IDS / 8]; /* likewise */
+    uint8_t known[LUM_MCAP_IDS / 8];    /* channels of any kind */
     uint8_t packet[LUM_DATAGRAM_PACKET_MAX];
 };
 
@@ -69,26 +72,33 @@ static void know_channel(lum_mcap_reader *m, const lum_mcap_record *channel)
     const bool is_ours = has_bit(m->schemas, channel->schema) &&
                          lum_mcap_is_text(channel->encoding, "cdr");
     set_bit(m->channels, channel->id, is_ours);
+    set_bit(m->known, channel->id, true);
     m->has_ours = m->has_ours || is_ours;
 }
 
 /* --- Messages --- */
 
-static bool wants(const void *context, unsigned channel)
+static lum_mcap_want wants(const void *context, unsigned channel)
 {
     const lum_mcap_reader *m = context;
-    return has_bit(m->channels, channel);
+    if (!has_bit(m->known, channel)) {
+        return LUM_MCAP_UNKNOWN;
+    }
+    return has_bit(m->channels, channel) ? LUM_MCAP_HAND_OUT
+                                         : LUM_MCAP_PASS_OVER;
 }
 
-static int read_message(lum_pcap *r, lum_bytes_at message, lum_pcap_record *out,
-                        lum_error *error)
+static int read_message(lum_pcap *r, lum_bytes_at message, lum_pcap_record *out)
 {
+    lum_error why = {""};
     lum_record datagram;
     uint32_t whole = 0;
     if (!lum_mcap_datagram_read(message.at, message.len, &datagram, &whole) ||
         whole > LUM_DATAGRAM_BYTES_MAX) {
-        return lum_pcap_fail(
-            r, error, "a message of " SCHEMA_NAME " does not hold a datagram");
+        (void)lum_pcap_fail(
+            r, &why, "a message of " SCHEMA_NAME " does not hold a datagram");
+        lum_pcap_note_damage(r, &why);
+        return GO_ON;
     }
     lum_datagram_packet_make(&datagram, whole, r->mcap->packet, out);
     return PACKET;
@@ -118,7 +128,7 @@ static int next_step(lum_pcap *r, lum_pcap_record *out, lum_error *error)
         know_channel(r->mcap, &record);
         break;
     case LUM_MCAP_IS_MESSAGE:
-        return read_message(r, record.rest, out, error);
+        return read_message(r, record.rest, out);
     case LUM_MCAP_IS_METADATA:
         lum_mcap_comments_read(record.rest.at, record.rest.len, take_comment,
                                r);
@@ -130,6 +140,11 @@ static int next_step(lum_pcap *r, lum_pcap_record *out, lum_error *error)
 static int next_packet(lum_pcap *r, lum_pcap_record *out, lum_error *error)
 {
     int result = GO_ON;
+    if (r->mcap->has_first) {
+        r->mcap->has_first = false;
+        *out = r->mcap->first;
+        return PACKET;
+    }
     while (result == GO_ON) {
         result = next_step(r, out, error);
     }
@@ -146,20 +161,31 @@ void lum_mcap_reader_free(lum_mcap_reader *reader)
     }
 }
 
-static int refuse_without_packets(const lum_mcap_reader *m, lum_error *error)
+static int refuse_without_packets(const lum_pcap *r, lum_error *error)
 {
-    return lum_error_set(
-        error,
-        "it has no packets of a sensor, %s%s; clouds cannot be decoded again",
-        m->other[0] != '\0' ? "only messages such as " : "and no messages",
-        m->other);
+    const char *other = r->mcap->other;
+    return r->mcap->has_ours || (r->damaged != 0 && other[0] == '\0')
+               ? lum_pcap_fail_damaged(r, error)
+               : lum_error_set(
+                     error,
+                     "it has no packets of a sensor, %s%s; clouds cannot be "
+                     "decoded again%s%s",
+                     other[0] != '\0' ? "only messages such as "
+                                      : "and no messages",
+                     other, r->damaged != 0 ? "; " : "", r->damage.text);
+}
+
+/* Of a file with damage, up to a packet: what describes it may stand at its
+ * end, and all of its data be damaged. */
+static bool has_begun(const lum_pcap *r)
+{
+    return r->mcap->has_ours && (r->damaged == 0 || r->mcap->has_first);
 }
 
 int lum_mcap_reader_begin(lum_pcap *reader, uint32_t *link_type,
                           lum_error *error)
 {
     const lum_pcap_interface interface = {.link_type = LUM_DATAGRAM_LINK_TYPE};
-    lum_pcap_record none;
     lum_mcap_reader *m = calloc(1, sizeof *m);
     const lum_mcap_wanted wanted = {wants, m, LUM_MCAP_RECORD_BYTES_MAX};
     reader->mcap = m;
@@ -169,11 +195,12 @@ int lum_mcap_reader_begin(lum_pcap *reader, uint32_t *link_type,
         return lum_error_set(error, "not enough memory to read an MCAP file");
     }
     int result = GO_ON;
-    while (result == GO_ON && !m->has_ours) {
-        result = next_step(reader, &none, error);
+    while (result == GO_ON && !has_begun(reader)) {
+        result = next_step(reader, &m->first, error);
+        m->has_first = result == PACKET;
     }
     if (result == ENDED) {
-        return refuse_without_packets(m, error);
+        return refuse_without_packets(reader, error);
     }
     if (result == FAILED ||
         lum_pcap_add_interface(reader, &interface, error) != 0) {

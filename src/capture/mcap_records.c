@@ -8,6 +8,7 @@
 #define MAGIC_BYTES  8u
 #define RECORD_HEAD  9u
 #define MESSAGE_HEAD 22u
+#define FOOTER_BYTES 20u
 
 enum opcode {
     OP_FOOTER = 2,
@@ -24,16 +25,20 @@ enum step {
     FAILED = -1,
     ENDED,
     RECORD,
-    GO_ON
+    GO_ON,
+    DAMAGED /* and passed over, with the reason in error */
 };
 
 struct lum_mcap_records {
     lum_pcap *reader;
     lum_mcap_wanted wanted;
-    lum_mcap_chunk *chunk;
+    lum_chunk *chunk;
     size_t chunk_at;   /* in its records; at their end: none is left */
     uint64_t messages; /* of all channels, so far */
     bool has_ended;    /* its footer was read */
+    bool has_salvaged; /* what the end of the file describes was looked for */
+    bool is_salvaging; /* that is read now */
+    uint64_t back;     /* to be read behind that */
 };
 
 /* A record's bytes, without its opcode and length. */
@@ -65,8 +70,9 @@ bool lum_mcap_is_text(lum_bytes_at text, const char *wanted)
 static int too_short(const lum_mcap_records *m, const char *what,
                      lum_error *error)
 {
-    return lum_pcap_fail(m->reader, error,
-                         "a %s is shorter than what it says it has", what);
+    (void)lum_pcap_fail(m->reader, error,
+                        "a %s is shorter than what it says it has", what);
+    return DAMAGED;
 }
 
 static int read_schema(const lum_mcap_records *m, const struct raw *raw,
@@ -100,10 +106,26 @@ static int read_channel(const lum_mcap_records *m, const struct raw *raw,
                : too_short(m, "channel", error);
 }
 
-/* Of which at least the channel is at hand. */
-static bool is_wanted(const lum_mcap_records *m, const uint8_t *message)
+static int not_described(const lum_mcap_records *m, unsigned channel,
+                         lum_error *error)
 {
-    return m->wanted.wants(m->wanted.context, load_le16(message));
+    (void)lum_pcap_fail(m->reader, error,
+                        "a message of channel %u, which was not described "
+                        "before",
+                        channel);
+    return DAMAGED;
+}
+
+/* Of which at least the channel is at hand: RECORD, GO_ON or DAMAGED. */
+static int look_at_message(const lum_mcap_records *m, const uint8_t *message,
+                           lum_error *error)
+{
+    const unsigned channel = load_le16(message);
+    const lum_mcap_want want = m->wanted.wants(m->wanted.context, channel);
+    if (want == LUM_MCAP_UNKNOWN) {
+        return not_described(m, channel, error);
+    }
+    return want == LUM_MCAP_HAND_OUT ? RECORD : GO_ON;
 }
 
 static int read_message(lum_mcap_records *m, const struct raw *raw,
@@ -113,8 +135,9 @@ static int read_message(lum_mcap_records *m, const struct raw *raw,
     if (raw->len < 2u) {
         return too_short(m, "message", error);
     }
-    if (!is_wanted(m, raw->at)) {
-        return GO_ON;
+    const int look = look_at_message(m, raw->at, error);
+    if (look != RECORD) {
+        return look;
     }
     if (raw->len < MESSAGE_HEAD) {
         return too_short(m, "message", error);
@@ -148,13 +171,15 @@ static int read_raw(lum_mcap_records *m, const struct raw *raw,
 static int next_in_chunk(lum_mcap_records *m, lum_mcap_record *out,
                          lum_error *error)
 {
-    const lum_bytes_at all = lum_mcap_chunk_records(m->chunk);
+    const lum_bytes_at all = lum_chunk_records(m->chunk);
     const size_t left = all.len - m->chunk_at;
     const uint8_t *at = all.at + m->chunk_at;
     if (left < RECORD_HEAD || load_le64(at + 1) > left - RECORD_HEAD) {
-        return lum_pcap_fail(m->reader, error,
-                             "a record of a chunk is longer than "
-                             "what is left of the chunk");
+        m->chunk_at = all.len;
+        (void)lum_pcap_fail(m->reader, error,
+                            "a record of a chunk is longer than "
+                            "what is left of the chunk");
+        return DAMAGED;
     }
     const struct raw raw = {at[0], at + RECORD_HEAD, load_le64(at + 1)};
     m->chunk_at += RECORD_HEAD + (size_t)raw.len;
@@ -163,7 +188,7 @@ static int next_in_chunk(lum_mcap_records *m, lum_mcap_record *out,
 
 static bool is_in_chunk(const lum_mcap_records *m)
 {
-    return m->chunk_at < lum_mcap_chunk_records(m->chunk).len;
+    return m->chunk_at < lum_chunk_records(m->chunk).len;
 }
 
 /* --- Records of the file --- */
@@ -192,11 +217,16 @@ static int take_record(lum_mcap_records *m, struct raw *raw, uint32_t max,
     const lum_pcap *r = m->reader;
     lum_source *s = r->source;
     if (raw->len > max) {
-        return lum_pcap_fail(r, error,
-                             "a record of type %u has %llu bytes; at most %lu "
-                             "are possible",
-                             raw->opcode, (unsigned long long)raw->len,
-                             (unsigned long)max);
+        const int skipped = skip(r, raw->len, error);
+        if (skipped != GO_ON) {
+            return skipped;
+        }
+        (void)lum_pcap_fail(r, error,
+                            "a record of type %u has %llu bytes; at most %lu "
+                            "are possible",
+                            raw->opcode, (unsigned long long)raw->len,
+                            (unsigned long)max);
+        return DAMAGED;
     }
     const size_t all = RECORD_HEAD + (size_t)raw->len;
     if (!lum_source_has(s, all)) {
@@ -216,9 +246,13 @@ static int take_message(lum_mcap_records *m, struct raw *raw,
         if (!lum_source_has(r->source, RECORD_HEAD + 2u)) {
             return cut(r, 0, error);
         }
-        if (!is_wanted(m, r->source->at + RECORD_HEAD)) {
+        const int look = look_at_message(m, r->source->at + RECORD_HEAD, error);
+        if (look != RECORD) {
+            lum_error why = {""};
             m->messages++;
-            return skip(r, raw->len, error);
+            const int skipped = skip(r, raw->len, &why);
+            *error = skipped == GO_ON ? *error : why;
+            return skipped == GO_ON ? look : skipped;
         }
     }
     return take_record(m, raw, m->wanted.bytes_max, out, error);
@@ -229,25 +263,33 @@ static int take_chunk(lum_mcap_records *m, const struct raw *raw,
 {
     lum_source_take(m->reader->source, RECORD_HEAD);
     m->chunk_at = 0;
-    return lum_mcap_chunk_read(m->chunk, m->reader, raw->len, error) == 0
-               ? GO_ON
-               : FAILED;
+    switch (lum_mcap_chunk_read(m->chunk, m->reader, raw->len, error)) {
+    case LUM_CHUNK_READ:
+        return GO_ON;
+    case LUM_CHUNK_DAMAGED:
+        return DAMAGED;
+    case LUM_CHUNK_FAILED:
+    default:
+        return FAILED;
+    }
 }
 
 /* A chunk that was passed over, since it was damaged to look like another
- * record, is noticed here. */
+ * record, is noticed here. How many messages a damaged one had is not known. */
 static int take_statistics(const lum_mcap_records *m, const struct raw *raw,
                            lum_error *error)
 {
     const lum_pcap *r = m->reader;
     if (raw->len < 8u) {
-        return too_short(m, "record of statistics", error);
+        const int skipped = skip(r, raw->len, error);
+        return skipped == GO_ON ? too_short(m, "record of statistics", error)
+                                : skipped;
     }
     if (!lum_source_has(r->source, RECORD_HEAD + 8u)) {
         return cut(r, 0, error);
     }
     const uint64_t messages = load_le64(r->source->at + RECORD_HEAD);
-    if (messages != m->messages) {
+    if (messages != m->messages && r->damaged == 0) {
         return lum_pcap_fail(r, error,
                              "%llu messages were there, but its statistics "
                              "count %llu",
@@ -343,15 +385,85 @@ static int next_in_file(lum_mcap_records *m, lum_mcap_record *out,
     }
 }
 
+/* --- What a damaged part has described --- */
+
+static int go_back(lum_mcap_records *m, lum_error *error)
+{
+    m->is_salvaging = false;
+    return lum_source_seek(m->reader->source, m->back, error) == 0 ? GO_ON
+                                                                   : FAILED;
+}
+
+/* The source is at the summary then; 0: there is none. */
+static bool find_summary(lum_source *s)
+{
+    const size_t all = RECORD_HEAD + FOOTER_BYTES + MAGIC_BYTES;
+    const uint64_t total = s->functions.total;
+    if (total < all || lum_source_seek(s, total - all, NULL) != 0 ||
+        !lum_source_has(s, all) || s->at[0] != OP_FOOTER ||
+        load_le64(s->at + 1) != FOOTER_BYTES) {
+        return false;
+    }
+    const uint64_t summary = load_le64(s->at + RECORD_HEAD);
+    return summary >= MAGIC_BYTES && summary < total - all &&
+           lum_source_seek(s, summary, NULL) == 0;
+}
+
+/* Writers describe a channel once in the data, and again at the end. */
+static int begin_salvage(lum_mcap_records *m, lum_error *error)
+{
+    lum_source *s = m->reader->source;
+    if (m->has_salvaged || !lum_source_can_seek(s)) {
+        return GO_ON;
+    }
+    m->has_salvaged = true;
+    m->back = lum_source_offset(s);
+    m->is_salvaging = true;
+    return find_summary(s) ? GO_ON : go_back(m, error);
+}
+
+/* Up to what is no longer part of a good summary. */
+static int next_of_summary(lum_mcap_records *m, lum_mcap_record *out,
+                           lum_error *error)
+{
+    lum_source *s = m->reader->source;
+    lum_error none = {""};
+    int result = FAILED;
+    if (lum_source_has(s, RECORD_HEAD)) {
+        struct raw raw = {s->at[0], NULL, load_le64(s->at + 1)};
+        if (raw.opcode == OP_SCHEMA || raw.opcode == OP_CHANNEL) {
+            result =
+                take_record(m, &raw, LUM_MCAP_RECORD_BYTES_MAX, out, &none);
+        } else if (raw.opcode != OP_FOOTER && raw.opcode != 0) {
+            result = skip(m->reader, raw.len, &none);
+        }
+    }
+    return result == RECORD || result == GO_ON ? result : go_back(m, error);
+}
+
+static int next_step(lum_mcap_records *m, lum_mcap_record *out,
+                     lum_error *error)
+{
+    if (m->is_salvaging) {
+        return next_of_summary(m, out, error);
+    }
+    return is_in_chunk(m) ? next_in_chunk(m, out, error)
+                          : next_in_file(m, out, error);
+}
+
 int lum_mcap_records_next(lum_mcap_records *records, lum_mcap_record *out,
                           lum_error *error)
 {
+    lum_error why = {""};
     int result = GO_ON;
     while (result == GO_ON) {
-        result = is_in_chunk(records) ? next_in_chunk(records, out, error)
-                                      : next_in_file(records, out, error);
+        result = next_step(records, out, &why);
+        if (result == DAMAGED) {
+            lum_pcap_note_damage(records->reader, &why);
+            result = begin_salvage(records, &why);
+        }
     }
-    return result;
+    return result == FAILED ? lum_error_set(error, "%s", why.text) : result;
 }
 
 /* --- The start and the end --- */
@@ -365,7 +477,7 @@ lum_mcap_records *lum_mcap_records_new(lum_pcap *reader,
                                        const lum_mcap_wanted *wanted)
 {
     lum_mcap_records *m = calloc(1, sizeof *m);
-    if (m == NULL || (m->chunk = lum_mcap_chunk_new()) == NULL) {
+    if (m == NULL || (m->chunk = lum_chunk_new()) == NULL) {
         free(m);
         return NULL;
     }
@@ -378,7 +490,7 @@ lum_mcap_records *lum_mcap_records_new(lum_pcap *reader,
 void lum_mcap_records_free(lum_mcap_records *records)
 {
     if (records != NULL) {
-        lum_mcap_chunk_free(records->chunk);
+        lum_chunk_free(records->chunk);
         free(records);
     }
 }

@@ -36,10 +36,16 @@ typedef struct lum_mcap_record {
                    channel's metadata; a message's bytes; all of metadata */
 } lum_mcap_record;
 
-/** Which messages are handed out. Others are passed over, whatever their
- * length. */
+/** What is to be done with the messages of a channel. */
+typedef enum lum_mcap_want {
+    LUM_MCAP_PASS_OVER, /**< whatever their length */
+    LUM_MCAP_HAND_OUT,
+    LUM_MCAP_UNKNOWN /**< it was not described: they count as damaged */
+} lum_mcap_want;
+
+/** Which messages are handed out. */
 typedef struct lum_mcap_wanted {
-    bool (*wants)(const void *context, unsigned channel);
+    lum_mcap_want (*wants)(const void *context, unsigned channel);
     const void *context;
     uint32_t bytes_max; /**< of the record of such a message beside chunks; less
                              than LUM_SOURCE_WINDOW_MAX */
@@ -58,7 +64,9 @@ LUM_MUST_CHECK lum_mcap_records *lum_mcap_records_new(
 void lum_mcap_records_free(lum_mcap_records *records);
 
 /** The next record. Metadata that is longer than LUM_MCAP_RECORD_BYTES_MAX is
- * passed over.
+ * passed over. So are damaged chunks and records whose length is known, which
+ * the reader counts; behind the first of them, schemas and channels come that
+ * the end of the file has again, if the source can be read from there.
  * @return 1; 0 at the end; -1 where it cannot be read any further, with the
  *         byte and the reason in error. */
 LUM_MUST_CHECK int lum_mcap_records_next(lum_mcap_records *records,

@@ -2,6 +2,7 @@
 
 #include "base/text.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,6 +22,7 @@ struct part {
     uint64_t records; /* handed out */
     uint64_t done;    /* bytes read before it was closed */
     uint64_t total;   /* bytes; 0: not known */
+    uint64_t damaged; /* parts that were passed over before it was closed */
     lum_capture_end end;
 };
 
@@ -32,7 +34,9 @@ struct lum_merge {
     struct part *given; /* whose record was handed out last; or NULL */
     lum_go_on *go_on;
     size_t broken;
-    lum_error error; /* of the first that is */
+    lum_error error;            /* of the first that is */
+    const struct part *damaged; /* the first closed file with such parts */
+    lum_error damage;           /* and why its first part is one */
 };
 
 /* --- Opening --- */
@@ -256,12 +260,23 @@ static void note_broken(lum_merge *m, const lum_error *error)
     m->broken++;
 }
 
+static void note_damage(lum_merge *m, struct part *p)
+{
+    const char *first = "";
+    p->damaged = lum_input_damaged(p->input, &first);
+    if (p->damaged != 0 && m->damaged == NULL) {
+        m->damaged = p;
+        (void)lum_error_set(&m->damage, "%s", first);
+    }
+}
+
 static void end_part(lum_merge *m, struct part *p, lum_capture_end end)
 {
     if (p->input != NULL) {
         lum_input_progress(p->input, &p->done, &p->total);
     }
-    if (!lum_merge_can_seek(m)) {
+    if (p->input != NULL && !lum_merge_can_seek(m)) {
+        note_damage(m, p);
         lum_input_close(p->input);
         p->input = NULL;
     }
@@ -374,15 +389,71 @@ size_t lum_merge_count(const lum_merge *merge)
     return merge->count;
 }
 
+static uint64_t damaged_of(const struct part *p, const char **first)
+{
+    return p->input != NULL ? lum_input_damaged(p->input, first) : p->damaged;
+}
+
 void lum_merge_get(const lum_merge *merge, size_t i, lum_capture_source *out)
 {
     const struct part *p = &merge->parts[i];
+    const char *first = "";
     *out = (lum_capture_source){.struct_size = sizeof *out,
                                 .name = p->name,
                                 .records = p->records,
                                 .first_ns = p->first_ns,
                                 .last_ns = p->last_ns,
-                                .end = p->end};
+                                .end = p->end,
+                                .damaged = damaged_of(p, &first)};
+}
+
+/* The file that tells why, and the reason. */
+static const struct part *find_damaged(const lum_merge *m, const char **first)
+{
+    if (m->damaged != NULL) {
+        *first = m->damage.text;
+        return m->damaged;
+    }
+    for (size_t i = 0; i < m->count; i++) {
+        if (damaged_of(&m->parts[i], first) != 0) {
+            return &m->parts[i];
+        }
+    }
+    return NULL;
+}
+
+static void tell_damage(const struct part *p, const char *first, uint64_t rest,
+                        lum_error *error)
+{
+    const char *ignored = NULL;
+    const uint64_t n = damaged_of(p, &ignored);
+    char others[64] = "";
+    if (rest != 0) {
+        (void)snprintf(others, sizeof others,
+                       ", and %llu of the other captures",
+                       (unsigned long long)rest);
+    }
+    (void)lum_error_set(
+        error,
+        "%s: %llu part%s of it%s could not be read and %s passed over%s: %s",
+        p->name, (unsigned long long)n, n == 1u ? "" : "s", others,
+        n + rest == 1u ? "was" : "were", n == 1u ? "" : "; the first is at",
+        first);
+}
+
+uint64_t lum_merge_damaged(const lum_merge *merge, lum_error *error)
+{
+    const char *first = "";
+    uint64_t total = 0;
+    for (size_t i = 0; i < merge->count; i++) {
+        total += damaged_of(&merge->parts[i], &first);
+    }
+    const struct part *p = find_damaged(merge, &first);
+    if (p != NULL) {
+        const char *ignored = NULL;
+        tell_damage(p, first, total - damaged_of(p, &ignored), error);
+    }
+    return total;
 }
 
 const lum_comments *lum_merge_comments(const lum_merge *merge, size_t i)

@@ -47,6 +47,9 @@ LUM_MUST_CHECK int lum_merge_pack(lum_merge *merge, lum_pack *pack,
 size_t lum_merge_count(const lum_merge *merge);
 void lum_merge_get(const lum_merge *merge, size_t i, lum_capture_source *out);
 
+/** As lum_capture_damaged(). */
+uint64_t lum_merge_damaged(const lum_merge *merge, lum_error *error);
+
 /** Of a file, by its place as for lum_merge_get(). */
 const lum_comments *lum_merge_comments(const lum_merge *merge, size_t i);
 

@@ -44,6 +44,8 @@ typedef struct lum_pcap_interface {
     int64_t offset_s;   /**< to be added */
     uint32_t snap;      /**< most bytes of a packet that it captured */
     uint32_t link_type; /**< LINKTYPE_ value */
+    bool is_lost;       /**< its description could not be read: nor can packets
+                             of it */
 } lum_pcap_interface;
 
 /** What an option belongs to. */
@@ -103,6 +105,13 @@ bool lum_pcap_has_wanted(const lum_pcap *reader);
  *         further, with the byte of the stream and the reason in error. */
 LUM_MUST_CHECK int lum_pcap_next(lum_pcap *reader, lum_pcap_record *out,
                                  lum_error *error);
+
+/** How many parts of the file could not be read and were passed over, so far:
+ * chunks, blocks, and messages or packets of their own. Where it is read again
+ * from an earlier place, they count once.
+ * @param first gets why the first was, with its byte; lives as long as the
+ *              reader. "": there is none. */
+uint64_t lum_pcap_damaged(const lum_pcap *reader, const char **first);
 
 /** Whether it can be read from another place: lum_pcap_pack() is for such. An
  * MCAP file cannot, since the channels before that place would be missing. */

@@ -38,6 +38,32 @@ int lum_pcap_fail_cut(const lum_pcap *reader, const char *what, uint64_t held,
                          s->has_failed ? s->error.text : "");
 }
 
+void lum_pcap_note_damage(lum_pcap *reader, const lum_error *reason)
+{
+    if (reader->at < reader->damaged_to) {
+        return;
+    }
+    if (reader->damaged == 0) {
+        reader->damage = *reason;
+    }
+    reader->damaged++;
+}
+
+int lum_pcap_fail_damaged(const lum_pcap *reader, lum_error *error)
+{
+    return lum_error_set(
+        error, "%s%s", reader->damage.text,
+        lum_source_can_seek(reader->source)
+            ? ""
+            : "; unpacked and named as a file, more of it may be read");
+}
+
+uint64_t lum_pcap_damaged(const lum_pcap *reader, const char **first)
+{
+    *first = reader->damage.text;
+    return reader->damaged;
+}
+
 /* What a description can say, without more interfaces than there is memory
  * for. */
 static void pack_interface(lum_pack *pack, lum_pcap_interface *interface)
@@ -46,12 +72,13 @@ static void pack_interface(lum_pack *pack, lum_pcap_interface *interface)
     lum_pack_i64(pack, &interface->offset_s);
     lum_pack_u32(pack, &interface->snap);
     lum_pack_u32(pack, &interface->link_type);
+    lum_pack_bool(pack, &interface->is_lost);
 }
 
 static void read_interfaces(lum_pcap *r, lum_pack *pack, uint32_t count,
                             bool is_pcapng)
 {
-    lum_pcap_interface interface;
+    lum_pcap_interface interface = {.ticks = 0};
     r->interface_count = 0;
     for (uint32_t i = 0; i < count && !pack->has_failed; i++) {
         pack_interface(pack, &interface);
@@ -68,6 +95,7 @@ bool lum_pcap_pack(lum_pcap *reader, lum_pack *pack)
     uint32_t count = reader->interface_count;
     bool has_wanted = reader->has_wanted;
     lum_pack_bool(pack, &reader->is_big);
+    lum_pack_bool(pack, &reader->is_lost);
     lum_pack_bool(pack, &has_wanted);
     lum_pack_u32(pack, &count);
     if (!lum_pack_check(pack, is_pcapng || count == 1u)) {
@@ -105,7 +133,9 @@ int lum_pcap_add_interface(lum_pcap *reader,
         reader->interface_room = room;
     }
     reader->interfaces[reader->interface_count++] = *interface;
-    reader->has_wanted = reader->has_wanted || reader->is_wanted == NULL ||
-                         reader->is_wanted(interface->link_type);
+    reader->has_wanted =
+        reader->has_wanted ||
+        (!interface->is_lost && (reader->is_wanted == NULL ||
+                                 reader->is_wanted(interface->link_type)));
     return 0;
 }

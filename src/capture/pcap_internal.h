@@ -25,6 +25,10 @@ struct lum_pcap {
     uint32_t interface_room;
     bool (*is_wanted)(uint32_t link_type); /* NULL: any is */
     bool has_wanted; /* an interface whose link type is was described */
+    bool is_lost;    /* pcapng: the section's header could not be read */
+    uint64_t damaged;
+    uint64_t damaged_to; /* what begins before was counted */
+    lum_error damage;    /* why the first was passed over */
     lum_pcap_option_taker *take_option;
     void *option_context;
 };
@@ -58,6 +62,16 @@ int lum_pcap_fail(const lum_pcap *reader, lum_error *error, const char *format,
  * @return -1. */
 int lum_pcap_fail_cut(const lum_pcap *reader, const char *what, uint64_t held,
                       uint64_t all, lum_error *error);
+
+/** Count a part that is passed over since it cannot be read, and keep the
+ * reason if it is the first.
+ * @param reason as lum_pcap_fail() makes it. */
+void lum_pcap_note_damage(lum_pcap *reader, const lum_error *reason);
+
+/** Why nothing could be read of a file with damage, whose end may describe what
+ * the damaged part did.
+ * @return -1. */
+int lum_pcap_fail_damaged(const lum_pcap *reader, lum_error *error);
 
 /** Add an interface.
  * @return 0, or -1 with the reason in error. */

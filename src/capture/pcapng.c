@@ -26,6 +26,15 @@ enum {
     BINARY_MAX = 63
 };
 
+/* What a block led to. */
+enum step {
+    FAILED = -1,
+    ENDED,
+    PACKET,
+    GO_ON,
+    DAMAGED /* its length is that of both ends; with the reason in error */
+};
+
 /* A block at hand, from its header to behind its trailer. */
 struct block {
     const uint8_t *at;
@@ -175,37 +184,55 @@ static int too_short(const lum_pcap *r, const struct block *b, lum_error *error)
                          (unsigned long)b->type, (unsigned long)b->len);
 }
 
-static int read_interface(lum_pcap *r, const struct block *b, lum_error *error)
+static int parse_interface(const lum_pcap *r, const struct block *b,
+                           lum_pcap_interface *out, lum_error *error)
 {
     if (b->len < INTERFACE_BYTES_MIN) {
         return too_short(r, b, error);
     }
-    lum_pcap_interface interface = {.ticks = 1000000,
-                                    .snap =
-                                        lum_pcap_snap(load_u32(r, b->at + 12)),
-                                    .link_type = load_u16(r, b->at + 8)};
-    if (read_interface_options(r, options_from(b, 16), &interface, error) !=
-            0 ||
-        lum_pcap_add_interface(r, &interface, error) != 0) {
-        return -1;
-    }
-    hand_out_options(r, LUM_PCAP_INTERFACE, options_from(b, 16));
-    return 0;
+    out->snap = lum_pcap_snap(load_u32(r, b->at + 12));
+    out->link_type = load_u16(r, b->at + 8);
+    return read_interface_options(r, options_from(b, 16), out, error);
 }
 
+/* One that cannot be read keeps its place, so that packets of others are not
+ * taken for its own. */
+static int read_interface(lum_pcap *r, const struct block *b, lum_error *error)
+{
+    lum_pcap_interface interface = {.ticks = 1000000};
+    lum_error why = {""};
+    if (parse_interface(r, b, &interface, &why) != 0) {
+        interface = (lum_pcap_interface){.ticks = 1, .is_lost = true};
+    }
+    if (lum_pcap_add_interface(r, &interface, error) != 0) {
+        return FAILED;
+    }
+    if (interface.is_lost) {
+        (void)lum_error_set(error, "%s", why.text);
+        return DAMAGED;
+    }
+    hand_out_options(r, LUM_PCAP_INTERFACE, options_from(b, 16));
+    return GO_ON;
+}
+
+/* Nothing of a section can be read whose header cannot. */
 static int read_section(lum_pcap *r, const struct block *b, lum_error *error)
 {
+    r->interface_count = 0;
+    r->is_lost = true;
     if (b->len < SECTION_BYTES_MIN) {
-        return too_short(r, b, error);
+        (void)too_short(r, b, error);
+        return DAMAGED;
     }
     const unsigned version = load_u16(r, b->at + 12);
     if (version != VERSION) {
-        return lum_pcap_fail(
+        (void)lum_pcap_fail(
             r, error, "a section of pcapng version %u; 1 can be read", version);
+        return DAMAGED;
     }
-    r->interface_count = 0;
+    r->is_lost = false;
     hand_out_options(r, LUM_PCAP_SECTION, options_from(b, 24));
-    return 0;
+    return GO_ON;
 }
 
 /* The byte order of a section comes after its length. */
@@ -243,14 +270,6 @@ static bool is_possible(const lum_pcap *r, const struct block *b,
                             "a block of %lu bytes; there are at least %d, and "
                             "a multiple of 4",
                             (unsigned long)b->len, (int)BLOCK_BYTES_MIN);
-        return false;
-    }
-    if (is_read(b->type) && b->len > LUM_PCAPNG_BLOCK_MAX) {
-        (void)lum_pcap_fail(r, error,
-                            "a block of type %lu has %lu bytes; at most %u are "
-                            "possible",
-                            (unsigned long)b->type, (unsigned long)b->len,
-                            LUM_PCAPNG_BLOCK_MAX);
         return false;
     }
     return true;
@@ -304,7 +323,22 @@ static int skip_block(lum_pcap *r, const struct block *b, lum_error *error)
     return 0;
 }
 
-/* Returns 1 with a block of a type that is read; 0 at the end. */
+/* Of a type that is read. */
+static int skip_long_block(lum_pcap *r, const struct block *b, lum_error *error)
+{
+    if (skip_block(r, b, error) != 0) {
+        return FAILED;
+    }
+    (void)lum_pcap_fail(r, error,
+                        "a block of type %lu has %lu bytes; at most %u are "
+                        "possible",
+                        (unsigned long)b->type, (unsigned long)b->len,
+                        LUM_PCAPNG_BLOCK_MAX);
+    return DAMAGED;
+}
+
+/* Returns GO_ON with a block of a type that is read; DAMAGED with one that is
+ * too long, which is taken; ENDED. */
 static int next_block(lum_pcap *r, struct block *b, lum_error *error)
 {
     lum_source *s = r->source;
@@ -312,20 +346,23 @@ static int next_block(lum_pcap *r, struct block *b, lum_error *error)
     while ((result = read_block_header(r, b, error)) == 1 &&
            !is_read(b->type)) {
         if (skip_block(r, b, error) != 0) {
-            return -1;
+            return FAILED;
         }
     }
     if (result != 1) {
-        return result;
+        return result == 0 ? ENDED : FAILED;
+    }
+    if (b->len > LUM_PCAPNG_BLOCK_MAX) {
+        return skip_long_block(r, b, error);
     }
     if (!lum_source_has(s, b->len)) {
         (void)lum_pcap_fail_cut(r, "block", s->left, b->len, error);
-        return -1;
+        return FAILED;
     }
     b->at = s->at;
     return check_trailer(r, b->len, b->at + b->len - TRAILER_BYTES, error) == 0
-               ? 1
-               : -1;
+               ? GO_ON
+               : FAILED;
 }
 
 /* --- Packets --- */
@@ -371,11 +408,25 @@ static int64_t time_of(const lum_pcap_interface *i, uint64_t ticks)
                : s * 1000000000 + to_ns(ticks % i->ticks, i->ticks);
 }
 
-static int no_interface(const lum_pcap *r, uint32_t index, lum_error *error)
+/* NULL: with the reason in error. */
+static const lum_pcap_interface *find_interface(const lum_pcap *r,
+                                                uint32_t index,
+                                                lum_error *error)
 {
-    return lum_pcap_fail(
-        r, error, "a packet of interface %lu; its section has %lu",
-        (unsigned long)index, (unsigned long)r->interface_count);
+    if (index >= r->interface_count) {
+        (void)lum_pcap_fail(
+            r, error, "a packet of interface %lu; its section has %lu",
+            (unsigned long)index, (unsigned long)r->interface_count);
+        return NULL;
+    }
+    if (r->interfaces[index].is_lost) {
+        (void)lum_pcap_fail(r, error,
+                            "a packet of interface %lu, whose description "
+                            "could not be read",
+                            (unsigned long)index);
+        return NULL;
+    }
+    return &r->interfaces[index];
 }
 
 /* Behind the fixed fields, within its block. */
@@ -399,10 +450,10 @@ static int read_simple(const lum_pcap *r, const struct block *b,
     if (b->len < SIMPLE_PACKET_BYTES_MIN) {
         return too_short(r, b, error);
     }
-    if (r->interface_count == 0) {
-        return no_interface(r, 0, error);
+    const lum_pcap_interface *i = find_interface(r, 0, error);
+    if (i == NULL) {
+        return -1;
     }
-    const lum_pcap_interface *i = &r->interfaces[0];
     out->interface = 0;
     out->link_type = i->link_type;
     out->time_ns = time_of(i, 0);
@@ -419,10 +470,10 @@ static int read_packet(const lum_pcap *r, const struct block *b,
     }
     out->interface = b->type == BLOCK_PACKET ? load_u16(r, b->at + 8)
                                              : load_u32(r, b->at + 8);
-    if (out->interface >= r->interface_count) {
-        return no_interface(r, out->interface, error);
+    const lum_pcap_interface *i = find_interface(r, out->interface, error);
+    if (i == NULL) {
+        return -1;
     }
-    const lum_pcap_interface *i = &r->interfaces[out->interface];
     out->link_type = i->link_type;
     out->time_ns = time_of(i, (uint64_t)load_u32(r, b->at + 12) << 32 |
                                   load_u32(r, b->at + 16));
@@ -441,63 +492,134 @@ static int read_packet(const lum_pcap *r, const struct block *b,
 
 /* --- From block to block --- */
 
-/* A section or an interface. */
-static int read_other(lum_pcap *r, const struct block *b, lum_error *error)
+static int lost(const lum_pcap *r, lum_error *error)
 {
-    return b->type == BLOCK_SECTION ? read_section(r, b, error)
-                                    : read_interface(r, b, error);
+    (void)lum_pcap_fail(r, error,
+                        "a block of a section whose header could not be read");
+    return DAMAGED;
 }
 
-static int next_packet(lum_pcap *r, lum_pcap_record *out, lum_error *error)
+/* A section or an interface: GO_ON, DAMAGED or FAILED. */
+static int read_other(lum_pcap *r, const struct block *b, lum_error *error)
+{
+    if (b->type == BLOCK_SECTION) {
+        return read_section(r, b, error);
+    }
+    return r->is_lost ? lost(r, error) : read_interface(r, b, error);
+}
+
+/* PACKET, GO_ON, DAMAGED or FAILED. */
+static int read_block(lum_pcap *r, const struct block *b, lum_pcap_record *out,
+                      lum_error *error)
+{
+    if (!is_packet(b->type)) {
+        return read_other(r, b, error);
+    }
+    if (r->is_lost) {
+        return lost(r, error);
+    }
+    const int read = b->type == BLOCK_SIMPLE_PACKET
+                         ? read_simple(r, b, out, error)
+                         : read_packet(r, b, out, error);
+    return read == 0 ? PACKET : DAMAGED;
+}
+
+/* What follows a block that is too long to be read knows that it was there. */
+static int lose_block(lum_pcap *r, const struct block *b, lum_error *error)
+{
+    const lum_pcap_interface lost = {.ticks = 1, .is_lost = true};
+    if (b->type == BLOCK_SECTION) {
+        r->interface_count = 0;
+        r->is_lost = true;
+    }
+    return b->type != BLOCK_INTERFACE ||
+                   lum_pcap_add_interface(r, &lost, error) == 0
+               ? DAMAGED
+               : FAILED;
+}
+
+static int next_step(lum_pcap *r, lum_pcap_record *out, lum_error *error)
 {
     struct block b;
-    int result = 0;
-    while ((result = next_block(r, &b, error)) == 1) {
-        if (is_packet(b.type)) {
-            result = b.type == BLOCK_SIMPLE_PACKET
-                         ? read_simple(r, &b, out, error)
-                         : read_packet(r, &b, out, error);
-        } else {
-            result = read_other(r, &b, error);
-        }
-        if (result != 0) {
-            return -1;
-        }
-        lum_source_take(r->source, b.len);
-        if (is_packet(b.type)) {
-            return 1;
-        }
+    int result = next_block(r, &b, error);
+    if (result == GO_ON) {
+        result = read_block(r, &b, out, error);
+        lum_source_take(r->source, result != FAILED ? b.len : 0);
+    } else if (result == DAMAGED) {
+        result = lose_block(r, &b, error);
     }
     return result;
 }
 
+/* A block counts once, also where the file is read again from before it. */
+static void note_damage(lum_pcap *r, const lum_error *why)
+{
+    lum_pcap_note_damage(r, why);
+    r->damaged_to = r->at >= r->damaged_to ? r->at + 1u : r->damaged_to;
+}
+
+static int next_packet(lum_pcap *r, lum_pcap_record *out, lum_error *error)
+{
+    lum_error why = {""};
+    int result = GO_ON;
+    while (result == GO_ON || result == DAMAGED) {
+        result = next_step(r, out, &why);
+        if (result == DAMAGED) {
+            note_damage(r, &why);
+        }
+    }
+    return result == FAILED ? lum_error_set(error, "%s", why.text) : result;
+}
+
+/* --- Up to the first interface --- */
+
+/* As next_step(), but a packet is left where it is. */
+static int begin_step(lum_pcap *r, struct block *b, lum_error *error)
+{
+    int result = next_block(r, b, error);
+    if (result == DAMAGED) {
+        return lose_block(r, b, error);
+    }
+    if (result != GO_ON || is_packet(b->type)) {
+        return result == GO_ON ? PACKET : result;
+    }
+    result = read_other(r, b, error);
+    lum_source_take(r->source, result != FAILED ? b->len : 0);
+    return result == DAMAGED && r->is_lost ? FAILED : result;
+}
+
+static int refuse_without_interface(const lum_pcap *r, lum_error *error)
+{
+    return lum_error_set(error, "%s",
+                         r->damaged != 0
+                             ? r->damage.text
+                             : "it describes no interface before its first "
+                               "packet");
+}
+
 int lum_pcapng_begin(lum_pcap *reader, uint32_t *link_type, lum_error *error)
 {
-    struct block b;
-    int result = 0;
+    struct block b = {.type = 0};
+    lum_error why = {""};
+    int result = GO_ON;
     bool has_any = false;
     reader->next = next_packet;
-    while ((result = next_block(reader, &b, error)) == 1 &&
-           !is_packet(b.type)) {
-        if (read_other(reader, &b, error) != 0) {
-            return -1;
-        }
-        lum_source_take(reader->source, b.len);
-        if (b.type != BLOCK_INTERFACE) {
-            continue;
-        }
-        const uint32_t last = reader->interface_count - 1u;
-        if (!has_any || reader->has_wanted) {
-            *link_type = reader->interfaces[last].link_type;
-        }
-        has_any = true;
-        if (reader->has_wanted) {
-            return 1;
+    while (!reader->has_wanted && result >= GO_ON) {
+        result = begin_step(reader, &b, &why);
+        if (result == DAMAGED) {
+            note_damage(reader, &why);
+        } else if (result == GO_ON && b.type == BLOCK_INTERFACE) {
+            const uint32_t last = reader->interface_count - 1u;
+            const uint32_t found = reader->interfaces[last].link_type;
+            *link_type = has_any && !reader->has_wanted ? *link_type : found;
+            has_any = true;
         }
     }
-    if (result >= 0 && !has_any) {
-        return lum_error_set(error, "it describes no interface before its "
-                                    "first packet");
+    if (result == FAILED) {
+        return lum_error_set(error, "%s", why.text);
     }
-    return result == 1 ? 2 : result;
+    if (!has_any) {
+        return refuse_without_interface(reader, error);
+    }
+    return reader->has_wanted ? 1 : result == PACKET ? 2 : 0;
 }

@@ -1,5 +1,6 @@
 #include "unpack.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 enum {
@@ -7,47 +8,103 @@ enum {
     TAR_MARK_AT = 257
 };
 
+/* How compressed data begins: all of the first byte counts, or its upper
+ * half. */
+struct compression {
+    const char *name;
+    uint8_t magic[MAGIC_BYTES];
+    uint8_t len;
+    uint8_t first_mask;
+    lum_unpacker *const *unpacker;
+    const char *library;
+    const char *hint;
+};
+
+static const struct compression compressions[] = {
+    {"gzip",
+     {0x1f, 0x8b},
+     2,
+     0xff,
+     &lum_unpack_gzip,
+     "zlib",
+     "; it is compressed, and this build has no zlib: use gzip -dc"},
+    {"zstd",
+     {0x28, 0xb5, 0x2f, 0xfd},
+     4,
+     0xff,
+     &lum_unpack_zstd,
+     "libzstd",
+     "; it is compressed, and this build has no libzstd: use zstd -dc"},
+    /* A frame to be skipped, which some programs write first. */
+    {"zstd",
+     {0x50, 0x2a, 0x4d, 0x18},
+     4,
+     0xf0,
+     &lum_unpack_zstd,
+     "libzstd",
+     "; it is compressed, and this build has no libzstd: use zstd -dc"},
+    {"lz4",
+     {0x04, 0x22, 0x4d, 0x18},
+     4,
+     0xff,
+     &lum_unpack_lz4,
+     "liblz4",
+     "; it is compressed, and this build has no liblz4: use lz4 -dc"},
+    {"bz2",
+     {'B', 'Z', 'h'},
+     3,
+     0xff,
+     &lum_unpack_bz2,
+     "libbz2",
+     "; it is compressed, and this build has no libbz2: use bzip2 -dc"},
+};
+
+#define COMPRESSIONS (sizeof compressions / sizeof compressions[0])
+
 static bool begins_with(lum_source *source, const uint8_t *magic, size_t len)
 {
     return lum_source_has(source, len) && memcmp(source->at, magic, len) == 0;
 }
 
-static bool is_gzip(lum_source *source)
+static bool is_by(lum_source *source, const struct compression *c)
 {
-    static const uint8_t magic[] = {0x1f, 0x8b};
-    return begins_with(source, magic, sizeof magic);
+    return lum_source_has(source, c->len) &&
+           (source->at[0] & c->first_mask) == c->magic[0] &&
+           memcmp(source->at + 1, c->magic + 1, c->len - 1u) == 0;
 }
 
-/* A frame, or one to be skipped, which some programs write first. */
-static bool is_zstd(lum_source *source)
+/* NULL: it is not compressed in a way that is known. */
+static const struct compression *find(lum_source *source)
 {
-    static const uint8_t magic[] = {0x28, 0xb5, 0x2f, 0xfd};
-    static const uint8_t skipped[] = {0x2a, 0x4d, 0x18};
-    return begins_with(source, magic, sizeof magic) ||
-           (lum_source_has(source, MAGIC_BYTES) &&
-            (source->at[0] & 0xf0u) == 0x50u &&
-            memcmp(source->at + 1, skipped, sizeof skipped) == 0);
-}
-
-/* NULL: it is not compressed, or not in a way that this build reads. */
-static lum_unpacker *unpacker_of(lum_source *source)
-{
-    if (is_gzip(source)) {
-        return lum_unpack_gzip;
+    size_t i = 0;
+    while (i < COMPRESSIONS && !is_by(source, &compressions[i])) {
+        i++;
     }
-    return is_zstd(source) ? lum_unpack_zstd : NULL;
+    return i < COMPRESSIONS ? &compressions[i] : NULL;
+}
+
+lum_unpacker *lum_unpack_named(const char *name, const char **library)
+{
+    for (size_t i = 0; i < COMPRESSIONS; i++) {
+        if (strcmp(compressions[i].name, name) == 0) {
+            *library = compressions[i].library;
+            return *compressions[i].unpacker;
+        }
+    }
+    *library = NULL;
+    return NULL;
 }
 
 int lum_unpack(lum_source **source, lum_error *error)
 {
     lum_source *packed = *source;
     lum_source_functions functions;
-    lum_unpacker *const unpacker = unpacker_of(packed);
-    if (unpacker == NULL) {
+    const struct compression *c = find(packed);
+    if (c == NULL || *c->unpacker == NULL) {
         return 0;
     }
     lum_source *s = NULL;
-    if (unpacker(packed, &functions) == 0) {
+    if ((*c->unpacker)(packed, &functions) == 0) {
         s = lum_source_from_functions(packed->name, &functions, NULL);
         if (s == NULL) {
             functions.close(functions.context);
@@ -79,25 +136,19 @@ const char *lum_unpack_hint(lum_source *source)
         const char *text;
     } known[] = {
         {{0xfd, '7', 'z', 'X'}, 4, "; it is compressed: use xz -dc"},
-        {{'B', 'Z', 'h', 0}, 3, "; it is compressed: use bzip2 -dc"},
-        {{0x04, 0x22, 0x4d, 0x18}, 4, "; it is compressed: use lz4 -dc"},
         {{'P', 'K', 3, 4}, 4, "; it is a zip archive: use unzip"},
         {{0x5d, 0, 0, 0}, 3, "; it is compressed: use xz -dc --format=lzma"},
         {{'7', 'z', 0xbc, 0xaf}, 4, "; it is a 7z archive: use 7z e"},
     };
+    const struct compression *c = find(source);
     if (is_tar(source)) {
         return "; it is an archive of files: unpack it by tar -xf";
     }
-    if (source->packed != NULL && (is_gzip(source) || is_zstd(source))) {
-        return "; it is compressed twice: unpack it once with gzip -dc or zstd "
-               "-dc";
-    }
-    if (is_gzip(source)) {
-        return "; it is compressed, and this build has no zlib: use gzip -dc";
-    }
-    if (is_zstd(source)) {
-        return "; it is compressed, and this build has no libzstd: use zstd "
-               "-dc";
+    if (c != NULL) {
+        return source->packed != NULL
+                   ? "; it is compressed twice: unpack it once with gzip -dc, "
+                     "zstd -dc, lz4 -dc or bzip2 -dc"
+                   : c->hint;
     }
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
         if (begins_with(source, known[i].magic, known[i].len)) {
@@ -105,4 +156,98 @@ const char *lum_unpack_hint(lum_source *source)
         }
     }
     return "";
+}
+
+/* --- By a library that reads from memory to memory --- */
+
+struct unpacker {
+    const lum_unpack_codec *codec;
+    void *state;
+    lum_source *packed;
+    bool is_between; /* no frame is under way */
+    bool has_failed; /* what came before the failure is given first */
+    lum_error failure;
+};
+
+static int64_t end(const struct unpacker *u, lum_error *error)
+{
+    if (u->packed->has_failed) {
+        *error = u->packed->error;
+        return -1;
+    }
+    if (u->is_between) {
+        return 0;
+    }
+    return lum_error_set(
+        error, "the %s data are cut short at byte %llu of the compressed file",
+        u->codec->name, (unsigned long long)lum_source_offset(u->packed));
+}
+
+static void fail(struct unpacker *u, const char *why)
+{
+    u->has_failed = true;
+    (void)lum_error_set(
+        &u->failure,
+        "the %s data are damaged at byte %llu of the compressed file (%s)",
+        u->codec->name, (unsigned long long)lum_source_offset(u->packed), why);
+}
+
+/* Returns 1 if there may be more. */
+static int64_t step(struct unpacker *u, lum_unpack_step *s, lum_error *error)
+{
+    if (u->has_failed) {
+        return lum_error_set(error, "%s", u->failure.text);
+    }
+    const bool has_input = lum_source_has(u->packed, 1);
+    if (!has_input && u->is_between) {
+        return end(u, error);
+    }
+    s->in = u->packed->at;
+    s->in_len = u->packed->left;
+    s->taken = 0;
+    const bool is_good = u->codec->step(u->state, s);
+    lum_source_take(u->packed, s->taken);
+    if (!is_good) {
+        fail(u, s->why);
+        return 1;
+    }
+    u->is_between = s->is_between;
+    return has_input || s->given != 0 || u->is_between ? 1 : end(u, error);
+}
+
+static int64_t read_some(void *context, void *buffer, size_t room,
+                         lum_error *error)
+{
+    struct unpacker *u = context;
+    lum_unpack_step s = {.out = buffer, .room = room, .why = "damaged"};
+    int64_t result = 1;
+    while (result > 0 && s.given == 0) {
+        result = step(u, &s, error);
+    }
+    return s.given != 0 ? (int64_t)s.given : result;
+}
+
+static void close_unpacker(void *context)
+{
+    struct unpacker *u = context;
+    u->codec->free(u->state);
+    free(u);
+}
+
+int lum_unpack_by(const lum_unpack_codec *codec, lum_source *packed,
+                  lum_source_functions *out)
+{
+    struct unpacker *u = calloc(1, sizeof *u);
+    void *state = u != NULL ? codec->make() : NULL;
+    if (state == NULL) {
+        free(u);
+        return -1;
+    }
+    *u = (struct unpacker){
+        .codec = codec, .state = state, .packed = packed, .is_between = true};
+    *out = (lum_source_functions){.struct_size = sizeof *out,
+                                  .read = read_some,
+                                  .close = close_unpacker,
+                                  .context = u};
+    return 0;
 }

@@ -1,6 +1,7 @@
 /** @file
  * Compressed captures, as functions of a source. Internal to the capture room.
- * Each compression has a file of its own, and one for builds without it. */
+ * Each compression has a file of its own; unpack_none.c is for those that a
+ * build lacks. */
 #ifndef LUM_CAPTURE_UNPACK_H
 #define LUM_CAPTURE_UNPACK_H
 
@@ -14,11 +15,42 @@
  * @return 0; -1 without memory. */
 typedef int lum_unpacker(lum_source *packed, lum_source_functions *out);
 
-/** Of gzip data, also with several members. NULL: not in this build. */
+/** Of gzip, zstd, lz4 and bzip2 data, also of several members or frames. NULL:
+ * not in this build. */
 extern lum_unpacker *const lum_unpack_gzip;
-
-/** Of zstd data, also of several frames. NULL: not in this build. */
 extern lum_unpacker *const lum_unpack_zstd;
+extern lum_unpacker *const lum_unpack_lz4;
+extern lum_unpacker *const lum_unpack_bz2;
+
+/** Bytes to be unpacked, and room for what they unpack to. */
+typedef struct lum_unpack_step {
+    const uint8_t *in;
+    size_t in_len; /**< 0: there are no more */
+    uint8_t *out;
+    size_t room;
+    size_t taken;    /**< of in; 0 before */
+    size_t given;    /**< of out; 0 before */
+    bool is_between; /**< nothing of a frame is under way now */
+    const char *why; /**< of a failure */
+} lum_unpack_step;
+
+/** A library, for lum_unpack_by(). */
+typedef struct lum_unpack_codec {
+    const char *name;
+    void *(*make)(void); /**< its state; NULL without memory */
+    bool (*step)(void *state,
+                 lum_unpack_step *step); /**< false: it is damaged */
+    void (*free)(void *state);
+} lum_unpack_codec;
+
+/** A lum_unpacker of a library that reads from memory to memory. */
+LUM_MUST_CHECK int lum_unpack_by(const lum_unpack_codec *codec,
+                                 lum_source *packed, lum_source_functions *out);
+
+/** What unpacks a compression, by its name: gzip, zstd, lz4 or bz2.
+ * @param library gets that which it needs; NULL: the name is not known.
+ * @return NULL: not known, or not in this build. */
+lum_unpacker *lum_unpack_named(const char *name, const char **library);
 
 /** Replace *source by its unpacked bytes, if it is compressed in a way that
  * this build reads. Waits for the first bytes.
@@ -26,8 +58,8 @@ extern lum_unpacker *const lum_unpack_zstd;
  * @return 0; -1 without memory, with the reason in error. */
 LUM_MUST_CHECK int lum_unpack(lum_source **source, lum_error *error);
 
-/** Advice for a source that is not a capture but is often taken for one: "; it
- * is ...", or "". */
+/** Advice for a source of which nothing was taken, that is not a capture but is
+ * often taken for one: "; it is ...", or "". */
 const char *lum_unpack_hint(lum_source *source);
 
 #endif

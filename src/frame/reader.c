@@ -266,3 +266,9 @@ bool lum_reader_remark(const lum_reader *reader, size_t i, lum_error *out)
     return lum_capture_remark(reader->capture, lum_framer_demux(reader->framer),
                               0, i, out);
 }
+
+uint64_t lum_reader_damaged(const lum_reader *reader, lum_error *error)
+{
+    return reader->capture != NULL ? lum_capture_damaged(reader->capture, error)
+                                   : 0;
+}

@@ -6,7 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define SMALLEST_RECORD 12u /* one of several joined ones */
+#define SMALLEST_RECORD 12u   /* one of several joined ones */
+#define LARGEST_RATIO   1032u /* of what was compressed; bzip2 has sums */
 #define LARGEST_PAYLOAD 65507u
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -44,6 +45,16 @@ static void check_comments(const lum_capture *capture)
     }
     require(count == LUM_CAPTURE_COMMENTS_MAX ||
             lum_capture_comments_left_out(capture, 0) == 0);
+}
+
+static void check_damage(const lum_capture *capture)
+{
+    lum_error error = {""};
+    lum_capture_source source = {.struct_size = sizeof source};
+    const uint64_t damaged = lum_capture_damaged(capture, &error);
+    require(lum_capture_get_source(capture, 0, &source) == LUM_OK);
+    require(source.damaged == damaged);
+    require((damaged != 0) == (error.text[0] != '\0'));
 }
 
 static void check_message(const lum_mcap_message *m, size_t topics)
@@ -102,13 +113,14 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         records++;
         dropped += record.dropped_fragments;
         kept += record.kind == LUM_RECORD_FRAGMENT;
-        require(records <= size / SMALLEST_RECORD);
+        require(records <= size * LARGEST_RATIO / SMALLEST_RECORD);
     }
     dropped += record.dropped_fragments;
     require(dropped <= kept);
     require(lum_capture_next(capture, &record, &error) == 0);
     require(record.dropped_fragments == 0);
     check_comments(capture);
+    check_damage(capture);
     lum_capture_close(capture);
     return 0;
 }

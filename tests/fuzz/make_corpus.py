@@ -4,6 +4,7 @@ script; the same bytes each time. An archive has more inputs, which campaigns fo
 of fuzz_index hold states of the decoder: they are written if lumsdk can be imported
 (PYTHONPATH=build/release/python). When a state gets another form, remove that archive,
 write it again, and add what a campaign finds (script/fuzz --keep index)."""
+import bz2
 import pathlib
 import random
 import struct
@@ -309,17 +310,25 @@ def capture_seeds():
         "gzip-twice": gzip_stored(pcap(1, frame)[:30]) + gzip_stored(pcap(1, frame)[30:]),
         "zstd": zstd_stored(pcap(1, frame)),
         "zstd-cut": zstd_stored(pcap(1, frame))[:-30],
+        "lz4": lz4_stored(pcap(1, frame)),
+        "lz4-cut": lz4_stored(pcap(1, frame))[:-30],
+        "bz2": bz2.compress(pcap(1, frame)),
+        "bz2-cut": bz2.compress(pcap(1, frame))[:-30],
         "can-beside-ethernet": mixed_links(frame),
-        "mcap": mcap(False),
-        "mcap-zstd": mcap(True),
-        "mcap-cut": mcap(False)[:-120],
+        "mcap": mcap(),
+        "mcap-zstd": mcap(b"zstd", zstd_stored),
+        "mcap-lz4": mcap(b"lz4", lz4_stored),
+        "mcap-cut": mcap()[:-120],
+        "mcap-damaged": mcap(b"zstd"),
         "bag": bag(b"none"),
-        "bag-lz4": bag(b"lz4"),
+        "bag-lz4": bag(b"lz4", lz4_stored),
+        "bag-bz2": bag(b"bz2", bz2.compress),
+        "bag-damaged": bag(b"lz4"),
     })
     return seeds
 
 
-def bag(compression):
+def bag(compression, pack=bytes):
     """A batch of one packet for each eye, in a chunk."""
     def field(name, value):
         return struct.pack("<I", len(name) + 1 + len(value)) + name + b"=" + value
@@ -334,10 +343,11 @@ def bag(compression):
                       field(b"conn", bytes(4)))
 
     records = record(7, field(b"type", b"lumsdk_ros/Packets"), field(b"conn", bytes(4))) + message(0) + message(1)
-    return b"#ROSBAG V2.0\n" + record(3, b" ") + record(5, records, field(b"compression", compression))
+    return b"#ROSBAG V2.0\n" + record(3, b" ") + record(5, pack(records), field(b"compression", compression),
+                                                      field(b"size", struct.pack("<I", len(records))))
 
 
-def mcap(is_packed):
+def mcap(compression=b"", pack=bytes):
     """A datagram in a chunk, and one behind it."""
     def text(value):
         return struct.pack("<I", len(value)) + value
@@ -351,8 +361,8 @@ def mcap(is_packed):
 
     content = record(3, struct.pack("<H", 1) + text(b"lumsdk_msgs/msg/Datagram") + text(b"ros2msg") + text(b""))
     content += record(4, struct.pack("<HH", 1, 1) + text(b"/p") + text(b"cdr") + text(b"")) + message(b"one")
-    packed = zstd_stored(content) if is_packed else content
-    head = struct.pack("<QQQI", 0, 0, len(content), zlib.crc32(content)) + text(b"zstd" if is_packed else b"")
+    packed = pack(content)
+    head = struct.pack("<QQQI", 0, 0, len(content), zlib.crc32(content)) + text(compression)
     magic = b"\x89MCAP0\r\n"
     return (magic + record(1, text(b"") + text(b"")) + record(6, head + struct.pack("<Q", len(packed)) + packed) + message(b"two")
             + record(15, bytes(4)) + record(11, struct.pack("<Q", 2) + bytes(34)) + record(2, bytes(20)) + magic)
@@ -368,6 +378,11 @@ def gzip_stored(content):
 def zstd_stored(content):
     """One frame of one block, of less than 256 bytes."""
     return b"\x28\xb5\x2f\xfd\x20" + bytes((len(content),)) + (len(content) << 3 | 1).to_bytes(3, "little") + content
+
+
+def lz4_stored(content):
+    """One frame of one block."""
+    return b"\x04\x22\x4d\x18\x60\x40\x82" + struct.pack("<I", len(content) | 1 << 31) + content + bytes(4)
 
 
 def index_capture():

@@ -9,6 +9,7 @@ import os
 import pathlib
 import pickle
 import signal
+import struct
 import subprocess
 import sys
 import textwrap
@@ -262,6 +263,33 @@ def test_a_capture_that_breaks_off_gives_its_frames_first(content, tmp_path):
     with pytest.warns(lumsdk.CaptureWarning, match="cut.pcap: "):
         source = lumsdk.open(path, broken="warn")
         assert len(list(source)) == 5 and source.truncated
+
+
+def test_a_damaged_part_is_told_behind_all_frames(path, tmp_path):
+    made = tmp_path / "damaged.pcapng"
+    subprocess.run([BIN / "lumdump", path, "-q", "-o", made], check=True)
+    content = bytearray(made.read_bytes())
+    at = content.index(bytes((6, 0, 0, 0)), len(content) // 2)
+    while struct.unpack_from("<I", content, at + 4) != struct.unpack_from("<I", content, at + struct.unpack_from("<I", content, at + 4)[0] - 4):
+        at = content.index(bytes((6, 0, 0, 0)), at + 1)
+    struct.pack_into("<I", content, at + 20, 65535)
+    made.write_bytes(content)
+    told = f"damaged.pcapng: 1 part of it could not be read and was passed over: byte {at}: a packet of 65535 bytes"
+    got = []
+    with pytest.raises(lumsdk.CaptureError, match=told):
+        for frame in lumsdk.open(made):
+            got.append(frame.xyz.tolist())
+    assert len(got) == 5
+    for each in (made, bytes(content), io.BytesIO(content)):
+        with pytest.warns(lumsdk.CaptureWarning, match=told.partition(": ")[2]):
+            source = lumsdk.open(each, broken="warn")
+            assert [frame.xyz.tolist() for frame in source] == got
+        assert source.counts["damaged"] == source.losses["damaged"] == 1 and not source.truncated
+    with lumsdk.open(made, broken="warn") as source, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert [source[i].xyz.tolist() for i in (4, 0, 2)] == [got[i] for i in (4, 0, 2)]
+    with pytest.warns(lumsdk.CaptureWarning, match=told):
+        assert lumsdk.infer(made).profile is not None
 
 
 def test_a_sensor_that_is_not_in_it_is_refused(path):

@@ -31,7 +31,8 @@ EVERYBODY = {"lum/result.h", "lum/version.h"}
 # Headers of third parties, and who may need them.
 THIRD_PARTIES = {
     "pcap": [],  # judges the reader in tests
-    "lz4": [],
+    "lz4frame.h": ["capture"],
+    "bzlib.h": ["capture"],
     "zlib.h": ["capture"],
     "zstd.h": ["capture", "cloud"],
     "yaml.h": ["config"],

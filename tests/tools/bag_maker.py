@@ -39,7 +39,7 @@ def packets(eye, sensor, begin, end, chosen):
             + struct.pack("<I", len(data)) + data)
 
 
-def bag(capture, compression=b"none", chunk_size=300_000):
+def bag(capture, compression=b"none", pack=bytes, chunk_size=300_000):
     """Clouds stand beside the packets; in some batches one eye comes first, in some the other."""
     all_of_it, sensor = [], 0
     for number, (ns, frame) in enumerate(zip(times_of(capture), frames_of(capture))):
@@ -62,6 +62,6 @@ def bag(capture, compression=b"none", chunk_size=300_000):
     out = b"#ROSBAG V2.0\n" + record(3, b" " * 4000, index_pos=bytes(8), conn_count=struct.pack("<I", 3),
                                       chunk_count=struct.pack("<I", len(chunks)))
     for content in chunks:
-        out += record(5, content, compression=compression, size=struct.pack("<I", len(content)))
+        out += record(5, pack(content), compression=compression, size=struct.pack("<I", len(content)))
         out += record(4, bytes(12), ver=struct.pack("<I", 1), conn=bytes(4), count=struct.pack("<I", 1))
     return out + connection(BLUE, b"/blue", TYPE) + record(6, bytes(8), ver=struct.pack("<I", 1), count=bytes(4))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Bags of ROS 1 that rosbags has written, from the definition of the messages: lumdump makes the points of the capture of
-them, or says why not."""
+them."""
 import pathlib
 import unittest
 
@@ -70,14 +70,13 @@ class Bag(unittest.TestCase):
         self.assertGreater(want.count(b"\n"), 10000)
         self.assertTrue(self.points(self.bag) == want, "other points")
 
-    def test_what_is_compressed_is_refused(self):
+    def test_so_has_one_that_is_compressed(self):
+        want = self.points(self.source)
         for compression in Writer.CompressionFormat:
             with self.subTest(compression):
                 path = self.folder / f"{compression.name}.bag"
                 write(path, self.source.read_bytes(), compression)
-                r = run("lumdump", path)
-                self.assertEqual(r.returncode, 1)
-                self.assertIn(f"compressed by {compression.name.lower()}, which is not read; rosbag decompress", r.stderr)
+                self.assertTrue(self.points(path) == want, "other points")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Captures in every format, compressed, of mixed links, damaged and without an end, through lumdump."""
+import bz2
 import contextlib
 import fcntl
 import gzip
@@ -27,7 +28,10 @@ from support import (BIN, CLIENT, MAGIC, PATIENCE_S, SENSOR, Folder, frames_of, 
                      word)
 
 JUDGE = os.environ.get("LUM_JUDGE", "")
-ENDINGS = (".gz", ".zst")
+# In small blocks, so that what is cut gives something.
+PACKERS = {".gz": gzip.compress, ".zst": lambda data: piped("zstd", data), ".lz4": lambda data: lz4_stored(data),
+           ".bz2": lambda data: bz2.compress(data, 1)}
+LZ4_BLOCK = 65536
 LIMIT_KB = 64 * 1024
 
 
@@ -53,6 +57,19 @@ def line_frames(count=1):
     return [udp(p) for n in range(count) for p in line([word(2000, 1), word(3000, 2)], number=n, clock=1000 + n)]
 
 
+def piped(program, data, *arguments):
+    """None: it is not here."""
+    return shutil.which(program) and subprocess.run([program, "-q", "-c", *arguments], input=data, stdout=subprocess.PIPE, check=True).stdout
+
+
+def lz4_stored(data):
+    """By lz4 where it is here; else a frame of blocks as they are."""
+    packed = piped("lz4", data, "-B4")
+    blocks = [data[at:at + LZ4_BLOCK] for at in range(0, len(data), LZ4_BLOCK)]
+    return packed or b"\x04\x22\x4d\x18\x60\x40\x82" + b"".join(
+        struct.pack("<I", len(b) | 1 << 31) + b for b in blocks) + bytes(4)
+
+
 def turned(data):
     """A little-endian pcap file in the other byte order."""
     out, at = [struct.pack(">IHHIIII", *struct.unpack_from("<IHHIIII", data))], 24
@@ -74,13 +91,11 @@ class Case(unittest.TestCase):
 
     def compress(self, path, ending):
         """Beside it, or None where this build or this host cannot."""
-        packed = path.with_name(path.name + ending)
-        if ending == ".gz":
-            packed.write_bytes(gzip.compress(path.read_bytes()))
-        elif shutil.which("zstd") is None:
+        data = PACKERS[ending](path.read_bytes())
+        if data is None:
             return None
-        else:
-            subprocess.run(["zstd", "-q", "-f", path, "-o", packed], check=True)
+        packed = path.with_name(path.name + ending)
+        packed.write_bytes(data)
         r = run("lumdump", packed)
         return None if r.returncode != 0 and "this build has no" in r.stderr else packed
 
@@ -114,7 +129,7 @@ class Formats(Case):
     def test_compressed_captures_are_read_in_place(self):
         source = self.whole()
         expected = self.points(source)
-        for ending in ENDINGS:
+        for ending in PACKERS:
             packed = self.compress(source, ending)
             if packed is None:
                 continue
@@ -563,7 +578,7 @@ class Damage(Case):
     def test_a_compressed_capture_that_was_cut(self):
         source = self.whole()
         expected = self.points(source)
-        for ending in ENDINGS:
+        for ending in PACKERS:
             packed = self.compress(source, ending)
             if packed is None:
                 continue
@@ -578,7 +593,7 @@ class Damage(Case):
                 self.assertLess(len(rows), len(expected.splitlines()))
 
     def test_compressed_garbage(self):
-        for name, start in ("x.gz", b"\x1f\x8b\x08\0"), ("x.zst", b"\x28\xb5\x2f\xfd"):
+        for name, start in (("x.gz", b"\x1f\x8b\x08\0"), ("x.zst", b"\x28\xb5\x2f\xfd"), ("x.lz4", b"\x04\x22\x4d\x18"), ("x.bz2", b"BZh9")):
             for rest in b"", b"garbage" * 100, bytes(5000):
                 with self.subTest(name, rest=len(rest)):
                     source = self.folder.write(name, start + rest)
@@ -593,6 +608,66 @@ class Damage(Case):
         r = run("lumdump", source)
         self.assertEqual(r.returncode, 1)
         self.assertIn("a pcap, pcapng, MCAP or bag file is expected", r.stderr)
+
+
+class DamagedParts(Case):
+    """What cannot be read is passed over, counted and told, and the rest gives what it gives."""
+
+    def check(self, made, whole, damaged, why, lost):
+        got, before = summary(made), summary(whole)
+        self.assertEqual((got["damaged"], got["truncated"], before["damaged"]), (damaged, False, 0))
+        self.assertEqual(sum(s["damaged"] for s in got["sources"]), damaged)
+        self.assertEqual({s["end"] for s in got["sources"]}, {"whole"})
+        self.assertEqual(before["records"] - got["records"], lost)
+        r = run("lumdump", made)
+        self.assertEqual(r.returncode, 0)
+        self.assertRegex(r.stderr, f"lumdump: warning: .*{made.name}: {damaged} parts? of it could not be read and (was|were) passed "
+                                   f"over.*: byte [0-9]+: .*{why}")
+        self.assertRegex(r.stdout, f"(losses    |   ) +{damaged}  damaged +parts of the capture that could not be read")
+        found = run("lumdump", made, "--infer", "--json")
+        self.assertEqual(json.loads(found.stdout)["damaged"], damaged)
+        self.assertIn("passed over", found.stderr)
+        self.assertEqual(run("lumdump", made, "-q", "-o", self.folder / "x.csv").stderr, "")
+
+    def test_an_mcap_file(self):
+        source = self.whole()
+        data = bytearray(mcap_maker.mcap(source.read_bytes(), size=30_000))
+        chunks, at = [], 8
+        while at < len(data) - 8:
+            if data[at] == 6:
+                chunks.append(at)
+            at += 9 + struct.unpack_from("<Q", data, at + 1)[0]
+        middle = chunks[len(chunks) // 2]
+        lost = data[middle:middle + 9 + struct.unpack_from("<Q", data, middle + 1)[0]].count(b"\x25\x8d\x15")
+        self.assertGreater(len(chunks), 5)
+        data[middle + 2000] ^= 1
+        self.check(self.folder.write("damaged.mcap", data), source, 1, "its check sum is wrong", lost)
+        data[chunks[-1] + 2000] ^= 1
+        self.assertEqual(summary(self.folder.write("damaged.mcap", data))["damaged"], 2)
+
+    def test_a_pcapng_file(self):
+        frames = [f for n in range(3) for f in line_frames(10)]
+        blocks = [section(), interface()] + [packet(f) for f in frames]
+        whole = self.folder.write("whole.pcapng", b"".join(blocks))
+        for k in (5, 9):
+            head = bytearray(blocks[k])
+            struct.pack_into("<I", head, 20, len(head))
+            blocks[k] = bytes(head)
+        made = self.folder.write("damaged.pcapng", b"".join(blocks))
+        self.check(made, whole, 2, "a packet of", 2)
+        both = summary(made, self.folder.write("other.pcapng", made.read_bytes()))
+        self.assertEqual([s["damaged"] for s in both["sources"]], [2, 2])
+        self.assertIn("2 parts of it, and 2 of the other captures could not be read", run("lumdump", made, self.folder / "other.pcapng").stderr)
+
+    def test_a_bag(self):
+        source = self.whole()
+        data = bag_maker.bag(source.read_bytes(), chunk_size=30_000)
+        at = data.index(b"op=\x05", len(data) // 2) + 8  # its first record
+        made = self.folder.write("damaged.bag", data[:at] + b"\xff\xff\xff\x7f" + data[at + 4:])
+        r = run("lumdump", made, "--json")
+        self.assertEqual((r.returncode, json.loads(r.stdout)["damaged"]), (0, 1))
+        self.assertIn("of a chunk is longer than what is left of the chunk", r.stderr)
+        self.assertGreater(json.loads(r.stdout)["records"], summary(source)["records"] * 3 // 4)
 
 
 class Bag(Case):
@@ -615,9 +690,27 @@ class Bag(Case):
         self.assertIn("a record is cut short", r.stderr)
         self.assertGreater(json.loads(r.stdout)["points"], 1000)
 
+    def check_packed(self, compression, pack):
+        source = self.whole()
+        made = self.folder.write("packed.bag", bag_maker.bag(source.read_bytes(), compression, pack))
+        r = run("lumdump", made, "-o", "-", "--format", "csv")
+        if "this build has no" in r.stderr:
+            self.assertEqual((r.returncode, r.stdout), (1, ""))
+            self.assertIn(f"a chunk is compressed by {compression.decode()}, and this build has no lib{compression.decode()}: "
+                          "rosbag decompress makes a file that can be read", r.stderr)
+        else:
+            self.assertEqual(r.stdout, self.points(source))
+            self.assertEqual(run("lumdump", "-", "-o", "-", "--format", "csv", stdin=made.read_bytes()).stdout, r.stdout)
+
+    def test_chunks_by_lz4(self):
+        self.check_packed(b"lz4", lz4_stored)
+
+    def test_chunks_by_bz2(self):
+        self.check_packed(b"bz2", bz2.compress)
+
     def test_what_is_not_read_is_told(self):
         for name, data, says in (
-                ("a.bag", bag_maker.bag(self.whole().read_bytes(), b"lz4"), "compressed by lz4, which is not read; rosbag decompress"),
+                ("a.bag", bag_maker.bag(self.whole().read_bytes(), b"xz"), "a chunk is compressed by xz, which is not read"),
                 ("b.bag", b"#ROSBAG V2.0\n", "it has no messages of lumsdk_ros/Packets"),
                 ("c.bag", b"#ROSBAG V1.2\n" + bytes(100), "a pcap, pcapng, MCAP or bag file is expected")):
             r = run("lumdump", self.folder.write(name, data))
@@ -644,23 +737,27 @@ class Mcap(Case):
         self.check(made, expected)
         for key in "records", "points", "other", "data_packets":
             self.assertEqual(summary(made).get(key), summary(source).get(key))
-        for ending in ENDINGS:
+        for ending in PACKERS:
             packed = self.compress(made, ending)
             if packed is not None:
                 self.assertEqual(self.points(packed), expected)
 
-    @unittest.skipIf(shutil.which("zstd") is None, "no zstd")
-    def test_chunks_by_zstd(self):
-        def pack(records):
-            return subprocess.run(["zstd", "-q", "-c"], input=records, stdout=subprocess.PIPE, check=True).stdout
-
+    def check_packed(self, compression, pack):
         source = self.whole()
-        made = self.made(source, "zstd", pack)
+        made = self.made(source, compression, pack)
         r = run("lumdump", made)
         if r.returncode == 0:
             self.check(made, self.points(source))
         else:
-            self.assertIn("this build has no libzstd", r.stderr)
+            self.assertRegex(r.stderr, f"a chunk is compressed by {compression}, and this build has no lib{compression}: mcap "
+                                       "(de)?compress makes a file that can be read")
+
+    @unittest.skipIf(shutil.which("zstd") is None, "no zstd")
+    def test_chunks_by_zstd(self):
+        self.check_packed("zstd", PACKERS[".zst"])
+
+    def test_chunks_by_lz4(self):
+        self.check_packed("lz4", lz4_stored)
 
     def test_a_chunk_larger_than_the_window(self):
         source = self.whole()
@@ -691,9 +788,17 @@ class Mcap(Case):
         self.assertEqual((r.returncode, r.stdout), (1, ""))
         self.assertIn("it has no packets of a sensor, only messages such as sensor_msgs/msg/PointCloud2; "
                       "clouds cannot be decoded again", r.stderr)
-        r = run("lumdump", self.made(source, "lz4"))
+
+    def test_one_remedy_is_told(self):
+        """And what stands in the middle of the file is not taken for its begin."""
+        large = mcap_maker.chunk(b"", "zstd", lambda _: b"\x28\xb5\x2f\xfd" + bytes(100))
+        made = bytearray(mcap_maker.MAGIC + mcap_maker.record(1, bytes(8)) + large)
+        struct.pack_into("<Q", made, len(made) - len(large) + 25, 70 << 20)
+        r = run("lumdump", self.folder.write("large.mcap", made + mcap_maker.record(2, bytes(20)) + mcap_maker.MAGIC))
         self.assertEqual((r.returncode, r.stdout), (1, ""))
-        self.assertIn("compressed by lz4, which is not read: use mcap compress --compression zstd", r.stderr)
+        self.assertIn("a chunk of 73400320 bytes; at most 67108864 can be read: mcap ", r.stderr)
+        self.assertIn("compress makes smaller ones", r.stderr)
+        self.assertNotIn("libzstd", r.stderr)
 
 
 @unittest.skipUnless(sys.platform == "linux", "memory and pipes are looked at as Linux shows them")

@@ -22,7 +22,7 @@ COLUMNS = ("x,y,z,range,azimuth,elevation,pulse_width,timestamp,frame,eye,line,p
 DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
 KEYS = """lines lines_missing_angles lines_skipped words lost_words points late duplicate conflict no_room stray
 malformed unknown_tag unknown_type foreign other cut_short out_of_order bad_words no_angle no_range heartbeat set_ip timestamp tlv
-frames truncated sensors""".split()
+frames truncated damaged sensors""".split()
 
 
 def two_lines():

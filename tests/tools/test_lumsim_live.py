@@ -292,6 +292,18 @@ class Replay(Live):
         self.assertEqual(self.received(client, len(recorded)), recorded)
 
 
+    def test_a_damaged_part_is_said(self):
+        whole = simulate(self.dir / "street.pcap", "--frames", 1)
+        made = self.dir / "damaged.pcapng"
+        self.assertEqual(run("lumdump", whole, "-q", "-o", made).returncode, 0)
+        content = bytearray(made.read_bytes())
+        struct.pack_into("<I", content, content.index(self.payloads(whole)[3]) - 50, 65535)  # the length of its packet
+        client = self.start("--replay", self.dir.write("damaged.pcapng", content))
+        self.assertIn("1 part of it could not be read and was passed over: byte ", self.ready)
+        recorded = self.payloads(whole)
+        self.assertEqual(self.received(client, len(recorded) - 1), recorded[:3] + recorded[4:])
+
+
 class Ends(Live):
     def test_while_rendering_too(self):
         self.start("--lines", 640, "--frames", 100, beats=False)

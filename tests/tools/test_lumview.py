@@ -901,6 +901,17 @@ class Capture(Case):
                 self.assertEqual(cloud.points, self.points(number, "--edge", edge))
 
 
+    def test_a_damaged_part_is_said(self):
+        made = self.folder / "damaged.pcapng"
+        self.assertEqual(run("lumdump", self.source, "-q", "-o", made).returncode, 0)
+        content = bytearray(made.read_bytes())
+        at = content.index(list(frames_of(self.source.read_bytes()))[2000][42:]) - 42
+        struct.pack_into("<I", content, at - 8, 65535)  # the length of its packet
+        self.source = self.folder.write("damaged.pcapng", content)
+        self.serve("--paused")
+        said = self.browser().status(lambda s: s["message"])["message"]
+        self.assertIn(f"1 part of it could not be read and was passed over: byte {at - 28}: a packet of 65535 bytes", said)
+
     def test_points_are_those_that_lumdump_writes(self):
         self.serve("--paused")
         b = self.browser()

@@ -109,20 +109,32 @@ image begin_file(void)
     return im;
 }
 
-void end_file(image *im)
+void end_file_with(image *im, const image *described)
 {
     put_record(im, OP_DATA_END, 4);
-    const size_t from = begin_record(im, OP_STATISTICS);
+    const size_t summary = im->len;
+    put(im, described->bytes, described->len);
+    size_t from = begin_record(im, OP_STATISTICS);
     put_int(im, im->messages, 8);
     put_int(im, 0, 8);
     end_record(im, from);
     put_record(im, OP_CHUNK_INDEX, 20);
     put_record(im, OP_SUMMARY_OFFSET, 17);
-    put_record(im, OP_FOOTER, 20);
+    from = begin_record(im, OP_FOOTER);
+    put_int(im, described->len != 0 ? summary : 0, 8);
+    put_int(im, 0, 8);
+    put_int(im, 0, 4);
+    end_record(im, from);
     put(im, MAGIC, 8);
     im->room = im->len; /* a byte too far is noticed */
     im->bytes = realloc(im->bytes, im->room);
     assert_non_null(im->bytes);
+}
+
+void end_file(image *im)
+{
+    const image none = {.bytes = NULL};
+    end_file_with(im, &none);
 }
 
 void put_chunk_as(image *im, const image *bytes, const struct chunk *c)
@@ -159,13 +171,34 @@ image stored(const image *records)
     return im;
 }
 
-void put_zstd(image *im, image *records)
+/* Likewise, with a sum of the frame's head alone. */
+image stored_lz4(const image *records)
 {
-    image packed = stored(records);
-    const struct chunk c = {"zstd", check_sum(records), records->len,
+    image im = {.bytes = NULL};
+    put(&im, "\x04\x22\x4d\x18\x60\x40\x82", 7);
+    put_int(&im, records->len | UINT32_C(0x80000000), 4);
+    put(&im, records->bytes, records->len);
+    put_int(&im, 0, 4);
+    return im;
+}
+
+static void put_packed(image *im, image *records, const char *compression,
+                       image packed)
+{
+    const struct chunk c = {compression, check_sum(records), records->len,
                             packed.len};
     put_chunk_as(im, &packed, &c);
     im->messages += records->messages;
     free(packed.bytes);
     free(records->bytes);
+}
+
+void put_zstd(image *im, image *records)
+{
+    put_packed(im, records, "zstd", stored(records));
+}
+
+void put_lz4(image *im, image *records)
+{
+    put_packed(im, records, "lz4", stored_lz4(records));
 }

@@ -57,13 +57,19 @@ void put_channel(image *im, unsigned id, unsigned schema, const char *topic,
 image begin_file(void);
 void end_file(image *im);
 
+/* Likewise, with schemas and channels in the summary. */
+void end_file_with(image *im, const image *described);
+
 void put_chunk_as(image *im, const image *bytes, const struct chunk *c);
 
 /* Chunks of records, which they take over. */
 void put_plain(image *im, image *records);
 void put_zstd(image *im, image *records);
+void put_lz4(image *im, image *records);
 
-/* Bytes as zstd has them that did not make them shorter. */
+/* Bytes as zstd, or lz4, has them that did not make them shorter; fewer than
+ * 64 KiB. */
 image stored(const image *records);
+image stored_lz4(const image *records);
 
 #endif

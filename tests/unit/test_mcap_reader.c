@@ -8,7 +8,7 @@
 #include "mcap_image.h"
 
 #include "base/crc32.h"
-#include "capture/mcap_chunk.h"
+#include "capture/chunk.h"
 #include "capture/unpack.h"
 
 #include <stdlib.h>
@@ -79,11 +79,25 @@ static void put_cloud(image *im, size_t len)
     im->messages++;
 }
 
-/* Three datagrams in two chunks, and what is to be passed over. */
-static image sample(bool is_packed)
+/* How chunks are compressed. */
+static const struct packing {
+    const char *library;
+    lum_unpacker *const *unpacker; /* NULL: none is needed */
+    void (*put_chunk)(image *im, image *records);
+} packings[] = {{"", NULL, put_plain},
+                {"libzstd", &lum_unpack_zstd, put_zstd},
+                {"liblz4", &lum_unpack_lz4, put_lz4}};
+
+#define PACKINGS (sizeof packings / sizeof packings[0])
+
+static bool can_unpack(const struct packing *p)
 {
-    void (*const put_chunk)(image *, image *) =
-        is_packed ? put_zstd : put_plain;
+    return p->unpacker == NULL || *p->unpacker != NULL;
+}
+
+/* Three datagrams in two chunks, and what is to be passed over. */
+static image sample(const struct packing *p)
+{
     image im = begin_file();
     image first = {.bytes = NULL};
     image second = {.bytes = NULL};
@@ -92,10 +106,10 @@ static image sample(bool is_packed)
     put_datagram(&first, 1, 8, 8);
     put_datagram(&first, 2, 3, 3);
     put_record(&im, OP_OWN, 3);
-    put_chunk(&im, &first);
+    p->put_chunk(&im, &first);
     put_datagram(&second, 3, 5, 5);
     put_cloud(&second, 1);
-    put_chunk(&im, &second);
+    p->put_chunk(&im, &second);
     end_file(&im);
     return im;
 }
@@ -114,6 +128,8 @@ struct outcome {
         uint32_t sum;
     } records[RECORDS_MAX];
     lum_error error;
+    uint64_t damaged;
+    char first[LUM_ERROR_BYTES]; /* why the first part was passed over */
 };
 
 static void read_all(lum_pcap *reader, struct outcome *o)
@@ -132,16 +148,28 @@ static void read_all(lum_pcap *reader, struct outcome *o)
     }
 }
 
-/* From memory where a byte too far is noticed. */
-static struct outcome outcome_of(const uint8_t *bytes, size_t len)
+/* A pipe gives a few bytes at a time, and cannot be read from another place. */
+static int64_t read_pipe(void *context, void *buffer, size_t room,
+                         lum_error *error)
+{
+    lum_bytes_at *left = context;
+    size_t n = left->len < 7u ? left->len : 7u;
+    n = n < room ? n : room;
+    (void)error;
+    if (n != 0) {
+        memcpy(buffer, left->at, n);
+    }
+    left->at += n;
+    left->len -= n;
+    return (int64_t)n;
+}
+
+static struct outcome outcome_from(lum_source *source)
 {
     struct outcome o;
     uint32_t link_type = 0;
+    const char *first = "";
     memset(&o, 0, sizeof o);
-    uint8_t *exact = malloc(len != 0 ? len : 1u);
-    assert_non_null(exact);
-    memcpy(exact, bytes, len);
-    lum_source *source = lum_source_from_memory("x.mcap", exact, len);
     assert_non_null(source);
     lum_pcap *reader = lum_pcap_new(source);
     assert_non_null(reader);
@@ -152,10 +180,49 @@ static struct outcome outcome_of(const uint8_t *bytes, size_t len)
         assert_false(lum_pcap_can_seek(reader));
         read_all(reader, &o);
     }
+    o.damaged = lum_pcap_damaged(reader, &first);
+    assert_true((o.damaged != 0) == (first[0] != '\0'));
+    strcpy(o.first, first);
     lum_pcap_free(reader);
     lum_source_close(source);
+    return o;
+}
+
+/* From memory where a byte too far is noticed. */
+static struct outcome outcome_of(const uint8_t *bytes, size_t len)
+{
+    uint8_t *exact = malloc(len != 0 ? len : 1u);
+    assert_non_null(exact);
+    memcpy(exact, bytes, len);
+    const struct outcome o =
+        outcome_from(lum_source_from_memory("x.mcap", exact, len));
     free(exact);
     return o;
+}
+
+static struct outcome outcome_of_pipe(const image *im)
+{
+    lum_bytes_at left = {im->bytes, im->len};
+    const lum_source_functions f = {
+        .struct_size = sizeof f, .read = read_pipe, .context = &left};
+    return outcome_from(lum_source_from_functions("pipe", &f, NULL));
+}
+
+/* The seconds of its records, as digits. */
+static void expect_records(const struct outcome *o, const char *seconds)
+{
+    assert_int_equal(o->last, 0);
+    assert_int_equal(o->count, strlen(seconds));
+    for (size_t i = 0; i < o->count; i++) {
+        assert_int_equal(o->records[i].time_ns / 1000000000, seconds[i] - '0');
+    }
+}
+
+static void expect_text(const char *text, const char *part)
+{
+    if (strstr(text, part) == NULL) {
+        fail_msg("\"%s\" does not say \"%s\"", text, part);
+    }
 }
 
 /* Frees the image. */
@@ -163,9 +230,7 @@ static void expect_error(image *im, const char *text)
 {
     const struct outcome o = outcome_of(im->bytes, im->len);
     assert_int_equal(o.last, -1);
-    if (strstr(o.error.text, text) == NULL) {
-        fail_msg("\"%s\" does not say \"%s\"", o.error.text, text);
-    }
+    expect_text(o.error.text, text);
     free(im->bytes);
 }
 
@@ -173,6 +238,23 @@ static bool begins_alike(const struct outcome *a, const struct outcome *b,
                          size_t count)
 {
     return memcmp(a->records, b->records, count * sizeof a->records[0]) == 0;
+}
+
+/* Some of the same, in the same order. */
+static bool is_part(const struct outcome *part, const struct outcome *whole)
+{
+    size_t at = 0;
+    for (size_t i = 0; i < part->count; i++, at++) {
+        while (at < whole->count &&
+               memcmp(&part->records[i], &whole->records[at],
+                      sizeof part->records[i]) != 0) {
+            at++;
+        }
+        if (at == whole->count) {
+            return false;
+        }
+    }
+    return true;
 }
 
 static void check_sample(const image *im)
@@ -189,25 +271,19 @@ static void check_sample(const image *im)
     }
 }
 
-static bool can_unpack(void)
-{
-    return lum_unpack_zstd != NULL;
-}
-
 /* --- Tests --- */
 
 static void datagrams_of_chunks_are_read(void **state)
 {
     (void)state;
-    image plain = sample(false);
-    check_sample(&plain);
-    free(plain.bytes);
-    image packed = sample(true);
-    if (can_unpack()) {
-        check_sample(&packed);
-        free(packed.bytes);
-    } else {
-        expect_error(&packed, "this build has no libzstd");
+    for (size_t i = 0; i < PACKINGS; i++) {
+        image im = sample(&packings[i]);
+        if (can_unpack(&packings[i])) {
+            check_sample(&im);
+            free(im.bytes);
+        } else {
+            expect_error(&im, packings[i].library);
+        }
     }
 }
 
@@ -246,8 +322,11 @@ static void a_packet_has_the_headers_it_had(void **state)
 static void a_file_cut_anywhere_says_so(void **state)
 {
     (void)state;
-    for (int packed = 0; packed <= (can_unpack() ? 1 : 0); packed++) {
-        image im = sample(packed != 0);
+    for (size_t i = 0; i < PACKINGS; i++) {
+        if (!can_unpack(&packings[i])) {
+            continue;
+        }
+        image im = sample(&packings[i]);
         const struct outcome whole = outcome_of(im.bytes, im.len);
         for (size_t len = 0; len < im.len; len++) {
             const struct outcome o = outcome_of(im.bytes, len);
@@ -275,18 +354,21 @@ static void all_whole_chunks_of_a_cut_file_are_read(void **state)
 static void a_flipped_bit_gives_an_error_or_the_same(void **state)
 {
     (void)state;
-    for (int packed = 0; packed <= (can_unpack() ? 1 : 0); packed++) {
-        image im = sample(packed != 0);
+    for (size_t i = 0; i < PACKINGS; i++) {
+        if (!can_unpack(&packings[i])) {
+            continue;
+        }
+        image im = sample(&packings[i]);
         const struct outcome whole = outcome_of(im.bytes, im.len);
         for (size_t bit = 0; bit < 8u * im.len; bit++) {
             im.bytes[bit / 8u] ^= (uint8_t)(1u << bit % 8u);
             const struct outcome o = outcome_of(im.bytes, im.len);
             im.bytes[bit / 8u] ^= (uint8_t)(1u << bit % 8u);
-            if (o.last == 0 && o.count != whole.count) {
+            if (o.last == 0 && o.damaged == 0 && o.count != whole.count) {
                 fail_msg("bit %zu of byte %zu: %zu records without an error",
                          bit % 8u, bit / 8u, o.count);
             }
-            assert_true(begins_alike(&o, &whole, o.count));
+            assert_true(is_part(&o, &whole));
             assert_true(o.last == 0 || o.error.text[0] != '\0');
         }
         free(im.bytes);
@@ -313,7 +395,12 @@ static void a_datagram_may_be_cut_short_and_have_any_length(void **state)
     im = begin_file();
     put_schemas(&im);
     put_datagram(&im, 1, 4, DATAGRAM_MAX + 1);
-    expect_error(&im, "does not hold a datagram");
+    put_datagram(&im, 2, 4, 4);
+    end_file(&im);
+    const struct outcome bad = outcome_of(im.bytes, im.len);
+    expect_records(&bad, "2");
+    expect_text(bad.first, "does not hold a datagram");
+    free(im.bytes);
 }
 
 static void what_has_no_datagrams_says_what_it_has(void **state)
@@ -364,19 +451,19 @@ static void a_chunk_without_a_check_sum_is_read(void **state)
     free(im.bytes);
 }
 
-static void a_chunk_that_cannot_be_is_refused(void **state)
+static void a_file_of_nothing_else_is_refused(void **state)
 {
     static const struct {
         struct chunk chunk;
         const char *text;
     } bad[] = {
         {{"", 1, 0, 0}, "its check sum is wrong"},
-        {{"lz4", 0, 0, 0}, "by lz4, which is not read: use mcap compress"},
+        {{"gzip", 0, 0, 0}, "by gzip, which is not read"},
         {{"a\033b", 0, 0, 0}, "by a?b, which"},
         {{"0123456789012345678901234567890123", 0, 0, 0}, "a name of 34 bytes"},
         {{"", 0, 5, 0}, "an uncompressed chunk of 5 bytes has"},
         {{"", 0, 0, 100000}, "a chunk is shorter than what it says it has"},
-        {{"", 0, UINT64_MAX, 0}, "at most 67108864 can be read"},
+        {{"", 0, UINT64_MAX, 0}, "at most 67108864 can be read: mcap "},
         {{"", 0, (UINT64_C(64) << 20) + 1u, 0}, "at most 67108864 can be read"},
         {{"", 0, 0, UINT64_MAX}, "a chunk is shorter than what it says it has"},
     };
@@ -387,22 +474,220 @@ static void a_chunk_that_cannot_be_is_refused(void **state)
     }
 }
 
-static void a_packed_chunk_of_another_length_is_refused(void **state)
+/* --- Damage --- */
+
+/* Changes to a chunk of these records that the reader notices. */
+static void put_bad_sum(image *im, const image *records)
+{
+    const struct chunk c = {"", 1, records->len, records->len};
+    put_chunk_as(im, records, &c);
+}
+
+static void put_bad_zstd(image *im, const image *records)
+{
+    image packed = stored(records);
+    const struct chunk c = {"zstd", 0, records->len, packed.len};
+    packed.bytes[4] ^= 0xffu;
+    put_chunk_as(im, &packed, &c);
+    free(packed.bytes);
+}
+
+static void put_bad_lz4(image *im, const image *records)
+{
+    image packed = stored_lz4(records);
+    const struct chunk c = {"lz4", 0, records->len, packed.len - 4u};
+    packed.len -= 4u;
+    put_chunk_as(im, &packed, &c);
+    free(packed.bytes);
+}
+
+static void put_shorter(image *im, const image *records)
+{
+    image packed = stored(records);
+    const struct chunk c = {"zstd", 0, records->len + 1u, packed.len};
+    put_chunk_as(im, &packed, &c);
+    free(packed.bytes);
+}
+
+static void put_longer(image *im, const image *records)
+{
+    image packed = stored(records);
+    const struct chunk c = {"zstd", 0, records->len - 1u, packed.len};
+    put_chunk_as(im, &packed, &c);
+    free(packed.bytes);
+}
+
+static void put_too_large(image *im, const image *records)
+{
+    const struct chunk c = {"zstd", 0, (UINT64_C(64) << 20) + 1u, records->len};
+    put_chunk_as(im, records, &c);
+}
+
+static void put_unknown(image *im, const image *records)
+{
+    const struct chunk c = {"zstE", 0, records->len, records->len};
+    put_chunk_as(im, records, &c);
+}
+
+static void put_bad_length(image *im, const image *records)
+{
+    const struct chunk c = {"", 0, records->len + 1u, records->len + 1u};
+    put_chunk_as(im, records, &c);
+}
+
+static void put_stub(image *im, const image *records)
+{
+    (void)records;
+    put_record(im, OP_CHUNK, 31);
+}
+
+/* Its last record ends behind it. */
+static void put_overrun(image *im, const image *records)
+{
+    const struct chunk c = {"", 0, records->len - 1u, records->len - 1u};
+    image less = *records;
+    less.len--;
+    put_chunk_as(im, &less, &c);
+}
+
+/* A number in its place. */
+static void put_rubbish(image *im, const image *records)
+{
+    image bytes = {.bytes = NULL};
+    for (size_t i = 0; i < records->len; i++) {
+        put_int(&bytes, 0xff, 1);
+    }
+    const struct chunk c = {"", 0, bytes.len, bytes.len};
+    put_chunk_as(im, &bytes, &c);
+    free(bytes.bytes);
+}
+
+static const struct damage {
+    void (*put)(image *im, const image *records);
+    const char *says;
+} damages[] = {{put_bad_sum, "its check sum is wrong"},
+               {put_bad_zstd, "zstd"},
+               {put_bad_lz4, "lz4"},
+               {put_shorter, "a chunk "},
+               {put_longer, "a chunk "},
+               {put_too_large, "at most 67108864 can be read: mcap "},
+               {put_unknown, "by zstE, which is not read"},
+               {put_bad_length, "shorter than what it says it has"},
+               {put_stub, "shorter than what it says it has"},
+               {put_overrun, "longer than what is left of the chunk"},
+               {put_rubbish, "longer than what is left of the chunk"}};
+
+#define DAMAGES (sizeof damages / sizeof damages[0])
+
+/* Four chunks of a datagram each, of which some are damaged; the first one has
+ * the channels, and the summary again. */
+static image with_damage(const struct damage *d, unsigned bad)
+{
+    image im = begin_file();
+    image described = {.bytes = NULL};
+    put_schemas(&described);
+    for (unsigned i = 0; i < 4u; i++) {
+        image records = {.bytes = NULL};
+        if (i == 0) {
+            put_schemas(&records);
+        }
+        put_datagram(&records, i, 4, 4);
+        if ((bad >> i & 1u) != 0) {
+            d->put(&im, &records);
+            im.messages++;
+            free(records.bytes);
+        } else {
+            put_plain(&im, &records);
+        }
+    }
+    end_file_with(&im, &described);
+    free(described.bytes);
+    return im;
+}
+
+static void a_damaged_chunk_is_passed_over(void **state)
+{
+    static const struct {
+        unsigned bad;
+        uint64_t count;
+        const char *left;
+    } cases[] = {{1, 1, "123"}, {2, 1, "023"}, {4, 1, "013"},
+                 {8, 1, "012"}, {7, 3, "3"},   {5, 2, "13"}};
+    (void)state;
+    for (size_t i = 0; i < DAMAGES * 6u; i++) {
+        const struct damage *d = &damages[i / 6u];
+        image im = with_damage(d, cases[i % 6u].bad);
+        const struct outcome o = outcome_of(im.bytes, im.len);
+        expect_text(o.first, d->says);
+        expect_text(o.first, "byte ");
+        expect_records(&o, cases[i % 6u].left);
+        assert_int_equal(o.damaged, cases[i % 6u].count);
+        free(im.bytes);
+    }
+}
+
+/* What follows cannot be understood there, which is counted. */
+static void a_pipe_cannot_look_for_channels_at_the_end(void **state)
 {
     (void)state;
-    for (uint64_t wrong = 0; can_unpack() && wrong < 3u; wrong++) {
-        image im = begin_file();
-        image records = {.bytes = NULL};
-        put_schemas(&records);
-        image packed = stored(&records);
-        const uint64_t lengths[] = {records.len - 1u, records.len + 1u,
-                                    UINT64_C(64) << 20};
-        const struct chunk c = {"zstd", 0, lengths[wrong], packed.len};
-        put_chunk_as(&im, &packed, &c);
-        free(packed.bytes);
-        free(records.bytes);
-        expect_error(&im, "does not unpack to the");
+    for (size_t i = 0; i < DAMAGES; i++) {
+        image im = with_damage(&damages[i], 4);
+        struct outcome o = outcome_of_pipe(&im);
+        expect_records(&o, "013");
+        assert_int_equal(o.damaged, 1);
+        free(im.bytes);
+        im = with_damage(&damages[i], 1);
+        o = outcome_of_pipe(&im);
+        if (damages[i].put != put_overrun) {
+            assert_int_equal(o.begun, -1);
+            assert_int_equal(o.damaged, 4);
+        } else { /* its channels could be read */
+            expect_records(&o, "123");
+            assert_int_equal(o.damaged, 1);
+        }
+        free(im.bytes);
     }
+}
+
+static void where_all_is_damaged_the_first_reason_is_told(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < DAMAGES; i++) {
+        image im = with_damage(&damages[i], 15);
+        if (damages[i].put != put_overrun) { /* its channels can be read */
+            expect_error(&im, damages[i].says);
+        } else {
+            free(im.bytes);
+        }
+    }
+}
+
+static void a_damaged_summary_does_no_harm(void **state)
+{
+    image im = with_damage(&damages[0], 1);
+    const size_t footer = im.len - 8u - 20u;
+    (void)state;
+    for (uint64_t at = 0; at <= im.len + 1u; at++) {
+        set_int(&im, footer, at, 8);
+        const struct outcome o = outcome_of(im.bytes, im.len);
+        assert_true(o.begun == -1 || o.count == 3u);
+        assert_true(o.damaged == 1u || o.damaged == 4u);
+    }
+    free(im.bytes);
+}
+
+static void a_cut_file_with_damage_says_both(void **state)
+{
+    image im = with_damage(&damages[0], 2);
+    const struct outcome whole = outcome_of(im.bytes, im.len);
+    (void)state;
+    for (size_t len = 0; len < im.len; len++) {
+        const struct outcome o = outcome_of(im.bytes, len);
+        assert_int_equal(o.last, -1);
+        assert_true(o.error.text[0] != '\0' && o.damaged <= 1u);
+        assert_true(begins_alike(&o, &whole, o.count));
+    }
+    free(im.bytes);
 }
 
 static void a_record_of_a_huge_length_is_refused(void **state)
@@ -425,7 +710,7 @@ static void a_record_of_a_huge_length_is_refused(void **state)
     }
 }
 
-static void records_shorter_than_their_fields_are_refused(void **state)
+static void records_shorter_than_their_fields_are_passed_over(void **state)
 {
     static const struct {
         unsigned opcode;
@@ -433,22 +718,35 @@ static void records_shorter_than_their_fields_are_refused(void **state)
     } bad[] = {{OP_SCHEMA, 0},  {OP_SCHEMA, 1},  {OP_SCHEMA, 9},
                {OP_CHANNEL, 3}, {OP_CHANNEL, 4}, {OP_CHANNEL, 11},
                {OP_MESSAGE, 0}, {OP_MESSAGE, 1}, {OP_CHUNK, 0},
-               {OP_CHUNK, 31},  {OP_CHUNK, 39},  {OP_STATISTICS, 7},
-               {0, 4}};
+               {OP_CHUNK, 31},  {OP_CHUNK, 39},  {OP_STATISTICS, 7}};
     (void)state;
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         image im = begin_file();
         put_schemas(&im);
         put_record(&im, bad[i].opcode, bad[i].len);
+        put_datagram(&im, 1, 4, 4);
         end_file(&im);
-        expect_error(&im, "byte ");
+        const struct outcome o = outcome_of(im.bytes, im.len);
+        expect_records(&o, "1");
+        assert_int_equal(o.damaged, 1);
+        expect_text(o.first, "shorter than what it says it has");
+        free(im.bytes);
     }
+}
+
+static void a_record_of_no_type_ends_the_reading(void **state)
+{
+    image im = begin_file();
+    (void)state;
+    put_schemas(&im);
+    put_record(&im, 0, 4);
+    expect_error(&im, "a record of type 0");
 }
 
 static void bytes_behind_the_end_are_not_passed_over(void **state)
 {
     (void)state;
-    image im = sample(false);
+    image im = sample(&packings[0]);
     put_int(&im, 0, 1);
     expect_error(&im, "there are bytes behind its footer");
 }
@@ -465,10 +763,15 @@ int main(void)
         cmocka_unit_test(a_datagram_may_be_cut_short_and_have_any_length),
         cmocka_unit_test(what_has_no_datagrams_says_what_it_has),
         cmocka_unit_test(a_chunk_without_a_check_sum_is_read),
-        cmocka_unit_test(a_chunk_that_cannot_be_is_refused),
-        cmocka_unit_test(a_packed_chunk_of_another_length_is_refused),
+        cmocka_unit_test(a_file_of_nothing_else_is_refused),
+        cmocka_unit_test(a_damaged_chunk_is_passed_over),
+        cmocka_unit_test(a_pipe_cannot_look_for_channels_at_the_end),
+        cmocka_unit_test(where_all_is_damaged_the_first_reason_is_told),
+        cmocka_unit_test(a_damaged_summary_does_no_harm),
+        cmocka_unit_test(a_cut_file_with_damage_says_both),
         cmocka_unit_test(a_record_of_a_huge_length_is_refused),
-        cmocka_unit_test(records_shorter_than_their_fields_are_refused),
+        cmocka_unit_test(records_shorter_than_their_fields_are_passed_over),
+        cmocka_unit_test(a_record_of_no_type_ends_the_reading),
         cmocka_unit_test(bytes_behind_the_end_are_not_passed_over),
     };
     return cmocka_run_group_tests(tests, init_crc, NULL);

@@ -241,18 +241,31 @@ static void expect_packet(struct reading *r, int64_t time_ns, const char *text,
     assert_int_equal(record.whole, whole);
 }
 
-static void expect_end(struct reading *r)
-{
-    lum_pcap_record record;
-    assert_int_equal(lum_pcap_next(r->reader, &record, &r->error), 0);
-    end_reading(r);
-}
-
 static void expect_text(const char *text, const char *part)
 {
     if (strstr(text, part) == NULL) {
         fail_msg("\"%s\" is not in \"%s\"", part, text);
     }
+}
+
+/* With so many blocks that were passed over, the first at a byte. */
+static void expect_end_with(struct reading *r, uint64_t damaged, size_t byte,
+                            const char *part)
+{
+    lum_pcap_record record;
+    char where[40];
+    const char *first = "";
+    assert_int_equal(lum_pcap_next(r->reader, &record, &r->error), 0);
+    assert_int_equal(lum_pcap_damaged(r->reader, &first), damaged);
+    (void)snprintf(where, sizeof where, "byte %zu: ", byte);
+    expect_text(first, damaged != 0 ? where : "");
+    expect_text(first, part);
+    end_reading(r);
+}
+
+static void expect_end(struct reading *r)
+{
+    expect_end_with(r, 0, 0, "");
 }
 
 static void expect_failure(struct reading *r, size_t byte, const char *part)
@@ -613,10 +626,12 @@ static void sections_have_their_own_order_and_interfaces(void **state)
     put_packet(&im, 0, 2, "two");
     const size_t bad = im.len;
     put_packet(&im, 1, 3, "three");
+    put_packet(&im, 0, 4, "four");
     struct reading r = begun(&im);
     expect_packet(&r, 1000, "one", 3);
     expect_packet(&r, 2000, "two", 3);
-    expect_failure(&r, bad, "interface 1; its section has 1");
+    expect_packet(&r, 4000, "four", 4);
+    expect_end_with(&r, 1, bad, "interface 1; its section has 1");
     free(im.bytes);
 }
 
@@ -633,7 +648,7 @@ static void a_section_without_interfaces_has_no_packets(void **state)
             put_packet(&im, 0, 0, "x");
         }
         struct reading r = begun(&im);
-        expect_failure(&r, bad, "interface 0; its section has 0");
+        expect_end_with(&r, 1, bad, "interface 0; its section has 0");
         free(im.bytes);
     }
 }
@@ -646,19 +661,51 @@ static void a_section_of_another_version_is_refused(void **state)
     expect_refusal(&im, "version 2");
 }
 
-static void a_section_header_has_a_shortest(void **state)
+/* A block of so many bytes, of which both ends say so. */
+static void put_block(image *im, uint32_t type, size_t len)
 {
-    image im = pcapng(false);
-    const size_t bad = im.len;
+    uint8_t *zeros = calloc(1, len);
+    assert_non_null(zeros);
+    begin_block(im, type);
+    put(im, zeros, len - 12u);
+    end_block(im);
+    free(zeros);
+}
+
+/* Too short, or of another version. */
+static void put_bad_section(image *im, bool is_short)
+{
+    const size_t from = im->len;
+    if (is_short) {
+        begin_block(im, SECTION);
+        put_int(im, 0x1a2b3c4d, 4);
+        put_int(im, 1, 8);
+        end_block(im);
+    } else {
+        put_section(im);
+        im->bytes[from + 12u] = 2;
+    }
+}
+
+static void a_section_whose_header_is_damaged_is_passed_over(void **state)
+{
     (void)state;
-    put_int(&im, SECTION, 4);
-    put_int(&im, 24, 4);
-    put_int(&im, 0x1a2b3c4d, 4);
-    put_int(&im, 1, 8);
-    put_int(&im, 24, 4);
-    struct reading r = begun(&im);
-    expect_failure(&r, bad, "too few for it");
-    free(im.bytes);
+    for (int is_short = 0; is_short < 2; is_short++) {
+        image im = pcapng(false);
+        const size_t bad = im.len;
+        put_bad_section(&im, is_short != 0);
+        put_interface(&im, ETHERNET, 0);
+        put_packet(&im, 0, 1, "lost");
+        put_simple(&im, "lost", 4);
+        put_section(&im);
+        put_interface(&im, ETHERNET, 0);
+        put_packet(&im, 0, 2, "good");
+        struct reading r = begun(&im);
+        expect_packet(&r, 2000, "good", 4);
+        expect_end_with(&r, 4, bad,
+                        is_short != 0 ? "too few for it" : "version 2");
+        free(im.bytes);
+    }
 }
 
 /* More than the window holds, too. */
@@ -727,7 +774,7 @@ static void interfaces_without_end_are_refused(void **state)
 }
 
 /* The bytes after a good packet, and the message about them. */
-static void damaged_blocks_end_the_reading(void **state)
+static void blocks_of_no_certain_length_end_the_reading(void **state)
 {
     static const struct {
         uint32_t type;
@@ -738,13 +785,9 @@ static void damaged_blocks_end_the_reading(void **state)
         {ENHANCED_PACKET, 8, "a block of 8 bytes"},
         {ENHANCED_PACKET, 11, "a block of 11 bytes"},
         {ENHANCED_PACKET, 33, "a block of 33 bytes"},
-        {ENHANCED_PACKET, 28, "too few for it"},
-        {SIMPLE_PACKET, 12, "too few for it"},
-        {OBSOLETE_PACKET, 28, "too few for it"},
-        {INTERFACE, 16, "too few for it"},
         {ENHANCED_PACKET, 0xffffffff, "a block of 4294967295 bytes"},
-        {ENHANCED_PACKET, 0xfffffffc, "at most 16777216"},
-        {ENHANCED_PACKET, 16777220, "at most 16777216"},
+        {ENHANCED_PACKET, 0xfffffffc, "of its 4294967292 bytes are there"},
+        {ENHANCED_PACKET, 16777220, "of its 16777220 bytes are there"},
         {ENHANCED_PACKET, 16777216, "of its 16777216 bytes are there"},
         {UNKNOWN, 0xffffffff, "a block of 4294967295 bytes"},
         {UNKNOWN, 0xfffffffc, "of its 4294967292 bytes are there"},
@@ -765,6 +808,120 @@ static void damaged_blocks_end_the_reading(void **state)
         expect_failure(&r, bad, blocks[i].says);
         free(im.bytes);
     }
+}
+
+/* The first, one between others, and the last of a file. */
+static void damaged_blocks_are_passed_over(void **state)
+{
+    static const struct {
+        uint32_t type;
+        size_t len;
+        const char *says;
+    } blocks[] = {{ENHANCED_PACKET, 28, "too few for it"},
+                  {SIMPLE_PACKET, 12, "too few for it"},
+                  {OBSOLETE_PACKET, 28, "too few for it"},
+                  {INTERFACE, 16, "too few for it"},
+                  {ENHANCED_PACKET, (16u << 20) + 4u, "at most 16777216"}};
+    (void)state;
+    for (size_t i = 0; i < 5u * 3u; i++) {
+        image im = pcapng(i % 2u != 0);
+        const size_t at = i % 3u;
+        size_t bad = 0;
+        for (size_t k = 0; k < 3u; k++) {
+            if (k == at) {
+                bad = im.len;
+                put_block(&im, blocks[i / 3u].type, blocks[i / 3u].len);
+            } else {
+                put_packet(&im, 0, k, "good");
+            }
+        }
+        struct reading r = begun(&im);
+        expect_packet(&r, at == 0 ? 1000 : 0, "good", 4);
+        expect_packet(&r, at == 2 ? 1000 : 2000, "good", 4);
+        expect_end_with(&r, 1, bad, blocks[i / 3u].says);
+        free(im.bytes);
+    }
+}
+
+/* Options that end behind it, or say what cannot be. */
+static void put_bad_interface(image *im, int how)
+{
+    begin_interface(im, ETHERNET, 0);
+    if (how == 0) {
+        put_int(im, COMMENT, 2);
+        put_int(im, 5, 2);
+    } else {
+        put_option(im, RESOLUTION, "\x14", 1);
+    }
+    end_block(im);
+}
+
+/* Its packets are lost, and those of the next one are not taken for them. */
+static void a_damaged_interface_keeps_its_place(void **state)
+{
+    (void)state;
+    for (int how = 0; how < 2; how++) {
+        for (int is_late = 0; is_late < 2; is_late++) {
+            image im = {.len = 0};
+            put_section(&im);
+            if (is_late != 0) {
+                put_resolution(&im, 6);
+            }
+            const size_t bad = im.len;
+            put_bad_interface(&im, how);
+            if (is_late == 0) {
+                put_resolution(&im, 6);
+            }
+            put_packet(&im, (uint32_t)is_late, 1, "lost");
+            put_packet(&im, 1u - (uint32_t)is_late, 2, "good");
+            put_packet(&im, (uint32_t)is_late, 3, "lost");
+            struct reading r = begun(&im);
+            expect_packet(&r, 2000, "good", 4);
+            expect_end_with(&r, 3, bad, how == 0 ? "cut short" : "resolution");
+            free(im.bytes);
+        }
+    }
+}
+
+static void a_capture_of_a_damaged_interface_is_refused(void **state)
+{
+    (void)state;
+    for (int has_packet = 0; has_packet < 2; has_packet++) {
+        image im = {.len = 0};
+        put_section(&im);
+        put_bad_interface(&im, 0);
+        if (has_packet != 0) {
+            put_packet(&im, 0, 1, "lost");
+        }
+        expect_refusal(&im, "options are cut short");
+    }
+}
+
+/* What was described before a place comes with it, lost ones too. */
+static void damage_counts_once_where_a_file_is_read_again(void **state)
+{
+    image im = pcapng(false);
+    lum_pack to = {.written = NULL};
+    (void)state;
+    const size_t bad = im.len;
+    put_bad_interface(&im, 0);
+    put_packet(&im, 0, 1, "first");
+    put_packet(&im, 1, 2, "lost");
+    put_packet(&im, 0, 3, "good");
+    struct reading r = begun(&im);
+    expect_packet(&r, 1000, "first", 5);
+    const uint64_t place = lum_source_offset(r.source);
+    assert_true(lum_pcap_pack(r.reader, &to));
+    expect_packet(&r, 3000, "good", 4);
+    for (int i = 0; i < 2; i++) {
+        lum_pack from = lum_pack_of(to.written, to.len);
+        assert_int_equal(lum_source_seek(r.source, place, NULL), 0);
+        assert_true(lum_pcap_pack(r.reader, &from));
+        expect_packet(&r, 3000, "good", 4);
+    }
+    lum_pack_reset(&to);
+    expect_end_with(&r, 2, bad, "cut short");
+    free(im.bytes);
 }
 
 static void both_lengths_of_a_block_agree(void **state)
@@ -815,8 +972,11 @@ static void a_packet_stays_within_its_block(void **state)
             put_packet(&im, 0, 0, "1234");
         }
         im.bytes[length]++;
+        put_packet(&im, 0, 1, "good");
         struct reading r = begun(&im);
-        expect_failure(&r, bad, "a packet of 5 bytes in a block with room for");
+        expect_packet(&r, 1000, "good", 4);
+        expect_end_with(&r, 1, bad,
+                        "a packet of 5 bytes in a block with room for");
         free(im.bytes);
     }
 }
@@ -1040,11 +1200,15 @@ int main(void)
         cmocka_unit_test(sections_have_their_own_order_and_interfaces),
         cmocka_unit_test(a_section_without_interfaces_has_no_packets),
         cmocka_unit_test(a_section_of_another_version_is_refused),
-        cmocka_unit_test(a_section_header_has_a_shortest),
+        cmocka_unit_test(a_section_whose_header_is_damaged_is_passed_over),
         cmocka_unit_test(what_is_unknown_is_skipped),
         cmocka_unit_test(ten_thousand_interfaces_are_read),
         cmocka_unit_test(interfaces_without_end_are_refused),
-        cmocka_unit_test(damaged_blocks_end_the_reading),
+        cmocka_unit_test(blocks_of_no_certain_length_end_the_reading),
+        cmocka_unit_test(damaged_blocks_are_passed_over),
+        cmocka_unit_test(a_damaged_interface_keeps_its_place),
+        cmocka_unit_test(a_capture_of_a_damaged_interface_is_refused),
+        cmocka_unit_test(damage_counts_once_where_a_file_is_read_again),
         cmocka_unit_test(both_lengths_of_a_block_agree),
         cmocka_unit_test(a_packet_stays_within_its_block),
         cmocka_unit_test(a_packet_before_an_interface_is_no_capture),

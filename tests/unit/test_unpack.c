@@ -19,8 +19,19 @@ static const uint8_t zstd[] = {0x28, 0xb5, 0x2f, 0xfd, 0x04, 0x58, 0x49, 0x00,
                                0x00, 0x61, 0x20, 0x63, 0x61, 0x70, 0x74, 0x75,
                                0x72, 0x65, 0xe0, 0x04, 0xec, 0xdf};
 
+static const uint8_t lz4[] = {0x04, 0x22, 0x4d, 0x18, 0x64, 0x40, 0xa7,
+                              0x09, 0x00, 0x00, 0x80, 0x61, 0x20, 0x63,
+                              0x61, 0x70, 0x74, 0x75, 0x72, 0x65, 0x00,
+                              0x00, 0x00, 0x00, 0x9a, 0xf0, 0x03, 0x10};
+static const uint8_t bz2[] = {
+    0x42, 0x5a, 0x68, 0x39, 0x31, 0x41, 0x59, 0x26, 0x53, 0x59, 0xad, 0x32,
+    0x3a, 0xb6, 0x00, 0x00, 0x00, 0x91, 0x80, 0x40, 0x00, 0x2a, 0x00, 0x56,
+    0x00, 0x20, 0x00, 0x22, 0x1a, 0x7a, 0x86, 0x10, 0xc0, 0x84, 0x07, 0x6b,
+    0xf7, 0x05, 0xdc, 0x91, 0x4e, 0x14, 0x24, 0x2b, 0x4c, 0x8e, 0xad, 0x80};
+
 enum {
-    TEXT = 9
+    TEXT = 9,
+    KINDS = 4
 };
 
 /* Of one compression; none in a build without its library. */
@@ -33,14 +44,16 @@ struct kind {
 
 static size_t kinds_of(struct kind *out)
 {
+    const struct kind all[KINDS] = {
+        {lum_unpack_gzip, gzip, sizeof gzip, "gzip"},
+        {lum_unpack_zstd, zstd, sizeof zstd, "zstd"},
+        {lum_unpack_lz4, lz4, sizeof lz4, "lz4"},
+        {lum_unpack_bz2, bz2, sizeof bz2, "bzip2"}};
     size_t count = 0;
-    if (lum_unpack_gzip != NULL) {
-        out[count++] =
-            (struct kind){lum_unpack_gzip, gzip, sizeof gzip, "gzip"};
-    }
-    if (lum_unpack_zstd != NULL) {
-        out[count++] =
-            (struct kind){lum_unpack_zstd, zstd, sizeof zstd, "zstd"};
+    for (size_t i = 0; i < KINDS; i++) {
+        if (all[i].unpacker != NULL) {
+            out[count++] = all[i];
+        }
     }
     return count;
 }
@@ -63,7 +76,7 @@ static void expect_text(const char *text, const char *part)
 
 static void what_is_compressed_is_unpacked(void **state)
 {
-    struct kind kinds[2];
+    struct kind kinds[KINDS];
     (void)state;
     for (size_t i = 0; i < kinds_of(kinds); i++) {
         uint64_t done = 0;
@@ -94,7 +107,7 @@ static void what_is_not_compressed_stays(void **state)
 
 static void parts_behind_one_another_are_one(void **state)
 {
-    struct kind kinds[2];
+    struct kind kinds[KINDS];
     (void)state;
     for (size_t i = 0; i < kinds_of(kinds); i++) {
         uint8_t *bytes = malloc(3u * kinds[i].len);
@@ -115,7 +128,7 @@ static void parts_behind_one_another_are_one(void **state)
 /* The readable part is given, and the byte where it broke. */
 static void every_truncation_is_told(void **state)
 {
-    struct kind kinds[2];
+    struct kind kinds[KINDS];
     (void)state;
     for (size_t i = 0; i < kinds_of(kinds); i++) {
         for (size_t len = 4; len < kinds[i].len; len++) {
@@ -135,17 +148,28 @@ static void every_truncation_is_told(void **state)
     }
 }
 
-/* Both have a sum of what they hold. */
+/* What nothing depends on: time, system and window; which bits of a stream's
+ * end are not used. */
+static bool is_idle(const struct kind *k, size_t at)
+{
+    if (k->bytes == gzip) {
+        return at < 10u;
+    }
+    return (k->bytes == zstd && at == 5u) ||
+           (k->bytes == bz2 && at == k->len - 1u);
+}
+
+/* All have a sum of what they hold. */
 static void every_damage_is_told(void **state)
 {
-    struct kind kinds[2];
+    struct kind kinds[KINDS];
     (void)state;
     for (size_t i = 0; i < kinds_of(kinds); i++) {
         uint8_t *bytes = malloc(kinds[i].len);
         assert_non_null(bytes);
         for (size_t at = 4; at < kinds[i].len; at++) {
-            if (kinds[i].bytes == gzip ? at < 10 : at == 5) {
-                continue; /* nothing depends on time, system and window */
+            if (is_idle(&kinds[i], at)) {
+                continue;
             }
             memcpy(bytes, kinds[i].bytes, kinds[i].len);
             bytes[at] ^= 0x55u;
@@ -220,15 +244,37 @@ static void a_failure_beneath_is_told(void **state)
 
 static void a_build_without_a_library_says_what_to_do(void **state)
 {
-    lum_source *s = lum_source_from_memory("x", gzip, sizeof gzip);
+    static const struct {
+        const uint8_t *bytes;
+        size_t len;
+        const char *says;
+    } packed[] = {{gzip, sizeof gzip, "no zlib: use gzip -dc"},
+                  {zstd, sizeof zstd, "no libzstd: use zstd -dc"},
+                  {lz4, sizeof lz4, "no liblz4: use lz4 -dc"},
+                  {bz2, sizeof bz2, "no libbz2: use bzip2 -dc"}};
     (void)state;
-    assert_non_null(s);
-    expect_text(lum_unpack_hint(s), "gzip -dc");
-    lum_source_close(s);
-    s = lum_source_from_memory("x", zstd, sizeof zstd);
-    assert_non_null(s);
-    expect_text(lum_unpack_hint(s), "zstd -dc");
-    lum_source_close(s);
+    for (size_t i = 0; i < KINDS; i++) {
+        lum_source *s =
+            lum_source_from_memory("x", packed[i].bytes, packed[i].len);
+        assert_non_null(s);
+        expect_text(lum_unpack_hint(s), packed[i].says);
+        lum_source_close(s);
+    }
+}
+
+static void a_compression_has_a_name_and_a_library(void **state)
+{
+    static const char *const names[] = {"gzip", "zstd", "lz4", "bz2"};
+    lum_unpacker *const unpackers[] = {lum_unpack_gzip, lum_unpack_zstd,
+                                       lum_unpack_lz4, lum_unpack_bz2};
+    const char *library = NULL;
+    (void)state;
+    for (size_t i = 0; i < KINDS; i++) {
+        assert_ptr_equal(lum_unpack_named(names[i], &library), unpackers[i]);
+        assert_non_null(library);
+    }
+    assert_null(lum_unpack_named("xz", &library));
+    assert_null(library);
 }
 
 static void what_was_compressed_twice_is_told_so(void **state)
@@ -262,6 +308,7 @@ int main(void)
         cmocka_unit_test(behind_gzip_zeros_may_follow_and_nothing_else),
         cmocka_unit_test(a_failure_beneath_is_told),
         cmocka_unit_test(a_build_without_a_library_says_what_to_do),
+        cmocka_unit_test(a_compression_has_a_name_and_a_library),
         cmocka_unit_test(what_was_compressed_twice_is_told_so),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

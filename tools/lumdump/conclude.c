@@ -197,6 +197,15 @@ static void warn_of_nothing(const struct options *o)
     warn(o, text);
 }
 
+/* It names the capture itself. */
+static void warn_of_damage(const struct pass *pass)
+{
+    lum_error why = {""};
+    if (summary_damaged(&pass->summary, &why) != 0 && !pass->options->quiet) {
+        (void)fprintf(stderr, "lumdump: warning: %s\n", why.text);
+    }
+}
+
 static void warn_of_losses(const struct pass *pass)
 {
     const struct options *o = pass->options;
@@ -279,6 +288,7 @@ enum exit_status conclude(struct pass *pass, enum pass_result result,
     default:
         break;
     }
+    warn_of_damage(pass);
     if (lacks_asked_sensor(pass)) {
         return refuse_sensor(pass);
     }

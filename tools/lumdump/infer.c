@@ -28,12 +28,26 @@ struct inference {
 
 /* --- Reading --- */
 
+static void warn(const struct inference *f, const lum_error *why)
+{
+    if (!f->options->quiet) {
+        (void)fprintf(stderr, "lumdump: warning: %s\n", why->text);
+    }
+}
+
 /* What cannot be read to its end is looked at as far as it can. */
 static void note_break(struct inference *f, const lum_error *why)
 {
     f->report.is_truncated = true;
-    if (!f->options->quiet) {
-        (void)fprintf(stderr, "lumdump: warning: %s\n", why->text);
+    warn(f, why);
+}
+
+static void note_damage(struct inference *f)
+{
+    lum_error why = {""};
+    f->report.damaged = lum_capture_damaged(f->capture, &why);
+    if (f->report.damaged != 0) {
+        warn(f, &why);
     }
 }
 
@@ -56,6 +70,7 @@ static enum pass_result read_all(struct inference *f, lum_error *error)
     if (interrupt_signal() != 0) {
         return PASS_INTERRUPTED;
     }
+    note_damage(f);
     if (status < 0) {
         note_break(f, &broken);
     }

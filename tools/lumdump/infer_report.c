@@ -203,6 +203,7 @@ static void put_counts(struct json *json, const struct infer_report *report)
     const lum_infer_result *r = &report->result;
     json_uint(json, "records", report->records);
     json_bool(json, "truncated", report->is_truncated);
+    json_uint(json, "damaged", report->damaged);
     json_uint(json, "packets", r->packets);
     json_uint(json, "fit", r->fit);
     json_uint(json, "control", r->control);

@@ -14,6 +14,7 @@ struct infer_report {
     const char *profile; /* file that it is written to, as such; NULL: none */
     uint64_t records;    /* that were read */
     bool is_truncated;
+    uint64_t damaged; /* parts that could not be read and were passed over */
     lum_infer_result result;
     char yaml[LUM_INFER_YAML_BYTES]; /* empty: no layout was found */
 };

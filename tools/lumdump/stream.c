@@ -67,8 +67,10 @@ static void print_source(const struct source_walk *w,
     const lum_capture_source *s = &w->source;
     (void)fputs("    {\"name\": ", out);
     print_text(s->name, out);
-    (void)fprintf(out, ", \"records\": %" PRIu64 ", \"end\": \"%s\"",
-                  s->records, ends[s->end]);
+    (void)fprintf(out,
+                  ", \"records\": %" PRIu64 ", \"end\": \"%s\""
+                  ", \"damaged\": %" PRIu64,
+                  s->records, ends[s->end], s->damaged);
     if (s->records > 0) {
         (void)fprintf(out, ", \"first_s\": %.6f, \"last_s\": %.6f",
                       (double)s->first_ns * 1e-9, (double)s->last_ns * 1e-9);

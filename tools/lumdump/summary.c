@@ -22,7 +22,7 @@ enum {
     LOSSES = 22,
     UNDER_WAY = 5,
     LIVE_LOSSES = 4,
-    NAMED_MAX = KINDS + CONTENT + LOSSES + UNDER_WAY + LIVE_LOSSES
+    NAMED_MAX = KINDS + CONTENT + LOSSES + UNDER_WAY + LIVE_LOSSES + 1
 };
 
 /* --- Counting --- */
@@ -381,6 +381,11 @@ static void print_json_left_out(const struct summary *s, FILE *out)
     (void)fputs(s->left_out_count > 0 ? "\n  ],\n" : "],\n", out);
 }
 
+uint64_t summary_damaged(const struct summary *s, lum_error *why)
+{
+    return s->capture != NULL ? lum_capture_damaged(s->capture, why) : 0;
+}
+
 void summary_print_json(const struct summary *s, FILE *out)
 {
     const lum_framer_counters points = summary_count(s);
@@ -390,9 +395,10 @@ void summary_print_json(const struct summary *s, FILE *out)
     (void)fputs("{\n  \"source\": ", out);
     print_json_text(s->source, out);
     (void)fprintf(out,
-                  ",\n  \"truncated\": %s,\n  \"records\": %" PRIu64
-                  ",\n  \"duration_s\": %.6f,\n",
-                  s->truncated ? "true" : "false", s->records, seconds);
+                  ",\n  \"truncated\": %s,\n  \"damaged\": %" PRIu64
+                  ",\n  \"records\": %" PRIu64 ",\n  \"duration_s\": %.6f,\n",
+                  s->truncated ? "true" : "false", summary_damaged(s, NULL),
+                  s->records, seconds);
     if (s->capture != NULL) {
         stream_print_json(s->capture, print_json_text, out);
     }
@@ -628,6 +634,9 @@ static void print_losses(const struct summary *s, const lum_demux_counters *c,
     leave_out_under_way(rows, n, points);
     name_pauses(rows, n, points, pauses);
     n += s->live != NULL ? list_live_losses(s->live, rows + n) : 0;
+    rows[n++] =
+        (struct named){"damaged", "parts of the capture that could not be read",
+                       summary_damaged(s, NULL)};
     print_nonzero("losses", rows, n, out);
     for (size_t i = 0; i < n; i++) {
         if (rows[i].value != 0) {

@@ -55,6 +55,10 @@ struct summary {
     size_t left_out_count;
 };
 
+/* Parts of the capture that could not be read and were passed over; why: may be
+ * NULL. */
+uint64_t summary_damaged(const struct summary *summary, lum_error *why);
+
 /* What was made of the lines of all sensors. */
 lum_framer_counters summary_count(const struct summary *summary);
 

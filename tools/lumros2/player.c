@@ -6,6 +6,7 @@
 #include "lum/base/time.h"
 #include "pace.h"
 
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -252,6 +253,21 @@ static int play_file(struct player *p, lum_error *error)
                : -1;
 }
 
+static void say_damage(const struct player *p)
+{
+    const char *first = "";
+    const uint64_t n =
+        p->file != NULL ? lum_mcap_messages_damaged(p->file, &first) : 0;
+    if (n != 0 && !p->options->quiet) {
+        (void)fprintf(stderr,
+                      "lumros2: warning: %s: %" PRIu64
+                      " part%s of it could not be read and %s passed over%s: "
+                      "%s\n",
+                      p->name, n, n == 1 ? "" : "s", n == 1 ? "was" : "were",
+                      n == 1 ? "" : "; the first is at", first);
+    }
+}
+
 static int play_once(struct player *p, lum_error *error)
 {
     memset(p->parts, 0, sizeof p->parts);
@@ -260,6 +276,7 @@ static int play_once(struct player *p, lum_error *error)
         return -1;
     }
     const int result = play_file(p, error);
+    say_damage(p);
     lum_mcap_messages_free(p->file);
     lum_source_close(p->source);
     return result;

@@ -35,7 +35,8 @@ struct recording_facts {
     size_t longest; /* bytes */
     int64_t first_ns;
     int64_t last_ns;
-    bool is_cut_off; /* it cannot be read to its end */
+    bool is_cut_off;  /* it cannot be read to its end */
+    lum_error damage; /* what of it was passed over, as a message; or "" */
 };
 
 /* Look through a capture and open it.

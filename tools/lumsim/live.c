@@ -19,6 +19,9 @@ static void warn_of_capture(const struct live *live)
                       "is replayed\n",
                       live->options->replay);
     }
+    if (live->playback.facts.damage.text[0] != '\0') {
+        (void)fprintf(stderr, "lumsim: %s\n", live->playback.facts.damage.text);
+    }
 }
 
 static void announce(const struct live *live)

@@ -122,6 +122,7 @@ static int examine(struct recording *r, struct recording_facts *facts,
     struct senders senders = {.count = 0};
     facts->is_cut_off =
         look_through(r->capture, &r->layout, r->sensor, &senders, facts) < 0;
+    (void)lum_capture_damaged(r->capture, &facts->damage);
     if (facts->packets == 0) {
         return refuse_empty(r->path, &senders, r->sensor, error);
     }

@@ -210,14 +210,17 @@ const char *captures_gaps(const struct captures *captures,
     return out;
 }
 
-const char *captures_remarks(const lum_capture *capture, const lum_demux *demux,
+const char *captures_remarks(const struct captures *captures,
+                             const lum_capture *capture, const lum_demux *demux,
                              char *out, size_t room)
 {
-    lum_error remark;
-    size_t len = 0;
-    *out = '\0';
+    lum_error remark = {""};
+    (void)lum_capture_damaged(capture, &remark);
+    (void)snprintf(out, room, "%s", remark.text);
+    name_sources(captures, out, room);
+    size_t len = strlen(out);
     for (size_t i = 0; lum_capture_remark(capture, demux, 0, i, &remark); i++) {
-        (void)snprintf(out + len, room - len, "%s%s", i > 0 ? "; " : "",
+        (void)snprintf(out + len, room - len, "%s%s", len > 0 ? "; " : "",
                        remark.text);
         len += strlen(out + len);
     }

@@ -43,9 +43,10 @@ int captures_next(const struct captures *captures, lum_capture *capture,
 const char *captures_gaps(const struct captures *captures,
                           const lum_capture *capture, char *out, size_t room);
 
-/* What is odd about the records that were read so far, as text; "" if nothing
- * is. demux: what took them. Returns out. */
-const char *captures_remarks(const lum_capture *capture, const lum_demux *demux,
+/* What is odd about the records that were read so far, or could not be read of
+ * them, as text; "" if nothing is. demux: what took them. Returns out. */
+const char *captures_remarks(const struct captures *captures,
+                             const lum_capture *capture, const lum_demux *demux,
                              char *out, size_t room);
 
 /* Tell the stage whose calibration or profile is not used, of what was read so

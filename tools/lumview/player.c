@@ -102,7 +102,8 @@ static void tell_remarks(struct player *p)
 {
     char text[2u * LUM_ERROR_BYTES];
     stage_set_remarks(p->stage,
-                      captures_remarks(p->capture, decoder_demux(p->decoder),
+                      captures_remarks(p->captures, p->capture,
+                                       decoder_demux(p->decoder),
                                        text, sizeof text));
 }
 

@@ -68,8 +68,9 @@ static void *run(void *argument)
                 scan->options.stage,
                 captures_gaps(scan->captures, capture, text, sizeof text));
             stage_set_remarks(scan->options.stage,
-                              captures_remarks(capture, decoder_demux(decoder),
-                                               remarks, sizeof remarks));
+                              captures_remarks(scan->captures, capture,
+                                               decoder_demux(decoder), remarks,
+                                               sizeof remarks));
         }
     }
     lum_capture_close(capture);

@@ -1,7 +1,7 @@
 /** @file
  * Captures: pcap and pcapng files to datagrams and back (docs/protocol.md,
- * section 9). Files compressed by gzip or zstd are read directly, if the build
- * has zlib or libzstd.
+ * section 9). Files compressed by gzip, zstd, lz4 or bzip2 are read directly,
+ * if the build has zlib, libzstd, liblz4 or libbz2.
  *
  * Only one thread at a time may use a capture or a writer; two of them share
  * nothing. Records are not allocated. Only fragments are: 66 KB for each of at
@@ -64,7 +64,7 @@ LUM_MUST_CHECK int lum_capture_open_several(const char *const *paths,
 /** The state of reading one source of a capture. */
 typedef enum lum_capture_end {
     LUM_CAPTURE_UNDER_WAY, /**< it is not at its end yet */
-    LUM_CAPTURE_WHOLE,     /**< it was read to its end */
+    LUM_CAPTURE_WHOLE,     /**< it was read to its end, but for damaged parts */
     LUM_CAPTURE_BROKEN,    /**< the rest could not be read */
     LUM_CAPTURE_UNREAD /**< it could not be opened when its turn came, or has
                             no interface that can be read */
@@ -78,6 +78,8 @@ typedef struct lum_capture_source {
     int64_t first_ns;    /**< time of the first record; 0 without any */
     int64_t last_ns;     /**< the latest time of a record */
     lum_capture_end end; /**< its state */
+    uint64_t damaged;    /**< parts that were passed over so far, as for
+                              lum_capture_damaged() */
 } lum_capture_source;
 
 /** How many sources a capture has. */
@@ -102,6 +104,15 @@ lum_result lum_capture_get_source(const lum_capture *capture, size_t i,
  *         has only their number, in dropped_fragments. */
 LUM_MUST_CHECK int lum_capture_next(lum_capture *capture, lum_record *out,
                                     lum_error *error);
+
+/** Number of parts that could not be read and were passed over so far, of all
+ * sources: chunks of MCAP files and bags, blocks of pcapng files, and messages
+ * of their own, whose length is known though what they hold is damaged. What
+ * follows them is read, so reading ends as if they were not there. A part
+ * counts once, also where a file is read again from an earlier place.
+ * @param error may be NULL; gets a message with the number, the file, and the
+ *              byte and reason of the first. Unchanged if there are none. */
+uint64_t lum_capture_damaged(const lum_capture *capture, lum_error *error);
 
 /** Most comments of a source. */
 #define LUM_CAPTURE_COMMENTS_MAX 16u

@@ -112,6 +112,9 @@ void lum_reader_progress(const lum_reader *reader, uint64_t *done,
 LUM_MUST_CHECK bool lum_reader_remark(const lum_reader *reader, size_t i,
                                       lum_error *out);
 
+/** As lum_capture_damaged(), of the present reading; 0 of records. */
+uint64_t lum_reader_damaged(const lum_reader *reader, lum_error *error);
+
 /** Go to a frame by its place in the order in which frames come, from 0 on:
  * lum_reader_next() or lum_reader_next_frame() gives it next, and then all
  * behind it. They are the same, in each column, line and info, as in a reading

@@ -543,7 +543,7 @@ def convert(source: Any, destination: Union[str, os.PathLike[str]], **options: A
         ascii, comments, organized, rotate, duration, packets: as of lumdump, for what it writes
         storage_options  a mapping for fsspec
 
-    Unlike open(), convert() warns of a capture that breaks off (broken="warn"), as lumdump does.
+    Unlike open(), convert() warns of a capture that breaks off or is damaged (broken="warn"), as lumdump does.
 
     Returns:
         What was done: a mapping with source, format, outputs, frames, points, bytes, truncated, sensors, losses (by

@@ -91,6 +91,9 @@ def _read(made: Any, capture: Any, functions: Optional[Functions]) -> None:
         raise functions.problem
     if wants < 0:
         raise failure(error)
+    damage = ffi.new("lum_error *")
+    if lib.lum_capture_damaged(capture, damage):
+        warn(text(damage.text))
     if status < 0:
         warn(text(error.text))
 

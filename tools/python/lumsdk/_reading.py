@@ -23,7 +23,7 @@ _BAD_KINDS = {"malformed": lib.LUM_PACKET_MALFORMED, "unknown_tag": lib.LUM_PACK
 LOSSES = ("lost_words", "lines_missing_angles", "lines_skipped", "lines_missing", "lines_in_pauses", "pauses",
           "lines_cut", "lines_late", "points_cut", "points_late", "no_angle", "no_range", "bad_words", "late",
           "duplicate", "conflict", "no_room", "stray", "out_of_order", "malformed", "unknown_tag", "unknown_type",
-          "cut_short", "foreign", "other", "lines_under_way", "words_under_way", "no_angle_under_way",
+          "cut_short", "foreign", "other", "damaged", "lines_under_way", "words_under_way", "no_angle_under_way",
           "missing_under_way", "stray_at_breaks")
 
 
@@ -53,7 +53,7 @@ def _of_lines(c: Any) -> dict[str, int]:
 class Counts:
     """What was counted: counts by lumdump's names, and the sensors that sent data."""
 
-    def __init__(self, reader: Any) -> None:
+    def __init__(self, reader: Any, damaged: int = 0) -> None:
         framer = lib.lum_reader_framer(reader)
         demux = lib.lum_framer_demux(framer)
         total, of_sensor = sized("lum_demux_counters"), sized("lum_framer_counters")
@@ -66,7 +66,7 @@ class Counts:
             self.paused_s += of_sensor.paused_us * 1e-6
             for name, count in _of_lines(of_sensor).items():
                 lines[name] += count
-        self.counts: dict[str, int] = {**_of_packets(total), **lines}
+        self.counts: dict[str, int] = {**_of_packets(total), **lines, "damaged": damaged}
 
     @property
     def packets(self) -> int:
@@ -130,13 +130,13 @@ class Reading:
         self.place: Optional[int] = 0  # of the frame that comes next; None: not known
         self.was_sought = False
         self.was_stopped = False  # by Ctrl-C, what the program's functions raised, or a failure: it cannot be used any more
-        self._broken = ""
         self._kept: list[Any] = []
         framer, kept = choice.framer_options(*settings)
         self._kept += [framer, kept]
         self._functions: Optional[Functions]
         members, self._functions = source.begin(self._kept)
         self.can_jump = "records" not in members
+        self._capture = None if self.can_jump else ffi.cast("lum_capture *", members["records"].context)
         self._open(framer, members)
 
     def _open(self, framer: Any, members: dict[str, Any]) -> None:
@@ -206,7 +206,7 @@ class Reading:
         try:
             self._check_open()
             if self._counts is None:
-                self._counts = Counts(self._reader)
+                self._counts = self._count()
             self.was_sought, self.ended, self.truncated = True, False, False
             self.place = None
             status = function(self._reader, *place, self._error)
@@ -259,14 +259,13 @@ class Reading:
         """As lumdump concludes: raises for what it refuses, and warns as it warns."""
         if self._functions is not None and self._functions.problem is not None:
             raise self._functions.problem
-        if self.truncated:
-            self._broken = text(self._error.text)
-        if self._broken and not self._choice.warns:
-            raise CaptureError(self._broken)
-        if self.truncated:
-            warn(self._broken)
+        said = [part for part in (self._damage()[1], text(self._error.text) if self.truncated else "") if part]
+        if said and not self._choice.warns:
+            raise CaptureError("; ".join(said))
+        for part in said:
+            warn(part)
         if not self.was_sought:
-            self._check_all(Counts(self._reader))
+            self._check_all(self._count())
 
     def _check_all(self, counts: Counts) -> None:
         """What only a whole pass tells."""
@@ -315,13 +314,23 @@ class Reading:
                 self._busy.release()
         return self._watch.bytes[0], self._watch.bytes[1]
 
+    def _damage(self) -> tuple[int, str]:
+        """How many parts could not be read and were passed over, and a message about them."""
+        error = ffi.new("lum_error *")
+        if self._capture is not None:
+            return int(lib.lum_capture_damaged(self._capture, error)), text(error.text)
+        return int(lib.lum_reader_damaged(self._reader, error)), text(error.text)
+
+    def _count(self) -> Counts:
+        return Counts(self._reader, self._damage()[0])
+
     def count(self) -> Counts:
         """What was counted so far."""
         if self._counts is not None:
             return self._counts
         self._lock()
         try:
-            return Counts(self._reader)
+            return self._count()
         finally:
             self._busy.release()
 
@@ -330,7 +339,7 @@ class Reading:
         self._lock()
         try:
             if self._reader is not None:
-                self._counts = self._counts or Counts(self._reader)
+                self._counts = self._counts or self._count()
                 self._watch.measure()
                 self._watch.reader = None
                 ffi.release(self._reader)

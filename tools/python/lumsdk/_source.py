@@ -387,8 +387,8 @@ def open(source: Given, **options: Unpack[Options]) -> Source:
         calibration  a path, a mapping, a text of YAML, or a Calibration
         profile      likewise a Profile
         set          single keys of both, {"group.line.at": 14} or ["group.line.at=14"]
-        broken       "raise" a CaptureError where a capture breaks off, once all frames before that have come; or "warn",
-                     as lumdump does
+        broken       "raise" a CaptureError where a capture breaks off or has parts that cannot be read, once all its frames
+                     have come; or "warn", as lumdump does
         threads      how many make the points, 1 to 64; 2 if not given, or 1 where there is one core. The frames
                      are the same, bit by bit
         progress     a function that is called with the bytes read and the bytes in all (0: not known)

@@ -126,6 +126,10 @@ class CaptureSource : public Source
             record.time_ns += shift_ns_;
             take(record);
         }
+        lum_error damage = {""};
+        if (lum_capture_damaged(capture_.get(), &damage) != 0) {
+            notes_.add(Note::warning, damage.text);
+        }
         if (status < 0) {
             notes_.add(Note::warning, error.text);
         }

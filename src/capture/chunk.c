@@ -1,0 +1,246 @@
+#include "chunk.h"
+
+#include "base/crc32.h"
+#include "pcap_internal.h"
+#include "unpack.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Memory grows with what a file has, not with what it says. */
+#define ROOM_MIN ((size_t)256 * 1024)
+
+struct buffer {
+    uint8_t *at;
+    size_t len;
+    size_t room;
+};
+
+struct lum_chunk {
+    struct buffer records;
+    struct buffer packed;
+    lum_crc32 crc;
+};
+
+lum_chunk *lum_chunk_new(void)
+{
+    lum_chunk *c = calloc(1, sizeof *c);
+    if (c != NULL) {
+        lum_crc32_init(&c->crc);
+    }
+    return c;
+}
+
+void lum_chunk_free(lum_chunk *chunk)
+{
+    if (chunk != NULL) {
+        free(chunk->records.at);
+        free(chunk->packed.at);
+        free(chunk);
+    }
+}
+
+lum_bytes_at lum_chunk_records(const lum_chunk *chunk)
+{
+    return (lum_bytes_at){chunk->records.at, chunk->records.len};
+}
+
+void lum_chunk_clear(lum_chunk *chunk)
+{
+    chunk->records.len = 0;
+}
+
+void lum_chunk_name(lum_chunk_head *head, const uint8_t *name, size_t len)
+{
+    for (size_t i = 0; i < len; i++) {
+        head->compression[i] =
+            name[i] > ' ' && name[i] < 0x7f ? (char)name[i] : '?';
+    }
+    head->compression[len] = '\0';
+}
+
+static lum_chunk_result refuse_for_memory(const lum_pcap *r, uint64_t bytes,
+                                          lum_error *error)
+{
+    (void)lum_pcap_fail(r, error, "not enough memory for a chunk of %llu bytes",
+                        (unsigned long long)bytes);
+    return LUM_CHUNK_FAILED;
+}
+
+/* --- Its head --- */
+
+/* NULL: with the reason in error. */
+static lum_unpacker *find_unpacker(const lum_pcap *r, const lum_chunk_head *h,
+                                   lum_error *error)
+{
+    const char *library = NULL;
+    lum_unpacker *unpacker = NULL;
+    if (strcmp(h->compression, h->known[0]) == 0 ||
+        strcmp(h->compression, h->known[1]) == 0) {
+        unpacker = lum_unpack_named(h->compression, &library);
+    }
+    if (unpacker == NULL && library == NULL) {
+        (void)lum_pcap_fail(r, error,
+                            "a chunk is compressed by %s, which is not read",
+                            h->compression);
+    } else if (unpacker == NULL) {
+        (void)lum_pcap_fail(r, error,
+                            "a chunk is compressed by %s, and this build has "
+                            "no %s: %s makes a file that can be read",
+                            h->compression, library, h->remedy);
+    }
+    return unpacker;
+}
+
+static lum_chunk_result check_lengths(const lum_pcap *r,
+                                      const lum_chunk_head *h, lum_error *error)
+{
+    const uint64_t most = h->unpacked > h->packed ? h->unpacked : h->packed;
+    if (most > LUM_CHUNK_RECORDS_MAX) {
+        (void)lum_pcap_fail(r, error,
+                            "a chunk of %llu bytes; at most %lu can be read: "
+                            "%s makes smaller ones",
+                            (unsigned long long)most,
+                            (unsigned long)LUM_CHUNK_RECORDS_MAX, h->remedy);
+        return LUM_CHUNK_DAMAGED;
+    }
+    if (h->compression[0] == '\0' && h->packed != h->unpacked) {
+        (void)lum_pcap_fail(
+            r, error, "an uncompressed chunk of %lu bytes has %lu",
+            (unsigned long)h->unpacked, (unsigned long)h->packed);
+        return LUM_CHUNK_DAMAGED;
+    }
+    return LUM_CHUNK_READ;
+}
+
+/* --- Its bytes --- */
+
+static bool make_room(struct buffer *b, size_t bytes)
+{
+    size_t room = b->room != 0 ? b->room : ROOM_MIN;
+    while (room < bytes) {
+        room *= 2u;
+    }
+    if (room != b->room) {
+        uint8_t *more = realloc(b->at, room);
+        if (more == NULL) {
+            return false;
+        }
+        b->at = more;
+        b->room = room;
+    }
+    return true;
+}
+
+/* A chunk may be larger than the source's window. */
+static lum_chunk_result copy(lum_pcap *r, size_t bytes, struct buffer *to,
+                             lum_error *error)
+{
+    lum_source *s = r->source;
+    to->len = 0;
+    while (to->len < bytes) {
+        if (!lum_source_has(s, 1)) {
+            (void)lum_pcap_fail_cut(r, "chunk", s->end - r->at, 0, error);
+            return LUM_CHUNK_FAILED;
+        }
+        const size_t rest = bytes - to->len;
+        const size_t n = s->left < rest ? s->left : rest;
+        if (!make_room(to, to->len + n)) {
+            return refuse_for_memory(r, bytes, error);
+        }
+        memcpy(to->at + to->len, s->at, n);
+        to->len += n;
+        lum_source_take(s, n);
+    }
+    return LUM_CHUNK_READ;
+}
+
+/* Exactly so many bytes, then the end. */
+static lum_chunk_result unpack_all(const lum_pcap *r,
+                                   const lum_source_functions *f, size_t bytes,
+                                   struct buffer *to, lum_error *error)
+{
+    uint8_t more = 0;
+    lum_error reason = {""};
+    int64_t got = 1;
+    to->len = 0;
+    while (got > 0 && to->len < bytes) {
+        const size_t room = bytes - to->len;
+        const size_t step = room < ROOM_MIN ? room : ROOM_MIN;
+        if (!make_room(to, to->len + step)) {
+            return refuse_for_memory(r, bytes, error);
+        }
+        got = f->read(f->context, to->at + to->len, step, &reason);
+        to->len += got > 0 ? (size_t)got : 0u;
+    }
+    if (got > 0 || bytes == 0) {
+        got = f->read(f->context, &more, 1, &reason);
+    }
+    if (got == 0 && to->len == bytes) {
+        return LUM_CHUNK_READ;
+    }
+    if (got < 0) {
+        (void)lum_pcap_fail(r, error, "a chunk cannot be unpacked: %s",
+                            reason.text);
+    } else {
+        (void)lum_pcap_fail(r, error,
+                            "a chunk does not unpack to the %zu bytes that it "
+                            "says",
+                            bytes);
+    }
+    return LUM_CHUNK_DAMAGED;
+}
+
+static lum_chunk_result unpack(lum_chunk *c, const lum_pcap *r,
+                               lum_unpacker *unpacker, size_t bytes,
+                               lum_error *error)
+{
+    lum_source_functions functions;
+    lum_source *packed =
+        lum_source_from_memory("a chunk", c->packed.at, c->packed.len);
+    if (packed == NULL || unpacker(packed, &functions) != 0) {
+        lum_source_close(packed);
+        return refuse_for_memory(r, bytes, error);
+    }
+    const lum_chunk_result result =
+        unpack_all(r, &functions, bytes, &c->records, error);
+    functions.close(functions.context);
+    lum_source_close(packed);
+    return result;
+}
+
+static lum_chunk_result read_records(lum_chunk *c, lum_pcap *r,
+                                     const lum_chunk_head *h, lum_error *error)
+{
+    const size_t bytes = (size_t)h->unpacked;
+    if (h->compression[0] == '\0') {
+        return copy(r, bytes, &c->records, error);
+    }
+    lum_unpacker *const unpacker = find_unpacker(r, h, error);
+    if (unpacker == NULL) {
+        return LUM_CHUNK_DAMAGED;
+    }
+    const lum_chunk_result copied =
+        copy(r, (size_t)h->packed, &c->packed, error);
+    return copied == LUM_CHUNK_READ ? unpack(c, r, unpacker, bytes, error)
+                                    : copied;
+}
+
+lum_chunk_result lum_chunk_read(lum_chunk *chunk, lum_pcap *reader,
+                                const lum_chunk_head *head, lum_error *error)
+{
+    chunk->records.len = 0;
+    lum_chunk_result result = check_lengths(reader, head, error);
+    if (result == LUM_CHUNK_READ) {
+        result = read_records(chunk, reader, head, error);
+    }
+    if (result == LUM_CHUNK_READ && head->crc != 0 &&
+        head->crc != lum_crc32_add(&chunk->crc, 0, chunk->records.at,
+                                   chunk->records.len)) {
+        (void)lum_pcap_fail(reader, error,
+                            "a chunk is damaged: its check sum is wrong");
+        result = LUM_CHUNK_DAMAGED;
+    }
+    chunk->records.len = result == LUM_CHUNK_READ ? chunk->records.len : 0;
+    return result;
+}

@@ -1,0 +1,68 @@
+/** @file
+ * A chunk of an MCAP file or of a bag: records that were written, and perhaps
+ * compressed, together. Internal to the capture room. */
+#ifndef LUM_CAPTURE_CHUNK_H
+#define LUM_CAPTURE_CHUNK_H
+
+#include "pcap.h"
+
+/** Most bytes of a chunk's records, packed or not. Writers' chunks have a few
+ * MiB. */
+#define LUM_CHUNK_RECORDS_MAX ((uint32_t)64 << 20)
+
+/** Most bytes of the name of a compression. */
+#define LUM_CHUNK_NAME_MAX 32u
+
+/** Bytes of someone else's. */
+typedef struct lum_bytes_at {
+    const uint8_t *at;
+    size_t len;
+} lum_bytes_at;
+
+/** What became of a chunk. */
+typedef enum lum_chunk_result {
+    LUM_CHUNK_FAILED = -1, /**< the source has ended, or there is no memory */
+    LUM_CHUNK_READ,
+    LUM_CHUNK_DAMAGED /**< it cannot be read; what follows it can */
+} lum_chunk_result;
+
+/** What stands before a chunk's records. */
+typedef struct lum_chunk_head {
+    char compression[LUM_CHUNK_NAME_MAX + 1]; /**< "": none */
+    uint64_t packed;          /**< bytes that follow in the source */
+    uint64_t unpacked;        /**< bytes of the records */
+    uint32_t crc;             /**< of the records; 0: not known */
+    const char *const *known; /**< two names of compressions in such a file */
+    const char *remedy;       /**< a command that makes chunks to be read */
+} lum_chunk_head;
+
+/** Memory for one chunk after the other. */
+typedef struct lum_chunk lum_chunk;
+
+/** Make it, without any records.
+ * @return NULL without memory. */
+LUM_MUST_CHECK lum_chunk *lum_chunk_new(void);
+
+/** Free it. NULL is allowed. */
+void lum_chunk_free(lum_chunk *chunk);
+
+/** Set the name of the compression, without bytes that do something to a
+ * terminal.
+ * @param len at most LUM_CHUNK_NAME_MAX. */
+void lum_chunk_name(lum_chunk_head *head, const uint8_t *name, size_t len);
+
+/** Read the records, of which the source holds the first byte next.
+ * @param error gets why it is not LUM_CHUNK_READ; then there are no records,
+ *              and any number of head->packed bytes was taken. */
+LUM_MUST_CHECK lum_chunk_result lum_chunk_read(lum_chunk *chunk,
+                                               lum_pcap *reader,
+                                               const lum_chunk_head *head,
+                                               lum_error *error);
+
+/** Its records, until the next chunk is read. */
+lum_bytes_at lum_chunk_records(const lum_chunk *chunk);
+
+/** Leave it without any records. */
+void lum_chunk_clear(lum_chunk *chunk);
+
+#endif
