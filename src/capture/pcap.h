@@ -42,7 +42,7 @@ typedef struct lum_pcap_record {
 typedef struct lum_pcap_interface {
     uint64_t ticks;     /**< of its time in a second */
     int64_t offset_s;   /**< to be added */
-    uint32_t snap;      /**< most bytes of a packet that it captured */
+    uint32_t snap;      /**< pcapng: most bytes of a packet that it captured */
     uint32_t link_type; /**< LINKTYPE_ value */
     bool is_lost;       /**< its description could not be read: nor can packets
                              of it */

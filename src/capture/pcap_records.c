@@ -4,8 +4,6 @@ enum {
     FILE_HEADER_BYTES = 24,
     RECORD_HEADER_BYTES = 16,
     KUZNETZOV_HEADER_BYTES = 24,
-    KUZNETZOV_ETHERNET_BYTES = 14, /* which its snap length leaves out */
-    LINKTYPE_ETHERNET = 1,
     LINK_TYPE_MASK = 0x03ffffff, /* above are the bytes of a checksum */
     VERSION = 2,
     VERSION_MINOR_MAX = 4,
@@ -76,8 +74,6 @@ static int next_record(lum_pcap *r, lum_pcap_record *out, lum_error *error)
         return lum_pcap_fail_cut(r, "record", s->left, all, error);
     }
     out->bytes = s->at + r->header;
-    out->len =
-        out->len < r->interfaces[0].snap ? out->len : r->interfaces[0].snap;
     lum_source_take(s, all);
     return 1;
 }
@@ -139,13 +135,9 @@ int lum_pcap_records_begin(lum_pcap *reader, lum_error *error)
         return lum_pcap_fail_cut(r, "file header", s->left, FILE_HEADER_BYTES,
                                  error);
     }
-    lum_pcap_interface interface = {
-        .snap = lum_pcap_snap(load_u32(r, s->at + 16)),
-        .link_type = load_u32(r, s->at + 20) & LINK_TYPE_MASK};
-    if (r->header == KUZNETZOV_HEADER_BYTES &&
-        interface.link_type == LINKTYPE_ETHERNET) {
-        interface.snap += KUZNETZOV_ETHERNET_BYTES;
-    }
+    /* the snap length is not read: programs state one below their records */
+    const lum_pcap_interface interface = {.link_type = load_u32(r, s->at + 20) &
+                                                       LINK_TYPE_MASK};
     if (read_version(r, s->at + 4, error) != 0 ||
         lum_pcap_add_interface(r, &interface, error) != 0) {
         return -1;

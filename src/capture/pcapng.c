@@ -444,6 +444,15 @@ static int set_bytes(const lum_pcap *r, const struct block *b, size_t from,
     return 0;
 }
 
+/* How many bytes it holds, it does not say. The snap length does, unless the
+ * block has more. */
+static uint32_t simple_len(const struct block *b, uint32_t whole, uint32_t snap)
+{
+    const size_t room = b->len - TRAILER_BYTES - 12u;
+    return whole <= snap || (room > padded(snap) && whole <= room) ? whole
+                                                                   : snap;
+}
+
 static int read_simple(const lum_pcap *r, const struct block *b,
                        lum_pcap_record *out, lum_error *error)
 {
@@ -458,7 +467,7 @@ static int read_simple(const lum_pcap *r, const struct block *b,
     out->link_type = i->link_type;
     out->time_ns = time_of(i, 0);
     out->whole = load_u32(r, b->at + 8);
-    out->len = out->whole < i->snap ? out->whole : i->snap;
+    out->len = simple_len(b, out->whole, i->snap);
     return set_bytes(r, b, 12, out, error);
 }
 

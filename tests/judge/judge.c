@@ -106,6 +106,14 @@ static bool is_same_time(const struct both *b, const lum_pcap_record *r,
                         : is_same_pcap_time(r->time_ns, t);
 }
 
+/* libpcap holds a record to the file's snap length. */
+static bool is_same_len(const struct both *b, const lum_pcap_record *r,
+                        uint32_t theirs)
+{
+    return r->len == theirs ||
+           (r->len > theirs && theirs == (uint32_t)pcap_snapshot(b->theirs));
+}
+
 static const char *difference(const struct both *b, const lum_pcap_record *r,
                               const struct pcap_pkthdr *h, const uint8_t *bytes)
 {
@@ -117,13 +125,14 @@ static const char *difference(const struct both *b, const lum_pcap_record *r,
     if (!is_same_time(b, r, &h->ts)) {
         return "the time";
     }
-    if (r->len != h->caplen) {
+    if (!is_same_len(b, r, h->caplen)) {
         return "the bytes held";
     }
     if (r->whole != h->len && !is_mended(r->link_type)) {
         return "the bytes there were";
     }
-    return is_turned || r->len == 0 || memcmp(r->bytes, bytes, r->len) == 0
+    return is_turned || h->caplen == 0 ||
+                   memcmp(r->bytes, bytes, h->caplen) == 0
                ? NULL
                : "the bytes";
 }

@@ -7,6 +7,8 @@
  *
  * - A record of a pcap file that is all zeros ends the reading: it is what a
  *   file holds that was not written to its end.
+ * - A record above the file's snap length is as long as it says itself; libpcap
+ *   cuts it.
  * - A file's first section header is checked as every block is: its length is a
  *   multiple of 4 and stands at its end again. A second one before the first
  *   interface is a section, too.
