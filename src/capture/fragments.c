@@ -25,7 +25,9 @@ typedef struct datagram {
 
 struct lum_fragments {
     size_t waiting;
-    uint8_t order[DATAGRAMS]; /* the waiting ones as they came, then the free */
+    size_t complete;                /* handed out, and still known */
+    uint8_t order[DATAGRAMS];       /* the waiting ones as they came, then the
+                                       complete ones likewise, then the free */
     datagram *datagrams[DATAGRAMS]; /* made at their first use, then kept */
 };
 
@@ -46,39 +48,65 @@ void lum_fragments_free(lum_fragments *fragments)
     free(fragments);
 }
 
-static datagram *waiting_at(lum_fragments *f, size_t place)
+static datagram *at_place(lum_fragments *f, size_t place)
 {
     return f->datagrams[f->order[place]];
 }
 
-/* Its bytes stay until another datagram begins. */
+/* Up to a place behind it. */
+static void move_up(lum_fragments *f, size_t place, size_t to)
+{
+    const uint8_t moved = f->order[place];
+    memmove(&f->order[place], &f->order[place + 1u], to - place);
+    f->order[to] = moved;
+}
+
 static uint32_t release(lum_fragments *f, size_t place)
 {
-    const uint8_t freed = f->order[place];
+    const uint32_t fragments = at_place(f, place)->fragments;
     f->waiting--;
-    memmove(&f->order[place], &f->order[place + 1], f->waiting - place);
-    f->order[f->waiting] = freed;
-    return f->datagrams[freed]->fragments;
+    move_up(f, place, f->waiting + f->complete);
+    return fragments;
+}
+
+/* Its bytes stay, to know what repeats them. */
+static void finish(lum_fragments *f, size_t place)
+{
+    move_up(f, place, f->waiting + f->complete - 1u);
+    f->waiting--;
+    f->complete++;
+}
+
+static bool is_of(const datagram *d, const lum_record *record, uint16_t id)
+{
+    return d->id == id && d->source == record->source &&
+           d->destination == record->destination;
 }
 
 static size_t find(lum_fragments *f, const lum_record *record, uint16_t id)
 {
     size_t place = 0;
-    for (; place < f->waiting; place++) {
-        const datagram *d = waiting_at(f, place);
-        if (d->id == id && d->source == record->source &&
-            d->destination == record->destination) {
-            break;
-        }
+    while (place < f->waiting && !is_of(at_place(f, place), record, id)) {
+        place++;
     }
     return place;
 }
 
+/* The place behind the waiting ones becomes free, and has memory. */
 static datagram *vacant(lum_fragments *f)
 {
+    const size_t used = f->waiting + f->complete;
+    if (used == DATAGRAMS) {
+        f->complete--; /* the oldest of them */
+    } else {
+        const uint8_t free_one = f->order[used];
+        memmove(&f->order[f->waiting + 1u], &f->order[f->waiting], f->complete);
+        f->order[f->waiting] = free_one;
+    }
     datagram **d = &f->datagrams[f->order[f->waiting]];
     if (*d == NULL) {
         *d = malloc(sizeof **d);
+        f->complete = *d != NULL ? f->complete : 0;
     }
     return *d;
 }
@@ -98,6 +126,41 @@ static size_t begin(lum_fragments *f, lum_record *record, uint16_t id)
     d->destination = record->destination;
     d->id = id;
     return f->waiting++;
+}
+
+static bool has_unit(const datagram *d, uint32_t unit)
+{
+    return (d->has[unit / 8u] >> (unit % 8u) & 1u) != 0;
+}
+
+/* Whether all of a fragment is there already, and the same. */
+static bool repeats(const datagram *d, const lum_fragment *fragment)
+{
+    const uint32_t end = fragment->offset + (uint32_t)fragment->data.len;
+    const bool fits =
+        fragment->more ? d->total == 0 || end < d->total : end == d->total;
+    uint32_t unit = fragment->offset / UNIT;
+    while (fits && unit * UNIT < end && has_unit(d, unit)) {
+        unit++;
+    }
+    return fits && unit * UNIT >= end &&
+           memcmp(d->bytes + fragment->offset, fragment->data.at,
+                  fragment->data.len) == 0;
+}
+
+/* Whether it was part of a datagram that is complete. */
+static bool is_known(lum_fragments *f, const lum_fragment *fragment,
+                     const lum_record *record)
+{
+    for (size_t i = 0; i < f->complete; i++) {
+        const datagram *d = at_place(f, f->waiting + i);
+        if (is_of(d, record, fragment->id) &&
+            record->time_ns - d->first_ns <= LUM_FRAGMENTS_WAIT_NS &&
+            repeats(d, fragment)) {
+            return true;
+        }
+    }
+    return false;
 }
 
 static bool mark_units(datagram *d, uint32_t begin_unit, uint32_t end_unit)
@@ -135,32 +198,38 @@ static bool insert(datagram *d, const lum_fragment *fragment)
     return true;
 }
 
-void lum_fragments_add(lum_fragments *fragments, const lum_fragment *fragment,
-                       lum_record *record)
+static void add(lum_fragments *f, size_t place, const lum_fragment *fragment,
+                lum_record *record)
 {
-    size_t place = find(fragments, record, fragment->id);
-    if (place == fragments->waiting) {
-        place = begin(fragments, record, fragment->id);
-    }
-    if (place == NOWHERE) {
-        record->kind = LUM_RECORD_OTHER;
-        return;
-    }
-    datagram *d = waiting_at(fragments, place);
+    datagram *d = at_place(f, place);
     if (!insert(d, fragment)) {
-        record->dropped_fragments += release(fragments, place);
+        record->dropped_fragments += release(f, place);
         record->kind = LUM_RECORD_OTHER;
     } else if (d->held == d->total) {
-        (void)release(fragments, place);
+        finish(f, place);
         lum_udp_read((lum_span){d->bytes, d->total}, d->total, record);
     } else {
         record->kind = LUM_RECORD_FRAGMENT;
     }
 }
 
-static bool has_unit(const datagram *d, uint32_t unit)
+void lum_fragments_add(lum_fragments *fragments, const lum_fragment *fragment,
+                       lum_record *record)
 {
-    return (d->has[unit / 8u] >> (unit % 8u) & 1u) != 0;
+    lum_fragments *f = fragments;
+    size_t place = find(f, record, fragment->id);
+    const bool is_new = place == f->waiting;
+    if (is_new ? is_known(f, fragment, record)
+               : repeats(at_place(f, place), fragment)) {
+        record->kind = LUM_RECORD_FRAGMENT;
+        return;
+    }
+    place = is_new ? begin(f, record, fragment->id) : place;
+    if (place == NOWHERE) {
+        record->kind = LUM_RECORD_OTHER;
+        return;
+    }
+    add(f, place, fragment, record);
 }
 
 static void pack_datagram(lum_pack *pack, datagram *d)
@@ -191,10 +260,11 @@ bool lum_fragments_pack(lum_fragments *fragments, lum_pack *pack)
     lum_pack_u32(pack, &count);
     if (lum_pack_is_reading(pack)) {
         (void)lum_fragments_drop_all(f);
+        f->complete = 0;
         (void)lum_pack_check(pack, count <= DATAGRAMS);
     }
     for (uint32_t i = 0; i < count && !pack->has_failed; i++) {
-        datagram *d = lum_pack_is_reading(pack) ? vacant(f) : waiting_at(f, i);
+        datagram *d = lum_pack_is_reading(pack) ? vacant(f) : at_place(f, i);
         if (d == NULL) {
             pack->has_failed = true;
         } else if (lum_pack_is_reading(pack)) {
@@ -215,7 +285,7 @@ uint32_t lum_fragments_expire(lum_fragments *fragments, int64_t now_ns)
 {
     uint32_t dropped = 0;
     for (size_t place = fragments->waiting; place-- > 0;) {
-        if (now_ns - waiting_at(fragments, place)->first_ns >
+        if (now_ns - at_place(fragments, place)->first_ns >
             LUM_FRAGMENTS_WAIT_NS) {
             dropped += release(fragments, place);
         }

@@ -5,20 +5,23 @@
  * dropped when more than LUM_FRAGMENTS_WAIT_NS of capture time has passed since
  * the first of their datagram came, oldest first when more than
  * LUM_FRAGMENTS_DATAGRAMS wait, and with a fragment that overlaps one of them
- * or contradicts their end. */
+ * or contradicts their end. A fragment that only repeats what is there is
+ * ignored, also for LUM_FRAGMENTS_WAIT_NS from the first on if its datagram is
+ * complete: as many of those as have room beside the waiting ones are known,
+ * the latest. */
 #ifndef LUM_CAPTURE_FRAGMENTS_H
 #define LUM_CAPTURE_FRAGMENTS_H
 
 #include "base/pack.h"
 #include "ipv4.h"
 
-/** Most datagrams that wait at a time. */
+/** Most datagrams that wait at a time, or are complete and still known. */
 #define LUM_FRAGMENTS_DATAGRAMS 64u
 
 /** How long fragments wait, in capture time. */
 #define LUM_FRAGMENTS_WAIT_NS INT64_C(500000000)
 
-/** Datagrams whose fragments wait: 66 KB for each that waits at a time, kept
+/** Datagrams whose fragments wait: 66 KB for each of them, kept
  * until lum_fragments_free(). */
 typedef struct lum_fragments lum_fragments;
 
@@ -31,7 +34,7 @@ void lum_fragments_free(lum_fragments *fragments);
 
 /** Take a fragment in.
  * @param record its time and addresses are read. Its kind becomes
- *               ::LUM_RECORD_FRAGMENT if the fragment waits;
+ *               ::LUM_RECORD_FRAGMENT if the fragment waits or is a repeat;
  *               ::LUM_RECORD_DATAGRAM, with ports and a payload that lives
  *               until the next call, if it completes one; ::LUM_RECORD_OTHER if
  *               it is dropped (also for want of memory) or what it completes is
@@ -40,7 +43,8 @@ void lum_fragments_free(lum_fragments *fragments);
 void lum_fragments_add(lum_fragments *fragments, const lum_fragment *fragment,
                        lum_record *record);
 
-/** Those that wait, in either direction.
+/** Those that wait, in either direction; a fragment read behind that repeats
+ * nothing of what was complete.
  * @return false if something failed; then none waits. */
 bool lum_fragments_pack(lum_fragments *fragments, lum_pack *pack);
 

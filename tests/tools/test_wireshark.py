@@ -214,21 +214,32 @@ class Fragments(Case):
         self.assertEqual(self.same_counts(path)["data"], 1)
         self.assertEqual(fields(path, "lum.kind", "lum.fragments", "lum.data.num_samples")[2], ["data", "3", "334"])
 
-    def test_that_overlap_or_come_twice_are_dropped(self):
+    def test_that_come_twice_count_once(self):
+        a, b, c = self.pieces
+        again = self.cut(next(angles()), (400, 400), identity=8)
+        for frames in ([a, a, b, c], [b, b, a, a, c, c], [c, c, a, b, b], [*self.cut(next(angles()), (800,)), a, b, c],
+                       [a, *self.cut(next(angles()), (800,))[1:], b, b, c, *again * 2]):
+            with self.subTest(len(frames)):
+                found = self.same_counts(self.folder.write("in.pcap", pcap(frames)), other=False)
+                self.assertEqual(found["data"], 1 + (again[0] in frames))
+
+    def test_that_overlap_are_dropped(self):
         a, b, c = self.pieces
         x, _, z = self.cut(next(angles())[:-24], (448, 448))
         self.assertEqual(len(x), len(z))
-        for frames in ([a, a, b, c], [a, b, b, c], [c, c, a, b], [a, b, *self.cut(next(angles()), (792,))], [x, x, z]):
+        other = a[:-1] + b"\xff"
+        for frames in ([a, other, b, c], [a, b, *self.cut(next(angles()), (792,))], [a, b, z, c]):
             with self.subTest(len(frames)):
                 found = self.same_counts(self.folder.write("in.pcap", pcap(frames)), other=False)
                 self.assertEqual(found["data"], 0)
 
     def test_of_two_datagrams_under_one_number_do_not_mix(self):
-        a, b, c = self.pieces
+        a, b, _ = self.pieces
+        other = self.cut(next(angles(1)), (400, 400))
         between = udp(one_of_each()[0])
         for count, want in ((1, 1), (50, 51)):
             # after 50 the first two have waited too long
-            path = self.folder.write("in.pcap", pcap([a, b] + [between] * count + [a, b, c], step=0.011))
+            path = self.folder.write("in.pcap", pcap([a, b] + [between] * count + other, step=0.011))
             self.assertEqual(self.same_counts(path, other=False)["data"], want)
 
     def test_that_are_cut_leave_the_first_for_the_datagram(self):

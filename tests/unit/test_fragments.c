@@ -84,10 +84,10 @@ static void every_order_gives_the_datagram(void **state)
     static const uint8_t orders[6][PARTS] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
                                              {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
     fixture *f = *state;
-    for (size_t i = 0; i < 6; i++) {
-        assert_int_equal(add_part(f, 5, orders[i][0]), LUM_RECORD_FRAGMENT);
-        assert_int_equal(add_part(f, 5, orders[i][1]), LUM_RECORD_FRAGMENT);
-        assert_int_equal(add_part(f, 5, orders[i][2]), LUM_RECORD_DATAGRAM);
+    for (uint16_t id = 0; id < 6; id++) {
+        assert_int_equal(add_part(f, id, orders[id][0]), LUM_RECORD_FRAGMENT);
+        assert_int_equal(add_part(f, id, orders[id][1]), LUM_RECORD_FRAGMENT);
+        assert_int_equal(add_part(f, id, orders[id][2]), LUM_RECORD_DATAGRAM);
         assert_int_equal(f->record.dropped_fragments, 0);
         expect_whole(f, WHOLE);
     }
@@ -113,15 +113,96 @@ static void hosts_and_ids_do_not_mix(void **state)
     }
 }
 
-static void a_repeat_is_an_overlap_and_discards_all(void **state)
+static void a_repeat_is_ignored(void **state)
 {
     fixture *f = *state;
-    (void)add_part(f, 5, 0);
     (void)add_part(f, 5, 1);
-    assert_int_equal(add_part(f, 5, 1), LUM_RECORD_OTHER);
-    assert_int_equal(f->record.dropped_fragments, 2);
-    assert_int_equal(add_part(f, 5, 2), LUM_RECORD_FRAGMENT);
+    assert_int_equal(add_part(f, 5, 1), LUM_RECORD_FRAGMENT);
+    (void)add_part(f, 5, 0);
+    /* cut in another way */
+    assert_int_equal(add(f, 5, 8, 16, true), LUM_RECORD_FRAGMENT);
+    assert_int_equal(add_part(f, 5, 2), LUM_RECORD_DATAGRAM);
+    expect_whole(f, WHOLE);
+    assert_int_equal(f->record.dropped_fragments, 0);
+    assert_int_equal(lum_fragments_drop_all(f->fragments), 0);
+}
+
+static void a_repeat_of_what_is_complete_is_ignored(void **state)
+{
+    fixture *f = *state;
+    for (uint16_t id = 0; id < 2u * LUM_FRAGMENTS_DATAGRAMS; id++) {
+        for (uint32_t part = 0; part < 2u * PARTS; part++) {
+            assert_int_equal(add_part(f, id, part % PARTS),
+                             part + 1u == PARTS ? LUM_RECORD_DATAGRAM
+                                                : LUM_RECORD_FRAGMENT);
+            assert_int_equal(f->record.dropped_fragments, 0);
+        }
+    }
+    assert_int_equal(lum_fragments_drop_all(f->fragments), 0);
+    f->record.time_ns = LUM_FRAGMENTS_WAIT_NS;
+    assert_int_equal(add_part(f, LUM_FRAGMENTS_DATAGRAMS, 2),
+                     LUM_RECORD_FRAGMENT);
+    assert_int_equal(lum_fragments_drop_all(f->fragments), 0);
+    /* no longer known: too many came after it, or it is too long ago */
+    assert_int_equal(add_part(f, LUM_FRAGMENTS_DATAGRAMS - 1u, 2),
+                     LUM_RECORD_FRAGMENT);
     assert_int_equal(lum_fragments_drop_all(f->fragments), 1);
+    f->record.time_ns++;
+    (void)add_part(f, 2u * LUM_FRAGMENTS_DATAGRAMS - 1u, 2);
+    assert_int_equal(lum_fragments_drop_all(f->fragments), 1);
+}
+
+static void what_waits_has_room_before_what_is_complete(void **state)
+{
+    fixture *f = *state;
+    for (uint16_t id = 0; id < 2u * LUM_FRAGMENTS_DATAGRAMS; id++) {
+        (void)add_part(f, id, 0);
+        (void)add_part(f, id, 1);
+        if (id < LUM_FRAGMENTS_DATAGRAMS) {
+            assert_int_equal(add_part(f, id, 2), LUM_RECORD_DATAGRAM);
+        }
+        assert_int_equal(f->record.dropped_fragments, 0);
+    }
+    for (uint16_t id = LUM_FRAGMENTS_DATAGRAMS;
+         id < 2u * LUM_FRAGMENTS_DATAGRAMS; id++) {
+        assert_int_equal(add_part(f, id, 2), LUM_RECORD_DATAGRAM);
+        expect_whole(f, WHOLE);
+    }
+}
+
+static void other_bytes_begin_another_datagram(void **state)
+{
+    fixture *f = *state;
+    for (uint8_t of = 0; of < 3; of++) {
+        /* its end is that of the one before */
+        f->udp[8] = of;
+        (void)add_part(f, 5, 0);
+        (void)add_part(f, 5, 1);
+        assert_int_equal(add_part(f, 5, 2), LUM_RECORD_DATAGRAM);
+        expect_whole(f, WHOLE);
+    }
+}
+
+static void a_repeat_that_differs_discards_all(void **state)
+{
+    fixture *f = *state;
+    for (uint32_t at = 0; at < 2u * PART; at++) {
+        (void)add_part(f, 5, 0);
+        (void)add_part(f, 5, 1);
+        f->udp[at] ^= 1u;
+        assert_int_equal(add_part(f, 5, at / PART), LUM_RECORD_OTHER);
+        f->udp[at] ^= 1u;
+        assert_int_equal(f->record.dropped_fragments, 2);
+        assert_int_equal(lum_fragments_drop_all(f->fragments), 0);
+    }
+    /* as does one that holds more than is there, or is an end */
+    (void)add_part(f, 5, 0);
+    assert_int_equal(add(f, 5, 0, PART + 8u, true), LUM_RECORD_OTHER);
+    (void)add_part(f, 5, 0);
+    assert_int_equal(add(f, 5, 0, PART, false), LUM_RECORD_OTHER);
+    (void)add_part(f, 5, 2);
+    assert_int_equal(add(f, 5, 2u * PART, PART, true), LUM_RECORD_OTHER);
+    assert_int_equal(lum_fragments_drop_all(f->fragments), 0);
 }
 
 static void an_overlap_by_one_unit_discards_all(void **state)
@@ -245,6 +326,7 @@ static void every_fragment_is_counted_once(void **state)
         seed = seed * 1664525u + 1013904223u;
         const uint32_t part = (seed >> 8) % PARTS;
         f->record.time_ns += 1000000;
+        memcpy(f->udp + part * PART + 8u, &i, sizeof i); /* no repeat */
         accounted += lum_fragments_expire(f->fragments, f->record.time_ns);
         const lum_record_kind kind =
             add_part(f, (uint16_t)((seed >> 16) % 100u), part);
@@ -264,7 +346,11 @@ int main(void)
     const struct CMUnitTest tests[] = {
         FACT(every_order_gives_the_datagram),
         FACT(hosts_and_ids_do_not_mix),
-        FACT(a_repeat_is_an_overlap_and_discards_all),
+        FACT(a_repeat_is_ignored),
+        FACT(a_repeat_of_what_is_complete_is_ignored),
+        FACT(what_waits_has_room_before_what_is_complete),
+        FACT(other_bytes_begin_another_datagram),
+        FACT(a_repeat_that_differs_discards_all),
         FACT(an_overlap_by_one_unit_discards_all),
         FACT(two_ends_discard_all),
         FACT(a_fragment_past_the_end_discards_all),

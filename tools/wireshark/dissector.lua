@@ -1169,6 +1169,7 @@ local WAITING_MAX = 64
 local DATAGRAM_MAX = 65535
 
 local waiting = {}   -- datagrams in the order in which they began
+local whole = {}     -- those that were joined, the latest last, to know repeats
 local completed = {} -- of a frame: the datagram's bytes, count of fragments
 
 local function find_waiting(key)
@@ -1177,10 +1178,15 @@ local function find_waiting(key)
             return datagram, place
         end
     end
+    return nil
+end
+
+local function make_room()
     if #waiting == WAITING_MAX then
         table.remove(waiting, 1)
+    elseif #waiting + #whole == WAITING_MAX then
+        table.remove(whole, 1)
     end
-    return nil
 end
 
 local function expire(now)
@@ -1189,6 +1195,33 @@ local function expire(now)
             table.remove(waiting, place)
         end
     end
+end
+
+-- Whether all of a fragment is there already, and the same.
+local function repeats(datagram, fragment)
+    local own_end, same = fragment.offset + fragment.length, 0
+    for _, other in ipairs(datagram) do
+        local from = math.max(fragment.offset, other.offset)
+        local held = math.min(own_end, other.offset + other.length) - from
+        if held > 0 then
+            if fragment.bytes:subset(from - fragment.offset, held) ~= other.bytes:subset(from - other.offset, held) then
+                return false
+            end
+            same = same + held
+        end
+    end
+    local total = datagram.total
+    local fits = fragment.more and (not total or own_end < total) or not fragment.more and own_end == total
+    return fits and same == fragment.length
+end
+
+local function repeats_whole(key, now, fragment)
+    for _, datagram in ipairs(whole) do
+        if datagram.key == key and now - datagram.since <= WAIT_S and repeats(datagram, fragment) then
+            return true
+        end
+    end
+    return false
 end
 
 -- Whether a fragment fits to those that wait.
@@ -1220,7 +1253,10 @@ end
 -- Keeps a fragment; the datagram when it is the last that was missing.
 local function keep(key, now, fragment)
     local datagram, place = find_waiting(key)
-    if not datagram then
+    if datagram and repeats(datagram, fragment) or not datagram and repeats_whole(key, now, fragment) then
+        return nil
+    elseif not datagram then
+        make_room()
         datagram, place = {key = key, since = now, held = 0, reach = 0}, #waiting + 1
         waiting[place] = datagram
     end
@@ -1233,7 +1269,7 @@ local function keep(key, now, fragment)
     datagram.reach = math.max(datagram.reach, fragment.offset + fragment.length)
     datagram.total = datagram.total or (not fragment.more and datagram.reach) or nil
     if datagram.held == datagram.total then
-        table.remove(waiting, place)
+        whole[#whole + 1] = table.remove(waiting, place)
         return join(datagram)
     end
     return nil

@@ -18,7 +18,8 @@ extern "C" {
 typedef enum lum_record_kind {
     LUM_RECORD_DATAGRAM,  /**< a whole UDP datagram over IPv4 */
     LUM_RECORD_CUT_SHORT, /**< a datagram that the capture has only in part */
-    LUM_RECORD_FRAGMENT,  /**< kept or used up; nothing to count now */
+    LUM_RECORD_FRAGMENT,  /**< kept, used up or a repeat; nothing to count
+                             now */
     LUM_RECORD_OTHER,     /**< anything else */
     LUM_RECORD_JOINED     /**< as LUM_RECORD_DATAGRAM: one of several that a
                                receiving host had joined; taken apart already */
